@@ -1,0 +1,5 @@
+"""The compiled floor of Polhode: floats and arrays in, floats and arrays out, NumPy and Numba only."""
+
+from kernels.fingerprint import use_cache
+
+use_cache()

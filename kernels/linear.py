@@ -1,0 +1,168 @@
+r"""Linear theory of a spin that is nudged off a principal axis.
+
+Close to rotation about axis a at the rate :math:`\omega_0` Euler's equations are, to first order,
+
+.. math:: \dot\omega_b = c_b\omega_0\,\omega_c, \quad \dot\omega_c = c_c\omega_0\,\omega_b
+          \quad\Rightarrow\quad \ddot\varepsilon = -\Omega^2\varepsilon, \qquad
+          \Omega^2 = -c_bc_c\,\omega_0^2 = \omega_0^2\frac{(I_a - I_b)(I_a - I_c)}{I_bI_c}
+
+so about the axis of least or greatest moment the nudge oscillates at Ω, and about the middle one it grows as
+:math:`e^{\sqrt{|\Omega^2|}t}`. Where :math:`\Omega^2 = 0` it is secular: linear in t.
+
+Source: Landau and Lifshitz, Mechanics, section 37 (problem 1 and the text around figure 51); Goldstein, Poole and
+Safko, Classical Mechanics, 3rd edition, section 5.6. The signs were derived again from Euler's equations.
+"""
+
+import numpy as np
+
+from kernels.rigid_body import cyclic
+
+STABLE_MINOR, STABLE_MAJOR, UNSTABLE, MARGINAL, SPHERE = range(5)
+
+
+def _moments_seen_from(I1, I2, I3, axis):
+    """Broadcast arrays (I_a, I_b, I_c) of the moments as seen from the spin axis."""
+    I1, I2, I3, axis = np.broadcast_arrays(I1, I2, I3, axis)
+    moments = np.stack([I1, I2, I3]).astype(np.float64)
+    return tuple(np.take_along_axis(moments, i[None], axis=0)[0] for i in cyclic(axis))
+
+
+def omega_squared(I1, I2, I3, omega0, axis):
+    r"""Signed square of the rate of a small perturbation, Ω² = ω0² (I_a - I_b)(I_a - I_c)/(I_b I_c).
+
+    Parameters
+    ----------
+    I1, I2, I3 : array_like
+        Principal moments of inertia, in a common unit (kg m2); only their ratios count.
+    omega0 : array_like
+        Spin rate in rad s-1, of either sign.
+    axis : array_like of int
+        Spin axis, 1, 2 or 3. All five broadcast together.
+
+    Returns
+    -------
+    numpy.ndarray of float64
+        Ω² in s-2: positive where the perturbation oscillates, negative where it grows, 0 where it is secular.
+
+    Notes
+    -----
+    Differences come before ratios and ratios before products: a common scale of the moments from 1e-300 to 1e160
+    neither overflows nor loses the sign. Moments are not checked for being positive.
+    """
+    Ia, Ib, Ic = _moments_seen_from(I1, I2, I3, axis)
+    return ((Ia - Ib) / Ic * ((Ia - Ic) / Ib)) * np.asarray(omega0, dtype=np.float64) * omega0
+
+
+def regime(I1, I2, I3, axis):
+    """Regime that linear theory predicts, from the signs of the differences of the moments alone.
+
+    Parameters
+    ----------
+    I1, I2, I3, axis : array_like
+        As for :func:`omega_squared`.
+
+    Returns
+    -------
+    numpy.ndarray of int8
+        STABLE_MINOR (a is the least moment), STABLE_MAJOR (the greatest), UNSTABLE (between), MARGINAL (equal to one
+        other: Ω² = 0) or SPHERE (all equal).
+    """
+    Ia, Ib, Ic = _moments_seen_from(I1, I2, I3, axis)
+    signs = np.sign(Ia - Ib), np.sign(Ia - Ic)
+    product, total = signs[0] * signs[1], signs[0] + signs[1]
+    cases = [(product == 0) & (Ib == Ic), product == 0, product < 0, total < 0]
+    return np.select(cases, [SPHERE, MARGINAL, UNSTABLE, STABLE_MINOR], STABLE_MAJOR).astype(np.int8)
+
+
+def rates(omega_squared, regime):
+    """Growth rate and frequency that belong to a signed Ω² in a regime.
+
+    Parameters
+    ----------
+    omega_squared : array_like
+        Ω² in s-2.
+    regime : array_like of int
+        Regime of each, as from :func:`regime`.
+
+    Returns
+    -------
+    growth_rate : numpy.ndarray
+        sqrt(-Ω²) where the regime is UNSTABLE, else 0, in s-1.
+    frequency : numpy.ndarray
+        sqrt(Ω²) where the regime is STABLE_MINOR or STABLE_MAJOR, else 0, in rad s-1.
+    """
+    size = np.sqrt(np.abs(omega_squared))
+    unstable = np.equal(regime, UNSTABLE)
+    stable = np.equal(regime, STABLE_MINOR) | np.equal(regime, STABLE_MAJOR)
+    return np.where(unstable, size, 0.0), np.where(stable, size, 0.0)
+
+
+def _cardinal(w2, t):
+    """cos(Ωt) and sin(Ωt)/Ω, or their hyperbolic twins where Ω² < 0, or 1 and t where Ω² = 0."""
+    rate = np.sqrt(np.abs(w2))
+    safe = np.where(rate == 0, 1.0, rate)
+    stable = (np.cos(rate * t), np.where(rate == 0, t, np.sin(rate * t) / safe))
+    with np.errstate(over="ignore"):
+        unstable = (np.cosh(rate * t), np.where(rate == 0, t, np.sinh(rate * t) / safe))
+    return np.where(w2 < 0, unstable[0], stable[0]), np.where(w2 < 0, unstable[1], stable[1])
+
+
+def perturbation(I1, I2, I3, omega0, axis, epsilon, phase, times):
+    r"""Linear solution: transverse components of the angular velocity at given times.
+
+    With :math:`\omega_b(0) = \varepsilon\omega_0\cos\varphi` and :math:`\omega_c(0) = \varepsilon\omega_0\sin\varphi`,
+
+    .. math:: \omega_b(t) = \omega_b(0)\cos\Omega t + c_b\omega_0\,\omega_c(0)\,\frac{\sin\Omega t}{\Omega}, \qquad
+              \omega_c(t) = \omega_c(0)\cos\Omega t + c_c\omega_0\,\omega_b(0)\,\frac{\sin\Omega t}{\Omega}
+
+    and cosh, sinh in place of cos, sin where Ω² < 0.
+
+    Parameters
+    ----------
+    I1, I2, I3, omega0, axis : array_like
+        As for :func:`omega_squared`.
+    epsilon, phase : array_like
+        Size of the nudge relative to omega0, and its direction in the (b, c) plane (rad).
+    times : array_like
+        Times in s. All broadcast together.
+
+    Returns
+    -------
+    omega_b, omega_c : numpy.ndarray
+        In rad s-1. First order in epsilon: nothing here knows when the perturbation has outgrown it.
+    """
+    Ia, Ib, Ic = _moments_seen_from(I1, I2, I3, axis)
+    w2 = omega_squared(I1, I2, I3, omega0, axis)
+    cosine, sine = _cardinal(w2, np.asarray(times, dtype=np.float64))
+    start_b, start_c = epsilon * np.cos(phase) * omega0, epsilon * np.sin(phase) * omega0
+    omega_b = start_b * cosine + (Ic - Ia) / Ib * omega0 * start_c * sine
+    omega_c = start_c * cosine + (Ia - Ib) / Ic * omega0 * start_b * sine
+    return omega_b, omega_c
+
+
+def growing_fraction(I1, I2, I3, omega0, axis, phase):
+    r"""Share of the start that lies on the growing mode.
+
+    In the coordinates :math:`x = \omega_b/\sqrt{|c_b|}`, :math:`y = \omega_c/\sqrt{|c_c|}` the two modes are
+    orthogonal: :math:`x \pm sy` grows/decays, s the sign of :math:`c_b\omega_0`. The share is
+    :math:`(x + sy)^2/2(x^2 + y^2)`: 1 on the growing mode, 0 on the exactly decaying direction.
+
+    Parameters
+    ----------
+    I1, I2, I3, omega0, axis : array_like
+        As for :func:`omega_squared`.
+    phase : array_like
+        Direction of the nudge in the (b, c) plane, rad.
+
+    Returns
+    -------
+    numpy.ndarray
+        Between 0 and 1, dimensionless; 0 where nothing grows.
+    """
+    Ia, Ib, Ic = _moments_seen_from(I1, I2, I3, axis)
+    cb, cc = (Ic - Ia) / Ib, (Ia - Ib) / Ic
+    unstable = np.sign(cb) * np.sign(cc) > 0
+    # x and y each times sqrt(|c_b c_c|): no division, so nothing to guard
+    x, y = np.cos(phase) * np.sqrt(np.abs(cc)), np.sin(phase) * np.sqrt(np.abs(cb))
+    size = np.where(unstable, x * x + y * y, 1.0)
+    return np.where(unstable, 0.5 * (x + np.sign(cb) * np.sign(omega0) * y) ** 2 / size, 0.0)
