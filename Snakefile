@@ -1,0 +1,126 @@
+"""From a definition to its stability map and pictures:  snakemake --cores 2
+
+compile → shards → stability_map.nc → figures, all below results/<sweep>/.
+A sweep of your own:  snakemake --cores 2 --config definition=PATH
+"""
+
+import sys
+
+from kernels.fingerprint import cache_folder, fingerprint
+from sweeps import catalogue
+from sweeps.definition import DefinitionError
+from sweeps.targets import on_command_line
+
+PYTHON = sys.executable
+
+try:
+    DEFAULT, PLANS = catalogue.requested(config, on_command_line())
+except DefinitionError as refused:
+    print(refused, file=sys.stderr)
+    sys.exit(2)
+
+
+wildcard_constraints:
+    sweep="|".join(re.escape(name) for name in PLANS),
+    k=r"[1-9]\d*",
+    n=r"[1-9]\d*",
+
+
+localrules:
+    all,
+
+
+rule all:
+    input:
+        f"results/{DEFAULT}/stability_map.nc",
+        f"results/{DEFAULT}/figures",
+
+
+rule compile:
+    output:
+        cache_folder() / "compiled",
+    log:
+        "results/.logs/compile.log",
+    benchmark:
+        "results/.benchmarks/compile.tsv"
+    threads: 1
+    resources:
+        mem_mb=1000,
+    message:
+        "Compiling the kernels, once per machine"
+    shell:
+        "{PYTHON:q} -m sweeps compile --output {output:q} > {log:q} 2>&1"
+
+
+rule shard:
+    input:
+        definition=lambda wildcards: PLANS[wildcards.sweep].path,
+        kernels=ancient(rules.compile.output),
+    output:
+        temp("results/{sweep}/shards/{k}-of-{n}.nc"),
+    log:
+        "results/{sweep}/logs/shard-{k}-of-{n}.log",
+    benchmark:
+        "results/{sweep}/benchmarks/shard-{k}-of-{n}.tsv"
+    threads: lambda wildcards: max(1, workflow.cores // int(wildcards.n))
+    resources:
+        mem_mb=1000,
+    params:
+        kernels=fingerprint(),
+        definition=lambda wildcards: PLANS[wildcards.sweep].definition.text,
+    message:
+        "Measuring shard {wildcards.k} of {wildcards.n} of {wildcards.sweep}"
+    shell:
+        "{PYTHON:q} -m sweeps shard {input.definition:q} {wildcards.k} {wildcards.n}"
+        " --threads {threads} --output {output:q} > {log:q} 2>&1"
+
+
+rule merge:
+    input:
+        definition=lambda wildcards: PLANS[wildcards.sweep].path,
+        shards=lambda wildcards: expand(
+            "results/{sweep}/shards/{k}-of-{n}.nc",
+            sweep=wildcards.sweep,
+            k=range(1, PLANS[wildcards.sweep].shards + 1),
+            n=PLANS[wildcards.sweep].shards,
+        ),
+    output:
+        report(
+            "results/{sweep}/stability_map.nc",
+            caption="sweeps/captions/map.rst",
+            category="{sweep}",
+        ),
+    log:
+        "results/{sweep}/logs/merge.log",
+    benchmark:
+        "results/{sweep}/benchmarks/merge.tsv"
+    threads: 1
+    resources:
+        mem_mb=1000,
+    message:
+        "Merging the shards of {wildcards.sweep} into its map"
+    shell:
+        "{PYTHON:q} -m sweeps merge {input.definition:q} {input.shards:q} --output {output:q} > {log:q} 2>&1"
+
+
+rule figures:
+    input:
+        rules.merge.output,
+    output:
+        report(
+            directory("results/{sweep}/figures"),
+            patterns=["{figure}.png"],
+            caption="sweeps/captions/figure.rst",
+            category="{sweep}",
+        ),
+    log:
+        "results/{sweep}/logs/figures.log",
+    benchmark:
+        "results/{sweep}/benchmarks/figures.tsv"
+    threads: 1
+    resources:
+        mem_mb=1000,
+    message:
+        "Drawing the pictures of {wildcards.sweep}"
+    shell:
+        "{PYTHON:q} -m sweeps figures {input:q} --output {output:q} > {log:q} 2>&1"

@@ -1,0 +1,54 @@
+"""Progress of long work: a bar on a terminal, in a log a line now and then."""
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, ProgressColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+SECONDS_BETWEEN_LINES = 10.0
+
+
+class _Speed(ProgressColumn):
+    """Points per second."""
+
+    def render(self, task):
+        return f"{task.speed or 0:,.0f} points/s"
+
+
+@contextmanager
+def points(total: int, label: str) -> Iterator[Callable[[int], None]]:
+    """Gives a function to be called with the number of points just done; reports on the error stream.
+
+    Args:
+        total: number of points in all.
+        label: what the work is called.
+    """
+    console = Console(stderr=True)
+    if console.is_terminal:
+        columns = (TextColumn(label), BarColumn(), TaskProgressColumn(), _Speed(), TimeRemainingColumn())
+        with Progress(*columns, console=console) as bar:
+            task = bar.add_task(label, total=total)
+            yield lambda done: bar.advance(task, done)
+    else:
+        yield from _lines(total, label)
+
+
+def _lines(total: int, label: str) -> Iterator[Callable[[int], None]]:
+    begun = said = time.monotonic()
+    done = 0
+
+    def advance(points_done: int) -> None:
+        nonlocal done, said
+        done += points_done
+        now = time.monotonic()
+        if done >= total or now - said >= SECONDS_BETWEEN_LINES:
+            said = now
+            speed = done / max(now - begun, 1e-9)
+            left = (total - done) / speed
+            text = f"{label}: {done:,} of {total:,} points, {speed:,.0f} points/s, {left:,.0f} s left"
+            print(text, file=sys.stderr, flush=True)
+
+    yield advance
