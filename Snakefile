@@ -4,14 +4,17 @@ compile → shards → stability_map.nc → figures, all below results/<sweep>/.
 A sweep of your own:  snakemake --cores 2 --config definition=PATH
 """
 
+import shlex
 import sys
+from pathlib import Path
 
 from kernels.fingerprint import cache_folder, fingerprint
 from sweeps import catalogue
 from sweeps.definition import DefinitionError
 from sweeps.targets import on_command_line
 
-PYTHON = sys.executable
+# the interpreter that runs this workflow also runs its jobs
+shell.prefix(f"PATH={shlex.quote(str(Path(sys.executable).parent))}:$PATH; ")
 
 try:
     DEFAULT, PLANS = catalogue.requested(config, on_command_line())
@@ -49,7 +52,7 @@ rule compile:
     message:
         "Compiling the kernels, once per machine"
     shell:
-        "{PYTHON:q} -m sweeps compile --output {output:q} > {log:q} 2>&1"
+        "python -m sweeps compile --output {output:q} > {log:q} 2>&1"
 
 
 rule shard:
@@ -71,7 +74,7 @@ rule shard:
     message:
         "Measuring shard {wildcards.k} of {wildcards.n} of {wildcards.sweep}"
     shell:
-        "{PYTHON:q} -m sweeps shard {input.definition:q} {wildcards.k} {wildcards.n}"
+        "python -m sweeps shard {input.definition:q} {wildcards.k} {wildcards.n}"
         " --threads {threads} --output {output:q} > {log:q} 2>&1"
 
 
@@ -100,7 +103,7 @@ rule merge:
     message:
         "Merging the shards of {wildcards.sweep} into its map"
     shell:
-        "{PYTHON:q} -m sweeps merge {input.definition:q} {input.shards:q} --output {output:q} > {log:q} 2>&1"
+        "python -m sweeps merge {input.definition:q} {input.shards:q} --output {output:q} > {log:q} 2>&1"
 
 
 rule figures:
@@ -123,4 +126,4 @@ rule figures:
     message:
         "Drawing the pictures of {wildcards.sweep}"
     shell:
-        "{PYTHON:q} -m sweeps figures {input:q} --output {output:q} > {log:q} 2>&1"
+        "python -m sweeps figures {input:q} --output {output:q} > {log:q} 2>&1"

@@ -55,6 +55,7 @@ def _plan(I1, I2, I3, axis, epsilon, spacing, intervals, tolerance, spacings, st
         spacings[i] = min(spacing, 0.5 / max(1.0, bound))
         x = bound * spacings[i]
         size = min(1.0, measure.WINDOW * epsilon[i] * math.exp(x))
+        x *= math.sqrt(1.0 + epsilon[i] * epsilon[i])  # the rates go with all of |omega|, not with the spin alone
         steps[i] = direct.steps_per_sample(x, size, intervals, tolerance)
 
 
@@ -127,7 +128,7 @@ def _sample(S, triple):
         S[RX + lane] += rx if inside & triple else 0.0
         S[RR + lane] += rr if inside & triple else 0.0
         S[XX + lane] += xx if inside & triple else 0.0
-        turn = b1 * c - c1 * b
+        turn = (b1 * c - c1 * b) * a  # the sense relative to the spin, whose sign a carries
         S[TURN + lane] += turn if inside else 0.0
         J, scale = rigid_body.perturbation_invariant(b, c, S[CB + lane], S[CC + lane])
         jd = abs(J - S[J0 + lane])

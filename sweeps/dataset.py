@@ -10,6 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version
+from itertools import pairwise
 
 import numpy as np
 import xarray as xr
@@ -75,20 +76,20 @@ VARIABLES = {
         Variable(
             "omega_squared_stderr",
             "s-2",
-            "standard error of the measured signed square of the rate (scatter only)",
+            "standard error of the measured signed square of the rate",
             comment=_SCATTER,
         ),
         Variable("growth_rate_theory", "s-1", "growth rate, linear theory; 0 where not unstable"),
         Variable("growth_rate", "s-1", "growth rate, measured; 0 where not unstable"),
         Variable(
-            "growth_rate_stderr", "s-1", "standard error of the measured growth rate (scatter only)", comment=_SCATTER
+            "growth_rate_stderr", "s-1", "standard error of the measured growth rate", comment=_SCATTER
         ),
         Variable("frequency_theory", "rad s-1", "angular frequency, linear theory; 0 where not stable"),
         Variable("frequency", "rad s-1", "angular frequency, measured; 0 where not stable"),
         Variable(
             "frequency_stderr",
             "rad s-1",
-            "standard error of the measured angular frequency (scatter only)",
+            "standard error of the measured angular frequency",
             comment=_SCATTER,
         ),
         Variable(
@@ -192,7 +193,7 @@ def _columns(*arrays: np.ndarray, integration: Integration, threads: int) -> tup
         )
 
     cuts = np.linspace(0, flat[0].size, threads + 1).astype(int)
-    bounds = list(zip(cuts[:-1], cuts[1:], strict=True))
+    bounds = list(pairwise(cuts))
     with ThreadPoolExecutor(threads) as pool:
         parts = list(pool.map(part, bounds)) if threads > 1 else [part(bounds[0])]
     return tuple(

@@ -54,7 +54,7 @@ MAX_SAMPLES = 10**9
 MIN_MOMENT = sys.float_info.min
 MAX_SPIN_RATE, MIN_SPIN_RATE = 1e150, 1e-150
 # Up to here a range is spelled out to see that its values differ; beyond, a bound on the step must do.
-_SPELLED_OUT = 2**16
+SPELLED_OUT = 2**16
 
 _TOP = "(top level)"
 _TAGS = ("\0number", "\0list", "\0range")  # no key is one of these: keys are printable
@@ -123,7 +123,7 @@ def _shown(value: Any) -> str:
 
 def _flow(value: Any) -> str:
     if isinstance(value, BaseModel):
-        return _flow(value.model_dump())
+        value = {key: item for key, item in value if key in value.model_fields_set}
     if isinstance(value, dict):
         pairs = (f"{_plain_or_quoted(str(key))}: {_flow(item)}" for key, item in _first(value.items()))
         return "{" + ", ".join(pairs) + "}"
@@ -180,11 +180,11 @@ def _number(holds: Callable[[float], bool], allowed: str) -> BeforeValidator:
     return BeforeValidator(check)
 
 
-def _whole(least: int, most: int | None, allowed: str) -> BeforeValidator:
+def _whole(least: int, most: int, allowed: str) -> BeforeValidator:
     def check(value: Any) -> int:
         if isinstance(value, bool) or not isinstance(value, int):
             raise _refusal("is not a whole number", allowed)
-        if value < least or (most is not None and value > most):
+        if not least <= value <= most:
             raise _refusal("is out of range", allowed)
         return value
 
@@ -293,7 +293,7 @@ Positive = Annotated[float, _number(lambda x: x > 0, "a finite number > 0")]
 Tolerance = Annotated[float, _number(lambda x: 1e-13 <= x <= 1e-3, "a number from 1e-13 to 1e-3")]
 Prose = Annotated[str, AfterValidator(_prose)]
 Axis = Annotated[int, _whole(1, 3, "1, 2 or 3")]
-Count = Annotated[int, _whole(1, None, "a whole number ≥ 1")]
+Count = Annotated[int, _whole(1, 2**53, "a whole number ≥ 1 (and ≤ 2^53)")]
 SamplesPerRotation = Annotated[int, _whole(4, MAX_SAMPLES, f"a whole number from 4 to {MAX_SAMPLES:,}")]
 
 
@@ -305,6 +305,15 @@ class _Strict(BaseModel):
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
 
 
+def _power_of_ten(exponent: float) -> float:
+    if exponent.is_integer():
+        return float(f"1e{exponent:.0f}")  # the decade as people write it: 10.0**23 is not 1e23
+    try:
+        return 10.0**exponent
+    except OverflowError:  # the largest double's own logarithm, rounded up
+        return math.inf
+
+
 def _keys(model: type[BaseModel]) -> str:
     return ", ".join(model.model_fields)
 
@@ -312,8 +321,9 @@ def _keys(model: type[BaseModel]) -> str:
 class Range(_Strict):
     """Evenly or logarithmically spaced values; both ends are exact.
 
-    Values equal `numpy.linspace(start, stop, num)` or `numpy.geomspace(start, stop, num)` bit for bit, yet
-    each comes from its own number alone, so a part of a range of any length costs no more than itself.
+    Linear values equal `numpy.linspace(start, stop, num)` bit for bit, logarithmic ones
+    `numpy.geomspace(start, stop, num)` to its rounding. Each value comes from its own number alone, so a
+    part of a range of any length costs no more than itself.
     """
 
     start: float = Field(description="first value")
@@ -336,8 +346,10 @@ class Range(_Strict):
 
     def _logarithmic(self, index: np.ndarray) -> np.ndarray:
         first, last = np.log10(np.abs([self.start, self.stop]))
-        with np.errstate(over="ignore"):
-            return np.copysign(10.0 ** (index * ((last - first) / (self.num - 1)) + first), self.start)
+        exponents = index * ((last - first) / (self.num - 1)) + first
+        # NumPy's pow rounds 1e-17 to 9.999…e-18, and one number otherwise than the same in an array.
+        powers = np.array([_power_of_ten(y) for y in exponents.ravel().tolist()]).reshape(index.shape)
+        return np.copysign(powers, self.start)
 
     @model_validator(mode="after")
     def _check(self) -> "Range":
@@ -354,16 +366,15 @@ class Range(_Strict):
         return self
 
     def _values_differ(self) -> bool:
-        if self.num <= _SPELLED_OUT:
+        if self.num <= SPELLED_OUT:
             steps = np.diff(self.values(np.arange(self.num)))
             return bool(np.all(steps > 0) or np.all(steps < 0))
-        if self.num > 2**53:
-            return False
         if self.spacing == "log":  # 10**y at |y| ≤ 308 carries up to 1e-13 of relative rounding
             e_folds = math.log(abs(self.stop)) - math.log(abs(self.start))
             return abs(e_folds) / (self.num - 1) > 1e-12
-        coarsest = math.ulp(max(abs(self.start), abs(self.stop)))
-        return abs(self.stop - self.start) / (self.num - 1) > 4 * coarsest
+        width = abs(self.stop - self.start)
+        # start + i·step carries 1.5 units in the last place of its largest term at most.
+        return width / (self.num - 1) > 2 * math.ulp(max(abs(self.start), abs(self.stop), width))
 
 
 class MomentRange(Range):
@@ -404,22 +415,13 @@ class PhaseRange(Range):
     stop: Phase = Field(description="last direction, rad, itself included: finite")
 
 
-def _kind(value: Any) -> str | None:
+def _kind(value: Any) -> str:
     if isinstance(value, Mapping | Range):
         return _TAGS[2]
-    if isinstance(value, tuple | list):
-        return _TAGS[1]
-    return None if value is None else _TAGS[0]
+    return _TAGS[1] if isinstance(value, tuple | list) else _TAGS[0]
 
 
 _FORMS = "a number, a list, or {start, stop, num, spacing: linear|log}"
-
-_ENTRY = Discriminator(
-    _kind,
-    custom_error_type="refused",
-    custom_error_message="is no value",
-    custom_error_context={"wrong": "is no value", "allowed": _FORMS},
-)
 
 
 def _listed(item: Any) -> Any:
@@ -435,7 +437,7 @@ def _listed(item: Any) -> Any:
 def _entry(item: Any, spaced: type[Range]) -> Any:
     """A grid's entry: a number, a list of numbers, or a range."""
     number = Annotated[item, Tag(_TAGS[0])]
-    return Annotated[number | _listed(item) | Annotated[spaced, Tag(_TAGS[2])], _ENTRY]
+    return Annotated[number | _listed(item) | Annotated[spaced, Tag(_TAGS[2])], Discriminator(_kind)]
 
 
 class GridEntries(_Strict):

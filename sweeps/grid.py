@@ -11,7 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from sweeps.definition import MAX_SHARDS, MOMENTS, SHAREABLE, Definition, Range
+from sweeps.definition import MAX_SHARDS, MOMENTS, SHAREABLE, SPELLED_OUT, Definition, Range
 
 PARAMETERS = (*MOMENTS, *SHAREABLE)
 # One core samples about a million runs of 64 samples in a second; a shard is worth ten of them.
@@ -50,7 +50,7 @@ class Grid:
     @cached_property
     def coordinates(self) -> dict[str, np.ndarray]:
         """Dimension → its values, 1-D: axis int8, body text, the others float64 in SI units."""
-        return {dim: self._values(dim, np.arange(n)) for dim, n in zip(self.dims, self.shape, strict=True)}
+        return {dim: self._spelled_out(dim) for dim in self.dims}
 
     @cached_property
     def body_coordinates(self) -> dict[str, np.ndarray]:
@@ -156,15 +156,25 @@ class Grid:
             return entry.num
         return len(entry) if isinstance(entry, tuple) else 1
 
-    def _values(self, dim: str, index: np.ndarray) -> np.ndarray:
+    def _spelled_out(self, dim: str) -> np.ndarray:
         if dim == "body":
-            return np.array([body.name for body in self.definition.bodies])[index]
+            return np.array([body.name for body in self.definition.bodies])
         if dim == "axis":
-            return np.array(self.definition.axes, np.int8)[index]
+            return np.array(self.definition.axes, np.int8)
         entry = getattr(self.definition.grid, dim)
         if isinstance(entry, Range):
-            return entry.values(index)
-        return np.atleast_1d(np.array(entry, np.float64))[index]
+            return entry.values(np.arange(entry.num))
+        return np.atleast_1d(np.array(entry, np.float64))
+
+    @cached_property  # longer axes are computed where they are asked for
+    def _tables(self) -> dict[str, np.ndarray]:
+        lengths = zip(self.dims, self.shape, strict=True)
+        return {dim: self._spelled_out(dim) for dim, length in lengths if length <= SPELLED_OUT}
+
+    def _values(self, dim: str, index: np.ndarray) -> np.ndarray:
+        if dim in self._tables:
+            return self._tables[dim][index]
+        return getattr(self.definition.grid, dim).values(index)
 
 
 def shard_count(definition: Definition, grid: Grid) -> int:
