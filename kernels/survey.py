@@ -183,13 +183,13 @@ def _log_sample(S, k):
 @njit(**OPTIONS)
 def _watch(S):
     """Whether any lane's window is open, and whether any lane is inside the log slope's window or may now enter it."""
-    opened, logging = 0.0, 0.0
+    opened, logging = 0, 0  # whole numbers: their or-reduction stays packed
     for lane in range(W):
         size = S[B + lane] * S[B + lane] + S[C + lane] * S[C + lane]
         grown = size >= measure.LOG_FROM * measure.LOG_FROM * S[START + lane]
-        opened += S[OPEN + lane]
-        logging += S[LOPEN + lane] if grown | (S[LN + lane] > 0.0) else 0.0
-    return opened > 0.0, logging > 0.0
+        opened |= 1 if S[OPEN + lane] > 0.0 else 0
+        logging |= 1 if (S[LOPEN + lane] > 0.0) & (grown | (S[LN + lane] > 0.0)) else 0
+    return opened > 0, logging > 0
 
 
 @njit(**OPTIONS)

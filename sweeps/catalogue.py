@@ -16,7 +16,9 @@ DEFAULT = "tennis_racket"
 
 def shipped() -> dict[str, Path]:
     """Name → file of each definition in sweeps/definitions."""
-    return {path.stem: path for path in sorted(FOLDER.glob("*.yaml"))}
+    here = Path.cwd()
+    folder = FOLDER.relative_to(here) if FOLDER.is_relative_to(here) else FOLDER
+    return {path.stem: path for path in sorted(folder.glob("*.yaml"))}
 
 
 def resolve(text: str) -> Path:

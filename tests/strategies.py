@@ -1,0 +1,62 @@
+"""hypothesis strategies for sweeps' definitions, as plain mappings."""
+
+from hypothesis import strategies as st
+
+NAMES = ("omega0", "epsilon", "phase")
+MOMENT = st.floats(1e-60, 1e60)
+QUANTITIES = {
+    "omega0": st.floats(1e-150, 1e150) | st.floats(-1e150, -1e-150),
+    "epsilon": st.floats(1e-12, 0.99),
+    "phase": st.floats(-1e3, 1e3),
+}
+
+
+@st.composite
+def ranges(draw, low, high, most=6):
+    """A linear or logarithmic range with ends of one sign, a factor of two or more apart."""
+    start = draw(st.floats(low, high / 2))
+    stop = draw(st.floats(2 * start, high))
+    start, stop = (stop, start) if draw(st.booleans()) else (start, stop)
+    spacing = draw(st.sampled_from(["linear", "log"]))
+    return {"start": start, "stop": stop, "num": draw(st.integers(2, most)), "spacing": spacing}
+
+
+def entries(quantity, low, high):
+    """A number, a list of up to three different ones, or a range."""
+    listed = st.lists(quantity, min_size=1, max_size=3, unique=True)
+    return quantity | listed | ranges(low, high)
+
+
+@st.composite
+def grid_sweeps(draw):
+    """A definition whose moments are grid dimensions."""
+    grid = {name: draw(entries(MOMENT, 1e-60, 1e60)) for name in ("I1", "I2", "I3")}
+    grid["omega0"] = draw(entries(QUANTITIES["omega0"], 1e-100, 1e100))
+    for name, low, high in (("epsilon", 1e-12, 0.99), ("phase", 1e-3, 3.0)):
+        if draw(st.booleans()):
+            grid[name] = draw(entries(QUANTITIES[name], low, high))
+    axes = draw(st.lists(st.integers(1, 3), min_size=1, max_size=3, unique=True))
+    return {"axes": axes, "grid": grid}
+
+
+@st.composite
+def body_sweeps(draw):
+    """A definition with bodies; all, none or some of them give each of omega0, epsilon and phase."""
+    bodies = []
+    for number in range(draw(st.integers(1, 4))):
+        moments = {name: draw(MOMENT) for name in ("I1", "I2", "I3")}
+        bodies.append({"name": f"body {number}"} | ({"ratios": moments} if draw(st.booleans()) else moments))
+    grid = {}
+    for name, low, high in (("omega0", 1e-100, 1e100), ("epsilon", 1e-12, 0.99), ("phase", 1e-3, 3.0)):
+        giving = draw(st.integers(0, len(bodies)))
+        for body in bodies[:giving]:
+            body[name] = draw(QUANTITIES[name])
+        if giving == 0:
+            grid[name] = draw(entries(QUANTITIES[name], low, high))
+        elif giving < len(bodies):
+            grid[name] = draw(QUANTITIES[name])
+    axes = draw(st.lists(st.integers(1, 3), min_size=1, max_size=3, unique=True))
+    return {"axes": axes, "bodies": bodies, "grid": grid}
+
+
+sweeps = grid_sweeps() | body_sweeps()
