@@ -4,6 +4,7 @@ A file is written under a temporary name beside its place, flushed to the disk a
 file, and a killed writer leaves the old one.
 """
 
+import errno
 import hashlib
 import os
 import tempfile
@@ -66,8 +67,9 @@ def _flush(path: Path) -> None:
         return
     try:
         os.fsync(handle)
-    except OSError:
-        pass
+    except OSError as error:
+        if error.errno not in (errno.EBADF, errno.EINVAL, errno.ENOTSUP):  # a full or failing disk must be heard
+            raise
     finally:
         os.close(handle)
 
@@ -174,7 +176,12 @@ def _open_shard(path: str | Path, definition: Definition) -> xr.Dataset:
     wanted = {"definition": definition.text, "kernel_fingerprint": fingerprint()}
     for name, value in wanted.items():
         if shard.attrs.get(name) != value:
+            shard.close()
             raise MapError(f"{path}: {name}: is not that of this sweep; allowed: shards of this definition and kernels")
+    for name in ("first_point", "point_after_last", *dataset.VARIABLES):
+        if name not in shard.attrs and name not in shard.variables:
+            shard.close()
+            raise MapError(f"{path}: {name}: is missing; allowed: a file of `python -m sweeps shard`")
     return shard
 
 
@@ -197,8 +204,11 @@ def merge(definition: Definition, shards: Iterable[str | Path], path: str | Path
         MapError: for a file that is no shard of this sweep, and for points that are missing or given twice.
     """
     grid = Grid(definition)
-    opened = sorted((_open_shard(p, definition) for p in shards), key=lambda s: int(s.attrs["first_point"]))
+    opened = []
     try:
+        for shard in shards:
+            opened.append(_open_shard(shard, definition))
+        opened.sort(key=lambda shard: int(shard.attrs["first_point"]))
         _check_coverage(opened, grid)
         with replaced(path) as temporary, netCDF4.Dataset(temporary, "w", format="NETCDF4") as file:
             digest = _create_map(file, definition, grid)
@@ -286,7 +296,9 @@ def write_map(ds: xr.Dataset, path: str | Path) -> str:
         for name, v in ds.data_vars.items()
     }
     for name, variable in ds.variables.items():
-        encoding.setdefault(name, {})["_FillValue"] = np.nan if name in ds.data_vars and variable.dtype == "f8" else None
+        encoding.setdefault(name, {})["_FillValue"] = (
+            np.nan if name in ds.data_vars and variable.dtype == "f8" else None
+        )
     with replaced(path) as temporary:
         ds.assign_attrs(history=_history(), content_hash=digest).to_netcdf(
             temporary, engine="netcdf4", format="NETCDF4", encoding=encoding

@@ -1,0 +1,143 @@
+import subprocess
+import sys
+
+import pytest
+
+import sweeps
+from sweeps.__main__ import main
+
+GOOD = "grid: {I1: 1.0, I2: 2.0, I3: [2.5, 3.0], omega0: 1.0}\n"
+BAD = {
+    "key.yaml": (GOOD + "shard: 2\n", "did you mean shards?"),
+    "moment.yaml": (GOOD.replace("2.0", "-2.0"), "grid.I2"),
+    "epsilon.yaml": (GOOD.replace("1.0}", "1.0, epsilon: 1.5}"), "grid.epsilon"),
+    "axes.yaml": (GOOD + "axes: [0]\n", "axes"),
+    "syntax.yaml": ("grid: [", "syntax.yaml"),
+    "empty.yaml": ("", "empty.yaml"),
+}
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "good.yaml").write_text(GOOD)
+    return tmp_path
+
+
+def refused(capsys, *arguments):
+    """The one message of a refused call."""
+    assert main([str(argument) for argument in arguments]) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert "Traceback" not in said.err
+    assert "allowed" in said.err
+    return said.err
+
+
+def test_check_says_what_a_good_definition_takes(folder, capsys):
+    assert main(["check", "good.yaml"]) == 0
+    said = capsys.readouterr()
+    assert said.err == ""
+    assert "good.yaml: valid" in said.out
+    assert "6 = 3 axis × 1 I1 × 1 I2 × 2 I3 × 1 omega0 × 1 epsilon × 1 phase" in said.out
+    assert [p.name for p in folder.iterdir()] == ["good.yaml"]
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_check_refuses_a_bad_definition(folder, capsys, name):
+    text, word = BAD[name]
+    (folder / name).write_text(text)
+    said = refused(capsys, "check", name)
+    assert said.startswith(name)
+    assert word in said
+    assert sorted(p.name for p in folder.iterdir()) == sorted(["good.yaml", name])
+
+
+def test_check_as_a_process(folder):
+    (folder / "bad.yaml").write_text("grid: 7")
+    command = [sys.executable, "-m", "sweeps", "check"]
+    good = subprocess.run([*command, "good.yaml"], capture_output=True, text=True, check=False)
+    bad = subprocess.run([*command, "bad.yaml"], capture_output=True, text=True, check=False)
+    assert (good.returncode, good.stderr) == (0, "")
+    assert (bad.returncode, bad.stdout) == (2, "")
+    assert bad.stderr.startswith("bad.yaml: grid: 7")
+    assert "Traceback" not in bad.stderr
+
+
+def test_check_lists_what_ships(capsys):
+    assert main(["check", "--list"]) == 0
+    names = [line.split()[0] for line in capsys.readouterr().out.splitlines()]
+    assert names == ["bodies", "breakdown", "tennis_racket", "tiny"]
+    assert main(["check"]) == 0
+    assert "tennis_racket.yaml: valid" in capsys.readouterr().out
+
+
+def test_a_gigantic_grid_is_refused_with_its_bytes(folder, capsys):
+    long = "{start: 1.0, stop: 2.0, num: 1000000}"
+    (folder / "huge.yaml").write_text(f"grid: {{I1: {long}, I2: {long}, I3: {long}, omega0: 1.0}}")
+    said = refused(capsys, "check", "huge.yaml")
+    assert "3,000,000,000,000,000,000 points" in said
+    assert "of disk" in said
+    assert said.count(" bytes)") == 2  # needed, and free
+
+
+def test_an_unknown_name_suggests_a_near_one(folder, capsys):
+    assert "did you mean tennis_racket?" in refused(capsys, "check", "tenis_racket")
+    far = refused(capsys, "check", "zzz")
+    assert "did you mean" not in far
+    assert "bodies, breakdown, tennis_racket, tiny" in far
+
+
+def test_the_name_of_a_sweep_that_ships_is_taken(folder, capsys):
+    (folder / "tiny.yaml").write_text(GOOD)
+    assert "'tiny' is the name of a sweep that ships" in refused(capsys, "check", "tiny.yaml")
+
+
+@pytest.mark.parametrize(
+    ("numbers", "word"),
+    [
+        (("0", "2"), "K: part 0"),
+        (("3", "2"), "K: part 3"),
+        (("-1", "2"), "K: part -1"),
+        (("1", "0"), "N: 0 parts"),
+        (("1", "7"), "N: 7 parts"),
+        (("1", "2", "--threads", "0"), "--threads: 0"),
+    ],
+)
+def test_shard_refuses_numbers_out_of_range(folder, capsys, numbers, word):
+    said = refused(capsys, "shard", "good.yaml", "-o", "a.nc", *numbers)
+    assert said.startswith(word)
+    assert "out of range" in said
+    assert not (folder / "a.nc").exists()
+
+
+def test_shard_and_merge_make_the_map(folder, capsys):
+    for number in (1, 2):
+        assert main(["shard", "good.yaml", str(number), "2", "-o", f"{number}.nc"]) == 0
+    assert "shard 2 of 2: 3 of 3 points" in capsys.readouterr().err
+    assert "missing" in refused(capsys, "merge", "good.yaml", "2.nc", "-o", "map.nc")
+    assert "given twice" in refused(capsys, "merge", "good.yaml", "1.nc", "2.nc", "2.nc", "-o", "map.nc")
+    assert "no such file" in refused(capsys, "merge", "good.yaml", "1.nc", "3.nc", "-o", "map.nc")
+    assert not (folder / "map.nc").exists()
+    assert main(["merge", "good.yaml", "2.nc", "1.nc", "-o", "map.nc"]) == 0
+    expected = sweeps.survey("good.yaml").attrs["content_hash"]
+    assert capsys.readouterr().out == f"content_hash {expected}\n"
+    with sweeps.open_map("map.nc") as ds:
+        assert ds.attrs["content_hash"] == expected
+
+
+def test_help_names_every_command(capsys):
+    with pytest.raises(SystemExit) as left:
+        main(["--help"])
+    assert left.value.code == 0
+    said = capsys.readouterr().out
+    for command in ("check", "compile", "shard", "merge", "figures"):
+        assert f"\n    {command} " in said
+
+
+@pytest.mark.parametrize("arguments", [[], ["chek"], ["shard", "good.yaml", "one", "2", "-o", "a.nc"], ["merge"]])
+def test_a_call_that_is_none_leaves_with_2(arguments, capsys):
+    with pytest.raises(SystemExit) as left:
+        main(arguments)
+    assert left.value.code == 2
+    assert "Traceback" not in capsys.readouterr().err

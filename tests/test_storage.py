@@ -1,0 +1,343 @@
+import errno
+import os
+import shutil
+
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+
+import sweeps
+from sweeps import catalogue, dataset, storage
+from sweeps.definition import load
+from sweeps.grid import Grid
+
+TINY = load(catalogue.shipped()["tiny"])
+BODIES = load(
+    {
+        "bodies": [
+            {"name": "Mond, größer", "I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": -3.0},
+            {"name": "b", "ratios": {"I1": 0.4, "I2": 0.4, "I3": 1.0}, "omega0": 1.0},
+            {"name": "sphere", "I1": 1.0, "I2": 1.0, "I3": 1.0, "omega0": 2.0},
+        ],
+        "grid": {"epsilon": [1e-8, 1e-3]},
+    }
+)
+
+
+def write_shards(folder, definition, count, threads=1):
+    paths = [folder / f"{number}-of-{count}-by-{threads}.nc" for number in range(1, count + 1)]
+    for number, path in enumerate(paths, 1):
+        storage.write_shard(definition, number, count, path, threads)
+    return paths
+
+
+@pytest.fixture(scope="module")
+def shards(tmp_path_factory):
+    return write_shards(tmp_path_factory.mktemp("shards"), TINY, 3)
+
+
+@pytest.fixture(scope="module")
+def tiny():
+    return sweeps.survey("tiny")
+
+
+@pytest.fixture(scope="module")
+def tiny_map(shards, tmp_path_factory):
+    path = tmp_path_factory.mktemp("map") / "tiny.nc"
+    storage.merge(TINY, shards, path)
+    return path
+
+
+@pytest.fixture
+def small():
+    return xr.Dataset(
+        {"value": (("x", "y"), np.arange(6.0).reshape(2, 3)), "flag": (("x",), np.array([1, 2], "i1"))},
+        coords={"x": [0.0, 1.0], "name": ("y", ["a", "b", "é"])},
+    )
+
+
+def assert_same_bits(left, right):
+    assert set(left.variables) == set(right.variables)
+    for name in left.variables:
+        a, b = left[name], right[name]
+        assert a.dims == b.dims, name
+        if a.dtype.kind in "UOT":
+            assert a.values.tolist() == b.values.tolist()
+        else:
+            assert a.dtype == b.dtype, name
+            assert a.values.tobytes() == b.values.tobytes(), name
+
+
+# The cut into shards and threads changes no bit
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+@pytest.mark.parametrize("count", [1, 3, 7])
+@pytest.mark.parametrize("definition", [TINY, BODIES], ids=["grid", "bodies"])
+def test_shards_and_threads_change_no_bit(definition, count, threads, tmp_path, monkeypatch):
+    monkeypatch.setattr(storage, "BLOCK_POINTS", 50)  # so that a shard is several blocks, the last one short
+    whole = dataset.survey_grid(definition)
+    path = tmp_path / "map.nc"
+    told = storage.merge(definition, write_shards(tmp_path, definition, count, threads)[::-1], path)
+    with storage.open_map(path) as ds:
+        assert_same_bits(ds, whole)
+        assert ds.attrs["content_hash"] == told == storage.content_hash(whole) == storage.content_hash(ds)
+        assert {n: ds.attrs[n] for n in whole.attrs} == whole.attrs
+
+
+def test_progress_counts_each_point_once(tmp_path, monkeypatch):
+    monkeypatch.setattr(storage, "BLOCK_POINTS", 100)
+    done = []
+    storage.write_shard(TINY, 2, 2, tmp_path / "s.nc", progress=done.append)
+    assert done == [100, 100, 100, 100, 32]
+
+
+def test_flags_and_units_reach_the_file(tiny_map):
+    with netCDF4.Dataset(tiny_map) as file:
+        for name, spec in dataset.VARIABLES.items():
+            assert file[name].long_name == spec.long_name
+            assert getattr(file[name], "units", None) == spec.units
+            assert file[name].dtype == np.dtype(spec.dtype)
+        assert file["regime"].flag_values.dtype == file["regime"].dtype == np.int8
+        assert np.isnan(file["growth_rate"]._FillValue)
+        assert "_FillValue" not in file["I1"].ncattrs()  # CF-1.11, section 2.5.1: coordinates are never missing
+        assert file.history.endswith("python -m sweeps")
+
+
+def test_chunks_never_exceed_the_shape_nor_the_room():
+    for shape in [(1,), (3, 4, 4, 3, 3, 2, 1), (3, 1000, 1000), (2, 65537), (5, 65536), (70000, 3), (1, 1, 10**7)]:
+        chunk = storage.chunk_shape(shape)
+        assert all(1 <= c <= n for c, n in zip(chunk, shape, strict=True))
+        assert np.prod(chunk) <= storage.CHUNK_POINTS
+
+
+# Shards that do not make a map
+
+
+def merge_is_refused(paths, tmp_path, *words, definition=TINY):
+    target = tmp_path / "map.nc"
+    target.write_bytes(b"old")
+    with pytest.raises(storage.MapError) as refused:
+        storage.merge(definition, paths, target)
+    for word in words:
+        assert word in str(refused.value)
+    assert target.read_bytes() == b"old"
+    assert not list(tmp_path.glob(".*"))
+
+
+def test_missing_and_double_shards_are_refused(shards, tmp_path):
+    first, second, third = shards
+    merge_is_refused([second, third], tmp_path, "points 0 to 287 are missing")
+    merge_is_refused([first, third], tmp_path, "points 288 to 575 are missing")
+    merge_is_refused([first, second], tmp_path, "points 576 to 863 are missing")
+    merge_is_refused([first, second, third, second], tmp_path, "are given twice")
+    merge_is_refused([first, first, second, third], tmp_path, "points 0 to 287 are given twice")
+
+
+def test_shards_of_different_cuts_are_refused(shards, tmp_path):
+    halves = write_shards(tmp_path, TINY, 2)
+    merge_is_refused([halves[0], *shards[1:]], tmp_path, "points 288 to 431 are given twice")
+
+
+def test_shards_of_another_definition_are_refused(shards, tmp_path):
+    merge_is_refused(shards, tmp_path, shards[0].name, "definition", definition=BODIES)
+
+
+def test_shards_of_other_kernels_are_refused(shards, tmp_path):
+    other = tmp_path / "other.nc"
+    shutil.copy(shards[1], other)
+    with netCDF4.Dataset(other, "a") as file:
+        file.kernel_fingerprint = "0" * 64
+    merge_is_refused([shards[0], other, shards[2]], tmp_path, "other.nc", "kernel_fingerprint")
+
+
+def test_a_map_is_no_shard(tiny_map, tmp_path):
+    merge_is_refused([tiny_map], tmp_path, "first_point: is missing")
+
+
+def test_a_shard_without_a_variable_is_refused(shards, tmp_path):
+    other = tmp_path / "other.nc"
+    with xr.open_dataset(shards[1]) as ds:
+        ds.drop_vars("frequency").to_netcdf(other)
+    merge_is_refused([shards[0], other, shards[2]], tmp_path, "frequency: is missing")
+
+
+@pytest.mark.parametrize("content", [None, b"", b"not netCDF", b"\x89HDF\r\n\x1a\n" + bytes(600)])
+def test_what_is_no_netcdf_is_no_shard(shards, tmp_path, content):
+    other = tmp_path / "other.nc"
+    if content is not None:
+        other.write_bytes(content)
+    merge_is_refused([shards[0], other, shards[2]], tmp_path, "other.nc", "allowed")
+
+
+# A write that fails
+
+
+def full_disk(*_, **__):
+    raise OSError(errno.ENOSPC, "No space left on device")
+
+
+@pytest.mark.parametrize("old", [b"old", None])
+@pytest.mark.parametrize("what", ["shard", "merge", "write_map"])
+@pytest.mark.parametrize("where", ["while writing", "while flushing"])
+def test_a_failing_write_leaves_what_was_there(shards, tiny, tmp_path, monkeypatch, old, what, where):
+    path = tmp_path / "map.nc"
+    if old is not None:
+        path.write_bytes(old)
+    if where == "while flushing":
+        monkeypatch.setattr(os, "fsync", full_disk)
+    else:
+        monkeypatch.setattr(storage, "_copy", full_disk)
+        monkeypatch.setattr(xr.Dataset, "to_netcdf", full_disk)
+    write = {
+        "shard": lambda: storage.write_shard(TINY, 1, 9, path, 1, full_disk if where == "while writing" else len_of),
+        "merge": lambda: storage.merge(TINY, shards, path),
+        "write_map": lambda: storage.write_map(tiny, path),
+    }[what]
+    with pytest.raises(OSError, match="No space left"):
+        write()
+    assert [p.name for p in tmp_path.iterdir()] == (["map.nc"] if old else [])
+    assert old is None or path.read_bytes() == old
+
+
+def len_of(points):
+    assert points > 0
+
+
+def test_a_disk_that_cannot_flush_is_no_failure(tmp_path, monkeypatch):
+    def unsupported(_):
+        raise OSError(errno.EINVAL, "Invalid argument")
+
+    monkeypatch.setattr(os, "fsync", unsupported)
+    with storage.replaced(tmp_path / "deep" / "file") as temporary:
+        temporary.write_text("new")
+    assert (tmp_path / "deep" / "file").read_text() == "new"
+
+
+def test_a_replaced_file_has_the_usual_permissions(tmp_path):
+    usual = tmp_path / "usual"
+    usual.write_text("")
+    with storage.replaced(tmp_path / "file") as temporary:
+        assert temporary.parent == tmp_path  # a rename is atomic within one file system only
+        temporary.write_text("new")
+    assert (tmp_path / "file").stat().st_mode == usual.stat().st_mode
+
+
+# Opening
+
+
+def test_open_map_refuses_what_is_missing_or_foreign(tmp_path, shards, small):
+    with pytest.raises(storage.MapError, match=r"nowhere\.nc: there is no such file"):
+        sweeps.open_map(tmp_path / "nowhere.nc")
+    with pytest.raises(storage.MapError, match="there is no such file"):
+        sweeps.open_map(tmp_path)
+    text = tmp_path / "text.nc"
+    text.write_text("title: not a map")
+    with pytest.raises(storage.MapError, match=r"text\.nc: cannot be read as netCDF"):
+        sweeps.open_map(text)
+    other = tmp_path / "other.nc"
+    small.to_netcdf(other)
+    with pytest.raises(storage.MapError, match="contract_version: is nothing"):
+        sweeps.open_map(other)
+    with pytest.raises(storage.MapError, match="contract_version"):
+        sweeps.open_map(shards[0])
+
+
+def test_open_map_refuses_another_contract_and_missing_variables(tmp_path, tiny):
+    path = tmp_path / "map.nc"
+    tiny.assign_attrs(contract_version="2.0").to_netcdf(path)
+    with pytest.raises(storage.MapError, match=r"contract_version: is 2\.0; allowed: 1\."):
+        sweeps.open_map(path)
+    tiny.assign_attrs(contract_version="1.9").to_netcdf(tmp_path / "later.nc")
+    sweeps.open_map(tmp_path / "later.nc").close()
+    tiny.drop_vars(["status", "regime"]).to_netcdf(tmp_path / "short.nc")
+    with pytest.raises(storage.MapError, match=r"short\.nc: regime: is missing \(2 in all\)"):
+        sweeps.open_map(tmp_path / "short.nc")
+
+
+def test_a_truncated_map_is_refused(tmp_path, tiny_map):
+    half = tmp_path / "half.nc"
+    half.write_bytes(tiny_map.read_bytes()[: tiny_map.stat().st_size // 2])
+    with pytest.raises(storage.MapError, match="cannot be read as netCDF"):
+        sweeps.open_map(half)
+
+
+def test_open_map_passes_options_on(tiny_map, tiny):
+    with sweeps.open_map(tiny_map, chunks={}) as ds:
+        assert ds.omega_squared.chunks
+        assert storage.content_hash(ds) == tiny.attrs["content_hash"]
+
+
+# Writing a Dataset
+
+
+@pytest.mark.parametrize("definition", [TINY, BODIES], ids=["grid", "bodies"])
+def test_write_map_of_a_lazy_dataset_gives_the_same_map(definition, tmp_path):
+    whole = dataset.survey_grid(definition)
+    told = storage.write_map(dataset.survey_grid(definition, chunks=40), tmp_path / "map.nc")
+    assert told == storage.content_hash(whole)
+    with storage.open_map(tmp_path / "map.nc") as ds:
+        assert ds.attrs["content_hash"] == told == storage.content_hash(ds)
+        assert_same_bits(ds, whole)
+
+
+def test_an_opened_map_can_be_written_again(tiny_map, tiny, tmp_path):
+    with sweeps.open_map(tiny_map) as ds:
+        assert storage.write_map(ds, tmp_path / "again.nc") == tiny.attrs["content_hash"]
+
+
+# The content hash
+
+
+def test_the_content_hash_sees_values_names_dimensions_and_types(small):
+    flipped = small.copy(deep=True)
+    flipped["value"][1, 2] = np.nextafter(5.0, 6.0)
+    negative = small.copy(deep=True)
+    negative["value"][0, 0] = -0.0
+    renamed_text = small.assign_coords(name=("y", ["a", "b", "e"]))
+    joined_text = small.assign_coords(name=("y", ["ab", "", "é"]))
+    others = [
+        flipped,
+        negative,
+        renamed_text,
+        joined_text,
+        small.rename(value="other"),
+        small.rename(y="z"),
+        small.transpose("y", "x"),
+        small.assign(flag=small.flag.astype("i2")),
+        small.drop_vars("flag"),
+        small.isel(x=[1, 0]),
+        small.assign(value=(("x", "y"), small["value"].values.reshape(2, 3).T.reshape(2, 3))),
+    ]
+    hashes = [storage.content_hash(ds) for ds in (small, *others)]
+    assert len(set(hashes)) == len(hashes)
+
+
+def test_the_content_hash_sees_no_attribute_encoding_or_order(small):
+    expected = storage.content_hash(small)
+    changed = small.assign_attrs(title="other")
+    changed["value"].attrs["units"] = "m"
+    changed["value"].encoding["zlib"] = True
+    assert storage.content_hash(changed) == expected
+    assert storage.content_hash(small[["flag", "value"]]) == expected
+    assert storage.content_hash(small.assign(value=small["value"].astype(">f8"))) == expected
+    assert storage.content_hash(small.chunk({"x": 1})) == expected
+    fortran = small.assign(value=(("x", "y"), np.asfortranarray(small["value"].values)))
+    assert storage.content_hash(fortran) == expected
+
+
+def test_the_content_hash_does_not_depend_on_the_blocks(small):
+    digest = storage.ContentHash()
+    for name in reversed(list(small.variables)):
+        variable = small.variables[name]
+        digest.declare(name, variable.dims, variable.shape, variable.dtype)
+        for item in variable.values.reshape(-1):
+            digest.update(name, np.array([item]))
+    assert digest.hexdigest() == storage.content_hash(small)
+
+
+def test_shard_numbers_outside_the_cut_are_refused(tmp_path):
+    with pytest.raises(ValueError, match="count"):
+        storage.write_shard(TINY, 1, Grid(TINY).size + 1, tmp_path / "s.nc")
+    assert not list(tmp_path.iterdir())
