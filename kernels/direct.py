@@ -74,9 +74,15 @@ def step(a0, b0, c0, ka, kb, kc):
     a9 = (ka * R9) * (b0 * c8 + b1 * c7 + b2 * c6 + b3 * c5 + b4 * c4 + b5 * c3 + b6 * c2 + b7 * c1 + b8 * c0)
     b9 = (kb * R9) * (c0 * a8 + c1 * a7 + c2 * a6 + c3 * a5 + c4 * a4 + c5 * a3 + c6 * a2 + c7 * a1 + c8 * a0)
     c9 = (kc * R9) * (a0 * b8 + a1 * b7 + a2 * b6 + a3 * b5 + a4 * b4 + a5 * b3 + a6 * b2 + a7 * b1 + a8 * b0)
-    a10 = (ka * R10) * (b0 * c9 + b1 * c8 + b2 * c7 + b3 * c6 + b4 * c5 + b5 * c4 + b6 * c3 + b7 * c2 + b8 * c1 + b9 * c0)  # noqa: E501
-    b10 = (kb * R10) * (c0 * a9 + c1 * a8 + c2 * a7 + c3 * a6 + c4 * a5 + c5 * a4 + c6 * a3 + c7 * a2 + c8 * a1 + c9 * a0)  # noqa: E501
-    c10 = (kc * R10) * (a0 * b9 + a1 * b8 + a2 * b7 + a3 * b6 + a4 * b5 + a5 * b4 + a6 * b3 + a7 * b2 + a8 * b1 + a9 * b0)  # noqa: E501
+    a10 = (ka * R10) * (
+        b0 * c9 + b1 * c8 + b2 * c7 + b3 * c6 + b4 * c5 + b5 * c4 + b6 * c3 + b7 * c2 + b8 * c1 + b9 * c0
+    )
+    b10 = (kb * R10) * (
+        c0 * a9 + c1 * a8 + c2 * a7 + c3 * a6 + c4 * a5 + c5 * a4 + c6 * a3 + c7 * a2 + c8 * a1 + c9 * a0
+    )
+    c10 = (kc * R10) * (
+        a0 * b9 + a1 * b8 + a2 * b7 + a3 * b6 + a4 * b5 + a5 * b4 + a6 * b3 + a7 * b2 + a8 * b1 + a9 * b0
+    )
     a = (((((((((a10 + a9) + a8) + a7) + a6) + a5) + a4) + a3) + a2) + a1) + a0
     b = (((((((((b10 + b9) + b8) + b7) + b6) + b5) + b4) + b3) + b2) + b1) + b0
     c = (((((((((c10 + c9) + c8) + c7) + c6) + c5) + c4) + c3) + c2) + c1) + c0

@@ -28,6 +28,7 @@ from kernels.rigid_body import OPTIONS
 OK, SHORT_WINDOW, NOT_CONVERGED, NON_FINITE = range(4)
 
 W = 32
+EPSILON = float(np.finfo(np.float64).eps)
 
 # Rows of the scratch array, each W long: the state, its steps and the two samples before.
 A, B, C, KA, KB, KC, B1, C1, B2, C2 = (W * r for r in range(10))
@@ -42,8 +43,9 @@ LOPEN, LCAP, LN, LK, LKK, LY, LKY, LFIRST, LLAST = (W * r for r in range(39, 48)
 ROWS = 48
 
 # Columns of the raw result, one row a point, dimensionless.
-RATE2, STDERR, SIZE, SAMPLES, SPACING, SENSE, LOGSLOPE, EFOLDS, EDRIFT, LDRIFT, JDRIFT, HALVING, STEPS = range(13)
-RAW = 13
+RATE2, STDERR, SIZE, FLOOR, SAMPLES, SPACING, SENSE = range(7)
+LOGSLOPE, EFOLDS, EDRIFT, LDRIFT, JDRIFT, HALVING, STEPS = range(7, 14)
+RAW = 14
 
 
 @njit(**OPTIONS)
@@ -101,9 +103,7 @@ def _advance(S, steps):
     """Advance every lane by one sample interval."""
     for _ in range(steps):
         for lane in range(W):
-            a, b, c = direct.step(
-                S[A + lane], S[B + lane], S[C + lane], S[KA + lane], S[KB + lane], S[KC + lane]
-            )
+            a, b, c = direct.step(S[A + lane], S[B + lane], S[C + lane], S[KA + lane], S[KB + lane], S[KC + lane])
             S[A + lane] = a
             S[B + lane] = b
             S[C + lane] = c
@@ -208,7 +208,21 @@ def _halve(S, steps):
 
 
 @njit(**OPTIONS)
-def _unload(S, lane, epsilon, spacing, steps, row):
+def _floor(moments, size):
+    """Size of a rate² (in spin²) that a finite amplitude, or the rounding of the moments, makes by itself.
+
+    With components up to ``size`` the effective Omega² wanders by c_a max(c_b, c_c) size²; a body that can exist has
+    c_i <= 1, and the allowance of 10 size² holds it. A difference of moments is known to one rounding of the greater.
+    """
+    Ia, Ib, Ic = moments
+    ca, cb, cc = rigid_body.euler_coefficients(Ia, Ib, Ic)
+    amplitude = 10.0 * size * size * max(1.0, abs(ca) * max(abs(cb), abs(cc)))
+    rounding = 2.0 * EPSILON * (abs(cb) * max(Ia, Ib) / Ic + abs(cc) * max(Ia, Ic) / Ib)
+    return max(amplitude, rounding)
+
+
+@njit(**OPTIONS)
+def _unload(S, lane, moments, epsilon, spacing, steps, row):
     """Turn one lane's sums into its row of the raw result."""
     used = S[USED + lane]
     row[RATE2], row[STDERR] = measure.estimate(
@@ -225,6 +239,7 @@ def _unload(S, lane, epsilon, spacing, steps, row):
     row[JDRIFT] = S[JD + lane] / S[JS + lane] if S[JS + lane] > 0.0 else 0.0
     difference = math.hypot(S[BH + lane] - S[B + lane], S[CH + lane] - S[C + lane])
     row[HALVING] = difference / math.sqrt(S[LARGEST + lane])
+    row[FLOOR] = _floor(moments, row[SIZE])
 
 
 @njit(nogil=True, **OPTIONS)
@@ -244,7 +259,8 @@ def _run_blocks(I1, I2, I3, axis, omega0, epsilon, phase, spacings, steps, order
         _halve(S, n)
         for lane in range(count):
             i = order[first + lane]
-            _unload(S, lane, epsilon[i], spacings[i], n, raw[i])
+            moments = rigid_body.relabel(I1[i], I2[i], I3[i], axis[i])
+            _unload(S, lane, moments, epsilon[i], spacings[i], n, raw[i])
 
 
 @njit(**OPTIONS)
@@ -311,18 +327,22 @@ def run(points, rotations, samples_per_rotation, tolerance):
 
 
 def _regime(raw, sphere):
-    """Measured regime of each row: from the signed rate², its error, the size reached and the sense of turning."""
-    threshold = np.fmax(5.0 * raw[:, STDERR], 10.0 * raw[:, SIZE] ** 2)
-    marginal = ~(np.abs(raw[:, RATE2]) > threshold)
+    """Measured regime of each row: from the signed rate², its error and floor, and the sense of turning."""
+    marginal = ~(np.abs(raw[:, RATE2]) > np.fmax(5.0 * raw[:, STDERR], raw[:, FLOOR]))
     cases = [sphere, marginal, raw[:, RATE2] < 0.0, raw[:, SENSE] < 0.0]
     kinds = [linear.SPHERE, linear.MARGINAL, linear.UNSTABLE, linear.STABLE_MINOR]
     return np.select(cases, kinds, linear.STABLE_MAJOR).astype(np.int8)
 
 
-def _status(raw, tolerance, intervals):
-    """Status of each row; the halving test allows 4 units of rounding an interval."""
-    not_converged = (raw[:, HALVING] - 1e-15) * intervals > tolerance
-    cases = [~np.isfinite(raw[:, RATE2]), raw[:, SAMPLES] < measure.LEAST_SAMPLES, not_converged]
+def _status(raw, spin, tolerance, intervals):
+    """Status of each row; the halving test allows 4 units of rounding a step, added up as random signs do."""
+    rounding = 4.0 * EPSILON * np.sqrt(raw[:, STEPS])
+    converged = (raw[:, HALVING] - rounding) * intervals <= tolerance
+    not_converged = ~converged  # a halving test that overflowed has failed too
+    short = raw[:, SAMPLES] < measure.LEAST_SAMPLES
+    unmeasured, unfollowed = (~np.isfinite(raw[:, column] * spin) for column in (RATE2, HALVING))
+    # fewer than three samples of a sound motion give no rate either, but that is a short window
+    cases = [unmeasured & (unfollowed | ~short), short, not_converged]
     return np.select(cases, [NON_FINITE, SHORT_WINDOW, NOT_CONVERGED], OK).astype(np.int8)
 
 
@@ -344,21 +364,21 @@ def measured(points, rotations, samples_per_rotation, tolerance):
     """
     raw = run(points, rotations, samples_per_rotation, tolerance)
     I1, I2, I3, _, omega0, _, _ = _point_arrays(points)
-    status = _status(raw, tolerance, round(rotations * samples_per_rotation))
-    known = status != NON_FINITE
+    spin = np.where(np.isfinite(omega0) & (omega0 != 0.0), np.abs(omega0), np.nan)
+    status = _status(raw, spin, tolerance, round(rotations * samples_per_rotation))
+    known = np.isfinite(raw[:, RATE2] * spin)
     regime = np.where(known, _regime(raw, (I1 == I2) & (I2 == I3)), -1).astype(np.int8)
-    spin = np.abs(omega0)
-    omega_squared, stderr = raw[:, RATE2] * spin * spin, raw[:, STDERR] * spin * spin
-    growth_rate, frequency = (np.where(known, rate, np.nan) for rate in linear.rates(omega_squared, regime))
+    # rates come from dimensionless squares: a spin of 1e-150 rad/s squared leaves the normal doubles
+    growth_rate, frequency = (np.where(known, rate * spin, np.nan) for rate in linear.rates(raw[:, RATE2], regime))
     logged = (regime == linear.UNSTABLE) & np.isfinite(raw[:, EFOLDS])
     long = logged & (raw[:, EFOLDS] >= measure.LEAST_EFOLDS)
     return {
-        "omega_squared": omega_squared,
-        "omega_squared_stderr": stderr,
+        "omega_squared": raw[:, RATE2] * spin * spin,
+        "omega_squared_stderr": raw[:, STDERR] * spin * spin,
         "growth_rate": growth_rate,
-        "growth_rate_stderr": _rate_stderr(stderr, growth_rate),
+        "growth_rate_stderr": _rate_stderr(raw[:, STDERR], growth_rate, spin),
         "frequency": frequency,
-        "frequency_stderr": _rate_stderr(stderr, frequency),
+        "frequency_stderr": _rate_stderr(raw[:, STDERR], frequency, spin),
         "growth_rate_logslope": np.where(long, raw[:, LOGSLOPE] * spin, np.nan),
         "e_folds": np.where(logged, raw[:, EFOLDS], np.nan),
         "regime": regime,
@@ -372,9 +392,9 @@ def measured(points, rotations, samples_per_rotation, tolerance):
     }
 
 
-def _rate_stderr(stderr, rate):
-    """Standard error of a rate from that of its square; NaN where the rate is 0."""
-    return np.divide(stderr, 2.0 * rate, out=np.full_like(rate, np.nan), where=rate > 0.0)
+def _rate_stderr(stderr, rate, spin):
+    """Standard error of a rate from that of its square in spin²; NaN where the rate is 0."""
+    return np.divide(0.5 * stderr * spin, rate / spin, out=np.full_like(rate, np.nan), where=rate > 0.0)
 
 
 def theory(points):
@@ -392,11 +412,11 @@ def theory(points):
         triangle_margin (1), regime_theory, shape (int8).
     """
     I1, I2, I3, axis, omega0, _, phase = _point_arrays(points)
-    omega_squared = linear.omega_squared(I1, I2, I3, omega0, axis)
+    spin = np.abs(omega0)
     regime = linear.regime(I1, I2, I3, axis)
-    growth_rate, frequency = linear.rates(omega_squared, regime)
+    growth_rate, frequency = (rate * spin for rate in linear.rates(linear.omega_squared(I1, I2, I3, 1.0, axis), regime))
     return {
-        "omega_squared_theory": omega_squared,
+        "omega_squared_theory": linear.omega_squared(I1, I2, I3, omega0, axis),
         "growth_rate_theory": growth_rate,
         "frequency_theory": frequency,
         "regime_theory": regime,

@@ -337,9 +337,7 @@ class Range(_Strict):
         if self.num == 1:
             return np.full(index.shape, self.start)
         spaced = self._logarithmic if self.spacing == "log" else self._linear
-        # A value a rounding beyond its own range could be one that is not allowed.
-        inside = np.clip(spaced(index), min(self.start, self.stop), max(self.start, self.stop))
-        return np.where(index == 0, self.start, np.where(index == self.num - 1, self.stop, inside))
+        return np.where(index == 0, self.start, np.where(index == self.num - 1, self.stop, spaced(index)))
 
     def _linear(self, index: np.ndarray) -> np.ndarray:
         return index * ((self.stop - self.start) / (self.num - 1)) + self.start
@@ -366,8 +364,10 @@ class Range(_Strict):
         return self
 
     def _values_differ(self) -> bool:
+        """Whether the values run strictly from end to end: then what the ends may be, all may."""
         if self.num <= SPELLED_OUT:
-            steps = np.diff(self.values(np.arange(self.num)))
+            with np.errstate(invalid="ignore"):  # infinite neighbours, which this refuses
+                steps = np.diff(self.values(np.arange(self.num)))
             return bool(np.all(steps > 0) or np.all(steps < 0))
         if self.spacing == "log":  # 10**y at |y| ≤ 308 carries up to 1e-13 of relative rounding
             e_folds = math.log(abs(self.stop)) - math.log(abs(self.start))
@@ -490,12 +490,8 @@ class Body(_Strict):
     I2: Moment = Field(default=None, description="moment of inertia about axis 2, kg m2: finite, > 0")
     I3: Moment = Field(default=None, description="moment of inertia about axis 3, kg m2: finite, > 0")
     ratios: Ratios = Field(default=None, description="{I1, I2, I3} in place of moments, in any one unit")
-    omega0: SpinRate = Field(
-        default=None, description="the body's own spin rate, rad s-1: 1e-150 ≤ |omega0| ≤ 1e150"
-    )
-    epsilon: Epsilon = Field(
-        default=None, description="the body's own size of the nudge, relative: 0 < epsilon < 1"
-    )
+    omega0: SpinRate = Field(default=None, description="the body's own spin rate, rad s-1: 1e-150 ≤ |omega0| ≤ 1e150")
+    epsilon: Epsilon = Field(default=None, description="the body's own size of the nudge, relative: 0 < epsilon < 1")
     phase: Phase = Field(default=None, description="the body's own direction of the nudge, rad: finite")
     axis: Axis = Field(default=None, description="the axis it spins about in nature: 1, 2 or 3")
     source: Prose = Field(default=None, description="where the numbers come from: text")
@@ -567,9 +563,7 @@ class Definition(_Strict):
     axes: Annotated[
         tuple[Axis, ...], AfterValidator(_not_empty), AfterValidator(_different), AfterValidator(_ascending)
     ] = Field((1, 2, 3), description="spin axes to survey: a list of 1, 2, 3, each once")
-    grid: GridEntries = Field(
-        GridEntries(), description="what is varied: a mapping with " + _keys(GridEntries)
-    )
+    grid: GridEntries = Field(GridEntries(), description="what is varied: a mapping with " + _keys(GridEntries))
     bodies: Annotated[tuple[Body, ...], AfterValidator(_not_empty), AfterValidator(_named_once)] = Field(
         default=(), description="a list of bodies, names unique, in place of I1, I2 and I3 in grid"
     )

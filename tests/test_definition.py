@@ -12,16 +12,14 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from pydantic import BaseModel, ValidationError
-from strategies import sweeps
+from strategies import ranges, sweeps
 
 from sweeps import definition as module
 from sweeps.definition import PROPAGATORS, Definition, DefinitionError, load
 
 SHIPPED = sorted((Path(module.__file__).parent / "definitions").glob("*.yaml"))
 GRID = "grid: {I1: 1, I2: 2, I3: 3, omega0: 1}\n"
-LINE = re.compile(
-    r"(?P<file>.+?): (?P<path>[^:]+): (?P<value>.+?) (is|has|holds|makes|cannot) .*; allowed: .+"
-)
+LINE = re.compile(r"(?P<file>.+?): (?P<path>[^:]+): (?P<value>.+?) (is|has|holds|makes|cannot) .*; allowed: .+")
 
 
 def written(folder, text, name="some.yaml"):
@@ -68,9 +66,7 @@ def test_defaults_are_those_of_the_contract(tmp_path):
 
 
 def test_a_mapping_is_a_sweep_too():
-    sweep = load(
-        with_grid(I1=np.linspace(1, 2, 3), I2=np.float32(0.5), I3=range(1, 4)) | {"axes": np.array([3, 1])}
-    )
+    sweep = load(with_grid(I1=np.linspace(1, 2, 3), I2=np.float32(0.5), I3=range(1, 4)) | {"axes": np.array([3, 1])})
     assert (sweep.name, sweep.title) == ("sweep", "sweep")
     assert sweep.grid.I1 == (1.0, 1.5, 2.0)
     assert sweep.grid.I2 == 0.5
@@ -208,7 +204,10 @@ def test_quoted_surrogate_escapes_are_one_character(tmp_path):
 
 
 def test_a_byte_order_mark_and_windows_lines(tmp_path):
-    assert load(written(tmp_path, b"\xef\xbb\xbf" + GRID.replace("\n", "\r\n").encode())).grid.I1 == 1.0
+    mark = b"\xef\xbb\xbf"
+    assert load(written(tmp_path, mark + GRID.replace("\n", "\r\n").encode())).grid.I1 == 1.0
+    tabbed = json.dumps(with_grid(), indent="\t")
+    assert load(written(tmp_path, mark + tabbed.encode())).text == tabbed
 
 
 def test_an_alias_repeats_a_value(tmp_path):
@@ -323,9 +322,7 @@ def test_numbers_elsewhere(value):
         assert f"bodies[0].{name}: " in refusal(with_body(**{name: value}))
     for name in ("rotations", "samples_per_rotation", "tolerance"):
         assert f"integration.{name}: " in refusal(with_grid() | {"integration": {name: value}})
-    assert "bodies[0].observed.period_days: " in refusal(
-        with_body(observed={"period_days": value, "what": "x"})
-    )
+    assert "bodies[0].observed.period_days: " in refusal(with_body(observed={"period_days": value, "what": "x"}))
     assert "axes[1]: " in refusal(with_grid() | {"axes": [1, value]})
     assert "shards: " in refusal(with_grid() | {"shards": value})
     for name in ("start", "stop", "num"):
@@ -507,9 +504,7 @@ def test_bodies_and_grid_share_the_work():
     )
     spinning = [one | {"omega0": 1.0}, two | {"omega0": 2.0}]
     assert "grid.I1: 1.0 is given beside bodies" in refusal({"bodies": spinning, "grid": {"I1": 1.0}})
-    assert "grid.omega0: 3.0 is given although every body" in refusal(
-        {"bodies": spinning, "grid": {"omega0": 3.0}}
-    )
+    assert "grid.omega0: 3.0 is given although every body" in refusal({"bodies": spinning, "grid": {"omega0": 3.0}})
     assert "grid.omega0: (nothing) is missing" in refusal({"bodies": [one, two]})
     assert "grid.omega0: (nothing) is missing" in refusal({"bodies": [spinning[0], two]})
     some = {"bodies": [spinning[0], two], "grid": {"omega0": [1.0, 2.0]}}
@@ -521,6 +516,12 @@ def test_bodies_and_grid_share_the_work():
     assert "bodies[1].name: 'a' is an earlier body's name" in refusal(twice)
     assert load({"bodies": spinning}).bodies[1].moments == (1.0, 1.0, 1.0)
     assert load({"bodies": [spinning[0], two], "grid": {"omega0": 5}}).grid.omega0 == 5.0
+
+
+def test_another_systems_keys_are_not_called_unknown():
+    message = refusal({"system": "symmetric_top", "grid": {"ratio": 0.5, "omega3": 1.0, "half_angle": 0.1}})
+    assert message.startswith("definition: system: 'symmetric_top' is not available; allowed: rigid_body")
+    assert len(message.splitlines()) == 1
 
 
 def test_many_problems_fit_on_a_screen():
@@ -557,9 +558,7 @@ JUNK = st.recursive(
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=4), inner, max_size=3),
     max_leaves=6,
 )
-KEYS = st.sampled_from(
-    [*Definition.model_fields, "I1", "omega0", "start", "num", "name", "ratios", "rotations"]
-)
+KEYS = st.sampled_from([*Definition.model_fields, "I1", "omega0", "start", "num", "name", "ratios", "rotations"])
 NEARLY = st.recursive(
     JUNK | st.just(1.0) | st.just([1, 2]),
     lambda inner: st.dictionaries(KEYS, inner, max_size=5) | st.lists(inner, max_size=3),
@@ -612,9 +611,7 @@ def test_any_file_is_a_definition_or_refused_in_words(tmp_path, content):
 )
 def test_ranges_are_numpys_in_any_part(start, stop, num):
     for spacing, numpys in (("linear", np.linspace), ("log", np.geomspace)):
-        spaced = load(
-            with_grid(omega0={"start": start, "stop": stop, "num": num, "spacing": spacing})
-        ).grid.omega0
+        spaced = load(with_grid(omega0={"start": start, "stop": stop, "num": num, "spacing": spacing})).grid.omega0
         values = spaced.values(np.arange(num))
         # NumPy's pow is within 4 units in the last place
         np.testing.assert_allclose(values, numpys(start, stop, num), rtol=1e-15 if spacing == "log" else 0)
@@ -624,10 +621,19 @@ def test_ranges_are_numpys_in_any_part(start, stop, num):
             np.testing.assert_array_equal(spaced.values(np.arange(index, num)), values[index:])
 
 
+@given(st.booleans(), ranges(1e-100, 1e100, most=50))
+@settings(max_examples=100, deadline=None, derandomize=True)
+def test_both_ends_of_any_range_are_exact(negative, entry):
+    if negative:
+        entry |= {"start": -entry["start"], "stop": -entry["stop"]}
+    values = load(with_grid(omega0=entry)).grid.omega0.values(np.arange(entry["num"]))
+    assert (values[0], values[-1]) == (entry["start"], entry["stop"])
+    steps = np.diff(values) * np.sign(entry["stop"] - entry["start"])
+    assert np.all(steps > 0)
+
+
 def test_decades_are_the_numbers_people_write():
-    spaced = load(
-        with_grid(omega0={"start": 1e-150, "stop": 1e150, "num": 301, "spacing": "log"})
-    ).grid.omega0
+    spaced = load(with_grid(omega0={"start": 1e-150, "stop": 1e150, "num": 301, "spacing": "log"})).grid.omega0
     assert spaced.values(np.arange(301)).tolist() == [float(f"1e{decade}") for decade in range(-150, 151)]
 
 
@@ -692,9 +698,7 @@ def test_every_key_says_what_it_is_and_in_which_unit():
 
 def test_reading_a_definition_loads_nothing_heavy():
     code = "import sys, sweeps.definition, sweeps.grid; print(*sys.modules)"
-    loaded = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True
-    ).stdout.split()
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     assert not {"numba", "xarray", "netCDF4", "matplotlib", "scipy", "pandas"} & set(loaded)
 
 

@@ -1,0 +1,545 @@
+r"""The free asymmetric top in closed form, any body, any start, any time; and the exact step.
+
+**Equations.**  Principal moments ``I_1, I_2, I_3`` (kg m2), angular velocity in the body ``w_i`` (rad/s),
+(i, j, k) cyclic, ``c_i = (I_j - I_k)/I_i``::
+
+    dw_i/dt = c_i w_j w_k
+
+**One variable.**  ``X_i = c_j c_k w_i^2`` obeys ``dX_i/dt = 2 c_1 c_2 c_3 w_1 w_2 w_3``, the same for all three:
+the differences of the X are constants of the motion, and everything follows from their order.  The middle
+axis has ``c_j c_k >= 0``, the two others ``<= 0``.  Name the axes s (greatest X, always the middle axis),
+c (middle X) and d (least X), and write::
+
+    p^2    = X_s - X_d = |c_c c_s| w_d^2 + |c_c c_d| w_s^2
+    m p^2  = X_s - X_c = |c_c c_d| w_s^2 + |c_s c_d| w_c^2
+    m1 p^2 = X_c - X_d = |c_c c_s| w_d^2 - |c_s c_d| w_c^2,      m1 = 1 - m
+
+Then ``w_s = A_s sn u, w_c = A_c cn u, w_d = A_d dn u`` with ``u = p t + u0`` and parameter m, because
+``sn' = cn dn, cn' = -sn dn, dn' = -m sn cn`` turn the equations of motion into::
+
+    p A_s = c_s A_c A_d,    -p A_c = c_c A_s A_d,    -m p A_d = c_d A_s A_c
+
+whose products give ``p^2 = -c_c c_s A_d^2``, ``m p^2 = c_c c_d A_s^2`` and ``A_c^2 = -(c_c/c_s) A_s^2``.
+In the usual words, d is the axis of greatest moment where ``L^2 > 2 E I_mid`` and of least moment where
+``L^2 < 2 E I_mid``; with ``I_min <= I_mid <= I_max``::
+
+    N  = L^2 - 2 E I_mid = I_max (I_max - I_mid) w_max^2 - I_min (I_mid - I_min) w_min^2
+    m1 = |c_mid| |N|/(I_min I_max p^2)
+
+N is the one true difference.  It is formed in double-double with the differences of the moments exact, so m1
+has its full relative precision however near the separatrix (m1 = 0) the motion is.
+
+**Any time.**  The addition theorems with the amplitudes eliminated by the three relations above, where sn, cn
+and dn are those of ``p t`` and ``S = sn/p``::
+
+    D      = cn^2 + sn^2 D0^2,               D0 = sqrt|c_c c_s| |w_d|/p
+    w_s(t) = (w_s cn dn + c_s S w_c w_d)/D
+    w_c(t) = (w_c cn    + c_c S w_s w_d dn)/D
+    w_d(t) = (w_d dn    + c_d S w_s w_c cn)/D
+
+D is ``1 - m sn^2 sn0^2`` as a sum of squares (D0 = dn u0).  There is no starting phase, and no small component
+is ever the difference of large ones, for no term over D exceeds its component's amplitude: a perturbation
+keeps its relative digits, about the middle axis too.  Where p = 0 (nothing turns, or the secular drift of a
+symmetric top spinning about a transverse axis) ``S = t``.
+
+**The exact step.**  Subtract the addition theorems at ``v + delta`` and ``v - delta``, ``delta = p h/2``; their
+denominator cancels against that of ``w_j(t+h) w_k(t) + w_j(t) w_k(t+h)``::
+
+    w_i(t+h) - w_i(t) = q_i [w_j(t+h) w_k(t) + w_j(t) w_k(t+h)],     q_i = g_i c_i h/2
+    g_s = sn/(delta cn dn),   g_c = sn dn/(delta cn),   g_d = sn cn/(delta dn)
+
+with sn, cn and dn those of delta.  This is linear in w(t+h); with ``A_i = q_j q_k w_i^2`` and
+``Q = q_1 q_2 q_3 w_1 w_2 w_3`` Cramer's rule gives::
+
+    w_i(t+h) = w_i + 2 [w_i (A_j + A_k) + q_i w_j w_k (1 + A_i)]/(1 - A_1 - A_2 - A_3 - 2 Q)
+
+With g = 1 it is the Hirota-Kimura discretisation, of order two; with g as above it is exact for delta < K.
+Each step rounds the state, which moves it to a neighbouring trajectory: over n steps the phase is off by some
+``1e-16 n^(3/2) p h/m1`` at most.
+
+**Scales.**  Moments enter through ratios only.  Moments and angular velocity are each divided by the power of
+two next above the largest, which is exact: common scales of moments from 1e-300 to 1e300 and of angular velocity
+from 1e-300 to 1e300 neither overflow nor underflow.  Perturbations below 1e-150 of the spin still grow and turn
+as they should, but m1, of the order of their square, has underflowed, and the return after a flip is lost.
+
+Sources: Landau and Lifshitz, Mechanics, section 37 (equations 37.17-37.20 are not used); DLMF 22.6 and 22.8;
+Hirota and Kimura, J. Phys. Soc. Jpn 69 (2000) 627.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from kernels.elliptic import (
+    EXACT,
+    LANES,
+    LANES_CONTRACT,
+    RUNGS,
+    K,
+    argument,
+    climb,
+    double_product,
+    jacobi,
+    jacobi_short,
+    ladder,
+    separatrix_functions,
+    two_product,
+    two_sum,
+)
+
+
+@njit(**LANES)
+def unit_of(x1, x2, x3):
+    """The power of two next above the largest of three magnitudes; 1 where all are zero."""
+    _, exponent = math.frexp(max(abs(x1), abs(x2), abs(x3)))
+    return math.ldexp(1.0, min(exponent, 1023))
+
+
+@njit(**LANES)
+def scaled(x1, x2, x3):
+    """Three numbers in a unit that is their own, and the unit: ``(x1/unit, x2/unit, x3/unit, unit)``."""
+    unit = unit_of(x1, x2, x3)
+    return x1 / unit, x2 / unit, x3 / unit, unit
+
+
+@njit(**LANES)
+def coefficients(I1, I2, I3):
+    """``c_i = (I_j - I_k)/I_i`` of Euler's equations, dimensionless; the differences before the ratios."""
+    return (I2 - I3) / I1, (I3 - I1) / I2, (I1 - I2) / I3
+
+
+@njit(**LANES)
+def pick(axis, x1, x2, x3):
+    """The value that belongs to ``axis`` (1, 2 or 3)."""
+    return x1 if axis == 1 else (x2 if axis == 2 else x3)
+
+
+@njit(**LANES)
+def by_role(sn_axis, cn_axis, dn_axis, x1, x2, x3):
+    """Values of the axes 1, 2, 3 in the order of the roles sn, cn, dn."""
+    return pick(sn_axis, x1, x2, x3), pick(cn_axis, x1, x2, x3), pick(dn_axis, x1, x2, x3)
+
+
+@njit(**LANES)
+def by_axis(sn_axis, cn_axis, x_s, x_c, x_d):
+    """Values of the roles sn, cn, dn in the order of the axes 1, 2, 3."""
+    x1 = x_s if sn_axis == 1 else (x_c if cn_axis == 1 else x_d)
+    x2 = x_s if sn_axis == 2 else (x_c if cn_axis == 2 else x_d)
+    x3 = x_s if sn_axis == 3 else (x_c if cn_axis == 3 else x_d)
+    return x1, x2, x3
+
+
+@njit(**LANES)
+def order(I1, I2, I3):
+    """Axes (1, 2, 3) of the least, the middle and the greatest moment; three different ones, ties or not."""
+    greatest = 1 if (I1 >= I2) & (I1 >= I3) else (2 if I2 >= I3 else 3)
+    least = 3 if (I3 <= I1) & (I3 <= I2) else (2 if I2 <= I1 else 1)
+    return least, 6 - least - greatest, greatest
+
+
+@njit(**LANES)
+def separatrix_offset(I_min, I_mid, I_max, w_min, w_max):
+    """``L^2 - 2 E I_mid = I_max (I_max - I_mid) w_max^2 - I_min (I_mid - I_min) w_min^2``, in double-double.
+
+    Error 1e-30 of the greater term.  Must not be compiled with contraction: the error terms depend on it.
+    """
+    gap, e = two_sum(I_max, -I_mid)
+    ah, al = double_product(gap, e, I_max, 0.0)
+    bh, bl = two_product(w_max, w_max)
+    ah, al = double_product(ah, al, bh, bl)
+    gap, e = two_sum(I_mid, -I_min)
+    bh, bl = double_product(gap, e, I_min, 0.0)
+    wh, wl = two_product(w_min, w_min)
+    bh, bl = double_product(bh, bl, wh, wl)
+    difference, e = two_sum(ah, -bh)
+    return difference + (e + (al - bl))
+
+
+@njit(**LANES)
+def constants(I1, I2, I3, w1, w2, w3):
+    """Constants of a trajectory as ``trajectory`` has them, straight-line code for loops over lanes.
+
+    For moments and angular velocities near one (the largest of each between 1e-50 and 1e50), p in the unit of w.
+    """
+    least, sn_axis, greatest = order(I1, I2, I3)
+    I_min, I_mid, I_max = by_role(least, sn_axis, greatest, I1, I2, I3)
+    w_min, w_s, w_max = by_role(least, sn_axis, greatest, w1, w2, w3)
+    N = separatrix_offset(I_min, I_mid, I_max, w_min, w_max)
+    b_min, b_s, b_max = (I_max - I_mid) / I_min, (I_max - I_min) / I_mid, (I_mid - I_min) / I_max
+    above = N >= 0.0
+    b_c, b_d = (b_min, b_max) if above else (b_max, b_min)
+    w_c, w_d = (w_min, w_max) if above else (w_max, w_min)
+    p2 = b_c * b_s * (w_d * w_d) + b_c * b_d * (w_s * w_s)
+    safe = p2 if p2 > 0.0 else 1.0
+    m = min(1.0, b_d * (b_c * (w_s * w_s) + b_s * (w_c * w_c)) / safe) if p2 > 0.0 else 0.0
+    m1 = min(1.0, b_s * ((abs(N) / I_min) / I_max) / safe) if p2 > 0.0 else 1.0
+    return math.sqrt(p2), m, m1, sn_axis, (least if above else greatest), (greatest if above else least)
+
+
+@njit(**EXACT)
+def trajectory(I1, I2, I3, w1, w2, w3):
+    """Constants of a trajectory: elliptic frequency, parameter and the roles of the axes.
+
+    Parameters
+    ----------
+    I1, I2, I3 : float
+        Principal moments of inertia, kg m2, > 0.
+    w1, w2, w3 : float
+        Angular velocity at the start, rad/s.
+
+    Returns
+    -------
+    p : float
+        Elliptic frequency, rad/s: the arguments of sn, cn and dn advance by ``p t``.
+    m, m1 : float
+        Parameter and complement ``1 - m``, each with its own relative precision.  Where p = 0, m = 0.
+    sn_axis, cn_axis, dn_axis : int
+        Axes (1, 2, 3) on which sn, cn and dn run: sn on the middle axis, dn on the one the polhode goes round.
+    """
+    I1, I2, I3, _ = scaled(I1, I2, I3)
+    w1, w2, w3, unit = scaled(w1, w2, w3)
+    p, m, m1, sn_axis, cn_axis, dn_axis = constants(I1, I2, I3, w1, w2, w3)
+    return p * unit, m, m1, sn_axis, cn_axis, dn_axis
+
+
+@njit(**LANES_CONTRACT)
+def advance(w_s, w_c, w_d, c_s, c_c, c_d, p, t, sn, cn, dn):
+    """The addition theorems: components by role, a time t later; (sn, cn, dn) are those of ``p t``.
+
+    Numerators and D are divided by the square of ``r = max(dn, |sn| D0)``, so that neither underflows near
+    the separatrix, where cn and dn get as small as sqrt(m1).
+    """
+    S = sn / p if p > 0.0 else t
+    D0 = math.sqrt(abs(c_c * c_s)) * (abs(w_d) / p) if p > 0.0 else 1.0
+    r = max(dn, abs(sn) * D0)
+    if r == 0.0:  # an exact spin about the middle axis, when cn and dn have underflowed
+        return w_s, w_c, w_d
+    cr, dr, sr = cn / r, dn / r, sn * D0 / r
+    x_c, x_d = w_c / r, w_d / r
+    D = cr * cr + sr * sr
+    return (
+        (w_s * cr * dr + c_s * S * x_c * x_d) / D,
+        (x_c * cr + c_c * S * w_s * (x_d * dr)) / D,
+        (x_d * dr + c_d * S * w_s * (x_c * cr)) / D,
+    )
+
+
+@njit(**EXACT)
+def at_time(I1, I2, I3, w1, w2, w3, t):
+    """Angular velocity a time t after the start.
+
+    Parameters
+    ----------
+    I1, I2, I3 : float
+        Principal moments of inertia, kg m2, > 0.
+    w1, w2, w3 : float
+        Angular velocity at the start, rad/s.
+    t : float
+        Time, s, of any sign.
+
+    Returns
+    -------
+    w1, w2, w3 : float
+        Angular velocity, rad/s.  Error at most ``1e-15 (1 + |w| |t| + p |t|) max|w|``, or a few roundings of the
+        inputs times the solution's sensitivity to them where that is more.  Each transverse component of a
+        perturbed spin is right relative to the transverse size.
+    """
+    I1, I2, I3, _ = scaled(I1, I2, I3)
+    w1, w2, w3, unit = scaled(w1, w2, w3)
+    t *= unit
+    p, m, m1, sn_axis, cn_axis, dn_axis = constants(I1, I2, I3, w1, w2, w3)
+    c1, c2, c3 = coefficients(I1, I2, I3)
+    c_s, c_c, c_d = by_role(sn_axis, cn_axis, dn_axis, c1, c2, c3)
+    w_s, w_c, w_d = by_role(sn_axis, cn_axis, dn_axis, w1, w2, w3)
+    sn, cn, dn = jacobi(p * t, m, m1)
+    w_s, w_c, w_d = advance(w_s, w_c, w_d, c_s, c_c, c_d, p, t, sn, cn, dn)
+    w1, w2, w3 = by_axis(sn_axis, cn_axis, w_s, w_c, w_d)
+    return w1 * unit, w2 * unit, w3 * unit
+
+
+@njit(**EXACT)
+def fill_rotation(moments, start, times, out):
+    """``at_time`` at every one of ``times`` (n,), into ``out`` (n, 3); what is constant is computed once."""
+    I1, I2, I3, _ = scaled(moments[0], moments[1], moments[2])
+    w1, w2, w3, unit = scaled(start[0], start[1], start[2])
+    p, m, m1, sn_axis, cn_axis, dn_axis = constants(I1, I2, I3, w1, w2, w3)
+    c1, c2, c3 = coefficients(I1, I2, I3)
+    c_s, c_c, c_d = by_role(sn_axis, cn_axis, dn_axis, c1, c2, c3)
+    w_s, w_c, w_d = by_role(sn_axis, cn_axis, dn_axis, w1, w2, w3)
+    rungs = np.empty((2, RUNGS))
+    n, ah, al = ladder(m, m1, rungs) if m1 > 0.0 else (0, 0.0, 0.0)
+    for i in range(times.shape[0]):
+        t = times[i] * unit
+        sn, cn, dn = climb(p * t, m, rungs, n, ah, al) if m1 > 0.0 else separatrix_functions(p * t)
+        x_s, x_c, x_d = advance(w_s, w_c, w_d, c_s, c_c, c_d, p, t, sn, cn, dn)
+        x1, x2, x3 = by_axis(sn_axis, cn_axis, x_s, x_c, x_d)
+        out[i, 0], out[i, 1], out[i, 2] = x1 * unit, x2 * unit, x3 * unit
+
+
+def rotation(moments, omega_start, times):
+    """Angular velocity of a free rigid body in its principal axes, in closed form.
+
+    Solves ``I_i dw_i/dt = (I_j - I_k) w_j w_k``, (i, j, k) cyclic, by Jacobi's elliptic functions.
+
+    Parameters
+    ----------
+    moments : array_like, shape (3,)
+        Principal moments of inertia, kg m2, finite and > 0.  The triangle inequality is not asked for.
+    omega_start : array_like, shape (3,)
+        Angular velocity at time zero, rad/s, finite.
+    times : array_like, shape (n,)
+        Times, s, in any order and of any sign.
+
+    Returns
+    -------
+    numpy.ndarray, shape (n, 3)
+        Angular velocity, rad/s; errors as for ``at_time``.
+
+    Raises
+    ------
+    ValueError
+        If a shape or a value is none of these.
+    """
+    moments, start, times = (np.asarray(x, dtype=np.float64, order="C") for x in (moments, omega_start, times))
+    if moments.shape != (3,) or not (np.isfinite(moments).all() and (moments > 0.0).all()):
+        raise ValueError(f"moments must be three finite numbers above zero, not {moments}")
+    if start.shape != (3,) or not np.isfinite(start).all():
+        raise ValueError(f"omega_start must be three finite numbers, not {start}")
+    if times.ndim != 1 or not np.isfinite(times).all():
+        raise ValueError("times must be a one-dimensional array of finite numbers")
+    out = np.empty((times.size, 3))
+    fill_rotation(moments, start, times, out)
+    return out
+
+
+@njit(**LANES_CONTRACT)
+def step_coefficients(c_s, c_c, c_d, p, h, sn, cn, dn):
+    """``q = g c h/2`` of the exact step, by role; (sn, cn, dn) are those of ``p h/2``.
+
+    ``q_s = c_s S/(cn dn), q_c = c_c S dn/cn, q_d = c_d S cn/dn`` with ``S = sn/p``, or h/2 where p = 0.
+    """
+    S = sn / p if p > 0.0 else h / 2
+    return c_s * S / (cn * dn), c_c * S * dn / cn, c_d * S * cn / dn
+
+
+@njit(**EXACT)
+def step_constants(I1, I2, I3, w1, w2, w3, h):
+    """Coefficients of the exact step of one length, for the trajectory of one start.
+
+    Parameters
+    ----------
+    I1, I2, I3 : float
+        Principal moments of inertia, kg m2, > 0.
+    w1, w2, w3 : float
+        Angular velocity anywhere on the trajectory, rad/s.
+    h : float
+        Length of the step, s, of any sign.  Keep ``p |h|/2`` below 0.9 K; at K the coefficients are infinite.
+
+    Returns
+    -------
+    q1, q2, q3 : float
+        What ``step`` asks for, s.
+    """
+    I1, I2, I3, _ = scaled(I1, I2, I3)
+    w1, w2, w3, unit = scaled(w1, w2, w3)
+    h *= unit
+    p, m, m1, sn_axis, cn_axis, dn_axis = constants(I1, I2, I3, w1, w2, w3)
+    c1, c2, c3 = coefficients(I1, I2, I3)
+    c_s, c_c, c_d = by_role(sn_axis, cn_axis, dn_axis, c1, c2, c3)
+    sn, cn, dn = jacobi(0.5 * p * h, m, m1)
+    q_s, q_c, q_d = step_coefficients(c_s, c_c, c_d, p, h, sn, cn, dn)
+    q1, q2, q3 = by_axis(sn_axis, cn_axis, q_s, q_c, q_d)
+    return q1 / unit, q2 / unit, q3 / unit
+
+
+@njit(**LANES)
+def short_step_constants(I1, I2, I3, w1, w2, w3, h):
+    """``step_constants`` for ``p |h| <= 1``, with neither branch nor loop, for loops over lanes.
+
+    Moments and angular velocities near one (the largest of each between 1e-50 and 1e50).
+    """
+    p, m, _, sn_axis, cn_axis, dn_axis = constants(I1, I2, I3, w1, w2, w3)
+    c1, c2, c3 = coefficients(I1, I2, I3)
+    c_s, c_c, c_d = by_role(sn_axis, cn_axis, dn_axis, c1, c2, c3)
+    sn, cn, dn = jacobi_short(0.5 * p * h, m)
+    q_s, q_c, q_d = step_coefficients(c_s, c_c, c_d, p, h, sn, cn, dn)
+    return by_axis(sn_axis, cn_axis, q_s, q_c, q_d)
+
+
+@njit(**LANES_CONTRACT)
+def step(w1, w2, w3, q1, q2, q3):
+    """One exact step, ``w_i + 2 [w_i (A_j + A_k) + q_i w_j w_k (1 + A_i)]/(1 - A_1 - A_2 - A_3 - 2 Q)``.
+
+    ``A_i = q_j q_k w_i^2``, ``Q = q_1 q_2 q_3 w_1 w_2 w_3``: some 40 operations and one division, straight
+    through.  A loop over lanes that calls it compiles to packed code.
+
+    Parameters
+    ----------
+    w1, w2, w3 : float
+        Angular velocity, rad/s.
+    q1, q2, q3 : float
+        Coefficients from ``step_constants``, s.
+
+    Returns
+    -------
+    w1, w2, w3 : float
+        Angular velocity one step later, rad/s.
+    """
+    q12, q13 = q1 * w2, q1 * w3
+    q21, q23 = q2 * w1, q2 * w3
+    q31, q32 = q3 * w1, q3 * w2
+    A1, A2, A3 = q21 * q31, q12 * q32, q13 * q23
+    r = 2 / (1 - (A1 + A2 + A3) - 2 * (q12 * q23 * q31))
+    return (
+        w1 + r * (w1 * (A2 + A3) + q12 * w3 * (1 + A1)),
+        w2 + r * (w2 * (A1 + A3) + q21 * w3 * (1 + A2)),
+        w3 + r * (w3 * (A1 + A2) + q31 * w2 * (1 + A3)),
+    )
+
+
+@njit(**EXACT)
+def amplitudes(I1, I2, I3, w1, w2, w3):
+    """Amplitudes ``(A_s, A_c, A_d)``, rad/s, with ``A_c >= 0``, A_d of the sign of w_d, A_s of that of c_s A_d.
+
+    ``A_s^2 = w_s^2 + |c_s/c_c| w_c^2``, ``A_c^2 = w_c^2 + |c_c/c_s| w_s^2``, ``A_d^2 = w_d^2 + |c_d/c_s| w_s^2``.
+    For a sphere, whose ratios are 0/0, ``|c_c/c_s|`` counts as one.  Moments in kg m2, start in rad/s.
+    """
+    I1, I2, I3, _ = scaled(I1, I2, I3)
+    w1, w2, w3, unit = scaled(w1, w2, w3)
+    _, _, _, sn_axis, cn_axis, dn_axis = constants(I1, I2, I3, w1, w2, w3)
+    c1, c2, c3 = coefficients(I1, I2, I3)
+    c_s, c_c, c_d = by_role(sn_axis, cn_axis, dn_axis, c1, c2, c3)
+    w_s, w_c, w_d = by_role(sn_axis, cn_axis, dn_axis, w1, w2, w3)
+    turning = (c_s != 0.0) & (c_c != 0.0)
+    ratio = math.sqrt(abs(c_c / c_s)) if turning else 1.0
+    nod = math.sqrt(abs(c_d / c_s)) if turning else 0.0
+    A_d = math.copysign(math.hypot(w_d, nod * w_s), w_d)
+    A_s = math.copysign(math.hypot(w_s, w_c / ratio), c_s * A_d)
+    return A_s * unit, math.hypot(w_c, ratio * w_s) * unit, A_d * unit
+
+
+@njit(**EXACT)
+def phase(I1, I2, I3, w1, w2, w3):
+    """Starting argument u0 in [-2K, 2K]: ``w_s = A_s sn(p t + u0)``, w_c and w_d likewise with cn and dn.
+
+    Amplitudes as ``amplitudes`` has them.  Zero for an exact spin about the least or greatest axis, infinite for
+    one about the middle axis, the far end of its separatrix.  Moments in kg m2, start in rad/s.
+    """
+    _, m, m1, sn_axis, cn_axis, _ = trajectory(I1, I2, I3, w1, w2, w3)
+    A_s, A_c, _ = amplitudes(I1, I2, I3, w1, w2, w3)
+    sn = pick(sn_axis, w1, w2, w3) / A_s if A_s != 0.0 else 0.0
+    cn = pick(cn_axis, w1, w2, w3) / A_c if A_c != 0.0 else 1.0
+    return argument(sn, cn, m, m1)
+
+
+@njit(**EXACT)
+def frequency(I1, I2, I3, w1, w2, w3):
+    """Angular frequency ``pi p/(2 K)``, rad/s, of the motion of the angular velocity in the body.
+
+    About a stable axis it tends to sqrt(Omega^2) as the perturbation does to zero, and has that value at zero.
+    Zero on the separatrix, for an exact spin about the middle axis, and where p = 0 (a sphere; a symmetric top
+    spinning about a transverse axis).  Moments in kg m2, start in rad/s.
+    """
+    p, m, m1, _, _, _ = trajectory(I1, I2, I3, w1, w2, w3)
+    return 0.5 * math.pi / K(m, m1) * p
+
+
+@njit(**EXACT)
+def flip_period(I1, I2, I3, w1, w2, w3):
+    """Time ``2 K/p``, s, after which the sn and the cn component have changed sign.
+
+    For a start about the middle axis, the time between two flips of the spin; for one about a stable axis, half
+    a turn of the perturbation.  Infinite, never NaN, where ``frequency`` is zero: on the separatrix, for an exact
+    spin about the middle axis, and where p = 0.  Moments in kg m2, start in rad/s.
+    """
+    p, m, m1, _, _, _ = trajectory(I1, I2, I3, w1, w2, w3)
+    return 2.0 * K(m, m1) / p if p > 0.0 else np.inf
+
+
+@njit(**EXACT)
+def period(I1, I2, I3, w1, w2, w3):
+    """Period ``4 K/p``, s, of the angular velocity in the body; infinite where ``frequency`` is zero.
+
+    On a symmetric top this is the turn about its own axis.  Moments in kg m2, start in rad/s.
+    """
+    return 2.0 * flip_period(I1, I2, I3, w1, w2, w3)
+
+
+@njit(**EXACT)
+def is_stationary(I1, I2, I3, w1, w2, w3):
+    """Whether every ``dw_i/dt = (I_j - I_k) w_j w_k/I_i`` is exactly zero."""
+    return (
+        ((I2 == I3) | (w2 == 0.0) | (w3 == 0.0))
+        & ((I3 == I1) | (w3 == 0.0) | (w1 == 0.0))
+        & ((I1 == I2) | (w1 == 0.0) | (w2 == 0.0))
+    )
+
+
+@njit(**EXACT)
+def extremes(I1, I2, I3, w1, w2, w3):
+    """Least and greatest value of each component over all time, past and to come.
+
+    The sn and cn components run over ``[-|A|, |A|]``, the dn component over ``A_d [sqrt(m1), 1]``.  On the
+    separatrix cn keeps its sign and the ends are limits.  What stands still has its own value twice.
+
+    Parameters
+    ----------
+    I1, I2, I3 : float
+        Principal moments of inertia, kg m2, > 0.
+    w1, w2, w3 : float
+        Angular velocity at the start, rad/s.
+
+    Returns
+    -------
+    min1, max1, min2, max2, min3, max3 : float
+        Angular velocity, rad/s.
+    """
+    if is_stationary(I1, I2, I3, w1, w2, w3):
+        return w1, w1, w2, w2, w3, w3
+    _, _, m1, sn_axis, cn_axis, dn_axis = trajectory(I1, I2, I3, w1, w2, w3)
+    A_s, A_c, A_d = amplitudes(I1, I2, I3, w1, w2, w3)
+    _, w_c, w_d = by_role(sn_axis, cn_axis, dn_axis, w1, w2, w3)
+    A_s, near, far = abs(A_s), math.sqrt(m1) * abs(A_d), abs(A_d)
+    c_low = 0.0 if (m1 == 0.0) & (w_c > 0.0) else -A_c
+    c_high = 0.0 if (m1 == 0.0) & (w_c < 0.0) else A_c
+    d_low, d_high = (near, far) if w_d >= 0.0 else (-far, -near)
+    min1, min2, min3 = by_axis(sn_axis, cn_axis, -A_s, c_low, d_low)
+    max1, max2, max3 = by_axis(sn_axis, cn_axis, A_s, c_high, d_high)
+    return min1, max1, min2, max2, min3, max3
+
+
+@njit(**EXACT)
+def max_tilt(I1, I2, I3, w1, w2, w3, axis):
+    """Largest angle over all time between the angular velocity and the end of an axis that it starts near.
+
+    That end is the positive one where ``w_axis >= 0``, else the negative one.  ``tan^2`` of the angle is a ratio
+    of two linear functions of X (module's docstring), so its extremes stand at sn = 0 and at cn = 0.  On the
+    separatrix it is a limit; where nothing moves, the angle itself, and 0 where nothing turns.
+
+    Parameters
+    ----------
+    I1, I2, I3 : float
+        Principal moments of inertia, kg m2, > 0.
+    w1, w2, w3 : float
+        Angular velocity at the start, rad/s.
+    axis : int
+        1, 2 or 3.
+
+    Returns
+    -------
+    float
+        Angle, rad, from 0 to pi.
+    """
+    w1, w2, w3, _ = scaled(w1, w2, w3)
+    if is_stationary(I1, I2, I3, w1, w2, w3):
+        across = pick(axis, math.hypot(w2, w3), math.hypot(w3, w1), math.hypot(w1, w2))
+        return math.atan2(across, abs(pick(axis, w1, w2, w3)))
+    _, _, m1, sn_axis, cn_axis, _ = trajectory(I1, I2, I3, w1, w2, w3)
+    A_s, A_c, A_d = amplitudes(I1, I2, I3, w1, w2, w3)
+    A_s, near, far = abs(A_s), math.sqrt(m1) * abs(A_d), abs(A_d)
+    if axis == sn_axis:
+        return math.pi - math.atan2(near, A_s)
+    if axis == cn_axis:
+        return math.pi - math.atan2(far, A_c) if m1 > 0.0 else 0.5 * math.pi
+    return max(math.atan2(A_c, far), math.atan2(A_s, near))

@@ -1,0 +1,164 @@
+"""Elliptic functions and integrals against mpmath, at both ends of the parameter."""
+
+import math
+from fractions import Fraction
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+from kernels import elliptic
+
+SMALL = [0.0, *(10.0**-k for k in (300, 200, 100, 40, 30, 20, 16, 14, 12, 9, 6, 4, 3, 2, 1)), 0.3, 0.5]
+PARAMETERS = [(x, 1.0 - x) for x in SMALL] + [(1.0 - x, x) for x in SMALL]
+BAR = 4e-16  # absolute, times 1 + |u|: two units in the last place of one, and of the argument
+
+
+def real_ellipfun(u, m, m1):
+    """(sn, cn, dn) by mpmath; the smaller of m and m1 counts.  Jacobi's imaginary transformation near m = 1."""
+    u = mp.mpf(u)
+    if m1 == 0.0:
+        return mp.tanh(u), mp.sech(u), mp.sech(u)
+    if m <= 0.5:
+        return tuple(mp.ellipfun(name, u, m=mp.mpf(m)) for name in ("sn", "cn", "dn"))
+    with mp.workdps(int(40 - 1.5 * mp.log10(m1))):
+        half = 2 * quarter_period(m, m1)
+        turns = mp.nint(u / half)
+        sn, cn, dn = (mp.ellipfun(name, 1j * (u - turns * half), m=mp.mpf(m1)) for name in ("sn", "cn", "dn"))
+        sign = (-1) ** int(turns)
+        return sign * (sn / cn).imag, sign * (1 / cn).real, (dn / cn).real
+
+
+def quarter_period(m, m1):
+    if m <= 0.5:
+        return mp.ellipk(mp.mpf(m))
+    return mp.pi / 2 / mp.agm(1, mp.sqrt(mp.mpf(m1)))
+
+
+def arguments(m, m1, rng):
+    near_zero_and_large = rng.choice([-1.0, 1.0], 8) * 10.0 ** rng.uniform([-12, -6, -2, 0, 0, 1, 2, 3], 5)
+    ordinary = rng.uniform(-4.0, 4.0, 6)
+    if m1 == 0.0:
+        return [0.0, *ordinary, *near_zero_and_large, 800.0, -1e4]
+    K = elliptic.K(m, m1)
+    return [0.0, *ordinary, *near_zero_and_large, *(K * np.array([0.5, 0.99999, 1, 1.00001, 1.5, 2, -3, 4, 41]))]
+
+
+@pytest.fixture(autouse=True)
+def forty_digits():
+    with mp.workdps(40):
+        yield
+
+
+@pytest.fixture(scope="module")
+def table():
+    """Rows (u, m, m1, ours, mpmath's) over both ends of the parameter and all sizes of argument."""
+    rng = np.random.default_rng(1)
+    drawn = [(x, 1.0 - x) for x in rng.random(8)]
+    with mp.workdps(40):
+        return [
+            (u, m, m1, elliptic.jacobi(u, m, m1), real_ellipfun(u, m, m1))
+            for m, m1 in PARAMETERS + drawn
+            for u in map(float, arguments(m, m1, rng))
+        ]
+
+
+def test_jacobi_is_right_to_two_roundings(table):
+    for u, m, m1, ours, theirs in table:
+        for found, wanted in zip(ours, theirs, strict=True):
+            assert abs(found - wanted) <= BAR * (1.0 + abs(u)), (u, m, m1)
+
+
+def test_small_values_keep_their_relative_digits(table):
+    # Some ten roundings of the recurrence, and those of sin and cos of u reduced to [-K, K].  cn crosses zero
+    # where dn is least, so its scale is dn; sn is small of itself only while |u| < K.
+    for u, m, m1, (sn, cn, dn), theirs in table:
+        if m1 == 0.0 and abs(u) > 700.0:  # underflow
+            continue
+        reach = min(abs(u), elliptic.K(m, m1))
+        bar = 12e-16 + 4e-16 * reach
+        assert abs(dn - theirs[2]) <= bar * theirs[2], (u, m, m1)
+        assert abs(cn - theirs[1]) <= bar * theirs[2], (u, m, m1)
+        if reach == abs(u):
+            assert abs(sn - theirs[0]) <= 9e-16 * abs(theirs[0]) + 1e-40, (u, m, m1)
+
+
+def test_jacobi_is_odd_and_even_to_the_bit(table):
+    for u, m, m1, (sn, cn, dn), _ in table:
+        assert elliptic.jacobi(-u, m, m1) == (-sn, cn, dn)
+
+
+def test_jacobi_far_past_the_separatrix_is_finite():
+    assert elliptic.jacobi(1e5, 1.0, 0.0) == (1.0, 0.0, 0.0)
+    assert np.isfinite(elliptic.jacobi(1e12, 1.0, 5e-324)).all()
+
+
+def test_jacobi_short_agrees_on_its_range():
+    rng = np.random.default_rng(2)
+    for u in [0.5, -0.5, 1e-9, *rng.uniform(-0.5, 0.5, 60)]:
+        for m in [0.0, 1.0, float(rng.random())]:
+            wanted = real_ellipfun(u, m, 1.0 - m)
+            for found, value in zip(elliptic.jacobi_short(u, m), wanted, strict=True):
+                assert abs(found - value) <= 1e-15 * abs(value)  # three duplications, some nine roundings
+
+
+def test_complete_integral():
+    for m, m1 in PARAMETERS:
+        if m1 > 0.0:
+            wanted = quarter_period(m, m1)
+            assert abs(elliptic.K(m, m1) - wanted) <= 3e-16 * wanted  # two roundings and that of pi/2
+    assert elliptic.K(1.0, 0.0) == math.inf
+
+
+def test_incomplete_integral():
+    rng = np.random.default_rng(3)
+    special = [0.0, math.pi / 2, -math.pi / 2, math.pi, 7.853981633974483, math.pi / 2 - 1e-8, 1e-20]
+    for m, m1 in PARAMETERS:
+        for phi in special + list(rng.uniform(-10.0, 10.0, 6)) + list(rng.uniform(-1.5, 1.5, 4)):
+            sine, cosine = mp.sin(mp.mpf(phi)), mp.cos(mp.mpf(phi))
+            turns = int(mp.nint(mp.mpf(phi) / mp.pi))
+            if m1 == 0.0 and turns != 0:
+                assert elliptic.F(phi, m, m1) == math.copysign(math.inf, phi)
+                continue
+            complement = mp.mpf(m1) if m > 0.5 else 1 - mp.mpf(m)
+            dn2 = cosine**2 + complement * sine**2
+            wanted = (-1) ** turns * sine * mp.elliprf(cosine**2, dn2, 1)
+            wanted += 2 * turns * quarter_period(m, m1) if turns else 0
+            # sin and cos of phi are rounded: half a unit of phi's last place, through dF/dphi = 1/dn
+            rounding = 1.2e-16 * abs(cosine) / mp.sqrt(dn2)
+            assert abs(elliptic.F(phi, m, m1) - wanted) <= BAR * (1 + abs(wanted)) + rounding, (phi, m, m1)
+
+
+def test_incomplete_integral_is_legendres():
+    for phi in (0.3, 1.2, 2.0, -4.0):
+        for m in (0.1, 0.5, 0.9):
+            assert elliptic.F(phi, m, 1.0 - m) == pytest.approx(float(mp.ellipf(phi, m)), rel=1e-15)
+
+
+def test_argument_inverts_sn_and_cn():
+    for m, m1 in PARAMETERS:
+        K = elliptic.K(m, m1)
+        for share in (-1.9, -1.0, -0.4, 1e-9, 0.3, 0.9, 1.1, 1.99):
+            if m1 == 0.0 and abs(share) >= 1.0:
+                continue
+            u = share * (K if m1 > 0.0 else 20.0)
+            sn, cn, _ = real_ellipfun(u, m, m1)
+            found = elliptic.argument(float(sn), float(cn), m, m1)
+            # the values given are rounded; past K, cn near -1 lets sn carry u: the error is that of 2K - u
+            assert abs(found - u) <= 2.0 * BAR * (1.0 + abs(u)), (u, m, m1)
+    assert elliptic.argument(-1.0, 0.0, 1.0, 0.0) == -math.inf
+
+
+def test_double_doubles_are_exact():
+    rng = np.random.default_rng(4)
+    for x, y in rng.normal(size=(200, 2)) * 10.0 ** rng.uniform(-20, 20, (200, 2)):
+        s, e = elliptic.two_sum(x, y)
+        assert Fraction(s) + Fraction(e) == Fraction(x) + Fraction(y)
+        r, e = elliptic.two_product(x, y)
+        assert Fraction(r) + Fraction(e) == Fraction(x) * Fraction(y)
+        h, e = elliptic.double_product(x, 1e-17 * x, y, -1e-17 * y)
+        wanted = (Fraction(x) + Fraction(1e-17 * x)) * (Fraction(y) + Fraction(-1e-17 * y))
+        assert abs(Fraction(h) + Fraction(e) - wanted) <= abs(wanted) * Fraction(2) ** -100
+        h, e = elliptic.double_sqrt(abs(x), 1e-17 * abs(x))
+        wanted = Fraction(abs(x)) + Fraction(1e-17 * abs(x))
+        assert abs((Fraction(h) + Fraction(e)) ** 2 - wanted) <= wanted * Fraction(2) ** -98

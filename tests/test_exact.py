@@ -1,0 +1,610 @@
+"""The closed form and the exact step against the differential equation, solved in high precision.
+
+Two references that are not ours.  ``taylor`` integrates Euler's equations in 220-bit integers by their Taylor
+series; it knows no elliptic function.  ``textbook`` is the solution in the textbook's terms, L^2, 2E and a
+starting phase, by mpmath at 50 digits; it reaches any time.  They are held against each other first.
+"""
+
+import ast
+import itertools
+import math
+import platform
+from fractions import Fraction
+from operator import mul
+from pathlib import Path
+
+import mpmath as mp
+import numba
+import numpy as np
+import pytest
+from numba import njit
+
+from kernels import elliptic, exact
+
+BITS = 220
+ROUNDING = 2.0**-53
+BODIES = list(itertools.permutations((0.7, 1.0, 1.25)))
+SIGNS = list(itertools.product((1, -1), repeat=3))
+
+
+def taylor(moments, start, times, order=44):
+    """w(t) at increasing times >= 0 by Taylor series in fixed point; order 64 gives 48 digits, 44 some 32."""
+    I1, I2, I3 = (Fraction(float(x)) for x in moments)
+    c = [(I2 - I3) / I1, (I3 - I1) / I2, (I1 - I2) / I3]
+    size = max(abs(Fraction(float(x))) for x in start)
+    w = [int(Fraction(float(x)) / size * 2**BITS) for x in start]
+    c_fixed = [int(x * 2**BITS) for x in c]
+    longest = Fraction(1, 8) / max(Fraction(1, 10), *(abs(x) for x in c))
+    found, now = [], Fraction(0)
+    for time in times:
+        gap = Fraction(float(time)) * size - now
+        steps = math.ceil(gap / longest)
+        for _ in range(steps):
+            w = taylor_step(w, c_fixed, int(gap / steps * 2**BITS), order)
+        now += gap
+        unit = mp.mpf(size.numerator) / size.denominator / mp.mpf(2) ** BITS
+        found.append([x * unit for x in w])
+    return found
+
+
+def taylor_step(w, c, h, order):
+    terms = [[x] for x in w]
+    for n in range(order):
+        for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+            convolution = sum(map(mul, terms[j][: n + 1], terms[k][n::-1])) >> BITS
+            terms[i].append((c[i] * convolution >> BITS) // (n + 1))
+    totals = [0, 0, 0]
+    for n in range(order, -1, -1):
+        totals = [x[n] + (total * h >> BITS) for x, total in zip(terms, totals, strict=True)]
+    return totals
+
+
+class Textbook:
+    """Constants, amplitudes and phase of an asymmetric top off the separatrix, in mpmath numbers."""
+
+    def __init__(self, moments, start):
+        I, w = [mp.mpf(x) for x in moments], [mp.mpf(x) for x in start]  # noqa: E741
+        L2, E2 = sum((a * b) ** 2 for a, b in zip(I, w, strict=True)), sum(a * b**2 for a, b in zip(I, w, strict=True))
+        low, s, high = sorted(range(3), key=lambda i: I[i])
+        c, d = (low, high) if E2 * I[s] < L2 else (high, low)
+        both = (I[d] - I[s]) * (L2 - E2 * I[c])
+        self.roles = s, c, d
+        self.p = mp.sqrt(both / (I[0] * I[1] * I[2]))
+        self.m = (I[s] - I[c]) * (E2 * I[d] - L2) / both
+        self.m1 = (I[d] - I[c]) * (L2 - E2 * I[s]) / both
+        self.K = mp.ellipk(self.m)
+        A_s = mp.sqrt((E2 * I[d] - L2) / (I[s] * (I[d] - I[s])))
+        A_c = mp.sqrt((E2 * I[d] - L2) / (I[c] * (I[d] - I[c])))
+        A_d = mp.sqrt((L2 - E2 * I[c]) / (I[d] * (I[d] - I[c]))) * (-1 if w[d] < 0 else 1)
+        # at cn = 1 the sn component must rise as Euler's equation says
+        rises = (I[(s + 1) % 3] - I[(s + 2) % 3]) * A_d > 0
+        self.amplitudes = A_s if rises else -A_s, A_c, A_d
+        self.u0 = self.phase(w[s] / self.amplitudes[0], w[c] / A_c)
+
+    def phase(self, sn, cn):
+        u0 = sn * mp.elliprf(cn**2, cn**2 + self.m1 * sn**2, 1)
+        return u0 if cn >= 0 else mp.sign(sn) * 2 * self.K - u0
+
+    def __call__(self, t):
+        u = self.p * mp.mpf(t) + self.u0
+        found = [None] * 3
+        for axis, amplitude, name in zip(self.roles, self.amplitudes, ("sn", "cn", "dn"), strict=True):
+            found[axis] = amplitude * mp.ellipfun(name, u, m=self.m)
+        return found
+
+
+def textbook(moments, start, t):
+    return Textbook(moments, start)(t)
+
+
+def sensitivity(moments, start, t):
+    """Sum over all seven inputs x of |x dw/dx|, greatest over the components: one rounding's worth is 2^-53 of it."""
+    inputs = [mp.mpf(x) for x in (*moments, *start, t)]
+    small = mp.mpf(10) ** -20
+    base = textbook(inputs[:3], inputs[3:6], inputs[6])
+    total = [mp.mpf(0)] * 3
+    for i in range(7):
+        moved = list(inputs)
+        moved[i] *= 1 + small
+        other = textbook(moved[:3], moved[3:6], moved[6])
+        total = [sum_ + abs(a - b) / small for sum_, a, b in zip(total, other, base, strict=True)]
+    return float(max(total))
+
+
+def distance(found, wanted):
+    """Largest difference over all components, ``wanted`` in mpmath numbers."""
+    return max(float(abs(a - b)) for x, y in zip(found, wanted, strict=True) for a, b in zip(x, y, strict=True))
+
+
+def perturbed(axis, omega0, epsilon, phi):
+    """The start (w_a, w_b, w_c) = omega0 (1, epsilon cos phi, epsilon sin phi), in axis order."""
+    start = np.zeros(3)
+    start[[axis, (axis + 1) % 3, (axis + 2) % 3]] = (
+        omega0,
+        omega0 * epsilon * np.cos(phi),
+        omega0 * epsilon * np.sin(phi),
+    )
+    return start
+
+
+@njit(error_model="numpy")
+def march(start, q, steps):
+    out = np.empty((steps + 1, 3))
+    w1, w2, w3 = start
+    out[0] = start
+    for n in range(steps):
+        w1, w2, w3 = exact.step(w1, w2, w3, q[0], q[1], q[2])
+        out[n + 1] = (w1, w2, w3)
+    return out
+
+
+def marched(moments, start, h, steps):
+    return march(np.asarray(start, float), exact.step_constants(*moments, *start, h), steps)
+
+
+@pytest.fixture(autouse=True)
+def fifty_digits():
+    with mp.workdps(50):
+        yield
+
+
+# ---- the references ----
+
+
+def test_the_two_references_agree():
+    for moments, start in zip(BODIES, SIGNS, strict=False):
+        start = np.array([0.4, 0.9, 0.5]) * start
+        wanted = taylor(moments, start, [9.0], order=64)
+        assert distance([textbook(moments, start, 9.0)], wanted) < 1e-47
+
+
+# ---- the closed form ----
+
+
+@pytest.mark.parametrize("moments", BODIES)
+@pytest.mark.parametrize("start", [(0.3, 0.9, 0.2), (1.0, 0.2, 0.4), (0.4, 0.3, 1.0)])
+def test_every_order_of_axes_and_every_sign_solves_eulers_equations(moments, start):
+    for signs in SIGNS:
+        begin = np.array(start) * signs
+        found = exact.rotation(moments, begin, [4.0])
+        # 1e-15 (1 + |w| t + p t) max|w| with |w| t, p t <= 4.4
+        assert distance(found, taylor(moments, begin, [4.0], order=28)) < 1e-14
+
+
+def test_both_regimes_and_all_roles_are_met():
+    seen = {
+        exact.trajectory(*moments, *np.roll((0.3, 0.9, 0.2), shift))[3:] for moments in BODIES for shift in (0, 1, 2)
+    }
+    assert seen == set(itertools.permutations((1, 2, 3)))
+
+
+def test_any_time_up_to_ten_thousand_rotations():
+    rng = np.random.default_rng(3)
+    tried = 0
+    while tried < 120:
+        moments = rng.uniform(0.3, 1.5, 3) if tried % 2 else 10.0 ** rng.uniform(-3, 3, 3)
+        start = rng.normal(size=3) * 10.0 ** rng.uniform(-3, 3) * 10.0 ** rng.uniform(-4, 0, 3)
+        size = np.linalg.norm(start)
+        t = rng.choice([-1, 1]) * 2 * np.pi / size * 10.0 ** rng.uniform(-1, 4)
+        p, _, m1, *_ = exact.trajectory(*moments, *start)
+        if m1 <= 1e-6:
+            continue
+        tried += 1
+        error = distance(exact.rotation(moments, start, [t]), [textbook(moments, start, t)])
+        bar = 1e-15 * (1 + size * abs(t) + p * abs(t)) * abs(start).max()
+        if error > bar:  # the inputs' own roundings move the solution by more
+            bar = 50 * ROUNDING * sensitivity(moments, start, t)
+        assert error <= bar, (moments, start, t)
+
+
+def test_rounding_of_the_inputs_is_all_that_is_lost():
+    # ten units of the inputs' rounding, times the sensitivity: what some dozen roundings of p, m1 and the
+    # components come to; the bar above allows fifty
+    rng = np.random.default_rng(4)
+    for _ in range(40):
+        moments, start = rng.uniform(0.5, 1.0, 3), rng.normal(size=3)
+        t = 10.0 ** rng.uniform(-1, 4)
+        error = distance(exact.rotation(moments, start, [t]), [textbook(moments, start, t)])
+        assert error <= 10 * ROUNDING * sensitivity(moments, start, t)
+
+
+def near_separatrix(rng, offset, spread):
+    moments = np.exp(rng.uniform(-spread, spread, 3))
+    low, middle, high = np.argsort(moments)
+    ratio = moments[low] * (moments[middle] - moments[low]) / (moments[high] * (moments[high] - moments[middle]))
+    start = rng.normal(size=3)
+    start[high] = np.sqrt(ratio) * start[low] * (1 + offset)
+    return moments, start
+
+
+@pytest.mark.parametrize("exponent", range(-15, -5))
+def test_near_the_separatrix(exponent):
+    rng = np.random.default_rng(-exponent)
+    tried = 0
+    for sign in (-1, 1) * 8:
+        moments, start = near_separatrix(rng, sign * 10.0**exponent, spread=0.3)
+        _, _, m1, *_ = exact.trajectory(*moments, *start)
+        if not 0.0 < m1 <= 1e-6:
+            continue
+        tried += 1
+        theirs = Textbook(moments, start)
+        assert abs(m1 / theirs.m1 - 1) < 2e-15  # some eight roundings after an exact difference
+        times = 2 * np.pi / np.linalg.norm(start) * np.array([1.0, 7.0, 20.0])
+        error = distance(exact.rotation(moments, start, times), [theirs(t) for t in times])
+        assert error <= 1e-13 * abs(start).max()  # the bar asks for 1e-10; p t reaches 100
+    assert tried >= 2
+
+
+def test_the_difference_from_the_separatrix_is_exact():
+    rng = np.random.default_rng(5)
+    for exponent in range(-16, -2):
+        moments, start = near_separatrix(rng, 10.0**exponent, spread=2.0)  # differences that round
+        (low, middle, high), (w_low, w_high) = np.sort(moments), start[[np.argmin(moments), np.argmax(moments)]]
+        a, b, c, x, y = (Fraction(v) for v in (low, middle, high, w_low, w_high))
+        wanted = c * (c - b) * y**2 - a * (b - a) * x**2
+        found = exact.separatrix_offset(low, middle, high, w_low, w_high)
+        assert abs(Fraction(found) - wanted) <= abs(wanted) * Fraction(1e-15)  # rounded once
+
+
+def test_on_the_separatrix_itself():
+    moments, start = (1.0, 2.0, 2.25), (3.0, 5.0, 4.0)  # 2.25 (2.25 - 2) 4^2 = 1 (2 - 1) 3^2
+    assert exact.trajectory(*moments, *start)[1:3] == (1.0, 0.0)
+    times = np.array([0.1, 1.0, 3.0, 6.0])
+    found, wanted = exact.rotation(moments, start, times), taylor(moments, start, times)
+    assert distance(found, wanted) < 1e-14  # max|w| = 7 and p t = 20, but the motion contracts
+    for axis in (0, 2):  # the decaying components keep their relative digits
+        assert all(abs(a[axis] / b[axis] - 1) < 2e-14 for a, b in zip(found, wanted, strict=True))
+    # dw2/dt > 0 here: from -A_s to A_s, where A_s^2 = 5^2 + 3^2 (I3 - I1) I1/(I2 (I3 - I2)) = 47.5
+    ends = exact.rotation(moments, start, [-1e3, 1e3, 1e8])
+    assert ends == pytest.approx(np.array([[0, -1, 0], [0, 1, 0], [0, 1, 0]]) * math.sqrt(47.5), rel=1e-15)
+
+
+@pytest.mark.parametrize("moments", [*BODIES, (1.0, 1.0, 1.0), (1.0, 1.0, 2.0), (2.0, 1.0, 2.0), (1.0, 2.0, 3.0)])
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_an_exact_spin_stays(moments, axis):
+    start = np.zeros(3)
+    start[axis] = -1.3
+    found = exact.rotation(moments, start, [0.0, 1.0, 1e3, 1e6])
+    assert np.delete(found, axis, 1).tolist() == [[0.0, 0.0]] * 4
+    assert found[:, axis] == pytest.approx(-1.3, rel=1e-15)  # cos^2 + sin^2 to a few roundings
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize("epsilon", [1e-12, 1e-6])
+def test_a_perturbation_keeps_its_relative_digits(axis, epsilon):
+    times = 2 * np.pi / 1.7 * np.array([0.25, 1.0, 2.0, 3.0, 4.0])
+    across = [(axis + 1) % 3, (axis + 2) % 3]
+    for moments, phi in itertools.product(BODIES, (0.6, 2.5, 4.0)):
+        start = perturbed(axis, 1.7, epsilon, phi)
+        found = exact.rotation(moments, start, times)
+        with mp.workdps(80):
+            wanted = np.array([textbook(moments, start, t) for t in times])
+        size = np.hypot(*wanted[:, across].astype(float).T)
+        largest = np.maximum.accumulate([np.hypot(*start[across]), *size])[1:]
+        error = abs(found - wanted).astype(float)[:, across].max(1)
+        assert (error / largest).max() < 3e-14  # the bar asks for 1e-12; roundings of p t = 15 grow no further
+
+
+def test_a_perturbation_grows_though_its_square_underflows():
+    # 1 - m is 0 in doubles; the linear solution is the true one to epsilon^2
+    epsilon, t, rate = 1e-200, 40.0, mp.sqrt(mp.mpf(1) / 3)
+    w1, w2, w3 = exact.at_time(1.0, 2.0, 3.0, epsilon, 1.0, 0.0, t)
+    assert w2 == pytest.approx(1.0, rel=1e-15)
+    assert abs(w1 / (epsilon * mp.cosh(rate * t)) - 1) < 2e-14  # roundings of p t = 23
+    assert abs(w3 / (-rate * epsilon * mp.sinh(rate * t)) - 1) < 2e-14
+
+
+UP, UP2 = np.nextafter(1.0, 2.0), np.nextafter(2.0, 3.0)
+DEGENERATE = {
+    "oblate": (1.0, 1.0, 1.7),
+    "prolate": (2.0, 2.0, 1.1),
+    "oblate, one ulp": (1.0, UP, 1.7),
+    "prolate, one ulp": (2.0, UP2, 1.1),
+    "oblate, 1e-9": (1.0, 1.0 + 1e-9, 1.7),
+    "prolate, 1e-9": (2.0, 2.0 * (1 + 1e-9), 1.1),
+    "sphere": (1.0, 1.0, 1.0),
+    "sphere, one ulp": (1.0, UP, 1.0),
+    "sphere, 1e-9": (1.0, 1.0 + 1e-9, 1.0 + 2e-9),
+    "rod": (1.0, 1.0, 1e-12),
+    "rod of two widths": (1.0, 1.0 + 5e-13, 1e-12),
+    "plate": (0.3, 0.5, 0.8),
+    "disc": (1.0, 1.0, 2.0),
+}
+STARTS = [
+    (0.3, 0.7, -0.5),
+    (1.0, 1e-6, 1e-6),
+    (1e-6, 1.0, 1e-6),
+    (1e-12, -1e-12, 1.0),
+    (1.0, 1.0, 0.0),
+    (0.0, 1.0, 1.0),
+]
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("name", DEGENERATE)
+def test_degenerate_bodies(name):
+    times = np.array([0.0, 2.0, 12.0])
+    a, b, c = DEGENERATE[name]
+    for moments, start in itertools.product([(a, b, c), (b, c, a), (c, b, a)], STARTS):
+        found = exact.rotation(moments, start, times)
+        assert distance(found, taylor(moments, start, times, order=26)) < 2.5e-14  # 1e-15 (1 + 12 + 12)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("name", DEGENERATE)
+def test_degenerate_bodies_give_no_nan(name):
+    still = [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0), (1e-300, 1.0, 0.0), (1.0, 0.0, 1e-200)]
+    for moments, start in itertools.product(itertools.permutations(DEGENERATE[name]), STARTS + still):
+        body = *moments, *start
+        finite = [
+            *exact.trajectory(*body),
+            *exact.at_time(*body, 1e5),
+            *exact.step_constants(*body, 0.01),
+            *exact.short_step_constants(*body, 0.01),
+            *exact.amplitudes(*body),
+            *exact.extremes(*body),
+            exact.frequency(*body),
+            *(exact.max_tilt(*body, axis) for axis in (1, 2, 3)),
+        ]
+        assert np.isfinite(finite).all(), (moments, start)
+        assert not np.isnan([exact.period(*body), exact.flip_period(*body), exact.phase(*body)]).any()
+
+
+@pytest.mark.parametrize("moment_unit", [2.0**-996, 2.0**530, 2.0**990])
+@pytest.mark.parametrize("rate_unit", [2.0**-498, 2.0**498])
+def test_units_change_nothing(moment_unit, rate_unit):
+    moments, start = np.array([1.0, 1.7, 2.3]), np.array([0.3, 1e-6, -0.8])
+    times = np.array([-3.0, 0.1, 50.0])
+    plain = exact.rotation(moments, start, times)
+    other = exact.rotation(moments * moment_unit, start * rate_unit, times / rate_unit)
+    assert (other == plain * rate_unit).all()  # powers of two: to the bit
+    for axis in (1, 2, 3):
+        tilt = exact.max_tilt(*(moments * moment_unit), *(start * rate_unit), axis)
+        assert tilt == exact.max_tilt(*moments, *start, axis)
+
+
+def test_time_runs_backwards():
+    for moments in BODIES:
+        start = np.array([0.3, -0.8, 0.5])
+        there = exact.rotation(moments, start, [17.0])[0]
+        assert exact.rotation(moments, there, [-17.0])[0] == pytest.approx(start, abs=2e-14)  # 1e-15 (1 + 17 + 17)
+
+
+def test_rotation_is_at_time():
+    rng = np.random.default_rng(6)
+    moments, start, times = rng.uniform(0.5, 1.5, 3), rng.normal(size=3), rng.uniform(-100, 100, 20)
+    found = exact.rotation(list(moments), tuple(start), times[::-1])[::-1]
+    assert found.tolist() == [list(exact.at_time(*moments, *start, t)) for t in times]
+
+
+@pytest.mark.parametrize(
+    ("moments", "start", "times"),
+    [
+        ((1, 2), (1, 1, 1), [0]),
+        ((1, 2, 0), (1, 1, 1), [0]),
+        ((1, 2, -3), (1, 1, 1), [0]),
+        ((1, 2, np.inf), (1, 1, 1), [0]),
+        ((1, 2, 3), (1, np.nan, 1), [0]),
+        ((1, 2, 3), (1, 1), [0]),
+        ((1, 2, 3), (1, 1, 1), 0.0),
+        ((1, 2, 3), (1, 1, 1), [np.inf]),
+    ],
+)
+def test_what_is_no_rotation_is_refused(moments, start, times):
+    with pytest.raises(ValueError, match="must be"):
+        exact.rotation(moments, start, times)
+
+
+# ---- the exact step ----
+
+
+@pytest.mark.parametrize("epsilon", [1e-12, 1e-6, 1e-2, 0.5])
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_the_step_is_the_closed_form_over_the_default_run(epsilon, axis):
+    h, across = 2 * np.pi / 16, [(axis + 1) % 3, (axis + 2) % 3]
+    for moments in BODIES:
+        start = perturbed(axis, 1.0, epsilon, 0.6)
+        found, wanted = marched(moments, start, h, 64), exact.rotation(moments, start, np.arange(65) * h)
+        largest = np.maximum.accumulate(np.hypot(*wanted[:, across].T))
+        error = abs(found - wanted)
+        assert error.max() < 1e-13  # the bar asks for 1e-12; some ten roundings a step, 64 steps
+        assert (error[:, across].max(1) / largest).max() < 1e-13
+
+
+@pytest.mark.parametrize("share", [1e-3, 1e-2, 0.1, 0.5, 0.9])
+def test_a_thousand_steps_of_any_length(share):
+    # Each rounding of the state moves it to a neighbouring trajectory, whose period differs as 1/m1: the bar holds
+    # as it stands down to m1 = 0.05, and grows as 1/m1 below.
+    rng = np.random.default_rng(7)
+    for _ in range(60):
+        moments, start = rng.uniform(0.3, 1.5, 3), rng.normal(size=3)
+        p, m, m1, *_ = exact.trajectory(*moments, *start)
+        h = 2 * share * elliptic.K(m, m1) / p
+        found, wanted = marched(moments, start, h, 1000), exact.rotation(moments, start, np.arange(1001) * h)
+        bar = 1e-10 * max(1.0, 0.05 / m1)
+        assert abs(found - wanted).max() <= bar * abs(start).max(), (moments, start)
+
+
+@pytest.mark.parametrize("moments", BODIES)
+def test_the_same_code_is_exact_in_thirty_digits(moments):
+    step, coefficients = (getattr(f, "py_func", f) for f in (exact.step, exact.step_coefficients))
+    with mp.workdps(30):
+        for start in ((0.3, 0.9, -0.2), (-1.0, 0.2, 0.4)):
+            theirs, h = Textbook(moments, start), mp.mpf("0.9")
+            I1, I2, I3 = (mp.mpf(x) for x in moments)
+            c = ((I2 - I3) / I1, (I3 - I1) / I2, (I1 - I2) / I3)
+            at_half = [mp.ellipfun(name, theirs.p * h / 2, m=theirs.m) for name in ("sn", "cn", "dn")]
+            by_role = coefficients(*(c[i] for i in theirs.roles), theirs.p, h, *at_half)
+            q = [by_role[theirs.roles.index(axis)] for axis in range(3)]
+            w = [mp.mpf(x) for x in start]
+            for _ in range(20):
+                w = step(*w, *q)
+            assert distance([w], [theirs(20 * h)]) <= 1e-25
+
+
+def test_step_constants_where_nothing_turns():
+    # secular drift of a symmetric top about a transverse axis: the step must be the straight line, exactly
+    q = exact.step_constants(1.0, 1.0, 2.0, 1.0, 0.0, 0.0, 0.3)
+    assert exact.step(1.0, 0.0, 0.0, *q) == (1.0, 0.0, 0.0)
+    assert q == (-0.15, 0.15, 0.0)
+
+
+def test_the_short_constants_agree():
+    rng = np.random.default_rng(8)
+    for _ in range(200):
+        moments, start = rng.uniform(0.3, 1.5, 3), rng.normal(size=3)
+        h = rng.uniform(-1, 1) / exact.trajectory(*moments, *start)[0]
+        wanted = exact.step_constants(*moments, *start, h)
+        assert exact.short_step_constants(*moments, *start, h) == pytest.approx(wanted, rel=3e-15)  # 1e-15 a function
+
+
+@pytest.mark.skipif(numba.config.DISABLE_JIT, reason="nothing is compiled")
+@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads x86 assembly")
+def test_a_loop_over_lanes_compiles_to_packed_code():
+    @njit(error_model="numpy", fastmath={"contract"})
+    def lanes(w1, w2, w3, q1, q2, q3):
+        for i in range(w1.shape[0]):
+            w1[i], w2[i], w3[i] = exact.step(w1[i], w2[i], w3[i], q1[i], q2[i], q3[i])
+
+    lanes(*np.ones((6, 32)))
+    assert "divpd" in "".join(lanes.inspect_asm().values())
+
+
+# ---- what a trajectory is ----
+
+
+def drawn_trajectories(count, seed):
+    rng = np.random.default_rng(seed)
+    for _ in range(count):
+        yield rng.uniform(0.5, 1.4, 3), rng.normal(size=3) * 10.0 ** rng.uniform(-3, 0, 3)
+
+
+def test_constants_of_a_trajectory():
+    for moments, start in drawn_trajectories(60, 9):
+        theirs = Textbook(moments, start)
+        p, m, m1, *axes = exact.trajectory(*moments, *start)
+        # some eight roundings each, after the differences of the moments
+        assert abs(p / theirs.p - 1) < 1e-15
+        assert abs(m / theirs.m - 1) < 2e-15
+        assert abs(m1 / theirs.m1 - 1) < 2e-15
+        assert axes == [i + 1 for i in theirs.roles]
+        for found, wanted in zip(exact.amplitudes(*moments, *start), theirs.amplitudes, strict=True):
+            assert abs(found / wanted - 1) < 1e-15
+        assert exact.phase(*moments, *start) == pytest.approx(float(theirs.u0), rel=4e-15, abs=4e-15)
+
+
+def test_period_frequency_and_flip_period():
+    for moments, start in drawn_trajectories(60, 10):
+        theirs = Textbook(moments, start)
+        wanted = 4 * theirs.K / theirs.p
+        # m1's eight roundings count for at most a quarter of theirs in K
+        assert abs(exact.period(*moments, *start) / wanted - 1) < 2e-15
+        assert abs(exact.flip_period(*moments, *start) / (wanted / 2) - 1) < 2e-15
+        assert abs(exact.frequency(*moments, *start) * wanted / (2 * mp.pi) - 1) < 2e-15
+        with mp.workdps(30):
+            assert distance([theirs(wanted)], [start]) < 1e-25
+
+
+def test_a_flip_reverses_the_spin():
+    start = perturbed(1, 2.0, 1e-6, 0.6)
+    flip = exact.flip_period(0.7, 1.0, 1.25, *start)
+    later = taylor((0.7, 1.0, 1.25), start, [flip])[0]
+    _, _, _, *axes = exact.trajectory(0.7, 1.0, 1.25, *start)
+    turned = np.array([later[axis - 1] / start[axis - 1] for axis in axes], float)
+    # after one flip, the rounding of the period, 1e-15 of p t = 30, has grown back by e^15 = 1/epsilon or so
+    assert turned == pytest.approx([-1.0, -1.0, 1.0], abs=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("moments", "start"),
+    [
+        ((1.0, 2.0, 3.0), (0.0, 1.0, 0.0)),  # an exact spin about the middle axis
+        ((1.0, 2.0, 2.25), (3.0, 5.0, 4.0)),  # the separatrix
+        ((1.0, 1.0, 1.0), (0.3, 0.2, 0.1)),  # a sphere
+        ((1.0, 1.0, 2.0), (0.6, 0.8, 0.0)),  # a symmetric top about a transverse axis
+        ((1.0, 2.0, 3.0), (0.0, 0.0, 0.0)),
+    ],
+)
+def test_what_never_returns_has_an_infinite_period(moments, start):
+    assert exact.period(*moments, *start) == math.inf
+    assert exact.flip_period(*moments, *start) == math.inf
+    assert exact.frequency(*moments, *start) == 0.0
+
+
+def test_an_exact_spin_has_the_frequency_of_small_nudges():
+    Omega = 1.5 * mp.sqrt(mp.mpf(3.0 - 1.0) * (3.0 - 2.0) / (1.0 * 2.0))
+    assert exact.frequency(1.0, 2.0, 3.0, 0.0, 0.0, 1.5) == pytest.approx(float(Omega), rel=1e-15)
+
+
+def test_a_symmetric_top_precesses_at_its_own_rate():
+    # (I3 - I1)/I1 w3, the textbook rate
+    assert exact.frequency(1.0, 1.0, 1.7, 0.3, 0.4, -0.9) == pytest.approx(0.7 * 0.9, rel=1e-15)
+
+
+def test_extremes_are_reached_and_not_passed():
+    for moments, start in drawn_trajectories(25, 11):
+        theirs = Textbook(moments, start)
+        found = np.array(exact.extremes(*moments, *start)).reshape(3, 2)
+        # sn and cn are extreme at whole quarter periods, dn too
+        quarters = np.array([theirs((n * theirs.K - theirs.u0) / theirs.p) for n in range(4)]).astype(float)
+        assert found[:, 0] == pytest.approx(quarters.min(0), rel=4e-15)
+        assert found[:, 1] == pytest.approx(quarters.max(0), rel=4e-15)
+        between = np.array(taylor(moments, start, np.linspace(0, 12, 13), order=20)).astype(float)
+        slack = 1e-15 * abs(start).max()
+        assert (found[:, 0] - slack <= between).all()
+        assert (between <= found[:, 1] + slack).all()
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_the_largest_tilt_is_reached_and_not_passed(axis):
+    for moments, start in drawn_trajectories(20, 12):
+        theirs = Textbook(moments, start)
+        end = -1 if start[axis] < 0 else 1
+
+        def tilt(w, end=end):
+            return mp.acos(end * w[axis] / mp.sqrt(sum(x**2 for x in w)))
+
+        found = exact.max_tilt(*moments, *start, axis + 1)
+        quarters = [theirs((n * theirs.K - theirs.u0) / theirs.p) for n in range(4)]
+        assert found == pytest.approx(float(max(tilt(w) for w in quarters)), rel=4e-15)  # some ten roundings
+        between = [theirs((n * theirs.K / 7 - theirs.u0) / theirs.p) for n in range(28)]
+        assert all(float(tilt(w)) <= found * (1 + 4e-15) for w in between)
+
+
+def test_a_small_tilt_keeps_its_relative_digits():
+    moments, start = (0.7, 1.0, 1.25), perturbed(2, 3.0, 1e-12, 0.6)
+    with mp.workdps(80):
+        theirs = Textbook(moments, start)
+        wanted = max(abs(theirs.amplitudes[0]), theirs.amplitudes[1]) / abs(theirs.amplitudes[2])
+    assert exact.max_tilt(*moments, *start, 3) == pytest.approx(float(wanted), rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("moments", "start", "ranges", "tilts"),
+    [
+        # what stands still keeps its values, and its angles to the three axes
+        ((1, 2, 3), (0, -2, 0), (0, 0, -2, -2, 0, 0), (np.pi / 2, 0, np.pi / 2)),
+        ((1, 1, 1), (3, 0, 4), (3, 3, 0, 0, 4, 4), (math.atan2(4, 3), np.pi / 2, math.atan2(3, 4))),
+        ((1, 2, 3), (0, 0, 0), (0, 0, 0, 0, 0, 0), (0, 0, 0)),
+        # a symmetric top: w3 stays, (w1, w2) turns
+        (
+            (1, 1, 2),
+            (0, 3, 4),
+            (-3, 3, -3, 3, 4, 4),
+            (np.pi - math.atan2(4, 3), np.pi - math.atan2(4, 3), math.atan2(3, 4)),
+        ),
+        # the separatrix: cn and dn keep their signs, and w comes to lie on the middle axis
+        ((1, 2, 2.25), (3, 0, -4), (0, 3, -math.sqrt(22.5), math.sqrt(22.5), -4, 0), (np.pi / 2, np.pi, np.pi / 2)),
+        ((1, 2, 2.25), (-3, 0, 4), (-3, 0, -math.sqrt(22.5), math.sqrt(22.5), 0, 4), (np.pi / 2, np.pi, np.pi / 2)),
+    ],
+)
+def test_extremes_and_tilts_where_formulas_end(moments, start, ranges, tilts):
+    body = *map(float, moments), *map(float, start)
+    assert exact.extremes(*body) == pytest.approx(ranges, rel=1e-15)
+    assert [exact.max_tilt(*body, axis) for axis in (1, 2, 3)] == pytest.approx(tilts, rel=1e-15)
+
+
+def test_the_exact_solution_shares_nothing_with_the_direct_integrator():
+    tree = ast.parse(Path(exact.__file__).read_text(encoding="utf-8"))
+    imported = {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
+    assert imported == {"numba", "kernels.elliptic"}
