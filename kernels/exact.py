@@ -531,7 +531,6 @@ def max_tilt(I1, I2, I3, w1, w2, w3, axis):
     float
         Angle, rad, from 0 to pi.
     """
-    w1, w2, w3, _ = scaled(w1, w2, w3)
     if is_stationary(I1, I2, I3, w1, w2, w3):
         across = pick(axis, math.hypot(w2, w3), math.hypot(w3, w1), math.hypot(w1, w2))
         return math.atan2(across, abs(pick(axis, w1, w2, w3)))

@@ -98,13 +98,18 @@ def rates(omega_squared, regime):
 
 
 def _cardinal(w2, t):
-    """cos(Ωt) and sin(Ωt)/Ω, or their hyperbolic twins where Ω² < 0, or 1 and t where Ω² = 0."""
+    """Factors g, C, S of the two linear solutions g C and g S: 1, cos(Ωt), sin(Ωt)/Ω, and S = t where Ω² = 0.
+
+    Where Ω² < 0 they are cosh(λt), 1, tanh(λt)/λ: no difference of two infinities however long the growth lasts.
+    """
     rate = np.sqrt(np.abs(w2))
     safe = np.where(rate == 0, 1.0, rate)
-    stable = (np.cos(rate * t), np.where(rate == 0, t, np.sin(rate * t) / safe))
+    unstable = np.less(w2, 0)
     with np.errstate(over="ignore"):
-        unstable = (np.cosh(rate * t), np.where(rate == 0, t, np.sinh(rate * t) / safe))
-    return np.where(w2 < 0, unstable[0], stable[0]), np.where(w2 < 0, unstable[1], stable[1])
+        growth = np.where(unstable, np.cosh(rate * t), 1.0)
+    cosine = np.where(unstable, 1.0, np.cos(rate * t))
+    sine = np.where(rate == 0, t, np.where(unstable, np.tanh(rate * t), np.sin(rate * t)) / safe)
+    return growth, cosine, sine
 
 
 def perturbation(I1, I2, I3, omega0, axis, epsilon, phase, times):
@@ -133,11 +138,11 @@ def perturbation(I1, I2, I3, omega0, axis, epsilon, phase, times):
     """
     Ia, Ib, Ic = _moments_seen_from(I1, I2, I3, axis)
     w2 = omega_squared(I1, I2, I3, omega0, axis)
-    cosine, sine = _cardinal(w2, np.asarray(times, dtype=np.float64))
+    growth, cosine, sine = _cardinal(w2, np.asarray(times, dtype=np.float64))
     start_b, start_c = epsilon * np.cos(phase) * omega0, epsilon * np.sin(phase) * omega0
     omega_b = start_b * cosine + (Ic - Ia) / Ib * omega0 * start_c * sine
     omega_c = start_c * cosine + (Ia - Ib) / Ic * omega0 * start_b * sine
-    return omega_b, omega_c
+    return growth * omega_b, growth * omega_c
 
 
 def growing_fraction(I1, I2, I3, omega0, axis, phase):

@@ -40,7 +40,7 @@ LEAST_SAMPLES = 5
 
 @njit(**INLINE)
 def second_difference(x, x1, x2):
-    """x - 2 x1 + x2 for successive samples x2, x1, x, as the difference of differences (small rates keep digits)."""
+    """Second difference x - 2 x1 + x2 of successive samples x2, x1, x; as two differences, small rates keep digits."""
     return (x - x1) - (x1 - x2)
 
 

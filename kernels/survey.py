@@ -397,6 +397,7 @@ def _rate_stderr(stderr, rate, spin):
     return np.divide(0.5 * stderr * spin, rate / spin, out=np.full_like(rate, np.nan), where=rate > 0.0)
 
 
+@np.errstate(divide="ignore", invalid="ignore")  # a point that is no body gives NaN, and no noise
 def theory(points):
     """Columns of linear theory and of the body's shape, in units.
 

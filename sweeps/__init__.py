@@ -1,8 +1,8 @@
 """Everything of Polhode with a name, a unit or a file: definitions, grids, datasets, storage, figures.
 
-    import sweeps
-    ds = sweeps.survey("sweeps/definitions/tiny.yaml")
-    ds = sweeps.open_map("results/tiny/stability_map.nc")
+import sweeps
+ds = sweeps.survey("sweeps/definitions/tiny.yaml")
+ds = sweeps.open_map("results/tiny/stability_map.nc")
 """
 
 

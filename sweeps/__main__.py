@@ -56,9 +56,7 @@ def _command(commands, name, help_text, run, *, definition=True):
 
 
 def _add_check(commands):
-    command = _command(
-        commands, "check", "validate a definition and say what it will take", _check, definition=False
-    )
+    command = _command(commands, "check", "validate a definition and say what it will take", _check, definition=False)
     command.add_argument("definition", metavar="DEFINITION", nargs="?", help="a sweep that ships, or a path")
     command.add_argument("--list", action="store_true", help="list the sweeps that ship, and stop")
 

@@ -81,9 +81,7 @@ VARIABLES = {
         ),
         Variable("growth_rate_theory", "s-1", "growth rate, linear theory; 0 where not unstable"),
         Variable("growth_rate", "s-1", "growth rate, measured; 0 where not unstable"),
-        Variable(
-            "growth_rate_stderr", "s-1", "standard error of the measured growth rate", comment=_SCATTER
-        ),
+        Variable("growth_rate_stderr", "s-1", "standard error of the measured growth rate", comment=_SCATTER),
         Variable("frequency_theory", "rad s-1", "angular frequency, linear theory; 0 where not stable"),
         Variable("frequency", "rad s-1", "angular frequency, measured; 0 where not stable"),
         Variable(

@@ -16,7 +16,6 @@ IMPOSSIBLE = "#a6a9ad"
 STDERR = "#e9c46a"
 MOST_STDERR_POINTS = 3000  # beyond, their middle 90 % as a band
 BINS = 48
-STATUS_WORDS = {name: name.replace("_", " ").replace("non f", "non-f") for name in STATUSES}
 
 
 def draw(ds: xr.Dataset) -> Figure:
@@ -28,7 +27,7 @@ def draw(ds: xr.Dataset) -> Figure:
     for column, (sign, color, verb, name) in zip(axes.T, sides, strict=True):
         _side(column, found, sign, color)
         column[0].set_title(f"{verb} in theory", loc="left", color=color, fontweight="bold")
-        column[0].set_ylabel(r"measured, $/\,|\omega_0|$")
+        column[0].set_ylabel(r"measured rate $/\,|\omega_0|$")
         column[1].set_xlabel(rf"{name} $/\,|\omega_0|$ in linear theory  (dimensionless)")
         column[1].set_ylabel("relative deviation  (dimensionless)")
     _share_deviations(axes[1], found)
@@ -39,12 +38,13 @@ def draw(ds: xr.Dataset) -> Figure:
 
 def _subtitle(ds: xr.Dataset, found: Agreement) -> str:
     thinned = "all drawn" if found.stride == 1 else f"every {_ordinal(found.stride)} drawn"
+    points = style.count(found.points, "point", "points")
     left_out = rf";  {found.marginal:,} with $\Omega^2 = 0$ in theory left out" if found.marginal else ""
-    worst = f";  largest deviation of an ok, possible body {style.number(found.worst, 2)}"
+    worst = f";  largest relative deviation of what is ok and can exist: {style.number(found.worst, 2)}"
     return (
-        f"{ds.attrs.get('title', '')}:  {found.points:,} points, {thinned}{left_out}\n"
+        f"{ds.attrs.get('title', '')}:  {points}, {thinned}{left_out}\n"
         f"Measured regime:  {_counts(found.regimes, style.REGIME_WORDS)}\n"
-        f"Status:  {_counts(found.statuses, STATUS_WORDS)}{'' if np.isnan(found.worst) else worst}"
+        f"Status:  {_counts(found.statuses, style.STATUS_WORDS)}{'' if np.isnan(found.worst) else worst}"
     )
 
 
@@ -99,7 +99,7 @@ def _side(column, found: Agreement, sign: float, color: str) -> None:
             ax.minorticks_off()
         return
     _draw_stderr(lower, theory, found.stderr, side & masks["ok"])
-    for name, look in _looks(color, int(side.sum())).items():
+    for name, look in _looks(color, side.size).items():
         at = side & masks[name]
         order = {"linestyle": "none", "zorder": 2.0 if name == "impossible" else 3.0, "gid": name}
         upper.plot(theory[at], np.abs(found.measured[at]), **look, **order)
@@ -115,7 +115,7 @@ def _draw_stderr(ax: Axes, theory, stderr, at) -> None:
     """Relative standard errors: each as a dash or, where they are many, their middle 90 % along theory as a band."""
     at = at & np.isfinite(stderr) & (stderr > 0)
     if np.count_nonzero(at) <= MOST_STDERR_POINTS:
-        look = {"marker": "_", "markersize": 7, "markeredgewidth": 1.6, "color": STDERR, "linestyle": "none"}
+        look = {"marker": "_", "markersize": 6, "markeredgewidth": 1.2, "color": STDERR, "linestyle": "none"}
         ax.plot(theory[at], np.maximum(stderr[at], EXACT), zorder=1, gid="stderr", **look)
         return
     x, y = np.log(theory[at]), stderr[at]
@@ -149,8 +149,8 @@ def _legend(figure: Figure, found: Agreement) -> None:
     looks = _looks(style.QUIET, 10)
     words = {
         "impossible": "body cannot exist",
-        "short_window": STATUS_WORDS["short_window"],
-        "not_converged": STATUS_WORDS["not_converged"],
+        "short_window": style.STATUS_WORDS["short_window"],
+        "not_converged": style.STATUS_WORDS["not_converged"],
         "opposite": "sign differs from theory",
     }
     handles = [
@@ -158,14 +158,10 @@ def _legend(figure: Figure, found: Agreement) -> None:
         for name, word in words.items()
         if masks[name].any()
     ]
-    band = any(artist.get_gid() == "stderr" for ax in figure.axes for artist in ax.collections)
-    label = "relative standard error" + (", middle 90 %" if band else "")
-    handles += [Patch(facecolor=STDERR, alpha=0.8, label=label)]
-    figure.legend(
-        handles=handles,
-        loc="lower left",
-        bbox_to_anchor=(0.01, 0.0),
-        ncols=len(handles),
-        columnspacing=1.4,
-        handletextpad=0.5,
-    ).set_in_layout(False)
+    stderr = [artist for ax in figure.axes for artist in (*ax.collections, *ax.lines) if artist.get_gid() == "stderr"]
+    if stderr:
+        label = "relative standard error" + (
+            ", middle 90 %" if any(not isinstance(artist, Line2D) for artist in stderr) else ""
+        )
+        handles += [Patch(facecolor=STDERR, alpha=0.8, label=label)]
+    style.legend(figure, handles)

@@ -14,7 +14,7 @@ from sweeps.dataset import REGIMES
 from sweeps.fits import Period, periods, signed_rate
 
 MOST_BODIES = 30
-PERIOD_INCHES, LINE_INCHES, NOTE_WIDTH = 1.0, 0.145, 76
+PERIOD_INCHES, LINE_INCHES, NOTE_WIDTH = 1.06, 0.145, 62
 PREDICTED = {"label": "rigid body, 2π/Ω", "marker": "o", "markersize": 7.5, "color": style.STABLE}
 OBSERVED = {
     "label": "observed",
@@ -57,7 +57,7 @@ def _selected(ds: xr.Dataset) -> xr.Dataset:
 def _subtitle(ds: xr.Dataset, part: xr.Dataset) -> str:
     fixed = {name: float(part[name]) for name in ("omega0", "epsilon", "phase") if part[name].ndim == 0}
     own = [style.symbol(name) for name in ("omega0", "epsilon", "phase") if part[name].ndim]
-    bodies = f"{ds.sizes['body']:,} bodies"
+    bodies = style.count(ds.sizes["body"], "body", "bodies")
     if part.sizes["body"] < ds.sizes["body"]:
         bodies = f"{part.sizes['body']} of {bodies}"
     text = style.settings(fixed) + (f";  each body its own {', '.join(own)}" if own else "")
@@ -88,7 +88,7 @@ def _rates(ax: Axes, part: xr.Dataset) -> None:
 
 def _row_label(body: xr.Dataset) -> str:
     name = textwrap.fill(str(body["body"].values), 30)
-    return name + ("" if float(body["triangle_margin"].min()) >= 0 else "\ntriangle inequality broken")
+    return name + ("" if float(body["triangle_margin"].min()) >= 0 else "\n(breaks the triangle inequality)")
 
 
 def _numbered(ax: Axes, x: float, y: float, axis: int, word: str) -> None:
@@ -167,7 +167,7 @@ def _period_texts(ax: Axes, period: Period, row: int, y: float, inches: float) -
         ax.annotate(_days(values[0]), (values[0], y), (-8, 0), ha="right", **look)
     ax.annotate(_days(values[-1]), (values[-1], y), (8, 0), ha="left", **look)
     note = textwrap.wrap(" ".join(period.note.split()), NOTE_WIDTH)
-    if len(note) * LINE_INCHES > inches - 0.66:
+    if len(note) * LINE_INCHES > inches - 0.64:
         note = textwrap.wrap(gist(period.note), NOTE_WIDTH)
     write("\n".join(note), 0.58, fontsize=7.8, color=style.QUIET, linespacing=1.25)
 
@@ -199,11 +199,4 @@ def _legend(figure: Figure, part: xr.Dataset) -> None:
         if word in present
     ]
     handles.append(Line2D([], [], linestyle="none", marker="|", markersize=9, color=style.INK, label="linear theory"))
-    figure.legend(
-        handles=handles,
-        loc="lower left",
-        bbox_to_anchor=(0.01, 0.0),
-        ncols=len(handles),
-        columnspacing=1.4,
-        handletextpad=0.3,
-    ).set_in_layout(False)
+    style.legend(figure, handles)

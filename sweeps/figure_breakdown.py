@@ -39,15 +39,15 @@ def draw(ds: xr.Dataset) -> Figure:
 
 def _subtitle(ds: xr.Dataset, total: int, found: xr.Dataset) -> str:
     rows = found.sizes["body"]
-    shown = f"{rows} of {total:,} bodies" if rows < total else f"{total} bodies" if total > 1 else "1 body"
+    shown = (f"{rows} of " if rows < total else "") + style.count(total, "body", "bodies")
     slopes = found["slope"].values[np.isfinite(found["slope"].values)]
     near = int(np.count_nonzero(np.abs(slopes - EXPECTED) <= TOLERANCE))
     fitted = f"{near} of {slopes.size} fitted exponents lie within {EXPECTED} ± {TOLERANCE}"
     low, high = (style.power(round(np.log10(bound))) for bound in (FIT_ABOVE, FIT_BELOW))
     return (
         f"{ds.attrs.get('title', '')}:  {shown};  {fitted if slopes.size else 'no exponent can be fitted'}\n"
-        f"Fitted over the shaded range, {low} to {high}, where a deviation is ten times what it is at the least "
-        "nudges or more (full strength; fainter below)"
+        f"Fitted over the shaded range, {low} to {high}, where a deviation is at least ten times what it is at the "
+        "least nudges (fainter where it is not)"
     )
 
 
@@ -93,7 +93,7 @@ def _series(ax: Axes, at: xr.Dataset, index: int) -> None:
     """One body about one axis: at full strength where the deviation stands above its floor."""
     epsilon, deviation, axis = at["epsilon"].values, at["deviation"].values, int(at["axis"])
     drawn = np.where(deviation > SMALLEST_DRAWN, deviation, np.nan)
-    above = np.where(drawn >= float(at["floor"]), drawn, np.nan)
+    above = np.where(drawn >= max(float(at["floor"]), FIT_ABOVE), drawn, np.nan)
     look = _look(index) | {"linestyle": LOOKS[axis]}
     ax.plot(epsilon, drawn, linewidth=0.7, alpha=0.35, gid=f"{index} {axis}", **(look | {"marker": "none"}))
     every = max(1, epsilon.size // 7)
@@ -134,7 +134,7 @@ def _table(ax: Axes, found: xr.Dataset) -> None:
             ax.text(x, i, text, ha="center", va="center", fontsize=8.5, color=color)
     ax.axhline(rows - 0.45, color=style.FAINT, linewidth=0.8)
     if "no law" in {text.get_text() for text in ax.texts}:
-        ax.text(0.0, rows + 0.1, "no law: the deviation never leaves its floor", **(head | {"fontsize": 7.8}))
+        ax.text(0.0, rows + 0.1, "no law: too few deviations stand above the floor", **(head | {"fontsize": 7.8}))
 
 
 def _clipped(name: str, most: int = 29) -> str:

@@ -143,13 +143,13 @@ def _map(part, axis, shown, fixed, title, subtitle) -> Figure:
     mesh = _paint(ax, x, y, part)
     _set_axes(ax, part, shown, x, y)
     handles = _hatch(ax, x, y, part["triangle_margin"].values < 0)
-    handles += _missing(part) + _mark_untrusted(ax, part, shown)
+    handles += _vanishing(part) + _missing(part) + _mark_untrusted(ax, part, shown)
     window = {name: (e[0], e[-1]) for name, e in zip(shown, (x, y), strict=True)}
     lines = boundaries(axis, window, fixed)
     _draw_boundaries(ax, lines, shown)
     _name_regions(ax, part, shown, lines)
     _color_bar(figure, ax, mesh)
-    _legend(figure, handles)
+    style.legend(figure, handles)
     _turn_labels(figure, ax)
     return figure
 
@@ -199,7 +199,7 @@ def _hatch(ax: Axes, x, y, impossible: np.ndarray) -> list:
     look = {"facecolor": "none", "edgecolor": "#55585c", "linewidth": 0.0, "hatch": "/////"}
     ax.add_patch(PathPatch(outline, gid="impossible", **look))
     ax.add_patch(PathPatch(_border(x, y, impossible), facecolor="none", edgecolor="#55585c", linewidth=0.7))
-    return [Patch(label="cannot exist: one moment exceeds the sum of the others", **(look | {"linewidth": 0.7}))]
+    return [Patch(label="cannot exist: a moment above the others' sum", **(look | {"linewidth": 0.7}))]
 
 
 def _border(x, y, mask: np.ndarray) -> Outline:
@@ -217,6 +217,12 @@ def _steps(mask: np.ndarray) -> list[tuple[int, int]]:
     return list(zip(rows.tolist(), (edges + 1).tolist(), strict=True))
 
 
+def _vanishing(part: xr.Dataset) -> list:
+    if not np.isin(part["regime"].values, (linear.MARGINAL, linear.SPHERE)).any():
+        return []
+    return [Patch(facecolor="#f7f7f7", edgecolor=style.QUIET, linewidth=0.7, label=r"marginal: $\Omega^2 = 0$")]
+
+
 def _missing(part: xr.Dataset) -> list:
     missing = int(np.count_nonzero(~np.isfinite(part["signed_rate"].values)))
     return [Patch(facecolor=MISSING, label=f"no value ({missing:,})")] if missing else []
@@ -229,7 +235,7 @@ def _mark_untrusted(ax: Axes, part: xr.Dataset, shown) -> list:
         at = part["status"].values == number
         if at.any():
             rows, columns = np.nonzero(at)
-            label = f"{STATUSES[number].replace('_', ' ')} ({rows.size:,})"
+            label = f"{style.STATUS_WORDS[STATUSES[number]]} ({rows.size:,})"
             xs, ys = part[shown[0]].values[columns], part[shown[1]].values[rows]
             look = {"linestyle": "none", "marker": mark, "markersize": 4, "color": style.INK, "alpha": 0.8}
             ax.plot(xs, ys, gid=f"status {number}", **look)
@@ -253,7 +259,7 @@ def _draw_boundaries(ax: Axes, lines: Mapping, shown) -> None:
         elif level:
             _outside(ax, pair, (1.0, ys[0]), ax.get_yaxis_transform(), (4, 0), ha="left", va="center")
         else:
-            at = 176
+            at = _clear_of(xs, [other for other in lines.values() if other is not line])
             ax.annotate(
                 _pair_text(pair),
                 (xs[at], ys[at]),
@@ -265,6 +271,12 @@ def _draw_boundaries(ax: Axes, lines: Mapping, shown) -> None:
                 rotation_mode="anchor",
                 path_effects=style.halo(),
             )
+
+
+def _clear_of(diagonal: np.ndarray, others) -> int:
+    """Where along a slanting boundary its name stands: near the end, unless another boundary crosses there."""
+    crossings = [int(np.searchsorted(diagonal, next(iter(other.values()))[0])) for other in others]
+    return 176 if all(abs(at - 176) > 40 for at in crossings) else 80
 
 
 def _outside(ax: Axes, pair, xy, transform, offset, **alignment) -> None:
@@ -351,21 +363,9 @@ def _color_bar(figure: Figure, ax: Axes, mesh) -> None:
     bar.ax.text(4.2, 0.75, r"oscillates:  $\Omega$ / $|\omega_0|$", color=style.STABLE, **look)
 
 
-def _legend(figure: Figure, handles: list) -> None:
-    if handles:
-        figure.legend(
-            handles=handles,
-            loc="lower left",
-            bbox_to_anchor=(0.012, 0.0),
-            ncols=len(handles),
-            handlelength=1.8,
-            columnspacing=1.6,
-        ).set_in_layout(False)
-
-
 def _curve(part, axis, shown, fixed, title, subtitle) -> Figure:
     (name,) = shown
-    figure = style.canvas(6.4, 4.2, title, subtitle, footer=0.36)
+    figure = style.canvas(6.4, 4.8, title, subtitle, footer=0.56)
     ax = figure.add_subplot()
     cells = style.edges(part[name].values)
     if style.is_logarithmic(part[name].values):
@@ -373,7 +373,7 @@ def _curve(part, axis, shown, fixed, title, subtitle) -> Figure:
     ax.set(xlim=(cells[0], cells[-1]), xlabel=style.axis_label(name))
     if ax.get_xscale() == "log":
         style.plain_log_ticks(ax.xaxis)
-    ax.set_ylabel(r"signed rate $\pm\sqrt{|\Omega^2|}\,/\,|\omega_0|$  (dimensionless)")
+    ax.set_ylabel(r"measured rate $/\,|\omega_0|$  (dimensionless)")
     sides = ((0.97, "top", "oscillates", style.STABLE), (0.03, "bottom", "grows", style.UNSTABLE))
     for y, va, word, color in sides:
         ax.text(0.015, y, word, transform=ax.transAxes, va=va, color=color, path_effects=style.halo())
@@ -388,7 +388,7 @@ def _curve(part, axis, shown, fixed, title, subtitle) -> Figure:
     for pair, line in boundaries(axis, {name: (cells[0], cells[-1])}, fixed).items():
         ax.axvline(line[name][0], color=style.INK, linewidth=1.2, gid=_pair_text(pair))
         _outside(ax, pair, (line[name][0], 1.0), ax.get_xaxis_transform(), (0, 3), ha="center", va="bottom")
-    _legend(figure, handles)
+    style.legend(figure, handles, 4)
     return figure
 
 

@@ -8,9 +8,9 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
-from matplotlib.ticker import LogLocator, NullFormatter
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
-from sweeps.dataset import COORDINATES
+from sweeps.dataset import COORDINATES, STATUSES
 
 DPI = 200
 INK, QUIET, FAINT = "#1a1a1a", "#5f6368", "#c9ccd1"
@@ -33,6 +33,7 @@ REGIME_WORDS = {
     "marginal": "marginal",
     "sphere": "sphere",
 }
+STATUS_WORDS = {name: name.replace("_", " ").replace("non f", "non-f") for name in STATUSES}
 SERIES_COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#333333")
 SERIES_MARKERS = ("o", "s", "^", "D", "v", "P")
 
@@ -122,6 +123,11 @@ def number(value: float, digits: int = 6) -> str:
     return power if mantissa == "1" else f"{mantissa}×{power}"
 
 
+def count(n: int, noun: str, plural: str) -> str:
+    """How many of something: "1 body", "1,200 bodies"."""
+    return f"{n:,} {noun if n == 1 else plural}"
+
+
 def settings(values: Mapping[str, float]) -> str:
     """Fixed parameters in one line, with units: "I3 = 0.01748 kg m², ω0 = 10 rad s⁻¹"."""
     parts = []
@@ -165,7 +171,7 @@ def plain_log_ticks(axis) -> None:
     """Ticks at 1, 2 and 5 in plain numbers where a logarithmic axis spans under two decades; else powers of ten."""
     low, high = axis.get_view_interval()
     if high < 100 * low:
-        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)) if high > 10 * low else MaxNLocator(5))
         axis.set_major_formatter(lambda value, _: number(value, 3))
     axis.set_minor_formatter(NullFormatter())
 
@@ -173,6 +179,14 @@ def plain_log_ticks(axis) -> None:
 def power(exponent: int) -> str:
     """A power of ten, as mathtext."""
     return f"$10^{{{exponent}}}$"
+
+
+def legend(figure: Figure, handles: list, columns: int = 9) -> None:
+    """A legend in the footer of a figure."""
+    if handles:
+        look = {"handlelength": 1.8, "columnspacing": 1.5, "handletextpad": 0.6, "borderaxespad": 0.0}
+        place = {"loc": "lower left", "bbox_to_anchor": (0.014, 0.02)}
+        figure.legend(handles=handles, ncols=min(columns, len(handles)), **place, **look).set_in_layout(False)
 
 
 def few(length: int, most: int) -> list[int]:

@@ -16,14 +16,14 @@ import xarray as xr
 from sweeps.dataset import REGIMES, STATUSES
 
 SECONDS_PER_DAY = 86_400.0
-BLOCK_POINTS = 2**20
+BLOCK_POINTS = 2**18
 MOST_DRAWN = 200_000
 
 # Below, rounding and the tolerance of the integration stand in for the law; above, its next term does.
 FIT_ABOVE, FIT_BELOW = 1e-11, 1e-2
 FLOOR_FACTOR = 10.0
-FLOOR_POINTS = 3
-LEAST_FITTED = 5
+FLOOR_SPAN = 3.0
+LEAST_FITTED = 4
 
 
 def signed_rate(omega_squared, omega0):
@@ -110,7 +110,8 @@ def agreement(ds: xr.Dataset, most: int = MOST_DRAWN) -> Agreement:
         columns = _columns(ds, block, tuple(sizes))
         _count(result, columns)
         first = -start % result.stride
-        parts.append({name: column[first :: result.stride] for name, column in columns.items()})
+        # A view would keep its whole block in memory.
+        parts.append({name: column[first :: result.stride].copy() for name, column in columns.items()})
         start += columns["status"].size
     for name in ("theory", "measured", "deviation", "stderr", "possible", "status"):
         setattr(result, name, np.concatenate([part[name] for part in parts]))
@@ -200,21 +201,24 @@ def power_law(x, y, low: float = FIT_ABOVE, high: float = FIT_BELOW) -> tuple[fl
     return slope, math.sqrt(float(scatter @ scatter) / ((n - 2) * float(u @ u))), n
 
 
-def deviation_floor(deviation, stderr) -> float:
+def deviation_floor(epsilon, deviation, stderr) -> float:
     """Deviation below which a series shows no law: ten times what it shows where ε is least.
 
     Args:
-        deviation: |Ω²/Ω²_theory − 1| in the order of ε, shape (n,).
+        epsilon: size of the nudge, ascending, shape (n,).
+        deviation: |Ω²/Ω²_theory − 1| there, shape (n,).
         stderr: its relative standard error, shape (n,).
 
     Returns:
-        `FLOOR_FACTOR` times the larger of their medians over the first `FLOOR_POINTS` finite points (at larger ε
-        the standard error grows with the deviation itself: the scatter is the nonlinearity).
+        `FLOOR_FACTOR` times the larger of their medians from the least ε with values up to `FLOOR_SPAN` times
+        that (further on the standard error grows with the deviation: its scatter is the nonlinearity); infinite
+        where there is no value.
     """
-    deviation, stderr = np.asarray(deviation, float), np.asarray(stderr, float)
-    first = np.flatnonzero(np.isfinite(deviation) & np.isfinite(stderr))[:FLOOR_POINTS]
-    if first.size == 0:
+    epsilon, deviation, stderr = (np.asarray(values, float) for values in (epsilon, deviation, stderr))
+    finite = np.isfinite(deviation) & np.isfinite(stderr)
+    if not finite.any():
         return math.inf
+    first = finite & (epsilon <= FLOOR_SPAN * epsilon[finite][0])
     return FLOOR_FACTOR * max(float(np.median(deviation[first])), float(np.median(stderr[first])))
 
 
@@ -238,7 +242,11 @@ def breakdown(ds: xr.Dataset) -> xr.Dataset:
     deviation = abs(ds["omega_squared"] / theory - 1.0).where(ds["status"] == 0)
     stderr = abs(ds["omega_squared_stderr"] / theory).where(ds["status"] == 0)
     floor = xr.apply_ufunc(
-        deviation_floor, deviation, stderr, input_core_dims=[["epsilon"], ["epsilon"]], vectorize=True
+        lambda y, error: deviation_floor(ds["epsilon"].values, y, error),
+        deviation,
+        stderr,
+        input_core_dims=[["epsilon"], ["epsilon"]],
+        vectorize=True,
     )
     slope, error, fitted = xr.apply_ufunc(
         lambda y, low: power_law(ds["epsilon"].values, y, max(FIT_ABOVE, low)),

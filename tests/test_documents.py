@@ -15,9 +15,7 @@ def table(marker):
     return {name: (units, meaning) for name, units, meaning in cells}
 
 
-@pytest.mark.parametrize(
-    ("marker", "truth"), [("coordinates", dataset.COORDINATES), ("variables", dataset.VARIABLES)]
-)
+@pytest.mark.parametrize(("marker", "truth"), [("coordinates", dataset.COORDINATES), ("variables", dataset.VARIABLES)])
 def test_data_contract_for_readers_is_the_table_of_the_code(marker, truth):
     told = table(marker)
     assert list(told) == list(truth)

@@ -584,7 +584,7 @@ def test_a_small_tilt_keeps_its_relative_digits():
     [
         # what stands still keeps its values, and its angles to the three axes
         ((1, 2, 3), (0, -2, 0), (0, 0, -2, -2, 0, 0), (np.pi / 2, 0, np.pi / 2)),
-        ((1, 1, 1), (3, 0, 4), (3, 3, 0, 0, 4, 4), (math.atan2(4, 3), np.pi / 2, math.atan2(3, 4))),
+        ((1, 1, 1), (2, -3, 6), (2, 2, -3, -3, 6, 6), (math.acos(2 / 7), math.acos(3 / 7), math.acos(6 / 7))),
         ((1, 2, 3), (0, 0, 0), (0, 0, 0, 0, 0, 0), (0, 0, 0)),
         # a symmetric top: w3 stays, (w1, w2) turns
         (
