@@ -77,10 +77,10 @@ def rate_squared(D, spacing):
     """
     s = math.sqrt(abs(0.5 * D))
     if s < 1e-9:
-        return 2.0 * D / (spacing * spacing), 2.0 / (spacing * spacing)
+        return 2.0 * D / spacing / spacing, 2.0 / spacing / spacing
     if D > 0.0:
         angle = math.asin(min(s, 1.0))
-        value, slope = 4.0 * angle * angle, 2.0 * angle / (s * math.sqrt(max(1.0 - s * s, 0.0)))
+        value, slope = 4.0 * angle * angle, 2.0 * angle / (s * math.sqrt(max(1.0 - s * s, 1e-300)))
     else:
         angle = math.asinh(s)
         value, slope = -4.0 * angle * angle, 2.0 * angle / (s * math.sqrt(1.0 + s * s))

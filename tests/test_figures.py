@@ -360,7 +360,7 @@ def test_breakdown_says_when_the_law_is_another(breaking):
     assert any(text.get_text().endswith(" !") for text in figure.axes[2].texts)
 
 
-def test_breakdown_of_a_grid(tmp_path):
+def test_breakdown_of_a_grid():
     nudges = {"start": 1e-7, "stop": 0.1, "num": 8, "spacing": "log"}
     grid = {"I1": [1.0, 1.1, 1.2, 1.3, 1.4], "I2": [2.0, 2.1, 2.2], "I3": 2.5, "omega0": [1.0, 2.0], "epsilon": nudges}
     ds = sweeps.survey({"title": "nudges", "grid": grid})
