@@ -1,5 +1,8 @@
-"""Slow, obvious twins of the kernels: SciPy integrates, NumPy fits."""
+"""Slow, obvious twins of the kernels: SciPy integrates, NumPy fits, mpmath and fractions compute."""
 
+from fractions import Fraction
+
+import mpmath
 import numpy as np
 from scipy.integrate import solve_ivp
 
@@ -42,3 +45,74 @@ def rate_squared(transverse, spacing):
     angle = np.arccos(1 - D) if D > 0 else np.arccosh(1 - D)
     derivative = 2 * angle / (np.sin(angle) if D > 0 else np.sinh(angle))
     return np.sign(D) * (angle / spacing) ** 2, derivative * stderr_D / spacing**2, used
+
+
+def seen_from(axis, x1, x2, x3):
+    """The three values in the order (a, b, c) of a spin axis, by walking round the axes."""
+    values = {1: x1, 2: x2, 3: x3}
+    following = {1: 2, 2: 3, 3: 1}
+    b = following[axis]
+    return values[axis], values[b], values[following[b]]
+
+
+def fractions(*values):
+    """The same numbers without any rounding to come."""
+    return tuple(Fraction(float(x)) for x in values)
+
+
+def taylor_terms(start, k, order):
+    """Terms 0 to order of the power series of a rotation in one step, by Cauchy products; k_i = c_i h."""
+    terms = [[x] for x in start]
+    for n in range(order):
+        products = []
+        for i in range(3):
+            j, l = (i + 1) % 3, (i + 2) % 3  # noqa: E741
+            products.append(sum(terms[j][m] * terms[l][n - m] for m in range(n + 1)))
+        for i in range(3):
+            terms[i].append(k[i] * products[i] / (n + 1))
+    return terms
+
+
+def truncation(size, order):
+    """G(A) of the direct integrator's step control, from the two bounds in its module's docstring."""
+    n = order + 1
+    with mpmath.workdps(30):
+        A = mpmath.mpf(size)
+        series = mpmath.fsum((A / 2) ** (2 * k) * mpmath.mpf(2 * k + 1) ** n / mpmath.factorial(n) for k in range(12))
+        depth = mpmath.acosh(1 / A) if A < 1 else mpmath.mpf(0)
+        pole = 2 / A * (depth**2 + mpmath.pi**2 / 4) ** (-mpmath.mpf(n + 1) / 2)
+        return float(min(series, max(pole, 1 / mpmath.factorial(n))))
+
+
+def linear_flow(cb, cc, omega0, start, t):
+    """The linearised equations by mpmath's matrix exponential, 40 digits."""
+    with mpmath.workdps(40):
+        cb, cc, omega0, t = (mpmath.mpf(float(x)) for x in (cb, cc, omega0, t))
+        flow = mpmath.expm(omega0 * t * mpmath.matrix([[0, cb], [cc, 0]]))
+        moved = flow * mpmath.matrix([mpmath.mpf(x) for x in start])
+        return float(moved[0]), float(moved[1])
+
+
+def growing_share(cb, cc, omega0, phase):
+    """Share of a start on the growing eigenvector, sizes taken in omega_b/sqrt|c_b| and omega_c/sqrt|c_c|."""
+    with mpmath.workdps(30):
+        cb, cc, omega0, phase = (mpmath.mpf(float(x)) for x in (cb, cc, omega0, phase))
+        values, vectors = mpmath.eig(omega0 * mpmath.matrix([[0, cb], [cc, 0]]))
+        weights = mpmath.lu_solve(vectors, mpmath.matrix([mpmath.cos(phase), mpmath.sin(phase)]))
+        sizes = [
+            abs(weights[i]) ** 2 * (abs(vectors[0, i]) ** 2 / abs(cb) + abs(vectors[1, i]) ** 2 / abs(cc))
+            for i in (0, 1)
+        ]
+        grows = 0 if mpmath.re(values[0]) > 0 else 1
+        return float(sizes[grows] / (sizes[0] + sizes[1]))
+
+
+def rate_squared_of(D, spacing):
+    """Signed rate² and its derivative by D from arccos(1 - D) and arcosh(1 - D), 50 digits."""
+    with mpmath.workdps(50):
+        D, h = mpmath.mpf(float(D)), mpmath.mpf(float(spacing))
+        if D == 0:
+            return 0.0, float(2 / h**2)
+        angle = mpmath.acos(1 - D) if D > 0 else mpmath.acosh(1 - D)
+        rise = mpmath.sin(angle) if D > 0 else mpmath.sinh(angle)
+        return float(mpmath.sign(D) * (angle / h) ** 2), float(2 * angle / rise / h**2)

@@ -1,6 +1,8 @@
-"""hypothesis strategies for sweeps' definitions, as plain mappings."""
+"""hypothesis strategies: for sweeps' definitions, as plain mappings; for bodies and points, as floats and arrays."""
 
+import numpy as np
 from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 NAMES = ("omega0", "epsilon", "phase")
 MOMENT = st.floats(1e-60, 1e60)
@@ -60,3 +62,32 @@ def body_sweeps(draw):
 
 
 sweeps = grid_sweeps() | body_sweeps()
+
+LANES = 12  # points of one example: one batch, whatever hypothesis draws
+
+
+def moment_triples(low=1e-3, high=1e3):
+    """Three positive moments, ties and neighbouring floats often among them."""
+    near = st.builds(lambda x, k: (x, float(x + k * np.spacing(x))), st.floats(low, high), st.integers(-2, 2))
+    tied = st.builds(
+        lambda pair, z, turn: tuple(np.roll([*pair, z], turn)), near, st.floats(low, high), st.integers(0, 2)
+    )
+    return st.tuples(*[st.floats(low, high)] * 3) | tied
+
+
+@st.composite
+def point_batches(draw, lanes=LANES):
+    """Points of any bodies, existing or not, with every axis, sense of spin, size and direction of nudge."""
+    ratios = draw(arrays(np.float64, (3, lanes), elements=st.floats(0.05, 1.0)))
+    signs = draw(arrays(np.bool_, lanes))
+    exponents = draw(arrays(np.float64, lanes, elements=st.floats(-8.0, -0.6)))
+    spins = draw(arrays(np.float64, lanes, elements=st.floats(1e-3, 1e3)))
+    return {
+        "I1": ratios[0],
+        "I2": ratios[1],
+        "I3": ratios[2],
+        "axis": draw(arrays(np.int64, lanes, elements=st.integers(1, 3))),
+        "omega0": np.where(signs, spins, -spins),
+        "epsilon": 10.0**exponents,
+        "phase": draw(arrays(np.float64, lanes, elements=st.floats(0.0, 6.3))),
+    }

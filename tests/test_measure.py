@@ -1,54 +1,235 @@
 import math
 
+import mpmath
 import numpy as np
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from naive import fractions, rate_squared, rate_squared_of
 
 from kernels import measure
+
+ULP = 2.0**-52
+SAMPLE = st.floats(-1e3, 1e3).map(lambda x: x if abs(x) > 1e-3 else 0.25)
+TRIPLES = st.tuples(*[SAMPLE] * 6)
+SPACING = 0.4
+
+
+def second(x, x1, x2):
+    return x - 2 * x1 + x2
+
+
+@given(SAMPLE, SAMPLE, SAMPLE)
+def test_second_difference(x, x1, x2):
+    exact = second(*fractions(x, x1, x2))
+    # half an ulp of each of the two differences and one of their own difference
+    allowed = ULP * (abs(x - x1) + abs(x1 - x2))
+    assert abs(fractions(measure.second_difference(x, x1, x2))[0] - exact) <= allowed
+
+
+def test_second_difference_of_close_samples_is_exact():
+    h = 2.0**-30
+    assert measure.second_difference(1 + 3 * h, 1 + h, 1.0) == h
+
+
+@given(TRIPLES)
+def test_first_guess_is_the_least_squares_D_of_three_samples(samples):
+    b, c, b1, c1, b2, c2 = fractions(*samples)
+    exact = -(second(b, b1, b2) * b1 + second(c, c1, c2) * c1) / (2 * (b1 * b1 + c1 * c1))
+    size = max(abs(x) for x in samples) / math.hypot(samples[2], samples[3])
+    # every difference carries at most an ulp of the largest sample
+    assert measure.first_guess(*samples) == pytest.approx(float(exact), rel=1e-14, abs=8 * ULP * size)
+
+
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")  # without the compiler NumPy's scalars warn
+def test_first_guess_of_nothing():
+    assert math.isnan(measure.first_guess(np.float64(1.0), np.float64(0.0), *(np.float64(0.0),) * 4))
+
+
+@given(TRIPLES, st.floats(-0.2, 0.2))
+def test_leftover_against_fractions(samples, guess):
+    b, c, b1, c1, b2, c2 = fractions(*samples)
+    (D,) = fractions(guess)
+    rb, rc = second(b, b1, b2) + 2 * D * b1, second(c, c1, c2) + 2 * D * c1
+    ours = measure.leftover(*samples, guess)
+    size = 4 * max(abs(x) for x in samples)
+    # each leftover is a sum of four terms of that size
+    for value, exact in zip(ours, (rb * b1 + rc * c1, rb * rb + rc * rc, b1 * b1 + c1 * c1), strict=True):
+        assert value == pytest.approx(float(exact), rel=4 * ULP, abs=16 * ULP * size**2)
+    assert ours[2] == pytest.approx(float(b1 * b1 + c1 * c1), rel=2 * ULP)
+
+
+D_VALUES = np.r_[
+    10.0 ** np.arange(-30, -15), 1.9e-18, 2.1e-18, np.geomspace(1e-15, 0.12, 30), np.linspace(0.13, 1.99, 40)
+]
+NEGATIVE = np.r_[-D_VALUES, -10.0, -1e3]
+
+
+@pytest.mark.parametrize("spacing", [0.25, 3.0])
+def test_rate_squared_and_its_slope_against_mpmath(spacing):
+    for D in (*D_VALUES, *NEGATIVE):
+        value, slope = measure.rate_squared(float(D), spacing)
+        exact, exact_slope = rate_squared_of(D, spacing)
+        # ten roundings or so; near D = 2 the arcsine and the slope magnify those of s by 1/(2 - D)
+        allowed = 6 * ULP * (1 + 1 / (2 - D)) if D > 0 else 6 * ULP
+        assert value == pytest.approx(exact, rel=allowed)
+        assert slope == pytest.approx(exact_slope, rel=allowed)
+
+
+def test_rate_squared_at_the_ends_of_its_range():
+    assert measure.rate_squared(0.0, 0.5) == (0.0, 8.0)
+    for D in (2.0, np.nextafter(2.0, 3.0), 2.5):  # rounding, or noise, may step over the end
+        value, slope = measure.rate_squared(D, 0.5)
+        assert value == pytest.approx((math.pi / 0.5) ** 2, rel=1e-14)
+        assert slope > 0 and math.isfinite(slope)  # noqa: PT018
+
+
+def sums(x, guess):
+    b, c = x.T
+    parts = measure.leftover(b[2:], c[2:], b[1:-1], c[1:-1], b[:-2], c[:-2], guess)
+    return [float(np.sum(part)) for part in parts]
+
+
+@pytest.mark.parametrize("guess", [0.0, 0.05, -0.2])
+def test_estimate_whatever_the_guess_is_the_least_squares_fit(guess):
+    rng = np.random.default_rng(21)
+    t = SPACING * np.arange(33)
+    for motion in (np.stack([np.cos(0.9 * t), np.sin(0.9 * t)], axis=1), np.stack([np.cosh(0.1 * t), 0.3 * t], axis=1)):
+        x = motion + 1e-3 * rng.standard_normal(motion.shape)
+        value, stderr = measure.estimate(guess, *sums(x, guess), len(x) - 2, SPACING)
+        expected, expected_stderr, used = rate_squared(x, SPACING)
+        assert used == len(x)
+        # the twin's arccos(1 - D) loses digits as 1e-16/D; the noise leaves no D below 1e-4
+        assert value == pytest.approx(expected, rel=1e-11)
+        assert stderr == pytest.approx(expected_stderr, rel=1e-11)
+
+
+def test_estimate_of_few_triples():
+    assert all(math.isnan(x) for x in measure.estimate(0.1, 0.0, 0.0, 1.0, 0, SPACING))
+    value, stderr = measure.estimate(0.1, 0.0, 0.0, 1.0, 1, SPACING)
+    assert value == measure.rate_squared(0.1, SPACING)[0]
+    assert math.isnan(stderr)
+    value, stderr = measure.estimate(0.1, 0.0, 0.75, 1.0, 2, SPACING)
+    # two triples of two components and one slope: three degrees of freedom
+    assert stderr == pytest.approx(measure.rate_squared(0.1, SPACING)[1] * 0.25, rel=1e-14)
+
+
+def test_estimate_of_a_perfect_fit_has_no_negative_scatter():
+    # the sums' rounding may leave less than nothing
+    assert measure.estimate(0.1, 1.0, 1.0 - 1e-16, 1.0, 9, SPACING)[1] == 0.0
 
 
 @pytest.mark.parametrize("rate", [1e-3, 0.1, 0.9])
 def test_signed_rate_of_known_motions(rate):
-    t = 0.4 * np.arange(65)
+    t = SPACING * np.arange(65)
     wave = np.stack([np.cos(rate * t), 0.3 * np.sin(rate * t)], axis=1)
     growth = np.stack([np.cosh(rate * t), 0.3 * np.sinh(rate * t)], axis=1)
     # rounding of the samples, 1e-16, over the second difference (rate h)²
-    allowed = 1e-14 / (rate * 0.4) ** 2 + 1e-13
-    assert measure.signed_rate(wave, 0.4)[0] == pytest.approx(rate**2, rel=allowed)
-    assert measure.signed_rate(growth, 0.4)[0] == pytest.approx(-(rate**2), rel=allowed)
+    allowed = 1e-15 / (rate * SPACING) ** 2 + 1e-14
+    assert measure.signed_rate(wave, SPACING)[0] == pytest.approx(rate**2, rel=allowed)
+    assert measure.signed_rate(growth, SPACING)[0] == pytest.approx(-(rate**2), rel=allowed)
+    for motion in (wave, growth):
+        value, stderr = measure.signed_rate(motion, SPACING)
+        assert 0 <= stderr <= allowed * rate**2
 
 
-def noisy_recurrence(rng, rate, spacing, count):
-    """Samples of an oscillation whose second differences carry white noise of 1e-6."""
-    x = [np.array([1.0, 0.0]), np.array([math.cos(rate * spacing), math.sin(rate * spacing)])]
+def test_signed_rate_of_a_decay_and_of_one_component_alone():
+    t = SPACING * np.arange(65)
+    decay = np.stack([np.exp(-0.5 * t), np.zeros(65)], axis=1)
+    assert measure.signed_rate(decay, SPACING)[0] == pytest.approx(-0.25, rel=1e-13)
+    assert measure.signed_rate(decay[:, ::-1], SPACING)[0] == pytest.approx(-0.25, rel=1e-13)
+
+
+def test_signed_rate_of_a_secular_motion_is_nothing():
+    t = SPACING * np.arange(65)
+    value, stderr = measure.signed_rate(np.stack([1 + 0.05 * t, np.full(65, 0.7)], axis=1), SPACING)
+    # rounding of the samples, 2e-16 each, over h²
+    assert abs(value) <= 2e-15
+    assert abs(value) <= 5 * stderr
+
+
+@given(st.floats(0.01, 1.2), st.floats(0, 6.3), st.floats(-30, 30), st.booleans())
+def test_signed_rate_has_symmetries(rate, phase, exponent, grows):
+    t = SPACING * np.arange(33)
+    wave = np.stack([np.cosh(rate * t + phase), np.sinh(rate * t)] if grows else
+                    [np.cos(rate * t + phase), np.sin(rate * t)], axis=1)  # fmt: skip
+    value, stderr = measure.signed_rate(wave, SPACING)
+    assert value == pytest.approx((-1 if grows else 1) * rate**2, rel=1e-14 / (rate * SPACING) ** 2 + 1e-13)
+    assert measure.signed_rate(-wave, SPACING) == (value, stderr)
+    assert measure.signed_rate(wave * 2.0 ** round(exponent), SPACING) == (value, stderr)
+    slow = measure.signed_rate(wave, 2 * SPACING)
+    assert slow == (value / 4, stderr / 4)
+    # the other way round, and with the components changed: the same sums in another order
+    other = measure.signed_rate(wave[::-1, ::-1], SPACING)
+    assert other[0] == pytest.approx(value, rel=0, abs=1e-14 / SPACING**2)
+
+
+def noisy_recurrence(rng, D, count):
+    """Samples of a motion whose second differences carry white noise of 1e-6."""
+    x = [np.array([1.0, 0.0]), np.array([1 - D, 0.3])]
     for _ in range(count - 2):
-        x.append(2 * math.cos(rate * spacing) * x[-1] - x[-2] + 1e-6 * rng.standard_normal(2))
+        x.append(2 * (1 - D) * x[-1] - x[-2] + 1e-6 * rng.standard_normal(2))
     return np.array(x)
 
 
-def test_standard_error_is_the_spread_of_many_estimates():
+@pytest.mark.parametrize("D", [0.05, -0.005])
+def test_standard_error_is_the_spread_of_many_estimates(D):
     rng = np.random.default_rng(11)
-    draws = np.array([measure.signed_rate(noisy_recurrence(rng, 0.8, 0.4, 65), 0.4) for _ in range(600)])
-    # 600 draws know a spread to 1 / sqrt(1200), 3 %
-    assert draws[:, 1].mean() / draws[:, 0].std() == pytest.approx(1.0, abs=0.12)
+    draws = np.array([measure.signed_rate(noisy_recurrence(rng, D, 33), SPACING) for _ in range(800)])
+    pulls = (draws[:, 0] - rate_squared_of(D, SPACING)[0]) / draws[:, 1]
+    # 800 draws know a spread to 1/sqrt(1600) = 2.5 % and a share of 0.683 to 0.016: four times each
+    assert pulls.std() == pytest.approx(1.0, abs=0.1)
+    assert abs(pulls.mean()) < 4 / math.sqrt(800)
+    assert np.mean(np.abs(pulls) < 1) == pytest.approx(0.683, abs=0.066)
+    assert np.mean(np.abs(pulls) < 2) == pytest.approx(0.954, abs=0.03)
 
 
-def test_rate_squared_is_smooth_through_zero():
-    for D in (1e-18, 1e-12, -1e-12, 0.3, -0.3):
-        value, slope = measure.rate_squared(D, 0.5)
-        exact = math.acos(1 - D) ** 2 if D > 1e-3 else -(math.acosh(1 - D) ** 2) if D < -1e-3 else 2 * D
-        assert value == pytest.approx(exact / 0.25, rel=1e-11)
-        step = abs(D) * 1e-6
-        ends = measure.rate_squared(D + step, 0.5)[0] - measure.rate_squared(D - step, 0.5)[0]
-        assert slope == pytest.approx(ends / (2 * step), rel=1e-6)
+def test_signed_rate_takes_four_samples_and_no_fewer():
+    t = SPACING * np.arange(4)
+    value, stderr = measure.signed_rate(np.stack([np.cos(t), np.sin(t)], axis=1), SPACING)
+    assert value == pytest.approx(1.0, rel=1e-14)
+    assert math.isfinite(stderr)
 
 
-def test_logarithm():
-    for x in np.random.default_rng(12).uniform(-690, 690, 200):
-        value = math.exp(x)
-        # two roundings of the result
-        assert measure.logarithm(value) == pytest.approx(math.log(value), rel=4.5e-16, abs=1e-16)
+@pytest.mark.parametrize("shape", [(3, 2), (2, 9), (9,), (9, 3), (4, 2, 1)])
+def test_signed_rate_says_what_is_wrong(shape):
+    with pytest.raises(ValueError, match=r"\(n, 2\) with n >= 4"):
+        measure.signed_rate(np.ones(shape), 1.0)
 
 
-def test_signed_rate_wants_enough_samples():
-    with pytest.raises(ValueError, match=r"\(n, 2\)"):
-        measure.signed_rate(np.zeros((3, 2)), 1.0)
+@given(st.lists(st.floats(-100, 100), min_size=2, max_size=30), st.integers(0, 50))
+def test_line_slope_against_polyfit(y, first):
+    k = first + np.arange(len(y))
+    y = np.array(y)
+    ours = measure.line_slope(float(len(y)), *(float(s) for s in (k.sum(), (k * k).sum(), y.sum(), (k * y).sum())))
+    exact = np.polyfit(k - k.mean(), y, 1)[0]
+    # n Skk - Sk² cancels to n² Var(k)
+    cancelled = (k * k).sum() / len(k) / k.var()
+    assert ours == pytest.approx(exact, rel=1e-13, abs=1e-15 * cancelled * (np.abs(y).max() + 1))
+
+
+def test_line_slope_of_fewer_than_two_points():
+    assert math.isnan(measure.line_slope(0.0, 0.0, 0.0, 0.0, 0.0))
+    assert math.isnan(measure.line_slope(1.0, 3.0, 9.0, 2.0, 6.0))
+    assert measure.line_slope(2.0, 3.0, 5.0, 9.0, 15.0) == 3.0
+
+
+def ulps_off(x):
+    with mpmath.workdps(40):
+        exact = mpmath.log(mpmath.mpf(x))
+        return float(abs(mpmath.mpf(float(measure.logarithm(x))) - exact)) / math.ulp(float(exact))
+
+
+@given(st.floats(2.3e-308, 1.7e308))
+def test_logarithm_of_any_normal_double(x):
+    assume(not 0.5 < x < 2)
+    assert ulps_off(x) <= 1.0
+
+
+def test_logarithm_around_one():
+    rng = np.random.default_rng(12)
+    near = 10 ** rng.uniform(-15.5, -0.3, 400)
+    edges = math.sqrt(2) * (1 + ULP * np.arange(-2, 3)), 2.0 ** np.array([-1022.0, -1.0, 0.5, 1.0, 2.0, 1023.0])
+    # the quotient s, its double, the series and their sum are rounded half an ulp each
+    assert max(ulps_off(float(x)) for x in (*(1 + near), *(1 - near), *np.concatenate(edges))) <= 2.0
+    assert measure.logarithm(1.0) == 0.0
