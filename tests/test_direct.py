@@ -1,10 +1,22 @@
+import math
+
 import mpmath
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from naive import taylor_terms, truncation
 from numba import config
 from scipy.integrate import solve_ivp
 
-from kernels import direct, rigid_body
+from kernels import direct, exact, rigid_body
+
+ULP = 2.0**-52
+FEWER = 10 if config.DISABLE_JIT else 1  # steps in plain Python are slow
+# nought, or large enough that no term of a series underflows
+STATE, COEFFICIENTS = (
+    st.tuples(*[st.floats(-most, most).map(lambda x: x if abs(x) > 1e-3 else 0.0)] * 3) for most in (1.2, 1.0)
+)
 
 
 def reference(c, start, t):
@@ -17,28 +29,125 @@ def reference(c, start, t):
         return np.array([float(x) for x in solution(t)])
 
 
+def random_body(rng):
+    """Moments of a body that can exist: any second moments of mass."""
+    masses = rng.uniform(0, 1, 3)
+    return masses.sum() - masses
+
+
+@given(STATE, COEFFICIENTS)
+def test_step_is_the_sum_of_the_series_to_order_ten(state, k):
+    terms = taylor_terms(state, k, direct.ORDER)
+    # rounding: an ulp or two of the sum of absolute terms, of which the cancelling products are the larger
+    absolute = taylor_terms([abs(x) for x in state], [abs(x) for x in k], direct.ORDER)
+    for ours, mine, size in zip(direct.step(*state, *k), terms, absolute, strict=True):
+        assert abs(ours - math.fsum(mine)) <= 4 * ULP * sum(size)
+
+
+def test_step_holds_every_term_of_the_series():
+    # all terms of one sign and of about one size, so that each is seen
+    state, k = (1.1, 1.2, 1.3), (0.71, 0.73, 0.79)
+    for ours, mine in zip(direct.step(*state, *k), taylor_terms(state, k, 10), strict=True):
+        assert mine[10] > 0.05
+        assert ours == pytest.approx(math.fsum(mine), rel=6 * ULP)
+
+
+@given(STATE, COEFFICIENTS)
+def test_step_turns_with_the_labels(state, k):
+    a, b, c = direct.step(*state, *k)
+    turned = direct.step(state[1], state[2], state[0], k[1], k[2], k[0])
+    # a compiler may contract the sums of three equal lines in three ways
+    np.testing.assert_allclose(turned, (b, c, a), rtol=0, atol=64 * ULP)
+
+
+@given(STATE, COEFFICIENTS)
+def test_step_has_the_symmetries_of_the_equations(state, k):
+    a, b, c = direct.step(*state, *k)
+    x, y, z = state
+    # a half turn about an axis maps motions to motions; time backwards is every component's sign
+    assert direct.step(x, -y, -z, *k) == (a, -b, -c)
+    assert direct.step(-x, y, -z, *k) == (-a, b, -c)
+    assert direct.step(-x, -y, -z, *(-x for x in k)) == (-a, -b, -c)
+    # a spin twice as fast in half the time
+    assert direct.step(2 * x, 2 * y, 2 * z, *(0.5 * x for x in k)) == (2 * a, 2 * b, 2 * c)
+
+
+@given(st.floats(0.1, 1.0), COEFFICIENTS, st.floats(-700, -20))
+def test_a_small_perturbation_keeps_its_relative_digits(spin, k, exponent):
+    small = math.exp(exponent)
+    a, b, c = direct.step(spin, 0.8 * small, 0.6 * small, *k)
+    with mpmath.workdps(40):
+        flow = mpmath.expm(mpmath.mpf(spin) * mpmath.matrix([[0, k[1]], [k[2], 0]]))
+        moved = flow * mpmath.matrix([mpmath.mpf(0.8), mpmath.mpf(0.6)])
+    assert a == spin
+    # the term left out, 1/11! of a step of one radian at most, and the square of the perturbation
+    np.testing.assert_allclose([b / small, c / small], [float(x) for x in moved], rtol=0, atol=3e-8)
+
+
 def test_order_is_ten():
     c, start = (0.5, -0.9, 0.6), (1.0, 0.3, 0.2)
-    exact = reference(c, start, 4.0)
+    end = reference(c, start, 4.0)
     counts = np.array([4, 5, 6, 7, 8])
     errors = []
     for n in counts:
         state, h = start, 4.0 / n
         for _ in range(n):
             state = direct.step(*state, *(k * h for k in c))
-        errors.append(np.abs(np.array(state) - exact).max())
+        errors.append(np.abs(np.array(state) - end).max())
     order = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
     assert abs(order - direct.ORDER) < 0.3
+
+
+@pytest.mark.parametrize("size", [1e-300, 1e-9, 1e-3, 0.05, 0.1, 0.2, 0.3, 0.5, 0.9, 0.999999, 1.0, 1.5])
+def test_truncation_against_mpmath(size):
+    # 1/A is rounded before its arcosh, which near A = 1 goes as the root of the difference
+    assert direct.truncation(size) == pytest.approx(
+        truncation(size, direct.ORDER), rel=1e-13 if size != 0.999999 else 1e-9
+    )
+
+
+def test_truncation_bounds_the_first_term_left_out():
+    rng = np.random.default_rng(31)
+    for _ in range(400):
+        c = np.array(rigid_body.euler_coefficients(*random_body(rng)))
+        size, angle = 10 ** rng.uniform(-6, 0), rng.uniform(0, 2 * np.pi)
+        start = (math.sqrt(1 - size**2), size * math.cos(angle), size * math.sin(angle))
+        first_left_out = np.array([t[11] for t in taylor_terms(start, c, 11)])
+        bound = direct.truncation(size) * np.abs(c).max() ** 11
+        assert np.hypot(*first_left_out[1:]) <= 1.05 * size * bound
+    # and it is no more than 1/n! for a small one
+    assert direct.truncation(1e-9) == pytest.approx(1 / math.factorial(11), rel=1e-12)
+
+
+@given(st.floats(1e-3, 0.5), st.floats(1e-8, 1.0), st.integers(1, 10**6), st.floats(-13, -3))
+def test_steps_per_sample_are_the_fewest_that_keep_the_tolerance(x, size, samples, exponent):
+    tolerance = 10**exponent
+    n = direct.steps_per_sample(x, size, samples, tolerance)
+    # n steps of x/n leave out samples·n·(x/n)^11 G; 5 % for what follows the first term left out
+    left_out = [1.05 * samples * m * (x / m) ** 11 * direct.truncation(size) for m in (n, max(n - 1, 0.5))]
+    assert left_out[0] <= tolerance * (1 + 1e-12)
+    assert n == 1 or left_out[1] > tolerance * (1 - 1e-12)
+    assert isinstance(n, int)
+
+
+def test_steps_per_sample_at_the_ends_of_their_range():
+    # a factor of eleven for the sum of the geometric series, not the tolerance, sets the border of one step
+    border = 1.05 * 64 * 0.5**11 * direct.truncation(1e-6)
+    assert direct.steps_per_sample(0.5, 1e-6, 64, border * (1 + 1e-12)) == 1
+    assert direct.steps_per_sample(0.5, 1e-6, 64, border * (1 - 1e-6)) == 2
+    assert direct.steps_per_sample(0.0, 1e-6, 64, 1e-10) == 1
+    assert direct.steps_per_sample(math.nan, 1e-6, 64, 1e-10) == 1
+    assert direct.steps_per_sample(0.5, 1.0, 64, 1e-60) == 10_000
+    assert direct.steps_per_sample(1e300, 1.0, 64, 1e-10) == 10_000
 
 
 @pytest.mark.skipif(bool(config.DISABLE_JIT), reason="500 bodies in plain Python are slow")
 def test_agrees_with_scipy_on_random_bodies():
     rng = np.random.default_rng(3)
+    times = np.linspace(0, 8 * np.pi, 5)
     for _ in range(500):
-        masses = rng.uniform(0, 1, 3)
-        c = np.array(rigid_body.euler_coefficients(*(masses.sum() - masses)))
-        angle, e2 = rng.uniform(0, 2 * np.pi), 1e-12
-        times = np.linspace(0, 8 * np.pi, 5)
+        moments, angle, e2 = random_body(rng), rng.uniform(0, 2 * np.pi), 1e-12
+        c = np.array(rigid_body.euler_coefficients(*moments))
         # a perturbation of 1e-6, in its own unit, so that SciPy's tolerances are relative to it
         scaled = solve_ivp(
             lambda t, w, c=c, e2=e2: (c[0] * e2 * w[1] * w[2], c[1] * w[2] * w[0], c[2] * w[0] * w[1]),
@@ -50,10 +159,52 @@ def test_agrees_with_scipy_on_random_bodies():
             atol=1e-14,
         ).y.T
         start = [1.0, 1e-6 * np.cos(angle), 1e-6 * np.sin(angle)]
-        ours = direct.rotation(masses.sum() - masses, start, times, 1e-10)
+        ours = direct.rotation(moments, start, times, 1e-10)
         size = np.maximum.accumulate(np.hypot(scaled[:, 1], scaled[:, 2]))
         error = np.hypot(ours[:, 1] * 1e6 - scaled[:, 1], ours[:, 2] * 1e6 - scaled[:, 2]) / size
         assert error.max() < 1e-10
+
+
+def transverse_error(moments, start, axis, times, tolerance):
+    """Largest distance from the closed form, relative to the largest transverse size so far, up to tenfold growth."""
+    b, c = axis % 3, (axis + 1) % 3
+    ours, true = direct.rotation(moments, start, times, tolerance), exact.rotation(moments, start, times)
+    size = np.maximum.accumulate(np.hypot(true[:, b], true[:, c]))
+    error = np.hypot(ours[:, b] - true[:, b], ours[:, c] - true[:, c]) / size
+    # a motion that has flipped magnifies the rounding of its large components by its small ones
+    return error[size <= 10 * size[0]].max()
+
+
+def nudged(axis, epsilon, phase, spin=1.0):
+    return np.roll([spin, epsilon * spin * math.cos(phase), epsilon * spin * math.sin(phase)], axis - 1)
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-8, 1e-10, 1e-12])
+def test_the_error_stays_within_the_tolerance(tolerance):
+    rng = np.random.default_rng(32)
+    times = np.linspace(0, 8 * np.pi, 17)
+    for _ in range(100 // FEWER):
+        moments, axis = random_body(rng), int(rng.integers(1, 4))
+        start = nudged(axis, 10 ** rng.uniform(-6, math.log10(0.3)), rng.uniform(0, 6.3), rng.uniform(0.5, 2))
+        assert transverse_error(moments, start, axis, times / np.abs(start).max(), tolerance) <= tolerance
+
+
+def test_a_looser_tolerance_takes_longer_steps():
+    args = [1.0, 2.0, 2.7], nudged(1, 0.3, 0.6), 1, np.array([0.0, 100.0])
+    # both within their tolerance, and the loose one not by more than a few powers of ten: the work is not wasted
+    assert 1e-13 < transverse_error(*args, 1e-4) <= 1e-4
+    counts = [direct._counts(np.array([100.0]), tolerance)[0] for tolerance in (1e-4, 1e-12)]
+    assert counts[1] / counts[0] == pytest.approx(10**0.8, rel=0.01)
+    assert (counts[0] / 100) ** 10 == pytest.approx(100 * direct.truncation(1.0) / 1e-4, rel=0.2)
+
+
+@pytest.mark.parametrize("epsilon", [1e-6, 1e-3, 0.3])
+@pytest.mark.parametrize("axis", [1, 3])
+def test_a_thousand_rotations(axis, epsilon):
+    rotations = 1000 // FEWER**2
+    times = np.linspace(0, 2 * np.pi * rotations, 5)
+    # the rounding of the steps, some 1e-16 each, turned into phase; a stable axis, for the other one flips
+    assert transverse_error([1.0, 2.0, 2.7], nudged(axis, epsilon, 0.6), axis, times, 1e-10) <= 3e-10
 
 
 def test_a_broken_coefficient_shows_in_the_perturbation_alone():
@@ -70,36 +221,66 @@ def test_a_broken_coefficient_shows_in_the_perturbation_alone():
             after = rigid_body.perturbation_invariant(b, w, c[1], c[2])
             drifts[broken] = max(drifts[broken], abs(after[0] - before[0]) / before[1])
         # energy sees nothing of it: the perturbation is 1e-12 of it
-        assert abs(rigid_body.twice_energy(a, b, w, 3.0, 1.0, 2.0) / energy - 1) < 1e-9
+        assert abs(rigid_body.twice_energy(a, b, w, 3.0, 1.0, 2.0) / energy - 1) < 1e-13
     assert drifts[0.0] < 1e-10
-    assert drifts[1e-6] > 1e-8
+    assert drifts[1e-6] > 1e-7
 
 
 def test_rotation_in_any_order_and_backwards():
     moments, start = [1.0, 2.0, 3.0], [1e-3, 2.0, 1e-3]
-    times = np.array([3.0, -1.5, 0.0, 1.0])
+    times = np.array([3.0, -1.5, 0.0, 1.0, -4.0, 3.0])
     c = rigid_body.euler_coefficients(*moments)
     ours = direct.rotation(moments, start, times, 1e-12)
     for t, row in zip(times, ours, strict=True):
         # backwards in time is forwards with the opposite coefficients
         backwards = tuple(np.sign(t) * x for x in c)
         expected = reference(backwards, start, abs(t)) if t else start
-        np.testing.assert_allclose(row, expected, rtol=0, atol=1e-11)
+        np.testing.assert_allclose(row, expected, rtol=0, atol=2e-12)
+    assert (ours[0] == ours[5]).all()
+
+
+@given(COEFFICIENTS, st.integers(-900, 900))
+def test_rotation_in_other_units_has_the_same_bits(wiggle, exponent):
+    moments, start = np.array([1.0, 2.0, 2.7]) + 0.1 * np.array(wiggle), nudged(2, 0.1, 0.6)
+    times = np.array([0.0, 1.0, -2.0, 7.0])
+    plain = direct.rotation(moments, start, times)
+    unit = 2.0**exponent
+    assert (direct.rotation(moments, start * unit, times / unit) == plain * unit).all()
+    assert (direct.rotation(moments * 2.0 ** (exponent // 2), start, times) == plain).all()
+    # every component's sign and the time's
+    assert (direct.rotation(moments, -start, -times) == -plain).all()
+
+
+def test_rotation_of_nothing():
+    assert (direct.rotation([1, 2, 3], [0, 0, 0], [0.0, 1.0]) == 0).all()
+    assert direct.rotation([1, 2, 3], [0, 0, 0], [0.0, 1.0]).shape == (2, 3)
+    assert direct.rotation([1, 2, 3], [1, 0, 0], []).shape == (0, 3)
+    assert (direct.rotation([1, 2, 3], [0, -4, 0], [5.0]) == [[0, -4, 0]]).all()
+    assert (direct.rotation([2, 2, 2], [1, 2, 3], [5.0]) == [[1, 2, 3]]).all()
+    assert direct.rotation([1, 2, 3], [0, 0, 0], [0.0]).flags.writeable
 
 
 @pytest.mark.parametrize(
-    ("moments", "omega", "times"),
+    ("moments", "omega", "times", "tolerance", "told"),
     [
-        ([1, 2], [1, 0, 0], [0]),
-        ([1, 2, -3], [1, 0, 0], [0]),
-        ([1, 2, 3], [np.nan, 0, 0], [0]),
-        ([1, 2, 3], [1, 0, 0], 0),
+        ([1, 2], [1, 0, 0], [0], 1e-10, "moments must be three finite numbers"),
+        ([1, 2, np.inf], [1, 0, 0], [0], 1e-10, "moments must be three finite numbers"),
+        ([1, 2, -3], [1, 0, 0], [0], 1e-10, "moments must be positive"),
+        ([1, 0, 3], [1, 0, 0], [0], 1e-10, "moments must be positive"),
+        ([1, 2, 3], [np.nan, 0, 0], [0], 1e-10, "omega_start must be three finite numbers"),
+        ([1, 2, 3], [[1, 0, 0]], [0], 1e-10, "omega_start must be three finite numbers"),
+        ([1, 2, 3], [1, 0, 0], 0, 1e-10, "times must be"),
+        ([1, 2, 3], [1, 0, 0], [np.inf], 1e-10, "times must be"),
+        ([1, 2, 3], [1, 0, 0], [0], 0.99e-13, "tolerance must lie in"),
+        ([1, 2, 3], [1, 0, 0], [0], 1.0, "tolerance must lie in"),
+        ([1, 2, 3], [1, 0, 0], [0], np.nan, "tolerance must lie in"),
     ],
 )
-def test_rotation_says_what_is_wrong(moments, omega, times):
-    with pytest.raises(ValueError, match="must"):
-        direct.rotation(moments, omega, times, 1e-10)
+def test_rotation_says_what_is_wrong(moments, omega, times, tolerance, told):
+    with pytest.raises(ValueError, match=told):
+        direct.rotation(moments, omega, times, tolerance)
 
 
-def test_no_spin_stays():
-    assert (direct.rotation([1, 2, 3], [0, 0, 0], [0.0, 1.0]) == 0).all()
+def test_rotation_takes_the_ends_of_its_range():
+    for tolerance in (1e-13, 0.999):
+        assert np.isfinite(direct.rotation([1, 2, 3], [1, 0.1, 0.1], [3.0], tolerance)).all()

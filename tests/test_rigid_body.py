@@ -76,9 +76,8 @@ def test_derivative_is_the_torque_free_cross_product(moments, omega):
     allowed = 4 * ULP * np.abs([omega[(i + 1) % 3] * momentum[(i + 2) % 3] for i in range(3)])
     allowed += 4 * ULP * np.abs([omega[(i + 2) % 3] * momentum[(i + 1) % 3] for i in range(3)])
     assert (np.abs(ours * moments + np.cross(omega, momentum)) <= allowed).all()
-    exact = [
-        fractions(c)[0] * p * q for c, p, q in zip(coefficients, *(fractions(*np.roll(omega, -i)) for i in (1, 2)))
-    ]
+    w = fractions(*omega)
+    exact = [c * w[(i + 1) % 3] * w[(i + 2) % 3] for i, c in enumerate(fractions(*coefficients))]
     np.testing.assert_allclose(ours, [float(x) for x in exact], rtol=2 * ULP)
 
 

@@ -1,0 +1,185 @@
+import hashlib
+import os
+import stat
+import subprocess
+import sys
+from pathlib import Path
+
+import llvmlite.binding as llvm
+import numba
+import pytest
+
+from kernels import fingerprint as fp
+
+
+@pytest.fixture(autouse=True)
+def afresh(monkeypatch):
+    """Let every call compute its hash, and none leave it behind."""
+    monkeypatch.setattr(fp, "fingerprint", fp.fingerprint.__wrapped__)
+
+
+@pytest.fixture
+def checkout(tmp_path, monkeypatch):
+    """A checkout of our own to edit: two source files beside one that is none."""
+    folder = tmp_path / "checkout" / "kernels"
+    folder.mkdir(parents=True)
+    (folder / "fingerprint.py").write_bytes(b"ours")
+    (folder / "step.py").write_bytes(b"a = 1\n")
+    (folder / "notes.txt").write_bytes(b"no source")
+    monkeypatch.setattr(fp, "__file__", str(folder / "fingerprint.py"))
+    return folder
+
+
+@pytest.fixture
+def cache_home(tmp_path, monkeypatch):
+    """A user's cache folder of our own, and a folder for temporary files beside it."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setattr(fp.tempfile, "tempdir", str(tmp_path))
+    return tmp_path / "cache"
+
+
+def test_it_is_a_sha256_and_stays():
+    told = fp.fingerprint()
+    assert len(told) == 64
+    assert set(told) <= set("0123456789abcdef")
+    assert fp.fingerprint() == told
+
+
+def test_another_process_tells_the_same():
+    told = subprocess.run(
+        [sys.executable, "-c", "from kernels.fingerprint import fingerprint; print(fingerprint())"],
+        cwd=Path(fp.__file__).parents[1],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert told.stdout.strip() == fp.fingerprint()
+
+
+def test_every_byte_of_every_source_counts(checkout):
+    told = {fp.fingerprint()}
+    for content in (b"a = 2\n", b"a = 1", b"a = 1\n\n", b"A = 1\n", b"\xff"):
+        (checkout / "step.py").write_bytes(content)
+        told.add(fp.fingerprint())
+    assert len(told) == 6
+    (checkout / "step.py").write_bytes(b"a = 1\n")
+    before = fp.fingerprint()
+    assert before in told
+    (checkout / "fingerprint.py").write_bytes(b"ourS")
+    assert fp.fingerprint() not in told
+
+
+def test_a_new_a_lost_and_a_renamed_source_count(checkout):
+    before = fp.fingerprint()
+    (checkout / "step.py").rename(checkout / "stride.py")
+    renamed = fp.fingerprint()
+    (checkout / "empty.py").touch()
+    more = fp.fingerprint()
+    (checkout / "stride.py").unlink()
+    assert len({before, renamed, more, fp.fingerprint()}) == 4
+
+
+def test_what_is_no_source_does_not_count(checkout):
+    before = fp.fingerprint()
+    (checkout / "notes.txt").write_bytes(b"changed")
+    (checkout / "__pycache__").mkdir()
+    (checkout / "__pycache__" / "step.cpython-311.pyc").write_bytes(b"compiled")
+    assert fp.fingerprint() == before
+
+
+def test_where_the_checkout_lies_does_not_count(checkout, tmp_path, monkeypatch):
+    before = fp.fingerprint()
+    checkout.parent.rename(tmp_path / "elsewhere")
+    monkeypatch.setattr(fp, "__file__", str(tmp_path / "elsewhere" / "kernels" / "fingerprint.py"))
+    assert fp.fingerprint() == before
+
+
+@pytest.mark.parametrize("package", ["numba", "llvmlite", "numpy"])
+def test_versions_count(package, monkeypatch):
+    before, known = fp.fingerprint(), fp.version
+    monkeypatch.setattr(fp, "version", lambda name: "0.0" if name == package else known(name))
+    assert fp.fingerprint() != before
+
+
+def test_the_processor_counts(monkeypatch):
+    told = [fp.fingerprint()]
+    features = dict(llvm.get_host_cpu_features())
+    some = next(name for name, has in features.items() if has)
+    monkeypatch.setattr(llvm, "get_host_cpu_features", lambda: features | {some: False})
+    told.append(fp.fingerprint())
+    monkeypatch.setattr(llvm, "get_host_cpu_features", lambda: dict(reversed(features.items())))
+    assert fp.fingerprint() == told[0]
+    monkeypatch.setattr(llvm, "get_host_cpu_name", lambda: "abacus")
+    told.append(fp.fingerprint())
+    assert len(set(told)) == 3
+
+
+@pytest.mark.parametrize("name", ["NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_OPT", "NUMBA_DISABLE_JIT"])
+def test_settings_of_the_compiler_count(name, monkeypatch):
+    monkeypatch.delenv(name, raising=False)
+    before = fp.fingerprint()
+    monkeypatch.setenv(name, "1")
+    assert fp.fingerprint() != before
+    monkeypatch.setenv(name, "")
+    assert fp.fingerprint() == before
+
+
+def test_the_cache_folder_is_named_by_the_fingerprint_and_the_checkout(cache_home, checkout, tmp_path, monkeypatch):
+    folder = fp.cache_folder()
+    place = hashlib.sha256(str(checkout.resolve()).encode()).hexdigest()[:8]
+    assert folder == cache_home / "polhode" / f"{fp.fingerprint()[:16]}-{place}"
+    assert folder.is_dir()
+    assert fp.cache_folder() == folder
+    (checkout / "step.py").write_bytes(b"a = 2\n")
+    edited = fp.cache_folder()
+    checkout.parent.rename(tmp_path / "elsewhere")
+    monkeypatch.setattr(fp, "__file__", str(tmp_path / "elsewhere" / "kernels" / "fingerprint.py"))
+    moved = fp.cache_folder()
+    assert len({folder, edited, moved}) == 3
+    # the same kernels in two checkouts: one fingerprint, two folders
+    assert edited.name.split("-")[0] == moved.name.split("-")[0]
+
+
+def test_without_a_named_cache_it_is_the_home_folders(tmp_path, cache_home, monkeypatch):
+    for given in (None, ""):
+        if given is None:
+            monkeypatch.delenv("XDG_CACHE_HOME")
+        else:
+            monkeypatch.setenv("XDG_CACHE_HOME", given)
+        monkeypatch.setattr(Path, "home", lambda: tmp_path / "home")
+        assert fp.cache_folder().parent == tmp_path / "home" / ".cache" / "polhode"
+
+
+def test_a_cache_that_cannot_be_made_gives_way_to_the_temporary_folder(cache_home, tmp_path):
+    cache_home.write_text("a file stands where the folder should")
+    assert fp.cache_folder().parent == tmp_path / "polhode"
+
+
+def test_a_cache_of_somebody_elses_is_not_used(cache_home, tmp_path, monkeypatch):
+    ours, uid = fp.cache_folder(), os.getuid()
+    assert fp._is_safe(ours)
+    monkeypatch.setattr(fp.os, "getuid", lambda: uid + 1)
+    folder = fp.cache_folder()
+    assert folder.parent == tmp_path
+    assert folder.name.startswith("polhode-")
+    assert stat.S_IMODE(folder.stat().st_mode) == 0o700
+
+
+def test_a_folder_that_cannot_be_written_is_not_safe(tmp_path, monkeypatch):
+    assert fp._is_safe(tmp_path)
+    monkeypatch.setattr(fp.os, "access", lambda path, mode: mode != os.W_OK)
+    assert not fp._is_safe(tmp_path)
+
+
+def test_numba_is_pointed_at_the_folder_unless_somebody_chose_another(cache_home, tmp_path, monkeypatch):
+    monkeypatch.setattr(numba.config, "CACHE_DIR", "before")
+    chosen = tmp_path / "chosen"
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(chosen))
+    fp.use_cache()
+    assert os.environ["NUMBA_CACHE_DIR"] == str(chosen)
+    assert numba.config.CACHE_DIR == "before"
+    # one that a parent process left there may be of kernels before an edit
+    for given in (str(tmp_path / "polhode" / "0123-old"), ""):
+        monkeypatch.setenv("NUMBA_CACHE_DIR", given)
+        fp.use_cache()
+        assert os.environ["NUMBA_CACHE_DIR"] == numba.config.CACHE_DIR == str(fp.cache_folder())
