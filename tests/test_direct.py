@@ -98,7 +98,7 @@ def test_order_is_ten():
     assert abs(order - direct.ORDER) < 0.3
 
 
-@pytest.mark.parametrize("size", [1e-300, 1e-9, 1e-3, 0.05, 0.1, 0.2, 0.3, 0.5, 0.9, 0.999999, 1.0, 1.5])
+@pytest.mark.parametrize("size", [1e-300, 1e-9, 1e-5, 1e-4, 1e-3, 0.05, 0.1, 0.2, 0.3, 0.5, 0.9, 0.999999, 1.0, 1.5])
 def test_truncation_against_mpmath(size):
     # 1/A is rounded before its arcosh, which near A = 1 goes as the root of the difference
     assert direct.truncation(size) == pytest.approx(
@@ -196,6 +196,15 @@ def test_a_looser_tolerance_takes_longer_steps():
     counts = [direct._counts(np.array([100.0]), tolerance)[0] for tolerance in (1e-4, 1e-12)]
     assert counts[1] / counts[0] == pytest.approx(10**0.8, rel=0.01)
     assert (counts[0] / 100) ** 10 == pytest.approx(100 * direct.truncation(1.0) / 1e-4, rel=0.2)
+
+
+def test_short_and_loose_intervals_take_one_step_and_no_less():
+    # G(1) is 0.01: a tolerance above it would let a step be longer than a radian
+    assert direct._counts(np.array([0.0, 1e-3, 1.0]), 0.9).tolist() == [1, 1, 1]
+    # intervals shorter than a radian in all count as one
+    border = direct.truncation(1.0) * 0.5**10 * (1 + 1e-9)
+    assert direct._counts(np.array([0.5]), border).tolist() == [1]
+    assert direct._counts(np.array([0.5]), border * (1 - 1e-8)).tolist() == [2]
 
 
 @pytest.mark.parametrize("epsilon", [1e-6, 1e-3, 0.3])

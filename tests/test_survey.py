@@ -1,12 +1,26 @@
+import itertools
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from naive import rate_squared, samples
 from numba import config
+from strategies import LANES, moment_triples, point_batches
 
-from kernels import linear, survey
+from kernels import exact, linear, measure, rigid_body, survey
 
 SETTINGS = (4.0, 16, 1e-10)
 FEWER = 40 if config.DISABLE_JIT else 1  # lanes in plain Python are slow
+ULP = 2.0**-52
+# how each column goes with the spin rate; all others do not
+POWERS = {"omega_squared": 2, "omega_squared_stderr": 2, "omega_squared_theory": 2, "window_end": -1}
+POWERS |= dict.fromkeys(("growth_rate", "growth_rate_stderr", "growth_rate_logslope", "growth_rate_theory"), 1)
+POWERS |= dict.fromkeys(("frequency", "frequency_stderr", "frequency_theory"), 1)
 
 
 def bodies(count, seed=1, **given):
@@ -93,15 +107,19 @@ def test_deviation_falls_with_the_square_of_the_nudge(axis, sign):
     assert abs(slope - 2.0) < 0.1
 
 
-def dimensionless(points):
+def dimensionless(columns, omega0):
     """Columns with the spin rate divided out."""
-    columns = survey.survey(points, *SETTINGS)
-    spin = np.abs(points["omega0"])
-    return {
-        "rate2": columns["omega_squared"] / spin / spin,
-        "regime": columns["regime"],
-        "rate": columns["growth_rate"] / spin,
-    }
+    spin = np.abs(omega0)
+    # one factor at a time: the square of a spin of 1e-150 rad/s times a small number is no normal double
+    units = {-1: lambda x: x * spin, 0: lambda x: x, 1: lambda x: x / spin, 2: lambda x: x / spin / spin}
+    return {name: units[POWERS.get(name, 0)](column) for name, column in columns.items()}
+
+
+def assert_same(one, other, **kind):
+    """Bit for bit the same columns, missing ones included."""
+    assert one.keys() == other.keys()
+    for name in one:
+        np.testing.assert_array_equal(one[name], other[name], err_msg=name, **kind)
 
 
 @pytest.mark.parametrize("factor", [2.0**66, 2.0**-66])
@@ -113,28 +131,165 @@ def test_moments_scaled_by_a_power_of_two_give_the_same_bits(factor):
         np.testing.assert_array_equal(plain[name], other[name], err_msg=name)
 
 
-def test_any_scale_of_moments_and_spin_gives_the_same_dimensionless_results():
-    points = bodies(500, omega0=1.0)
-    I1, I2, I3 = (points[name] for name in ("I1", "I2", "I3"))
-    apart = np.minimum(np.minimum(abs(I1 - I2), abs(I2 - I3)), abs(I3 - I1)) > 1e-1
-    points = {name: value[apart] for name, value in points.items()}
-    plain = dimensionless(points)
-    for factor in (1e20, 1e-20):
-        other = dimensionless(points | {name: points[name] * factor for name in ("I1", "I2", "I3")})
-        np.testing.assert_allclose(other["rate2"], plain["rate2"], rtol=1e-12)
-    for omega0 in (1e-9, 1e6, 1e-150, 1e150):
-        other = dimensionless(points | {"omega0": np.full_like(points["omega0"], omega0)})
-        # a spin of 1e-150 rad/s squared is 1e-300 s-2, still a normal double
-        np.testing.assert_allclose(other["rate2"], plain["rate2"], rtol=1e-12)
+def near_ties(count):
+    """Bodies whose moments differ by 1e-3 to 1 of the least, in any order, and what their rounding is worth.
+
+    The last is the relative change of (I_a - I_b)(I_a - I_c)/(I_b I_c) when each moment changes by half an ulp.
+    """
+    rng = np.random.default_rng(41)
+    n = max(count // FEWER, 32)
+    gaps = 10 ** rng.uniform(-3, 0, (2, n))
+    moments = rng.permuted(np.stack([np.ones(n), 1 + gaps[0], 1 + gaps[0] + gaps[1]]), axis=0)
+    axis = rng.integers(1, 4, n)
+    points = dict(zip(("I1", "I2", "I3"), moments, strict=True))
+    points |= {"axis": axis, "omega0": np.ones(n), "epsilon": np.full(n, 1e-6), "phase": rng.uniform(0, 6.3, n)}
+    a, b, c = (moments[(axis - 1 + i) % 3, np.arange(n)] for i in range(3))
+    return points, ULP * (1 + 0.5 * ((a + b) / abs(a - b) + (a + c) / abs(a - c)))
 
 
-@pytest.mark.parametrize("scale", [1e-300, 1e160])
-@pytest.mark.parametrize("ratios", [(1.0, 2.0, 3.0), (1.0, 1e3, 1e6)])
+@pytest.mark.parametrize("factor", [1e20, 1e-20, 3.0, 1e-60])
+def test_any_scale_of_the_moments_gives_the_same_dimensionless_results(factor):
+    points, rounding = near_ties(4000)
+    plain = survey.survey(points, *SETTINGS)
+    other = survey.survey(points | {name: points[name] * factor for name in ("I1", "I2", "I3")}, *SETTINGS)
+    squared = np.abs(plain["omega_squared_theory"])
+    change = {name: np.abs(other[name] - plain[name]) for name in plain}
+    # the theory changes by the rounding of the scaled moments alone, 2.5e-13 where they differ by 1e-3
+    assert (change["omega_squared_theory"] <= (rounding + 8 * ULP) * squared).all()
+    assert rounding.max() < 1e-12
+    # beside it the measurement has the rounding of its samples, some units of 1 over h², however small the rate is
+    assert (change["omega_squared"] <= rounding * squared + 16 * ULP).all()
+    assert (change["omega_squared"][squared >= 1e-2] <= 1e-12 * squared[squared >= 1e-2]).all()
+    for name in ("growth_rate", "frequency", "growing_fraction", "triangle_margin", "e_folds", "growth_rate_logslope"):
+        assert np.nanmax(change[name]) <= 1e-12, name
+    for name in ("regime", "regime_theory", "status", "shape", "samples_used", "steps_per_sample", "window_end"):
+        np.testing.assert_array_equal(other[name], plain[name], err_msg=name)
+
+
+@pytest.mark.parametrize("omega0", [1e-9, -1e-9, 1e6, -1e6, 1e-150, 1e150])
+def test_any_spin_rate_gives_the_same_dimensionless_results(omega0):
+    points, _ = near_ties(1000)
+    unit = points | {"omega0": np.full_like(points["omega0"], np.sign(omega0))}
+    plain = survey.survey(unit, *SETTINGS)
+    fast = survey.survey(points | {"omega0": np.full_like(points["omega0"], omega0)}, *SETTINGS)
+    for name, column in dimensionless(fast, omega0).items():
+        # the run itself is the same, bit for bit: the units cost a few roundings, and the least double its own size
+        least = 5e-324 / omega0 / omega0 if POWERS.get(name) == 2 else 0.0
+        np.testing.assert_allclose(column, plain[name], rtol=8 * ULP, atol=least, err_msg=name)
+
+
+@given(point_batches(), st.integers(-200, 200))
+def test_moments_scaled_by_any_power_of_two_give_the_same_bits(points, exponent):
+    scaled = points | {name: points[name] * 2.0**exponent for name in ("I1", "I2", "I3")}
+    assert_same(survey.survey(points, *SETTINGS), survey.survey(scaled, *SETTINGS))
+
+
+@given(point_batches(), st.integers(-60, 60), st.floats(1e-6, 1e6))
+def test_time_has_no_unit(points, exponent, factor):
+    plain = survey.survey(points, *SETTINGS)
+    for unit, allowed in ((2.0**exponent, 0.0), (factor, 8 * ULP)):
+        other = survey.survey(points | {"omega0": points["omega0"] * unit}, *SETTINGS)
+        for name in plain:
+            expected = plain[name] * unit ** POWERS.get(name, 0)
+            np.testing.assert_allclose(other[name], expected, rtol=allowed, atol=0, err_msg=name)
+
+
+@given(point_batches())
+def test_relabelling_the_axes_in_a_cycle_gives_the_same_bits(points):
+    turned = points | {"I2": points["I1"], "I3": points["I2"], "I1": points["I3"], "axis": points["axis"] % 3 + 1}
+    assert_same(survey.survey(points, *SETTINGS), survey.survey(turned, *SETTINGS))
+
+
+@given(point_batches())
+def test_a_half_turn_about_a_transverse_axis_gives_the_same_bits(points):
+    # (a, b, c) → (-a, b, -c) maps motions to motions; omega_b = epsilon |omega0| cos(phase), or all of it half round
+    turned = points | {"omega0": -points["omega0"], "phase": -points["phase"]}
+    assert_same(survey.survey(points, *SETTINGS), survey.survey(turned, *SETTINGS))
+
+
+@given(point_batches())
+def test_the_opposite_nudge_and_a_whole_turn_give_the_same_results(points):
+    plain = survey.measured(points, *SETTINGS)
+    for turn in (np.pi, 2 * np.pi):
+        other = survey.measured(points | {"phase": points["phase"] + turn}, *SETTINGS)
+        # the phase is rounded by 1e-15; the bias of a finite amplitude, up to 10 epsilon², knows it
+        change = np.abs(other["omega_squared"] - plain["omega_squared"]) / points["omega0"] ** 2
+        greatest = np.max([np.abs(np.subtract(*p)) for p in itertools.combinations(three(points), 2)], axis=0)
+        same = other["samples_used"] == plain["samples_used"]  # a window may close one sample earlier
+        assert (change[same] <= 1e-13 * (1 + greatest / np.min(three(points), axis=0)) ** 2).all()
+        assert (np.abs(other["samples_used"] - plain["samples_used"]) <= 1).all()
+
+
+def three(points):
+    return [points[name] for name in ("I1", "I2", "I3")]
+
+
+def test_time_backwards_measures_the_same_rates():
+    points = bodies(2000, seed=42)
+    forwards = survey.survey(points, *SETTINGS)
+    backwards = survey.survey(points | {"omega0": -points["omega0"]}, *SETTINGS)
+    change = np.abs(forwards["omega_squared"] - backwards["omega_squared"]) / points["omega0"] ** 2
+    clear = np.abs(forwards["omega_squared_theory"]) > 1e-3 * points["omega0"] ** 2
+    # each has its own bias of epsilon², a nudge grown tenfold, times ratios of moments
+    assert change[clear].max() < 1e-8
+    for name in ("regime", "omega_squared_theory", "status"):
+        np.testing.assert_array_equal(forwards[name][clear], backwards[name][clear], err_msg=name)
+    # what grew decays: the shares change places, so one of the two runs begins on the decaying side
+    unstable = forwards["regime"] == linear.UNSTABLE
+    share = forwards["growing_fraction"] + backwards["growing_fraction"]
+    np.testing.assert_allclose(share[unstable], 1.0, rtol=1e-14)
+
+
+@given(st.lists(moment_triples(0.2, 1.0), min_size=4, max_size=4))
+def test_one_axis_of_three_grows_and_the_others_do_not(bodies_drawn):
+    I1, I2, I3 = np.repeat(np.array(bodies_drawn).T, 3, axis=1)
+    points = {"I1": I1, "I2": I2, "I3": I3, "axis": np.tile([1, 2, 3], 4), "omega0": 2.0, "epsilon": 1e-6, "phase": 0.6}
+    points = {name: np.broadcast_to(value, 12) for name, value in points.items()}
+    told = survey.survey(points, *SETTINGS)
+    greatest = np.max(np.abs(told["omega_squared_theory"]).reshape(4, 3), axis=1)
+    least = np.min(np.abs(told["omega_squared_theory"]).reshape(4, 3), axis=1)
+    for body, regimes in enumerate(told["regime"].reshape(4, 3)):
+        if least[body] >= 4e-6:
+            assert sorted(regimes) == sorted([linear.STABLE_MINOR, linear.STABLE_MAJOR, linear.UNSTABLE])
+            assert (np.argsort(bodies_drawn[body]) == np.argsort(np.argsort([0, 2, 1])[regimes])).all()
+        if greatest[body] == 0:
+            assert (regimes == linear.SPHERE).all()
+    tied = np.isin(told["regime_theory"], [linear.MARGINAL, linear.SPHERE])
+    np.testing.assert_array_equal(told["regime"][tied], told["regime_theory"][tied])
+
+
+@given(point_batches(3 * LANES), st.randoms(use_true_random=False), st.lists(st.integers(0, 3 * LANES), max_size=4))
+def test_any_order_and_any_cuts_give_the_same_bits(points, random, cuts):
+    order = list(range(3 * LANES))
+    random.shuffle(order)
+    whole = survey.survey(points, *SETTINGS)
+    for part in np.split(np.array(order), sorted(cuts)):
+        columns = survey.survey({name: value[part] for name, value in points.items()}, *SETTINGS)
+        assert_same(columns, {name: value[part] for name, value in whole.items()})
+
+
+@pytest.mark.parametrize("scale", [1e-300, 1e-150, 1.0, 1e160])
+@pytest.mark.parametrize(
+    "ratios", [(1.0, 2.0, 3.0), (1.0, 1e3, 1e6), (1.0, 1e6, 1e6 + 1), (1.0, 1.001, 1e6), (1, 1e-6, 2)]
+)
 def test_extreme_common_scales_keep_the_sign(scale, ratios):
-    for axis, sign in ((1, 1), (2, -1), (3, 1)):
-        columns = one(*(scale * r for r in ratios), axis)
-        assert np.sign(columns["omega_squared"]) == np.sign(columns["omega_squared_theory"]) == sign
-        assert columns["status"] == survey.OK
+    for order in itertools.permutations(range(3)):
+        moments = [scale * ratios[i] for i in order]
+        rank = np.argsort(np.argsort(moments))
+        points = {"axis": np.array([1, 2, 3]), "omega0": 1.0, "epsilon": 1e-6, "phase": 0.6}
+        points |= dict(zip(("I1", "I2", "I3"), moments, strict=True))
+        columns = survey.survey({name: np.broadcast_to(value, 3) for name, value in points.items()}, *SETTINGS)
+        assert (np.sign(columns["omega_squared_theory"]) == np.array([1, -1, 1])[rank]).all()
+        # samples taken max|c_i| times as often hold a rate² only down to their rounding over h²
+        greatest = [max(1.0, *np.abs(rigid_body.euler_coefficients(*moments)))] * 3
+        clear = np.abs(columns["omega_squared_theory"]) > 64 * ULP * np.square(greatest)
+        assert clear.any()
+        assert (np.sign(columns["omega_squared"]) == np.sign(columns["omega_squared_theory"]))[clear].all()
+        assert ((columns["regime"] == columns["regime_theory"]) | (columns["regime"] == linear.MARGINAL)).all()
+        assert (columns["status"] == survey.OK).all()
+        for name, column in columns.items():
+            if not name.startswith(("growth_rate", "frequency", "e_folds")):
+                assert np.isfinite(column).all(), name
 
 
 def test_any_split_and_order_gives_the_same_bits():
@@ -208,3 +363,209 @@ def test_a_point_that_is_no_number_leaves_its_neighbours_alone():
     rest = np.setdiff1d(np.arange(points["I1"].size), [5, 6])
     for name in other:
         np.testing.assert_array_equal(plain[name][rest], other[name][rest], err_msg=name)
+
+
+def judged(points, settings):
+    """What the estimator makes of the closed form's samples: rate², log slope and e-folds, in units of the spin."""
+    told = []
+    for i in range(points["I1"].size):
+        a, spin = points["axis"][i] - 1, points["omega0"][i]
+        nudge, phase = points["epsilon"][i] * abs(spin), points["phase"][i]
+        start = np.roll([spin, nudge * np.cos(phase), nudge * np.sin(phase)], a)
+        h = 2 * np.pi / settings[1] / abs(spin)
+        times = h * np.arange(round(settings[0] * settings[1]) + 1)
+        moments = np.array(three(points))[:, i]
+        transverse = exact.rotation(moments, start, times)[:, [(a + 1) % 3, (a + 2) % 3]]
+        size = np.hypot(*transverse.T) / nudge
+        used = int(np.argmax(size > 10)) if (size > 10).any() else size.size
+        value, stderr = measure.signed_rate(transverse[:used], h) if used >= 4 else (np.nan, np.nan)
+        told.append(
+            (value / spin**2, stderr / spin**2, used, *log_window(size, used, points["epsilon"][i], h * abs(spin)))
+        )
+    return np.array(told).T
+
+
+def log_window(size, used, epsilon, spacing):
+    """Slope per radian of spin and length of the log slope's window, by NumPy's polyfit over the samples inside it."""
+    entered = np.flatnonzero(size >= 2)
+    if not entered.size or entered[0] >= used:
+        return np.nan, np.nan
+    inside = np.zeros(size.size, dtype=bool)
+    for k in range(entered[0], size.size):
+        if not 2 <= size[k] <= min(1000, 1e-2 / epsilon):
+            break
+        inside[k] = True
+    if inside.sum() < 2:
+        return np.nan, np.nan
+    y = np.log(size[inside])
+    return np.polyfit(np.flatnonzero(inside), y, 1)[0] / spacing, y[-1] - y[0]
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-8, 1e-10, 1e-12])
+@pytest.mark.parametrize("sampling", [(4.0, 16), (3.0, 13)])
+def test_measured_rates_are_those_of_the_closed_form(tolerance, sampling):
+    rng = np.random.default_rng(43)
+    points = bodies(200, seed=44)
+    n = points["I1"].size
+    points["epsilon"] = 10 ** rng.uniform(-6, np.log10(0.3), n)
+    columns = survey.survey(points, *sampling, tolerance)
+    value, stderr, used, slope, efolds = judged(points, sampling)
+    spin = np.abs(points["omega0"])
+    told = columns["samples_used"] == used
+    assert told.mean() > 0.99  # a window may close one sample earlier where a size is ten to the last digit
+    # an error of the samples of size tolerance turns into one of 4/h² times that at the very most
+    allowed = 4 * tolerance / (2 * np.pi / sampling[1]) ** 2 + 64 * ULP
+    known = told & np.isfinite(value)
+    assert (np.abs(columns["omega_squared"] / spin**2 - value)[known] <= allowed).all()
+    assert (np.abs(columns["omega_squared_stderr"] / spin**2 - stderr)[known] <= allowed).all()
+    assert (columns["status"][known] == survey.OK).all()
+    assert columns["perturbation_drift"].max() <= tolerance
+    logged = known & np.isfinite(columns["growth_rate_logslope"])
+    assert logged.any()
+    assert (np.abs(columns["growth_rate_logslope"] / spin - slope)[logged] <= 4 * tolerance + 1e-12).all()
+    assert (np.abs(columns["e_folds"] - efolds)[logged] <= 4 * tolerance + 1e-12).all()
+    grows = known & (columns["regime"] == linear.UNSTABLE)
+    assert (np.isfinite(columns["growth_rate_logslope"]) == (efolds >= 2))[grows & (np.abs(efolds - 2) > 1e-9)].all()
+
+
+def test_a_tolerance_is_used_up_where_steps_are_long():
+    # 0.3 of the spin at four samples a rotation: tolerances apart by 1e6 must show in the drift, and hold
+    points = bodies(400, seed=45, epsilon=0.3)
+    drifts = [survey.measured(points, 8.0, 6, tolerance)["perturbation_drift"].max() for tolerance in (1e-4, 1e-10)]
+    assert 1e-10 < drifts[0] <= 1e-4
+    assert drifts[1] <= 1e-10
+    steps = [survey.measured(points, 8.0, 6, tolerance)["steps_per_sample"] for tolerance in (1e-4, 1e-10)]
+    assert (steps[0] <= steps[1]).all()
+    assert (steps[0] < steps[1]).any()
+
+
+@pytest.mark.skipif(bool(config.DISABLE_JIT), reason="a million steps in plain Python are slow")
+@pytest.mark.parametrize("epsilon", [1e-6, 1e-3])
+def test_a_thousand_rotations(epsilon):
+    points = bodies(200, seed=46, epsilon=epsilon)
+    columns = survey.survey(points, 1000.0, 16, 1e-10)
+    assert (columns["status"] == survey.OK).all()
+    assert columns["perturbation_drift"].max() <= 1e-10
+    # the rounding of 16,000 steps of order one: 1e-16 times their number's root, or number
+    assert columns["energy_drift"].max() <= 1e-12
+    assert columns["momentum_drift"].max() <= 1e-12
+    stable = np.isin(columns["regime_theory"], [linear.STABLE_MINOR, linear.STABLE_MAJOR])
+    assert (columns["samples_used"][stable & (columns["omega_squared_theory"] > 0.05)] == 16001).all()
+    clear = np.abs(columns["omega_squared_theory"]) > 1e-2 * points["omega0"] ** 2
+    assert (columns["regime"] == columns["regime_theory"])[clear].all()
+    assert relative_deviation(columns)[clear].max() < 200 * epsilon**2 + 1e-9
+
+
+def test_a_window_of_fewer_than_five_samples_is_short():
+    points = bodies(64, seed=47)
+    for intervals in (1, 2, 3, 4, 5):
+        columns = survey.measured(points, intervals / 16, 16, 1e-10)
+        assert (columns["samples_used"] == intervals + 1).all()
+        assert (columns["status"] == (survey.SHORT_WINDOW if intervals < 4 else survey.OK)).all()
+        assert (np.isnan(columns["omega_squared"]) == (intervals < 2)).all()
+        assert (np.isnan(columns["omega_squared_stderr"]) == (intervals < 3)).all()
+
+
+def test_a_tolerance_that_cannot_be_kept_is_not_converged():
+    points = bodies(64, seed=48)
+    # a tolerance below nothing allows no error, one that is no number knows none
+    for tolerance in (-1.0, np.nan):
+        assert (survey.measured(points, 4.0, 16, tolerance)["status"] == survey.NOT_CONVERGED).all()
+
+
+def test_too_few_steps_are_not_converged():
+    # one step a sample, whatever is asked for: in a process of its own, for the compiler freezes and keeps constants
+    program = """
+import numpy as np
+from kernels import direct
+direct.MOST_STEPS = 1
+from kernels import survey
+points = {"I1": 1.0, "I2": 2.0, "I3": 2.7, "axis": 2, "omega0": 1.0, "phase": 0.6}
+points = {name: np.full(2, value) for name, value in points.items()} | {"epsilon": np.array([0.5, 1e-6])}
+print(*(status for tolerance in (1e-12, 1e-3) for status in survey.measured(points, 1.5, 8, tolerance)["status"]))
+"""
+    environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}
+    told = subprocess.run(
+        [sys.executable, "-W", "ignore", "-c", program],
+        cwd=Path(survey.__file__).parents[1],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    # the small nudge needs no more than the one, nor does either at a loose tolerance
+    expected = [survey.NOT_CONVERGED, survey.OK, survey.OK, survey.OK]
+    assert told.stdout.split() == [str(status) for status in expected]
+
+
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        *[(moment, value) for moment in ("I1", "I2", "I3") for value in (np.nan, np.inf, 0.0)],
+        *[("omega0", value) for value in (np.nan, np.inf, -np.inf, 0.0)],
+        *[("epsilon", value) for value in (np.nan, np.inf)],
+        *[("phase", np.nan)],
+    ],
+)
+def test_what_is_no_number_is_told_and_never_measured(name, value):
+    columns = one(**({"I1": 1.0, "I2": 2.0, "I3": 2.7, "axis": 2} | {name: value}))
+    assert columns["status"] == survey.NON_FINITE
+    assert columns["regime"] == -1
+    for column in ("growth_rate", "frequency", "growth_rate_stderr", "frequency_stderr", "growth_rate_logslope"):
+        assert np.isnan(columns[column]), column
+
+
+def test_columns_belong_together():
+    points = bodies(2000, seed=49)
+    points["epsilon"] = 10 ** np.random.default_rng(50).uniform(-8, -1, points["I1"].size)
+    columns = survey.survey(points, *SETTINGS)
+    spin = np.abs(points["omega0"])
+    grows, turns = columns["growth_rate"] > 0, columns["frequency"] > 0
+    assert not (grows & turns).any()
+    assert (grows == (columns["regime"] == linear.UNSTABLE)).all()
+    assert (turns == np.isin(columns["regime"], [linear.STABLE_MINOR, linear.STABLE_MAJOR])).all()
+    for name, told, sign in (("growth_rate", grows, -1), ("frequency", turns, 1)):
+        rate, stderr = columns[name][told], columns[name + "_stderr"]
+        np.testing.assert_allclose(sign * rate**2, columns["omega_squared"][told], rtol=8 * ULP)
+        np.testing.assert_allclose(stderr[told], columns["omega_squared_stderr"][told] / (2 * rate), rtol=8 * ULP)
+        assert np.isnan(stderr[~told]).all()
+    ratios = np.max(np.abs([rigid_body.euler_coefficients(*m) for m in zip(*three(points), strict=True)]), axis=1)
+    assert (ratios <= 1).all()
+    spacing = 2 * np.pi / 16 / spin
+    np.testing.assert_allclose(columns["window_end"], (columns["samples_used"] - 1) * spacing, rtol=4 * ULP)
+    assert ((columns["samples_used"] >= 4) & (columns["samples_used"] <= 65)).all()
+    assert (columns["steps_per_sample"] >= 1).all()
+    assert {columns[name].dtype for name in ("regime", "status", "regime_theory", "shape")} == {np.dtype(np.int8)}
+    assert {columns[name].dtype for name in ("samples_used", "steps_per_sample")} == {np.dtype(np.int32)}
+
+
+def test_the_spacing_shrinks_for_bodies_that_cannot_exist():
+    columns = one(0.01, 1.0, 3.0, 1, omega0=2.0)
+    # (3 - 1)/0.01 = 200 times the spin is a bound on every rate
+    assert columns["window_end"] == pytest.approx(64 * 0.5 / 200 / 2.0, rel=1e-14)
+    assert one(1.0, 1.1, 1.2, 1)["window_end"] == pytest.approx(8 * np.pi, rel=1e-14)
+
+
+def test_the_theory_is_that_of_the_linear_solution():
+    points = bodies(500, seed=51)
+    columns = survey.theory(points)
+    I1, I2, I3 = three(points)
+    where = I1, I2, I3, points["omega0"], points["axis"]
+    np.testing.assert_array_equal(columns["omega_squared_theory"], linear.omega_squared(*where))
+    np.testing.assert_array_equal(columns["regime_theory"], linear.regime(I1, I2, I3, points["axis"]))
+    growth_rate, frequency = linear.rates(columns["omega_squared_theory"], columns["regime_theory"])
+    np.testing.assert_allclose(columns["growth_rate_theory"], growth_rate, rtol=4 * ULP)
+    np.testing.assert_allclose(columns["frequency_theory"], frequency, rtol=4 * ULP)
+    np.testing.assert_array_equal(columns["shape"], rigid_body.shape(I1, I2, I3))
+    np.testing.assert_array_equal(columns["triangle_margin"], rigid_body.triangle_margin(I1, I2, I3))
+    np.testing.assert_array_equal(columns["growing_fraction"], linear.growing_fraction(*where, points["phase"]))
+
+
+@given(st.floats(1e-3, 1e3), st.floats(-8, -0.01), st.floats(0, 6.3), st.floats(-100, 100), st.integers(1, 3))
+def test_a_sphere_is_a_sphere(moment, exponent, phase, omega0, axis):
+    columns = one(moment, moment, moment, axis, omega0 or 1.0, 10.0**exponent, phase)
+    assert columns["regime"] == columns["regime_theory"] == linear.SPHERE
+    for name in ("omega_squared", "growth_rate", "frequency", "energy_drift", "perturbation_drift", "growing_fraction"):
+        assert columns[name] == 0, name
+    assert columns["status"] == survey.OK
