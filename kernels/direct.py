@@ -1,4 +1,4 @@
-r"""The direct integrator: Euler's equations, step by step, by their Taylor series of order 10.
+r"""The direct integrator: Euler's equations, step by step, by their Taylor series of order 8, 10 or 12.
 
 Each component is a power series in the time within the step. With :math:`a_n` the n-th term of :math:`\omega_a` (the
 coefficient times :math:`h^n`) and :math:`k_a = c_a h`, Euler's equations :math:`\dot\omega_a = c_a\omega_b\omega_c`
@@ -6,115 +6,155 @@ give every term from the ones before it,
 
 .. math:: a_{n+1} = \frac{k_a}{n+1}\sum_{i=0}^{n} b_i\,c_{n-i} \qquad\text{and cyclic,}
 
-and the new state is the sum of the terms, the smallest first. It is the whole step: 165 multiply-adds in a straight
-line, no stage, no table. Every term of a transverse component carries a transverse factor, so truncation and rounding
-are relative to the perturbation, however small it is beside the spin.
+and the new state is the sum of the terms, the largest last. It is the whole step: 108, 165 or 234 multiply-adds in a
+straight line, no stage, no table. Every term of a transverse component carries a transverse factor, so truncation and
+rounding are relative to the perturbation, however small it is beside the spin.
 
-*Choice of the step.* With :math:`x = \max_i|c_i|\,\omega_0 h`, the first term left out, relative to the perturbation,
-is :math:`x^{11}G(A)`: for a perturbation of size A the n-th relative coefficient of the separatrix pulse sech(t) is at
-most :math:`\sum_k (A/2)^{2k}(2k+1)^n/n!` (its expansion in exponentials; 1/n! where A is small) and also about
-:math:`(2/A)\,[\ln^2(2/A) + \pi^2/4]^{-(n+1)/2}` (its nearest pole). G is the smaller of the two at n = 11. A sample
-interval is cut into so many steps that the sum over the run stays below the tolerance.
+*Choice of the step.* With :math:`x = \max_i|c_i|\,\omega_0 h`, the first term left out at order N, relative to the
+perturbation, is :math:`x^{N+1}G_N(A)`: for a perturbation of size A the n-th relative coefficient of the separatrix
+pulse sech(t) is at most :math:`\sum_k (A/2)^{2k}(2k+1)^n/n!` (its expansion in exponentials; 1/n! where A is small)
+and also about :math:`(2/A)\,[\ln^2(2/A) + \pi^2/4]^{-(n+1)/2}` (its nearest pole). G is the smaller of the two at
+n = N + 1. A sample interval is cut into so many steps that the sum over the run stays below the tolerance, by the order
+that needs the fewest multiply-adds.
 
 Source: Jorba and Zou, Experimental Mathematics 14 (2005) 99, for the method; the terms were derived from the
 equations above. Not validated: bodies with max|c_i| omega0 h above 1 a step.
 """
+
+import math
 
 import numpy as np
 from numba import njit
 
 from kernels.rigid_body import INLINE, OPTIONS, euler_coefficients
 
-ORDER = 10
+ORDERS = (8, 10, 12)
 MOST_STEPS = 10_000
 
-R2, R3, R4, R5, R6, R7, R8, R9, R10 = (1.0 / n for n in range(2, ORDER + 1))
+R2, R3, R4, R5, R6, R7, R8, R9, R10, R11, R12 = (1.0 / n for n in range(2, 13))
 
 
-@njit(**INLINE)
-def step(a0, b0, c0, ka, kb, kc):
-    """One Taylor step of order 10.
+def _step_of(order):
+    """The straight-line step of one order; its branches are decided when it is compiled."""
 
-    Parameters
-    ----------
-    a0, b0, c0 : float
-        Angular velocity (any unit u).
-    ka, kb, kc : float
-        Euler coefficients times the step, c_i h (1/u).
+    @njit(**INLINE)
+    def step(a0, b0, c0, ka, kb, kc):
+        # fmt: off
+        # the newest terms stand last in every sum: what does not wait for them starts before
+        a1 = ka * (b0 * c0)
+        b1 = kb * (c0 * a0)
+        c1 = kc * (a0 * b0)
+        a2 = (ka * R2) * (b0 * c1 + b1 * c0)
+        b2 = (kb * R2) * (c0 * a1 + c1 * a0)
+        c2 = (kc * R2) * (a0 * b1 + a1 * b0)
+        a3 = (ka * R3) * (b1 * c1 + b0 * c2 + b2 * c0)
+        b3 = (kb * R3) * (c1 * a1 + c0 * a2 + c2 * a0)
+        c3 = (kc * R3) * (a1 * b1 + a0 * b2 + a2 * b0)
+        a4 = (ka * R4) * (b1 * c2 + b2 * c1 + b0 * c3 + b3 * c0)
+        b4 = (kb * R4) * (c1 * a2 + c2 * a1 + c0 * a3 + c3 * a0)
+        c4 = (kc * R4) * (a1 * b2 + a2 * b1 + a0 * b3 + a3 * b0)
+        a5 = (ka * R5) * (b2 * c2 + b1 * c3 + b3 * c1 + b0 * c4 + b4 * c0)
+        b5 = (kb * R5) * (c2 * a2 + c1 * a3 + c3 * a1 + c0 * a4 + c4 * a0)
+        c5 = (kc * R5) * (a2 * b2 + a1 * b3 + a3 * b1 + a0 * b4 + a4 * b0)
+        a6 = (ka * R6) * (b2 * c3 + b3 * c2 + b1 * c4 + b4 * c1 + b0 * c5 + b5 * c0)
+        b6 = (kb * R6) * (c2 * a3 + c3 * a2 + c1 * a4 + c4 * a1 + c0 * a5 + c5 * a0)
+        c6 = (kc * R6) * (a2 * b3 + a3 * b2 + a1 * b4 + a4 * b1 + a0 * b5 + a5 * b0)
+        a7 = (ka * R7) * (b3 * c3 + b2 * c4 + b4 * c2 + b1 * c5 + b5 * c1 + b0 * c6 + b6 * c0)
+        b7 = (kb * R7) * (c3 * a3 + c2 * a4 + c4 * a2 + c1 * a5 + c5 * a1 + c0 * a6 + c6 * a0)
+        c7 = (kc * R7) * (a3 * b3 + a2 * b4 + a4 * b2 + a1 * b5 + a5 * b1 + a0 * b6 + a6 * b0)
+        a8 = (ka * R8) * (b3 * c4 + b4 * c3 + b2 * c5 + b5 * c2 + b1 * c6 + b6 * c1 + b0 * c7 + b7 * c0)
+        b8 = (kb * R8) * (c3 * a4 + c4 * a3 + c2 * a5 + c5 * a2 + c1 * a6 + c6 * a1 + c0 * a7 + c7 * a0)
+        c8 = (kc * R8) * (a3 * b4 + a4 * b3 + a2 * b5 + a5 * b2 + a1 * b6 + a6 * b1 + a0 * b7 + a7 * b0)
+        if order == 8:
+            return (
+                (((((((a3 + a2) + a4) + a5) + a6) + a7) + a8) + a1) + a0,
+                (((((((b3 + b2) + b4) + b5) + b6) + b7) + b8) + b1) + b0,
+                (((((((c3 + c2) + c4) + c5) + c6) + c7) + c8) + c1) + c0,
+            )
+        a9 = (ka * R9) * (b4 * c4 + b3 * c5 + b5 * c3 + b2 * c6 + b6 * c2 + b1 * c7 + b7 * c1 + b0 * c8 + b8 * c0)
+        b9 = (kb * R9) * (c4 * a4 + c3 * a5 + c5 * a3 + c2 * a6 + c6 * a2 + c1 * a7 + c7 * a1 + c0 * a8 + c8 * a0)
+        c9 = (kc * R9) * (a4 * b4 + a3 * b5 + a5 * b3 + a2 * b6 + a6 * b2 + a1 * b7 + a7 * b1 + a0 * b8 + a8 * b0)
+        a10 = (ka * R10) * (
+            b4 * c5 + b5 * c4 + b3 * c6 + b6 * c3 + b2 * c7
+            + b7 * c2 + b1 * c8 + b8 * c1 + b0 * c9 + b9 * c0
+        )
+        b10 = (kb * R10) * (
+            c4 * a5 + c5 * a4 + c3 * a6 + c6 * a3 + c2 * a7
+            + c7 * a2 + c1 * a8 + c8 * a1 + c0 * a9 + c9 * a0
+        )
+        c10 = (kc * R10) * (
+            a4 * b5 + a5 * b4 + a3 * b6 + a6 * b3 + a2 * b7
+            + a7 * b2 + a1 * b8 + a8 * b1 + a0 * b9 + a9 * b0
+        )
+        if order == 10:
+            return (
+                (((((((((a3 + a2) + a4) + a5) + a6) + a7) + a8) + a9) + a10) + a1) + a0,
+                (((((((((b3 + b2) + b4) + b5) + b6) + b7) + b8) + b9) + b10) + b1) + b0,
+                (((((((((c3 + c2) + c4) + c5) + c6) + c7) + c8) + c9) + c10) + c1) + c0,
+            )
+        a11 = (ka * R11) * (
+            b5 * c5 + b4 * c6 + b6 * c4 + b3 * c7 + b7 * c3 + b2 * c8
+            + b8 * c2 + b1 * c9 + b9 * c1 + b0 * c10 + b10 * c0
+        )
+        b11 = (kb * R11) * (
+            c5 * a5 + c4 * a6 + c6 * a4 + c3 * a7 + c7 * a3 + c2 * a8
+            + c8 * a2 + c1 * a9 + c9 * a1 + c0 * a10 + c10 * a0
+        )
+        c11 = (kc * R11) * (
+            a5 * b5 + a4 * b6 + a6 * b4 + a3 * b7 + a7 * b3 + a2 * b8
+            + a8 * b2 + a1 * b9 + a9 * b1 + a0 * b10 + a10 * b0
+        )
+        a12 = (ka * R12) * (
+            b5 * c6 + b6 * c5 + b4 * c7 + b7 * c4 + b3 * c8 + b8 * c3
+            + b2 * c9 + b9 * c2 + b1 * c10 + b10 * c1 + b0 * c11 + b11 * c0
+        )
+        b12 = (kb * R12) * (
+            c5 * a6 + c6 * a5 + c4 * a7 + c7 * a4 + c3 * a8 + c8 * a3
+            + c2 * a9 + c9 * a2 + c1 * a10 + c10 * a1 + c0 * a11 + c11 * a0
+        )
+        c12 = (kc * R12) * (
+            a5 * b6 + a6 * b5 + a4 * b7 + a7 * b4 + a3 * b8 + a8 * b3
+            + a2 * b9 + a9 * b2 + a1 * b10 + a10 * b1 + a0 * b11 + a11 * b0
+        )
+        return (
+            (((((((((((a3 + a2) + a4) + a5) + a6) + a7) + a8) + a9) + a10) + a11) + a12) + a1) + a0,
+            (((((((((((b3 + b2) + b4) + b5) + b6) + b7) + b8) + b9) + b10) + b11) + b12) + b1) + b0,
+            (((((((((((c3 + c2) + c4) + c5) + c6) + c7) + c8) + c9) + c10) + c11) + c12) + c1) + c0,
+        )
+        # fmt: on
 
-    Returns
-    -------
-    a, b, c : float
-        Angular velocity one step later (u).
-    """
-    a1 = (ka) * (b0 * c0)
-    b1 = (kb) * (c0 * a0)
-    c1 = (kc) * (a0 * b0)
-    a2 = (ka * R2) * (b0 * c1 + b1 * c0)
-    b2 = (kb * R2) * (c0 * a1 + c1 * a0)
-    c2 = (kc * R2) * (a0 * b1 + a1 * b0)
-    a3 = (ka * R3) * (b0 * c2 + b1 * c1 + b2 * c0)
-    b3 = (kb * R3) * (c0 * a2 + c1 * a1 + c2 * a0)
-    c3 = (kc * R3) * (a0 * b2 + a1 * b1 + a2 * b0)
-    a4 = (ka * R4) * (b0 * c3 + b1 * c2 + b2 * c1 + b3 * c0)
-    b4 = (kb * R4) * (c0 * a3 + c1 * a2 + c2 * a1 + c3 * a0)
-    c4 = (kc * R4) * (a0 * b3 + a1 * b2 + a2 * b1 + a3 * b0)
-    a5 = (ka * R5) * (b0 * c4 + b1 * c3 + b2 * c2 + b3 * c1 + b4 * c0)
-    b5 = (kb * R5) * (c0 * a4 + c1 * a3 + c2 * a2 + c3 * a1 + c4 * a0)
-    c5 = (kc * R5) * (a0 * b4 + a1 * b3 + a2 * b2 + a3 * b1 + a4 * b0)
-    a6 = (ka * R6) * (b0 * c5 + b1 * c4 + b2 * c3 + b3 * c2 + b4 * c1 + b5 * c0)
-    b6 = (kb * R6) * (c0 * a5 + c1 * a4 + c2 * a3 + c3 * a2 + c4 * a1 + c5 * a0)
-    c6 = (kc * R6) * (a0 * b5 + a1 * b4 + a2 * b3 + a3 * b2 + a4 * b1 + a5 * b0)
-    a7 = (ka * R7) * (b0 * c6 + b1 * c5 + b2 * c4 + b3 * c3 + b4 * c2 + b5 * c1 + b6 * c0)
-    b7 = (kb * R7) * (c0 * a6 + c1 * a5 + c2 * a4 + c3 * a3 + c4 * a2 + c5 * a1 + c6 * a0)
-    c7 = (kc * R7) * (a0 * b6 + a1 * b5 + a2 * b4 + a3 * b3 + a4 * b2 + a5 * b1 + a6 * b0)
-    a8 = (ka * R8) * (b0 * c7 + b1 * c6 + b2 * c5 + b3 * c4 + b4 * c3 + b5 * c2 + b6 * c1 + b7 * c0)
-    b8 = (kb * R8) * (c0 * a7 + c1 * a6 + c2 * a5 + c3 * a4 + c4 * a3 + c5 * a2 + c6 * a1 + c7 * a0)
-    c8 = (kc * R8) * (a0 * b7 + a1 * b6 + a2 * b5 + a3 * b4 + a4 * b3 + a5 * b2 + a6 * b1 + a7 * b0)
-    a9 = (ka * R9) * (b0 * c8 + b1 * c7 + b2 * c6 + b3 * c5 + b4 * c4 + b5 * c3 + b6 * c2 + b7 * c1 + b8 * c0)
-    b9 = (kb * R9) * (c0 * a8 + c1 * a7 + c2 * a6 + c3 * a5 + c4 * a4 + c5 * a3 + c6 * a2 + c7 * a1 + c8 * a0)
-    c9 = (kc * R9) * (a0 * b8 + a1 * b7 + a2 * b6 + a3 * b5 + a4 * b4 + a5 * b3 + a6 * b2 + a7 * b1 + a8 * b0)
-    a10 = (ka * R10) * (
-        b0 * c9 + b1 * c8 + b2 * c7 + b3 * c6 + b4 * c5 + b5 * c4 + b6 * c3 + b7 * c2 + b8 * c1 + b9 * c0
-    )
-    b10 = (kb * R10) * (
-        c0 * a9 + c1 * a8 + c2 * a7 + c3 * a6 + c4 * a5 + c5 * a4 + c6 * a3 + c7 * a2 + c8 * a1 + c9 * a0
-    )
-    c10 = (kc * R10) * (
-        a0 * b9 + a1 * b8 + a2 * b7 + a3 * b6 + a4 * b5 + a5 * b4 + a6 * b3 + a7 * b2 + a8 * b1 + a9 * b0
-    )
-    a = (((((((((a10 + a9) + a8) + a7) + a6) + a5) + a4) + a3) + a2) + a1) + a0
-    b = (((((((((b10 + b9) + b8) + b7) + b6) + b5) + b4) + b3) + b2) + b1) + b0
-    c = (((((((((c10 + c9) + c8) + c7) + c6) + c5) + c4) + c3) + c2) + c1) + c0
-    return a, b, c
+    return step
+
+
+step_8, step_10, step_12 = (_step_of(order) for order in ORDERS)
 
 
 @njit(**OPTIONS)
-def truncation(size):
-    """G(A): the relative coefficient of the first term left out, for a perturbation of relative size A (0 < A)."""
-    n = ORDER + 1.0
+def truncation(size, order):
+    """G_N(A): the relative coefficient of the first term left out, for a perturbation of relative size A (0 < A)."""
+    n = order + 1.0
     factorial = 1.0
-    for i in range(2, ORDER + 2):
+    for i in range(2, order + 2):
         factorial *= i
     series, weight = 0.0, 1.0
     for k in range(12):
         series += weight * (2.0 * k + 1.0) ** n / factorial
         weight *= 0.25 * size * size
-    depth = np.arccosh(max(1.0 / size, 1.0))
-    pole = 2.0 / size * (depth * depth + 0.25 * np.pi * np.pi) ** (-0.5 * (n + 1.0))
+    depth = math.acosh(max(1.0 / size, 1.0))
+    pole = 2.0 / size * (depth * depth + 0.25 * math.pi * math.pi) ** (-0.5 * (n + 1.0))
     return min(series, max(pole, 1.0 / factorial))
 
 
 @njit(**OPTIONS)
-def steps_per_sample(x, size, samples, tolerance):
-    """Number of steps a sample interval is cut into.
+def choose(x, coefficients, samples, tolerance):
+    """Order, and number of steps a sample interval is cut into, that keep the tolerance with the least work.
 
     Parameters
     ----------
     x : float
         max|c_i| times the sample spacing in radians of spin.
-    size : float
-        Largest relative size A that the perturbation is to be followed to.
+    coefficients : tuple of 3 floats
+        :func:`truncation` at each of ORDERS, for the largest size that the perturbation is to be followed to.
     samples : int
         Number of sample intervals over which errors add up.
     tolerance : float
@@ -122,14 +162,23 @@ def steps_per_sample(x, size, samples, tolerance):
 
     Returns
     -------
-    int
-        Between 1 and MOST_STEPS (which the halving test then shows to be too few).
+    order, steps : int
+        One of ORDERS; between 1 and MOST_STEPS (which the certificate then shows to be too few).
     """
-    # x <= 1/2, so all the terms after the first one left out add less than x/(12 - x) of it
-    excess = 1.05 * samples * x ** (ORDER + 1) * truncation(size) / tolerance
-    if not excess > 1.0:
-        return 1
-    return int(min(np.ceil(excess ** (1.0 / ORDER)), MOST_STEPS))
+    best, fewest, least = ORDERS[0], 1, math.inf
+    power = x * x * x
+    power *= power * power  # x to the ninth; two more for every order
+    # x <= 1/2, so all the terms after the first one left out add less than x/(10 - x) of it
+    share = 1.06 * samples / tolerance
+    for i in range(3):
+        order = ORDERS[i]
+        excess = share * coefficients[i] * power
+        steps = 1.0 if not excess > 1.0 else min(np.ceil(excess ** (1.0 / order)), float(MOST_STEPS))
+        work = steps * (order * (order + 1) + 40.0)  # 40: loads, stores and the sum of the terms
+        if work < least:
+            best, fewest, least = order, int(steps), work
+        power *= x * x
+    return best, fewest
 
 
 @njit(**OPTIONS)
@@ -139,7 +188,7 @@ def _follow(state, k, durations, counts, out):
     for i in range(durations.size):
         h = durations[i] / counts[i]
         for _ in range(counts[i]):
-            a, b, c = step(a, b, c, k[0] * h, k[1] * h, k[2] * h)
+            a, b, c = step_12(a, b, c, k[0] * h, k[1] * h, k[2] * h)
         out[i, 0], out[i, 1], out[i, 2] = a, b, c
 
 
@@ -207,5 +256,5 @@ def rotation(moments, omega_start, times, tolerance=1e-10):
 def _counts(x, tolerance):
     """Steps for each interval of length x (radians of spin times max|c_i|), so that a whole run keeps the tolerance."""
     total = max(x.sum(), 1.0)
-    rate = (total * truncation(1.0) / tolerance) ** (1.0 / ORDER)
+    rate = (total * truncation(1.0, 12) / tolerance) ** (1.0 / 12)
     return np.maximum(np.ceil(x * max(rate, 1.0)), 1).astype(np.int64)

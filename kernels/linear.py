@@ -22,9 +22,12 @@ STABLE_MINOR, STABLE_MAJOR, UNSTABLE, MARGINAL, SPHERE = range(5)
 
 def _moments_seen_from(I1, I2, I3, axis):
     """Broadcast arrays (I_a, I_b, I_c) of the moments as seen from the spin axis."""
-    I1, I2, I3, axis = np.broadcast_arrays(I1, I2, I3, axis)
-    moments = np.stack([I1, I2, I3]).astype(np.float64)
-    return tuple(np.take_along_axis(moments, i[None], axis=0)[0] for i in cyclic(axis))
+    moments = tuple(np.asarray(x, dtype=np.float64) for x in (I1, I2, I3))
+    axis = np.asarray(axis)
+    if axis.size and (axis == axis.flat[0]).all():  # a block of a grid mostly has one axis
+        return np.broadcast_arrays(*(moments[i] for i in cyclic(axis.flat[0])), axis)[:3]
+    *moments, axis = np.broadcast_arrays(*moments, axis)
+    return tuple(np.choose(i, moments) for i in cyclic(axis))
 
 
 def omega_squared(I1, I2, I3, omega0, axis):

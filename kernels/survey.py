@@ -1,20 +1,12 @@
 r"""The batch: a block of points in, a block of columns out, and nothing kept that is not a column.
 
-Time runs in radians of spin, :math:`\tau = |\omega_0|t`, and the transverse components in units of the nudge,
-:math:`\omega_b = \varepsilon|\omega_0|\beta`, :math:`\omega_c = \varepsilon|\omega_0|\gamma`,
-:math:`\omega_a = |\omega_0|\alpha`. In these Euler's equations keep their form,
-
-.. math:: \alpha' = c_a\varepsilon^2\,\beta\gamma, \qquad \beta' = c_b\,\gamma\alpha, \qquad \gamma' = c_c\,\alpha\beta
-
-so every point takes the same work whatever its spin rate, and no nudge is too small to square.
-
-*Lanes.* W points at a time are integrated side by side: structure of arrays in one flat scratch array, row r of lane l
-at ``S[r*W + l]``, and the lane loop innermost, so that LLVM makes packed instructions of it. Points that need equally
-many steps share blocks, the last block is padded with copies of its last point, and no lane reads another: a point's
-bits depend on the point alone.
+Points that need equally many steps of one order are followed together, W at a time (:mod:`kernels.lanes`); among them
+those of like growth stand together, so that a block ends when its last window closes. The last block of each kind is
+padded with copies of its last point. None of that changes a bit of any point.
 
 *Blind.* The length of the run, the spacing and the number of steps come from max|c_i|, a bound on every possible rate;
-what is written here is measured from samples. The columns of linear theory are made elsewhere (:mod:`kernels.linear`).
+what is written here as measured comes from samples. Linear theory decides in which order points are taken, and no
+more; its columns are made elsewhere (:mod:`kernels.linear`).
 """
 
 import math
@@ -22,269 +14,219 @@ import math
 import numpy as np
 from numba import njit
 
-from kernels import direct, linear, measure, rigid_body
+from kernels import direct, exact, flips, lanes, linear, measure, rigid_body
+from kernels.lanes import W
 from kernels.rigid_body import OPTIONS
 
 OK, SHORT_WINDOW, NOT_CONVERGED, NON_FINITE = range(4)
 
-W = 32
-EPSILON = float(np.finfo(np.float64).eps)
+LEVELS = 16  # of growth, by which points of one kind are sorted
+UNIT_ROUNDING = float(np.finfo(np.float64).eps)
 
-# Rows of the scratch array, each W long: the state, its steps and the two samples before.
-A, B, C, KA, KB, KC, B1, C1, B2, C2 = (W * r for r in range(10))
-# The measurement: first guess and sums, sense of turning, samples used, whether the window is open.
-GUESS, RX, RR, XX, TURN, USED, OPEN, START, LARGEST = (W * r for r in range(10, 19))
-# The state of largest size, for the halving test, and the coarse result.
-AM, BM, CM, BH, CH = (W * r for r in range(19, 24))
-# Invariants: coefficients, start and largest change.
-CB, CC, J0, JD, JS, EA, EB, EC, E0, ED, LA, LB, LC, L0, LD = (W * r for r in range(24, 39))
-# The log slope: whether its window can still come, its upper end, and its sums.
-LOPEN, LCAP, LN, LK, LKK, LY, LKY, LFIRST, LLAST = (W * r for r in range(39, 48))
-ROWS = 48
+MEASURED = (
+    "omega_squared",
+    "omega_squared_stderr",
+    "growth_rate",
+    "growth_rate_stderr",
+    "frequency",
+    "frequency_stderr",
+    "growth_rate_logslope",
+    "e_folds",
+    "euler_period",
+    "regime",
+    "samples_used",
+    "window_end",
+    "steps_per_sample",
+    "status",
+    "energy_drift",
+    "momentum_drift",
+    "perturbation_drift",
+    "propagation_error",
+)
+INTEGERS = {"regime": np.int8, "samples_used": np.int32, "steps_per_sample": np.int32, "status": np.int8}
+DRIFTS = ("energy_drift", "momentum_drift", "perturbation_drift")
+LOGGED = ("growth_rate_logslope", "e_folds")
 
-# Columns of the raw result, one row a point, dimensionless.
-RATE2, STDERR, SIZE, FLOOR, SAMPLES, SPACING, SENSE = range(7)
-LOGSLOPE, EFOLDS, EDRIFT, LDRIFT, JDRIFT, HALVING, STEPS = range(7, 14)
-RAW = 14
+RATE2, STDERR, GROWTH, GROWTH_STDERR, FREQUENCY, FREQUENCY_STDERR, LOGSLOPE, EFOLDS, PERIOD = range(9)
+REGIME, USED, END, STEPS, STATUS, EDRIFT, LDRIFT, JDRIFT, APART = range(9, 18)
 
 
-@njit(**OPTIONS)
-def _plan(I1, I2, I3, axis, epsilon, spacing, intervals, tolerance, spacings, steps):
-    """Sample spacing (radians of spin) and steps per sample of each point, from a bound on every possible rate."""
+@njit(nogil=True, **OPTIONS)
+def _plan(I1, I2, I3, axis, epsilon, spacing, intervals, tolerance, spacings, orders, steps, keys):
+    """Sample spacing (radians of spin), order, steps per sample and sorting key of each point."""
+    known, coefficients = -1.0, (0.0, 0.0, 0.0)
     for i in range(I1.size):
         ca, cb, cc = rigid_body.euler_coefficients(*rigid_body.relabel(I1[i], I2[i], I3[i], axis[i]))
         bound = max(abs(ca), abs(cb), abs(cc))
         spacings[i] = min(spacing, 0.5 / max(1.0, bound))
-        x = bound * spacings[i]
-        size = min(1.0, measure.WINDOW * epsilon[i] * math.exp(x))
-        x *= math.sqrt(1.0 + epsilon[i] * epsilon[i])  # the rates go with all of |omega|, not with the spin alone
-        steps[i] = direct.steps_per_sample(x, size, intervals, tolerance)
+        if epsilon[i] != known:
+            known = epsilon[i]
+            size = min(1.0, measure.WINDOW * known * math.exp(0.5))  # the sample after the window's end included
+            coefficients = (
+                direct.truncation(size, 8),
+                direct.truncation(size, 10),
+                direct.truncation(size, 12),
+            )
+        # the rates go with all of |omega|, not with the spin alone
+        x = bound * spacings[i] * math.sqrt(1.0 + known * known)
+        orders[i], steps[i] = direct.choose(x, coefficients, intervals, tolerance)
+        growth = cb * cc if cb * cc > 0.0 else 0.0
+        level = int(min(math.sqrt(growth), 1.0) * (LEVELS - 1)) if growth == growth else 0
+        keys[i] = (3 * (steps[i] - 1) + orders[i] // 2 - 4) * LEVELS + level
 
 
-@njit(**OPTIONS)
-def _load(S, lane, moments, spin_sign, epsilon, phase, spacing, steps):
-    """Set up one lane at its start; moments are (I_a, I_b, I_c)."""
+@njit(nogil=True, **OPTIONS)
+def _load(S, lane, moments, spin, epsilon, cosine, sine, spacing, steps):
+    """Fill the rows of one lane that are given; moments are (I_a, I_b, I_c)."""
     Ia, Ib, Ic = moments
-    ca, cb, cc = rigid_body.euler_coefficients(Ia, Ib, Ic)
-    h = spacing / steps
-    S[A + lane], S[B + lane], S[C + lane] = spin_sign, math.cos(phase), math.sin(phase)
-    S[KA + lane], S[KB + lane], S[KC + lane] = ca * epsilon * epsilon * h, cb * h, cc * h
-    S[CB + lane], S[CC + lane] = cb, cc
-    greatest = max(Ia, Ib, Ic)
-    ja, jb, jc = Ia / greatest, Ib / greatest, Ic / greatest
-    e2 = epsilon * epsilon
-    S[EA + lane], S[EB + lane], S[EC + lane] = ja, jb * e2, jc * e2
-    S[LA + lane], S[LB + lane], S[LC + lane] = ja * ja, jb * jb * e2, jc * jc * e2
-    S[START + lane] = S[B + lane] * S[B + lane] + S[C + lane] * S[C + lane]
-    below = measure.LOG_BELOW / epsilon
-    S[LCAP + lane] = min(measure.LOG_TO * measure.LOG_TO * S[START + lane], below * below)
+    unit = exact.unit_of(Ia, Ib, Ic)
+    S[lanes.MA + lane], S[lanes.MB + lane], S[lanes.MC + lane] = Ia / unit, Ib / unit, Ic / unit
+    S[lanes.SPIN + lane] = spin
+    S[lanes.EPSILON + lane], S[lanes.COSINE + lane], S[lanes.SINE + lane] = epsilon, cosine, sine
+    S[lanes.SPACING + lane], S[lanes.STEPS + lane] = spacing, steps
 
 
 @njit(**OPTIONS)
-def _begin(S):
-    """Take sample 0: clear the sums, open the windows and note the invariants at the start."""
-    for row in (GUESS, RX, RR, XX, TURN, JD, JS, ED, LD, LN, LK, LKK, LY, LKY, LFIRST, LLAST):
-        for lane in range(W):
-            S[row + lane] = 0.0
-    for lane in range(W):
-        a, b, c = S[A + lane], S[B + lane], S[C + lane]
-        S[AM + lane], S[BM + lane], S[CM + lane] = a, b, c
-        S[B1 + lane], S[C1 + lane], S[B2 + lane], S[C2 + lane] = b, c, b, c
-        S[USED + lane], S[OPEN + lane], S[LOPEN + lane] = 1.0, 1.0, 1.0
-        S[LARGEST + lane] = S[START + lane]
-        J, S[JS + lane] = rigid_body.perturbation_invariant(b, c, S[CB + lane], S[CC + lane])
-        S[J0 + lane] = J
-        S[E0 + lane] = S[EA + lane] * (a * a) + (S[EB + lane] * (b * b) + S[EC + lane] * (c * c))
-        S[L0 + lane] = S[LA + lane] * (a * a) + (S[LB + lane] * (b * b) + S[LC + lane] * (c * c))
-
-
-@njit(**OPTIONS)
-def _advance(S, steps):
-    """Advance every lane by one sample interval."""
-    for _ in range(steps):
-        for lane in range(W):
-            a, b, c = direct.step(S[A + lane], S[B + lane], S[C + lane], S[KA + lane], S[KB + lane], S[KC + lane])
-            S[A + lane] = a
-            S[B + lane] = b
-            S[C + lane] = c
-
-
-@njit(**OPTIONS)
-def _sample(S, triple):
-    """Take one sample of every lane: window, turning, recurrence sums and invariants.
-
-    A closed window selects the old value everywhere, so a lane that has left it no longer changes. The recurrence
-    takes part from the third sample on (``triple``).
-    """
-    for lane in range(W):
-        a, b, c = S[A + lane], S[B + lane], S[C + lane]
-        b1, c1, b2, c2 = S[B1 + lane], S[C1 + lane], S[B2 + lane], S[C2 + lane]
-        size = b * b + c * c
-        inside = (S[OPEN + lane] > 0.0) & (size <= measure.WINDOW * measure.WINDOW * S[START + lane])
-        weight = 1.0 if inside else 0.0
-        S[OPEN + lane] = weight
-        S[USED + lane] += weight
-        rx, rr, xx = measure.leftover(b, c, b1, c1, b2, c2, S[GUESS + lane])
-        S[RX + lane] += rx if inside & triple else 0.0
-        S[RR + lane] += rr if inside & triple else 0.0
-        S[XX + lane] += xx if inside & triple else 0.0
-        turn = (b1 * c - c1 * b) * a  # the sense relative to the spin, whose sign a carries
-        S[TURN + lane] += turn if inside else 0.0
-        J, scale = rigid_body.perturbation_invariant(b, c, S[CB + lane], S[CC + lane])
-        jd = abs(J - S[J0 + lane])
-        S[JD + lane] = jd if inside & (jd > S[JD + lane]) else S[JD + lane]
-        S[JS + lane] = scale if inside & (scale > S[JS + lane]) else S[JS + lane]
-        E = S[EA + lane] * (a * a) + (S[EB + lane] * (b * b) + S[EC + lane] * (c * c))
-        ed = abs(E - S[E0 + lane])
-        S[ED + lane] = ed if inside & (ed > S[ED + lane]) else S[ED + lane]
-        L = S[LA + lane] * (a * a) + (S[LB + lane] * (b * b) + S[LC + lane] * (c * c))
-        ld = abs(L - S[L0 + lane])
-        S[LD + lane] = ld if inside & (ld > S[LD + lane]) else S[LD + lane]
-        larger = inside & (size > S[LARGEST + lane])
-        S[LARGEST + lane] = size if larger else S[LARGEST + lane]
-        S[AM + lane] = a if larger else S[AM + lane]
-        S[BM + lane] = b if larger else S[BM + lane]
-        S[CM + lane] = c if larger else S[CM + lane]
-        S[B2 + lane], S[C2 + lane] = b1, c1
-        S[B1 + lane], S[C1 + lane] = b, c
-
-
-@njit(**OPTIONS)
-def _guess(S):
-    """Set the first guess of every lane from its first three samples; the current state is the third."""
-    for lane in range(W):
-        S[GUESS + lane] = measure.first_guess(
-            S[B + lane], S[C + lane], S[B1 + lane], S[C1 + lane], S[B2 + lane], S[C2 + lane]
-        )
-
-
-@njit(**OPTIONS)
-def _log_sample(S, k):
-    """Add sample k to the log slope of every lane that is inside its window."""
-    for lane in range(W):
-        size = S[B + lane] * S[B + lane] + S[C + lane] * S[C + lane]
-        grown = size >= measure.LOG_FROM * measure.LOG_FROM * S[START + lane]
-        begun = S[LN + lane] > 0.0
-        # once entered, the window closes at either end; it can be entered only while the main window is open
-        stays = (size <= S[LCAP + lane]) & (grown | ~begun) & ((S[OPEN + lane] > 0.0) | begun)
-        inside = grown & stays & (S[LOPEN + lane] > 0.0)
-        S[LOPEN + lane] = S[LOPEN + lane] if stays else 0.0
-        y = 0.5 * measure.logarithm(size)
-        first = inside & (S[LN + lane] == 0.0)
-        S[LFIRST + lane] = y if first else S[LFIRST + lane]
-        S[LLAST + lane] = y if inside else S[LLAST + lane]
-        S[LN + lane] += 1.0 if inside else 0.0
-        S[LK + lane] += k if inside else 0.0
-        S[LKK + lane] += k * k if inside else 0.0
-        S[LY + lane] += y if inside else 0.0
-        S[LKY + lane] += k * y if inside else 0.0
-
-
-@njit(**OPTIONS)
-def _watch(S):
-    """Whether any lane's window is open, and whether any lane is inside the log slope's window or may now enter it."""
-    opened, logging = 0, 0  # whole numbers: their or-reduction stays packed
-    for lane in range(W):
-        size = S[B + lane] * S[B + lane] + S[C + lane] * S[C + lane]
-        grown = size >= measure.LOG_FROM * measure.LOG_FROM * S[START + lane]
-        opened |= 1 if S[OPEN + lane] > 0.0 else 0
-        logging |= 1 if (S[LOPEN + lane] > 0.0) & (grown | (S[LN + lane] > 0.0)) else 0
-    return opened > 0, logging > 0
-
-
-@njit(**OPTIONS)
-def _halve(S, steps):
-    """Run the interval that begins at each lane's largest state twice, with steps and with twice as many."""
-    for lane in range(W):
-        S[A + lane], S[B + lane], S[C + lane] = S[AM + lane], S[BM + lane], S[CM + lane]
-    _advance(S, steps)
-    for lane in range(W):
-        S[BH + lane], S[CH + lane] = S[B + lane], S[C + lane]
-        S[A + lane], S[B + lane], S[C + lane] = S[AM + lane], S[BM + lane], S[CM + lane]
-        S[KA + lane] *= 0.5
-        S[KB + lane] *= 0.5
-        S[KC + lane] *= 0.5
-    _advance(S, 2 * steps)
-
-
-@njit(**OPTIONS)
-def _floor(moments, size):
+def _floor(ca, cb, cc, Ia, Ib, Ic, size):
     """Size of a rate² (in spin²) that a finite amplitude, or the rounding of the moments, makes by itself.
 
     With components up to ``size`` the effective Omega² wanders by c_a max(c_b, c_c) size²; a body that can exist has
     c_i <= 1, and the allowance of 10 size² holds it. A difference of moments is known to one rounding of the greater.
     """
-    Ia, Ib, Ic = moments
-    ca, cb, cc = rigid_body.euler_coefficients(Ia, Ib, Ic)
     amplitude = 10.0 * size * size * max(1.0, abs(ca) * max(abs(cb), abs(cc)))
-    rounding = 2.0 * EPSILON * (abs(cb) * max(Ia, Ib) / Ic + abs(cc) * max(Ia, Ic) / Ib)
+    rounding = 2.0 * UNIT_ROUNDING * (abs(cb) * max(Ia, Ib) / Ic + abs(cc) * max(Ia, Ic) / Ib)
     return max(amplitude, rounding)
 
 
 @njit(**OPTIONS)
-def _unload(S, lane, moments, epsilon, spacing, steps, row):
-    """Turn one lane's sums into its row of the raw result."""
-    used = S[USED + lane]
-    row[RATE2], row[STDERR] = measure.estimate(
-        S[GUESS + lane], S[RX + lane], S[RR + lane], S[XX + lane], used - 2.0, spacing
-    )
-    row[SIZE] = epsilon * math.sqrt(S[LARGEST + lane])
-    row[SAMPLES], row[SPACING], row[STEPS] = used, spacing, steps
-    row[SENSE] = S[TURN + lane]
-    slope = measure.line_slope(S[LN + lane], S[LK + lane], S[LKK + lane], S[LY + lane], S[LKY + lane])
-    row[LOGSLOPE] = slope / spacing
-    row[EFOLDS] = S[LLAST + lane] - S[LFIRST + lane] if S[LN + lane] >= 2.0 else math.nan
-    row[EDRIFT] = S[ED + lane] / S[E0 + lane]
-    row[LDRIFT] = S[LD + lane] / S[L0 + lane]
-    row[JDRIFT] = S[JD + lane] / S[JS + lane] if S[JS + lane] > 0.0 else 0.0
-    difference = math.hypot(S[BH + lane] - S[B + lane], S[CH + lane] - S[C + lane])
-    row[HALVING] = difference / math.sqrt(S[LARGEST + lane])
-    row[FLOOR] = _floor(moments, row[SIZE])
-
-
-@njit(nogil=True, **OPTIONS)
-def _run_blocks(I1, I2, I3, axis, omega0, epsilon, phase, spacings, steps, order, starts, intervals, raw):
-    """Integrate and measure block after block: order[starts[j]:starts[j + 1]] are the points of block j."""
-    S = np.empty(ROWS * W)
-    for j in range(starts.size - 1):
-        first, count = starts[j], starts[j + 1] - starts[j]
-        n = steps[order[first]]
-        for lane in range(W):
-            i = order[first + min(lane, count - 1)]
-            moments = rigid_body.relabel(I1[i], I2[i], I3[i], axis[i])
-            spin = 1.0 if omega0[i] > 0.0 else -1.0
-            _load(S, lane, moments, spin, epsilon[i], phase[i], spacings[i], n)
-        _begin(S)
-        _follow(S, n, intervals)
-        _halve(S, n)
-        for lane in range(count):
-            i = order[first + lane]
-            moments = rigid_body.relabel(I1[i], I2[i], I3[i], axis[i])
-            _unload(S, lane, moments, epsilon[i], spacings[i], n, raw[i])
+def _regime(S, lane, rate2, stderr):
+    """Measured regime: from the signed rate² (in spin²), its error and floor, and the sense of turning."""
+    Ia, Ib, Ic = S[lanes.MA + lane], S[lanes.MB + lane], S[lanes.MC + lane]
+    if Ia == Ib and Ib == Ic:
+        return linear.SPHERE
+    size = S[lanes.EPSILON + lane] * math.sqrt(S[lanes.LARGEST + lane])
+    floor = _floor(*rigid_body.euler_coefficients(Ia, Ib, Ic), Ia, Ib, Ic, size)
+    uncertain = 5.0 * stderr if stderr == stderr else 0.0
+    if not abs(rate2) > max(uncertain, floor):
+        return linear.MARGINAL
+    if rate2 < 0.0:
+        return linear.UNSTABLE
+    return linear.STABLE_MINOR if S[lanes.TURN + lane] < 0.0 else linear.STABLE_MAJOR
 
 
 @njit(**OPTIONS)
-def _follow(S, steps, intervals):
-    """Follow every lane through the run, or until the last window of the block has closed."""
-    for k in range(1, intervals + 1):
-        _advance(S, steps)
-        if k == 2:
-            _guess(S)
-        _sample(S, k >= 2)
-        opened, logging = _watch(S)
-        if logging:
-            _log_sample(S, float(k))
-        elif not opened:
-            break
+def _status(S, lane, rate2, growth, certified, tolerance):
+    """Whether the measurement of one lane can be trusted; growth in units of the spin.
+
+    The certificate may reach the tolerance, and what rounding at the start grows to: 2e-15 e^{λt}. Rounding in either
+    solution also shifts the phase of a motion of n samples by less than 1e-16 n^{3/2}.
+    """
+    used = S[lanes.USED + lane]
+    followed = math.isfinite(S[lanes.A + lane] + S[lanes.B + lane] + S[lanes.C + lane])
+    short = used < measure.LEAST_SAMPLES
+    if not math.isfinite(rate2) and not (followed and short):
+        return NON_FINITE
+    if short:
+        return SHORT_WINDOW
+    if certified:
+        t = (used - 1.0) * S[lanes.SPACING + lane]
+        grown = math.exp(growth * t) if growth > 0.0 else 1.0
+        allowed = tolerance + 2e-15 * grown + 1e-16 * used * math.sqrt(used)
+        if not math.sqrt(S[lanes.APART + lane]) <= allowed:
+            return NOT_CONVERGED
+    return OK
 
 
-def _blocks(steps):
-    """Order of the points and starts of the blocks: points of equally many steps together, W at a time."""
-    order = np.argsort(steps, kind="stable")
-    bounds = np.flatnonzero(np.diff(steps[order])) + 1
-    groups = zip(np.r_[0, bounds], np.r_[bounds, steps.size], strict=True)
-    starts = np.concatenate([np.arange(lo, hi, W) for lo, hi in groups])
-    return order, np.r_[starts, steps.size]
+@njit(**OPTIONS)
+def _unload(S, lane, spin, certified, invariants, logged, tolerance, out, i):
+    """Turn one lane's sums into the columns of point i, in units of s; spin is |omega0| or NaN."""
+    used, spacing = S[lanes.USED + lane], S[lanes.SPACING + lane]
+    rate2, stderr = measure.estimate(
+        S[lanes.GUESS + lane], S[lanes.RX + lane], S[lanes.RR + lane], S[lanes.XX + lane], used - 2.0, spacing
+    )
+    rate2 = rate2 if math.isfinite(spin) else math.nan
+    known = math.isfinite(rate2)
+    regime = _regime(S, lane, rate2, stderr) if known else -1
+    # rates come from dimensionless squares: a spin of 1e-150 rad/s squared leaves the normal doubles
+    rate = math.sqrt(abs(rate2))
+    growth = rate if regime == linear.UNSTABLE else 0.0
+    turning = rate if (regime == linear.STABLE_MINOR) | (regime == linear.STABLE_MAJOR) else 0.0
+    rate_stderr = 0.5 * stderr / rate * spin if rate > 0.0 else math.nan
+    out[RATE2, i], out[STDERR, i] = rate2 * spin * spin, stderr * spin * spin
+    out[GROWTH, i], out[FREQUENCY, i] = (growth * spin, turning * spin) if known else (math.nan, math.nan)
+    out[GROWTH_STDERR, i] = rate_stderr if growth > 0.0 else math.nan
+    out[FREQUENCY_STDERR, i] = rate_stderr if turning > 0.0 else math.nan
+    out[PERIOD, i] = 2.0 * math.pi / turning / spin if turning > 0.0 else math.nan
+    out[REGIME, i], out[USED, i], out[STEPS, i] = regime, used, S[lanes.STEPS + lane]
+    out[END, i] = (used - 1.0) * spacing / spin
+    out[STATUS, i] = _status(S, lane, rate2, growth, certified, tolerance)
+    out[APART, i] = math.sqrt(S[lanes.APART + lane])
+    if logged:
+        _unload_log_slope(S, lane, spin, regime == linear.UNSTABLE, out, i)
+    if invariants:
+        out[EDRIFT, i] = S[lanes.ED + lane] / S[lanes.E0 + lane]
+        out[LDRIFT, i] = S[lanes.LD + lane] / S[lanes.L0 + lane]
+        out[JDRIFT, i] = S[lanes.JD + lane] / S[lanes.JS + lane] if S[lanes.JS + lane] > 0.0 else 0.0
+
+
+@njit(**OPTIONS)
+def _unload_log_slope(S, lane, spin, unstable, out, i):
+    """The lecture's estimator, where its window held at least two e-folds."""
+    n = S[lanes.LN + lane]
+    held = unstable and n >= 2.0
+    e_folds = S[lanes.LLAST + lane] - S[lanes.LFIRST + lane]
+    slope = measure.line_slope(n, S[lanes.LK + lane], S[lanes.LKK + lane], S[lanes.LY + lane], S[lanes.LKY + lane])
+    out[EFOLDS, i] = e_folds if held else math.nan
+    told = held and e_folds >= measure.LEAST_EFOLDS
+    out[LOGSLOPE, i] = slope / S[lanes.SPACING + lane] * spin if told else math.nan
+
+
+@njit(nogil=True, **OPTIONS)
+def _run(I1, I2, I3, axis, omega0, epsilon, phase, plan, blocks, intervals, tolerance, wanted, out):
+    """Integrate and measure block after block: order[starts[j]:starts[j + 1]] are the points of block j."""
+    spacings, orders, steps = plan
+    order, starts = blocks
+    certified, invariants, logged = wanted
+    S = np.zeros(lanes.ROWS * W)
+    angle, cosine, sine = math.nan, math.nan, math.nan
+    for j in range(starts.size - 1):
+        first, count = starts[j], starts[j + 1] - starts[j]
+        head = order[first]
+        for lane in range(W):
+            i = order[first + min(lane, count - 1)]
+            spin = 1.0 if omega0[i] > 0.0 else -1.0
+            if phase[i] != angle:  # most points share theirs
+                angle = phase[i]
+                cosine, sine = math.cos(angle), math.sin(angle)
+            moments = rigid_body.relabel(I1[i], I2[i], I3[i], axis[i])
+            _load(S, lane, moments, spin, epsilon[i], cosine, sine, spacings[i], steps[i])
+        lanes.follow(S, orders[head], steps[head], intervals, certified, invariants, logged)
+        for lane in range(count):
+            i = order[first + lane]
+            spin = abs(omega0[i]) if math.isfinite(omega0[i]) and omega0[i] != 0.0 else math.nan
+            _unload(S, lane, spin, certified, invariants, logged, tolerance, out, i)
+
+
+@njit(nogil=True, **OPTIONS)
+def _blocks(keys):
+    """Order of the points and starts of the blocks: points of one kind together, sorted by key, W at a time.
+
+    A counting sort: equal keys keep the order of their points.
+    """
+    after = np.zeros(keys.max() + 2, dtype=np.int64)
+    for key in keys:
+        after[key + 1] += 1
+    after = np.cumsum(after)
+    starts, position = [0], after.copy()
+    for kind in range(0, after.size - 1, LEVELS):
+        first, last = after[kind], after[min(kind + LEVELS, after.size - 1)]
+        for start in range(first, last, W):
+            starts.append(min(start + W, last))
+    order = np.empty(keys.size, dtype=np.int64)
+    for i in range(keys.size):
+        order[position[keys[i]]] = i
+        position[keys[i]] += 1
+    return order, np.array(starts)
 
 
 def _point_arrays(points):
@@ -295,8 +237,8 @@ def _point_arrays(points):
     return tuple(np.ascontiguousarray(x, dtype=kind) for x, kind in zip(arrays, kinds, strict=True))
 
 
-def run(points, rotations, samples_per_rotation, tolerance):
-    """Integrate and measure points; the raw result before anything is named.
+def measured(points, rotations, samples_per_rotation, tolerance, propagator="direct", wanted=MEASURED, nonlinear=False):
+    """Measured columns of points, in units.
 
     Parameters
     ----------
@@ -308,93 +250,54 @@ def run(points, rotations, samples_per_rotation, tolerance):
         Samples in 2 pi/|omega0|; the spacing shrinks where max|c_i| > 1.
     tolerance : float
         Relative error of the perturbation allowed over the run.
-
-    Returns
-    -------
-    numpy.ndarray, shape (n, RAW)
-        Dimensionless columns RATE2 ... STEPS; nothing is checked and nothing raised.
-    """
-    I1, I2, I3, axis, omega0, epsilon, phase = _point_arrays(points)
-    intervals = round(rotations * samples_per_rotation)
-    spacings, steps = np.empty(I1.size), np.empty(I1.size, dtype=np.int64)
-    raw = np.empty((I1.size, RAW))
-    if I1.size:
-        spacing = 2.0 * np.pi / samples_per_rotation
-        _plan(I1, I2, I3, axis, epsilon, spacing, intervals, tolerance, spacings, steps)
-        order, starts = _blocks(steps)
-        _run_blocks(I1, I2, I3, axis, omega0, epsilon, phase, spacings, steps, order, starts, intervals, raw)
-    return raw
-
-
-def _regime(raw, sphere):
-    """Measured regime of each row: from the signed rate², its error and floor, and the sense of turning."""
-    marginal = ~(np.abs(raw[:, RATE2]) > np.fmax(5.0 * raw[:, STDERR], raw[:, FLOOR]))
-    cases = [sphere, marginal, raw[:, RATE2] < 0.0, raw[:, SENSE] < 0.0]
-    kinds = [linear.SPHERE, linear.MARGINAL, linear.UNSTABLE, linear.STABLE_MINOR]
-    return np.select(cases, kinds, linear.STABLE_MAJOR).astype(np.int8)
-
-
-def _status(raw, spin, tolerance, intervals):
-    """Status of each row; the halving test allows 4 units of rounding a step, added up as random signs do."""
-    rounding = 4.0 * EPSILON * np.sqrt(raw[:, STEPS])
-    converged = (raw[:, HALVING] - rounding) * intervals <= tolerance
-    not_converged = ~converged  # a halving test that overflowed has failed too
-    short = raw[:, SAMPLES] < measure.LEAST_SAMPLES
-    unmeasured, unfollowed = (~np.isfinite(raw[:, column] * spin) for column in (RATE2, HALVING))
-    # fewer than three samples of a sound motion give no rate either, but that is a short window
-    cases = [unmeasured & (unfollowed | ~short), short, not_converged]
-    return np.select(cases, [NON_FINITE, SHORT_WINDOW, NOT_CONVERGED], OK).astype(np.int8)
-
-
-def measured(points, rotations, samples_per_rotation, tolerance):
-    """Measured columns of points, in units.
-
-    Parameters
-    ----------
-    points, rotations, samples_per_rotation, tolerance
-        As for :func:`run`.
+    propagator : str
+        "direct" (Taylor steps, certified by the exact solution) or "exact" (the exact step, one a sample).
+    wanted : collection of str
+        Columns to make, of MEASURED; without the drifts, the log slope or the certificate the work for them is saved.
+    nonlinear : bool
+        Whether to follow the motion on to its flips and its largest tilt (:mod:`kernels.flips`).
 
     Returns
     -------
     dict of str to numpy.ndarray, shape (n,)
         omega_squared, omega_squared_stderr (s-2); growth_rate, growth_rate_stderr, growth_rate_logslope (s-1);
-        frequency, frequency_stderr (rad s-1); e_folds, energy_drift, momentum_drift, perturbation_drift (1);
-        window_end (s); samples_used, steps_per_sample (int32); regime, status (int8). NaN where missing, -1 for a
-        regime that could not be measured.
+        frequency, frequency_stderr (rad s-1); euler_period, window_end (s); e_folds, energy_drift, momentum_drift,
+        perturbation_drift, propagation_error (1); samples_used, steps_per_sample (int32); regime, status (int8).
+        If ``nonlinear``, flip_period, flip_period_exact (s), max_tilt, max_tilt_exact (rad), frequency_exact (rad s-1).
+        NaN where missing, -1 for a regime that could not be measured. Nothing is checked and nothing raised.
     """
-    raw = run(points, rotations, samples_per_rotation, tolerance)
-    I1, I2, I3, _, omega0, _, _ = _point_arrays(points)
-    spin = np.where(np.isfinite(omega0) & (omega0 != 0.0), np.abs(omega0), np.nan)
-    status = _status(raw, spin, tolerance, round(rotations * samples_per_rotation))
-    known = np.isfinite(raw[:, RATE2] * spin)
-    regime = np.where(known, _regime(raw, (I1 == I2) & (I2 == I3)), -1).astype(np.int8)
-    # rates come from dimensionless squares: a spin of 1e-150 rad/s squared leaves the normal doubles
-    growth_rate, frequency = (np.where(known, rate * spin, np.nan) for rate in linear.rates(raw[:, RATE2], regime))
-    logged = (regime == linear.UNSTABLE) & np.isfinite(raw[:, EFOLDS])
-    long = logged & (raw[:, EFOLDS] >= measure.LEAST_EFOLDS)
-    return {
-        "omega_squared": raw[:, RATE2] * spin * spin,
-        "omega_squared_stderr": raw[:, STDERR] * spin * spin,
-        "growth_rate": growth_rate,
-        "growth_rate_stderr": _rate_stderr(raw[:, STDERR], growth_rate, spin),
-        "frequency": frequency,
-        "frequency_stderr": _rate_stderr(raw[:, STDERR], frequency, spin),
-        "growth_rate_logslope": np.where(long, raw[:, LOGSLOPE] * spin, np.nan),
-        "e_folds": np.where(logged, raw[:, EFOLDS], np.nan),
-        "regime": regime,
-        "samples_used": raw[:, SAMPLES].astype(np.int32),
-        "window_end": (raw[:, SAMPLES] - 1.0) * raw[:, SPACING] / spin,
-        "steps_per_sample": raw[:, STEPS].astype(np.int32),
-        "status": status,
-        "energy_drift": raw[:, EDRIFT],
-        "momentum_drift": raw[:, LDRIFT],
-        "perturbation_drift": raw[:, JDRIFT],
+    arrays = _point_arrays(points)
+    I1, I2, I3, axis, _, epsilon, _ = arrays
+    n, intervals = I1.size, round(rotations * samples_per_rotation)
+    spacings, out = np.empty(n), np.empty((len(MEASURED), n))
+    orders, steps, keys = np.empty((3, n), dtype=np.int64)
+    if n:
+        spacing = 2.0 * np.pi / samples_per_rotation
+        _plan(I1, I2, I3, axis, epsilon, spacing, intervals, tolerance, spacings, orders, steps, keys)
+        if propagator == "exact":
+            keys %= LEVELS
+            orders[:], steps[:] = lanes.EXACT, 1
+        certified = propagator == "direct" and "propagation_error" in wanted
+        groups = (certified, any(name in wanted for name in DRIFTS), any(name in wanted for name in LOGGED))
+        _run(*arrays, (spacings, orders, steps), _blocks(keys), intervals, tolerance, groups, out)
+    columns = _nonlinear(arrays, out, tolerance) if nonlinear else {}
+    return columns | {
+        name: column.astype(INTEGERS[name]) if name in INTEGERS else column
+        for name, column in zip(MEASURED, out, strict=True)
+        if name in wanted
     }
 
 
-def _rate_stderr(stderr, rate, spin):
-    """Standard error of a rate from that of its square in spin²; NaN where the rate is 0."""
-    return np.divide(0.5 * stderr * spin, rate / spin, out=np.full_like(rate, np.nan), where=rate > 0.0)
+def _nonlinear(arrays, out, tolerance):
+    """Columns of kernels.flips; a search that was given up is a window too short."""
+    n, omega0 = arrays[0].size, arrays[4]
+    columns, given_up = np.empty((len(flips.FLIPS), n)), np.zeros(n, dtype=bool)
+    sound = np.flatnonzero(out[STATUS] != NON_FINITE)
+    columns[:, out[STATUS] == NON_FINITE] = np.nan
+    order = sound[np.argsort(np.abs(out[RATE2, sound] / omega0[sound] / omega0[sound]))]  # of like duration together
+    flips.fill(*arrays, order, tolerance, columns, given_up)
+    out[STATUS, given_up & (out[STATUS] == OK)] = SHORT_WINDOW
+    return dict(zip(flips.FLIPS, columns, strict=True))
 
 
 @np.errstate(divide="ignore", invalid="ignore")  # a point that is no body gives NaN, and no noise
@@ -404,7 +307,7 @@ def theory(points):
     Parameters
     ----------
     points : mapping of str to array_like, shape (n,)
-        As for :func:`run`.
+        As for :func:`measured`.
 
     Returns
     -------
@@ -427,6 +330,6 @@ def theory(points):
     }
 
 
-def survey(points, rotations, samples_per_rotation, tolerance):
+def survey(points, *settings, **options):
     """All columns of points: :func:`theory` beside :func:`measured`, which does not know it."""
-    return theory(points) | measured(points, rotations, samples_per_rotation, tolerance)
+    return theory(points) | measured(points, *settings, **options)

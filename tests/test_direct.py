@@ -1,3 +1,4 @@
+import itertools
 import math
 
 import mpmath
@@ -12,6 +13,7 @@ from scipy.integrate import solve_ivp
 from kernels import direct, exact, rigid_body
 
 ULP = 2.0**-52
+STEPS = {8: direct.step_8, 10: direct.step_10, 12: direct.step_12}
 FEWER = 10 if config.DISABLE_JIT else 1  # steps in plain Python are slow
 # nought, or large enough that no term of a series underflows
 STATE, COEFFICIENTS = (
@@ -35,47 +37,51 @@ def random_body(rng):
     return masses.sum() - masses
 
 
-@given(STATE, COEFFICIENTS)
-def test_step_is_the_sum_of_the_series_to_order_ten(state, k):
-    terms = taylor_terms(state, k, direct.ORDER)
+@pytest.mark.parametrize("order", direct.ORDERS)
+@given(state=STATE, k=COEFFICIENTS)
+def test_step_is_the_sum_of_the_series_to_its_order(order, state, k):
+    terms = taylor_terms(state, k, order)
     # rounding: an ulp or two of the sum of absolute terms, of which the cancelling products are the larger
-    absolute = taylor_terms([abs(x) for x in state], [abs(x) for x in k], direct.ORDER)
-    for ours, mine, size in zip(direct.step(*state, *k), terms, absolute, strict=True):
+    absolute = taylor_terms([abs(x) for x in state], [abs(x) for x in k], order)
+    for ours, mine, size in zip(STEPS[order](*state, *k), terms, absolute, strict=True):
         assert abs(ours - math.fsum(mine)) <= 4 * ULP * sum(size)
 
 
-def test_step_holds_every_term_of_the_series():
+@pytest.mark.parametrize("order", direct.ORDERS)
+def test_step_holds_every_term_of_the_series(order):
     # all terms of one sign and of about one size, so that each is seen
     state, k = (1.1, 1.2, 1.3), (0.71, 0.73, 0.79)
-    for ours, mine in zip(direct.step(*state, *k), taylor_terms(state, k, 10), strict=True):
-        assert mine[10] > 0.05
+    for ours, mine in zip(STEPS[order](*state, *k), taylor_terms(state, k, order), strict=True):
+        assert mine[order] > 0.05
         assert ours == pytest.approx(math.fsum(mine), rel=6 * ULP)
 
 
-@given(STATE, COEFFICIENTS)
-def test_step_turns_with_the_labels(state, k):
-    a, b, c = direct.step(*state, *k)
-    turned = direct.step(state[1], state[2], state[0], k[1], k[2], k[0])
+@pytest.mark.parametrize("step", STEPS.values())
+@given(state=STATE, k=COEFFICIENTS)
+def test_step_turns_with_the_labels(step, state, k):
+    a, b, c = step(*state, *k)
+    turned = step(state[1], state[2], state[0], k[1], k[2], k[0])
     # a compiler may contract the sums of three equal lines in three ways
     np.testing.assert_allclose(turned, (b, c, a), rtol=0, atol=64 * ULP)
 
 
-@given(STATE, COEFFICIENTS)
-def test_step_has_the_symmetries_of_the_equations(state, k):
-    a, b, c = direct.step(*state, *k)
+@pytest.mark.parametrize("step", STEPS.values())
+@given(state=STATE, k=COEFFICIENTS)
+def test_step_has_the_symmetries_of_the_equations(step, state, k):
+    a, b, c = step(*state, *k)
     x, y, z = state
     # a half turn about an axis maps motions to motions; time backwards is every component's sign
-    assert direct.step(x, -y, -z, *k) == (a, -b, -c)
-    assert direct.step(-x, y, -z, *k) == (-a, b, -c)
-    assert direct.step(-x, -y, -z, *(-x for x in k)) == (-a, -b, -c)
+    assert step(x, -y, -z, *k) == (a, -b, -c)
+    assert step(-x, y, -z, *k) == (-a, b, -c)
+    assert step(-x, -y, -z, *(-x for x in k)) == (-a, -b, -c)
     # a spin twice as fast in half the time
-    assert direct.step(2 * x, 2 * y, 2 * z, *(0.5 * x for x in k)) == (2 * a, 2 * b, 2 * c)
+    assert step(2 * x, 2 * y, 2 * z, *(0.5 * x for x in k)) == (2 * a, 2 * b, 2 * c)
 
 
 @given(st.floats(0.1, 1.0), COEFFICIENTS, st.floats(-700, -20))
 def test_a_small_perturbation_keeps_its_relative_digits(spin, k, exponent):
     small = math.exp(exponent)
-    a, b, c = direct.step(spin, 0.8 * small, 0.6 * small, *k)
+    a, b, c = direct.step_10(spin, 0.8 * small, 0.6 * small, *k)
     with mpmath.workdps(40):
         flow = mpmath.expm(mpmath.mpf(spin) * mpmath.matrix([[0, k[1]], [k[2], 0]]))
         moved = flow * mpmath.matrix([mpmath.mpf(0.8), mpmath.mpf(0.6)])
@@ -84,61 +90,74 @@ def test_a_small_perturbation_keeps_its_relative_digits(spin, k, exponent):
     np.testing.assert_allclose([b / small, c / small], [float(x) for x in moved], rtol=0, atol=3e-8)
 
 
-def test_order_is_ten():
-    c, start = (0.5, -0.9, 0.6), (1.0, 0.3, 0.2)
-    end = reference(c, start, 4.0)
-    counts = np.array([4, 5, 6, 7, 8])
-    errors = []
-    for n in counts:
-        state, h = start, 4.0 / n
-        for _ in range(n):
-            state = direct.step(*state, *(k * h for k in c))
-        errors.append(np.abs(np.array(state) - end).max())
-    order = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
-    assert abs(order - direct.ORDER) < 0.3
+@pytest.mark.parametrize("order", direct.ORDERS)
+def test_each_order_is_its_name(order, monkeypatch):
+    # the same code in 40 digits: in doubles steps short enough to show order 12 drown in rounding
+    step = getattr(STEPS[order], "py_func", STEPS[order])
+    with mpmath.workdps(40):
+        for n in range(2, 13):
+            monkeypatch.setattr(direct, f"R{n}", mpmath.mpf(1) / n)
+        c, state = [mpmath.mpf(x) for x in (0.5, -0.9, 0.6)], [mpmath.mpf(x) for x in (1.0, 0.3, 0.2)]
+        end = mpmath.odefun(lambda _, w: [c[0] * w[1] * w[2], c[1] * w[2] * w[0], c[2] * w[0] * w[1]], 0, state)(1)
+        counts, errors = [8, 16, 32], []
+        for n in counts:
+            w = state
+            for _ in range(n):
+                w = step(*w, *(k / n for k in c))
+            errors.append(max(abs(x - y) for x, y in zip(w, end, strict=True)))
+        fitted = [float(mpmath.log(e1 / e2, 2)) for e1, e2 in itertools.pairwise(errors)]
+    assert fitted == pytest.approx([order, order], abs=0.3)
 
 
 @pytest.mark.parametrize("size", [1e-300, 1e-9, 1e-5, 1e-4, 1e-3, 0.05, 0.1, 0.2, 0.3, 0.5, 0.9, 0.999999, 1.0, 1.5])
 def test_truncation_against_mpmath(size):
     # 1/A is rounded before its arcosh, which near A = 1 goes as the root of the difference
-    assert direct.truncation(size) == pytest.approx(
-        truncation(size, direct.ORDER), rel=1e-13 if size != 0.999999 else 1e-9
-    )
+    for order in direct.ORDERS:
+        ours = direct.truncation(size, order)
+        assert ours == pytest.approx(truncation(size, order), rel=1e-13 if size != 0.999999 else 1e-9)
 
 
-def test_truncation_bounds_the_first_term_left_out():
+@pytest.mark.parametrize("order", direct.ORDERS)
+def test_truncation_bounds_the_first_term_left_out(order):
     rng = np.random.default_rng(31)
-    for _ in range(400):
+    for _ in range(200):
         c = np.array(rigid_body.euler_coefficients(*random_body(rng)))
         size, angle = 10 ** rng.uniform(-6, 0), rng.uniform(0, 2 * np.pi)
         start = (math.sqrt(1 - size**2), size * math.cos(angle), size * math.sin(angle))
-        first_left_out = np.array([t[11] for t in taylor_terms(start, c, 11)])
-        bound = direct.truncation(size) * np.abs(c).max() ** 11
+        first_left_out = np.array([t[order + 1] for t in taylor_terms(start, c, order + 1)])
+        bound = direct.truncation(size, order) * np.abs(c).max() ** (order + 1)
         assert np.hypot(*first_left_out[1:]) <= 1.05 * size * bound
     # and it is no more than 1/n! for a small one
-    assert direct.truncation(1e-9) == pytest.approx(1 / math.factorial(11), rel=1e-12)
+    assert direct.truncation(1e-9, order) == pytest.approx(1 / math.factorial(order + 1), rel=1e-12)
+
+
+def left_out(order, steps, x, size, samples):
+    """Share of the perturbation left out over a run; 6 % for what follows the first term left out."""
+    return 1.06 * samples * steps * (x / steps) ** (order + 1) * direct.truncation(size, order)
 
 
 @given(st.floats(1e-3, 0.5), st.floats(1e-8, 1.0), st.integers(1, 10**6), st.floats(-13, -3))
-def test_steps_per_sample_are_the_fewest_that_keep_the_tolerance(x, size, samples, exponent):
+def test_the_choice_keeps_the_tolerance_with_the_least_work(x, size, samples, exponent):
     tolerance = 10**exponent
-    n = direct.steps_per_sample(x, size, samples, tolerance)
-    # n steps of x/n leave out samples·n·(x/n)^11 G; 5 % for what follows the first term left out
-    left_out = [1.05 * samples * m * (x / m) ** 11 * direct.truncation(size) for m in (n, max(n - 1, 0.5))]
-    assert left_out[0] <= tolerance * (1 + 1e-12)
-    assert n == 1 or left_out[1] > tolerance * (1 - 1e-12)
-    assert isinstance(n, int)
+    coefficients = tuple(direct.truncation(size, order) for order in direct.ORDERS)
+    chosen, steps = direct.choose(x, coefficients, samples, tolerance)
+    assert left_out(chosen, steps, x, size, samples) <= tolerance * (1 + 1e-12)
+    work = steps * (chosen * (chosen + 1) + 40)
+    for order in direct.ORDERS:
+        cheaper = math.ceil(work / (order * (order + 1) + 40)) - 1
+        assert cheaper < 1 or left_out(order, cheaper, x, size, samples) > tolerance * (1 - 1e-12)
 
 
-def test_steps_per_sample_at_the_ends_of_their_range():
-    # a factor of eleven for the sum of the geometric series, not the tolerance, sets the border of one step
-    border = 1.05 * 64 * 0.5**11 * direct.truncation(1e-6)
-    assert direct.steps_per_sample(0.5, 1e-6, 64, border * (1 + 1e-12)) == 1
-    assert direct.steps_per_sample(0.5, 1e-6, 64, border * (1 - 1e-6)) == 2
-    assert direct.steps_per_sample(0.0, 1e-6, 64, 1e-10) == 1
-    assert direct.steps_per_sample(math.nan, 1e-6, 64, 1e-10) == 1
-    assert direct.steps_per_sample(0.5, 1.0, 64, 1e-60) == 10_000
-    assert direct.steps_per_sample(1e20, 1.0, 64, 1e-10) == 10_000
+def test_the_choice_at_the_ends_of_its_range():
+    small = tuple(direct.truncation(1e-6, order) for order in direct.ORDERS)
+    large = tuple(direct.truncation(1.0, order) for order in direct.ORDERS)
+    border = left_out(12, 1, 0.5, 1e-6, 64)
+    assert direct.choose(0.5, small, 64, border * (1 + 1e-12)) == (12, 1)
+    assert direct.choose(0.5, small, 64, border * (1 - 1e-6)) == (10, 2)
+    assert direct.choose(0.0, small, 64, 1e-10) == (8, 1)
+    assert direct.choose(math.nan, small, 64, 1e-10) == (8, 1)
+    assert direct.choose(0.5, large, 64, 1e-60)[1] == 10_000
+    assert direct.choose(1e20, large, 64, 1e-10)[1] == 10_000
 
 
 @pytest.mark.skipif(bool(config.DISABLE_JIT), reason="500 bodies in plain Python are slow")
@@ -194,15 +213,15 @@ def test_a_looser_tolerance_takes_longer_steps():
     # both within their tolerance, and the loose one not by more than a few powers of ten: the work is not wasted
     assert 1e-13 < transverse_error(*args, 1e-4) <= 1e-4
     counts = [direct._counts(np.array([100.0]), tolerance)[0] for tolerance in (1e-4, 1e-12)]
-    assert counts[1] / counts[0] == pytest.approx(10**0.8, rel=0.01)
-    assert (counts[0] / 100) ** 10 == pytest.approx(100 * direct.truncation(1.0) / 1e-4, rel=0.2)
+    assert counts[1] / counts[0] == pytest.approx(10 ** (8 / 12), rel=0.01)
+    assert (counts[0] / 100) ** 12 == pytest.approx(100 * direct.truncation(1.0, 12) / 1e-4, rel=0.2)
 
 
 def test_short_and_loose_intervals_take_one_step_and_no_less():
     # G(1) is 0.01: a tolerance above it would let a step be longer than a radian
     assert direct._counts(np.array([0.0, 1e-3, 1.0]), 0.9).tolist() == [1, 1, 1]
     # intervals shorter than a radian in all count as one
-    border = direct.truncation(1.0) * 0.5**10 * (1 + 1e-9)
+    border = direct.truncation(1.0, 12) * 0.5**12 * (1 + 1e-9)
     assert direct._counts(np.array([0.5]), border).tolist() == [1]
     assert direct._counts(np.array([0.5]), border * (1 - 1e-8)).tolist() == [2]
 
@@ -226,7 +245,7 @@ def test_a_broken_coefficient_shows_in_the_perturbation_alone():
         drifts[broken] = 0.0
         for _ in range(64):
             h = 2 * np.pi / 16
-            a, b, w = direct.step(a, b, w, c[0] * h, c[1] * (1 + broken) * h, c[2] * h)
+            a, b, w = direct.step_10(a, b, w, c[0] * h, c[1] * (1 + broken) * h, c[2] * h)
             after = rigid_body.perturbation_invariant(b, w, c[1], c[2])
             drifts[broken] = max(drifts[broken], abs(after[0] - before[0]) / before[1])
         # energy sees nothing of it: the perturbation is 1e-12 of it

@@ -1,0 +1,263 @@
+r"""Lanes: W perturbed rotations side by side, integrated, sampled and summed up, with nothing kept but sums.
+
+Time runs in radians of spin, :math:`\tau = |\omega_0|t`, and the transverse components in units of the nudge,
+:math:`\omega_b = \varepsilon|\omega_0|\beta`, :math:`\omega_c = \varepsilon|\omega_0|\gamma`,
+:math:`\omega_a = |\omega_0|\alpha`. In these Euler's equations keep their form,
+
+.. math:: \alpha' = c_a\varepsilon^2\,\beta\gamma, \qquad \beta' = c_b\,\gamma\alpha, \qquad \gamma' = c_c\,\alpha\beta
+
+so every point takes the same work whatever its spin rate, and no nudge is too small to square.
+
+*Shape.* Structure of arrays in one flat scratch array, row r of lane l at ``S[r*W + l]``, and the lane loop innermost,
+so that LLVM makes packed instructions of it. No lane reads another: a point's bits depend on the point alone.
+
+*Certificate.* Beside the direct solution runs the exact one, by the exact step of :mod:`kernels.exact` over each sample
+interval; it shares no code with the direct one. The distance of the two in the transverse plane, relative to the
+largest transverse size reached so far, is what the direct integration may be trusted to.
+"""
+
+from numba import njit
+
+from kernels import direct, exact, measure, rigid_body
+from kernels.rigid_body import OPTIONS
+
+W = 32
+EXACT = 0  # stands where a Taylor step has its order
+
+# Rows of the scratch array, each W long. Given: the moments in a unit near the greatest, the nudge and the run.
+MA, MB, MC, SPIN, EPSILON, COSINE, SINE, SPACING, STEPS = (W * r for r in range(9))
+# The state, its steps, and the two samples before.
+A, B, C, KA, KB, KC, B1, C1, B2, C2 = (W * r for r in range(9, 19))
+# The exact state, its step, and the square of its largest relative distance from the direct one.
+XA, XB, XC, QA, QB, QC, APART = (W * r for r in range(19, 26))
+# The measurement: first guess and sums, sense of turning, samples used, whether the window is open, sizes squared.
+GUESS, RX, RR, XX, TURN, USED, OPEN, START, LARGEST = (W * r for r in range(26, 35))
+# Invariants: Euler coefficients and moments over the greatest, values at the start and largest changes.
+CB, CC, JA, JB, JC, J0, JD, JS, E0, ED, L0, LD = (W * r for r in range(35, 47))
+# The log slope: whether its window can still come, its upper end, and its sums.
+LOPEN, LCAP, LN, LK, LKK, LY, LKY, LFIRST, LLAST = (W * r for r in range(47, 56))
+ROWS = 56
+
+
+@njit(**OPTIONS)
+def begin(S):
+    """Take sample 0 of every lane: set up state, steps and invariants, clear the sums and open the windows."""
+    for lane in range(W):
+        e2 = S[EPSILON + lane] * S[EPSILON + lane]
+        ca, cb, cc = rigid_body.euler_coefficients(S[MA + lane], S[MB + lane], S[MC + lane])
+        h = S[SPACING + lane] / S[STEPS + lane]
+        S[KA + lane], S[KB + lane], S[KC + lane] = ca * e2 * h, cb * h, cc * h
+        S[CB + lane], S[CC + lane] = cb, cc
+        a, b, c = S[SPIN + lane], S[COSINE + lane], S[SINE + lane]
+        S[A + lane], S[B + lane], S[C + lane] = a, b, c
+        S[B1 + lane], S[C1 + lane], S[B2 + lane], S[C2 + lane] = b, c, b, c
+        size = b * b + c * c
+        S[START + lane], S[LARGEST + lane] = size, size
+        S[USED + lane], S[OPEN + lane], S[LOPEN + lane] = 1.0, 1.0, 1.0
+        below = measure.LOG_BELOW / S[EPSILON + lane]
+        S[LCAP + lane] = min(measure.LOG_TO * measure.LOG_TO * size, below * below)
+    for row in (GUESS, RX, RR, XX, TURN, JD, ED, LD, LN, LK, LKK, LY, LKY, LFIRST, LLAST, APART):
+        for lane in range(W):
+            S[row + lane] = 0.0
+
+
+@njit(**OPTIONS)
+def begin_exact(S):
+    """Set up the exact state and the coefficients of its step, one sample interval long."""
+    for lane in range(W):
+        a, b, c, e = S[SPIN + lane], S[COSINE + lane], S[SINE + lane], S[EPSILON + lane]
+        S[XA + lane], S[XB + lane], S[XC + lane] = a, b, c
+        qa, qb, qc = exact.short_step_constants(
+            S[MA + lane], S[MB + lane], S[MC + lane], a, e * b, e * c, S[SPACING + lane]
+        )
+        S[QA + lane], S[QB + lane], S[QC + lane] = qa * (e * e), qb, qc
+
+
+@njit(**OPTIONS)
+def begin_invariants(S):
+    """Note the invariants of every lane at its start."""
+    for lane in range(W):
+        greatest = max(S[MA + lane], max(S[MB + lane], S[MC + lane]))
+        ja, jb, jc = S[MA + lane] / greatest, S[MB + lane] / greatest, S[MC + lane] / greatest
+        S[JA + lane], S[JB + lane], S[JC + lane] = ja, jb, jc
+        a, b, c = S[A + lane], S[EPSILON + lane] * S[B + lane], S[EPSILON + lane] * S[C + lane]
+        S[E0 + lane] = rigid_body.twice_energy(a, b, c, ja, jb, jc)
+        S[L0 + lane] = rigid_body.squared_momentum(a, b, c, ja, jb, jc)
+        J, scale = rigid_body.perturbation_invariant(S[B + lane], S[C + lane], S[CB + lane], S[CC + lane])
+        S[J0 + lane], S[JS + lane] = J, scale
+
+
+@njit(**OPTIONS)
+def _advance_8(S, steps):
+    for _ in range(steps):
+        for lane in range(W):
+            S[A + lane], S[B + lane], S[C + lane] = direct.step_8(
+                S[A + lane], S[B + lane], S[C + lane], S[KA + lane], S[KB + lane], S[KC + lane]
+            )
+
+
+@njit(**OPTIONS)
+def _advance_10(S, steps):
+    for _ in range(steps):
+        for lane in range(W):
+            S[A + lane], S[B + lane], S[C + lane] = direct.step_10(
+                S[A + lane], S[B + lane], S[C + lane], S[KA + lane], S[KB + lane], S[KC + lane]
+            )
+
+
+@njit(**OPTIONS)
+def _advance_12(S, steps):
+    for _ in range(steps):
+        for lane in range(W):
+            S[A + lane], S[B + lane], S[C + lane] = direct.step_12(
+                S[A + lane], S[B + lane], S[C + lane], S[KA + lane], S[KB + lane], S[KC + lane]
+            )
+
+
+@njit(**OPTIONS)
+def advance(S, order, steps):
+    """Advance every lane by one sample interval, by Taylor steps of one order or (EXACT) by one exact step."""
+    if order == 8:
+        _advance_8(S, steps)
+    elif order == 10:
+        _advance_10(S, steps)
+    elif order == 12:
+        _advance_12(S, steps)
+    else:
+        for lane in range(W):
+            S[A + lane], S[B + lane], S[C + lane] = exact.step(
+                S[A + lane], S[B + lane], S[C + lane], S[QA + lane], S[QB + lane], S[QC + lane]
+            )
+
+
+@njit(**OPTIONS)
+def guess(S):
+    """Set the first guess of every lane from its first three samples; the current state is the third."""
+    for lane in range(W):
+        S[GUESS + lane] = measure.first_guess(
+            S[B + lane], S[C + lane], S[B1 + lane], S[C1 + lane], S[B2 + lane], S[C2 + lane]
+        )
+
+
+@njit(**OPTIONS)
+def sample(S, triple):
+    """Take one sample of every lane: window, sense of turning and the sums of the recurrence.
+
+    A closed window selects the old value everywhere, so a lane that has left it no longer changes. The recurrence
+    takes part from the third sample on (``triple``).
+    """
+    for lane in range(W):
+        b, c = S[B + lane], S[C + lane]
+        b1, c1, b2, c2 = S[B1 + lane], S[C1 + lane], S[B2 + lane], S[C2 + lane]
+        size = b * b + c * c
+        inside = (S[OPEN + lane] > 0.0) & (size <= measure.WINDOW * measure.WINDOW * S[START + lane])
+        weight = 1.0 if inside else 0.0
+        S[OPEN + lane] = weight
+        S[USED + lane] += weight
+        rx, rr, xx = measure.leftover(b, c, b1, c1, b2, c2, S[GUESS + lane])
+        S[RX + lane] += rx if inside & triple else 0.0
+        S[RR + lane] += rr if inside & triple else 0.0
+        S[XX + lane] += xx if inside & triple else 0.0
+        turn = (b1 * c - c1 * b) * S[A + lane]  # the sense relative to the spin, whose sign a carries
+        S[TURN + lane] += turn if inside else 0.0
+        S[LARGEST + lane] = size if inside & (size > S[LARGEST + lane]) else S[LARGEST + lane]
+        S[B2 + lane], S[C2 + lane] = b1, c1
+        S[B1 + lane], S[C1 + lane] = b, c
+
+
+@njit(**OPTIONS)
+def certify(S):
+    """Take one exact step of every lane and compare; after :func:`sample`, whose window counts."""
+    for lane in range(W):
+        a, b, c = exact.step(S[XA + lane], S[XB + lane], S[XC + lane], S[QA + lane], S[QB + lane], S[QC + lane])
+        S[XA + lane], S[XB + lane], S[XC + lane] = a, b, c
+        db, dc = S[B + lane] - b, S[C + lane] - c
+        apart = (db * db + dc * dc) / S[LARGEST + lane]
+        # written so that a distance that is no number stays
+        S[APART + lane] = S[APART + lane] if (S[OPEN + lane] == 0.0) | (apart <= S[APART + lane]) else apart
+
+
+@njit(**OPTIONS)
+def watch_invariants(S):
+    """Compare the invariants of every lane with their start; after :func:`sample`, whose window counts."""
+    for lane in range(W):
+        inside = S[OPEN + lane] > 0.0
+        J, scale = rigid_body.perturbation_invariant(S[B + lane], S[C + lane], S[CB + lane], S[CC + lane])
+        jd = abs(J - S[J0 + lane])
+        S[JD + lane] = jd if inside & (jd > S[JD + lane]) else S[JD + lane]
+        S[JS + lane] = scale if inside & (scale > S[JS + lane]) else S[JS + lane]
+        a, b, c = S[A + lane], S[EPSILON + lane] * S[B + lane], S[EPSILON + lane] * S[C + lane]
+        ed = abs(rigid_body.twice_energy(a, b, c, S[JA + lane], S[JB + lane], S[JC + lane]) - S[E0 + lane])
+        S[ED + lane] = ed if inside & (ed > S[ED + lane]) else S[ED + lane]
+        ld = abs(rigid_body.squared_momentum(a, b, c, S[JA + lane], S[JB + lane], S[JC + lane]) - S[L0 + lane])
+        S[LD + lane] = ld if inside & (ld > S[LD + lane]) else S[LD + lane]
+
+
+@njit(**OPTIONS)
+def log_sample(S, k):
+    """Add sample k to the log slope of every lane that is inside its window."""
+    for lane in range(W):
+        size = S[B + lane] * S[B + lane] + S[C + lane] * S[C + lane]
+        grown = size >= measure.LOG_FROM * measure.LOG_FROM * S[START + lane]
+        begun = S[LN + lane] > 0.0
+        # once entered, the window closes at either end; it can be entered only while the main window is open
+        stays = (size <= S[LCAP + lane]) & (grown | ~begun) & ((S[OPEN + lane] > 0.0) | begun)
+        inside = grown & stays & (S[LOPEN + lane] > 0.0)
+        S[LOPEN + lane] = S[LOPEN + lane] if stays else 0.0
+        y = 0.5 * measure.logarithm(size)
+        first = inside & (S[LN + lane] == 0.0)
+        S[LFIRST + lane] = y if first else S[LFIRST + lane]
+        S[LLAST + lane] = y if inside else S[LLAST + lane]
+        S[LN + lane] += 1.0 if inside else 0.0
+        S[LK + lane] += k if inside else 0.0
+        S[LKK + lane] += k * k if inside else 0.0
+        S[LY + lane] += y if inside else 0.0
+        S[LKY + lane] += k * y if inside else 0.0
+
+
+@njit(**OPTIONS)
+def watch(S):
+    """Whether any lane's window is open, and whether any lane is inside the log slope's window or may now enter it."""
+    opened, logging = 0, 0  # whole numbers: their or-reduction stays packed
+    for lane in range(W):
+        size = S[B + lane] * S[B + lane] + S[C + lane] * S[C + lane]
+        grown = size >= measure.LOG_FROM * measure.LOG_FROM * S[START + lane]
+        opened |= 1 if S[OPEN + lane] > 0.0 else 0
+        logging |= 1 if (S[LOPEN + lane] > 0.0) & (grown | (S[LN + lane] > 0.0)) else 0
+    return opened > 0, logging > 0
+
+
+@njit(**OPTIONS)
+def follow(S, order, steps, intervals, certified, invariants, logged):
+    """Follow every lane through the run, or until the last window of the block has closed.
+
+    Parameters
+    ----------
+    S : numpy.ndarray, shape (ROWS * W,)
+        Scratch, with the rows MA ... STEPS filled.
+    order, steps : int
+        Of the Taylor step (8, 10, 12) or EXACT, and steps a sample interval; one for the whole block.
+    intervals : int
+        Number of sample intervals.
+    certified, invariants, logged : bool
+        Whether to compare with the exact solution, to watch the invariants, and to take the log slope.
+    """
+    begin(S)
+    if certified or order == EXACT:
+        begin_exact(S)
+    if invariants:
+        begin_invariants(S)
+    for k in range(1, intervals + 1):
+        advance(S, order, steps)
+        if k == 2:
+            guess(S)
+        sample(S, k >= 2)
+        if certified:
+            certify(S)
+        if invariants:
+            watch_invariants(S)
+        opened, logging = watch(S)
+        if logged and logging:
+            log_sample(S, float(k))
+        elif not opened:
+            break
