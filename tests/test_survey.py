@@ -511,8 +511,8 @@ print(*(status for tolerance in (1e-9, 1e-3) for status in survey.measured(point
     [
         *[(moment, value) for moment in ("I1", "I2", "I3") for value in (np.nan, np.inf, 0.0)],
         *[("omega0", value) for value in (np.nan, np.inf, -np.inf, 0.0)],
-        *[("epsilon", value) for value in (np.nan, np.inf)],
-        *[("phase", np.nan)],
+        ("epsilon", np.nan),
+        ("phase", np.nan),
     ],
 )
 def test_what_is_no_number_is_told_and_never_measured(name, value):
@@ -550,8 +550,8 @@ def test_columns_belong_together():
 def test_the_spacing_shrinks_for_bodies_that_cannot_exist():
     columns = one(0.01, 1.0, 3.0, 1, omega0=2.0)
     # (3 - 1)/0.01 = 200 times the spin is a bound on every rate
-    assert columns["window_end"] == pytest.approx(64 * 0.5 / 200 / 2.0, rel=1e-14)
-    assert one(1.0, 1.1, 1.2, 1)["window_end"] == pytest.approx(8 * np.pi, rel=1e-14)
+    assert columns["window_end"] == pytest.approx(64 * 0.5 / 200 / 2.0, rel=1e-14, abs=0)
+    assert one(1.0, 1.1, 1.2, 1)["window_end"] == pytest.approx(8 * np.pi, rel=1e-14, abs=0)
 
 
 def test_the_theory_is_that_of_the_linear_solution():
