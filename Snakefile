@@ -101,7 +101,9 @@ rule merge:
     resources:
         mem_mb=1000,
     params:
-        shows=lambda wildcards: systems.resolve(PLANS[wildcards.sweep].definition.system).caption,
+        shows=lambda wildcards: systems.resolve(
+            PLANS[wildcards.sweep].definition.system
+        ).caption,
     message:
         "Merging the shards of {wildcards.sweep} into its map"
     shell:
