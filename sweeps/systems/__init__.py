@@ -6,7 +6,7 @@ from importlib import import_module
 from sweeps.systems.system import System
 
 DEFAULT = "rigid_body"
-MODULES = {"rigid_body": "sweeps.systems.rigid_body"}
+MODULES = {"rigid_body": "sweeps.systems.rigid_body", "symmetric_top": "sweeps.systems.symmetric_top"}
 
 
 def names() -> tuple[str, ...]:
