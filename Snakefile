@@ -9,9 +9,9 @@ import sys
 from pathlib import Path
 
 from kernels.fingerprint import cache_folder, fingerprint
-from sweeps import catalogue
-from sweeps.definition import DefinitionError
-from sweeps.targets import on_command_line
+from sweeps import catalogue, systems
+from sweeps.refusals import DefinitionError
+from sweeps.targets import on_command_line, refuse_unmade
 
 # the interpreter that runs this workflow also runs its jobs
 shell.prefix(f"PATH={shlex.quote(str(Path(sys.executable).parent))}:$PATH; ")
@@ -100,6 +100,10 @@ rule merge:
     threads: 1
     resources:
         mem_mb=1000,
+    params:
+        shows=lambda wildcards: systems.resolve(
+            PLANS[wildcards.sweep].definition.system
+        ).caption,
     message:
         "Merging the shards of {wildcards.sweep} into its map"
     shell:
@@ -127,3 +131,10 @@ rule figures:
         "Drawing the pictures of {wildcards.sweep}"
     shell:
         "python -m sweeps figures {input:q} --output {output:q} > {log:q} 2>&1"
+
+
+try:
+    refuse_unmade(on_command_line(), workflow.rules, PLANS)
+except DefinitionError as refused:
+    print(refused, file=sys.stderr)
+    sys.exit(2)

@@ -9,7 +9,7 @@ import sys
 from importlib.metadata import version
 from pathlib import Path
 
-from sweeps.definition import DefinitionError
+from sweeps.refusals import DefinitionError
 
 DESCRIPTION = """\
 Stability maps of rotating rigid bodies, measured from integrated motion.

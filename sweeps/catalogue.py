@@ -6,9 +6,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from sweeps.definition import NAME_PATTERN, Definition, DefinitionError, load
+from sweeps.definition import NAME_PATTERN, Definition, load
 from sweeps.estimate import refuse_if_too_large
 from sweeps.grid import Grid, shard_count
+from sweeps.refusals import DefinitionError
 
 FOLDER = Path(__file__).parent / "definitions"
 DEFAULT = "tennis_racket"
@@ -68,7 +69,6 @@ def plan(source: str | Path, results: str | Path = "results") -> Plan:
             f"{path}: (file name): {definition.name!r} is the name of a sweep that ships; allowed: any other name"
         )
     grid = Grid(definition)
-    # imported late: the table of variables brings xarray and Numba with it
     refuse_if_too_large(definition, grid, results)
     return Plan(path, definition, shard_count(definition, grid))
 

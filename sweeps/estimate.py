@@ -6,10 +6,11 @@ from pathlib import Path
 
 import psutil
 
-from sweeps.definition import Definition, DefinitionError
-from sweeps.grid import SAMPLES_PER_SECOND, Grid, shard_count
+from sweeps import systems
+from sweeps.definition import Definition
+from sweeps.grid import Grid, shard_count
+from sweeps.refusals import DefinitionError
 
-BYTES_PER_POINT = 250  # every variable of a map, uncompressed
 BLOCK_POINTS = 65_536
 PROCESS_BYTES = 400_000_000  # interpreter, compiled kernels and libraries
 
@@ -33,20 +34,23 @@ class Estimate:
     seconds: float
 
 
-def estimate(definition: Definition, grid: Grid, bytes_per_point: int = BYTES_PER_POINT) -> Estimate:
+def estimate(definition: Definition, grid: Grid, bytes_per_point: int | None = None) -> Estimate:
     """What `definition` will take; nothing of the grid is made, so grids of any size are answered at once."""
+    system = systems.resolve(definition.system)
+    if bytes_per_point is None:
+        bytes_per_point = system.bytes_per_point(definition)
     coordinates = 8 * sum(grid.shape)
     return Estimate(
         points=grid.size,
         shards=shard_count(definition, grid),
         memory_bytes=PROCESS_BYTES + min(grid.size, BLOCK_POINTS) * bytes_per_point + coordinates,
         disk_bytes=2 * (grid.size * bytes_per_point + coordinates),
-        seconds=grid.size * definition.integration.samples / SAMPLES_PER_SECOND,
+        seconds=grid.size * definition.integration.samples / system.samples_per_second,
     )
 
 
 def refuse_if_too_large(
-    definition: Definition, grid: Grid, results_dir: str | Path, bytes_per_point: int = BYTES_PER_POINT
+    definition: Definition, grid: Grid, results_dir: str | Path, bytes_per_point: int | None = None
 ) -> None:
     """Refuses a sweep that this machine's disk or memory would not hold.
 
@@ -54,7 +58,7 @@ def refuse_if_too_large(
         definition: the sweep.
         grid: its grid.
         results_dir: folder the results go to; it need not exist yet.
-        bytes_per_point: uncompressed bytes of a map per point.
+        bytes_per_point: uncompressed bytes of a map per point; left out, those of the system's variables.
 
     Raises:
         DefinitionError: naming what is needed and what there is, in bytes.

@@ -8,8 +8,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from sweeps import figure_style as style
-from sweeps.dataset import STATUSES
 from sweeps.fits import Agreement, agreement
+from sweeps.systems.rigid_body import STATUSES
 
 EXACT = 1e-17  # where a deviation of exactly 0 is drawn on a logarithmic axis
 IMPOSSIBLE = "#a6a9ad"

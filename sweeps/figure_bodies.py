@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from sweeps import figure_style as style
-from sweeps.dataset import REGIMES
 from sweeps.fits import Period, periods, signed_rate
+from sweeps.systems.rigid_body import REGIMES
 
 MOST_BODIES = 30
 PERIOD_INCHES, LINE_INCHES, NOTE_WIDTH = 1.06, 0.145, 62

@@ -14,8 +14,8 @@ from matplotlib.path import Path as Outline
 from kernels import linear
 from kernels.rigid_body import cyclic
 from sweeps import figure_style as style
-from sweeps.dataset import REGIMES, STATUSES
 from sweeps.fits import signed_rate
+from sweeps.systems.rigid_body import REGIMES, STATUSES
 
 MOMENTS = ("I1", "I2", "I3")
 MOST_CELLS = 1200  # a side; more than a print can show

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
-from sweeps.dataset import COORDINATES, STATUSES
+from sweeps.systems.rigid_body import COORDINATES, STATUSES
 
 DPI = 200
 INK, QUIET, FAINT = "#1a1a1a", "#5f6368", "#c9ccd1"

@@ -7,11 +7,9 @@ import matplotlib
 import xarray as xr
 from matplotlib.figure import Figure
 
-from sweeps import figure_agreement, figure_bodies, figure_breakdown, figure_stability
+from sweeps import systems
 from sweeps.figure_style import STYLE
 from sweeps.storage import replaced
-
-LEAST_NUDGES = 6  # a power law in epsilon wants that many
 
 
 def pictures(ds: xr.Dataset) -> dict[str, Callable[[], Figure | None]]:
@@ -20,16 +18,7 @@ def pictures(ds: xr.Dataset) -> dict[str, Callable[[], Figure | None]]:
     Args:
         ds: a map, from `sweeps.open_map` or `sweeps.survey`.
     """
-    found: dict[str, Callable[[], Figure | None]] = {}
-    if "body" in ds.dims:
-        found["bodies"] = lambda: figure_bodies.draw(ds)
-    else:
-        for axis in ds["axis"].values.tolist():
-            found[f"stability_axis_{axis}"] = lambda axis=axis: figure_stability.draw(ds, axis)
-    found["theory_against_measured"] = lambda: figure_agreement.draw(ds)
-    if ds.sizes.get("epsilon", 0) >= LEAST_NUDGES:
-        found["breakdown"] = lambda: figure_breakdown.draw(ds)
-    return found
+    return systems.resolve(ds.attrs.get("system", systems.DEFAULT)).pictures(ds)
 
 
 def draw_all(ds: xr.Dataset, folder: str | Path) -> Iterator[Path]:

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from sweeps.dataset import REGIMES, STATUSES
+from sweeps.systems.rigid_body import REGIMES, STATUSES
 
 SECONDS_PER_DAY = 86_400.0
 BLOCK_POINTS = 2**18

@@ -11,12 +11,13 @@ from itertools import pairwise
 
 import numpy as np
 
-from sweeps.definition import MAX_SHARDS, MOMENTS, SHAREABLE, SPELLED_OUT, Definition, Range
+from sweeps import systems
+from sweeps.definition import Definition
+from sweeps.parameters import SPELLED_OUT, Range
+from sweeps.systems import System
+from sweeps.values import MAX_SHARDS
 
-PARAMETERS = (*MOMENTS, *SHAREABLE)
-# One core samples about a million runs of 64 samples in a second; a shard is worth ten of them.
-SAMPLES_PER_SECOND = 64_000_000
-SHARD_SECONDS = 10
+SHARD_SECONDS = 10  # a file and a job cost a second or so: a shard is worth ten of work
 
 Box = tuple[tuple[slice, ...], int, int]
 
@@ -25,8 +26,8 @@ Box = tuple[tuple[slice, ...], int, int]
 class Grid:
     """The points of a sweep.
 
-    Dimensions are (axis, I1, I2, I3, omega0, epsilon, phase), or with bodies (body, axis) and those of
-    omega0, epsilon and phase that no body gives; dimensions of length one are included.
+    Its system says which dimensions those have, in which order, and the values along them; dimensions of length one
+    are included.
     """
 
     definition: Definition
@@ -34,13 +35,12 @@ class Grid:
     @cached_property
     def dims(self) -> tuple[str, ...]:
         """Names of the dimensions, in storage order."""
-        first = ("body", "axis") if self.definition.bodies else ("axis",)
-        return first + tuple(name for name in PARAMETERS if not self.definition.is_per_body(name))
+        return tuple(self._along)
 
     @cached_property
     def shape(self) -> tuple[int, ...]:
         """Length of each dimension."""
-        return tuple(self._length(dim) for dim in self.dims)
+        return tuple(_length(values) for values in self._along.values())
 
     @cached_property
     def size(self) -> int:
@@ -49,23 +49,26 @@ class Grid:
 
     @cached_property
     def coordinates(self) -> dict[str, np.ndarray]:
-        """Dimension → its values, 1-D: axis int8, body text, the others float64 in SI units."""
-        return {dim: self._spelled_out(dim) for dim in self.dims}
+        """Dimension → its values, 1-D: whole numbers, text or float64, in the units of the system's coordinates."""
+        return {dim: _spelled_out(values) for dim, values in self._along.items()}
 
     @cached_property
-    def body_coordinates(self) -> dict[str, np.ndarray]:
-        """Name → values along `body`: I1 … I3, what bodies give, `moments_are_ratios`; {} without bodies."""
-        bodies = self.definition.bodies
-        if not bodies:
-            return {}
-        moments = np.array([body.moments for body in bodies]).T
-        columns = dict(zip(MOMENTS, map(np.ascontiguousarray, moments), strict=True))
-        for name in filter(self.definition.is_per_body, SHAREABLE):
-            own = [getattr(body, name) for body in bodies]
-            shared = getattr(self.definition.grid, name)
-            columns[name] = np.array([shared if value is None else value for value in own])
-        columns["moments_are_ratios"] = np.array([body.ratios is not None for body in bodies])
-        return columns
+    def auxiliary(self) -> dict[str, tuple[str, np.ndarray]]:
+        """Name → (dimension, values along it) of each coordinate that is no dimension: what bodies give themselves."""
+        return self._system.auxiliary(self.definition)
+
+    @cached_property
+    def arguments(self) -> tuple[str, ...]:
+        """Names of the coordinates that a point consists of."""
+        return self._system.arguments(self.definition)
+
+    @cached_property
+    def _system(self) -> System:
+        return systems.resolve(self.definition.system)
+
+    @cached_property
+    def _along(self) -> dict[str, Range | np.ndarray]:
+        return self._system.dimensions(self.definition)
 
     def points(self, start: int, stop: int) -> dict[str, np.ndarray]:
         """Coordinates of the points start … stop − 1.
@@ -75,19 +78,21 @@ class Grid:
             stop: number after the last point; 0 ≤ start ≤ stop ≤ size.
 
         Returns:
-            axis (int64) and I1, I2, I3 (kg m2), omega0 (rad s-1), epsilon (1), phase (rad) (float64), each
-            of shape (stop − start,); memory is proportional to stop − start, whatever the grid's size.
+            Each of `arguments` → its values (int64 or float64; SI units), of shape (stop − start,); memory is
+            proportional to stop − start, whatever the grid's size.
 
         Raises:
             ValueError: for numbers outside the grid.
         """
         index = self._unravelled(start, stop)
-        columns = {"axis": self._values("axis", index["axis"]).astype(np.int64)}
-        for name in PARAMETERS:
+        columns = {}
+        for name in self.arguments:
             if name in index:
-                columns[name] = self._values(name, index[name])
+                values = self._values(name, index[name])
             else:
-                columns[name] = self.body_coordinates[name][index["body"]]
+                dim, along = self.auxiliary[name]
+                values = along[index[dim]]
+            columns[name] = values.astype(np.int64) if values.dtype.kind == "i" else values
         return columns
 
     def shard_bounds(self, count: int) -> list[tuple[int, int]]:
@@ -146,43 +151,33 @@ class Grid:
             allowed = f"0 ≤ start ≤ stop ≤ {self.size}"
             raise ValueError(f"points: {start} to {stop} is out of range; allowed: {allowed}")
 
-    def _length(self, dim: str) -> int:
-        if dim == "body":
-            return len(self.definition.bodies)
-        if dim == "axis":
-            return len(self.definition.axes)
-        entry = getattr(self.definition.grid, dim)
-        if isinstance(entry, Range):
-            return entry.num
-        return len(entry) if isinstance(entry, tuple) else 1
-
-    def _spelled_out(self, dim: str) -> np.ndarray:
-        if dim == "body":
-            return np.array([body.name for body in self.definition.bodies])
-        if dim == "axis":
-            return np.array(self.definition.axes, np.int8)
-        entry = getattr(self.definition.grid, dim)
-        if isinstance(entry, Range):
-            return entry.values(np.arange(entry.num))
-        return np.atleast_1d(np.array(entry, np.float64))
-
     @cached_property  # longer axes are computed where they are asked for
     def _tables(self) -> dict[str, np.ndarray]:
-        lengths = zip(self.dims, self.shape, strict=True)
-        return {dim: self._spelled_out(dim) for dim, length in lengths if length <= SPELLED_OUT}
+        lengths = zip(self._along.items(), self.shape, strict=True)
+        return {dim: _spelled_out(values) for (dim, values), length in lengths if length <= SPELLED_OUT}
 
     def _values(self, dim: str, index: np.ndarray) -> np.ndarray:
         if dim in self._tables:
             return self._tables[dim][index]
-        return getattr(self.definition.grid, dim).values(index)
+        along = self._along[dim]
+        return along.values(index) if isinstance(along, Range) else along[index]
+
+
+def _length(values: Range | np.ndarray) -> int:
+    return values.num if isinstance(values, Range) else values.size
+
+
+def _spelled_out(values: Range | np.ndarray) -> np.ndarray:
+    return values.values(np.arange(values.num)) if isinstance(values, Range) else values
 
 
 def shard_count(definition: Definition, grid: Grid) -> int:
     """Number of files the work is cut into, never more than points.
 
-    For `shards: auto`, as many as leave each ten seconds of work at SAMPLES_PER_SECOND, and at least one.
+    For `shards: auto`, as many as leave each ten seconds of work at the system's speed, and at least one.
     """
     if definition.shards != "auto":
         return min(definition.shards, grid.size)
-    worthwhile = grid.size * definition.integration.samples // (SAMPLES_PER_SECOND * SHARD_SECONDS)
+    speed = systems.resolve(definition.system).samples_per_second
+    worthwhile = grid.size * definition.integration.samples // (speed * SHARD_SECONDS)
     return max(1, min(worthwhile, grid.size, MAX_SHARDS))

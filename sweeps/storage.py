@@ -18,9 +18,10 @@ import numpy as np
 import xarray as xr
 
 from kernels.fingerprint import fingerprint
-from sweeps import dataset
+from sweeps import dataset, systems
 from sweeps.definition import Definition
 from sweeps.grid import Grid
+from sweeps.variables import Variable
 
 BLOCK_POINTS = 2**16
 CHUNK_POINTS = 2**16
@@ -150,16 +151,20 @@ def write_shard(
     start, stop = grid.shard_bounds(count)[number - 1]
     with replaced(path) as temporary, netCDF4.Dataset(temporary, "w", format="NETCDF4") as file:
         file.createDimension("point", stop - start)
-        for variable in dataset.VARIABLES.values():
+        for variable in _variables(definition).values():
             file.createVariable(variable.name, variable.dtype, ("point",), fill_value=False)
         file.setncatts(_shard_attributes(definition, start, stop))
         for low in range(start, stop, BLOCK_POINTS):
             high = min(low + BLOCK_POINTS, stop)
             points = dataset.point_coordinates(grid, low, high)
-            block = dataset.evaluate(points, definition.integration, threads)
+            block = dataset.evaluate(points, definition, threads)
             for name, values in block.data_vars.items():
                 file[name][low - start : high - start] = values.values
             progress(high - low)
+
+
+def _variables(definition: Definition) -> dict[str, Variable]:
+    return systems.resolve(definition.system).variables(definition)
 
 
 def _shard_attributes(definition: Definition, start: int, stop: int) -> dict:
@@ -178,7 +183,7 @@ def _open_shard(path: str | Path, definition: Definition) -> xr.Dataset:
         if shard.attrs.get(name) != value:
             shard.close()
             raise MapError(f"{path}: {name}: is not that of this sweep; allowed: shards of this definition and kernels")
-    for name in ("first_point", "point_after_last", *dataset.VARIABLES):
+    for name in ("first_point", "point_after_last", *_variables(definition)):
         if name not in shard.attrs and name not in shard.variables:
             shard.close()
             raise MapError(f"{path}: {name}: is missing; allowed: a file of `python -m sweeps shard`")
@@ -247,8 +252,8 @@ def _create_map(file: netCDF4.Dataset, definition: Definition, grid: Grid) -> Co
         variable[:] = values
         digest.declare(name, array.dims, array.shape, array.dtype)
         digest.update(name, values)
-    beside = " ".join(sorted(grid.body_coordinates))
-    for spec in dataset.VARIABLES.values():
+    beside = " ".join(sorted(grid.auxiliary))
+    for spec in _variables(definition).values():
         fill = np.nan if spec.dtype == "f8" else False
         variable = file.createVariable(
             spec.name, spec.dtype, grid.dims, fill_value=fill, chunksizes=chunk_shape(grid.shape), **DEFLATE
@@ -276,7 +281,7 @@ def _copy(shard: xr.Dataset, file: netCDF4.Dataset, grid: Grid, digest: ContentH
         high = min(low + BLOCK_POINTS, after)
         block = shard.isel(point=slice(low - first, high - first)).load()
         boxes = grid.hyperslabs(low, high)
-        for name in dataset.VARIABLES:
+        for name in _variables(grid.definition):
             values = block[name].values
             digest.update(name, values)
             for slices, begin, end in boxes:
@@ -334,7 +339,11 @@ def open_map(path: str | Path, **options) -> xr.Dataset:
         ds.close()
         found = version or "nothing"
         raise MapError(f"{path}: contract_version: is {found}; allowed: {dataset.CONTRACT_VERSION}, a map of Polhode")
-    missing = sorted(set(dataset.VARIABLES) - set(ds.variables))
+    name = str(ds.attrs.get("system", systems.DEFAULT))
+    if name not in systems.names():
+        ds.close()
+        raise MapError(f"{path}: system: {name!r} is not available; allowed: {', '.join(systems.names())}")
+    missing = sorted(set(systems.resolve(name).variables()) - set(ds.variables))
     if missing:
         ds.close()
         raise MapError(f"{path}: {missing[0]}: is missing ({len(missing)} in all); allowed: every variable of a map")

@@ -3,10 +3,15 @@
 Snakemake tells a Snakefile its config but not its targets; its own parser reads them from the command line.
 """
 
+import difflib
+import re
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 
 from snakemake.cli import get_argument_parser
+
+from sweeps.refusals import DefinitionError, shortened
 
 
 def on_command_line() -> list[str]:
@@ -18,3 +23,34 @@ def on_command_line() -> list[str]:
     except SystemExit:  # Snakemake itself has accepted these arguments, or will say what is wrong
         return []
     return [str(target) for target in arguments.targets or ()]
+
+
+def refuse_unmade(targets: Iterable[str], rules: Iterable, sweeps: Iterable[str]) -> None:
+    """Refuses files below results/ that no rule makes.
+
+    Args:
+        targets: what was asked for on the command line.
+        rules: the workflow's rules (Snakemake's own objects), all of them.
+        sweeps: names of the sweeps that the workflow knows.
+
+    Raises:
+        DefinitionError: naming the first such file and what can be made in its place.
+    """
+    rules, sweeps = list(rules), list(sweeps)
+    for target in (str(target).removeprefix("./") for target in targets):
+        folder, _, rest = target.partition("/")
+        if folder != "results" or any(rule.is_producer(target) for rule in rules):
+            continue
+        name, _, file = rest.partition("/")
+        files = _files(rules)
+        near = difflib.get_close_matches(file, files, n=1)
+        meant = f" (did you mean results/{name}/{near[0]}?)" if near else ""
+        made = [f"results/{own}/{file}" for own in ([name] if name in sweeps else sweeps) for file in files]
+        what = f"target: {shortened(repr(target))} is made by no rule{meant}"
+        raise DefinitionError(f"{what}; allowed: {', '.join(made)}")
+
+
+def _files(rules: list) -> list[str]:
+    """What rules make of any sweep, below results/<sweep>/."""
+    outputs = [re.match(r"results/\{sweep(?:,[^}]*)?\}/([^{]*)$", str(output)) for r in rules for output in r.output]
+    return [output[1] for output in outputs if output]

@@ -4,9 +4,11 @@ import pytest
 import xarray as xr
 
 import sweeps
+from kernels import survey as kernel
 from sweeps import catalogue, dataset, storage
 from sweeps.definition import load
 from sweeps.grid import Grid
+from sweeps.systems import rigid_body
 
 TINY = catalogue.shipped()["tiny"]
 
@@ -131,6 +133,7 @@ def test_provenance(tiny):
     assert tiny.attrs["Conventions"] == "CF-1.11"
     assert tiny.attrs["contract_version"].split(".")[0] == "1"
     assert load(TINY).text == tiny.attrs["definition"]
+    assert tiny.attrs["system"] == "rigid_body"
     for name in ("kernel_fingerprint", "content_hash"):
         assert len(bytes.fromhex(tiny.attrs[name])) == 32
     assert tiny.attrs["source"].startswith("Polhode ")
@@ -170,9 +173,9 @@ def test_chunks_are_those_asked_for():
 
 def test_one_point_of_a_lazy_map_runs_one_chunk(tiny, monkeypatch):
     points = []
-    survey = dataset.kernel.survey
+    survey = kernel.survey
     monkeypatch.setattr(
-        dataset.kernel, "survey", lambda columns, *rest: points.append(columns["I1"].size) or survey(columns, *rest)
+        kernel, "survey", lambda columns, *rest: points.append(columns["I1"].size) or survey(columns, *rest)
     )
     lazy = sweeps.survey("tiny", chunks={"I1": 1, "I2": 1, "axis": 1})
     assert points == []
@@ -224,7 +227,7 @@ def test_lazy_bodies_equal_eager_ones(mapping):
 def test_a_run_of_points_equals_the_same_points_of_the_map(tiny):
     definition = load(TINY)
     points = dataset.point_coordinates(Grid(definition), 123, 457)
-    run = dataset.evaluate(points, definition.integration)
-    for name in dataset.VARIABLES:
+    run = dataset.evaluate(points, definition)
+    for name in rigid_body.VARIABLES:
         assert run[name].dims == ("point",)
         assert run[name].values.tobytes() == tiny[name].values.reshape(-1)[123:457].tobytes(), name

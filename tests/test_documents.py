@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from sweeps import dataset
+from sweeps.systems import rigid_body
 
 ROOT = Path(__file__).parents[1]
 
@@ -15,7 +15,9 @@ def table(marker):
     return {name: (units, meaning) for name, units, meaning in cells}
 
 
-@pytest.mark.parametrize(("marker", "truth"), [("coordinates", dataset.COORDINATES), ("variables", dataset.VARIABLES)])
+@pytest.mark.parametrize(
+    ("marker", "truth"), [("coordinates", rigid_body.COORDINATES), ("variables", rigid_body.VARIABLES)]
+)
 def test_data_contract_for_readers_is_the_table_of_the_code(marker, truth):
     told = table(marker)
     assert list(told) == list(truth)

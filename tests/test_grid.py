@@ -27,7 +27,7 @@ def written_out(grid):
         names = list(grid.coordinates["body"])
         body = np.array([names.index(name) for name in columns["body"]])
         for name in set(PARAMETERS) - set(columns):
-            columns[name] = grid.body_coordinates[name][body]
+            columns[name] = grid.auxiliary[name][1][body]
     return columns
 
 
@@ -52,7 +52,7 @@ def test_dimensions_of_a_grid(mapping):
     assert grid.dims == ("axis", *PARAMETERS)
     assert grid.shape == tuple(len(grid.coordinates[dim]) for dim in grid.dims)
     assert grid.size == np.prod(grid.shape)
-    assert grid.body_coordinates == {}
+    assert grid.auxiliary == {}
     assert grid.coordinates["axis"].dtype == np.int8
     assert list(grid.coordinates["axis"]) == sorted(mapping["axes"])
     for name in PARAMETERS:  # CF: coordinate variables are strictly monotonic
@@ -68,14 +68,14 @@ def test_dimensions_and_coordinates_of_bodies(mapping):
     per_body = [name for name in PARAMETERS[3:] if any(name in body for body in bodies)]
     assert grid.dims == ("body", "axis", *(name for name in PARAMETERS[3:] if name not in per_body))
     assert list(grid.coordinates["body"]) == [body["name"] for body in bodies]
-    assert set(grid.body_coordinates) == {"I1", "I2", "I3", "moments_are_ratios", *per_body}
+    assert set(grid.auxiliary) == {"I1", "I2", "I3", "moments_are_ratios", *per_body}
     for name in PARAMETERS[:3]:
         expected = [body.get("ratios", body)[name] for body in bodies]
-        np.testing.assert_array_equal(grid.body_coordinates[name], expected)
+        np.testing.assert_array_equal(grid.auxiliary[name][1], expected)
     for name in per_body:
         expected = [body.get(name, mapping["grid"].get(name)) for body in bodies]
-        np.testing.assert_array_equal(grid.body_coordinates[name], expected)
-    assert list(grid.body_coordinates["moments_are_ratios"]) == ["ratios" in body for body in bodies]
+        np.testing.assert_array_equal(grid.auxiliary[name][1], expected)
+    assert list(grid.auxiliary["moments_are_ratios"][1]) == ["ratios" in body for body in bodies]
 
 
 def test_a_grid_of_one_point():

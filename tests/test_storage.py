@@ -11,6 +11,7 @@ import sweeps
 from sweeps import catalogue, dataset, storage
 from sweeps.definition import load
 from sweeps.grid import Grid
+from sweeps.systems import rigid_body
 
 TINY = load(catalogue.shipped()["tiny"])
 BODIES = load(
@@ -95,7 +96,7 @@ def test_progress_counts_each_point_once(tmp_path, monkeypatch):
 
 def test_flags_and_units_reach_the_file(tiny_map):
     with netCDF4.Dataset(tiny_map) as file:
-        for name, spec in dataset.VARIABLES.items():
+        for name, spec in rigid_body.VARIABLES.items():
             assert file[name].long_name == spec.long_name
             assert getattr(file[name], "units", None) == spec.units
             assert file[name].dtype == np.dtype(spec.dtype)
@@ -254,6 +255,16 @@ def test_open_map_refuses_another_contract_and_missing_variables(tmp_path, tiny)
     tiny.drop_vars(["status", "regime"]).to_netcdf(tmp_path / "short.nc")
     with pytest.raises(storage.MapError, match=r"short\.nc: regime: is missing \(2 in all\)"):
         sweeps.open_map(tmp_path / "short.nc")
+
+
+def test_open_map_looks_for_what_its_own_system_makes(tmp_path, tiny):
+    tiny.assign_attrs(system="pendulum").to_netcdf(tmp_path / "other.nc")
+    with pytest.raises(storage.MapError, match=r"other\.nc: system: 'pendulum' is not available; allowed: rigid_body"):
+        sweeps.open_map(tmp_path / "other.nc")
+    without = tiny.copy()
+    del without.attrs["system"]
+    without.to_netcdf(tmp_path / "without.nc")
+    sweeps.open_map(tmp_path / "without.nc").close()
 
 
 def test_a_truncated_map_is_refused(tmp_path, tiny_map):

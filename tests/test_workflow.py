@@ -152,3 +152,19 @@ def test_a_target_of_no_known_sweep_is_refused(fresh, target):
     assert ("did you mean tiny?" in answer.stderr) == ("tiney" in target)
     assert not (fresh / "results").exists()
     assert not (fresh / "owned").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("target", ["nonsense.nc", "stability_map", "figures/axis.png", "shards/0-of-2.nc", ""])
+def test_a_file_of_a_sweep_that_no_rule_makes_is_refused(fresh, target):
+    target = f"results/tiny/{target}"
+    answer = snakemake(fresh, "--", target)
+    assert answer.returncode == 2
+    assert answer.stderr.startswith(f"target: '{target}' is made by no rule")
+    assert answer.stderr.count("\n") == 1
+    allowed = answer.stderr.strip().partition("; allowed: ")[2].split(", ")
+    assert {"results/tiny/stability_map.nc", "results/tiny/figures"} <= set(allowed)
+    assert ("did you mean results/tiny/stability_map.nc?" in answer.stderr) == ("stability" in target)
+    planned = [snakemake(fresh, "-n", "--", file) for file in (*allowed, "results/tiny/shards/1-of-2.nc")]
+    assert [plan.returncode for plan in planned] == [0] * len(planned)
+    assert not (fresh / "results").exists()

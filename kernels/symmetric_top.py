@@ -1,0 +1,501 @@
+r"""The free symmetric top (I1 = I2): precession of omega and L about the figure axis, measured and in closed form.
+
+*Equations.* With the figure axis as axis 3, :math:`r = I_3/I_1` and :math:`\Omega = \omega_3 (I_3 - I_1)/I_1 =
+(r - 1)\,\omega_3`, Euler's equations become linear,
+
+.. math:: \dot\omega_3 = 0, \qquad \dot\omega_1 = -\Omega\,\omega_2, \qquad \dot\omega_2 = \Omega\,\omega_1
+
+so the transverse part turns uniformly about the figure axis, from axis 1 towards axis 2 where Omega > 0, with the
+period :math:`T = 2\pi/|\Omega|`, whatever its size. As L1 = I1 omega1, L2 = I1 omega2 and L3 = I3 omega3, L turns with
+it: L, omega and the figure axis stay in one plane. With theta and gamma the angles of omega and L to the figure axis,
+
+.. math:: \tan\gamma = \frac{I_1\omega_\perp}{I_3\omega_3} = \frac{\tan\theta}{r}, \qquad
+          \tan|\theta - \gamma| = \frac{|r - 1|\tan\theta}{r + \tan^2\theta}.
+
+omega lies on two fixed cones: the body cone about the figure axis, of half-angle theta, and the space cone about L
+(which is fixed in space), of half-angle |theta - gamma|. Seen from the body, L lies on a cone of half-angle gamma.
+
+*Measuring.* Two motions are integrated, each by the direct integrator (:func:`kernels.direct.step`): omega by Euler's
+equations, and L by its own, :math:`\dot L_a = (1/I_c - 1/I_b) L_b L_c` and cyclic. The integrator knows nothing of the
+above. In units of |omega3| and of I1 |omega3|, time in radians of spin, every spin rate takes the same work and gives
+the same bits. From sample to sample the transverse part turns by :math:`\delta_k`, with
+:math:`\tan(\delta_k/2) = (x_{k-1}\times x_k)/(x_{k-1}\cdot x_k + |x_{k-1}||x_k|)`; the rate is the least-squares slope
+of the angle :math:`\theta_k = \sum\delta` against time, its standard error the scatter about the line. Sums are taken
+of :math:`\theta_k - k\delta_1`, which keeps the digits of slow precession, and the spacing obeys
+:math:`\max(1, |r - 1|)\,h \le 1/2`, so no turn exceeds half a radian. Neither looks at Omega.
+
+*Resolution.* Each step rounds the state by half a unit in the last place, so turning below
+:math:`2\epsilon/h_\text{step}` radians per radian of spin can be rounding alone: it is reported as none.
+
+*Certificate.* ``propagation_error`` is the largest distance of the integrated omega from the uniform rotation
+:math:`x_k = R(\Omega h)\,x_{k-1}`, relative to the transverse size; R is made here from sines, and shares nothing with
+the integrator.
+
+Source: Landau and Lifshitz, Mechanics, section 36 (problem 1 and equation 36.7) and section 33 for the cones; signs
+derived above. Not validated: I3/I1 beyond 1e-150 to 1e150, half-angles below 1e-100 degrees.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from kernels import direct, rigid_body
+from kernels.rigid_body import INLINE, OPTIONS
+
+OK, SHORT_WINDOW, NOT_CONVERGED, NON_FINITE = range(4)
+UNDETERMINED, NONE, WITH_SPIN, AGAINST_SPIN = range(-1, 3)
+
+W = 32
+EPSILON = float(np.finfo(np.float64).eps)
+PHASE = 0.6  # where the transverse part starts, rad from axis 1: by symmetry no result depends on it
+ORDER = 10  # of the integrator's step
+FACTORIAL = float(math.factorial(ORDER + 1))
+MOST_STEPS = 10_000
+
+# Rows of the scratch array, each W long. omega: state, coefficients times the step, the sample before.
+A, B, C, KA, KB, KC, B1, C1 = (W * r for r in range(8))
+# L: the same.
+P, Q, R, KP, KQ, KR, Q1, R1 = (W * r for r in range(8, 16))
+# The exact transverse part, and its rotation by one sample: 1 - cos and sin.
+XB, XC, VERSINE, SINE, APART = (W * r for r in range(16, 21))
+# Angles of omega and of L: first turn, sum of what turns differ from it, and that sum's sums.
+D, Y, SY, SXY, SYY = (W * r for r in range(21, 26))
+F, Z, SZ, SXZ, SZZ = (W * r for r in range(26, 31))
+# Invariants: start and largest change; coplanarity and extremes of the three angles' squared tangents.
+E0, ED, L0, LD, OUT = (W * r for r in range(31, 36))
+BODY_LOW, BODY_HIGH, MOMENTUM_LOW, MOMENTUM_HIGH, SPACE_LOW, SPACE_HIGH = (W * r for r in range(36, 42))
+# The halving test: the coarse result.
+BH, CH = (W * r for r in range(42, 44))
+ROWS = 44
+
+# Columns of the raw result, one row a point, dimensionless.
+RATE, STDERR, LRATE, LSTDERR, FLOOR, DISTANCE, EDRIFT, LDRIFT, COPLANARITY = range(9)
+BODY, BODY_SPREAD, MOMENTUM, SPACE, HALVING, STEPS = range(9, 15)
+RAW = 15
+
+
+def precession_rate(ratio, omega3):
+    r"""Rate at which omega and L turn about the figure axis, seen from the body: Omega = (I3/I1 - 1) omega3.
+
+    Parameters
+    ----------
+    ratio : array_like
+        I3/I1, dimensionless, > 0.
+    omega3 : array_like
+        Spin about the figure axis, rad s-1, of either sign; broadcast with the ratio.
+
+    Returns
+    -------
+    numpy.ndarray or float
+        Signed, rad s-1: positive turns from axis 1 towards axis 2 (Landau and Lifshitz, Mechanics, equation 36.7).
+    """
+    return (np.asarray(ratio) - 1.0) * np.asarray(omega3)
+
+
+def cones(ratio, half_angle):
+    r"""Half-angles of the cone of L about the figure axis and of the space cone (omega about L).
+
+    Parameters
+    ----------
+    ratio : array_like
+        I3/I1, dimensionless, > 0.
+    half_angle : array_like
+        Angle of omega to the figure axis (half-angle of the body cone), rad, between 0 and pi/2.
+
+    Returns
+    -------
+    momentum_cone, space_cone : numpy.ndarray or float
+        rad: arctan(tan(theta)/r) and arctan(|r - 1| tan(theta)/(r + tan(theta)^2)).
+    """
+    ratio, tangent = np.asarray(ratio), np.tan(half_angle)
+    space = np.abs(ratio - 1.0) * (tangent / (ratio + tangent * tangent))
+    return np.arctan(tangent / ratio), np.arctan(space)
+
+
+def rotation(ratio, omega_start, times):
+    """Angular velocity of a free symmetric top at given times, in closed form.
+
+    Parameters
+    ----------
+    ratio : float
+        I3/I1, > 0.
+    omega_start : array_like, shape (3,)
+        Angular velocity in the principal axes at time 0, axis 3 the figure axis, rad s-1.
+    times : array_like, shape (n,)
+        Times in s, of either sign.
+
+    Returns
+    -------
+    numpy.ndarray, shape (n, 3)
+        Angular velocity in rad s-1.
+    """
+    w1, w2, w3 = np.asarray(omega_start, dtype=np.float64)
+    angle = precession_rate(ratio, w3) * np.asarray(times, dtype=np.float64)
+    cosine, sine = np.cos(angle), np.sin(angle)
+    return np.stack([w1 * cosine - w2 * sine, w1 * sine + w2 * cosine, np.full_like(angle, w3)], axis=-1)
+
+
+@njit(**INLINE)
+def turn(b1, c1, b, c):
+    """Angle from (b1, c1) to (b, c), rad, for at most half a radian, in plain arithmetic so that lanes stay packed.
+
+    With t = tan(delta/2), delta = 2 arctan t; the series in t² is cut after t^24, which leaves 2e-17 at the end. The
+    cross product is formed from the difference of the two, so equal vectors turn by exactly nothing.
+    """
+    cross = b1 * (c - c1) - c1 * (b - b1)
+    sizes = math.sqrt(b1 * b1 + c1 * c1) * math.sqrt(b * b + c * c)
+    t = cross / (b1 * b + c1 * c + sizes)
+    z = t * t
+    series = z * (1 / 25) - 1 / 23
+    series = series * z + 1 / 21
+    series = series * z - 1 / 19
+    series = series * z + 1 / 17
+    series = series * z - 1 / 15
+    series = series * z + 1 / 13
+    series = series * z - 1 / 11
+    series = series * z + 1 / 9
+    series = series * z - 1 / 7
+    series = series * z + 1 / 5
+    series = series * z - 1 / 3
+    return 2.0 * (t + t * (z * series))
+
+
+@njit(**OPTIONS)
+def steps_per_sample(x, samples, tolerance):
+    """Steps a sample interval is cut into; x = |r - 1| times the spacing in radians of spin.
+
+    The equations are linear (c_3 = 0), so the first term left out is x^11/11! of the transverse part at any amplitude.
+    """
+    excess = 1.05 * samples * x ** (ORDER + 1) / FACTORIAL / tolerance
+    return 1 if not excess > 1.0 else int(min(math.ceil(excess ** (1.0 / ORDER)), MOST_STEPS))
+
+
+@njit(**OPTIONS)
+def _plan(ratio, spacing, intervals, tolerance, spacings, steps):
+    """Sample spacing (radians of spin) and steps per sample of each point, from a bound on every possible rate."""
+    for i in range(ratio.size):
+        bound = abs(ratio[i] - 1.0)
+        spacings[i] = min(spacing, 0.5 / max(1.0, bound))
+        steps[i] = steps_per_sample(bound * spacings[i], intervals, tolerance)
+
+
+@njit(**OPTIONS)
+def _load(S, lane, ratio, spin_sign, tangent, spacing, steps):
+    """Set up one lane at its start: omega in units of |omega3|, L in units of I1 |omega3|."""
+    h = spacing / steps
+    ca, cb, cc = rigid_body.euler_coefficients(ratio, 1.0, 1.0)
+    S[A + lane], S[B + lane], S[C + lane] = spin_sign, tangent * math.cos(PHASE), tangent * math.sin(PHASE)
+    S[KA + lane], S[KB + lane], S[KC + lane] = ca * h, cb * h, cc * h
+    S[P + lane], S[Q + lane], S[R + lane] = ratio * spin_sign, S[B + lane], S[C + lane]
+    # 1/I_c - 1/I_b = -(I_c - I_b)/(I_b I_c), the difference before the ratio
+    S[KP + lane], S[KQ + lane], S[KR + lane] = 0.0, (1.0 - ratio) / ratio * h, (ratio - 1.0) / ratio * h
+    angle = (ratio - 1.0) * spin_sign * spacing
+    half = math.sin(0.5 * angle)
+    S[VERSINE + lane], S[SINE + lane] = 2.0 * half * half, math.sin(angle)
+    S[XB + lane], S[XC + lane] = S[B + lane], S[C + lane]
+
+
+@njit(**OPTIONS)
+def _begin(S):
+    """Take sample 0: clear the sums, note invariants and angles at the start."""
+    for row in (APART, D, Y, SY, SXY, SYY, F, Z, SZ, SXZ, SZZ, ED, LD, OUT):
+        for lane in range(W):
+            S[row + lane] = 0.0
+    for lane in range(W):
+        a, b, c, p, q, r = S[A + lane], S[B + lane], S[C + lane], S[P + lane], S[Q + lane], S[R + lane]
+        S[B1 + lane], S[C1 + lane], S[Q1 + lane], S[R1 + lane] = b, c, q, r
+        S[E0 + lane] = p * a + (q * b + r * c)
+        S[L0 + lane] = p * p + (q * q + r * r)
+        body, momentum, space = _tangents(a, b, c, p, q, r)
+        S[BODY_LOW + lane], S[BODY_HIGH + lane] = body, body
+        S[MOMENTUM_LOW + lane], S[MOMENTUM_HIGH + lane] = momentum, momentum
+        S[SPACE_LOW + lane], S[SPACE_HIGH + lane] = space, space
+
+
+@njit(**INLINE)
+def _tangents(a, b, c, p, q, r):
+    """Squared tangents of the angles of omega and L to the figure axis, and of that between them."""
+    along = p * a + (q * b + r * c)
+    x, y, z = (q * c - r * b) / along, (r * a - p * c) / along, (p * b - q * a) / along
+    return (b * b + c * c) / (a * a), (q / p) * (q / p) + (r / p) * (r / p), x * x + (y * y + z * z)
+
+
+@njit(**OPTIONS)
+def _advance_omega(S, steps):
+    """Advance omega of every lane by one sample interval."""
+    for _ in range(steps):
+        for lane in range(W):
+            a, b, c = direct.step(S[A + lane], S[B + lane], S[C + lane], S[KA + lane], S[KB + lane], S[KC + lane])
+            S[A + lane] = a
+            S[B + lane] = b
+            S[C + lane] = c
+
+
+@njit(**OPTIONS)
+def _advance_momentum(S, steps):
+    """Advance L of every lane by one sample interval."""
+    for _ in range(steps):
+        for lane in range(W):
+            p, q, r = direct.step(S[P + lane], S[Q + lane], S[R + lane], S[KP + lane], S[KQ + lane], S[KR + lane])
+            S[P + lane] = p
+            S[Q + lane] = q
+            S[R + lane] = r
+
+
+@njit(**OPTIONS)
+def _sample_angles(S, x, first):
+    """Add one sample to the sums of both angles; x is the sample's number less the middle one's."""
+    for lane in range(W):
+        b, c, q, r = S[B + lane], S[C + lane], S[Q + lane], S[R + lane]
+        delta = turn(S[B1 + lane], S[C1 + lane], b, c)
+        eta = turn(S[Q1 + lane], S[R1 + lane], q, r)
+        S[D + lane] = delta if first else S[D + lane]
+        S[F + lane] = eta if first else S[F + lane]
+        y = S[Y + lane] + (delta - S[D + lane])
+        z = S[Z + lane] + (eta - S[F + lane])
+        S[Y + lane], S[Z + lane] = y, z
+        S[SY + lane] += y
+        S[SXY + lane] += x * y
+        S[SYY + lane] += y * y
+        S[SZ + lane] += z
+        S[SXZ + lane] += x * z
+        S[SZZ + lane] += z * z
+        S[B1 + lane], S[C1 + lane], S[Q1 + lane], S[R1 + lane] = b, c, q, r
+
+
+@njit(**OPTIONS)
+def _sample_state(S):
+    """Compare one sample of every lane with the exact rotation, with the invariants and with the cones."""
+    for lane in range(W):
+        a, b, c, p, q, r = S[A + lane], S[B + lane], S[C + lane], S[P + lane], S[Q + lane], S[R + lane]
+        v, s, xb, xc = S[VERSINE + lane], S[SINE + lane], S[XB + lane], S[XC + lane]
+        eb, ec = xb - (v * xb + s * xc), xc + (s * xb - v * xc)
+        S[XB + lane], S[XC + lane] = eb, ec
+        apart = ((b - eb) * (b - eb) + (c - ec) * (c - ec)) / (eb * eb + ec * ec)
+        S[APART + lane] = apart if not apart <= S[APART + lane] else S[APART + lane]
+        momentum2 = p * p + (q * q + r * r)
+        E, L = abs(p * a + (q * b + r * c) - S[E0 + lane]), abs(momentum2 - S[L0 + lane])
+        S[ED + lane] = E if not S[ED + lane] >= E else S[ED + lane]
+        S[LD + lane] = L if not S[LD + lane] >= L else S[LD + lane]
+        triple = q * c - r * b
+        out = triple * triple / momentum2 / (a * a + (b * b + c * c))
+        S[OUT + lane] = out if out > S[OUT + lane] else S[OUT + lane]
+        body, momentum, space = _tangents(a, b, c, p, q, r)
+        S[BODY_LOW + lane] = min(S[BODY_LOW + lane], body)
+        S[BODY_HIGH + lane] = max(S[BODY_HIGH + lane], body)
+        S[MOMENTUM_LOW + lane] = min(S[MOMENTUM_LOW + lane], momentum)
+        S[MOMENTUM_HIGH + lane] = max(S[MOMENTUM_HIGH + lane], momentum)
+        S[SPACE_LOW + lane] = min(S[SPACE_LOW + lane], space)
+        S[SPACE_HIGH + lane] = max(S[SPACE_HIGH + lane], space)
+
+
+@njit(**OPTIONS)
+def _halve(S, steps):
+    """Run omega on over one interval twice, with steps and with twice as many."""
+    for lane in range(W):
+        S[B1 + lane], S[C1 + lane] = S[B + lane], S[C + lane]
+    _advance_omega(S, steps)
+    for lane in range(W):
+        S[BH + lane], S[CH + lane] = S[B + lane], S[C + lane]
+        S[B + lane], S[C + lane] = S[B1 + lane], S[C1 + lane]
+        S[KA + lane] *= 0.5
+        S[KB + lane] *= 0.5
+        S[KC + lane] *= 0.5
+    _advance_omega(S, 2 * steps)
+
+
+@njit(**OPTIONS)
+def _slope(first, sum_y, sum_xy, sum_yy, intervals):
+    """Slope of first k + y_k against k = 0 … intervals by least squares, and its standard error, per sample."""
+    n = intervals + 1.0
+    sum_xx = n * (n * n - 1.0) / 12.0
+    slope = sum_xy / sum_xx
+    scatter = max(sum_yy - sum_y * sum_y / n - slope * sum_xy, 0.0)
+    return first + slope, math.sqrt(scatter / ((n - 2.0) * sum_xx))
+
+
+@njit(**INLINE)
+def _angles(low, high):
+    """Mean and difference of two angles, rad, from their squared tangents."""
+    least, greatest = math.atan(math.sqrt(low)), math.atan(math.sqrt(high))
+    return 0.5 * (least + greatest), greatest - least
+
+
+@njit(**OPTIONS)
+def _unload(S, lane, intervals, spacing, steps, row):
+    """Turn one lane's sums into its row of the raw result."""
+    rate, stderr = _slope(S[D + lane], S[SY + lane], S[SXY + lane], S[SYY + lane], intervals)
+    row[RATE], row[STDERR] = rate / spacing, stderr / spacing
+    rate, stderr = _slope(S[F + lane], S[SZ + lane], S[SXZ + lane], S[SZZ + lane], intervals)
+    row[LRATE], row[LSTDERR] = rate / spacing, stderr / spacing
+    row[FLOOR] = 2.0 * EPSILON * steps / spacing
+    row[DISTANCE] = math.sqrt(S[APART + lane])
+    row[EDRIFT], row[LDRIFT] = S[ED + lane] / S[E0 + lane], S[LD + lane] / S[L0 + lane]
+    row[COPLANARITY] = math.sqrt(S[OUT + lane])
+    row[BODY], row[BODY_SPREAD] = _angles(S[BODY_LOW + lane], S[BODY_HIGH + lane])
+    row[MOMENTUM], _ = _angles(S[MOMENTUM_LOW + lane], S[MOMENTUM_HIGH + lane])
+    row[SPACE], _ = _angles(S[SPACE_LOW + lane], S[SPACE_HIGH + lane])
+    size = math.hypot(S[BH + lane], S[CH + lane])
+    row[HALVING] = math.hypot(S[BH + lane] - S[B + lane], S[CH + lane] - S[C + lane]) / size
+    row[STEPS] = steps
+
+
+@njit(nogil=True, **OPTIONS)
+def _run_blocks(ratio, omega3, tangent, spacings, steps, order, starts, intervals, raw):
+    """Integrate and measure block after block: order[starts[j]:starts[j + 1]] are the points of block j."""
+    S = np.empty(ROWS * W)
+    for j in range(starts.size - 1):
+        first, count = starts[j], starts[j + 1] - starts[j]
+        n = steps[order[first]]
+        for lane in range(W):
+            i = order[first + min(lane, count - 1)]
+            _load(S, lane, ratio[i], 1.0 if omega3[i] > 0.0 else -1.0, tangent[i], spacings[i], n)
+        _begin(S)
+        for k in range(1, intervals + 1):
+            _advance_omega(S, n)
+            _advance_momentum(S, n)
+            _sample_angles(S, k - 0.5 * intervals, k == 1)
+            _sample_state(S)
+        _halve(S, n)
+        for lane in range(count):
+            i = order[first + lane]
+            _unload(S, lane, intervals, spacings[i], n, raw[i])
+
+
+def _blocks(steps):
+    """Order of the points and starts of the blocks: points of equally many steps together, W at a time."""
+    order = np.argsort(steps, kind="stable")
+    bounds = np.flatnonzero(np.diff(steps[order])) + 1
+    groups = zip(np.r_[0, bounds], np.r_[bounds, steps.size], strict=True)
+    starts = np.concatenate([np.arange(lo, hi, W) for lo, hi in groups])
+    return order, np.r_[starts, steps.size]
+
+
+def _point_arrays(points):
+    """Contiguous arrays of one length for ratio, omega3 and half_angle."""
+    arrays = np.broadcast_arrays(*(np.atleast_1d(points[name]) for name in ("ratio", "omega3", "half_angle")))
+    return tuple(np.ascontiguousarray(x, dtype=np.float64) for x in arrays)
+
+
+def run(points, rotations, samples_per_rotation, tolerance):
+    """Integrate and measure points; the raw result before anything is named.
+
+    Parameters
+    ----------
+    points : mapping of str to array_like, shape (n,)
+        ratio (I3/I1 > 0), omega3 (rad s-1, not 0), half_angle (degrees, between 0 and 90).
+    rotations : float
+        Length of the run, in 2 pi/|omega3|.
+    samples_per_rotation : int
+        Samples in 2 pi/|omega3|; the spacing shrinks where max(1, |r - 1|) h would exceed 1/2.
+    tolerance : float
+        Error of the transverse part allowed over the run, relative to its size.
+
+    Returns
+    -------
+    numpy.ndarray, shape (n, RAW)
+        Columns RATE ... STEPS, dimensionless or in rad; nothing is checked and nothing raised.
+    """
+    ratio, omega3, half_angle = _point_arrays(points)
+    intervals = round(rotations * samples_per_rotation)
+    spacings, steps = np.empty(ratio.size), np.empty(ratio.size, dtype=np.int64)
+    raw = np.empty((ratio.size, RAW))
+    if ratio.size:
+        _plan(ratio, 2.0 * np.pi / samples_per_rotation, intervals, tolerance, spacings, steps)
+        order, starts = _blocks(steps)
+        tangent = np.tan(np.radians(half_angle))
+        _run_blocks(ratio, omega3, tangent, spacings, steps, order, starts, intervals, raw)
+    return raw
+
+
+def _status(raw, tolerance, intervals):
+    """Status of each row: both the halving test and the certificate must hold, but for the rounding of the steps."""
+    rounding = 4.0 * EPSILON * np.sqrt(raw[:, STEPS])
+    converged = (raw[:, HALVING] - rounding) * intervals <= tolerance
+    certified = raw[:, DISTANCE] <= tolerance + 4.0 * EPSILON * intervals * raw[:, STEPS]
+    cases = [~np.isfinite(raw[:, RATE]), ~(converged & certified)]
+    return np.select(cases, [NON_FINITE, NOT_CONVERGED], OK).astype(np.int8)
+
+
+def _resolved(rate, stderr, floor):
+    """The rate, or 0 where it does not stand out of rounding and scatter."""
+    return np.where(np.abs(rate) <= np.fmax(5.0 * stderr, floor), 0.0, rate)
+
+
+def _period(rate):
+    """2 pi/|rate|; NaN where the rate is 0."""
+    rate = np.abs(rate)
+    return np.divide(2.0 * np.pi, rate, out=np.full_like(rate, np.nan), where=rate > 0.0)
+
+
+def measured(points, rotations, samples_per_rotation, tolerance):
+    """Measured columns of points, in units.
+
+    Parameters
+    ----------
+    points, rotations, samples_per_rotation, tolerance
+        As for :func:`run`.
+
+    Returns
+    -------
+    dict of str to numpy.ndarray, shape (n,)
+        precession_rate, momentum_precession_rate and their _stderr (rad s-1); period (s); body_cone, momentum_cone,
+        space_cone, half_angle_drift (degrees); coplanarity, energy_drift, momentum_drift, propagation_error (1);
+        steps_per_sample (int32); sense, status (int8). NaN where missing.
+    """
+    raw = run(points, rotations, samples_per_rotation, tolerance)
+    _, omega3, _ = _point_arrays(points)
+    spin = np.abs(omega3)
+    rate = _resolved(raw[:, RATE], raw[:, STDERR], raw[:, FLOOR])
+    senses = [~np.isfinite(rate), rate == 0.0, rate * np.sign(omega3) > 0.0]
+    return {
+        "precession_rate": rate * spin,
+        "precession_rate_stderr": raw[:, STDERR] * spin,
+        "momentum_precession_rate": _resolved(raw[:, LRATE], raw[:, LSTDERR], raw[:, FLOOR]) * spin,
+        "momentum_precession_rate_stderr": raw[:, LSTDERR] * spin,
+        "period": _period(rate) / spin,
+        "sense": np.select(senses, [UNDETERMINED, NONE, WITH_SPIN], AGAINST_SPIN).astype(np.int8),
+        "body_cone": np.degrees(raw[:, BODY]),
+        "momentum_cone": np.degrees(raw[:, MOMENTUM]),
+        "space_cone": np.degrees(raw[:, SPACE]),
+        "half_angle_drift": np.degrees(raw[:, BODY_SPREAD]),
+        "coplanarity": raw[:, COPLANARITY],
+        "energy_drift": raw[:, EDRIFT],
+        "momentum_drift": raw[:, LDRIFT],
+        "propagation_error": raw[:, DISTANCE],
+        "steps_per_sample": raw[:, STEPS].astype(np.int32),
+        "status": _status(raw, tolerance, round(rotations * samples_per_rotation)),
+    }
+
+
+def theory(points):
+    """Columns of the closed form and of the body's shape, in units.
+
+    Parameters
+    ----------
+    points : mapping of str to array_like, shape (n,)
+        As for :func:`run`.
+
+    Returns
+    -------
+    dict of str to numpy.ndarray, shape (n,)
+        precession_rate_theory (rad s-1), period_theory (s), momentum_cone_theory, space_cone_theory (degrees),
+        triangle_margin (1), shape (int8).
+    """
+    ratio, omega3, half_angle = _point_arrays(points)
+    momentum, space = cones(ratio, np.radians(half_angle))
+    one = np.ones_like(ratio)
+    return {
+        "precession_rate_theory": precession_rate(ratio, omega3),
+        "period_theory": _period(ratio - 1.0) / np.abs(omega3),
+        "momentum_cone_theory": np.degrees(momentum),
+        "space_cone_theory": np.degrees(space),
+        "triangle_margin": rigid_body.triangle_margin(one, one, ratio),
+        "shape": rigid_body.shape(one, one, ratio),
+    }
+
+
+def survey(points, rotations, samples_per_rotation, tolerance):
+    """All columns of points: :func:`theory` beside :func:`measured`, which does not know it."""
+    return theory(points) | measured(points, rotations, samples_per_rotation, tolerance)

@@ -1,0 +1,188 @@
+"""What is wrong with a definition, in words: each refusal names a key's path, the value there and what is allowed."""
+
+import difflib
+import json
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import islice
+from typing import Any, get_args
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import PydanticCustomError
+
+TAGS = ("\0number", "\0list", "\0range")  # forms of a grid's entry; no key is one of these: keys are printable
+
+_TOP = "(top level)"
+_MAX_PROBLEMS_SHOWN = 10
+_SHOWN_CHARACTERS = 60
+
+
+class DefinitionError(ValueError):
+    """What is wrong with a definition; `str()` is the whole message, one line a problem."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing wrong: the key's path, the value there, what is wrong with it, what is allowed."""
+
+    where: tuple
+    shown: str
+    wrong: str
+    allowed: str
+
+    def __str__(self):
+        return f"{key_path(self.where)}: {self.shown} {self.wrong}; allowed: {self.allowed}"
+
+
+class UnreadableError(Exception):
+    """Carries the one problem that keeps a source from being read at all."""
+
+    def __init__(self, where: tuple, shown: str, wrong: str, allowed: str):
+        super().__init__(wrong)
+        self.problem = Problem(where, shown, wrong, allowed)
+
+
+def refusal(wrong: str, allowed: str) -> PydanticCustomError:
+    """What a validator raises about the value it was given."""
+    return PydanticCustomError("refused", "{wrong}; allowed: {allowed}", {"wrong": wrong, "allowed": allowed})
+
+
+def refusals(problems: list[Problem]) -> PydanticCustomError:
+    """What a validator raises about several keys below the value it was given."""
+    text = "\n".join(map(str, problems))
+    return PydanticCustomError("refused_keys", "{text}", {"text": text, "problems": tuple(problems)})
+
+
+def key_path(where: tuple) -> str:
+    """A key's path as people write it: grid.I1[2]."""
+    text = ""
+    for part in where:
+        if isinstance(part, int):
+            text += f"[{part}]"
+        else:
+            text += ("." if text else "") + _plain_or_quoted(part)
+    return text or _TOP
+
+
+def _plain_or_quoted(text: str) -> str:
+    return text if re.fullmatch(r"[\w ().,/~+-]{1,120}", text) else shortened(repr(text))
+
+
+def shortened(text: str) -> str:
+    """Text cut to what fits into a message."""
+    return text if len(text) <= _SHOWN_CHARACTERS else text[: _SHOWN_CHARACTERS - 1] + "…"
+
+
+def display(value: Any) -> str:
+    """The value as YAML flow text, shortened; never fails and never prints a control character."""
+    return shortened(_flow(value))
+
+
+def _flow(value: Any) -> str:
+    if isinstance(value, BaseModel):
+        value = {key: item for key, item in value if key in value.model_fields_set}
+    if isinstance(value, dict):
+        pairs = (f"{_plain_or_quoted(str(key))}: {_flow(item)}" for key, item in _first(value.items()))
+        return "{" + ", ".join(pairs) + "}"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(map(_flow, _first(value))) + "]"
+    if value is None or isinstance(value, bool):
+        return json.dumps(value)
+    if isinstance(value, int) and value.bit_length() > 1024:  # str() refuses beyond 4,300 digits
+        return f"a whole number of {value.bit_length()} bits"
+    if isinstance(value, int | float):
+        return repr(value)
+    if isinstance(value, str):
+        return repr(value[: 2 * _SHOWN_CHARACTERS])
+    return f"<{type(value).__name__}>"
+
+
+def _first(items: Any) -> Iterator:
+    return islice(items, _SHOWN_CHARACTERS)
+
+
+def message(label: str, problems: list[Problem]) -> str:
+    """The whole message, one line a problem, each line with the file's label."""
+    label = _plain_or_quoted(label) if len(label) <= 120 else _plain_or_quoted("…" + label[-100:])
+    lines = [f"{label}: {problem}" for problem in problems[:_MAX_PROBLEMS_SHOWN]]
+    if len(problems) > _MAX_PROBLEMS_SHOWN:
+        lines.append(f"{label}: and {len(problems) - _MAX_PROBLEMS_SHOWN:,} more")
+    return "\n".join(lines)
+
+
+def hint(key: Any, options: Any) -> str:
+    """A question, " (did you mean …?)", where an option is near; else nothing."""
+    if not isinstance(key, str) or len(key) > 100:
+        return ""
+    matches = difflib.get_close_matches(key, list(options), n=1)
+    return f" (did you mean {matches[0]}?)" if matches else ""
+
+
+def keys_of(model: type[BaseModel]) -> str:
+    """A model's keys, as a refusal names them."""
+    return ", ".join(model.model_fields)
+
+
+# ---------------------------------------------------------------------------------------------------------
+# pydantic's own findings, in words
+
+
+_WORDS = {
+    "string_type": "is not text (quote it)",
+    "tuple_type": "is not a list",
+    "model_type": "is not a mapping",
+}
+
+
+def validation_problems(error: ValidationError, root: type[BaseModel]) -> list[Problem]:
+    """What pydantic found wrong with a value for the model `root`, in words."""
+    problems = []
+    for item in error.errors(include_url=False):
+        where = tuple(part for part in item["loc"] if part not in TAGS)
+        context = item.get("ctx", {})
+        if "problems" in context:
+            problems += [Problem(where + p.where, p.shown, p.wrong, p.allowed) for p in context["problems"]]
+        elif "wrong" in context:
+            problems.append(Problem(where, display(item["input"]), context["wrong"], context["allowed"]))
+        else:
+            problems.append(_built_in_problem(item, where, root))
+    return problems
+
+
+def _built_in_problem(item: dict, where: tuple, root: type[BaseModel]) -> Problem:
+    model, key = _model_and_key(where, root)
+    if item["type"] == "extra_forbidden":
+        wrong = "is under an unknown key" + hint(where[-1], model.model_fields)
+        return Problem(where, display(item["input"]), wrong, "the keys " + keys_of(model))
+    allowed = description_of(model, key)
+    if item["type"] == "missing":
+        return Problem(where, "(nothing)", "is missing", allowed)
+    wrong = _WORDS.get(item["type"], f"is refused ({item['msg']})")
+    return Problem(where, display(item["input"]), wrong, allowed)
+
+
+def _model_and_key(where: tuple, root: type[BaseModel]) -> tuple[type[BaseModel], str]:
+    """The innermost model on the path, and the key in it."""
+    model, key = root, ""
+    for part in where:
+        if isinstance(part, int):
+            continue
+        if key:
+            model = next(models_in(model.model_fields[key].annotation), model)
+        key = part
+    return model, key
+
+
+def models_in(annotation: Any) -> Iterator[type[BaseModel]]:
+    """The models that a field's annotation names."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for part in get_args(annotation):
+        yield from models_in(part)
+
+
+def description_of(model: type[BaseModel], key: str) -> str:
+    """What a model says a key may hold."""
+    field = model.model_fields.get(key)
+    return field.description if field else "a mapping with the keys " + keys_of(model)

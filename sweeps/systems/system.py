@@ -1,0 +1,84 @@
+"""What a system of equations of motion says of itself: all that the way from a definition to a map asks for."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sweeps.variables import Variable
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+    from sweeps.definition import Definition, Integration
+    from sweeps.parameters import Range
+
+
+class System(ABC):
+    """A system of equations of motion, with its parameters, its columns and its pictures.
+
+    Nothing here imports a kernel, xarray or matplotlib before it is called for.
+
+    Attributes:
+        name: what a definition's `system` says.
+        model: the model of its definitions.
+        references: where the theory stands.
+        caption: what its map shows, one line.
+        samples_per_second: samples of runs that one core makes in a second, about.
+    """
+
+    name: str
+    model: "type[Definition]"
+    references: str
+    caption: str
+    samples_per_second: int = 64_000_000
+
+    @abstractmethod
+    def dimensions(self, definition: "Definition") -> "dict[str, Range | np.ndarray]":
+        """Each dimension, in storage order → its values: a range, or a one-dimensional array."""
+
+    def auxiliary(self, definition: "Definition") -> dict[str, tuple[str, np.ndarray]]:
+        """Each coordinate that is no dimension → (the dimension it lies along, its values)."""
+        return {}
+
+    @abstractmethod
+    def arguments(self, definition: "Definition") -> tuple[str, ...]:
+        """Names of the dimensions and auxiliary coordinates that a point of :meth:`columns` consists of."""
+
+    @abstractmethod
+    def coordinates(self, definition: "Definition") -> dict[str, Variable]:
+        """Name → each coordinate that a map of this definition may have, the auxiliary ones included."""
+
+    @abstractmethod
+    def variables(self, definition: "Definition | None" = None) -> dict[str, Variable]:
+        """Name → each variable of a map of this definition; without one, those that every map has."""
+
+    @abstractmethod
+    def columns(self, points: Mapping[str, np.ndarray], integration: "Integration") -> dict[str, np.ndarray]:
+        """Measures points.
+
+        Args:
+            points: each of :meth:`arguments` → values, shape (n,), in the units of :meth:`coordinates`.
+            integration: length, sampling and accuracy of each run.
+
+        Returns:
+            Each of :meth:`variables` → values, shape (n,); a value depends on its own point alone.
+        """
+
+    @abstractmethod
+    def method(self, definition: "Definition") -> str:
+        """How the motion was computed, for a map's `source`: "direct integration of Euler's equations"."""
+
+    @abstractmethod
+    def compile(self) -> None:
+        """Compiles, and stores in the cache, every kernel that :meth:`columns` calls."""
+
+    @abstractmethod
+    def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
+        """Name of each picture of a map → what draws it (None where there is nothing to show)."""
+
+    def bytes_per_point(self, definition: "Definition") -> int:
+        """Uncompressed bytes of a map, a point."""
+        return sum(np.dtype(variable.dtype).itemsize for variable in self.variables(definition).values())
