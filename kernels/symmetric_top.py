@@ -15,9 +15,9 @@ it: L, omega and the figure axis stay in one plane. With theta and gamma the ang
 omega lies on two fixed cones: the body cone about the figure axis, of half-angle theta, and the space cone about L
 (which is fixed in space), of half-angle |theta - gamma|. Seen from the body, L lies on a cone of half-angle gamma.
 
-*Measuring.* Two motions are integrated, each by the direct integrator (:func:`kernels.direct.step`): omega by Euler's
-equations, and L by its own, :math:`\dot L_a = (1/I_c - 1/I_b) L_b L_c` and cyclic. The integrator knows nothing of the
-above. In units of |omega3| and of I1 |omega3|, time in radians of spin, every spin rate takes the same work and gives
+*Measuring.* Two motions are integrated, each by the direct integrator (:func:`kernels.direct.step_10`): omega by
+Euler's equations, and L by its own, :math:`\dot L_a = (1/I_c - 1/I_b) L_b L_c` and cyclic. The integrator knows nothing
+of the above. In units of |omega3| and of I1 |omega3|, time in radians of spin, every spin rate takes the same work and gives
 the same bits. From sample to sample the transverse part turns by :math:`\delta_k`, with
 :math:`\tan(\delta_k/2) = (x_{k-1}\times x_k)/(x_{k-1}\cdot x_k + |x_{k-1}||x_k|)`; the rate is the least-squares slope
 of the angle :math:`\theta_k = \sum\delta` against time, its standard error the scatter about the line. Sums are taken
@@ -226,7 +226,7 @@ def _advance_omega(S, steps):
     """Advance omega of every lane by one sample interval."""
     for _ in range(steps):
         for lane in range(W):
-            a, b, c = direct.step(S[A + lane], S[B + lane], S[C + lane], S[KA + lane], S[KB + lane], S[KC + lane])
+            a, b, c = direct.step_10(S[A + lane], S[B + lane], S[C + lane], S[KA + lane], S[KB + lane], S[KC + lane])
             S[A + lane] = a
             S[B + lane] = b
             S[C + lane] = c
@@ -237,7 +237,7 @@ def _advance_momentum(S, steps):
     """Advance L of every lane by one sample interval."""
     for _ in range(steps):
         for lane in range(W):
-            p, q, r = direct.step(S[P + lane], S[Q + lane], S[R + lane], S[KP + lane], S[KQ + lane], S[KR + lane])
+            p, q, r = direct.step_10(S[P + lane], S[Q + lane], S[R + lane], S[KP + lane], S[KQ + lane], S[KR + lane])
             S[P + lane] = p
             S[Q + lane] = q
             S[R + lane] = r

@@ -175,7 +175,9 @@ def test_one_point_of_a_lazy_map_runs_one_chunk(tiny, monkeypatch):
     points = []
     survey = kernel.survey
     monkeypatch.setattr(
-        kernel, "survey", lambda columns, *rest: points.append(columns["I1"].size) or survey(columns, *rest)
+        kernel,
+        "survey",
+        lambda columns, *rest, **more: points.append(columns["I1"].size) or survey(columns, *rest, **more),
     )
     lazy = sweeps.survey("tiny", chunks={"I1": 1, "I2": 1, "axis": 1})
     assert points == []

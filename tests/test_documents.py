@@ -16,7 +16,13 @@ def table(marker):
 
 
 @pytest.mark.parametrize(
-    ("marker", "truth"), [("coordinates", rigid_body.COORDINATES), ("variables", rigid_body.VARIABLES)]
+    ("marker", "truth"),
+    [
+        ("coordinates", rigid_body.COORDINATES),
+        ("variables", rigid_body.VARIABLES),
+        ("certificate", rigid_body.CERTIFICATE),
+        ("flips", rigid_body.FLIPS),
+    ],
 )
 def test_data_contract_for_readers_is_the_table_of_the_code(marker, truth):
     told = table(marker)

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-PROPAGATORS = ("direct",)
+PROPAGATORS = ("direct", "exact")
 MOMENTS = ("I1", "I2", "I3")
 SHAREABLE = ("omega0", "epsilon", "phase")  # what a body may give, and the grid gives where it does not
 ARGUMENTS = ("axis", *MOMENTS, *SHAREABLE)
@@ -77,6 +77,7 @@ VARIABLES = table(
         comment="missing where its window (2 to 1000 times the start, below 0.01 omega0) holds under two e-folds",
     ),
     Variable("e_folds", "1", "e-folds of growth inside the window of the log slope"),
+    Variable("euler_period", "s", "period of the nudge's turn about the spin axis, measured; missing where not stable"),
     Variable("regime_theory", None, "regime, linear theory", "i1", REGIMES[1:]),
     Variable("regime", None, "regime, measured", "i1", REGIMES, first_flag=-1),
     Variable("shape", None, "kind of body by its moments", "i1", SHAPES),
@@ -97,6 +98,36 @@ VARIABLES = table(
         "1",
         "largest change of the perturbation's own invariant, relative to its absolute terms",
         comment="Ib (Ib - Ia) wb^2 + Ic (Ic - Ia) wc^2, which sees errors that energy and momentum do not",
+    ),
+)
+
+CERTIFICATE = table(
+    Variable(
+        "propagation_error",
+        "1",
+        "largest distance of the direct solution from the exact one, relative to the largest transverse size so far",
+        comment="the certificate: over the samples used, across the spin axis, by an exact step that shares no code "
+        "with the direct integrator",
+    )
+)
+
+FLIPS = table(
+    Variable(
+        "flip_period",
+        "s",
+        "time between two changes of sign of the spin, measured; missing where it keeps its sign",
+        comment="from the start forward to the first change and backward to the last one",
+    ),
+    Variable("flip_period_exact", "s", "time between two changes of sign of the spin, closed form: 2 K/p"),
+    Variable(
+        "max_tilt", "rad", "largest angle of the angular velocity from the end of the axis it starts near, measured"
+    ),
+    Variable("max_tilt_exact", "rad", "largest angle of the angular velocity from that end, closed form"),
+    Variable(
+        "frequency_exact",
+        "rad s-1",
+        "angular frequency of the motion at its own amplitude, closed form: pi p/(2 K)",
+        comment="tends to frequency_theory about a stable axis as the nudge gets small",
     ),
 )
 
@@ -215,7 +246,14 @@ class RigidBodyIntegration(Integration):
     """How each run of a rigid body is made."""
 
     propagator: Annotated[str, choice(PROPAGATORS)] = Field(
-        "direct", description="how the motion is computed: " + " or ".join(PROPAGATORS)
+        "direct",
+        description="how the motion is computed: direct (step by step, each point certified by the closed form) or "
+        "exact (the closed form's own step)",
+    )
+    flips: bool = Field(
+        False,
+        description="true or false: whether to follow the motion on to its flips and its largest tilt, up to "
+        "10,000 rotations each way",
     )
 
 
@@ -329,24 +367,30 @@ class RigidBody(System):
         return COORDINATES
 
     def variables(self, definition: RigidBodyDefinition | None = None) -> dict[str, Variable]:
-        """Name → variable."""
-        return VARIABLES
+        """Name → variable: the certificate where the integration is direct, the flips where they are asked for."""
+        if definition is None:
+            return VARIABLES
+        integration = definition.integration
+        certificate = CERTIFICATE if integration.propagator == "direct" else {}
+        return VARIABLES | certificate | (FLIPS if integration.flips else {})
 
     def columns(self, points: Mapping[str, np.ndarray], integration: RigidBodyIntegration) -> dict[str, np.ndarray]:
         """Linear theory beside what is measured; see `kernels.survey`."""
         from kernels import survey
 
         settings = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
-        return survey.survey(points, *settings)
+        return survey.survey(points, *settings, propagator=integration.propagator, nonlinear=integration.flips)
 
     def method(self, definition: RigidBodyDefinition) -> str:
         """How the motion was computed."""
-        return f"{definition.integration.propagator} integration of Euler's equations"
+        if definition.integration.propagator == "exact":
+            return "exact steps of the closed-form rotation"
+        return "direct integration of Euler's equations, certified by the closed form"
 
     def compile(self) -> None:
         """Compiles the survey's kernels."""
         point = {"I1": 1.0, "I2": 2.0, "I3": 3.0, "axis": 2, "omega0": 1.0, "epsilon": 1e-6, "phase": 0.6}
-        self.columns({name: np.array([value]) for name, value in point.items()}, RigidBodyIntegration())
+        self.columns({name: np.array([value]) for name, value in point.items()}, RigidBodyIntegration(flips=True))
 
     def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
         """Stability maps about each axis or the bodies in a row, theory against measurement, and the breakdown."""
