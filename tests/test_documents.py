@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from sweeps.systems import rigid_body
+from sweeps.systems import rigid_body, symmetric_top
 
 ROOT = Path(__file__).parents[1]
 
@@ -16,7 +16,13 @@ def table(marker):
 
 
 @pytest.mark.parametrize(
-    ("marker", "truth"), [("coordinates", rigid_body.COORDINATES), ("variables", rigid_body.VARIABLES)]
+    ("marker", "truth"),
+    [
+        ("coordinates", rigid_body.COORDINATES),
+        ("variables", rigid_body.VARIABLES),
+        ("symmetric top, coordinates", symmetric_top.COORDINATES),
+        ("symmetric top, variables", symmetric_top.VARIABLES),
+    ],
 )
 def test_data_contract_for_readers_is_the_table_of_the_code(marker, truth):
     told = table(marker)
