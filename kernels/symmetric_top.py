@@ -244,8 +244,9 @@ def _advance_momentum(S, steps):
 
 
 @njit(**OPTIONS)
-def _sample_angles(S, x, first):
-    """Add one sample to the sums of both angles; x is the sample's number less the middle one's."""
+def _sample_angles(S, k, intervals):
+    """Add sample k (1 to intervals) to the sums of both angles; numbers count from the middle of the run."""
+    x, first = k - 0.5 * intervals, k == 1
     for lane in range(W):
         b, c, q, r = S[B + lane], S[C + lane], S[Q + lane], S[R + lane]
         delta = turn(S[B1 + lane], S[C1 + lane], b, c)
@@ -355,7 +356,7 @@ def _run_blocks(ratio, omega3, tangent, spacings, steps, order, starts, interval
         for k in range(1, intervals + 1):
             _advance_omega(S, n)
             _advance_momentum(S, n)
-            _sample_angles(S, k - 0.5 * intervals, k == 1)
+            _sample_angles(S, k, intervals)
             _sample_state(S)
         _halve(S, n)
         for lane in range(count):

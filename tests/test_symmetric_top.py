@@ -219,12 +219,24 @@ def test_turns_are_the_angles_of_arctan2():
     assert symmetric_top.turn(0.3, 0.7, 0.3, 0.7) == 0.0
 
 
-def test_stderr_is_the_scatter_of_a_straight_line():
-    """NumPy's polyfit with its covariance, on angles made up."""
+def test_rate_and_stderr_are_those_of_a_straight_line_through_the_angles():
+    """NumPy's polyfit with its covariance, on angles that scatter, each lane its own."""
     rng = np.random.default_rng(12)
-    k = np.arange(33.0)
-    y = np.concatenate([[0.0, 0.0], rng.normal(0, 1e-3, 31)])
-    x = k - 16.0
-    found = symmetric_top._slope(0.25, y.sum(), (x * y).sum(), (y * y).sum(), 32)
-    (slope, _), covariance = np.polyfit(k, 0.25 * k + y, 1, cov=True)
-    np.testing.assert_allclose(found, (slope, np.sqrt(covariance[0, 0])), rtol=1e-10)
+    intervals, W = 32, symmetric_top.W
+    k = np.arange(intervals + 1.0)
+    angles = rng.uniform(-0.4, 0.4, (2, W, 1)) * k + rng.normal(0, 1e-2, (2, W, k.size))
+    S = np.zeros(symmetric_top.ROWS * W)
+    rows = ((symmetric_top.B, symmetric_top.C), (symmetric_top.Q, symmetric_top.R))
+    before = ((symmetric_top.B1, symmetric_top.C1), (symmetric_top.Q1, symmetric_top.R1))
+    for number in range(intervals + 1):
+        for which in (0, 1):
+            for row, part in zip((before if number == 0 else rows)[which], (np.cos, np.sin), strict=True):
+                S[row : row + W] = 3.0 * part(angles[which, :, number])
+        if number:
+            symmetric_top._sample_angles(S, number, intervals)
+    sums = (("D", "SY", "SXY", "SYY"), ("F", "SZ", "SXZ", "SZZ"))
+    for which in (0, 1):
+        for lane in range(W):
+            found = symmetric_top._slope(*(S[getattr(symmetric_top, name) + lane] for name in sums[which]), intervals)
+            (slope, _), covariance = np.polyfit(k, angles[which, lane], 1, cov=True)
+            np.testing.assert_allclose(found, (slope, np.sqrt(covariance[0, 0])), rtol=1e-9)

@@ -1,5 +1,6 @@
 """What every system promises, each on a small definition of its own."""
 
+import pickle
 import subprocess
 import sys
 
@@ -48,6 +49,15 @@ def test_a_system_says_all_that_its_map_holds(name):
     assert ds.attrs["source"].endswith(system.method(definition))
 
 
+@pytest.mark.parametrize("name", catalogue.shipped())
+def test_a_definition_travels_between_processes(name):
+    definition = load(catalogue.shipped()[name])
+    twin = pickle.loads(pickle.dumps(definition))
+    assert twin == definition
+    assert hash(twin) == hash(definition)
+    assert (twin.name, twin.text) == (definition.name, definition.text)
+
+
 @every_system
 def test_shards_and_chunks_make_the_same_map_bit_for_bit(name, tmp_path):
     definition = small(name)
@@ -79,8 +89,8 @@ from sweeps import dataset, systems
 from sweeps.definition import load
 
 def compiled():
-    modules = [module for name, module in sys.modules.items() if name.startswith("kernels.")]
-    return {{(f.__module__, f.__name__): f.signatures for m in modules for f in vars(m).values() if hasattr(f, "py_func")}}
+    modules = [vars(m).values() for name, m in sys.modules.items() if name.startswith("kernels.")]
+    return {{(f.__module__, f.__name__): f.signatures for m in modules for f in m if hasattr(f, "py_func")}}
 
 systems.resolve({name!r}).compile()
 before = {{name: list(signatures) for name, signatures in compiled().items()}}
