@@ -16,13 +16,13 @@ omega lies on two fixed cones: the body cone about the figure axis, of half-angl
 (which is fixed in space), of half-angle |theta - gamma|. Seen from the body, L lies on a cone of half-angle gamma.
 
 *Measuring.* Two motions are integrated, each by the direct integrator (:func:`kernels.direct.step_10`): omega by
-Euler's equations, and L by its own, :math:`\dot L_a = (1/I_c - 1/I_b) L_b L_c` and cyclic. The integrator knows nothing
-of the above. In units of |omega3| and of I1 |omega3|, time in radians of spin, every spin rate takes the same work and gives
-the same bits. From sample to sample the transverse part turns by :math:`\delta_k`, with
-:math:`\tan(\delta_k/2) = (x_{k-1}\times x_k)/(x_{k-1}\cdot x_k + |x_{k-1}||x_k|)`; the rate is the least-squares slope
-of the angle :math:`\theta_k = \sum\delta` against time, its standard error the scatter about the line. Sums are taken
-of :math:`\theta_k - k\delta_1`, which keeps the digits of slow precession, and the spacing obeys
-:math:`\max(1, |r - 1|)\,h \le 1/2`, so no turn exceeds half a radian. Neither looks at Omega.
+Euler's equations, and L by its own, :math:`\dot L_a = (1/I_c - 1/I_b) L_b L_c` and cyclic. The integrator knows
+nothing of the above. In units of |omega3| and of I1 |omega3|, time in radians of spin, every spin rate takes the same
+work and gives the same bits. From sample to sample the transverse part turns by :math:`\delta_k`, with
+:math:`\tan(\delta_k/2) = (x_{k-1}\times x_k)/(x_{k-1}\cdot x_k + |x_{k-1}||x_k|)`; the rate is the least-squares
+slope of the angle :math:`\theta_k = \sum\delta` against time, its standard error the scatter about the line. Sums are
+taken of :math:`\theta_k - k\delta_1`, which keeps the digits of slow precession, and the spacing obeys :math:`\max(1,
+|r - 1|)\,h \le 1/2`, so no turn exceeds half a radian. Neither looks at Omega.
 
 *Resolution.* Each step rounds the state by half a unit in the last place, so turning below
 :math:`2\epsilon/h_\text{step}` radians per radian of spin can be rounding alone: it is reported as none.
@@ -244,8 +244,9 @@ def _advance_momentum(S, steps):
 
 
 @njit(**OPTIONS)
-def _sample_angles(S, x, first):
-    """Add one sample to the sums of both angles; x is the sample's number less the middle one's."""
+def _sample_angles(S, k, intervals):
+    """Add sample k (1 to intervals) to the sums of both angles; numbers count from the middle of the run."""
+    x, first = k - 0.5 * intervals, k == 1
     for lane in range(W):
         b, c, q, r = S[B + lane], S[C + lane], S[Q + lane], S[R + lane]
         delta = turn(S[B1 + lane], S[C1 + lane], b, c)
@@ -355,7 +356,7 @@ def _run_blocks(ratio, omega3, tangent, spacings, steps, order, starts, interval
         for k in range(1, intervals + 1):
             _advance_omega(S, n)
             _advance_momentum(S, n)
-            _sample_angles(S, k - 0.5 * intervals, k == 1)
+            _sample_angles(S, k, intervals)
             _sample_state(S)
         _halve(S, n)
         for lane in range(count):

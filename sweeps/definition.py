@@ -112,6 +112,10 @@ class Definition(Strict):
         """The YAML as run: the file's own text, or the mapping written as YAML."""
         return self._text
 
+    def __reduce__(self):
+        """Travels between processes as its text: the models of a system need not be importable by name."""
+        return _from_text, (self._text, self._name)
+
 
 def load(source: str | Path | Mapping, name: str | None = None) -> Definition:
     """The validated definition of a sweep.
@@ -171,6 +175,10 @@ def _validated(text: str | None, values: dict, name: str) -> Definition:
     definition._name = name
     definition._text = as_yaml(values) if text is None else text
     return definition
+
+
+def _from_text(text: str, name: str) -> Definition:
+    return _validated(text, plain(read_text(text)), name)
 
 
 def _system(name: Any) -> systems.System:

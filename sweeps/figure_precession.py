@@ -11,7 +11,7 @@ from sweeps import figure_style as style
 from sweeps.systems.symmetric_top import STATUSES
 
 MOST = {"ratio": 160, "omega3": 12, "half_angle": 90}  # values a dimension that are drawn
-RATIO_BAR, NEAR_SPHERE = 1e-10, 1e-2  # what the measurement promises, relative, and how near a sphere no longer
+PROMISED, NEAR_SPHERE = 1e-10, 1e-2  # what the measurement promises, relative, and how near a sphere no longer
 LEAST_DRAWN = 1e-17
 PROLATE, OBLATE = style.UNSTABLE, style.STABLE
 
@@ -60,7 +60,8 @@ def _rates(ax: Axes, part: xr.Dataset) -> list:
         at = np.broadcast_to(ratio[chosen], rates[:, chosen].shape)
         unique = np.unique(np.column_stack([at.ravel(), rates[:, chosen].ravel().round(6)]), axis=0)
         ax.plot(*unique.T, color=color, gid="measured", **look)
-    handles = ax.plot(span, span - 1.0, color=style.INK, linewidth=0.9, gid="theory", label=r"$I_3/I_1 - 1$")
+    line = {"color": style.INK, "linewidth": 0.9, "gid": "theory", "label": r"closed form, $I_3/I_1 - 1$"}
+    handles = ax.plot(span, span - 1.0, **line)
     beyond = high > 2.0
     if beyond:
         look = {"facecolor": "none", "edgecolor": "#9a9da1", "hatch": "/////", "linewidth": 0}
@@ -70,7 +71,7 @@ def _rates(ax: Axes, part: xr.Dataset) -> list:
     ax.set_ylabel(r"measured precession rate $\Omega/\omega_3$  (dimensionless)")
     halo = {"transform": ax.transAxes, "path_effects": style.halo(), "fontweight": "bold"}
     if (ratio < 1.0).any():
-        ax.text(0.03, 0.30, "prolate:\nagainst the spin", color=PROLATE, va="bottom", **halo)
+        ax.text(0.03, 0.50, "prolate:\nagainst the spin", color=PROLATE, va="bottom", **halo)
     if (ratio > 1.0).any():
         ax.text(0.52, 0.93, "oblate:\nwith the spin", color=OBLATE, va="top", ha="right", **halo)
     return handles
@@ -88,9 +89,11 @@ def _deviations(ax: Axes, part: xr.Dataset) -> list:
     handles = []
     if known.any():
         worst = np.nanmax(drawn[known], axis=1)
-        handles += ax.plot(angle[known], worst, color=style.INK, linewidth=1.4, gid="worst", label="largest")
-    bar = ax.axhline(RATIO_BAR, color=style.UNSTABLE, linewidth=1.0, linestyle=(0, (4, 2)), gid="bar")
-    handles.append(Line2D([], [], color=bar.get_color(), linestyle=bar.get_linestyle(), label="promised"))
+        line = {"color": style.INK, "linewidth": 1.4, "gid": "worst"}
+        handles += ax.plot(angle[known], worst, label="largest deviation at each half-angle", **line)
+    dashes = {"color": style.UNSTABLE, "linewidth": 1.0, "linestyle": (0, (4, 2))}
+    ax.axhline(PROMISED, gid="promised", **dashes)
+    handles.append(Line2D([], [], label=f"promised: {style.number(PROMISED)}", **dashes))
     ax.set(yscale="log", ylim=(LEAST_DRAWN / 2, 1e-8), xlim=(0, 90), xticks=range(0, 91, 15))
     ticks = 10.0 ** np.arange(-16, -7, 2)
     ax.set_yticks([LEAST_DRAWN, *ticks], ["0", *(style.power(round(np.log10(t))) for t in ticks)])

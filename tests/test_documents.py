@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from sweeps.systems import rigid_body
+from sweeps.systems import rigid_body, symmetric_top
 
 ROOT = Path(__file__).parents[1]
 
@@ -22,6 +22,8 @@ def table(marker):
         ("variables", rigid_body.VARIABLES),
         ("certificate", rigid_body.CERTIFICATE),
         ("flips", rigid_body.FLIPS),
+        ("symmetric top, coordinates", symmetric_top.COORDINATES),
+        ("symmetric top, variables", symmetric_top.VARIABLES),
     ],
 )
 def test_data_contract_for_readers_is_the_table_of_the_code(marker, truth):

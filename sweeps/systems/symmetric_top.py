@@ -75,7 +75,7 @@ VARIABLES = table(
         "coplanarity",
         "1",
         "how far the angular momentum leaves the plane of angular velocity and figure axis",
-        comment="largest |(L x omega) . e3|/(|L| |omega|) in the run, L and omega each from a motion of its own",
+        comment="largest abs((L x omega) . e3)/(abs(L) abs(omega)) in the run, each vector from a motion of its own",
     ),
     Variable(
         "energy_drift",
