@@ -393,7 +393,7 @@ def test_quantities_at_the_edge_are_allowed(name, value):
         ({"title": ""}, "title: '' is empty"),
         ({"title": "a\x1b[31mb"}, "title: 'a\\x1b[31mb' is empty, too long or not printable"),
         ({"title": "x" * 201}, "title: '" + "x" * 58 + "… is empty, too long"),
-        ({"system": "symmetric_topp"}, "system: 'symmetric_topp' is not available (did you mean symmetric_top?); allow"),
+        ({"system": "symmetric_topp"}, "system: 'symmetric_topp' is not available (did you mean symmetric_top?)"),
         ({"system": ["rigid_body"]}, "system: ['rigid_body'] is not available"),
         ({"axes": []}, "axes: [] is empty"),
         ({"axes": 2}, "axes: 2 is not a list"),
