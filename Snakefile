@@ -97,7 +97,7 @@ rule merge:
         "results/{sweep}/logs/merge.log",
     benchmark:
         "results/{sweep}/benchmarks/merge.tsv"
-    threads: 1
+    threads: 2
     resources:
         mem_mb=1000,
     params:
@@ -107,7 +107,8 @@ rule merge:
     message:
         "Merging the shards of {wildcards.sweep} into its map"
     shell:
-        "python -m sweeps merge {input.definition:q} {input.shards:q} --output {output:q} > {log:q} 2>&1"
+        "python -m sweeps merge {input.definition:q} {input.shards:q}"
+        " --threads {threads} --output {output:q} > {log:q} 2>&1"
 
 
 rule figures:

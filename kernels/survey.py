@@ -14,7 +14,7 @@ import math
 import numpy as np
 from numba import njit
 
-from kernels import direct, exact, flips, lanes, linear, measure, rigid_body
+from kernels import collapse, direct, exact, flips, lanes, linear, measure, rigid_body
 from kernels.lanes import W
 from kernels.rigid_body import OPTIONS
 
@@ -44,6 +44,21 @@ MEASURED = (
     "propagation_error",
 )
 INTEGERS = {"regime": np.int8, "samples_used": np.int32, "steps_per_sample": np.int32, "status": np.int8}
+# powers of the spin rate in the units of columns, for those that have units
+POWERS = {
+    "omega_squared": 2,
+    "omega_squared_stderr": 2,
+    "growth_rate": 1,
+    "growth_rate_stderr": 1,
+    "frequency": 1,
+    "frequency_stderr": 1,
+    "growth_rate_logslope": 1,
+    "euler_period": -1,
+    "window_end": -1,
+    "flip_period": -1,
+    "flip_period_exact": -1,
+    "frequency_exact": 1,
+}
 DRIFTS = ("energy_drift", "momentum_drift", "perturbation_drift")
 LOGGED = ("growth_rate_logslope", "e_folds")
 
@@ -330,6 +345,38 @@ def theory(points):
     }
 
 
-def survey(points, *settings, **options):
-    """All columns of points: :func:`theory` beside :func:`measured`, which does not know it."""
-    return theory(points) | measured(points, *settings, **options)
+def motions(points):
+    """Number of distinct motions among points: see :mod:`kernels.collapse`."""
+    first = collapse.representatives(*_point_arrays(points))
+    return int(np.count_nonzero(first == np.arange(first.size)))
+
+
+def collapsed(points, *settings, **options):
+    """The columns of :func:`measured`, each distinct motion integrated once and expanded to all its points.
+
+    Takes the arguments of :func:`measured`. Spin rates are exact units of time: points that differ in them alone have
+    the very bits of :func:`measured`. Moments in another unit agree to rounding.
+    """
+    names = ("I1", "I2", "I3", "axis", "omega0", "epsilon", "phase")
+    arrays = _point_arrays(points)
+    first = collapse.representatives(*arrays)
+    own = np.flatnonzero(first == np.arange(first.size))
+    place = np.empty(first.size, dtype=np.int64)
+    place[own] = np.arange(own.size)
+    chosen = {name: array[own] for name, array in zip(names, arrays, strict=True)}
+    columns = measured(chosen | {"omega0": np.sign(chosen["omega0"])}, *settings, **options)
+    at, spin = place[first], np.abs(arrays[4])
+    return {name: _in_units(column[at], spin, POWERS.get(name, 0)) for name, column in columns.items()}
+
+
+def _in_units(values, spin, power):
+    """Values in units of the spin, turned into units of s by as many factors as :func:`measured` uses."""
+    for _ in range(abs(power)):
+        values = values * spin if power > 0 else values / spin
+    return values
+
+
+def survey(points, *settings, collapse=False, **options):
+    """All columns of points: :func:`theory` beside :func:`measured` (or :func:`collapsed`), which does not know it."""
+    measure = collapsed if collapse else measured
+    return theory(points) | measure(points, *settings, **options)

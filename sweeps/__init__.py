@@ -24,12 +24,12 @@ def survey(definition, *, chunks=None, threads: int = 1):
     """
     from collections.abc import Mapping
 
-    from sweeps import catalogue, dataset, storage
+    from sweeps import catalogue, content, dataset
     from sweeps.definition import load
 
     source = definition if isinstance(definition, Mapping) else catalogue.resolve(str(definition))
     ds = dataset.survey_grid(load(source), chunks, threads)
-    return ds if chunks is not None else ds.assign_attrs(content_hash=storage.content_hash(ds))
+    return ds if chunks is not None else ds.assign_attrs(content_hash=content.content_hash(ds))
 
 
 def open_map(path, **options):

@@ -78,6 +78,7 @@ def _add_merge(commands):
     command = _command(commands, "merge", "merge all shards of a sweep into its map", _merge)
     command.add_argument("shards", nargs="+", metavar="SHARD", help="the files that `shard` wrote, in any order")
     command.add_argument("-o", "--output", metavar="FILE", required=True, help="the map to write")
+    command.add_argument("--threads", type=int, default=1, metavar="T", help="threads (default 1); change no result")
 
 
 def _add_figures(commands):
@@ -132,18 +133,18 @@ def _shard(args):
     if args.threads < 1:
         raise DefinitionError(f"--threads: {args.threads} is out of range; allowed: 1 or more")
 
-    from sweeps import progress, storage
+    from sweeps import progress, shards
 
     start, stop = Grid(planned.definition).shard_bounds(args.count)[args.number - 1]
     with progress.points(stop - start, f"shard {args.number} of {args.count}") as advance:
-        storage.write_shard(planned.definition, args.number, args.count, args.output, args.threads, advance)
+        shards.write_shard(planned.definition, args.number, args.count, args.output, args.threads, advance)
 
 
 def _merge(args):
     from sweeps import catalogue, storage
 
     planned = catalogue.plan(catalogue.resolve(args.definition))
-    print(f"content_hash {storage.merge(planned.definition, args.shards, args.output)}")
+    print(f"content_hash {storage.merge(planned.definition, args.shards, args.output, args.threads)}")
 
 
 def _figures(args):

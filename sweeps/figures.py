@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from sweeps import systems
 from sweeps.figure_style import STYLE
-from sweeps.storage import replaced
+from sweeps.files import replaced
 
 
 def pictures(ds: xr.Dataset) -> dict[str, Callable[[], Figure | None]]:

@@ -1,15 +1,14 @@
-"""netCDF in and out: encoding, write-then-rename, merge in bounded memory, content hash.
+"""Maps in and out: encoding, merge in bounded memory, checks that say what is wrong.
 
-A file is written under a temporary name beside its place, flushed to the disk and renamed: a reader never sees half a
-file, and a killed writer leaves the old one.
+Doubles are stored as they are: their digits do not compress. Diagnostics, counts and flags are deflated, which every
+netCDF reader opens.
 """
 
-import errno
-import hashlib
-import os
-import tempfile
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+import re
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -17,190 +16,31 @@ import netCDF4
 import numpy as np
 import xarray as xr
 
-from kernels.fingerprint import fingerprint
 from sweeps import dataset, systems
+from sweeps.content import ContentHash, content_hash
 from sweeps.definition import Definition
+from sweeps.files import replaced
 from sweeps.grid import Grid
+from sweeps.reading import plain, read_text
+from sweeps.refusals import UnreadableError
+from sweeps.shards import DamagedError, MapError, Shard, write_shard
 from sweeps.variables import Variable
 
-BLOCK_POINTS = 2**16
 CHUNK_POINTS = 2**16
 DEFLATE = {"compression": "zlib", "complevel": 1, "shuffle": True}
 
 
-class MapError(ValueError):
-    """What is wrong with a file that should be a map or a shard; `str()` is the message for a person."""
-
-
-@contextmanager
-def replaced(path: str | Path) -> Iterator[Path]:
-    """Gives a temporary path beside `path`; once the block has ended well, what it wrote takes that place.
-
-    The content reaches the disk before the name does. Where the block fails, the temporary file is removed and
-    whatever stood at `path` is as it was.
-    """
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
-    os.close(handle)
-    temporary = Path(name)
-    try:
-        yield temporary
-        _flush(temporary)
-        temporary.chmod(0o666 & ~_umask())
-        temporary.replace(path)
-        _flush(path.parent)
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
-
-
-def _flush(path: Path) -> None:
-    """Forces a file's (or a folder's) content to the disk, where the system can."""
-    try:
-        handle = os.open(path, os.O_RDONLY)
-    except OSError:  # folders cannot be opened on every system
-        return
-    try:
-        os.fsync(handle)
-    except OSError as error:
-        if error.errno not in (errno.EBADF, errno.EINVAL, errno.ENOTSUP):  # a full or failing disk must be heard
-            raise
-    finally:
-        os.close(handle)
-
-
-# ---------------------------------------------------------------------------------------------------------
-# Content hash
-
-
-class ContentHash:
-    """SHA-256 of what a Dataset holds: names, dimensions, types and values; no attribute, no encoding.
-
-    Each variable has a hash of its own over its bytes in C order (little-endian; text as UTF-8, each item ended by a
-    zero byte). The content hash runs over name, dimensions, type and that hash of each variable and coordinate, in
-    the order of names.
-    """
-
-    def __init__(self):
-        self._heads, self._bodies = {}, {}
-
-    def declare(self, name: str, dims: Sequence[str], shape: Sequence[int], dtype) -> None:
-        """Announce a variable before its values."""
-        kind = "str" if np.dtype(dtype).kind in "UOST" else np.dtype(dtype).newbyteorder("<").str
-        self._heads[name] = f"{name}\0{','.join(f'{d}={n}' for d, n in zip(dims, shape, strict=True))}\0{kind}\0"
-        self._bodies[name] = hashlib.sha256()
-
-    def update(self, name: str, values: np.ndarray) -> None:
-        """Add the next values of a variable, in C order."""
-        self._bodies[name].update(_bytes(values))
-
-    def hexdigest(self) -> str:
-        """The content hash, 64 hexadecimal digits."""
-        total = hashlib.sha256()
-        for name in sorted(self._heads):
-            total.update(self._heads[name].encode() + self._bodies[name].digest())
-        return total.hexdigest()
-
-
-def _bytes(values: np.ndarray) -> bytes | memoryview:
-    values = np.asarray(values)
-    if values.dtype.kind in "UOST":
-        return b"".join(str(item).encode() + b"\0" for item in values.reshape(-1))
-    values = np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("<"))
-    return values.reshape(-1).view(np.uint8).data
-
-
-def content_hash(ds: xr.Dataset) -> str:
-    """Content hash of a Dataset (see `ContentHash`); lazy variables are computed one at a time."""
-    digest = ContentHash()
-    for name, variable in ds.variables.items():
-        digest.declare(name, variable.dims, variable.shape, variable.dtype)
-        digest.update(name, variable.values)
-    return digest.hexdigest()
-
-
-# ---------------------------------------------------------------------------------------------------------
-# Shards
-
-
-def write_shard(
-    definition: Definition,
-    number: int,
-    count: int,
-    path: str | Path,
-    threads: int = 1,
-    progress: Callable[[int], None] = lambda points: None,
-) -> None:
-    """Measures shard `number` (from 1) of `count` and writes it to `path`, block by block.
-
-    Args:
-        definition: the sweep.
-        number: which shard, 1 to count.
-        count: into how many the sweep is cut; it changes no value.
-        path: the file to write.
-        threads: threads for the kernel.
-        progress: called with the number of points after each block.
-    """
-    grid = Grid(definition)
-    start, stop = grid.shard_bounds(count)[number - 1]
-    with replaced(path) as temporary, netCDF4.Dataset(temporary, "w", format="NETCDF4") as file:
-        file.createDimension("point", stop - start)
-        for variable in _variables(definition).values():
-            file.createVariable(variable.name, variable.dtype, ("point",), fill_value=False)
-        file.setncatts(_shard_attributes(definition, start, stop))
-        for low in range(start, stop, BLOCK_POINTS):
-            high = min(low + BLOCK_POINTS, stop)
-            points = dataset.point_coordinates(grid, low, high)
-            block = dataset.evaluate(points, definition, threads)
-            for name, values in block.data_vars.items():
-                file[name][low - start : high - start] = values.values
-            progress(high - low)
-
-
-def _variables(definition: Definition) -> dict[str, Variable]:
-    return systems.resolve(definition.system).variables(definition)
-
-
-def _shard_attributes(definition: Definition, start: int, stop: int) -> dict:
-    return {
-        "first_point": str(start),  # as text: a grid may have more points than an attribute's integer
-        "point_after_last": str(stop),
-        "definition": definition.text,
-        "kernel_fingerprint": fingerprint(),
-    }
-
-
-def _open_shard(path: str | Path, definition: Definition) -> xr.Dataset:
-    shard = _open(path)
-    wanted = {"definition": definition.text, "kernel_fingerprint": fingerprint()}
-    for name, value in wanted.items():
-        if shard.attrs.get(name) != value:
-            shard.close()
-            raise MapError(f"{path}: {name}: is not that of this sweep; allowed: shards of this definition and kernels")
-    for name in ("first_point", "point_after_last", *_variables(definition)):
-        if name not in shard.attrs and name not in shard.variables:
-            shard.close()
-            raise MapError(f"{path}: {name}: is missing; allowed: a file of `python -m sweeps shard`")
-    return shard
-
-
-# ---------------------------------------------------------------------------------------------------------
-# Maps
-
-
-def merge(definition: Definition, shards: Iterable[str | Path], path: str | Path) -> str:
+def merge(definition: Definition, shards: Iterable[str | Path], path: str | Path, threads: int = 1) -> str:
     """Writes the map of a definition from its shards, a block of points at a time.
 
+    A shard that was cut short or changed on the disk is measured again, where its name says which it is
+    (`2-of-7.nc`).
+
     Args:
         definition: the sweep.
-        shards: the files of :func:`write_shard`, in any order; together they hold each point once.
+        shards: the files of `sweeps.shards.write_shard`, in any order; together they hold each point once.
         path: the map to write.
+        threads: threads that hash while the map is written.
 
     Returns:
         The map's content hash.
@@ -208,39 +48,59 @@ def merge(definition: Definition, shards: Iterable[str | Path], path: str | Path
     Raises:
         MapError: for a file that is no shard of this sweep, and for points that are missing or given twice.
     """
+    shards = [Path(shard) for shard in shards]
+    for _ in range(len(shards) + 1):
+        try:
+            return _merge_once(definition, shards, path, threads)
+        except DamagedError as damaged:
+            position = re.fullmatch(r"(\d+)-of-(\d+)\.nc", damaged.path.name)
+            if not position:
+                raise
+            print(f"{damaged}: measured again", file=sys.stderr)
+            write_shard(definition, *map(int, position.groups()), damaged.path, threads)
+    raise MapError(f"{path}: shards are damaged faster than they can be measured; allowed: a disk that keeps them")
+
+
+def _merge_once(definition: Definition, paths: Sequence[Path], path: str | Path, threads: int) -> str:
     grid = Grid(definition)
-    opened = []
-    try:
+    with ExitStack() as stack:
+        shards = [stack.enter_context(Shard(shard, definition)) for shard in paths]
+        shards.sort(key=lambda shard: shard.first)
+        _check_coverage(shards, grid)
+        temporary = stack.enter_context(replaced(path))
+        file = stack.enter_context(netCDF4.Dataset(temporary, "w", format="NETCDF4"))
+        pool = stack.enter_context(ThreadPoolExecutor(threads))
+        digest = _create_map(file, definition, grid)
         for shard in shards:
-            opened.append(_open_shard(shard, definition))
-        opened.sort(key=lambda shard: int(shard.attrs["first_point"]))
-        _check_coverage(opened, grid)
-        with replaced(path) as temporary, netCDF4.Dataset(temporary, "w", format="NETCDF4") as file:
-            digest = _create_map(file, definition, grid)
-            for shard in opened:
-                _copy(shard, file, grid, digest)
-            file.content_hash = digest.hexdigest()
-    finally:
-        for shard in opened:
-            shard.close()
+            for low, columns in shard.blocks():
+                hashing = [pool.submit(digest.update, name, columns[name]) for name in columns]
+                _place(file, grid, low, columns)
+                for done in hashing:
+                    done.result()
+        file.motions_integrated = str(sum(shard.motions for shard in shards))
+        file.content_hash = digest.hexdigest()
     return digest.hexdigest()
 
 
-def _check_coverage(shards: list[xr.Dataset], grid: Grid) -> None:
+def _check_coverage(shards: Sequence[Shard], grid: Grid) -> None:
     after = 0
     for shard in shards:
-        first = int(shard.attrs["first_point"])
-        if first != after:
-            what = "missing" if first > after else "given twice"
-            low, high = sorted((first, after))
+        if shard.first != after:
+            what = "missing" if shard.first > after else "given twice"
+            low, high = sorted((shard.first, after))
             raise MapError(f"shards: points {low} to {high - 1} are {what}; allowed: each point once")
-        after = int(shard.attrs["point_after_last"])
+        after = shard.after
     if after != grid.size:
         raise MapError(f"shards: points {after} to {grid.size - 1} are missing; allowed: each point once")
 
 
+def _variables(definition: Definition) -> dict[str, Variable]:
+    return systems.resolve(definition.system).variables(definition)
+
+
 def _create_map(file: netCDF4.Dataset, definition: Definition, grid: Grid) -> ContentHash:
     """Define the dimensions, variables and attributes of a map, and write its coordinates."""
+    file.set_auto_maskandscale(False)
     digest = ContentHash()
     for dim, size in zip(grid.dims, grid.shape, strict=True):
         file.createDimension(dim, size)
@@ -254,9 +114,10 @@ def _create_map(file: netCDF4.Dataset, definition: Definition, grid: Grid) -> Co
         digest.update(name, values)
     beside = " ".join(sorted(grid.auxiliary))
     for spec in _variables(definition).values():
-        fill = np.nan if spec.dtype == "f8" else False
+        fill = np.nan if spec.missing_is_nan else False
+        packing = {} if spec.dtype == "f8" else DEFLATE
         variable = file.createVariable(
-            spec.name, spec.dtype, grid.dims, fill_value=fill, chunksizes=chunk_shape(grid.shape), **DEFLATE
+            spec.name, spec.dtype, grid.dims, fill_value=fill, chunksizes=chunk_shape(grid.shape), **packing
         )
         variable.setncatts(spec.attributes | ({"coordinates": beside} if beside else {}))
         digest.declare(spec.name, grid.dims, grid.shape, spec.dtype)
@@ -274,19 +135,13 @@ def chunk_shape(shape: Sequence[int]) -> tuple[int, ...]:
     return tuple(reversed(chunk))
 
 
-def _copy(shard: xr.Dataset, file: netCDF4.Dataset, grid: Grid, digest: ContentHash) -> None:
-    """Copy a shard's points into the map, a block at a time."""
-    first, after = int(shard.attrs["first_point"]), int(shard.attrs["point_after_last"])
-    for low in range(first, after, BLOCK_POINTS):
-        high = min(low + BLOCK_POINTS, after)
-        block = shard.isel(point=slice(low - first, high - first)).load()
-        boxes = grid.hyperslabs(low, high)
-        for name in _variables(grid.definition):
-            values = block[name].values
-            digest.update(name, values)
-            for slices, begin, end in boxes:
-                box = values[begin - low : end - low]
-                file[name][slices] = box.reshape([s.stop - s.start for s in slices])
+def _place(file: netCDF4.Dataset, grid: Grid, low: int, columns: Mapping[str, np.ndarray]) -> None:
+    """Write a run of points that begins with number `low` to where it belongs in the map."""
+    size = next(iter(columns.values())).size
+    for slices, begin, end in grid.hyperslabs(low, low + size):
+        shape = [s.stop - s.start for s in slices]
+        for name, values in columns.items():
+            file[name][slices] = values[begin - low : end - low].reshape(shape)
 
 
 def _history() -> str:
@@ -296,14 +151,13 @@ def _history() -> str:
 def write_map(ds: xr.Dataset, path: str | Path) -> str:
     """Writes a Dataset from `sweeps.survey` as a map, and returns its content hash; lazy ones are computed twice."""
     digest = content_hash(ds)
-    encoding = {
-        name: {"zlib": True, "complevel": DEFLATE["complevel"], "shuffle": True, "chunksizes": chunk_shape(v.shape)}
-        for name, v in ds.data_vars.items()
-    }
-    for name, variable in ds.variables.items():
-        encoding.setdefault(name, {})["_FillValue"] = (
-            np.nan if name in ds.data_vars and variable.dtype == "f8" else None
-        )
+    encoding = {name: {"_FillValue": None} for name in ds.coords}
+    for name, variable in ds.data_vars.items():
+        encoding[name] = {"chunksizes": chunk_shape(variable.shape), "_FillValue": None}
+        if variable.dtype.kind == "f":
+            encoding[name]["_FillValue"] = np.nan
+        if variable.dtype != np.float64:
+            encoding[name] |= {"zlib": True, "complevel": DEFLATE["complevel"], "shuffle": True}
     with replaced(path) as temporary:
         ds.assign_attrs(history=_history(), content_hash=digest).to_netcdf(
             temporary, engine="netcdf4", format="NETCDF4", encoding=encoding
@@ -318,6 +172,15 @@ def _open(path: str | Path, **options) -> xr.Dataset:
         return xr.open_dataset(path, engine="netcdf4", decode_times=False, **options)
     except (OSError, ValueError, KeyError, RuntimeError) as error:
         raise MapError(f"{path}: cannot be read as netCDF ({error}); allowed: a file that Polhode wrote") from None
+
+
+def _promised(ds: xr.Dataset) -> set[str]:
+    """Variables that a map's own definition chose; none where it chose none."""
+    try:
+        values = plain(read_text(str(ds.attrs.get("definition", ""))))
+        return set(map(str, values["integration"]["variables"]))
+    except (UnreadableError, KeyError, TypeError):
+        return set()
 
 
 def open_map(path: str | Path, **options) -> xr.Dataset:
@@ -343,7 +206,7 @@ def open_map(path: str | Path, **options) -> xr.Dataset:
     if name not in systems.names():
         ds.close()
         raise MapError(f"{path}: system: {name!r} is not available; allowed: {', '.join(systems.names())}")
-    missing = sorted(set(systems.resolve(name).variables()) - set(ds.variables))
+    missing = sorted((_promised(ds) or set(systems.resolve(name).variables())) - set(ds.variables))
     if missing:
         ds.close()
         raise MapError(f"{path}: {missing[0]}: is missing ({len(missing)} in all); allowed: every variable of a map")

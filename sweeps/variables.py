@@ -13,7 +13,8 @@ class Variable:
         name: its name in the file, public contract.
         units: UDUNITS text; None for flags.
         long_name: what it means, one line, on axes and in `ncdump -h`.
-        dtype: NumPy type in memory and on disk; NaN marks a missing float.
+        dtype: NumPy type in memory and on disk; NaN marks a missing float. What has a unit of time or is compared
+            with theory is f8; dimensionless diagnostics are f4.
         flags: meanings of the whole numbers from `first_flag` on, for a flag variable.
         comment: what a reader should know beyond the long name.
         first_flag: number of the first meaning.
@@ -26,6 +27,11 @@ class Variable:
     flags: tuple[str, ...] = ()
     comment: str = ""
     first_flag: int = 0
+
+    @property
+    def missing_is_nan(self) -> bool:
+        """Whether the variable is a floating-point number, so that NaN can mark what is missing."""
+        return np.dtype(self.dtype).kind == "f"
 
     @property
     def attributes(self) -> dict:

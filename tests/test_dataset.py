@@ -5,7 +5,7 @@ import xarray as xr
 
 import sweeps
 from kernels import survey as kernel
-from sweeps import catalogue, dataset, storage
+from sweeps import catalogue, content, dataset
 from sweeps.definition import load
 from sweeps.grid import Grid
 from sweeps.systems import rigid_body
@@ -156,7 +156,7 @@ def test_lazy_equals_eager_bit_for_bit(tiny, chunks):
     assert all(dask.is_dask_collection(lazy[name].data) for name in lazy.data_vars)
     assert "content_hash" not in lazy.attrs
     with dask.config.set(scheduler="threads", num_workers=2):
-        assert storage.content_hash(lazy) == tiny.attrs["content_hash"]
+        assert content.content_hash(lazy) == tiny.attrs["content_hash"]
         assert_same_bits(lazy.compute(), tiny)
 
 

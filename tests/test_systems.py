@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import sweeps
-from sweeps import catalogue, dataset, storage, systems
+from sweeps import catalogue, content, dataset, shards, storage, systems
 from sweeps.definition import Definition, load
 from sweeps.grid import Grid
 from sweeps.refusals import DefinitionError
@@ -61,14 +61,14 @@ def test_a_definition_travels_between_processes(name):
 @every_system
 def test_shards_and_chunks_make_the_same_map_bit_for_bit(name, tmp_path):
     definition = small(name)
-    whole = storage.content_hash(dataset.survey_grid(definition))
+    whole = content.content_hash(dataset.survey_grid(definition))
     paths = [tmp_path / f"{number}.nc" for number in (1, 2, 3)]
     for number, path in enumerate(paths, 1):
-        storage.write_shard(definition, number, 3, path, threads=2)
+        shards.write_shard(definition, number, 3, path, threads=2)
     assert storage.merge(definition, paths, tmp_path / "map.nc") == whole
     with sweeps.open_map(tmp_path / "map.nc") as ds:
-        assert storage.content_hash(ds) == whole
-    assert storage.content_hash(dataset.survey_grid(definition, chunks=5)) == whole
+        assert content.content_hash(ds) == whole
+    assert content.content_hash(dataset.survey_grid(definition, chunks=5)) == whole
 
 
 @every_system

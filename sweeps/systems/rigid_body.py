@@ -9,7 +9,7 @@ from pydantic import AfterValidator, Field, model_validator
 from sweeps import parameters
 from sweeps.definition import Definition, Integration
 from sweeps.parameters import Parameter, Quantity, Range, grid_model, spread
-from sweeps.refusals import Problem, description_of, display, keys_of, refusals
+from sweeps.refusals import Problem, description_of, display, hint, keys_of, refusals
 from sweeps.systems.system import System
 from sweeps.values import (
     MIN_SPIN_RATE,
@@ -42,6 +42,7 @@ REGIMES = ("undetermined", "stable_minor", "stable_major", "unstable", "marginal
 SHAPES = ("asymmetric", "oblate", "prolate", "sphere")
 STATUSES = ("ok", "short_window", "not_converged", "non_finite")
 
+COMPARED = 32  # points of a block that a collapsed sweep also integrates as themselves
 LEAST_NUDGES = 6  # the picture of a power law in epsilon wants that many
 
 # ---------------------------------------------------------------------------------------------------------
@@ -76,12 +77,12 @@ VARIABLES = table(
         "growth rate by the slope of the logarithm of the transverse size",
         comment="missing where its window (2 to 1000 times the start, below 0.01 omega0) holds under two e-folds",
     ),
-    Variable("e_folds", "1", "e-folds of growth inside the window of the log slope"),
+    Variable("e_folds", "1", "e-folds of growth inside the window of the log slope", "f4"),
     Variable("euler_period", "s", "period of the nudge's turn about the spin axis, measured; missing where not stable"),
     Variable("regime_theory", None, "regime, linear theory", "i1", REGIMES[1:]),
     Variable("regime", None, "regime, measured", "i1", REGIMES, first_flag=-1),
     Variable("shape", None, "kind of body by its moments", "i1", SHAPES),
-    Variable("growing_fraction", "1", "share of the start that lies on the growing mode"),
+    Variable("growing_fraction", "1", "share of the start that lies on the growing mode", "f4"),
     Variable("samples_used", "1", "number of samples inside the measurement window", "i4"),
     Variable("window_end", "s", "time of the last sample inside the measurement window"),
     Variable("steps_per_sample", "1", "integration steps between two samples", "i4"),
@@ -90,13 +91,15 @@ VARIABLES = table(
         "triangle_margin",
         "1",
         "least of (Ib + Ic - Ia)/(I1 + I2 + I3) over the axes; negative where no body can exist",
+        "f4",
     ),
-    Variable("energy_drift", "1", "largest relative change of twice the kinetic energy"),
-    Variable("momentum_drift", "1", "largest relative change of the squared angular momentum"),
+    Variable("energy_drift", "1", "largest relative change of twice the kinetic energy", "f4"),
+    Variable("momentum_drift", "1", "largest relative change of the squared angular momentum", "f4"),
     Variable(
         "perturbation_drift",
         "1",
         "largest change of the perturbation's own invariant, relative to its absolute terms",
+        "f4",
         comment="Ib (Ib - Ia) wb^2 + Ic (Ic - Ia) wc^2, which sees errors that energy and momentum do not",
     ),
 )
@@ -106,6 +109,7 @@ CERTIFICATE = table(
         "propagation_error",
         "1",
         "largest distance of the direct solution from the exact one, relative to the largest transverse size so far",
+        "f4",
         comment="the certificate: over the samples used, across the spin axis, by an exact step that shares no code "
         "with the direct integrator",
     )
@@ -250,11 +254,44 @@ class RigidBodyIntegration(Integration):
         description="how the motion is computed: direct (step by step, each point certified by the closed form) or "
         "exact (the closed form's own step)",
     )
+    collapse: bool = Field(
+        False,
+        description="true or false: whether points that differ by units alone are integrated once and expanded",
+    )
+    variables: Annotated[tuple[str, ...], AfterValidator(not_empty), AfterValidator(different)] = Field(
+        None,
+        description="which variables to make: a list of names of a map's variables; left out, all of them",
+    )
     flips: bool = Field(
         False,
         description="true or false: whether to follow the motion on to its flips and its largest tilt, up to "
         "10,000 rotations each way",
     )
+
+    @property
+    def table(self) -> dict[str, Variable]:
+        """Name → variable of a map that is made so."""
+        chosen = self._possible
+        return chosen if self.variables is None else {name: chosen[name] for name in chosen if name in self.variables}
+
+    @property
+    def _possible(self) -> dict[str, Variable]:
+        certificate = CERTIFICATE if self.propagator == "direct" else {}
+        return VARIABLES | certificate | (FLIPS if self.flips else {})
+
+    @model_validator(mode="after")
+    def _check_variables(self) -> "RigidBodyIntegration":
+        names = self._possible
+        wrong = [
+            Problem(
+                ("variables", i), display(name), "is no variable of this sweep" + hint(name, names), ", ".join(names)
+            )
+            for i, name in enumerate(self.variables or ())
+            if name not in names
+        ]
+        if wrong:
+            raise refusals(wrong)
+        return self
 
 
 def _named_once(bodies: tuple["Body", ...]) -> tuple["Body", ...]:
@@ -370,16 +407,24 @@ class RigidBody(System):
         """Name → variable: the certificate where the integration is direct, the flips where they are asked for."""
         if definition is None:
             return VARIABLES
-        integration = definition.integration
-        certificate = CERTIFICATE if integration.propagator == "direct" else {}
-        return VARIABLES | certificate | (FLIPS if integration.flips else {})
+        return definition.integration.table
 
     def columns(self, points: Mapping[str, np.ndarray], integration: RigidBodyIntegration) -> dict[str, np.ndarray]:
         """Linear theory beside what is measured; see `kernels.survey`."""
         from kernels import survey
 
         settings = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
-        return survey.survey(points, *settings, propagator=integration.propagator, nonlinear=integration.flips)
+        options = {"propagator": integration.propagator, "nonlinear": integration.flips, "wanted": integration.table}
+        columns = survey.survey(points, *settings, collapse=integration.collapse, **options)
+        if integration.collapse and "omega_squared" in columns:
+            _compare_with_some_in_full(columns, points, settings, options)
+        return columns
+
+    def motions(self, points: Mapping[str, np.ndarray], integration: RigidBodyIntegration) -> int:
+        """Points, or with `collapse` the distinct motions among them."""
+        from kernels import survey
+
+        return survey.motions(points) if integration.collapse else super().motions(points, integration)
 
     def method(self, definition: RigidBodyDefinition) -> str:
         """How the motion was computed."""
@@ -406,6 +451,27 @@ class RigidBody(System):
         if ds.sizes.get("epsilon", 0) >= LEAST_NUDGES:
             found["breakdown"] = lambda: figure_breakdown.draw(ds)
         return found
+
+
+def _compare_with_some_in_full(columns, points, settings, options):
+    """Integrates a few points as themselves and holds the collapsed Ω² against theirs.
+
+    Raises:
+        ArithmeticError: where they differ by more than 1e-12 of ω0² (times the square of the moments' ratio, by which
+            the rounding of a needle's moments grows): the collapse is then wrong, and no map is written.
+    """
+    from kernels import survey
+
+    size = next(iter(points.values())).size
+    some = np.random.default_rng(size).integers(0, size, min(size, COMPARED))
+    chosen = {name: values[some] for name, values in points.items()}
+    full = survey.measured(chosen, *settings, **options | {"nonlinear": False, "wanted": {"omega_squared"}})
+    moments = np.stack([chosen[name] for name in MOMENTS])
+    allowed = 1e-12 * np.square(moments.max(axis=0) / moments.min(axis=0))
+    spin = np.abs(chosen["omega0"])
+    apart = np.abs(columns["omega_squared"][some] - full["omega_squared"]) / spin / spin
+    if not (apart <= allowed).all():
+        raise ArithmeticError(f"collapsed and integrated points differ by {(apart / allowed).max():.2g}e-12")
 
 
 SYSTEM = RigidBody()

@@ -67,6 +67,10 @@ class System(ABC):
             Each of :meth:`variables` → values, shape (n,); a value depends on its own point alone.
         """
 
+    def motions(self, points: Mapping[str, np.ndarray], integration: "Integration") -> int:
+        """How many motions :meth:`columns` integrates for these points."""
+        return next(iter(points.values())).size
+
     @abstractmethod
     def method(self, definition: "Definition") -> str:
         """How the motion was computed, for a map's `source`: "direct integration of Euler's equations"."""

@@ -1,0 +1,180 @@
+"""Shards: runs of a sweep's points, each measured and written as a whole file of plain, uncompressed columns.
+
+A shard says which points it holds, of which definition and which kernels, and a checksum of each column, so that what
+was cut short or changed on the disk is found before it reaches a map.
+"""
+
+import json
+import zlib
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+
+from kernels.fingerprint import fingerprint
+from sweeps import dataset, systems
+from sweeps.content import as_bytes
+from sweeps.definition import Definition
+from sweeps.files import replaced
+from sweeps.grid import Grid
+
+BLOCK_POINTS = 2**17
+
+
+class MapError(ValueError):
+    """What is wrong with a file that should be a map or a shard; `str()` is the message for a person."""
+
+
+class DamagedError(MapError):
+    """A shard that was cut short or changed on the disk.
+
+    Attributes:
+        path: the shard's file.
+    """
+
+    def __init__(self, path: str | Path, what: str):
+        super().__init__(f"{path}: {what}; allowed: a whole file of `python -m sweeps shard`")
+        self.path = Path(path)
+
+
+def write_shard(
+    definition: Definition,
+    number: int,
+    count: int,
+    path: str | Path,
+    threads: int = 1,
+    progress: Callable[[int], None] = lambda points: None,
+) -> None:
+    """Measures shard `number` (from 1) of `count` and writes it to `path`; one block is written as the next computes.
+
+    Args:
+        definition: the sweep.
+        number: which shard, 1 to count.
+        count: into how many the sweep is cut; it changes no value.
+        path: the file to write.
+        threads: threads for the kernel.
+        progress: called with the number of points after each block.
+    """
+    grid = Grid(definition)
+    start, stop = grid.shard_bounds(count)[number - 1]
+    checksums, motions = {}, 0
+    with replaced(path, flush=False) as temporary, netCDF4.Dataset(temporary, "w", format="NETCDF4") as file:
+        _create(file, definition, start, stop)
+        with ThreadPoolExecutor(1) as writer:
+            pending = None
+            for low in range(start, stop, BLOCK_POINTS):
+                columns, integrated = _measure(definition, grid, low, min(low + BLOCK_POINTS, stop), threads)
+                motions += integrated
+                if pending:
+                    progress(pending.result())
+                pending = writer.submit(_write, file, low - start, columns, checksums)
+            progress(pending.result())
+        file.checksums = json.dumps(checksums)
+        file.motions_integrated = str(motions)
+
+
+def _create(file: netCDF4.Dataset, definition: Definition, start: int, stop: int) -> None:
+    file.createDimension("point", stop - start)
+    for variable in systems.resolve(definition.system).variables(definition).values():
+        file.createVariable(variable.name, variable.dtype, ("point",), fill_value=False, contiguous=True)
+    file.setncatts(
+        {
+            "first_point": str(start),  # as text: a grid may have more points than an attribute's integer
+            "point_after_last": str(stop),
+            "definition": definition.text,
+            "kernel_fingerprint": fingerprint(),
+        }
+    )
+
+
+def _measure(definition: Definition, grid: Grid, low: int, high: int, threads: int) -> tuple[dict, int]:
+    points = dataset.point_coordinates(grid, low, high)
+    block = dataset.evaluate(points, definition, threads)
+    arrays = {name: array.values for name, array in points.items()}
+    motions = systems.resolve(definition.system).motions(arrays, definition.integration)
+    return {name: variable.values for name, variable in block.data_vars.items()}, motions
+
+
+def _write(file: netCDF4.Dataset, at: int, columns: Mapping[str, np.ndarray], checksums: dict[str, int]) -> int:
+    for name, values in columns.items():
+        file[name][at : at + values.size] = values
+        checksums[name] = zlib.crc32(as_bytes(values), checksums.get(name, 0))
+    return values.size
+
+
+class Shard:
+    """An open shard; use it as a context.
+
+    Attributes:
+        path: its file.
+        first: number of its first point.
+        after: number after its last point.
+        motions: how many motions were integrated for its points.
+    """
+
+    def __init__(self, path: str | Path, definition: Definition):
+        self.path = Path(path)
+        if not self.path.is_file():
+            raise MapError(f"{path}: there is no such file; allowed: a file of `python -m sweeps shard`")
+        try:
+            self._file = netCDF4.Dataset(self.path)
+        except (OSError, RuntimeError) as error:
+            raise DamagedError(path, f"cannot be read as netCDF ({error})") from None
+        self._file.set_auto_maskandscale(False)
+        try:
+            self._check(definition)
+        except MapError:
+            self.close()
+            raise
+
+    def _check(self, definition: Definition) -> None:
+        held = {name: self._file.getncattr(name) for name in self._file.ncattrs()}
+        wanted = {"definition": definition.text, "kernel_fingerprint": fingerprint()}
+        for name, value in wanted.items():
+            if name in held and held[name] != value:
+                allowed = "shards of this definition and kernels"
+                raise MapError(f"{self.path}: {name}: is not that of this sweep; allowed: {allowed}")
+        names = systems.resolve(definition.system).variables(definition)
+        needed = ("first_point", "point_after_last", "checksums", "motions_integrated", *wanted, *names)
+        missing = [name for name in needed if name not in held and name not in self._file.variables]
+        if missing:
+            raise DamagedError(self.path, f"{missing[0]}: is missing")
+        try:
+            self.first, self.after, self.motions = (int(held[n]) for n in (needed[0], needed[1], needed[3]))
+            self._checksums = json.loads(held["checksums"])
+        except ValueError:
+            raise DamagedError(self.path, "has attributes that are no numbers") from None
+        if any(self._file[name].shape != (self.after - self.first,) for name in names):
+            raise DamagedError(self.path, "holds another number of points than it says")
+
+    def blocks(self) -> Iterator[tuple[int, dict[str, np.ndarray]]]:
+        """(Number of the first point, columns) of one block of points after the other.
+
+        Raises:
+            DamagedError: after the last block, where a column's checksum is another.
+        """
+        found = {}
+        for low in range(self.first, self.after, BLOCK_POINTS):
+            at, end = low - self.first, min(low + BLOCK_POINTS, self.after) - self.first
+            try:
+                columns = {name: self._file[name][at:end] for name in self._file.variables}
+            except (OSError, RuntimeError) as error:
+                raise DamagedError(self.path, f"cannot be read ({error})") from None
+            for name, values in columns.items():
+                found[name] = zlib.crc32(as_bytes(values), found.get(name, 0))
+            yield low, columns
+        for name, checksum in found.items():
+            if checksum != self._checksums.get(name):
+                raise DamagedError(self.path, f"{name}: has another checksum than it was written with")
+
+    def close(self) -> None:
+        """Closes the file."""
+        self._file.close()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *failure):
+        self.close()
