@@ -46,7 +46,7 @@ def evaluate(coordinates: Mapping[str, xr.DataArray], definition: Definition, th
         output_dtypes=[np.dtype(variable.dtype) for variable in variables],
         keep_attrs=False,
     )
-    named = zip(variables, results, strict=True)
+    named = zip(variables, results if len(variables) > 1 else (results,), strict=True)
     return xr.Dataset(
         {v.name: (result.dims, result.data, v.attributes) for v, result in named},
         coords={name: array for name, array in _index_coordinates(arrays)},
@@ -73,10 +73,11 @@ def _columns(*arrays: np.ndarray, definition: Definition, threads: int) -> tuple
     bounds = list(pairwise(cuts))
     with ThreadPoolExecutor(threads) as pool:
         parts = list(pool.map(part, bounds)) if threads > 1 else [part(bounds[0])]
-    return tuple(
+    columns = tuple(
         np.concatenate([columns[name] for columns in parts]).astype(variable.dtype, copy=False).reshape(shape)
         for name, variable in system.variables(definition).items()
     )
+    return columns if len(columns) > 1 else columns[0]  # apply_ufunc takes a single output bare
 
 
 def point_coordinates(grid: Grid, start: int, stop: int) -> dict[str, xr.DataArray]:

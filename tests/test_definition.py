@@ -412,6 +412,12 @@ def test_quantities_at_the_edge_are_allowed(name, value):
             {"integration": {"propagator": "leapfrog"}},
             f"integration.propagator: 'leapfrog' is not available; allowed: {', '.join(PROPAGATORS)}",
         ),
+        ({"integration": {"variables": []}}, "integration.variables: [] is empty"),
+        (
+            {"integration": {"variables": ["omega_squares"]}},
+            "integration.variables[0]: 'omega_squares' is no variable of this sweep (did you mean omega_squared",
+        ),
+        ({"integration": {"flips": 1}}, "integration.flips: 1 is"),
         ({"integration": {"steps": 1}}, "integration.steps: 1 is under an unknown key"),
         ({"integration": {"rotations": 0}}, "integration.rotations: 0 is out of range; allowed: a finite"),
         ({"integration": {"rotations": 0.4}}, "integration.rotations: 0.4 makes 6.4 samples"),

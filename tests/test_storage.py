@@ -358,3 +358,61 @@ def test_shard_numbers_outside_the_cut_are_refused(tmp_path):
     with pytest.raises(ValueError, match="count"):
         sharding.write_shard(TINY, 1, Grid(TINY).size + 1, tmp_path / "s.nc")
     assert not list(tmp_path.iterdir())
+
+
+# Shards that the disk has changed
+
+
+def cut(path):
+    with open(path, "r+b") as file:
+        file.truncate(path.stat().st_size // 2)
+
+
+def flip(path):
+    with netCDF4.Dataset(path) as file:
+        wanted = file["omega_squared"][40:48].tobytes()
+    content = bytearray(path.read_bytes())
+    content[content.index(wanted) + 3] ^= 16
+    path.write_bytes(content)
+
+
+def empty(path):
+    path.write_bytes(b"")
+
+
+@pytest.mark.parametrize("damage", [cut, flip, empty])
+def test_a_damaged_shard_is_measured_again_and_never_merged(shards, tiny, tmp_path, damage, capsys):
+    copies = [shutil.copy(path, tmp_path / f"{k}-of-3.nc") for k, path in enumerate(shards, 1)]
+    damage(copies[1])
+    told = storage.merge(TINY, copies, tmp_path / "map.nc")
+    assert told == tiny.attrs["content_hash"]
+    assert "2-of-3.nc" in capsys.readouterr().err
+    # and the shard is whole again
+    assert storage.merge(TINY, copies, tmp_path / "map.nc") == told
+    assert capsys.readouterr().err == ""
+
+
+def test_a_damaged_shard_of_another_name_is_refused(shards, tmp_path):
+    copies = [shutil.copy(path, tmp_path / f"part{k}.nc") for k, path in enumerate(shards, 1)]
+    flip(copies[0])
+    merge_is_refused(copies, tmp_path, "part1.nc", "checksum")
+
+
+def test_a_map_says_how_many_motions_were_integrated(tmp_path):
+    mapping = {"grid": {"I1": [1.0, 2.0], "I2": 3.0, "I3": 4.0, "omega0": [1.0, 2.0, 5.0, -1.0]}}
+    for collapse, motions in ((False, 24), (True, 12)):
+        definition = load(mapping | {"integration": {"collapse": collapse}})
+        storage.merge(definition, write_shards(tmp_path, definition, 1), tmp_path / "map.nc")
+        with storage.open_map(tmp_path / "map.nc") as ds:
+            assert ds.attrs["motions_integrated"] == str(motions)
+
+
+def test_a_map_of_chosen_variables_opens(tmp_path):
+    mapping = {
+        "grid": {"I1": 1.0, "I2": 3.0, "I3": 4.0, "omega0": 1.0},
+        "integration": {"variables": ["omega_squared"]},
+    }
+    definition = load(mapping)
+    storage.merge(definition, write_shards(tmp_path, definition, 1), tmp_path / "map.nc")
+    with storage.open_map(tmp_path / "map.nc") as ds:
+        assert list(ds.data_vars) == ["omega_squared"]

@@ -1,0 +1,64 @@
+import itertools
+
+import numpy as np
+
+from kernels import collapse, survey
+
+NAMES = ("I1", "I2", "I3", "axis", "omega0", "epsilon", "phase")
+
+
+def grid(**values):
+    mesh = np.meshgrid(*(np.atleast_1d(values[name]) for name in NAMES), indexing="ij")
+    return {
+        name: (x.reshape(-1).astype(np.int64) if name == "axis" else x.reshape(-1).astype(float))
+        for name, x in zip(NAMES, mesh, strict=True)
+    }
+
+
+def motion(point):
+    """The five numbers of a motion, by fractions of what was given."""
+    moments = [point[name] for name in ("I1", "I2", "I3")]
+    a, b, c = (np.arange(3) + int(point["axis"]) - 1) % 3
+    return moments[a] / moments[c], moments[b] / moments[c], point["epsilon"], point["phase"], point["omega0"] > 0
+
+
+def test_representatives_are_the_first_of_each_motion():
+    points = grid(
+        I1=[0.5, 1, 2, 3],
+        I2=[0.7, 1, 2],
+        I3=[1, 2],
+        axis=[1, 2, 3],
+        omega0=[-2, 1, 5],
+        epsilon=[1e-6, 0.1],
+        phase=[0, 1],
+    )
+    first = collapse.representatives(*points.values())
+    rows = [motion(dict(zip(NAMES, row, strict=True))) for row in zip(*points.values(), strict=True)]
+    seen = {}
+    expected = [seen.setdefault(row, i) for i, row in enumerate(rows)]
+    assert first.tolist() == expected
+    assert survey.motions(points) == len(seen) < len(rows) / 2
+
+
+def test_any_signs_of_nought_and_what_is_no_number():
+    points = grid(I1=1.0, I2=2.0, I3=3.0, axis=1, omega0=[1.0, 2.0], epsilon=0.1, phase=[0.0, -0.0, np.nan])
+    assert collapse.representatives(*points.values()).tolist() == [0, 0, 2, 0, 0, 5]
+
+
+def test_collapsed_columns_have_the_bits_of_the_measured_ones_for_any_spin():
+    points = grid(I1=1.1, I2=1.7, I3=2.3, axis=[1, 2, 3], omega0=[-7.3, 1e-9, 0.3, 1e6], epsilon=[1e-6, 0.2], phase=0.6)
+    for options in ({}, {"nonlinear": True}, {"propagator": "exact"}):
+        whole, expanded = (f(points, 4.0, 16, 1e-10, **options) for f in (survey.measured, survey.collapsed))
+        assert whole.keys() == expanded.keys()
+        for name in whole:
+            np.testing.assert_array_equal(expanded[name], whole[name], err_msg=name)
+
+
+def test_collisions_of_the_table_are_told_apart():
+    rng = np.random.default_rng(1)
+    n = 5000
+    values = rng.uniform(0.5, 1.5, (3, n))
+    columns = (*values, rng.integers(1, 4, n), np.ones(n), np.full(n, 1e-6), np.full(n, 0.6))
+    twice = [np.concatenate([x, x]) for x in columns]
+    first = collapse.representatives(*twice)
+    assert first.tolist() == list(itertools.chain(range(n), range(n)))
