@@ -304,13 +304,14 @@ def _said(ds, summary: Summary, kept) -> dict:
 
 
 def _about(definition: str) -> list[str]:
-    """Paragraphs of the comment with which a definition begins."""
+    """First paragraphs of the comment with which a definition begins; not those about its own keys."""
     lines = []
     for line in definition.splitlines():
         if not line.startswith("#"):
             break
         lines.append(line.lstrip("#").strip())
-    return [" ".join(part.split("\n")) for part in "\n".join(lines).split("\n\n") if part.strip()]
+    paragraphs = [" ".join(part.split()) for part in "\n".join(lines).split("\n\n") if part.strip()]
+    return [text for text in paragraphs[:2] if "`" not in text]
 
 
 def _long_name(ds, name: str) -> str:

@@ -7,7 +7,7 @@ function bodyDimensions() {
 function bodyCell(column, place, scale) {
   const value = column.at(place);
   const button = element("button", { type: "button", textContent: column.isFlag ? column.text(value) : numberText(value, 4) });
-  button.onclick = () => choose({ place, clicked: true });
+  button.onclick = () => choose({ place });
   button.onfocus = button.onpointerenter = () => showRow(place);
   button.onpointerleave = () => showRow(state.place);
   const color = cellColor(column, value, scale);
@@ -37,7 +37,7 @@ function drawBodies() {
       const color = regime && regime.isFlag ? cellColor(regime, regime.at(place)) : null;
       const cell = element("td", {}, bodyCell(column, place, color));
       if (place.every((at, k) => at === state.place[k])) cell.firstChild.setAttribute("aria-current", "true");
-      if (theMap.nature[body] === axis) cell.append(element("span", { className: "nature", title: "it spins about this axis in nature", textContent: "★" }));
+      if (theMap.nature[body] === axis) cell.append(element("span", { className: "nature", title: "the axis that the definition names", textContent: "★" }));
       line.append(cell);
     });
     return line;

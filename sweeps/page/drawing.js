@@ -74,7 +74,7 @@ function strokeLine({ pen, project }, points, color, width, dash = []) {
   pen.setLineDash([]);
 }
 
-function arrow(view, from, to, color, label) {
+function arrow(view, from, to, color, label, shift = 8) {
   const { pen, project } = view;
   const [[x0, y0], [x1, y1]] = [project(from), project(to)];
   const length = Math.hypot(x1 - x0, y1 - y0);
@@ -88,18 +88,18 @@ function arrow(view, from, to, color, label) {
     pen.fillStyle = color;
     pen.fill();
   }
-  writeAt(view, to, label, color);
+  writeAt(view, to, label, color, shift);
 }
 
-function writeAt({ pen, project }, point, text, color) {
+function writeAt({ pen, project }, point, text, color, shift = 8) {
   const [x, y] = project(point);
   pen.font = "600 13px system-ui, sans-serif";
   pen.textBaseline = "middle";
   pen.lineWidth = 3;
   pen.strokeStyle = pageColor("paper");
-  pen.strokeText(text, x + 8, y - 6);
+  pen.strokeText(text, x + shift, y - 6);
   pen.fillStyle = color;
-  pen.fillText(text, x + 8, y - 6);
+  pen.fillText(text, x + shift, y - 6);
 }
 
 function shaded(color, light) {

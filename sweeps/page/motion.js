@@ -51,7 +51,7 @@ function firstFlip({ trajectory, axis, end }) {
 }
 
 function showMotion() {
-  const { clicked, ...shown } = motionOf(state.place);
+  const shown = motionOf(state.place);
   Object.assign(motion, shown, { t: 0, attitudes: new AttitudeTable(shown.trajectory, shown.end), flip: shown.flips ? firstFlip(shown) : null });
   const moments = MOMENTS.map((name) => coordinateAt(name, state.place));
   motion.squares = meanSquares(moments);
@@ -127,11 +127,11 @@ function drawBody(view) {
   strokeLine(view, [[0, 0, -1.3], [0, 0, 1.05]], pageColor("grid"), 1.5, [3, 4]);
   drawSolid(view, motion.faces, motion.attitude);
   drawBodyAxes(view, motion.attitude, motion.axis);
-  arrow(view, [0, 0, 1.05], [0, 0, 1.28], pageColor("quiet"), "L");
+  arrow(view, [0, 0, 1.05], [0, 0, 1.28], pageColor("quiet"), "L", 10);
   const omega = rotated(motion.attitude, motion.omega);
   const size = Math.hypot(...omega);
   pen.globalAlpha = 0.9;
-  arrow(view, [0, 0, 0], omega.map((w) => (1.2 * w) / size), theMap.seriesColors[3], "ω");
+  arrow(view, [0, 0, 0], omega.map((w) => (1.2 * w) / size), theMap.seriesColors[3], "ω", -20);
   pen.globalAlpha = 1;
 }
 
@@ -172,7 +172,7 @@ function fillMotionControls() {
 function buildMotion() {
   document.getElementById("motion").hidden = false;
   fillMotionControls();
-  motion.scene = new Scene(document.getElementById("body-canvas"), 1.45, drawBody);
+  motion.scene = new Scene(document.getElementById("body-canvas"), 1.36, drawBody);
   motion.polhode = new PolhodePicture(document.getElementById("polhode-canvas"));
   document.getElementById("play").onclick = () => setPlaying(!motion.playing);
   document.getElementById("to-flip").onclick = () => {

@@ -165,8 +165,9 @@ function planeSummary({ cells, column }) {
   const fixed = theMap.dims.filter(({ name, size }) => size > 1 && name !== state.x && name !== state.y);
   const where = fixed.map(({ name }) => `${symbolText(name)} = ${coordinateText(name, coordinateAt(name, state.place))}`).join(", ");
   const impossible = flat.filter((cell) => !cell.exists).length;
-  const also = impossible ? ` ${impossible} points, hatched, are bodies that cannot exist.` : "";
-  return `${column.longName}: ${valuesInWords(column, flat)}${where ? ` (${where})` : ""}.${also}`;
+  const possible = impossible < flat.length ? flat.filter((cell) => cell.exists) : flat;
+  const also = impossible ? ` ${impossible} more points, hatched, are bodies that cannot exist.` : "";
+  return `${column.longName}: ${valuesInWords(column, possible)}${where ? ` (${where})` : ""}.${also}`;
 }
 
 function valuesInWords(column, cells) {
@@ -236,7 +237,7 @@ function buildPlane() {
   const onMap = (event) => event.points.find((point) => point.curveNumber === 0);
   target.on("plotly_hover", (event) => onMap(event) && showRow(cellOf(onMap(event)).place));
   target.on("plotly_unhover", () => showRow(state.place));
-  target.on("plotly_click", (event) => onMap(event) && choose({ place: cellOf(onMap(event)).place, clicked: true }));
+  target.on("plotly_click", (event) => onMap(event) && choose({ place: cellOf(onMap(event)).place }));
   const steps = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
   target.addEventListener("keydown", (event) => {
     if (event.key in steps) moveInPlane(...steps[event.key]);

@@ -37,7 +37,7 @@ function separatrices(moments, energy, least, middle, greatest) {
 
 class PolhodePicture {
   constructor(canvas) {
-    this.scene = new Scene(canvas, 1.32, (view) => this.draw(view));
+    this.scene = new Scene(canvas, 1.2, (view) => this.draw(view));
   }
 
   show(trajectory, spinAxis) {
