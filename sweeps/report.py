@@ -11,6 +11,7 @@ import math
 import zlib
 from collections.abc import Mapping
 from dataclasses import asdict
+from functools import cache
 from importlib.resources import files
 from pathlib import Path
 
@@ -20,6 +21,7 @@ import xarray as xr
 from markupsafe import Markup
 
 from sweeps import figure_stability, figure_style
+from sweeps.files import replaced
 from sweeps.report_columns import (
     MOST_POINTS,
     Column,
@@ -34,7 +36,6 @@ from sweeps.report_columns import (
     thinned,
 )
 from sweeps.report_summary import Summary, flags
-from sweeps.storage import replaced
 
 LIMIT = 8_000_000  # bytes of a page
 RIGID_BODY = ("axis", "I1", "I2", "I3", "omega0", "epsilon", "phase")
@@ -71,9 +72,8 @@ def write(ds: xr.Dataset, path: str | Path, limit: int = LIMIT) -> None:
     Raises:
         ValueError: where not even a thinned map fits into `limit`.
     """
-    frame = _frame()
     summary, columns, kept = _gather(ds)
-    packed, kept = _fitted(ds, columns, kept, limit - frame - 60_000 - 2 * len(str(ds.attrs.get("definition", ""))))
+    packed, kept = _fitted(ds, summary, columns, kept, limit)
     page = _page(ds, summary, packed, kept)
     with replaced(path) as temporary:
         temporary.write_text(page, encoding="utf-8")
@@ -103,19 +103,25 @@ def _numeric(ds: xr.Dataset, dims) -> set[str]:
     return {dim for dim in dims if dim in ds.coords and ds[dim].dtype.kind == "f"}
 
 
-def _fitted(ds, columns, kept, budget: int) -> tuple[list[Packed], dict[str, np.ndarray]]:
-    """Columns packed into a budget of characters, with fewer and fewer points until they fit."""
-    points = math.prod(len(values) for values in kept.values())
+def _fitted(ds, summary: Summary, columns, kept, limit: int) -> tuple[list[Packed], dict[str, np.ndarray]]:
+    """Columns packed into a page of `limit` bytes, with fewer and fewer points until they fit."""
     while True:
         scales = {dim: _scale(ds, dim, indices) for dim, indices in kept.items()}
         laws = [reduced(name, values, scales) for name, values in columns.items()]
+        budget = limit - _frame(ds, summary, laws, kept)
         packed = pack_within(laws, budget)
         if packed is not None:
             return packed, kept
+        points = math.prod(len(values) for values in kept.values())
         if points == 1:
-            raise ValueError(f"limit: {budget:,} bytes beside the page's frame hold no point of this map")
-        points = min(points - 1, int(points * _share(laws, budget)))
-        columns, kept = _fewer(ds, columns, kept, max(points, 1))
+            raise ValueError(f"limit: no point of this map fits into a page of {limit:,} bytes")
+        columns, kept = _fewer(ds, columns, kept, max(1, int(points * _share(laws, budget))))
+
+
+def _frame(ds, summary: Summary, columns: list[Column], kept) -> int:
+    """Bytes of a page but for its columns."""
+    empty = [Packed(c.name, c.values.shape, c.powers, "f8", -1000, 6, "") for c in columns]
+    return len(_page(ds, summary, empty, kept).encode("utf-8"))
 
 
 def _scale(ds, dim: str, indices) -> np.ndarray | None:
@@ -233,15 +239,11 @@ def _natural_axes(ds) -> dict:
 # The page
 
 
-def _frame() -> int:
-    """Bytes of a page without any data."""
-    return len(_plotly()) + sum(len(_asset(name)) for name in (*SCRIPTS, "report.html", "style.css"))
-
-
 def _asset(name: str) -> str:
     return (files("sweeps") / "page" / name).read_text(encoding="utf-8")
 
 
+@cache
 def _plotly() -> str:
     """Plotly's script, deflated, as base64."""
     from plotly.offline import get_plotlyjs

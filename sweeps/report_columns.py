@@ -16,6 +16,7 @@ POWERS = (0, 1, -1, 2, -2)  # of a parameter, tried as scaling laws
 LAW_TOLERANCE = 1e-11  # relative: far below the digits that a page shows
 EXACT_BYTES = 1_500_000  # a map below that keeps its doubles as they are
 MANTISSA_BITS = (24, 15)  # of numbers that must be shortened: seven digits, or four and a half
+SLIDER_WEIGHT = 4  # a dimension outside the plane is thinned as if it were that many times longer
 FEWEST = 8  # a dimension is not thinned below that
 
 
@@ -70,12 +71,14 @@ def is_number(variable: xr.DataArray) -> bool:
 def thinned(sizes: Mapping[str, int], numeric: set[str], most: int) -> dict[str, np.ndarray]:
     """Which values of each dimension to keep so that at most `most` points are left, ends included.
 
-    The longest numeric dimensions lose values first; others only when no numeric one is longer than `FEWEST`.
+    The longest numeric dimensions lose values first; others only when no numeric one is longer than `FEWEST`. The
+    two longest of all make the page's plane and keep more of theirs than those that become sliders.
     """
     kept = dict(sizes)
+    plane = sorted((d for d in sizes if d in numeric), key=lambda dim: -sizes[dim])[:2]
     while math.prod(kept.values()) > most:
         candidates = [d for d in kept if d in numeric and kept[d] > FEWEST] or [d for d in kept if kept[d] > 1]
-        longest = max(candidates, key=kept.get)
+        longest = max(candidates, key=lambda d: kept[d] * (1 if d in plane else SLIDER_WEIGHT))
         least = FEWEST if longest in numeric and kept[longest] > FEWEST else 1
         kept[longest] = max(least, min(kept[longest] - 1, int(kept[longest] * 0.97)))
     return {d: np.unique(np.linspace(0, sizes[d] - 1, n).round().astype(int)) for d, n in kept.items()}

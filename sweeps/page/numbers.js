@@ -24,7 +24,7 @@ function numberText(value, digits = 6) {
 }
 
 function withUnit(value, units, digits = 6) {
-  const unit = unitText(units);
+  const unit = Number.isNaN(value) ? "" : unitText(units);
   return numberText(value, digits) + (unit ? `\u00a0${unit}` : "");
 }
 
