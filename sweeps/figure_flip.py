@@ -152,7 +152,9 @@ def _stage(point, moments, omegas, times):
     FigureCanvasAgg(figure)
     axis = int(point["axis"])
     name = f"{point['body']}, " if "body" in point else ""
-    figure.text(0.03, 0.965, f"{name}spin about axis {axis}", fontsize=11, fontweight="bold", va="top", parse_math=False)
+    figure.text(
+        0.03, 0.965, f"{name}spin about axis {axis}", fontsize=11, fontweight="bold", va="top", parse_math=False
+    )
     words = style.settings({n: point[n] for n in ("I1", "I2", "I3", "omega0", "epsilon")})
     figure.text(0.03, 0.915, words, fontsize=7, color=style.QUIET, va="top")
     solid = figure.add_axes((0.0, 0.33, 1.0, 0.56))

@@ -261,20 +261,22 @@ def _json(value) -> Markup:
     text = json.dumps(value, allow_nan=False, ensure_ascii=False)
     for sign, escape in (("&", "\\u0026"), ("<", "\\u003c"), (">", "\\u003e")):
         text = text.replace(sign, escape)
-    return Markup(text)  # noqa: S704 - escaped above
+    return Markup(text)
 
 
 def _page(ds, summary: Summary, packed: list[Packed], kept) -> str:
     from plotly.offline import get_plotlyjs
 
-    environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined)
+    environment = jinja2.Environment(
+        autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
+    )
     environment.filters |= {"number": _text, "percent": _percent, "words": _meaning}
     program = '"use strict";\n' + "\n".join(_asset(name) for name in SCRIPTS)
     template = environment.from_string(_asset("report.html"))
     return template.render(
         policy=" ".join(_hash(script) for script in (program, get_plotlyjs())),
-        style=Markup(_asset("style.css")),  # noqa: S704 - ours
-        program=Markup(program),  # noqa: S704 - ours
+        style=Markup(_asset("style.css")),
+        program=Markup(program),
         plotly=_plotly(),
         payload=_json(payload(ds, packed, kept)),
         columns=[column.text for column in packed],
@@ -335,7 +337,9 @@ def _confusion(ds, summary: Summary, pair, table: np.ndarray) -> dict:
 
 
 def _worst(ds, worst) -> dict:
-    at = [(dim, ds[dim].values[i].item() if dim in ds.coords else i) for dim, i in worst.at.items() if ds.sizes[dim] > 1]
+    at = [
+        (dim, ds[dim].values[i].item() if dim in ds.coords else i) for dim, i in worst.at.items() if ds.sizes[dim] > 1
+    ]
     return {"name": worst.name, "long_name": _long_name(ds, worst.name), "value": worst.value, "at": at}
 
 

@@ -1,5 +1,7 @@
 """The animation of the flip: whose it is, how the body turns, and what the file holds."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from PIL import Image, ImageSequence
@@ -27,7 +29,9 @@ def test_it_is_the_most_unstable_body_that_can_exist(ds, monkeypatch):
 
 
 def test_a_map_where_nothing_flips_has_no_animation():
-    assert figure_flip.frames(sweeps.survey({"axes": [3], "grid": {"I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": 1.0}})) == []
+    assert (
+        figure_flip.frames(sweeps.survey({"axes": [3], "grid": {"I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": 1.0}})) == []
+    )
 
 
 def test_the_box_has_the_moments_of_the_body():
@@ -60,5 +64,5 @@ def test_the_file_is_an_animation_that_moves(ds, tmp_path, monkeypatch):
         assert animation.info["loop"] == 0
         pictures = [np.asarray(frame.convert("RGB")) for frame in ImageSequence.Iterator(animation)]
     assert len(pictures) == 6
-    for one, other in zip(pictures, pictures[1:], strict=False):
+    for one, other in pairwise(pictures):
         assert (one != other).any()

@@ -54,7 +54,11 @@ def oscillator(n=6):
     regime = np.where(np.isnan(square), -1, np.where(square > 0, 0, 1)).astype("i1")
     flags = {"flag_values": np.array([-1, 0, 1], "i1"), "flag_meanings": "absent stable unstable"}
     variables = {
-        "omega_squared_theory": (dims, square * (1 + 1e-9), {"units": "s-2", "long_name": "square of the rate, theory"}),
+        "omega_squared_theory": (
+            dims,
+            square * (1 + 1e-9),
+            {"units": "s-2", "long_name": "square of the rate, theory"},
+        ),
         "omega_squared": (dims, square, {"units": "s-2", "long_name": "square of the rate, measured"}),
         "regime_theory": (dims, regime, {"long_name": "regime, theory", **flags}),
         "regime": (dims, regime, {"long_name": "regime, measured", **flags}),
@@ -112,7 +116,9 @@ def test_packed_columns_hold_the_map(plane, bits, tolerance):
     scales = {dim: report._scale(plane, dim, indices) for dim, indices in kept.items()}
     for name, values in columns.items():
         packed = report_columns.pack(report_columns.reduced(name, values, scales), bits)
-        np.testing.assert_allclose(unpacked(packed, plane, kept), plane[name].values, rtol=tolerance + 1e-11, err_msg=name)
+        np.testing.assert_allclose(
+            unpacked(packed, plane, kept), plane[name].values, rtol=tolerance + 1e-11, err_msg=name
+        )
 
 
 def test_scaling_laws_are_those_of_the_physics(plane):
@@ -290,7 +296,7 @@ class Opened:
         self.page.wait_for_selector("html[data-ready]", state="attached")
 
     def until(self, expression, argument=None):
-        """Waits for a condition; the page's policy forbids the evaluation inside it that Playwright's own wait needs."""
+        """Waits for a condition; Playwright's own wait evaluates text in the page, which its policy forbids."""
         for _ in range(100):
             if self.page.evaluate(expression, argument):
                 return
@@ -364,7 +370,9 @@ def assert_row_is_the_maps(page, ds):
         else:
             assert parsed(text) == pytest.approx(true, rel=1e-5), name  # six digits: 5e-6, and one more for ties
             unit = variable.attrs["units"]
-            assert text.endswith("" if unit == "1" else {"s-2": "s⁻²", "s-1": "s⁻¹", "rad s-1": "rad s⁻¹"}.get(unit, unit))
+            assert text.endswith(
+                "" if unit == "1" else {"s-2": "s⁻²", "s-1": "s⁻¹", "rad s-1": "rad s⁻¹"}.get(unit, unit)
+            )
 
 
 def test_the_map_draws_and_hover_shows_the_row_of_the_file(opened, plane):
@@ -579,7 +587,9 @@ def test_another_system_draws_with_its_mode(browser, folder):
 
 def test_hostile_texts_do_not_run(browser, breaking, folder):
     report.write(hostile(breaking), folder / "hostile.html")
-    opened = Opened(browser, folder / "hostile.html", f"#body={urllib.parse.quote(HOSTILE)}&_color={urllib.parse.quote(HOSTILE)}")
+    opened = Opened(
+        browser, folder / "hostile.html", f"#body={urllib.parse.quote(HOSTILE)}&_color={urllib.parse.quote(HOSTILE)}"
+    )
     page = opened.page
     assert opened.row("body")[0] == HOSTILE
     page.locator("#map table.bodies button").first.hover()
