@@ -1,6 +1,6 @@
 """From a definition to its stability map and pictures:  snakemake --cores 2
 
-compile → shards → stability_map.nc → figures, all below results/<sweep>/.
+compile → shards → stability_map.nc → figures and report.html, all below results/<sweep>/.
 A sweep of your own:  snakemake --cores 2 --config definition=PATH
 """
 
@@ -37,6 +37,7 @@ rule all:
     input:
         f"results/{DEFAULT}/stability_map.nc",
         f"results/{DEFAULT}/figures",
+        f"results/{DEFAULT}/report.html",
 
 
 rule compile:
@@ -132,6 +133,28 @@ rule figures:
         "Drawing the pictures of {wildcards.sweep}"
     shell:
         "python -m sweeps figures {input:q} --output {output:q} > {log:q} 2>&1"
+
+
+rule report:
+    input:
+        rules.merge.output,
+    output:
+        report(
+            "results/{sweep}/report.html",
+            caption="sweeps/captions/report.rst",
+            category="{sweep}",
+        ),
+    log:
+        "results/{sweep}/logs/report.log",
+    benchmark:
+        "results/{sweep}/benchmarks/report.tsv"
+    threads: 1
+    resources:
+        mem_mb=1000,
+    message:
+        "Writing the report of {wildcards.sweep}"
+    shell:
+        "python -m sweeps report {input:q} --output {output:q} > {log:q} 2>&1"
 
 
 try:

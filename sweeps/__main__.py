@@ -27,6 +27,7 @@ a sweep of your own, by hand:
   python -m sweeps shard my.yaml 2 2 -o b.nc          second half
   python -m sweeps merge my.yaml a.nc b.nc -o map.nc
   python -m sweeps figures map.nc -o figures
+  python -m sweeps report map.nc -o report.html
 or at once:  snakemake --cores 2 --config definition=my.yaml
 
 exit status: 0 done; 2 the input is wrong, and one message said what; 1 anything else
@@ -42,7 +43,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"Polhode {version('polhode')}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for add in (_add_check, _add_compile, _add_shard, _add_merge, _add_figures):
+    for add in (_add_check, _add_compile, _add_shard, _add_merge, _add_figures, _add_report):
         add(commands)
     return parser
 
@@ -85,6 +86,12 @@ def _add_figures(commands):
     command = _command(commands, "figures", "draw a map's pictures as PNG", _figures, definition=False)
     command.add_argument("map", metavar="MAP", help="a map, results/<sweep>/stability_map.nc")
     command.add_argument("-o", "--output", metavar="FOLDER", required=True, help="the folder to write")
+
+
+def _add_report(commands):
+    command = _command(commands, "report", "write a map's report, one HTML file to explore", _report, definition=False)
+    command.add_argument("map", metavar="MAP", help="a map, results/<sweep>/stability_map.nc")
+    command.add_argument("-o", "--output", metavar="FILE", required=True, help="the HTML file to write")
 
 
 def _check(args):
@@ -153,6 +160,14 @@ def _figures(args):
     with storage.open_map(args.map) as ds:
         for path in figures.draw_all(ds, Path(args.output)):
             print(path)
+
+
+def _report(args):
+    from sweeps import report, storage
+
+    with storage.open_map(args.map) as ds:
+        report.write(ds, args.output)
+    print(args.output)
 
 
 def main(arguments: list[str] | None = None) -> int:

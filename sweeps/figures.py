@@ -1,4 +1,4 @@
-"""Pictures of a map, as PNG files: what a map shows at a glance, how far it agrees with theory, where theory ends."""
+"""Pictures of a map: what it shows at a glance, how far it agrees with theory, where theory ends, and the flip."""
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -6,10 +6,13 @@ from pathlib import Path
 import matplotlib
 import xarray as xr
 from matplotlib.figure import Figure
+from PIL import Image
 
 from sweeps import systems
 from sweeps.figure_style import STYLE
 from sweeps.files import replaced
+
+FRAME_MILLISECONDS = 60
 
 
 def pictures(ds: xr.Dataset) -> dict[str, Callable[[], Figure | None]]:
@@ -18,15 +21,26 @@ def pictures(ds: xr.Dataset) -> dict[str, Callable[[], Figure | None]]:
     Args:
         ds: a map, from `sweeps.open_map` or `sweeps.survey`.
     """
-    return systems.resolve(ds.attrs.get("system", systems.DEFAULT)).pictures(ds)
+    return _system(ds).pictures(ds)
+
+
+def animations(ds: xr.Dataset) -> dict[str, Callable[[], list[Image.Image]]]:
+    """Name of each animation of a map → what draws its frames (none where there is nothing to show)."""
+    return _system(ds).animations(ds)
+
+
+def _system(ds: xr.Dataset):
+    return systems.resolve(ds.attrs.get("system", systems.DEFAULT))
 
 
 def draw_all(ds: xr.Dataset, folder: str | Path) -> Iterator[Path]:
-    """Draws the pictures of a map; reads only what they show, so a map larger than memory will do.
+    """Draws the pictures of a map as PNG, and its animations as GIF.
+
+    Reads only what they show, so a map larger than memory will do.
 
     Args:
         ds: a map, from `sweeps.open_map` or `sweeps.survey`.
-        folder: where the PNG files go; it is made where it is missing, and files of the same name are replaced.
+        folder: where the files go; it is made where it is missing, and files of the same name are replaced.
 
     Yields:
         The path of each file once it is written.
@@ -37,6 +51,21 @@ def draw_all(ds: xr.Dataset, folder: str | Path) -> Iterator[Path]:
         path = folder / f"{name}.png"
         if _write(draw, path):
             yield path
+    for name, frames in animations(ds).items():
+        path = folder / f"{name}.gif"
+        if _animate(frames, path):
+            yield path
+
+
+def _animate(frames: Callable[[], list[Image.Image]], path: Path) -> bool:
+    with matplotlib.rc_context(STYLE):
+        pictures = frames()
+    if not pictures:
+        return False
+    with replaced(path) as temporary:
+        first, *others = pictures
+        first.save(temporary, format="GIF", save_all=True, append_images=others, duration=FRAME_MILLISECONDS, loop=0)
+    return True
 
 
 def _write(draw: Callable[[], Figure | None], path: Path) -> bool:

@@ -32,6 +32,7 @@ from sweeps.variables import Variable, table
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
+    from PIL.Image import Image
 
 PROPAGATORS = ("direct", "exact")
 MOMENTS = ("I1", "I2", "I3")
@@ -451,6 +452,12 @@ class RigidBody(System):
         if ds.sizes.get("epsilon", 0) >= LEAST_NUDGES:
             found["breakdown"] = lambda: figure_breakdown.draw(ds)
         return found
+
+    def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], list[Image]]]":
+        """One flip of the most unstable body that can exist."""
+        from sweeps import figure_flip
+
+        return {"flip": lambda: figure_flip.frames(ds)}
 
 
 def _compare_with_some_in_full(columns, points, settings, options):

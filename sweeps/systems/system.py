@@ -11,6 +11,7 @@ from sweeps.variables import Variable
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
+    from PIL.Image import Image
 
     from sweeps.definition import Definition, Integration
     from sweeps.parameters import Range
@@ -82,6 +83,10 @@ class System(ABC):
     @abstractmethod
     def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
         """Name of each picture of a map → what draws it (None where there is nothing to show)."""
+
+    def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], list[Image]]]":
+        """Name of each animation of a map → what draws its frames (none where there is nothing to show)."""
+        return {}
 
     def bytes_per_point(self, definition: "Definition") -> int:
         """Uncompressed bytes of a map, a point."""

@@ -1,0 +1,66 @@
+// Maps of named bodies: a table of body and axis in place of the plane; each cell is a button that chooses its point.
+
+function bodyDimensions() {
+  return ["body", ...theMap.order.filter((name) => name === "axis")];
+}
+
+function bodyCell(column, place, scale) {
+  const value = column.at(place);
+  const button = element("button", { type: "button", textContent: column.isFlag ? column.text(value) : numberText(value, 4) });
+  button.onclick = () => choose({ place });
+  button.onfocus = button.onpointerenter = () => showRow(place);
+  button.onpointerleave = () => showRow(state.place);
+  const color = cellColor(column, value, scale);
+  if (color) button.style.borderLeftColor = color;
+  return button;
+}
+
+/** Growth in the colour of what is unstable, the rest in that of what is stable; flags in their own. */
+function cellColor(column, value, regime) {
+  if (column.isFlag) return flagColor(column.meanings.get(value), column.flags.findIndex((flag) => flag.value === value));
+  return regime;
+}
+
+function drawBodies() {
+  const column = chosenColumn();
+  const regime = theMap.columns.regime;
+  const [kb, ka] = ["body", "axis"].map((name) => theMap.order.indexOf(name));
+  const axes = ka >= 0 ? theMap.coordinates.axis.values : [null];
+  const head = element("tr", {}, element("th", { scope: "col", textContent: "body" }));
+  for (const axis of axes) head.append(element("th", { scope: "col", textContent: axis === null ? column.longName : `spin about axis ${axis}` }));
+  const places = [];
+  const lines = theMap.coordinates.body.values.map((body, i) => {
+    const line = element("tr", {}, element("th", { scope: "row", textContent: body }));
+    axes.forEach((axis, j) => {
+      const place = state.place.map((at, k) => (k === kb ? i : k === ka ? j : at));
+      places.push(place);
+      const color = regime && regime.isFlag ? cellColor(regime, regime.at(place)) : null;
+      const cell = element("td", {}, bodyCell(column, place, color));
+      if (place.every((at, k) => at === state.place[k])) cell.firstChild.setAttribute("aria-current", "true");
+      if (theMap.nature[body] === axis) cell.append(element("span", { className: "nature", title: "the axis that the definition names", textContent: "★" }));
+      line.append(cell);
+    });
+    return line;
+  });
+  const unit = unitText(column.units);
+  const caption = element("caption", { textContent: `${column.longName}${unit ? `, ${unit}` : ""}` });
+  const table = element("table", { className: "bodies" }, caption, element("thead", {}, head), element("tbody", {}, ...lines));
+  const target = document.getElementById("map");
+  const focused = target.contains(document.activeElement);
+  target.replaceChildren(table);
+  if (focused) table.querySelector("[aria-current]")?.focus();
+  const flat = places.map((place) => ({ value: column.at(place), place }));
+  document.getElementById("map-summary").textContent = `${column.longName}: ${valuesInWords(column, flat)}.`;
+  const shown = column.isFlag ? column : regime;
+  if (shown) drawLegend({ cells: [places.map((place) => ({ value: shown.at(place) }))], column: shown });
+}
+
+function buildBodies() {
+  const target = document.getElementById("map");
+  target.removeAttribute("role");
+  target.removeAttribute("tabindex");
+  target.classList.add("table");
+  document.getElementById("map-table").remove();
+  drawBodies();
+  onChange(drawBodies);
+}

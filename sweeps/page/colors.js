@@ -1,0 +1,65 @@
+// Colours: of regimes and flags, of numbers of one or both signs, and of the page around them.
+
+// Red to blue by Brewer, as in the figures: apart for every kind of colour vision, dark at both ends.
+const DIVERGING = [
+  [0, "#67001f"], [0.1, "#b2182b"], [0.2, "#d6604d"], [0.3, "#f4a582"], [0.4, "#fddbc7"], [0.5, "#f7f7f7"],
+  [0.6, "#d1e5f0"], [0.7, "#92c5de"], [0.8, "#4393c3"], [0.9, "#2166ac"], [1, "#053061"],
+];
+const SEQUENTIAL = "Cividis";
+
+function flagColor(meaning, order) {
+  return theMap.regimeColors[meaning] ?? theMap.seriesColors[order % theMap.seriesColors.length];
+}
+
+/** How a column's values become colours: z for Plotly, and the scale to go with it. */
+function colorScale(column, values, exists) {
+  if (column.isFlag) return flagScale(column);
+  const finite = values.filter((value, i) => Number.isFinite(value) && exists[i]);
+  const shown = (finite.length ? finite : values.filter(Number.isFinite)).sort((a, b) => a - b);
+  const [low, high] = shown.length ? [shown[0], shown[shown.length - 1]] : [0, 1];
+  const title = { text: unitText(column.units) };
+  if (low < 0 && high > 0) {
+    const limit = Math.max(-low, high);
+    return { z: (v) => v, zmin: -limit, zmax: limit, colorscale: DIVERGING, colorbar: { title } };
+  }
+  const positive = shown.filter((value) => value > 0);
+  if (low >= 0 && positive.length > 1 && high > 1e3 * quantile(positive, 0.02)) return decadeScale(positive, title);
+  return { z: (v) => v, zmin: low, zmax: high > low ? high : low + (Math.abs(low) || 1), colorscale: SEQUENTIAL, colorbar: { title } };
+}
+
+function decadeScale(positive, title) {
+  const [low, high] = [Math.log10(positive[0]), Math.log10(positive[positive.length - 1])];
+  const step = Math.max(1, Math.ceil((high - low) / 8));
+  const tickvals = [];
+  for (let decade = Math.ceil(low); decade <= high; decade += step) tickvals.push(decade);
+  const colorbar = { title, tickvals, ticktext: tickvals.map((decade) => `10${superscript(String(decade))}`) };
+  return { z: (v) => (v > 0 ? Math.log10(v) : null), zmin: low, zmax: high, colorscale: SEQUENTIAL, colorbar };
+}
+
+function flagScale(column) {
+  const n = column.flags.length;
+  const colors = column.flags.map((flag, i) => flagColor(flag.meaning, i));
+  const order = new Map(column.flags.map((flag, i) => [flag.value, i]));
+  const colorscale = colors.flatMap((color, i) => [[i / n, color], [(i + 1) / n, color]]);
+  return { z: (v) => order.get(v) ?? null, zmin: -0.5, zmax: n - 0.5, colorscale, showscale: false };
+}
+
+function pageColor(name) {
+  return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+}
+
+/** Plotly's layout in the page's colours. */
+function plotLayout(more) {
+  const ink = pageColor("ink");
+  const axis = { gridcolor: pageColor("grid"), linecolor: pageColor("quiet"), zerolinecolor: pageColor("grid"), ticks: "outside", tickcolor: pageColor("quiet"), automargin: true };
+  return {
+    paper_bgcolor: "rgba(0,0,0,0)",
+    plot_bgcolor: "rgba(0,0,0,0)",
+    font: { family: "system-ui, sans-serif", size: 13, color: ink },
+    margin: { l: 64, r: 12, t: 24, b: 56 },
+    ...more,
+    ...Object.fromEntries(Object.entries(more).filter(([key]) => /^[xy]axis/.test(key)).map(([key, value]) => [key, { ...axis, ...value }])),
+  };
+}
+
+const PLOT_CONFIG = { displaylogo: false, responsive: true, modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"], doubleClick: "reset" };

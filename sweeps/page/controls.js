@@ -1,0 +1,114 @@
+// The controls: one for every dimension, the plane and the colour. All are the browser's own, so all have keys.
+
+function element(tag, properties = {}, ...children) {
+  const made = document.createElement(tag);
+  for (const [name, value] of Object.entries(properties)) {
+    if (name in made && name !== "list") made[name] = value;
+    else made.setAttribute(name, value);
+  }
+  made.append(...children);
+  return made;
+}
+
+function selectBox(label, options, value, onChoice) {
+  const select = element("select", { onchange: () => onChoice(select.value) });
+  for (const [key, text] of options) select.append(element("option", { value: key, textContent: text, selected: key === value }));
+  return element("label", { className: "control" }, element("span", { textContent: label }), select);
+}
+
+function symbolText(name) {
+  const known = { I1: "I₁", I2: "I₂", I3: "I₃", omega0: "ω₀", omega3: "ω₃", epsilon: "ε", phase: "φ" };
+  return known[name] ?? name.replaceAll("_", " ");
+}
+
+function dimensionLabel(name) {
+  const unit = unitText(theMap.coordinates[name].units);
+  return unit ? `${symbolText(name)} (${unit})` : symbolText(name);
+}
+
+function coordinateText(name, value) {
+  const coordinate = theMap.coordinates[name];
+  const flag = (coordinate.flags ?? []).find((one) => one.value === value);
+  if (flag) return flagText(flag.meaning);
+  return typeof value === "number" ? withUnit(value, coordinate.units) : String(value);
+}
+
+/** The control of one dimension: buttons for few names or whole numbers, a list for many, a slider for numbers. */
+function dimensionControl(name) {
+  const coordinate = theMap.coordinates[name];
+  const named = !coordinate.numeric || coordinate.whole;
+  if (named && coordinate.values.length <= 5) return radioGroup(name, coordinate);
+  if (named) return dimensionList(name, coordinate);
+  return dimensionSlider(name, coordinate);
+}
+
+function radioGroup(name, coordinate) {
+  const group = element("fieldset", { className: "control radios" }, element("legend", { textContent: coordinate.longName }));
+  coordinate.values.forEach((value, i) => {
+    const input = element("input", { type: "radio", name: `dim-${name}`, value: i, onchange: () => choose({ place: placeWith({ [name]: i }) }) });
+    group.append(element("label", {}, input, element("span", { textContent: coordinateText(name, value) })));
+  });
+  group.show = (i) => (group.querySelectorAll("input")[i].checked = true);
+  return group;
+}
+
+function dimensionList(name, coordinate) {
+  const options = coordinate.values.map((value, i) => [String(i), coordinateText(name, value)]);
+  const control = selectBox(coordinate.longName, options, "0", (i) => choose({ place: placeWith({ [name]: Number(i) }) }));
+  control.show = (i) => (control.querySelector("select").value = i);
+  return control;
+}
+
+function dimensionSlider(name, coordinate) {
+  const output = element("output", {});
+  const input = element("input", { type: "range", min: 0, max: coordinate.values.length - 1, step: 1, "aria-label": coordinate.longName });
+  input.oninput = () => choose({ place: placeWith({ [name]: Number(input.value) }) });
+  const head = element("span", { title: coordinate.longName }, `${symbolText(name)} = `, output);
+  const control = element("label", { className: "control slider" }, head, input);
+  control.show = (i) => {
+    input.value = i;
+    const text = coordinateText(name, coordinate.values[i]);
+    output.textContent = text;
+    input.setAttribute("aria-valuetext", text);
+  };
+  return control;
+}
+
+function buildControls() {
+  const bar = document.getElementById("controls");
+  const able = theMap.order.includes("body") ? [] : planeDimensions();
+  const made = new Map();
+  for (const dim of theMap.dims.filter(({ size }) => size > 1)) made.set(dim.name, dimensionControl(dim.name));
+  for (const [name, control] of made) control.dataset.dimension = name;
+  const planeControls = able.length > 1 ? ["x", "y"].map((side) => planeControl(side, able)) : [];
+  bar.append(...planeControls, colorControl(), ...made.values());
+  const show = () => {
+    for (const [name, control] of made) {
+      control.show(state.place[theMap.order.indexOf(name)]);
+      control.hidden = able.length > 0 && (name === state.x || name === state.y);
+    }
+    for (const side of planeControls) side.querySelector("select").value = state[side.dataset.side];
+    bar.querySelector("[data-color] select").value = state.color;
+  };
+  onChange(show);
+  show();
+}
+
+function planeControl(side, able) {
+  const other = { x: "y", y: "x" };
+  const label = side === "x" ? "across" : "up";
+  const control = selectBox(label, able.map((name) => [name, symbolText(name)]), state[side], (name) => {
+    const swapped = name === state[other[side]] ? { [other[side]]: state[side] } : {};
+    choose({ [side]: name, ...swapped });
+  });
+  control.dataset.side = side;
+  return control;
+}
+
+function colorControl() {
+  const options = theMap.choices.map((choice) => [choice.name, choice.longName]);
+  const control = selectBox("colour by", options, state.color, (color) => choose({ color }));
+  control.dataset.color = "";
+  control.classList.add("wide");
+  return control;
+}

@@ -1,0 +1,102 @@
+// The map: packed columns become numbers at any point, on demand.
+
+function decodeBase64(text) {
+  if (Uint8Array.fromBase64) return Uint8Array.fromBase64(text);
+  const characters = atob(text);
+  const bytes = new Uint8Array(characters.length);
+  for (let i = 0; i < bytes.length; i++) bytes[i] = characters.charCodeAt(i);
+  return bytes;
+}
+
+async function inflate(text) {
+  const stream = new Blob([decodeBase64(text)]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+const NUMBER_TYPES = { f8: Float64Array, f4: Float32Array, i1: Int8Array, i2: Int16Array, i4: Int32Array };
+
+/** Little-endian numbers from bytes that stand first bytes first. */
+function unshuffled(bytes, dtype) {
+  const Type = NUMBER_TYPES[dtype];
+  const size = Type.BYTES_PER_ELEMENT;
+  const n = bytes.length / size;
+  const plain = new Uint8Array(bytes.length);
+  for (let k = 0; k < size; k++) for (let i = 0, from = k * n; i < n; i++) plain[i * size + k] = bytes[from + i];
+  return new Type(plain.buffer);
+}
+
+/** One variable of the map over all its points; what a scaling law leaves out is put back by `at`. */
+class Column {
+  constructor(description, map) {
+    Object.assign(this, description);
+    this.strides = [];
+    let stride = 1;
+    for (let k = this.shape.length - 1; k >= 0; k--) {
+      this.strides[k] = this.shape[k] > 1 ? stride : 0;
+      stride *= this.shape[k];
+    }
+    this.laws = map.dims.flatMap((dim, k) => {
+      const power = this.powers[dim.name];
+      return power ? [[k, map.coordinates[dim.name].values.map((value) => Math.abs(value) ** -power)]] : [];
+    });
+    this.scale = 2 ** this.exponent;
+    this.isFlag = this.flags.length > 0;
+    this.meanings = new Map(this.flags.map((flag) => [flag.value, flag.meaning]));
+  }
+
+  async load() {
+    const holder = document.getElementById(`column-${this.id}`);
+    this.values = unshuffled(await inflate(holder.textContent), this.dtype);
+    holder.remove();
+  }
+
+  /** The value at a point, given by its place along every dimension. */
+  at(place) {
+    let offset = 0;
+    for (let k = 0; k < place.length; k++) offset += this.strides[k] * place[k];
+    let value = this.values[offset] * this.scale;
+    for (const [k, factors] of this.laws) value *= factors[place[k]];
+    return value;
+  }
+
+  text(value) {
+    return this.isFlag ? flagText(this.meanings.get(value) ?? String(value)) : withUnit(value, this.units, this.digits);
+  }
+}
+
+function flagText(meaning) {
+  return theMap.regimeWords[meaning] ?? meaning.replaceAll("_", " ");
+}
+
+const theMap = JSON.parse(document.getElementById("map-data").textContent);
+theMap.order = theMap.dims.map((dim) => dim.name);
+theMap.columns = Object.fromEntries(theMap.variables.map((variable) => [variable.name, new Column(variable, theMap)]));
+theMap.has = (...names) => names.every((name) => name in theMap.coordinates);
+theMap.isRigid = theMap.has("axis", "I1", "I2", "I3", "omega0", "epsilon", "phase");
+
+/** The value of a coordinate at a point, whatever dimension it stands on. */
+function coordinateAt(name, place) {
+  const coordinate = theMap.coordinates[name];
+  return coordinate.values[coordinate.dim === null ? 0 : place[theMap.order.indexOf(coordinate.dim)]];
+}
+
+/** A column that follows from one of the map: the signed rate, above 0 oscillating, below 0 growing. */
+function signedRate() {
+  const square = theMap.columns.omega_squared;
+  if (!square) return null;
+  const at = (place) => {
+    const value = square.at(place);
+    return Math.sign(value) * Math.sqrt(Math.abs(value));
+  };
+  const text = (value) => withUnit(value, "rad s-1", square.digits);
+  return { name: "signed_rate", longName: "signed rate, measured (below 0 it grows, above 0 it oscillates)", units: "s-1", at, text, flags: [] };
+}
+
+/** Loads Plotly, which stands deflated in the page. */
+async function loadPlotly() {
+  const holder = document.getElementById("plotly");
+  const script = document.createElement("script");
+  script.textContent = new TextDecoder().decode(await inflate(holder.textContent));
+  document.head.append(script);
+  holder.remove();
+}

@@ -1,0 +1,108 @@
+// Turning bodies in three dimensions on a canvas: one camera, dragged by pointer or keys, for all pictures.
+//
+// Plotly's own 3-D needs WebGL and redraws its scene for each frame; these pictures move at the screen's rate, on
+// machines without it too.
+
+const camera = { yaw: 0.6, pitch: 0.35, watchers: [] };
+
+function turnCamera(yaw, pitch) {
+  camera.yaw += yaw;
+  camera.pitch = Math.max(-1.5, Math.min(1.5, camera.pitch + pitch));
+  for (const watcher of camera.watchers) watcher();
+}
+
+/** The camera's directions: to the right, up, and towards the viewer. */
+function viewAxes() {
+  const [cy, sy, cp, sp] = [Math.cos(camera.yaw), Math.sin(camera.yaw), Math.cos(camera.pitch), Math.sin(camera.pitch)];
+  return [[-sy, cy, 0], [-sp * cy, -sp * sy, cp], [cp * cy, cp * sy, sp]];
+}
+
+function dot([a, b, c], [x, y, z]) {
+  return a * x + b * y + c * z;
+}
+
+/** A canvas sharp on any screen; `draw(pen)` is called with what it needs to draw in a unit of its own. */
+class Scene {
+  constructor(canvas, reach, draw) {
+    Object.assign(this, { canvas, reach, draw });
+    camera.watchers.push(() => this.render());
+    new ResizeObserver(() => this.render()).observe(canvas);
+    this.listen();
+  }
+
+  listen() {
+    const { canvas } = this;
+    canvas.addEventListener("pointerdown", (event) => canvas.setPointerCapture(event.pointerId));
+    canvas.addEventListener("pointermove", (event) => {
+      if (canvas.hasPointerCapture(event.pointerId)) turnCamera(-event.movementX * 0.01, event.movementY * 0.01);
+    });
+    const steps = { ArrowLeft: [0.1, 0], ArrowRight: [-0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1] };
+    canvas.addEventListener("keydown", (event) => {
+      if (!(event.key in steps)) return;
+      turnCamera(...steps[event.key]);
+      event.preventDefault();
+    });
+  }
+
+  render() {
+    const { canvas } = this;
+    const ratio = window.devicePixelRatio || 1;
+    const [width, height] = [canvas.clientWidth, canvas.clientHeight];
+    if (width === 0) return;
+    if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
+      canvas.width = Math.round(width * ratio);
+      canvas.height = Math.round(height * ratio);
+    }
+    const pen = canvas.getContext("2d");
+    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+    pen.clearRect(0, 0, width, height);
+    const scale = Math.min(width, height) / 2 / this.reach;
+    const [right, up, toward] = viewAxes();
+    const project = (v) => [width / 2 + scale * dot(v, right), height / 2 - scale * dot(v, up), dot(v, toward)];
+    this.draw({ pen, project, toward, width, height });
+  }
+}
+
+function strokeLine({ pen, project }, points, color, width, dash = []) {
+  pen.beginPath();
+  for (const point of points) pen.lineTo(...project(point).slice(0, 2));
+  pen.strokeStyle = color;
+  pen.lineWidth = width;
+  pen.setLineDash(dash);
+  pen.lineJoin = pen.lineCap = "round";
+  pen.stroke();
+  pen.setLineDash([]);
+}
+
+function arrow(view, from, to, color, label, shift = 8) {
+  const { pen, project } = view;
+  const [[x0, y0], [x1, y1]] = [project(from), project(to)];
+  const length = Math.hypot(x1 - x0, y1 - y0);
+  strokeLine(view, [from, to], color, 2.2);
+  if (length > 6) {
+    const [ux, uy] = [(x1 - x0) / length, (y1 - y0) / length];
+    pen.beginPath();
+    pen.moveTo(x1 + 5 * ux, y1 + 5 * uy);
+    pen.lineTo(x1 - 6 * ux - 4 * uy, y1 - 6 * uy + 4 * ux);
+    pen.lineTo(x1 - 6 * ux + 4 * uy, y1 - 6 * uy - 4 * ux);
+    pen.fillStyle = color;
+    pen.fill();
+  }
+  writeAt(view, to, label, color, shift);
+}
+
+function writeAt({ pen, project }, point, text, color, shift = 8) {
+  const [x, y] = project(point);
+  pen.font = "600 13px system-ui, sans-serif";
+  pen.textBaseline = "middle";
+  pen.lineWidth = 3;
+  pen.strokeStyle = pageColor("paper");
+  pen.strokeText(text, x + shift, y - 6);
+  pen.fillStyle = color;
+  pen.fillText(text, x + shift, y - 6);
+}
+
+function shaded(color, light) {
+  const k = 0.55 + 0.45 * light;
+  return `rgb(${color.map((part) => Math.round(part * k)).join(",")})`;
+}

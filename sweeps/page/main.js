@@ -1,0 +1,56 @@
+// The start: what is needed first is unpacked first, then everything draws itself.
+
+function setTheme(theme) {
+  document.documentElement.dataset.theme = theme;
+  document.getElementById("theme").textContent = theme === "dark" ? "Light" : "Dark";
+}
+
+function redraw() {
+  for (const listener of state.listeners) listener({});
+}
+
+function buildTheme() {
+  const dark = matchMedia("(prefers-color-scheme: dark)");
+  setTheme(dark.matches ? "dark" : "light");
+  document.getElementById("theme").onclick = () => {
+    setTheme(document.documentElement.dataset.theme === "dark" ? "light" : "dark");
+    redraw();
+  };
+  dark.addEventListener("change", () => {
+    setTheme(dark.matches ? "dark" : "light");
+    redraw();
+  });
+}
+
+function resized() {
+  clearTimeout(resized.later);
+  resized.later = setTimeout(redraw, 200);
+}
+
+async function start() {
+  await Promise.all([loadPlotly(), ...Object.values(theMap.columns).map((column) => column.load())]);
+  theMap.choices = [signedRate(), ...Object.values(theMap.columns)].filter(Boolean);
+  firstState();
+  readLink();
+  buildTheme();
+  buildControls();
+  if (theMap.order.includes("body")) buildBodies();
+  else buildPlane();
+  buildNudges();
+  if (theMap.isRigid) buildMotion();
+  else buildMode();
+  showRow(state.place);
+  onChange(() => showRow(state.place));
+  addEventListener("hashchange", () => readLink() && redraw());
+  let width = innerWidth;
+  addEventListener("resize", () => {
+    if (innerWidth !== width) resized();
+    width = innerWidth;
+  });
+  document.documentElement.dataset.ready = "yes";
+}
+
+// what the console, and the tests, may look at
+globalThis.polhode = { map: theMap, state, jacobi, completeK, Trajectory, perturbedSpin, AttitudeTable, rotated, motion, choose, placeWith, link, numberText };
+
+await start();

@@ -1,0 +1,202 @@
+// The motion of the chosen point: the body turning, its polhode and ω(t), from the exact solution.
+
+const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 30, 100];
+const NUDGES = [1e-6, 1e-3, 0.01, 0.1, 0.3];
+const PLOT_MARGIN = { l: 70, r: 12 };
+
+const motion = { t: 0, playing: false };
+
+/** Moments, spin and nudge of the chosen point; the nudge may be another for the drawing. */
+function motionOf(place) {
+  const value = (name) => coordinateAt(name, place);
+  const epsilon = state.nudge ?? value("epsilon");
+  const given = { axis: value("axis"), omega0: value("omega0"), epsilon, phase: value("phase") };
+  const trajectory = new Trajectory(MOMENTS.map(value), perturbedSpin(given));
+  return { ...given, trajectory, rotation: (2 * Math.PI) / Math.abs(given.omega0), ...span(trajectory, given) };
+}
+
+/** How long the drawing runs, s: two flips or two turns of the wobble, within what an eye can follow. */
+function span(trajectory, { axis, omega0 }) {
+  const rotation = (2 * Math.PI) / Math.abs(omega0);
+  const flips = trajectory.roles[0] === axis - 1 && trajectory.m > 0 && !trajectory.isStationary;
+  const whole = trajectory.flipPeriod * (flips ? 2 : 4);
+  const end = Number.isFinite(whole) ? Math.max(3 * rotation, Math.min(whole, (flips ? 5000 : 700) * rotation)) : 12 * rotation;
+  return { flips, end };
+}
+
+function motionInWords({ trajectory, flips, rotation, axis }) {
+  const period = trajectory.flipPeriod;
+  const turns = (time) => `${numberText(time / rotation, 4)} rotations`;
+  if (trajectory.isStationary) return "Nothing changes: this body keeps spinning as it started.";
+  if (!Number.isFinite(period)) return trajectory.p > 0 ? "It stands on the separatrix: it turns over once and never again." : "The nudge stays as it is, or grows in proportion to time; there is no flip.";
+  if (flips) return `Unstable: the spin about axis ${axis} turns over every ${timeText(period)} (${turns(period)}).`;
+  return `Stable: the angular velocity goes round axis ${axis} in the body once in ${timeText(2 * period)} (${turns(2 * period)}).`;
+}
+
+/** First time, s, at which the spin about its axis passes zero, or nothing. */
+function firstFlip({ trajectory, axis, end }) {
+  const spin = (t) => trajectory.at(t)[axis - 1];
+  const n = 4000;
+  for (let i = 0; i < n; i++) {
+    let [low, high] = [(i * end) / n, ((i + 1) * end) / n];
+    if (spin(low) * spin(high) > 0) continue;
+    for (let k = 0; k < 40; k++) {
+      const middle = 0.5 * (low + high);
+      if (spin(low) * spin(middle) <= 0) high = middle;
+      else low = middle;
+    }
+    return low;
+  }
+  return null;
+}
+
+function showMotion() {
+  const shown = motionOf(state.place);
+  Object.assign(motion, shown, { t: 0, attitudes: new AttitudeTable(shown.trajectory, shown.end), flip: shown.flips ? firstFlip(shown) : null });
+  const moments = MOMENTS.map((name) => coordinateAt(name, state.place));
+  motion.squares = meanSquares(moments);
+  const possible = !(Math.max(...moments) * 2 > moments[0] + moments[1] + moments[2]);
+  const shape = document.getElementById("shape");
+  if (!shape.dataset.chosen) shape.value = looksLikeRacket(motion.squares) ? "racket" : "box";
+  motion.faces = bodyFaces(motion.squares, shape.value);
+  motion.polhode.show(motion.trajectory, motion.axis);
+  document.getElementById("motion-where").textContent = placeText(state.place);
+  document.getElementById("motion-words").textContent = motionInWords(motion) + (possible ? "" : " No rigid body has these moments; the shape drawn is the nearest that exists.");
+  showFlipPeriod();
+  document.getElementById("to-flip").hidden = motion.flip === null;
+  document.getElementById("polhode-note").textContent = motion.polhode.tiny ? "The nudge is so small that the polhode is a point to the eye: choose a larger nudge to see it." : "";
+  setSpeed();
+  drawTraces();
+  seek(0);
+}
+
+function showFlipPeriod() {
+  const data = document.getElementById("flip-period");
+  data.value = String(motion.trajectory.flipPeriod);
+  data.textContent = Number.isFinite(motion.trajectory.flipPeriod) ? withUnit(motion.trajectory.flipPeriod, "s", 8) : "infinite";
+}
+
+/** A speed at which the whole motion takes about half a minute, between half a rotation and five a second. */
+function setSpeed() {
+  const speed = document.getElementById("speed");
+  if (speed.dataset.chosen) return;
+  const wanted = Math.max(0.5, Math.min(5, motion.end / motion.rotation / 30));
+  speed.value = String(SPEEDS.reduce((best, one) => (Math.abs(Math.log(one / wanted)) < Math.abs(Math.log(best / wanted)) ? one : best)));
+}
+
+function drawTraces() {
+  const n = 1500;
+  const times = Array.from({ length: n + 1 }, (_, i) => (i * motion.end) / n);
+  const omegas = times.map((t) => motion.trajectory.at(t));
+  const [factor, unit] = [["years", 31557600], ["days", 86400], ["h", 3600], ["s", 1]].filter(([, one]) => motion.end >= 3 * one || one === 1).map(([name, one]) => [one, name])[0];
+  const colors = [theMap.seriesColors[0], theMap.seriesColors[1], theMap.seriesColors[2]];
+  const traces = [0, 1, 2].map((i) => ({ type: "scatter", mode: "lines", name: `ω${SUBSCRIPTS[i]}`, x: times.map((t) => t / factor), y: omegas.map((w) => w[i]), xaxis: "x", yaxis: i ? `y${i + 1}` : "y", line: { color: colors[i], width: 2 }, hovertemplate: `ω${SUBSCRIPTS[i]} = %{y} rad s⁻¹<br>t = %{x} ${unit}<extra></extra>` }));
+  const layout = { height: 420, margin: { ...PLOT_MARGIN, t: 10, b: 46 }, showlegend: false, dragmode: false, hovermode: "closest", xaxis: { title: { text: `time (${unit})` }, range: [0, motion.end / factor], fixedrange: true, anchor: "y3", automargin: false, exponentformat: "power" } };
+  [0, 1, 2].forEach((i) => {
+    layout[i ? `yaxis${i + 1}` : "yaxis"] = { domain: [0.7 - 0.35 * i, 1 - 0.35 * i], title: { text: `ω${SUBSCRIPTS[i]}`, standoff: 4 }, fixedrange: true, automargin: false, exponentformat: "power", nticks: 4, ...componentRange(omegas.map((w) => w[i])) };
+  });
+  Plotly.react("traces", traces, plotLayout(layout), { ...PLOT_CONFIG, displayModeBar: false });
+}
+const SUBSCRIPTS = "₁₂₃";
+
+/** A component that hardly changes is drawn as a level line, not as its last digits. */
+function componentRange(values) {
+  const [low, high] = values.reduce(([low, high], v) => [Math.min(low, v), Math.max(high, v)], [Infinity, -Infinity]);
+  const size = Math.max(Math.abs(low), Math.abs(high));
+  if (high - low > 1e-4 * size) return { range: [low - 0.08 * (high - low), high + 0.08 * (high - low)] };
+  return { range: size > 0 ? [low - 0.1 * size, high + 0.1 * size] : [-1, 1] };
+}
+
+function seek(t) {
+  motion.t = Math.max(0, Math.min(motion.end, t));
+  const slider = document.getElementById("time");
+  slider.value = String(Math.round((1000 * motion.t) / motion.end));
+  slider.setAttribute("aria-valuetext", timeText(motion.t));
+  document.getElementById("time-text").textContent = `${timeText(motion.t)} · ${numberText(motion.t / motion.rotation, 3)} rotations`;
+  motion.attitude = motion.attitudes.at(motion.t);
+  motion.omega = motion.trajectory.at(motion.t);
+  motion.scene.render();
+  motion.polhode.tick(motion.omega);
+  const width = document.getElementById("traces").clientWidth - PLOT_MARGIN.l - PLOT_MARGIN.r;
+  document.getElementById("cursor").style.left = `${PLOT_MARGIN.l + (width * motion.t) / motion.end}px`;
+}
+
+function drawBody(view) {
+  if (!motion.attitude) return;
+  const { pen } = view;
+  strokeLine(view, [[0, 0, -1.3], [0, 0, 1.05]], pageColor("grid"), 1.5, [3, 4]);
+  drawSolid(view, motion.faces, motion.attitude);
+  drawBodyAxes(view, motion.attitude, motion.axis);
+  arrow(view, [0, 0, 1.05], [0, 0, 1.28], pageColor("quiet"), "L", 10);
+  const omega = rotated(motion.attitude, motion.omega);
+  const size = Math.hypot(...omega);
+  pen.globalAlpha = 0.9;
+  arrow(view, [0, 0, 0], omega.map((w) => (1.2 * w) / size), theMap.seriesColors[3], "ω", -20);
+  pen.globalAlpha = 1;
+}
+
+function play(now) {
+  if (!motion.playing) return;
+  const elapsed = Math.min(0.1, (now - motion.last) / 1000);
+  motion.last = now;
+  const next = motion.t + elapsed * Number(document.getElementById("speed").value) * motion.rotation;
+  seek(next >= motion.end ? 0 : next);
+  requestAnimationFrame(play);
+}
+
+function setPlaying(playing) {
+  motion.playing = playing;
+  const button = document.getElementById("play");
+  button.textContent = playing ? "❚❚ Pause" : "▶ Play";
+  button.setAttribute("aria-pressed", String(playing));
+  motion.last = performance.now();
+  if (playing) requestAnimationFrame(play);
+}
+
+function fillMotionControls() {
+  const speed = document.getElementById("speed");
+  for (const one of SPEEDS) speed.append(element("option", { value: String(one), textContent: `${numberText(one, 3)} rotations a second` }));
+  speed.onchange = () => (speed.dataset.chosen = "yes");
+  const nudge = document.getElementById("nudge");
+  nudge.append(element("option", { value: "", textContent: "as in the map" }));
+  for (const one of NUDGES) nudge.append(element("option", { value: String(one), textContent: `ε = ${numberText(one, 3)}` }));
+  nudge.onchange = () => choose({ nudge: nudge.value ? Number(nudge.value) : null });
+  const shape = document.getElementById("shape");
+  shape.onchange = () => {
+    shape.dataset.chosen = "yes";
+    motion.faces = bodyFaces(motion.squares, shape.value);
+    motion.scene.render();
+  };
+}
+
+function buildMotion() {
+  document.getElementById("motion").hidden = false;
+  fillMotionControls();
+  motion.scene = new Scene(document.getElementById("body-canvas"), 1.36, drawBody);
+  motion.polhode = new PolhodePicture(document.getElementById("polhode-canvas"));
+  document.getElementById("play").onclick = () => setPlaying(!motion.playing);
+  document.getElementById("to-flip").onclick = () => {
+    seek(motion.flip - 1.5 * motion.rotation);
+    setPlaying(true);
+  };
+  document.getElementById("time").oninput = (event) => seek((event.target.value / 1000) * motion.end);
+  document.getElementById("copy-link").onclick = copyLink;
+  onChange(showMotion);
+  onChange(() => {
+    const nudge = document.getElementById("nudge");
+    nudge.value = state.nudge === null ? "" : String(state.nudge);
+  });
+  showMotion();
+}
+
+async function copyLink() {
+  const said = document.getElementById("copied");
+  const address = location.href.split("#")[0] + link();
+  try {
+    await navigator.clipboard.writeText(address);
+    said.textContent = "copied";
+  } catch {
+    location.hash = link();
+    said.textContent = "the link is in the address line";
+  }
+}

@@ -1,0 +1,66 @@
+// Many sizes of the nudge: how far the measured rate leaves linear theory as the nudge grows.
+
+const LEAST_NUDGES = 6;
+const DASHES = ["solid", "dash", "dot", "dashdot", "longdash", "longdashdot"];
+const SYMBOLS = ["circle", "square", "diamond", "cross", "triangle-up", "x"];
+
+/** |r/r_theory − 1| of the rate r = sign(Ω²) √|Ω²|; NaN where theory says nothing. */
+function rateDeviation(place) {
+  const { omega_squared: measured, omega_squared_theory: theory } = theMap.columns;
+  const [value, expected] = [measured.at(place), theory.at(place)];
+  if (expected === 0) return NaN;
+  const ratio = value / expected;
+  return Math.abs(Math.sign(ratio) * Math.sqrt(Math.abs(ratio)) - 1);
+}
+
+/** One curve for each axis of the chosen body, or for each body about the chosen axis. */
+function nudgeCurves() {
+  const over = document.getElementById("nudges-over").value;
+  const k = theMap.order.indexOf(over);
+  const e = theMap.order.indexOf("epsilon");
+  const order = ascending("epsilon");
+  const names = k >= 0 ? theMap.coordinates[over].values : [""];
+  return names.map((name, i) => {
+    const y = order.map((j) => rateDeviation(state.place.map((at, d) => (d === k ? i : d === e ? j : at))));
+    const color = theMap.seriesColors[i % theMap.seriesColors.length];
+    const ink = color === "#333333" ? pageColor("ink") : color;
+    return { type: "scatter", mode: "lines+markers", name: plain(k >= 0 ? (over === "axis" ? `axis ${name}` : name) : "rate"), x: order.map((j) => theMap.coordinates.epsilon.values[j]), y: y.map((v) => (v > 0 ? v : null)), line: { color: ink, width: 1.6, dash: DASHES[Math.floor(i / 7) % 6] }, marker: { color: ink, size: 6, symbol: SYMBOLS[i % 6] } };
+  });
+}
+
+function drawNudges() {
+  const curves = nudgeCurves().filter((curve) => curve.y.some((value) => value !== null));
+  const eps = theMap.coordinates.epsilon.values;
+  const [low, high] = [Math.min(...eps), Math.max(...eps)];
+  const law = { type: "scatter", mode: "lines", name: "ε²", x: [low, high], y: [low ** 2, high ** 2], line: { color: pageColor("quiet"), width: 1, dash: "dash" }, hoverinfo: "skip" };
+  const target = document.getElementById("nudges-plot");
+  const narrow = target.clientWidth < 520;
+  const legend = narrow ? { orientation: "h", y: -0.3 } : {};
+  const layout = plotLayout({ height: narrow ? 480 : 420, showlegend: true, legend, hovermode: "closest", dragmode: matchMedia("(pointer: coarse)").matches ? false : "zoom", xaxis: { type: "log", title: { text: "size of the nudge, ε" }, exponentformat: "power" }, yaxis: { type: "log", title: { text: "|rate/theory − 1|" }, exponentformat: "power", range: [-16, 0.5] } });
+  Plotly.react(target, [...curves, law], layout, PLOT_CONFIG);
+  document.getElementById("nudges-summary").textContent = nudgesInWords(curves);
+}
+
+function nudgesInWords(curves) {
+  const parts = curves.map((curve) => {
+    const at = curve.y.findIndex((value) => value > 0.01);
+    const name = curve.name.replace(/&lt;/g, "<").replace(/&gt;/g, ">").replace(/&amp;/g, "&");
+    return at >= 0 ? `${name}: one per cent off from ε = ${numberText(curve.x[at], 2)}` : `${name}: within one per cent throughout`;
+  });
+  return parts.join("; ") + ".";
+}
+
+function buildNudges() {
+  const section = document.getElementById("nudges");
+  const { omega_squared: measured, omega_squared_theory: theory } = theMap.columns;
+  if (!theMap.order.includes("epsilon") || sizeOf("epsilon") < LEAST_NUDGES || !measured || !theory) return;
+  section.hidden = false;
+  const over = document.getElementById("nudges-over");
+  const able = ["axis", "body"].filter((name) => theMap.order.includes(name) && sizeOf(name) > 1);
+  const words = { axis: "the axes of the chosen body", body: "all bodies about the chosen axis" };
+  for (const name of able) over.append(element("option", { value: name, textContent: words[name] }));
+  over.parentElement.hidden = able.length < 2;
+  over.onchange = drawNudges;
+  drawNudges();
+  onChange(drawNudges);
+}

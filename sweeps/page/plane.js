@@ -1,0 +1,250 @@
+// The map itself: a plane of two dimensions (or a curve over one), coloured by one variable, with theory on top.
+
+const MOMENTS = ["I1", "I2", "I3"];
+
+/** Indices of a dimension in the order of its values. */
+function ascending(name) {
+  const values = theMap.coordinates[name].values;
+  return values.map((_, i) => i).sort((a, b) => values[a] - values[b]);
+}
+
+function chosenColumn() {
+  return theMap.choices.find((choice) => choice.name === state.color);
+}
+
+/** The plane as rows of places, values and whether a body exists there. */
+function planeCells() {
+  const [xs, ys] = [state.x, state.y].map((name) => (name ? ascending(name) : [null]));
+  const column = chosenColumn();
+  const margin = theMap.columns.triangle_margin;
+  const [kx, ky] = [state.x, state.y].map((name) => theMap.order.indexOf(name));
+  const place = [...state.place];
+  const cells = ys.map((j) => xs.map((i) => {
+    if (kx >= 0) place[kx] = i;
+    if (ky >= 0) place[ky] = j;
+    return { value: column.at(place), exists: !margin || !(margin.at(place) < 0), place: [...place] };
+  }));
+  const values = (name, order) => (name ? order.map((i) => theMap.coordinates[name].values[i]) : []);
+  return { cells, x: values(state.x, xs), y: values(state.y, ys), column };
+}
+
+function drawPlane() {
+  const plane = planeCells();
+  theMap.plane = plane;
+  const target = document.getElementById("map");
+  const drawn = state.y ? heatmap(plane) : curve(plane);
+  const size = { height: Math.min(620, Math.max(340, target.clientWidth * 0.8)) };
+  const view = [state.x, state.y].join();
+  const touch = matchMedia("(pointer: coarse)").matches;
+  const layout = plotLayout({ ...drawn.layout, ...size, showlegend: false, hovermode: "closest", uirevision: view, dragmode: touch ? false : "zoom" });
+  Plotly.react(target, drawn.traces, layout, PLOT_CONFIG);
+  document.getElementById("map-summary").textContent = planeSummary(plane);
+  drawLegend(plane);
+  if (document.getElementById("map-table").open) fillPlaneTable(plane);
+}
+
+function axisOf(name, values) {
+  return { title: { text: dimensionLabel(name) }, type: isLogarithmic(values) ? "log" : "linear", showgrid: false, exponentformat: "power" };
+}
+
+function rangeOf(edges, type) {
+  const ends = [edges[0], edges[edges.length - 1]];
+  return type === "log" ? ends.map(Math.log10) : ends;
+}
+
+function heatmap({ cells, x, y, column }) {
+  const flat = cells.flat();
+  const scale = colorScale(column, flat.map((cell) => cell.value), flat.map((cell) => cell.exists));
+  const [xEdges, yEdges] = [cellEdges(x), cellEdges(y)];
+  const z = cells.map((row) => row.map((cell) => (Number.isFinite(cell.value) ? scale.z(cell.value) : null)));
+  const text = cells.map((row) => row.map((cell) => tooltip(column, cell)));
+  const { colorbar = {}, showscale = true } = scale;
+  const narrow = document.getElementById("map").clientWidth < 520;
+  const bar = narrow
+    ? { orientation: "h", thickness: 10, len: 1, y: 1.02, yanchor: "bottom", x: 0.5, outlinewidth: 0, exponentformat: "power" }
+    : { thickness: 14, len: 0.9, outlinewidth: 0, exponentformat: "power" };
+  const base = { type: "heatmap", x: xEdges, y: yEdges, z, text, hovertemplate: "%{text}<extra></extra>", hoverongaps: true };
+  const colors = { zmin: scale.zmin, zmax: scale.zmax, colorscale: scale.colorscale, showscale, colorbar: { ...bar, ...colorbar } };
+  const layout = { xaxis: axisOf(state.x, x), yaxis: axisOf(state.y, y) };
+  layout.xaxis.range = rangeOf(xEdges, layout.xaxis.type);
+  layout.yaxis.range = rangeOf(yEdges, layout.yaxis.type);
+  const lines = boundaries(xEdges, yEdges);
+  layout.annotations = lines.map((line) => line.label);
+  return { traces: [{ ...base, ...colors }, ...hatch(cells, xEdges, yEdges), ...lines.flatMap((line) => line.traces), mark(xEdges, yEdges)], layout };
+}
+
+/** Plotly reads a little HTML in its texts: what comes from the file is shown as it is. */
+function plain(text) {
+  return String(text).replace(/&/g, "&amp;").replace(/</g, "&lt;").replace(/>/g, "&gt;");
+}
+
+function tooltip(column, cell) {
+  const sides = [state.x, state.y].filter(Boolean).map((name) => `${symbolText(name)} = ${coordinateText(name, coordinateAt(name, cell.place))}`);
+  const lines = [...sides, `${column.name} = ${column.text(cell.value)}`];
+  return [...lines, ...(cell.exists ? [] : ["no body has these moments"])].map(plain).join("<br>");
+}
+
+/** Hatching over the cells where no body exists: runs of cells of each row, one outline each. */
+function hatch(cells, xEdges, yEdges) {
+  const [x, y] = [[], []];
+  cells.forEach((row, j) => {
+    for (let i = 0; i < row.length; i++) {
+      if (row[i].exists) continue;
+      const first = i;
+      while (i < row.length && !row[i].exists) i++;
+      x.push(xEdges[first], xEdges[i], xEdges[i], xEdges[first], xEdges[first], null);
+      y.push(yEdges[j], yEdges[j], yEdges[j + 1], yEdges[j + 1], yEdges[j], null);
+    }
+  });
+  if (x.length === 0) return [];
+  const fillpattern = { shape: "/", size: 7, solidity: 0.16, fgcolor: "#3c3f43", bgcolor: "rgba(255,255,255,0.55)" };
+  return [{ type: "scatter", mode: "lines", x, y, fill: "toself", fillpattern, fillcolor: "rgba(255,255,255,0.55)", line: { width: 0 }, hoverinfo: "skip" }];
+}
+
+/** Where linear theory has Ω² = 0 about the axis: I_a = I_b and I_a = I_c. */
+function boundaries(xEdges, yEdges) {
+  if (!theMap.isRigid || [state.x, state.y].includes("axis")) return [];
+  const axis = coordinateAt("axis", state.place);
+  const a = MOMENTS[axis - 1];
+  const partners = MOMENTS.filter((name) => name !== a);
+  return partners.flatMap((partner) => boundary([a, partner], xEdges, yEdges));
+}
+
+function boundary(pair, xEdges, yEdges) {
+  const [xEnds, yEnds] = [xEdges, yEdges].map((edges) => [edges[0], edges[edges.length - 1]]);
+  const other = (name) => coordinateAt(pair.find((one) => one !== name), state.place);
+  const inside = ([low, high], value) => low < value && value < high;
+  const name = [...pair].sort().map(symbolText).join(" = ");
+  if (pair.includes(state.x) && pair.includes(state.y)) {
+    const [low, high] = [Math.max(xEnds[0], yEnds[0]), Math.min(xEnds[1], yEnds[1])];
+    if (low >= high) return [];
+    const points = Array.from({ length: 101 }, (_, i) => low + ((high - low) * i) / 100);
+    return [boundaryLine(points, points, name, { x: points[88], y: points[88] })];
+  }
+  if (pair.includes(state.x) && inside(xEnds, other(state.x))) {
+    return [boundaryLine([other(state.x), other(state.x)], yEnds, name, { x: other(state.x), y: yEnds[1], above: true })];
+  }
+  if (pair.includes(state.y) && inside(yEnds, other(state.y))) {
+    return [boundaryLine(xEnds, [other(state.y), other(state.y)], name, { x: xEnds[1], y: other(state.y) })];
+  }
+  return [];
+}
+
+function boundaryLine(x, y, name, at) {
+  const line = (color, width) => ({ type: "scatter", mode: "lines", x, y, name, line: { color, width }, hoverinfo: "skip" });
+  const log = (value, side) => (isLogarithmic(theMap.coordinates[state[side]].values) ? Math.log10(value) : value);
+  const label = { x: log(at.x, "x"), y: log(at.y, "y"), text: name, showarrow: false, font: { size: 12, color: "#1a1a1a" }, bgcolor: "rgba(255,255,255,0.8)", xanchor: at.above ? "center" : "right", yanchor: at.above ? "top" : "bottom" };
+  return { traces: [line("#ffffff", 4), line("#1a1a1a", 1.8)], label };
+}
+
+/** The frame around the chosen cell. */
+function mark(xEdges, yEdges) {
+  const [i, j] = [state.x, state.y].map((name) => ascending(name).indexOf(state.place[theMap.order.indexOf(name)]));
+  const [x0, x1, y0, y1] = [xEdges[i], xEdges[i + 1], yEdges[j], yEdges[j + 1]];
+  const line = { color: "#000000", width: 2.5 };
+  return { type: "scatter", mode: "lines", name: "chosen", x: [x0, x1, x1, x0, x0], y: [y0, y0, y1, y1, y0], line, hoverinfo: "skip" };
+}
+
+/** A curve where one dimension varies, one point where none does. */
+function curve({ cells, x, column }) {
+  const row = cells[0];
+  const along = state.x ? x : [0];
+  const color = pageColor("accent");
+  const trace = { type: "scatter", mode: "lines+markers", x: along, y: row.map((cell) => (column.isFlag ? column.text(cell.value) : cell.value)), text: row.map((cell) => tooltip(column, cell)), hovertemplate: "%{text}<extra></extra>", line: { color }, marker: { color, size: 7 } };
+  const at = state.x ? ascending(state.x).indexOf(state.place[theMap.order.indexOf(state.x)]) : 0;
+  const chosen = { type: "scatter", mode: "markers", x: [along[at]], y: [trace.y[at]], marker: { size: 15, symbol: "circle-open", color: pageColor("ink"), line: { width: 2.5 } }, hoverinfo: "skip" };
+  const yaxis = { title: { text: unitText(column.units) }, exponentformat: "power" };
+  return { traces: [trace, chosen], layout: { xaxis: state.x ? axisOf(state.x, x) : { visible: false }, yaxis } };
+}
+
+// ---------------------------------------------------------------------------------------------------------
+// In words, and by keys
+
+function planeSummary({ cells, column }) {
+  const flat = cells.flat();
+  const fixed = theMap.dims.filter(({ name, size }) => size > 1 && name !== state.x && name !== state.y);
+  const where = fixed.map(({ name }) => `${symbolText(name)} = ${coordinateText(name, coordinateAt(name, state.place))}`).join(", ");
+  const impossible = flat.filter((cell) => !cell.exists).length;
+  const possible = impossible < flat.length ? flat.filter((cell) => cell.exists) : flat;
+  const also = impossible ? ` ${impossible} more points, hatched, are bodies that cannot exist.` : "";
+  return `${column.longName}: ${valuesInWords(column, possible)}${where ? ` (${where})` : ""}.${also}`;
+}
+
+function valuesInWords(column, cells) {
+  if (column.isFlag) {
+    const found = column.flags.map((flag) => [flagText(flag.meaning), cells.filter((cell) => cell.value === flag.value).length]);
+    return found.filter(([, n]) => n > 0).map(([word, n]) => `${n} × ${word}`).join("; ");
+  }
+  const values = cells.map((cell) => cell.value).filter(Number.isFinite);
+  if (values.length === 0) return "no number at any of these points";
+  const [low, high] = values.reduce(([low, high], v) => [Math.min(low, v), Math.max(high, v)], [Infinity, -Infinity]);
+  const missing = cells.length - values.length;
+  return `${cells.length} points from ${column.text(low)} to ${column.text(high)}${missing ? `, ${missing} without a number` : ""}`;
+}
+
+function drawLegend({ cells, column }) {
+  const legend = document.getElementById("legend");
+  const entries = column.isFlag ? usedFlags(column, cells.flat()) : [];
+  legend.replaceChildren(...entries.map(({ text, color }) => {
+    const swatch = element("span", { className: "swatch" });
+    swatch.style.background = color;
+    return element("li", {}, swatch, text);
+  }));
+}
+
+function usedFlags(column, cells) {
+  const used = new Set(cells.map((cell) => cell.value));
+  return column.flags.map((flag, i) => ({ ...flag, text: flagText(flag.meaning), color: flagColor(flag.meaning, i) })).filter((flag) => used.has(flag.value));
+}
+
+const MOST_TABLE = 30; // rows and columns that the table of the plane has at most
+
+function fillPlaneTable({ cells, column }) {
+  const few = (n) => Array.from({ length: Math.min(n, MOST_TABLE) }, (_, i) => Math.round((i * (n - 1)) / Math.max(1, Math.min(n, MOST_TABLE) - 1)));
+  const [rows, columns] = [few(cells.length).reverse(), few(cells[0].length)];
+  const heading = (name, cell) => (name ? numberText(coordinateAt(name, cell.place), 4) : "");
+  const head = element("tr", {}, element("th", { textContent: [state.y, state.x].filter(Boolean).map(dimensionLabel).join(" ↓  ") + (state.y ? " →" : "") }));
+  for (const i of columns) head.append(element("th", { scope: "col", textContent: heading(state.x, cells[0][i]) }));
+  const lines = rows.map((j) => {
+    const line = element("tr", {}, element("th", { scope: "row", textContent: heading(state.y, cells[j][0]) }));
+    for (const i of columns) line.append(element("td", { textContent: column.isFlag ? column.text(cells[j][i].value) : numberText(cells[j][i].value, 3) }));
+    return line;
+  });
+  document.querySelector("#map-table table").replaceChildren(element("thead", {}, head), element("tbody", {}, ...lines));
+}
+
+/** Moves the choice by cells; the sense is that of the picture. */
+function moveInPlane(dx, dy) {
+  const changes = {};
+  for (const [name, by] of [[state.x, dx], [state.y, dy]]) {
+    if (!name || by === 0) continue;
+    const order = ascending(name);
+    const at = order.indexOf(state.place[theMap.order.indexOf(name)]);
+    changes[name] = order[Math.max(0, Math.min(order.length - 1, at + by))];
+  }
+  choose({ place: placeWith(changes) });
+}
+
+function cellOf(point) {
+  const { cells } = theMap.plane;
+  if (!state.y) return cells[0][point.pointNumber];
+  return cells[point.pointNumber[0]][point.pointNumber[1]];
+}
+
+function buildPlane() {
+  const target = document.getElementById("map");
+  drawPlane();
+  const onMap = (event) => event.points.find((point) => point.curveNumber === 0);
+  target.on("plotly_hover", (event) => onMap(event) && showRow(cellOf(onMap(event)).place));
+  target.on("plotly_unhover", () => showRow(state.place));
+  target.on("plotly_click", (event) => onMap(event) && choose({ place: cellOf(onMap(event)).place }));
+  const steps = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+  target.addEventListener("keydown", (event) => {
+    if (event.key in steps) moveInPlane(...steps[event.key]);
+    else if (event.key === "Enter") document.getElementById("motion")?.scrollIntoView();
+    else return;
+    event.preventDefault();
+  });
+  document.getElementById("map-table").addEventListener("toggle", () => fillPlaneTable(theMap.plane));
+  onChange(drawPlane);
+}

@@ -1,0 +1,112 @@
+// What is chosen: a place along every dimension, the plane, the colour, the nudge of the drawing; kept in the link.
+
+const state = { place: [], x: null, y: null, color: null, nudge: null, listeners: [] };
+
+function onChange(listener) {
+  state.listeners.push(listener);
+}
+
+/** Changes the choice, tells everyone who draws it, and writes the link. */
+function choose(changes) {
+  Object.assign(state, changes);
+  for (const listener of state.listeners) listener(changes);
+  writeLink();
+}
+
+function placeWith(changes) {
+  return state.place.map((i, k) => changes[theMap.order[k]] ?? i);
+}
+
+/** Dimensions that can span the plane: numeric and longer than one, those of real numbers first. */
+function planeDimensions() {
+  const able = theMap.dims.filter((dim) => dim.size > 1 && theMap.coordinates[dim.name].numeric);
+  const real = able.filter((dim) => !theMap.coordinates[dim.name].whole);
+  return (real.length > 0 ? real : able).map((dim) => dim.name);
+}
+
+function firstState() {
+  state.place = theMap.dims.map((dim) => theMap.start.index[dim.name]);
+  const able = planeDimensions();
+  const longest = [...able].sort((a, b) => sizeOf(b) - sizeOf(a)).slice(0, 2);
+  const usual = theMap.start.plane.filter((name) => able.includes(name));
+  [state.x = null, state.y = null] = usual.length === 2 ? usual : able.filter((name) => longest.includes(name));
+  state.color = theMap.choices[0].name;
+  state.place = mostUnstable();
+}
+
+function sizeOf(name) {
+  return theMap.dims[theMap.order.indexOf(name)].size;
+}
+
+/** Calls back with every place of some dimensions, the others as they are. */
+function eachPlace(names, visit) {
+  const along = names.map((name) => theMap.order.indexOf(name));
+  const walk = (k, place) => {
+    if (k === along.length) return visit(place);
+    for (let i = 0; i < theMap.dims[along[k]].size; i++) {
+      place[along[k]] = i;
+      walk(k + 1, place);
+    }
+  };
+  walk(0, [...state.place]);
+}
+
+/** In the first plane, about any axis, the point that grows fastest for its spin among bodies that can exist. */
+function mostUnstable() {
+  const { growth_rate: rate, triangle_margin: margin } = theMap.columns;
+  if (!rate || !theMap.isRigid) return state.place;
+  const names = theMap.order.filter((name) => [state.x, state.y, "axis", "body"].includes(name) && sizeOf(name) > 1);
+  let best = state.place;
+  let most = 0;
+  eachPlace(names, (place) => {
+    const value = margin && margin.at(place) < 0 ? 0 : rate.at(place) / Math.abs(coordinateAt("omega0", place));
+    if (value > most) [most, best] = [value, [...place]];
+  });
+  return best;
+}
+
+// ---------------------------------------------------------------------------------------------------------
+// The link
+
+function link() {
+  const pairs = theMap.dims.map((dim, k) => [dim.name, theMap.coordinates[dim.name].values[state.place[k]]]);
+  for (const name of ["x", "y", "color", "nudge"]) if (state[name] !== null) pairs.push([`_${name}`, state[name]]);
+  return `#${pairs.map((pair) => pair.map((part) => encodeURIComponent(part)).join("=")).join("&")}`;
+}
+
+function writeLink() {
+  clearTimeout(writeLink.later);
+  writeLink.later = setTimeout(() => {
+    try {
+      history.replaceState(null, "", link());
+    } catch {
+      // a page inside a frame may have no history of its own; the link is then on its button only
+    }
+  }, 150);
+}
+
+/** Takes over what a link says; unknown names and values change nothing. */
+function readLink() {
+  const said = new URLSearchParams(location.hash.slice(1));
+  if ([...said].length === 0) return false;
+  state.place = theMap.dims.map((dim, k) => nearest(theMap.coordinates[dim.name], said.get(dim.name)) ?? state.place[k]);
+  const able = planeDimensions();
+  const [x, y] = [said.get("_x"), said.get("_y")];
+  if (able.includes(x) && able.includes(y) && x !== y) [state.x, state.y] = [x, y];
+  if (theMap.choices.some((choice) => choice.name === said.get("_color"))) state.color = said.get("_color");
+  state.nudge = Number(said.get("_nudge")) > 0 && Number(said.get("_nudge")) < 1 ? Number(said.get("_nudge")) : null;
+  return true;
+}
+
+/** Where a coordinate comes nearest to a value of a link. */
+function nearest(coordinate, text) {
+  if (text === null || text.trim() === "") return null;
+  if (!coordinate.numeric) {
+    const at = coordinate.values.indexOf(text);
+    return at >= 0 ? at : null;
+  }
+  const value = Number(text);
+  if (!Number.isFinite(value)) return null;
+  const distances = coordinate.values.map((other) => Math.abs(other - value));
+  return distances.indexOf(Math.min(...distances));
+}

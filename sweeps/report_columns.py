@@ -1,0 +1,230 @@
+"""A map's columns for one page: as many points as fit, scaling laws found and used, numbers packed as text."""
+
+import base64
+import math
+import zlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import product
+
+import numpy as np
+import xarray as xr
+
+BLOCK_POINTS = 2**18  # some 50 MB of columns at a time, whatever the map's size
+MOST_POINTS = 400_000  # more never fit into a page, so no more are kept in memory
+POWERS = (0, 1, -1, 2, -2)  # of a parameter, tried as scaling laws
+LAW_TOLERANCE = 1e-11  # relative: far below the digits that a page shows
+EXACT_BYTES = 1_500_000  # a map below that keeps its doubles as they are
+MANTISSA_BITS = (24, 15)  # of numbers that must be shortened: seven digits, or four and a half
+SLIDER_WEIGHT = 4  # a dimension outside the plane is thinned as if it were that many times longer
+FEWEST = 8  # a dimension is not thinned below that
+
+
+@dataclass
+class Column:
+    """One variable over the points kept, reduced along every dimension where a scaling law holds.
+
+    Attributes:
+        name: the variable.
+        values: over the map's dimensions; of length one where the variable has not the dimension, or a law holds.
+        powers: dimension → k, the law: the variable times |coordinate|^k does not depend on that dimension.
+    """
+
+    name: str
+    values: np.ndarray
+    powers: dict[str, int] = field(default_factory=dict)
+
+
+def dimensions(ds: xr.Dataset) -> dict[str, int]:
+    """Dimensions of a map's variables and their lengths, in the order of its largest variable."""
+    largest = max(ds.data_vars.values(), key=lambda variable: variable.ndim)
+    others = [dim for variable in ds.data_vars.values() for dim in variable.dims]
+    return {dim: ds.sizes[dim] for dim in dict.fromkeys([*largest.dims, *others])}
+
+
+def blocks(sizes: Mapping[str, int]) -> Iterator[dict[str, slice]]:
+    """Boxes that cover a grid once, in its order, each of at most `BLOCK_POINTS` points (or of one)."""
+    room, parts = BLOCK_POINTS, []
+    for size in reversed(sizes.values()):
+        step = max(1, min(size, room))
+        room //= step
+        parts.append([slice(low, min(low + step, size)) for low in range(0, size, step)])
+    for box in product(*reversed(parts)):
+        yield dict(zip(sizes, box, strict=True))
+
+
+def read(ds: xr.Dataset, name: str, dims: Mapping[str, slice]) -> np.ndarray:
+    """A variable's values in one box, over all dimensions of the map (of length one where it has them not)."""
+    variable = ds[name]
+    values = variable.isel({d: box for d, box in dims.items() if d in variable.dims}).transpose(
+        *(d for d in dims if d in variable.dims)
+    )
+    lengths = iter(values.shape)
+    return values.values.reshape([next(lengths) if d in variable.dims else 1 for d in dims])
+
+
+def is_number(variable: xr.DataArray) -> bool:
+    """Whether a variable is a column of real numbers, flags or booleans."""
+    return variable.dtype.kind in "fiub"
+
+
+def thinned(sizes: Mapping[str, int], numeric: set[str], most: int) -> dict[str, np.ndarray]:
+    """Which values of each dimension to keep so that at most `most` points are left, ends included.
+
+    The longest numeric dimensions lose values first; others only when no numeric one is longer than `FEWEST`. The
+    two longest of all make the page's plane and keep more of theirs than those that become sliders.
+    """
+    kept = dict(sizes)
+    plane = sorted((d for d in sizes if d in numeric), key=lambda dim: -sizes[dim])[:2]
+    while math.prod(kept.values()) > most:
+        candidates = [d for d in kept if d in numeric and kept[d] > FEWEST] or [d for d in kept if kept[d] > 1]
+        longest = max(candidates, key=lambda d: kept[d] * (1 if d in plane else SLIDER_WEIGHT))
+        least = FEWEST if longest in numeric and kept[longest] > FEWEST else 1
+        kept[longest] = max(least, min(kept[longest] - 1, int(kept[longest] * 0.97)))
+    return {d: np.unique(np.linspace(0, sizes[d] - 1, n).round().astype(int)) for d, n in kept.items()}
+
+
+def within(box: slice, kept: np.ndarray) -> tuple[np.ndarray, slice]:
+    """Kept values of one dimension inside a box: where they stand in the box, and where among those kept."""
+    low, high = np.searchsorted(kept, [box.start, box.stop])
+    return kept[low:high] - box.start, slice(low, high)
+
+
+class Gatherer:
+    """Gathers the kept points of each column while a map is read box by box."""
+
+    def __init__(self, ds: xr.Dataset, names, kept: Mapping[str, np.ndarray]):
+        self.kept = kept
+        self.columns = {}
+        for name in names:
+            shape = [len(kept[d]) if d in ds[name].dims else 1 for d in kept]
+            self.columns[name] = np.empty(shape, ds[name].dtype)
+
+    def add(self, box: Mapping[str, slice], name: str, values: np.ndarray) -> None:
+        """Takes over the kept points of one column in one box, as `read` gives them."""
+        target = self.columns[name]
+        source, into = values, []
+        for k, (dim, kept) in enumerate(self.kept.items()):
+            inside, place = within(box[dim], kept)
+            whole = values.shape[k] == 1 and target.shape[k] == 1
+            source = source if whole else np.take(source, inside, axis=k)
+            into.append(slice(None) if whole else place)
+        target[tuple(into)] = source
+
+
+def reduced(name: str, values: np.ndarray, scales: Mapping[str, np.ndarray | None]) -> Column:
+    """A column without the dimensions along which it only scales.
+
+    Args:
+        name: the variable.
+        values: over the dimensions of `scales`.
+        scales: dimension → |coordinate|, or None where it is no number or has a zero.
+    """
+    powers = {}
+    for k, (dim, scale) in enumerate(scales.items()):
+        if values.shape[k] < 2:
+            continue
+        for power in POWERS if scale is not None and values.dtype.kind == "f" else (0,):
+            first = _without(values, k, scale, power)
+            if first is not None:
+                values, powers[dim] = first, power
+                break
+    return Column(name, values, powers)
+
+
+def _without(values: np.ndarray, k: int, scale, power: int) -> np.ndarray | None:
+    """The first slice along dimension k, in the unit of the law; None where the law does not hold."""
+    factor = 1.0 if power == 0 else (scale**power).reshape([-1 if i == k else 1 for i in range(values.ndim)])
+    first = np.take(values, [0], axis=k) * (factor if power == 0 else np.take(factor, [0], axis=k))
+    for i in (-1, values.shape[k] // 2):  # most laws fail here already
+        if not _same(np.take(values, [i], axis=k) * (1.0 if power == 0 else np.take(factor, [i], axis=k)), first):
+            return None
+    return first.astype(values.dtype) if _same(values * factor, first) else None
+
+
+def _same(values: np.ndarray, first: np.ndarray) -> bool:
+    if values.dtype.kind != "f":
+        return bool((values == first).all())
+    with np.errstate(invalid="ignore"):
+        near = np.abs(values - first) <= LAW_TOLERANCE * np.abs(first)
+    return bool((near | (values == first) | (np.isnan(values) & np.isnan(first))).all())
+
+
+@dataclass(frozen=True)
+class Packed:
+    """A column as text: base64 of deflated bytes, little-endian, the first bytes of all numbers before the second.
+
+    Attributes:
+        name: the variable.
+        shape: lengths over the map's dimensions.
+        powers: the scaling laws, as in `Column`.
+        dtype: "f8", "f4", "i1", "i2" or "i4".
+        exponent: numbers are to be multiplied by two to this power.
+        digits: significant decimal digits that are right.
+        text: the bytes.
+    """
+
+    name: str
+    shape: tuple[int, ...]
+    powers: dict[str, int]
+    dtype: str
+    exponent: int
+    digits: int
+    text: str
+
+
+def pack(column: Column, bits: int = 53) -> Packed:
+    """Packs a column, its floats with `bits` of mantissa (53: as they are)."""
+    values, exponent, digits = column.values, 0, 6
+    if values.dtype.kind == "f" and bits < 53:
+        values, exponent = _single(np.asarray(values, "f8"), bits)
+        digits = min(6, int(bits * math.log10(2)))
+    elif values.dtype.kind != "f":
+        values = _narrow(values)
+    little = np.ascontiguousarray(values, values.dtype.newbyteorder("<")).reshape(-1)
+    shuffled = little.view("u1").reshape(little.size, -1).T.tobytes()
+    text = base64.b64encode(zlib.compress(shuffled, 6)).decode("ascii")
+    code = f"{values.dtype.kind}{values.dtype.itemsize}"
+    return Packed(column.name, column.values.shape, column.powers, code, exponent, digits, text)
+
+
+def _single(values: np.ndarray, bits: int) -> tuple[np.ndarray, int]:
+    """Values in single precision with a shortened mantissa, times a power of two; doubles where they span too much."""
+    finite = np.abs(values[np.isfinite(values) & (values != 0.0)])
+    if finite.size == 0:
+        return values.astype("f4"), 0
+    exponent = math.frexp(float(finite.max()))[1] - 100  # the largest near 2^100, infinite at 2^128
+    scaled = np.ldexp(values, -exponent)
+    if math.frexp(float(finite.min()))[1] - exponent < -120:
+        return values, 0
+    if bits < 24:
+        mantissa, powers = np.frexp(scaled)
+        scaled = np.ldexp(np.round(np.ldexp(mantissa, bits)), powers - bits)
+    return scaled.astype("f4"), exponent
+
+
+def _narrow(values: np.ndarray) -> np.ndarray:
+    """Whole numbers in the narrowest type that holds them: those beyond 32 bits as doubles."""
+    values = values.astype("i1") if values.dtype.kind == "b" else values
+    low, high = int(values.min()), int(values.max())
+    for kind in ("i1", "i2", "i4"):
+        if np.iinfo(kind).min <= low and high <= np.iinfo(kind).max:
+            return values.astype(kind)
+    return values.astype("f8")
+
+
+def pack_within(columns: list[Column], budget: int) -> list[Packed] | None:
+    """Packs columns with as many digits as `budget` (characters) allows; None where they do not fit."""
+    raw = sum(column.values.nbytes for column in columns)
+    for bits in (53, *MANTISSA_BITS) if raw <= EXACT_BYTES else MANTISSA_BITS:
+        if raw * bits / 64 / 4 > budget:  # no column deflates to a quarter of its noise
+            continue
+        packed, room = [], budget
+        for column in columns:
+            packed.append(pack(column, bits))
+            room -= len(packed[-1].text)
+            if room < 0:
+                break
+        else:
+            return packed
+    return None
