@@ -277,6 +277,16 @@ def fill_rotation(moments, start, times, out):
         out[i, 0], out[i, 1], out[i, 2] = x1 * unit, x2 * unit, x3 * unit
 
 
+def _body(moments, omega_start):
+    """Moments and angular velocity as checked arrays of shape (3,)."""
+    moments, start = (np.asarray(x, dtype=np.float64, order="C") for x in (moments, omega_start))
+    if moments.shape != (3,) or not (np.isfinite(moments).all() and (moments > 0.0).all()):
+        raise ValueError(f"moments must be three finite numbers above zero, not {moments}")
+    if start.shape != (3,) or not np.isfinite(start).all():
+        raise ValueError(f"omega_start must be three finite numbers, not {start}")
+    return moments, start
+
+
 def rotation(moments, omega_start, times):
     """Angular velocity of a free rigid body in its principal axes, in closed form.
 
@@ -301,11 +311,8 @@ def rotation(moments, omega_start, times):
     ValueError
         If a shape or a value is none of these.
     """
-    moments, start, times = (np.asarray(x, dtype=np.float64, order="C") for x in (moments, omega_start, times))
-    if moments.shape != (3,) or not (np.isfinite(moments).all() and (moments > 0.0).all()):
-        raise ValueError(f"moments must be three finite numbers above zero, not {moments}")
-    if start.shape != (3,) or not np.isfinite(start).all():
-        raise ValueError(f"omega_start must be three finite numbers, not {start}")
+    moments, start = _body(moments, omega_start)
+    times = np.asarray(times, dtype=np.float64, order="C")
     if times.ndim != 1 or not np.isfinite(times).all():
         raise ValueError("times must be a one-dimensional array of finite numbers")
     out = np.empty((times.size, 3))
@@ -542,3 +549,65 @@ def max_tilt(I1, I2, I3, w1, w2, w3, axis):
     if axis == cn_axis:
         return math.pi - math.atan2(far, A_c) if m1 > 0.0 else 0.5 * math.pi
     return max(math.atan2(A_c, far), math.atan2(A_s, near))
+
+
+def polhode(moments, omega_start, n):
+    r"""The closed curve that the angular velocity traces in the body, from its start and in its own direction.
+
+    The polhode is where the ellipsoids ``2 E = I_1 w_1^2 + I_2 w_2^2 + I_3 w_3^2`` and ``L^2 = (I_1 w_1)^2 +
+    (I_2 w_2)^2 + (I_3 w_3)^2`` meet, as far as the motion reaches.  With the roles and amplitudes of the closed form
+    and ``phi = am u``, the amplitude of the elliptic functions::
+
+        w_s = A_s sin phi,    w_c = A_c cos phi,    w_d = A_d sqrt(m1 + m cos^2 phi)
+
+    Points stand at equal steps of phi: seen along the axis d it goes round, the curve is an ellipse and phi its
+    eccentric angle.  Equal steps of time would crowd at the middle axis near the separatrix.
+
+    On the separatrix (m1 = 0) the motion takes for ever over half a curve, from one end of the middle axis to the
+    other.  What is returned there is one whole branch, the plane ellipse ``w_c/A_c = +-w_d/A_d`` that holds that
+    half: the second half is the motion of the opposite signs of w_c and w_d, and the two branches cross in the ends
+    of the middle axis.
+
+    Parameters
+    ----------
+    moments : array_like, shape (3,)
+        Principal moments of inertia, kg m2, finite and > 0.
+    omega_start : array_like, shape (3,)
+        Angular velocity anywhere on the curve, rad/s, finite.
+    n : int
+        Number of points, at least 2.
+
+    Returns
+    -------
+    numpy.ndarray, shape (n, 3)
+        Angular velocity, rad/s; the first and the last point are the start.  Where nothing moves (a sphere, a
+        principal spin, a symmetric top spinning about a transverse axis) every point is.  Each point is on both
+        ellipsoids to some ten roundings, and each component right relative to its own amplitude.
+
+    Raises
+    ------
+    ValueError
+        If a shape or a value is none of these.
+
+    Source: Landau and Lifshitz, Mechanics, section 37; the polhode is Poinsot's (1834).
+    """
+    moments, start = _body(moments, omega_start)
+    if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 2:
+        raise ValueError(f"n must be a whole number, at least 2, not {n!r}")
+    out = np.tile(start, (n, 1))
+    if not is_stationary(*moments, *start):
+        _fill_polhode(moments, start, out)
+        out[0] = out[-1] = start
+    return out
+
+
+def _fill_polhode(moments, start, out):
+    """Points of a polhode that is no point, at equal steps of ``am u``, into ``out`` (n, 3)."""
+    _, m, m1, *roles = trajectory(*moments, *start)
+    s, c, d = (axis - 1 for axis in roles)
+    A_s, A_c, A_d = amplitudes(*moments, *start)
+    begin = math.atan2(start[s] / A_s if A_s else 0.0, start[c] / A_c if A_c else 1.0)
+    phi = begin + np.linspace(0.0, 2.0 * math.pi, out.shape[0])
+    out[:, s], out[:, c] = A_s * np.sin(phi), A_c * np.cos(phi)
+    dn = np.sqrt(m1 + m * np.cos(phi) ** 2) if m1 > 0.0 else math.copysign(1.0, start[c]) * np.cos(phi)
+    out[:, d] = A_d * dn

@@ -18,6 +18,8 @@ import numba
 import numpy as np
 import pytest
 from numba import njit
+from scipy.integrate import solve_ivp
+from scipy.spatial import cKDTree
 
 from kernels import elliptic, exact
 
@@ -602,6 +604,134 @@ def test_extremes_and_tilts_where_formulas_end(moments, start, ranges, tilts):
     body = *map(float, moments), *map(float, start)
     assert exact.extremes(*body) == pytest.approx(ranges, rel=1e-15)
     assert [exact.max_tilt(*body, axis) for axis in (1, 2, 3)] == pytest.approx(tilts, rel=1e-15)
+
+
+# ---- the polhode ----
+
+
+def off_the_ellipsoids(moments, start, curve):
+    """Largest relative distance of a curve from the two ellipsoids of a start, 2E and L^2."""
+    return max(abs(curve**2 @ moments**power / (start**2 @ moments**power) - 1).max() for power in (1, 2))
+
+
+def test_a_polhode_lies_on_both_ellipsoids_and_closes():
+    for moments, start in drawn_trajectories(60, 13):
+        curve = exact.polhode(moments, start, 97)
+        assert curve.shape == (97, 3)
+        assert off_the_ellipsoids(moments, start, curve) < 4e-15  # some ten roundings
+        np.testing.assert_array_equal(curve[[0, -1]], [start, start])
+        *_, d = exact.trajectory(*moments, *start)
+        b, c = curve[:, d % 3], curve[:, (d + 1) % 3]
+        assert (curve[:, d - 1] * start[d - 1] > 0).all()
+        turns = np.unwrap(np.arctan2(c, b))
+        assert abs(turns[-1] - turns[0]) == pytest.approx(2 * np.pi, rel=1e-14)
+        assert (np.diff(turns) * (turns[-1] - turns[0]) > 0).all()
+
+
+@pytest.mark.parametrize("signs", SIGNS)
+def test_a_polhode_is_where_the_motion_goes(signs):
+    start = np.array([0.5, 0.7, 0.4]) * signs
+    for moments in np.array(BODIES):
+
+        def motion(_, w, c=exact.coefficients(*moments)):
+            return c[0] * w[1] * w[2], c[1] * w[2] * w[0], c[2] * w[0] * w[1]
+
+        period = exact.period(*moments, *start)
+        times = np.linspace(0.0, period, 2001)
+        path = solve_ivp(motion, (0.0, period), start, method="DOP853", t_eval=times, rtol=1e-11, atol=1e-13).y.T
+        curve = exact.polhode(moments, start, 2001)
+        # each passes within half a spacing of every point of the other
+        for one, other in ((path, curve), (curve, path)):
+            spacing = np.linalg.norm(np.diff(other, axis=0), axis=1).max()
+            assert spacing < 0.01
+            assert cKDTree(other).query(one)[0].max() < 0.51 * spacing
+        assert (curve[1] - start) @ motion(0.0, start) > 0  # and the same way round
+
+
+def test_a_polhode_spans_the_extremes():
+    for moments, start in drawn_trajectories(40, 14):
+        curve = exact.polhode(moments, start, 4001)
+        low, high = np.array(exact.extremes(*moments, *start)).reshape(3, 2).T
+        slack = 2e-15 * abs(start).max()
+        assert (curve >= low - slack).all()
+        assert (curve <= high + slack).all()
+        # half a step, pi/4000, from a crest: 1 - cos of it is 3e-7; dn curves as 1/sqrt(m1) there
+        *_, m1, sn_axis, cn_axis, _ = exact.trajectory(*moments, *start)
+        reach = (3.1e-7 / math.sqrt(m1) if i not in (sn_axis, cn_axis) else 3.1e-7 for i in (1, 2, 3))
+        for i, sag in enumerate(reach):
+            size = max(abs(low[i]), abs(high[i]))
+            assert low[i] + sag * size >= curve[:, i].min()
+            assert high[i] - sag * size <= curve[:, i].max()
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_a_small_polhode_keeps_its_own_invariant(axis):
+    for moments in BODIES:
+        start = perturbed(axis, 3.0, 1e-9, 0.6)
+        curve = exact.polhode(moments, start, 33)
+        a, b, c = (np.roll(moments, -axis)[i] for i in range(3))
+        terms = (np.roll(curve, -axis, axis=1) ** 2)[:, 1:] * [b * (b - a), c * (c - a)]
+        kept, scale = terms.sum(axis=1), abs(terms).sum(axis=1)
+        assert (abs(kept - kept[0]) < 8e-15 * scale).all()  # some ten roundings, whatever the nudge
+
+
+@pytest.mark.parametrize(
+    ("moments", "start"),
+    [
+        ((1.0, 2.0, 3.0), (0.0, -2.0, 0.0)),
+        ((1.0, 2.0, 3.0), (0.0, 0.0, 1.5)),
+        ((1.0, 1.0, 1.0), (0.3, 0.2, 0.1)),
+        ((1.0, 1.0, 2.0), (0.6, 0.8, 0.0)),
+        ((1.0, 2.0, 3.0), (0.0, 0.0, 0.0)),
+    ],
+)
+def test_the_polhode_of_what_stands_still_is_a_point(moments, start):
+    assert exact.polhode(moments, start, 5).tolist() == [list(start)] * 5
+
+
+@pytest.mark.parametrize("moments", [(1.0, 1.0, 1.7), (2.0, 2.0, 1.1), (1.0, UP, 1.7), (1.0, 1.0, 1e-12)])
+def test_the_polhode_of_a_symmetric_top_is_a_circle(moments):
+    curve = exact.polhode(moments, (0.3, -0.4, 0.9), 41)
+    assert np.hypot(curve[:, 0], curve[:, 1]) == pytest.approx(0.5, rel=1e-15)
+    assert curve[:, 2] == pytest.approx(0.9, rel=1e-15)
+    assert np.linalg.norm(np.diff(curve, axis=0), axis=1) == pytest.approx(np.sin(np.pi / 40), rel=1e-14)
+
+
+def test_on_the_separatrix_the_polhode_is_one_branch():
+    moments = np.array([1.0, 2.0, 2.25])
+    curves = {}
+    for start in itertools.product((3.0, -3.0), (5.0,), (4.0, -4.0)):
+        start = np.array(start)
+        curve = exact.polhode(moments, start, 801)
+        assert off_the_ellipsoids(moments, start, curve) < 4e-15
+        # w3/w1 = 4/3 or -4/3 all round: a plane; and the middle axis is reached at both ends, sqrt(47.5)
+        assert curve[:, 2] * start[0] == pytest.approx(curve[:, 0] * start[2], abs=1e-13)
+        assert abs(curve[:, 1]).max() == pytest.approx(math.sqrt(47.5), rel=1e-5)  # half a step, pi/800
+        curves[*np.sign(start)] = curve
+        # the motion itself is on it, on the side of its start
+        path = exact.rotation(moments, start, np.linspace(-3, 3, 50))
+        assert cKDTree(curve).query(path)[0].max() < 0.51 * np.linalg.norm(np.diff(curve, axis=0), axis=1).max()
+    assert cKDTree(curves[1, 1, 1]).query(curves[-1, 1, -1])[0].max() < 0.06  # the same ellipse
+    assert cKDTree(curves[1, 1, 1]).query(curves[1, 1, -1])[0].max() > 4
+
+
+@pytest.mark.parametrize("n", [1, 0, 2.0, True, None])
+def test_a_polhode_wants_a_number_of_points(n):
+    with pytest.raises(ValueError, match="n must be"):
+        exact.polhode((1.0, 2.0, 3.0), (1.0, 1.0, 1.0), n)
+
+
+@pytest.mark.parametrize("body", [((1, 2), (1, 1, 1)), ((1, 2, 0), (1, 1, 1)), ((1, 2, 3), (1, np.inf, 1))])
+def test_what_has_no_polhode_is_refused(body):
+    with pytest.raises(ValueError, match="must be three finite numbers"):
+        exact.polhode(*body, 9)
+
+
+@pytest.mark.parametrize("unit", [1e-250, 1e250])
+def test_a_polhode_of_any_scale(unit):
+    wanted = exact.polhode((0.7, 1.0, 1.25), (0.3, 0.7, -0.5), 50)
+    found = exact.polhode(np.array([0.7, 1.0, 1.25]) * unit, np.array([0.3, 0.7, -0.5]) * unit, 50)
+    np.testing.assert_allclose(found, wanted * unit, rtol=1e-13, atol=1e-15 * unit)
 
 
 def test_the_exact_solution_shares_nothing_with_the_direct_integrator():
