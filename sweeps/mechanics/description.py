@@ -103,10 +103,11 @@ class System:
     Args:
         title: one line of text.
         most: the most equilibria that a point can have; left out, the number of those that are named.
+        references: where the theory stands, one line.
     """
 
-    def __init__(self, title: str, most: int | None = None):
-        self.title = title
+    def __init__(self, title: str, most: int | None = None, references: str = ""):
+        self.title, self.references = title, references
         self.given_most = most
         self.time = sp.Symbol("t", real=True)
         self.parameters: dict[str, Parameter] = {}
@@ -127,15 +128,29 @@ class System:
         return symbol
 
     def coordinate(
-        self, name, unit="1", *, bounds=None, periodic=False, size=1, hold=None, momentum=None, meaning=""
+        self,
+        name,
+        unit="1",
+        *,
+        bounds=None,
+        periodic=False,
+        positive=False,
+        size=1,
+        hold=None,
+        momentum=None,
+        meaning="",
     ) -> sp.Symbol:
-        """A generalised coordinate's symbol; see `Coordinate`. `bounds` may be left out for one with a momentum."""
+        """A generalised coordinate's symbol; see `Coordinate`.
+
+        `bounds` may be left out for one with a momentum; `positive` says that it is a distance and no number below 0.
+        """
         self._check_name(name)
         if len(self.coordinates) >= MOST_COORDINATES:
             raise DescriptionError(f"coordinate {name}: there are {MOST_COORDINATES} already; allowed: no more")
         if bounds is None and momentum is None:
             raise DescriptionError(f"coordinate {name}: bounds are missing; allowed: two expressions in the parameters")
-        symbol, velocity = sp.Symbol(name, real=True), sp.Symbol(f"{name}_dot", real=True)
+        symbol = sp.Symbol(name, positive=True) if positive else sp.Symbol(name, real=True)
+        velocity = sp.Symbol(f"{name}_dot", real=True)
         low, high = (sp.sympify(bound) for bound in bounds or (0, 0))
         hold = None if hold is None else sp.sympify(hold)
         self.coordinates[name] = Coordinate(
