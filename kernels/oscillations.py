@@ -230,7 +230,9 @@ def _plan(scale_spacing, size, intervals, tolerance, steps):
     Energies turn twice as fast as the motion but are a part of it only: 1.5 holds both to the tolerance.
     """
     for i in range(size.size):
-        steps[i] = direct.steps_per_sample(1.5 * scale_spacing, min(1.0, measure.WINDOW * size[i]), intervals, tolerance)
+        steps[i] = direct.steps_per_sample(
+            1.5 * scale_spacing, min(1.0, measure.WINDOW * size[i]), intervals, tolerance
+        )
 
 
 def _blocks(steps, twice):

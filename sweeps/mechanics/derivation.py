@@ -92,6 +92,13 @@ class Equations:
         return -self.a.inv() * (self.velocity_terms + self.gradient)
 
 
+def kinetic_matrix(system: System) -> sp.Matrix:
+    """a_ij(q) over all coordinates, the cyclic ones included."""
+    T = _kinetic_energy(system)
+    _check_symbols(system, T, sp.Integer(0))
+    return _quadratic(system, T)[0]
+
+
 def derive(system: System) -> Equations:
     """Derives the equations of a system.
 
@@ -101,6 +108,8 @@ def derive(system: System) -> Equations:
     """
     if not system.coordinates or not system.kept:
         raise DescriptionError("coordinates: there is none; allowed: one at least that is not cyclic")
+    if not system.parameters:
+        raise DescriptionError("parameters: there is none; allowed: one at least, for a sweep to vary")
     T, V = _kinetic_energy(system), sum(system.potential_terms, sp.Integer(0))
     _check_symbols(system, T, V)
     a, b, T0 = _quadratic(system, T)
@@ -155,13 +164,13 @@ def _quadratic(system, T):
     b = sp.Matrix([sp.simplify(T.diff(x).subs(rest)) for x in v])
     T0 = sp.simplify(T.subs(rest))
     if a.free_symbols & set(v):
-        raise DescriptionError(f"T: not quadratic in the velocities (∂²T/∂q̇∂q̇ = {a.tolist()}); allowed: ½ a_ij(q) q̇_i q̇_j")
+        raise DescriptionError(f"T: not quadratic in the velocities ({T}); allowed: ½ a_ij(q) q̇_i q̇_j")
     remainder = T - (sp.Matrix(v).T * a * sp.Matrix(v))[0] / 2 - (b.T * sp.Matrix(v))[0] - T0
     if sp.simplify(remainder) != 0:
         raise DescriptionError(f"T: not quadratic in the velocities ({T}); allowed: ½ a_ij(q) q̇_i q̇_j")
     timed = [str(e) for e in (*a, *b, T0) if system.time in e.free_symbols]
     if timed:
-        raise DescriptionError(f"T: depends on time ({timed[0]}); allowed: positions whose T holds no t once simplified")
+        raise DescriptionError(f"T: depends on time ({timed[0]}); allowed: positions whose T, simplified, holds no t")
     if a.has(sp.I):
         raise DescriptionError(f"T: a_ij is complex ({a.tolist()}); allowed: real positions and masses")
     return a, b, T0
@@ -187,8 +196,8 @@ def _check_gyroscopic(b, q):
             curl = sp.simplify(b[i].diff(q[j]) - b[j].diff(q[i]))
             if curl != 0:
                 raise DescriptionError(
-                    f"T: its terms linear in the velocities make a gyroscopic force ({curl}) between {q[j]} and {q[i]}; "
-                    "allowed: terms that are a total derivative"
+                    f"T: its terms linear in the velocities make a gyroscopic force ({curl}) between "
+                    f"{q[j]} and {q[i]}; allowed: terms that are a total derivative"
                 )
 
 
@@ -206,6 +215,6 @@ def _check_positive(equations):
         numbers = np.array(values.tolist(), dtype=complex)
         where = ", ".join(f"{x} = {y:.4g}" for x, y in zip(equations.q, place, strict=True))
         if not np.isfinite(numbers).all() or np.abs(numbers.imag).max() > 0:
-            raise DescriptionError(f"T: a_ij is complex or infinite at {where}; allowed: real, finite a_ij within bounds")
+            raise DescriptionError(f"T: a_ij is complex or infinite at {where}; allowed: real, finite a_ij")
         if np.linalg.eigvalsh(numbers.real).min() <= 0:
             raise DescriptionError(f"T: a_ij is not positive at {where}: {values.tolist()}; allowed: positive T")

@@ -123,7 +123,8 @@ class System:
         symbol = sp.Symbol(name, positive=True) if positive else sp.Symbol(name, real=True)
         parameter = Parameter(symbol, unit, float(default), positive, least, most, meaning or name.replace("_", " "))
         if not parameter.allows(parameter.default):
-            raise DescriptionError(f"parameter {name}: default {default!r} is out of range; allowed: {parameter.allowed}")
+            wrong = f"default {default!r} is out of range"
+            raise DescriptionError(f"parameter {name}: {wrong}; allowed: {parameter.allowed}")
         self.parameters[name] = parameter
         return symbol
 

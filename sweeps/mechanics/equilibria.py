@@ -1,7 +1,8 @@
 """All equilibria of many points within bounds: where ∂V/∂q vanishes.
 
-*One coordinate.* ∂V/∂q is scanned over SCAN cells; a cell in which V″ changes sign is cut at that extremum of ∂V/∂q, so
-that two roots in one cell are seen apart. Each change of sign is then closed down by Chandrupatla's method
+*One coordinate.* ∂V/∂q is scanned over SCAN cells; a cell in which a higher derivative changes sign, down from the
+DEPTH-th of V to V″, is cut there, so that roots in one cell are seen apart (Rolle's theorem: each pair of them has a
+root of the next derivative in between). Each change of sign is then closed down by Chandrupatla's method
 (`scipy.optimize.elementwise.find_root`), and an extremum that touches zero is a root too.
 
 *Several.* Levenberg-Marquardt from a lattice of starts and from the places that the description names. That all are
@@ -23,7 +24,8 @@ from sweeps.mechanics.derivation import Equations
 from sweeps.mechanics.description import DescriptionError
 from sweeps.mechanics.graph import lambdified
 
-SCAN = 64
+SCAN = 40
+DEPTH = 5
 XTOL = 1e-16  # of a bracket
 OFFSET = 0.3819660112501051  # a scan of a periodic coordinate starts off the round numbers
 SAME_1D, SAME = 1e-9, 1e-6  # of the range
@@ -62,6 +64,7 @@ class Landscape:
         self._hessian = lambdified(arguments, equations.hessian)
         self._a = lambdified(arguments, equations.a)
         self._third = lambdified(arguments, equations.third)
+        self._cascade = None
         terms = [sum(map(sp.Abs, sp.Add.make_args(sp.expand(e)))) for e in equations.hessian]
         self._terms = lambdified(arguments, terms)
         coordinates = equations.system.kept
@@ -88,6 +91,14 @@ class Landscape:
     def hessian_terms(self, parameters, q):
         """The sums of the absolute values of the terms of V″, shape (..., n, n)."""
         return self._matrix(self._terms, parameters, q)
+
+    def derivative(self, order, axis, parameters, q):
+        """∂^order V/∂q_axis^order."""
+        if self._cascade is None:
+            x, arguments = self.equations.q[axis], (*self.equations.parameters, *self.equations.q)
+            parts = [self.equations.gradient[axis].diff(x, k) for k in range(DEPTH)]
+            self._cascade = [lambdified(arguments, [part]) for part in parts]
+        return self._cascade[order - 1](*parameters, *q)[0]
 
     def third(self, parameters, q):
         """The third derivatives of V and the first of a, a list of arrays."""
@@ -152,27 +163,20 @@ def _scan(landscape, parameters, free):
     fractions = (np.arange(SCAN + 1) + (OFFSET if periodic else 0.0)) / SCAN
     nodes = bounds[:, :1] + (bounds[:, 1:] - bounds[:, :1]) * fractions
 
-    def at(x, index, which):
+    def at(x, index, order):
         chosen = [p[index] for p in parameters]
         q = [x if i == axis else np.broadcast_to(holds[index, i], x.shape) for i in range(landscape.n)]
-        if which == "slope":
-            return landscape.hessian(chosen, q)[..., axis, axis]
-        return landscape.gradient(chosen, q)[axis]
+        return landscape.derivative(order, axis, chosen, q)
 
     index = np.broadcast_to(np.arange(points)[:, None], nodes.shape)
-    values, slopes = at(nodes, index, "value"), at(nodes, index, "slope")
+    values = at(nodes, index, 1)
     size = np.nanmax(np.where(np.isfinite(values), np.abs(values), 0.0), axis=1)
-    flat = ((np.abs(values[:, 1:]) <= 1e-14 * size[:, None]) & (np.abs(values[:, :-1]) <= 1e-14 * size[:, None])).any(1)
-    bent = slopes[:, 1:] * slopes[:, :-1] < 0.0
-    row, cell = np.nonzero(bent)
-    turn = _roots(lambda x, i: at(x, i, "slope"), nodes[row, cell], nodes[row, cell + 1], row)
-    lows = [nodes[:, :-1][~bent], nodes[row, cell], turn]
-    highs = [nodes[:, 1:][~bent], turn, nodes[row, cell + 1]]
-    rows = [index[:, :-1][~bent], row, row]
-    low, high, row = np.concatenate(lows), np.concatenate(highs), np.concatenate(rows)
-    below, above = at(low, row, "value"), at(high, row, "value")
+    nothing = np.abs(values) <= 1e-14 * size[:, None]
+    flat = (nothing[:, 1:] & nothing[:, :-1]).any(axis=1)
+    row, low, high = _cut(at, index[:, :-1].ravel(), nodes[:, :-1].ravel(), nodes[:, 1:].ravel())
+    below, above = at(low, row, 1), at(high, row, 1)
     crossing = below * above < 0.0
-    root = _roots(lambda x, i: at(x, i, "value"), low[crossing], high[crossing], row[crossing])
+    root = _roots(lambda x, i: at(x, i, 1), low[crossing], high[crossing], row[crossing])
     touching = np.abs(below) <= 1e-14 * size[row]  # a node or an extremum on zero; the cell above starts on it
     roots = [np.column_stack([row[crossing], root]), np.column_stack([row[touching], low[touching]])]
     if not periodic:
@@ -184,6 +188,16 @@ def _scan(landscape, parameters, free):
     full[..., axis] = places
     full[np.isnan(places)] = np.nan
     return _still(landscape, parameters, _distinct(landscape, parameters, full, SAME_1D)), flat
+
+
+def _cut(at, row, low, high):
+    """Cells cut where a derivative of V changes sign, from the highest down to V″."""
+    for order in range(DEPTH, 1, -1):
+        bent = at(low, row, order) * at(high, row, order) < 0.0
+        turn = _roots(lambda x, i, order=order: at(x, i, order), low[bent], high[bent], row[bent])
+        row = np.concatenate([row[~bent], row[bent], row[bent]])
+        low, high = np.concatenate([low[~bent], low[bent], turn]), np.concatenate([high[~bent], turn, high[bent]])
+    return row, low, high
 
 
 def _roots(function, low, high, index):
@@ -253,7 +267,9 @@ def _descended(landscape, parameters, q, free, bounds):
         chosen = [p[active] for p in parameters]
         gradient, J = _scaled(landscape, chosen, q[active], free, width[active])
         weight = np.linalg.norm(gradient, axis=1) * np.linalg.norm(J, axis=(1, 2))
-        normal = np.einsum("pki,pkj->pij", J, J) + (0.1 * weight + 1e-300)[:, None, None] * np.eye(len(free))
+        size = np.square(J).sum(axis=(1, 2))
+        damping = 0.1 * weight + 1e-14 * size + (size == 0.0)  # never singular, however flat V is
+        normal = np.einsum("pki,pkj->pij", J, J) + damping[:, None, None] * np.eye(len(free))
         right = -np.einsum("pki,pk->pi", J, gradient)
         sound = np.isfinite(normal).all(axis=(1, 2)) & np.isfinite(right).all(axis=1)
         step = np.full(right.shape, np.nan)
@@ -375,7 +391,9 @@ def _arranged(landscape, parameters, places):
             slots[put, slot] = places[put, j]
             left[put, j] = False
     if left.any():
-        _refuse(system, parameters, np.flatnonzero(left.any(axis=1))[0], "one is near no name, and there is no room left")
+        _refuse(
+            system, parameters, np.flatnonzero(left.any(axis=1))[0], "one is near no name, and there is no room left"
+        )
     return slots
 
 
@@ -387,4 +405,5 @@ def _check_count(system, parameters, here):
 
 def _refuse(system, parameters, point, wrong):
     values = ", ".join(f"{name}={p[point]:g}" for name, p in zip(system.parameters, parameters, strict=True))
-    raise DescriptionError(f"equilibria: {wrong}, at {values}; allowed: at most {system.most} (`most`, or their names)")
+    allowed = f"at most {system.most} (`most`, or their names)"
+    raise DescriptionError(f"equilibria: {wrong}, at {values}; allowed: {allowed}")

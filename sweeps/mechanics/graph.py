@@ -131,7 +131,8 @@ class Graph:
         """Product of two nodes."""
         if not (self.moves(first) or self.moves(second)):
             return self.build(self.nodes[first].weights[0] * self.nodes[second].weights[0])
-        return self.add(Node(MUL, tuple(sorted((first, second))), (), self.nodes[first].zero or self.nodes[second].zero))
+        zero = self.nodes[first].zero or self.nodes[second].zero
+        return self.add(Node(MUL, tuple(sorted((first, second))), (), zero))
 
     def quotient(self, first: int, second: int) -> int:
         """Quotient of two nodes."""
@@ -175,12 +176,13 @@ class Graph:
             square = self.product(half, half)
             return square if exponent % 2 == 0 else self.product(square, self.build(base))
         if exponent.free_symbols & {*self.equations.q, *self.equations.v}:
-            raise DescriptionError(f"power: {base**exponent} has a coordinate in its exponent; allowed: exp(…) in its place")
+            wrong = f"{base**exponent} has a coordinate in its exponent"
+            raise DescriptionError(f"power: {wrong}; allowed: exp(…) in its place")
         return self._function(base**exponent, base)
 
     def _function(self, e, argument):
         u = sp.Dummy("u", positive=True)
-        f = (u ** e.exp) if e.is_Pow and e.base != sp.E else e.func(u) if not e.is_Pow else sp.exp(u)
+        f = (u**e.exp) if e.is_Pow and e.base != sp.E else e.func(u) if not e.is_Pow else sp.exp(u)
         inner = self.build(argument)
         number = self.add(Node(FUNCTION, (inner,), (sp.Lambda(u, f),)))
         self._expressions[e] = number

@@ -111,7 +111,8 @@ class Model:
         """What motions show of points; of theory only places, modes (as directions) and the scale are used.
 
         Args:
-            points, theory: as of :meth:`theory`.
+            points: as of :meth:`theory`.
+            theory: what it returned.
             cycles: length of the run, in 2π/S.
             samples_per_cycle: samples in 2π/S; the spacing is 0.5/S at most.
             tolerance: relative error allowed.

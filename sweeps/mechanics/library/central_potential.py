@@ -9,7 +9,7 @@ from sympy import cos, pi, sin
 
 from sweeps.mechanics import System
 
-system = System("Circular motion in a central potential", references="Landau and Lifshitz, Mechanics, sections 14 and 15")
+system = System("Circular motion in a central potential", references="Landau and Lifshitz, Mechanics, section 14")
 m = system.parameter("mass", "kg", default=1.0, positive=True)
 k = system.parameter("strength", "1", default=1.0, positive=True, meaning="k of V = k r^s/s, in J m-s")
 s = system.parameter("exponent", "1", default=-1.0, least=-1.95, most=12.0, meaning="s of V = k r^s/s; not 0")

@@ -11,7 +11,7 @@ from sweeps.mechanics import System
 system = System("Linear triatomic molecule", references="Landau and Lifshitz, Mechanics, section 24, problem 1")
 outer = system.parameter("outer_mass", "kg", default=2.6566962e-26, positive=True, meaning="mass of each atom A")
 inner = system.parameter("inner_mass", "kg", default=1.9926467e-26, positive=True, meaning="mass of the atom B")
-k = system.parameter("stiffness", "N m-1", default=1600.0, positive=True, meaning="second derivative of a bond's energy")
+k = system.parameter("stiffness", "N m-1", default=1600.0, positive=True, meaning="V″ of a bond")
 b = system.parameter("bond", "m", default=1.16e-10, positive=True, meaning="length of a bond")
 depth = system.parameter("depth", "J", default=8.8e-19, positive=True, meaning="energy that breaks a bond")
 

@@ -8,7 +8,7 @@ from sympy import cos, pi, sin
 
 from sweeps.mechanics import System
 
-system = System("Conical motion of a spherical pendulum", references="Landau and Lifshitz, Mechanics, section 14, problem 1")
+system = System("Conical motion of a spherical pendulum", references="Landau and Lifshitz, Mechanics, section 14")
 m = system.parameter("mass", "kg", default=1.0, positive=True)
 length = system.parameter("length", "m", default=1.0, positive=True, meaning="length of the rod")
 g = system.parameter("gravity", "m s-2", default=9.80665, positive=True, meaning="acceleration of free fall")
