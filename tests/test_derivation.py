@@ -1,10 +1,10 @@
 import pytest
 import sympy as sp
+from oscillators import LIBRARY, shipped
 from sympy import cos, cot, pi, sin
 
 from sweeps.mechanics import DescriptionError, System
 from sweeps.mechanics.derivation import derive, kinetic_matrix
-from oscillators import LIBRARY, shipped
 
 
 def symbols(system):

@@ -5,9 +5,9 @@ import sys
 import numpy as np
 import pytest
 import sympy as sp
+from oscillators import LIBRARY, points, shipped
 from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipk
-from oscillators import LIBRARY, points, shipped
 
 from sweeps.mechanics import taylor
 from sweeps.mechanics.model import Model
@@ -134,7 +134,9 @@ def test_generated_file_is_named_by_its_text_and_compiled_once(tmp_path):
     environment["XDG_CACHE_HOME"] = str(tmp_path)
     runs = []
     for _ in range(2):
-        done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True)
+        done = subprocess.run(
+            [sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True
+        )
         runs.append(done.stdout.splitlines())
     assert runs[0][0] == runs[1][0]
     assert code.digest[:24] in runs[0][0]

@@ -2,7 +2,8 @@
 
 *One coordinate.* ∂V/∂q is scanned over SCAN cells; a cell in which a higher derivative changes sign, down from the
 DEPTH-th of V to V″, is cut there, so that roots in one cell are seen apart (Rolle's theorem: each pair of them has a
-root of the next derivative in between). Each change of sign is then closed down by Chandrupatla's method
+root of the next derivative in between). Cells that the Taylor
+series keeps from zero are left out. Each change of sign is then closed down by Chandrupatla's method
 (`scipy.optimize.elementwise.find_root`), and an extremum that touches zero is a root too.
 
 *Several.* Levenberg-Marquardt from a lattice of starts and from the places that the description names. That all are
@@ -26,6 +27,7 @@ from sweeps.mechanics.graph import lambdified
 
 SCAN = 40
 DEPTH = 5
+ROUNDINGS = 8 * np.finfo(np.float64).eps
 XTOL = 1e-16  # of a bracket
 OFFSET = 0.3819660112501051  # a scan of a periodic coordinate starts off the round numbers
 SAME_1D, SAME = 1e-9, 1e-6  # of the range
@@ -65,6 +67,8 @@ class Landscape:
         self._a = lambdified(arguments, equations.a)
         self._third = lambdified(arguments, equations.third)
         self._cascade = None
+        pulls = [sum(map(sp.Abs, sp.Add.make_args(sp.expand(e)))) for e in equations.gradient]
+        self._pulls = lambdified(arguments, pulls)
         terms = [sum(map(sp.Abs, sp.Add.make_args(sp.expand(e)))) for e in equations.hessian]
         self._terms = lambdified(arguments, terms)
         coordinates = equations.system.kept
@@ -79,6 +83,10 @@ class Landscape:
     def gradient(self, parameters, q):
         """∂V/∂q_i, a list of n arrays."""
         return self._gradient(*parameters, *q)
+
+    def rounding(self, parameters, q):
+        """What rounding leaves of ∂V/∂q_i where it vanishes, a list of n arrays: from its terms' absolute values."""
+        return [ROUNDINGS * value for value in self._pulls(*parameters, *q)]
 
     def hessian(self, parameters, q):
         """V″, shape (..., n, n)."""
@@ -166,21 +174,20 @@ def _scan(landscape, parameters, free):
     def at(x, index, order):
         chosen = [p[index] for p in parameters]
         q = [x if i == axis else np.broadcast_to(holds[index, i], x.shape) for i in range(landscape.n)]
-        return landscape.derivative(order, axis, chosen, q)
+        return landscape.derivative(order, axis, chosen, q) if order else landscape.rounding(chosen, q)[axis]
 
     index = np.broadcast_to(np.arange(points)[:, None], nodes.shape)
-    values = at(nodes, index, 1)
-    size = np.nanmax(np.where(np.isfinite(values), np.abs(values), 0.0), axis=1)
-    nothing = np.abs(values) <= 1e-14 * size[:, None]
+    nothing = np.abs(at(nodes, index, 1)) <= at(nodes, index, 0)
     flat = (nothing[:, 1:] & nothing[:, :-1]).any(axis=1)
-    row, low, high = _cut(at, index[:, :-1].ravel(), nodes[:, :-1].ravel(), nodes[:, 1:].ravel())
+    near = _near(at, index[:, :-1].ravel(), nodes[:, :-1].ravel(), nodes[:, 1:].ravel())
+    row, low, high = _cut(at, *near)
     below, above = at(low, row, 1), at(high, row, 1)
     crossing = below * above < 0.0
     root = _roots(lambda x, i: at(x, i, 1), low[crossing], high[crossing], row[crossing])
-    touching = np.abs(below) <= 1e-14 * size[row]  # a node or an extremum on zero; the cell above starts on it
+    touching = np.abs(below) <= at(low, row, 0)  # a node or an extremum on zero; the cell above starts on it
     roots = [np.column_stack([row[crossing], root]), np.column_stack([row[touching], low[touching]])]
     if not periodic:
-        last = np.abs(values[:, -1]) <= 1e-14 * size
+        last = nothing[:, -1]
         roots.append(np.column_stack([np.flatnonzero(last), nodes[last, -1]]))
     table = np.concatenate(roots)
     places = _table(table[:, 0].astype(int), _wrapped(table[:, 1], bounds[table[:, 0].astype(int)], periodic), points)
@@ -188,6 +195,16 @@ def _scan(landscape, parameters, free):
     full[..., axis] = places
     full[np.isnan(places)] = np.nan
     return _still(landscape, parameters, _distinct(landscape, parameters, full, SAME_1D)), flat
+
+
+def _near(at, row, low, high):
+    """The cells that can hold a root: those where the Taylor terms of ∂V/∂q, all against it, could bring it to zero."""
+    width, left, factor = high - low, np.abs(at(low, row, 1)), 1.0
+    for order in range(2, DEPTH + 1):
+        factor = factor * width / (order - 1)
+        left = left - factor * np.abs(at(low, row, order)) * (2.0 if order == DEPTH else 1.0)
+    kept = ~(left > 0.0)
+    return row[kept], low[kept], high[kept]
 
 
 def _cut(at, row, low, high):

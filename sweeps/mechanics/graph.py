@@ -273,12 +273,12 @@ class Values:
         self._parameters = graph.equations.parameters
         constants = [node.weights[0] if node.kind == CONSTANT else sp.Integer(0) for node in graph.nodes]
         self._constants = lambdified(self._parameters, constants)
-        self._derivatives = {}
+        self._derivatives, self._second = {}, {}
         for number in graph.functions:
             lam = graph.nodes[number].weights[0]
             (u,) = lam.variables
-            parts = [lam.expr, lam.expr.diff(u), lam.expr.diff(u, 2)]
-            self._derivatives[number] = lambdified((u, *self._parameters), parts)
+            self._derivatives[number] = lambdified((u, *self._parameters), [lam.expr, lam.expr.diff(u)])
+            self._second[number] = lambdified((u, *self._parameters), [lam.expr.diff(u, 2)])
 
     def bases(self, parameters, q0):
         """U of every node: arrays (n,) from parameters and places (tuples of arrays); slopes f′(U) by function node."""
@@ -298,7 +298,7 @@ class Values:
             elif node.kind == DIV:
                 U[number] = U[node.parts[0]] / U[node.parts[1]]
             else:
-                U[number], slopes[number], _ = self._derivatives[number](U[node.parts[0]], *parameters)
+                U[number], slopes[number] = self._derivatives[number](U[node.parts[0]], *parameters)
         return U, slopes
 
     def deviations(self, U, slopes, parameters, epsilon, x, v):
@@ -328,5 +328,5 @@ class Values:
         nodes, weights = np.polynomial.legendre.leggauss(REMAINDER_NODES)
         total = 0.0
         for z, weight in zip(0.5 * (nodes + 1.0), 0.5 * weights, strict=True):
-            total = total + weight * (1.0 - z) * self._derivatives[number](U + z * epsilon * hat, *parameters)[2]
+            total = total + weight * (1.0 - z) * self._second[number](U + z * epsilon * hat, *parameters)[0]
         return hat * hat * total

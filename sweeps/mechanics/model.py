@@ -146,7 +146,7 @@ class Model:
         x = (direction * (unit * np.cos(phase))[:, None]).T
         v = (direction * (-unit * S * np.sin(phase))[:, None]).T
         projection = np.einsum("pjk,pji->pki", vectors, a) / unit[:, None, None]
-        plus, minus = self._rows(parameters, theory["place"][part], epsilon, x, v)
+        plus, minus = self._rows(parameters, theory["place"][part], epsilon, x, v, theory["twice"][part].any())
         projection = np.ascontiguousarray(projection.reshape(part.size, -1))
         twice = theory["twice"][part].astype(np.int64)
         module, ones = self.code.module(), np.ones(part.size)
@@ -174,13 +174,13 @@ class Model:
         order = np.argsort(np.where(others == mode[:, None], -1, others), axis=1, kind="stable")
         return np.take_along_axis(vectors, order[:, None, :], axis=2)
 
-    def _rows(self, parameters, place, epsilon, x, v):
-        """Rows of the scratch array at the start of both runs, shape (points, rows) each."""
+    def _rows(self, parameters, place, epsilon, x, v, pair=True):
+        """Rows of the scratch array at the start of both runs (or of one, twice), shape (points, rows) each."""
         code, q0 = self.code, list(place.T)
         with np.errstate(all="ignore"):
             U, slopes = self.values.bases(parameters, q0)
             runs = []
-            for sign in (1.0, -1.0):
+            for sign in (1.0, -1.0) if pair else (1.0,):
                 rows = np.zeros((epsilon.size, code.rows))
                 _, remainders = self.values.deviations(U, slopes, parameters, epsilon, sign * x, sign * v)
                 for i in range(self.n):
@@ -191,7 +191,7 @@ class Model:
                 for (kind, number), row in code.constants.items():
                     rows[:, row] = (U if kind == "U" else slopes)[number]
                 runs.append(rows)
-        return runs
+        return runs[0], runs[-1]
 
     # -- both
 
