@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from sweeps import systems
 from sweeps.figure_style import STYLE
 from sweeps.storage import replaced
+from sweeps.systems import oscillator
 
 
 def pictures(ds: xr.Dataset) -> dict[str, Callable[[], Figure | None]]:
@@ -18,7 +19,10 @@ def pictures(ds: xr.Dataset) -> dict[str, Callable[[], Figure | None]]:
     Args:
         ds: a map, from `sweeps.open_map` or `sweeps.survey`.
     """
-    return systems.resolve(ds.attrs.get("system", systems.DEFAULT)).pictures(ds)
+    name = ds.attrs.get("system", systems.DEFAULT)
+    if systems.is_file(name):  # not run: a map is all that its pictures need
+        return oscillator.pictures(ds)
+    return systems.resolve(name).pictures(ds)
 
 
 def draw_all(ds: xr.Dataset, folder: str | Path) -> Iterator[Path]:

@@ -6,7 +6,6 @@ from functools import cached_property
 import numpy as np
 
 from kernels import oscillations as kernel
-from kernels.fingerprint import fingerprint
 from sweeps.mechanics import equilibria, modes
 from sweeps.mechanics.derivation import derive
 from sweeps.mechanics.description import System
@@ -49,10 +48,9 @@ class Model:
         """The graph in NumPy."""
         return Values(self.code.graph)
 
-    @property
-    def fingerprint(self) -> str:
-        """Hash of the kernels and of the generated code, 64 hexadecimal digits and 16 more."""
-        return f"{fingerprint()}-{self.code.digest[:16]}"
+    def equilibria(self, parameters: list[np.ndarray]) -> equilibria.Found:
+        """All equilibria of points, of which each parameter's values are given."""
+        return equilibria.find(self.landscape, parameters)
 
     # -- theory
 
@@ -68,7 +66,7 @@ class Model:
         """
         parameters = [np.asarray(points[name], dtype=np.float64) for name in self.names]
         first, inverse = _runs(parameters)
-        found = equilibria.find(self.landscape, [p[first] for p in parameters])
+        found = self.equilibria([p[first] for p in parameters])
         slot = np.asarray(points["equilibrium"])
         group, back = _runs([inverse, slot])
         chosen, place = [p[group] for p in parameters], found.places[inverse[group], slot[group]]
@@ -218,7 +216,7 @@ class Model:
             **_rates("", raw[:, kernel.RATE2], regime),
             "regime_theory": predicted,
             "regime": regime,
-            "scale": S,
+            "rate_scale": S,
             "samples_used": np.nan_to_num(raw[:, kernel.SAMPLES]).astype(np.int32),
             "window_end": (raw[:, kernel.SAMPLES] - 1.0) * measured["spacing"] / S,
             "steps_per_sample": np.nan_to_num(raw[:, kernel.STEPS]).astype(np.int32),
@@ -228,7 +226,7 @@ class Model:
         for name in ("growth_rate", "frequency"):
             columns[f"{name}_stderr"] = _rate_stderr(raw[:, kernel.STDERR], columns[name])
         amplitude, angle = _lecture_solution(epsilon, phase, S, columns["frequency"])
-        columns |= {"amplitude": amplitude, "phase_angle": angle}
+        columns |= {"amplitude": amplitude, "initial_phase": angle}
         for i, c in enumerate(self.system.kept):
             columns[f"{c.name}_equilibrium"] = theory["place"][:, i]
         return columns

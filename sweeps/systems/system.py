@@ -67,6 +67,20 @@ class System(ABC):
             Each of :meth:`variables` → values, shape (n,); a value depends on its own point alone.
         """
 
+    def check(self, definition: "Definition") -> None:
+        """Looks for what is wrong with a definition beyond its values.
+
+        Raises:
+            DefinitionError: in words.
+        """
+        return None
+
+    def fingerprint(self) -> str:
+        """Which code makes the columns: 64 hexadecimal digits."""
+        from kernels.fingerprint import fingerprint
+
+        return fingerprint()
+
     @abstractmethod
     def method(self, definition: "Definition") -> str:
         """How the motion was computed, for a map's `source`: "direct integration of Euler's equations"."""
