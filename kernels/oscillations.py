@@ -35,6 +35,7 @@ OK, SHORT_WINDOW, NOT_CONVERGED, NON_FINITE, NO_EQUILIBRIUM = range(5)
 STABLE, UNSTABLE, MARGINAL = range(3)
 
 W = 32
+ORDER = 12  # of the generated Taylor steps
 EPSILON = float(np.finfo(np.float64).eps)
 OTHERS = 0.1  # the window ends where another mode exceeds this part of the nudged one
 MOST_HALVINGS = 6
@@ -224,15 +225,16 @@ def _run_blocks(
 
 
 @njit(**OPTIONS)
-def _plan(scale_spacing, size, intervals, tolerance, steps):
+def _plan(spacing, size, intervals, tolerance, steps):
     """Steps per sample of each point, from the bound on every possible rate and the size of the nudge.
 
     Energies turn twice as fast as the motion but are a part of it only: 1.5 holds both to the tolerance.
     """
+    x = 1.5 * spacing
     for i in range(size.size):
-        steps[i] = direct.steps_per_sample(
-            1.5 * scale_spacing, min(1.0, measure.WINDOW * size[i]), intervals, tolerance
-        )
+        left_out = x ** (ORDER + 1) * direct.truncation(min(1.0, measure.WINDOW * size[i]), ORDER)
+        excess = intervals * left_out / tolerance
+        steps[i] = int(min(np.ceil(excess ** (1.0 / ORDER)), direct.MOST_STEPS)) if excess > 1.0 else 1
 
 
 def _blocks(steps, twice):

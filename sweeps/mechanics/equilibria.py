@@ -9,7 +9,7 @@ series keeps from zero are left out. Each change of sign is then closed down by 
 *Several.* Levenberg-Marquardt from a lattice of starts and from the places that the description names. That all are
 found cannot be proved here; `most` is the author's word for how many there are, and more is an error.
 
-Roots closer than a millionth of the range (two for one coordinate: 1e-9) are one, whichever bound of a periodic
+Roots closer than a millionth of the range (1e-7 for one coordinate) are one, whichever bound of a periodic
 coordinate they stand at. Where V stays flat along a line through an equilibrium there is no single place: such a point
 is FLAT and has none, unless the description holds a coordinate there.
 
@@ -30,7 +30,7 @@ DEPTH = 5
 ROUNDINGS = 8 * np.finfo(np.float64).eps
 XTOL = 1e-16  # of a bracket
 OFFSET = 0.3819660112501051  # a scan of a periodic coordinate starts off the round numbers
-SAME_1D, SAME = 1e-9, 1e-6  # of the range
+SAME_1D, SAME = 1e-7, 1e-6  # of the range; a triple root is known to 1e-8 in doubles
 STARTS = 64
 ITERATIONS = 60
 CHUNK = 1 << 14  # points at a time; a search of several coordinates takes fewer

@@ -1,4 +1,4 @@
-r"""The integrator of a system: its Taylor series of order 10, written out as one straight line for 32 lanes.
+r"""The integrator of a system: its Taylor series of order 12, written out as one straight line for 32 lanes.
 
 It is the integrator of :mod:`kernels.direct` for any right-hand side: with terms :math:`u_n` (coefficient times h^n)
 each node of the graph gives its n-th term from the ones before it,
@@ -24,11 +24,9 @@ import tempfile
 from functools import cached_property
 from pathlib import Path
 
-from kernels.direct import ORDER
 from kernels.fingerprint import cache_folder
+from kernels.oscillations import ORDER, W
 from sweeps.mechanics.graph import ADD, CONSTANT, DIV, FUNCTION, MUL, Graph, V, X
-
-W = 32  # lanes, as in kernels.oscillations
 
 HEADER = '''"""{title}: one Taylor step of order {order}, and the energy above the equilibrium, for {W} lanes."""
 

@@ -4,7 +4,7 @@ The azimuth is cyclic; its momentum L stands for the cone's angle. About the con
 ω² = (g/l)(1 + 3 cos²θ0)/cos θ0.
 """
 
-from sympy import cos, pi, sin
+from sympy import atan, cos, pi, sin
 
 from sweeps.mechanics import System
 
@@ -19,4 +19,4 @@ phi = system.coordinate("phi", "rad", momentum=L, meaning="azimuth")
 system.particle(m, (length * sin(theta) * cos(phi), length * sin(theta) * sin(phi), -length * cos(theta)))
 system.potential(-m * g * length * cos(theta))
 
-system.equilibrium("cone", {theta: pi / 4})
+system.equilibrium("cone", {theta: atan((L**2 / (m**2 * g * length**3)) ** 0.25)})  # both ends, and near between
