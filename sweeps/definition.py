@@ -89,7 +89,9 @@ class Definition(Strict):
     title: Annotated[str, line_of_text(200)] = Field(
         description="what people read above maps and figures: one line of text; left out, the sweep's name"
     )
-    system: str = Field(systems.DEFAULT, description="the equations of motion: " + " or ".join((*systems.names(), "a .py file")))
+    system: str = Field(
+        systems.DEFAULT, description="the equations of motion: " + " or ".join((*systems.names(), "a .py file"))
+    )
     grid: Strict = Field(description="what is varied")
     integration: Integration = Field(
         Integration(),

@@ -52,6 +52,10 @@ def test_pitchfork_is_resolved_far_below_the_scan():
     assert found[:, 3, 0] == pytest.approx(-np.sqrt(2 * excess), rel=2e-2)
     exactly, _ = places(shipped("bead_on_hoop"), radius=1.0, gravity=1.0, spin_rate=1.0)
     assert np.isnan(exactly[0]).any(axis=-1).tolist() == [False, False, True, True]
+    radius = np.geomspace(0.1, 10, 57)  # on the line but for a rounding: the bottom, whatever the rounding leaves
+    near, _ = places(shipped("bead_on_hoop"), radius=radius, spin_rate=np.sqrt(9.80665 / radius))
+    assert np.abs(near[:, 0, 0]).max() < 1e-7
+    assert np.isnan(near[:, 2:]).all()
 
 
 def test_spherical_pendulum_against_brentq():

@@ -393,6 +393,7 @@ def _arranged(landscape, parameters, places):
     for k in range(labels.shape[1]):
         named = ~np.isnan(labels[:, k]).all(axis=1)
         d = _distances(landscape, places, labels[:, k : k + 1], bounds[:, None])
+        d = np.round(d / SAME_1D) * SAME_1D  # where names fall together the first of them is meant
         cost[:, k] = np.where(left & named[:, None] & (d < FAR), d, np.inf)
     rows = np.arange(points)
     for _ in range(labels.shape[1]):

@@ -244,6 +244,7 @@ class Oscillator(System):
         parts = [grid.points(k * slots, k * slots + 1) for k in chosen]
         columns = {name: np.concatenate([part[name] for part in parts]) for name in self.description.parameters}
         try:
+            assert self.mechanism.code.text  # what cannot be integrated is refused here
             found = self.mechanism.equilibria([columns[name] for name in self.description.parameters])
         except DescriptionError as error:
             raise DescriptionError(f"{self.name}: {error}") from None
