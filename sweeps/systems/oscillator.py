@@ -96,6 +96,11 @@ NUDGE = (
     ),
 )
 
+COORDINATES = parameters.coordinates(NUDGE) | table(  # beside the parameters
+    Variable("equilibrium", None, "equilibrium", "str"),
+    Variable("mode", "1", "normal mode, by ascending signed square of its rate", "i1"),
+)
+
 
 class OscillatorIntegration(Integration):
     """How each run of a small oscillation is made."""
@@ -206,10 +211,7 @@ class Oscillator(System):
 
     def coordinates(self, definition: Definition) -> dict[str, Variable]:
         """Name → coordinate."""
-        return parameters.coordinates(self.parameters) | table(
-            Variable("equilibrium", None, "equilibrium", "str"),
-            Variable("mode", "1", "normal mode, by ascending signed square of its rate", "i1"),
-        )
+        return parameters.coordinates(self.parameters) | COORDINATES
 
     def variables(self, definition: Definition | None = None) -> dict[str, Variable]:
         """Name → variable; each coordinate's place at the equilibrium beside what every map has."""
