@@ -237,9 +237,12 @@ def _plan(spacing, size, intervals, tolerance, steps):
         steps[i] = int(min(np.ceil(excess ** (1.0 / ORDER)), direct.MOST_STEPS)) if excess > 1.0 else 1
 
 
-def _blocks(steps, twice):
-    """Order of the points and starts of the blocks: points of equal work together, W at a time."""
-    key = 2 * steps + twice
+def _blocks(steps, twice, family):
+    """Order of the points and starts of the blocks: points of equal work together, W at a time.
+
+    A block ends with its last open window, so points of one family, which may all run away, share blocks too.
+    """
+    key = (2 * steps + twice) * (family.max(initial=0) + 1) + family
     order = np.argsort(key, kind="stable")
     bounds = np.flatnonzero(np.diff(key[order])) + 1
     groups = zip(np.r_[0, bounds], np.r_[bounds, key.size], strict=True)
@@ -247,7 +250,9 @@ def _blocks(steps, twice):
     return order, np.r_[starts, key.size].astype(np.int64)
 
 
-def run(advance, energy, states, plus, minus, projection, start, scale, size, twice, intervals, spacing, tolerance):
+def run(
+    advance, energy, states, plus, minus, projection, start, scale, size, twice, family, intervals, spacing, tolerance
+):
     """Integrate and measure points; the raw result before anything is named.
 
     Parameters
@@ -269,6 +274,8 @@ def run(advance, energy, states, plus, minus, projection, start, scale, size, tw
         Relative size of the nudge.
     twice : numpy.ndarray, shape (points,)
         Whether both runs are made.
+    family : numpy.ndarray of int64, shape (points,)
+        Which points are of one kind (an equilibrium and a mode); changes no result, only the time.
     intervals : int
         Number of sample intervals.
     spacing : float
@@ -291,7 +298,7 @@ def run(advance, energy, states, plus, minus, projection, start, scale, size, tw
     for _ in range(MOST_HALVINGS + 1):
         if left.size == 0:
             break
-        order, starts = _blocks(steps[left], twice[left])
+        order, starts = _blocks(steps[left], twice[left], family[left])
         part = np.empty((left.size, RAW))
         arrays = [np.ascontiguousarray(x[left]) if left.size < start.size else x for x in (plus, minus, projection)]
         arrays += [np.ascontiguousarray(x[left]) for x in (start, spacings, steps, twice)]

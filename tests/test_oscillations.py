@@ -54,6 +54,7 @@ def run(k, *, start=1.0, speed=0.0, intervals=64, spacing=0.4, size=1e-6):
         ones,
         size * ones,
         twice,
+        twice,
         intervals,
         spacing,
         1e-10,
@@ -118,6 +119,6 @@ def test_another_mode_that_grows_ends_the_window():
     one = np.ones(1)
     projection = np.eye(2).reshape(1, 4)
     none = np.zeros(1, dtype=np.int64)
-    raw = oscillations.run(pair, still, 6, rows, rows, projection, one, one, one * 1e-6, none, 64, 0.4, 1e-10)
+    raw = oscillations.run(pair, still, 6, rows, rows, projection, one, one, one * 1e-6, none, none, 64, 0.4, 1e-10)
     assert raw[0, oscillations.SAMPLES] == int(math.log(100.0) / 0.4) + 1
     assert raw[0, oscillations.RATE2] == pytest.approx(1.0, abs=1e-12)

@@ -159,6 +159,7 @@ class Model:
             S,
             epsilon,
             twice,
+            self.n * np.asarray(points["equilibrium"], dtype=np.int64)[part] + mode,
             intervals,
             spacing,
             tolerance,
