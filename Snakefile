@@ -8,7 +8,7 @@ import shlex
 import sys
 from pathlib import Path
 
-from kernels.fingerprint import cache_folder, fingerprint
+from kernels.fingerprint import cache_folder
 from sweeps import catalogue, systems
 from sweeps.refusals import DefinitionError
 from sweeps.targets import on_command_line, refuse_unmade
@@ -70,7 +70,9 @@ rule shard:
     resources:
         mem_mb=1000,
     params:
-        kernels=fingerprint(),
+        kernels=lambda wildcards: systems.resolve(
+            PLANS[wildcards.sweep].definition.system
+        ).fingerprint(),
         definition=lambda wildcards: PLANS[wildcards.sweep].definition.text,
     message:
         "Measuring shard {wildcards.k} of {wildcards.n} of {wildcards.sweep}"

@@ -14,7 +14,6 @@ from itertools import pairwise
 import numpy as np
 import xarray as xr
 
-from kernels.fingerprint import fingerprint
 from sweeps import systems
 from sweeps.definition import Definition
 from sweeps.grid import Grid
@@ -138,5 +137,5 @@ def provenance(definition: Definition) -> dict:
         "contract_version": CONTRACT_VERSION,
         "system": definition.system,
         "definition": definition.text,
-        "kernel_fingerprint": fingerprint(),
+        "kernel_fingerprint": system.fingerprint(),
     }

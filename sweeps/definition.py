@@ -89,7 +89,9 @@ class Definition(Strict):
     title: Annotated[str, line_of_text(200)] = Field(
         description="what people read above maps and figures: one line of text; left out, the sweep's name"
     )
-    system: str = Field(systems.DEFAULT, description="the equations of motion: " + " or ".join(systems.names()))
+    system: str = Field(
+        systems.DEFAULT, description="the equations of motion: " + " or ".join((*systems.names(), "a .py file"))
+    )
     grid: Strict = Field(description="what is varied")
     integration: Integration = Field(
         Integration(),
@@ -174,6 +176,7 @@ def _validated(text: str | None, values: dict, name: str) -> Definition:
         raise _InvalidError(validation_problems(error, model)) from None
     definition._name = name
     definition._text = as_yaml(values) if text is None else text
+    systems.resolve(definition.system).check(definition)
     return definition
 
 
@@ -182,7 +185,7 @@ def _from_text(text: str, name: str) -> Definition:
 
 
 def _system(name: Any) -> systems.System:
-    if not isinstance(name, str) or name not in systems.names():
+    if not systems.is_file(name) and (not isinstance(name, str) or name not in systems.names()):
         wrong = "is not available" + hint(name, systems.names())
-        raise UnreadableError(("system",), display(name), wrong, ", ".join(systems.names()))
+        raise UnreadableError(("system",), display(name), wrong, ", ".join(systems.names()) + ", or path/to/file.py")
     return systems.resolve(name)

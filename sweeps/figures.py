@@ -11,6 +11,7 @@ from PIL import Image
 from sweeps import systems
 from sweeps.figure_style import STYLE
 from sweeps.files import replaced
+from sweeps.systems import oscillator
 
 FRAME_MILLISECONDS = 60
 
@@ -21,16 +22,20 @@ def pictures(ds: xr.Dataset) -> dict[str, Callable[[], Figure | None]]:
     Args:
         ds: a map, from `sweeps.open_map` or `sweeps.survey`.
     """
-    return _system(ds).pictures(ds)
+    name = _name(ds)
+    if systems.is_file(name):  # not run: a map is all that its pictures need
+        return oscillator.pictures(ds)
+    return systems.resolve(name).pictures(ds)
 
 
 def animations(ds: xr.Dataset) -> dict[str, Callable[[], list[Image.Image]]]:
     """Name of each animation of a map → what draws its frames (none where there is nothing to show)."""
-    return _system(ds).animations(ds)
+    name = _name(ds)
+    return {} if systems.is_file(name) else systems.resolve(name).animations(ds)
 
 
-def _system(ds: xr.Dataset):
-    return systems.resolve(ds.attrs.get("system", systems.DEFAULT))
+def _name(ds: xr.Dataset) -> str:
+    return ds.attrs.get("system", systems.DEFAULT)
 
 
 def draw_all(ds: xr.Dataset, folder: str | Path) -> Iterator[Path]:

@@ -13,7 +13,6 @@ from pathlib import Path
 import netCDF4
 import numpy as np
 
-from kernels.fingerprint import fingerprint
 from sweeps import dataset, systems
 from sweeps.content import as_bytes
 from sweeps.definition import Definition
@@ -84,7 +83,7 @@ def _create(file: netCDF4.Dataset, definition: Definition, start: int, stop: int
             "first_point": str(start),  # as text: a grid may have more points than an attribute's integer
             "point_after_last": str(stop),
             "definition": definition.text,
-            "kernel_fingerprint": fingerprint(),
+            "kernel_fingerprint": systems.resolve(definition.system).fingerprint(),
         }
     )
 
@@ -131,7 +130,8 @@ class Shard:
 
     def _check(self, definition: Definition) -> None:
         held = {name: self._file.getncattr(name) for name in self._file.ncattrs()}
-        wanted = {"definition": definition.text, "kernel_fingerprint": fingerprint()}
+        kernels = systems.resolve(definition.system).fingerprint()
+        wanted = {"definition": definition.text, "kernel_fingerprint": kernels}
         for name, value in wanted.items():
             if name in held and held[name] != value:
                 allowed = "shards of this definition and kernels"

@@ -1,9 +1,11 @@
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from sweeps.systems import rigid_body, symmetric_top
+import sweeps
+from sweeps.systems import oscillator, rigid_body, symmetric_top
 
 ROOT = Path(__file__).parents[1]
 
@@ -24,6 +26,8 @@ def table(marker):
         ("flips", rigid_body.FLIPS),
         ("symmetric top, coordinates", symmetric_top.COORDINATES),
         ("symmetric top, variables", symmetric_top.VARIABLES),
+        ("oscillator coordinates", oscillator.COORDINATES),
+        ("oscillator variables", oscillator.VARIABLES),
     ],
 )
 def test_data_contract_for_readers_is_the_table_of_the_code(marker, truth):
@@ -47,3 +51,22 @@ def test_readme_names_the_two_lines():
 def test_constraints_pin_versions_and_name_no_address():
     for line in (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines():
         assert re.fullmatch(r"[A-Za-z0-9._-]+==[A-Za-z0-9.+!]+", line), line
+
+
+def test_a_new_system_from_its_page(tmp_path, monkeypatch):
+    """The page's files, as they stand on it, checked and measured; against what a hand derives of them."""
+    page = (ROOT / "sweeps" / "mechanics" / "README.md").read_text(encoding="utf-8")
+    assert len(page.splitlines()) <= 40
+    (code,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    (text,) = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
+    monkeypatch.chdir(tmp_path)
+    Path("buckling.py").write_text(code, encoding="utf-8")
+    Path("buckling.yaml").write_text(text, encoding="utf-8")
+    ds = sweeps.survey("buckling.yaml").squeeze()
+    middle = (ds["stiffness"] * (1 - 1 / ds["distance"])).transpose(*ds["omega_squared"].dims[:2])
+    bound = ds["rate_scale"].sel(equilibrium="middle").values ** 2
+    off = np.abs(ds["omega_squared"].sel(equilibrium="middle").values - middle.values)
+    assert (off <= 1e-9 * bound).all()
+    here = ds.sel(equilibrium="right", distance=ds["distance"][ds["distance"] < 0.99])
+    expected = here["stiffness"] * (1 - here["distance"] ** 2)
+    assert np.abs(here["omega_squared"] / expected - 1).max() <= 1e-9

@@ -632,8 +632,9 @@ def test_a_polhode_lies_on_both_ellipsoids_and_closes():
 def test_a_polhode_is_where_the_motion_goes(signs):
     start = np.array([0.5, 0.7, 0.4]) * signs
     for moments in np.array(BODIES):
+        coefficients = exact.coefficients(*moments)
 
-        def motion(_, w, c=exact.coefficients(*moments)):
+        def motion(_, w, c=coefficients):
             return c[0] * w[1] * w[2], c[1] * w[2] * w[0], c[2] * w[0] * w[1]
 
         period = exact.period(*moments, *start)

@@ -72,6 +72,20 @@ class System(ABC):
         """How many motions :meth:`columns` integrates for these points."""
         return next(iter(points.values())).size
 
+    def check(self, definition: "Definition") -> None:
+        """Looks for what is wrong with a definition beyond its values.
+
+        Raises:
+            DefinitionError: in words.
+        """
+        return None
+
+    def fingerprint(self) -> str:
+        """Which code makes the columns: 64 hexadecimal digits."""
+        from kernels.fingerprint import fingerprint
+
+        return fingerprint()
+
     @abstractmethod
     def method(self, definition: "Definition") -> str:
         """How the motion was computed, for a map's `source`: "direct integration of Euler's equations"."""

@@ -1,0 +1,345 @@
+r"""Small oscillations: full motions from a nudge, many side by side, measured mode by mode.
+
+A point is a system with numbers in it, an equilibrium q0 and one of its modes. Its motion is carried as the deviation
+:math:`x = (q - q_0)/\varepsilon` in the rows of a scratch array, and advanced by functions that were written for the
+system (`advance`, `energy`): they come in as arguments, so that this module is compiled once for all systems.
+
+With :math:`v_k` the modes (:math:`v^{\mathsf T} a v = 1`) and :math:`a` the kinetic matrix at the equilibrium, the
+mode coordinates are
+
+.. math:: \xi_k = v_k^{\mathsf T} a\, x, \qquad
+          \xi_k = \tfrac12\left(\xi_k[+\varepsilon] - \xi_k[-\varepsilon]\right) \text{ where two runs are made:}
+
+half the difference of the runs from +ε and −ε has no error of first order in ε. The nudged mode is sampled every h and
+measured by the recurrence of :mod:`kernels.measure`, which asks for no regime. Samples count until it has grown
+tenfold, or another mode exceeds a tenth of its largest value so far.
+
+*Blind.* Spacing, length and number of steps come from the scale S of the system (a bound on every possible rate), and
+nothing here knows a theoretical rate; the theory's mode is used as a direction only.
+
+Lanes are as in :mod:`kernels.survey`: W points a block, the lane loop innermost, the last block padded, no exception,
+and a point's bits depend on the point alone.
+
+Source: Landau and Lifshitz, Mechanics, sections 21 and 23 (normal coordinates).
+"""
+
+import math
+
+import numpy as np
+from numba import float64, int64, njit, types, void
+
+from kernels import direct, measure
+from kernels.rigid_body import OPTIONS
+
+OK, SHORT_WINDOW, NOT_CONVERGED, NON_FINITE, NO_EQUILIBRIUM = range(5)
+STABLE, UNSTABLE, MARGINAL = range(3)
+
+W = 32
+ORDER = 12  # of the generated Taylor steps
+EPSILON = float(np.finfo(np.float64).eps)
+OTHERS = 0.1  # the window ends where another mode exceeds this part of the nudged one
+MOST_HALVINGS = 6
+
+# Rows of the measurement's scratch array, each W long; the projections follow from PROJECTION on.
+XI, XI1, XI2, OTHER, GUESS, RX, RR, XX, USED, OPEN, START, LARGEST = (W * r for r in range(12))
+E0, ED, ES, COARSE = (W * r for r in range(12, 16))
+PROJECTION = 16 * W
+
+# Columns of the raw result, one row a point.
+RATE2, STDERR, SIZE, SAMPLES, EDRIFT, HALVING, STEPS = range(7)
+RAW = 7
+
+ADVANCE = types.FunctionType(void(float64[::1], int64))
+ENERGY = types.FunctionType(void(float64[::1]))
+
+
+@njit(**OPTIONS)
+def _project(Q, P, M, n, twice):
+    """Mode coordinates: of the nudged mode into row XI, the largest of the others' sizes into row OTHER."""
+    for lane in range(W):
+        Q[OTHER + lane] = 0.0
+    for k in range(n):
+        row = PROJECTION + k * n * W
+        for lane in range(W):
+            total = 0.0
+            for j in range(n):
+                x = P[j * W + lane]
+                if twice:
+                    x = 0.5 * (x - M[j * W + lane])
+                total += Q[row + j * W + lane] * x
+            if k == 0:
+                Q[XI + lane] = total
+            else:
+                Q[OTHER + lane] = max(Q[OTHER + lane], abs(total))
+
+
+@njit(**OPTIONS)
+def _begin(Q, P, n):
+    """Take sample 0: clear the sums, open the windows, note the energy; row XI holds the sample."""
+    for lane in range(W):
+        Q[XI1 + lane], Q[XI2 + lane] = Q[XI + lane], Q[XI + lane]
+        Q[GUESS + lane], Q[RX + lane], Q[RR + lane], Q[XX + lane] = 0.0, 0.0, 0.0, 0.0
+        Q[USED + lane], Q[OPEN + lane] = 1.0, 1.0
+        Q[LARGEST + lane] = abs(Q[XI + lane])
+        Q[E0 + lane], Q[ED + lane] = P[2 * n * W + lane], 0.0
+        Q[ES + lane] = P[(2 * n + 1) * W + lane]
+
+
+@njit(**OPTIONS)
+def _guess(Q):
+    """Set the first guess of every lane from its first three samples."""
+    for lane in range(W):
+        Q[GUESS + lane] = measure.first_guess(Q[XI + lane], 0.0, Q[XI1 + lane], 0.0, Q[XI2 + lane], 0.0)
+
+
+@njit(**OPTIONS)
+def _sample(Q, P, K, n, states, triple):
+    """Take one sample of every lane: window, recurrence sums, energy; keep the largest state in K."""
+    opened = 0
+    for lane in range(W):
+        x, x1, x2 = Q[XI + lane], Q[XI1 + lane], Q[XI2 + lane]
+        size = abs(x)
+        largest = max(Q[LARGEST + lane], size)
+        inside = (Q[OPEN + lane] > 0.0) & (size <= measure.WINDOW * Q[START + lane])
+        inside = inside & (Q[OTHER + lane] <= OTHERS * largest)
+        weight = 1.0 if inside else 0.0
+        Q[OPEN + lane] = weight
+        Q[USED + lane] += weight
+        rx, rr, xx = measure.leftover(x, 0.0, x1, 0.0, x2, 0.0, Q[GUESS + lane])
+        Q[RX + lane] += rx if inside & triple else 0.0
+        Q[RR + lane] += rr if inside & triple else 0.0
+        Q[XX + lane] += xx if inside & triple else 0.0
+        drift = abs(P[2 * n * W + lane] - Q[E0 + lane])
+        scale = P[(2 * n + 1) * W + lane]
+        Q[ED + lane] = drift if inside & (drift > Q[ED + lane]) else Q[ED + lane]
+        Q[ES + lane] = scale if inside & (scale > Q[ES + lane]) else Q[ES + lane]
+        larger = inside & (size > Q[LARGEST + lane])
+        Q[LARGEST + lane] = size if larger else Q[LARGEST + lane]
+        Q[COARSE + lane] = 1.0 if larger else 0.0
+        Q[XI2 + lane], Q[XI1 + lane] = x1, x
+        opened |= 1 if inside else 0
+    for row in range(0, states * W, W):
+        for lane in range(W):
+            K[row + lane] = P[row + lane] if Q[COARSE + lane] > 0.0 else K[row + lane]
+    return opened > 0
+
+
+@njit(**OPTIONS)
+def _halve(advance, Q, P, M, K, n, states, step_row, steps):
+    """Run the interval that begins at each lane's largest state twice, with steps and with twice as many."""
+    for i in range(states * W):
+        P[i] = K[i]
+    advance(P, steps)
+    _project(Q, P, M, n, False)
+    for lane in range(W):
+        Q[COARSE + lane] = Q[XI + lane]
+        P[step_row * W + lane] *= 0.5
+    for i in range(states * W):
+        P[i] = K[i]
+    advance(P, 2 * steps)
+    _project(Q, P, M, n, False)
+
+
+@njit(**OPTIONS)
+def _unload(Q, lane, steps, spacing, row):
+    """Turn one lane's sums into its row of the raw result."""
+    triples = Q[USED + lane] - 2.0
+    row[RATE2], row[STDERR] = math.nan, math.nan
+    if triples >= 1.0:
+        D = Q[GUESS + lane] - 0.5 * Q[RX + lane] / Q[XX + lane]
+        row[RATE2], slope = measure.rate_squared(D, spacing)
+        if triples >= 2.0:
+            scatter = max(Q[RR + lane] - Q[RX + lane] * Q[RX + lane] / Q[XX + lane], 0.0)
+            row[STDERR] = slope * math.sqrt(scatter / ((triples - 1.0) * 4.0 * Q[XX + lane]))
+    row[SIZE] = Q[LARGEST + lane]
+    row[SAMPLES], row[STEPS] = Q[USED + lane], steps
+    row[EDRIFT] = Q[ED + lane] / Q[ES + lane] if Q[ES + lane] > 0.0 else 0.0
+    row[HALVING] = abs(Q[COARSE + lane] - Q[XI + lane]) / Q[LARGEST + lane]
+
+
+@njit(**OPTIONS)
+def _follow(advance, energy, P, M, K, Q, n, states, steps, pair, intervals):
+    """Follow every lane through the run, or until the last window of the block has closed."""
+    energy(P)
+    _project(Q, P, M, n, pair)
+    _begin(Q, P, n)
+    for k in range(1, intervals + 1):
+        advance(P, steps)
+        if pair:
+            advance(M, steps)
+        energy(P)
+        _project(Q, P, M, n, pair)
+        if k == 2:
+            _guess(Q)
+        if not _sample(Q, P, K, n, states, k >= 2):
+            break
+
+
+RUN = void(
+    ADVANCE,
+    ENERGY,
+    float64[:, ::1],
+    float64[:, ::1],
+    float64[:, ::1],
+    float64[::1],
+    float64[::1],
+    int64[::1],
+    int64[::1],
+    int64[::1],
+    int64[::1],
+    int64,
+    int64,
+    int64,
+    float64[:, ::1],
+)
+
+
+@njit(RUN, nogil=True, **OPTIONS)
+def _run_blocks(
+    advance, energy, plus, minus, projection, start, spacing, steps, twice, order, starts, n, states, intervals, raw
+):
+    """Integrate and measure block after block: order[starts[j]:starts[j + 1]] are the points of block j."""
+    rows = plus.shape[1]
+    P, M, K = np.empty(rows * W), np.empty(rows * W), np.empty(states * W)
+    Q = np.empty(PROJECTION + n * n * W)
+    for j in range(starts.size - 1):
+        first, count = starts[j], starts[j + 1] - starts[j]
+        pair = twice[order[first]] > 0
+        number = steps[order[first]]
+        for lane in range(W):
+            i = order[first + min(lane, count - 1)]
+            for r in range(rows):
+                P[r * W + lane], M[r * W + lane] = plus[i, r], minus[i, r]
+            for r in range(n * n):
+                Q[PROJECTION + r * W + lane] = projection[i, r]
+            Q[START + lane] = start[i]
+            P[(states + 1) * W + lane] = spacing[i] / number
+            M[(states + 1) * W + lane] = spacing[i] / number
+        for r in range(states * W):
+            K[r] = P[r]
+        _follow(advance, energy, P, M, K, Q, n, states, number, pair, intervals)
+        _halve(advance, Q, P, M, K, n, states, states + 1, number)
+        for lane in range(count):
+            i = order[first + lane]
+            _unload(Q, lane, number, spacing[i], raw[i])
+
+
+@njit(**OPTIONS)
+def _plan(spacing, size, intervals, tolerance, steps):
+    """Steps per sample of each point, from the bound on every possible rate and the size of the nudge.
+
+    Energies turn twice as fast as the motion but are a part of it only: 1.5 holds both to the tolerance.
+    """
+    x = 1.5 * spacing
+    for i in range(size.size):
+        left_out = x ** (ORDER + 1) * direct.truncation(min(1.0, measure.WINDOW * size[i]), ORDER)
+        excess = intervals * left_out / tolerance
+        steps[i] = int(min(np.ceil(excess ** (1.0 / ORDER)), direct.MOST_STEPS)) if excess > 1.0 else 1
+
+
+def _blocks(steps, twice, family):
+    """Order of the points and starts of the blocks: points of equal work together, W at a time.
+
+    A block ends with its last open window, so points of one family, which may all run away, share blocks too.
+    """
+    key = (2 * steps + twice) * (family.max(initial=0) + 1) + family
+    order = np.argsort(key, kind="stable")
+    bounds = np.flatnonzero(np.diff(key[order])) + 1
+    groups = zip(np.r_[0, bounds], np.r_[bounds, key.size], strict=True)
+    starts = np.concatenate([np.arange(lo, hi, W) for lo, hi in groups])
+    return order, np.r_[starts, key.size].astype(np.int64)
+
+
+def run(
+    advance, energy, states, plus, minus, projection, start, scale, size, twice, family, intervals, spacing, tolerance
+):
+    """Integrate and measure points; the raw result before anything is named.
+
+    Parameters
+    ----------
+    advance, energy : compiled functions
+        ``advance(S, steps)`` and ``energy(S)`` of a system, over a scratch array of rows W long: x and v (n each),
+        energy, its absolute terms, further states; then epsilon, the step in s, constants.
+    states : int
+        Number of rows that are state; row ``states`` is epsilon and row ``states + 1`` the step (set here).
+    plus, minus : numpy.ndarray, shape (points, rows)
+        Rows at the start of the runs from +epsilon and -epsilon; minus is not read where ``twice`` is 0.
+    projection : numpy.ndarray, shape (points, n*n)
+        v_k^T a of the nudged mode, then of the others.
+    start : numpy.ndarray, shape (points,)
+        Size of the nudged mode's coordinate at the start; the window ends at 10 times it.
+    scale : numpy.ndarray, shape (points,)
+        S, a bound on every possible rate, in s-1.
+    size : numpy.ndarray, shape (points,)
+        Relative size of the nudge.
+    twice : numpy.ndarray, shape (points,)
+        Whether both runs are made.
+    family : numpy.ndarray of int64, shape (points,)
+        Which points are of one kind (an equilibrium and a mode); changes no result, only the time.
+    intervals : int
+        Number of sample intervals.
+    spacing : float
+        Spacing of the samples, in 1/S; at most 1/2.
+    tolerance : float
+        Relative error allowed over the run; points that fail the halving test are run again with twice the steps,
+        MOST_HALVINGS times at most.
+
+    Returns
+    -------
+    numpy.ndarray, shape (points, RAW)
+        Columns RATE2, STDERR (s-2), SIZE (as ``start``), SAMPLES, EDRIFT, HALVING, STEPS.
+    """
+    n = round(math.sqrt(projection.shape[1]))
+    raw = np.full((start.size, RAW), np.nan)
+    steps = np.empty(start.size, dtype=np.int64)
+    _plan(spacing, size, intervals, tolerance, steps)
+    spacings = spacing / scale
+    left = np.arange(start.size)
+    for _ in range(MOST_HALVINGS + 1):
+        if left.size == 0:
+            break
+        order, starts = _blocks(steps[left], twice[left], family[left])
+        part = np.empty((left.size, RAW))
+        arrays = [np.ascontiguousarray(x[left]) if left.size < start.size else x for x in (plus, minus, projection)]
+        arrays += [np.ascontiguousarray(x[left]) for x in (start, spacings, steps, twice)]
+        _run_blocks(advance, energy, *arrays, order, starts, n, states, intervals, part)
+        raw[left] = part
+        left = left[~converged(part, intervals, tolerance) & np.isfinite(part[:, RATE2])]
+        steps[left] *= 2
+    return raw
+
+
+def converged(raw, intervals, tolerance):
+    """Whether halving the step would have changed less than the tolerance, 4 units of rounding a step allowed."""
+    rounding = 4.0 * EPSILON * np.sqrt(raw[:, STEPS])
+    return (raw[:, HALVING] - rounding) * intervals <= tolerance
+
+
+def status(raw, intervals, tolerance):
+    """Status of each row: OK, SHORT_WINDOW, NOT_CONVERGED or NON_FINITE."""
+    short = raw[:, SAMPLES] < measure.LEAST_SAMPLES
+    unmeasured = ~np.isfinite(raw[:, RATE2]) & ~short | ~np.isfinite(raw[:, HALVING])
+    cases = [unmeasured, short, ~converged(raw, intervals, tolerance)]
+    return np.select(cases, [NON_FINITE, SHORT_WINDOW, NOT_CONVERGED], OK).astype(np.int8)
+
+
+def regime(rate_squared, stderr, scale, size):
+    r"""Regime of measured points: MARGINAL where :math:`|\omega^2| \le \max(5\sigma, 10 A^2 S^2)`, A the relative size.
+
+    Parameters
+    ----------
+    rate_squared, stderr : numpy.ndarray
+        In s-2.
+    scale : numpy.ndarray
+        S, in s-1.
+    size : numpy.ndarray
+        Largest relative size of the motion.
+
+    Returns
+    -------
+    numpy.ndarray of int8
+        STABLE, UNSTABLE or MARGINAL.
+    """
+    floor = scale * scale * np.maximum(10.0 * size * size, 32.0 * EPSILON)
+    marginal = ~(np.abs(rate_squared) > np.fmax(5.0 * stderr, floor))
+    return np.select([marginal, rate_squared < 0.0], [MARGINAL, UNSTABLE], STABLE).astype(np.int8)

@@ -1,0 +1,220 @@
+r"""From a description to a_ij(q), the equations of motion and V″, all symbolic.
+
+With r_k(q, t) and m_k, or T directly, the kinetic energy is written
+
+    T = ½ a_ij(q) q̇_i q̇_j + b_i(q) q̇_i + T0(q),     a_ij = Σ_k m_k ∂r_k/∂q_i · ∂r_k/∂q_j
+
+T0 joins the potential (for a hoop that turns it is minus the centrifugal potential). Coordinates that neither T nor V
+contains keep their momenta p; they are removed after Routh,
+
+    a → a_nn − a_nc a_cc⁻¹ a_cn,   V → V − T0 + ½ (p − b_c)ᵀ a_cc⁻¹ (p − b_c),   b → b_n + a_nc a_cc⁻¹ (p − b_c)
+
+What is left of b is dropped where it is a gradient (a total derivative in the Lagrangian, always so for one
+coordinate) and refused where it is not: gyroscopic forces make V″ v = ω² a v the wrong eigenproblem. What remains,
+
+    a_ij q̈_j + (∂a_ij/∂q_k − ½ ∂a_jk/∂q_i) q̇_j q̇_k + ∂V/∂q_i = 0
+
+is the full equation of motion, and linear about an equilibrium it is a η̈ + V″ η = 0.
+
+Source: Landau and Lifshitz, Mechanics, sections 5, 23 and 41; Goldstein, Classical Mechanics, sections 6.2 and 8.3.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import sympy as sp
+
+from sweeps.mechanics.description import DescriptionError, System
+
+
+@dataclass(frozen=True)
+class Equations:
+    """The equations of a system in the coordinates that are kept.
+
+    Attributes:
+        system: the description.
+        q, v: symbols of coordinates and velocities.
+        a: the symmetric matrix a_ij(q).
+        V: the (effective) potential.
+    """
+
+    system: System
+    q: tuple[sp.Symbol, ...]
+    v: tuple[sp.Symbol, ...]
+    a: sp.Matrix
+    V: sp.Expr
+
+    @property
+    def n(self) -> int:
+        """Number of coordinates kept."""
+        return len(self.q)
+
+    @property
+    def parameters(self) -> tuple[sp.Symbol, ...]:
+        """Symbols of the parameters, in the description's order."""
+        return tuple(p.symbol for p in self.system.parameters.values())
+
+    @cached_property
+    def gradient(self) -> sp.Matrix:
+        """∂V/∂q_i, shape (n, 1)."""
+        return sp.Matrix([self.V.diff(x) for x in self.q])
+
+    @cached_property
+    def hessian(self) -> sp.Matrix:
+        """V″: ∂²V/∂q_i∂q_j."""
+        return sp.Matrix(self.n, self.n, lambda i, j: self.V.diff(self.q[i], self.q[j]))
+
+    @cached_property
+    def third(self) -> tuple[sp.Expr, ...]:
+        """All ∂³V/∂q_i∂q_j∂q_k and ∂a_ij/∂q_k: where all vanish, a nudge has no error of first order."""
+        n = range(self.n)
+        cubic = [self.hessian[i, j].diff(self.q[k]) for i in n for j in n[i:] for k in n[j:]]
+        return tuple(cubic + [self.a[i, j].diff(x) for i in n for j in n[i:] for x in self.q])
+
+    @cached_property
+    def velocity_terms(self) -> sp.Matrix:
+        """(∂a_ij/∂q_k − ½ ∂a_jk/∂q_i) q̇_j q̇_k, shape (n, 1)."""
+        n = range(self.n)
+        rows = []
+        for i in n:
+            terms = (
+                (self.a[i, j].diff(self.q[k]) - self.a[j, k].diff(self.q[i]) / 2) * self.v[j] * self.v[k]
+                for j in n
+                for k in n
+            )
+            rows.append(sp.expand(sum(terms)))
+        return sp.Matrix(rows)
+
+    @property
+    def accelerations(self) -> sp.Matrix:
+        """q̈ = −a⁻¹(velocity terms + ∂V/∂q), for people and tests: kernels solve for it in numbers."""
+        return -self.a.inv() * (self.velocity_terms + self.gradient)
+
+
+def kinetic_matrix(system: System) -> sp.Matrix:
+    """a_ij(q) over all coordinates, the cyclic ones included."""
+    T = _kinetic_energy(system)
+    _check_symbols(system, T, sp.Integer(0))
+    return _quadratic(system, T)[0]
+
+
+def derive(system: System) -> Equations:
+    """Derives the equations of a system.
+
+    Raises:
+        DescriptionError: for an unbound symbol, a T that is not quadratic in q̇, a T or V that depends on time, a
+            complex or not positive a_ij, a cyclic coordinate that T or V contains, or gyroscopic forces.
+    """
+    if not system.coordinates or not system.kept:
+        raise DescriptionError("coordinates: there is none; allowed: one at least that is not cyclic")
+    if not system.parameters:
+        raise DescriptionError("parameters: there is none; allowed: one at least, for a sweep to vary")
+    T, V = _kinetic_energy(system), sum(system.potential_terms, sp.Integer(0))
+    _check_symbols(system, T, V)
+    a, b, T0 = _quadratic(system, T)
+    V = V - T0
+    symbols = tuple(c.symbol for c in system.coordinates.values())
+    cyclic = [i for i, c in enumerate(system.coordinates.values()) if c.momentum is not None]
+    kept = [i for i in range(len(symbols)) if i not in cyclic]
+    if cyclic:
+        a, b, V = _without_cyclic(system, a, b, V, kept, cyclic)
+    q = tuple(symbols[i] for i in kept)
+    _check_gyroscopic(b, q)
+    velocities = tuple(c.velocity for c in system.kept)
+    equations = Equations(system, q, velocities, a, V)
+    _check_positive(equations)
+    return equations
+
+
+def _kinetic_energy(system):
+    T = sum(system.kinetic_terms, sp.Integer(0))
+    for mass, place in system.particles:
+        for part in place:
+            speed = part.diff(system.time)
+            speed += sum(part.diff(c.symbol) * c.velocity for c in system.coordinates.values())
+            T += mass * speed**2 / 2
+    return T
+
+
+def _check_symbols(system, T, V):
+    velocities = {c.velocity for c in system.coordinates.values()}
+    known = {c.symbol for c in system.coordinates.values()} | {p.symbol for p in system.parameters.values()}
+    others = [part for _, place in system.particles for part in place] + [
+        e for c in system.kept for e in (*c.bounds, c.size) + ((c.hold,) if c.hold is not None else ())
+    ]
+    others += [e for place in system.labels.values() for e in place.values()]
+    for where, expression in [("T", T), ("V", V)] + [("positions, bounds and places", e) for e in others]:
+        unbound = sorted(map(str, expression.free_symbols - known - velocities - {system.time}))
+        if unbound:
+            names = ", ".join(map(str, sorted(known, key=str)))
+            raise DescriptionError(f"{where}: unbound symbol {', '.join(unbound)}; allowed: {names}")
+    if system.time in V.free_symbols:
+        raise DescriptionError(f"V: depends on time (t in {V}); allowed: a function of coordinates and parameters")
+    if V.free_symbols & velocities:
+        raise DescriptionError(f"V: depends on a velocity ({V}); allowed: a function of coordinates and parameters")
+
+
+def _quadratic(system, T):
+    """The parts a, b, T0 of T = ½ a q̇q̇ + b q̇ + T0."""
+    v = [c.velocity for c in system.coordinates.values()]
+    rest = dict.fromkeys(v, 0)
+    T = sp.expand(T)
+    a = sp.hessian(T, v).applyfunc(sp.simplify)
+    b = sp.Matrix([sp.simplify(T.diff(x).subs(rest)) for x in v])
+    T0 = sp.simplify(T.subs(rest))
+    if a.free_symbols & set(v):
+        raise DescriptionError(f"T: not quadratic in the velocities ({T}); allowed: ½ a_ij(q) q̇_i q̇_j")
+    remainder = T - (sp.Matrix(v).T * a * sp.Matrix(v))[0] / 2 - (b.T * sp.Matrix(v))[0] - T0
+    if sp.simplify(remainder) != 0:
+        raise DescriptionError(f"T: not quadratic in the velocities ({T}); allowed: ½ a_ij(q) q̇_i q̇_j")
+    timed = [str(e) for e in (*a, *b, T0) if system.time in e.free_symbols]
+    if timed:
+        raise DescriptionError(f"T: depends on time ({timed[0]}); allowed: positions whose T, simplified, holds no t")
+    if a.has(sp.I):
+        raise DescriptionError(f"T: a_ij is complex ({a.tolist()}); allowed: real positions and masses")
+    return a, b, T0
+
+
+def _without_cyclic(system, a, b, V, kept, cyclic):
+    coordinates = list(system.coordinates.values())
+    for i in cyclic:
+        if coordinates[i].symbol in a.free_symbols | b.free_symbols | V.free_symbols:
+            name = coordinates[i].name
+            raise DescriptionError(f"coordinate {name}: has a momentum, but T or V contains it; allowed: neither does")
+    p = sp.Matrix([coordinates[i].momentum for i in cyclic]) - sp.Matrix([b[i] for i in cyclic])
+    a_nn, a_nc, a_cc = a.extract(kept, kept), a.extract(kept, cyclic), a.extract(cyclic, cyclic)
+    inverse = a_cc.inv()
+    reduced = (a_nn - a_nc * inverse * a_nc.T).applyfunc(sp.simplify)
+    linear = (sp.Matrix([b[i] for i in kept]) + a_nc * inverse * p).applyfunc(sp.simplify)
+    return reduced, linear, V + sp.simplify((p.T * inverse * p)[0] / 2)
+
+
+def _check_gyroscopic(b, q):
+    for i in range(len(q)):
+        for j in range(i):
+            curl = sp.simplify(b[i].diff(q[j]) - b[j].diff(q[i]))
+            if curl != 0:
+                raise DescriptionError(
+                    f"T: its terms linear in the velocities make a gyroscopic force ({curl}) between "
+                    f"{q[j]} and {q[i]}; allowed: terms that are a total derivative"
+                )
+
+
+def _check_positive(equations):
+    """Evaluates a at the defaults, at places inside the bounds: real and positive definite there."""
+    system = equations.system
+    defaults = {p.symbol: p.default for p in system.parameters.values()}
+    corners = [[complex(bound.subs(defaults)).real for bound in c.bounds] for c in system.kept]
+    fractions = (0.137, 0.411, 0.5, 0.689, 0.931)
+    places = [[low + f * (high - low) for low, high in corners] for f in fractions]
+    rng = np.random.default_rng(0)
+    places += [[low + f * (high - low) for (low, high), f in zip(corners, rng.random(len(corners)), strict=True)]]
+    for place in places:
+        values = equations.a.subs(defaults | dict(zip(equations.q, place, strict=True))).evalf()
+        numbers = np.array(values.tolist(), dtype=complex)
+        where = ", ".join(f"{x} = {y:.4g}" for x, y in zip(equations.q, place, strict=True))
+        if not np.isfinite(numbers).all() or np.abs(numbers.imag).max() > 0:
+            raise DescriptionError(f"T: a_ij is complex or infinite at {where}; allowed: real, finite a_ij")
+        if np.linalg.eigvalsh(numbers.real).min() <= 0:
+            raise DescriptionError(f"T: a_ij is not positive at {where}: {values.tolist()}; allowed: positive T")

@@ -1,0 +1,206 @@
+"""What a system's file says: coordinates, parameters, masses and their places, V, and where to look for equilibria.
+
+A file builds one `System` and calls it `system`:
+
+    from sympy import cos, pi, sin
+    from sweeps.mechanics import System
+
+    system = System("Pendulum")
+    m = system.parameter("mass", "kg", default=1.0, positive=True)
+    l = system.parameter("length", "m", default=1.0, positive=True)
+    g = system.parameter("gravity", "m s-2", default=9.80665, positive=True)
+    theta = system.coordinate("theta", "rad", bounds=(-pi, pi), periodic=True)
+    system.particle(m, (l * sin(theta), -l * cos(theta)))
+    system.potential(-m * g * l * cos(theta))
+    system.equilibrium("hanging", {theta: 0})
+    system.equilibrium("upright", {theta: pi})
+
+All symbols are SymPy's, so all that SymPy can write may be said; nothing here derives anything.
+"""
+
+import re
+from dataclasses import dataclass
+
+import sympy as sp
+
+from sweeps.definition import DefinitionError
+
+RESERVED = ("equilibrium", "mode", "epsilon", "phase", "t", "title", "system", "grid")
+MOST_COORDINATES = 6
+
+
+class DescriptionError(DefinitionError):
+    """What is wrong with a system's description; `str()` is the whole message."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number that a sweep gives or varies: symbol, unit (UDUNITS), value where a sweep gives none, and bounds."""
+
+    symbol: sp.Symbol
+    unit: str
+    default: float
+    positive: bool
+    least: float | None
+    most: float | None
+    meaning: str
+
+    @property
+    def name(self) -> str:
+        """The key in a sweep's `grid`."""
+        return self.symbol.name
+
+    @property
+    def allowed(self) -> str:
+        """What a value may be, in words."""
+        bounds = ["> 0"] if self.positive else []
+        bounds += [] if self.least is None else [f"≥ {self.least:g}"]
+        bounds += [] if self.most is None else [f"≤ {self.most:g}"]
+        return " and ".join(["a finite number", *bounds]) + f", in {self.unit}"
+
+    def allows(self, value: float) -> bool:
+        """Whether a value lies within the bounds."""
+        inside = (self.least is None or value >= self.least) and (self.most is None or value <= self.most)
+        return inside and (value > 0 or not self.positive)
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """A generalised coordinate.
+
+    Attributes:
+        symbol: q, as it stands in positions and V.
+        velocity: q̇, as it may stand in T.
+        unit: UDUNITS text.
+        bounds: where equilibria are looked for; expressions in the parameters.
+        periodic: whether both bounds are one place (an angle that goes round).
+        size: what a nudge of relative size one is, in the coordinate's unit; may hold parameters and coordinates,
+            which stand for their values at the equilibrium.
+        hold: the value to keep while equilibria are looked for, where V is flat along a line of them; else None.
+        momentum: the conserved momentum's parameter, for a coordinate that neither T nor V contains; else None.
+        meaning: one line of text.
+    """
+
+    symbol: sp.Symbol
+    velocity: sp.Symbol
+    unit: str
+    bounds: tuple[sp.Expr, sp.Expr]
+    periodic: bool
+    size: sp.Expr
+    hold: sp.Expr | None
+    momentum: sp.Symbol | None
+    meaning: str
+
+    @property
+    def name(self) -> str:
+        """Name of the symbol."""
+        return self.symbol.name
+
+
+class System:
+    """A mechanical system as its author writes it down.
+
+    Args:
+        title: one line of text.
+        most: the most equilibria that a point can have; left out, the number of those that are named.
+        references: where the theory stands, one line.
+    """
+
+    def __init__(self, title: str, most: int | None = None, references: str = ""):
+        self.title, self.references = title, references
+        self.given_most = most
+        self.time = sp.Symbol("t", real=True)
+        self.parameters: dict[str, Parameter] = {}
+        self.coordinates: dict[str, Coordinate] = {}
+        self.particles: list[tuple[sp.Expr, tuple[sp.Expr, ...]]] = []
+        self.kinetic_terms: list[sp.Expr] = []
+        self.potential_terms: list[sp.Expr] = []
+        self.labels: dict[str, dict[sp.Symbol, sp.Expr]] = {}
+
+    def parameter(self, name, unit="1", *, default, positive=False, least=None, most=None, meaning="") -> sp.Symbol:
+        """A parameter's symbol; a sweep's `grid` gives its value, or several."""
+        self._check_name(name)
+        symbol = sp.Symbol(name, positive=True) if positive else sp.Symbol(name, real=True)
+        parameter = Parameter(symbol, unit, float(default), positive, least, most, meaning or name.replace("_", " "))
+        if not parameter.allows(parameter.default):
+            wrong = f"default {default!r} is out of range"
+            raise DescriptionError(f"parameter {name}: {wrong}; allowed: {parameter.allowed}")
+        self.parameters[name] = parameter
+        return symbol
+
+    def coordinate(
+        self,
+        name,
+        unit="1",
+        *,
+        bounds=None,
+        periodic=False,
+        positive=False,
+        size=1,
+        hold=None,
+        momentum=None,
+        meaning="",
+    ) -> sp.Symbol:
+        """A generalised coordinate's symbol; see `Coordinate`.
+
+        `bounds` may be left out for one with a momentum; `positive` says that it is a distance and no number below 0.
+        """
+        self._check_name(name)
+        if len(self.coordinates) >= MOST_COORDINATES:
+            raise DescriptionError(f"coordinate {name}: there are {MOST_COORDINATES} already; allowed: no more")
+        if bounds is None and momentum is None:
+            raise DescriptionError(f"coordinate {name}: bounds are missing; allowed: two expressions in the parameters")
+        symbol = sp.Symbol(name, positive=True) if positive else sp.Symbol(name, real=True)
+        velocity = sp.Symbol(f"{name}_dot", real=True)
+        low, high = (sp.sympify(bound) for bound in bounds or (0, 0))
+        hold = None if hold is None else sp.sympify(hold)
+        self.coordinates[name] = Coordinate(
+            symbol, velocity, unit, (low, high), periodic, sp.sympify(size), hold, momentum, meaning or name
+        )
+        return symbol
+
+    def velocity(self, symbol: sp.Symbol) -> sp.Symbol:
+        """The symbol q̇ of a coordinate's symbol q, for a kinetic energy that is given directly."""
+        return self.coordinates[symbol.name].velocity
+
+    def particle(self, mass, position) -> None:
+        """A mass at a place r(q), Cartesian; r may hold `system.time` (a rotating hoop)."""
+        place = tuple(sp.sympify(part) for part in position)
+        self.particles.append((sp.sympify(mass), place))
+
+    def kinetic_energy(self, T) -> None:
+        """Kinetic energy given directly, beside that of the particles."""
+        self.kinetic_terms.append(sp.sympify(T))
+
+    def potential(self, V) -> None:
+        """Potential energy; several add up."""
+        self.potential_terms.append(sp.sympify(V))
+
+    def equilibrium(self, label: str, place: dict) -> None:
+        """A name for the equilibrium nearest to a place (expressions in the parameters); it is still looked for."""
+        if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,31}", label) or label in self.labels:
+            raise DescriptionError(f"equilibrium {label!r}: allowed: words of letters, digits and _, each once")
+        self.labels[label] = {symbol: sp.sympify(value) for symbol, value in place.items()}
+
+    @property
+    def most(self) -> int:
+        """The most equilibria a point can have: the length of the dimension `equilibrium`."""
+        return self.given_most or max(1, len(self.labels))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names along the dimension `equilibrium`: the labels, then numbers."""
+        return tuple(self.labels) + tuple(str(k + 1) for k in range(len(self.labels), self.most))
+
+    @property
+    def kept(self) -> tuple[Coordinate, ...]:
+        """The coordinates that are not cyclic, in their order."""
+        return tuple(c for c in self.coordinates.values() if c.momentum is None)
+
+    def _check_name(self, name):
+        taken = name in self.parameters or name in self.coordinates or name in RESERVED
+        if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,31}", name) or taken:
+            raise DescriptionError(
+                f"name {name!r} is taken or no word; allowed: letters, digits and _, none twice, none of "
+                + ", ".join(RESERVED)
+            )

@@ -1,0 +1,334 @@
+r"""The equations of motion as a graph of additions, products, quotients and known functions, about an equilibrium.
+
+*Deviations.* With :math:`q = q_0 + \varepsilon x` every node is :math:`u = U + \varepsilon\hat u`, U its value at the
+equilibrium, and the graph is worked in :math:`\hat u` alone,
+
+.. math:: \widehat{uv} = U\hat v + v\hat u, \qquad \widehat{u/v} = (\hat u - W\hat v)/v, \qquad W = U/V
+
+so that no nudge is too small: nothing is ever subtracted that has the size of q0. Where U vanishes for a reason
+(a velocity, a force at its equilibrium) it is 0 and not the rounding that a formula leaves.
+
+*Functions.* A function :math:`w = f(u)` keeps its remainder :math:`\tilde w`,
+:math:`\hat w = f'(U)\,\hat u + \varepsilon\tilde w`, which obeys
+:math:`\dot{\tilde w} = \widehat{f'(u)}\;\dot{\hat u}` and is integrated beside q and q̇. So the integrator needs no
+sine and no power: sums, products and quotients are all that is left, whatever the system.
+
+*Energy.* One order further, :math:`u = U + \varepsilon\,\nabla u\cdot x + \varepsilon^2\tilde u`, with
+:math:`\widetilde{uv} = U\tilde v + V\tilde u + \hat u\hat v` and so on. For V the gradient vanishes at the equilibrium,
+so :math:`\tilde V` is its rise above the equilibrium in units of :math:`\varepsilon^2`, to all digits.
+
+Source: the recurrences are those of automatic differentiation (Griewank and Walther, Evaluating Derivatives, chapter
+13); working them in deviations was derived here.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import sympy as sp
+from scipy.special import roots_jacobi
+
+from sweeps.mechanics.derivation import Equations
+from sweeps.mechanics.description import DescriptionError
+
+CONSTANT, X, V, ADD, MUL, DIV, FUNCTION = "constant", "x", "v", "add", "mul", "div", "function"
+MOST_POWER = 16  # whole powers up to this one are products
+REMAINDER_NODES = 8  # exact to a rounding where the nudge is half as far as the nearest pole of f
+
+
+@dataclass(frozen=True)
+class Node:
+    """One node.
+
+    Attributes:
+        kind: CONSTANT (of parameters and q0), X, V, ADD, MUL, DIV or FUNCTION.
+        parts: numbers of the nodes it is made of; the coordinate's number for X and V.
+        weights: for ADD one number a part; for CONSTANT its expression; for FUNCTION its second derivative.
+        zero: whether its value at the equilibrium is 0 for a reason.
+    """
+
+    kind: str
+    parts: tuple = ()
+    weights: tuple = ()
+    zero: bool = False
+
+
+@dataclass
+class Graph:
+    """Nodes in an order in which each follows its parts; what the functions' derivatives are; and the outputs.
+
+    Attributes:
+        slopes: FUNCTION node → the node that is f′(u); it may come later, for only earlier orders of it are needed.
+        accelerations: nodes of q̈_i.
+        energy_terms: nodes whose sum is V.
+        masses: nodes of a_ij, i ≤ j.
+    """
+
+    equations: Equations
+    nodes: list[Node] = field(default_factory=list)
+    slopes: dict[int, int] = field(default_factory=dict)
+    accelerations: tuple[int, ...] = ()
+    energy_terms: tuple[int, ...] = ()
+    masses: dict[tuple[int, int], int] = field(default_factory=dict)
+
+    def __post_init__(self):
+        self._numbers: dict[Node, int] = {}
+        self._expressions: dict[sp.Expr, int] = {}
+
+    @property
+    def functions(self) -> tuple[int, ...]:
+        """The FUNCTION nodes, in order."""
+        return tuple(self.slopes)
+
+    def add(self, node: Node) -> int:
+        """Number of a node, the same for the same node."""
+        if node not in self._numbers:
+            self._numbers[node] = len(self.nodes)
+            self.nodes.append(node)
+        return self._numbers[node]
+
+    def moves(self, number: int) -> bool:
+        """Whether a node depends on the state."""
+        return self.nodes[number].kind != CONSTANT
+
+    # -- building
+
+    def build(self, expression: sp.Expr) -> int:
+        """The node of an expression in coordinates, velocities and parameters."""
+        expression = sp.sympify(expression)
+        if expression not in self._expressions:
+            self._expressions[expression] = self._build(expression)
+        return self._expressions[expression]
+
+    def _build(self, e):
+        q, v = self.equations.q, self.equations.v
+        if not e.free_symbols & {*q, *v}:
+            return self.add(Node(CONSTANT, (), (e,), e == 0))
+        if e.is_Symbol:
+            return self.add(Node(X, (q.index(e),)) if e in q else Node(V, (v.index(e),), (), True))
+        if e.is_Add:
+            return self._sum(e.args)
+        if e.is_Mul:
+            return self._product(e)
+        if e.is_Pow:
+            return self._power(*e.as_base_exp()) if e.base != sp.E else self._function(e, e.exp)
+        if e.is_Function and len(e.args) == 1:
+            return self._function(e, e.args[0])
+        raise DescriptionError(f"{type(e).__name__}: {e} cannot be integrated; allowed: +, ×, /, powers and {_KNOWN}")
+
+    def constant(self, expression) -> int:
+        """A node that depends on parameters only."""
+        return self.build(expression)
+
+    def sum(self, numbers, weights=None, zero=False) -> int:
+        """Weighted sum of nodes; ``zero`` says that its value at the equilibrium vanishes."""
+        weights = tuple(weights) if weights else (1.0,) * len(numbers)
+        if not any(map(self.moves, numbers)):
+            terms = (w * self.nodes[k].weights[0] for k, w in zip(numbers, weights, strict=True))
+            return self.build(sum(terms))
+        zero = zero or all(self.nodes[k].zero for k in numbers)
+        return self.add(Node(ADD, tuple(numbers), weights, zero))
+
+    def product(self, first: int, second: int) -> int:
+        """Product of two nodes."""
+        if not (self.moves(first) or self.moves(second)):
+            return self.build(self.nodes[first].weights[0] * self.nodes[second].weights[0])
+        zero = self.nodes[first].zero or self.nodes[second].zero
+        return self.add(Node(MUL, tuple(sorted((first, second))), (), zero))
+
+    def quotient(self, first: int, second: int) -> int:
+        """Quotient of two nodes."""
+        if not self.moves(second):
+            return self.product(first, self.build(1 / self.nodes[second].weights[0]))
+        return self.add(Node(DIV, (first, second), (), self.nodes[first].zero))
+
+    def _sum(self, terms):
+        numbers, weights, fixed = [], [], []
+        for term in terms:
+            weight, rest = term.as_coeff_Mul()
+            if rest.free_symbols & {*self.equations.q, *self.equations.v}:
+                numbers.append(self.build(rest))
+                weights.append(float(weight))
+            else:
+                fixed.append(term)
+        if fixed:
+            numbers.append(self.build(sum(fixed)))
+            weights.append(1.0)
+        return self.sum(numbers, weights)
+
+    def _product(self, e):
+        above, below = e.as_numer_denom()
+        if below.free_symbols & {*self.equations.q, *self.equations.v}:
+            return self.quotient(self.build(above), self.build(below))
+        moving = {*self.equations.q, *self.equations.v}
+        fixed = [f for f in e.args if not f.free_symbols & moving]
+        numbers = [self.build(f) for f in sorted((f for f in e.args if f.free_symbols & moving), key=str)]
+        result = numbers[0]
+        for number in numbers[1:]:
+            result = self.product(result, number)
+        return self.product(self.build(sp.Mul(*fixed)), result) if fixed else result
+
+    def _power(self, base, exponent):
+        if exponent.is_Integer and abs(exponent) <= MOST_POWER:
+            if exponent < 0:
+                return self.quotient(self.build(sp.Integer(1)), self._power(base, -exponent))
+            half = self.build(base) if exponent == 1 else self.build(base ** (exponent // 2))
+            if exponent == 1:
+                return half
+            square = self.product(half, half)
+            return square if exponent % 2 == 0 else self.product(square, self.build(base))
+        if exponent.free_symbols & {*self.equations.q, *self.equations.v}:
+            wrong = f"{base**exponent} has a coordinate in its exponent"
+            raise DescriptionError(f"power: {wrong}; allowed: exp(…) in its place")
+        return self._function(base**exponent, base)
+
+    def _function(self, e, argument):
+        u = sp.Dummy("u", positive=True)
+        f = (u**e.exp) if e.is_Pow and e.base != sp.E else e.func(u) if not e.is_Pow else sp.exp(u)
+        inner = self.build(argument)
+        number = self.add(Node(FUNCTION, (inner,), (sp.Lambda(u, f),)))
+        self._expressions[e] = number
+        if number not in self.slopes:
+            self.slopes[number] = -1
+            self.slopes[number] = self._slope(e, f, u, argument, number, inner)
+        return number
+
+    def _slope(self, e, f, u, argument, number, inner):
+        if e.is_Pow and e.base != sp.E:
+            return self.quotient(self.product(self.constant(e.exp), number), inner)
+        if f.func in (sp.tan, sp.tanh):
+            square = self.product(number, number)
+            one, sign = self.constant(sp.Integer(1)), 1.0 if f.func is sp.tan else -1.0
+            return self.sum((one, square), (1.0, sign))
+        if f.func not in (sp.sin, sp.cos, sp.exp, sp.log, sp.sinh, sp.cosh, sp.atan, sp.asin, sp.acos):
+            raise DescriptionError(f"function: {e} cannot be integrated; allowed: +, ×, /, powers and {_KNOWN}")
+        return self.build(f.diff(u).subs(u, argument))
+
+
+_KNOWN = "sin, cos, tan, exp, log, sinh, cosh, tanh, asin, acos, atan, sqrt"
+
+
+def graph(equations: Equations) -> Graph:
+    """The graph of q̈ (by elimination in a, whose pivots are positive) and of the energy."""
+    g = Graph(equations)
+    n = range(equations.n)
+    masses = {(i, j): g.build(equations.a[i, j]) for i in n for j in n if i <= j}
+    gradient = [g.build(e) for e in equations.gradient]
+    forces = []
+    for i in n:
+        force = g.sum((gradient[i],), (-1.0,), zero=True)
+        moving = g.build(equations.velocity_terms[i])
+        forces.append(force if g.nodes[moving].zero and not g.moves(moving) else g.sum((force, moving), (1.0, -1.0)))
+    g.accelerations = tuple(_solve(g, {**masses}, forces))
+    g.masses = masses
+    g.energy_terms = tuple(g.build(t) for t in sp.Add.make_args(sp.expand(equations.V)))
+    return g
+
+
+def _solve(g, a, right):
+    """Nodes of a⁻¹ right, by elimination without exchange: a is symmetric and positive."""
+    n = len(right)
+    for k in range(n):
+        for i in range(k + 1, n):
+            if g.nodes[a[k, i]].zero:
+                continue
+            factor = g.quotient(a[k, i], a[k, k])
+            for j in range(i, n):
+                if not g.nodes[a[k, j]].zero:
+                    a[i, j] = g.sum((a[i, j], g.product(factor, a[k, j])), (1.0, -1.0))
+            right[i] = g.sum((right[i], g.product(factor, right[k])), (1.0, -1.0))
+    solved = [0] * n
+    for i in reversed(range(n)):
+        rest = right[i]
+        for j in range(i + 1, n):
+            if not g.nodes[a[i, j]].zero:
+                rest = g.sum((rest, g.product(a[i, j], solved[j])), (1.0, -1.0))
+        solved[i] = g.quotient(rest, a[i, i])
+    return solved
+
+
+# -- values in NumPy: one array element a point
+
+
+def lambdified(arguments, expressions):
+    """A NumPy function of arrays (all of one shape) that gives every expression as such an array, float64."""
+    function = sp.lambdify(arguments, list(expressions), modules="numpy", cse=True)
+
+    def evaluate(*arrays):
+        with np.errstate(all="ignore"):
+            values = function(*arrays)
+        shape = np.broadcast_shapes(*(np.shape(x) for x in arrays)) if arrays else ()
+        return [np.broadcast_to(np.real_if_close(np.asarray(value)), shape).astype(np.float64) for value in values]
+
+    return evaluate
+
+
+class Values:
+    """Values at equilibria and deviations from them, by the same rules as the kernel's, in NumPy.
+
+    Args:
+        graph: the graph.
+    """
+
+    def __init__(self, graph: Graph):
+        self.graph = graph
+        self._parameters = graph.equations.parameters
+        constants = [node.weights[0] if node.kind == CONSTANT else sp.Integer(0) for node in graph.nodes]
+        self._constants = lambdified(self._parameters, constants)
+        self._derivatives, self._second = {}, {}
+        nodes, weights = roots_jacobi(REMAINDER_NODES, 1, 0)  # for the weight 1 − s
+        self._quadrature = 0.5 * (nodes + 1.0), 0.25 * weights
+        for number in graph.functions:
+            lam = graph.nodes[number].weights[0]
+            (u,) = lam.variables
+            self._derivatives[number] = lambdified((u, *self._parameters), [lam.expr, lam.expr.diff(u)])
+            self._second[number] = lambdified((u, *self._parameters), [lam.expr.diff(u, 2)])
+
+    def bases(self, parameters, q0):
+        """U of every node: arrays (n,) from parameters and places (tuples of arrays); slopes f′(U) by function node."""
+        U, slopes = self._constants(*parameters), {}
+        shape = np.shape(q0[0])
+        for number, node in enumerate(self.graph.nodes):
+            if node.kind == CONSTANT:
+                U[number] = np.broadcast_to(U[number], shape)
+            elif node.zero:
+                U[number] = np.zeros(shape)
+            elif node.kind == X:
+                U[number] = q0[node.parts[0]]
+            elif node.kind == ADD:
+                U[number] = sum(w * U[k] for w, k in zip(node.weights, node.parts, strict=True))
+            elif node.kind == MUL:
+                U[number] = U[node.parts[0]] * U[node.parts[1]]
+            elif node.kind == DIV:
+                U[number] = U[node.parts[0]] / U[node.parts[1]]
+            else:
+                U[number], slopes[number] = self._derivatives[number](U[node.parts[0]], *parameters)
+        return U, slopes
+
+    def deviations(self, U, slopes, parameters, epsilon, x, v):
+        """û of every node and the remainders of the functions, for deviations x and velocities v."""
+        hat, remainders = [None] * len(self.graph.nodes), {}
+        for number, node in enumerate(self.graph.nodes):
+            if node.kind == CONSTANT:
+                hat[number] = np.zeros_like(x[0])
+            elif node.kind in (X, V):
+                hat[number] = (x if node.kind == X else v)[node.parts[0]]
+            elif node.kind == ADD:
+                hat[number] = sum(w * hat[k] for w, k in zip(node.weights, node.parts, strict=True))
+            elif node.kind == MUL:
+                a, b = node.parts
+                hat[number] = U[a] * hat[b] + (U[b] + epsilon * hat[b]) * hat[a]
+            elif node.kind == DIV:
+                a, b = node.parts
+                hat[number] = (hat[a] - U[number] * hat[b]) / (U[b] + epsilon * hat[b])
+            else:
+                u = node.parts[0]
+                remainders[number] = self._remainder(number, U[u], epsilon, hat[u], parameters)
+                hat[number] = slopes[number] * hat[u] + epsilon * remainders[number]
+        return hat, remainders
+
+    def _remainder(self, number, U, epsilon, hat, parameters):
+        """û² ∫ (1 − s) f″(U + s ε û) ds over 0 … 1: the remainder of f, with no difference taken."""
+        total = 0.0
+        for z, weight in zip(*self._quadrature, strict=True):
+            total = total + weight * self._second[number](U + z * epsilon * hat, *parameters)[0]
+        return hat * hat * total

@@ -1,0 +1,1 @@
+"""The systems of small oscillations that ship, one description a file."""

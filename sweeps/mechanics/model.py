@@ -1,0 +1,264 @@
+"""Points of a system in, columns out: linear theory beside what is measured, which does not know it."""
+
+from collections.abc import Mapping
+from functools import cached_property
+
+import numpy as np
+
+from kernels import oscillations as kernel
+from sweeps.mechanics import equilibria, modes
+from sweeps.mechanics.derivation import derive
+from sweeps.mechanics.description import System
+from sweeps.mechanics.graph import Values, graph
+from sweeps.mechanics.taylor import Code
+
+CHUNK = 8192
+EVEN = 1e-9  # third derivatives smaller than this, in the system's own units, make no second run
+FLAT = 5  # a status beside the kernel's
+
+
+class Model:
+    """A system's equations, its generated kernel, and what it makes of points.
+
+    Args:
+        system: the description.
+
+    Raises:
+        DescriptionError: for what is wrong with it.
+    """
+
+    def __init__(self, system: System):
+        self.system = system
+        self.equations = derive(system)
+        self.n = self.equations.n
+        self.names = tuple(system.parameters)
+
+    @cached_property
+    def landscape(self) -> equilibria.Landscape:
+        """V's derivatives and a_ij, in NumPy."""
+        return equilibria.Landscape(self.equations)
+
+    @cached_property
+    def code(self) -> Code:
+        """The generated kernel."""
+        return Code(graph(self.equations))
+
+    @cached_property
+    def values(self) -> Values:
+        """The graph in NumPy."""
+        return Values(self.code.graph)
+
+    def equilibria(self, parameters: list[np.ndarray]) -> equilibria.Found:
+        """All equilibria of points, of which each parameter's values are given."""
+        return equilibria.find(self.landscape, parameters)
+
+    # -- theory
+
+    def theory(self, points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """What linear theory says of points.
+
+        Args:
+            points: each parameter, `equilibrium` (slot from 0), `mode` (from 1), `epsilon`, `phase`: shape (points,).
+
+        Returns:
+            `place` (points, n), `flat`, `omega_squared` (s-2), `modes` (points, n, n), `a` (points, n, n), `scale`
+            (s-1), `parameters` (a list of arrays); NaN where there is no equilibrium.
+        """
+        parameters = [np.asarray(points[name], dtype=np.float64) for name in self.names]
+        first, inverse = _runs(parameters)
+        found = self.equilibria([p[first] for p in parameters])
+        slot = np.asarray(points["equilibrium"])
+        group, back = _runs([inverse, slot])
+        chosen, place = [p[group] for p in parameters], found.places[inverse[group], slot[group]]
+        linear = self._linear(chosen, place)
+        linear = {name: array[back] for name, array in linear.items()}
+        mode = np.asarray(points["mode"]) - 1
+        squares = np.take_along_axis(linear.pop("squares"), mode[:, None], axis=1)[:, 0]
+        return linear | {
+            "place": place[back],
+            "flat": found.flat[inverse],
+            "omega_squared": squares,
+            "parameters": parameters,
+        }
+
+    def _linear(self, parameters, place):
+        q = list(place.T)
+        with np.errstate(all="ignore"):
+            hessian, a = self.landscape.hessian(parameters, q), self.landscape.a(parameters, q)
+            terms = self.landscape.hessian_terms(parameters, q)
+            sizes = self.landscape.sizes(parameters, q)
+            third = np.abs(np.stack(self.landscape.third(parameters, q), axis=-1))
+        squares, vectors = modes.normal_modes(hessian, a)
+        S = modes.scale(terms, a)
+        # in units of the sizes: V‴ beside V″, a' beside a
+        unit = sizes.max(axis=1, initial=0.0)
+        count = third.shape[1] - self._first_of_a
+        cubic = third[:, : self._first_of_a].max(axis=1, initial=0.0) * unit / np.abs(terms).max(axis=(1, 2))
+        bent = third[:, -count:].max(axis=1, initial=0.0) * unit / np.abs(a).max(axis=(1, 2)) if count else 0.0
+        twice = ~(np.maximum(np.nan_to_num(cubic), bent) <= EVEN)
+        return {"squares": squares, "modes": vectors, "a": a, "scale": S, "sizes": sizes, "twice": twice}
+
+    @property
+    def _first_of_a(self):
+        n = self.n
+        return n * (n + 1) * (n + 2) // 6
+
+    # -- motion
+
+    def measured(self, points, theory, cycles: float, samples_per_cycle: int, tolerance: float):
+        """What motions show of points; of theory only places, modes (as directions) and the scale are used.
+
+        Args:
+            points: as of :meth:`theory`.
+            theory: what it returned.
+            cycles: length of the run, in 2π/S.
+            samples_per_cycle: samples in 2π/S; the spacing is 0.5/S at most.
+            tolerance: relative error allowed.
+
+        Returns:
+            `raw` (points, kernel.RAW), `status` (int8) and `start` (relative position and velocity over S).
+        """
+        intervals, spacing = round(cycles * samples_per_cycle), min(2.0 * np.pi / samples_per_cycle, 0.5)
+        size = len(points["epsilon"])
+        raw, status = np.full((size, kernel.RAW), np.nan), np.full(size, kernel.NO_EQUILIBRIUM, dtype=np.int8)
+        here = ~np.isnan(theory["place"]).any(axis=1)
+        status[theory["flat"]] = FLAT
+        unsound = here & ~np.isfinite(theory["scale"] * theory["modes"].sum(axis=(1, 2)))
+        status[unsound] = kernel.NON_FINITE
+        which = np.flatnonzero(here & ~unsound)
+        for start in range(0, which.size, CHUNK):
+            part = which[start : start + CHUNK]
+            raw[part] = self._run(points, theory, part, intervals, spacing, tolerance)
+            status[part] = kernel.status(raw[part], intervals, tolerance)
+        return {"raw": raw, "status": status, "intervals": intervals, "spacing": spacing}
+
+    def _run(self, points, theory, part, intervals, spacing, tolerance):
+        parameters = [p[part] for p in theory["parameters"]]
+        epsilon = np.asarray(points["epsilon"], dtype=np.float64)[part]
+        phase = np.asarray(points["phase"], dtype=np.float64)[part]
+        S, a, sizes = theory["scale"][part], theory["a"][part], theory["sizes"][part]
+        mode = np.asarray(points["mode"])[part] - 1
+        vectors = self._nudged_first(theory["modes"][part], mode)
+        direction = vectors[:, :, 0]
+        unit = 1.0 / np.abs(direction / sizes).max(axis=1)
+        x = (direction * (unit * np.cos(phase))[:, None]).T
+        v = (direction * (-unit * S * np.sin(phase))[:, None]).T
+        projection = np.einsum("pjk,pji->pki", vectors, a) / unit[:, None, None]
+        plus, minus = self._rows(parameters, theory["place"][part], epsilon, x, v, theory["twice"][part].any())
+        projection = np.ascontiguousarray(projection.reshape(part.size, -1))
+        twice = theory["twice"][part].astype(np.int64)
+        module, ones = self.code.module(), np.ones(part.size)
+        return kernel.run(
+            module.advance,
+            module.energy,
+            self.code.states,
+            plus,
+            minus,
+            projection,
+            ones,
+            S,
+            epsilon,
+            twice,
+            self.n * np.asarray(points["equilibrium"], dtype=np.int64)[part] + mode,
+            intervals,
+            spacing,
+            tolerance,
+        )
+
+    @staticmethod
+    def _nudged_first(vectors, mode):
+        """Modes with the nudged one first, then the others in their order."""
+        n = vectors.shape[2]
+        others = np.broadcast_to(np.arange(n), (mode.size, n))
+        order = np.argsort(np.where(others == mode[:, None], -1, others), axis=1, kind="stable")
+        return np.take_along_axis(vectors, order[:, None, :], axis=2)
+
+    def _rows(self, parameters, place, epsilon, x, v, pair=True):
+        """Rows of the scratch array at the start of both runs (or of one, twice), shape (points, rows) each."""
+        code, q0 = self.code, list(place.T)
+        with np.errstate(all="ignore"):
+            U, slopes = self.values.bases(parameters, q0)
+            runs = []
+            for sign in (1.0, -1.0) if pair else (1.0,):
+                rows = np.zeros((epsilon.size, code.rows))
+                _, remainders = self.values.deviations(U, slopes, parameters, epsilon, sign * x, sign * v)
+                for i in range(self.n):
+                    rows[:, i], rows[:, self.n + i] = sign * x[i], sign * v[i]
+                for number, row in code.remainders.items():
+                    rows[:, row] = remainders[number]
+                rows[:, code.epsilon_row] = epsilon
+                for (kind, number), row in code.constants.items():
+                    rows[:, row] = (U if kind == "U" else slopes)[number]
+                runs.append(rows)
+        return runs[0], runs[-1]
+
+    # -- both
+
+    def survey(self, points, cycles: float = 4, samples_per_cycle: int = 16, tolerance: float = 1e-10):
+        """All columns of points, in units; see `sweeps.systems.oscillator`."""
+        theory = self.theory(points)
+        return self._columns(points, theory, self.measured(points, theory, cycles, samples_per_cycle, tolerance))
+
+    def _columns(self, points, theory, measured):
+        raw, S = measured["raw"], theory["scale"]
+        epsilon, phase = (np.asarray(points[name], dtype=np.float64) for name in ("epsilon", "phase"))
+        known = np.isfinite(raw[:, kernel.RATE2])
+        size = epsilon * raw[:, kernel.SIZE]
+        with np.errstate(invalid="ignore"):
+            regime = kernel.regime(raw[:, kernel.RATE2], raw[:, kernel.STDERR], S, size)
+            predicted = kernel.regime(theory["omega_squared"], 0.0, S, 0.0)
+        regime = np.where(known, regime, -1).astype(np.int8)
+        predicted = np.where(np.isfinite(theory["omega_squared"]), predicted, -1).astype(np.int8)
+        columns = {
+            "omega_squared_theory": theory["omega_squared"],
+            "omega_squared": raw[:, kernel.RATE2],
+            "omega_squared_stderr": raw[:, kernel.STDERR],
+            **_rates("_theory", theory["omega_squared"], predicted),
+            **_rates("", raw[:, kernel.RATE2], regime),
+            "regime_theory": predicted,
+            "regime": regime,
+            "rate_scale": S,
+            "samples_used": np.nan_to_num(raw[:, kernel.SAMPLES]).astype(np.int32),
+            "window_end": (raw[:, kernel.SAMPLES] - 1.0) * measured["spacing"] / S,
+            "steps_per_sample": np.nan_to_num(raw[:, kernel.STEPS]).astype(np.int32),
+            "status": measured["status"],
+            "energy_drift": raw[:, kernel.EDRIFT],
+        }
+        for name in ("growth_rate", "frequency"):
+            columns[f"{name}_stderr"] = _rate_stderr(raw[:, kernel.STDERR], columns[name])
+        amplitude, angle = _lecture_solution(epsilon, phase, S, columns["frequency"])
+        columns |= {"amplitude": amplitude, "initial_phase": angle}
+        for i, c in enumerate(self.system.kept):
+            columns[f"{c.name}_equilibrium"] = theory["place"][:, i]
+        return columns
+
+
+def _runs(arrays):
+    """Numbers of the first point of each run of equal neighbours, and each point's run."""
+    size = len(arrays[0]) if arrays else 0
+    change = np.ones(size, dtype=bool)
+    if size > 1:
+        change[1:] = np.any([x[1:] != x[:-1] for x in arrays], axis=0)
+    return np.flatnonzero(change), np.cumsum(change) - 1
+
+
+def _rates(suffix, squares, regime):
+    with np.errstate(invalid="ignore"):
+        rate = np.sqrt(np.abs(squares))
+    missing = np.where(regime < 0, np.nan, 0.0)
+    return {
+        f"growth_rate{suffix}": np.where(regime == kernel.UNSTABLE, rate, missing),
+        f"frequency{suffix}": np.where(regime == kernel.STABLE, rate, missing),
+    }
+
+
+def _rate_stderr(stderr, rate):
+    return np.divide(0.5 * stderr, rate, out=np.full_like(rate, np.nan), where=rate > 0.0)
+
+
+def _lecture_solution(epsilon, phase, S, frequency):
+    """Amplitude a and phase α of η = a cos(ωt + α), with the measured ω, from η(0) = ε cos φ, η̇(0) = −ε S sin φ."""
+    with np.errstate(all="ignore"):
+        ratio = np.where(frequency > 0.0, S / frequency, np.nan)
+        sine, cosine = ratio * np.sin(phase), np.cos(phase)
+        return epsilon * np.hypot(cosine, sine), np.where(np.isnan(ratio), np.nan, np.arctan2(sine, cosine))

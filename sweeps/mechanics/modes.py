@@ -1,0 +1,54 @@
+r"""Linear theory: the normal modes about an equilibrium, and a bound on every possible rate.
+
+:math:`V'' v = \omega^2 a v` with :math:`v^{\mathsf T} a v = 1`, signed :math:`\omega^2` in ascending order (LAPACK's
+generalised symmetric eigenproblem, by `scipy.linalg.eigh`).
+
+The scale S of a point is no theory: :math:`S^2 = \lVert M\rVert / \lambda_{\min}(\bar a)`, M the sums of the absolute
+values of the terms of V″ with each coordinate in units of :math:`a_{ii}^{-1/2}`, :math:`\bar a` the matrix a in the
+same units, bounds every :math:`|\omega^2|` and stays put where terms cancel and a rate goes through zero. It sets how
+long a run is and how closely it is sampled.
+
+Source: Landau and Lifshitz, Mechanics, section 23.
+"""
+
+import numpy as np
+from scipy.linalg import LinAlgError, eigh
+
+
+def normal_modes(hessian, a):
+    """Signed ω² and modes of many points.
+
+    Args:
+        hessian: V″, shape (points, n, n).
+        a: kinetic matrix, shape (points, n, n), positive definite.
+
+    Returns:
+        ω² in s-2, shape (points, n), ascending, and the modes, shape (points, n, n), mode k in [:, :, k], its largest
+        component positive; NaN where V″ or a is not finite or a is not positive.
+    """
+    points, n = hessian.shape[:2]
+    if n == 1:
+        with np.errstate(all="ignore"):
+            positive = np.where(a > 0.0, a, np.nan)
+            return hessian[:, 0] / positive[:, 0], 1.0 / np.sqrt(positive)
+    squares, vectors = np.full((points, n), np.nan), np.full((points, n, n), np.nan)
+    for i in np.flatnonzero(np.isfinite(hessian).all(axis=(1, 2)) & np.isfinite(a).all(axis=(1, 2))):
+        try:
+            squares[i], vectors[i] = eigh(hessian[i], a[i], check_finite=False)
+        except LinAlgError:
+            continue
+    largest = np.take_along_axis(vectors, np.abs(vectors).argmax(axis=1)[:, None, :], axis=1)
+    return squares, vectors * np.where(largest < 0.0, -1.0, 1.0)
+
+
+def scale(hessian_terms, a):
+    """S in s-1, shape (points,); NaN where a is not positive, 1 s-1 where nothing pulls anywhere."""
+    with np.errstate(all="ignore"):
+        unit = 1.0 / np.sqrt(np.einsum("pii->pi", a))
+        pair = unit[:, :, None] * unit[:, None, :]
+        bound = np.sqrt(np.square(hessian_terms * pair).sum(axis=(1, 2)))
+        unit_a = a * pair
+        sound = np.isfinite(unit_a).all(axis=(1, 2))
+        least = np.linalg.eigvalsh(np.where(sound[:, None, None], unit_a, np.eye(a.shape[1])))[:, 0]
+        S = np.sqrt(bound / np.where(sound & (least > 0.0), least, np.nan))
+    return np.where(bound == 0.0, 1.0, S)

@@ -1,0 +1,92 @@
+"""Points per second of small oscillations, on one core and on two, and operations per second beside the rigid body's.
+
+    python tests/benchmarks/oscillations.py [system …]
+
+All in one run, warm; the best of several. Nothing is asserted: absolute times move from machine to machine.
+"""
+
+import re
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from kernels import oscillations, survey
+from sweeps import catalogue
+from sweeps.definition import load
+from sweeps.grid import Grid
+from sweeps.systems import resolve
+
+RUNS = 7
+POINTS = 100_000
+
+
+def seconds(call):
+    """Least wall time of a call."""
+    times = []
+    for _ in range(RUNS):
+        begun = time.perf_counter()
+        call()
+        times.append(time.perf_counter() - begun)
+    return min(times)
+
+
+def operations(text):
+    """Additions and multiplications of one generated step."""
+    body = text.split("def energy")[0].split("for lane")[1]
+    return len(re.findall(r" [*+/-] | -(?=u)", re.sub(r"S\[.*?\]", "S", body)))
+
+
+def captured(mechanism, points):
+    """The arguments of the kernel's call for some points."""
+    calls, honest = [], oscillations.run
+    oscillations.run = lambda *arguments: (calls.append(arguments), honest(*arguments))[1]
+    try:
+        mechanism.survey(points)
+    finally:
+        oscillations.run = honest
+    return calls[0]
+
+
+def measure(name):
+    """Print the figures of one system."""
+    system = resolve(name)
+    definition = load(catalogue.shipped()[name])
+    grid = Grid(definition)
+    points = grid.points(0, min(grid.size, 8192))
+    repeats = POINTS // len(points["mode"]) + 1
+    points = {key: np.tile(values, repeats) for key, values in points.items()}
+    names = {label: k for k, label in enumerate(system.description.names)}
+    points["equilibrium"] = np.array([names[str(label)] for label in points["equilibrium"]])
+    arguments = captured(system.mechanism, points)
+    count = arguments[6].size
+    one = seconds(lambda: oscillations.run(*arguments))
+    with ThreadPoolExecutor(2) as pool:
+        two = seconds(lambda: list(pool.map(lambda _: oscillations.run(*arguments), range(2))))
+    raw = oscillations.run(*arguments)
+    runs = 1 + arguments[9]
+    steps = float(((raw[:, oscillations.SAMPLES] - 1) * runs * raw[:, oscillations.STEPS]).sum())
+    work = operations(system.mechanism.code.text)
+    print(f"{name:20s} kernel, one core {count / one:10,.0f} points/s; two cores {2 * count / two:10,.0f} points/s")
+    print(f"{'':20s} {work:,} operations a step, {steps * work / one / 1e9:.1f} GFLOP/s on one core at least")
+    whole = seconds(lambda: system.mechanism.survey(points))
+    print(f"{'':20s} all columns, one core {len(points['mode']) / whole:10,.0f} points/s")
+
+
+def rigid_body():
+    """Print the rigid body's points per second and operations per second on the default sweep."""
+    definition = load(catalogue.shipped()[catalogue.DEFAULT])
+    points = Grid(definition).points(0, POINTS)
+    settings = (definition.integration.rotations, definition.integration.samples_per_rotation, 1e-10)
+    raw = survey.run(points, *settings)
+    took = seconds(lambda: survey.run(points, *settings))
+    steps = float(((raw[:, survey.SAMPLES] - 1) * raw[:, survey.STEPS]).sum())
+    print(f"rigid body           kernel, one core {POINTS / took:10,.0f} points/s")
+    print(f"{'':20s} 2 x 165 operations a step, {steps * 330 / took / 1e9:.1f} GFLOP/s on one core at least")
+
+
+if __name__ == "__main__":
+    for chosen in sys.argv[1:] or ["pendulum"]:
+        measure(chosen)
+    rigid_body()

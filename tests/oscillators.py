@@ -1,0 +1,32 @@
+"""Points of the systems of small oscillations that ship."""
+
+import importlib
+
+import numpy as np
+
+LIBRARY = {  # name → what is varied, and between which values
+    "pendulum": {"length": (0.1, 5.0), "gravity": (1.0, 20.0)},
+    "bead_on_hoop": {"radius": (0.1, 5.0), "spin_rate": (0.0, 10.0)},
+    "central_potential": {"exponent": (-1.5, 4.0), "angular_momentum": (0.1, 5.0)},
+    "spherical_pendulum": {"angular_momentum": (0.1, 20.0)},
+    "bead_on_wire": {"length": (0.1, 3.0), "spin_rate": (0.0, 5.0)},
+    "double_well": {"alpha": (0.1, 5.0), "beta": (0.1, 5.0)},
+    "double_pendulum": {"mass2": (0.1, 5.0), "length2": (0.2, 5.0)},
+    "linear_triatomic": {"inner_mass": (1e-27, 1e-25), "stiffness": (100.0, 2000.0)},
+}
+
+
+def shipped(name):
+    """The description of a system that ships."""
+    return importlib.import_module(f"sweeps.mechanics.library.{name}").system
+
+
+def points(system, modes, count, varied, seed=1, epsilon=1e-6, phase=0.6):
+    """Every equilibrium and mode at ``count`` random places of the parameters."""
+    rng = np.random.default_rng(seed)
+    slots = system.most * modes
+    columns = {name: np.full(count * slots, p.default) for name, p in system.parameters.items()}
+    columns |= {name: np.repeat(rng.uniform(*ends, count), slots) for name, ends in varied.items()}
+    columns["equilibrium"] = np.tile(np.repeat(np.arange(system.most), modes), count)
+    columns["mode"] = np.tile(np.arange(1, modes + 1), count * system.most)
+    return columns | {"epsilon": np.full(count * slots, epsilon), "phase": np.full(count * slots, phase)}

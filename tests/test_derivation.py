@@ -1,0 +1,221 @@
+import pytest
+import sympy as sp
+from oscillators import LIBRARY, shipped
+from sympy import cos, cot, pi, sin
+
+from sweeps.mechanics import DescriptionError, System
+from sweeps.mechanics.derivation import derive, kinetic_matrix
+
+
+def symbols(system):
+    """Name → symbol of parameters and coordinates, and name_dot → velocity."""
+    found = {p.name: p.symbol for p in system.parameters.values()}
+    for c in system.coordinates.values():
+        found |= {c.name: c.symbol, f"{c.name}_dot": c.velocity}
+    return found
+
+
+# By hand: a_ij, the effective potential, and each equation of motion, left-hand side, its acceleration terms included.
+# The lecture's and Landau and Lifshitz's results for a pendulum, polar coordinates and the double pendulum (section 5,
+# problem 1); Goldstein's for the hoop (2.7) and for effective potentials (3.3); section 24 for the molecule.
+def pendulum(mass, length, gravity, theta, theta_dot):
+    A = sp.Symbol("A0")
+    return [[mass * length**2]], [A + gravity / length * sin(theta)], [mass * length**2]
+
+
+def bead_on_hoop(mass, gravity, radius, spin_rate, theta, theta_dot):
+    A = sp.Symbol("A0")
+    equation = A - spin_rate**2 * sin(theta) * cos(theta) + gravity / radius * sin(theta)
+    return [[mass * radius**2]], [equation], [mass * radius**2]
+
+
+def central_potential(mass, strength, exponent, angular_momentum, r, r_dot, theta, theta_dot, phi, phi_dot):
+    A, B = sp.symbols("A0 A1")
+    turning = angular_momentum / (mass * r**2 * sin(theta) ** 2)  # the rate of the azimuth
+    radial = A - r * theta_dot**2 - r * sin(theta) ** 2 * turning**2 + strength * r ** (exponent - 1) / mass
+    polar = B + 2 * r_dot * theta_dot / r - sin(theta) * cos(theta) * turning**2
+    return [[mass, 0], [0, mass * r**2]], [radial, polar], [mass, mass * r**2]
+
+
+def spherical_pendulum(mass, length, gravity, angular_momentum, theta, theta_dot, phi, phi_dot):
+    A = sp.Symbol("A0")
+    cone = angular_momentum**2 / (mass**2 * length**4) * cot(theta) / sin(theta) ** 2
+    return [[mass * length**2]], [A - cone + gravity / length * sin(theta)], [mass * length**2]
+
+
+def bead_on_wire(mass, length, gravity, spin_rate, x, x_dot):
+    A = sp.Symbol("A0")
+    slope = x / length
+    equation = (1 + slope**2) * A + slope * x_dot**2 / length + gravity * slope - spin_rate**2 * x
+    return [[mass * (1 + slope**2)]], [equation], [mass]
+
+
+def double_well(mass, alpha, beta, x, x_dot):
+    A = sp.Symbol("A0")
+    return [[mass]], [mass * A - alpha * x + beta * x**3], [1]
+
+
+def double_pendulum(mass1, mass2, length1, length2, gravity, theta1, theta1_dot, theta2, theta2_dot):
+    A, B = sp.symbols("A0 A1")
+    both, apart = mass1 + mass2, theta1 - theta2
+    a = [
+        [both * length1**2, mass2 * length1 * length2 * cos(apart)],
+        [mass2 * length1 * length2 * cos(apart), mass2 * length2**2],
+    ]
+    upper = both * length1 * A + mass2 * length2 * (B * cos(apart) + theta2_dot**2 * sin(apart))
+    lower = length2 * B + length1 * (A * cos(apart) - theta1_dot**2 * sin(apart))
+    equations = [upper + both * gravity * sin(theta1), lower + gravity * sin(theta2)]
+    return a, equations, [length1, mass2 * length2]
+
+
+def linear_triatomic(outer_mass, inner_mass, stiffness, bond, depth, x1, x1_dot, x2, x2_dot, x3, x3_dot):
+    A, B, C = sp.symbols("A0 A1 A2")
+    width = sp.sqrt(stiffness / (2 * depth))
+    pull = [2 * depth * width * (1 - sp.exp(-width * s)) * sp.exp(-width * s) for s in (x2 - x1 - bond, x3 - x2 - bond)]
+    equations = [outer_mass * A - pull[0], inner_mass * B + pull[0] - pull[1], outer_mass * C + pull[1]]
+    return sp.diag(outer_mass, inner_mass, outer_mass).tolist(), equations, [1, 1, 1]
+
+
+@pytest.mark.parametrize("name", LIBRARY)
+def test_kinetic_matrix_and_equations_are_the_textbooks(name):
+    system = shipped(name)
+    derived = derive(system)
+    a, equations, factors = globals()[name](**symbols(system))
+    assert (derived.a - sp.Matrix(a)).applyfunc(sp.simplify).is_zero_matrix
+    accelerations = sp.Matrix(sp.symbols(f"A0:{derived.n}"))
+    left = derived.a * accelerations + derived.velocity_terms + derived.gradient
+    for mine, textbook, factor in zip(left, equations, factors, strict=True):
+        assert sp.simplify(sp.expand(mine - factor * textbook)) == 0
+
+
+def test_accelerations_solve_the_equations():
+    derived = derive(shipped("double_pendulum"))
+    residual = derived.a * derived.accelerations + derived.velocity_terms + derived.gradient
+    assert residual.applyfunc(sp.simplify).is_zero_matrix
+
+
+def test_spherical_polar_coordinates_give_the_lectures_matrix():
+    system = shipped("central_potential")
+    m, r, theta = (symbols(system)[name] for name in ("mass", "r", "theta"))
+    assert kinetic_matrix(system) == sp.diag(m, m * r**2, m * r**2 * sin(theta) ** 2)
+
+
+def test_second_derivatives_at_equilibria_are_the_textbooks():
+    hoop = derive(shipped("bead_on_hoop"))
+    s = symbols(hoop.system)
+    g, R, W, theta = s["gravity"], s["radius"], s["spin_rate"], s["theta"]
+    square = hoop.hessian[0] / hoop.a[0]
+    assert sp.simplify(square.subs(theta, 0) - (g / R - W**2)) == 0
+    assert sp.simplify(square.subs(theta, pi) + (g / R + W**2)) == 0
+    assert sp.simplify(square.subs(theta, sp.acos(g / (R * W**2))) - W**2 * (1 - (g / (R * W**2)) ** 2)) == 0
+
+
+def test_radial_oscillation_of_circular_motion_by_its_exponent():
+    orbit = derive(shipped("central_potential"))
+    s = symbols(orbit.system)
+    m, k, L, p, r = s["mass"], s["strength"], s["angular_momentum"], s["exponent"], s["r"]
+    square = (orbit.hessian[0, 0] / orbit.a[0, 0]).subs(s["theta"], pi / 2)
+    for exponent, ratio in ((2, 2), (-1, 1)):
+        circle = (L**2 / (m * k)) ** sp.Rational(1, exponent + 2)
+        rate = L / (m * circle**2)
+        here = square.subs(p, exponent).subs(r, circle)
+        assert sp.simplify(sp.powdenest(here / rate**2, force=True)) == ratio**2
+
+
+def bead(**options):
+    """A system with one coordinate and nothing else yet."""
+    system = System("Bead", **options)
+    m = system.parameter("mass", "kg", default=1, positive=True)
+    return system, m, system.coordinate("x", "m", bounds=(-1, 2))
+
+
+def test_refuses_an_unbound_symbol():
+    system, m, x = bead()
+    system.particle(m, (x,))
+    system.potential(sp.Symbol("k") * x**2)
+    with pytest.raises(DescriptionError, match=r"V: unbound symbol k; allowed: mass, x"):
+        derive(system)
+
+
+def test_refuses_a_kinetic_energy_that_is_not_quadratic():
+    for power in (1, 3, 4):
+        system, m, x = bead()
+        v = system.velocity(x)
+        system.kinetic_energy(m * v**2 / 2 + (abs(v) if power == 1 else v**power))
+        system.potential(x**2)
+        with pytest.raises(DescriptionError, match="not quadratic"):
+            derive(system)
+
+
+def test_refuses_time():
+    system, m, x = bead()
+    system.particle(m, (x,))
+    system.potential(x**2 * cos(system.time))
+    with pytest.raises(DescriptionError, match="V: depends on time"):
+        derive(system)
+    system, m, x = bead()
+    system.particle(m, (x * cos(system.time),))
+    with pytest.raises(DescriptionError, match="T: depends on time"):
+        derive(system)
+
+
+def test_refuses_a_potential_of_velocities():
+    system, m, x = bead()
+    system.particle(m, (x,))
+    system.potential(x * system.velocity(x))
+    with pytest.raises(DescriptionError, match="V: depends on a velocity"):
+        derive(system)
+
+
+@pytest.mark.parametrize(
+    ("kinetic", "wrong"),
+    [
+        (lambda m, x, v: sp.I * m * v**2, "complex"),
+        (lambda m, x, v: sp.sqrt(x) * m * v**2, "complex"),
+        (lambda m, x, v: x * m * v**2, "not positive"),
+        (lambda m, x, v: -m * v**2, "not positive"),
+    ],
+)
+def test_refuses_a_matrix_that_is_complex_or_not_positive(kinetic, wrong):
+    system, m, x = bead()
+    system.kinetic_energy(kinetic(m, x, system.velocity(x)))
+    system.potential(x**2)
+    with pytest.raises(DescriptionError, match=f"a_ij is {wrong}"):
+        derive(system)
+
+
+def test_refuses_gyroscopic_forces_and_takes_total_derivatives():
+    system, m, x = bead()
+    y = system.coordinate("y", "m", bounds=(-1, 2))
+    angle = system.time
+    system.particle(m, (x * cos(angle) - y * sin(angle), x * sin(angle) + y * cos(angle)))
+    with pytest.raises(DescriptionError, match="gyroscopic"):
+        derive(system)
+    system, m, x = bead()
+    system.particle(m, (x + 3 * system.time,))
+    system.potential(x**2)
+    assert derive(system).V.diff(x) == 2 * x
+
+
+def test_refuses_a_momentum_of_a_coordinate_that_is_not_cyclic():
+    system, m, x = bead()
+    p = system.parameter("momentum", default=1)
+    y = system.coordinate("y", "m", momentum=p)
+    system.particle(m, (x, y))
+    system.potential(x**2 + y**2)
+    with pytest.raises(DescriptionError, match="y: has a momentum, but T or V contains it"):
+        derive(system)
+
+
+def test_removes_a_coupled_cyclic_coordinate_after_routh():
+    # a sliding wedge (cyclic) and a block on it: the block's mass is reduced by what the wedge takes
+    system = System("Wedge", most=1)
+    m, M, p = (system.parameter(n, default=1, positive=True) for n in ("block", "wedge", "momentum"))
+    x = system.coordinate("x", "m", bounds=(-1, 2))
+    X = system.coordinate("X", "m", momentum=p)
+    system.particle(m, (X + x,))
+    system.particle(M, (X,))
+    system.potential(x**2)
+    derived = derive(system)
+    assert sp.simplify(derived.a[0] - m * M / (m + M)) == 0
+    assert sp.simplify(derived.V - x**2 - p**2 / (2 * (m + M))) == 0

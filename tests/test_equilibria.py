@@ -1,0 +1,168 @@
+import numpy as np
+import pytest
+import sympy as sp
+from oscillators import shipped
+from scipy.optimize import brentq
+
+from sweeps.mechanics import DescriptionError, System, equilibria
+from sweeps.mechanics.derivation import derive
+
+
+def places(system, **parameters):
+    """Places and flatness of the points with these parameters, defaults for the rest."""
+    landscape = equilibria.Landscape(derive(system))
+    count = max((np.size(value) for value in parameters.values()), default=1)
+    columns = [np.resize(parameters.get(p.name, p.default), count) for p in system.parameters.values()]
+    found = equilibria.find(landscape, columns)
+    return found.places, found.flat
+
+
+def bead(V, *, bounds=(-3, 4), most=8, periodic=False, **parameters):
+    """A bead of unit mass in a potential of x and named parameters."""
+    system = System("Bead", most=most)
+    m = system.parameter("mass", "kg", default=1, positive=True)
+    symbols = {name: system.parameter(name, default=value) for name, value in parameters.items()}
+    x = system.coordinate("x", "m", bounds=bounds, periodic=periodic)
+    system.particle(m, (x,))
+    system.potential(V(x, **symbols))
+    return system
+
+
+def test_hoop_has_the_places_of_its_formula_on_both_sides_of_the_pitchfork():
+    radius, spin = np.meshgrid(np.geomspace(0.1, 10, 41), np.linspace(0, 20, 41))
+    radius, spin = radius.ravel(), spin.ravel()
+    found, flat = places(shipped("bead_on_hoop"), radius=radius, spin_rate=spin)
+    with np.errstate(divide="ignore"):
+        cosine = 9.80665 / (radius * spin**2)
+    tilted = cosine < 1
+    assert not flat.any()
+    assert found[:, 0, 0] == pytest.approx(0, abs=1e-14)
+    assert np.abs(found[:, 1, 0]) == pytest.approx(np.pi, abs=1e-14)
+    assert np.array_equal(~np.isnan(found[:, 2, 0]), tilted)
+    # near the pitchfork the place is the root of a difference: one rounding of it over its own slope
+    allowed = 1e-14 / np.sqrt(1 - cosine[tilted] ** 2)
+    assert (np.abs(found[tilted, 2, 0] - np.arccos(cosine[tilted])) <= allowed).all()
+    assert found[tilted, 3, 0] == pytest.approx(-found[tilted, 2, 0], abs=1e-7)
+
+
+def test_pitchfork_is_resolved_far_below_the_scan():
+    excess = np.array([1e-4, 1e-8, 1e-12])  # roots at sqrt(2 excess), from 1e-2 to 1e-6: cells are 0.1 wide
+    found, _ = places(shipped("bead_on_hoop"), radius=9.80665 * (1 + excess), spin_rate=1.0)
+    assert found[:, 2, 0] == pytest.approx(np.sqrt(2 * excess), rel=2e-2)
+    assert found[:, 3, 0] == pytest.approx(-np.sqrt(2 * excess), rel=2e-2)
+    exactly, _ = places(shipped("bead_on_hoop"), radius=1.0, gravity=1.0, spin_rate=1.0)
+    assert np.isnan(exactly[0]).any(axis=-1).tolist() == [False, False, True, True]
+    radius = np.geomspace(0.1, 10, 57)  # on the line but for a rounding: the bottom, whatever the rounding leaves
+    near, _ = places(shipped("bead_on_hoop"), radius=radius, spin_rate=np.sqrt(9.80665 / radius))
+    assert np.abs(near[:, 0, 0]).max() < 1e-7
+    assert np.isnan(near[:, 2:]).all()
+
+
+def test_spherical_pendulum_against_brentq():
+    L = np.geomspace(0.1, 50, 23)
+    found, _ = places(shipped("spherical_pendulum"), angular_momentum=L)
+    for momentum, place in zip(L, found[:, 0, 0], strict=True):
+
+        def force(theta, momentum=momentum):
+            return 9.80665 * np.sin(theta) ** 4 - momentum**2 * np.cos(theta)
+
+        assert place == pytest.approx(brentq(force, 1e-4, np.pi / 2, xtol=1e-15), abs=1e-13)
+
+
+def test_roots_in_one_cell_are_seen_apart_and_none_twice():
+    # V′ = Π (x − x_i): five roots, four of them within one cell of the scan
+    roots = [-1.0, 0.5, 0.51, 0.52, 0.54]
+    system = bead(lambda x: sp.integrate(sp.expand(sp.prod([x - sp.Rational(str(r)) for r in roots])), x))
+    found, _ = places(system)
+    assert found[0, :5, 0] == pytest.approx(roots, abs=1e-7)
+    assert np.isnan(found[0, 5:]).all()
+
+
+def test_a_root_on_a_node_and_one_that_only_touches():
+    on_node = bead(lambda x: x**4 / 4 - x**2 / 2, bounds=(-2, 2))  # -1, 0 and 1 are nodes of the scan
+    found, _ = places(on_node)
+    assert found[0, :4, 0] == pytest.approx([-1, 0, 1, np.nan], nan_ok=True, abs=1e-15)
+    touching = bead(lambda x: x**3 / 3, bounds=(-1, 2))
+    found, _ = places(touching)
+    assert found[0, :2, 0] == pytest.approx([0, np.nan], nan_ok=True, abs=1e-12)
+
+
+def test_a_periodic_coordinate_counts_its_end_once():
+    for offset in (0.0, 0.3, np.pi / 2):
+        system = bead(lambda x, c: -sp.cos(x - c), bounds=(-sp.pi, sp.pi), periodic=True, most=4, c=offset)
+        found, _ = places(system)
+        assert (~np.isnan(found[0, :, 0])).sum() == 2
+
+
+def test_double_pendulum_has_four():
+    rng = np.random.default_rng(3)
+    found, flat = places(shipped("double_pendulum"), mass2=rng.uniform(0.1, 10, 30), length2=rng.uniform(0.1, 10, 30))
+    assert not flat.any()
+    expected = np.array([[0, 0], [0, np.pi], [np.pi, 0], [np.pi, np.pi]])
+    assert np.abs(found) == pytest.approx(np.broadcast_to(expected, found.shape), abs=1e-9)
+
+
+def test_several_coordinates_find_all_of_a_potential_with_nine():
+    system = System("Nine", most=9)
+    m = system.parameter("mass", "kg", default=1, positive=True)
+    x, y = (system.coordinate(n, "m", bounds=(-3, 3)) for n in "xy")
+    system.particle(m, (x, y))
+    system.potential((x**4 + y**4) / 4 - (x**2 + y**2) / 2 + x * y / 10)
+    found, _ = places(system)
+    assert (~np.isnan(found[0, :, 0])).all()
+    gradient = found[0] ** 3 - found[0] + found[0, :, ::-1] / 10
+    assert gradient == pytest.approx(0, abs=1e-13)
+    assert min(np.abs(a - b).max() for i, a in enumerate(found[0]) for b in found[0, :i]) > 0.5
+
+
+def test_flat_directions_are_said():
+    wire, flat = places(shipped("bead_on_wire"), gravity=4.0, length=1.0, spin_rate=np.array([1.0, 2.0]))
+    assert flat.tolist() == [False, True]
+    assert np.isnan(wire[:, 0, 0]).tolist() == [False, True]
+    free = System("Two beads on a line", most=2)
+    m = free.parameter("mass", "kg", default=1, positive=True)
+    x, y = (free.coordinate(n, "m", bounds=(-3, 4)) for n in "xy")
+    free.particle(m, (x,))
+    free.particle(m, (y,))
+    free.potential((x - y - 1) ** 2)
+    found, flat = places(free)
+    assert flat.tolist() == [True]
+    assert np.isnan(found).all()
+
+
+def test_a_held_coordinate_finds_the_molecule():
+    found, flat = places(shipped("linear_triatomic"))
+    assert not flat.any()
+    assert found[0, 0] == pytest.approx([0, 1.16e-10, 2.32e-10], rel=1e-12)
+
+
+def test_a_held_coordinate_where_nothing_is_flat_has_no_equilibrium():
+    system = System("Held off its place", most=2)
+    m = system.parameter("mass", "kg", default=1, positive=True)
+    x = system.coordinate("x", "m", bounds=(-1, 2), hold=1)
+    y = system.coordinate("y", "m", bounds=(-1, 2))
+    system.particle(m, (x, y))
+    system.potential(x**2 + y**2)
+    found, _ = places(system)
+    assert np.isnan(found).all()
+
+
+def test_more_equilibria_than_said_are_an_error():
+    system = bead(lambda x: x**4 / 4 - x**2 / 2, most=2)
+    with pytest.raises(DescriptionError, match=r"there are 3.*at most 2"):
+        places(system)
+
+
+def test_no_equilibrium_is_none():
+    found, flat = places(bead(lambda x: x))
+    assert np.isnan(found).all()
+    assert not flat.any()
+
+
+def test_a_point_does_not_depend_on_its_neighbours():
+    rng = np.random.default_rng(8)
+    radius, spin = rng.uniform(0.1, 5, 40), rng.uniform(0, 10, 40)
+    together, _ = places(shipped("bead_on_hoop"), radius=radius, spin_rate=spin)
+    for i in (0, 17, 39):
+        alone, _ = places(shipped("bead_on_hoop"), radius=radius[i], spin_rate=spin[i])
+        assert np.array_equal(alone[0], together[i], equal_nan=True)

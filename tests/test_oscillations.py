@@ -1,0 +1,124 @@
+import math
+
+import numpy as np
+import pytest
+from numba import njit
+
+from kernels import oscillations
+
+W = oscillations.W
+STATES = 4  # x, v, energy and its terms
+
+
+@njit("void(float64[::1], int64)")
+def advance(S, steps):
+    """x'' = -k x with k in the last row, exactly."""
+    for _ in range(steps):
+        for lane in range(32):
+            x, v, h, k = S[lane], S[32 + lane], S[160 + lane], S[192 + lane]
+            w = math.sqrt(abs(k))
+            if k > 0:
+                c, s = math.cos(w * h), math.sin(w * h)
+                S[lane], S[32 + lane] = c * x + s * v / w, c * v - w * s * x
+            elif k < 0:
+                c, s = math.cosh(w * h), math.sinh(w * h)
+                S[lane], S[32 + lane] = c * x + s * v / w, c * v + w * s * x
+            else:
+                S[lane] = x + v * h
+
+
+@njit("void(float64[::1])")
+def energy(S):
+    """Kinetic and potential energy."""
+    for lane in range(32):
+        kinetic, potential = 0.5 * S[32 + lane] ** 2, 0.5 * S[192 + lane] * S[lane] ** 2
+        S[64 + lane] = kinetic + potential
+        S[96 + lane] = kinetic + abs(potential)
+
+
+def run(k, *, start=1.0, speed=0.0, intervals=64, spacing=0.4, size=1e-6):
+    """The raw result of linear oscillators with these k, scale 1."""
+    k = np.atleast_1d(np.asarray(k, dtype=np.float64))
+    rows = np.zeros((k.size, STATES + 3))
+    rows[:, 0], rows[:, 1], rows[:, STATES], rows[:, STATES + 2] = start, speed, size, k
+    ones = np.ones(k.size)
+    twice = np.zeros(k.size, dtype=np.int64)
+    return oscillations.run(
+        advance,
+        energy,
+        STATES,
+        rows,
+        rows,
+        ones[:, None].copy(),
+        ones,
+        ones,
+        size * ones,
+        twice,
+        twice,
+        intervals,
+        spacing,
+        1e-10,
+    )
+
+
+@pytest.mark.parametrize("speed", [0.0, -0.5, 2.0])
+def test_signed_rates_of_exact_motions(speed):
+    k = np.array([1.0, 0.3, 1e-3, -1e-3, -0.3, -1.0])
+    raw = run(k, speed=speed)
+    # rounding of a sample, 1e-16, over the second difference k h²
+    assert np.abs(raw[:, oscillations.RATE2] - k).max() <= 1e-13
+    assert (oscillations.status(raw, 64, 1e-10) == oscillations.OK).all()
+
+
+def test_window_ends_where_the_motion_has_grown_tenfold():
+    raw = run([-1.0, 1.0])
+    inside = int(math.acosh(10.0) / 0.4) + 1  # samples with cosh(0.4 k) <= 10, that at 0 among them
+    assert raw[:, oscillations.SAMPLES].tolist() == [inside, 65]
+
+
+def test_nothing_that_pulls_is_marginal():
+    raw = run([0.0, 1e-13, 1e-3])
+    kinds = oscillations.regime(raw[:, oscillations.RATE2], raw[:, oscillations.STDERR], np.ones(3), np.full(3, 1e-6))
+    assert kinds.tolist() == [oscillations.MARGINAL, oscillations.MARGINAL, oscillations.STABLE]
+
+
+def test_padding_and_neighbours_change_no_bit():
+    k = np.linspace(-1, 1, 75)
+    together = run(k)
+    for i in (0, 31, 32, 74):
+        assert np.array_equal(run(k[i])[0], together[i])
+
+
+def test_fast_growth_is_a_short_window_and_overflow_is_said():
+    raw = run([-40.0], spacing=0.5)
+    assert oscillations.status(raw, 64, 1e-10).tolist() == [oscillations.SHORT_WINDOW]
+    raw = run([1.0], start=np.nan)
+    assert oscillations.status(raw, 64, 1e-10).tolist() == [oscillations.NON_FINITE]
+
+
+def test_another_mode_that_grows_ends_the_window():
+    """Two modes: the nudged one turns, the other starts at a thousandth and grows."""
+
+    @njit("void(float64[::1], int64)")
+    def pair(S, steps):
+        for _ in range(steps):
+            for lane in range(32):
+                h = S[7 * 32 + lane]
+                x, v = S[lane], S[64 + lane]
+                c, s = math.cos(h), math.sin(h)
+                S[lane], S[64 + lane] = c * x + s * v, c * v - s * x
+                S[32 + lane] *= math.exp(h)
+
+    @njit("void(float64[::1])")
+    def still(S):
+        for lane in range(32):
+            S[128 + lane], S[160 + lane] = 1.0, 1.0
+
+    rows = np.zeros((1, 8))
+    rows[0, 0], rows[0, 1] = 1.0, 1e-3
+    one = np.ones(1)
+    projection = np.eye(2).reshape(1, 4)
+    none = np.zeros(1, dtype=np.int64)
+    raw = oscillations.run(pair, still, 6, rows, rows, projection, one, one, one * 1e-6, none, none, 64, 0.4, 1e-10)
+    assert raw[0, oscillations.SAMPLES] == int(math.log(100.0) / 0.4) + 1
+    assert raw[0, oscillations.RATE2] == pytest.approx(1.0, abs=1e-12)

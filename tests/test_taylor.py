@@ -1,0 +1,150 @@
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import sympy as sp
+from oscillators import LIBRARY, points, shipped
+from scipy.integrate import solve_ivp
+from scipy.special import ellipj, ellipk
+
+from sweeps.mechanics import taylor
+from sweeps.mechanics.model import Model
+
+W = taylor.W
+
+
+def scratch(model, columns, x, v, epsilon):
+    """Scratch array with W copies of a point whose deviation is ε x and whose velocity is ε v."""
+    theory = model.theory(columns)
+    place = theory["place"][:1]
+    parameters = [p[:1] for p in theory["parameters"]]
+    rows, _ = model._rows(parameters, place, np.array([epsilon]), np.reshape(x, (-1, 1)), np.reshape(v, (-1, 1)))
+    S = np.empty(model.code.rows * W)
+    S.reshape(-1, W)[:] = rows[0][:, None]
+    return S, place[0], theory["scale"][0]
+
+
+def advanced(model, S, step, steps):
+    S = S.copy()
+    S[model.code.step_row * W : (model.code.step_row + 1) * W] = step
+    model.code.module().advance(S, steps)
+    return S
+
+
+def test_order_is_twelve():
+    model = Model(shipped("pendulum"))
+    columns = points(model.system, 1, 1, {})
+    theta0, time = 1.5, 4.0
+    S, _, scale = scratch(model, columns, [1.0], [0.0], theta0)
+    k = np.sin(theta0 / 2)
+    sn, _, _, _ = ellipj(time + ellipk(k**2), k**2)  # sin(θ/2) = k sn(ω t + K)
+    exact = 2 * np.arcsin(k * sn) / theta0
+    counts = np.array([14, 17, 20, 25])  # errors from 3e-11 to 7e-14: past the higher orders, above rounding
+    errors = [abs(advanced(model, S, time / scale / n, n)[0] - exact) for n in counts]
+    slope = np.polyfit(np.log(counts), np.log(errors), 1)[0]
+    assert slope == pytest.approx(-taylor.ORDER, abs=0.3)
+
+
+@pytest.mark.parametrize("name", LIBRARY)
+def test_full_motion_is_that_of_dop853(name):
+    """A nudge of a tenth, where the motion is far from linear, against SciPy on the symbolic accelerations."""
+    model = Model(shipped(name))
+    n, rng = model.n, np.random.default_rng(5)
+    columns = points(model.system, n, 1, LIBRARY[name])
+    sizes = model.theory(columns)["sizes"][0]
+    epsilon, x, v = 0.1, rng.uniform(-1, 1, n) * sizes, np.zeros(n)
+    S, place, scale = scratch(model, columns, x, v, epsilon)
+    numbers = {p.symbol: columns[p.name][0] for p in model.system.parameters.values()}
+    e = model.equations
+    right = sp.lambdify((*e.q, *e.v), list(e.accelerations.subs(numbers)), "numpy")
+
+    def rate(t, y):  # in units of sizes and of 1/scale
+        q, w = place + y[:n] * sizes, y[n:] * sizes * scale
+        return np.r_[y[n:], np.array(right(*q, *w)) / sizes / scale**2]
+
+    time = 6.0
+    solved = solve_ivp(rate, (0, time), np.r_[epsilon * x / sizes, v], method="DOP853", rtol=1e-12, atol=1e-14)
+    mine = advanced(model, S, time / scale / 60, 60)
+    # DOP853 at 1e-12 a step adds up to 1e-10 of deviations of a tenth, and an unstable motion grows e^6
+    assert epsilon * mine[: n * W : W] / sizes == pytest.approx(solved.y[:n, -1], abs=4e-9)
+    velocity = epsilon * mine[n * W : 2 * n * W : W] / sizes / scale
+    assert velocity == pytest.approx(solved.y[n:, -1], abs=4e-9)
+
+
+@pytest.mark.parametrize("name", LIBRARY)
+def test_energy_is_that_of_the_symbols(name):
+    model = Model(shipped(name))
+    n, rng = model.n, np.random.default_rng(6)
+    columns = points(model.system, n, 1, LIBRARY[name])
+    theory = model.theory(columns)
+    x, v = rng.uniform(-1, 1, n) * theory["sizes"][0], rng.uniform(-1, 1, n) * theory["sizes"][0] * theory["scale"][0]
+    epsilon = 1e-3
+    S, place, _ = scratch(model, columns, x, v, epsilon)
+    model.code.module().energy(S)
+    e = model.equations
+    numbers = {p.symbol: sp.Float(columns[p.name][0], 60) for p in model.system.parameters.values()}
+    # the place to 60 digits: in doubles its rounding alone moves V by 1e-16 ε
+    guess = [sp.Float(value, 60) for value in place]
+    free = [i for i, c in enumerate(model.system.kept) if c.hold is None]
+    start = dict(zip(e.q, guess, strict=True))
+    equations = [e.gradient[i].subs(numbers).subs({e.q[j]: guess[j] for j in range(n) if j not in free}) for i in free]
+    root = sp.nsolve(equations, [e.q[i] for i in free], [guess[i] for i in free], prec=60)
+    start |= {e.q[i]: root[k] for k, i in enumerate(free)}
+    moved = {q: start[q] + epsilon * sp.Float(x[i], 60) for i, q in enumerate(e.q)}
+    speed = sp.Matrix([sp.Float(value, 60) for value in v])
+    rise = e.V.subs(numbers).subs(moved) - e.V.subs(numbers).subs(start)
+    kinetic = (speed.T * e.a.subs(numbers).subs(moved) * speed)[0] / 2
+    # some tens of roundings; the doubles of the place are ε⁻¹ 1e-16 off in units of the nudge
+    assert S[2 * n * W] == pytest.approx(float(kinetic + rise / sp.Float(epsilon, 60) ** 2), rel=1e-11)
+
+
+def test_nothing_is_lost_in_a_small_nudge():
+    """The same motion at nudges of 1e-6, 1e-12 and 1e-100: each differs from the linear one by its own ε."""
+    model = Model(shipped("double_pendulum"))
+    columns = points(model.system, 2, 1, {})
+    ends = []
+    for epsilon in (1e-100, 1e-12, 1e-6):
+        S, _, scale = scratch(model, columns, [1.0, -0.3], [0.0, 0.0], epsilon)
+        ends.append(advanced(model, S, 10.0 / scale / 100, 100)[: 2 * W : W])
+    assert ends[1] == pytest.approx(ends[0], rel=1e-14)
+    assert ends[2] == pytest.approx(ends[0], rel=1e-10)
+
+
+def test_lanes_do_not_see_each_other():
+    model = Model(shipped("double_pendulum"))
+    columns = points(model.system, 2, 1, {})
+    S, _, scale = scratch(model, columns, [1.0, -0.3], [0.0, 0.0], 0.1)
+    alone = advanced(model, S, 0.1 / scale, 20)
+    mixed = S.reshape(-1, W).copy()
+    mixed[:, 1:] *= np.linspace(0.5, 2.0, W - 1)
+    mixed = advanced(model, mixed.ravel(), 0.1 / scale, 20)
+    assert np.array_equal(alone.reshape(-1, W)[:, 0], mixed.reshape(-1, W)[:, 0])
+
+
+def test_generated_file_is_named_by_its_text_and_compiled_once(tmp_path):
+    code = Model(shipped("pendulum")).code
+    program = (
+        "from sweeps.mechanics.model import Model; from sweeps.mechanics.library.pendulum import system\n"
+        "module = Model(system).code.module(); print(module.__file__)\n"
+        "print(sum(module.advance.stats.cache_hits.values()), sum(module.advance.stats.cache_misses.values()))"
+    )
+    environment = {k: v for k, v in os.environ.items() if k not in ("NUMBA_CACHE_DIR", "NUMBA_DISABLE_JIT")}
+    environment["XDG_CACHE_HOME"] = str(tmp_path)
+    runs = []
+    for _ in range(2):
+        done = subprocess.run(
+            [sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True
+        )
+        runs.append(done.stdout.splitlines())
+    assert runs[0][0] == runs[1][0]
+    assert code.digest[:24] in runs[0][0]
+    assert [lines[1] for lines in runs] == ["0 1", "1 0"]
+
+
+def test_a_damaged_generated_file_is_written_again(tmp_path):
+    path = taylor._written(tmp_path, "name", "text")
+    path.write_text("half")
+    assert taylor._written(tmp_path, "name", "text").read_text() == "text"
+    assert [p.name for p in tmp_path.iterdir()] == ["name.py"]
