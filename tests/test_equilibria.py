@@ -166,3 +166,17 @@ def test_a_point_does_not_depend_on_its_neighbours():
     for i in (0, 17, 39):
         alone, _ = places(shipped("bead_on_hoop"), radius=radius[i], spin_rate=spin[i])
         assert np.array_equal(alone[0], together[i], equal_nan=True)
+
+
+def test_parameters_that_move_no_equilibrium_are_known():
+    free = {"mass", "gravity", "length"}
+    for name, none in {"pendulum": free, "bead_on_hoop": {"mass"}, "double_well": {"mass"}}.items():
+        landscape = equilibria.Landscape(derive(shipped(name)))
+        names = landscape.equations.system.parameters
+        assert {n for n, default in zip(names, landscape.canonical, strict=True) if default is not None} == none
+    # a factor that can vanish makes V flat there, and stays
+    system = bead(lambda x, c: c * (x - 1) ** 2, c=1.0)
+    assert equilibria.Landscape(derive(system)).canonical == (1.0, None)
+    found, flat = places(system, c=[0.0, 2.0])
+    assert flat.tolist() == [True, False]
+    assert found[1, 0, 0] == pytest.approx(1.0, abs=1e-15)

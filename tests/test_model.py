@@ -72,7 +72,7 @@ def test_a_large_swing_is_slower_by_its_amplitude_squared(models):
     columns["epsilon"] = np.repeat(sizes, 2)
     found = model.survey(columns)
     hanging = columns["equilibrium"] == 0
-    deviation = 1 - (found["frequency"] / found["frequency_theory"])[hanging]
+    deviation = 1 - found["frequency"][hanging] / found["frequency_theory"][hanging]
     assert np.polyfit(np.log(sizes), np.log(deviation), 1)[0] == pytest.approx(2.0, abs=0.1)
     assert deviation / sizes**2 == pytest.approx(1 / 16, rel=0.02)
 

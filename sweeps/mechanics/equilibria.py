@@ -17,8 +17,10 @@ Source: Chandrupatla, Advances in Engineering Software 28 (1997) 145; Nocedal an
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+import sympy as sp
 from scipy.optimize import elementwise
 
 from sweeps.mechanics.derivation import Equations
@@ -34,6 +36,7 @@ SAME_1D, SAME = 1e-7, 1e-6  # of the range; a triple root is known to 1e-8 in do
 STARTS = 64
 ITERATIONS = 60
 CHUNK = 1 << 14  # points at a time; a search of several coordinates takes fewer
+MOST_FACTORED = 60  # operations
 FAR = 0.25  # of the range: no name reaches farther
 
 
@@ -57,8 +60,6 @@ class Landscape:
     """
 
     def __init__(self, equations: Equations):
-        import sympy as sp
-
         self.equations = equations
         self.n = equations.n
         arguments = (*equations.parameters, *equations.q)
@@ -79,6 +80,22 @@ class Landscape:
         labels = equations.system.labels.values()
         nan = sp.nan
         self._labels = lambdified(equations.parameters, [label.get(q, nan) for label in labels for q in equations.q])
+
+    @cached_property
+    def canonical(self) -> tuple[float | None, ...]:
+        """For each parameter that no equilibrium depends on its default, for each other None.
+
+        A factor of ∂V/∂q_i that is free of q and never 0 (the mass and the length of a pendulum) moves no root.
+        """
+        system, places = self.equations.system, set()
+        for e in self.equations.gradient:
+            factor, rest = _factored(e).as_independent(*self.equations.q, as_Add=False)
+            places |= rest.free_symbols | (set() if factor.is_nonzero else factor.free_symbols)
+        for c in system.kept:
+            places |= set().union(*(e.free_symbols for e in (*c.bounds, c.hold) if e is not None))
+        for place in system.labels.values():
+            places |= set().union(*(e.free_symbols for e in place.values()))
+        return tuple(None if p.symbol in places else p.default for p in system.parameters.values())
 
     def gradient(self, parameters, q):
         """∂V/∂q_i, a list of n arrays."""
@@ -137,6 +154,10 @@ class Landscape:
         return np.stack(self._labels(*parameters), axis=-1).reshape(-1, count, self.n)
 
 
+def _factored(e):
+    return sp.factor(e) if e.count_ops() < MOST_FACTORED else sp.factor_terms(e)
+
+
 def find(landscape: Landscape, parameters) -> Found:
     """All equilibria of points.
 
@@ -147,7 +168,15 @@ def find(landscape: Landscape, parameters) -> Found:
     Raises:
         DescriptionError: if a point has more equilibria than `most`.
     """
-    parameters = [np.atleast_1d(np.asarray(p, dtype=np.float64)) for p in parameters]
+    given = [np.atleast_1d(np.asarray(p, dtype=np.float64)) for p in parameters]
+    pairs = zip(landscape.canonical, given, strict=True)
+    rows = np.stack([p if default is None else np.full_like(p, default) for default, p in pairs], axis=-1)
+    rows, inverse = np.unique(rows, axis=0, return_inverse=True)
+    found = _find(landscape, [np.ascontiguousarray(p) for p in rows.T])
+    return Found(found.places[inverse], found.flat[inverse])
+
+
+def _find(landscape, parameters):
     free = [i for i, c in enumerate(landscape.equations.system.kept) if c.hold is None]
     parts = []
     chunk = CHUNK if len(free) == 1 else CHUNK // STARTS
