@@ -117,16 +117,6 @@ class OscillatorDefinition(Definition):
         description="how each run is made: a mapping with " + keys_of(OscillatorIntegration),
     )
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        return _again, (self.text, self.name)
-
-
-def _again(text: str, name: str) -> Definition:
-    """The definition of a text: its model is made at run time, and is nothing that pickle could find."""
-    from sweeps import definition, reading
-
-    return definition.load(reading.plain(reading.read_text(text)), name)
-
 
 class Oscillator(System):
     """The full equations of motion of a described system, near each of its equilibria, mode by mode.
