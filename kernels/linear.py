@@ -71,10 +71,11 @@ def regime(I1, I2, I3, axis):
         other: Ω² = 0) or SPHERE (all equal).
     """
     Ia, Ib, Ic = _moments_seen_from(I1, I2, I3, axis)
-    signs = np.sign(Ia - Ib), np.sign(Ia - Ic)
-    product, total = signs[0] * signs[1], signs[0] + signs[1]
-    cases = [(product == 0) & (Ib == Ic), product == 0, product < 0, total < 0]
-    return np.select(cases, [SPHERE, MARGINAL, UNSTABLE, STABLE_MINOR], STABLE_MAJOR).astype(np.int8)
+    below_b, below_c = Ia < Ib, Ia < Ic
+    equal, between = (Ia == Ib) | (Ia == Ic), below_b != below_c
+    marginal = np.where(Ib == Ic, np.int8(SPHERE), np.int8(MARGINAL))
+    stable = np.where(below_b, np.int8(STABLE_MINOR), np.int8(STABLE_MAJOR))
+    return np.where(equal, marginal, np.where(between, np.int8(UNSTABLE), stable))
 
 
 def rates(omega_squared, regime):
@@ -169,8 +170,12 @@ def growing_fraction(I1, I2, I3, omega0, axis, phase):
     """
     Ia, Ib, Ic = _moments_seen_from(I1, I2, I3, axis)
     cb, cc = (Ic - Ia) / Ib, (Ia - Ib) / Ic
-    unstable = np.sign(cb) * np.sign(cc) > 0
+    unstable = ((cb > 0) & (cc > 0)) | ((cb < 0) & (cc < 0))
+    phase = np.asarray(phase)
+    if phase.size and (phase == phase.flat[0]).all():  # a block of a grid mostly has one
+        phase = phase.flat[0]
     # x and y each times sqrt(|c_b c_c|): no division, so nothing to guard
     x, y = np.cos(phase) * np.sqrt(np.abs(cc)), np.sin(phase) * np.sqrt(np.abs(cb))
     size = np.where(unstable, x * x + y * y, 1.0)
-    return np.where(unstable, 0.5 * (x + np.sign(cb) * np.sign(omega0) * y) ** 2 / size, 0.0)
+    along = np.where((cb > 0) == (np.asarray(omega0) > 0), x + y, x - y)
+    return np.where(unstable, 0.5 * along * along / size, 0.0)

@@ -106,6 +106,12 @@ def perturbation_invariant(wb, wc, cb, cc):
     return p - q, abs(p) + abs(q)
 
 
+def _ascending(I1, I2, I3):
+    """Three arrays in ascending order, element by element; NaN in all three where one is NaN."""
+    low, high = np.minimum(I1, I2), np.maximum(I1, I2)
+    return np.minimum(low, I3), np.maximum(low, np.minimum(high, I3)), np.maximum(high, I3)
+
+
 def shape(I1, I2, I3):
     """Kind of body by its moments: ASYMMETRIC, OBLATE (the two least equal), PROLATE (the two greatest) or SPHERE.
 
@@ -118,7 +124,7 @@ def shape(I1, I2, I3):
     -------
     numpy.ndarray of int8
     """
-    least, middle, greatest = np.sort(np.stack(np.broadcast_arrays(I1, I2, I3)), axis=0)
+    least, middle, greatest = _ascending(I1, I2, I3)
     oblate, prolate = least == middle, middle == greatest
     kind = np.select([oblate & prolate, oblate, prolate], [SPHERE, OBLATE, PROLATE], ASYMMETRIC)
     return kind.astype(np.int8)
@@ -140,7 +146,7 @@ def triangle_margin(I1, I2, I3):
     numpy.ndarray of float64
         Dimensionless, at most 1/3 (the sphere).
     """
-    least, middle, greatest = np.sort(np.stack(np.broadcast_arrays(I1, I2, I3)), axis=0)
+    least, middle, greatest = _ascending(I1, I2, I3)
     # as ratios to the greatest, and the difference first: no overflow, and a plate's zero stays a zero
     excess = least / greatest - (greatest - middle) / greatest
     return excess / (1.0 + middle / greatest + least / greatest)

@@ -11,7 +11,7 @@ from sweeps.definition import Definition
 from sweeps.grid import Grid, shard_count
 from sweeps.refusals import DefinitionError
 
-BLOCK_POINTS = 65_536
+BLOCK_POINTS = 2**19  # what the merge has in memory at once
 PROCESS_BYTES = 400_000_000  # interpreter, compiled kernels and libraries
 
 

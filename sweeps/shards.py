@@ -19,7 +19,8 @@ from sweeps.definition import Definition
 from sweeps.files import replaced
 from sweeps.grid import Grid
 
-BLOCK_POINTS = 2**17
+BLOCK_POINTS = 2**17  # measured at once
+READ_POINTS = 2**19  # read at once
 
 
 class MapError(ValueError):
@@ -156,8 +157,8 @@ class Shard:
             DamagedError: after the last block, where a column's checksum is another.
         """
         found = {}
-        for low in range(self.first, self.after, BLOCK_POINTS):
-            at, end = low - self.first, min(low + BLOCK_POINTS, self.after) - self.first
+        for low in range(self.first, self.after, READ_POINTS):
+            at, end = low - self.first, min(low + READ_POINTS, self.after) - self.first
             try:
                 columns = {name: self._file[name][at:end] for name in self._file.variables}
             except (OSError, RuntimeError) as error:

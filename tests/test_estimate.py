@@ -31,7 +31,7 @@ def test_an_estimate_counts_points_bytes_and_seconds():
     assert found.points == 2_000_000
     assert found.shards == 1
     assert found.disk_bytes == 2 * (2_000_000 * 200 + coordinates)
-    assert found.memory_bytes == 400_000_000 + 65_536 * 200 + coordinates
+    assert found.memory_bytes == 400_000_000 + 524_288 * 200 + coordinates
     assert found.seconds == 4.0  # 2e6 runs of 128 samples at 64e6 samples/s
 
 

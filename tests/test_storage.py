@@ -78,7 +78,7 @@ def assert_same_bits(left, right):
 @pytest.mark.parametrize("count", [1, 3, 7])
 @pytest.mark.parametrize("definition", [TINY, BODIES], ids=["grid", "bodies"])
 def test_shards_and_threads_change_no_bit(definition, count, threads, tmp_path, monkeypatch):
-    monkeypatch.setattr(sharding, "BLOCK_POINTS", 50)  # so that a shard is several blocks, the last one short
+    monkeypatch.setattr(sharding, "READ_POINTS", 50)  # so that a shard is several blocks, the last one short
     whole = dataset.survey_grid(definition)
     path = tmp_path / "map.nc"
     told = storage.merge(definition, write_shards(tmp_path, definition, count, threads)[::-1], path)
