@@ -91,6 +91,7 @@ def test_pictures_of_a_grid(tiny, tmp_path):
         "stability_axis_2.png",
         "stability_axis_3.png",
         "theory_against_measured.png",
+        "polhodes.png",
     ]
     assert sorted(folder.iterdir()) == sorted(paths)  # and no temporary file
     for path in paths:
@@ -101,7 +102,12 @@ def test_pictures_of_bodies_replace_old_ones(breaking, tmp_path):
     (tmp_path / "bodies.png").write_bytes(b"old")
     (tmp_path / "mine.txt").write_text("kept")
     paths = list(figures.draw_all(breaking, str(tmp_path)))
-    assert {path.name for path in paths} == {"bodies.png", "theory_against_measured.png", "breakdown.png"}
+    assert {path.name for path in paths} == {
+        "bodies.png",
+        "theory_against_measured.png",
+        "breakdown.png",
+        "polhodes.png",
+    }
     for path in paths:
         assert_picture(path)
     assert (tmp_path / "mine.txt").read_text() == "kept"
@@ -112,13 +118,13 @@ def test_pictures_of_bodies_replace_old_ones(breaking, tmp_path):
 def test_odd_maps_have_pictures(name, tmp_path):
     for path in figures.draw_all(sweeps.survey({"title": name} | GRIDS[name]), tmp_path):
         assert_picture(path)
-    expected = {"one point": 1}.get(name, 2)
+    expected = {"one point": 2, "nothing can exist": 2}.get(name, 3)  # a point is no map, what cannot exist no body
     assert len(list(tmp_path.iterdir())) == expected
 
 
 @pytest.mark.filterwarnings("error")
 def test_a_map_without_values_has_pictures(tiny, breaking, tmp_path):
-    for ds, count in ((tiny, 4), (breaking, 3)):
+    for ds, count in ((tiny, 5), (breaking, 4)):
         empty = ds.copy(deep=True)
         for name in ("omega_squared", "omega_squared_stderr", "frequency", "growth_rate"):
             empty[name][:] = np.nan
