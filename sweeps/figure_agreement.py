@@ -21,7 +21,7 @@ BINS = 48
 def draw(ds: xr.Dataset) -> Figure:
     """Theory against measurement: oscillations left, growth right, values above, relative deviations below."""
     found = agreement(ds)
-    figure = style.canvas(8.6, 6.6, "Measured against linear theory", _subtitle(ds, found), footer=0.36)
+    figure = style.canvas(8.6, 6.8, "Measured against linear theory", _subtitle(ds, found), footer=0.36)
     axes = figure.subplots(2, 2, height_ratios=(1.0, 1.35), sharex="col")
     sides = ((1.0, style.STABLE, "oscillates", r"frequency $\Omega$"), (-1.0, style.UNSTABLE, "grows", "growth rate"))
     for column, (sign, color, verb, name) in zip(axes.T, sides, strict=True):
@@ -45,6 +45,17 @@ def _subtitle(ds: xr.Dataset, found: Agreement) -> str:
         f"{ds.attrs.get('title', '')}:  {points}, {thinned}{left_out}\n"
         f"Measured regime:  {_counts(found.regimes, style.REGIME_WORDS)}\n"
         f"Status:  {_counts(found.statuses, style.STATUS_WORDS)}{'' if np.isnan(found.worst) else worst}"
+        f"{_certificate(found)}"
+    )
+
+
+def _certificate(found: Agreement) -> str:
+    """What the map says of its own integration; nothing where it is exact."""
+    if np.isnan(found.certificate):
+        return ""
+    return (
+        f"\nCertificate:  largest distance from the exact solution {style.number(found.certificate, 2)} of the nudge's "
+        f"size so far;  {found.statuses['not_converged']:,} not converged"
     )
 
 

@@ -1,5 +1,6 @@
-"""Real bodies side by side: their measured rates, and their periods beside those that people have observed."""
+"""Real bodies side by side: their measured rates, how soon they flip, and their periods beside the observed ones."""
 
+import math
 import re
 import textwrap
 
@@ -14,8 +15,9 @@ from sweeps.fits import Period, periods, signed_rate
 from sweeps.systems.rigid_body import REGIMES
 
 MOST_BODIES = 30
-PERIOD_INCHES, LINE_INCHES, NOTE_WIDTH = 1.06, 0.145, 62
-PREDICTED = {"label": "rigid body, 2π/Ω", "marker": "o", "markersize": 7.5, "color": style.STABLE}
+PERIOD_INCHES, LINE_INCHES, NOTE_WIDTH = 1.28, 0.145, 64
+GROWS, FLIPS = 1.13, 1.35  # where those two columns stand, in widths of the panel of rates
+MEASURED = {"label": "rigid body, measured", "marker": "o", "markersize": 7.5, "color": style.STABLE}
 OBSERVED = {
     "label": "observed",
     "marker": "D",
@@ -24,19 +26,21 @@ OBSERVED = {
     "markeredgecolor": style.INK,
     "markeredgewidth": 1.3,
 }
+UNITS = ((1.0, "s", 7200.0), (3600.0, "h", 172_800.0), (86_400.0, "d", math.inf))
 OFFSETS = {1: -0.24, 2: 0.0, 3: 0.24}
 
 
 def draw(ds: xr.Dataset) -> Figure:
-    """Rates relative to the spin for each body and axis and, where some are observed, periods in days."""
+    """Rates relative to the spin for each body and axis, times to grow and flip, and observed periods in days."""
     part = _selected(ds)
     observed = periods(ds)
     rows = part.sizes["body"]
     height = 2.0 + max(0.46 * rows, PERIOD_INCHES * len(observed), 1.0)
-    width = 11.0 if observed else 6.8
+    width = 12.8 if observed else 8.6
     figure = style.canvas(width, height, "Bodies: measured rates", _subtitle(ds, part), footer=0.36)
-    axes = figure.subplots(1, 2, width_ratios=(1.15, 1.0)) if observed else [figure.subplots()]
+    axes = figure.subplots(1, 2, width_ratios=(1.05, 1.0)) if observed else [figure.subplots()]
     _rates(axes[0], part)
+    _times(axes[0], part)
     if observed:
         _periods(axes[1], observed, (height - 2.0) / len(observed))
     _legend(figure, part)
@@ -48,7 +52,8 @@ def _selected(ds: xr.Dataset) -> xr.Dataset:
     at = {dim: (ds.sizes[dim] - 1) // 2 for dim in ("omega0", "phase") if dim in ds.dims}
     if "epsilon" in ds.dims:
         at["epsilon"] = int(np.argmin(ds["epsilon"].values))
-    names = ["omega_squared", "omega_squared_theory", "regime", "regime_theory", "triangle_margin"]
+    names = ["omega_squared", "omega_squared_theory", "regime", "regime_theory", "triangle_margin", "growth_rate"]
+    names += [name for name in ("flip_period",) if name in ds]
     part = ds[names].isel(at | {"body": style.few(ds.sizes["body"], MOST_BODIES)}).load().transpose("body", "axis")
     measured, theory = (signed_rate(part[name], part["omega0"]) for name in names[:2])
     return part.assign(rate=abs(measured), rate_theory=abs(theory))
@@ -84,6 +89,31 @@ def _rates(ax: Axes, part: xr.Dataset) -> None:
     ax.set_xlabel(r"measured rate relative to the spin, $\sqrt{|\Omega^2|}\,/\,|\omega_0|$  (dimensionless)")
     ax.set_title("Rates about each axis", loc="left", fontweight="bold", fontsize=9.5)
     _zero_column(ax, zero, low, rows)
+
+
+def _times(ax: Axes, part: xr.Dataset) -> None:
+    """Beside each row, how soon a nudge about the unstable axis grows by a factor e, and how often the spin flips."""
+    look = {"transform": ax.get_yaxis_transform(), "ha": "center", "va": "center", "fontsize": 8.5}
+    look["color"] = style.REGIME_COLORS["unstable"]
+    head = {"transform": ax.transAxes, "ha": "center", "va": "bottom", "fontsize": 8, "color": style.QUIET}
+    ax.text(GROWS, 1.015, "grows e-fold in", **head)
+    flips = "flip_period" in part
+    if flips:
+        ax.text(FLIPS, 1.015, "flips every", **head)
+    for i in range(part.sizes["body"]):
+        unstable = np.flatnonzero(part["regime"].values[i] == REGIMES.index("unstable") - 1)
+        if unstable.size:
+            at = part.isel(body=i, axis=int(unstable[0]))
+            ax.text(GROWS, i, duration(1.0 / float(at["growth_rate"])), gid="e-fold", **look)
+        if unstable.size and flips and np.isfinite(at["flip_period"]):
+            ax.text(FLIPS, i, duration(float(at["flip_period"])), gid="flip", **look)
+
+
+def duration(seconds: float) -> str:
+    """A time as people say it: in seconds up to two hours, in hours up to two days, in days beyond; three digits."""
+    unit, name = next((u, n) for u, n, most in UNITS if seconds < most)
+    value = seconds / unit
+    return f"{value:,.0f} {name}" if 100 <= value < 1e6 else f"{style.number(value, 3)} {name}"
 
 
 def _row_label(body: xr.Dataset) -> str:
@@ -135,21 +165,21 @@ def _zero_column(ax: Axes, zero: float, low: float, rows: int) -> None:
 
 
 def _periods(ax: Axes, observed: list[Period], inches: float) -> None:
-    """Predicted and observed periods as pairs on one axis of days, each with its note in a row of so many inches."""
-    days = [d for p in observed for d in (p.predicted_days, p.observed_days) if np.isfinite(d)]
+    """Measured and observed periods as pairs on one axis of days, each with its note in a row of so many inches."""
+    days = [d for p in observed for d in (p.measured_days, p.observed_days) if np.isfinite(d)]
     ax.set(xscale="log", xlim=(min(days) / 6, max(days) * 6), ylim=(len(observed), 0.0), yticks=[])
     for row, period in enumerate(observed):
         y = row + 0.42 / inches
-        pair = [period.predicted_days, period.observed_days]
+        pair = [period.measured_days, period.observed_days]
         ax.plot(pair, [y, y], color=style.FAINT, linewidth=2.5, zorder=1, solid_capstyle="butt")
-        for x, look in zip(pair, (PREDICTED, OBSERVED), strict=True):
+        for x, look in zip(pair, (MEASURED, OBSERVED), strict=True):
             ax.plot(x, y, linestyle="none", zorder=3, gid=look["label"], **look)
         _period_texts(ax, period, row, y, inches)
         if row:
             ax.axhline(row, color=style.FAINT, linewidth=0.5)
     ax.set_xlabel("period in the body's frame  (days of 86,400 s)")
     ax.set_title("Periods", loc="left", fontweight="bold", fontsize=9.5)
-    handles = [Line2D([], [], linestyle="none", **look) for look in (PREDICTED, OBSERVED)]
+    handles = [Line2D([], [], linestyle="none", **look) for look in (MEASURED, OBSERVED)]
     place = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.995), "borderaxespad": 0.1}
     ax.legend(handles=handles, ncols=2, handletextpad=0.3, columnspacing=1.2, **place)
     ax.grid(axis="x", color=style.FAINT, linewidth=0.5, alpha=0.6)
@@ -161,7 +191,7 @@ def _period_texts(ax: Axes, period: Period, row: int, y: float, inches: float) -
         ax.text(0.02, row + depth / inches, text, transform=ax.get_yaxis_transform(), va="top", **look)
 
     write(f"{period.body}: {period.what}, axis {period.axis}", 0.08, fontsize=9, fontweight="bold")
-    values = sorted(d for d in (period.predicted_days, period.observed_days) if np.isfinite(d))
+    values = sorted(d for d in (period.measured_days, period.observed_days) if np.isfinite(d))
     look = {"va": "center", "fontsize": 8.5, "textcoords": "offset points", "path_effects": style.halo(2.0)}
     if len(values) > 1:
         ax.annotate(_days(values[0]), (values[0], y), (-8, 0), ha="right", **look)

@@ -76,6 +76,7 @@ class Agreement:
         possible: whether a body with those moments can exist.
         status: number of the status of each kept point.
         worst: largest deviation over all points that can exist and are ok; NaN where there is none.
+        certificate: largest `propagation_error` over all points; NaN where the map has none.
     """
 
     points: int
@@ -90,6 +91,7 @@ class Agreement:
     possible: np.ndarray = None
     status: np.ndarray = None
     worst: float = math.nan
+    certificate: float = math.nan
 
 
 def agreement(ds: xr.Dataset, most: int = MOST_DRAWN) -> Agreement:
@@ -120,6 +122,7 @@ def agreement(ds: xr.Dataset, most: int = MOST_DRAWN) -> Agreement:
 
 def _columns(ds: xr.Dataset, block: Mapping[str, slice], dims: tuple[str, ...]) -> dict[str, np.ndarray]:
     names = ["omega_squared", "omega_squared_theory", "omega_squared_stderr", "triangle_margin", "status", "regime"]
+    names += [name for name in ("propagation_error",) if name in ds]
     part = ds[names].isel(block).load()
     omega0 = part["omega0"].broadcast_like(part["status"]).transpose(*dims).values.reshape(-1)
     columns = {name: part[name].transpose(*dims).values.reshape(-1) for name in names}
@@ -134,6 +137,7 @@ def _columns(ds: xr.Dataset, block: Mapping[str, slice], dims: tuple[str, ...]) 
         "possible": columns["triangle_margin"] >= 0,
         "status": columns["status"],
         "regime": columns["regime"],
+        "certificate": columns.get("propagation_error", np.full(measured.shape, np.nan)),
     }
 
 
@@ -146,6 +150,7 @@ def _count(result: Agreement, columns: Mapping[str, np.ndarray]) -> None:
     sound = columns["possible"] & (columns["status"] == 0) & np.isfinite(columns["deviation"])
     if sound.any():
         result.worst = float(np.fmax(result.worst, columns["deviation"][sound].max()))
+    result.certificate = float(np.fmax.reduce(columns["certificate"], initial=result.certificate))
 
 
 def blocks(sizes: Mapping[str, int], most: int) -> Iterator[dict[str, slice]]:
@@ -271,7 +276,7 @@ class Period:
         body: its name.
         axis: the axis it spins about in nature.
         predicted_days: 2π/Ω of linear theory, days of 86,400 s; NaN where it does not oscillate.
-        measured_days: the same from the measured Ω.
+        measured_days: `euler_period` of the rigid body, as measured from its motion, likewise.
         observed_days: what people measured, days of 86,400 s.
         what: what has the observed period.
         note: what a reader should know.
@@ -290,17 +295,20 @@ def periods(ds: xr.Dataset) -> list[Period]:
     """Predicted, measured and observed periods of the bodies of a map that have an `observed` entry and an axis.
 
     Args:
-        ds: a map over bodies; of omega0, epsilon and phase it has one value each, or the first is taken.
+        ds: a map over bodies; of omega0, epsilon and phase it has one value each, or the least epsilon and else the
+            first is taken.
 
     Returns:
         One `Period` per such body whose axis was surveyed, in the order of the definition; [] without any.
     """
     bodies = [body for body in _bodies(ds) if body.observed is not None and body.axis in ds["axis"].values]
-    first = {dim: 0 for dim in ("omega0", "epsilon", "phase") if dim in ds.dims}
+    first = {dim: 0 for dim in ("omega0", "phase") if dim in ds.dims}
+    if "epsilon" in ds.dims:
+        first["epsilon"] = int(np.argmin(ds["epsilon"].values))
     found = []
     for body in bodies:
         at = ds.isel(first).sel(body=body.name, axis=body.axis)
-        predicted, measured = (_days(float(at[name])) for name in ("frequency_theory", "frequency"))
+        predicted, measured = _days(float(at["frequency_theory"])), float(at["euler_period"]) / SECONDS_PER_DAY
         observed = body.observed
         found.append(
             Period(body.name, body.axis, predicted, measured, observed.period_days, observed.what, body.note or "")

@@ -91,6 +91,7 @@ def test_pictures_of_a_grid(tiny, tmp_path):
         "stability_axis_2.png",
         "stability_axis_3.png",
         "theory_against_measured.png",
+        "polhodes.png",
     ]
     assert sorted(folder.iterdir()) == sorted(paths)  # and no temporary file
     for path in paths:
@@ -101,7 +102,12 @@ def test_pictures_of_bodies_replace_old_ones(breaking, tmp_path):
     (tmp_path / "bodies.png").write_bytes(b"old")
     (tmp_path / "mine.txt").write_text("kept")
     paths = list(figures.draw_all(breaking, str(tmp_path)))
-    assert {path.name for path in paths} == {"bodies.png", "theory_against_measured.png", "breakdown.png"}
+    assert {path.name for path in paths} == {
+        "bodies.png",
+        "theory_against_measured.png",
+        "breakdown.png",
+        "polhodes.png",
+    }
     for path in paths:
         assert_picture(path)
     assert (tmp_path / "mine.txt").read_text() == "kept"
@@ -112,13 +118,13 @@ def test_pictures_of_bodies_replace_old_ones(breaking, tmp_path):
 def test_odd_maps_have_pictures(name, tmp_path):
     for path in figures.draw_all(sweeps.survey({"title": name} | GRIDS[name]), tmp_path):
         assert_picture(path)
-    expected = {"one point": 1}.get(name, 2)
+    expected = {"one point": 2, "nothing can exist": 2}.get(name, 3)  # a point is no map, what cannot exist no body
     assert len(list(tmp_path.iterdir())) == expected
 
 
 @pytest.mark.filterwarnings("error")
 def test_a_map_without_values_has_pictures(tiny, breaking, tmp_path):
-    for ds, count in ((tiny, 4), (breaking, 3)):
+    for ds, count in ((tiny, 5), (breaking, 4)):
         empty = ds.copy(deep=True)
         for name in ("omega_squared", "omega_squared_stderr", "frequency", "growth_rate"):
             empty[name][:] = np.nan
@@ -320,6 +326,20 @@ def test_counts_are_written(tiny):
         assert words in text
 
 
+def test_the_worst_certificate_is_written(tiny):
+    ds = tiny.copy(deep=True)
+    ds["propagation_error"].values[2, 1, 3, 0] = 3.2e-9
+    ds["propagation_error"].values[1, 1, 1, 1] = np.nan
+    ds["status"].values[0, 0, 0, 0] = 2
+    text = figure_agreement.draw(ds).texts[1].get_text()
+    assert "exact solution 3.2×10⁻⁹ of" in text
+    assert "6 not converged" in text.splitlines()[-1]
+    exact = sweeps.survey(
+        {"grid": {"I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": 1.0}, "integration": {"propagator": "exact"}}
+    )
+    assert "Certificate" not in figure_agreement.draw(exact).texts[1].get_text()
+
+
 def test_thinning_is_said(tiny, monkeypatch):
     monkeypatch.setattr(figure_agreement, "agreement", lambda ds: fits.agreement(ds, 150))
     figure = figure_agreement.draw(tiny)
@@ -383,8 +403,57 @@ def test_bodies_rates_and_periods(breaking):
     texts = {text.get_text() for text in periods.texts}
     assert {"303.74 d", "433 d", "185.13 d", "207 d", "27,263 d"} <= texts
     assert periods.get_xlabel() == "period in the body's frame  (days of 86,400 s)"
-    predicted = [line.get_xdata()[0] for line in periods.lines if line.get_gid() == "rigid body, 2π/Ω"]
-    assert predicted[0] == pytest.approx(303.741, abs=5e-4)
+    measured = [line.get_xdata()[0] for line in periods.lines if line.get_gid() == "rigid body, measured"]
+    assert measured[0] == pytest.approx(303.741, abs=5e-4)
+
+
+def test_bodies_say_how_soon_they_grow_and_flip(breaking):
+    ds = sweeps.survey("bodies")
+    rates = figure_bodies.draw(ds).axes[0]
+    grows, flips = (
+        {round(t.get_position()[1]): t.get_text() for t in rates.texts if t.get_gid() == gid}
+        for gid in ("e-fold", "flip")
+    )
+    # the racket: 1/8.882 s, by the formula; its flips are held against the closed form in test_flips.py
+    assert grows[3] == "0.113 s"
+    assert flips[3] == "4.55 s"
+    assert (grows[0], flips[0]) == ("556 d", "19,535 d")
+    assert grows[5] == "1.74×10⁻¹³ s"
+    assert set(grows) == set(flips) == {0, 1, 2, 3, 4, 5}  # not the plate, which has no unstable axis
+    assert not [t for t in figure_bodies.draw(breaking).axes[0].texts if t.get_gid() == "flip"]  # not followed there
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [
+        (0.11258, "0.113 s"),
+        (7199.0, "7,199 s"),
+        (7200.0, "2 h"),
+        (172_799.0, "48 h"),
+        (4.8e7, "556 d"),
+        (1e12, "1.16×10⁷ d"),
+    ],
+)
+def test_durations_as_people_say_them(seconds, text):
+    assert figure_bodies.duration(seconds) == text
+
+
+def test_no_label_of_the_bodies_covers_another():
+    figure = figure_bodies.draw(sweeps.survey("bodies"))
+    figure.draw_without_rendering()
+    renderer = figure.canvas.get_renderer()
+    for ax in figure.axes:
+        labels = [*ax.get_yticklabels(), *(t for t in ax.texts if not t.get_text().isdigit())]
+        boxes = [(t.get_text(), t.get_window_extent(renderer)) for t in labels if t.get_text()]
+        for i, (one, box) in enumerate(boxes):
+            assert not [other for other, b in boxes[i + 1 :] if box.overlaps(b)], one
+            assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1
+
+
+def test_the_period_drawn_is_the_measured_one(breaking):
+    ds = breaking.copy(deep=True)
+    ds["euler_period"].loc[{"body": "Earth", "axis": 3}] = 100 * 86_400.0
+    assert "100 d" in {text.get_text() for text in figure_bodies.draw(ds).axes[1].texts}
 
 
 def test_bodies_without_observation_have_one_panel():

@@ -4,6 +4,7 @@ import pickle
 import subprocess
 import sys
 
+import mpmath
 import numpy as np
 import pytest
 from hypothesis import given
@@ -171,3 +172,24 @@ def test_the_symmetric_sweep_is_a_full_grid_that_crosses_the_sphere():
     assert spin.min() < 0 < spin.max()
     assert (np.abs(spin).min(), np.abs(spin).max()) == (1e-9, 1e6)
     assert angle.max() == 80.0
+
+
+def test_the_earth_by_the_lectures_ratio_takes_305_days():
+    ratio = {"system": "symmetric_top", "grid": {"ratio": 1 + 1 / 305, "omega3": 2 * np.pi, "half_angle": 1e-4}}
+    ds = sweeps.survey(ratio | {"title": "Earth, a day a second"})
+    # 1 + 1/305 as a double is off by 305 · 2^-53 of its difference; the measurement by 1e-12 · 305
+    assert float(ds["period_theory"].squeeze()) == pytest.approx(305.0, rel=1e-13)
+    assert float(ds["period"].squeeze()) == pytest.approx(305.0, rel=305e-12)
+    body = {"name": "Earth", "ratios": {"I1": 305, "I2": 305, "I3": 306}, "omega0": 2 * np.pi}  # (I3 - I1)/I1 = 1/305
+    found = sweeps.survey({"axes": [3], "bodies": [body]})["euler_period"].squeeze()
+    assert float(found) == pytest.approx(305.0, rel=305e-12)
+
+
+def test_the_earth_of_the_moments_takes_304_57_sidereal_days():
+    earth = sweeps.survey("bodies").sel(body="Earth", axis=3).squeeze("phase").isel(epsilon=0)
+    with mpmath.workdps(30):
+        I1, I2, I3 = (mpmath.mpf(text) for text in ("8.0101e37", "8.0103e37", "8.0365e37"))
+        wanted = mpmath.sqrt(I1 * I2 / ((I3 - I1) * (I3 - I2)))
+    assert round(float(wanted), 2) == 304.57
+    rotations = float(earth["euler_period"]) * float(earth["omega0"]) / (2 * np.pi)
+    assert rotations == pytest.approx(float(wanted), rel=1e-11)  # the differences of the moments keep 13 digits

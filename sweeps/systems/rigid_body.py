@@ -439,8 +439,8 @@ class RigidBody(System):
         self.columns({name: np.array([value]) for name, value in point.items()}, RigidBodyIntegration(flips=True))
 
     def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
-        """Stability maps about each axis or the bodies in a row, theory against measurement, and the breakdown."""
-        from sweeps import figure_agreement, figure_bodies, figure_breakdown, figure_stability
+        """Stability maps or the bodies in a row, theory against measurement, the breakdown, and the polhodes."""
+        from sweeps import figure_agreement, figure_bodies, figure_breakdown, figure_polhodes, figure_stability
 
         found: dict[str, Callable[[], Figure | None]] = {}
         if "body" in ds.dims:
@@ -451,6 +451,7 @@ class RigidBody(System):
         found["theory_against_measured"] = lambda: figure_agreement.draw(ds)
         if ds.sizes.get("epsilon", 0) >= LEAST_NUDGES:
             found["breakdown"] = lambda: figure_breakdown.draw(ds)
+        found["polhodes"] = lambda: figure_polhodes.draw(ds)
         return found
 
     def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], list[Image]]]":
