@@ -18,6 +18,7 @@ from scipy.spatial.transform import Rotation
 import sweeps
 from kernels import direct, exact
 from sweeps import report, report_columns, report_summary
+from sweeps.__main__ import main
 from sweeps.storage import open_map, write_map
 
 HOSTILE = "</script><script>globalThis.hostile = 1</script><img src=x onerror='globalThis.hostile = 1'>"
@@ -222,6 +223,14 @@ def test_deviations_from_theory_are_those_of_the_map(plane):
         assert true <= agreement.quantile(share) <= true * 10 ** (1 / report_summary.PER_DECADE)
     inside = np.abs(measured - theory)[some] <= 5 * plane.omega_squared_stderr.values[some]
     assert agreement.within == inside.sum()
+
+
+def test_the_command_writes_the_report_of_a_file(plane_path, folder, capsys):
+    assert main(["report", str(folder / "plane.nc"), "-o", str(folder / "sub" / "again.html")]) == 0
+    assert (folder / "sub" / "again.html").read_bytes() == plane_path.read_bytes()
+    assert main(["report", str(plane_path), "-o", str(folder / "none.html")]) == 2
+    assert "allowed" in capsys.readouterr().err
+    assert not (folder / "none.html").exists()
 
 
 def test_a_map_with_neither_theory_nor_flags_has_a_report(tmp_path):
@@ -581,6 +590,24 @@ def test_another_system_draws_with_its_mode(browser, folder):
     assert "runs away" in page.locator("#mode-words").inner_text()
     page.get_by_label("hanging").check()
     assert "period takes" in page.locator("#mode-words").inner_text()
+    assert opened.said == []
+    opened.context.close()
+
+
+def test_a_symmetric_top_turns_about_its_figure_axis(browser, folder):
+    """The body's turn about its own axis takes 2π/(ω3 |ratio − 1|), whatever the angle."""
+    definition = {
+        "system": "symmetric_top",
+        "grid": {"ratio": [0.4, 1.6], "omega3": [-2.0, 5.0], "half_angle": [10.0, 40.0]},
+    }
+    report.write(sweeps.survey(definition), folder / "top.html")
+    opened = Opened(browser, folder / "top.html", "#ratio=1.6&omega3=-2&half_angle=40")
+    assert opened.page.evaluate("2 * polhode.motion.trajectory.flipPeriod") == pytest.approx(
+        2 * math.pi / 1.2, rel=1e-14
+    )
+    spin = opened.page.evaluate("polhode.motion.omega")
+    assert math.degrees(math.atan2(math.hypot(spin[0], spin[1]), abs(spin[2]))) == pytest.approx(40.0, rel=1e-14)
+    assert "Stable" in opened.page.locator("#motion-words").inner_text()
     assert opened.said == []
     opened.context.close()
 

@@ -74,6 +74,8 @@ theMap.columns = Object.fromEntries(theMap.variables.map((variable) => [variable
 theMap.has = (...names) => names.every((name) => name in theMap.coordinates);
 theMap.isRigid = theMap.has("axis", "I1", "I2", "I3", "omega0", "epsilon", "phase");
 
+theMap.isTop = theMap.has("ratio", "omega3", "half_angle");
+
 /** The value of a coordinate at a point, whatever dimension it stands on. */
 function coordinateAt(name, place) {
   const coordinate = theMap.coordinates[name];

@@ -37,7 +37,7 @@ async function start() {
   if (theMap.order.includes("body")) buildBodies();
   else buildPlane();
   buildNudges();
-  if (theMap.isRigid) buildMotion();
+  if (theMap.isRigid || theMap.isTop) buildMotion();
   else buildMode();
   showRow(state.place);
   onChange(() => showRow(state.place));
