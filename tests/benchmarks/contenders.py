@@ -202,8 +202,8 @@ def _heyoka_batches(tolerance, k, start, width, gridded):
     integrator = _heyoka_integrator(tolerance, width)
     state, pars, coefficients, taken = integrator.state, integrator.pars, integrator.tc, integrator.last_h
     times = np.repeat(TIMES[:, None], width, axis=1)
-    begun, due, samples = np.empty(width), np.empty(width, dtype=np.int64), np.empty((2, TIMES.size, width))
-    scratch = np.empty((3, width))
+    samples, due = np.empty((2, TIMES.size, width)), np.empty(width, dtype=np.int64)
+    begun, *scratch = (np.empty(width) for _ in range(4))
     for i in range(0, k.shape[1], width):
         integrator.set_time(0.0)
         state[:], pars[:] = start[:, i : i + width], k[:, i : i + width]
@@ -211,38 +211,43 @@ def _heyoka_batches(tolerance, k, start, width, gridded):
             samples = integrator.propagate_grid(times)[1][:, 1:].transpose(1, 0, 2)
         else:
             begun[:], due[:] = 0.0, 0
-            while due.min() < TIMES.size:
+            waiting = True
+            while waiting:
                 integrator.step(write_tc=True)
-                _dense_output(coefficients, begun, taken, due, samples, *scratch)
+                waiting = _dense_output(coefficients, begun, taken, due, samples, *scratch)
         yield slice(i, i + width), samples
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
 def _dense_output(coefficients, begun, taken, due, samples, t, b, c):
     """Evaluate each lane's Taylor polynomials at the samples due within its step; lanes innermost, hence packed."""
-    width, terms, most = begun.size, coefficients.shape[1], 0
+    width, last, most, waiting = begun.size, coefficients.shape[1] - 1, 0, False
     for lane in range(width):
         most = max(most, _samples_until(begun[lane] + taken[lane]) - due[lane])
     for n in range(most):
+        of_b, of_c = coefficients[1, last], coefficients[2, last]
         for lane in range(width):
             t[lane] = (due[lane] + n) * SPACING - begun[lane]
-            b[lane], c[lane] = 0.0, 0.0
-        for term in range(terms):
-            of_b, of_c = coefficients[1, terms - 1 - term], coefficients[2, terms - 1 - term]
+            b[lane], c[lane] = of_b[lane], of_c[lane]
+        for term in range(1, last + 1):
+            of_b, of_c = coefficients[1, last - term], coefficients[2, last - term]
             for lane in range(width):
                 b[lane] = b[lane] * t[lane] + of_b[lane]
             for lane in range(width):
                 c[lane] = c[lane] * t[lane] + of_c[lane]
         for lane in range(width):
             sample = due[lane] + n
-            if sample < _samples_until(begun[lane] + taken[lane]):
+            # a step's polynomial holds a little beyond its end, so rounding may put a sample into either step
+            if sample < TIMES.size and t[lane] <= taken[lane] + 1e-12:
                 samples[0, sample, lane], samples[1, sample, lane] = b[lane], c[lane]
     for lane in range(width):
         begun[lane] += taken[lane]
         due[lane] = max(due[lane], _samples_until(begun[lane]))
+        waiting |= due[lane] < TIMES.size
+    return waiting
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def _samples_until(t):
     """Number of samples at times up to t."""
     return min(int(t / SPACING) + 1, TIMES.size)
