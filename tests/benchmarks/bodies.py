@@ -1,8 +1,8 @@
 """The work that everybody in the race is given, what is done with the samples, and the truth they are held against.
 
-Bodies that can exist, spun about a principal axis and nudged by a millionth, sampled 64 times up to omega0 t = 20. Bodies
-whose nudge grows tenfold in that time are left out: there Polhode would stop early, and the race is over equal work.
-Everybody integrates the components scaled as Polhode does (transverse ones in units of the nudge), so that everybody's
+Bodies that can exist, spun about a principal axis and nudged by a millionth, sampled 64 times up to omega0 t = 20.
+Bodies whose nudge grows tenfold in that time are left out: there Polhode would stop early, and the race is over equal
+work. Everybody integrates the components scaled as Polhode does (transverse ones in units of the nudge), so that every
 tolerance acts on the perturbation. The bodies stand sorted by the bound on their rates, which keeps alike what shares
 a batch.
 """
@@ -84,7 +84,7 @@ def _growth(bodies):
     return np.hypot(b * cosine + kb * c * sine, c * cosine + kc * b * sine).max(axis=1)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@njit(nogil=True, error_model="numpy", fastmath={"contract"})
 def rate_of(b, c):
     """Signed rate² (in spin²) and its standard error from the samples of one body, by the house's recurrence."""
     guess = measure.first_guess(b[2], c[2], b[1], c[1], b[0], c[0])
@@ -95,7 +95,7 @@ def rate_of(b, c):
     return measure.estimate(guess, rx, rr, xx, b.size - 2.0, SPACING)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy")
 def rates_of(b, c, out):
     """Rates of many bodies, from samples (n, times) of any strides, into out (n, 2)."""
     for i in range(out.shape[0]):
@@ -120,7 +120,9 @@ def _closed_form(body):
     samples = np.empty((TIMES.size, 2))
     for n, t in enumerate(TIMES):
         u = p * mp.mpf(float(t)) + u0
-        now = {i: x * mp.ellipfun(name, u, m=m) for i, x, name in zip(roles, amplitudes, ("sn", "cn", "dn"), strict=True)}
+        now = {
+            i: x * mp.ellipfun(name, u, m=m) for i, x, name in zip(roles, amplitudes, ("sn", "cn", "dn"), strict=True)
+        }
         samples[n] = [float(now[i] / nudge) for i in axes[1:]]
     return samples
 

@@ -1,8 +1,8 @@
 """Who races: each in the best mode that we know of, on the same bodies, sampled at the same times.
 
 A contender's ``settings`` are the steps of its accuracy. ``rates(bodies, setting)`` is what is timed: the signed rate²
-and its standard error of every body, and the processor time spent in other processes. ``samples(bodies, setting)`` gives
-the samples themselves, from the same solver in the same mode, to be held against the truth.
+and its standard error of every body, and the processor time spent in other processes. ``samples(bodies, setting)``
+gives the samples themselves, from the same solver in the same mode, to be held against the truth.
 """
 
 import importlib.metadata
@@ -10,11 +10,12 @@ import multiprocessing
 import os
 import time
 from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
 
 import numpy as np
+from bodies import END, SAMPLES, SPACING, TIMES, rate_of, rates_of
 from numba import carray, cfunc, njit, prange
 
-from bodies import END, SAMPLES, SPACING, TIMES, rate_of, rates_of
 from kernels import direct, lanes, measure, rigid_body, survey
 
 TOLERANCES = tuple(10.0**-n for n in range(6, 13))
@@ -159,8 +160,7 @@ class Heyoka(Contender):
         k, start = (np.ascontiguousarray(x[padded].T) for x in (bodies.k, bodies.start))
         cuts = np.linspace(0, batches, min(self.threads, batches) + 1).astype(int) * self.width
         shares = [
-            (setting, k[:, i:j].copy(), start[:, i:j].copy(), self.width, self.gridded)
-            for i, j in zip(cuts[:-1], cuts[1:], strict=True)
+            (setting, k[:, i:j].copy(), start[:, i:j].copy(), self.width, self.gridded) for i, j in pairwise(cuts)
         ]
         found = self.pool.starmap(work, shares, chunksize=1)
         return np.concatenate([out for out, _ in found])[: len(bodies)], sum(spent for _, spent in found)
@@ -218,7 +218,7 @@ def _heyoka_batches(tolerance, k, start, width, gridded):
         yield slice(i, i + width), samples
 
 
-@njit(cache=True, error_model="numpy", fastmath={"contract"})
+@njit(error_model="numpy", fastmath={"contract"})
 def _dense_output(coefficients, begun, taken, due, samples, t, b, c):
     """Evaluate each lane's Taylor polynomials at the samples due within its step; lanes innermost, hence packed."""
     width, last, most, waiting = begun.size, coefficients.shape[1] - 1, 0, False
@@ -442,9 +442,7 @@ class SciPy(Contender):
                 a, b, c = w.tolist()
                 return ka * (b * c), kb * (c * a), kc * (a * b)
 
-            found = solve_ivp(
-                right_hand_side, (0.0, END), bodies.start[i], "DOP853", TIMES, rtol=setting, atol=setting
-            )
+            found = solve_ivp(right_hand_side, (0.0, END), bodies.start[i], "DOP853", TIMES, rtol=setting, atol=setting)
             samples[i] = found.y[1:].T
         return samples
 

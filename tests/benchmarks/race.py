@@ -1,4 +1,4 @@
-"""The race: one task for Polhode and its peers, error against trajectories per second, and the machine's roof beside it.
+"""The race: one task for Polhode and its peers, error against trajectories per second, and the machine's roof.
 
     python tests/benchmarks/race.py [--quick]
 
@@ -6,6 +6,7 @@ Everybody measures the signed rate² of the same nudged bodies from the same sam
 (contenders.py). Errors are of the samples, against the closed form in mpmath at 30 digits. Every round times everybody
 once, at every accuracy, side by side; ratios are taken within a round, and their medians told. Beside the wall's clock
 stands the processors', which other work on the machine moves less. Tables and figure go to results/benchmarks/.
+Compile times are those of a first call; the kernels' own is 0 where they lie in the cache (NUMBA_CACHE_DIR empties it).
 """
 
 import argparse
@@ -19,10 +20,10 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
-import numpy as np
-
 import bodies as task
 import contenders
+import numba
+import numpy as np
 import roof
 
 OUT = Path(__file__).resolve().parents[2] / "results" / "benchmarks"
@@ -42,6 +43,7 @@ class Entry:
     setting: float
     threads: int
     count: int
+    alone: bool = False  # on one thread only to be set against all of them
     error: float = math.nan
     median_error: float = math.nan
     rate_error: float = math.nan
@@ -78,9 +80,9 @@ def subset(bodies, contender, share):
     return bodies[np.linspace(0, len(bodies) - 1, count).astype(int)]
 
 
-def judged(contender, setting, bodies, few, wanted):
+def judged(contender, setting, alone, bodies, few, wanted):
     """An entry with its errors; the first call's time beyond the second's is what compiling took."""
-    entry = Entry(contender.name, setting, contender.threads, len(bodies))
+    entry = Entry(contender.name, setting, contender.threads, len(bodies), alone)
     begun = time.perf_counter()
     contender.rates(bodies, setting)
     first = time.perf_counter() - begun
@@ -115,9 +117,9 @@ def run_race(size, threads):
     lanes = []
     for contender in present + alone:
         part = subset(bodies, contender, share)
-        settings = contender.settings if contender not in alone else contender.settings[len(contender.settings) // 2 :][:1]
-        for setting in settings:
-            lanes.append((contender, part, judged(contender, setting, part, few, wanted)))
+        middle = contender.settings[len(contender.settings) // 2]
+        for setting in (middle,) if contender in alone else contender.settings:
+            lanes.append((contender, part, judged(contender, setting, contender in alone, part, few, wanted)))
             print(f"{contender.name}, {setting:g}: error {lanes[-1][2].error:.1e}", flush=True)
     ceiling, loads = run_rounds(rounds, lanes, threads, max(round(40 * share), 1))
     for contender in present + alone:
@@ -162,8 +164,7 @@ def flops(bodies):
     """Operations of the direct integrator's steps per trajectory, by tolerance, over evenly spaced bodies."""
     some = bodies[np.linspace(0, len(bodies) - 1, min(len(bodies), 400)).astype(int)]
     return {
-        tolerance: roof.run_flops(some, tolerance, task.SAMPLES) / len(some)
-        for tolerance in contenders.Direct.settings
+        tolerance: roof.run_flops(some, tolerance, task.SAMPLES) / len(some) for tolerance in contenders.Direct.settings
     }
 
 
@@ -198,12 +199,16 @@ def speed_at(entries, error, speeds):
     return float(np.exp(np.interp(math.log(error), logs[:, 0], logs[:, 1])))
 
 
+def of_contender(result, name):
+    """The entries that race under a name."""
+    return [entry for entry in result["entries"] if entry.name == name and not entry.alone]
+
+
 def equal_error(result, error=ERROR):
     """By contender: speeds at equal error, round by round, by the wall and by processor time."""
     found = {}
-    threads = result["machine"]["threads"]
     for name in result["versions"]:
-        entries = [e for e in result["entries"] if e.name == name and e.threads == (1 if name == "SciPy DOP853" else threads)]
+        entries = of_contender(result, name)
         rounds = range(len(entries[0].wall))
         found[name] = {
             "wall": [speed_at(entries, error, [e.speed[i] for e in entries]) for i in rounds],
@@ -224,28 +229,23 @@ def ratios(result):
     peers = [name for name in peers if not math.isnan(speeds[name]["wall"][0])]
     found = {}
     if peers:
-        best = max(peers, key=lambda name: statistics.median(speeds[name]["processor"]) * _threads(result, name))
+        threads = {name: of_contender(result, name)[0].threads for name in peers}
+        best = max(peers, key=lambda name: statistics.median(speeds[name]["processor"]) * threads[name])
         for ours in ("Polhode direct", "Polhode exact"):
             for name in dict.fromkeys([best, *peers]):
                 label = f"{ours} / {name}" + (" (the best peer)" if name == best else "")
                 found[label] = tuple(median_ratio(speeds[ours][k], speeds[name][k]) for k in ("wall", "processor"))
-    for two in result["entries"]:
-        for one in result["entries"]:
-            if (two.name, two.setting, one.threads) == (one.name, one.setting, 1) and two.threads > 1:
-                found[f"{two.name}, {two.threads} threads / 1"] = (median_ratio(two.speed, one.speed), math.nan)
+    for one in (entry for entry in result["entries"] if entry.alone):
+        all_of_them = next(e for e in of_contender(result, one.name) if e.setting == one.setting)
+        found[f"{one.name}, {all_of_them.threads} threads / 1"] = median_ratio(all_of_them.speed, one.speed), math.nan
     ceiling = result["roof"]
-    for entry in result["entries"]:
-        if entry.name == "Polhode direct" and entry.threads == ceiling.threads:
-            work = result["flops"][entry.setting]
-            found[f"roof's share, direct at {entry.setting:.0e} (error {entry.error:.0e})"] = (
-                work * median_ratio(entry.speed, ceiling.speed),
-                work * median_ratio(entry.thrift, ceiling.thrift),
-            )
+    for entry in of_contender(result, "Polhode direct"):
+        work = result["flops"][entry.setting]
+        found[f"roof's share, direct at {entry.setting:.0e} (error {entry.error:.0e})"] = (
+            work * median_ratio(entry.speed, ceiling.speed),
+            work * median_ratio(entry.thrift, ceiling.thrift),
+        )
     return found
-
-
-def _threads(result, name):
-    return max(e.threads for e in result["entries"] if e.name == name)
 
 
 def report(result):
@@ -256,7 +256,8 @@ def report(result):
         f"{about['processor']}, {about['cores']} cores, {about['threads']} threads; Python {about['python']}, NumPy "
         f"{about['numpy']}; medians of {about['rounds']} rounds, load average {min(loads):.1f} to {max(loads):.1f}.",
         "",
-        "| contender | setting | threads | worst error | median error | rate² off by | trajectories/s | per s of processor | compile, s |",
+        "| contender | setting | threads | worst error | median error | rate² off by | trajectories/s "
+        "| per s of processor | compile, s |",
         "|---|---|---|---|---|---|---|---|---|",
     ]
     for e in result["entries"]:
@@ -295,8 +296,7 @@ def draw_figure(result, path):
         figure = style.canvas(7.2, 4.6, "The same task for everybody", subtitle)
         axes = figure.add_subplot()
         for i, name in enumerate(result["versions"]):
-            entries = [e for e in result["entries"] if e.name == name]
-            entries = [e for e in entries if e.threads == max(x.threads for x in entries)]
+            entries = of_contender(result, name)
             marker = style.SERIES_MARKERS[i % len(style.SERIES_MARKERS)]
             color = style.SERIES_COLORS[i % len(style.SERIES_COLORS)]
             x, y = [statistics.median(e.speed) for e in entries], [e.error for e in entries]
@@ -320,12 +320,15 @@ def write(result, out):
 def main():
     """Run, tell, and write."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", dest="size", action="store_const", const="quick", default="full", help="fewer bodies")
-    parser.add_argument("--tiny", dest="size", action="store_const", const="tiny", help="next to none: a test of the race")
+    parser.set_defaults(size="full")
+    parser.add_argument("--quick", dest="size", action="store_const", const="quick", help="fewer bodies")
+    parser.add_argument(
+        "--tiny", dest="size", action="store_const", const="tiny", help="next to none: a test of the race"
+    )
     parser.add_argument("--threads", type=int, default=contenders.cores(), help="threads for everybody (all cores)")
     parser.add_argument("--out", type=Path, default=OUT, help="folder for race.md, race.json and race.png")
     options = parser.parse_args()
-    os.environ["NUMBA_NUM_THREADS"] = str(options.threads)
+    numba.set_num_threads(options.threads)
     result = run_race(options.size, options.threads)
     write(result, options.out)
     print("\n" + report(result))

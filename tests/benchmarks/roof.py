@@ -1,9 +1,9 @@
 """What this machine's cores can do in double precision, and how many operations the direct integrator asks of them."""
 
 import numpy as np
+from contenders import Direct
 from numba import njit
 
-from contenders import Direct
 from kernels import direct
 
 CHAINS, LINKS, LANES, PASSES = 12, 64, 256, 64
@@ -35,7 +35,7 @@ for _ in range(LINKS.bit_length() - 1):
 
 @njit(nogil=True, fastmath={"contract"}, error_model="numpy")
 def multiply_adds(S, m, a):
-    """Fused multiply-adds in the shape of the house's kernels: lanes innermost, chains in registers; S is (12, LANES)."""
+    """Fused multiply-adds in the shape of the house's kernels: lanes innermost, chains in registers; S (12, LANES)."""
     for _ in range(PASSES):
         for lane in range(LANES):
             x = (
