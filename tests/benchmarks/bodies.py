@@ -1,0 +1,157 @@
+"""The work that everybody in the race is given, what is done with the samples, and the truth they are held against.
+
+Bodies that can exist, spun about a principal axis and nudged by a millionth, sampled 64 times up to omega0 t = 20.
+Bodies whose nudge grows tenfold in that time are left out: there Polhode would stop early, and the race is over equal
+work. Everybody integrates the components scaled as Polhode does (transverse ones in units of the nudge), so that every
+tolerance acts on the perturbation. The bodies stand sorted by the bound on their rates, which keeps alike what shares
+a batch.
+"""
+
+from dataclasses import dataclass
+
+import mpmath as mp
+import numpy as np
+from numba import njit
+
+from kernels import linear, measure, rigid_body
+
+END, SAMPLES, EPSILON = 20.0, 64, 1e-6
+SPACING = END / SAMPLES
+TIMES = np.linspace(0.0, END, SAMPLES + 1)
+DIGITS = 30
+
+
+@dataclass(frozen=True)
+class Bodies:
+    """Points as Polhode takes them; and for the others k (n, 3) and start (n, 3) of w_a' = k_a w_b w_c and cyclic."""
+
+    points: dict
+    k: np.ndarray
+    start: np.ndarray
+
+    def __len__(self):
+        return len(self.k)
+
+    def __getitem__(self, chosen):
+        return Bodies({name: x[chosen] for name, x in self.points.items()}, self.k[chosen], self.start[chosen])
+
+
+def draw(count, seed=4):
+    """So many bodies, of masses at random distances from the principal planes, about random axes."""
+    random = np.random.default_rng(seed)
+    found, held = [], 0
+    while held < count:
+        drawn = scaled(_candidates(random, 2 * count + 64))
+        drawn = drawn[np.flatnonzero(_growth(drawn) < 0.99 * measure.WINDOW)]
+        found.append(drawn.points)
+        held += len(drawn)
+    bodies = scaled({name: np.concatenate([points[name] for points in found])[:count] for name in found[0]})
+    return bodies[np.argsort(np.abs(bodies.k).max(axis=1), kind="stable")]
+
+
+def _candidates(random, count):
+    x2, y2, z2 = random.uniform(0.05, 1.0, (3, count))  # sums of m x^2, m y^2, m z^2: any three make a body
+    return {
+        "I1": y2 + z2,
+        "I2": z2 + x2,
+        "I3": x2 + y2,
+        "axis": random.integers(1, 4, count),
+        "omega0": np.ones(count),
+        "epsilon": np.full(count, EPSILON),
+        "phase": random.uniform(0.0, 2.0 * np.pi, count),
+    }
+
+
+def scaled(points):
+    """Bodies of points: the coefficients and the start of the scaled equations."""
+    a, b, c = rigid_body.cyclic(points["axis"])
+    moments = np.stack([points["I1"], points["I2"], points["I3"]], axis=1)
+    seen = (np.take_along_axis(moments, i[:, None], axis=1)[:, 0] for i in (a, b, c))
+    k = np.stack(rigid_body.euler_coefficients.py_func(*seen), axis=1)
+    k[:, 0] *= points["epsilon"] * points["epsilon"]
+    phase = points["phase"]
+    return Bodies(points, k, np.stack([np.ones_like(phase), np.cos(phase), np.sin(phase)], axis=1))
+
+
+def _growth(bodies):
+    """Largest size of the perturbation over its start, by linear theory, at the samples."""
+    points = bodies.points
+    omega2 = linear.omega_squared(points["I1"], points["I2"], points["I3"], 1.0, points["axis"])
+    rate = np.sqrt(omega2.astype(complex))[:, None] + 1e-12
+    cosine, sine = np.cos(rate * TIMES).real, (np.sin(rate * TIMES) / rate).real
+    _, b, c = bodies.start.T[:, :, None]
+    _, kb, kc = bodies.k.T[:, :, None]
+    return np.hypot(b * cosine + kb * c * sine, c * cosine + kc * b * sine).max(axis=1)
+
+
+@njit(nogil=True, error_model="numpy", fastmath={"contract"})
+def rate_of(b, c):
+    """Signed rate² (in spin²) and its standard error from the samples of one body, by the house's recurrence."""
+    guess = measure.first_guess(b[2], c[2], b[1], c[1], b[0], c[0])
+    rx, rr, xx = 0.0, 0.0, 0.0
+    for i in range(2, b.size):
+        x, r, s = measure.leftover(b[i], c[i], b[i - 1], c[i - 1], b[i - 2], c[i - 2], guess)
+        rx, rr, xx = rx + x, rr + r, xx + s
+    return measure.estimate(guess, rx, rr, xx, b.size - 2.0, SPACING)
+
+
+@njit(nogil=True, error_model="numpy")
+def rates_of(b, c, out):
+    """Rates of many bodies, from samples (n, times) of any strides, into out (n, 2)."""
+    for i in range(out.shape[0]):
+        out[i] = rate_of(b[i], c[i])
+
+
+def truth(bodies):
+    """Transverse components (n, times, 2) in units of the nudge, from the closed form in mpmath."""
+    with mp.workdps(DIGITS):
+        return np.array([_closed_form(bodies[i : i + 1]) for i in range(len(bodies))])
+
+
+def _closed_form(body):
+    """Samples of one body: the textbook's solution, with L², 2E and a phase found from the start."""
+    I = [mp.mpf(float(body.points[name][0])) for name in ("I1", "I2", "I3")]  # noqa: E741
+    axes = [int(i[0]) for i in rigid_body.cyclic(body.points["axis"])]
+    nudge = mp.mpf(float(body.points["epsilon"][0]))
+    w = [None] * 3
+    for i, x, unit in zip(axes, body.start[0], (1, nudge, nudge), strict=True):
+        w[i] = mp.mpf(float(x)) * unit
+    roles, amplitudes, p, m, u0 = _constants(I, w)
+    samples = np.empty((TIMES.size, 2))
+    for n, t in enumerate(TIMES):
+        u = p * mp.mpf(float(t)) + u0
+        now = {
+            i: x * mp.ellipfun(name, u, m=m) for i, x, name in zip(roles, amplitudes, ("sn", "cn", "dn"), strict=True)
+        }
+        samples[n] = [float(now[i] / nudge) for i in axes[1:]]
+    return samples
+
+
+def _constants(I, w):  # noqa: E741
+    """Roles of the axes (sn, cn, dn), their amplitudes, the elliptic frequency, the parameter and the first phase.
+
+    Source: Landau and Lifshitz, Mechanics, section 37.
+    """
+    momentum = mp.fsum((a * b) ** 2 for a, b in zip(I, w, strict=True))
+    energy = mp.fsum(a * b**2 for a, b in zip(I, w, strict=True))
+    low, s, high = sorted(range(3), key=lambda i: I[i])
+    c, d = (low, high) if energy * I[s] < momentum else (high, low)
+    both = (I[d] - I[s]) * (momentum - energy * I[c])
+    left = energy * I[d] - momentum
+    m, m1 = (I[s] - I[c]) * left / both, (I[d] - I[c]) * (momentum - energy * I[s]) / both
+    of_s = mp.sqrt(left / (I[s] * (I[d] - I[s])))
+    of_c = mp.sqrt(left / (I[c] * (I[d] - I[c])))
+    of_d = mp.sqrt((momentum - energy * I[c]) / (I[d] * (I[d] - I[c]))) * (-1 if w[d] < 0 else 1)
+    if (I[(s + 1) % 3] - I[(s + 2) % 3]) * of_d < 0:  # at cn = 1 the sn component rises as Euler's equation says
+        of_s = -of_s
+    sn, cn = w[s] / of_s, w[c] / of_c
+    u0 = sn * mp.elliprf(cn**2, cn**2 + m1 * sn**2, 1)
+    u0 = u0 if cn >= 0 else mp.sign(sn) * 2 * mp.ellipk(m) - u0
+    return (s, c, d), (of_s, of_c, of_d), mp.sqrt(both / (I[0] * I[1] * I[2])), m, u0
+
+
+def errors(samples, wanted):
+    """Largest distance of each body's samples from the truth, relative to its largest transverse size so far."""
+    apart = np.hypot(*np.moveaxis(samples - wanted, -1, 0))
+    size = np.maximum.accumulate(np.hypot(*np.moveaxis(wanted, -1, 0)), axis=1)
+    return (apart / size).max(axis=1)

@@ -1,0 +1,455 @@
+"""Who races: each in the best mode that we know of, on the same bodies, sampled at the same times.
+
+A contender's ``settings`` are the steps of its accuracy. ``rates(bodies, setting)`` is what is timed: the signed rate²
+and its standard error of every body, and the processor time spent in other processes. ``samples(bodies, setting)``
+gives the samples themselves, from the same solver in the same mode, to be held against the truth.
+"""
+
+import importlib.metadata
+import multiprocessing
+import os
+import time
+from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
+
+import numpy as np
+from bodies import END, SAMPLES, SPACING, TIMES, rate_of, rates_of
+from numba import carray, cfunc, njit, prange
+
+from kernels import direct, lanes, measure, rigid_body, survey
+
+TOLERANCES = tuple(10.0**-n for n in range(6, 13))
+WANTED = ("omega_squared", "omega_squared_stderr", "regime", "status")
+
+
+class Contender:
+    """What all have in common."""
+
+    name, mode, package = "", "", None
+    settings = TOLERANCES
+    size, chunk = 2_000, 1  # bodies in a timed run, and what their number must divide by
+    one_core = False
+
+    def __init__(self, threads):
+        self.threads = 1 if self.one_core else threads
+
+    def version(self):
+        return importlib.metadata.version(self.package)
+
+    def close(self):
+        """End what was started."""
+
+
+class Polhode(Contender):
+    """The survey's kernel on threads of the pipeline's kind."""
+
+    package, size = "numba", 100_000
+    run = (END / (2.0 * np.pi), 2.0 * np.pi / SPACING)
+
+    def __init__(self, threads):
+        super().__init__(threads)
+        self.pool = ThreadPoolExecutor(threads)
+
+    def version(self):
+        return f"this, Numba {super().version()}"
+
+    def rates(self, bodies, setting):
+        parts = np.array_split(np.arange(len(bodies)), self.threads)
+        slices = [slice(part[0], part[-1] + 1) for part in parts if part.size]
+        found = list(self.pool.map(lambda part: self.measured(bodies, part, setting, WANTED), slices))
+        columns = [np.concatenate([part[name] for part in found]) for name in WANTED[:2]]
+        return np.stack(columns, axis=1), 0.0
+
+    def measured(self, bodies, part, tolerance, wanted):
+        points = {name: x[part] for name, x in bodies.points.items()}
+        return survey.measured(points, *self.run, tolerance, self.propagator, wanted)
+
+    def samples(self, bodies, setting):
+        """Samples of the lanes, driven as the survey drives them; its steps a sample must come out the same."""
+        steps = self.measured(bodies, slice(None), setting, ("steps_per_sample",))["steps_per_sample"]
+        samples = np.empty((len(bodies), TIMES.size, 2))
+        for i in range(len(bodies)):
+            order, count = self.step(bodies[i : i + 1], setting)
+            assert count == steps[i], (count, steps[i])
+            _sampled(_row(bodies[i : i + 1], count), order, count, samples[i])
+        return samples
+
+    def close(self):
+        self.pool.shutdown()
+
+
+def _row(body, steps):
+    """One body's values of the rows that lanes.follow asks for."""
+    points = {name: x[0] for name, x in body.points.items()}
+    moments = rigid_body.relabel(points["I1"], points["I2"], points["I3"], points["axis"])
+    return np.array([*moments, 1.0, points["epsilon"], *body.start[0, 1:], SPACING, steps])
+
+
+@njit(error_model="numpy")
+def _sampled(row, order, steps, samples):
+    """Follow one body in all lanes of a block and keep what lane 0 shows."""
+    S = np.zeros(lanes.ROWS * lanes.W)
+    for r in range(row.size):
+        S[lanes.W * r : lanes.W * (r + 1)] = row[r]
+    lanes.begin(S)
+    if order == lanes.EXACT:
+        lanes.begin_exact(S)
+    for k in range(samples.shape[0]):
+        if k > 0:
+            lanes.advance(S, order, steps)
+        samples[k, 0], samples[k, 1] = S[lanes.B], S[lanes.C]
+
+
+class Direct(Polhode):
+    """The direct integrator, uncertified: the others have no certificate either."""
+
+    name, propagator = "Polhode direct", "direct"
+    mode = "Taylor steps of order 8 to 12 chosen per body, 32 lanes, a thread per core"
+
+    @staticmethod
+    def step(body, tolerance):
+        """Order and steps a sample of one body, as the survey chooses them."""
+        size = min(1.0, measure.WINDOW * body.points["epsilon"][0] * np.exp(0.5))
+        coefficients = tuple(direct.truncation(size, order) for order in direct.ORDERS)
+        points = {name: x[0] for name, x in body.points.items()}
+        moments = rigid_body.relabel(points["I1"], points["I2"], points["I3"], points["axis"])
+        bound = max(abs(x) for x in rigid_body.euler_coefficients(*moments))
+        x = bound * SPACING * np.sqrt(1.0 + points["epsilon"] ** 2)
+        return direct.choose(x, coefficients, SAMPLES, tolerance)
+
+
+class Exact(Polhode):
+    """The exact step, one a sample."""
+
+    name, propagator, settings = "Polhode exact", "exact", (0.0,)
+    mode = "exact step of the closed form, one a sample, 32 lanes, a thread per core"
+    step = staticmethod(lambda body, tolerance: (lanes.EXACT, 1))
+
+    def measured(self, bodies, part, tolerance, wanted):
+        return super().measured(bodies, part, 1e-10, wanted)
+
+
+class Heyoka(Contender):
+    """heyoka.py: adaptive Taylor in wide batches, one process per core (its Python side holds the GIL).
+
+    Most of what propagate_grid takes goes into its dense output. Evaluated by Numba instead, from the Taylor
+    coefficients that every step leaves, the same samples come twice as fast; wide batches share the calls from Python.
+    """
+
+    name, package, size = "heyoka.py", "heyoka", 8_192
+    mode = "taylor_adaptive_batch of 64, step(write_tc=True), dense output by Numba, fast_math, a process per core"
+    width, gridded = 64, False
+
+    def __init__(self, threads):
+        super().__init__(threads)
+        import heyoka
+
+        self.width = self.width or heyoka.recommended_simd_size()
+        self.pool = multiprocessing.get_context("spawn").Pool(threads)
+
+    def rates(self, bodies, setting):
+        return self.mapped(_heyoka_rates, bodies, setting)
+
+    def samples(self, bodies, setting):
+        return self.mapped(_heyoka_samples, bodies, setting)[0]
+
+    def mapped(self, work, bodies, setting):
+        """What the processes make of equal shares, the last batch padded; and the processor time that they took."""
+        batches = -(-len(bodies) // self.width)
+        padded = np.arange(batches * self.width) % len(bodies)
+        k, start = (np.ascontiguousarray(x[padded].T) for x in (bodies.k, bodies.start))
+        cuts = np.linspace(0, batches, min(self.threads, batches) + 1).astype(int) * self.width
+        shares = [
+            (setting, k[:, i:j].copy(), start[:, i:j].copy(), self.width, self.gridded) for i, j in pairwise(cuts)
+        ]
+        found = self.pool.starmap(work, shares, chunksize=1)
+        return np.concatenate([out for out, _ in found])[: len(bodies)], sum(spent for _, spent in found)
+
+    def close(self):
+        self.pool.terminate()
+        self.pool.join()
+
+
+class HeyokaGrid(Heyoka):
+    """heyoka.py as its manual shows it."""
+
+    name, width, gridded = "heyoka.py propagate_grid", None, True
+    mode = "taylor_adaptive_batch of the SIMD width, propagate_grid, fast_math, a process per core"
+
+
+_integrators = {}  # of this process, by tolerance and width
+
+
+def _heyoka_integrator(tolerance, width):
+    if (tolerance, width) not in _integrators:
+        import heyoka
+
+        a, b, c = heyoka.make_vars("a", "b", "c")
+        ka, kb, kc = (heyoka.par[i] for i in range(3))
+        _integrators[tolerance, width] = heyoka.taylor_adaptive_batch(
+            [(a, ka * (b * c)), (b, kb * (c * a)), (c, kc * (a * b))],
+            np.ones((3, width)),
+            pars=np.zeros((3, width)),
+            tol=tolerance,
+            compact_mode=False,
+            fast_math=True,
+        )
+    return _integrators[tolerance, width]
+
+
+def _heyoka_batches(tolerance, k, start, width, gridded):
+    """Transverse samples (2, times, width) of batch after batch, in one array that each batch overwrites."""
+    integrator = _heyoka_integrator(tolerance, width)
+    state, pars, coefficients, taken = integrator.state, integrator.pars, integrator.tc, integrator.last_h
+    times = np.repeat(TIMES[:, None], width, axis=1)
+    samples, due = np.empty((2, TIMES.size, width)), np.empty(width, dtype=np.int64)
+    begun, *scratch = (np.empty(width) for _ in range(4))
+    for i in range(0, k.shape[1], width):
+        integrator.set_time(0.0)
+        state[:], pars[:] = start[:, i : i + width], k[:, i : i + width]
+        if gridded:
+            samples = integrator.propagate_grid(times)[1][:, 1:].transpose(1, 0, 2)
+        else:
+            begun[:], due[:] = 0.0, 0
+            waiting = True
+            while waiting:
+                integrator.step(write_tc=True)
+                waiting = _dense_output(coefficients, begun, taken, due, samples, *scratch)
+        yield slice(i, i + width), samples
+
+
+@njit(error_model="numpy", fastmath={"contract"})
+def _dense_output(coefficients, begun, taken, due, samples, t, b, c):
+    """Evaluate each lane's Taylor polynomials at the samples due within its step; lanes innermost, hence packed."""
+    width, last, most, waiting = begun.size, coefficients.shape[1] - 1, 0, False
+    for lane in range(width):
+        most = max(most, _samples_until(begun[lane] + taken[lane]) - due[lane])
+    for n in range(most):
+        of_b, of_c = coefficients[1, last], coefficients[2, last]
+        for lane in range(width):
+            t[lane] = (due[lane] + n) * SPACING - begun[lane]
+            b[lane], c[lane] = of_b[lane], of_c[lane]
+        for term in range(1, last + 1):
+            of_b, of_c = coefficients[1, last - term], coefficients[2, last - term]
+            for lane in range(width):
+                b[lane] = b[lane] * t[lane] + of_b[lane]
+            for lane in range(width):
+                c[lane] = c[lane] * t[lane] + of_c[lane]
+        for lane in range(width):
+            sample = due[lane] + n
+            # a step's polynomial holds a little beyond its end, so rounding may put a sample into either step
+            if sample < TIMES.size and t[lane] <= taken[lane] + 1e-12:
+                samples[0, sample, lane], samples[1, sample, lane] = b[lane], c[lane]
+    for lane in range(width):
+        begun[lane] += taken[lane]
+        due[lane] = max(due[lane], _samples_until(begun[lane]))
+        waiting |= due[lane] < TIMES.size
+    return waiting
+
+
+@njit(error_model="numpy", forceinline=True)
+def _samples_until(t):
+    """Number of samples at times up to t."""
+    return min(int(t / SPACING) + 1, TIMES.size)
+
+
+def _heyoka_rates(tolerance, k, start, *mode):
+    begun = time.process_time()
+    out = np.empty((k.shape[1], 2))
+    for batch, (b, c) in _heyoka_batches(tolerance, k, start, *mode):
+        rates_of(b.T, c.T, out[batch])
+    return out, time.process_time() - begun
+
+
+def _heyoka_samples(tolerance, k, start, *mode):
+    batches = _heyoka_batches(tolerance, k, start, *mode)
+    return np.concatenate([samples.transpose(2, 1, 0).copy() for _, samples in batches]), 0.0
+
+
+class Numbalsoda(Contender):
+    """numbalsoda: Hairer's dop853 in Fortran, called from compiled code with a compiled right-hand side."""
+
+    name, package, size = "numbalsoda dop853", "numbalsoda", 8_000
+    mode = "dop853 under prange, right-hand side a Numba cfunc, a thread per core"
+
+    def __init__(self, threads):
+        super().__init__(threads)
+        from numbalsoda import dop853, lsoda_sig
+
+        @cfunc(lsoda_sig)
+        def right_hand_side(t, w_, dw_, k_):
+            w, dw, k = carray(w_, (3,)), carray(dw_, (3,)), carray(k_, (3,))
+            dw[0], dw[1], dw[2] = k[0] * (w[1] * w[2]), k[1] * (w[2] * w[0]), k[2] * (w[0] * w[1])
+
+        @njit(parallel=True, error_model="numpy")
+        def run(address, k, start, times, tolerance, out, kept):
+            for i in prange(k.shape[0]):
+                w, _ = dop853(address, start[i], times, data=k[i], rtol=tolerance, atol=tolerance)
+                out[i] = rate_of(w[:, 1], w[:, 2])
+                if kept.size > 0:
+                    kept[i] = w[:, 1:]
+
+        self.right_hand_side, self.run = right_hand_side, run
+
+    def rates(self, bodies, setting, kept=None):
+        out, kept = np.empty((len(bodies), 2)), np.empty((0, TIMES.size, 2)) if kept is None else kept
+        self.run(self.right_hand_side.address, bodies.k, bodies.start, TIMES, setting, out, kept)
+        return out, 0.0
+
+    def samples(self, bodies, setting):
+        kept = np.empty((len(bodies), TIMES.size, 2))
+        self.rates(bodies, setting, kept)
+        return kept
+
+
+class CyRK(Contender):
+    """CyRK: DOP853 in C++, called from compiled code with a compiled right-hand side."""
+
+    name, package, size = "CyRK DOP853", "CyRK", 8_000
+    mode = "nbsolve2_ivp under prange, right-hand side a Numba cfunc, a thread per core"
+
+    def __init__(self, threads):
+        super().__init__(threads)
+        from CyRK import cyjit, nbsolve2_ivp
+
+        @cyjit
+        def right_hand_side(dw, t, w, k):
+            dw[0], dw[1], dw[2] = k[0] * (w[1] * w[2]), k[1] * (w[2] * w[0]), k[2] * (w[0] * w[1])
+
+        @njit(parallel=True, error_model="numpy")
+        def run(address, k, start, times, tolerance, out, kept):
+            for i in prange(k.shape[0]):
+                found = nbsolve2_ivp(
+                    address, (times[0], times[-1]), start[i], "DOP853", times, False, k[i], tolerance, tolerance
+                )
+                w = found.y
+                out[i] = rate_of(w[1], w[2])
+                if kept.size > 0:
+                    kept[i] = w[1:].T
+                found.free()
+
+        self.right_hand_side, self.run = right_hand_side, run
+
+    rates, samples = Numbalsoda.rates, Numbalsoda.samples
+
+
+class DiffraxFixed(Contender):
+    """diffrax: Dopri8 over a batch, by so many equal steps a sample, which spares it the error control."""
+
+    name, package, chunk, settings = "diffrax Dopri8, fixed", "diffrax", 4_096, (1, 2, 3)
+    mode = "vmap, x64, jit, StepTo with every sample a step, a thread per core over chunks of 2,048"
+    width = 2_048
+
+    def __init__(self, threads):
+        super().__init__(threads)
+        import jax
+
+        jax.config.update("jax_enable_x64", True)
+        import diffrax
+
+        self.jax, self.diffrax = jax, diffrax
+        self.pool = ThreadPoolExecutor(threads)
+        self.size = self.chunk
+        self.solve = jax.jit(jax.vmap(self.one, in_axes=(0, 0, None)), static_argnums=self.static)
+
+    static = (2,)
+
+    def version(self):
+        return f"{super().version()}, JAX {importlib.metadata.version('jax')}"
+
+    def one(self, start, k, steps):
+        """Samples of one body."""
+        times = self.jax.numpy.linspace(0.0, END, SAMPLES * steps + 1)
+        controller = self.diffrax.StepTo(times)
+        saved = self.diffrax.SaveAt(t0=True, steps=True)
+        b, c = self.solved(start, k, controller, None, saved, SAMPLES * steps)
+        return b[::steps], c[::steps]
+
+    def solved(self, start, k, controller, first, saved, most):
+        """Samples of the transverse components: a tuple for a state is faster than an array of three."""
+
+        def right_hand_side(t, w, k):
+            return k[0] * (w[1] * w[2]), k[1] * (w[2] * w[0]), k[2] * (w[0] * w[1])
+
+        found = self.diffrax.diffeqsolve(
+            self.diffrax.ODETerm(right_hand_side),
+            self.diffrax.Dopri8(),
+            0.0,
+            END,
+            first,
+            tuple(start),
+            args=tuple(k),
+            saveat=saved,
+            stepsize_controller=controller,
+            max_steps=most,
+            throw=False,
+        )
+        return found.ys[1], found.ys[2]
+
+    def rates(self, bodies, setting):
+        out = np.empty((len(bodies), 2))
+
+        def part(chunk):
+            b, c = self.solve(bodies.start[chunk], bodies.k[chunk], setting)
+            rates_of(np.asarray(b), np.asarray(c), out[chunk])
+
+        list(self.pool.map(part, self.chunks(bodies)))
+        return out, 0.0
+
+    def chunks(self, bodies):
+        return [slice(i, i + self.width) for i in range(0, len(bodies), self.width)]
+
+    def samples(self, bodies, setting):
+        padded = bodies[np.arange(self.width) % len(bodies)]  # the compiled shape
+        b, c = self.solve(padded.start, padded.k, setting)
+        return np.stack([b, c], axis=-1)[: len(bodies)]
+
+    def close(self):
+        self.pool.shutdown()
+
+
+class DiffraxAdaptive(DiffraxFixed):
+    """diffrax as its manual shows it: Dopri8 with a PID controller and samples by dense output."""
+
+    name, settings, static = "diffrax Dopri8, adaptive", TOLERANCES, ()
+    mode = "vmap, x64, jit, PIDController, a thread per core over chunks of 2,048"
+
+    def one(self, start, k, tolerance):
+        controller = self.diffrax.PIDController(rtol=tolerance, atol=tolerance)
+        return self.solved(start, k, controller, 0.3, self.diffrax.SaveAt(ts=TIMES), None)
+
+
+class SciPy(Contender):
+    """SciPy's solve_ivp, body after body."""
+
+    name, package, size, one_core = "SciPy DOP853", "scipy", 12, True
+    mode = "solve_ivp in a loop, one core, right-hand side on plain floats"
+
+    def rates(self, bodies, setting):
+        out = np.empty((len(bodies), 2))
+        samples = self.samples(bodies, setting)
+        rates_of(samples[:, :, 0], samples[:, :, 1], out)
+        return out, 0.0
+
+    def samples(self, bodies, setting):
+        from scipy.integrate import solve_ivp
+
+        samples = np.empty((len(bodies), TIMES.size, 2))
+        for i in range(len(bodies)):
+            ka, kb, kc = bodies.k[i].tolist()
+
+            def right_hand_side(t, w, ka=ka, kb=kb, kc=kc):
+                a, b, c = w.tolist()
+                return ka * (b * c), kb * (c * a), kc * (a * b)
+
+            found = solve_ivp(right_hand_side, (0.0, END), bodies.start[i], "DOP853", TIMES, rtol=setting, atol=setting)
+            samples[i] = found.y[1:].T
+        return samples
+
+
+ALL = (Direct, Exact, Heyoka, HeyokaGrid, Numbalsoda, CyRK, DiffraxAdaptive, DiffraxFixed, SciPy)
+
+
+def cores():
+    """Processors that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()

@@ -1,0 +1,135 @@
+import json
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import bodies as task
+import contenders
+import mpmath as mp
+import numpy as np
+import pytest
+import race
+import roof
+from scipy.integrate import solve_ivp
+
+from kernels import direct, survey
+
+SCRIPT = Path(race.__file__)
+
+
+@pytest.fixture(scope="module")
+def drawn():
+    return task.draw(300)
+
+
+@pytest.fixture(scope="module")
+def told(tmp_path_factory):
+    """What the whole race leaves behind, with next to no bodies and whoever is installed."""
+    out = tmp_path_factory.mktemp("race")
+    command = [sys.executable, str(SCRIPT), "--tiny", "--threads", "2", "--out", str(out)]
+    done = subprocess.run(command, cwd=SCRIPT.parents[2], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return json.loads((out / "race.json").read_text()), (out / "race.md").read_text(), out / "race.png"
+
+
+def test_everybody_races_or_is_a_row_that_says_why(told):
+    result, table, _ = told
+    raced = {entry["name"] for entry in result["entries"]}
+    assert raced | set(result["absent"]) == {kind.name for kind in contenders.ALL}
+    assert {"Polhode direct", "Polhode exact", "SciPy DOP853"} <= raced
+    for name, why in result["absent"].items():
+        assert f"| {name} | – " in table
+        assert why in table
+
+
+def test_everybody_solves_the_task(told):
+    for entry in told[0]["entries"]:
+        # adaptive solvers keep their tolerance each step; over the run errors of 600 tolerances were seen (Dopri8's
+        # dense output); fixed steps and the exact step are good to 1e-11 at any setting
+        bound = 5e3 * entry["setting"] if 0 < entry["setting"] < 1 else 1e-11
+        assert entry["error"] < bound, entry["name"]
+        # the rate comes from the samples, whose second differences divide their errors by the spacing squared
+        assert entry["rate_error"] < 40 * max(bound, 1e-14), entry["name"]
+
+
+def test_everybody_is_timed_in_every_round(told):
+    result = told[0]
+    for entry in (*result["entries"], result["roof"]):
+        assert len(entry["wall"]) == len(entry["processor"]) == result["machine"]["rounds"]
+        assert min(entry["wall"] + entry["processor"]) > 0
+    assert all(name in told[1] for name in result["ratios"])
+
+
+def test_figure_is_a_picture(told):
+    assert told[2].read_bytes().startswith(b"\x89PNG")
+
+
+def test_bodies_can_exist_and_keep_their_window_open_to_the_end(drawn):
+    I1, I2, I3 = (drawn.points[name] for name in ("I1", "I2", "I3"))
+    assert (2 * np.maximum(np.maximum(I1, I2), I3) <= I1 + I2 + I3).all()
+    assert set(drawn.points["axis"]) == {1, 2, 3}
+    used = survey.measured(drawn.points, *contenders.Polhode.run, 1e-10, wanted=("samples_used", "regime"))
+    assert (used["samples_used"] == task.TIMES.size).all()
+    assert len(set(used["regime"])) == 3  # about the least, the middle and the greatest moment
+
+
+def test_truth_is_the_solution_of_eulers_equations(drawn):
+    few = drawn[::60]
+    wanted = task.truth(few)
+    for i in range(len(few)):
+        found = solve_ivp(
+            lambda t, w, k=few.k[i]: (k[0] * w[1] * w[2], k[1] * w[2] * w[0], k[2] * w[0] * w[1]),
+            (0.0, task.END), few.start[i], "DOP853", task.TIMES, rtol=1e-13, atol=1e-13,
+        )  # fmt: skip
+        # DOP853 at this tolerance keeps some 10 of its tolerances
+        assert task.errors(found.y[1:].T[None], wanted[i : i + 1])[0] < 1e-11
+
+
+def test_thirty_digits_are_enough_for_the_truth(drawn, monkeypatch):
+    few = drawn[::150]
+    wanted = task.truth(few)
+    monkeypatch.setattr(task, "DIGITS", 60)
+    assert np.abs(task.truth(few) - wanted).max() < 1e-15  # what is left of 30 digits where 1e-12 cancels, in doubles
+    assert mp.mp.dps == 15
+
+
+def test_error_is_relative_to_the_largest_size_so_far():
+    wanted = np.array([[[3.0, 4.0], [0.0, 1.0], [0.0, 10.0]]])
+    shift = np.array([[0.0, 0.0], [0.5, 0.0], [0.0, 0.5]])
+    assert task.errors(wanted + shift, wanted) == pytest.approx([0.1])
+
+
+@pytest.mark.parametrize("order", direct.ORDERS)
+def test_operations_of_a_step_are_those_of_its_recurrence(order):
+    # term n + 1: n + 1 products and n sums, times k/(n + 1), itself a product but for n = 0; then N sums
+    component = sum((n + 1) + n + 1 + (n > 0) for n in range(order)) + order
+    assert roof.step_flops(order) == 3 * component
+
+
+def test_chains_of_the_roof_do_all_their_links():
+    S = np.linspace(0.5, 1.5, roof.CHAINS * 32).reshape(roof.CHAINS, 32).repeat(roof.LANES // 32, axis=1)
+    begun = S.copy()
+    roof.multiply_adds(S, 0.9999, 0.0)
+    # each link multiplies once: (LINKS * PASSES) roundings of 1e-16
+    assert pytest.approx(begun * 0.9999 ** (roof.LINKS * roof.PASSES), rel=1e-12) == S
+
+
+def entries(*errors):
+    return [race.Entry("x", 1.0, 1, 1, error=error) for error in errors]
+
+
+def test_speed_at_an_error_lies_between_settings_in_log_log():
+    assert race.speed_at(entries(1e-8, 1e-12), 1e-10, [400.0, 100.0]) == pytest.approx(200.0)
+
+
+def test_settings_that_another_beats_in_both_do_not_count():
+    assert race.speed_at(entries(1e-8, 1e-10, 1e-12), 1e-10, [400.0, 50.0, 100.0]) == pytest.approx(200.0)
+
+
+def test_a_contender_that_is_always_better_is_taken_at_its_fastest():
+    assert race.speed_at(entries(1e-11, 1e-13), 1e-10, [400.0, 500.0]) == pytest.approx(500.0)
+
+
+def test_a_contender_that_is_never_good_enough_has_no_speed():
+    assert math.isnan(race.speed_at(entries(1e-6, 1e-9), 1e-10, [400.0, 100.0]))
