@@ -74,6 +74,7 @@ rule shard:
             PLANS[wildcards.sweep].definition.system
         ).fingerprint(),
         definition=lambda wildcards: PLANS[wildcards.sweep].definition.text,
+        inputs=lambda wildcards: PLANS[wildcards.sweep].definition.inputs,
     message:
         "Measuring shard {wildcards.k} of {wildcards.n} of {wildcards.sweep}"
     shell:

@@ -138,4 +138,4 @@ def provenance(definition: Definition) -> dict:
         "system": definition.system,
         "definition": definition.text,
         "kernel_fingerprint": system.fingerprint(),
-    }
+    } | ({"inputs": definition.inputs} if definition.inputs else {})

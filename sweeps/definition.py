@@ -103,6 +103,7 @@ class Definition(Strict):
     )
     _name: str = PrivateAttr(DEFAULT_NAME)
     _text: str = PrivateAttr("")
+    _folder: str = PrivateAttr("")
 
     @property
     def name(self) -> str:
@@ -114,9 +115,14 @@ class Definition(Strict):
         """The YAML as run: the file's own text, or the mapping written as YAML."""
         return self._text
 
+    @property
+    def inputs(self) -> str:
+        """The files that the definition names, one a line with the SHA-256 of its content; empty without any."""
+        return ""
+
     def __reduce__(self):
         """Travels between processes as its text: the models of a system need not be importable by name."""
-        return _from_text, (self._text, self._name)
+        return _from_text, (self._text, self._name, self._folder)
 
 
 def load(source: str | Path | Mapping, name: str | None = None) -> Definition:
@@ -136,7 +142,8 @@ def load(source: str | Path | Mapping, name: str | None = None) -> Definition:
     label = os.fspath(source) if isinstance(source, str | Path) else "definition"
     try:
         name = _sweep_name(source) if name is None else _checked_name(name)
-        return _validated(*_text_and_values(source), name)
+        folder = os.path.dirname(label) if isinstance(source, str | Path) else ""
+        return _validated(*_text_and_values(source), name, os.path.abspath(folder))
     except UnreadableError as unreadable:
         raise DefinitionError(message(label, [unreadable.problem])) from None
     except _InvalidError as invalid:
@@ -167,21 +174,21 @@ def _text_and_values(source: Any) -> tuple[str | None, dict]:
     return text, values
 
 
-def _validated(text: str | None, values: dict, name: str) -> Definition:
+def _validated(text: str | None, values: dict, name: str, folder: str) -> Definition:
     # Another system has other keys in its grid: to list them as unknown would mislead.
     model = _system(values.get("system", systems.DEFAULT)).model
     try:
-        definition = model.model_validate({"title": name, **values})
+        definition = model.model_validate({"title": name, **values}, context={"folder": folder})
     except ValidationError as error:
         raise _InvalidError(validation_problems(error, model)) from None
-    definition._name = name
+    definition._name, definition._folder = name, folder
     definition._text = as_yaml(values) if text is None else text
     systems.resolve(definition.system).check(definition)
     return definition
 
 
-def _from_text(text: str, name: str) -> Definition:
-    return _validated(text, plain(read_text(text)), name)
+def _from_text(text: str, name: str, folder: str) -> Definition:
+    return _validated(text, plain(read_text(text)), name, folder)
 
 
 def _system(name: Any) -> systems.System:

@@ -18,7 +18,11 @@ _MAX_PROBLEMS_SHOWN = 10
 _SHOWN_CHARACTERS = 60
 
 
-class DefinitionError(ValueError):
+class RefusedError(ValueError):
+    """What is wrong with what a person gave; `str()` is the whole message."""
+
+
+class DefinitionError(RefusedError):
     """What is wrong with a definition; `str()` is the whole message, one line a problem."""
 
 

@@ -18,12 +18,13 @@ from sweeps.content import as_bytes
 from sweeps.definition import Definition
 from sweeps.files import replaced
 from sweeps.grid import Grid
+from sweeps.refusals import RefusedError
 
 BLOCK_POINTS = 2**17  # measured at once
 READ_POINTS = 2**19  # read at once
 
 
-class MapError(ValueError):
+class MapError(RefusedError):
     """What is wrong with a file that should be a map or a shard; `str()` is the message for a person."""
 
 
@@ -83,10 +84,24 @@ def _create(file: netCDF4.Dataset, definition: Definition, start: int, stop: int
         {
             "first_point": str(start),  # as text: a grid may have more points than an attribute's integer
             "point_after_last": str(stop),
-            "definition": definition.text,
-            "kernel_fingerprint": systems.resolve(definition.system).fingerprint(),
+            **identity(definition),
         }
     )
+
+
+def identity(definition: Definition) -> dict[str, str]:
+    """Attributes that say of which definition, files beside it and kernels a shard or a map is."""
+    kernels = systems.resolve(definition.system).fingerprint()
+    return {"definition": definition.text, "inputs": definition.inputs, "kernel_fingerprint": kernels}
+
+
+def holds_shard(path: str | Path, definition: Definition, number: int, count: int) -> bool:
+    """Whether a file holds shard `number` of `count` of a definition, as these kernels measure it."""
+    try:
+        with Shard(path, definition) as shard:
+            return (shard.first, shard.after) == Grid(definition).shard_bounds(count)[number - 1]
+    except MapError:
+        return False
 
 
 def _measure(definition: Definition, grid: Grid, low: int, high: int, threads: int) -> tuple[dict, int]:
@@ -131,8 +146,7 @@ class Shard:
 
     def _check(self, definition: Definition) -> None:
         held = {name: self._file.getncattr(name) for name in self._file.ncattrs()}
-        kernels = systems.resolve(definition.system).fingerprint()
-        wanted = {"definition": definition.text, "kernel_fingerprint": kernels}
+        wanted = identity(definition)
         for name, value in wanted.items():
             if name in held and held[name] != value:
                 allowed = "shards of this definition and kernels"

@@ -23,7 +23,7 @@ from sweeps.files import replaced
 from sweeps.grid import Grid
 from sweeps.reading import plain, read_text
 from sweeps.refusals import UnreadableError
-from sweeps.shards import DamagedError, MapError, Shard, write_shard
+from sweeps.shards import DamagedError, MapError, Shard, identity, write_shard
 from sweeps.systems.oscillator import VARIABLES as OSCILLATIONS
 from sweeps.variables import Variable
 
@@ -164,6 +164,33 @@ def write_map(ds: xr.Dataset, path: str | Path) -> str:
             temporary, engine="netcdf4", format="NETCDF4", encoding=encoding
         )
     return digest
+
+
+def write_part(ds: xr.Dataset, path: str | Path, command: str) -> str:
+    """Writes what `command` made of a map, for programs that show lines and planes, and returns its content hash.
+
+    What is no dimension any more stays as a scalar coordinate; text becomes characters, which CDO and ncview can read.
+    """
+    texts = {name: {"dtype": "S1"} for name, variable in ds.variables.items() if variable.dtype.kind in "OU"}
+    floats = {name: {"_FillValue": np.nan} for name, variable in ds.data_vars.items() if variable.dtype.kind == "f"}
+    others = {name: {"_FillValue": None} for name in ds.variables if name not in texts and name not in floats}
+    ds = ds.load().drop_encoding()
+    digest = content_hash(ds)
+    history = f"{_history()} {command}\n{ds.attrs.get('history', '')}".strip()
+    with replaced(path) as temporary:
+        ds.assign_attrs(history=history, content_hash=digest).to_netcdf(
+            temporary, engine="netcdf4", format="NETCDF4", encoding=texts | floats | others
+        )
+    return digest
+
+
+def holds_map(path: str | Path, definition: Definition) -> bool:
+    """Whether a file holds the map of a definition, as these kernels measure it."""
+    try:
+        with open_map(path) as ds:
+            return all(ds.attrs.get(name, "") == value for name, value in identity(definition).items())
+    except MapError:
+        return False
 
 
 def _open(path: str | Path, **options) -> xr.Dataset:

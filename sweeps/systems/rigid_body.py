@@ -1,15 +1,18 @@
 """The free rigid body, spun about a principal axis and nudged: its definition, its columns and its pictures."""
 
+import hashlib
 from collections.abc import Callable, Iterator, Mapping
+from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, PrivateAttr, ValidationInfo, model_validator
 
-from sweeps import parameters
+from sweeps import inertia, parameters
 from sweeps.definition import Definition, Integration
 from sweeps.parameters import Parameter, Quantity, Range, grid_model, spread
-from sweeps.refusals import Problem, description_of, display, hint, keys_of, refusals
+from sweeps.refusals import Problem, description_of, display, hint, keys_of, refusal, refusals
 from sweeps.systems.system import System
 from sweeps.values import (
     MIN_SPIN_RATE,
@@ -23,6 +26,7 @@ from sweeps.values import (
     ascending,
     choice,
     different,
+    finite,
     line_of_text,
     not_empty,
     spin_rate,
@@ -203,6 +207,37 @@ class Ratios(Strict):
     I3: Moment = Field(description="I3 in the same unit: finite, > 0")
 
 
+_ROWS = "3 rows of 3 finite numbers: [[Ixx, Ixy, Ixz], [Iyx, Iyy, Iyz], [Izx, Izy, Izz]]"
+
+
+def _tensor(value: object) -> tuple[tuple[float, ...], ...]:
+    rows = value if isinstance(value, tuple | list) else ()
+    if len(rows) != 3 or not all(isinstance(row, tuple | list) and len(row) == 3 for row in rows):
+        raise refusal("is no tensor of inertia", _ROWS)
+    return tuple(tuple(finite(entry, _ROWS) for entry in row) for row in rows)
+
+
+class Mesh(Strict):
+    """A body as the closed surface that bounds it, evenly filled."""
+
+    file: Annotated[str, line_of_text(1000)] = Field(
+        description="an STL, OBJ, PLY or OFF file, its path relative to the definition's"
+    )
+    density: Positive = Field(default=None, description="density, kg m-3: finite, > 0")
+    mass: Positive = Field(default=None, description="mass of the whole body, kg, in place of density: finite, > 0")
+    unit: Annotated[str, choice(tuple(inertia.UNITS))] = Field(
+        "m", description="what the file's lengths are in: " + ", ".join(inertia.UNITS)
+    )
+
+    @model_validator(mode="after")
+    def _check_density(self) -> "Mesh":
+        if (self.density is None) == (self.mass is None):
+            wrong = "is missing" if self.density is None else "is given beside mass"
+            shown = "(nothing)" if self.density is None else display(self.density)
+            raise refusals([Problem(("density",), shown, wrong, "density (kg m-3) or mass (kg), one of them")])
+        return self
+
+
 class Observed(Strict):
     """What people measured of a body's motion: for comparison only, nothing is computed from it."""
 
@@ -220,6 +255,12 @@ class Body(Strict):
     I2: Moment = Field(default=None, description="moment of inertia about axis 2, kg m2: finite, > 0")
     I3: Moment = Field(default=None, description="moment of inertia about axis 3, kg m2: finite, > 0")
     ratios: Ratios = Field(default=None, description="{I1, I2, I3} in place of moments, in any one unit")
+    tensor: Annotated[tuple, BeforeValidator(_tensor)] = Field(
+        default=None,
+        description="the whole tensor of inertia about the centre of mass, kg m2, in place of moments, symmetric, "
+        f"off-diagonal entries minus the products of inertia; {_ROWS}",
+    )
+    mesh: Mesh = Field(default=None, description="{file, density or mass, unit} in place of moments")
     omega0: SpinRate = Field(default=None, description="the body's own spin rate, rad s-1: 1e-150 ≤ |omega0| ≤ 1e150")
     epsilon: Epsilon = Field(default=None, description="the body's own size of the nudge, relative: 0 < epsilon < 1")
     phase: Phase = Field(default=None, description="the body's own direction of the nudge, rad: finite")
@@ -228,23 +269,62 @@ class Body(Strict):
     note: Prose = Field(default=None, description="what a reader should know: text")
     observed: Observed = Field(default=None, description="what people measured: {period_days, what}")
 
+    _principal: inertia.Principal | None = PrivateAttr(None)
+    _solid: inertia.Solid | None = PrivateAttr(None)
+    _digest: str = PrivateAttr("")
+
     @property
     def moments(self) -> tuple[float, float, float]:
-        """(I1, I2, I3): kg m2, or in the unit of `ratios` where only those are known."""
+        """(I1, I2, I3): kg m2, or in the unit of `ratios` where only those are known; ascending from tensor or mesh."""
+        if self._principal is not None:
+            return self._principal.moments
         given = self if self.ratios is None else self.ratios
         return given.I1, given.I2, given.I3
 
+    @property
+    def principal(self) -> inertia.Principal | None:
+        """Principal moments and axes, where they come from a tensor or a mesh."""
+        return self._principal
+
+    @property
+    def solid(self) -> inertia.Solid | None:
+        """Mass properties, where they come from a mesh."""
+        return self._solid
+
+    @property
+    def input(self) -> str:
+        """The mesh's file as the definition names it, with the SHA-256 of its content; empty without a mesh."""
+        return f"{self.mesh.file} {self._digest}" if self.mesh else ""
+
     @model_validator(mode="after")
-    def _check_moments(self) -> "Body":
-        either = "I1, I2 and I3 in kg m2, or ratios: {I1, I2, I3}, not both"
+    def _check_moments(self, info: ValidationInfo) -> "Body":
+        either = "I1, I2 and I3 in kg m2, or ratios: {I1, I2, I3}, or tensor, or mesh: {file, …}, one of these"
         given = [name for name in MOMENTS if getattr(self, name) is not None]
-        if self.ratios is not None:
-            wrong = [(name, display(getattr(self, name)), "is given beside ratios") for name in given]
+        others = [name for name in ("ratios", "tensor", "mesh") if getattr(self, name) is not None]
+        if others:
+            wrong = [
+                (name, display(getattr(self, name)), f"is given beside {others[0]}") for name in given + others[1:]
+            ]
         else:
             wrong = [(name, "(nothing)", "is missing") for name in MOMENTS if name not in given]
         if wrong:
             raise refusals([Problem((name,), shown, what, either) for name, shown, what in wrong])
+        self._find_principal((info.context or {}).get("folder", ""))
         return self
+
+    def _find_principal(self, folder: str) -> None:
+        try:
+            if self.tensor is not None:
+                self._principal = inertia.principal(self.tensor)
+            elif self.mesh is not None:
+                path = Path(folder) / self.mesh.file
+                self._solid = inertia.solid(path, self.mesh.density, self.mesh.mass, self.mesh.unit)
+                self._principal = self._solid.principal
+                self._digest = hashlib.sha256(path.read_bytes()).hexdigest()
+        except inertia.InertiaError as error:
+            where = ("tensor",) if self.mesh is None else ("mesh", "file")
+            shown = error.shown if self.mesh is None else display(self.mesh.file)
+            raise refusals([Problem(where, shown, error.wrong, error.allowed)]) from None
 
 
 class RigidBodyIntegration(Integration):
@@ -321,6 +401,11 @@ class RigidBodyDefinition(Definition):
         RigidBodyIntegration(),
         description="how each run is made: a mapping with " + keys_of(RigidBodyIntegration),
     )
+
+    @cached_property
+    def inputs(self) -> str:
+        """The meshes of the bodies, one a line with the SHA-256 of its content."""
+        return "\n".join(body.input for body in self.bodies if body.mesh is not None)
 
     def is_per_body(self, parameter: str) -> bool:
         """Whether `parameter` (I1 … phase) is a coordinate on `body` rather than a dimension."""

@@ -1,0 +1,6 @@
+"""The commands of `python -m sweeps`, one module each; a module imports what is heavy only when its command runs.
+
+Each module has `add(commands)`, which describes the command to argparse, and the function that runs it.
+"""
+
+NAMES = ("check", "run", "show", "point", "slice", "body", "compile", "shard", "merge", "figures", "report")

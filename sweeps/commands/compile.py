@@ -1,0 +1,20 @@
+"""`compile`: the kernels, once per machine."""
+
+from pathlib import Path
+
+from sweeps.commands import parser
+
+
+def add(commands) -> None:
+    """Describes the command."""
+    command = parser.add(commands, "compile", "compile the kernels, once per machine", _run)
+    command.add_argument("-o", "--output", metavar="FILE", help="write the kernels' fingerprint to FILE")
+
+
+def _run(args):
+    from kernels.fingerprint import fingerprint
+    from sweeps import warmup
+
+    warmup.compile_kernels()
+    if args.output:
+        Path(args.output).write_text(fingerprint() + "\n")

@@ -1,0 +1,19 @@
+"""`merge`: all shards of a sweep into its map."""
+
+from sweeps.commands import parser
+
+
+def add(commands) -> None:
+    """Describes the command."""
+    command = parser.add(commands, "merge", "merge all shards of a sweep into its map", _run)
+    parser.add_definition(command)
+    command.add_argument("shards", nargs="+", metavar="SHARD", help="the files that `shard` wrote, in any order")
+    command.add_argument("-o", "--output", metavar="FILE", required=True, help="the map to write")
+    command.add_argument("--threads", type=int, default=1, metavar="T", help="threads (default 1); change no result")
+
+
+def _run(args):
+    from sweeps import catalogue, storage
+
+    planned = catalogue.plan(catalogue.resolve(args.definition))
+    print(f"content_hash {storage.merge(planned.definition, args.shards, args.output, args.threads)}")

@@ -1,0 +1,68 @@
+"""argparse as the commands need it: negative numbers of any spelling, and `--COORDINATE VALUE` of any map."""
+
+import argparse
+import re
+
+_NEGATIVE = re.compile(r"-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser of one command, or of the choice between them.
+
+    With `takes_coordinates`, whatever option is not the command's own counts as a coordinate's name: `--I1 0.5` and
+    `--I1=0.5` come out in `coordinates`, {"I1": "0.5"}. Which names there are, only the map knows.
+    """
+
+    takes_coordinates = False
+
+    def parse_known_args(self, args=None, namespace=None):
+        """As argparse has it; `namespace.coordinates` where they are taken."""
+        arguments, coordinates = self._without_coordinates(list(args or ()))
+        # a blank in front keeps argparse from taking -1e-3 for an option
+        arguments = [f" {text}" if _NEGATIVE.fullmatch(text) else text for text in arguments]
+        namespace, rest = super().parse_known_args(arguments, namespace)
+        if self.takes_coordinates:
+            namespace.coordinates = coordinates
+        return namespace, rest
+
+    def _without_coordinates(self, arguments: list[str]) -> tuple[list[str], dict[str, str]]:
+        kept, coordinates = [], {}
+        while self.takes_coordinates and arguments:
+            name, equals, value = (text := arguments.pop(0)).partition("=")
+            if not name.startswith("--") or len(name) < 3 or name in self._option_string_actions:
+                kept.append(text)
+                continue
+            if not equals and not arguments:
+                self.error(f"{name}: a value is missing")
+            coordinates[name[2:]] = value if equals else arguments.pop(0)
+        return kept + arguments, coordinates
+
+
+def add(commands, name: str, help_text: str, run, epilog: str | None = None) -> Parser:
+    """Adds a command that calls `run` with its arguments, and returns its parser."""
+    parser = commands.add_parser(
+        name,
+        help=help_text,
+        description=help_text[0].upper() + help_text[1:] + ".",
+        epilog=epilog,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    parser.set_defaults(run=run)
+    return parser
+
+
+def add_definition(parser: Parser, **options) -> None:
+    """The argument DEFINITION."""
+    text = "a sweep that ships, or the path of a YAML file"
+    parser.add_argument("definition", metavar="DEFINITION", help=text, **options)
+
+
+def add_map(parser: Parser) -> None:
+    """The argument MAP."""
+    parser.add_argument("map", metavar="MAP", help="a map, results/<sweep>/stability_map.nc")
+
+
+def add_json(parser: Parser) -> None:
+    """The option --json."""
+    parser.add_argument("--json", action="store_true", help="print JSON, for machines (a missing number is null)")

@@ -1,0 +1,101 @@
+"""`point`: one point of a map, with units, and its motion."""
+
+from sweeps.commands import parser
+
+EPILOG = """\
+Give each dimension that is longer than one a value, --DIMENSION VALUE; the grid's nearest is taken, and said.
+
+  python -m sweeps point results/tennis_racket/stability_map.nc \\
+      --axis 2 --I1 0.00121 --I2 0.01638 --I3 0.01748 --omega0 10 --trajectory racket.csv
+
+--trajectory writes omega(t) in the body's axes, from the closed form (omega1 … omega3) and, for a rigid body, step by
+step (omega1_direct …), over two flips or two turns of the nudge unless --duration says else.
+"""
+
+
+def add(commands) -> None:
+    """Describes the command."""
+    command = parser.add(commands, "point", "say all that a map knows of one point", _run, EPILOG)
+    command.takes_coordinates = True
+    parser.add_map(command)
+    command.add_argument("--trajectory", metavar="FILE", help="write its motion, as FILE.nc or FILE.csv")
+    command.add_argument("--duration", type=float, metavar="SECONDS", help="length of that motion")
+    command.add_argument("--samples", type=int, metavar="N", help="instants in that motion, both ends included")
+    parser.add_json(command)
+
+
+def _run(args):
+    from sweeps import motion, selection, storage
+
+    if args.trajectory:
+        motion.check_format(args.trajectory)
+    with storage.open_map(args.map) as ds:
+        places = selection.nearest(ds, args.coordinates)
+        dims = selection.left(ds, places)
+        if dims:
+            what = f"{len(dims)} dimensions are left ({', '.join(dims)})"
+            raise selection.SelectionError(
+                f"{args.map}: {what}; allowed: a value for each, {selection.how_to_choose(ds, dims)}"
+            )
+        row = selection.at(ds, places).load()
+    if args.trajectory:
+        _write_motion(row, args)
+    _print(row, places, args.json)
+
+
+def _write_motion(row, args) -> None:
+    from sweeps import motion, systems
+    from sweeps.reading import plain, read_text
+
+    system = str(row.attrs.get("system", systems.DEFAULT))
+    point = {name: row[name].item() for name in row.coords if row[name].ndim == 0}
+    tolerance = plain(read_text(row.attrs["definition"])).get("integration", {}).get("tolerance", 1e-10)
+    moved = motion.of(system, point, args.duration, args.samples, tolerance)
+    kept = {name: row.attrs[name] for name in ("title", "source", "Conventions", "kernel_fingerprint")}
+    kept["point"] = ", ".join(f"{name} = {value}" for name, value in point.items())
+    motion.write(moved.assign_attrs(kept), args.trajectory)
+
+
+def _print(row, places, as_json: bool) -> None:
+    from sweeps.commands import printing
+
+    if as_json:
+        printing.print_json({"point": _entries(row, row.coords), "variables": _entries(row, row.data_vars)})
+        return
+    console = printing.console()
+    for place in places.values():
+        console.print(str(place))
+    for name in row.coords:
+        if name not in places and row[name].ndim == 0:
+            console.print(f"{name} = {_value(row[name])} {_units(row[name])}".rstrip())
+    console.print()
+    table = printing.table("variable", "value", "units", "meaning", right=(1,))
+    for name, variable in row.data_vars.items():
+        table.add_row(name, _value(variable), _units(variable), str(variable.attrs.get("long_name", "")))
+    console.print(table)
+
+
+def _units(variable) -> str:
+    units = str(variable.attrs.get("units", ""))
+    return "" if units == "1" else units
+
+
+def _value(variable) -> str:
+    """A value as people read it; all digits are in the JSON."""
+    from sweeps.selection import in_words
+
+    value = _plain(variable)
+    if isinstance(value, list):
+        return ", ".join(in_words(item) for item in value)
+    return "missing" if value != value else in_words(value)
+
+
+def _plain(variable):
+    from sweeps.summary import flags
+
+    value = variable.values.tolist()
+    return flags(variable).get(value, value) if not isinstance(value, list) else value
+
+
+def _entries(row, names) -> dict:
+    return {name: {"value": _plain(row[name]), "units": str(row[name].attrs.get("units", ""))} for name in names}

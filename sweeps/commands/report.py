@@ -1,0 +1,18 @@
+"""`report`: a map's page to explore."""
+
+from sweeps.commands import parser
+
+
+def add(commands) -> None:
+    """Describes the command."""
+    command = parser.add(commands, "report", "write a map's report, one HTML file to explore", _run)
+    parser.add_map(command)
+    command.add_argument("-o", "--output", metavar="FILE", required=True, help="the HTML file to write")
+
+
+def _run(args):
+    from sweeps import report, storage
+
+    with storage.open_map(args.map) as ds:
+        report.write(ds, args.output)
+    print(args.output)

@@ -1,0 +1,30 @@
+"""`run`: a sweep's map, pictures and report in one go."""
+
+from sweeps.commands import parser
+from sweeps.refusals import DefinitionError
+
+EPILOG = """\
+Writes what the workflow (snakemake) writes: results/<sweep>/stability_map.nc, figures/ and report.html. Broken off
+and called again, it goes on: finished shards of the same definition and kernels are used as they are.
+"""
+
+
+def add(commands) -> None:
+    """Describes the command."""
+    command = parser.add(commands, "run", "make a sweep's map, pictures and report in results/<sweep>", _run, EPILOG)
+    parser.add_definition(command, nargs="?")
+    command.add_argument("--cores", type=int, metavar="N", help="processors to use (default all); change no result")
+    command.add_argument("--again", action="store_true", help="make everything again, finished or not")
+
+
+def _run(args):
+    from sweeps import catalogue
+
+    if args.cores is not None and args.cores < 1:
+        raise DefinitionError(f"--cores: {args.cores} is out of range; allowed: 1 or more")
+    planned = catalogue.plan(catalogue.resolve(args.definition or catalogue.DEFAULT))
+
+    from sweeps import pipeline
+
+    for path in pipeline.make(planned, workers=args.cores or pipeline.cores(), again=args.again):
+        print(path)

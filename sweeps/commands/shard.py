@@ -1,0 +1,34 @@
+"""`shard`: one part of a sweep's points, measured."""
+
+from sweeps.commands import parser
+from sweeps.refusals import DefinitionError
+
+
+def add(commands) -> None:
+    """Describes the command."""
+    command = parser.add(commands, "shard", "measure one part of a sweep's points", _run)
+    parser.add_definition(command)
+    command.add_argument("number", type=int, metavar="K", help="which part, from 1")
+    command.add_argument("count", type=int, metavar="N", help="into how many parts the points are cut")
+    command.add_argument("-o", "--output", metavar="FILE", required=True, help="the shard to write")
+    command.add_argument("--threads", type=int, default=1, metavar="T", help="threads (default 1); change no result")
+
+
+def _run(args):
+    from sweeps import catalogue
+    from sweeps.grid import Grid
+
+    planned = catalogue.plan(catalogue.resolve(args.definition))
+    points = Grid(planned.definition).size
+    if not 1 <= args.count <= points:
+        raise DefinitionError(f"N: {args.count} parts are out of range; allowed: 1 to {points}, the number of points")
+    if not 1 <= args.number <= args.count:
+        raise DefinitionError(f"K: part {args.number} is out of range; allowed: 1 to {args.count}, the number of parts")
+    if args.threads < 1:
+        raise DefinitionError(f"--threads: {args.threads} is out of range; allowed: 1 or more")
+
+    from sweeps import progress, shards
+
+    start, stop = Grid(planned.definition).shard_bounds(args.count)[args.number - 1]
+    with progress.points(stop - start, f"shard {args.number} of {args.count}") as advance:
+        shards.write_shard(planned.definition, args.number, args.count, args.output, args.threads, advance)

@@ -1,0 +1,121 @@
+"""`show`: what a map says, in a terminal."""
+
+from sweeps.commands import parser
+
+EPILOG = """\
+The small map stands at the middle of the dimensions that it does not show; --DIMENSION VALUE puts it elsewhere
+(nearest on the grid). The numbers above it are of the whole map.
+"""
+
+
+def add(commands) -> None:
+    """Describes the command."""
+    command = parser.add(commands, "show", "say what a map holds, with a small map in characters", _run, EPILOG)
+    command.takes_coordinates = True
+    parser.add_map(command)
+    parser.add_json(command)
+
+
+def _run(args):
+    from sweeps import selection, storage, summary, textmap
+    from sweeps.commands import printing
+
+    with storage.open_map(args.map) as ds:
+        places = selection.nearest(ds, args.coordinates)
+        found = summary.summarise(ds)
+        chosen = {dim: place for dim, place in places.items() if dim in args.coordinates}
+        if args.json:
+            printing.print_json(_facts(ds, found))
+        else:
+            console = printing.console()
+            _print(console, ds, found, textmap.draw(ds, chosen, console.width))
+
+
+def _facts(ds, found) -> dict:
+    from dataclasses import asdict
+
+    from sweeps.selection import dimensions
+
+    table = {}
+    for (meaning, status), number in found.table.items():
+        table.setdefault(meaning, {})[status] = number
+    about = {name: str(ds.attrs.get(name, "")) for name in ("title", "system", "source", "content_hash")}
+    return about | {"dimensions": dimensions(ds)} | asdict(found) | {"table": table}
+
+
+def _print(console, ds, found, drawn) -> None:
+    from sweeps.selection import dimensions
+    from sweeps.summary import leading_flag
+
+    sizes = " × ".join(f"{n:,} {dim}" for dim, n in dimensions(ds).items())
+    console.print(f"{ds.attrs.get('title', '')}", style="bold")
+    console.print(f"{found.points:,} points = {sizes}")
+    console.print()
+    if found.table:
+        console.print(_counts(found, leading_flag(ds)))
+    for name, number in found.unlike.items():
+        console.print(f"measured {name} unlike theory at {number:,} of {found.points:,} points")
+    if found.impossible:
+        console.print(f"bodies that cannot exist (triangle_margin < 0): {found.impossible:,} points")
+    console.print()
+    console.print(_worst(found, {dim for dim, size in dimensions(ds).items() if size > 1}))
+    if drawn is not None:
+        console.print()
+        _draw(console, drawn)
+
+
+def _counts(found, lead):
+    from sweeps.commands.printing import table
+    from sweeps.summary import share
+
+    statuses = list(dict.fromkeys(status for (_, status), number in found.table.items() if number))
+    made = table(lead, "points", "share", *statuses, right=tuple(range(1, 3 + len(statuses))))
+    for meaning in dict.fromkeys(m for m, _ in found.table):
+        numbers = [found.table[meaning, status] for status in statuses]
+        if sum(numbers):
+            row = [f"{n:,}" for n in (sum(numbers), *numbers)]
+            made.add_row(meaning.replace("_", " "), row[0], share(sum(numbers), found.points), *row[1:])
+    return made
+
+
+def _worst(found, dims):
+    from sweeps.commands.printing import table
+    from sweeps.selection import in_words
+
+    made = table("worst", "value", "where", right=(1,))
+    rows = [(f"{name} against theory, relative", worst) for name, worst in found.deviations.items()]
+    for name, worst in (*rows, *found.checks.items()):
+        if worst.points:
+            where = ", ".join(f"{dim} {in_words(value)}" for dim, value in worst.at.items() if dim in dims)
+            made.add_row(name, f"{worst.value:.2g}", where)
+    return made
+
+
+def _draw(console, drawn) -> None:
+    from rich.text import Text
+
+    from sweeps.selection import in_words
+    from sweeps.textmap import LOOKS
+
+    at = ", ".join(f"{dim} = {in_words(value)}" for dim, value in drawn.fixed.items())
+    axes = f"{drawn.y} upwards" + (f", {drawn.x} along" if drawn.x else "")
+    console.print(f"{drawn.flag}: {axes}" + (f"; {at}" if at else ""))
+    colors = dict(LOOKS[m] for m in drawn.legend.values() if m in LOOKS)
+    label = max(len(name) for name, _ in drawn.panels[0].rows)
+    wide = [max(len(panel.rows[0][1]), len(panel.title), len(" … ".join(panel.ends))) for panel in drawn.panels]
+    if drawn.panels[0].title:
+        console.print(" " * (label + 1) + "  ".join(p.title.ljust(w) for p, w in zip(drawn.panels, wide, strict=True)))
+    for number, (name, _) in enumerate(drawn.panels[0].rows):
+        line = Text(name.rjust(label) + " ")
+        for panel, width in zip(drawn.panels, wide, strict=True):
+            for character in panel.rows[number][1].ljust(width + 2):
+                line.append(character, colors.get(character, ""))
+        line.rstrip()
+        console.print(line, no_wrap=True, crop=False)
+    if drawn.x:
+        ends = [
+            panel.ends[0] + panel.ends[1].rjust(max(width - len(panel.ends[0]), len(panel.ends[1]) + 1))
+            for panel, width in zip(drawn.panels, wide, strict=True)
+        ]
+        console.print(" " * (label + 1) + "  ".join(ends), no_wrap=True, crop=False)
+    console.print("  ".join(f"{glyph} {meaning.replace('_', ' ')}" for glyph, meaning in drawn.legend.items()))

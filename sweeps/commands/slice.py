@@ -1,0 +1,34 @@
+"""`slice`: two dimensions of a map, for programs that show planes."""
+
+from sweeps.commands import parser
+
+EPILOG = """\
+Give each dimension but two a value, --DIMENSION VALUE; the grid's nearest is taken, and said. Dimensions of length
+one need none. CDO, NCO, ncview and Panoply open the file.
+
+  python -m sweeps slice results/tennis_racket/stability_map.nc --axis 2 --I3 0.01748 --omega0 10 -o slice.nc
+"""
+
+
+def add(commands) -> None:
+    """Describes the command."""
+    command = parser.add(commands, "slice", "cut a map down to two dimensions", _run, EPILOG)
+    command.takes_coordinates = True
+    parser.add_map(command)
+    command.add_argument("-o", "--output", metavar="FILE", required=True, help="the netCDF file to write")
+
+
+def _run(args):
+    from sweeps import selection, storage
+
+    with storage.open_map(args.map) as ds:
+        places = selection.nearest(ds, args.coordinates)
+        dims = selection.left(ds, places)
+        if len(dims) != 2:
+            what = f"{len(dims)} dimensions are left ({', '.join(dims) or 'none'})"
+            choose = selection.how_to_choose(ds, dims) if len(dims) > 2 else "fewer values: two dimensions stay"
+            raise selection.SelectionError(f"{args.map}: {what}; allowed: {choose}")
+        storage.write_part(selection.at(ds, places), args.output, "slice")
+    for place in places.values():
+        print(place)
+    print(f"{args.output}: {' × '.join(dims)}")
