@@ -21,8 +21,15 @@ import importlib.util
 import os
 import sys
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cached_property
 from pathlib import Path
+
+try:
+    import fcntl
+except ImportError:  # no such locks on Windows
+    fcntl = None
 
 from kernels.fingerprint import cache_folder
 from kernels.oscillations import ORDER, W
@@ -320,11 +327,21 @@ class Code:
         module = importlib.util.module_from_spec(spec)
         sys.modules[name] = module
         try:
-            spec.loader.exec_module(module)
+            with _alone(path):
+                spec.loader.exec_module(module)
         except BaseException:
             del sys.modules[name]
             raise
         return module
+
+
+@contextmanager
+def _alone(path: Path) -> Iterator[None]:
+    """One process at a time compiles a file: Numba's disk cache is not safe with several."""
+    with path.with_suffix(".lock").open("w") as lock:
+        if fcntl is not None:
+            fcntl.flock(lock, fcntl.LOCK_EX)  # let go of when the file is closed, or its process ends
+        yield
 
 
 def _written(folder: Path, name: str, text: str) -> Path:
