@@ -125,13 +125,14 @@ class Definition(Strict):
         return _from_text, (self._text, self._name, self._folder)
 
 
-def load(source: str | Path | Mapping, name: str | None = None) -> Definition:
+def load(source: str | Path | Mapping, name: str | None = None, *, check: bool = True) -> Definition:
     """The validated definition of a sweep.
 
     Args:
         source: path of a YAML (or JSON) file, or a mapping with the same keys; in a mapping NumPy's
             numbers and one-dimensional arrays do as well.
         name: the sweep's name; left out, the file's stem, and "sweep" for a mapping.
+        check: whether its system also looks beyond the values, which takes longer.
 
     Returns:
         The frozen `Definition` of its system's model; numbers in the units of its parameters.
@@ -143,11 +144,14 @@ def load(source: str | Path | Mapping, name: str | None = None) -> Definition:
     try:
         name = _sweep_name(source) if name is None else _checked_name(name)
         folder = os.path.dirname(label) if isinstance(source, str | Path) else ""
-        return _validated(*_text_and_values(source), name, os.path.abspath(folder))
+        definition = _validated(*_text_and_values(source), name, os.path.abspath(folder))
     except UnreadableError as unreadable:
         raise DefinitionError(message(label, [unreadable.problem])) from None
     except _InvalidError as invalid:
         raise DefinitionError(message(label, invalid.problems)) from None
+    if check:
+        systems.resolve(definition.system).check(definition)
+    return definition
 
 
 def _sweep_name(source: Any) -> str:
@@ -183,7 +187,6 @@ def _validated(text: str | None, values: dict, name: str, folder: str) -> Defini
         raise _InvalidError(validation_problems(error, model)) from None
     definition._name, definition._folder = name, folder
     definition._text = as_yaml(values) if text is None else text
-    systems.resolve(definition.system).check(definition)
     return definition
 
 

@@ -530,7 +530,7 @@ def test_bodies_and_grid_share_the_work():
 
 def test_another_systems_keys_are_not_called_unknown():
     message = refusal({"system": "bead_on_spiral", "grid": {"radius": 0.5, "spin": 1.0}})
-    assert message.startswith("definition: system: 'bead_on_spiral' is not available; allowed: rigid_body")
+    assert message.startswith("definition: system: 'bead_on_spiral' is not available (did you mean bead_on_wire?)")
     assert len(message.splitlines()) == 1
 
 
