@@ -72,6 +72,9 @@ def drawn(axes, gid):
 
 
 def assert_picture(path):
+    if path.suffix == ".gif":  # its frames are looked at in test_figure_flip.py
+        assert path.read_bytes()[:6] == b"GIF89a"
+        return
     assert path.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
     pixels = matplotlib.image.imread(path)[..., :3]
     height, width, _ = pixels.shape
@@ -92,6 +95,7 @@ def test_pictures_of_a_grid(tiny, tmp_path):
         "stability_axis_3.png",
         "theory_against_measured.png",
         "polhodes.png",
+        "flip.gif",
     ]
     assert sorted(folder.iterdir()) == sorted(paths)  # and no temporary file
     for path in paths:
@@ -107,6 +111,7 @@ def test_pictures_of_bodies_replace_old_ones(breaking, tmp_path):
         "theory_against_measured.png",
         "breakdown.png",
         "polhodes.png",
+        "flip.gif",
     }
     for path in paths:
         assert_picture(path)
@@ -118,7 +123,8 @@ def test_pictures_of_bodies_replace_old_ones(breaking, tmp_path):
 def test_odd_maps_have_pictures(name, tmp_path):
     for path in figures.draw_all(sweeps.survey({"title": name} | GRIDS[name]), tmp_path):
         assert_picture(path)
-    expected = {"one point": 2, "nothing can exist": 2}.get(name, 3)  # a point is no map, what cannot exist no body
+    # a point has no stability map; what cannot exist has no polhodes and no flip
+    expected = {"one point": 3, "nothing can exist": 2}.get(name, 4)
     assert len(list(tmp_path.iterdir())) == expected
 
 
