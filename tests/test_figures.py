@@ -10,7 +10,16 @@ import pytest
 
 import sweeps
 from kernels import linear
-from sweeps import figure_agreement, figure_bodies, figure_breakdown, figure_stability, figure_style, figures, fits
+from sweeps import (
+    figure_agreement,
+    figure_bodies,
+    figure_breakdown,
+    figure_flip,
+    figure_stability,
+    figure_style,
+    figures,
+    fits,
+)
 from sweeps.storage import open_map, write_map
 
 GRIDS = {
@@ -67,11 +76,20 @@ def styled():
         yield
 
 
+@pytest.fixture(autouse=True)
+def few_frames(monkeypatch):
+    """The animation has its own tests."""
+    monkeypatch.setattr(figure_flip, "FRAMES", 3)
+
+
 def drawn(axes, gid):
     return [line for line in axes.lines if line.get_gid() == gid]
 
 
 def assert_picture(path):
+    if path.suffix == ".gif":
+        assert path.read_bytes()[:6] == b"GIF89a"
+        return
     assert path.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
     pixels = matplotlib.image.imread(path)[..., :3]
     height, width, _ = pixels.shape
@@ -92,6 +110,7 @@ def test_pictures_of_a_grid(tiny, tmp_path):
         "stability_axis_3.png",
         "theory_against_measured.png",
         "polhodes.png",
+        "flip.gif",
     ]
     assert sorted(folder.iterdir()) == sorted(paths)  # and no temporary file
     for path in paths:
@@ -107,6 +126,7 @@ def test_pictures_of_bodies_replace_old_ones(breaking, tmp_path):
         "theory_against_measured.png",
         "breakdown.png",
         "polhodes.png",
+        "flip.gif",
     }
     for path in paths:
         assert_picture(path)
@@ -119,7 +139,7 @@ def test_odd_maps_have_pictures(name, tmp_path):
     for path in figures.draw_all(sweeps.survey({"title": name} | GRIDS[name]), tmp_path):
         assert_picture(path)
     expected = {"one point": 2, "nothing can exist": 2}.get(name, 3)  # a point is no map, what cannot exist no body
-    assert len(list(tmp_path.iterdir())) == expected
+    assert len(list(tmp_path.glob("*.png"))) == expected
 
 
 @pytest.mark.filterwarnings("error")
