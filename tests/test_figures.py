@@ -10,7 +10,16 @@ import pytest
 
 import sweeps
 from kernels import linear
-from sweeps import figure_agreement, figure_bodies, figure_breakdown, figure_stability, figure_style, figures, fits
+from sweeps import (
+    figure_agreement,
+    figure_bodies,
+    figure_breakdown,
+    figure_flip,
+    figure_stability,
+    figure_style,
+    figures,
+    fits,
+)
 from sweeps.storage import open_map, write_map
 
 GRIDS = {
@@ -65,6 +74,12 @@ def breaking():
 def styled():
     with matplotlib.rc_context(figure_style.STYLE):
         yield
+
+
+@pytest.fixture(autouse=True)
+def few_frames(monkeypatch):
+    """The animation has its own tests."""
+    monkeypatch.setattr(figure_flip, "FRAMES", 3)
 
 
 def drawn(axes, gid):

@@ -50,10 +50,11 @@ def oscillator(n=6):
     spin = np.geomspace(0.1, 30.0, n + 1)
     square = 9.81 / length[:, None, None, None] * np.array([1.0, -1.0])[:, None] * np.array([1.0, 4.0])
     square = square - 0.1 * spin[None, :, None, None] ** 2
-    square[0, 0, 1, 1] = np.nan
+    square[0, 0, 1, 1], square[1, 0, 0, 0] = np.nan, 1e-15
     dims = ("length", "spin", "equilibrium", "mode")
     regime = np.where(np.isnan(square), -1, np.where(square > 0, 0, 1)).astype("i1")
-    flags = {"flag_values": np.array([-1, 0, 1], "i1"), "flag_meanings": "absent stable unstable"}
+    regime[1, 0, 0, 0] = 2
+    flags = {"flag_values": np.array([-1, 0, 1, 2], "i1"), "flag_meanings": "absent stable unstable marginal"}
     variables = {
         "omega_squared_theory": (
             dims,
@@ -590,6 +591,8 @@ def test_another_system_draws_with_its_mode(browser, folder):
     assert "runs away" in page.locator("#mode-words").inner_text()
     page.get_by_label("hanging").check()
     assert "period takes" in page.locator("#mode-words").inner_text()
+    page.evaluate("location.hash = '#length=0.56&spin=0.1&equilibrium=hanging&mode=1'")
+    opened.until("document.getElementById('mode-words').textContent.includes('drifts')")
     assert opened.said == []
     opened.context.close()
 

@@ -7,8 +7,14 @@ function modeMotion(square) {
   return { end: 1, x: (t) => 1 + t, words: "Neither oscillates nor grows: it drifts in proportion to time." };
 }
 
+/** Ω² of the chosen point; zero where the map calls it marginal, for then its sign means nothing. */
+function modeSquare() {
+  const { omega_squared: square, regime } = theMap.columns;
+  return regime?.meanings.get(regime.at(state.place)) === "marginal" ? 0 : square.at(state.place);
+}
+
 function drawMode() {
-  const square = theMap.columns.omega_squared.at(state.place);
+  const square = modeSquare();
   const words = document.getElementById("mode-words");
   document.getElementById("mode-where").textContent = placeText(state.place);
   if (!Number.isFinite(square)) {

@@ -61,7 +61,7 @@ function heatmap({ cells, x, y, column }) {
   const { colorbar = {}, showscale = true } = scale;
   const narrow = document.getElementById("map").clientWidth < 520;
   const bar = narrow
-    ? { orientation: "h", thickness: 10, len: 1, showexponent: "last", y: 1.02, yanchor: "bottom", x: 0.5, outlinewidth: 0, exponentformat: "power" }
+    ? { orientation: "h", thickness: 10, len: 1, nticks: 4, y: 1.02, yanchor: "bottom", x: 0.5, outlinewidth: 0, exponentformat: "power" }
     : { thickness: 14, len: 0.9, showexponent: "last", outlinewidth: 0, exponentformat: "power" };
   const base = { type: "heatmap", x: xEdges, y: yEdges, z, text, hovertemplate: "%{text}<extra></extra>", hoverongaps: true };
   const colors = { zmin: scale.zmin, zmax: scale.zmax, colorscale: scale.colorscale, showscale, colorbar: { ...bar, ...colorbar } };
