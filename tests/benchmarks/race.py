@@ -290,7 +290,7 @@ def draw_figure(result, path):
     about = result["machine"]
     subtitle = (
         f"signed rate² from {task.SAMPLES} samples up to ω₀t = {task.END:g}; {about['processor']}, {about['threads']} "
-        f"threads; medians of {about['rounds']} rounds"
+        f"threads; medians of {about['rounds']} rounds; load average {max(about['load_average']):.0f}"
     )
     with mpl.rc_context(style.STYLE):
         figure = style.canvas(7.2, 4.6, "The same task for everybody", subtitle)
@@ -299,8 +299,9 @@ def draw_figure(result, path):
             entries = of_contender(result, name)
             marker = style.SERIES_MARKERS[i % len(style.SERIES_MARKERS)]
             color = style.SERIES_COLORS[i % len(style.SERIES_COLORS)]
+            dashes = "-" if i < len(style.SERIES_COLORS) else "--"
             x, y = [statistics.median(e.speed) for e in entries], [e.error for e in entries]
-            axes.plot(x, y, marker=marker, color=color, markersize=4, linewidth=1.1, label=name)
+            axes.plot(x, y, marker=marker, color=color, linestyle=dashes, markersize=4, linewidth=1.1, label=name)
         axes.axhline(ERROR, color=style.FAINT, linewidth=0.8, zorder=0)
         axes.set(xscale="log", yscale="log", xlabel="trajectories per second", ylabel="worst error of the perturbation")
         axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
