@@ -65,6 +65,17 @@ def test_a_file_that_is_no_map_is_refused(command, damaged, tmp_path, capsys):
         assert list(tmp_path.iterdir()) == []
 
 
+def test_a_map_damaged_inside_is_refused(path, tmp_path, capsys):
+    whole = path.read_bytes()
+    at = whole.rfind(b"\x78\x01")  # a deflated chunk: the flags
+    assert at > 0
+    (tmp_path / "map.nc").write_bytes(whole[:at] + bytes(16) + whole[at + 16 :])
+    assert main(["show", str(tmp_path / "map.nc")]) == 2
+    said = capsys.readouterr()
+    assert "Traceback" not in said.err
+    assert "damaged" in said.err
+
+
 # ---------------------------------------------------------------------------------------------------------
 # show
 
