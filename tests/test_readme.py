@@ -54,7 +54,7 @@ def run(folder, line):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("line", commands())
+@pytest.mark.parametrize("line", list(commands()))
 def test_a_command_of_the_readme_does_what_it_says(folder, line):
     answer = run(folder, line)
     assert answer.returncode == 0, answer.stderr

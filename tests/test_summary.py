@@ -48,6 +48,12 @@ def test_blocks_change_nothing(ds, monkeypatch):
     assert summary.summarise(ds) == whole
 
 
+def test_flat_bodies_exist():
+    ds = sweeps.survey(BODIES)
+    assert (ds.triangle_margin == 0).any()
+    assert summary.summarise(ds).impossible == 0
+
+
 def test_a_map_without_regimes_leads_with_what_it_has():
     assert summary.leading_flag(sweeps.survey(TOP)) == "sense"
 

@@ -14,6 +14,7 @@ from sweeps.inertia import Principal
         (7199.0, "7199 s"),
         (7200.0, "2 hours"),
         (86164.1, "23.93 hours"),
+        (108_000.0, "30 hours"),
         (303.74 * 86400, "303.7 days"),
         (27262.99 * 86400, "27,263 days (74.64 years)"),
         (math.inf, "never"),
