@@ -62,6 +62,11 @@ def main(arguments: list[str] | None = None) -> int:
     except OSError as error:
         print(f"{error.filename or 'system'}: {error.strerror or error}", file=sys.stderr)
         return 1
+    except RuntimeError as error:
+        if "NetCDF" not in str(error):
+            raise
+        print(f"{error}: a file is damaged; allowed: a whole file that Polhode wrote", file=sys.stderr)
+        return 2
     except KeyboardInterrupt:
         print("interrupted; what was finished stays", file=sys.stderr)
         return 130

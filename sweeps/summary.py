@@ -40,7 +40,8 @@ class Summary:
         table: of the leading flag (see `leading_flag`) and the status: (meaning, status) → number of points.
         unlike: flag variable that has a theory → number of points where the measured flag differs from it.
         impossible: points of bodies that cannot exist.
-        deviations: variable → worst |X/X_theory − 1| (or X_exact), of points that are ok and whose flags agree.
+        deviations: variable → worst |X/X_theory − 1| (or X_exact), of points that are ok, not marginal, and whose flags
+            agree with theory's.
         checks: variable → worst magnitude of what should be zero.
     """
 
@@ -112,13 +113,14 @@ def _tabulate(summary: Summary, block: xr.Dataset) -> None:
 
 
 def _compare_flags(summary: Summary, block: xr.Dataset) -> xr.DataArray:
-    """Points that are ok and whose flags agree with theory."""
+    """Points that are ok, whose flags agree with theory, and whose rate is not zero but for rounding (marginal)."""
     sound = block["status"] == 0 if "status" in block else xr.ones_like(next(iter(block.data_vars.values())), bool)
     for name in block.data_vars:
         if flags(block[name]) and f"{name}_theory" in block:
             same = _words(block[name]) == _words(block[f"{name}_theory"])
             summary.unlike[name] = summary.unlike.get(name, 0) + int((~same).sum())
-            sound = sound & same
+            marginal = [value for value, word in flags(block[name]).items() if word == "marginal"]
+            sound = sound & same & ~block[name].isin(marginal)
     return sound
 
 

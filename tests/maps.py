@@ -1,0 +1,33 @@
+"""A small map of everything, on the disk, for tests of what reads maps."""
+
+import sweeps
+from sweeps import storage
+
+DEFINITION = {
+    "title": "For tests",
+    "axes": [1, 2, 3],
+    "grid": {
+        "I1": {"start": 0.5, "stop": 1.5, "num": 5},
+        "I2": [0.75, 1.0, 1.4],
+        "I3": 1.0,
+        "omega0": [-3.0, 1.0],
+        "epsilon": [1e-6, 1e-2],
+    },
+}
+BODIES = {
+    "bodies": [
+        {"name": "Tennis racket", "I1": 0.00121, "I2": 0.01638, "I3": 0.01748},
+        {"name": "Plate", "ratios": {"I1": 1.0, "I2": 1.0, "I3": 2.0}},
+    ],
+    "grid": {"omega0": 10.0, "epsilon": [1e-6, 1e-3, 1e-2]},
+}
+TOP = {
+    "system": "symmetric_top",
+    "grid": {"ratio": [0.5, 1.5, 2.5], "omega3": [-1.0, 10.0], "half_angle": [10.0, 30.0]},
+}
+
+
+def write(folder, definition=DEFINITION, name="map.nc"):
+    """Measures a definition, writes its map into a folder and returns its path."""
+    storage.write_map(sweeps.survey(definition), folder / name)
+    return folder / name

@@ -1,0 +1,330 @@
+"""Each command as a person types it: what it prints, what it writes, how it refuses."""
+
+import json
+import shutil
+import subprocess
+
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+from maps import BODIES, TOP, write
+from scipy.special import ellipk
+
+import sweeps
+from sweeps.__main__ import main
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    return write(tmp_path_factory.mktemp("maps"))
+
+
+@pytest.fixture(scope="module")
+def bodies(path):
+    return write(path.parent, BODIES, "bodies.nc")
+
+
+@pytest.fixture(scope="module")
+def damaged(path):
+    """Files that are no map, by name."""
+    whole = path.read_bytes()
+    made = {"cut.nc": whole[: len(whole) // 2], "head.nc": whole[:600], "empty.nc": b"", "text.nc": b"grid: {}\n"}
+    for name, content in made.items():
+        (path.parent / name).write_bytes(content)
+    with netCDF4.Dataset(path.parent / "other.nc", "w") as file:
+        file.createDimension("x", 2)
+    with xr.open_dataset(path) as ds:
+        ds.drop_vars("regime").to_netcdf(path.parent / "poor.nc")
+    (path.parent / "folder.nc").mkdir()
+    return [path.parent / name for name in (*made, "other.nc", "poor.nc", "folder.nc", "none.nc")]
+
+
+def said(capsys, *arguments):
+    assert main([str(argument) for argument in arguments]) == 0
+    captured = capsys.readouterr()
+    assert captured.err == ""
+    return captured.out
+
+
+def refused(capsys, *arguments):
+    assert main([str(argument) for argument in arguments]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert "Traceback" not in captured.err
+    assert "allowed: " in captured.err
+    return captured.err
+
+
+@pytest.mark.parametrize("command", ["show", "point", "slice"])
+def test_a_file_that_is_no_map_is_refused(command, damaged, tmp_path, capsys):
+    out = tmp_path / "out.nc"
+    for file in damaged:
+        options = {"show": [], "slice": ["-o", out], "point": ["--trajectory", out]}[command]
+        assert file.name in refused(capsys, command, file, *options)
+        assert list(tmp_path.iterdir()) == []
+
+
+def test_a_map_damaged_inside_is_refused(path, tmp_path, capsys):
+    whole = path.read_bytes()
+    at = whole.rfind(b"\x78\x01")  # a deflated chunk: the flags
+    assert at > 0
+    (tmp_path / "map.nc").write_bytes(whole[:at] + bytes(16) + whole[at + 16 :])
+    assert main(["show", str(tmp_path / "map.nc")]) == 2
+    said = capsys.readouterr()
+    assert "Traceback" not in said.err
+    assert "damaged" in said.err
+
+
+# ---------------------------------------------------------------------------------------------------------
+# show
+
+
+def test_show_prints_the_counts_of_the_file(path, capsys):
+    out = said(capsys, "show", path)
+    with sweeps.open_map(path) as ds:
+        for value, word in zip(ds.regime.flag_values, ds.regime.flag_meanings.split(), strict=True):
+            count = int((ds.regime == value).sum())
+            line = [line for line in out.splitlines() if line.startswith(word.replace("_", " ") + " ")]
+            assert (f"{count:,}" in line[0].split()) if count else not line
+        assert f"{ds.regime.size:,} points" in out
+        assert f"{float(abs(ds.propagation_error).max()):.2g}" in out
+    assert "axis 2" in out
+
+
+def test_show_as_json_is_the_same(path, capsys):
+    facts = json.loads(said(capsys, "show", path, "--json"))
+    with sweeps.open_map(path) as ds:
+        assert facts["content_hash"] == ds.attrs["content_hash"]
+        assert facts["points"] == ds.regime.size
+        assert facts["counts"]["regime"]["unstable"] == int((ds.regime == 2).sum())
+        worst = facts["checks"]["energy_drift"]
+        assert worst["value"] == float(ds.energy_drift.max()) == float(ds.energy_drift.sel(worst["at"]))
+
+
+def test_show_takes_maps_of_other_systems(path, capsys):
+    top = write(path.parent, TOP, "top.nc")
+    out = said(capsys, "show", top)
+    assert "against spin" in out
+    assert "ratio along" in out or "ratio upwards" in out
+
+
+# ---------------------------------------------------------------------------------------------------------
+# slice
+
+
+def test_slice_holds_the_plane_and_says_which(path, tmp_path, capsys):
+    out = tmp_path / "slice.nc"
+    words = said(capsys, "slice", path, "--axis", 2, "--omega0", "-2.5e+0", "--epsilon=3e-6", "-o", out)
+    assert "omega0 = -3 rad s-1 (nearest to -2.5)" in words
+    with sweeps.open_map(path) as whole, sweeps.open_map(out) as part:
+        plane = whole.sel(axis=2, omega0=-3.0, epsilon=1e-6).isel(I3=0, phase=0)
+        assert part.regime.dims == ("I1", "I2")
+        for name in whole.data_vars:
+            np.testing.assert_array_equal(part[name].values, plane[name].values)
+            assert part[name].attrs.get("units") == whole[name].attrs.get("units")
+        assert part.omega0.item() == -3.0
+        assert part.attrs["definition"] == whole.attrs["definition"]
+
+
+@pytest.mark.parametrize("tool", [["cdo", "-s", "infon", "-selname,growth_rate"], ["ncks", "-m", "-v", "growth_rate"]])
+@pytest.mark.parametrize("of_bodies", [False, True])
+def test_other_programs_open_a_slice(path, bodies, tmp_path, capsys, tool, of_bodies):
+    if shutil.which(tool[0]) is None:
+        pytest.skip(f"{tool[0]} is not here")
+    out = tmp_path / "slice.nc"
+    said(
+        capsys,
+        "slice",
+        *([bodies, "--axis", 2] if of_bodies else [path, "--axis", 2, "--omega0", 1, "--epsilon", 1e-6]),
+        "-o",
+        out,
+    )
+    answer = subprocess.run([*tool, out], capture_output=True, text=True, check=False)
+    assert answer.returncode == 0
+    assert "growth_rate" in answer.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ([], "5 dimensions are left (axis, I1, I2, omega0, epsilon)"),
+        (["--axis", "2"], "--I1 0.5, 0.75, 1.0, 1.25, 1.5"),
+        (["--axis", "2", "--I1", "1", "--omega0", "1", "--epsilon", "1"], "1 dimensions are left"),
+        (["--axs", "2"], "did you mean axis?"),
+        (["--axis", "7"], "7 is not in this map"),
+        (["--I1", "one"], "'one' is no number"),
+    ],
+)
+def test_slice_refuses_what_is_no_plane(path, tmp_path, capsys, arguments, words):
+    answer = refused(capsys, "slice", path, "-o", tmp_path / "s.nc", *arguments)
+    assert words.replace("1.0,", "1,") in answer
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_option_without_its_value_is_refused(path, capsys):
+    with pytest.raises(SystemExit) as left:
+        main(["slice", str(path), "-o", "s.nc", "--axis"])
+    assert left.value.code == 2
+    assert "--axis: a value is missing" in capsys.readouterr().err
+
+
+# ---------------------------------------------------------------------------------------------------------
+# point
+
+
+def test_point_is_the_row_of_the_file(path, capsys):
+    where = ["--axis", 2, "--I1", 0.7, "--I2", 1.38, "--omega0", 1, "--epsilon", 1e-6]
+    facts = json.loads(said(capsys, "point", path, *where, "--json"))
+    with sweeps.open_map(path) as ds:
+        row = ds.sel(axis=2, I1=0.75, I2=1.4, omega0=1.0, epsilon=1e-6).isel(I3=0, phase=0)
+        for name, entry in facts["variables"].items():
+            value = row[name].item()
+            if "flag_meanings" in ds[name].attrs:
+                meanings = dict(zip(ds[name].flag_values, ds[name].flag_meanings.split(), strict=True))
+                assert entry["value"] == meanings[value]
+            else:
+                assert entry["value"] == (None if np.isnan(value) else value)
+            assert entry["units"] == ds[name].attrs.get("units", "")
+        out = said(capsys, "point", path, *where)
+        assert f"{row.growth_rate.item():.6g}" in out or f"{row.frequency.item():.6g}" in out
+    assert "I1 = 0.75 kg m2 (nearest to 0.7)" in out
+    assert "rad s-1" in out
+
+
+def test_point_writes_a_motion_whose_flips_are_scipys(bodies, tmp_path, capsys):
+    out = tmp_path / "motion.nc"
+    words = said(capsys, "point", bodies, "--body", "racket", "--axis", 2, "--epsilon", 1e-2, "--trajectory", out)
+    assert "body = Tennis racket" in words
+    with xr.open_dataset(out) as moved:
+        spin, times = moved.omega2.values, moved.time.values
+        turns = np.flatnonzero(np.diff(np.sign(spin)))
+        crossings = times[turns] - spin[turns] * (times[turns + 1] - times[turns]) / (spin[turns + 1] - spin[turns])
+        I1, I2, I3 = 0.00121, 0.01638, 0.01748
+        w = moved[["omega1", "omega2", "omega3"]].isel(time=0).to_array().values
+        energy = I1 * w[0] ** 2 + I2 * w[1] ** 2 + I3 * w[2] ** 2
+        momentum = (I1 * w[0]) ** 2 + (I2 * w[1]) ** 2 + (I3 * w[2]) ** 2
+    # Landau and Lifshitz (37.11, 37.12), for L2 above or below 2 E I2
+    low, high = (I1, I3) if momentum > energy * I2 else (I3, I1)
+    k2 = (I2 - low) * (energy * high - momentum) / ((high - I2) * (momentum - energy * low))
+    half = 2 * ellipk(k2) * np.sqrt(I1 * I2 * I3 / ((high - I2) * (momentum - energy * low)))
+    # crossings by straight lines between samples, 32 a rotation
+    assert crossings[1] - crossings[0] == pytest.approx(half, rel=1e-4)
+    assert len(crossings) == 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--axis", "2"], "4 dimensions are left (I1, I2, omega0, epsilon)"),
+        (["--trajectory", "motion.txt"], "'motion.txt' is of no known kind; allowed: a name in .nc or .csv"),
+    ],
+)
+def test_point_refuses_what_is_no_point(path, capsys, arguments, words):
+    assert words in refused(capsys, "point", path, *arguments)
+
+
+# ---------------------------------------------------------------------------------------------------------
+# body
+
+
+def test_body_says_what_the_racket_does(capsys):
+    out = said(capsys, "body", "racket")
+    # 1/λ and 2π/Ω of Brody's moments at 10 rad s-1, by hand: λ² = 100 (I2 - I1)(I3 - I2)/(I1 I3)
+    rate = 10 * np.sqrt(0.01517 * 0.0011 / (0.00121 * 0.01748))
+    assert f"grows e-fold in {1 / rate:.4g} s" in out
+    assert f"in {2 * np.pi / (10 * np.sqrt(0.01517 * 0.01627 / (0.01638 * 0.01748))):.4g} s" in out
+    assert "the body flips every" in out
+    assert "axis 2, its own" in out
+
+
+def test_body_says_what_people_observed(capsys):
+    out = said(capsys, "body", "earth")
+    assert "303.7 days" in out
+    assert "observed: 433 days, Chandler wobble" in out
+
+
+def test_body_as_json(capsys):
+    facts = json.loads(said(capsys, "body", "--ratios", 1, 2, 2.5, "--omega0", "-1e+1", "--json"))
+    assert facts["omega0"] == -10.0
+    assert [axis["regime"] for axis in facts["axes"]] == ["stable_minor", "unstable", "stable_major"]
+    assert facts["axes"][1]["e_folding_time"] == pytest.approx(np.sqrt(2.5 / 0.5) / 10, rel=1e-14)
+    assert facts["axes"][1]["euler_period"] is None
+
+
+def test_body_takes_a_tensor_and_a_mesh(tmp_path, capsys):
+    trimesh = pytest.importorskip("trimesh")
+    tensor = ["2", "-5e-1", "0", "-0.5", "2", "-.1", "0", "-1e-1", "3"]
+    facts = json.loads(said(capsys, "body", "--tensor", *tensor, "--json"))
+    values = np.linalg.eigvalsh([[2, -0.5, 0], [-0.5, 2, -0.1], [0, -0.1, 3]])
+    np.testing.assert_allclose(facts["moments"], values, rtol=1e-14)
+    trimesh.creation.box((3, 2, 1)).export(tmp_path / "brick.obj")
+    out = said(capsys, "body", "--mesh", tmp_path / "brick.obj", "--mass", 12, "--unit", "m")
+    for line in ("12 kg, 6 m³, 3 × 2 × 1 m, 12 faces", "I1 = 5 kg m²  about x", "I3 = 13 kg m²  about"):
+        assert line in out
+
+
+def test_body_knows_the_bodies_of_ones_own_definition(tmp_path, capsys):
+    (tmp_path / "mine.yaml").write_text(
+        "bodies: [{name: Brick, tensor: [[5, 0, 0], [0, 13, 0], [0, 0, 10]], omega0: 2.0}]\n"
+    )
+    out = said(capsys, "body", "brick", "--definition", tmp_path / "mine.yaml")
+    assert "I2 = 10 kg m²  about z" in out
+    assert said(capsys, "body", "--definition", tmp_path / "mine.yaml") == "Brick\n"
+    assert "Earth\nMoon" in said(capsys, "body")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["raket"], "did you mean Tennis racket (Wilson T-2000)?"),
+        (["Erath"], "did you mean Earth?"),
+        (["qqq"], "is not among the names; allowed: Earth, Moon"),
+        (["earth", "--moments", 1, 2, 3], "more than one is given"),
+        (["--moments", 1, 2, -3], "body: I3: -3.0 is out of range"),
+        (["--tensor", 1, 2, 0, 2, 1, 0, 0, 0, 1], "body: tensor: "),
+        (["--mesh", "none.stl", "--mass", 1], "body: mesh.file: 'none.stl' is not there"),
+        (["--mesh", "none.stl"], "body: mesh.density: (nothing) is missing"),
+        (["earth", "--epsilon", 2], "body: epsilon: 2.0 is out of range"),
+        (["earth", "--omega0", 0], "body: omega0: 0.0 is out of range"),
+        (["earth", "--definition", "tiny"], "bodies: (nothing) is missing"),
+        (["earth", "--definition", "bodes"], "did you mean bodies?"),
+    ],
+)
+def test_body_refuses_in_words(capsys, arguments, words):
+    assert words in refused(capsys, "body", *arguments)
+
+
+# ---------------------------------------------------------------------------------------------------------
+# check
+
+
+def test_check_as_json_and_with_axes(tmp_path, capsys):
+    (tmp_path / "mine.yaml").write_text(
+        "bodies: [{name: Brick, tensor: [[5, 0, 0], [0, 13, 0], [0, 0, 10]], omega0: 2.0}]\n"
+    )
+    facts = json.loads(said(capsys, "check", tmp_path / "mine.yaml", "--json"))
+    assert facts["dimensions"] == {"body": 1, "axis": 3, "epsilon": 1, "phase": 1}
+    assert facts["bodies"]["Brick"]["moments"] == [5.0, 10.0, 13.0]
+    assert np.linalg.det(facts["bodies"]["Brick"]["axes"]) == pytest.approx(1.0)
+    assert "I1 = 5 kg m²  about x" in said(capsys, "check", tmp_path / "mine.yaml")
+    assert json.loads(said(capsys, "check", "--list", "--json"))["bodies"] == "Real bodies"
+
+
+@pytest.mark.parametrize(
+    "name", ["check", "run", "show", "point", "slice", "body", "compile", "shard", "merge", "figures", "report"]
+)
+def test_every_command_has_help(name, capsys):
+    with pytest.raises(SystemExit) as left:
+        main([name, "--help"])
+    assert left.value.code == 0
+    assert f"python -m sweeps {name}" in capsys.readouterr().out
+
+
+def test_a_place_that_cannot_be_written_is_said_in_one_line(path, tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    status = main(
+        ["slice", str(path), "--axis", "2", "--omega0", "1", "--epsilon", "1e-6", "-o", str(tmp_path / "file" / "s.nc")]
+    )
+    assert status == 1
+    assert capsys.readouterr().err.count("\n") == 1

@@ -1,0 +1,34 @@
+"""The notebooks, executed from the top as a reader would, by a kernel of their own."""
+
+import os
+from pathlib import Path
+
+import nbformat
+import pytest
+from nbclient import NotebookClient
+
+ROOT = Path(__file__).parents[1]
+
+
+def executed(name, folder):
+    """The outputs of each cell, as text."""
+    notebook = nbformat.read(ROOT / "sweeps" / "notebooks" / name, as_version=4)
+    assert not any(cell.get("outputs") for cell in notebook.cells), "a notebook ships without outputs"
+    NotebookClient(
+        notebook, timeout=600, kernel_name="python3", resources={"metadata": {"path": str(folder)}}
+    ).execute()
+    return [str(cell.get("outputs", "")) for cell in notebook.cells]
+
+
+@pytest.mark.slow
+def test_the_first_map_is_what_its_words_say(tmp_path, monkeypatch):
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")]))
+    monkeypatch.setenv("MPLBACKEND", "module://matplotlib_inline.backend_inline")
+    outputs = executed("first_map.ipynb", tmp_path)
+    said = "\n".join(outputs)
+    assert "'axis': 3, 'I1': 24, 'I2': 24, 'I3': 24, 'omega0': 8" in said
+    assert "['stable_minor', 'unstable', 'stable_major']" in said
+    assert said.count("image/png") == 4
+    deviation = float(said.split("worst relative deviation over ")[1].split(": ")[1][:7])
+    assert 0 < deviation < 1e-6
+    assert "'True'" in outputs[-1]

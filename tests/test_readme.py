@@ -1,0 +1,91 @@
+"""Every command that README.md shows, run as it stands there, in a copy of the repository."""
+
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import sweeps
+from sweeps import storage
+
+ROOT = Path(__file__).parents[1]
+TEXT = (ROOT / "README.md").read_text(encoding="utf-8")
+BLOCK = re.compile(r"(?:<!-- run by (\S+) -->\n\n)?```sh\n(.*?)```", re.DOTALL)
+ELSEWHERE = {"python3 -m venv": ".ci/run"}
+
+
+def commands():
+    """The lines of the shell blocks that are not run elsewhere."""
+    for place, text in BLOCK.findall(TEXT):
+        for line in text.splitlines():
+            elsewhere = place or next((where for start, where in ELSEWHERE.items() if line.startswith(start)), "")
+            if not elsewhere:
+                yield line
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """The repository, the default map, and the files that a reader of the README has."""
+    trimesh = pytest.importorskip("trimesh")
+    folder = tmp_path_factory.mktemp("readme")
+    for name in ("kernels", "sweeps"):
+        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy2(ROOT / "Snakefile", folder)
+    trimesh.creation.box((0.27, 0.2, 0.01)).export(folder / "racket.stl")
+    (folder / "my.yaml").write_text(re.search(r"```yaml\n(title: A brick\n.*?)```", TEXT, re.DOTALL)[1])
+    (folder / "results/tennis_racket").mkdir(parents=True)
+    storage.write_map(sweeps.survey("tennis_racket", threads=2), folder / "results/tennis_racket/stability_map.nc")
+    return folder
+
+
+def run(folder, line):
+    program, *arguments = shlex.split(line)
+    assert program in (".venv/bin/python", ".venv/bin/snakemake")
+    module = ["-m", "snakemake"] if program.endswith("snakemake") else []
+    environment = os.environ | {"PYTHONPATH": str(folder)}
+    return subprocess.run(
+        [sys.executable, *module, *arguments], cwd=folder, env=environment, capture_output=True, text=True, check=False
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("line", list(commands()))
+def test_a_command_of_the_readme_does_what_it_says(folder, line):
+    answer = run(folder, line)
+    assert answer.returncode == 0, answer.stderr
+    assert "Traceback" not in answer.stderr
+
+
+@pytest.mark.slow
+def test_the_bodies_of_the_readme_are_a_definition(folder):
+    text = re.search(r"```yaml\n(bodies:\n.*?)```", TEXT, re.DOTALL)[1]
+    (folder / "real.yaml").write_text(text)
+    answer = run(folder, ".venv/bin/python -m sweeps check real.yaml")
+    assert answer.returncode == 0, answer.stderr
+    assert "Satellite: principal moments and axes" in answer.stdout
+
+
+@pytest.mark.slow
+def test_the_python_of_the_readme_runs(folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    exec(re.search(r"```python\n(.*?)```", TEXT, re.DOTALL)[1], {})
+
+
+def test_what_runs_elsewhere_is_there():
+    for place, text in BLOCK.findall(TEXT):
+        for line in text.splitlines():
+            if place:
+                script = next(word for word in shlex.split(line) if word.endswith(".py"))
+                assert Path(script).stem in (ROOT / place).read_text(encoding="utf-8")
+    assert ".ci/run" in ELSEWHERE.values()
+    assert "python3 -m venv" in (ROOT / ".ci/run").read_text(encoding="utf-8")
+
+
+def test_links_and_pictures_of_the_readme_are_there():
+    for target in re.findall(r"\]\(([^)#]+)\)", TEXT):
+        assert target.startswith("http") or (ROOT / target).exists(), target
