@@ -17,7 +17,7 @@ import numpy as np
 import xarray as xr
 
 from sweeps import dataset, systems
-from sweeps.content import ContentHash, content_hash
+from sweeps.content import ContentHash, hashed
 from sweeps.definition import Definition
 from sweeps.files import replaced
 from sweeps.grid import Grid
@@ -78,6 +78,8 @@ def _merge_once(definition: Definition, paths: Sequence[Path], path: str | Path,
                 _place(file, grid, low, columns)
                 for done in hashing:
                     done.result()
+        for name, own in digest.digests().items():
+            file[name].sha256 = own
         file.motions_integrated = str(sum(shard.motions for shard in shards))
         file.content_hash = digest.hexdigest()
     return digest.hexdigest()
@@ -151,7 +153,10 @@ def _history() -> str:
 
 def write_map(ds: xr.Dataset, path: str | Path) -> str:
     """Writes a Dataset from `sweeps.survey` as a map, and returns its content hash; lazy ones are computed twice."""
-    digest = content_hash(ds)
+    digest = hashed(ds)
+    own = digest.digests()
+    ds = ds.assign({name: ds[name].assign_attrs(sha256=own[name]) for name in ds.data_vars})
+    ds = ds.assign_coords({name: ds[name].assign_attrs(sha256=own[name]) for name in ds.coords})
     encoding = {name: {"_FillValue": None} for name in ds.coords}
     for name, variable in ds.data_vars.items():
         encoding[name] = {"chunksizes": chunk_shape(variable.shape), "_FillValue": None}
@@ -160,10 +165,10 @@ def write_map(ds: xr.Dataset, path: str | Path) -> str:
         if variable.dtype != np.float64:
             encoding[name] |= {"zlib": True, "complevel": DEFLATE["complevel"], "shuffle": True}
     with replaced(path) as temporary:
-        ds.assign_attrs(history=_history(), content_hash=digest).to_netcdf(
+        ds.assign_attrs(history=_history(), content_hash=digest.hexdigest()).to_netcdf(
             temporary, engine="netcdf4", format="NETCDF4", encoding=encoding
         )
-    return digest
+    return digest.hexdigest()
 
 
 def write_part(ds: xr.Dataset, path: str | Path, command: str) -> str:
