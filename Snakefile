@@ -9,9 +9,9 @@ import sys
 from pathlib import Path
 
 from kernels.fingerprint import cache_folder
-from sweeps import catalogue, systems
+from sweeps import catalogue, claims, systems
 from sweeps.refusals import DefinitionError
-from sweeps.targets import on_command_line, refuse_unmade
+from sweeps.targets import is_to_run, on_command_line, refuse_unmade
 
 # the interpreter that runs this workflow also runs its jobs
 shell.prefix(f"PATH={shlex.quote(str(Path(sys.executable).parent))}:$PATH; ")
@@ -53,7 +53,7 @@ rule compile:
     message:
         "Compiling the kernels, once per machine"
     shell:
-        "python -m sweeps compile --output {output:q} > {log:q} 2>&1"
+        "python -m sweeps compile --output {output:q} > {log:q} 2>&1 || {{ tail -n 20 {log:q} >&2; exit 1; }}"
 
 
 rule shard:
@@ -79,7 +79,8 @@ rule shard:
         "Measuring shard {wildcards.k} of {wildcards.n} of {wildcards.sweep}"
     shell:
         "python -m sweeps shard {input.definition:q} {wildcards.k} {wildcards.n}"
-        " --threads {threads} --output {output:q} > {log:q} 2>&1"
+        " --threads {threads} --output {output:q}"
+        " > {log:q} 2>&1 || {{ tail -n 20 {log:q} >&2; exit 1; }}"
 
 
 rule merge:
@@ -111,8 +112,9 @@ rule merge:
     message:
         "Merging the shards of {wildcards.sweep} into its map"
     shell:
-        "python -m sweeps merge {input.definition:q} {input.shards:q}"
-        " --threads {threads} --output {output:q} > {log:q} 2>&1"
+        "python -m sweeps merge --renew {input.definition:q} {input.shards:q}"
+        " --threads {threads} --output {output:q}"
+        " > {log:q} 2>&1 || {{ tail -n 20 {log:q} >&2; exit 1; }}"
 
 
 rule figures:
@@ -135,7 +137,7 @@ rule figures:
     message:
         "Drawing the pictures of {wildcards.sweep}"
     shell:
-        "python -m sweeps figures {input:q} --output {output:q} > {log:q} 2>&1"
+        "python -m sweeps figures {input:q} --output {output:q} > {log:q} 2>&1 || {{ tail -n 20 {log:q} >&2; exit 1; }}"
 
 
 rule report:
@@ -157,11 +159,14 @@ rule report:
     message:
         "Writing the report of {wildcards.sweep}"
     shell:
-        "python -m sweeps report {input:q} --output {output:q} > {log:q} 2>&1"
+        "python -m sweeps report {input:q} --output {output:q} > {log:q} 2>&1 || {{ tail -n 20 {log:q} >&2; exit 1; }}"
 
 
 try:
     refuse_unmade(on_command_line(), workflow.rules, PLANS)
+    if workflow.is_main_process and is_to_run():
+        claims.claim(PLANS)
+        claims.replace_locks(workflow)
 except DefinitionError as refused:
     print(refused, file=sys.stderr)
     sys.exit(2)

@@ -24,6 +24,7 @@ a sweep of your own:
   python -m sweeps check my.yaml                      is it right, how large is it
   python -m sweeps run my.yaml                        its map, pictures and report, in results/my
   python -m sweeps show results/my/stability_map.nc   what came out
+  python -m sweeps verify results/my                  is it what its definition makes
 the same by the workflow:
   snakemake --cores 2 --config definition=my.yaml
 and by hand:
@@ -35,7 +36,7 @@ and by hand:
   python -m sweeps report map.nc -o report.html
 
 exit status: 0 done; 2 what was given is wrong, and a message said what (nothing was written); 130 interrupted;
-1 anything else
+1 anything else (of `verify`: the map differs)
 """
 
 
@@ -53,7 +54,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Runs one command; returns the exit status."""
     args = _parser().parse_args(sys.argv[1:] if arguments is None else arguments)
     try:
-        args.run(args)
+        return args.run(args) or 0
     except RefusedError as refused:
         print(refused, file=sys.stderr)
         return 2
@@ -70,7 +71,6 @@ def main(arguments: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("interrupted; what was finished stays", file=sys.stderr)
         return 130
-    return 0
 
 
 if __name__ == "__main__":

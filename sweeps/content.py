@@ -1,7 +1,8 @@
 """What a map holds, as one hash: equal content, equal hash, however it is stored."""
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import product
 
 import numpy as np
 import xarray as xr
@@ -51,8 +52,29 @@ def as_bytes(values: np.ndarray) -> bytes | memoryview:
 
 def content_hash(ds: xr.Dataset) -> str:
     """Content hash of a Dataset (see `ContentHash`); lazy variables are computed one at a time."""
+    return hashed(ds).hexdigest()
+
+
+def hashed(ds: xr.Dataset, room: int | None = None) -> ContentHash:
+    """The hashes of a Dataset's content.
+
+    Args:
+        ds: what to hash.
+        room: most values of a variable to hold in memory at a time; left out, a variable whole.
+    """
     digest = ContentHash()
     for name, variable in ds.variables.items():
         digest.declare(name, variable.dims, variable.shape, variable.dtype)
-        digest.update(name, variable.values)
-    return digest.hexdigest()
+        for box in runs(variable.shape, room or max(variable.size, 1)):
+            digest.update(name, variable[box].values)
+    return digest
+
+
+def runs(shape: Sequence[int], room: int) -> Iterator[tuple[slice, ...]]:
+    """Boxes of at most `room` values that hold an array's values in C order, one run after the other."""
+    box, left = [], room
+    for size in reversed(shape):
+        box.append(max(1, min(size, left)))
+        left = left // box[-1] if box[-1] == size else 1
+    for corner in product(*(range(0, n, step) for n, step in zip(shape, reversed(box), strict=True))):
+        yield tuple(slice(at, at + step) for at, step in zip(corner, reversed(box), strict=True))

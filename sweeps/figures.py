@@ -10,7 +10,7 @@ from PIL import Image
 
 from sweeps import systems
 from sweeps.figure_style import STYLE
-from sweeps.files import replaced
+from sweeps.files import replaced, replaced_folder
 from sweeps.systems import oscillator
 
 FRAME_MILLISECONDS = 60
@@ -48,18 +48,13 @@ def draw_all(ds: xr.Dataset, folder: str | Path) -> Iterator[Path]:
         folder: where the files go; it is made where it is missing, and files of the same name are replaced.
 
     Yields:
-        The path of each file once it is written.
+        The path of each file, once all are written.
     """
     folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, draw in pictures(ds).items():
-        path = folder / f"{name}.png"
-        if _write(draw, path):
-            yield path
-    for name, frames in animations(ds).items():
-        path = folder / f"{name}.gif"
-        if _animate(frames, path):
-            yield path
+    with replaced_folder(folder) as temporary:
+        drawn = [f"{name}.png" for name, draw in pictures(ds).items() if _write(draw, temporary / f"{name}.png")]
+        moving = [f"{n}.gif" for n, frames in animations(ds).items() if _animate(frames, temporary / f"{n}.gif")]
+    yield from (folder / name for name in drawn + moving)
 
 
 def _animate(frames: Callable[[], list[Image.Image]], path: Path) -> bool:

@@ -1,18 +1,24 @@
 """Files that a reader never sees half of: written under another name beside their place, then renamed."""
 
 import errno
+import glob
 import os
+import platform
+import re
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+
+_HOST = re.sub(r"[^A-Za-z0-9]", "", platform.node())[:32] or "host"
 
 
 @contextmanager
 def replaced(path: str | Path, flush: bool = True) -> Iterator[Path]:
     """Gives a temporary path beside `path`; once the block has ended well, what it wrote takes that place.
 
-    Where the block fails, the temporary file is removed and whatever stood at `path` is as it was.
+    Where the block fails, the temporary file is removed and whatever stood at `path` is as it was. What a process of
+    this machine that was killed left of the same file is removed first.
 
     Args:
         path: the file to write.
@@ -21,7 +27,8 @@ def replaced(path: str | Path, flush: bool = True) -> Iterator[Path]:
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
+    remove_leftovers(path)
+    handle, name = tempfile.mkstemp(prefix=f".{path.name}.{_HOST}-{os.getpid()}.", suffix=".part", dir=path.parent)
     os.close(handle)
     temporary = Path(name)
     try:
@@ -34,6 +41,44 @@ def replaced(path: str | Path, flush: bool = True) -> Iterator[Path]:
             _flush(path.parent)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def remove_leftovers(path: Path) -> None:
+    """Removes the temporary files of `path` whose process, of this machine, is no more."""
+    for part in path.parent.glob(f".{glob.escape(path.name)}.{_HOST}-*.part"):
+        process = re.fullmatch(r"(\d+)\.[^.]*\.part", part.name.removeprefix(f".{path.name}.{_HOST}-"))
+        if process and not _is_alive(int(process[1])):
+            part.unlink(missing_ok=True)
+
+
+def _is_alive(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:  # it is somebody else's
+        return True
+    return True
+
+
+@contextmanager
+def replaced_folder(path: str | Path) -> Iterator[Path]:
+    """Gives a temporary folder beside `path`; once the block has ended well, its files take their places in `path`.
+
+    A folder that was not there appears whole.
+    """
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=f".{path.name}.", suffix=".part", dir=path.parent) as name:
+        made = Path(name) / "made"
+        made.mkdir()
+        yield made
+        try:
+            made.rename(path)
+        except OSError:
+            path.mkdir(exist_ok=True)
+            for file in made.iterdir():
+                file.replace(path / file.name)
 
 
 def _umask() -> int:

@@ -4,10 +4,13 @@ A shard says which points it holds, of which definition and which kernels, and a
 was cut short or changed on the disk is found before it reaches a map.
 """
 
+import errno
 import json
+import os
 import zlib
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
 
 import netCDF4
@@ -40,6 +43,44 @@ class DamagedError(MapError):
         self.path = Path(path)
 
 
+class ForeignError(DamagedError):
+    """A shard of another definition, or of other kernels."""
+
+    def __init__(self, path: str | Path, name: str):
+        MapError.__init__(
+            self, f"{path}: {name}: is not that of this sweep; allowed: shards of this definition and kernels"
+        )
+        self.path = Path(path)
+
+
+@contextmanager
+def written(path: str | Path, flush: bool = True) -> Iterator[netCDF4.Dataset]:
+    """A netCDF-4 file to fill, which takes its place once it is whole (see `sweeps.files.replaced`).
+
+    Raises:
+        OSError: where the disk is full or fails, with the system's reason: netCDF itself says "HDF error".
+    """
+    with replaced(path, flush) as temporary:
+        try:
+            with netCDF4.Dataset(temporary, "w", format="NETCDF4") as file:
+                yield file
+        except RuntimeError as error:
+            raise _reason(temporary, path, error) from None
+
+
+def _reason(temporary: Path, path: str | Path, error: RuntimeError) -> OSError:
+    """Why netCDF could not write: what the system says to a further mebibyte."""
+    try:
+        handle = os.open(temporary, os.O_WRONLY)
+        try:
+            os.posix_fallocate(handle, temporary.stat().st_size, 2**20)
+        finally:
+            os.close(handle)
+    except OSError as said:
+        return OSError(said.errno, said.strerror, str(path))
+    return OSError(errno.EIO, f"cannot be written ({error})", str(path))
+
+
 def write_shard(
     definition: Definition,
     number: int,
@@ -61,7 +102,7 @@ def write_shard(
     grid = Grid(definition)
     start, stop = grid.shard_bounds(count)[number - 1]
     checksums, motions = {}, 0
-    with replaced(path, flush=False) as temporary, netCDF4.Dataset(temporary, "w", format="NETCDF4") as file:
+    with written(path, flush=False) as file:
         _create(file, definition, start, stop)
         with ThreadPoolExecutor(1) as writer:
             pending = None
@@ -149,8 +190,7 @@ class Shard:
         wanted = identity(definition)
         for name, value in wanted.items():
             if name in held and held[name] != value:
-                allowed = "shards of this definition and kernels"
-                raise MapError(f"{self.path}: {name}: is not that of this sweep; allowed: {allowed}")
+                raise ForeignError(self.path, name)
         names = systems.resolve(definition.system).variables(definition)
         needed = ("first_point", "point_after_last", "checksums", "motions_integrated", *wanted, *names)
         missing = [name for name in needed if name not in held and name not in self._file.variables]

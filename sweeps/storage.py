@@ -17,13 +17,13 @@ import numpy as np
 import xarray as xr
 
 from sweeps import dataset, systems
-from sweeps.content import ContentHash, content_hash
+from sweeps.content import ContentHash, content_hash, hashed
 from sweeps.definition import Definition
-from sweeps.files import replaced
+from sweeps.files import remove_leftovers, replaced
 from sweeps.grid import Grid
 from sweeps.reading import plain, read_text
 from sweeps.refusals import UnreadableError
-from sweeps.shards import DamagedError, MapError, Shard, identity, write_shard
+from sweeps.shards import DamagedError, ForeignError, MapError, Shard, identity, write_shard, written
 from sweeps.systems.oscillator import VARIABLES as OSCILLATIONS
 from sweeps.variables import Variable
 
@@ -31,7 +31,9 @@ CHUNK_POINTS = 2**16
 DEFLATE = {"compression": "zlib", "complevel": 1, "shuffle": True}
 
 
-def merge(definition: Definition, shards: Iterable[str | Path], path: str | Path, threads: int = 1) -> str:
+def merge(
+    definition: Definition, shards: Iterable[str | Path], path: str | Path, threads: int = 1, renew: bool = False
+) -> str:
     """Writes the map of a definition from its shards, a block of points at a time.
 
     A shard that was cut short or changed on the disk is measured again, where its name says which it is
@@ -42,6 +44,8 @@ def merge(definition: Definition, shards: Iterable[str | Path], path: str | Path
         shards: the files of `sweeps.shards.write_shard`, in any order; together they hold each point once.
         path: the map to write.
         threads: threads that hash while the map is written.
+        renew: whether shards of another definition or other kernels are measured again as well: what a run that was
+            killed left behind before an edit.
 
     Returns:
         The map's content hash.
@@ -52,13 +56,17 @@ def merge(definition: Definition, shards: Iterable[str | Path], path: str | Path
     shards = [Path(shard) for shard in shards]
     for _ in range(len(shards) + 1):
         try:
-            return _merge_once(definition, shards, path, threads)
+            told = _merge_once(definition, shards, path, threads)
         except DamagedError as damaged:
             position = re.fullmatch(r"(\d+)-of-(\d+)\.nc", damaged.path.name)
-            if not position:
+            if not position or (isinstance(damaged, ForeignError) and not renew):
                 raise
             print(f"{damaged}: measured again", file=sys.stderr)
             write_shard(definition, *map(int, position.groups()), damaged.path, threads)
+        else:
+            for shard in shards:
+                remove_leftovers(shard)
+            return told
     raise MapError(f"{path}: shards are damaged faster than they can be measured; allowed: a disk that keeps them")
 
 
@@ -68,8 +76,7 @@ def _merge_once(definition: Definition, paths: Sequence[Path], path: str | Path,
         shards = [stack.enter_context(Shard(shard, definition)) for shard in paths]
         shards.sort(key=lambda shard: shard.first)
         _check_coverage(shards, grid)
-        temporary = stack.enter_context(replaced(path))
-        file = stack.enter_context(netCDF4.Dataset(temporary, "w", format="NETCDF4"))
+        file = stack.enter_context(written(path))
         pool = stack.enter_context(ThreadPoolExecutor(threads))
         digest = _create_map(file, definition, grid)
         for shard in shards:
@@ -78,6 +85,8 @@ def _merge_once(definition: Definition, paths: Sequence[Path], path: str | Path,
                 _place(file, grid, low, columns)
                 for done in hashing:
                     done.result()
+        for name, own in digest.digests().items():
+            file[name].sha256 = own
         file.motions_integrated = str(sum(shard.motions for shard in shards))
         file.content_hash = digest.hexdigest()
     return digest.hexdigest()
@@ -151,7 +160,10 @@ def _history() -> str:
 
 def write_map(ds: xr.Dataset, path: str | Path) -> str:
     """Writes a Dataset from `sweeps.survey` as a map, and returns its content hash; lazy ones are computed twice."""
-    digest = content_hash(ds)
+    digest = hashed(ds)
+    own = digest.digests()
+    ds = ds.assign({name: ds[name].assign_attrs(sha256=own[name]) for name in ds.data_vars})
+    ds = ds.assign_coords({name: ds[name].assign_attrs(sha256=own[name]) for name in ds.coords})
     encoding = {name: {"_FillValue": None} for name in ds.coords}
     for name, variable in ds.data_vars.items():
         encoding[name] = {"chunksizes": chunk_shape(variable.shape), "_FillValue": None}
@@ -160,10 +172,10 @@ def write_map(ds: xr.Dataset, path: str | Path) -> str:
         if variable.dtype != np.float64:
             encoding[name] |= {"zlib": True, "complevel": DEFLATE["complevel"], "shuffle": True}
     with replaced(path) as temporary:
-        ds.assign_attrs(history=_history(), content_hash=digest).to_netcdf(
+        ds.assign_attrs(history=_history(), content_hash=digest.hexdigest()).to_netcdf(
             temporary, engine="netcdf4", format="NETCDF4", encoding=encoding
         )
-    return digest
+    return digest.hexdigest()
 
 
 def write_part(ds: xr.Dataset, path: str | Path, command: str) -> str:
@@ -175,6 +187,8 @@ def write_part(ds: xr.Dataset, path: str | Path, command: str) -> str:
     floats = {name: {"_FillValue": np.nan} for name, variable in ds.data_vars.items() if variable.dtype.kind == "f"}
     others = {name: {"_FillValue": None} for name in ds.variables if name not in texts and name not in floats}
     ds = ds.load().drop_encoding()
+    for variable in ds.variables.values():
+        variable.attrs.pop("sha256", None)  # that of the whole map
     digest = content_hash(ds)
     history = f"{_history()} {command}\n{ds.attrs.get('history', '')}".strip()
     with replaced(path) as temporary:

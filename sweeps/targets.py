@@ -13,6 +13,13 @@ from snakemake.cli import get_argument_parser
 
 from sweeps.refusals import DefinitionError, shortened
 
+# options of Snakemake that make none of the workflow's files
+LOOKING = (
+    *("dryrun", "lint", "list_rules", "list_target_rules", "summary", "detailed_summary", "print_compilation"),
+    *("dag", "rulegraph", "filegraph", "d3dag", "report", "unlock", "cleanup_metadata", "cleanup_shadow", "archive"),
+    *("containerize", "export_cwl", "generate_unit_tests", "list_changes", "list_input_changes", "list_params_changes"),
+)
+
 
 def on_command_line() -> list[str]:
     """Targets of the running `snakemake` command; none where it was not started from a command line."""
@@ -23,6 +30,17 @@ def on_command_line() -> list[str]:
     except SystemExit:  # Snakemake itself has accepted these arguments, or will say what is wrong
         return []
     return [str(target) for target in arguments.targets or ()]
+
+
+def is_to_run() -> bool:
+    """Whether the running `snakemake` command is to make files, rather than to show or to plan something."""
+    if not Path(sys.argv[0]).name.startswith(("snakemake", "__main__")):
+        return True
+    try:
+        arguments, _ = get_argument_parser().parse_known_args(sys.argv[1:])
+    except SystemExit:
+        return False
+    return not any(getattr(arguments, name, None) for name in LOOKING)
 
 
 def refuse_unmade(targets: Iterable[str], rules: Iterable, sweeps: Iterable[str]) -> None:

@@ -1,7 +1,5 @@
 """`compile`: the kernels, once per machine."""
 
-from pathlib import Path
-
 from sweeps.commands import parser
 
 
@@ -14,7 +12,9 @@ def add(commands) -> None:
 def _run(args):
     from kernels.fingerprint import fingerprint
     from sweeps import warmup
+    from sweeps.files import replaced
 
     warmup.compile_kernels()
     if args.output:
-        Path(args.output).write_text(fingerprint() + "\n")
+        with replaced(args.output) as temporary:
+            temporary.write_text(fingerprint() + "\n")
