@@ -15,15 +15,22 @@ import numpy as np
 from numba import njit
 
 from kernels import rigid_body
-from kernels.rigid_body import OPTIONS
+from kernels.rigid_body import INLINE, OPTIONS
 
 FREE = -1
 
 
-@njit(**OPTIONS)
-def _mixed(key, value):
-    """A hash of 64 bits, carried on by the bits of one more double (the finalizer of MurmurHash3)."""
-    bits = np.uint64(np.float64(value).view(np.int64)) ^ key
+@njit(**INLINE)
+def _bits(value):
+    """The 64 bits of a double; the two zeros are one number."""
+    return np.uint64(np.float64(value + 0.0).view(np.int64))
+
+
+@njit(**INLINE)
+def _hash(x, y, z, u, v):
+    """A hash of five doubles: their bits times odd constants, finished as MurmurHash3 is."""
+    bits = _bits(x) * np.uint64(0x9E3779B97F4A7C15) + _bits(y) * np.uint64(0xC2B2AE3D27D4EB4F)
+    bits += _bits(z) * np.uint64(0x165667B19E3779F9) + _bits(u) * np.uint64(0x27D4EB2F165667C5) + _bits(v)
     bits = (bits ^ (bits >> np.uint64(33))) * np.uint64(0xFF51AFD7ED558CCD)
     bits = (bits ^ (bits >> np.uint64(33))) * np.uint64(0xC4CEB9FE1A85EC53)
     return bits ^ (bits >> np.uint64(33))
@@ -56,10 +63,7 @@ def representatives(I1, I2, I3, axis, omega0, epsilon, phase):
         first[i] = i
         if not math.isfinite(keys[i, 0] + keys[i, 1] + keys[i, 2] + keys[i, 3] + omega0[i]):
             continue
-        mixed = np.uint64(0)
-        for j in range(5):
-            mixed = _mixed(mixed, keys[i, j] + 0.0)  # the two zeros are one number
-        slot = np.int64(mixed & np.uint64(room - 1))
+        slot = np.int64(_hash(keys[i, 0], keys[i, 1], keys[i, 2], keys[i, 3], keys[i, 4]) & np.uint64(room - 1))
         while table[slot] != FREE:
             other = table[slot]
             same = True

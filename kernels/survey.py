@@ -366,14 +366,23 @@ def collapsed(points, *settings, **options):
     chosen = {name: array[own] for name, array in zip(names, arrays, strict=True)}
     columns = measured(chosen | {"omega0": np.sign(chosen["omega0"])}, *settings, **options)
     at, spin = place[first], np.abs(arrays[4])
-    return {name: _in_units(column[at], spin, POWERS.get(name, 0)) for name, column in columns.items()}
+    return {name: _expanded(column, at, spin, POWERS.get(name, 0)) for name, column in columns.items()}
 
 
-def _in_units(values, spin, power):
-    """Values in units of the spin, turned into units of s by as many factors as :func:`measured` uses."""
-    for _ in range(abs(power)):
-        values = values * spin if power > 0 else values / spin
-    return values
+@njit(nogil=True, **OPTIONS)
+def _expanded(values, at, spin, power):
+    """Values of motions, in units of the spin, as those of points, by as many factors as :func:`measured` uses."""
+    out = np.empty(at.size, dtype=values.dtype)
+    if power == 0:
+        for i in range(at.size):
+            out[i] = values[at[i]]
+    elif power > 0:
+        for i in range(at.size):
+            out[i] = values[at[i]] * spin[i] if power == 1 else values[at[i]] * spin[i] * spin[i]
+    else:
+        for i in range(at.size):
+            out[i] = values[at[i]] / spin[i]
+    return out
 
 
 def survey(points, *settings, collapse=False, **options):

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import bodies as task
 import contenders
+import kernel
 import mpmath as mp
 import numpy as np
 import pytest
@@ -133,3 +134,10 @@ def test_a_contender_that_is_always_better_is_taken_at_its_fastest():
 
 def test_a_contender_that_is_never_good_enough_has_no_speed():
     assert math.isnan(race.speed_at(entries(1e-6, 1e-9), 1e-10, [400.0, 100.0]))
+
+
+def test_the_kernels_benchmark_runs(capsys):
+    kernel.main(["--tiny"])
+    told = capsys.readouterr().out
+    for name, *_ in kernel.RATIOS:
+        assert name in told

@@ -1,69 +1,108 @@
-"""Points per second of the survey kernel on the default sweep, on one core and on two, beside a plain SciPy loop.
+"""Points per second of the survey on the default sweep, and the ratios that its parts are judged by.
 
-    python tests/benchmarks/kernel.py
+    python tests/benchmarks/kernel.py [--tiny]
 
-All in one run, warm; medians of several. Nothing is asserted: absolute times move from machine to machine.
+All in one run, warm, everybody in every round and the rounds interleaved; medians, and ratios within a round. Nothing
+is asserted: absolute times move from machine to machine.
 """
 
+import argparse
+import os
 import statistics
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
-import xarray as xr
-from scipy.integrate import solve_ivp
 
-from kernels import rigid_body, survey
-from sweeps import catalogue, dataset
+from kernels import survey
+from sweeps import catalogue
 from sweeps.definition import load
 from sweeps.grid import Grid
 
-RUNS = 5
-SCIPY_POINTS = 20
+BARE = ("omega_squared", "omega_squared_stderr", "regime", "status")
+UNCERTIFIED = tuple(name for name in survey.MEASURED if name != "propagation_error")
+BLOCK = 2**16
 
 
-def seconds(call):
-    """Median wall time of a call."""
-    times = []
-    for _ in range(RUNS):
-        begun = time.perf_counter()
-        call()
-        times.append(time.perf_counter() - begun)
-    return statistics.median(times)
+def blocks(points, size=BLOCK):
+    """Points in runs of one size."""
+    n = points["I1"].size
+    return [{name: values[low : low + size] for name, values in points.items()} for low in range(0, n, size)]
 
 
-def scipy_points(points, integration):
-    """Integrate points one by one by SciPy's DOP853 at rtol 1e-12, sampled as the survey does."""
-    times = 2.0 * np.pi / integration.samples_per_rotation * np.arange(integration.samples + 1)
-    for i in range(SCIPY_POINTS):
-        I1, I2, I3 = (points[name][i] for name in ("I1", "I2", "I3"))
-        c = rigid_body.euler_coefficients(*rigid_body.relabel(I1, I2, I3, points["axis"][i]))
-        size, phase = points["epsilon"][i], points["phase"][i]
-        start = [1.0, size * np.cos(phase), size * np.sin(phase)]
-        solve_ivp(
-            lambda t, w, c=c: (c[0] * w[1] * w[2], c[1] * w[2] * w[0], c[2] * w[0] * w[1]),
-            (0.0, times[-1]), start, method="DOP853", t_eval=times, rtol=1e-12, atol=1e-12 * size,
-        )  # fmt: skip
+def seconds(measure, parts, cores):
+    """Wall time of measuring all parts by so many threads."""
+    begun = time.perf_counter()
+    if cores == 1:
+        for part in parts:
+            measure(part)
+    else:
+        with ThreadPoolExecutor(cores) as pool:
+            list(pool.map(measure, parts))
+    return time.perf_counter() - begun
 
 
-def main():
-    """Print the figures."""
-    definition = load(catalogue.shipped()[catalogue.DEFAULT])
-    grid = Grid(definition)
-    points = grid.points(0, grid.size)
-    arrays = {name: xr.DataArray(values, dims="point") for name, values in points.items()}
-    run = definition.integration
-    settings = (run.rotations, run.samples_per_rotation, run.tolerance)
-    survey.run({name: values[:64] for name, values in points.items()}, *settings)
-    speeds = {
-        "kernel, one core": grid.size / seconds(lambda: survey.run(points, *settings)),
-        "all columns, one core": grid.size / seconds(lambda: dataset.evaluate(arrays, run)),
-        "all columns, two cores": grid.size / seconds(lambda: dataset.evaluate(arrays, run, threads=2)),
-        "SciPy DOP853 loop, one core": SCIPY_POINTS / seconds(lambda: scipy_points(points, run)),
+def contenders(settings):
+    """Name → (what measures a block, threads)."""
+    return {
+        "all columns, one core": (lambda part: survey.survey(part, *settings), 1),
+        "all columns, two cores": (lambda part: survey.survey(part, *settings), 2),
+        "all but the certificate": (lambda part: survey.survey(part, *settings, wanted=UNCERTIFIED), 1),
+        "rates alone, one core": (lambda part: survey.measured(part, *settings, wanted=BARE), 1),
+        "rates alone, two cores": (lambda part: survey.measured(part, *settings, wanted=BARE), 2),
+        "exact propagator": (lambda part: survey.measured(part, *settings, propagator="exact", wanted=BARE), 1),
+        "measured, all columns": (lambda part: survey.measured(part, *settings), 1),
+        "measured, collapsed": (lambda part: survey.collapsed(part, *settings), 1),
     }
-    print(f"{catalogue.DEFAULT}: {grid.size:,} points of {run.samples} samples, medians of {RUNS} runs")
-    slowest = min(speeds.values())
-    for name, speed in speeds.items():
-        print(f"{name:28s} {speed:12,.0f} points/s  {speed / slowest:9,.1f} x")
+
+
+RATIOS = (
+    ("two cores over one, all columns", "all columns, one core", "all columns, two cores"),
+    ("two cores over one, rates alone", "rates alone, one core", "rates alone, two cores"),
+    ("with certificates over without", "all columns, one core", "all but the certificate"),
+    ("direct over exact", "rates alone, one core", "exact propagator"),
+    ("full over collapsed", "measured, all columns", "measured, collapsed"),
+)
+
+
+def slope(settings, points, counts, rounds):
+    """Slope of the kernel's time against the number of points, in log-log: medians of interleaved rounds."""
+    times = {count: [] for count in counts}
+    for _ in range(rounds):
+        for count in counts:
+            repeated = {name: np.resize(values, count) for name, values in points.items()}
+            times[count].append(seconds(lambda part: survey.survey(part, *settings), blocks(repeated), 1))
+    medians = [statistics.median(times[count]) for count in counts]
+    return np.polyfit(np.log(counts), np.log(medians), 1)[0]
+
+
+def main(arguments=None):
+    """Print the figures."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--tiny", action="store_true", help="a few points and two rounds: does it run")
+    tiny = parser.parse_args(arguments).tiny
+    definition = load(catalogue.shipped()[catalogue.DEFAULT])
+    grid, run = Grid(definition), definition.integration
+    points = grid.points(0, 2000 if tiny else grid.size)
+    settings = (run.rotations, run.samples_per_rotation, run.tolerance)
+    parts, rounds = blocks(points), 2 if tiny else 7
+    field = contenders(settings)
+    for measure, _ in field.values():
+        measure(parts[-1])
+    times = {name: [] for name in field}
+    for _ in range(rounds):
+        for name, (measure, cores) in field.items():
+            times[name].append(seconds(measure, parts, cores))
+    n = points["I1"].size
+    load_average = ", ".join(f"{x:.1f}" for x in os.getloadavg())
+    print(f"{definition.name}: {n:,} points of {run.samples} samples, {rounds} rounds, load average {load_average}")
+    for name, found in times.items():
+        print(f"{name:32s} {n / statistics.median(found):12,.0f} points/s")
+    for name, above, below in RATIOS:
+        ratios = [x / y for x, y in zip(times[above], times[below], strict=True)]
+        print(f"{name:32s} {statistics.median(ratios):8.3f}  ({min(ratios):.3f} to {max(ratios):.3f})")
+    counts = [500, 1000, 2000] if tiny else [100_000, 300_000, 1_000_000, 3_000_000]
+    print(f"slope of time against points     {slope(settings, points, counts, 2 if tiny else 3):8.3f}")
 
 
 if __name__ == "__main__":
