@@ -1,4 +1,4 @@
-"""Shards: runs of a sweep's points, each measured and written as a whole file of plain, uncompressed columns.
+"""Shards: runs of a sweep's points, each measured and written as a whole file of columns.
 
 A shard says which points it holds, of which definition and which kernels, and a checksum of each column, so that what
 was cut short or changed on the disk is found before it reaches a map.
@@ -24,6 +24,9 @@ from sweeps.grid import Grid
 from sweeps.refusals import RefusedError
 
 BLOCK_POINTS = 2**17  # measured at once
+CHUNK_POINTS = 2**16
+# nearly as fast as memory and half the bytes, for a file that the merge alone will read
+QUICK = {"compression": "blosc_lz4", "blosc_shuffle": 1, "complevel": 5}
 READ_POINTS = 2**19  # read at once
 
 
@@ -119,8 +122,11 @@ def write_shard(
 
 def _create(file: netCDF4.Dataset, definition: Definition, start: int, stop: int) -> None:
     file.createDimension("point", stop - start)
+    large = stop - start >= CHUNK_POINTS  # the filter complains of what is too short to get shorter
+    packing = QUICK if large and file.has_blosc_filter() else {}
+    chunk = min(stop - start, CHUNK_POINTS)
     for variable in systems.resolve(definition.system).variables(definition).values():
-        file.createVariable(variable.name, variable.dtype, ("point",), fill_value=False, contiguous=True)
+        file.createVariable(variable.name, variable.dtype, ("point",), fill_value=False, chunksizes=(chunk,), **packing)
     file.setncatts(
         {
             "first_point": str(start),  # as text: a grid may have more points than an attribute's integer

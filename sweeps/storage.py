@@ -1,7 +1,7 @@
 """Maps in and out: encoding, merge in bounded memory, checks that say what is wrong.
 
-Doubles are stored as they are: their digits do not compress. Diagnostics, counts and flags are deflated, which every
-netCDF reader opens.
+Doubles are stored as they are, for their digits do not compress, unless most are zero or missing. Diagnostics, counts and
+flags are deflated, which every netCDF reader opens.
 """
 
 import re
@@ -125,7 +125,7 @@ def _create_map(file: netCDF4.Dataset, definition: Definition, grid: Grid) -> Co
     beside = " ".join(sorted(grid.auxiliary))
     for spec in _variables(definition).values():
         fill = np.nan if spec.missing_is_nan else False
-        packing = {} if spec.dtype == "f8" else DEFLATE
+        packing = DEFLATE if spec.sparse or spec.dtype != "f8" else {}
         variable = file.createVariable(
             spec.name, spec.dtype, grid.dims, fill_value=fill, chunksizes=chunk_shape(grid.shape), **packing
         )

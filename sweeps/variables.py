@@ -18,6 +18,7 @@ class Variable:
         flags: meanings of the whole numbers from `first_flag` on, for a flag variable.
         comment: what a reader should know beyond the long name.
         first_flag: number of the first meaning.
+        sparse: whether most of its values are zero, missing or repeated, so that deflating them pays.
     """
 
     name: str
@@ -27,6 +28,7 @@ class Variable:
     flags: tuple[str, ...] = ()
     comment: str = ""
     first_flag: int = 0
+    sparse: bool = False
 
     @property
     def missing_is_nan(self) -> bool:
