@@ -3,7 +3,8 @@
 import errno
 import fcntl
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from sweeps.refusals import DefinitionError
@@ -11,11 +12,20 @@ from sweeps.refusals import DefinitionError
 CLAIM = ".running"
 UNSUPPORTED = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
 
-_held: list[int] = []
+
+@contextmanager
+def claimed(sweeps: Iterable[str], results: str | Path = "results") -> Iterator[None]:
+    """Claims the folders of some sweeps for the time of a block; see `claim`."""
+    handles = claim(sweeps, results)
+    try:
+        yield
+    finally:
+        for handle in handles:
+            os.close(handle)
 
 
-def claim(sweeps: Iterable[str], results: str | Path = "results") -> None:
-    """Claims the folders of some sweeps for this process, until it ends.
+def claim(sweeps: Iterable[str], results: str | Path = "results") -> list[int]:
+    """Claims the folders of some sweeps for this process, until it ends or closes them.
 
     The system itself gives a claim back when a process dies, so nothing is left to be unlocked by a person.
 
@@ -23,9 +33,13 @@ def claim(sweeps: Iterable[str], results: str | Path = "results") -> None:
         sweeps: names of the sweeps.
         results: folder that their results go to.
 
+    Returns:
+        The open files that hold the claims.
+
     Raises:
         DefinitionError: if a living process has claimed one of them, or the folder cannot be written.
     """
+    handles = []
     for name in sweeps:
         path = Path(results) / name / CLAIM
         try:
@@ -35,7 +49,8 @@ def claim(sweeps: Iterable[str], results: str | Path = "results") -> None:
             what = f"cannot be written ({error.strerror}); allowed: a folder that can be written"
             raise DefinitionError(f"{path.parent}: {what}") from None
         _claim(handle, path.parent)
-        _held.append(handle)
+        handles.append(handle)
+    return handles
 
 
 def _claim(handle: int, folder: Path) -> None:

@@ -14,7 +14,7 @@ from concurrent.futures import Future, ProcessPoolExecutor
 from pathlib import Path
 
 from kernels.fingerprint import cache_folder, fingerprint
-from sweeps import figures, progress, report, storage, warmup
+from sweeps import claims, figures, progress, report, storage, warmup
 from sweeps.catalogue import Plan
 from sweeps.definition import Definition
 from sweeps.grid import Grid
@@ -40,7 +40,11 @@ def make(planned: Plan, results: str | Path = "results", workers: int = 1, again
     Yields:
         Each file or folder once it is there.
     """
-    folder = Path(results) / planned.definition.name
+    with claims.claimed([planned.definition.name], results):
+        yield from _made(planned, Path(results) / planned.definition.name, workers, again)
+
+
+def _made(planned: Plan, folder: Path, workers: int, again: bool) -> Iterator[Path]:
     path = folder / "stability_map.nc"
     if again or not storage.holds_map(path, planned.definition):
         _compile()

@@ -17,7 +17,7 @@ import numpy as np
 import xarray as xr
 
 from sweeps import dataset, systems
-from sweeps.content import ContentHash, content_hash, hashed
+from sweeps.content import ContentHash, hashed
 from sweeps.definition import Definition
 from sweeps.files import remove_leftovers, replaced
 from sweeps.grid import Grid
@@ -160,10 +160,7 @@ def _history() -> str:
 
 def write_map(ds: xr.Dataset, path: str | Path) -> str:
     """Writes a Dataset from `sweeps.survey` as a map, and returns its content hash; lazy ones are computed twice."""
-    digest = hashed(ds)
-    own = digest.digests()
-    ds = ds.assign({name: ds[name].assign_attrs(sha256=own[name]) for name in ds.data_vars})
-    ds = ds.assign_coords({name: ds[name].assign_attrs(sha256=own[name]) for name in ds.coords})
+    ds, digest = _with_hashes(ds)
     encoding = {name: {"_FillValue": None} for name in ds.coords}
     for name, variable in ds.data_vars.items():
         encoding[name] = {"chunksizes": chunk_shape(variable.shape), "_FillValue": None}
@@ -172,10 +169,18 @@ def write_map(ds: xr.Dataset, path: str | Path) -> str:
         if variable.dtype != np.float64:
             encoding[name] |= {"zlib": True, "complevel": DEFLATE["complevel"], "shuffle": True}
     with replaced(path) as temporary:
-        ds.assign_attrs(history=_history(), content_hash=digest.hexdigest()).to_netcdf(
+        ds.assign_attrs(history=_history(), content_hash=digest).to_netcdf(
             temporary, engine="netcdf4", format="NETCDF4", encoding=encoding
         )
-    return digest.hexdigest()
+    return digest
+
+
+def _with_hashes(ds: xr.Dataset) -> tuple[xr.Dataset, str]:
+    """The Dataset with the hash of each variable's values in its attributes, and the content hash."""
+    digest = hashed(ds)
+    own = digest.digests()
+    ds = ds.assign({name: ds[name].assign_attrs(sha256=own[name]) for name in ds.data_vars})
+    return ds.assign_coords({name: ds[name].assign_attrs(sha256=own[name]) for name in ds.coords}), digest.hexdigest()
 
 
 def write_part(ds: xr.Dataset, path: str | Path, command: str) -> str:
@@ -186,10 +191,7 @@ def write_part(ds: xr.Dataset, path: str | Path, command: str) -> str:
     texts = {name: {"dtype": "S1"} for name, variable in ds.variables.items() if variable.dtype.kind in "OU"}
     floats = {name: {"_FillValue": np.nan} for name, variable in ds.data_vars.items() if variable.dtype.kind == "f"}
     others = {name: {"_FillValue": None} for name in ds.variables if name not in texts and name not in floats}
-    ds = ds.load().drop_encoding()
-    for variable in ds.variables.values():
-        variable.attrs.pop("sha256", None)  # that of the whole map
-    digest = content_hash(ds)
+    ds, digest = _with_hashes(ds.load().drop_encoding())
     history = f"{_history()} {command}\n{ds.attrs.get('history', '')}".strip()
     with replaced(path) as temporary:
         ds.assign_attrs(history=history, content_hash=digest).to_netcdf(

@@ -105,17 +105,16 @@ def _definition(ds: xr.Dataset, against: Definition | None) -> tuple[Definition 
     """The definition in the file, and whether it is the one expected."""
     name, covers = "definition", "the one in the file" + (f", against {against.name}" if against else "")
     text = ds.attrs.get("definition", "")
+    if against is not None and text == against.text:
+        changed = str(ds.attrs.get("inputs", "")) != against.inputs
+        return against, Check(name, covers, ("inputs: a file of its bodies was another",) if changed else ())
     try:
-        if not isinstance(text, str) or len(text) > MAX_FILE_BYTES:
-            raise DefinitionError("is no text of a definition")
-        values = plain(read_text(text))
-        if isinstance(values, dict) and systems.is_file(values.get("system")):
-            return None, Check(name, covers, skipped="its system is a file of its author's, which is never run")
-        if not isinstance(values, dict):
-            raise DefinitionError("is no mapping")
+        values = _mapping(text)
+        if (elsewhere := _needs_files(values)) is not None:
+            return None, Check(name, covers, skipped=elsewhere)
         definition = load(values, against.name if against else DEFAULT_NAME)
     except (DefinitionError, UnreadableError) as error:
-        return None, Check(name, covers, (f"definition: cannot be used ({shortened(str(error))})",))
+        return None, Check(name, covers, (f"definition: cannot be used ({shortened(str(error))!r})",))
     findings = []
     if definition.system != str(ds.attrs.get("system", systems.DEFAULT)):
         findings.append(f"system: the file says {ds.attrs.get('system')!r}, its definition {definition.system!r}")
@@ -123,6 +122,26 @@ def _definition(ds: xr.Dataset, against: Definition | None) -> tuple[Definition 
         differing = _differing(definition, against)
         findings += [f"definition: another {key} than {against.name}'s" for key in differing]
     return definition, Check(name, covers, tuple(findings))
+
+
+def _mapping(text: object) -> dict:
+    """The plain values of a definition's text, which may be anything."""
+    if not isinstance(text, str) or len(text) > MAX_FILE_BYTES:
+        raise DefinitionError("is no text of a definition")
+    values = plain(read_text(text))
+    if not isinstance(values, dict):
+        raise DefinitionError("is no mapping")
+    return values
+
+
+def _needs_files(values: dict) -> str | None:
+    """Why a definition found in a map is not followed to other files: nobody here has asked for those."""
+    if systems.is_file(values.get("system")):
+        return "its system is a Python file, run only where --definition names it"
+    bodies = values.get("bodies")
+    if isinstance(bodies, tuple) and any(isinstance(body, dict) and "mesh" in body for body in bodies):
+        return "its bodies are mesh files, read only where --definition names them"
+    return None
 
 
 def _differing(one: Definition, other: Definition) -> list[str]:
