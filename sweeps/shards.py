@@ -26,6 +26,7 @@ from sweeps.refusals import RefusedError
 BLOCK_POINTS = 2**17  # measured at once
 CHUNK_POINTS = 2**16
 # nearly as fast as memory and half the bytes, for a file that the merge alone will read
+CACHE_BYTES = 2**21  # of each variable: points are written and read once, in order
 QUICK = {"compression": "blosc_lz4", "blosc_shuffle": 1, "complevel": 5}
 READ_POINTS = 2**19  # read at once
 
@@ -123,10 +124,10 @@ def write_shard(
 def _create(file: netCDF4.Dataset, definition: Definition, start: int, stop: int) -> None:
     file.createDimension("point", stop - start)
     large = stop - start >= CHUNK_POINTS  # the filter complains of what is too short to get shorter
-    packing = QUICK if large and file.has_blosc_filter() else {}
-    chunk = min(stop - start, CHUNK_POINTS)
+    packing = dict(QUICK) if large and file.has_blosc_filter() else {}
+    packing |= {"chunksizes": (min(stop - start, CHUNK_POINTS),), "chunk_cache": CACHE_BYTES}
     for variable in systems.resolve(definition.system).variables(definition).values():
-        file.createVariable(variable.name, variable.dtype, ("point",), fill_value=False, chunksizes=(chunk,), **packing)
+        file.createVariable(variable.name, variable.dtype, ("point",), fill_value=False, **packing)
     file.setncatts(
         {
             "first_point": str(start),  # as text: a grid may have more points than an attribute's integer
@@ -185,6 +186,8 @@ class Shard:
         except (OSError, RuntimeError) as error:
             raise DamagedError(path, f"cannot be read as netCDF ({error})") from None
         self._file.set_auto_maskandscale(False)
+        for variable in self._file.variables.values():
+            variable.set_var_chunk_cache(CACHE_BYTES)
         try:
             self._check(definition)
         except MapError:

@@ -1,7 +1,7 @@
 """Maps in and out: encoding, merge in bounded memory, checks that say what is wrong.
 
-Doubles are stored as they are, for their digits do not compress, unless most are zero or missing. Diagnostics, counts and
-flags are deflated, which every netCDF reader opens.
+Doubles are stored as they are, for their digits do not compress, unless most are zero or missing. Diagnostics, counts
+and flags are deflated, which every netCDF reader opens.
 """
 
 import re
@@ -23,7 +23,7 @@ from sweeps.files import remove_leftovers, replaced
 from sweeps.grid import Grid
 from sweeps.reading import plain, read_text
 from sweeps.refusals import UnreadableError
-from sweeps.shards import DamagedError, ForeignError, MapError, Shard, identity, write_shard, written
+from sweeps.shards import CACHE_BYTES, DamagedError, ForeignError, MapError, Shard, identity, write_shard, written
 from sweeps.systems.oscillator import VARIABLES as OSCILLATIONS
 from sweeps.variables import Variable
 
@@ -127,7 +127,13 @@ def _create_map(file: netCDF4.Dataset, definition: Definition, grid: Grid) -> Co
         fill = np.nan if spec.missing_is_nan else False
         packing = DEFLATE if spec.sparse or spec.dtype != "f8" else {}
         variable = file.createVariable(
-            spec.name, spec.dtype, grid.dims, fill_value=fill, chunksizes=chunk_shape(grid.shape), **packing
+            spec.name,
+            spec.dtype,
+            grid.dims,
+            fill_value=fill,
+            chunksizes=chunk_shape(grid.shape),
+            chunk_cache=CACHE_BYTES,
+            **packing,
         )
         variable.setncatts(spec.attributes | ({"coordinates": beside} if beside else {}))
         digest.declare(spec.name, grid.dims, grid.shape, spec.dtype)

@@ -373,7 +373,7 @@ def test_a_kernel_edited_between_two_runs_is_what_makes_every_point(house):
 
 
 def test_a_damaged_compiler_cache_is_not_believed(house):
-    """What another version, another processor or a kill has left in the cache: halves, nothing, and another's header."""
+    """What another version, another processor or a kill has left in the cache: halves, nothing, another's header."""
     files = sorted((house.folder / ".cache").rglob("*.nb[ic]"))
     assert len(files) > 10
     rng = random.Random(5)
