@@ -127,6 +127,30 @@ def test_a_grid_refuses_what_its_parameters_do_not_allow(grid, wrong):
         load(small("pendulum", **grid))
 
 
+@pytest.mark.parametrize(
+    ("direction", "wrong"),
+    [
+        ([1.0], r"integration\.direction: \[1\.0\] has 1 numbers; allowed: 2, of theta1, theta2"),
+        ([0.0, 0.0], r"integration\.direction: \[0\.0, 0\.0\] points nowhere; allowed: .* not all 0"),
+        ([1.0, "x"], r"integration\.direction\[1\]: .* is text"),
+        (1.0, r"integration\.direction: 1\.0 is not a list; allowed: direction of the nudge"),
+    ],
+)
+def test_a_direction_is_refused_in_words(direction, wrong):
+    with pytest.raises(DefinitionError, match=wrong):
+        load(small("double_pendulum") | {"integration": {"direction": direction}})
+
+
+def test_a_direction_of_a_definition_is_the_nudge_of_every_mode():
+    definition = small("double_pendulum", mass2=[0.5, 2.0]) | {"integration": {"direction": [0.0, 1.0]}}
+    found, along = sweeps.survey(definition), sweeps.survey(small("double_pendulum", mass2=[0.5, 2.0]))
+    assert (found["status"] == 0).all()
+    scale = found["rate_scale"].values ** 2
+    assert (np.abs(found["omega_squared"] - along["omega_squared"]).values <= 1e-9 * scale).all()
+    assert not found["amplitude"].equals(along["amplitude"])
+    assert pickle.loads(pickle.dumps(load(definition))).integration.direction == (0.0, 1.0)
+
+
 def test_a_file_that_is_not_there():
     with pytest.raises(DefinitionError, match=r"nowhere\.py: cannot be read"):
         load(small("nowhere.py"))
@@ -157,6 +181,10 @@ def test_shards_threads_and_chunks_change_no_bit(tmp_path):
         parts.append(tmp_path / f"{number}.nc")
         shards.write_shard(definition, number, 3, parts[-1], threads=2)
     digest = storage.merge(definition, parts, tmp_path / "map.nc")
+    with storage.open_map(tmp_path / "map.nc") as merged:
+        assert merged.attrs["kernel_fingerprint"] == whole.attrs["kernel_fingerprint"]
+    threaded = dataset.survey_grid(definition, threads=2)
+    assert content.content_hash(threaded) == digest
     assert digest == content.content_hash(whole)
     lazy = dataset.survey_grid(definition, chunks=16)
     assert content.content_hash(lazy.compute()) == digest
