@@ -288,7 +288,7 @@ def _run_blocks(
             _unload(Q, lane, number, spacing[i], raw[i])
 
 
-@njit(**OPTIONS)
+@njit(void(float64, float64[::1], int64, float64, int64[::1]), **OPTIONS)
 def _plan(spacing, size, intervals, tolerance, steps):
     """Steps per sample of each point, from the bound on every possible rate and the size of the nudge.
 

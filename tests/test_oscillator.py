@@ -1,6 +1,8 @@
+import os
 import pickle
 import subprocess
 import sys
+import uuid
 from pathlib import Path
 
 import numpy as np
@@ -212,3 +214,24 @@ def test_picture_of_the_hoop_has_the_line_on_g_over_r():
     spin, radius = line.get_paths()[0].vertices.T
     # a contour is straight between cells of 0.14 rad/s and 0.19 m
     assert spin**2 * radius == pytest.approx(np.full(spin.size, 9.80665), rel=0.03)
+
+
+def test_what_compile_was_told_of_is_compiled_for_good(tmp_path):
+    """Numba says where its cache is read and written; the constant makes a system that no cache holds yet."""
+    described(tmp_path, SPRING.format(V=f"k * x**2 * {1 + uuid.uuid4().int % 10**9 / 10**9}"))
+    definition = tmp_path / "mine.yaml"
+    definition.write_text(f"system: {tmp_path}/spring.py\ngrid: {{stiffness: 2.0}}\nshards: 1\n")
+    environment = os.environ | {"NUMBA_DEBUG_CACHE": "1"}
+    said = []
+    for arguments in (["compile", definition], ["shard", definition, "1", "1"]):
+        command = [sys.executable, "-m", "sweeps", *arguments, "-o", tmp_path / f"{arguments[0]}.out"]
+        done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        said.append(done.stdout)
+    saved = [line for line in said[0].splitlines() if "data saved" in line and "oscillator_" in line]
+    assert len(saved) == 2  # advance and energy
+    assert "data saved" not in said[1]
+    system = systems.resolve(f"{tmp_path}/spring.py")
+    assert (
+        (tmp_path / "compile.out").read_text().strip() == system.fingerprint() == system.compiled().read_text().strip()
+    )

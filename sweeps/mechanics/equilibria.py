@@ -170,10 +170,21 @@ def find(landscape: Landscape, parameters) -> Found:
     """
     given = [np.atleast_1d(np.asarray(p, dtype=np.float64)) for p in parameters]
     pairs = zip(landscape.canonical, given, strict=True)
-    rows = np.stack([p if default is None else np.full_like(p, default) for default, p in pairs], axis=-1)
-    rows, inverse = np.unique(rows, axis=0, return_inverse=True)
-    found = _find(landscape, [np.ascontiguousarray(p) for p in rows.T])
+    rows = [p if default is None else np.full_like(p, default) for default, p in pairs]
+    first, inverse = _points(rows)
+    found = _find(landscape, [p[first] for p in rows])
     return Found(found.places[inverse], found.flat[inverse])
+
+
+def _points(rows):
+    """Numbers of points that all differ, in ascending order of the rows, and which of them each point equals."""
+    code = np.zeros(rows[0].size if rows else 1, dtype=np.int64)
+    for row in rows:
+        if (row[1:] != row[:-1]).any():  # sorting is most of the work, and most parameters are constant
+            values, number = np.unique(row, return_inverse=True)
+            _, code = np.unique(code * values.size + number, return_inverse=True)
+    _, first, inverse = np.unique(code, return_index=True, return_inverse=True)
+    return first, inverse
 
 
 def _find(landscape, parameters):

@@ -13,7 +13,7 @@ from sweeps.mechanics.description import System
 from sweeps.mechanics.graph import Values, graph
 from sweeps.mechanics.taylor import Code
 
-CHUNK = 8192
+CHUNK = 16384
 EVEN = 1e-9  # third derivatives smaller than this, in the system's own units, make no second run
 FLAT, NOT_NUDGED = 5, 6  # statuses beside the kernel's
 LEAST_SHARE = 1e-6  # of a nudge: a mode with less of it is left to rounding and to the others' cubes

@@ -248,11 +248,11 @@ class Oscillator(System):
     def columns(self, points: Mapping[str, np.ndarray], integration: Integration) -> dict[str, np.ndarray]:
         """Linear theory beside what is measured; see `sweeps.mechanics.model`."""
         self._compiled()
-        slots = {name: k for k, name in enumerate(self.description.names)}
-        names, where = np.unique(points["equilibrium"], return_inverse=True)
-        numbers = np.array([slots[str(name)] for name in names], dtype=np.int64)
+        numbers = np.zeros(len(points["equilibrium"]), dtype=np.int64)
+        for slot, name in enumerate(self.description.names):
+            numbers[points["equilibrium"] == name] = slot
         settings = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
-        points = {**points, "equilibrium": numbers[where]}
+        points = {**points, "equilibrium": numbers}
         return self.mechanism.survey(points, *settings, integration.direction)
 
     def check(self, definition: Definition) -> None:
@@ -298,10 +298,15 @@ class Oscillator(System):
         return "direct integration of the full Euler-Lagrange equations"
 
     def compile(self) -> None:
-        """Compiles what all oscillators share; the generated code of one is compiled under a lock at first use."""
+        """Compiles what all oscillators share, and the code that was generated for this one."""
         from kernels import oscillations
 
         assert oscillations.run
+        self._compiled()
+
+    def compiled(self) -> Path:
+        """The file that says that this system's generated code is in the cache."""
+        return self.mechanism.code.compiled
 
     def _compiled(self):
         with self._lock:
