@@ -23,7 +23,15 @@ except DefinitionError as refused:
     sys.exit(2)
 
 
+# what says that a sweep's kernels are in the cache: a file of `compile`, or of `compile_equations`
+COMPILED = {
+    name: systems.resolve(plan.definition.system).compiled()
+    for name, plan in PLANS.items()
+}
+
+
 wildcard_constraints:
+    code="oscillator_[0-9a-f]+",
     sweep="|".join(re.escape(name) for name in PLANS),
     k=r"[1-9]\d*",
     n=r"[1-9]\d*",
@@ -56,10 +64,36 @@ rule compile:
         "python -m sweeps compile --output {output:q} > {log:q} 2>&1 || {{ tail -n 20 {log:q} >&2; exit 1; }}"
 
 
+rule compile_equations:
+    input:
+        definition=ancient(
+            lambda wildcards: next(
+                plan.path
+                for name, plan in PLANS.items()
+                if COMPILED[name].stem == wildcards.code
+            )
+        ),
+        kernels=ancient(rules.compile.output),
+    output:
+        cache_folder() / "generated" / "{code}.compiled",
+    log:
+        "results/.logs/compile-{code}.log",
+    benchmark:
+        "results/.benchmarks/compile-{code}.tsv"
+    threads: 1
+    resources:
+        mem_mb=1000,
+    message:
+        "Compiling the equations of {input.definition}, once per machine"
+    shell:
+        "python -m sweeps compile {input.definition:q} --output {output:q}"
+        " > {log:q} 2>&1 || {{ tail -n 20 {log:q} >&2; exit 1; }}"
+
+
 rule shard:
     input:
         definition=lambda wildcards: PLANS[wildcards.sweep].path,
-        kernels=ancient(rules.compile.output),
+        kernels=ancient(lambda wildcards: COMPILED[wildcards.sweep]),
     output:
         temp("results/{sweep}/shards/{k}-of-{n}.nc"),
     log:

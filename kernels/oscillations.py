@@ -12,7 +12,9 @@ mode coordinates are
 
 half the difference of the runs from +ε and −ε has no error of first order in ε. The nudged mode is sampled every h and
 measured by the recurrence of :mod:`kernels.measure`, which asks for no regime. Samples count until it has grown
-tenfold, or another mode exceeds a tenth of its largest value so far.
+tenfold, or another mode exceeds a tenth of its largest value so far. Where the nudge has a direction of its own and
+every mode its share of it, the others may be as large as a share can grow: 10 times the whole nudge. The log slope of
+:mod:`kernels.measure` is taken besides, in its own window.
 
 *Blind.* Spacing, length and number of steps come from the scale S of the system (a bound on every possible rate), and
 nothing here knows a theoretical rate; the theory's mode is used as a direction only.
@@ -42,12 +44,13 @@ MOST_HALVINGS = 6
 
 # Rows of the measurement's scratch array, each W long; the projections follow from PROJECTION on.
 XI, XI1, XI2, OTHER, GUESS, RX, RR, XX, USED, OPEN, START, LARGEST = (W * r for r in range(12))
-E0, ED, ES, COARSE = (W * r for r in range(12, 16))
-PROJECTION = 16 * W
+E0, ED, ES, COARSE, ALLOWED, APART = (W * r for r in range(12, 18))
+LOPEN, LCAP, LN, LK, LKK, LY, LKY, LFIRST, LLAST = (W * r for r in range(18, 27))
+PROJECTION = 27 * W
 
 # Columns of the raw result, one row a point.
-RATE2, STDERR, SIZE, SAMPLES, EDRIFT, HALVING, STEPS = range(7)
-RAW = 7
+RATE2, STDERR, SIZE, SAMPLES, EDRIFT, HALVING, STEPS, LOGSLOPE, EFOLDS = range(9)
+RAW = 9
 
 ADVANCE = types.FunctionType(void(float64[::1], int64))
 ENERGY = types.FunctionType(void(float64[::1]))
@@ -80,9 +83,13 @@ def _begin(Q, P, n):
         Q[XI1 + lane], Q[XI2 + lane] = Q[XI + lane], Q[XI + lane]
         Q[GUESS + lane], Q[RX + lane], Q[RR + lane], Q[XX + lane] = 0.0, 0.0, 0.0, 0.0
         Q[USED + lane], Q[OPEN + lane] = 1.0, 1.0
-        Q[LARGEST + lane] = abs(Q[XI + lane])
+        Q[LARGEST + lane], Q[APART + lane] = abs(Q[XI + lane]), Q[OTHER + lane]
+        Q[LOPEN + lane] = 1.0
         Q[E0 + lane], Q[ED + lane] = P[2 * n * W + lane], 0.0
         Q[ES + lane] = P[(2 * n + 1) * W + lane]
+    for row in (LN, LK, LKK, LY, LKY, LFIRST, LLAST):
+        for lane in range(W):
+            Q[row + lane] = 0.0
 
 
 @njit(**OPTIONS)
@@ -94,14 +101,17 @@ def _guess(Q):
 
 @njit(**OPTIONS)
 def _sample(Q, P, K, n, states, triple):
-    """Take one sample of every lane: window, recurrence sums, energy; keep the largest state in K."""
-    opened = 0
+    """Take one sample of every lane: window, recurrence sums, energy; keep the largest state in K.
+
+    Returns whether any lane's window is open, and whether any lane is inside the log slope's window or may now enter.
+    """
+    opened, logging = 0, 0  # whole numbers: their or-reduction stays packed
     for lane in range(W):
         x, x1, x2 = Q[XI + lane], Q[XI1 + lane], Q[XI2 + lane]
         size = abs(x)
         largest = max(Q[LARGEST + lane], size)
         inside = (Q[OPEN + lane] > 0.0) & (size <= measure.WINDOW * Q[START + lane])
-        inside = inside & (Q[OTHER + lane] <= OTHERS * largest)
+        inside = inside & (Q[OTHER + lane] <= max(OTHERS * largest, Q[ALLOWED + lane]))
         weight = 1.0 if inside else 0.0
         Q[OPEN + lane] = weight
         Q[USED + lane] += weight
@@ -116,12 +126,37 @@ def _sample(Q, P, K, n, states, triple):
         larger = inside & (size > Q[LARGEST + lane])
         Q[LARGEST + lane] = size if larger else Q[LARGEST + lane]
         Q[COARSE + lane] = 1.0 if larger else 0.0
+        Q[APART + lane] = max(Q[APART + lane], Q[OTHER + lane]) if inside else Q[APART + lane]
+        grown = size >= measure.LOG_FROM * Q[START + lane]
+        logging |= 1 if (Q[LOPEN + lane] > 0.0) & (grown | (Q[LN + lane] > 0.0)) else 0
         Q[XI2 + lane], Q[XI1 + lane] = x1, x
         opened |= 1 if inside else 0
     for row in range(0, states * W, W):
         for lane in range(W):
             K[row + lane] = P[row + lane] if Q[COARSE + lane] > 0.0 else K[row + lane]
-    return opened > 0
+    return opened > 0, logging > 0
+
+
+@njit(**OPTIONS)
+def _log_sample(Q, k):
+    """Add sample k to the log slope of every lane that is inside its window."""
+    for lane in range(W):
+        size = abs(Q[XI + lane])
+        grown = size >= measure.LOG_FROM * Q[START + lane]
+        begun = Q[LN + lane] > 0.0
+        alone = Q[OTHER + lane] <= max(OTHERS * size, Q[ALLOWED + lane])
+        # once entered, the window closes at either end; it can be entered only while the main window is open
+        stays = alone & (size <= Q[LCAP + lane]) & (grown | ~begun) & ((Q[OPEN + lane] > 0.0) | begun)
+        inside = grown & stays & (Q[LOPEN + lane] > 0.0)
+        Q[LOPEN + lane] = Q[LOPEN + lane] if stays else 0.0
+        y = measure.logarithm(size)
+        Q[LFIRST + lane] = y if inside & ~begun else Q[LFIRST + lane]
+        Q[LLAST + lane] = y if inside else Q[LLAST + lane]
+        Q[LN + lane] += 1.0 if inside else 0.0
+        Q[LK + lane] += k if inside else 0.0
+        Q[LKK + lane] += k * k if inside else 0.0
+        Q[LY + lane] += y if inside else 0.0
+        Q[LKY + lane] += k * y if inside else 0.0
 
 
 @njit(**OPTIONS)
@@ -151,10 +186,17 @@ def _unload(Q, lane, steps, spacing, row):
         if triples >= 2.0:
             scatter = max(Q[RR + lane] - Q[RX + lane] * Q[RX + lane] / Q[XX + lane], 0.0)
             row[STDERR] = slope * math.sqrt(scatter / ((triples - 1.0) * 4.0 * Q[XX + lane]))
-    row[SIZE] = Q[LARGEST + lane]
+    # a mode of a small share feels the others' cubes beside itself: they count for more than their squares
+    crowd = max(1.0, Q[APART + lane] / Q[START + lane])
+    row[SIZE] = max(Q[LARGEST + lane], Q[APART + lane]) * math.sqrt(crowd)
     row[SAMPLES], row[STEPS] = Q[USED + lane], steps
     row[EDRIFT] = Q[ED + lane] / Q[ES + lane] if Q[ES + lane] > 0.0 else 0.0
     row[HALVING] = abs(Q[COARSE + lane] - Q[XI + lane]) / Q[LARGEST + lane]
+    row[LOGSLOPE], row[EFOLDS] = math.nan, math.nan
+    if Q[LN + lane] >= 2.0:
+        sums = (Q[LN + lane], Q[LK + lane], Q[LKK + lane], Q[LY + lane], Q[LKY + lane])
+        row[EFOLDS] = Q[LLAST + lane] - Q[LFIRST + lane]
+        row[LOGSLOPE] = measure.line_slope(*sums) / spacing
 
 
 @njit(**OPTIONS)
@@ -171,7 +213,10 @@ def _follow(advance, energy, P, M, K, Q, n, states, steps, pair, intervals):
         _project(Q, P, M, n, pair)
         if k == 2:
             _guess(Q)
-        if not _sample(Q, P, K, n, states, k >= 2):
+        opened, logging = _sample(Q, P, K, n, states, k >= 2)
+        if logging:
+            _log_sample(Q, float(k))
+        elif not opened:
             break
 
 
@@ -181,6 +226,8 @@ RUN = void(
     float64[:, ::1],
     float64[:, ::1],
     float64[:, ::1],
+    float64[::1],
+    float64[::1],
     float64[::1],
     float64[::1],
     int64[::1],
@@ -196,7 +243,23 @@ RUN = void(
 
 @njit(RUN, nogil=True, **OPTIONS)
 def _run_blocks(
-    advance, energy, plus, minus, projection, start, spacing, steps, twice, order, starts, n, states, intervals, raw
+    advance,
+    energy,
+    plus,
+    minus,
+    projection,
+    start,
+    allowed,
+    size,
+    spacing,
+    steps,
+    twice,
+    order,
+    starts,
+    n,
+    states,
+    intervals,
+    raw,
 ):
     """Integrate and measure block after block: order[starts[j]:starts[j + 1]] are the points of block j."""
     rows = plus.shape[1]
@@ -212,7 +275,8 @@ def _run_blocks(
                 P[r * W + lane], M[r * W + lane] = plus[i, r], minus[i, r]
             for r in range(n * n):
                 Q[PROJECTION + r * W + lane] = projection[i, r]
-            Q[START + lane] = start[i]
+            Q[START + lane], Q[ALLOWED + lane] = start[i], allowed[i]
+            Q[LCAP + lane] = min(measure.LOG_TO * start[i], measure.LOG_BELOW / size[i])
             P[(states + 1) * W + lane] = spacing[i] / number
             M[(states + 1) * W + lane] = spacing[i] / number
         for r in range(states * W):
@@ -224,7 +288,7 @@ def _run_blocks(
             _unload(Q, lane, number, spacing[i], raw[i])
 
 
-@njit(**OPTIONS)
+@njit(void(float64, float64[::1], int64, float64, int64[::1]), **OPTIONS)
 def _plan(spacing, size, intervals, tolerance, steps):
     """Steps per sample of each point, from the bound on every possible rate and the size of the nudge.
 
@@ -251,7 +315,21 @@ def _blocks(steps, twice, family):
 
 
 def run(
-    advance, energy, states, plus, minus, projection, start, scale, size, twice, family, intervals, spacing, tolerance
+    advance,
+    energy,
+    states,
+    plus,
+    minus,
+    projection,
+    start,
+    allowed,
+    scale,
+    size,
+    twice,
+    family,
+    intervals,
+    spacing,
+    tolerance,
 ):
     """Integrate and measure points; the raw result before anything is named.
 
@@ -265,9 +343,11 @@ def run(
     plus, minus : numpy.ndarray, shape (points, rows)
         Rows at the start of the runs from +epsilon and -epsilon; minus is not read where ``twice`` is 0.
     projection : numpy.ndarray, shape (points, n*n)
-        v_k^T a of the nudged mode, then of the others.
+        v_k^T a of the nudged mode, then of the others, in units of the whole nudge.
     start : numpy.ndarray, shape (points,)
         Size of the nudged mode's coordinate at the start; the window ends at 10 times it.
+    allowed : numpy.ndarray, shape (points,)
+        Size that every other mode may have, whatever the nudged one has; 0 where they are to stay at rest.
     scale : numpy.ndarray, shape (points,)
         S, a bound on every possible rate, in s-1.
     size : numpy.ndarray, shape (points,)
@@ -287,7 +367,8 @@ def run(
     Returns
     -------
     numpy.ndarray, shape (points, RAW)
-        Columns RATE2, STDERR (s-2), SIZE (as ``start``), SAMPLES, EDRIFT, HALVING, STEPS.
+        Columns RATE2, STDERR (s-2), SIZE (as ``start``; of all modes), SAMPLES, EDRIFT, HALVING, STEPS, LOGSLOPE
+        (s-1) and EFOLDS; the last two NaN where their window held no two samples.
     """
     n = round(math.sqrt(projection.shape[1]))
     raw = np.full((start.size, RAW), np.nan)
@@ -301,7 +382,7 @@ def run(
         order, starts = _blocks(steps[left], twice[left], family[left])
         part = np.empty((left.size, RAW))
         arrays = [np.ascontiguousarray(x[left]) if left.size < start.size else x for x in (plus, minus, projection)]
-        arrays += [np.ascontiguousarray(x[left]) for x in (start, spacings, steps, twice)]
+        arrays += [np.ascontiguousarray(x[left]) for x in (start, allowed, size, spacings, steps, twice)]
         _run_blocks(advance, energy, *arrays, order, starts, n, states, intervals, part)
         raw[left] = part
         left = left[~converged(part, intervals, tolerance) & np.isfinite(part[:, RATE2])]

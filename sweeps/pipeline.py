@@ -14,7 +14,7 @@ from concurrent.futures import Future, ProcessPoolExecutor
 from pathlib import Path
 
 from kernels.fingerprint import cache_folder, fingerprint
-from sweeps import claims, figures, progress, report, storage, warmup
+from sweeps import claims, figures, progress, report, storage, systems, warmup
 from sweeps.catalogue import Plan
 from sweeps.definition import Definition
 from sweeps.grid import Grid
@@ -47,7 +47,7 @@ def make(planned: Plan, results: str | Path = "results", workers: int = 1, again
 def _made(planned: Plan, folder: Path, workers: int, again: bool) -> Iterator[Path]:
     path = folder / "stability_map.nc"
     if again or not storage.holds_map(path, planned.definition):
-        _compile()
+        _compile(systems.resolve(planned.definition.system))
         shards = [folder / "shards" / f"{k}-of-{planned.shards}.nc" for k in range(1, planned.shards + 1)]
         _measure(planned.definition, shards, workers, again)
         _say(f"merging {len(shards)} shards" if len(shards) > 1 else "writing the map")
@@ -80,13 +80,16 @@ def _report(path: Path, file: Path) -> None:
         report.write(ds, file)
 
 
-def _compile() -> None:
+def _compile(system: systems.System) -> None:
     """Compiles the kernels, alone, where no workflow or earlier run has: their cache bears one writer."""
     compiled = cache_folder() / "compiled"
     if not compiled.exists():
         _say("compiling the kernels, once per machine")
         warmup.compile_kernels()
         compiled.write_text(fingerprint() + "\n")
+    if not system.compiled().exists():
+        _say(f"compiling the equations of {system.name}, once per machine")
+        warmup.compile_system(system)
 
 
 def _say(text: str) -> None:

@@ -1,17 +1,22 @@
 """Compiling the kernels before anything else needs them.
 
-Numba's disk cache is not safe when several processes compile at once, so the workflow compiles in one job of its own.
+Numba's disk cache is not safe when several processes compile at once, so the workflow compiles in jobs of their own:
+what all sweeps share in one, and what is generated for one system in another.
 """
 
 import fcntl
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from kernels.fingerprint import cache_folder
 from sweeps import claims, systems
+from sweeps.files import replaced
 
 
-def compile_kernels() -> None:
-    """Compiles, and stores in the cache, every kernel that a sweep calls, whatever its system; one process at once."""
+@contextmanager
+def _alone() -> Iterator[None]:
+    """One process at once."""
     handle = os.open(cache_folder() / ".compiling", os.O_RDWR | os.O_CREAT, 0o600)
     try:
         try:
@@ -19,7 +24,30 @@ def compile_kernels() -> None:
         except OSError as error:
             if error.errno not in claims.UNSUPPORTED:
                 raise
-        for name in systems.names():
-            systems.resolve(name).compile()
+        yield
     finally:
         os.close(handle)
+
+
+def compile_kernels() -> None:
+    """Compiles, and stores in the cache, every kernel that is no one system's alone; one process at once."""
+    with _alone():
+        for name in systems.MODULES:
+            systems.resolve(name).compile()
+        from kernels import oscillations
+
+        assert oscillations.run
+
+
+def compile_system(system: systems.System) -> None:
+    """Compiles, and stores in the cache, what one system calls, and says so there; one process at once.
+
+    Raises:
+        DescriptionError: for what is wrong with its description.
+    """
+    with _alone():
+        system.compile()
+    compiled = system.compiled()
+    compiled.parent.mkdir(parents=True, exist_ok=True)
+    with replaced(compiled) as temporary:
+        temporary.write_text(system.fingerprint() + "\n")

@@ -1,10 +1,12 @@
 import numpy as np
 import pytest
 from oscillators import LIBRARY, points, shipped
+from scipy.integrate import solve_ivp
+from scipy.linalg import eigh
 
 from kernels import oscillations as kernel
 from sweeps.mechanics import modes
-from sweeps.mechanics.model import FLAT, Model
+from sweeps.mechanics.model import FLAT, NOT_NUDGED, Model
 
 PROMISED, LEAST = 1e-6, 1e-3  # relative error of ω², where |ω²| is at least so much of the scale's square
 
@@ -177,3 +179,92 @@ def test_a_step_that_is_too_long_is_halved_until_it_holds(models):
     assert (tight["status"] == kernel.OK).all()
     assert (tight["steps_per_sample"] > loose["steps_per_sample"]).all()
     assert loose["omega_squared"] == pytest.approx(tight["omega_squared"], rel=1e-2)
+
+
+# ---------------------------------------------------------------------------------------------------------
+# A direction of the nudge
+
+
+def double_pendulum(t, state, m1, m2, l1, l2, g):
+    """θ̇ and θ̈ of the textbook's equations (Landau and Lifshitz, section 5, problem 1)."""
+    q1, q2, w1, w2 = state
+    s, c = np.sin(q1 - q2), np.cos(q1 - q2)
+    a = np.array([[(m1 + m2) * l1 * l1, m2 * l1 * l2 * c], [m2 * l1 * l2 * c, m2 * l2 * l2]])
+    pull1 = -m2 * l1 * l2 * s * w2 * w2 - (m1 + m2) * g * l1 * np.sin(q1)
+    pull2 = m2 * l1 * l2 * s * w1 * w1 - m2 * g * l2 * np.sin(q2)
+    return [w1, w2, *np.linalg.solve(a, [pull1, pull2])]
+
+
+def hanging(model, **given):
+    columns = points(model.system, 2, 1, {}) | {name: np.full(8, value) for name, value in given.items()}
+    return {name: values[:2] for name, values in columns.items()}
+
+
+@pytest.mark.parametrize("direction", [(1.0, 0.0), (-0.5, 2.0)])
+def test_a_nudge_in_a_direction_is_scipys_motion_mode_by_mode(models, direction):
+    model = models["double_pendulum"]
+    m1, m2, l1, l2, g = numbers = (1.0, 0.4, 1.0, 0.7, 9.80665)
+    columns = hanging(model, mass2=m2, length2=l2, epsilon=0.05)
+    found = model.survey(columns, direction=direction)
+    size = model.theory(columns)["sizes"][0]
+    start = 0.05 * np.array(direction) / np.abs(direction / size).max()
+    S = found["rate_scale"][0]
+    a = np.array([[(m1 + m2) * l1 * l1, m2 * l1 * l2], [m2 * l1 * l2, m2 * l2 * l2]])
+    squares, vectors = eigh(np.diag([(m1 + m2) * g * l1, m2 * g * l2]), a)
+    h = np.pi / 8 / S
+    state = [*(start * np.cos(0.6)), *(-start * S * np.sin(0.6))]
+    motion = solve_ivp(
+        double_pendulum, (0, 64 * h), state, "DOP853", np.arange(65) * h, args=numbers, rtol=3e-14, atol=1e-16
+    ).y[:2]
+    for k in (0, 1):
+        x = (vectors[:, k] @ a @ motion)[: found["samples_used"][k]]
+        cosine = 0.5 * ((x[2:] + x[:-2]) @ x[1:-1]) / (x[1:-1] @ x[1:-1])
+        expected = (np.arccos(cosine) / h) ** 2
+        # rounding of a sample over the second difference; the nonlinear shift of this nudge is 1e-4 and more
+        assert found["omega_squared"][k] == pytest.approx(expected, rel=1e-9)
+        assert abs(expected / squares[k] - 1) > 1e-5
+    # what the columns say of each mode's part adds up to the nudge; the measured rate is off by the shift
+    parts = vectors / np.abs(vectors / size[:, None]).max(axis=0)
+    parts *= np.sign(parts[np.abs(parts).argmax(axis=0), [0, 1]])
+    assert parts @ (found["amplitude"] * np.cos(found["initial_phase"])) == pytest.approx(start * np.cos(0.6), rel=1e-9)
+
+
+@pytest.mark.parametrize("name", ["double_pendulum", "linear_triatomic"])
+def test_every_mode_of_a_direction_has_the_theorys_rate(models, name):
+    model = models[name]
+    columns = points(model.system, model.n, 40, LIBRARY[name])
+    found = model.survey(columns, direction=(1.0, 0.3, -0.2)[: model.n])
+    ok = found["status"] == kernel.OK
+    assert ok.mean() > 0.9
+    sized = ok & (np.abs(found["omega_squared_theory"]) >= LEAST * found["rate_scale"] ** 2)
+    assert np.abs(found["omega_squared"] / found["omega_squared_theory"] - 1)[sized].max() <= PROMISED
+    assert np.array_equal(found["regime"][ok], found["regime_theory"][ok])
+    longer = model.survey(columns, direction=(40.0, 12.0, -8.0)[: model.n])
+    off = np.abs(longer["omega_squared"] - found["omega_squared"])[ok]
+    assert (off <= 1e-9 * found["rate_scale"][ok] ** 2).all()  # 40 / 40 and 12 / 40 are rounded
+
+
+def test_a_mode_without_a_share_of_the_direction_is_said(models):
+    model = models["double_pendulum"]
+    columns = hanging(model)
+    first = model.theory(columns)["modes"][0, :, 0]
+    found = model.survey(columns, direction=first)
+    assert found["status"].tolist() == [kernel.OK, NOT_NUDGED]
+    assert np.isnan(found["omega_squared"]).tolist() == [False, True]
+    assert found["regime"].tolist() == [kernel.STABLE, -1]
+    assert found["omega_squared"][0] == pytest.approx(model.survey(columns)["omega_squared"][0], rel=1e-12)
+
+
+def test_log_slope_is_the_rate_where_its_window_holds_it(models):
+    model = models["pendulum"]
+    columns = points(model.system, 1, 6, LIBRARY["pendulum"], phase=0.0)
+    found = model.survey(columns)
+    upright = columns["equilibrium"] == 1
+    assert np.isnan(found["e_folds"][~upright]).all()
+    # ln cosh from 2 to at most 1000 times the start, less the two samples that miss its ends
+    assert (np.abs(found["e_folds"][upright] - np.log(500)) <= 2 * np.pi / 8).all()
+    # at 2 the decaying part is still a thirteenth of the motion
+    assert found["growth_rate_logslope"][upright] == pytest.approx(found["growth_rate_theory"][upright], rel=5e-3)
+    large = model.survey(columns | {"epsilon": np.full(12, 1e-3)})  # 0.01 is ten times this nudge, 1.6 e-folds above 2
+    assert (large["e_folds"][upright] > 1.0).all()
+    assert np.isnan(large["growth_rate_logslope"]).all()

@@ -51,6 +51,7 @@ def run(k, *, start=1.0, speed=0.0, intervals=64, spacing=0.4, size=1e-6):
         rows,
         ones[:, None].copy(),
         ones,
+        0.0 * ones,
         ones,
         size * ones,
         twice,
@@ -86,7 +87,7 @@ def test_padding_and_neighbours_change_no_bit():
     k = np.linspace(-1, 1, 75)
     together = run(k)
     for i in (0, 31, 32, 74):
-        assert np.array_equal(run(k[i])[0], together[i])
+        assert np.array_equal(run(k[i])[0], together[i], equal_nan=True)
 
 
 def test_fast_growth_is_a_short_window_and_overflow_is_said():
@@ -94,6 +95,21 @@ def test_fast_growth_is_a_short_window_and_overflow_is_said():
     assert oscillations.status(raw, 64, 1e-10).tolist() == [oscillations.SHORT_WINDOW]
     raw = run([1.0], start=np.nan)
     assert oscillations.status(raw, 64, 1e-10).tolist() == [oscillations.NON_FINITE]
+
+
+def test_log_slope_is_that_of_the_logarithms_in_its_window():
+    k = np.array([-1.0, -0.3, 0.7])
+    raw = run(k, speed=0.4, intervals=120)
+    for row, rate in zip(raw[:2], np.sqrt(-k[:2]), strict=True):
+        sizes = np.cosh(0.4 * rate * np.arange(121)) + 0.4 / rate * np.sinh(0.4 * rate * np.arange(121))
+        (window,) = np.nonzero((sizes >= 2.0) & (sizes <= 1000.0))
+        slope = np.polyfit(0.4 * window, np.log(sizes[window]), 1)[0]
+        # a hundred samples' rounding, grown a thousandfold in the sums of squares
+        assert row[oscillations.LOGSLOPE] == pytest.approx(slope, rel=1e-12)
+        assert row[oscillations.EFOLDS] == pytest.approx(np.ptp(np.log(sizes[window])), rel=1e-12)
+    assert np.isnan(raw[2, [oscillations.LOGSLOPE, oscillations.EFOLDS]]).all()
+    capped = run([-1.0], intervals=120, size=1e-4)[0]  # 0.01 of the system's size is 100 times the nudge
+    assert math.log(100.0 / 2.0) - 0.8 <= capped[oscillations.EFOLDS] <= math.log(100.0 / 2.0)
 
 
 def test_another_mode_that_grows_ends_the_window():
@@ -119,6 +135,11 @@ def test_another_mode_that_grows_ends_the_window():
     one = np.ones(1)
     projection = np.eye(2).reshape(1, 4)
     none = np.zeros(1, dtype=np.int64)
-    raw = oscillations.run(pair, still, 6, rows, rows, projection, one, one, one * 1e-6, none, none, 64, 0.4, 1e-10)
+    rest = (one, one * 1e-6, none, none, 64, 0.4, 1e-10)
+    raw = oscillations.run(pair, still, 6, rows, rows, projection, one, 0 * one, *rest)
     assert raw[0, oscillations.SAMPLES] == int(math.log(100.0) / 0.4) + 1
     assert raw[0, oscillations.RATE2] == pytest.approx(1.0, abs=1e-12)
+    raw = oscillations.run(pair, still, 6, rows, rows, projection, one, 10 * one, *rest)
+    assert raw[0, oscillations.SAMPLES] == int(math.log(1e4) / 0.4) + 1
+    other = 1e-3 * math.exp(0.4 * int(math.log(1e4) / 0.4))
+    assert raw[0, oscillations.SIZE] == pytest.approx(other**1.5)  # the square root of its cube over the nudged one

@@ -1,6 +1,8 @@
+import os
 import pickle
 import subprocess
 import sys
+import uuid
 from pathlib import Path
 
 import numpy as np
@@ -127,6 +129,30 @@ def test_a_grid_refuses_what_its_parameters_do_not_allow(grid, wrong):
         load(small("pendulum", **grid))
 
 
+@pytest.mark.parametrize(
+    ("direction", "wrong"),
+    [
+        ([1.0], r"integration\.direction: \[1\.0\] has 1 numbers; allowed: 2, of theta1, theta2"),
+        ([0.0, 0.0], r"integration\.direction: \[0\.0, 0\.0\] points nowhere; allowed: .* not all 0"),
+        ([1.0, "x"], r"integration\.direction\[1\]: .* is text"),
+        (1.0, r"integration\.direction: 1\.0 is not a list; allowed: direction of the nudge"),
+    ],
+)
+def test_a_direction_is_refused_in_words(direction, wrong):
+    with pytest.raises(DefinitionError, match=wrong):
+        load(small("double_pendulum") | {"integration": {"direction": direction}})
+
+
+def test_a_direction_of_a_definition_is_the_nudge_of_every_mode():
+    definition = small("double_pendulum", mass2=[0.5, 2.0]) | {"integration": {"direction": [0.0, 1.0]}}
+    found, along = sweeps.survey(definition), sweeps.survey(small("double_pendulum", mass2=[0.5, 2.0]))
+    assert (found["status"] == 0).all()
+    scale = found["rate_scale"].values ** 2
+    assert (np.abs(found["omega_squared"] - along["omega_squared"]).values <= 1e-9 * scale).all()
+    assert not found["amplitude"].equals(along["amplitude"])
+    assert pickle.loads(pickle.dumps(load(definition))).integration.direction == (0.0, 1.0)
+
+
 def test_a_file_that_is_not_there():
     with pytest.raises(DefinitionError, match=r"nowhere\.py: cannot be read"):
         load(small("nowhere.py"))
@@ -157,6 +183,10 @@ def test_shards_threads_and_chunks_change_no_bit(tmp_path):
         parts.append(tmp_path / f"{number}.nc")
         shards.write_shard(definition, number, 3, parts[-1], threads=2)
     digest = storage.merge(definition, parts, tmp_path / "map.nc")
+    with storage.open_map(tmp_path / "map.nc") as merged:
+        assert merged.attrs["kernel_fingerprint"] == whole.attrs["kernel_fingerprint"]
+    threaded = dataset.survey_grid(definition, threads=2)
+    assert content.content_hash(threaded) == digest
     assert digest == content.content_hash(whole)
     lazy = dataset.survey_grid(definition, chunks=16)
     assert content.content_hash(lazy.compute()) == digest
@@ -184,3 +214,24 @@ def test_picture_of_the_hoop_has_the_line_on_g_over_r():
     spin, radius = line.get_paths()[0].vertices.T
     # a contour is straight between cells of 0.14 rad/s and 0.19 m
     assert spin**2 * radius == pytest.approx(np.full(spin.size, 9.80665), rel=0.03)
+
+
+def test_what_compile_was_told_of_is_compiled_for_good(tmp_path):
+    """Numba says where its cache is read and written; the title makes a system that no cache holds yet."""
+    described(tmp_path, SPRING.format(V="k * x**2").replace("Mass on a spring", uuid.uuid4().hex))
+    definition = tmp_path / "mine.yaml"
+    definition.write_text(f"system: {tmp_path}/spring.py\ngrid: {{stiffness: 2.0}}\nshards: 1\n")
+    environment = os.environ | {"NUMBA_DEBUG_CACHE": "1"}
+    said = []
+    for arguments in (["compile", definition], ["shard", definition, "1", "1"]):
+        command = [sys.executable, "-m", "sweeps", *arguments, "-o", tmp_path / f"{arguments[0]}.out"]
+        done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        said.append(done.stdout)
+    saved = [line for line in said[0].splitlines() if "data saved" in line and "oscillator_" in line]
+    assert len(saved) == 2  # advance and energy
+    assert "data saved" not in said[1]
+    system = systems.resolve(f"{tmp_path}/spring.py")
+    assert (
+        (tmp_path / "compile.out").read_text().strip() == system.fingerprint() == system.compiled().read_text().strip()
+    )

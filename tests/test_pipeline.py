@@ -86,6 +86,17 @@ def test_shards_and_maps_of_another_definition_or_kernel_are_made_again(mine, me
     assert measured == [1, 2, 3] * 3
 
 
+def test_a_systems_own_equations_are_compiled_before_its_shards(mine, measured, monkeypatch, tmp_path):
+    mine.write_text(json.dumps({"system": "pendulum", "grid": {"length": [0.5, 1.0]}, "shards": 2}))
+    system, told = sweeps.systems.resolve("pendulum"), tmp_path / "generated" / "pendulum.compiled"
+    monkeypatch.setattr(type(system), "compiled", lambda self: told)
+    monkeypatch.setattr(type(system), "compile", lambda self: measured.append("compiled"))
+    made(mine)
+    made(mine, again=True)
+    assert measured == ["compiled", 1, 2, 1, 2]
+    assert told.read_text().strip() == system.fingerprint()
+
+
 def test_pictures_younger_than_their_map_stay_and_older_ones_go(mine):
     _, figures, report = made(mine)
     stale = figures / "stale.png"

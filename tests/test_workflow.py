@@ -112,6 +112,24 @@ def test_an_edited_definition_runs_its_sweep_again(made):
     assert "Measuring shard 3 of 3 of own" in planned.stdout + planned.stderr
 
 
+@pytest.mark.slow
+def test_generated_kernels_are_compiled_before_any_shard(fresh):
+    own = {"system": "pendulum", "grid": {"length": [0.5, 1.0]}, "shards": 2}
+    (fresh / "swing.json").write_text(json.dumps(own))
+    planned = snakemake(fresh, "-n", "--config", "definition=swing.json", "--", "results/swing/stability_map.nc")
+    said = planned.stdout + planned.stderr
+    assert planned.returncode == 0, said
+    assert "Compiling the equations of swing.json" in said
+    assert said.count("Measuring shard") == 2
+    waits = [
+        line for line in said.splitlines() if line.startswith("Reason: Missing output files: results/swing/shards")
+    ]
+    assert len(waits) == 2
+    assert all("generated/oscillator_" in line for line in waits)
+    others = snakemake(fresh, "-n", "--", "results/tiny/stability_map.nc")
+    assert "Compiling the equations" not in others.stdout + others.stderr
+
+
 def untouched(folder):
     return not (folder / "results").exists() and not (folder / ".cache").exists()
 

@@ -68,6 +68,7 @@ class Landscape:
         self._a = lambdified(arguments, equations.a)
         self._third = lambdified(arguments, equations.third)
         self._cascade = None
+        self.last: tuple = (None, None)  # the points that were searched last, and what was found
         pulls = [sum(map(sp.Abs, sp.Add.make_args(sp.expand(e)))) for e in equations.gradient]
         self._pulls = lambdified(arguments, pulls)
         terms = [sum(map(sp.Abs, sp.Add.make_args(sp.expand(e)))) for e in equations.hessian]
@@ -170,10 +171,25 @@ def find(landscape: Landscape, parameters) -> Found:
     """
     given = [np.atleast_1d(np.asarray(p, dtype=np.float64)) for p in parameters]
     pairs = zip(landscape.canonical, given, strict=True)
-    rows = np.stack([p if default is None else np.full_like(p, default) for default, p in pairs], axis=-1)
-    rows, inverse = np.unique(rows, axis=0, return_inverse=True)
-    found = _find(landscape, [np.ascontiguousarray(p) for p in rows.T])
+    rows = [p if default is None else np.full_like(p, default) for default, p in pairs]
+    first, inverse = _points(rows)
+    rows = [p[first] for p in rows]
+    asked, known, found = b"".join(p.tobytes() for p in rows), *landscape.last
+    if asked != known:
+        found = _find(landscape, rows)
+        landscape.last = asked, found
     return Found(found.places[inverse], found.flat[inverse])
+
+
+def _points(rows):
+    """Numbers of points that all differ, in ascending order of the rows, and which of them each point equals."""
+    code = np.zeros(rows[0].size if rows else 1, dtype=np.int64)
+    for row in rows:
+        if (row[1:] != row[:-1]).any():  # sorting is most of the work, and most parameters are constant
+            values, number = np.unique(row, return_inverse=True)
+            _, code = np.unique(code * values.size + number, return_inverse=True)
+    _, first, inverse = np.unique(code, return_index=True, return_inverse=True)
+    return first, inverse
 
 
 def _find(landscape, parameters):

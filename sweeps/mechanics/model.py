@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from kernels import measure
 from kernels import oscillations as kernel
 from sweeps.mechanics import equilibria, modes
 from sweeps.mechanics.derivation import derive
@@ -12,9 +13,10 @@ from sweeps.mechanics.description import System
 from sweeps.mechanics.graph import Values, graph
 from sweeps.mechanics.taylor import Code
 
-CHUNK = 8192
+CHUNK = 16384
 EVEN = 1e-9  # third derivatives smaller than this, in the system's own units, make no second run
-FLAT = 5  # a status beside the kernel's
+FLAT, NOT_NUDGED = 5, 6  # statuses beside the kernel's
+LEAST_SHARE = 1e-6  # of a nudge: a mode with less of it is left to rounding and to the others' cubes
 
 
 class Model:
@@ -105,7 +107,7 @@ class Model:
 
     # -- motion
 
-    def measured(self, points, theory, cycles: float, samples_per_cycle: int, tolerance: float):
+    def measured(self, points, theory, cycles: float, samples_per_cycle: int, tolerance: float, direction=None):
         """What motions show of points; of theory only places, modes (as directions) and the scale are used.
 
         Args:
@@ -114,9 +116,11 @@ class Model:
             cycles: length of the run, in 2π/S.
             samples_per_cycle: samples in 2π/S; the spacing is 0.5/S at most.
             tolerance: relative error allowed.
+            direction: of the nudge, one number a coordinate; None nudges along the mode.
 
         Returns:
-            `raw` (points, kernel.RAW), `status` (int8) and `start` (relative position and velocity over S).
+            `raw` (points, kernel.RAW), `status` (int8), `intervals`, `spacing` and `reach` (the signed size of the
+            mode's part of the nudge, relative to the whole).
         """
         intervals, spacing = round(cycles * samples_per_cycle), min(2.0 * np.pi / samples_per_cycle, 0.5)
         size = len(points["epsilon"])
@@ -126,28 +130,55 @@ class Model:
         unsound = here & ~np.isfinite(theory["scale"] * theory["modes"].sum(axis=(1, 2)))
         status[unsound] = kernel.NON_FINITE
         which = np.flatnonzero(here & ~unsound)
+        reach = np.ones(size)
         for start in range(0, which.size, CHUNK):
             part = which[start : start + CHUNK]
-            raw[part] = self._run(points, theory, part, intervals, spacing, tolerance)
+            nudge = self._nudge(points, theory, part, direction)
+            reach[part] = nudge["reach"]
+            nudged = nudge["start"] >= LEAST_SHARE
+            status[part[~nudged]] = NOT_NUDGED
+            if not nudged.all():
+                part, nudge = part[nudged], {name: values[nudged] for name, values in nudge.items()}
+            raw[part] = self._run(points, theory, part, nudge, intervals, spacing, tolerance)
             status[part] = kernel.status(raw[part], intervals, tolerance)
-        return {"raw": raw, "status": status, "intervals": intervals, "spacing": spacing}
+        return {"raw": raw, "status": status, "intervals": intervals, "spacing": spacing, "reach": reach}
 
-    def _run(self, points, theory, part, intervals, spacing, tolerance):
+    def _nudge(self, points, theory, part, direction):
+        """The nudge of relative size one and how modes see it.
+
+        Returns:
+            `along` (points, n); `projection` (points, n, n) to the modes' shares of it, the point's own first;
+            `start`, the size of its own share; `reach`, the signed relative size of its part; `allowed`.
+        """
+        a, sizes = theory["a"][part], theory["sizes"][part]
+        vectors = self._nudged_first(theory["modes"][part], np.asarray(points["mode"])[part] - 1)
+        own = vectors[:, :, 0]
+        unit = 1.0 / np.abs(own / sizes).max(axis=1)
+        one = np.ones(part.size)
+        if direction is None:
+            projection = np.einsum("pjk,pji->pki", vectors, a) / unit[:, None, None]
+            along = own * unit[:, None]
+            return {"along": along, "projection": projection, "start": one, "reach": one, "allowed": 0.0 * one}
+        along = np.asarray(direction, dtype=np.float64) / np.abs(direction).max()
+        along = along / np.abs(along / sizes).max(axis=1)[:, None]
+        norm = np.sqrt(np.einsum("pi,pij,pj->p", along, a, along))
+        projection = np.einsum("pjk,pji->pki", vectors, a) / norm[:, None, None]
+        share = np.einsum("pi,pi->p", projection[:, 0], along)
+        allowed = np.full(part.size, measure.WINDOW)
+        reach = share * norm / unit
+        return {"along": along, "projection": projection, "start": np.abs(share), "reach": reach, "allowed": allowed}
+
+    def _run(self, points, theory, part, nudge, intervals, spacing, tolerance):
         parameters = [p[part] for p in theory["parameters"]]
         epsilon = np.asarray(points["epsilon"], dtype=np.float64)[part]
         phase = np.asarray(points["phase"], dtype=np.float64)[part]
-        S, a, sizes = theory["scale"][part], theory["a"][part], theory["sizes"][part]
-        mode = np.asarray(points["mode"])[part] - 1
-        vectors = self._nudged_first(theory["modes"][part], mode)
-        direction = vectors[:, :, 0]
-        unit = 1.0 / np.abs(direction / sizes).max(axis=1)
-        x = (direction * (unit * np.cos(phase))[:, None]).T
-        v = (direction * (-unit * S * np.sin(phase))[:, None]).T
-        projection = np.einsum("pjk,pji->pki", vectors, a) / unit[:, None, None]
+        S, mode = theory["scale"][part], np.asarray(points["mode"])[part] - 1
+        x = (nudge["along"] * np.cos(phase)[:, None]).T
+        v = (nudge["along"] * (-S * np.sin(phase))[:, None]).T
         plus, minus = self._rows(parameters, theory["place"][part], epsilon, x, v, theory["twice"][part].any())
-        projection = np.ascontiguousarray(projection.reshape(part.size, -1))
+        projection = np.ascontiguousarray(nudge["projection"].reshape(part.size, -1))
         twice = theory["twice"][part].astype(np.int64)
-        module, ones = self.code.module(), np.ones(part.size)
+        module = self.code.module()
         return kernel.run(
             module.advance,
             module.energy,
@@ -155,7 +186,8 @@ class Model:
             plus,
             minus,
             projection,
-            ones,
+            nudge["start"],
+            nudge["allowed"],
             S,
             epsilon,
             twice,
@@ -194,10 +226,11 @@ class Model:
 
     # -- both
 
-    def survey(self, points, cycles: float = 4, samples_per_cycle: int = 16, tolerance: float = 1e-10):
+    def survey(self, points, cycles: float = 4, samples_per_cycle: int = 16, tolerance: float = 1e-10, direction=None):
         """All columns of points, in units; see `sweeps.systems.oscillator`."""
         theory = self.theory(points)
-        return self._columns(points, theory, self.measured(points, theory, cycles, samples_per_cycle, tolerance))
+        measured = self.measured(points, theory, cycles, samples_per_cycle, tolerance, direction)
+        return self._columns(points, theory, measured)
 
     def _columns(self, points, theory, measured):
         raw, S = measured["raw"], theory["scale"]
@@ -215,6 +248,7 @@ class Model:
             "omega_squared_stderr": raw[:, kernel.STDERR],
             **_rates("_theory", theory["omega_squared"], predicted),
             **_rates("", raw[:, kernel.RATE2], regime),
+            **_log_slope(raw, regime),
             "regime_theory": predicted,
             "regime": regime,
             "rate_scale": S,
@@ -226,7 +260,7 @@ class Model:
         }
         for name in ("growth_rate", "frequency"):
             columns[f"{name}_stderr"] = _rate_stderr(raw[:, kernel.STDERR], columns[name])
-        amplitude, angle = _lecture_solution(epsilon, phase, S, columns["frequency"])
+        amplitude, angle = _lecture_solution(epsilon * measured["reach"], phase, S, columns["frequency"])
         columns |= {"amplitude": amplitude, "initial_phase": angle}
         for i, c in enumerate(self.system.kept):
             columns[f"{c.name}_equilibrium"] = theory["place"][:, i]
@@ -252,13 +286,21 @@ def _rates(suffix, squares, regime):
     }
 
 
+def _log_slope(raw, regime):
+    """The lecture's estimator, where its window held at least two e-folds."""
+    e_folds = np.where(regime == kernel.UNSTABLE, raw[:, kernel.EFOLDS], np.nan)
+    told = e_folds >= measure.LEAST_EFOLDS
+    return {"growth_rate_logslope": np.where(told, raw[:, kernel.LOGSLOPE], np.nan), "e_folds": e_folds}
+
+
 def _rate_stderr(stderr, rate):
     return np.divide(0.5 * stderr, rate, out=np.full_like(rate, np.nan), where=rate > 0.0)
 
 
-def _lecture_solution(epsilon, phase, S, frequency):
-    """Amplitude a and phase α of η = a cos(ωt + α), with the measured ω, from η(0) = ε cos φ, η̇(0) = −ε S sin φ."""
+def _lecture_solution(size, phase, S, frequency):
+    """Amplitude a and phase α of η = a cos(ωt + α), with the measured ω, from η(0) = s cos φ, η̇(0) = −s S sin φ."""
     with np.errstate(all="ignore"):
         ratio = np.where(frequency > 0.0, S / frequency, np.nan)
-        sine, cosine = ratio * np.sin(phase), np.cos(phase)
-        return epsilon * np.hypot(cosine, sine), np.where(np.isnan(ratio), np.nan, np.arctan2(sine, cosine))
+        sense = np.where(size < 0.0, -1.0, 1.0)
+        sine, cosine = sense * ratio * np.sin(phase), sense * np.cos(phase)
+        return np.abs(size) * np.hypot(cosine, sine), np.where(np.isnan(ratio), np.nan, np.arctan2(sine, cosine))

@@ -75,6 +75,16 @@ class Code:
         """SHA-256 of the text, 64 hexadecimal digits."""
         return hashlib.sha256(self.text.encode()).hexdigest()
 
+    @property
+    def name(self) -> str:
+        """Name of the module."""
+        return f"oscillator_{self.digest[:24]}"
+
+    @property
+    def compiled(self) -> Path:
+        """The file that says, once it is there, that the module has been compiled into the kernels' cache."""
+        return cache_folder() / "generated" / f"{self.name}.compiled"
+
     # -- names in the text
 
     def _base(self, number):
@@ -319,7 +329,7 @@ class Code:
 
     def module(self):
         """The compiled module: functions `advance(S, steps)` and `energy(S)`; written at first use."""
-        name = f"oscillator_{self.digest[:24]}"
+        name = self.name
         if name in sys.modules:
             return sys.modules[name]
         path = _written(cache_folder() / "generated", name, self.text)

@@ -9,15 +9,15 @@ import threading
 from collections.abc import Callable, Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
-from pydantic import Field
+from pydantic import AfterValidator, Field, model_validator
 
 from sweeps import parameters
 from sweeps.definition import Definition, Integration
 from sweeps.parameters import Parameter, Quantity, Range, grid_model, spread
-from sweeps.refusals import keys_of
+from sweeps.refusals import Problem, display, keys_of, refusal, refusals
 from sweeps.systems.system import System
 from sweeps.values import Epsilon, Phase, Positive, Tolerance, number
 from sweeps.variables import Variable, table
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 LIBRARY = Path(__file__).parents[1] / "mechanics" / "library"
 REGIMES = ("undetermined", "stable", "unstable", "marginal")
-STATUSES = ("ok", "short_window", "not_converged", "non_finite", "no_equilibrium", "flat")
+STATUSES = ("ok", "short_window", "not_converged", "non_finite", "no_equilibrium", "flat", "not_nudged")
 LOOKED_AT = 256  # points of a grid at which a check looks for equilibria
 
 _SCATTER = "scatter of the samples only: it does not know the bias of a finite amplitude"
@@ -48,12 +48,20 @@ VARIABLES = table(
     Variable("frequency_theory", "rad s-1", "angular frequency, linear theory; 0 where not stable"),
     Variable("frequency", "rad s-1", "angular frequency, measured; 0 where not stable"),
     Variable("frequency_stderr", "rad s-1", "standard error of the measured angular frequency", comment=_SCATTER),
+    Variable(
+        "growth_rate_logslope",
+        "s-1",
+        "growth rate by the slope of the logarithm of the mode's size",
+        comment="missing where its window (2 to 1000 times the start, below 0.01 of the system's own size) holds "
+        "under two e-folds",
+    ),
+    Variable("e_folds", "1", "e-folds of growth inside the window of the log slope"),
     Variable("regime_theory", None, "regime, linear theory", "i1", REGIMES, first_flag=-1),
     Variable("regime", None, "regime, measured", "i1", REGIMES, first_flag=-1),
     Variable(
         "amplitude",
         "1",
-        "amplitude a of a cos(w t + alpha), relative to the size of a nudge; missing where not stable",
+        "amplitude a of a cos(w t + alpha), relative to the system's own size; missing where not stable",
         comment="from the start of the run and the measured frequency",
     ),
     Variable(
@@ -102,11 +110,25 @@ COORDINATES = parameters.coordinates(NUDGE) | table(  # beside the parameters
 )
 
 
+Component = Annotated[float, number(lambda x: True, "any finite number")]
+
+
+def _not_zero(values: tuple[float, ...]) -> tuple[float, ...]:
+    if not any(values):
+        raise refusal("points nowhere", "a list of numbers that are not all 0")
+    return values
+
+
 class OscillatorIntegration(Integration):
     """How each run of a small oscillation is made."""
 
     rotations: Positive = Field(4.0, description="length of a run in cycles of the system's scale, 2π/rate_scale: > 0")
     tolerance: Tolerance = Field(1e-10, description="relative error allowed on the motion, 1e-13 to 1e-3")
+    direction: Annotated[tuple[Component, ...], AfterValidator(_not_zero)] = Field(
+        None,
+        description="direction of the nudge: a list of one number a coordinate, in the coordinates' units, not all 0; "
+        "left out, along each mode",
+    )
 
 
 class OscillatorDefinition(Definition):
@@ -116,6 +138,16 @@ class OscillatorDefinition(Definition):
         OscillatorIntegration(),
         description="how each run is made: a mapping with " + keys_of(OscillatorIntegration),
     )
+    moved: ClassVar[tuple[str, ...]] = ()  # names of the coordinates
+
+    @model_validator(mode="after")
+    def _check_direction(self) -> "OscillatorDefinition":
+        direction = self.integration.direction
+        if direction is not None and len(direction) != len(self.moved):
+            wrong = f"has {len(direction)} numbers"
+            allowed = f"{len(self.moved)}, of {', '.join(self.moved)}"
+            raise refusals([Problem(("integration", "direction"), display(direction), wrong, allowed)])
+        return self
 
 
 class Oscillator(System):
@@ -184,7 +216,8 @@ class Oscillator(System):
             {
                 "__module__": __name__,
                 "__doc__": OscillatorDefinition.__doc__,
-                "__annotations__": {"grid": grid},
+                "__annotations__": {"grid": grid, "moved": ClassVar[tuple[str, ...]]},
+                "moved": tuple(c.name for c in self.description.kept),
                 "grid": Field(grid(), description="what is varied: a mapping with " + keys_of(grid)),
             },
         )
@@ -215,11 +248,12 @@ class Oscillator(System):
     def columns(self, points: Mapping[str, np.ndarray], integration: Integration) -> dict[str, np.ndarray]:
         """Linear theory beside what is measured; see `sweeps.mechanics.model`."""
         self._compiled()
-        slots = {name: k for k, name in enumerate(self.description.names)}
-        names, where = np.unique(points["equilibrium"], return_inverse=True)
-        numbers = np.array([slots[str(name)] for name in names], dtype=np.int64)
+        numbers = np.zeros(len(points["equilibrium"]), dtype=np.int64)
+        for slot, name in enumerate(self.description.names):
+            numbers[points["equilibrium"] == name] = slot
         settings = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
-        return self.mechanism.survey({**points, "equilibrium": numbers[where]}, *settings)
+        points = {**points, "equilibrium": numbers}
+        return self.mechanism.survey(points, *settings, integration.direction)
 
     def check(self, definition: Definition) -> None:
         """Derives the equations, and looks for equilibria at some points of the grid.
@@ -264,10 +298,15 @@ class Oscillator(System):
         return "direct integration of the full Euler-Lagrange equations"
 
     def compile(self) -> None:
-        """Compiles what all oscillators share; the generated code of one is compiled under a lock at first use."""
+        """Compiles what all oscillators share, and the code that was generated for this one."""
         from kernels import oscillations
 
         assert oscillations.run
+        self._compiled()
+
+    def compiled(self) -> Path:
+        """The file that says that this system's generated code is in the cache."""
+        return self.mechanism.code.compiled
 
     def _compiled(self):
         with self._lock:

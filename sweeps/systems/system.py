@@ -2,6 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -93,6 +94,12 @@ class System(ABC):
     @abstractmethod
     def compile(self) -> None:
         """Compiles, and stores in the cache, every kernel that :meth:`columns` calls."""
+
+    def compiled(self) -> Path:
+        """The file in the kernels' cache that says, once it is there, that :meth:`compile` has been done."""
+        from kernels.fingerprint import cache_folder
+
+        return cache_folder() / "compiled"
 
     @abstractmethod
     def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
