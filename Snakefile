@@ -100,7 +100,9 @@ rule shard:
         "results/{sweep}/logs/shard-{k}-of-{n}.log",
     benchmark:
         "results/{sweep}/benchmarks/shard-{k}-of-{n}.tsv"
-    threads: lambda wildcards: max(1, workflow.cores // int(wildcards.n))
+    threads: lambda wildcards: (
+        max(1, workflow.cores // int(wildcards.n)) if workflow.local_exec else 1
+    )
     resources:
         mem_mb=1000,
     params:

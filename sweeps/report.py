@@ -20,7 +20,7 @@ import numpy as np
 import xarray as xr
 from markupsafe import Markup
 
-from sweeps import figure_stability, figure_style
+from sweeps import figure_stability, figure_style, storage
 from sweeps.files import replaced
 from sweeps.report_columns import (
     MOST_POINTS,
@@ -225,14 +225,12 @@ def _start(ds, kept) -> dict:
 
 def _natural_axes(ds) -> dict:
     """Body → the axis about which it spins in nature, as the definition has it."""
-    from ruamel.yaml import YAML
-    from ruamel.yaml.error import YAMLError
-
-    try:
-        bodies = (YAML(typ="safe").load(str(ds.attrs.get("definition", ""))) or {}).get("bodies", [])
-        return {str(body["name"]): int(body["axis"]) for body in bodies if "axis" in body}
-    except (YAMLError, AttributeError, TypeError, KeyError, ValueError):
-        return {}
+    bodies = storage.definition_of(ds).get("bodies")
+    found = {}
+    for body in bodies if isinstance(bodies, tuple) else ():
+        if isinstance(body, dict) and body.get("axis") in (1, 2, 3):
+            found[str(body.get("name"))] = int(body["axis"])
+    return found
 
 
 # ---------------------------------------------------------------------------------------------------------

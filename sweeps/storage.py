@@ -21,7 +21,7 @@ from sweeps.content import ContentHash, hashed
 from sweeps.definition import Definition
 from sweeps.files import remove_leftovers, replaced
 from sweeps.grid import Grid
-from sweeps.reading import plain, read_text
+from sweeps.reading import MAX_FILE_BYTES, plain, read_text
 from sweeps.refusals import UnreadableError
 from sweeps.shards import CACHE_BYTES, DamagedError, ForeignError, MapError, Shard, identity, write_shard, written
 from sweeps.systems.oscillator import VARIABLES as OSCILLATIONS
@@ -224,13 +224,36 @@ def _open(path: str | Path, **options) -> xr.Dataset:
         raise MapError(f"{path}: cannot be read as netCDF ({error}); allowed: a file that Polhode wrote") from None
 
 
+def definition_of(ds: xr.Dataset) -> dict:
+    """The plain values of the definition that a map carries; none where it carries none that can be read."""
+    text = ds.attrs.get("definition", "")
+    if not isinstance(text, str) or len(text) > MAX_FILE_BYTES:
+        return {}
+    try:
+        values = plain(read_text(text))
+    except UnreadableError:
+        return {}
+    return values if isinstance(values, dict) else {}
+
+
 def _promised(ds: xr.Dataset) -> set[str]:
     """Variables that a map's own definition chose; none where it chose none."""
-    try:
-        values = plain(read_text(str(ds.attrs.get("definition", ""))))
-        return set(map(str, values["integration"]["variables"]))
-    except (UnreadableError, KeyError, TypeError):
-        return set()
+    integration = definition_of(ds).get("integration")
+    chosen = integration.get("variables") if isinstance(integration, dict) else None
+    return set(map(str, chosen)) if isinstance(chosen, tuple) else set()
+
+
+def _unprintable(ds: xr.Dataset) -> str | None:
+    """The name of an attribute or a text that a terminal might obey."""
+    holders = {"": ds.attrs} | {f"{name}:": variable.attrs for name, variable in ds.variables.items()}
+    for holder, attributes in holders.items():
+        for name, value in attributes.items():
+            if name != "definition" and not all(c.isprintable() or c in "\n\t" for c in str(value)):
+                return holder + name
+    for name, variable in ds.variables.items():
+        if variable.dtype.kind in "OUS" and not all(str(text).isprintable() for text in variable.values.reshape(-1)):
+            return str(name)
+    return None
 
 
 def open_map(path: str | Path, **options) -> xr.Dataset:
@@ -252,6 +275,9 @@ def open_map(path: str | Path, **options) -> xr.Dataset:
         ds.close()
         found = version or "nothing"
         raise MapError(f"{path}: contract_version: is {found}; allowed: {dataset.CONTRACT_VERSION}, a map of Polhode")
+    if (unprintable := _unprintable(ds)) is not None:
+        ds.close()
+        raise MapError(f"{path}: {unprintable}: holds control characters; allowed: printable text")
     name = str(ds.attrs.get("system", systems.DEFAULT))
     described = systems.is_file(name)  # a file named by a map is never run: its author may be anybody
     if not described and name not in systems.names():

@@ -44,14 +44,15 @@ def _run(args):
 
 
 def _write_motion(row, args) -> None:
-    from sweeps import motion, systems
-    from sweeps.reading import plain, read_text
+    from sweeps import motion, storage, systems
 
     system = str(row.attrs.get("system", systems.DEFAULT))
     point = {name: row[name].item() for name in row.coords if row[name].ndim == 0}
-    tolerance = plain(read_text(row.attrs["definition"])).get("integration", {}).get("tolerance", 1e-10)
+    integration = storage.definition_of(row).get("integration")
+    tolerance = integration.get("tolerance") if isinstance(integration, dict) else None
+    tolerance = tolerance if isinstance(tolerance, float) and 1e-13 <= tolerance <= 1e-3 else 1e-10
     moved = motion.of(system, point, args.duration, args.samples, tolerance)
-    kept = {name: row.attrs[name] for name in ("title", "source", "Conventions", "kernel_fingerprint")}
+    kept = {name: row.attrs.get(name, "") for name in ("title", "source", "Conventions", "kernel_fingerprint")}
     kept["point"] = ", ".join(f"{name} = {value}" for name, value in point.items())
     motion.write(moved.assign_attrs(kept), args.trajectory)
 

@@ -1,0 +1,284 @@
+"""Definitions that mean harm: words and exit status 2, or a map inside results/; never a traceback, never a shell."""
+
+import json
+import resource
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import xarray as xr
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+import sweeps
+from sweeps import claims, definition, estimate, grid
+from sweeps.__main__ import main
+from sweeps.refusals import DefinitionError, RefusedError
+
+FIELDS = {
+    "title": "x",
+    "system": "rigid_body",
+    "axes": [1, 2],
+    "grid": {"I1": {"start": 1.0, "stop": 2.0, "num": 3}, "I2": 2.0, "I3": [2.5, 3.0], "omega0": 1.0},
+    "integration": {"propagator": "direct", "rotations": 4, "samples_per_rotation": 16, "tolerance": 1e-10},
+    "shards": 2,
+}
+NUMBERS = st.sampled_from(
+    [1e308, -1e308, 5e-324, 2.2250738585072014e-308, 1e-150, -0.0, 0, 1, -1, 2**53, 2**63, 2**64, 10**400, 1.5, True]
+)
+TEXTS = st.sampled_from(
+    [
+        *("", " ", "..", "../../etc/passwd", "/etc/passwd", "a/b", "a\nb", "a\x00b", "$(touch owned)", "`touch owned`"),
+        *(
+            "; touch owned",
+            "| touch owned",
+            "-o owned",
+            "--output=owned",
+            "'\"",
+            "{wildcards}",
+            "{sweep}",
+            "%s",
+            "\u202e",
+        ),
+        *("é", "𝔰", "\ud800", "a" * 5000, "!!python/object/apply:os.system ['touch owned']", "<script>", "x.py", "nan"),
+    ]
+)
+SCALARS = NUMBERS | TEXTS | st.floats(allow_nan=True) | st.integers() | st.none() | st.text(max_size=8)
+VALUES = st.recursive(
+    SCALARS,
+    lambda inner: (
+        st.lists(inner, max_size=4) | st.dictionaries(TEXTS | st.sampled_from([*FIELDS, "I1"]), inner, max_size=4)
+    ),
+    max_leaves=12,
+)
+
+
+def paths_of(value, at=()):
+    """Every place in a nested value."""
+    yield at
+    items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for key, item in items:
+        yield from paths_of(item, (*at, key))
+
+
+def changed(value, at, new):
+    """The value with something else at one place."""
+    if not at:
+        return new
+    copy = dict(value) if isinstance(value, dict) else list(value)
+    copy[at[0]] = changed(value[at[0]], at[1:], new)
+    return copy
+
+
+PLACES = [at for at in paths_of(FIELDS) if at]
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def judged(source):
+    """Whether a definition is taken; a refusal is words of bounded length that no terminal obeys."""
+    try:
+        read = definition.load(source)
+        estimate.estimate(read, grid.Grid(read))
+    except DefinitionError as refused:
+        said = str(refused)
+        assert 0 < len(said) < 20_000
+        assert all(c.isprintable() or c == "\n" for c in said)
+        assert "allowed" in said
+        return False
+    return True
+
+
+@settings(max_examples=300)
+@given(place=st.sampled_from(PLACES), new=VALUES)
+@example(("grid", "I1"), {"start": 5e-324, "stop": 1e308, "num": 2**53, "spacing": "log"})
+@example(("system",), "/dev/stdin")
+@example(("grid", "I1"), {"start": 1.0, "stop": 2.0, "num": 10**400})
+def test_a_field_of_anything_is_taken_or_refused(place, new):
+    judged(changed(FIELDS, place, new))
+
+
+@settings(max_examples=200)
+@given(place=st.sampled_from(PLACES), new=VALUES)
+def test_a_file_of_anything_is_taken_or_refused(tmp_path_factory, place, new):
+    path = tmp_path_factory.getbasetemp() / "anything.yaml"
+    path.write_bytes(json.dumps(changed(FIELDS, place, new)).encode("utf-8", "surrogatepass"))
+    judged(path)
+
+
+@settings(max_examples=200)
+@given(st.binary(max_size=200) | st.text(max_size=200).map(lambda s: s.encode("utf-8", "surrogatepass")))
+@example(b"a: !!python/object/apply:os.system ['touch owned']")
+@example(b"%YAML 9.9\n---\na")
+@example(b"\xff\xfeg\x00r\x00")
+@example(b"? {a: b}\n: c")
+def test_bytes_of_any_kind_are_refused_in_words(tmp_path_factory, content):
+    path = tmp_path_factory.getbasetemp() / "bytes.yaml"
+    path.write_bytes(content)
+    assert not judged(path)
+
+
+BOMBS = {
+    "laughs": "a: &a [x, x, x, x, x, x, x, x, x]\n"
+    + "".join(f"{b}: &{b} [{', '.join([f'*{a}'] * 9)}]\n" for a, b in zip("abcdefgh", "bcdefghi", strict=True)),
+    "deep list": "[" * 400_000,
+    "deep mapping": "{a: " * 200_000,
+    "deep block": "".join(" " * k + "a:\n" for k in range(1200)),
+    "deep json": '{"a":' * 100_000 + "1" + "}" * 100_000,
+    "long key": "? " + "a" * 900_000 + "\n: 1",
+    "long number": "shards: " + "9" * 900_000,
+    "many keys": "".join(f"k{k}: 1\n" for k in range(90_000)),
+    "many documents": "---\na\n" * 100_000,
+    "self": "a: &a [*a]",
+    "too large": "# " + "x" * 2**21,
+    "huge num": "grid: {I1: {start: 1, stop: 2, num: 9007199254740992}, I2: 1.0, I3: 1.0, omega0: 1.0}",
+    "three huge": "grid: {"
+    + "".join(f"I{i}: {{start: 1, stop: 2, num: 9007199254740992}}, " for i in (1, 2, 3))
+    + "omega0: 1.0}",
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", BOMBS)
+def test_a_bomb_takes_bounded_memory_and_time(folder, name):
+    """In a process that may use 60 s of processor and 2 GiB beyond what an idle one maps."""
+    (folder / "bomb.yaml").write_text(BOMBS[name])
+
+    def bounded():
+        resource.setrlimit(resource.RLIMIT_CPU, (60, 60))
+        resource.setrlimit(resource.RLIMIT_DATA, (2 * 2**30, 2 * 2**30))
+
+    command = [sys.executable, "-m", "sweeps", "check", "bomb.yaml"]
+    answer = subprocess.run(command, capture_output=True, text=True, check=False, preexec_fn=bounded)
+    assert answer.returncode == 2, answer.stderr[-2000:]
+    assert "Traceback" not in answer.stderr
+    assert "allowed" in answer.stderr
+    assert len(answer.stderr) < 5000
+    assert [path.name for path in folder.iterdir()] == ["bomb.yaml"]
+
+
+NAMES = [
+    *("..yaml", "-o owned.yaml", "--help.yaml", "$(touch owned).yaml", "`touch owned`.yaml", "a;touch owned.yaml"),
+    *("a\nb.yaml", "a b.yaml", "a&touch owned.yaml", "é.yaml", "\u202ea.yaml", "a{sweep}.yaml", "a" * 65 + ".yaml"),
+    *("a|b.yaml", "a'b.yaml", 'a"b.yaml', ".hidden.yaml", "a*.yaml", "a\\b.yaml", "~root.yaml", "%s.yaml"),
+]
+GOOD = "grid: {I1: 1.0, I2: 2.0, I3: [2.5, 3.0], omega0: 1.0}\n"
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_name_that_could_escape_is_refused(folder, name, capsys):
+    (folder / "given").mkdir()
+    (folder / "given" / name).write_text(GOOD)
+    for command in ("check", "run"):
+        assert main([command, f"given/{name}"]) == 2
+        said = capsys.readouterr()
+        assert "Traceback" not in said.err
+        assert all(c.isprintable() or c == "\n" for c in said.err)
+    assert [path.name for path in folder.iterdir()] == ["given"]
+    assert [path.name for path in (folder / "given").iterdir()] == [name]
+
+
+@settings(max_examples=300)
+@given(st.text(min_size=1, max_size=70))
+@example("..")
+@example("a/../../b")
+@example("a\n")
+def test_whatever_name_is_taken_stays_below_results(name):
+    try:
+        taken = definition.load(json.loads('{"grid": {"I1": 1, "I2": 2, "I3": 3, "omega0": 1}}'), name).name
+    except RefusedError:
+        return
+    assert taken == name
+    assert Path("/r/results", taken).resolve().parent == Path("/r/results")
+    assert not set(taken) & set(" \t\n;&|$`'\"\\*?[]{}()<>~#!%\0")
+
+
+@pytest.mark.parametrize("name", ["a.b", "a-b_c.1", "A" * 64, "0"])
+def test_odd_names_that_are_allowed_work(folder, name, capsys):
+    (folder / f"{name}.yaml").write_text(GOOD)
+    assert main(["check", f"{name}.yaml"]) == 0
+    with claims.claimed([name]):
+        assert [path.name for path in (folder / "results").iterdir()] == [name]
+
+
+@pytest.mark.parametrize("source", ["/dev/zero", "/dev/stdin", "/proc/self/mem", "/", ".", "\0", "a" * 5000 + ".yaml"])
+def test_what_is_no_file_is_refused_at_once(folder, source, capsys):
+    begun = time.process_time()
+    assert main(["check", source]) == 2
+    assert time.process_time() - begun < 20  # no endless reading; some seconds are imports
+    assert "Traceback" not in capsys.readouterr().err
+
+
+def test_a_python_file_runs_only_where_a_person_names_it(folder, capsys):
+    """A definition may name a system's file: that file is run, so a definition is as trusted as a program."""
+    (folder / "evil.py").write_text("open('owned', 'w')\n")
+    (folder / "named.yaml").write_text("system: ../evil.py\ngrid: {}\n")
+    assert main(["check", "named.yaml"]) == 2
+    assert not (folder / "owned").exists()
+    capsys.readouterr()
+
+
+# Maps that mean harm, at every door
+
+
+def hostile(folder, **attributes):
+    ds = sweeps.survey({"grid": {"I1": [1.0, 1.1], "I2": [1.9, 2.0], "I3": 3.0, "omega0": [1.0, 2.0]}})
+    path = folder / "map.nc"
+    ds.assign_attrs(**attributes).to_netcdf(path)
+    return path
+
+
+DOORS = {
+    "verify": lambda path: ["verify", path, "--points", "3"],
+    "show": lambda path: ["show", path],
+    "point": lambda path: ["point", path, "--axis", "2", "--I1", "1.0", "--I2", "2.0", "--omega0", "1.0"],
+    "trajectory": lambda path: ["point", path, "--axis", "2", "--omega0", "1.0", "--trajectory", "t.nc"],
+    "report": lambda path: ["report", path, "-o", "report.html"],
+    "figures": lambda path: ["figures", path, "-o", "figures"],
+}
+
+
+@pytest.mark.parametrize("door", DOORS)
+@pytest.mark.parametrize(
+    "attributes",
+    [
+        {"title": "<script>owned=1</script>\x1b[31m"},
+        {"title": [1, 2, 3]},
+        {"title": 7.5, "source": 3, "history": 2.0, "references": 1, "content_hash": 5},
+        {"definition": [1.0, 2.0]},
+        {"definition": "</script><script>owned=1</script>"},
+        {"definition": "[" * 10_000},
+        {"definition": "integration: {tolerance: [], variables: 7}\nbodies: [{axis: 9}, 3]"},
+        {"system": "/tmp/evil.py"},
+        {"system": "rigid_body\n<b>"},
+        {"contract_version": 1.0},
+        {"Conventions": [9]},
+    ],
+    ids=lambda attributes: "-".join(attributes) + "-" + str(next(iter(attributes.values())))[:8],
+)
+def test_attributes_of_any_kind_reach_no_traceback(folder, capsys, door, attributes):
+    path = hostile(folder, **attributes)
+    status = main(DOORS[door](str(path)))
+    said = capsys.readouterr()
+    assert status in (0, 1, 2)
+    assert "Traceback" not in said.out + said.err
+    assert "\x1b[31m" not in said.out + said.err
+    page = folder / "report.html"
+    if page.exists():
+        assert "<script>owned=1" not in page.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("door", DOORS)
+def test_nan_everywhere_reaches_no_traceback(folder, capsys, door):
+    path = hostile(folder)
+    with xr.open_dataset(path) as ds:
+        ds = ds.load().map(lambda v: v * float("nan") if v.dtype.kind == "f" else v, keep_attrs=True)
+    ds.to_netcdf(path)
+    assert main(DOORS[door](str(path))) in (0, 1, 2)
+    assert "Traceback" not in capsys.readouterr().err
