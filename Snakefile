@@ -30,6 +30,11 @@ COMPILED = {
 }
 
 
+def share_of_cores(shards):
+    """Threads of each shard: all cores are shared out on one machine; a cluster's jobs have one each."""
+    return max(1, workflow.cores // shards) if workflow.local_exec else 1
+
+
 wildcard_constraints:
     code="oscillator_[0-9a-f]+",
     sweep="|".join(re.escape(name) for name in PLANS),
@@ -100,9 +105,7 @@ rule shard:
         "results/{sweep}/logs/shard-{k}-of-{n}.log",
     benchmark:
         "results/{sweep}/benchmarks/shard-{k}-of-{n}.tsv"
-    threads: lambda wildcards: (
-        max(1, workflow.cores // int(wildcards.n)) if workflow.local_exec else 1
-    )
+    threads: lambda wildcards: share_of_cores(int(wildcards.n))
     resources:
         mem_mb=1000,
     params:

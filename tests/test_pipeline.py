@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import sweeps
-from sweeps import catalogue, pipeline, shards
+from sweeps import catalogue, claims, pipeline, shards
 from sweeps.__main__ import main
 
 GRID = {"I1": [0.5, 1.0, 1.5], "I2": [0.75, 1.25], "I3": 1.0, "omega0": [1.0, 10.0]}
@@ -49,7 +49,7 @@ def test_run_makes_what_the_workflow_makes(mine, capsys):
     assert "24 of 36 points" in said.err or "36 of 36 points" in said.err
     with sweeps.open_map(folder / "stability_map.nc") as ds:
         assert ds.attrs["content_hash"] == sweeps.survey("mine.yaml").attrs["content_hash"]
-    assert {path.name for path in folder.iterdir()} == {"stability_map.nc", "figures", "report.html"}
+    assert {path.name for path in folder.iterdir()} == {claims.CLAIM, "stability_map.nc", "figures", "report.html"}
     assert list(folder.glob("figures/*.png"))
 
 
@@ -67,10 +67,10 @@ def test_what_is_finished_is_not_made_again(mine, measured):
     (folder / "3-of-3.nc").write_bytes((folder / "2-of-3.nc").read_bytes()[:500])
     made(mine)
     assert measured == [1, 3]
-    before = {path: path.stat().st_mtime_ns for path in Path("results/mine").rglob("*")}
+    before = {path: path.stat().st_mtime_ns for path in Path("results/mine").rglob("[!.]*")}
     made(mine)
     assert measured == [1, 3]
-    assert {path: path.stat().st_mtime_ns for path in Path("results/mine").rglob("*")} == before
+    assert {path: path.stat().st_mtime_ns for path in Path("results/mine").rglob("[!.]*")} == before
     made(mine, again=True)
     assert measured == [1, 3, 1, 2, 3]
 
