@@ -11,7 +11,7 @@ from pathlib import Path
 from kernels.fingerprint import cache_folder
 from sweeps import catalogue, claims, systems
 from sweeps.refusals import DefinitionError
-from sweeps.targets import is_to_run, on_command_line, refuse_unmade
+from sweeps.targets import is_to_run, on_command_line, refuse_unmade, threads_of_shard
 
 # the interpreter that runs this workflow also runs its jobs
 shell.prefix(f"PATH={shlex.quote(str(Path(sys.executable).parent))}:$PATH; ")
@@ -28,11 +28,6 @@ COMPILED = {
     name: systems.resolve(plan.definition.system).compiled()
     for name, plan in PLANS.items()
 }
-
-
-def share_of_cores(shards):
-    """Threads of each shard: all cores are shared out on one machine; a cluster's jobs have one each."""
-    return max(1, workflow.cores // shards) if workflow.local_exec else 1
 
 
 wildcard_constraints:
@@ -105,7 +100,7 @@ rule shard:
         "results/{sweep}/logs/shard-{k}-of-{n}.log",
     benchmark:
         "results/{sweep}/benchmarks/shard-{k}-of-{n}.tsv"
-    threads: lambda wildcards: share_of_cores(int(wildcards.n))
+    threads: lambda wildcards: threads_of_shard(workflow, int(wildcards.n))
     resources:
         mem_mb=1000,
     params:

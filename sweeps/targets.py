@@ -43,6 +43,11 @@ def is_to_run() -> bool:
     return not any(getattr(arguments, name, None) for name in LOOKING)
 
 
+def threads_of_shard(workflow, count: int) -> int:
+    """Threads for each of `count` shards: what they leave free on this machine, and one each on a cluster."""
+    return max(1, workflow.cores // count) if workflow.local_exec else 1
+
+
 def refuse_unmade(targets: Iterable[str], rules: Iterable, sweeps: Iterable[str]) -> None:
     """Refuses files below results/ that no rule makes.
 
