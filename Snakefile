@@ -92,7 +92,6 @@ rule compile_equations:
 
 rule shard:
     input:
-        definition=lambda wildcards: PLANS[wildcards.sweep].path,
         kernels=ancient(lambda wildcards: COMPILED[wildcards.sweep]),
     output:
         temp("results/{sweep}/shards/{k}-of-{n}.nc"),
@@ -107,19 +106,20 @@ rule shard:
         kernels=lambda wildcards: systems.resolve(
             PLANS[wildcards.sweep].definition.system
         ).fingerprint(),
+        # a definition counts by its text, not by its date
+        path=lambda wildcards: PLANS[wildcards.sweep].path,
         definition=lambda wildcards: PLANS[wildcards.sweep].definition.text,
         inputs=lambda wildcards: PLANS[wildcards.sweep].definition.inputs,
     message:
         "Measuring shard {wildcards.k} of {wildcards.n} of {wildcards.sweep}"
     shell:
-        "python -m sweeps shard {input.definition:q} {wildcards.k} {wildcards.n}"
+        "python -m sweeps shard {params.path:q} {wildcards.k} {wildcards.n}"
         " --threads {threads} --output {output:q}"
         " > {log:q} 2>&1 || {{ tail -n 20 {log:q} >&2; exit 1; }}"
 
 
 rule merge:
     input:
-        definition=lambda wildcards: PLANS[wildcards.sweep].path,
         shards=lambda wildcards: expand(
             "results/{sweep}/shards/{k}-of-{n}.nc",
             sweep=wildcards.sweep,
@@ -140,13 +140,17 @@ rule merge:
     resources:
         mem_mb=1000,
     params:
+        # the names of thousands of shards would be too long for one command
+        folder="results/{sweep}/shards",
+        path=lambda wildcards: PLANS[wildcards.sweep].path,
+        definition=lambda wildcards: PLANS[wildcards.sweep].definition.text,
         shows=lambda wildcards: systems.resolve(
             PLANS[wildcards.sweep].definition.system
         ).caption,
     message:
         "Merging the shards of {wildcards.sweep} into its map"
     shell:
-        "python -m sweeps merge --renew {input.definition:q} {input.shards:q}"
+        "python -m sweeps merge --renew {params.path:q} {params.folder:q}"
         " --threads {threads} --output {output:q}"
         " > {log:q} 2>&1 || {{ tail -n 20 {log:q} >&2; exit 1; }}"
 

@@ -6,9 +6,8 @@ and flags are deflated, which every netCDF reader opens.
 
 import re
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -20,7 +19,7 @@ from sweeps import dataset, systems
 from sweeps.content import ContentHash, hashed
 from sweeps.definition import Definition
 from sweeps.files import remove_leftovers, replaced
-from sweeps.grid import Grid
+from sweeps.grid import Grid, shard_count
 from sweeps.reading import MAX_FILE_BYTES, plain, read_text
 from sweeps.refusals import UnreadableError
 from sweeps.shards import CACHE_BYTES, DamagedError, ForeignError, MapError, Shard, identity, write_shard, written
@@ -41,7 +40,8 @@ def merge(
 
     Args:
         definition: the sweep.
-        shards: the files of `sweeps.shards.write_shard`, in any order; together they hold each point once.
+        shards: the files of `sweeps.shards.write_shard`, in any order; together they hold each point once. A folder
+            stands for the files 1-of-n.nc to n-of-n.nc in it, n the number that the sweep is cut into.
         path: the map to write.
         threads: threads that hash while the map is written.
         renew: whether shards of another definition or other kernels are measured again as well: what a run that was
@@ -53,7 +53,7 @@ def merge(
     Raises:
         MapError: for a file that is no shard of this sweep, and for points that are missing or given twice.
     """
-    shards = [Path(shard) for shard in shards]
+    shards = [file for shard in shards for file in _files(Path(shard), definition)]
     for _ in range(len(shards) + 1):
         try:
             told = _merge_once(definition, shards, path, threads)
@@ -70,38 +70,58 @@ def merge(
     raise MapError(f"{path}: shards are damaged faster than they can be measured; allowed: a disk that keeps them")
 
 
+def _files(path: Path, definition: Definition) -> list[Path]:
+    if not path.is_dir():
+        return [path]
+    count = shard_count(definition, Grid(definition))
+    return [path / f"{k}-of-{count}.nc" for k in range(1, count + 1)]
+
+
 def _merge_once(definition: Definition, paths: Sequence[Path], path: str | Path, threads: int) -> str:
     grid = Grid(definition)
-    with ExitStack() as stack:
-        shards = [stack.enter_context(Shard(shard, definition)) for shard in paths]
-        shards.sort(key=lambda shard: shard.first)
-        _check_coverage(shards, grid)
-        file = stack.enter_context(written(path))
-        pool = stack.enter_context(ThreadPoolExecutor(threads))
-        digest = _create_map(file, definition, grid)
-        for shard in shards:
-            for low, columns in shard.blocks():
-                hashing = [pool.submit(digest.update, name, columns[name]) for name in columns]
-                _place(file, grid, low, columns)
-                for done in hashing:
-                    done.result()
+    shards = sorted(_extents(definition, paths))
+    _check_coverage(shards, grid)
+    with written(path) as file, ThreadPoolExecutor(threads) as pool:
+        digest, motions = _create_map(file, definition, grid), 0
+        for first, after, source in shards:
+            with Shard(source, definition) as shard:  # one open file at a time: there may be thousands
+                if (shard.first, shard.after) != (first, after):
+                    raise DamagedError(source, "was changed while it was read")
+                motions += shard.motions
+                _copy(shard, file, grid, digest, pool)
         for name, own in digest.digests().items():
             file[name].sha256 = own
-        file.motions_integrated = str(sum(shard.motions for shard in shards))
+        file.motions_integrated = str(motions)
         file.content_hash = digest.hexdigest()
     return digest.hexdigest()
 
 
-def _check_coverage(shards: Sequence[Shard], grid: Grid) -> None:
-    after = 0
-    for shard in shards:
-        if shard.first != after:
-            what = "missing" if shard.first > after else "given twice"
-            low, high = sorted((shard.first, after))
+def _extents(definition: Definition, paths: Sequence[Path]) -> Iterator[tuple[int, int, Path]]:
+    """(First point, point after the last, file) of each shard."""
+    for path in paths:
+        with Shard(path, definition) as shard:
+            yield shard.first, shard.after, path
+
+
+def _copy(shard: Shard, file: netCDF4.Dataset, grid: Grid, digest: ContentHash, pool: ThreadPoolExecutor) -> None:
+    """Write the points of a shard to where they belong in the map, and add them to the hash."""
+    for low, columns in shard.blocks():
+        hashing = [pool.submit(digest.update, name, columns[name]) for name in columns]
+        _place(file, grid, low, columns)
+        for done in hashing:
+            done.result()
+
+
+def _check_coverage(shards: Sequence[tuple[int, int, Path]], grid: Grid) -> None:
+    covered = 0
+    for first, after, _ in shards:
+        if first != covered:
+            what = "missing" if first > covered else "given twice"
+            low, high = sorted((first, covered))
             raise MapError(f"shards: points {low} to {high - 1} are {what}; allowed: each point once")
-        after = shard.after
-    if after != grid.size:
-        raise MapError(f"shards: points {after} to {grid.size - 1} are missing; allowed: each point once")
+        covered = after
+    if covered != grid.size:
+        raise MapError(f"shards: points {covered} to {grid.size - 1} are missing; allowed: each point once")
 
 
 def _variables(definition: Definition) -> dict[str, Variable]:

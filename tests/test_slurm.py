@@ -20,9 +20,7 @@ pytestmark = [
     pytest.mark.slow,
     pytest.mark.slurm,
     pytest.mark.skipif(bool(MISSING), reason=f"Slurm is not installed here: {', '.join(MISSING)}"),
-    pytest.mark.skipif(
-        PLUGIN is None, reason="its plugin is not installed: pip install -e '.[slurm]'"
-    ),
+    pytest.mark.skipif(PLUGIN is None, reason="its plugin is not installed: pip install -e '.[slurm]'"),
 ]
 
 CONFIGURATION = """\

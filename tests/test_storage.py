@@ -1,5 +1,6 @@
 import errno
 import os
+import resource
 import shutil
 
 import netCDF4
@@ -12,6 +13,7 @@ from sweeps import catalogue, content, dataset, files, storage
 from sweeps import shards as sharding
 from sweeps.definition import load
 from sweeps.grid import Grid
+from sweeps.reading import plain, read_text
 from sweeps.systems import rigid_body
 
 TINY = load(catalogue.shipped()["tiny"])
@@ -416,3 +418,20 @@ def test_a_map_of_chosen_variables_opens(tmp_path):
     storage.merge(definition, write_shards(tmp_path, definition, 1), tmp_path / "map.nc")
     with storage.open_map(tmp_path / "map.nc") as ds:
         assert list(ds.data_vars) == ["omega_squared"]
+
+
+def test_a_folder_of_more_shards_than_a_process_may_open_is_merged(tmp_path, tiny):
+    definition = load(plain(read_text(TINY.text)) | {"shards": 300})
+    folder = tmp_path / "shards"
+    for number in range(1, 301):
+        sharding.write_shard(definition, number, 300, folder / f"{number}-of-300.nc")
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (200, hard))
+    try:
+        told = storage.merge(definition, [folder], tmp_path / "map.nc")
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+    assert told == tiny.attrs["content_hash"]
+    (folder / "7-of-300.nc").unlink()
+    with pytest.raises(storage.MapError, match="7-of-300"):
+        storage.merge(definition, [folder], tmp_path / "map.nc")
