@@ -12,6 +12,7 @@ import pickle
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
 
 from kernels.fingerprint import cache_folder
@@ -99,7 +100,10 @@ def _is_sound(name: str, checksum: int) -> bool:
     content = file.read_bytes()
     if zlib.crc32(content) == checksum:
         return True
-    try:  # an index grows with each new signature; code does not
-        return file.suffix == ".nbi" and bool(pickle.loads(content))
+    if file.suffix == ".nbc":
+        return False
+    index = BytesIO(content)  # which grows with each new signature: Numba's version, and the names of the code
+    try:
+        return bool(pickle.load(index)) and bool(pickle.loads(index.read()))
     except Exception:
         return False
