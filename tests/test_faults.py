@@ -18,7 +18,7 @@ from test_workflow import copied
 import sweeps
 from sweeps import verify
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.faults]
 
 SHARDS = 10
 TEXT = """\

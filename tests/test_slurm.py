@@ -18,6 +18,7 @@ PLUGIN = importlib.util.find_spec("snakemake_executor_plugin_slurm")
 
 pytestmark = [
     pytest.mark.slow,
+    pytest.mark.faults,
     pytest.mark.slurm,
     pytest.mark.skipif(bool(MISSING), reason=f"Slurm is not installed here: {', '.join(MISSING)}"),
     pytest.mark.skipif(PLUGIN is None, reason="its plugin is not installed: pip install -e '.[slurm]'"),
