@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from kernels.fingerprint import cache_folder
 from sweeps.refusals import DefinitionError
 
 CLAIM = ".running"
@@ -52,6 +53,7 @@ def claim(sweeps: Iterable[str], results: str | Path = "results") -> list[int]:
         _claim(handle, path.parent)
         _forget_the_future(path.parent)
         handles.append(handle)
+    _forget_the_future(cache_folder())  # whose files are inputs of the workflow as well
     return handles
 
 

@@ -337,7 +337,7 @@ def test_a_clock_that_jumps_changes_no_bit(house, years):
     rng = random.Random(years)
     files = [house.folder / "broken.yaml", *house.shards.glob("[0-9]*.nc"), *house.folder.glob(".cache/polhode/*/*")]
     for path in files:
-        if rng.random() < 0.7:
+        if path.name in ("broken.yaml", "compiled") or rng.random() < 0.7:
             os.utime(path, (other, other))
     for _ in range(2):
         status, said = house.run()
