@@ -20,7 +20,7 @@ from kernels.rigid_body import cyclic
 STABLE_MINOR, STABLE_MAJOR, UNSTABLE, MARGINAL, SPHERE = range(5)
 
 
-def _moments_seen_from(I1, I2, I3, axis):
+def seen_from(I1, I2, I3, axis):
     """Broadcast arrays (I_a, I_b, I_c) of the moments as seen from the spin axis."""
     moments = tuple(np.asarray(x, dtype=np.float64) for x in (I1, I2, I3))
     axis = np.asarray(axis)
@@ -52,7 +52,7 @@ def omega_squared(I1, I2, I3, omega0, axis):
     Differences come before ratios and ratios before products: a common scale of the moments from 1e-300 to 1e160
     neither overflows nor loses the sign. Moments are not checked for being positive.
     """
-    Ia, Ib, Ic = _moments_seen_from(I1, I2, I3, axis)
+    Ia, Ib, Ic = seen_from(I1, I2, I3, axis)
     return ((Ia - Ib) / Ic * ((Ia - Ic) / Ib)) * np.asarray(omega0, dtype=np.float64) * omega0
 
 
@@ -70,7 +70,7 @@ def regime(I1, I2, I3, axis):
         STABLE_MINOR (a is the least moment), STABLE_MAJOR (the greatest), UNSTABLE (between), MARGINAL (equal to one
         other: Ω² = 0) or SPHERE (all equal).
     """
-    Ia, Ib, Ic = _moments_seen_from(I1, I2, I3, axis)
+    Ia, Ib, Ic = seen_from(I1, I2, I3, axis)
     below_b, below_c = Ia < Ib, Ia < Ic
     equal, between = (Ia == Ib) | (Ia == Ic), below_b != below_c
     marginal = np.where(Ib == Ic, np.int8(SPHERE), np.int8(MARGINAL))
@@ -140,7 +140,7 @@ def perturbation(I1, I2, I3, omega0, axis, epsilon, phase, times):
     omega_b, omega_c : numpy.ndarray
         In rad s-1. First order in epsilon: nothing here knows when the perturbation has outgrown it.
     """
-    Ia, Ib, Ic = _moments_seen_from(I1, I2, I3, axis)
+    Ia, Ib, Ic = seen_from(I1, I2, I3, axis)
     w2 = omega_squared(I1, I2, I3, omega0, axis)
     growth, cosine, sine = _cardinal(w2, np.asarray(times, dtype=np.float64))
     start_b, start_c = epsilon * np.cos(phase) * omega0, epsilon * np.sin(phase) * omega0
@@ -168,7 +168,7 @@ def growing_fraction(I1, I2, I3, omega0, axis, phase):
     numpy.ndarray
         Between 0 and 1, dimensionless; 0 where nothing grows.
     """
-    Ia, Ib, Ic = _moments_seen_from(I1, I2, I3, axis)
+    Ia, Ib, Ic = seen_from(I1, I2, I3, axis)
     cb, cc = (Ic - Ia) / Ib, (Ia - Ib) / Ic
     unstable = ((cb > 0) & (cc > 0)) | ((cb < 0) & (cc < 0))
     phase = np.asarray(phase)

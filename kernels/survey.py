@@ -354,18 +354,19 @@ def motions(points):
 def collapsed(points, *settings, **options):
     """The columns of :func:`measured`, each distinct motion integrated once and expanded to all its points.
 
-    Takes the arguments of :func:`measured`. Spin rates are exact units of time: points that differ in them alone have
-    the very bits of :func:`measured`. Moments in another unit agree to rounding.
+    Takes the arguments of :func:`measured`. What is integrated is the motion itself, moments (I_a/I_c, I_b/I_c, 1) at a
+    spin of one, so that a point's bits depend on the point alone; they agree with those of :func:`measured` to the
+    rounding of the two ratios.
     """
-    names = ("I1", "I2", "I3", "axis", "omega0", "epsilon", "phase")
-    arrays = _point_arrays(points)
+    I1, I2, I3, axis, omega0, epsilon, phase = arrays = _point_arrays(points)
     first = collapse.representatives(*arrays)
     own = np.flatnonzero(first == np.arange(first.size))
     place = np.empty(first.size, dtype=np.int64)
     place[own] = np.arange(own.size)
-    chosen = {name: array[own] for name, array in zip(names, arrays, strict=True)}
-    columns = measured(chosen | {"omega0": np.sign(chosen["omega0"])}, *settings, **options)
-    at, spin = place[first], np.abs(arrays[4])
+    a, b, c = (moments[own] for moments in linear.seen_from(I1, I2, I3, axis))
+    motion = {"I1": a / c, "I2": b / c, "I3": 1.0, "axis": 1, "omega0": np.sign(omega0[own])}
+    columns = measured(motion | {"epsilon": epsilon[own], "phase": phase[own]}, *settings, **options)
+    at, spin = place[first], np.abs(omega0)
     return {name: _expanded(column, at, spin, POWERS.get(name, 0)) for name, column in columns.items()}
 
 
