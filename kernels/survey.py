@@ -361,7 +361,7 @@ def collapsed(points, *settings, **options):
     I1, I2, I3, axis, omega0, epsilon, phase = arrays = _point_arrays(points)
     first = collapse.representatives(*arrays)
     own = np.flatnonzero(first == np.arange(first.size))
-    place = np.empty(first.size, dtype=np.int64)
+    place = np.empty(first.size, dtype=np.int32)
     place[own] = np.arange(own.size)
     a, b, c = (moments[own] for moments in linear.seen_from(I1, I2, I3, axis))
     motion = {"I1": a / c, "I2": b / c, "I3": 1.0, "axis": 1, "omega0": np.sign(omega0[own])}

@@ -21,7 +21,7 @@ from sweeps.grid import Grid
 
 BARE = ("omega_squared", "omega_squared_stderr", "regime", "status")
 UNCERTIFIED = tuple(name for name in survey.MEASURED if name != "propagation_error")
-BLOCK = 2**16
+BLOCK = 2**15
 
 
 def blocks(points, size=BLOCK):
