@@ -5,6 +5,8 @@ import pytest
 
 from kernels import collapse, flips, survey
 
+# without the compiler NumPy's scalars warn of the wrap-around that a hash is made of
+pytestmark = pytest.mark.filterwarnings("ignore:overflow encountered:RuntimeWarning")
 NAMES = ("I1", "I2", "I3", "axis", "omega0", "epsilon", "phase")
 
 
