@@ -19,6 +19,7 @@ import numpy as np
 from sweeps import dataset, systems
 from sweeps.content import as_bytes
 from sweeps.definition import Definition
+from sweeps.estimate import READ_POINTS
 from sweeps.files import replaced
 from sweeps.grid import Grid
 from sweeps.refusals import RefusedError
@@ -28,7 +29,6 @@ CHUNK_POINTS = 2**16
 # nearly as fast as memory and half the bytes, for a file that the merge alone will read
 CACHE_BYTES = 2**21  # of each variable: points are written and read once, in order
 QUICK = {"compression": "blosc_lz4", "blosc_shuffle": 1, "complevel": 5}
-READ_POINTS = 2**19  # read at once
 
 
 class MapError(RefusedError):

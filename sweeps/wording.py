@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from sweeps.inertia import Principal, Solid
 
-MINUTE, HOUR, DAY = 60.0, 3600.0, 86_400.0
+HOUR, DAY = 3600.0, 86_400.0
 YEAR = 365.25 * DAY
 
 
