@@ -11,7 +11,8 @@ from sweeps.definition import Definition
 from sweeps.grid import Grid, shard_count
 from sweeps.refusals import DefinitionError
 
-READ_POINTS = 2**19  # what the merge has in memory at once
+BLOCK_POINTS = 2**17  # measured at once
+BLOCKS = 4  # in memory together: what one is measured from and into, and what is written meanwhile
 PROCESS_BYTES = 400_000_000  # interpreter, compiled kernels and libraries
 
 
@@ -43,7 +44,7 @@ def estimate(definition: Definition, grid: Grid, bytes_per_point: int | None = N
     return Estimate(
         points=grid.size,
         shards=shard_count(definition, grid),
-        memory_bytes=PROCESS_BYTES + min(grid.size, READ_POINTS) * bytes_per_point + coordinates,
+        memory_bytes=PROCESS_BYTES + BLOCKS * min(grid.size, BLOCK_POINTS) * bytes_per_point + coordinates,
         disk_bytes=2 * (grid.size * bytes_per_point + coordinates),
         seconds=grid.size * definition.integration.samples / system.samples_per_second,
     )

@@ -14,7 +14,7 @@ from concurrent.futures import Future, ProcessPoolExecutor
 from pathlib import Path
 
 from kernels.fingerprint import cache_folder, fingerprint
-from sweeps import claims, figures, progress, report, storage, systems, warmup
+from sweeps import claims, figures, merging, progress, report, storage, systems, warmup
 from sweeps.catalogue import Plan
 from sweeps.definition import Definition
 from sweeps.grid import Grid
@@ -51,7 +51,7 @@ def _made(planned: Plan, folder: Path, workers: int, again: bool) -> Iterator[Pa
         shards = [folder / "shards" / f"{k}-of-{planned.shards}.nc" for k in range(1, planned.shards + 1)]
         _measure(planned.definition, shards, workers, again)
         _say(f"merging {len(shards)} shards" if len(shards) > 1 else "writing the map")
-        storage.merge(planned.definition, shards, path, workers)
+        merging.merge(planned.definition, shards, path, workers)
         shutil.rmtree(folder / "shards")
     yield path
     yield from _shown(path, again)

@@ -1,34 +1,38 @@
-"""Shards: runs of a sweep's points, each measured and written as a whole file of columns.
+"""Shards: runs of a sweep's points, each measured and written as a whole file.
 
-A shard says which points it holds, of which definition and which kernels, and a checksum of each column, so that what
-was cut short or changed on the disk is found before it reaches a map.
+A shard is a map that holds the chunks of its own points and no others, encoded as they will lie in the sweep's map.
+It says which points those are, of which definition and which kernels, and of each chunk a checksum and the hash that
+the content hash is made of. So what was cut short or changed on the disk is found before it reaches a map, and a merge
+copies.
 """
 
-import errno
-import json
-import os
 import zlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
 from pathlib import Path
+from typing import NamedTuple
 
+import h5py
 import netCDF4
 import numpy as np
 
-from sweeps import dataset, systems
-from sweeps.content import as_bytes
+from sweeps import systems
+from sweeps.chunkfile import UNREADABLE, ChunkFile, define, written
+from sweeps.chunks import Chunks
+from sweeps.columns import columns
+from sweeps.content import run_digest
+from sweeps.contract import identity
 from sweeps.definition import Definition
-from sweeps.estimate import READ_POINTS
-from sweeps.files import replaced
+from sweeps.estimate import BLOCK_POINTS
 from sweeps.grid import Grid
 from sweeps.refusals import RefusedError
+from sweeps.variables import Variable
 
-BLOCK_POINTS = 2**17  # measured at once
-CHUNK_POINTS = 2**16
-# nearly as fast as memory and half the bytes, for a file that the merge alone will read
-CACHE_BYTES = 2**21  # of each variable: points are written and read once, in order
-QUICK = {"compression": "blosc_lz4", "blosc_shuffle": 1, "complevel": 5}
+GROUP = "checks"  # whose dimensions cannot be taken for the sweep's own
+CHECKSUMS, DIGESTS = f"{GROUP}/checksums", f"{GROUP}/digests"
+TOLD = ("first_point", "point_after_last", "motions_integrated")
+TABLE = ("variable", "piece", "byte")
+DIGEST_BYTES = 32
 
 
 class MapError(RefusedError):
@@ -57,32 +61,48 @@ class ForeignError(DamagedError):
         self.path = Path(path)
 
 
-@contextmanager
-def written(path: str | Path, flush: bool = True) -> Iterator[netCDF4.Dataset]:
-    """A netCDF-4 file to fill, which takes its place once it is whole (see `sweeps.files.replaced`).
+class Piece(NamedTuple):
+    """What a shard holds of one chunk of the map.
 
-    Raises:
-        OSError: where the disk is full or fails, with the system's reason: netCDF itself says "HDF error".
+    Attributes:
+        chunk: number of the chunk.
+        first: number of the piece's first point.
+        after: number after its last point.
+        whole: whether that is the whole chunk.
     """
-    with replaced(path, flush) as temporary:
-        try:
-            with netCDF4.Dataset(temporary, "w", format="NETCDF4") as file:
-                yield file
-        except RuntimeError as error:
-            raise _reason(temporary, path, error) from None
+
+    chunk: int
+    first: int
+    after: int
+    whole: bool
 
 
-def _reason(temporary: Path, path: str | Path, error: RuntimeError) -> OSError:
-    """Why netCDF could not write: what the system says to a further mebibyte."""
-    try:
-        handle = os.open(temporary, os.O_WRONLY)
-        try:
-            os.posix_fallocate(handle, temporary.stat().st_size, 2**20)
-        finally:
-            os.close(handle)
-    except OSError as said:
-        return OSError(said.errno, said.strerror, str(path))
-    return OSError(errno.EIO, f"cannot be written ({error})", str(path))
+class _Checks:
+    """Of each variable (row) and piece (column): the checksum of its chunk, and of a whole one the hash as well."""
+
+    def __init__(self, names: Sequence[str], pieces: Sequence[Piece]):
+        self.names, self.pieces = tuple(names), tuple(pieces)
+        self.checksums = np.zeros((len(self.names), len(self.pieces)), dtype="<u4")
+        self.digests = np.zeros((len(self.names), len(self.pieces), DIGEST_BYTES), dtype="u1")
+
+    def seal(self, told: Iterable[str]) -> int:
+        """One checksum of all of these, and of what else a shard tells."""
+        seal = zlib.crc32("\0".join(told).encode())
+        return zlib.crc32(self.digests.tobytes(), zlib.crc32(self.checksums.tobytes(), seal))
+
+
+def pieces(chunks: Chunks, first: int, after: int) -> list[Piece]:
+    """The chunks' shares of the points first … after − 1."""
+    shares = chunks.between(first, after)
+    return [Piece(number, low, high, (low, high) == chunks.bounds(number)) for number, low, high in shares]
+
+
+def _variables(definition: Definition) -> dict[str, Variable]:
+    return systems.resolve(definition.system).variables(definition)
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Writing
 
 
 def write_shard(
@@ -105,42 +125,67 @@ def write_shard(
     """
     grid = Grid(definition)
     start, stop = grid.shard_bounds(count)[number - 1]
-    checksums, motions = {}, 0
-    with written(path, flush=False) as file:
-        _create(file, definition, start, stop)
-        with ThreadPoolExecutor(1) as writer:
-            pending = None
-            for low in range(start, stop, BLOCK_POINTS):
-                columns, integrated = _measure(definition, grid, low, min(low + BLOCK_POINTS, stop), threads)
+    chunks, variables = Chunks(grid.shape), _variables(definition)
+    checks, motions = _Checks(tuple(variables), pieces(chunks, start, stop)), 0
+    with written(path, flush=False) as temporary:
+        _create(temporary, definition, grid, checks)
+        with h5py.File(temporary, "r+") as hdf, ThreadPoolExecutor(1) as writer:
+            file, pending = ChunkFile(hdf, variables, chunks), None
+            for block in _blocks(checks.pieces):
+                low, high = checks.pieces[block[0]].first, checks.pieces[block[-1]].after
+                measured, integrated = _measure(definition, grid, low, high, threads)
                 motions += integrated
                 if pending:
                     progress(pending.result())
-                pending = writer.submit(_write, file, low - start, columns, checksums)
+                pending = writer.submit(_write, file, checks, block, low, measured)
             progress(pending.result())
-        file.checksums = json.dumps(checksums)
-        file.motions_integrated = str(motions)
+            # as text: a grid may have more points than an attribute's integer
+            told = dict(zip(TOLD, map(str, (start, stop, motions)), strict=True))
+            hdf.attrs.update(told | {"seal": str(checks.seal(told.values()))} | identity(definition))
+            hdf[CHECKSUMS][:], hdf[DIGESTS][:] = checks.checksums, checks.digests
 
 
-def _create(file: netCDF4.Dataset, definition: Definition, start: int, stop: int) -> None:
-    file.createDimension("point", stop - start)
-    large = stop - start >= CHUNK_POINTS  # the filter complains of what is too short to get shorter
-    packing = dict(QUICK) if large and file.has_blosc_filter() else {}
-    packing |= {"chunksizes": (min(stop - start, CHUNK_POINTS),), "chunk_cache": CACHE_BYTES}
-    for variable in systems.resolve(definition.system).variables(definition).values():
-        file.createVariable(variable.name, variable.dtype, ("point",), fill_value=False, **packing)
-    file.setncatts(
-        {
-            "first_point": str(start),  # as text: a grid may have more points than an attribute's integer
-            "point_after_last": str(stop),
-            **identity(definition),
-        }
-    )
+def _create(path: Path, definition: Definition, grid: Grid, checks: _Checks) -> None:
+    with netCDF4.Dataset(path, "w", format="NETCDF4") as file:
+        define(file, dict(zip(grid.dims, grid.shape, strict=True)), _variables(definition))
+        for name, size in zip(TABLE, checks.digests.shape, strict=True):
+            file.createGroup(GROUP).createDimension(name, size)
+        file[GROUP].createVariable("checksums", "u4", TABLE[:2], fill_value=False)
+        file[GROUP].createVariable("digests", "u1", TABLE, fill_value=False)
 
 
-def identity(definition: Definition) -> dict[str, str]:
-    """Attributes that say of which definition, files beside it and kernels a shard or a map is."""
-    kernels = systems.resolve(definition.system).fingerprint()
-    return {"definition": definition.text, "inputs": definition.inputs, "kernel_fingerprint": kernels}
+def _blocks(pieces: Sequence[Piece]) -> Iterator[range]:
+    """Runs of pieces that are measured at once: of at most `BLOCK_POINTS` points together, or one."""
+    begin = 0
+    for index, piece in enumerate(pieces):
+        if index > begin and piece.after - pieces[begin].first > BLOCK_POINTS:
+            yield range(begin, index)
+            begin = index
+    yield range(begin, len(pieces))
+
+
+def _measure(definition: Definition, grid: Grid, low: int, high: int, threads: int) -> tuple[dict, int]:
+    points = grid.points(low, high)
+    motions = systems.resolve(definition.system).motions(points, definition.integration)
+    return columns(points, definition, threads), motions
+
+
+def _write(file: ChunkFile, checks: _Checks, block: range, low: int, measured: Mapping[str, np.ndarray]) -> int:
+    """Encodes and writes a block of pieces, of whose points `low` is the first; returns how many points those are."""
+    for index in block:
+        piece = checks.pieces[index]
+        for row, name in enumerate(checks.names):
+            values = measured[name][piece.first - low : piece.after - low]
+            stored = file.encode(name, piece.chunk, piece.first, values)
+            checks.checksums[row, index] = zlib.crc32(stored)
+            if piece.whole:
+                checks.digests[row, index] = np.frombuffer(run_digest(values), np.uint8)
+            file.put(name, piece.chunk, stored)
+    return checks.pieces[block[-1]].after - low
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Reading
 
 
 def holds_shard(path: str | Path, definition: Definition, number: int, count: int) -> bool:
@@ -150,21 +195,6 @@ def holds_shard(path: str | Path, definition: Definition, number: int, count: in
             return (shard.first, shard.after) == Grid(definition).shard_bounds(count)[number - 1]
     except MapError:
         return False
-
-
-def _measure(definition: Definition, grid: Grid, low: int, high: int, threads: int) -> tuple[dict, int]:
-    points = dataset.point_coordinates(grid, low, high)
-    block = dataset.evaluate(points, definition, threads)
-    arrays = {name: array.values for name, array in points.items()}
-    motions = systems.resolve(definition.system).motions(arrays, definition.integration)
-    return {name: variable.values for name, variable in block.data_vars.items()}, motions
-
-
-def _write(file: netCDF4.Dataset, at: int, columns: Mapping[str, np.ndarray], checksums: dict[str, int]) -> int:
-    for name, values in columns.items():
-        file[name][at : at + values.size] = values
-        checksums[name] = zlib.crc32(as_bytes(values), checksums.get(name, 0))
-    return values.size
 
 
 class Shard:
@@ -182,56 +212,68 @@ class Shard:
         if not self.path.is_file():
             raise MapError(f"{path}: there is no such file; allowed: a file of `python -m sweeps shard`")
         try:
-            self._file = netCDF4.Dataset(self.path)
-        except (OSError, RuntimeError) as error:
+            self._file = h5py.File(self.path)
+        except UNREADABLE as error:
             raise DamagedError(path, f"cannot be read as netCDF ({error})") from None
-        self._file.set_auto_maskandscale(False)
-        for variable in self._file.variables.values():
-            variable.set_var_chunk_cache(CACHE_BYTES)
         try:
             self._check(definition)
         except MapError:
             self.close()
             raise
+        except UNREADABLE as error:
+            self.close()
+            raise DamagedError(path, f"cannot be read ({error})") from None
 
     def _check(self, definition: Definition) -> None:
-        held = {name: self._file.getncattr(name) for name in self._file.ncattrs()}
-        wanted = identity(definition)
+        held = {name: str(value) for name, value in self._file.attrs.items()}
+        wanted, variables = identity(definition), _variables(definition)
+        self._need(name for name in (*TOLD, "seal", *wanted) if name not in held)
         for name, value in wanted.items():
-            if name in held and held[name] != value:
+            if held[name] != value:
                 raise ForeignError(self.path, name)
-        names = systems.resolve(definition.system).variables(definition)
-        needed = ("first_point", "point_after_last", "checksums", "motions_integrated", *wanted, *names)
-        missing = [name for name in needed if name not in held and name not in self._file.variables]
-        if missing:
-            raise DamagedError(self.path, f"{missing[0]}: is missing")
+        self._need(name for name in (*variables, CHECKSUMS, DIGESTS) if name not in self._file)
         try:
-            self.first, self.after, self.motions = (int(held[n]) for n in (needed[0], needed[1], needed[3]))
-            self._checksums = json.loads(held["checksums"])
+            self.first, self.after, self.motions, seal = (int(held[name]) for name in (*TOLD, "seal"))
         except ValueError:
             raise DamagedError(self.path, "has attributes that are no numbers") from None
-        if any(self._file[name].shape != (self.after - self.first,) for name in names):
+        grid = Grid(definition)
+        chunks = Chunks(grid.shape)
+        if not 0 <= self.first < self.after <= grid.size:
+            raise DamagedError(self.path, "holds points that the sweep has not")
+        if any((self._file[name].shape, self._file[name].chunks) != (grid.shape, chunks.shape) for name in variables):
             raise DamagedError(self.path, "holds another number of points than it says")
+        self._chunked = ChunkFile(self._file, variables, chunks)
+        self._checks = _Checks(tuple(variables), pieces(chunks, self.first, self.after))
+        self._checks.checksums[:] = self._file[CHECKSUMS][:]
+        self._checks.digests[:] = self._file[DIGESTS][:]
+        if self._checks.seal(held[name] for name in TOLD) != seal:
+            raise DamagedError(self.path, "its list of checksums has another checksum than it was written with")
 
-    def blocks(self) -> Iterator[tuple[int, dict[str, np.ndarray]]]:
-        """(Number of the first point, columns) of one block of points after the other.
+    def _need(self, missing: Iterable[str]) -> None:
+        for name in missing:
+            raise DamagedError(self.path, f"{name}: is missing")
+
+    def pieces(self) -> Iterator[tuple[Piece, dict[str, bytes]]]:
+        """Each piece, in order, with its chunk of every variable as it lies in the file.
 
         Raises:
-            DamagedError: after the last block, where a column's checksum is another.
+            DamagedError: where a chunk's checksum is another.
         """
-        found = {}
-        for low in range(self.first, self.after, READ_POINTS):
-            at, end = low - self.first, min(low + READ_POINTS, self.after) - self.first
-            try:
-                columns = {name: self._file[name][at:end] for name in self._file.variables}
-            except (OSError, RuntimeError) as error:
-                raise DamagedError(self.path, f"cannot be read ({error})") from None
-            for name, values in columns.items():
-                found[name] = zlib.crc32(as_bytes(values), found.get(name, 0))
-            yield low, columns
-        for name, checksum in found.items():
-            if checksum != self._checksums.get(name):
-                raise DamagedError(self.path, f"{name}: has another checksum than it was written with")
+        for index, piece in enumerate(self._checks.pieces):
+            stored = {}
+            for row, name in enumerate(self._checks.names):
+                try:
+                    stored[name] = self._chunked.take(name, piece.chunk)
+                except UNREADABLE as error:
+                    raise DamagedError(self.path, f"{name}: cannot be read ({error})") from None
+                if zlib.crc32(stored[name]) != self._checks.checksums[row, index]:
+                    raise DamagedError(self.path, f"{name}: has another checksum than it was written with")
+            yield piece, stored
+
+    def digests(self, piece: Piece) -> dict[str, bytes]:
+        """Name → hash of a whole piece's values."""
+        index = piece.chunk - self._checks.pieces[0].chunk
+        return {name: self._checks.digests[row, index].tobytes() for row, name in enumerate(self._checks.names)}
 
     def close(self) -> None:
         """Closes the file."""

@@ -31,6 +31,11 @@ class Variable:
     sparse: bool = False
 
     @property
+    def deflated(self) -> bool:
+        """Whether a file holds the variable deflated; the digits of doubles do not compress, and are stored raw."""
+        return self.sparse or self.dtype != "f8"
+
+    @property
     def missing_is_nan(self) -> bool:
         """Whether the variable is a floating-point number, so that NaN can mark what is missing."""
         return np.dtype(self.dtype).kind == "f"

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from oscillators import LIBRARY
 
 import sweeps
-from sweeps import catalogue, content, dataset, figures, shards, storage, systems
+from sweeps import catalogue, content, dataset, figures, merging, shards, storage, systems
 from sweeps.definition import load
 from sweeps.grid import Grid
 from sweeps.refusals import DefinitionError
@@ -182,7 +182,7 @@ def test_shards_threads_and_chunks_change_no_bit(tmp_path):
     for number in (1, 2, 3):
         parts.append(tmp_path / f"{number}.nc")
         shards.write_shard(definition, number, 3, parts[-1], threads=2)
-    digest = storage.merge(definition, parts, tmp_path / "map.nc")
+    digest = merging.merge(definition, parts, tmp_path / "map.nc")
     with storage.open_map(tmp_path / "map.nc") as merged:
         assert merged.attrs["kernel_fingerprint"] == whole.attrs["kernel_fingerprint"]
     threaded = dataset.survey_grid(definition, threads=2)

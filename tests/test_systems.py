@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import sweeps
-from sweeps import catalogue, content, dataset, shards, storage, systems
+from sweeps import catalogue, content, dataset, merging, shards, storage, systems
 from sweeps.definition import Definition, load
 from sweeps.grid import Grid
 from sweeps.refusals import DefinitionError
@@ -66,7 +66,7 @@ def test_shards_and_chunks_make_the_same_map_bit_for_bit(name, tmp_path):
     paths = [tmp_path / f"{number}.nc" for number in (1, 2, 3)]
     for number, path in enumerate(paths, 1):
         shards.write_shard(definition, number, 3, path, threads=2)
-    assert storage.merge(definition, paths, tmp_path / "map.nc") == whole
+    assert merging.merge(definition, paths, tmp_path / "map.nc") == whole
     with sweeps.open_map(tmp_path / "map.nc") as ds:
         assert content.content_hash(ds) == whole
     assert content.content_hash(dataset.survey_grid(definition, chunks=5)) == whole

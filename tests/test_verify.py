@@ -5,7 +5,7 @@ import netCDF4
 import numpy as np
 import pytest
 
-from sweeps import catalogue, content, shards, storage, verify
+from sweeps import catalogue, content, merging, shards, verify
 from sweeps.__main__ import main
 from sweeps.definition import load
 from sweeps.reading import plain, read_text
@@ -20,7 +20,7 @@ COLLAPSED = load(
 
 def made(folder, definition):
     shards.write_shard(definition, 1, 1, folder / "1-of-1.nc")
-    storage.merge(definition, [folder / "1-of-1.nc"], folder / "stability_map.nc")
+    merging.merge(definition, [folder / "1-of-1.nc"], folder / "stability_map.nc")
     (folder / "1-of-1.nc").unlink()
     return folder / "stability_map.nc"
 

@@ -10,12 +10,18 @@ def add(commands) -> None:
     command.add_argument("shards", nargs="+", metavar="SHARD", help="the files that `shard` wrote, or their folder")
     command.add_argument("--renew", action="store_true", help="measure shards of another definition or kernels again")
     command.add_argument("-o", "--output", metavar="FILE", required=True, help="the map to write")
-    command.add_argument("--threads", type=int, default=1, metavar="T", help="threads (default 1); change no result")
+    command.add_argument(
+        "--threads",
+        type=int,
+        default=1,
+        metavar="T",
+        help="threads to measure with again (default 1)",
+    )
 
 
 def _run(args):
-    from sweeps import catalogue, storage
+    from sweeps import catalogue, merging
 
     planned = catalogue.plan(catalogue.resolve(args.definition))
-    told = storage.merge(planned.definition, args.shards, args.output, args.threads, args.renew)
+    told = merging.merge(planned.definition, args.shards, args.output, args.threads, args.renew)
     print(f"content_hash {told}")
