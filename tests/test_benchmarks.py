@@ -7,6 +7,7 @@ from pathlib import Path
 import bodies as task
 import contenders
 import kernel
+import large
 import mpmath as mp
 import numpy as np
 import pytest
@@ -141,3 +142,17 @@ def test_the_kernels_benchmark_runs(capsys):
     told = capsys.readouterr().out
     for name, *_ in kernel.RATIOS:
         assert name in told
+
+
+def test_the_pipelines_benchmark_runs(capsys):
+    large.main(["1200", "2700", "--columns", "all"])
+    said = capsys.readouterr().out.splitlines()
+    assert [line.split("|")[1].strip() for line in said[2:5]] == ["1.2e+03", "1.2e+03", "2.7e+03"]
+    assert "slope" in said[5]
+    assert "in kernels" in said[6]
+
+
+def test_a_slope_is_that_above_the_start_up_of_every_process():
+    start_up = (1, 1, 2.0, 1.0)
+    found = [(n, count, 2.0 * count + 3e-6 * n, 1.0 + 1e-6 * n) for n, count in ((1e5, 1), (1e6, 1), (1e8, 20))]
+    assert large.slope(start_up, found) == pytest.approx(1.0, abs=1e-12)

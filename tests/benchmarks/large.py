@@ -1,22 +1,32 @@
-"""Time, memory and bytes of a large sweep: direct integration, collapse off, five columns, shards and merge.
+"""The pipeline of a large sweep, from the first shard's start to the closed map: time, memory, bytes.
 
-    python tests/benchmarks/large.py 1e6 1e7
+    python tests/benchmarks/large.py 1e5 1e6 1e7 --cores 2
+    python tests/benchmarks/large.py 1e7 --cores 2 --columns all
     python tests/benchmarks/large.py 1e8 --cores 2 --folder /scratch
 
-Each shard and the merge run as processes of their own, as in the workflow. Nothing is asserted: absolute times move
-from machine to machine. Memory is the largest resident set of any one process, sampled every tenth of a second.
+Direct integration, collapse off. Each shard and the merge run as processes of their own, as in the workflow; each size
+is made several times, and medians are printed. Nothing is asserted: absolute times move from machine to machine. Memory
+is the largest resident set of any one process. What a sweep of 1,200 points takes is start-up, and is printed first;
+the slope is that of processor time above the start-up of every process.
 """
 
 import argparse
+import os
+import statistics
 import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import dataclass
 from pathlib import Path
 
-import psutil
+import numpy as np
+
+from sweeps import shards
+from sweeps.definition import load
 
 SHARD_POINTS = 5_000_000
+FEW = "omega_squared, omega_squared_stderr, regime, status, propagation_error"
 TEXT = """\
 title: {points} points
 axes: [1, 2, 3]
@@ -25,66 +35,144 @@ grid:
   I2: {{start: 0.5, stop: 1.5, num: {side}}}
   I3: {{start: 0.8, stop: 1.2, num: 10}}
   omega0: {{start: 1.0, stop: 10.0, num: 10}}
-integration:
-  variables: [omega_squared, omega_squared_stderr, regime, status, propagation_error]
 """
+COLUMNS = {"few": f"integration: {{variables: [{FEW}]}}\n", "all": ""}
 
 
-def watched(jobs, cores):
-    """Runs commands, so many at a time: (wall seconds, processor seconds, largest resident set in bytes)."""
-    begun, waiting, running, peak, busy = time.perf_counter(), list(jobs), [], 0, {}
+@dataclass
+class Stage:
+    """What processes took: wall and processor seconds, largest resident set and file sizes in bytes."""
+
+    wall: float
+    busy: float
+    memory: int
+    disk: int
+
+
+def watched(jobs, cores, files):
+    """Runs commands, so many at a time, that make some files."""
+    begun, waiting, running, peak, busy = time.perf_counter(), list(jobs), {}, 0, 0.0
     while waiting or running:
         while waiting and len(running) < cores:
             command = [sys.executable, "-m", "sweeps", *waiting.pop(0)]
-            running.append(psutil.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL))
-        for process in running:
-            try:
-                peak = max(peak, process.memory_info().rss)
-                busy[process.pid] = sum(process.cpu_times()[:2])
-            except psutil.Error:
-                continue
-        if any(process.poll() for process in running):
+            process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            running[process.pid] = process
+        pid, status, used = os.wait4(-1, 0)
+        process = running.pop(pid)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        if process.returncode:
             sys.exit("a process failed: " + " ".join(process.args[3:]))
-        running = [process for process in running if process.poll() is None]
-        time.sleep(0.1)
-    return time.perf_counter() - begun, sum(busy.values()), peak
+        busy += used.ru_utime + used.ru_stime
+        peak = max(peak, used.ru_maxrss * 1024)
+    return Stage(time.perf_counter() - begun, busy, peak, sum(file.stat().st_size for file in files))
 
 
-def measure(points, cores, folder):
-    """Makes one map of about so many points and prints a line of the table."""
-    side = max(2, round((points / 300) ** 0.5))
-    points = 300 * side * side
+def side_of(points):
+    """How many values I1 and I2 take for about so many points."""
+    return max(2, int((points / 300) ** 0.5))
+
+
+def written(points, columns, folder):
+    """The file of a definition of about so many points, and how many there are."""
+    side = side_of(points)
     definition = folder / "large.yaml"
-    definition.write_text(TEXT.format(points=points, side=side))
+    definition.write_text(TEXT.format(points=300 * side * side, side=side) + COLUMNS[columns])
+    return definition, 300 * side * side
+
+
+def made(definition, points, cores, folder):
+    """Makes the map once: what the shards took, and what the merge."""
     count = max(1, -(-points // SHARD_POINTS))
+    count += -count % cores if count > 1 else 0
     files = [folder / f"{k}-of-{count}.nc" for k in range(1, count + 1)]
     jobs = [["shard", str(definition), str(k), str(count), "-o", str(file)] for k, file in enumerate(files, 1)]
-    wall, busy, peak = watched(jobs, cores)
-    on_disk = sum(file.stat().st_size for file in files)
-    merged = ["merge", str(definition), *map(str, files), "-o", str(folder / "map.nc"), "--threads", str(cores)]
-    merge_wall, merge_busy, merge_peak = watched([merged], 1)
-    row = (
-        *(f"{points:.3g}", f"{count}", f"{wall:.0f}", f"{busy:.0f}", f"{peak / 1e6:.0f}", f"{on_disk / points:.1f}"),
-        *(f"{merge_wall:.0f}", f"{merge_busy:.0f}", f"{merge_peak / 1e6:.0f}"),
-        f"{(folder / 'map.nc').stat().st_size / points:.1f}",
-    )
-    print("| " + " | ".join(row) + " |", flush=True)
-    for file in (*files, folder / "map.nc"):
+    measuring = watched(jobs, cores, files)
+    target = folder / "map.nc"
+    merging = watched([["merge", str(definition), *map(str, files), "-o", str(target)]], 1, [target])
+    for file in (*files, target):
         file.unlink()
+    return count, measuring, merging
 
 
-def main():
-    """Prints the table."""
+def median(stages):
+    """Medians of one stage over the rounds; memory is the largest."""
+    told = {name: statistics.median(getattr(s, name) for s in stages) for name in ("wall", "busy", "disk")}
+    return Stage(memory=max(s.memory for s in stages), **told)
+
+
+def row(points, columns, cores, folder):
+    """Makes one size of map, prints its line, and returns points, shards, and processor time of shards and merge."""
+    definition, points = written(points, columns, folder)
+    rounds = 15 if points < 3e5 else 5 if points < 3e6 else 3 if points < 3e7 else 1
+    found = [made(definition, points, cores, folder) for _ in range(rounds)]
+    measuring, merging = (median([once[k] for once in found]) for k in (1, 2))
+    cells = [f"{points:.3g}", str(rounds), str(found[0][0])]
+    for stage in (measuring, merging):
+        cells += [f"{stage.wall:.1f}", f"{stage.busy:.2f}", f"{stage.memory / 1e6:.0f}", f"{stage.disk / points:.1f}"]
+    print("| " + " | ".join([*cells, f"{points / (measuring.wall + merging.wall):,.0f}"]) + " |", flush=True)
+    return points, found[0][0], measuring.busy, merging.busy
+
+
+def slope(start_up, found):
+    """Slope of the processor time above start-up against the points, in log-log."""
+    _, _, shard, merge = start_up
+    above = [measuring - count * shard + merging - merge for _, count, measuring, merging in found]
+    return np.polyfit(np.log([points for points, *_ in found]), np.log(np.maximum(above, 0.01)), 1)[0]
+
+
+def shares(points, columns, folder):
+    """Where the time of one shard goes, after its start-up: kernels, encoding and writing beside them, and the rest."""
+    definition, points = written(points, columns, folder)
+    spent = dict.fromkeys(("_measure", "_write"), 0.0)
+
+    def timed(name):
+        inner = getattr(shards, name)
+
+        def outer(*arguments):
+            begun = time.thread_time()
+            result = inner(*arguments)
+            spent[name] += time.thread_time() - begun
+            return result
+
+        return outer
+
+    kept = {name: getattr(shards, name) for name in spent}
+    sweep = load(definition)
+    shards.write_shard(sweep, 1, points, folder / "1.nc")  # imports, and kernels into memory
+    try:
+        for name in spent:
+            setattr(shards, name, timed(name))
+        begun = time.process_time()
+        shards.write_shard(sweep, 1, 1, folder / "1.nc")
+        whole = time.process_time() - begun
+    finally:
+        for name, function in kept.items():
+            setattr(shards, name, function)
+    return {
+        "in kernels": spent["_measure"] / whole,
+        "encoding, hashing and writing": spent["_write"] / whole,
+        "the rest": 1.0 - sum(spent.values()) / whole,
+    }
+
+
+def main(arguments=None):
+    """Prints the table, the slope and the shares."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("points", nargs="+", type=float, metavar="POINTS", help="sizes to make, about")
     parser.add_argument("--cores", type=int, default=1, help="processes at a time (default 1)")
+    parser.add_argument("--columns", choices=list(COLUMNS), default="few", help="variables of the map (default few)")
     parser.add_argument("--folder", type=Path, default=None, help="where files go (default: a temporary folder)")
-    args = parser.parse_args()
-    print("| points | shards | s | core s | MB | B/point | merge s | core s | MB | B/point |")
-    print("|" + "---|" * 10)
-    with tempfile.TemporaryDirectory(dir=args.folder) as folder:
-        for points in args.points:
-            measure(round(points), args.cores, Path(folder))
+    args = parser.parse_args(arguments)
+    print("| points | rounds | shards | s | core s | MB | B/point | merge s | core s | MB | B/point | points/s |")
+    print("|" + "---|" * 12)
+    with tempfile.TemporaryDirectory(dir=args.folder) as name:
+        folder = Path(name)
+        start_up = row(1200, args.columns, args.cores, folder)
+        found = [row(round(points), args.columns, args.cores, folder) for points in args.points]
+        if len(found) > 1:
+            print(f"slope of processor time above start-up against points: {slope(start_up, found):.3f}")
+        told = shares(min(args.points[-1], 1e6), args.columns, folder)
+        print("a shard's processor time: " + ", ".join(f"{share:.0%} {what}" for what, share in told.items()))
 
 
 if __name__ == "__main__":
