@@ -10,6 +10,13 @@ and the new state is the sum of the terms, the largest last. It is the whole ste
 straight line, no stage, no table. Every term of a transverse component carries a transverse factor, so truncation and
 rounding are relative to the perturbation, however small it is beside the spin.
 
+*Near the axis.* The product of two transverse components of size A keeps the spin's n-th term within
+:math:`A^2(2x)^n/(2\,n!)`, where x bounds the rates times h. So a small perturbation needs few of them: the near step
+sums the spin to its 7th term, lets the first four take part in the transverse series, and spares half the
+multiply-adds. What it leaves out of the perturbation over a run of n steps, :math:`n A^2(2x)^6/(4\cdot 6!)` by the
+coupling and :math:`\frac{n^2}{2}x\,A^2(2x)^8/(2\cdot 8!)` by the drift of the spin, must be a small share of the
+tolerance; otherwise every term is taken.
+
 *Choice of the step.* With :math:`x = \max_i|c_i|\,\omega_0 h`, the first term left out at order N, relative to the
 perturbation, is :math:`x^{N+1}G_N(A)`: for a perturbation of size A the n-th relative coefficient of the separatrix
 pulse sech(t) is at most :math:`\sum_k (A/2)^{2k}(2k+1)^n/n!` (its expansion in exponentials; 1/n! where A is small)
@@ -30,6 +37,7 @@ from kernels.rigid_body import INLINE, OPTIONS, euler_coefficients
 
 ORDERS = (8, 10, 12)
 MOST_STEPS = 10_000
+NEAR_SHARE = 0.15  # of the tolerance, that the near step may leave out
 
 R2, R3, R4, R5, R6, R7, R8, R9, R10, R11, R12 = (1.0 / n for n in range(2, 13))
 
@@ -129,6 +137,67 @@ def _step_of(order):
 step_8, step_10, step_12 = (_step_of(order) for order in ORDERS)
 
 
+def _near_step_of(order):
+    """The step of one order for a small perturbation of a spin about the axis a; see :func:`is_near`."""
+
+    @njit(**INLINE)
+    def step(a0, b0, c0, ka, kb, kc):
+        a1 = ka * (b0 * c0)
+        b1 = kb * (c0 * a0)
+        c1 = kc * (a0 * b0)
+        a2 = (ka * R2) * (b0 * c1 + b1 * c0)
+        b2 = (kb * R2) * (c0 * a1 + c1 * a0)
+        c2 = (kc * R2) * (a0 * b1 + a1 * b0)
+        a3 = (ka * R3) * (b1 * c1 + b0 * c2 + b2 * c0)
+        b3 = (kb * R3) * (c1 * a1 + c0 * a2 + c2 * a0)
+        c3 = (kc * R3) * (a1 * b1 + a0 * b2 + a2 * b0)
+        a4 = (ka * R4) * (b1 * c2 + b2 * c1 + b0 * c3 + b3 * c0)
+        b4 = (kb * R4) * (c1 * a2 + c2 * a1 + c0 * a3 + c3 * a0)
+        c4 = (kc * R4) * (a1 * b2 + a2 * b1 + a0 * b3 + a3 * b0)
+        a5 = (ka * R5) * (b2 * c2 + b1 * c3 + b3 * c1 + b0 * c4 + b4 * c0)
+        b5 = (kb * R5) * (c0 * a4 + c1 * a3 + c2 * a2 + c3 * a1 + c4 * a0)
+        c5 = (kc * R5) * (b0 * a4 + b1 * a3 + b2 * a2 + b3 * a1 + b4 * a0)
+        a6 = (ka * R6) * (b2 * c3 + b3 * c2 + b1 * c4 + b4 * c1 + b0 * c5 + b5 * c0)
+        b6 = (kb * R6) * (c1 * a4 + c2 * a3 + c3 * a2 + c4 * a1 + c5 * a0)
+        c6 = (kc * R6) * (b1 * a4 + b2 * a3 + b3 * a2 + b4 * a1 + b5 * a0)
+        a7 = (ka * R7) * (b3 * c3 + b2 * c4 + b4 * c2 + b1 * c5 + b5 * c1 + b0 * c6 + b6 * c0)
+        b7 = (kb * R7) * (c2 * a4 + c3 * a3 + c4 * a2 + c5 * a1 + c6 * a0)
+        c7 = (kc * R7) * (b2 * a4 + b3 * a3 + b4 * a2 + b5 * a1 + b6 * a0)
+        b8 = (kb * R8) * (c3 * a4 + c4 * a3 + c5 * a2 + c6 * a1 + c7 * a0)
+        c8 = (kc * R8) * (b3 * a4 + b4 * a3 + b5 * a2 + b6 * a1 + b7 * a0)
+        a = ((((((a3 + a2) + a4) + a5) + a6) + a7) + a1) + a0
+        if order == 8:
+            return (
+                a,
+                (((((((b3 + b2) + b4) + b5) + b6) + b7) + b8) + b1) + b0,
+                (((((((c3 + c2) + c4) + c5) + c6) + c7) + c8) + c1) + c0,
+            )
+        b9 = (kb * R9) * (c4 * a4 + c5 * a3 + c6 * a2 + c7 * a1 + c8 * a0)
+        c9 = (kc * R9) * (b4 * a4 + b5 * a3 + b6 * a2 + b7 * a1 + b8 * a0)
+        b10 = (kb * R10) * (c5 * a4 + c6 * a3 + c7 * a2 + c8 * a1 + c9 * a0)
+        c10 = (kc * R10) * (b5 * a4 + b6 * a3 + b7 * a2 + b8 * a1 + b9 * a0)
+        if order == 10:
+            return (
+                a,
+                (((((((((b3 + b2) + b4) + b5) + b6) + b7) + b8) + b9) + b10) + b1) + b0,
+                (((((((((c3 + c2) + c4) + c5) + c6) + c7) + c8) + c9) + c10) + c1) + c0,
+            )
+        b11 = (kb * R11) * (c6 * a4 + c7 * a3 + c8 * a2 + c9 * a1 + c10 * a0)
+        c11 = (kc * R11) * (b6 * a4 + b7 * a3 + b8 * a2 + b9 * a1 + b10 * a0)
+        b12 = (kb * R12) * (c7 * a4 + c8 * a3 + c9 * a2 + c10 * a1 + c11 * a0)
+        c12 = (kc * R12) * (b7 * a4 + b8 * a3 + b9 * a2 + b10 * a1 + b11 * a0)
+        return (
+            a,
+            (((((((((((b3 + b2) + b4) + b5) + b6) + b7) + b8) + b9) + b10) + b11) + b12) + b1) + b0,
+            (((((((((((c3 + c2) + c4) + c5) + c6) + c7) + c8) + c9) + c10) + c11) + c12) + c1) + c0,
+        )
+
+    return step
+
+
+near_step_8, near_step_10, near_step_12 = (_near_step_of(order) for order in ORDERS)
+
+
 @njit(**OPTIONS)
 def truncation(size, order):
     """G_N(A): the relative coefficient of the first term left out, for a perturbation of relative size A (0 < A)."""
@@ -146,15 +215,30 @@ def truncation(size, order):
 
 
 @njit(**OPTIONS)
-def choose(x, coefficients, samples, tolerance):
+def is_near(x, size, samples, tolerance):
+    """Whether the near step leaves out less than NEAR_SHARE of the tolerance, over a run of one step a sample.
+
+    x and ``samples`` as for :func:`choose`; ``size`` is the largest that the perturbation is followed to, relative to
+    the spin. For x up to 0.6 the terms after the first ones left out add less than a fifth of them.
+    """
+    z = 4.0 * x * x
+    coupling = samples * z * z * z / 2880.0
+    spin = 0.5 * samples * samples * x * (z * z) * (z * z) / 80640.0
+    return (x <= 0.6) & (1.2 * size * size * (coupling + spin) <= NEAR_SHARE * tolerance)
+
+
+@njit(**OPTIONS)
+def choose(x, size, coefficients, samples, tolerance):
     """Order, and number of steps a sample interval is cut into, that keep the tolerance with the least work.
 
     Parameters
     ----------
     x : float
         max|c_i| times the sample spacing in radians of spin.
+    size : float
+        The largest size, relative to the spin, that the perturbation is to be followed to.
     coefficients : tuple of 3 floats
-        :func:`truncation` at each of ORDERS, for the largest size that the perturbation is to be followed to.
+        :func:`truncation` at each of ORDERS, for that size.
     samples : int
         Number of sample intervals over which errors add up.
     tolerance : float
@@ -163,21 +247,41 @@ def choose(x, coefficients, samples, tolerance):
     Returns
     -------
     order, steps : int
-        One of ORDERS; between 1 and MOST_STEPS (which the certificate then shows to be too few).
+        One of ORDERS, negative for the near step; between 1 and MOST_STEPS (which the certificate then shows to be too
+        few).
     """
-    best, fewest, least = ORDERS[0], 1, math.inf
+    near = is_near(x, size, samples, tolerance)
+    # x <= 1/2, so all the terms after the first one left out add less than x/(10 - x) of it
+    share = 1.06 * samples / (tolerance * (1.0 - NEAR_SHARE) if near else tolerance)
     power = x * x * x
     power *= power * power  # x to the ninth; two more for every order
-    # x <= 1/2, so all the terms after the first one left out add less than x/(10 - x) of it
-    share = 1.06 * samples / tolerance
+    order, steps = _one_step(share * power, x * x, coefficients)
+    if order == 0:
+        order, steps = _several_steps(share * power, x * x, coefficients)
+    return (-order if near else order), steps
+
+
+@njit(**OPTIONS)
+def _one_step(excess, square, coefficients):
+    """The lowest order of which one step is enough, or 0; two steps of a lower one would be more work."""
+    for i in range(3):
+        if not excess * coefficients[i] > 1.0:
+            return ORDERS[i], 1
+        excess *= square
+    return 0, 0
+
+
+@njit(**OPTIONS)
+def _several_steps(excess, square, coefficients):
+    """The order, and number of its steps, that take the least work; excess is that of order 8 over the tolerance."""
+    best, fewest, least = ORDERS[0], 1, math.inf
     for i in range(3):
         order = ORDERS[i]
-        excess = share * coefficients[i] * power
-        steps = 1.0 if not excess > 1.0 else min(np.ceil(excess ** (1.0 / order)), float(MOST_STEPS))
+        steps = min(np.ceil((excess * coefficients[i]) ** (1.0 / order)), float(MOST_STEPS))
         work = steps * (order * (order + 1) + 40.0)  # 40: loads, stores and the sum of the terms
         if work < least:
             best, fewest, least = order, int(steps), work
-        power *= x * x
+        excess *= square
     return best, fewest
 
 

@@ -115,19 +115,57 @@ def _advance_12(S, steps):
 
 
 @njit(**OPTIONS)
+def _advance_near_8(S, steps):
+    for _ in range(steps):
+        for lane in range(W):
+            S[A + lane], S[B + lane], S[C + lane] = direct.near_step_8(
+                S[A + lane], S[B + lane], S[C + lane], S[KA + lane], S[KB + lane], S[KC + lane]
+            )
+
+
+@njit(**OPTIONS)
+def _advance_near_10(S, steps):
+    for _ in range(steps):
+        for lane in range(W):
+            S[A + lane], S[B + lane], S[C + lane] = direct.near_step_10(
+                S[A + lane], S[B + lane], S[C + lane], S[KA + lane], S[KB + lane], S[KC + lane]
+            )
+
+
+@njit(**OPTIONS)
+def _advance_near_12(S, steps):
+    for _ in range(steps):
+        for lane in range(W):
+            S[A + lane], S[B + lane], S[C + lane] = direct.near_step_12(
+                S[A + lane], S[B + lane], S[C + lane], S[KA + lane], S[KB + lane], S[KC + lane]
+            )
+
+
+@njit(**OPTIONS)
 def advance(S, order, steps):
-    """Advance every lane by one sample interval, by Taylor steps of one order or (EXACT) by one exact step."""
-    if order == 8:
+    """Advance every lane by a sample interval: by Taylor steps (near ones if the order is negative) or an exact step."""
+    if order == -8:
+        _advance_near_8(S, steps)
+    elif order == -10:
+        _advance_near_10(S, steps)
+    elif order == -12:
+        _advance_near_12(S, steps)
+    elif order == 8:
         _advance_8(S, steps)
     elif order == 10:
         _advance_10(S, steps)
     elif order == 12:
         _advance_12(S, steps)
     else:
-        for lane in range(W):
-            S[A + lane], S[B + lane], S[C + lane] = exact.step(
-                S[A + lane], S[B + lane], S[C + lane], S[QA + lane], S[QB + lane], S[QC + lane]
-            )
+        _advance_exact(S)
+
+
+@njit(**OPTIONS)
+def _advance_exact(S):
+    for lane in range(W):
+        S[A + lane], S[B + lane], S[C + lane] = exact.step(
+            S[A + lane], S[B + lane], S[C + lane], S[QA + lane], S[QB + lane], S[QC + lane]
+        )
 
 
 @njit(**OPTIONS)
@@ -236,7 +274,8 @@ def follow(S, order, steps, intervals, certified, invariants, logged):
     S : numpy.ndarray, shape (ROWS * W,)
         Scratch, with the rows MA ... STEPS filled.
     order, steps : int
-        Of the Taylor step (8, 10, 12) or EXACT, and steps a sample interval; one for the whole block.
+        Of the Taylor step (8, 10, 12; negative for the near ones) or EXACT, and steps a sample interval; one for the
+        whole block.
     intervals : int
         Number of sample intervals.
     certified, invariants, logged : bool

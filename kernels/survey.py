@@ -69,7 +69,7 @@ REGIME, USED, END, STEPS, STATUS, EDRIFT, LDRIFT, JDRIFT, APART = range(9, 18)
 @njit(nogil=True, **OPTIONS)
 def _plan(I1, I2, I3, axis, epsilon, spacing, intervals, tolerance, spacings, orders, steps, keys):
     """Sample spacing (radians of spin), order, steps per sample and sorting key of each point."""
-    known, coefficients = -1.0, (0.0, 0.0, 0.0)
+    known, size, coefficients = -1.0, 0.0, (0.0, 0.0, 0.0)
     for i in range(I1.size):
         ca, cb, cc = rigid_body.euler_coefficients(*rigid_body.relabel(I1[i], I2[i], I3[i], axis[i]))
         bound = max(abs(ca), abs(cb), abs(cc))
@@ -84,10 +84,11 @@ def _plan(I1, I2, I3, axis, epsilon, spacing, intervals, tolerance, spacings, or
             )
         # the rates go with all of |omega|, not with the spin alone
         x = bound * spacings[i] * math.sqrt(1.0 + known * known)
-        orders[i], steps[i] = direct.choose(x, coefficients, intervals, tolerance)
+        orders[i], steps[i] = direct.choose(x, size, coefficients, intervals, tolerance)
         growth = cb * cc if cb * cc > 0.0 else 0.0
         level = int(min(math.sqrt(growth), 1.0) * (LEVELS - 1)) if growth == growth else 0
-        keys[i] = (3 * (steps[i] - 1) + orders[i] // 2 - 4) * LEVELS + level
+        kind = abs(orders[i]) - 8 + (1 if orders[i] < 0 else 0)  # 0 to 5
+        keys[i] = (6 * (steps[i] - 1) + kind) * LEVELS + level
 
 
 @njit(nogil=True, **OPTIONS)

@@ -107,6 +107,10 @@ def test_operations_of_a_step_are_those_of_its_recurrence(order):
     # term n + 1: n + 1 products and n sums, times k/(n + 1), itself a product but for n = 0; then N sums
     component = sum((n + 1) + n + 1 + (n > 0) for n in range(order)) + order
     assert roof.step_flops(order) == 3 * component
+    # the spin to its 7th term; of every transverse product five at most
+    spin = sum((n + 1) + n + 1 + (n > 0) for n in range(7)) + 7
+    transverse = sum(min(n + 1, 5) + min(n, 4) + 1 + (n > 0) for n in range(order)) + order
+    assert roof.step_flops(-order) == spin + 2 * transverse
 
 
 def test_chains_of_the_roof_do_all_their_links():

@@ -115,7 +115,7 @@ class Direct(Polhode):
         moments = rigid_body.relabel(points["I1"], points["I2"], points["I3"], points["axis"])
         bound = max(abs(x) for x in rigid_body.euler_coefficients(*moments))
         x = bound * SPACING * np.sqrt(1.0 + points["epsilon"] ** 2)
-        return direct.choose(x, coefficients, SAMPLES, tolerance)
+        return direct.choose(x, size, coefficients, SAMPLES, tolerance)
 
 
 class Exact(Polhode):

@@ -72,8 +72,8 @@ class Counted:
 
 
 def step_flops(order):
-    """Multiplications and additions of one Taylor step, counted by running its source on numbers that count."""
-    step = {8: direct.step_8, 10: direct.step_10, 12: direct.step_12}[order].py_func
+    """Multiplications and additions of one Taylor step (a near one if the order is negative), counted by running it."""
+    step = getattr(direct, f"step_{order}" if order > 0 else f"near_step_{-order}").py_func
     Counted.operations = 0
     step(*(Counted() for _ in range(6)))
     return Counted.operations
@@ -81,7 +81,7 @@ def step_flops(order):
 
 def run_flops(bodies, tolerance, intervals):
     """Operations of the Taylor steps of all bodies' runs: nothing of samples, padding and reduction is counted."""
-    flops = {order: step_flops(order) for order in direct.ORDERS}
+    flops = {sign * order: step_flops(sign * order) for order in direct.ORDERS for sign in (1, -1)}
     total = 0
     for i in range(len(bodies)):
         order, steps = Direct.step(bodies[i : i + 1], tolerance)
