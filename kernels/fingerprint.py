@@ -7,13 +7,20 @@ processor: an edit of any kernel opens a new, empty folder.
 
 import hashlib
 import os
+import re
 import sys
 import tempfile
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
-CODE_SETTINGS = ("NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_OPT", "NUMBA_DISABLE_JIT")  # they change bits
+from kernels import stored
+
+CODE_SETTINGS = (  # they change bits
+    *("NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_ENABLE_AVX", "NUMBA_OPT", "NUMBA_LOOP_VECTORIZE"),
+    *("NUMBA_SLP_VECTORIZE", "NUMBA_DISABLE_INTEL_SVML", "NUMBA_DISABLE_JIT"),
+)
+OURS = re.compile("[0-9a-f]{16}-[0-9a-f]{8}")  # names of our folders of compiled kernels
 
 
 @cache
@@ -40,24 +47,43 @@ def fingerprint() -> str:
 
 
 def cache_folder() -> Path:
-    """Folder of the compiled kernels: one a fingerprint and a checkout, below the user's cache folder.
+    """Folder of the compiled kernels: one a fingerprint and a checkout, below a folder of the user's.
 
     Numba keeps compiled functions by the path of their source, so each checkout has a folder, and compiles, of its own.
 
-    The user's cache folder is ``$XDG_CACHE_HOME``, else ``~/.cache``; where it cannot be written, the folder for
-    temporary files.
+    The user's folder is ``$NUMBA_CACHE_DIR``, else ``polhode`` in ``$XDG_CACHE_HOME`` or ``~/.cache``; where it cannot
+    be written, one for temporary files.
     """
     checkout = hashlib.sha256(str(Path(__file__).resolve().parent).encode()).hexdigest()[:8]
+    name = f"{fingerprint()[:16]}-{checkout}"
+    chosen = _chosen()
     home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    for base in (Path(home), Path(tempfile.gettempdir())):
-        folder = base / "polhode" / f"{fingerprint()[:16]}-{checkout}"
+    for base in (chosen, Path(home) / "polhode", Path(tempfile.gettempdir()) / "polhode"):
+        if base is None:
+            continue
+        folder = base / name
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError:
             continue
-        if _is_safe(folder) and _is_safe(folder.parent):
+        if _is_safe(folder) and (base is chosen or _is_safe(base)):
             return folder
-    return Path(tempfile.mkdtemp(prefix="polhode-"))
+    folder = Path(tempfile.mkdtemp(prefix="polhode-")) / name
+    folder.mkdir()
+    return folder
+
+
+def _chosen() -> Path | None:
+    """The folder that ``NUMBA_CACHE_DIR`` names, if it does.
+
+    A folder of ours there was left by this process or a parent, perhaps before an edit of a kernel: what was chosen is
+    the folder that holds it.
+    """
+    given = os.environ.get("NUMBA_CACHE_DIR")
+    if not given:
+        return None
+    folder = Path(os.path.abspath(given))
+    return folder.parent if OURS.fullmatch(folder.name) else folder
 
 
 def _is_safe(folder: Path) -> bool:
@@ -66,14 +92,9 @@ def _is_safe(folder: Path) -> bool:
 
 
 def use_cache() -> None:
-    """Point Numba at :func:`cache_folder`, unless ``NUMBA_CACHE_DIR`` already names a folder of somebody's choice.
-
-    A folder of ours in ``NUMBA_CACHE_DIR`` was left there by a parent process, perhaps before an edit of a kernel.
-    """
-    given = os.environ.get("NUMBA_CACHE_DIR")
-    if given and Path(given).parent.name != "polhode":
-        return
-    folder = str(cache_folder())
-    os.environ["NUMBA_CACHE_DIR"] = folder
+    """Point Numba at :func:`cache_folder`, and leave nothing there that has changed on the disk."""
+    folder = cache_folder()
+    os.environ["NUMBA_CACHE_DIR"] = str(folder)
     if "numba" in sys.modules:
-        sys.modules["numba"].config.CACHE_DIR = folder
+        sys.modules["numba"].config.CACHE_DIR = str(folder)
+    stored.remove_damaged(folder)

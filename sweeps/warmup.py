@@ -1,25 +1,18 @@
 """Compiling the kernels before anything else needs them.
 
 Numba's disk cache is not safe when several processes compile at once, so the workflow compiles in jobs of their own:
-what all sweeps share in one, and what is generated for one system in another. Nor does Numba look whether a disk has
-kept what was stored: the checksums written here do.
+what all sweeps share in one, and what is generated for one system in another.
 """
 
 import fcntl
-import json
 import os
-import pickle
-import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
-from io import BytesIO
-from pathlib import Path
 
+from kernels import stored
 from kernels.fingerprint import cache_folder
 from sweeps import claims, systems
 from sweeps.files import replaced
-
-CHECKSUMS = "checksums.json"
 
 
 @contextmanager
@@ -51,21 +44,21 @@ def compile_system(system: systems.System) -> None:
     """
     with _alone():
         system.compile()
-        _note_checksums()
+        stored.note(cache_folder())
     compiled = system.compiled()
     compiled.parent.mkdir(parents=True, exist_ok=True)
     with replaced(compiled) as temporary:
         temporary.write_text(system.fingerprint() + "\n")
 
 
-def mend_cache() -> None:
-    """Compiles again what is not on the disk as it was stored; call it before any kernel."""
-    if not _damaged():
+def mend_cache(system: systems.System) -> None:
+    """Compiles again, alone, what one system calls, where some compiled code was found to be damaged."""
+    if stored.is_whole(cache_folder()):
         return
     with _alone():
-        for file in _damaged():
-            file.unlink(missing_ok=True)
-        _compile_shared()
+        if not stored.is_whole(cache_folder()):
+            system.compile()
+            stored.note(cache_folder())
 
 
 def _compile_shared() -> None:
@@ -74,36 +67,4 @@ def _compile_shared() -> None:
     from kernels import oscillations
 
     assert oscillations.run
-    _note_checksums()
-
-
-def _note_checksums() -> None:
-    stored = sorted(cache_folder().rglob("*.nb[ic]"))
-    checksums = {str(file.relative_to(cache_folder())): zlib.crc32(file.read_bytes()) for file in stored}
-    with replaced(cache_folder() / CHECKSUMS) as temporary:
-        temporary.write_text(json.dumps(checksums))
-
-
-def _damaged() -> list[Path]:
-    """Compiled code with another checksum than it was stored with, and indexes that cannot be read."""
-    try:
-        checksums = json.loads((cache_folder() / CHECKSUMS).read_text())
-        return [cache_folder() / name for name, stored in checksums.items() if not _is_sound(name, stored)]
-    except (OSError, ValueError, AttributeError):  # nothing was compiled here yet, or the list itself is damaged
-        return []
-
-
-def _is_sound(name: str, checksum: int) -> bool:
-    file = cache_folder() / name
-    if not file.is_file():  # Numba makes again what is missing
-        return True
-    content = file.read_bytes()
-    if zlib.crc32(content) == checksum:
-        return True
-    if file.suffix == ".nbc":
-        return False
-    index = BytesIO(content)  # which grows with each new signature: Numba's version, and the names of the code
-    try:
-        return bool(pickle.load(index)) and bool(pickle.loads(index.read()))
-    except Exception:
-        return False
+    stored.note(cache_folder())

@@ -33,6 +33,7 @@ def checkout(tmp_path, monkeypatch):
 @pytest.fixture
 def cache_home(tmp_path, monkeypatch):
     """A user's cache folder of our own, and a folder for temporary files beside it."""
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.setattr(fp.tempfile, "tempdir", str(tmp_path))
     return tmp_path / "cache"
@@ -114,7 +115,7 @@ def test_the_processor_counts(monkeypatch):
     assert len(set(told)) == 3
 
 
-@pytest.mark.parametrize("name", ["NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_OPT", "NUMBA_DISABLE_JIT"])
+@pytest.mark.parametrize("name", fp.CODE_SETTINGS)
 def test_settings_of_the_compiler_count(name, monkeypatch):
     monkeypatch.delenv(name, raising=False)
     before = fp.fingerprint()
@@ -160,9 +161,10 @@ def test_a_cache_of_somebody_elses_is_not_used(cache_home, tmp_path, monkeypatch
     assert fp._is_safe(ours)
     monkeypatch.setattr(fp.os, "getuid", lambda: uid + 1)
     folder = fp.cache_folder()
-    assert folder.parent == tmp_path
-    assert folder.name.startswith("polhode-")
-    assert stat.S_IMODE(folder.stat().st_mode) == 0o700
+    assert folder.parent.parent == tmp_path
+    assert folder.parent.name.startswith("polhode-")
+    assert folder.name == ours.name
+    assert stat.S_IMODE(folder.parent.stat().st_mode) == 0o700
 
 
 def test_a_folder_that_cannot_be_written_is_not_safe(tmp_path, monkeypatch):
@@ -171,15 +173,58 @@ def test_a_folder_that_cannot_be_written_is_not_safe(tmp_path, monkeypatch):
     assert not fp._is_safe(tmp_path)
 
 
-def test_numba_is_pointed_at_the_folder_unless_somebody_chose_another(cache_home, tmp_path, monkeypatch):
+@pytest.fixture
+def pointed(cache_home, monkeypatch):
+    """Points Numba anew, with a folder given or none: where it then keeps what it compiles."""
     monkeypatch.setattr(numba.config, "CACHE_DIR", "before")
-    chosen = tmp_path / "chosen"
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(chosen))
-    fp.use_cache()
-    assert os.environ["NUMBA_CACHE_DIR"] == str(chosen)
-    assert numba.config.CACHE_DIR == "before"
-    # one that a parent process left there may be of kernels before an edit
-    for given in (str(tmp_path / "polhode" / "0123-old"), ""):
-        monkeypatch.setenv("NUMBA_CACHE_DIR", given)
+
+    def point(given):
+        monkeypatch.setenv("NUMBA_CACHE_DIR", str(given))
         fp.use_cache()
         assert os.environ["NUMBA_CACHE_DIR"] == numba.config.CACHE_DIR == str(fp.cache_folder())
+        return Path(numba.config.CACHE_DIR)
+
+    return point
+
+
+def test_numba_is_pointed_below_the_folder_that_somebody_chose(pointed, cache_home, checkout, tmp_path):
+    name = fp.cache_folder().name
+    assert pointed("") == cache_home / "polhode" / name
+    assert pointed(tmp_path / "chosen") == tmp_path / "chosen" / name
+    (checkout / "step.py").write_bytes(b"a = 2\n")
+    edited = pointed(tmp_path / "chosen")
+    assert edited.parent == tmp_path / "chosen"
+    assert edited.name != name
+
+
+def test_a_chosen_folder_is_any_that_can_be_written(pointed, cache_home, tmp_path):
+    assert pointed(os.path.relpath(tmp_path / "chosen")).parent == tmp_path / "chosen"
+    (tmp_path / "file").write_text("a file stands where the folder should")
+    assert pointed(tmp_path / "file").parent == cache_home / "polhode"
+
+
+def test_what_a_parent_process_left_is_neither_kept_nor_nested(pointed, cache_home, checkout, tmp_path):
+    for base in (tmp_path / "chosen", cache_home / "polhode"):
+        inherited = pointed(base)
+        assert pointed(inherited) == inherited
+        (checkout / "step.py").write_bytes(b"a = 3\n" if base.name == "chosen" else b"a = 4\n")
+        assert pointed(inherited).parent == inherited.parent
+        assert pointed(inherited) != inherited
+
+
+def test_a_child_process_keeps_to_its_parents_place(tmp_path):
+    asked = (
+        "from kernels.fingerprint import cache_folder; import os; print(cache_folder(), os.environ['NUMBA_CACHE_DIR'])"
+    )
+    nested = f"import kernels, subprocess, sys; subprocess.run([sys.executable, '-c', {asked!r}], check=True)"
+    told = subprocess.run(
+        [sys.executable, "-c", nested],
+        cwd=Path(fp.__file__).parents[1],
+        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "chosen")},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    folder, pointed = told.stdout.split()
+    assert folder == pointed
+    assert Path(folder).parent == tmp_path / "chosen"

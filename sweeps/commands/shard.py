@@ -27,10 +27,9 @@ def _run(args):
     if args.threads < 1:
         raise DefinitionError(f"--threads: {args.threads} is out of range; allowed: 1 or more")
 
-    from sweeps import progress, shards, warmup
+    from sweeps import progress, shards, systems, warmup
 
-    warmup.mend_cache()
-
+    warmup.mend_cache(systems.resolve(planned.definition.system))
     start, stop = Grid(planned.definition).shard_bounds(args.count)[args.number - 1]
     with progress.points(stop - start, f"shard {args.number} of {args.count}") as advance:
         shards.write_shard(planned.definition, args.number, args.count, args.output, args.threads, advance)

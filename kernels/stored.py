@@ -1,0 +1,118 @@
+"""Is the compiled code on the disk what was stored there? Numba does not look: it would run it, or fail.
+
+A ledger in the cache's folder keeps the checksum of every file of the cache that has been seen. It is compared
+whenever ``kernels`` is imported, before Numba reads anything.
+"""
+
+import json
+import os
+import pickle
+import tempfile
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from importlib.metadata import version
+from io import BytesIO
+from pathlib import Path
+
+try:
+    import fcntl
+except ImportError:  # there is none on Windows
+    fcntl = None
+
+LEDGER = "checksums.json"
+GONE = None  # in the place of a checksum: was damaged and removed, and has not been made again
+
+
+def remove_damaged(folder: Path) -> None:
+    """Removes what has changed on the disk, which Numba then compiles again; notes what is new.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the compiled kernels. One that cannot be read or written is left as it is.
+    """
+    try:
+        with _locked(folder):
+            noted, found = _ledger(folder), {}
+            for file in sorted(folder.rglob("*.nb[ic]")):
+                name, content = str(file.relative_to(folder)), file.read_bytes()
+                found[name] = zlib.crc32(content)
+                if noted.get(name) != found[name] and not _is_sound(file, content, noted.get(name) is not GONE):
+                    found[name] = GONE
+            _remove(folder, found)
+            now = {name: GONE for name, checksum in noted.items() if checksum is GONE} | found
+            if now != noted:
+                _write(folder, now)
+    except OSError:
+        return
+
+
+def _remove(folder: Path, found: dict[str, int | None]) -> None:
+    """Removes files without a checksum; with an index goes its code, whose names would be given to other code."""
+    for index in [name for name, checksum in found.items() if checksum is GONE and name.endswith(".nbi")]:
+        found.update({name: GONE for name in found if name.startswith(index.removesuffix("nbi"))})
+    for name in [name for name, checksum in found.items() if checksum is GONE]:
+        (folder / name).unlink(missing_ok=True)
+
+
+def note(folder: Path) -> None:
+    """Notes what a compilation has stored; whatever else was removed is not waited for."""
+    remove_damaged(folder)
+    try:
+        with _locked(folder):
+            _write(folder, {name: checksum for name, checksum in _ledger(folder).items() if checksum is not GONE})
+    except OSError:
+        return
+
+
+def is_whole(folder: Path) -> bool:
+    """Whether nothing was removed that has not been made again."""
+    return GONE not in _ledger(folder).values()
+
+
+def _is_sound(file: Path, content: bytes, noted: bool) -> bool:
+    """Whether content that is not as the ledger has it may be used.
+
+    Code never changes where it lies. An index grows with each new signature: it holds Numba's version, then a stamp
+    and the name of each signature's code.
+    """
+    if file.suffix == ".nbc":
+        return not noted
+    index = BytesIO(content)
+    try:
+        if pickle.load(index) != version("numba"):
+            return False
+        _, names = pickle.loads(index.read())
+        return len(set(names.values())) == len(names)
+    except Exception:
+        return False
+
+
+def _ledger(folder: Path) -> dict[str, int | None]:
+    """File → checksum; empty where there is no ledger yet, or a damaged one."""
+    try:
+        ledger = json.loads((folder / LEDGER).read_text())
+    except (OSError, ValueError):
+        return {}
+    return ledger if isinstance(ledger, dict) else {}
+
+
+def _write(folder: Path, ledger: dict[str, int | None]) -> None:
+    handle, temporary = tempfile.mkstemp(prefix=f".{LEDGER}.", dir=folder)
+    with os.fdopen(handle, "w") as file:
+        json.dump(ledger, file)
+    os.replace(temporary, folder / LEDGER)
+
+
+@contextmanager
+def _locked(folder: Path) -> Iterator[None]:
+    """One process at once, where the file system has locks."""
+    handle = os.open(folder / f".{LEDGER}.lock", os.O_RDWR | os.O_CREAT, 0o600)
+    try:
+        if fcntl is not None:
+            with suppress(OSError):
+                fcntl.flock(handle, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(handle)

@@ -1,0 +1,134 @@
+"""A ledger over a cache that a real Numba fills."""
+
+import json
+import os
+import pickle
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from kernels import stored
+
+ROOT = Path(stored.__file__).parents[1]
+SOURCE = """\
+from numba import njit
+
+@njit(cache=True)
+def double(x):
+    return x + x
+"""
+CALL = "import kernels, doubled; print(doubled.double({}))"
+
+
+class Cache:
+    """Calls in processes of their own, which keep what they compile in one folder."""
+
+    def __init__(self, folder):
+        (folder / "doubled.py").write_text(SOURCE)
+        self.environment = {
+            **os.environ,
+            "NUMBA_CACHE_DIR": str(folder / "chosen"),
+            "PYTHONPATH": os.pathsep.join([str(ROOT), str(folder)]),
+        }
+        self.environment.pop("NUMBA_DISABLE_JIT", None)
+        self.call("1")
+        (self.folder,) = (folder / "chosen").iterdir()
+
+    def call(self, argument):
+        command = [sys.executable, "-c", CALL.format(argument)]
+        return subprocess.run(
+            command, env=self.environment, capture_output=True, text=True, check=True, cwd=ROOT
+        ).stdout.strip()
+
+    def files(self, kind):
+        return sorted(self.folder.rglob(f"*.{kind}"))
+
+    def ledger(self):
+        return json.loads((self.folder / stored.LEDGER).read_text())
+
+
+@pytest.fixture
+def cache(tmp_path):
+    return Cache(tmp_path)
+
+
+def flip(path, at):
+    content = bytearray(path.read_bytes())
+    content[at] ^= 1
+    path.write_bytes(content)
+
+
+@pytest.mark.slow
+def test_what_is_sound_is_noted_and_stays(cache):
+    before = {path: path.stat().st_mtime_ns for path in (*cache.files("nbi"), *cache.files("nbc"))}
+    assert len(before) == 2
+    stored.remove_damaged(cache.folder)
+    assert set(cache.ledger()) == {str(path.relative_to(cache.folder)) for path in before}
+    assert cache.call("2") == "4"
+    assert cache.call("1.5") == "3.0"  # a second signature: the index grows
+    stored.remove_damaged(cache.folder)
+    assert stored.is_whole(cache.folder)
+    assert len(cache.files("nbc")) == 2
+    first = min(before)
+    assert before[first] == first.stat().st_mtime_ns
+
+
+@pytest.mark.slow
+def test_code_that_has_changed_is_removed_and_made_again(cache):
+    stored.remove_damaged(cache.folder)
+    (code,) = cache.files("nbc")
+    was = code.read_bytes()
+    flip(code, len(was) // 2)
+    stored.remove_damaged(cache.folder)
+    assert not code.exists()
+    assert cache.files("nbi")
+    assert not stored.is_whole(cache.folder)
+    assert cache.call("21") == "42"
+    assert code.exists()
+    stored.remove_damaged(cache.folder)
+    assert stored.is_whole(cache.folder)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("noted", [False, True])
+@pytest.mark.parametrize("content", [b"", b"noise", pickle.dumps("0.1.0") + pickle.dumps((b"", {}))])
+def test_an_index_that_numba_cannot_use_goes_with_its_code(cache, content, noted):
+    if noted:
+        stored.remove_damaged(cache.folder)
+    (index,) = cache.files("nbi")
+    index.write_bytes(content)
+    stored.remove_damaged(cache.folder)
+    assert not cache.files("nb[ic]")
+    assert not stored.is_whole(cache.folder)
+    assert cache.call("21") == "42"
+    stored.note(cache.folder)
+    assert stored.is_whole(cache.folder)
+    assert len(cache.files("nb[ic]")) == 2
+
+
+@pytest.mark.slow
+def test_an_index_that_gives_two_signatures_one_code_goes(cache):
+    cache.call("1.5")
+    stored.remove_damaged(cache.folder)
+    (index,) = cache.files("nbi")
+    index.write_bytes(index.read_bytes().replace(b".2.nbc", b".1.nbc"))
+    stored.remove_damaged(cache.folder)
+    assert not cache.files("nb[ic]")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("ledger", ["", "{", "[]", '{"a": 1}'])
+def test_a_damaged_ledger_is_written_anew(cache, ledger):
+    (cache.folder / stored.LEDGER).write_text(ledger)
+    stored.remove_damaged(cache.folder)
+    assert len(cache.ledger()) == 2
+    assert len(cache.files("nb[ic]")) == 2
+
+
+def test_a_folder_that_is_not_there_is_left_alone(tmp_path):
+    stored.remove_damaged(tmp_path / "nowhere")
+    stored.note(tmp_path / "nowhere")
+    assert stored.is_whole(tmp_path / "nowhere")
+    assert not list(tmp_path.iterdir())
