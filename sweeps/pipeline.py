@@ -90,7 +90,7 @@ def _compile(system: systems.System) -> None:
     if not system.compiled().exists():
         _say(f"compiling the equations of {system.name}, once per machine")
         warmup.compile_system(system)
-    warmup.mend_cache(system)
+    warmup.compile_missing(system)
 
 
 def _say(text: str) -> None:

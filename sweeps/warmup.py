@@ -51,14 +51,19 @@ def compile_system(system: systems.System) -> None:
         temporary.write_text(system.fingerprint() + "\n")
 
 
-def mend_cache(system: systems.System) -> None:
-    """Compiles again, alone, what one system calls, where some compiled code was found to be damaged."""
-    if stored.is_whole(cache_folder()):
-        return
-    with _alone():
-        if not stored.is_whole(cache_folder()):
+def compile_missing(system: systems.System) -> None:
+    """Compiles, alone, what one system calls, unless it lies in the cache whole: call it before work that is shared."""
+    if not (stored.is_whole(cache_folder()) and _says_compiled(system)):
+        with _alone():
             system.compile()
             stored.note(cache_folder())
+
+
+def _says_compiled(system: systems.System) -> bool:
+    try:
+        return system.compiled().read_text().strip() == system.fingerprint()
+    except (OSError, ValueError):
+        return False
 
 
 def _compile_shared() -> None:

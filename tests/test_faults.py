@@ -1,6 +1,8 @@
 """Faults that really happen here: processes are killed, disks are filled, files are damaged; then the same command."""
 
 import os
+import pickle
+import platform
 import random
 import shutil
 import signal
@@ -8,8 +10,11 @@ import subprocess
 import sys
 import time
 from contextlib import contextmanager
+from io import BytesIO
+from pathlib import Path
 
 import netCDF4
+import numba
 import numpy as np
 import psutil
 import pytest
@@ -70,6 +75,13 @@ class House:
         process = self.start()
         said, _ = process.communicate()
         return process.returncode, said
+
+    def ask(self, code, **settings):
+        """What Python code prints in this house."""
+        command, environment = [sys.executable, "-c", code], {**self.environment, **settings}
+        answer = subprocess.run(command, cwd=self.folder, env=environment, capture_output=True, text=True, check=False)
+        assert answer.returncode == 0, answer.stderr
+        return answer.stdout.strip()
 
     def clear(self):
         shutil.rmtree(self.folder / "results", ignore_errors=True)
@@ -364,17 +376,62 @@ def test_a_kernel_edited_between_two_runs_is_what_makes_every_point(house):
         house.settle()
         with sweeps.open_map(house.map) as ds:
             held = ds.attrs["kernel_fingerprint"]
-        asked = "from kernels.fingerprint import fingerprint; print(fingerprint())"
-        now = house.process([sys.executable, "-c", asked]).communicate()[0].strip()
-        assert held == now
+        assert held == house.ask("from kernels.fingerprint import fingerprint; print(fingerprint())")
         assert said.count("Measuring shard") == SHARDS
         assert house.content() == house.hash  # the edit changes no number
     finally:
         kernel.write_text(before)
 
 
+FOLDER = "from kernels.fingerprint import cache_folder; print(cache_folder())"
+COMPILE = f"from sweeps import systems; systems.resolve('rigid_body').compile(); {FOLDER}"
+HASH = "import sweeps; print(sweeps.survey('broken.yaml').attrs['content_hash'])"
+ANOTHER = "nehalem"  # a processor that every other of its kind can stand for
+
+
+def compiled_of_an_edit(house, **settings):
+    """The folder of compiled kernels that measure wrong rates; no file but measure.py says so."""
+    kernel = house.folder / "kernels/measure.py"
+    before = kernel.read_text()
+    kernel.write_text(before.replace("4.0 * angle * angle", "5.0 * angle * angle"))
+    try:
+        return Path(house.ask(COMPILE, **settings))
+    finally:
+        kernel.write_text(before)
+
+
+def make_older(index):
+    content = BytesIO(index.read_bytes())
+    assert pickle.load(content) == numba.__version__
+    index.write_bytes(pickle.dumps("0.50.0") + content.read())
+
+
+@pytest.mark.parametrize("stale", ["version", "processor"])
+def test_stale_compiled_code_in_our_place_is_not_run(house, stale):
+    if stale == "processor" and platform.machine() != "x86_64":
+        pytest.skip("the processor that is named here is none of this machine's kind")
+    wrong = compiled_of_an_edit(house, **({"NUMBA_CPU_NAME": ANOTHER} if stale == "processor" else {}))
+    ours = Path(house.ask(FOLDER))
+    assert wrong != ours  # another processor or an edit has a folder of its own; what if it came to lie in ours?
+    kept = ours.rename(ours.with_name("kept"))
+    try:
+        wrong.rename(ours)
+        (ours / "compiled").write_text("another fingerprint\n")
+        if stale == "version":
+            assert house.ask(HASH) != house.hash  # as it lies there, it is run
+            for index in ours.rglob("*.nbi"):
+                make_older(index)
+        status, said = house.run()
+        assert status == 0, said
+        assert_words(said)
+        assert_whole(house)
+    finally:
+        shutil.rmtree(ours)
+        kept.rename(ours)
+
+
 def test_a_damaged_compiler_cache_is_not_believed(house):
-    """What another version, another processor or a kill may leave in the cache: halves, nothing, noise."""
+    """What a failing disk may leave in the cache: halves, nothing, noise."""
     files = sorted((house.folder / ".cache").rglob("*.nb[ic]"))
     assert len(files) > 10
     rng = random.Random(5)

@@ -101,6 +101,22 @@ def test_an_edited_kernel_runs_the_sweep_again(made):
 
 
 @pytest.mark.slow
+def test_a_map_that_is_missing_is_made_where_the_compiling_rule_was_edited(made):
+    workflow, path = made / "Snakefile", made / "results/tiny/stability_map.nc"
+    before, kept = workflow.read_text(), path.rename(path.with_suffix(".kept"))
+    workflow.write_text(before.replace("python -m sweeps compile ", "python  -m sweeps compile "))
+    try:
+        planned = snakemake(made, "-n", "--", "results/tiny/stability_map.nc")
+    finally:
+        workflow.write_text(before)
+        kept.rename(path)
+    said = planned.stdout + planned.stderr
+    assert planned.returncode == 0
+    assert "Merging the shards of tiny" in said
+    assert "Compiling the kernels" not in said
+
+
+@pytest.mark.slow
 def test_an_edited_definition_runs_its_sweep_again(made):
     definition = made / "own.json"
     before = definition.read_text()

@@ -29,7 +29,7 @@ def _run(args):
 
     from sweeps import progress, shards, systems, warmup
 
-    warmup.mend_cache(systems.resolve(planned.definition.system))
+    warmup.compile_missing(systems.resolve(planned.definition.system))
     start, stop = Grid(planned.definition).shard_bounds(args.count)[args.number - 1]
     with progress.points(stop - start, f"shard {args.number} of {args.count}") as advance:
         shards.write_shard(planned.definition, args.number, args.count, args.output, args.threads, advance)
