@@ -1,0 +1,123 @@
+"""Copies of the sources in which the workflow runs, is broken off, and runs again."""
+
+import os
+import shutil
+import subprocess
+import sys
+import time
+
+import psutil
+from test_workflow import copied
+
+import sweeps
+from sweeps import verify
+
+SHARDS = 6
+TEXT = """\
+title: A sweep to be broken off
+grid:
+  I1: {start: 0.5, stop: 1.5, num: 20}
+  I2: {start: 0.5, stop: 1.5, num: 20}
+  I3: [0.8, 1.0]
+  omega0: [1.0, -10.0]
+shards: %d
+"""
+TARGET = "results/broken/stability_map.nc"
+PATIENCE = 600.0  # s until what must come has come, on however slow a machine
+
+
+class House:
+    """A copy of the sources with results and a compiler cache of its own."""
+
+    def __init__(self, folder):
+        self.folder = copied(folder.resolve())
+        self.define()
+        self.map = self.folder / TARGET
+        self.shards = self.folder / "results/broken/shards"
+        self.environment = {**os.environ, "XDG_CACHE_HOME": str(self.folder / ".cache")}
+        self.environment.pop("NUMBA_CACHE_DIR", None)
+
+    def define(self, shards=SHARDS):
+        """Writes the definition anew; into how many shards the work is cut changes no number."""
+        (self.folder / "broken.yaml").write_text(TEXT % shards)
+
+    def start(self, said=None, *options):
+        """The workflow, not waited for; what it says goes to the file `said`, or is kept for communicate()."""
+        command = [sys.executable, "-m", "snakemake", *(options or ("--cores", "2"))]
+        return self.process([*command, "--config", "definition=broken.yaml", "--", TARGET], said)
+
+    def process(self, command, said=None):
+        output = subprocess.PIPE if said is None else said.open("w")
+        try:
+            return subprocess.Popen(
+                command,
+                cwd=self.folder,
+                env=self.environment,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                text=True,
+            )
+        finally:
+            if said is not None:
+                output.close()
+
+    def run(self):
+        """The workflow to its end: (exit status, what it said)."""
+        process = self.start()
+        said, _ = process.communicate()
+        return process.returncode, said
+
+    def ask(self, code, **settings):
+        """What Python code prints in this house."""
+        command, environment = [sys.executable, "-c", code], {**self.environment, **settings}
+        answer = subprocess.run(command, cwd=self.folder, env=environment, capture_output=True, text=True, check=False)
+        assert answer.returncode == 0, answer.stderr
+        return answer.stdout.strip()
+
+    def clear(self):
+        shutil.rmtree(self.folder / "results", ignore_errors=True)
+
+    def finished(self):
+        """Numbers of the finished shards."""
+        return [path.name.partition("-")[0] for path in self.shards.glob("[0-9]*.nc")]
+
+    def content(self):
+        with sweeps.open_map(self.map) as ds:
+            return ds.attrs["content_hash"]
+
+    def until_shards(self, process, count):
+        wait_for(lambda: len(list(self.shards.glob("[0-9]*.nc"))) >= count, process)
+
+    def orphans(self):
+        """Processes that work in this house."""
+        found = []
+        for process in psutil.process_iter():
+            try:
+                if process.cwd() == str(self.folder) and process.pid != os.getpid():
+                    found.append(process)
+            except psutil.Error:
+                continue
+        return found
+
+    def settle(self):
+        """Waits for what killed runs have left running."""
+        _, alive = psutil.wait_procs(self.orphans(), timeout=PATIENCE)
+        assert not alive
+
+
+def wait_for(condition, process=None):
+    end = time.monotonic() + PATIENCE
+    while not (found := condition()):
+        if process is not None and process.poll() is not None:
+            return None
+        assert time.monotonic() < end
+        time.sleep(0.02)
+    return found
+
+
+def assert_whole(house):
+    """The map of the undisturbed run, and nothing beside it that a killed process has left."""
+    assert house.content() == house.hash
+    assert [check for check in verify.verify(house.map, points=20, any_kernels=True) if check.findings] == []
+    assert not list(house.folder.glob("results/broken/**/.*.part"))
+    assert not list(house.shards.glob("[0-9]*.nc"))
