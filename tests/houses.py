@@ -69,9 +69,17 @@ class House:
 
     def ask(self, code, **settings):
         """What Python code prints in this house."""
-        command, environment = [sys.executable, "-c", code], {**self.environment, **settings}
+        return self._printed(["-c", code], settings)
+
+    def command(self, *words):
+        """What a command of `python -m sweeps` prints in this house."""
+        return self._printed(["-m", "sweeps", *words], {})
+
+    def _printed(self, arguments, settings):
+        command, environment = [sys.executable, *arguments], {**self.environment, **settings}
         answer = subprocess.run(command, cwd=self.folder, env=environment, capture_output=True, text=True, check=False)
         assert answer.returncode == 0, answer.stderr
+        assert "Traceback" not in answer.stderr
         return answer.stdout.strip()
 
     def clear(self):

@@ -18,7 +18,7 @@ import numba
 import numpy as np
 import psutil
 import pytest
-from houses import SHARDS, assert_whole, wait_for
+from houses import SHARDS, TARGET, assert_whole, wait_for
 
 import sweeps
 
@@ -340,6 +340,32 @@ def test_a_damaged_compiler_cache_is_not_believed(house):
     status, said = house.run()
     assert status == 0, said
     assert_whole(house)
+
+
+COMMANDS = [
+    f"verify {TARGET} --points 20",
+    f"point {TARGET} --axis 2 --I1 0.7 --I2 0.9 --I3 1 --omega0 1 --trajectory results/motion.csv",
+    "body racket",
+    f"figures {TARGET} -o results/figures",
+    f"report {TARGET} -o results/report.html",
+]
+
+
+def test_a_bit_that_flips_in_compiled_code_is_never_run(house):
+    """Wherever kernels are called: in every command that does, and in Python."""
+    status, said = house.run()
+    assert status == 0, said
+    calls = [lambda line=line: house.command(*line.split()) for line in COMMANDS]
+    rng = random.Random(6)
+    for call in [*calls, lambda: house.ask(HASH)]:
+        sound, motion = call(), house.folder / "results/motion.csv"
+        moved = motion.read_bytes() if motion.exists() else b""
+        for code in (house.folder / ".cache").rglob("*.nbc"):
+            content = bytearray(code.read_bytes())
+            content[rng.randrange(len(content))] ^= 1 << rng.randrange(8)
+            code.write_bytes(content)
+        assert call() == sound
+        assert (motion.read_bytes() if motion.exists() else b"") == moved
 
 
 def test_values_of_the_undisturbed_run_are_those_of_a_call(house):
