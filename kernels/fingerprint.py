@@ -97,4 +97,4 @@ def use_cache() -> None:
     os.environ["NUMBA_CACHE_DIR"] = str(folder)
     if "numba" in sys.modules:
         sys.modules["numba"].config.CACHE_DIR = str(folder)
-    stored.remove_damaged(folder)
+    stored.watch(folder)

@@ -1,12 +1,14 @@
 """Is the compiled code on the disk what was stored there? Numba does not look: it would run it, or fail.
 
-A ledger in the cache's folder keeps the checksum of every file of the cache that has been seen. It is compared
-whenever ``kernels`` is imported, before Numba reads anything.
+A ledger in the cache's folder keeps the checksum of every file of the cache. It is compared whenever ``kernels`` is
+imported, before Numba reads anything, and added to when a process that has compiled something ends.
 """
 
+import atexit
 import json
 import os
 import pickle
+import sys
 import tempfile
 import zlib
 from collections.abc import Iterator
@@ -22,6 +24,12 @@ except ImportError:  # there is none on Windows
 
 LEDGER = "checksums.json"
 GONE = None  # in the place of a checksum: was damaged and removed, and has not been made again
+
+
+def watch(folder: Path) -> None:
+    """Removes what has changed on the disk, now; notes what Numba stores, when this process ends."""
+    remove_damaged(folder)
+    atexit.register(lambda: "numba" in sys.modules and remove_damaged(folder))
 
 
 def remove_damaged(folder: Path) -> None:
