@@ -329,7 +329,7 @@ def test_stale_compiled_code_in_our_place_is_not_run(house, stale):
 
 def test_a_damaged_compiler_cache_is_not_believed(house):
     """What a failing disk may leave in the cache: halves, nothing, noise."""
-    files = sorted((house.folder / ".cache").rglob("*.nb[ic]"))
+    files = sorted(Path(house.ask(FOLDER)).rglob("*.nb[ic]"))
     assert len(files) > 10
     rng = random.Random(5)
     for path in files:
@@ -358,7 +358,7 @@ def test_a_bit_that_flips_in_compiled_code_is_never_run(house):
     for call in [*calls, lambda: house.ask(HASH)]:
         sound, motion = call(), house.folder / "results/motion.csv"
         moved = motion.read_bytes() if motion.exists() else b""
-        for code in (house.folder / ".cache").rglob("*.nbc"):
+        for code in Path(house.ask(FOLDER)).rglob("*.nbc"):
             content = bytearray(code.read_bytes())
             content[rng.randrange(len(content))] ^= 1 << rng.randrange(8)
             code.write_bytes(content)
