@@ -143,7 +143,7 @@ def _advance_near_12(S, steps):
 
 @njit(**OPTIONS)
 def advance(S, order, steps):
-    """Advance every lane by a sample interval: by Taylor steps (near ones if the order is negative) or an exact step."""
+    """Advance every lane by one sample interval: Taylor steps (near ones if the order is negative) or an exact one."""
     if order == -8:
         _advance_near_8(S, steps)
     elif order == -10:
