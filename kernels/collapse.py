@@ -17,7 +17,7 @@ from numba import njit
 from kernels import rigid_body
 from kernels.rigid_body import INLINE, OPTIONS
 
-FREE = -1
+FREE = np.int32(-1)
 
 
 @njit(**INLINE)
@@ -37,8 +37,8 @@ def _hash(x, y, z, u, v):
 
 
 @njit(nogil=True, **OPTIONS)
-def representatives(I1, I2, I3, axis, omega0, epsilon, phase):
-    """The first point of the same motion, for each point; a point that is no number stands for itself.
+def distinct(I1, I2, I3, axis, omega0, epsilon, phase):
+    """The distinct motions of points, and the motion of each point; one that is no number has a motion of its own.
 
     Parameters
     ----------
@@ -47,32 +47,43 @@ def representatives(I1, I2, I3, axis, omega0, epsilon, phase):
 
     Returns
     -------
-    numpy.ndarray of int64, shape (n,)
-        Number of a point, its own or a smaller one.
+    first : numpy.ndarray of int64, shape (m,)
+        The first point of each motion, in ascending order.
+    motion : numpy.ndarray of int32, shape (n,)
+        The number of each point's motion, 0 to m - 1.
     """
     n = I1.size
     room = 1
     while room < 2 * n:
         room *= 2
-    table, keys = np.full(room, FREE), np.empty((n, 5))
-    first = np.empty(n, dtype=np.int64)
+    table, keys = np.full(room, FREE, dtype=np.int32), np.empty((n, 5))
+    first, motion = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int32)
+    count, last = 0, FREE
     for i in range(n):
         Ia, Ib, Ic = rigid_body.relabel(I1[i], I2[i], I3[i], axis[i])
-        keys[i, 0], keys[i, 1], keys[i, 2] = Ia / Ic, Ib / Ic, epsilon[i]
-        keys[i, 3], keys[i, 4] = phase[i], 1.0 if omega0[i] > 0.0 else -1.0
-        first[i] = i
-        if not math.isfinite(keys[i, 0] + keys[i, 1] + keys[i, 2] + keys[i, 3] + omega0[i]):
-            continue
-        slot = np.int64(_hash(keys[i, 0], keys[i, 1], keys[i, 2], keys[i, 3], keys[i, 4]) & np.uint64(room - 1))
-        while table[slot] != FREE:
-            other = table[slot]
-            same = True
-            for j in range(5):
-                same &= keys[i, j] == keys[other, j]
-            if same:
-                first[i] = other
-                break
-            slot = (slot + 1) & (room - 1)
-        if first[i] == i:
-            table[slot] = i
-    return first
+        key = (Ia / Ic, Ib / Ic, epsilon[i], phase[i], 1.0 if omega0[i] > 0.0 else -1.0)
+        known = FREE
+        if math.isfinite(key[0] + key[1] + key[2] + key[3] + omega0[i]):
+            # in most grids a point differs from the one before by its spin rate alone
+            if last != FREE and _is_same(keys, last, key):
+                known = last
+            else:
+                slot = np.int64(_hash(*key) & np.uint64(room - 1))
+                while table[slot] != FREE and not _is_same(keys, table[slot], key):
+                    slot = (slot + 1) & (room - 1)
+                known = table[slot]
+                if known == FREE:
+                    table[slot] = count
+        if known == FREE:
+            known = np.int32(count)
+            first[known] = i
+            keys[known, 0], keys[known, 1], keys[known, 2], keys[known, 3], keys[known, 4] = key
+            count += 1
+        motion[i] = last = known
+    return first[:count].copy(), motion
+
+
+@njit(**INLINE)
+def _is_same(keys, number, key):
+    same = (keys[number, 0] == key[0]) & (keys[number, 1] == key[1]) & (keys[number, 2] == key[2])
+    return same & (keys[number, 3] == key[3]) & (keys[number, 4] == key[4])

@@ -348,8 +348,8 @@ def theory(points):
 
 def motions(points):
     """Number of distinct motions among points: see :mod:`kernels.collapse`."""
-    first = collapse.representatives(*_point_arrays(points))
-    return int(np.count_nonzero(first == np.arange(first.size)))
+    first, _ = collapse.distinct(*_point_arrays(points))
+    return first.size
 
 
 def collapsed(points, *settings, **options):
@@ -360,15 +360,12 @@ def collapsed(points, *settings, **options):
     rounding of the two ratios.
     """
     I1, I2, I3, axis, omega0, epsilon, phase = arrays = _point_arrays(points)
-    first = collapse.representatives(*arrays)
-    own = np.flatnonzero(first == np.arange(first.size))
-    place = np.empty(first.size, dtype=np.int32)
-    place[own] = np.arange(own.size)
-    a, b, c = (moments[own] for moments in linear.seen_from(I1, I2, I3, axis))
-    motion = {"I1": a / c, "I2": b / c, "I3": 1.0, "axis": 1, "omega0": np.sign(omega0[own])}
-    columns = measured(motion | {"epsilon": epsilon[own], "phase": phase[own]}, *settings, **options)
-    at, spin = place[first], np.abs(omega0)
-    return {name: _expanded(column, at, spin, POWERS.get(name, 0)) for name, column in columns.items()}
+    first, motion = collapse.distinct(*arrays)
+    a, b, c = (moments[first] for moments in linear.seen_from(I1, I2, I3, axis))
+    scaled = {"I1": a / c, "I2": b / c, "I3": 1.0, "axis": 1, "omega0": np.sign(omega0[first])}
+    columns = measured(scaled | {"epsilon": epsilon[first], "phase": phase[first]}, *settings, **options)
+    spin = np.abs(omega0)
+    return {name: _expanded(column, motion, spin, POWERS.get(name, 0)) for name, column in columns.items()}
 
 
 @njit(nogil=True, **OPTIONS)
