@@ -1,8 +1,8 @@
 r"""The batch: a block of points in, a block of columns out, and nothing kept that is not a column.
 
-Points that need equally many steps of one order are followed together, W at a time (:mod:`kernels.lanes`); among them
-those of like growth stand together, so that a block ends when its last window closes. The last block of each kind is
-padded with copies of its last point. None of that changes a bit of any point.
+Points are taken a tile at a time. Those of it that need equally many steps of one order are followed together, W at a
+time (:mod:`kernels.lanes`); among them those of like growth stand together, so that a block ends when its last window
+closes. The last block of each kind is padded with copies of its last point. None of that changes a bit of any point.
 
 *Blind.* The length of the run, the spacing and the number of steps come from max|c_i|, a bound on every possible rate;
 what is written here as measured comes from samples. Linear theory decides in which order points are taken, and no
@@ -20,6 +20,7 @@ from kernels.rigid_body import OPTIONS
 
 OK, SHORT_WINDOW, NOT_CONVERGED, NON_FINITE = range(4)
 
+TILE = 4096  # points that are planned, sorted and measured together: their columns stay in a core's own cache
 LEVELS = 16  # of growth, by which points of one kind are sorted
 UNIT_ROUNDING = float(np.finfo(np.float64).eps)
 
@@ -155,7 +156,7 @@ def _status(S, lane, rate2, growth, certified, tolerance):
 
 @njit(**OPTIONS)
 def _unload(S, lane, spin, certified, invariants, logged, tolerance, out, i):
-    """Turn one lane's sums into the columns of point i, in units of s; spin is |omega0| or NaN."""
+    """Turn one lane's sums into column i, in units of s; spin is |omega0| or NaN."""
     used, spacing = S[lanes.USED + lane], S[lanes.SPACING + lane]
     rate2, stderr = measure.estimate(
         S[lanes.GUESS + lane], S[lanes.RX + lane], S[lanes.RR + lane], S[lanes.XX + lane], used - 2.0, spacing
@@ -199,7 +200,10 @@ def _unload_log_slope(S, lane, spin, unstable, out, i):
 
 @njit(nogil=True, **OPTIONS)
 def _run(I1, I2, I3, axis, omega0, epsilon, phase, plan, blocks, intervals, tolerance, wanted, out):
-    """Integrate and measure block after block: order[starts[j]:starts[j + 1]] are the points of block j."""
+    """Integrate and measure block after block: order[starts[j]:starts[j + 1]] are the points of block j.
+
+    Column k of ``out`` belongs to point order[k].
+    """
     spacings, orders, steps = plan
     order, starts = blocks
     certified, invariants, logged = wanted
@@ -220,7 +224,7 @@ def _run(I1, I2, I3, axis, omega0, epsilon, phase, plan, blocks, intervals, tole
         for lane in range(count):
             i = order[first + lane]
             spin = abs(omega0[i]) if math.isfinite(omega0[i]) and omega0[i] != 0.0 else math.nan
-            _unload(S, lane, spin, certified, invariants, logged, tolerance, out, i)
+            _unload(S, lane, spin, certified, invariants, logged, tolerance, out, first + lane)
 
 
 @njit(nogil=True, **OPTIONS)
@@ -243,6 +247,30 @@ def _blocks(keys):
         order[position[keys[i]]] = i
         position[keys[i]] += 1
     return order, np.array(starts)
+
+
+@njit(nogil=True, **OPTIONS)
+def _measure(arrays, spacing, intervals, tolerance, exactly, groups, rows, out):
+    """Measure tile after tile into those rows of ``out`` that are marked; the others are left as they are."""
+    I1, I2, I3, axis, omega0, epsilon, phase = arrays
+    room = min(I1.size, TILE)
+    spacings, orders, steps = np.empty(room), np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64)
+    keys, made = np.empty(room, dtype=np.int64), np.empty((rows.size, room))
+    for low in range(0, I1.size, TILE):
+        size = min(I1.size - low, TILE)
+        part = slice(low, low + size)
+        bodies, nudge = (I1[part], I2[part], I3[part], axis[part]), epsilon[part]
+        _plan(*bodies, nudge, spacing, intervals, tolerance, spacings, orders, steps, keys)
+        if exactly:
+            keys[:size] %= LEVELS
+            orders[:], steps[:] = lanes.EXACT, 1
+        order, starts = _blocks(keys[:size])
+        plan = (spacings, orders, steps)
+        _run(*bodies, omega0[part], nudge, phase[part], plan, (order, starts), intervals, tolerance, groups, made)
+        for row in range(rows.size):
+            if rows[row]:
+                for k in range(size):
+                    out[row, low + order[k]] = made[row, k]
 
 
 def _point_arrays(points):
@@ -283,19 +311,13 @@ def measured(points, rotations, samples_per_rotation, tolerance, propagator="dir
         NaN where missing, -1 for a regime that could not be measured. Nothing is checked and nothing raised.
     """
     arrays = _point_arrays(points)
-    I1, I2, I3, axis, _, epsilon, _ = arrays
-    n, intervals = I1.size, round(rotations * samples_per_rotation)
-    spacings, out = np.empty(n), np.empty((len(MEASURED), n))
-    orders, steps, keys = np.empty((3, n), dtype=np.int64)
-    if n:
-        spacing = 2.0 * np.pi / samples_per_rotation
-        _plan(I1, I2, I3, axis, epsilon, spacing, intervals, tolerance, spacings, orders, steps, keys)
-        if propagator == "exact":
-            keys %= LEVELS
-            orders[:], steps[:] = lanes.EXACT, 1
-        certified = propagator == "direct" and "propagation_error" in wanted
-        groups = (certified, any(name in wanted for name in DRIFTS), any(name in wanted for name in LOGGED))
-        _run(*arrays, (spacings, orders, steps), _blocks(keys), intervals, tolerance, groups, out)
+    n, intervals = arrays[0].size, round(rotations * samples_per_rotation)
+    needed = {"omega_squared", "status"} if nonlinear else set()
+    rows, out = np.array([name in wanted or name in needed for name in MEASURED]), np.empty((len(MEASURED), n))
+    certified = propagator == "direct" and "propagation_error" in wanted
+    groups = (certified, any(name in wanted for name in DRIFTS), any(name in wanted for name in LOGGED))
+    spacing = 2.0 * np.pi / samples_per_rotation
+    _measure(arrays, spacing, intervals, tolerance, propagator == "exact", groups, rows, out)
     columns = _nonlinear(arrays, out, tolerance) if nonlinear else {}
     return columns | {
         name: column.astype(INTEGERS[name]) if name in INTEGERS else column

@@ -16,7 +16,7 @@ import h5py
 import netCDF4
 import numpy as np
 
-from sweeps import systems
+from sweeps import memory, systems
 from sweeps.chunkfile import UNREADABLE, ChunkFile, define, written
 from sweeps.chunks import Chunks
 from sweeps.columns import columns
@@ -123,6 +123,7 @@ def write_shard(
         threads: threads for the kernel.
         progress: called with the number of points after each block.
     """
+    memory.keep_freed()
     grid = Grid(definition)
     start, stop = grid.shard_bounds(count)[number - 1]
     chunks, variables = Chunks(grid.shape), _variables(definition)

@@ -15,7 +15,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from kernels import survey
-from sweeps import catalogue
+from sweeps import catalogue, memory
 from sweeps.definition import load
 from sweeps.grid import Grid
 
@@ -81,6 +81,7 @@ def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--tiny", action="store_true", help="a few points and two rounds: does it run")
     tiny = parser.parse_args(arguments).tiny
+    memory.keep_freed()  # as for a shard
     definition = load(catalogue.shipped()[catalogue.DEFAULT])
     grid, run = Grid(definition), definition.integration
     points = grid.points(0, 2000 if tiny else grid.size)
