@@ -300,7 +300,7 @@ def test_extreme_common_scales_keep_the_sign(scale, ratios):
 
 
 def test_any_split_and_order_gives_the_same_bits():
-    points = bodies(300, seed=4)
+    points = bodies(2 * survey.TILE + 300, seed=4)
     n = points["I1"].size
     whole = survey.survey(points, *SETTINGS)
     for pieces in (3, 7):
