@@ -286,15 +286,17 @@ def follow(S, order, steps, intervals, certified, invariants, logged):
         begin_exact(S)
     if invariants:
         begin_invariants(S)
+    opened = True
     for k in range(1, intervals + 1):
         advance(S, order, steps)
         if k == 2:
             guess(S)
-        sample(S, k >= 2)
-        if certified:
-            certify(S)
-        if invariants:
-            watch_invariants(S)
+        if opened:  # else every window has closed but the log slope's
+            sample(S, k >= 2)
+            if certified:
+                certify(S)
+            if invariants:
+                watch_invariants(S)
         opened, logging = watch(S)
         if logged and logging:
             log_sample(S, float(k))
