@@ -87,58 +87,42 @@ def begin_invariants(S):
         S[J0 + lane], S[JS + lane] = J, scale
 
 
-@njit(**OPTIONS)
-def _advance_8(S, steps):
-    for _ in range(steps):
-        for lane in range(W):
-            S[A + lane], S[B + lane], S[C + lane] = direct.step_8(
-                S[A + lane], S[B + lane], S[C + lane], S[KA + lane], S[KB + lane], S[KC + lane]
-            )
+def _advance_of(order, near):
+    """Steps of one kind for all lanes; the branches are decided when it is compiled."""
+
+    @njit(**OPTIONS)
+    def advance(S, steps):
+        for _ in range(steps):
+            for lane in range(W):
+                a, b, c = S[A + lane], S[B + lane], S[C + lane]
+                ka, kb, kc = S[KA + lane], S[KB + lane], S[KC + lane]
+                if order == 8 and near:
+                    a, b, c = direct.near_step_8(a, b, c, ka, kb, kc)
+                elif order == 10 and near:
+                    a, b, c = direct.near_step_10(a, b, c, ka, kb, kc)
+                elif order == 12 and near:
+                    a, b, c = direct.near_step_12(a, b, c, ka, kb, kc)
+                elif order == 8:
+                    a, b, c = direct.step_8(a, b, c, ka, kb, kc)
+                elif order == 10:
+                    a, b, c = direct.step_10(a, b, c, ka, kb, kc)
+                else:
+                    a, b, c = direct.step_12(a, b, c, ka, kb, kc)
+                S[A + lane], S[B + lane], S[C + lane] = a, b, c
+
+    return advance
+
+
+_advance_8, _advance_10, _advance_12 = (_advance_of(order, False) for order in direct.ORDERS)
+_advance_near_8, _advance_near_10, _advance_near_12 = (_advance_of(order, True) for order in direct.ORDERS)
 
 
 @njit(**OPTIONS)
-def _advance_10(S, steps):
-    for _ in range(steps):
-        for lane in range(W):
-            S[A + lane], S[B + lane], S[C + lane] = direct.step_10(
-                S[A + lane], S[B + lane], S[C + lane], S[KA + lane], S[KB + lane], S[KC + lane]
-            )
-
-
-@njit(**OPTIONS)
-def _advance_12(S, steps):
-    for _ in range(steps):
-        for lane in range(W):
-            S[A + lane], S[B + lane], S[C + lane] = direct.step_12(
-                S[A + lane], S[B + lane], S[C + lane], S[KA + lane], S[KB + lane], S[KC + lane]
-            )
-
-
-@njit(**OPTIONS)
-def _advance_near_8(S, steps):
-    for _ in range(steps):
-        for lane in range(W):
-            S[A + lane], S[B + lane], S[C + lane] = direct.near_step_8(
-                S[A + lane], S[B + lane], S[C + lane], S[KA + lane], S[KB + lane], S[KC + lane]
-            )
-
-
-@njit(**OPTIONS)
-def _advance_near_10(S, steps):
-    for _ in range(steps):
-        for lane in range(W):
-            S[A + lane], S[B + lane], S[C + lane] = direct.near_step_10(
-                S[A + lane], S[B + lane], S[C + lane], S[KA + lane], S[KB + lane], S[KC + lane]
-            )
-
-
-@njit(**OPTIONS)
-def _advance_near_12(S, steps):
-    for _ in range(steps):
-        for lane in range(W):
-            S[A + lane], S[B + lane], S[C + lane] = direct.near_step_12(
-                S[A + lane], S[B + lane], S[C + lane], S[KA + lane], S[KB + lane], S[KC + lane]
-            )
+def _advance_exact(S):
+    for lane in range(W):
+        S[A + lane], S[B + lane], S[C + lane] = exact.step(
+            S[A + lane], S[B + lane], S[C + lane], S[QA + lane], S[QB + lane], S[QC + lane]
+        )
 
 
 @njit(**OPTIONS)
@@ -158,14 +142,6 @@ def advance(S, order, steps):
         _advance_12(S, steps)
     else:
         _advance_exact(S)
-
-
-@njit(**OPTIONS)
-def _advance_exact(S):
-    for lane in range(W):
-        S[A + lane], S[B + lane], S[C + lane] = exact.step(
-            S[A + lane], S[B + lane], S[C + lane], S[QA + lane], S[QB + lane], S[QC + lane]
-        )
 
 
 @njit(**OPTIONS)
