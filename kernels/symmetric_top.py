@@ -221,26 +221,23 @@ def _tangents(a, b, c, p, q, r):
     return (b * b + c * c) / (a * a), (q / p) * (q / p) + (r / p) * (r / p), x * x + (y * y + z * z)
 
 
-@njit(**OPTIONS)
-def _advance_omega(S, steps):
-    """Advance omega of every lane by one sample interval."""
-    for _ in range(steps):
-        for lane in range(W):
-            a, b, c = direct.step_10(S[A + lane], S[B + lane], S[C + lane], S[KA + lane], S[KB + lane], S[KC + lane])
-            S[A + lane] = a
-            S[B + lane] = b
-            S[C + lane] = c
+def _advance_of(A, B, C, KA, KB, KC):
+    """Steps of those rows in every lane, over one sample interval."""
+
+    @njit(**OPTIONS)
+    def advance(S, steps):
+        for _ in range(steps):
+            for lane in range(W):
+                a, b, c = S[A + lane], S[B + lane], S[C + lane]
+                S[A + lane], S[B + lane], S[C + lane] = direct.step_10(
+                    a, b, c, S[KA + lane], S[KB + lane], S[KC + lane]
+                )
+
+    return advance
 
 
-@njit(**OPTIONS)
-def _advance_momentum(S, steps):
-    """Advance L of every lane by one sample interval."""
-    for _ in range(steps):
-        for lane in range(W):
-            p, q, r = direct.step_10(S[P + lane], S[Q + lane], S[R + lane], S[KP + lane], S[KQ + lane], S[KR + lane])
-            S[P + lane] = p
-            S[Q + lane] = q
-            S[R + lane] = r
+_advance_omega = _advance_of(A, B, C, KA, KB, KC)
+_advance_momentum = _advance_of(P, Q, R, KP, KQ, KR)
 
 
 @njit(**OPTIONS)
