@@ -383,7 +383,7 @@ def collapsed(points, *settings, **options):
     """
     I1, I2, I3, axis, omega0, epsilon, phase = arrays = _point_arrays(points)
     first, motion = collapse.distinct(*arrays)
-    a, b, c = (moments[first] for moments in linear.seen_from(I1, I2, I3, axis))
+    a, b, c = linear.seen_from(I1[first], I2[first], I3[first], axis[first])
     scaled = {"I1": a / c, "I2": b / c, "I3": 1.0, "axis": 1, "omega0": np.sign(omega0[first])}
     columns = measured(scaled | {"epsilon": epsilon[first], "phase": phase[first]}, *settings, **options)
     spin = np.abs(omega0)
