@@ -8,6 +8,7 @@ import xarray as xr
 
 CERTIFICATES = ("_error", "_drift")  # endings of the names of what should be zero
 REFERENCES = ("_theory", "_exact")  # endings of the names of what a variable is compared with
+MARGINAL = "marginal"  # a point whose rate is nothing but rounding, and has no relative deviation
 LEAST_DECADE, MOST_DECADE, PER_DECADE = -18, 4, 10  # bins of a relative deviation
 
 
@@ -43,7 +44,7 @@ class Agreement:
 
     @property
     def total(self) -> int:
-        """Points compared: both are numbers and the reference is not zero."""
+        """Points compared: both are numbers, the reference is not zero, and the point is not marginal."""
         return self.equal + int(self.counts.sum())
 
     def quantile(self, share: float) -> float:
@@ -78,6 +79,7 @@ class Summary:
             for r, n in pairs
             if r in self._flags and n in self._flags
         }
+        self._marginal = [(n, v) for _, n in self.confusion for v, word in self._flags[n].items() if word == MARGINAL]
         floats = {name for name, variable in ds.data_vars.items() if variable.dtype.kind == "f"}
         self.worst = {n: Worst(n) for n in ds.data_vars if n in floats and n.endswith(CERTIFICATES)}
         self.agreements = {(r, n): Agreement(n, r) for r, n in pairs if {r, n} <= floats}
@@ -94,8 +96,11 @@ class Summary:
             table += _table(whole[reference], self._flags[reference], whole[name], self._flags[name])
         for name, worst in self.worst.items():
             _raise(worst, whole[name], box)
+        clear = np.ones(shape, dtype=bool)
+        for name, value in self._marginal:
+            clear &= whole[name] != value
         for (reference, name), agreement in self.agreements.items():
-            _compare(agreement, whole[name], whole[reference], whole.get(f"{name}_stderr"))
+            _compare(agreement, clear, whole[name], whole[reference], whole.get(f"{name}_stderr"))
 
 
 def flags(variable: xr.DataArray) -> dict[int, str]:
@@ -121,8 +126,8 @@ def _raise(worst: Worst, values: np.ndarray, box: Mapping[str, slice]) -> None:
         worst.at = {dim: s.start + int(i) for (dim, s), i in zip(box.items(), place, strict=True)}
 
 
-def _compare(agreement: Agreement, values, reference, stderr) -> None:
-    known = np.isfinite(values) & np.isfinite(reference) & (reference != 0.0)
+def _compare(agreement: Agreement, clear, values, reference, stderr) -> None:
+    known = clear & np.isfinite(values) & np.isfinite(reference) & (reference != 0.0)
     values, reference = values[known], reference[known]
     gap = np.abs(values - reference)
     with np.errstate(over="ignore"):

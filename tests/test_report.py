@@ -226,6 +226,17 @@ def test_deviations_from_theory_are_those_of_the_map(plane):
     assert agreement.within == inside.sum()
 
 
+def test_a_marginal_points_deviation_does_not_count():
+    ds = oscillator()
+    theory = ds.omega_squared_theory.copy()
+    theory[1, 0, 0, 0] = 1e-25  # nothing but rounding on either side
+    summary, _, _ = report._gather(ds.assign(omega_squared_theory=theory))
+    agreement = summary.agreements["omega_squared_theory", "omega_squared"]
+    assert int(ds.regime[1, 0, 0, 0]) == 2
+    assert agreement.total == int(np.isfinite(ds.omega_squared).sum()) - 1
+    assert agreement.worst < 1.0
+
+
 def test_the_command_writes_the_report_of_a_file(plane_path, folder, capsys):
     assert main(["report", str(folder / "plane.nc"), "-o", str(folder / "sub" / "again.html")]) == 0
     assert (folder / "sub" / "again.html").read_bytes() == plane_path.read_bytes()
