@@ -43,11 +43,6 @@ class Chunks:
         """Number of values that a chunk has room for."""
         return math.prod(self.shape)
 
-    @property
-    def count(self) -> int:
-        """Number of chunks."""
-        return math.prod(self._along)
-
     def bounds(self, number: int) -> tuple[int, int]:
         """First value of a chunk, and the one after its last, as numbers in C order."""
         line, part = divmod(number, self._parts)
@@ -74,11 +69,6 @@ class Chunks:
             number, place = divmod(number, parts)
             index.append(place * length)
         return tuple(reversed(index))
-
-    def box(self, number: int) -> tuple[slice, ...]:
-        """The indices that a chunk holds."""
-        lengths = zip(self.offset(number), self.shape, self.array, strict=True)
-        return tuple(slice(at, min(at + length, size)) for at, length, size in lengths)
 
     @cached_property
     def _along(self) -> tuple[int, ...]:

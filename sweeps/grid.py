@@ -19,8 +19,6 @@ from sweeps.values import MAX_SHARDS
 
 SHARD_SECONDS = 10  # a file and a job cost a second or so: a shard is worth ten of work
 
-Box = tuple[tuple[slice, ...], int, int]
-
 
 @dataclass(frozen=True)
 class Grid:
@@ -101,40 +99,6 @@ class Grid:
             raise ValueError(f"count: {count} is out of range; allowed: 1 to {self.size}, one a point")
         cuts = [self.size * k // count for k in range(count + 1)]
         return list(pairwise(cuts))
-
-    def hyperslabs(self, start: int, stop: int) -> list[Box]:
-        """Cuts the points start … stop − 1 into boxes, each one contiguous run of points.
-
-        Returns:
-            (a slice per dimension, first point, point after the last) per box, in order, covering each
-            point once; at most 2·ndim − 1 boxes.
-
-        Raises:
-            ValueError: for numbers outside the grid.
-        """
-        self._check_bounds(start, stop)
-        boxes = []
-        while start < stop:
-            boxes.append(self._largest_box(start, stop))
-            start = boxes[-1][2]
-        return boxes
-
-    def _largest_box(self, start: int, stop: int) -> Box:
-        strides = [math.prod(self.shape[dim + 1 :]) for dim in range(len(self.shape))]
-        dim = next(d for d, stride in enumerate(strides) if start % stride == 0 and start + stride <= stop)
-        position = self._position(start)
-        count = min(self.shape[dim] - position[dim], (stop - start) // strides[dim])
-        slices = [slice(index, index + 1) for index in position[:dim]]
-        slices += [slice(position[dim], position[dim] + count)]
-        slices += [slice(0, length) for length in self.shape[dim + 1 :]]
-        return tuple(slices), start, start + count * strides[dim]
-
-    def _position(self, point: int) -> list[int]:
-        position = []
-        for length in reversed(self.shape):
-            point, index = divmod(point, length)
-            position.append(index)
-        return position[::-1]
 
     def _unravelled(self, start: int, stop: int) -> dict[str, np.ndarray]:
         self._check_bounds(start, stop)

@@ -99,38 +99,13 @@ def test_points_of_a_grid_beyond_64_bits(start):
         for name in HUGE:
             # 1 + i/(n − 1), to the two roundings of a double
             assert points[name][offset] == pytest.approx(1 + index[name] / (10**13 - 1), rel=1e-15)
-    assert sum(b - a for _, a, b in grid.hyperslabs(start, start + 100)) == 100
-
-
-@given(st.lists(st.integers(1, 4), min_size=6, max_size=6), st.data())
-@settings(max_examples=150, deadline=None, derandomize=True)
-def test_hyperslabs_cover_a_run_of_points_once(lengths, data):
-    grid = grid_of(lengths)
-    start = data.draw(st.integers(0, grid.size))
-    stop = data.draw(st.integers(start, grid.size))
-    numbers = np.arange(grid.size).reshape(grid.shape)
-    reached = start
-    boxes = grid.hyperslabs(start, stop)
-    for slices, first, after in boxes:
-        assert first == reached
-        np.testing.assert_array_equal(numbers[slices].ravel(), np.arange(first, after))
-        reached = after
-    assert reached == stop
-    assert len(boxes) <= 2 * sum(length > 1 for length in grid.shape) - 1 or len(boxes) <= 1
-
-
-def test_the_whole_grid_is_one_hyperslab():
-    grid = grid_of([2, 3, 1, 2, 1, 2])
-    assert grid.hyperslabs(0, grid.size) == [(tuple(slice(0, n) for n in grid.shape), 0, grid.size)]
-    assert grid.hyperslabs(5, 5) == []
 
 
 @pytest.mark.parametrize(("start", "stop"), [(-1, 2), (2, 1), (0, 10**9)])
 def test_points_outside_the_grid_are_refused(start, stop):
     grid = grid_of([2] * 6)
-    for ask in (grid.points, grid.hyperslabs):
-        with pytest.raises(ValueError, match="allowed: 0 ≤ start ≤ stop ≤ 192"):
-            ask(start, stop)
+    with pytest.raises(ValueError, match="allowed: 0 ≤ start ≤ stop ≤ 192"):
+        grid.points(start, stop)
 
 
 @given(st.lists(st.integers(1, 4), min_size=6, max_size=6), st.data())
