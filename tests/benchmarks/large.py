@@ -100,10 +100,10 @@ def median(stages):
     return Stage(memory=max(s.memory for s in stages), **told)
 
 
-def row(points, columns, cores, folder):
+def row(points, columns, cores, rounds, folder):
     """Makes one size of map, prints its line, and returns points, shards, and processor time of shards and merge."""
     definition, points = written(points, columns, folder)
-    rounds = 15 if points < 3e5 else 5 if points < 3e6 else 3 if points < 3e7 else 1
+    rounds = rounds or (15 if points < 3e5 else 5 if points < 3e6 else 3 if points < 3e7 else 1)
     found = [made(definition, points, cores, folder) for _ in range(rounds)]
     measuring, merging = (median([once[k] for once in found]) for k in (1, 2))
     cells = [f"{points:.3g}", str(rounds), str(found[0][0])]
@@ -161,14 +161,17 @@ def main(arguments=None):
     parser.add_argument("points", nargs="+", type=float, metavar="POINTS", help="sizes to make, about")
     parser.add_argument("--cores", type=int, default=1, help="processes at a time (default 1)")
     parser.add_argument("--columns", choices=list(COLUMNS), default="few", help="variables of the map (default few)")
+    parser.add_argument(
+        "--rounds", type=int, default=0, help="times that each size is made (default: fewer, the larger)"
+    )
     parser.add_argument("--folder", type=Path, default=None, help="where files go (default: a temporary folder)")
     args = parser.parse_args(arguments)
     print("| points | rounds | shards | s | core s | MB | B/point | merge s | core s | MB | B/point | points/s |")
     print("|" + "---|" * 12)
     with tempfile.TemporaryDirectory(dir=args.folder) as name:
         folder = Path(name)
-        start_up = row(1200, args.columns, args.cores, folder)
-        found = [row(round(points), args.columns, args.cores, folder) for points in args.points]
+        start_up = row(1200, args.columns, args.cores, args.rounds, folder)
+        found = [row(round(points), args.columns, args.cores, args.rounds, folder) for points in args.points]
         if len(found) > 1:
             print(f"slope of processor time above start-up against points: {slope(start_up, found):.3f}")
         told = shares(min(args.points[-1], 1e6), args.columns, folder)
