@@ -222,11 +222,9 @@ def log_sample(S, k):
         first = inside & (S[LN + lane] == 0.0)
         S[LFIRST + lane] = y if first else S[LFIRST + lane]
         S[LLAST + lane] = y if inside else S[LLAST + lane]
-        S[LN + lane] += 1.0 if inside else 0.0
-        S[LK + lane] += k if inside else 0.0
-        S[LKK + lane] += k * k if inside else 0.0
-        S[LY + lane] += y if inside else 0.0
-        S[LKY + lane] += k * y if inside else 0.0
+        S[LN + lane], S[LK + lane], S[LKK + lane], S[LY + lane], S[LKY + lane] = measure.add_to_line(
+            S[LN + lane], S[LK + lane], S[LKK + lane], S[LY + lane], S[LKY + lane], k, y, inside
+        )
 
 
 @njit(**OPTIONS)

@@ -103,6 +103,18 @@ def estimate(guess, sum_rx, sum_rr, sum_xx, triples, spacing):
     return value, slope * math.sqrt(scatter / ((2.0 * triples - 1.0) * 4.0 * sum_xx))
 
 
+@njit(**INLINE)
+def add_to_line(n, sum_k, sum_kk, sum_y, sum_ky, k, y, inside):
+    """The sums of :func:`line_slope` with (k, y) added if it is inside: by selection, so that lanes stay packed."""
+    return (
+        n + (1.0 if inside else 0.0),
+        sum_k + (k if inside else 0.0),
+        sum_kk + (k * k if inside else 0.0),
+        sum_y + (y if inside else 0.0),
+        sum_ky + (k * y if inside else 0.0),
+    )
+
+
 @njit(**OPTIONS)
 def line_slope(n, sum_k, sum_kk, sum_y, sum_ky):
     """Least-squares slope of y against k from n points' sums; NaN for fewer than two points."""

@@ -152,11 +152,9 @@ def _log_sample(Q, k):
         y = measure.logarithm(size)
         Q[LFIRST + lane] = y if inside & ~begun else Q[LFIRST + lane]
         Q[LLAST + lane] = y if inside else Q[LLAST + lane]
-        Q[LN + lane] += 1.0 if inside else 0.0
-        Q[LK + lane] += k if inside else 0.0
-        Q[LKK + lane] += k * k if inside else 0.0
-        Q[LY + lane] += y if inside else 0.0
-        Q[LKY + lane] += k * y if inside else 0.0
+        Q[LN + lane], Q[LK + lane], Q[LKK + lane], Q[LY + lane], Q[LKY + lane] = measure.add_to_line(
+            Q[LN + lane], Q[LK + lane], Q[LKK + lane], Q[LY + lane], Q[LKY + lane], k, y, inside
+        )
 
 
 @njit(**OPTIONS)

@@ -38,13 +38,29 @@ def random_body(rng):
     return masses.sum() - masses
 
 
+def near_terms(state, k, order):
+    """The series of the near step by its definition: a to its 7th term, of which 0 to 4 take part in b and c."""
+    a, b, c = ([x] for x in state)
+    for n in range(order):
+        spin = k[0] / (n + 1) * math.fsum(b[i] * c[n - i] for i in range(n + 1))
+        terms = [
+            k[m] / (n + 1) * math.fsum(a[i] * other[n - i] for i in range(min(n, 4) + 1))
+            for m, other in ((1, c), (2, b))
+        ]
+        a.append(spin if n < 7 else 0.0)
+        b.append(terms[0])
+        c.append(terms[1])
+    return a, b, c
+
+
+@pytest.mark.parametrize(("steps", "series"), [(STEPS, taylor_terms), (NEAR, near_terms)], ids=["whole", "near"])
 @pytest.mark.parametrize("order", direct.ORDERS)
 @given(state=STATE, k=COEFFICIENTS)
-def test_step_is_the_sum_of_the_series_to_its_order(order, state, k):
-    terms = taylor_terms(state, k, order)
+def test_step_is_the_sum_of_the_series_to_its_order(steps, series, order, state, k):
+    terms = series(state, k, order)
     # rounding: an ulp or two of the sum of absolute terms, of which the cancelling products are the larger
-    absolute = taylor_terms([abs(x) for x in state], [abs(x) for x in k], order)
-    for ours, mine, size in zip(STEPS[order](*state, *k), terms, absolute, strict=True):
+    absolute = series([abs(x) for x in state], [abs(x) for x in k], order)
+    for ours, mine, size in zip(steps[order](*state, *k), terms, absolute, strict=True):
         assert abs(ours - math.fsum(mine)) <= 4 * ULP * sum(size)
 
 
@@ -90,30 +106,6 @@ def test_a_small_perturbation_keeps_its_relative_digits(step, spin, k, exponent)
     assert a == spin
     # the term left out, 1/11! of a step of one radian at most, and the square of the perturbation
     np.testing.assert_allclose([b / small, c / small], [float(x) for x in moved], rtol=0, atol=3e-8)
-
-
-def near_terms(state, k, order):
-    """The series of the near step by its definition: a to its 7th term, of which 0 to 4 take part in b and c."""
-    a, b, c = ([x] for x in state)
-    for n in range(order):
-        spin = k[0] / (n + 1) * math.fsum(b[i] * c[n - i] for i in range(n + 1))
-        terms = [
-            k[m] / (n + 1) * math.fsum(a[i] * other[n - i] for i in range(min(n, 4) + 1))
-            for m, other in ((1, c), (2, b))
-        ]
-        a.append(spin if n < 7 else 0.0)
-        b.append(terms[0])
-        c.append(terms[1])
-    return a, b, c
-
-
-@pytest.mark.parametrize("order", direct.ORDERS)
-@given(state=STATE, k=COEFFICIENTS)
-def test_near_step_is_the_sum_of_the_series_it_takes(order, state, k):
-    terms = near_terms(state, k, order)
-    absolute = near_terms([abs(x) for x in state], [abs(x) for x in k], order)
-    for ours, mine, size in zip(NEAR[order](*state, *k), terms, absolute, strict=True):
-        assert abs(ours - math.fsum(mine)) <= 4 * ULP * sum(size)
 
 
 @pytest.mark.parametrize("order", direct.ORDERS)
