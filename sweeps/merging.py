@@ -2,7 +2,7 @@
 
 import re
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import h5py
@@ -17,6 +17,7 @@ from sweeps.definition import Definition
 from sweeps.files import remove_leftovers
 from sweeps.grid import Grid, shard_count
 from sweeps.shards import DamagedError, ForeignError, MapError, Piece, Shard, write_shard
+from sweeps.variables import Variable
 
 
 def merge(
@@ -72,7 +73,7 @@ def _merge_once(definition: Definition, paths: Sequence[Path], path: str | Path)
     shards = sorted(_extents(definition, paths))
     _check_coverage(shards, grid)
     with written(path) as temporary:
-        digest, motions = _create(temporary, definition, grid), 0
+        digest, motions = _create(temporary, grid, variables), 0
         with h5py.File(temporary, "r+") as hdf:
             target = _Target(ChunkFile(hdf, variables, Chunks(grid.shape)), digest)
             for first, after, source in shards:
@@ -104,9 +105,8 @@ def _check_coverage(shards: Sequence[tuple[int, int, Path]], grid: Grid) -> None
         raise MapError(f"shards: points {covered} to {grid.size - 1} are missing; allowed: each point once")
 
 
-def _create(path: Path, definition: Definition, grid: Grid) -> ContentHash:
+def _create(path: Path, grid: Grid, variables: Mapping[str, Variable]) -> ContentHash:
     """Makes the file of a map: dimensions, variables and attributes, and the values of its coordinates."""
-    variables = systems.resolve(definition.system).variables(definition)
     beside = " ".join(sorted(grid.auxiliary))
     digest = ContentHash()
     with netCDF4.Dataset(path, "w", format="NETCDF4") as file:
@@ -125,7 +125,7 @@ def _create(path: Path, definition: Definition, grid: Grid) -> ContentHash:
             digest.update(name, values)
         for spec in variables.values():
             digest.declare(spec.name, grid.dims, grid.shape, spec.dtype)
-        file.setncatts(contract.provenance(definition) | {"history": contract.history()})
+        file.setncatts(contract.provenance(grid.definition) | {"history": contract.history()})
     return digest
 
 

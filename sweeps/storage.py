@@ -11,7 +11,7 @@ from sweeps.content import hashed
 from sweeps.definition import Definition
 from sweeps.files import replaced
 from sweeps.reading import MAX_FILE_BYTES, plain, read_text
-from sweeps.refusals import UnreadableError
+from sweeps.refusals import DefinitionError, UnreadableError
 from sweeps.shards import MapError
 from sweeps.systems.oscillator import VARIABLES as OSCILLATIONS
 
@@ -78,14 +78,25 @@ def _open(path: str | Path, **options) -> xr.Dataset:
 
 def definition_of(ds: xr.Dataset) -> dict:
     """The plain values of the definition that a map carries; none where it carries none that can be read."""
-    text = ds.attrs.get("definition", "")
-    if not isinstance(text, str) or len(text) > MAX_FILE_BYTES:
-        return {}
     try:
-        values = plain(read_text(text))
-    except UnreadableError:
+        return mapping_of(ds.attrs.get("definition", ""))
+    except (DefinitionError, UnreadableError):
         return {}
-    return values if isinstance(values, dict) else {}
+
+
+def mapping_of(text: object) -> dict:
+    """The plain values of a definition's text, which may be anything.
+
+    Raises:
+        DefinitionError: for what is no text of a reasonable length, or no mapping.
+        UnreadableError: for what cannot be read as YAML.
+    """
+    if not isinstance(text, str) or len(text) > MAX_FILE_BYTES:
+        raise DefinitionError("is no text of a definition")
+    values = plain(read_text(text))
+    if not isinstance(values, dict):
+        raise DefinitionError("is no mapping")
+    return values
 
 
 def _promised(ds: xr.Dataset) -> set[str]:

@@ -15,7 +15,6 @@ import xarray as xr
 from sweeps import content, dataset, storage, systems
 from sweeps.definition import DEFAULT_NAME, Definition, load
 from sweeps.grid import Grid
-from sweeps.reading import MAX_FILE_BYTES, plain, read_text
 from sweeps.refusals import DefinitionError, UnreadableError, shortened
 
 MAP = "stability_map.nc"
@@ -109,7 +108,7 @@ def _definition(ds: xr.Dataset, against: Definition | None) -> tuple[Definition 
         changed = str(ds.attrs.get("inputs", "")) != against.inputs
         return against, Check(name, covers, ("inputs: a file of its bodies was another",) if changed else ())
     try:
-        values = _mapping(text)
+        values = storage.mapping_of(text)
         if (elsewhere := _needs_files(values)) is not None:
             return None, Check(name, covers, skipped=elsewhere)
         definition = load(values, against.name if against else DEFAULT_NAME)
@@ -122,16 +121,6 @@ def _definition(ds: xr.Dataset, against: Definition | None) -> tuple[Definition 
         differing = _differing(definition, against)
         findings += [f"definition: another {key} than {against.name}'s" for key in differing]
     return definition, Check(name, covers, tuple(findings))
-
-
-def _mapping(text: object) -> dict:
-    """The plain values of a definition's text, which may be anything."""
-    if not isinstance(text, str) or len(text) > MAX_FILE_BYTES:
-        raise DefinitionError("is no text of a definition")
-    values = plain(read_text(text))
-    if not isinstance(values, dict):
-        raise DefinitionError("is no mapping")
-    return values
 
 
 def _needs_files(values: dict) -> str | None:
