@@ -9,9 +9,11 @@ import sys
 from pathlib import Path
 
 from kernels.fingerprint import cache_folder
-from sweeps import catalogue, claims, systems
-from sweeps.refusals import DefinitionError
-from sweeps.targets import is_to_run, on_command_line, refuse_unmade, threads_of_shard
+from sweeps import systems
+from sweeps.points import catalogue
+from sweeps.run import claims
+from sweeps.schema.refusals import DefinitionError
+from sweeps.run.targets import is_to_run, on_command_line, refuse_unmade, threads_of_shard
 
 # the interpreter that runs this workflow also runs its jobs
 shell.prefix(f"PATH={shlex.quote(str(Path(sys.executable).parent))}:$PATH; ")

@@ -24,8 +24,10 @@ def survey(definition, *, chunks=None, threads: int = 1):
     """
     from collections.abc import Mapping
 
-    from sweeps import catalogue, content, dataset
-    from sweeps.definition import load
+    from sweeps.maps import dataset
+    from sweeps.points import catalogue
+    from sweeps.schema.definition import load
+    from sweeps.shards import content
 
     source = definition if isinstance(definition, Mapping) else catalogue.resolve(str(definition))
     ds = dataset.survey_grid(load(source), chunks, threads)
@@ -33,7 +35,7 @@ def survey(definition, *, chunks=None, threads: int = 1):
 
 
 def open_map(path, **options):
-    """Opens a map with checks that say what is wrong; see `sweeps.storage.open_map`."""
-    from sweeps import storage
+    """Opens a map with checks that say what is wrong; see `sweeps.maps.storage.open_map`."""
+    from sweeps.maps import storage
 
     return storage.open_map(path, **options)

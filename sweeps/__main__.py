@@ -10,7 +10,7 @@ from importlib.metadata import version
 
 from sweeps.commands import NAMES
 from sweeps.commands.parser import Parser
-from sweeps.refusals import RefusedError
+from sweeps.schema.refusals import RefusedError
 
 DESCRIPTION = """\
 Stability maps of rotating rigid bodies, measured from integrated motion.

@@ -10,7 +10,7 @@ import psutil
 from test_workflow import copied
 
 import sweeps
-from sweeps import verify
+from sweeps.maps import verify
 
 SHARDS = 6
 TEXT = """\

@@ -1,7 +1,7 @@
 """A small map of everything, on the disk, for tests of what reads maps."""
 
 import sweeps
-from sweeps import storage
+from sweeps.maps import storage
 
 DEFINITION = {
     "title": "For tests",

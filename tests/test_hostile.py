@@ -13,9 +13,11 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import sweeps
-from sweeps import claims, definition, estimate, grid
 from sweeps.__main__ import main
-from sweeps.refusals import DefinitionError, RefusedError
+from sweeps.points import estimate, grid
+from sweeps.run import claims
+from sweeps.schema import definition
+from sweeps.schema.refusals import DefinitionError, RefusedError
 
 FIELDS = {
     "title": "x",

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import sweeps
-from sweeps import storage
+from sweeps.maps import storage
 
 ROOT = Path(__file__).parents[1]
 TEXT = (ROOT / "README.md").read_text(encoding="utf-8")

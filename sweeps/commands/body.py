@@ -51,7 +51,7 @@ def _run(args):
         "phase": _first(args.phase, body.phase, 0.6),
     }
 
-    from sweeps.spins import spins
+    from sweeps.systems.rigid_body.spins import spins
 
     found = spins(body.moments, **setting)
     if args.json:
@@ -69,9 +69,9 @@ def _first(*values):
 
 
 def _bodies(args) -> dict:
-    from sweeps import catalogue
-    from sweeps.definition import load
-    from sweeps.refusals import DefinitionError
+    from sweeps.points import catalogue
+    from sweeps.schema.definition import load
+    from sweeps.schema.refusals import DefinitionError
 
     path = catalogue.resolve(args.definition)
     bodies = {body.name: body for body in getattr(load(path), "bodies", ())}
@@ -92,7 +92,7 @@ def _list(args) -> None:
 
 def _known(args):
     """The body of that name, with what is set on the command line checked as a definition's."""
-    from sweeps.selection import named
+    from sweeps.maps.selection import named
 
     bodies = _bodies(args)
     body = bodies[named(args.name, list(bodies), "body")]
@@ -102,7 +102,7 @@ def _known(args):
 
 def _own(args):
     """The body given by its numbers or its mesh."""
-    from sweeps.refusals import DefinitionError
+    from sweeps.schema.refusals import DefinitionError
 
     if args.name is not None or len(_given(args)) > 1:
         allowed = "NAME, --moments, --ratios, --tensor or --mesh, one of them"
@@ -122,8 +122,8 @@ def _own(args):
 
 def _checked(args, values: dict):
     """A body by the rules of a definition; refusals name the key of the definition."""
-    from sweeps.definition import load
-    from sweeps.refusals import DefinitionError
+    from sweeps.schema.definition import load
+    from sweeps.schema.refusals import DefinitionError
 
     own = {name: getattr(args, name) for name in ("omega0", "epsilon", "phase") if getattr(args, name) is not None}
     try:
@@ -144,9 +144,9 @@ def _facts(body, setting, found) -> dict:
 
 
 def _print(console, body, setting, found) -> None:
-    from sweeps import wording
     from sweeps.commands.printing import table as table_of
-    from sweeps.spins import in_words
+    from sweeps.systems.rigid_body import wording
+    from sweeps.systems.rigid_body.spins import in_words
 
     console.print(body.name, style="bold")
     if body.solid is not None:

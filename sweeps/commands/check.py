@@ -14,7 +14,7 @@ def add(commands) -> None:
 
 
 def _run(args):
-    from sweeps import catalogue
+    from sweeps.points import catalogue
 
     if args.list:
         titles = {name: catalogue.load(path, check=False).title for name, path in catalogue.shipped().items()}
@@ -31,8 +31,8 @@ def _run(args):
 def _facts(planned) -> dict:
     from dataclasses import asdict
 
-    from sweeps.estimate import estimate
-    from sweeps.grid import Grid
+    from sweeps.points.estimate import estimate
+    from sweeps.points.grid import Grid
 
     grid = Grid(planned.definition)
     return {
@@ -48,8 +48,8 @@ def _facts(planned) -> dict:
 
 
 def _rows(planned):
-    from sweeps.estimate import estimate, in_words
-    from sweeps.grid import Grid
+    from sweeps.points.estimate import estimate, in_words
+    from sweeps.points.grid import Grid
 
     grid = Grid(planned.definition)
     needs = estimate(planned.definition, grid)
@@ -62,7 +62,7 @@ def _rows(planned):
     yield "disk", f"at most {in_words(needs.disk_bytes)}, half of it for the map"
     yield "time", f"about {needs.seconds:,.3g} s of integration on one core"
     for body in _diagonalised(planned.definition):
-        from sweeps.wording import principal_axes
+        from sweeps.systems.rigid_body.wording import principal_axes
 
         yield "body", f"{body.name}: principal moments and axes, in the coordinates it is given in"
         for line in principal_axes(body.principal):

@@ -13,9 +13,11 @@ def add(commands) -> None:
 
 def _run(args):
     from kernels.fingerprint import fingerprint
-    from sweeps import catalogue, systems, warmup
-    from sweeps.definition import load
+    from sweeps import systems
     from sweeps.files import replaced
+    from sweeps.points import catalogue
+    from sweeps.run import warmup
+    from sweeps.schema.definition import load
 
     # a definition that is wrong is refused before any work
     system = systems.resolve(load(catalogue.resolve(args.definition)).system) if args.definition else None

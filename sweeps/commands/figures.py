@@ -13,7 +13,8 @@ def add(commands) -> None:
 
 
 def _run(args):
-    from sweeps import figures, storage
+    from sweeps.maps import storage
+    from sweeps.views import figures
 
     with storage.open_map(args.map) as ds:
         for path in figures.draw_all(ds, Path(args.output)):

@@ -20,7 +20,8 @@ def add(commands) -> None:
 
 
 def _run(args):
-    from sweeps import catalogue, merging
+    from sweeps.points import catalogue
+    from sweeps.shards import merging
 
     planned = catalogue.plan(catalogue.resolve(args.definition))
     told = merging.merge(planned.definition, args.shards, args.output, args.threads, args.renew)

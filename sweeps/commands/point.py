@@ -25,7 +25,7 @@ def add(commands) -> None:
 
 
 def _run(args):
-    from sweeps import motion, selection, storage
+    from sweeps.maps import motion, selection, storage
 
     if args.trajectory:
         motion.check_format(args.trajectory)
@@ -44,7 +44,8 @@ def _run(args):
 
 
 def _write_motion(row, args) -> None:
-    from sweeps import motion, storage, systems
+    from sweeps import systems
+    from sweeps.maps import motion, storage
 
     system = str(row.attrs.get("system", systems.DEFAULT))
     point = {name: row[name].item() for name in row.coords if row[name].ndim == 0}
@@ -83,7 +84,7 @@ def _units(variable) -> str:
 
 def _value(variable) -> str:
     """A value as people read it; all digits are in the JSON."""
-    from sweeps.selection import in_words
+    from sweeps.maps.selection import in_words
 
     value = _plain(variable)
     if isinstance(value, list):
@@ -92,7 +93,7 @@ def _value(variable) -> str:
 
 
 def _plain(variable):
-    from sweeps.summary import flags
+    from sweeps.maps.summary import flags
 
     value = variable.values.tolist()
     return flags(variable).get(value, value) if not isinstance(value, list) else value

@@ -11,7 +11,8 @@ def add(commands) -> None:
 
 
 def _run(args):
-    from sweeps import report, storage
+    from sweeps.maps import storage
+    from sweeps.views import report
 
     with storage.open_map(args.map) as ds:
         report.write(ds, args.output)

@@ -1,7 +1,7 @@
 """`run`: a sweep's map, pictures and report in one go."""
 
 from sweeps.commands import parser
-from sweeps.refusals import DefinitionError
+from sweeps.schema.refusals import DefinitionError
 
 EPILOG = """\
 Writes what the workflow (snakemake) writes: results/<sweep>/stability_map.nc, figures/ and report.html. Broken off
@@ -18,13 +18,13 @@ def add(commands) -> None:
 
 
 def _run(args):
-    from sweeps import catalogue
+    from sweeps.points import catalogue
 
     if args.cores is not None and args.cores < 1:
         raise DefinitionError(f"--cores: {args.cores} is out of range; allowed: 1 or more")
     planned = catalogue.plan(catalogue.resolve(args.definition or catalogue.DEFAULT))
 
-    from sweeps import pipeline
+    from sweeps.run import pipeline
 
     for path in pipeline.make(planned, workers=args.cores or pipeline.cores(), again=args.again):
         print(path)

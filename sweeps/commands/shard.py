@@ -1,7 +1,7 @@
 """`shard`: one part of a sweep's points, measured."""
 
 from sweeps.commands import parser
-from sweeps.refusals import DefinitionError
+from sweeps.schema.refusals import DefinitionError
 
 
 def add(commands) -> None:
@@ -15,8 +15,8 @@ def add(commands) -> None:
 
 
 def _run(args):
-    from sweeps import catalogue
-    from sweeps.grid import Grid
+    from sweeps.points import catalogue
+    from sweeps.points.grid import Grid
 
     planned = catalogue.plan(catalogue.resolve(args.definition))
     points = Grid(planned.definition).size
@@ -27,7 +27,9 @@ def _run(args):
     if args.threads < 1:
         raise DefinitionError(f"--threads: {args.threads} is out of range; allowed: 1 or more")
 
-    from sweeps import progress, shards, systems, warmup
+    from sweeps import systems
+    from sweeps.run import progress, warmup
+    from sweeps.shards import shard as shards
 
     warmup.compile_missing(systems.resolve(planned.definition.system))
     start, stop = Grid(planned.definition).shard_bounds(args.count)[args.number - 1]

@@ -17,8 +17,9 @@ def add(commands) -> None:
 
 
 def _run(args):
-    from sweeps import selection, storage, summary, textmap
     from sweeps.commands import printing
+    from sweeps.maps import selection, storage, summary
+    from sweeps.views import textmap
 
     with storage.open_map(args.map) as ds:
         places = selection.nearest(ds, args.coordinates)
@@ -34,7 +35,7 @@ def _run(args):
 def _facts(ds, found) -> dict:
     from dataclasses import asdict
 
-    from sweeps.selection import dimensions
+    from sweeps.maps.selection import dimensions
 
     table = {}
     for (meaning, status), number in found.table.items():
@@ -44,8 +45,8 @@ def _facts(ds, found) -> dict:
 
 
 def _print(console, ds, found, drawn) -> None:
-    from sweeps.selection import dimensions
-    from sweeps.summary import leading_flag
+    from sweeps.maps.selection import dimensions
+    from sweeps.maps.summary import leading_flag
 
     sizes = " × ".join(f"{n:,} {dim}" for dim, n in dimensions(ds).items())
     console.print(f"{ds.attrs.get('title', '')}", style="bold")
@@ -66,7 +67,7 @@ def _print(console, ds, found, drawn) -> None:
 
 def _counts(found, lead):
     from sweeps.commands.printing import table
-    from sweeps.summary import share
+    from sweeps.maps.summary import share
 
     statuses = list(dict.fromkeys(status for (_, status), number in found.table.items() if number))
     made = table(lead, "points", "share", *statuses, right=tuple(range(1, 3 + len(statuses))))
@@ -80,7 +81,7 @@ def _counts(found, lead):
 
 def _worst(found, dims):
     from sweeps.commands.printing import table
-    from sweeps.selection import in_words
+    from sweeps.maps.selection import in_words
 
     made = table("worst", "value", "where", right=(1,))
     rows = [(f"{name} against theory, relative", worst) for name, worst in found.deviations.items()]
@@ -94,8 +95,8 @@ def _worst(found, dims):
 def _draw(console, drawn) -> None:
     from rich.text import Text
 
-    from sweeps.selection import in_words
-    from sweeps.textmap import LOOKS
+    from sweeps.maps.selection import in_words
+    from sweeps.views.textmap import LOOKS
 
     at = ", ".join(f"{dim} = {in_words(value)}" for dim, value in drawn.fixed.items())
     axes = f"{drawn.y} upwards" + (f", {drawn.x} along" if drawn.x else "")

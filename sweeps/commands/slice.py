@@ -19,7 +19,7 @@ def add(commands) -> None:
 
 
 def _run(args):
-    from sweeps import selection, storage
+    from sweeps.maps import selection, storage
 
     with storage.open_map(args.map) as ds:
         places = selection.nearest(ds, args.coordinates)

@@ -18,6 +18,6 @@ def add(commands) -> None:
 
 
 def _run(args):
-    from sweeps import verify
+    from sweeps.maps import verify
 
     return verify.command(args.map, args.points, args.seed, args.definition, args.any_kernels)

@@ -227,7 +227,7 @@ class Model:
     # -- both
 
     def survey(self, points, cycles: float = 4, samples_per_cycle: int = 16, tolerance: float = 1e-10, direction=None):
-        """All columns of points, in units; see `sweeps.systems.oscillator`."""
+        """All columns of points, in units; see `sweeps.systems.oscillator.system`."""
         theory = self.theory(points)
         measured = self.measured(points, theory, cycles, samples_per_cycle, tolerance, direction)
         return self._columns(points, theory, measured)

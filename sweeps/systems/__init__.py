@@ -7,7 +7,7 @@ from pathlib import Path
 from sweeps.systems.system import System
 
 DEFAULT = "rigid_body"
-MODULES = {"rigid_body": "sweeps.systems.rigid_body", "symmetric_top": "sweeps.systems.symmetric_top"}
+MODULES = {"rigid_body": "sweeps.systems.rigid_body.system", "symmetric_top": "sweeps.systems.symmetric_top.system"}
 DESCRIPTIONS = Path(__file__).parents[1] / "mechanics" / "library"
 
 
@@ -33,7 +33,7 @@ def resolve(name: str) -> System:
     """
     if name in MODULES:
         return import_module(MODULES[name]).SYSTEM
-    oscillator = import_module("sweeps.systems.oscillator")
+    oscillator = import_module("sweeps.systems.oscillator.system")
     if is_file(name):
         return oscillator.of_file(name)
     if name not in names():

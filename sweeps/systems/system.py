@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sweeps.variables import Variable
+from sweeps.schema.variables import Variable
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
     from PIL.Image import Image
 
-    from sweeps.definition import Definition, Integration
-    from sweeps.parameters import Range
+    from sweeps.schema.definition import Definition, Integration
+    from sweeps.schema.parameters import Range
 
 
 class System(ABC):

@@ -15,9 +15,10 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from kernels import survey
-from sweeps import catalogue, memory
-from sweeps.definition import load
-from sweeps.grid import Grid
+from sweeps.points import catalogue
+from sweeps.points.grid import Grid
+from sweeps.schema.definition import load
+from sweeps.shards import memory
 
 BARE = ("omega_squared", "omega_squared_stderr", "regime", "status")
 UNCERTIFIED = tuple(name for name in survey.MEASURED if name != "propagation_error")

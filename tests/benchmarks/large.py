@@ -22,8 +22,8 @@ from pathlib import Path
 
 import numpy as np
 
-from sweeps import shards
-from sweeps.definition import load
+from sweeps.schema.definition import load
+from sweeps.shards import shard as shards
 
 SHARD_POINTS = 5_000_000
 FEW = "omega_squared, omega_squared_stderr, regime, status, propagation_error"

@@ -13,9 +13,9 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from kernels import oscillations, survey
-from sweeps import catalogue
-from sweeps.definition import load
-from sweeps.grid import Grid
+from sweeps.points import catalogue
+from sweeps.points.grid import Grid
+from sweeps.schema.definition import load
 from sweeps.systems import resolve
 
 RUNS = 7

@@ -285,7 +285,7 @@ def draw_figure(result, path):
     """Work and precision: error against trajectories per second."""
     import matplotlib as mpl
 
-    from sweeps import figure_style as style
+    from sweeps import style
 
     about = result["machine"]
     subtitle = (

@@ -1,0 +1,1 @@
+"""Maps as `xarray` Datasets: made, opened, selected, summed up, verified."""

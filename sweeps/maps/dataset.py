@@ -1,0 +1,94 @@
+"""Columns → `xarray.Dataset`: names, units, flags and provenance, each from one table."""
+
+from collections.abc import Mapping
+from functools import partial
+
+import numpy as np
+import xarray as xr
+
+from sweeps import systems
+from sweeps.points.columns import columns
+from sweeps.points.grid import Grid
+from sweeps.schema.definition import Definition
+from sweeps.shards import contract
+
+
+def evaluate(coordinates: Mapping[str, xr.DataArray], definition: Definition, threads: int = 1) -> xr.Dataset:
+    """Measures the points of some coordinates.
+
+    Args:
+        coordinates: a `DataArray` for each of the system's arguments (for the rigid body I1, I2, I3, axis, omega0,
+            epsilon and phase), of any dimensions; they broadcast together by name. Dask arrays stay lazy.
+        definition: whose system is measured, and how each run is made; its grid takes no part.
+        threads: threads that share the work of one call; they change no bit.
+
+    Returns:
+        A Dataset with the variables of the system over the dimensions of the coordinates.
+    """
+    system = systems.resolve(definition.system)
+    variables = system.variables(definition).values()
+    arrays = [coordinates[name] for name in system.arguments(definition)]
+    results = xr.apply_ufunc(
+        partial(_columns, definition=definition, threads=threads),
+        *arrays,
+        output_core_dims=[[] for _ in variables],
+        dask="parallelized",
+        output_dtypes=[np.dtype(variable.dtype) for variable in variables],
+        keep_attrs=False,
+    )
+    named = zip(variables, results if len(variables) > 1 else (results,), strict=True)
+    return xr.Dataset(
+        {v.name: (result.dims, result.data, v.attributes) for v, result in named},
+        coords={name: array for name, array in _index_coordinates(arrays)},
+    )
+
+
+def _index_coordinates(arrays):
+    for array in arrays:
+        yield from array.coords.items()
+
+
+def _columns(*arrays: np.ndarray, definition: Definition, threads: int) -> tuple[np.ndarray, ...]:
+    """The system's columns, in the order of its variables, for broadcastable arrays in the order of its arguments."""
+    shape = np.broadcast_shapes(*(array.shape for array in arrays))
+    names = systems.resolve(definition.system).arguments(definition)
+    points = {name: np.broadcast_to(a, shape).reshape(-1) for name, a in zip(names, arrays, strict=True)}
+    found = tuple(column.reshape(shape) for column in columns(points, definition, threads).values())
+    return found if len(found) > 1 else found[0]  # apply_ufunc takes a single output bare
+
+
+def grid_coordinates(grid: Grid) -> dict[str, xr.DataArray]:
+    """Coordinates of a whole grid, each along its own dimension (or, if auxiliary, along another), with attributes."""
+    return {
+        name: xr.DataArray(values, dims=dim, coords={dim: values} if name == dim else None, attrs=attributes)
+        for name, (dim, values, attributes) in contract.coordinates(grid).items()
+    }
+
+
+def survey_grid(definition: Definition, chunks=None, threads: int = 1) -> xr.Dataset:
+    """The map of a definition as a Dataset over the grid's dimensions; lazy where `chunks` is given."""
+    grid = Grid(definition)
+    coordinates = grid_coordinates(grid)
+    arrays = {name: coordinates[name] for name in grid.arguments}
+    if chunks is not None:
+        sizes = _chunk_sizes(grid, chunks)
+        arrays = {name: array.chunk({d: sizes[d] for d in array.dims}) for name, array in arrays.items()}
+    dataset = evaluate(arrays, definition, threads)
+    dataset = dataset.assign_coords({name: array.variable for name, array in coordinates.items()})
+    dataset = dataset.transpose(*grid.dims)
+    return dataset.assign_attrs(contract.provenance(definition))
+
+
+def _chunk_sizes(grid: Grid, chunks) -> dict[str, int]:
+    """Chunk length of each dimension: as given by name, or ("auto", or a number of points) the last ones whole."""
+    if isinstance(chunks, Mapping):
+        unknown = sorted(set(chunks) - set(grid.dims))
+        if unknown:
+            raise ValueError(f"chunks: {unknown} are no dimensions; allowed: {', '.join(grid.dims)}")
+        return {dim: chunks.get(dim, size) for dim, size in zip(grid.dims, grid.shape, strict=True)}
+    room = 2**18 if chunks == "auto" else int(chunks)
+    sizes = {}
+    for dim, size in zip(reversed(grid.dims), reversed(grid.shape), strict=True):
+        sizes[dim] = max(1, min(size, room))
+        room //= sizes[dim]
+    return sizes

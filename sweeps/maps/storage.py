@@ -1,0 +1,155 @@
+"""Maps in and out as `xarray` Datasets, with checks that say what is wrong."""
+
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from sweeps import systems
+from sweeps.files import replaced
+from sweeps.schema.definition import Definition
+from sweeps.schema.reading import MAX_FILE_BYTES, plain, read_text
+from sweeps.schema.refusals import DefinitionError, UnreadableError
+from sweeps.shards import contract
+from sweeps.shards.chunks import chunk_shape
+from sweeps.shards.content import hashed
+from sweeps.shards.shard import MapError
+from sweeps.systems.oscillator.system import VARIABLES as OSCILLATIONS
+
+
+def write_map(ds: xr.Dataset, path: str | Path) -> str:
+    """Writes a Dataset from `sweeps.survey` as a map, and returns its content hash; lazy ones are computed twice."""
+    ds, digest = _with_hashes(ds)
+    encoding = {name: {"_FillValue": None} for name in ds.coords}
+    for name, variable in ds.data_vars.items():
+        encoding[name] = {"chunksizes": chunk_shape(variable.shape), "_FillValue": None}
+        if variable.dtype.kind == "f":
+            encoding[name]["_FillValue"] = np.nan
+        if variable.dtype != np.float64:
+            encoding[name] |= {"zlib": True, "complevel": 1, "shuffle": True}
+    with replaced(path) as temporary:
+        ds.assign_attrs(history=contract.history(), content_hash=digest).to_netcdf(
+            temporary, engine="netcdf4", format="NETCDF4", encoding=encoding
+        )
+    return digest
+
+
+def _with_hashes(ds: xr.Dataset) -> tuple[xr.Dataset, str]:
+    """The Dataset with the hash of each variable's values in its attributes, and the content hash."""
+    digest = hashed(ds)
+    own = digest.digests()
+    ds = ds.assign({name: ds[name].assign_attrs(sha256=own[name]) for name in ds.data_vars})
+    return ds.assign_coords({name: ds[name].assign_attrs(sha256=own[name]) for name in ds.coords}), digest.hexdigest()
+
+
+def write_part(ds: xr.Dataset, path: str | Path, command: str) -> str:
+    """Writes what `command` made of a map, for programs that show lines and planes, and returns its content hash.
+
+    What is no dimension any more stays as a scalar coordinate; text becomes characters, which CDO and ncview can read.
+    """
+    texts = {name: {"dtype": "S1"} for name, variable in ds.variables.items() if variable.dtype.kind in "OU"}
+    floats = {name: {"_FillValue": np.nan} for name, variable in ds.data_vars.items() if variable.dtype.kind == "f"}
+    others = {name: {"_FillValue": None} for name in ds.variables if name not in texts and name not in floats}
+    ds, digest = _with_hashes(ds.load().drop_encoding())
+    history = f"{contract.history(command)}\n{ds.attrs.get('history', '')}".strip()
+    with replaced(path) as temporary:
+        ds.assign_attrs(history=history, content_hash=digest).to_netcdf(
+            temporary, engine="netcdf4", format="NETCDF4", encoding=texts | floats | others
+        )
+    return digest
+
+
+def holds_map(path: str | Path, definition: Definition) -> bool:
+    """Whether a file holds the map of a definition, as these kernels measure it."""
+    try:
+        with open_map(path) as ds:
+            return all(ds.attrs.get(name, "") == value for name, value in contract.identity(definition).items())
+    except MapError:
+        return False
+
+
+def _open(path: str | Path, **options) -> xr.Dataset:
+    if not Path(path).is_file():
+        raise MapError(f"{path}: there is no such file; allowed: a netCDF-4 file that Polhode wrote")
+    try:
+        return xr.open_dataset(path, engine="netcdf4", decode_times=False, **options)
+    except (OSError, ValueError, KeyError, RuntimeError) as error:
+        raise MapError(f"{path}: cannot be read as netCDF ({error}); allowed: a file that Polhode wrote") from None
+
+
+def definition_of(ds: xr.Dataset) -> dict:
+    """The plain values of the definition that a map carries; none where it carries none that can be read."""
+    try:
+        return mapping_of(ds.attrs.get("definition", ""))
+    except (DefinitionError, UnreadableError):
+        return {}
+
+
+def mapping_of(text: object) -> dict:
+    """The plain values of a definition's text, which may be anything.
+
+    Raises:
+        DefinitionError: for what is no text of a reasonable length, or no mapping.
+        UnreadableError: for what cannot be read as YAML.
+    """
+    if not isinstance(text, str) or len(text) > MAX_FILE_BYTES:
+        raise DefinitionError("is no text of a definition")
+    values = plain(read_text(text))
+    if not isinstance(values, dict):
+        raise DefinitionError("is no mapping")
+    return values
+
+
+def _promised(ds: xr.Dataset) -> set[str]:
+    """Variables that a map's own definition chose; none where it chose none."""
+    integration = definition_of(ds).get("integration")
+    chosen = integration.get("variables") if isinstance(integration, dict) else None
+    return set(map(str, chosen)) if isinstance(chosen, tuple) else set()
+
+
+def _unprintable(ds: xr.Dataset) -> str | None:
+    """The name of an attribute or a text that a terminal might obey."""
+    holders = {"": ds.attrs} | {f"{name}:": variable.attrs for name, variable in ds.variables.items()}
+    for holder, attributes in holders.items():
+        for name, value in attributes.items():
+            if name != "definition" and not all(c.isprintable() or c in "\n\t" for c in str(value)):
+                return holder + name
+    for name, variable in ds.variables.items():
+        if variable.dtype.kind in "OUS" and not all(str(text).isprintable() for text in variable.values.reshape(-1)):
+            return str(name)
+    return None
+
+
+def open_map(path: str | Path, **options) -> xr.Dataset:
+    """Opens a map, lazily, with checks that say what is wrong.
+
+    Args:
+        path: results/<sweep>/stability_map.nc, or any file of that contract.
+        options: passed on to `xarray.open_dataset` (say, `chunks={}` for Dask arrays).
+
+    Returns:
+        The Dataset, as results/README.md describes it.
+
+    Raises:
+        MapError: for a file that is missing, not netCDF, or not a map of this contract.
+    """
+    ds = _open(path, **options)
+    version = str(ds.attrs.get("contract_version", ""))
+    if version.split(".")[0] != contract.CONTRACT_VERSION.split(".")[0]:
+        ds.close()
+        found = version or "nothing"
+        raise MapError(f"{path}: contract_version: is {found}; allowed: {contract.CONTRACT_VERSION}, a map of Polhode")
+    if (unprintable := _unprintable(ds)) is not None:
+        ds.close()
+        raise MapError(f"{path}: {unprintable}: holds control characters; allowed: printable text")
+    name = str(ds.attrs.get("system", systems.DEFAULT))
+    described = systems.is_file(name)  # a file named by a map is never run: its author may be anybody
+    if not described and name not in systems.names():
+        ds.close()
+        raise MapError(f"{path}: system: {name!r} is not available; allowed: {', '.join(systems.names())}")
+    wanted = set(OSCILLATIONS if described else systems.resolve(name).variables())
+    missing = sorted((_promised(ds) or wanted) - set(ds.variables))
+    if missing:
+        ds.close()
+        raise MapError(f"{path}: {missing[0]}: is missing ({len(missing)} in all); allowed: every variable of a map")
+    return ds

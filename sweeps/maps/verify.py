@@ -1,0 +1,349 @@
+"""Is a map what its definition and its kernels make? Check by check, and what differs, in words.
+
+`verify` trusts nothing that a file says of itself: hashes are recomputed, coordinates made again from the definition,
+and points of a random sample measured again by this project's kernels, by SciPy and by the closed form. A system that
+a file of somebody's own describes is never run.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from sweeps import systems
+from sweeps.maps import dataset, storage
+from sweeps.points.grid import Grid
+from sweeps.schema.definition import DEFAULT_NAME, Definition, load
+from sweeps.schema.refusals import DefinitionError, UnreadableError, shortened
+from sweeps.shards import content
+
+MAP = "stability_map.nc"
+BLOCK_POINTS = 2**18
+SHOWN = 3  # findings of one kind that are spelled out
+
+
+@dataclass(frozen=True)
+class Check:
+    """One thing that was looked at.
+
+    Attributes:
+        name: what it is called.
+        covers: what was compared, one line.
+        findings: what differs, one line each; empty where nothing does.
+        skipped: why it could not be looked at, or "".
+    """
+
+    name: str
+    covers: str
+    findings: tuple[str, ...] = ()
+    skipped: str = ""
+
+
+def map_of(path: str | Path) -> Path:
+    """The map that a person means: a file, or the one in the folder results/<sweep>."""
+    path = Path(path)
+    return path / MAP if path.is_dir() else path
+
+
+def verify(
+    path: str | Path, points: int = 100, seed: int = 0, against: Definition | None = None, any_kernels: bool = False
+) -> list[Check]:
+    """Looks at all that a map promises.
+
+    Args:
+        path: a map, or the folder it lies in.
+        points: how many random points are measured again.
+        seed: of their choice.
+        against: a definition that the map should have been made from; left out, the one in the file is taken.
+        any_kernels: whether a map that other kernels, or this code on another machine, made is right.
+
+    Returns:
+        The checks, in order; the map is whole where none has findings.
+
+    Raises:
+        MapError: for a file that is no map.
+    """
+    with storage.open_map(map_of(path)) as ds:
+        checks = [_content(ds)]
+        definition, check = _definition(ds, against)
+        checks.append(check)
+        if definition is None:
+            reason = check.skipped or "its definition cannot be read"
+            return [*checks, *(Check(name, "", skipped=reason) for name in ("kernels", "grid", "values", "sample"))]
+        checks += [_kernels(ds, definition, any_kernels), _grid(ds, definition)]
+        if checks[-1].findings:
+            return [*checks, *(Check(name, "", skipped="its grid is another") for name in ("values", "sample"))]
+        return [*checks, _values(ds, definition), *_sample(ds, definition, points, seed)]
+
+
+def _shown(findings: list[str]) -> tuple[str, ...]:
+    more = len(findings) - SHOWN
+    return (*findings[:SHOWN], *((f"and {more:,} more",) if more > 0 else ()))
+
+
+# ---------------------------------------------------------------------------------------------------------
+# What needs the file alone
+
+
+def _content(ds: xr.Dataset) -> Check:
+    """Whether each variable still holds the bytes that were written."""
+    digest = content.hashed(ds, BLOCK_POINTS)
+    promised = {name: str(variable.attrs.get("sha256", "")) for name, variable in ds.variables.items()}
+    findings = [
+        f"{name}: holds other values than were written"
+        for name, own in digest.digests().items()
+        if promised[name] and promised[name] != own
+    ]
+    if not findings and digest.hexdigest() != str(ds.attrs.get("content_hash", "")):
+        told = "is missing" if "content_hash" not in ds.attrs else "is not that of what the file holds"
+        findings = [f"content_hash: {told}"]
+    return Check("content", f"SHA-256 of {len(promised)} variables", tuple(findings))
+
+
+def _definition(ds: xr.Dataset, against: Definition | None) -> tuple[Definition | None, Check]:
+    """The definition in the file, and whether it is the one expected."""
+    name, covers = "definition", "the one in the file" + (f", against {against.name}" if against else "")
+    text = ds.attrs.get("definition", "")
+    if against is not None and text == against.text:
+        changed = str(ds.attrs.get("inputs", "")) != against.inputs
+        return against, Check(name, covers, ("inputs: a file of its bodies was another",) if changed else ())
+    try:
+        values = storage.mapping_of(text)
+        if (elsewhere := _needs_files(values)) is not None:
+            return None, Check(name, covers, skipped=elsewhere)
+        definition = load(values, against.name if against else DEFAULT_NAME)
+    except (DefinitionError, UnreadableError) as error:
+        return None, Check(name, covers, (f"definition: cannot be used ({shortened(str(error))!r})",))
+    findings = []
+    if definition.system != str(ds.attrs.get("system", systems.DEFAULT)):
+        findings.append(f"system: the file says {ds.attrs.get('system')!r}, its definition {definition.system!r}")
+    if against is not None:
+        differing = _differing(definition, against)
+        findings += [f"definition: another {key} than {against.name}'s" for key in differing]
+    return definition, Check(name, covers, tuple(findings))
+
+
+def _needs_files(values: dict) -> str | None:
+    """Why a definition found in a map is not followed to other files: nobody here has asked for those."""
+    if systems.is_file(values.get("system")):
+        return "its system is a Python file, run only where --definition names it"
+    bodies = values.get("bodies")
+    if isinstance(bodies, tuple) and any(isinstance(body, dict) and "mesh" in body for body in bodies):
+        return "its bodies are mesh files, read only where --definition names them"
+    return None
+
+
+def _differing(one: Definition, other: Definition) -> list[str]:
+    """Keys in which two definitions differ; in how many files the work is cut changes no result."""
+    ours, theirs = one.model_dump(exclude={"shards"}), other.model_dump(exclude={"shards"})
+    missing = object()
+    return [key for key in {**ours, **theirs} if ours.get(key, missing) != theirs.get(key, missing)]
+
+
+def _kernels(ds: xr.Dataset, definition: Definition, any_kernels: bool) -> Check:
+    covers = "fingerprint of sources, versions and processor"
+    if _same_kernels(ds, definition):
+        return Check("kernels", covers)
+    what = "kernel_fingerprint: made by other kernels, or by these on another machine"
+    return Check("kernels", covers, skipped=what) if any_kernels else Check("kernels", covers, (what,))
+
+
+def _same_kernels(ds: xr.Dataset, definition: Definition) -> bool:
+    return str(ds.attrs.get("kernel_fingerprint", "")) == systems.resolve(definition.system).fingerprint()
+
+
+# ---------------------------------------------------------------------------------------------------------
+# What needs the definition
+
+
+def _grid(ds: xr.Dataset, definition: Definition) -> Check:
+    """Whether the map has its definition's dimensions, coordinates and variables: every point, once."""
+    grid = Grid(definition)
+    covers = f"{grid.size:,} points: dimensions, coordinates, {len(_promised(definition))} variables"
+    sizes = dict(zip(grid.dims, grid.shape, strict=True))
+    if dict(ds.sizes) != sizes:
+        return Check("grid", covers, (f"dimensions: {_sizes(dict(ds.sizes))}, by the definition {_sizes(sizes)}",))
+    return Check("grid", covers, _shown([*_wrong_coordinates(ds, grid), *_wrong_variables(ds, definition, grid)]))
+
+
+def _promised(definition: Definition) -> dict:
+    return systems.resolve(definition.system).variables(definition)
+
+
+def _sizes(sizes: dict) -> str:
+    return " × ".join(f"{size:,} {shortened(str(dim))}" for dim, size in sizes.items()) or "none"
+
+
+def _wrong_coordinates(ds: xr.Dataset, grid: Grid) -> Iterator[str]:
+    expected = dataset.grid_coordinates(grid)
+    for name, array in expected.items():
+        if name not in ds.variables:
+            yield f"{name}: is missing"
+            continue
+        found = ds.variables[name]
+        if found.dims != array.dims or (found.dtype.kind != array.dtype.kind and found.dtype.kind not in "OU"):
+            yield f"{name}: is no coordinate along {', '.join(array.dims)} of type {array.dtype}"
+        elif content.as_bytes(found.values) != content.as_bytes(array.values):
+            yield f"{name}: has other values than the definition's"
+    for name in set(ds.variables) - set(expected) - set(_promised(grid.definition)):
+        yield f"{shortened(repr(name))}: is no variable of this map"
+
+
+def _wrong_variables(ds: xr.Dataset, definition: Definition, grid: Grid) -> Iterator[str]:
+    for name, spec in _promised(definition).items():
+        if name not in ds.variables:
+            yield f"{name}: is missing"
+        elif ds.variables[name].dims != grid.dims:
+            yield f"{name}: lies along {', '.join(map(str, ds.variables[name].dims))}, not {', '.join(grid.dims)}"
+        elif ds.variables[name].dtype != np.dtype(spec.dtype):
+            yield f"{name}: is of type {ds.variables[name].dtype}, not {np.dtype(spec.dtype)}"
+
+
+def _values(ds: xr.Dataset, definition: Definition) -> Check:
+    """Whether flags have meanings, and whether points that are called ok hold numbers."""
+    specs = _promised(definition)
+    measured = [name for name in ("omega_squared", "precession_rate") if name in specs] if "status" in specs else []
+    unknown, empty = {}, {}
+    shape = ds.variables[next(iter(specs))].shape
+    for box in content.runs(shape, BLOCK_POINTS):
+        for name in (name for name, spec in specs.items() if spec.flags):
+            values = ds.variables[name][box].values
+            first = specs[name].first_flag
+            outside = (values < first) | (values >= first + len(specs[name].flags))
+            unknown[name] = unknown.get(name, 0) + int(np.count_nonzero(outside))
+        for name in measured:
+            sound = ds.variables["status"][box].values == 0
+            holes = sound & ~np.isfinite(ds.variables[name][box].values)
+            empty[name] = empty.get(name, 0) + int(np.count_nonzero(holes))
+    findings = [f"{name}: {count:,} flags without a meaning" for name, count in unknown.items() if count]
+    findings += [f"{name}: {count:,} points without a number are called ok" for name, count in empty.items() if count]
+    return Check("values", "flags, and a number at every point called ok", tuple(findings))
+
+
+# ---------------------------------------------------------------------------------------------------------
+# A sample, measured again
+
+
+@dataclass(frozen=True)
+class _Sample:
+    numbers: np.ndarray
+    places: list[tuple[int, ...]]
+    points: dict[str, np.ndarray]
+    columns: dict[str, np.ndarray]
+
+    def name(self, i: int) -> str:
+        return f"point {self.numbers[i]}"
+
+    def at(self, i: int) -> dict:
+        return {name: values[i] for name, values in self.points.items()}
+
+
+def _sample(ds: xr.Dataset, definition: Definition, count: int, seed: int) -> Iterator[Check]:
+    if count < 1:
+        return
+    sample = _drawn(ds, definition, count, seed)
+    yield _by_own_kernels(ds, definition, sample, seed)
+    yield from _by_references(definition, sample)
+
+
+def _drawn(ds: xr.Dataset, definition: Definition, count: int, seed: int) -> _Sample:
+    grid = Grid(definition)
+    numbers = np.unique(np.random.default_rng(seed).integers(0, grid.size, count))
+    places = [tuple(int(k) for k in np.unravel_index(number, grid.shape)) for number in numbers]
+    parts = [grid.points(int(number), int(number) + 1) for number in numbers]
+    points = {name: np.concatenate([part[name] for part in parts]) for name in grid.arguments}
+    columns = {name: np.array([ds.variables[name][at].values for at in places]) for name in _promised(definition)}
+    return _Sample(numbers, places, points, columns)
+
+
+def _by_own_kernels(ds: xr.Dataset, definition: Definition, sample: _Sample, seed: int) -> Check:
+    """The same bits, where the same kernels made the map."""
+    name, covers = "this project's kernels", f"{len(sample.places)} points (seed {seed}), bit for bit"
+    if not _same_kernels(ds, definition):
+        return Check(name, covers, skipped="other kernels make other bits")
+    if getattr(definition.integration, "collapse", False):
+        return Check(name, covers, skipped="a collapsed map holds other points' motions in its own units")
+    arrays = {name: xr.DataArray(values, dims="point") for name, values in sample.points.items()}
+    again = dataset.evaluate(arrays, definition)
+    findings = []
+    for variable, held in sample.columns.items():
+        made = again[variable].values
+        for i in np.flatnonzero([a.tobytes() != b.tobytes() for a, b in zip(held, made, strict=True)]):
+            findings.append(
+                f"{variable} at {sample.name(i)}: the map holds {held[i]:.17g}, measured again {made[i]:.17g}"
+            )
+    return Check(name, covers, _shown(findings))
+
+
+def _by_references(definition: Definition, sample: _Sample) -> Iterator[Check]:
+    """What SciPy and the closed form find, within what the definition's tolerance allows."""
+    from sweeps.maps import reintegration
+
+    if definition.system not in reintegration.REFERENCES:
+        return
+    variable, ways = reintegration.REFERENCES[definition.system]
+    for name, way in ways.items():
+        covers = f"{variable} within the tolerance"
+        if variable not in sample.columns or "status" not in sample.columns:
+            yield Check(name, covers, skipped=f"the map has no {variable} with a status")
+            continue
+        findings, compared = [], 0
+        for i in np.flatnonzero(sample.columns["status"] == 0):
+            point, held = sample.at(i), float(sample.columns[variable][i])
+            with np.errstate(all="ignore"):
+                found = way(point, definition.integration)
+                most = reintegration.allowed(point, definition.system, definition.integration)
+            if np.isfinite(found):
+                compared += 1
+                if not abs(held - found) <= most:
+                    findings.append(
+                        f"{variable} at {sample.name(i)}: the map holds {held:.15g}, {name} finds {found:.15g}"
+                    )
+        check = Check(name, f"{compared} points, {covers}", _shown(findings))
+        yield check if compared else replace(check, skipped="no run of the sample is short enough, or none is ok")
+
+
+# ---------------------------------------------------------------------------------------------------------
+# The command
+
+
+def command(path: str, points: int, seed: int, definition: str | None, any_kernels: bool) -> int:
+    """Prints the checks as a table and what differs below it; 0 for a map that is whole, else 1.
+
+    Raises:
+        MapError: for a file that is no map.
+        DefinitionError: for a definition that is wrong, and for numbers out of range.
+    """
+    for name, value in (("--points", points), ("--seed", seed)):
+        if value < 0:
+            raise DefinitionError(f"{name}: {value} is out of range; allowed: 0 or more")
+    checks = verify(path, points, seed, _expected(path, definition), any_kernels)
+    _print(checks)
+    return 1 if any(check.findings for check in checks) else 0
+
+
+def _expected(path: str, definition: str | None) -> Definition | None:
+    """The definition by that name; left out, that of the sweep that ships and whose folder the map lies in."""
+    from sweeps.points import catalogue
+
+    folder = map_of(path).resolve().parent
+    known = catalogue.shipped() if folder.parent.name == "results" else {}
+    source = catalogue.resolve(definition) if definition is not None else known.get(folder.name)
+    return None if source is None else load(source)
+
+
+def _print(checks: list[Check]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    console, table = Console(), Table("check", "what was compared", "")
+    for check in checks:
+        verdict = "differs" if check.findings else f"not checked: {check.skipped}" if check.skipped else "holds"
+        table.add_row(*map(Text, (check.name, check.covers, verdict)))
+    console.print(table)
+    for check in checks:
+        for finding in check.findings:
+            console.print(Text(finding), soft_wrap=True)

@@ -1,0 +1,104 @@
+"""Which sweeps there are: the definitions that ship, and any other by its path."""
+
+import difflib
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from sweeps.points.estimate import refuse_if_too_large
+from sweeps.points.grid import Grid, shard_count
+from sweeps.schema.definition import NAME_PATTERN, Definition, load
+from sweeps.schema.refusals import DefinitionError
+
+FOLDER = Path(__file__).parents[1] / "definitions"
+DEFAULT = "tennis_racket"
+
+
+def shipped() -> dict[str, Path]:
+    """Name → file of each definition in sweeps/definitions."""
+    here = Path.cwd()
+    folder = FOLDER.relative_to(here) if FOLDER.is_relative_to(here) else FOLDER
+    return {path.stem: path for path in sorted(folder.glob("*.yaml"))}
+
+
+def resolve(text: str) -> Path:
+    """The file that a person means: the name of a sweep that ships, or a path.
+
+    Raises:
+        DefinitionError: for a name that is neither, with a near one where there is one.
+    """
+    known = shipped()
+    if text in known:
+        return known[text]
+    if "/" in text or "\\" in text or re.search(r"\.(ya?ml|json)$", text) or Path(text).is_file():
+        return Path(text)
+    raise DefinitionError(_unknown("definition", text, known, "or the path of a YAML file"))
+
+
+def _unknown(where: str, name: str, known: Iterable[str], otherwise: str) -> str:
+    near = difflib.get_close_matches(name[:100], known, n=1)
+    hint = f" (did you mean {near[0]}?)" if near else ""
+    return f"{where}: {name[:100]!r} is not the name of a sweep{hint}; allowed: {', '.join(known)}, {otherwise}"
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What the workflow needs to know of a sweep before it starts."""
+
+    path: Path
+    definition: Definition
+    shards: int
+
+
+def plan(source: str | Path, results: str | Path = "results") -> Plan:
+    """Validates a definition and sees whether this machine has room for it.
+
+    Args:
+        source: the definition's path.
+        results: folder that the results go to.
+
+    Raises:
+        DefinitionError: for a definition that is wrong, too large for disk or memory, or named like one that ships.
+    """
+    path = Path(source)
+    definition = load(path)
+    ships = shipped().get(definition.name)
+    if ships is not None and ships.resolve() != path.resolve():
+        raise DefinitionError(
+            f"{path}: (file name): {definition.name!r} is the name of a sweep that ships; allowed: any other name"
+        )
+    grid = Grid(definition)
+    refuse_if_too_large(definition, grid, results)
+    return Plan(path, definition, shard_count(definition, grid))
+
+
+def requested(config: Mapping, targets: Iterable[str]) -> tuple[str, dict[str, Plan]]:
+    """The sweeps that a call of the workflow asks for.
+
+    Args:
+        config: Snakemake's config; `definition` names the file of a sweep.
+        targets: what was asked for on the command line: files below results/, or names of rules.
+
+    Returns:
+        The name of the sweep that is made where no file is asked for, and name → plan of every sweep asked for.
+
+    Raises:
+        DefinitionError: for a definition that is wrong, and for a target that belongs to no known sweep.
+    """
+    source = resolve(str(config.get("definition", DEFAULT)))
+    default = plan(source)
+    plans = {default.definition.name: default}
+    known = {**shipped(), default.definition.name: default.path}
+    for name in filter(None, map(_sweep_of, targets)):
+        if not re.fullmatch(NAME_PATTERN, name) or name not in known:
+            raise DefinitionError(_unknown("target", name, known, "or --config definition=PATH with that file name"))
+        if name not in plans:
+            plans[name] = plan(known[name])
+    return default.definition.name, plans
+
+
+def _sweep_of(target: str) -> str | None:
+    """The sweep's name in a target results/<name>/…, None for any other target."""
+    parts = target.removeprefix("./").split("/", 2)
+    return parts[1] if parts[0] == "results" and len(parts) > 1 else None

@@ -1,0 +1,147 @@
+"""Point number ↔ coordinates: a grid of any size, of which only the part asked for is ever in memory.
+
+Points are numbered in C order over the grid's dimensions: the last dimension runs fastest. Sizes are
+Python integers, for a grid's size may exceed 64 bits long before anybody asks what it would cost.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from sweeps import systems
+from sweeps.schema.definition import Definition
+from sweeps.schema.parameters import SPELLED_OUT, Range
+from sweeps.schema.values import MAX_SHARDS
+from sweeps.systems import System
+
+SHARD_SECONDS = 10  # a file and a job cost a second or so: a shard is worth ten of work
+
+
+@dataclass(frozen=True)
+class Grid:
+    """The points of a sweep.
+
+    Its system says which dimensions those have, in which order, and the values along them; dimensions of length one
+    are included.
+    """
+
+    definition: Definition
+
+    @cached_property
+    def dims(self) -> tuple[str, ...]:
+        """Names of the dimensions, in storage order."""
+        return tuple(self._along)
+
+    @cached_property
+    def shape(self) -> tuple[int, ...]:
+        """Length of each dimension."""
+        return tuple(_length(values) for values in self._along.values())
+
+    @cached_property
+    def size(self) -> int:
+        """Number of points."""
+        return math.prod(self.shape)
+
+    @cached_property
+    def coordinates(self) -> dict[str, np.ndarray]:
+        """Dimension → its values, 1-D: whole numbers, text or float64, in the units of the system's coordinates."""
+        return {dim: _spelled_out(values) for dim, values in self._along.items()}
+
+    @cached_property
+    def auxiliary(self) -> dict[str, tuple[str, np.ndarray]]:
+        """Name → (dimension, values along it) of each coordinate that is no dimension: what bodies give themselves."""
+        return self._system.auxiliary(self.definition)
+
+    @cached_property
+    def arguments(self) -> tuple[str, ...]:
+        """Names of the coordinates that a point consists of."""
+        return self._system.arguments(self.definition)
+
+    @cached_property
+    def _system(self) -> System:
+        return systems.resolve(self.definition.system)
+
+    @cached_property
+    def _along(self) -> dict[str, Range | np.ndarray]:
+        return self._system.dimensions(self.definition)
+
+    def points(self, start: int, stop: int) -> dict[str, np.ndarray]:
+        """Coordinates of the points start … stop − 1.
+
+        Args:
+            start: number of the first point.
+            stop: number after the last point; 0 ≤ start ≤ stop ≤ size.
+
+        Returns:
+            Each of `arguments` → its values (int64 or float64; SI units), of shape (stop − start,); memory is
+            proportional to stop − start, whatever the grid's size.
+
+        Raises:
+            ValueError: for numbers outside the grid.
+        """
+        index = self._unravelled(start, stop)
+        columns = {}
+        for name in self.arguments:
+            if name in index:
+                values = self._values(name, index[name])
+            else:
+                dim, along = self.auxiliary[name]
+                values = along[index[dim]]
+            columns[name] = values.astype(np.int64) if values.dtype.kind == "i" else values
+        return columns
+
+    def shard_bounds(self, count: int) -> list[tuple[int, int]]:
+        """Cuts the points into `count` runs [start, stop), in order, whose sizes differ by one at most."""
+        if not 1 <= count <= self.size:
+            raise ValueError(f"count: {count} is out of range; allowed: 1 to {self.size}, one a point")
+        cuts = [self.size * k // count for k in range(count + 1)]
+        return list(pairwise(cuts))
+
+    def _unravelled(self, start: int, stop: int) -> dict[str, np.ndarray]:
+        self._check_bounds(start, stop)
+        steps = np.arange(stop - start)
+        index = {}
+        for dim, length in zip(reversed(self.dims), reversed(self.shape), strict=True):
+            # Only offsets are arrays: the number of the first point may exceed 64 bits.
+            start, first = divmod(start, length)
+            steps, index[dim] = np.divmod(steps + first, length)
+        return index
+
+    def _check_bounds(self, start: int, stop: int) -> None:
+        if not 0 <= start <= stop <= self.size:
+            allowed = f"0 ≤ start ≤ stop ≤ {self.size}"
+            raise ValueError(f"points: {start} to {stop} is out of range; allowed: {allowed}")
+
+    @cached_property  # longer axes are computed where they are asked for
+    def _tables(self) -> dict[str, np.ndarray]:
+        lengths = zip(self._along.items(), self.shape, strict=True)
+        return {dim: _spelled_out(values) for (dim, values), length in lengths if length <= SPELLED_OUT}
+
+    def _values(self, dim: str, index: np.ndarray) -> np.ndarray:
+        if dim in self._tables:
+            return self._tables[dim][index]
+        along = self._along[dim]
+        return along.values(index) if isinstance(along, Range) else along[index]
+
+
+def _length(values: Range | np.ndarray) -> int:
+    return values.num if isinstance(values, Range) else values.size
+
+
+def _spelled_out(values: Range | np.ndarray) -> np.ndarray:
+    return values.values(np.arange(values.num)) if isinstance(values, Range) else values
+
+
+def shard_count(definition: Definition, grid: Grid) -> int:
+    """Number of files the work is cut into, never more than points.
+
+    For `shards: auto`, as many as leave each ten seconds of work at the system's speed, and at least one.
+    """
+    if definition.shards != "auto":
+        return min(definition.shards, grid.size)
+    speed = systems.resolve(definition.system).samples_per_second
+    worthwhile = grid.size * definition.integration.samples // (speed * SHARD_SECONDS)
+    return max(1, min(worthwhile, grid.size, MAX_SHARDS))

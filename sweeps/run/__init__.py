@@ -1,0 +1,1 @@
+"""What drives the way from a definition to its files: compiling, claims, progress."""

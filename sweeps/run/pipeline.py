@@ -1,0 +1,160 @@
+"""From a definition to its map, pictures and report without a workflow engine: the same files as the Snakefile makes.
+
+What is finished stays and is not made again: a shard or a map of the same definition, files and kernels, and pictures
+and a report that are younger than their map.
+"""
+
+import multiprocessing
+import os
+import queue
+import shutil
+import sys
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ProcessPoolExecutor
+from pathlib import Path
+
+from kernels.fingerprint import cache_folder, fingerprint
+from sweeps import systems
+from sweeps.maps import storage
+from sweeps.points.catalogue import Plan
+from sweeps.points.grid import Grid
+from sweeps.run import claims, progress, warmup
+from sweeps.schema.definition import Definition
+from sweeps.shards import merging
+from sweeps.shards.shard import holds_shard, write_shard
+from sweeps.views import figures, report
+
+_done = None  # in a process of ours: the queue that it tells how many points it has just done
+
+
+def cores() -> int:
+    """Processors that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def make(planned: Plan, results: str | Path = "results", workers: int = 1, again: bool = False) -> Iterator[Path]:
+    """Makes the map of a sweep, its pictures and its report.
+
+    Args:
+        planned: the sweep.
+        results: the folder for results; the sweep's own is below it.
+        workers: processors to use; they change no bit.
+        again: whether to make everything again, finished or not.
+
+    Yields:
+        Each file or folder once it is there.
+    """
+    with claims.claimed([planned.definition.name], results):
+        yield from _made(planned, Path(results) / planned.definition.name, workers, again)
+
+
+def _made(planned: Plan, folder: Path, workers: int, again: bool) -> Iterator[Path]:
+    path = folder / "stability_map.nc"
+    if again or not storage.holds_map(path, planned.definition):
+        _compile(systems.resolve(planned.definition.system))
+        shards = [folder / "shards" / f"{k}-of-{planned.shards}.nc" for k in range(1, planned.shards + 1)]
+        _measure(planned.definition, shards, workers, again)
+        _say(f"merging {len(shards)} shards" if len(shards) > 1 else "writing the map")
+        merging.merge(planned.definition, shards, path, workers)
+        shutil.rmtree(folder / "shards")
+    yield path
+    yield from _shown(path, again)
+
+
+def _shown(path: Path, again: bool) -> Iterator[Path]:
+    """Pictures and report of a map."""
+    for name, maker in {"figures": _draw, "report.html": _report}.items():
+        made = path.parent / name
+        if again or not made.exists() or made.stat().st_mtime < path.stat().st_mtime:
+            _say(f"making {made}")
+            maker(path, made)
+        yield made
+
+
+def _draw(path: Path, folder: Path) -> None:
+    shutil.rmtree(folder, ignore_errors=True)
+    with storage.open_map(path) as ds:
+        for _ in figures.draw_all(ds, folder):
+            pass
+    os.utime(folder)
+
+
+def _report(path: Path, file: Path) -> None:
+    with storage.open_map(path) as ds:
+        report.write(ds, file)
+
+
+def _compile(system: systems.System) -> None:
+    """Compiles the kernels, alone, where no workflow or earlier run has: their cache bears one writer."""
+    compiled = cache_folder() / "compiled"
+    if not compiled.exists():
+        _say("compiling the kernels, once per machine")
+        warmup.compile_kernels()
+        compiled.write_text(fingerprint() + "\n")
+    if not system.compiled().exists():
+        _say(f"compiling the equations of {system.name}, once per machine")
+        warmup.compile_system(system)
+    warmup.compile_missing(system)
+
+
+def _say(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Shards
+
+
+def _measure(definition: Definition, shards: list[Path], workers: int, again: bool) -> None:
+    """Writes those shards that are not there yet, several at a time, each by a process of its own."""
+    count, bounds = len(shards), Grid(definition).shard_bounds(len(shards))
+    numbers = range(1, count + 1)
+    missing = [k for k in numbers if again or not holds_shard(shards[k - 1], definition, k, count)]
+    if count > len(missing):
+        _say(f"{count - len(missing)} of {count} shards are there already")
+    points = sum(stop - start for start, stop in (bounds[k - 1] for k in missing))
+    jobs = [(definition, k, count, shards[k - 1]) for k in missing]
+    with progress.points(points, definition.name) as advance:
+        if len(jobs) == 1 or workers == 1:
+            for job in jobs:
+                write_shard(*job, workers, advance)
+        elif jobs:
+            _share(jobs, workers, advance)
+
+
+def _share(jobs: list[tuple], workers: int, advance: Callable[[int], None]) -> None:
+    """Lets processes write the shards; netCDF bears one thread a process."""
+    spawn = multiprocessing.get_context("spawn")  # a fork would copy the locks of running threads
+    told = spawn.Queue()
+    processes = min(workers, len(jobs))
+    with ProcessPoolExecutor(processes, spawn, _begin, (told,)) as pool:
+        running = [pool.submit(_write, *job, max(1, workers // processes)) for job in jobs]
+        try:
+            _follow(running, told, advance)
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+def _follow(running: list[Future], told, advance: Callable[[int], None]) -> None:
+    while True:
+        over = all(future.done() for future in running)
+        try:
+            while True:
+                advance(told.get(timeout=0.1))
+        except queue.Empty:
+            pass
+        for future in running:
+            if future.done():
+                future.result()
+        if over:
+            return
+
+
+def _begin(told) -> None:
+    global _done
+    _done = told
+
+
+def _write(definition: Definition, number: int, count: int, path: Path, threads: int) -> None:
+    write_shard(definition, number, count, path, threads, _done.put)

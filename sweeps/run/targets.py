@@ -1,0 +1,79 @@
+"""What a call of `snakemake` asks for, known before the workflow is built.
+
+Snakemake tells a Snakefile its config but not its targets; its own parser reads them from the command line.
+"""
+
+import difflib
+import re
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+from snakemake.cli import get_argument_parser
+
+from sweeps.schema.refusals import DefinitionError, shortened
+
+# options of Snakemake that make none of the workflow's files
+LOOKING = (
+    *("dryrun", "lint", "list_rules", "list_target_rules", "summary", "detailed_summary", "print_compilation"),
+    *("dag", "rulegraph", "filegraph", "d3dag", "report", "unlock", "cleanup_metadata", "cleanup_shadow", "archive"),
+    *("containerize", "export_cwl", "generate_unit_tests", "list_changes", "list_input_changes", "list_params_changes"),
+)
+
+
+def on_command_line() -> list[str]:
+    """Targets of the running `snakemake` command; none where it was not started from a command line."""
+    if not Path(sys.argv[0]).name.startswith(("snakemake", "__main__")):
+        return []
+    try:
+        arguments, _ = get_argument_parser().parse_known_args(sys.argv[1:])
+    except SystemExit:  # Snakemake itself has accepted these arguments, or will say what is wrong
+        return []
+    return [str(target) for target in arguments.targets or ()]
+
+
+def is_to_run() -> bool:
+    """Whether the running `snakemake` command is to make files, rather than to show or to plan something."""
+    if not Path(sys.argv[0]).name.startswith(("snakemake", "__main__")):
+        return True
+    try:
+        arguments, _ = get_argument_parser().parse_known_args(sys.argv[1:])
+    except SystemExit:
+        return False
+    return not any(getattr(arguments, name, None) for name in LOOKING)
+
+
+def threads_of_shard(workflow, count: int) -> int:
+    """Threads for each of `count` shards: what they leave free on this machine, and one each on a cluster."""
+    return max(1, workflow.cores // count) if workflow.local_exec else 1
+
+
+def refuse_unmade(targets: Iterable[str], rules: Iterable, sweeps: Iterable[str]) -> None:
+    """Refuses files below results/ that no rule makes.
+
+    Args:
+        targets: what was asked for on the command line.
+        rules: the workflow's rules (Snakemake's own objects), all of them.
+        sweeps: names of the sweeps that the workflow knows.
+
+    Raises:
+        DefinitionError: naming the first such file and what can be made in its place.
+    """
+    rules, sweeps = list(rules), list(sweeps)
+    for target in (str(target).removeprefix("./") for target in targets):
+        folder, _, rest = target.partition("/")
+        if folder != "results" or any(rule.is_producer(target) for rule in rules):
+            continue
+        name, _, file = rest.partition("/")
+        files = _files(rules)
+        near = difflib.get_close_matches(file, files, n=1)
+        meant = f" (did you mean results/{name}/{near[0]}?)" if near else ""
+        made = [f"results/{own}/{file}" for own in ([name] if name in sweeps else sweeps) for file in files]
+        what = f"target: {shortened(repr(target))} is made by no rule{meant}"
+        raise DefinitionError(f"{what}; allowed: {', '.join(made)}")
+
+
+def _files(rules: list) -> list[str]:
+    """What rules make of any sweep, below results/<sweep>/."""
+    outputs = [re.match(r"results/\{sweep(?:,[^}]*)?\}/([^{]*)$", str(output)) for r in rules for output in r.output]
+    return [output[1] for output in outputs if output]

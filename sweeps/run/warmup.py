@@ -1,0 +1,76 @@
+"""Compiling the kernels before anything else needs them.
+
+Numba's disk cache is not safe when several processes compile at once, so the workflow compiles in jobs of their own:
+what all sweeps share in one, and what is generated for one system in another.
+"""
+
+import fcntl
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from kernels import stored
+from kernels.fingerprint import cache_folder
+from sweeps import systems
+from sweeps.files import replaced
+from sweeps.run import claims
+
+
+@contextmanager
+def _alone() -> Iterator[None]:
+    """One process at once."""
+    handle = os.open(cache_folder() / ".compiling", os.O_RDWR | os.O_CREAT, 0o600)
+    try:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX)
+        except OSError as error:
+            if error.errno not in claims.UNSUPPORTED:
+                raise
+        yield
+    finally:
+        os.close(handle)
+
+
+def compile_kernels() -> None:
+    """Compiles, and stores in the cache, every kernel that is no one system's alone; one process at once."""
+    with _alone():
+        _compile_shared()
+
+
+def compile_system(system: systems.System) -> None:
+    """Compiles, and stores in the cache, what one system calls, and says so there; one process at once.
+
+    Raises:
+        DescriptionError: for what is wrong with its description.
+    """
+    with _alone():
+        system.compile()
+        stored.note(cache_folder())
+    compiled = system.compiled()
+    compiled.parent.mkdir(parents=True, exist_ok=True)
+    with replaced(compiled) as temporary:
+        temporary.write_text(system.fingerprint() + "\n")
+
+
+def compile_missing(system: systems.System) -> None:
+    """Compiles, alone, what one system calls, unless it lies in the cache whole: call it before work that is shared."""
+    if not (stored.is_whole(cache_folder()) and _says_compiled(system)):
+        with _alone():
+            system.compile()
+            stored.note(cache_folder())
+
+
+def _says_compiled(system: systems.System) -> bool:
+    try:
+        return system.compiled().read_text().strip() == system.fingerprint()
+    except (OSError, ValueError):
+        return False
+
+
+def _compile_shared() -> None:
+    for name in systems.MODULES:
+        systems.resolve(name).compile()
+    from kernels import oscillations
+
+    assert oscillations.run
+    stored.note(cache_folder())

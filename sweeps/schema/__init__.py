@@ -1,0 +1,1 @@
+"""What a definition may hold: values, parameters, variables, and what is said of wrong ones."""

@@ -1,0 +1,227 @@
+"""What a grid varies: its parameters, the ranges of their values, and the model that a table of parameters makes."""
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import AfterValidator, Discriminator, Field, Tag, create_model, model_validator
+
+from sweeps.schema.refusals import TAGS, refusal
+from sweeps.schema.values import Count, Strict, choice, different, not_empty
+from sweeps.schema.variables import Variable
+
+SPACINGS = ("linear", "log")
+# Up to here a range is spelled out to see that its values differ; beyond, a bound on the step must do.
+SPELLED_OUT = 2**16
+
+
+def _power_of_ten(exponent: float) -> float:
+    if exponent.is_integer():
+        return float(f"1e{exponent:.0f}")  # the decade as people write it: 10.0**23 is not 1e23
+    try:
+        return 10.0**exponent
+    except OverflowError:  # the largest double's own logarithm, rounded up
+        return math.inf
+
+
+class Range(Strict):
+    """Evenly or logarithmically spaced values; both ends are exact.
+
+    Linear values equal `numpy.linspace(start, stop, num)` bit for bit, logarithmic ones
+    `numpy.geomspace(start, stop, num)` to its rounding. Each value comes from its own number alone, so a
+    part of a range of any length costs no more than itself.
+    """
+
+    start: float = Field(description="first value")
+    stop: float = Field(description="last value, itself included")
+    num: Count = Field(description="number of values: whole, ≥ 1; 1 only where start equals stop")
+    spacing: Annotated[str, choice(SPACINGS)] = Field("linear", description="linear, or log (geometric)")
+
+    def values(self, index: np.ndarray) -> np.ndarray:
+        """Values at the numbers `index` (0 ≤ index < num; any shape), float64 of the same shape."""
+        index = np.asarray(index)
+        if self.num == 1:
+            return np.full(index.shape, self.start)
+        spaced = self._logarithmic if self.spacing == "log" else self._linear
+        return np.where(index == 0, self.start, np.where(index == self.num - 1, self.stop, spaced(index)))
+
+    def _linear(self, index: np.ndarray) -> np.ndarray:
+        return index * ((self.stop - self.start) / (self.num - 1)) + self.start
+
+    def _logarithmic(self, index: np.ndarray) -> np.ndarray:
+        first, last = np.log10(np.abs([self.start, self.stop]))
+        exponents = index * ((last - first) / (self.num - 1)) + first
+        # NumPy's pow rounds 1e-17 to 9.999…e-18, and one number otherwise than the same in an array.
+        powers = np.array([_power_of_ten(y) for y in exponents.ravel().tolist()]).reshape(index.shape)
+        return np.copysign(powers, self.start)
+
+    @model_validator(mode="after")
+    def _check(self) -> "Range":
+        if self.num == 1:
+            if self.start != self.stop:
+                raise refusal("has one value but two ends", "num ≥ 2, or start equal to stop")
+            return self
+        if self.spacing == "log" and not (self.start * math.copysign(1.0, self.stop) > 0 and self.stop != 0):
+            raise refusal("has log spacing through zero", "log with ends both above or both below 0")
+        if math.isinf(self.stop - self.start):
+            raise refusal("is wider than a double can hold", "stop - start within ±1.8e308")
+        if not self._values_differ():
+            raise refusal("has values that coincide once rounded", "a smaller num, or ends farther apart")
+        return self
+
+    def _comes_near_zero(self, least: float) -> bool:
+        """Whether a value between ends of both signs is 0, but for rounding, or below `least`."""
+        if self.num == 1 or self.start * math.copysign(1.0, self.stop) > 0:
+            return False
+        step = (self.stop - self.start) / (self.num - 1)
+        nearest = np.clip(round(-self.start / step) + np.arange(-1, 2), 0, self.num - 1)
+        # What should be zero can come out as a few 1e-17 of a step: no value anybody meant.
+        return bool(np.min(np.abs(self.values(nearest))) < max(least, 1e-9 * abs(step)))
+
+    def _values_differ(self) -> bool:
+        """Whether the values run strictly from end to end: then what the ends may be, all may."""
+        if self.num <= SPELLED_OUT:
+            with np.errstate(invalid="ignore"):  # infinite neighbours, which this refuses
+                steps = np.diff(self.values(np.arange(self.num)))
+            return bool(np.all(steps > 0) or np.all(steps < 0))
+        if self.spacing == "log":  # 10**y at |y| ≤ 308 carries up to 1e-13 of relative rounding
+            e_folds = math.log(abs(self.stop)) - math.log(abs(self.start))
+            return abs(e_folds) / (self.num - 1) > 1e-12
+        width = abs(self.stop - self.start)
+        # start + i·step carries 1.5 units in the last place of its largest term at most.
+        return width / (self.num - 1) > 2 * math.ulp(max(abs(self.start), abs(self.stop), width))
+
+
+def _monotonic(values: tuple[float, ...]) -> tuple[float, ...]:
+    """CF coordinate variables are monotonic: a list that goes up and down is sorted."""
+    ascending = tuple(sorted(values))
+    return values if values in (ascending, ascending[::-1]) else ascending
+
+
+def _kind(value: Any) -> str:
+    if isinstance(value, Mapping | Range):
+        return TAGS[2]
+    return TAGS[1] if isinstance(value, tuple | list) else TAGS[0]
+
+
+FORMS = "a number, a list, or {start, stop, num, spacing: linear|log}"
+
+
+def _listed(item: Any) -> Any:
+    return Annotated[
+        tuple[item, ...],
+        AfterValidator(not_empty),
+        AfterValidator(different),
+        AfterValidator(_monotonic),
+        Tag(TAGS[1]),
+    ]
+
+
+def entry(item: Any, spaced: type[Range]) -> Any:
+    """A grid's entry: a number, a list of numbers, or a range."""
+    number = Annotated[item, Tag(TAGS[0])]
+    return Annotated[number | _listed(item) | Annotated[spaced, Tag(TAGS[2])], Discriminator(_kind)]
+
+
+# ---------------------------------------------------------------------------------------------------------
+# A table of parameters
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A kind of number, which one parameter or several hold.
+
+    Attributes:
+        noun: what one value is called: "moment".
+        units: UDUNITS text, "1" for none.
+        bounds: what is allowed, in few words.
+        item: the checked type of one value (see `sweeps.schema.values`).
+        least: the least absolute value, where 0 lies between what is allowed; None elsewhere.
+    """
+
+    noun: str
+    units: str
+    bounds: str
+    item: Any
+    least: float | None = None
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One key of a grid.
+
+    Attributes:
+        name: the key, and the coordinate of that name.
+        quantity: what its values are.
+        long_name: what the coordinate means, one line (CF).
+        default: its value where the key is left out; None where nothing stands in for it.
+        description: what a refusal says of it; left out, the long name with unit and bounds.
+        required: whether a definition without it is refused at once; False where the system itself looks.
+    """
+
+    name: str
+    quantity: Quantity
+    long_name: str
+    default: float | None = None
+    description: str = ""
+    required: bool = False
+
+
+def coordinates(parameters: Iterable[Parameter]) -> dict[str, Variable]:
+    """Name → coordinate of each parameter."""
+    return {p.name: Variable(p.name, p.quantity.units, p.long_name) for p in parameters}
+
+
+def grid_model(name: str, parameters: Iterable[Parameter], module: str) -> type[Strict]:
+    """The model of a definition's `grid`: each key a number, a list, or a range.
+
+    Args:
+        name: the model's name.
+        parameters: its keys, in order.
+        module: the module that it will be found in under its name (for pickle).
+    """
+    ranges, fields = {}, {}
+    for parameter in parameters:
+        quantity = parameter.quantity
+        if quantity.noun not in ranges:
+            ranges[quantity.noun] = _range_model(quantity)
+        default = ... if parameter.required else parameter.default
+        fields[parameter.name] = (
+            entry(quantity.item, ranges[quantity.noun]),
+            Field(default, description=_description(parameter)),
+        )
+    doc = "What a sweep varies. A list that is not monotonic is sorted ascending, as CF coordinates must be."
+    return create_model(name, __base__=Strict, __module__=module, __doc__=doc, **fields)
+
+
+def _description(parameter: Parameter) -> str:
+    quantity = parameter.quantity
+    units = "" if quantity.units == "1" else f", {quantity.units}"
+    return (parameter.description or f"{parameter.long_name}{units}, {quantity.bounds}") + f": {FORMS}"
+
+
+def _range_model(quantity: Quantity) -> type[Range]:
+    """Ranges whose ends, and so all of whose values, are of a quantity."""
+    units = "dimensionless" if quantity.units == "1" else quantity.units
+    ends = {"start": f"first {quantity.noun}, {units}", "stop": f"last {quantity.noun}, {units}, itself included"}
+    fields = {end: (quantity.item, Field(description=f"{text}: {quantity.bounds}")) for end, text in ends.items()}
+    base = Range if quantity.least is None else _nonzero(quantity)
+    return create_model("".join(map(str.capitalize, quantity.noun.split())) + "Range", __base__=base, **fields)
+
+
+def _nonzero(quantity: Quantity) -> type[Range]:
+    class Nonzero(Range):
+        @model_validator(mode="after")
+        def _check_zero(self) -> "Nonzero":
+            if self._comes_near_zero(quantity.least):
+                raise refusal(f"holds the {quantity.noun} 0", f"values with {quantity.bounds}: say, an even num")
+            return self
+
+    return Nonzero
+
+
+def spread(entry: Any) -> Range | np.ndarray:
+    """A grid's entry as values along a dimension: the range itself, or a one-dimensional array of float64."""
+    return entry if isinstance(entry, Range) else np.atleast_1d(np.array(entry, np.float64))

@@ -1,0 +1,148 @@
+"""Checked values: numbers and text that refuse in words what they may not hold."""
+
+import math
+import sys
+from collections.abc import Callable
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict
+
+from sweeps.schema.refusals import display, hint, refusal
+
+MAX_SHARDS = 10_000
+MAX_SAMPLES = 10**9
+MIN_MOMENT = sys.float_info.min
+MAX_SPIN_RATE, MIN_SPIN_RATE = 1e150, 1e-150
+
+
+class Strict(BaseModel):
+    """A frozen model that converts nothing and knows no other keys than its own."""
+
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
+
+
+def finite(value: Any, allowed: str) -> float:
+    """A finite double; booleans and text are no numbers."""
+    if isinstance(value, str):
+        raise refusal("is text, not a number", allowed)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise refusal("is not a number", allowed)
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
+        raise refusal("is not finite as a double", allowed)
+    return number
+
+
+def number(holds: Callable[[float], bool], allowed: str) -> BeforeValidator:
+    """Finite numbers for which `holds`."""
+
+    def check(value: Any) -> float:
+        number = finite(value, allowed)
+        if not holds(number):
+            raise refusal("is out of range", allowed)
+        return number
+
+    return BeforeValidator(check)
+
+
+def whole(least: int, most: int, allowed: str) -> BeforeValidator:
+    """Whole numbers from `least` to `most`."""
+
+    def check(value: Any) -> int:
+        if isinstance(value, bool) or not isinstance(value, int):
+            raise refusal("is not a whole number", allowed)
+        if not least <= value <= most:
+            raise refusal("is out of range", allowed)
+        return value
+
+    return BeforeValidator(check)
+
+
+def choice(options: tuple[str, ...]) -> BeforeValidator:
+    """One of some words."""
+
+    def check(value: Any) -> str:
+        if value in options:
+            return value
+        raise refusal("is not available" + hint(value, options), ", ".join(options))
+
+    return BeforeValidator(check)
+
+
+def line_of_text(most: int) -> AfterValidator:
+    """One line of printable text."""
+    allowed = f"one line of printable text, 1 to {most} characters"
+
+    def check(text: str) -> str:
+        if not text.strip() or len(text) > most or not text.isprintable():
+            raise refusal("is empty, too long or not printable", allowed)
+        return text
+
+    return AfterValidator(check)
+
+
+def _prose(text: str) -> str:
+    text = text.strip()
+    if not text or len(text) > 4000 or not all(c.isprintable() or c in "\n\t" for c in text):
+        raise refusal("is empty, too long or not printable", "printable text, 1 to 4000 characters")
+    return text
+
+
+def file_count(value: Any) -> int | str:
+    """A number of files, or auto."""
+    allowed = f"auto, or a whole number from 1 to {MAX_SHARDS:,} (each is a file and a job)"
+    if value == "auto":
+        return "auto"
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise refusal("is neither auto nor a whole number", allowed)
+    if not 1 <= value <= MAX_SHARDS:
+        raise refusal("is out of range", allowed)
+    return value
+
+
+def not_empty(values: tuple) -> tuple:
+    """A list of one value or more."""
+    if not values:
+        raise refusal("is empty", "a list of at least one value")
+    return values
+
+
+def different(values: tuple) -> tuple:
+    """A list without repetition."""
+    seen = set()
+    for value in values:
+        if value in seen:
+            raise refusal(f"holds {display(value)} twice", "values that all differ")
+        seen.add(value)
+    return values
+
+
+def ascending(axes: tuple[int, ...]) -> tuple[int, ...]:
+    """The list, sorted."""
+    return tuple(sorted(axes))
+
+
+def spin_rate(name: str) -> Any:
+    """Spin rates in rad s-1, of either sign and not 0; `name` is the key's."""
+    allowed = f"a number with 1e-150 ≤ |{name}| ≤ 1e150 in rad s-1; negative spins the other way"
+    return Annotated[float, number(lambda x: MIN_SPIN_RATE <= abs(x) <= MAX_SPIN_RATE, allowed)]
+
+
+Moment = Annotated[
+    float,
+    number(
+        lambda x: x >= MIN_MOMENT,
+        f"a finite number > 0 (and no denormal: at least {MIN_MOMENT!r}), a moment in kg m2 or a ratio",
+    ),
+]
+Epsilon = Annotated[float, number(lambda x: 0 < x < 1, "a number with 0 < epsilon < 1")]
+Phase = Annotated[float, number(lambda x: True, "any finite number, in rad")]
+Positive = Annotated[float, number(lambda x: x > 0, "a finite number > 0")]
+Tolerance = Annotated[float, number(lambda x: 1e-13 <= x <= 1e-3, "a number from 1e-13 to 1e-3")]
+Prose = Annotated[str, AfterValidator(_prose)]
+Axis = Annotated[int, whole(1, 3, "1, 2 or 3")]
+Count = Annotated[int, whole(1, 2**53, "a whole number ≥ 1 (and ≤ 2^53)")]
+SamplesPerRotation = Annotated[int, whole(4, MAX_SAMPLES, f"a whole number from 4 to {MAX_SAMPLES:,}")]

@@ -1,0 +1,138 @@
+"""netCDF-4 files whose chunks are encoded here, in whatever thread, and go from file to file as they are.
+
+netCDF makes a file, its dimensions, variables and attributes; HDF5 then takes each chunk as it will lie on the disk,
+past its own filters. What lies there is what those filters would have made, so every reader of netCDF-4 opens it.
+"""
+
+import errno
+import os
+import zlib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+import h5py
+import netCDF4
+import numpy as np
+from isal import isal_zlib
+
+from sweeps.files import replaced
+from sweeps.schema.variables import Variable
+from sweeps.shards.chunks import Chunks
+from sweeps.shards.content import as_bytes
+
+UNREADABLE = (OSError, RuntimeError, ValueError, KeyError, zlib.error)  # what h5py may raise at a damaged file
+
+
+@contextmanager
+def written(path: str | Path, flush: bool = True) -> Iterator[Path]:
+    """A temporary path for a netCDF-4 file, which takes its place once it is whole (see `sweeps.files.replaced`).
+
+    Raises:
+        OSError: where the disk is full or fails, with the system's reason: netCDF itself says "HDF error".
+    """
+    with replaced(path, flush) as temporary:
+        try:
+            yield temporary
+        except RuntimeError as error:
+            raise _reason(temporary, path, error) from None
+        except OSError as error:
+            if error.filename is not None:
+                raise
+            raise OSError(error.errno or errno.EIO, _words(error), str(path)) from None
+
+
+def _words(error: OSError) -> str:
+    return os.strerror(error.errno) if error.errno else f"cannot be written ({error})"
+
+
+def _reason(temporary: Path, path: str | Path, error: RuntimeError) -> OSError:
+    """Why netCDF could not write: what the system says to a further mebibyte."""
+    try:
+        handle = os.open(temporary, os.O_WRONLY)
+        try:
+            os.posix_fallocate(handle, temporary.stat().st_size, 2**20)
+        finally:
+            os.close(handle)
+    except OSError as said:
+        return OSError(said.errno, said.strerror, str(path))
+    return OSError(errno.EIO, f"cannot be written ({error})", str(path))
+
+
+def define(
+    file: netCDF4.Dataset,
+    dimensions: Mapping[str, int],
+    variables: Mapping[str, Variable],
+    attributes: Mapping[str, str] | None = None,
+) -> None:
+    """Defines the dimensions of a map and its variables, whose chunks a `ChunkFile` will fill.
+
+    Args:
+        file: the file, open for writing.
+        dimensions: name → length, in storage order.
+        variables: name → variable; each lies over all dimensions.
+        attributes: of every variable, beside its own.
+    """
+    for dim, size in dimensions.items():
+        file.createDimension(dim, size)
+    chunks = Chunks(tuple(dimensions.values()))
+    for spec in variables.values():
+        packing = {"compression": "zlib", "complevel": 1, "shuffle": True} if spec.deflated else {}
+        fill = np.nan if spec.missing_is_nan else False
+        variable = file.createVariable(
+            spec.name, spec.dtype, tuple(dimensions), fill_value=fill, chunksizes=chunks.shape, **packing
+        )
+        variable.setncatts(spec.attributes | dict(attributes or {}))
+
+
+class ChunkFile:
+    """The chunks of a file's variables.
+
+    Args:
+        file: the file as HDF5 sees it, with its variables defined.
+        variables: name → variable.
+        chunks: how each is cut.
+
+    Attributes:
+        chunks: the same.
+    """
+
+    def __init__(self, file: h5py.File, variables: Mapping[str, Variable], chunks: Chunks):
+        self._variables, self.chunks = variables, chunks
+        self._ids = {name: file[name].id for name in variables}
+
+    def put(self, name: str, number: int, stored: bytes | memoryview) -> None:
+        """Writes a chunk as it will lie in the file."""
+        self._ids[name].write_direct_chunk(self.chunks.offset(number), stored)
+
+    def take(self, name: str, number: int) -> bytes:
+        """A chunk as it lies in the file."""
+        return self._ids[name].read_direct_chunk(self.chunks.offset(number))[1]
+
+    def encode(self, name: str, number: int, first: int, values: np.ndarray) -> bytes | memoryview:
+        """A chunk, as it will lie in a file, that holds values from the one numbered `first` on, and zeros beside."""
+        spec = self._variables[name]
+        if values.size < self.chunks.points:
+            whole = np.zeros(self.chunks.points, dtype=spec.dtype)
+            at = first - self.chunks.bounds(number)[0]
+            whole[at : at + values.size] = values
+            values = whole
+        content = as_bytes(values)
+        return isal_zlib.compress(_shuffled(content, values.itemsize), 1) if spec.deflated else content
+
+    def decode(self, name: str, number: int, first: int, after: int, stored: bytes) -> np.ndarray:
+        """The values first … after − 1 of a chunk as it lies in a file."""
+        spec = self._variables[name]
+        dtype = np.dtype(spec.dtype).newbyteorder("<")
+        content = _unshuffled(isal_zlib.decompress(stored), dtype.itemsize) if spec.deflated else stored
+        start = self.chunks.bounds(number)[0]
+        return np.frombuffer(content, dtype)[first - start : after - start]
+
+
+def _shuffled(content: bytes | memoryview, width: int) -> np.ndarray:
+    """The first byte of every value, then the second of every value, and so on: HDF5's shuffle filter."""
+    return np.ascontiguousarray(np.frombuffer(content, np.uint8).reshape(-1, width).T)
+
+
+def _unshuffled(content: bytes, width: int) -> bytes:
+    return np.ascontiguousarray(np.frombuffer(content, np.uint8).reshape(width, -1).T).tobytes()

@@ -1,0 +1,118 @@
+"""What a map holds, as one hash: equal content, equal hash, however it is stored."""
+
+import hashlib
+from collections.abc import Iterator, Sequence
+from itertools import product
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sweeps.shards.chunks import Chunks
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+class ContentHash:
+    """SHA-256 of what a Dataset holds: names, dimensions, types and values; no attribute, no encoding.
+
+    Each variable has a hash of its own: over the SHA-256 of each of its runs of values in C order, where the runs are
+    the chunks that `sweeps.shards.chunks` cuts its shape into and the values are little-endian bytes (text: UTF-8,
+    each item ended by a zero byte). So runs can be hashed by whoever makes them. The content hash runs over name,
+    dimensions, type and that hash of each variable and coordinate, in the order of names.
+    """
+
+    def __init__(self):
+        self._heads, self._bodies = {}, {}
+
+    def declare(self, name: str, dims: Sequence[str], shape: Sequence[int], dtype) -> None:
+        """Announce a variable before its values."""
+        kind = "str" if np.dtype(dtype).kind in "UOST" else np.dtype(dtype).newbyteorder("<").str
+        self._heads[name] = f"{name}\0{','.join(f'{d}={n}' for d, n in zip(dims, shape, strict=True))}\0{kind}\0"
+        self._bodies[name] = _Runs(tuple(shape))
+
+    def update(self, name: str, values: np.ndarray) -> None:
+        """Add the next values of a variable, in C order."""
+        self._bodies[name].update(np.asarray(values).reshape(-1))
+
+    def add_run(self, name: str, digest: bytes) -> None:
+        """Add the hash (see `run_digest`) of a variable's next whole run."""
+        self._bodies[name].add(digest)
+
+    def digests(self) -> dict[str, str]:
+        """Name → hash of the variable's own values, 64 hexadecimal digits."""
+        return {name: body.total.hexdigest() for name, body in self._bodies.items()}
+
+    def hexdigest(self) -> str:
+        """The content hash, 64 hexadecimal digits."""
+        total = hashlib.sha256()
+        for name in sorted(self._heads):
+            total.update(self._heads[name].encode() + self._bodies[name].total.digest())
+        return total.hexdigest()
+
+
+class _Runs:
+    """The hash of one variable, whose values come in pieces of any length."""
+
+    def __init__(self, shape: tuple[int, ...]):
+        self._chunks = Chunks(shape)
+        self._run, self._at, self._open = 0, 0, hashlib.sha256()
+        self.total = hashlib.sha256()
+
+    def update(self, values: np.ndarray) -> None:
+        while values.size:
+            _, end = self._chunks.bounds(self._run)
+            part, values = values[: end - self._at], values[end - self._at :]
+            self._open.update(as_bytes(part))
+            self._at += part.size
+            if self._at == end:
+                self.add(self._open.digest())
+
+    def add(self, digest: bytes) -> None:
+        self.total.update(digest)
+        self._at = self._chunks.bounds(self._run)[1]
+        self._run, self._open = self._run + 1, hashlib.sha256()
+
+
+def run_digest(values: np.ndarray) -> bytes:
+    """SHA-256 of one run of values, 32 bytes."""
+    return hashlib.sha256(as_bytes(values)).digest()
+
+
+def as_bytes(values: np.ndarray) -> bytes | memoryview:
+    """Values in C order as little-endian bytes; text as UTF-8, each item ended by a zero byte."""
+    values = np.asarray(values)
+    if values.dtype.kind in "UOST":
+        return b"".join(str(item).encode() + b"\0" for item in values.reshape(-1))
+    values = np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("<"))
+    return values.reshape(-1).view(np.uint8).data
+
+
+def content_hash(ds: "xr.Dataset") -> str:
+    """Content hash of a Dataset (see `ContentHash`); lazy variables are computed one at a time."""
+    return hashed(ds).hexdigest()
+
+
+def hashed(ds: "xr.Dataset", room: int | None = None) -> ContentHash:
+    """The hashes of a Dataset's content.
+
+    Args:
+        ds: what to hash.
+        room: most values of a variable to hold in memory at a time; left out, a variable whole.
+    """
+    digest = ContentHash()
+    for name, variable in ds.variables.items():
+        digest.declare(name, variable.dims, variable.shape, variable.dtype)
+        for box in runs(variable.shape, room or max(variable.size, 1)):
+            digest.update(name, variable[box].values)
+    return digest
+
+
+def runs(shape: Sequence[int], room: int) -> Iterator[tuple[slice, ...]]:
+    """Boxes of at most `room` values that hold an array's values in C order, one run after the other."""
+    box, left = [], room
+    for size in reversed(shape):
+        box.append(max(1, min(size, left)))
+        left = left // box[-1] if box[-1] == size else 1
+    for corner in product(*(range(0, n, step) for n, step in zip(shape, reversed(box), strict=True))):
+        yield tuple(slice(at, at + step) for at, step in zip(corner, reversed(box), strict=True))

@@ -1,0 +1,66 @@
+"""What a map says beside its measured values, in memory and on disk: coordinates, provenance, versions."""
+
+import platform
+from datetime import UTC, datetime
+from importlib.metadata import version
+from typing import NamedTuple
+
+import numpy as np
+
+from sweeps import systems
+from sweeps.points.grid import Grid
+from sweeps.schema.definition import Definition
+
+CONTRACT_VERSION = "1.0"
+CONVENTIONS = "CF-1.11"
+
+
+class Coordinate(NamedTuple):
+    """One coordinate of a map.
+
+    Attributes:
+        dim: the dimension it lies along.
+        values: its values, shape (n,).
+        attributes: its CF attributes.
+    """
+
+    dim: str
+    values: np.ndarray
+    attributes: dict
+
+
+def coordinates(grid: Grid) -> dict[str, Coordinate]:
+    """Name → each coordinate of a map: the dimensions' own, then the auxiliary ones."""
+    table = systems.resolve(grid.definition.system).coordinates(grid.definition)
+    own = {dim: Coordinate(dim, values, table[dim].attributes) for dim, values in grid.coordinates.items()}
+    for name, (dim, values) in grid.auxiliary.items():
+        values = values if values.dtype.kind == "U" else values.astype(table[name].dtype)
+        own[name] = Coordinate(dim, values, table[name].attributes)
+    return own
+
+
+def provenance(definition: Definition) -> dict[str, str]:
+    """Global attributes of a map, but for its history and content hash, which who writes it adds."""
+    system = systems.resolve(definition.system)
+    return {
+        "title": definition.title,
+        "source": f"Polhode {version('polhode')} (Python {platform.python_version()}, NumPy {version('numpy')}, "
+        f"Numba {version('numba')}), {system.method(definition)}",
+        "references": system.references,
+        "Conventions": CONVENTIONS,
+        "contract_version": CONTRACT_VERSION,
+        "system": definition.system,
+        "definition": definition.text,
+        "kernel_fingerprint": system.fingerprint(),
+    } | ({"inputs": definition.inputs} if definition.inputs else {})
+
+
+def identity(definition: Definition) -> dict[str, str]:
+    """Attributes that say of which definition, files beside it and kernels a shard or a map is."""
+    kernels = systems.resolve(definition.system).fingerprint()
+    return {"definition": definition.text, "inputs": definition.inputs, "kernel_fingerprint": kernels}
+
+
+def history(command: str = "") -> str:
+    """A line of the attribute `history`, of now."""
+    return f"{datetime.now(UTC):%Y-%m-%dT%H:%M:%SZ} python -m sweeps {command}".rstrip()

@@ -1,0 +1,171 @@
+"""Shards → map: chunks are copied as they lie in the files, and only those that two shards share are put together."""
+
+import re
+import sys
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+
+import h5py
+import netCDF4
+import numpy as np
+
+from sweeps import systems
+from sweeps.files import remove_leftovers
+from sweeps.points.grid import Grid, shard_count
+from sweeps.schema.definition import Definition
+from sweeps.schema.variables import Variable
+from sweeps.shards import contract
+from sweeps.shards.chunkfile import ChunkFile, define, written
+from sweeps.shards.chunks import Chunks
+from sweeps.shards.content import ContentHash
+from sweeps.shards.shard import DamagedError, ForeignError, MapError, Piece, Shard, write_shard
+
+
+def merge(
+    definition: Definition, shards: Iterable[str | Path], path: str | Path, threads: int = 1, renew: bool = False
+) -> str:
+    """Writes the map of a definition from its shards, a chunk at a time.
+
+    A shard that was cut short or changed on the disk is measured again, where its name says which it is
+    (`2-of-7.nc`).
+
+    Args:
+        definition: the sweep.
+        shards: the files of `sweeps.shards.shard.write_shard`, in any order; together they hold each point
+            once. A folder stands for the files 1-of-n.nc to n-of-n.nc in it, n the number that the sweep is cut into.
+        path: the map to write.
+        threads: threads for what is measured again.
+        renew: whether shards of another definition or other kernels are measured again as well: what a run that was
+            killed left behind before an edit.
+
+    Returns:
+        The map's content hash.
+
+    Raises:
+        MapError: for a file that is no shard of this sweep, and for points that are missing or given twice.
+    """
+    shards = [file for shard in shards for file in _files(Path(shard), definition)]
+    for _ in range(len(shards) + 1):
+        try:
+            told = _merge_once(definition, shards, path)
+        except DamagedError as damaged:
+            position = re.fullmatch(r"(\d+)-of-(\d+)\.nc", damaged.path.name)
+            if not position or (isinstance(damaged, ForeignError) and not renew):
+                raise
+            print(f"{damaged}: measured again", file=sys.stderr)
+            write_shard(definition, *map(int, position.groups()), damaged.path, threads)
+        else:
+            for shard in shards:
+                remove_leftovers(shard)
+            return told
+    raise MapError(f"{path}: shards are damaged faster than they can be measured; allowed: a disk that keeps them")
+
+
+def _files(path: Path, definition: Definition) -> list[Path]:
+    if not path.is_dir():
+        return [path]
+    count = shard_count(definition, Grid(definition))
+    return [path / f"{k}-of-{count}.nc" for k in range(1, count + 1)]
+
+
+def _merge_once(definition: Definition, paths: Sequence[Path], path: str | Path) -> str:
+    grid = Grid(definition)
+    variables = systems.resolve(definition.system).variables(definition)
+    shards = sorted(_extents(definition, paths))
+    _check_coverage(shards, grid)
+    with written(path) as temporary:
+        digest, motions = _create(temporary, grid, variables), 0
+        with h5py.File(temporary, "r+") as hdf:
+            target = _Target(ChunkFile(hdf, variables, Chunks(grid.shape)), digest)
+            for first, after, source in shards:
+                with Shard(source, definition) as shard:  # one open file at a time: there may be thousands
+                    if (shard.first, shard.after) != (first, after):
+                        raise DamagedError(source, "was changed while it was read")
+                    motions += shard.motions
+                    target.take(shard)
+        _finish(temporary, digest, motions)
+    return digest.hexdigest()
+
+
+def _extents(definition: Definition, paths: Sequence[Path]) -> Iterator[tuple[int, int, Path]]:
+    """(First point, point after the last, file) of each shard."""
+    for path in paths:
+        with Shard(path, definition) as shard:
+            yield shard.first, shard.after, path
+
+
+def _check_coverage(shards: Sequence[tuple[int, int, Path]], grid: Grid) -> None:
+    covered = 0
+    for first, after, _ in shards:
+        if first != covered:
+            what = "missing" if first > covered else "given twice"
+            low, high = sorted((first, covered))
+            raise MapError(f"shards: points {low} to {high - 1} are {what}; allowed: each point once")
+        covered = after
+    if covered != grid.size:
+        raise MapError(f"shards: points {covered} to {grid.size - 1} are missing; allowed: each point once")
+
+
+def _create(path: Path, grid: Grid, variables: Mapping[str, Variable]) -> ContentHash:
+    """Makes the file of a map: dimensions, variables and attributes, and the values of its coordinates."""
+    beside = " ".join(sorted(grid.auxiliary))
+    digest = ContentHash()
+    with netCDF4.Dataset(path, "w", format="NETCDF4") as file:
+        define(
+            file,
+            dict(zip(grid.dims, grid.shape, strict=True)),
+            variables,
+            {"coordinates": beside} if beside else {},
+        )
+        for name, (dim, values, attributes) in contract.coordinates(grid).items():
+            is_text = values.dtype.kind == "U"
+            variable = file.createVariable(name, str if is_text else values.dtype, dim, fill_value=False)
+            variable.setncatts(attributes)
+            variable[:] = values.astype(object) if is_text else values
+            digest.declare(name, (dim,), values.shape, values.dtype)
+            digest.update(name, values)
+        for spec in variables.values():
+            digest.declare(spec.name, grid.dims, grid.shape, spec.dtype)
+        file.setncatts(contract.provenance(grid.definition) | {"history": contract.history()})
+    return digest
+
+
+class _Target:
+    """The chunks of a map that is being written, and the hash of what they hold."""
+
+    def __init__(self, file: ChunkFile, digest: ContentHash):
+        self._file, self._digest = file, digest
+        self._parts: dict[str, list[np.ndarray]] = {}  # of the chunk that the last shard ended in
+        self._begun = 0
+
+    def take(self, shard: Shard) -> None:
+        for piece, stored in shard.pieces():
+            if piece.whole:
+                hashes = shard.digests(piece)
+                for name, chunk in stored.items():
+                    self._file.put(name, piece.chunk, chunk)
+                    self._digest.add_run(name, hashes[name])
+            else:
+                self._gather(piece, stored)
+
+    def _gather(self, piece: Piece, stored: dict[str, bytes]) -> None:
+        if not self._parts:
+            self._begun = piece.first
+        for name, chunk in stored.items():
+            values = self._file.decode(name, piece.chunk, piece.first, piece.after, chunk)
+            self._digest.update(name, values)
+            self._parts.setdefault(name, []).append(values)
+        if piece.after == self._file.chunks.bounds(piece.chunk)[1]:
+            for name, parts in self._parts.items():
+                values = np.concatenate(parts)
+                self._file.put(name, piece.chunk, self._file.encode(name, piece.chunk, self._begun, values))
+            self._parts = {}
+
+
+def _finish(path: Path, digest: ContentHash, motions: int) -> None:
+    """Adds the hashes, which only a whole map has."""
+    with netCDF4.Dataset(path, "a") as file:
+        for name, own in digest.digests().items():
+            file[name].sha256 = own
+        file.motions_integrated = str(motions)
+        file.content_hash = digest.hexdigest()

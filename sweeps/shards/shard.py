@@ -1,0 +1,288 @@
+"""Shards: runs of a sweep's points, each measured and written as a whole file.
+
+A shard is a map that holds the chunks of its own points and no others, encoded as they will lie in the sweep's map.
+It says which points those are, of which definition and which kernels, and of each chunk a checksum and the hash that
+the content hash is made of. So what was cut short or changed on the disk is found before it reaches a map, and a merge
+copies.
+"""
+
+import zlib
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import NamedTuple
+
+import h5py
+import netCDF4
+import numpy as np
+
+from sweeps import systems
+from sweeps.points.columns import columns
+from sweeps.points.estimate import BLOCK_POINTS
+from sweeps.points.grid import Grid
+from sweeps.schema.definition import Definition
+from sweeps.schema.refusals import RefusedError
+from sweeps.schema.variables import Variable
+from sweeps.shards import memory
+from sweeps.shards.chunkfile import UNREADABLE, ChunkFile, define, written
+from sweeps.shards.chunks import Chunks
+from sweeps.shards.content import run_digest
+from sweeps.shards.contract import identity
+
+GROUP = "checks"  # whose dimensions cannot be taken for the sweep's own
+CHECKSUMS, DIGESTS = f"{GROUP}/checksums", f"{GROUP}/digests"
+TOLD = ("first_point", "point_after_last", "motions_integrated")
+TABLE = ("variable", "piece", "byte")
+DIGEST_BYTES = 32
+
+
+class MapError(RefusedError):
+    """What is wrong with a file that should be a map or a shard; `str()` is the message for a person."""
+
+
+class DamagedError(MapError):
+    """A shard that was cut short or changed on the disk.
+
+    Attributes:
+        path: the shard's file.
+    """
+
+    def __init__(self, path: str | Path, what: str):
+        super().__init__(f"{path}: {what}; allowed: a whole file of `python -m sweeps shard`")
+        self.path = Path(path)
+
+
+class ForeignError(DamagedError):
+    """A shard of another definition, or of other kernels."""
+
+    def __init__(self, path: str | Path, name: str):
+        MapError.__init__(
+            self, f"{path}: {name}: is not that of this sweep; allowed: shards of this definition and kernels"
+        )
+        self.path = Path(path)
+
+
+class Piece(NamedTuple):
+    """What a shard holds of one chunk of the map.
+
+    Attributes:
+        chunk: number of the chunk.
+        first: number of the piece's first point.
+        after: number after its last point.
+        whole: whether that is the whole chunk.
+    """
+
+    chunk: int
+    first: int
+    after: int
+    whole: bool
+
+
+class _Checks:
+    """Of each variable (row) and piece (column): the checksum of its chunk, and of a whole one the hash as well."""
+
+    def __init__(self, names: Sequence[str], pieces: Sequence[Piece]):
+        self.names, self.pieces = tuple(names), tuple(pieces)
+        self.checksums = np.zeros((len(self.names), len(self.pieces)), dtype="<u4")
+        self.digests = np.zeros((len(self.names), len(self.pieces), DIGEST_BYTES), dtype="u1")
+
+    def seal(self, told: Iterable[str]) -> int:
+        """One checksum of all of these, and of what else a shard tells."""
+        seal = zlib.crc32("\0".join(told).encode())
+        return zlib.crc32(self.digests.tobytes(), zlib.crc32(self.checksums.tobytes(), seal))
+
+
+def pieces(chunks: Chunks, first: int, after: int) -> list[Piece]:
+    """The chunks' shares of the points first … after − 1."""
+    shares = chunks.between(first, after)
+    return [Piece(number, low, high, (low, high) == chunks.bounds(number)) for number, low, high in shares]
+
+
+def _variables(definition: Definition) -> dict[str, Variable]:
+    return systems.resolve(definition.system).variables(definition)
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Writing
+
+
+def write_shard(
+    definition: Definition,
+    number: int,
+    count: int,
+    path: str | Path,
+    threads: int = 1,
+    progress: Callable[[int], None] = lambda points: None,
+) -> None:
+    """Measures shard `number` (from 1) of `count` and writes it to `path`; one block is written as the next computes.
+
+    Args:
+        definition: the sweep.
+        number: which shard, 1 to count.
+        count: into how many the sweep is cut; it changes no value.
+        path: the file to write.
+        threads: threads for the kernel.
+        progress: called with the number of points after each block.
+    """
+    memory.keep_freed()
+    grid = Grid(definition)
+    start, stop = grid.shard_bounds(count)[number - 1]
+    chunks, variables = Chunks(grid.shape), _variables(definition)
+    checks, motions = _Checks(tuple(variables), pieces(chunks, start, stop)), 0
+    with written(path, flush=False) as temporary:
+        _create(temporary, definition, grid, checks)
+        with h5py.File(temporary, "r+") as hdf, ThreadPoolExecutor(1) as writer:
+            file, pending = ChunkFile(hdf, variables, chunks), None
+            for block in _blocks(checks.pieces):
+                low, high = checks.pieces[block[0]].first, checks.pieces[block[-1]].after
+                measured, integrated = _measure(definition, grid, low, high, threads)
+                motions += integrated
+                if pending:
+                    progress(pending.result())
+                pending = writer.submit(_write, file, checks, block, low, measured)
+            progress(pending.result())
+            # as text: a grid may have more points than an attribute's integer
+            told = dict(zip(TOLD, map(str, (start, stop, motions)), strict=True))
+            hdf.attrs.update(told | {"seal": str(checks.seal(told.values()))} | identity(definition))
+            hdf[CHECKSUMS][:], hdf[DIGESTS][:] = checks.checksums, checks.digests
+
+
+def _create(path: Path, definition: Definition, grid: Grid, checks: _Checks) -> None:
+    with netCDF4.Dataset(path, "w", format="NETCDF4") as file:
+        define(file, dict(zip(grid.dims, grid.shape, strict=True)), _variables(definition))
+        for name, size in zip(TABLE, checks.digests.shape, strict=True):
+            file.createGroup(GROUP).createDimension(name, size)
+        file[GROUP].createVariable("checksums", "u4", TABLE[:2], fill_value=False)
+        file[GROUP].createVariable("digests", "u1", TABLE, fill_value=False)
+
+
+def _blocks(pieces: Sequence[Piece]) -> Iterator[range]:
+    """Runs of pieces that are measured at once: of at most `BLOCK_POINTS` points together, or one."""
+    begin = 0
+    for index, piece in enumerate(pieces):
+        if index > begin and piece.after - pieces[begin].first > BLOCK_POINTS:
+            yield range(begin, index)
+            begin = index
+    yield range(begin, len(pieces))
+
+
+def _measure(definition: Definition, grid: Grid, low: int, high: int, threads: int) -> tuple[dict, int]:
+    points = grid.points(low, high)
+    motions = systems.resolve(definition.system).motions(points, definition.integration)
+    return columns(points, definition, threads), motions
+
+
+def _write(file: ChunkFile, checks: _Checks, block: range, low: int, measured: Mapping[str, np.ndarray]) -> int:
+    """Encodes and writes a block of pieces, of whose points `low` is the first; returns how many points those are."""
+    for index in block:
+        piece = checks.pieces[index]
+        for row, name in enumerate(checks.names):
+            values = measured[name][piece.first - low : piece.after - low]
+            stored = file.encode(name, piece.chunk, piece.first, values)
+            checks.checksums[row, index] = zlib.crc32(stored)
+            if piece.whole:
+                checks.digests[row, index] = np.frombuffer(run_digest(values), np.uint8)
+            file.put(name, piece.chunk, stored)
+    return checks.pieces[block[-1]].after - low
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Reading
+
+
+def holds_shard(path: str | Path, definition: Definition, number: int, count: int) -> bool:
+    """Whether a file holds shard `number` of `count` of a definition, as these kernels measure it."""
+    try:
+        with Shard(path, definition) as shard:
+            return (shard.first, shard.after) == Grid(definition).shard_bounds(count)[number - 1]
+    except MapError:
+        return False
+
+
+class Shard:
+    """An open shard; use it as a context.
+
+    Attributes:
+        path: its file.
+        first: number of its first point.
+        after: number after its last point.
+        motions: how many motions were integrated for its points.
+    """
+
+    def __init__(self, path: str | Path, definition: Definition):
+        self.path = Path(path)
+        if not self.path.is_file():
+            raise MapError(f"{path}: there is no such file; allowed: a file of `python -m sweeps shard`")
+        try:
+            self._file = h5py.File(self.path)
+        except UNREADABLE as error:
+            raise DamagedError(path, f"cannot be read as netCDF ({error})") from None
+        try:
+            self._check(definition)
+        except MapError:
+            self.close()
+            raise
+        except UNREADABLE as error:
+            self.close()
+            raise DamagedError(path, f"cannot be read ({error})") from None
+
+    def _check(self, definition: Definition) -> None:
+        held = {name: str(value) for name, value in self._file.attrs.items()}
+        wanted, variables = identity(definition), _variables(definition)
+        self._need(name for name in (*TOLD, "seal", *wanted) if name not in held)
+        for name, value in wanted.items():
+            if held[name] != value:
+                raise ForeignError(self.path, name)
+        self._need(name for name in (*variables, CHECKSUMS, DIGESTS) if name not in self._file)
+        try:
+            self.first, self.after, self.motions, seal = (int(held[name]) for name in (*TOLD, "seal"))
+        except ValueError:
+            raise DamagedError(self.path, "has attributes that are no numbers") from None
+        grid = Grid(definition)
+        chunks = Chunks(grid.shape)
+        if not 0 <= self.first < self.after <= grid.size:
+            raise DamagedError(self.path, "holds points that the sweep has not")
+        if any((self._file[name].shape, self._file[name].chunks) != (grid.shape, chunks.shape) for name in variables):
+            raise DamagedError(self.path, "holds another number of points than it says")
+        self._chunked = ChunkFile(self._file, variables, chunks)
+        self._checks = _Checks(tuple(variables), pieces(chunks, self.first, self.after))
+        self._checks.checksums[:] = self._file[CHECKSUMS][:]
+        self._checks.digests[:] = self._file[DIGESTS][:]
+        if self._checks.seal(held[name] for name in TOLD) != seal:
+            raise DamagedError(self.path, "its list of checksums has another checksum than it was written with")
+
+    def _need(self, missing: Iterable[str]) -> None:
+        for name in missing:
+            raise DamagedError(self.path, f"{name}: is missing")
+
+    def pieces(self) -> Iterator[tuple[Piece, dict[str, bytes]]]:
+        """Each piece, in order, with its chunk of every variable as it lies in the file.
+
+        Raises:
+            DamagedError: where a chunk's checksum is another.
+        """
+        for index, piece in enumerate(self._checks.pieces):
+            stored = {}
+            for row, name in enumerate(self._checks.names):
+                try:
+                    stored[name] = self._chunked.take(name, piece.chunk)
+                except UNREADABLE as error:
+                    raise DamagedError(self.path, f"{name}: cannot be read ({error})") from None
+                if zlib.crc32(stored[name]) != self._checks.checksums[row, index]:
+                    raise DamagedError(self.path, f"{name}: has another checksum than it was written with")
+            yield piece, stored
+
+    def digests(self, piece: Piece) -> dict[str, bytes]:
+        """Name → hash of a whole piece's values."""
+        index = piece.chunk - self._checks.pieces[0].chunk
+        return {name: self._checks.digests[row, index].tobytes() for row, name in enumerate(self._checks.names)}
+
+    def close(self) -> None:
+        """Closes the file."""
+        self._file.close()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *failure):
+        self.close()

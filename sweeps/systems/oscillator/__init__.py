@@ -1,0 +1,1 @@
+"""Small oscillations of described mechanical systems."""

@@ -1,0 +1,203 @@
+"""Small oscillations: signed ω² of every equilibrium and mode over what is varied, and how far it keeps to theory."""
+
+import math
+
+import matplotlib
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from sweeps import style
+from sweeps.systems.oscillator.system import REGIMES, STATUSES
+
+MOST_DRAWN = 400  # values a dimension
+MOST_PANELS = 8
+MOST_POINTS = 40_000
+PROMISED, LEAST_RATE = 1e-6, 1e-3  # relative, and how small ω² may be beside the scale's square
+LEAST_DRAWN = 1e-17
+COLORS = {"stable": style.STABLE, "unstable": style.UNSTABLE, "marginal": style.INK}
+MISSING = "#e6e6e6"
+
+
+def draw(ds: xr.Dataset) -> Figure:
+    """A panel for every equilibrium and mode, and for one coordinate the equilibria's places."""
+    x, y = _axes_of(ds)
+    part = _thinned(ds, x, y)
+    panels = [(e, m) for e in part["equilibrium"].values for m in part["mode"].values][:MOST_PANELS]
+    coordinates = [name for name in ds.data_vars if name.endswith("_equilibrium")]
+    places = len(coordinates) == 1 and ds.sizes["equilibrium"] > 1
+    count = len(panels) + places
+    columns = min(3 if count in (3, 5, 6, 9) else 4 if count > 4 else 2, count)
+    rows = math.ceil(count / columns)
+    figure = style.canvas(1.0 + 3.3 * columns, 1.5 + 2.7 * rows, ds.attrs.get("title", ""), _subtitle(ds, part), 0.36)
+    axes = np.atleast_1d(figure.subplots(rows, columns)).ravel()
+    image = None
+    for ax, (e, m) in zip(axes, panels, strict=False):
+        one = part.sel(equilibrium=e, mode=m)
+        ax.set_title(_name(part, e, m), loc="left")
+        image = _map(ax, one, x, y) if y else _lines(ax, one, x)
+    if places:
+        _places(axes[len(panels)], part, coordinates[0], x, y)
+    for ax in axes[count:]:
+        ax.set_axis_off()
+    if y:
+        bar = figure.colorbar(image, ax=axes[: len(panels)].tolist(), shrink=0.9, aspect=30, pad=0.02)
+        bar.set_label(r"measured $\omega^2$ / rate scale$^2$:  stable > 0 > unstable")
+    style.legend(figure, _handles(part, y))
+    return figure
+
+
+def _axes_of(ds):
+    """The dimensions of the pictures: the two longest of the parameters, x the later one; y None where one varies."""
+    names = [d for d in ds["omega_squared"].dims if d not in ("equilibrium", "mode")]
+    varied = sorted((d for d in names if ds.sizes[d] > 1), key=lambda d: -ds.sizes[d])[:2]
+    if not varied:
+        return names[0], None
+    if len(varied) == 1:
+        return varied[0], None
+    y, x = sorted(varied, key=names.index)
+    return x, y
+
+
+def _thinned(ds, x, y):
+    """What is drawn: the middle of every other dimension, at most MOST_DRAWN values of these."""
+    names = ["omega_squared", "omega_squared_theory", "rate_scale", "regime", "status"]
+    names += [name for name in ds.data_vars if name.endswith("_equilibrium")]
+    kept = (x, y, "equilibrium", "mode")
+    middle = {d: ds.sizes[d] // 2 for d in ds["omega_squared"].dims if d not in kept}
+    few = {d: style.few(ds.sizes[d], MOST_DRAWN) for d in (x, y) if d}
+    part = ds[names].isel(middle | few).load()
+    square = part["rate_scale"] ** 2
+    return part.assign(measured=part["omega_squared"] / square, theory=part["omega_squared_theory"] / square)
+
+
+def _subtitle(ds, part):
+    counts = np.bincount(ds["status"].values.ravel(), minlength=len(STATUSES))
+    words = " · ".join(f"{n:,} {name.replace('_', ' ')}" for name, n in zip(STATUSES, counts, strict=True) if n)
+    fixed = [d for d in ds["omega_squared"].dims if d not in part.dims]
+    values = ", ".join(_fixed(ds, d) for d in fixed)
+    points = style.count(int(ds["status"].size), "point", "points")
+    return f"{points}:  {words}\nDrawn at  {values}" if values else f"{points}:  {words}"
+
+
+def _fixed(ds, dim):
+    value = float(ds[dim].values[ds.sizes[dim] // 2])
+    unit = style.units(ds[dim].attrs.get("units", "1"))
+    return f"{dim.replace('_', ' ')} = {style.number(value, 4)}" + (f" {unit}" if unit else "")
+
+
+def _name(part, equilibrium, mode):
+    name = str(equilibrium).replace("_", " ")
+    name = f"equilibrium {name}" if name.isdigit() else name
+    return name if part.sizes["mode"] == 1 else f"{name}, mode {mode}"
+
+
+def _label(ds, name):
+    unit = style.units(ds[name].attrs.get("units", "1"))
+    text = ds[name].attrs.get("long_name", name)
+    return f"{text}  ({unit})" if unit else text
+
+
+def _scale(axis, values):
+    if style.is_logarithmic(values):
+        getattr(axis.axes, f"set_{axis.axis_name}scale")("log")
+        style.plain_log_ticks(axis)
+
+
+def _map(ax, one, x, y):
+    """Measured signed ω² in colours, theory's zero as a line, marginal points as dots."""
+    one = one.transpose(y, x)
+    colors = matplotlib.colormaps["PuOr"].with_extremes(bad=MISSING)
+    values = np.ma.masked_invalid(one["measured"].values)
+    edges = style.edges(one[x].values), style.edges(one[y].values)
+    image = ax.pcolormesh(*edges, values, cmap=colors, norm=Normalize(-1, 1), rasterized=True, gid="measured")
+    theory = one["theory"].values
+    if np.nanmin(theory, initial=0.0) < 0.0 < np.nanmax(theory, initial=0.0):
+        line = ax.contour(one[x].values, one[y].values, theory, levels=[0.0], colors=style.INK, linewidths=1.0)
+        line.set_gid("theory")
+    rows, columns = np.nonzero(one["regime"].values == REGIMES.index("marginal") - 1)
+    look = {"linestyle": "none", "marker": "o", "markersize": 2.0, "color": style.INK, "markeredgewidth": 0.0}
+    ax.plot(one[x].values[columns], one[y].values[rows], gid="marginal", **look)
+    _scale(ax.xaxis, one[x].values)
+    _scale(ax.yaxis, one[y].values)
+    ax.set(xlabel=_label(one, x), ylabel=_label(one, y))
+    return image
+
+
+def _lines(ax, one, x):
+    """Measured signed ω² as dots on theory's line, where one parameter varies."""
+    at = one[x].values
+    ax.axhline(0.0, color=style.FAINT, linewidth=0.8)
+    ax.plot(at, one["theory"].values, color=style.INK, linewidth=0.9, gid="theory")
+    for k, name in enumerate(REGIMES[1:]):
+        chosen = one["regime"].values == k
+        look = {"linestyle": "none", "marker": "o", "markersize": 3.0, "markeredgewidth": 0.0}
+        ax.plot(at[chosen], one["measured"].values[chosen], color=COLORS[name], gid=name, **look)
+    _scale(ax.xaxis, at)
+    ax.set(xlabel=_label(one, x), ylabel=r"$\omega^2$ / rate scale$^2$")
+    return None
+
+
+def _places(ax, part, name, x, y):
+    """Where the equilibria are, over x in the middle of y: stable ones in one colour, unstable ones in another."""
+    row = part.isel({y: part.sizes[y] // 2}) if y else part
+    row = row.isel(mode=0)
+    for k, regime in enumerate(REGIMES[1:]):
+        for e in row["equilibrium"].values:
+            one = row.sel(equilibrium=e)
+            chosen = one["regime"].values == k
+            look = {"linestyle": "none", "marker": "o", "markersize": 2.6, "markeredgewidth": 0.0}
+            ax.plot(one[x].values[chosen], one[name].values[chosen], color=COLORS[regime], gid=regime, **look)
+    _scale(ax.xaxis, row[x].values)
+    title = "places" if not y else f"places, {_fixed(part, y)}"
+    ax.set_title(title, loc="left")
+    unit = style.units(part[name].attrs.get("units", "1"))
+    ax.set(xlabel=_label(part, x), ylabel=name.removesuffix("_equilibrium") + (f"  ({unit})" if unit else ""))
+
+
+def _handles(part, y):
+    handles = [Line2D([], [], color=style.INK, linewidth=1.0, label=r"theory: $\omega^2 = 0$" if y else "theory")]
+    dot = {"linestyle": "none", "marker": "o", "markersize": 4.0}
+    present = np.unique(part["regime"].values)
+    handles += [Line2D([], [], color=COLORS[n], label=n, **dot) for k, n in enumerate(REGIMES[1:]) if k in present]
+    if (part["regime"].values < 0).any():
+        handles.append(Patch(facecolor=MISSING, label="no such equilibrium"))
+    return handles
+
+
+def draw_agreement(ds: xr.Dataset) -> Figure | None:
+    """Relative deviation of the measured ω² from theory over the size of ω² beside the scale; None without a point."""
+    names = ("omega_squared", "omega_squared_theory", "rate_scale", "regime")
+    stride = max(1, math.ceil(ds["omega_squared"].size / MOST_POINTS))
+    measured, theory, scale, regime = (ds[name].values.ravel()[::stride] for name in names)
+    with np.errstate(all="ignore"):
+        size, deviation = np.abs(theory) / scale**2, np.abs(measured / theory - 1.0)
+    known = np.isfinite(size) & np.isfinite(deviation) & (size > 1e-12)
+    if not known.any():
+        return None
+    promised = known & (size >= LEAST_RATE)
+    worst = deviation[promised].max() if promised.any() else math.nan
+    found = f"largest where ω² ≥ 10⁻³ scale²: {style.number(float(worst), 2)}" if promised.any() else ""
+    figure = style.canvas(6.4, 4.6, ds.attrs.get("title", ""), f"Measured ω² against theory;  {found}", 0.36)
+    ax: Axes = figure.subplots()
+    for k, name in enumerate(REGIMES[1:]):
+        chosen = known & (regime == k)
+        look = {"linestyle": "none", "marker": "o", "markersize": 2.2, "markeredgewidth": 0.0, "alpha": 0.4}
+        drawn = np.maximum(deviation[chosen], LEAST_DRAWN)
+        ax.plot(size[chosen], drawn, color=COLORS[name], gid=name, rasterized=True, **look)
+    ends = (LEAST_RATE, max(2.0, size[known].max()))
+    ax.plot(ends, (PROMISED, PROMISED), color=style.INK, linewidth=1.0, linestyle=(0, (4, 2)), gid="bar")
+    ax.set(xscale="log", yscale="log", ylim=(LEAST_DRAWN / 2, max(1e-5, 2 * deviation[known].max())))
+    ax.set_xlabel(r"$|\omega^2|$ of theory / rate scale$^2$  (dimensionless)")
+    ax.set_ylabel(r"$|\,\omega^2\,/\,\omega^2_\mathrm{theory} - 1\,|$  (dimensionless)")
+    ax.grid(axis="y", color=style.FAINT, linewidth=0.5, alpha=0.7)
+    ax.set_axisbelow(True)
+    dot = {"linestyle": "none", "marker": "o", "markersize": 4.0}
+    handles = [Line2D([], [], color=COLORS[n], label=n, **dot) for n in REGIMES[1:]]
+    handles.append(Line2D([], [], color=style.INK, linestyle=(0, (4, 2)), label="promised"))
+    style.legend(figure, handles)
+    return figure

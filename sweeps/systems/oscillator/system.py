@@ -1,0 +1,393 @@
+"""Small oscillations of a described mechanical system: its definition, its columns and its pictures.
+
+One `Oscillator` a description: those of `sweeps/mechanics/library`, and any Python file that a definition names.
+"""
+
+import hashlib
+import importlib.util
+import threading
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+import numpy as np
+from pydantic import AfterValidator, Field, model_validator
+
+from sweeps.schema import parameters
+from sweeps.schema.definition import Definition, Integration
+from sweeps.schema.parameters import Parameter, Quantity, Range, grid_model, spread
+from sweeps.schema.refusals import Problem, display, keys_of, refusal, refusals
+from sweeps.schema.values import Epsilon, Phase, Positive, Tolerance, number
+from sweeps.schema.variables import Variable, table
+from sweeps.systems.system import System
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+    from sweeps import mechanics
+    from sweeps.mechanics.model import Model
+
+LIBRARY = Path(__file__).parents[2] / "mechanics" / "library"
+REGIMES = ("undetermined", "stable", "unstable", "marginal")
+STATUSES = ("ok", "short_window", "not_converged", "non_finite", "no_equilibrium", "flat", "not_nudged")
+LOOKED_AT = 256  # points of a grid at which a check looks for equilibria
+
+_SCATTER = "scatter of the samples only: it does not know the bias of a finite amplitude"
+
+VARIABLES = table(
+    Variable("omega_squared_theory", "s-2", "signed square of the rate, linear theory"),
+    Variable("omega_squared", "s-2", "signed square of the rate, measured"),
+    Variable(
+        "omega_squared_stderr", "s-2", "standard error of the measured signed square of the rate", comment=_SCATTER
+    ),
+    Variable("growth_rate_theory", "s-1", "growth rate, linear theory; 0 where not unstable"),
+    Variable("growth_rate", "s-1", "growth rate, measured; 0 where not unstable"),
+    Variable("growth_rate_stderr", "s-1", "standard error of the measured growth rate", comment=_SCATTER),
+    Variable("frequency_theory", "rad s-1", "angular frequency, linear theory; 0 where not stable"),
+    Variable("frequency", "rad s-1", "angular frequency, measured; 0 where not stable"),
+    Variable("frequency_stderr", "rad s-1", "standard error of the measured angular frequency", comment=_SCATTER),
+    Variable(
+        "growth_rate_logslope",
+        "s-1",
+        "growth rate by the slope of the logarithm of the mode's size",
+        comment="missing where its window (2 to 1000 times the start, below 0.01 of the system's own size) holds "
+        "under two e-folds",
+    ),
+    Variable("e_folds", "1", "e-folds of growth inside the window of the log slope"),
+    Variable("regime_theory", None, "regime, linear theory", "i1", REGIMES, first_flag=-1),
+    Variable("regime", None, "regime, measured", "i1", REGIMES, first_flag=-1),
+    Variable(
+        "amplitude",
+        "1",
+        "amplitude a of a cos(w t + alpha), relative to the system's own size; missing where not stable",
+        comment="from the start of the run and the measured frequency",
+    ),
+    Variable(
+        "initial_phase",
+        "rad",
+        "phase alpha of a cos(w t + alpha); missing where not stable",
+        comment="from the start of the run and the measured frequency",
+    ),
+    Variable(
+        "rate_scale",
+        "s-1",
+        "bound on every possible rate at the equilibrium, which sets the length of the run",
+        comment="from the absolute values of the terms of the second derivatives of V: it knows no theory",
+    ),
+    Variable("samples_used", "1", "number of samples inside the measurement window", "i4"),
+    Variable("window_end", "s", "time of the last sample inside the measurement window"),
+    Variable("steps_per_sample", "1", "integration steps between two samples", "i4"),
+    Variable("status", None, "whether the measurement can be trusted", "i1", STATUSES),
+    Variable(
+        "energy_drift",
+        "1",
+        "largest change of the energy above the equilibrium, relative to its absolute terms",
+    ),
+)
+
+NUDGE = (
+    Parameter(
+        "epsilon",
+        Quantity("size", "1", "0 < epsilon < 1", Epsilon),
+        "size of the nudge relative to the system's own size",
+        1e-6,
+        "size of the nudge along the mode, relative to the system's own size, 0 < epsilon < 1",
+    ),
+    Parameter(
+        "phase",
+        Quantity("direction", "rad", "finite", Phase),
+        "direction of the nudge in the plane of place and velocity over the rate scale",
+        0.6,
+        "direction of the nudge: cos(phase) in place, -sin(phase) in velocity over the rate scale, rad",
+    ),
+)
+
+COORDINATES = parameters.coordinates(NUDGE) | table(  # beside the parameters
+    Variable("equilibrium", None, "equilibrium", "str"),
+    Variable("mode", "1", "normal mode, by ascending signed square of its rate", "i1"),
+)
+
+
+Component = Annotated[float, number(lambda x: True, "any finite number")]
+
+
+def _not_zero(values: tuple[float, ...]) -> tuple[float, ...]:
+    if not any(values):
+        raise refusal("points nowhere", "a list of numbers that are not all 0")
+    return values
+
+
+class OscillatorIntegration(Integration):
+    """How each run of a small oscillation is made."""
+
+    rotations: Positive = Field(4.0, description="length of a run in cycles of the system's scale, 2π/rate_scale: > 0")
+    tolerance: Tolerance = Field(1e-10, description="relative error allowed on the motion, 1e-13 to 1e-3")
+    direction: Annotated[tuple[Component, ...], AfterValidator(_not_zero)] = Field(
+        None,
+        description="direction of the nudge: a list of one number a coordinate, in the coordinates' units, not all 0; "
+        "left out, along each mode",
+    )
+
+
+class OscillatorDefinition(Definition):
+    """A sweep of small oscillations; each system's own model has its parameters in `grid`."""
+
+    integration: OscillatorIntegration = Field(
+        OscillatorIntegration(),
+        description="how each run is made: a mapping with " + keys_of(OscillatorIntegration),
+    )
+    moved: ClassVar[tuple[str, ...]] = ()  # names of the coordinates
+
+    @model_validator(mode="after")
+    def _check_direction(self) -> "OscillatorDefinition":
+        direction = self.integration.direction
+        if direction is not None and len(direction) != len(self.moved):
+            wrong = f"has {len(direction)} numbers"
+            allowed = f"{len(self.moved)}, of {', '.join(self.moved)}"
+            raise refusals([Problem(("integration", "direction"), display(direction), wrong, allowed)])
+        return self
+
+
+class Oscillator(System):
+    """The full equations of motion of a described system, near each of its equilibria, mode by mode.
+
+    Args:
+        name: what a definition's `system` says.
+        load: makes the description.
+        source: the description's text, for the fingerprint.
+    """
+
+    samples_per_second = 20_000_000
+
+    def __init__(self, name: str, load: "Callable[[], mechanics.System]", source: bytes):
+        self.name = name
+        self._load = load
+        self._source = source
+        self._lock = threading.RLock()
+
+    @cached_property
+    def description(self) -> "mechanics.System":
+        """The description, read when it is asked for."""
+        from sweeps.mechanics import DescriptionError
+
+        description = self._load()
+        taken = sorted({*description.parameters, *description.coordinates} & {*VARIABLES, "equilibrium", "mode"})
+        if taken:
+            raise DescriptionError(f"{self.name}: {taken[0]} is the name of a map's variable; allowed: any other name")
+        return description
+
+    @cached_property
+    def mechanism(self) -> "Model":
+        """The derived equations and what runs points through them."""
+        from sweeps.mechanics import DescriptionError
+        from sweeps.mechanics.model import Model
+
+        with self._lock:
+            try:
+                return Model(self.description)
+            except DescriptionError as error:
+                raise DescriptionError(f"{self.name}: {error}") from None
+
+    @property
+    def references(self) -> str:
+        """Where the theory stands."""
+        return self.description.references or "Landau and Lifshitz, Mechanics, section 23"
+
+    @property
+    def caption(self) -> str:
+        """What its map shows."""
+        return f"{self.description.title}: measured rates of small oscillations about each equilibrium, beside theory"
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Table of what its grid may hold."""
+        own = (_parameter(p) for p in self.description.parameters.values())
+        return (*own, *NUDGE)
+
+    @cached_property
+    def model(self) -> type[Definition]:
+        """The model of its definitions."""
+        grid = grid_model("OscillatorGrid", self.parameters, __name__)
+        return type(
+            "SystemDefinition",
+            (OscillatorDefinition,),
+            {
+                "__module__": __name__,
+                "__doc__": OscillatorDefinition.__doc__,
+                "__annotations__": {"grid": grid, "moved": ClassVar[tuple[str, ...]]},
+                "moved": tuple(c.name for c in self.description.kept),
+                "grid": Field(grid(), description="what is varied: a mapping with " + keys_of(grid)),
+            },
+        )
+
+    def dimensions(self, definition: Definition) -> dict[str, Range | np.ndarray]:
+        """(the parameters, epsilon, phase, equilibrium, mode)."""
+        varied = {p.name: spread(getattr(definition.grid, p.name)) for p in self.parameters}
+        modes = np.arange(1, len(self.description.kept) + 1, dtype=np.int8)
+        return varied | {"equilibrium": np.array(self.description.names), "mode": modes}
+
+    def arguments(self, definition: Definition) -> tuple[str, ...]:
+        """Names of what a point consists of."""
+        return (*(p.name for p in self.parameters), "equilibrium", "mode")
+
+    def coordinates(self, definition: Definition) -> dict[str, Variable]:
+        """Name → coordinate."""
+        return parameters.coordinates(self.parameters) | COORDINATES
+
+    def variables(self, definition: Definition | None = None) -> dict[str, Variable]:
+        """Name → variable; each coordinate's place at the equilibrium beside what every map has."""
+        if definition is None:
+            return VARIABLES
+        places = (
+            Variable(f"{c.name}_equilibrium", c.unit, f"{c.meaning}, at the equilibrium") for c in self.description.kept
+        )
+        return VARIABLES | table(*places)
+
+    def columns(self, points: Mapping[str, np.ndarray], integration: Integration) -> dict[str, np.ndarray]:
+        """Linear theory beside what is measured; see `sweeps.mechanics.model`."""
+        self._compiled()
+        numbers = np.zeros(len(points["equilibrium"]), dtype=np.int64)
+        for slot, name in enumerate(self.description.names):
+            numbers[points["equilibrium"] == name] = slot
+        settings = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
+        points = {**points, "equilibrium": numbers}
+        return self.mechanism.survey(points, *settings, integration.direction)
+
+    def check(self, definition: Definition) -> None:
+        """Derives the equations, and looks for equilibria at some points of the grid.
+
+        Raises:
+            DescriptionError: for what is wrong with the description, and where no point has an equilibrium.
+        """
+        from sweeps.mechanics import DescriptionError
+        from sweeps.points.grid import Grid
+
+        grid = Grid(definition)
+        slots = len(self.description.names) * len(self.description.kept)
+        chosen = np.unique(np.linspace(0, grid.size // slots - 1, LOOKED_AT).astype(np.int64)).tolist()
+        parts = [grid.points(k * slots, k * slots + 1) for k in chosen]
+        columns = {name: np.concatenate([part[name] for part in parts]) for name in self.description.parameters}
+        try:
+            assert self.mechanism.code.text  # what cannot be integrated is refused here
+            found = self.mechanism.equilibria([columns[name] for name in self.description.parameters])
+        except DescriptionError as error:
+            raise DescriptionError(f"{self.name}: {error}") from None
+        if found.flat.all():
+            raise DescriptionError(
+                f"{self.name}: equilibria: V is flat along a line of them; allowed: a coordinate to hold (hold=…)"
+            )
+        if np.isnan(found.places).all():
+            raise DescriptionError(
+                f"{self.name}: equilibria: there is none within the bounds, at {len(chosen)} points of the grid; "
+                "allowed: bounds that hold one"
+            )
+
+    def fingerprint(self) -> str:
+        """Hash of the kernels, of the generated code, of what derived it and of the description."""
+        from kernels.fingerprint import fingerprint
+
+        digest = hashlib.sha256(fingerprint().encode() + self.mechanism.code.digest.encode() + self._source)
+        for path in sorted(LIBRARY.parent.glob("*.py")):
+            digest.update(path.read_bytes())
+        return digest.hexdigest()
+
+    def method(self, definition: Definition) -> str:
+        """How the motion was computed."""
+        return "direct integration of the full Euler-Lagrange equations"
+
+    def compile(self) -> None:
+        """Compiles what all oscillators share, and the code that was generated for this one."""
+        from kernels import oscillations
+
+        assert oscillations.run
+        self._compiled()
+
+    def compiled(self) -> Path:
+        """The file that says that this system's generated code is in the cache."""
+        return self.mechanism.code.compiled
+
+    def _compiled(self):
+        with self._lock:
+            self.mechanism.code.module()
+
+    def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
+        """The map, and theory against measurement."""
+        return pictures(ds)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        from sweeps import systems
+
+        return systems.resolve, (self.name,)
+
+
+def pictures(ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
+    """Name of each picture of a map of small oscillations → what draws it; a map is all they need."""
+    from sweeps.systems.oscillator import figure_oscillations
+
+    return {
+        "oscillations": lambda: figure_oscillations.draw(ds),
+        "theory_against_measured": lambda: figure_oscillations.draw_agreement(ds),
+    }
+
+
+def _parameter(p: "mechanics.description.Parameter") -> Parameter:
+    item = Annotated[float, number(p.allows, p.allowed)]
+    bounds = p.allowed.rpartition(", in ")[0]
+    return Parameter(p.name, Quantity(p.name.replace("_", " "), p.unit, bounds, item), p.meaning, p.default)
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Where descriptions come from
+
+
+def of_library(name: str) -> Oscillator:
+    """A system that ships."""
+    from importlib import import_module
+
+    return Oscillator(
+        name,
+        lambda: import_module(f"sweeps.mechanics.library.{name}").system,
+        (LIBRARY / f"{name}.py").read_bytes(),
+    )
+
+
+def of_file(name: str) -> Oscillator:
+    """The system that a Python file describes; the file is run, as the person who names it means it to be.
+
+    Raises:
+        DescriptionError: if the file cannot be read or run, or makes no `system`.
+    """
+    from sweeps.mechanics import DescriptionError
+
+    path = Path(name)
+    try:
+        source = path.read_bytes()
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise DescriptionError(f"system: {name}: cannot be read ({reason}); allowed: a Python file") from None
+    oscillator = Oscillator(name, lambda: _run(path), source)
+    return oscillator
+
+
+def _run(path: Path) -> "mechanics.System":
+    """The `system` of a Python file."""
+    from sweeps.mechanics import DescriptionError, System
+
+    digest = hashlib.sha256(str(path.resolve()).encode()).hexdigest()[:16]
+    spec = importlib.util.spec_from_file_location(f"described_{digest}", path)
+    module = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except DescriptionError as error:
+        raise DescriptionError(f"system: {path}: {error}") from None
+    except Exception as error:
+        said = " ".join(str(error).split())[:200]
+        raise DescriptionError(
+            f"system: {path}: cannot be run ({type(error).__name__}: {said}); allowed: Python that describes a system"
+        ) from None
+    system = getattr(module, "system", None)
+    if not isinstance(system, System):
+        raise DescriptionError(f"system: {path}: makes no `system`; allowed: a file with system = System(…)")
+    return system

@@ -1,0 +1,1 @@
+"""The free rigid body, spun about a principal axis and nudged."""

@@ -1,0 +1,232 @@
+"""Real bodies side by side: their measured rates, how soon they flip, and their periods beside the observed ones."""
+
+import math
+import re
+import textwrap
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from sweeps import style
+from sweeps.systems.rigid_body.fits import Period, periods, signed_rate
+from sweeps.systems.rigid_body.system import REGIMES
+
+MOST_BODIES = 30
+PERIOD_INCHES, LINE_INCHES, NOTE_WIDTH = 1.28, 0.145, 64
+GROWS, FLIPS = 1.13, 1.35  # where those two columns stand, in widths of the panel of rates
+MEASURED = {"label": "rigid body, measured", "marker": "o", "markersize": 7.5, "color": style.STABLE}
+OBSERVED = {
+    "label": "observed",
+    "marker": "D",
+    "markersize": 6.5,
+    "color": "white",
+    "markeredgecolor": style.INK,
+    "markeredgewidth": 1.3,
+}
+UNITS = ((1.0, "s", 7200.0), (3600.0, "h", 172_800.0), (86_400.0, "d", math.inf))
+OFFSETS = {1: -0.24, 2: 0.0, 3: 0.24}
+
+
+def draw(ds: xr.Dataset) -> Figure:
+    """Rates relative to the spin for each body and axis, times to grow and flip, and observed periods in days."""
+    part = _selected(ds)
+    observed = periods(ds)
+    rows = part.sizes["body"]
+    height = 2.0 + max(0.46 * rows, PERIOD_INCHES * len(observed), 1.0)
+    width = 12.8 if observed else 8.6
+    figure = style.canvas(width, height, "Bodies: measured rates", _subtitle(ds, part), footer=0.36)
+    axes = figure.subplots(1, 2, width_ratios=(1.05, 1.0)) if observed else [figure.subplots()]
+    _rates(axes[0], part)
+    _times(axes[0], part)
+    if observed:
+        _periods(axes[1], observed, (height - 2.0) / len(observed))
+    _legend(figure, part)
+    return figure
+
+
+def _selected(ds: xr.Dataset) -> xr.Dataset:
+    """At most `MOST_BODIES` bodies at the least epsilon and the middle omega0 and phase, over (body, axis)."""
+    at = {dim: (ds.sizes[dim] - 1) // 2 for dim in ("omega0", "phase") if dim in ds.dims}
+    if "epsilon" in ds.dims:
+        at["epsilon"] = int(np.argmin(ds["epsilon"].values))
+    names = ["omega_squared", "omega_squared_theory", "regime", "regime_theory", "triangle_margin", "growth_rate"]
+    names += [name for name in ("flip_period",) if name in ds]
+    part = ds[names].isel(at | {"body": style.few(ds.sizes["body"], MOST_BODIES)}).load().transpose("body", "axis")
+    measured, theory = (signed_rate(part[name], part["omega0"]) for name in names[:2])
+    return part.assign(rate=abs(measured), rate_theory=abs(theory))
+
+
+def _subtitle(ds: xr.Dataset, part: xr.Dataset) -> str:
+    fixed = {name: float(part[name]) for name in ("omega0", "epsilon", "phase") if part[name].ndim == 0}
+    own = [style.symbol(name) for name in ("omega0", "epsilon", "phase") if part[name].ndim]
+    bodies = style.count(ds.sizes["body"], "body", "bodies")
+    if part.sizes["body"] < ds.sizes["body"]:
+        bodies = f"{part.sizes['body']} of {bodies}"
+    text = style.settings(fixed) + (f";  each body its own {', '.join(own)}" if own else "")
+    return f"{ds.attrs.get('title', '')}:  {bodies};  {text}"
+
+
+def _rates(ax: Axes, part: xr.Dataset) -> None:
+    """Numbered markers at the measured rates over ticks at theory's; rates of zero stand in a column of their own."""
+    rates, theory = part["rate"].values, part["rate_theory"].values
+    trusted = ~np.isin(part["regime"].values, (3, 4))
+    positive = rates[trusted & (rates > 0)]
+    low = 10.0 ** (np.floor(np.log10(positive.min())) - 0.3) if positive.size else 0.1
+    zero = low / 2.2
+    ax.set_xscale("log")
+    for (i, j), rate in np.ndenumerate(rates):
+        axis = int(part["axis"].values[j])
+        y, word = i + OFFSETS[axis], REGIMES[int(part["regime"].values[i, j]) + 1]
+        ax.vlines(theory[i, j] if theory[i, j] else zero, y - 0.21, y + 0.21, color=style.INK, linewidth=1.1, zorder=2)
+        if np.isfinite(rate):
+            _numbered(ax, rate if trusted[i, j] and rate > 0 else zero, y, axis, word)
+    rows = part.sizes["body"]
+    ax.set(xlim=(zero / 1.7, max(2.0, 1.6 * np.nanmax(np.append(rates, 1.0)))), ylim=(rows - 0.42, -0.58))
+    ax.set_yticks(range(rows), [_row_label(part.isel(body=i)) for i in range(rows)], fontsize=9)
+    ax.set_xlabel(r"measured rate relative to the spin, $\sqrt{|\Omega^2|}\,/\,|\omega_0|$  (dimensionless)")
+    ax.set_title("Rates about each axis", loc="left", fontweight="bold", fontsize=9.5)
+    _zero_column(ax, zero, low, rows)
+
+
+def _times(ax: Axes, part: xr.Dataset) -> None:
+    """Beside each row, how soon a nudge about the unstable axis grows by a factor e, and how often the spin flips."""
+    look = {"transform": ax.get_yaxis_transform(), "ha": "center", "va": "center", "fontsize": 8.5}
+    look["color"] = style.REGIME_COLORS["unstable"]
+    head = {"transform": ax.transAxes, "ha": "center", "va": "bottom", "fontsize": 8, "color": style.QUIET}
+    ax.text(GROWS, 1.015, "grows e-fold in", **head)
+    flips = "flip_period" in part
+    if flips:
+        ax.text(FLIPS, 1.015, "flips every", **head)
+    for i in range(part.sizes["body"]):
+        unstable = np.flatnonzero(part["regime"].values[i] == REGIMES.index("unstable") - 1)
+        if unstable.size:
+            at = part.isel(body=i, axis=int(unstable[0]))
+            ax.text(GROWS, i, duration(1.0 / float(at["growth_rate"])), gid="e-fold", **look)
+        if unstable.size and flips and np.isfinite(at["flip_period"]):
+            ax.text(FLIPS, i, duration(float(at["flip_period"])), gid="flip", **look)
+
+
+def duration(seconds: float) -> str:
+    """A time as people say it: in seconds up to two hours, in hours up to two days, in days beyond; three digits."""
+    unit, name = next((u, n) for u, n, most in UNITS if seconds < most)
+    value = seconds / unit
+    return f"{value:,.0f} {name}" if 100 <= value < 1e6 else f"{style.number(value, 3)} {name}"
+
+
+def _row_label(body: xr.Dataset) -> str:
+    name = textwrap.fill(str(body["body"].values), 30)
+    return name + ("" if float(body["triangle_margin"].min()) >= 0 else "\n(breaks the triangle inequality)")
+
+
+def _numbered(ax: Axes, x: float, y: float, axis: int, word: str) -> None:
+    hollow = word in ("sphere", "undetermined")
+    color = style.REGIME_COLORS[word]
+    ax.plot(
+        [x],
+        [y],
+        marker="o",
+        markersize=7.6,
+        markerfacecolor="white" if hollow else color,
+        markeredgecolor=color,
+        markeredgewidth=0.9,
+        zorder=3,
+        gid=word,
+    )
+    ink = style.INK if hollow or word == "stable_minor" else "white"
+    ax.annotate(
+        str(axis),
+        (x, y),
+        (0, -0.35),
+        textcoords="offset points",
+        ha="center",
+        va="center",
+        fontsize=6.2,
+        color=ink,
+        fontweight="bold",
+        zorder=4,
+    )
+
+
+def _zero_column(ax: Axes, zero: float, low: float, rows: int) -> None:
+    """Separates the column of zero rates, and rows from each other."""
+    exponents = range(int(np.ceil(np.log10(low))), int(np.floor(np.log10(ax.get_xlim()[1]))) + 1)
+    exponents = exponents[:: max(1, len(exponents) // 8)]
+    ax.set_xticks([zero, *(10.0**n for n in exponents)], ["0", *(style.power(n) for n in exponents)])
+    ax.minorticks_off()
+    ax.axvline(np.sqrt(zero * low) * 1.05, color=style.FAINT, linewidth=0.8, linestyle=(0, (2, 2)))
+    ax.grid(axis="x", color=style.FAINT, linewidth=0.5, alpha=0.6)
+    for i in range(1, rows):
+        ax.axhline(i - 0.5, color=style.FAINT, linewidth=0.5)
+    ax.tick_params(axis="y", length=0)
+    ax.set_axisbelow(True)
+
+
+def _periods(ax: Axes, observed: list[Period], inches: float) -> None:
+    """Measured and observed periods as pairs on one axis of days, each with its note in a row of so many inches."""
+    days = [d for p in observed for d in (p.measured_days, p.observed_days) if np.isfinite(d)]
+    ax.set(xscale="log", xlim=(min(days) / 6, max(days) * 6), ylim=(len(observed), 0.0), yticks=[])
+    for row, period in enumerate(observed):
+        y = row + 0.42 / inches
+        pair = [period.measured_days, period.observed_days]
+        ax.plot(pair, [y, y], color=style.FAINT, linewidth=2.5, zorder=1, solid_capstyle="butt")
+        for x, look in zip(pair, (MEASURED, OBSERVED), strict=True):
+            ax.plot(x, y, linestyle="none", zorder=3, gid=look["label"], **look)
+        _period_texts(ax, period, row, y, inches)
+        if row:
+            ax.axhline(row, color=style.FAINT, linewidth=0.5)
+    ax.set_xlabel("period in the body's frame  (days of 86,400 s)")
+    ax.set_title("Periods", loc="left", fontweight="bold", fontsize=9.5)
+    handles = [Line2D([], [], linestyle="none", **look) for look in (MEASURED, OBSERVED)]
+    place = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.995), "borderaxespad": 0.1}
+    ax.legend(handles=handles, ncols=2, handletextpad=0.3, columnspacing=1.2, **place)
+    ax.grid(axis="x", color=style.FAINT, linewidth=0.5, alpha=0.6)
+    ax.set_axisbelow(True)
+
+
+def _period_texts(ax: Axes, period: Period, row: int, y: float, inches: float) -> None:
+    def write(text, depth, **look):
+        ax.text(0.02, row + depth / inches, text, transform=ax.get_yaxis_transform(), va="top", **look)
+
+    write(f"{period.body}: {period.what}, axis {period.axis}", 0.08, fontsize=9, fontweight="bold")
+    values = sorted(d for d in (period.measured_days, period.observed_days) if np.isfinite(d))
+    look = {"va": "center", "fontsize": 8.5, "textcoords": "offset points", "path_effects": style.halo(2.0)}
+    if len(values) > 1:
+        ax.annotate(_days(values[0]), (values[0], y), (-8, 0), ha="right", **look)
+    ax.annotate(_days(values[-1]), (values[-1], y), (8, 0), ha="left", **look)
+    note = textwrap.wrap(" ".join(period.note.split()), NOTE_WIDTH)
+    if len(note) * LINE_INCHES > inches - 0.64:
+        note = textwrap.wrap(gist(period.note), NOTE_WIDTH)
+    write("\n".join(note), 0.58, fontsize=7.8, color=style.QUIET, linespacing=1.25)
+
+
+def _days(value: float) -> str:
+    text = f"{value:,.2f}" if value < 10_000 else f"{value:,.0f}"
+    return (text.rstrip("0").rstrip(".") if "." in text else text) + " d"
+
+
+def gist(note: str) -> str:
+    """The last sentence of a note: where it says what to conclude."""
+    return re.split(r"(?<=[.!?])\s+(?=[A-Z])", " ".join(note.split()))[-1]
+
+
+def _legend(figure: Figure, part: xr.Dataset) -> None:
+    present = {REGIMES[int(code) + 1] for code in np.unique(part["regime"].values)}
+    handles = [
+        Line2D(
+            [],
+            [],
+            linestyle="none",
+            marker="o",
+            markersize=7,
+            markeredgecolor=style.REGIME_COLORS[word],
+            markerfacecolor="white" if word in ("sphere", "undetermined") else style.REGIME_COLORS[word],
+            label=style.REGIME_WORDS[word],
+        )
+        for word in REGIMES
+        if word in present
+    ]
+    handles.append(Line2D([], [], linestyle="none", marker="|", markersize=9, color=style.INK, label="linear theory"))
+    style.legend(figure, handles)

@@ -1,0 +1,334 @@
+r"""Numbers behind the pictures: deviations from linear theory, their power law in ε, and periods in days.
+
+Everything is read from a map in blocks or slices, so that no map has to fit into memory.
+"""
+
+import math
+import tempfile
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from sweeps.systems.rigid_body.system import REGIMES, STATUSES
+
+SECONDS_PER_DAY = 86_400.0
+BLOCK_POINTS = 2**18
+MOST_DRAWN = 200_000
+
+# Below, rounding and the tolerance of the integration stand in for the law; above, its next term does.
+FIT_ABOVE, FIT_BELOW = 1e-11, 1e-2
+FLOOR_FACTOR = 10.0
+FLOOR_SPAN = 3.0
+LEAST_FITTED = 4
+
+
+def signed_rate(omega_squared, omega0):
+    r"""Signed rate in units of the spin, sign(Ω²)·√|Ω²|/|ω0|: positive oscillates, negative grows.
+
+    Args:
+        omega_squared: Ω² in s-2.
+        omega0: spin rate in rad s-1, of either sign; the two broadcast together.
+
+    Returns:
+        The rate, dimensionless.
+    """
+    return np.sign(omega_squared) * np.sqrt(np.abs(omega_squared)) / np.abs(omega0)
+
+
+def rate_deviation(measured, theory):
+    r"""Relative deviation of the signed rate from theory, |r/r_theory − 1| with r = sign(Ω²)·√|Ω²|.
+
+    Args:
+        measured: measured Ω² in s-2.
+        theory: Ω² of linear theory in s-2; the two broadcast together.
+
+    Returns:
+        Dimensionless, above 1 where the signs differ; NaN where the theory is 0.
+    """
+    measured, theory = np.broadcast_arrays(np.asarray(measured, float), np.asarray(theory, float))
+    ratio = np.full(measured.shape, np.nan)
+    np.divide(measured, theory, out=ratio, where=theory != 0)
+    return np.abs(np.sign(ratio) * np.sqrt(np.abs(ratio)) - 1.0)
+
+
+# ---------------------------------------------------------------------------------------------------------
+# All points of a map, in one pass
+
+
+@dataclass
+class Agreement:
+    """How a map's measured rates compare with linear theory.
+
+    Attributes:
+        points: number of points of the map.
+        regimes: measured regime → number of points.
+        statuses: status → number of points.
+        marginal: number of points with Ω² = 0 in theory, which have no relative deviation.
+        stride: every how many points one is kept in the arrays below, in storage order.
+        theory: predicted signed rate over |ω0| of each kept point, dimensionless.
+        measured: measured signed rate over |ω0| of each kept point, dimensionless.
+        deviation: `rate_deviation` of each kept point.
+        stderr: relative standard error of the rate, stderr(Ω²)/(2|Ω²|), of each kept point.
+        possible: whether a body with those moments can exist.
+        status: number of the status of each kept point.
+        worst: largest deviation over all points that can exist and are ok; NaN where there is none.
+        certificate: largest `propagation_error` over all points; NaN where the map has none.
+    """
+
+    points: int
+    stride: int
+    marginal: int = 0
+    regimes: dict[str, int] = field(default_factory=lambda: dict.fromkeys(REGIMES, 0))
+    statuses: dict[str, int] = field(default_factory=lambda: dict.fromkeys(STATUSES, 0))
+    theory: np.ndarray = None
+    measured: np.ndarray = None
+    deviation: np.ndarray = None
+    stderr: np.ndarray = None
+    possible: np.ndarray = None
+    status: np.ndarray = None
+    worst: float = math.nan
+    certificate: float = math.nan
+
+
+def agreement(ds: xr.Dataset, most: int = MOST_DRAWN) -> Agreement:
+    """Compares measured with predicted rates, reading a map once, in blocks of `BLOCK_POINTS`.
+
+    Args:
+        ds: a map.
+        most: how many points to keep at most; the counts and `worst` are over all.
+
+    Returns:
+        The comparison; the kept points are evenly strided.
+    """
+    sizes = dict(zip(ds["omega_squared"].dims, ds["omega_squared"].shape, strict=True))
+    points = math.prod(sizes.values())
+    result = Agreement(points, even_stride(sizes.values(), most))
+    parts, start = [], 0
+    for block in blocks(sizes, BLOCK_POINTS):
+        columns = _columns(ds, block, tuple(sizes))
+        _count(result, columns)
+        first = -start % result.stride
+        # A view would keep its whole block in memory.
+        parts.append({name: column[first :: result.stride].copy() for name, column in columns.items()})
+        start += columns["status"].size
+    for name in ("theory", "measured", "deviation", "stderr", "possible", "status"):
+        setattr(result, name, np.concatenate([part[name] for part in parts]))
+    return result
+
+
+def _columns(ds: xr.Dataset, block: Mapping[str, slice], dims: tuple[str, ...]) -> dict[str, np.ndarray]:
+    names = ["omega_squared", "omega_squared_theory", "omega_squared_stderr", "triangle_margin", "status", "regime"]
+    names += [name for name in ("propagation_error",) if name in ds]
+    part = ds[names].isel(block).load()
+    omega0 = part["omega0"].broadcast_like(part["status"]).transpose(*dims).values.reshape(-1)
+    columns = {name: part[name].transpose(*dims).values.reshape(-1) for name in names}
+    measured, theory = columns["omega_squared"], columns["omega_squared_theory"]
+    relative = np.full(measured.shape, np.nan)
+    np.divide(columns["omega_squared_stderr"], 2.0 * np.abs(measured), out=relative, where=measured != 0)
+    return {
+        "theory": signed_rate(theory, omega0),
+        "measured": signed_rate(measured, omega0),
+        "deviation": rate_deviation(measured, theory),
+        "stderr": relative,
+        "possible": columns["triangle_margin"] >= 0,
+        "status": columns["status"],
+        "regime": columns["regime"],
+        "certificate": columns.get("propagation_error", np.full(measured.shape, np.nan)),
+    }
+
+
+def _count(result: Agreement, columns: Mapping[str, np.ndarray]) -> None:
+    result.marginal += int(np.count_nonzero(columns["theory"] == 0))
+    for number, name in enumerate(REGIMES, start=-1):
+        result.regimes[name] += int(np.count_nonzero(columns["regime"] == number))
+    for number, name in enumerate(STATUSES):
+        result.statuses[name] += int(np.count_nonzero(columns["status"] == number))
+    sound = columns["possible"] & (columns["status"] == 0) & np.isfinite(columns["deviation"])
+    if sound.any():
+        result.worst = float(np.fmax(result.worst, columns["deviation"][sound].max()))
+    result.certificate = float(np.fmax.reduce(columns["certificate"], initial=result.certificate))
+
+
+def blocks(sizes: Mapping[str, int], most: int) -> Iterator[dict[str, slice]]:
+    """Cuts a grid into contiguous runs of at most `most` points, as dimension → slice, in storage order."""
+    dims, shape = list(sizes), list(sizes.values())
+    inside = [math.prod(shape[i + 1 :]) for i in range(len(shape))]
+    cut = next((i for i, points in enumerate(inside) if points <= most), len(shape) - 1)
+    length = max(1, most // inside[cut])
+    for outer in product(*(range(n) for n in shape[:cut])):
+        for low in range(0, shape[cut], length):
+            before = {dim: slice(i, i + 1) for dim, i in zip(dims[:cut], outer, strict=True)}
+            yield before | {dims[cut]: slice(low, min(low + length, shape[cut]))}
+
+
+def even_stride(shape, most: int) -> int:
+    """Least stride that keeps `most` points at most and shares no factor with any dimension's length.
+
+    A common factor would see some values of that dimension only.
+    """
+    shape = tuple(shape)
+    points = math.prod(shape)
+    stride = max(1, -(-points // most))
+    while stride > 1 and any(math.gcd(stride, n) > 1 for n in shape if n > 1) and stride < points:
+        stride += 1
+    return stride
+
+
+# ---------------------------------------------------------------------------------------------------------
+# The power law of the deviation in epsilon
+
+
+def power_law(x, y, low: float = FIT_ABOVE, high: float = FIT_BELOW) -> tuple[float, float, int]:
+    r"""Exponent of y ∝ x^p by least squares of ln y against ln x, over the points with low ≤ y ≤ high.
+
+    Args:
+        x: positive values, shape (n,).
+        y: positive values, shape (n,); NaN is left out.
+        low: least y that is fitted.
+        high: greatest y that is fitted.
+
+    Returns:
+        (p, its standard error, number of points fitted); p and its error are NaN below `LEAST_FITTED` points.
+    """
+    x, y = np.asarray(x, float), np.asarray(y, float)
+    fitted = (y >= low) & (y <= high) & (y > 0) & (x > 0)
+    n = int(np.count_nonzero(fitted))
+    if n < LEAST_FITTED:
+        return math.nan, math.nan, n
+    u, v = np.log(x[fitted]), np.log(y[fitted])
+    u = u - u.mean()
+    slope = float(u @ (v - v.mean()) / (u @ u))
+    scatter = v - v.mean() - slope * u
+    return slope, math.sqrt(float(scatter @ scatter) / ((n - 2) * float(u @ u))), n
+
+
+def deviation_floor(epsilon, deviation, stderr) -> float:
+    """Deviation below which a series shows no law: ten times what it shows where ε is least.
+
+    Args:
+        epsilon: size of the nudge, ascending, shape (n,).
+        deviation: |Ω²/Ω²_theory − 1| there, shape (n,).
+        stderr: its relative standard error, shape (n,).
+
+    Returns:
+        `FLOOR_FACTOR` times the larger of their medians from the least ε with values up to `FLOOR_SPAN` times
+        that (further on the standard error grows with the deviation: its scatter is the nonlinearity); infinite
+        where there is no value.
+    """
+    epsilon, deviation, stderr = (np.asarray(values, float) for values in (epsilon, deviation, stderr))
+    finite = np.isfinite(deviation) & np.isfinite(stderr)
+    if not finite.any():
+        return math.inf
+    first = finite & (epsilon <= FLOOR_SPAN * epsilon[finite][0])
+    return FLOOR_FACTOR * max(float(np.median(deviation[first])), float(np.median(stderr[first])))
+
+
+def breakdown(ds: xr.Dataset) -> xr.Dataset:
+    r"""How the measured Ω² leaves linear theory as ε grows: the exponent of |Ω²/Ω²_theory − 1| ∝ ε^p.
+
+    The fit uses points with status ok whose deviation lies between 1e-11 and 1e-2 and above `deviation_floor`.
+    Second-order perturbation theory has p = 2 wherever Ω² ≠ 0 (the leading correction is quadratic by the symmetry of
+    Euler's equations under ω_b, ω_c → −ω_b, −ω_c).
+
+    Args:
+        ds: a map with the dimension epsilon; what it holds of omega_squared is read whole, so select first.
+
+    Returns:
+        A Dataset with `deviation` and `floor` (1; over all dimensions, and over all but epsilon), and `slope`,
+        `slope_stderr`, `fitted` (1; over all but epsilon): p, its standard error and the number of points fitted.
+        NaN where the theory is 0 or fewer than `LEAST_FITTED` points remain.
+    """
+    ds = ds[["omega_squared", "omega_squared_theory", "omega_squared_stderr", "status"]].load().sortby("epsilon")
+    theory = ds["omega_squared_theory"].where(ds["omega_squared_theory"] != 0)
+    deviation = abs(ds["omega_squared"] / theory - 1.0).where(ds["status"] == 0)
+    stderr = abs(ds["omega_squared_stderr"] / theory).where(ds["status"] == 0)
+    floor = xr.apply_ufunc(
+        lambda y, error: deviation_floor(ds["epsilon"].values, y, error),
+        deviation,
+        stderr,
+        input_core_dims=[["epsilon"], ["epsilon"]],
+        vectorize=True,
+    )
+    slope, error, fitted = xr.apply_ufunc(
+        lambda y, low: power_law(ds["epsilon"].values, y, max(FIT_ABOVE, low)),
+        deviation,
+        floor,
+        input_core_dims=[["epsilon"], []],
+        output_core_dims=[[], [], []],
+        vectorize=True,
+    )
+    return xr.Dataset({"deviation": deviation, "floor": floor, "slope": slope, "slope_stderr": error, "fitted": fitted})
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Periods of bodies that people have observed
+
+
+@dataclass(frozen=True)
+class Period:
+    """One body's period, predicted and observed.
+
+    Attributes:
+        body: its name.
+        axis: the axis it spins about in nature.
+        predicted_days: 2π/Ω of linear theory, days of 86,400 s; NaN where it does not oscillate.
+        measured_days: `euler_period` of the rigid body, as measured from its motion, likewise.
+        observed_days: what people measured, days of 86,400 s.
+        what: what has the observed period.
+        note: what a reader should know.
+    """
+
+    body: str
+    axis: int
+    predicted_days: float
+    measured_days: float
+    observed_days: float
+    what: str
+    note: str
+
+
+def periods(ds: xr.Dataset) -> list[Period]:
+    """Predicted, measured and observed periods of the bodies of a map that have an `observed` entry and an axis.
+
+    Args:
+        ds: a map over bodies; of omega0, epsilon and phase it has one value each, or the least epsilon and else the
+            first is taken.
+
+    Returns:
+        One `Period` per such body whose axis was surveyed, in the order of the definition; [] without any.
+    """
+    bodies = [body for body in _bodies(ds) if body.observed is not None and body.axis in ds["axis"].values]
+    first = {dim: 0 for dim in ("omega0", "phase") if dim in ds.dims}
+    if "epsilon" in ds.dims:
+        first["epsilon"] = int(np.argmin(ds["epsilon"].values))
+    found = []
+    for body in bodies:
+        at = ds.isel(first).sel(body=body.name, axis=body.axis)
+        predicted, measured = _days(float(at["frequency_theory"])), float(at["euler_period"]) / SECONDS_PER_DAY
+        observed = body.observed
+        found.append(
+            Period(body.name, body.axis, predicted, measured, observed.period_days, observed.what, body.note or "")
+        )
+    return found
+
+
+def _days(frequency: float) -> float:
+    return 2.0 * math.pi / frequency / SECONDS_PER_DAY if frequency > 0 else math.nan
+
+
+def _bodies(ds: xr.Dataset):
+    """The bodies of the definition that a map carries, read as any definition is: from a file."""
+    from sweeps.schema.definition import load
+
+    text = ds.attrs.get("definition")
+    if not text or "body" not in ds.dims:
+        return ()
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "sweep.yaml"
+        path.write_text(text, encoding="utf-8")
+        named = set(ds["body"].values.tolist())
+        return tuple(body for body in load(path).bodies if body.name in named)

@@ -1,0 +1,230 @@
+r"""Principal moments and axes of a body, from its tensor of inertia or from a mesh of its surface.
+
+The tensor of inertia about the centre of mass is, in the coordinates in which the body is given,
+
+.. math:: T_{ij} = \int (r^2\delta_{ij} - x_i x_j)\,dm, \qquad T = R^\mathsf{T}\,\mathrm{diag}(I_1, I_2, I_3)\,R
+
+so its off-diagonal entries are *minus* the products of inertia. The moments come out ascending, I1 ≤ I2 ≤ I3, and the
+rows of R are the principal axes, right-handed.
+
+Source: Landau and Lifshitz, Mechanics, section 32. Volume integrals over a mesh: trimesh, after Eberly (2002),
+"Polyhedral mass properties".
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from sweeps.schema.refusals import display
+
+UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254, "ft": 0.3048}  # metres
+SUFFIXES = (".stl", ".obj", ".ply", ".off")
+MAX_MESH_BYTES = 2**28
+
+SYMMETRY = 1e-9  # of the largest entry: tables print some ten digits
+TRIANGLE = 1e-9  # of the sum of the moments: a flat plate has exactly 0, but for its digits
+TENSOR_ROUNDING = 1e-14  # of the largest moment: some tens of roundings of a 3 by 3 eigenproblem
+MESH_ROUNDING = 1e-7  # of the largest moment: coordinates in STL files are single precision
+
+
+class InertiaError(ValueError):
+    """What is wrong with a tensor or a mesh.
+
+    Attributes:
+        shown: the value, as a refusal quotes it.
+        wrong: what is wrong with it.
+        allowed: what would be right.
+    """
+
+    def __init__(self, shown: str, wrong: str, allowed: str):
+        super().__init__(f"{shown} {wrong}; allowed: {allowed}")
+        self.shown, self.wrong, self.allowed = shown, wrong, allowed
+
+
+@dataclass(frozen=True)
+class Principal:
+    """Principal moments and axes.
+
+    Attributes:
+        moments: (I1, I2, I3), ascending, kg m2 (or the tensor's own unit).
+        axes: rotation matrix, 3 rows: principal axis i in the coordinates of the tensor or mesh. Where moments are
+            equal, any axes of their plane (or space) would do as well.
+        notes: what a person should know of how they came out, one sentence each.
+    """
+
+    moments: tuple[float, float, float]
+    axes: tuple[tuple[float, float, float], ...]
+    notes: tuple[str, ...] = ()
+
+
+def principal(tensor: Sequence[Sequence[float]], rounding: float = TENSOR_ROUNDING) -> Principal:
+    """Diagonalises a tensor of inertia.
+
+    Args:
+        tensor: 3 rows of 3 finite numbers, symmetric, kg m2 (or any one unit).
+        rounding: moments that differ by less, relative to the largest, count as equal.
+
+    Returns:
+        The principal moments, each right to some 1e-15 of the largest, and axes.
+
+    Raises:
+        InertiaError: for what is not symmetric, not positive, or breaks the triangle inequality.
+    """
+    matrix = np.array(tensor, dtype=np.float64)
+    _check_symmetry(matrix)
+    size = np.abs(matrix).max()
+    # a power of two is exact, and products neither over- nor underflow
+    unit = 2.0 ** np.floor(np.log2(size)) if size > 0 else 1.0
+    values, vectors = np.linalg.eigh((matrix / unit + (matrix / unit).T) / 2)
+    if not values[0] > 4 * np.finfo(float).eps * values[2]:
+        shown = _listed(values * unit)
+        raise InertiaError(
+            display(matrix.tolist()), f"has the principal moments {shown}", "three principal moments > 0"
+        )
+    margin = (values[0] + values[1] - values[2]) / values.sum()
+    if margin < -TRIANGLE:
+        wrong = f"has the principal moments {_listed(values * unit)}, the last above the sum of the others"
+        allowed = "moments of a body that can exist (off-diagonal entries are minus the products of inertia)"
+        raise InertiaError(display(matrix.tolist()), wrong, allowed)
+    moments, notes = _equal_within_rounding(values, rounding)
+    return Principal(tuple((moments * unit).tolist()), _right_handed(vectors.T), notes)
+
+
+def _check_symmetry(matrix: np.ndarray) -> None:
+    if matrix.shape != (3, 3) or not np.isfinite(matrix).all():
+        raise InertiaError(display(matrix.tolist()), "is no tensor of inertia", "3 rows of 3 finite numbers")
+    gaps = np.abs(matrix - matrix.T)
+    if gaps.max() > SYMMETRY * np.abs(matrix).max():
+        row, column = np.unravel_index(int(gaps.argmax()), gaps.shape)
+        wrong = (
+            f"is not symmetric: {float(matrix[row, column])} against {float(matrix[column, row])} across its diagonal"
+        )
+        raise InertiaError(display(matrix.tolist()), wrong, "a symmetric tensor")
+
+
+def _listed(values: np.ndarray) -> str:
+    return ", ".join(f"{value:.6g}" for value in values)
+
+
+def _equal_within_rounding(values: np.ndarray, rounding: float) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Moments with those made equal that differ by rounding only: else a cube would flip, given 10^15 s."""
+    near = np.diff(values) <= rounding * values[2]
+    differ = np.diff(values) > 0
+    if near.all():
+        values, words = np.full(3, values.mean()), "I1, I2 and I3"
+    elif near[0]:
+        values, words = np.array([values[:2].mean(), values[:2].mean(), values[2]]), "I1 and I2"
+    elif near[1]:
+        values, words = np.array([values[0], values[1:].mean(), values[1:].mean()]), "I2 and I3"
+    made = bool((near & differ).any())
+    return values, (f"{words} differ by rounding only and count as equal",) if made else ()
+
+
+def _right_handed(rows: np.ndarray) -> tuple[tuple[float, float, float], ...]:
+    """Unit rows with the largest entry of the first two positive, and the third their cross product."""
+    first, second = (row * np.sign(row[np.abs(row).argmax()]) for row in rows[:2])
+    rounded = np.array([first, second, np.cross(first, second)]) + 0.0  # no negative zeros
+    return tuple(tuple(row) for row in rounded.tolist())
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Meshes
+
+
+@dataclass(frozen=True)
+class Solid:
+    """A body from a mesh, its density uniform.
+
+    Attributes:
+        principal: its principal moments and axes.
+        mass: kg.
+        volume: m3.
+        centre: centre of mass in the mesh's coordinates, m.
+        extents: edges of the box around it, m.
+        faces: number of triangles.
+    """
+
+    principal: Principal
+    mass: float
+    volume: float
+    centre: tuple[float, float, float]
+    extents: tuple[float, float, float]
+    faces: int
+
+
+def solid(path: str | Path, density: float | None = None, mass: float | None = None, unit: str = "m") -> Solid:
+    """The body that a closed mesh bounds, filled evenly.
+
+    Args:
+        path: an STL, OBJ, PLY or OFF file.
+        density: kg m-3; or
+        mass: kg, of the whole body.
+        unit: what the file's lengths are in, one of `UNITS`.
+
+    Returns:
+        Its mass properties about its centre of mass; relative errors some 1e-14, beside the file's own digits.
+        Moments that differ by less than 1e-7 of the largest count as equal.
+
+    Raises:
+        InertiaError: for a file that is no mesh, or a mesh that is not closed.
+    """
+    mesh, notes = _closed(path)
+    scale = UNITS[unit]
+    middle = mesh.bounds.mean(axis=0)
+    mesh.vertices = (mesh.vertices - middle) * scale  # integrals about a point outside lose digits
+    if mesh.volume < 0:
+        mesh.invert()
+        notes += ("its faces looked inwards and were turned",)
+    volume = float(mesh.volume)
+    if not volume > 1e-12 * float(np.prod(mesh.extents)):
+        raise InertiaError(display(str(path)), "encloses no volume", "a mesh of a body with volume")
+    density = mass / volume if density is None else density
+    mesh.density = density
+    found = principal(mesh.moment_inertia, MESH_ROUNDING)
+    found = Principal(found.moments, found.axes, notes + found.notes)
+    centre = tuple((mesh.center_mass + middle * scale).tolist())
+    return Solid(found, density * volume, volume, centre, tuple(mesh.extents.tolist()), len(mesh.faces))
+
+
+def _closed(path: str | Path):
+    """The mesh of a file, with faces that close it, and notes."""
+    mesh = _read(path)
+    if mesh.is_watertight:
+        return mesh, () if mesh.is_winding_consistent else _made_consistent(mesh)
+    edges, uses = np.unique(mesh.edges_sorted, axis=0, return_counts=True)
+    open_edges = int(np.count_nonzero(uses != 2))
+    wrong = f"is not watertight: {open_edges:,} of its {len(edges):,} edges do not join two faces"
+    raise InertiaError(display(str(path)), wrong, "a closed surface (repair it in your modeller, or with trimesh)")
+
+
+def _made_consistent(mesh) -> tuple[str, ...]:
+    from trimesh.repair import fix_winding
+
+    fix_winding(mesh)
+    return ("its faces looked both ways and were turned",)
+
+
+def _read(path: str | Path):
+    path, allowed = Path(path), f"a readable {', '.join(s[1:].upper() for s in SUFFIXES)} file of triangles"
+    shown = display(str(path))
+    if path.suffix.lower() not in SUFFIXES:
+        raise InertiaError(shown, "is no mesh by its name", f"a file that ends in {', '.join(SUFFIXES)}")
+    if not path.is_file():
+        raise InertiaError(shown, "is not there, or is no file", allowed)
+    if path.stat().st_size > MAX_MESH_BYTES:
+        raise InertiaError(shown, "is too large", f"at most {MAX_MESH_BYTES:,} bytes")
+    try:
+        import trimesh
+    except ImportError:
+        raise InertiaError(shown, "needs trimesh, which is not here", "pip install -e '.[mesh]'") from None
+    try:
+        mesh = trimesh.load_mesh(path)
+        sound = isinstance(mesh, trimesh.Trimesh) and len(mesh.faces) >= 4 and bool(np.isfinite(mesh.vertices).all())
+    except Exception as error:  # its readers let errors of every class through
+        reason = "".join(c if c.isprintable() else " " for c in str(error)[:100]) or type(error).__name__
+        raise InertiaError(shown, f"cannot be read as a mesh ({reason})", allowed) from None
+    if not sound:
+        raise InertiaError(shown, "holds no body: fewer than four triangles, or points that are no numbers", allowed)
+    return mesh

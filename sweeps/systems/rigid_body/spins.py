@@ -1,0 +1,85 @@
+r"""A body's three axes: which spins last, how fast the others are lost, how long their flips and wobbles take.
+
+Linear theory gives the e-folding time :math:`1/\sqrt{-\Omega^2}` and the Euler period :math:`2\pi/\sqrt{\Omega^2}` of a
+small nudge; the closed form gives the time between flips, 2K/p, and the largest tilt of a nudge of given size.
+
+Source: Landau and Lifshitz, Mechanics, section 37; see `kernels.linear` and `kernels.exact`.
+"""
+
+import math
+from dataclasses import dataclass
+
+from kernels import exact, linear
+from sweeps.maps import motion
+
+REGIMES = ("stable_minor", "stable_major", "unstable", "marginal", "sphere")
+
+
+@dataclass(frozen=True)
+class Spin:
+    """A spin about one principal axis, nudged.
+
+    Attributes:
+        axis: 1, 2 or 3.
+        moment: moment about it, kg m2 (or the unit of the ratios).
+        regime: one of `REGIMES`.
+        e_folding_time: s, in which a small nudge grows by a factor e; None where it does not.
+        flip_period: s between two changes of sign of the spin; None where it keeps its sign.
+        euler_period: s in which a small nudge turns about the axis; None where it does not.
+        max_tilt: degrees, largest angle of the angular velocity from the axis.
+    """
+
+    axis: int
+    moment: float
+    regime: str
+    e_folding_time: float | None
+    flip_period: float | None
+    euler_period: float | None
+    max_tilt: float
+
+
+def spins(moments: tuple[float, float, float], omega0: float, epsilon: float, phase: float) -> list[Spin]:
+    """The three spins of a body.
+
+    Args:
+        moments: (I1, I2, I3) > 0, kg m2 or any one unit.
+        omega0: spin rate, rad s-1, of either sign.
+        epsilon: size of the nudge relative to omega0.
+        phase: its direction in the (b, c) plane, rad.
+    """
+    return [_spin(moments, axis, omega0, epsilon, phase) for axis in (1, 2, 3)]
+
+
+def _spin(moments, axis: int, omega0: float, epsilon: float, phase: float) -> Spin:
+    regime = REGIMES[int(linear.regime(*moments, axis))]
+    rate = math.sqrt(abs(float(linear.omega_squared(*moments, omega0, axis))))
+    point = dict(zip(("I1", "I2", "I3"), moments, strict=True), axis=axis, omega0=omega0, epsilon=epsilon, phase=phase)
+    start = (*moments, *motion.start(point)[1])
+    tilt = math.degrees(exact.max_tilt(*start, axis))
+    return Spin(
+        axis=axis,
+        moment=moments[axis - 1],
+        regime=regime,
+        e_folding_time=1 / rate if regime == "unstable" and rate > 0 else None,
+        flip_period=float(exact.flip_period(*start)) if tilt > 90 else None,
+        euler_period=2 * math.pi / rate if regime.startswith("stable") and rate > 0 else None,
+        max_tilt=tilt,
+    )
+
+
+def in_words(spin: Spin, duration) -> str:
+    """What becomes of a spin, one sentence or two; `duration` says seconds in words."""
+    if spin.regime == "unstable":
+        text = f"unstable: a nudge grows e-fold in {duration(spin.e_folding_time)}"
+        if spin.flip_period is None:
+            return f"{text}, yet it never turns over"
+        return f"{text}, and the body flips every {duration(spin.flip_period)}"
+    if spin.euler_period is not None:
+        end = "least" if spin.regime == "stable_minor" else "greatest"
+        text = f"stable ({end} moment): a small nudge turns about it in {duration(spin.euler_period)}"
+        if spin.flip_period is not None:
+            return f"{text}; this one is too large, and the body flips every {duration(spin.flip_period)}"
+        return f"{text}, and the spin never tilts beyond {spin.max_tilt:.2g}°"
+    if spin.regime == "sphere":
+        return "neither: to its moments the body is a sphere, and a nudge just stays"
+    return "marginal: two moments are equal, and a nudge grows in proportion to time, not exponentially"

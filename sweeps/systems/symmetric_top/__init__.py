@@ -1,0 +1,1 @@
+"""The free symmetric top, spun at any angle to its figure axis."""

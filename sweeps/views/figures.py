@@ -1,0 +1,78 @@
+"""Pictures of a map: what it shows at a glance, how far it agrees with theory, where theory ends, and the flip."""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import matplotlib
+import xarray as xr
+from matplotlib.figure import Figure
+from PIL import Image
+
+from sweeps import systems
+from sweeps.files import replaced, replaced_folder
+from sweeps.style import STYLE
+from sweeps.systems.oscillator import system as oscillator
+
+FRAME_MILLISECONDS = 60
+
+
+def pictures(ds: xr.Dataset) -> dict[str, Callable[[], Figure | None]]:
+    """Name of each picture of a map → what draws it (None where there is nothing to show).
+
+    Args:
+        ds: a map, from `sweeps.open_map` or `sweeps.survey`.
+    """
+    name = _name(ds)
+    if systems.is_file(name):  # not run: a map is all that its pictures need
+        return oscillator.pictures(ds)
+    return systems.resolve(name).pictures(ds)
+
+
+def animations(ds: xr.Dataset) -> dict[str, Callable[[], list[Image.Image]]]:
+    """Name of each animation of a map → what draws its frames (none where there is nothing to show)."""
+    name = _name(ds)
+    return {} if systems.is_file(name) else systems.resolve(name).animations(ds)
+
+
+def _name(ds: xr.Dataset) -> str:
+    return ds.attrs.get("system", systems.DEFAULT)
+
+
+def draw_all(ds: xr.Dataset, folder: str | Path) -> Iterator[Path]:
+    """Draws the pictures of a map as PNG, and its animations as GIF.
+
+    Reads only what they show, so a map larger than memory will do.
+
+    Args:
+        ds: a map, from `sweeps.open_map` or `sweeps.survey`.
+        folder: where the files go; it is made where it is missing, and files of the same name are replaced.
+
+    Yields:
+        The path of each file, once all are written.
+    """
+    folder = Path(folder)
+    with replaced_folder(folder) as temporary:
+        drawn = [f"{name}.png" for name, draw in pictures(ds).items() if _write(draw, temporary / f"{name}.png")]
+        moving = [f"{n}.gif" for n, frames in animations(ds).items() if _animate(frames, temporary / f"{n}.gif")]
+    yield from (folder / name for name in drawn + moving)
+
+
+def _animate(frames: Callable[[], list[Image.Image]], path: Path) -> bool:
+    with matplotlib.rc_context(STYLE):
+        pictures = frames()
+    if not pictures:
+        return False
+    with replaced(path) as temporary:
+        first, *others = pictures
+        first.save(temporary, format="GIF", save_all=True, append_images=others, duration=FRAME_MILLISECONDS, loop=0)
+    return True
+
+
+def _write(draw: Callable[[], Figure | None], path: Path) -> bool:
+    with matplotlib.rc_context(STYLE):
+        figure = draw()
+        if figure is None:
+            return False
+        with replaced(path) as temporary:
+            figure.savefig(temporary, format="png")
+    return True

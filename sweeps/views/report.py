@@ -1,0 +1,374 @@
+"""The report of a map: one HTML file that works offline, with the map to explore and the motion of each point.
+
+The page asks no network for anything and runs no script but those written here: its content security policy
+names each by its hash. All text that comes from the file is escaped by the template or set as text by the page.
+"""
+
+import base64
+import hashlib
+import json
+import math
+import zlib
+from collections.abc import Mapping
+from dataclasses import asdict
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+
+import jinja2
+import numpy as np
+import xarray as xr
+from markupsafe import Markup
+
+from sweeps import style as figure_style
+from sweeps.files import replaced
+from sweeps.maps import storage
+from sweeps.systems.rigid_body import figure_stability
+from sweeps.views.report_columns import (
+    MOST_POINTS,
+    Column,
+    Gatherer,
+    Packed,
+    blocks,
+    dimensions,
+    is_number,
+    pack_within,
+    read,
+    reduced,
+    thinned,
+)
+from sweeps.views.report_summary import Summary, flags
+
+LIMIT = 8_000_000  # bytes of a page
+RIGID_BODY = ("axis", "I1", "I2", "I3", "omega0", "epsilon", "phase")
+SCRIPTS = (
+    "numbers.js",
+    "data.js",
+    "elliptic.js",
+    "rotation.js",
+    "attitude.js",
+    "state.js",
+    "colors.js",
+    "controls.js",
+    "row.js",
+    "plane.js",
+    "bodies.js",
+    "nudges.js",
+    "drawing.js",
+    "solid.js",
+    "polhode.js",
+    "motion.js",
+    "mode.js",
+    "main.js",
+)
+
+
+def write(ds: xr.Dataset, path: str | Path, limit: int = LIMIT) -> None:
+    """Writes the report of a map; the map is read once, box by box, so one larger than memory will do.
+
+    Args:
+        ds: a map, from `sweeps.open_map` or `sweeps.survey`.
+        path: the HTML file, replaced once the new one is whole.
+        limit: bytes that the file may have; a map that does not fit is thinned, and the page says so.
+
+    Raises:
+        ValueError: where not even a thinned map fits into `limit`.
+    """
+    summary, columns, kept = _gather(ds)
+    packed, kept = _fitted(ds, summary, columns, kept, limit)
+    page = _page(ds, summary, packed, kept)
+    with replaced(path) as temporary:
+        temporary.write_text(page, encoding="utf-8")
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Reading
+
+
+def _gather(ds: xr.Dataset) -> tuple[Summary, dict[str, np.ndarray], dict[str, np.ndarray]]:
+    """One pass over a map: its numbers, and the columns at the points that a page can hold at most."""
+    sizes = dimensions(ds)
+    kept = thinned(sizes, _numeric(ds, sizes), MOST_POINTS)
+    beside = [name for name in ds.coords if ds[name].ndim > 1]
+    names = [name for name in (*ds.data_vars, *beside) if is_number(ds[name])]
+    gatherer, summary = Gatherer(ds, names, kept), Summary(ds)
+    for box in blocks(sizes):
+        values = {name: read(ds, name, box) for name in names}
+        summary.add(box, {name: values[name] for name in names if name in ds.data_vars})
+        for name in names:
+            gatherer.add(box, name, values[name])
+    return summary, gatherer.columns, kept
+
+
+def _numeric(ds: xr.Dataset, dims) -> set[str]:
+    """Dimensions along which values of a real parameter stand."""
+    return {dim for dim in dims if dim in ds.coords and ds[dim].dtype.kind == "f"}
+
+
+def _fitted(ds, summary: Summary, columns, kept, limit: int) -> tuple[list[Packed], dict[str, np.ndarray]]:
+    """Columns packed into a page of `limit` bytes, with fewer and fewer points until they fit."""
+    while True:
+        scales = {dim: _scale(ds, dim, indices) for dim, indices in kept.items()}
+        laws = [reduced(name, values, scales) for name, values in columns.items()]
+        budget = limit - _frame(ds, summary, laws, kept)
+        packed = pack_within(laws, budget)
+        if packed is not None:
+            return packed, kept
+        points = math.prod(len(values) for values in kept.values())
+        if points == 1:
+            raise ValueError(f"limit: no point of this map fits into a page of {limit:,} bytes")
+        columns, kept = _fewer(ds, columns, kept, max(1, int(points * _share(laws, budget))))
+
+
+def _frame(ds, summary: Summary, columns: list[Column], kept) -> int:
+    """Bytes of a page but for its columns."""
+    empty = [Packed(c.name, c.values.shape, c.powers, "f8", -1000, 6, "") for c in columns]
+    return len(_page(ds, summary, empty, kept).encode("utf-8"))
+
+
+def _scale(ds, dim: str, indices) -> np.ndarray | None:
+    """Magnitudes of a dimension's values, where laws may hold in them."""
+    if dim not in ds.coords or ds[dim].dtype.kind != "f":
+        return None
+    values = np.abs(ds[dim].values[indices])
+    return values if np.isfinite(values).all() and (values > 1e-100).all() and (values < 1e100).all() else None
+
+
+def _share(columns: list[Column], budget: int) -> float:
+    """Share of the points that fits a budget, at the two bytes or so that a shortened number takes as text."""
+    numbers = sum(column.values.size for column in columns if column.values.dtype.kind == "f")
+    return min(0.9, max(0.05, 1.05 * budget / (2.6 * max(numbers, 1))))
+
+
+def _fewer(ds, columns, kept, points: int):
+    sizes = {dim: len(indices) for dim, indices in kept.items()}
+    chosen = thinned(sizes, _numeric(ds, sizes), points)
+    columns = dict(columns)
+    for name, values in columns.items():
+        for k, indices in enumerate(chosen.values()):
+            if values.shape[k] > 1:
+                values = np.take(values, indices, axis=k)
+        columns[name] = values
+    return columns, {dim: kept[dim][indices] for dim, indices in chosen.items()}
+
+
+# ---------------------------------------------------------------------------------------------------------
+# What the page's scripts get
+
+
+def payload(ds: xr.Dataset, packed: list[Packed], kept: Mapping[str, np.ndarray]) -> dict:
+    """A map for the page's scripts, as JSON: everything but the packed bytes."""
+    return {
+        "title": str(ds.attrs.get("title", "")),
+        "dims": [{"name": dim, "size": len(kept[dim]), "of": ds.sizes[dim]} for dim in kept],
+        "coordinates": {n: _coordinate(ds, n, kept) for n in _coordinates(ds, kept)},
+        "variables": [_variable(ds, column, k) for k, column in enumerate(packed)],
+        "start": _start(ds, kept),
+        "regimeColors": figure_style.REGIME_COLORS,
+        "regimeWords": figure_style.REGIME_WORDS,
+        "seriesColors": figure_style.SERIES_COLORS,
+        "nature": _natural_axes(ds),
+    }
+
+
+def _coordinates(ds, kept) -> list[str]:
+    return [*kept, *(name for name in ds.coords if ds[name].ndim <= 1 and name not in kept)]
+
+
+def _coordinate(ds, name: str, kept) -> dict:
+    """Values and attributes of a coordinate along one dimension (or none); numbers where there is no coordinate."""
+    if name not in ds.coords:
+        return {"dim": name, "values": kept[name].tolist(), "numeric": False, **_words({}, name)}
+    variable = ds[name]
+    dim = variable.dims[0] if variable.dims else None
+    values = variable.values[kept[dim]] if dim else variable.values.reshape(1)
+    kind = values.dtype.kind
+    plain = [_number(v) for v in values.tolist()] if kind in "fiub" else [str(v) for v in values.tolist()]
+    described = _words(variable.attrs, name) | {"flags": _flag_list(variable)}
+    return {"dim": dim, "values": plain, "numeric": kind in "fiu", "whole": kind in "iu", **described}
+
+
+def _variable(ds, column: Packed, k: int) -> dict:
+    described = {key: value for key, value in asdict(column).items() if key != "text"}
+    return described | _words(ds[column.name].attrs, column.name) | {"flags": _flag_list(ds[column.name]), "id": k}
+
+
+def _words(attributes: Mapping, name: str) -> dict:
+    units = str(attributes.get("units", "1"))
+    return {
+        "units": units if units != "1" else "",
+        "longName": str(attributes.get("long_name", name)),
+        "comment": str(attributes.get("comment", "")),
+    }
+
+
+def _flag_list(variable: xr.DataArray) -> list[dict]:
+    return [{"value": value, "meaning": meaning} for value, meaning in flags(variable).items()]
+
+
+def _number(value):
+    """A number for JSON, which knows no NaN and no infinity."""
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _start(ds, kept) -> dict:
+    """Where the page begins: of a grid of moments the plane of its pictures, else the first point."""
+    start = {"plane": [], "index": {dim: (len(values) - 1) // 2 for dim, values in kept.items()}}
+    start["index"] |= {dim: 0 for dim in kept if dim not in _numeric(ds, kept)}
+    if set(RIGID_BODY) <= set(kept):
+        shown, fixed = figure_stability.planes(ds)
+        start["plane"] = list(shown)
+        for dim, value in fixed.items():
+            start["index"][dim] = int(np.argmin(np.abs(ds[dim].values[kept[dim]] - value)))
+    elif "epsilon" in kept:
+        start["index"]["epsilon"] = int(np.argmin(ds["epsilon"].values[kept["epsilon"]]))
+    return start
+
+
+def _natural_axes(ds) -> dict:
+    """Body → the axis about which it spins in nature, as the definition has it."""
+    bodies = storage.definition_of(ds).get("bodies")
+    found = {}
+    for body in bodies if isinstance(bodies, tuple) else ():
+        if isinstance(body, dict) and body.get("axis") in (1, 2, 3):
+            found[str(body.get("name"))] = int(body["axis"])
+    return found
+
+
+# ---------------------------------------------------------------------------------------------------------
+# The page
+
+
+def _asset(name: str) -> str:
+    return (files("sweeps.views") / "page" / name).read_text(encoding="utf-8")
+
+
+@cache
+def _plotly() -> str:
+    """Plotly's script, deflated, as base64."""
+    from plotly.offline import get_plotlyjs
+
+    return base64.b64encode(zlib.compress(get_plotlyjs().encode("utf-8"), 9)).decode("ascii")
+
+
+def _hash(script: str) -> str:
+    """A script's name in the page's content security policy."""
+    return f"'sha256-{base64.b64encode(hashlib.sha256(script.encode('utf-8')).digest()).decode('ascii')}'"
+
+
+def _json(value) -> Markup:
+    """JSON that cannot end the element it stands in: every `<`, `>` and `&` is written as an escape."""
+    text = json.dumps(value, allow_nan=False, ensure_ascii=False)
+    for sign, escape in (("&", "\\u0026"), ("<", "\\u003c"), (">", "\\u003e")):
+        text = text.replace(sign, escape)
+    return Markup(text)
+
+
+def _page(ds, summary: Summary, packed: list[Packed], kept) -> str:
+    from plotly.offline import get_plotlyjs
+
+    environment = jinja2.Environment(
+        autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
+    )
+    environment.filters |= {"number": _text, "percent": _percent, "words": _meaning}
+    program = '"use strict";\n' + "\n".join(_asset(name) for name in SCRIPTS)
+    template = environment.from_string(_asset("report.html"))
+    return template.render(
+        policy=" ".join(_hash(script) for script in (program, get_plotlyjs())),
+        style=Markup(_asset("style.css")),
+        program=Markup(program),
+        plotly=_plotly(),
+        payload=_json(payload(ds, packed, kept)),
+        columns=[column.text for column in packed],
+        **_said(ds, summary, kept),
+    )
+
+
+def _said(ds, summary: Summary, kept) -> dict:
+    """What the page says in words and tables."""
+    sizes = dimensions(ds)
+    rigid = set(RIGID_BODY) <= set(ds.coords)
+    definition = str(ds.attrs.get("definition", ""))
+    return {
+        "title": str(ds.attrs.get("title", "")) or "A stability map",
+        "about": _about(definition),
+        "rigid": rigid,
+        "bodies": "body" in sizes,
+        "definition": definition,
+        "attributes": {k: str(v) for k, v in ds.attrs.items() if k not in ("definition", "title")},
+        "points": summary.points,
+        "product": [(dim, n) for dim, n in sizes.items() if n > 1],
+        "shown": math.prod(len(values) for values in kept.values()),
+        "thinned": [(dim, len(kept[dim]), n) for dim, n in sizes.items() if len(kept[dim]) < n],
+        "counts": [(name, _long_name(ds, name), counts) for name, counts in summary.counts.items()],
+        "confusion": [_confusion(ds, summary, pair, table) for pair, table in summary.confusion.items()],
+        "worst": [_worst(ds, worst) for worst in summary.worst.values()],
+        "agreements": [_agreement(ds, agreement) for agreement in summary.agreements.values() if agreement.total],
+    }
+
+
+def _about(definition: str) -> list[str]:
+    """First paragraphs of the comment with which a definition begins; not those about its own keys."""
+    lines = []
+    for line in definition.splitlines():
+        if not line.startswith("#"):
+            break
+        lines.append(line.lstrip("#").strip())
+    paragraphs = [" ".join(part.split()) for part in "\n".join(lines).split("\n\n") if part.strip()]
+    return [text for text in paragraphs[:2] if "`" not in text]
+
+
+def _long_name(ds, name: str) -> str:
+    return str(ds[name].attrs.get("long_name", name))
+
+
+def _confusion(ds, summary: Summary, pair, table: np.ndarray) -> dict:
+    reference, name = pair
+    rows, columns = list(summary.counts[reference]), list(summary.counts[name])
+    used = [j for j in range(len(columns)) if table[:, j].any()]
+    agreed = sum(int(table[i, columns.index(word)]) for i, word in enumerate(rows) if word in columns)
+    return {
+        "names": (_long_name(ds, reference), _long_name(ds, name)),
+        "columns": [columns[j] for j in used],
+        "rows": [(word, [(int(table[i, j]), columns[j] == word) for j in used]) for i, word in enumerate(rows)],
+        "agreed": agreed,
+        "total": int(table.sum()),
+    }
+
+
+def _worst(ds, worst) -> dict:
+    at = [
+        (dim, ds[dim].values[i].item() if dim in ds.coords else i) for dim, i in worst.at.items() if ds.sizes[dim] > 1
+    ]
+    return {"name": worst.name, "long_name": _long_name(ds, worst.name), "value": worst.value, "at": at}
+
+
+def _agreement(ds, agreement) -> dict:
+    return {
+        "name": agreement.name,
+        "names": (_long_name(ds, agreement.name), _long_name(ds, agreement.reference)),
+        "total": agreement.total,
+        "median": agreement.quantile(0.5),
+        "most": agreement.quantile(0.99),
+        "worst": agreement.worst,
+        "within": agreement.within / agreement.judged if agreement.judged else None,
+    }
+
+
+def _text(value) -> str:
+    """A value as people write it: whole numbers with commas, others with up to six digits."""
+    if isinstance(value, int):
+        return f"{value:,}"
+    return figure_style.number(value, 4) if isinstance(value, float) and math.isfinite(value) else str(value)
+
+
+def _percent(share: float) -> str:
+    """A share in per cent, and never 100 % of what is not all."""
+    if share == 1.0:
+        return "100 %"
+    return f"{min(share, 0.99999):.3%}".replace("%", " %")
+
+
+def _meaning(flag: str) -> str:
+    """A flag's meaning in words."""
+    return figure_style.REGIME_WORDS.get(flag, flag.replace("_", " "))

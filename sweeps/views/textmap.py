@@ -1,0 +1,140 @@
+"""A map's flags as characters in a terminal, coloured where it has colours and legible where it has none."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import xarray as xr
+
+from sweeps.maps.selection import Place, dimensions, in_words
+from sweeps.maps.summary import flags, leading_flag
+
+MOST_ROWS = 24
+NARROWEST = 4
+
+# Blue and vermilion of Okabe and Ito (2008), "Color universal design".
+LOOKS = {
+    "unstable": ("#", "#d55e00"),
+    "stable": ("+", "#0072b2"),
+    "stable_major": ("+", "#0072b2"),
+    "stable_minor": ("-", "#56b4e9"),
+    "marginal": ("=", "#8a8d91"),
+    "sphere": ("o", "#bdbdbd"),
+    "undetermined": ("?", "bold"),
+    "with_spin": ("+", "#0072b2"),
+    "against_spin": ("-", "#d55e00"),
+    "none": ("0", "#8a8d91"),
+    "ok": (".", "#0072b2"),
+}
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One plane of characters.
+
+    Attributes:
+        title: what is special to this plane, "axis 2" or "".
+        rows: (label, characters) from the top.
+        ends: first and last value along the bottom.
+    """
+
+    title: str
+    rows: list[tuple[str, str]]
+    ends: tuple[str, str]
+
+
+@dataclass(frozen=True)
+class TextMap:
+    """Planes beside one another, with what is the same in all.
+
+    Attributes:
+        flag: the variable that is drawn.
+        x: dimension along the bottom, "" for none.
+        y: dimension upwards.
+        fixed: dimension → value of what is not shown.
+        panels: the planes.
+        legend: character → meaning, of what occurs.
+    """
+
+    flag: str
+    x: str
+    y: str
+    fixed: dict[str, float | int | str]
+    panels: list[Panel]
+    legend: dict[str, str]
+
+
+def look(meaning: str, number: int) -> tuple[str, str]:
+    """Character and colour of a flag's meaning; letters for those without a look of their own."""
+    return LOOKS.get(meaning, (chr(ord("a") + number % 26), ""))
+
+
+def draw(ds: xr.Dataset, places: dict[str, Place], width: int = 80) -> TextMap | None:
+    """Draws the leading flag over two dimensions, a panel for each spin axis or mode; None where nothing can be drawn.
+
+    Names (of bodies, of equilibria) stand upwards; of numbers, the two dimensions that are longest make the plane.
+
+    Args:
+        ds: a map.
+        places: where to stand along other dimensions; those not given stand in their middle.
+        width: characters in a line.
+    """
+    flag = leading_flag(ds)
+    sizes = {dim: size for dim, size in dimensions(ds).items() if size > 1 and dim not in places}
+    beside = next((dim for dim in sizes if ds[dim].dtype.kind in "iu" and len(sizes) > 1), None)
+    count = sizes.pop(beside) if beside else 1
+    if not sizes or not flag:
+        return None
+    y, x = _plane(ds, sizes)
+    shown = (x, y, beside)
+    fixed = {dim: (n - 1) // 2 for dim, n in dimensions(ds).items() if dim not in shown}
+    fixed |= {dim: place.index for dim, place in places.items()}
+    values = ds[flag].isel(fixed).load()
+    panels = [values.isel({beside: number}) for number in range(count)] if beside else [values]
+    room = (width - _label_width(ds, y) - 2 * (len(panels) - 1)) // len(panels)
+    columns, lines = _few(sizes.get(x, 1), max(NARROWEST, room)), _few(sizes[y], MOST_ROWS)
+    glyphs = {value: look(meaning, number)[0] for number, (value, meaning) in enumerate(flags(ds[flag]).items())}
+    upwards = lines if ds[y].dtype.kind in "OU" else lines[::-1]
+    drawn = [_panel(panel.transpose(y, *([x] if x else [])), y, x, upwards, columns, glyphs) for panel in panels]
+    titles = [f"{beside} {int(panel[beside])}" if beside else "" for panel in panels]
+    drawn = [replace(panel, title=title) for panel, title in zip(drawn, titles, strict=True)]
+    occurs = {c for panel in drawn for _, text in panel.rows for c in text}
+    legend = {glyphs[value]: meaning for value, meaning in flags(ds[flag]).items() if glyphs[value] in occurs}
+    told = {dim: _value(ds, dim, index) for dim, index in fixed.items() if dimensions(ds)[dim] > 1}
+    return TextMap(flag, x, y, told, drawn, legend)
+
+
+def _plane(ds: xr.Dataset, sizes: dict[str, int]) -> tuple[str, str]:
+    """Dimensions upwards and along the bottom: names upwards, else the two longest, the first of them along."""
+    longest = sorted(sizes, key=lambda dim: -sizes[dim])
+    for names in (dim for dim in sizes if ds[dim].dtype.kind in "OU"):
+        return names, next((dim for dim in longest if dim != names), "")
+    return (longest[1], longest[0]) if len(longest) > 1 else (longest[0], "")
+
+
+def _few(size: int, most: int) -> np.ndarray:
+    return np.unique(np.linspace(0, size - 1, min(size, max(most, 2))).round().astype(int))
+
+
+def _label_width(ds: xr.Dataset, y: str) -> int:
+    return max(len(_value_in_words(value)) for value in ds[y].values) + 1
+
+
+def _value(ds: xr.Dataset, dim: str, index: int) -> float | int | str:
+    value = ds[dim].values[index]
+    return value.item() if hasattr(value, "item") else str(value)
+
+
+def _value_in_words(value) -> str:
+    value = value.item() if hasattr(value, "item") else value
+    text = f"{value:.4g}" if isinstance(value, float) else str(value)
+    return text if len(text) <= 16 else text[:15] + "…"
+
+
+def _panel(values: xr.DataArray, y: str, x: str, upwards, columns, glyphs) -> Panel:
+    numbers = values.values.reshape(values.sizes[y], -1)
+    rows = [
+        (_value_in_words(values[y].values[i]), "".join(glyphs.get(int(numbers[i, j]), "?") for j in columns))
+        for i in upwards
+    ]
+    ends = tuple(in_words(values[x].values[i].item()) for i in (0, -1)) if x else ("", "")
+    return Panel("", rows, ends)

@@ -1,0 +1,258 @@
+import dask
+import numpy as np
+import pytest
+import xarray as xr
+
+import sweeps
+from kernels import survey as kernel
+from sweeps.points import catalogue, columns
+from sweeps.points.grid import Grid
+from sweeps.schema.definition import load
+from sweeps.schema.reading import plain, read_text
+from sweeps.shards import content
+from sweeps.systems.rigid_body import system as rigid_body
+
+TINY = catalogue.shipped()["tiny"]
+
+# Written out by hand from the public contract: name → units, None for flags.
+CONTRACT = {
+    "omega_squared_theory": "s-2",
+    "omega_squared": "s-2",
+    "omega_squared_stderr": "s-2",
+    "growth_rate_theory": "s-1",
+    "growth_rate": "s-1",
+    "growth_rate_stderr": "s-1",
+    "growth_rate_logslope": "s-1",
+    "e_folds": "1",
+    "frequency_theory": "rad s-1",
+    "frequency": "rad s-1",
+    "frequency_stderr": "rad s-1",
+    "regime_theory": None,
+    "regime": None,
+    "shape": None,
+    "growing_fraction": "1",
+    "samples_used": "1",
+    "window_end": "s",
+    "steps_per_sample": "1",
+    "status": None,
+    "triangle_margin": "1",
+    "energy_drift": "1",
+    "momentum_drift": "1",
+    "perturbation_drift": "1",
+    "propagation_error": "1",
+    "euler_period": "s",
+}
+FLAGS = {
+    "regime_theory": {0: "stable_minor", 1: "stable_major", 2: "unstable", 3: "marginal", 4: "sphere"},
+    "regime": {
+        -1: "undetermined",
+        0: "stable_minor",
+        1: "stable_major",
+        2: "unstable",
+        3: "marginal",
+        4: "sphere",
+    },
+    "shape": {0: "asymmetric", 1: "oblate", 2: "prolate", 3: "sphere"},
+    "status": {0: "ok", 1: "short_window", 2: "not_converged", 3: "non_finite"},
+}
+COORDINATE_UNITS = {
+    "axis": "1",
+    "I1": "kg m2",
+    "I2": "kg m2",
+    "I3": "kg m2",
+    "omega0": "rad s-1",
+    "epsilon": "1",
+    "phase": "rad",
+}
+PER_BODY = {
+    "bodies": [
+        {"name": "Earth", "I1": 8.0101e37, "I2": 8.0103e37, "I3": 8.0365e37, "omega0": 7.292115e-5},
+        {"name": "Mond, größer", "ratios": {"I1": 1.0, "I2": 2.0, "I3": 3.0}, "omega0": -2.0},
+    ],
+    "axes": [1, 2],
+    "grid": {"epsilon": [1e-8, 1e-4, 1e-2]},
+}
+SHARED_SPIN = {
+    "bodies": [{"name": "a", "I1": 1.0, "I2": 2.0, "I3": 2.5}, {"name": "b", "I1": 1.0, "I2": 1.0, "I3": 1.5}],
+    "grid": {"omega0": [1.0, 2.0, -5.0], "phase": [0.1, 0.2]},
+}
+
+
+@pytest.fixture(scope="module")
+def tiny():
+    return sweeps.survey("tiny")
+
+
+def assert_same_bits(left, right):
+    """Same names, dimensions, types and bytes, NaN and signed zeros included."""
+    assert set(left.variables) == set(right.variables)
+    for name, variable in left.variables.items():
+        other = right[name].variable
+        assert (variable.dims, variable.dtype) == (other.dims, other.dtype), name
+        assert variable.values.tobytes() == other.values.tobytes(), name
+
+
+def test_contract_names_units_and_types(tiny):
+    assert set(CONTRACT) <= set(tiny.data_vars)
+    for name, units in CONTRACT.items():
+        variable = tiny[name]
+        assert variable.dims == ("axis", "I1", "I2", "I3", "omega0", "epsilon", "phase"), name
+        assert variable.shape == (3, 4, 4, 3, 3, 2, 1), name
+        assert variable.attrs.get("units") == units, name
+        assert variable.attrs["long_name"], name
+        assert variable.dtype.kind == ("f" if name not in {*FLAGS, "samples_used", "steps_per_sample"} else "i"), name
+    for name, units in COORDINATE_UNITS.items():
+        assert tiny[name].attrs["units"] == units, name
+
+
+@pytest.mark.parametrize("name", FLAGS)
+def test_flags_say_what_each_number_means(tiny, name):
+    attributes = tiny[name].attrs
+    meanings = attributes["flag_meanings"].split()
+    assert dict(zip(attributes["flag_values"].tolist(), meanings, strict=True)) == FLAGS[name]
+    assert attributes["flag_values"].dtype == tiny[name].dtype  # CF-1.11, section 3.5
+    assert set(np.unique(tiny[name])) <= set(FLAGS[name])
+
+
+def test_values_sit_at_their_coordinates(tiny):
+    """Euler's linear theory, Ω² = ω0² (Ia − Ib)(Ia − Ic)/(Ib Ic), from the coordinates by xarray's own broadcasting."""
+    moments = [tiny.I1, tiny.I2, tiny.I3]
+    expected = []
+    for axis in (1, 2, 3):
+        a, b, c = moments[axis - 1], moments[axis % 3], moments[(axis + 1) % 3]
+        expected.append(tiny.omega0**2 * (a - b) * (a - c) / (b * c))
+    expected = xr.concat(expected, xr.DataArray([1, 2, 3], dims="axis", name="axis"))
+    found = tiny.omega_squared_theory
+    # six roundings of the formula, each half a unit in the last place
+    xr.testing.assert_allclose(found, expected.broadcast_like(found).transpose(*found.dims), rtol=4e-15, atol=0)
+    total = tiny.I1 + tiny.I2 + tiny.I3
+    margin = (total - 2 * xr.concat(xr.broadcast(*moments), "moment").max("moment")) / total
+    found = tiny.triangle_margin
+    # a float32 of at most 1/3
+    xr.testing.assert_allclose(found, margin.broadcast_like(found).transpose(*found.dims), rtol=0, atol=2e-8)
+
+
+def test_provenance(tiny):
+    assert tiny.attrs["title"] == "Every kind of body, once"
+    assert tiny.attrs["Conventions"] == "CF-1.11"
+    assert tiny.attrs["contract_version"].split(".")[0] == "1"
+    assert load(TINY).text == tiny.attrs["definition"]
+    assert tiny.attrs["system"] == "rigid_body"
+    for name in ("kernel_fingerprint", "content_hash"):
+        assert len(bytes.fromhex(tiny.attrs[name])) == 32
+    assert tiny.attrs["source"].startswith("Polhode ")
+    assert tiny.attrs["references"]
+
+
+def test_a_mapping_gives_what_its_file_gives(tmp_path):
+    mapping = {"grid": {"I1": [1.0, 2.0], "I2": 1.5, "I3": 3.0, "omega0": -2.0}}
+    path = tmp_path / "own.yaml"
+    path.write_text("grid: {I1: [1.0, 2.0], I2: 1.5, I3: 3.0, omega0: -2.0}")
+    left, right = sweeps.survey(mapping), sweeps.survey(path)
+    assert_same_bits(left, right)
+    assert left.content_hash == right.content_hash
+    assert left.sizes == {"axis": 3, "I1": 2, "I2": 1, "I3": 1, "omega0": 1, "epsilon": 1, "phase": 1}
+
+
+@pytest.mark.parametrize("chunks", ["auto", 1000, 150, {"I1": 1}, {"axis": 2, "omega0": 2, "I3": 3}, {}])
+def test_lazy_equals_eager_bit_for_bit(tiny, chunks):
+    lazy = sweeps.survey("tiny", chunks=chunks)
+    assert all(dask.is_dask_collection(lazy[name].data) for name in lazy.data_vars)
+    assert "content_hash" not in lazy.attrs
+    with dask.config.set(scheduler="threads", num_workers=2):
+        assert content.content_hash(lazy) == tiny.attrs["content_hash"]
+        assert_same_bits(lazy.compute(), tiny)
+
+
+def test_chunks_are_those_asked_for():
+    lazy = sweeps.survey("tiny", chunks={"I1": 1, "omega0": 2})
+    assert lazy.omega_squared.chunksizes["I1"] == (1, 1, 1, 1)
+    assert lazy.omega_squared.chunksizes["omega0"] == (2, 1)
+    assert lazy.omega_squared.chunksizes["axis"] == (3,)
+    most = sweeps.survey("tiny", chunks=100).omega_squared.data
+    assert max(np.prod([max(c) for c in most.chunks]), 1) <= 100
+    with pytest.raises(ValueError, match=r"\['I4'\].*allowed: axis, I1"):
+        sweeps.survey("tiny", chunks={"I4": 1})
+
+
+def test_one_point_of_a_lazy_map_runs_one_chunk(tiny, monkeypatch):
+    points = []
+    survey = kernel.survey
+    monkeypatch.setattr(
+        kernel,
+        "survey",
+        lambda columns, *rest, **more: points.append(columns["I1"].size) or survey(columns, *rest, **more),
+    )
+    lazy = sweeps.survey("tiny", chunks={"I1": 1, "I2": 1, "axis": 1})
+    assert points == []
+    value = lazy.omega_squared[2, 1, 3].values
+    assert points == [3 * 3 * 2 * 1]
+    assert value.tobytes() == tiny.omega_squared[2, 1, 3].values.tobytes()
+
+
+@pytest.mark.parametrize("threads", [2, 3, 5])
+def test_threads_change_no_bit(tiny, threads):
+    assert_same_bits(sweeps.survey("tiny", threads=threads), tiny)
+
+
+def test_more_threads_than_points():
+    mapping = {"axes": [2], "grid": {"I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": 1.0}}
+    assert_same_bits(sweeps.survey(mapping, threads=4), sweeps.survey(mapping))
+
+
+def test_bodies_carry_what_is_theirs_along_body():
+    ds = sweeps.survey(PER_BODY)
+    assert ds.omega_squared.dims == ("body", "axis", "epsilon", "phase")
+    assert ds.omega_squared.shape == (2, 2, 3, 1)
+    assert ds.body.values.tolist() == ["Earth", "Mond, größer"]
+    for name in ("I1", "I2", "I3", "omega0", "moments_are_ratios"):
+        assert name in ds.coords
+        assert ds[name].dims == ("body",)
+    assert ds.I3.values.tolist() == [8.0365e37, 3.0]
+    assert ds.omega0.values.tolist() == [7.292115e-5, -2.0]
+    assert ds.moments_are_ratios.values.tolist() == [0, 1]
+    assert ds.I1.attrs["units"] == "kg m2"
+    assert ds.omega0.attrs["units"] == "rad s-1"
+
+
+def test_bodies_share_what_the_grid_gives():
+    ds = sweeps.survey(SHARED_SPIN)
+    assert ds.omega_squared.dims == ("body", "axis", "omega0", "epsilon", "phase")
+    assert ds.omega_squared.shape == (2, 3, 3, 1, 2)
+    alone = sweeps.survey({"grid": {"I1": 1.0, "I2": 2.0, "I3": 2.5, **SHARED_SPIN["grid"]}})
+    for name in ds.data_vars:
+        assert ds[name][0].values.tobytes() == alone[name].values.tobytes(), name
+
+
+@pytest.mark.parametrize("mapping", [PER_BODY, SHARED_SPIN])
+def test_lazy_bodies_equal_eager_ones(mapping):
+    lazy = sweeps.survey(mapping, chunks={"body": 1, "axis": 1})
+    assert_same_bits(lazy.compute(), sweeps.survey(mapping))
+
+
+def test_a_run_of_points_equals_the_same_points_of_the_map(tiny):
+    definition = load(TINY)
+    run = columns.columns(Grid(definition).points(123, 457), definition)
+    for name in rigid_body.VARIABLES:
+        assert run[name].tobytes() == tiny[name].values.reshape(-1)[123:457].tobytes(), name
+
+
+def test_chosen_variables_are_made_alone_and_are_the_same(tiny):
+    names = ["omega_squared", "regime", "propagation_error"]
+    mapping = plain(read_text(TINY.read_text())) | {"integration": {"variables": names}}
+    few = sweeps.survey(mapping)
+    assert sorted(few.data_vars) == sorted(names)
+    for name in names:
+        assert few[name].values.tobytes() == tiny[name].values.tobytes()
+
+
+def test_a_collapsed_sweep_is_the_full_one():
+    spins = [-3.0, 0.5, 1.0, 2.0, 7.0]
+    grid = {"I1": [0.5, 1.0, 2.0], "I2": [0.7, 1.4, 2.8], "I3": [0.6, 1.2], "omega0": spins, "epsilon": [1e-6, 1e-2]}
+    full, collapsed = (sweeps.survey({"grid": grid, "integration": {"collapse": flag}}) for flag in (False, True))
+    spin = abs(full.omega0)
+    apart = abs(collapsed.omega_squared - full.omega_squared) / spin**2
+    assert float(apart.max()) <= 1e-12
+    for name in full.data_vars:
+        if full[name].dtype.kind == "i":
+            np.testing.assert_array_equal(collapsed[name], full[name], err_msg=name)

@@ -1,0 +1,63 @@
+import numpy as np
+import pytest
+import xarray as xr
+
+from sweeps.maps import selection
+
+
+@pytest.fixture
+def ds():
+    coords = {
+        "body": ["Tennis racket", "Earth", "Earth's Moon"],
+        "axis": ("axis", np.array([1, 3], np.int8), {"units": "1"}),
+        "epsilon": ("epsilon", [1e-8, 1e-4, 1e-2], {"units": "1"}),
+        "phase": ("phase", [0.6], {"units": "rad"}),
+        "I1": ("body", [1.0, 2.0, 3.0]),
+    }
+    return xr.Dataset({"status": (("body", "axis", "epsilon", "phase"), np.zeros((3, 2, 3, 1), np.int8))}, coords)
+
+
+def chosen(ds, **values):
+    return {dim: place.value for dim, place in selection.nearest(ds, values).items()}
+
+
+def test_the_nearest_value_is_that_of_xarray(ds):
+    for asked in (1e-9, 3e-5, 6e-5, 4.9e-3, 5.1e-3, 1.0):
+        wanted = ds.epsilon.sel(epsilon=asked, method="nearest").item()
+        assert chosen(ds, epsilon=str(asked)) == {"epsilon": wanted, "phase": 0.6}
+
+
+def test_places_say_what_was_asked(ds):
+    places = selection.nearest(ds, {"epsilon": "5", "phase": "0.6"})
+    assert str(places["epsilon"]) == "epsilon = 0.01 (nearest to 5, which is outside the grid)"
+    assert str(places["phase"]) == "phase = 0.6 rad"
+    assert selection.left(ds, places) == ["body", "axis"]
+    assert selection.at(ds, places).status.dims == ("body", "axis")
+
+
+@pytest.mark.parametrize(
+    ("asked", "found"), [("Earth", "Earth"), ("earth", "Earth"), ("RACKET", "Tennis racket"), ("moon", "Earth's Moon")]
+)
+def test_names_may_be_parts_that_only_one_has(ds, asked, found):
+    assert chosen(ds, body=asked)["body"] == found
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"body": "rackett"}, "did you mean Tennis racket?"),
+        ({"body": "e"}, "may be several"),
+        ({"body": ""}, "is not among the names; allowed: Tennis racket, Earth"),
+        ({"axis": "2"}, "--axis: 2 is not in this map; allowed: 1, 3"),
+        ({"epsilon": "small"}, "--epsilon: 'small' is no number; allowed: 1e-08, 0.0001, 0.01"),
+        ({"epsilon": "nan"}, "is no number"),
+        ({"epsilon": "1e999"}, "is no number"),
+        ({"epsilom": "1"}, "--epsilom: is no dimension of this map (did you mean epsilon?)"),
+        ({"I1": "1"}, "--I1: is a coordinate along body, not a dimension"),
+    ],
+)
+def test_what_is_no_place_is_refused(ds, values, words):
+    with pytest.raises(selection.SelectionError) as refused:
+        selection.nearest(ds, values)
+    assert words in str(refused.value)
+    assert "allowed: " in str(refused.value)

@@ -1,0 +1,452 @@
+import errno
+import hashlib
+import os
+import resource
+import shutil
+import struct
+
+import h5py
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+
+import sweeps
+from sweeps import files
+from sweeps.maps import dataset, storage
+from sweeps.points import catalogue
+from sweeps.points.grid import Grid
+from sweeps.schema.definition import load
+from sweeps.schema.reading import plain, read_text
+from sweeps.shards import chunkfile, chunks, content, merging
+from sweeps.shards import shard as sharding
+from sweeps.systems.rigid_body import system as rigid_body
+
+TINY = load(catalogue.shipped()["tiny"])
+BODIES = load(
+    {
+        "bodies": [
+            {"name": "Mond, größer", "I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": -3.0},
+            {"name": "b", "ratios": {"I1": 0.4, "I2": 0.4, "I3": 1.0}, "omega0": 1.0},
+            {"name": "sphere", "I1": 1.0, "I2": 1.0, "I3": 1.0, "omega0": 2.0},
+        ],
+        "grid": {"epsilon": [1e-8, 1e-3]},
+    }
+)
+
+
+def write_shards(folder, definition, count, threads=1):
+    paths = [folder / f"{number}-of-{count}-by-{threads}.nc" for number in range(1, count + 1)]
+    for number, path in enumerate(paths, 1):
+        sharding.write_shard(definition, number, count, path, threads)
+    return paths
+
+
+@pytest.fixture(scope="module")
+def shards(tmp_path_factory):
+    return write_shards(tmp_path_factory.mktemp("shards"), TINY, 3)
+
+
+@pytest.fixture(scope="module")
+def tiny():
+    return sweeps.survey("tiny")
+
+
+@pytest.fixture(scope="module")
+def tiny_map(shards, tmp_path_factory):
+    path = tmp_path_factory.mktemp("map") / "tiny.nc"
+    merging.merge(TINY, shards, path)
+    return path
+
+
+@pytest.fixture
+def small():
+    return xr.Dataset(
+        {"value": (("x", "y"), np.arange(6.0).reshape(2, 3)), "flag": (("x",), np.array([1, 2], "i1"))},
+        coords={"x": [0.0, 1.0], "name": ("y", ["a", "b", "é"])},
+    )
+
+
+def assert_same_bits(left, right):
+    assert set(left.variables) == set(right.variables)
+    for name in left.variables:
+        a, b = left[name], right[name]
+        assert a.dims == b.dims, name
+        if a.dtype.kind in "UOT":
+            assert a.values.tolist() == b.values.tolist()
+        else:
+            assert a.dtype == b.dtype, name
+            assert a.values.tobytes() == b.values.tobytes(), name
+
+
+# The cut into shards and threads changes no bit
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+@pytest.mark.parametrize("count", [1, 3, 7])
+@pytest.mark.parametrize("definition", [TINY, BODIES], ids=["grid", "bodies"])
+def test_shards_and_threads_change_no_bit(definition, count, threads, tmp_path, monkeypatch):
+    monkeypatch.setattr(chunks, "CHUNK_POINTS", 50)  # so that a shard is many chunks, and shares some
+    monkeypatch.setattr(sharding, "BLOCK_POINTS", 120)
+    whole = dataset.survey_grid(definition)
+    path = tmp_path / "map.nc"
+    told = merging.merge(definition, write_shards(tmp_path, definition, count, threads)[::-1], path)
+    with storage.open_map(path) as ds:
+        assert_same_bits(ds, whole)
+        assert ds.attrs["content_hash"] == told == content.content_hash(whole) == content.content_hash(ds)
+        assert {n: ds.attrs[n] for n in whole.attrs} == whole.attrs
+
+
+def test_progress_counts_each_point_once(tmp_path, monkeypatch):
+    monkeypatch.setattr(chunks, "CHUNK_POINTS", 50)
+    monkeypatch.setattr(sharding, "BLOCK_POINTS", 100)
+    done = []
+    sharding.write_shard(TINY, 2, 2, tmp_path / "s.nc", progress=done.append)
+    assert sum(done) == 432
+    assert max(done) <= 100
+    assert len(done) > 4
+
+
+def test_flags_and_units_reach_the_file(tiny_map):
+    with netCDF4.Dataset(tiny_map) as file:
+        for name, spec in rigid_body.VARIABLES.items():
+            assert file[name].long_name == spec.long_name
+            assert getattr(file[name], "units", None) == spec.units
+            assert file[name].dtype == np.dtype(spec.dtype)
+        assert file["regime"].flag_values.dtype == file["regime"].dtype == np.int8
+        assert np.isnan(file["growth_rate"]._FillValue)
+        assert "_FillValue" not in file["I1"].ncattrs()  # CF-1.11, section 2.5.1: coordinates are never missing
+        assert file.history.endswith("python -m sweeps")
+
+
+# Shards that do not make a map
+
+
+def merge_is_refused(paths, tmp_path, *words, definition=TINY):
+    target = tmp_path / "map.nc"
+    target.write_bytes(b"old")
+    with pytest.raises(storage.MapError) as refused:
+        merging.merge(definition, paths, target)
+    for word in words:
+        assert word in str(refused.value)
+    assert target.read_bytes() == b"old"
+    assert not list(tmp_path.glob(".*"))
+
+
+def test_missing_and_double_shards_are_refused(shards, tmp_path):
+    first, second, third = shards
+    merge_is_refused([second, third], tmp_path, "points 0 to 287 are missing")
+    merge_is_refused([first, third], tmp_path, "points 288 to 575 are missing")
+    merge_is_refused([first, second], tmp_path, "points 576 to 863 are missing")
+    merge_is_refused([first, second, third, second], tmp_path, "are given twice")
+    merge_is_refused([first, first, second, third], tmp_path, "points 0 to 287 are given twice")
+
+
+def test_shards_of_different_cuts_are_refused(shards, tmp_path):
+    halves = write_shards(tmp_path, TINY, 2)
+    merge_is_refused([halves[0], *shards[1:]], tmp_path, "points 288 to 431 are given twice")
+
+
+def test_shards_of_another_definition_are_refused(shards, tmp_path):
+    merge_is_refused(shards, tmp_path, shards[0].name, "definition", definition=BODIES)
+
+
+def test_shards_of_other_kernels_are_refused(shards, tmp_path):
+    other = tmp_path / "other.nc"
+    shutil.copy(shards[1], other)
+    with netCDF4.Dataset(other, "a") as file:
+        file.kernel_fingerprint = "0" * 64
+    merge_is_refused([shards[0], other, shards[2]], tmp_path, "other.nc", "kernel_fingerprint")
+
+
+def test_a_map_is_no_shard(tiny_map, tmp_path):
+    merge_is_refused([tiny_map], tmp_path, "first_point: is missing")
+
+
+def test_a_shard_without_a_variable_is_refused(shards, tmp_path):
+    other = shutil.copy(shards[1], tmp_path / "other.nc")
+    with h5py.File(other, "r+") as file:
+        del file["frequency"]
+    merge_is_refused([shards[0], other, shards[2]], tmp_path, "frequency: is missing")
+
+
+@pytest.mark.parametrize("content", [None, b"", b"not netCDF", b"\x89HDF\r\n\x1a\n" + bytes(600)])
+def test_what_is_no_netcdf_is_no_shard(shards, tmp_path, content):
+    other = tmp_path / "other.nc"
+    if content is not None:
+        other.write_bytes(content)
+    merge_is_refused([shards[0], other, shards[2]], tmp_path, "other.nc", "allowed")
+
+
+# A write that fails
+
+
+def full_disk(*_, **__):
+    raise OSError(errno.ENOSPC, "No space left on device")
+
+
+@pytest.mark.parametrize("old", [b"old", None])
+@pytest.mark.parametrize(
+    ("where", "what"),
+    [
+        *(("while writing", what) for what in ("shard", "merge", "write_map")),
+        *(("while flushing", what) for what in ("merge", "write_map")),  # shards carry checksums and do not wait
+    ],
+)
+def test_a_failing_write_leaves_what_was_there(shards, tiny, tmp_path, monkeypatch, old, what, where):
+    path = tmp_path / "map.nc"
+    if old is not None:
+        path.write_bytes(old)
+    if where == "while flushing":
+        monkeypatch.setattr(os, "fsync", full_disk)
+    else:
+        monkeypatch.setattr(chunkfile.ChunkFile, "put", full_disk)
+        monkeypatch.setattr(xr.Dataset, "to_netcdf", full_disk)
+    write = {
+        "shard": lambda: sharding.write_shard(TINY, 1, 9, path, 1, full_disk if where == "while writing" else len_of),
+        "merge": lambda: merging.merge(TINY, shards, path),
+        "write_map": lambda: storage.write_map(tiny, path),
+    }[what]
+    with pytest.raises(OSError, match="No space left"):
+        write()
+    assert [p.name for p in tmp_path.iterdir()] == (["map.nc"] if old else [])
+    assert old is None or path.read_bytes() == old
+
+
+def len_of(points):
+    assert points > 0
+
+
+def test_a_disk_that_cannot_flush_is_no_failure(tmp_path, monkeypatch):
+    def unsupported(_):
+        raise OSError(errno.EINVAL, "Invalid argument")
+
+    monkeypatch.setattr(os, "fsync", unsupported)
+    with files.replaced(tmp_path / "deep" / "file") as temporary:
+        temporary.write_text("new")
+    assert (tmp_path / "deep" / "file").read_text() == "new"
+
+
+def test_a_replaced_file_has_the_usual_permissions(tmp_path):
+    usual = tmp_path / "usual"
+    usual.write_text("")
+    with files.replaced(tmp_path / "file") as temporary:
+        assert temporary.parent == tmp_path  # a rename is atomic within one file system only
+        temporary.write_text("new")
+    assert (tmp_path / "file").stat().st_mode == usual.stat().st_mode
+
+
+# Opening
+
+
+def test_open_map_refuses_what_is_missing_or_foreign(tmp_path, shards, small):
+    with pytest.raises(storage.MapError, match=r"nowhere\.nc: there is no such file"):
+        sweeps.open_map(tmp_path / "nowhere.nc")
+    with pytest.raises(storage.MapError, match="there is no such file"):
+        sweeps.open_map(tmp_path)
+    text = tmp_path / "text.nc"
+    text.write_text("title: not a map")
+    with pytest.raises(storage.MapError, match=r"text\.nc: cannot be read as netCDF"):
+        sweeps.open_map(text)
+    other = tmp_path / "other.nc"
+    small.to_netcdf(other)
+    with pytest.raises(storage.MapError, match="contract_version: is nothing"):
+        sweeps.open_map(other)
+    with pytest.raises(storage.MapError, match="contract_version"):
+        sweeps.open_map(shards[0])
+
+
+def test_open_map_refuses_another_contract_and_missing_variables(tmp_path, tiny):
+    path = tmp_path / "map.nc"
+    tiny.assign_attrs(contract_version="2.0").to_netcdf(path)
+    with pytest.raises(storage.MapError, match=r"contract_version: is 2\.0; allowed: 1\."):
+        sweeps.open_map(path)
+    tiny.assign_attrs(contract_version="1.9").to_netcdf(tmp_path / "later.nc")
+    sweeps.open_map(tmp_path / "later.nc").close()
+    tiny.drop_vars(["status", "regime"]).to_netcdf(tmp_path / "short.nc")
+    with pytest.raises(storage.MapError, match=r"short\.nc: regime: is missing \(2 in all\)"):
+        sweeps.open_map(tmp_path / "short.nc")
+
+
+def test_open_map_looks_for_what_its_own_system_makes(tmp_path, tiny):
+    tiny.assign_attrs(system="pendulums").to_netcdf(tmp_path / "other.nc")
+    with pytest.raises(storage.MapError, match=r"other\.nc: system: 'pendulums' is not available; allowed: rigid_body"):
+        sweeps.open_map(tmp_path / "other.nc")
+    without = tiny.copy()
+    del without.attrs["system"]
+    without.to_netcdf(tmp_path / "without.nc")
+    sweeps.open_map(tmp_path / "without.nc").close()
+
+
+def test_a_truncated_map_is_refused(tmp_path, tiny_map):
+    half = tmp_path / "half.nc"
+    half.write_bytes(tiny_map.read_bytes()[: tiny_map.stat().st_size // 2])
+    with pytest.raises(storage.MapError, match="cannot be read as netCDF"):
+        sweeps.open_map(half)
+
+
+def test_open_map_passes_options_on(tiny_map, tiny):
+    with sweeps.open_map(tiny_map, chunks={}) as ds:
+        assert ds.omega_squared.chunks
+        assert content.content_hash(ds) == tiny.attrs["content_hash"]
+
+
+# Writing a Dataset
+
+
+@pytest.mark.parametrize("definition", [TINY, BODIES], ids=["grid", "bodies"])
+def test_write_map_of_a_lazy_dataset_gives_the_same_map(definition, tmp_path):
+    whole = dataset.survey_grid(definition)
+    told = storage.write_map(dataset.survey_grid(definition, chunks=40), tmp_path / "map.nc")
+    assert told == content.content_hash(whole)
+    with storage.open_map(tmp_path / "map.nc") as ds:
+        assert ds.attrs["content_hash"] == told == content.content_hash(ds)
+        assert_same_bits(ds, whole)
+
+
+def test_an_opened_map_can_be_written_again(tiny_map, tiny, tmp_path):
+    with sweeps.open_map(tiny_map) as ds:
+        assert storage.write_map(ds, tmp_path / "again.nc") == tiny.attrs["content_hash"]
+
+
+# The content hash
+
+
+def test_the_content_hash_sees_values_names_dimensions_and_types(small):
+    flipped = small.copy(deep=True)
+    flipped["value"][1, 2] = np.nextafter(5.0, 6.0)
+    negative = small.copy(deep=True)
+    negative["value"][0, 0] = -0.0
+    renamed_text = small.assign_coords(name=("y", ["a", "b", "e"]))
+    joined_text = small.assign_coords(name=("y", ["ab", "", "é"]))
+    others = [
+        flipped,
+        negative,
+        renamed_text,
+        joined_text,
+        small.rename(value="other"),
+        small.rename(y="z"),
+        small.transpose("y", "x"),
+        small.assign(flag=small.flag.astype("i2")),
+        small.drop_vars("flag"),
+        small.isel(x=[1, 0]),
+        small.assign(value=(("x", "y"), small["value"].values.reshape(2, 3).T.reshape(2, 3))),
+    ]
+    hashes = [content.content_hash(ds) for ds in (small, *others)]
+    assert len(set(hashes)) == len(hashes)
+
+
+def test_the_content_hash_sees_no_attribute_encoding_or_order(small):
+    expected = content.content_hash(small)
+    changed = small.assign_attrs(title="other")
+    changed["value"].attrs["units"] = "m"
+    changed["value"].encoding["zlib"] = True
+    assert content.content_hash(changed) == expected
+    assert content.content_hash(small[["flag", "value"]]) == expected
+    assert content.content_hash(small.assign(value=small["value"].astype(">f8"))) == expected
+    assert content.content_hash(small.chunk({"x": 1})) == expected
+    fortran = small.assign(value=(("x", "y"), np.asfortranarray(small["value"].values)))
+    assert content.content_hash(fortran) == expected
+
+
+def test_the_content_hash_does_not_depend_on_the_blocks(small):
+    digest = content.ContentHash()
+    for name in reversed(list(small.variables)):
+        variable = small.variables[name]
+        digest.declare(name, variable.dims, variable.shape, variable.dtype)
+        for item in variable.values.reshape(-1):
+            digest.update(name, np.array([item]))
+    assert digest.hexdigest() == content.content_hash(small)
+
+
+def test_a_variables_own_hash_is_what_its_documentation_says(monkeypatch):
+    monkeypatch.setattr(chunks, "CHUNK_POINTS", 5)
+    values = np.arange(24.0).reshape(2, 12)  # runs of 4 values: 12 in three even parts
+    total = hashlib.sha256()
+    for k in range(6):
+        total.update(hashlib.sha256(struct.pack("<4d", *range(4 * k, 4 * k + 4))).digest())
+    ds = xr.Dataset({"value": (("x", "y"), values)})
+    assert content.hashed(ds).digests() == {"value": total.hexdigest()}
+    assert content.hashed(ds, room=7).digests() == {"value": total.hexdigest()}
+
+
+def test_shard_numbers_outside_the_cut_are_refused(tmp_path):
+    with pytest.raises(ValueError, match="count"):
+        sharding.write_shard(TINY, 1, Grid(TINY).size + 1, tmp_path / "s.nc")
+    assert not list(tmp_path.iterdir())
+
+
+# Shards that the disk has changed
+
+
+def cut(path):
+    with open(path, "r+b") as file:
+        file.truncate(path.stat().st_size // 2)
+
+
+def flip(path):
+    with netCDF4.Dataset(path) as file:
+        first = int(file.first_point)
+        wanted = file["omega_squared"][:].data.reshape(-1)[first + 40 : first + 48].tobytes()
+    content = bytearray(path.read_bytes())
+    content[content.index(wanted) + 3] ^= 16
+    path.write_bytes(content)
+
+
+def empty(path):
+    path.write_bytes(b"")
+
+
+@pytest.mark.parametrize("damage", [cut, flip, empty])
+def test_a_damaged_shard_is_measured_again_and_never_merged(shards, tiny, tmp_path, damage, capsys):
+    copies = [shutil.copy(path, tmp_path / f"{k}-of-3.nc") for k, path in enumerate(shards, 1)]
+    damage(copies[1])
+    told = merging.merge(TINY, copies, tmp_path / "map.nc")
+    assert told == tiny.attrs["content_hash"]
+    assert "2-of-3.nc" in capsys.readouterr().err
+    # and the shard is whole again
+    assert merging.merge(TINY, copies, tmp_path / "map.nc") == told
+    assert capsys.readouterr().err == ""
+
+
+def test_a_damaged_shard_of_another_name_is_refused(shards, tmp_path):
+    copies = [shutil.copy(path, tmp_path / f"part{k}.nc") for k, path in enumerate(shards, 1)]
+    flip(copies[0])
+    merge_is_refused(copies, tmp_path, "part1.nc", "checksum")
+
+
+def test_a_map_says_how_many_motions_were_integrated(tmp_path):
+    mapping = {"grid": {"I1": [1.0, 2.0], "I2": 3.0, "I3": 4.0, "omega0": [1.0, 2.0, 5.0, -1.0]}}
+    for collapse, motions in ((False, 24), (True, 12)):
+        definition = load(mapping | {"integration": {"collapse": collapse}})
+        merging.merge(definition, write_shards(tmp_path, definition, 1), tmp_path / "map.nc")
+        with storage.open_map(tmp_path / "map.nc") as ds:
+            assert ds.attrs["motions_integrated"] == str(motions)
+
+
+def test_a_map_of_chosen_variables_opens(tmp_path):
+    mapping = {
+        "grid": {"I1": 1.0, "I2": 3.0, "I3": 4.0, "omega0": 1.0},
+        "integration": {"variables": ["omega_squared"]},
+    }
+    definition = load(mapping)
+    merging.merge(definition, write_shards(tmp_path, definition, 1), tmp_path / "map.nc")
+    with storage.open_map(tmp_path / "map.nc") as ds:
+        assert list(ds.data_vars) == ["omega_squared"]
+
+
+def test_a_folder_of_more_shards_than_a_process_may_open_is_merged(tmp_path, tiny):
+    definition = load(plain(read_text(TINY.text)) | {"shards": 300})
+    folder = tmp_path / "shards"
+    for number in range(1, 301):
+        sharding.write_shard(definition, number, 300, folder / f"{number}-of-300.nc")
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (200, hard))
+    try:
+        told = merging.merge(definition, [folder], tmp_path / "map.nc")
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+    assert told == tiny.attrs["content_hash"]
+    (folder / "7-of-300.nc").unlink()
+    with pytest.raises(storage.MapError, match="7-of-300"):
+        merging.merge(definition, [folder], tmp_path / "map.nc")

@@ -1,0 +1,102 @@
+import numpy as np
+import pytest
+from maps import BODIES, DEFINITION, TOP
+
+import sweeps
+from sweeps.maps import summary
+from sweeps.maps.selection import nearest
+from sweeps.views import textmap
+
+
+@pytest.fixture(scope="module")
+def ds():
+    return sweeps.survey(DEFINITION)
+
+
+def test_counts_are_those_of_the_arrays(ds):
+    found = summary.summarise(ds)
+    words = ds.regime.flag_meanings.split()
+    for value, word in zip(ds.regime.flag_values, words, strict=True):
+        assert found.counts["regime"][word] == (ds.regime.values == value).sum()
+        assert sum(n for (meaning, _), n in found.table.items() if meaning == word) == found.counts["regime"][word]
+    assert found.points == ds.regime.size == sum(found.table.values())
+    assert found.impossible == (ds.triangle_margin.values < 0).sum()
+    names = dict(zip(ds.regime.flag_values, words, strict=True))
+    theory = dict(zip(ds.regime_theory.flag_values, ds.regime_theory.flag_meanings.split(), strict=True))
+    unlike = sum(
+        names[m] != theory[t] for m, t in zip(ds.regime.values.flat, ds.regime_theory.values.flat, strict=True)
+    )
+    assert found.unlike == {"regime": unlike}
+
+
+def test_the_worst_stands_where_it_says(ds):
+    found = summary.summarise(ds)
+    for name, worst in found.checks.items():
+        assert worst.value == np.nanmax(np.abs(ds[name].values))
+        assert abs(ds[name].sel(worst.at).item()) == worst.value
+    worst = found.deviations["growth_rate"]
+    there = ds.sel(worst.at)
+    assert abs(there.growth_rate / there.growth_rate_theory - 1).item() == pytest.approx(worst.value, rel=1e-6)
+    unstable = (ds.status == 0) & (ds.regime == 2) & (ds.regime_theory == 2)
+    deviation = abs(ds.growth_rate / ds.growth_rate_theory - 1).where(unstable)
+    assert float(deviation.max()) == pytest.approx(worst.value, rel=1e-6)  # 1 - x and (y - z)/z round otherwise
+
+
+def test_blocks_change_nothing(ds, monkeypatch):
+    whole = summary.summarise(ds)
+    monkeypatch.setattr(summary, "BLOCK_POINTS", 7)
+    assert len(list(summary.blocks(ds))) > 20
+    assert summary.summarise(ds) == whole
+
+
+def test_flat_bodies_exist():
+    ds = sweeps.survey(BODIES)
+    assert (ds.triangle_margin == 0).any()
+    assert summary.summarise(ds).impossible == 0
+
+
+def test_a_map_without_regimes_leads_with_what_it_has():
+    assert summary.leading_flag(sweeps.survey(TOP)) == "sense"
+
+
+def test_characters_are_the_regimes(ds):
+    places = nearest(ds, {"omega0": "1", "epsilon": "1e-6"})
+    drawn = textmap.draw(ds, {dim: places[dim] for dim in ("omega0", "epsilon")})
+    assert (drawn.x, drawn.y, [panel.title for panel in drawn.panels]) == ("I1", "I2", ["axis 1", "axis 2", "axis 3"])
+    plane = ds.sel(omega0=1.0, epsilon=1e-6).squeeze(drop=True).transpose("axis", "I2", "I1")
+    names = dict(zip(ds.regime.flag_values, ds.regime.flag_meanings.split(), strict=True))
+    for panel, values in zip(drawn.panels, plane.regime.values, strict=True):
+        expected = ["".join(textmap.LOOKS[names[v]][0] for v in row) for row in values[::-1]]
+        assert [text for _, text in panel.rows] == expected
+        assert [label for label, _ in panel.rows] == ["1.4", "1", "0.75"]
+    assert set(drawn.legend.values()) <= set(names.values())
+
+
+def test_a_narrow_terminal_gets_a_thinner_map_with_both_ends():
+    ds = sweeps.survey(
+        {"grid": {"I1": {"start": 0.5, "stop": 1.5, "num": 201}, "I2": [0.9, 1.1], "I3": 1.0, "omega0": 1.0}}
+    )
+    for width in (40, 80, 200):
+        drawn = textmap.draw(ds, {}, width)
+        line = "  ".join(panel.rows[0][1] for panel in drawn.panels)
+        assert len(line) + len(drawn.panels[0].rows[0][0]) + 1 <= width
+        assert drawn.panels[0].ends == ("0.5", "1.5")
+
+
+def test_bodies_stand_upwards_by_name():
+    drawn = textmap.draw(sweeps.survey(BODIES), {})
+    assert drawn.y == "body"
+    assert [label for label, _ in drawn.panels[1].rows] == ["Tennis racket", "Plate"]
+    assert drawn.panels[1].rows[0][1] == "###"
+
+
+def test_a_single_point_has_no_map():
+    ds = sweeps.survey({"axes": [2], "grid": {"I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": 1.0}})
+    assert textmap.draw(ds, {}) is None
+
+
+@pytest.mark.parametrize(
+    ("part", "whole", "words"), [(0, 9, "0 %"), (9, 9, "100 %"), (1, 10**6, "0.1 %"), (1, 3, "33.3 %")]
+)
+def test_shares_are_0_or_100_only_where_they_are(part, whole, words):
+    assert summary.share(part, whole) == words

@@ -1,0 +1,224 @@
+import shutil
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+import pytest
+
+from sweeps.__main__ import main
+from sweeps.maps import verify
+from sweeps.points import catalogue
+from sweeps.schema.definition import load
+from sweeps.schema.reading import plain, read_text
+from sweeps.shards import content, merging
+from sweeps.shards import shard as shards
+
+TINY = load(catalogue.shipped()["tiny"])
+TOP = load({"system": "symmetric_top", "grid": {"ratio": [0.5, 1.0, 1.7], "omega3": [-2.0, 1.0], "half_angle": 30.0}})
+PENDULUM = load({"system": "pendulum", "grid": {"length": [0.5, 1.0]}})
+COLLAPSED = load(
+    {"grid": {"I1": [1.0, 2.0], "I2": 3.0, "I3": 4.0, "omega0": [1.0, 2.0]}, "integration": {"collapse": True}}
+)
+
+
+def made(folder, definition):
+    shards.write_shard(definition, 1, 1, folder / "1-of-1.nc")
+    merging.merge(definition, [folder / "1-of-1.nc"], folder / "stability_map.nc")
+    (folder / "1-of-1.nc").unlink()
+    return folder / "stability_map.nc"
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    return made(tmp_path_factory.mktemp("whole"), TINY)
+
+
+@pytest.fixture
+def tiny(whole, tmp_path):
+    return Path(shutil.copy(whole, tmp_path / "map.nc"))
+
+
+def sealed(path):
+    """The file with hashes that are right again, as a forger would leave it."""
+    with netCDF4.Dataset(path, "a") as file:
+        file.set_auto_maskandscale(False)
+        digest = content.ContentHash()
+        for name, variable in file.variables.items():
+            digest.declare(name, variable.dimensions, variable.shape, variable.dtype)
+            digest.update(name, variable[:])
+        for name, own in digest.digests().items():
+            file[name].sha256 = own
+        file.content_hash = digest.hexdigest()
+    return path
+
+
+def findings(path, **options):
+    """Check's name → what it found."""
+    return {check.name: check.findings for check in verify.verify(path, **options) if check.findings}
+
+
+@pytest.mark.parametrize("definition", [TINY, TOP, PENDULUM, COLLAPSED], ids=["grid", "top", "pendulum", "collapse"])
+def test_a_whole_map_holds(definition, tmp_path, capsys):
+    made(tmp_path, definition)
+    assert main(["verify", str(tmp_path), "--points", "30"]) == 0
+    said = capsys.readouterr()
+    assert "differs" not in said.out
+    assert "Traceback" not in said.err
+
+
+def test_every_point_of_tiny_holds(whole):
+    checks = {check.name: check for check in verify.verify(whole, points=4000, seed=3)}
+    assert not any(check.findings or check.skipped for check in checks.values())
+    assert int(checks["SciPy DOP853"].covers.split()[0]) > 800  # of 864, the others are not drawn or not ok
+    assert checks["closed form"].covers.split()[0] == checks["SciPy DOP853"].covers.split()[0]
+
+
+def flip_a_bit(path, name="growth_rate"):
+    with netCDF4.Dataset(path, "a") as file:
+        file.set_auto_maskandscale(False)
+        values = file[name][:]
+        values.reshape(-1).view(np.uint8)[72] ^= 1  # the last bit of point 9, where values have 8 bytes
+        file[name][:] = values
+
+
+def test_it_says_which_variable_differs(tiny, capsys):
+    flip_a_bit(tiny)
+    assert main(["verify", str(tiny)]) == 1
+    assert "growth_rate: holds other values than were written" in capsys.readouterr().out
+    assert findings(tiny, points=0) == {"content": ("growth_rate: holds other values than were written",)}
+
+
+def test_one_flipped_bit_in_a_sealed_file_is_found_by_the_kernels(tiny):
+    flip_a_bit(tiny, "omega_squared")
+    sealed(tiny)
+    found = findings(tiny, points=6000)
+    assert set(found) == {"this project's kernels"}
+    assert found["this project's kernels"][0].startswith("omega_squared at point 9: the map holds ")
+
+
+def shift(path, by):
+    with netCDF4.Dataset(path, "a") as file:
+        spin = file["omega0"][:][:, None, None]
+        file["omega_squared"][:] = file["omega_squared"][:] + by * spin**2
+    return sealed(path)
+
+
+def test_wrong_rates_of_other_kernels_are_found_by_scipy_and_by_the_closed_form(tiny):
+    """tolerance 1e-10 and h = 2π/16 allow 8 · 1.01e-10/h² = 5.2e-9 of ω0²: twice that is found at every point."""
+    with netCDF4.Dataset(tiny, "a") as file:
+        file.kernel_fingerprint = "0" * 64
+    assert findings(tiny, points=50, any_kernels=True) == {}
+    assert set(findings(tiny, points=50)) == {"kernels"}
+    found = findings(shift(tiny, 1.1e-8), points=50, any_kernels=True)
+    assert set(found) == {"SciPy DOP853", "closed form"}
+    assert all(" more" in lines[-1] for lines in found.values())
+
+
+def test_wrong_precession_is_found(tmp_path):
+    path = made(tmp_path, TOP)
+    with netCDF4.Dataset(path, "a") as file:
+        file.kernel_fingerprint = "0" * 64
+        file["precession_rate"][:] = file["precession_rate"][:] * (1 + 1e-9)
+    assert set(findings(sealed(path), any_kernels=True)) == {"SciPy DOP853", "closed form"}
+
+
+def test_another_definition_is_recognised(whole, tmp_path, capsys):
+    other = plain(read_text(TINY.text)) | {"axes": [1, 2, 3], "integration": {"rotations": 5}}
+    found = findings(whole, against=load(other), points=0)
+    assert found == {"definition": ("definition: another integration than sweep's",)}
+    assert findings(whole, against=load(plain(read_text(TINY.text)) | {"shards": 7}), points=0).keys() == set()
+    folder = tmp_path / "results" / "breakdown"
+    folder.mkdir(parents=True)
+    shutil.copy(whole, folder / "stability_map.nc")
+    assert main(["verify", str(folder)]) == 1
+    assert "definition: another grid than breakdown's" in " ".join(capsys.readouterr().out.split())
+
+
+def test_a_definition_that_was_swapped_is_found(tiny):
+    with netCDF4.Dataset(tiny, "a") as file:
+        file.definition = TINY.text.replace("2.5]                  # kg", "2.6]  # kg")
+    assert findings(tiny)["grid"] == ("I1: has other values than the definition's",)
+    with netCDF4.Dataset(tiny, "a") as file:
+        file.definition = TINY.text.replace("num: 4", "num: 5")
+    assert "5 I2" in findings(tiny)["grid"][0]
+
+
+def test_points_that_were_never_written_are_found(tiny):
+    with netCDF4.Dataset(tiny, "a") as file:
+        file["omega_squared"][1, 2] = np.nan
+        file["regime"][0, 0, 0, 0, 0] = 9
+    found = findings(sealed(tiny), points=0)["values"]
+    assert "regime: 2 flags without a meaning" in found
+    assert f"omega_squared: {4 * 3 * 3 * 2} points" in found[1]
+
+
+# Files that mean harm: no traceback, nothing run
+
+
+def rebuilt(path, change):
+    import xarray as xr
+
+    with xr.open_dataset(path, decode_times=False) as ds:
+        ds = change(ds.load()).drop_encoding()
+    ds.to_netcdf(path)
+
+
+HOSTILE = {
+    "no variable": (2, lambda ds: ds.drop_vars("omega_squared")),
+    "no coordinate": (1, lambda ds: ds.drop_vars("I1")),
+    "NaN everywhere": (1, lambda ds: ds.map(lambda v: v * np.nan if v.dtype.kind == "f" else v)),
+    "other dimensions": (1, lambda ds: ds.transpose(..., "axis")),
+    "renamed dimension": (1, lambda ds: ds.rename_dims(I1="J1")),
+    "a part": (1, lambda ds: ds.isel(I1=slice(0, 2))),
+    "text for numbers": (1, lambda ds: ds.assign(omega_squared=ds.omega_squared.astype(str).astype(object))),
+    "no points": (1, lambda ds: ds.isel(I1=slice(0, 0))),
+    "another variable": (1, lambda ds: ds.assign({"a b": ds.status})),
+    "definition of numbers": (1, lambda ds: ds.assign_attrs(definition=np.arange(4.0))),
+    "definition of script": (1, lambda ds: ds.assign_attrs(definition="<script>alert(1)</script>\x1b[31m")),
+    "deep definition": (1, lambda ds: ds.assign_attrs(definition="[" * 10_000)),
+    "explosive definition": (1, lambda ds: ds.assign_attrs(definition="a: &a [1,1]\nb: &b [*a,*a]\nc: [*b,*b]\n")),
+    "huge grid": (1, lambda ds: ds.assign_attrs(definition=TINY.text.replace("num: 4", "num: 9007199254740992"))),
+    "a number for a system": (2, lambda ds: ds.assign_attrs(system=3)),
+    "hash of another type": (1, lambda ds: ds.assign_attrs(content_hash=[1, 2])),
+    "fingerprint of another type": (1, lambda ds: ds.assign_attrs(kernel_fingerprint=7.5)),
+    "version of another type": (2, lambda ds: ds.assign_attrs(contract_version=[2.0, 3.0])),
+    "own hash of another type": (1, lambda ds: ds.assign(regime=ds.regime.assign_attrs(sha256=[1, 2]))),
+}
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_a_hostile_map_is_told_apart_in_words(tiny, capsys, name):
+    status, change = HOSTILE[name]
+    rebuilt(tiny, change)
+    assert main(["verify", str(tiny), "--points", "5"]) == status
+    said = capsys.readouterr()
+    assert "Traceback" not in said.out + said.err
+    assert "\x1b[31m" not in said.out + said.err
+    assert len(said.out + said.err) < 5000
+
+
+def test_a_described_system_of_a_map_is_never_run(tiny, tmp_path, capsys):
+    (tmp_path / "evil.py").write_text(f"open({str(tmp_path / 'owned')!r}, 'w')\n")
+    evil = str(tmp_path / "evil.py")
+    with netCDF4.Dataset(tiny, "a") as file:
+        file.definition = f"system: {evil}\ngrid: {{}}\n"
+    assert main(["verify", str(tiny)]) == 0
+    assert "run only where --definition names it" in " ".join(capsys.readouterr().out.replace("│", "").split())
+    assert not (tmp_path / "owned").exists()
+
+
+@pytest.mark.parametrize("bytes_", [None, b"", b"title: no map", b"\x89HDF\r\n\x1a\n" + bytes(600)])
+def test_what_is_no_map_leaves_with_2(tmp_path, capsys, bytes_):
+    path = tmp_path / "map.nc"
+    if bytes_ is not None:
+        path.write_bytes(bytes_)
+    assert main(["verify", str(path)]) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.count("\n") == 1
+    assert "Traceback" not in said.err
+
+
+def test_numbers_out_of_range_are_refused(tiny, capsys):
+    assert main(["verify", str(tiny), "--points", "-1"]) == 2
+    assert "--points: -1" in capsys.readouterr().err

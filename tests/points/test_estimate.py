@@ -1,0 +1,83 @@
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from sweeps.points import estimate as module
+from sweeps.points.estimate import estimate, refuse_if_too_large
+from sweeps.points.grid import Grid
+from sweeps.schema.definition import DefinitionError, load
+from sweeps.systems.rigid_body import system as rigid_body
+
+AMPLE = 10**30
+
+
+def sweep_of(num, **more):
+    entries = {name: {"start": 1.0, "stop": 2.0, "num": num} for name in ("I1", "I2", "I3")}
+    sweep = load({"axes": [1, 2], "grid": entries | {"omega0": 1.0}} | more)
+    return sweep, Grid(sweep)
+
+
+def free(monkeypatch, disk=AMPLE, memory=AMPLE):
+    asked = []
+    monkeypatch.setattr(module.shutil, "disk_usage", lambda path: asked.append(path) or SimpleNamespace(free=disk))
+    monkeypatch.setattr(module.psutil, "virtual_memory", lambda: SimpleNamespace(available=memory))
+    return asked
+
+
+def test_an_estimate_counts_points_bytes_and_seconds():
+    found = estimate(*sweep_of(100, integration={"rotations": 8}), bytes_per_point=200)
+    coordinates = 8 * (2 + 300 + 3)
+    assert found.points == 2_000_000
+    assert found.shards == 1
+    assert found.disk_bytes == 2 * (2_000_000 * 200 + coordinates)
+    assert found.memory_bytes == 400_000_000 + 4 * 131_072 * 200 + coordinates
+    assert found.seconds == 4.0  # 2e6 runs of 128 samples at 64e6 samples/s
+
+
+def test_a_small_sweep_holds_no_full_block():
+    columns = (rigid_body.VARIABLES | rigid_body.CERTIFICATE).values()
+    point = sum(np.dtype(variable.dtype).itemsize for variable in columns)
+    assert estimate(*sweep_of(2)).memory_bytes == 400_000_000 + 4 * 16 * point + 8 * (2 + 6 + 3)
+
+
+def test_any_size_is_estimated_without_making_the_grid():
+    found = estimate(*sweep_of(10**15))
+    assert found.points == 2 * 10**45
+    assert found.disk_bytes > 4 * 10**45 * 100  # shards and map, a hundred bytes a point at least
+    assert found.seconds == pytest.approx(2e39, rel=1e-15)  # one rounding of a double
+
+
+def test_what_fits_is_not_refused(monkeypatch, tmp_path):
+    sweep, grid = sweep_of(10)
+    needed = estimate(sweep, grid)
+    asked = free(monkeypatch, needed.disk_bytes, needed.memory_bytes)
+    refuse_if_too_large(sweep, grid, tmp_path / "not" / "yet")
+    assert asked == [tmp_path]
+
+
+@pytest.mark.parametrize("short", ["disk", "memory"])
+def test_what_does_not_fit_is_refused_with_both_sizes(monkeypatch, tmp_path, short):
+    sweep, grid = sweep_of(10)
+    needed = getattr(estimate(sweep, grid), f"{short}_bytes")
+    free(monkeypatch, **{short: needed - 1})
+    with pytest.raises(DefinitionError) as caught:
+        refuse_if_too_large(sweep, grid, tmp_path)
+    message = str(caught.value)
+    assert message.startswith("sweep: grid: 2,000 points need ")
+    assert f"({needed:,} bytes) of {short}; allowed: " in message
+    assert f"({needed - 1:,} bytes)" in message
+    assert len(message.splitlines()) == 1
+
+
+def test_the_real_machine_refuses_the_impossible(tmp_path):
+    with pytest.raises(DefinitionError, match=r"of disk.*\n.*of memory"):
+        refuse_if_too_large(*sweep_of(10**15), tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("size", "words"),
+    [(999, "999 bytes"), (1500, "1.5 kB (1,500 bytes)"), (2_500_000_000, "2.5 GB (2,500,000,000 bytes)")],
+)
+def test_sizes_in_words(size, words):
+    assert module.in_words(size) == words

@@ -1,0 +1,44 @@
+"""Lazy maps on processes of a Dask cluster."""
+
+import os
+import signal
+
+import pytest
+from distributed import Client, LocalCluster
+
+import sweeps
+from sweeps.maps import storage, verify
+
+DEFINITION = {
+    "title": "On a cluster",
+    "grid": {
+        "I1": {"start": 0.5, "stop": 1.5, "num": 24},
+        "I2": {"start": 0.5, "stop": 1.5, "num": 24},
+        "I3": [0.8, 1.0],
+        "omega0": [1.0, -10.0],
+    },
+}
+
+
+def kill_this_worker_once(mark):
+    """Kills the worker that runs it, the first time."""
+    if not mark.exists():
+        mark.write_text("killed")
+        os.kill(os.getpid(), signal.SIGKILL)
+    return True
+
+
+@pytest.mark.slow
+def test_a_worker_killed_in_the_middle_changes_no_bit(tmp_path):
+    expected = sweeps.survey(DEFINITION).attrs["content_hash"]
+    local = {"n_workers": 2, "threads_per_worker": 1, "processes": True, "dashboard_address": None}
+    with LocalCluster(**local) as cluster, Client(cluster) as client:
+        before = set(client.scheduler_info(n_workers=-1)["workers"])
+        lazy = sweeps.survey(DEFINITION, chunks={"I1": 2, "axis": 1}).persist()
+        killed = client.submit(kill_this_worker_once, tmp_path / "killed", priority=10)
+        told = storage.write_map(lazy, tmp_path / "stability_map.nc")
+        assert killed.result()
+        assert set(client.scheduler_info(n_workers=-1)["workers"]) != before
+    assert (tmp_path / "killed").exists()
+    assert told == expected
+    assert not [check for check in verify.verify(tmp_path, points=20) if check.findings]

@@ -1,0 +1,142 @@
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+import sweeps
+from sweeps.__main__ import main
+from sweeps.points import catalogue
+from sweeps.run import claims, pipeline
+from sweeps.shards import shard as shards
+
+GRID = {"I1": [0.5, 1.0, 1.5], "I2": [0.75, 1.25], "I3": 1.0, "omega0": [1.0, 10.0]}
+
+
+@pytest.fixture
+def mine(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.yaml").write_text(json.dumps({"grid": GRID, "shards": 3}))
+    return Path("mine.yaml")
+
+
+def made(path, **options):
+    return list(pipeline.make(catalogue.plan(path), **options))
+
+
+@pytest.fixture
+def measured(monkeypatch):
+    """Numbers of the shards that this process measures."""
+    numbers = []
+    write = pipeline.write_shard
+
+    def counting(definition, number, *rest):
+        numbers.append(number)
+        write(definition, number, *rest)
+
+    monkeypatch.setattr(pipeline, "write_shard", counting)
+    monkeypatch.setattr(pipeline, "_shown", lambda path, again: iter(()))  # pictures take seconds
+    return numbers
+
+
+def test_run_makes_what_the_workflow_makes(mine, capsys):
+    assert main(["run", "mine.yaml", "--cores", "1"]) == 0
+    said = capsys.readouterr()
+    folder = Path("results/mine")
+    assert said.out.split() == [str(folder / name) for name in ("stability_map.nc", "figures", "report.html")]
+    assert "24 of 36 points" in said.err or "36 of 36 points" in said.err
+    with sweeps.open_map(folder / "stability_map.nc") as ds:
+        assert ds.attrs["content_hash"] == sweeps.survey("mine.yaml").attrs["content_hash"]
+    assert {path.name for path in folder.iterdir()} == {claims.CLAIM, "stability_map.nc", "figures", "report.html"}
+    assert list(folder.glob("figures/*.png"))
+
+
+def test_processes_change_no_bit(mine, monkeypatch):
+    monkeypatch.setattr(pipeline, "_shown", lambda path, again: iter(()))
+    paths = made(mine, workers=2)
+    with sweeps.open_map(paths[0]) as ds:
+        assert ds.attrs["content_hash"] == sweeps.survey("mine.yaml").attrs["content_hash"]
+
+
+def test_what_is_finished_is_not_made_again(mine, measured):
+    definition = catalogue.plan(mine).definition
+    folder = Path("results/mine/shards")
+    shards.write_shard(definition, 2, 3, folder / "2-of-3.nc")
+    (folder / "3-of-3.nc").write_bytes((folder / "2-of-3.nc").read_bytes()[:500])
+    made(mine)
+    assert measured == [1, 3]
+    before = {path: path.stat().st_mtime_ns for path in Path("results/mine").rglob("[!.]*")}
+    made(mine)
+    assert measured == [1, 3]
+    assert {path: path.stat().st_mtime_ns for path in Path("results/mine").rglob("[!.]*")} == before
+    made(mine, again=True)
+    assert measured == [1, 3, 1, 2, 3]
+
+
+def test_shards_and_maps_of_another_definition_or_kernel_are_made_again(mine, measured, monkeypatch):
+    made(mine)
+    mine.write_text(json.dumps({"grid": GRID | {"I3": 1.1}, "shards": 3}))
+    made(mine)
+    assert measured == [1, 2, 3] * 2
+    system = type(sweeps.systems.resolve("rigid_body"))
+    monkeypatch.setattr(system, "fingerprint", lambda self: "0" * 64)
+    made(mine)
+    assert measured == [1, 2, 3] * 3
+
+
+def test_a_systems_own_equations_are_compiled_before_its_shards(mine, measured, monkeypatch, tmp_path):
+    mine.write_text(json.dumps({"system": "pendulum", "grid": {"length": [0.5, 1.0]}, "shards": 2}))
+    system, told = sweeps.systems.resolve("pendulum"), tmp_path / "generated" / "pendulum.compiled"
+    monkeypatch.setattr(type(system), "compiled", lambda self: told)
+    monkeypatch.setattr(type(system), "compile", lambda self: measured.append("compiled"))
+    made(mine)
+    made(mine, again=True)
+    assert measured == ["compiled", 1, 2, 1, 2]
+    assert told.read_text().strip() == system.fingerprint()
+
+
+def test_pictures_younger_than_their_map_stay_and_older_ones_go(mine):
+    _, figures, report = made(mine)
+    stale = figures / "stale.png"
+    stale.write_bytes(b"")
+    os.utime(figures, (0, 0))
+    untouched = report.stat().st_mtime_ns
+    made(mine)
+    assert not stale.exists()
+    assert report.stat().st_mtime_ns == untouched
+
+
+@pytest.mark.parametrize("arguments", [["nowhere.yaml"], ["tinny"], ["mine.yaml", "--cores", "0"]])
+def test_run_refuses_before_any_work(mine, capsys, arguments):
+    assert main(["run", *arguments]) == 2
+    assert "allowed: " in capsys.readouterr().err
+    assert not Path("results").exists()
+
+
+@pytest.mark.slow
+def test_broken_off_it_leaves_nothing_half_written_and_goes_on(mine):
+    grid = GRID | {"I1": {"start": 0.5, "stop": 1.5, "num": 300}, "I2": {"start": 0.5, "stop": 1.5, "num": 100}}
+    mine.write_text(json.dumps({"grid": grid, "shards": 12, "integration": {"rotations": 40}}))
+    command = [sys.executable, "-m", "sweeps", "run", "mine.yaml", "--cores", "1"]
+    root = str(Path(pipeline.__file__).parents[1])
+    running = subprocess.Popen(command, stderr=subprocess.PIPE, env=os.environ | {"PYTHONPATH": root})
+    folder = Path("results/mine/shards")
+    deadline = time.monotonic() + 240
+    while len(list(folder.glob("[0-9]*.nc"))) < 2 and running.poll() is None and time.monotonic() < deadline:
+        time.sleep(0.02)
+    running.send_signal(signal.SIGINT)
+    _, words = running.communicate()
+    if running.returncode == 0:
+        pytest.skip("it was done before it could be broken off")
+    assert running.returncode == 130
+    assert b"Traceback" not in words
+    definition = catalogue.plan(mine).definition
+    finished = [path for path in folder.iterdir() if path.suffix == ".nc"]
+    assert finished
+    assert not list(folder.glob(".*.part"))
+    for path in finished:
+        assert shards.holds_shard(path, definition, *map(int, path.stem.split("-of-")))

@@ -1,0 +1,204 @@
+"""The workflow as people run it: `python -m snakemake` in a copy of the repository."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import sweeps
+import sweeps.maps.dataset  # the kernels imported are of the same moment as their copy
+
+ROOT = Path(__file__).parent.parent
+OWN = {"axes": [1, 3], "grid": {"I1": [1.0, 2.0], "I2": 1.5, "I3": 3.0, "omega0": [-2.0, 1.0]}, "shards": 3}
+BAD = "grid: {I1: 1.0, I2: -2.0, I3: .nan, omega0: 1.0, ipsilon: 0.1}\n"
+INVALID = {
+    "values.yaml": BAD,
+    "syntax.yaml": "grid: {I1: [1.0\n",
+    "huge.yaml": "grid: {"
+    + ", ".join(f"{n}: {{start: 1, stop: 2, num: 100000}}" for n in ("I1", "I2", "I3"))
+    + ", omega0: 1.0}\n",
+    "bad name.yaml": "grid: {I1: 1.0, I2: 2.0, I3: 3.0, omega0: 1.0}\n",
+    "tiny.yaml": "grid: {I1: 1.0, I2: 2.0, I3: 3.0, omega0: 1.0}\n",
+}
+
+
+def copied(folder):
+    ignore = shutil.ignore_patterns("__pycache__")
+    for name in ("kernels", "sweeps"):
+        shutil.copytree(ROOT / name, folder / name, ignore=ignore)
+    shutil.copy2(ROOT / "Snakefile", folder)
+    return folder
+
+
+def run(folder, module, *arguments):
+    """Runs a module in `folder`, with a compiler cache of its own."""
+    environment = {**os.environ, "XDG_CACHE_HOME": str(folder / ".cache")}
+    environment.pop("NUMBA_CACHE_DIR", None)
+    command = [sys.executable, "-m", module, *map(str, arguments)]
+    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+
+
+def snakemake(folder, *arguments):
+    return run(folder, "snakemake", "--cores", 2, *arguments)
+
+
+@pytest.fixture(scope="module")
+def fresh(tmp_path_factory):
+    """A copy in which nothing is ever made."""
+    return copied(tmp_path_factory.mktemp("fresh"))
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A copy in which tiny and a JSON definition have been made, with figures where there are any yet."""
+    folder = copied(tmp_path_factory.mktemp("made"))
+    (folder / "own.json").write_text(json.dumps(OWN))
+    result = "figures" if (folder / "sweeps" / "figures.py").exists() else "stability_map.nc"
+    targets = [f"results/tiny/{result}", "results/own/stability_map.nc"]
+    done = snakemake(folder, "--config", "definition=own.json", "--", *targets)
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+@pytest.mark.slow
+def test_tiny_end_to_end(made):
+    with sweeps.open_map(made / "results/tiny/stability_map.nc") as ds:
+        assert ds.attrs["content_hash"] == sweeps.survey("tiny").attrs["content_hash"]
+    assert not list(made.glob("results/*/shards/*.nc"))
+    if (made / "sweeps" / "figures.py").exists():
+        assert list((made / "results/tiny/figures").glob("*.png"))
+
+
+@pytest.mark.slow
+def test_a_definition_in_json_by_its_path(made):
+    with sweeps.open_map(made / "results/own/stability_map.nc") as ds:
+        assert ds.attrs["content_hash"] == sweeps.survey(OWN).attrs["content_hash"]
+        assert json.loads(ds.attrs["definition"]) == OWN
+    assert len(list(made.glob("results/own/logs/shard-*-of-3.log"))) == 3
+
+
+@pytest.mark.slow
+def test_an_edited_kernel_runs_the_sweep_again(made):
+    asked = ("-n", "results/tiny/stability_map.nc")
+    assert "Nothing to be done" in snakemake(made, *asked).stdout
+    kernel = made / "kernels" / "linear.py"
+    before = kernel.read_text()
+    kernel.write_text(before + "# another comment\n")
+    try:
+        planned = snakemake(made, *asked)
+    finally:
+        kernel.write_text(before)
+    said = planned.stdout + planned.stderr
+    assert planned.returncode == 0
+    assert "Measuring shard 2 of 2 of tiny" in said
+    assert "Compiling the kernels" in said
+    assert "Merging the shards of tiny" in said
+    assert "Params have changed since last execution" in said
+
+
+@pytest.mark.slow
+def test_a_map_that_is_missing_is_made_where_the_compiling_rule_was_edited(made):
+    workflow, path = made / "Snakefile", made / "results/tiny/stability_map.nc"
+    before, kept = workflow.read_text(), path.rename(path.with_suffix(".kept"))
+    workflow.write_text(before.replace("python -m sweeps compile ", "python  -m sweeps compile "))
+    try:
+        planned = snakemake(made, "-n", "--", "results/tiny/stability_map.nc")
+    finally:
+        workflow.write_text(before)
+        kept.rename(path)
+    said = planned.stdout + planned.stderr
+    assert planned.returncode == 0
+    assert "Merging the shards of tiny" in said
+    assert "Compiling the kernels" not in said
+
+
+@pytest.mark.slow
+def test_an_edited_definition_runs_its_sweep_again(made):
+    definition = made / "own.json"
+    before = definition.read_text()
+    definition.write_text(json.dumps(OWN | {"axes": [2]}))
+    try:
+        planned = snakemake(made, "-n", "--config", "definition=own.json", "--", "results/own/stability_map.nc")
+    finally:
+        definition.write_text(before)
+    assert "Measuring shard 3 of 3 of own" in planned.stdout + planned.stderr
+
+
+@pytest.mark.slow
+def test_generated_kernels_are_compiled_before_any_shard(fresh):
+    own = {"system": "pendulum", "grid": {"length": [0.5, 1.0]}, "shards": 2}
+    (fresh / "swing.json").write_text(json.dumps(own))
+    planned = snakemake(fresh, "-n", "--config", "definition=swing.json", "--", "results/swing/stability_map.nc")
+    said = planned.stdout + planned.stderr
+    assert planned.returncode == 0, said
+    assert "Compiling the equations of swing.json" in said
+    assert said.count("Measuring shard") == 2
+    waits = [
+        line for line in said.splitlines() if line.startswith("Reason: Missing output files: results/swing/shards")
+    ]
+    assert len(waits) == 2
+    assert all("generated/oscillator_" in line for line in waits)
+    others = snakemake(fresh, "-n", "--", "results/tiny/stability_map.nc")
+    assert "Compiling the equations" not in others.stdout + others.stderr
+
+
+def untouched(folder):
+    return not (folder / "results").exists() and not (folder / ".cache").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", INVALID)
+def test_both_doors_refuse_in_the_same_words(fresh, name):
+    path = fresh / "given" / name
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(INVALID[name])
+    answers = [
+        run(fresh, "sweeps", "check", path.relative_to(fresh)),
+        snakemake(fresh, "--config", f"definition={path.relative_to(fresh)}"),
+    ]
+    for answer in answers:
+        assert answer.returncode == 2
+        assert "Traceback" not in answer.stderr
+        assert answer.stdout == ""
+        assert f"given/{name}" in answer.stderr or name.removesuffix(".yaml") in answer.stderr
+        assert "allowed" in answer.stderr
+    # how much room is free differs from one moment to the next
+    words = [answer.stderr.partition("; allowed: ")[0 if name == "huge.yaml" else slice(None)] for answer in answers]
+    assert words[0] == words[1]
+    assert not (fresh / "results").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "target",
+    ["results/tiney/stability_map.nc", "results/../../etc/passwd", "results/a;touch owned/stability_map.nc"],
+)
+def test_a_target_of_no_known_sweep_is_refused(fresh, target):
+    answer = snakemake(fresh, "--", target)
+    assert answer.returncode == 2
+    assert answer.stderr.startswith("target: ")
+    assert "tennis_racket, tiny" in answer.stderr
+    assert answer.stderr.count("\n") == 1
+    assert ("did you mean tiny?" in answer.stderr) == ("tiney" in target)
+    assert not (fresh / "results").exists()
+    assert not (fresh / "owned").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("target", ["nonsense.nc", "stability_map", "figures/axis.png", "shards/0-of-2.nc", ""])
+def test_a_file_of_a_sweep_that_no_rule_makes_is_refused(fresh, target):
+    target = f"results/tiny/{target}"
+    answer = snakemake(fresh, "--", target)
+    assert answer.returncode == 2
+    assert answer.stderr.startswith(f"target: '{target}' is made by no rule")
+    assert answer.stderr.count("\n") == 1
+    allowed = answer.stderr.strip().partition("; allowed: ")[2].split(", ")
+    assert {"results/tiny/stability_map.nc", "results/tiny/figures"} <= set(allowed)
+    assert ("did you mean results/tiny/stability_map.nc?" in answer.stderr) == ("stability" in target)
+    planned = [snakemake(fresh, "-n", "--", file) for file in (*allowed, "results/tiny/shards/1-of-2.nc")]
+    assert [plan.returncode for plan in planned] == [0] * len(planned)
+    assert not (fresh / "results").exists()

@@ -1,0 +1,39 @@
+import platform
+import subprocess
+import sys
+
+import pytest
+
+ASKED = """
+import resource, sys
+import numpy as np
+from sweeps.shards import memory
+if sys.argv[1] == "kept":
+    memory.keep_freed()
+def block():
+    for column in [np.empty(2**17) for _ in range(16)]:
+        column.fill(1.0)
+block()
+before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+for _ in range(20):
+    block()
+print(resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before)
+"""
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="the setting is glibc's")
+def test_what_is_kept_is_not_asked_for_again():
+    faults = {}
+    for how in ("kept", "given back"):
+        command = [sys.executable, "-c", ASKED, how]
+        faults[how] = int(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+    # 20 blocks of 16 MiB are 81,920 pages
+    assert faults["given back"] > 10_000
+    assert faults["kept"] < 500
+
+
+def test_another_c_library_is_left_alone(monkeypatch):
+    from sweeps.shards import memory
+
+    monkeypatch.setattr(memory.ctypes, "CDLL", lambda _: object())
+    memory.keep_freed()

@@ -1,0 +1,247 @@
+"""Numbers behind the pictures, against hand computations, SciPy's regression and mpmath."""
+
+import math
+
+import mpmath
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.stats import linregress
+
+import sweeps
+from sweeps.systems.rigid_body import fits
+
+EPSILON = np.geomspace(1e-8, 0.3, 60)
+
+
+@pytest.fixture(scope="module")
+def tiny():
+    return sweeps.survey("tiny")
+
+
+@pytest.fixture(scope="module")
+def breaking():
+    return sweeps.survey("breakdown")
+
+
+def synthetic(deviation, *, theory=-4.0, stderr=1e-13, status=0):
+    """A map of one body whose relative deviation of Ω² is given, over EPSILON."""
+    ones = np.ones((1, 1, EPSILON.size))
+    dims = ("body", "axis", "epsilon")
+    columns = {
+        "omega_squared": theory * (1.0 + deviation) * ones,
+        "omega_squared_theory": theory * ones,
+        "omega_squared_stderr": abs(theory) * stderr * ones,
+        "status": (np.zeros(EPSILON.size) + status).astype("i1") * ones.astype("i1"),
+    }
+    return xr.Dataset(
+        {name: (dims, values) for name, values in columns.items()},
+        coords={"body": ["one"], "axis": [2], "epsilon": EPSILON},
+    )
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Rates and deviations
+
+
+def test_signed_rate_by_hand():
+    # 9 s-2 at 2 rad s-1 oscillates at 1.5 of the spin, whatever its sense; -0.25 s-2 grows at 0.25 of it.
+    assert fits.signed_rate(np.array([9.0, 9.0, -0.25, 0.0]), np.array([2.0, -2.0, -2.0, 1.0])).tolist() == [
+        1.5,
+        1.5,
+        -0.25,
+        0.0,
+    ]
+
+
+def test_rate_deviation_by_hand():
+    measured, theory = [1.21, -4.84, -1.0, 4.0], [1.0, -4.0, 1.0, 0.0]
+    # rates 1.1 of 1; 2.2 of 2; a growth of 1 where an oscillation of 1 is predicted, two away; no prediction
+    expected = [0.1, 0.1, 2.0, math.nan]
+    # one square root and one subtraction from 1: a few ulp of 1
+    np.testing.assert_allclose(fits.rate_deviation(measured, theory), expected, rtol=0, atol=5e-16)
+
+
+def test_rate_deviation_against_mpmath():
+    rng = np.random.default_rng(5)
+    theory = rng.uniform(-2, 2, 50)
+    measured = theory * (1 + 10.0 ** rng.uniform(-14, -1, 50))
+    with mpmath.workdps(40):
+        exact = [
+            float(abs(mpmath.sqrt(mpmath.mpf(m) / mpmath.mpf(t)) - 1)) for m, t in zip(measured, theory, strict=True)
+        ]
+    # rounding of the quotient and of its root, each half an ulp of a number next to 1
+    np.testing.assert_allclose(fits.rate_deviation(measured, theory), exact, rtol=0, atol=3e-16)
+
+
+# ---------------------------------------------------------------------------------------------------------
+# All points of a map
+
+
+def test_blocks_cover_each_point_once_in_order():
+    sizes = {"a": 3, "b": 5, "c": 4, "d": 7}
+    numbers = np.arange(3 * 5 * 4 * 7).reshape(tuple(sizes.values()))
+    for most in (1, 3, 7, 20, 29, 140, 10_000):
+        found = [
+            numbers[tuple(block[d] for d in sizes if d in block)].reshape(-1) for block in fits.blocks(sizes, most)
+        ]
+        assert max(len(part) for part in found) <= most
+        np.testing.assert_array_equal(np.concatenate(found), np.arange(numbers.size))
+
+
+@pytest.mark.parametrize(("shape", "most"), [((3, 24, 24, 24, 8), 200_000), ((3, 64, 64, 16), 1000), ((7,), 3)])
+def test_stride_sees_every_value_of_every_dimension(shape, most):
+    stride = fits.even_stride(shape, most)
+    kept = np.arange(0, math.prod(shape), stride)
+    assert kept.size <= most
+    for index, length in zip(np.unravel_index(kept, shape), shape, strict=True):
+        assert np.unique(index).size == min(length, kept.size)
+
+
+def test_small_maps_are_kept_whole():
+    assert fits.even_stride((3, 4, 4), 200) == 1
+
+
+def test_agreement_by_hand(tiny, monkeypatch):
+    monkeypatch.setattr(fits, "BLOCK_POINTS", 50)  # so that blocks end inside every dimension
+    found = fits.agreement(tiny, most=200)
+    flat = {
+        name: tiny[name].values.reshape(-1) for name in ("omega_squared", "omega_squared_theory", "status", "regime")
+    }
+    omega0 = np.broadcast_to(tiny.omega0.values[:, None, None], tiny.omega_squared.shape).reshape(-1)
+    kept = slice(None, None, found.stride)
+    rate = np.sign(flat["omega_squared"]) * np.sqrt(abs(flat["omega_squared"])) / abs(omega0)
+    np.testing.assert_array_equal(found.measured, rate[kept])
+    assert found.points == rate.size == 864
+    assert found.measured.size <= 200
+    assert found.regimes["unstable"] == np.count_nonzero(flat["regime"] == 2)
+    assert sum(found.regimes.values()) == sum(found.statuses.values()) == 864
+    assert found.marginal == np.count_nonzero(flat["omega_squared_theory"] == 0)
+    with np.errstate(invalid="ignore"):
+        stderr = tiny.omega_squared_stderr.values.reshape(-1)[kept] / (2 * abs(flat["omega_squared"][kept]))
+    some = np.isfinite(found.stderr)
+    np.testing.assert_array_equal(found.stderr[some], stderr[some])
+
+
+def test_worst_deviation_is_over_all_points_that_are_ok_and_possible(tiny):
+    ds = tiny.copy(deep=True)
+    exact = ds["omega_squared_theory"]
+    ds["omega_squared"] = exact.copy()
+    oscillating = np.argwhere((exact > 0).values & (ds.triangle_margin > 0).values)
+    impossible = np.argwhere((exact > 0).values & (ds.triangle_margin < 0).values)
+    for index, factor in ((oscillating[-2], 1.21), (oscillating[-4], 4.0), (impossible[0], 9.0)):
+        ds["omega_squared"].values[tuple(index)] *= factor
+    ds["status"].values[tuple(oscillating[-4])] = 2
+    # the root of 1.21 is off by 0.1; the point that is off by 1 is not converged, the one by 2 cannot exist
+    assert fits.agreement(ds, most=10).worst == pytest.approx(0.1, abs=1e-15)
+
+
+# ---------------------------------------------------------------------------------------------------------
+# The power law
+
+
+@pytest.mark.parametrize("exponent", [2.0, 1.5, -1.0])
+def test_power_law_finds_the_exponent(exponent):
+    y = 1e-6 * (EPSILON / 1e-4) ** exponent
+    slope, stderr, n = fits.power_law(EPSILON, y)
+    assert slope == pytest.approx(exponent, abs=1e-12)  # rounding of 60 logarithms
+    assert stderr < 1e-12
+    assert n == np.count_nonzero((y >= 1e-11) & (y <= 1e-2))
+
+
+def test_power_law_against_scipy():
+    rng = np.random.default_rng(11)
+    y = 0.3 * EPSILON**2 * np.exp(rng.normal(0, 0.2, EPSILON.size))
+    inside = (y >= 1e-11) & (y <= 1e-2)
+    reference = linregress(np.log(EPSILON[inside]), np.log(y[inside]))
+    slope, stderr, n = fits.power_law(EPSILON, y)
+    # the same sums in another order
+    assert (slope, stderr) == pytest.approx((reference.slope, reference.stderr), rel=1e-10)
+    assert n == inside.sum() < EPSILON.size
+
+
+def test_power_law_wants_enough_points():
+    y = 0.3 * EPSILON**2
+    y[(y >= 1e-11) & (y <= 1e-2)] = np.nan
+    y[[25, 35, 45]] = 1e-5
+    slope, stderr, n = fits.power_law(EPSILON, y)
+    assert math.isnan(slope)
+    assert math.isnan(stderr)
+    assert n == 3
+
+
+def test_floor_is_ten_times_what_the_least_nudges_show():
+    epsilon = np.array([1e-8, 2e-8, 2.9e-8, 3.1e-8, 1e-3])
+    deviation = np.array([np.nan, 1e-12, 3e-12, 2e-12, 1e-3])
+    stderr = np.array([1.0, 4e-12, 6e-12, 8e-12, 1.0])
+    # from 2e-8, the least with a value, to 6e-8: medians 2e-12 and 6e-12
+    assert fits.deviation_floor(epsilon, deviation, stderr) == pytest.approx(6e-11)
+    assert fits.deviation_floor(epsilon, deviation * np.nan, stderr) == math.inf
+
+
+@pytest.mark.parametrize("exponent", [2.0, 1.5])
+@pytest.mark.parametrize("theory", [-4.0, 0.3])
+def test_breakdown_of_a_synthetic_law(exponent, theory):
+    found = fits.breakdown(synthetic(0.4 * EPSILON**exponent, theory=theory))
+    # forming 1 + deviation costs 1e-16 of a deviation of 1e-11, a slope error of 1e-5 over nine decades at most
+    assert float(found.slope[0, 0]) == pytest.approx(exponent, abs=1e-4)
+
+
+def test_breakdown_keeps_clear_of_the_floor():
+    found = fits.breakdown(synthetic(0.4 * EPSILON**2 + 2e-9, stderr=1e-10))
+    assert float(found.floor[0, 0]) == pytest.approx(2e-8, rel=1e-6)
+    # at the floor a tenth of the deviation is plateau, which flattens the law by some percent there only
+    assert float(found.slope[0, 0]) == pytest.approx(2.0, abs=0.03)
+
+
+def test_breakdown_leaves_out_what_is_not_ok():
+    wild = np.arange(EPSILON.size) % 3 == 1
+    deviation = np.where(wild, 1e-5, 0.4 * EPSILON**2)
+    assert abs(float(fits.breakdown(synthetic(deviation)).slope[0, 0]) - 2.0) > 0.3
+    assert float(fits.breakdown(synthetic(deviation, status=2 * wild)).slope[0, 0]) == pytest.approx(2.0, abs=1e-4)
+
+
+def test_breakdown_needs_a_theory():
+    found = fits.breakdown(synthetic(0.4 * EPSILON**2, theory=0.0))
+    assert np.isnan(found.slope).all()
+    assert int(found.fitted[0, 0]) == 0
+
+
+def test_shipped_bodies_leave_theory_as_the_square_of_the_nudge(breaking):
+    """Every body and axis with Ω² ≠ 0 and three unequal moments: the motion is even in ε, so the law is ε²."""
+    found = fits.breakdown(breaking).squeeze("phase")
+    moments = np.stack([breaking[name].values for name in ("I1", "I2", "I3")])
+    asymmetric = np.array([len(set(column)) == 3 for column in moments.T.tolist()])
+    slopes = found.slope.values[asymmetric]
+    assert slopes.size == 27
+    assert np.abs(slopes - 2.0).max() <= 0.1  # the next term, ε⁴, still counts for some at 1e-2
+    # A symmetric top's own axis turns exactly at the linear rate: nothing above the floor, nothing to fit.
+    assert np.isnan(found.slope.values[~asymmetric]).all()
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Periods
+
+
+def test_period_of_the_earth(breaking):
+    earth = fits.periods(breaking)[0]
+    with mpmath.workdps(30):
+        I1, I2, I3 = mpmath.mpf("8.0101e37"), mpmath.mpf("8.0103e37"), mpmath.mpf("8.0365e37")
+        sidereal = mpmath.sqrt(I1 * I2 / ((I3 - I1) * (I3 - I2)))
+        days = sidereal * 2 * mpmath.pi / mpmath.mpf("7.292115e-5") / 86400
+    assert (earth.body, earth.axis, earth.observed_days, earth.what) == ("Earth", 3, 433.0, "Chandler wobble")
+    assert float(days) == pytest.approx(303.74, abs=0.005)
+    # moments of five digits as doubles, whose differences of 2.6e35 keep 13 digits
+    assert earth.predicted_days == pytest.approx(float(days), rel=1e-12)
+    assert earth.measured_days == pytest.approx(float(days), rel=1e-11)  # measured to its standard error
+    assert "not rigid" in earth.note
+
+
+def test_periods_only_of_bodies_that_were_observed(breaking, tiny):
+    assert [period.body for period in fits.periods(breaking)] == ["Earth", "Moon", "Mars"]
+    assert [period.body for period in fits.periods(breaking.isel(body=slice(1, 5)))] == ["Moon", "Mars"]
+    assert fits.periods(breaking.sel(axis=[1, 2])) == []
+    assert fits.periods(tiny) == []
+    without = breaking.copy()
+    without.attrs = {}
+    assert fits.periods(without) == []

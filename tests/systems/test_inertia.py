@@ -1,0 +1,209 @@
+import math
+
+import numpy as np
+import pytest
+
+from sweeps.schema.definition import load
+from sweeps.schema.refusals import DefinitionError
+from sweeps.systems.rigid_body import inertia
+
+trimesh = pytest.importorskip("trimesh")
+
+EDGES = (3.0, 2.0, 1.0)
+BRICK = (5 / 12, 10 / 12, 13 / 12)  # M (b2 + c2)/12 and cyclic, M = 1 kg: Landau and Lifshitz, section 32
+
+
+def turned(mesh, seed=3):
+    matrix = trimesh.transformations.random_rotation_matrix(np.random.default_rng(seed).random(3))
+    mesh.apply_transform(matrix)
+    return matrix[:3, :3]
+
+
+def tensor_of(moments, rotation):
+    return rotation @ np.diag(moments) @ rotation.T
+
+
+def brick(path, *, shift=(0.0, 0.0, 0.0), turn=True):
+    mesh = trimesh.creation.box(EDGES)
+    rotation = turned(mesh) if turn else np.eye(3)
+    mesh.apply_translation(shift)
+    mesh.export(path)
+    return rotation
+
+
+def refused(call):
+    with pytest.raises(inertia.InertiaError) as error:
+        call()
+    assert "allowed: " in str(error.value)
+    return str(error.value)
+
+
+@pytest.mark.parametrize("scale", [1e-200, 1e-47, 1.0, 8e37, 1e200])
+def test_a_turned_tensor_gives_back_moments_and_axes(scale):
+    moments = np.array([1.0, 2.5, 3.25])
+    rotation = turned(trimesh.creation.box(EDGES))
+    found = inertia.principal(tensor_of(moments, rotation) * scale)
+    # a 3 by 3 eigenproblem is right to some roundings of the largest eigenvalue
+    np.testing.assert_allclose(found.moments, moments * scale, rtol=0, atol=1e-14 * 3.25 * scale)
+    axes = np.array(found.axes)
+    np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-14)
+    assert np.linalg.det(axes) == pytest.approx(1.0, abs=1e-14)
+    np.testing.assert_allclose(np.abs(axes @ rotation), np.eye(3), atol=1e-13)
+    np.testing.assert_allclose(axes.T @ np.diag(found.moments) @ axes, tensor_of(moments, rotation) * scale, rtol=1e-12)
+
+
+def test_moments_equal_but_for_rounding_are_made_equal_and_said():
+    rotation = turned(trimesh.creation.box(EDGES))
+    sphere = inertia.principal(tensor_of([2.0, 2.0, 2.0], rotation))
+    assert len(set(sphere.moments)) == 1
+    top = inertia.principal(np.diag([1.0, 2.0, 2.0 + 4e-16]))
+    assert top.moments[0] != top.moments[1] == top.moments[2]
+    assert "I2 and I3 differ by rounding only" in top.notes[0]
+    near = inertia.principal(np.diag([1.0, 2.0, 2.0 + 1e-12]))
+    assert near.moments[1] != near.moments[2]
+    assert near.notes == ()
+
+
+@pytest.mark.parametrize(
+    ("tensor", "words"),
+    [
+        ([[1, 0.1, 0], [0, 1, 0], [0, 0, 1]], "is not symmetric: 0.1 against 0.0"),
+        ([[1, 2, 0], [2, 1, 0], [0, 0, 1]], "has the principal moments -1, 1, 3"),
+        ([[0, 0, 0], [0, 0, 0], [0, 0, 0]], "principal moments > 0"),
+        ([[1, 0, 0], [0, 1, 0], [0, 0, 3]], "1, 1, 3, the last above the sum of the others"),
+        ([[1, 0, 0], [0, math.nan, 0], [0, 0, 3]], "is no tensor"),
+    ],
+)
+def test_a_tensor_of_no_body_is_refused(tensor, words):
+    assert words in refused(lambda: inertia.principal(tensor))
+
+
+def test_a_flat_plate_is_a_body():
+    assert inertia.principal(np.diag([1.0, 1.0, 2.0])).moments == (1.0, 1.0, 2.0)
+
+
+@pytest.mark.parametrize("suffix", ["stl", "obj", "ply", "off"])
+def test_a_brick_of_any_format_has_the_moments_of_the_textbook(tmp_path, suffix):
+    rotation = brick(tmp_path / f"brick.{suffix}")
+    found = inertia.solid(tmp_path / f"brick.{suffix}", mass=1.0)
+    # STL holds coordinates in single precision, the others eight decimals or more: 1e-7 of the edges
+    np.testing.assert_allclose(found.principal.moments, BRICK, rtol=2e-6)
+    np.testing.assert_allclose(np.abs(np.array(found.principal.axes) @ rotation), np.eye(3), atol=2e-6)
+    assert found.volume == pytest.approx(6.0, rel=1e-6)
+    assert found.mass == pytest.approx(1.0, rel=1e-15)
+
+
+def test_density_unit_and_place_count_as_they_should(tmp_path):
+    brick(tmp_path / "near.obj", turn=False)
+    brick(tmp_path / "far.obj", shift=(4000.0, -3000.0, 2000.0), turn=False)
+    near, far = (inertia.solid(tmp_path / f"{name}.obj", density=600.0, unit="cm") for name in ("near", "far"))
+    # 3 by 2 by 1 cm at 600 kg m-3: 3.6 g
+    np.testing.assert_allclose(near.principal.moments, np.array(BRICK) * 3.6e-3 * 1e-4, rtol=1e-12)
+    # the coordinates themselves are rounded at 5e-13 of the edges
+    np.testing.assert_allclose(far.principal.moments, near.principal.moments, rtol=1e-11)
+    np.testing.assert_allclose(far.centre, [40.0, -30.0, 20.0], rtol=1e-12)
+    assert near.mass == pytest.approx(3.6e-3, rel=1e-12)
+
+
+def test_faces_that_look_inwards_are_turned_and_said(tmp_path):
+    mesh = trimesh.creation.box(EDGES)
+    mesh.invert()
+    mesh.export(tmp_path / "inside.off")
+    found = inertia.solid(tmp_path / "inside.off", mass=1.0)
+    np.testing.assert_allclose(found.principal.moments, BRICK, rtol=1e-12)
+    assert "inwards" in found.principal.notes[0]
+
+
+def test_an_open_mesh_says_how_open(tmp_path):
+    mesh = trimesh.creation.box(EDGES)
+    mesh.faces = mesh.faces[:-1]
+    mesh.export(tmp_path / "open.stl")
+    said = refused(lambda: inertia.solid(tmp_path / "open.stl", mass=1.0))
+    assert "is not watertight: 3 of its 18 edges" in said
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        ("words.stl", b"hello", "holds no body"),
+        ("empty.obj", b"", "mesh"),
+        ("words.obj", b"v 1 2\nf 1 2 3 4 5\n", "mesh"),
+        ("nan.off", b"OFF\n4 4 0\nnan 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n", "mesh"),
+        ("brick.step", b"ISO-10303-21;", "is no mesh by its name"),
+    ],
+)
+def test_a_file_that_is_no_mesh_is_refused_in_words(tmp_path, name, content, words):
+    (tmp_path / name).write_bytes(content)
+    assert words in refused(lambda: inertia.solid(tmp_path / name, mass=1.0))
+
+
+def test_a_missing_and_a_truncated_mesh_are_refused(tmp_path):
+    brick(tmp_path / "brick.stl")
+    (tmp_path / "cut.stl").write_bytes((tmp_path / "brick.stl").read_bytes()[:300])
+    refused(lambda: inertia.solid(tmp_path / "cut.stl", mass=1.0))
+    assert "is not there" in refused(lambda: inertia.solid(tmp_path / "none.stl", mass=1.0))
+    (tmp_path / "folder.stl").mkdir()
+    assert "is not there, or is no file" in refused(lambda: inertia.solid(tmp_path / "folder.stl", mass=1.0))
+
+
+# ---------------------------------------------------------------------------------------------------------
+# In a definition
+
+
+def definition(folder, body):
+    (folder / "mine").mkdir(exist_ok=True)
+    (folder / "mine" / "mine.yaml").write_text(f"bodies: [{{name: b, omega0: 1.0, {body}}}]\n")
+    return folder / "mine" / "mine.yaml"
+
+
+def test_a_mesh_is_found_beside_its_definition_and_travels_between_processes(tmp_path, monkeypatch):
+    import pickle
+
+    path = definition(tmp_path, "mesh: {file: brick.obj, mass: 1.0}")
+    brick(tmp_path / "mine" / "brick.obj", turn=False)
+    monkeypatch.chdir("/")
+    loaded = load(path)
+    np.testing.assert_allclose(loaded.bodies[0].moments, BRICK, rtol=1e-12)
+    again = pickle.loads(pickle.dumps(loaded))
+    assert again.bodies[0].moments == loaded.bodies[0].moments
+    assert loaded.text == path.read_text()
+
+
+def test_another_content_of_the_mesh_is_another_input(tmp_path):
+    path = definition(tmp_path, "mesh: {file: brick.obj, mass: 1.0}")
+    brick(tmp_path / "mine" / "brick.obj", turn=False)
+    before = load(path).inputs
+    brick(tmp_path / "mine" / "brick.obj")
+    assert before.startswith("brick.obj ")
+    assert load(path).inputs != before
+    assert load({"grid": {"I1": 1.0, "I2": 1.0, "I3": 1.0, "omega0": 1.0}}).inputs == ""
+
+
+def test_moments_of_a_tensor_land_ascending_in_the_map(tmp_path):
+    import sweeps
+
+    ds = sweeps.survey(definition(tmp_path, "tensor: [[3.25, 0, 0], [0, 1.0, 0], [0, 0, 2.5]]"))
+    assert [float(ds[name][0]) for name in ("I1", "I2", "I3")] == [1.0, 2.5, 3.25]
+    assert "tensor" in ds.attrs["definition"]
+
+
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        ("tensor: [[1, 0, 0], [0, 1, 0]]", "bodies[0].tensor: [[1, 0, 0], [0, 1, 0]] is no tensor of inertia"),
+        ("tensor: [[1, 0, 0], [0, yes, 0], [0, 0, 1]]", "is text, not a number"),
+        ("tensor: [[1, 0, 0], [0, 1, 0], [0, 0, 3]]", "bodies[0].tensor: [[1.0, 0.0, 0.0]"),
+        ("tensor: [[1, 0, 0], [0, 1, 0], [0, 0, 1]], I1: 2.0", "bodies[0].I1: 2.0 is given beside tensor"),
+        ("ratios: {I1: 1, I2: 1, I3: 1}, mesh: {file: a.stl, mass: 1}", "is given beside ratios"),
+        ("mesh: {file: none.stl, mass: 1.0}", "bodies[0].mesh.file: 'none.stl' is not there"),
+        ("mesh: {file: none.stl}", "bodies[0].mesh.density: (nothing) is missing"),
+        ("mesh: {file: none.stl, mass: 1.0, density: 1.0}", "is given beside mass"),
+        ("mesh: {file: none.stl, mass: 1.0, unit: yard}", "bodies[0].mesh.unit: 'yard' is not available"),
+        ("mesh: {file: none.stl, mass: -1.0}", "bodies[0].mesh.mass: -1.0 is out of range"),
+    ],
+)
+def test_a_definition_refuses_in_the_words_of_the_others(tmp_path, body, words):
+    with pytest.raises(DefinitionError) as error:
+        load(definition(tmp_path, body))
+    assert words in str(error.value)
+    assert "allowed: " in str(error.value)

@@ -1,0 +1,242 @@
+import os
+import pickle
+import subprocess
+import sys
+import uuid
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from oscillators import LIBRARY
+
+import sweeps
+from sweeps import systems
+from sweeps.maps import dataset, storage
+from sweeps.points import catalogue
+from sweeps.points.grid import Grid
+from sweeps.schema.definition import load
+from sweeps.schema.refusals import DefinitionError
+from sweeps.shards import content, merging
+from sweeps.shards import shard as shards
+from sweeps.systems.oscillator import system as oscillator
+from sweeps.views import figures
+
+ROOT = Path(__file__).parents[2]
+
+SPRING = """
+from sweeps.mechanics import System
+
+system = System("Mass on a spring")
+m = system.parameter("mass", "kg", default=1.0, positive=True)
+k = system.parameter("stiffness", "N m-1", default=1.0)
+x = system.coordinate("x", "m", bounds=(-1, 2))
+system.particle(m, (x,))
+system.potential({V})
+"""
+
+
+def described(folder, text):
+    """Path of a file with this text, as a definition names it."""
+    path = folder / "spring.py"
+    path.write_text(text, encoding="utf-8")
+    systems.resolve.cache_clear()
+    return str(path)
+
+
+@pytest.fixture
+def spring(tmp_path):
+    return described(tmp_path, SPRING.format(V="k * x**2 / 2"))
+
+
+def small(name, **grid):
+    return {"system": name, "grid": grid}
+
+
+def test_all_eight_ship_with_a_definition_of_ten_thousand_points():
+    assert set(LIBRARY) <= set(systems.names())
+    for name in LIBRARY:
+        definition = load(catalogue.shipped()[name])
+        assert definition.system == name
+        assert Grid(definition).size >= 10_000
+
+
+def test_map_has_the_contracts_names_and_dimensions():
+    ds = sweeps.survey(small("pendulum", length=[0.5, 1.0, 2.0], epsilon=[1e-6, 1e-3]))
+    assert ds["omega_squared"].dims == ("mass", "length", "gravity", "epsilon", "phase", "equilibrium", "mode")
+    assert ds["omega_squared"].shape == (1, 3, 1, 2, 1, 2, 1)
+    assert ds["equilibrium"].values.tolist() == ["hanging", "upright"]
+    assert set(ds.data_vars) == {*oscillator.VARIABLES, "theta_equilibrium"}
+    hanging = ds.sel(equilibrium="hanging", mode=1).squeeze()
+    assert hanging["omega_squared"].sel(epsilon=1e-6).values == pytest.approx(9.80665 / ds["length"].values, rel=1e-9)
+    assert ds["length"].attrs["units"] == "m"
+
+
+def test_a_file_is_a_system(spring):
+    ds = sweeps.survey(small(spring, stiffness=[-2.0, 0.5, 3.0]))
+    assert ds["omega_squared"].values.ravel() == pytest.approx([-2.0, 0.5, 3.0], rel=1e-9)
+    assert ds.attrs["system"] == spring
+    assert ds.attrs["kernel_fingerprint"] == systems.resolve(spring).fingerprint()
+
+
+def test_fingerprint_changes_with_the_description(tmp_path):
+    prints = []
+    for V in ("k * x**2 / 2", "k * x**2"):
+        prints.append(systems.resolve(described(tmp_path, SPRING.format(V=V))).fingerprint())
+    assert prints[0] != prints[1]
+    assert all(len(text) == 64 for text in prints)
+
+
+@pytest.mark.parametrize(
+    ("V", "wrong"),
+    [
+        ("k * x**2 / 2 + __import__('sympy').Symbol('g') * x", "V: unbound symbol g"),
+        ("k * x**2 * system.time", "V: depends on time"),
+        ("k * x", "equilibria: there is none within the bounds"),
+        ("0 * x", "equilibria: V is flat"),
+        ("1 / 0", r"cannot be run \(ZeroDivisionError: division by zero\)"),
+        ("k * x**2)\nsystem = (3", r"makes no `system`"),
+        ("k * x**2)\nsystem.kinetic_energy(system.velocity(x) ** 3", "T: not quadratic"),
+        ("k * x**2)\nsystem.kinetic_energy(1j * system.velocity(x) ** 2", "a_ij is complex"),
+        ("k * abs(x)**x", "power"),
+        ("k * __import__('sympy').gamma(x + 3)", "cannot be integrated"),
+    ],
+)
+def test_what_is_wrong_with_a_description_is_said_before_any_work(tmp_path, V, wrong):
+    name = described(tmp_path, SPRING.format(V=V))
+    with pytest.raises(DefinitionError, match=wrong) as refused:
+        load(small(name, stiffness=2.0))
+    assert "\n" not in str(refused.value)
+    assert name in str(refused.value)
+
+
+def test_exit_status_two_and_one_line(tmp_path):
+    described(tmp_path, SPRING.format(V="k * x"))
+    (tmp_path / "mine.yaml").write_text(f"system: {tmp_path}/spring.py\ngrid: {{stiffness: 2.0}}\n")
+    command = [sys.executable, "-m", "sweeps", "check", str(tmp_path / "mine.yaml")]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert "there is none within the bounds" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("grid", "wrong"),
+    [
+        ({"length": 0.0}, "grid.length: 0.0 is out of range"),
+        ({"lenght": 1.0}, "unknown key"),
+        ({"length": [1.0, True]}, "not a number"),
+        ({"epsilon": 1.5}, "epsilon"),
+    ],
+)
+def test_a_grid_refuses_what_its_parameters_do_not_allow(grid, wrong):
+    with pytest.raises(DefinitionError, match=wrong):
+        load(small("pendulum", **grid))
+
+
+@pytest.mark.parametrize(
+    ("direction", "wrong"),
+    [
+        ([1.0], r"integration\.direction: \[1\.0\] has 1 numbers; allowed: 2, of theta1, theta2"),
+        ([0.0, 0.0], r"integration\.direction: \[0\.0, 0\.0\] points nowhere; allowed: .* not all 0"),
+        ([1.0, "x"], r"integration\.direction\[1\]: .* is text"),
+        (1.0, r"integration\.direction: 1\.0 is not a list; allowed: direction of the nudge"),
+    ],
+)
+def test_a_direction_is_refused_in_words(direction, wrong):
+    with pytest.raises(DefinitionError, match=wrong):
+        load(small("double_pendulum") | {"integration": {"direction": direction}})
+
+
+def test_a_direction_of_a_definition_is_the_nudge_of_every_mode():
+    definition = small("double_pendulum", mass2=[0.5, 2.0]) | {"integration": {"direction": [0.0, 1.0]}}
+    found, along = sweeps.survey(definition), sweeps.survey(small("double_pendulum", mass2=[0.5, 2.0]))
+    assert (found["status"] == 0).all()
+    scale = found["rate_scale"].values ** 2
+    assert (np.abs(found["omega_squared"] - along["omega_squared"]).values <= 1e-9 * scale).all()
+    assert not found["amplitude"].equals(along["amplitude"])
+    assert pickle.loads(pickle.dumps(load(definition))).integration.direction == (0.0, 1.0)
+
+
+def test_a_file_that_is_not_there():
+    with pytest.raises(DefinitionError, match=r"nowhere\.py: cannot be read"):
+        load(small("nowhere.py"))
+
+
+def test_a_definition_survives_pickling(spring):
+    definition = load(small(spring, stiffness=[1.0, 2.0]))
+    twin = pickle.loads(pickle.dumps(definition))
+    assert twin.grid.stiffness == (1.0, 2.0)
+    assert twin.text == definition.text
+
+
+def test_opening_and_drawing_a_map_runs_no_file(tmp_path, spring):
+    ds = sweeps.survey(small(spring, stiffness=np.linspace(-2, 3, 9)))
+    storage.write_map(ds, tmp_path / "map.nc")
+    witness = tmp_path / "run"
+    described(tmp_path, f"open({str(witness)!r}, 'w')")
+    with storage.open_map(tmp_path / "map.nc") as again:
+        assert len(list(figures.draw_all(again, tmp_path / "figures"))) == 2
+    assert not witness.exists()
+
+
+def test_shards_threads_and_chunks_change_no_bit(tmp_path):
+    definition = load(small("bead_on_hoop", spin_rate=np.linspace(0, 10, 23), radius=[0.5, 2.0]))
+    whole = dataset.survey_grid(definition)
+    parts = []
+    for number in (1, 2, 3):
+        parts.append(tmp_path / f"{number}.nc")
+        shards.write_shard(definition, number, 3, parts[-1], threads=2)
+    digest = merging.merge(definition, parts, tmp_path / "map.nc")
+    with storage.open_map(tmp_path / "map.nc") as merged:
+        assert merged.attrs["kernel_fingerprint"] == whole.attrs["kernel_fingerprint"]
+    threaded = dataset.survey_grid(definition, threads=2)
+    assert content.content_hash(threaded) == digest
+    assert digest == content.content_hash(whole)
+    lazy = dataset.survey_grid(definition, chunks=16)
+    assert content.content_hash(lazy.compute()) == digest
+
+
+@pytest.mark.parametrize("name", ["bead_on_hoop", "double_pendulum"])
+def test_pictures_show_every_equilibrium_and_mode(name):
+    varied = {"bead_on_hoop": ("radius", "spin_rate"), "double_pendulum": ("mass2", "length2")}[name]
+    grid = {key: {"start": 0.5, "stop": 8.0, "num": 9} for key in varied}
+    ds = sweeps.survey(small(name, **grid))
+    drawn = {key: draw() for key, draw in figures.pictures(ds).items()}
+    assert set(drawn) == {"oscillations", "theory_against_measured"}
+    assert all(isinstance(figure, Figure) for figure in drawn.values())
+    meshes = [c for ax in drawn["oscillations"].axes for c in ax.collections if c.get_gid() == "measured"]
+    assert len(meshes) == ds.sizes["equilibrium"] * ds.sizes["mode"]
+    values = (ds["omega_squared"] / ds["rate_scale"] ** 2).isel(equilibrium=0, mode=0).squeeze().values
+    assert np.ma.filled(meshes[0].get_array(), np.nan).ravel() == pytest.approx(values.ravel(), nan_ok=True)
+
+
+def test_picture_of_the_hoop_has_the_line_on_g_over_r():
+    grid = {"radius": {"start": 0.5, "stop": 8.0, "num": 40}, "spin_rate": {"start": 0.5, "stop": 6.0, "num": 40}}
+    ds = sweeps.survey(small("bead_on_hoop", **grid))
+    axes = figures.pictures(ds)["oscillations"]().axes[0]
+    (line,) = [c for c in axes.collections if c.get_gid() == "theory"]
+    spin, radius = line.get_paths()[0].vertices.T
+    # a contour is straight between cells of 0.14 rad/s and 0.19 m
+    assert spin**2 * radius == pytest.approx(np.full(spin.size, 9.80665), rel=0.03)
+
+
+def test_what_compile_was_told_of_is_compiled_for_good(tmp_path):
+    """Numba says where its cache is read and written; the title makes a system that no cache holds yet."""
+    described(tmp_path, SPRING.format(V="k * x**2").replace("Mass on a spring", uuid.uuid4().hex))
+    definition = tmp_path / "mine.yaml"
+    definition.write_text(f"system: {tmp_path}/spring.py\ngrid: {{stiffness: 2.0}}\nshards: 1\n")
+    environment = os.environ | {"NUMBA_DEBUG_CACHE": "1"}
+    said = []
+    for arguments in (["compile", definition], ["shard", definition, "1", "1"]):
+        command = [sys.executable, "-m", "sweeps", *arguments, "-o", tmp_path / f"{arguments[0]}.out"]
+        done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        said.append(done.stdout)
+    saved = [line for line in said[0].splitlines() if "data saved" in line and "oscillator_" in line]
+    assert len(saved) == 2  # advance and energy
+    assert "data saved" not in said[1]
+    system = systems.resolve(f"{tmp_path}/spring.py")
+    assert (
+        (tmp_path / "compile.out").read_text().strip() == system.fingerprint() == system.compiled().read_text().strip()
+    )

@@ -1,0 +1,84 @@
+import math
+
+import mpmath
+import pytest
+from scipy.integrate import solve_ivp
+
+from sweeps.systems.rigid_body.spins import in_words, spins
+from sweeps.systems.rigid_body.wording import duration
+
+RACKET = (0.00121, 0.01638, 0.01748)  # Brody (1985)
+
+
+def first_flips(moments, axis, omega0, epsilon, phase, count=3):
+    """Times at which SciPy's DOP853 sees the spin change sign."""
+    a, b, c = axis - 1, axis % 3, (axis + 1) % 3
+    start = [0.0, 0.0, 0.0]
+    start[a], start[b], start[c] = omega0, epsilon * omega0 * math.cos(phase), epsilon * omega0 * math.sin(phase)
+
+    def euler(t, w):
+        return [
+            (moments[(i + 1) % 3] - moments[(i + 2) % 3]) / moments[i] * w[(i + 1) % 3] * w[(i + 2) % 3]
+            for i in range(3)
+        ]
+
+    run = solve_ivp(
+        euler,
+        (0, 40 / abs(omega0) * 10),
+        start,
+        "DOP853",
+        rtol=1e-12,
+        atol=1e-14 * abs(omega0),
+        events=lambda t, w: w[a],
+    )
+    return run.t_events[0][:count]
+
+
+@pytest.mark.parametrize(("omega0", "epsilon"), [(10.0, 1e-2), (-3.0, 0.1)])
+def test_the_flip_period_is_that_of_scipy(omega0, epsilon):
+    spin = spins(RACKET, omega0, epsilon, 0.6)[1]
+    first, second, third = first_flips(RACKET, 2, omega0, epsilon, 0.6)
+    assert spin.regime == "unstable"
+    # DOP853 at rtol 1e-12, its error grown e^(λT) ~ 1e3 times until the flip
+    assert spin.flip_period == pytest.approx(second - first, rel=1e-8)
+    assert spin.flip_period == pytest.approx(third - second, rel=1e-8)
+    assert spin.max_tilt > 90
+
+
+def test_times_of_linear_theory_are_those_of_mpmath():
+    I1, I2, I3 = map(mpmath.mpf, RACKET)
+    rate = 10 * mpmath.sqrt((I2 - I1) * (I3 - I2) / (I1 * I3))
+    wobbles = [
+        20 * mpmath.pi / 100 / mpmath.sqrt((a - b) * (a - c) / (b * c)) for a, b, c in ((I1, I2, I3), (I3, I1, I2))
+    ]
+    one, two, three = spins(RACKET, 10.0, 1e-6, 0.6)
+    # a few roundings, the differences of the moments among them
+    assert two.e_folding_time == pytest.approx(float(1 / rate), rel=1e-13)
+    assert one.euler_period == pytest.approx(float(wobbles[0]), rel=1e-13)
+    assert three.euler_period == pytest.approx(float(wobbles[1]), rel=1e-13)
+    assert [spin.regime for spin in (one, two, three)] == ["stable_minor", "unstable", "stable_major"]
+
+
+def test_the_earth_wobbles_in_the_304_days_of_the_textbooks():
+    earth = spins((8.0101e37, 8.0103e37, 8.0365e37), 7.292115e-5, 1e-6, 0.6)[2]
+    assert earth.euler_period / 86400 == pytest.approx(303.74, abs=0.01)  # bodies.yaml says where it comes from
+    assert "303.7 days" in in_words(earth, duration)
+
+
+def test_symmetric_bodies_and_spheres_neither_wobble_nor_flip():
+    sphere = spins((2.0, 2.0, 2.0), 1.0, 1e-6, 0.6)
+    assert {(s.regime, s.e_folding_time, s.flip_period, s.euler_period) for s in sphere} == {
+        ("sphere", None, None, None)
+    }
+    top = spins((1.0, 1.0, 2.0), 1.0, 1e-6, 0.6)
+    assert [spin.regime for spin in top] == ["marginal", "marginal", "stable_major"]
+    assert top[0].e_folding_time is None
+    assert top[2].euler_period == pytest.approx(2 * math.pi, rel=1e-15)  # (I3 - I1)/I1 = 1
+
+
+def test_a_large_nudge_may_turn_over_what_is_stable():
+    spin = spins((1.0, 1.9, 2.0), 1.0, 0.9, 0.6)[2]
+    assert spin.regime == "stable_major"
+    flips = first_flips((1.0, 1.9, 2.0), 3, 1.0, 0.9, 0.6)
+    assert spin.flip_period == pytest.approx(flips[1] - flips[0], rel=1e-8)
+    assert "too large" in in_words(spin, duration)

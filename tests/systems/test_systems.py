@@ -1,0 +1,200 @@
+"""What every system promises, each on a small definition of its own."""
+
+import pickle
+import subprocess
+import sys
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import sweeps
+from sweeps import systems
+from sweeps.maps import dataset, storage
+from sweeps.points import catalogue
+from sweeps.points.grid import Grid
+from sweeps.schema.definition import Definition, load
+from sweeps.schema.refusals import DefinitionError
+from sweeps.shards import content, merging
+from sweeps.shards import shard as shards
+
+SMALL = {
+    "rigid_body": {"axes": [1, 2], "grid": {"I1": [1.0, 2.0], "I2": 1.5, "I3": 3.0, "omega0": [1.0, -2.0]}},
+    "symmetric_top": {"grid": {"ratio": [0.5, 1.0, 1.2], "omega3": [-1.0, 2.0], "half_angle": [10.0, 40.0]}},
+}
+TOP = SMALL["symmetric_top"]["grid"]
+every_system = pytest.mark.parametrize("name", systems.MODULES)  # described systems: test_oscillator.py
+
+
+def small(name):
+    return load({"system": name} | SMALL[name])
+
+
+def refusal(grid, **more):
+    with pytest.raises(DefinitionError) as refused:
+        load({"system": "symmetric_top", "grid": grid} | more)
+    return str(refused.value)
+
+
+@every_system
+def test_a_system_says_all_that_its_map_holds(name):
+    definition, system = small(name), systems.resolve(name)
+    ds = sweeps.survey({"system": name} | SMALL[name])
+    assert isinstance(definition, Definition)
+    assert definition.system == system.name == ds.attrs["system"] == name
+    assert set(ds.data_vars) == set(system.variables(definition)) >= set(system.variables())
+    assert tuple(ds.sizes) == tuple(system.dimensions(definition)) == Grid(definition).dims
+    assert set(ds.coords) <= set(system.coordinates(definition))
+    for variable in system.variables(definition).values():
+        assert ds[variable.name].dtype == np.dtype(variable.dtype)
+        assert ds[variable.name].dims == Grid(definition).dims
+    assert ds.attrs["references"] == system.references
+    assert ds.attrs["source"].endswith(system.method(definition))
+
+
+@pytest.mark.parametrize("name", catalogue.shipped())
+def test_a_definition_travels_between_processes(name):
+    definition = load(catalogue.shipped()[name])
+    twin = pickle.loads(pickle.dumps(definition))
+    assert twin == definition
+    assert hash(twin) == hash(definition)
+    assert (twin.name, twin.text) == (definition.name, definition.text)
+
+
+@every_system
+def test_shards_and_chunks_make_the_same_map_bit_for_bit(name, tmp_path):
+    definition = small(name)
+    whole = content.content_hash(dataset.survey_grid(definition))
+    paths = [tmp_path / f"{number}.nc" for number in (1, 2, 3)]
+    for number, path in enumerate(paths, 1):
+        shards.write_shard(definition, number, 3, path, threads=2)
+    assert merging.merge(definition, paths, tmp_path / "map.nc") == whole
+    with sweeps.open_map(tmp_path / "map.nc") as ds:
+        assert content.content_hash(ds) == whole
+    assert content.content_hash(dataset.survey_grid(definition, chunks=5)) == whole
+
+
+@every_system
+def test_open_map_asks_for_the_variables_of_the_maps_own_system(name, tmp_path):
+    ds = sweeps.survey({"system": name} | SMALL[name])
+    ds.to_netcdf(tmp_path / "whole.nc")
+    sweeps.open_map(tmp_path / "whole.nc").close()
+    ds.drop_vars(next(iter(systems.resolve(name).variables()))).to_netcdf(tmp_path / "short.nc")
+    with pytest.raises(storage.MapError, match="is missing"):
+        sweeps.open_map(tmp_path / "short.nc")
+
+
+@every_system
+def test_a_system_compiles_all_that_it_runs(name):
+    code = f"""
+import sys
+from sweeps import systems
+from sweeps.maps import dataset
+from sweeps.schema.definition import load
+
+def compiled():
+    modules = [vars(m).values() for name, m in sys.modules.items() if name.startswith("kernels.")]
+    return {{(f.__module__, f.__name__): f.signatures for m in modules for f in m if hasattr(f, "py_func")}}
+
+systems.resolve({name!r}).compile()
+before = {{name: list(signatures) for name, signatures in compiled().items()}}
+dataset.survey_grid(load({{"system": {name!r}}} | {SMALL[name]!r}))
+assert any(before.values())
+assert compiled() == before, [name for name, signatures in compiled().items() if signatures != before.get(name)]
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+@given(st.data())
+def test_points_of_tops_are_those_of_the_full_grid(data):
+    values = {
+        "ratio": st.floats(1e-3, 10.0),
+        "omega3": st.floats(-1e6, -1e-9) | st.floats(1e-9, 1e6),
+        "half_angle": st.floats(1e-6, 89.0),
+    }
+    entries = {
+        name: data.draw(st.lists(value, min_size=1, max_size=4, unique=True) | value) for name, value in values.items()
+    }
+    grid = Grid(load({"system": "symmetric_top", "grid": entries}))
+    mesh = np.meshgrid(*(grid.coordinates[dim] for dim in grid.dims), indexing="ij")
+    start = data.draw(st.integers(0, grid.size))
+    points = grid.points(start, grid.size)
+    assert list(points) == ["ratio", "omega3", "half_angle"]
+    for values, (name, column) in zip(mesh, points.items(), strict=True):
+        np.testing.assert_array_equal(column, values.ravel()[start:], err_msg=name)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"ratio": 0.0}, "grid.ratio: 0.0 is out of range; allowed: a number > 0"),
+        ({"ratio": [0.5, -1.0]}, "grid.ratio[1]: -1.0 is out of range; allowed: a number > 0"),
+        ({"omega3": 0.0}, "grid.omega3: 0.0 is out of range; allowed: a number with 1e-150 ≤ |omega3| ≤ 1e150"),
+        ({"omega3": {"start": -1.0, "stop": 1.0, "num": 3}}, "holds the spin rate about the figure axis 0"),
+        ({"half_angle": 90.0}, "grid.half_angle: 90.0 is out of range; allowed: a number with 0 < half_angle < 90"),
+        ({"half_angle": 0.0}, "at 0 nothing precesses"),
+        ({"half_angle": {"start": 1.0, "stop": 90.0, "num": 3}}, "grid.half_angle.stop: 90.0 is out of range"),
+        (
+            {"halfangle": 3.0},
+            "is under an unknown key (did you mean half_angle?); allowed: the keys ratio, omega3",
+        ),
+        ({"epsilon": 1e-6}, "grid.epsilon: 1e-06 is under an unknown key; allowed: the keys ratio, omega3, half_angle"),
+    ],
+)
+def test_tops_that_are_refused(changes, said):
+    assert said in refusal(TOP | changes)
+
+
+def test_a_top_needs_each_parameter_and_no_bodies_or_axes():
+    for name in TOP:
+        rest = {key: value for key, value in TOP.items() if key != name}
+        assert f"grid.{name}: (nothing) is missing; allowed: " in refusal(rest)
+    with pytest.raises(DefinitionError, match=r"grid: \(nothing\) is missing; allowed: .*ratio, omega3, half_angle"):
+        load({"system": "symmetric_top"})
+    for key in ("bodies", "axes"):
+        said = refusal(TOP, **{key: [1]})
+        assert f"{key}: [1] is under an unknown key; allowed: the keys title, system, grid, integration, shards" in said
+    assert "integration.propagator: 'direct' is under an unknown key" in refusal(
+        TOP, integration={"propagator": "direct"}
+    )
+    assert load({"system": "symmetric_top", "grid": TOP}).integration.tolerance == 1e-12
+
+
+def test_a_rigid_body_does_not_know_a_tops_keys():
+    with pytest.raises(DefinitionError, match=r"grid.ratio: 0.5 is under an unknown key; allowed: the keys I1, I2, I3"):
+        load({"grid": {"I1": 1.0, "I2": 2.0, "I3": 3.0, "omega0": 1.0, "ratio": 0.5}})
+
+
+def test_the_symmetric_sweep_is_a_full_grid_that_crosses_the_sphere():
+    grid = Grid(load(catalogue.shipped()["symmetric"]))
+    assert grid.size >= 10_000
+    ratio, spin, angle = (grid.coordinates[name] for name in ("ratio", "omega3", "half_angle"))
+    assert 1.0 in ratio
+    assert ratio.min() < 0.1 < 2.0 < ratio.max()
+    assert spin.min() < 0 < spin.max()
+    assert (np.abs(spin).min(), np.abs(spin).max()) == (1e-9, 1e6)
+    assert angle.max() == 80.0
+
+
+def test_the_earth_by_the_lectures_ratio_takes_305_days():
+    ratio = {"system": "symmetric_top", "grid": {"ratio": 1 + 1 / 305, "omega3": 2 * np.pi, "half_angle": 1e-4}}
+    ds = sweeps.survey(ratio | {"title": "Earth, a day a second"})
+    # 1 + 1/305 as a double is off by 305 · 2^-53 of its difference; the measurement by 1e-12 · 305
+    assert float(ds["period_theory"].squeeze()) == pytest.approx(305.0, rel=1e-13)
+    assert float(ds["period"].squeeze()) == pytest.approx(305.0, rel=305e-12)
+    body = {"name": "Earth", "ratios": {"I1": 305, "I2": 305, "I3": 306}, "omega0": 2 * np.pi}  # (I3 - I1)/I1 = 1/305
+    found = sweeps.survey({"axes": [3], "bodies": [body]})["euler_period"].squeeze()
+    assert float(found) == pytest.approx(305.0, rel=305e-12)
+
+
+def test_the_earth_of_the_moments_takes_304_57_sidereal_days():
+    earth = sweeps.survey("bodies").sel(body="Earth", axis=3).squeeze("phase").isel(epsilon=0)
+    with mpmath.workdps(30):
+        I1, I2, I3 = (mpmath.mpf(text) for text in ("8.0101e37", "8.0103e37", "8.0365e37"))
+        wanted = mpmath.sqrt(I1 * I2 / ((I3 - I1) * (I3 - I2)))
+    assert round(float(wanted), 2) == 304.57
+    rotations = float(earth["euler_period"]) * float(earth["omega0"]) / (2 * np.pi)
+    assert rotations == pytest.approx(float(wanted), rel=1e-11)  # the differences of the moments keep 13 digits

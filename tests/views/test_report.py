@@ -1,0 +1,723 @@
+"""The report: what it says, what it packs, and, in a browser where there is one, what it does."""
+
+import base64
+import json
+import math
+import re
+import shutil
+import urllib.parse
+import zlib
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.spatial.transform import Rotation
+
+import sweeps
+from kernels import direct, exact
+from sweeps.__main__ import main
+from sweeps.maps.storage import open_map, write_map
+from sweeps.views import report, report_columns, report_summary
+
+HOSTILE = "</script><script>globalThis.hostile = 1</script><img src=x onerror='globalThis.hostile = 1'>"
+PLANE = {
+    "title": "A plane",
+    "grid": {
+        "I1": {"start": 0.5, "stop": 1.7, "num": 9},
+        "I2": {"start": 0.55, "stop": 1.65, "num": 8},
+        "I3": [0.9, 1.0, 1.2],
+        "omega0": [2.0, 10.0],
+        "epsilon": 1.0e-3,
+    },
+}
+
+
+@pytest.fixture(scope="module")
+def plane():
+    return sweeps.survey(PLANE)
+
+
+@pytest.fixture(scope="module")
+def breaking():
+    return sweeps.survey("breakdown")
+
+
+def oscillator(n=6):
+    """A map of another system, as xarray alone makes it: parameters, equilibria and modes, some missing."""
+    length = np.linspace(0.2, 2.0, n)
+    spin = np.geomspace(0.1, 30.0, n + 1)
+    square = 9.81 / length[:, None, None, None] * np.array([1.0, -1.0])[:, None] * np.array([1.0, 4.0])
+    square = square - 0.1 * spin[None, :, None, None] ** 2
+    square[0, 0, 1, 1], square[1, 0, 0, 0] = np.nan, 1e-15
+    dims = ("length", "spin", "equilibrium", "mode")
+    regime = np.where(np.isnan(square), -1, np.where(square > 0, 0, 1)).astype("i1")
+    regime[1, 0, 0, 0] = 2
+    flags = {"flag_values": np.array([-1, 0, 1, 2], "i1"), "flag_meanings": "absent stable unstable marginal"}
+    variables = {
+        "omega_squared_theory": (
+            dims,
+            square * (1 + 1e-9),
+            {"units": "s-2", "long_name": "square of the rate, theory"},
+        ),
+        "omega_squared": (dims, square, {"units": "s-2", "long_name": "square of the rate, measured"}),
+        "regime_theory": (dims, regime, {"long_name": "regime, theory", **flags}),
+        "regime": (dims, regime, {"long_name": "regime, measured", **flags}),
+        "angle": (dims[:3], np.arccos(np.clip(spin / 40, 0, 1))[None, :, None] * np.ones((n, 1, 2)), {"units": "rad"}),
+    }
+    coordinates = {
+        "length": ("length", length, {"units": "m", "long_name": "length of the rod"}),
+        "spin": ("spin", spin, {"units": "rad s-1"}),
+        "equilibrium": ("equilibrium", ["hanging", "upright"]),
+        "mode": ("mode", np.array([1, 2], "i1"), {"long_name": "mode"}),
+    }
+    return xr.Dataset(variables, coordinates, {"title": "A pendulum that turns", "definition": "system: pendulum\n"})
+
+
+def written(ds, path, **options):
+    report.write(ds, path, **options)
+    return path.read_text(encoding="utf-8")
+
+
+def data_of(html):
+    return json.loads(re.search(r'id="map-data">(.*?)</script>', html, re.DOTALL)[1])
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Columns
+
+
+def test_blocks_cover_a_grid_once_and_in_bounds(monkeypatch):
+    monkeypatch.setattr(report_columns, "BLOCK_POINTS", 10)
+    seen = np.zeros((3, 4, 7), int)
+    for box in report_columns.blocks({"a": 3, "b": 4, "c": 7}):
+        part = seen[tuple(box.values())]
+        assert part.size <= 10
+        part += 1
+    assert (seen == 1).all()
+
+
+def unpacked(column, ds, kept):
+    """The numbers of a packed column over all its points, by NumPy and zlib."""
+    raw = zlib.decompress(base64.b64decode(column.text))
+    dtype = np.dtype(f"<{column.dtype}")
+    values = np.frombuffer(raw, "u1").reshape(dtype.itemsize, -1).T.reshape(-1).view(dtype).reshape(column.shape)
+    values = values.astype("f8") * 2.0**column.exponent
+    for k, (dim, indices) in enumerate(kept.items()):
+        if column.powers.get(dim):
+            shape = [-1 if i == k else 1 for i in range(len(kept))]
+            values = values * (np.abs(ds[dim].values[indices]) ** -float(column.powers[dim])).reshape(shape)
+    return np.broadcast_to(values, [len(indices) for indices in kept.values()])
+
+
+@pytest.mark.parametrize(("bits", "tolerance"), [(53, 3e-11), (24, 6e-8), (15, 2.0**-15)])
+def test_packed_columns_hold_the_map(plane, bits, tolerance):
+    """3e-11: laws are believed to 1e-11 each, along at most three dimensions; else half a unit of the last bit."""
+    _, columns, kept = report._gather(plane)
+    scales = {dim: report._scale(plane, dim, indices) for dim, indices in kept.items()}
+    for name, values in columns.items():
+        packed = report_columns.pack(report_columns.reduced(name, values, scales), bits)
+        np.testing.assert_allclose(
+            unpacked(packed, plane, kept), plane[name].values, rtol=tolerance + 1e-11, err_msg=name
+        )
+
+
+def test_scaling_laws_are_those_of_the_physics(plane):
+    """The rate's square goes as the spin rate's square, a time as its inverse; the triangle knows no axis."""
+    _, columns, kept = report._gather(plane)
+    scales = {dim: report._scale(plane, dim, indices) for dim, indices in kept.items()}
+    laws = {name: report_columns.reduced(name, values, scales).powers for name, values in columns.items()}
+    assert laws["omega_squared"]["omega0"] == -2
+    assert laws["window_end"]["omega0"] == 1
+    assert laws["triangle_margin"] == {"axis": 0, "omega0": 0}
+    assert "I1" not in laws["omega_squared"]
+
+
+def test_a_law_that_fails_at_one_point_is_no_law():
+    values = np.ones((3, 5))
+    values[2, 3] += 1e-9
+    assert report_columns.reduced("x", values, {"a": None, "b": None}).powers == {}
+    values[2, 3] = np.nan
+    assert report_columns.reduced("x", values, {"a": None, "b": None}).powers == {}
+
+
+def test_numbers_beyond_single_precision_stay_doubles():
+    column = report_columns.Column("x", np.array([1e-200, 1.0, 1e200]))
+    packed = report_columns.pack(column, 24)
+    assert packed.dtype == "f8"
+    scaled = report_columns.pack(report_columns.Column("x", np.array([1e199, 1.0e200, np.inf, np.nan])), 24)
+    assert scaled.dtype == "f4"
+    ds = xr.Dataset(coords={"d": [1.0, 2.0, 3.0, 4.0]})
+    values = unpacked(scaled, ds, {"d": np.arange(4)})
+    np.testing.assert_allclose(values, [1e199, 1e200, np.inf, np.nan], rtol=6e-8)  # half a unit of a float32
+
+
+def test_thinning_keeps_the_ends_and_what_is_no_number():
+    kept = report_columns.thinned({"axis": 3, "I1": 500, "I2": 400, "omega0": 30}, {"I1", "I2", "omega0"}, 50_000)
+    assert math.prod(map(len, kept.values())) <= 50_000
+    assert len(kept["axis"]) == 3
+    for name, size in (("I1", 500), ("I2", 400), ("omega0", 30)):
+        assert kept[name][0] == 0
+        assert kept[name][-1] == size - 1
+    assert len(kept["I1"]) > len(kept["omega0"])
+
+
+def test_a_map_too_large_is_thinned_and_says_so(plane, tmp_path):
+    whole = written(plane, tmp_path / "whole.html")
+    limit = len(whole.encode()) - 60_000
+    thin = written(plane, tmp_path / "thin.html", limit=limit)
+    assert len(thin.encode()) <= limit
+    assert "The map is larger than a page" in thin
+    assert "The map is larger than a page" not in whole
+    data = data_of(thin)
+    shown = math.prod(dim["size"] for dim in data["dims"])
+    assert f"{shown:,} of its 1,296 points" in thin
+    for dim in data["dims"]:
+        values = data["coordinates"][dim["name"]]["values"]
+        assert len(values) == dim["size"]
+        assert set(values) <= set(plane[dim["name"]].values.tolist())
+
+
+def test_a_limit_that_no_point_meets_is_refused(plane, tmp_path):
+    with pytest.raises(ValueError, match="limit"):
+        report.write(plane, tmp_path / "r.html", limit=1_000_000)
+    assert list(tmp_path.iterdir()) == []
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Numbers
+
+
+def test_counts_and_confusion_are_those_of_the_map(plane, monkeypatch):
+    monkeypatch.setattr(report_columns, "BLOCK_POINTS", 50)
+    summary, _, _ = report._gather(plane)
+    assert summary.points == plane.regime.size
+    names = dict(zip(plane.regime.flag_values.tolist(), plane.regime.flag_meanings.split(), strict=True))
+    for value, word in names.items():
+        assert summary.counts["regime"][word] == int((plane.regime.values == value).sum())
+    table = summary.confusion["regime_theory", "regime"]
+    assert table.sum() == plane.regime.size
+    theory = dict(zip(plane.regime_theory.flag_meanings.split(), plane.regime_theory.flag_values.tolist(), strict=True))
+    for i, word in enumerate(summary.counts["regime_theory"]):
+        assert table[i].sum() == int((plane.regime_theory.values == theory[word]).sum())
+
+
+def test_worst_certificates_stand_where_the_map_has_them(plane):
+    summary, _, _ = report._gather(plane)
+    assert {"energy_drift", "momentum_drift", "perturbation_drift"} <= set(summary.worst)
+    for name, worst in summary.worst.items():
+        assert worst.value == float(np.nanmax(np.abs(plane[name].values)))
+        assert abs(float(plane[name].isel(worst.at))) == worst.value
+
+
+def test_deviations_from_theory_are_those_of_the_map(plane):
+    summary, _, _ = report._gather(plane)
+    agreement = summary.agreements["omega_squared_theory", "omega_squared"]
+    theory, measured = plane.omega_squared_theory.values, plane.omega_squared.values
+    some = theory != 0
+    deviation = np.abs(measured[some] - theory[some]) / np.abs(theory[some])
+    assert agreement.total == deviation.size
+    assert agreement.worst == deviation.max()
+    for share in (0.5, 0.99):
+        true = np.quantile(deviation, share, method="inverted_cdf")
+        assert true <= agreement.quantile(share) <= true * 10 ** (1 / report_summary.PER_DECADE)
+    inside = np.abs(measured - theory)[some] <= 5 * plane.omega_squared_stderr.values[some]
+    assert agreement.within == inside.sum()
+
+
+def test_a_marginal_points_deviation_does_not_count():
+    ds = oscillator()
+    theory = ds.omega_squared_theory.copy()
+    theory[1, 0, 0, 0] = 1e-25  # nothing but rounding on either side
+    summary, _, _ = report._gather(ds.assign(omega_squared_theory=theory))
+    agreement = summary.agreements["omega_squared_theory", "omega_squared"]
+    assert int(ds.regime[1, 0, 0, 0]) == 2
+    assert agreement.total == int(np.isfinite(ds.omega_squared).sum()) - 1
+    assert agreement.worst < 1.0
+
+
+def test_the_command_writes_the_report_of_a_file(plane_path, folder, capsys):
+    assert main(["report", str(folder / "plane.nc"), "-o", str(folder / "sub" / "again.html")]) == 0
+    assert (folder / "sub" / "again.html").read_bytes() == plane_path.read_bytes()
+    assert main(["report", str(plane_path), "-o", str(folder / "none.html")]) == 2
+    assert "allowed" in capsys.readouterr().err
+    assert not (folder / "none.html").exists()
+
+
+def test_a_map_with_neither_theory_nor_flags_has_a_report(tmp_path):
+    ds = xr.Dataset({"depth": (("x", "y"), np.arange(6.0).reshape(2, 3))}, {"x": [1.0, 2.0], "y": [1.0, 2.0, 3.0]})
+    html = written(ds, tmp_path / "r.html")
+    assert data_of(html)["dims"] == [{"name": "x", "size": 2, "of": 2}, {"name": "y", "size": 3, "of": 3}]
+
+
+# ---------------------------------------------------------------------------------------------------------
+# The page as text
+
+
+def hostile(ds):
+    """A map whose every text tries to run a script, among them a body's name."""
+    bad = {"title": HOSTILE, "history": HOSTILE, HOSTILE: "x", "definition": f"# {HOSTILE}\ntitle: x\n"}
+    ds = ds.copy().assign_attrs(bad)
+    for variable in ds.variables.values():
+        variable.attrs |= {"long_name": HOSTILE, "comment": HOSTILE}
+        variable.attrs["units"] = HOSTILE
+    ds.regime.attrs["flag_meanings"] = " ".join(f"<b>{i}</b>" for i in range(6))
+    return ds.assign_coords(body=[HOSTILE, *ds.body.values[1:].tolist()])
+
+
+def test_no_text_of_a_map_becomes_markup(breaking, tmp_path):
+    html = written(hostile(breaking), tmp_path / "r.html")
+    assert "<script>globalThis.hostile" not in html
+    assert "<img" not in html.lower().split("<script", 1)[0]
+    assert data_of(html)["title"] == HOSTILE
+    scripts = re.findall(r"<script[^>]*>", html)
+    assert len(scripts) == 3 + len(data_of(html)["variables"])
+
+
+def test_the_policy_names_the_scripts_and_forbids_the_rest(plane, tmp_path):
+    html = written(plane, tmp_path / "r.html")
+    policy = re.search(r'Content-Security-Policy" content="([^"]*)"', html)[1].replace("&#39;", "'")
+    program = re.search(r'<script type="module">(.*?)</script>', html, re.DOTALL)[1]
+    assert report._hash(program) in policy
+    assert "default-src 'none'" in policy
+    assert "unsafe-inline" not in policy.split("style-src")[0]
+    assert "unsafe-eval" not in policy
+
+
+# ---------------------------------------------------------------------------------------------------------
+# In a browser
+
+
+@pytest.fixture(scope="module")
+def browser():
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    chromium = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    if chromium is None:
+        pytest.skip("there is no Chromium: the report's own tests did not run")
+    with playwright.sync_playwright() as running:
+        browser = running.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        yield browser
+        browser.close()
+
+
+class Opened:
+    """A report in a browser, with all that its console said and all that it asked for."""
+
+    def __init__(self, browser, path: Path, link="", **context):
+        self.said, self.asked = [], []
+        self.context = browser.new_context(**({"viewport": {"width": 1280, "height": 2400}} | context))
+        self.context.set_default_timeout(10_000)
+        self.page = self.context.new_page()
+        self.page.on("console", lambda message: self.said.append(message.text))
+        self.page.on("pageerror", lambda error: self.said.append(str(error)))
+        self.page.on("request", lambda request: self.asked.append(request.url))
+        self.context.route(re.compile("^(?!file:)"), lambda route: route.abort())
+        self.page.goto(path.as_uri() + link)
+        self.page.wait_for_selector("html[data-ready]", state="attached")
+
+    def until(self, expression, argument=None):
+        """Waits for a condition; Playwright's own wait evaluates text in the page, which its policy forbids."""
+        for _ in range(100):
+            if self.page.evaluate(expression, argument):
+                return
+            self.page.wait_for_timeout(50)
+        raise AssertionError(f"still not true after 5 s: {expression}")
+
+    def row(self, name):
+        """A value of the row that is shown: (the whole number behind it, its text)."""
+        data = self.page.locator(f'#row tr[data-name="{name}"] data')
+        return data.get_attribute("value"), data.inner_text()
+
+    def center(self, i, j):
+        """Where a cell of the plane lies on the screen."""
+        return self.page.evaluate(
+            """([i, j]) => {
+                const plot = document.getElementById("map"), { xaxis, yaxis } = plot._fullLayout;
+                const box = plot.getBoundingClientRect(), { x, y } = polhode.map.plane;
+                return [box.left + xaxis._offset + xaxis.d2p(x[i]), box.top + yaxis._offset + yaxis.d2p(y[j])];
+            }""",
+            [i, j],
+        )
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("reports")
+
+
+@pytest.fixture(scope="module")
+def plane_path(plane, folder):
+    """The report of a map that has gone through a file, as the workflow makes it."""
+    write_map(plane, folder / "plane.nc")
+    with open_map(folder / "plane.nc") as ds:
+        report.write(ds, folder / "plane.html")
+    return folder / "plane.html"
+
+
+@pytest.fixture
+def opened(browser, plane_path):
+    page = Opened(browser, plane_path)
+    yield page
+    assert page.said == []
+    assert [url.split("#")[0] for url in page.asked] == [plane_path.as_uri()]
+    page.context.close()
+
+
+def parsed(text):
+    """The number that a person reads in a text with a unit."""
+    text = text.replace("−", "-").replace("\u00a0", " ")
+    match = re.match(r"(-?[\d.]+)(?: × 10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+))?", text)
+    power = (match[2] or "⁰").translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789"))
+    return float(match[1]) * 10.0 ** int(power)
+
+
+def shown_point(page, ds):
+    """The row of the map at the point whose coordinates the page shows."""
+    return ds.sel({dim: float(page.row(dim)[0]) for dim in ds.dims}, method="nearest")
+
+
+def assert_row_is_the_maps(page, ds):
+    point = shown_point(page, ds)
+    for dim in ds.dims:
+        assert float(page.row(dim)[0]) == float(point[dim])
+    for name, variable in point.data_vars.items():
+        value, text = page.row(name)
+        true = variable.values.item()
+        if "flag_meanings" in variable.attrs:
+            assert int(float(value)) == true
+        elif math.isnan(true):
+            assert text == "–"
+        else:
+            assert parsed(text) == pytest.approx(true, rel=1e-5), name  # six digits: 5e-6, and one more for ties
+            unit = variable.attrs["units"]
+            assert text.endswith(
+                "" if unit == "1" else {"s-2": "s⁻²", "s-1": "s⁻¹", "rad s-1": "rad s⁻¹"}.get(unit, unit)
+            )
+
+
+def test_the_map_draws_and_hover_shows_the_row_of_the_file(opened, plane):
+    assert opened.page.locator("#map .heatmaplayer image").count() == 1
+    for cell in ((0, 0), (7, 3), (4, 6)):
+        x, y = opened.center(*cell)
+        opened.page.mouse.move(x, y)
+        opened.until(
+            "([i, j]) => document.querySelector('#row tr[data-name=I1] data').value == polhode.map.plane.x[i] &&"
+            " document.querySelector('#row tr[data-name=I2] data').value == polhode.map.plane.y[j]",
+            list(cell),
+        )
+        assert float(opened.row("I1")[0]) == plane.I1.values[cell[0]]
+        assert float(opened.row("I2")[0]) == plane.I2.values[cell[1]]
+        assert_row_is_the_maps(opened, plane)
+
+
+def heat(opened):
+    return opened.page.evaluate("document.getElementById('map').data[0].z.flat()")
+
+
+def test_axis_slider_plane_and_color_change_the_map(opened, plane):
+    page = opened.page
+    first = heat(opened)
+    page.get_by_label("1", exact=True).check()
+    second = heat(opened)
+    assert second != first
+    slider = page.get_by_label("principal moment of inertia about axis 3", exact=True)
+    slider.focus()
+    page.keyboard.press("End")
+    assert float(opened.row("I3")[0]) == 1.2
+    assert heat(opened) != second
+    page.get_by_label("colour by").select_option("regime")
+    regime = plane.regime.sel(axis=1, I3=1.2, omega0=float(opened.row("omega0")[0])).squeeze()
+    order = plane.regime.flag_values.tolist()
+    expected = [order.index(v) for v in regime.transpose("I2", "I1").values.reshape(-1).tolist()]
+    assert heat(opened) == expected
+    page.get_by_label("across").select_option("omega0")
+    assert page.evaluate("document.getElementById('map').layout.xaxis.title.text").startswith("ω₀")
+    assert page.evaluate("polhode.map.plane.x") == [2.0, 10.0]
+
+
+def test_boundaries_and_hatching_are_those_of_theory(opened, plane):
+    page = opened.page
+    page.get_by_label("3", exact=True).check()
+    names = page.evaluate("document.getElementById('map').data.map((trace) => trace.name)")
+    assert {"I₁ = I₃", "I₂ = I₃"} <= set(names)
+    assert "I₁ = I₂" not in names
+    level = page.evaluate("document.getElementById('map').data.find((trace) => trace.name === 'I₂ = I₃').y")
+    assert level == [float(opened.row("I3")[0])] * 2
+    margin = plane.triangle_margin.sel(axis=3, I3=float(opened.row("I3")[0]), omega0=10.0).squeeze()
+    assert page.evaluate("polhode.map.plane.cells.flat().map((cell) => cell.exists)") == (
+        (margin.transpose("I2", "I1").values >= 0).reshape(-1).tolist()
+    )
+
+
+def moments_of(ds, point):
+    return [float(point[name]) for name in ("I1", "I2", "I3")]
+
+
+def start_of(point):
+    axis, omega0, epsilon, phase = (float(point[name]) for name in ("axis", "omega0", "epsilon", "phase"))
+    start = np.zeros(3)
+    at = np.array([0, 1, 2]) + int(axis) - 1
+    start[at % 3] = omega0 * np.array([1.0, epsilon * math.cos(phase), epsilon * math.sin(phase)])
+    return start
+
+
+def test_a_click_shows_the_motion_of_the_point(opened, plane):
+    page = opened.page
+    page.get_by_label("2", exact=True).check()
+    flips = set()
+    for cell in ((1, 3), (8, 4), (6, 1)):
+        page.mouse.click(*opened.center(*cell))
+        point = shown_point(opened, plane)
+        assert float(point.I1) == plane.I1.values[cell[0]]
+        shown = float(page.locator("#flip-period").get_attribute("value"))
+        true = exact.flip_period(*moments_of(plane, point), *start_of(point))
+        assert shown == pytest.approx(true, rel=1e-12)  # both carry all digits; the bar is 1e-6
+        assert parsed(page.locator("#flip-period").inner_text()) == pytest.approx(true, rel=1e-6)
+        flips.add(shown)
+        traces = page.evaluate("document.getElementById('traces').data.map(({ y }) => [...y])")
+        times = np.linspace(0, page.evaluate("polhode.motion.end"), len(traces[0]))
+        expected = exact.rotation(moments_of(plane, point), start_of(point), times)
+        np.testing.assert_allclose(np.transpose(traces), expected, atol=1e-11 * abs(float(point.omega0)))
+    assert len(flips) == 3
+
+
+def test_play_turns_the_body_and_pause_holds_it(opened):
+    page = opened.page
+    picture = "document.getElementById('body-canvas').toDataURL()"
+    before = page.evaluate(picture)
+    page.get_by_role("button", name="Play").click()
+    opened.until("polhode.motion.t > 0.05 * polhode.motion.end")
+    page.get_by_role("button", name="Pause").click()
+    held = page.evaluate(picture)
+    assert held != before
+    page.wait_for_timeout(100)
+    assert page.evaluate(picture) == held
+    box = page.locator("#polhode-canvas").bounding_box()
+    ball = page.evaluate("document.getElementById('polhode-canvas').toDataURL()")
+    page.mouse.move(box["x"] + 100, box["y"] + 100)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 160, box["y"] + 120, steps=3)
+    page.mouse.up()
+    assert page.evaluate(picture) != held
+    assert page.evaluate("document.getElementById('polhode-canvas').toDataURL()") != ball
+
+
+def test_keys_move_the_choice(opened, plane):
+    page = opened.page
+    page.mouse.click(*opened.center(4, 4))
+    page.locator("#map").focus()
+    for key in ("ArrowRight", "ArrowUp", "ArrowUp", "ArrowLeft", "ArrowLeft"):
+        page.keyboard.press(key)
+    assert float(opened.row("I1")[0]) == plane.I1.values[3]
+    assert float(opened.row("I2")[0]) == plane.I2.values[6]
+    page.locator("#body-canvas").focus()
+    before = page.evaluate("document.getElementById('body-canvas').toDataURL()")
+    page.keyboard.press("ArrowLeft")
+    assert page.evaluate("document.getElementById('body-canvas').toDataURL()") != before
+
+
+def test_the_link_restores_the_state(opened, browser, plane_path):
+    page = opened.page
+    page.get_by_label("1", exact=True).check()
+    page.get_by_label("colour by").select_option("frequency")
+    page.get_by_label("nudge drawn").select_option("0.1")
+    page.mouse.click(*opened.center(2, 5))
+    opened.until("location.hash.includes('frequency')")
+    link = page.evaluate("location.hash")
+    said = dict(urllib.parse.parse_qsl(link[1:]))
+    assert said["axis"] == "1"
+    assert float(said["I1"]) == float(opened.row("I1")[0])
+    again = Opened(browser, plane_path, link)
+    for name in ("axis", "I1", "I2", "I3", "omega0", "epsilon", "omega_squared"):
+        assert again.row(name) == opened.row(name)
+    assert again.page.get_by_label("colour by").input_value() == "frequency"
+    flip = "document.getElementById('flip-period').value"
+    assert again.page.evaluate(flip) == page.evaluate(flip)
+    again.page.evaluate("location.hash = '#axis=3&I1=1e9&_color=nonsense&_x=__proto__&constructor=7'")
+    again.until("document.querySelector('#row tr[data-name=axis] data').value === '3'")
+    assert float(again.row("I1")[0]) == 1.7
+    assert again.said == []
+    again.context.close()
+
+
+def test_the_picture_has_a_table_and_words(opened, plane):
+    page = opened.page
+    page.get_by_label("colour by").select_option("omega_squared")
+    page.locator("#map-table summary").click()
+    cells = page.locator("#map-table tbody td")
+    opened.until("document.querySelectorAll('#map-table tbody td').length === 72")
+    first = plane.omega_squared.sel({n: float(opened.row(n)[0]) for n in ("axis", "I3", "omega0")}).squeeze()
+    true = float(first.sel(I1=plane.I1[0], I2=plane.I2[-1]))
+    assert parsed(cells.first.inner_text()) == pytest.approx(true, rel=6e-3)  # three digits
+    assert "square of the rate, measured" in page.locator("#map-summary").inner_text()
+    assert page.locator("canvas:not([aria-label])").count() == 0
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_a_telephone_needs_no_sideways_scroll(browser, plane_path, scheme):
+    page = Opened(browser, plane_path, viewport={"width": 400, "height": 800}, color_scheme=scheme)
+    assert page.page.evaluate("document.documentElement.scrollWidth") <= 400
+    assert page.page.evaluate("document.documentElement.dataset.theme") == scheme
+    page.page.locator("#theme").click()
+    assert page.page.evaluate("document.documentElement.dataset.theme") != scheme
+    assert page.said == []
+    page.context.close()
+
+
+def test_bodies_have_a_table_and_nudges_a_plot(browser, breaking, folder):
+    report.write(breaking, folder / "breakdown.html")
+    opened = Opened(browser, folder / "breakdown.html")
+    page = opened.page
+    page.get_by_label("colour by").select_option("omega_squared")
+    buttons = page.locator("#map table.bodies button")
+    assert buttons.count() == breaking.sizes["body"] * 3
+    where = breaking.body.values.tolist().index("Earth") * 3 + 2
+    buttons.nth(where).click()
+    assert opened.row("body")[0] == "Earth"
+    assert opened.row("axis")[0] == "3"
+    earth = breaking.sel(body="Earth", axis=3, epsilon=float(opened.row("epsilon")[0])).squeeze()
+    assert parsed(opened.row("omega_squared")[1]) == pytest.approx(float(earth.omega_squared), rel=1e-5)
+    true = exact.flip_period(*moments_of(breaking, earth), *start_of(earth))
+    assert float(page.locator("#flip-period").get_attribute("value")) == pytest.approx(true, rel=1e-12)
+    curve = page.evaluate("[...document.getElementById('nudges-plot').data.find((t) => t.name === 'axis 3').y]")
+    every = breaking.sel(body="Earth", axis=3).squeeze().sortby("epsilon")
+    expected = np.abs(np.sqrt(every.omega_squared / every.omega_squared_theory).values - 1)
+    shown = np.array([np.nan if v is None else v for v in curve])
+    np.testing.assert_allclose(np.nan_to_num(shown), expected, atol=1e-14)  # the rounding of one minus one
+    assert opened.said == []
+    opened.context.close()
+
+
+def test_another_system_draws_with_its_mode(browser, folder):
+    ds = oscillator()
+    report.write(ds, folder / "oscillator.html")
+    opened = Opened(browser, folder / "oscillator.html", "#length=0.92&spin=0.1&equilibrium=upright&mode=2")
+    page = opened.page
+    assert page.evaluate("[polhode.state.x, polhode.state.y].sort()") == ["length", "spin"]
+    point = ds.isel(length=2, spin=0, equilibrium=1, mode=1)
+    assert parsed(opened.row("omega_squared")[1]) == pytest.approx(float(point.omega_squared), rel=1e-5)
+    assert parsed(opened.row("angle")[1]) == pytest.approx(float(point.angle), rel=1e-5)
+    assert page.locator("#motion").is_hidden()
+    assert "runs away" in page.locator("#mode-words").inner_text()
+    page.get_by_label("hanging").check()
+    assert "period takes" in page.locator("#mode-words").inner_text()
+    page.evaluate("location.hash = '#length=0.56&spin=0.1&equilibrium=hanging&mode=1'")
+    opened.until("document.getElementById('mode-words').textContent.includes('drifts')")
+    assert opened.said == []
+    opened.context.close()
+
+
+def test_a_symmetric_top_turns_about_its_figure_axis(browser, folder):
+    """The body's turn about its own axis takes 2π/(ω3 |ratio − 1|), whatever the angle."""
+    definition = {
+        "system": "symmetric_top",
+        "grid": {"ratio": [0.4, 1.6], "omega3": [-2.0, 5.0], "half_angle": [10.0, 40.0]},
+    }
+    report.write(sweeps.survey(definition), folder / "top.html")
+    opened = Opened(browser, folder / "top.html", "#ratio=1.6&omega3=-2&half_angle=40")
+    assert opened.page.evaluate("2 * polhode.motion.trajectory.flipPeriod") == pytest.approx(
+        2 * math.pi / 1.2, rel=1e-14
+    )
+    spin = opened.page.evaluate("polhode.motion.omega")
+    assert math.degrees(math.atan2(math.hypot(spin[0], spin[1]), abs(spin[2]))) == pytest.approx(40.0, rel=1e-14)
+    assert "Stable" in opened.page.locator("#motion-words").inner_text()
+    assert opened.said == []
+    opened.context.close()
+
+
+def test_hostile_texts_do_not_run(browser, breaking, folder):
+    report.write(hostile(breaking), folder / "hostile.html")
+    opened = Opened(
+        browser, folder / "hostile.html", f"#body={urllib.parse.quote(HOSTILE)}&_color={urllib.parse.quote(HOSTILE)}"
+    )
+    page = opened.page
+    assert opened.row("body")[0] == HOSTILE
+    page.locator("#map table.bodies button").first.hover()
+    page.get_by_label("curves").select_option("body")
+    page.wait_for_timeout(100)
+    assert page.evaluate("globalThis.hostile") is None
+    assert page.locator("img").count() == 0
+    assert page.locator("h1").inner_text() == HOSTILE
+    assert opened.said == []
+    assert len(opened.asked) == 1
+    opened.context.close()
+
+
+# ---------------------------------------------------------------------------------------------------------
+# The page's own mathematics
+
+
+def test_elliptic_functions_of_the_page_against_mpmath(opened):
+    """Error of a phase: some 1e-16 of u; 1e-12 is the bar, and dn and cn hold it of themselves."""
+    cases = [(m, u) for m in (0.0, 1e-9, 0.3, 0.5, 0.9, 1 - 1e-6) for u in (0.0, 1e-9, 0.4, 1.9, -3.3, 47.0)]
+    complements = [(1e-12, u) for u in (0.4, 9.0, 31.0)]
+    with mpmath.workdps(40):
+        for m, u in cases:
+            found = opened.page.evaluate("([u, m]) => polhode.jacobi(u, m, 1 - m)", [u, m])
+            for kind, value in zip(("sn", "cn", "dn"), found, strict=True):
+                assert value == pytest.approx(float(mpmath.ellipfun(kind, u, m=mpmath.mpf(m))), abs=1e-12, rel=1e-12)
+            K = opened.page.evaluate("(m) => polhode.completeK(m, 1 - m)", m)
+            assert pytest.approx(float(mpmath.ellipk(mpmath.mpf(m))), rel=1e-12) == K
+        for m1, u in complements:
+            found = opened.page.evaluate("([u, m1]) => polhode.jacobi(u, 1 - m1, m1)", [u, m1])
+            for kind, value in zip(("sn", "cn", "dn"), found, strict=True):
+                true = mpmath.ellipfun(kind, u, m=1 - mpmath.mpf(m1))
+                assert value == pytest.approx(float(true), rel=1e-12)
+    limit = opened.page.evaluate("polhode.jacobi(2, 1, 0)")
+    assert limit == pytest.approx([math.tanh(2), 1 / math.cosh(2), 1 / math.cosh(2)], rel=1e-15)
+    assert opened.page.evaluate("polhode.completeK(1, 0) === Infinity")
+
+
+BODIES = {
+    "asymmetric": ([1.0, 2.0, 2.7], [1e-4, 10.0, -2e-4]),
+    "near the separatrix": ([1.0, 2.0, 3.0], [1e-9, 1.0, 2e-9]),
+    "on the separatrix": ([1.0, 2.0, 3.0], [1.0, 0.5, 0.5773502691896258]),
+    "oblate": ([1.0, 1.0, 1.8], [0.2, -0.1, 3.0]),
+    "prolate, transverse": ([2.0, 2.0, 0.5], [3.0, 1e-3, 2e-3]),
+    "sphere": ([1.3, 1.3, 1.3], [0.3, 0.2, -1.0]),
+    "principal spin": ([1.0, 2.0, 3.0], [0.0, 2.0, 0.0]),
+    "molecule": ([1.0e-47, 1.9e-47, 2.9e-47], [1e9, 1e13, -3e9]),
+}
+
+
+@pytest.mark.parametrize("name", BODIES)
+def test_rotations_of_the_page_against_direct_integration(opened, name):
+    moments, start = BODIES[name]
+    times = np.linspace(0.0, 15.0, 7) / np.linalg.norm(start)
+    found = opened.page.evaluate(
+        "([I, w, times]) => { const one = new polhode.Trajectory(I, w); return times.map((t) => one.at(t)); }",
+        [moments, start, times.tolist()],
+    )
+    expected = direct.rotation(moments, start, times, 1e-13)
+    # the direct solution's own tolerance, grown by up to e^(0.6·15) about the middle axis
+    np.testing.assert_allclose(found, expected, atol=1e-9 * np.linalg.norm(start))
+    np.testing.assert_allclose(found, exact.rotation(moments, start, times), atol=1e-13 * np.linalg.norm(start))
+
+
+def attitude_by_small_turns(moments, start, end, n=20_000):
+    """Attitude at `end` from the one at zero, a midpoint rule with SciPy's rotations: error of order (end/n)²."""
+    h = end / n
+    omegas = exact.rotation(moments, start, (np.arange(n) + 0.5) * h)
+    turn = Rotation.identity()
+    for vector in Rotation.from_rotvec(omegas * h):
+        turn = turn * vector
+    return turn
+
+
+@pytest.mark.parametrize("name", ["asymmetric", "oblate", "sphere"])
+def test_attitudes_of_the_page_against_scipy(opened, name):
+    moments, start = BODIES[name]
+    end = 12.0 / float(np.linalg.norm(start))
+    first, last = opened.page.evaluate(
+        """([I, w, end]) => {
+            const table = new polhode.AttitudeTable(new polhode.Trajectory(I, w), end);
+            return [table.at(0), table.at(end)];
+        }""",
+        [moments, start, end],
+    )
+    first, last = (Rotation.from_quat([x, y, z, w]) for w, x, y, z in (first, last))
+    L = np.multiply(moments, start)
+    np.testing.assert_allclose(first.apply(L / np.linalg.norm(L)), [0, 0, 1], atol=1e-12)  # rounding
+    turned = (first * attitude_by_small_turns(moments, start, end)).inv() * last
+    assert turned.magnitude() < 1e-5  # 60 steps of 0.2 rad, each off by some 1e-7
