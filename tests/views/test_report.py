@@ -355,13 +355,32 @@ def plane_path(plane, folder):
     return folder / "plane.html"
 
 
-@pytest.fixture
-def opened(browser, plane_path):
+@pytest.fixture(scope="module")
+def shared(browser, plane_path):
     page = Opened(browser, plane_path)
+    page.first = page.page.evaluate("(({ place, x, y, color, nudge }) => ({ place, x, y, color, nudge }))(polhode.state)")
     yield page
-    assert page.said == []
-    assert [url.split("#")[0] for url in page.asked] == [plane_path.as_uri()]
     page.context.close()
+
+
+@pytest.fixture
+def opened(shared, plane_path):
+    """The page as it was when it opened: unpacking it takes seconds, so that tests share one."""
+    shared.page.evaluate(
+        """(first) => {
+            document.querySelectorAll("details[open]").forEach((details) => details.removeAttribute("open"));
+            document.activeElement.blur();
+            if (polhode.motion.playing) document.getElementById("play").click();
+            polhode.choose(first);
+            Plotly.relayout("map", { "xaxis.autorange": true, "yaxis.autorange": true, dragmode: "zoom" });
+            scrollTo(0, 0);
+        }""",
+        shared.first,
+    )
+    shared.page.mouse.move(0, 0)
+    yield shared
+    assert shared.said == []
+    assert {url.split("#")[0] for url in shared.asked} == {plane_path.as_uri()}
 
 
 def parsed(text):
@@ -473,7 +492,7 @@ def test_a_click_shows_the_motion_of_the_point(opened, plane):
         shown = float(page.locator("#flip-period").get_attribute("value"))
         true = exact.flip_period(*moments_of(plane, point), *start_of(point))
         assert shown == pytest.approx(true, rel=1e-12)  # both carry all digits; the bar is 1e-6
-        assert parsed(page.locator("#flip-period").inner_text()) == pytest.approx(true, rel=1e-6)
+        assert parsed(page.locator("#flip-period").text_content()) == pytest.approx(true, rel=1e-6)
         flips.add(shown)
         traces = page.evaluate("document.getElementById('traces').data.map(({ y }) => [...y])")
         times = np.linspace(0, page.evaluate("polhode.motion.end"), len(traces[0]))
@@ -539,6 +558,110 @@ def test_the_link_restores_the_state(opened, browser, plane_path):
     assert float(again.row("I1")[0]) == 1.7
     assert again.said == []
     again.context.close()
+
+
+def test_no_button_of_the_page_leads_to_the_network(opened):
+    """Whatever the toolbars offer is pressed; `opened` sees to it that nothing was asked for."""
+    page = opened.page
+    windows = []
+    page.context.on("page", lambda window: windows.append(window))
+    buttons = page.locator(".modebar-btn")
+    names = [button.get_attribute("data-title") or "" for button in buttons.all()]
+    assert len(names) >= 3
+    assert not [name for name in names if re.search("cloud|studio|share|plotly", name, re.IGNORECASE)]
+    page.locator("#map").hover()
+    for button in buttons.all():
+        if button.is_visible():
+            button.click()
+    page.wait_for_timeout(300)
+    assert windows == []
+    assert page.locator("a[href], form, iframe, link[href], [src]").count() == 0
+
+
+def test_the_policy_stops_what_would_ask_the_network(browser, plane_path):
+    opened = Opened(browser, plane_path)
+    assert opened.page.evaluate("fetch('https://example.org/').then(() => 'asked', () => 'refused')") == "refused"
+    assert [url for url in opened.asked if not url.startswith("file:")] == []
+    assert any("Content Security Policy" in text for text in opened.said)
+    opened.context.close()
+
+
+def test_only_what_flips_has_a_flip_period(opened, plane):
+    page = opened.page
+    seen = set()
+    for axis in (1, 2, 3):
+        page.get_by_label(str(axis), exact=True).check()
+        point = shown_point(opened, plane)
+        flips = exact.max_tilt(*moments_of(plane, point), *start_of(point), axis) > math.pi / 2
+        assert page.locator("#flip-line").is_visible() == flips
+        seen.add(bool(flips))
+    assert seen == {True, False}
+
+
+def test_each_tap_chooses_the_cell_under_the_finger(browser, plane_path, plane):
+    opened = Opened(browser, plane_path, has_touch=True)
+    for cell in ((1, 3), (7, 4), (6, 1), (2, 6)):
+        opened.page.touchscreen.tap(*opened.center(*cell))
+        opened.page.wait_for_timeout(400)  # longer than a browser takes to make a click of a tap
+        assert opened.page.evaluate("polhode.state.place.map((at, k) => polhode.map.order[k] + at)")[1:3] == [
+            f"I1{cell[0]}",
+            f"I2{cell[1]}",
+        ]
+        assert float(opened.row("I1")[0]) == plane.I1.values[cell[0]]
+    assert opened.said == []
+    opened.context.close()
+
+
+def test_a_drag_zooms_and_chooses_nothing(opened):
+    page = opened.page
+    before = page.evaluate("polhode.state.place")
+    page.mouse.move(*opened.center(1, 1))
+    page.mouse.down()
+    page.mouse.move(*opened.center(6, 5), steps=5)
+    page.mouse.up()
+    assert page.evaluate("polhode.state.place") == before
+    assert page.evaluate("document.getElementById('map')._fullLayout.xaxis.range[0]") > 0.5
+
+
+def test_enter_and_space_need_no_mouse(opened):
+    page = opened.page
+    page.locator("#map").focus()
+    page.keyboard.press("Enter")
+    assert page.evaluate("document.activeElement.id") == "play"
+    for name in ("map", "body-canvas", "polhode-canvas"):
+        page.locator(f"#{name}").focus()
+        page.keyboard.press("Space")
+        assert page.evaluate("polhode.motion.playing")
+        page.keyboard.press("Space")
+        assert not page.evaluate("polhode.motion.playing")
+
+
+def test_a_link_says_where_it_was_not_followed(opened, browser, plane_path):
+    page = opened.page
+    assert page.locator("#link-notice").is_hidden()
+    page.evaluate("location.hash = '#axis=7&I3=1.0000000000000002&spin=4'")
+    opened.until("!document.getElementById('link-notice').hidden")
+    said = page.locator("#link-notice").inner_text()
+    assert "no axis = 7: the nearest, 3, is shown" in said
+    assert "spin = 4 is not in this map" in said
+    assert "I₃" not in said
+    page.mouse.click(*opened.center(1, 1))
+    opened.until("location.hash.includes('_color')")
+    values = dict(urllib.parse.parse_qsl(page.evaluate("location.hash")[1:]))
+    assert all(len(values[name]) <= 14 for name in ("I1", "I2", "I3", "omega0", "epsilon"))
+    again = Opened(browser, plane_path, page.evaluate("location.hash"))
+    assert again.page.locator("#link-notice").is_hidden()
+    assert again.row("I2") == opened.row("I2")
+    again.context.close()
+
+
+def test_the_theme_chosen_outlives_a_reload(browser, plane_path):
+    opened = Opened(browser, plane_path, color_scheme="light")
+    opened.page.get_by_role("button", name="change between light and dark").click()
+    opened.page.reload()
+    opened.page.wait_for_selector("html[data-ready]", state="attached")
+    assert opened.page.evaluate("document.documentElement.dataset.theme") == "dark"
+    opened.context.close()
 
 
 def test_the_picture_has_a_table_and_words(opened, plane):

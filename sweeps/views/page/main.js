@@ -5,19 +5,33 @@ function setTheme(theme) {
   document.getElementById("theme").textContent = theme === "dark" ? "Light" : "Dark";
 }
 
+const THEME = "polhode-theme"; // where the browser keeps a reader's choice; a page from a mail may have no such place
+
+function keptTheme(chosen) {
+  try {
+    if (chosen) localStorage.setItem(THEME, chosen);
+    return localStorage.getItem(THEME);
+  } catch {
+    return chosen;
+  }
+}
+
 function redraw() {
   for (const listener of state.listeners) listener({});
 }
 
 function buildTheme() {
   const dark = matchMedia("(prefers-color-scheme: dark)");
-  setTheme(dark.matches ? "dark" : "light");
+  let chosen = ["light", "dark"].find((theme) => theme === keptTheme());
+  setTheme(chosen ?? (dark.matches ? "dark" : "light"));
   document.getElementById("theme").onclick = () => {
-    setTheme(document.documentElement.dataset.theme === "dark" ? "light" : "dark");
+    chosen = document.documentElement.dataset.theme === "dark" ? "light" : "dark";
+    keptTheme(chosen);
+    setTheme(chosen);
     redraw();
   };
   dark.addEventListener("change", () => {
-    setTheme(dark.matches ? "dark" : "light");
+    if (!chosen) setTheme(dark.matches ? "dark" : "light");
     redraw();
   });
 }

@@ -84,6 +84,7 @@ function showMotion() {
 
 function showFlipPeriod() {
   const data = document.getElementById("flip-period");
+  document.getElementById("flip-line").hidden = !motion.flips || !Number.isFinite(motion.trajectory.flipPeriod);
   data.value = String(motion.trajectory.flipPeriod);
   data.textContent = Number.isFinite(motion.trajectory.flipPeriod) ? withUnit(motion.trajectory.flipPeriod, "s", 8) : "infinite";
 }
@@ -165,6 +166,13 @@ function setPlaying(playing) {
   if (playing) requestAnimationFrame(play);
 }
 
+/** Space plays and pauses where it does nothing else: not on a button of a map of bodies, which it presses. */
+function playBySpace(event) {
+  if (event.key !== " " || event.target !== event.currentTarget) return;
+  setPlaying(!motion.playing);
+  event.preventDefault();
+}
+
 function fillMotionControls() {
   const speed = document.getElementById("speed");
   for (const one of SPEEDS) speed.append(element("option", { value: String(one), textContent: `${numberText(one, 3)} rotations a second` }));
@@ -183,7 +191,7 @@ function fillMotionControls() {
 
 function buildMotion() {
   document.getElementById("motion").hidden = false;
-  for (const name of ["nudge", "flip-period"]) document.getElementById(name).parentElement.parentElement.hidden = theMap.isTop;
+  document.getElementById("nudge").parentElement.parentElement.hidden = theMap.isTop;
   fillMotionControls();
   motion.scene = new Scene(document.getElementById("body-canvas"), 1.36, drawBody);
   motion.polhode = new PolhodePicture(document.getElementById("polhode-canvas"));
@@ -194,6 +202,7 @@ function buildMotion() {
   };
   document.getElementById("time").oninput = (event) => seek((event.target.value / 1000) * motion.end);
   document.getElementById("copy-link").onclick = copyLink;
+  for (const name of ["map", "body-canvas", "polhode-canvas"]) document.getElementById(name).addEventListener("keydown", playBySpace);
   onChange(showMotion);
   onChange(() => {
     const nudge = document.getElementById("nudge");

@@ -225,10 +225,47 @@ function moveInPlane(dx, dy) {
   choose({ place: placeWith(changes) });
 }
 
+/** The cell at a place on the screen, or nothing beside the plot; of a curve, the point above or below. */
+function cellAt({ clientX, clientY }) {
+  const { _fullLayout: layout } = document.getElementById("map");
+  const box = document.getElementById("map").getBoundingClientRect();
+  const { cells, x, y } = theMap.plane;
+  const [across, up] = [clientX - box.left - layout.xaxis._offset, clientY - box.top - layout.yaxis._offset];
+  if (across < 0 || across > layout.xaxis._length || up < 0 || up > layout.yaxis._length) return null;
+  const cell = (axis, values, pixel) => {
+    const edges = cellEdges(values).map((edge) => axis.d2p(edge));
+    return values.findIndex((_, i) => (edges[i] - pixel) * (edges[i + 1] - pixel) <= 0);
+  };
+  if (state.y) return cells[cell(layout.yaxis, y, up)]?.[cell(layout.xaxis, x, across)] ?? null;
+  const away = x.map((value) => Math.abs(layout.xaxis.d2p(value) - across));
+  return cells[0][Math.max(0, away.indexOf(Math.min(...away)))];
+}
+
+/** A click or a tap chooses the cell under it: Plotly's own event names, on touch, the cell tapped before. */
+function listenForTaps(target) {
+  let down = null;
+  target.addEventListener("pointerdown", (event) => {
+    down = event.isPrimary && event.button === 0 && !event.target.closest(".modebar") ? event : null;
+  }, true);
+  addEventListener("pointerup", (event) => {
+    const still = down && Math.hypot(event.clientX - down.clientX, event.clientY - down.clientY) < 6;
+    const cell = still && event.pointerId === down.pointerId ? cellAt(down) : null;
+    down = null;
+    if (cell) choose({ place: cell.place });
+  }, true);
+}
+
 function cellOf(point) {
   const { cells } = theMap.plane;
   if (!state.y) return cells[0][point.pointNumber];
   return cells[point.pointNumber[0]][point.pointNumber[1]];
+}
+
+/** Scrolls to the motion, and takes the keys there. */
+function goToMotion() {
+  const section = ["motion", "mode"].map((id) => document.getElementById(id)).find((one) => !one.hidden);
+  section?.scrollIntoView();
+  (section?.querySelector("button") ?? section?.querySelector("h2"))?.focus({ preventScroll: true });
 }
 
 function buildPlane() {
@@ -237,11 +274,11 @@ function buildPlane() {
   const onMap = (event) => event.points.find((point) => point.curveNumber === 0);
   target.on("plotly_hover", (event) => onMap(event) && showRow(cellOf(onMap(event)).place));
   target.on("plotly_unhover", () => showRow(state.place));
-  target.on("plotly_click", (event) => onMap(event) && choose({ place: cellOf(onMap(event)).place }));
+  listenForTaps(target);
   const steps = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
   target.addEventListener("keydown", (event) => {
     if (event.key in steps) moveInPlane(...steps[event.key]);
-    else if (event.key === "Enter") document.getElementById("motion")?.scrollIntoView();
+    else if (event.key === "Enter") goToMotion();
     else return;
     event.preventDefault();
   });

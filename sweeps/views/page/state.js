@@ -69,9 +69,17 @@ function mostUnstable() {
 // The link
 
 function link() {
-  const pairs = theMap.dims.map((dim, k) => [dim.name, theMap.coordinates[dim.name].values[state.place[k]]]);
+  const pairs = theMap.dims.map((dim, k) => [dim.name, shortValue(theMap.coordinates[dim.name], state.place[k])]);
   for (const name of ["x", "y", "color", "nudge"]) if (state[name] !== null) pairs.push([`_${name}`, state[name]]);
   return `#${pairs.map((pair) => pair.map((part) => encodeURIComponent(part)).join("=")).join("&")}`;
+}
+
+/** A value as a link has it: without the last digits that are rounding, where no neighbour is that near. */
+function shortValue(coordinate, i) {
+  const value = coordinate.values[i];
+  if (typeof value !== "number") return value;
+  const short = Number(value.toPrecision(12));
+  return nearest(coordinate, String(short)) === i ? short : value;
 }
 
 function writeLink() {
@@ -85,10 +93,11 @@ function writeLink() {
   }, 150);
 }
 
-/** Takes over what a link says; unknown names and values change nothing. */
+/** Takes over what a link says; what is unknown changes nothing, and what is not as the link has it is said. */
 function readLink() {
   const said = new URLSearchParams(location.hash.slice(1));
   if ([...said].length === 0) return false;
+  tellOfLink(remarks(said));
   state.place = theMap.dims.map((dim, k) => nearest(theMap.coordinates[dim.name], said.get(dim.name)) ?? state.place[k]);
   const able = planeDimensions();
   const [x, y] = [said.get("_x"), said.get("_y")];
@@ -96,6 +105,24 @@ function readLink() {
   if (theMap.choices.some((choice) => choice.name === said.get("_color"))) state.color = said.get("_color");
   state.nudge = Number(said.get("_nudge")) > 0 && Number(said.get("_nudge")) < 1 ? Number(said.get("_nudge")) : null;
   return true;
+}
+
+/** What a link asks for and does not get, one sentence each. */
+function remarks(said) {
+  return [...said].flatMap(([name, text]) => {
+    if (name.startsWith("_")) return [];
+    const at = theMap.order.includes(name) ? nearest(theMap.coordinates[name], text) : null;
+    if (at === null) return [`${name} = ${text} is not in this map and was left out.`];
+    const value = theMap.coordinates[name].values[at];
+    const same = typeof value !== "number" || Math.abs(Number(text) - value) <= 1e-9 * Math.abs(value);
+    return same ? [] : [`The map has no ${symbolText(name)} = ${text}: the nearest, ${coordinateText(name, value)}, is shown.`];
+  });
+}
+
+function tellOfLink(sentences) {
+  const notice = document.getElementById("link-notice");
+  notice.hidden = sentences.length === 0;
+  notice.textContent = sentences.length > 0 ? `The link: ${sentences.slice(0, 5).join(" ")}` : "";
 }
 
 /** Where a coordinate comes nearest to a value of a link. */
