@@ -358,7 +358,7 @@ def plane_path(plane, folder):
 @pytest.fixture(scope="module")
 def shared(browser, plane_path):
     page = Opened(browser, plane_path)
-    page.first = page.page.evaluate("(({ place, x, y, color, nudge }) => ({ place, x, y, color, nudge }))(polhode.state)")
+    page.first = page.page.evaluate("(({ listeners, ...chosen }) => chosen)(polhode.state)")
     yield page
     page.context.close()
 
