@@ -16,8 +16,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from sweeps.schema.refusals import display
+from sweeps.systems.rigid_body import shells
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254, "ft": 0.3048}  # metres
 SUFFIXES = (".stl", ".obj", ".ply", ".off")
@@ -171,6 +174,7 @@ def solid(path: str | Path, density: float | None = None, mass: float | None = N
         InertiaError: for a file that is no mesh, or a mesh that is not closed.
     """
     mesh, notes = _closed(path)
+    notes += _made_separate(mesh, path)
     scale = UNITS[unit]
     middle = mesh.bounds.mean(axis=0)
     mesh.vertices = (mesh.vertices - middle) * scale  # integrals about a point outside lose digits
@@ -197,6 +201,27 @@ def _closed(path: str | Path):
     open_edges = int(np.count_nonzero(uses != 2))
     wrong = f"is not watertight: {open_edges:,} of its {len(edges):,} edges do not join two faces"
     raise InertiaError(display(str(path)), wrong, "a closed surface (repair it in your modeller, or with trimesh)")
+
+
+def _made_separate(mesh, path: str | Path) -> tuple[str, ...]:
+    """Notes on a mesh of several closed surfaces, of which none encloses a place twice; one inside out is turned."""
+    joined = coo_array((np.ones(len(mesh.face_adjacency)), mesh.face_adjacency.T), (len(mesh.faces),) * 2)
+    count, part = connected_components(joined, directed=False)
+    if count == 1:
+        return ()
+    found = shells.arrangement([mesh.triangles[part == k] for k in range(count)])
+    if found.twice:
+        involved = len({k for pair in found.twice for k in pair})
+        wrong = f"holds solids that overlap ({involved:,} of its {count:,} surfaces): they would count twice"
+        allowed = "solids apart or united, hollows with their faces turned inwards"
+        raise InertiaError(display(str(path)), wrong, allowed)
+    notes = ()
+    if any(found.turned):
+        mesh.faces = np.where(np.array(found.turned)[part][:, None], mesh.faces[:, ::-1], mesh.faces)
+        notes = (f"{sum(found.turned):,} of its {count:,} surfaces looked inwards and were turned",)
+    if found.unseen:
+        notes += (f"{found.unseen:,} pairs of its surfaces are too fine to be compared: what overlaps counts twice",)
+    return notes
 
 
 def _made_consistent(mesh) -> tuple[str, ...]:
