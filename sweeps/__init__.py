@@ -26,7 +26,7 @@ def survey(definition, *, chunks=None, threads: int = 1):
 
     from sweeps.maps import dataset
     from sweeps.points import catalogue
-    from sweeps.schema.definition import load
+    from sweeps.points.loading import load
     from sweeps.shards import content
 
     source = definition if isinstance(definition, Mapping) else catalogue.resolve(str(definition))

@@ -2,7 +2,6 @@
 
 import math
 import re
-from collections.abc import Mapping
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -10,31 +9,9 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
-from sweeps.systems.rigid_body.system import COORDINATES, STATUSES
+from sweeps.colors import INK, QUIET
 
 DPI = 200
-INK, QUIET, FAINT = "#1a1a1a", "#5f6368", "#c9ccd1"
-
-# Blue and vermilion of Okabe and Ito (2008), "Color universal design": apart for every kind of colour vision.
-STABLE, UNSTABLE = "#0072b2", "#d55e00"
-REGIME_COLORS = {
-    "undetermined": "#000000",
-    "stable_minor": "#56b4e9",
-    "stable_major": STABLE,
-    "unstable": UNSTABLE,
-    "marginal": "#8a8d91",
-    "sphere": "#bdbdbd",
-}
-REGIME_WORDS = {
-    "undetermined": "undetermined",
-    "stable_minor": "stable, least moment",
-    "stable_major": "stable, greatest moment",
-    "unstable": "unstable",
-    "marginal": "marginal",
-    "sphere": "sphere",
-}
-STATUS_WORDS = {name: name.replace("_", " ").replace("non f", "non-f") for name in STATUSES}
-SERIES_COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#333333")
 SERIES_MARKERS = ("o", "s", "^", "D", "v", "P")
 
 STYLE = {
@@ -64,15 +41,6 @@ STYLE = {
     "svg.fonttype": "none",
 }
 
-_SYMBOLS = {
-    "I1": "$I_1$",
-    "I2": "$I_2$",
-    "I3": "$I_3$",
-    "omega0": r"$\omega_0$",
-    "epsilon": r"$\varepsilon$",
-    "phase": r"$\varphi$",
-    "axis": "axis",
-}
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -97,20 +65,15 @@ def canvas(width: float, height: float, title: str, subtitle: str, footer: float
     return figure
 
 
-def symbol(name: str) -> str:
-    """A parameter's symbol, as mathtext."""
-    return _SYMBOLS[name]
-
-
 def units(text: str) -> str:
     """UDUNITS text as people write it: "rad s-1" becomes "rad s⁻¹", and "1" nothing."""
     return "" if text == "1" else re.sub(r"(?<=[A-Za-z])-?\d+", lambda m: m[0].translate(_SUPERSCRIPTS), text)
 
 
-def axis_label(name: str) -> str:
-    """A parameter's symbol with its unit, for an axis of a plot."""
-    unit = units(COORDINATES[name].units)
-    return f"{symbol(name)}  ({unit})" if unit else symbol(name)
+def with_unit(text: str, unit: str, form: str = " {}") -> str:
+    """Text and a unit (UDUNITS) behind it, in some form; the text alone where the unit is "1"."""
+    unit = units(unit)
+    return text + form.format(unit) if unit else text
 
 
 def number(value: float, digits: int = 6) -> str:
@@ -126,15 +89,6 @@ def number(value: float, digits: int = 6) -> str:
 def count(n: int, noun: str, plural: str) -> str:
     """How many of something: "1 body", "1,200 bodies"."""
     return f"{n:,} {noun if n == 1 else plural}"
-
-
-def settings(values: Mapping[str, float]) -> str:
-    """Fixed parameters in one line, with units: "I3 = 0.01748 kg m², ω0 = 10 rad s⁻¹"."""
-    parts = []
-    for name, value in values.items():
-        unit = units(COORDINATES[name].units)
-        parts.append(f"{symbol(name)} = {number(float(value))}" + (f" {unit}" if unit else ""))
-    return ",  ".join(parts)
 
 
 def halo(width: float = 2.5, color: str = "white"):

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 import sweeps
-from sweeps.systems.oscillator import system as oscillator
-from sweeps.systems.rigid_body import system as rigid_body
-from sweeps.systems.symmetric_top import system as symmetric_top
+from sweeps.systems.oscillator import variables as oscillator
+from sweeps.systems.rigid_body import variables as rigid_body
+from sweeps.systems.symmetric_top import variables as symmetric_top
 
 ROOT = Path(__file__).parents[1]
 

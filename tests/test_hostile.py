@@ -14,9 +14,8 @@ from hypothesis import strategies as st
 
 import sweeps
 from sweeps.__main__ import main
-from sweeps.points import estimate, grid
+from sweeps.points import estimate, grid, loading
 from sweeps.run import claims
-from sweeps.schema import definition
 from sweeps.schema.refusals import DefinitionError, RefusedError
 
 FIELDS = {
@@ -86,7 +85,7 @@ def folder(tmp_path, monkeypatch):
 def judged(source):
     """Whether a definition is taken; a refusal is words of bounded length that no terminal obeys."""
     try:
-        read = definition.load(source)
+        read = loading.load(source)
         estimate.estimate(read, grid.Grid(read))
     except DefinitionError as refused:
         said = str(refused)
@@ -193,7 +192,7 @@ def test_a_name_that_could_escape_is_refused(folder, name, capsys):
 @example("a\n")
 def test_whatever_name_is_taken_stays_below_results(name):
     try:
-        taken = definition.load(json.loads('{"grid": {"I1": 1, "I2": 2, "I3": 3, "omega0": 1}}'), name).name
+        taken = loading.load(json.loads('{"grid": {"I1": 1, "I2": 2, "I3": 3, "omega0": 1}}'), name).name
     except RefusedError:
         return
     assert taken == name

@@ -70,7 +70,7 @@ def _first(*values):
 
 def _bodies(args) -> dict:
     from sweeps.points import catalogue
-    from sweeps.schema.definition import load
+    from sweeps.points.loading import load
     from sweeps.schema.refusals import DefinitionError
 
     path = catalogue.resolve(args.definition)
@@ -122,7 +122,7 @@ def _own(args):
 
 def _checked(args, values: dict):
     """A body by the rules of a definition; refusals name the key of the definition."""
-    from sweeps.schema.definition import load
+    from sweeps.points.loading import load
     from sweeps.schema.refusals import DefinitionError
 
     own = {name: getattr(args, name) for name in ("omega0", "epsilon", "phase") if getattr(args, name) is not None}

@@ -16,8 +16,8 @@ def _run(args):
     from sweeps import systems
     from sweeps.files import replaced
     from sweeps.points import catalogue
+    from sweeps.points.loading import load
     from sweeps.run import warmup
-    from sweeps.schema.definition import load
 
     # a definition that is wrong is refused before any work
     system = systems.resolve(load(catalogue.resolve(args.definition)).system) if args.definition else None

@@ -45,14 +45,14 @@ def _run(args):
 
 def _write_motion(row, args) -> None:
     from sweeps import systems
-    from sweeps.maps import motion, storage
+    from sweeps.maps import motion
+    from sweeps.schema.carried import definition_of
 
-    system = str(row.attrs.get("system", systems.DEFAULT))
     point = {name: row[name].item() for name in row.coords if row[name].ndim == 0}
-    integration = storage.definition_of(row).get("integration")
+    integration = definition_of(row.attrs).get("integration")
     tolerance = integration.get("tolerance") if isinstance(integration, dict) else None
     tolerance = tolerance if isinstance(tolerance, float) and 1e-13 <= tolerance <= 1e-3 else 1e-10
-    moved = motion.of(system, point, args.duration, args.samples, tolerance)
+    moved = motion.of(systems.of_map(row), point, args.duration, args.samples, tolerance)
     kept = {name: row.attrs.get(name, "") for name in ("title", "source", "Conventions", "kernel_fingerprint")}
     kept["point"] = ", ".join(f"{name} = {value}" for name, value in point.items())
     motion.write(moved.assign_attrs(kept), args.trajectory)
@@ -93,7 +93,7 @@ def _value(variable) -> str:
 
 
 def _plain(variable):
-    from sweeps.maps.summary import flags
+    from sweeps.boxes import flags
 
     value = variable.values.tolist()
     return flags(variable).get(value, value) if not isinstance(value, list) else value

@@ -35,7 +35,7 @@ def _run(args):
 def _facts(ds, found) -> dict:
     from dataclasses import asdict
 
-    from sweeps.maps.selection import dimensions
+    from sweeps.boxes import dimensions
 
     table = {}
     for (meaning, status), number in found.table.items():
@@ -45,7 +45,7 @@ def _facts(ds, found) -> dict:
 
 
 def _print(console, ds, found, drawn) -> None:
-    from sweeps.maps.selection import dimensions
+    from sweeps.boxes import dimensions
     from sweeps.maps.summary import leading_flag
 
     sizes = " × ".join(f"{n:,} {dim}" for dim, n in dimensions(ds).items())
@@ -96,12 +96,10 @@ def _draw(console, drawn) -> None:
     from rich.text import Text
 
     from sweeps.maps.selection import in_words
-    from sweeps.views.textmap import LOOKS
 
     at = ", ".join(f"{dim} = {in_words(value)}" for dim, value in drawn.fixed.items())
     axes = f"{drawn.y} upwards" + (f", {drawn.x} along" if drawn.x else "")
     console.print(f"{drawn.flag}: {axes}" + (f"; {at}" if at else ""))
-    colors = dict(LOOKS[m] for m in drawn.legend.values() if m in LOOKS)
     label = max(len(name) for name, _ in drawn.panels[0].rows)
     wide = [max(len(panel.rows[0][1]), len(panel.title), len(" … ".join(panel.ends))) for panel in drawn.panels]
     if drawn.panels[0].title:
@@ -110,7 +108,7 @@ def _draw(console, drawn) -> None:
         line = Text(name.rjust(label) + " ")
         for panel, width in zip(drawn.panels, wide, strict=True):
             for character in panel.rows[number][1].ljust(width + 2):
-                line.append(character, colors.get(character, ""))
+                line.append(character, drawn.colors.get(character, ""))
         line.rstrip()
         console.print(line, no_wrap=True, crop=False)
     if drawn.x:

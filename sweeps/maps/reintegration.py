@@ -11,7 +11,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from kernels import exact
-from sweeps.systems.symmetric_top.system import TopIntegration
+from sweeps.systems.symmetric_top.definition import TopIntegration
 
 WINDOW = 10.0  # samples count until the transverse size exceeds this many times its start
 MOST_STEPPED, MOST_SOLVED = 20_000, 1_000_000  # samples of one run that are made again step by step, and in closed form

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from sweeps.boxes import dimensions
 from sweeps.schema.refusals import RefusedError, hint, shortened
 
 _LISTED = 8
@@ -47,11 +48,6 @@ class Place:
 def in_words(value: float | int | str) -> str:
     """A coordinate's value as people write it."""
     return f"{value:.6g}" if isinstance(value, float) else str(value)
-
-
-def dimensions(ds: xr.Dataset) -> dict[str, int]:
-    """Name → length of the dimensions of a map's points, in storage order."""
-    return dict(max(ds.data_vars.values(), key=lambda variable: variable.ndim).sizes)
 
 
 def nearest(ds: xr.Dataset, chosen: Mapping[str, str]) -> dict[str, Place]:

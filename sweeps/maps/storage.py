@@ -7,14 +7,12 @@ import xarray as xr
 
 from sweeps import systems
 from sweeps.files import replaced
+from sweeps.schema.carried import definition_of
 from sweeps.schema.definition import Definition
-from sweeps.schema.reading import MAX_FILE_BYTES, plain, read_text
-from sweeps.schema.refusals import DefinitionError, UnreadableError
 from sweeps.shards import contract
 from sweeps.shards.chunks import chunk_shape
 from sweeps.shards.content import hashed
 from sweeps.shards.shard import MapError
-from sweeps.systems.oscillator.system import VARIABLES as OSCILLATIONS
 
 
 def write_map(ds: xr.Dataset, path: str | Path) -> str:
@@ -77,32 +75,9 @@ def _open(path: str | Path, **options) -> xr.Dataset:
         raise MapError(f"{path}: cannot be read as netCDF ({error}); allowed: a file that Polhode wrote") from None
 
 
-def definition_of(ds: xr.Dataset) -> dict:
-    """The plain values of the definition that a map carries; none where it carries none that can be read."""
-    try:
-        return mapping_of(ds.attrs.get("definition", ""))
-    except (DefinitionError, UnreadableError):
-        return {}
-
-
-def mapping_of(text: object) -> dict:
-    """The plain values of a definition's text, which may be anything.
-
-    Raises:
-        DefinitionError: for what is no text of a reasonable length, or no mapping.
-        UnreadableError: for what cannot be read as YAML.
-    """
-    if not isinstance(text, str) or len(text) > MAX_FILE_BYTES:
-        raise DefinitionError("is no text of a definition")
-    values = plain(read_text(text))
-    if not isinstance(values, dict):
-        raise DefinitionError("is no mapping")
-    return values
-
-
 def _promised(ds: xr.Dataset) -> set[str]:
     """Variables that a map's own definition chose; none where it chose none."""
-    integration = definition_of(ds).get("integration")
+    integration = definition_of(ds.attrs).get("integration")
     chosen = integration.get("variables") if isinstance(integration, dict) else None
     return set(map(str, chosen)) if isinstance(chosen, tuple) else set()
 
@@ -142,12 +117,12 @@ def open_map(path: str | Path, **options) -> xr.Dataset:
     if (unprintable := _unprintable(ds)) is not None:
         ds.close()
         raise MapError(f"{path}: {unprintable}: holds control characters; allowed: printable text")
-    name = str(ds.attrs.get("system", systems.DEFAULT))
-    described = systems.is_file(name)  # a file named by a map is never run: its author may be anybody
-    if not described and name not in systems.names():
+    try:
+        wanted = set(systems.of_map(ds).variables())
+    except KeyError:
         ds.close()
-        raise MapError(f"{path}: system: {name!r} is not available; allowed: {', '.join(systems.names())}")
-    wanted = set(OSCILLATIONS if described else systems.resolve(name).variables())
+        name = str(ds.attrs["system"])
+        raise MapError(f"{path}: system: {name!r} is not available; allowed: {', '.join(systems.names())}") from None
     missing = sorted((_promised(ds) or wanted) - set(ds.variables))
     if missing:
         ds.close()

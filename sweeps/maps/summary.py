@@ -1,14 +1,13 @@
 """A map in a few numbers: counts by flag, how far from theory, the worst of its checks and where."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from itertools import product
 
 import numpy as np
 import xarray as xr
 
-from sweeps.maps.selection import dimensions
+from sweeps.boxes import blocks, dimensions, flags
 
 CHECKS = ("_error", "_drift")  # endings of the names of what should be zero
 REFERENCES = ("_theory", "_exact")  # endings of the names of what a variable is compared with
@@ -54,12 +53,6 @@ class Summary:
     checks: dict[str, Worst] = field(default_factory=dict)
 
 
-def flags(variable: xr.DataArray) -> dict[int, str]:
-    """Value → meaning of a flag variable; {} for any other."""
-    words = str(variable.attrs.get("flag_meanings", "")).split()
-    return dict(zip(np.atleast_1d(variable.attrs.get("flag_values", [])).tolist(), words, strict=False))
-
-
 def leading_flag(ds: xr.Dataset) -> str:
     """The flag variable that says most: what was measured of the motion, else any other; "" where there is none."""
     told = [name for name in ds.data_vars if flags(ds[name]) and not name.endswith(REFERENCES)]
@@ -69,8 +62,8 @@ def leading_flag(ds: xr.Dataset) -> str:
 def summarise(ds: xr.Dataset) -> Summary:
     """Goes over a map once, a block at a time, so that a map larger than memory will do."""
     summary = Summary()
-    for block in blocks(ds):
-        block = block.load()
+    for box in blocks(dimensions(ds), BLOCK_POINTS):
+        block = ds.isel(box).load()
         summary.points += math.prod(dimensions(block).values())
         for name, variable in block.data_vars.items():
             if meanings := flags(variable):
@@ -83,17 +76,6 @@ def summarise(ds: xr.Dataset) -> Summary:
         if "triangle_margin" in block:
             summary.impossible += int((block["triangle_margin"] < 0).sum())
     return summary
-
-
-def blocks(ds: xr.Dataset) -> Iterator[xr.Dataset]:
-    """A map in parts of bounded size, in order."""
-    room, steps = BLOCK_POINTS, {}
-    for dim, size in reversed(dimensions(ds).items()):
-        steps[dim] = max(1, min(size, room))
-        room //= steps[dim]
-    cuts = [[slice(i, i + steps[dim]) for i in range(0, size, steps[dim])] for dim, size in dimensions(ds).items()]
-    for corner in product(*cuts):
-        yield ds.isel(dict(zip(dimensions(ds), corner, strict=True)))
 
 
 def _count(counts: dict[str, int], values: np.ndarray, meanings: Mapping[int, str]) -> None:

@@ -13,9 +13,12 @@ import numpy as np
 import xarray as xr
 
 from sweeps import systems
+from sweeps.boxes import runs
 from sweeps.maps import dataset, storage
 from sweeps.points.grid import Grid
-from sweeps.schema.definition import DEFAULT_NAME, Definition, load
+from sweeps.points.loading import load
+from sweeps.schema import carried
+from sweeps.schema.definition import DEFAULT_NAME, DEFAULT_SYSTEM, Definition
 from sweeps.schema.refusals import DefinitionError, UnreadableError, shortened
 from sweeps.shards import content
 
@@ -110,14 +113,14 @@ def _definition(ds: xr.Dataset, against: Definition | None) -> tuple[Definition 
         changed = str(ds.attrs.get("inputs", "")) != against.inputs
         return against, Check(name, covers, ("inputs: a file of its bodies was another",) if changed else ())
     try:
-        values = storage.mapping_of(text)
+        values = carried.mapping_of(text)
         if (elsewhere := _needs_files(values)) is not None:
             return None, Check(name, covers, skipped=elsewhere)
         definition = load(values, against.name if against else DEFAULT_NAME)
     except (DefinitionError, UnreadableError) as error:
         return None, Check(name, covers, (f"definition: cannot be used ({shortened(str(error))!r})",))
     findings = []
-    if definition.system != str(ds.attrs.get("system", systems.DEFAULT)):
+    if definition.system != str(ds.attrs.get("system", DEFAULT_SYSTEM)):
         findings.append(f"system: the file says {ds.attrs.get('system')!r}, its definition {definition.system!r}")
     if against is not None:
         differing = _differing(definition, against)
@@ -207,7 +210,7 @@ def _values(ds: xr.Dataset, definition: Definition) -> Check:
     measured = [name for name in ("omega_squared", "precession_rate") if name in specs] if "status" in specs else []
     unknown, empty = {}, {}
     shape = ds.variables[next(iter(specs))].shape
-    for box in content.runs(shape, BLOCK_POINTS):
+    for box in runs(shape, BLOCK_POINTS):
         for name in (name for name, spec in specs.items() if spec.flags):
             values = ds.variables[name][box].values
             first = specs[name].first_flag

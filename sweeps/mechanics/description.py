@@ -23,7 +23,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from sweeps.schema.definition import DefinitionError
+from sweeps.schema.refusals import DefinitionError
 
 RESERVED = ("equilibrium", "mode", "epsilon", "phase", "t", "title", "system", "grid")
 MOST_COORDINATES = 6

@@ -8,7 +8,8 @@ from pathlib import Path
 
 from sweeps.points.estimate import refuse_if_too_large
 from sweeps.points.grid import Grid, shard_count
-from sweeps.schema.definition import NAME_PATTERN, Definition, load
+from sweeps.points.loading import load
+from sweeps.schema.definition import NAME_PATTERN, Definition
 from sweeps.schema.refusals import DefinitionError
 
 FOLDER = Path(__file__).parents[1] / "definitions"

@@ -68,9 +68,5 @@ def _says_compiled(system: systems.System) -> bool:
 
 
 def _compile_shared() -> None:
-    for name in systems.MODULES:
-        systems.resolve(name).compile()
-    from kernels import oscillations
-
-    assert oscillations.run
+    systems.compile_shared()
     stored.note(cache_folder())

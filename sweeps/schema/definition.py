@@ -1,33 +1,16 @@
-"""A sweep's definition: YAML (or a mapping) in, one strictly validated, frozen `Definition` out.
+"""A sweep's definition: the frozen models that those of every system of equations build on.
 
 The models here and in `sweeps.systems` are the only truth about what a definition may hold: each key's meaning, unit
-and allowed values stand in its `Field(description=...)`, and a refusal quotes them. Whatever is wrong with a
-definition, `load` raises `DefinitionError`, whose text is the whole message for a person.
+and allowed values stand in its `Field(description=...)`, and a refusal quotes them. `sweeps.points.loading` reads them.
 """
 
 import math
-import os
-import re
-from collections.abc import Mapping
-from pathlib import Path
-from typing import Annotated, Any
+from collections.abc import Callable
+from typing import Annotated
 
-from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, model_validator
+from pydantic import BeforeValidator, Field, PrivateAttr, model_validator
 
-from sweeps import systems
-from sweeps.schema.reading import as_yaml, file_text, plain, read_text
-from sweeps.schema.refusals import (
-    DefinitionError,
-    Problem,
-    UnreadableError,
-    description_of,
-    display,
-    hint,
-    keys_of,
-    message,
-    refusals,
-    validation_problems,
-)
+from sweeps.schema.refusals import Problem, display, keys_of, refusals
 from sweeps.schema.values import (
     MAX_SAMPLES,
     MAX_SHARDS,
@@ -41,14 +24,7 @@ from sweeps.schema.values import (
 
 NAME_PATTERN = r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}"
 DEFAULT_NAME = "sweep"
-
-
-class _InvalidError(Exception):
-    """Carries what is wrong with the values of a definition."""
-
-    def __init__(self, problems: list[Problem]):
-        super().__init__(len(problems))
-        self.problems = problems
+DEFAULT_SYSTEM = "rigid_body"
 
 
 class Integration(Strict):
@@ -89,9 +65,7 @@ class Definition(Strict):
     title: Annotated[str, line_of_text(200)] = Field(
         description="what people read above maps and figures: one line of text; left out, the sweep's name"
     )
-    system: str = Field(
-        systems.DEFAULT, description="the equations of motion: " + " or ".join((*systems.names(), "a .py file"))
-    )
+    system: str = Field(DEFAULT_SYSTEM, description="the equations of motion: a system's name, or a .py file")
     grid: Strict = Field(description="what is varied")
     integration: Integration = Field(
         Integration(),
@@ -104,6 +78,11 @@ class Definition(Strict):
     _name: str = PrivateAttr(DEFAULT_NAME)
     _text: str = PrivateAttr("")
     _folder: str = PrivateAttr("")
+    _reader: Callable[[str, str, str], "Definition"] = PrivateAttr(None)
+
+    def read_by(self, reader: Callable[[str, str, str], "Definition"], text: str, name: str, folder: str) -> None:
+        """Keeps what the definition was read from, and who reads it again from (text, name, folder) elsewhere."""
+        self._reader, self._text, self._name, self._folder = reader, text, name, folder
 
     @property
     def name(self) -> str:
@@ -122,80 +101,4 @@ class Definition(Strict):
 
     def __reduce__(self):
         """Travels between processes as its text: the models of a system need not be importable by name."""
-        return _from_text, (self._text, self._name, self._folder)
-
-
-def load(source: str | Path | Mapping, name: str | None = None, *, check: bool = True) -> Definition:
-    """The validated definition of a sweep.
-
-    Args:
-        source: path of a YAML (or JSON) file, or a mapping with the same keys; in a mapping NumPy's
-            numbers and one-dimensional arrays do as well.
-        name: the sweep's name; left out, the file's stem, and "sweep" for a mapping.
-        check: whether its system also looks beyond the values, which takes longer.
-
-    Returns:
-        The frozen `Definition` of its system's model; numbers in the units of its parameters.
-
-    Raises:
-        DefinitionError: for whatever is wrong, one line a problem: file, key's path, value, what is allowed.
-    """
-    label = os.fspath(source) if isinstance(source, str | Path) else "definition"
-    try:
-        name = _sweep_name(source) if name is None else _checked_name(name)
-        folder = os.path.dirname(label) if isinstance(source, str | Path) else ""
-        definition = _validated(*_text_and_values(source), name, os.path.abspath(folder))
-    except UnreadableError as unreadable:
-        raise DefinitionError(message(label, [unreadable.problem])) from None
-    except _InvalidError as invalid:
-        raise DefinitionError(message(label, invalid.problems)) from None
-    if check:
-        systems.resolve(definition.system).check(definition)
-    return definition
-
-
-def _sweep_name(source: Any) -> str:
-    if isinstance(source, Mapping):
-        return DEFAULT_NAME
-    if not isinstance(source, str | Path):
-        raise UnreadableError((), display(source), "is no source", "a path or a mapping")
-    return _checked_name(Path(source).stem)
-
-
-def _checked_name(name: str) -> str:
-    if not (isinstance(name, str) and re.fullmatch(NAME_PATTERN, name)):
-        allowed = "1 to 64 letters A-Z a-z, digits, _ . -, the first a letter or a digit"
-        raise UnreadableError(("(name)",), display(name), "is no name for a sweep (a file's stem)", allowed)
-    return name
-
-
-def _text_and_values(source: Any) -> tuple[str | None, dict]:
-    text = None if isinstance(source, Mapping) else file_text(Path(source))
-    values = plain(source if text is None else read_text(text))
-    if not isinstance(values, dict):
-        model = systems.resolve(systems.DEFAULT).model
-        raise UnreadableError((), display(values), "is not a mapping", description_of(model, ""))
-    return text, values
-
-
-def _validated(text: str | None, values: dict, name: str, folder: str) -> Definition:
-    # Another system has other keys in its grid: to list them as unknown would mislead.
-    model = _system(values.get("system", systems.DEFAULT)).model
-    try:
-        definition = model.model_validate({"title": name, **values}, context={"folder": folder})
-    except ValidationError as error:
-        raise _InvalidError(validation_problems(error, model)) from None
-    definition._name, definition._folder = name, folder
-    definition._text = as_yaml(values) if text is None else text
-    return definition
-
-
-def _from_text(text: str, name: str, folder: str) -> Definition:
-    return _validated(text, plain(read_text(text)), name, folder)
-
-
-def _system(name: Any) -> systems.System:
-    if not systems.is_file(name) and (not isinstance(name, str) or name not in systems.names()):
-        wrong = "is not available" + hint(name, systems.names())
-        raise UnreadableError(("system",), display(name), wrong, ", ".join(systems.names()) + ", or path/to/file.py")
-    return systems.resolve(name)
+        return self._reader, (self._text, self._name, self._folder)

@@ -1,12 +1,12 @@
 """What a map holds, as one hash: equal content, equal hash, however it is stored."""
 
 import hashlib
-from collections.abc import Iterator, Sequence
-from itertools import product
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sweeps.boxes import runs
 from sweeps.shards.chunks import Chunks
 
 if TYPE_CHECKING:
@@ -106,13 +106,3 @@ def hashed(ds: "xr.Dataset", room: int | None = None) -> ContentHash:
         for box in runs(variable.shape, room or max(variable.size, 1)):
             digest.update(name, variable[box].values)
     return digest
-
-
-def runs(shape: Sequence[int], room: int) -> Iterator[tuple[slice, ...]]:
-    """Boxes of at most `room` values that hold an array's values in C order, one run after the other."""
-    box, left = [], room
-    for size in reversed(shape):
-        box.append(max(1, min(size, left)))
-        left = left // box[-1] if box[-1] == size else 1
-    for corner in product(*(range(0, n, step) for n, step in zip(shape, reversed(box), strict=True))):
-        yield tuple(slice(at, at + step) for at, step in zip(corner, reversed(box), strict=True))

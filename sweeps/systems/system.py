@@ -3,11 +3,12 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from sweeps.schema.variables import Variable
+from sweeps.systems.look import Look
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -16,6 +17,15 @@ if TYPE_CHECKING:
 
     from sweeps.schema.definition import Definition, Integration
     from sweeps.schema.parameters import Range
+
+
+class Points(Protocol):
+    """The points of a definition, by number (`sweeps.points.grid.Grid`)."""
+
+    size: int
+
+    def points(self, start: int, stop: int) -> dict[str, np.ndarray]:
+        """Argument → values at the points start … stop − 1, shape (stop − start,)."""
 
 
 class System(ABC):
@@ -29,6 +39,7 @@ class System(ABC):
         references: where the theory stands.
         caption: what its map shows, one line.
         samples_per_second: samples of runs that one core makes in a second, about.
+        look: how flags and parameters look in pictures, terminal and page.
     """
 
     name: str
@@ -36,6 +47,7 @@ class System(ABC):
     references: str
     caption: str
     samples_per_second: int = 64_000_000
+    look: Look = Look()
 
     @abstractmethod
     def dimensions(self, definition: "Definition") -> "dict[str, Range | np.ndarray]":
@@ -73,8 +85,12 @@ class System(ABC):
         """How many motions :meth:`columns` integrates for these points."""
         return next(iter(points.values())).size
 
-    def check(self, definition: "Definition") -> None:
+    def check(self, definition: "Definition", grid: "Points") -> None:
         """Looks for what is wrong with a definition beyond its values.
+
+        Args:
+            definition: the definition, its values all checked.
+            grid: its points.
 
         Raises:
             DefinitionError: in words.
@@ -104,6 +120,22 @@ class System(ABC):
     @abstractmethod
     def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
         """Name of each picture of a map → what draws it (None where there is nothing to show)."""
+
+    def motion(
+        self, point: Mapping[str, float], duration: float | None, samples: int | None, tolerance: float
+    ) -> "xr.Dataset | None":
+        """The motion at one point of a map; None where the system has none to show.
+
+        Args:
+            point: the point's coordinates, in the units of :meth:`coordinates`.
+            duration: s, finite and > 0; left out, what shows the motion best.
+            samples: how many instants, both ends included; left out, enough for a curve.
+            tolerance: of what is integrated, relative.
+
+        Returns:
+            Variables over `time` (s), each with its units.
+        """
+        return None
 
     def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], list[Image]]]":
         """Name of each animation of a map → what draws its frames (none where there is nothing to show)."""

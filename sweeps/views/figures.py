@@ -11,7 +11,6 @@ from PIL import Image
 from sweeps import systems
 from sweeps.files import replaced, replaced_folder
 from sweeps.style import STYLE
-from sweeps.systems.oscillator import system as oscillator
 
 FRAME_MILLISECONDS = 60
 
@@ -22,20 +21,12 @@ def pictures(ds: xr.Dataset) -> dict[str, Callable[[], Figure | None]]:
     Args:
         ds: a map, from `sweeps.open_map` or `sweeps.survey`.
     """
-    name = _name(ds)
-    if systems.is_file(name):  # not run: a map is all that its pictures need
-        return oscillator.pictures(ds)
-    return systems.resolve(name).pictures(ds)
+    return systems.of_map(ds).pictures(ds)
 
 
 def animations(ds: xr.Dataset) -> dict[str, Callable[[], list[Image.Image]]]:
     """Name of each animation of a map → what draws its frames (none where there is nothing to show)."""
-    name = _name(ds)
-    return {} if systems.is_file(name) else systems.resolve(name).animations(ds)
-
-
-def _name(ds: xr.Dataset) -> str:
-    return ds.attrs.get("system", systems.DEFAULT)
+    return systems.of_map(ds).animations(ds)
 
 
 def draw_all(ds: xr.Dataset, folder: str | Path) -> Iterator[Path]:

@@ -20,24 +20,25 @@ import numpy as np
 import xarray as xr
 from markupsafe import Markup
 
+from sweeps import colors, systems
 from sweeps import style as figure_style
+from sweeps.boxes import blocks, dimensions, flags
 from sweeps.files import replaced
-from sweeps.maps import storage
+from sweeps.schema.carried import definition_of
 from sweeps.systems.rigid_body import figure_stability
 from sweeps.views.report_columns import (
+    BLOCK_POINTS,
     MOST_POINTS,
     Column,
     Gatherer,
     Packed,
-    blocks,
-    dimensions,
     is_number,
     pack_within,
     read,
     reduced,
     thinned,
 )
-from sweeps.views.report_summary import Summary, flags
+from sweeps.views.report_summary import Summary
 
 LIMIT = 8_000_000  # bytes of a page
 RIGID_BODY = ("axis", "I1", "I2", "I3", "omega0", "epsilon", "phase")
@@ -92,7 +93,7 @@ def _gather(ds: xr.Dataset) -> tuple[Summary, dict[str, np.ndarray], dict[str, n
     beside = [name for name in ds.coords if ds[name].ndim > 1]
     names = [name for name in (*ds.data_vars, *beside) if is_number(ds[name])]
     gatherer, summary = Gatherer(ds, names, kept), Summary(ds)
-    for box in blocks(sizes):
+    for box in blocks(sizes, BLOCK_POINTS):
         values = {name: read(ds, name, box) for name in names}
         summary.add(box, {name: values[name] for name in names if name in ds.data_vars})
         for name in names:
@@ -164,10 +165,20 @@ def payload(ds: xr.Dataset, packed: list[Packed], kept: Mapping[str, np.ndarray]
         "coordinates": {n: _coordinate(ds, n, kept) for n in _coordinates(ds, kept)},
         "variables": [_variable(ds, column, k) for k, column in enumerate(packed)],
         "start": _start(ds, kept),
-        "regimeColors": figure_style.REGIME_COLORS,
-        "regimeWords": figure_style.REGIME_WORDS,
-        "seriesColors": figure_style.SERIES_COLORS,
+        **_look(ds),
+        "seriesColors": colors.SERIES_COLORS,
         "nature": _natural_axes(ds),
+    }
+
+
+def _look(ds) -> dict:
+    """Meanings of flags in words and colours, and symbols of parameters, as the map's system has them."""
+    look = systems.of_map(ds).look
+    words = {word for name in ds.variables for word in flags(ds[name]).values()}
+    return {
+        "words": {word: look.words(word) for word in sorted(words)},
+        "colors": {word: color for word in sorted(words) if (color := look.color(word))},
+        "symbols": {name: symbol.text for name, symbol in look.symbols.items()},
     }
 
 
@@ -227,7 +238,7 @@ def _start(ds, kept) -> dict:
 
 def _natural_axes(ds) -> dict:
     """Body → the axis about which it spins in nature, as the definition has it."""
-    bodies = storage.definition_of(ds).get("bodies")
+    bodies = definition_of(ds.attrs).get("bodies")
     found = {}
     for body in bodies if isinstance(bodies, tuple) else ():
         if isinstance(body, dict) and body.get("axis") in (1, 2, 3):
@@ -270,7 +281,7 @@ def _page(ds, summary: Summary, packed: list[Packed], kept) -> str:
     environment = jinja2.Environment(
         autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
     )
-    environment.filters |= {"number": _text, "percent": _percent, "words": _meaning}
+    environment.filters |= {"number": _text, "percent": _percent, "words": systems.of_map(ds).look.words}
     program = '"use strict";\n' + "\n".join(_asset(name) for name in SCRIPTS)
     template = environment.from_string(_asset("report.html"))
     return template.render(
@@ -367,8 +378,3 @@ def _percent(share: float) -> str:
     if share == 1.0:
         return "100 %"
     return f"{min(share, 0.99999):.3%}".replace("%", " %")
-
-
-def _meaning(flag: str) -> str:
-    """A flag's meaning in words."""
-    return figure_style.REGIME_WORDS.get(flag, flag.replace("_", " "))

@@ -3,9 +3,8 @@
 import base64
 import math
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from itertools import product
 
 import numpy as np
 import xarray as xr
@@ -33,24 +32,6 @@ class Column:
     name: str
     values: np.ndarray
     powers: dict[str, int] = field(default_factory=dict)
-
-
-def dimensions(ds: xr.Dataset) -> dict[str, int]:
-    """Dimensions of a map's variables and their lengths, in the order of its largest variable."""
-    largest = max(ds.data_vars.values(), key=lambda variable: variable.ndim)
-    others = [dim for variable in ds.data_vars.values() for dim in variable.dims]
-    return {dim: ds.sizes[dim] for dim in dict.fromkeys([*largest.dims, *others])}
-
-
-def blocks(sizes: Mapping[str, int]) -> Iterator[dict[str, slice]]:
-    """Boxes that cover a grid once, in its order, each of at most `BLOCK_POINTS` points (or of one)."""
-    room, parts = BLOCK_POINTS, []
-    for size in reversed(sizes.values()):
-        step = max(1, min(size, room))
-        room //= step
-        parts.append([slice(low, min(low + step, size)) for low in range(0, size, step)])
-    for box in product(*reversed(parts)):
-        yield dict(zip(sizes, box, strict=True))
 
 
 def read(ds: xr.Dataset, name: str, dims: Mapping[str, slice]) -> np.ndarray:

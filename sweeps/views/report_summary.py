@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 import xarray as xr
 
+from sweeps.boxes import flags
+
 CERTIFICATES = ("_error", "_drift")  # endings of the names of what should be zero
 REFERENCES = ("_theory", "_exact")  # endings of the names of what a variable is compared with
 MARGINAL = "marginal"  # a point whose rate is nothing but rounding, and has no relative deviation
@@ -101,13 +103,6 @@ class Summary:
             clear &= whole[name] != value
         for (reference, name), agreement in self.agreements.items():
             _compare(agreement, clear, whole[name], whole[reference], whole.get(f"{name}_stderr"))
-
-
-def flags(variable: xr.DataArray) -> dict[int, str]:
-    """Value → meaning of a flag variable by the CF conventions; nothing for another one."""
-    words = str(variable.attrs.get("flag_meanings", "")).split()
-    values = np.atleast_1d(variable.attrs.get("flag_values", [])).tolist()
-    return dict(zip(values, words, strict=False)) if variable.dtype.kind in "iub" else {}
 
 
 def _table(reference, reference_flags, measured, measured_flags) -> np.ndarray:

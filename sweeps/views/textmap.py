@@ -5,26 +5,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 import xarray as xr
 
-from sweeps.maps.selection import Place, dimensions, in_words
-from sweeps.maps.summary import flags, leading_flag
+from sweeps import systems
+from sweeps.boxes import dimensions, flags
+from sweeps.maps.selection import Place, in_words
+from sweeps.maps.summary import leading_flag
+from sweeps.systems.look import Look
 
 MOST_ROWS = 24
 NARROWEST = 4
-
-# Blue and vermilion of Okabe and Ito (2008), "Color universal design".
-LOOKS = {
-    "unstable": ("#", "#d55e00"),
-    "stable": ("+", "#0072b2"),
-    "stable_major": ("+", "#0072b2"),
-    "stable_minor": ("-", "#56b4e9"),
-    "marginal": ("=", "#8a8d91"),
-    "sphere": ("o", "#bdbdbd"),
-    "undetermined": ("?", "bold"),
-    "with_spin": ("+", "#0072b2"),
-    "against_spin": ("-", "#d55e00"),
-    "none": ("0", "#8a8d91"),
-    "ok": (".", "#0072b2"),
-}
 
 
 @dataclass(frozen=True)
@@ -53,6 +41,7 @@ class TextMap:
         fixed: dimension → value of what is not shown.
         panels: the planes.
         legend: character → meaning, of what occurs.
+        colors: character → colour, "" where it has none.
     """
 
     flag: str
@@ -61,11 +50,7 @@ class TextMap:
     fixed: dict[str, float | int | str]
     panels: list[Panel]
     legend: dict[str, str]
-
-
-def look(meaning: str, number: int) -> tuple[str, str]:
-    """Character and colour of a flag's meaning; letters for those without a look of their own."""
-    return LOOKS.get(meaning, (chr(ord("a") + number % 26), ""))
+    colors: dict[str, str]
 
 
 def draw(ds: xr.Dataset, places: dict[str, Place], width: int = 80) -> TextMap | None:
@@ -92,7 +77,7 @@ def draw(ds: xr.Dataset, places: dict[str, Place], width: int = 80) -> TextMap |
     panels = [values.isel({beside: number}) for number in range(count)] if beside else [values]
     room = (width - _label_width(ds, y) - 2 * (len(panels) - 1)) // len(panels)
     columns, lines = _few(sizes.get(x, 1), max(NARROWEST, room)), _few(sizes[y], MOST_ROWS)
-    glyphs = {value: look(meaning, number)[0] for number, (value, meaning) in enumerate(flags(ds[flag]).items())}
+    glyphs = _glyphs(flags(ds[flag]), systems.of_map(ds).look)
     upwards = lines if ds[y].dtype.kind in "OU" else lines[::-1]
     drawn = [_panel(panel.transpose(y, *([x] if x else [])), y, x, upwards, columns, glyphs) for panel in panels]
     titles = [f"{beside} {int(panel[beside])}" if beside else "" for panel in panels]
@@ -100,7 +85,14 @@ def draw(ds: xr.Dataset, places: dict[str, Place], width: int = 80) -> TextMap |
     occurs = {c for panel in drawn for _, text in panel.rows for c in text}
     legend = {glyphs[value]: meaning for value, meaning in flags(ds[flag]).items() if glyphs[value] in occurs}
     told = {dim: _value(ds, dim, index) for dim, index in fixed.items() if dimensions(ds)[dim] > 1}
-    return TextMap(flag, x, y, told, drawn, legend)
+    look = systems.of_map(ds).look
+    return TextMap(flag, x, y, told, drawn, legend, {glyph: look.color(meaning) for glyph, meaning in legend.items()})
+
+
+def _glyphs(meanings: dict[int, str], look: Look) -> dict[int, str]:
+    """Flag → its character; a letter for those without one of their own."""
+    marks = {value: look.mark(meaning) for value, meaning in meanings.items()}
+    return {v: mark.glyph if mark else chr(ord("a") + k % 26) for k, (v, mark) in enumerate(marks.items())}
 
 
 def _plane(ds: xr.Dataset, sizes: dict[str, int]) -> tuple[str, str]:

@@ -17,7 +17,7 @@ import numpy as np
 from kernels import survey
 from sweeps.points import catalogue
 from sweeps.points.grid import Grid
-from sweeps.schema.definition import load
+from sweeps.points.loading import load
 from sweeps.shards import memory
 
 BARE = ("omega_squared", "omega_squared_stderr", "regime", "status")

@@ -22,7 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sweeps.schema.definition import load
+from sweeps.points.loading import load
 from sweeps.shards import shard as shards
 
 SHARD_POINTS = 5_000_000

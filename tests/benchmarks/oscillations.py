@@ -15,7 +15,7 @@ import numpy as np
 from kernels import oscillations, survey
 from sweeps.points import catalogue
 from sweeps.points.grid import Grid
-from sweeps.schema.definition import load
+from sweeps.points.loading import load
 from sweeps.systems import resolve
 
 RUNS = 7

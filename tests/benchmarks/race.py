@@ -285,7 +285,7 @@ def draw_figure(result, path):
     """Work and precision: error against trajectories per second."""
     import matplotlib as mpl
 
-    from sweeps import style
+    from sweeps import colors, style
 
     about = result["machine"]
     subtitle = (
@@ -298,11 +298,11 @@ def draw_figure(result, path):
         for i, name in enumerate(result["versions"]):
             entries = of_contender(result, name)
             marker = style.SERIES_MARKERS[i % len(style.SERIES_MARKERS)]
-            color = style.SERIES_COLORS[i % len(style.SERIES_COLORS)]
-            dashes = "-" if i < len(style.SERIES_COLORS) else "--"
+            color = colors.SERIES_COLORS[i % len(colors.SERIES_COLORS)]
+            dashes = "-" if i < len(colors.SERIES_COLORS) else "--"
             x, y = [statistics.median(e.speed) for e in entries], [e.error for e in entries]
             axes.plot(x, y, marker=marker, color=color, linestyle=dashes, markersize=4, linewidth=1.1, label=name)
-        axes.axhline(ERROR, color=style.FAINT, linewidth=0.8, zorder=0)
+        axes.axhline(ERROR, color=colors.FAINT, linewidth=0.8, zorder=0)
         axes.set(xscale="log", yscale="log", xlabel="trajectories per second", ylabel="worst error of the perturbation")
         axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
         figure.savefig(path)

@@ -7,10 +7,10 @@ import sweeps
 from kernels import survey as kernel
 from sweeps.points import catalogue, columns
 from sweeps.points.grid import Grid
-from sweeps.schema.definition import load
+from sweeps.points.loading import load
 from sweeps.schema.reading import plain, read_text
 from sweeps.shards import content
-from sweeps.systems.rigid_body import system as rigid_body
+from sweeps.systems.rigid_body import variables as rigid_body
 
 TINY = catalogue.shipped()["tiny"]
 

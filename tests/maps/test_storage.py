@@ -16,11 +16,11 @@ from sweeps import files
 from sweeps.maps import dataset, storage
 from sweeps.points import catalogue
 from sweeps.points.grid import Grid
-from sweeps.schema.definition import load
+from sweeps.points.loading import load
 from sweeps.schema.reading import plain, read_text
 from sweeps.shards import chunkfile, chunks, content, merging
 from sweeps.shards import shard as sharding
-from sweeps.systems.rigid_body import system as rigid_body
+from sweeps.systems.rigid_body import variables as rigid_body
 
 TINY = load(catalogue.shipped()["tiny"])
 BODIES = load(

@@ -8,7 +8,7 @@ import pytest
 from sweeps.__main__ import main
 from sweeps.maps import verify
 from sweeps.points import catalogue
-from sweeps.schema.definition import load
+from sweeps.points.loading import load
 from sweeps.schema.reading import plain, read_text
 from sweeps.shards import content, merging
 from sweeps.shards import shard as shards

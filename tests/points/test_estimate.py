@@ -6,8 +6,9 @@ import pytest
 from sweeps.points import estimate as module
 from sweeps.points.estimate import estimate, refuse_if_too_large
 from sweeps.points.grid import Grid
-from sweeps.schema.definition import DefinitionError, load
-from sweeps.systems.rigid_body import system as rigid_body
+from sweeps.points.loading import load
+from sweeps.schema.refusals import DefinitionError
+from sweeps.systems.rigid_body import variables as rigid_body
 
 AMPLE = 10**30
 

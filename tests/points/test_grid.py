@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from strategies import body_sweeps, grid_sweeps, sweeps
 
 from sweeps.points.grid import Grid, shard_count
-from sweeps.schema.definition import load
+from sweeps.points.loading import load
 
 PARAMETERS = ["I1", "I2", "I3", "omega0", "epsilon", "phase"]
 HUGE = {name: {"start": 1.0, "stop": 2.0, "num": 10**13} for name in ("I1", "I2", "I3", "omega0")}

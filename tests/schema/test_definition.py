@@ -16,9 +16,10 @@ from strategies import ranges, sweeps
 
 from sweeps import systems as registry
 from sweeps.points import catalogue
-from sweeps.schema.definition import Definition, load
+from sweeps.points.loading import load
+from sweeps.schema.definition import Definition
 from sweeps.schema.refusals import DefinitionError, models_in
-from sweeps.systems.rigid_body.system import PROPAGATORS, Body, GridEntries
+from sweeps.systems.rigid_body.definition import PROPAGATORS, Body, GridEntries
 
 SHIPPED = sorted(catalogue.FOLDER.glob("*.yaml"))
 MODELS = [registry.resolve(name).model for name in registry.names()]

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from sweeps.schema.definition import load
+from sweeps.points.loading import load
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems.rigid_body import inertia
 

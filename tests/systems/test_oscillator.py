@@ -15,7 +15,7 @@ from sweeps import systems
 from sweeps.maps import dataset, storage
 from sweeps.points import catalogue
 from sweeps.points.grid import Grid
-from sweeps.schema.definition import load
+from sweeps.points.loading import load
 from sweeps.schema.refusals import DefinitionError
 from sweeps.shards import content, merging
 from sweeps.shards import shard as shards

@@ -15,7 +15,8 @@ from sweeps import systems
 from sweeps.maps import dataset, storage
 from sweeps.points import catalogue
 from sweeps.points.grid import Grid
-from sweeps.schema.definition import Definition, load
+from sweeps.points.loading import load
+from sweeps.schema.definition import Definition
 from sweeps.schema.refusals import DefinitionError
 from sweeps.shards import content, merging
 from sweeps.shards import shard as shards
@@ -92,7 +93,7 @@ def test_a_system_compiles_all_that_it_runs(name):
 import sys
 from sweeps import systems
 from sweeps.maps import dataset
-from sweeps.schema.definition import load
+from sweeps.points.loading import load
 
 def compiled():
     modules = [vars(m).values() for name, m in sys.modules.items() if name.startswith("kernels.")]

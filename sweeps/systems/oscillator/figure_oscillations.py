@@ -11,15 +11,15 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from sweeps import style
-from sweeps.systems.oscillator.system import REGIMES, STATUSES
+from sweeps import colors, style
+from sweeps.systems.oscillator.variables import REGIMES, STATUSES
 
 MOST_DRAWN = 400  # values a dimension
 MOST_PANELS = 8
 MOST_POINTS = 40_000
 PROMISED, LEAST_RATE = 1e-6, 1e-3  # relative, and how small ω² may be beside the scale's square
 LEAST_DRAWN = 1e-17
-COLORS = {"stable": style.STABLE, "unstable": style.UNSTABLE, "marginal": style.INK}
+COLORS = {"stable": colors.STABLE, "unstable": colors.UNSTABLE, "marginal": colors.INK}
 MISSING = "#e6e6e6"
 
 
@@ -111,16 +111,16 @@ def _scale(axis, values):
 def _map(ax, one, x, y):
     """Measured signed ω² in colours, theory's zero as a line, marginal points as dots."""
     one = one.transpose(y, x)
-    colors = matplotlib.colormaps["PuOr"].with_extremes(bad=MISSING)
+    palette = matplotlib.colormaps["PuOr"].with_extremes(bad=MISSING)
     values = np.ma.masked_invalid(one["measured"].values)
     edges = style.edges(one[x].values), style.edges(one[y].values)
-    image = ax.pcolormesh(*edges, values, cmap=colors, norm=Normalize(-1, 1), rasterized=True, gid="measured")
+    image = ax.pcolormesh(*edges, values, cmap=palette, norm=Normalize(-1, 1), rasterized=True, gid="measured")
     theory = one["theory"].values
     if np.nanmin(theory, initial=0.0) < 0.0 < np.nanmax(theory, initial=0.0):
-        line = ax.contour(one[x].values, one[y].values, theory, levels=[0.0], colors=style.INK, linewidths=1.0)
+        line = ax.contour(one[x].values, one[y].values, theory, levels=[0.0], colors=colors.INK, linewidths=1.0)
         line.set_gid("theory")
     rows, columns = np.nonzero(one["regime"].values == REGIMES.index("marginal") - 1)
-    look = {"linestyle": "none", "marker": "o", "markersize": 2.0, "color": style.INK, "markeredgewidth": 0.0}
+    look = {"linestyle": "none", "marker": "o", "markersize": 2.0, "color": colors.INK, "markeredgewidth": 0.0}
     ax.plot(one[x].values[columns], one[y].values[rows], gid="marginal", **look)
     _scale(ax.xaxis, one[x].values)
     _scale(ax.yaxis, one[y].values)
@@ -131,8 +131,8 @@ def _map(ax, one, x, y):
 def _lines(ax, one, x):
     """Measured signed ω² as dots on theory's line, where one parameter varies."""
     at = one[x].values
-    ax.axhline(0.0, color=style.FAINT, linewidth=0.8)
-    ax.plot(at, one["theory"].values, color=style.INK, linewidth=0.9, gid="theory")
+    ax.axhline(0.0, color=colors.FAINT, linewidth=0.8)
+    ax.plot(at, one["theory"].values, color=colors.INK, linewidth=0.9, gid="theory")
     for k, name in enumerate(REGIMES[1:]):
         chosen = one["regime"].values == k
         look = {"linestyle": "none", "marker": "o", "markersize": 3.0, "markeredgewidth": 0.0}
@@ -160,7 +160,7 @@ def _places(ax, part, name, x, y):
 
 
 def _handles(part, y):
-    handles = [Line2D([], [], color=style.INK, linewidth=1.0, label=r"theory: $\omega^2 = 0$" if y else "theory")]
+    handles = [Line2D([], [], color=colors.INK, linewidth=1.0, label=r"theory: $\omega^2 = 0$" if y else "theory")]
     dot = {"linestyle": "none", "marker": "o", "markersize": 4.0}
     present = np.unique(part["regime"].values)
     handles += [Line2D([], [], color=COLORS[n], label=n, **dot) for k, n in enumerate(REGIMES[1:]) if k in present]
@@ -190,14 +190,14 @@ def draw_agreement(ds: xr.Dataset) -> Figure | None:
         drawn = np.maximum(deviation[chosen], LEAST_DRAWN)
         ax.plot(size[chosen], drawn, color=COLORS[name], gid=name, rasterized=True, **look)
     ends = (LEAST_RATE, max(2.0, size[known].max()))
-    ax.plot(ends, (PROMISED, PROMISED), color=style.INK, linewidth=1.0, linestyle=(0, (4, 2)), gid="bar")
+    ax.plot(ends, (PROMISED, PROMISED), color=colors.INK, linewidth=1.0, linestyle=(0, (4, 2)), gid="bar")
     ax.set(xscale="log", yscale="log", ylim=(LEAST_DRAWN / 2, max(1e-5, 2 * deviation[known].max())))
     ax.set_xlabel(r"$|\omega^2|$ of theory / rate scale$^2$  (dimensionless)")
     ax.set_ylabel(r"$|\,\omega^2\,/\,\omega^2_\mathrm{theory} - 1\,|$  (dimensionless)")
-    ax.grid(axis="y", color=style.FAINT, linewidth=0.5, alpha=0.7)
+    ax.grid(axis="y", color=colors.FAINT, linewidth=0.5, alpha=0.7)
     ax.set_axisbelow(True)
     dot = {"linestyle": "none", "marker": "o", "markersize": 4.0}
     handles = [Line2D([], [], color=COLORS[n], label=n, **dot) for n in REGIMES[1:]]
-    handles.append(Line2D([], [], color=style.INK, linestyle=(0, (4, 2)), label="promised"))
+    handles.append(Line2D([], [], color=colors.INK, linestyle=(0, (4, 2)), label="promised"))
     style.legend(figure, handles)
     return figure

@@ -1,4 +1,4 @@
-"""Small oscillations of a described mechanical system: its definition, its columns and its pictures.
+"""Small oscillations of a described mechanical system: what its definition, its columns and its pictures are.
 
 One `Oscillator` a description: those of `sweeps/mechanics/library`, and any Python file that a definition names.
 """
@@ -7,20 +7,24 @@ import hashlib
 import importlib.util
 import threading
 from collections.abc import Callable, Mapping
-from functools import cached_property
+from functools import cache, cached_property
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field
 
 from sweeps.schema import parameters
 from sweeps.schema.definition import Definition, Integration
 from sweeps.schema.parameters import Parameter, Quantity, Range, grid_model, spread
-from sweeps.schema.refusals import Problem, display, keys_of, refusal, refusals
-from sweeps.schema.values import Epsilon, Phase, Positive, Tolerance, number
+from sweeps.schema.refusals import keys_of
+from sweeps.schema.values import number
 from sweeps.schema.variables import Variable, table
-from sweeps.systems.system import System
+from sweeps.systems.oscillator.definition import OscillatorDefinition
+from sweeps.systems.oscillator.look import LOOK
+from sweeps.systems.oscillator.variables import COORDINATES, NUDGE, VARIABLES
+from sweeps.systems.system import Points, System
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,126 +32,10 @@ if TYPE_CHECKING:
 
     from sweeps import mechanics
     from sweeps.mechanics.model import Model
+    from sweeps.mechanics.taylor import Code
 
 LIBRARY = Path(__file__).parents[2] / "mechanics" / "library"
-REGIMES = ("undetermined", "stable", "unstable", "marginal")
-STATUSES = ("ok", "short_window", "not_converged", "non_finite", "no_equilibrium", "flat", "not_nudged")
 LOOKED_AT = 256  # points of a grid at which a check looks for equilibria
-
-_SCATTER = "scatter of the samples only: it does not know the bias of a finite amplitude"
-
-VARIABLES = table(
-    Variable("omega_squared_theory", "s-2", "signed square of the rate, linear theory"),
-    Variable("omega_squared", "s-2", "signed square of the rate, measured"),
-    Variable(
-        "omega_squared_stderr", "s-2", "standard error of the measured signed square of the rate", comment=_SCATTER
-    ),
-    Variable("growth_rate_theory", "s-1", "growth rate, linear theory; 0 where not unstable"),
-    Variable("growth_rate", "s-1", "growth rate, measured; 0 where not unstable"),
-    Variable("growth_rate_stderr", "s-1", "standard error of the measured growth rate", comment=_SCATTER),
-    Variable("frequency_theory", "rad s-1", "angular frequency, linear theory; 0 where not stable"),
-    Variable("frequency", "rad s-1", "angular frequency, measured; 0 where not stable"),
-    Variable("frequency_stderr", "rad s-1", "standard error of the measured angular frequency", comment=_SCATTER),
-    Variable(
-        "growth_rate_logslope",
-        "s-1",
-        "growth rate by the slope of the logarithm of the mode's size",
-        comment="missing where its window (2 to 1000 times the start, below 0.01 of the system's own size) holds "
-        "under two e-folds",
-    ),
-    Variable("e_folds", "1", "e-folds of growth inside the window of the log slope"),
-    Variable("regime_theory", None, "regime, linear theory", "i1", REGIMES, first_flag=-1),
-    Variable("regime", None, "regime, measured", "i1", REGIMES, first_flag=-1),
-    Variable(
-        "amplitude",
-        "1",
-        "amplitude a of a cos(w t + alpha), relative to the system's own size; missing where not stable",
-        comment="from the start of the run and the measured frequency",
-    ),
-    Variable(
-        "initial_phase",
-        "rad",
-        "phase alpha of a cos(w t + alpha); missing where not stable",
-        comment="from the start of the run and the measured frequency",
-    ),
-    Variable(
-        "rate_scale",
-        "s-1",
-        "bound on every possible rate at the equilibrium, which sets the length of the run",
-        comment="from the absolute values of the terms of the second derivatives of V: it knows no theory",
-    ),
-    Variable("samples_used", "1", "number of samples inside the measurement window", "i4"),
-    Variable("window_end", "s", "time of the last sample inside the measurement window"),
-    Variable("steps_per_sample", "1", "integration steps between two samples", "i4"),
-    Variable("status", None, "whether the measurement can be trusted", "i1", STATUSES),
-    Variable(
-        "energy_drift",
-        "1",
-        "largest change of the energy above the equilibrium, relative to its absolute terms",
-    ),
-)
-
-NUDGE = (
-    Parameter(
-        "epsilon",
-        Quantity("size", "1", "0 < epsilon < 1", Epsilon),
-        "size of the nudge relative to the system's own size",
-        1e-6,
-        "size of the nudge along the mode, relative to the system's own size, 0 < epsilon < 1",
-    ),
-    Parameter(
-        "phase",
-        Quantity("direction", "rad", "finite", Phase),
-        "direction of the nudge in the plane of place and velocity over the rate scale",
-        0.6,
-        "direction of the nudge: cos(phase) in place, -sin(phase) in velocity over the rate scale, rad",
-    ),
-)
-
-COORDINATES = parameters.coordinates(NUDGE) | table(  # beside the parameters
-    Variable("equilibrium", None, "equilibrium", "str"),
-    Variable("mode", "1", "normal mode, by ascending signed square of its rate", "i1"),
-)
-
-
-Component = Annotated[float, number(lambda x: True, "any finite number")]
-
-
-def _not_zero(values: tuple[float, ...]) -> tuple[float, ...]:
-    if not any(values):
-        raise refusal("points nowhere", "a list of numbers that are not all 0")
-    return values
-
-
-class OscillatorIntegration(Integration):
-    """How each run of a small oscillation is made."""
-
-    rotations: Positive = Field(4.0, description="length of a run in cycles of the system's scale, 2π/rate_scale: > 0")
-    tolerance: Tolerance = Field(1e-10, description="relative error allowed on the motion, 1e-13 to 1e-3")
-    direction: Annotated[tuple[Component, ...], AfterValidator(_not_zero)] = Field(
-        None,
-        description="direction of the nudge: a list of one number a coordinate, in the coordinates' units, not all 0; "
-        "left out, along each mode",
-    )
-
-
-class OscillatorDefinition(Definition):
-    """A sweep of small oscillations; each system's own model has its parameters in `grid`."""
-
-    integration: OscillatorIntegration = Field(
-        OscillatorIntegration(),
-        description="how each run is made: a mapping with " + keys_of(OscillatorIntegration),
-    )
-    moved: ClassVar[tuple[str, ...]] = ()  # names of the coordinates
-
-    @model_validator(mode="after")
-    def _check_direction(self) -> "OscillatorDefinition":
-        direction = self.integration.direction
-        if direction is not None and len(direction) != len(self.moved):
-            wrong = f"has {len(direction)} numbers"
-            allowed = f"{len(self.moved)}, of {', '.join(self.moved)}"
-            raise refusals([Problem(("integration", "direction"), display(direction), wrong, allowed)])
-        return self
 
 
 class Oscillator(System):
@@ -160,6 +48,7 @@ class Oscillator(System):
     """
 
     samples_per_second = 20_000_000
+    look = LOOK
 
     def __init__(self, name: str, load: "Callable[[], mechanics.System]", source: bytes):
         self.name = name
@@ -255,22 +144,20 @@ class Oscillator(System):
         points = {**points, "equilibrium": numbers}
         return self.mechanism.survey(points, *settings, integration.direction)
 
-    def check(self, definition: Definition) -> None:
+    def check(self, definition: Definition, grid: Points) -> None:
         """Derives the equations, and looks for equilibria at some points of the grid.
 
         Raises:
             DescriptionError: for what is wrong with the description, and where no point has an equilibrium.
         """
         from sweeps.mechanics import DescriptionError
-        from sweeps.points.grid import Grid
 
-        grid = Grid(definition)
         slots = len(self.description.names) * len(self.description.kept)
         chosen = np.unique(np.linspace(0, grid.size // slots - 1, LOOKED_AT).astype(np.int64)).tolist()
         parts = [grid.points(k * slots, k * slots + 1) for k in chosen]
         columns = {name: np.concatenate([part[name] for part in parts]) for name in self.description.parameters}
         try:
-            assert self.mechanism.code.text  # what cannot be integrated is refused here
+            self._code()  # what cannot be integrated is refused here
             found = self.mechanism.equilibria([columns[name] for name in self.description.parameters])
         except DescriptionError as error:
             raise DescriptionError(f"{self.name}: {error}") from None
@@ -288,7 +175,7 @@ class Oscillator(System):
         """Hash of the kernels, of the generated code, of what derived it and of the description."""
         from kernels.fingerprint import fingerprint
 
-        digest = hashlib.sha256(fingerprint().encode() + self.mechanism.code.digest.encode() + self._source)
+        digest = hashlib.sha256(fingerprint().encode() + self._code().digest.encode() + self._source)
         for path in sorted(LIBRARY.parent.glob("*.py")):
             digest.update(path.read_bytes())
         return digest.hexdigest()
@@ -299,37 +186,41 @@ class Oscillator(System):
 
     def compile(self) -> None:
         """Compiles what all oscillators share, and the code that was generated for this one."""
-        from kernels import oscillations
-
-        assert oscillations.run
+        compile_shared()
         self._compiled()
 
     def compiled(self) -> Path:
         """The file that says that this system's generated code is in the cache."""
-        return self.mechanism.code.compiled
+        return self._code().compiled
+
+    def _code(self) -> "Code":
+        """The generated kernel.
+
+        Raises:
+            DescriptionError: for what cannot be integrated.
+        """
+        return self.mechanism.code
 
     def _compiled(self):
         with self._lock:
-            self.mechanism.code.module()
+            self._code().module()
 
     def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
-        """The map, and theory against measurement."""
-        return pictures(ds)
+        """The map, and theory against measurement; a map is all they need."""
+        from sweeps.systems.oscillator import figure_oscillations
+
+        return {
+            "oscillations": lambda: figure_oscillations.draw(ds),
+            "theory_against_measured": lambda: figure_oscillations.draw_agreement(ds),
+        }
 
     def __reduce__(self) -> tuple[Any, ...]:
-        from sweeps import systems
-
-        return systems.resolve, (self.name,)
+        return (of_file if self.name.endswith(".py") else of_library), (self.name,)
 
 
-def pictures(ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
-    """Name of each picture of a map of small oscillations → what draws it; a map is all they need."""
-    from sweeps.systems.oscillator import figure_oscillations
-
-    return {
-        "oscillations": lambda: figure_oscillations.draw(ds),
-        "theory_against_measured": lambda: figure_oscillations.draw_agreement(ds),
-    }
+def compile_shared() -> None:
+    """Compiles what every oscillator's generated code calls: importing it does."""
+    import_module("kernels.oscillations")
 
 
 def _parameter(p: "mechanics.description.Parameter") -> Parameter:
@@ -342,10 +233,9 @@ def _parameter(p: "mechanics.description.Parameter") -> Parameter:
 # Where descriptions come from
 
 
+@cache
 def of_library(name: str) -> Oscillator:
     """A system that ships."""
-    from importlib import import_module
-
     return Oscillator(
         name,
         lambda: import_module(f"sweeps.mechanics.library.{name}").system,
@@ -353,6 +243,7 @@ def of_library(name: str) -> Oscillator:
     )
 
 
+@cache
 def of_file(name: str) -> Oscillator:
     """The system that a Python file describes; the file is run, as the person who names it means it to be.
 
@@ -367,8 +258,20 @@ def of_file(name: str) -> Oscillator:
     except OSError as error:
         reason = error.strerror or str(error)
         raise DescriptionError(f"system: {name}: cannot be read ({reason}); allowed: a Python file") from None
-    oscillator = Oscillator(name, lambda: _run(path), source)
-    return oscillator
+    return Oscillator(name, lambda: _run(path), source)
+
+
+def unread(name: str) -> Oscillator:
+    """The system of a map that a Python file describes, which is not run: good for what a map alone is enough for."""
+
+    def refuse():
+        from sweeps.mechanics import DescriptionError
+
+        raise DescriptionError(
+            f"system: {name}: a file that a map names is not run; allowed: a definition that names it"
+        )
+
+    return Oscillator(name, refuse, b"")
 
 
 def _run(path: Path) -> "mechanics.System":

@@ -7,9 +7,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from sweeps import style
+from sweeps import colors, style
 from sweeps.systems.rigid_body.fits import Agreement, agreement
-from sweeps.systems.rigid_body.system import STATUSES
+from sweeps.systems.rigid_body.look import LOOK
+from sweeps.systems.rigid_body.variables import STATUSES
 
 EXACT = 1e-17  # where a deviation of exactly 0 is drawn on a logarithmic axis
 IMPOSSIBLE = "#a6a9ad"
@@ -23,7 +24,7 @@ def draw(ds: xr.Dataset) -> Figure:
     found = agreement(ds)
     figure = style.canvas(8.6, 6.8, "Measured against linear theory", _subtitle(ds, found), footer=0.36)
     axes = figure.subplots(2, 2, height_ratios=(1.0, 1.35), sharex="col")
-    sides = ((1.0, style.STABLE, "oscillates", r"frequency $\Omega$"), (-1.0, style.UNSTABLE, "grows", "growth rate"))
+    sides = ((1.0, colors.STABLE, "oscillates", r"frequency $\Omega$"), (-1.0, colors.UNSTABLE, "grows", "growth rate"))
     for column, (sign, color, verb, name) in zip(axes.T, sides, strict=True):
         _side(column, found, sign, color)
         column[0].set_title(f"{verb} in theory", loc="left", color=color, fontweight="bold")
@@ -43,8 +44,8 @@ def _subtitle(ds: xr.Dataset, found: Agreement) -> str:
     worst = f";  largest relative deviation of what is ok and can exist: {style.number(found.worst, 2)}"
     return (
         f"{ds.attrs.get('title', '')}:  {points}, {thinned}{left_out}\n"
-        f"Measured regime:  {_counts(found.regimes, style.REGIME_WORDS)}\n"
-        f"Status:  {_counts(found.statuses, style.STATUS_WORDS)}{'' if np.isnan(found.worst) else worst}"
+        f"Measured regime:  {_counts(found.regimes)}\n"
+        f"Status:  {_counts(found.statuses)}{'' if np.isnan(found.worst) else worst}"
         f"{_certificate(found)}"
     )
 
@@ -59,8 +60,8 @@ def _certificate(found: Agreement) -> str:
     )
 
 
-def _counts(numbers: dict[str, int], words: dict[str, str]) -> str:
-    return " · ".join(f"{n:,} {words[name]}" for name, n in numbers.items() if n)
+def _counts(numbers: dict[str, int]) -> str:
+    return " · ".join(f"{n:,} {LOOK.words(name)}" for name, n in numbers.items() if n)
 
 
 def _ordinal(n: int) -> str:
@@ -86,7 +87,7 @@ def _looks(color: str, crowd: int) -> dict[str, dict]:
     """How each group is drawn; the more points, the smaller."""
     size = float(np.clip(40.0 / max(crowd, 1) ** 0.4, 1.2, 5.0))
     point = {"marker": "o", "markersize": size, "markeredgewidth": 0.0, "alpha": 0.5 if crowd > 500 else 0.85}
-    mark = {"markersize": 4.0, "markeredgewidth": 0.9, "color": style.INK}
+    mark = {"markersize": 4.0, "markeredgewidth": 0.9, "color": colors.INK}
     return {
         "impossible": point | {"color": IMPOSSIBLE},
         "ok": point | {"color": color},
@@ -104,7 +105,7 @@ def _side(column, found: Agreement, sign: float, color: str) -> None:
         ax.set(xscale="log", yscale="log")
     masks = groups(found)
     if not any((side & mask).any() for mask in masks.values()):
-        upper.text(0.5, 0.5, "no such point", transform=upper.transAxes, ha="center", color=style.QUIET)
+        upper.text(0.5, 0.5, "no such point", transform=upper.transAxes, ha="center", color=colors.QUIET)
         for ax in column:
             ax.set(xticks=[], yticks=[])
             ax.minorticks_off()
@@ -118,8 +119,8 @@ def _side(column, found: Agreement, sign: float, color: str) -> None:
     ends = np.array(upper.get_xlim())
     for direction in (upper.xaxis, upper.yaxis, lower.xaxis):
         style.plain_log_ticks(direction)
-    upper.text(0.97, 0.06, "line: measured = theory", transform=upper.transAxes, ha="right", color=style.QUIET)
-    upper.plot(ends, ends, color=style.INK, linewidth=0.8, zorder=1, scalex=False, scaley=False)
+    upper.text(0.97, 0.06, "line: measured = theory", transform=upper.transAxes, ha="right", color=colors.QUIET)
+    upper.plot(ends, ends, color=colors.INK, linewidth=0.8, zorder=1, scalex=False, scaley=False)
 
 
 def _draw_stderr(ax: Axes, theory, stderr, at) -> None:
@@ -147,7 +148,7 @@ def _share_deviations(axes, found: Agreement) -> None:
         for ax in axes:
             ax.set_ylim(min(values.min() / 3, 1e-13), max(values.max() * 3, 1e-9))
     for ax in axes:
-        ax.grid(axis="y", color=style.FAINT, linewidth=0.5, alpha=0.7)
+        ax.grid(axis="y", color=colors.FAINT, linewidth=0.5, alpha=0.7)
         ax.set_axisbelow(True)
         if ax.get_ylim()[0] < EXACT * 1.5:
             ticks = [t for t in 10.0 ** np.arange(-16, 6, 2) if t < ax.get_ylim()[1]]
@@ -157,11 +158,11 @@ def _share_deviations(axes, found: Agreement) -> None:
 
 def _legend(figure: Figure, found: Agreement) -> None:
     masks = groups(found)
-    looks = _looks(style.QUIET, 10)
+    looks = _looks(colors.QUIET, 10)
     words = {
         "impossible": "body cannot exist",
-        "short_window": style.STATUS_WORDS["short_window"],
-        "not_converged": style.STATUS_WORDS["not_converged"],
+        "short_window": LOOK.words("short_window"),
+        "not_converged": LOOK.words("not_converged"),
         "opposite": "sign differs from theory",
     }
     handles = [

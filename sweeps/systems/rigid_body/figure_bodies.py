@@ -10,20 +10,21 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from sweeps import style
+from sweeps import colors, style
 from sweeps.systems.rigid_body.fits import Period, periods, signed_rate
-from sweeps.systems.rigid_body.system import REGIMES
+from sweeps.systems.rigid_body.look import LOOK, settings
+from sweeps.systems.rigid_body.variables import REGIMES
 
 MOST_BODIES = 30
 PERIOD_INCHES, LINE_INCHES, NOTE_WIDTH = 1.28, 0.145, 64
 GROWS, FLIPS = 1.13, 1.35  # where those two columns stand, in widths of the panel of rates
-MEASURED = {"label": "rigid body, measured", "marker": "o", "markersize": 7.5, "color": style.STABLE}
+MEASURED = {"label": "rigid body, measured", "marker": "o", "markersize": 7.5, "color": colors.STABLE}
 OBSERVED = {
     "label": "observed",
     "marker": "D",
     "markersize": 6.5,
     "color": "white",
-    "markeredgecolor": style.INK,
+    "markeredgecolor": colors.INK,
     "markeredgewidth": 1.3,
 }
 UNITS = ((1.0, "s", 7200.0), (3600.0, "h", 172_800.0), (86_400.0, "d", math.inf))
@@ -61,11 +62,11 @@ def _selected(ds: xr.Dataset) -> xr.Dataset:
 
 def _subtitle(ds: xr.Dataset, part: xr.Dataset) -> str:
     fixed = {name: float(part[name]) for name in ("omega0", "epsilon", "phase") if part[name].ndim == 0}
-    own = [style.symbol(name) for name in ("omega0", "epsilon", "phase") if part[name].ndim]
+    own = [LOOK.symbol(name) for name in ("omega0", "epsilon", "phase") if part[name].ndim]
     bodies = style.count(ds.sizes["body"], "body", "bodies")
     if part.sizes["body"] < ds.sizes["body"]:
         bodies = f"{part.sizes['body']} of {bodies}"
-    text = style.settings(fixed) + (f";  each body its own {', '.join(own)}" if own else "")
+    text = settings(fixed) + (f";  each body its own {', '.join(own)}" if own else "")
     return f"{ds.attrs.get('title', '')}:  {bodies};  {text}"
 
 
@@ -80,7 +81,7 @@ def _rates(ax: Axes, part: xr.Dataset) -> None:
     for (i, j), rate in np.ndenumerate(rates):
         axis = int(part["axis"].values[j])
         y, word = i + OFFSETS[axis], REGIMES[int(part["regime"].values[i, j]) + 1]
-        ax.vlines(theory[i, j] if theory[i, j] else zero, y - 0.21, y + 0.21, color=style.INK, linewidth=1.1, zorder=2)
+        ax.vlines(theory[i, j] if theory[i, j] else zero, y - 0.21, y + 0.21, color=colors.INK, linewidth=1.1, zorder=2)
         if np.isfinite(rate):
             _numbered(ax, rate if trusted[i, j] and rate > 0 else zero, y, axis, word)
     rows = part.sizes["body"]
@@ -94,8 +95,8 @@ def _rates(ax: Axes, part: xr.Dataset) -> None:
 def _times(ax: Axes, part: xr.Dataset) -> None:
     """Beside each row, how soon a nudge about the unstable axis grows by a factor e, and how often the spin flips."""
     look = {"transform": ax.get_yaxis_transform(), "ha": "center", "va": "center", "fontsize": 8.5}
-    look["color"] = style.REGIME_COLORS["unstable"]
-    head = {"transform": ax.transAxes, "ha": "center", "va": "bottom", "fontsize": 8, "color": style.QUIET}
+    look["color"] = LOOK.color("unstable")
+    head = {"transform": ax.transAxes, "ha": "center", "va": "bottom", "fontsize": 8, "color": colors.QUIET}
     ax.text(GROWS, 1.015, "grows e-fold in", **head)
     flips = "flip_period" in part
     if flips:
@@ -123,7 +124,7 @@ def _row_label(body: xr.Dataset) -> str:
 
 def _numbered(ax: Axes, x: float, y: float, axis: int, word: str) -> None:
     hollow = word in ("sphere", "undetermined")
-    color = style.REGIME_COLORS[word]
+    color = LOOK.color(word)
     ax.plot(
         [x],
         [y],
@@ -135,7 +136,7 @@ def _numbered(ax: Axes, x: float, y: float, axis: int, word: str) -> None:
         zorder=3,
         gid=word,
     )
-    ink = style.INK if hollow or word == "stable_minor" else "white"
+    ink = colors.INK if hollow or word == "stable_minor" else "white"
     ax.annotate(
         str(axis),
         (x, y),
@@ -156,10 +157,10 @@ def _zero_column(ax: Axes, zero: float, low: float, rows: int) -> None:
     exponents = exponents[:: max(1, len(exponents) // 8)]
     ax.set_xticks([zero, *(10.0**n for n in exponents)], ["0", *(style.power(n) for n in exponents)])
     ax.minorticks_off()
-    ax.axvline(np.sqrt(zero * low) * 1.05, color=style.FAINT, linewidth=0.8, linestyle=(0, (2, 2)))
-    ax.grid(axis="x", color=style.FAINT, linewidth=0.5, alpha=0.6)
+    ax.axvline(np.sqrt(zero * low) * 1.05, color=colors.FAINT, linewidth=0.8, linestyle=(0, (2, 2)))
+    ax.grid(axis="x", color=colors.FAINT, linewidth=0.5, alpha=0.6)
     for i in range(1, rows):
-        ax.axhline(i - 0.5, color=style.FAINT, linewidth=0.5)
+        ax.axhline(i - 0.5, color=colors.FAINT, linewidth=0.5)
     ax.tick_params(axis="y", length=0)
     ax.set_axisbelow(True)
 
@@ -171,18 +172,18 @@ def _periods(ax: Axes, observed: list[Period], inches: float) -> None:
     for row, period in enumerate(observed):
         y = row + 0.42 / inches
         pair = [period.measured_days, period.observed_days]
-        ax.plot(pair, [y, y], color=style.FAINT, linewidth=2.5, zorder=1, solid_capstyle="butt")
+        ax.plot(pair, [y, y], color=colors.FAINT, linewidth=2.5, zorder=1, solid_capstyle="butt")
         for x, look in zip(pair, (MEASURED, OBSERVED), strict=True):
             ax.plot(x, y, linestyle="none", zorder=3, gid=look["label"], **look)
         _period_texts(ax, period, row, y, inches)
         if row:
-            ax.axhline(row, color=style.FAINT, linewidth=0.5)
+            ax.axhline(row, color=colors.FAINT, linewidth=0.5)
     ax.set_xlabel("period in the body's frame  (days of 86,400 s)")
     ax.set_title("Periods", loc="left", fontweight="bold", fontsize=9.5)
     handles = [Line2D([], [], linestyle="none", **look) for look in (MEASURED, OBSERVED)]
     place = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.995), "borderaxespad": 0.1}
     ax.legend(handles=handles, ncols=2, handletextpad=0.3, columnspacing=1.2, **place)
-    ax.grid(axis="x", color=style.FAINT, linewidth=0.5, alpha=0.6)
+    ax.grid(axis="x", color=colors.FAINT, linewidth=0.5, alpha=0.6)
     ax.set_axisbelow(True)
 
 
@@ -199,7 +200,7 @@ def _period_texts(ax: Axes, period: Period, row: int, y: float, inches: float) -
     note = textwrap.wrap(" ".join(period.note.split()), NOTE_WIDTH)
     if len(note) * LINE_INCHES > inches - 0.64:
         note = textwrap.wrap(gist(period.note), NOTE_WIDTH)
-    write("\n".join(note), 0.58, fontsize=7.8, color=style.QUIET, linespacing=1.25)
+    write("\n".join(note), 0.58, fontsize=7.8, color=colors.QUIET, linespacing=1.25)
 
 
 def _days(value: float) -> str:
@@ -221,12 +222,12 @@ def _legend(figure: Figure, part: xr.Dataset) -> None:
             linestyle="none",
             marker="o",
             markersize=7,
-            markeredgecolor=style.REGIME_COLORS[word],
-            markerfacecolor="white" if word in ("sphere", "undetermined") else style.REGIME_COLORS[word],
-            label=style.REGIME_WORDS[word],
+            markeredgecolor=LOOK.color(word),
+            markerfacecolor="white" if word in ("sphere", "undetermined") else LOOK.color(word),
+            label=LOOK.words(word),
         )
         for word in REGIMES
         if word in present
     ]
-    handles.append(Line2D([], [], linestyle="none", marker="|", markersize=9, color=style.INK, label="linear theory"))
+    handles.append(Line2D([], [], linestyle="none", marker="|", markersize=9, color=colors.INK, label="linear theory"))
     style.legend(figure, handles)

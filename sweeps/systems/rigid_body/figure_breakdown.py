@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from sweeps import style
+from sweeps import colors, style
 from sweeps.systems.rigid_body.fits import FIT_ABOVE, FIT_BELOW, breakdown
 
 MOST_BODIES = 14
@@ -30,8 +30,8 @@ def draw(ds: xr.Dataset) -> Figure:
     _panel(left, found, found["theory"] > 0)
     _panel(right, found, found["theory"] < 0)
     left.set_ylabel(r"$|\,\Omega^2_{\rm measured}\,/\,\Omega^2_{\rm theory} - 1\,|$  (dimensionless)")
-    left.set_title("oscillates in theory", loc="left", color=style.STABLE, fontweight="bold")
-    right.set_title("grows in theory", loc="left", color=style.UNSTABLE, fontweight="bold")
+    left.set_title("oscillates in theory", loc="left", color=colors.STABLE, fontweight="bold")
+    right.set_title("grows in theory", loc="left", color=colors.UNSTABLE, fontweight="bold")
     right.tick_params(labelleft=False)
     _table(table, found)
     return figure
@@ -74,8 +74,8 @@ def bodies(ds: xr.Dataset) -> tuple[xr.Dataset, int]:
 
 def _look(index: int) -> dict:
     return {
-        "color": style.SERIES_COLORS[index % len(style.SERIES_COLORS)],
-        "marker": style.SERIES_MARKERS[(index // len(style.SERIES_COLORS) + index) % len(style.SERIES_MARKERS)],
+        "color": colors.SERIES_COLORS[index % len(colors.SERIES_COLORS)],
+        "marker": style.SERIES_MARKERS[(index // len(colors.SERIES_COLORS) + index) % len(style.SERIES_MARKERS)],
     }
 
 
@@ -108,7 +108,7 @@ def _reference(ax: Axes, found: xr.Dataset, epsilon: np.ndarray) -> None:
     ratios = above.where(found["slope"].notnull()).median("epsilon").values
     height = 0.2 * float(np.nanmin(ratios)) if np.isfinite(ratios).any() else 1e-2
     ends = np.array([epsilon[0], epsilon[-1]])
-    ax.plot(ends, height * ends**2, color=style.INK, linewidth=1.4, gid="slope 2")
+    ax.plot(ends, height * ends**2, color=colors.INK, linewidth=1.4, gid="slope 2")
     at = float(np.clip(np.sqrt(1e-8 / height), ends[0], ends[-1] / 30))
     place = {"textcoords": "offset points", "va": "top", "fontsize": 10}
     ax.annotate(r"slope 2", (at, height * at**2), (9, -4), **place)
@@ -120,19 +120,21 @@ def _table(ax: Axes, found: xr.Dataset) -> None:
     axes, rows = found["axis"].values.tolist(), found.sizes["body"]
     ax.set(xlim=(0, 1), ylim=(rows + 0.4, -2.4))
     columns = np.linspace(0.69, 0.95, len(axes)) if len(axes) > 1 else [0.82]
-    head = {"va": "center", "fontsize": 8.5, "color": style.QUIET}
+    head = {"va": "center", "fontsize": 8.5, "color": colors.QUIET}
     ax.text(np.mean(columns), -2.05, "fitted exponent about axis", ha="center", **head)
     for x, axis in zip(columns, axes, strict=True):
         ax.text(x, -1.25, str(axis), ha="center", va="center", fontsize=9, fontweight="bold")
-        ax.add_line(Line2D([x - 0.05, x + 0.05], [-0.72, -0.72], color=style.INK, linewidth=1.1, linestyle=LOOKS[axis]))
-    ax.axhline(-0.45, color=style.FAINT, linewidth=0.8)
+        ax.add_line(
+            Line2D([x - 0.05, x + 0.05], [-0.72, -0.72], color=colors.INK, linewidth=1.1, linestyle=LOOKS[axis])
+        )
+    ax.axhline(-0.45, color=colors.FAINT, linewidth=0.8)
     for i in range(rows):
         ax.plot([0.0, 0.05], [i, i], linewidth=1.2, markersize=4.2, markevery=[1], **_look(i))
         ax.text(0.085, i, _clipped(str(found["body"].values[i])), va="center", fontsize=8.5)
         for j, x in enumerate(columns):
             text, color = _cell(found.isel(body=i, axis=j))
             ax.text(x, i, text, ha="center", va="center", fontsize=8.5, color=color)
-    ax.axhline(rows - 0.45, color=style.FAINT, linewidth=0.8)
+    ax.axhline(rows - 0.45, color=colors.FAINT, linewidth=0.8)
     if "no law" in {text.get_text() for text in ax.texts}:
         ax.text(0.0, rows + 0.1, "no law: too few deviations stand above the floor", **(head | {"fontsize": 7.8}))
 
@@ -144,8 +146,8 @@ def _clipped(name: str, most: int = 29) -> str:
 def _cell(at: xr.Dataset) -> tuple[str, str]:
     theory, slope = float(at["theory"]), float(at["slope"])
     if not theory:
-        return r"$\Omega^2=0$", style.QUIET
-    color = style.STABLE if theory > 0 else style.UNSTABLE
+        return r"$\Omega^2=0$", colors.QUIET
+    color = colors.STABLE if theory > 0 else colors.UNSTABLE
     if np.isfinite(slope):
         return f"{slope:.3f}" + ("" if abs(slope - EXPECTED) <= TOLERANCE else " !"), color
-    return "no law", style.QUIET
+    return "no law", colors.QUIET

@@ -11,9 +11,11 @@ from PIL import Image
 
 from kernels import exact
 from kernels.rigid_body import cyclic
-from sweeps import style
-from sweeps.views.report_columns import blocks, dimensions
+from sweeps import colors, style
+from sweeps.boxes import blocks, dimensions
+from sweeps.systems.rigid_body.look import settings
 
+BLOCK_POINTS = 2**18  # of a map that are looked at together
 FRAMES = 90
 INCHES = (4.8, 4.6)
 DOTS = 100  # per inch
@@ -21,7 +23,7 @@ TOWARDS = np.array([0.78, -0.52, 0.35])  # where the viewer stands
 LIGHT = np.array([0.35, -0.2, 0.91])
 FRONT, BACK, EDGE = ((0.835, 0.369, 0.0), (0.0, 0.447, 0.698), (0.69, 0.706, 0.729))
 MOST_ROTATIONS = 8.0  # of a picture: slower flips are shown from just before to just after
-COMPONENTS = tuple(style.SERIES_COLORS[:3])
+COMPONENTS = tuple(colors.SERIES_COLORS[:3])
 
 
 def most_unstable(ds: xr.Dataset) -> dict[str, float] | None:
@@ -34,7 +36,7 @@ def most_unstable(ds: xr.Dataset) -> dict[str, float] | None:
         Its parameters by name, with `body` where the map has it; None where nothing is unstable.
     """
     most, best = 0.0, None
-    for box in blocks(dimensions(ds)):
+    for box in blocks(dimensions(ds), BLOCK_POINTS):
         part = ds.isel(box)
         rate = (part["growth_rate"] / np.abs(part["omega0"])).where(part["triangle_margin"] >= 0)
         if np.nanmax(rate.values, initial=0.0) > most:
@@ -155,12 +157,12 @@ def _stage(point, moments, omegas, times):
     figure.text(
         0.03, 0.965, f"{name}spin about axis {axis}", fontsize=11, fontweight="bold", va="top", parse_math=False
     )
-    words = style.settings({n: point[n] for n in ("I1", "I2", "I3", "omega0", "epsilon")})
-    figure.text(0.03, 0.915, words, fontsize=7, color=style.QUIET, va="top")
+    words = settings({n: point[n] for n in ("I1", "I2", "I3", "omega0", "epsilon")})
+    figure.text(0.03, 0.915, words, fontsize=7, color=colors.QUIET, va="top")
     solid = figure.add_axes((0.0, 0.33, 1.0, 0.56))
     solid.set(xlim=(-2.3, 2.3), ylim=(-1.25, 1.25), aspect="equal")
     solid.axis("off")
-    (tip,) = solid.plot([], [], color=style.INK, linewidth=1.6, zorder=0)
+    (tip,) = solid.plot([], [], color=colors.INK, linewidth=1.6, zorder=0)
     trace = figure.add_axes((0.13, 0.105, 0.84, 0.22))
     dots = []
     for k, color in enumerate(COMPONENTS):
@@ -181,13 +183,13 @@ def _draw_solid(ax, half: np.ndarray, matrix: np.ndarray, tip, axis: int) -> Non
     screen = np.stack([right, np.cross(towards, right)])
     for old in list(ax.collections):
         old.remove()
-    faces, colors = [], []
+    faces, shades = [], []
     for corners, normal, color in _faces(half):
         outward = matrix @ normal
         if outward @ towards > 0.0:
             faces.append(corners @ matrix.T @ screen.T)
-            colors.append(np.array(color) * (0.55 + 0.45 * (0.5 + 0.5 * outward @ LIGHT)))
-    ax.add_collection(PolyCollection(faces, facecolors=colors, edgecolors="white", linewidths=0.6, zorder=1))
+            shades.append(np.array(color) * (0.55 + 0.45 * (0.5 + 0.5 * outward @ LIGHT)))
+    ax.add_collection(PolyCollection(faces, facecolors=shades, edgecolors="white", linewidths=0.6, zorder=1))
     end = 1.15 * matrix[:, axis - 1]
     line = np.stack([np.zeros(3), end]) @ screen.T
     tip.set_data(*line.T)

@@ -10,8 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from kernels import exact
-from sweeps import style
-from sweeps.systems.rigid_body.system import MOMENTS
+from sweeps import colors, style
+from sweeps.systems.rigid_body.look import LOOK
+from sweeps.systems.rigid_body.variables import MOMENTS
 
 MOST_MOMENTS = 48  # values a dimension among which the body is looked for
 POINTS = 721
@@ -202,7 +203,7 @@ def _curve(ax: Axes, scene: Scene, kind: str, curve: np.ndarray) -> None:
     facing = scene.facing(curve)
     seen = facing >= 0.0
     right, up, depth = scene.view @ curve.T
-    color, strong = style.REGIME_COLORS[kind], kind == "unstable"
+    color, strong = LOOK.color(kind), kind == "unstable"
     near, far = ({"linewidth": 2.0}, {"linewidth": 0.9}) if strong else ({"linewidth": 1.15}, {"linewidth": 0.55})
     look = {"color": color, "solid_capstyle": "round"}
     ax.plot(
@@ -247,7 +248,7 @@ def _surface(ax: Axes, scene: Scene) -> None:
     extent = (-half[0], half[0], -half[1], half[1])
     ax.imshow(image, extent=extent, origin="lower", interpolation="bilinear", zorder=1, gid="surface")
     outline = np.linalg.cholesky(np.linalg.inv(shadow)) @ _circle()
-    ax.plot(*outline, color=style.QUIET, linewidth=0.8, zorder=3, gid="outline")
+    ax.plot(*outline, color=colors.QUIET, linewidth=0.8, zorder=3, gid="outline")
 
 
 def _circle() -> np.ndarray:
@@ -261,7 +262,7 @@ def _shaded(scene: Scene, points: np.ndarray) -> np.ndarray:
     normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
     light = np.clip(normal @ (LIGHT / np.linalg.norm(LIGHT)), 0.0, 1.0)[..., None]
     excess = (points**2 * scene.moments * (scene.moments - scene.moments[1])).sum(axis=-1)
-    major, minor = (np.array(to_rgb(style.REGIME_COLORS[name])) for name in ("stable_major", "stable_minor"))
+    major, minor = (np.array(to_rgb(LOOK.color(name))) for name in ("stable_major", "stable_minor"))
     tint = np.where((excess > 0)[..., None], major, minor)
     return ((1 - TINT) + TINT * tint) * (0.80 + 0.20 * light)
 
@@ -269,16 +270,16 @@ def _shaded(scene: Scene, points: np.ndarray) -> np.ndarray:
 def _principal_axes(ax: Axes, scene: Scene, body: Body) -> None:
     """Each axis from its far end, faint inside, to an arrow beyond the outline, with its name and moment."""
     rank = {axis: WORDS[i] for i, axis in enumerate(np.argsort(body.moments).tolist())}
-    line = {"color": style.INK, "solid_capstyle": "butt"}
+    line = {"color": colors.INK, "solid_capstyle": "butt"}
     for i, axis in enumerate(scene.axes):
         along, end = scene.view[:2, i], scene.semi[i]
         outline, out = 1.0 / np.sqrt(along @ scene.shadow() @ along), REACH * scene.size / np.hypot(*along)
         ax.plot(*np.outer(along, [-outline - 0.5 * out, -end]), linewidth=0.9, zorder=0, **line)
         ax.plot(*np.outer(along, [-end, end]), linewidth=0.6, alpha=0.3, linestyle=(0, (4, 3)), zorder=2, **line)
-        arrow = {"arrowstyle": "-|>", "linewidth": 1.1, "shrinkA": 0, "shrinkB": 0, "color": style.INK}
+        arrow = {"arrowstyle": "-|>", "linewidth": 1.1, "shrinkA": 0, "shrinkB": 0, "color": colors.INK}
         ax.annotate("", along * (outline + out), along * end, arrowprops=arrow, zorder=6)
         dot = {"marker": "o", "markersize": 6.0, "markeredgecolor": "white", "markeredgewidth": 0.9, "gid": "spin"}
-        ax.plot(*(along * end)[:, None], color=style.REGIME_COLORS[scene.kinds[i]], zorder=7, **dot)
+        ax.plot(*(along * end)[:, None], color=LOOK.color(scene.kinds[i]), zorder=7, **dot)
         text = f"axis {axis + 1}: {rank[axis]}\n$I_{axis + 1}$ = {style.number(body.moments[axis], 4)}"
         _axis_label(ax, along * (outline + out), along, text, tall=scene.half()[1] > scene.half()[0])
 
@@ -302,7 +303,7 @@ def _legend(figure: Figure) -> None:
         "unstable": "separatrix",
     }
     handles = [
-        Line2D([], [], color=style.REGIME_COLORS[kind], linewidth=2.0 if kind == "unstable" else 1.4, label=word)
+        Line2D([], [], color=LOOK.color(kind), linewidth=2.0 if kind == "unstable" else 1.4, label=word)
         for kind, word in words.items()
     ]
     style.legend(figure, handles)

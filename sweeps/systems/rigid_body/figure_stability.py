@@ -13,9 +13,10 @@ from matplotlib.path import Path as Outline
 
 from kernels import linear
 from kernels.rigid_body import cyclic
-from sweeps import style
+from sweeps import colors, style
 from sweeps.systems.rigid_body.fits import signed_rate
-from sweeps.systems.rigid_body.system import REGIMES, STATUSES
+from sweeps.systems.rigid_body.look import LOOK, axis_label, settings
+from sweeps.systems.rigid_body.variables import REGIMES, STATUSES
 
 MOMENTS = ("I1", "I2", "I3")
 MOST_CELLS = 1200  # a side; more than a print can show
@@ -122,7 +123,7 @@ def draw(ds: xr.Dataset, axis: int) -> Figure | None:
         return None
     part = _slice(ds, axis, shown, fixed)
     title = f"Spin about axis {axis}: measured stability"
-    subtitle = f"{ds.attrs.get('title', '')}\n{style.settings(fixed)}".strip()
+    subtitle = f"{ds.attrs.get('title', '')}\n{settings(fixed)}".strip()
     return (_map if len(shown) == 2 else _curve)(part, axis, shown, fixed, title, subtitle)
 
 
@@ -170,7 +171,7 @@ def _set_axes(ax: Axes, part: xr.Dataset, shown, x, y) -> None:
     if style.is_logarithmic(part[shown[1]].values):
         ax.set_yscale("log")
     ax.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
-    ax.set(xlabel=style.axis_label(shown[0]), ylabel=style.axis_label(shown[1]))
+    ax.set(xlabel=axis_label(shown[0]), ylabel=axis_label(shown[1]))
     for direction in (ax.xaxis, ax.yaxis):
         if direction.get_scale() == "log":
             style.plain_log_ticks(direction)
@@ -220,7 +221,7 @@ def _steps(mask: np.ndarray) -> list[tuple[int, int]]:
 def _vanishing(part: xr.Dataset) -> list:
     if not np.isin(part["regime"].values, (linear.MARGINAL, linear.SPHERE)).any():
         return []
-    return [Patch(facecolor="#f7f7f7", edgecolor=style.QUIET, linewidth=0.7, label=r"marginal: $\Omega^2 = 0$")]
+    return [Patch(facecolor="#f7f7f7", edgecolor=colors.QUIET, linewidth=0.7, label=r"marginal: $\Omega^2 = 0$")]
 
 
 def _missing(part: xr.Dataset) -> list:
@@ -235,16 +236,16 @@ def _mark_untrusted(ax: Axes, part: xr.Dataset, shown) -> list:
         at = part["status"].values == number
         if at.any():
             rows, columns = np.nonzero(at)
-            label = f"{style.STATUS_WORDS[STATUSES[number]]} ({rows.size:,})"
+            label = f"{LOOK.words(STATUSES[number])} ({rows.size:,})"
             xs, ys = part[shown[0]].values[columns], part[shown[1]].values[rows]
-            look = {"linestyle": "none", "marker": mark, "markersize": 4, "color": style.INK, "alpha": 0.8}
+            look = {"linestyle": "none", "marker": mark, "markersize": 4, "color": colors.INK, "alpha": 0.8}
             ax.plot(xs, ys, gid=f"status {number}", **look)
             handles.append(Line2D([], [], label=label, **look))
     return handles
 
 
 def _pair_text(pair: tuple[str, str]) -> str:
-    return " = ".join(style.symbol(name) for name in sorted(pair))
+    return " = ".join(LOOK.symbol(name) for name in sorted(pair))
 
 
 def _draw_boundaries(ax: Axes, lines: Mapping, shown) -> None:
@@ -253,7 +254,7 @@ def _draw_boundaries(ax: Axes, lines: Mapping, shown) -> None:
         upright, level = shown[1] not in line, shown[0] not in line
         xs = line[shown[0]] if not level else np.linspace(*ax.get_xlim(), 200)
         ys = line[shown[1]] if not upright else np.linspace(*ax.get_ylim(), 200)
-        ax.plot(xs, ys, color=style.INK, linewidth=1.5, gid=_pair_text(pair), path_effects=style.halo(2.6))
+        ax.plot(xs, ys, color=colors.INK, linewidth=1.5, gid=_pair_text(pair), path_effects=style.halo(2.6))
         if upright:
             _outside(ax, pair, (xs[0], 1.0), ax.get_xaxis_transform(), (0, 3), ha="center", va="bottom")
         elif level:
@@ -305,7 +306,7 @@ def _name_regions(ax: Axes, part: xr.Dataset, shown, lines: Mapping) -> None:
     for kind in (linear.STABLE_MINOR, linear.STABLE_MAJOR, linear.UNSTABLE):
         inside = (possible & (regimes == kind)).reshape(-1)
         if inside.any():
-            text = style.REGIME_WORDS[REGIMES[kind + 1]].replace(", ", "\n")
+            text = LOOK.words(REGIMES[kind + 1]).replace(", ", "\n")
             _write_inside(ax, text, points[inside], np.concatenate([points[~inside], *drawn]))
 
 
@@ -359,8 +360,8 @@ def _color_bar(figure: Figure, ax: Axes, mesh) -> None:
     bar.set_ticks(ticks, labels=[f"{abs(t):.{decimals}f}" if decimals <= 4 else style.number(abs(t), 3) for t in ticks])
     bar.outline.set_linewidth(0.8)
     look = {"transform": bar.ax.transAxes, "rotation": 90, "ha": "left", "va": "center", "fontsize": 9}
-    bar.ax.text(4.2, 0.25, r"grows:  rate / $|\omega_0|$", color=style.UNSTABLE, **look)
-    bar.ax.text(4.2, 0.75, r"oscillates:  $\Omega$ / $|\omega_0|$", color=style.STABLE, **look)
+    bar.ax.text(4.2, 0.25, r"grows:  rate / $|\omega_0|$", color=colors.UNSTABLE, **look)
+    bar.ax.text(4.2, 0.75, r"oscillates:  $\Omega$ / $|\omega_0|$", color=colors.STABLE, **look)
 
 
 def _curve(part, axis, shown, fixed, title, subtitle) -> Figure:
@@ -370,11 +371,11 @@ def _curve(part, axis, shown, fixed, title, subtitle) -> Figure:
     cells = style.edges(part[name].values)
     if style.is_logarithmic(part[name].values):
         ax.set_xscale("log")
-    ax.set(xlim=(cells[0], cells[-1]), xlabel=style.axis_label(name))
+    ax.set(xlim=(cells[0], cells[-1]), xlabel=axis_label(name))
     if ax.get_xscale() == "log":
         style.plain_log_ticks(ax.xaxis)
     ax.set_ylabel(r"measured rate $/\,|\omega_0|$  (dimensionless)")
-    sides = ((0.97, "top", "oscillates", style.STABLE), (0.03, "bottom", "grows", style.UNSTABLE))
+    sides = ((0.97, "top", "oscillates", colors.STABLE), (0.03, "bottom", "grows", colors.UNSTABLE))
     for y, va, word, color in sides:
         ax.text(0.015, y, word, transform=ax.transAxes, va=va, color=color, path_effects=style.halo())
     handles = _theory_curve(ax, axis, name, cells, fixed) + _measured_curve(ax, part, name)
@@ -386,7 +387,7 @@ def _curve(part, axis, shown, fixed, title, subtitle) -> Figure:
     if (part["triangle_margin"].values < 0).any():
         handles.append(Patch(facecolor="none", edgecolor="#9a9da1", hatch="/////", label="cannot exist"))
     for pair, line in boundaries(axis, {name: (cells[0], cells[-1])}, fixed).items():
-        ax.axvline(line[name][0], color=style.INK, linewidth=1.2, gid=_pair_text(pair))
+        ax.axvline(line[name][0], color=colors.INK, linewidth=1.2, gid=_pair_text(pair))
         _outside(ax, pair, (line[name][0], 1.0), ax.get_xaxis_transform(), (0, 3), ha="center", va="bottom")
     style.legend(figure, handles, 4)
     return figure
@@ -396,8 +397,8 @@ def _theory_curve(ax: Axes, axis: int, name: str, cells: np.ndarray, fixed: Mapp
     xs = (np.geomspace if ax.get_xscale() == "log" else np.linspace)(cells[0], cells[-1], 1000)
     moments = [xs if m == name else fixed[m] for m in MOMENTS]
     rate = signed_rate(linear.omega_squared(*moments, fixed["omega0"], axis), fixed["omega0"])
-    ax.axhline(0.0, color=style.FAINT, linewidth=0.8, zorder=0)
-    return ax.plot(xs, rate, color=style.QUIET, linewidth=1.2, label="linear theory", gid="theory")
+    ax.axhline(0.0, color=colors.FAINT, linewidth=0.8, zorder=0)
+    return ax.plot(xs, rate, color=colors.QUIET, linewidth=1.2, label="linear theory", gid="theory")
 
 
 def _measured_curve(ax: Axes, part: xr.Dataset, name: str) -> list:
@@ -411,10 +412,10 @@ def _measured_curve(ax: Axes, part: xr.Dataset, name: str) -> list:
                 linestyle="none",
                 marker="o",
                 markersize=4.5,
-                color=style.REGIME_COLORS[word],
+                color=LOOK.color(word),
                 markeredgecolor="white",
                 markeredgewidth=0.5,
-                label=style.REGIME_WORDS[word],
+                label=LOOK.words(word),
                 gid="measured",
             )
     return handles

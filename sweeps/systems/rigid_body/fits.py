@@ -4,16 +4,17 @@ Everything is read from a map in blocks or slices, so that no map has to fit int
 """
 
 import math
-import tempfile
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
-from itertools import product
-from pathlib import Path
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import xarray as xr
+from pydantic import ValidationError
 
-from sweeps.systems.rigid_body.system import REGIMES, STATUSES
+from sweeps.boxes import blocks
+from sweeps.schema.carried import definition_of
+from sweeps.systems.rigid_body.definition import Observed
+from sweeps.systems.rigid_body.variables import REGIMES, STATUSES
 
 SECONDS_PER_DAY = 86_400.0
 BLOCK_POINTS = 2**18
@@ -153,18 +154,6 @@ def _count(result: Agreement, columns: Mapping[str, np.ndarray]) -> None:
     result.certificate = float(np.fmax.reduce(columns["certificate"], initial=result.certificate))
 
 
-def blocks(sizes: Mapping[str, int], most: int) -> Iterator[dict[str, slice]]:
-    """Cuts a grid into contiguous runs of at most `most` points, as dimension → slice, in storage order."""
-    dims, shape = list(sizes), list(sizes.values())
-    inside = [math.prod(shape[i + 1 :]) for i in range(len(shape))]
-    cut = next((i for i, points in enumerate(inside) if points <= most), len(shape) - 1)
-    length = max(1, most // inside[cut])
-    for outer in product(*(range(n) for n in shape[:cut])):
-        for low in range(0, shape[cut], length):
-            before = {dim: slice(i, i + 1) for dim, i in zip(dims[:cut], outer, strict=True)}
-            yield before | {dims[cut]: slice(low, min(low + length, shape[cut]))}
-
-
 def even_stride(shape, most: int) -> int:
     """Least stride that keeps `most` points at most and shares no factor with any dimension's length.
 
@@ -301,18 +290,15 @@ def periods(ds: xr.Dataset) -> list[Period]:
     Returns:
         One `Period` per such body whose axis was surveyed, in the order of the definition; [] without any.
     """
-    bodies = [body for body in _bodies(ds) if body.observed is not None and body.axis in ds["axis"].values]
+    observations = [seen for seen in _observations(ds) if seen.axis in ds["axis"].values]
     first = {dim: 0 for dim in ("omega0", "phase") if dim in ds.dims}
     if "epsilon" in ds.dims:
         first["epsilon"] = int(np.argmin(ds["epsilon"].values))
     found = []
-    for body in bodies:
-        at = ds.isel(first).sel(body=body.name, axis=body.axis)
+    for seen in observations:
+        at = ds.isel(first).sel(body=seen.body, axis=seen.axis)
         predicted, measured = _days(float(at["frequency_theory"])), float(at["euler_period"]) / SECONDS_PER_DAY
-        observed = body.observed
-        found.append(
-            Period(body.name, body.axis, predicted, measured, observed.period_days, observed.what, body.note or "")
-        )
+        found.append(replace(seen, predicted_days=predicted, measured_days=measured))
     return found
 
 
@@ -320,15 +306,18 @@ def _days(frequency: float) -> float:
     return 2.0 * math.pi / frequency / SECONDS_PER_DAY if frequency > 0 else math.nan
 
 
-def _bodies(ds: xr.Dataset):
-    """The bodies of the definition that a map carries, read as any definition is: from a file."""
-    from sweeps.schema.definition import load
-
-    text = ds.attrs.get("definition")
-    if not text or "body" not in ds.dims:
-        return ()
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "sweep.yaml"
-        path.write_text(text, encoding="utf-8")
-        named = set(ds["body"].values.tolist())
-        return tuple(body for body in load(path).bodies if body.name in named)
+def _observations(ds: xr.Dataset) -> Iterator[Period]:
+    """What the definition that a map carries says was observed: plain values, of which any may be of any kind."""
+    bodies = definition_of(ds.attrs).get("bodies")
+    named = set(ds["body"].values.tolist()) if "body" in ds.dims else set()
+    for body in bodies if isinstance(bodies, tuple) else ():
+        if not isinstance(body, dict) or not isinstance(body.get("name"), str) or body["name"] not in named:
+            continue
+        try:
+            observed = Observed.model_validate(body.get("observed"))
+        except ValidationError:
+            continue
+        if isinstance(body.get("axis"), int):
+            note = body.get("note")
+            said = (observed.period_days, observed.what, note if isinstance(note, str) else "")
+            yield Period(body["name"], body["axis"], math.nan, math.nan, *said)

@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass
 
 from kernels import exact, linear
-from sweeps.maps import motion
+from sweeps.systems.rigid_body import motion
 
 REGIMES = ("stable_minor", "stable_major", "unstable", "marginal", "sphere")
 

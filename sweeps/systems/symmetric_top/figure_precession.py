@@ -7,13 +7,14 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from sweeps import style
-from sweeps.systems.symmetric_top.system import STATUSES
+from sweeps import colors, style
+from sweeps.systems.symmetric_top.look import LOOK
+from sweeps.systems.symmetric_top.variables import STATUSES
 
 MOST = {"ratio": 160, "omega3": 12, "half_angle": 90}  # values a dimension that are drawn
 PROMISED, NEAR_SPHERE = 1e-10, 1e-2  # what the measurement promises, relative, and how near a sphere no longer
 LEAST_DRAWN = 1e-17
-PROLATE, OBLATE = style.UNSTABLE, style.STABLE
+PROLATE, OBLATE = colors.UNSTABLE, colors.STABLE
 
 
 def draw(ds: xr.Dataset) -> Figure:
@@ -42,7 +43,7 @@ def _subtitle(ds: xr.Dataset, part: xr.Dataset) -> str:
     points, drawn = int(np.prod(list(ds.sizes.values()))), part["status"].size
     shown = "all drawn" if drawn == points else f"{drawn:,} drawn"
     counts = np.bincount(part["status"].values.ravel(), minlength=len(STATUSES))
-    words = " · ".join(f"{n:,} {style.STATUS_WORDS[name]}" for name, n in zip(STATUSES, counts, strict=True) if n)
+    words = " · ".join(f"{n:,} {LOOK.words(name)}" for name, n in zip(STATUSES, counts, strict=True) if n)
     worst = float(part["deviation"].max())
     found = f";  largest relative deviation of the rate: {style.number(worst, 2)}" if np.isfinite(worst) else ""
     return f"{ds.attrs.get('title', '')}:  {style.count(points, 'point', 'points')}, {shown}\nStatus:  {words}{found}"
@@ -53,14 +54,14 @@ def _rates(ax: Axes, part: xr.Dataset) -> list:
     ratio = part["ratio"].values
     low, high = (float(end) for end in style.edges(ratio)[[0, -1]])
     span = np.linspace(low, high, 200)
-    ax.axhline(0.0, color=style.FAINT, linewidth=0.8, zorder=0)
+    ax.axhline(0.0, color=colors.FAINT, linewidth=0.8, zorder=0)
     rates = part["relative"].values.reshape(-1, ratio.size)
     look = {"linestyle": "none", "marker": "o", "markersize": 3.6, "markeredgewidth": 0.0}
-    for chosen, color in ((ratio < 1.0, PROLATE), (ratio == 1.0, style.QUIET), (ratio > 1.0, OBLATE)):
+    for chosen, color in ((ratio < 1.0, PROLATE), (ratio == 1.0, colors.QUIET), (ratio > 1.0, OBLATE)):
         at = np.broadcast_to(ratio[chosen], rates[:, chosen].shape)
         unique = np.unique(np.column_stack([at.ravel(), rates[:, chosen].ravel().round(6)]), axis=0)
         ax.plot(*unique.T, color=color, gid="measured", **look)
-    line = {"color": style.INK, "linewidth": 0.9, "gid": "theory", "label": r"closed form, $I_3/I_1 - 1$"}
+    line = {"color": colors.INK, "linewidth": 0.9, "gid": "theory", "label": r"closed form, $I_3/I_1 - 1$"}
     handles = ax.plot(span, span - 1.0, **line)
     beyond = high > 2.0
     if beyond:
@@ -84,14 +85,14 @@ def _deviations(ax: Axes, part: xr.Dataset) -> list:
     drawn = np.maximum(deviation, LEAST_DRAWN)
     look = {"linestyle": "none", "marker": "o", "markersize": 1.6, "markeredgewidth": 0.0, "alpha": 0.25}
     at = np.broadcast_to(angle[:, None], drawn.shape)
-    ax.plot(at.ravel(), drawn.ravel(), color=style.QUIET, gid="points", rasterized=True, **look)
+    ax.plot(at.ravel(), drawn.ravel(), color=colors.QUIET, gid="points", rasterized=True, **look)
     known = np.isfinite(deviation).any(axis=1)
     handles = []
     if known.any():
         worst = np.nanmax(drawn[known], axis=1)
-        line = {"color": style.INK, "linewidth": 1.4, "gid": "worst"}
+        line = {"color": colors.INK, "linewidth": 1.4, "gid": "worst"}
         handles += ax.plot(angle[known], worst, label="largest deviation at each half-angle", **line)
-    dashes = {"color": style.UNSTABLE, "linewidth": 1.0, "linestyle": (0, (4, 2))}
+    dashes = {"color": colors.UNSTABLE, "linewidth": 1.0, "linestyle": (0, (4, 2))}
     ax.axhline(PROMISED, gid="promised", **dashes)
     handles.append(Line2D([], [], label=f"promised: {style.number(PROMISED)}", **dashes))
     ax.set(yscale="log", ylim=(LEAST_DRAWN / 2, 1e-8), xlim=(0, 90), xticks=range(0, 91, 15))
@@ -100,6 +101,6 @@ def _deviations(ax: Axes, part: xr.Dataset) -> list:
     ax.minorticks_off()
     ax.set_xlabel(r"half-angle of $\omega$ to the figure axis  (degrees)")
     ax.set_ylabel(r"$|\,\Omega\,/\,(I_3/I_1 - 1)\,\omega_3 - 1\,|$  (dimensionless)")
-    ax.grid(axis="y", color=style.FAINT, linewidth=0.5, alpha=0.7)
+    ax.grid(axis="y", color=colors.FAINT, linewidth=0.5, alpha=0.7)
     ax.set_axisbelow(True)
     return handles

@@ -8,7 +8,7 @@ const DIVERGING = [
 const SEQUENTIAL = "Cividis";
 
 function flagColor(meaning, order) {
-  return theMap.regimeColors[meaning] ?? theMap.seriesColors[order % theMap.seriesColors.length];
+  return theMap.colors[meaning] ?? theMap.seriesColors[order % theMap.seriesColors.length];
 }
 
 /** How a column's values become colours: z for Plotly, and the scale to go with it. */

@@ -17,8 +17,7 @@ function selectBox(label, options, value, onChoice) {
 }
 
 function symbolText(name) {
-  const known = { I1: "I₁", I2: "I₂", I3: "I₃", omega0: "ω₀", omega3: "ω₃", epsilon: "ε", phase: "φ" };
-  return known[name] ?? name.replaceAll("_", " ");
+  return theMap.symbols[name] ?? name.replaceAll("_", " ");
 }
 
 function dimensionLabel(name) {

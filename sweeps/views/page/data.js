@@ -68,7 +68,7 @@ class Column {
 }
 
 function flagText(meaning) {
-  return theMap.regimeWords[meaning] ?? meaning.replaceAll("_", " ");
+  return theMap.words[meaning] ?? meaning.replaceAll("_", " ");
 }
 
 const theMap = JSON.parse(document.getElementById("map-data").textContent);

@@ -1,0 +1,111 @@
+"""YAML (or a mapping) in, one strictly validated, frozen `Definition` out, of the model of the system that it names.
+
+Whatever is wrong with a definition, `load` raises `DefinitionError`, whose text is the whole message for a person.
+"""
+
+import os
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from sweeps import systems
+from sweeps.points.grid import Grid
+from sweeps.schema.definition import DEFAULT_NAME, DEFAULT_SYSTEM, NAME_PATTERN, Definition
+from sweeps.schema.reading import as_yaml, file_text, plain, read_text
+from sweeps.schema.refusals import (
+    DefinitionError,
+    Problem,
+    UnreadableError,
+    description_of,
+    display,
+    hint,
+    message,
+    validation_problems,
+)
+
+
+class _InvalidError(Exception):
+    """Carries what is wrong with the values of a definition."""
+
+    def __init__(self, problems: list[Problem]):
+        super().__init__(len(problems))
+        self.problems = problems
+
+
+def load(source: str | Path | Mapping, name: str | None = None, *, check: bool = True) -> Definition:
+    """The validated definition of a sweep.
+
+    Args:
+        source: path of a YAML (or JSON) file, or a mapping with the same keys; in a mapping NumPy's
+            numbers and one-dimensional arrays do as well.
+        name: the sweep's name; left out, the file's stem, and "sweep" for a mapping.
+        check: whether its system also looks beyond the values, which takes longer.
+
+    Returns:
+        The frozen `Definition` of its system's model; numbers in the units of its parameters.
+
+    Raises:
+        DefinitionError: for whatever is wrong, one line a problem: file, key's path, value, what is allowed.
+    """
+    label = os.fspath(source) if isinstance(source, str | Path) else "definition"
+    try:
+        name = _sweep_name(source) if name is None else _checked_name(name)
+        folder = os.path.dirname(label) if isinstance(source, str | Path) else ""
+        definition = _validated(*_text_and_values(source), name, os.path.abspath(folder))
+    except UnreadableError as unreadable:
+        raise DefinitionError(message(label, [unreadable.problem])) from None
+    except _InvalidError as invalid:
+        raise DefinitionError(message(label, invalid.problems)) from None
+    if check:
+        system = systems.resolve(definition.system)
+        system.check(definition, Grid(definition))
+    return definition
+
+
+def _sweep_name(source: Any) -> str:
+    if isinstance(source, Mapping):
+        return DEFAULT_NAME
+    if not isinstance(source, str | Path):
+        raise UnreadableError((), display(source), "is no source", "a path or a mapping")
+    return _checked_name(Path(source).stem)
+
+
+def _checked_name(name: str) -> str:
+    if not (isinstance(name, str) and re.fullmatch(NAME_PATTERN, name)):
+        allowed = "1 to 64 letters A-Z a-z, digits, _ . -, the first a letter or a digit"
+        raise UnreadableError(("(name)",), display(name), "is no name for a sweep (a file's stem)", allowed)
+    return name
+
+
+def _text_and_values(source: Any) -> tuple[str | None, dict]:
+    text = None if isinstance(source, Mapping) else file_text(Path(source))
+    values = plain(source if text is None else read_text(text))
+    if not isinstance(values, dict):
+        model = systems.resolve(DEFAULT_SYSTEM).model
+        raise UnreadableError((), display(values), "is not a mapping", description_of(model, ""))
+    return text, values
+
+
+def _validated(text: str | None, values: dict, name: str, folder: str) -> Definition:
+    # Another system has other keys in its grid: to list them as unknown would mislead.
+    model = _system(values.get("system", DEFAULT_SYSTEM)).model
+    try:
+        definition = model.model_validate({"title": name, **values}, context={"folder": folder})
+    except ValidationError as error:
+        raise _InvalidError(validation_problems(error, model)) from None
+    definition.read_by(_from_text, as_yaml(values) if text is None else text, name, folder)
+    return definition
+
+
+def _from_text(text: str, name: str, folder: str) -> Definition:
+    return _validated(text, plain(read_text(text)), name, folder)
+
+
+def _system(name: Any) -> systems.System:
+    if not systems.is_file(name) and (not isinstance(name, str) or name not in systems.names()):
+        wrong = "is not available" + hint(name, systems.names())
+        raise UnreadableError(("system",), display(name), wrong, ", ".join(systems.names()) + ", or path/to/file.py")
+    return systems.resolve(name)

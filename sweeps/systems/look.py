@@ -1,0 +1,76 @@
+"""How a system's flags and names look: in words, as a character in a terminal, in colour, as a symbol."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from sweeps import colors
+
+
+class Mark(NamedTuple):
+    """How one meaning of a flag looks.
+
+    Attributes:
+        words: what people read.
+        glyph: one character.
+        color: "#rrggbb".
+    """
+
+    words: str
+    glyph: str
+    color: str
+
+
+class Symbol(NamedTuple):
+    """How one parameter is written.
+
+    Attributes:
+        tex: as mathtext, with its dollars.
+        text: in Unicode.
+    """
+
+    tex: str
+    text: str
+
+
+COMMON = {
+    "undetermined": Mark("undetermined", "?", colors.BLACK),
+    "stable": Mark("stable", "+", colors.STABLE),
+    "unstable": Mark("unstable", "#", colors.UNSTABLE),
+    "marginal": Mark("marginal", "=", colors.GREY),
+    "ok": Mark("ok", ".", colors.STABLE),
+    "short_window": Mark("short window", "w", ""),
+    "not_converged": Mark("not converged", "x", ""),
+    "non_finite": Mark("non-finite", "n", ""),
+}
+
+
+@dataclass(frozen=True)
+class Look:
+    """How a system's flags and names look; what it does not say looks as its name reads.
+
+    Attributes:
+        marks: meaning of a flag → how it looks, beside `COMMON`.
+        symbols: parameter → how it is written.
+    """
+
+    marks: Mapping[str, Mark] = field(default_factory=dict)
+    symbols: Mapping[str, Symbol] = field(default_factory=dict)
+
+    def mark(self, meaning: str) -> Mark | None:
+        """How a meaning looks; None where nothing is said of it."""
+        return self.marks.get(meaning) or COMMON.get(meaning)
+
+    def words(self, meaning: str) -> str:
+        """A meaning as people read it."""
+        mark = self.mark(meaning)
+        return mark.words if mark else meaning.replace("_", " ")
+
+    def color(self, meaning: str) -> str:
+        """A meaning's colour, "" where it has none of its own."""
+        mark = self.mark(meaning)
+        return mark.color if mark else ""
+
+    def symbol(self, name: str) -> str:
+        """A parameter's symbol, as mathtext; its name where it has none."""
+        return self.symbols[name].tex if name in self.symbols else name.replace("_", " ")

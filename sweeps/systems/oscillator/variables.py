@@ -1,0 +1,84 @@
+"""What a map of small oscillations holds, beside the parameters of the system described."""
+
+from sweeps.schema import parameters
+from sweeps.schema.parameters import Parameter, Quantity
+from sweeps.schema.values import Epsilon, Phase
+from sweeps.schema.variables import Variable, table
+
+REGIMES = ("undetermined", "stable", "unstable", "marginal")
+STATUSES = ("ok", "short_window", "not_converged", "non_finite", "no_equilibrium", "flat", "not_nudged")
+
+_SCATTER = "scatter of the samples only: it does not know the bias of a finite amplitude"
+
+VARIABLES = table(
+    Variable("omega_squared_theory", "s-2", "signed square of the rate, linear theory"),
+    Variable("omega_squared", "s-2", "signed square of the rate, measured"),
+    Variable(
+        "omega_squared_stderr", "s-2", "standard error of the measured signed square of the rate", comment=_SCATTER
+    ),
+    Variable("growth_rate_theory", "s-1", "growth rate, linear theory; 0 where not unstable"),
+    Variable("growth_rate", "s-1", "growth rate, measured; 0 where not unstable"),
+    Variable("growth_rate_stderr", "s-1", "standard error of the measured growth rate", comment=_SCATTER),
+    Variable("frequency_theory", "rad s-1", "angular frequency, linear theory; 0 where not stable"),
+    Variable("frequency", "rad s-1", "angular frequency, measured; 0 where not stable"),
+    Variable("frequency_stderr", "rad s-1", "standard error of the measured angular frequency", comment=_SCATTER),
+    Variable(
+        "growth_rate_logslope",
+        "s-1",
+        "growth rate by the slope of the logarithm of the mode's size",
+        comment="missing where its window (2 to 1000 times the start, below 0.01 of the system's own size) holds "
+        "under two e-folds",
+    ),
+    Variable("e_folds", "1", "e-folds of growth inside the window of the log slope"),
+    Variable("regime_theory", None, "regime, linear theory", "i1", REGIMES, first_flag=-1),
+    Variable("regime", None, "regime, measured", "i1", REGIMES, first_flag=-1),
+    Variable(
+        "amplitude",
+        "1",
+        "amplitude a of a cos(w t + alpha), relative to the system's own size; missing where not stable",
+        comment="from the start of the run and the measured frequency",
+    ),
+    Variable(
+        "initial_phase",
+        "rad",
+        "phase alpha of a cos(w t + alpha); missing where not stable",
+        comment="from the start of the run and the measured frequency",
+    ),
+    Variable(
+        "rate_scale",
+        "s-1",
+        "bound on every possible rate at the equilibrium, which sets the length of the run",
+        comment="from the absolute values of the terms of the second derivatives of V: it knows no theory",
+    ),
+    Variable("samples_used", "1", "number of samples inside the measurement window", "i4"),
+    Variable("window_end", "s", "time of the last sample inside the measurement window"),
+    Variable("steps_per_sample", "1", "integration steps between two samples", "i4"),
+    Variable("status", None, "whether the measurement can be trusted", "i1", STATUSES),
+    Variable(
+        "energy_drift",
+        "1",
+        "largest change of the energy above the equilibrium, relative to its absolute terms",
+    ),
+)
+
+NUDGE = (
+    Parameter(
+        "epsilon",
+        Quantity("size", "1", "0 < epsilon < 1", Epsilon),
+        "size of the nudge relative to the system's own size",
+        1e-6,
+        "size of the nudge along the mode, relative to the system's own size, 0 < epsilon < 1",
+    ),
+    Parameter(
+        "phase",
+        Quantity("direction", "rad", "finite", Phase),
+        "direction of the nudge in the plane of place and velocity over the rate scale",
+        0.6,
+        "direction of the nudge: cos(phase) in place, -sin(phase) in velocity over the rate scale, rad",
+    ),
+)
+
+COORDINATES = parameters.coordinates(NUDGE) | table(  # beside the parameters
+    Variable("equilibrium", None, "equilibrium", "str"),
+    Variable("mode", "1", "normal mode, by ascending signed square of its rate", "i1"),
+)

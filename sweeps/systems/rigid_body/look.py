@@ -1,0 +1,40 @@
+"""How the rigid body's regimes and parameters look."""
+
+from collections.abc import Mapping
+
+from sweeps import colors
+from sweeps.systems.look import Look, Mark, Symbol
+from sweeps.systems.rigid_body.variables import COORDINATES
+
+LOOK = Look(
+    marks={
+        "stable_minor": Mark("stable, least moment", "-", colors.LIGHT_BLUE),
+        "stable_major": Mark("stable, greatest moment", "+", colors.STABLE),
+        "sphere": Mark("sphere", "o", colors.LIGHT_GREY),
+    },
+    symbols={
+        "I1": Symbol("$I_1$", "I₁"),
+        "I2": Symbol("$I_2$", "I₂"),
+        "I3": Symbol("$I_3$", "I₃"),
+        "omega0": Symbol(r"$\omega_0$", "ω₀"),
+        "epsilon": Symbol(r"$\varepsilon$", "ε"),
+        "phase": Symbol(r"$\varphi$", "φ"),
+    },
+)
+
+
+def axis_label(name: str) -> str:
+    """A parameter's symbol with its unit, for an axis of a plot."""
+    from sweeps import style
+
+    return style.with_unit(LOOK.symbol(name), COORDINATES[name].units, "  ({})")
+
+
+def settings(values: Mapping[str, float]) -> str:
+    """Fixed parameters in one line, with units: "I3 = 0.01748 kg m², ω0 = 10 rad s⁻¹"."""
+    from sweeps import style
+
+    return ",  ".join(
+        style.with_unit(f"{LOOK.symbol(name)} = {style.number(float(value))}", COORDINATES[name].units)
+        for name, value in values.items()
+    )

@@ -1,0 +1,62 @@
+"""The motion of a rigid body at one point of a map: from the closed form, and step by step beside it."""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+import xarray as xr
+
+from kernels import direct, exact
+from sweeps.systems.motion import angular_velocity, instants, span, time
+
+
+def start(point: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
+    """Moments and angular velocity at time 0 of a point of the rigid body.
+
+    ω_a = ω0, ω_b = ε ω0 cos φ, ω_c = ε ω0 sin φ, with (a, b, c) cyclic and a the spin axis.
+
+    Args:
+        point: I1, I2, I3 (kg m2), axis, omega0 (rad s-1), epsilon, phase (rad).
+
+    Returns:
+        Moments, shape (3,), kg m2; angular velocity, shape (3,), rad s-1.
+    """
+    moments = np.array([point[f"I{i}"] for i in (1, 2, 3)], dtype=float)
+    spin, nudge, phase = float(point["omega0"]), float(point["epsilon"]), float(point["phase"])
+    a = int(point["axis"]) - 1
+    omega = np.zeros(3)
+    omega[[a, (a + 1) % 3, (a + 2) % 3]] = np.array([1.0, nudge * math.cos(phase), nudge * math.sin(phase)]) * spin
+    return moments, omega
+
+
+def _span(point: Mapping[str, float], rotation: float) -> float:
+    """Two flips, or two turns of the nudge, s; four rotations where neither ends within MOST_ROTATIONS."""
+    moments, omega = start(point)
+    flips = exact.max_tilt(*moments, *omega, int(point["axis"])) > 0.5 * math.pi
+    return span((1 if flips else 2) * exact.period(*moments, *omega), rotation)
+
+
+def motion(point: Mapping[str, float], duration: float | None, samples: int | None, tolerance: float) -> xr.Dataset:
+    """ω(t) of a free rigid body from a point of a map.
+
+    Args:
+        point: I1, I2, I3 (kg m2), axis, omega0 (rad s-1), epsilon, phase (rad).
+        duration: s; left out, two flips or two turns of the nudge, or four rotations where that takes over 10,000.
+        samples: how many instants, both ends included; left out, 32 a rotation, 400 to 100,000.
+        tolerance: of the direct integration, relative.
+
+    Returns:
+        Over `time` (s): omega1 … omega3 from the closed form, omega1_direct … omega3_direct step by step, rad s-1.
+    """
+    moments, omega = start(point)
+    rotation = 2 * math.pi / np.abs(omega).max()
+    times = instants(_span(point, rotation) if duration is None else duration, samples, rotation)
+    closed = exact.rotation(moments, omega, times)
+    stepped = direct.rotation(moments, omega, times, tolerance)
+    ways = {"": (closed, "closed form"), "_direct": (stepped, "direct integration")}
+    columns = {
+        f"omega{i + 1}{suffix}": ("time", values[:, i], angular_velocity(i + 1, how))
+        for suffix, (values, how) in ways.items()
+        for i in range(3)
+    }
+    return xr.Dataset(columns, {"time": time(times, "the nudge")})

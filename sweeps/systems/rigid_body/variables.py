@@ -1,0 +1,154 @@
+"""What a map of rigid bodies holds: its variables, its coordinates, and the parameters that they vary."""
+
+from sweeps.schema import parameters
+from sweeps.schema.parameters import Parameter, Quantity
+from sweeps.schema.values import MIN_SPIN_RATE, Epsilon, Moment, Phase, spin_rate
+from sweeps.schema.variables import Variable, table
+
+MOMENTS = ("I1", "I2", "I3")
+SHAREABLE = ("omega0", "epsilon", "phase")  # what a body may give, and the grid gives where it does not
+ARGUMENTS = ("axis", *MOMENTS, *SHAREABLE)
+
+REGIMES = ("undetermined", "stable_minor", "stable_major", "unstable", "marginal", "sphere")
+SHAPES = ("asymmetric", "oblate", "prolate", "sphere")
+STATUSES = ("ok", "short_window", "not_converged", "non_finite")
+
+_SCATTER = "scatter of the samples only: it does not know the bias of a finite amplitude"
+
+VARIABLES = table(
+    Variable("omega_squared_theory", "s-2", "signed square of the rate, linear theory"),
+    Variable("omega_squared", "s-2", "signed square of the rate, measured"),
+    Variable(
+        "omega_squared_stderr",
+        "s-2",
+        "standard error of the measured signed square of the rate",
+        comment=_SCATTER,
+    ),
+    Variable("growth_rate_theory", "s-1", "growth rate, linear theory; 0 where not unstable", sparse=True),
+    Variable("growth_rate", "s-1", "growth rate, measured; 0 where not unstable", sparse=True),
+    Variable("growth_rate_stderr", "s-1", "standard error of the measured growth rate", comment=_SCATTER, sparse=True),
+    Variable("frequency_theory", "rad s-1", "angular frequency, linear theory; 0 where not stable"),
+    Variable("frequency", "rad s-1", "angular frequency, measured; 0 where not stable"),
+    Variable(
+        "frequency_stderr",
+        "rad s-1",
+        "standard error of the measured angular frequency",
+        comment=_SCATTER,
+    ),
+    Variable(
+        "growth_rate_logslope",
+        "s-1",
+        "growth rate by the slope of the logarithm of the transverse size",
+        comment="missing where its window (2 to 1000 times the start, below 0.01 omega0) holds under two e-folds",
+        sparse=True,
+    ),
+    Variable("e_folds", "1", "e-folds of growth inside the window of the log slope", "f4"),
+    Variable("euler_period", "s", "period of the nudge's turn about the spin axis, measured; missing where not stable"),
+    Variable("regime_theory", None, "regime, linear theory", "i1", REGIMES[1:]),
+    Variable("regime", None, "regime, measured", "i1", REGIMES, first_flag=-1),
+    Variable("shape", None, "kind of body by its moments", "i1", SHAPES),
+    Variable("growing_fraction", "1", "share of the start that lies on the growing mode", "f4"),
+    Variable("samples_used", "1", "number of samples inside the measurement window", "i4"),
+    Variable("window_end", "s", "time of the last sample inside the measurement window", sparse=True),
+    Variable("steps_per_sample", "1", "integration steps between two samples", "i4"),
+    Variable("status", None, "whether the measurement can be trusted", "i1", STATUSES),
+    Variable(
+        "triangle_margin",
+        "1",
+        "least of (Ib + Ic - Ia)/(I1 + I2 + I3) over the axes; negative where no body can exist",
+        "f4",
+    ),
+    Variable("energy_drift", "1", "largest relative change of twice the kinetic energy", "f4"),
+    Variable("momentum_drift", "1", "largest relative change of the squared angular momentum", "f4"),
+    Variable(
+        "perturbation_drift",
+        "1",
+        "largest change of the perturbation's own invariant, relative to its absolute terms",
+        "f4",
+        comment="Ib (Ib - Ia) wb^2 + Ic (Ic - Ia) wc^2, which sees errors that energy and momentum do not",
+    ),
+)
+
+CERTIFICATE = table(
+    Variable(
+        "propagation_error",
+        "1",
+        "largest distance of the direct solution from the exact one, relative to the largest transverse size so far",
+        "f4",
+        comment="the certificate: over the samples used, across the spin axis, by an exact step that shares no code "
+        "with the direct integrator",
+    )
+)
+
+FLIPS = table(
+    Variable(
+        "flip_period",
+        "s",
+        "time between two changes of sign of the spin, measured; missing where it keeps its sign",
+        comment="from the start forward to the first change and backward to the last one",
+    ),
+    Variable("flip_period_exact", "s", "time between two changes of sign of the spin, closed form: 2 K/p"),
+    Variable(
+        "max_tilt", "rad", "largest angle of the angular velocity from the end of the axis it starts near, measured"
+    ),
+    Variable("max_tilt_exact", "rad", "largest angle of the angular velocity from that end, closed form"),
+    Variable(
+        "frequency_exact",
+        "rad s-1",
+        "angular frequency of the motion at its own amplitude, closed form: pi p/(2 K)",
+        comment="tends to frequency_theory about a stable axis as the nudge gets small",
+    ),
+)
+
+SpinRate = spin_rate("omega0")
+MOMENT = Quantity("moment", "kg m2", "finite, > 0", Moment)
+SPIN = Quantity("spin rate", "rad s-1", "1e-150 ≤ |omega0| ≤ 1e150", SpinRate, least=MIN_SPIN_RATE)
+SIZE = Quantity("size", "1", "0 < epsilon < 1", Epsilon)
+DIRECTION = Quantity("direction", "rad", "finite", Phase)
+
+PARAMETERS = (
+    *(
+        Parameter(
+            f"I{i}",
+            MOMENT,
+            f"principal moment of inertia about axis {i}",
+            description=f"moment of inertia about axis {i}, kg m2, > 0",
+        )
+        for i in (1, 2, 3)
+    ),
+    Parameter(
+        "omega0",
+        SPIN,
+        "spin rate",
+        description="spin rate, rad s-1, 1e-150 ≤ |omega0| ≤ 1e150, negative spins the other way",
+    ),
+    Parameter(
+        "epsilon",
+        SIZE,
+        "size of the nudge relative to the spin rate",
+        1e-6,
+        "size of the nudge relative to omega0, 0 < epsilon < 1",
+    ),
+    Parameter(
+        "phase",
+        DIRECTION,
+        "direction of the nudge in the (b, c) plane",
+        0.6,
+        "direction of the nudge in the (b, c) plane, rad, from b towards c",
+    ),
+)
+
+COORDINATES = (
+    table(Variable("axis", "1", "spin axis (1, 2 or 3)", "i1"), Variable("body", None, "body", "str"))
+    | parameters.coordinates(PARAMETERS)
+    | table(
+        Variable(
+            "moments_are_ratios",
+            None,
+            "whether the moments are known as ratios only",
+            "i1",
+            ("kilogram_square_metres", "ratios"),
+            "where 1, I1, I2 and I3 of the body are in a unit of their own",
+        )
+    )
+)

@@ -1,0 +1,33 @@
+"""The motion of a symmetric top at one point of a map, in closed form."""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+import xarray as xr
+
+from kernels import symmetric_top as top
+from sweeps.systems.motion import angular_velocity, instants, span, time
+
+
+def motion(point: Mapping[str, float], duration: float | None, samples: int | None) -> xr.Dataset:
+    """ω(t) of a free symmetric top from a point of a map, in closed form.
+
+    Args:
+        point: ratio, omega3 (rad s-1), half_angle (degrees).
+        duration: s; left out, two turns of the precession, or four rotations where that takes over 10,000.
+        samples: how many instants, both ends included; left out, 32 a rotation, 400 to 100,000.
+
+    Returns:
+        Over `time` (s): omega1 … omega3, rad s-1.
+    """
+    ratio, spin = float(point["ratio"]), float(point["omega3"])
+    rate = abs(float(top.precession_rate(ratio, spin)))
+    rotation = 2 * math.pi / abs(spin)
+    if duration is None:
+        duration = span(2 * (2 * math.pi / rate) if rate > 0 else math.inf, rotation)
+    times = instants(duration, samples, rotation)
+    omega = np.array([abs(spin) * math.tan(math.radians(float(point["half_angle"]))), 0.0, spin])
+    values = top.rotation(ratio, omega, times)
+    columns = {f"omega{i + 1}": ("time", values[:, i], angular_velocity(i + 1, "closed form")) for i in range(3)}
+    return xr.Dataset(columns, {"time": time(times, "the start")})
