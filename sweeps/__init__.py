@@ -6,6 +6,15 @@ ds = sweeps.open_map("results/tiny/stability_map.nc")
 """
 
 
+def __getattr__(name: str) -> str:
+    """`sweeps.__version__`, looked up when it is asked for."""
+    if name != "__version__":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib.metadata import version
+
+    return version("polhode")
+
+
 def survey(definition, *, chunks=None, threads: int = 1):
     """Measures a sweep and returns its map as an `xarray.Dataset`.
 

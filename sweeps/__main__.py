@@ -1,4 +1,4 @@
-"""The command line, `python -m sweeps …`: what the Snakefile calls, and a person can too.
+"""The command line, `polhode …` or `python -m sweeps …`: what the Snakefile calls, and a person can too.
 
 Each command is a module of `sweeps.commands`: it reads, calls one function and writes.
 """
@@ -6,9 +6,10 @@ Each command is a module of `sweeps.commands`: it reads, calls one function and 
 import sys
 from argparse import RawDescriptionHelpFormatter
 from importlib import import_module
-from importlib.metadata import version
+from pathlib import Path
 
-from sweeps.commands import NAMES
+import sweeps
+from sweeps.commands import NAMES, completion
 from sweeps.commands.parser import Parser
 from sweeps.schema.refusals import RefusedError
 
@@ -21,19 +22,19 @@ writes, results/<sweep>/stability_map.nc.
 
 EPILOG = """\
 a sweep of your own:
-  python -m sweeps check my.yaml                      is it right, how large is it
-  python -m sweeps run my.yaml                        its map, pictures and report, in results/my
-  python -m sweeps show results/my/stability_map.nc   what came out
-  python -m sweeps verify results/my                  is it what its definition makes
+  polhode check my.yaml                      is it right, how large is it
+  polhode run my.yaml                        its map, pictures and report, in results/my
+  polhode show results/my/stability_map.nc   what came out
+  polhode verify results/my                  is it what its definition makes
 the same by the workflow:
   snakemake --cores 2 --config definition=my.yaml
 and by hand:
-  python -m sweeps compile                            once per machine
-  python -m sweeps shard my.yaml 1 2 -o a.nc          first half of the points
-  python -m sweeps shard my.yaml 2 2 -o b.nc          second half
-  python -m sweeps merge my.yaml a.nc b.nc -o map.nc
-  python -m sweeps figures map.nc -o figures
-  python -m sweeps report map.nc -o report.html
+  polhode compile                            once per machine
+  polhode shard my.yaml 1 2 -o a.nc          first half of the points
+  polhode shard my.yaml 2 2 -o b.nc          second half
+  polhode merge my.yaml a.nc b.nc -o map.nc
+  polhode figures map.nc -o figures
+  polhode report map.nc -o report.html
 
 exit status: 0 done; 2 what was given is wrong, and a message said what (nothing was written); 130 interrupted;
 1 anything else (of `verify`: the map differs)
@@ -42,8 +43,10 @@ exit status: 0 done; 2 what was given is wrong, and a message said what (nothing
 
 def _parser() -> Parser:
     words = {"description": DESCRIPTION, "epilog": EPILOG, "formatter_class": RawDescriptionHelpFormatter}
-    parser = Parser(prog="python -m sweeps", allow_abbrev=False, **words)
-    parser.add_argument("--version", action="version", version=f"Polhode {version('polhode')}")
+    named = "python -m sweeps" if Path(sys.argv[0]).stem == "__main__" else "polhode"
+    parser = Parser(prog=named, allow_abbrev=False, **words)
+    parser.add_argument("--version", action="version", version=f"Polhode {sweeps.__version__}")
+    completion.add(parser)
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for name in NAMES:
         import_module(f"sweeps.commands.{name}").add(commands)

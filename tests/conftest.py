@@ -1,12 +1,51 @@
-"""Settings of the whole test run: the same examples every time, and no time limit on any of them."""
+"""Settings of the whole test run: the same examples every time, and no time limit on any of them.
+
+Tests run in parallel, a process a core (pytest-xdist). What they share is the compiled kernels: compiled once, before
+the processes start, and whatever a test compiles besides is stored by one process at a time.
+"""
+
+import fcntl
+import os
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
 from numba import config
+from numba.core.caching import IndexDataCacheFile
+
+from kernels.fingerprint import cache_folder
 
 settings.register_profile("fixed", derandomize=True, deadline=None, max_examples=60)
 settings.register_profile("without_jit", derandomize=True, deadline=None, max_examples=8)
 settings.load_profile("without_jit" if config.DISABLE_JIT else "fixed")
+
+
+def pytest_configure(config):
+    """Compiles the kernels, where there are processes to share them and no other run has."""
+    compiled = cache_folder() / "compiled"
+    if not hasattr(config, "workerinput") and getattr(config.option, "numprocesses", None) and not compiled.exists():
+        subprocess.run([sys.executable, "-m", "sweeps", "compile", "--output", compiled], check=True)
+
+
+_save = IndexDataCacheFile.save
+
+
+def _save_alone(self, key, data):
+    """Stores a compiled function; Numba itself may lose or mix up what two processes store at one moment."""
+    path = Path(self._index_path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle = os.open(path.with_suffix(".lock"), os.O_RDWR | os.O_CREAT, 0o600)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX)
+        if key not in self._load_index():
+            _save(self, key, data)
+    finally:
+        os.close(handle)
+
+
+IndexDataCacheFile.save = _save_alone
 
 
 @pytest.fixture(scope="session")

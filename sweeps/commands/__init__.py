@@ -1,4 +1,4 @@
-"""The commands of `python -m sweeps`, one module each; a module imports what is heavy only when its command runs.
+"""The commands of `polhode`, one module each; a module imports what is heavy only when its command runs.
 
 Each module has `add(commands)`, which describes the command to argparse, and the function that runs it.
 """

@@ -7,10 +7,10 @@ from sweeps.commands import parser
 EPILOG = """\
 NAME may be a part of a name: `body racket`. Without NAME the bodies are listed. Or give a body of your own:
 
-  python -m sweeps body --moments 0.00121 0.01638 0.01748 --omega0 10
-  python -m sweeps body --ratios 1 2 2.5
-  python -m sweeps body --tensor 2 -0.5 0  -0.5 2 0.1  0 0.1 3
-  python -m sweeps body --mesh racket.stl --density 600 --unit mm
+  polhode body --moments 0.00121 0.01638 0.01748 --omega0 10
+  polhode body --ratios 1 2 2.5
+  polhode body --tensor 2 -0.5 0  -0.5 2 0.1  0 0.1 3
+  polhode body --mesh racket.stl --density 600 --unit mm
 
 The moments of a tensor or a mesh come out ascending, with their principal axes in the coordinates of the tensor or
 the mesh. Off-diagonal entries of a tensor are minus the products of inertia.

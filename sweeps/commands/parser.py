@@ -3,6 +3,8 @@
 import argparse
 import re
 
+from sweeps.schema.refusals import hint, shortened
+
 _NEGATIVE = re.compile(r"-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 
 
@@ -24,6 +26,21 @@ class Parser(argparse.ArgumentParser):
         if self.takes_coordinates:
             namespace.coordinates = coordinates
         return namespace, rest
+
+    def parse_args(self, args=None, namespace=None):
+        """As argparse has it; an option that is none is refused with a near one, where there is one."""
+        namespace, rest = self.parse_known_args(args, namespace)
+        if rest:
+            options = getattr(namespace, "options", self._option_string_actions)
+            near = hint(rest[0].strip().partition("=")[0], options)
+            self.error(f"{shortened(rest[0].strip())} is not understood{near}; allowed: {', '.join(options)}")
+        return namespace
+
+    def _check_value(self, action, value):
+        if action.choices is None or value in action.choices:
+            return
+        what = f"{shortened(repr(value))} is not known{hint(value, action.choices)}"
+        raise argparse.ArgumentError(action, f"{what}; allowed: {', '.join(action.choices)}")
 
     def _without_coordinates(self, arguments: list[str]) -> tuple[list[str], dict[str, str]]:
         kept, coordinates = [], {}
@@ -48,7 +65,7 @@ def add(commands, name: str, help_text: str, run, epilog: str | None = None) -> 
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
-    parser.set_defaults(run=run)
+    parser.set_defaults(run=run, options=parser._option_string_actions)
     return parser
 
 

@@ -3,6 +3,9 @@
 import json
 import shutil
 import subprocess
+import tomllib
+from importlib.metadata import EntryPoint, version
+from pathlib import Path
 
 import netCDF4
 import numpy as np
@@ -318,7 +321,45 @@ def test_every_command_has_help(name, capsys):
     with pytest.raises(SystemExit) as left:
         main([name, "--help"])
     assert left.value.code == 0
-    assert f"python -m sweeps {name}" in capsys.readouterr().out
+    assert f"polhode {name}" in capsys.readouterr().out
+
+
+def test_polhode_is_the_same_command(capsys):
+    """The console script calls what `python -m sweeps` calls; each names itself in its help."""
+    scripts = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())["project"]["scripts"]
+    assert EntryPoint("polhode", scripts["polhode"], "console_scripts").load() is main
+    assert sweeps.__version__ == version("polhode")
+    with pytest.raises(SystemExit) as left:
+        main(["--version"])
+    assert left.value.code == 0
+    assert capsys.readouterr().out == f"Polhode {sweeps.__version__}\n"
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("chek", "'chek' is not known (did you mean check?); allowed: check, run"),
+        ("check --jsn", "--jsn is not understood (did you mean --json?); allowed: -h, --help, --list, --json"),
+        ("check tiny extra", "extra is not understood; allowed: "),
+    ],
+)
+def test_a_word_that_is_none_is_refused_with_a_near_one(line, words, capsys):
+    with pytest.raises(SystemExit) as left:
+        main(line.split())
+    assert left.value.code == 2
+    assert words in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "tcsh"])
+def test_a_shell_gets_its_completion(shell, capsys):
+    pytest.importorskip("shtab")
+    with pytest.raises(SystemExit) as left:
+        main(["--completion", shell])
+    assert left.value.code == 0
+    script = capsys.readouterr().out
+    assert "--trajectory" in script
+    if shutil.which(shell):
+        subprocess.run([shell, "-n"], input=script, text=True, check=True)
 
 
 def test_a_place_that_cannot_be_written_is_said_in_one_line(path, tmp_path, capsys):

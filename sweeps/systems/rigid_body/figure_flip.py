@@ -1,7 +1,5 @@
 """The flip as an animation: the most unstable body that can exist, turning in space, above the trace of its spin."""
 
-import io
-
 import numpy as np
 import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -129,14 +127,18 @@ def _frames(point, moments, omegas, times) -> list[Image.Image]:
     """The pictures, all in the same 256 colours, which is what a GIF holds."""
     turned = attitudes(moments, omegas[0], times)
     figure, solid, tip, dots = _stage(point, moments, omegas, times)
+    figure.canvas.draw()  # what stands still, drawn once: all but what is animated
+    still = figure.canvas.copy_from_bbox(figure.bbox)
     images = []
     for k, matrix in enumerate(turned):
-        _draw_solid(solid, box(moments), matrix, tip, int(point["axis"]))
+        figure.canvas.restore_region(still)
+        faces = _draw_solid(solid, box(moments), matrix, tip, int(point["axis"]))
+        for artist in sorted((faces, tip), key=lambda artist: artist.get_zorder()):
+            solid.draw_artist(artist)
         for dot, component in zip(dots, omegas[k], strict=True):
             dot.set_data([times[k]], [component])
-        buffer = io.BytesIO()
-        figure.savefig(buffer, format="png", dpi=DOTS)
-        images.append(Image.open(buffer).convert("RGB"))
+            dot.axes.draw_artist(dot)
+        images.append(Image.fromarray(np.asarray(figure.canvas.buffer_rgba())).convert("RGB"))
     palette = _montage(images[:: max(1, len(images) // 12)]).quantize(256)
     return [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
 
@@ -162,12 +164,12 @@ def _stage(point, moments, omegas, times):
     solid = figure.add_axes((0.0, 0.33, 1.0, 0.56))
     solid.set(xlim=(-2.3, 2.3), ylim=(-1.25, 1.25), aspect="equal")
     solid.axis("off")
-    (tip,) = solid.plot([], [], color=colors.INK, linewidth=1.6, zorder=0)
+    (tip,) = solid.plot([], [], color=colors.INK, linewidth=1.6, zorder=0, animated=True)
     trace = figure.add_axes((0.13, 0.105, 0.84, 0.22))
     dots = []
     for k, color in enumerate(COMPONENTS):
         trace.plot(times, omegas[:, k], color=color, linewidth=1.6, label=f"$\\omega_{k + 1}$")
-        dots += trace.plot([], [], "o", color=color, markersize=5)
+        dots += trace.plot([], [], "o", color=color, markersize=5, animated=True)
     trace.set(xlim=(times[0], times[-1]), xlabel="time (s)", ylabel=f"ω ({style.units('rad s-1')})")
     trace.legend(ncols=3, loc="lower right", bbox_to_anchor=(1.0, 0.98), borderaxespad=0.0, handlelength=1.2)
     for side in ("top", "right"):
@@ -175,7 +177,7 @@ def _stage(point, moments, omegas, times):
     return figure, solid, tip, dots
 
 
-def _draw_solid(ax, half: np.ndarray, matrix: np.ndarray, tip, axis: int) -> None:
+def _draw_solid(ax, half: np.ndarray, matrix: np.ndarray, tip, axis: int) -> PolyCollection:
     """The faces of the box that look at the viewer, shaded, and the spin axis sticking out of it."""
     towards = TOWARDS / np.linalg.norm(TOWARDS)
     right = np.cross([0.0, 0.0, 1.0], towards)
@@ -189,11 +191,13 @@ def _draw_solid(ax, half: np.ndarray, matrix: np.ndarray, tip, axis: int) -> Non
         if outward @ towards > 0.0:
             faces.append(corners @ matrix.T @ screen.T)
             shades.append(np.array(color) * (0.55 + 0.45 * (0.5 + 0.5 * outward @ LIGHT)))
-    ax.add_collection(PolyCollection(faces, facecolors=shades, edgecolors="white", linewidths=0.6, zorder=1))
+    drawn = PolyCollection(faces, facecolors=shades, edgecolors="white", linewidths=0.6, zorder=1, animated=True)
+    ax.add_collection(drawn)
     end = 1.15 * matrix[:, axis - 1]
     line = np.stack([np.zeros(3), end]) @ screen.T
     tip.set_data(*line.T)
     tip.set_zorder(2 if end @ towards > 0.0 else 0)
+    return drawn
 
 
 def _faces(half: np.ndarray):
