@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 
 from kernels import rigid_body
-from kernels.rigid_body import INLINE, OPTIONS
+from kernels.options import INLINE, OPTIONS
 
 FREE = np.int32(-1)
 

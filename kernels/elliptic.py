@@ -22,10 +22,7 @@ import math
 import numpy as np
 from numba import njit
 
-EXACT = {"cache": True, "error_model": "numpy"}  # no contraction: error-free transformations depend on it
-CONTRACT = {**EXACT, "fastmath": {"contract"}}
-LANES = {**EXACT, "forceinline": True}  # a loop over lanes vectorises only what is inlined into it
-LANES_CONTRACT = {**CONTRACT, "forceinline": True}
+from kernels.options import EXACT, EXACT_INLINE, INLINE, OPTIONS
 
 HALF_PI = 0.5 * math.pi
 SPLITTER = 134217729.0  # 2**27 + 1 cuts a double into two halves of 26 bits (Veltkamp)
@@ -34,7 +31,7 @@ SETTLED = 1e-18  # relative gap a_n - b_n below which the next mean changes noth
 TINY_ARGUMENT = 1e-8  # below it the first two terms of each Maclaurin series are exact to rounding
 
 
-@njit(**LANES)
+@njit(**EXACT_INLINE)
 def two_sum(x, y):
     """Sum of two doubles and its rounding error: ``x + y = s + e`` exactly (Knuth, TAOCP 4.2.2)."""
     s = x + y
@@ -42,7 +39,7 @@ def two_sum(x, y):
     return s, (x - (s - t)) + (y - t)
 
 
-@njit(**LANES)
+@njit(**EXACT_INLINE)
 def two_product(x, y):
     """Product of two doubles and its rounding error, ``x y = r + e`` exactly (Dekker 1971).
 
@@ -58,7 +55,7 @@ def two_product(x, y):
     return r, ((xh * yh - r) + xh * yl + xl * yh) + xl * yl
 
 
-@njit(**LANES)
+@njit(**EXACT_INLINE)
 def double_product(xh, xl, yh, yl):
     """Product of two double-doubles, relative error about 1e-31."""
     r, e = two_product(xh, yh)
@@ -153,7 +150,7 @@ def jacobi(u, m, m1):
     return climb(u, m, rungs, n, ah, al)
 
 
-@njit(**LANES_CONTRACT)
+@njit(**INLINE)
 def duplicate(sn, cn, dn, m):
     """(sn, cn, dn) of twice the argument: DLMF 22.6.5-7, with cn and dn as one minus a rest."""
     ss, sd, sc = sn * sn, sn * dn, sn * cn
@@ -161,7 +158,7 @@ def duplicate(sn, cn, dn, m):
     return sc * dn * D, 1.0 - sd * sd * D, 1.0 - m * sc * sc * D
 
 
-@njit(**LANES_CONTRACT)
+@njit(**INLINE)
 def jacobi_short(u, m):
     """Jacobi's sn, cn and dn for |u| <= 0.5, straight-line arithmetic for loops over lanes.
 
@@ -202,7 +199,7 @@ def K(m, m1):
     return HALF_PI / ah
 
 
-@njit(**CONTRACT)
+@njit(**OPTIONS)
 def carlson_rf(x, y, z):
     """Carlson's symmetric integral of the first kind R_F, at most one argument zero, all >= 0.
 

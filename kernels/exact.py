@@ -67,14 +67,12 @@ Hirota and Kimura, J. Phys. Soc. Jpn 69 (2000) 627.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
 from kernels.elliptic import (
-    EXACT,
-    LANES,
-    LANES_CONTRACT,
     RUNGS,
     K,
     argument,
@@ -87,50 +85,52 @@ from kernels.elliptic import (
     two_product,
     two_sum,
 )
+from kernels.options import EXACT, EXACT_INLINE, INLINE
 
 
-@njit(**LANES)
+@njit(**EXACT_INLINE)
 def unit_of(x1, x2, x3):
     """The power of two next above the largest of three magnitudes; 1 where all are zero."""
     _, exponent = math.frexp(max(abs(x1), abs(x2), abs(x3)))
     return math.ldexp(1.0, min(exponent, 1023))
 
 
-@njit(**LANES)
+@njit(**EXACT_INLINE)
 def scaled(x1, x2, x3):
     """Three numbers in a unit that is their own, and the unit: ``(x1/unit, x2/unit, x3/unit, unit)``."""
     unit = unit_of(x1, x2, x3)
     return x1 / unit, x2 / unit, x3 / unit, unit
 
 
-@njit(**LANES)
+@njit(**EXACT_INLINE)
 def coefficients(I1, I2, I3):
     """``c_i = (I_j - I_k)/I_i`` of Euler's equations, dimensionless; the differences before the ratios."""
     return (I2 - I3) / I1, (I3 - I1) / I2, (I1 - I2) / I3
 
 
-@njit(**LANES)
+@njit(**EXACT_INLINE)
 def pick(axis, x1, x2, x3):
     """The value that belongs to ``axis`` (1, 2 or 3)."""
     return x1 if axis == 1 else (x2 if axis == 2 else x3)
 
 
-@njit(**LANES)
+@njit(**EXACT_INLINE)
 def by_role(sn_axis, cn_axis, dn_axis, x1, x2, x3):
     """Values of the axes 1, 2, 3 in the order of the roles sn, cn, dn."""
     return pick(sn_axis, x1, x2, x3), pick(cn_axis, x1, x2, x3), pick(dn_axis, x1, x2, x3)
 
 
-@njit(**LANES)
-def by_axis(sn_axis, cn_axis, x_s, x_c, x_d):
-    """Values of the roles sn, cn, dn in the order of the axes 1, 2, 3."""
+@njit(**EXACT_INLINE)
+def by_axis(axes, x_s, x_c, x_d):
+    """Values of the roles sn, cn, dn, which run on ``axes``, in the order of the axes 1, 2, 3."""
+    sn_axis, cn_axis, _ = axes
     x1 = x_s if sn_axis == 1 else (x_c if cn_axis == 1 else x_d)
     x2 = x_s if sn_axis == 2 else (x_c if cn_axis == 2 else x_d)
     x3 = x_s if sn_axis == 3 else (x_c if cn_axis == 3 else x_d)
     return x1, x2, x3
 
 
-@njit(**LANES)
+@njit(**EXACT_INLINE)
 def order(I1, I2, I3):
     """Axes (1, 2, 3) of the least, the middle and the greatest moment; three different ones, ties or not."""
     greatest = 1 if (I1 >= I2) & (I1 >= I3) else (2 if I2 >= I3 else 3)
@@ -138,7 +138,7 @@ def order(I1, I2, I3):
     return least, 6 - least - greatest, greatest
 
 
-@njit(**LANES)
+@njit(**EXACT_INLINE)
 def separatrix_offset(I_min, I_mid, I_max, w_min, w_max):
     """``L^2 - 2 E I_mid = I_max (I_max - I_mid) w_max^2 - I_min (I_mid - I_min) w_min^2``, in double-double.
 
@@ -156,7 +156,7 @@ def separatrix_offset(I_min, I_mid, I_max, w_min, w_max):
     return difference + (e + (al - bl))
 
 
-@njit(**LANES)
+@njit(**EXACT_INLINE)
 def constants(I1, I2, I3, w1, w2, w3):
     """Constants of a trajectory as ``trajectory`` has them, straight-line code for loops over lanes.
 
@@ -175,6 +175,49 @@ def constants(I1, I2, I3, w1, w2, w3):
     m = min(1.0, b_d * (b_c * (w_s * w_s) + b_s * (w_c * w_c)) / safe) if p2 > 0.0 else 0.0
     m1 = min(1.0, b_s * ((abs(N) / I_min) / I_max) / safe) if p2 > 0.0 else 1.0
     return math.sqrt(p2), m, m1, sn_axis, (least if above else greatest), (greatest if above else least)
+
+
+class Motion(NamedTuple):
+    """One trajectory, set up: what every closed form here starts from.
+
+    Attributes
+    ----------
+    p, m, m1 : float
+        Elliptic frequency, parameter and complement, as :func:`trajectory` has them; p in the unit of w.
+    axes : tuple of 3 int
+        Axes (1, 2, 3) in the order of the roles sn, cn, dn.
+    c, w : tuple of 3 float
+        Euler coefficients and angular velocity at the start, in the order of the roles.
+    unit : float
+        What p and w are to be multiplied by, rad/s: a power of two.
+    """
+
+    p: float
+    m: float
+    m1: float
+    axes: tuple
+    c: tuple
+    w: tuple
+    unit: float
+
+
+@njit(**EXACT_INLINE)
+def set_up_near_one(I1, I2, I3, w1, w2, w3):
+    """:func:`set_up` for moments and angular velocities near one, as for :func:`constants`, whose unit is one."""
+    p, m, m1, sn_axis, cn_axis, dn_axis = constants(I1, I2, I3, w1, w2, w3)
+    c1, c2, c3 = coefficients(I1, I2, I3)
+    c = by_role(sn_axis, cn_axis, dn_axis, c1, c2, c3)
+    w = by_role(sn_axis, cn_axis, dn_axis, w1, w2, w3)
+    return Motion(p, m, m1, (sn_axis, cn_axis, dn_axis), c, w, 1.0)
+
+
+@njit(**EXACT)
+def set_up(I1, I2, I3, w1, w2, w3):
+    """The :class:`Motion` of a body (kg m2, > 0) from a start (rad/s), each in a unit of its own."""
+    I1, I2, I3, _ = scaled(I1, I2, I3)
+    w1, w2, w3, unit = scaled(w1, w2, w3)
+    p, m, m1, axes, c, w, _ = set_up_near_one(I1, I2, I3, w1, w2, w3)
+    return Motion(p, m, m1, axes, c, w, unit)
 
 
 @njit(**EXACT)
@@ -197,19 +240,20 @@ def trajectory(I1, I2, I3, w1, w2, w3):
     sn_axis, cn_axis, dn_axis : int
         Axes (1, 2, 3) on which sn, cn and dn run: sn on the middle axis, dn on the one the polhode goes round.
     """
-    I1, I2, I3, _ = scaled(I1, I2, I3)
-    w1, w2, w3, unit = scaled(w1, w2, w3)
-    p, m, m1, sn_axis, cn_axis, dn_axis = constants(I1, I2, I3, w1, w2, w3)
-    return p * unit, m, m1, sn_axis, cn_axis, dn_axis
+    top = set_up(I1, I2, I3, w1, w2, w3)
+    sn_axis, cn_axis, dn_axis = top.axes
+    return top.p * top.unit, top.m, top.m1, sn_axis, cn_axis, dn_axis
 
 
-@njit(**LANES_CONTRACT)
-def advance(w_s, w_c, w_d, c_s, c_c, c_d, p, t, sn, cn, dn):
-    """The addition theorems: components by role, a time t later; (sn, cn, dn) are those of ``p t``.
+@njit(**INLINE)
+def advance(w, c, p, t, sn, cn, dn):
+    """The addition theorems: components w by role, a time t later; c by role, (sn, cn, dn) those of ``p t``.
 
     Numerators and D are divided by the square of ``r = max(dn, |sn| D0)``, so that neither underflows near
     the separatrix, where cn and dn get as small as sqrt(m1).
     """
+    w_s, w_c, w_d = w
+    c_s, c_c, c_d = c
     S = sn / p if p > 0.0 else t
     D0 = math.sqrt(abs(c_c * c_s)) * (abs(w_d) / p) if p > 0.0 else 1.0
     r = max(dn, abs(sn) * D0)
@@ -245,35 +289,23 @@ def at_time(I1, I2, I3, w1, w2, w3, t):
         inputs times the solution's sensitivity to them where that is more.  Each transverse component of a
         perturbed spin is right relative to the transverse size.
     """
-    I1, I2, I3, _ = scaled(I1, I2, I3)
-    w1, w2, w3, unit = scaled(w1, w2, w3)
+    p, m, m1, axes, c, w, unit = set_up(I1, I2, I3, w1, w2, w3)
     t *= unit
-    p, m, m1, sn_axis, cn_axis, dn_axis = constants(I1, I2, I3, w1, w2, w3)
-    c1, c2, c3 = coefficients(I1, I2, I3)
-    c_s, c_c, c_d = by_role(sn_axis, cn_axis, dn_axis, c1, c2, c3)
-    w_s, w_c, w_d = by_role(sn_axis, cn_axis, dn_axis, w1, w2, w3)
     sn, cn, dn = jacobi(p * t, m, m1)
-    w_s, w_c, w_d = advance(w_s, w_c, w_d, c_s, c_c, c_d, p, t, sn, cn, dn)
-    w1, w2, w3 = by_axis(sn_axis, cn_axis, w_s, w_c, w_d)
+    w1, w2, w3 = by_axis(axes, *advance(w, c, p, t, sn, cn, dn))
     return w1 * unit, w2 * unit, w3 * unit
 
 
 @njit(**EXACT)
 def fill_rotation(moments, start, times, out):
     """``at_time`` at every one of ``times`` (n,), into ``out`` (n, 3); what is constant is computed once."""
-    I1, I2, I3, _ = scaled(moments[0], moments[1], moments[2])
-    w1, w2, w3, unit = scaled(start[0], start[1], start[2])
-    p, m, m1, sn_axis, cn_axis, dn_axis = constants(I1, I2, I3, w1, w2, w3)
-    c1, c2, c3 = coefficients(I1, I2, I3)
-    c_s, c_c, c_d = by_role(sn_axis, cn_axis, dn_axis, c1, c2, c3)
-    w_s, w_c, w_d = by_role(sn_axis, cn_axis, dn_axis, w1, w2, w3)
+    p, m, m1, axes, c, w, unit = set_up(moments[0], moments[1], moments[2], start[0], start[1], start[2])
     rungs = np.empty((2, RUNGS))
     n, ah, al = ladder(m, m1, rungs) if m1 > 0.0 else (0, 0.0, 0.0)
     for i in range(times.shape[0]):
         t = times[i] * unit
         sn, cn, dn = climb(p * t, m, rungs, n, ah, al) if m1 > 0.0 else separatrix_functions(p * t)
-        x_s, x_c, x_d = advance(w_s, w_c, w_d, c_s, c_c, c_d, p, t, sn, cn, dn)
-        x1, x2, x3 = by_axis(sn_axis, cn_axis, x_s, x_c, x_d)
+        x1, x2, x3 = by_axis(axes, *advance(w, c, p, t, sn, cn, dn))
         out[i, 0], out[i, 1], out[i, 2] = x1 * unit, x2 * unit, x3 * unit
 
 
@@ -320,12 +352,13 @@ def rotation(moments, omega_start, times):
     return out
 
 
-@njit(**LANES_CONTRACT)
-def step_coefficients(c_s, c_c, c_d, p, h, sn, cn, dn):
+@njit(**INLINE)
+def step_coefficients(c, p, h, sn, cn, dn):
     """``q = g c h/2`` of the exact step, by role; (sn, cn, dn) are those of ``p h/2``.
 
     ``q_s = c_s S/(cn dn), q_c = c_c S dn/cn, q_d = c_d S cn/dn`` with ``S = sn/p``, or h/2 where p = 0.
     """
+    c_s, c_c, c_d = c
     S = sn / p if p > 0.0 else h / 2
     return c_s * S / (cn * dn), c_c * S * dn / cn, c_d * S * cn / dn
 
@@ -348,33 +381,25 @@ def step_constants(I1, I2, I3, w1, w2, w3, h):
     q1, q2, q3 : float
         What ``step`` asks for, s.
     """
-    I1, I2, I3, _ = scaled(I1, I2, I3)
-    w1, w2, w3, unit = scaled(w1, w2, w3)
+    p, m, m1, axes, c, _, unit = set_up(I1, I2, I3, w1, w2, w3)
     h *= unit
-    p, m, m1, sn_axis, cn_axis, dn_axis = constants(I1, I2, I3, w1, w2, w3)
-    c1, c2, c3 = coefficients(I1, I2, I3)
-    c_s, c_c, c_d = by_role(sn_axis, cn_axis, dn_axis, c1, c2, c3)
     sn, cn, dn = jacobi(0.5 * p * h, m, m1)
-    q_s, q_c, q_d = step_coefficients(c_s, c_c, c_d, p, h, sn, cn, dn)
-    q1, q2, q3 = by_axis(sn_axis, cn_axis, q_s, q_c, q_d)
+    q1, q2, q3 = by_axis(axes, *step_coefficients(c, p, h, sn, cn, dn))
     return q1 / unit, q2 / unit, q3 / unit
 
 
-@njit(**LANES)
+@njit(**EXACT_INLINE)
 def short_step_constants(I1, I2, I3, w1, w2, w3, h):
     """``step_constants`` for ``p |h| <= 1``, with neither branch nor loop, for loops over lanes.
 
     Moments and angular velocities near one (the largest of each between 1e-50 and 1e50).
     """
-    p, m, _, sn_axis, cn_axis, dn_axis = constants(I1, I2, I3, w1, w2, w3)
-    c1, c2, c3 = coefficients(I1, I2, I3)
-    c_s, c_c, c_d = by_role(sn_axis, cn_axis, dn_axis, c1, c2, c3)
+    p, m, _, axes, c, _, _ = set_up_near_one(I1, I2, I3, w1, w2, w3)
     sn, cn, dn = jacobi_short(0.5 * p * h, m)
-    q_s, q_c, q_d = step_coefficients(c_s, c_c, c_d, p, h, sn, cn, dn)
-    return by_axis(sn_axis, cn_axis, q_s, q_c, q_d)
+    return by_axis(axes, *step_coefficients(c, p, h, sn, cn, dn))
 
 
-@njit(**LANES_CONTRACT)
+@njit(**INLINE)
 def step(w1, w2, w3, q1, q2, q3):
     """One exact step, ``w_i + 2 [w_i (A_j + A_k) + q_i w_j w_k (1 + A_i)]/(1 - A_1 - A_2 - A_3 - 2 Q)``.
 
@@ -412,18 +437,22 @@ def amplitudes(I1, I2, I3, w1, w2, w3):
     ``A_s^2 = w_s^2 + |c_s/c_c| w_c^2``, ``A_c^2 = w_c^2 + |c_c/c_s| w_s^2``, ``A_d^2 = w_d^2 + |c_d/c_s| w_s^2``.
     For a sphere, whose ratios are 0/0, ``|c_c/c_s|`` counts as one.  Moments in kg m2, start in rad/s.
     """
-    I1, I2, I3, _ = scaled(I1, I2, I3)
-    w1, w2, w3, unit = scaled(w1, w2, w3)
-    _, _, _, sn_axis, cn_axis, dn_axis = constants(I1, I2, I3, w1, w2, w3)
-    c1, c2, c3 = coefficients(I1, I2, I3)
-    c_s, c_c, c_d = by_role(sn_axis, cn_axis, dn_axis, c1, c2, c3)
-    w_s, w_c, w_d = by_role(sn_axis, cn_axis, dn_axis, w1, w2, w3)
+    top = set_up(I1, I2, I3, w1, w2, w3)
+    A_s, A_c, A_d = amplitudes_of(top)
+    return A_s * top.unit, A_c * top.unit, A_d * top.unit
+
+
+@njit(**EXACT)
+def amplitudes_of(top):
+    """:func:`amplitudes` of a motion that is set up, in its unit."""
+    c_s, c_c, c_d = top.c
+    w_s, w_c, w_d = top.w
     turning = (c_s != 0.0) & (c_c != 0.0)
     ratio = math.sqrt(abs(c_c / c_s)) if turning else 1.0
     nod = math.sqrt(abs(c_d / c_s)) if turning else 0.0
     A_d = math.copysign(math.hypot(w_d, nod * w_s), w_d)
     A_s = math.copysign(math.hypot(w_s, w_c / ratio), c_s * A_d)
-    return A_s * unit, math.hypot(w_c, ratio * w_s) * unit, A_d * unit
+    return A_s, math.hypot(w_c, ratio * w_s), A_d
 
 
 @njit(**EXACT)
@@ -433,11 +462,12 @@ def phase(I1, I2, I3, w1, w2, w3):
     Amplitudes as ``amplitudes`` has them.  Zero for an exact spin about the least or greatest axis, infinite for
     one about the middle axis, the far end of its separatrix.  Moments in kg m2, start in rad/s.
     """
-    _, m, m1, sn_axis, cn_axis, _ = trajectory(I1, I2, I3, w1, w2, w3)
-    A_s, A_c, _ = amplitudes(I1, I2, I3, w1, w2, w3)
-    sn = pick(sn_axis, w1, w2, w3) / A_s if A_s != 0.0 else 0.0
-    cn = pick(cn_axis, w1, w2, w3) / A_c if A_c != 0.0 else 1.0
-    return argument(sn, cn, m, m1)
+    top = set_up(I1, I2, I3, w1, w2, w3)
+    A_s, A_c, _ = amplitudes_of(top)
+    w_s, w_c, _ = top.w
+    sn = w_s / A_s if A_s != 0.0 else 0.0
+    cn = w_c / A_c if A_c != 0.0 else 1.0
+    return argument(sn, cn, top.m, top.m1)
 
 
 @njit(**EXACT)
@@ -448,8 +478,13 @@ def frequency(I1, I2, I3, w1, w2, w3):
     Zero on the separatrix, for an exact spin about the middle axis, and where p = 0 (a sphere; a symmetric top
     spinning about a transverse axis).  Moments in kg m2, start in rad/s.
     """
-    p, m, m1, _, _, _ = trajectory(I1, I2, I3, w1, w2, w3)
-    return 0.5 * math.pi / K(m, m1) * p
+    return frequency_of(set_up(I1, I2, I3, w1, w2, w3))
+
+
+@njit(**EXACT)
+def frequency_of(top):
+    """:func:`frequency`, rad/s, of a motion that is set up."""
+    return 0.5 * math.pi / K(top.m, top.m1) * (top.p * top.unit)
 
 
 @njit(**EXACT)
@@ -460,8 +495,14 @@ def flip_period(I1, I2, I3, w1, w2, w3):
     a turn of the perturbation.  Infinite, never NaN, where ``frequency`` is zero: on the separatrix, for an exact
     spin about the middle axis, and where p = 0.  Moments in kg m2, start in rad/s.
     """
-    p, m, m1, _, _, _ = trajectory(I1, I2, I3, w1, w2, w3)
-    return 2.0 * K(m, m1) / p if p > 0.0 else np.inf
+    return flip_period_of(set_up(I1, I2, I3, w1, w2, w3))
+
+
+@njit(**EXACT)
+def flip_period_of(top):
+    """:func:`flip_period`, s, of a motion that is set up."""
+    p = top.p * top.unit
+    return 2.0 * K(top.m, top.m1) / p if p > 0.0 else np.inf
 
 
 @njit(**EXACT)
@@ -504,16 +545,17 @@ def extremes(I1, I2, I3, w1, w2, w3):
     """
     if is_stationary(I1, I2, I3, w1, w2, w3):
         return w1, w1, w2, w2, w3, w3
-    _, _, m1, sn_axis, cn_axis, dn_axis = trajectory(I1, I2, I3, w1, w2, w3)
-    A_s, A_c, A_d = amplitudes(I1, I2, I3, w1, w2, w3)
-    _, w_c, w_d = by_role(sn_axis, cn_axis, dn_axis, w1, w2, w3)
-    A_s, near, far = abs(A_s), math.sqrt(m1) * abs(A_d), abs(A_d)
-    c_low = 0.0 if (m1 == 0.0) & (w_c > 0.0) else -A_c
-    c_high = 0.0 if (m1 == 0.0) & (w_c < 0.0) else A_c
+    top = set_up(I1, I2, I3, w1, w2, w3)
+    A_s, A_c, A_d = amplitudes_of(top)
+    _, w_c, w_d = top.w
+    A_s, near, far = abs(A_s), math.sqrt(top.m1) * abs(A_d), abs(A_d)
+    c_low = 0.0 if (top.m1 == 0.0) & (w_c > 0.0) else -A_c
+    c_high = 0.0 if (top.m1 == 0.0) & (w_c < 0.0) else A_c
     d_low, d_high = (near, far) if w_d >= 0.0 else (-far, -near)
-    min1, min2, min3 = by_axis(sn_axis, cn_axis, -A_s, c_low, d_low)
-    max1, max2, max3 = by_axis(sn_axis, cn_axis, A_s, c_high, d_high)
-    return min1, max1, min2, max2, min3, max3
+    min1, min2, min3 = by_axis(top.axes, -A_s, c_low, d_low)
+    max1, max2, max3 = by_axis(top.axes, A_s, c_high, d_high)
+    unit = top.unit
+    return min1 * unit, max1 * unit, min2 * unit, max2 * unit, min3 * unit, max3 * unit
 
 
 @njit(**EXACT)
@@ -539,15 +581,27 @@ def max_tilt(I1, I2, I3, w1, w2, w3, axis):
         Angle, rad, from 0 to pi.
     """
     if is_stationary(I1, I2, I3, w1, w2, w3):
-        across = pick(axis, math.hypot(w2, w3), math.hypot(w3, w1), math.hypot(w1, w2))
-        return math.atan2(across, abs(pick(axis, w1, w2, w3)))
-    _, _, m1, sn_axis, cn_axis, _ = trajectory(I1, I2, I3, w1, w2, w3)
-    A_s, A_c, A_d = amplitudes(I1, I2, I3, w1, w2, w3)
-    A_s, near, far = abs(A_s), math.sqrt(m1) * abs(A_d), abs(A_d)
+        return tilt_at_rest(w1, w2, w3, axis)
+    return max_tilt_of(set_up(I1, I2, I3, w1, w2, w3), axis)
+
+
+@njit(**EXACT)
+def tilt_at_rest(w1, w2, w3, axis):
+    """Angle, rad, between an angular velocity (rad/s) and the end of an axis that it is nearer to."""
+    across = pick(axis, math.hypot(w2, w3), math.hypot(w3, w1), math.hypot(w1, w2))
+    return math.atan2(across, abs(pick(axis, w1, w2, w3)))
+
+
+@njit(**EXACT)
+def max_tilt_of(top, axis):
+    """:func:`max_tilt`, rad, of a motion that is set up and moves."""
+    sn_axis, cn_axis, _ = top.axes
+    A_s, A_c, A_d = amplitudes_of(top)
+    A_s, near, far = abs(A_s), math.sqrt(top.m1) * abs(A_d), abs(A_d)
     if axis == sn_axis:
         return math.pi - math.atan2(near, A_s)
     if axis == cn_axis:
-        return math.pi - math.atan2(far, A_c) if m1 > 0.0 else 0.5 * math.pi
+        return math.pi - math.atan2(far, A_c) if top.m1 > 0.0 else 0.5 * math.pi
     return max(math.atan2(A_c, far), math.atan2(A_s, near))
 
 
@@ -603,11 +657,12 @@ def polhode(moments, omega_start, n):
 
 def _fill_polhode(moments, start, out):
     """Points of a polhode that is no point, at equal steps of ``am u``, into ``out`` (n, 3)."""
-    _, m, m1, *roles = trajectory(*moments, *start)
-    s, c, d = (axis - 1 for axis in roles)
-    A_s, A_c, A_d = amplitudes(*moments, *start)
-    begin = math.atan2(start[s] / A_s if A_s else 0.0, start[c] / A_c if A_c else 1.0)
+    top = set_up(*moments, *start)
+    s, c, d = (axis - 1 for axis in top.axes)
+    A_s, A_c, A_d = amplitudes_of(top)
+    w_s, w_c, _ = top.w
+    begin = math.atan2(w_s / A_s if A_s else 0.0, w_c / A_c if A_c else 1.0)
     phi = begin + np.linspace(0.0, 2.0 * math.pi, out.shape[0])
-    out[:, s], out[:, c] = A_s * np.sin(phi), A_c * np.cos(phi)
-    dn = np.sqrt(m1 + m * np.cos(phi) ** 2) if m1 > 0.0 else math.copysign(1.0, start[c]) * np.cos(phi)
-    out[:, d] = A_d * dn
+    dn = np.sqrt(top.m1 + top.m * np.cos(phi) ** 2) if top.m1 > 0.0 else math.copysign(1.0, w_c) * np.cos(phi)
+    out[:, s], out[:, c], out[:, d] = A_s * np.sin(phi), A_c * np.cos(phi), A_d * dn
+    out *= top.unit

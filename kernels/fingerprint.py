@@ -2,9 +2,11 @@
 
 Numba's disk cache does not see a change in a function that was imported from another file. The cache therefore lives
 in a folder named by a fingerprint of every source file here together with the Numba and LLVM versions and the
-processor: an edit of any kernel opens a new, empty folder.
+processor: an edit of any kernel opens a new, empty folder. A map carries the fingerprint of what made it: of those
+files alone that its own kernels import.
 """
 
+import ast
 import hashlib
 import os
 import re
@@ -24,8 +26,13 @@ OURS = re.compile("[0-9a-f]{16}-[0-9a-f]{8}")  # names of our folders of compile
 
 
 @cache
-def fingerprint() -> str:
-    """Hash of the sources of ``kernels/``, the versions and settings of Numba and LLVM, and the processor.
+def fingerprint(*modules: str) -> str:
+    """Hash of sources in ``kernels/``, of the versions and settings of Numba and LLVM, and of the processor.
+
+    Parameters
+    ----------
+    modules : str
+        Names of modules of ``kernels``: they count, and whatever they import from ``kernels``. With none, every file.
 
     Returns
     -------
@@ -41,9 +48,46 @@ def fingerprint() -> str:
     digest.update(f"{llvm.get_host_cpu_name()} {features}\n".encode())
     for name in CODE_SETTINGS:
         digest.update(f"{name}={os.environ.get(name, '')}\n".encode())
-    for path in sorted(Path(__file__).parent.glob("*.py")):
+    for path in sources(*modules):
         digest.update(path.name.encode() + b"\n" + path.read_bytes())
     return digest.hexdigest()
+
+
+def sources(*modules: str) -> list[Path]:
+    """The files of modules of ``kernels``, and of all that they import from it, by name; with none given, every file.
+
+    The package's own ``__init__`` is run before any of them, and is among them with what it imports. Found by reading:
+    nothing is imported. An import counts wherever it stands in a file.
+    """
+    folder = Path(__file__).parent
+    if not modules:
+        return sorted(folder.glob("*.py"))
+    found, left = set(), [folder / "__init__.py", *(folder / f"{name}.py" for name in modules)]
+    while left:
+        path = left.pop()
+        if path not in found:
+            found.add(path)
+            left += _imported(path)
+    return sorted(found)
+
+
+def _imported(path: Path) -> set[Path]:
+    """The files beside one that it imports, by ``from . import x``, ``import kernels.x`` or however else.
+
+    A name that is no file is one that the package's ``__init__`` defines.
+    """
+    names: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_bytes())):
+        if isinstance(node, ast.Import):
+            names |= {alias.name.removeprefix("kernels.") for alias in node.names if alias.name.startswith("kernels.")}
+        elif isinstance(node, ast.ImportFrom):
+            module = "kernels" + f".{node.module or ''}".rstrip(".") if node.level else node.module
+            if module == "kernels":
+                names |= {alias.name for alias in node.names}
+            elif module.startswith("kernels."):
+                names.add(module.removeprefix("kernels."))
+    beside = {path.with_name(f"{name}.py") for name in names}
+    return {file for file in beside if file.exists()}
 
 
 def cache_folder() -> Path:

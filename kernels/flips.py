@@ -13,7 +13,7 @@ The direct integrator, at order 12 and of one step length for motion of any ampl
 have been passed; each is then found by Newton's method on the length of the last step, to rounding. Nothing here asks
 the exact solution or linear theory. A search that has not ended after MOST_ROTATIONS is given up, and says so.
 
-Lanes as in :mod:`kernels.lanes`, in radians of spin and units of the nudge.
+Lanes as in :mod:`kernels.blocks`, in radians of spin and units of the nudge.
 """
 
 import math
@@ -21,9 +21,10 @@ import math
 import numpy as np
 from numba import njit
 
-from kernels import direct, exact, rigid_body
-from kernels.lanes import W
-from kernels.rigid_body import OPTIONS
+from kernels import columns, direct, exact, rigid_body, taylor_steps
+from kernels.blocks import W
+from kernels.columns import Column
+from kernels.options import OPTIONS
 
 MOST_ROTATIONS = 10_000
 
@@ -32,8 +33,15 @@ A, B, C, PA, PB, PC, KA, KB, KC, A0, B0, C0 = (W * r for r in range(12))
 EPSILON, H, ACTIVE, FLIP, TILT_B, TILT_C = (W * r for r in range(12, 18))
 ROWS = 18
 
-FLIPS = ("flip_period", "flip_period_exact", "max_tilt", "max_tilt_exact", "frequency_exact")
-PERIOD, PERIOD_EXACT, TILT, TILT_EXACT, FREQUENCY_EXACT = range(5)
+COLUMNS = (  # what :func:`fill` writes
+    Column("flip_period", power=-1),
+    Column("flip_period_exact", power=-1),
+    Column("max_tilt", power=0),
+    Column("max_tilt_exact", power=0),
+    Column("frequency_exact", power=1),
+)
+MEASURED = columns.names(COLUMNS)
+AT = columns.numbers(MEASURED)
 
 
 @njit(**OPTIONS)
@@ -59,7 +67,7 @@ def _stride(S):
     events = 0
     for lane in range(W):
         a0, b0, c0 = S[A + lane], S[B + lane], S[C + lane]
-        a, b, c = direct.step_12(a0, b0, c0, S[KA + lane], S[KB + lane], S[KC + lane])
+        a, b, c = taylor_steps.step_12(a0, b0, c0, S[KA + lane], S[KB + lane], S[KC + lane])
         S[PA + lane], S[PB + lane], S[PC + lane] = a0, b0, c0
         S[A + lane], S[B + lane], S[C + lane] = a, b, c
         changed = ((a0 > 0.0) != (a > 0.0)) | ((b0 > 0.0) != (b > 0.0)) | ((c0 > 0.0) != (c > 0.0))
@@ -77,7 +85,7 @@ def _crossing(S, lane, component):
     share = before / (before - after) if before != after else 0.0
     a, b, c = a0, b0, c0
     for _ in range(8):
-        a, b, c = direct.step_12(a0, b0, c0, ka * share, kb * share, kc * share)
+        a, b, c = taylor_steps.step_12(a0, b0, c0, ka * share, kb * share, kc * share)
         da, db, dc = rigid_body.derivative(a, b, c, ka, kb, kc)
         value = a if component == 0 else (b if component == 1 else c)
         slope = da if component == 0 else (db if component == 1 else dc)
@@ -171,17 +179,18 @@ def _largest_tilt(S, lane):
 def _exact_columns(moments, a, b, c, spin, out, i):
     """The same three quantities from the closed form; missing where they are infinite or do not exist."""
     Ia, Ib, Ic = moments
-    _, _, _, _, _, dn_axis = exact.trajectory(Ia, Ib, Ic, a, b, c)
-    period = exact.flip_period(Ia, Ib, Ic, a, b, c)
-    flips = dn_axis != 1 and math.isfinite(period)
-    out[PERIOD_EXACT, i] = period / spin if flips else math.nan
-    out[TILT_EXACT, i] = exact.max_tilt(Ia, Ib, Ic, a, b, c, 1)
-    out[FREQUENCY_EXACT, i] = exact.frequency(Ia, Ib, Ic, a, b, c) * spin
+    top = exact.set_up(Ia, Ib, Ic, a, b, c)
+    period = exact.flip_period_of(top)
+    flips = top.axes[2] != 1 and math.isfinite(period)
+    out[AT.flip_period_exact, i] = period / spin if flips else math.nan
+    still = exact.is_stationary(Ia, Ib, Ic, a, b, c)
+    out[AT.max_tilt_exact, i] = exact.tilt_at_rest(a, b, c, 1) if still else exact.max_tilt_of(top, 1)
+    out[AT.frequency_exact, i] = exact.frequency_of(top) * spin
 
 
 @njit(nogil=True, **OPTIONS)
 def fill(I1, I2, I3, axis, omega0, epsilon, phase, order, tolerance, out, given_up):
-    """Fill the columns of FLIPS for points taken W at a time in the given order.
+    """Fill COLUMNS for points taken W at a time in the given order.
 
     Parameters
     ----------
@@ -192,7 +201,7 @@ def fill(I1, I2, I3, axis, omega0, epsilon, phase, order, tolerance, out, given_
     tolerance : float
         Relative error allowed in the measured columns.
     out : numpy.ndarray, shape (5, n)
-        Columns of FLIPS: s, s, rad, rad, rad s-1; NaN where missing.
+        COLUMNS: s, s, rad, rad, rad s-1; NaN where missing.
     given_up : numpy.ndarray of bool, shape (n,)
         Set where the search reached its bound.
     """
@@ -214,7 +223,7 @@ def fill(I1, I2, I3, axis, omega0, epsilon, phase, order, tolerance, out, given_
             i = order[first + lane]
             spin, e = abs(omega0[i]), epsilon[i]
             given_up[i] = S[ACTIVE + lane] > 0.0
-            out[PERIOD, i] = S[FLIP + lane] / spin if S[FLIP + lane] > 0.0 and not given_up[i] else math.nan
-            out[TILT, i] = _largest_tilt(S, lane) if not given_up[i] else math.nan
+            out[AT.flip_period, i] = S[FLIP + lane] / spin if S[FLIP + lane] > 0.0 and not given_up[i] else math.nan
+            out[AT.max_tilt, i] = _largest_tilt(S, lane) if not given_up[i] else math.nan
             moments = rigid_body.relabel(I1[i], I2[i], I3[i], axis[i])
             _exact_columns(moments, S[A0 + lane], e * S[B0 + lane], e * S[C0 + lane], spin, out, i)

@@ -8,8 +8,7 @@ Time runs in radians of spin, :math:`\tau = |\omega_0|t`, and the transverse com
 
 so every point takes the same work whatever its spin rate, and no nudge is too small to square.
 
-*Shape.* Structure of arrays in one flat scratch array, row r of lane l at ``S[r*W + l]``, and the lane loop innermost,
-so that LLVM makes packed instructions of it. No lane reads another: a point's bits depend on the point alone.
+*Shape.* Structure of arrays in one flat scratch array, row r of lane l at ``S[r*W + l]``; see :mod:`kernels.blocks`.
 
 *Certificate.* Beside the direct solution runs the exact one, by the exact step of :mod:`kernels.exact` over each sample
 interval; it shares no code with the direct one. The distance of the two in the transverse plane, relative to the
@@ -18,10 +17,10 @@ largest transverse size reached so far, is what the direct integration may be tr
 
 from numba import njit
 
-from kernels import direct, exact, measure, rigid_body
-from kernels.rigid_body import OPTIONS
+from kernels import direct, exact, measure, rigid_body, taylor_steps
+from kernels.blocks import W
+from kernels.options import OPTIONS
 
-W = 32
 EXACT = 0  # stands where a Taylor step has its order
 
 # Rows of the scratch array, each W long. Given: the moments in a unit near the greatest, the nudge and the run.
@@ -97,17 +96,17 @@ def _advance_of(order, near):
                 a, b, c = S[A + lane], S[B + lane], S[C + lane]
                 ka, kb, kc = S[KA + lane], S[KB + lane], S[KC + lane]
                 if order == 8 and near:
-                    a, b, c = direct.near_step_8(a, b, c, ka, kb, kc)
+                    a, b, c = taylor_steps.near_step_8(a, b, c, ka, kb, kc)
                 elif order == 10 and near:
-                    a, b, c = direct.near_step_10(a, b, c, ka, kb, kc)
+                    a, b, c = taylor_steps.near_step_10(a, b, c, ka, kb, kc)
                 elif order == 12 and near:
-                    a, b, c = direct.near_step_12(a, b, c, ka, kb, kc)
+                    a, b, c = taylor_steps.near_step_12(a, b, c, ka, kb, kc)
                 elif order == 8:
-                    a, b, c = direct.step_8(a, b, c, ka, kb, kc)
+                    a, b, c = taylor_steps.step_8(a, b, c, ka, kb, kc)
                 elif order == 10:
-                    a, b, c = direct.step_10(a, b, c, ka, kb, kc)
+                    a, b, c = taylor_steps.step_10(a, b, c, ka, kb, kc)
                 else:
-                    a, b, c = direct.step_12(a, b, c, ka, kb, kc)
+                    a, b, c = taylor_steps.step_12(a, b, c, ka, kb, kc)
                 S[A + lane], S[B + lane], S[C + lane] = a, b, c
 
     return advance

@@ -19,8 +19,7 @@ every mode its share of it, the others may be as large as a share can grow: 10 t
 *Blind.* Spacing, length and number of steps come from the scale S of the system (a bound on every possible rate), and
 nothing here knows a theoretical rate; the theory's mode is used as a direction only.
 
-Lanes are as in :mod:`kernels.survey`: W points a block, the lane loop innermost, the last block padded, no exception,
-and a point's bits depend on the point alone.
+Lanes are as in :mod:`kernels.blocks`.
 
 Source: Landau and Lifshitz, Mechanics, sections 21 and 23 (normal coordinates).
 """
@@ -31,12 +30,13 @@ import numpy as np
 from numba import float64, int64, njit, types, void
 
 from kernels import direct, measure
-from kernels.rigid_body import OPTIONS
+from kernels.blocks import W, cut
+from kernels.columns import numbers
+from kernels.options import OPTIONS
+from kernels.statuses import NON_FINITE, NOT_CONVERGED, OK, SHORT_WINDOW
 
-OK, SHORT_WINDOW, NOT_CONVERGED, NON_FINITE, NO_EQUILIBRIUM = range(5)
 STABLE, UNSTABLE, MARGINAL = range(3)
 
-W = 32
 ORDER = 12  # of the generated Taylor steps
 EPSILON = float(np.finfo(np.float64).eps)
 OTHERS = 0.1  # the window ends where another mode exceeds this part of the nudged one
@@ -49,8 +49,7 @@ LOPEN, LCAP, LN, LK, LKK, LY, LKY, LFIRST, LLAST = (W * r for r in range(18, 27)
 PROJECTION = 27 * W
 
 # Columns of the raw result, one row a point.
-RATE2, STDERR, SIZE, SAMPLES, EDRIFT, HALVING, STEPS, LOGSLOPE, EFOLDS = range(9)
-RAW = 9
+RAW = numbers(("rate2", "stderr", "size", "samples", "energy_drift", "halving", "steps", "log_slope", "e_folds"))
 
 ADVANCE = types.FunctionType(void(float64[::1], int64))
 ENERGY = types.FunctionType(void(float64[::1]))
@@ -177,24 +176,24 @@ def _halve(advance, Q, P, M, K, n, states, step_row, steps):
 def _unload(Q, lane, steps, spacing, row):
     """Turn one lane's sums into its row of the raw result."""
     triples = Q[USED + lane] - 2.0
-    row[RATE2], row[STDERR] = math.nan, math.nan
+    row[RAW.rate2], row[RAW.stderr] = math.nan, math.nan
     if triples >= 1.0:
         D = Q[GUESS + lane] - 0.5 * Q[RX + lane] / Q[XX + lane]
-        row[RATE2], slope = measure.rate_squared(D, spacing)
+        row[RAW.rate2], slope = measure.rate_squared(D, spacing)
         if triples >= 2.0:
             scatter = max(Q[RR + lane] - Q[RX + lane] * Q[RX + lane] / Q[XX + lane], 0.0)
-            row[STDERR] = slope * math.sqrt(scatter / ((triples - 1.0) * 4.0 * Q[XX + lane]))
+            row[RAW.stderr] = slope * math.sqrt(scatter / ((triples - 1.0) * 4.0 * Q[XX + lane]))
     # a mode of a small share feels the others' cubes beside itself: they count for more than their squares
     crowd = max(1.0, Q[APART + lane] / Q[START + lane])
-    row[SIZE] = max(Q[LARGEST + lane], Q[APART + lane]) * math.sqrt(crowd)
-    row[SAMPLES], row[STEPS] = Q[USED + lane], steps
-    row[EDRIFT] = Q[ED + lane] / Q[ES + lane] if Q[ES + lane] > 0.0 else 0.0
-    row[HALVING] = abs(Q[COARSE + lane] - Q[XI + lane]) / Q[LARGEST + lane]
-    row[LOGSLOPE], row[EFOLDS] = math.nan, math.nan
+    row[RAW.size] = max(Q[LARGEST + lane], Q[APART + lane]) * math.sqrt(crowd)
+    row[RAW.samples], row[RAW.steps] = Q[USED + lane], steps
+    row[RAW.energy_drift] = Q[ED + lane] / Q[ES + lane] if Q[ES + lane] > 0.0 else 0.0
+    row[RAW.halving] = abs(Q[COARSE + lane] - Q[XI + lane]) / Q[LARGEST + lane]
+    row[RAW.log_slope], row[RAW.e_folds] = math.nan, math.nan
     if Q[LN + lane] >= 2.0:
         sums = (Q[LN + lane], Q[LK + lane], Q[LKK + lane], Q[LY + lane], Q[LKY + lane])
-        row[EFOLDS] = Q[LLAST + lane] - Q[LFIRST + lane]
-        row[LOGSLOPE] = measure.line_slope(*sums) / spacing
+        row[RAW.e_folds] = Q[LLAST + lane] - Q[LFIRST + lane]
+        row[RAW.log_slope] = measure.line_slope(*sums) / spacing
 
 
 @njit(**OPTIONS)
@@ -300,16 +299,12 @@ def _plan(spacing, size, intervals, tolerance, steps):
 
 
 def _blocks(steps, twice, family):
-    """Order of the points and starts of the blocks: points of equal work together, W at a time.
+    """Order of the points and starts of the blocks: points of equal work together.
 
     A block ends with its last open window, so points of one family, which may all run away, share blocks too.
     """
     key = (2 * steps + twice) * (family.max(initial=0) + 1) + family
-    order = np.argsort(key, kind="stable")
-    bounds = np.flatnonzero(np.diff(key[order])) + 1
-    groups = zip(np.r_[0, bounds], np.r_[bounds, key.size], strict=True)
-    starts = np.concatenate([np.arange(lo, hi, W) for lo, hi in groups])
-    return order, np.r_[starts, key.size].astype(np.int64)
+    return cut(np.unique(key, return_inverse=True)[1], 1)
 
 
 def run(
@@ -364,12 +359,12 @@ def run(
 
     Returns
     -------
-    numpy.ndarray, shape (points, RAW)
-        Columns RATE2, STDERR (s-2), SIZE (as ``start``; of all modes), SAMPLES, EDRIFT, HALVING, STEPS, LOGSLOPE
-        (s-1) and EFOLDS; the last two NaN where their window held no two samples.
+    numpy.ndarray, shape (points, len(RAW))
+        Columns of RAW: rate2, stderr (s-2), size (as ``start``; of all modes), samples, energy_drift, halving, steps,
+        log_slope (s-1) and e_folds; the last two NaN where their window held no two samples.
     """
     n = round(math.sqrt(projection.shape[1]))
-    raw = np.full((start.size, RAW), np.nan)
+    raw = np.full((start.size, len(RAW)), np.nan)
     steps = np.empty(start.size, dtype=np.int64)
     _plan(spacing, size, intervals, tolerance, steps)
     spacings = spacing / scale
@@ -378,26 +373,26 @@ def run(
         if left.size == 0:
             break
         order, starts = _blocks(steps[left], twice[left], family[left])
-        part = np.empty((left.size, RAW))
+        part = np.empty((left.size, len(RAW)))
         arrays = [np.ascontiguousarray(x[left]) if left.size < start.size else x for x in (plus, minus, projection)]
         arrays += [np.ascontiguousarray(x[left]) for x in (start, allowed, size, spacings, steps, twice)]
         _run_blocks(advance, energy, *arrays, order, starts, n, states, intervals, part)
         raw[left] = part
-        left = left[~converged(part, intervals, tolerance) & np.isfinite(part[:, RATE2])]
+        left = left[~converged(part, intervals, tolerance) & np.isfinite(part[:, RAW.rate2])]
         steps[left] *= 2
     return raw
 
 
 def converged(raw, intervals, tolerance):
     """Whether halving the step would have changed less than the tolerance, 4 units of rounding a step allowed."""
-    rounding = 4.0 * EPSILON * np.sqrt(raw[:, STEPS])
-    return (raw[:, HALVING] - rounding) * intervals <= tolerance
+    rounding = 4.0 * EPSILON * np.sqrt(raw[:, RAW.steps])
+    return (raw[:, RAW.halving] - rounding) * intervals <= tolerance
 
 
 def status(raw, intervals, tolerance):
     """Status of each row: OK, SHORT_WINDOW, NOT_CONVERGED or NON_FINITE."""
-    short = raw[:, SAMPLES] < measure.LEAST_SAMPLES
-    unmeasured = ~np.isfinite(raw[:, RATE2]) & ~short | ~np.isfinite(raw[:, HALVING])
+    short = raw[:, RAW.samples] < measure.LEAST_SAMPLES
+    unmeasured = ~np.isfinite(raw[:, RAW.rate2]) & ~short | ~np.isfinite(raw[:, RAW.halving])
     cases = [unmeasured, short, ~converged(raw, intervals, tolerance)]
     return np.select(cases, [NON_FINITE, SHORT_WINDOW, NOT_CONVERGED], OK).astype(np.int8)
 

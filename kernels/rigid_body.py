@@ -21,8 +21,7 @@ Source: Landau and Lifshitz, Mechanics, section 36, equations (36.5) and 37.1.
 import numpy as np
 from numba import njit
 
-OPTIONS = {"cache": True, "error_model": "numpy", "fastmath": {"contract"}}
-INLINE = {**OPTIONS, "forceinline": True}
+from kernels.options import INLINE
 
 ASYMMETRIC, OBLATE, PROLATE, SPHERE = range(4)
 

@@ -14,57 +14,41 @@ import math
 import numpy as np
 from numba import njit
 
-from kernels import collapse, direct, exact, flips, lanes, linear, measure, rigid_body
-from kernels.lanes import W
-from kernels.rigid_body import OPTIONS
-
-OK, SHORT_WINDOW, NOT_CONVERGED, NON_FINITE = range(4)
+from kernels import collapse, columns, direct, exact, flips, lanes, linear, measure, rigid_body
+from kernels.blocks import W, cut
+from kernels.columns import Column
+from kernels.options import OPTIONS
+from kernels.statuses import NON_FINITE, NOT_CONVERGED, OK, SHORT_WINDOW
 
 TILE = 4096  # points that are planned, sorted and measured together: their columns stay in a core's own cache
 LEVELS = 16  # of growth, by which points of one kind are sorted
 UNIT_ROUNDING = float(np.finfo(np.float64).eps)
 
-MEASURED = (
-    "omega_squared",
-    "omega_squared_stderr",
-    "growth_rate",
-    "growth_rate_stderr",
-    "frequency",
-    "frequency_stderr",
-    "growth_rate_logslope",
-    "e_folds",
-    "euler_period",
-    "regime",
-    "samples_used",
-    "window_end",
-    "steps_per_sample",
-    "status",
-    "energy_drift",
-    "momentum_drift",
-    "perturbation_drift",
-    "propagation_error",
+CERTIFICATE, INVARIANTS, LOG_SLOPE = "certificate", "invariants", "log slope"  # work that is done where it is asked for
+COLUMNS = (  # what :func:`_unload` writes
+    Column("omega_squared", power=2),
+    Column("omega_squared_stderr", power=2),
+    Column("growth_rate", power=1),
+    Column("growth_rate_stderr", power=1),
+    Column("frequency", power=1),
+    Column("frequency_stderr", power=1),
+    Column("growth_rate_logslope", power=1, work=LOG_SLOPE),
+    Column("e_folds", power=0, work=LOG_SLOPE),
+    Column("euler_period", power=-1),
+    Column("regime", power=0, dtype=np.int8),
+    Column("samples_used", power=0, dtype=np.int32),
+    Column("window_end", power=-1),
+    Column("steps_per_sample", power=0, dtype=np.int32),
+    Column("status", power=0, dtype=np.int8),
+    Column("energy_drift", power=0, work=INVARIANTS),
+    Column("momentum_drift", power=0, work=INVARIANTS),
+    Column("perturbation_drift", power=0, work=INVARIANTS),
+    Column("propagation_error", power=0, work=CERTIFICATE),
 )
-INTEGERS = {"regime": np.int8, "samples_used": np.int32, "steps_per_sample": np.int32, "status": np.int8}
-# powers of the spin rate in the units of columns, for those that have units
-POWERS = {
-    "omega_squared": 2,
-    "omega_squared_stderr": 2,
-    "growth_rate": 1,
-    "growth_rate_stderr": 1,
-    "frequency": 1,
-    "frequency_stderr": 1,
-    "growth_rate_logslope": 1,
-    "euler_period": -1,
-    "window_end": -1,
-    "flip_period": -1,
-    "flip_period_exact": -1,
-    "frequency_exact": 1,
-}
-DRIFTS = ("energy_drift", "momentum_drift", "perturbation_drift")
-LOGGED = ("growth_rate_logslope", "e_folds")
-
-RATE2, STDERR, GROWTH, GROWTH_STDERR, FREQUENCY, FREQUENCY_STDERR, LOGSLOPE, EFOLDS, PERIOD = range(9)
-REGIME, USED, END, STEPS, STATUS, EDRIFT, LDRIFT, JDRIFT, APART = range(9, 18)
+POINT = ("I1", "I2", "I3", "axis", "omega0", "epsilon", "phase")
+MEASURED = columns.names(COLUMNS)
+AT = columns.numbers(MEASURED)
+POWERS = columns.powers(COLUMNS, flips.COLUMNS)
 
 
 @njit(nogil=True, **OPTIONS)
@@ -169,21 +153,21 @@ def _unload(S, lane, spin, certified, invariants, logged, tolerance, out, i):
     growth = rate if regime == linear.UNSTABLE else 0.0
     turning = rate if (regime == linear.STABLE_MINOR) | (regime == linear.STABLE_MAJOR) else 0.0
     rate_stderr = 0.5 * stderr / rate * spin if rate > 0.0 else math.nan
-    out[RATE2, i], out[STDERR, i] = rate2 * spin * spin, stderr * spin * spin
-    out[GROWTH, i], out[FREQUENCY, i] = (growth * spin, turning * spin) if known else (math.nan, math.nan)
-    out[GROWTH_STDERR, i] = rate_stderr if growth > 0.0 else math.nan
-    out[FREQUENCY_STDERR, i] = rate_stderr if turning > 0.0 else math.nan
-    out[PERIOD, i] = 2.0 * math.pi / turning / spin if turning > 0.0 else math.nan
-    out[REGIME, i], out[USED, i], out[STEPS, i] = regime, used, S[lanes.STEPS + lane]
-    out[END, i] = (used - 1.0) * spacing / spin
-    out[STATUS, i] = _status(S, lane, rate2, growth, certified, tolerance)
-    out[APART, i] = math.sqrt(S[lanes.APART + lane])
+    out[AT.omega_squared, i], out[AT.omega_squared_stderr, i] = rate2 * spin * spin, stderr * spin * spin
+    out[AT.growth_rate, i], out[AT.frequency, i] = (growth * spin, turning * spin) if known else (math.nan, math.nan)
+    out[AT.growth_rate_stderr, i] = rate_stderr if growth > 0.0 else math.nan
+    out[AT.frequency_stderr, i] = rate_stderr if turning > 0.0 else math.nan
+    out[AT.euler_period, i] = 2.0 * math.pi / turning / spin if turning > 0.0 else math.nan
+    out[AT.regime, i], out[AT.samples_used, i], out[AT.steps_per_sample, i] = regime, used, S[lanes.STEPS + lane]
+    out[AT.window_end, i] = (used - 1.0) * spacing / spin
+    out[AT.status, i] = _status(S, lane, rate2, growth, certified, tolerance)
+    out[AT.propagation_error, i] = math.sqrt(S[lanes.APART + lane])
     if logged:
         _unload_log_slope(S, lane, spin, regime == linear.UNSTABLE, out, i)
     if invariants:
-        out[EDRIFT, i] = S[lanes.ED + lane] / S[lanes.E0 + lane]
-        out[LDRIFT, i] = S[lanes.LD + lane] / S[lanes.L0 + lane]
-        out[JDRIFT, i] = S[lanes.JD + lane] / S[lanes.JS + lane] if S[lanes.JS + lane] > 0.0 else 0.0
+        out[AT.energy_drift, i] = S[lanes.ED + lane] / S[lanes.E0 + lane]
+        out[AT.momentum_drift, i] = S[lanes.LD + lane] / S[lanes.L0 + lane]
+        out[AT.perturbation_drift, i] = S[lanes.JD + lane] / S[lanes.JS + lane] if S[lanes.JS + lane] > 0.0 else 0.0
 
 
 @njit(**OPTIONS)
@@ -193,9 +177,9 @@ def _unload_log_slope(S, lane, spin, unstable, out, i):
     held = unstable and n >= 2.0
     e_folds = S[lanes.LLAST + lane] - S[lanes.LFIRST + lane]
     slope = measure.line_slope(n, S[lanes.LK + lane], S[lanes.LKK + lane], S[lanes.LY + lane], S[lanes.LKY + lane])
-    out[EFOLDS, i] = e_folds if held else math.nan
+    out[AT.e_folds, i] = e_folds if held else math.nan
     told = held and e_folds >= measure.LEAST_EFOLDS
-    out[LOGSLOPE, i] = slope / S[lanes.SPACING + lane] * spin if told else math.nan
+    out[AT.growth_rate_logslope, i] = slope / S[lanes.SPACING + lane] * spin if told else math.nan
 
 
 @njit(nogil=True, **OPTIONS)
@@ -228,28 +212,6 @@ def _run(I1, I2, I3, axis, omega0, epsilon, phase, plan, blocks, intervals, tole
 
 
 @njit(nogil=True, **OPTIONS)
-def _blocks(keys):
-    """Order of the points and starts of the blocks: points of one kind together, sorted by key, W at a time.
-
-    A counting sort: equal keys keep the order of their points.
-    """
-    after = np.zeros(keys.max() + 2, dtype=np.int64)
-    for key in keys:
-        after[key + 1] += 1
-    after = np.cumsum(after)
-    starts, position = [0], after.copy()
-    for kind in range(0, after.size - 1, LEVELS):
-        first, last = after[kind], after[min(kind + LEVELS, after.size - 1)]
-        for start in range(first, last, W):
-            starts.append(min(start + W, last))
-    order = np.empty(keys.size, dtype=np.int64)
-    for i in range(keys.size):
-        order[position[keys[i]]] = i
-        position[keys[i]] += 1
-    return order, np.array(starts)
-
-
-@njit(nogil=True, **OPTIONS)
 def _measure(arrays, spacing, intervals, tolerance, exactly, groups, rows, out):
     """Measure tile after tile into those rows of ``out`` that are marked; the others are left as they are."""
     I1, I2, I3, axis, omega0, epsilon, phase = arrays
@@ -264,7 +226,7 @@ def _measure(arrays, spacing, intervals, tolerance, exactly, groups, rows, out):
         if exactly:
             keys[:size] %= LEVELS
             orders[:], steps[:] = lanes.EXACT, 1
-        order, starts = _blocks(keys[:size])
+        order, starts = cut(keys[:size], LEVELS)
         plan = (spacings, orders, steps)
         _run(*bodies, omega0[part], nudge, phase[part], plan, (order, starts), intervals, tolerance, groups, made)
         for row in range(rows.size):
@@ -275,9 +237,8 @@ def _measure(arrays, spacing, intervals, tolerance, exactly, groups, rows, out):
 
 def _point_arrays(points):
     """Contiguous arrays of one length for the seven coordinates of the points."""
-    names = ("I1", "I2", "I3", "axis", "omega0", "epsilon", "phase")
-    arrays = np.broadcast_arrays(*(np.atleast_1d(points[name]) for name in names))
-    kinds = (np.int64 if name == "axis" else np.float64 for name in names)
+    arrays = np.broadcast_arrays(*(np.atleast_1d(points[name]) for name in POINT))
+    kinds = (np.int64 if name == "axis" else np.float64 for name in POINT)
     return tuple(np.ascontiguousarray(x, dtype=kind) for x, kind in zip(arrays, kinds, strict=True))
 
 
@@ -314,28 +275,29 @@ def measured(points, rotations, samples_per_rotation, tolerance, propagator="dir
     n, intervals = arrays[0].size, round(rotations * samples_per_rotation)
     needed = {"omega_squared", "status"} if nonlinear else set()
     rows, out = np.array([name in wanted or name in needed for name in MEASURED]), np.empty((len(MEASURED), n))
-    certified = propagator == "direct" and "propagation_error" in wanted
-    groups = (certified, any(name in wanted for name in DRIFTS), any(name in wanted for name in LOGGED))
+    work = {column.work for column in COLUMNS if column.name in wanted}
+    groups = (propagator == "direct" and CERTIFICATE in work, INVARIANTS in work, LOG_SLOPE in work)
     spacing = 2.0 * np.pi / samples_per_rotation
     _measure(arrays, spacing, intervals, tolerance, propagator == "exact", groups, rows, out)
-    columns = _nonlinear(arrays, out, tolerance) if nonlinear else {}
-    return columns | {
-        name: column.astype(INTEGERS[name]) if name in INTEGERS else column
-        for name, column in zip(MEASURED, out, strict=True)
-        if name in wanted
+    found = _nonlinear(arrays, out, tolerance) if nonlinear else {}
+    return found | {
+        column.name: values.astype(column.dtype, copy=False)
+        for column, values in zip(COLUMNS, out, strict=True)
+        if column.name in wanted
     }
 
 
 def _nonlinear(arrays, out, tolerance):
     """Columns of kernels.flips; a search that was given up is a window too short."""
     n, omega0 = arrays[0].size, arrays[4]
-    columns, given_up = np.empty((len(flips.FLIPS), n)), np.zeros(n, dtype=bool)
-    sound = np.flatnonzero(out[STATUS] != NON_FINITE)
-    columns[:, out[STATUS] == NON_FINITE] = np.nan
-    order = sound[np.argsort(np.abs(out[RATE2, sound] / omega0[sound] / omega0[sound]))]  # of like duration together
-    flips.fill(*arrays, order, tolerance, columns, given_up)
-    out[STATUS, given_up & (out[STATUS] == OK)] = SHORT_WINDOW
-    return dict(zip(flips.FLIPS, columns, strict=True))
+    found, given_up = np.empty((len(flips.COLUMNS), n)), np.zeros(n, dtype=bool)
+    sound = np.flatnonzero(out[AT.status] != NON_FINITE)
+    found[:, out[AT.status] == NON_FINITE] = np.nan
+    rate2 = out[AT.omega_squared, sound] / omega0[sound] / omega0[sound]
+    order = sound[np.argsort(np.abs(rate2))]  # of like duration together
+    flips.fill(*arrays, order, tolerance, found, given_up)
+    out[AT.status, given_up & (out[AT.status] == OK)] = SHORT_WINDOW
+    return dict(zip(flips.MEASURED, found, strict=True))
 
 
 @np.errstate(divide="ignore", invalid="ignore")  # a point that is no body gives NaN, and no noise
@@ -374,6 +336,12 @@ def motions(points):
     return first.size
 
 
+def as_motions(points):
+    """The same motions by bodies of the moments (I_a/I_c, I_b/I_c, 1) that spin about axis 1, at their own rates."""
+    a, b, c = linear.seen_from(*(points[name] for name in ("I1", "I2", "I3", "axis")))
+    return {**points, "I1": a / c, "I2": b / c, "I3": 1.0, "axis": 1}
+
+
 def collapsed(points, *settings, **options):
     """The columns of :func:`measured`, each distinct motion integrated once and expanded to all its points.
 
@@ -381,13 +349,12 @@ def collapsed(points, *settings, **options):
     spin of one, so that a point's bits depend on the point alone; they agree with those of :func:`measured` to the
     rounding of the two ratios.
     """
-    I1, I2, I3, axis, omega0, epsilon, phase = arrays = _point_arrays(points)
-    first, motion = collapse.distinct(*arrays)
-    a, b, c = linear.seen_from(I1[first], I2[first], I3[first], axis[first])
-    scaled = {"I1": a / c, "I2": b / c, "I3": 1.0, "axis": 1, "omega0": np.sign(omega0[first])}
-    columns = measured(scaled | {"epsilon": epsilon[first], "phase": phase[first]}, *settings, **options)
-    spin = np.abs(omega0)
-    return {name: _expanded(column, motion, spin, POWERS.get(name, 0)) for name, column in columns.items()}
+    arrays = dict(zip(POINT, _point_arrays(points), strict=True))
+    first, motion = collapse.distinct(*arrays.values())
+    motions = as_motions({name: values[first] for name, values in arrays.items()})
+    found = measured(motions | {"omega0": np.sign(motions["omega0"])}, *settings, **options)
+    spin = np.abs(arrays["omega0"])
+    return {name: _expanded(values, motion, spin, POWERS[name]) for name, values in found.items()}
 
 
 @njit(nogil=True, **OPTIONS)

@@ -15,7 +15,7 @@ it: L, omega and the figure axis stay in one plane. With theta and gamma the ang
 omega lies on two fixed cones: the body cone about the figure axis, of half-angle theta, and the space cone about L
 (which is fixed in space), of half-angle |theta - gamma|. Seen from the body, L lies on a cone of half-angle gamma.
 
-*Measuring.* Two motions are integrated, each by the direct integrator (:func:`kernels.direct.step_10`): omega by
+*Measuring.* Two motions are integrated, each by the direct integrator (:func:`kernels.taylor_steps.step_10`): omega by
 Euler's equations, and L by its own, :math:`\dot L_a = (1/I_c - 1/I_b) L_b L_c` and cyclic. The integrator knows
 nothing of the above. In units of |omega3| and of I1 |omega3|, time in radians of spin, every spin rate takes the same
 work and gives the same bits. From sample to sample the transverse part turns by :math:`\delta_k`, with
@@ -40,13 +40,14 @@ import math
 import numpy as np
 from numba import njit
 
-from kernels import direct, rigid_body
-from kernels.rigid_body import INLINE, OPTIONS
+from kernels import rigid_body, taylor_steps
+from kernels.blocks import W, cut
+from kernels.columns import numbers
+from kernels.options import INLINE, OPTIONS
+from kernels.statuses import NON_FINITE, NOT_CONVERGED, OK
 
-OK, SHORT_WINDOW, NOT_CONVERGED, NON_FINITE = range(4)
 UNDETERMINED, NONE, WITH_SPIN, AGAINST_SPIN = range(-1, 3)
 
-W = 32
 EPSILON = float(np.finfo(np.float64).eps)
 PHASE = 0.6  # where the transverse part starts, rad from axis 1: by symmetry no result depends on it
 ORDER = 10  # of the integrator's step
@@ -69,10 +70,13 @@ BODY_LOW, BODY_HIGH, MOMENTUM_LOW, MOMENTUM_HIGH, SPACE_LOW, SPACE_HIGH = (W * r
 BH, CH = (W * r for r in range(42, 44))
 ROWS = 44
 
-# Columns of the raw result, one row a point, dimensionless.
-RATE, STDERR, LRATE, LSTDERR, FLOOR, DISTANCE, EDRIFT, LDRIFT, COPLANARITY = range(9)
-BODY, BODY_SPREAD, MOMENTUM, SPACE, HALVING, STEPS = range(9, 15)
-RAW = 15
+# Columns of the raw result, one row a point, dimensionless or rad.
+RAW = numbers(
+    (
+        *("rate", "stderr", "momentum_rate", "momentum_stderr", "floor", "distance", "energy_drift", "momentum_drift"),
+        *("coplanarity", "body", "body_spread", "momentum", "space", "halving", "steps"),
+    )
+)
 
 
 def precession_rate(ratio, omega3):
@@ -229,7 +233,7 @@ def _advance_of(A, B, C, KA, KB, KC):
         for _ in range(steps):
             for lane in range(W):
                 a, b, c = S[A + lane], S[B + lane], S[C + lane]
-                S[A + lane], S[B + lane], S[C + lane] = direct.step_10(
+                S[A + lane], S[B + lane], S[C + lane] = taylor_steps.step_10(
                     a, b, c, S[KA + lane], S[KB + lane], S[KC + lane]
                 )
 
@@ -324,19 +328,19 @@ def _angles(low, high):
 def _unload(S, lane, intervals, spacing, steps, row):
     """Turn one lane's sums into its row of the raw result."""
     rate, stderr = _slope(S[D + lane], S[SY + lane], S[SXY + lane], S[SYY + lane], intervals)
-    row[RATE], row[STDERR] = rate / spacing, stderr / spacing
+    row[RAW.rate], row[RAW.stderr] = rate / spacing, stderr / spacing
     rate, stderr = _slope(S[F + lane], S[SZ + lane], S[SXZ + lane], S[SZZ + lane], intervals)
-    row[LRATE], row[LSTDERR] = rate / spacing, stderr / spacing
-    row[FLOOR] = 2.0 * EPSILON * steps / spacing
-    row[DISTANCE] = math.sqrt(S[APART + lane])
-    row[EDRIFT], row[LDRIFT] = S[ED + lane] / S[E0 + lane], S[LD + lane] / S[L0 + lane]
-    row[COPLANARITY] = math.sqrt(S[OUT + lane])
-    row[BODY], row[BODY_SPREAD] = _angles(S[BODY_LOW + lane], S[BODY_HIGH + lane])
-    row[MOMENTUM], _ = _angles(S[MOMENTUM_LOW + lane], S[MOMENTUM_HIGH + lane])
-    row[SPACE], _ = _angles(S[SPACE_LOW + lane], S[SPACE_HIGH + lane])
+    row[RAW.momentum_rate], row[RAW.momentum_stderr] = rate / spacing, stderr / spacing
+    row[RAW.floor] = 2.0 * EPSILON * steps / spacing
+    row[RAW.distance] = math.sqrt(S[APART + lane])
+    row[RAW.energy_drift], row[RAW.momentum_drift] = S[ED + lane] / S[E0 + lane], S[LD + lane] / S[L0 + lane]
+    row[RAW.coplanarity] = math.sqrt(S[OUT + lane])
+    row[RAW.body], row[RAW.body_spread] = _angles(S[BODY_LOW + lane], S[BODY_HIGH + lane])
+    row[RAW.momentum], _ = _angles(S[MOMENTUM_LOW + lane], S[MOMENTUM_HIGH + lane])
+    row[RAW.space], _ = _angles(S[SPACE_LOW + lane], S[SPACE_HIGH + lane])
     size = math.hypot(S[BH + lane], S[CH + lane])
-    row[HALVING] = math.hypot(S[BH + lane] - S[B + lane], S[CH + lane] - S[C + lane]) / size
-    row[STEPS] = steps
+    row[RAW.halving] = math.hypot(S[BH + lane] - S[B + lane], S[CH + lane] - S[C + lane]) / size
+    row[RAW.steps] = steps
 
 
 @njit(nogil=True, **OPTIONS)
@@ -361,15 +365,6 @@ def _run_blocks(ratio, omega3, tangent, spacings, steps, order, starts, interval
             _unload(S, lane, intervals, spacings[i], n, raw[i])
 
 
-def _blocks(steps):
-    """Order of the points and starts of the blocks: points of equally many steps together, W at a time."""
-    order = np.argsort(steps, kind="stable")
-    bounds = np.flatnonzero(np.diff(steps[order])) + 1
-    groups = zip(np.r_[0, bounds], np.r_[bounds, steps.size], strict=True)
-    starts = np.concatenate([np.arange(lo, hi, W) for lo, hi in groups])
-    return order, np.r_[starts, steps.size]
-
-
 def _point_arrays(points):
     """Contiguous arrays of one length for ratio, omega3 and half_angle."""
     arrays = np.broadcast_arrays(*(np.atleast_1d(points[name]) for name in ("ratio", "omega3", "half_angle")))
@@ -392,16 +387,16 @@ def run(points, rotations, samples_per_rotation, tolerance):
 
     Returns
     -------
-    numpy.ndarray, shape (n, RAW)
-        Columns RATE ... STEPS, dimensionless or in rad; nothing is checked and nothing raised.
+    numpy.ndarray, shape (n, len(RAW))
+        Columns of RAW, dimensionless or in rad; nothing is checked and nothing raised.
     """
     ratio, omega3, half_angle = _point_arrays(points)
     intervals = round(rotations * samples_per_rotation)
     spacings, steps = np.empty(ratio.size), np.empty(ratio.size, dtype=np.int64)
-    raw = np.empty((ratio.size, RAW))
+    raw = np.empty((ratio.size, len(RAW)))
     if ratio.size:
         _plan(ratio, 2.0 * np.pi / samples_per_rotation, intervals, tolerance, spacings, steps)
-        order, starts = _blocks(steps)
+        order, starts = cut(steps, 1)
         tangent = np.tan(np.radians(half_angle))
         _run_blocks(ratio, omega3, tangent, spacings, steps, order, starts, intervals, raw)
     return raw
@@ -409,10 +404,10 @@ def run(points, rotations, samples_per_rotation, tolerance):
 
 def _status(raw, tolerance, intervals):
     """Status of each row: both the halving test and the certificate must hold, but for the rounding of the steps."""
-    rounding = 4.0 * EPSILON * np.sqrt(raw[:, STEPS])
-    converged = (raw[:, HALVING] - rounding) * intervals <= tolerance
-    certified = raw[:, DISTANCE] <= tolerance + 4.0 * EPSILON * intervals * raw[:, STEPS]
-    cases = [~np.isfinite(raw[:, RATE]), ~(converged & certified)]
+    rounding = 4.0 * EPSILON * np.sqrt(raw[:, RAW.steps])
+    converged = (raw[:, RAW.halving] - rounding) * intervals <= tolerance
+    certified = raw[:, RAW.distance] <= tolerance + 4.0 * EPSILON * intervals * raw[:, RAW.steps]
+    cases = [~np.isfinite(raw[:, RAW.rate]), ~(converged & certified)]
     return np.select(cases, [NON_FINITE, NOT_CONVERGED], OK).astype(np.int8)
 
 
@@ -445,24 +440,25 @@ def measured(points, rotations, samples_per_rotation, tolerance):
     raw = run(points, rotations, samples_per_rotation, tolerance)
     _, omega3, _ = _point_arrays(points)
     spin = np.abs(omega3)
-    rate = _resolved(raw[:, RATE], raw[:, STDERR], raw[:, FLOOR])
+    rate = _resolved(raw[:, RAW.rate], raw[:, RAW.stderr], raw[:, RAW.floor])
+    momentum_rate = _resolved(raw[:, RAW.momentum_rate], raw[:, RAW.momentum_stderr], raw[:, RAW.floor])
     senses = [~np.isfinite(rate), rate == 0.0, rate * np.sign(omega3) > 0.0]
     return {
         "precession_rate": rate * spin,
-        "precession_rate_stderr": raw[:, STDERR] * spin,
-        "momentum_precession_rate": _resolved(raw[:, LRATE], raw[:, LSTDERR], raw[:, FLOOR]) * spin,
-        "momentum_precession_rate_stderr": raw[:, LSTDERR] * spin,
+        "precession_rate_stderr": raw[:, RAW.stderr] * spin,
+        "momentum_precession_rate": momentum_rate * spin,
+        "momentum_precession_rate_stderr": raw[:, RAW.momentum_stderr] * spin,
         "period": _period(rate) / spin,
         "sense": np.select(senses, [UNDETERMINED, NONE, WITH_SPIN], AGAINST_SPIN).astype(np.int8),
-        "body_cone": np.degrees(raw[:, BODY]),
-        "momentum_cone": np.degrees(raw[:, MOMENTUM]),
-        "space_cone": np.degrees(raw[:, SPACE]),
-        "half_angle_drift": np.degrees(raw[:, BODY_SPREAD]),
-        "coplanarity": raw[:, COPLANARITY],
-        "energy_drift": raw[:, EDRIFT],
-        "momentum_drift": raw[:, LDRIFT],
-        "propagation_error": raw[:, DISTANCE],
-        "steps_per_sample": raw[:, STEPS].astype(np.int32),
+        "body_cone": np.degrees(raw[:, RAW.body]),
+        "momentum_cone": np.degrees(raw[:, RAW.momentum]),
+        "space_cone": np.degrees(raw[:, RAW.space]),
+        "half_angle_drift": np.degrees(raw[:, RAW.body_spread]),
+        "coplanarity": raw[:, RAW.coplanarity],
+        "energy_drift": raw[:, RAW.energy_drift],
+        "momentum_drift": raw[:, RAW.momentum_drift],
+        "propagation_error": raw[:, RAW.distance],
+        "steps_per_sample": raw[:, RAW.steps].astype(np.int32),
         "status": _status(raw, tolerance, round(rotations * samples_per_rotation)),
     }
 

@@ -26,4 +26,4 @@ def _run(args):
         warmup.compile_system(system)
     if args.output:
         with replaced(args.output) as temporary:
-            temporary.write_text((system.fingerprint() if system else fingerprint()) + "\n")
+            temporary.write_text(fingerprint() + "\n")

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from kernels import measure
+from kernels import measure, statuses
 from kernels import oscillations as kernel
 from sweeps.mechanics import equilibria, modes
 from sweeps.mechanics.derivation import derive
@@ -15,7 +15,6 @@ from sweeps.mechanics.taylor import Code
 
 CHUNK = 16384
 EVEN = 1e-9  # third derivatives smaller than this, in the system's own units, make no second run
-FLAT, NOT_NUDGED = 5, 6  # statuses beside the kernel's
 LEAST_SHARE = 1e-6  # of a nudge: a mode with less of it is left to rounding and to the others' cubes
 
 
@@ -119,16 +118,16 @@ class Model:
             direction: of the nudge, one number a coordinate; None nudges along the mode.
 
         Returns:
-            `raw` (points, kernel.RAW), `status` (int8), `intervals`, `spacing` and `reach` (the signed size of the
+            `raw` (points, len(kernel.RAW)), `status` (int8), `intervals`, `spacing` and `reach` (the signed size of the
             mode's part of the nudge, relative to the whole).
         """
         intervals, spacing = round(cycles * samples_per_cycle), min(2.0 * np.pi / samples_per_cycle, 0.5)
         size = len(points["epsilon"])
-        raw, status = np.full((size, kernel.RAW), np.nan), np.full(size, kernel.NO_EQUILIBRIUM, dtype=np.int8)
+        raw, status = np.full((size, len(kernel.RAW)), np.nan), np.full(size, statuses.NO_EQUILIBRIUM, dtype=np.int8)
         here = ~np.isnan(theory["place"]).any(axis=1)
-        status[theory["flat"]] = FLAT
+        status[theory["flat"]] = statuses.FLAT
         unsound = here & ~np.isfinite(theory["scale"] * theory["modes"].sum(axis=(1, 2)))
-        status[unsound] = kernel.NON_FINITE
+        status[unsound] = statuses.NON_FINITE
         which = np.flatnonzero(here & ~unsound)
         reach = np.ones(size)
         for start in range(0, which.size, CHUNK):
@@ -136,7 +135,7 @@ class Model:
             nudge = self._nudge(points, theory, part, direction)
             reach[part] = nudge["reach"]
             nudged = nudge["start"] >= LEAST_SHARE
-            status[part[~nudged]] = NOT_NUDGED
+            status[part[~nudged]] = statuses.NOT_NUDGED
             if not nudged.all():
                 part, nudge = part[nudged], {name: values[nudged] for name, values in nudge.items()}
             raw[part] = self._run(points, theory, part, nudge, intervals, spacing, tolerance)
@@ -235,31 +234,31 @@ class Model:
     def _columns(self, points, theory, measured):
         raw, S = measured["raw"], theory["scale"]
         epsilon, phase = (np.asarray(points[name], dtype=np.float64) for name in ("epsilon", "phase"))
-        known = np.isfinite(raw[:, kernel.RATE2])
-        size = epsilon * raw[:, kernel.SIZE]
+        known = np.isfinite(raw[:, kernel.RAW.rate2])
+        size = epsilon * raw[:, kernel.RAW.size]
         with np.errstate(invalid="ignore"):
-            regime = kernel.regime(raw[:, kernel.RATE2], raw[:, kernel.STDERR], S, size)
+            regime = kernel.regime(raw[:, kernel.RAW.rate2], raw[:, kernel.RAW.stderr], S, size)
             predicted = kernel.regime(theory["omega_squared"], 0.0, S, 0.0)
         regime = np.where(known, regime, -1).astype(np.int8)
         predicted = np.where(np.isfinite(theory["omega_squared"]), predicted, -1).astype(np.int8)
         columns = {
             "omega_squared_theory": theory["omega_squared"],
-            "omega_squared": raw[:, kernel.RATE2],
-            "omega_squared_stderr": raw[:, kernel.STDERR],
+            "omega_squared": raw[:, kernel.RAW.rate2],
+            "omega_squared_stderr": raw[:, kernel.RAW.stderr],
             **_rates("_theory", theory["omega_squared"], predicted),
-            **_rates("", raw[:, kernel.RATE2], regime),
+            **_rates("", raw[:, kernel.RAW.rate2], regime),
             **_log_slope(raw, regime),
             "regime_theory": predicted,
             "regime": regime,
             "rate_scale": S,
-            "samples_used": np.nan_to_num(raw[:, kernel.SAMPLES]).astype(np.int32),
-            "window_end": (raw[:, kernel.SAMPLES] - 1.0) * measured["spacing"] / S,
-            "steps_per_sample": np.nan_to_num(raw[:, kernel.STEPS]).astype(np.int32),
+            "samples_used": np.nan_to_num(raw[:, kernel.RAW.samples]).astype(np.int32),
+            "window_end": (raw[:, kernel.RAW.samples] - 1.0) * measured["spacing"] / S,
+            "steps_per_sample": np.nan_to_num(raw[:, kernel.RAW.steps]).astype(np.int32),
             "status": measured["status"],
-            "energy_drift": raw[:, kernel.EDRIFT],
+            "energy_drift": raw[:, kernel.RAW.energy_drift],
         }
         for name in ("growth_rate", "frequency"):
-            columns[f"{name}_stderr"] = _rate_stderr(raw[:, kernel.STDERR], columns[name])
+            columns[f"{name}_stderr"] = _rate_stderr(raw[:, kernel.RAW.stderr], columns[name])
         amplitude, angle = _lecture_solution(epsilon * measured["reach"], phase, S, columns["frequency"])
         columns |= {"amplitude": amplitude, "initial_phase": angle}
         for i, c in enumerate(self.system.kept):
@@ -288,9 +287,9 @@ def _rates(suffix, squares, regime):
 
 def _log_slope(raw, regime):
     """The lecture's estimator, where its window held at least two e-folds."""
-    e_folds = np.where(regime == kernel.UNSTABLE, raw[:, kernel.EFOLDS], np.nan)
+    e_folds = np.where(regime == kernel.UNSTABLE, raw[:, kernel.RAW.e_folds], np.nan)
     told = e_folds >= measure.LEAST_EFOLDS
-    return {"growth_rate_logslope": np.where(told, raw[:, kernel.LOGSLOPE], np.nan), "e_folds": e_folds}
+    return {"growth_rate_logslope": np.where(told, raw[:, kernel.RAW.log_slope], np.nan), "e_folds": e_folds}
 
 
 def _rate_stderr(stderr, rate):

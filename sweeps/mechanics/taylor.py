@@ -31,15 +31,17 @@ try:
 except ImportError:  # no such locks on Windows
     fcntl = None
 
+from kernels.blocks import W
 from kernels.fingerprint import cache_folder
-from kernels.oscillations import ORDER, W
+from kernels.oscillations import ORDER
 from sweeps.mechanics.graph import ADD, CONSTANT, DIV, FUNCTION, MUL, Graph, V, X
 
 HEADER = '''"""{title}: one Taylor step of order {order}, and the energy above the equilibrium, for {W} lanes."""
 
 from numba import njit
 
-OPTIONS = {{"cache": True, "error_model": "numpy", "fastmath": {{"contract"}}}}
+from kernels.options import OPTIONS
+
 COORDINATES, STATES, ROWS = {n}, {states}, {rows}
 '''
 

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from kernels import stored
-from kernels.fingerprint import cache_folder
+from kernels.fingerprint import cache_folder, fingerprint
 from sweeps import systems
 from sweeps.files import replaced
 from sweeps.run import claims
@@ -49,7 +49,7 @@ def compile_system(system: systems.System) -> None:
     compiled = system.compiled()
     compiled.parent.mkdir(parents=True, exist_ok=True)
     with replaced(compiled) as temporary:
-        temporary.write_text(system.fingerprint() + "\n")
+        temporary.write_text(fingerprint() + "\n")
 
 
 def compile_missing(system: systems.System) -> None:
@@ -62,7 +62,7 @@ def compile_missing(system: systems.System) -> None:
 
 def _says_compiled(system: systems.System) -> bool:
     try:
-        return system.compiled().read_text().strip() == system.fingerprint()
+        return system.compiled().read_text().strip() == fingerprint()
     except (OSError, ValueError):
         return False
 

@@ -40,6 +40,8 @@ class System(ABC):
         caption: what its map shows, one line.
         samples_per_second: samples of runs that one core makes in a second, about.
         look: how flags and parameters look in pictures, terminal and page.
+        kernels: modules of `kernels` that :meth:`columns` imports; a map's fingerprint covers them and what they
+            import. With none, it covers every kernel.
     """
 
     name: str
@@ -48,6 +50,7 @@ class System(ABC):
     caption: str
     samples_per_second: int = 64_000_000
     look: Look = Look()
+    kernels: tuple[str, ...] = ()
 
     @abstractmethod
     def dimensions(self, definition: "Definition") -> "dict[str, Range | np.ndarray]":
@@ -98,10 +101,10 @@ class System(ABC):
         return None
 
     def fingerprint(self) -> str:
-        """Which code makes the columns: 64 hexadecimal digits."""
+        """Which code makes the columns: 64 hexadecimal digits; other systems' kernels do not count."""
         from kernels.fingerprint import fingerprint
 
-        return fingerprint()
+        return fingerprint(*self.kernels)
 
     @abstractmethod
     def method(self, definition: "Definition") -> str:

@@ -66,7 +66,7 @@ def measure(name):
         two = seconds(lambda: list(pool.map(lambda _: oscillations.run(*arguments), range(2))))
     raw = oscillations.run(*arguments)
     runs = 1 + arguments[9]
-    steps = float(((raw[:, oscillations.SAMPLES] - 1) * runs * raw[:, oscillations.STEPS]).sum())
+    steps = float(((raw[:, oscillations.RAW.samples] - 1) * runs * raw[:, oscillations.RAW.steps]).sum())
     work = operations(system.mechanism.code.text)
     print(f"{name:20s} kernel, one core {count / one:10,.0f} points/s; two cores {2 * count / two:10,.0f} points/s")
     print(f"{'':20s} {work:,} operations a step, {steps * work / one / 1e9:.1f} GFLOP/s on one core at least")

@@ -10,11 +10,11 @@ from naive import taylor_terms, truncation
 from numba import config
 from scipy.integrate import solve_ivp
 
-from kernels import direct, exact, rigid_body
+from kernels import direct, exact, rigid_body, taylor_steps
 
 ULP = 2.0**-52
-STEPS = {8: direct.step_8, 10: direct.step_10, 12: direct.step_12}
-NEAR = {8: direct.near_step_8, 10: direct.near_step_10, 12: direct.near_step_12}
+STEPS = {8: taylor_steps.step_8, 10: taylor_steps.step_10, 12: taylor_steps.step_12}
+NEAR = {8: taylor_steps.near_step_8, 10: taylor_steps.near_step_10, 12: taylor_steps.near_step_12}
 FEWER = 10 if config.DISABLE_JIT else 1  # steps in plain Python are slow
 # nought, or large enough that no term of a series underflows
 STATE, COEFFICIENTS = (
@@ -95,7 +95,7 @@ def test_step_has_the_symmetries_of_the_equations(step, state, k):
     assert step(2 * x, 2 * y, 2 * z, *(0.5 * x for x in k)) == (2 * a, 2 * b, 2 * c)
 
 
-@pytest.mark.parametrize("step", [direct.step_10, direct.near_step_10])
+@pytest.mark.parametrize("step", [taylor_steps.step_10, taylor_steps.near_step_10])
 @given(spin=st.floats(0.1, 1.0), k=COEFFICIENTS, exponent=st.floats(-700, -20))
 def test_a_small_perturbation_keeps_its_relative_digits(step, spin, k, exponent):
     small = math.exp(exponent)
@@ -124,7 +124,7 @@ def test_near_step_leaves_out_no_more_than_it_says():
         size, angle, h = 10 ** rng.uniform(-3, -1), rng.uniform(0, 2 * np.pi), rng.uniform(0.2, 0.5)
         state, k = (1.0, size * math.cos(angle), size * math.sin(angle)), c * h
         x = np.abs(k).max()
-        apart = np.array(direct.near_step_12(*state, *k)) - direct.step_12(*state, *k)
+        apart = np.array(taylor_steps.near_step_12(*state, *k)) - taylor_steps.step_12(*state, *k)
         # from the docstring's two terms, for one step; 1.2 for the terms that follow the first one left out
         spin, coupling = (1.2 * size**2 * bound for bound in ((2 * x) ** 8 / 80640, (2 * x) ** 6 / 2880))
         assert abs(apart[0]) <= spin + 1e-15
@@ -141,7 +141,7 @@ def test_a_near_run_keeps_its_share_of_the_tolerance(samples):
         size = max(10**-e for e in np.arange(2, 9, 0.1) if direct.is_near(0.5, 10**-e, samples, tolerance))
         state = near = (1.0, 0.8 * size, 0.6 * size)
         for _ in range(samples):
-            state, near = direct.step_12(*state, *(c * h)), direct.near_step_12(*near, *(c * h))
+            state, near = taylor_steps.step_12(*state, *(c * h)), taylor_steps.near_step_12(*near, *(c * h))
             if np.hypot(*state[1:]) > size:  # it has grown out of the size that it was allowed for
                 break
             apart = np.hypot(near[1] - state[1], near[2] - state[2]) / size
@@ -163,7 +163,7 @@ def test_each_order_is_its_name(order, monkeypatch):
     step = getattr(STEPS[order], "py_func", STEPS[order])
     with mpmath.workdps(40):
         for n in range(2, 13):
-            monkeypatch.setattr(direct, f"R{n}", mpmath.mpf(1) / n)
+            monkeypatch.setattr(taylor_steps, f"R{n}", mpmath.mpf(1) / n)
         c, state = [mpmath.mpf(x) for x in (0.5, -0.9, 0.6)], [mpmath.mpf(x) for x in (1.0, 0.3, 0.2)]
         end = mpmath.odefun(lambda _, w: [c[0] * w[1] * w[2], c[1] * w[2] * w[0], c[2] * w[0] * w[1]], 0, state)(1)
         counts, errors = [8, 16, 32], []
@@ -314,7 +314,7 @@ def test_a_broken_coefficient_shows_in_the_perturbation_alone():
         drifts[broken] = 0.0
         for _ in range(64):
             h = 2 * np.pi / 16
-            a, b, w = direct.step_10(a, b, w, c[0] * h, c[1] * (1 + broken) * h, c[2] * h)
+            a, b, w = taylor_steps.step_10(a, b, w, c[0] * h, c[1] * (1 + broken) * h, c[2] * h)
             after = rigid_body.perturbation_invariant(b, w, c[1], c[2])
             drifts[broken] = max(drifts[broken], abs(after[0] - before[0]) / before[1])
         # energy sees nothing of it: the perturbation is 1e-12 of it

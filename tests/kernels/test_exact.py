@@ -436,7 +436,7 @@ def test_the_same_code_is_exact_in_thirty_digits(moments):
             I1, I2, I3 = (mp.mpf(x) for x in moments)
             c = ((I2 - I3) / I1, (I3 - I1) / I2, (I1 - I2) / I3)
             at_half = [mp.ellipfun(name, theirs.p * h / 2, m=theirs.m) for name in ("sn", "cn", "dn")]
-            by_role = coefficients(*(c[i] for i in theirs.roles), theirs.p, h, *at_half)
+            by_role = coefficients([c[i] for i in theirs.roles], theirs.p, h, *at_half)
             q = [by_role[theirs.roles.index(axis)] for axis in range(3)]
             w = [mp.mpf(x) for x in start]
             for _ in range(20):

@@ -228,3 +228,72 @@ def test_a_child_process_keeps_to_its_parents_place(tmp_path):
     folder, pointed = told.stdout.split()
     assert folder == pointed
     assert Path(folder).parent == tmp_path / "chosen"
+
+
+# What a map's own kernels import
+
+
+KERNELS = {
+    "__init__": "from kernels.fingerprint import use_cache\n",
+    "fingerprint": "import ast\nfrom numpy import linear\n",
+    "statuses": "OK = 0\n",
+    "step": "import math\nfrom kernels.statuses import OK\n",
+    "spin": "from kernels import OPTIONS, step\n",
+    "top": "import kernels.step as s\n",
+    "late": "def f():\n    if True:\n        from . import top\n        from .spin import OK\n",
+    "linear": "from kernelsmith import step\nimport kernelsmith.top\n",
+    "alone": "",
+}
+
+
+@pytest.fixture
+def sweeping(checkout):
+    """Kernels that import one another in every way there is."""
+    for name, text in KERNELS.items():
+        (checkout / f"{name}.py").write_text(text)
+    return checkout
+
+
+@pytest.mark.parametrize(
+    ("modules", "imported"),
+    [
+        ("step", "statuses"),
+        ("spin", "step statuses"),
+        ("top", "step statuses"),
+        ("late", "top spin step statuses"),
+        ("linear", ""),
+        ("alone linear step", "statuses"),
+    ],
+)
+def test_modules_count_with_all_that_they_import(sweeping, modules, imported):
+    expected = {"__init__", "fingerprint", *modules.split(), *imported.split()}
+    found = fp.sources(*modules.split())
+    assert [path.stem for path in found] == sorted(expected)
+    before = fp.fingerprint(*modules.split())
+    for name in KERNELS:
+        kernel = sweeping / f"{name}.py"
+        kernel.write_text(KERNELS[name] + "# another comment\n")
+        assert (fp.fingerprint(*modules.split()) != before) == (name in expected), name
+        kernel.write_text(KERNELS[name])
+    assert fp.fingerprint(*modules.split()) == before
+
+
+def test_without_modules_every_file_counts(sweeping):
+    assert fp.sources() == sorted(sweeping.glob("*.py"))
+    before = fp.fingerprint()
+    (sweeping / "alone.py").write_text("# another comment\n")
+    assert fp.fingerprint() != before
+
+
+def test_a_module_that_is_not_there_is_no_fingerprint(sweeping):
+    with pytest.raises(FileNotFoundError, match=r"nowhere\.py"):
+        fp.fingerprint("nowhere")
+
+
+def test_what_is_read_is_what_is_imported():
+    for module in ("survey", "symmetric_top", "oscillations"):
+        code = f"import sys, kernels.{module}; print(*(sys.modules[n].__file__ for n in sys.modules if 'kernels' in n))"
+        root = Path(fp.__file__).parents[1]
+        told = subprocess.run([sys.executable, "-c", code], cwd=root, capture_output=True, text=True, check=True)
+        loaded = {Path(file) for file in told.stdout.split() if Path(file).parent == root / "kernels"}
+        assert set(fp.sources(module)) == loaded, module

@@ -12,9 +12,9 @@ def columns(points, tolerance=1e-10):
     """Columns of flips for points given as a mapping, with whether the search was given up."""
     n = np.broadcast(*points.values()).size
     arrays = [np.broadcast_to(points[name], n).astype(np.int64 if name == "axis" else float) for name in NAMES]
-    out, given_up = np.empty((len(flips.FLIPS), n)), np.zeros(n, dtype=bool)
+    out, given_up = np.empty((len(flips.MEASURED), n)), np.zeros(n, dtype=bool)
     flips.fill(*map(np.ascontiguousarray, arrays), np.arange(n), tolerance, out, given_up)
-    return dict(zip(flips.FLIPS, out, strict=True)) | {"given_up": given_up}
+    return dict(zip(flips.MEASURED, out, strict=True)) | {"given_up": given_up}
 
 
 NAMES = ("I1", "I2", "I3", "axis", "omega0", "epsilon", "phase")
@@ -129,11 +129,11 @@ def test_a_search_that_does_not_end_is_told():
 def test_the_survey_adds_the_columns_and_changes_no_other():
     points = bodies(200, 3, 1e-3)
     plain, more = (survey.measured(points, 4.0, 16, 1e-10, nonlinear=flag) for flag in (False, True))
-    assert set(more) - set(plain) == set(flips.FLIPS)
+    assert set(more) - set(plain) == set(flips.MEASURED)
     for name in plain:
         np.testing.assert_array_equal(more[name], plain[name], err_msg=name)
     by_hand = columns(points)
-    for name in flips.FLIPS:
+    for name in flips.MEASURED:
         np.testing.assert_array_equal(more[name], by_hand[name], err_msg=name)
 
 
@@ -151,7 +151,7 @@ def test_broken_points_are_left_out():
     broken["I1"][3] = np.nan
     plain, other = (survey.measured(p, 4.0, 16, 1e-10, nonlinear=True) for p in (points, broken))
     rest = np.arange(points["I1"].size) != 3
-    for name in flips.FLIPS:
+    for name in flips.MEASURED:
         assert np.isnan(other[name][3])
         np.testing.assert_array_equal(plain[name][rest], other[name][rest], err_msg=name)
 

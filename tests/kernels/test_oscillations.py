@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from numba import njit
 
-from kernels import oscillations
+from kernels import oscillations, statuses
 
-W = oscillations.W
 STATES = 4  # x, v, energy and its terms
 
 
@@ -67,19 +66,20 @@ def test_signed_rates_of_exact_motions(speed):
     k = np.array([1.0, 0.3, 1e-3, -1e-3, -0.3, -1.0])
     raw = run(k, speed=speed)
     # rounding of a sample, 1e-16, over the second difference k h²
-    assert np.abs(raw[:, oscillations.RATE2] - k).max() <= 1e-13
-    assert (oscillations.status(raw, 64, 1e-10) == oscillations.OK).all()
+    assert np.abs(raw[:, oscillations.RAW.rate2] - k).max() <= 1e-13
+    assert (oscillations.status(raw, 64, 1e-10) == statuses.OK).all()
 
 
 def test_window_ends_where_the_motion_has_grown_tenfold():
     raw = run([-1.0, 1.0])
     inside = int(math.acosh(10.0) / 0.4) + 1  # samples with cosh(0.4 k) <= 10, that at 0 among them
-    assert raw[:, oscillations.SAMPLES].tolist() == [inside, 65]
+    assert raw[:, oscillations.RAW.samples].tolist() == [inside, 65]
 
 
 def test_nothing_that_pulls_is_marginal():
     raw = run([0.0, 1e-13, 1e-3])
-    kinds = oscillations.regime(raw[:, oscillations.RATE2], raw[:, oscillations.STDERR], np.ones(3), np.full(3, 1e-6))
+    measured = raw[:, oscillations.RAW.rate2], raw[:, oscillations.RAW.stderr]
+    kinds = oscillations.regime(*measured, np.ones(3), np.full(3, 1e-6))
     assert kinds.tolist() == [oscillations.MARGINAL, oscillations.MARGINAL, oscillations.STABLE]
 
 
@@ -92,9 +92,9 @@ def test_padding_and_neighbours_change_no_bit():
 
 def test_fast_growth_is_a_short_window_and_overflow_is_said():
     raw = run([-40.0], spacing=0.5)
-    assert oscillations.status(raw, 64, 1e-10).tolist() == [oscillations.SHORT_WINDOW]
+    assert oscillations.status(raw, 64, 1e-10).tolist() == [statuses.SHORT_WINDOW]
     raw = run([1.0], start=np.nan)
-    assert oscillations.status(raw, 64, 1e-10).tolist() == [oscillations.NON_FINITE]
+    assert oscillations.status(raw, 64, 1e-10).tolist() == [statuses.NON_FINITE]
 
 
 def test_log_slope_is_that_of_the_logarithms_in_its_window():
@@ -105,11 +105,11 @@ def test_log_slope_is_that_of_the_logarithms_in_its_window():
         (window,) = np.nonzero((sizes >= 2.0) & (sizes <= 1000.0))
         slope = np.polyfit(0.4 * window, np.log(sizes[window]), 1)[0]
         # a hundred samples' rounding, grown a thousandfold in the sums of squares
-        assert row[oscillations.LOGSLOPE] == pytest.approx(slope, rel=1e-12)
-        assert row[oscillations.EFOLDS] == pytest.approx(np.ptp(np.log(sizes[window])), rel=1e-12)
-    assert np.isnan(raw[2, [oscillations.LOGSLOPE, oscillations.EFOLDS]]).all()
+        assert row[oscillations.RAW.log_slope] == pytest.approx(slope, rel=1e-12)
+        assert row[oscillations.RAW.e_folds] == pytest.approx(np.ptp(np.log(sizes[window])), rel=1e-12)
+    assert np.isnan(raw[2, [oscillations.RAW.log_slope, oscillations.RAW.e_folds]]).all()
     capped = run([-1.0], intervals=120, size=1e-4)[0]  # 0.01 of the system's size is 100 times the nudge
-    assert math.log(100.0 / 2.0) - 0.8 <= capped[oscillations.EFOLDS] <= math.log(100.0 / 2.0)
+    assert math.log(100.0 / 2.0) - 0.8 <= capped[oscillations.RAW.e_folds] <= math.log(100.0 / 2.0)
 
 
 def test_another_mode_that_grows_ends_the_window():
@@ -137,9 +137,9 @@ def test_another_mode_that_grows_ends_the_window():
     none = np.zeros(1, dtype=np.int64)
     rest = (one, one * 1e-6, none, none, 64, 0.4, 1e-10)
     raw = oscillations.run(pair, still, 6, rows, rows, projection, one, 0 * one, *rest)
-    assert raw[0, oscillations.SAMPLES] == int(math.log(100.0) / 0.4) + 1
-    assert raw[0, oscillations.RATE2] == pytest.approx(1.0, abs=1e-12)
+    assert raw[0, oscillations.RAW.samples] == int(math.log(100.0) / 0.4) + 1
+    assert raw[0, oscillations.RAW.rate2] == pytest.approx(1.0, abs=1e-12)
     raw = oscillations.run(pair, still, 6, rows, rows, projection, one, 10 * one, *rest)
-    assert raw[0, oscillations.SAMPLES] == int(math.log(1e4) / 0.4) + 1
+    assert raw[0, oscillations.RAW.samples] == int(math.log(1e4) / 0.4) + 1
     other = 1e-3 * math.exp(0.4 * int(math.log(1e4) / 0.4))
-    assert raw[0, oscillations.SIZE] == pytest.approx(other**1.5)  # the square root of its cube over the nudged one
+    assert raw[0, oscillations.RAW.size] == pytest.approx(other**1.5)  # the square root of its cube over the nudged one

@@ -17,17 +17,8 @@ from kernels import exact, linear, measure, rigid_body, survey
 SETTINGS = (4.0, 16, 1e-10)
 FEWER = 40 if config.DISABLE_JIT else 1  # lanes in plain Python are slow
 ULP = 2.0**-52
-# how each column goes with the spin rate; all others do not
-POWERS = {
-    "omega_squared": 2,
-    "omega_squared_stderr": 2,
-    "omega_squared_theory": 2,
-    "window_end": -1,
-    "euler_period": -1,
-}
-POWERS |= {"window_end": -1, "euler_period": -1}
-POWERS |= dict.fromkeys(("growth_rate", "growth_rate_stderr", "growth_rate_logslope", "growth_rate_theory"), 1)
-POWERS |= dict.fromkeys(("frequency", "frequency_stderr", "frequency_theory"), 1)
+THEORY = {"omega_squared_theory": 2, "growth_rate_theory": 1, "frequency_theory": 1}
+POWERS = survey.POWERS | THEORY | dict.fromkeys(("regime_theory", "shape", "growing_fraction", "triangle_margin"), 0)
 
 
 def bodies(count, seed=1, **given):
@@ -119,7 +110,7 @@ def dimensionless(columns, omega0):
     spin = np.abs(omega0)
     # one factor at a time: the square of a spin of 1e-150 rad/s times a small number is no normal double
     units = {-1: lambda x: x * spin, 0: lambda x: x, 1: lambda x: x / spin, 2: lambda x: x / spin / spin}
-    return {name: units[POWERS.get(name, 0)](column) for name, column in columns.items()}
+    return {name: units[POWERS[name]](column) for name, column in columns.items()}
 
 
 def assert_same(one, other, **kind):
@@ -181,7 +172,7 @@ def test_any_spin_rate_gives_the_same_dimensionless_results(omega0):
     fast = survey.survey(points | {"omega0": np.full_like(points["omega0"], omega0)}, *SETTINGS)
     for name, column in dimensionless(fast, omega0).items():
         # the run itself is the same, bit for bit: the units cost a few roundings, and the least double its own size
-        least = 5e-324 / omega0 / omega0 if POWERS.get(name) == 2 else 0.0
+        least = 5e-324 / omega0 / omega0 if POWERS[name] == 2 else 0.0
         np.testing.assert_allclose(column, plain[name], rtol=8 * ULP, atol=least, err_msg=name)
 
 
@@ -197,7 +188,7 @@ def test_time_has_no_unit(points, exponent, factor):
     for unit, allowed in ((2.0**exponent, 0.0), (factor, 8 * ULP)):
         other = survey.survey(points | {"omega0": points["omega0"] * unit}, *SETTINGS)
         for name in plain:
-            expected = plain[name] * unit ** POWERS.get(name, 0)
+            expected = plain[name] * unit ** POWERS[name]
             np.testing.assert_allclose(other[name], expected, rtol=allowed, atol=0, err_msg=name)
 
 

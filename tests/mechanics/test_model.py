@@ -5,8 +5,9 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
 
 from kernels import oscillations as kernel
+from kernels import statuses
 from sweeps.mechanics import modes
-from sweeps.mechanics.model import FLAT, NOT_NUDGED, Model
+from sweeps.mechanics.model import Model
 
 PROMISED, LEAST = 1e-6, 1e-3  # relative error of ω², where |ω²| is at least so much of the scale's square
 
@@ -20,8 +21,8 @@ def models():
 def test_measured_rates_are_the_theorys(models, name):
     model = models[name]
     columns = model.survey(points(model.system, model.n, 60, LIBRARY[name]))
-    here = columns["status"] != kernel.NO_EQUILIBRIUM
-    assert (columns["status"][here] == kernel.OK).all()
+    here = columns["status"] != statuses.NO_EQUILIBRIUM
+    assert (columns["status"][here] == statuses.OK).all()
     sized = np.abs(columns["omega_squared_theory"]) >= LEAST * columns["rate_scale"] ** 2
     deviation = np.abs(columns["omega_squared"] / columns["omega_squared_theory"] - 1)[sized]
     assert deviation.max() <= PROMISED
@@ -142,7 +143,7 @@ def test_a_flat_line_is_a_status(models):
     model = models["bead_on_wire"]
     columns = points(model.system, 1, 1, {}) | {"gravity": np.array([4.0]), "spin_rate": np.array([2.0])}
     found = model.survey(columns)
-    assert found["status"].tolist() == [FLAT]
+    assert found["status"].tolist() == [statuses.FLAT]
     assert np.isnan(found["omega_squared"]).all()
 
 
@@ -176,7 +177,7 @@ def test_a_step_that_is_too_long_is_halved_until_it_holds(models):
     columns = points(model.system, 1, 3, LIBRARY["pendulum"], epsilon=0.9)
     loose = model.survey(columns, tolerance=1e-3)
     tight = model.survey(columns, tolerance=1e-12)
-    assert (tight["status"] == kernel.OK).all()
+    assert (tight["status"] == statuses.OK).all()
     assert (tight["steps_per_sample"] > loose["steps_per_sample"]).all()
     assert loose["omega_squared"] == pytest.approx(tight["omega_squared"], rel=1e-2)
 
@@ -234,7 +235,7 @@ def test_every_mode_of_a_direction_has_the_theorys_rate(models, name):
     model = models[name]
     columns = points(model.system, model.n, 40, LIBRARY[name])
     found = model.survey(columns, direction=(1.0, 0.3, -0.2)[: model.n])
-    ok = found["status"] == kernel.OK
+    ok = found["status"] == statuses.OK
     assert ok.mean() > 0.9
     sized = ok & (np.abs(found["omega_squared_theory"]) >= LEAST * found["rate_scale"] ** 2)
     assert np.abs(found["omega_squared"] / found["omega_squared_theory"] - 1)[sized].max() <= PROMISED
@@ -249,7 +250,7 @@ def test_a_mode_without_a_share_of_the_direction_is_said(models):
     columns = hanging(model)
     first = model.theory(columns)["modes"][0, :, 0]
     found = model.survey(columns, direction=first)
-    assert found["status"].tolist() == [kernel.OK, NOT_NUDGED]
+    assert found["status"].tolist() == [statuses.OK, statuses.NOT_NUDGED]
     assert np.isnan(found["omega_squared"]).tolist() == [False, True]
     assert found["regime"].tolist() == [kernel.STABLE, -1]
     assert found["omega_squared"][0] == pytest.approx(model.survey(columns)["omega_squared"][0], rel=1e-12)

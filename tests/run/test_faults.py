@@ -274,7 +274,7 @@ def test_a_kernel_edited_between_two_runs_is_what_makes_every_point(house):
         house.settle()
         with sweeps.open_map(house.map) as ds:
             held = ds.attrs["kernel_fingerprint"]
-        assert held == house.ask("from kernels.fingerprint import fingerprint; print(fingerprint())")
+        assert held == house.ask("from sweeps import systems; print(systems.resolve('rigid_body').fingerprint())")
         assert said.count("Measuring shard") == SHARDS
         assert house.content() == house.hash  # the edit changes no number
     finally:

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import sweeps
+from kernels.fingerprint import fingerprint
 from sweeps.__main__ import main
 from sweeps.points import catalogue
 from sweeps.run import claims, pipeline
@@ -96,7 +97,7 @@ def test_a_systems_own_equations_are_compiled_before_its_shards(mine, measured, 
     made(mine)
     made(mine, again=True)
     assert measured == ["compiled", 1, 2, 1, 2]
-    assert told.read_text().strip() == system.fingerprint()
+    assert told.read_text().strip() == fingerprint()
 
 
 def test_pictures_younger_than_their_map_stay_and_older_ones_go(mine):

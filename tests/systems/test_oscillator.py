@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from oscillators import LIBRARY
 
 import sweeps
+from kernels.fingerprint import fingerprint
 from sweeps import systems
 from sweeps.maps import dataset, storage
 from sweeps.points import catalogue
@@ -237,6 +238,4 @@ def test_what_compile_was_told_of_is_compiled_for_good(tmp_path):
     assert len(saved) == 2  # advance and energy
     assert "data saved" not in said[1]
     system = systems.resolve(f"{tmp_path}/spring.py")
-    assert (
-        (tmp_path / "compile.out").read_text().strip() == system.fingerprint() == system.compiled().read_text().strip()
-    )
+    assert (tmp_path / "compile.out").read_text().strip() == fingerprint() == system.compiled().read_text().strip()

@@ -1,8 +1,10 @@
 """What every system promises, each on a small definition of its own."""
 
 import pickle
+import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import mpmath
 import numpy as np
@@ -10,7 +12,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import kernels
 import sweeps
+from kernels import fingerprint, flips, survey
+from kernels.fingerprint import sources
 from sweeps import systems
 from sweeps.maps import dataset, storage
 from sweeps.points import catalogue
@@ -199,3 +204,63 @@ def test_the_earth_of_the_moments_takes_304_57_sidereal_days():
     assert round(float(wanted), 2) == 304.57
     rotations = float(earth["euler_period"]) * float(earth["omega0"]) / (2 * np.pi)
     assert rotations == pytest.approx(float(wanted), rel=1e-11)  # the differences of the moments keep 13 digits
+
+
+KERNELS = Path(kernels.__file__).parent
+OSCILLATOR = "pendulum"
+
+
+@pytest.mark.parametrize("name", [*systems.MODULES, OSCILLATOR])
+def test_a_system_names_the_kernels_that_make_its_columns(name):
+    """In a process of its own: what measuring a sweep has imported is what the fingerprint covers."""
+    small = SMALL.get(name, {"grid": {}})
+    code = f"""
+import sys
+from sweeps import systems
+from sweeps.maps import dataset
+from sweeps.schema.definition import load
+dataset.survey_grid(load({{"system": {name!r}}} | {small!r}))
+print(*(name for name in sys.modules if name.startswith("kernels.")))
+"""
+    told = subprocess.run([sys.executable, "-c", code], cwd=KERNELS.parent, capture_output=True, text=True, check=True)
+    loaded = {KERNELS / f"{module.removeprefix('kernels.')}.py" for module in told.stdout.split()}
+    assert set(sources(*systems.resolve(name).kernels)) == loaded | {KERNELS / "__init__.py"}
+
+
+@pytest.mark.parametrize(
+    ("edited", "foreign"),
+    [
+        ("survey", {"rigid_body"}),
+        ("exact", {"rigid_body"}),
+        ("symmetric_top", {"symmetric_top"}),
+        ("oscillations", {OSCILLATOR}),
+        ("measure", {"rigid_body", OSCILLATOR}),
+        ("taylor_steps", {"rigid_body", "symmetric_top", OSCILLATOR}),
+    ],
+)
+def test_a_comment_in_a_kernel_makes_maps_of_its_own_systems_foreign(edited, foreign, tmp_path, monkeypatch):
+    every = {name: systems.resolve(name) for name in (*systems.MODULES, OSCILLATOR)}
+    before = {name: system.fingerprint() for name, system in every.items()}
+    copy = shutil.copytree(KERNELS, tmp_path / "kernels")
+    with (copy / f"{edited}.py").open("a") as kernel:
+        kernel.write("# another comment\n")
+    # only what is read moves; a value that was kept would hide the edit
+    monkeypatch.setattr(fingerprint, "__file__", str(copy / "fingerprint.py"))
+    monkeypatch.setattr(fingerprint, "fingerprint", fingerprint.fingerprint.__wrapped__)
+    after = {name: system.fingerprint() for name, system in every.items()}
+    assert {name for name in every if after[name] != before[name]} == foreign
+
+
+COLLAPSED = {
+    # the second body is no number about two axes: every column has a value that a wrong power changes
+    "grid": {"I1": [1.0, 1e-300], "I2": 1.5, "I3": 3.0, "omega0": [1.7, -2.3]},
+    "integration": {"collapse": True, "flips": True},
+}
+
+
+@pytest.mark.parametrize("column", [*survey.COLUMNS, *flips.COLUMNS], ids=lambda column: column.name)
+def test_a_column_with_another_power_of_the_spin_rate_is_caught_in_a_collapsed_map(column, monkeypatch):
+    for wrong in {-1, 0, 1, 2} - {column.power}:
+        monkeypatch.setitem(survey.POWERS, column.name, wrong)
+        with pytest.raises(ArithmeticError, match=rf"^{column.name}: collapsed"):
+            dataset.survey_grid(load(COLLAPSED))

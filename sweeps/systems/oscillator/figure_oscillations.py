@@ -11,8 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from kernels.statuses import STATUSES
 from sweeps import colors, style
-from sweeps.systems.oscillator.variables import REGIMES, STATUSES
+from sweeps.systems.oscillator.variables import REGIMES
 
 MOST_DRAWN = 400  # values a dimension
 MOST_PANELS = 8

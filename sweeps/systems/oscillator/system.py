@@ -49,6 +49,7 @@ class Oscillator(System):
 
     samples_per_second = 20_000_000
     look = LOOK
+    kernels = ("oscillations",)
 
     def __init__(self, name: str, load: "Callable[[], mechanics.System]", source: bytes):
         self.name = name
@@ -175,7 +176,7 @@ class Oscillator(System):
         """Hash of the kernels, of the generated code, of what derived it and of the description."""
         from kernels.fingerprint import fingerprint
 
-        digest = hashlib.sha256(fingerprint().encode() + self._code().digest.encode() + self._source)
+        digest = hashlib.sha256(fingerprint(*self.kernels).encode() + self._code().digest.encode() + self._source)
         for path in sorted(LIBRARY.parent.glob("*.py")):
             digest.update(path.read_bytes())
         return digest.hexdigest()

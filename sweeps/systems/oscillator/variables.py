@@ -1,12 +1,12 @@
 """What a map of small oscillations holds, beside the parameters of the system described."""
 
+from kernels.statuses import STATUSES
 from sweeps.schema import parameters
 from sweeps.schema.parameters import Parameter, Quantity
 from sweeps.schema.values import Epsilon, Phase
 from sweeps.schema.variables import Variable, table
 
 REGIMES = ("undetermined", "stable", "unstable", "marginal")
-STATUSES = ("ok", "short_window", "not_converged", "non_finite", "no_equilibrium", "flat", "not_nudged")
 
 _SCATTER = "scatter of the samples only: it does not know the bias of a finite amplitude"
 

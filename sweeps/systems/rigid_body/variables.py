@@ -1,5 +1,6 @@
 """What a map of rigid bodies holds: its variables, its coordinates, and the parameters that they vary."""
 
+from kernels import statuses
 from sweeps.schema import parameters
 from sweeps.schema.parameters import Parameter, Quantity
 from sweeps.schema.values import MIN_SPIN_RATE, Epsilon, Moment, Phase, spin_rate
@@ -11,7 +12,7 @@ ARGUMENTS = ("axis", *MOMENTS, *SHAREABLE)
 
 REGIMES = ("undetermined", "stable_minor", "stable_major", "unstable", "marginal", "sphere")
 SHAPES = ("asymmetric", "oblate", "prolate", "sphere")
-STATUSES = ("ok", "short_window", "not_converged", "non_finite")
+STATUSES = statuses.STATUSES[: statuses.NON_FINITE + 1]
 
 _SCATTER = "scatter of the samples only: it does not know the bias of a finite amplitude"
 

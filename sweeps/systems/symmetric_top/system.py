@@ -22,6 +22,7 @@ class SymmetricTop(System):
 
     name = "symmetric_top"
     look = LOOK
+    kernels = ("symmetric_top",)
     model = SymmetricTopDefinition
     references = "Landau and Lifshitz, Mechanics, sections 33 and 36"
     caption = "measured precession of the free symmetric top about its figure axis, beside the closed form"

@@ -2,6 +2,7 @@
 
 from typing import Annotated
 
+from kernels import statuses
 from sweeps.schema import parameters
 from sweeps.schema.parameters import Parameter, Quantity
 from sweeps.schema.values import MIN_SPIN_RATE, number, spin_rate
@@ -9,7 +10,7 @@ from sweeps.schema.variables import Variable, table
 
 SENSES = ("undetermined", "none", "with_spin", "against_spin")
 SHAPES = ("asymmetric", "oblate", "prolate", "sphere")
-STATUSES = ("ok", "short_window", "not_converged", "non_finite")
+STATUSES = statuses.STATUSES[: statuses.NON_FINITE + 1]
 
 _SCATTER = "scatter of the samples only"
 _RESOLVED = "0 where it does not stand out of the rounding of doubles"

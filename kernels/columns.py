@@ -1,0 +1,47 @@
+"""Tables of columns: what a batch writes, in one entry each, and numbered places for compiled code to write them to.
+
+A batch's columns stand in one table of :class:`Column`; their numbers are :func:`numbers` of the names, a named tuple
+that Numba freezes, so that ``out[AT.frequency, i]`` costs what ``out[4, i]`` does.
+"""
+
+from collections import namedtuple
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Column(NamedTuple):
+    """One column of a batch.
+
+    Attributes
+    ----------
+    name : str
+        Its name in a map.
+    power : int
+        Power of the spin rate in its unit: 2 for s-2, 1 for s-1 and rad s-1, -1 for s, 0 for what has no time in it. A
+        scaling collapse expands the column by it.
+    dtype : numpy type
+        What leaves the batch; inside it every column is float64.
+    work : str
+        What has to be done for it beside the measurement itself, and is spared where nobody wants the column.
+    """
+
+    name: str
+    power: int
+    dtype: type = np.float64
+    work: str = ""
+
+
+def names(table):
+    """Names of a table's columns, in order."""
+    return tuple(column.name for column in table)
+
+
+def numbers(names):
+    """Named tuple of the numbers 0, 1, … of names."""
+    return namedtuple("Numbers", names)(*range(len(names)))
+
+
+def powers(*tables):
+    """Name → power of the spin rate in the unit, of each column of some tables."""
+    return {column.name: column.power for table in tables for column in table}

@@ -1,0 +1,9 @@
+"""Whether a measurement can be trusted: what the codes in the column ``status`` mean, for all batches.
+
+A batch raises nothing; it gives each point one of these numbers. They are stored in maps and never change: a new one is
+added at the end. Nothing is imported here, so that the names can be read before any compiler is.
+"""
+
+STATUSES = ("ok", "short_window", "not_converged", "non_finite", "no_equilibrium", "flat", "not_nudged")
+
+OK, SHORT_WINDOW, NOT_CONVERGED, NON_FINITE, NO_EQUILIBRIUM, FLAT, NOT_NUDGED = range(len(STATUSES))

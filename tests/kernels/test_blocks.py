@@ -1,0 +1,26 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from kernels.blocks import W, cut
+
+
+@given(st.lists(st.integers(0, 40), min_size=1, max_size=200), st.integers(1, 7))
+def test_blocks_hold_every_point_once_by_kind_and_sorted(keys, levels):
+    keys = np.array(keys, dtype=np.int64)
+    order, starts = cut(keys, levels)
+    # the slow way: a stable sort, and a new block wherever the kind changes or a block is full
+    assert order.tolist() == sorted(range(keys.size), key=lambda i: keys[i])
+    expected, kinds = [0], keys[order] // levels
+    for k in range(1, keys.size):
+        if kinds[k] != kinds[k - 1] or k - expected[-1] == W:
+            expected.append(k)
+    assert starts.tolist() == [*expected, keys.size]
+
+
+@pytest.mark.parametrize("count", [1, W - 1, W, W + 1, 2 * W, 2 * W + 1])
+def test_a_block_holds_w_points_and_the_last_one_what_is_left(count):
+    order, starts = cut(np.full(count, 5, dtype=np.int64), 1)
+    assert order.tolist() == list(range(count))
+    assert starts.tolist() == [*range(0, count, W), count]

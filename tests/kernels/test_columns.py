@@ -1,0 +1,45 @@
+import numpy as np
+import pytest
+
+from kernels import columns, flips, statuses, survey
+from kernels.columns import Column
+from sweeps.systems.rigid_body.variables import CERTIFICATE, FLIPS, VARIABLES
+
+TABLES = (survey.COLUMNS, flips.COLUMNS)
+EVERY = [column for table in TABLES for column in table]
+MAP = VARIABLES | CERTIFICATE | FLIPS
+POWERS = {"s-2": 2, "s-1": 1, "rad s-1": 1, "s": -1, "1": 0, "rad": 0, None: 0}  # of time in the units of a map
+
+
+@pytest.mark.parametrize("column", EVERY, ids=lambda column: column.name)
+def test_a_column_is_what_the_map_says_it_is(column):
+    variable = MAP[column.name]
+    assert column.power == POWERS[variable.units]
+    inside = np.dtype(column.dtype)
+    stored = np.dtype(variable.dtype)
+    # a map may hold a diagnostic in fewer digits; whole numbers are what they are
+    assert inside == stored or (inside, stored) == (np.float64, np.float32)
+
+
+def test_every_measured_variable_of_a_map_is_a_column():
+    theory = survey.theory({"I1": 1, "I2": 2, "I3": 2.5, "axis": 1, "omega0": 1, "epsilon": 1e-6, "phase": 0})
+    names = [column.name for column in EVERY]
+    assert len(set(names)) == len(names)
+    assert set(names) | set(theory) == set(MAP)
+
+
+def test_a_column_without_a_power_cannot_be_written():
+    with pytest.raises(TypeError, match="power"):
+        Column("forgotten")
+
+
+def test_numbers_are_the_places_in_the_table():
+    for table, at in ((survey.COLUMNS, survey.AT), (flips.COLUMNS, flips.AT)):
+        assert columns.names(table) == at._fields
+        assert tuple(at) == tuple(range(len(table)))
+    assert columns.numbers(("b", "a"))._asdict() == {"b": 0, "a": 1}
+
+
+def test_every_status_has_its_number():
+    for number, name in enumerate(statuses.STATUSES):
+        assert getattr(statuses, name.upper()) == number
