@@ -196,7 +196,7 @@ def test_the_certificate_sees_an_integration_that_is_off():
     """Off by 1e-9, or made for a looser tolerance than it is judged by: both say so."""
     raw = symmetric_top.run(top([0.3, 1.8]), *SETTINGS)
     assert np.all(symmetric_top._status(raw, 1e-12, 64) == OK)
-    raw[:, symmetric_top.DISTANCE] += 1e-9
+    raw[:, symmetric_top.RAW.distance] += 1e-9
     assert np.all(symmetric_top._status(raw, 1e-12, 64) == NOT_CONVERGED)
     coarse = symmetric_top.run(top([0.3, 1.8]), 4.0, 16, 1e-6)
     assert np.all(symmetric_top._status(coarse, 1e-14, 64) == NOT_CONVERGED)

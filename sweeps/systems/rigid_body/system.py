@@ -152,7 +152,8 @@ def _compare_with_some_in_full(columns, points, settings, options):
         return
     full = survey.measured(chosen, *settings, **options | {"nonlinear": False, "wanted": {"omega_squared"}})
     moments = np.stack([chosen[name] for name in MOMENTS])
-    allowed = 1e-12 * np.square(moments.max(axis=0) / moments.min(axis=0))
+    with np.errstate(over="ignore"):  # an infinite ratio allows anything: nothing of such a body is a number
+        allowed = 1e-12 * np.square(moments.max(axis=0) / moments.min(axis=0))
     spin = np.abs(chosen["omega0"])
     ours, theirs = columns["omega_squared"][some], full["omega_squared"]
     same = (ours == theirs) | (np.isnan(ours) & np.isnan(theirs))  # infinite or missing in both
