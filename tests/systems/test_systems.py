@@ -218,7 +218,7 @@ def test_a_system_names_the_kernels_that_make_its_columns(name):
 import sys
 from sweeps import systems
 from sweeps.maps import dataset
-from sweeps.schema.definition import load
+from sweeps.points.loading import load
 dataset.survey_grid(load({{"system": {name!r}}} | {small!r}))
 print(*(name for name in sys.modules if name.startswith("kernels.")))
 """
