@@ -9,11 +9,15 @@ import sys
 from pathlib import Path
 
 from kernels.fingerprint import cache_folder
-from sweeps import systems
 from sweeps.points import catalogue
 from sweeps.run import claims
 from sweeps.schema.refusals import DefinitionError
-from sweeps.run.targets import is_to_run, on_command_line, refuse_unmade, threads_of_shard
+from sweeps.run.targets import (
+    is_to_run,
+    on_command_line,
+    refuse_unmade,
+    threads_of_shard,
+)
 
 # the interpreter that runs this workflow also runs its jobs
 shell.prefix(f"PATH={shlex.quote(str(Path(sys.executable).parent))}:$PATH; ")
@@ -26,10 +30,7 @@ except DefinitionError as refused:
 
 
 # what says that a sweep's kernels are in the cache: a file of `compile`, or of `compile_equations`
-COMPILED = {
-    name: systems.resolve(plan.definition.system).compiled()
-    for name, plan in PLANS.items()
-}
+COMPILED = {name: plan.sweep.system.compiled() for name, plan in PLANS.items()}
 # Those to be made: what is there is an input that no rule makes. Were the text of its rule another than the one that
 # made it, Snakemake would run that rule alone, stop at `ancient` and forget the missing map behind it.
 SHARED = cache_folder() / "compiled"
@@ -115,13 +116,11 @@ rule shard:
     resources:
         mem_mb=1000,
     params:
-        kernels=lambda wildcards: systems.resolve(
-            PLANS[wildcards.sweep].definition.system
-        ).fingerprint(),
+        kernels=lambda wildcards: PLANS[wildcards.sweep].sweep.system.fingerprint(),
         # a definition counts by its text, not by its date
         path=lambda wildcards: PLANS[wildcards.sweep].path,
-        definition=lambda wildcards: PLANS[wildcards.sweep].definition.text,
-        inputs=lambda wildcards: PLANS[wildcards.sweep].definition.inputs,
+        definition=lambda wildcards: PLANS[wildcards.sweep].sweep.definition.text,
+        inputs=lambda wildcards: PLANS[wildcards.sweep].sweep.definition.inputs,
     message:
         "Measuring shard {wildcards.k} of {wildcards.n} of {wildcards.sweep}"
     shell:
@@ -135,8 +134,8 @@ rule merge:
         shards=lambda wildcards: expand(
             "results/{sweep}/shards/{k}-of-{n}.nc",
             sweep=wildcards.sweep,
-            k=range(1, PLANS[wildcards.sweep].shards + 1),
-            n=PLANS[wildcards.sweep].shards,
+            k=range(1, PLANS[wildcards.sweep].sweep.shards + 1),
+            n=PLANS[wildcards.sweep].sweep.shards,
         ),
     output:
         report(
@@ -155,10 +154,8 @@ rule merge:
         # the names of thousands of shards would be too long for one command
         folder="results/{sweep}/shards",
         path=lambda wildcards: PLANS[wildcards.sweep].path,
-        definition=lambda wildcards: PLANS[wildcards.sweep].definition.text,
-        shows=lambda wildcards: systems.resolve(
-            PLANS[wildcards.sweep].definition.system
-        ).caption,
+        definition=lambda wildcards: PLANS[wildcards.sweep].sweep.definition.text,
+        shows=lambda wildcards: PLANS[wildcards.sweep].sweep.system.caption,
     message:
         "Merging the shards of {wildcards.sweep} into its map"
     shell:

@@ -35,11 +35,11 @@ def survey(definition, *, chunks=None, threads: int = 1):
 
     from sweeps.maps import dataset
     from sweeps.points import catalogue
-    from sweeps.points.loading import load
+    from sweeps.points.loading import read
     from sweeps.shards import content
 
     source = definition if isinstance(definition, Mapping) else catalogue.resolve(str(definition))
-    ds = dataset.survey_grid(load(source), chunks, threads)
+    ds = dataset.survey_grid(read(source), chunks, threads)
     return ds if chunks is not None else ds.assign_attrs(content_hash=content.content_hash(ds))
 
 

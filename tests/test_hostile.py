@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 import sweeps
 from sweeps.__main__ import main
-from sweeps.points import estimate, grid, loading
+from sweeps.points import estimate, loading
 from sweeps.run import claims
 from sweeps.schema.refusals import DefinitionError, RefusedError
 
@@ -85,8 +85,7 @@ def folder(tmp_path, monkeypatch):
 def judged(source):
     """Whether a definition is taken; a refusal is words of bounded length that no terminal obeys."""
     try:
-        read = loading.load(source)
-        estimate.estimate(read, grid.Grid(read))
+        estimate.estimate(loading.read(source))
     except DefinitionError as refused:
         said = str(refused)
         assert 0 < len(said) < 20_000

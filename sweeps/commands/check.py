@@ -17,7 +17,9 @@ def _run(args):
     from sweeps.points import catalogue
 
     if args.list:
-        titles = {name: catalogue.load(path, check=False).title for name, path in catalogue.shipped().items()}
+        from sweeps.points.loading import load
+
+        titles = {name: load(path, check=False).title for name, path in catalogue.shipped().items()}
         print(json.dumps(titles, indent=1) if args.json else "\n".join(f"{n:16s} {t}" for n, t in titles.items()))
         return
     planned = catalogue.plan(catalogue.resolve(args.definition or catalogue.DEFAULT))
@@ -32,36 +34,34 @@ def _facts(planned) -> dict:
     from dataclasses import asdict
 
     from sweeps.points.estimate import estimate
-    from sweeps.points.grid import Grid
 
-    grid = Grid(planned.definition)
+    grid, definition = planned.sweep.grid, planned.sweep.definition
     return {
         "definition": str(planned.path),
-        "title": planned.definition.title,
+        "title": definition.title,
         "dimensions": dict(zip(grid.dims, grid.shape, strict=True)),
-        **asdict(estimate(planned.definition, grid)),
+        **asdict(estimate(planned.sweep)),
         "bodies": {
             body.name: {"moments": body.moments, "axes": body.principal.axes, "notes": body.principal.notes}
-            for body in _diagonalised(planned.definition)
+            for body in _diagonalised(definition)
         },
     }
 
 
 def _rows(planned):
     from sweeps.points.estimate import estimate, in_words
-    from sweeps.points.grid import Grid
 
-    grid = Grid(planned.definition)
-    needs = estimate(planned.definition, grid)
+    grid, definition = planned.sweep.grid, planned.sweep.definition
+    needs = estimate(planned.sweep)
     yield "definition", f"{planned.path}: valid"
-    yield "title", planned.definition.title
+    yield "title", definition.title
     dimensions = " × ".join(f"{n:,} {d}" for d, n in zip(grid.dims, grid.shape, strict=True))
     yield "points", f"{needs.points:,} = {dimensions}"
     yield "shards", f"{needs.shards:,}"
     yield "memory", f"about {in_words(needs.memory_bytes)} a process"
     yield "disk", f"at most {in_words(needs.disk_bytes)}, half of it for the map"
     yield "time", f"about {needs.seconds:,.3g} s of integration on one core"
-    for body in _diagonalised(planned.definition):
+    for body in _diagonalised(definition):
         from sweeps.systems.rigid_body.wording import principal_axes
 
         yield "body", f"{body.name}: principal moments and axes, in the coordinates it is given in"

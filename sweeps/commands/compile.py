@@ -13,14 +13,13 @@ def add(commands) -> None:
 
 def _run(args):
     from kernels.fingerprint import fingerprint
-    from sweeps import systems
     from sweeps.files import replaced
     from sweeps.points import catalogue
-    from sweeps.points.loading import load
+    from sweeps.points.loading import read
     from sweeps.run import warmup
 
     # a definition that is wrong is refused before any work
-    system = systems.resolve(load(catalogue.resolve(args.definition)).system) if args.definition else None
+    system = read(catalogue.resolve(args.definition)).system if args.definition else None
     warmup.compile_kernels()
     if system:
         warmup.compile_system(system)

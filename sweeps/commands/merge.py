@@ -24,5 +24,5 @@ def _run(args):
     from sweeps.shards import merging
 
     planned = catalogue.plan(catalogue.resolve(args.definition))
-    told = merging.merge(planned.definition, args.shards, args.output, args.threads, args.renew)
+    told = merging.merge(planned.sweep, args.shards, args.output, args.threads, args.renew)
     print(f"content_hash {told}")

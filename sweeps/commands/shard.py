@@ -16,10 +16,9 @@ def add(commands) -> None:
 
 def _run(args):
     from sweeps.points import catalogue
-    from sweeps.points.grid import Grid
 
-    planned = catalogue.plan(catalogue.resolve(args.definition))
-    points = Grid(planned.definition).size
+    sweep = catalogue.plan(catalogue.resolve(args.definition)).sweep
+    points = sweep.grid.size
     if not 1 <= args.count <= points:
         raise DefinitionError(f"N: {args.count} parts are out of range; allowed: 1 to {points}, the number of points")
     if not 1 <= args.number <= args.count:
@@ -27,11 +26,10 @@ def _run(args):
     if args.threads < 1:
         raise DefinitionError(f"--threads: {args.threads} is out of range; allowed: 1 or more")
 
-    from sweeps import systems
     from sweeps.run import progress, warmup
     from sweeps.shards import shard as shards
 
-    warmup.compile_missing(systems.resolve(planned.definition.system))
-    start, stop = Grid(planned.definition).shard_bounds(args.count)[args.number - 1]
+    warmup.compile_missing(sweep.system)
+    start, stop = sweep.grid.shard_bounds(args.count)[args.number - 1]
     with progress.points(stop - start, f"shard {args.number} of {args.count}") as advance:
-        shards.write_shard(planned.definition, args.number, args.count, args.output, args.threads, advance)
+        shards.write_shard(sweep, args.number, args.count, args.output, args.threads, advance)

@@ -6,30 +6,28 @@ from functools import partial
 import numpy as np
 import xarray as xr
 
-from sweeps import systems
 from sweeps.points.columns import columns
 from sweeps.points.grid import Grid
-from sweeps.schema.definition import Definition
+from sweeps.points.sweep import Sweep
 from sweeps.shards import contract
 
 
-def evaluate(coordinates: Mapping[str, xr.DataArray], definition: Definition, threads: int = 1) -> xr.Dataset:
+def evaluate(coordinates: Mapping[str, xr.DataArray], sweep: Sweep, threads: int = 1) -> xr.Dataset:
     """Measures the points of some coordinates.
 
     Args:
         coordinates: a `DataArray` for each of the system's arguments (for the rigid body I1, I2, I3, axis, omega0,
             epsilon and phase), of any dimensions; they broadcast together by name. Dask arrays stay lazy.
-        definition: whose system is measured, and how each run is made; its grid takes no part.
+        sweep: whose system is measured, and how each run is made; its grid takes no part.
         threads: threads that share the work of one call; they change no bit.
 
     Returns:
         A Dataset with the variables of the system over the dimensions of the coordinates.
     """
-    system = systems.resolve(definition.system)
-    variables = system.variables(definition).values()
-    arrays = [coordinates[name] for name in system.arguments(definition)]
+    variables = sweep.variables.values()
+    arrays = [coordinates[name] for name in sweep.grid.arguments]
     results = xr.apply_ufunc(
-        partial(_columns, definition=definition, threads=threads),
+        partial(_columns, sweep=sweep, threads=threads),
         *arrays,
         output_core_dims=[[] for _ in variables],
         dask="parallelized",
@@ -48,35 +46,35 @@ def _index_coordinates(arrays):
         yield from array.coords.items()
 
 
-def _columns(*arrays: np.ndarray, definition: Definition, threads: int) -> tuple[np.ndarray, ...]:
+def _columns(*arrays: np.ndarray, sweep: Sweep, threads: int) -> tuple[np.ndarray, ...]:
     """The system's columns, in the order of its variables, for broadcastable arrays in the order of its arguments."""
     shape = np.broadcast_shapes(*(array.shape for array in arrays))
-    names = systems.resolve(definition.system).arguments(definition)
+    names = sweep.grid.arguments
     points = {name: np.broadcast_to(a, shape).reshape(-1) for name, a in zip(names, arrays, strict=True)}
-    found = tuple(column.reshape(shape) for column in columns(points, definition, threads).values())
+    found = tuple(column.reshape(shape) for column in columns(points, sweep, threads).values())
     return found if len(found) > 1 else found[0]  # apply_ufunc takes a single output bare
 
 
-def grid_coordinates(grid: Grid) -> dict[str, xr.DataArray]:
+def grid_coordinates(sweep: Sweep) -> dict[str, xr.DataArray]:
     """Coordinates of a whole grid, each along its own dimension (or, if auxiliary, along another), with attributes."""
     return {
         name: xr.DataArray(values, dims=dim, coords={dim: values} if name == dim else None, attrs=attributes)
-        for name, (dim, values, attributes) in contract.coordinates(grid).items()
+        for name, (dim, values, attributes) in contract.coordinates(sweep).items()
     }
 
 
-def survey_grid(definition: Definition, chunks=None, threads: int = 1) -> xr.Dataset:
-    """The map of a definition as a Dataset over the grid's dimensions; lazy where `chunks` is given."""
-    grid = Grid(definition)
-    coordinates = grid_coordinates(grid)
+def survey_grid(sweep: Sweep, chunks=None, threads: int = 1) -> xr.Dataset:
+    """The map of a sweep as a Dataset over the grid's dimensions; lazy where `chunks` is given."""
+    grid = sweep.grid
+    coordinates = grid_coordinates(sweep)
     arrays = {name: coordinates[name] for name in grid.arguments}
     if chunks is not None:
         sizes = _chunk_sizes(grid, chunks)
         arrays = {name: array.chunk({d: sizes[d] for d in array.dims}) for name, array in arrays.items()}
-    dataset = evaluate(arrays, definition, threads)
+    dataset = evaluate(arrays, sweep, threads)
     dataset = dataset.assign_coords({name: array.variable for name, array in coordinates.items()})
     dataset = dataset.transpose(*grid.dims)
-    return dataset.assign_attrs(contract.provenance(definition))
+    return dataset.assign_attrs(contract.provenance(sweep))
 
 
 def _chunk_sizes(grid: Grid, chunks) -> dict[str, int]:

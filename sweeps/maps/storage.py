@@ -7,8 +7,8 @@ import xarray as xr
 
 from sweeps import systems
 from sweeps.files import replaced
+from sweeps.points.sweep import Sweep
 from sweeps.schema.carried import definition_of
-from sweeps.schema.definition import Definition
 from sweeps.shards import contract
 from sweeps.shards.chunks import chunk_shape
 from sweeps.shards.content import hashed
@@ -57,11 +57,11 @@ def write_part(ds: xr.Dataset, path: str | Path, command: str) -> str:
     return digest
 
 
-def holds_map(path: str | Path, definition: Definition) -> bool:
-    """Whether a file holds the map of a definition, as these kernels measure it."""
+def holds_map(path: str | Path, sweep: Sweep) -> bool:
+    """Whether a file holds the map of a sweep, as these kernels measure it."""
     try:
         with open_map(path) as ds:
-            return all(ds.attrs.get(name, "") == value for name, value in contract.identity(definition).items())
+            return all(ds.attrs.get(name, "") == value for name, value in contract.identity(sweep).items())
     except MapError:
         return False
 

@@ -15,8 +15,8 @@ import xarray as xr
 from sweeps import systems
 from sweeps.boxes import runs
 from sweeps.maps import dataset, storage
-from sweeps.points.grid import Grid
-from sweeps.points.loading import load
+from sweeps.points.loading import read
+from sweeps.points.sweep import Sweep
 from sweeps.schema import carried
 from sweeps.schema.definition import DEFAULT_NAME, DEFAULT_SYSTEM, Definition
 from sweeps.schema.refusals import DefinitionError, UnreadableError, shortened
@@ -51,7 +51,7 @@ def map_of(path: str | Path) -> Path:
 
 
 def verify(
-    path: str | Path, points: int = 100, seed: int = 0, against: Definition | None = None, any_kernels: bool = False
+    path: str | Path, points: int = 100, seed: int = 0, against: Sweep | None = None, any_kernels: bool = False
 ) -> list[Check]:
     """Looks at all that a map promises.
 
@@ -59,7 +59,7 @@ def verify(
         path: a map, or the folder it lies in.
         points: how many random points are measured again.
         seed: of their choice.
-        against: a definition that the map should have been made from; left out, the one in the file is taken.
+        against: a sweep that the map should have been made from; left out, the one in the file is taken.
         any_kernels: whether a map that other kernels, or this code on another machine, made is right.
 
     Returns:
@@ -70,15 +70,15 @@ def verify(
     """
     with storage.open_map(map_of(path)) as ds:
         checks = [_content(ds)]
-        definition, check = _definition(ds, against)
+        sweep, check = _definition(ds, against)
         checks.append(check)
-        if definition is None:
+        if sweep is None:
             reason = check.skipped or "its definition cannot be read"
             return [*checks, *(Check(name, "", skipped=reason) for name in ("kernels", "grid", "values", "sample"))]
-        checks += [_kernels(ds, definition, any_kernels), _grid(ds, definition)]
+        checks += [_kernels(ds, sweep, any_kernels), _grid(ds, sweep)]
         if checks[-1].findings:
             return [*checks, *(Check(name, "", skipped="its grid is another") for name in ("values", "sample"))]
-        return [*checks, _values(ds, definition), *_sample(ds, definition, points, seed)]
+        return [*checks, _values(ds, sweep), *_sample(ds, sweep, points, seed)]
 
 
 def _shown(findings: list[str]) -> tuple[str, ...]:
@@ -105,27 +105,27 @@ def _content(ds: xr.Dataset) -> Check:
     return Check("content", f"SHA-256 of {len(promised)} variables", tuple(findings))
 
 
-def _definition(ds: xr.Dataset, against: Definition | None) -> tuple[Definition | None, Check]:
+def _definition(ds: xr.Dataset, against: Sweep | None) -> tuple[Sweep | None, Check]:
     """The definition in the file, and whether it is the one expected."""
     name, covers = "definition", "the one in the file" + (f", against {against.name}" if against else "")
     text = ds.attrs.get("definition", "")
-    if against is not None and text == against.text:
-        changed = str(ds.attrs.get("inputs", "")) != against.inputs
+    if against is not None and text == against.definition.text:
+        changed = str(ds.attrs.get("inputs", "")) != against.definition.inputs
         return against, Check(name, covers, ("inputs: a file of its bodies was another",) if changed else ())
     try:
         values = carried.mapping_of(text)
         if (elsewhere := _needs_files(values)) is not None:
             return None, Check(name, covers, skipped=elsewhere)
-        definition = load(values, against.name if against else DEFAULT_NAME)
+        sweep = read(values, against.name if against else DEFAULT_NAME)
     except (DefinitionError, UnreadableError) as error:
         return None, Check(name, covers, (f"definition: cannot be used ({shortened(str(error))!r})",))
-    findings = []
+    findings, definition = [], sweep.definition
     if definition.system != str(ds.attrs.get("system", DEFAULT_SYSTEM)):
         findings.append(f"system: the file says {ds.attrs.get('system')!r}, its definition {definition.system!r}")
     if against is not None:
-        differing = _differing(definition, against)
+        differing = _differing(definition, against.definition)
         findings += [f"definition: another {key} than {against.name}'s" for key in differing]
-    return definition, Check(name, covers, tuple(findings))
+    return sweep, Check(name, covers, tuple(findings))
 
 
 def _needs_files(values: dict) -> str | None:
@@ -145,42 +145,38 @@ def _differing(one: Definition, other: Definition) -> list[str]:
     return [key for key in {**ours, **theirs} if ours.get(key, missing) != theirs.get(key, missing)]
 
 
-def _kernels(ds: xr.Dataset, definition: Definition, any_kernels: bool) -> Check:
+def _kernels(ds: xr.Dataset, sweep: Sweep, any_kernels: bool) -> Check:
     covers = "fingerprint of sources, versions and processor"
-    if _same_kernels(ds, definition):
+    if _same_kernels(ds, sweep):
         return Check("kernels", covers)
     what = "kernel_fingerprint: made by other kernels, or by these on another machine"
     return Check("kernels", covers, skipped=what) if any_kernels else Check("kernels", covers, (what,))
 
 
-def _same_kernels(ds: xr.Dataset, definition: Definition) -> bool:
-    return str(ds.attrs.get("kernel_fingerprint", "")) == systems.resolve(definition.system).fingerprint()
+def _same_kernels(ds: xr.Dataset, sweep: Sweep) -> bool:
+    return str(ds.attrs.get("kernel_fingerprint", "")) == sweep.system.fingerprint()
 
 
 # ---------------------------------------------------------------------------------------------------------
 # What needs the definition
 
 
-def _grid(ds: xr.Dataset, definition: Definition) -> Check:
+def _grid(ds: xr.Dataset, sweep: Sweep) -> Check:
     """Whether the map has its definition's dimensions, coordinates and variables: every point, once."""
-    grid = Grid(definition)
-    covers = f"{grid.size:,} points: dimensions, coordinates, {len(_promised(definition))} variables"
+    grid = sweep.grid
+    covers = f"{grid.size:,} points: dimensions, coordinates, {len(sweep.variables)} variables"
     sizes = dict(zip(grid.dims, grid.shape, strict=True))
     if dict(ds.sizes) != sizes:
         return Check("grid", covers, (f"dimensions: {_sizes(dict(ds.sizes))}, by the definition {_sizes(sizes)}",))
-    return Check("grid", covers, _shown([*_wrong_coordinates(ds, grid), *_wrong_variables(ds, definition, grid)]))
-
-
-def _promised(definition: Definition) -> dict:
-    return systems.resolve(definition.system).variables(definition)
+    return Check("grid", covers, _shown([*_wrong_coordinates(ds, sweep), *_wrong_variables(ds, sweep)]))
 
 
 def _sizes(sizes: dict) -> str:
     return " × ".join(f"{size:,} {shortened(str(dim))}" for dim, size in sizes.items()) or "none"
 
 
-def _wrong_coordinates(ds: xr.Dataset, grid: Grid) -> Iterator[str]:
-    expected = dataset.grid_coordinates(grid)
+def _wrong_coordinates(ds: xr.Dataset, sweep: Sweep) -> Iterator[str]:
+    expected = dataset.grid_coordinates(sweep)
     for name, array in expected.items():
         if name not in ds.variables:
             yield f"{name}: is missing"
@@ -190,12 +186,13 @@ def _wrong_coordinates(ds: xr.Dataset, grid: Grid) -> Iterator[str]:
             yield f"{name}: is no coordinate along {', '.join(array.dims)} of type {array.dtype}"
         elif content.as_bytes(found.values) != content.as_bytes(array.values):
             yield f"{name}: has other values than the definition's"
-    for name in set(ds.variables) - set(expected) - set(_promised(grid.definition)):
+    for name in set(ds.variables) - set(expected) - set(sweep.variables):
         yield f"{shortened(repr(name))}: is no variable of this map"
 
 
-def _wrong_variables(ds: xr.Dataset, definition: Definition, grid: Grid) -> Iterator[str]:
-    for name, spec in _promised(definition).items():
+def _wrong_variables(ds: xr.Dataset, sweep: Sweep) -> Iterator[str]:
+    grid = sweep.grid
+    for name, spec in sweep.variables.items():
         if name not in ds.variables:
             yield f"{name}: is missing"
         elif ds.variables[name].dims != grid.dims:
@@ -204,9 +201,9 @@ def _wrong_variables(ds: xr.Dataset, definition: Definition, grid: Grid) -> Iter
             yield f"{name}: is of type {ds.variables[name].dtype}, not {np.dtype(spec.dtype)}"
 
 
-def _values(ds: xr.Dataset, definition: Definition) -> Check:
+def _values(ds: xr.Dataset, sweep: Sweep) -> Check:
     """Whether flags have meanings, and whether points that are called ok hold numbers."""
-    specs = _promised(definition)
+    specs = sweep.variables
     measured = [name for name in ("omega_squared", "precession_rate") if name in specs] if "status" in specs else []
     unknown, empty = {}, {}
     shape = ds.variables[next(iter(specs))].shape
@@ -243,33 +240,33 @@ class _Sample:
         return {name: values[i] for name, values in self.points.items()}
 
 
-def _sample(ds: xr.Dataset, definition: Definition, count: int, seed: int) -> Iterator[Check]:
+def _sample(ds: xr.Dataset, sweep: Sweep, count: int, seed: int) -> Iterator[Check]:
     if count < 1:
         return
-    sample = _drawn(ds, definition, count, seed)
-    yield _by_own_kernels(ds, definition, sample, seed)
-    yield from _by_references(definition, sample)
+    sample = _drawn(ds, sweep, count, seed)
+    yield _by_own_kernels(ds, sweep, sample, seed)
+    yield from _by_references(sweep, sample)
 
 
-def _drawn(ds: xr.Dataset, definition: Definition, count: int, seed: int) -> _Sample:
-    grid = Grid(definition)
+def _drawn(ds: xr.Dataset, sweep: Sweep, count: int, seed: int) -> _Sample:
+    grid = sweep.grid
     numbers = np.unique(np.random.default_rng(seed).integers(0, grid.size, count))
     places = [tuple(int(k) for k in np.unravel_index(number, grid.shape)) for number in numbers]
     parts = [grid.points(int(number), int(number) + 1) for number in numbers]
     points = {name: np.concatenate([part[name] for part in parts]) for name in grid.arguments}
-    columns = {name: np.array([ds.variables[name][at].values for at in places]) for name in _promised(definition)}
+    columns = {name: np.array([ds.variables[name][at].values for at in places]) for name in sweep.variables}
     return _Sample(numbers, places, points, columns)
 
 
-def _by_own_kernels(ds: xr.Dataset, definition: Definition, sample: _Sample, seed: int) -> Check:
+def _by_own_kernels(ds: xr.Dataset, sweep: Sweep, sample: _Sample, seed: int) -> Check:
     """The same bits, where the same kernels made the map."""
     name, covers = "this project's kernels", f"{len(sample.places)} points (seed {seed}), bit for bit"
-    if not _same_kernels(ds, definition):
+    if not _same_kernels(ds, sweep):
         return Check(name, covers, skipped="other kernels make other bits")
-    if getattr(definition.integration, "collapse", False):
+    if getattr(sweep.definition.integration, "collapse", False):
         return Check(name, covers, skipped="a collapsed map holds other points' motions in its own units")
     arrays = {name: xr.DataArray(values, dims="point") for name, values in sample.points.items()}
-    again = dataset.evaluate(arrays, definition)
+    again = dataset.evaluate(arrays, sweep)
     findings = []
     for variable, held in sample.columns.items():
         made = again[variable].values
@@ -280,10 +277,11 @@ def _by_own_kernels(ds: xr.Dataset, definition: Definition, sample: _Sample, see
     return Check(name, covers, _shown(findings))
 
 
-def _by_references(definition: Definition, sample: _Sample) -> Iterator[Check]:
+def _by_references(sweep: Sweep, sample: _Sample) -> Iterator[Check]:
     """What SciPy and the closed form find, within what the definition's tolerance allows."""
     from sweeps.maps import reintegration
 
+    definition = sweep.definition
     if definition.system not in reintegration.REFERENCES:
         return
     variable, ways = reintegration.REFERENCES[definition.system]
@@ -327,14 +325,14 @@ def command(path: str, points: int, seed: int, definition: str | None, any_kerne
     return 1 if any(check.findings for check in checks) else 0
 
 
-def _expected(path: str, definition: str | None) -> Definition | None:
-    """The definition by that name; left out, that of the sweep that ships and whose folder the map lies in."""
+def _expected(path: str, definition: str | None) -> Sweep | None:
+    """The sweep of that definition; left out, the one that ships and whose folder the map lies in."""
     from sweeps.points import catalogue
 
     folder = map_of(path).resolve().parent
     known = catalogue.shipped() if folder.parent.name == "results" else {}
     source = catalogue.resolve(definition) if definition is not None else known.get(folder.name)
-    return None if source is None else load(source)
+    return None if source is None else read(source)
 
 
 def _print(checks: list[Check]) -> None:

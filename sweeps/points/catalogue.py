@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sweeps.points.estimate import refuse_if_too_large
-from sweeps.points.grid import Grid, shard_count
-from sweeps.points.loading import load
-from sweeps.schema.definition import NAME_PATTERN, Definition
+from sweeps.points.loading import read
+from sweeps.points.sweep import Sweep
+from sweeps.schema.definition import NAME_PATTERN
 from sweeps.schema.refusals import DefinitionError
 
 FOLDER = Path(__file__).parents[1] / "definitions"
@@ -45,11 +45,15 @@ def _unknown(where: str, name: str, known: Iterable[str], otherwise: str) -> str
 
 @dataclass(frozen=True)
 class Plan:
-    """What the workflow needs to know of a sweep before it starts."""
+    """A sweep and the file that defines it.
+
+    Attributes:
+        path: the definition's file.
+        sweep: the sweep, valid and small enough for this machine.
+    """
 
     path: Path
-    definition: Definition
-    shards: int
+    sweep: Sweep
 
 
 def plan(source: str | Path, results: str | Path = "results") -> Plan:
@@ -63,15 +67,14 @@ def plan(source: str | Path, results: str | Path = "results") -> Plan:
         DefinitionError: for a definition that is wrong, too large for disk or memory, or named like one that ships.
     """
     path = Path(source)
-    definition = load(path)
-    ships = shipped().get(definition.name)
+    sweep = read(path)
+    ships = shipped().get(sweep.name)
     if ships is not None and ships.resolve() != path.resolve():
         raise DefinitionError(
-            f"{path}: (file name): {definition.name!r} is the name of a sweep that ships; allowed: any other name"
+            f"{path}: (file name): {sweep.name!r} is the name of a sweep that ships; allowed: any other name"
         )
-    grid = Grid(definition)
-    refuse_if_too_large(definition, grid, results)
-    return Plan(path, definition, shard_count(definition, grid))
+    refuse_if_too_large(sweep, results)
+    return Plan(path, sweep)
 
 
 def requested(config: Mapping, targets: Iterable[str]) -> tuple[str, dict[str, Plan]]:
@@ -89,14 +92,14 @@ def requested(config: Mapping, targets: Iterable[str]) -> tuple[str, dict[str, P
     """
     source = resolve(str(config.get("definition", DEFAULT)))
     default = plan(source)
-    plans = {default.definition.name: default}
-    known = {**shipped(), default.definition.name: default.path}
+    plans = {default.sweep.name: default}
+    known = {**shipped(), default.sweep.name: default.path}
     for name in filter(None, map(_sweep_of, targets)):
         if not re.fullmatch(NAME_PATTERN, name) or name not in known:
             raise DefinitionError(_unknown("target", name, known, "or --config definition=PATH with that file name"))
         if name not in plans:
             plans[name] = plan(known[name])
-    return default.definition.name, plans
+    return default.sweep.name, plans
 
 
 def _sweep_of(target: str) -> str | None:

@@ -9,27 +9,25 @@ from itertools import pairwise
 
 import numpy as np
 
-from sweeps import systems
-from sweeps.schema.definition import Definition
+from sweeps.points.sweep import Sweep
 
 
-def columns(points: Mapping[str, np.ndarray], definition: Definition, threads: int = 1) -> dict[str, np.ndarray]:
+def columns(points: Mapping[str, np.ndarray], sweep: Sweep, threads: int = 1) -> dict[str, np.ndarray]:
     """Measures points.
 
     Args:
         points: each of the system's arguments → values, shape (n,).
-        definition: whose system is measured, and how each run is made; its grid takes no part.
+        sweep: whose system is measured, and how each run is made; its grid takes no part.
         threads: threads that share the work; they change no bit.
 
     Returns:
-        Each of the system's variables → values, shape (n,), in the variable's type.
+        Each of the sweep's variables → values, shape (n,), in the variable's type.
     """
-    system = systems.resolve(definition.system)
     size = next(iter(points.values())).size
 
     def part(bounds):
         own = {name: values[slice(*bounds)] for name, values in points.items()}
-        return system.columns(own, definition.integration)
+        return sweep.system.columns(own, sweep.definition.integration)
 
     if threads == 1:
         parts = [part((0, size))]
@@ -39,7 +37,7 @@ def columns(points: Mapping[str, np.ndarray], definition: Definition, threads: i
             parts = list(pool.map(part, bounds))
     return {
         name: _joined([columns[name] for columns in parts]).astype(variable.dtype, copy=False)
-        for name, variable in system.variables(definition).items()
+        for name, variable in sweep.variables.items()
     }
 
 

@@ -6,9 +6,7 @@ from pathlib import Path
 
 import psutil
 
-from sweeps import systems
-from sweeps.points.grid import Grid, shard_count
-from sweeps.schema.definition import Definition
+from sweeps.points.sweep import Sweep
 from sweeps.schema.refusals import DefinitionError
 
 BLOCK_POINTS = 2**17  # measured at once
@@ -35,48 +33,45 @@ class Estimate:
     seconds: float
 
 
-def estimate(definition: Definition, grid: Grid, bytes_per_point: int | None = None) -> Estimate:
-    """What `definition` will take; nothing of the grid is made, so grids of any size are answered at once."""
-    system = systems.resolve(definition.system)
+def estimate(sweep: Sweep, bytes_per_point: int | None = None) -> Estimate:
+    """What `sweep` will take; nothing of the grid is made, so grids of any size are answered at once."""
+    definition, system, grid = sweep.definition, sweep.system, sweep.grid
     if bytes_per_point is None:
         bytes_per_point = system.bytes_per_point(definition)
     coordinates = 8 * sum(grid.shape)
     return Estimate(
         points=grid.size,
-        shards=shard_count(definition, grid),
+        shards=sweep.shards,
         memory_bytes=PROCESS_BYTES + BLOCKS * min(grid.size, BLOCK_POINTS) * bytes_per_point + coordinates,
         disk_bytes=2 * (grid.size * bytes_per_point + coordinates),
         seconds=grid.size * definition.integration.samples / system.samples_per_second,
     )
 
 
-def refuse_if_too_large(
-    definition: Definition, grid: Grid, results_dir: str | Path, bytes_per_point: int | None = None
-) -> None:
+def refuse_if_too_large(sweep: Sweep, results_dir: str | Path, bytes_per_point: int | None = None) -> None:
     """Refuses a sweep that this machine's disk or memory would not hold.
 
     Args:
-        definition: the sweep.
-        grid: its grid.
+        sweep: the sweep.
         results_dir: folder the results go to; it need not exist yet.
         bytes_per_point: uncompressed bytes of a map per point; left out, those of the system's variables.
 
     Raises:
         DefinitionError: naming what is needed and what there is, in bytes.
     """
-    needed = estimate(definition, grid, bytes_per_point)
+    needed = estimate(sweep, bytes_per_point)
     limits = (
         ("disk", needed.disk_bytes, shutil.disk_usage(_existing(Path(results_dir))).free),
         ("memory", needed.memory_bytes, psutil.virtual_memory().available),
     )
-    lines = [_too_large(definition, needed.points, *limit) for limit in limits if limit[1] > limit[2]]
+    lines = [_too_large(sweep, needed.points, *limit) for limit in limits if limit[1] > limit[2]]
     if lines:
         raise DefinitionError("\n".join(lines))
 
 
-def _too_large(definition: Definition, points: int, what: str, needed: int, available: int) -> str:
+def _too_large(sweep: Sweep, points: int, what: str, needed: int, available: int) -> str:
     return (
-        f"{definition.name}: grid: {points:,} points need {in_words(needed)} of {what}; "
+        f"{sweep.name}: grid: {points:,} points need {in_words(needed)} of {what}; "
         f"allowed: {in_words(available)}, what is free here"
     )
 

@@ -11,13 +11,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from sweeps import systems
 from sweeps.schema.definition import Definition
 from sweeps.schema.parameters import SPELLED_OUT, Range
-from sweeps.schema.values import MAX_SHARDS
 from sweeps.systems import System
-
-SHARD_SECONDS = 10  # a file and a job cost a second or so: a shard is worth ten of work
 
 
 @dataclass(frozen=True)
@@ -29,6 +25,7 @@ class Grid:
     """
 
     definition: Definition
+    system: System
 
     @cached_property
     def dims(self) -> tuple[str, ...]:
@@ -53,20 +50,16 @@ class Grid:
     @cached_property
     def auxiliary(self) -> dict[str, tuple[str, np.ndarray]]:
         """Name → (dimension, values along it) of each coordinate that is no dimension: what bodies give themselves."""
-        return self._system.auxiliary(self.definition)
+        return self.system.auxiliary(self.definition)
 
     @cached_property
     def arguments(self) -> tuple[str, ...]:
         """Names of the coordinates that a point consists of."""
-        return self._system.arguments(self.definition)
-
-    @cached_property
-    def _system(self) -> System:
-        return systems.resolve(self.definition.system)
+        return self.system.arguments(self.definition)
 
     @cached_property
     def _along(self) -> dict[str, Range | np.ndarray]:
-        return self._system.dimensions(self.definition)
+        return self.system.dimensions(self.definition)
 
     def points(self, start: int, stop: int) -> dict[str, np.ndarray]:
         """Coordinates of the points start … stop − 1.
@@ -133,15 +126,3 @@ def _length(values: Range | np.ndarray) -> int:
 
 def _spelled_out(values: Range | np.ndarray) -> np.ndarray:
     return values.values(np.arange(values.num)) if isinstance(values, Range) else values
-
-
-def shard_count(definition: Definition, grid: Grid) -> int:
-    """Number of files the work is cut into, never more than points.
-
-    For `shards: auto`, as many as leave each ten seconds of work at the system's speed, and at least one.
-    """
-    if definition.shards != "auto":
-        return min(definition.shards, grid.size)
-    speed = systems.resolve(definition.system).samples_per_second
-    worthwhile = grid.size * definition.integration.samples // (speed * SHARD_SECONDS)
-    return max(1, min(worthwhile, grid.size, MAX_SHARDS))

@@ -1,6 +1,6 @@
-"""YAML (or a mapping) in, one strictly validated, frozen `Definition` out, of the model of the system that it names.
+"""YAML (or a mapping) in, a strictly validated sweep out, its `Definition` of the model of the system that it names.
 
-Whatever is wrong with a definition, `load` raises `DefinitionError`, whose text is the whole message for a person.
+Whatever is wrong with a definition, `read` raises `DefinitionError`, whose text is the whole message for a person.
 """
 
 import os
@@ -12,7 +12,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from sweeps import systems
-from sweeps.points.grid import Grid
+from sweeps.points.sweep import Sweep, of
 from sweeps.schema.definition import DEFAULT_NAME, DEFAULT_SYSTEM, NAME_PATTERN, Definition
 from sweeps.schema.reading import as_yaml, file_text, plain, read_text
 from sweeps.schema.refusals import (
@@ -35,8 +35,8 @@ class _InvalidError(Exception):
         self.problems = problems
 
 
-def load(source: str | Path | Mapping, name: str | None = None, *, check: bool = True) -> Definition:
-    """The validated definition of a sweep.
+def read(source: str | Path | Mapping, name: str | None = None, *, check: bool = True) -> Sweep:
+    """The sweep of a definition, which is validated.
 
     Args:
         source: path of a YAML (or JSON) file, or a mapping with the same keys; in a mapping NumPy's
@@ -45,7 +45,7 @@ def load(source: str | Path | Mapping, name: str | None = None, *, check: bool =
         check: whether its system also looks beyond the values, which takes longer.
 
     Returns:
-        The frozen `Definition` of its system's model; numbers in the units of its parameters.
+        The sweep; its `definition` is of its system's model, with numbers in the units of the system's parameters.
 
     Raises:
         DefinitionError: for whatever is wrong, one line a problem: file, key's path, value, what is allowed.
@@ -54,15 +54,19 @@ def load(source: str | Path | Mapping, name: str | None = None, *, check: bool =
     try:
         name = _sweep_name(source) if name is None else _checked_name(name)
         folder = os.path.dirname(label) if isinstance(source, str | Path) else ""
-        definition = _validated(*_text_and_values(source), name, os.path.abspath(folder))
+        sweep = _validated(*_text_and_values(source), name, os.path.abspath(folder))
     except UnreadableError as unreadable:
         raise DefinitionError(message(label, [unreadable.problem])) from None
     except _InvalidError as invalid:
         raise DefinitionError(message(label, invalid.problems)) from None
     if check:
-        system = systems.resolve(definition.system)
-        system.check(definition, Grid(definition))
-    return definition
+        sweep.system.check(sweep.definition, sweep.grid)
+    return sweep
+
+
+def load(source: str | Path | Mapping, name: str | None = None, *, check: bool = True) -> Definition:
+    """The validated definition alone; see `read`."""
+    return read(source, name, check=check).definition
 
 
 def _sweep_name(source: Any) -> str:
@@ -89,19 +93,20 @@ def _text_and_values(source: Any) -> tuple[str | None, dict]:
     return text, values
 
 
-def _validated(text: str | None, values: dict, name: str, folder: str) -> Definition:
+def _validated(text: str | None, values: dict, name: str, folder: str) -> Sweep:
     # Another system has other keys in its grid: to list them as unknown would mislead.
-    model = _system(values.get("system", DEFAULT_SYSTEM)).model
+    system = _system(values.get("system", DEFAULT_SYSTEM))
+    model = system.model
     try:
         definition = model.model_validate({"title": name, **values}, context={"folder": folder})
     except ValidationError as error:
         raise _InvalidError(validation_problems(error, model)) from None
     definition.read_by(_from_text, as_yaml(values) if text is None else text, name, folder)
-    return definition
+    return of(definition, system)
 
 
 def _from_text(text: str, name: str, folder: str) -> Definition:
-    return _validated(text, plain(read_text(text)), name, folder)
+    return _validated(text, plain(read_text(text)), name, folder).definition
 
 
 def _system(name: Any) -> systems.System:

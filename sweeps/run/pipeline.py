@@ -17,9 +17,8 @@ from kernels.fingerprint import cache_folder, fingerprint
 from sweeps import systems
 from sweeps.maps import storage
 from sweeps.points.catalogue import Plan
-from sweeps.points.grid import Grid
+from sweeps.points.sweep import Sweep
 from sweeps.run import claims, progress, warmup
-from sweeps.schema.definition import Definition
 from sweeps.shards import merging
 from sweeps.shards.shard import holds_shard, write_shard
 from sweeps.views import figures, report
@@ -44,18 +43,18 @@ def make(planned: Plan, results: str | Path = "results", workers: int = 1, again
     Yields:
         Each file or folder once it is there.
     """
-    with claims.claimed([planned.definition.name], results):
-        yield from _made(planned, Path(results) / planned.definition.name, workers, again)
+    with claims.claimed([planned.sweep.name], results):
+        yield from _made(planned, Path(results) / planned.sweep.name, workers, again)
 
 
 def _made(planned: Plan, folder: Path, workers: int, again: bool) -> Iterator[Path]:
     path = folder / "stability_map.nc"
-    if again or not storage.holds_map(path, planned.definition):
-        _compile(systems.resolve(planned.definition.system))
-        shards = [folder / "shards" / f"{k}-of-{planned.shards}.nc" for k in range(1, planned.shards + 1)]
-        _measure(planned.definition, shards, workers, again)
+    if again or not storage.holds_map(path, planned.sweep):
+        _compile(planned.sweep.system)
+        shards = [folder / "shards" / f"{k}-of-{planned.sweep.shards}.nc" for k in range(1, planned.sweep.shards + 1)]
+        _measure(planned.sweep, shards, workers, again)
         _say(f"merging {len(shards)} shards" if len(shards) > 1 else "writing the map")
-        merging.merge(planned.definition, shards, path, workers)
+        merging.merge(planned.sweep, shards, path, workers)
         shutil.rmtree(folder / "shards")
     yield path
     yield from _shown(path, again)
@@ -105,16 +104,16 @@ def _say(text: str) -> None:
 # Shards
 
 
-def _measure(definition: Definition, shards: list[Path], workers: int, again: bool) -> None:
+def _measure(sweep: Sweep, shards: list[Path], workers: int, again: bool) -> None:
     """Writes those shards that are not there yet, several at a time, each by a process of its own."""
-    count, bounds = len(shards), Grid(definition).shard_bounds(len(shards))
+    count, bounds = len(shards), sweep.grid.shard_bounds(len(shards))
     numbers = range(1, count + 1)
-    missing = [k for k in numbers if again or not holds_shard(shards[k - 1], definition, k, count)]
+    missing = [k for k in numbers if again or not holds_shard(shards[k - 1], sweep, k, count)]
     if count > len(missing):
         _say(f"{count - len(missing)} of {count} shards are there already")
     points = sum(stop - start for start, stop in (bounds[k - 1] for k in missing))
-    jobs = [(definition, k, count, shards[k - 1]) for k in missing]
-    with progress.points(points, definition.name) as advance:
+    jobs = [(sweep, k, count, shards[k - 1]) for k in missing]
+    with progress.points(points, sweep.name) as advance:
         if len(jobs) == 1 or workers == 1:
             for job in jobs:
                 write_shard(*job, workers, advance)
@@ -156,5 +155,5 @@ def _begin(told) -> None:
     _done = told
 
 
-def _write(definition: Definition, number: int, count: int, path: Path, threads: int) -> None:
-    write_shard(definition, number, count, path, threads, _done.put)
+def _write(sweep: Sweep, number: int, count: int, path: Path, threads: int) -> None:
+    write_shard(sweep, number, count, path, threads, _done.put)

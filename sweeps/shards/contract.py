@@ -7,9 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sweeps import systems
-from sweeps.points.grid import Grid
-from sweeps.schema.definition import Definition
+from sweeps.points.sweep import Sweep
 
 CONTRACT_VERSION = "1.0"
 CONVENTIONS = "CF-1.11"
@@ -29,9 +27,9 @@ class Coordinate(NamedTuple):
     attributes: dict
 
 
-def coordinates(grid: Grid) -> dict[str, Coordinate]:
+def coordinates(sweep: Sweep) -> dict[str, Coordinate]:
     """Name → each coordinate of a map: the dimensions' own, then the auxiliary ones."""
-    table = systems.resolve(grid.definition.system).coordinates(grid.definition)
+    grid, table = sweep.grid, sweep.system.coordinates(sweep.definition)
     own = {dim: Coordinate(dim, values, table[dim].attributes) for dim, values in grid.coordinates.items()}
     for name, (dim, values) in grid.auxiliary.items():
         values = values if values.dtype.kind == "U" else values.astype(table[name].dtype)
@@ -39,9 +37,9 @@ def coordinates(grid: Grid) -> dict[str, Coordinate]:
     return own
 
 
-def provenance(definition: Definition) -> dict[str, str]:
+def provenance(sweep: Sweep) -> dict[str, str]:
     """Global attributes of a map, but for its history and content hash, which who writes it adds."""
-    system = systems.resolve(definition.system)
+    definition, system = sweep.definition, sweep.system
     return {
         "title": definition.title,
         "source": f"Polhode {version('polhode')} (Python {platform.python_version()}, NumPy {version('numpy')}, "
@@ -55,9 +53,9 @@ def provenance(definition: Definition) -> dict[str, str]:
     } | ({"inputs": definition.inputs} if definition.inputs else {})
 
 
-def identity(definition: Definition) -> dict[str, str]:
+def identity(sweep: Sweep) -> dict[str, str]:
     """Attributes that say of which definition, files beside it and kernels a shard or a map is."""
-    kernels = systems.resolve(definition.system).fingerprint()
+    definition, kernels = sweep.definition, sweep.system.fingerprint()
     return {"definition": definition.text, "inputs": definition.inputs, "kernel_fingerprint": kernels}
 
 

@@ -2,18 +2,16 @@
 
 import re
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 import h5py
 import netCDF4
 import numpy as np
 
-from sweeps import systems
 from sweeps.files import remove_leftovers
-from sweeps.points.grid import Grid, shard_count
-from sweeps.schema.definition import Definition
-from sweeps.schema.variables import Variable
+from sweeps.points.grid import Grid
+from sweeps.points.sweep import Sweep
 from sweeps.shards import contract
 from sweeps.shards.chunkfile import ChunkFile, define, written
 from sweeps.shards.chunks import Chunks
@@ -21,16 +19,14 @@ from sweeps.shards.content import ContentHash
 from sweeps.shards.shard import DamagedError, ForeignError, MapError, Piece, Shard, write_shard
 
 
-def merge(
-    definition: Definition, shards: Iterable[str | Path], path: str | Path, threads: int = 1, renew: bool = False
-) -> str:
-    """Writes the map of a definition from its shards, a chunk at a time.
+def merge(sweep: Sweep, shards: Iterable[str | Path], path: str | Path, threads: int = 1, renew: bool = False) -> str:
+    """Writes the map of a sweep from its shards, a chunk at a time.
 
     A shard that was cut short or changed on the disk is measured again, where its name says which it is
     (`2-of-7.nc`).
 
     Args:
-        definition: the sweep.
+        sweep: the sweep.
         shards: the files of `sweeps.shards.shard.write_shard`, in any order; together they hold each point
             once. A folder stands for the files 1-of-n.nc to n-of-n.nc in it, n the number that the sweep is cut into.
         path: the map to write.
@@ -44,16 +40,16 @@ def merge(
     Raises:
         MapError: for a file that is no shard of this sweep, and for points that are missing or given twice.
     """
-    shards = [file for shard in shards for file in _files(Path(shard), definition)]
+    shards = [file for shard in shards for file in _files(Path(shard), sweep)]
     for _ in range(len(shards) + 1):
         try:
-            told = _merge_once(definition, shards, path)
+            told = _merge_once(sweep, shards, path)
         except DamagedError as damaged:
             position = re.fullmatch(r"(\d+)-of-(\d+)\.nc", damaged.path.name)
             if not position or (isinstance(damaged, ForeignError) and not renew):
                 raise
             print(f"{damaged}: measured again", file=sys.stderr)
-            write_shard(definition, *map(int, position.groups()), damaged.path, threads)
+            write_shard(sweep, *map(int, position.groups()), damaged.path, threads)
         else:
             for shard in shards:
                 remove_leftovers(shard)
@@ -61,24 +57,21 @@ def merge(
     raise MapError(f"{path}: shards are damaged faster than they can be measured; allowed: a disk that keeps them")
 
 
-def _files(path: Path, definition: Definition) -> list[Path]:
+def _files(path: Path, sweep: Sweep) -> list[Path]:
     if not path.is_dir():
         return [path]
-    count = shard_count(definition, Grid(definition))
-    return [path / f"{k}-of-{count}.nc" for k in range(1, count + 1)]
+    return [path / f"{k}-of-{sweep.shards}.nc" for k in range(1, sweep.shards + 1)]
 
 
-def _merge_once(definition: Definition, paths: Sequence[Path], path: str | Path) -> str:
-    grid = Grid(definition)
-    variables = systems.resolve(definition.system).variables(definition)
-    shards = sorted(_extents(definition, paths))
-    _check_coverage(shards, grid)
+def _merge_once(sweep: Sweep, paths: Sequence[Path], path: str | Path) -> str:
+    shards = sorted(_extents(sweep, paths))
+    _check_coverage(shards, sweep.grid)
     with written(path) as temporary:
-        digest, motions = _create(temporary, grid, variables), 0
+        digest, motions = _create(temporary, sweep), 0
         with h5py.File(temporary, "r+") as hdf:
-            target = _Target(ChunkFile(hdf, variables, Chunks(grid.shape)), digest)
+            target = _Target(ChunkFile(hdf, sweep.variables, Chunks(sweep.grid.shape)), digest)
             for first, after, source in shards:
-                with Shard(source, definition) as shard:  # one open file at a time: there may be thousands
+                with Shard(source, sweep) as shard:  # one open file at a time: there may be thousands
                     if (shard.first, shard.after) != (first, after):
                         raise DamagedError(source, "was changed while it was read")
                     motions += shard.motions
@@ -87,10 +80,10 @@ def _merge_once(definition: Definition, paths: Sequence[Path], path: str | Path)
     return digest.hexdigest()
 
 
-def _extents(definition: Definition, paths: Sequence[Path]) -> Iterator[tuple[int, int, Path]]:
+def _extents(sweep: Sweep, paths: Sequence[Path]) -> Iterator[tuple[int, int, Path]]:
     """(First point, point after the last, file) of each shard."""
     for path in paths:
-        with Shard(path, definition) as shard:
+        with Shard(path, sweep) as shard:
             yield shard.first, shard.after, path
 
 
@@ -106,8 +99,9 @@ def _check_coverage(shards: Sequence[tuple[int, int, Path]], grid: Grid) -> None
         raise MapError(f"shards: points {covered} to {grid.size - 1} are missing; allowed: each point once")
 
 
-def _create(path: Path, grid: Grid, variables: Mapping[str, Variable]) -> ContentHash:
+def _create(path: Path, sweep: Sweep) -> ContentHash:
     """Makes the file of a map: dimensions, variables and attributes, and the values of its coordinates."""
+    grid, variables = sweep.grid, sweep.variables
     beside = " ".join(sorted(grid.auxiliary))
     digest = ContentHash()
     with netCDF4.Dataset(path, "w", format="NETCDF4") as file:
@@ -117,7 +111,7 @@ def _create(path: Path, grid: Grid, variables: Mapping[str, Variable]) -> Conten
             variables,
             {"coordinates": beside} if beside else {},
         )
-        for name, (dim, values, attributes) in contract.coordinates(grid).items():
+        for name, (dim, values, attributes) in contract.coordinates(sweep).items():
             is_text = values.dtype.kind == "U"
             variable = file.createVariable(name, str if is_text else values.dtype, dim, fill_value=False)
             variable.setncatts(attributes)
@@ -126,7 +120,7 @@ def _create(path: Path, grid: Grid, variables: Mapping[str, Variable]) -> Conten
             digest.update(name, values)
         for spec in variables.values():
             digest.declare(spec.name, grid.dims, grid.shape, spec.dtype)
-        file.setncatts(contract.provenance(grid.definition) | {"history": contract.history()})
+        file.setncatts(contract.provenance(sweep) | {"history": contract.history()})
     return digest
 
 

@@ -16,13 +16,10 @@ import h5py
 import netCDF4
 import numpy as np
 
-from sweeps import systems
 from sweeps.points.columns import columns
 from sweeps.points.estimate import BLOCK_POINTS
-from sweeps.points.grid import Grid
-from sweeps.schema.definition import Definition
+from sweeps.points.sweep import Sweep
 from sweeps.schema.refusals import RefusedError
-from sweeps.schema.variables import Variable
 from sweeps.shards import memory
 from sweeps.shards.chunkfile import UNREADABLE, ChunkFile, define, written
 from sweeps.shards.chunks import Chunks
@@ -98,16 +95,12 @@ def pieces(chunks: Chunks, first: int, after: int) -> list[Piece]:
     return [Piece(number, low, high, (low, high) == chunks.bounds(number)) for number, low, high in shares]
 
 
-def _variables(definition: Definition) -> dict[str, Variable]:
-    return systems.resolve(definition.system).variables(definition)
-
-
 # ---------------------------------------------------------------------------------------------------------
 # Writing
 
 
 def write_shard(
-    definition: Definition,
+    sweep: Sweep,
     number: int,
     count: int,
     path: str | Path,
@@ -117,7 +110,7 @@ def write_shard(
     """Measures shard `number` (from 1) of `count` and writes it to `path`; one block is written as the next computes.
 
     Args:
-        definition: the sweep.
+        sweep: the sweep.
         number: which shard, 1 to count.
         count: into how many the sweep is cut; it changes no value.
         path: the file to write.
@@ -125,17 +118,16 @@ def write_shard(
         progress: called with the number of points after each block.
     """
     memory.keep_freed()
-    grid = Grid(definition)
-    start, stop = grid.shard_bounds(count)[number - 1]
-    chunks, variables = Chunks(grid.shape), _variables(definition)
+    start, stop = sweep.grid.shard_bounds(count)[number - 1]
+    chunks, variables = Chunks(sweep.grid.shape), sweep.variables
     checks, motions = _Checks(tuple(variables), pieces(chunks, start, stop)), 0
     with written(path, flush=False) as temporary:
-        _create(temporary, definition, grid, checks)
+        _create(temporary, sweep, checks)
         with h5py.File(temporary, "r+") as hdf, ThreadPoolExecutor(1) as writer:
             file, pending = ChunkFile(hdf, variables, chunks), None
             for block in _blocks(checks.pieces):
                 low, high = checks.pieces[block[0]].first, checks.pieces[block[-1]].after
-                measured, integrated = _measure(definition, grid, low, high, threads)
+                measured, integrated = _measure(sweep, low, high, threads)
                 motions += integrated
                 if pending:
                     progress(pending.result())
@@ -143,13 +135,13 @@ def write_shard(
             progress(pending.result())
             # as text: a grid may have more points than an attribute's integer
             told = dict(zip(TOLD, map(str, (start, stop, motions)), strict=True))
-            hdf.attrs.update(told | {"seal": str(checks.seal(told.values()))} | identity(definition))
+            hdf.attrs.update(told | {"seal": str(checks.seal(told.values()))} | identity(sweep))
             hdf[CHECKSUMS][:], hdf[DIGESTS][:] = checks.checksums, checks.digests
 
 
-def _create(path: Path, definition: Definition, grid: Grid, checks: _Checks) -> None:
+def _create(path: Path, sweep: Sweep, checks: _Checks) -> None:
     with netCDF4.Dataset(path, "w", format="NETCDF4") as file:
-        define(file, dict(zip(grid.dims, grid.shape, strict=True)), _variables(definition))
+        define(file, dict(zip(sweep.grid.dims, sweep.grid.shape, strict=True)), sweep.variables)
         for name, size in zip(TABLE, checks.digests.shape, strict=True):
             file.createGroup(GROUP).createDimension(name, size)
         file[GROUP].createVariable("checksums", "u4", TABLE[:2], fill_value=False)
@@ -166,10 +158,10 @@ def _blocks(pieces: Sequence[Piece]) -> Iterator[range]:
     yield range(begin, len(pieces))
 
 
-def _measure(definition: Definition, grid: Grid, low: int, high: int, threads: int) -> tuple[dict, int]:
-    points = grid.points(low, high)
-    motions = systems.resolve(definition.system).motions(points, definition.integration)
-    return columns(points, definition, threads), motions
+def _measure(sweep: Sweep, low: int, high: int, threads: int) -> tuple[dict, int]:
+    points = sweep.grid.points(low, high)
+    motions = sweep.system.motions(points, sweep.definition.integration)
+    return columns(points, sweep, threads), motions
 
 
 def _write(file: ChunkFile, checks: _Checks, block: range, low: int, measured: Mapping[str, np.ndarray]) -> int:
@@ -190,11 +182,11 @@ def _write(file: ChunkFile, checks: _Checks, block: range, low: int, measured: M
 # Reading
 
 
-def holds_shard(path: str | Path, definition: Definition, number: int, count: int) -> bool:
-    """Whether a file holds shard `number` of `count` of a definition, as these kernels measure it."""
+def holds_shard(path: str | Path, sweep: Sweep, number: int, count: int) -> bool:
+    """Whether a file holds shard `number` of `count` of a sweep, as these kernels measure it."""
     try:
-        with Shard(path, definition) as shard:
-            return (shard.first, shard.after) == Grid(definition).shard_bounds(count)[number - 1]
+        with Shard(path, sweep) as shard:
+            return (shard.first, shard.after) == sweep.grid.shard_bounds(count)[number - 1]
     except MapError:
         return False
 
@@ -209,7 +201,7 @@ class Shard:
         motions: how many motions were integrated for its points.
     """
 
-    def __init__(self, path: str | Path, definition: Definition):
+    def __init__(self, path: str | Path, sweep: Sweep):
         self.path = Path(path)
         if not self.path.is_file():
             raise MapError(f"{path}: there is no such file; allowed: a file of `python -m sweeps shard`")
@@ -218,7 +210,7 @@ class Shard:
         except UNREADABLE as error:
             raise DamagedError(path, f"cannot be read as netCDF ({error})") from None
         try:
-            self._check(definition)
+            self._check(sweep)
         except MapError:
             self.close()
             raise
@@ -226,9 +218,9 @@ class Shard:
             self.close()
             raise DamagedError(path, f"cannot be read ({error})") from None
 
-    def _check(self, definition: Definition) -> None:
+    def _check(self, sweep: Sweep) -> None:
         held = {name: str(value) for name, value in self._file.attrs.items()}
-        wanted, variables = identity(definition), _variables(definition)
+        grid, wanted, variables = sweep.grid, identity(sweep), sweep.variables
         self._need(name for name in (*TOLD, "seal", *wanted) if name not in held)
         for name, value in wanted.items():
             if held[name] != value:
@@ -238,7 +230,6 @@ class Shard:
             self.first, self.after, self.motions, seal = (int(held[name]) for name in (*TOLD, "seal"))
         except ValueError:
             raise DamagedError(self.path, "has attributes that are no numbers") from None
-        grid = Grid(definition)
         chunks = Chunks(grid.shape)
         if not 0 <= self.first < self.after <= grid.size:
             raise DamagedError(self.path, "holds points that the sweep has not")

@@ -16,8 +16,7 @@ import numpy as np
 
 from kernels import survey
 from sweeps.points import catalogue
-from sweeps.points.grid import Grid
-from sweeps.points.loading import load
+from sweeps.points.loading import read
 from sweeps.shards import memory
 
 BARE = ("omega_squared", "omega_squared_stderr", "regime", "status")
@@ -83,8 +82,8 @@ def main(arguments=None):
     parser.add_argument("--tiny", action="store_true", help="a few points and two rounds: does it run")
     tiny = parser.parse_args(arguments).tiny
     memory.keep_freed()  # as for a shard
-    definition = load(catalogue.shipped()[catalogue.DEFAULT])
-    grid, run = Grid(definition), definition.integration
+    sweep = read(catalogue.shipped()[catalogue.DEFAULT])
+    grid, run = sweep.grid, sweep.definition.integration
     points = grid.points(0, 2000 if tiny else grid.size)
     settings = (run.rotations, run.samples_per_rotation, run.tolerance)
     parts, rounds = blocks(points), 2 if tiny else 7
@@ -97,7 +96,7 @@ def main(arguments=None):
             times[name].append(seconds(measure, parts, cores))
     n = points["I1"].size
     load_average = ", ".join(f"{x:.1f}" for x in os.getloadavg())
-    print(f"{definition.name}: {n:,} points of {run.samples} samples, {rounds} rounds, load average {load_average}")
+    print(f"{sweep.name}: {n:,} points of {run.samples} samples, {rounds} rounds, load average {load_average}")
     for name, found in times.items():
         print(f"{name:32s} {n / statistics.median(found):12,.0f} points/s")
     for name, above, below in RATIOS:

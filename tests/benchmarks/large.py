@@ -22,7 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sweeps.points.loading import load
+from sweeps.points.loading import read
 from sweeps.shards import shard as shards
 
 SHARD_POINTS = 5_000_000
@@ -137,7 +137,7 @@ def shares(points, columns, folder):
         return outer
 
     kept = {name: getattr(shards, name) for name in spent}
-    sweep = load(definition)
+    sweep = read(definition)
     shards.write_shard(sweep, 1, points, folder / "1.nc")  # imports, and kernels into memory
     try:
         for name in spent:

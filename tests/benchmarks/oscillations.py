@@ -14,8 +14,7 @@ import numpy as np
 
 from kernels import oscillations, survey
 from sweeps.points import catalogue
-from sweeps.points.grid import Grid
-from sweeps.points.loading import load
+from sweeps.points.loading import read
 from sweeps.systems import resolve
 
 RUNS = 7
@@ -52,8 +51,8 @@ def captured(mechanism, points):
 def measure(name):
     """Print the figures of one system."""
     system = resolve(name)
-    definition = load(catalogue.shipped()[name])
-    grid = Grid(definition)
+    sweep = read(catalogue.shipped()[name])
+    grid = sweep.grid
     points = grid.points(0, min(grid.size, 8192))
     repeats = POINTS // len(points["mode"]) + 1
     points = {key: np.tile(values, repeats) for key, values in points.items()}
@@ -79,9 +78,9 @@ def measure(name):
 
 def rigid_body():
     """Print the rigid body's points per second and operations per second on the default sweep."""
-    definition = load(catalogue.shipped()[catalogue.DEFAULT])
-    points = Grid(definition).points(0, POINTS)
-    settings = (definition.integration.rotations, definition.integration.samples_per_rotation, 1e-10)
+    sweep = read(catalogue.shipped()[catalogue.DEFAULT])
+    points = sweep.grid.points(0, POINTS)
+    settings = (sweep.definition.integration.rotations, sweep.definition.integration.samples_per_rotation, 1e-10)
     found = survey.measured(points, *settings)
     took = seconds(lambda: survey.measured(points, *settings))
     steps = float(((found["samples_used"] - 1) * found["steps_per_sample"]).sum())

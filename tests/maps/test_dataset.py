@@ -6,8 +6,7 @@ import xarray as xr
 import sweeps
 from kernels import survey as kernel
 from sweeps.points import catalogue, columns
-from sweeps.points.grid import Grid
-from sweeps.points.loading import load
+from sweeps.points.loading import read
 from sweeps.schema.reading import plain, read_text
 from sweeps.shards import content
 from sweeps.systems.rigid_body import variables as rigid_body
@@ -136,7 +135,7 @@ def test_provenance(tiny):
     assert tiny.attrs["title"] == "Every kind of body, once"
     assert tiny.attrs["Conventions"] == "CF-1.11"
     assert tiny.attrs["contract_version"].split(".")[0] == "1"
-    assert load(TINY).text == tiny.attrs["definition"]
+    assert read(TINY).definition.text == tiny.attrs["definition"]
     assert tiny.attrs["system"] == "rigid_body"
     for name in ("kernel_fingerprint", "content_hash"):
         assert len(bytes.fromhex(tiny.attrs[name])) == 32
@@ -231,8 +230,8 @@ def test_lazy_bodies_equal_eager_ones(mapping):
 
 
 def test_a_run_of_points_equals_the_same_points_of_the_map(tiny):
-    definition = load(TINY)
-    run = columns.columns(Grid(definition).points(123, 457), definition)
+    definition = read(TINY)
+    run = columns.columns(definition.grid.points(123, 457), definition)
     for name in rigid_body.VARIABLES:
         assert run[name].tobytes() == tiny[name].values.reshape(-1)[123:457].tobytes(), name
 

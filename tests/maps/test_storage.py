@@ -15,15 +15,14 @@ import sweeps
 from sweeps import files
 from sweeps.maps import dataset, storage
 from sweeps.points import catalogue
-from sweeps.points.grid import Grid
-from sweeps.points.loading import load
+from sweeps.points.loading import read
 from sweeps.schema.reading import plain, read_text
 from sweeps.shards import chunkfile, chunks, content, merging
 from sweeps.shards import shard as sharding
 from sweeps.systems.rigid_body import variables as rigid_body
 
-TINY = load(catalogue.shipped()["tiny"])
-BODIES = load(
+TINY = read(catalogue.shipped()["tiny"])
+BODIES = read(
     {
         "bodies": [
             {"name": "Mond, größer", "I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": -3.0},
@@ -372,7 +371,7 @@ def test_a_variables_own_hash_is_what_its_documentation_says(monkeypatch):
 
 def test_shard_numbers_outside_the_cut_are_refused(tmp_path):
     with pytest.raises(ValueError, match="count"):
-        sharding.write_shard(TINY, 1, Grid(TINY).size + 1, tmp_path / "s.nc")
+        sharding.write_shard(TINY, 1, TINY.grid.size + 1, tmp_path / "s.nc")
     assert not list(tmp_path.iterdir())
 
 
@@ -418,7 +417,7 @@ def test_a_damaged_shard_of_another_name_is_refused(shards, tmp_path):
 def test_a_map_says_how_many_motions_were_integrated(tmp_path):
     mapping = {"grid": {"I1": [1.0, 2.0], "I2": 3.0, "I3": 4.0, "omega0": [1.0, 2.0, 5.0, -1.0]}}
     for collapse, motions in ((False, 24), (True, 12)):
-        definition = load(mapping | {"integration": {"collapse": collapse}})
+        definition = read(mapping | {"integration": {"collapse": collapse}})
         merging.merge(definition, write_shards(tmp_path, definition, 1), tmp_path / "map.nc")
         with storage.open_map(tmp_path / "map.nc") as ds:
             assert ds.attrs["motions_integrated"] == str(motions)
@@ -429,14 +428,14 @@ def test_a_map_of_chosen_variables_opens(tmp_path):
         "grid": {"I1": 1.0, "I2": 3.0, "I3": 4.0, "omega0": 1.0},
         "integration": {"variables": ["omega_squared"]},
     }
-    definition = load(mapping)
+    definition = read(mapping)
     merging.merge(definition, write_shards(tmp_path, definition, 1), tmp_path / "map.nc")
     with storage.open_map(tmp_path / "map.nc") as ds:
         assert list(ds.data_vars) == ["omega_squared"]
 
 
 def test_a_folder_of_more_shards_than_a_process_may_open_is_merged(tmp_path, tiny):
-    definition = load(plain(read_text(TINY.text)) | {"shards": 300})
+    definition = read(plain(read_text(TINY.definition.text)) | {"shards": 300})
     folder = tmp_path / "shards"
     for number in range(1, 301):
         sharding.write_shard(definition, number, 300, folder / f"{number}-of-300.nc")

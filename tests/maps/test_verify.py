@@ -8,15 +8,15 @@ import pytest
 from sweeps.__main__ import main
 from sweeps.maps import verify
 from sweeps.points import catalogue
-from sweeps.points.loading import load
+from sweeps.points.loading import read
 from sweeps.schema.reading import plain, read_text
 from sweeps.shards import content, merging
 from sweeps.shards import shard as shards
 
-TINY = load(catalogue.shipped()["tiny"])
-TOP = load({"system": "symmetric_top", "grid": {"ratio": [0.5, 1.0, 1.7], "omega3": [-2.0, 1.0], "half_angle": 30.0}})
-PENDULUM = load({"system": "pendulum", "grid": {"length": [0.5, 1.0]}})
-COLLAPSED = load(
+TINY = read(catalogue.shipped()["tiny"])
+TOP = read({"system": "symmetric_top", "grid": {"ratio": [0.5, 1.0, 1.7], "omega3": [-2.0, 1.0], "half_angle": 30.0}})
+PENDULUM = read({"system": "pendulum", "grid": {"length": [0.5, 1.0]}})
+COLLAPSED = read(
     {"grid": {"I1": [1.0, 2.0], "I2": 3.0, "I3": 4.0, "omega0": [1.0, 2.0]}, "integration": {"collapse": True}}
 )
 
@@ -123,10 +123,12 @@ def test_wrong_precession_is_found(tmp_path):
 
 
 def test_another_definition_is_recognised(whole, tmp_path, capsys):
-    other = plain(read_text(TINY.text)) | {"axes": [1, 2, 3], "integration": {"rotations": 5}}
-    found = findings(whole, against=load(other), points=0)
+    other = plain(read_text(TINY.definition.text)) | {"axes": [1, 2, 3], "integration": {"rotations": 5}}
+    found = findings(whole, against=read(other), points=0)
     assert found == {"definition": ("definition: another integration than sweep's",)}
-    assert findings(whole, against=load(plain(read_text(TINY.text)) | {"shards": 7}), points=0).keys() == set()
+    assert (
+        findings(whole, against=read(plain(read_text(TINY.definition.text)) | {"shards": 7}), points=0).keys() == set()
+    )
     folder = tmp_path / "results" / "breakdown"
     folder.mkdir(parents=True)
     shutil.copy(whole, folder / "stability_map.nc")
@@ -136,10 +138,10 @@ def test_another_definition_is_recognised(whole, tmp_path, capsys):
 
 def test_a_definition_that_was_swapped_is_found(tiny):
     with netCDF4.Dataset(tiny, "a") as file:
-        file.definition = TINY.text.replace("2.5]                  # kg", "2.6]  # kg")
+        file.definition = TINY.definition.text.replace("2.5]                  # kg", "2.6]  # kg")
     assert findings(tiny)["grid"] == ("I1: has other values than the definition's",)
     with netCDF4.Dataset(tiny, "a") as file:
-        file.definition = TINY.text.replace("num: 4", "num: 5")
+        file.definition = TINY.definition.text.replace("num: 4", "num: 5")
     assert "5 I2" in findings(tiny)["grid"][0]
 
 
@@ -177,7 +179,10 @@ HOSTILE = {
     "definition of script": (1, lambda ds: ds.assign_attrs(definition="<script>alert(1)</script>\x1b[31m")),
     "deep definition": (1, lambda ds: ds.assign_attrs(definition="[" * 10_000)),
     "explosive definition": (1, lambda ds: ds.assign_attrs(definition="a: &a [1,1]\nb: &b [*a,*a]\nc: [*b,*b]\n")),
-    "huge grid": (1, lambda ds: ds.assign_attrs(definition=TINY.text.replace("num: 4", "num: 9007199254740992"))),
+    "huge grid": (
+        1,
+        lambda ds: ds.assign_attrs(definition=TINY.definition.text.replace("num: 4", "num: 9007199254740992")),
+    ),
     "a number for a system": (2, lambda ds: ds.assign_attrs(system=3)),
     "hash of another type": (1, lambda ds: ds.assign_attrs(content_hash=[1, 2])),
     "fingerprint of another type": (1, lambda ds: ds.assign_attrs(kernel_fingerprint=7.5)),

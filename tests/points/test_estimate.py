@@ -5,8 +5,7 @@ import pytest
 
 from sweeps.points import estimate as module
 from sweeps.points.estimate import estimate, refuse_if_too_large
-from sweeps.points.grid import Grid
-from sweeps.points.loading import load
+from sweeps.points.loading import read
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems.rigid_body import variables as rigid_body
 
@@ -15,8 +14,7 @@ AMPLE = 10**30
 
 def sweep_of(num, **more):
     entries = {name: {"start": 1.0, "stop": 2.0, "num": num} for name in ("I1", "I2", "I3")}
-    sweep = load({"axes": [1, 2], "grid": entries | {"omega0": 1.0}} | more)
-    return sweep, Grid(sweep)
+    return read({"axes": [1, 2], "grid": entries | {"omega0": 1.0}} | more)
 
 
 def free(monkeypatch, disk=AMPLE, memory=AMPLE):
@@ -27,7 +25,7 @@ def free(monkeypatch, disk=AMPLE, memory=AMPLE):
 
 
 def test_an_estimate_counts_points_bytes_and_seconds():
-    found = estimate(*sweep_of(100, integration={"rotations": 8}), bytes_per_point=200)
+    found = estimate(sweep_of(100, integration={"rotations": 8}), bytes_per_point=200)
     coordinates = 8 * (2 + 300 + 3)
     assert found.points == 2_000_000
     assert found.shards == 1
@@ -39,31 +37,31 @@ def test_an_estimate_counts_points_bytes_and_seconds():
 def test_a_small_sweep_holds_no_full_block():
     columns = (rigid_body.VARIABLES | rigid_body.CERTIFICATE).values()
     point = sum(np.dtype(variable.dtype).itemsize for variable in columns)
-    assert estimate(*sweep_of(2)).memory_bytes == 400_000_000 + 4 * 16 * point + 8 * (2 + 6 + 3)
+    assert estimate(sweep_of(2)).memory_bytes == 400_000_000 + 4 * 16 * point + 8 * (2 + 6 + 3)
 
 
 def test_any_size_is_estimated_without_making_the_grid():
-    found = estimate(*sweep_of(10**15))
+    found = estimate(sweep_of(10**15))
     assert found.points == 2 * 10**45
     assert found.disk_bytes > 4 * 10**45 * 100  # shards and map, a hundred bytes a point at least
     assert found.seconds == pytest.approx(2e39, rel=1e-15)  # one rounding of a double
 
 
 def test_what_fits_is_not_refused(monkeypatch, tmp_path):
-    sweep, grid = sweep_of(10)
-    needed = estimate(sweep, grid)
+    sweep = sweep_of(10)
+    needed = estimate(sweep)
     asked = free(monkeypatch, needed.disk_bytes, needed.memory_bytes)
-    refuse_if_too_large(sweep, grid, tmp_path / "not" / "yet")
+    refuse_if_too_large(sweep, tmp_path / "not" / "yet")
     assert asked == [tmp_path]
 
 
 @pytest.mark.parametrize("short", ["disk", "memory"])
 def test_what_does_not_fit_is_refused_with_both_sizes(monkeypatch, tmp_path, short):
-    sweep, grid = sweep_of(10)
-    needed = getattr(estimate(sweep, grid), f"{short}_bytes")
+    sweep = sweep_of(10)
+    needed = getattr(estimate(sweep), f"{short}_bytes")
     free(monkeypatch, **{short: needed - 1})
     with pytest.raises(DefinitionError) as caught:
-        refuse_if_too_large(sweep, grid, tmp_path)
+        refuse_if_too_large(sweep, tmp_path)
     message = str(caught.value)
     assert message.startswith("sweep: grid: 2,000 points need ")
     assert f"({needed:,} bytes) of {short}; allowed: " in message
@@ -73,7 +71,7 @@ def test_what_does_not_fit_is_refused_with_both_sizes(monkeypatch, tmp_path, sho
 
 def test_the_real_machine_refuses_the_impossible(tmp_path):
     with pytest.raises(DefinitionError, match=r"of disk.*\n.*of memory"):
-        refuse_if_too_large(*sweep_of(10**15), tmp_path)
+        refuse_if_too_large(sweep_of(10**15), tmp_path)
 
 
 @pytest.mark.parametrize(

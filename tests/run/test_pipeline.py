@@ -64,9 +64,9 @@ def test_processes_change_no_bit(mine, monkeypatch):
 
 
 def test_what_is_finished_is_not_made_again(mine, measured):
-    definition = catalogue.plan(mine).definition
+    sweep = catalogue.plan(mine).sweep
     folder = Path("results/mine/shards")
-    shards.write_shard(definition, 2, 3, folder / "2-of-3.nc")
+    shards.write_shard(sweep, 2, 3, folder / "2-of-3.nc")
     (folder / "3-of-3.nc").write_bytes((folder / "2-of-3.nc").read_bytes()[:500])
     made(mine)
     assert measured == [1, 3]
@@ -135,9 +135,9 @@ def test_broken_off_it_leaves_nothing_half_written_and_goes_on(mine):
         pytest.skip("it was done before it could be broken off")
     assert running.returncode == 130
     assert b"Traceback" not in words
-    definition = catalogue.plan(mine).definition
+    sweep = catalogue.plan(mine).sweep
     finished = [path for path in folder.iterdir() if path.suffix == ".nc"]
     assert finished
     assert not list(folder.glob(".*.part"))
     for path in finished:
-        assert shards.holds_shard(path, definition, *map(int, path.stem.split("-of-")))
+        assert shards.holds_shard(path, sweep, *map(int, path.stem.split("-of-")))

@@ -15,8 +15,7 @@ from kernels.fingerprint import fingerprint
 from sweeps import systems
 from sweeps.maps import dataset, storage
 from sweeps.points import catalogue
-from sweeps.points.grid import Grid
-from sweeps.points.loading import load
+from sweeps.points.loading import read
 from sweeps.schema.refusals import DefinitionError
 from sweeps.shards import content, merging
 from sweeps.shards import shard as shards
@@ -57,9 +56,9 @@ def small(name, **grid):
 def test_all_eight_ship_with_a_definition_of_ten_thousand_points():
     assert set(LIBRARY) <= set(systems.names())
     for name in LIBRARY:
-        definition = load(catalogue.shipped()[name])
-        assert definition.system == name
-        assert Grid(definition).size >= 10_000
+        sweep = read(catalogue.shipped()[name])
+        assert sweep.definition.system == sweep.system.name == name
+        assert sweep.grid.size >= 10_000
 
 
 def test_map_has_the_contracts_names_and_dimensions():
@@ -106,7 +105,7 @@ def test_fingerprint_changes_with_the_description(tmp_path):
 def test_what_is_wrong_with_a_description_is_said_before_any_work(tmp_path, V, wrong):
     name = described(tmp_path, SPRING.format(V=V))
     with pytest.raises(DefinitionError, match=wrong) as refused:
-        load(small(name, stiffness=2.0))
+        read(small(name, stiffness=2.0))
     assert "\n" not in str(refused.value)
     assert name in str(refused.value)
 
@@ -132,7 +131,7 @@ def test_exit_status_two_and_one_line(tmp_path):
 )
 def test_a_grid_refuses_what_its_parameters_do_not_allow(grid, wrong):
     with pytest.raises(DefinitionError, match=wrong):
-        load(small("pendulum", **grid))
+        read(small("pendulum", **grid))
 
 
 @pytest.mark.parametrize(
@@ -146,7 +145,7 @@ def test_a_grid_refuses_what_its_parameters_do_not_allow(grid, wrong):
 )
 def test_a_direction_is_refused_in_words(direction, wrong):
     with pytest.raises(DefinitionError, match=wrong):
-        load(small("double_pendulum") | {"integration": {"direction": direction}})
+        read(small("double_pendulum") | {"integration": {"direction": direction}})
 
 
 def test_a_direction_of_a_definition_is_the_nudge_of_every_mode():
@@ -156,19 +155,19 @@ def test_a_direction_of_a_definition_is_the_nudge_of_every_mode():
     scale = found["rate_scale"].values ** 2
     assert (np.abs(found["omega_squared"] - along["omega_squared"]).values <= 1e-9 * scale).all()
     assert not found["amplitude"].equals(along["amplitude"])
-    assert pickle.loads(pickle.dumps(load(definition))).integration.direction == (0.0, 1.0)
+    assert pickle.loads(pickle.dumps(read(definition))).definition.integration.direction == (0.0, 1.0)
 
 
 def test_a_file_that_is_not_there():
     with pytest.raises(DefinitionError, match=r"nowhere\.py: cannot be read"):
-        load(small("nowhere.py"))
+        read(small("nowhere.py"))
 
 
 def test_a_definition_survives_pickling(spring):
-    definition = load(small(spring, stiffness=[1.0, 2.0]))
+    definition = read(small(spring, stiffness=[1.0, 2.0]))
     twin = pickle.loads(pickle.dumps(definition))
-    assert twin.grid.stiffness == (1.0, 2.0)
-    assert twin.text == definition.text
+    assert twin.definition.grid.stiffness == (1.0, 2.0)
+    assert twin.definition.text == definition.definition.text
 
 
 def test_opening_and_drawing_a_map_runs_no_file(tmp_path, spring):
@@ -182,7 +181,7 @@ def test_opening_and_drawing_a_map_runs_no_file(tmp_path, spring):
 
 
 def test_shards_threads_and_chunks_change_no_bit(tmp_path):
-    definition = load(small("bead_on_hoop", spin_rate=np.linspace(0, 10, 23), radius=[0.5, 2.0]))
+    definition = read(small("bead_on_hoop", spin_rate=np.linspace(0, 10, 23), radius=[0.5, 2.0]))
     whole = dataset.survey_grid(definition)
     parts = []
     for number in (1, 2, 3):

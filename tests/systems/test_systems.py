@@ -19,8 +19,7 @@ from kernels.fingerprint import sources
 from sweeps import systems
 from sweeps.maps import dataset, storage
 from sweeps.points import catalogue
-from sweeps.points.grid import Grid
-from sweeps.points.loading import load
+from sweeps.points.loading import read
 from sweeps.schema.definition import Definition
 from sweeps.schema.refusals import DefinitionError
 from sweeps.shards import content, merging
@@ -35,51 +34,54 @@ every_system = pytest.mark.parametrize("name", systems.MODULES)  # described sys
 
 
 def small(name):
-    return load({"system": name} | SMALL[name])
+    return read({"system": name} | SMALL[name])
 
 
 def refusal(grid, **more):
     with pytest.raises(DefinitionError) as refused:
-        load({"system": "symmetric_top", "grid": grid} | more)
+        read({"system": "symmetric_top", "grid": grid} | more)
     return str(refused.value)
 
 
 @every_system
 def test_a_system_says_all_that_its_map_holds(name):
-    definition, system = small(name), systems.resolve(name)
+    sweep, system = small(name), systems.resolve(name)
+    definition = sweep.definition
     ds = sweeps.survey({"system": name} | SMALL[name])
     assert isinstance(definition, Definition)
     assert definition.system == system.name == ds.attrs["system"] == name
     assert set(ds.data_vars) == set(system.variables(definition)) >= set(system.variables())
-    assert tuple(ds.sizes) == tuple(system.dimensions(definition)) == Grid(definition).dims
+    assert tuple(ds.sizes) == tuple(system.dimensions(definition)) == sweep.grid.dims
     assert set(ds.coords) <= set(system.coordinates(definition))
     for variable in system.variables(definition).values():
         assert ds[variable.name].dtype == np.dtype(variable.dtype)
-        assert ds[variable.name].dims == Grid(definition).dims
+        assert ds[variable.name].dims == sweep.grid.dims
     assert ds.attrs["references"] == system.references
     assert ds.attrs["source"].endswith(system.method(definition))
 
 
 @pytest.mark.parametrize("name", catalogue.shipped())
 def test_a_definition_travels_between_processes(name):
-    definition = load(catalogue.shipped()[name])
-    twin = pickle.loads(pickle.dumps(definition))
-    assert twin == definition
-    assert hash(twin) == hash(definition)
-    assert (twin.name, twin.text) == (definition.name, definition.text)
+    sweep = read(catalogue.shipped()[name])
+    twin = pickle.loads(pickle.dumps(sweep))
+    assert twin.definition == sweep.definition
+    assert hash(twin.definition) == hash(sweep.definition)
+    assert (twin.name, twin.definition.text) == (sweep.name, sweep.definition.text)
+    assert twin.variables == sweep.variables
+    assert twin.grid.shape == sweep.grid.shape
 
 
 @every_system
 def test_shards_and_chunks_make_the_same_map_bit_for_bit(name, tmp_path):
-    definition = small(name)
-    whole = content.content_hash(dataset.survey_grid(definition))
+    sweep = small(name)
+    whole = content.content_hash(dataset.survey_grid(sweep))
     paths = [tmp_path / f"{number}.nc" for number in (1, 2, 3)]
     for number, path in enumerate(paths, 1):
-        shards.write_shard(definition, number, 3, path, threads=2)
-    assert merging.merge(definition, paths, tmp_path / "map.nc") == whole
+        shards.write_shard(sweep, number, 3, path, threads=2)
+    assert merging.merge(sweep, paths, tmp_path / "map.nc") == whole
     with sweeps.open_map(tmp_path / "map.nc") as ds:
         assert content.content_hash(ds) == whole
-    assert content.content_hash(dataset.survey_grid(definition, chunks=5)) == whole
+    assert content.content_hash(dataset.survey_grid(sweep, chunks=5)) == whole
 
 
 @every_system
@@ -98,7 +100,7 @@ def test_a_system_compiles_all_that_it_runs(name):
 import sys
 from sweeps import systems
 from sweeps.maps import dataset
-from sweeps.points.loading import load
+from sweeps.points.loading import read
 
 def compiled():
     modules = [vars(m).values() for name, m in sys.modules.items() if name.startswith("kernels.")]
@@ -106,7 +108,7 @@ def compiled():
 
 systems.resolve({name!r}).compile()
 before = {{name: list(signatures) for name, signatures in compiled().items()}}
-dataset.survey_grid(load({{"system": {name!r}}} | {SMALL[name]!r}))
+dataset.survey_grid(read({{"system": {name!r}}} | {SMALL[name]!r}))
 assert any(before.values())
 assert compiled() == before, [name for name, signatures in compiled().items() if signatures != before.get(name)]
 """
@@ -124,7 +126,7 @@ def test_points_of_tops_are_those_of_the_full_grid(data):
     entries = {
         name: data.draw(st.lists(value, min_size=1, max_size=4, unique=True) | value) for name, value in values.items()
     }
-    grid = Grid(load({"system": "symmetric_top", "grid": entries}))
+    grid = read({"system": "symmetric_top", "grid": entries}).grid
     mesh = np.meshgrid(*(grid.coordinates[dim] for dim in grid.dims), indexing="ij")
     start = data.draw(st.integers(0, grid.size))
     points = grid.points(start, grid.size)
@@ -159,23 +161,23 @@ def test_a_top_needs_each_parameter_and_no_bodies_or_axes():
         rest = {key: value for key, value in TOP.items() if key != name}
         assert f"grid.{name}: (nothing) is missing; allowed: " in refusal(rest)
     with pytest.raises(DefinitionError, match=r"grid: \(nothing\) is missing; allowed: .*ratio, omega3, half_angle"):
-        load({"system": "symmetric_top"})
+        read({"system": "symmetric_top"})
     for key in ("bodies", "axes"):
         said = refusal(TOP, **{key: [1]})
         assert f"{key}: [1] is under an unknown key; allowed: the keys title, system, grid, integration, shards" in said
     assert "integration.propagator: 'direct' is under an unknown key" in refusal(
         TOP, integration={"propagator": "direct"}
     )
-    assert load({"system": "symmetric_top", "grid": TOP}).integration.tolerance == 1e-12
+    assert read({"system": "symmetric_top", "grid": TOP}).definition.integration.tolerance == 1e-12
 
 
 def test_a_rigid_body_does_not_know_a_tops_keys():
     with pytest.raises(DefinitionError, match=r"grid.ratio: 0.5 is under an unknown key; allowed: the keys I1, I2, I3"):
-        load({"grid": {"I1": 1.0, "I2": 2.0, "I3": 3.0, "omega0": 1.0, "ratio": 0.5}})
+        read({"grid": {"I1": 1.0, "I2": 2.0, "I3": 3.0, "omega0": 1.0, "ratio": 0.5}})
 
 
 def test_the_symmetric_sweep_is_a_full_grid_that_crosses_the_sphere():
-    grid = Grid(load(catalogue.shipped()["symmetric"]))
+    grid = read(catalogue.shipped()["symmetric"]).grid
     assert grid.size >= 10_000
     ratio, spin, angle = (grid.coordinates[name] for name in ("ratio", "omega3", "half_angle"))
     assert 1.0 in ratio

@@ -1,0 +1,55 @@
+"""A sweep that can be measured: its definition, resolved once, handed on the whole way to a map."""
+
+from dataclasses import dataclass
+
+from sweeps import systems
+from sweeps.points.grid import Grid
+from sweeps.schema.definition import Definition
+from sweeps.schema.values import MAX_SHARDS
+from sweeps.schema.variables import Variable
+
+SHARD_SECONDS = 10  # a file and a job cost a second or so: a shard is worth ten of work
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep:
+    """What a definition means.
+
+    Attributes:
+        definition: what a person wrote.
+        system: its equations of motion.
+        grid: its points.
+        variables: name → each variable of its map, in the order of the file.
+    """
+
+    definition: Definition
+    system: systems.System
+    grid: Grid
+    variables: dict[str, Variable]
+
+    @property
+    def name(self) -> str:
+        """The sweep's name: the stem of its definition's file."""
+        return self.definition.name
+
+    @property
+    def shards(self) -> int:
+        """Number of files the work is cut into, never more than points.
+
+        For `shards: auto`, as many as leave each ten seconds of work at the system's speed, and at least one.
+        """
+        size, definition = self.grid.size, self.definition
+        if definition.shards != "auto":
+            return min(definition.shards, size)
+        worthwhile = size * definition.integration.samples // (self.system.samples_per_second * SHARD_SECONDS)
+        return max(1, min(worthwhile, size, MAX_SHARDS))
+
+    def __reduce__(self):
+        """Travels between processes as its definition."""
+        return of, (self.definition,)
+
+
+def of(definition: Definition, system: systems.System | None = None) -> Sweep:
+    """The sweep of a definition and its system, which is looked up where it is left out."""
+    system = system or systems.resolve(definition.system)
+    return Sweep(definition, system, Grid(definition, system), system.variables(definition))
