@@ -220,8 +220,8 @@ def test_a_system_names_the_kernels_that_make_its_columns(name):
 import sys
 from sweeps import systems
 from sweeps.maps import dataset
-from sweeps.points.loading import load
-dataset.survey_grid(load({{"system": {name!r}}} | {small!r}))
+from sweeps.points.loading import read
+dataset.survey_grid(read({{"system": {name!r}}} | {small!r}))
 print(*(name for name in sys.modules if name.startswith("kernels.")))
 """
     told = subprocess.run([sys.executable, "-c", code], cwd=KERNELS.parent, capture_output=True, text=True, check=True)
@@ -258,9 +258,9 @@ def test_a_column_with_another_power_of_the_spin_rate_is_caught_in_a_collapsed_m
     flips_asked = column in flips.COLUMNS
     # a body that is no number about two axes has a status that is not 0: every column has what a wrong power changes
     grid = {"I1": 1.0 if flips_asked else [1.0, 1e-300], "I2": 1.5, "I3": 3.0, "omega0": [1.7, -2.3]}
-    definition = load({"grid": grid, "integration": {"collapse": True, "flips": flips_asked}})
-    dataset.survey_grid(definition)
+    sweep = read({"grid": grid, "integration": {"collapse": True, "flips": flips_asked}})
+    dataset.survey_grid(sweep)
     for wrong in {-1, 0, 1, 2} - {column.power}:
         monkeypatch.setitem(survey.POWERS, column.name, wrong)
         with pytest.raises(ArithmeticError, match=rf"^{column.name}: collapsed"):
-            dataset.survey_grid(definition)
+            dataset.survey_grid(sweep)
