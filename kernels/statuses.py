@@ -4,6 +4,10 @@ A batch raises nothing; it gives each point one of these numbers. They are store
 added at the end. Nothing is imported here, so that the names can be read before any compiler is.
 """
 
-STATUSES = ("ok", "short_window", "not_converged", "non_finite", "no_equilibrium", "flat", "not_nudged")
+STATUSES = (
+    *("ok", "short_window", "not_converged", "non_finite", "no_equilibrium", "flat", "not_nudged"),
+    *("too_many_equilibria", "kinetic_energy_not_positive", "nudge_too_wide"),
+)
 
-OK, SHORT_WINDOW, NOT_CONVERGED, NON_FINITE, NO_EQUILIBRIUM, FLAT, NOT_NUDGED = range(len(STATUSES))
+OK, SHORT_WINDOW, NOT_CONVERGED, NON_FINITE, NO_EQUILIBRIUM, FLAT, NOT_NUDGED = range(7)
+TOO_MANY_EQUILIBRIA, KINETIC_ENERGY_NOT_POSITIVE, NUDGE_TOO_WIDE = range(7, len(STATUSES))

@@ -108,8 +108,6 @@ def derive(system: System) -> Equations:
     """
     if not system.coordinates or not system.kept:
         raise DescriptionError("coordinates: there is none; allowed: one at least that is not cyclic")
-    if not system.parameters:
-        raise DescriptionError("parameters: there is none; allowed: one at least, for a sweep to vary")
     T, V = _kinetic_energy(system), sum(system.potential_terms, sp.Integer(0))
     _check_symbols(system, T, V)
     a, b, T0 = _quadratic(system, T)
@@ -141,7 +139,7 @@ def _check_symbols(system, T, V):
     velocities = {c.velocity for c in system.coordinates.values()}
     known = {c.symbol for c in system.coordinates.values()} | {p.symbol for p in system.parameters.values()}
     others = [part for _, place in system.particles for part in place] + [
-        e for c in system.kept for e in (*c.bounds, c.size) + ((c.hold,) if c.hold is not None else ())
+        e for c in system.kept for e in (*c.bounds, c.size, c.hold) if e is not None
     ]
     others += [e for place in system.labels.values() for e in place.values()]
     for where, expression in [("T", T), ("V", V)] + [("positions, bounds and places", e) for e in others]:

@@ -75,7 +75,7 @@ class Coordinate:
         bounds: where equilibria are looked for; expressions in the parameters.
         periodic: whether both bounds are one place (an angle that goes round).
         size: what a nudge of relative size one is, in the coordinate's unit; may hold parameters and coordinates,
-            which stand for their values at the equilibrium.
+            which stand for their values at the equilibrium; None, and it follows from V and the bounds.
         hold: the value to keep while equilibria are looked for, where V is flat along a line of them; else None.
         momentum: the conserved momentum's parameter, for a coordinate that neither T nor V contains; else None.
         meaning: one line of text.
@@ -86,7 +86,7 @@ class Coordinate:
     unit: str
     bounds: tuple[sp.Expr, sp.Expr]
     periodic: bool
-    size: sp.Expr
+    size: sp.Expr | None
     hold: sp.Expr | None
     momentum: sp.Symbol | None
     meaning: str
@@ -136,7 +136,7 @@ class System:
         bounds=None,
         periodic=False,
         positive=False,
-        size=1,
+        size=None,
         hold=None,
         momentum=None,
         meaning="",
@@ -153,9 +153,9 @@ class System:
         symbol = sp.Symbol(name, positive=True) if positive else sp.Symbol(name, real=True)
         velocity = sp.Symbol(f"{name}_dot", real=True)
         low, high = (sp.sympify(bound) for bound in bounds or (0, 0))
-        hold = None if hold is None else sp.sympify(hold)
+        hold, size = (None if value is None else sp.sympify(value) for value in (hold, size))
         self.coordinates[name] = Coordinate(
-            symbol, velocity, unit, (low, high), periodic, sp.sympify(size), hold, momentum, meaning or name
+            symbol, velocity, unit, (low, high), periodic, size, hold, momentum, meaning or name
         )
         return symbol
 

@@ -1,41 +1,45 @@
-"""All equilibria of many points within bounds: where ∂V/∂q vanishes.
+"""All equilibria of many points within bounds: where every ∂V/∂q vanishes.
 
-*One coordinate.* ∂V/∂q is scanned over SCAN cells; a cell in which a higher derivative changes sign, down from the
-DEPTH-th of V to V″, is cut there, so that roots in one cell are seen apart (Rolle's theorem: each pair of them has a
-root of the next derivative in between). Cells that the Taylor
-series keeps from zero are left out. Each change of sign is then closed down by Chandrupatla's method
-(`scipy.optimize.elementwise.find_root`), and an extremum that touches zero is a root too.
+They are looked for by enclosures (`line` for one coordinate, `boxes` for several), so that "there are k" is proved, or
+it is said that it is not:
 
-*Several.* Levenberg-Marquardt from a lattice of starts and from the places that the description names. That all are
-found cannot be proved here; `most` is the author's word for how many there are, and more is an error.
+* PROVED: each place is alone in a box, and nothing else of the bounds holds one.
+* UNDECIDED: some place (a double root, a triple one, a pitchfork on the spot, a line that is held) is there as far as
+  numbers can tell, but rounding hides whether it is one, several or none; all else is proved.
+* SEARCHED: subdivision did not end. Newton's method from the boxes that were left and from the places that the
+  description names found what is given; that it is all cannot be proved.
 
-Roots closer than a millionth of the range (1e-7 for one coordinate) are one, whichever bound of a periodic
-coordinate they stand at. Where V stays flat along a line through an equilibrium there is no single place: such a point
-is FLAT and has none, unless the description holds a coordinate there.
+Where V stays flat along a line through an equilibrium there is no single place: such a point is FLAT and has none,
+unless the description holds a coordinate there. A point with more equilibria than `most`, or with one that is near no
+name where no room is left, is CROWDED and has none either.
 
-Source: Chandrupatla, Advances in Engineering Software 28 (1997) 145; Nocedal and Wright, Numerical Optimization, 10.3.
+Nothing here knows a unit: places are compared over their bounds, forces over what they amount to near the place.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 import sympy as sp
-from scipy.optimize import elementwise
 
+from sweeps.mechanics import boxes, line
 from sweeps.mechanics.derivation import Equations
 from sweeps.mechanics.description import DescriptionError
 from sweeps.mechanics.graph import lambdified
+from sweeps.mechanics.tape import Tape
 
-SCAN = 40
-DEPTH = 5
-ROUNDINGS = 8 * np.finfo(np.float64).eps
-XTOL = 1e-16  # of a bracket
-OFFSET = 0.3819660112501051  # a scan of a periodic coordinate starts off the round numbers
-SAME_1D, SAME = 1e-7, 1e-6  # of the range; a triple root is known to 1e-8 in doubles
-STARTS = 64
+PROVED, UNDECIDED, SEARCHED = range(3)
+
+OFFSET = 0.3819660112501051  # a search of a periodic coordinate starts off the round numbers
+SAME = 1e-7  # of the range: names nearer to each other than this fall together
+STARTS = 128  # of a point whose subdivision did not end
 ITERATIONS = 60
+NEAR = 1e-3  # of the range: within this of a place its force is measured
+STILL = 1e-8  # of that force
+BOUND = 1e-12  # of the range: a place so far outside is at the bound
 CHUNK = 1 << 14  # points at a time; a search of several coordinates takes fewer
+CHUNK_SEVERAL = 256
 MOST_FACTORED = 60  # operations
 FAR = 0.25  # of the range: no name reaches farther
 
@@ -47,10 +51,25 @@ class Found:
     Attributes:
         places: q0, shape (points, most, n); NaN where a point has no such equilibrium.
         flat: shape (points,), whether the equilibria form a line.
+        certified: shape (points,), PROVED, UNDECIDED or SEARCHED.
+        counts: shape (points,), how many there are, of which a crowded point shows none.
+        crowded: shape (points,), whether they are more than there is room for.
     """
 
     places: np.ndarray
     flat: np.ndarray
+    certified: np.ndarray
+    counts: np.ndarray
+    crowded: np.ndarray
+
+    def __getitem__(self, index) -> "Found":
+        """Some of the points."""
+        return Found(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
+
+
+def joined(parts: Sequence[Found]) -> Found:
+    """Points one after the other."""
+    return Found(*(np.concatenate([getattr(p, name) for p in parts]) for name in Found.__dataclass_fields__))
 
 
 class Landscape:
@@ -63,24 +82,39 @@ class Landscape:
         self.equations = equations
         self.n = equations.n
         arguments = (*equations.parameters, *equations.q)
-        self._gradient = lambdified(arguments, equations.gradient)
         self._hessian = lambdified(arguments, equations.hessian)
         self._a = lambdified(arguments, equations.a)
         self._third = lambdified(arguments, equations.third)
-        self._cascade = None
         self.last: tuple = (None, None)  # the points that were searched last, and what was found
-        pulls = [sum(map(sp.Abs, sp.Add.make_args(sp.expand(e)))) for e in equations.gradient]
-        self._pulls = lambdified(arguments, pulls)
-        terms = [sum(map(sp.Abs, sp.Add.make_args(sp.expand(e)))) for e in equations.hessian]
-        self._terms = lambdified(arguments, terms)
+        self._terms = lambdified(arguments, [magnitude(e) for e in equations.hessian])
         coordinates = equations.system.kept
-        self._sizes = lambdified(arguments, [c.size for c in coordinates])
         self._bounds = lambdified(equations.parameters, [b for c in coordinates for b in c.bounds])
         held = [c.hold if c.hold is not None else 0 for c in coordinates]
         self._holds = lambdified(equations.parameters, held)
         labels = equations.system.labels.values()
         nan = sp.nan
         self._labels = lambdified(equations.parameters, [label.get(q, nan) for label in labels for q in equations.q])
+        self._sizes = lambdified(arguments, [sp.nan if c.size is None else c.size for c in coordinates])
+        self.free = [i for i, c in enumerate(coordinates) if c.hold is None]
+
+    @cached_property
+    def tape(self) -> Tape:
+        """∂V/∂q by the free coordinates, of which the held ones are parameters."""
+        q = self.equations.q
+        held = [x for i, x in enumerate(q) if i not in self.free]
+        forces = [sp.factor_terms(self.equations.gradient[i]) for i in self.free]
+        return Tape(forces, [q[i] for i in self.free], (*self.equations.parameters, *held))
+
+    @cached_property
+    def whole(self) -> Tape:
+        """∂V/∂q by all coordinates."""
+        forces = [sp.factor_terms(e) for e in self.equations.gradient]
+        return Tape(forces, self.equations.q, self.equations.parameters)
+
+    def enclosed(self, parameters, low, high):
+        """Enclosures of ∂V/∂q and V″ in boxes (points, n): shape (points, n, 1 + n, 2), and states (points,)."""
+        constants = self.whole.constants(parameters)
+        return self.whole.slopes(constants, np.arange(low.shape[0]), low, high)
 
     @cached_property
     def canonical(self) -> tuple[float | None, ...]:
@@ -98,14 +132,6 @@ class Landscape:
             places |= set().union(*(e.free_symbols for e in place.values()))
         return tuple(None if p.symbol in places else p.default for p in system.parameters.values())
 
-    def gradient(self, parameters, q):
-        """∂V/∂q_i, a list of n arrays."""
-        return self._gradient(*parameters, *q)
-
-    def rounding(self, parameters, q):
-        """What rounding leaves of ∂V/∂q_i where it vanishes, a list of n arrays: from its terms' absolute values."""
-        return [ROUNDINGS * value for value in self._pulls(*parameters, *q)]
-
     def hessian(self, parameters, q):
         """V″, shape (..., n, n)."""
         return self._matrix(self._hessian, parameters, q)
@@ -115,23 +141,15 @@ class Landscape:
         return self._matrix(self._a, parameters, q)
 
     def hessian_terms(self, parameters, q):
-        """The sums of the absolute values of the terms of V″, shape (..., n, n)."""
+        """What the terms of V″ amount to, shape (..., n, n); see `magnitude`."""
         return self._matrix(self._terms, parameters, q)
-
-    def derivative(self, order, axis, parameters, q):
-        """∂^order V/∂q_axis^order."""
-        if self._cascade is None:
-            x, arguments = self.equations.q[axis], (*self.equations.parameters, *self.equations.q)
-            parts = [self.equations.gradient[axis].diff(x, k) for k in range(DEPTH)]
-            self._cascade = [lambdified(arguments, [part]) for part in parts]
-        return self._cascade[order - 1](*parameters, *q)[0]
 
     def third(self, parameters, q):
         """The third derivatives of V and the first of a, a list of arrays."""
         return self._third(*parameters, *q)
 
     def sizes(self, parameters, q):
-        """The size of a nudge of relative size one in each coordinate, shape (..., n)."""
+        """The size of a nudge of relative size one in each coordinate, shape (..., n); NaN where none is given."""
         return np.stack(self._sizes(*parameters, *q), axis=-1)
 
     def _matrix(self, function, parameters, q):
@@ -140,35 +158,56 @@ class Landscape:
 
     def bounds(self, parameters):
         """(low, high) of each coordinate, shape (points, n, 2)."""
-        values = np.stack(self._bounds(*parameters), axis=-1)
-        return values.reshape(-1, self.n, 2)
+        return self._spread(self._bounds(*parameters), parameters).reshape(-1, self.n, 2)
 
     def holds(self, parameters):
         """Values of the coordinates that are held, shape (points, n)."""
-        return np.stack(self._holds(*parameters), axis=-1)
+        return self._spread(self._holds(*parameters), parameters)
 
     def labels(self, parameters):
         """Places that the description names, shape (points, labels, n); NaN where there is none."""
         count = len(self.equations.system.labels)
         if not count:
-            return np.empty((parameters[0].size, 0, self.n))
-        return np.stack(self._labels(*parameters), axis=-1).reshape(-1, count, self.n)
+            return np.empty((_size(parameters), 0, self.n))
+        return self._spread(self._labels(*parameters), parameters).reshape(-1, count, self.n)
+
+    @staticmethod
+    def _spread(values, parameters):
+        return np.stack([np.broadcast_to(value, _size(parameters)) for value in values], axis=-1)
+
+
+def magnitude(e: sp.Expr) -> sp.Expr:
+    """What the terms of an expression amount to: sums of absolute values, products of sums, nothing expanded.
+
+    It stays put where terms cancel, and bounds the expression.
+    """
+    known: dict = {}
+
+    def of(e):
+        if e not in known:
+            if e.is_Add:
+                known[e] = sp.Add(*map(of, e.args))
+            elif e.is_Mul:
+                known[e] = sp.Mul(*map(of, e.args))
+            elif e.is_Pow and e.exp.is_Integer and e.exp.is_positive:
+                known[e] = of(e.base) ** e.exp
+            else:
+                known[e] = sp.Abs(e)
+        return known[e]
+
+    return of(e)
 
 
 def _factored(e):
     return sp.factor(e) if e.count_ops() < MOST_FACTORED else sp.factor_terms(e)
 
 
+def _size(parameters):
+    return parameters[0].size if len(parameters) else 1
+
+
 def find(landscape: Landscape, parameters) -> Found:
-    """All equilibria of points.
-
-    Args:
-        landscape: V's derivatives.
-        parameters: one array (points,) a parameter, in the description's order.
-
-    Raises:
-        DescriptionError: if a point has more equilibria than `most`.
-    """
+    """All equilibria of points, of which one array (points,) a parameter is given, in the description's order."""
     given = [np.atleast_1d(np.asarray(p, dtype=np.float64)) for p in parameters]
     pairs = zip(landscape.canonical, given, strict=True)
     rows = [p if default is None else np.full_like(p, default) for default, p in pairs]
@@ -178,7 +217,23 @@ def find(landscape: Landscape, parameters) -> Found:
     if asked != known:
         found = _find(landscape, rows)
         landscape.last = asked, found
-    return Found(found.places[inverse], found.flat[inverse])
+    return found[inverse]
+
+
+def refuse_crowded(landscape: Landscape, found: Found, parameters) -> None:
+    """Refuses points that have more equilibria than there is room for.
+
+    Raises:
+        DescriptionError: for the first of them.
+    """
+    if not found.crowded.any():
+        return
+    system, point = landscape.equations.system, int(np.argmax(found.crowded))
+    count = found.counts[point]
+    wrong = f"there are {count}" if count > system.most else "one is near no name, and there is no room left"
+    values = ", ".join(f"{name}={p[point]:g}" for name, p in zip(system.parameters, parameters, strict=True))
+    allowed = f"at most {system.most} (`most`, or their names)"
+    raise DescriptionError(f"equilibria: {wrong}, at {values or 'the only point'}; allowed: {allowed}")
 
 
 def _points(rows):
@@ -193,214 +248,251 @@ def _points(rows):
 
 
 def _find(landscape, parameters):
-    free = [i for i, c in enumerate(landscape.equations.system.kept) if c.hold is None]
-    parts = []
-    chunk = CHUNK if len(free) == 1 else CHUNK // STARTS
-    for start in range(0, parameters[0].size, chunk):
+    several = len(landscape.free) > 1
+    chunk, parts = CHUNK_SEVERAL if several else CHUNK, []
+    for start in range(0, _size(parameters), chunk):
         part = tuple(p[start : start + chunk] for p in parameters)
         with np.errstate(all="ignore"):
-            places, flat = (_scan if len(free) == 1 else _search)(landscape, part, free)
-        places[flat] = np.nan
-        parts.append(Found(_arranged(landscape, part, places), flat))
-    return Found(np.concatenate([p.places for p in parts]), np.concatenate([p.flat for p in parts]))
+            places, flat, certified = (_space if several else _line)(landscape, part)
+            places[flat] = np.nan
+            places = _sorted(landscape, part, places)
+            slots, crowded = _arranged(landscape, part, places)
+        counts = (~np.isnan(places).any(axis=-1)).sum(axis=1)
+        parts.append(Found(slots, flat, certified.astype(np.int8), counts, crowded))
+    return joined(parts)
+
+
+def _searched(landscape, parameters):
+    """Bounds of the free coordinates, shape (points, free, 2): one turn of a periodic one, off the round numbers."""
+    bounds = landscape.bounds(parameters)[:, landscape.free].copy()
+    for k, i in enumerate(landscape.free):
+        if landscape.equations.system.kept[i].periodic:
+            bounds[:, k] += OFFSET * (bounds[:, k, 1] - bounds[:, k, 0])[:, None]
+    return bounds
+
+
+def _constants(landscape, parameters):
+    held = [h for i, h in enumerate(landscape.holds(parameters).T) if i not in landscape.free]
+    return landscape.tape.constants([*parameters, *held])
+
+
+def _full(landscape, parameters, places):
+    """Places of all coordinates from those of the free ones: (points, count, free) → (points, count, n), wrapped."""
+    bounds, holds = landscape.bounds(parameters), landscape.holds(parameters)
+    full = np.broadcast_to(holds[:, None, :], (*places.shape[:2], landscape.n)).copy()
+    for k, i in enumerate(landscape.free):
+        low, high = bounds[:, None, i, 0], bounds[:, None, i, 1]
+        x = places[..., k]
+        if landscape.equations.system.kept[i].periodic:
+            x = np.where(x > high, x - (high - low), x)
+            x = np.where(x - low < 1e-12 * (high - low), high - np.maximum(low - x, 0.0), x)
+        full[..., i] = x
+    full[np.isnan(places).any(axis=-1)] = np.nan
+    return full
 
 
 # -- one coordinate
 
 
-def _scan(landscape, parameters, free):
-    (axis,) = free
-    points = parameters[0].size
-    bounds, holds = landscape.bounds(parameters)[:, axis], landscape.holds(parameters)
-    periodic = landscape.equations.system.kept[axis].periodic
-    fractions = (np.arange(SCAN + 1) + (OFFSET if periodic else 0.0)) / SCAN
-    nodes = bounds[:, :1] + (bounds[:, 1:] - bounds[:, :1]) * fractions
+def _line(landscape, parameters):
+    constants, bounds = _constants(landscape, parameters), _searched(landscape, parameters)[:, 0]
+    bounds = np.broadcast_to(bounds, (_size(parameters), 2))
 
-    def at(x, index, order):
-        chosen = [p[index] for p in parameters]
-        q = [x if i == axis else np.broadcast_to(holds[index, i], x.shape) for i in range(landscape.n)]
-        return landscape.derivative(order, axis, chosen, q) if order else landscape.rounding(chosen, q)[axis]
+    def curve(owner, low, high):
+        values, states = landscape.tape.curves(constants, owner, low, high)
+        return values[:, 0], states
 
-    index = np.broadcast_to(np.arange(points)[:, None], nodes.shape)
-    nothing = np.abs(at(nodes, index, 1)) <= at(nodes, index, 0)
-    flat = (nothing[:, 1:] & nothing[:, :-1]).any(axis=1)
-    near = _near(at, index[:, :-1].ravel(), nodes[:, :-1].ravel(), nodes[:, 1:].ravel())
-    row, low, high = _cut(at, *near)
-    below, above = at(low, row, 1), at(high, row, 1)
-    crossing = below * above < 0.0
-    root = _roots(lambda x, i: at(x, i, 1), low[crossing], high[crossing], row[crossing])
-    touching = np.abs(below) <= at(low, row, 0)  # a node or an extremum on zero; the cell above starts on it
-    roots = [np.column_stack([row[crossing], root]), np.column_stack([row[touching], low[touching]])]
-    if not periodic:
-        last = nothing[:, -1]
-        roots.append(np.column_stack([np.flatnonzero(last), nodes[last, -1]]))
-    table = np.concatenate(roots)
-    places = _table(table[:, 0].astype(int), _wrapped(table[:, 1], bounds[table[:, 0].astype(int)], periodic), points)
-    full = np.broadcast_to(holds[:, None, :], (*places.shape, landscape.n)).copy()
-    full[..., axis] = places
-    full[np.isnan(places)] = np.nan
-    return _still(landscape, parameters, _distinct(landscape, parameters, full, SAME_1D)), flat
-
-
-def _near(at, row, low, high):
-    """The cells that can hold a root: those where the Taylor terms of ∂V/∂q, all against it, could bring it to zero."""
-    width, left, factor = high - low, np.abs(at(low, row, 1)), 1.0
-    for order in range(2, DEPTH + 1):
-        factor = factor * width / (order - 1)
-        left = left - factor * np.abs(at(low, row, order)) * (2.0 if order == DEPTH else 1.0)
-    kept = ~(left > 0.0)
-    return row[kept], low[kept], high[kept]
-
-
-def _cut(at, row, low, high):
-    """Cells cut where a derivative of V changes sign, from the highest down to V″."""
-    for order in range(DEPTH, 1, -1):
-        bent = at(low, row, order) * at(high, row, order) < 0.0
-        turn = _roots(lambda x, i, order=order: at(x, i, order), low[bent], high[bent], row[bent])
-        row = np.concatenate([row[~bent], row[bent], row[bent]])
-        low, high = np.concatenate([low[~bent], low[bent], turn]), np.concatenate([high[~bent], turn, high[bent]])
-    return row, low, high
-
-
-def _roots(function, low, high, index):
-    """Roots of function(x, index) in brackets, to a rounding of the bracket's width."""
-    if low.size == 0:
-        return low
-    width = high - low
-    result = elementwise.find_root(
-        lambda u, low, width, index: function(low + u * width, index),
-        (np.zeros_like(low), np.ones_like(low)),
-        args=(low, width, index),
-        tolerances={"xrtol": 0.0, "xatol": XTOL, "frtol": 0.0, "fatol": 0.0},
-        maxiter=100,
-    )
-    return low + result.x * width
-
-
-def _wrapped(x, bounds, periodic):
-    if not periodic:
-        return x
-    low, period = bounds[:, 0], bounds[:, 1] - bounds[:, 0]
-    return np.where(x > bounds[:, 1], x - period, np.where(x < low, x + period, x))
+    zeros = line.zeros(curve, bounds[:, 0], bounds[:, 1])
+    table = _table(zeros.owner, zeros.place, bounds.shape[0])
+    places = _full(landscape, parameters, table[..., None])
+    certified = np.where(zeros.exhausted, SEARCHED, np.where(zeros.proved, PROVED, UNDECIDED))
+    return _still(landscape, parameters, places), zeros.flat, certified
 
 
 def _table(rows, values, points):
     """Ragged (row, value) pairs as an array (points, longest), NaN beyond each row's own."""
     order = np.lexsort((values, rows))
     rows, values = rows[order], values[order]
-    counts = np.bincount(rows, minlength=points)
-    position = np.arange(rows.size) - np.repeat(np.cumsum(counts) - counts, counts)
-    table = np.full((points, max(counts.max(initial=0), 1)), np.nan)
-    table[rows, position] = values
+    table = np.full((points, max(np.bincount(rows, minlength=points).max(initial=0), 1)), np.nan)
+    table[rows, _positions(rows, points)] = values
     return table
+
+
+def _positions(rows, points):
+    """The position of each item in its row, for rows in ascending order."""
+    counts = np.bincount(rows, minlength=points)
+    return np.arange(rows.size) - np.repeat(np.cumsum(counts) - counts, counts)
 
 
 # -- several coordinates
 
 
-def _search(landscape, parameters, free):
-    points = parameters[0].size
-    bounds, holds, labels = landscape.bounds(parameters), landscape.holds(parameters), landscape.labels(parameters)
-    per_axis = max(2, int(STARTS ** (1.0 / len(free))))
-    fractions = (np.arange(per_axis) + OFFSET) / per_axis
-    lattice = np.stack(np.meshgrid(*[fractions] * len(free), indexing="ij"), -1).reshape(-1, len(free))
-    starts = np.broadcast_to(holds[:, None], (points, len(lattice), landscape.n)).copy()
-    starts[..., free] = bounds[:, None, free, 0] + lattice * (bounds[:, None, free, 1] - bounds[:, None, free, 0])
-    starts = np.concatenate([starts, labels], axis=1)
-    for i in set(range(landscape.n)) - set(free):
-        starts[..., i] = holds[:, None, i]
-    index = np.repeat(np.arange(points), starts.shape[1])
-    q = _descended(landscape, [p[index] for p in parameters], starts.reshape(-1, landscape.n), free, bounds[index])
-    places = q.reshape(points, -1, landscape.n)
-    places = _still(landscape, parameters, places)
-    places = _inside(landscape, places, bounds)
-    flat = _flat(landscape, parameters, places, free, bounds)
-    return _distinct(landscape, parameters, places, SAME), flat
+def _space(landscape, parameters):
+    constants, bounds = _constants(landscape, parameters), _searched(landscape, parameters)
+    points = _size(parameters)
+    low, high = np.ascontiguousarray(bounds[..., 0]), np.ascontiguousarray(bounds[..., 1])
+
+    def slopes(owner, a, b):
+        return landscape.tape.slopes(constants, owner, a, b)
+
+    zeros = boxes.zeros(slopes, low, high)
+    certified = np.full(points, PROVED)
+    owner, place, hidden = zeros.owner, zeros.place, np.zeros(zeros.owner.size, dtype=bool)
+    if zeros.left[0].size:
+        more, covered = _left(landscape, parameters, slopes, zeros, low, high)
+        wide = ((zeros.left[2] - zeros.left[1]) > 2.0 * boxes.NARROWEST * (high - low)[zeros.left[0]]).any(axis=1)
+        certified[zeros.left[0][~covered]] = UNDECIDED
+        certified[zeros.left[0][wide & ~covered]] = SEARCHED
+        owner, place = np.concatenate([owner, more[0]]), np.concatenate([place, more[1]])
+        hidden = np.concatenate([hidden, more[2]])
+    order = np.argsort(owner, kind="stable")
+    owner, place, hidden = owner[order], place[order], hidden[order]
+    count = max(np.bincount(owner, minlength=points).max(initial=0), 1)
+    table, doubt = np.full((points, count, low.shape[1]), np.nan), np.zeros((points, count), dtype=bool)
+    positions = _positions(owner, points)
+    table[owner, positions], doubt[owner, positions] = place, hidden
+    places = _full(landscape, parameters, table)
+    flat = _flat(landscape, parameters, places, doubt)
+    return _still(landscape, parameters, places), flat, certified
 
 
-def _descended(landscape, parameters, q, free, bounds):
-    """Levenberg-Marquardt on ∂V/∂q, in units of the range; quadratic near a root, and no matrix is singular."""
-    q = q.copy()
-    width = (bounds[:, :, 1] - bounds[:, :, 0])[:, free]
-    active = np.flatnonzero(np.isfinite(q).all(axis=1))
+def _left(landscape, parameters, slopes, zeros, low, high):
+    """Zeros that Newton's method finds from the boxes that were left.
+
+    Returns:
+        (owner, place, whether no box proves it), and for each box that was left whether it lies in one that does.
+    """
+    owner, place = _descended(slopes, *_starts(landscape, parameters, zeros.left, low, high), low, high)
+    wide = (high - low)[owner]
+    inside = ((place >= low[owner] - BOUND * wide) & (place <= high[owner] + BOUND * wide)).all(axis=1)
+    owner, place, wide = owner[inside], place[inside], wide[inside]
+    proved, a, b = _proved(slopes, owner, place, wide)
+    still = _resting(slopes, owner, place, NEAR * wide, low, high)
+    place = np.clip(place, low[owner], high[owner])  # one at a bound, but for a rounding
+    kept = np.flatnonzero(still | proved)
+    kept = kept[np.lexsort((~proved[kept], owner[kept]))]
+    reach = np.where(proved[:, None], 0.5 * (b - a), 0.0) + SAME * wide
+    chosen: dict[int, list] = {}
+    for j in kept:
+        known = np.flatnonzero(zeros.owner == owner[j])
+        near = (place[j] >= zeros.low[known] - SAME * wide[j]) & (place[j] <= zeros.high[known] + SAME * wide[j])
+        mine = chosen.setdefault(owner[j], [])
+        if not near.all(axis=1).any() and not any((np.abs(place[k] - place[j]) <= reach[k]).all() for k in mine):
+            mine.append(j)
+    rows = np.array([j for mine in chosen.values() for j in mine], dtype=np.int64)
+    covered = np.zeros(zeros.left[0].size, dtype=bool)
+    for j in rows[proved[rows]]:
+        inside = (zeros.left[1] >= a[j]) & (zeros.left[2] <= b[j])
+        covered |= (zeros.left[0] == owner[j]) & inside.all(axis=1)
+    return (owner[rows], place[rows], ~proved[rows]), covered
+
+
+def _resting(slopes, owner, place, near, low, high):
+    """Whether the force at places is nothing beside what it amounts to nearby."""
+    about = slopes(owner, np.maximum(place - near, low[owner]), np.minimum(place + near, high[owner]))[0]
+    force = np.abs(slopes(owner, place, place)[0][:, :, 0]).max(axis=-1)
+    return (force <= STILL * np.abs(about[:, :, 0]).max(axis=-1)).all(axis=1)
+
+
+def _starts(landscape, parameters, left, low, high):
+    """Places to start from: evenly many of the boxes that were left, and what the description names."""
+    owner, place = [], []
+    free = landscape.free
+    for point in np.unique(left[0]):
+        rows = np.flatnonzero(left[0] == point)
+        rows = rows[np.linspace(0, rows.size - 1, min(rows.size, STARTS)).astype(np.int64)]
+        place.append(0.5 * (left[1][rows] + left[2][rows]))
+        owner.append(np.full(rows.size, point))
+        names = landscape.labels(tuple(p[point : point + 1] for p in parameters))[0][:, free]
+        names = names[np.isfinite(names).all(axis=1)]
+        for k, i in enumerate(free):
+            if landscape.equations.system.kept[i].periodic:
+                names[:, k] = low[point, k] + np.mod(names[:, k] - low[point, k], (high - low)[point, k])
+        place.append(names)
+        owner.append(np.full(len(names), point))
+    return np.concatenate(owner), np.concatenate(place)
+
+
+def _descended(slopes, owner, place, low, high):
+    """Newton's method with steps of a fifth of the bounds at most; where J is singular, its least step."""
+    place, width = place.copy(), (high - low)[owner]
+    active = np.arange(owner.size)
     for _ in range(ITERATIONS):
         if active.size == 0:
             break
-        chosen = [p[active] for p in parameters]
-        gradient, J = _scaled(landscape, chosen, q[active], free, width[active])
-        weight = np.linalg.norm(gradient, axis=1) * np.linalg.norm(J, axis=(1, 2))
-        size = np.square(J).sum(axis=(1, 2))
-        damping = 0.1 * weight + 1e-14 * size + (size == 0.0)  # never singular, however flat V is
-        normal = np.einsum("pki,pkj->pij", J, J) + damping[:, None, None] * np.eye(len(free))
-        right = -np.einsum("pki,pk->pi", J, gradient)
-        sound = np.isfinite(normal).all(axis=(1, 2)) & np.isfinite(right).all(axis=1)
-        step = np.full(right.shape, np.nan)
-        step[sound] = np.linalg.solve(normal[sound], right[sound][..., None])[..., 0]
+        values = slopes(owner[active], place[active], place[active])[0].mean(axis=-1)
+        F, J = values[:, :, 0], values[:, :, 1:] * width[active][:, None, :]
+        rows = np.abs(J).max(axis=2)
+        rows = np.where(rows > 0.0, rows, 1.0)
+        F, J = F / rows, J / rows[:, :, None]
+        sound = np.isfinite(F).all(axis=1) & np.isfinite(J).all(axis=(1, 2))
+        step = np.full(F.shape, np.nan)
+        step[sound] = -(np.linalg.pinv(J[sound], rcond=1e-13) @ F[sound][:, :, None])[..., 0]
         step *= np.minimum(1.0, 0.2 / np.maximum(np.linalg.norm(step, axis=1), 1e-300))[:, None]
-        moved = q[active]
-        moved[:, free] += step * width[active]
-        q[active] = moved
-        active = active[np.linalg.norm(step, axis=1) > 1e-15]
-    return q
+        place[active] += step * width[active]
+        active = active[np.abs(step).max(axis=1) > 1e-15]
+    return owner, place
 
 
-def _scaled(landscape, parameters, q, free, width):
-    """Gradient and Hessian by the free coordinates, over their ranges."""
-    columns = list(q.T)
-    gradient = np.stack([landscape.gradient(parameters, columns)[i] for i in free], axis=-1) * width
-    hessian = landscape.hessian(parameters, columns)[:, free][:, :, free] * width[:, :, None] * width[:, None, :]
-    return gradient, hessian
+def _proved(slopes, owner, place, wide):
+    """Whether a box about each place holds one zero, and such a box."""
+    proved = np.zeros(owner.size, dtype=bool)
+    a, b = place.copy(), place.copy()
+    for part in (1e-4, 1e-7, 1e-10):
+        rows = np.flatnonzero(~proved & np.isfinite(place).all(axis=1))
+        if not rows.size:
+            break
+        x, y = place[rows] - part * wide[rows], place[rows] + part * wide[rows]
+        one = boxes.alone(slopes, owner[rows], x, y)
+        proved[rows[one]], a[rows[one]], b[rows[one]] = True, x[one], y[one]
+    return proved, a, b
 
 
-def _inside(landscape, places, bounds):
-    places = places.copy()
-    for i, c in enumerate(landscape.equations.system.kept):
-        low, high = bounds[:, None, i, 0], bounds[:, None, i, 1]
-        x = places[..., i]
-        if c.periodic:
-            x = low + np.mod(x - low, high - low)
-            places[..., i] = np.where(np.abs(x - low) < SAME * (high - low), low + (high - low), x)
-        elif c.hold is None:
-            places[(x < low) | (x > high)] = np.nan
-    return places
-
-
-def _flat(landscape, parameters, places, free, bounds):
-    """Whether V″ of some equilibrium has a null direction along which ∂V/∂q stays zero."""
-    points, count, n = places.shape
-    index = np.repeat(np.arange(points), count)
-    q, chosen = places.reshape(-1, n), [p[index] for p in parameters]
-    width = (bounds[:, :, 1] - bounds[:, :, 0])[index][:, free]
-    _, hessian = _scaled(landscape, chosen, q, free, width)
-    terms = landscape.hessian_terms(chosen, list(q.T))[:, free][:, :, free] * width[:, :, None] * width[:, None, :]
+def _flat(landscape, parameters, places, doubt):
+    """Whether V″ of a place that is not proved has a null direction along which ∂V/∂q stays zero."""
+    point, slot = np.nonzero(doubt & ~np.isnan(places).any(axis=-1))
+    flat = np.zeros(places.shape[0], dtype=bool)
+    if not point.size:
+        return flat
+    q, chosen = places[point, slot], [p[point] for p in parameters]
+    width = landscape.bounds(chosen)[:, landscape.free]
+    width = width[..., 1] - width[..., 0]
+    free = np.ix_(landscape.free, landscape.free)
+    hessian = landscape.hessian(chosen, list(q.T))[:, free[0], free[1]] * width[:, :, None] * width[:, None, :]
+    terms = landscape.hessian_terms(chosen, list(q.T))[:, free[0], free[1]] * width[:, :, None] * width[:, None, :]
+    scale = terms.max(axis=(1, 2))
     good = np.isfinite(hessian).all(axis=(1, 2))
     values, vectors = np.linalg.eigh(np.where(good[:, None, None], hessian, 0.0))
-    scale = np.abs(terms).max(axis=(1, 2))
-    flat = np.zeros(q.shape[0], dtype=bool)
-    for k in range(len(free)):
-        moved = q.copy()
-        moved[:, free] += 0.01 * vectors[:, :, k] * width
-        gradient, _ = _scaled(landscape, chosen, moved, free, width)
-        flat |= good & (np.abs(values[:, k]) <= 1e-9 * scale) & (np.abs(gradient).max(axis=1) <= 1e-9 * scale)
-    return flat.reshape(points, count).any(axis=1)
+    for k in range(len(landscape.free)):
+        still = good & (np.abs(values[:, k]) <= 1e-9 * scale)
+        for step in (-0.01, 0.01):
+            moved = q.copy()
+            moved[:, landscape.free] += step * vectors[:, :, k] * width
+            force = landscape.enclosed(chosen, moved, moved)[0][:, landscape.free, 0]
+            blur = np.abs(force).max(axis=2) * width <= 1e-9 * scale[:, None]
+            still &= blur.all(axis=1)
+        flat[point[still]] = True
+    return flat
 
 
 # -- both
 
 
 def _still(landscape, parameters, places):
-    """Places at which every ∂V/∂q vanishes, also by the coordinates that are held; NaN in place of others."""
-    points, count, n = places.shape
-    index = np.repeat(np.arange(points), count)
-    q, chosen = places.reshape(-1, n), [p[index] for p in parameters]
-    gradient = np.abs(np.stack(landscape.gradient(chosen, list(q.T)), axis=-1))
-    bounds = landscape.bounds(parameters)
-    terms = landscape.hessian_terms(chosen, list(q.T))
-    scale = np.einsum("pij,pj->pi", terms, (bounds[:, :, 1] - bounds[:, :, 0])[index])
-    moving = ~(gradient <= 1e-9 * scale + 1e-300).all(axis=1)
-    q = q.copy()
-    q[moving] = np.nan
-    return q.reshape(places.shape)
+    """Places at which ∂V/∂q vanishes also by the coordinates that are held; NaN in place of others."""
+    held = [i for i in range(landscape.n) if i not in landscape.free]
+    point, slot = np.nonzero(~np.isnan(places).any(axis=-1))
+    if not held or not point.size:
+        return places
+    q, chosen = places[point, slot], [p[point] for p in parameters]
+    bounds = landscape.bounds(chosen)
+    wide = NEAR * (bounds[..., 1] - bounds[..., 0])
+    force = np.abs(landscape.enclosed(chosen, q, q)[0][:, held, 0]).max(axis=-1)
+    near = np.abs(landscape.enclosed(chosen, q - wide, q + wide)[0][:, held, 0]).max(axis=-1)
+    moving = ~(force <= STILL * near).all(axis=1)
+    places = places.copy()
+    places[point[moving], slot[moving]] = np.nan
+    return places
 
 
 def _distances(landscape, a, b, bounds):
@@ -412,33 +504,31 @@ def _distances(landscape, a, b, bounds):
     return np.where(np.isnan(b), 0.0, apart).max(axis=-1)
 
 
-def _distinct(landscape, parameters, places, same):
-    """The places without those that an earlier one stands for, in the order of their coordinates, NaN last."""
+def _sorted(landscape, parameters, places):
+    """Places in the order of their coordinates, NaN last."""
     bounds = landscape.bounds(parameters)
-    places = places.copy()
-    for j in range(1, places.shape[1]):
-        earlier = places[:, :j]
-        d = _distances(landscape, earlier, places[:, j : j + 1], bounds[:, None])
-        places[(np.nan_to_num(d, nan=np.inf) < same).any(axis=1), j] = np.nan
-    keys = [np.where(np.isnan(places[..., 0]), np.inf, np.round(places[..., i], 9)) for i in range(places.shape[2])]
-    order = np.lexsort(keys[::-1], axis=1)
+    part = (places - bounds[:, None, :, 0]) / (bounds[..., 1] - bounds[..., 0])[:, None]
+    keys = [np.where(np.isnan(places[..., 0]), np.inf, np.round(part[..., i], 9)) for i in range(places.shape[2])]
+    order = np.lexsort([places[..., 0], *keys[::-1]], axis=1)
     return np.take_along_axis(places, order[..., None], axis=1)
 
 
 def _arranged(landscape, parameters, places):
-    """Places in the slots of the dimension `equilibrium`: those with names first, each nearest to its name."""
+    """Places in the slots of the dimension `equilibrium`, and which points have more than there is room for.
+
+    Those with names come first, each nearest to its name.
+    """
     system = landscape.equations.system
     points, count, n = places.shape
     labels, bounds = landscape.labels(parameters), landscape.bounds(parameters)
     slots = np.full((points, system.most, n), np.nan)
     here = ~np.isnan(places).any(axis=-1)
-    _check_count(system, parameters, here)
     left = here.copy()
     cost = np.full((points, labels.shape[1], count), np.inf)
     for k in range(labels.shape[1]):
         named = ~np.isnan(labels[:, k]).all(axis=1)
         d = _distances(landscape, places, labels[:, k : k + 1], bounds[:, None])
-        d = np.round(d / SAME_1D) * SAME_1D  # where names fall together the first of them is meant
+        d = np.round(d / SAME) * SAME  # where names fall together the first of them is meant
         cost[:, k] = np.where(left & named[:, None] & (d < FAR), d, np.inf)
     rows = np.arange(points)
     for _ in range(labels.shape[1]):
@@ -453,20 +543,6 @@ def _arranged(landscape, parameters, places):
             put = left[:, j] & np.isnan(slots[:, slot, 0]) & (slot >= labels.shape[1])
             slots[put, slot] = places[put, j]
             left[put, j] = False
-    if left.any():
-        _refuse(
-            system, parameters, np.flatnonzero(left.any(axis=1))[0], "one is near no name, and there is no room left"
-        )
-    return slots
-
-
-def _check_count(system, parameters, here):
-    crowded = np.flatnonzero(here.sum(axis=1) > system.most)
-    if crowded.size:
-        _refuse(system, parameters, crowded[0], f"there are {here[crowded[0]].sum()}")
-
-
-def _refuse(system, parameters, point, wrong):
-    values = ", ".join(f"{name}={p[point]:g}" for name, p in zip(system.parameters, parameters, strict=True))
-    allowed = f"at most {system.most} (`most`, or their names)"
-    raise DescriptionError(f"equilibria: {wrong}, at {values}; allowed: {allowed}")
+    crowded = left.any(axis=1)
+    slots[crowded] = np.nan
+    return slots, crowded

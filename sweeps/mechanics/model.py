@@ -7,7 +7,7 @@ import numpy as np
 
 from kernels import measure, statuses
 from kernels import oscillations as kernel
-from sweeps.mechanics import equilibria, modes
+from sweeps.mechanics import equilibria, modes, scales
 from sweeps.mechanics.derivation import derive
 from sweeps.mechanics.description import System
 from sweeps.mechanics.graph import Values, graph
@@ -62,11 +62,12 @@ class Model:
             points: each parameter, `equilibrium` (slot from 0), `mode` (from 1), `epsilon`, `phase`: shape (points,).
 
         Returns:
-            `place` (points, n), `flat`, `omega_squared` (s-2), `modes` (points, n, n), `a` (points, n, n), `scale`
-            (s-1), `parameters` (a list of arrays); NaN where there is no equilibrium.
+            `place` (points, n), `flat`, `crowded`, `certified`, `omega_squared` (s-2), `modes` (points, n, n), `a`
+            (points, n, n), `terms` (points, n, n), `sizes` (points, n), `scale` (s-1), `parameters` (a list of arrays);
+            NaN where there is no equilibrium.
         """
         parameters = [np.asarray(points[name], dtype=np.float64) for name in self.names]
-        first, inverse = _runs(parameters)
+        first, inverse = _runs(parameters, len(points["equilibrium"]))
         found = self.equilibria([p[first] for p in parameters])
         slot = np.asarray(points["equilibrium"])
         group, back = _runs([inverse, slot])
@@ -78,16 +79,22 @@ class Model:
         return linear | {
             "place": place[back],
             "flat": found.flat[inverse],
+            "crowded": found.crowded[inverse],
+            "certified": found.certified[inverse],
             "omega_squared": squares,
             "parameters": parameters,
         }
 
     def _linear(self, parameters, place):
-        q = list(place.T)
+        q, nowhere = list(place.T), np.isnan(place).any(axis=1)
         with np.errstate(all="ignore"):
             hessian, a = self.landscape.hessian(parameters, q), self.landscape.a(parameters, q)
             terms = self.landscape.hessian_terms(parameters, q)
-            sizes = self.landscape.sizes(parameters, q)
+            for matrix in (hessian, a, terms):
+                matrix[nowhere] = np.nan  # where V″ is constant too
+            sizes = scales.sizes(self.landscape, parameters, place, terms)
+            terms, vanished = scales.bounding_terms(self.landscape, parameters, place, terms, sizes)
+            hessian[vanished] = 0.0  # a place is known to a rounding, and V″ there to no better
             third = np.abs(np.stack(self.landscape.third(parameters, q), axis=-1))
         squares, vectors = modes.normal_modes(hessian, a)
         S = modes.scale(terms, a)
@@ -97,7 +104,8 @@ class Model:
         cubic = third[:, : self._first_of_a].max(axis=1, initial=0.0) * unit / np.abs(terms).max(axis=(1, 2))
         bent = third[:, -count:].max(axis=1, initial=0.0) * unit / np.abs(a).max(axis=(1, 2)) if count else 0.0
         twice = ~(np.maximum(np.nan_to_num(cubic), bent) <= EVEN)
-        return {"squares": squares, "modes": vectors, "a": a, "scale": S, "sizes": sizes, "twice": twice}
+        linear = {"squares": squares, "modes": vectors, "a": a, "scale": S, "sizes": sizes, "twice": twice}
+        return linear | {"terms": terms, "positive": modes.positive(a)}
 
     @property
     def _first_of_a(self):
@@ -125,9 +133,12 @@ class Model:
         size = len(points["epsilon"])
         raw, status = np.full((size, len(kernel.RAW)), np.nan), np.full(size, statuses.NO_EQUILIBRIUM, dtype=np.int8)
         here = ~np.isnan(theory["place"]).any(axis=1)
-        status[theory["flat"]] = statuses.FLAT
+        status[theory["flat"]], status[theory["crowded"]] = statuses.FLAT, statuses.TOO_MANY_EQUILIBRIA
         unsound = here & ~np.isfinite(theory["scale"] * theory["modes"].sum(axis=(1, 2)))
-        status[unsound] = statuses.NON_FINITE
+        unbound = np.where(theory["positive"], statuses.NON_FINITE, statuses.KINETIC_ENERGY_NOT_POSITIVE)
+        status[unsound] = unbound[unsound]
+        wide = self._too_wide(points, theory, np.flatnonzero(here & ~unsound))
+        status[wide], unsound[wide] = statuses.NUDGE_TOO_WIDE, True
         which = np.flatnonzero(here & ~unsound)
         reach = np.ones(size)
         for start in range(0, which.size, CHUNK):
@@ -141,6 +152,13 @@ class Model:
             raw[part] = self._run(points, theory, part, nudge, intervals, spacing, tolerance)
             status[part] = kernel.status(raw[part], intervals, tolerance)
         return {"raw": raw, "status": status, "intervals": intervals, "spacing": spacing, "reach": reach}
+
+    def _too_wide(self, points, theory, which):
+        """The points, of those given, whose nudge leaves the neighbourhood of their place."""
+        epsilon = np.asarray(points["epsilon"], dtype=np.float64)[which]
+        chosen = [p[which] for p in theory["parameters"]]
+        nudge = epsilon[:, None] * theory["sizes"][which]
+        return which[scales.too_wide(self.landscape, chosen, theory["place"][which], theory["terms"][which], nudge)]
 
     def _nudge(self, points, theory, part, direction):
         """The nudge of relative size one and how modes see it.
@@ -255,6 +273,7 @@ class Model:
             "window_end": (raw[:, kernel.RAW.samples] - 1.0) * measured["spacing"] / S,
             "steps_per_sample": np.nan_to_num(raw[:, kernel.RAW.steps]).astype(np.int32),
             "status": measured["status"],
+            "equilibria_certified": theory["certified"],
             "energy_drift": raw[:, kernel.RAW.energy_drift],
         }
         for name in ("growth_rate", "frequency"):
@@ -266,11 +285,11 @@ class Model:
         return columns
 
 
-def _runs(arrays):
-    """Numbers of the first point of each run of equal neighbours, and each point's run."""
-    size = len(arrays[0]) if arrays else 0
-    change = np.ones(size, dtype=bool)
-    if size > 1:
+def _runs(arrays, size=None):
+    """Numbers of the first point of each run of equal neighbours, and each point's run; all alike if nothing tells."""
+    size = len(arrays[0]) if arrays else size
+    change = np.arange(size) == 0 if not arrays else np.ones(size, dtype=bool)
+    if arrays and size > 1:
         change[1:] = np.any([x[1:] != x[:-1] for x in arrays], axis=0)
     return np.flatnonzero(change), np.cumsum(change) - 1
 

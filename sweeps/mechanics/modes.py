@@ -42,7 +42,7 @@ def normal_modes(hessian, a):
 
 
 def scale(hessian_terms, a):
-    """S in s-1, shape (points,); NaN where a is not positive, 1 s-1 where nothing pulls anywhere."""
+    """S in s-1, shape (points,); NaN where a is not positive, or nothing pulls anywhere."""
     with np.errstate(all="ignore"):
         unit = 1.0 / np.sqrt(np.einsum("pii->pi", a))
         pair = unit[:, :, None] * unit[:, None, :]
@@ -51,4 +51,13 @@ def scale(hessian_terms, a):
         sound = np.isfinite(unit_a).all(axis=(1, 2))
         least = np.linalg.eigvalsh(np.where(sound[:, None, None], unit_a, np.eye(a.shape[1])))[:, 0]
         S = np.sqrt(bound / np.where(sound & (least > 0.0), least, np.nan))
-    return np.where(bound == 0.0, 1.0, S)
+    return np.where(bound == 0.0, np.nan, S)
+
+
+def positive(a):
+    """Whether a is finite and positive definite, shape (points,)."""
+    with np.errstate(all="ignore"):
+        unit = 1.0 / np.sqrt(np.einsum("pii->pi", a))
+        unit_a = a * unit[:, :, None] * unit[:, None, :]
+    sound = np.isfinite(unit_a).all(axis=(1, 2))
+    return sound & (np.linalg.eigvalsh(np.where(sound[:, None, None], unit_a, np.eye(a.shape[1])))[:, 0] > 0.0)

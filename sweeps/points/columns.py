@@ -29,6 +29,7 @@ def columns(points: Mapping[str, np.ndarray], sweep: Sweep, threads: int = 1) ->
         own = {name: values[slice(*bounds)] for name, values in points.items()}
         return sweep.system.columns(own, sweep.definition.integration)
 
+    threads = max(1, min(threads, size))  # a part without points has no columns to join
     if threads == 1:
         parts = [part((0, size))]
     else:

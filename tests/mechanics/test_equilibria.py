@@ -147,10 +147,16 @@ def test_a_held_coordinate_where_nothing_is_flat_has_no_equilibrium():
     assert np.isnan(found).all()
 
 
-def test_more_equilibria_than_said_are_an_error():
-    system = bead(lambda x: x**4 / 4 - x**2 / 2, most=2)
-    with pytest.raises(DescriptionError, match=r"there are 3.*at most 2"):
-        places(system)
+def test_more_equilibria_than_said_are_said_and_spoil_no_other_point():
+    system = bead(lambda x, c: x**4 / 4 - c * x**2 / 2, most=2, c=1.0)
+    landscape = equilibria.Landscape(derive(system))
+    columns = [np.ones(3), np.array([1.0, -1.0, 0.5])]
+    found = equilibria.find(landscape, columns)
+    assert found.crowded.tolist() == [True, False, True]
+    assert np.isnan(found.places[::2]).all()
+    assert found.places[1, 0, 0] == pytest.approx(0.0, abs=1e-15)
+    with pytest.raises(DescriptionError, match=r"there are 3, at mass=1, c=1; allowed: at most 2"):
+        equilibria.refuse_crowded(landscape, found, columns)
 
 
 def test_no_equilibrium_is_none():

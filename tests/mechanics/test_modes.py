@@ -46,5 +46,9 @@ def test_scale_bounds_every_rate(n):
     assert (np.abs(squares).max(axis=1) <= S**2 * (1 + 1e-12)).all()
 
 
-def test_scale_is_one_where_nothing_pulls():
-    assert modes.scale(np.zeros((1, 2, 2)), np.eye(2)[None]).tolist() == [1.0]
+def test_there_is_no_scale_where_nothing_pulls():
+    assert np.isnan(modes.scale(np.zeros((1, 2, 2)), np.eye(2)[None])).all()
+
+
+def test_a_matrix_is_positive_by_its_eigenvalues_whatever_the_units():
+    assert modes.positive(np.array([np.diag([1e-40, 1e30]), [[1.0, 2.0], [2.0, 1.0]]])).tolist() == [True, False]

@@ -49,7 +49,7 @@ class Oscillator(System):
 
     samples_per_second = 20_000_000
     look = LOOK
-    kernels = ("oscillations",)
+    kernels = ("oscillations", "enclosures")
 
     def __init__(self, name: str, load: "Callable[[], mechanics.System]", source: bytes):
         self.name = name
@@ -152,6 +152,7 @@ class Oscillator(System):
             DescriptionError: for what is wrong with the description, and where no point has an equilibrium.
         """
         from sweeps.mechanics import DescriptionError
+        from sweeps.mechanics.equilibria import refuse_crowded
 
         slots = len(self.description.names) * len(self.description.kept)
         chosen = np.unique(np.linspace(0, grid.size // slots - 1, LOOKED_AT).astype(np.int64)).tolist()
@@ -159,7 +160,9 @@ class Oscillator(System):
         columns = {name: np.concatenate([part[name] for part in parts]) for name in self.description.parameters}
         try:
             self._code()  # what cannot be integrated is refused here
-            found = self.mechanism.equilibria([columns[name] for name in self.description.parameters])
+            values = [columns[name] for name in self.description.parameters]
+            found = self.mechanism.equilibria(values)
+            refuse_crowded(self.mechanism.landscape, found, values)
         except DescriptionError as error:
             raise DescriptionError(f"{self.name}: {error}") from None
         if found.flat.all():
@@ -222,6 +225,7 @@ class Oscillator(System):
 def compile_shared() -> None:
     """Compiles what every oscillator's generated code calls: importing it does."""
     import_module("kernels.oscillations")
+    import_module("kernels.enclosures")
 
 
 def _parameter(p: "mechanics.description.Parameter") -> Parameter:

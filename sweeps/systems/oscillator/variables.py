@@ -7,6 +7,7 @@ from sweeps.schema.values import Epsilon, Phase
 from sweeps.schema.variables import Variable, table
 
 REGIMES = ("undetermined", "stable", "unstable", "marginal")
+CERTIFIED = ("proved", "undecided", "searched")  # the numbers of sweeps.mechanics.equilibria
 
 _SCATTER = "scatter of the samples only: it does not know the bias of a finite amplitude"
 
@@ -54,6 +55,15 @@ VARIABLES = table(
     Variable("window_end", "s", "time of the last sample inside the measurement window"),
     Variable("steps_per_sample", "1", "integration steps between two samples", "i4"),
     Variable("status", None, "whether the measurement can be trusted", "i1", STATUSES),
+    Variable(
+        "equilibria_certified",
+        None,
+        "whether the point's equilibria are all that are there",
+        "i1",
+        CERTIFIED,
+        comment="proved by enclosures; undecided where rounding hides whether one is single, several or none; searched "
+        "where subdivision did not end",
+    ),
     Variable(
         "energy_drift",
         "1",

@@ -1,0 +1,174 @@
+"""Expressions as tapes for `kernels.enclosures`: one row an operation, nothing expanded, equal parts once.
+
+What holds no variable is a constant: it is enclosed once a point, by a tape of its own whose variables are the
+parameters.
+"""
+
+import numpy as np
+import sympy as sp
+
+from kernels import enclosures
+from sweeps.mechanics.description import DescriptionError
+
+FUNCTIONS = {
+    sp.exp: enclosures.EXP,
+    sp.log: enclosures.LOG,
+    sp.sin: enclosures.SIN,
+    sp.cos: enclosures.COS,
+    sp.tan: enclosures.TAN,
+    sp.asin: enclosures.ASIN,
+    sp.acos: enclosures.ACOS,
+    sp.atan: enclosures.ATAN,
+    sp.sinh: enclosures.SINH,
+    sp.cosh: enclosures.COSH,
+    sp.tanh: enclosures.TANH,
+    sp.asinh: enclosures.ASINH,
+    sp.acosh: enclosures.ACOSH,
+    sp.atanh: enclosures.ATANH,
+    sp.erf: enclosures.ERF,
+}
+MOST_WHOLE = 1 << 20
+
+
+class Tape:
+    """Functions of variables and parameters, ready to be enclosed.
+
+    Args:
+        expressions: the functions.
+        variables: symbols of the variables, which boxes are given for.
+        parameters: symbols of the parameters, which numbers are given for.
+
+    Raises:
+        DescriptionError: for a function that has no enclosure here.
+    """
+
+    def __init__(self, expressions, variables, parameters):
+        self.variables, self.parameters = tuple(variables), tuple(parameters)
+        self._constants, self._numbers = [], {}
+        self._rows: list[tuple[int, int, int]] = []
+        self._known: dict = {}
+        self.outputs = np.array([self._row(sp.sympify(e)) for e in expressions], dtype=np.int64)
+        self.rows = np.array(self._rows, dtype=np.int64).reshape(-1, 3)
+        self._fixed = _Fixed(self._constants, self.parameters)
+
+    def constants(self, parameters) -> np.ndarray:
+        """Enclosures of the constants, shape (points, constants, 2), for one array (points,) a parameter."""
+        return self._fixed(parameters)
+
+    def curves(self, constants, owner, low, high):
+        """Ends of f, f′ and f″/2, shape (boxes, functions, 3, 2), and the boxes' states; one variable."""
+        values = np.empty((owner.size, self.outputs.size, 3, 2))
+        states = np.empty(owner.size, dtype=np.int64)
+        arrays = (np.ascontiguousarray(x) for x in (low, high))
+        enclosures.curves(self.rows, self.outputs, constants, owner, *arrays, values, states)
+        return values, states
+
+    def slopes(self, constants, owner, low, high, count=None):
+        """Ends of f and its first derivatives, shape (boxes, functions, 1 + count, 2), and the boxes' states."""
+        count = len(self.variables) if count is None else count
+        values = np.empty((owner.size, self.outputs.size, 1 + count, 2))
+        states = np.empty(owner.size, dtype=np.int64)
+        arrays = (np.ascontiguousarray(x) for x in (low, high))
+        enclosures.slopes(self.rows, self.outputs, constants, owner, *arrays, count, values, states)
+        return values, states
+
+    # -- building
+
+    def _add(self, code, a, b=0):
+        key = (code, a, b)
+        if key not in self._known:
+            self._known[key] = len(self._rows)
+            self._rows.append(key)
+        return self._known[key]
+
+    def _row(self, e):
+        if e not in self._known:
+            self._known[e] = self._built(e)
+        return self._known[e]
+
+    def _built(self, e):
+        if not e.free_symbols & set(self.variables):
+            return self._constant(e)
+        if e.is_Symbol:
+            return self._add(enclosures.VARIABLE, self.variables.index(e))
+        if e.is_Add or e.is_Mul:
+            return self._joined(e)
+        if e.is_Pow and e.base != sp.E:
+            return self._power(e)
+        if e.is_Pow:
+            return self._add(enclosures.EXP, self._row(e.exp))
+        if type(e) in FUNCTIONS:
+            return self._add(FUNCTIONS[type(e)], self._row(e.args[0]))
+        raise DescriptionError(f"{type(e).__name__}: {e} cannot be enclosed; allowed: {allowed()}")
+
+    def _constant(self, e):
+        if e not in self._numbers:
+            self._numbers[e] = len(self._constants)
+            self._constants.append(e)
+        return self._add(enclosures.CONSTANT, self._numbers[e])
+
+    def _joined(self, e):
+        code = enclosures.ADD if e.is_Add else enclosures.MUL
+        fixed = [part for part in e.args if not part.free_symbols & set(self.variables)]
+        rows = [self._row(part) for part in e.args if part.free_symbols & set(self.variables)]
+        result = rows[0]
+        for row in rows[1:]:
+            result = self._add(code, result, row)
+        return self._add(code, self._constant(e.func(*fixed)), result) if fixed else result
+
+    def _power(self, e):
+        if e.exp.is_Integer and abs(int(e.exp)) < MOST_WHOLE:
+            return self._add(enclosures.WHOLE_POWER, self._row(e.base), int(e.exp))
+        if e.exp.free_symbols & set(self.variables):
+            return self._row(sp.exp(e.exp * sp.log(e.base), evaluate=False))
+        return self._add(enclosures.POWER, self._row(e.base), self._constant(e.exp))
+
+
+class _Fixed:
+    """Enclosures of expressions in parameters alone, and of numbers."""
+
+    def __init__(self, expressions, parameters):
+        self.count, self.parameters, self._literals = len(expressions), parameters, []
+        if expressions and not all(e.is_number for e in expressions):
+            self._tape = _Numbers(expressions, parameters)
+        else:
+            self._tape = None
+            self._values = np.array([literal(e) for e in expressions]).reshape(-1, 2)
+
+    def __call__(self, parameters):
+        points = max((np.size(p) for p in parameters), default=1)
+        if self._tape is None:
+            return np.ascontiguousarray(np.broadcast_to(self._values, (points, self.count, 2)))
+        return self._tape.values(parameters, points)
+
+
+class _Numbers(Tape):
+    """A tape whose variables are parameters and whose constants are numbers."""
+
+    def __init__(self, expressions, parameters):
+        super().__init__(expressions, parameters, ())
+
+    def _built(self, e):
+        try:
+            return super()._built(e)
+        except DescriptionError:  # a function of parameters that no box is put through
+            raise DescriptionError(f"{type(e).__name__}: {e} cannot be enclosed; allowed: {allowed()}") from None
+
+    def values(self, parameters, points):
+        """Enclosures, shape (points, expressions, 2)."""
+        place = np.stack([np.broadcast_to(np.asarray(p, dtype=np.float64), points) for p in parameters], axis=-1)
+        numbers, owner = self.constants([]), np.zeros(points, dtype=np.int64)
+        return np.ascontiguousarray(self.slopes(numbers, owner, place, place, 0)[0][:, :, 0])
+
+
+def literal(e) -> tuple[float, float]:
+    """Two doubles that a number lies between, or is."""
+    value = float(e)
+    if e.is_Float or (e.is_Integer and abs(value) < 2.0**53) or not np.isfinite(value):
+        return value, value
+    return float(np.nextafter(value, -np.inf)), float(np.nextafter(value, np.inf))
+
+
+def allowed() -> str:
+    """What an expression may be made of, in words."""
+    return "+, ×, /, powers and " + ", ".join(f.__name__ for f in FUNCTIONS) + ", sqrt"
