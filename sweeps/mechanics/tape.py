@@ -59,8 +59,8 @@ class Tape:
         """Ends of f, f′ and f″/2, shape (boxes, functions, 3, 2), and the boxes' states; one variable."""
         values = np.empty((owner.size, self.outputs.size, 3, 2))
         states = np.empty(owner.size, dtype=np.int64)
-        arrays = (np.ascontiguousarray(x) for x in (low, high))
-        enclosures.curves(self.rows, self.outputs, constants, owner, *arrays, values, states)
+        arrays = _plain(constants), _plain(owner, np.int64), _plain(low), _plain(high)
+        enclosures.curves(self.rows, self.outputs, *arrays, values, states)
         return values, states
 
     def slopes(self, constants, owner, low, high, count=None):
@@ -68,8 +68,8 @@ class Tape:
         count = len(self.variables) if count is None else count
         values = np.empty((owner.size, self.outputs.size, 1 + count, 2))
         states = np.empty(owner.size, dtype=np.int64)
-        arrays = (np.ascontiguousarray(x) for x in (low, high))
-        enclosures.slopes(self.rows, self.outputs, constants, owner, *arrays, count, values, states)
+        arrays = _plain(constants), _plain(owner, np.int64), _plain(low), _plain(high)
+        enclosures.slopes(self.rows, self.outputs, *arrays, count, values, states)
         return values, states
 
     # -- building
@@ -122,6 +122,11 @@ class Tape:
         if e.exp.free_symbols & set(self.variables):
             return self._row(sp.exp(e.exp * sp.log(e.base), evaluate=False))
         return self._add(enclosures.POWER, self._row(e.base), self._constant(e.exp))
+
+
+def _plain(x, dtype=np.float64):
+    """An array as compiled code takes it: in one piece, and writable."""
+    return np.require(x, dtype, ["C", "W"])
 
 
 class _Fixed:
