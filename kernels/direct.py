@@ -36,6 +36,7 @@ from numba import njit
 from kernels.options import OPTIONS
 from kernels.rigid_body import euler_coefficients
 from kernels.taylor_steps import step_12
+from kernels.turning import turn_12
 
 ORDERS = (8, 10, 12)
 MOST_STEPS = 10_000
@@ -140,6 +141,19 @@ def _follow(state, k, durations, counts, out):
         out[i, 0], out[i, 1], out[i, 2] = a, b, c
 
 
+@njit(**OPTIONS)
+def _follow_attitude(state, q, k, durations, counts, out):
+    """As :func:`_follow`, with the quaternion beside the state; writes quaternions (w, x, y, z)."""
+    a, b, c = state
+    w, x, y, z = q
+    for i in range(durations.size):
+        h = durations[i] / counts[i]
+        for _ in range(counts[i]):
+            a, b, c, w, x, y, z = turn_12(a, b, c, w, x, y, z, k[0] * h, k[1] * h, k[2] * h, 0.5 * h)
+        size = math.sqrt(w * w + x * x + y * y + z * z)
+        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = w / size, x / size, y / size, z / size
+
+
 def _three(values, name):
     """Check a triple of finite numbers and return it as an array."""
     values = np.asarray(values, dtype=np.float64)
@@ -177,6 +191,58 @@ def rotation(moments, omega_start, times, tolerance=1e-10):
     Steps are chosen for motion of any amplitude, so this costs more a rotation than a survey's point does. On motion
     that flips, the time between flips is as sensitive to rounding as the body itself is.
     """
+    omega, times, coefficients = _checked(moments, omega_start, times, tolerance)
+    spin = np.abs(omega).max()
+    if spin == 0 or times.size == 0:
+        return np.broadcast_to(omega, (times.size, 3)).copy()
+    out, bound = np.empty((times.size, 3)), np.abs(coefficients).max()
+    for chosen, durations in _walks(times, spin):
+        part = np.empty((chosen.size, 3))
+        counts = _counts(np.abs(durations) * bound, tolerance)
+        _follow(tuple(omega / spin), coefficients, durations, counts, part)
+        out[chosen] = part * spin
+    return out
+
+
+def attitude(moments, omega_start, times, tolerance=1e-10, attitude_start=(1.0, 0.0, 0.0, 0.0)):
+    """Attitude of one free body at given times, by the direct integrator.
+
+    The quaternion goes through the same Taylor series as the angular velocity (:mod:`kernels.turning`).
+
+    Parameters
+    ----------
+    moments, omega_start, times
+        As for :func:`rotation`; omega_start must not be zero.
+    tolerance : float
+        Error allowed at the last time, rad, 1e-13 or more.
+    attitude_start : array_like, shape (4,)
+        Quaternion at time zero, scalar first, not zero; made a unit.
+
+    Returns
+    -------
+    numpy.ndarray, shape (n, 4)
+        Unit quaternions, scalar first, from body axes to space axes.
+
+    Raises
+    ------
+    ValueError
+        As for :func:`rotation`.
+    """
+    omega, times, coefficients = _checked(moments, omega_start, times, tolerance)
+    spin, q = np.abs(omega).max(), _unit_quaternion(attitude_start)
+    if spin == 0:
+        raise ValueError("omega_start must not be zero: nothing turns")
+    out, bound = np.empty((times.size, 4)), max(1.0, np.abs(coefficients).max()) * np.linalg.norm(omega / spin)
+    for chosen, durations in _walks(times, spin):
+        part = np.empty((chosen.size, 4))
+        counts = _counts(np.abs(durations) * bound, tolerance)
+        _follow_attitude(tuple(omega / spin), tuple(q), coefficients, durations, counts, part)
+        out[chosen] = part
+    return out
+
+
+def _checked(moments, omega_start, times, tolerance):
+    """Angular velocity, times and Euler coefficients of a body, refused in words unless they can be followed."""
     moments, omega = _three(moments, "moments"), _three(omega_start, "omega_start")
     times = np.asarray(times, dtype=np.float64)
     if not (moments > 0).all():
@@ -185,20 +251,24 @@ def rotation(moments, omega_start, times, tolerance=1e-10):
         raise ValueError("times must be a one-dimensional array of finite numbers")
     if not 1e-13 <= tolerance < 1:
         raise ValueError(f"tolerance must lie in [1e-13, 1), not {tolerance!r}")
-    spin = np.abs(omega).max()
-    if spin == 0 or times.size == 0:
-        return np.broadcast_to(omega, (times.size, 3)).copy()
-    out = np.empty((times.size, 3))
-    coefficients = np.array(euler_coefficients(*moments))
+    return omega, times, np.array(euler_coefficients(*moments))
+
+
+def _unit_quaternion(attitude):
+    """Four numbers, scalar first, as a unit quaternion; refused unless finite and not all zero."""
+    q = np.asarray(attitude, dtype=np.float64)
+    if q.shape != (4,) or not np.isfinite(q).all() or not q.any():
+        raise ValueError(f"attitude_start must be four finite numbers, scalar first and not all zero, not {attitude!r}")
+    q = q / np.abs(q).max()
+    return q / np.sqrt(q @ q)
+
+
+def _walks(times, spin):
+    """Which times lie ahead and which behind, each in the order of the walk; and the durations between, times spin."""
     for forward in (True, False):
         chosen = np.flatnonzero(times >= 0 if forward else times < 0)
         chosen = chosen[np.argsort(np.abs(times[chosen]), kind="stable")]
-        durations = np.diff(times[chosen], prepend=0.0) * spin
-        counts = _counts(np.abs(durations) * np.abs(coefficients).max(), tolerance)
-        part = np.empty((chosen.size, 3))
-        _follow(tuple(omega / spin), coefficients, durations, counts, part)
-        out[chosen] = part * spin
-    return out
+        yield chosen, np.diff(times[chosen], prepend=0.0) * spin
 
 
 def _counts(x, tolerance):

@@ -1,0 +1,449 @@
+r"""Attitude of the free rigid body in closed form, any body, any start, any time; and the exact attitude step.
+
+**Equations.**  With the angular velocity w in the body (rad/s) and q the unit quaternion that turns body axes into
+space axes, scalar first, ``q' = q (0, w)/2``.  L = |I w| is constant and so is I w in space.
+
+**Shortest arc.**  Let ``m = I w/L`` and d be the axis that the polhode encircles (:mod:`kernels.exact`), named so that
+``m_d >= 0``: where w_d is negative, two axes are turned round.  P(m) = (1 + m_d, m x e_d), made a unit, takes m to e_d
+by the shortest arc, and what is left is a turn about e_d::
+
+    q(t) = P(m(0))* . (cos psi/2, e_d sin psi/2) . P(m(t)),     psi' = (w_d + 2T/L)/(1 + m_d)
+
+Both terms above are positive and ``1 + m_d >= 1``: principal spins, symmetric tops, the sphere and the separatrix are
+no special cases.
+
+**The integral.**  ``w_d = A_d dn u``, ``m_d = a dn u`` with ``a = I_d A_d/L``.  The descending Landen transformation
+(DLMF 22.7.4) ``dn u = (1 - k1 s^2)/(1 + k1 s^2)``, with s = sn(v | k1^2), v = u/(1 + k1) and
+``k1 = m/(1 + sqrt m1)^2``, makes psi' rational in s^2, and from u = 0 on::
+
+    Psi(u) = R t + Q J(v),      J(v) = int_0^v s^2/(1 + nu s^2) dv = s^3/3 R_J(c^2, d^2, 1, 1 + nu s^2)
+    R  = (A_d + 2T/L)/(1 + a),      nu = k1 mu_c^2/(1 + a)^2
+    Q  = -2 k1 (1 + k1) A_d (Delta_d/L^2)/(p (1 + a)^2),     Delta_d = L^2 - 2 T I_d
+
+One integral of the third kind whose characteristic -nu lies in [-1, 0], and no arctangent: where d is the axis of
+greatest moment every term is positive, and nothing is lost at a = 1.  ``mu_c^2 = 1 - a^2`` and ``mu_s^2 = 1 - a^2 m1``
+are the squares of the greatest m_c and m_s, formed as sums of like-signed terms.
+
+**No phase.**  The addition theorem makes the increment over any time t algebraic in the mid-point: with
+``delta = p t/2`` and sn, cn, dn those of delta::
+
+    zeta = a [a dn + i mu_c mu_s sn cn]/(a^2 + mu_c^2 sn^2)
+    psi(t) - psi(0) = 2 Psi(delta) + 2 sigma {arg[m_d(t/2) + zeta] - arg[a + zeta]}
+
+sigma = +1 where d is the axis of greatest moment, -1 where it is the least.  Real parts are positive, so the principal
+values hold for every t.  For one step length h all but m_d(t + h/2) is constant: the exact attitude step, which needs
+neither an elliptic integral nor a sine in the loop.
+
+Source: derived from the equations above; P(m) and psi' after Celledoni, Fasso, Saefstroem and Zanna, SIAM J. Sci.
+Comput. 30 (2008) 2084, with the signs derived anew; the step is not found in print.  R_J: Carlson, Numer. Algorithms
+10 (1995) 13; complete integral: Bulirsch, Numer. Math. 13 (1969) 305.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from kernels import exact
+from kernels.elliptic import RUNGS, climb, jacobi_short, ladder, separatrix_functions
+from kernels.options import EXACT, EXACT_INLINE, INLINE
+
+FAR = 700.0  # beyond it sech underflows; what arg needs there is a ratio that no longer changes
+SETTLED_TANH = 20.0  # tanh is one to rounding
+
+
+@njit(**EXACT)
+def carlson_rj(x, y, z, p):
+    """Carlson's symmetric integral of the third kind R_J for 0 <= x <= y <= z <= p, at most x zero.
+
+    Duplication until the spread is small, then the series to seventh order; relative error about 4e-16.
+    Source: Carlson, Numer. Algorithms 10 (1995) 13, algorithm for R_J; DLMF 19.26.22, 19.36.2.
+    """
+    mean = 0.2 * (x + y + z + 2.0 * p)
+    delta = (p - x) * (p - y) * (p - z)
+    X, Y, Z = mean - x, mean - y, mean - z
+    power, total = 1.0, 0.0
+    spread = max(abs(X), abs(Y), abs(Z), abs(mean - p))
+    for _ in range(600):
+        if spread * power < 2e-3 * mean:
+            break
+        rx, ry, rz, rp = math.sqrt(x), math.sqrt(y), math.sqrt(z), math.sqrt(p)
+        shift = rx * ry + ry * rz + rz * rx
+        d = (rp + rx) * (rp + ry) * (rp + rz)
+        e = math.sqrt(delta * power) * power / d  # sqrt of Carlson's e_m
+        total += power / d * (math.atan(e) / e if e > 0.0 else 1.0)
+        x, y, z, p = 0.25 * (x + shift), 0.25 * (y + shift), 0.25 * (z + shift), 0.25 * (p + shift)
+        mean = 0.25 * (mean + shift)
+        power *= 0.25
+    X, Y, Z = X * power / mean, Y * power / mean, Z * power / mean
+    P = -0.5 * (X + Y + Z)
+    e2 = X * Y + X * Z + Y * Z - 3.0 * P * P
+    e3 = X * Y * Z + 2.0 * e2 * P + 4.0 * P * P * P
+    e4 = (2.0 * X * Y * Z + e2 * P + 3.0 * P * P * P) * P
+    e5 = X * Y * Z * P * P
+    series = e2 * (-3.0 / 14.0 + 9.0 * e2 / 88.0 - 9.0 * e3 / 52.0) + e3 / 6.0 - 3.0 * e4 / 22.0 + 3.0 * e5 / 26.0
+    return power * (1.0 + series) / (mean * math.sqrt(mean)) + 6.0 * total
+
+
+@njit(**EXACT)
+def complete(complement, nu):
+    """``int_0^K s^2/(1 + nu s^2) dv`` with s = sn(v), for a modulus of complement k' > 0 and nu >= 0.
+
+    Bulirsch's ``cel(k', 1 + nu, 0, 1)``: arithmetic-geometric means, all terms positive; relative error 4e-16.
+    """
+    kc, p, a, b = complement, math.sqrt(1.0 + nu), 0.0, 1.0
+    b /= p
+    e, em = kc, 1.0
+    for _ in range(40):
+        f = a
+        a += b / p
+        g = e / p
+        b = 2.0 * (b + f * g)
+        p += g
+        g = em
+        em += kc
+        if abs(g - kc) <= 1e-8 * g:
+            break
+        kc = 2.0 * math.sqrt(e)
+        e = kc * em
+    return 0.5 * math.pi * (b + a * em) / (em * (em + p))
+
+
+@njit(**EXACT_INLINE)
+def constants(I_s, I_c, I_d, w_s, w_c, w_d, p, m, m1):
+    """Constants of the attitude of one trajectory, by role; straight-line code for loops over lanes.
+
+    Moments and angular velocity near one, and w not constant; p, m and m1 from :func:`exact.constants`.
+
+    Returns
+    -------
+    L, T2 : float
+        Momentum, and twice the energy.
+    a, mu_c, mu_s : float
+        Greatest m_d, m_c and m_s.
+    R, Q, k1, nu : float
+        Of Psi: rates R and (with p > 0) ``Q`` as in the module's docstring, modulus and characteristic.
+    sigma : float
+        +1 where d is the axis of greatest moment, -1 where it is the least.
+    """
+    L_s, L_c, L_d = I_s * w_s, I_c * w_c, I_d * w_d
+    L2 = L_s * L_s + L_c * L_c + L_d * L_d
+    L, T2 = math.sqrt(L2), L_s * w_s + L_c * w_c + L_d * w_d
+    gap = abs(I_d - I_c)
+    safe = gap if gap > 0.0 else 1.0
+    A_d = math.sqrt(w_d * w_d + abs((I_s - I_c) / I_d) * (I_s / safe) * (w_s * w_s))
+    mu_c2 = min(1.0, (L_s * (abs(I_d - I_s) / safe) * (I_c * w_s) + L_c * L_c) / L2)
+    a = I_d * A_d / L
+    mu_s2 = min(1.0, mu_c2 + a * a * m)
+    sigma = 1.0 if I_d > I_c else -1.0
+    root = 1.0 + math.sqrt(m1)
+    k1 = m / (root * root)
+    R = (A_d + T2 / L) / (1.0 + a)
+    one = (1.0 + a) * (1.0 + a)
+    Q = sigma * 2.0 * k1 * (1.0 + k1) * A_d * (mu_c2 * (gap / I_c)) / one
+    Q = Q / p if p > 0.0 else 0.0
+    return L, T2, a, math.sqrt(mu_c2), math.sqrt(mu_s2), R, Q, k1, k1 * mu_c2 / one, sigma
+
+
+@njit(**INLINE)
+def middle_shift(a, mu_c, mu_s, sn, cn, dn):
+    """The complex zeta of the module's docstring; (sn, cn, dn) are those of half the step."""
+    below = a * a + mu_c * mu_c * (sn * sn)
+    scale = a / (below if below > 0.0 else 1.0)
+    return (scale * (a * dn) if below > 0.0 else 1.0), scale * (mu_c * mu_s * (sn * cn))
+
+
+@njit(**EXACT)
+def third_kind(v, nu, k1, m1, rungs, n, ah, al, period):
+    """J(v) of the module's docstring for any v; ladder and ``period`` = J(K) of the modulus k1, m1 = 1 - m."""
+    if m1 <= 0.0:
+        if abs(v) > SETTLED_TANH:
+            root = math.sqrt(nu)
+            bent = math.atan(root * math.tanh(v)) / root if root > 0.0 else math.tanh(v)
+            return (v - bent) / (1.0 + nu)
+        s, c, d = separatrix_functions(v)
+        return s * s * s / 3.0 * carlson_rj(c * c, d * d, 1.0, 1.0 + nu * s * s)
+    s, c, d = climb(v, k1 * k1, rungs, n, ah, al)
+    turns = math.floor(v * ah / math.pi + 0.5)
+    if turns % 2.0 != 0.0:
+        s, c = -s, -c
+    if c < 0.0:  # v/2K was rounded across a half
+        turns += math.copysign(1.0, s)
+        s, c = -s, -c
+    rest = s * s * s / 3.0 * carlson_rj(min(c * c, d * d), d * d, 1.0, 1.0 + nu * s * s)
+    return rest + 2.0 * turns * period
+
+
+@njit(**EXACT)
+def product(a0, a1, a2, a3, b0, b1, b2, b3):
+    """Product of two quaternions, scalar first: the turn b, then the turn a."""
+    return (
+        a0 * b0 - a1 * b1 - a2 * b2 - a3 * b3,
+        a0 * b1 + a1 * b0 + a2 * b3 - a3 * b2,
+        a0 * b2 - a1 * b3 + a2 * b0 + a3 * b1,
+        a0 * b3 + a1 * b2 - a2 * b1 + a3 * b0,
+    )
+
+
+@njit(**INLINE)
+def lifted(n_d, n_j, n_k, x, y):
+    """``P(n)* (x + y e_d)`` as a quaternion (scalar, d, j, k), n the direction of L in the body at the start."""
+    N = 1.0 + n_d
+    return N * x, N * y, n_j * y - n_k * x, n_j * x + n_k * y
+
+
+@njit(**EXACT)
+def oriented_start(moments, start):
+    """A start seen from the axis d: unit of w, p, m, m1, d, turned, whether sn is on j; moments and w by (d, j, k).
+
+    Where w_d is negative, half a turn about j makes it positive, and ``turned`` is -1.
+    """
+    I1, I2, I3, _ = exact.scaled(moments[0], moments[1], moments[2])
+    w1, w2, w3, unit = exact.scaled(start[0], start[1], start[2])
+    p, m, m1, s, _, d = exact.constants(I1, I2, I3, w1, w2, w3)
+    I_d, I_j, I_k = oriented(d, I1, I2, I3)
+    w_d, w_j, w_k = oriented(d, w1, w2, w3)
+    turned = -1.0 if w_d < 0.0 else 1.0
+    return unit, p, m, m1, d, turned, s == d % 3 + 1, (I_d, I_j, I_k), (turned * w_d, w_j, turned * w_k)
+
+
+@njit(**EXACT_INLINE)
+def swapped(as_is, x_d, x_j, x_k):
+    """Values (d, j, k) in the order (s, c, d), and back: whether sn is on j decides. Returns the last two, then d."""
+    return (x_j, x_k, x_d) if as_is else (x_k, x_j, x_d)
+
+
+@njit(**EXACT)
+def prepare(moments, start, rungs, rungs1):
+    """What :func:`at` needs of one motion, computed once; ``rungs`` and ``rungs1`` (2, RUNGS) are overwritten."""
+    unit, p, m, m1, d, turned, on_j, I, w = oriented_start(moments, start)  # noqa: E741
+    I_s, I_c, I_d = swapped(on_j, *I)
+    w_s, w_c, w_d = swapped(on_j, *w)
+    side = 1.0 if on_j else -1.0  # whether (s, c, d) is cyclic
+    c = side * (I_c - I_d) / I_s, side * (I_d - I_s) / I_c, side * (I_s - I_c) / I_d
+    L, _, a, mu_c, mu_s, R, Q, k1, nu, sigma = constants(I_s, I_c, I_d, w_s, w_c, w_d, p, m, m1)
+    g = I[0] / L, I[1] / L, I[2] / L
+    motion = unit, p, m, m1, (w_s, w_c, w_d), c
+    turning = a, mu_c, mu_s, R, Q, k1, nu, sigma
+    frame = d, turned, on_j, g, (g[0] * w[0], g[1] * w[1], g[2] * w[2])
+    return motion, turning, frame, _ladders(m, m1, k1, nu, rungs, rungs1)
+
+
+@njit(**EXACT)
+def half_turn(t, motion, turning, g_d, ladders, rungs, rungs1):
+    """Half of psi, rad, at the time t (in the motion's own unit)."""
+    _, p, m, m1, w, c = motion
+    a, mu_c, mu_s, R, Q, k1, nu, sigma = turning
+    n, ah, al, n1, ah1, al1, period = ladders
+    half, short = 0.5 * p * t, 0.5 * t
+    J = third_kind(half / (1.0 + k1), nu, k1, m1, rungs1, n1, ah1, al1, period)
+    if m1 <= 0.0 and abs(half) > FAR:
+        half, short = math.copysign(FAR, half), short * (FAR / abs(half))
+    sn, cn, dn = climb(half, m, rungs, n, ah, al) if m1 > 0.0 else separatrix_functions(half)
+    zr, zi = middle_shift(a, mu_c, mu_s, sn, cn, dn)
+    _, _, x_d = exact.advance(w, c, p, short, sn, cn, dn)
+    return 0.5 * R * t + Q * J + sigma * (math.atan2(zi, g_d * x_d + zr) - math.atan2(zi, a + zr))
+
+
+@njit(**EXACT)
+def at(t, motion, turning, frame, ladders, rungs, rungs1):
+    """Attitude since the start (unit quaternion) and direction m of L in the body, a time t (s) after it."""
+    unit, p, m, m1, w, c = motion
+    d, turned, on_j, g, begin = frame
+    n, ah, al, _, _, _, _ = ladders
+    t *= unit
+    angle = half_turn(t, motion, turning, g[0], ladders, rungs, rungs1)
+    sn, cn, dn = climb(p * t, m, rungs, n, ah, al) if m1 > 0.0 else separatrix_functions(p * t)
+    x_s, x_c, x_d = exact.advance(w, c, p, t, sn, cn, dn)
+    x_j, x_k = (x_s, x_c) if on_j else (x_c, x_s)
+    r0, rd, rj, rk = lifted(begin[0], begin[1], begin[2], math.cos(angle), math.sin(angle))
+    q0, qd, qj, qk, _ = land(x_d, x_j, x_k, r0, rd, rj, rk, g[0], g[1], g[2])
+    q1, q2, q3 = by_axis(d, turned * qd, qj, turned * qk)
+    m1_, m2_, m3_ = by_axis(d, turned * (g[0] * x_d), g[1] * x_j, turned * (g[2] * x_k))
+    return q0, q1, q2, q3, m1_, m2_, m3_
+
+
+@njit(**EXACT)
+def fill(moments, start, times, q_start, out):
+    """Attitude at every one of ``times`` (n,), into ``out`` (n, 4); what is constant is computed once."""
+    if exact.is_stationary(moments[0], moments[1], moments[2], start[0], start[1], start[2]):
+        _fill_steady(start, times, q_start, out)
+        return
+    rungs, rungs1 = np.empty((2, RUNGS)), np.empty((2, RUNGS))
+    motion, turning, frame, ladders = prepare(moments, start, rungs, rungs1)
+    for i in range(times.shape[0]):
+        q0, q1, q2, q3, _, _, _ = at(times[i], motion, turning, frame, ladders, rungs, rungs1)
+        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = product(
+            q_start[0], q_start[1], q_start[2], q_start[3], q0, q1, q2, q3
+        )
+
+
+@njit(**EXACT)
+def _ladders(m, m1, k1, nu, rungs, rungs1):
+    """Means of both moduli, and the complete integral J(K) of the second; nothing on the separatrix."""
+    if m1 <= 0.0:
+        return 0, 0.0, 0.0, 0, 0.0, 0.0, 0.0
+    n, ah, al = ladder(m, m1, rungs)
+    complement = landen_complement(m1)
+    n1, ah1, al1 = ladder(k1 * k1, complement * complement, rungs1)
+    return n, ah, al, n1, ah1, al1, complete(complement, nu)
+
+
+@njit(**EXACT_INLINE)
+def landen_complement(m1):
+    """``sqrt(1 - k1^2) = 2 sqrt(k')/(1 + k')`` with ``k' = sqrt(m1)``."""
+    complement = math.sqrt(m1)
+    return 2.0 * math.sqrt(complement) / (1.0 + complement)
+
+
+@njit(**EXACT_INLINE)
+def by_axis(d, x_d, x_j, x_k):
+    """Values of the axes (d, j, k) in the order of the axes 1, 2, 3."""
+    x1 = x_d if d == 1 else (x_k if d == 2 else x_j)
+    x2 = x_j if d == 1 else (x_d if d == 2 else x_k)
+    x3 = x_k if d == 1 else (x_j if d == 2 else x_d)
+    return x1, x2, x3
+
+
+@njit(**EXACT)
+def _fill_steady(start, times, q_start, out):
+    """Attitude under a constant angular velocity: one turn about it."""
+    w1, w2, w3, unit = exact.scaled(start[0], start[1], start[2])
+    size = math.sqrt(w1 * w1 + w2 * w2 + w3 * w3)
+    safe = size if size > 0.0 else 1.0
+    for i in range(times.shape[0]):
+        angle = 0.5 * size * (times[i] * unit)
+        sine = math.sin(angle) / safe
+        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = product(
+            q_start[0], q_start[1], q_start[2], q_start[3], math.cos(angle), sine * w1, sine * w2, sine * w3
+        )
+
+
+@njit(**EXACT_INLINE)
+def _rate(u, m, A_d, a, mean):
+    """The rate of psi at the argument u, at most 0.5 in size; ``mean`` is 2T/L."""
+    _, _, dn = jacobi_short(u, m)
+    return (A_d * dn + mean) / (1.0 + a * dn)
+
+
+@njit(**EXACT_INLINE)
+def short_turn(delta, m, A_d, a, mean):
+    """``Psi/h`` over half a step, delta = p h/2 at most 0.5: Gauss and Legendre's rule of eight nodes, error 1e-17."""
+    return 0.5 * (
+        0.05061426814518853 * _rate(0.019855071751231912 * delta, m, A_d, a, mean)
+        + 0.11119051722668721 * _rate(0.10166676129318664 * delta, m, A_d, a, mean)
+        + 0.15685332293894344 * _rate(0.2372337950418355 * delta, m, A_d, a, mean)
+        + 0.18134189168918083 * _rate(0.4082826787521751 * delta, m, A_d, a, mean)
+        + 0.18134189168918083 * _rate(0.5917173212478248 * delta, m, A_d, a, mean)
+        + 0.15685332293894344 * _rate(0.7627662049581645 * delta, m, A_d, a, mean)
+        + 0.11119051722668721 * _rate(0.8983332387068134 * delta, m, A_d, a, mean)
+        + 0.05061426814518853 * _rate(0.9801449282487681 * delta, m, A_d, a, mean)
+    )
+
+
+@njit(**EXACT_INLINE)
+def oriented(d, x1, x2, x3):
+    """Values of the axes 1, 2, 3 in the cyclic order (d, j, k)."""
+    return (
+        x1 if d == 1 else (x2 if d == 2 else x3),
+        x2 if d == 1 else (x3 if d == 2 else x1),
+        x3 if d == 1 else (x1 if d == 2 else x2),
+    )
+
+
+@njit(**EXACT_INLINE)
+def short_step_constants(I1, I2, I3, w1, w2, w3, h):
+    """Constants of the exact attitude step for ``p |h| <= 1``, with neither branch nor loop, for loops over lanes.
+
+    Moments and angular velocities near one. Axes in the cyclic order (d, j, k), with two of them turned round where
+    w_d is negative.
+
+    Returns
+    -------
+    d : int
+        The axis that the polhode encircles.
+    turned : float
+        -1 where the axes d and k have been turned round, else 1.
+    g_d, g_j, g_k : float
+        ``I/L``: m = g w.
+    alpha, beta, gamma, cosine2 : float
+        Of the mid-point: ``m_d(t + h/2) = (alpha w_d + beta w_j w_k)/D`` with ``D = cosine2 + gamma w_d^2``.
+    e_r, e_i, f_r, f_i : float
+        ``exp(i psi/2)`` grows by a positive multiple of ``e (alpha w_d + beta w_j w_k) + f D`` a step.
+    """
+    p, m, m1, s, c, d = exact.constants(I1, I2, I3, w1, w2, w3)
+    I_s, I_c, I_d = exact.by_role(s, c, d, I1, I2, I3)
+    w_s, w_c, w_d = exact.by_role(s, c, d, w1, w2, w3)
+    L, T2, a, mu_c, mu_s, _, _, _, _, sigma = constants(I_s, I_c, I_d, w_s, w_c, w_d, p, m, m1)
+    delta = 0.5 * p * h
+    sn, cn, dn = jacobi_short(delta, m)
+    half = h * short_turn(delta, m, a * L / I_d, a, T2 / L)
+    constants_ = _step_constants(I1, I2, I3, d, w_d, L, a, mu_c, mu_s, sigma, p, h, sn, cn, dn, half)
+    return d, *constants_
+
+
+@njit(**EXACT_INLINE)
+def _step_constants(I1, I2, I3, d, w_d, L, a, mu_c, mu_s, sigma, p, h, sn, cn, dn, half):
+    """What both kinds of step constants share; ``half`` is Psi over half a step, sn, cn and dn those of p h/2."""
+    turned = -1.0 if w_d < 0.0 else 1.0
+    I_d, I_j, I_k = oriented(d, I1, I2, I3)
+    S = sn / p if p > 0.0 else 0.5 * h
+    alpha, beta = I_d / L * dn, (I_j - I_k) / L * S * cn
+    gamma = abs(((I_d - I_j) / I_k) * ((I_k - I_d) / I_j)) * (S * S)
+    zr, zi = middle_shift(a, mu_c, mu_s, sn, cn, dn)
+    zi *= sigma
+    x, y = a + zr, -zi
+    size = math.sqrt(x * x + y * y)
+    cosine, sine = math.cos(half), math.sin(half)
+    e_r, e_i = (cosine * x - sine * y) / size, (cosine * y + sine * x) / size
+    f_r, f_i = e_r * zr - e_i * zi, e_r * zi + e_i * zr
+    return turned, I_d / L, I_j / L, I_k / L, alpha, beta, gamma, cn * cn, e_r, e_i, f_r, f_i
+
+
+@njit(**INLINE)
+def step(w_d, w_j, w_k, r0, rd, rj, rk, alpha, beta, gamma, cosine2, e_r, e_i, f_r, f_i):
+    """One exact step of ``R = P(m(0))* exp(i psi/2)`` from the angular velocity at its beginning, up to a factor."""
+    N = alpha * w_d + beta * (w_j * w_k)
+    D = cosine2 + gamma * (w_d * w_d)
+    x, y = e_r * N + f_r * D, e_i * N + f_i * D
+    return r0 * x - rd * y, r0 * y + rd * x, rj * x + rk * y, rk * x - rj * y
+
+
+@njit(**INLINE)
+def land(w_d, w_j, w_k, r0, rd, rj, rk, g_d, g_j, g_k):
+    """Attitude ``R P(m)`` as a unit quaternion (scalar, d, j, k), and the factor that made it one."""
+    P, m_j, m_k = 1.0 + g_d * w_d, g_j * w_j, g_k * w_k
+    # times (P, 0, m_k, -m_j) from the right
+    q0 = r0 * P - rj * m_k + rk * m_j
+    qd = rd * P - rj * m_j - rk * m_k
+    qj = rj * P + r0 * m_k + rd * m_j
+    qk = rk * P - r0 * m_j + rd * m_k
+    size = 1.0 / math.sqrt(q0 * q0 + qd * qd + qj * qj + qk * qk)
+    return q0 * size, qd * size, qj * size, qk * size, size
+
+
+def attitude(moments, omega_start, times, attitude_start=(1.0, 0.0, 0.0, 0.0)):
+    """Attitude of a free rigid body in closed form: see :func:`kernels.exact.attitude`."""
+    moments, start = exact._body(moments, omega_start)
+    if not start.any():
+        raise ValueError("omega_start must not be zero: nothing turns")
+    out = np.empty((checked_times(times).size, 4))
+    fill(moments, start, checked_times(times), unit_quaternion(attitude_start), out)
+    return out
+
+
+def checked_times(times):
+    """Times as an array, refused unless one-dimensional and finite."""
+    times = np.asarray(times, dtype=np.float64, order="C")
+    if times.ndim != 1 or not np.isfinite(times).all():
+        raise ValueError("times must be a one-dimensional array of finite numbers")
+    return times
+
+
+def unit_quaternion(attitude):
+    """Four numbers, scalar first, as a unit quaternion; refused unless finite and not all zero."""
+    q = np.asarray(attitude, dtype=np.float64)
+    if q.shape != (4,) or not np.isfinite(q).all() or not q.any():
+        raise ValueError(f"attitude_start must be four finite numbers, scalar first and not all zero, not {attitude!r}")
+    q = q / np.abs(q).max()
+    return q / np.sqrt(q @ q)

@@ -1,0 +1,391 @@
+r"""The two periods of a freely tumbling body, measured from its motion and in closed form.
+
+A free asymmetric body shows two periods. In the body the angular velocity comes back to itself after P_psi; in space
+the body's axes go round the momentum L at mean rates that make P_phi. With the roles of :mod:`kernels.exact` (d the
+axis that the polhode encircles) and psi of :mod:`kernels.attitude`:
+
+.. math:: P_\psi = 4K/p, \qquad f = \langle\psi'\rangle/2\pi = (R + Q\,p\,J(K_1)/K)/2\pi
+
+f is the mean frequency about L of the two axes that are not encircled, in either mode; the encircled one's is
+
+.. math:: f_d = f + 1/P_\psi \;(\text{SAM}), \qquad f_d = f - 1/P_\psi \;(\text{LAM})
+
+*Modes.* Short-axis mode (SAM): d is the axis of greatest moment, L² > 2T I_mid; long-axis mode (LAM): of least moment.
+
+*Conventions.* ``period_phi_encircled`` is 1/f_d. ``period_phi_long_axis`` is that of the axis of least moment, which
+papers use: 1/f for SAM, 1/f_d for LAM.
+
+*Start.* The energy is given as ``E = 2T I_3/L^2`` with :math:`I_1\le I_2\le I_3`, from 1 (spin about axis 3) to I_3/I_1
+(about axis 1); SAM where E < I_3/I_2. The motion starts at L_2 = 0, in units of L/I_3 = 1.
+
+*Measuring.* The direct integrator carries the angular velocity and one vector fixed in space (:mod:`kernels.turning`).
+P_psi is the time until L_2 vanishes for the second time, found by Newton's method on the last step; which axis is
+encircled is seen from the component that has kept its sign; the turn about L in that time is the angle of the fixed
+vector seen from the axis d, with its windings counted on the way. A second run with other steps gives the error: three
+times the difference, and what rounding grows to between the slowest and the fastest place of the polhode. Neither
+closed form nor mode is asked for. Where rounding alone moves a period by a tenth, the motion is on the separatrix for
+all that can be seen.
+
+Source: Landau and Lifshitz, Mechanics, section 37; Samarasinha and A'Hearn, Icarus 93 (1991) 194, and Kaasalainen,
+Astronomy and Astrophysics 376 (2001) 302, for the modes and the names. The single integral is derived in
+:mod:`kernels.attitude`.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from kernels import attitude, direct, elliptic, exact
+from kernels.elliptic import RUNGS, climb, ladder
+from kernels.options import EXACT, OPTIONS
+from kernels.turning import carry_12
+
+SAM, LAM, SEPARATRIX, PRINCIPAL = range(4)
+MOST_STEPS = 200_000
+EPSILON = float(np.finfo(np.float64).eps)
+LOST = 0.1  # share of a period that rounding moves it by: on the separatrix for all that can be seen
+NEAR = 8.0 * EPSILON  # of the greater term of L^2 - 2T I_mid: rounding of the start makes as much
+
+PERIODS = ("period_psi", "period_phi_long_axis", "period_phi_encircled")
+
+
+@njit(**EXACT)
+def start(I1, I2, I3, energy):
+    """Angular velocity (w1, 0, w3) of a body of ascending moments with the energy ``2T I3/L^2``, at L/I3 = 1.
+
+    ``m_1^2 = (E - 1) I1/(I3 - I1)`` and ``m_3^2 = (I3 - E I1)/(I3 - I1)``; for a sphere a spin about axis 3.
+    """
+    gap = I3 - I1
+    if gap == 0.0:
+        return 0.0, 0.0, 1.0
+    m1 = math.sqrt(max(0.0, energy - 1.0) * I1 / gap)
+    m3 = math.sqrt(max(0.0, I3 - energy * I1) / gap)
+    return m1 * (I3 / I1), 0.0, m3
+
+
+@njit(**EXACT)
+def mode_of(I1, I2, I3, w1, w3):
+    """SAM, LAM, SEPARATRIX or PRINCIPAL (nothing moves in the body) of a start with w2 = 0, ascending moments."""
+    if exact.is_stationary(I1, I2, I3, w1, 0.0, w3):
+        return PRINCIPAL
+    greater = max(I3 * (I3 - I2) * w3 * w3, I1 * (I2 - I1) * w1 * w1)
+    N = exact.separatrix_offset(I1, I2, I3, w1, w3)
+    if abs(N) <= NEAR * greater:
+        return SEPARATRIX
+    return SAM if N > 0.0 else LAM
+
+
+@njit(**EXACT)
+def periods(I1, I2, I3, w1, w2, w3):
+    """P_psi, the mean rate <psi'> about L, and sigma (+1 SAM, -1 LAM); NaN where the motion has no period.
+
+    Moments and angular velocity near one, in any order; s and rad/s where they are in kg m2 and rad/s.
+    """
+    p, m, m1, s, c, d = exact.constants(I1, I2, I3, w1, w2, w3)
+    I_s, I_c, I_d = exact.by_role(s, c, d, I1, I2, I3)
+    w_s, w_c, w_d = exact.by_role(s, c, d, w1, w2, w3)
+    _, _, _, _, _, R, Q, _, nu, sigma = attitude.constants(I_s, I_c, I_d, w_s, w_c, w_d, p, m, m1)
+    if not (p > 0.0 and m1 > 0.0):
+        return math.nan, math.nan, sigma
+    K = elliptic.K(m, m1)
+    return 4.0 * K / p, R + Q * p * (attitude.complete(attitude.landen_complement(m1), nu) / K), sigma
+
+
+@njit(**EXACT)
+def geometric_phase(I1, I2, I3, w1, w2, w3):
+    """Turn about L in one period of w by Montgomery's theorem, ``2T P_psi/L - A``, rad; NaN where there is no period.
+
+    It asks no elliptic integral of the third kind, and is the same turn as ``rate P_psi`` of :func:`periods`.
+    A is the signed solid angle that the polhode's cone encloses about the axis d, by the trapezoidal rule.
+
+    Source: Montgomery, American Journal of Physics 59 (1991) 394.
+    """
+    p, m, m1, s, c, d = exact.constants(I1, I2, I3, w1, w2, w3)
+    I_s, I_c, I_d = exact.by_role(s, c, d, I1, I2, I3)
+    w_s, w_c, w_d = exact.by_role(s, c, d, w1, w2, w3)
+    L, T2, a, mu_c, mu_s, _, _, _, _, sigma = attitude.constants(I_s, I_c, I_d, w_s, w_c, w_d, p, m, m1)
+    if not (p > 0.0 and m1 > 0.0):
+        return math.nan
+    K = elliptic.K(m, m1)
+    return T2 / L * (4.0 * K / p) - sigma * (4.0 * mu_s * mu_c * _quarter_area(a, m, m1, K))
+
+
+@njit(**EXACT)
+def _quarter_area(a, m, m1, K):
+    """``int_0^K dn/(1 + a dn) du`` by the trapezoidal rule, which converges geometrically on a periodic function."""
+    rungs = np.empty((2, RUNGS))
+    n, ah, al = ladder(m, m1, rungs)
+    nodes = math.ceil(K / 0.13) + 4
+    root = math.sqrt(m1)
+    total = 0.5 * (1.0 / (1.0 + a) + root / (1.0 + a * root))
+    for i in range(1, nodes):
+        _, _, dn = climb(K * i / nodes, m, rungs, n, ah, al)
+        total += dn / (1.0 + a * dn)
+    return total * K / nodes
+
+
+@njit(nogil=True, **EXACT)
+def fill_exact(I1, I2, I3, energy, modes, out):
+    """Modes and periods in closed form, in units of I3/L: rows of ``out`` (3, n) as PERIODS, NaN where missing."""
+    for i in range(I1.size):
+        a, b, c = I1[i] / I3[i], I2[i] / I3[i], 1.0
+        w1, w2, w3 = start(a, b, c, energy[i])
+        modes[i] = mode_of(a, b, c, w1, w3)
+        out[0, i], out[1, i], out[2, i] = math.nan, math.nan, math.nan
+        if modes[i] == SAM or modes[i] == LAM:
+            period, rate, sigma = periods(a, b, c, w1, w2, w3)
+            about = rate + sigma * (2.0 * math.pi / period)
+            out[0, i] = period
+            out[1, i] = 2.0 * math.pi / (rate if sigma > 0.0 else about)
+            out[2, i] = 2.0 * math.pi / about
+
+
+@njit(**OPTIONS)
+def _step_length(c1, c2, c3, size, tolerance):
+    """Step, in units of I3/L, whose error over the run, some hundred steps of G_12(1) x^13, is a tenth of tolerance."""
+    x = (tolerance / (1000.0 * direct.truncation(1.0, 12))) ** (1.0 / 13.0)
+    return min(x, 0.25) / (size * max(1.0, abs(c1), abs(c2), abs(c3)))
+
+
+@njit(**OPTIONS)
+def _heading(m1, m2, m3, x, y, z, axis):
+    """Cosine and sine, to a positive factor, of psi about ``axis`` (1 or 3): where the space-fixed vector points.
+
+    The shortest arc from m to the axis e takes a vector n at right angles to m to ``n - n_e (m + e)/(1 + m_e)``, and
+    psi is minus its azimuth in the plane of the two other axes. The end of the axis is the one that m is nearer to.
+    """
+    if axis == 3:
+        e, side = (m3, 1.0) if m3 >= 0.0 else (-m3, -1.0)
+        bend = z * side / (1.0 + e)
+        return x - bend * m1, -side * (y - bend * m2)
+    e, side = (m1, 1.0) if m1 >= 0.0 else (-m1, -1.0)
+    bend = x * side / (1.0 + e)
+    return y - bend * m2, -side * (z - bend * m3)
+
+
+@njit(**OPTIONS)
+def _turned(c0, s0, c1, s1):
+    """Angle from one heading to the next, in (-pi, pi]."""
+    return math.atan2(c0 * s1 - s0 * c1, c0 * c1 + s0 * s1)
+
+
+@njit(**OPTIONS)
+def follow(I1, I2, I3, w1, w2, w3, h):
+    """Follow a start with w2 = 0 through one period of w; moments ascending, all near one.
+
+    Returns
+    -------
+    period : float
+        Time until w2 vanishes for the second time; NaN where it has not after MOST_STEPS.
+    turn : float
+        psi's growth in it, rad, about the axis that kept its sign.
+    encircled : int
+        That axis: 3 or 1, or 0 where both or neither kept theirs.
+    growth : float
+        Ratio of the fastest to the slowest change of w on the way.
+    """
+    k1, k2, k3 = (I2 - I3) / I1 * h, (I3 - I1) / I2 * h, (I1 - I2) / I3 * h
+    a, b, c, x, y, z = w1, w2, w3, 0.0, 1.0, 0.0
+    kept1, kept3, zeros = True, True, 0
+    about1, about3 = 0.0, 0.0
+    slowest, fastest = math.inf, 0.0
+    L = math.sqrt((I1 * a) ** 2 + (I2 * b) ** 2 + (I3 * c) ** 2)
+    p1, q1 = _heading(I1 * a / L, 0.0, I3 * c / L, x, y, z, 1)
+    p3, q3 = _heading(I1 * a / L, 0.0, I3 * c / L, x, y, z, 3)
+    for n in range(MOST_STEPS):
+        a0, b0, c0, x0, y0, z0 = a, b, c, x, y, z
+        speed = (k1 * b * c) ** 2 + (k2 * c * a) ** 2 + (k3 * a * b) ** 2
+        slowest, fastest = min(slowest, speed), max(fastest, speed)
+        a, b, c, x, y, z = carry_12(a, b, c, x, y, z, k1, k2, k3, h)
+        share = 1.0
+        last = False
+        if n > 0 and (b0 > 0.0) != (b > 0.0):
+            zeros += 1
+            if zeros == 2:
+                last = True
+                share = b0 / (b0 - b)
+                for _ in range(6):
+                    a, b, c, x, y, z = carry_12(a0, b0, c0, x0, y0, z0, k1 * share, k2 * share, k3 * share, h * share)
+                    share -= b / (k2 * c * a)
+        kept1 &= a * w1 > 0.0
+        kept3 &= c * w3 > 0.0
+        r1, s1 = _heading(I1 * a / L, I2 * b / L, I3 * c / L, x, y, z, 1)
+        r3, s3 = _heading(I1 * a / L, I2 * b / L, I3 * c / L, x, y, z, 3)
+        about1 += _turned(p1, q1, r1, s1)
+        about3 += _turned(p3, q3, r3, s3)
+        p1, q1, p3, q3 = r1, s1, r3, s3
+        if last:
+            axis = (3 if kept3 else 1) if kept1 != kept3 else 0
+            return (n + share) * h, (about3 if axis == 3 else about1), axis, math.sqrt(fastest / slowest)
+    return math.nan, math.nan, 0, math.nan
+
+
+@njit(**OPTIONS)
+def _phi(period, turn, axis):
+    """Periods about L of the long axis and of the encircled one, from one period of w and psi's turn in it."""
+    encircled = 2.0 * math.pi * period / (turn + (2.0 * math.pi if axis == 3 else -2.0 * math.pi))
+    return (2.0 * math.pi * period / turn if axis == 3 else encircled), encircled
+
+
+@njit(**OPTIONS)
+def measure_one(I1, I2, I3, energy, tolerance):
+    """Mode, then periods as PERIODS, then their errors, measured from two runs; in units of I3/L, I3 = 1."""
+    missing = math.nan
+    w1, w2, w3 = start(I1, I2, I3, energy)
+    if exact.is_stationary(I1, I2, I3, w1, w2, w3):
+        return PRINCIPAL, missing, missing, missing, missing, missing, missing
+    c1, c2, c3 = (I2 - I3) / I1, (I3 - I1) / I2, (I1 - I2) / I3
+    h = _step_length(c1, c2, c3, math.hypot(w1, w3), tolerance)
+    period, turn, axis, growth = follow(I1, I2, I3, w1, w2, w3, h)
+    other, other_turn, other_axis, _ = follow(I1, I2, I3, w1, w2, w3, 0.71 * h)
+    if axis == 0 or axis != other_axis:
+        return SEPARATRIX, missing, missing, missing, missing, missing, missing
+    long, encircled = _phi(period, turn, axis)
+    other_long, other_encircled = _phi(other, other_turn, axis)
+    # rounding moves the state to a neighbouring polhode, which near the separatrix has another period: of the turn
+    # about L, which goes on at the rate 2T/L while w stands still, most of that takes no share
+    rounding = 8.0 * EPSILON * (4.0 + math.sqrt(period / h))
+    share = rounding * (1.0 + growth * growth / period)
+    if not share < LOST:
+        return SEPARATRIX, missing, missing, missing, missing, missing, missing
+    about = rounding + share * (0.05 + abs(1.0 - energy * period / turn))
+    if axis == 1:
+        about *= max(1.0, turn / abs(turn - 2.0 * math.pi))
+    return (
+        SAM if axis == 3 else LAM,
+        period,
+        long,
+        encircled,
+        3.0 * abs(period - other) + share * period,
+        3.0 * abs(long - other_long) + about * abs(long),
+        3.0 * abs(encircled - other_encircled) + about * abs(encircled),
+    )
+
+
+@njit(nogil=True, **OPTIONS)
+def fill(I1, I2, I3, energy, tolerance, modes, out):
+    """Measured modes and periods, in units of I3/L: rows of ``out`` (6, n) as PERIODS, then their errors."""
+    for i in range(I1.size):
+        modes[i], out[0, i], out[1, i], out[2, i], out[3, i], out[4, i], out[5, i] = measure_one(
+            I1[i] / I3[i], I2[i] / I3[i], 1.0, energy[i], tolerance
+        )
+
+
+def survey(points, tolerance, measured=True):
+    """All columns of points, in units.
+
+    Parameters
+    ----------
+    points : mapping of str to array_like, shape (n,)
+        I1, I2, I3 (common unit, > 0, in any order: the axes are those of ascending moments), energy (2T I_max/L^2, from
+        1 to I_max/I_min), omega0 (rad s-1, > 0: L = I_max omega0).
+    tolerance : float
+        Error allowed in the measured periods, before what the motion makes of it.
+    measured : bool
+        Whether to follow the motion, or to leave it at the closed form.
+
+    Returns
+    -------
+    dict of str to numpy.ndarray, shape (n,)
+        mode_exact (int8) and PERIODS with ``_exact`` (s); if ``measured``, mode, PERIODS and those with ``_error``. NaN
+        where there is no period.
+    """
+    names = ("I1", "I2", "I3", "energy", "omega0")
+    arrays = np.broadcast_arrays(*(np.atleast_1d(points[name]) for name in names))
+    moments, (energy, omega0) = np.sort(arrays[:3], axis=0), arrays[3:]
+    bodies = tuple(np.ascontiguousarray(x, dtype=np.float64) for x in (*moments, energy))
+    modes, out = np.empty(energy.size, dtype=np.int8), np.empty((3, energy.size))
+    fill_exact(*bodies, modes, out)
+    columns = {"mode_exact": modes} | {f"{name}_exact": out[k] / omega0 for k, name in enumerate(PERIODS)}
+    if measured:
+        seen, found = np.empty(energy.size, dtype=np.int8), np.empty((6, energy.size))
+        fill(*bodies, tolerance, seen, found)
+        columns |= {"mode": seen}
+        columns |= {name: found[k] / omega0 for k, name in enumerate(PERIODS)}
+        columns |= {f"{name}_error": found[k + 3] / omega0 for k, name in enumerate(PERIODS)}
+    return columns
+
+
+@njit(**EXACT)
+def _ratio(I1, I2, I3, m, short):
+    """P_psi/P_phi (long axis) of the motion of the parameter m in one mode, and its energy 2T I3/L^2.
+
+    From m = (I_s - I_c)(2T I_d - L^2)/[(I_d - I_s)(L^2 - 2T I_c)]: the distance from the axis, |E - E_0|, is a ratio of
+    like-signed terms.
+    """
+    I_d, I_c = (I3, I1) if short else (I1, I3)
+    gap_s, gap_c, below = abs(I_d - I2), abs(I2 - I_c), abs(I_d - I_c)
+    # y = |2T I_d/L^2 - 1|
+    y = m * gap_s * (below / I_d) / (gap_c + m * gap_s * (I_c / I_d))
+    side = 1.0 if short else -1.0
+    twice_energy = (1.0 + side * y) / I_d  # 2T/L^2
+    m_c2 = y * I_c / below
+    w_c, w_d = math.sqrt(m_c2) / I_c, math.sqrt(max(0.0, 1.0 - m_c2)) / I_d
+    w1, w3 = (w_c, w_d) if short else (w_d, w_c)
+    period, rate, _ = periods(I1, I2, I3, w1, 0.0, w3)
+    turn = rate * period
+    return (turn if short else turn - 2.0 * math.pi) / (2.0 * math.pi), twice_energy * I3
+
+
+@njit(**EXACT)
+def _limit(I1, I2, I3, short):
+    """The ratio's limit as the wobble vanishes."""
+    if short:
+        return math.sqrt(I1 / (I3 - I1) * I2 / (I3 - I2)) if I3 > I2 else math.inf
+    return math.sqrt(I2 / (I3 - I1) * I3 / (I2 - I1)) - 1.0 if I2 > I1 else math.inf
+
+
+@njit(**EXACT)
+def _solve(I1, I2, I3, ratio, short):
+    """The parameter m and the energy of one mode that give the ratio; NaN where it is below the mode's limit.
+
+    The ratio grows with m, from the limit to infinity on the separatrix: bisection in x = ln(1/m1), m1 = exp(-x), which
+    resolves both ends.
+    """
+    if not ratio > _limit(I1, I2, I3, short):
+        return math.nan, math.nan
+    low, high = 0.0, 600.0
+    for _ in range(200):
+        middle = 0.5 * (low + high)
+        value, energy = _ratio(I1, I2, I3, -math.expm1(-middle), short)
+        if value < ratio:
+            low = middle
+        else:
+            high = middle
+        if not low < 0.5 * (low + high) < high:
+            break
+    return -math.expm1(-high), energy
+
+
+@njit(nogil=True, **EXACT)
+def fill_inverse(I1, I2, I3, ratio, out):
+    """Energy (rows 0: SAM, 1: LAM) and m (rows 2, 3) that give each body its ratio of periods; NaN where none does."""
+    for i in range(I1.size):
+        low, middle = I1[i] / I3[i], I2[i] / I3[i]
+        out[2, i], out[0, i] = _solve(low, middle, 1.0, ratio[i], True)
+        out[3, i], out[1, i] = _solve(low, middle, 1.0, ratio[i], False)
+
+
+def inverse(I1, I2, I3, ratio):
+    """The one energy in each mode that gives a body its ratio of periods P_psi/P_phi (long axis), or none.
+
+    In either mode the ratio grows with the wobble from ``sqrt(I1 I2/((I3 - I1)(I3 - I2)))`` (SAM, at least 1 for a body
+    that can exist) or ``sqrt(I2 I3/((I3 - I1)(I2 - I1))) - 1`` (LAM) to infinity at the separatrix.
+
+    Parameters
+    ----------
+    I1, I2, I3 : array_like
+        Ascending moments in a common unit.
+    ratio : array_like
+        P_psi/P_phi, > 0; broadcast with the moments.
+
+    Returns
+    -------
+    dict of str to numpy.ndarray, shape (2, n)
+        energy (2T I3/L^2) and m, rows SAM and LAM; NaN where the ratio is below what the mode can have.
+    """
+    arrays = np.broadcast_arrays(*(np.atleast_1d(x) for x in (I1, I2, I3, ratio)))
+    out = np.empty((4, arrays[0].size))
+    fill_inverse(*(np.ascontiguousarray(x, dtype=np.float64) for x in arrays), out)
+    return {"energy": out[:2], "m": out[2:]}

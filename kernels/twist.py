@@ -1,0 +1,334 @@
+r"""The twist of a thrown racket: how far it has turned about its handle when the handle has come round once.
+
+*Angles.* The handle is axis 1, the axis of least moment (:math:`I_1\le I_2\le I_3`); theta is its angle to the momentum
+L, phi its azimuth about L in space, and :math:`\chi = \mathrm{atan2}(L_3, L_2)` says which side of the racket L is on.
+The throw starts at chi and theta with :math:`L = I_2\omega_0`. The twist is the change of chi while phi grows by 2 pi,
+signed and unwound: half a turn, near pi, is what surprises people who throw a racket about axis 2.
+
+*Theory.* With :math:`a = I_2/I_1 - 1, b = 1 - I_2/I_3, c = 2T I_2/L^2 - 1`
+
+.. math:: \frac{d\chi}{d\phi} = \pm\frac{\sqrt{(a + b\sin^2\chi)(c + b\sin^2\chi)}}{1 - b\sin^2\chi},
+          \qquad \sqrt{ab} = \sigma/\omega_0
+
+the growth rate about axis 2 in units of the spin. On the separatrix (c = 0) a racket that starts at chi = -eps ends at
+-(pi - eps) after one turn where
+
+.. math:: \mathrm{artanh}\frac{\sqrt a\cos\epsilon}{\sqrt{a + b\sin^2\epsilon}} = \sqrt{ab}\left[\pi +
+          \arcsin\left(\cos\epsilon\sqrt{b/(a+b)}\right)\right], \qquad
+          \epsilon \approx 2\sqrt{\tfrac{a}{a+b}}\,e^{-\sqrt{ab}\,[\pi + \arctan\sqrt{b/a}]}
+
+so the defect from half a turn, 2 eps, falls with :math:`e^{-\pi\sigma/\omega_0}`.
+
+*Measuring.* The direct integrator carries the angular velocity and one vector fixed in space (:mod:`kernels.turning`);
+phi is the handle's azimuth against it. Its return is found by Newton's method on the last step. chi is unwound by its
+crossings on the way. A second run with other steps gives the error: three times the difference, and what rounding grows
+to, the ratio of the fastest to the slowest change of w on the way.
+
+*Exactly.* The same angle from the closed form of :mod:`kernels.attitude`, whose phi is searched to rounding. The two
+share no code but the start.
+
+Source: derived from Euler's equations; the differential equation should be that of Van Damme, Mardesic and Sugny,
+Physica D 338 (2017) 17, with their psi = chi + pi/2.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from kernels import attitude, direct, elliptic, exact
+from kernels.blocks import W
+from kernels.elliptic import RUNGS
+from kernels.options import EXACT, OPTIONS
+from kernels.turning import carry_12
+
+EPSILON = float(np.finfo(np.float64).eps)
+TWO_PI = 2.0 * math.pi
+MOST_STEPS = 100_000
+
+# Rows of the scratch array, W long each: state, fixed vector, step, moments, azimuth's state, and what was kept.
+A, B, C, X, Y, Z, KA, KB, KC, H = (W * r for r in range(10))
+M1, M2, M3, HALF, DONE, WRAPS, STEP = (W * r for r in range(10, 17))
+PA, PB, PC, PX, PY, PZ, PWRAPS, SLOW, FAST = (W * r for r in range(17, 26))
+ROWS = 26
+
+TWISTS = ("twist", "time_of_turn", "twist_error", "time_of_turn_error")
+
+
+@njit(**EXACT)
+def start(I1, I2, I3, chi, theta):
+    """Angular velocity at L/I2 = 1: ``L = (cos theta, sin theta cos chi, sin theta sin chi)``."""
+    sine = math.sin(theta)
+    # half a right angle's cosine is 6e-17 in doubles; a throw across the handle has none
+    along = math.cos(theta) if theta != 0.5 * math.pi else 0.0
+    return along * (I2 / I1), sine * math.cos(chi), sine * math.sin(chi) * (I2 / I3)
+
+
+@njit(**OPTIONS)
+def step_length(I1, I2, I3, w1, w2, w3, tolerance):
+    """Step, in units of I2/L, whose error over one turn, some thirty steps of G_12(1) x^13, is a tenth of tolerance.
+
+    |w| never exceeds sqrt(2T/I1), and no rate exceeds it.
+    """
+    bound = math.sqrt(w1 * w1 + (I2 / I1) * w2 * w2 + (I3 / I1) * w3 * w3)
+    rate = max(1.0, (I3 - I2) / I1, (I3 - I1) / I2)
+    size = math.sqrt(w1 * w1 + w2 * w2 + w3 * w3)
+    x = (tolerance / (300.0 * direct.truncation(1.0, 12))) ** (1.0 / 13.0)
+    return min(x, 0.4) / (rate * max(size, 0.5 * bound))
+
+
+@njit(**OPTIONS)
+def _advance(S):
+    """One step of every lane that is not done; whether any is not. A lane that has come round keeps its last step."""
+    active = 0
+    for lane in range(W):
+        a0, b0, c0 = S[A + lane], S[B + lane], S[C + lane]
+        x0, y0, z0 = S[X + lane], S[Y + lane], S[Z + lane]
+        ka, kb, kc = S[KA + lane], S[KB + lane], S[KC + lane]
+        a, b, c, x, y, z = carry_12(a0, b0, c0, x0, y0, z0, ka, kb, kc, S[H + lane])
+        L2, L3 = S[M2 + lane] * b, S[M3 + lane] * c
+        M2_, M3_ = S[M2 + lane] * b0, S[M3 + lane] * c0
+        across = L2 * z - L3 * y  # the handle's component along L x n: sin(phi)
+        done = S[DONE + lane] > 0.0
+        half = S[HALF + lane] > 0.0
+        arrived = half & (across >= 0.0) & (x > 0.0)
+        live = (not done) & (not arrived)
+        wrap = (1.0 if (L3 < 0.0) & (M3_ >= 0.0) else (-1.0 if (L3 >= 0.0) & (M3_ < 0.0) else 0.0)) * (
+            1.0 if L2 + M2_ < 0.0 else 0.0
+        )
+        da, db, dc = ka * (b0 * c0), kb * (c0 * a0), kc * (a0 * b0)
+        speed = da * da + db * db + dc * dc
+        S[SLOW + lane] = S[SLOW + lane] if done | (speed >= S[SLOW + lane]) else speed
+        S[FAST + lane] = S[FAST + lane] if done | (speed <= S[FAST + lane]) else speed
+        S[A + lane], S[B + lane], S[C + lane] = (a if live else a0), (b if live else b0), (c if live else c0)
+        S[X + lane], S[Y + lane], S[Z + lane] = (x if live else x0), (y if live else y0), (z if live else z0)
+        S[HALF + lane] = 1.0 if half | ((across < 0.0) & (not done)) else 0.0
+        S[WRAPS + lane] += wrap if live else 0.0
+        S[STEP + lane] += 1.0 if live else 0.0
+        S[DONE + lane] = 0.0 if live else 1.0
+        active |= 1 if live else 0
+    return active > 0
+
+
+@njit(**OPTIONS)
+def _finish(S, lane, chi):
+    """Twist and time of the turn of one lane, by Newton's method on the step after the last whole one."""
+    a0, b0, c0 = S[A + lane], S[B + lane], S[C + lane]
+    x0, y0, z0 = S[X + lane], S[Y + lane], S[Z + lane]
+    h, share = S[H + lane], 0.5
+    a, b, c = a0, b0, c0
+    for _ in range(6):
+        a, b, c, x, y, z = carry_12(
+            *(a0, b0, c0, x0, y0, z0),
+            *(S[KA + lane] * share, S[KB + lane] * share, S[KC + lane] * share, h * share),
+        )
+        L1, L2, L3 = S[M1 + lane] * a, S[M2 + lane] * b, S[M3 + lane] * c
+        square = L2 * L2 + L3 * L3
+        L = math.sqrt(L1 * L1 + square)
+        rate = L * (b * L2 + c * L3) / square
+        ahead = math.atan2(L2 * z - L3 * y, L * x)
+        share -= ahead / (rate * h)
+        if abs(ahead) < 1e-15:
+            break
+    end = math.atan2(S[M3 + lane] * c, S[M2 + lane] * b)
+    before = math.atan2(S[M3 + lane] * c0, S[M2 + lane] * b0)
+    wraps = S[WRAPS + lane] + (1.0 if before - end > math.pi else (-1.0 if end - before > math.pi else 0.0))
+    return end + TWO_PI * wraps - chi, (S[STEP + lane] + share) * h
+
+
+@njit(**OPTIONS)
+def _run(S, moments, starts, chi, shrink, tolerance, out):
+    """Follow one block; moments and starts are (3, W), out (2, W): twist and time of the turn."""
+    for lane in range(W):
+        I1, I2, I3 = moments[0, lane], moments[1, lane], moments[2, lane]
+        w1, w2, w3 = starts[0, lane], starts[1, lane], starts[2, lane]
+        h = shrink * step_length(I1, I2, I3, w1, w2, w3, tolerance)
+        S[A + lane], S[B + lane], S[C + lane] = w1, w2, w3
+        S[KA + lane], S[KB + lane], S[KC + lane] = (I2 - I3) / I1 * h, (I3 - I1) / I2 * h, (I1 - I2) / I3 * h
+        S[M1 + lane], S[M2 + lane], S[M3 + lane], S[H + lane] = I1, I2, I3, h
+        L1, L2, L3 = I1 * w1, I2 * w2, I3 * w3
+        across = math.sqrt(L2 * L2 + L3 * L3)
+        L = math.sqrt(L1 * L1 + across * across)
+        # the fixed vector: at right angles to L, in the plane of L and the handle
+        S[X + lane], S[Y + lane], S[Z + lane] = across / L, -L1 * L2 / (across * L), -L1 * L3 / (across * L)
+        S[HALF + lane], S[WRAPS + lane], S[STEP + lane] = 0.0, 0.0, 0.0
+        S[DONE + lane] = 0.0 if across > 0.0 else 1.0
+        S[SLOW + lane], S[FAST + lane] = math.inf, 0.0
+    for _ in range(MOST_STEPS):
+        if not _advance(S):
+            break
+    for lane in range(W):
+        out[0, lane], out[1, lane] = _finish(S, lane, chi[lane])
+        if not (S[HALF + lane] > 0.0 and S[DONE + lane] > 0.0):
+            out[0, lane], out[1, lane] = math.nan, math.nan
+
+
+@njit(**EXACT)
+def _azimuth(q0, q1, q2, q3, n1, n2, n3, along):
+    """Azimuth of the handle about L since the start, in (-pi, pi]; q its attitude, n the start's L, along = m_1 now."""
+    v1 = q0 * q0 + q1 * q1 - q2 * q2 - q3 * q3
+    v2, v3 = 2.0 * (q1 * q2 + q0 * q3), 2.0 * (q1 * q3 - q0 * q2)
+    return math.atan2(n3 * v2 - n2 * v3, v1 - n1 * along)
+
+
+@njit(**EXACT)
+def exact_turn(moments, begin, chi, rungs, rungs1):
+    """Twist and time of the first full turn of the handle about L, from the closed form; NaN along the handle.
+
+    phi grows between L/I_3 and L/I_2 a second, so 2 pi I_2/L is before the turn's end; from there Newton's method.
+    """
+    n1, n2, n3 = moments[0] * begin[0], moments[1] * begin[1], moments[2] * begin[2]
+    square = n2 * n2 + n3 * n3
+    if square == 0.0:
+        return math.nan, math.nan
+    L = math.sqrt(n1 * n1 + square)
+    n1, n2, n3 = n1 / L, n2 / L, n3 / L
+    steady = exact.is_stationary(moments[0], moments[1], moments[2], begin[0], begin[1], begin[2])
+    if steady:
+        return 0.0, TWO_PI / math.sqrt(begin[0] ** 2 + begin[1] ** 2 + begin[2] ** 2)
+    motion, turning, frame, ladders = attitude.prepare(moments, begin, rungs, rungs1)
+    pieces = 2 if moments[2] <= 2.0 * moments[1] else 2 * math.ceil(moments[2] / moments[1])
+    t, phi, last = 0.0, 0.0, 0.0
+    stride = TWO_PI * moments[1] / L / 2.0
+    for _ in range(pieces + 12):
+        t += stride
+        q0, q1, q2, q3, m1, m2, m3 = attitude.at(t, motion, turning, frame, ladders, rungs, rungs1)
+        now = _azimuth(q0, q1, q2, q3, n1, n2, n3, m1)
+        phi += (now - last) - TWO_PI * math.floor((now - last) / TWO_PI + 0.5)
+        last = now
+        rate = L * (m2 * m2 / moments[1] + m3 * m3 / moments[2]) / (m2 * m2 + m3 * m3)
+        left = TWO_PI - phi
+        stride = min(left / rate, math.pi * moments[1] / L)
+        if abs(left) < 1e-14:  # some ten roundings of a turn
+            break
+    return _unwound(math.atan2(m3, m2) - chi, t, motion, frame), t
+
+
+@njit(**EXACT)
+def _unwound(change, t, motion, frame):
+    """The change of chi with its whole turns: half a turn for every half period, where the handle is encircled."""
+    unit, p, m, m1, _, _ = motion
+    d, turned, _, _, _ = frame
+    change -= TWO_PI * math.floor(change / TWO_PI + 0.5)
+    if d != 1 or m1 <= 0.0:
+        return change
+    sense = -turned  # L goes round the handle from axis 3 to axis 2 where w_1 > 0
+    halves = math.floor(p * (t * unit) / (2.0 * elliptic.K(m, m1)))
+    rest = sense * change - math.pi * halves
+    rest -= TWO_PI * math.floor(rest / TWO_PI)
+    return sense * (math.pi * halves + (rest - TWO_PI if rest > 1.5 * math.pi else rest))
+
+
+@njit(**EXACT)
+def defect_theory(I1, I2, I3):
+    """Defect 2 eps on the separatrix, rad, of a body of ascending moments; NaN for a symmetric one.
+
+    The equation of the module's docstring, as ``ln sin(eps)`` equal to a function that hardly depends on it.
+    """
+    a, b = (I2 - I1) / I1, (I3 - I2) / I3
+    if not (a > 0.0 and b > 0.0):
+        return math.nan
+    rate, low = math.sqrt(a) * math.sqrt(b), -1.0
+    for _ in range(500):
+        s2 = math.exp(2.0 * low)
+        cosine = math.sqrt(max(0.0, 1.0 - s2))
+        x = math.sqrt(a / (a + b * s2)) * cosine
+        whole = math.pi + math.asin(min(1.0, cosine * math.sqrt(b / (a + b))))
+        new = min(0.0, math.log1p(x) - 0.5 * math.log((a + b) / (a + b * s2)) - rate * whole)
+        moved = abs(new - low)
+        low = new
+        if moved < 1e-15 * max(1.0, abs(low)):
+            break
+    return 2.0 * math.asin(math.exp(low))
+
+
+@njit(**EXACT)
+def ascending(x1, x2, x3):
+    """Three numbers in ascending order."""
+    low, high = min(x1, x2), max(x1, x2)
+    return min(low, x3), max(low, min(high, x3)), max(high, x3)
+
+
+@njit(nogil=True, **EXACT)
+def fill_exact(I1, I2, I3, chi, theta, out):
+    """Twist (rad), time of the turn (in I_mid/L) and the law's defect (rad) of points, in closed form: (3, n)."""
+    rungs, rungs1 = np.empty((2, RUNGS)), np.empty((2, RUNGS))
+    moments, begin = np.empty(3), np.empty(3)
+    for i in range(I1.size):
+        low, middle, high = ascending(I1[i], I2[i], I3[i])
+        moments[0], moments[1], moments[2] = low / middle, 1.0, high / middle
+        begin[0], begin[1], begin[2] = start(moments[0], 1.0, moments[2], chi[i], theta[i])
+        out[0, i], out[1, i] = exact_turn(moments, begin, chi[i], rungs, rungs1)
+        out[2, i] = defect_theory(moments[0], 1.0, moments[2])
+
+
+@njit(nogil=True, **OPTIONS)
+def fill(I1, I2, I3, chi, theta, tolerance, out):
+    """Measured twist (rad) and time of the turn (in I_mid/L), each with its error, of points: (4, n) as TWISTS."""
+    S, found = np.zeros(ROWS * W), np.empty((2, 2, W))
+    moments, starts, angle = np.empty((3, W)), np.empty((3, W)), np.empty(W)
+    for first in range(0, I1.size, W):
+        count = min(W, I1.size - first)
+        for lane in range(W):
+            i = first + min(lane, count - 1)
+            low, middle, high = ascending(I1[i], I2[i], I3[i])
+            moments[0, lane], moments[1, lane], moments[2, lane] = low / middle, 1.0, high / middle
+            starts[0, lane], starts[1, lane], starts[2, lane] = start(
+                moments[0, lane], 1.0, moments[2, lane], chi[i], theta[i]
+            )
+            angle[lane] = chi[i]
+        _run(S, moments, starts, angle, 1.0, tolerance, found[0])
+        _run(S, moments, starts, angle, 0.77, tolerance, found[1])
+        for lane in range(count):
+            i = first + lane
+            growth = math.sqrt(S[FAST + lane] / S[SLOW + lane]) if S[SLOW + lane] > 0.0 else 1.0
+            rounding = 4.0 * EPSILON * (4.0 + math.sqrt(S[STEP + lane])) * (1.0 + growth)
+            for k in range(2):
+                value = found[1, k, lane]
+                out[k, i] = value
+                out[k + 2, i] = 3.0 * abs(value - found[0, k, lane]) + rounding * max(1.0, abs(value))
+
+
+def survey(points, tolerance, measured=True):
+    """All columns of points, in units.
+
+    Parameters
+    ----------
+    points : mapping of str to array_like, shape (n,)
+        I1, I2, I3 (common unit, > 0, in any order: the axes are those of ascending moments), chi, theta (rad), omega0
+        (rad s-1, > 0: L = I_mid omega0).
+    tolerance : float
+        Error allowed in the measured twist, before what the motion makes of it.
+    measured : bool
+        Whether to follow the motion, or to leave it at the closed form.
+
+    Returns
+    -------
+    dict of str to numpy.ndarray, shape (n,)
+        twist_exact, twist_defect_theory (rad), time_of_turn_exact (s), growth (sigma/omega0, 1); if ``measured``,
+        twist, twist_error, twist_defect (rad), time_of_turn, time_of_turn_error (s), ends_reversed (int8; -1 missing).
+    """
+    names = ("I1", "I2", "I3", "chi", "theta", "omega0")
+    arrays = np.broadcast_arrays(*(np.atleast_1d(points[name]) for name in names))
+    I1, I2, I3, chi, theta, omega0 = (np.ascontiguousarray(x, dtype=np.float64) for x in arrays)
+    out = np.empty((3, I1.size))
+    fill_exact(I1, I2, I3, chi, theta, out)
+    low, middle, high = np.sort([I1, I2, I3], axis=0)
+    columns = {
+        "twist_exact": out[0],
+        "time_of_turn_exact": out[1] / omega0,
+        "twist_defect_theory": out[2],
+        "growth": np.sqrt((middle - low) / low) * np.sqrt((high - middle) / high),
+    }
+    if measured:
+        found = np.empty((4, I1.size))
+        fill(I1, I2, I3, chi, theta, tolerance, found)
+        columns |= {
+            "twist": found[0],
+            "twist_error": found[2],
+            "time_of_turn": found[1] / omega0,
+            "time_of_turn_error": found[3] / omega0,
+            "twist_defect": np.pi - np.abs(found[0]),
+            "ends_reversed": np.where(np.isnan(found[0]), -1, np.cos(found[0]) < 0.0).astype(np.int8),
+        }
+    return columns

@@ -1,0 +1,321 @@
+"""The attitude against the differential equation in 50 digits, a textbook closed form, SciPy and Montgomery."""
+
+import math
+
+import mpmath as mp
+import numpy as np
+import pytest
+from numba import njit
+from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
+
+from kernels import attitude, direct, exact, tumbling, turning, write_turning
+
+ULP = 2.0**-52
+CASES = {
+    "SAM": ((1, 2, 3), (0.1, 0.2, 1)),
+    "LAM": ((1, 2, 3), (-1, 0.2, 0.1)),
+    "other order": ((3, 1, 2), (-1, 0.2, -0.1)),
+    "one ulp off oblate": ((1, 1 + ULP, 2), (0.3, 0.4, 1)),
+    "one ulp off prolate": ((1, 2, 2 * (1 + ULP)), (0.3, 0.4, 1)),
+    "one ulp off, across": ((1, 2, 2 * (1 + ULP)), (1e-8, 0.4, 1)),
+    "oblate": ((1, 1, 2), (0.3, 0.4, 1)),
+    "prolate": ((1, 2, 2), (0.3, 0.4, 1)),
+    "sphere": ((1, 1, 1), (0.3, 0.4, 1)),
+    "spin about 1": ((1, 2, 3), (1, 0, 0)),
+    "spin about 2": ((1, 2, 3), (0, 1, 0)),
+    "spin about 3": ((1, 2, 3), (0, 0, -1)),
+    "m1 near 1e-15": ((1, 2, 3), (1e-8, 1, 1e-9)),
+    "separatrix": ((1, 2, 3), (1.5, 0.3, 1.5 / math.sqrt(3))),
+    "slender": ((0.001, 2, 2.0005), (1, 0.4, 0.6)),
+}
+
+
+@pytest.fixture(autouse=True)
+def fifty_digits():
+    with mp.workdps(50):
+        yield
+
+
+def multiplied(a, b):
+    return [
+        a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+        a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+        a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
+        a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
+    ]
+
+
+def taylor(moments, start, duration, order=26):
+    """The quaternion after a duration, by the Taylor series of the differential equations in 50 digits."""
+    I, w = [mp.mpf(float(x)) for x in moments], [mp.mpf(float(x)) for x in start]  # noqa: E741
+    q, c = (
+        [mp.mpf(1), mp.mpf(0), mp.mpf(0), mp.mpf(0)],
+        [(I[1] - I[2]) / I[0], (I[2] - I[0]) / I[1], (I[0] - I[1]) / I[2]],
+    )
+    rate = max(map(abs, w)) * max(1, *map(abs, c))
+    steps = max(1, int(mp.ceil(abs(duration) * rate * 3)))
+    h = mp.mpf(float(duration)) / steps
+    for _ in range(steps):
+        W, Q = [[x] for x in w], [[x] for x in q]
+        for n in range(order):
+
+            def folded(f, g, n=n):
+                return mp.fsum(f[i] * g[n - i] for i in range(n + 1)) * h / (n + 1)
+
+            new = [c[i] * folded(W[(i + 1) % 3], W[(i + 2) % 3]) for i in range(3)]
+            x, y, z = W
+            turned = (
+                -folded(Q[1], x) - folded(Q[2], y) - folded(Q[3], z),
+                folded(Q[0], x) + folded(Q[2], z) - folded(Q[3], y),
+                folded(Q[0], y) - folded(Q[1], z) + folded(Q[3], x),
+                folded(Q[0], z) + folded(Q[1], y) - folded(Q[2], x),
+            )
+            for terms, value in zip((*W, *Q), (*new, *(value / 2 for value in turned)), strict=True):
+                terms.append(value)
+        w, q = [mp.fsum(x) for x in W], [mp.fsum(x) for x in Q]
+    return q
+
+
+def angle(found, wanted):
+    """Angle between two attitudes, rad; ``wanted`` in mpmath numbers. The sign must agree as well."""
+    found = [mp.mpf(float(x)) for x in found]
+    rest = multiplied([found[0], -found[1], -found[2], -found[3]], wanted)
+    assert rest[0] > 0
+    return float(2 * mp.sqrt(mp.fsum(x * x for x in rest[1:])))
+
+
+def apart(a, b):
+    """Angles between quaternions (n, 4), rad."""
+    vector = a[:, :1] * b[:, 1:] - b[:, :1] * a[:, 1:] - np.cross(a[:, 1:], b[:, 1:])
+    return 2 * np.linalg.norm(vector, axis=1)
+
+
+def bar(start, duration):
+    return 1e-14 + 4e-16 * abs(duration) * np.linalg.norm(start)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_closed_form_and_direct_integration_solve_the_differential_equation(name):
+    moments, start = CASES[name]
+    for duration in (-2.3, 5.1):
+        wanted = taylor(moments, start, duration)
+        assert angle(exact.attitude(moments, start, [duration])[0], wanted) <= bar(start, duration)
+        assert angle(direct.attitude(moments, start, [duration], 1e-13)[0], wanted) <= 1e-13
+
+
+def textbook(moments, start, t):
+    """The attitude by the azimuth's Legendre integral of the third kind, 50 digits; any time, asymmetric bodies."""
+    I, w = [mp.mpf(x) for x in moments], [mp.mpf(x) for x in start]  # noqa: E741
+    L = mp.sqrt(mp.fsum((a * b) ** 2 for a, b in zip(I, w, strict=True)))
+    T2 = mp.fsum(a * b**2 for a, b in zip(I, w, strict=True))
+    low, s, high = sorted(range(3), key=lambda i: I[i])
+    c, d = (low, high) if T2 * I[s] < L**2 else (high, low)
+    both = (I[d] - I[s]) * (L**2 - T2 * I[c])
+    p, m = mp.sqrt(both / (I[0] * I[1] * I[2])), (I[s] - I[c]) * (T2 * I[d] - L**2) / both
+    A = mp.sqrt((T2 * I[d] - L**2) / (I[s] * (I[d] - I[s]))), mp.sqrt((T2 * I[d] - L**2) / (I[c] * (I[d] - I[c])))
+    A_d = mp.sqrt((L**2 - T2 * I[c]) / (I[d] * (I[d] - I[c]))) * mp.sign(w[d])
+    A_s = A[0] * mp.sign((I[(s + 1) % 3] - I[(s + 2) % 3]) * A_d)
+    phi0 = mp.atan2(w[s] / A_s, w[c] / A[1])
+    u0 = mp.ellipf(phi0, m)
+    u, K = u0 + p * mp.mpf(t), mp.ellipk(m)
+    turns = mp.floor(u / (2 * K) + mp.mpf(1) / 2)
+    n = -I[d] * (I[s] - I[c]) / (I[c] * (I[d] - I[s]))
+
+    def third(v, turns=0):
+        return 2 * turns * mp.ellippi(n, m) + mp.ellippi(n, mp.asin(mp.ellipfun("sn", v, m=m)), m)
+
+    first = mp.floor(u0 / (2 * K) + mp.mpf(1) / 2)
+    gain = third(u - 2 * K * turns, turns) - third(u0 - 2 * K * first, first)
+    azimuth = L / I[d] * (mp.mpf(t) + (I[d] / I[c] - 1) * gain / p)  # of e_d about L
+    now = [None] * 3
+    for axis, size, name in ((s, A_s, "sn"), (c, A[1], "cn"), (d, A_d, "dn")):
+        now[axis] = size * mp.ellipfun(name, u, m=m)
+    return _carried(I, w, now, L, azimuth, d)
+
+
+def _carried(I, w, now, L, azimuth, d):  # noqa: E741
+    """Columns of the rotation matrix, body to the body's start, from e_d's azimuth about L since then."""
+    n0 = mp.matrix([a * b / L for a, b in zip(I, w, strict=True)])
+    n1 = mp.matrix([a * b / L for a, b in zip(I, now, strict=True)])
+    frames = []
+    for n in (n0, n1):
+        e = mp.matrix([int(i == d) for i in range(3)])
+        x = e - n * n[d]
+        x /= mp.norm(x)
+        y = mp.matrix([n[1] * x[2] - n[2] * x[1], n[2] * x[0] - n[0] * x[2], n[0] * x[1] - n[1] * x[0]])
+        frames.append((x, y, n))
+    (x0, y0, z0), (x1, y1, z1) = frames
+    xt, yt = mp.cos(azimuth) * x0 + mp.sin(azimuth) * y0, mp.cos(azimuth) * y0 - mp.sin(azimuth) * x0
+    return xt * x1.T + yt * y1.T + z0 * z1.T
+
+
+def matrix_of(q):
+    w, x, y, z = (mp.mpf(float(v)) for v in q)
+    return mp.matrix(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def sensitivity(moments, start, t):
+    """Sum over the seven inputs x of |x dR/dx|: one rounding of each is worth 2^-53 of it."""
+    inputs, small = [mp.mpf(float(x)) for x in (*moments, *start, t)], mp.mpf(10) ** -20
+    base, total = textbook(inputs[:3], inputs[3:6], inputs[6]), mp.mpf(0)
+    for i in range(7):
+        moved = list(inputs)
+        moved[i] *= 1 + small
+        total += mp.mnorm(textbook(moved[:3], moved[3:6], moved[6]) - base, "f") / small
+    return float(total)
+
+
+def off_textbook(moments, start, t):
+    wanted = textbook([float(x) for x in moments], [float(x) for x in start], float(t))
+    return float(mp.mnorm(matrix_of(exact.attitude(moments, start, [t])[0]) - wanted, "f"))
+
+
+def test_the_two_references_agree():
+    wanted = taylor((1, 2, 3), (0.3, 0.8, 0.9), 1.7, order=40)
+    found = textbook((1, 2, 3), (0.3, 0.8, 0.9), 1.7)
+    assert mp.mnorm(matrix_exact(wanted) - found, "f") < 1e-17  # 0.3, 0.8 and 0.9 are doubles in one, decimals in none
+
+
+def matrix_exact(q):
+    w, x, y, z = q
+    return mp.matrix(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+@pytest.mark.parametrize("seed", [3, pytest.param(4, marks=pytest.mark.slow)])
+def test_ten_thousand_turns(seed):
+    rng = np.random.default_rng(seed)
+    for _ in range(6 if seed == 3 else 25):
+        moments, start = rng.uniform(0.4, 1.2, 3), rng.normal(size=3)
+        t = 2 * np.pi / np.linalg.norm(start) * 10.0 ** rng.uniform(0, 4)
+        error = off_textbook(moments, start, t)
+        # the bar, or the inputs' own roundings where those turn the body further
+        assert error <= max(bar(start, t), 4 * ULP * sensitivity(moments, start, t)), (moments, start, t)
+
+
+def test_far_on_the_separatrix_the_body_spins_on_about_its_middle_axis():
+    moments, start = np.array([1.0, 4.0, 6.0]), np.array([1.0, 0.5, math.sqrt(0.25)])
+    # N = I3 (I3 - I2) w3^2 - I1 (I2 - I1) w1^2 = 12/4 - 3 = 0 exactly
+    assert exact.trajectory(*moments, *start)[2] == 0.0
+    times = np.array([2e3, 2e3 + 0.1, 1e5, 1e5 + 0.1])
+    q = exact.attitude(moments, start, times)
+    w2 = exact.rotation(moments, start, times[:1])[0, 1]
+    for i in (0, 2):
+        rest = Rotation.from_quat(q[i], scalar_first=True).inv() * Rotation.from_quat(q[i + 1], scalar_first=True)
+        # 0.1 s of turning about axis 2; the difference of two times near 1e5 s is known to 1e-11
+        np.testing.assert_allclose(rest.as_rotvec(), [0.0, 0.1 * w2, 0.0], atol=3e-11)
+
+
+def test_random_starts_agree_with_scipy():
+    rng = np.random.default_rng(8)
+    for _ in range(20):
+        moments, start = rng.uniform(0.4, 1.2, 3), rng.normal(size=3)
+        c = [(moments[i - 2] - moments[i - 1]) / moments[i] for i in range(3)]
+
+        def rates(_, y, c=c):
+            w, q = y[:3], y[3:]
+            return [*(c[i] * w[i - 2] * w[i - 1] for i in range(3)), *np.array(multiplied(q, [0.0, *w])) / 2]
+
+        times = np.linspace(0.0, 6.0, 5)
+        run = solve_ivp(rates, (0, 6), [*start, 1, 0, 0, 0], "DOP853", times, rtol=1e-13, atol=1e-13)
+        wanted = Rotation.from_quat(run.y[3:].T, scalar_first=True)
+        for found in (exact.attitude(moments, start, times), direct.attitude(moments, start, times, 1e-12)):
+            off = (Rotation.from_quat(found, scalar_first=True).inv() * wanted).magnitude()
+            assert off.max() < 2e-11  # DOP853 at 1e-13 over a hundred steps
+
+
+def test_momentum_stands_still_in_space_and_a_start_turns_all():
+    moments, start, times = (1.0, 2.0, 3.0), (0.2, -0.9, 0.4), np.linspace(-9.0, 9.0, 50)
+    q = exact.attitude(moments, start, times)
+    L = Rotation.from_quat(q, scalar_first=True).apply(np.array(moments) * exact.rotation(moments, start, times))
+    np.testing.assert_allclose(L, np.tile(np.multiply(moments, start), (50, 1)), atol=2e-14)
+    first = np.array([0.5, -0.5, 0.1, 0.7])
+    first /= np.linalg.norm(first)
+    np.testing.assert_allclose(
+        exact.attitude(moments, start, times, 3 * first), np.array(multiplied(first, q.T)).T, atol=1e-15
+    )
+
+
+def test_geometric_phase_is_the_growth_of_psi():
+    rng = np.random.default_rng(5)
+    for _ in range(200):
+        moments, start = rng.uniform(0.3, 1.2, 3), rng.normal(size=3)
+        period, rate, _ = tumbling.periods(*moments, *start)
+        wanted = tumbling.geometric_phase(*moments, *start)
+        assert rate * period == pytest.approx(wanted, abs=1e-12, rel=1e-14)
+
+
+@njit(error_model="numpy")
+def marched(I, w, h, n):  # noqa: E741
+    out = np.empty((n + 1, 4))
+    d, f, g_d, g_j, g_k, c0, c1, c2, c3, c4, c5, c6, c7 = attitude.short_step_constants(
+        I[0], I[1], I[2], w[0], w[1], w[2], h
+    )
+    q = exact.step_constants(I[0], I[1], I[2], w[0], w[1], w[2], h)
+    q_d, q_j, q_k = attitude.oriented(d, q[0], q[1], q[2])
+    w_d, w_j, w_k = attitude.oriented(d, w[0], w[1], w[2])
+    w_d, w_k = f * w_d, f * w_k
+    r0, rd, rj, rk = attitude.lifted(g_d * w_d, g_j * w_j, g_k * w_k, 1.0, 0.0)
+    out[0] = (1.0, 0.0, 0.0, 0.0)
+    for i in range(n):
+        r0, rd, rj, rk = attitude.step(w_d, w_j, w_k, r0, rd, rj, rk, c0, c1, c2, c3, c4, c5, c6, c7)
+        w_d, w_j, w_k = exact.step(w_d, w_j, w_k, q_d, q_j, q_k)
+        a0, ad, aj, ak, size = attitude.land(w_d, w_j, w_k, r0, rd, rj, rk, g_d, g_j, g_k)
+        r0, rd, rj, rk = r0 * size, rd * size, rj * size, rk * size
+        x1, x2, x3 = attitude.by_axis(d, f * ad, aj, f * ak)
+        out[i + 1] = (a0, x1, x2, x3)
+    return out
+
+
+STEADY = [name for name in CASES if name not in ("m1 near 1e-15", "separatrix", "slender", "one ulp off, across")]
+
+
+@pytest.mark.parametrize("name", STEADY)
+def test_two_thousand_exact_steps(name):
+    moments, start = (np.array(x, dtype=float) / 4 for x in CASES[name])
+    for h in (0.04, 1.1):
+        found = marched(moments, start, h, 2000)
+        wanted = exact.attitude(moments, start, h * np.arange(2001.0))
+        assert apart(found, wanted).max() <= 2e-15 * 2000 * h * np.linalg.norm(start) + 1e-14
+
+
+def test_a_bent_coefficient_of_the_direct_step_is_seen():
+    moments, start = (1.0, 2.0, 3.0), (0.3, 0.8, 0.9)
+    wanted = exact.attitude(moments, start, [6.0])
+    bent = turning.turn_12.py_func
+
+    def run(half):
+        k = np.array([-1.0, 1.0, -1 / 3]) * 0.1
+        state = (*start, 1.0, 0.0, 0.0, 0.0)
+        for _ in range(60):
+            state = bent(*state, *k, half)
+        return np.array([state[3:]])
+
+    assert apart(run(0.05), wanted)[0] < 1e-13
+    assert apart(run(0.05 * (1 + 1e-9)), wanted)[0] > 1e-9
+
+
+def test_the_steps_are_as_written():
+    assert write_turning.WRITTEN.read_text() == write_turning.text()
+
+
+@pytest.mark.parametrize("function", [exact.attitude, lambda *a, **k: direct.attitude(*a[:3], 1e-10, **k)])
+def test_bad_input_is_named(function):
+    with pytest.raises(ValueError, match="omega_start must not be zero"):
+        function((1, 2, 3), (0, 0, 0), [1.0])
+    with pytest.raises(ValueError, match="attitude_start"):
+        function((1, 2, 3), (1, 0, 0), [1.0], attitude_start=(0, 0, 0, 0))
+    with pytest.raises(ValueError, match="moments"):
+        function((1, 2, -3), (1, 0, 0), [1.0])

@@ -1,0 +1,104 @@
+"""The racket's twist against quadrature, SciPy's equations of motion and the published law."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from kernels import twist
+
+WILSON, PHONE, PLAIN, LONG = (1.21, 16.38, 17.48), (7.418, 30.975, 38.236), (1.0, 2.0, 3.0), (1.0, 5.0, 5.5)
+
+
+def thrown(body, chi, theta=0.5 * math.pi, tolerance=1e-10):
+    points = dict(zip(("I1", "I2", "I3"), body, strict=True)) | {"chi": chi, "theta": theta, "omega0": 10.0}
+    return twist.survey(points, tolerance)
+
+
+@pytest.mark.parametrize(
+    ("body", "growth", "exact", "asymptotic", "share"),
+    [
+        (WILSON, 0.88823061, 0.11494413, 0.11502117, 0.926824),
+        (PHONE, 0.77656635, 0.14067931, 0.14060623, 0.910441),
+        (PLAIN, 0.57735027, 0.21023630, 0.20871343, 0.866159),
+        (LONG, 0.60302269, 0.27112150, 0.27177778, 0.827399),
+    ],
+)
+def test_the_law_of_the_defect(body, growth, exact, asymptotic, share):
+    """Figures from an independent quadrature of dchi/dphi."""
+    a, b = body[1] / body[0] - 1.0, 1.0 - body[1] / body[2]
+    assert math.sqrt(a * b) == pytest.approx(growth, abs=5e-9)
+    eps = 0.5 * twist.defect_theory(*body)
+    assert eps == pytest.approx(exact, abs=6e-9)
+    law = 2 * math.sqrt(a / (a + b)) * math.exp(-math.sqrt(a * b) * (math.pi + math.atan(math.sqrt(b / a))))
+    assert law == pytest.approx(asymptotic, abs=6e-9)
+    assert 1.0 - 2.0 * eps / math.pi == pytest.approx(share, abs=6e-7)
+    # a throw on the separatrix, from chi = -eps, ends at -(pi - eps): the full equations agree
+    theta = math.atan(math.sqrt(a / b) / math.sin(eps))
+    found = thrown(body, -eps, theta)
+    assert found["twist"][0] == pytest.approx(-(math.pi - 2.0 * eps), abs=1e-12)
+    assert found["twist_exact"][0] == pytest.approx(-(math.pi - 2.0 * eps), abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("body", "best", "chi0", "symmetric"),
+    [
+        (WILSON, 0.886272, 0.13201, 0.23733526),
+        (PHONE, 0.860800, 0.1621, 0.28966121),
+        (PLAIN, 0.792185, 0.24639, 0.42554202),
+    ],
+)
+def test_the_largest_twist_of_a_throw_across_the_handle(body, best, chi0, symmetric):
+    chi = np.linspace(chi0 - 0.01, chi0 + 0.01, 401)
+    found = np.abs(thrown(body, chi)["twist"]) / math.pi
+    assert found.max() == pytest.approx(best, abs=6e-7)
+    assert chi[found.argmax()] == pytest.approx(chi0, abs=2e-4)
+    # the symmetric nudge ends with L across the handle again, as it began: chi0 + |chi(end)| = pi
+    end = symmetric + thrown(body, symmetric)["twist"][0]
+    assert end == pytest.approx(math.pi - symmetric, abs=3e-7)
+
+
+def test_measured_and_exact_agree_at_every_point():
+    rng = np.random.default_rng(6)
+    n = 600
+    I1, I2 = rng.uniform(0.05, 1.0, n), rng.uniform(0.3, 1.0, n)
+    chi, theta = rng.uniform(-math.pi, math.pi, n), rng.uniform(0.3, math.pi - 0.3, n)
+    theta[::2] = 0.5 * math.pi
+    found = thrown((I1, I2, np.ones(n)), chi, theta)
+    for name in ("twist", "time_of_turn"):
+        off = np.abs(found[name] - found[f"{name}_exact"])
+        assert (off <= found[f"{name}_error"]).all()
+    assert np.median(found["twist_error"]) < 1e-12
+
+
+def test_scipy_ends_at_the_same_angle():
+    rng = np.random.default_rng(7)
+    for _ in range(8):
+        I = np.sort(rng.uniform(0.3, 1.0, 3))  # noqa: E741
+        chi, theta = rng.uniform(-3.0, 3.0), rng.uniform(0.4, 1.6)
+        m = np.array([math.cos(theta), math.sin(theta) * math.cos(chi), math.sin(theta) * math.sin(chi)])
+
+        def rates(_, y, I=I):  # noqa: E741
+            L, w = y[:3], y[:3] / I
+            square = L[1] ** 2 + L[2] ** 2
+            phi = np.linalg.norm(L) * (L[1] * w[1] + L[2] * w[2]) / square
+            turning = np.cross(L, w)
+            return [*turning, phi, (L[1] * turning[2] - L[2] * turning[1]) / square]
+
+        def arrived(_, y):
+            return y[3] - 2 * math.pi
+
+        arrived.terminal = True
+        run = solve_ivp(rates, (0, 99), [*m, 0.0, 0.0], "DOP853", rtol=1e-13, atol=1e-13, events=arrived)
+        found = thrown(I, chi, theta)
+        # L = I2 omega0 with omega0 = 10, where SciPy's L is 1
+        assert found["time_of_turn"][0] * 10.0 * I[1] == pytest.approx(run.t[-1], rel=1e-10)
+        assert found["twist"][0] == pytest.approx(run.y[4, -1], abs=1e-9)
+
+
+def test_no_turn_along_the_handle_and_no_law_for_a_symmetric_body():
+    found = thrown(PLAIN, 0.3, 0.0)
+    assert np.isnan(found["twist"][0])
+    assert np.isnan(found["twist_exact"][0])
+    assert np.isnan(thrown((1.0, 2.0, 2.0), 0.3)["twist_defect_theory"][0])
