@@ -41,13 +41,19 @@ from kernels.elliptic import RUNGS, climb, ladder
 from kernels.options import EXACT, OPTIONS
 from kernels.turning import carry_12
 
-SAM, LAM, SEPARATRIX, PRINCIPAL = range(4)
+IMPOSSIBLE, SAM, LAM, SEPARATRIX, PRINCIPAL = range(-1, 4)
 MOST_STEPS = 200_000
 EPSILON = float(np.finfo(np.float64).eps)
 LOST = 0.1  # share of a period that rounding moves it by: on the separatrix for all that can be seen
 NEAR = 8.0 * EPSILON  # of the greater term of L^2 - 2T I_mid: rounding of the start makes as much
 
 PERIODS = ("period_psi", "period_phi_long_axis", "period_phi_encircled")
+
+
+@njit(**EXACT)
+def possible(least, energy):
+    """Whether a body with ``I_min/I_max = least`` can have the energy ``2T I_max/L^2``: from 1 to 1/least."""
+    return (energy >= 1.0) & (energy * least <= 1.0 + EPSILON)
 
 
 @njit(**EXACT)
@@ -131,7 +137,7 @@ def fill_exact(I1, I2, I3, energy, modes, out):
     for i in range(I1.size):
         a, b, c = I1[i] / I3[i], I2[i] / I3[i], 1.0
         w1, w2, w3 = start(a, b, c, energy[i])
-        modes[i] = mode_of(a, b, c, w1, w3)
+        modes[i] = mode_of(a, b, c, w1, w3) if possible(a, energy[i]) else IMPOSSIBLE
         out[0, i], out[1, i], out[2, i] = math.nan, math.nan, math.nan
         if modes[i] == SAM or modes[i] == LAM:
             period, rate, sigma = periods(a, b, c, w1, w2, w3)
@@ -233,6 +239,8 @@ def measure_one(I1, I2, I3, energy, tolerance):
     """Mode, then periods as PERIODS, then their errors, measured from two runs; in units of I3/L, I3 = 1."""
     missing = math.nan
     w1, w2, w3 = start(I1, I2, I3, energy)
+    if not possible(I1, energy):
+        return IMPOSSIBLE, missing, missing, missing, missing, missing, missing
     if exact.is_stationary(I1, I2, I3, w1, w2, w3):
         return PRINCIPAL, missing, missing, missing, missing, missing, missing
     c1, c2, c3 = (I2 - I3) / I1, (I3 - I1) / I2, (I1 - I2) / I3
@@ -288,8 +296,8 @@ def survey(points, tolerance, measured=True):
     Returns
     -------
     dict of str to numpy.ndarray, shape (n,)
-        mode_exact (int8) and PERIODS with ``_exact`` (s); if ``measured``, mode, PERIODS and those with ``_error``. NaN
-        where there is no period.
+        mode_exact (int8; -1 where no motion of the body has the energy) and PERIODS with ``_exact`` (s); if
+        ``measured``, mode, PERIODS and those with ``_error``. NaN where there is no period.
     """
     names = ("I1", "I2", "I3", "energy", "omega0")
     arrays = np.broadcast_arrays(*(np.atleast_1d(points[name]) for name in names))
