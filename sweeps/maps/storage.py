@@ -7,8 +7,10 @@ import xarray as xr
 
 from sweeps import systems
 from sweeps.files import replaced
+from sweeps.maps import admission, door
 from sweeps.points.sweep import Sweep
 from sweeps.schema.carried import definition_of
+from sweeps.schema.refusals import shortened
 from sweeps.shards import contract
 from sweeps.shards.chunks import chunk_shape
 from sweeps.shards.content import hashed
@@ -66,15 +68,6 @@ def holds_map(path: str | Path, sweep: Sweep) -> bool:
         return False
 
 
-def _open(path: str | Path, **options) -> xr.Dataset:
-    if not Path(path).is_file():
-        raise MapError(f"{path}: there is no such file; allowed: a netCDF-4 file that Polhode wrote")
-    try:
-        return xr.open_dataset(path, engine="netcdf4", decode_times=False, **options)
-    except (OSError, ValueError, KeyError, RuntimeError) as error:
-        raise MapError(f"{path}: cannot be read as netCDF ({error}); allowed: a file that Polhode wrote") from None
-
-
 def _promised(ds: xr.Dataset) -> set[str]:
     """Variables that a map's own definition chose; none where it chose none."""
     integration = definition_of(ds.attrs).get("integration")
@@ -82,21 +75,22 @@ def _promised(ds: xr.Dataset) -> set[str]:
     return set(map(str, chosen)) if isinstance(chosen, tuple) else set()
 
 
-def _unprintable(ds: xr.Dataset) -> str | None:
-    """The name of an attribute or a text that a terminal might obey."""
-    holders = {"": ds.attrs} | {f"{name}:": variable.attrs for name, variable in ds.variables.items()}
-    for holder, attributes in holders.items():
-        for name, value in attributes.items():
-            if name != "definition" and not all(c.isprintable() or c in "\n\t" for c in str(value)):
-                return holder + name
-    for name, variable in ds.variables.items():
-        if variable.dtype.kind in "OUS" and not all(str(text).isprintable() for text in variable.values.reshape(-1)):
-            return str(name)
-    return None
+class _Door(xr.backends.BackendEntrypoint):
+    """The way by which `xarray` opens maps: through the door, which trusts nothing that a file says."""
+
+    open_dataset_parameters = ("filename_or_obj", "drop_variables", "any_flags")
+
+    def open_dataset(self, filename_or_obj, *, drop_variables=None, any_flags=False) -> xr.Dataset:
+        """The map at a path; see `open_map`."""
+        ds = admission.admitted(filename_or_obj, door.look(filename_or_obj), any_flags)
+        return ds.drop_vars(drop_variables or ())
 
 
 def open_map(path: str | Path, **options) -> xr.Dataset:
-    """Opens a map, lazily, with checks that say what is wrong.
+    """Opens a map, lazily, with checks that say what is wrong; what it returns may be trusted.
+
+    Names, types, dimensions, flags and units are those of the system's own tables, and no attribute of the file
+    decides how its numbers are read.
 
     Args:
         path: results/<sweep>/stability_map.nc, or any file of that contract.
@@ -106,25 +100,13 @@ def open_map(path: str | Path, **options) -> xr.Dataset:
         The Dataset, as results/README.md describes it.
 
     Raises:
-        MapError: for a file that is missing, not netCDF, or not a map of this contract.
+        MapError: for a file that is missing, not netCDF, or not a map of this contract; of the Dataset, where values
+            that are read are damaged.
     """
-    ds = _open(path, **options)
-    version = str(ds.attrs.get("contract_version", ""))
-    if version.split(".")[0] != contract.CONTRACT_VERSION.split(".")[0]:
-        ds.close()
-        found = version or "nothing"
-        raise MapError(f"{path}: contract_version: is {found}; allowed: {contract.CONTRACT_VERSION}, a map of Polhode")
-    if (unprintable := _unprintable(ds)) is not None:
-        ds.close()
-        raise MapError(f"{path}: {unprintable}: holds control characters; allowed: printable text")
-    try:
-        wanted = set(systems.of_map(ds).variables())
-    except KeyError:
-        ds.close()
-        name = str(ds.attrs["system"])
-        raise MapError(f"{path}: system: {name!r} is not available; allowed: {', '.join(systems.names())}") from None
-    missing = sorted((_promised(ds) or wanted) - set(ds.variables))
+    ds = xr.open_dataset(path, engine=_Door, **options)
+    missing = sorted((_promised(ds) or set(systems.of_map(ds).layout().needed)) - set(ds.variables))
     if missing:
         ds.close()
-        raise MapError(f"{path}: {missing[0]}: is missing ({len(missing)} in all); allowed: every variable of a map")
+        name = shortened("".join(c if c.isprintable() else "?" for c in missing[0]))
+        raise MapError(f"{path}: {name}: is missing ({len(missing)} in all); allowed: every variable of a map")
     return ds

@@ -68,7 +68,7 @@ def verify(
     Raises:
         MapError: for a file that is no map.
     """
-    with storage.open_map(map_of(path)) as ds:
+    with storage.open_map(map_of(path), any_flags=True) as ds:
         checks = [_content(ds)]
         sweep, check = _definition(ds, against)
         checks.append(check)
@@ -186,7 +186,8 @@ def _wrong_coordinates(ds: xr.Dataset, sweep: Sweep) -> Iterator[str]:
             yield f"{name}: is no coordinate along {', '.join(array.dims)} of type {array.dtype}"
         elif content.as_bytes(found.values) != content.as_bytes(array.values):
             yield f"{name}: has other values than the definition's"
-    for name in set(ds.variables) - set(expected) - set(sweep.variables):
+    beside = set(ds.variables) | set(ds.encoding.get("ignored", ()))
+    for name in beside - set(expected) - set(sweep.variables):
         yield f"{shortened(repr(name))}: is no variable of this map"
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from sweeps.schema.layout import Layout
 from sweeps.schema.variables import Variable
 from sweeps.systems.look import Look
 
@@ -71,6 +72,11 @@ class System(ABC):
     @abstractmethod
     def variables(self, definition: "Definition | None" = None) -> dict[str, Variable]:
         """Name → each variable of a map of this definition; without one, those that every map has."""
+
+    def layout(self) -> Layout:
+        """What any map of this system may hold; of a system that says nothing, also what only its definition knows."""
+        variables = self.variables()
+        return Layout({}, variables, tuple(variables), is_open=True)
 
     @abstractmethod
     def columns(self, points: Mapping[str, np.ndarray], integration: "Integration") -> dict[str, np.ndarray]:

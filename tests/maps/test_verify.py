@@ -167,13 +167,13 @@ def rebuilt(path, change):
 
 HOSTILE = {
     "no variable": (2, lambda ds: ds.drop_vars("omega_squared")),
-    "no coordinate": (1, lambda ds: ds.drop_vars("I1")),
+    "no coordinate": (2, lambda ds: ds.drop_vars("I1")),
     "NaN everywhere": (1, lambda ds: ds.map(lambda v: v * np.nan if v.dtype.kind == "f" else v)),
-    "other dimensions": (1, lambda ds: ds.transpose(..., "axis")),
-    "renamed dimension": (1, lambda ds: ds.rename_dims(I1="J1")),
+    "other dimensions": (2, lambda ds: ds.transpose(..., "axis")),
+    "renamed dimension": (2, lambda ds: ds.rename_dims(I1="J1")),
     "a part": (1, lambda ds: ds.isel(I1=slice(0, 2))),
-    "text for numbers": (1, lambda ds: ds.assign(omega_squared=ds.omega_squared.astype(str).astype(object))),
-    "no points": (1, lambda ds: ds.isel(I1=slice(0, 0))),
+    "text for numbers": (2, lambda ds: ds.assign(omega_squared=ds.omega_squared.astype(str).astype(object))),
+    "no points": (2, lambda ds: ds.isel(I1=slice(0, 0))),
     "another variable": (1, lambda ds: ds.assign({"a b": ds.status})),
     "definition of numbers": (1, lambda ds: ds.assign_attrs(definition=np.arange(4.0))),
     "definition of script": (1, lambda ds: ds.assign_attrs(definition="<script>alert(1)</script>\x1b[31m")),

@@ -17,13 +17,14 @@ from pydantic import Field
 
 from sweeps.schema import parameters
 from sweeps.schema.definition import Definition, Integration
+from sweeps.schema.layout import Layout
 from sweeps.schema.parameters import Parameter, Quantity, Range, grid_model, spread
 from sweeps.schema.refusals import keys_of
 from sweeps.schema.values import number
 from sweeps.schema.variables import Variable, table
 from sweeps.systems.oscillator.definition import OscillatorDefinition
 from sweeps.systems.oscillator.look import LOOK
-from sweeps.systems.oscillator.variables import COORDINATES, NUDGE, VARIABLES
+from sweeps.systems.oscillator.variables import COORDINATES, LAYOUT, NUDGE, VARIABLES
 from sweeps.systems.system import Points, System
 
 if TYPE_CHECKING:
@@ -134,6 +135,10 @@ class Oscillator(System):
             Variable(f"{c.name}_equilibrium", c.unit, f"{c.meaning}, at the equilibrium") for c in self.description.kept
         )
         return VARIABLES | table(*places)
+
+    def layout(self) -> Layout:
+        """What any of its maps may hold: parameters and places by names that its description knows."""
+        return LAYOUT
 
     def columns(self, points: Mapping[str, np.ndarray], integration: Integration) -> dict[str, np.ndarray]:
         """Linear theory beside what is measured; see `sweeps.mechanics.model`."""

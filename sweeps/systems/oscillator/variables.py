@@ -1,9 +1,12 @@
 """What a map of small oscillations holds, beside the parameters of the system described."""
 
+from typing import Annotated
+
 from kernels.statuses import STATUSES
 from sweeps.schema import parameters
+from sweeps.schema.layout import Layout
 from sweeps.schema.parameters import Parameter, Quantity
-from sweeps.schema.values import Epsilon, Phase
+from sweeps.schema.values import Epsilon, Phase, whole
 from sweeps.schema.variables import Variable, table
 
 REGIMES = ("undetermined", "stable", "unstable", "marginal")
@@ -91,4 +94,13 @@ NUDGE = (
 COORDINATES = parameters.coordinates(NUDGE) | table(  # beside the parameters
     Variable("equilibrium", None, "equilibrium", "str"),
     Variable("mode", "1", "normal mode, by ascending signed square of its rate", "i1"),
+)
+
+LAYOUT = Layout(
+    COORDINATES,
+    VARIABLES,
+    tuple(VARIABLES),
+    {parameter.name: parameter.quantity.item for parameter in NUDGE}
+    | {"mode": Annotated[int, whole(1, 100, "whole numbers from 1 to 100")], "equilibrium": str},
+    is_open=True,
 )

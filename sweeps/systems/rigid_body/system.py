@@ -5,11 +5,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sweeps.schema.layout import Layout
 from sweeps.schema.parameters import Range, spread
 from sweeps.schema.variables import Variable
 from sweeps.systems.rigid_body.definition import RigidBodyDefinition, RigidBodyIntegration
 from sweeps.systems.rigid_body.look import LOOK
-from sweeps.systems.rigid_body.variables import ARGUMENTS, COORDINATES, MOMENTS, SHAREABLE, VARIABLES
+from sweeps.systems.rigid_body.variables import ARGUMENTS, COORDINATES, LAYOUT, MOMENTS, SHAREABLE, VARIABLES
 from sweeps.systems.system import System
 
 if TYPE_CHECKING:
@@ -65,6 +66,10 @@ class RigidBody(System):
         if definition is None:
             return VARIABLES
         return definition.integration.table
+
+    def layout(self) -> Layout:
+        """What any of its maps may hold."""
+        return LAYOUT
 
     def columns(self, points: Mapping[str, np.ndarray], integration: RigidBodyIntegration) -> dict[str, np.ndarray]:
         """Linear theory beside what is measured; see `kernels.survey`."""

@@ -2,8 +2,9 @@
 
 from kernels import statuses
 from sweeps.schema import parameters
+from sweeps.schema.layout import Layout
 from sweeps.schema.parameters import Parameter, Quantity
-from sweeps.schema.values import MIN_SPIN_RATE, Epsilon, Moment, Phase, spin_rate
+from sweeps.schema.values import MIN_SPIN_RATE, Axis, Epsilon, Moment, Phase, spin_rate
 from sweeps.schema.variables import Variable, table
 
 MOMENTS = ("I1", "I2", "I3")
@@ -152,4 +153,12 @@ COORDINATES = (
             "where 1, I1, I2 and I3 of the body are in a unit of their own",
         )
     )
+)
+
+LAYOUT = Layout(
+    {"body": COORDINATES["body"], **COORDINATES},  # in storage order
+    VARIABLES | CERTIFICATE | FLIPS,
+    tuple(VARIABLES),
+    {"axis": Axis} | {parameter.name: parameter.quantity.item for parameter in PARAMETERS},
+    along="body",
 )

@@ -5,11 +5,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sweeps.schema.layout import Layout
 from sweeps.schema.parameters import Range, spread
 from sweeps.schema.variables import Variable
 from sweeps.systems.symmetric_top.definition import SymmetricTopDefinition, TopIntegration
 from sweeps.systems.symmetric_top.look import LOOK
-from sweeps.systems.symmetric_top.variables import ARGUMENTS, COORDINATES, VARIABLES
+from sweeps.systems.symmetric_top.variables import ARGUMENTS, COORDINATES, LAYOUT, VARIABLES
 from sweeps.systems.system import System
 
 if TYPE_CHECKING:
@@ -43,6 +44,10 @@ class SymmetricTop(System):
     def variables(self, definition: SymmetricTopDefinition | None = None) -> dict[str, Variable]:
         """Name → variable."""
         return VARIABLES
+
+    def layout(self) -> Layout:
+        """What any of its maps may hold."""
+        return LAYOUT
 
     def columns(self, points: Mapping[str, np.ndarray], integration: TopIntegration) -> dict[str, np.ndarray]:
         """The closed form beside what is measured; see `kernels.symmetric_top`."""

@@ -4,6 +4,7 @@ from typing import Annotated
 
 from kernels import statuses
 from sweeps.schema import parameters
+from sweeps.schema.layout import Layout
 from sweeps.schema.parameters import Parameter, Quantity
 from sweeps.schema.values import MIN_SPIN_RATE, number, spin_rate
 from sweeps.schema.variables import Variable, table
@@ -118,3 +119,10 @@ PARAMETERS = (
 )
 ARGUMENTS = tuple(parameter.name for parameter in PARAMETERS)
 COORDINATES = parameters.coordinates(PARAMETERS)
+
+LAYOUT = Layout(
+    COORDINATES,
+    VARIABLES,
+    tuple(VARIABLES),
+    {parameter.name: parameter.quantity.item for parameter in PARAMETERS},
+)

@@ -1,0 +1,292 @@
+"""A file held against the one description of its system's maps; what is admitted may be trusted."""
+
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from sweeps import systems
+from sweeps.maps.door import MOST_TEXT, Found, Held
+from sweeps.maps.raw import RawFile, Values
+from sweeps.schema.layout import Layout
+from sweeps.schema.reading import MAX_FILE_BYTES
+from sweeps.schema.refusals import shortened
+from sweeps.schema.variables import Variable
+from sweeps.shards import contract
+from sweeps.shards.shard import MapError
+
+WHOLE = ("definition", "inputs")  # attributes that are compared, and never cut
+DESCRIBING = ("long_name", "units", "comment")  # of what only its own system's description knows
+MOST_WORDS = 200  # characters of these
+MOST_SWOLLEN = 100  # how many times its own size on disk a column of digits may have
+SMALL = 2**26  # bytes that may be swollen as they like
+
+
+class _UnlikeError(Exception):
+    """In what a file is unlike a map: the message but for the file's name."""
+
+
+def admitted(path: str | Path, found: Found, any_flags: bool = False) -> xr.Dataset:
+    """The Dataset of a file that is a map; numbers are read when they are asked for.
+
+    Args:
+        path: the file.
+        found: what it holds.
+        any_flags: whether flags without a meaning are read as they are; else they are refused as they are read.
+
+    Raises:
+        MapError: for a file that is unlike the maps of its system, in words.
+    """
+    try:
+        attributes = _global(found.attributes)
+        layout = _layout(attributes)
+        parts = _Parts(layout, found.variables)
+        _check(parts)
+        file = RawFile(path)
+        ds = _dataset(parts, file, any_flags).assign_attrs(attributes)
+    except _UnlikeError as unlike:
+        raise MapError(f"{path}: {unlike}") from None
+    ds.encoding["ignored"] = parts.others
+    ds.set_close(file.close)
+    return ds
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Attributes
+
+
+def _said(value: Any) -> str:
+    return " ".join(map(str, value)) if isinstance(value, list) else str(value)
+
+
+def _global(attributes: Mapping[str, Any]) -> dict[str, str]:
+    """Attributes of the whole file as text of bounded length, of a contract that is known."""
+    found = {}
+    for name, value in attributes.items():
+        text = _printable(name, name, "") and _printable(name, _said(value), "\n\t" if name != "definition" else None)
+        if not name.startswith("_"):  # the netCDF library's own
+            most = MAX_FILE_BYTES if name in WHOLE else MOST_TEXT
+            found[name] = text if len(text) <= most else text[: most - 1] + "…"
+    version = found.get("contract_version", "")
+    if version.split(".")[0] != contract.CONTRACT_VERSION.split(".")[0]:
+        shown = shortened(version) or "nothing"
+        raise _UnlikeError(f"contract_version: is {shown}; allowed: {contract.CONTRACT_VERSION}, a map of Polhode")
+    return found
+
+
+def _printable(where: str, text: str, beside: str | None) -> str:
+    """The text, which holds nothing that a terminal might obey; `beside` may stand in it as well, or anything."""
+    if beside is not None and not all(c.isprintable() or c in beside for c in text):
+        where = "".join(c if c.isprintable() else "?" for c in where[:60])
+        raise _UnlikeError(f"{where}: holds control characters; allowed: printable text")
+    return text
+
+
+def _layout(attributes: Mapping[str, str]) -> Layout:
+    """The description of the maps of a file's system."""
+    try:
+        return systems.of_map(xr.Dataset(attrs=attributes)).layout()
+    except KeyError:
+        name = shortened(repr(attributes["system"]))
+        raise _UnlikeError(f"system: {name} is not available; allowed: {', '.join(systems.names())}") from None
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Variables and coordinates
+
+
+class _Parts:
+    """A file's variables, told apart.
+
+    Attributes:
+        layout: what they are held against.
+        coordinates: name → coordinate, in the layout's order.
+        variables: name → variable, in the layout's order.
+        specs: name → what each of both should be.
+        others: names of what is no part of a map, and is not read.
+        dims: the dimensions of the map's points, in storage order.
+    """
+
+    def __init__(self, layout: Layout, held: Mapping[str, Held]):
+        self.layout = layout
+        self.coordinates = {name: held[name] for name in layout.coordinates if name in held}
+        self.variables = {name: held[name] for name in layout.variables if name in held}
+        self.specs = {**layout.coordinates, **layout.variables}
+        if layout.is_open:
+            self._take_own(held)
+        self.others = tuple(name for name in held if name not in self.coordinates and name not in self.variables)
+        self.dims = max((one.dims for one in self.variables.values()), key=len, default=())
+
+    def _take_own(self, held: Mapping[str, Held]) -> None:
+        """Takes the parameters and places that only the description of the system knows: they are doubles."""
+        own = {}
+        for name, one in held.items():
+            if name in self.specs or one.dtype not in ("<f8", ">f8"):
+                continue
+            words = {key: _printable(f"{name}:{key}", _said(one.attributes.get(key, "")), "") for key in DESCRIBING}
+            words = {key: text[:MOST_WORDS] for key, text in words.items()}
+            self.specs[name] = Variable(
+                name, words["units"] or "1", words["long_name"] or name, comment=words["comment"]
+            )
+            if one.dims in ((), (name,)):
+                own[name] = one
+            else:
+                self.variables[name] = one
+        self.coordinates = own | self.coordinates
+
+
+def _check(parts: _Parts) -> None:
+    if not parts.variables:
+        raise _UnlikeError("(variables): (nothing) is missing; allowed: every variable of a map")
+    for name, held in parts.coordinates.items():
+        _check_coordinate(parts, name, held)
+    _check_dimensions(parts)
+    for name, held in parts.variables.items():
+        _check_variable(parts, name, held)
+
+
+def _check_dimensions(parts: _Parts) -> None:
+    dims = parts.dims
+    known = [dim for dim in parts.layout.coordinates if dim in dims]
+    if [dim for dim in dims if dim in known] != known or len(set(dims)) != len(dims):
+        raise _UnlikeError(f"dimensions: are ({', '.join(dims)}); allowed: each once, {', '.join(known)} in this order")
+    for dim in dims:
+        if dim not in parts.coordinates or _own_dims(parts, dim) != (dim,):
+            shown = shortened(repr(dim)) if dim else "(one without a name)"
+            raise _UnlikeError(f"dimensions: {shown} has no coordinate; allowed: those of this system's maps")
+    for name in parts.coordinates:
+        along = _own_dims(parts, name)
+        if not set(along) <= set(dims) | {parts.layout.along}:
+            raise _UnlikeError(f"{name}: lies along {', '.join(along)}; allowed: a dimension of the map")
+    needed = set(parts.layout.values) | ({"moments_are_ratios"} if parts.layout.along in parts.coordinates else set())
+    for name in sorted(needed - set(parts.coordinates)):
+        if name in parts.layout.coordinates:
+            raise _UnlikeError(f"{name}: is missing; allowed: every coordinate of a map")
+
+
+def _own_dims(parts: _Parts, name: str) -> tuple[str, ...]:
+    """Dimensions of a coordinate, without that of its characters."""
+    held = parts.coordinates[name]
+    return held.dims[:-1] if held.dtype == "|S1" and held.dims else held.dims
+
+
+def _check_coordinate(parts: _Parts, name: str, held: Held) -> None:
+    spec, dims = parts.specs[name], _own_dims(parts, name)
+    if dims not in ((), (name,), (parts.layout.along,)):
+        shown = shortened(" × ".join(dim or "?" for dim in dims))
+        raise _UnlikeError(f"{name}: lies along {shown}; allowed: its own dimension alone")
+    if spec.dtype == "str":
+        if held.dtype != "str" and not held.dtype.startswith("|S"):
+            raise _UnlikeError(f"{name}: is of type {held.dtype or 'unknown'}; allowed: text")
+    else:
+        _check_type(name, held, spec)
+    if 0 in held.shape:
+        raise _UnlikeError(f"{name}: has no values; allowed: one value or more")
+
+
+def _check_type(name: str, held: Held, spec: Variable) -> None:
+    if not held.dtype or held.dtype == "str" or np.dtype(held.dtype).newbyteorder("=") != np.dtype(spec.dtype):
+        shown = {"": "unknown", "str": "text"}.get(held.dtype, held.dtype)
+        raise _UnlikeError(f"{name}: is of type {shown}; allowed: {np.dtype(spec.dtype)}")
+    told = held.attributes
+    if spec.flags:
+        same = told.get("flag_values", _flag_values(spec)) == _flag_values(spec)
+        if not same or _said(told.get("flag_meanings", " ".join(spec.flags))) != " ".join(spec.flags):
+            raise _UnlikeError(f"{name}: has flags of other meanings; allowed: {', '.join(spec.flags)}")
+    elif _said(told.get("units", spec.units)) != spec.units:
+        raise _UnlikeError(f"{name}: is in {_shown(told['units'])}; allowed: {spec.units}")
+
+
+def _shown(value: Any) -> str:
+    return shortened("".join(c if c.isprintable() else "?" for c in _said(value)[:200]))
+
+
+def _flag_values(spec: Variable) -> list[int]:
+    return list(range(spec.first_flag, spec.first_flag + len(spec.flags)))
+
+
+def _check_variable(parts: _Parts, name: str, held: Held) -> None:
+    spec = parts.specs[name]
+    if held.dims != parts.dims:
+        shown = shortened(", ".join(dim or "?" for dim in held.dims)) or "no dimension"
+        raise _UnlikeError(f"{name}: lies along {shown}; allowed: {', '.join(parts.dims)}")
+    shape = tuple(parts.coordinates[dim].shape[0] for dim in parts.dims)
+    if held.shape != shape:
+        raise _UnlikeError(f"{name}: is of shape {held.shape}; allowed: {shape}, as its coordinates")
+    _check_type(name, held, spec)
+    size = math.prod(held.shape) * np.dtype(spec.dtype).itemsize
+    if not spec.deflated and size > max(SMALL, MOST_SWOLLEN * int(held.places[:, -1].sum())):
+        raise _UnlikeError(f"{name}: declares {size:,} bytes, {MOST_SWOLLEN} times what it holds; allowed: a whole map")
+
+
+# ---------------------------------------------------------------------------------------------------------
+# The Dataset
+
+
+def _dataset(parts: _Parts, file: RawFile, any_flags: bool) -> xr.Dataset:
+    coordinates = {}
+    for name, held in parts.coordinates.items():
+        values = _texts(file, name, held) if parts.specs[name].dtype == "str" else Values(file, name, held).whole()
+        _check_values(parts, name, values)
+        coordinates[name] = (_own_dims(parts, name), values, _attributes(parts, name, held))
+    variables = {}
+    for name, held in parts.variables.items():
+        spec = parts.specs[name]
+        ends = (spec.first_flag, spec.first_flag + len(spec.flags) - 1) if spec.flags and not any_flags else None
+        data = xr.core.indexing.LazilyIndexedArray(Values(file, name, held, ends))
+        variables[name] = xr.Variable(held.dims, data, _attributes(parts, name, held))
+    return xr.Dataset(variables, coordinates)
+
+
+def _attributes(parts: _Parts, name: str, held: Held) -> dict:
+    own = parts.specs[name].attributes
+    if "sha256" not in held.attributes:
+        return own
+    return own | {"sha256": _printable(f"{name}:sha256", _said(held.attributes["sha256"])[:MOST_WORDS], "")}
+
+
+def _texts(file: RawFile, name: str, held: Held) -> np.ndarray:
+    """A coordinate's text, however it is stored: of any length, of one length, or character by character."""
+    if held.dtype == "str":
+        items, shape = held.texts, held.shape
+    else:
+        values = np.ascontiguousarray(Values(file, name, held).whole())
+        shape = held.shape[:-1] if held.dtype == "|S1" and held.dims else held.shape
+        width = values.nbytes // max(math.prod(shape), 1)
+        joined = np.frombuffer(values.tobytes(), f"S{max(width, 1)}")
+        items = [item.decode("utf-8", "replace") for item in joined.tolist()]
+    found = np.empty(shape, dtype=object)
+    found.reshape(-1)[:] = items
+    return found
+
+
+def _check_values(parts: _Parts, name: str, values: np.ndarray) -> None:
+    """Whether a coordinate's values are allowed, and differ from each other where they stand along a dimension."""
+    values = np.atleast_1d(values)
+    along = bool(parts.coordinates[name].shape) and _own_dims(parts, name) == (name,)
+    if values.dtype == object:
+        for text in values.tolist():
+            _printable(name, text, "")
+        if along and len(set(values.tolist())) != values.size:
+            raise _UnlikeError(f"{name}: holds a name twice; allowed: names that all differ")
+        return
+    if not np.isfinite(values).all():
+        raise _UnlikeError(f"{name}: holds a value that is not finite; allowed: finite numbers")
+    for value in _telling(values):
+        if allowed := parts.layout.wrong(name, value):
+            raise _UnlikeError(f"{name}: holds {value!r}; allowed: {allowed}")
+    spec = parts.specs[name]
+    if spec.flags and not {*np.unique(values).tolist()} <= {*_flag_values(spec)}:
+        raise _UnlikeError(f"{name}: holds flags without a meaning; allowed: {', '.join(spec.flags)}")
+    steps = values[1:] > values[:-1], values[1:] < values[:-1]
+    if along and not (steps[0].all() or steps[1].all()):
+        raise _UnlikeError(f"{name}: goes up and down, or stands; allowed: values that ascend, or descend")
+
+
+def _telling(values: np.ndarray) -> Iterator[float | int]:
+    """Least and greatest value, and those nearest to zero on both sides: what holds of these holds of all."""
+    chosen = [values, values[values > 0], values[values < 0], values[values == 0]]
+    yield from {value.item() for part in chosen if part.size for value in (part.min(), part.max())}

@@ -1,0 +1,390 @@
+"""What a file says of itself, found out where it can do no harm.
+
+The library that reads HDF5 was not made for files that mean harm: damaged ones bring it down, or keep it busy for
+ever. So it reads in a child process, of bounded time and memory, whose death is a refusal. The child tells names,
+types, shapes, attributes as bounded text, and where in the file each value lies; values themselves are then read from
+those places (see `sweeps.maps.raw`), and the library never sees the file in this process.
+"""
+
+import faulthandler
+import json
+import math
+import os
+import resource
+import select
+import signal
+import stat
+import sys
+import time
+import warnings
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from sweeps.schema.reading import MAX_FILE_BYTES
+from sweeps.shards.shard import MapError
+
+ALLOWED = "a netCDF-4 file that Polhode wrote"
+SIGNATURE = b"\x89HDF\r\n\x1a\n"
+MOST_OBJECTS = 1000
+MOST_ATTRIBUTES = 200
+MOST_TEXT = 10_000  # characters of an attribute, but for the definition's
+MOST_NAMES = 100_000  # items of text along one dimension
+MOST_NAMES_BYTES = 2**24
+MOST_TOLD_BYTES = 2**28
+MOST_CHUNK_BYTES = 2**26
+ROOM = 2**29  # bytes that a look may take
+SECONDS = 8.0  # of processor that a look may take, and one more a gibibyte of the file
+PATIENCE = 60.0  # s, where a disk is slow
+DEFLATE, SHUFFLE, FLETCHER = h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_FLETCHER32
+TOLD = ("CLASS", "NAME", "_Netcdf4Dimid", "_Netcdf4Coordinates", "long_name", "units", "comment")
+TOLD += ("flag_values", "flag_meanings", "sha256")  # attributes of a variable that matter
+MOST_DEFLATED = 1040  # how many times deflated bytes can swell
+SUPERBLOCK_END = {0: (13, 40), 1: (13, 44), 2: (9, 28), 3: (9, 28)}  # version → places of a size's length, and the end
+
+
+@dataclass(frozen=True)
+class Held:
+    """One variable of a file.
+
+    Attributes:
+        dims: names of its dimensions.
+        shape: their lengths.
+        dtype: NumPy's name of its type; "str" for text whose values are in `texts`; "" for what is no plain type.
+        attributes: name → text, or a list of numbers.
+        chunk: shape of its chunks; None where it is in one piece.
+        filters: codes of the filters that its chunks went through.
+        places: chunks as (index of its first value …, mask of filters left out, address, bytes), or the one piece.
+        texts: its values, where they are text.
+    """
+
+    dims: tuple[str, ...]
+    shape: tuple[int, ...]
+    dtype: str
+    attributes: dict[str, Any]
+    chunk: tuple[int, ...] | None
+    filters: tuple[int, ...]
+    places: np.ndarray
+    texts: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a file holds: attributes, and name → variable."""
+
+    attributes: dict[str, Any]
+    variables: dict[str, Held]
+
+
+def look(path: str | Path) -> Found:
+    """What a file holds, as it says itself.
+
+    Raises:
+        MapError: for what is no netCDF-4 file, and for one that is cut short, damaged, or points outside of itself.
+    """
+    size = _regular(path)
+    _check_superblock(path, size)
+    told = _told_by_child(path, SECONDS + size / 2**30)
+    if "refused" in told:
+        raise MapError(f"{path}: {told['refused']}")
+    held = {}
+    for name, values in told["variables"].items():
+        places = np.array(values.pop("places"), dtype=np.int64)
+        lists = {key: tuple(values.pop(key)) for key in ("dims", "shape", "filters", "texts")}
+        chunk = values.pop("chunk")
+        held[name] = Held(**lists, **values, chunk=None if chunk is None else tuple(chunk), places=places)
+        _check_places(path, name, held[name], size)
+    return Found(told["attributes"], held)
+
+
+def _regular(path: str | Path) -> int:
+    """Size of a file; refused is what is no file."""
+    try:
+        status = os.stat(path)
+    except (OSError, ValueError):
+        status = None
+    if status is None or not stat.S_ISREG(status.st_mode):
+        raise MapError(f"{path}: there is no such file; allowed: {ALLOWED}")
+    return status.st_size
+
+
+def _check_superblock(path: str | Path, size: int) -> None:
+    """Whether the file begins as HDF5 and is as long as it says."""
+    try:
+        with open(path, "rb") as file:
+            head = file.read(64)
+    except OSError as error:
+        raise MapError(f"{path}: cannot be opened ({error.strerror}); allowed: {ALLOWED}") from None
+    unreadable = f"{path}: cannot be read as netCDF"
+    if head[:3] == b"CDF":
+        raise MapError(f"{unreadable}-4 (it is netCDF-3, the classic format); allowed: {ALLOWED}")
+    if head[:8] != SIGNATURE or len(head) < 64 or head[8] not in SUPERBLOCK_END:
+        raise MapError(f"{unreadable} (it begins as no such file); allowed: {ALLOWED}")
+    width, end = SUPERBLOCK_END[head[8]]
+    stated = int.from_bytes(head[end : end + head[width]], "little")
+    if head[width] != 8 or stated > size:
+        raise MapError(f"{unreadable} (cut short: {size:,} of {stated:,} bytes); allowed: {ALLOWED}")
+
+
+def _check_places(path: str | Path, name: str, held: Held, size: int) -> None:
+    """Whether every value that a variable declares is there, inside the file, in pieces of the size it says."""
+    where = f"{path}: {name}"
+    if not held.dtype or held.dtype == "str":
+        return
+    points, width = math.prod(held.shape), np.dtype(held.dtype).itemsize
+    piece = math.prod(held.shape if held.chunk is None else held.chunk) * width
+    wanted = 1 if held.chunk is None else math.prod(-(-n // m) for n, m in zip(held.shape, held.chunk, strict=True))
+    if points and len(held.places) != wanted:
+        raise MapError(f"{where}: declares {points:,} values and holds fewer; allowed: a whole map")
+    if not points:
+        return
+    address, length, mask = held.places[:, -2], held.places[:, -1], held.places[:, -3]
+    if (address <= 0).any() or (length <= 0).any() or (length > size).any() or (address > size - length).any():
+        raise MapError(f"{where}: lies outside of the file; allowed: {ALLOWED}")
+    if mask.any():
+        raise MapError(f"{where}: has chunks that went past its filters; allowed: {ALLOWED}")
+    deflated = DEFLATE in held.filters
+    extra = 4 * (FLETCHER in held.filters)
+    wrong = length > piece + piece // 100 + 1024 if deflated else length != piece + extra
+    if wrong.any() or (deflated and (length * MOST_DEFLATED < piece).any()):
+        raise MapError(f"{where}: has chunks of another size than it declares; allowed: {ALLOWED}")
+
+
+# ---------------------------------------------------------------------------------------------------------
+# The child
+
+
+def _told_by_child(path: str | Path, seconds: float) -> dict:
+    """What a child that looks at the file tells, or why it is refused."""
+    if sys.platform != "linux":  # elsewhere a fork does not bear the threads of a parent
+        return _looked(path)
+    reading, writing = os.pipe()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # of threads: the child starts none and takes no lock
+        child = os.fork()
+    if not child:
+        _look_and_tell(path, writing, seconds)
+    os.close(writing)
+    try:
+        told = _read_all(reading)
+    finally:
+        os.close(reading)
+        _end(child)
+    damaged = f"cannot be read as netCDF (it is damaged: reading it took too long or failed); allowed: {ALLOWED}"
+    try:
+        return json.loads(told)
+    except ValueError:
+        return {"refused": damaged}
+
+
+def _read_all(reading: int) -> bytes:
+    """What comes out of a pipe until it is closed; b"" after a long wait."""
+    parts, end, size = [], time.monotonic() + PATIENCE, 0
+    while True:
+        ready, _, _ = select.select([reading], [], [], max(0.0, end - time.monotonic()))
+        part = os.read(reading, 2**20) if ready else b""
+        if not ready or (size := size + len(part)) > MOST_TOLD_BYTES:
+            return b""
+        if not part:
+            return b"".join(parts)
+        parts.append(part)
+
+
+def _end(child: int) -> None:
+    with suppress(ProcessLookupError):
+        os.kill(child, signal.SIGKILL)
+    os.waitpid(child, 0)
+
+
+def _look_and_tell(path: str | Path, writing: int, seconds: float) -> None:
+    """In the child: looks, tells and ends, whatever happens; the process it was copied from must not go on here."""
+    try:
+        faulthandler.disable()
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGALRM):
+            signal.signal(number, signal.SIG_DFL)
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # what the C library has to say at its death
+        with open("/proc/self/statm") as file:
+            mapped = int(file.read().split()[0]) * resource.getpagesize()
+        _limit(resource.RLIMIT_AS, mapped + ROOM)
+        _limit(resource.RLIMIT_CPU, math.ceil(seconds))
+        _limit(resource.RLIMIT_CORE, 0)
+        told = json.dumps(_looked(path)).encode()
+        while told:
+            told = told[os.write(writing, told) :]
+    finally:
+        os._exit(0)
+
+
+def _limit(what: int, value: int) -> None:
+    soft, hard = resource.getrlimit(what)
+    least = [limit for limit in (value, soft, hard) if limit != resource.RLIM_INFINITY]
+    resource.setrlimit(what, (min(least), hard))
+
+
+class _RefusedError(Exception):
+    """Why a file is refused."""
+
+
+def _looked(path: str | Path) -> dict:
+    try:
+        with h5py.File(path, "r", locking=False) as file:
+            return {"attributes": _attributes(file, ""), "variables": _variables(file)}
+    except _RefusedError as refused:
+        return {"refused": str(refused)}
+    except Exception as error:
+        said = "".join(c if c.isprintable() else " " for c in str(error))[:200]
+        return {"refused": f"cannot be read as netCDF (it is damaged: {said}); allowed: {ALLOWED}"}
+
+
+def _variables(file: h5py.File) -> dict[str, dict]:
+    links = file.id.links
+    if len(file.id) > MOST_OBJECTS:
+        raise _RefusedError(f"holds {len(file.id):,} objects; allowed: at most {MOST_OBJECTS:,}")
+    datasets = {}
+    for encoded in file.id:
+        name = _text(encoded)
+        if not (name.isprintable() and 0 < len(name) <= 256):
+            raise _RefusedError(f"{name[:60]!r}: is no name; allowed: printable text")
+        if links.get_info(encoded).type != h5py.h5l.TYPE_HARD:
+            raise _RefusedError(f"{name}: is a link to somewhere else; allowed: variables inside the file")
+        opened = h5py.h5o.open(file.id, encoded)
+        if isinstance(opened, h5py.h5d.DatasetID):
+            datasets[name] = h5py.Dataset(opened)
+    attributes = {name: _attributes(dataset, f"{name}:") for name, dataset in datasets.items()}
+    names = _dimensions(datasets, attributes)
+    return {name: _held(name, datasets[name], names, attributes[name]) for name in datasets}
+
+
+def _dimensions(datasets, attributes) -> dict[int, tuple[str, int]]:
+    """Number of each dimension, as netCDF counts them → its name and length."""
+    found = {}
+    for name, own in attributes.items():
+        if own.get("CLASS") == "DIMENSION_SCALE" and datasets[name].shape:
+            number = own.get("_Netcdf4Dimid", len(datasets) + len(found))
+            number = number[0] if isinstance(number, list) and number else number
+            found[number if isinstance(number, int) else -1] = name, datasets[name].shape[0]
+    return found
+
+
+def _held(name: str, dataset: h5py.Dataset, numbered: dict, attributes: dict) -> dict:
+    shape = dataset.shape
+    if shape is None or dataset.id.rank > 32:
+        raise _RefusedError(f"{name}: has no shape; allowed: {ALLOWED}")
+    dtype = _type(dataset)
+    told = {"shape": shape, "dtype": dtype, "attributes": attributes, "texts": [], "places": []}
+    told |= {"dims": _dims(dataset, numbered, attributes), "chunk": None, "filters": []}
+    if str(attributes.get("NAME", "")).startswith("This is a netCDF dimension but not a netCDF variable"):
+        return told | {"dtype": ""}
+    if dtype == "str":
+        return told | {"texts": _texts(name, dataset)}
+    return told | (_places(name, dataset) if dtype else {})
+
+
+def _type(dataset: h5py.Dataset) -> str:
+    """NumPy's name of a plain type, "str" for text of any length, "" for what is neither."""
+    kind = dataset.id.get_type()
+    if isinstance(kind, h5py.h5t.TypeStringID):
+        return "str" if kind.is_variable_str() else f"|S{kind.get_size()}"
+    if not isinstance(kind, h5py.h5t.TypeIntegerID | h5py.h5t.TypeFloatID):
+        return ""
+    dtype = kind.dtype
+    return dtype.str if kind.get_size() == dtype.itemsize <= 8 and kind.get_offset() == 0 else ""
+
+
+def _dims(dataset: h5py.Dataset, numbered: dict, attributes: dict) -> list[str]:
+    """Names of a dataset's dimensions; "" for one that has none."""
+    own = _text(dataset.name.encode("utf-8", "replace")).rpartition("/")[2]
+    numbers = attributes.get("_Netcdf4Coordinates")
+    if isinstance(numbers, list) and len(numbers) == len(dataset.shape):
+        return [numbered.get(number, ("", 0))[0] for number in numbers]
+    if attributes.get("CLASS") == "DIMENSION_SCALE" and len(dataset.shape) == 1:
+        return [own]
+    return [_attached(dataset, k) for k in range(len(dataset.shape))]
+
+
+def _attached(dataset: h5py.Dataset, k: int) -> str:
+    """Name of the one dimension that is attached to a dataset's dimension k, as libraries other than netCDF's do."""
+    scales = dataset.dims[k]
+    return scales[0].name.rpartition("/")[2] if len(scales) == 1 else ""
+
+
+def _texts(name: str, dataset: h5py.Dataset) -> list[str]:
+    size = math.prod(dataset.shape)
+    if size > MOST_NAMES:
+        raise _RefusedError(f"{name}: declares {size:,} texts; allowed: at most {MOST_NAMES:,}")
+    values = [_text(value) for value in np.asarray(dataset[()], dtype=object).reshape(-1).tolist()]
+    if sum(map(len, values)) > MOST_NAMES_BYTES:
+        raise _RefusedError(f"{name}: holds too much text; allowed: at most {MOST_NAMES_BYTES:,} characters")
+    return values
+
+
+def _places(name: str, dataset: h5py.Dataset) -> dict:
+    properties = dataset.id.get_create_plist()
+    layout = properties.get_layout()
+    if layout == h5py.h5d.CONTIGUOUS:
+        if properties.get_external_count():
+            raise _RefusedError(f"{name}: lies in other files; allowed: values inside the file")
+        address, size = dataset.id.get_offset(), dataset.id.get_storage_size()
+        return {"places": [[0, address, size]] if address is not None else []}
+    if layout != h5py.h5d.CHUNKED:
+        raise _RefusedError(f"{name}: is stored in an unknown way; allowed: {ALLOWED}")
+    filters = [properties.get_filter(k)[0] for k in range(properties.get_nfilters())]
+    if filters not in ([], [DEFLATE], [SHUFFLE], [SHUFFLE, DEFLATE], [SHUFFLE, DEFLATE, FLETCHER], [FLETCHER]):
+        raise _RefusedError(f"{name}: is stored by unknown filters {filters}; allowed: shuffle and deflate")
+    chunk = properties.get_chunk()
+    if math.prod(chunk) * dataset.dtype.itemsize > MOST_CHUNK_BYTES:
+        raise _RefusedError(f"{name}: has chunks of {math.prod(chunk):,} values; allowed: {MOST_CHUNK_BYTES:,} bytes")
+    wanted = math.prod(-(-n // m) for n, m in zip(dataset.shape, chunk, strict=True))
+    number = dataset.id.get_num_chunks() if dataset.id.get_storage_size() else 0
+    if number != wanted:
+        raise _RefusedError(f"{name}: declares {wanted:,} chunks and holds {number:,}; allowed: a whole map")
+    places = []
+    dataset.id.chunk_iter(lambda c: places.append([*c.chunk_offset, c.filter_mask, c.byte_offset, c.size]))
+    return {"places": places, "chunk": chunk, "filters": filters}
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Attributes, as text and numbers of bounded length
+
+
+def _attributes(holder: Any, where: str) -> dict[str, Any]:
+    number = h5py.h5a.get_num_attrs(holder.id)
+    if number > MOST_ATTRIBUTES:
+        raise _RefusedError(f"{where}: has {number:,} attributes; allowed: at most {MOST_ATTRIBUTES}")
+    found = {}
+    for k in range(number):
+        attribute = h5py.h5a.open(holder.id, index=k)
+        name = _text(attribute.name)
+        if where and name not in TOLD:
+            continue
+        found[name] = _attribute(attribute, where + name)
+    return found
+
+
+def _attribute(attribute: h5py.h5a.AttrID, where: str) -> Any:
+    """An attribute's text; numbers as a list; "" for what is neither."""
+    size = attribute.get_storage_size()
+    if size > MAX_FILE_BYTES:
+        raise _RefusedError(f"{where}: takes {size:,} bytes; allowed: at most {MAX_FILE_BYTES:,}")
+    kind = attribute.get_type()
+    shape, dtype = attribute.shape, getattr(kind, "dtype", None)
+    if isinstance(kind, h5py.h5t.TypeStringID):
+        values = np.empty(shape, dtype=dtype)
+        attribute.read(values)
+        return " ".join(_text(value) for value in values.reshape(-1).tolist())
+    if not isinstance(kind, h5py.h5t.TypeIntegerID | h5py.h5t.TypeFloatID) or math.prod(shape) > MOST_TEXT:
+        return ""
+    values = np.empty(shape, dtype=dtype)
+    attribute.read(values)
+    return values.reshape(-1).tolist()
+
+
+def _text(value: Any) -> str:
+    """Bytes or text as text, without what follows a zero byte."""
+    if isinstance(value, str):
+        value = value.encode("utf-8", "surrogateescape")
+    return value.decode("utf-8", "replace").partition("\0")[0] if isinstance(value, bytes) else str(value)

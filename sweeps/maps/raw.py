@@ -1,0 +1,184 @@
+"""Values of a map from their places in its file, chunk by chunk: bounded in memory, and no decoding but our own."""
+
+import math
+import os
+from collections.abc import Sequence
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from isal import isal_zlib
+from xarray.core import indexing
+
+from sweeps.maps.door import DEFLATE, FLETCHER, SHUFFLE, Held
+from sweeps.shards.shard import MapError
+
+
+class RawFile:
+    """A file whose bytes are read by their places; travels between processes by its path."""
+
+    def __init__(self, path: str | Path):
+        self.path = os.path.abspath(path)
+        self._handle = os.open(self.path, os.O_RDONLY | getattr(os, "O_CLOEXEC", 0))
+        self._known = self._state()
+
+    def _state(self) -> tuple[int, int]:
+        status = os.fstat(self._handle)
+        return status.st_size, status.st_mtime_ns
+
+    def read(self, address: int, size: int) -> bytes:
+        """Bytes from a place on.
+
+        Raises:
+            MapError: where the file has become shorter.
+        """
+        if self._handle is None:
+            raise ValueError(f"{self.path}: is closed")
+        content = os.pread(self._handle, size, address)
+        while content and len(content) < size:
+            more = os.pread(self._handle, size - len(content), address + len(content))
+            content = content + more if more else b""
+        if len(content) != size:
+            raise MapError(f"{self.path}: was changed while it was read; allowed: a file that stays as it is")
+        return content
+
+    def close(self) -> None:
+        """Closes the file."""
+        if self._handle is not None:
+            os.close(self._handle)
+            self._handle = None
+
+    def __del__(self):
+        self.close()
+
+    def __getstate__(self) -> tuple:
+        return self.path, self._known
+
+    def __setstate__(self, state: tuple) -> None:
+        self._handle = None
+        self.path, self._known = state
+        self._handle = os.open(self.path, os.O_RDONLY | getattr(os, "O_CLOEXEC", 0))
+        if self._state() != self._known:
+            raise MapError(f"{self.path}: was changed since it was opened; allowed: a file that stays as it is")
+
+
+class Values(xr.backends.BackendArray):
+    """A variable's values, read when they are asked for.
+
+    Args:
+        file: the file.
+        name: the variable's name, for what is wrong with it.
+        held: where its values lie, and how.
+        flags: the least and the greatest value that a flag may have; None for other variables, and where any may be.
+    """
+
+    def __init__(self, file: RawFile, name: str, held: Held, flags: tuple[int, int] | None = None):
+        self._file, self._name, self._flags = file, name, flags
+        self._held = held
+        self._stored = np.dtype(held.dtype)
+        self.shape, self.dtype = held.shape, self._stored.newbyteorder("=")
+        steps = held.shape if held.chunk is None else held.chunk
+        self._chunk = tuple(max(1, n) for n in steps)
+        self._place = {tuple(place[:-3]): tuple(place[-2:]) for place in held.places.tolist()} if held.chunk else {}
+
+    def __getitem__(self, key: indexing.ExplicitIndexer):
+        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.BASIC, self._read)
+
+    def whole(self) -> np.ndarray:
+        """All values."""
+        return self._box([(0, size) for size in self.shape])
+
+    def _read(self, key: tuple) -> np.ndarray:
+        """The values at a tuple of numbers and slices."""
+        boxes, picked = [], []
+        for index, size in zip(key, self.shape, strict=True):
+            if isinstance(index, slice):
+                chosen = range(*index.indices(size))
+                low, high = (min(chosen[0], chosen[-1]), max(chosen[0], chosen[-1]) + 1) if chosen else (0, 0)
+                first = chosen.start - low
+                step = chosen.step
+                stop = first + step * len(chosen)
+                picked.append(slice(first, stop if stop >= 0 else None, step) if chosen else slice(0, 0))
+            else:
+                low = int(index) % size if size else 0
+                high = low + 1
+                picked.append(0)
+            boxes.append((low, high))
+        return self._box(boxes)[tuple(picked)]
+
+    def _box(self, box: Sequence[tuple[int, int]]) -> np.ndarray:
+        """The values from low to high − 1 along each dimension."""
+        found = np.empty([high - low for low, high in box], dtype=self.dtype)
+        if not found.size:
+            return found
+        if self._held.chunk is None:
+            return self._in_one_piece(box)
+        corners = [range(low // n * n, high, n) for (low, high), n in zip(box, self._chunk, strict=True)]
+        for corner in product(*corners):
+            here, there = [], []
+            for at, n, (low, high) in zip(corner, self._chunk, box, strict=True):
+                first, after = max(at, low), min(at + n, high)
+                here.append(slice(first - at, after - at))
+                there.append(slice(first - low, after - low))
+            found[tuple(there)] = self._decoded(corner)[tuple(here)]
+        return self._checked(found)
+
+    def _in_one_piece(self, box: Sequence[tuple[int, int]]) -> np.ndarray:
+        """The box, from the bytes between its first value and its last."""
+        if not self.shape:
+            address, size = self._held.places[0, -2:].tolist()
+            return self._checked(np.frombuffer(self._file.read(address, size), self._stored)[0])
+        line = math.prod(self.shape[1:]) * self._stored.itemsize
+        low, high = box[0]
+        content = self._file.read(int(self._held.places[0, -2]) + low * line, (high - low) * line)
+        values = np.frombuffer(content, self._stored).reshape(high - low, *self.shape[1:])
+        return self._checked(values[(slice(None), *(slice(*ends) for ends in box[1:]))].astype(self.dtype))
+
+    def _decoded(self, corner: tuple[int, ...]) -> np.ndarray:
+        """A whole chunk."""
+        if corner not in self._place:
+            raise self._damaged()
+        filters, size = self._held.filters, math.prod(self._chunk) * self._stored.itemsize
+        content = self._file.read(*self._place[corner])
+        if FLETCHER in filters:
+            content = content[:-4]
+        if DEFLATE in filters:
+            content = self._inflated(content, size)
+        if len(content) != size:
+            raise self._damaged()
+        if SHUFFLE in filters and self._stored.itemsize > 1:
+            content = np.ascontiguousarray(np.frombuffer(content, np.uint8).reshape(self._stored.itemsize, -1).T)
+        return np.frombuffer(content, self._stored).reshape(self._chunk)
+
+    def _inflated(self, content: bytes, size: int) -> bytes:
+        """At most one byte more than a chunk should have: what swells beyond is refused."""
+        inflating = isal_zlib.decompressobj()
+        try:
+            found = inflating.decompress(content, size + 1)
+        except isal_zlib.error:
+            raise self._damaged() from None
+        if not inflating.eof and len(found) == size:  # the check of its end may be left
+            try:
+                found += inflating.decompress(inflating.unconsumed_tail, 1)
+            except isal_zlib.error:
+                raise self._damaged() from None
+        if not inflating.eof:
+            raise self._damaged()
+        return found
+
+    def _damaged(self) -> MapError:
+        return MapError(
+            f"{self._file.path}: {self._name}: a chunk is damaged; allowed: a whole file that Polhode wrote"
+        )
+
+    def _checked(self, values: np.ndarray) -> np.ndarray:
+        """The values, where each flag has a meaning."""
+        if self._flags is not None and values.size:
+            for found in (values.min(), values.max()):
+                if not self._flags[0] <= found <= self._flags[1]:
+                    allowed = f"allowed: {self._flags[0]} to {self._flags[1]}"
+                    raise MapError(
+                        f"{self._file.path}: {self._name}: holds the flag {found}, without a meaning; {allowed}"
+                    )
+        return values
