@@ -3,22 +3,21 @@
 import errno
 import glob
 import os
-import platform
-import re
+import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-_HOST = re.sub(r"[^A-Za-z0-9]", "", platform.node())[:32] or "host"
+from sweeps import living
 
 
 @contextmanager
 def replaced(path: str | Path, flush: bool = True) -> Iterator[Path]:
     """Gives a temporary path beside `path`; once the block has ended well, what it wrote takes that place.
 
-    Where the block fails, the temporary file is removed and whatever stood at `path` is as it was. What a process of
-    this machine that was killed left of the same file is removed first.
+    Where the block fails, the temporary file is removed and whatever stood at `path` is as it was. What a process that
+    was killed left of the same file is removed first.
 
     Args:
         path: the file to write.
@@ -28,7 +27,7 @@ def replaced(path: str | Path, flush: bool = True) -> Iterator[Path]:
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     remove_leftovers(path)
-    handle, name = tempfile.mkstemp(prefix=f".{path.name}.{_HOST}-{os.getpid()}.", suffix=".part", dir=path.parent)
+    handle, name = tempfile.mkstemp(prefix=f".{path.name}.{living.mark()}.", suffix=".part", dir=path.parent)
     os.close(handle)
     temporary = Path(name)
     try:
@@ -44,32 +43,34 @@ def replaced(path: str | Path, flush: bool = True) -> Iterator[Path]:
 
 
 def remove_leftovers(path: Path) -> None:
-    """Removes the temporary files of `path` whose process, of this machine, is no more."""
-    for part in path.parent.glob(f".{glob.escape(path.name)}.{_HOST}-*.part"):
-        process = re.fullmatch(r"(\d+)\.[^.]*\.part", part.name.removeprefix(f".{path.name}.{_HOST}-"))
-        if process and not _is_alive(int(process[1])):
-            part.unlink(missing_ok=True)
+    """Removes the temporary files and folders of `path` whose process is no more."""
+    _remove_dead(path.parent.glob(f".{glob.escape(path.name)}.*.part"))
 
 
-def _is_alive(process: int) -> bool:
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except PermissionError:  # it is somebody else's
-        return True
-    return True
+def remove_all_leftovers(folder: Path) -> None:
+    """Removes all that processes that are no more have left in a folder and those below."""
+    _remove_dead(folder.rglob(".*.part"))
+
+
+def _remove_dead(parts: Iterable[Path]) -> None:
+    for part in list(parts):
+        if living.is_over(part.name, living.age(part)):
+            if part.is_dir() and not part.is_symlink():
+                shutil.rmtree(part, ignore_errors=True)
+            else:
+                part.unlink(missing_ok=True)
 
 
 @contextmanager
 def replaced_folder(path: str | Path) -> Iterator[Path]:
     """Gives a temporary folder beside `path`; once the block has ended well, its files take their places in `path`.
 
-    A folder that was not there appears whole.
+    A folder that was not there appears whole. What a process that was killed left of it is removed first.
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=f".{path.name}.", suffix=".part", dir=path.parent) as name:
+    remove_leftovers(path)
+    with tempfile.TemporaryDirectory(prefix=f".{path.name}.{living.mark()}.", suffix=".part", dir=path.parent) as name:
         made = Path(name) / "made"
         made.mkdir()
         yield made

@@ -3,16 +3,19 @@
 import errno
 import fcntl
 import os
+import threading
 import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from kernels.fingerprint import cache_folder
+from sweeps import files, living
 from sweeps.schema.refusals import DefinitionError
 
 CLAIM = ".running"
 UNSUPPORTED = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
+PATIENCE = 600.0  # s after which a claim of another machine that nobody renews is over
 
 
 @contextmanager
@@ -29,7 +32,8 @@ def claimed(sweeps: Iterable[str], results: str | Path = "results") -> Iterator[
 def claim(sweeps: Iterable[str], results: str | Path = "results") -> list[int]:
     """Claims the folders of some sweeps for this process, until it ends or closes them.
 
-    The system itself gives a claim back when a process dies, so nothing is left to be unlocked by a person.
+    The system itself gives a claim back when a process dies, so nothing is left to be unlocked by a person. What dead
+    runs have left half-written in the folders is removed.
 
     Args:
         sweeps: names of the sweeps.
@@ -52,6 +56,7 @@ def claim(sweeps: Iterable[str], results: str | Path = "results") -> list[int]:
             raise DefinitionError(f"{path.parent}: {what}") from None
         _claim(handle, path.parent)
         _forget_the_future(path.parent)
+        files.remove_all_leftovers(path.parent)
         handles.append(handle)
     _forget_the_future(cache_folder())  # whose files are inputs of the workflow as well
     return handles
@@ -61,16 +66,46 @@ def _claim(handle: int, folder: Path) -> None:
     try:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
-        other = os.read(handle, 20).decode("ascii", "replace").strip()
-        os.close(handle)
-        raise DefinitionError(
-            f"{folder}: another run is at work there (process {other}); allowed: one at a time"
-        ) from None
+        _refuse(handle, folder)
     except OSError as error:
         if error.errno not in UNSUPPORTED:
             raise
+        _claim_by_word(handle, folder)
     os.ftruncate(handle, 0)
-    os.write(handle, f"{os.getpid()}\n".encode())
+    os.pwrite(handle, f"{living.mark()}\n".encode(), 0)
+
+
+def _refuse(handle: int, folder: Path) -> None:
+    """Says who is at work in a folder."""
+    number, host = living.of_number(told := _told(handle))
+    os.close(handle)
+    where = "" if living.is_here(told) or not host else f" on {host}"
+    raise DefinitionError(
+        f"{folder}: another run is at work there (process {number or 'unknown'}{where}); allowed: one at a time"
+    )
+
+
+def _told(handle: int) -> str:
+    return os.pread(handle, 200, 0).decode("ascii", "replace").strip()
+
+
+def _claim_by_word(handle: int, folder: Path) -> None:
+    """On a file system without locks: by what the claim says, and by its date, which a thread renews."""
+    untouched = time.time() - os.fstat(handle).st_mtime
+    if (told := _told(handle)) and not living.is_over(told, untouched, PATIENCE):
+        _refuse(handle, folder)
+    threading.Thread(target=_renew, args=(handle, os.fstat(handle).st_ino), daemon=True).start()
+
+
+def _renew(handle: int, number: int) -> None:
+    while True:
+        time.sleep(PATIENCE / 10)
+        try:
+            if os.fstat(handle).st_ino != number:
+                return
+            os.utime(handle)
+        except OSError:  # the claim is given back
+            return
 
 
 def _forget_the_future(folder: Path) -> None:

@@ -1,0 +1,94 @@
+"""Which process made something, and whether it still lives: on this machine, in this container, since this start.
+
+A process's number alone says little: it is given to another program later, and means another process in a container or
+on another machine that shares the folder.
+"""
+
+import os
+import platform
+import re
+import time
+from functools import cache
+from pathlib import Path
+
+DAY = 86_400.0
+_FORM = re.compile(r"([A-Za-z0-9]{1,32})-([0-9a-f]{1,12})-([0-9]+)-([0-9]+)-([0-9]+)")
+
+
+def mark() -> str:
+    """What tells this process from all others: host, start of the machine, container, number, start."""
+    return f"{host()}-{_world()}-{os.getpid()}-{_begun(os.getpid()) or 0}"
+
+
+def host() -> str:
+    """The machine's name, in letters and digits."""
+    return re.sub(r"[^A-Za-z0-9]", "", platform.node())[:32] or "host"
+
+
+@cache
+def _world() -> str:
+    """Where process numbers mean what they mean here: this start of this machine, and this container."""
+    try:
+        boot = Path("/proc/sys/kernel/random/boot_id").read_text().replace("-", "")[:12]
+        space = re.sub(r"\D", "", os.readlink("/proc/self/ns/pid"))
+    except OSError:  # where there is no /proc, the host's name must do
+        boot, space = f"{sum(map(ord, platform.node())):x}", "0"
+    return f"{boot}-{space or 0}"
+
+
+def _begun(process: int) -> int | None:
+    """When a process of this machine began, in ticks since the machine did; None where there is no such process."""
+    try:
+        told = Path(f"/proc/{process}/stat").read_text()
+    except FileNotFoundError:
+        return None if Path("/proc/self").exists() else _exists(process)
+    except OSError:
+        return 0
+    state, *others = told.rpartition(")")[2].split()
+    return None if state in "ZX" else int(others[18])  # it has ended, and nobody has asked for its status yet
+
+
+def _exists(process: int) -> int | None:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return None
+    except PermissionError:  # it is somebody else's
+        return 0
+    return 0
+
+
+def is_over(made_by: str, untouched: float, patience: float = DAY) -> bool:
+    """Whether the process of a mark has ended.
+
+    Args:
+        made_by: its mark, or any text that holds one.
+        untouched: for how many seconds nothing has been seen of it.
+        patience: after how many such seconds a process that cannot be looked at (of another machine or container, or
+            of no mark) counts as ended.
+    """
+    found = _FORM.search(made_by)
+    if found is None or f"{found[2]}-{found[3]}" != _world():
+        return untouched > patience
+    begun = _begun(int(found[4]))
+    return begun is None or (begun > 0 and int(found[5]) > 0 and begun != int(found[5]))
+
+
+def age(path: Path) -> float:
+    """For how many seconds a file, or what lies in a folder, has not been touched; 0 where it is gone."""
+    try:
+        return time.time() - max(p.lstat().st_mtime for p in (path, *path.rglob("*")))
+    except OSError:
+        return 0.0
+
+
+def of_number(made_by: str) -> tuple[str, str]:
+    """(Number of the process of a mark, its host), "" where there is none."""
+    found = _FORM.search(made_by)
+    return (found[4], found[1]) if found else ("", "")
+
+
+def is_here(made_by: str) -> bool:
+    """Whether a mark is of this machine and container."""
+    found = _FORM.search(made_by)
+    return found is not None and f"{found[2]}-{found[3]}" == _world()

@@ -1,0 +1,73 @@
+"""Whose process made a file, and does it live: exact on one machine, patient with all others."""
+
+import os
+import re
+import subprocess
+import sys
+
+import pytest
+
+from sweeps import files, living
+
+
+def of(number=None, **parts):
+    """This process's mark, with other parts."""
+    host, boot, space, own, begun = living.mark().split("-")
+    named = {
+        "host": host,
+        "boot": boot,
+        "space": space,
+        "number": own if number is None else str(number),
+        "begun": begun,
+    }
+    return "-".join((named | {key: str(value) for key, value in parts.items()}).values())
+
+
+@pytest.fixture
+def ended():
+    """The number of a process that is no more."""
+    process = subprocess.Popen([sys.executable, "-c", ""])
+    process.wait()
+    return process.pid
+
+
+def test_this_process_lives_and_an_ended_one_does_not(ended):
+    assert not living.is_over(living.mark(), untouched=1e9)
+    assert living.is_over(of(ended), untouched=0.0)
+
+
+def test_a_process_that_nobody_waited_for_has_ended():
+    process = subprocess.Popen([sys.executable, "-c", ""], stdout=subprocess.PIPE)
+    process.stdout.read()
+    os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)
+    assert living.is_over(of(process.pid, begun=0), untouched=0.0)
+    process.wait()
+
+
+def test_a_number_that_another_program_has_now_is_over():
+    assert living.is_over(of(begun=int(living.mark().rpartition("-")[2]) - 1), untouched=0.0)
+
+
+@pytest.mark.parametrize("elsewhere", [{"boot": "0" * 12}, {"space": 1}, {"boot": "0" * 12, "host": "other"}])
+def test_processes_elsewhere_are_given_a_day(elsewhere, ended):
+    """On another machine, or in a container with the same name, numbers mean other processes."""
+    for number in (os.getpid(), ended):
+        assert not living.is_over(of(number, **elsewhere), untouched=living.DAY - 1)
+        assert living.is_over(of(number, **elsewhere), untouched=living.DAY + 1)
+
+
+def test_leftovers_of_dead_processes_go_and_those_of_living_ones_stay(tmp_path, ended):
+    parts = [tmp_path / f".figures.{mark}.abc.part" for mark in (of(ended), living.mark(), of(ended, space=1))]
+    for part in parts:
+        part.mkdir()
+        (part / "made").mkdir()
+        (part / "made/bodies.png").write_bytes(b"half")
+    single = tmp_path / f".map.nc.{of(ended)}.abc.part"
+    single.write_bytes(b"half")
+    with files.replaced_folder(tmp_path / "figures") as folder:
+        assert re.search(re.escape(living.mark()), str(folder))
+    assert [part.exists() for part in parts] == [False, True, True]
+    assert single.exists()  # another's file, whose own next writer removes it
+    files.remove_all_leftovers(tmp_path)
+    assert not single.exists()
+    assert [part.exists() for part in parts] == [False, True, True]
