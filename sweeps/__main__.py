@@ -6,6 +6,7 @@ Each command is a module of `sweeps.commands`: it reads, calls one function and 
 import sys
 from argparse import RawDescriptionHelpFormatter
 from importlib import import_module
+from io import TextIOWrapper
 from pathlib import Path
 
 import sweeps
@@ -36,9 +37,13 @@ and by hand:
   polhode figures map.nc -o figures
   polhode report map.nc -o report.html
 
-exit status: 0 done; 2 what was given is wrong, and a message said what (nothing was written); 130 interrupted;
+exit status: 0 done; 2 what was given is wrong, or the machine has no room for it, and a message said what (no file is
+half-written); 130 interrupted;
 1 anything else (of `verify`: the map differs)
 """
+
+
+MACHINE = "a machine with room, and files that may be read and written"
 
 
 def _parser() -> Parser:
@@ -55,25 +60,38 @@ def _parser() -> Parser:
 
 def main(arguments: list[str] | None = None) -> int:
     """Runs one command; returns the exit status."""
+    _write_what_can_be()
     args = _parser().parse_args(sys.argv[1:] if arguments is None else arguments)
     try:
         return args.run(args) or 0
     except RefusedError as refused:
-        print(refused, file=sys.stderr)
-        return 2
+        return _refused(str(refused))
     except BrokenPipeError:
         return 1
     except OSError as error:
-        print(f"{error.filename or 'system'}: {error.strerror or error}", file=sys.stderr)
-        return 1
+        return _refused(f"{error.filename or 'system'}: {error.strerror or error}; allowed: {MACHINE}")
+    except MemoryError:
+        return _refused(f"memory: is full; allowed: {MACHINE}")
     except RuntimeError as error:
         if "NetCDF" not in str(error):
             raise
-        print(f"{error}: a file is damaged; allowed: a whole file that Polhode wrote", file=sys.stderr)
-        return 2
+        return _refused(f"{error}: a file is damaged; allowed: a whole file that Polhode wrote")
     except KeyboardInterrupt:
         print("interrupted; what was finished stays", file=sys.stderr)
         return 130
+
+
+def _refused(message: str) -> int:
+    """Says what is wrong, in characters that no terminal obeys."""
+    print("".join(c if c.isprintable() or c == "\n" else "\N{REPLACEMENT CHARACTER}" for c in message), file=sys.stderr)
+    return 2
+
+
+def _write_what_can_be() -> None:
+    """Lets characters that the terminal's locale does not know appear as their numbers."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
 
 
 if __name__ == "__main__":

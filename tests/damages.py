@@ -1,6 +1,6 @@
 """Strange files: a table of damages, done to a small map of each system.
 
-    python tests/damages.py --every 1
+    python tests/damages.py --all-commands
 
 runs every command over every file, each file in a process of its own, and prints what went wrong and a summary.
 """
@@ -63,6 +63,7 @@ LOCAL = (
     *("long_name", "flag_values", "flag_meanings", "_Encoding", "calendar", "sha256", "CLASS", "NAME", "own"),
     *("_Netcdf4Coordinates", "_Netcdf4Dimid", "_Unsigned", "dtype", "_ChunkSizes", "comment"),
 )
+PATIENCE = 10.0  # s of processor that a command may take
 FEW = ("control", "script", "number", "array", "compound", "long", "zero", "bytes")
 
 
@@ -436,8 +437,32 @@ def wrong(name, status, out, err):
     return ""
 
 
-def tried(folder, base, damage):
-    """Command → what went wrong with it at a damaged copy of a map, in this process."""
+def known(path):
+    """What the door lets in of a file, with every value; None where it lets nothing in."""
+    import hashlib
+
+    import sweeps
+    from sweeps.schema.refusals import RefusedError
+    from sweeps.shards import content
+
+    try:
+        with sweeps.open_map(path) as ds:
+            attributes = [(n, k, str(w)) for n, v in ds.variables.items() for k, w in v.attrs.items()]
+            text = repr((sorted(ds.attrs.items()), sorted(attributes), ds.encoding["ignored"]))
+            return hashlib.sha256(text.encode()).hexdigest() + content.content_hash(ds)
+    except RefusedError:
+        return None
+
+
+_KNOWN = {}
+
+
+def tried(folder, base, damage, every_command=True):
+    """Command → what went wrong with it at a damaged copy of a map, in this process.
+
+    Without `every_command`, a file that the door refuses is given to one command, for each asks the same door; and one
+    that it lets in as it did the undamaged map to none.
+    """
     path = folder / "map.nc"
     shutil.copy(base, path)
     try:
@@ -445,18 +470,28 @@ def tried(folder, base, damage):
     except (ValueError, TypeError, OSError, KeyError, RuntimeError) as error:  # HDF5 itself has no such thing
         return {"(damage)": f"impossible: {error}"[:100]}
     os.chdir(folder)
-    found = {}
-    for name, words in commands(base).items():
+    chosen = commands(base)
+    if not every_command:
         begun = time.perf_counter()
+        found = known(path)
+        if (seconds := time.perf_counter() - begun) > PATIENCE:
+            return {"(door)": f"took {seconds:.0f} s"}
+        if found is None:
+            chosen = {"show": chosen["show"]}
+        elif found == _KNOWN.setdefault(base, known(base)):
+            return {}
+    found = {}
+    for name, words in chosen.items():
+        begun = time.process_time()
         status, out, err = run(words)
-        seconds = time.perf_counter() - begun
+        seconds = time.process_time() - begun
         what = wrong(name, status, out, err)
-        if what or seconds > 10:
+        if what or seconds > PATIENCE:
             found[name] = what or f"took {seconds:.0f} s"
     return found
 
 
-def alone(folder, base, damage, patience=100.0):
+def alone(folder, base, damage, every_command=True, patience=300.0):
     """The same in a process of its own: also whether it died, hung, or took more than a gibibyte."""
     reading, writing = os.pipe()
     child = os.fork()
@@ -467,7 +502,7 @@ def alone(folder, base, damage, patience=100.0):
         try:
             signal.alarm(int(patience))
             soft = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-            found = tried(folder, base, damage)
+            found = tried(folder, base, damage, every_command)
             peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
             if peak > max(2**20, soft):
                 found["memory"] = f"{peak / 2**20:.2f} GiB"
@@ -495,6 +530,7 @@ def main():
     parser.add_argument("--every", type=int, default=1, help="take every n-th file")
     parser.add_argument("--only", default="", help="damages whose name holds this")
     parser.add_argument("--base", default="", help="one system")
+    parser.add_argument("--all-commands", action="store_true", help="eight commands over every file")
     parser.add_argument("--folder", type=Path, default=None)
     args = parser.parse_args()
     import tempfile
@@ -510,7 +546,7 @@ def main():
             work = folder / "work"
             shutil.rmtree(work, ignore_errors=True)
             work.mkdir()
-            found = alone(work, base, damage)
+            found = alone(work, base, damage, args.all_commands)
             impossible = found.pop("(damage)", None)
             files += impossible is None
             for command, what in found.items():

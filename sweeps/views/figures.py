@@ -1,5 +1,6 @@
 """Pictures of a map: what it shows at a glance, how far it agrees with theory, where theory ends, and the flip."""
 
+import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -41,11 +42,28 @@ def draw_all(ds: xr.Dataset, folder: str | Path) -> Iterator[Path]:
     Yields:
         The path of each file, once all are written.
     """
-    folder = Path(folder)
+    folder, ds = Path(folder), _literal(ds)
     with replaced_folder(folder) as temporary:
         drawn = [f"{name}.png" for name, draw in pictures(ds).items() if _write(draw, temporary / f"{name}.png")]
         moving = [f"{n}.gif" for n, frames in animations(ds).items() if _animate(frames, temporary / f"{n}.gif")]
     yield from (folder / name for name in drawn + moving)
+
+
+def _literal(ds: xr.Dataset) -> xr.Dataset:
+    """The map with text that matplotlib draws as it stands: a dollar sign begins no formula."""
+    names = {name: c.copy(data=[_plain(v) for v in c.values]) for name, c in ds.coords.items() if _is_named(c)}
+    ds = ds.assign_coords(names).assign_attrs(title=_plain(ds.attrs.get("title", "")))
+    for variable in ds.variables.values():
+        variable.attrs = {key: _plain(value) for key, value in variable.attrs.items()}
+    return ds
+
+
+def _is_named(coordinate: xr.DataArray) -> bool:
+    return coordinate.dtype.kind in "OU" and coordinate.ndim == 1 and any("$" in str(v) for v in coordinate.values)
+
+
+def _plain(value: object) -> object:
+    return value.replace("$", r"\$") if isinstance(value, str) else value
 
 
 def _animate(frames: Callable[[], list[Image.Image]], path: Path) -> bool:
@@ -60,7 +78,8 @@ def _animate(frames: Callable[[], list[Image.Image]], path: Path) -> bool:
 
 
 def _write(draw: Callable[[], Figure | None], path: Path) -> bool:
-    with matplotlib.rc_context(STYLE):
+    with matplotlib.rc_context(STYLE), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph .* missing from font")  # names may be in any script
         figure = draw()
         if figure is None:
             return False

@@ -367,5 +367,5 @@ def test_a_place_that_cannot_be_written_is_said_in_one_line(path, tmp_path, caps
     status = main(
         ["slice", str(path), "--axis", "2", "--omega0", "1", "--epsilon", "1e-6", "-o", str(tmp_path / "file" / "s.nc")]
     )
-    assert status == 1
+    assert status == 2
     assert capsys.readouterr().err.count("\n") == 1
