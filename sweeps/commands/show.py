@@ -33,20 +33,27 @@ def _run(args):
 
 
 def _facts(ds, found) -> dict:
-    from dataclasses import asdict
-
     from sweeps.boxes import dimensions
+    from sweeps.maps.summary import place
+
+    def said(worst):
+        return {"value": worst.value, "at": place(ds, worst.at), "points": worst.points}
 
     table = {}
     for (meaning, status), number in found.table.items():
         table.setdefault(meaning, {})[status] = number
-    about = {name: str(ds.attrs.get(name, "")) for name in ("title", "system", "source", "content_hash")}
-    return about | {"dimensions": dimensions(ds)} | asdict(found) | {"table": table}
+    facts = {name: str(ds.attrs.get(name, "")) for name in ("title", "system", "source", "content_hash")}
+    facts |= {"dimensions": dimensions(ds), "points": found.points, "counts": found.counts, "table": table}
+    facts |= {"unlike": found.unlike, "impossible": found.impossible, "compared": found.compared}
+    facts["deviations"] = {}
+    for (reference, name), deviation in found.deviations.items():
+        facts["deviations"].setdefault(name, said(deviation.worst) | {"against": reference})
+    return facts | {"checks": {name: said(worst) for name, worst in found.checks.items()}}
 
 
 def _print(console, ds, found, drawn) -> None:
     from sweeps.boxes import dimensions
-    from sweeps.maps.summary import leading_flag
+    from sweeps.maps.summary import leading_flag, rule
 
     sizes = " × ".join(f"{n:,} {dim}" for dim, n in dimensions(ds).items())
     console.print(f"{ds.attrs.get('title', '')}", style="bold")
@@ -57,9 +64,11 @@ def _print(console, ds, found, drawn) -> None:
     for name, number in found.unlike.items():
         console.print(f"measured {name} unlike theory at {number:,} of {found.points:,} points")
     if found.impossible:
-        console.print(f"bodies that cannot exist (triangle_margin < 0): {found.impossible:,} points")
+        console.print(f"what cannot exist: {found.impossible:,} points")
     console.print()
-    console.print(_worst(found, {dim for dim, size in dimensions(ds).items() if size > 1}))
+    console.print(_worst(ds, found, {dim for dim, size in dimensions(ds).items() if size > 1}))
+    if found.deviations:
+        console.print(f"compared with theory: {rule(found)}", style="dim")
     if drawn is not None:
         console.print()
         _draw(console, drawn)
@@ -79,17 +88,22 @@ def _counts(found, lead):
     return made
 
 
-def _worst(found, dims):
+def _worst(ds, found, dims):
     from sweeps.commands.printing import table
     from sweeps.maps.selection import in_words
+    from sweeps.maps.summary import place
 
     made = table("worst", "value", "where", right=(1,))
-    rows = [(f"{name} against theory, relative", worst) for name, worst in found.deviations.items()]
+    rows = [(_against(*pair), deviation.worst) for pair, deviation in found.deviations.items()]
     for name, worst in (*rows, *found.checks.items()):
         if worst.points:
-            where = ", ".join(f"{dim} {in_words(value)}" for dim, value in worst.at.items() if dim in dims)
+            where = ", ".join(f"{dim} {in_words(value)}" for dim, value in place(ds, worst.at).items() if dim in dims)
             made.add_row(name, f"{worst.value:.2g}", where)
     return made
+
+
+def _against(reference: str, name: str) -> str:
+    return f"{name} against {reference}, relative"
 
 
 def _draw(console, drawn) -> None:

@@ -1,4 +1,8 @@
-"""A map in a few numbers: counts by flag, how far from theory, the worst of its checks and where."""
+"""A map in a few numbers: counts by flag, how far from theory, the worst of its checks and where.
+
+One rule says which points are compared with theory: those whose status is ok, whose measured flag is theory's, and
+that are not marginal (their rate is nothing but rounding). How many that are is said beside what was found.
+"""
 
 import math
 from collections.abc import Mapping
@@ -7,139 +11,239 @@ from dataclasses import dataclass, field
 import numpy as np
 import xarray as xr
 
+from sweeps import systems
 from sweeps.boxes import blocks, dimensions, flags
+from sweeps.schema.variables import Role, Variable
 
-CHECKS = ("_error", "_drift")  # endings of the names of what should be zero
-REFERENCES = ("_theory", "_exact")  # endings of the names of what a variable is compared with
+MARGINAL, OK = "marginal", "ok"
+LEAST_DECADE, MOST_DECADE, PER_DECADE = -18, 4, 10  # bins of a relative deviation
+ERRORS = 5.0  # standard errors inside which a measured value should lie
 BLOCK_POINTS = 2**20
 
 
 @dataclass
 class Worst:
-    """The largest of something over a map, and where it stands.
+    """The largest magnitude of something over a map, and where it stands.
 
     Attributes:
         value: the largest magnitude; 0 where nothing was compared.
-        at: dimension → coordinate of that point.
+        at: dimension → number along it of that point.
         points: how many were compared.
     """
 
     value: float = 0.0
-    at: dict[str, float | int | str] = field(default_factory=dict)
+    at: dict[str, int] = field(default_factory=dict)
     points: int = 0
+
+    def take(self, sizes: np.ndarray, box: Mapping[str, slice]) -> None:
+        """Takes in magnitudes over a box; what is not finite is left out."""
+        known = np.isfinite(sizes)
+        self.points += int(known.sum())
+        if not known.any():
+            return
+        place = np.unravel_index(int(np.where(known, sizes, -1.0).argmax()), sizes.shape)
+        if sizes[place] > self.value or not self.at:
+            self.value = float(sizes[place])
+            self.at = {dim: s.start + int(i) for (dim, s), i in zip(box.items(), place, strict=True)}
 
 
 @dataclass
+class Deviation:
+    """A variable against its theory: how far apart, as a histogram of the decades of the relative deviation.
+
+    Attributes:
+        name: the variable.
+        reference: what it is compared with.
+        counts: points by the decade of |value/reference − 1|, `PER_DECADE` bins a decade.
+        equal: points at which the two are the same to the last bit.
+        within: points inside `ERRORS` standard errors, of `judged` that have one.
+        worst: the largest deviation, and where.
+    """
+
+    name: str
+    reference: str
+    counts: np.ndarray = field(default_factory=lambda: np.zeros((MOST_DECADE - LEAST_DECADE) * PER_DECADE, np.int64))
+    equal: int = 0
+    within: int = 0
+    judged: int = 0
+    worst: Worst = field(default_factory=Worst)
+
+    @property
+    def total(self) -> int:
+        """Points compared: those of the summary's rule at which both are numbers and the reference is not zero."""
+        return self.equal + int(self.counts.sum())
+
+    def quantile(self, share: float) -> float:
+        """Relative deviation that `share` of the points do not exceed, to the upper end of its bin."""
+        if self.total == 0:
+            return math.nan
+        reached = self.equal + np.cumsum(self.counts)
+        if self.equal >= share * self.total:
+            return 0.0
+        at = int(np.searchsorted(reached, share * self.total))
+        return min(self.worst.value, 10.0 ** (LEAST_DECADE + (at + 1) / PER_DECADE))
+
+    def take(self, sound, values, reference, error, box: Mapping[str, slice]) -> None:
+        """Takes in a box: which points to compare, values, what they are compared with, and their errors or None."""
+        known = sound & np.isfinite(values) & np.isfinite(reference) & (reference != 0.0)
+        with np.errstate(all="ignore"):
+            gap = np.abs(values - reference)
+            deviation = np.where(known, gap / np.abs(reference), np.nan)
+        self.worst.take(deviation, box)
+        if error is not None:
+            judged = known & np.isfinite(error)
+            self.judged += int(np.count_nonzero(judged))
+            self.within += int(np.count_nonzero(gap[judged] <= ERRORS * error[judged]))
+        self.equal += int(np.count_nonzero(deviation == 0.0))
+        deviation = deviation[deviation > 0.0]
+        bins = np.floor((np.log10(deviation) - LEAST_DECADE) * PER_DECADE)
+        bins = np.clip(bins, 0, self.counts.size - 1).astype(int)
+        self.counts += np.bincount(bins, minlength=self.counts.size)
+
+
 class Summary:
-    """A map in a few numbers.
+    """Gathers a map's numbers while it is read box by box.
 
     Attributes:
         points: how many it has.
-        counts: flag variable → meaning → number of values.
-        table: of the leading flag (see `leading_flag`) and the status: (meaning, status) → number of points.
-        unlike: flag variable that has a theory → number of points where the measured flag differs from it.
-        impossible: points of bodies that cannot exist.
-        deviations: variable → worst |X/X_theory − 1| (or X_exact), of points that are ok, not marginal, and whose flags
-            agree with theory's.
-        checks: variable → worst magnitude of what should be zero.
+        compared: how many of them the rule compares with theory.
+        counts: flag variable → meaning → number of points.
+        table: of the headline (see `leading_flag`) and the status: (meaning, status) → number of points.
+        confusion: pair (theory's flag variable, flag variable) → table [theory's meaning, meaning] of points.
+        impossible: points that cannot exist.
+        checks: variable that should be zero → its worst magnitude.
+        deviations: pair (theory's variable, variable) → how far apart.
     """
 
-    points: int = 0
-    counts: dict[str, dict[str, int]] = field(default_factory=dict)
-    table: dict[tuple[str, str], int] = field(default_factory=dict)
-    unlike: dict[str, int] = field(default_factory=dict)
-    impossible: int = 0
-    deviations: dict[str, Worst] = field(default_factory=dict)
-    checks: dict[str, Worst] = field(default_factory=dict)
+    def __init__(self, ds: xr.Dataset):
+        self._specs = known(ds)
+        self._flags = {name: flags(variable) for name, variable in ds.data_vars.items() if flags(variable)}
+        self._lead, self._status = leading_flag(ds), _of_role(self._specs, Role.STATUS)
+        self.points = self.compared = self.impossible = 0
+        self.counts = {name: dict.fromkeys(meanings.values(), 0) for name, meanings in self._flags.items()}
+        self.table: dict[tuple[str, str], int] = {}
+        pairs = [(r, n) for n, spec in self._specs.items() for r in spec.references if r in ds.data_vars]
+        self.confusion = {
+            (r, n): np.zeros((len(self._flags[r]), len(self._flags[n])), np.int64)
+            for r, n in pairs
+            if r in self._flags and n in self._flags
+        }
+        floats = {name for name, variable in ds.data_vars.items() if variable.dtype.kind == "f"}
+        self.checks = {
+            n: Worst() for n, spec in self._specs.items() if spec.role in (Role.CHECK, Role.CERTIFICATE) and n in floats
+        }
+        self.deviations = {(r, n): Deviation(n, r) for r, n in pairs if {r, n} <= floats}
+
+    @property
+    def unlike(self) -> dict[str, int]:
+        """Flag variable that has a theory → number of points where the measured flag is another than theory's."""
+        return {name: self.points - self.agreed(reference, name) for reference, name in self.confusion}
+
+    def role(self, name: str) -> Role:
+        """What a variable is taken for (see `sweeps.schema.variables`)."""
+        return self._specs[name].role
+
+    def agreed(self, reference: str, name: str) -> int:
+        """Number of points at which two flag variables mean the same."""
+        rows, columns = (list(self._flags[which].values()) for which in (reference, name))
+        table = self.confusion[reference, name]
+        return sum(int(table[i, columns.index(word)]) for i, word in enumerate(rows) if word in columns)
+
+    def add(self, box: Mapping[str, slice], values: Mapping[str, np.ndarray]) -> None:
+        """Takes in one box: name → values over all dimensions, of length one where a variable has them not."""
+        shape = [s.stop - s.start for s in box.values()]
+        whole = {name: np.broadcast_to(array, shape) for name, array in values.items()}
+        self.points += math.prod(shape)
+        for name, meanings in self._flags.items():
+            for value, meaning in meanings.items():
+                self.counts[name][meaning] += int(np.count_nonzero(whole[name] == value))
+        self._tabulate(whole)
+        sound = self._sound(whole, shape)
+        self.compared += int(np.count_nonzero(sound))
+        for name, worst in self.checks.items():
+            worst.take(np.abs(whole[name]), box)
+        for (reference, name), deviation in self.deviations.items():
+            error = whole.get(self._specs[name].error)
+            deviation.take(sound, whole[name], whole[reference], error, box)
+        for name in (name for name, spec in self._specs.items() if spec.role == Role.EXISTENCE):
+            self.impossible += int(np.count_nonzero(whole[name] < 0))
+
+    def _tabulate(self, whole: Mapping[str, np.ndarray]) -> None:
+        for (reference, name), table in self.confusion.items():
+            for i, r in enumerate(self._flags[reference]):
+                for j, m in enumerate(self._flags[name]):
+                    table[i, j] += np.count_nonzero((whole[reference] == r) & (whole[name] == m))
+        if not (self._lead and self._status):
+            return
+        for value, meaning in self._flags[self._lead].items():
+            for number, word in self._flags[self._status].items():
+                found = np.count_nonzero((whole[self._lead] == value) & (whole[self._status] == number))
+                self.table[meaning, word] = self.table.get((meaning, word), 0) + int(found)
+
+    def _sound(self, whole: Mapping[str, np.ndarray], shape) -> np.ndarray:
+        """Which points are compared with theory: the rule of this module."""
+        sound = np.ones(shape, dtype=bool)
+        if self._status:
+            sound &= np.isin(whole[self._status], _values(self._flags[self._status], OK))
+        for reference, name in self.confusion:
+            same = np.zeros(shape, dtype=bool)
+            for value, word in self._flags[name].items():
+                theirs = _values(self._flags[reference], word)
+                same |= (whole[name] == value) & np.isin(whole[reference], theirs)
+            sound &= same & ~np.isin(whole[name], _values(self._flags[name], MARGINAL))
+        return sound
+
+
+def _values(meanings: Mapping[int, str], word: str) -> list[int]:
+    return [value for value, meaning in meanings.items() if meaning == word]
+
+
+def known(ds: xr.Dataset) -> dict[str, Variable]:
+    """The variables of a map that its system knows, as the system's table has them."""
+    table = systems.of_map(ds).layout().variables
+    return {name: table[name] for name in ds.data_vars if name in table}
+
+
+def _of_role(specs: Mapping[str, Variable], role: Role) -> str:
+    return next((name for name, spec in specs.items() if spec.role == role), "")
 
 
 def leading_flag(ds: xr.Dataset) -> str:
-    """The flag variable that says most: what was measured of the motion, else any other; "" where there is none."""
-    told = [name for name in ds.data_vars if flags(ds[name]) and not name.endswith(REFERENCES)]
-    return next((name for name in told if name not in ("shape", "status")), told[0] if told else "")
+    """The flag variable that says most: what was measured of the motion, else any; "" where there is none."""
+    lead = _of_role(known(ds), Role.HEADLINE)
+    return lead or next((str(name) for name in ds.data_vars if flags(ds[name])), "")
 
 
 def summarise(ds: xr.Dataset) -> Summary:
     """Goes over a map once, a block at a time, so that a map larger than memory will do."""
-    summary = Summary()
-    for box in blocks(dimensions(ds), BLOCK_POINTS):
-        block = ds.isel(box).load()
-        summary.points += math.prod(dimensions(block).values())
-        for name, variable in block.data_vars.items():
-            if meanings := flags(variable):
-                _count(summary.counts.setdefault(name, dict.fromkeys(meanings.values(), 0)), variable.values, meanings)
-        _tabulate(summary, block)
-        sound = _compare_flags(summary, block)
-        _compare_numbers(summary, block, sound)
-        for name in (name for name in block.data_vars if name.endswith(CHECKS)):
-            _raise(summary.checks.setdefault(name, Worst()), abs(block[name]))
-        if "triangle_margin" in block:
-            summary.impossible += int((block["triangle_margin"] < 0).sum())
+    summary = Summary(ds)
+    names = [name for name, variable in ds.data_vars.items() if variable.dtype.kind in "fiub"]
+    sizes = dimensions(ds)
+    for box in blocks(sizes, BLOCK_POINTS):
+        summary.add(box, {name: read(ds, name, box) for name in names})
     return summary
 
 
-def _count(counts: dict[str, int], values: np.ndarray, meanings: Mapping[int, str]) -> None:
-    for value, meaning in meanings.items():
-        counts[meaning] += int(np.count_nonzero(values == value))
+def read(ds: xr.Dataset, name: str, box: Mapping[str, slice]) -> np.ndarray:
+    """A variable's values in one box, over all dimensions of the map (of length one where it has them not)."""
+    variable = ds[name]
+    values = variable.isel({dim: part for dim, part in box.items() if dim in variable.dims}).transpose(
+        *(dim for dim in box if dim in variable.dims)
+    )
+    lengths = iter(values.shape)
+    return values.values.reshape([next(lengths) if dim in variable.dims else 1 for dim in box])
 
 
-def _tabulate(summary: Summary, block: xr.Dataset) -> None:
-    lead = leading_flag(block)
-    if not lead or "status" not in block:
-        return
-    for value, meaning in flags(block[lead]).items():
-        chosen = block[lead] == value
-        for status, word in flags(block["status"]).items():
-            number = int((chosen & (block["status"] == status)).sum())
-            summary.table[meaning, word] = summary.table.get((meaning, word), 0) + number
+def place(ds: xr.Dataset, at: Mapping[str, int]) -> dict[str, float | int | str]:
+    """Dimension → coordinate of a point given by its numbers along the dimensions."""
+    values = {dim: ds[dim].values[i] if dim in ds.coords else i for dim, i in at.items()}
+    return {dim: v.item() if hasattr(v, "item") else v if isinstance(v, int) else str(v) for dim, v in values.items()}
 
 
-def _compare_flags(summary: Summary, block: xr.Dataset) -> xr.DataArray:
-    """Points that are ok, whose flags agree with theory, and whose rate is not zero but for rounding (marginal)."""
-    sound = block["status"] == 0 if "status" in block else xr.ones_like(next(iter(block.data_vars.values())), bool)
-    for name in block.data_vars:
-        if flags(block[name]) and f"{name}_theory" in block:
-            same = _words(block[name]) == _words(block[f"{name}_theory"])
-            summary.unlike[name] = summary.unlike.get(name, 0) + int((~same).sum())
-            marginal = [value for value, word in flags(block[name]).items() if word == "marginal"]
-            sound = sound & same & ~block[name].isin(marginal)
-    return sound
-
-
-def _words(variable: xr.DataArray) -> xr.DataArray:
-    """Flags as numbers that mean the same in any flag variable."""
-    meanings = flags(variable)
-    found = np.select([variable.values == value for value in meanings], [hash(word) for word in meanings.values()])
-    return variable.copy(data=found)
-
-
-def _compare_numbers(summary: Summary, block: xr.Dataset, sound: xr.DataArray) -> None:
-    for name in block.data_vars:
-        reference = next((name + end for end in REFERENCES if name + end in block), None)
-        if reference is None or block[name].dtype.kind != "f":
-            continue
-        true = block[reference]
-        known = sound & np.isfinite(true) & np.isfinite(block[name]) & (true != 0)
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            deviation = abs((block[name] - true) / true).where(known)
-        _raise(summary.deviations.setdefault(name, Worst()), deviation)
-
-
-def _raise(worst: Worst, sizes: xr.DataArray) -> None:
-    known = np.isfinite(sizes.values)
-    worst.points += int(known.sum())
-    if not known.any():
-        return
-    place = np.unravel_index(np.where(known, sizes.values, -1.0).argmax(), sizes.shape)
-    if sizes.values[place] > worst.value or not worst.at:
-        worst.value = float(sizes.values[place])
-        index = dict(zip(sizes.dims, place, strict=True))
-        worst.at = {dim: _plain(sizes[dim].values[i]) for dim, i in index.items() if dim in sizes.coords}
-
-
-def _plain(value) -> float | int | str:
-    value = value.item() if hasattr(value, "item") else value
-    return value if isinstance(value, int | float) else str(value)
+def rule(summary: Summary) -> str:
+    """The rule of this module in words, with how many points it leaves."""
+    share_of = f"{summary.compared:,} of {summary.points:,} points"
+    return f"of {share_of}: status ok, flags as theory has them, not marginal"
 
 
 def share(part: int, whole: int) -> str:

@@ -1,8 +1,21 @@
 """One variable of a map, or one coordinate: name, unit, meaning, type and flags."""
 
 from dataclasses import dataclass
+from enum import StrEnum
 
 import numpy as np
+
+
+class Role(StrEnum):
+    """What readers of a map take a variable for."""
+
+    NONE = ""
+    HEADLINE = "headline"  # the flag that says most of a point
+    MEASUREMENT = "measurement"  # a number at every point whose status is ok
+    STATUS = "status"  # whether the measurement can be trusted; its meaning `ok` says yes
+    EXISTENCE = "existence"  # negative where no such thing can exist
+    CHECK = "check"  # should be zero
+    CERTIFICATE = "certificate"  # should be zero, and comes from another way of computing
 
 
 @dataclass(frozen=True)
@@ -18,6 +31,10 @@ class Variable:
         flags: meanings of the whole numbers from `first_flag` on, for a flag variable.
         comment: what a reader should know beyond the long name.
         first_flag: number of the first meaning.
+        theory: name of the variable that says what theory predicts of it; "" for none.
+        exact: name of the variable that says what the exact solution has; "" for none.
+        error: name of the variable that says how far it may be off; "" for none.
+        role: what readers take it for, see `Role`.
         sparse: whether most of its values are zero, missing or repeated, so that deflating them pays.
     """
 
@@ -29,6 +46,10 @@ class Variable:
     comment: str = ""
     first_flag: int = 0
     sparse: bool = False
+    theory: str = ""
+    exact: str = ""
+    error: str = ""
+    role: Role = Role.NONE
 
     @property
     def deflated(self) -> bool:
@@ -39,6 +60,11 @@ class Variable:
     def missing_is_nan(self) -> bool:
         """Whether the variable is a floating-point number, so that NaN can mark what is missing."""
         return np.dtype(self.dtype).kind == "f"
+
+    @property
+    def references(self) -> tuple[str, ...]:
+        """Names of the variables that it is compared with."""
+        return tuple(name for name in (self.theory, self.exact) if name)
 
     @property
     def attributes(self) -> dict:

@@ -24,7 +24,9 @@ from sweeps import colors, systems
 from sweeps import style as figure_style
 from sweeps.boxes import blocks, dimensions, flags
 from sweeps.files import replaced
+from sweeps.maps.summary import Summary, place, read, rule
 from sweeps.schema.carried import definition_of
+from sweeps.schema.variables import Role
 from sweeps.systems.rigid_body import figure_stability
 from sweeps.views.report_columns import (
     BLOCK_POINTS,
@@ -34,11 +36,9 @@ from sweeps.views.report_columns import (
     Packed,
     is_number,
     pack_within,
-    read,
     reduced,
     thinned,
 )
-from sweeps.views.report_summary import Summary
 
 LIMIT = 8_000_000  # bytes of a page
 RIGID_BODY = ("axis", "I1", "I2", "I3", "omega0", "epsilon", "phase")
@@ -313,8 +313,9 @@ def _said(ds, summary: Summary, kept) -> dict:
         "thinned": [(dim, len(kept[dim]), n) for dim, n in sizes.items() if len(kept[dim]) < n],
         "counts": [(name, _long_name(ds, name), counts) for name, counts in summary.counts.items()],
         "confusion": [_confusion(ds, summary, pair, table) for pair, table in summary.confusion.items()],
-        "worst": [_worst(ds, worst) for worst in summary.worst.values()],
-        "agreements": [_agreement(ds, agreement) for agreement in summary.agreements.values() if agreement.total],
+        "worst": [_worst(ds, summary, name) for name in summary.checks],
+        "agreements": [_deviation(ds, deviation) for deviation in summary.deviations.values() if deviation.total],
+        "rule": rule(summary),
     }
 
 
@@ -337,32 +338,32 @@ def _confusion(ds, summary: Summary, pair, table: np.ndarray) -> dict:
     reference, name = pair
     rows, columns = list(summary.counts[reference]), list(summary.counts[name])
     used = [j for j in range(len(columns)) if table[:, j].any()]
-    agreed = sum(int(table[i, columns.index(word)]) for i, word in enumerate(rows) if word in columns)
     return {
         "names": (_long_name(ds, reference), _long_name(ds, name)),
         "columns": [columns[j] for j in used],
         "rows": [(word, [(int(table[i, j]), columns[j] == word) for j in used]) for i, word in enumerate(rows)],
-        "agreed": agreed,
+        "agreed": summary.agreed(reference, name),
         "total": int(table.sum()),
     }
 
 
-def _worst(ds, worst) -> dict:
-    at = [
-        (dim, ds[dim].values[i].item() if dim in ds.coords else i) for dim, i in worst.at.items() if ds.sizes[dim] > 1
-    ]
-    return {"name": worst.name, "long_name": _long_name(ds, worst.name), "value": worst.value, "at": at}
+def _worst(ds, summary: Summary, name: str) -> dict:
+    worst = summary.checks[name]
+    at = [(dim, value) for dim, value in place(ds, worst.at).items() if ds.sizes[dim] > 1]
+    certifies = summary.role(name) == Role.CERTIFICATE
+    described = {"name": name, "long_name": _long_name(ds, name), "certifies": certifies}
+    return described | {"value": worst.value, "at": at}
 
 
-def _agreement(ds, agreement) -> dict:
+def _deviation(ds, deviation) -> dict:
     return {
-        "name": agreement.name,
-        "names": (_long_name(ds, agreement.name), _long_name(ds, agreement.reference)),
-        "total": agreement.total,
-        "median": agreement.quantile(0.5),
-        "most": agreement.quantile(0.99),
-        "worst": agreement.worst,
-        "within": agreement.within / agreement.judged if agreement.judged else None,
+        "name": deviation.name,
+        "names": (_long_name(ds, deviation.name), _long_name(ds, deviation.reference)),
+        "total": deviation.total,
+        "median": deviation.quantile(0.5),
+        "most": deviation.quantile(0.99),
+        "worst": deviation.worst.value,
+        "within": deviation.within / deviation.judged if deviation.judged else None,
     }
 
 

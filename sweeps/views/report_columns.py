@@ -34,16 +34,6 @@ class Column:
     powers: dict[str, int] = field(default_factory=dict)
 
 
-def read(ds: xr.Dataset, name: str, dims: Mapping[str, slice]) -> np.ndarray:
-    """A variable's values in one box, over all dimensions of the map (of length one where it has them not)."""
-    variable = ds[name]
-    values = variable.isel({d: box for d, box in dims.items() if d in variable.dims}).transpose(
-        *(d for d in dims if d in variable.dims)
-    )
-    lengths = iter(values.shape)
-    return values.values.reshape([next(lengths) if d in variable.dims else 1 for d in dims])
-
-
 def is_number(variable: xr.DataArray) -> bool:
     """Whether a variable is a column of real numbers, flags or booleans."""
     return variable.dtype.kind in "fiub"

@@ -3,9 +3,11 @@ import pytest
 from maps import BODIES, DEFINITION, TOP
 
 import sweeps
+from sweeps.boxes import blocks, dimensions
 from sweeps.maps import summary
 from sweeps.maps.selection import nearest
-from sweeps.views import textmap
+from sweeps.systems.rigid_body.look import LOOK
+from sweeps.views import report, textmap
 
 
 @pytest.fixture(scope="module")
@@ -33,9 +35,9 @@ def test_the_worst_stands_where_it_says(ds):
     found = summary.summarise(ds)
     for name, worst in found.checks.items():
         assert worst.value == np.nanmax(np.abs(ds[name].values))
-        assert abs(ds[name].sel(worst.at).item()) == worst.value
-    worst = found.deviations["growth_rate"]
-    there = ds.sel(worst.at)
+        assert abs(ds[name].isel(worst.at).item()) == worst.value
+    worst = found.deviations["growth_rate_theory", "growth_rate"].worst
+    there = ds.isel(worst.at)
     assert abs(there.growth_rate / there.growth_rate_theory - 1).item() == pytest.approx(worst.value, rel=1e-6)
     unstable = (ds.status == 0) & (ds.regime == 2) & (ds.regime_theory == 2)
     deviation = abs(ds.growth_rate / ds.growth_rate_theory - 1).where(unstable)
@@ -45,8 +47,32 @@ def test_the_worst_stands_where_it_says(ds):
 def test_blocks_change_nothing(ds, monkeypatch):
     whole = summary.summarise(ds)
     monkeypatch.setattr(summary, "BLOCK_POINTS", 7)
-    assert len(list(summary.blocks(ds))) > 20
-    assert summary.summarise(ds) == whole
+    assert len(list(blocks(dimensions(ds), 7))) > 20
+    parts = summary.summarise(ds)
+    assert (parts.points, parts.compared, parts.counts, parts.table) == (
+        whole.points,
+        whole.compared,
+        whole.counts,
+        whole.table,
+    )
+    assert (parts.unlike, parts.impossible, parts.checks) == (whole.unlike, whole.impossible, whole.checks)
+    for pair, deviation in parts.deviations.items():
+        assert deviation.worst == whole.deviations[pair].worst
+        assert (deviation.counts == whole.deviations[pair].counts).all()
+
+
+def test_show_and_report_say_the_same_of_one_map(ds):
+    """One map, some of whose points are not ok: both say one worst deviation, by one rule."""
+    bad = ds.copy(deep=True)
+    bad["status"][0, 0, 0, 0, 0, 0] = 2
+    bad["omega_squared"][0, 0, 0, 0, 0, 0] *= 1.5
+    shown = summary.summarise(bad)
+    reported, _, _ = report._gather(bad)
+    pair = ("omega_squared_theory", "omega_squared")
+    assert shown.deviations[pair].worst == reported.deviations[pair].worst
+    assert shown.deviations[pair].worst.value < 1e-2
+    assert summary.rule(shown) == summary.rule(reported)
+    assert shown.compared == reported.compared < shown.points
 
 
 def test_flat_bodies_exist():
@@ -66,7 +92,7 @@ def test_characters_are_the_regimes(ds):
     plane = ds.sel(omega0=1.0, epsilon=1e-6).squeeze(drop=True).transpose("axis", "I2", "I1")
     names = dict(zip(ds.regime.flag_values, ds.regime.flag_meanings.split(), strict=True))
     for panel, values in zip(drawn.panels, plane.regime.values, strict=True):
-        expected = ["".join(textmap.LOOKS[names[v]][0] for v in row) for row in values[::-1]]
+        expected = ["".join(LOOK.mark(names[v]).glyph for v in row) for row in values[::-1]]
         assert [text for _, text in panel.rows] == expected
         assert [label for label, _ in panel.rows] == ["1.4", "1", "0.75"]
     assert set(drawn.legend.values()) <= set(names.values())

@@ -7,7 +7,7 @@ from sweeps.schema import parameters
 from sweeps.schema.layout import Layout
 from sweeps.schema.parameters import Parameter, Quantity
 from sweeps.schema.values import Epsilon, Phase, whole
-from sweeps.schema.variables import Variable, table
+from sweeps.schema.variables import Role, Variable, table
 
 REGIMES = ("undetermined", "stable", "unstable", "marginal")
 CERTIFIED = ("proved", "undecided", "searched")  # the numbers of sweeps.mechanics.equilibria
@@ -16,15 +16,37 @@ _SCATTER = "scatter of the samples only: it does not know the bias of a finite a
 
 VARIABLES = table(
     Variable("omega_squared_theory", "s-2", "signed square of the rate, linear theory"),
-    Variable("omega_squared", "s-2", "signed square of the rate, measured"),
     Variable(
-        "omega_squared_stderr", "s-2", "standard error of the measured signed square of the rate", comment=_SCATTER
+        "omega_squared",
+        "s-2",
+        "signed square of the rate, measured",
+        theory="omega_squared_theory",
+        error="omega_squared_stderr",
+        role=Role.MEASUREMENT,
+    ),
+    Variable(
+        "omega_squared_stderr",
+        "s-2",
+        "standard error of the measured signed square of the rate",
+        comment=_SCATTER,
     ),
     Variable("growth_rate_theory", "s-1", "growth rate, linear theory; 0 where not unstable"),
-    Variable("growth_rate", "s-1", "growth rate, measured; 0 where not unstable"),
+    Variable(
+        "growth_rate",
+        "s-1",
+        "growth rate, measured; 0 where not unstable",
+        theory="growth_rate_theory",
+        error="growth_rate_stderr",
+    ),
     Variable("growth_rate_stderr", "s-1", "standard error of the measured growth rate", comment=_SCATTER),
     Variable("frequency_theory", "rad s-1", "angular frequency, linear theory; 0 where not stable"),
-    Variable("frequency", "rad s-1", "angular frequency, measured; 0 where not stable"),
+    Variable(
+        "frequency",
+        "rad s-1",
+        "angular frequency, measured; 0 where not stable",
+        theory="frequency_theory",
+        error="frequency_stderr",
+    ),
     Variable("frequency_stderr", "rad s-1", "standard error of the measured angular frequency", comment=_SCATTER),
     Variable(
         "growth_rate_logslope",
@@ -35,7 +57,9 @@ VARIABLES = table(
     ),
     Variable("e_folds", "1", "e-folds of growth inside the window of the log slope"),
     Variable("regime_theory", None, "regime, linear theory", "i1", REGIMES, first_flag=-1),
-    Variable("regime", None, "regime, measured", "i1", REGIMES, first_flag=-1),
+    Variable(
+        "regime", None, "regime, measured", "i1", REGIMES, first_flag=-1, theory="regime_theory", role=Role.HEADLINE
+    ),
     Variable(
         "amplitude",
         "1",
@@ -57,7 +81,7 @@ VARIABLES = table(
     Variable("samples_used", "1", "number of samples inside the measurement window", "i4"),
     Variable("window_end", "s", "time of the last sample inside the measurement window"),
     Variable("steps_per_sample", "1", "integration steps between two samples", "i4"),
-    Variable("status", None, "whether the measurement can be trusted", "i1", STATUSES),
+    Variable("status", None, "whether the measurement can be trusted", "i1", STATUSES, role=Role.STATUS),
     Variable(
         "equilibria_certified",
         None,
@@ -71,6 +95,7 @@ VARIABLES = table(
         "energy_drift",
         "1",
         "largest change of the energy above the equilibrium, relative to its absolute terms",
+        role=Role.CHECK,
     ),
 )
 

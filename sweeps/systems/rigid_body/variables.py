@@ -5,7 +5,7 @@ from sweeps.schema import parameters
 from sweeps.schema.layout import Layout
 from sweeps.schema.parameters import Parameter, Quantity
 from sweeps.schema.values import MIN_SPIN_RATE, Axis, Epsilon, Moment, Phase, spin_rate
-from sweeps.schema.variables import Variable, table
+from sweeps.schema.variables import Role, Variable, table
 
 MOMENTS = ("I1", "I2", "I3")
 SHAREABLE = ("omega0", "epsilon", "phase")  # what a body may give, and the grid gives where it does not
@@ -19,7 +19,14 @@ _SCATTER = "scatter of the samples only: it does not know the bias of a finite a
 
 VARIABLES = table(
     Variable("omega_squared_theory", "s-2", "signed square of the rate, linear theory"),
-    Variable("omega_squared", "s-2", "signed square of the rate, measured"),
+    Variable(
+        "omega_squared",
+        "s-2",
+        "signed square of the rate, measured",
+        theory="omega_squared_theory",
+        error="omega_squared_stderr",
+        role=Role.MEASUREMENT,
+    ),
     Variable(
         "omega_squared_stderr",
         "s-2",
@@ -27,10 +34,24 @@ VARIABLES = table(
         comment=_SCATTER,
     ),
     Variable("growth_rate_theory", "s-1", "growth rate, linear theory; 0 where not unstable", sparse=True),
-    Variable("growth_rate", "s-1", "growth rate, measured; 0 where not unstable", sparse=True),
+    Variable(
+        "growth_rate",
+        "s-1",
+        "growth rate, measured; 0 where not unstable",
+        sparse=True,
+        theory="growth_rate_theory",
+        error="growth_rate_stderr",
+    ),
     Variable("growth_rate_stderr", "s-1", "standard error of the measured growth rate", comment=_SCATTER, sparse=True),
     Variable("frequency_theory", "rad s-1", "angular frequency, linear theory; 0 where not stable"),
-    Variable("frequency", "rad s-1", "angular frequency, measured; 0 where not stable"),
+    Variable(
+        "frequency",
+        "rad s-1",
+        "angular frequency, measured; 0 where not stable",
+        theory="frequency_theory",
+        exact="frequency_exact",
+        error="frequency_stderr",
+    ),
     Variable(
         "frequency_stderr",
         "rad s-1",
@@ -47,27 +68,31 @@ VARIABLES = table(
     Variable("e_folds", "1", "e-folds of growth inside the window of the log slope", "f4"),
     Variable("euler_period", "s", "period of the nudge's turn about the spin axis, measured; missing where not stable"),
     Variable("regime_theory", None, "regime, linear theory", "i1", REGIMES[1:]),
-    Variable("regime", None, "regime, measured", "i1", REGIMES, first_flag=-1),
+    Variable(
+        "regime", None, "regime, measured", "i1", REGIMES, first_flag=-1, theory="regime_theory", role=Role.HEADLINE
+    ),
     Variable("shape", None, "kind of body by its moments", "i1", SHAPES),
     Variable("growing_fraction", "1", "share of the start that lies on the growing mode", "f4"),
     Variable("samples_used", "1", "number of samples inside the measurement window", "i4"),
     Variable("window_end", "s", "time of the last sample inside the measurement window", sparse=True),
     Variable("steps_per_sample", "1", "integration steps between two samples", "i4"),
-    Variable("status", None, "whether the measurement can be trusted", "i1", STATUSES),
+    Variable("status", None, "whether the measurement can be trusted", "i1", STATUSES, role=Role.STATUS),
     Variable(
         "triangle_margin",
         "1",
         "least of (Ib + Ic - Ia)/(I1 + I2 + I3) over the axes; negative where no body can exist",
         "f4",
+        role=Role.EXISTENCE,
     ),
-    Variable("energy_drift", "1", "largest relative change of twice the kinetic energy", "f4"),
-    Variable("momentum_drift", "1", "largest relative change of the squared angular momentum", "f4"),
+    Variable("energy_drift", "1", "largest relative change of twice the kinetic energy", "f4", role=Role.CHECK),
+    Variable("momentum_drift", "1", "largest relative change of the squared angular momentum", "f4", role=Role.CHECK),
     Variable(
         "perturbation_drift",
         "1",
         "largest change of the perturbation's own invariant, relative to its absolute terms",
         "f4",
         comment="Ib (Ib - Ia) wb^2 + Ic (Ic - Ia) wc^2, which sees errors that energy and momentum do not",
+        role=Role.CHECK,
     ),
 )
 
@@ -79,6 +104,7 @@ CERTIFICATE = table(
         "f4",
         comment="the certificate: over the samples used, across the spin axis, by an exact step that shares no code "
         "with the direct integrator",
+        role=Role.CERTIFICATE,
     )
 )
 
@@ -88,10 +114,14 @@ FLIPS = table(
         "s",
         "time between two changes of sign of the spin, measured; missing where it keeps its sign",
         comment="from the start forward to the first change and backward to the last one",
+        exact="flip_period_exact",
     ),
     Variable("flip_period_exact", "s", "time between two changes of sign of the spin, closed form: 2 K/p"),
     Variable(
-        "max_tilt", "rad", "largest angle of the angular velocity from the end of the axis it starts near, measured"
+        "max_tilt",
+        "rad",
+        "largest angle of the angular velocity from the end of the axis it starts near, measured",
+        exact="max_tilt_exact",
     ),
     Variable("max_tilt_exact", "rad", "largest angle of the angular velocity from that end, closed form"),
     Variable(

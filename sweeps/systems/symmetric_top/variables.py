@@ -7,7 +7,7 @@ from sweeps.schema import parameters
 from sweeps.schema.layout import Layout
 from sweeps.schema.parameters import Parameter, Quantity
 from sweeps.schema.values import MIN_SPIN_RATE, number, spin_rate
-from sweeps.schema.variables import Variable, table
+from sweeps.schema.variables import Role, Variable, table
 
 SENSES = ("undetermined", "none", "with_spin", "against_spin")
 SHAPES = ("asymmetric", "oblate", "prolate", "sphere")
@@ -28,6 +28,9 @@ VARIABLES = table(
         "rad s-1",
         "rate at which the angular velocity turns about the figure axis, measured",
         comment=_RESOLVED,
+        theory="precession_rate_theory",
+        error="precession_rate_stderr",
+        role=Role.MEASUREMENT,
     ),
     Variable("precession_rate_stderr", "rad s-1", "standard error of the measured precession rate", comment=_SCATTER),
     Variable(
@@ -35,6 +38,7 @@ VARIABLES = table(
         "rad s-1",
         "rate at which the angular momentum turns about the figure axis, measured",
         comment=f"from a motion of its own; {_RESOLVED}",
+        error="momentum_precession_rate_stderr",
     ),
     Variable(
         "momentum_precession_rate_stderr",
@@ -43,7 +47,7 @@ VARIABLES = table(
         comment=_SCATTER,
     ),
     Variable("period_theory", "s", "period of the precession, closed form; missing where the rate is 0"),
-    Variable("period", "s", "period of the precession, measured; missing where the rate is 0"),
+    Variable("period", "s", "period of the precession, measured; missing where the rate is 0", theory="period_theory"),
     Variable(
         "sense",
         None,
@@ -51,14 +55,30 @@ VARIABLES = table(
         "i1",
         SENSES,
         first_flag=-1,
+        role=Role.HEADLINE,
     ),
     Variable("shape", None, "kind of body by its moments", "i1", SHAPES),
     Variable("body_cone", "degree", "angle of the angular velocity to the figure axis, measured"),
     Variable("momentum_cone_theory", "degree", "angle of the angular momentum to the figure axis, closed form"),
-    Variable("momentum_cone", "degree", "angle of the angular momentum to the figure axis, measured"),
+    Variable(
+        "momentum_cone",
+        "degree",
+        "angle of the angular momentum to the figure axis, measured",
+        theory="momentum_cone_theory",
+    ),
     Variable("space_cone_theory", "degree", "angle of the angular velocity to the angular momentum, closed form"),
-    Variable("space_cone", "degree", "angle of the angular velocity to the angular momentum, measured"),
-    Variable("half_angle_drift", "degree", "largest change of the angular velocity's angle to the figure axis"),
+    Variable(
+        "space_cone",
+        "degree",
+        "angle of the angular velocity to the angular momentum, measured",
+        theory="space_cone_theory",
+    ),
+    Variable(
+        "half_angle_drift",
+        "degree",
+        "largest change of the angular velocity's angle to the figure axis",
+        role=Role.CHECK,
+    ),
     Variable(
         "coplanarity",
         "1",
@@ -70,19 +90,22 @@ VARIABLES = table(
         "1",
         "largest relative change of twice the kinetic energy",
         comment="L . omega, L and omega each from a motion of its own",
+        role=Role.CHECK,
     ),
-    Variable("momentum_drift", "1", "largest relative change of the squared angular momentum"),
+    Variable("momentum_drift", "1", "largest relative change of the squared angular momentum", role=Role.CHECK),
     Variable(
         "propagation_error",
         "1",
         "largest distance of the integrated transverse part from the closed form, relative to its size",
+        role=Role.CERTIFICATE,
     ),
     Variable("steps_per_sample", "1", "integration steps between two samples", "i4"),
-    Variable("status", None, "whether the measurement can be trusted", "i1", STATUSES),
+    Variable("status", None, "whether the measurement can be trusted", "i1", STATUSES, role=Role.STATUS),
     Variable(
         "triangle_margin",
         "1",
         "least of (Ib + Ic - Ia)/(I1 + I2 + I3) over the axes; negative where no body can exist",
+        role=Role.EXISTENCE,
     ),
 )
 
