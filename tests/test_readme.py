@@ -45,11 +45,15 @@ def folder(tmp_path_factory):
 
 def run(folder, line):
     program, *arguments = shlex.split(line)
-    assert program in (".venv/bin/python", ".venv/bin/snakemake")
-    module = ["-m", "snakemake"] if program.endswith("snakemake") else []
+    module = {".venv/bin/python": [], ".venv/bin/snakemake": ["-m", "snakemake"], ".venv/bin/polhode": ["-m", "sweeps"]}
     environment = os.environ | {"PYTHONPATH": str(folder)}
     return subprocess.run(
-        [sys.executable, *module, *arguments], cwd=folder, env=environment, capture_output=True, text=True, check=False
+        [sys.executable, *module[program], *arguments],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
     )
 
 
@@ -65,7 +69,7 @@ def test_a_command_of_the_readme_does_what_it_says(folder, line):
 def test_the_bodies_of_the_readme_are_a_definition(folder):
     text = re.search(r"```yaml\n(bodies:\n.*?)```", TEXT, re.DOTALL)[1]
     (folder / "real.yaml").write_text(text)
-    answer = run(folder, ".venv/bin/python -m sweeps check real.yaml")
+    answer = run(folder, ".venv/bin/polhode check real.yaml")
     assert answer.returncode == 0, answer.stderr
     assert "Satellite: principal moments and axes" in answer.stdout
 

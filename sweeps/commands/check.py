@@ -4,6 +4,8 @@ import json
 
 from sweeps.commands import parser
 
+MOST_BODIES = 10  # whose axes are printed
+
 
 def add(commands) -> None:
     """Describes the command."""
@@ -22,7 +24,7 @@ def _run(args):
         titles = {name: load(path, check=False).title for name, path in catalogue.shipped().items()}
         print(json.dumps(titles, indent=1) if args.json else "\n".join(f"{n:16s} {t}" for n, t in titles.items()))
         return
-    planned = catalogue.plan(catalogue.resolve(args.definition or catalogue.DEFAULT))
+    planned = catalogue.plan(catalogue.resolve(args.definition or catalogue.DEFAULT), anywhere=True)
     if args.json:
         print(json.dumps(_facts(planned), indent=1))
     else:
@@ -33,14 +35,16 @@ def _run(args):
 def _facts(planned) -> dict:
     from dataclasses import asdict
 
-    from sweeps.points.estimate import estimate
+    from sweeps.points.estimate import estimate, lacking
 
     grid, definition = planned.sweep.grid, planned.sweep.definition
+    needs = estimate(planned.sweep)
     return {
         "definition": str(planned.path),
         "title": definition.title,
         "dimensions": dict(zip(grid.dims, grid.shape, strict=True)),
-        **asdict(estimate(planned.sweep)),
+        **asdict(needs),
+        "lacking_here": lacking(planned.sweep, needs, "results"),
         "bodies": {
             body.name: {"moments": body.moments, "axes": body.principal.axes, "notes": body.principal.notes}
             for body in _diagonalised(definition)
@@ -49,7 +53,7 @@ def _facts(planned) -> dict:
 
 
 def _rows(planned):
-    from sweeps.points.estimate import estimate, in_words
+    from sweeps.points.estimate import PAGE_BYTES, estimate, in_words, lacking
 
     grid, definition = planned.sweep.grid, planned.sweep.definition
     needs = estimate(planned.sweep)
@@ -59,14 +63,36 @@ def _rows(planned):
     yield "points", f"{needs.points:,} = {dimensions}"
     yield "shards", f"{needs.shards:,}"
     yield "memory", f"about {in_words(needs.memory_bytes)} a process"
-    yield "disk", f"at most {in_words(needs.disk_bytes)}, half of it for the map"
-    yield "time", f"about {needs.seconds:,.3g} s of integration on one core"
-    for body in _diagonalised(definition):
-        from sweeps.systems.rigid_body.wording import principal_axes
+    yield "disk", f"at most {in_words(needs.disk_bytes)} for shards and map, {PAGE_BYTES // 10**6} MB for the rest"
+    yield "time", f"about {_time(needs.wait_seconds)} on one core, {_parts(needs)}"
+    for line in lacking(planned.sweep, needs, "results"):
+        yield "not here", f"{line} (`run` and the workflow would refuse it on this machine)"
+    yield from _bodies(_diagonalised(definition))
 
+
+def _time(seconds: float) -> str:
+    """A time to wait: "9 s", "3 min", "5 h", "2e+07 years"."""
+    for size, unit in ((3.156e7, "years"), (86_400.0, "days"), (3600.0, "h"), (60.0, "min")):
+        if seconds >= 2 * size:
+            return f"{seconds / size:,.2g} {unit}" if seconds < 100 * size else f"{seconds / size:,.3g} {unit}"
+    return f"{seconds:.2g} s"
+
+
+def _parts(needs) -> str:
+    compiled = f" and {_time(needs.compile_seconds)} of compiling, once" if needs.compile_seconds else ""
+    return f"pictures and report included; {_time(needs.seconds)} of it integration{compiled}"
+
+
+def _bodies(bodies: list):
+    """The principal axes of the first bodies, and how many more there are."""
+    from sweeps.systems.rigid_body.wording import principal_axes
+
+    for body in bodies[:MOST_BODIES]:
         yield "body", f"{body.name}: principal moments and axes, in the coordinates it is given in"
         for line in principal_axes(body.principal):
             yield "", line
+    if len(bodies) > MOST_BODIES:
+        yield "body", f"and {len(bodies) - MOST_BODIES:,} more (--json has all of them)"
 
 
 def _diagonalised(definition) -> list:

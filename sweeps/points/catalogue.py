@@ -56,12 +56,13 @@ class Plan:
     sweep: Sweep
 
 
-def plan(source: str | Path, results: str | Path = "results") -> Plan:
+def plan(source: str | Path, results: str | Path = "results", anywhere: bool = False) -> Plan:
     """Validates a definition and sees whether this machine has room for it.
 
     Args:
         source: the definition's path.
         results: folder that the results go to.
+        anywhere: whether it is to run on some other machine, and this one's room does not matter.
 
     Raises:
         DefinitionError: for a definition that is wrong, too large for disk or memory, or named like one that ships.
@@ -73,7 +74,8 @@ def plan(source: str | Path, results: str | Path = "results") -> Plan:
         raise DefinitionError(
             f"{path}: (file name): {sweep.name!r} is the name of a sweep that ships; allowed: any other name"
         )
-    refuse_if_too_large(sweep, results)
+    if not anywhere:
+        refuse_if_too_large(sweep, results)
     return Plan(path, sweep)
 
 

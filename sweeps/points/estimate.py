@@ -6,12 +6,24 @@ from pathlib import Path
 
 import psutil
 
+from kernels.fingerprint import cache_folder
+from sweeps import systems
 from sweeps.points.sweep import Sweep
 from sweeps.schema.refusals import DefinitionError
 
 BLOCK_POINTS = 2**17  # measured at once
 BLOCKS = 4  # in memory together: what one is measured from and into, and what is written meanwhile
 PROCESS_BYTES = 400_000_000  # interpreter, compiled kernels and libraries
+VARIABLE_BYTES = 6_000  # of a netCDF file, for each variable: its attributes, its chunks' index
+FILE_BYTES = 30_000  # of a netCDF file besides
+PAGE_BYTES = 10_000_000  # report and pictures together, at most about
+
+# On one core of a machine of 2024 with its files at hand, s.
+COMPILE_SECONDS = 60.0  # the kernels of all systems, once per machine
+MEASURE_SECONDS = 0.5  # to open shards and map
+MEASURE_FACTOR = 2.0  # writing, hashing and merging take about as long as the integration itself
+REPORT_SECONDS = 0.6
+REPORT_SECONDS_PER_POINT = 2.5e-6
 
 
 @dataclass(frozen=True)
@@ -24,6 +36,8 @@ class Estimate:
         memory_bytes: memory of one process, bytes.
         disk_bytes: disk for shards and map, which exist at the same time, uncompressed, bytes.
         seconds: integration time on one core, s.
+        compile_seconds: time for compiling what is not compiled yet on this machine, s.
+        wait_seconds: what a person waits for map, pictures and report on one core, all of the above included, s.
     """
 
     points: int
@@ -31,6 +45,8 @@ class Estimate:
     memory_bytes: int
     disk_bytes: int
     seconds: float
+    compile_seconds: float
+    wait_seconds: float
 
 
 def estimate(sweep: Sweep, bytes_per_point: int | None = None) -> Estimate:
@@ -39,13 +55,29 @@ def estimate(sweep: Sweep, bytes_per_point: int | None = None) -> Estimate:
     if bytes_per_point is None:
         bytes_per_point = system.bytes_per_point(definition)
     coordinates = 8 * sum(grid.shape)
+    headers = FILE_BYTES + VARIABLE_BYTES * len(sweep.variables | system.coordinates(definition))
+    seconds = grid.size * definition.integration.samples / system.samples_per_second
+    compiling = _compile_seconds(system)
     return Estimate(
         points=grid.size,
         shards=sweep.shards,
         memory_bytes=PROCESS_BYTES + BLOCKS * min(grid.size, BLOCK_POINTS) * bytes_per_point + coordinates,
-        disk_bytes=2 * (grid.size * bytes_per_point + coordinates),
-        seconds=grid.size * definition.integration.samples / system.samples_per_second,
+        disk_bytes=2 * (grid.size * bytes_per_point + coordinates) + (sweep.shards + 1) * headers,
+        seconds=seconds,
+        compile_seconds=compiling,
+        wait_seconds=compiling
+        + system.start_seconds
+        + MEASURE_SECONDS
+        + MEASURE_FACTOR * seconds
+        + system.picture_seconds
+        + REPORT_SECONDS
+        + REPORT_SECONDS_PER_POINT * grid.size,
     )
+
+
+def _compile_seconds(system: systems.System) -> float:
+    shared = 0.0 if (cache_folder() / "compiled").exists() else COMPILE_SECONDS
+    return shared + (0.0 if system.compiled().exists() else system.compile_seconds)
 
 
 def refuse_if_too_large(sweep: Sweep, results_dir: str | Path, bytes_per_point: int | None = None) -> None:
@@ -59,14 +91,18 @@ def refuse_if_too_large(sweep: Sweep, results_dir: str | Path, bytes_per_point: 
     Raises:
         DefinitionError: naming what is needed and what there is, in bytes.
     """
-    needed = estimate(sweep, bytes_per_point)
+    lines = lacking(sweep, estimate(sweep, bytes_per_point), results_dir)
+    if lines:
+        raise DefinitionError("\n".join(lines))
+
+
+def lacking(sweep: Sweep, needed: Estimate, results_dir: str | Path) -> list[str]:
+    """What this machine has too little of for `sweep`, which takes what is `needed`, one line each."""
     limits = (
         ("disk", needed.disk_bytes, shutil.disk_usage(_existing(Path(results_dir))).free),
         ("memory", needed.memory_bytes, psutil.virtual_memory().available),
     )
-    lines = [_too_large(sweep, needed.points, *limit) for limit in limits if limit[1] > limit[2]]
-    if lines:
-        raise DefinitionError("\n".join(lines))
+    return [_too_large(sweep, needed.points, *limit) for limit in limits if limit[1] > limit[2]]
 
 
 def _too_large(sweep: Sweep, points: int, what: str, needed: int, available: int) -> str:

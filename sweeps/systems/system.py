@@ -40,6 +40,9 @@ class System(ABC):
         references: where the theory stands.
         caption: what its map shows, one line.
         samples_per_second: samples of runs that one core makes in a second, about.
+        start_seconds: until a command has read and checked such a definition, s, about.
+        picture_seconds: for all pictures of a map, s, about.
+        compile_seconds: for what is compiled for this system alone, once per machine, s, about.
         look: how flags and parameters look in pictures, terminal and page.
         kernels: modules of `kernels` that :meth:`columns` imports; a map's fingerprint covers them and what they
             import. With none, it covers every kernel.
@@ -50,6 +53,9 @@ class System(ABC):
     references: str
     caption: str
     samples_per_second: int = 64_000_000
+    start_seconds: float = 2.5
+    picture_seconds: float = 2.0
+    compile_seconds: float = 0.0
     look: Look = Look()
     kernels: tuple[str, ...] = ()
 

@@ -1,3 +1,4 @@
+import json
 import subprocess
 import sys
 
@@ -74,12 +75,32 @@ def test_check_lists_what_ships(capsys):
 
 
 def test_a_gigantic_grid_is_refused_with_its_bytes(folder, capsys):
+    """`check` only says so: a sweep for a cluster is checked on a laptop."""
     long = "{start: 1.0, stop: 2.0, num: 1000000}"
     (folder / "huge.yaml").write_text(f"grid: {{I1: {long}, I2: {long}, I3: {long}, omega0: 1.0}}")
-    said = refused(capsys, "check", "huge.yaml")
+    said = refused(capsys, "run", "huge.yaml")
     assert "3,000,000,000,000,000,000 points" in said
     assert "of disk" in said
     assert said.count(" bytes)") == 2  # needed, and free
+    assert main(["check", "huge.yaml"]) == 0
+    checked = capsys.readouterr().out
+    assert "not here    huge: grid: 3,000,000,000,000,000,000 points need " in checked
+    assert "would refuse it on this machine" in checked
+    assert "years on one core, pictures and report included" in checked
+    assert main(["check", "huge.yaml", "--json"]) == 0
+    assert "of disk" in json.loads(capsys.readouterr().out)["lacking_here"][0]
+    assert not (folder / "results").exists()
+
+
+def test_a_thousand_bodies_are_checked_in_a_page(folder, capsys):
+    bodies = [{"name": f"b{k}", "tensor": [[5, 0, 0], [0, 13, 0], [0, 0, 10]]} for k in range(1000)]
+    (folder / "many.json").write_text(json.dumps({"bodies": bodies, "grid": {"omega0": 1.0}}))
+    assert main(["check", "many.json"]) == 0
+    said = capsys.readouterr().out
+    assert len(said.splitlines()) < 60
+    assert "and 990 more" in said
+    assert main(["check", "many.json", "--json"]) == 0
+    assert len(json.loads(capsys.readouterr().out)["bodies"]) == 1000
 
 
 def test_an_unknown_name_suggests_a_near_one(folder, capsys):

@@ -3,6 +3,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+import sweeps
+from sweeps.maps import storage
+from sweeps.points import catalogue
 from sweeps.points import estimate as module
 from sweeps.points.estimate import estimate, refuse_if_too_large
 from sweeps.points.loading import read
@@ -29,7 +32,10 @@ def test_an_estimate_counts_points_bytes_and_seconds():
     coordinates = 8 * (2 + 300 + 3)
     assert found.points == 2_000_000
     assert found.shards == 1
-    assert found.disk_bytes == 2 * (2_000_000 * 200 + coordinates)
+    sweep = sweep_of(100)
+    names = sweep.variables | sweep.system.coordinates(sweep.definition)
+    headers = module.FILE_BYTES + module.VARIABLE_BYTES * len(names)
+    assert found.disk_bytes == 2 * (2_000_000 * 200 + coordinates) + 2 * headers  # of one shard and the map
     assert found.memory_bytes == 400_000_000 + 4 * 131_072 * 200 + coordinates
     assert found.seconds == 4.0  # 2e6 runs of 128 samples at 64e6 samples/s
 
@@ -45,6 +51,22 @@ def test_any_size_is_estimated_without_making_the_grid():
     assert found.points == 2 * 10**45
     assert found.disk_bytes > 4 * 10**45 * 100  # shards and map, a hundred bytes a point at least
     assert found.seconds == pytest.approx(2e39, rel=1e-15)  # one rounding of a double
+
+
+@pytest.mark.parametrize("name", ["tiny", "bodies", "symmetric"])
+def test_no_map_that_ships_is_larger_than_said(name, tmp_path):
+    storage.write_map(sweeps.survey(name), tmp_path / "map.nc")
+    found = estimate(read(catalogue.resolve(name)))
+    assert (tmp_path / "map.nc").stat().st_size <= found.disk_bytes / 2
+
+
+def test_the_wait_holds_more_than_the_integration(monkeypatch, tmp_path):
+    found = estimate(sweep_of(100))
+    assert found.wait_seconds > 2 * found.seconds + 5  # start, pictures and report
+    monkeypatch.setattr(module, "cache_folder", lambda: tmp_path)  # where nothing is compiled yet
+    cold = estimate(sweep_of(100))
+    assert cold.compile_seconds == module.COMPILE_SECONDS
+    assert cold.wait_seconds >= cold.compile_seconds + found.wait_seconds - found.compile_seconds
 
 
 def test_what_fits_is_not_refused(monkeypatch, tmp_path):

@@ -123,7 +123,7 @@ def test_broken_off_it_leaves_nothing_half_written_and_goes_on(mine):
     grid = GRID | {"I1": {"start": 0.5, "stop": 1.5, "num": 300}, "I2": {"start": 0.5, "stop": 1.5, "num": 100}}
     mine.write_text(json.dumps({"grid": grid, "shards": 12, "integration": {"rotations": 40}}))
     command = [sys.executable, "-m", "sweeps", "run", "mine.yaml", "--cores", "1"]
-    root = str(Path(pipeline.__file__).parents[1])
+    root = str(Path(pipeline.__file__).parents[2])
     running = subprocess.Popen(command, stderr=subprocess.PIPE, env=os.environ | {"PYTHONPATH": root})
     folder = Path("results/mine/shards")
     deadline = time.monotonic() + 240

@@ -49,6 +49,9 @@ class Oscillator(System):
     """
 
     samples_per_second = 20_000_000
+    start_seconds = 4.5  # its equations are derived
+    picture_seconds = 2.5
+    compile_seconds = 15.0
     look = LOOK
     kernels = ("oscillations", "enclosures")
 

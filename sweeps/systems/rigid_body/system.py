@@ -31,6 +31,7 @@ class RigidBody(System):
     model = RigidBodyDefinition
     references = "Landau and Lifshitz, Mechanics, sections 36 and 37"
     caption = "measured rates of small perturbations about each principal axis, beside linear theory"
+    picture_seconds = 7.0
 
     def dimensions(self, definition: RigidBodyDefinition) -> dict[str, Range | np.ndarray]:
         """(axis, I1, I2, I3, omega0, epsilon, phase), or (body, axis) and what no body gives itself."""
