@@ -13,7 +13,7 @@ import pytest
 import sweeps
 import sweeps.maps.dataset  # the kernels imported are of the same moment as their copy
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 OWN = {"axes": [1, 3], "grid": {"I1": [1.0, 2.0], "I2": 1.5, "I3": 3.0, "omega0": [-2.0, 1.0]}, "shards": 3}
 BAD = "grid: {I1: 1.0, I2: -2.0, I3: .nan, omega0: 1.0, ipsilon: 0.1}\n"
 INVALID = {
@@ -55,7 +55,7 @@ def fresh(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
-    """A copy in which all of tiny and the map of a JSON definition have been made, with the kernels of this checkout."""
+    """A copy, with this checkout's kernels, in which all of tiny and the map of a JSON definition have been made."""
     folder = copied(tmp_path_factory.mktemp("made"))
     compiled.share(folder, folder / ".cache")
     (folder / "own.json").write_text(json.dumps(OWN))
