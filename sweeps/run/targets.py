@@ -7,6 +7,7 @@ import difflib
 import re
 import sys
 from collections.abc import Iterable
+from importlib.util import find_spec
 from pathlib import Path
 
 from snakemake.cli import get_argument_parser
@@ -41,6 +42,16 @@ def is_to_run() -> bool:
     except SystemExit:
         return False
     return not any(getattr(arguments, name, None) for name in LOOKING)
+
+
+def need_slurm() -> None:
+    """Ends the program, in words and with status 2, where Snakemake's plugin for Slurm is missing.
+
+    Called from the profile: Snakemake itself would only list the executors it knows.
+    """
+    if find_spec("snakemake_executor_plugin_slurm") is None:
+        print("--profile: .slurm needs a plugin that is not here; allowed: pip install -e '.[slurm]'", file=sys.stderr)
+        sys.exit(2)
 
 
 def threads_of_shard(workflow, count: int) -> int:

@@ -1,5 +1,6 @@
 """The workflow as people run it: `python -m snakemake` in a copy of the repository."""
 
+import importlib.util
 import json
 import os
 import shutil
@@ -144,6 +145,17 @@ def test_generated_kernels_are_compiled_before_any_shard(fresh):
     assert all("generated/oscillator_" in line for line in waits)
     others = snakemake(fresh, "-n", "--", "results/tiny/stability_map.nc")
     assert "Compiling the equations" not in others.stdout + others.stderr
+
+
+@pytest.mark.skipif(
+    importlib.util.find_spec("snakemake_executor_plugin_slurm") is not None, reason="the plugin for Slurm is here"
+)
+def test_the_profile_for_slurm_says_what_it_needs(fresh):
+    shutil.copytree(ROOT / ".slurm", fresh / ".slurm", dirs_exist_ok=True)
+    answer = run(fresh, "snakemake", "--profile", ".slurm")
+    assert answer.returncode == 2
+    assert "--profile: .slurm needs a plugin that is not here; allowed: pip install -e '.[slurm]'" in answer.stderr
+    assert "invalid choice" not in answer.stderr
 
 
 def untouched(folder):
