@@ -4,8 +4,6 @@ import json
 
 from sweeps.commands import parser
 
-MOST_BODIES = 10  # whose axes are printed
-
 
 def add(commands) -> None:
     """Describes the command."""
@@ -45,10 +43,7 @@ def _facts(planned) -> dict:
         "dimensions": dict(zip(grid.dims, grid.shape, strict=True)),
         **asdict(needs),
         "lacking_here": lacking(planned.sweep, needs, "results"),
-        "bodies": {
-            body.name: {"moments": body.moments, "axes": body.principal.axes, "notes": body.principal.notes}
-            for body in _diagonalised(definition)
-        },
+        **planned.sweep.system.facts(definition),
     }
 
 
@@ -67,7 +62,7 @@ def _rows(planned):
     yield "time", f"about {_time(needs.wait_seconds)} on one core, {_parts(needs)}"
     for line in lacking(planned.sweep, needs, "results"):
         yield "not here", f"{line} (`run` and the workflow would refuse it on this machine)"
-    yield from _bodies(_diagonalised(definition))
+    yield from planned.sweep.system.told(definition)
 
 
 def _time(seconds: float) -> str:
@@ -81,20 +76,3 @@ def _time(seconds: float) -> str:
 def _parts(needs) -> str:
     compiled = f" and {_time(needs.compile_seconds)} of compiling, once" if needs.compile_seconds else ""
     return f"pictures and report included; {_time(needs.seconds)} of it integration{compiled}"
-
-
-def _bodies(bodies: list):
-    """The principal axes of the first bodies, and how many more there are."""
-    from sweeps.systems.rigid_body.wording import principal_axes
-
-    for body in bodies[:MOST_BODIES]:
-        yield "body", f"{body.name}: principal moments and axes, in the coordinates it is given in"
-        for line in principal_axes(body.principal):
-            yield "", line
-    if len(bodies) > MOST_BODIES:
-        yield "body", f"and {len(bodies) - MOST_BODIES:,} more (--json has all of them)"
-
-
-def _diagonalised(definition) -> list:
-    """The bodies whose moments come from a tensor or a mesh."""
-    return [body for body in getattr(definition, "bodies", ()) if body.principal is not None]

@@ -20,6 +20,7 @@ from sweeps.points.sweep import Sweep
 from sweeps.schema import carried
 from sweeps.schema.definition import DEFAULT_NAME, DEFAULT_SYSTEM, Definition
 from sweeps.schema.refusals import DefinitionError, UnreadableError, shortened
+from sweeps.schema.variables import Role
 from sweeps.shards import content
 
 MAP = "stability_map.nc"
@@ -132,10 +133,11 @@ def _needs_files(values: dict) -> str | None:
     """Why a definition found in a map is not followed to other files: nobody here has asked for those."""
     if systems.is_file(values.get("system")):
         return "its system is a Python file, run only where --definition names it"
-    bodies = values.get("bodies")
-    if isinstance(bodies, tuple) and any(isinstance(body, dict) and "mesh" in body for body in bodies):
-        return "its bodies are mesh files, read only where --definition names them"
-    return None
+    try:
+        system = systems.resolve(str(values.get("system", DEFAULT_SYSTEM)))
+    except KeyError:  # which reading it will refuse
+        return None
+    return system.needs_files(values) or None
 
 
 def _differing(one: Definition, other: Definition) -> list[str]:
@@ -169,6 +171,10 @@ def _grid(ds: xr.Dataset, sweep: Sweep) -> Check:
     if dict(ds.sizes) != sizes:
         return Check("grid", covers, (f"dimensions: {_sizes(dict(ds.sizes))}, by the definition {_sizes(sizes)}",))
     return Check("grid", covers, _shown([*_wrong_coordinates(ds, sweep), *_wrong_variables(ds, sweep)]))
+
+
+def _of_role(sweep: Sweep, role: Role) -> str:
+    return next((name for name, spec in sweep.variables.items() if spec.role == role), "")
 
 
 def _sizes(sizes: dict) -> str:
@@ -205,7 +211,8 @@ def _wrong_variables(ds: xr.Dataset, sweep: Sweep) -> Iterator[str]:
 def _values(ds: xr.Dataset, sweep: Sweep) -> Check:
     """Whether flags have meanings, and whether points that are called ok hold numbers."""
     specs = sweep.variables
-    measured = [name for name in ("omega_squared", "precession_rate") if name in specs] if "status" in specs else []
+    status = _of_role(sweep, Role.STATUS)
+    measured = [name for name, spec in specs.items() if status and spec.role == Role.MEASUREMENT]
     unknown, empty = {}, {}
     shape = ds.variables[next(iter(specs))].shape
     for box in runs(shape, BLOCK_POINTS):
@@ -215,7 +222,7 @@ def _values(ds: xr.Dataset, sweep: Sweep) -> Check:
             outside = (values < first) | (values >= first + len(specs[name].flags))
             unknown[name] = unknown.get(name, 0) + int(np.count_nonzero(outside))
         for name in measured:
-            sound = ds.variables["status"][box].values == 0
+            sound = ds.variables[status][box].values == 0
             holes = sound & ~np.isfinite(ds.variables[name][box].values)
             empty[name] = empty.get(name, 0) + int(np.count_nonzero(holes))
     findings = [f"{name}: {count:,} flags without a meaning" for name, count in unknown.items() if count]
@@ -264,8 +271,8 @@ def _by_own_kernels(ds: xr.Dataset, sweep: Sweep, sample: _Sample, seed: int) ->
     name, covers = "this project's kernels", f"{len(sample.places)} points (seed {seed}), bit for bit"
     if not _same_kernels(ds, sweep):
         return Check(name, covers, skipped="other kernels make other bits")
-    if getattr(sweep.definition.integration, "collapse", False):
-        return Check(name, covers, skipped="a collapsed map holds other points' motions in its own units")
+    if reason := sweep.system.own_bits(sweep.definition):
+        return Check(name, covers, skipped=reason)
     arrays = {name: xr.DataArray(values, dims="point") for name, values in sample.points.items()}
     again = dataset.evaluate(arrays, sweep)
     findings = []
@@ -280,23 +287,21 @@ def _by_own_kernels(ds: xr.Dataset, sweep: Sweep, sample: _Sample, seed: int) ->
 
 def _by_references(sweep: Sweep, sample: _Sample) -> Iterator[Check]:
     """What SciPy and the closed form find, within what the definition's tolerance allows."""
-    from sweeps.maps import reintegration
-
-    definition = sweep.definition
-    if definition.system not in reintegration.REFERENCES:
+    reference, integration = sweep.system.reference(), sweep.definition.integration
+    if reference is None:
         return
-    variable, ways = reintegration.REFERENCES[definition.system]
-    for name, way in ways.items():
+    variable, status = reference.variable, _of_role(sweep, Role.STATUS)
+    for name, way in reference.ways.items():
         covers = f"{variable} within the tolerance"
-        if variable not in sample.columns or "status" not in sample.columns:
+        if variable not in sample.columns or not status:
             yield Check(name, covers, skipped=f"the map has no {variable} with a status")
             continue
         findings, compared = [], 0
-        for i in np.flatnonzero(sample.columns["status"] == 0):
+        for i in np.flatnonzero(sample.columns[status] == 0):
             point, held = sample.at(i), float(sample.columns[variable][i])
             with np.errstate(all="ignore"):
-                found = way(point, definition.integration)
-                most = reintegration.allowed(point, definition.system, definition.integration)
+                found = way(point, integration)
+                most = reference.allowed(point, integration)
             if np.isfinite(found):
                 compared += 1
                 if not abs(held - found) <= most:

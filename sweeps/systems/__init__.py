@@ -1,7 +1,13 @@
-"""The systems of equations of motion that a definition can name, each imported when it is asked for."""
+"""The systems of equations of motion that a definition can name, each imported when it is asked for.
+
+A system is one folder: the model of its definition, its variables, columns, pictures, motion, references and its part
+of the page (see `System`), and a module `system` whose `SYSTEM` it is. A folder here is found by itself; a package of
+somebody else names its module in an entry point of the group `polhode.systems`, and edits nothing.
+"""
 
 from functools import cache
 from importlib import import_module
+from importlib.metadata import entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,15 +17,33 @@ from sweeps.systems.system import System
 if TYPE_CHECKING:
     import xarray as xr
 
-MODULES = {"rigid_body": "sweeps.systems.rigid_body.system", "symmetric_top": "sweeps.systems.symmetric_top.system"}
+GROUP = "polhode.systems"  # entry points by which other packages bring systems: name = module with a SYSTEM
+MODULES = {
+    path.parent.name: f"sweeps.systems.{path.parent.name}.system"
+    for path in sorted(Path(__file__).parent.glob("*/system.py"))
+    if "\nSYSTEM = " in path.read_text(encoding="utf-8")
+}
 DESCRIPTIONS = Path(__file__).parents[1] / "mechanics" / "library"
 
 
 @cache
 def names() -> tuple[str, ...]:
-    """Names of the systems that ship."""
-    described = (path.stem for path in DESCRIPTIONS.glob("*.py") if path.stem != "__init__")
-    return (*MODULES, *sorted(described))
+    """Names of the systems: of the folders here, of what describes small oscillations, and of other packages."""
+    described = sorted(path.stem for path in DESCRIPTIONS.glob("*.py") if path.stem != "__init__")
+    ours = (*MODULES, *described)
+    return (*ours, *(name for name in sorted(_brought()) if name not in ours))
+
+
+@cache
+def _brought() -> dict[str, str]:
+    """Name → module of each system that another package brings."""
+    return {point.name: point.module for point in entry_points(group=GROUP)}
+
+
+def forget() -> None:
+    """Looks for the systems of other packages again."""
+    for remembered in (names, _brought, resolve):
+        remembered.cache_clear()
 
 
 def is_file(name: object) -> bool:
@@ -42,7 +66,9 @@ def resolve(name: str) -> System:
         return oscillator.of_file(name)
     if name not in names():
         raise KeyError(name)
-    return oscillator.of_library(name)
+    if (DESCRIPTIONS / f"{name}.py").is_file():
+        return oscillator.of_library(name)
+    return import_module(_brought()[name]).SYSTEM
 
 
 def of_map(ds: "xr.Dataset") -> System:
@@ -69,4 +95,4 @@ def compile_shared() -> None:
 
 def moving() -> tuple[str, ...]:
     """Names of the systems whose maps have a motion at each point."""
-    return tuple(name for name in MODULES if type(resolve(name)).motion is not System.motion)
+    return tuple(name for name in (*MODULES, *_brought()) if type(resolve(name)).motion is not System.motion)

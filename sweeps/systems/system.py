@@ -2,6 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
@@ -18,6 +19,55 @@ if TYPE_CHECKING:
 
     from sweeps.schema.definition import Definition, Integration
     from sweeps.schema.parameters import Range
+
+
+@dataclass(frozen=True)
+class Reference:
+    """What is measured again by others, point by point, to judge a map.
+
+    Attributes:
+        variable: the variable of the map.
+        ways: name of a way → a function of (point, integration) that finds that variable's value, or NaN where the
+            run is too long for it. None shares code with the system's integrators and its estimator.
+        allowed: a function of (point, integration): how far the map may lie from what a way finds.
+    """
+
+    variable: str
+    ways: Mapping[str, Callable[[Mapping[str, float], "Integration"], float]]
+    allowed: Callable[[Mapping[str, float], "Integration"], float]
+
+
+@dataclass(frozen=True)
+class Opening:
+    """Where the page of a map begins.
+
+    Attributes:
+        plane: names of the two dimensions that it shows first; () for the longest.
+        at: dimension → value at which to stand; others stand in their middle.
+    """
+
+    plane: tuple[str, ...] = ()
+    at: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Page:
+    """A system's part of the page.
+
+    Attributes:
+        scripts: files of its own scripts, in order. The last defines `part`, whose members `sweeps/views/page/part.js`
+            lists; () for a page with no part of its own.
+        question: what the page asks, below its title.
+        keys: what to know of the picture, after how it is steered.
+        table: whether the map is shown as a table, which `part` builds, and not as a plane.
+        facts: what the scripts are told beside the map, as JSON knows it.
+    """
+
+    scripts: tuple[Path, ...] = ()
+    question: str = "What happens, how fast, and how sure are we?"
+    keys: str = ""
+    table: bool = False
+    facts: Mapping = field(default_factory=dict)
 
 
 class Points(Protocol):
@@ -151,6 +201,34 @@ class System(ABC):
             Variables over `time` (s), each with its units.
         """
         return None
+
+    def reference(self) -> Reference | None:
+        """What `verify` measures again by other ways; None where the system has none."""
+        return None
+
+    def needs_files(self, values: Mapping) -> str:
+        """Why a definition (its plain values) cannot be read without files that it names; "" where it can."""
+        return ""
+
+    def own_bits(self, definition: "Definition") -> str:
+        """Why a point measured alone has other bits than in a map of this definition; "" where it has the same."""
+        return ""
+
+    def opening(self, ds: "xr.Dataset") -> Opening:
+        """Where the page of a map begins."""
+        return Opening()
+
+    def page(self, ds: "xr.Dataset") -> Page:
+        """Its part of the page of a map."""
+        return Page()
+
+    def told(self, definition: "Definition") -> list[tuple[str, str]]:
+        """What `check` says of a definition beside its size: (heading or "", line)."""
+        return []
+
+    def facts(self, definition: "Definition") -> dict:
+        """The same for machines, as JSON knows it."""
+        return {}
 
     def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], list[Image]]]":
         """Name of each animation of a map → what draws its frames (none where there is nothing to show)."""

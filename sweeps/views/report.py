@@ -24,10 +24,9 @@ from sweeps import colors, systems
 from sweeps import style as figure_style
 from sweeps.boxes import blocks, dimensions, flags
 from sweeps.files import replaced
-from sweeps.maps.summary import Summary, place, read, rule
-from sweeps.schema.carried import definition_of
+from sweeps.maps.summary import Summary, known, place, read, rule
 from sweeps.schema.variables import Role
-from sweeps.systems.rigid_body import figure_stability
+from sweeps.systems.system import Page
 from sweeps.views.report_columns import (
     BLOCK_POINTS,
     MOST_POINTS,
@@ -41,8 +40,7 @@ from sweeps.views.report_columns import (
 )
 
 LIMIT = 8_000_000  # bytes of a page
-RIGID_BODY = ("axis", "I1", "I2", "I3", "omega0", "epsilon", "phase")
-SCRIPTS = (
+SCRIPTS = (  # before those of a map's own system; main.js is the last
     "numbers.js",
     "data.js",
     "elliptic.js",
@@ -53,14 +51,10 @@ SCRIPTS = (
     "controls.js",
     "row.js",
     "plane.js",
-    "bodies.js",
-    "nudges.js",
     "drawing.js",
     "solid.js",
     "polhode.js",
     "motion.js",
-    "mode.js",
-    "main.js",
 )
 
 
@@ -159,6 +153,7 @@ def _fewer(ds, columns, kept, points: int):
 
 def payload(ds: xr.Dataset, packed: list[Packed], kept: Mapping[str, np.ndarray]) -> dict:
     """A map for the page's scripts, as JSON: everything but the packed bytes."""
+    page = systems.of_map(ds).page(ds)
     return {
         "title": str(ds.attrs.get("title", "")),
         "dims": [{"name": dim, "size": len(kept[dim]), "of": ds.sizes[dim]} for dim in kept],
@@ -167,7 +162,8 @@ def payload(ds: xr.Dataset, packed: list[Packed], kept: Mapping[str, np.ndarray]
         "start": _start(ds, kept),
         **_look(ds),
         "seriesColors": colors.SERIES_COLORS,
-        "nature": _natural_axes(ds),
+        "table": page.table,
+        **page.facts,
     }
 
 
@@ -201,7 +197,12 @@ def _coordinate(ds, name: str, kept) -> dict:
 
 def _variable(ds, column: Packed, k: int) -> dict:
     described = {key: value for key, value in asdict(column).items() if key != "text"}
-    return described | _words(ds[column.name].attrs, column.name) | {"flags": _flag_list(ds[column.name]), "id": k}
+    role = known(ds)[column.name].role if column.name in known(ds) else ""
+    return (
+        described
+        | _words(ds[column.name].attrs, column.name)
+        | {"flags": _flag_list(ds[column.name]), "id": k, "role": role}
+    )
 
 
 def _words(attributes: Mapping, name: str) -> dict:
@@ -223,27 +224,11 @@ def _number(value):
 
 
 def _start(ds, kept) -> dict:
-    """Where the page begins: of a grid of moments the plane of its pictures, else the first point."""
-    start = {"plane": [], "index": {dim: (len(values) - 1) // 2 for dim, values in kept.items()}}
-    start["index"] |= {dim: 0 for dim in kept if dim not in _numeric(ds, kept)}
-    if set(RIGID_BODY) <= set(kept):
-        shown, fixed = figure_stability.planes(ds)
-        start["plane"] = list(shown)
-        for dim, value in fixed.items():
-            start["index"][dim] = int(np.argmin(np.abs(ds[dim].values[kept[dim]] - value)))
-    elif "epsilon" in kept:
-        start["index"]["epsilon"] = int(np.argmin(ds["epsilon"].values[kept["epsilon"]]))
-    return start
-
-
-def _natural_axes(ds) -> dict:
-    """Body → the axis about which it spins in nature, as the definition has it."""
-    bodies = definition_of(ds.attrs).get("bodies")
-    found = {}
-    for body in bodies if isinstance(bodies, tuple) else ():
-        if isinstance(body, dict) and body.get("axis") in (1, 2, 3):
-            found[str(body.get("name"))] = int(body["axis"])
-    return found
+    """Where the page begins: as the map's system has it, else amid real numbers and at the first of others."""
+    opening = systems.of_map(ds).opening(ds)
+    middle = {dim: (len(values) - 1) // 2 if dim in _numeric(ds, kept) else 0 for dim, values in kept.items()}
+    index = {dim: int(np.argmin(np.abs(ds[dim].values[kept[dim]] - v))) for dim, v in opening.at.items() if dim in kept}
+    return {"plane": list(opening.plane), "index": middle | index}
 
 
 # ---------------------------------------------------------------------------------------------------------
@@ -252,6 +237,11 @@ def _natural_axes(ds) -> dict:
 
 def _asset(name: str) -> str:
     return (files("sweeps.views") / "page" / name).read_text(encoding="utf-8")
+
+
+def _part(page: Page) -> list[str]:
+    """The scripts of a system's part of the page."""
+    return [path.read_text(encoding="utf-8") for path in page.scripts] or [_asset("part.js")]
 
 
 @cache
@@ -282,7 +272,8 @@ def _page(ds, summary: Summary, packed: list[Packed], kept) -> str:
         autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
     )
     environment.filters |= {"number": _text, "percent": _percent, "words": systems.of_map(ds).look.words}
-    program = '"use strict";\n' + "\n".join(_asset(name) for name in SCRIPTS)
+    part = systems.of_map(ds).page(ds)
+    program = '"use strict";\n' + "\n".join((*map(_asset, SCRIPTS), *_part(part), _asset("main.js")))
     template = environment.from_string(_asset("report.html"))
     return template.render(
         policy=" ".join(_hash(script) for script in (program, get_plotlyjs())),
@@ -291,6 +282,9 @@ def _page(ds, summary: Summary, packed: list[Packed], kept) -> str:
         plotly=_plotly(),
         payload=_json(payload(ds, packed, kept)),
         columns=[column.text for column in packed],
+        question=part.question,
+        keys=part.keys,
+        table=part.table,
         **_said(ds, summary, kept),
     )
 
@@ -298,13 +292,10 @@ def _page(ds, summary: Summary, packed: list[Packed], kept) -> str:
 def _said(ds, summary: Summary, kept) -> dict:
     """What the page says in words and tables."""
     sizes = dimensions(ds)
-    rigid = set(RIGID_BODY) <= set(ds.coords)
     definition = str(ds.attrs.get("definition", ""))
     return {
         "title": str(ds.attrs.get("title", "")) or "A stability map",
         "about": _about(definition),
-        "rigid": rigid,
-        "bodies": "body" in sizes,
         "definition": definition,
         "attributes": {k: str(v) for k, v in ds.attrs.items() if k not in ("definition", "title")},
         "points": summary.points,

@@ -25,7 +25,7 @@ from sweeps.schema.variables import Variable, table
 from sweeps.systems.oscillator.definition import OscillatorDefinition
 from sweeps.systems.oscillator.look import LOOK
 from sweeps.systems.oscillator.variables import COORDINATES, LAYOUT, NUDGE, VARIABLES
-from sweeps.systems.system import Points, System
+from sweeps.systems.system import Opening, Page, Points, System
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -216,6 +216,16 @@ class Oscillator(System):
     def _compiled(self):
         with self._lock:
             self._code().module()
+
+    def opening(self, ds: "xr.Dataset") -> Opening:
+        """The least nudge."""
+        return Opening(at={"epsilon": float(ds["epsilon"].min())} if "epsilon" in ds.dims else {})
+
+    def page(self, ds: "xr.Dataset") -> Page:
+        """The motion of one mode."""
+        from sweeps.systems.oscillator.page import PAGE
+
+        return PAGE
 
     def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
         """The map, and theory against measurement; a map is all they need."""

@@ -11,13 +11,14 @@ from sweeps.schema.variables import Variable
 from sweeps.systems.rigid_body.definition import RigidBodyDefinition, RigidBodyIntegration
 from sweeps.systems.rigid_body.look import LOOK
 from sweeps.systems.rigid_body.variables import ARGUMENTS, COORDINATES, LAYOUT, MOMENTS, SHAREABLE, VARIABLES
-from sweeps.systems.system import System
+from sweeps.systems.system import Opening, Page, Reference, System
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
     from PIL.Image import Image
 
+MOST_BODIES = 10  # of which `check` prints the axes
 COMPARED = 32  # points of a block that a collapsed sweep also integrates as themselves
 LEAST_NUDGES = 6  # the picture of a power law in epsilon wants that many
 
@@ -99,6 +100,56 @@ class RigidBody(System):
         """Compiles the survey's kernels."""
         point = {"I1": 1.0, "I2": 2.0, "I3": 3.0, "axis": 2, "omega0": 1.0, "epsilon": 1e-6, "phase": 0.6}
         self.columns({name: np.array([value]) for name, value in point.items()}, RigidBodyIntegration(flips=True))
+
+    def reference(self) -> Reference:
+        """Ω² by SciPy and by the closed form."""
+        from sweeps.systems.rigid_body.references import REFERENCE
+
+        return REFERENCE
+
+    def needs_files(self, values: Mapping) -> str:
+        """Whether bodies are meshes."""
+        bodies = values.get("bodies")
+        if isinstance(bodies, tuple) and any(isinstance(body, dict) and "mesh" in body for body in bodies):
+            return "its bodies are mesh files, read only where --definition names them"
+        return ""
+
+    def own_bits(self, definition: RigidBodyDefinition) -> str:
+        """Whether points that differ by units alone are integrated once."""
+        wrong = "a collapsed map holds other points' motions in its own units"
+        return wrong if definition.integration.collapse else ""
+
+    def opening(self, ds: "xr.Dataset") -> Opening:
+        """The plane of the stability pictures, or of bodies their least nudge."""
+        if set(MOMENTS) <= set(ds.dims):
+            from sweeps.systems.rigid_body.figure_stability import planes
+
+            return Opening(*planes(ds))
+        return Opening(at={"epsilon": float(ds["epsilon"].min())} if "epsilon" in ds.dims else {})
+
+    def page(self, ds: "xr.Dataset") -> Page:
+        """Bodies in a table, the body turning, and how far linear theory holds."""
+        from sweeps.systems.rigid_body.page import page
+
+        return page(ds)
+
+    def told(self, definition: RigidBodyDefinition) -> list[tuple[str, str]]:
+        """Principal moments and axes of the first bodies that are given by a tensor or a mesh, and how many more."""
+        from sweeps.systems.rigid_body.wording import principal_axes
+
+        bodies, rows = [body for body in definition.bodies if body.principal], []
+        for body in bodies[:MOST_BODIES]:
+            rows.append(("body", f"{body.name}: principal moments and axes, in the coordinates it is given in"))
+            rows += [("", line) for line in principal_axes(body.principal)]
+        if len(bodies) > MOST_BODIES:
+            rows.append(("body", f"and {len(bodies) - MOST_BODIES:,} more (--json has all of them)"))
+        return rows
+
+    def facts(self, definition: RigidBodyDefinition) -> dict:
+        """The same for machines."""
+        given = [body for body in definition.bodies if body.principal]
+        facts = {b.name: {"moments": b.moments, "axes": b.principal.axes, "notes": b.principal.notes} for b in given}
+        return {"bodies": facts}
 
     def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
         """Stability maps or the bodies in a row, theory against measurement, the breakdown, and the polhodes."""

@@ -11,7 +11,7 @@ from sweeps.schema.variables import Variable
 from sweeps.systems.symmetric_top.definition import SymmetricTopDefinition, TopIntegration
 from sweeps.systems.symmetric_top.look import LOOK
 from sweeps.systems.symmetric_top.variables import ARGUMENTS, COORDINATES, LAYOUT, VARIABLES
-from sweeps.systems.system import System
+from sweeps.systems.system import Page, Reference, System
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -70,6 +70,18 @@ class SymmetricTop(System):
         from sweeps.systems.symmetric_top.motion import motion
 
         return motion(point, duration, samples)
+
+    def reference(self) -> Reference:
+        """The rate of precession by SciPy and by its formula."""
+        from sweeps.systems.symmetric_top.references import REFERENCE
+
+        return REFERENCE
+
+    def page(self, ds: "xr.Dataset") -> Page:
+        """The top turning."""
+        from sweeps.systems.symmetric_top.page import PAGE
+
+        return PAGE
 
     def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
         """Precession over I3/I1, and how far it keeps to the closed form over the half-angle."""

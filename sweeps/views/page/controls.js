@@ -75,7 +75,7 @@ function dimensionSlider(name, coordinate) {
 
 function buildControls() {
   const bar = document.getElementById("controls");
-  const able = theMap.order.includes("body") ? [] : planeDimensions();
+  const able = theMap.table ? [] : planeDimensions();
   const made = new Map();
   for (const dim of theMap.dims.filter(({ size }) => size > 1)) made.set(dim.name, dimensionControl(dim.name));
   for (const [name, control] of made) control.dataset.dimension = name;

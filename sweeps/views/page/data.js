@@ -74,27 +74,12 @@ function flagText(meaning) {
 const theMap = JSON.parse(document.getElementById("map-data").textContent);
 theMap.order = theMap.dims.map((dim) => dim.name);
 theMap.columns = Object.fromEntries(theMap.variables.map((variable) => [variable.name, new Column(variable, theMap)]));
-theMap.has = (...names) => names.every((name) => name in theMap.coordinates);
-theMap.isRigid = theMap.has("axis", "I1", "I2", "I3", "omega0", "epsilon", "phase");
-
-theMap.isTop = theMap.has("ratio", "omega3", "half_angle");
+theMap.existence = Object.values(theMap.columns).find((column) => column.role === "existence");
 
 /** The value of a coordinate at a point, whatever dimension it stands on. */
 function coordinateAt(name, place) {
   const coordinate = theMap.coordinates[name];
   return coordinate.values[coordinate.dim === null ? 0 : place[theMap.order.indexOf(coordinate.dim)]];
-}
-
-/** A column that follows from one of the map: the signed rate, above 0 oscillating, below 0 growing. */
-function signedRate() {
-  const square = theMap.columns.omega_squared;
-  if (!square) return null;
-  const at = (place) => {
-    const value = square.at(place);
-    return Math.sign(value) * Math.sqrt(Math.abs(value));
-  };
-  const text = (value) => withUnit(value, "rad s-1", square.digits);
-  return { name: "signed_rate", longName: "signed rate, measured (below 0 it grows, above 0 it oscillates)", units: "s-1", at, text, flags: [] };
 }
 
 /** Loads Plotly, which stands deflated in the page. */

@@ -43,16 +43,14 @@ function resized() {
 
 async function start() {
   await Promise.all([loadPlotly(), ...Object.values(theMap.columns).map((column) => column.load())]);
-  theMap.choices = [signedRate(), ...Object.values(theMap.columns)].filter(Boolean);
+  theMap.choices = [...(part.choices?.() ?? []), ...Object.values(theMap.columns)];
   firstState();
   readLink();
   buildTheme();
   buildControls();
-  if (theMap.order.includes("body")) buildBodies();
+  if (theMap.table) part.buildTable();
   else buildPlane();
-  buildNudges();
-  if (theMap.isRigid || theMap.isTop) buildMotion();
-  else buildMode();
+  part.build?.();
   showRow(state.place);
   onChange(() => showRow(state.place));
   addEventListener("hashchange", () => readLink() && redraw());

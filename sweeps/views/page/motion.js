@@ -8,23 +8,9 @@ const motion = { t: 0, playing: false };
 
 /** Moments, spin and nudge of the chosen point; the nudge may be another for the drawing. */
 function motionOf(place) {
-  const given = theMap.isTop ? topStart(place) : bodyStart(place);
+  const given = part.start(place);
   const trajectory = new Trajectory(given.moments, perturbedSpin(given));
   return { ...given, trajectory, rotation: (2 * Math.PI) / Math.abs(given.omega0), ...span(trajectory, given) };
-}
-
-function bodyStart(place) {
-  const value = (name) => coordinateAt(name, place);
-  const epsilon = state.nudge ?? value("epsilon");
-  return { moments: MOMENTS.map(value), axis: value("axis"), omega0: value("omega0"), epsilon, phase: value("phase") };
-}
-
-/** A symmetric top in units of I1: the angular velocity stands at the half-angle to the figure axis, axis 3. */
-function topStart(place) {
-  const value = (name) => coordinateAt(name, place);
-  const degrees = theMap.coordinates.half_angle.units.startsWith("deg");
-  const angle = value("half_angle") * (degrees ? Math.PI / 180 : 1);
-  return { moments: [1, 1, value("ratio")], axis: 3, omega0: value("omega3"), epsilon: Math.tan(angle), phase: 0 };
 }
 
 /** How long the drawing runs, s: two flips or two turns of the wobble, within what an eye can follow. */
@@ -191,7 +177,7 @@ function fillMotionControls() {
 
 function buildMotion() {
   document.getElementById("motion").hidden = false;
-  document.getElementById("nudge").parentElement.parentElement.hidden = theMap.isTop;
+  document.getElementById("nudge").parentElement.parentElement.hidden = !part.nudged;
   fillMotionControls();
   motion.scene = new Scene(document.getElementById("body-canvas"), 1.36, drawBody);
   motion.polhode = new PolhodePicture(document.getElementById("polhode-canvas"));

@@ -1,7 +1,5 @@
 // The map itself: a plane of two dimensions (or a curve over one), coloured by one variable, with theory on top.
 
-const MOMENTS = ["I1", "I2", "I3"];
-
 /** Indices of a dimension in the order of its values. */
 function ascending(name) {
   const values = theMap.coordinates[name].values;
@@ -16,7 +14,7 @@ function chosenColumn() {
 function planeCells() {
   const [xs, ys] = [state.x, state.y].map((name) => (name ? ascending(name) : [null]));
   const column = chosenColumn();
-  const margin = theMap.columns.triangle_margin;
+  const margin = theMap.existence;
   const [kx, ky] = [state.x, state.y].map((name) => theMap.order.indexOf(name));
   const place = [...state.place];
   const cells = ys.map((j) => xs.map((i) => {
@@ -68,7 +66,7 @@ function heatmap({ cells, x, y, column }) {
   const layout = { xaxis: axisOf(state.x, x), yaxis: axisOf(state.y, y) };
   layout.xaxis.range = rangeOf(xEdges, layout.xaxis.type);
   layout.yaxis.range = rangeOf(yEdges, layout.yaxis.type);
-  const lines = boundaries(xEdges, yEdges);
+  const lines = part.boundaries?.(xEdges, yEdges) ?? [];
   layout.annotations = lines.map((line) => line.label);
   return { traces: [{ ...base, ...colors }, ...hatch(cells, xEdges, yEdges), ...lines.flatMap((line) => line.traces), mark(xEdges, yEdges)], layout };
 }
@@ -99,35 +97,6 @@ function hatch(cells, xEdges, yEdges) {
   if (x.length === 0) return [];
   const fillpattern = { shape: "/", size: 7, solidity: 0.16, fgcolor: "#3c3f43", bgcolor: "rgba(255,255,255,0.55)" };
   return [{ type: "scatter", mode: "lines", x, y, fill: "toself", fillpattern, fillcolor: "rgba(255,255,255,0.55)", line: { width: 0 }, hoverinfo: "skip" }];
-}
-
-/** Where linear theory has Ω² = 0 about the axis: I_a = I_b and I_a = I_c. */
-function boundaries(xEdges, yEdges) {
-  if (!theMap.isRigid || [state.x, state.y].includes("axis")) return [];
-  const axis = coordinateAt("axis", state.place);
-  const a = MOMENTS[axis - 1];
-  const partners = MOMENTS.filter((name) => name !== a);
-  return partners.flatMap((partner) => boundary([a, partner], xEdges, yEdges));
-}
-
-function boundary(pair, xEdges, yEdges) {
-  const [xEnds, yEnds] = [xEdges, yEdges].map((edges) => [edges[0], edges[edges.length - 1]]);
-  const other = (name) => coordinateAt(pair.find((one) => one !== name), state.place);
-  const inside = ([low, high], value) => low < value && value < high;
-  const name = [...pair].sort().map(symbolText).join(" = ");
-  if (pair.includes(state.x) && pair.includes(state.y)) {
-    const [low, high] = [Math.max(xEnds[0], yEnds[0]), Math.min(xEnds[1], yEnds[1])];
-    if (low >= high) return [];
-    const points = Array.from({ length: 101 }, (_, i) => low + ((high - low) * i) / 100);
-    return [boundaryLine(points, points, name, { x: points[88], y: points[88] })];
-  }
-  if (pair.includes(state.x) && inside(xEnds, other(state.x))) {
-    return [boundaryLine([other(state.x), other(state.x)], yEnds, name, { x: other(state.x), y: yEnds[1], above: true })];
-  }
-  if (pair.includes(state.y) && inside(yEnds, other(state.y))) {
-    return [boundaryLine(xEnds, [other(state.y), other(state.y)], name, { x: xEnds[1], y: other(state.y) })];
-  }
-  return [];
 }
 
 function boundaryLine(x, y, name, at) {

@@ -31,7 +31,7 @@ function firstState() {
   const usual = theMap.start.plane.filter((name) => able.includes(name));
   [state.x = null, state.y = null] = usual.length === 2 ? usual : able.filter((name) => longest.includes(name));
   state.color = theMap.choices[0].name;
-  state.place = mostUnstable();
+  state.place = part.first?.() ?? state.place;
 }
 
 function sizeOf(name) {
@@ -49,20 +49,6 @@ function eachPlace(names, visit) {
     }
   };
   walk(0, [...state.place]);
-}
-
-/** In the first plane, about any axis, the point that grows fastest for its spin among bodies that can exist. */
-function mostUnstable() {
-  const { growth_rate: rate, triangle_margin: margin } = theMap.columns;
-  if (!rate || !theMap.isRigid) return state.place;
-  const names = theMap.order.filter((name) => [state.x, state.y, "axis", "body"].includes(name) && sizeOf(name) > 1);
-  let best = state.place;
-  let most = 0;
-  eachPlace(names, (place) => {
-    const value = margin && margin.at(place) < 0 ? 0 : rate.at(place) / Math.abs(coordinateAt("omega0", place));
-    if (value > most) [most, best] = [value, [...place]];
-  });
-  return best;
 }
 
 // ---------------------------------------------------------------------------------------------------------

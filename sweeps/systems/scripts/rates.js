@@ -1,4 +1,16 @@
-// Many sizes of the nudge: how far the measured rate leaves linear theory as the nudge grows.
+// What systems with a signed square of a rate share: the signed rate, and how far it leaves theory as the nudge grows.
+
+/** Columns that follow from those of the map: the signed rate, above 0 oscillating, below 0 growing. */
+function signedRate() {
+  const square = theMap.columns.omega_squared;
+  if (!square) return [];
+  const at = (place) => {
+    const value = square.at(place);
+    return Math.sign(value) * Math.sqrt(Math.abs(value));
+  };
+  const text = (value) => withUnit(value, "rad s-1", square.digits);
+  return [{ name: "signed_rate", longName: "signed rate, measured (below 0 it grows, above 0 it oscillates)", units: "s-1", at, text, flags: [] }];
+}
 
 const LEAST_NUDGES = 6;
 const DASHES = ["solid", "dash", "dot", "dashdot", "longdash", "longdashdot"];

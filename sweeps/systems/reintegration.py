@@ -1,0 +1,41 @@
+r"""What points measured again by others share: when samples are taken, and NumPy's least squares over them.
+
+Nothing here shares code with the integrators and the estimator of a sweep, so agreement is evidence. Runs are made in
+radians of spin and in units of the nudge, as the sweep's are.
+"""
+
+import math
+
+import numpy as np
+
+WINDOW = 10.0  # samples count until the transverse size exceeds this many times its start
+MOST_STEPPED, MOST_SOLVED = 20_000, 1_000_000  # samples of one run that are made again step by step, and in closed form
+RADIANS = 0.5  # that no motion may turn by between two samples
+ROUNDING = 1e-12  # of what the references find, relative
+
+
+def coefficients(moments: np.ndarray) -> np.ndarray:
+    """Euler coefficients (I_j - I_k)/I_i of moments in cyclic order; dimensionless."""
+    return (np.roll(moments, -1) - np.roll(moments, -2)) / moments
+
+
+def spacing(bound: float, samples_per_rotation: int) -> float:
+    """Time between two samples in radians of spin, for a bound on every possible rate in units of the spin."""
+    return min(2.0 * math.pi / samples_per_rotation, RADIANS / max(1.0, bound))
+
+
+def signed_rate(transverse: np.ndarray, h: float) -> float:
+    """Signed rate² of samples, shape (n, 2), `h` apart, up to tenfold growth; in units of 1/h².
+
+    The recurrence ε(t+h) - 2ε(t) + ε(t-h) = -2D ε(t) holds for every linear motion of second order; D = 1 - cos Ωh.
+    """
+    size = np.hypot(*transverse.T)
+    beyond = np.flatnonzero(size > WINDOW * size[0])
+    x = transverse[: beyond[0]] if beyond.size else transverse
+    if len(x) < 4:
+        return math.nan
+    second = ((x[2:] - x[1:-1]) - (x[1:-1] - x[:-2])).ravel()
+    D = -0.5 * float(np.linalg.lstsq(x[1:-1].reshape(-1, 1), second, rcond=None)[0][0])
+    half = math.sqrt(abs(D) / 2.0)
+    angle = 2.0 * (math.asin(min(half, 1.0)) if D > 0 else math.asinh(half))
+    return math.copysign((angle / h) ** 2, D)

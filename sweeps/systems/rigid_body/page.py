@@ -1,0 +1,32 @@
+"""The rigid body's part of the page: the body turning, bodies in a table, and where linear theory ends."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from sweeps.schema.carried import definition_of
+from sweeps.systems.system import Page
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+OWN, SHARED = Path(__file__).parent / "scripts", Path(__file__).parents[1] / "scripts"
+QUESTION = "If this body spins about a principal axis and is nudged: what happens, how fast, and how sure are we?"
+ON_PLANE = "Space plays it. Black lines: where theory has Ω² = 0. Hatched: no rigid body has these moments."
+IN_TABLE = "★ marks the axis that the definition names for a body."
+
+
+def page(ds: "xr.Dataset") -> Page:
+    """The part of the page of one map."""
+    scripts = (SHARED / "rates.js", OWN / "bodies.js", OWN / "part.js")
+    table = "body" in ds.dims
+    return Page(scripts, QUESTION, IN_TABLE if table else ON_PLANE, table, {"nature": natural_axes(ds)})
+
+
+def natural_axes(ds: "xr.Dataset") -> dict[str, int]:
+    """Body → the axis about which it spins in nature, as the definition that a map carries has it."""
+    bodies = definition_of(ds.attrs).get("bodies")
+    found = {}
+    for body in bodies if isinstance(bodies, tuple) else ():
+        if isinstance(body, dict) and body.get("axis") in (1, 2, 3):
+            found[str(body.get("name"))] = int(body["axis"])
+    return found

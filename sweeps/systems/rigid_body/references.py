@@ -1,0 +1,80 @@
+"""Ω² of a nudged rotation, measured again by SciPy's DOP853 and by Jacobi's functions."""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from kernels import exact
+from sweeps.systems.reintegration import (
+    MOST_SOLVED,
+    MOST_STEPPED,
+    ROUNDING,
+    WINDOW,
+    coefficients,
+    signed_rate,
+    spacing,
+)
+from sweeps.systems.system import Reference
+
+
+def _seen_from_axis(point: Mapping[str, float]) -> np.ndarray:
+    return np.roll([point["I1"], point["I2"], point["I3"]], 1 - int(point["axis"]))
+
+
+def _times(point, integration) -> np.ndarray:
+    bound = np.abs(coefficients(_seen_from_axis(point))).max()
+    return spacing(bound, integration.samples_per_rotation) * np.arange(integration.samples + 1)
+
+
+def rotation_by_scipy(point: Mapping[str, float], integration) -> float:
+    """Ω² of a nudged rotation in s-2, by DOP853; NaN for runs of more than `MOST_STEPPED` samples."""
+    if integration.samples > MOST_STEPPED:
+        return math.nan
+    ca, cb, cc = coefficients(_seen_from_axis(point))
+    times, e2 = _times(point, integration), point["epsilon"] ** 2
+    start = [math.copysign(1.0, point["omega0"]), math.cos(point["phase"]), math.sin(point["phase"])]
+
+    def grown(t, w):
+        return math.hypot(w[1], w[2]) - 2.0 * WINDOW
+
+    grown.terminal = True
+    solution = solve_ivp(
+        lambda t, w: (ca * e2 * w[1] * w[2], cb * w[2] * w[0], cc * w[0] * w[1]),
+        (0.0, times[-1]),
+        start,
+        method="DOP853",
+        t_eval=times,
+        events=grown,
+        rtol=1e-13,
+        atol=1e-14,
+    )
+    return signed_rate(solution.y[1:].T, times[1]) * point["omega0"] ** 2
+
+
+def rotation_in_closed_form(point: Mapping[str, float], integration) -> float:
+    """Ω² of a nudged rotation in s-2, by Jacobi's functions; NaN for runs of more than `MOST_SOLVED` samples."""
+    if integration.samples > MOST_SOLVED:
+        return math.nan
+    epsilon, phase, axis = point["epsilon"], point["phase"], int(point["axis"])
+    start = [math.copysign(1.0, point["omega0"]), epsilon * math.cos(phase), epsilon * math.sin(phase)]
+    moments, times = _seen_from_axis(point), _times(point, integration)
+    omega = exact.rotation(np.roll(moments, axis - 1), np.roll(start, axis - 1), times)
+    transverse = np.roll(omega, 1 - axis, axis=1)[:, 1:] / epsilon
+    return signed_rate(transverse, times[1]) * point["omega0"] ** 2
+
+
+def allowed(point: Mapping[str, float], integration) -> float:
+    """How far a measured Ω² may lie from a reference, s-2.
+
+    Samples that are wrong by δ, relative to the largest so far, move D by 2δ, hence Ω² by 4δ/h². Both ways may be wrong
+    by the tolerance, and the references by `ROUNDING`.
+    """
+    h = float(_times(point, integration)[1])
+    return 8.0 * (integration.tolerance + ROUNDING) / h**2 * point["omega0"] ** 2
+
+
+REFERENCE = Reference(
+    "omega_squared", {"SciPy DOP853": rotation_by_scipy, "closed form": rotation_in_closed_form}, allowed
+)

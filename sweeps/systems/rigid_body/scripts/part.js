@@ -1,0 +1,66 @@
+// The rigid body: theory's boundaries on the plane, the body turning, and where linear theory ends.
+
+const MOMENTS = ["I1", "I2", "I3"];
+
+function bodyStart(place) {
+  const value = (name) => coordinateAt(name, place);
+  const epsilon = state.nudge ?? value("epsilon");
+  return { moments: MOMENTS.map(value), axis: value("axis"), omega0: value("omega0"), epsilon, phase: value("phase") };
+}
+
+/** Where linear theory has Ω² = 0 about the axis: I_a = I_b and I_a = I_c. */
+function boundaries(xEdges, yEdges) {
+  if (theMap.table || [state.x, state.y].includes("axis")) return [];
+  const axis = coordinateAt("axis", state.place);
+  const a = MOMENTS[axis - 1];
+  const partners = MOMENTS.filter((name) => name !== a);
+  return partners.flatMap((partner) => boundary([a, partner], xEdges, yEdges));
+}
+
+function boundary(pair, xEdges, yEdges) {
+  const [xEnds, yEnds] = [xEdges, yEdges].map((edges) => [edges[0], edges[edges.length - 1]]);
+  const other = (name) => coordinateAt(pair.find((one) => one !== name), state.place);
+  const inside = ([low, high], value) => low < value && value < high;
+  const name = [...pair].sort().map(symbolText).join(" = ");
+  if (pair.includes(state.x) && pair.includes(state.y)) {
+    const [low, high] = [Math.max(xEnds[0], yEnds[0]), Math.min(xEnds[1], yEnds[1])];
+    if (low >= high) return [];
+    const points = Array.from({ length: 101 }, (_, i) => low + ((high - low) * i) / 100);
+    return [boundaryLine(points, points, name, { x: points[88], y: points[88] })];
+  }
+  if (pair.includes(state.x) && inside(xEnds, other(state.x))) {
+    return [boundaryLine([other(state.x), other(state.x)], yEnds, name, { x: other(state.x), y: yEnds[1], above: true })];
+  }
+  if (pair.includes(state.y) && inside(yEnds, other(state.y))) {
+    return [boundaryLine(xEnds, [other(state.y), other(state.y)], name, { x: xEnds[1], y: other(state.y) })];
+  }
+  return [];
+}
+
+/** In the first plane, about any axis, the point that grows fastest for its spin among bodies that can exist. */
+function mostUnstable() {
+  const rate = theMap.columns.growth_rate;
+  const margin = theMap.existence;
+  if (!rate) return state.place;
+  const names = theMap.order.filter((name) => [state.x, state.y, "axis", "body"].includes(name) && sizeOf(name) > 1);
+  let best = state.place;
+  let most = 0;
+  eachPlace(names, (place) => {
+    const value = margin && margin.at(place) < 0 ? 0 : rate.at(place) / Math.abs(coordinateAt("omega0", place));
+    if (value > most) [most, best] = [value, [...place]];
+  });
+  return best;
+}
+
+const part = {
+  choices: signedRate,
+  start: bodyStart,
+  nudged: true,
+  boundaries,
+  first: mostUnstable,
+  buildTable: buildBodies,
+  build() {
+    buildNudges();
+    buildMotion();
+  },
+};

@@ -1,0 +1,92 @@
+"""A system of equations from a folder of its own, which nothing else in the sources knows, on the whole way."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import sweeps
+from sweeps import systems
+from sweeps.__main__ import main
+from sweeps.points import catalogue
+from sweeps.run import pipeline
+
+TOY = Path(__file__).parents[1] / "toy"
+TEXT = """\
+title: Tops in honey
+system: damped_top
+grid:
+  spin: [1.0, 20.0]
+  tau: {start: 1.0, stop: 400.0, num: 12, spacing: log}
+"""
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A folder with a definition, where the toy's package can be imported."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(TOY)
+    systems.forget()
+    (tmp_path / "honey.yaml").write_text(TEXT)
+    yield tmp_path
+    systems.forget()
+
+
+def said(capsys, *arguments):
+    capsys.readouterr()
+    assert main(list(arguments)) == 0
+    return capsys.readouterr().out
+
+
+def test_a_system_of_ones_own_goes_the_whole_way(folder, capsys):
+    assert "damped_top" in systems.names()
+    made = list(pipeline.make(catalogue.plan("honey.yaml")))
+    assert [path.name for path in made] == ["stability_map.nc", "figures", "report.html"]
+    path = str(made[0])
+    with sweeps.open_map(path) as ds:
+        assert dict(ds.sizes) == {"spin": 2, "tau": 12}
+        np.testing.assert_allclose(ds.decay, 1 / ds.tau.broadcast_like(ds.decay), rtol=1e-6)  # h = 1/64: h^4 = 6e-8
+    assert [file.name for file in made[1].iterdir()] == ["decay.png"]
+    page = made[2].read_text()
+    for words in ("When does it stop?", "slows down", "damped-top", '"drag": "viscous"', "τ"):
+        assert words in page
+    shown = said(capsys, "show", path)
+    assert "v slows" in shown
+    assert "decay against decay_theory" in shown
+    facts = json.loads(said(capsys, "show", path, "--json"))
+    assert facts["compared"] == 24
+    assert facts["deviations"]["decay"]["value"] < 1e-6
+    assert facts["table"] == {"slows": {"ok": 18, "coarse": 0}, "lasts": {"ok": 6, "coarse": 0}}
+    said(capsys, "point", path, "--spin", "20", "--tau", "1", "--trajectory", "t.csv")
+    assert np.loadtxt("t.csv", delimiter=",", skiprows=1)[0, 1] == 20.0
+    verdict = " ".join(said(capsys, "verify", path).split())
+    for check in ("content", "grid", "values", "this project's kernels", "SciPy", "closed form"):
+        assert check in verdict
+    assert "not checked" not in verdict
+    said(capsys, "figures", path, "-o", "drawn")
+    said(capsys, "report", path, "-o", "again.html")
+    assert Path("again.html").read_text() == page
+
+
+def test_a_wrong_value_of_such_a_system_is_refused_in_words(folder, capsys):
+    (folder / "honey.yaml").write_text(TEXT.replace("[1.0, 20.0]", "-1.0"))
+    assert main(["check", "honey.yaml"]) == 2
+    assert "grid.spin: -1.0 is out of range; allowed: a number from 1e-9 to 1e9" in capsys.readouterr().err
+
+
+def test_it_is_there_in_a_process_of_its_own(folder, monkeypatch):
+    monkeypatch.setenv("PYTHONPATH", str(TOY))
+    check = [sys.executable, "-m", "sweeps", "check", "honey.yaml"]
+    done = subprocess.run(check, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "24 = 2 spin × 12 tau" in done.stdout
+
+
+def test_without_its_package_it_is_no_system(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "honey.yaml").write_text(TEXT)
+    assert main(["check", "honey.yaml"]) == 2
+    assert "system: 'damped_top' is not available" in capsys.readouterr().err
