@@ -11,7 +11,8 @@ about the other transverse axis maps the motion onto itself one flip later, so t
 
 The direct integrator, at order 12 and of one step length for motion of any amplitude, is followed until these events
 have been passed; each is then found by Newton's method on the length of the last step, to rounding. Nothing here asks
-the exact solution or linear theory. A search that has not ended after MOST_ROTATIONS is given up, and says so.
+the exact solution or linear theory. A search that has not ended after MOST_ROTATIONS, or MOST_STEPS where a body that
+cannot exist asks for more of them, is given up, and says so.
 
 Lanes as in :mod:`kernels.blocks`, in radians of spin and units of the nudge.
 """
@@ -26,12 +27,13 @@ from kernels.blocks import W
 from kernels.columns import Column
 from kernels.options import OPTIONS
 
-MOST_ROTATIONS = 10_000
+MOST_ROTATIONS, MOST_STEPS = 10_000, 2_000_000
 
 # Rows of the scratch array: state, the state one step before, the step, the start, and what has been found.
 A, B, C, PA, PB, PC, KA, KB, KC, A0, B0, C0 = (W * r for r in range(12))
 EPSILON, H, ACTIVE, FLIP, TILT_B, TILT_C = (W * r for r in range(12, 18))
-ROWS = 18
+LIMIT, GIVEN_UP = (W * r for r in range(18, 20))  # steps after which a search is given up, and whether it was
+ROWS = 20
 
 COLUMNS = (  # what :func:`fill` writes
     Column("flip_period", power=-1),
@@ -49,6 +51,14 @@ def step_length(bound, epsilon, tolerance):
     """Step in radians of spin whose error over a flip, some twenty steps of G_12(1) x^13, is a tenth of tolerance."""
     x = (tolerance / (200.0 * direct.truncation(1.0, 12))) ** (1.0 / 13.0)
     return min(x, 0.25) / (bound * math.sqrt(1.0 + epsilon * epsilon)) if bound > 0.0 else 1.0
+
+
+@njit(**OPTIONS)
+def most_steps(c_a, c_b, c_c, h):
+    """Steps after which a search is given up; none where MOST_STEPS are no radian of the fastest turn there can be."""
+    steps = np.ceil(2.0 * math.pi * MOST_ROTATIONS / h)
+    fastest = math.sqrt(max(abs(c_a * c_b), max(abs(c_b * c_c), abs(c_c * c_a))))
+    return min(steps, float(MOST_STEPS)) if fastest * h * MOST_STEPS >= 1.0 else 0.0
 
 
 @njit(**OPTIONS)
@@ -130,38 +140,47 @@ def _note(S, lane, before, turning):
 
 @njit(**OPTIONS)
 def _walk(S, turning):
-    """Step until no lane is active, or the bound is reached."""
-    longest = 0.0
-    for lane in range(W):
-        longest = max(longest, S[ACTIVE + lane] * 2.0 * math.pi * MOST_ROTATIONS / S[H + lane])
-    for n in range(math.ceil(longest)):
+    """Step until no lane is active; each is given up at its own limit."""
+    n = 0
+    limit = _next_limit(S, n)
+    while n < limit:
         if _stride(S):
-            active = 0.0
             for lane in range(W):
                 if S[ACTIVE + lane] > 0.0:
                     _note(S, lane, n * S[H + lane], turning)
-                active += S[ACTIVE + lane]
-            if active == 0.0:
-                break
+            limit = _next_limit(S, n)
+        n += 1
+        if n >= limit:
+            limit = _next_limit(S, n)
+
+
+@njit(**OPTIONS)
+def _next_limit(S, n):
+    """Give up the lanes whose limit is n steps or less; the least limit of those that are active, or 0."""
+    limit = 0.0
+    for lane in range(W):
+        if S[ACTIVE + lane] > 0.0 and not n < S[LIMIT + lane]:
+            S[ACTIVE + lane], S[GIVEN_UP + lane] = 0.0, 1.0
+        if S[ACTIVE + lane] > 0.0:
+            limit = S[LIMIT + lane] if limit == 0.0 else min(limit, S[LIMIT + lane])
+    return limit
 
 
 @njit(**OPTIONS)
 def _search(S):
-    """Find the events of a block: forward for all lanes, backward for those that flipped. ACTIVE: given up."""
+    """Find the events of a block: forward for all lanes, backward for those that flipped."""
     for lane in range(W):
         moving = (S[KA + lane] != 0.0) | (S[KB + lane] != 0.0) | (S[KC + lane] != 0.0)
         S[ACTIVE + lane] = 1.0 if moving else 0.0
         S[FLIP + lane] = 0.0 if moving else math.nan
         S[TILT_B + lane], S[TILT_C + lane] = math.nan, math.nan
+        S[GIVEN_UP + lane] = 0.0
     _begin(S, 1.0)
     _walk(S, False)
-    given_up = S[ACTIVE : ACTIVE + W].copy()
     for lane in range(W):
         S[ACTIVE + lane] = 1.0 if S[FLIP + lane] > 0.0 else 0.0
     _begin(S, -1.0)
     _walk(S, True)
-    for lane in range(W):
-        S[ACTIVE + lane] = max(S[ACTIVE + lane], given_up[lane])
 
 
 @njit(**OPTIONS)
@@ -214,7 +233,7 @@ def fill(I1, I2, I3, axis, omega0, epsilon, phase, order, tolerance, out, given_
             c_a, c_b, c_c = rigid_body.euler_coefficients(*moments)
             h = step_length(max(abs(c_a), abs(c_b), abs(c_c)), epsilon[i], tolerance)
             e2 = epsilon[i] * epsilon[i]
-            S[H + lane], S[EPSILON + lane] = h, epsilon[i]
+            S[H + lane], S[EPSILON + lane], S[LIMIT + lane] = h, epsilon[i], most_steps(c_a, c_b, c_c, h)
             S[KA + lane], S[KB + lane], S[KC + lane] = c_a * e2 * h, c_b * h, c_c * h
             S[A0 + lane] = 1.0 if omega0[i] > 0.0 else -1.0
             S[B0 + lane], S[C0 + lane] = math.cos(phase[i]), math.sin(phase[i])
@@ -222,7 +241,7 @@ def fill(I1, I2, I3, axis, omega0, epsilon, phase, order, tolerance, out, given_
         for lane in range(count):
             i = order[first + lane]
             spin, e = abs(omega0[i]), epsilon[i]
-            given_up[i] = S[ACTIVE + lane] > 0.0
+            given_up[i] = S[GIVEN_UP + lane] > 0.0
             out[AT.flip_period, i] = S[FLIP + lane] / spin if S[FLIP + lane] > 0.0 and not given_up[i] else math.nan
             out[AT.max_tilt, i] = _largest_tilt(S, lane) if not given_up[i] else math.nan
             moments = rigid_body.relabel(I1[i], I2[i], I3[i], axis[i])

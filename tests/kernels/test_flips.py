@@ -126,6 +126,21 @@ def test_a_search_that_does_not_end_is_told():
     np.testing.assert_allclose(told["flip_period"], told["flip_period_exact"], rtol=1e-9)
 
 
+@pytest.mark.parametrize("neighbour", [(1e-300, 1.5, 3.0, 1), (1.0, 1e-9, 1.0, 3), (1.0, 1.0, 1.001, 1)])
+def test_no_search_depends_on_its_neighbours(neighbour, monkeypatch):
+    """A body whose step is far shorter or longer, or whose flip never comes, shares a block with one that flips."""
+    one = dict(zip(NAMES, (1.9, 1.2, 2.4, 1, 1.0, 1e-2, 0.6), strict=True))
+    other = dict(zip(NAMES, (*neighbour, 1.0, 1e-6, 0.6), strict=True))
+    # the compiler freezes the bounds; without it rotations more and fewer than the 2.3 that the way to a flip takes
+    for most in (4, 1) if config.DISABLE_JIT else (flips.MOST_ROTATIONS,):
+        monkeypatch.setattr(flips, "MOST_ROTATIONS", most)
+        monkeypatch.setattr(flips, "MOST_STEPS", 400 if config.DISABLE_JIT else flips.MOST_STEPS)
+        alone = columns(one)
+        beside = columns({name: np.array([one[name], other[name]]) for name in NAMES})
+        for name in alone:
+            np.testing.assert_array_equal(beside[name][:1], alone[name], err_msg=name)
+
+
 def test_the_survey_adds_the_columns_and_changes_no_other():
     points = bodies(200, 3, 1e-3)
     plain, more = (survey.measured(points, 4.0, 16, 1e-10, nonlinear=flag) for flag in (False, True))
