@@ -161,6 +161,8 @@ def _print(console, body, setting, found) -> None:
     console.print(
         f"spin {setting['omega0']:.6g} rad s⁻¹ (one turn in {turn}), nudged by {setting['epsilon']:.2g} of it"
     )
+    if any(spin.flip_period is not None for spin in found):
+        console.print("A larger nudge flips sooner: each flip time below is for this nudge and the axis of its line.")
     console.print()
     table = table_of("about", "what becomes of it")
     for spin in found:

@@ -100,7 +100,8 @@ def _times(ax: Axes, part: xr.Dataset) -> None:
     ax.text(GROWS, 1.015, "grows e-fold in", **head)
     flips = "flip_period" in part
     if flips:
-        ax.text(FLIPS, 1.015, "flips every", **head)
+        nudge = f"\n(nudge {style.number(float(part['epsilon']), 2)})" if part["epsilon"].ndim == 0 else ""
+        ax.text(FLIPS, 1.015, f"flips every{nudge}", **head)
     for i in range(part.sizes["body"]):
         unstable = np.flatnonzero(part["regime"].values[i] == REGIMES.index("unstable") - 1)
         if unstable.size:
