@@ -27,6 +27,10 @@ import sympy as sp
 
 from sweeps.mechanics.description import DescriptionError, System
 
+SHORT = 400  # operations: longer expressions are not expanded,
+SIMPLE = 80  # and longer ones not simplified
+LONG = 1500
+
 
 @dataclass(frozen=True)
 class Equations:
@@ -63,11 +67,19 @@ class Equations:
     @cached_property
     def hessian(self) -> sp.Matrix:
         """V″: ∂²V/∂q_i∂q_j."""
-        return sp.Matrix(self.n, self.n, lambda i, j: self.V.diff(self.q[i], self.q[j]))
+        if self.V.count_ops() <= SIMPLE // 2:  # two derivatives at once are factored too
+            return sp.Matrix(self.n, self.n, lambda i, j: self.V.diff(self.q[i], self.q[j]))
+        upper = {(i, j): self.gradient[i].diff(self.q[j]) for i in range(self.n) for j in range(i, self.n)}
+        return sp.Matrix(self.n, self.n, lambda i, j: upper[min(i, j), max(i, j)])
 
     @cached_property
     def third(self) -> tuple[sp.Expr, ...]:
-        """All ∂³V/∂q_i∂q_j∂q_k and ∂a_ij/∂q_k: where all vanish, a nudge has no error of first order."""
+        """All ∂³V/∂q_i∂q_j∂q_k and ∂a_ij/∂q_k: where all vanish, a nudge has no error of first order.
+
+        None where V″ is long: two runs a point are less work than to know.
+        """
+        if sum(e.count_ops() for e in self.hessian) > LONG:
+            return ()
         n = range(self.n)
         cubic = [self.hessian[i, j].diff(self.q[k]) for i in n for j in n[i:] for k in n[j:]]
         return tuple(cubic + [self.a[i, j].diff(x) for i in n for j in n[i:] for x in self.q])
@@ -83,7 +95,7 @@ class Equations:
                 for j in n
                 for k in n
             )
-            rows.append(sp.expand(sum(terms)))
+            rows.append(expanded(sp.Add(*terms)))
         return sp.Matrix(rows)
 
     @property
@@ -157,14 +169,19 @@ def _quadratic(system, T):
     """The parts a, b, T0 of T = ½ a q̇q̇ + b q̇ + T0."""
     v = [c.velocity for c in system.coordinates.values()]
     rest = dict.fromkeys(v, 0)
-    T = sp.expand(T)
-    a = sp.hessian(T, v).applyfunc(sp.simplify)
-    b = sp.Matrix([sp.simplify(T.diff(x).subs(rest)) for x in v])
-    T0 = sp.simplify(T.subs(rest))
+    T = expanded(T)
+    slopes = [T.diff(x) for x in v]
+    a = sp.zeros(len(v))
+    for i in range(len(v)):
+        for j in range(i + 1):
+            a[i, j] = a[j, i] = simplified(slopes[i].diff(v[j]))
+    b = sp.Matrix([simplified(slope.subs(rest)) for slope in slopes])
+    T0 = simplified(T.subs(rest))
+    a, b, T0 = (_timeless(system, e) for e in (a, b, T0))
     if a.free_symbols & set(v):
         raise DescriptionError(f"T: not quadratic in the velocities ({T}); allowed: ½ a_ij(q) q̇_i q̇_j")
     remainder = T - (sp.Matrix(v).T * a * sp.Matrix(v))[0] / 2 - (b.T * sp.Matrix(v))[0] - T0
-    if sp.simplify(remainder) != 0:
+    if not vanishes(remainder):
         raise DescriptionError(f"T: not quadratic in the velocities ({T}); allowed: ½ a_ij(q) q̇_i q̇_j")
     timed = [str(e) for e in (*a, *b, T0) if system.time in e.free_symbols]
     if timed:
@@ -172,6 +189,65 @@ def _quadratic(system, T):
     if a.has(sp.I):
         raise DescriptionError(f"T: a_ij is complex ({a.tolist()}); allowed: real positions and masses")
     return a, b, T0
+
+
+def _timeless(system, e):
+    """An expression or a matrix simplified as far as it goes where it still holds the time."""
+    return sp.simplify(e) if system.time in e.free_symbols else e
+
+
+def expanded(e: sp.Expr) -> sp.Expr:
+    """An expression expanded, where it is short: what is long grows with the product of its sums."""
+    return sp.expand(e) if e.count_ops() <= SHORT else e
+
+
+def simplified(e: sp.Expr) -> sp.Expr:
+    """An expression simplified, where it is short; else with cos A cos B + sin A sin B → cos(A − B) alone."""
+    return sp.simplify(e) if e.count_ops() <= SIMPLE else sp.factor_terms(_paired(e))
+
+
+def _paired(e):
+    """C cos A cos B + c sin A sin B → c cos(A − B), term by term."""
+    terms, result = {}, []
+    for term in sp.Add.make_args(sp.expand_mul(e)):
+        key = _turns(term)
+        terms[key] = terms.get(key, 0) + 1
+    for (rest, kind, angles), count in terms.items():
+        other = (rest, "sin", angles)
+        if kind == "cos" and other in terms:
+            paired = min(count, terms[other])
+            result.append(paired * rest * sp.cos(angles[0] - angles[1]))
+            terms[other], count = terms[other] - paired, count - paired
+        terms[rest, kind, angles] = count
+    shapes = {"cos": sp.cos, "sin": sp.sin}
+    result += [n * (rest if not a else rest * shapes[k](a[0]) * shapes[k](a[1])) for (rest, k, a), n in terms.items()]
+    return sp.Add(*result)
+
+
+def _turns(term):
+    """(what is left, cos or sin, both angles) of a term with two of one, or (the term, "", ())."""
+    for name, f in (("cos", sp.cos), ("sin", sp.sin)):
+        factors = [x for part in sp.Mul.make_args(term) for x in _factors(part)]
+        turning = [x for x in factors if x.func is f]
+        if len(turning) == 2 and len({x.func for x in factors} & {sp.cos, sp.sin}) == 1:
+            angles = tuple(sorted((x.args[0] for x in turning), key=sp.default_sort_key))
+            return term / (turning[0] * turning[1]), name, angles
+    return term, "", ()
+
+
+def _factors(part):
+    base, exponent = part.as_base_exp()
+    return [base] * int(exponent) if exponent in (1, 2) else [part]
+
+
+def vanishes(e: sp.Expr) -> bool:
+    """Whether an expression is 0: by simplifying it where it is short, else at random places, beside its terms."""
+    if e.count_ops() <= SIMPLE:
+        return sp.simplify(e) == 0
+    symbols, terms = sorted(e.free_symbols, key=str), sp.Add.make_args(e)
+    places = np.random.default_rng(0).uniform(0.3, 1.7, (len(symbols), 8))
+    values = np.array([np.broadcast_to(v, 8) for v in sp.lambdify(symbols, terms, "numpy", cse=True)(*places)])
+    return bool((np.abs(values.sum(axis=0)) <= 1e-11 * np.abs(values).sum(axis=0)).all())
 
 
 def _without_cyclic(system, a, b, V, kept, cyclic):

@@ -26,7 +26,7 @@ import sympy as sp
 from sweeps.schema.refusals import DefinitionError
 
 RESERVED = ("equilibrium", "mode", "epsilon", "phase", "t", "title", "system", "grid")
-MOST_COORDINATES = 6
+MOST_COORDINATES = 10
 
 
 class DescriptionError(DefinitionError):

@@ -27,7 +27,7 @@ import numpy as np
 import sympy as sp
 from scipy.special import roots_jacobi
 
-from sweeps.mechanics.derivation import Equations
+from sweeps.mechanics.derivation import Equations, expanded
 from sweeps.mechanics.description import DescriptionError
 
 CONSTANT, X, V, ADD, MUL, DIV, FUNCTION = "constant", "x", "v", "add", "mul", "div", "function"
@@ -220,7 +220,7 @@ def graph(equations: Equations) -> Graph:
         forces.append(force if g.nodes[moving].zero and not g.moves(moving) else g.sum((force, moving), (1.0, -1.0)))
     g.accelerations = tuple(_solve(g, {**masses}, forces))
     g.masses = masses
-    g.energy_terms = tuple(g.build(t) for t in sp.Add.make_args(sp.expand(equations.V)))
+    g.energy_terms = tuple(g.build(t) for t in sp.Add.make_args(expanded(equations.V)))
     return g
 
 

@@ -95,7 +95,7 @@ class Model:
             sizes = scales.sizes(self.landscape, parameters, place, terms)
             terms, vanished = scales.bounding_terms(self.landscape, parameters, place, terms, sizes)
             hessian[vanished] = 0.0  # a place is known to a rounding, and V″ there to no better
-            third = np.abs(np.stack(self.landscape.third(parameters, q), axis=-1))
+            third = self._third(parameters, q)
         squares, vectors = modes.normal_modes(hessian, a)
         S = modes.scale(terms, a)
         # in units of the sizes: V‴ beside V″, a' beside a
@@ -106,6 +106,10 @@ class Model:
         twice = ~(np.maximum(np.nan_to_num(cubic), bent) <= EVEN)
         linear = {"squares": squares, "modes": vectors, "a": a, "scale": S, "sizes": sizes, "twice": twice}
         return linear | {"terms": terms, "positive": modes.positive(a)}
+
+    def _third(self, parameters, q):
+        third = self.landscape.third(parameters, q)
+        return np.abs(np.stack(third, axis=-1)) if third else np.full((len(q[0]), self._first_of_a), np.inf)
 
     @property
     def _first_of_a(self):

@@ -1,0 +1,104 @@
+import mpmath
+import numpy as np
+import pytest
+import sympy as sp
+from potentials import KNOWN, MULTIPLE, x
+
+from kernels import enclosures
+from sweeps.mechanics import line
+from sweeps.mechanics.tape import FUNCTIONS, Tape
+
+
+def zeros(V, bounds):
+    """Zeros of dV/dx of a potential of x."""
+    tape = Tape([sp.factor_terms(V.diff(x))], [x], [])
+    constants = tape.constants([])
+
+    def curve(owner, low, high):
+        values, states = tape.curves(constants, owner, low, high)
+        return values[:, 0], states
+
+    return line.zeros(curve, *(np.array([float(bound)]) for bound in bounds))
+
+
+def test_there_are_sixty():
+    assert len(KNOWN) + len(MULTIPLE) >= 60
+
+
+@pytest.mark.parametrize("name", KNOWN)
+def test_all_equilibria_of_a_known_potential_are_found_and_proved(name):
+    V, bounds, expected = KNOWN[name]
+    found = zeros(V, bounds)
+    expected = np.sort(np.array(expected, dtype=float))
+    assert found.place.size == expected.size
+    # the closed forms' own rounding, over their distance from 0
+    assert found.place == pytest.approx(expected, rel=1e-13, abs=1e-14)
+    assert found.proved.all()
+    assert not found.flat.any()
+
+
+@pytest.mark.parametrize("name", MULTIPLE)
+def test_multiple_zeros_are_found_and_named(name):
+    V, bounds, expected = MULTIPLE[name]
+    found = zeros(V, bounds)
+    # a double zero of terms of size 1 is known to the root of a rounding, a triple one to its cube root; where the
+    # terms vanish with it to a rounding
+    assert found.place == pytest.approx(np.sort(np.array(expected, dtype=float)), abs=1e-7)
+    for k in np.flatnonzero(found.kind == line.CLUSTER):
+        low, high = found.doubt[1], found.doubt[2]
+        assert ((low <= found.place[k]) & (found.place[k] <= high)).any()
+    assert found.proved.all() == (found.kind == line.SIMPLE).all()
+
+
+def test_a_line_of_zeros_is_flat():
+    found = zeros(0 * x, (-1, 2))
+    assert found.flat.all()
+
+
+def test_a_search_that_is_cut_short_says_so(monkeypatch):
+    monkeypatch.setattr(line, "MOST_BOXES", 200)
+    found = zeros(-sp.cos(200 * x), (-3, 3))
+    assert found.exhausted.all()
+    assert not found.proved.any()
+
+
+ARGUMENTS = {sp.asin: (-0.9, 0.9), sp.acos: (-0.9, 0.9), sp.atanh: (-0.9, 0.9), sp.acosh: (1.1, 4), sp.log: (0.1, 4)}
+
+
+@pytest.mark.parametrize("function", [*FUNCTIONS, lambda u: u**5, lambda u: u**-3, lambda u: (u + 5) ** 1.7], ids=str)
+def test_enclosures_hold_what_mpmath_gives_anywhere_in_the_box(function):
+    rng = np.random.default_rng(5)
+    tape = Tape([function(x)], [x], [])
+    low, high = ARGUMENTS.get(function, (-4, 4))
+    a = rng.uniform(low, high, 100)
+    b = np.minimum(a + rng.choice([0.0, 1e-12, 1e-3, 0.3], 100), high)
+    values, states = tape.curves(tape.constants([]), np.zeros(100, dtype=np.int64), a, b)
+    exact = [sp.lambdify(x, f, "mpmath") for f in (function(x), function(x).diff(x), function(x).diff(x, 2) / 2)]
+    with mpmath.workdps(40):
+        for i in np.flatnonzero(states == enclosures.SOUND):
+            for place in (a[i], b[i], a[i] + 0.37 * (b[i] - a[i])):
+                for k, f in enumerate(exact):
+                    assert values[i, 0, k, 0] <= f(mpmath.mpf(place)) <= values[i, 0, k, 1]
+    thin = np.flatnonzero((a == b) & (states == enclosures.SOUND))
+    width = values[thin, 0, 0, 1] - values[thin, 0, 0, 0]
+    assert (width <= 40 * enclosures.UNIT * (np.abs(values[thin, 0, 0]).max(axis=1) + 1e-300)).all()
+
+
+def test_a_box_is_said_to_hold_a_pole_or_to_lie_outside():
+    boxes = np.array([-2.0, -1.0, 0.5]), np.array([-1.5, 1.0, 0.6])
+    states = {}
+    for f in (sp.log(x), 1 / x, sp.sqrt(x)):
+        tape = Tape([f], [x], [])
+        states[f] = tape.curves(tape.constants([]), np.zeros(3, dtype=np.int64), *boxes)[1].tolist()
+    assert states[sp.log(x)] == states[sp.sqrt(x)] == [enclosures.OUTSIDE, enclosures.POLE, enclosures.SOUND]
+    assert states[1 / x] == [enclosures.SOUND, enclosures.POLE, enclosures.SOUND]
+
+
+def test_constants_are_enclosed():
+    p = sp.Symbol("p", positive=True)
+    tape = Tape([sp.pi * sp.sqrt(p) * x / 3], [x], [p])
+    low, high = tape.constants([np.array([2.0, 7.0])])[:, 0].T
+    for k, value in enumerate((2, 7)):
+        with mpmath.workdps(40):
+            assert low[k] <= mpmath.pi * mpmath.sqrt(value) / 3 <= high[k]
+        assert high[k] - low[k] < 1e-13

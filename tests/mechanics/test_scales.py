@@ -1,0 +1,211 @@
+"""Nothing hangs on units, on the stiffest term or on 1 m: what was once wrong in silence, each by its symptom."""
+
+import numpy as np
+import pytest
+import sympy as sp
+from oscillators import LIBRARY, shipped
+
+from kernels import oscillations as kernel
+from kernels import statuses
+from sweeps.maps import dataset
+from sweeps.mechanics import System, equilibria
+from sweeps.mechanics.model import Model
+from sweeps.points.loading import load
+
+FACTORS = [(1e9, 1e20, 1e6), (1e-9, 1e-20, 1e-6), (1e9, 1e-20, 1e-6), (1e-9, 1e20, 1e6)]  # length, mass, time
+
+
+def plane(V, bounds, most=8, kinetic=None, unit="m", **parameters):
+    """Unit masses in a potential of x, y, …, as many as there are bounds."""
+    system = System("Plane", most=most)
+    m = system.parameter("mass", "kg", default=1, positive=True)
+    symbols = {name: system.parameter(name, default=value) for name, value in parameters.items()}
+    q = [system.coordinate(name, unit, bounds=b) for name, b in zip("xyzw", bounds, strict=False)]
+    if kinetic is None:
+        system.particle(m, q)
+    else:
+        system.kinetic_energy(kinetic(m, *q, *map(system.velocity, q)))
+    system.potential(V(*q, **symbols))
+    return Model(system)
+
+
+def points(model, count=1, epsilon=1e-6, **given):
+    """One row an equilibrium and mode, of each of the points whose parameters are given."""
+    system, n = model.system, model.n
+    rows = system.most * n
+    found = {
+        name: np.repeat(np.resize(given.get(name, p.default), count), rows) for name, p in system.parameters.items()
+    }
+    found["equilibrium"] = np.tile(np.repeat(np.arange(system.most), n), count)
+    found["mode"] = np.tile(np.arange(1, n + 1), system.most * count)
+    return found | {"epsilon": np.full(rows * count, epsilon), "phase": np.full(rows * count, 0.6)}
+
+
+@pytest.mark.parametrize("ratio", [1e5, 1e8, 1e10, 1e12])
+def test_a_stiff_direction_loses_no_equilibrium_and_invents_none(ratio):
+    model = plane(lambda x, y, k: x**2 / 2 + k * y**2 / 2, [(-1, 2)] * 2, most=5, k=1.0)
+    theory = model.theory(points(model, k=ratio))
+    assert (~np.isnan(theory["place"][:, 0])).sum() == 2  # both modes of one place
+    assert theory["place"][:2] == pytest.approx(0, abs=1e-15)
+    assert theory["omega_squared"][:2] == pytest.approx([1.0, ratio], rel=1e-12)
+    assert theory["certified"][0] == equilibria.PROVED
+
+
+@pytest.mark.parametrize("stiffness", [1e3, 2e5, 1e9, 1e13])
+def test_an_elastic_pendulum_hangs_at_its_place(stiffness):
+    system = System("Elastic pendulum", most=4)
+    k = system.parameter("stiffness", "N m-1", default=100.0, positive=True)
+    r = system.coordinate("r", "m", bounds=(0.2, 3), positive=True)
+    angle = system.coordinate("angle", "rad", bounds=(-sp.pi, sp.pi), periodic=True)
+    system.particle(1, (r * sp.sin(angle), -r * sp.cos(angle)))
+    system.potential(k * (r - 1) ** 2 / 2 - sp.Rational(980665, 100000) * r * sp.cos(angle))
+    model = Model(system)
+    theory = model.theory(points(model, stiffness=stiffness))
+    below = theory["place"][np.abs(theory["place"][:, 1]) < 1]
+    assert below[0] == pytest.approx([1 + 9.80665 / stiffness, 0], abs=1e-15)
+    soft = theory["omega_squared"][np.abs(theory["place"][:, 1]) < 1][0]
+    assert soft == pytest.approx(9.80665 / (1 + 9.80665 / stiffness), rel=1e-12)
+    assert (theory["certified"] == equilibria.PROVED).all()
+
+
+@pytest.fixture(scope="module")
+def quartic():
+    return plane(lambda x, a, b: a * x**3 / 3 + b * x**4 / 4, [(-1, 2)], most=2, a=0.0, b=0.0)
+
+
+@pytest.mark.parametrize(("a", "b"), [(1.0, 0.0), (0.0, 100.0), (0.0, -100.0), (1e-30, 0.0), (0.0, 1e30)])
+def test_a_degenerate_equilibrium_is_marginal_and_has_no_rate(quartic, a, b):
+    found = quartic.survey(points(quartic, a=a, b=b))
+    assert found["x_equilibrium"][0] == pytest.approx(0.0, abs=1e-15)
+    assert found["regime"][0] == found["regime_theory"][0] == kernel.MARGINAL
+    assert found["growth_rate"][0] == found["frequency"][0] == 0.0
+    assert np.isnan(found["x_equilibrium"][1])
+
+
+def test_a_row_without_an_equilibrium_has_no_theory():
+    model = plane(lambda x, k: k * (x - 3) ** 2 / 2, [(-1, 2)], most=1, k=1.0)
+    found = model.survey(points(model))
+    assert found["status"].tolist() == [statuses.NO_EQUILIBRIUM]
+    for name in ("omega_squared_theory", "frequency_theory", "rate_scale", "omega_squared", "x_equilibrium"):
+        assert np.isnan(found[name]).all()
+    assert found["regime_theory"].tolist() == [-1]
+
+
+def argon(**options):
+    """Argon by Lennard-Jones: 0.34 nm, 1.65e-21 J, 39.95 u (half of it: two atoms)."""
+    system = System("Argon", most=1)
+    depth = system.parameter("depth", "J", default=1.65e-21, positive=True)
+    s = system.parameter("sigma", "m", default=3.4e-10, positive=True)
+    r = system.coordinate("r", "m", bounds=(s / 2, 4 * s), positive=True, **options)
+    system.kinetic_energy(sp.Float(3.3e-26) * system.velocity(r) ** 2 / 2)
+    system.potential(4 * depth * ((s / r) ** 12 - (s / r) ** 6))
+    return Model(system)
+
+
+def test_the_size_that_is_left_out_follows_from_the_potential():
+    model = argon()
+    theory = model.theory(points(model))
+    place = 2 ** (1 / 6) * 3.4e-10
+    assert theory["place"][0, 0] == pytest.approx(place, rel=1e-14)
+    assert 0.01 * place < theory["sizes"][0, 0] < 0.3 * place
+    assert theory["omega_squared"][0] == pytest.approx(72 * 1.65e-21 / (2 ** (1 / 3) * 3.4e-10**2) / 3.3e-26, rel=1e-12)
+
+
+@pytest.mark.parametrize(("size", "epsilon"), [(1.0, 1e-6), (1.0, 0.5), (4e-10, 0.5)])
+def test_a_nudge_that_leaves_the_neighbourhood_is_said(size, epsilon):
+    model = argon(size=size)
+    found = model.survey(points(model, epsilon=epsilon))
+    assert found["status"].tolist() == [statuses.NUDGE_TOO_WIDE]
+    assert np.isnan(found["omega_squared"]).all()
+
+
+def test_a_kinetic_energy_that_is_not_positive_is_said():
+    model = plane(
+        lambda x, c: x**2 / 2,
+        [(-1, 2)],
+        most=1,
+        kinetic=lambda m, x, v: (1 + m - sp.Symbol("c", real=True)) * v**2,
+        c=0.5,
+    )
+    found = model.survey(points(model, 2, c=np.array([2.0, 3.0])))
+    assert found["status"].tolist() == [statuses.KINETIC_ENERGY_NOT_POSITIVE] * 2
+
+
+def test_a_point_with_too_many_equilibria_is_said():
+    model = plane(lambda x, c: x**4 / 4 - c * x**2 / 2, [(-2, 2)], most=2, c=1.0)
+    theory = model.theory(points(model, c=1.0))
+    assert theory["crowded"].all()
+    assert np.isnan(theory["omega_squared"]).all()
+
+
+def test_a_system_without_parameters_has_places():
+    system = System("Bare", most=1)
+    x = system.coordinate("x", "m", bounds=(-1, 2))
+    system.particle(1, (x,))
+    system.potential(x**2)
+    model = Model(system)
+    theory = model.theory(points(model))
+    assert theory["omega_squared"].tolist() == [2.0]
+
+
+def test_fewer_points_than_threads():
+    for length in ([0.5], [0.5, 1.0, 2.0]):
+        one, four = (
+            dataset.survey_grid(load({"system": "pendulum", "grid": {"length": length}}), threads=k) for k in (1, 4)
+        )
+        assert one.equals(four)
+
+
+def scaled(L, M, T):
+    """Systems whose lengths, masses and times are in other units: (model, rate unit, length unit)."""
+    E = M * L**2 / T**2
+    yield plane(lambda x, y: E / L**2 * (x**2 + 1000 * y**2 + x * y), [(-L, 2 * L)] * 2)
+    yield plane(lambda x: E * ((x / L) ** 4 / 4 - (x / L) ** 2 / 2), [(-2 * L, 3 * L)])
+    yield plane(lambda x: E * (x / L) ** 4, [(-2 * L, 3 * L)])
+    yield plane(lambda x: E * (x / L) ** 3, [(-2 * L, 3 * L)])
+    yield plane(lambda x: E * ((L / x) ** 12 - 2 * (L / x) ** 6), [(L / 10, 5 * L)])
+    yield plane(lambda x: E * (sp.log(x / L) ** 2), [(L / 10, 5 * L)])
+    yield plane(lambda x: E * (1 - sp.exp(-x / L)) ** 2, [(-L, 5 * L)])
+    yield plane(lambda x: -E * sp.cos(32 * x / L), [(-L, L)], most=30)
+    yield plane(lambda x, y: E / L**2 * ((x**2 + y**2) / 2 + (x**2 * y - y**3 / 3) / L), [(-1.5 * L, 1.6 * L)] * 2)
+    yield plane(lambda x: E * ((x / L) ** 2 / 2 + 0.1 * (L / x) ** 2), [(-2 * L, 2 * L)])
+
+
+@pytest.mark.parametrize("factors", FACTORS, ids=str)
+def test_dimensionless_theory_does_not_know_the_units(factors):
+    L, M, T = factors
+    for plain, other in zip(scaled(1.0, 1.0, 1.0), scaled(L, M, T), strict=True):
+        here, there = plain.theory(points(plain)), other.theory(points(other, mass=M))
+        assert there["place"] / L == pytest.approx(here["place"], rel=1e-10, abs=1e-10, nan_ok=True)
+        scale = here["scale"][0] ** 2
+        assert there["omega_squared"] * T**2 / scale == pytest.approx(
+            here["omega_squared"] / scale, rel=1e-10, abs=1e-10, nan_ok=True
+        )
+        for name, unit in (("scale", 1 / T), ("sizes", L)):
+            assert there[name] / unit == pytest.approx(here[name], rel=1e-10, nan_ok=True)
+        assert np.array_equal(here["certified"], there["certified"])
+
+
+UNITS = {  # parameter → exponents of length, mass and time
+    **dict.fromkeys(("mass", "mass1", "mass2", "outer_mass", "inner_mass"), (0, 1, 0)),
+    **dict.fromkeys(("length", "length1", "length2", "radius", "bond"), (1, 0, 0)),
+    **{"gravity": (1, 0, -2), "spin_rate": (0, 0, -1), "alpha": (0, 1, -2), "beta": (-2, 1, -2), "exponent": (0, 0, 0)},
+    **{"strength": (3, 1, -2), "angular_momentum": (2, 1, -1), "stiffness": (0, 1, -2), "depth": (2, 1, -2)},
+}
+
+
+@pytest.mark.parametrize("name", LIBRARY)
+def test_shipped_maps_do_not_know_the_units(name):
+    model = Model(shipped(name))
+    exponents = {p: UNITS[p] for p in model.names}
+    rows = points(model, spin_rate=7.3) if name == "bead_on_hoop" else points(model)
+    plain = model.survey(rows)
+    for factors in FACTORS:
+        unit = {p: np.prod([f**e for f, e in zip(factors, exponents[p], strict=True)]) for p in exponents}
+        found = model.survey(rows | {p: rows[p] * unit[p] for p in exponents})
+        for column in ("regime", "regime_theory", "status", "equilibria_certified", "samples_used", "steps_per_sample"):
+            assert np.array_equal(plain[column], found[column]), column
+        rates = plain["rate_scale"] ** 2
+        off = np.abs(found["omega_squared"] * factors[2] ** 2 - plain["omega_squared"]) / rates
+        assert np.nanmax(off) <= 1e-10
+        assert found["amplitude"] == pytest.approx(plain["amplitude"], rel=1e-10, nan_ok=True)
