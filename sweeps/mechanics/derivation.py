@@ -121,6 +121,8 @@ def derive(system: System) -> Equations:
     if not system.coordinates or not system.kept:
         raise DescriptionError("coordinates: there is none; allowed: one at least that is not cyclic")
     T, V = _kinetic_energy(system), sum(system.potential_terms, sp.Integer(0))
+    T, V = _by_sine_and_cosine(T), _by_sine_and_cosine(V)
+    _check_smooth(system, T, V)
     _check_symbols(system, T, V)
     a, b, T0 = _quadratic(system, T)
     V = V - T0
@@ -145,6 +147,38 @@ def _kinetic_energy(system):
             speed += sum(part.diff(c.symbol) * c.velocity for c in system.coordinates.values())
             T += mass * speed**2 / 2
     return T
+
+
+def _by_sine_and_cosine(e):
+    """Writes out cot, sec, csc and their hyperbolic kin."""
+    for f, g in _WRITTEN_OUT.items():
+        e = e.replace(f, g) if e.has(f) else e
+    return e
+
+
+def _check_smooth(system, T, V):
+    """Refuses what has a kink, by the name that its author wrote."""
+    moving = {c.symbol for c in system.coordinates.values()}
+    for where, e in (("T", T), ("V", V)):
+        for part in sorted(e.atoms(*_KINKED), key=str):
+            if part.free_symbols & moving:
+                wrong, allowed = _KINKED.get(type(part), _KINK)
+                raise DescriptionError(f"{where}: {part} {wrong}; allowed: {allowed}")
+
+
+_WRITTEN_OUT = {
+    sp.cot: lambda u: sp.cos(u) / sp.sin(u),
+    sp.sec: lambda u: 1 / sp.cos(u),
+    sp.csc: lambda u: 1 / sp.sin(u),
+    sp.coth: lambda u: sp.cosh(u) / sp.sinh(u),
+    sp.sech: lambda u: 1 / sp.cosh(u),
+    sp.csch: lambda u: 1 / sp.sinh(u),
+}
+_KINK = ("has a kink, about which nothing oscillates linearly", "sqrt(u**2 + d**2) in place of |u|, with a small d")
+_KINKED = {
+    **dict.fromkeys((sp.Abs, sp.sign, sp.Max, sp.Min, sp.Heaviside, sp.Piecewise), _KINK),
+    sp.atan2: ("has a cut", "2*atan(y/(sqrt(x**2 + y**2) + x)) in place of atan2(y, x)"),
+}
 
 
 def _check_symbols(system, T, V):

@@ -25,7 +25,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import sympy as sp
-from scipy.special import roots_jacobi
+from scipy import special
 
 from sweeps.mechanics.derivation import Equations, expanded
 from sweeps.mechanics.description import DescriptionError
@@ -199,12 +199,16 @@ class Graph:
             square = self.product(number, number)
             one, sign = self.constant(sp.Integer(1)), 1.0 if f.func is sp.tan else -1.0
             return self.sum((one, square), (1.0, sign))
-        if f.func not in (sp.sin, sp.cos, sp.exp, sp.log, sp.sinh, sp.cosh, sp.atan, sp.asin, sp.acos):
+        if f.func not in _INTEGRATED:
             raise DescriptionError(f"function: {e} cannot be integrated; allowed: +, ×, /, powers and {_KNOWN}")
         return self.build(f.diff(u).subs(u, argument))
 
 
-_KNOWN = "sin, cos, tan, exp, log, sinh, cosh, tanh, asin, acos, atan, sqrt"
+_KNOWN = "sin, cos, tan, exp, log, sinh, cosh, tanh, asin, acos, atan, asinh, acosh, atanh, erf, sqrt"
+_INTEGRATED = (
+    *(sp.sin, sp.cos, sp.exp, sp.log, sp.sinh, sp.cosh, sp.atan, sp.asin, sp.acos),
+    *(sp.asinh, sp.acosh, sp.atanh, sp.erf),
+)
 
 
 def graph(equations: Equations) -> Graph:
@@ -251,7 +255,7 @@ def _solve(g, a, right):
 
 def lambdified(arguments, expressions):
     """A NumPy function of arrays (all of one shape) that gives every expression as such an array, float64."""
-    function = sp.lambdify(arguments, list(expressions), modules="numpy", cse=True)
+    function = sp.lambdify(arguments, list(expressions), modules=[{"erf": special.erf}, "numpy"], cse=True)
 
     def evaluate(*arrays):
         with np.errstate(all="ignore"):
@@ -275,7 +279,7 @@ class Values:
         constants = [node.weights[0] if node.kind == CONSTANT else sp.Integer(0) for node in graph.nodes]
         self._constants = lambdified(self._parameters, constants)
         self._derivatives, self._second = {}, {}
-        nodes, weights = roots_jacobi(REMAINDER_NODES, 1, 0)  # for the weight 1 − s
+        nodes, weights = special.roots_jacobi(REMAINDER_NODES, 1, 0)  # for the weight 1 − s
         self._quadrature = 0.5 * (nodes + 1.0), 0.25 * weights
         for number in graph.functions:
             lam = graph.nodes[number].weights[0]

@@ -10,6 +10,7 @@ from kernels import statuses
 from sweeps.maps import dataset
 from sweeps.mechanics import System, equilibria
 from sweeps.mechanics.model import Model
+from sweeps.points import sweep as sweeps
 from sweeps.points.loading import load
 
 FACTORS = [(1e9, 1e20, 1e6), (1e-9, 1e-20, 1e-6), (1e9, 1e-20, 1e-6), (1e-9, 1e20, 1e6)]  # length, mass, time
@@ -150,9 +151,8 @@ def test_a_system_without_parameters_has_places():
 
 def test_fewer_points_than_threads():
     for length in ([0.5], [0.5, 1.0, 2.0]):
-        one, four = (
-            dataset.survey_grid(load({"system": "pendulum", "grid": {"length": length}}), threads=k) for k in (1, 4)
-        )
+        sweep = sweeps.of(load({"system": "pendulum", "grid": {"length": length}}))
+        one, four = (dataset.survey_grid(sweep, threads=threads) for threads in (1, 4))
         assert one.equals(four)
 
 

@@ -98,7 +98,11 @@ def test_fingerprint_changes_with_the_description(tmp_path):
         ("k * x**2)\nsystem = (3", r"makes no `system`"),
         ("k * x**2)\nsystem.kinetic_energy(system.velocity(x) ** 3", "T: not quadratic"),
         ("k * x**2)\nsystem.kinetic_energy(1j * system.velocity(x) ** 2", "a_ij is complex"),
-        ("k * abs(x)**x", "power"),
+        ("k * abs(x)", r"V: Abs\(x\) has a kink"),
+        ("k * abs(x)**3", r"V: Abs\(x\) has a kink"),
+        ("k * __import__('sympy').atan2(x, k)", "V: atan2.* has a cut; allowed: 2"),
+        ("k * __import__('numpy').cos(x)", r"line 9: cannot be run .*cos.*allowed: SymPy's functions"),
+        ("k * (x + 3)**x", "power"),
         ("k * __import__('sympy').gamma(x + 3)", "cannot be integrated"),
     ],
 )

@@ -6,6 +6,7 @@ One `Oscillator` a description: those of `sweeps/mechanics/library`, and any Pyt
 import hashlib
 import importlib.util
 import threading
+import traceback
 from collections.abc import Callable, Mapping
 from functools import cache, cached_property
 from importlib import import_module
@@ -310,8 +311,12 @@ def _run(path: Path) -> "mechanics.System":
         raise DescriptionError(f"system: {path}: {error}") from None
     except Exception as error:
         said = " ".join(str(error).split())[:200]
+        lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(path)]
+        where = f"{path}, line {lines[-1]}" if lines else str(path)
+        numbers = "ufunc" in said or "to float" in said  # NumPy's or math's cos of a symbol
+        allowed = "SymPy's functions (from sympy import cos)" if numbers else "Python that describes a system"
         raise DescriptionError(
-            f"system: {path}: cannot be run ({type(error).__name__}: {said}); allowed: Python that describes a system"
+            f"system: {where}: cannot be run ({type(error).__name__}: {said}); allowed: {allowed}"
         ) from None
     system = getattr(module, "system", None)
     if not isinstance(system, System):
