@@ -17,9 +17,9 @@ largest transverse size reached so far, is what the direct integration may be tr
 
 from numba import njit
 
-from kernels import direct, exact, measure, rigid_body, taylor_steps
+from kernels import direct, exact, measure, reduction, rigid_body, taylor_steps
 from kernels.blocks import W
-from kernels.options import OPTIONS
+from kernels.options import INLINE, OPTIONS
 
 EXACT = 0  # stands where a Taylor step has its order
 
@@ -35,7 +35,23 @@ GUESS, RX, RR, XX, TURN, USED, OPEN, START, LARGEST = (W * r for r in range(26, 
 CB, CC, JA, JB, JC, J0, JD, JS, E0, ED, L0, LD = (W * r for r in range(35, 47))
 # The log slope: whether its window can still come, its upper end, and its sums.
 LOPEN, LCAP, LN, LK, LKK, LY, LKY, LFIRST, LLAST = (W * r for r in range(47, 56))
-ROWS = 56
+# The reduction to zero amplitude: its sums, the clock's excess over the last interval and the last sample's half of the
+# next, the constants of :func:`kernels.reduction.constants`, and the spin's largest wandering.
+SX, SS, SW, U1, HALF = (W * r for r in range(56, 61))
+DRIVE, QUADRATURE, FIRST, SECOND, THIRD, ALONG, SLOPE, WANDER = (W * r for r in range(61, 69))
+ROWS = 69
+
+
+@njit(**INLINE)
+def _set_constants(S, lane):
+    (
+        S[QUADRATURE + lane],
+        S[FIRST + lane],
+        S[SECOND + lane],
+        S[THIRD + lane],
+        S[ALONG + lane],
+        S[SLOPE + lane],
+    ) = reduction.constants(S[GUESS + lane], S[DRIVE + lane])
 
 
 @njit(**OPTIONS)
@@ -55,7 +71,10 @@ def begin(S):
         S[USED + lane], S[OPEN + lane], S[LOPEN + lane] = 1.0, 1.0, 1.0
         below = measure.LOG_BELOW / S[EPSILON + lane]
         S[LCAP + lane] = min(measure.LOG_TO * measure.LOG_TO * size, below * below)
-    for row in (GUESS, RX, RR, XX, TURN, JD, ED, LD, LN, LK, LKK, LY, LKY, LFIRST, LLAST, APART):
+        S[DRIVE + lane], S[GUESS + lane] = ca * e2 * S[SPACING + lane] * a, 0.0
+        _set_constants(S, lane)
+        S[HALF + lane] = S[QUADRATURE + lane] * (b * c)
+    for row in (RX, RR, XX, TURN, JD, ED, LD, LN, LK, LKK, LY, LKY, LFIRST, LLAST, APART, SX, SS, SW, U1, WANDER):
         for lane in range(W):
             S[row + lane] = 0.0
 
@@ -145,16 +164,26 @@ def advance(S, order, steps):
 
 @njit(**OPTIONS)
 def guess(S):
-    """Set the first guess of every lane from its first three samples; the current state is the third."""
+    """Set the first guess of every lane, and what the reduction takes from it; the current state is the third sample.
+
+    The second sample has left its spin's excess in HALF, by the constants of a guess of 0.
+    """
     for lane in range(W):
-        S[GUESS + lane] = measure.first_guess(
-            S[B + lane], S[C + lane], S[B1 + lane], S[C1 + lane], S[B2 + lane], S[C2 + lane]
-        )
+        b, c, b1, c1 = S[B + lane], S[C + lane], S[B1 + lane], S[C1 + lane]
+        b2, c2 = S[B2 + lane], S[C2 + lane]
+        a = S[A + lane] * S[SPIN + lane] - 1.0
+        a1 = 2.0 * (S[HALF + lane] - S[QUADRATURE + lane] * (b1 * c1))
+        raw = measure.first_guess(b, c, b1, c1, b2, c2)
+        S[GUESS + lane] = reduction.corrected_guess(raw, a1, a, b, c, b1, c1, b2, c2, S[DRIVE + lane])
+        _set_constants(S, lane)
+        quadrature = S[QUADRATURE + lane]
+        S[U1 + lane] = 0.5 * a1 - quadrature * (b1 * c1 - b2 * c2)
+        S[HALF + lane] = 0.5 * a1 + quadrature * (b1 * c1)
 
 
 @njit(**OPTIONS)
 def sample(S, triple):
-    """Take one sample of every lane: window, sense of turning and the sums of the recurrence.
+    """Take one sample of every lane: window, sense of turning and the sums of the recurrence and of its reduction.
 
     A closed window selects the old value everywhere, so a lane that has left it no longer changes. The recurrence
     takes part from the third sample on (``triple``).
@@ -162,15 +191,32 @@ def sample(S, triple):
     for lane in range(W):
         b, c = S[B + lane], S[C + lane]
         b1, c1, b2, c2 = S[B1 + lane], S[C1 + lane], S[B2 + lane], S[C2 + lane]
+        excess = S[A + lane] * S[SPIN + lane] - 1.0
+        wander = abs(excess)
         size = b * b + c * c
-        inside = (S[OPEN + lane] > 0.0) & (size <= measure.WINDOW * measure.WINDOW * S[START + lane])
+        near = (wander <= reduction.WANDER) | (S[USED + lane] < reduction.LEAST_FOLLOWED)
+        inside = (S[OPEN + lane] > 0.0) & (size <= measure.WINDOW * measure.WINDOW * S[START + lane]) & near
         weight = 1.0 if inside else 0.0
         S[OPEN + lane] = weight
         S[USED + lane] += weight
-        rx, rr, xx = measure.leftover(b, c, b1, c1, b2, c2, S[GUESS + lane])
-        S[RX + lane] += rx if inside & triple else 0.0
-        S[RR + lane] += rr if inside & triple else 0.0
+        half = 0.5 * excess
+        product = S[QUADRATURE + lane] * (b * c)
+        u = (half - product) + S[HALF + lane]
+        own, across, mu = reduction.amplitude_part(
+            u, S[U1 + lane], S[FIRST + lane], S[SECOND + lane], S[THIRD + lane], S[ALONG + lane], S[SLOPE + lane]
+        )
+        S[U1 + lane], S[HALF + lane] = u, half + product
+        rb, rc = measure.residual(b, c, b1, c1, b2, c2, S[GUESS + lane])
+        sb = (rb - own * b1) - across * (b - b2)
+        sc = (rc - own * c1) - across * (c - c2)
+        xx = b1 * b1 + c1 * c1
+        S[RX + lane] += rb * b1 + rc * c1 if inside & triple else 0.0
+        S[RR + lane] += rb * rb + rc * rc if inside & triple else 0.0
         S[XX + lane] += xx if inside & triple else 0.0
+        S[SX + lane] += sb * b1 + sc * c1 if inside & triple else 0.0
+        S[SS + lane] += sb * sb + sc * sc if inside & triple else 0.0
+        S[SW + lane] += xx * (mu * (2.0 + mu)) if inside & triple else 0.0
+        S[WANDER + lane] = wander if inside & (wander > S[WANDER + lane]) else S[WANDER + lane]
         turn = (b1 * c - c1 * b) * S[A + lane]  # the sense relative to the spin, whose sign a carries
         S[TURN + lane] += turn if inside else 0.0
         S[LARGEST + lane] = size if inside & (size > S[LARGEST + lane]) else S[LARGEST + lane]

@@ -52,10 +52,15 @@ def first_guess(b, c, b1, c1, b2, c2):
 
 
 @njit(**INLINE)
+def residual(b, c, b1, c1, b2, c2, guess):
+    """What three successive samples leave over after D_0, of each component (the samples' unit)."""
+    return second_difference(b, b1, b2) + 2.0 * guess * b1, second_difference(c, c1, c2) + 2.0 * guess * c1
+
+
+@njit(**INLINE)
 def leftover(b, c, b1, c1, b2, c2, guess):
     """Contributions of three successive samples to the sums of r x, r r and x x (squares of the samples' unit)."""
-    rb = second_difference(b, b1, b2) + 2.0 * guess * b1
-    rc = second_difference(c, c1, c2) + 2.0 * guess * c1
+    rb, rc = residual(b, c, b1, c1, b2, c2, guess)
     return rb * b1 + rc * c1, rb * rb + rc * rc, b1 * b1 + c1 * c1
 
 
@@ -88,14 +93,15 @@ def rate_squared(D, spacing):
 
 
 @njit(**OPTIONS)
-def estimate(guess, sum_rx, sum_rr, sum_xx, triples, spacing):
+def estimate(guess, sum_rx, sum_rr, sum_xx, triples, spacing, weight=0.0):
     """Signed rate² and its standard error from the sums of :func:`leftover` over so many triples of samples.
 
-    Two triples or more give a standard error; with one it is NaN, and with none both are.
+    Two triples or more give a standard error; with one it is NaN, and with none both are. ``weight`` is what
+    the slope's weights sum up to beyond ``sum_xx`` (:mod:`kernels.reduction`).
     """
     if triples < 1:
         return math.nan, math.nan
-    D = guess - 0.5 * sum_rx / sum_xx
+    D = guess - 0.5 * sum_rx / (sum_xx + weight)
     value, slope = rate_squared(D, spacing)
     if triples < 2:
         return value, math.nan

@@ -12,8 +12,9 @@ mode coordinates are
 
 half the difference of the runs from +ε and −ε has no error of first order in ε. The nudged mode is sampled every h and
 measured by the recurrence of :mod:`kernels.measure`, which asks for no regime. Samples count until it has grown
-tenfold, or another mode exceeds a tenth of its largest value so far. Where the nudge has a direction of its own and
-every mode its share of it, the others may be as large as a share can grow: 10 times the whole nudge. The log slope of
+tenfold or, after the first seven, beyond LARGE, or another mode exceeds a tenth of its largest value so far. Where the
+nudge has a direction of its own and every mode its share of it, the others may be as large as a share can grow: 10
+times the whole nudge. The log slope of
 :mod:`kernels.measure` is taken besides, in its own window.
 
 *Blind.* Spacing, length and number of steps come from the scale S of the system (a bound on every possible rate), and
@@ -29,7 +30,7 @@ import math
 import numpy as np
 from numba import float64, int64, njit, types, void
 
-from kernels import direct, measure
+from kernels import direct, measure, reduction
 from kernels.blocks import W, cut
 from kernels.columns import numbers
 from kernels.options import OPTIONS
@@ -41,12 +42,14 @@ ORDER = 12  # of the generated Taylor steps
 EPSILON = float(np.finfo(np.float64).eps)
 OTHERS = 0.1  # the window ends where another mode exceeds this part of the nudged one
 MOST_HALVINGS = 6
+LARGE = 0.3  # the window ends beyond this part of the system's own size, but not before seven samples
+FOLD, FOLD_OF_PAIR = 8.0, 3.5  # of the residuals, in the error's amplitude term
 
 # Rows of the measurement's scratch array, each W long; the projections follow from PROJECTION on.
 XI, XI1, XI2, OTHER, GUESS, RX, RR, XX, USED, OPEN, START, LARGEST = (W * r for r in range(12))
 E0, ED, ES, COARSE, ALLOWED, APART = (W * r for r in range(12, 18))
-LOPEN, LCAP, LN, LK, LKK, LY, LKY, LFIRST, LLAST = (W * r for r in range(18, 27))
-PROJECTION = 27 * W
+LOPEN, LCAP, LN, LK, LKK, LY, LKY, LFIRST, LLAST, LIMIT = (W * r for r in range(18, 28))
+PROJECTION = 28 * W
 
 # Columns of the raw result, one row a point.
 RAW = numbers(("rate2", "stderr", "size", "samples", "energy_drift", "halving", "steps", "log_slope", "e_folds"))
@@ -109,7 +112,8 @@ def _sample(Q, P, K, n, states, triple):
         x, x1, x2 = Q[XI + lane], Q[XI1 + lane], Q[XI2 + lane]
         size = abs(x)
         largest = max(Q[LARGEST + lane], size)
-        inside = (Q[OPEN + lane] > 0.0) & (size <= measure.WINDOW * Q[START + lane])
+        near = (size <= Q[LIMIT + lane]) | (Q[USED + lane] < reduction.LEAST_FOLLOWED)
+        inside = (Q[OPEN + lane] > 0.0) & (size <= measure.WINDOW * Q[START + lane]) & near
         inside = inside & (Q[OTHER + lane] <= max(OTHERS * largest, Q[ALLOWED + lane]))
         weight = 1.0 if inside else 0.0
         Q[OPEN + lane] = weight
@@ -272,7 +276,7 @@ def _run_blocks(
                 P[r * W + lane], M[r * W + lane] = plus[i, r], minus[i, r]
             for r in range(n * n):
                 Q[PROJECTION + r * W + lane] = projection[i, r]
-            Q[START + lane], Q[ALLOWED + lane] = start[i], allowed[i]
+            Q[START + lane], Q[ALLOWED + lane], Q[LIMIT + lane] = start[i], allowed[i], LARGE / size[i]
             Q[LCAP + lane] = min(measure.LOG_TO * start[i], measure.LOG_BELOW / size[i])
             P[(states + 1) * W + lane] = spacing[i] / number
             M[(states + 1) * W + lane] = spacing[i] / number
@@ -397,23 +401,67 @@ def status(raw, intervals, tolerance):
     return np.select(cases, [NON_FINITE, SHORT_WINDOW, NOT_CONVERGED], OK).astype(np.int8)
 
 
-def regime(rate_squared, stderr, scale, size):
-    r"""Regime of measured points: MARGINAL where :math:`|\omega^2| \le \max(5\sigma, 10 A^2 S^2)`, A the relative size.
+def errors(raw, scale, size, twice, intervals, spacing):
+    r"""Error of measured rates², in s-2: what a reader may rely on; scatter, integration, amplitude and rounding.
+
+    With :math:`n` samples in a window of length :math:`T = (n - 1)h`, :math:`u = 2^{-53}`, S the scale:
+
+    * scatter, :math:`\sigma\sqrt{n/(n - 4)}`;
+    * integration, :math:`\delta[\frac5T\sqrt{|\omega^2| + 1/T^2} + 4\lambda^2]` as in :mod:`kernels.uncertainty`, δ
+      what halving the step changes in an interval, times their number;
+    * amplitude. There is no reduced value here: what a finite amplitude adds to the rate² cannot be told from the rate²
+      by the samples of one amplitude alone. But what adds to it also bends the line through the residuals. Of
+      :math:`\ddot x = -\omega^2x + bx^3` at the size A the rate² is off by :math:`\frac34bA^2`, and the third harmonic
+      leaves residuals of :math:`\frac14bA^2` relative to x, a third. The bound is FOLD times the residuals' root mean
+      square (FOLD_OF_PAIR where two runs are made), and at most :math:`10A^2S^2`;
+    * rounding, :math:`8u(|\omega^2| + 4S^2) + 6u|\omega|/h + 0.4u/(h^2\sqrt{n - 2})`: S² for the second derivatives
+      of V, whose terms may cancel.
 
     Parameters
     ----------
-    rate_squared, stderr : numpy.ndarray
+    raw : numpy.ndarray, shape (points, len(RAW))
+        As of :func:`run`.
+    scale, size : numpy.ndarray, shape (points,)
+        S, in s-1; largest relative size of the motion.
+    twice : numpy.ndarray of bool, shape (points,)
+        Whether two runs were made.
+    intervals : int
+        Number of sample intervals.
+    spacing : float
+        Spacing of the samples, in 1/S.
+
+    Returns
+    -------
+    tuple of four numpy.ndarray
+        The terms.
+    """
+    unit, S2 = 0.5 * EPSILON, scale * scale
+    with np.errstate(all="ignore"):
+        n, square = raw[:, RAW.samples], raw[:, RAW.rate2] / S2
+        stderr = raw[:, RAW.stderr] / S2
+        span = (n - 1.0) * spacing
+        scatter = stderr * np.sqrt(n / np.maximum(n - 4.0, 0.25))
+        follow = 5.0 / span * np.sqrt(np.abs(square) + 1.0 / span**2) + 4.0 * np.maximum(-square, 0.0)
+        integration = raw[:, RAW.halving] * intervals * follow
+        residual = stderr * np.sqrt(np.maximum(n - 3.0, 1.0))
+        amplitude = np.minimum(np.where(twice, FOLD_OF_PAIR, FOLD) * residual, 10.0 * size * size)
+        rounding = 8.0 * (np.abs(square) + 4.0) + 6.0 * np.sqrt(np.abs(square)) / spacing
+        rounding = unit * (rounding + 0.4 / (spacing**2 * np.sqrt(np.maximum(n - 2.0, 1.0))))
+    return tuple(term * S2 for term in (scatter, integration, amplitude, rounding))
+
+
+def regime(rate_squared, error):
+    """Regime of measured points: MARGINAL where the rate² is not above its error.
+
+    Parameters
+    ----------
+    rate_squared, error : numpy.ndarray
         In s-2.
-    scale : numpy.ndarray
-        S, in s-1.
-    size : numpy.ndarray
-        Largest relative size of the motion.
 
     Returns
     -------
     numpy.ndarray of int8
         STABLE, UNSTABLE or MARGINAL.
     """
-    floor = scale * scale * np.maximum(10.0 * size * size, 32.0 * EPSILON)
-    marginal = ~(np.abs(rate_squared) > np.fmax(5.0 * stderr, floor))
+    marginal = ~(np.abs(rate_squared) > error)
     return np.select([marginal, rate_squared < 0.0], [MARGINAL, UNSTABLE], STABLE).astype(np.int8)

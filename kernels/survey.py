@@ -14,7 +14,7 @@ import math
 import numpy as np
 from numba import njit
 
-from kernels import collapse, columns, direct, exact, flips, lanes, linear, measure, rigid_body
+from kernels import collapse, columns, direct, exact, flips, lanes, linear, measure, reduction, rigid_body, uncertainty
 from kernels.blocks import W, cut
 from kernels.columns import Column
 from kernels.options import OPTIONS
@@ -22,20 +22,34 @@ from kernels.statuses import NON_FINITE, NOT_CONVERGED, OK, SHORT_WINDOW
 
 TILE = 4096  # points that are planned, sorted and measured together: their columns stay in a core's own cache
 LEVELS = 16  # of growth, by which points of one kind are sorted
-UNIT_ROUNDING = float(np.finfo(np.float64).eps)
 
 CERTIFICATE, INVARIANTS, LOG_SLOPE = "certificate", "invariants", "log slope"  # work that is done where it is asked for
-COLUMNS = (  # what :func:`_unload` writes
+COLUMNS = (  # what :func:`_unload` writes; regimes and errors stand on the certificate
     Column("omega_squared", power=2),
     Column("omega_squared_stderr", power=2),
-    Column("growth_rate", power=1),
-    Column("growth_rate_stderr", power=1),
-    Column("frequency", power=1),
-    Column("frequency_stderr", power=1),
+    Column("omega_squared_error", power=2, work=CERTIFICATE),
+    Column("omega_squared_reduced", power=2),
+    Column("omega_squared_reduced_error", power=2, work=CERTIFICATE),
+    Column("amplitude_shift", power=2),
+    Column("omega_squared_error_scatter", power=2),
+    Column("omega_squared_error_integration", power=2, work=CERTIFICATE),
+    Column("omega_squared_error_amplitude", power=2),
+    Column("omega_squared_error_rounding", power=2),
+    Column("growth_rate", power=1, work=CERTIFICATE),
+    Column("growth_rate_stderr", power=1, work=CERTIFICATE),
+    Column("growth_rate_error", power=1, work=CERTIFICATE),
+    Column("growth_rate_reduced", power=1, work=CERTIFICATE),
+    Column("growth_rate_reduced_error", power=1, work=CERTIFICATE),
+    Column("frequency", power=1, work=CERTIFICATE),
+    Column("frequency_stderr", power=1, work=CERTIFICATE),
+    Column("frequency_error", power=1, work=CERTIFICATE),
+    Column("frequency_reduced", power=1, work=CERTIFICATE),
+    Column("frequency_reduced_error", power=1, work=CERTIFICATE),
     Column("growth_rate_logslope", power=1, work=LOG_SLOPE),
+    Column("growth_rate_logslope_error", power=1, work=LOG_SLOPE),
     Column("e_folds", power=0, work=LOG_SLOPE),
-    Column("euler_period", power=-1),
-    Column("regime", power=0, dtype=np.int8),
+    Column("euler_period", power=-1, work=CERTIFICATE),
+    Column("regime", power=0, dtype=np.int8, work=CERTIFICATE),
     Column("samples_used", power=0, dtype=np.int32),
     Column("window_end", power=-1),
     Column("steps_per_sample", power=0, dtype=np.int32),
@@ -88,31 +102,34 @@ def _load(S, lane, moments, spin, epsilon, cosine, sine, spacing, steps):
 
 
 @njit(**OPTIONS)
-def _floor(ca, cb, cc, Ia, Ib, Ic, size):
-    """Size of a rate² (in spin²) that a finite amplitude, or the rounding of the moments, makes by itself.
-
-    With components up to ``size`` the effective Omega² wanders by c_a max(c_b, c_c) size²; a body that can exist has
-    c_i <= 1, and the allowance of 10 size² holds it. A difference of moments is known to one rounding of the greater.
-    """
-    amplitude = 10.0 * size * size * max(1.0, abs(ca) * max(abs(cb), abs(cc)))
-    rounding = 2.0 * UNIT_ROUNDING * (abs(cb) * max(Ia, Ib) / Ic + abs(cc) * max(Ia, Ic) / Ib)
-    return max(amplitude, rounding)
-
-
-@njit(**OPTIONS)
-def _regime(S, lane, rate2, stderr):
-    """Measured regime: from the signed rate² (in spin²), its error and floor, and the sense of turning."""
+def _regime(S, lane, rate2, error):
+    """Measured regime: from the signed rate² (in spin²) at zero amplitude, its error, and the sense of turning."""
     Ia, Ib, Ic = S[lanes.MA + lane], S[lanes.MB + lane], S[lanes.MC + lane]
     if Ia == Ib and Ib == Ic:
         return linear.SPHERE
-    size = S[lanes.EPSILON + lane] * math.sqrt(S[lanes.LARGEST + lane])
-    floor = _floor(*rigid_body.euler_coefficients(Ia, Ib, Ic), Ia, Ib, Ic, size)
-    uncertain = 5.0 * stderr if stderr == stderr else 0.0
-    if not abs(rate2) > max(uncertain, floor):
+    if not abs(rate2) > error:
         return linear.MARGINAL
     if rate2 < 0.0:
         return linear.UNSTABLE
     return linear.STABLE_MINOR if S[lanes.TURN + lane] < 0.0 else linear.STABLE_MAJOR
+
+
+@njit(**OPTIONS)
+def _errors(S, lane, rate2, reduced, stderr, exactly, rounded):
+    """Terms of the error of a rate² and of its reduced value (in spin²), as in :mod:`kernels.uncertainty`.
+
+    ``exactly``: the motion is the exact solution, rounded; ``rounded``: the moments are ratios, rounded once each.
+    """
+    used, spacing = S[lanes.USED + lane], S[lanes.SPACING + lane]
+    apart = used * uncertainty.UNIT if exactly else math.sqrt(S[lanes.APART + lane])
+    part = reduction.rms_part(S[lanes.RR + lane], S[lanes.SS + lane], S[lanes.XX + lane], spacing)
+    rounding = uncertainty.rounding(reduced, used, spacing)
+    moments = S[lanes.MA + lane], S[lanes.MB + lane], S[lanes.MC + lane]
+    rounding += uncertainty.of_moments(reduced, *moments, S[lanes.CB + lane], S[lanes.CC + lane], rounded)
+    scatter = uncertainty.scatter(stderr, used)
+    integration = uncertainty.integration(reduced, apart, used, spacing)
+    left = uncertainty.amplitude(reduced, part, S[lanes.WANDER + lane], spacing)
+    return scatter, integration, abs(rate2 - reduced) + left, rounding, left
 
 
 @njit(**OPTIONS)
@@ -139,31 +156,37 @@ def _status(S, lane, rate2, growth, certified, tolerance):
 
 
 @njit(**OPTIONS)
-def _unload(S, lane, spin, certified, invariants, logged, tolerance, out, i):
+def _unload(S, lane, spin, exactly, rounded, groups, tolerance, out, i):
     """Turn one lane's sums into column i, in units of s; spin is |omega0| or NaN."""
+    certified, invariants, logged = groups
     used, spacing = S[lanes.USED + lane], S[lanes.SPACING + lane]
-    rate2, stderr = measure.estimate(
-        S[lanes.GUESS + lane], S[lanes.RX + lane], S[lanes.RR + lane], S[lanes.XX + lane], used - 2.0, spacing
+    guess, sum_xx = S[lanes.GUESS + lane], S[lanes.XX + lane]
+    rate2, stderr = measure.estimate(guess, S[lanes.RX + lane], S[lanes.RR + lane], sum_xx, used - 2.0, spacing)
+    reduced, spread = measure.estimate(
+        guess, S[lanes.SX + lane], S[lanes.SS + lane], sum_xx, used - 2.0, spacing, S[lanes.SW + lane]
     )
-    rate2 = rate2 if math.isfinite(spin) else math.nan
-    known = math.isfinite(rate2)
-    regime = _regime(S, lane, rate2, stderr) if known else -1
-    # rates come from dimensionless squares: a spin of 1e-150 rad/s squared leaves the normal doubles
-    rate = math.sqrt(abs(rate2))
-    growth = rate if regime == linear.UNSTABLE else 0.0
-    turning = rate if (regime == linear.STABLE_MINOR) | (regime == linear.STABLE_MAJOR) else 0.0
-    rate_stderr = 0.5 * stderr / rate * spin if rate > 0.0 else math.nan
+    if not math.isfinite(spin) or not math.isfinite(rate2):
+        rate2, reduced = math.nan, math.nan
+    scatter, integration, amplitude, rounding, left = _errors(S, lane, rate2, reduced, spread, exactly, rounded)
+    error = scatter + integration + rounding
+    regime = _regime(S, lane, reduced, error + left) if math.isfinite(rate2) else -1
     out[AT.omega_squared, i], out[AT.omega_squared_stderr, i] = rate2 * spin * spin, stderr * spin * spin
-    out[AT.growth_rate, i], out[AT.frequency, i] = (growth * spin, turning * spin) if known else (math.nan, math.nan)
-    out[AT.growth_rate_stderr, i] = rate_stderr if growth > 0.0 else math.nan
-    out[AT.frequency_stderr, i] = rate_stderr if turning > 0.0 else math.nan
-    out[AT.euler_period, i] = 2.0 * math.pi / turning / spin if turning > 0.0 else math.nan
+    out[AT.omega_squared_error, i] = (error + amplitude) * spin * spin
+    out[AT.omega_squared_reduced, i] = reduced * spin * spin
+    out[AT.omega_squared_reduced_error, i] = (error + left) * spin * spin
+    out[AT.amplitude_shift, i] = (rate2 - reduced) * spin * spin
+    out[AT.omega_squared_error_scatter, i] = scatter * spin * spin
+    out[AT.omega_squared_error_integration, i] = integration * spin * spin
+    out[AT.omega_squared_error_amplitude, i] = amplitude * spin * spin
+    out[AT.omega_squared_error_rounding, i] = rounding * spin * spin
+    reduced_rate = _unload_rates(regime, spin, rate2, stderr, error + amplitude, reduced, error + left, out, i)
     out[AT.regime, i], out[AT.samples_used, i], out[AT.steps_per_sample, i] = regime, used, S[lanes.STEPS + lane]
     out[AT.window_end, i] = (used - 1.0) * spacing / spin
+    growth = math.sqrt(max(-rate2, 0.0)) if regime == linear.UNSTABLE else 0.0
     out[AT.status, i] = _status(S, lane, rate2, growth, certified, tolerance)
     out[AT.propagation_error, i] = math.sqrt(S[lanes.APART + lane])
     if logged:
-        _unload_log_slope(S, lane, spin, regime == linear.UNSTABLE, out, i)
+        _unload_log_slope(S, lane, spin, regime == linear.UNSTABLE, reduced_rate, out, i)
     if invariants:
         out[AT.energy_drift, i] = S[lanes.ED + lane] / S[lanes.E0 + lane]
         out[AT.momentum_drift, i] = S[lanes.LD + lane] / S[lanes.L0 + lane]
@@ -171,26 +194,68 @@ def _unload(S, lane, spin, certified, invariants, logged, tolerance, out, i):
 
 
 @njit(**OPTIONS)
-def _unload_log_slope(S, lane, spin, unstable, out, i):
-    """The lecture's estimator, where its window held at least two e-folds."""
+def _unload_rates(regime, spin, rate2, stderr, error, reduced, reduced_error, out, i):
+    """Growth rates and frequencies of column i, with their errors; rates² in spin², spin in s-1.
+
+    Rates come from dimensionless squares: a spin of 1e-150 rad/s squared leaves the normal doubles. Returns the reduced
+    rate and its error in units of the spin, the error NaN where there is no rate.
+    """
+    unstable, marginal = regime == linear.UNSTABLE, regime == linear.MARGINAL
+    stable = (regime == linear.STABLE_MINOR) | (regime == linear.STABLE_MAJOR)
+    sign = -1.0 if unstable else 1.0
+    told = unstable | stable
+    rate, reduced_rate = math.sqrt(max(sign * rate2, 0.0)), math.sqrt(max(sign * reduced, 0.0))
+    rate_stderr = 0.5 * stderr / rate if rate > 0.0 else math.nan
+    rate_error = uncertainty.of_rate(sign * rate2, error) if told else math.nan
+    reduced_rate_error = uncertainty.of_rate(sign * reduced, reduced_error) if told else math.nan
+    none = 0.0 if regime >= 0 else math.nan
+    out[AT.growth_rate, i] = rate * spin if unstable else none
+    out[AT.frequency, i] = rate * spin if stable else none
+    out[AT.growth_rate_stderr, i] = rate_stderr * spin if unstable else math.nan
+    out[AT.frequency_stderr, i] = rate_stderr * spin if stable else math.nan
+    out[AT.growth_rate_error, i] = rate_error * spin if unstable else math.nan
+    out[AT.frequency_error, i] = rate_error * spin if stable else math.nan
+    if marginal:  # rates are 0: either way, no more than the square's interval allows
+        out[AT.growth_rate_error, i] = math.sqrt(max(error - rate2, 0.0)) * spin
+        out[AT.frequency_error, i] = math.sqrt(max(error + rate2, 0.0)) * spin
+    out[AT.growth_rate_reduced, i] = reduced_rate * spin if unstable else none
+    out[AT.frequency_reduced, i] = reduced_rate * spin if stable else none
+    out[AT.growth_rate_reduced_error, i] = reduced_rate_error * spin if unstable else math.nan
+    out[AT.frequency_reduced_error, i] = reduced_rate_error * spin if stable else math.nan
+    if marginal:
+        out[AT.growth_rate_reduced_error, i] = math.sqrt(max(reduced_error - reduced, 0.0)) * spin
+        out[AT.frequency_reduced_error, i] = math.sqrt(max(reduced_error + reduced, 0.0)) * spin
+    out[AT.euler_period, i] = 2.0 * math.pi / rate / spin if stable and rate > 0.0 else math.nan
+    return reduced_rate, reduced_rate_error
+
+
+@njit(**OPTIONS)
+def _unload_log_slope(S, lane, spin, unstable, reduced, out, i):
+    """The lecture's estimator, where its window held at least two e-folds; ``reduced``: the rate and its error.
+
+    Its error is its distance from the reduced rate, which stands on more samples and knows the amplitude, and that
+    rate's own error: a line through a logarithm cannot see what its transient bends.
+    """
     n = S[lanes.LN + lane]
     held = unstable and n >= 2.0
     e_folds = S[lanes.LLAST + lane] - S[lanes.LFIRST + lane]
     slope = measure.line_slope(n, S[lanes.LK + lane], S[lanes.LKK + lane], S[lanes.LY + lane], S[lanes.LKY + lane])
     out[AT.e_folds, i] = e_folds if held else math.nan
     told = held and e_folds >= measure.LEAST_EFOLDS
-    out[AT.growth_rate_logslope, i] = slope / S[lanes.SPACING + lane] * spin if told else math.nan
+    rate = slope / S[lanes.SPACING + lane] if told else math.nan
+    out[AT.growth_rate_logslope, i] = rate * spin
+    out[AT.growth_rate_logslope_error, i] = (abs(rate - reduced[0]) + reduced[1]) * spin
 
 
 @njit(nogil=True, **OPTIONS)
-def _run(I1, I2, I3, axis, omega0, epsilon, phase, plan, blocks, intervals, tolerance, wanted, out):
+def _run(I1, I2, I3, axis, omega0, epsilon, phase, plan, blocks, intervals, tolerance, rounded, groups, out):
     """Integrate and measure block after block: order[starts[j]:starts[j + 1]] are the points of block j.
 
     Column k of ``out`` belongs to point order[k].
     """
     spacings, orders, steps = plan
     order, starts = blocks
-    certified, invariants, logged = wanted
+    certified, invariants, logged = groups
     S = np.zeros(lanes.ROWS * W)
     angle, cosine, sine = math.nan, math.nan, math.nan
     for j in range(starts.size - 1):
@@ -208,16 +273,18 @@ def _run(I1, I2, I3, axis, omega0, epsilon, phase, plan, blocks, intervals, tole
         for lane in range(count):
             i = order[first + lane]
             spin = abs(omega0[i]) if math.isfinite(omega0[i]) and omega0[i] != 0.0 else math.nan
-            _unload(S, lane, spin, certified, invariants, logged, tolerance, out, first + lane)
+            exactly = orders[head] == lanes.EXACT
+            _unload(S, lane, spin, exactly, rounded, groups, tolerance, out, first + lane)
 
 
 @njit(nogil=True, **OPTIONS)
-def _measure(arrays, spacing, intervals, tolerance, exactly, groups, rows, out):
+def _measure(arrays, spacing, intervals, tolerance, exactly, rounded, groups, rows, out):
     """Measure tile after tile into those rows of ``out`` that are marked; the others are left as they are."""
     I1, I2, I3, axis, omega0, epsilon, phase = arrays
     room = min(I1.size, TILE)
     spacings, orders, steps = np.empty(room), np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64)
-    keys, made = np.empty(room, dtype=np.int64), np.empty((rows.size, room))
+    # 8 more: rows a power of two apart would share the same few places of a core's cache
+    keys, made = np.empty(room, dtype=np.int64), np.empty((rows.size, room + 8))
     for low in range(0, I1.size, TILE):
         size = min(I1.size - low, TILE)
         part = slice(low, low + size)
@@ -228,7 +295,8 @@ def _measure(arrays, spacing, intervals, tolerance, exactly, groups, rows, out):
             orders[:], steps[:] = lanes.EXACT, 1
         order, starts = cut(keys[:size], LEVELS)
         plan = (spacings, orders, steps)
-        _run(*bodies, omega0[part], nudge, phase[part], plan, (order, starts), intervals, tolerance, groups, made)
+        turn = (omega0[part], nudge, phase[part])
+        _run(*bodies, *turn, plan, (order, starts), intervals, tolerance, rounded, groups, made)
         for row in range(rows.size):
             if rows[row]:
                 for k in range(size):
@@ -242,7 +310,16 @@ def _point_arrays(points):
     return tuple(np.ascontiguousarray(x, dtype=kind) for x, kind in zip(arrays, kinds, strict=True))
 
 
-def measured(points, rotations, samples_per_rotation, tolerance, propagator="direct", wanted=MEASURED, nonlinear=False):
+def measured(
+    points,
+    rotations,
+    samples_per_rotation,
+    tolerance,
+    propagator="direct",
+    wanted=MEASURED,
+    nonlinear=False,
+    rounded=False,
+):
     """Measured columns of points, in units.
 
     Parameters
@@ -261,13 +338,17 @@ def measured(points, rotations, samples_per_rotation, tolerance, propagator="dir
         Columns to make, of MEASURED; without the drifts, the log slope or the certificate the work for them is saved.
     nonlinear : bool
         Whether to follow the motion on to its flips and its largest tilt (:mod:`kernels.flips`).
+    rounded : bool
+        Whether the moments are ratios that were rounded once each: errors then hold what that moves.
 
     Returns
     -------
     dict of str to numpy.ndarray, shape (n,)
-        omega_squared, omega_squared_stderr (s-2); growth_rate, growth_rate_stderr, growth_rate_logslope (s-1);
-        frequency, frequency_stderr (rad s-1); euler_period, window_end (s); e_folds, energy_drift, momentum_drift,
-        perturbation_drift, propagation_error (1); samples_used, steps_per_sample (int32); regime, status (int8).
+        omega_squared with its _stderr and _error, omega_squared_reduced and its _error, amplitude_shift, the terms
+        omega_squared_error_scatter, _integration, _amplitude and _rounding (s-2); growth_rate (s-1) and frequency (rad
+        s-1) with _stderr, _error, _reduced and _reduced_error, growth_rate_logslope and its _error (s-1); euler_period,
+        window_end (s); e_folds, energy_drift, momentum_drift, perturbation_drift, propagation_error (1); samples_used,
+        steps_per_sample (int32); regime, status (int8).
         If ``nonlinear``, flip_period, flip_period_exact (s), max_tilt, max_tilt_exact (rad), frequency_exact (rad s-1).
         NaN where missing, -1 for a regime that could not be measured. Nothing is checked and nothing raised.
     """
@@ -276,9 +357,10 @@ def measured(points, rotations, samples_per_rotation, tolerance, propagator="dir
     needed = {"omega_squared", "status"} if nonlinear else set()
     rows, out = np.array([name in wanted or name in needed for name in MEASURED]), np.empty((len(MEASURED), n))
     work = {column.work for column in COLUMNS if column.name in wanted}
-    groups = (propagator == "direct" and CERTIFICATE in work, INVARIANTS in work, LOG_SLOPE in work)
+    certified = propagator == "direct" and bool(work & {CERTIFICATE, LOG_SLOPE})
+    groups = (certified, INVARIANTS in work, LOG_SLOPE in work)
     spacing = 2.0 * np.pi / samples_per_rotation
-    _measure(arrays, spacing, intervals, tolerance, propagator == "exact", groups, rows, out)
+    _measure(arrays, spacing, intervals, tolerance, propagator == "exact", rounded, groups, rows, out)
     found = _nonlinear(arrays, out, tolerance) if nonlinear else {}
     return found | {
         column.name: values.astype(column.dtype, copy=False)
@@ -352,7 +434,7 @@ def collapsed(points, *settings, **options):
     arrays = dict(zip(POINT, _point_arrays(points), strict=True))
     first, motion = collapse.distinct(*arrays.values())
     motions = as_motions({name: values[first] for name, values in arrays.items()})
-    found = measured(motions | {"omega0": np.sign(motions["omega0"])}, *settings, **options)
+    found = measured(motions | {"omega0": np.sign(motions["omega0"])}, *settings, rounded=True, **options)
     spin = np.abs(arrays["omega0"])
     return {name: _expanded(values, motion, spin, POWERS[name]) for name, values in found.items()}
 

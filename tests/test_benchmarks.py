@@ -6,6 +6,7 @@ from pathlib import Path
 
 import bodies as task
 import contenders
+import coverage
 import kernel
 import large
 import mpmath as mp
@@ -160,3 +161,22 @@ def test_a_slope_is_that_above_the_start_up_of_every_process():
     start_up = (1, 1, 2.0, 1.0)
     found = [(n, count, 2.0 * count + 3e-6 * n, 1.0 + 1e-6 * n) for n, count in ((1e5, 1), (1e6, 1), (1e8, 20))]
     assert large.slope(start_up, found) == pytest.approx(1.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["random", "near-symmetric", "needles and plates"])
+def test_errors_cover(kind):
+    for epsilon in (1e-8, 1e-3, 1e-1):
+        cells, marginal, wrong, _ = coverage.rigid(kind, 100, epsilon)
+        assert wrong == 0
+        for name, cell in cells.items():
+            # 999 of 1,000 is what is promised, of 600 points: none outside, and none twice the error
+            assert cell.cover == 1.0, (name, cell)
+            assert cell.worst <= 1.0 + 1e-9, (name, cell)
+        assert kind != "random" or marginal <= {1e-1: 0.03}.get(epsilon, 0.005)
+
+
+def test_the_table_of_coverage_is_whole():
+    lines = list(coverage.rows(8, decades=(1e-4,), systems=("pendulum",), gaps=(0.5, 1e-6)))
+    assert sum(line.startswith("| pendulum") for line in lines) == 1
+    assert sum(line.startswith(("| random", "| near", "| needles")) for line in lines) == 3
+    assert all("100.00 %" in line for line in lines if "%" in line)

@@ -24,6 +24,7 @@ def table(marker):
     [
         ("coordinates", rigid_body.COORDINATES),
         ("variables", rigid_body.VARIABLES),
+        ("terms", rigid_body.TERMS),
         ("certificate", rigid_body.CERTIFICATE),
         ("flips", rigid_body.FLIPS),
         ("symmetric top, coordinates", symmetric_top.COORDINATES),

@@ -17,7 +17,6 @@ from sweeps.schema.variables import Role, Variable
 
 MARGINAL, OK = "marginal", "ok"
 LEAST_DECADE, MOST_DECADE, PER_DECADE = -18, 4, 10  # bins of a relative deviation
-ERRORS = 5.0  # standard errors inside which a measured value should lie
 BLOCK_POINTS = 2**20
 
 
@@ -56,7 +55,7 @@ class Deviation:
         reference: what it is compared with.
         counts: points by the decade of |value/reference − 1|, `PER_DECADE` bins a decade.
         equal: points at which the two are the same to the last bit.
-        within: points inside `ERRORS` standard errors, of `judged` that have one.
+        within: points whose deviation is inside their own error, of `judged` that have one.
         worst: the largest deviation, and where.
     """
 
@@ -93,7 +92,7 @@ class Deviation:
         if error is not None:
             judged = known & np.isfinite(error)
             self.judged += int(np.count_nonzero(judged))
-            self.within += int(np.count_nonzero(gap[judged] <= ERRORS * error[judged]))
+            self.within += int(np.count_nonzero(gap[judged] <= error[judged]))
         self.equal += int(np.count_nonzero(deviation == 0.0))
         deviation = deviation[deviation > 0.0]
         bins = np.floor((np.log10(deviation) - LEAST_DECADE) * PER_DECADE)

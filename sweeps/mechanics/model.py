@@ -259,16 +259,20 @@ class Model:
         known = np.isfinite(raw[:, kernel.RAW.rate2])
         size = epsilon * raw[:, kernel.RAW.size]
         with np.errstate(invalid="ignore"):
-            regime = kernel.regime(raw[:, kernel.RAW.rate2], raw[:, kernel.RAW.stderr], S, size)
-            predicted = kernel.regime(theory["omega_squared"], 0.0, S, 0.0)
+            terms = kernel.errors(raw, S, size, theory["twice"], measured["intervals"], measured["spacing"])
+            error = sum(terms)
+            regime = kernel.regime(raw[:, kernel.RAW.rate2], error)
+            predicted = kernel.regime(theory["omega_squared"], 32.0 * kernel.EPSILON * S * S)
         regime = np.where(known, regime, -1).astype(np.int8)
         predicted = np.where(np.isfinite(theory["omega_squared"]), predicted, -1).astype(np.int8)
         columns = {
             "omega_squared_theory": theory["omega_squared"],
             "omega_squared": raw[:, kernel.RAW.rate2],
             "omega_squared_stderr": raw[:, kernel.RAW.stderr],
+            "omega_squared_error": error,
             **_rates("_theory", theory["omega_squared"], predicted),
             **_rates("", raw[:, kernel.RAW.rate2], regime),
+            **_rate_errors(raw[:, kernel.RAW.rate2], error, regime),
             **_log_slope(raw, regime),
             "regime_theory": predicted,
             "regime": regime,
@@ -280,6 +284,9 @@ class Model:
             "equilibria_certified": theory["certified"],
             "energy_drift": raw[:, kernel.RAW.energy_drift],
         }
+        columns["growth_rate_logslope_error"] = (
+            np.abs(columns["growth_rate_logslope"] - columns["growth_rate"]) + columns["growth_rate_error"]
+        )
         for name in ("growth_rate", "frequency"):
             columns[f"{name}_stderr"] = _rate_stderr(raw[:, kernel.RAW.stderr], columns[name])
         amplitude, angle = _lecture_solution(epsilon * measured["reach"], phase, S, columns["frequency"])
@@ -306,6 +313,22 @@ def _rates(suffix, squares, regime):
         f"growth_rate{suffix}": np.where(regime == kernel.UNSTABLE, rate, missing),
         f"frequency{suffix}": np.where(regime == kernel.STABLE, rate, missing),
     }
+
+
+def _rate_errors(squares, error, regime):
+    """Errors of the rates, to the farther end of the square's interval; missing where the regime has no such rate.
+
+    Where it is marginal both rates are 0, and may be what the interval allows.
+    """
+    found = {}
+    for name, told, sign in (("growth_rate", kernel.UNSTABLE, -1.0), ("frequency", kernel.STABLE, 1.0)):
+        square = np.where(regime == told, sign * squares, np.nan)
+        with np.errstate(invalid="ignore"):
+            low, rate, high = (np.sqrt(np.maximum(x, 0.0)) for x in (square - error, square, square + error))
+            farther = np.maximum(rate - low, high - rate)
+            upper = np.sqrt(np.maximum(sign * squares + error, 0.0))
+        found[f"{name}_error"] = np.where(regime == kernel.MARGINAL, upper, farther)
+    return found
 
 
 def _log_slope(raw, regime):

@@ -8,7 +8,8 @@ import math
 
 import numpy as np
 
-WINDOW = 10.0  # samples count until the transverse size exceeds this many times its start
+WINDOW = 10.0  # samples count until the transverse size exceeds this many times its start,
+WANDER, LEAST_FOLLOWED = 1 / 32, 7  # or the spin has wandered by so much of itself, after so many samples
 MOST_STEPPED, MOST_SOLVED = 20_000, 1_000_000  # samples of one run that are made again step by step, and in closed form
 RADIANS = 0.5  # that no motion may turn by between two samples
 ROUNDING = 1e-12  # of what the references find, relative
@@ -24,13 +25,18 @@ def spacing(bound: float, samples_per_rotation: int) -> float:
     return min(2.0 * math.pi / samples_per_rotation, RADIANS / max(1.0, bound))
 
 
-def signed_rate(transverse: np.ndarray, h: float) -> float:
+def signed_rate(transverse: np.ndarray, h: float, spin: np.ndarray | None = None) -> float:
     """Signed rate² of samples, shape (n, 2), `h` apart, up to tenfold growth; in units of 1/h².
+
+    `spin`, shape (n,), is the component along the spin axis in units of its start: the window ends where it wanders.
 
     The recurrence ε(t+h) - 2ε(t) + ε(t-h) = -2D ε(t) holds for every linear motion of second order; D = 1 - cos Ωh.
     """
     size = np.hypot(*transverse.T)
-    beyond = np.flatnonzero(size > WINDOW * size[0])
+    out = size > WINDOW * size[0]
+    if spin is not None:
+        out[LEAST_FOLLOWED:] |= (np.abs(np.abs(spin) - 1.0) > WANDER)[LEAST_FOLLOWED:]
+    beyond = np.flatnonzero(out)
     x = transverse[: beyond[0]] if beyond.size else transverse
     if len(x) < 4:
         return math.nan

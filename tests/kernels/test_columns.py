@@ -3,11 +3,11 @@ import pytest
 
 from kernels import columns, flips, statuses, survey
 from kernels.columns import Column
-from sweeps.systems.rigid_body.variables import CERTIFICATE, FLIPS, VARIABLES
+from sweeps.systems.rigid_body.variables import CERTIFICATE, FLIPS, TERMS, VARIABLES
 
 TABLES = (survey.COLUMNS, flips.COLUMNS)
 EVERY = [column for table in TABLES for column in table]
-MAP = VARIABLES | CERTIFICATE | FLIPS
+MAP = VARIABLES | CERTIFICATE | FLIPS | TERMS
 POWERS = {"s-2": 2, "s-1": 1, "rad s-1": 1, "s": -1, "1": 0, "rad": 0, None: 0}  # of time in the units of a map
 
 

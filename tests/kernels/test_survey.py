@@ -373,9 +373,13 @@ def judged(points, settings):
         h = 2 * np.pi / settings[1] / abs(spin)
         times = h * np.arange(round(settings[0] * settings[1]) + 1)
         moments = np.array(three(points))[:, i]
-        transverse = exact.rotation(moments, start, times)[:, [(a + 1) % 3, (a + 2) % 3]]
+        motion = exact.rotation(moments, start, times)
+        transverse = motion[:, [(a + 1) % 3, (a + 2) % 3]]
         size = np.hypot(*transverse.T) / nudge
-        used = int(np.argmax(size > 10)) if (size > 10).any() else size.size
+        wandered = np.abs(motion[:, a] / spin - 1) > 1 / 32
+        wandered[:7] = False
+        out = (size > 10) | wandered
+        used = int(np.argmax(out)) if out.any() else size.size
         value, stderr = measure.signed_rate(transverse[:used], h) if used >= 4 else (np.nan, np.nan)
         told.append(
             (value / spin**2, stderr / spin**2, used, *log_window(size, used, points["epsilon"][i], h * abs(spin)))

@@ -118,9 +118,10 @@ def test_agreement_by_hand(tiny, monkeypatch):
     assert sum(found.regimes.values()) == sum(found.statuses.values()) == 864
     assert found.marginal == np.count_nonzero(flat["omega_squared_theory"] == 0)
     with np.errstate(invalid="ignore"):
-        stderr = tiny.omega_squared_stderr.values.reshape(-1)[kept] / (2 * abs(flat["omega_squared"][kept]))
-    some = np.isfinite(found.stderr)
-    np.testing.assert_array_equal(found.stderr[some], stderr[some])
+        error = tiny.omega_squared_error.values.reshape(-1)[kept] / (2 * abs(flat["omega_squared"][kept]))
+    some = np.isfinite(found.error)
+    np.testing.assert_array_equal(found.error[some], error[some])
+    assert np.nanmax(found.ratio) <= 1.0
 
 
 def test_worst_deviation_is_over_all_points_that_are_ok_and_possible(tiny):

@@ -12,6 +12,9 @@ from sweeps.schema.variables import Role, Variable, table
 REGIMES = ("undetermined", "stable", "unstable", "marginal")
 CERTIFIED = ("proved", "undecided", "searched")  # the numbers of sweeps.mechanics.equilibria
 
+_ERROR = (
+    "holds the distance to linear theory: scatter, the integration's error, the finite amplitude's bias and rounding"
+)
 _SCATTER = "scatter of the samples only: it does not know the bias of a finite amplitude"
 
 VARIABLES = table(
@@ -21,7 +24,7 @@ VARIABLES = table(
         "s-2",
         "signed square of the rate, measured",
         theory="omega_squared_theory",
-        error="omega_squared_stderr",
+        error="omega_squared_error",
         role=Role.MEASUREMENT,
     ),
     Variable(
@@ -30,30 +33,41 @@ VARIABLES = table(
         "standard error of the measured signed square of the rate",
         comment=_SCATTER,
     ),
+    Variable("omega_squared_error", "s-2", "error of the measured signed square of the rate", comment=_ERROR),
     Variable("growth_rate_theory", "s-1", "growth rate, linear theory; 0 where not unstable"),
     Variable(
         "growth_rate",
         "s-1",
         "growth rate, measured; 0 where not unstable",
         theory="growth_rate_theory",
-        error="growth_rate_stderr",
+        error="growth_rate_error",
     ),
     Variable("growth_rate_stderr", "s-1", "standard error of the measured growth rate", comment=_SCATTER),
+    Variable("growth_rate_error", "s-1", "error of the measured growth rate", comment=_ERROR),
     Variable("frequency_theory", "rad s-1", "angular frequency, linear theory; 0 where not stable"),
     Variable(
         "frequency",
         "rad s-1",
         "angular frequency, measured; 0 where not stable",
         theory="frequency_theory",
-        error="frequency_stderr",
+        error="frequency_error",
     ),
     Variable("frequency_stderr", "rad s-1", "standard error of the measured angular frequency", comment=_SCATTER),
+    Variable("frequency_error", "rad s-1", "error of the measured angular frequency", comment=_ERROR),
     Variable(
         "growth_rate_logslope",
         "s-1",
         "growth rate by the slope of the logarithm of the mode's size",
         comment="missing where its window (2 to 1000 times the start, below 0.01 of the system's own size) holds "
         "under two e-folds",
+        theory="growth_rate_theory",
+        error="growth_rate_logslope_error",
+    ),
+    Variable(
+        "growth_rate_logslope_error",
+        "s-1",
+        "error of the growth rate by the log slope",
+        comment="its distance from the measured growth rate, and that rate's own error",
     ),
     Variable("e_folds", "1", "e-folds of growth inside the window of the log slope"),
     Variable("regime_theory", None, "regime, linear theory", "i1", REGIMES, first_flag=-1),

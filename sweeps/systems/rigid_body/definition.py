@@ -34,6 +34,7 @@ from sweeps.systems.rigid_body.variables import (
     MOMENTS,
     PARAMETERS,
     SHAREABLE,
+    TERMS,
     VARIABLES,
     SpinRate,
 )
@@ -185,7 +186,8 @@ class RigidBodyIntegration(Integration):
     )
     variables: Annotated[tuple[str, ...], AfterValidator(not_empty), AfterValidator(different)] = Field(
         None,
-        description="which variables to make: a list of names of a map's variables; left out, all of them",
+        description="which variables to make: a list of names of a map's variables; left out, all but the terms of "
+        "omega_squared_error",
     )
     flips: bool = Field(
         False,
@@ -196,13 +198,15 @@ class RigidBodyIntegration(Integration):
     @property
     def table(self) -> dict[str, Variable]:
         """Name → variable of a map that is made so."""
-        chosen = self._possible
-        return chosen if self.variables is None else {name: chosen[name] for name in chosen if name in self.variables}
+        possible = self._possible
+        if self.variables is None:
+            return {name: possible[name] for name in possible if name not in TERMS}
+        return {name: possible[name] for name in possible if name in self.variables}
 
     @property
     def _possible(self) -> dict[str, Variable]:
         certificate = CERTIFICATE if self.propagator == "direct" else {}
-        return VARIABLES | certificate | (FLIPS if self.flips else {})
+        return VARIABLES | certificate | (FLIPS if self.flips else {}) | TERMS
 
     @model_validator(mode="after")
     def _check_variables(self) -> "RigidBodyIntegration":

@@ -1,4 +1,4 @@
-"""Measured rates against linear theory, over all points of a map, with their relative deviations below."""
+"""Deviations of measured rates from linear theory, over all points of a map: over their errors, and relative ones."""
 
 import numpy as np
 import xarray as xr
@@ -14,21 +14,25 @@ from sweeps.systems.rigid_body.variables import STATUSES
 
 EXACT = 1e-17  # where a deviation of exactly 0 is drawn on a logarithmic axis
 IMPOSSIBLE = "#a6a9ad"
-STDERR = "#e9c46a"
-MOST_STDERR_POINTS = 3000  # beyond, their middle 90 % as a band
+ERROR = "#e9c46a"
+MOST_ERROR_POINTS = 3000  # beyond, their middle 90 % as a band
 BINS = 48
+RATIOS = np.geomspace(1e-3, 10.0, 33)  # bins of deviation over error; what is less is in the first
+MARKED = (1, 2, 3)  # errors
+MOST_NUDGES = 5  # sizes of the nudge that have a colour each; more are put together by decades of so many
 
 
 def draw(ds: xr.Dataset) -> Figure:
-    """Theory against measurement: oscillations left, growth right, values above, relative deviations below."""
+    """Oscillations left, growth right; deviations over errors above, relative ones below."""
     found = agreement(ds)
     figure = style.canvas(8.6, 6.8, "Measured against linear theory", _subtitle(ds, found), footer=0.36)
-    axes = figure.subplots(2, 2, height_ratios=(1.0, 1.35), sharex="col")
+    axes = figure.subplots(2, 2, height_ratios=(1.0, 1.35))
     sides = ((1.0, colors.STABLE, "oscillates", r"frequency $\Omega$"), (-1.0, colors.UNSTABLE, "grows", "growth rate"))
     for column, (sign, color, verb, name) in zip(axes.T, sides, strict=True):
         _side(column, found, sign, color)
         column[0].set_title(f"{verb} in theory", loc="left", color=color, fontweight="bold")
-        column[0].set_ylabel(r"measured rate $/\,|\omega_0|$")
+        column[0].set_ylabel("points")
+        column[0].set_xlabel("deviation from theory / error  (dimensionless)")
         column[1].set_xlabel(rf"{name} $/\,|\omega_0|$ in linear theory  (dimensionless)")
         column[1].set_ylabel("relative deviation  (dimensionless)")
     _share_deviations(axes[1], found)
@@ -101,8 +105,8 @@ def _side(column, found: Agreement, sign: float, color: str) -> None:
     upper, lower = column
     side = found.theory * sign > 0
     theory = np.abs(found.theory)
-    for ax in column:
-        ax.set(xscale="log", yscale="log")
+    upper.set(xscale="log")
+    lower.set(xscale="log", yscale="log")
     masks = groups(found)
     if not any((side & mask).any() for mask in masks.values()):
         upper.text(0.5, 0.5, "no such point", transform=upper.transAxes, ha="center", color=colors.QUIET)
@@ -110,34 +114,78 @@ def _side(column, found: Agreement, sign: float, color: str) -> None:
             ax.set(xticks=[], yticks=[])
             ax.minorticks_off()
         return
-    _draw_stderr(lower, theory, found.stderr, side & masks["ok"])
+    _draw_ratios(upper, found, side & (found.status == 0), color)
+    _draw_errors(lower, theory, found.error, side & masks["ok"])
     for name, look in _looks(color, side.size).items():
         at = side & masks[name]
         order = {"linestyle": "none", "zorder": 2.0 if name == "impossible" else 3.0, "gid": name}
-        upper.plot(theory[at], np.abs(found.measured[at]), **look, **order)
         lower.plot(theory[at], np.maximum(found.deviation[at], EXACT), **look, **order)
-    ends = np.array(upper.get_xlim())
-    for direction in (upper.xaxis, upper.yaxis, lower.xaxis):
-        style.plain_log_ticks(direction)
-    upper.text(0.97, 0.06, "line: measured = theory", transform=upper.transAxes, ha="right", color=colors.QUIET)
-    upper.plot(ends, ends, color=colors.INK, linewidth=0.8, zorder=1, scalex=False, scaley=False)
+    style.plain_log_ticks(lower.xaxis)
 
 
-def _draw_stderr(ax: Axes, theory, stderr, at) -> None:
-    """Relative standard errors: each as a dash or, where they are many, their middle 90 % along theory as a band."""
-    at = at & np.isfinite(stderr) & (stderr > 0)
-    if np.count_nonzero(at) <= MOST_STDERR_POINTS:
-        look = {"marker": "_", "markersize": 6, "markeredgewidth": 1.2, "color": STDERR, "linestyle": "none"}
-        ax.plot(theory[at], np.maximum(stderr[at], EXACT), zorder=1, gid="stderr", **look)
+def nudges(epsilon: np.ndarray) -> list[tuple[str, np.ndarray]]:
+    """Label and mask of each size of the nudge, or of each range of sizes where they are many, ascending."""
+    sizes = np.unique(epsilon)
+    parts = np.array_split(sizes, min(MOST_NUDGES, sizes.size))
+    return [
+        (
+            style.number(float(part[0]), 2) + (f" to {style.number(float(part[-1]), 2)}" if part.size > 1 else ""),
+            np.isin(epsilon, part),
+        )
+        for part in parts
+    ]
+
+
+def _draw_ratios(ax: Axes, found: Agreement, at, color: str) -> None:
+    """Histogram of deviation over error, its sizes of the nudge stacked, and the cumulative share of all."""
+    at = at & np.isfinite(found.ratio)
+    if not at.any():
         return
-    x, y = np.log(theory[at]), stderr[at]
+    ratio = np.clip(found.ratio, RATIOS[0], RATIOS[-1])
+    groups = [(label, ratio[at & mask]) for label, mask in nudges(found.epsilon)]
+    shades = np.linspace(0.3, 1.0, len(groups))
+    if len(groups) == 1:
+        shades = [0.8]
+    for k, shade in enumerate(shades):
+        upto = np.concatenate([values for _, values in groups[k:]])
+        ax.hist(
+            upto,
+            RATIOS,
+            color=color,
+            alpha=float(shade),
+            zorder=2,
+            gid="ratio",
+            label=rf"$\varepsilon$ = {groups[k][0]}",
+        )
+    if len(groups) > 1:
+        ax.legend(loc="upper left", fontsize="x-small", frameon=False, reverse=True)
+    share = ax.twinx()
+    ordered = np.sort(ratio[at])
+    share.plot(ordered, np.arange(1, ordered.size + 1) / ordered.size, color=colors.INK, lw=1.0, gid="cumulative")
+    share.set(ylim=(0.0, 1.05), ylabel="share below")
+    for count in MARKED:
+        ax.axvline(count, color=colors.QUIET, lw=0.8, ls=":", zorder=1, gid=f"error {count}")
+    inside = np.mean(found.ratio[at] <= 1.0)
+    ax.text(0.62, 0.4, f"{100 * inside:.4g} % inside", transform=ax.transAxes, ha="right", color=colors.QUIET)
+    ax.set_xticks([1e-3, 1e-2, 0.1, *MARKED], ["≤0.001", "0.01", "0.1", *map(str, MARKED)])
+    ax.minorticks_off()
+
+
+def _draw_errors(ax: Axes, theory, error, at) -> None:
+    """Relative errors: each as a dash or, where they are many, their middle 90 % along theory as a band."""
+    at = at & np.isfinite(error) & (error > 0)
+    if np.count_nonzero(at) <= MOST_ERROR_POINTS:
+        look = {"marker": "_", "markersize": 6, "markeredgewidth": 1.2, "color": ERROR, "linestyle": "none"}
+        ax.plot(theory[at], np.maximum(error[at], EXACT), zorder=1, gid="error", **look)
+        return
+    x, y = np.log(theory[at]), error[at]
     cuts = np.linspace(x.min() - 1e-9, x.max() + 1e-9, BINS + 1)
     which = np.digitize(x, cuts) - 1
     low, high = np.full((2, BINS + 1), np.nan)
     for i in np.unique(which):
         low[i], high[i] = np.percentile(y[which == i], (5, 95))
     low, high = (np.maximum(v, EXACT) for v in (low, high))
-    ax.fill_between(np.exp(cuts), low, high, step="post", color=STDERR, alpha=0.6, lw=0, zorder=1, gid="stderr")
+    ax.fill_between(np.exp(cuts), low, high, step="post", color=ERROR, alpha=0.6, lw=0, zorder=1, gid="error")
 
 
 def _share_deviations(axes, found: Agreement) -> None:
@@ -170,10 +218,8 @@ def _legend(figure: Figure, found: Agreement) -> None:
         for name, word in words.items()
         if masks[name].any()
     ]
-    stderr = [artist for ax in figure.axes for artist in (*ax.collections, *ax.lines) if artist.get_gid() == "stderr"]
-    if stderr:
-        label = "relative standard error" + (
-            ", middle 90 %" if any(not isinstance(artist, Line2D) for artist in stderr) else ""
-        )
-        handles += [Patch(facecolor=STDERR, alpha=0.8, label=label)]
+    errors = [artist for ax in figure.axes for artist in (*ax.collections, *ax.lines) if artist.get_gid() == "error"]
+    if errors:
+        label = "relative error" + (", middle 90 %" if any(not isinstance(a, Line2D) for a in errors) else "")
+        handles += [Patch(facecolor=ERROR, alpha=0.8, label=label)]
     style.legend(figure, handles)

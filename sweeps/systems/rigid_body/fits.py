@@ -73,7 +73,9 @@ class Agreement:
         theory: predicted signed rate over |ω0| of each kept point, dimensionless.
         measured: measured signed rate over |ω0| of each kept point, dimensionless.
         deviation: `rate_deviation` of each kept point.
-        stderr: relative standard error of the rate, stderr(Ω²)/(2|Ω²|), of each kept point.
+        error: relative error of the rate, error(Ω²)/(2|Ω²|), of each kept point.
+        ratio: |Ω² − theory| over the error of Ω², of each kept point.
+        epsilon: size of the nudge of each kept point.
         possible: whether a body with those moments can exist.
         status: number of the status of each kept point.
         worst: largest deviation over all points that can exist and are ok; NaN where there is none.
@@ -88,7 +90,9 @@ class Agreement:
     theory: np.ndarray = None
     measured: np.ndarray = None
     deviation: np.ndarray = None
-    stderr: np.ndarray = None
+    error: np.ndarray = None
+    ratio: np.ndarray = None
+    epsilon: np.ndarray = None
     possible: np.ndarray = None
     status: np.ndarray = None
     worst: float = math.nan
@@ -116,25 +120,31 @@ def agreement(ds: xr.Dataset, most: int = MOST_DRAWN) -> Agreement:
         # A view would keep its whole block in memory.
         parts.append({name: column[first :: result.stride].copy() for name, column in columns.items()})
         start += columns["status"].size
-    for name in ("theory", "measured", "deviation", "stderr", "possible", "status"):
+    for name in ("theory", "measured", "deviation", "error", "ratio", "epsilon", "possible", "status"):
         setattr(result, name, np.concatenate([part[name] for part in parts]))
     return result
 
 
 def _columns(ds: xr.Dataset, block: Mapping[str, slice], dims: tuple[str, ...]) -> dict[str, np.ndarray]:
-    names = ["omega_squared", "omega_squared_theory", "omega_squared_stderr", "triangle_margin", "status", "regime"]
+    names = ["omega_squared", "omega_squared_theory", "omega_squared_error", "triangle_margin", "status", "regime"]
     names += [name for name in ("propagation_error",) if name in ds]
     part = ds[names].isel(block).load()
-    omega0 = part["omega0"].broadcast_like(part["status"]).transpose(*dims).values.reshape(-1)
+    omega0, epsilon = (
+        part[name].broadcast_like(part["status"]).transpose(*dims).values.reshape(-1) for name in ("omega0", "epsilon")
+    )
     columns = {name: part[name].transpose(*dims).values.reshape(-1) for name in names}
     measured, theory = columns["omega_squared"], columns["omega_squared_theory"]
-    relative = np.full(measured.shape, np.nan)
-    np.divide(columns["omega_squared_stderr"], 2.0 * np.abs(measured), out=relative, where=measured != 0)
+    error = columns["omega_squared_error"]
+    relative, ratio = np.full((2, *measured.shape), np.nan)
+    np.divide(error, 2.0 * np.abs(measured), out=relative, where=measured != 0)
+    np.divide(np.abs(measured - theory), error, out=ratio, where=error > 0)
     return {
         "theory": signed_rate(theory, omega0),
         "measured": signed_rate(measured, omega0),
         "deviation": rate_deviation(measured, theory),
-        "stderr": relative,
+        "error": relative,
+        "ratio": ratio,
+        "epsilon": epsilon,
         "possible": columns["triangle_margin"] >= 0,
         "status": columns["status"],
         "regime": columns["regime"],

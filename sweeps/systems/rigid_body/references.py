@@ -50,7 +50,7 @@ def rotation_by_scipy(point: Mapping[str, float], integration) -> float:
         rtol=1e-13,
         atol=1e-14,
     )
-    return signed_rate(solution.y[1:].T, times[1]) * point["omega0"] ** 2
+    return signed_rate(solution.y[1:].T, times[1], solution.y[0]) * point["omega0"] ** 2
 
 
 def rotation_in_closed_form(point: Mapping[str, float], integration) -> float:
@@ -61,8 +61,18 @@ def rotation_in_closed_form(point: Mapping[str, float], integration) -> float:
     start = [math.copysign(1.0, point["omega0"]), epsilon * math.cos(phase), epsilon * math.sin(phase)]
     moments, times = _seen_from_axis(point), _times(point, integration)
     omega = exact.rotation(np.roll(moments, axis - 1), np.roll(start, axis - 1), times)
-    transverse = np.roll(omega, 1 - axis, axis=1)[:, 1:] / epsilon
-    return signed_rate(transverse, times[1]) * point["omega0"] ** 2
+    seen = np.roll(omega, 1 - axis, axis=1)
+    return signed_rate(seen[:, 1:] / epsilon, times[1], seen[:, 0]) * point["omega0"] ** 2
+
+
+def own_frequency(point: Mapping[str, float]) -> float:
+    """Angular frequency of a nudged rotation at its own amplitude in rad s-1, π p/2K; NaN about no stable axis."""
+    epsilon, phase, axis = point["epsilon"], point["phase"], int(point["axis"])
+    moments = _seen_from_axis(point)
+    if (moments[0] - moments[1]) * (moments[0] - moments[2]) <= 0.0:
+        return math.nan
+    start = [1.0, epsilon * math.cos(phase), epsilon * math.sin(phase)]
+    return exact.frequency(*np.roll(moments, axis - 1), *np.roll(start, axis - 1)) * abs(point["omega0"])
 
 
 def allowed(point: Mapping[str, float], integration) -> float:
@@ -76,5 +86,8 @@ def allowed(point: Mapping[str, float], integration) -> float:
 
 
 REFERENCE = Reference(
-    "omega_squared", {"SciPy DOP853": rotation_by_scipy, "closed form": rotation_in_closed_form}, allowed
+    "omega_squared",
+    {"SciPy DOP853": rotation_by_scipy, "closed form": rotation_in_closed_form},
+    allowed,
+    {"frequency": own_frequency},
 )

@@ -201,7 +201,7 @@ def _compare_with_some_in_full(columns, points, settings, options):
     size = next(iter(points.values())).size
     some = np.random.default_rng(size).integers(0, size, min(size, COMPARED))
     chosen = {name: values[some] for name, values in points.items()}
-    at_their_spin = survey.measured(survey.as_motions(chosen), *settings, **options)
+    at_their_spin = survey.measured(survey.as_motions(chosen), *settings, rounded=True, **options)
     for name, values in at_their_spin.items():
         if not np.array_equal(values, columns[name][some], equal_nan=True):
             raise ArithmeticError(f"{name}: collapsed, it does not go with the spin rate as it is integrated")

@@ -16,6 +16,11 @@ SHAPES = ("asymmetric", "oblate", "prolate", "sphere")
 STATUSES = statuses.STATUSES[: statuses.NON_FINITE + 1]
 
 _SCATTER = "scatter of the samples only: it does not know the bias of a finite amplitude"
+_ERROR = (
+    "holds the distance to linear theory: scatter, the integration's error, the finite amplitude's bias and rounding"
+)
+_REDUCED = "what the measurement would be for an infinitesimal nudge: the spin's wandering taken off, from the samples"
+_REDUCED_ERROR = "as omega_squared_error, with what the reduction leaves of the amplitude's bias"
 
 VARIABLES = table(
     Variable("omega_squared_theory", "s-2", "signed square of the rate, linear theory"),
@@ -24,7 +29,7 @@ VARIABLES = table(
         "s-2",
         "signed square of the rate, measured",
         theory="omega_squared_theory",
-        error="omega_squared_stderr",
+        error="omega_squared_error",
         role=Role.MEASUREMENT,
     ),
     Variable(
@@ -33,6 +38,17 @@ VARIABLES = table(
         "standard error of the measured signed square of the rate",
         comment=_SCATTER,
     ),
+    Variable("omega_squared_error", "s-2", "error of the measured signed square of the rate", comment=_ERROR),
+    Variable(
+        "omega_squared_reduced",
+        "s-2",
+        "square of the rate, reduced to zero amplitude",
+        comment=_REDUCED,
+        theory="omega_squared_theory",
+        error="omega_squared_reduced_error",
+    ),
+    Variable("omega_squared_reduced_error", "s-2", "error of the reduced square of the rate", comment=_REDUCED_ERROR),
+    Variable("amplitude_shift", "s-2", "what the finite amplitude adds to the measured square of the rate"),
     Variable("growth_rate_theory", "s-1", "growth rate, linear theory; 0 where not unstable", sparse=True),
     Variable(
         "growth_rate",
@@ -40,9 +56,26 @@ VARIABLES = table(
         "growth rate, measured; 0 where not unstable",
         sparse=True,
         theory="growth_rate_theory",
-        error="growth_rate_stderr",
+        error="growth_rate_error",
     ),
     Variable("growth_rate_stderr", "s-1", "standard error of the measured growth rate", comment=_SCATTER, sparse=True),
+    Variable("growth_rate_error", "s-1", "error of the measured growth rate", comment=_ERROR, sparse=True),
+    Variable(
+        "growth_rate_reduced",
+        "s-1",
+        "growth rate, reduced to zero amplitude",
+        comment=_REDUCED,
+        sparse=True,
+        theory="growth_rate_theory",
+        error="growth_rate_reduced_error",
+    ),
+    Variable(
+        "growth_rate_reduced_error",
+        "s-1",
+        "error of the reduced growth rate",
+        comment=_REDUCED_ERROR,
+        sparse=True,
+    ),
     Variable("frequency_theory", "rad s-1", "angular frequency, linear theory; 0 where not stable"),
     Variable(
         "frequency",
@@ -50,7 +83,7 @@ VARIABLES = table(
         "angular frequency, measured; 0 where not stable",
         theory="frequency_theory",
         exact="frequency_exact",
-        error="frequency_stderr",
+        error="frequency_error",
     ),
     Variable(
         "frequency_stderr",
@@ -58,11 +91,30 @@ VARIABLES = table(
         "standard error of the measured angular frequency",
         comment=_SCATTER,
     ),
+    Variable("frequency_error", "rad s-1", "error of the measured angular frequency", comment=_ERROR),
+    Variable(
+        "frequency_reduced",
+        "rad s-1",
+        "angular frequency, reduced to zero amplitude",
+        comment=_REDUCED,
+        theory="frequency_theory",
+        error="frequency_reduced_error",
+    ),
+    Variable("frequency_reduced_error", "rad s-1", "error of the reduced angular frequency", comment=_REDUCED_ERROR),
     Variable(
         "growth_rate_logslope",
         "s-1",
         "growth rate by the slope of the logarithm of the transverse size",
         comment="missing where its window (2 to 1000 times the start, below 0.01 omega0) holds under two e-folds",
+        sparse=True,
+        theory="growth_rate_theory",
+        error="growth_rate_logslope_error",
+    ),
+    Variable(
+        "growth_rate_logslope_error",
+        "s-1",
+        "error of the growth rate by the log slope",
+        comment="its distance from the reduced growth rate, and that rate's own error",
         sparse=True,
     ),
     Variable("e_folds", "1", "e-folds of growth inside the window of the log slope", "f4"),
@@ -94,6 +146,13 @@ VARIABLES = table(
         comment="Ib (Ib - Ia) wb^2 + Ic (Ic - Ia) wc^2, which sees errors that energy and momentum do not",
         role=Role.CHECK,
     ),
+)
+
+TERMS = table(
+    Variable("omega_squared_error_scatter", "s-2", "term of omega_squared_error: scatter of the reduced samples"),
+    Variable("omega_squared_error_integration", "s-2", "term of omega_squared_error: error of the integration"),
+    Variable("omega_squared_error_amplitude", "s-2", "term of omega_squared_error: bias of the finite amplitude"),
+    Variable("omega_squared_error_rounding", "s-2", "term of omega_squared_error: rounding"),
 )
 
 CERTIFICATE = table(

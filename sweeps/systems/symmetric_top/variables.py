@@ -14,6 +14,7 @@ SHAPES = ("asymmetric", "oblate", "prolate", "sphere")
 STATUSES = statuses.STATUSES[: statuses.NON_FINITE + 1]
 
 _SCATTER = "scatter of the samples only"
+_ERROR = "holds the distance to the closed form: scatter, the integration's error and rounding"
 _RESOLVED = "0 where it does not stand out of the rounding of doubles"
 
 VARIABLES = table(
@@ -29,22 +30,29 @@ VARIABLES = table(
         "rate at which the angular velocity turns about the figure axis, measured",
         comment=_RESOLVED,
         theory="precession_rate_theory",
-        error="precession_rate_stderr",
+        error="precession_rate_error",
         role=Role.MEASUREMENT,
     ),
     Variable("precession_rate_stderr", "rad s-1", "standard error of the measured precession rate", comment=_SCATTER),
+    Variable("precession_rate_error", "rad s-1", "error of the measured precession rate", comment=_ERROR),
     Variable(
         "momentum_precession_rate",
         "rad s-1",
         "rate at which the angular momentum turns about the figure axis, measured",
         comment=f"from a motion of its own; {_RESOLVED}",
-        error="momentum_precession_rate_stderr",
+        error="momentum_precession_rate_error",
     ),
     Variable(
         "momentum_precession_rate_stderr",
         "rad s-1",
         "standard error of the angular momentum's measured precession rate",
         comment=_SCATTER,
+    ),
+    Variable(
+        "momentum_precession_rate_error",
+        "rad s-1",
+        "error of the angular momentum's measured precession rate",
+        comment=_ERROR,
     ),
     Variable("period_theory", "s", "period of the precession, closed form; missing where the rate is 0"),
     Variable("period", "s", "period of the precession, measured; missing where the rate is 0", theory="period_theory"),

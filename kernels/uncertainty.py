@@ -1,0 +1,95 @@
+r"""The error of a measured rate²: what a reader may rely on, in four terms that are added.
+
+Time is in radians of spin, rates² in spin². h is the spacing of the samples, n their number in the window,
+:math:`T = (n - 1)h`, :math:`u = 2^{-53}`, :math:`\Omega^2` the *reduced* rate² (:mod:`kernels.reduction`), and
+:math:`\lambda^2 = \max(-\Omega^2, 0)`.
+
+* **scatter**, :math:`\sigma\sqrt{n/(n-4)}`: the standard error of the reduced rate² from the residuals of its own line,
+  widened as Student's distribution is for few samples (its variance is :math:`\nu/(\nu - 2)`).
+* **integration**, :math:`\delta\left[\frac5T\sqrt{|\Omega^2| + 1/T^2} + 4\lambda^2\right]`. An error of the
+  perturbation that grows to the relative size δ over the window is a rate off by δ/T, which moves :math:`\Omega^2` by
+  :math:`2\Omega\,\delta/T`; below :math:`\Omega T = 1` a bend by δ moves it by :math:`2\delta/T^2`. The factor is 5,
+  not 2, because an early error and a later one may cancel in δ. A growing motion puts all weight on its last
+  samples, over some :math:`1/\lambda`: there δ may have come at the end (4λ²). δ is the point's certificate;
+  where there is none, the motion being the exact one, the rounding of its steps, n u.
+* **amplitude**, :math:`p\,w\left[C x^4 + D x^2 w + \tfrac12w^3\right]`, what the reduction leaves: p is the root mean
+  square of what it took off, w the largest wandering of the spin over the window, both from the samples, and
+  :math:`x^2 = |\Omega^2|h^2`. The first term is the clock's end correction at the second order of the amplitude (its
+  parts at twice the frequency: 16 x² of a fourth derivative, over 60·4), the second and third the orders that were left
+  out of p. C = 1/4 and D = 3/10 hold growing motions, where errors add up; about an oscillation they average out over
+  a turn, and C = 1/1000, D = 1/250 hold (over 10^5 random bodies, see tests/benchmarks/coverage.py).
+* **rounding**, :math:`8u|\Omega^2| + 6u\sqrt{|\Omega^2|}/h + 0.4\,u/(h^2\sqrt{n-2})`: of the Euler coefficients and the
+  step; of the state once a sample, all in one sense; and of the samples over h², at random.
+
+The measured rate² itself is off by the reduction's shift besides; its amplitude term holds that whole.
+
+*The moments* are taken as they are given, to the last digit: errors of what was put in are the reader's own. But what
+one rounding of each would move Ω² by, :math:`u(|c_b|(I_a + I_b)/I_c + |c_c|(I_a + I_c)/I_b)`, is added to the rounding
+where the kernel did round them (the ratios of a scaling collapse), and where Ω² is within four times that of 0: two
+moments that differ by their last digit make no growth rate.
+
+*Assumed.* A linear motion beside the spin's wandering, so: no torque; and a certificate that is one.
+"""
+
+import math
+
+from numba import njit
+
+from kernels.options import OPTIONS
+
+UNIT = 2.0**-53
+FOLLOWED, BENT = 5.0, 4.0
+GROWING = (0.25, 0.3)
+TURNING = (0.001, 0.004)
+BEYOND = 0.5
+NEAR_NONE = 4.0
+
+
+@njit(**OPTIONS)
+def scatter(stderr, used):
+    """The scatter term from the standard error of n = ``used`` samples; NaN where that is."""
+    return stderr * math.sqrt(used / max(used - 4.0, 0.25))
+
+
+@njit(**OPTIONS)
+def integration(rate2, apart, used, spacing):
+    """The integration's term from the largest relative error ``apart`` of the perturbation in the window."""
+    span = (used - 1.0) * spacing
+    growing = max(-rate2, 0.0)
+    return apart * (FOLLOWED / span * math.sqrt(abs(rate2) + 1.0 / (span * span)) + BENT * growing)
+
+
+@njit(**OPTIONS)
+def amplitude(rate2, part, wander, spacing):
+    """What the reduction to zero amplitude leaves, from the rms ``part`` it took off and the spin's ``wander``."""
+    x2 = abs(rate2) * spacing * spacing
+    if rate2 < 0.0:
+        fourth, second = GROWING
+    else:
+        fourth, second = TURNING
+    return part * wander * (fourth * x2 * x2 + wander * (second * x2 + BEYOND * wander * wander))
+
+
+@njit(**OPTIONS)
+def rounding(rate2, used, spacing):
+    """The rounding of coefficients, steps and samples."""
+    size = abs(rate2)
+    own = 8.0 * size + 6.0 * math.sqrt(size) / spacing
+    return UNIT * (own + 0.4 / (spacing * spacing * math.sqrt(max(used - 2.0, 1.0))))
+
+
+@njit(**OPTIONS)
+def of_moments(rate2, Ia, Ib, Ic, cb, cc, rounded):
+    """What one rounding of each moment moves Ω² by, where it counts: see the module's docstring."""
+    moved = UNIT * (abs(cb) * (Ia + Ib) / Ic + abs(cc) * (Ia + Ic) / Ib)
+    return moved if rounded | (abs(rate2) <= NEAR_NONE * moved) else 0.0
+
+
+@njit(**OPTIONS)
+def of_rate(square, error):
+    """Error of sqrt(max(square, 0)) where the square is off by at most ``error``: to the farther end.
+
+    error/(2 rate) where that is small; where the square's interval reaches below 0 it holds the rate 0 too.
+    """
+    rate = math.sqrt(max(square, 0.0))
+    return max(math.sqrt(max(square + error, 0.0)) - rate, rate - math.sqrt(max(square - error, 0.0)))

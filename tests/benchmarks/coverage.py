@@ -1,0 +1,176 @@
+"""How true the error bars are: coverage, sharpness and marginal points, cell by cell, as a table.
+
+    python tests/benchmarks/coverage.py [--bodies 1000] [--out results/benchmarks]
+
+Random bodies that can exist (second moments of mass uniform in 0.05-1), bodies with two moments 1e-1 to 1e-9 apart,
+needles and plates (two of three lengths as small as 1e-8), about each axis, with the nudge in two directions, at each
+decade of its size; the points of the small oscillations that ship; the symmetric top. A cell is judged against linear
+theory, and the top's against the closed form:
+
+* cover: share of points whose deviation is within the error; worst: largest deviation over error;
+* sharp: median of error over deviation, where the deviation exceeds 1e-14 of the value.
+"""
+
+import argparse
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+sys.path[:0] = [str(Path(__file__).parents[1]), str(Path(__file__).parents[2])]
+
+from kernels import linear, survey, symmetric_top  # noqa: E402
+
+SETTINGS = (4.0, 16, 1e-10)
+DECADES = (1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 0.3)
+GAPS = tuple(10.0**-k for k in range(1, 10))
+PHASES = (0.6, 2.1)
+SEEN = 1e-14  # relative deviation that is more than the rounding of the theory itself
+
+
+class Cell(NamedTuple):
+    """One cell of the table: how many points, and what the errors were worth there."""
+
+    points: int
+    cover: float
+    worst: float
+    sharp: float
+
+    def __str__(self):
+        sharp = f"{self.sharp:.1f}" if np.isfinite(self.sharp) else "–"
+        return f"{100 * self.cover:.2f} %, {self.worst:.2f}, {sharp}"
+
+
+def judge(value, error, truth):
+    """The cell of some points; those without a number are left out."""
+    told = np.isfinite(value) & np.isfinite(truth) & (truth != 0.0)
+    value, error, truth = value[told], error[told], truth[told]
+    if not value.size:
+        return Cell(0, 1.0, 0.0, np.nan)
+    deviation = np.abs(value - truth)
+    seen = deviation > SEEN * np.abs(truth)
+    off = np.divide(deviation, error, out=np.where(deviation > 0.0, np.inf, 0.0), where=error > 0.0)
+    sharp = float(np.median(error[seen] / deviation[seen])) if seen.any() else np.nan
+    return Cell(value.size, float(np.mean(deviation <= error)), float(off.max()), sharp)
+
+
+def moments(kind, count, seed):
+    """Principal moments (3, count) of bodies of one kind."""
+    random = np.random.default_rng(seed)
+    masses = random.uniform(0.05, 1.0, (3, count))
+    small = 10.0 ** random.uniform(-8, -1, count)
+    if kind == "near-symmetric":
+        masses[1] = masses[0] * (1 + random.choice(GAPS, count) * random.choice([-1, 1], count))
+    elif kind == "needles and plates":
+        needle = random.random(count) < 0.5
+        masses = np.where(needle, [small * masses[0], small * masses[1], np.ones(count)], [masses[0], masses[1], small])
+    masses = np.take_along_axis(masses, random.permuted(np.tile(np.arange(3)[:, None], (1, count)), axis=0), 0)
+    return masses.sum(axis=0) - masses
+
+
+def points(kind, count, epsilon, seed=1):
+    """Bodies of one kind about each axis, nudged in each direction."""
+    three = moments(kind, count, seed)
+    axis, phase, body = (x.ravel() for x in np.meshgrid((1, 2, 3), PHASES, np.arange(count), indexing="ij"))
+    columns = dict(zip(("I1", "I2", "I3"), three[:, body], strict=True))
+    return columns | {
+        "axis": axis,
+        "phase": phase,
+        "omega0": np.ones(axis.size),
+        "epsilon": np.full(axis.size, epsilon),
+    }
+
+
+def rigid(kind, count, epsilon, **options):
+    """Row of one kind at one size of the nudge: cells by value, shares, and the median deviation of the reduced."""
+    columns = survey.survey(points(kind, count, epsilon), *SETTINGS, **options)
+    theory, regime = columns["omega_squared_theory"], columns["regime"]
+    names = ("omega_squared", "omega_squared_reduced", "growth_rate", "frequency", "growth_rate_logslope")
+    cells = {}
+    for name in names:
+        truth = name.removesuffix("_reduced").removesuffix("_logslope") + "_theory"
+        cells[name] = judge(columns[name], columns[f"{name}_error"], columns[truth])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        deviation = np.abs(columns["omega_squared_reduced"] / theory - 1.0)
+    wrong = (regime != columns["regime_theory"]) & (regime != linear.MARGINAL)
+    return cells, float(np.mean(regime == linear.MARGINAL)), int(wrong.sum()), float(np.nanmedian(deviation))
+
+
+def oscillations(name, count, epsilon):
+    """Cells of each mode of a system of small oscillations that ships, and how many regimes are wrong."""
+    import oscillators
+
+    from sweeps.mechanics.model import Model
+
+    system = oscillators.shipped(name)
+    modes, found, wrong = len(system.kept), {}, 0
+    drawn = oscillators.points(system, modes, count, oscillators.LIBRARY[name], epsilon=epsilon)
+    columns = Model(system).survey(drawn)
+    sound = columns["status"] == 0
+    for mode in range(1, modes + 1):
+        some = sound & (drawn["mode"] == mode)
+        told = (columns[x][some] for x in ("omega_squared", "omega_squared_error", "omega_squared_theory"))
+        found[mode] = judge(*told)
+        regimes = [columns[x][some] for x in ("regime", "regime_theory")]
+        wrong += int(np.sum((regimes[0] != regimes[1]) & (regimes[0] != 2) & (regimes[1] != 2)))
+    return found, wrong
+
+
+def top(count, gap, seed=1):
+    """Cells of both precession rates of symmetric tops whose ratio of moments is so far from 1."""
+    random = np.random.default_rng(seed)
+    ratio = 1.0 + gap * random.choice([-1, 1], count) * random.uniform(0.3, 1.0, count)
+    drawn = {"ratio": ratio, "omega3": random.uniform(-20, 20, count), "half_angle": random.uniform(0.1, 80, count)}
+    columns = symmetric_top.survey(drawn, *SETTINGS)
+    truth = columns["precession_rate_theory"]
+    return {x: judge(columns[x], columns[f"{x}_error"], truth) for x in ("precession_rate", "momentum_precession_rate")}
+
+
+def rows(count, decades=DECADES, systems=None, gaps=(0.9, *GAPS)):
+    """Lines of the table, in Markdown."""
+    values = "measured | reduced | growth rate | frequency | log slope"
+    yield f"| bodies | ε | {values} | marginal | wrong | reduced, median off |"
+    yield "|---|---|---|---|---|---|---|---|---|---|"
+    for kind in ("random", "near-symmetric", "needles and plates"):
+        for epsilon in decades:
+            cells, marginal, wrong, deviation = rigid(kind, count, epsilon)
+            told = " | ".join(map(str, cells.values()))
+            yield f"| {kind} | {epsilon:.0e} | {told} | {100 * marginal:.2f} % | {wrong} | {deviation:.0e} |"
+    yield from _oscillation_rows(max(count // 10, 4), decades, systems)
+    yield ""
+    yield "| symmetric top, I3/I1 from 1 by | ω | L |"
+    yield "|---|---|---|"
+    for gap in gaps:
+        yield f"| {gap:.0e} | {' | '.join(map(str, top(count, gap).values()))} |"
+
+
+def _oscillation_rows(count, decades, systems):
+    import oscillators
+
+    yield ""
+    yield "| system | ε | each mode | wrong |"
+    yield "|---|---|---|---|"
+    for name in oscillators.LIBRARY if systems is None else systems:
+        for epsilon in (e for e in decades if e <= 0.1):
+            found, wrong = oscillations(name, count, epsilon)
+            yield f"| {name} | {epsilon:.0e} | {'; '.join(map(str, found.values()))} | {wrong} |"
+
+
+def main(argv=None):
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--bodies", type=int, default=1000, help="bodies of a kind, each about three axes, twice")
+    parser.add_argument("--out", type=Path, help="folder for coverage.md")
+    given = parser.parse_args(argv)
+    lines = []
+    print("each cell: cover, worst, sharp")
+    for line in rows(given.bodies):
+        print(line, flush=True)
+        lines.append(line)
+    if given.out:
+        given.out.mkdir(parents=True, exist_ok=True)
+        (given.out / "coverage.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

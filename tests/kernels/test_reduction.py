@@ -1,0 +1,100 @@
+import math
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from kernels import exact, linear, reduction, survey, uncertainty
+
+SETTINGS = (4.0, 16, 1e-10)
+
+
+@pytest.mark.parametrize("x2", [0.25, 0.05, 1e-6, 0.0, -1e-6, -0.05, -0.25])
+def test_constants_are_those_of_the_hyperbolic_functions(x2):
+    with mpmath.workdps(40):
+        x = mpmath.sqrt(mpmath.mpf(x2)) if x2 else mpmath.mpf(10) ** -15
+        C, S = mpmath.cosh(x), mpmath.sinh(x)
+        guess = float(mpmath.re(1 - C))
+        told = (x / mpmath.tanh(x) - 1) / (4 * x * x), 2 * x * S, x * x * C, x**3 * S / 3, x * C / S, -x * x / S**2
+        expected = [float(mpmath.re(value)) for value in told]
+    # the series' rest, see the docstring; x² itself is known to the rounding of the guess
+    np.testing.assert_allclose(reduction.constants(guess, 1.0), expected, rtol=2e-8, atol=1e-15)
+
+
+def test_three_samples_of_a_linear_motion_obey_the_identity():
+    """δ²β = p + 2(C - 1)β for β = e^{κθ} and its mirror image, sampled at uneven θ; p by its own series."""
+    with mpmath.workdps(40):
+        x = mpmath.mpf("0.3")
+        for u1, u in ((0.01, 0.012), (-0.02, -0.013), (0.0, 0.005)):
+            before, after = x * (1 + mpmath.mpf(u1)), x * (1 + mpmath.mpf(u))
+            # even and odd solution together: β = cosh θ + 0.4 sinh θ
+            at = [mpmath.cosh(t) + mpmath.mpf("0.4") * mpmath.sinh(t) for t in (-before, 0, after)]
+            second = at[2] - 2 * at[1] + at[0]
+            constants = reduction.constants(float(1 - mpmath.cosh(x)), 1.0)[1:]
+            own, across, _ = reduction.amplitude_part(u, u1, *constants)
+            left = second - (own * at[1] + across * (at[2] - at[0])) - 2 * (mpmath.cosh(x) - 1) * at[1]
+            # what the series in μ and η leaves is of the fourth order
+            assert abs(left) < 10 * max(abs(u), abs(u1)) ** 4 + 1e-9 * max(abs(u), abs(u1))
+
+
+@pytest.mark.parametrize("epsilon", [1e-2, 1e-1])
+def test_the_reduced_rate_is_that_of_an_infinitesimal_nudge(epsilon):
+    rng = np.random.default_rng(3)
+    masses = rng.uniform(0.05, 1.0, (3, 400))
+    points = dict(zip(("I1", "I2", "I3"), masses.sum(axis=0) - masses, strict=True))
+    points |= {"axis": rng.integers(1, 4, 400), "omega0": 3.0, "epsilon": epsilon, "phase": rng.uniform(0, 6, 400)}
+    for propagator in ("direct", "exact"):
+        columns = survey.survey(points, *SETTINGS, propagator=propagator)
+        theory = columns["omega_squared_theory"]
+        off = np.abs(columns["omega_squared_reduced"] / theory - 1)
+        plain = np.abs(columns["omega_squared"] / theory - 1)
+        assert np.median(off) < {1e-2: 1e-12, 1e-1: 1e-9}[epsilon] < 1e-5 * np.median(plain)
+        assert (np.abs(columns["omega_squared_reduced"] - theory) <= columns["omega_squared_reduced_error"]).all()
+        assert (np.abs(columns["omega_squared"] - theory) <= columns["omega_squared_error"]).all()
+        shift = columns["omega_squared"] - columns["omega_squared_reduced"]
+        np.testing.assert_allclose(columns["amplitude_shift"], shift, rtol=0, atol=1e-14 * np.abs(theory).max())
+
+
+def test_the_shift_of_a_stable_spin_is_that_of_its_own_frequency():
+    """A whole number of turns: the mean clock is that of the closed form, and so is the shift of the frequency."""
+    moments, epsilon = (1.0, 1.7, 2.3), 0.05
+    points = dict(zip(("I1", "I2", "I3"), moments, strict=True)) | {"axis": 3, "omega0": 1.0, "phase": 0.6}
+    columns = survey.survey(points | {"epsilon": epsilon}, 200.0, 16, 1e-12)
+    own = exact.frequency(*moments, epsilon * math.cos(0.6), epsilon * math.sin(0.6), 1.0)
+    linear_rate = math.sqrt(linear.omega_squared(*moments, 1.0, 3))
+    told = columns["frequency"][0] - columns["frequency_reduced"][0]
+    # the least squares weigh samples by their squares, which makes a few percent of the shift
+    assert told == pytest.approx(own - linear_rate, rel=0.1)
+    assert columns["frequency_reduced"][0] == pytest.approx(linear_rate, rel=1e-9)
+
+
+@pytest.mark.parametrize("propagator", ["direct", "exact"])
+def test_the_terms_add_up(propagator):
+    points = {"I1": 1.0, "I2": [1.2, 2.0, 2.9], "I3": 2.1, "axis": [1, 2, 3], "omega0": -2.0, "phase": 1.0}
+    columns = survey.measured(points | {"epsilon": [1e-6, 1e-2, 0.2]}, *SETTINGS, propagator=propagator)
+    terms = [columns[f"omega_squared_error_{x}"] for x in ("scatter", "integration", "amplitude", "rounding")]
+    assert (np.array(terms) >= 0).all()
+    np.testing.assert_allclose(sum(terms), columns["omega_squared_error"], rtol=1e-14)
+    rest = columns["omega_squared_error"] - np.abs(columns["amplitude_shift"])
+    np.testing.assert_allclose(rest, columns["omega_squared_reduced_error"], rtol=1e-9, atol=1e-15)
+
+
+@given(st.floats(-1e3, 1e3), st.floats(0.0, 1e3), st.floats(-1.0, 1.0))
+def test_the_error_of_a_rate_holds_every_rate_of_the_square(square, error, place):
+    truth = max(square + place * error, 0.0)
+    told = uncertainty.of_rate(square, error)
+    rate = math.sqrt(max(square, 0.0))
+    assert abs(math.sqrt(truth) - rate) <= told * (1 + 1e-12) + 1e-12 * rate
+
+
+def test_a_symmetric_body_never_grows_however_large_the_nudge():
+    equal = np.array([1.0, np.nextafter(1.0, 2.0), np.nextafter(1.0, 0.0)])
+    grid = np.meshgrid(equal, [0.7, 1.3, 1.9], [1e-8, 1e-4, 1e-2, 0.1, 0.3], [0.0, 0.6, 2.1, 4.0], indexing="ij")
+    b, c, epsilon, phase = (x.ravel() for x in grid)
+    points = {"I1": 1.0, "I2": b, "I3": c, "axis": 1, "omega0": 1.0, "epsilon": epsilon, "phase": phase}
+    columns = survey.survey(points, *SETTINGS)
+    assert (columns["regime"] == linear.MARGINAL).all()
+    assert (columns["growth_rate"] == 0).all()
+    assert (columns["growth_rate_reduced"] == 0).all()
