@@ -6,18 +6,9 @@ types, shapes, attributes as bounded text, and where in the file each value lies
 those places (see `sweeps.maps.raw`), and the library never sees the file in this process.
 """
 
-import faulthandler
-import json
 import math
 import os
-import resource
-import select
-import signal
 import stat
-import sys
-import time
-import warnings
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -26,6 +17,7 @@ import h5py
 import numpy as np
 
 from sweeps.schema.reading import MAX_FILE_BYTES
+from sweeps.shards import looking
 from sweeps.shards.shard import MapError
 
 ALLOWED = "a netCDF-4 file that Polhode wrote"
@@ -35,11 +27,7 @@ MOST_ATTRIBUTES = 200
 MOST_TEXT = 10_000  # characters of an attribute, but for the definition's
 MOST_NAMES = 100_000  # items of text along one dimension
 MOST_NAMES_BYTES = 2**24
-MOST_TOLD_BYTES = 2**28
 MOST_CHUNK_BYTES = 2**26
-ROOM = 2**29  # bytes that a look may take
-SECONDS = 8.0  # of processor that a look may take, and one more a gibibyte of the file
-PATIENCE = 60.0  # s, where a disk is slow
 DEFLATE, SHUFFLE, FLETCHER = h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_FLETCHER32
 TOLD = ("CLASS", "NAME", "_Netcdf4Dimid", "_Netcdf4Coordinates", "long_name", "units", "comment")
 TOLD += ("flag_values", "flag_meanings", "sha256")  # attributes of a variable that matter
@@ -88,7 +76,10 @@ def look(path: str | Path) -> Found:
     """
     size = _regular(path)
     _check_superblock(path, size)
-    told = _told_by_child(path, SECONDS + size / 2**30)
+    told = looking.told(lambda: _looked(path), size)
+    if told is None:
+        wrong = "cannot be read as netCDF (it is damaged: reading it took too long or failed)"
+        raise MapError(f"{path}: {wrong}; allowed: {ALLOWED}")
     if "refused" in told:
         raise MapError(f"{path}: {told['refused']}")
     held = {}
@@ -156,73 +147,6 @@ def _check_places(path: str | Path, name: str, held: Held, size: int) -> None:
 
 # ---------------------------------------------------------------------------------------------------------
 # The child
-
-
-def _told_by_child(path: str | Path, seconds: float) -> dict:
-    """What a child that looks at the file tells, or why it is refused."""
-    if sys.platform != "linux":  # elsewhere a fork does not bear the threads of a parent
-        return _looked(path)
-    reading, writing = os.pipe()
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)  # of threads: the child starts none and takes no lock
-        child = os.fork()
-    if not child:
-        _look_and_tell(path, writing, seconds)
-    os.close(writing)
-    try:
-        told = _read_all(reading)
-    finally:
-        os.close(reading)
-        _end(child)
-    damaged = f"cannot be read as netCDF (it is damaged: reading it took too long or failed); allowed: {ALLOWED}"
-    try:
-        return json.loads(told)
-    except ValueError:
-        return {"refused": damaged}
-
-
-def _read_all(reading: int) -> bytes:
-    """What comes out of a pipe until it is closed; b"" after a long wait."""
-    parts, end, size = [], time.monotonic() + PATIENCE, 0
-    while True:
-        ready, _, _ = select.select([reading], [], [], max(0.0, end - time.monotonic()))
-        part = os.read(reading, 2**20) if ready else b""
-        if not ready or (size := size + len(part)) > MOST_TOLD_BYTES:
-            return b""
-        if not part:
-            return b"".join(parts)
-        parts.append(part)
-
-
-def _end(child: int) -> None:
-    with suppress(ProcessLookupError):
-        os.kill(child, signal.SIGKILL)
-    os.waitpid(child, 0)
-
-
-def _look_and_tell(path: str | Path, writing: int, seconds: float) -> None:
-    """In the child: looks, tells and ends, whatever happens; the process it was copied from must not go on here."""
-    try:
-        faulthandler.disable()
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGALRM):
-            signal.signal(number, signal.SIG_DFL)
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # what the C library has to say at its death
-        with open("/proc/self/statm") as file:
-            mapped = int(file.read().split()[0]) * resource.getpagesize()
-        _limit(resource.RLIMIT_AS, mapped + ROOM)
-        _limit(resource.RLIMIT_CPU, math.ceil(seconds))
-        _limit(resource.RLIMIT_CORE, 0)
-        told = json.dumps(_looked(path)).encode()
-        while told:
-            told = told[os.write(writing, told) :]
-    finally:
-        os._exit(0)
-
-
-def _limit(what: int, value: int) -> None:
-    soft, hard = resource.getrlimit(what)
-    least = [limit for limit in (value, soft, hard) if limit != resource.RLIM_INFINITY]
-    resource.setrlimit(what, (min(least), hard))
 
 
 class _RefusedError(Exception):

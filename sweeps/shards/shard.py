@@ -9,6 +9,7 @@ copies.
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -20,7 +21,7 @@ from sweeps.points.columns import columns
 from sweeps.points.estimate import BLOCK_POINTS
 from sweeps.points.sweep import Sweep
 from sweeps.schema.refusals import RefusedError
-from sweeps.shards import memory
+from sweeps.shards import looking, memory
 from sweeps.shards.chunkfile import UNREADABLE, ChunkFile, define, written
 from sweeps.shards.chunks import Chunks
 from sweeps.shards.content import run_digest
@@ -191,6 +192,20 @@ def holds_shard(path: str | Path, sweep: Sweep, number: int, count: int) -> bool
         return False
 
 
+def _walked(path: Path) -> dict:
+    """Reads what a merge reads of a shard but for its values: in a child, to see whether the library survives it."""
+    with suppress(*UNREADABLE), h5py.File(path) as file:
+        dict(file.attrs)
+        for holder in (file, file.get(GROUP, {})):
+            for name in holder:
+                if isinstance(found := holder[name], h5py.Dataset):
+                    if found.chunks and holder is file:
+                        found.id.chunk_iter(lambda chunk: None)
+                    elif holder is not file:
+                        found[()]
+    return {}
+
+
 class Shard:
     """An open shard; use it as a context.
 
@@ -205,6 +220,8 @@ class Shard:
         self.path = Path(path)
         if not self.path.is_file():
             raise MapError(f"{path}: there is no such file; allowed: a file of `python -m sweeps shard`")
+        if looking.told(lambda: _walked(self.path), self.path.stat().st_size) is None:
+            raise DamagedError(path, "cannot be read as netCDF (reading it took too long or failed)")
         try:
             self._file = h5py.File(self.path)
         except UNREADABLE as error:

@@ -1,0 +1,214 @@
+"""One door for every file: what is strange is refused in words, and what is let in holds what other libraries read."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+
+import damages
+import h5py
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from maps import DEFINITION, write
+
+import sweeps
+from sweeps.maps import door, storage
+from sweeps.shards import content, looking
+
+TRIED = 75  # damages of each system's map; `python tests/damages.py` tries them all
+
+
+@pytest.fixture(scope="session")
+def whole(tmp_path_factory):
+    return damages.bases(tmp_path_factory.mktemp("bases"))
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    return write(tmp_path_factory.mktemp("map"), DEFINITION)
+
+
+@pytest.mark.parametrize("part", range(5))
+@pytest.mark.parametrize("base", damages.BASES)
+def test_strange_files_end_well_or_are_refused_in_words(whole, tmp_path, monkeypatch, base, part):
+    monkeypatch.chdir(tmp_path)
+    found = list(damages.table(whole[base]).items())
+    chosen = found[part :: 5 * (len(found) // (5 * (TRIED // 5)) or 1)][: TRIED // 5]
+    assert len(chosen) == TRIED // 5
+    for k, (name, damage) in enumerate(chosen):
+        folder = tmp_path / str(k)
+        folder.mkdir()
+        wrong = damages.tried(folder, whole[base], damage, every_command=False)
+        wrong.pop("(damage)", None)
+        assert not wrong, name
+
+
+# Bounds
+
+
+LARGE = ["2^40 long", "2^40 in one chunk", "2^60 long", "2^20 by 2^20", "unlimited", "1e10 texts", "1e10 characters"]
+LARGE += ["long texts", "bomb", "swollen"]
+
+
+@pytest.mark.parametrize("holder", ["regime", "omega_squared", "I1"])
+@pytest.mark.parametrize("name", LARGE)
+def test_what_a_file_only_declares_is_refused_before_it_is_allocated(path, tmp_path, holder, name):
+    copy = shutil.copy(path, tmp_path / "map.nc")
+    damages.replaced(copy, holder, damages.REPLACED[name])
+    code = f"""
+import resource
+import sweeps
+from sweeps.maps import door, storage
+mapped = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
+resource.setrlimit(resource.RLIMIT_AS, (mapped + 2**28, mapped + 2**28))
+try:
+    ds = sweeps.open_map({str(copy)!r})
+    ds.load()
+except storage.MapError as refused:
+    assert "allowed" in str(refused)
+    print("refused")
+"""
+    answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert answer.stdout.strip() == "refused", answer.stderr[-2000:]
+
+
+def dies(signal_number):
+    return lambda path: os.kill(os.getpid(), signal_number)
+
+
+ENDS = {
+    "dies": dies(signal.SIGSEGV),
+    "aborts": lambda path: os.abort(),
+    "is busy for ever": lambda path: [None for _ in iter(int, 1)],
+    "takes all memory": lambda path: bytearray(2**40),
+    "says nonsense": lambda path: {"refused"},
+    "leaves": lambda path: sys.exit(3),
+}
+
+
+@pytest.mark.parametrize("how", ENDS)
+def test_a_library_that_comes_down_is_a_refusal(path, monkeypatch, how, capfd):
+    monkeypatch.setattr(door, "_looked", ENDS[how])
+    monkeypatch.setattr(looking, "SECONDS", 0.5)
+    with pytest.raises(storage.MapError, match="cannot be read as netCDF"):
+        sweeps.open_map(path)
+    assert capfd.readouterr().err == ""
+
+
+def test_a_child_that_sleeps_is_not_waited_for_for_ever(path, monkeypatch):
+    monkeypatch.setattr(door, "_looked", lambda path: time.sleep(1000))
+    monkeypatch.setattr(looking, "PATIENCE", 0.2)
+    with pytest.raises(storage.MapError, match="cannot be read as netCDF"):
+        sweeps.open_map(path)
+
+
+# What is let in
+
+
+STORED = {
+    "in one piece": {},
+    "as another program deflates": {"zlib": True, "complevel": 9, "shuffle": False},
+    "shuffled and deflated": {"zlib": True, "complevel": 4, "shuffle": True},
+    "with checksums": {"zlib": True, "fletcher32": True},
+    "checksums alone": {"fletcher32": True},
+    "in small chunks": {"chunksizes": (2, 3, 2, 1, 2, 1, 1)},
+    "the other way round": {"endian": "big"},
+}
+
+
+@pytest.fixture(scope="module", params=STORED)
+def stored(request, path, tmp_path_factory):
+    """The map as others may store it."""
+    other = tmp_path_factory.mktemp("stored") / "map.nc"
+    with xr.open_dataset(path, decode_times=False) as ds:
+        encoding = {name: dict(STORED[request.param]) for name in ds.data_vars}
+        ds.load().drop_encoding().to_netcdf(other, encoding=encoding)
+    return other
+
+
+def test_values_are_what_other_libraries_read(stored, path):
+    with sweeps.open_map(stored) as ds, h5py.File(stored) as file, sweeps.open_map(path) as own:
+        assert content.content_hash(ds) == own.attrs["content_hash"]
+        for name in ds.variables:
+            np.testing.assert_array_equal(ds[name].values, file[name][()])
+
+
+@settings(max_examples=40)
+@given(st.data())
+def test_any_part_is_what_other_libraries_read(stored, data):
+    with sweeps.open_map(stored) as ds, h5py.File(stored) as file:
+        ends = st.integers(-6, 6) | st.none()
+        steps = st.sampled_from([None, 1, 2, 3, -1, -2])
+        key = tuple(data.draw(st.integers(-n, n - 1) | st.builds(slice, ends, ends, steps)) for n in ds["regime"].shape)
+        for name in ("regime", "omega_squared", "energy_drift"):
+            np.testing.assert_array_equal(ds[name].variable[key].values, file[name][()][key])
+
+
+DECIDING = {
+    "scale_factor": [0.5, "two", np.arange(3.0), np.nan],
+    "add_offset": [100.0, "two"],
+    "missing_value": [1.0, "x", np.arange(4)],
+    "valid_range": [np.array([0.0, 0.0])],
+    "_Unsigned": ["true"],
+    "_Encoding": ["ebcdic", 7],
+    "coordinates": ["I1 nowhere", 3.0],
+    "bounds": ["nowhere", 3],
+    "calendar": ["none"],
+}
+
+
+@pytest.mark.parametrize("attribute", DECIDING)
+def test_no_attribute_decides_how_numbers_are_read(path, tmp_path, attribute):
+    for value in DECIDING[attribute]:
+        copy = shutil.copy(path, tmp_path / "map.nc")
+        for holder in ("omega_squared", "regime", "I1"):
+            damages.told(copy, holder, attribute, value)
+        with sweeps.open_map(copy) as ds, sweeps.open_map(path) as own:
+            assert content.content_hash(ds) == own.attrs["content_hash"]
+            assert list(ds.variables) == list(own.variables)
+            assert all(ds[name].attrs.keys() == own[name].attrs.keys() for name in ds.variables)
+
+
+def test_a_lazy_map_travels_between_processes(path):
+    import pickle
+
+    with sweeps.open_map(path, chunks={}) as ds:
+        twin = pickle.loads(pickle.dumps(ds))
+        assert content.content_hash(twin) == ds.attrs["content_hash"]
+
+
+def test_a_file_that_changes_while_it_is_open_is_refused(path, tmp_path):
+    copy = tmp_path / "map.nc"
+    shutil.copy(path, copy)
+    with sweeps.open_map(copy) as ds:
+        os.truncate(copy, 5000)
+        with pytest.raises(storage.MapError, match="was changed"):
+            ds.load()
+
+
+def test_a_flag_without_a_meaning_is_refused_as_it_is_read(path, tmp_path):
+    copy = shutil.copy(path, tmp_path / "map.nc")
+    with netCDF4.Dataset(copy, "a") as file:
+        file["regime"][0, 0, 0, 0, 0] = 9
+    with (
+        sweeps.open_map(copy) as ds,
+        pytest.raises(storage.MapError, match="regime: holds the flag 9, without a meaning"),
+    ):
+        ds["regime"].load()
+
+
+def test_what_is_no_part_of_a_map_is_left_alone(path, tmp_path):
+    copy = shutil.copy(path, tmp_path / "map.nc")
+    with netCDF4.Dataset(copy, "a") as file:
+        file.createDimension("bnds", 2)
+        file.createVariable("I1_bnds", "f8", ("I1", "bnds"))[:] = 0.0
+        file.createVariable("mine", "i8", ())[:] = 3
+    with sweeps.open_map(copy) as ds, sweeps.open_map(path) as own:
+        assert list(ds.variables) == list(own.variables)
+        assert set(ds.encoding["ignored"]) == {"I1_bnds", "mine", "bnds"}

@@ -1,0 +1,156 @@
+"""Two machines, one folder; numbers of processes that came to mean others; and machines that give little."""
+
+import errno
+import os
+import resource
+import shutil
+import subprocess
+import sys
+import time
+
+import pytest
+from maps import DEFINITION, write
+
+from sweeps import living
+from sweeps.run import claims
+from sweeps.schema.refusals import DefinitionError
+
+CLAIM = "import sys; from sweeps.run import claims; claims.claim(['a']); print('claimed', flush=True); sys.stdin.read()"
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def elsewhere(code):
+    """Python in a container of its own, with another host name and process numbers that begin at 1."""
+    inside = f'hostname other && exec {sys.executable} -c "{code}"'
+    command = ["unshare", "--pid", "--fork", "--uts", "--mount-proc", "sh", "-c", inside]
+    if shutil.which("unshare") is None or subprocess.run([*command[:-1], "true"], check=False).returncode:
+        pytest.skip("no containers can be made here: that takes root, and a machine that lets it")
+    return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+
+
+@pytest.mark.slow
+@pytest.mark.faults
+def test_a_claim_holds_in_another_container_and_ends_with_it(folder):
+    other = elsewhere(CLAIM)
+    assert other.stdout.readline() == "claimed\n"
+    part = folder / "results/a" / f".figures.{(folder / 'results/a/.running').read_text().strip()}.x.part"
+    part.mkdir()
+    with pytest.raises(DefinitionError, match=r"another run is at work there \(process \d+ on other\)"):
+        claims.claim(["a"])
+    assert part.exists()
+    other.kill()
+    other.wait()
+    for handle in claims.claim(["a"]):
+        os.close(handle)
+    assert part.exists()  # whose process cannot be looked at from here: it is given a day
+    os.utime(part, (time.time() - living.DAY - 60,) * 2)
+    for handle in claims.claim(["a"]):
+        os.close(handle)
+    assert not part.exists()
+
+
+# File systems without locks
+
+
+@pytest.fixture
+def without_locks(folder, monkeypatch):
+    def flock(handle, how):
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    monkeypatch.setattr(claims.fcntl, "flock", flock)
+    (folder / "results/a").mkdir(parents=True)
+    return folder / "results/a/.running"
+
+
+def mark(**parts):
+    names = ("host", "boot", "space", "number", "begun")
+    return "-".join((dict(zip(names, living.mark().split("-"), strict=True)) | parts).values())
+
+
+CLAIMS = {
+    "a living process": ({}, 0, False),
+    "a living process, long ago": ({}, 1e6, False),
+    "a number that another program has now": ({"begun": "1"}, 0, True),
+    "a number that nobody has": ({"number": "99999999"}, 0, True),
+    "another machine": ({"boot": "0" * 12, "host": "other"}, 0, False),
+    "another machine, not renewed": ({"boot": "0" * 12, "host": "other"}, claims.PATIENCE + 60, True),
+    "another container": ({"space": "1"}, 0, False),
+}
+
+
+@pytest.mark.parametrize("name", CLAIMS)
+def test_without_locks_a_claim_holds_by_its_word_while_it_is_renewed(without_locks, name):
+    parts, ago, is_free = CLAIMS[name]
+    without_locks.write_text(mark(**parts))
+    os.utime(without_locks, (time.time() - ago,) * 2)
+    if not is_free:
+        with pytest.raises(DefinitionError, match="another run is at work there"):
+            claims.claim(["a"])
+        return
+    for handle in claims.claim(["a"]):
+        os.close(handle)
+    assert without_locks.read_text().strip() == living.mark()
+
+
+# Machines that give little
+
+
+def limited(what, value):
+    return lambda: resource.setrlimit(what, (value, value))
+
+
+def somebody_else():
+    os.setgid(65534)
+    os.setuid(65534)
+
+
+MACHINES = {
+    "64 open files": ({}, limited(resource.RLIMIT_NOFILE, 64)),
+    "1.5 GB": ({}, limited(resource.RLIMIT_AS, 1_500_000_000)),
+    "300 MB": ({}, limited(resource.RLIMIT_AS, 300_000_000)),
+    "files of 10 kB": ({}, limited(resource.RLIMIT_FSIZE, 10_000)),
+    "no home": ({"HOME": None, "XDG_CACHE_HOME": None}, None),
+    "a home that cannot be written": ({"HOME": "/proc", "XDG_CACHE_HOME": None}, None),
+    "no folder for temporary files": ({"TMPDIR": "/proc"}, None),
+    "the C locale": ({"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "PYTHONIOENCODING": None}, None),
+    "another user": ({"HOME": "/nonexistent", "XDG_CACHE_HOME": None}, somebody_else),
+}
+COMMANDS = {
+    "show": ["show", "map.nc"],
+    "slice": ["slice", "map.nc", "--axis", "2", "--omega0", "1", "--epsilon", "1e-6", "-o", "slice.nc"],
+    "report": ["report", "map.nc", "-o", "report.html"],
+    "figures": ["figures", "map.nc", "-o", "figures"],
+    "shard": ["shard", "tiny", "1", "2", "-o", "shard.nc"],
+}
+
+
+@pytest.mark.slow
+@pytest.mark.faults
+@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("machine", MACHINES)
+def test_a_machine_that_gives_little_is_enough_or_is_told(folder, machine, command):
+    settings, before = MACHINES[machine]
+    if before is somebody_else and os.geteuid():
+        pytest.skip("to become somebody else takes root")
+    write(folder, DEFINITION)
+    folder.chmod(0o755)
+    environment = {name: value for name, value in {**os.environ, **settings}.items() if value is not None}
+    answer = subprocess.run(
+        [sys.executable, "-m", "sweeps", *COMMANDS[command]],
+        env=environment,
+        preexec_fn=before,
+        capture_output=True,
+        text=True,
+        errors="replace",
+        check=False,
+    )
+    assert answer.returncode in (0, 2), answer.stderr[-2000:]
+    assert "Traceback" not in answer.stderr
+    if answer.returncode == 2:
+        assert answer.stderr.strip().count("\n") == 0
+        assert {path.name for path in folder.iterdir()} <= {"map.nc", "results"}
