@@ -120,23 +120,28 @@ def derive(system: System) -> Equations:
     """
     if not system.coordinates or not system.kept:
         raise DescriptionError("coordinates: there is none; allowed: one at least that is not cyclic")
+    a, b, V = reduced(system)
+    q = tuple(c.symbol for c in system.kept)
+    _check_gyroscopic(b, q)
+    velocities = tuple(c.velocity for c in system.kept)
+    equations = Equations(system, q, velocities, a, V)
+    check_positive(equations)
+    return equations
+
+
+def reduced(system: System) -> tuple[sp.Matrix, sp.Matrix, sp.Expr]:
+    """The matrix a_ij, the terms b_i linear in q̇ and the effective potential over the coordinates that are kept."""
     T, V = _kinetic_energy(system), sum(system.potential_terms, sp.Integer(0))
     T, V = _by_sine_and_cosine(T), _by_sine_and_cosine(V)
     _check_smooth(system, T, V)
     _check_symbols(system, T, V)
     a, b, T0 = _quadratic(system, T)
     V = V - T0
-    symbols = tuple(c.symbol for c in system.coordinates.values())
     cyclic = [i for i, c in enumerate(system.coordinates.values()) if c.momentum is not None]
-    kept = [i for i in range(len(symbols)) if i not in cyclic]
+    kept = [i for i in range(len(system.coordinates)) if i not in cyclic]
     if cyclic:
         a, b, V = _without_cyclic(system, a, b, V, kept, cyclic)
-    q = tuple(symbols[i] for i in kept)
-    _check_gyroscopic(b, q)
-    velocities = tuple(c.velocity for c in system.kept)
-    equations = Equations(system, q, velocities, a, V)
-    _check_positive(equations)
-    return equations
+    return a, b, V
 
 
 def _kinetic_energy(system):
@@ -219,7 +224,10 @@ def _quadratic(system, T):
         raise DescriptionError(f"T: not quadratic in the velocities ({T}); allowed: ½ a_ij(q) q̇_i q̇_j")
     timed = [str(e) for e in (*a, *b, T0) if system.time in e.free_symbols]
     if timed:
-        raise DescriptionError(f"T: depends on time ({timed[0]}); allowed: positions whose T, simplified, holds no t")
+        raise DescriptionError(
+            f"T: depends on time ({timed[0]}); allowed: positions whose T, simplified, holds "
+            "no t (a frame that turns steadily; of a pivot that is moved to and fro there is no equilibrium here)"
+        )
     if a.has(sp.I):
         raise DescriptionError(f"T: a_ij is complex ({a.tolist()}); allowed: real positions and masses")
     return a, b, T0
@@ -298,18 +306,26 @@ def _without_cyclic(system, a, b, V, kept, cyclic):
     return reduced, linear, V + sp.simplify((p.T * inverse * p)[0] / 2)
 
 
-def _check_gyroscopic(b, q):
+def curl(b: sp.Matrix, q: tuple) -> tuple | None:
+    """The first (∂b_i/∂q_j - ∂b_j/∂q_i, q_j, q_i) that does not vanish; None where b is a gradient."""
     for i in range(len(q)):
         for j in range(i):
-            curl = sp.simplify(b[i].diff(q[j]) - b[j].diff(q[i]))
-            if curl != 0:
-                raise DescriptionError(
-                    f"T: its terms linear in the velocities make a gyroscopic force ({curl}) between "
-                    f"{q[j]} and {q[i]}; allowed: terms that are a total derivative"
-                )
+            found = sp.simplify(b[i].diff(q[j]) - b[j].diff(q[i]))
+            if found != 0:
+                return found, q[j], q[i]
+    return None
 
 
-def _check_positive(equations):
+def _check_gyroscopic(b, q):
+    if found := curl(b, q):
+        force, first, second = found
+        raise DescriptionError(
+            f"T: its terms linear in the velocities make a gyroscopic force ({force}) between {first} and {second}; "
+            "allowed: terms that are a total derivative"
+        )
+
+
+def check_positive(equations: Equations) -> None:
     """Evaluates a at the defaults, at places inside the bounds: real and positive definite there."""
     system = equations.system
     defaults = {p.symbol: p.default for p in system.parameters.values()}

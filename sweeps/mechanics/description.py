@@ -25,8 +25,8 @@ import sympy as sp
 
 from sweeps.schema.refusals import DefinitionError
 
-RESERVED = ("equilibrium", "mode", "epsilon", "phase", "t", "title", "system", "grid")
-MOST_COORDINATES = 10
+RESERVED = ("equilibrium", "mode", "eigenvalue", "epsilon", "phase", "t", "title", "system", "grid")
+MOST_COORDINATES, MOST_STATES = 10, 12
 
 
 class DescriptionError(DefinitionError):
@@ -97,6 +97,30 @@ class Coordinate:
         return self.symbol.name
 
 
+@dataclass(frozen=True)
+class State:
+    """A state of equations of first order: a quasi-velocity, a component of a unit vector, an angle.
+
+    Attributes:
+        symbol: as it stands in the rates.
+        unit: UDUNITS text.
+        bounds: where equilibria are looked for; expressions in the parameters.
+        size: what a nudge of relative size one is, in the state's unit; may hold parameters.
+        meaning: one line of text.
+    """
+
+    symbol: sp.Symbol
+    unit: str
+    bounds: tuple[sp.Expr, sp.Expr]
+    size: sp.Expr
+    meaning: str
+
+    @property
+    def name(self) -> str:
+        """Name of the symbol."""
+        return self.symbol.name
+
+
 class System:
     """A mechanical system as its author writes it down.
 
@@ -116,6 +140,11 @@ class System:
         self.kinetic_terms: list[sp.Expr] = []
         self.potential_terms: list[sp.Expr] = []
         self.labels: dict[str, dict[sp.Symbol, sp.Expr]] = {}
+        self.dissipation_terms: list[sp.Expr] = []
+        self.forces: dict[sp.Symbol, sp.Expr] = {}
+        self.states: dict[str, State] = {}
+        self.rates: dict[sp.Symbol, sp.Expr] = {}
+        self.conserved_quantities: dict[str, sp.Expr] = {}
 
     def parameter(self, name, unit="1", *, default, positive=False, least=None, most=None, meaning="") -> sp.Symbol:
         """A parameter's symbol; a sweep's `grid` gives its value, or several."""
@@ -176,6 +205,44 @@ class System:
         """Potential energy; several add up."""
         self.potential_terms.append(sp.sympify(V))
 
+    def dissipation(self, R) -> None:
+        """Rayleigh's function R(q, q̇) ≥ 0, of degree two in q̇: forces -∂R/∂q̇; several add up."""
+        self.dissipation_terms.append(sp.sympify(R))
+
+    def force(self, forces: dict) -> None:
+        """Generalised forces without a potential, {q: Q(q, q̇)}; several add up."""
+        for symbol, Q in forces.items():
+            if symbol not in {c.symbol for c in self.coordinates.values()}:
+                known = ", ".join(self.coordinates) or "there are none"
+                raise DescriptionError(f"force: {symbol} is no coordinate; allowed: {known}")
+            self.forces[symbol] = self.forces.get(symbol, sp.Integer(0)) + sp.sympify(Q)
+
+    def state(self, name, unit="1", *, bounds, size=1, positive=False, meaning="") -> sp.Symbol:
+        """The symbol of a state of equations of first order; see `State`. Its rate is said by :meth:`rate`."""
+        self._check_name(name)
+        if len(self.states) >= MOST_STATES:
+            raise DescriptionError(f"state {name}: there are {MOST_STATES} already; allowed: no more")
+        symbol = sp.Symbol(name, positive=True) if positive else sp.Symbol(name, real=True)
+        low, high = (sp.sympify(bound) for bound in bounds)
+        self.states[name] = State(symbol, unit, (low, high), sp.sympify(size), meaning or name)
+        return symbol
+
+    def rate(self, state: sp.Symbol, f) -> None:
+        """The state's rate of change, an expression in states and parameters."""
+        if state not in {s.symbol for s in self.states.values()}:
+            known = ", ".join(self.states) or "there are none"
+            raise DescriptionError(f"rate: {state} is no state; allowed: {known}")
+        if state in self.rates:
+            raise DescriptionError(f"rate of {state}: given twice; allowed: one for each state")
+        self.rates[state] = sp.sympify(f)
+
+    def conserved(self, expression, name: str) -> None:
+        """A quantity that the equations of first order conserve: watched as `<name>_drift`, its zero mode left out."""
+        self._check_name(name)
+        if name in self.conserved_quantities:
+            raise DescriptionError(f"conserved {name}: given twice; allowed: names that all differ")
+        self.conserved_quantities[name] = sp.sympify(expression)
+
     def equilibrium(self, label: str, place: dict) -> None:
         """A name for the equilibrium nearest to a place (expressions in the parameters); it is still looked for."""
         if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,31}", label) or label in self.labels:
@@ -198,7 +265,7 @@ class System:
         return tuple(c for c in self.coordinates.values() if c.momentum is None)
 
     def _check_name(self, name):
-        taken = name in self.parameters or name in self.coordinates or name in RESERVED
+        taken = name in {*self.parameters, *self.coordinates, *self.states, *RESERVED}
         if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,31}", name) or taken:
             raise DescriptionError(
                 f"name {name!r} is taken or no word; allowed: letters, digits and _, none twice, none of "

@@ -222,13 +222,13 @@ def graph(equations: Equations) -> Graph:
         force = g.sum((gradient[i],), (-1.0,), zero=True)
         moving = g.build(equations.velocity_terms[i])
         forces.append(force if g.nodes[moving].zero and not g.moves(moving) else g.sum((force, moving), (1.0, -1.0)))
-    g.accelerations = tuple(_solve(g, {**masses}, forces))
+    g.accelerations = tuple(solved(g, {**masses}, forces))
     g.masses = masses
     g.energy_terms = tuple(g.build(t) for t in sp.Add.make_args(expanded(equations.V)))
     return g
 
 
-def _solve(g, a, right):
+def solved(g: Graph, a: dict, right: list[int]) -> list[int]:
     """Nodes of a⁻¹ right, by elimination without exchange: a is symmetric and positive."""
     n = len(right)
     for k in range(n):
@@ -240,14 +240,14 @@ def _solve(g, a, right):
                 if not g.nodes[a[k, j]].zero:
                     a[i, j] = g.sum((a[i, j], g.product(factor, a[k, j])), (1.0, -1.0))
             right[i] = g.sum((right[i], g.product(factor, right[k])), (1.0, -1.0))
-    solved = [0] * n
+    found = [0] * n
     for i in reversed(range(n)):
         rest = right[i]
         for j in range(i + 1, n):
             if not g.nodes[a[i, j]].zero:
-                rest = g.sum((rest, g.product(a[i, j], solved[j])), (1.0, -1.0))
-        solved[i] = g.quotient(rest, a[i, i])
-    return solved
+                rest = g.sum((rest, g.product(a[i, j], found[j])), (1.0, -1.0))
+        found[i] = g.quotient(rest, a[i, i])
+    return found
 
 
 # -- values in NumPy: one array element a point

@@ -1,0 +1,317 @@
+r"""Motions of first-order systems near an equilibrium, many side by side, and their spectra.
+
+A point is a system with numbers in it and an equilibrium x0, f(x0) = 0. Its motion is carried as the deviation
+:math:`x = (\text{state} - x_0)/\varepsilon` in the rows of a scratch array, and advanced by functions that were written
+for the system (`advance`, `check`): they come in as arguments. Of every point several runs are made, from nudges in
+different directions, and where the nudge is large each from +ε and -ε, of which half the difference counts.
+
+The n samples of a run are :math:`y = P x`, P an orthonormal basis, in units of the states' sizes, of what the conserved
+quantities leave free. They count until y has grown tenfold; :mod:`kernels.spectrum` measures them.
+
+*Error.* A sample's error is bounded by TRUST times the scatter, rounding, what halving the step changes, and what the
+size of the nudge can do; an error of that size in every sample, of whatever shape, moves a measured value by
+:math:`\sqrt{N}\,\sigma_1` times it at most, :math:`\sigma_1` the standard deviation for noise of one. So the errors
+are bounds, not standard errors.
+
+*Blind.* Spacing, length and number of steps come from a bound on every possible rate; nothing here knows an eigenvalue
+of theory.
+
+Lanes are as in :mod:`kernels.oscillations`: W points a block, the last block padded, and a point's bits depend on the
+point alone.
+"""
+
+import math
+
+import numpy as np
+from numba import float64, int64, njit, void
+
+from kernels import direct, measure, spectrum
+from kernels.oscillations import ADVANCE, ENERGY, MOST_HALVINGS, ORDER, W
+from kernels.rigid_body import OPTIONS
+
+OK, SHORT_WINDOW, NOT_CONVERGED, NON_FINITE, NO_EQUILIBRIUM, NOT_MOVED = range(6)
+ASYMPTOTICALLY_STABLE, STABLE, UNSTABLE, FLUTTER, MARGINAL = range(5)
+
+EPSILON = float(np.finfo(np.float64).eps)
+TRUST = 3.0  # multiples of the scatter in the bound
+ROUNDINGS = 16.0  # of the largest sample, a square root of a step
+CURVED = 4.0  # relative size of quadratic (or, of pairs, cubic) terms per relative size of the motion
+
+# Columns of a raw result before those of `spectrum`; after these follow the drifts of the conserved quantities.
+SAMPLES, HALVING, STEPS, AMPLITUDE = range(4)
+FIRST = 4
+
+
+@njit(**OPTIONS)
+def _follow(advance, check, P, M, K, Y, weight, project, first, n, N, quantities, states, steps, pair, count, told):
+    """Follow one run of every lane through its samples; told gets the used samples, largest size and drifts."""
+    lanes = weight.shape[1]
+    for k in range(count):
+        if k > 0:
+            advance(P, steps)
+            if pair:
+                advance(M, steps)
+        check(P)
+        for i in range(n):
+            row = (first + k) * n + i
+            for lane in range(lanes):
+                Y[row, lane] = 0.0
+            for j in range(N):
+                for lane in range(lanes):
+                    x = P[j * W + lane]
+                    Y[row, lane] += project[i * N + j, lane] * (0.5 * (x - M[j * W + lane]) if pair else x)
+        opened = _window(P, K, Y, weight, first, k, n, quantities, states, told)
+        if not opened:
+            for later in range(first + k + 1, first + count):
+                for lane in range(lanes):
+                    weight[later, lane] = 0.0
+                    for i in range(n):
+                        Y[later * n + i, lane] = 0.0
+            break
+
+
+# Rows of `told`: what a run shows; then the quantities' values at the start and their largest changes.
+START, LARGEST, USED, KEPT, OPEN, QUANTITY = range(6)
+
+
+@njit(**OPTIONS)
+def _window(P, K, Y, weight, first, k, n, quantities, states, told):
+    """Close the windows of lanes that have grown tenfold; keep the largest state in K; whether any window is open."""
+    opened = False
+    for lane in range(weight.shape[1]):
+        size = 0.0
+        for i in range(n):
+            size = max(size, abs(Y[(first + k) * n + i, lane]))
+        if k == 0:
+            told[START, lane], told[OPEN, lane], told[USED, lane] = size, 1.0, 0.0
+        inside = told[OPEN, lane] > 0.0 and size <= measure.WINDOW * told[START, lane]
+        told[OPEN, lane] = 1.0 if inside else 0.0
+        weight[first + k, lane] = told[OPEN, lane]
+        if not inside:
+            for i in range(n):
+                Y[(first + k) * n + i, lane] = 0.0
+            continue
+        opened = True
+        told[USED, lane] += 1.0
+        if size > told[LARGEST, lane]:
+            told[LARGEST, lane], told[KEPT, lane] = size, size
+            for row in range(states):
+                K[row * W + lane] = P[row * W + lane]
+        for q in range(quantities):
+            value = P[(states + 2 + q) * W + lane]
+            if k == 0:
+                told[QUANTITY + 2 * q, lane] = value
+            drift = abs(value - told[QUANTITY + 2 * q, lane])
+            told[QUANTITY + 2 * q + 1, lane] = max(told[QUANTITY + 2 * q + 1, lane], drift)
+    return opened
+
+
+@njit(**OPTIONS)
+def _halve(advance, P, M, K, project, n, N, states, steps, change):
+    """The interval that begins at each lane's largest state, with steps and with twice as many: the largest change."""
+    lanes = change.size
+    coarse = np.zeros((n, lanes))
+    for turn in range(2):
+        for i in range(states * W):
+            P[i] = K[i]
+        advance(P, steps * (turn + 1))
+        for lane in range(lanes):
+            for i in range(n):
+                total = 0.0
+                for j in range(N):
+                    total += project[i * N + j, lane] * P[j * W + lane]
+                if turn == 0:
+                    coarse[i, lane] = total
+                else:
+                    change[lane] = max(change[lane], abs(total - coarse[i, lane]))
+            if turn == 0:
+                change[lane] = 0.0
+                P[(states + 1) * W + lane] *= 0.5
+
+
+RUN = void(
+    ADVANCE,
+    ENERGY,
+    float64[:, :, ::1],
+    float64[:, ::1],
+    float64[::1],
+    float64[::1],
+    int64[::1],
+    int64[::1],
+    int64[::1],
+    int64[::1],
+    int64,
+    int64,
+    int64,
+    int64,
+    int64,
+    int64,
+    float64[:, ::1],
+)
+
+
+@njit(RUN, nogil=True, **OPTIONS)
+def _run_blocks(
+    advance,
+    check,
+    starts,
+    project,
+    spacing,
+    size,
+    steps,
+    twice,
+    order,
+    bounds,
+    n,
+    N,
+    quantities,
+    states,
+    runs,
+    count,
+    raw,
+):
+    """Integrate and measure block after block: order[bounds[j]:bounds[j + 1]] are the points of block j.
+
+    starts, shape (points, 2 runs, rows): rows of each run from +ε, then of each from -ε.
+    """
+    rows = starts.shape[2]
+    P, M, K = np.empty(rows * W), np.empty(rows * W), np.zeros(states * W)
+    Y, weight = np.empty((runs * count * n, W)), np.empty((runs * count, W))
+    basis, told = np.empty((n * N, W)), np.empty((QUANTITY + 2 * quantities, W))
+    floor, h, change, used = np.empty(W), np.empty(W), np.empty(W), np.empty(W)
+    part = np.empty((W, spectrum.HEAD + 4 * n))
+    for b in range(bounds.size - 1):
+        first, lanes = bounds[b], bounds[b + 1] - bounds[b]
+        number, pair = steps[order[first]], twice[order[first]] > 0
+        told[:] = 0.0
+        used[:] = math.inf
+        for lane in range(W):
+            i = order[first + min(lane, lanes - 1)]
+            h[lane] = spacing[i]
+            for r in range(n * N):
+                basis[r, lane] = project[i, r]
+        for run in range(runs):
+            for lane in range(W):
+                i = order[first + min(lane, lanes - 1)]
+                for r in range(rows):
+                    P[r * W + lane], M[r * W + lane] = starts[i, run, r], starts[i, runs + run, r]
+                P[(states + 1) * W + lane] = spacing[i] / number
+                M[(states + 1) * W + lane] = spacing[i] / number
+            args = (basis, run * count, n, N, quantities, states, number, pair, count, told)
+            _follow(advance, check, P, M, K, Y, weight, *args)
+            for lane in range(W):
+                used[lane] = min(used[lane], told[USED, lane])
+        _halve(advance, P, M, K, basis, n, N, states, number, change)
+        for lane in range(W):
+            i = order[first + min(lane, lanes - 1)]
+            largest = told[LARGEST, lane]
+            reach = size[i] * largest
+            floor[lane] = ROUNDINGS * EPSILON * math.sqrt(number * count) * largest
+            floor[lane] += CURVED * (reach * reach if pair else reach) * largest
+            rounding = 4.0 * EPSILON * math.sqrt(number) * largest
+            floor[lane] += max(change[lane] - rounding, 0.0) * count
+        spectrum.fit_block(Y, weight, runs, count, n, h, floor, TRUST, lanes, part)
+        for lane in range(lanes):
+            row = raw[order[first + lane]]
+            row[SAMPLES], row[STEPS], row[AMPLITUDE] = used[lane], number, told[LARGEST, lane]
+            row[HALVING] = change[lane] / told[LARGEST, lane]
+            for q in range(quantities):
+                row[FIRST + q] = told[QUANTITY + 2 * q + 1, lane]
+            for j in range(part.shape[1]):
+                row[FIRST + quantities + j] = part[lane, j]
+
+
+def _planned(spacing, size, intervals, tolerance):
+    """Steps per sample: a linear motion's series is cut after ORDER, a large nudge's is cut as its own integrator's."""
+    sizes, number = np.unique(np.minimum(1.0, measure.WINDOW * size), return_inverse=True)
+    left_out = np.array([direct.truncation(a, ORDER) for a in sizes.tolist()])[number]
+    cut = spacing ** (ORDER + 1) * np.maximum(left_out, 1.0 / math.factorial(ORDER + 1))
+    excess = np.maximum(intervals * cut / tolerance, 1e-300)
+    return np.clip(np.ceil(excess ** (1.0 / ORDER)), 1, direct.MOST_STEPS).astype(np.int64)
+
+
+def _blocks(steps, twice, family):
+    """Order of the points and bounds of the blocks: points of equal work together, W at a time."""
+    key = (2 * steps + twice) * (family.max(initial=0) + 1) + family
+    order = np.argsort(key, kind="stable")
+    cuts = np.flatnonzero(np.diff(key[order])) + 1
+    groups = zip(np.r_[0, cuts], np.r_[cuts, key.size], strict=True)
+    starts = np.concatenate([np.arange(lo, hi, W) for lo, hi in groups])
+    return order, np.r_[starts, key.size].astype(np.int64)
+
+
+def run(advance, check, states, quantities, starts, project, scale, size, twice, family, intervals, spacing, tolerance):
+    """Integrate and measure points; the raw result before anything is named.
+
+    Parameters
+    ----------
+    advance, check : compiled functions
+        ``advance(S, steps)`` and ``check(S)`` of a system, over a scratch array of rows W long: states, epsilon, the
+        step in s, the conserved quantities' deviations (written by ``check``), constants.
+    states, quantities : int
+        Numbers of rows that are state and of conserved quantities.
+    starts : numpy.ndarray, shape (points, 2 runs, rows)
+        Rows at the start of the runs from +epsilon, then of those from -epsilon (not read where ``twice`` is 0).
+    project : numpy.ndarray, shape (points, n, N)
+        P: from the N states' deviations to the n that are measured.
+    scale : numpy.ndarray, shape (points,)
+        A bound on every possible rate, in s-1.
+    size : numpy.ndarray, shape (points,)
+        Relative size of the nudge.
+    twice, family : numpy.ndarray of int64, shape (points,)
+        Whether runs from -epsilon are made; which points are of one kind (changes the time only).
+    intervals : int
+        Number of sample intervals.
+    spacing : float
+        Spacing of the samples, in 1/scale; at most 1/2.
+    tolerance : float
+        Relative error allowed over the run; points that fail the halving test are run again with twice the steps,
+        MOST_HALVINGS times at most.
+
+    Returns
+    -------
+    numpy.ndarray, shape (points, FIRST + quantities + spectrum.HEAD + 4 n)
+        Columns SAMPLES, HALVING, STEPS, AMPLITUDE, the largest change of each conserved quantity's deviation, and
+        those of :mod:`kernels.spectrum`, in units of s; its errors are bounds.
+    """
+    points, n, N = project.shape
+    runs = starts.shape[1] // 2
+    raw = np.full((points, FIRST + quantities + spectrum.HEAD + 4 * n), np.nan)
+    steps = _planned(spacing, size, intervals, tolerance)
+    flat = np.ascontiguousarray(project.reshape(points, n * N))
+    spacings = spacing / scale
+    left = np.arange(points)
+    for _ in range(MOST_HALVINGS + 1):
+        if left.size == 0:
+            break
+        order, bounds = _blocks(steps[left], twice[left], family[left])
+        part = np.full((left.size, raw.shape[1]), np.nan)
+        arrays = [np.ascontiguousarray(x[left]) if left.size < points else x for x in (starts, flat)]
+        arrays += [np.ascontiguousarray(x[left]) for x in (spacings, size, steps, twice)]
+        numbers = (n, N, quantities, states, runs, intervals + 1)
+        _run_blocks(advance, check, *arrays, order, bounds, *numbers, part)
+        raw[left] = part
+        left = left[~converged(part, intervals, tolerance) & np.isfinite(part[:, HALVING])]
+        steps[left] *= 2
+    return raw
+
+
+def converged(raw, intervals, tolerance):
+    """Whether halving the step would have changed less than the tolerance, rounding allowed for."""
+    rounding = 8.0 * EPSILON * np.sqrt(raw[:, STEPS])
+    return (raw[:, HALVING] - rounding) * intervals <= tolerance
+
+
+def status(raw, quantities, n, intervals, tolerance):
+    """Status of each row: OK, SHORT_WINDOW, NOT_CONVERGED, NON_FINITE or NOT_MOVED."""
+    told = raw[:, FIRST + quantities :]
+    moved = told[:, spectrum.MOVED]
+    least = n + 2.0
+    cases = [
+        ~np.isfinite(raw[:, HALVING]) | ~np.isfinite(moved),
+        raw[:, SAMPLES] < least,
+        moved < spectrum.LEAST_MOVED,
+        ~np.isfinite(told[:, spectrum.HEAD]),
+        ~converged(raw, intervals, tolerance),
+    ]
+    return np.select(cases, [NON_FINITE, SHORT_WINDOW, NOT_MOVED, NON_FINITE, NOT_CONVERGED], OK).astype(np.int8)

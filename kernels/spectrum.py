@@ -1,0 +1,803 @@
+r"""Eigenvalues from samples of known states, with errors, blind to any theory.
+
+*Model.* Runs r = 1 … R of one linear motion, all n states sampled every h: :math:`y^{(r)}_k = M^k x^{(r)}_0` and noise,
+:math:`M = e^{Ah}`. Asked for are the eigenvalues of A, and what is smooth in A where two of them meet.
+
+*Start.* Dynamic mode decomposition, :math:`M - 1 = \sum(y_{k+1} - y_k)y_k^{\mathsf T}\,(\sum y_ky_k^{\mathsf T})^{-1}`.
+
+*Steps.* Gauss-Newton steps of variable projection in real parameters. Near a first M every other one that can be told
+from it, with its starts, is
+
+.. math:: y^{(r)}_k = C\,\bigl(M + X_0\Theta\bigr)^k x^{(r)}_0, \qquad
+          X_0 = (x^{(1)}_0 \ldots x^{(R)}_0),\quad \Theta\in\mathbb R^{R\times n},\quad C\in\mathbb R^{n\times n}
+
+which counts n² + R n parameters, as M and the starts do: for one run the parameters Θ are those of pole placement, and
+the model is that of n exponentials with an amplitude of each in each channel. C is linear and projected out. Nothing
+here is singular where eigenvalues meet, whether M stays diagonalisable there (two runs tell) or not.
+
+*Errors.* From the last step, :math:`\mathrm{Cov}\,\Theta = s^2\tilde H^{-1}`, :math:`\tilde H` the projected normal
+matrix: the Cramér-Rao bound for white noise. The coefficients of
+:math:`p(\lambda) = \det(\lambda - A)` follow by Faddeev and Le Verrier,
+:math:`\mathrm dc_{n-1-k} = -\operatorname{tr}(N_k\,\mathrm dA)` with polynomials :math:`N_k` in A, so that
+:math:`\mathrm dA` may be :math:`M^{-1}\mathrm dM/h`. An eigenvalue's error is :math:`|\delta p/p'|` while that is far
+below the distance of the next one, else the radius within which a root of the disturbed polynomial must lie,
+:math:`\min_k \bigl(\tbinom nk\,|\delta p|\,/\,|p^{(k)}/k!|\bigr)^{1/k}`.
+
+*Invariants.* For four eigenvalues :math:`S = \tfrac12\sum\lambda^2`, :math:`D = \prod\lambda` and S² - 4D with errors:
+of two pairs ±μ1, ±μ2 they are μ1² + μ2², μ1² μ2² and (μ1² - μ2²)², and smooth through any collision.
+
+Source: Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973) 413 (variable projection); Tu et al., J. Comput. Dyn. 1 (2014)
+391 (DMD); Golub and Van Loan, Matrix Computations, section 7.5 (Francis' step); Marden, Geometry of Polynomials,
+section 33 (radii). The parameters, and that their number is right, were derived here. Not validated: more than 12
+states.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import boolean, float64, int64, njit, void
+
+from kernels.rigid_body import OPTIONS
+
+W = 32  # lanes; a loop over them asks an array for its width, for then it is not unrolled and stays packed
+MOST_STATES = 12
+STEPS = 4  # of Gauss-Newton, at most
+CLOSE = 1e-10  # a step that changes M by less is the last
+SAME = 1e-6  # of the spacing's inverse: imaginary parts nearer than this are one where eigenvalues are ordered
+LEAST_MOVED = 1e-4  # smallest singular value of the samples over the largest: below it a mode was not moved
+EPSILON = float(np.finfo(np.float64).eps)
+ROUNDINGS = 8.0  # of the logarithm and what follows it, beside the largest eigenvalue
+
+# Columns of a raw result; after HEAD follow real parts, imaginary parts, their errors (n each).
+EQUATIONS, SCATTER, MOVED, ODD, SUM, SUM_ERROR, PRODUCT, PRODUCT_ERROR, DISCRIMINANT, DISCRIMINANT_ERROR = range(10)
+HEAD = 10
+
+
+# -- small dense algebra
+
+
+@njit(**OPTIONS)
+def solve(A, B, n, m):
+    """Overwrite B, shape (n, m), by A⁻¹B, elimination with row exchange; A is lost. Whether A was regular."""
+    for k in range(n):
+        best = k
+        for i in range(k + 1, n):
+            if abs(A[i, k]) > abs(A[best, k]):
+                best = i
+        if not abs(A[best, k]) > 0.0:
+            return False
+        if best != k:
+            for j in range(k, n):
+                A[k, j], A[best, j] = A[best, j], A[k, j]
+            for j in range(m):
+                B[k, j], B[best, j] = B[best, j], B[k, j]
+        for i in range(k + 1, n):
+            factor = A[i, k] / A[k, k]
+            if factor != 0.0:
+                for j in range(k + 1, n):
+                    A[i, j] -= factor * A[k, j]
+                for j in range(m):
+                    B[i, j] -= factor * B[k, j]
+    for k in range(n - 1, -1, -1):
+        for j in range(m):
+            total = B[k, j]
+            for i in range(k + 1, n):
+                total -= A[k, i] * B[i, j]
+            B[k, j] = total / A[k, k]
+    return True
+
+
+@njit(**OPTIONS)
+def _multiply(A, B, C, n):
+    """Write A B into C."""
+    for i in range(n):
+        for j in range(n):
+            total = 0.0
+            for k in range(n):
+                total += A[i, k] * B[k, j]
+            C[i, j] = total
+
+
+@njit(**OPTIONS)
+def _hessenberg(H, n):
+    """Reduce H to Hessenberg form by Householder's reflections."""
+    v = np.empty(n)
+    for k in range(n - 2):
+        size = 0.0
+        for i in range(k + 1, n):
+            size += H[i, k] * H[i, k]
+        size = math.sqrt(size)
+        if size == 0.0:
+            continue
+        for i in range(k + 1, n):
+            v[i] = H[i, k]
+        v[k + 1] += math.copysign(size, H[k + 1, k])
+        norm = 0.0
+        for i in range(k + 1, n):
+            norm += v[i] * v[i]
+        _reflect(H, v, k + 1, n, 2.0 / norm, k, n, 0, n)
+
+
+@njit(**OPTIONS)
+def _reflect(H, v, first, after, factor, left, right, top, bottom):
+    """Apply 1 - factor v vᵀ, v over first … after - 1, to columns left … right - 1 and to rows top … bottom - 1."""
+    for j in range(left, right):
+        total = 0.0
+        for i in range(first, after):
+            total += v[i] * H[i, j]
+        for i in range(first, after):
+            H[i, j] -= factor * total * v[i]
+    for i in range(top, bottom):
+        total = 0.0
+        for j in range(first, after):
+            total += H[i, j] * v[j]
+        for j in range(first, after):
+            H[i, j] -= factor * total * v[j]
+
+
+@njit(**OPTIONS)
+def _pair(H, i, re, im):
+    """Both eigenvalues of the block at i, i + 1."""
+    a, b, c, d = H[i, i], H[i, i + 1], H[i + 1, i], H[i + 1, i + 1]
+    p = 0.5 * (a - d)
+    q = p * p + b * c
+    if q >= 0.0:
+        z = p + math.copysign(math.sqrt(q), p)
+        re[i], im[i], im[i + 1] = d + z, 0.0, 0.0
+        re[i + 1] = d - b * c / z if z != 0.0 else d
+    else:
+        re[i], re[i + 1] = 0.5 * (a + d), 0.5 * (a + d)
+        im[i], im[i + 1] = -math.sqrt(-q), math.sqrt(-q)
+
+
+@njit(**OPTIONS)
+def _francis(H, lo, hi, turn):
+    """One double step on the block lo … hi, with exceptional shifts every tenth turn."""
+    v = np.empty(hi + 1)
+    total = H[hi - 1, hi - 1] + H[hi, hi]
+    product = H[hi - 1, hi - 1] * H[hi, hi] - H[hi - 1, hi] * H[hi, hi - 1]
+    if turn % 10 == 9:
+        size = abs(H[hi, hi - 1]) + abs(H[hi - 1, hi - 2])
+        total, product = 1.5 * size, size * size
+    x = H[lo, lo] * H[lo, lo] + H[lo, lo + 1] * H[lo + 1, lo] - total * H[lo, lo] + product
+    y = H[lo + 1, lo] * (H[lo, lo] + H[lo + 1, lo + 1] - total)
+    z = H[lo + 1, lo] * H[lo + 2, lo + 1]
+    for k in range(lo, hi):
+        after = min(k + 3, hi + 1)
+        v[k], v[k + 1] = x, y
+        if after == k + 3:
+            v[k + 2] = z
+        norm = 0.0
+        for i in range(k, after):
+            norm += v[i] * v[i]
+        if norm > 0.0:
+            v[k] += math.copysign(math.sqrt(norm), x)
+            norm = 0.0
+            for i in range(k, after):
+                norm += v[i] * v[i]
+            _reflect(H, v, k, after, 2.0 / norm, max(lo, k - 1), hi + 1, lo, min(k + 4, hi + 1))
+        if k < hi - 1:
+            x, y = H[k + 1, k], H[k + 2, k]
+            z = H[k + 3, k] if k < hi - 2 else 0.0
+
+
+@njit(boolean(float64[:, ::1], int64, float64[::1], float64[::1]), **OPTIONS)
+def eigenvalues(A, n, re, im):
+    """Eigenvalues of A, real ones and conjugate pairs exactly so, into re and im; whether the iteration ended."""
+    H = A[:n, :n].copy()
+    _hessenberg(H, n)
+    norm = 0.0
+    for i in range(n):
+        for j in range(n):
+            norm += abs(H[i, j])
+    if not math.isfinite(norm):
+        return False
+    hi, turn = n - 1, 0
+    while hi >= 0:
+        lo = hi
+        while lo > 0:
+            size = abs(H[lo - 1, lo - 1]) + abs(H[lo, lo])
+            if abs(H[lo, lo - 1]) <= EPSILON * (size if size > 0.0 else norm):
+                H[lo, lo - 1] = 0.0
+                break
+            lo -= 1
+        if lo == hi:
+            re[hi], im[hi] = H[hi, hi], 0.0
+            hi, turn = hi - 1, 0
+        elif lo == hi - 1:
+            _pair(H, lo, re, im)
+            hi, turn = hi - 2, 0
+        else:
+            turn += 1
+            if turn > 60:
+                return False
+            _francis(H, lo, hi, turn)
+    return True
+
+
+@njit(void(float64[::1], float64[::1], int64, float64), **OPTIONS)
+def order(re, im, n, same):
+    """Sort by imaginary, then real part; imaginary parts nearer than ``same`` to a neighbour count as one."""
+    for i in range(1, n):
+        for j in range(i, 0, -1):
+            if im[j] < im[j - 1]:
+                im[j], im[j - 1] = im[j - 1], im[j]
+                re[j], re[j - 1] = re[j - 1], re[j]
+    first = 0
+    for k in range(1, n + 1):
+        if k == n or im[k] - im[k - 1] > same:
+            for i in range(first + 1, k):
+                for j in range(i, first, -1):
+                    if re[j] < re[j - 1]:
+                        im[j], im[j - 1] = im[j - 1], im[j]
+                        re[j], re[j - 1] = re[j - 1], re[j]
+            first = k
+
+
+@njit(void(float64[:, ::1], float64[:, ::1], float64[::1], int64[:, ::1]), nogil=True, **OPTIONS)
+def order_all(re, im, same, number):
+    """Sort each row as :func:`order`, its own ``same``; number: which of the unsorted each is."""
+    n = re.shape[1]
+    x, y = np.empty(n), np.empty(n)
+    for i in range(re.shape[0]):
+        for k in range(n):
+            x[k], y[k] = re[i, k], im[i, k]
+        order(re[i], im[i], n, same[i])
+        taken = np.zeros(n, dtype=np.bool_)
+        for k in range(n):
+            for m in range(n):
+                if not taken[m] and x[m] == re[i, k] and y[m] == im[i, k]:
+                    taken[m], number[i, k] = True, m
+                    break
+
+
+@njit(**OPTIONS)
+def _exponential(Y, n, E, T, U):
+    """Write exp Y into E: Taylor's series of Y/8, squared three times."""
+    for i in range(n):
+        for j in range(n):
+            E[i, j] = 1.0 if i == j else 0.0
+    for k in range(13, 0, -1):  # Horner: E = 1 + Y/(8k) E
+        _multiply(Y, E, T, n)
+        for i in range(n):
+            for j in range(n):
+                E[i, j] = T[i, j] * (0.125 / k) + (1.0 if i == j else 0.0)
+    for _ in range(3):
+        _multiply(E, E, U, n)
+        for i in range(n):
+            for j in range(n):
+                E[i, j] = U[i, j]
+
+
+@njit(**OPTIONS)
+def logarithm(M, n, Y):
+    """Write the logarithm of M near 1 into Y, by Halley's step Y + 2 (M - e^Y)(M + e^Y)⁻¹; whether that was regular."""
+    E, T, U = np.empty((n, n)), np.empty((n, n)), np.empty((n, n))
+    for i in range(n):
+        for j in range(n):
+            Y[i, j], E[i, j] = 0.0, 1.0 if i == j else 0.0
+    for turn in range(5):
+        if turn > 0:
+            _exponential(Y, n, E, T, U)
+        for i in range(n):
+            for j in range(n):
+                T[i, j] = M[i, j] + E[i, j]
+                U[i, j] = M[i, j] - E[i, j]
+        if not solve(T, U, n, n):  # the factors commute
+            return False
+        largest = 0.0
+        for i in range(n):
+            for j in range(n):
+                Y[i, j] += 2.0 * U[i, j]
+                largest = max(largest, abs(U[i, j]))
+        if largest < 1e-6:  # the next step would be of its cube
+            break
+    return True
+
+
+# -- the steps, lane by lane
+
+
+@njit(**OPTIONS)
+def _zero(rows):
+    lanes = rows.shape[1]
+    for i in range(rows.shape[0]):
+        for lane in range(lanes):
+            rows[i, lane] = 0.0
+
+
+@njit(**OPTIONS)
+def _moments(Y, weight, runs, count, n, XX, XD):
+    """Sums of y yᵀ and of (y(t+h) - y(t)) yᵀ over neighbouring samples."""
+    lanes = XX.shape[1]
+    _zero(XX)
+    _zero(XD)
+    for r in range(runs):
+        for k in range(count - 1):
+            here = (r * count + k) * n
+            there = here + n
+            used = r * count + k + 1
+            for i in range(n):
+                for j in range(n):
+                    for lane in range(lanes):
+                        y = weight[used, lane] * Y[here + j, lane]
+                        XX[i * n + j, lane] += Y[here + i, lane] * y
+                        XD[i * n + j, lane] += (Y[there + i, lane] - Y[here + i, lane]) * y
+
+
+@njit(**OPTIONS)
+def _start(XX, XD, n, M, moved):
+    """M of the dynamic mode decomposition, and the samples' smallest singular value over their largest."""
+    A, B, re, im = np.empty((n, n)), np.empty((n, n)), np.empty(n), np.empty(n)
+    for lane in range(W):
+        for i in range(n):
+            for j in range(n):
+                A[i, j], B[i, j] = XX[i * n + j, lane], XD[j * n + i, lane]
+        sound = eigenvalues(A, n, re, im)
+        least, most = math.inf, 0.0
+        for i in range(n):
+            least, most = min(least, re[i]), max(most, re[i])
+        moved[lane] = math.sqrt(max(least, 0.0) / most) if sound and most > 0.0 else 0.0
+        if not solve(A, B, n, n):
+            moved[lane] = 0.0
+        for i in range(n):
+            for j in range(n):
+                M[i * n + j, lane] = B[j, i] + (1.0 if i == j else 0.0)
+
+
+@njit(**OPTIONS)
+def _sums(Y, weight, M, X0, runs, count, n, x, x2, Z, Z2, XX, XR, XZ, HH, HR, RR):
+    """Sums of the normal equations: of the model's samples x, its residuals R and its slopes Z by Θ."""
+    lanes = x.shape[1]
+    parameters = runs * n
+    for rows in (XX, XR, XZ, HH, HR, RR):
+        _zero(rows)
+    for r in range(runs):
+        for i in range(n):
+            for lane in range(lanes):
+                x[i, lane] = X0[r * n + i, lane]
+        _zero(Z)
+        for k in range(count):
+            if k > 0:
+                _advance(M, X0, x, x2, Z, Z2, parameters, n)
+            used, here = r * count + k, (r * count + k) * n
+            for i in range(n):
+                for lane in range(lanes):
+                    residual = Y[here + i, lane] - x[i, lane]
+                    x2[i, lane] = weight[used, lane] * residual
+                    RR[0, lane] += x2[i, lane] * residual
+            for i in range(n):
+                for j in range(n):
+                    for lane in range(lanes):
+                        XX[i * n + j, lane] += weight[used, lane] * x[i, lane] * x[j, lane]
+                        XR[i * n + j, lane] += x2[i, lane] * x[j, lane]
+            for p in range(parameters):
+                for i in range(n):
+                    row = p * n + i
+                    for lane in range(lanes):
+                        HR[p, lane] += Z[row, lane] * x2[i, lane]
+                        Z2[row, lane] = weight[used, lane] * Z[row, lane]
+                    for j in range(n):
+                        for lane in range(lanes):
+                            XZ[row * n + j, lane] += Z2[row, lane] * x[j, lane]
+                for q in range(p + 1):
+                    for i in range(n):
+                        for lane in range(lanes):
+                            HH[p * parameters + q, lane] += Z2[p * n + i, lane] * Z[q * n + i, lane]
+
+
+@njit(**OPTIONS)
+def _advance(M, X0, x, x2, Z, Z2, parameters, n):
+    """One sample on: x ← M x, and Z ← M Z + X0 eᵀ x for every parameter."""
+    lanes = x.shape[1]
+    for p in range(parameters):
+        s, j = p // n, p % n
+        for i in range(n):
+            for lane in range(lanes):
+                Z2[p * n + i, lane] = X0[s * n + i, lane] * x[j, lane]
+            for m in range(n):
+                for lane in range(lanes):
+                    Z2[p * n + i, lane] += M[i * n + m, lane] * Z[p * n + m, lane]
+    for i in range(n):
+        for lane in range(lanes):
+            x2[i, lane] = 0.0
+        for m in range(n):
+            for lane in range(lanes):
+                x2[i, lane] += M[i * n + m, lane] * x[m, lane]
+    for i in range(n):
+        for lane in range(lanes):
+            x[i, lane] = x2[i, lane]
+    for row in range(parameters * n):
+        for lane in range(lanes):
+            Z[row, lane] = Z2[row, lane]
+
+
+@njit(**OPTIONS)
+def _step(M, X0, runs, n, XX, XR, XZ, HH, HR, RR, covariance, rest, moved):
+    """One step of every lane; the inverse of the projected normal matrix, the sum of squares left, the largest step."""
+    P = runs * n
+    A, B = np.empty((n, n)), np.empty((n, n * P + n))
+    H, right = np.empty((P, P)), np.empty((P, P + 1))
+    C, T, U = np.empty((n, n)), np.empty((n, n)), np.empty((n, n + runs))
+    largest = 0.0
+    for lane in range(W):
+        if moved[lane] < LEAST_MOVED:
+            continue
+        for i in range(n):
+            for j in range(n):
+                A[j, i] = XX[j * n + i, lane]
+                B[j, n * P + i] = XR[i * n + j, lane]
+                for p in range(P):
+                    B[j, p * n + i] = XZ[(p * n + i) * n + j, lane]
+        sound = solve(A, B, n, n * P + n)
+        left = RR[0, lane]
+        for i in range(n):
+            for j in range(n):
+                left -= XR[i * n + j, lane] * B[j, n * P + i]
+        for p in range(P):
+            total = HR[p, lane]
+            for i in range(n):
+                for j in range(n):
+                    total -= XZ[(p * n + i) * n + j, lane] * B[j, n * P + i]
+            right[p, P] = total
+            for q in range(p + 1):
+                total = HH[p * P + q, lane]
+                for i in range(n):
+                    for j in range(n):
+                        total -= XZ[(p * n + i) * n + j, lane] * B[j, q * n + i]
+                H[p, q], H[q, p] = total, total
+                right[p, q], right[q, p] = 0.0, 0.0
+            right[p, p] = 1.0
+        _scaled_inverse(H, right, P)
+        for p in range(P):
+            for q in range(P):
+                covariance[p * P + q, lane] = right[p, q]
+        for i in range(n):
+            for j in range(n):
+                total = B[j, n * P + i]
+                change = M[i * n + j, lane]
+                for p in range(P):
+                    total -= B[j, p * n + i] * right[p, P]
+                for s in range(runs):
+                    change += X0[s * n + i, lane] * right[s * n + j, P]
+                C[i, j] = total + (1.0 if i == j else 0.0)
+                T[i, j] = change
+        for p in range(P):
+            # what the step takes off the sum of squares: Θ·(right side), from the inverse and Θ
+            left -= right[p, P] * HR[p, lane]
+            for i in range(n):
+                for j in range(n):
+                    left += right[p, P] * XZ[(p * n + i) * n + j, lane] * B[j, n * P + i]
+        rest[lane] = max(left, 0.0)
+        # M ← C (M + X0 Θ) C⁻¹, X0 ← C X0
+        for i in range(n):
+            for j in range(n):
+                total = 0.0
+                for m in range(n):
+                    total += C[i, m] * T[m, j]
+                A[j, i] = total  # transposed, for C from the right
+            for s in range(runs):
+                total = 0.0
+                for m in range(n):
+                    total += C[i, m] * X0[s * n + m, lane]
+                U[i, s] = total
+        for i in range(n):
+            for j in range(n):
+                T[i, j] = C[j, i]
+        sound = sound and solve(T, A, n, n)
+        if not sound:
+            moved[lane] = 0.0
+            continue
+        for i in range(n):
+            for j in range(n):
+                largest = max(largest, abs(A[j, i] - M[i * n + j, lane]))
+                M[i * n + j, lane] = A[j, i]
+            for s in range(runs):
+                X0[s * n + i, lane] = U[i, s]
+    return largest
+
+
+@njit(**OPTIONS)
+def _scaled_inverse(H, right, P):
+    """Overwrite right by H⁻¹ right, H with a diagonal of one meanwhile; a diagonal of nothing is left out."""
+    d = np.empty(P)
+    for p in range(P):
+        d[p] = 1.0 / math.sqrt(H[p, p]) if H[p, p] > 0.0 else 0.0
+    for p in range(P):
+        for q in range(P):
+            H[p, q] *= d[p] * d[q]
+        for q in range(P + 1):
+            right[p, q] *= d[p]
+        H[p, p] = 1.0 + 4.0 * EPSILON
+    solve(H, right, P, P + 1)
+    for p in range(P):
+        for q in range(P + 1):
+            right[p, q] *= d[p]
+
+
+# -- from M to what is told
+
+
+@njit(**OPTIONS)
+def _characteristic(A, n, N, c):
+    """Coefficients c of det(λ - A), c[n] = 1, and the matrices N_k of adj(λ - A) = Σ λ^(n-1-k) N_k."""
+    T = np.empty((n, n))
+    c[n] = 1.0
+    for i in range(n):
+        for j in range(n):
+            N[0, i, j] = 1.0 if i == j else 0.0
+    for k in range(1, n + 1):
+        _multiply(A, N[k - 1], T, n)
+        trace = 0.0
+        for i in range(n):
+            trace += T[i, i]
+        c[n - k] = -trace / k
+        if k < n:
+            for i in range(n):
+                for j in range(n):
+                    N[k, i, j] = T[i, j] + (c[n - k] if i == j else 0.0)
+
+
+@njit(**OPTIONS)
+def _coefficient_covariance(M, N, X0, lane, runs, n, covariance, K):
+    """Covariance of the coefficients for noise of one: dc_{n-1-k} = -N_k M⁻¹ x0_s by Θ_s."""
+    P = runs * n
+    A, V = np.empty((n, n)), np.empty((n, runs))
+    G, T = np.empty((n, P)), np.empty((n, P))
+    for i in range(n):
+        for j in range(n):
+            A[i, j] = M[i * n + j, lane]
+        for s in range(runs):
+            V[i, s] = X0[s * n + i, lane]
+    solve(A, V, n, runs)
+    for k in range(n):
+        for s in range(runs):
+            for j in range(n):
+                total = 0.0
+                for m in range(n):
+                    total -= N[k, j, m] * V[m, s]
+                G[n - 1 - k, s * n + j] = total
+    for k in range(n):
+        for p in range(P):
+            total = 0.0
+            for q in range(P):
+                total += covariance[p * P + q, lane] * G[k, q]
+            T[k, p] = total
+    for k in range(n):
+        for m in range(n):
+            total = 0.0
+            for p in range(P):
+                total += T[k, p] * G[m, p]
+            K[k, m] = total
+
+
+@njit(**OPTIONS)
+def _form(K, a, n):
+    """Standard deviation of Σ a_k c_k for noise of one."""
+    total = 0.0
+    for k in range(n):
+        for m in range(n):
+            total += a[k] * K[k, m] * a[m]
+    return math.sqrt(max(total, 0.0))
+
+
+@njit(**OPTIONS)
+def _eigenvalue_error(c, K, n, x, y, gap, noise, most):
+    """Errors of the real and the imaginary part of the eigenvalue x + iy, the next one ``gap`` away.
+
+    ``most``: the largest eigenvalue, for what rounding leaves.
+    """
+    shifted = np.zeros(n + 1, dtype=np.complex128)
+    point = complex(x, y)
+    for k in range(n + 1):
+        shifted[k] = c[k]
+    for i in range(n):  # coefficients of p about the eigenvalue
+        for k in range(n - 1, i - 1, -1):
+            shifted[k] += point * shifted[k + 1]
+    a, b, u, v = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    power = complex(1.0, 0.0)
+    slope = shifted[1]
+    steep = abs(slope)
+    for k in range(n):
+        turned = power / slope if steep > 0.0 else complex(0.0, 0.0)
+        a[k], b[k], u[k], v[k] = turned.real, turned.imag, power.real, power.imag
+        power *= point
+    rounding, power = 0.0, 1.0
+    for k in range(n + 1):
+        rounding += ROUNDINGS * EPSILON * abs(c[k]) * power
+        power *= math.hypot(x, y)
+    if steep > 0.0:
+        lost = rounding / steep + ROUNDINGS * EPSILON * most
+        real, imaginary = noise * _form(K, a, n) + lost, noise * _form(K, b, n) + lost
+        if max(real, imaginary) < 0.05 * gap:
+            return real, imaginary
+    off = noise * math.hypot(_form(K, u, n), _form(K, v, n)) + rounding
+    radius, binomial = math.inf, 1.0
+    for k in range(1, n + 1):
+        binomial *= (n - k + 1.0) / k
+        size = abs(shifted[k])
+        if size > 0.0:
+            radius = min(radius, (binomial * off / size) ** (1.0 / k))
+    return radius, radius
+
+
+@njit(**OPTIONS)
+def _tell(M, X0, lane, runs, n, covariance, noise, spacing, row):
+    """Eigenvalues, invariants and their errors of one lane into its raw row; whether the algebra ended."""
+    A, Y, N, c, K = np.empty((n, n)), np.empty((n, n)), np.empty((n, n, n)), np.empty(n + 1), np.empty((n, n))
+    for i in range(n):
+        for j in range(n):
+            A[i, j] = M[i * n + j, lane]
+    re, im = np.empty(n), np.empty(n)
+    if not logarithm(A, n, Y) or not eigenvalues(Y, n, re, im):
+        return False
+    order(re, im, n, SAME)
+    _characteristic(Y, n, N, c)
+    _coefficient_covariance(M, N, X0, lane, runs, n, covariance, K)
+    a = np.zeros(n)
+    odd = 0.0
+    for k in range(n - 1, -1, -2):
+        a[k] = 1.0
+        error = noise * _form(K, a, n)
+        a[k] = 0.0
+        odd = max(odd, abs(c[k]) / error) if error > 0.0 else math.inf
+    row[ODD] = odd
+    if n == 4:
+        S, D = 0.5 * c[3] * c[3] - c[2], c[0]
+        a[3], a[2] = c[3], -1.0
+        s = _form(K, a, n)
+        a[3], a[2], a[0] = 2.0 * S * c[3], -2.0 * S, -4.0
+        both = _form(K, a, n)
+        s, d, both = noise * s, noise * math.sqrt(max(K[0, 0], 0.0)), noise * both + 4.0 * (noise * s) ** 2
+        two, four, size = spacing * spacing, spacing**4, 0.0  # (the slope of S² - 4D may vanish)
+        for i in range(n):
+            size += re[i] * re[i] + im[i] * im[i]
+        rounding = ROUNDINGS * EPSILON * size
+        row[SUM], row[SUM_ERROR] = S / two, (s + rounding) / two
+        row[PRODUCT], row[PRODUCT_ERROR] = D / four, (d + rounding * size) / four
+        row[DISCRIMINANT], row[DISCRIMINANT_ERROR] = (S * S - 4.0 * D) / four, (both + rounding * size) / four
+    most = 0.0
+    for i in range(n):
+        most = max(most, math.hypot(re[i], im[i]))
+    for i in range(n):
+        gap = math.inf
+        for j in range(n):
+            if j != i:
+                gap = min(gap, math.hypot(re[i] - re[j], im[i] - im[j]))
+        real, imaginary = _eigenvalue_error(c, K, n, re[i], im[i], gap, noise, most)
+        row[HEAD + i], row[HEAD + n + i] = re[i] / spacing, im[i] / spacing
+        row[HEAD + 2 * n + i], row[HEAD + 3 * n + i] = real / spacing, imaginary / spacing
+    return True
+
+
+@njit(**OPTIONS)
+def fit_block(Y, weight, runs, count, n, spacing, floor, trust, lanes, raw):
+    """Measure the lanes of a block.
+
+    Y, shape (runs*count*n, W): sample k of run r, state i in row (r*count + k)*n + i. weight, shape (runs*count, W):
+    1 for a sample that counts, else 0; a run's first ones. floor, shape (W,): error of a sample that its scatter does
+    not show. trust: 0 for standard errors, else the multiple of the scatter in a bound (see `bound`).
+    """
+    P = runs * n
+    XX, XD, M, X0 = np.empty((n * n, W)), np.empty((n * n, W)), np.empty((n * n, W)), np.empty((P, W))
+    moved, rest = np.empty(W), np.zeros(W)
+    _moments(Y, weight, runs, count, n, XX, XD)
+    _start(XX, XD, n, M, moved)
+    for r in range(runs):
+        for i in range(n):
+            for lane in range(W):
+                X0[r * n + i, lane] = Y[r * count * n + i, lane]
+    x, x2, Z, Z2 = np.empty((n, W)), np.empty((n, W)), np.empty((P * n, W)), np.empty((P * n, W))
+    XZ, HH, HR, RR = np.empty((P * n * n, W)), np.empty((P * P, W)), np.empty((P, W)), np.empty((1, W))
+    covariance = np.zeros((P * P, W))
+    for _ in range(STEPS):
+        _sums(Y, weight, M, X0, runs, count, n, x, x2, Z, Z2, XX, XD, XZ, HH, HR, RR)
+        if _step(M, X0, runs, n, XX, XD, XZ, HH, HR, RR, covariance, rest, moved) < CLOSE:
+            break
+    for lane in range(lanes):
+        row, used = raw[lane], 0.0
+        for k in range(runs * count):
+            used += weight[k, lane]
+        equations = n * used
+        free = equations - n * n - P
+        for i in range(row.size):
+            row[i] = math.nan
+        row[EQUATIONS], row[MOVED] = equations, moved[lane]
+        if moved[lane] < LEAST_MOVED or free < 1.0:
+            continue
+        scatter = math.sqrt(rest[lane] / free)
+        row[SCATTER] = scatter
+        noise = scatter
+        if trust > 0.0:
+            noise = math.sqrt(equations) * (trust * scatter + floor[lane])
+        if not _tell(M, X0, lane, runs, n, covariance, noise, spacing[lane], row):
+            for i in range(SUM, row.size):
+                row[i] = math.nan
+
+
+@njit(
+    void(float64[:, :, :, ::1], float64[::1], int64[:, ::1], float64, float64[:, ::1]),
+    nogil=True,
+    **OPTIONS,
+)
+def _fit_points(samples, spacing, used, trust, raw):
+    """Points W at a time, each with its runs' samples, shape (points, runs, count, n); the last block is padded."""
+    points, runs, count, n = samples.shape
+    Y, weight = np.empty((runs * count * n, W)), np.empty((runs * count, W))
+    floor, h, part = np.zeros(W), np.empty(W), np.empty((W, raw.shape[1]))
+    for first in range(0, points, W):
+        lanes = min(W, points - first)
+        for lane in range(W):
+            i = first + min(lane, lanes - 1)
+            h[lane] = spacing[i]
+            for r in range(runs):
+                for k in range(count):
+                    inside = k < used[i, r]
+                    weight[r * count + k, lane] = 1.0 if inside else 0.0
+                    for j in range(n):
+                        Y[(r * count + k) * n + j, lane] = samples[i, r, k, j] if inside else 0.0
+        fit_block(Y, weight, runs, count, n, h, floor, trust, lanes, part)
+        for lane in range(lanes):
+            for j in range(raw.shape[1]):
+                raw[first + lane, j] = part[lane, j]
+
+
+class Spectrum(NamedTuple):
+    """What samples say; arrays over the points, with the eigenvalues along the last axis.
+
+    Attributes:
+        eigenvalues: s-1, complex, ordered by imaginary, then real part; NaN where a mode was not moved.
+        errors: standard error of the real part + i that of the imaginary part, s-1.
+        invariants: S (s-2), D (s-4) and S² - 4D (s-4), last axis; NaN unless there are four eigenvalues.
+        invariant_errors: their standard errors.
+        scatter: root mean square of what the model leaves of the samples, in their unit.
+        moved: smallest singular value of the samples over the largest.
+    """
+
+    eigenvalues: np.ndarray
+    errors: np.ndarray
+    invariants: np.ndarray
+    invariant_errors: np.ndarray
+    scatter: np.ndarray
+    moved: np.ndarray
+
+
+def measure(samples, spacing, used=None):
+    """Eigenvalues of sampled linear motions.
+
+    Parameters
+    ----------
+    samples : array_like, shape (..., runs, count, n)
+        All n states at equally spaced times, in units in which their noise is alike.
+    spacing : float or array_like, shape (...)
+        Time between samples, in s; no mode may turn by more than half a radian in it.
+    used : array_like of int, shape (..., runs), optional
+        How many samples of each run count; left out, all.
+
+    Returns
+    -------
+    Spectrum
+
+    Raises
+    ------
+    ValueError
+        For a wrong shape, more than MOST_STATES states, or too few samples for the n² + runs n parameters.
+    """
+    samples = np.asarray(samples, dtype=np.float64)
+    if samples.ndim < 3 or not 1 <= samples.shape[-1] <= MOST_STATES:
+        raise ValueError(f"samples must have the shape (..., runs, count, n ≤ {MOST_STATES}), not {samples.shape}")
+    runs, count, n = samples.shape[-3:]
+    shape = samples.shape[:-3]
+    if runs * count <= n + runs:
+        raise ValueError(f"{runs} runs of {count} samples are too few for {n} states; allowed: more than n + runs")
+    flat = np.ascontiguousarray(samples.reshape(-1, runs, count, n))
+    h = np.broadcast_to(np.asarray(spacing, dtype=np.float64), shape).reshape(-1).copy()
+    most = np.full((*shape, runs), count) if used is None else np.broadcast_to(used, (*shape, runs))
+    raw = np.empty((len(flat), HEAD + 4 * n))
+    _fit_points(flat, h, np.array(most.reshape(-1, runs), dtype=np.int64), 0.0, raw)
+    raw = raw.reshape(*shape, -1)
+    re, im, e_re, e_im = (raw[..., HEAD + i * n : HEAD + (i + 1) * n] for i in range(4))
+    values = raw[..., [SUM, PRODUCT, DISCRIMINANT]]
+    errors = raw[..., [SUM_ERROR, PRODUCT_ERROR, DISCRIMINANT_ERROR]]
+    return Spectrum(re + 1j * im, e_re + 1j * e_im, values, errors, raw[..., SCATTER], raw[..., MOVED])

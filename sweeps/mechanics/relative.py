@@ -1,0 +1,401 @@
+"""Relative equilibria: points of a flow in, columns out; theory's spectrum beside what motions show, which is blind.
+
+*Units.* Nothing hangs on them: with |J| the absolute values of the Jacobian's terms, the states' sizes are those of
+|J|'s Perron vector and the scale S, a bound on every possible rate, is its Perron root (a little more: every state is
+taken to feel a hundredth of every other). Both come from the sizes of terms, so nothing vanishes where terms cancel.
+
+*What is free.* Motions keep to the level sets of what is conserved, so the nudges are tangent to these, and the
+eigenvalues measured are those of the Jacobian there; the zero that belongs to each quantity is left out.
+"""
+
+from collections.abc import Mapping
+from functools import cached_property
+
+import numpy as np
+
+from kernels import flows as kernel
+from kernels import spectrum
+from sweeps.mechanics import rest
+from sweeps.mechanics.description import DescriptionError, System
+from sweeps.mechanics.first_order import FlowCode, graph
+from sweeps.mechanics.flow import derive
+from sweeps.mechanics.graph import Values
+
+CHUNK = 4096
+COUPLED = 0.01  # of S, that every state is taken to feel of every other
+RANK = 1e-9  # singular values of the conserved quantities' gradients below it are none
+PAIR_FROM = 1e-9  # a nudge larger than this is made from both sides
+ROUNDINGS = 256 * np.finfo(np.float64).eps  # of the scale: what theory's own eigenvalues are known to
+
+
+class Model:
+    """A flow, its generated kernel, and what it makes of points.
+
+    Args:
+        system: the description.
+
+    Raises:
+        DescriptionError: for what is wrong with it.
+    """
+
+    def __init__(self, system: System):
+        self.system = system
+        self.flow = derive(system)
+        self.names = tuple(system.parameters)
+        self.N = self.flow.n
+
+    @cached_property
+    def landscape(self) -> rest.Landscape:
+        """Forces, slopes and scales, in NumPy."""
+        return rest.Landscape(self.flow)
+
+    @cached_property
+    def code(self) -> FlowCode:
+        """The generated kernel."""
+        return FlowCode(graph(self.flow))
+
+    @cached_property
+    def values(self) -> Values:
+        """The graph in NumPy."""
+        return Values(self.code.graph)
+
+    @cached_property
+    def quantities(self) -> tuple[str, ...]:
+        """Names of what is conserved."""
+        return tuple(self.system.conserved_quantities) or (("energy",) if self.flow.conservative else ())
+
+    @cached_property
+    def n(self) -> int:
+        """Number of eigenvalues: states less the conserved quantities that are independent, at the defaults."""
+        if not self.system.conserved_quantities:
+            return self.N
+        parameters = [np.array([p.default]) for p in self.system.parameters.values()]
+        with np.errstate(all="ignore"):
+            starts = self.landscape.starts(parameters)[0]
+            repeated = [np.repeat(p, len(starts)) for p in parameters]
+            gradients = self.landscape.gradients(repeated, list(starts.T))
+            gradients = gradients * self.landscape.sizes(repeated, list(starts.T))[:, None, :]
+        found = gradients[np.isfinite(gradients).all((1, 2))]
+        if not found.size:
+            raise DescriptionError("conserved: infinite at every place that is named; allowed: finite quantities")
+        singular = np.linalg.svd(found[0], compute_uv=False)
+        return self.N - int((singular > RANK * singular.max(initial=0.0)).sum())
+
+    def equilibria(self, parameters: list[np.ndarray]) -> np.ndarray:
+        """Equilibria of points, shape (points, most, places)."""
+        return rest.find(self.landscape, parameters)
+
+    # -- theory
+
+    def theory(self, points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """What the Jacobian says of points.
+
+        Args:
+            points: each parameter and `equilibrium` (slot from 0), shape (points,).
+
+        Returns:
+            `place`; `eigenvalues` (s-1, complex, ordered), `condition`, `left` and `right` vectors (last axis: the
+            eigenvalue; in units of the states' sizes, within what is conserved), shape (points, n[, n]); `scale`
+            (s-1), `sizes` (points, N), `basis` (points, N, n), `matrix` (points, n, n): the Jacobian in that basis.
+            NaN where there is no equilibrium.
+        """
+        parameters = [np.asarray(points[name], dtype=np.float64) for name in self.names]
+        first, inverse = _runs(parameters)
+        places = self.equilibria([p[first] for p in parameters])
+        place = places[inverse, np.asarray(points["equilibrium"])]
+        with np.errstate(all="ignore"):
+            J, terms, sizes = self._jacobian(parameters, place)
+            S, sizes = _scales(terms, sizes)
+            gradients = self.landscape.gradients(parameters, list(place.T)) * sizes[:, None, :]
+            basis = _free(gradients, self.n)
+            scaled = J * sizes[:, None, :] / sizes[:, :, None]
+            matrix = np.einsum("pji,pjk,pkm->pim", basis, scaled, basis)
+            slack = np.abs(gradients).sum(2)
+        found = _eigen(matrix, S)
+        told = {"place": place, "scale": S, "sizes": sizes, "basis": basis, "matrix": matrix, "slack": slack}
+        return told | found | {"parameters": parameters, "energy": self._energy_size(parameters, place, sizes)}
+
+    def _jacobian(self, parameters, place):
+        """The Jacobian, its terms' absolute values and the states' sizes (of velocities: of size in 1/S)."""
+        x = list(place.T)
+        slopes, terms = self.landscape.slopes(parameters, x)
+        sizes = self.landscape.sizes(parameters, x)
+        if not self.flow.rest:
+            return slopes, terms, sizes
+        a = self.landscape.a(parameters, x)
+        inverse = np.full(a.shape, np.nan)
+        sound = np.isfinite(a).all((1, 2))
+        sound[sound] = np.abs(np.linalg.det(a[sound])) > 0.0
+        inverse[sound] = np.linalg.inv(a[sound])
+        m = self.flow.rest
+        J, bound = (np.zeros((len(place), self.N, self.N)) for _ in range(2))
+        J[:, range(m), range(m, 2 * m)] = bound[:, range(m), range(m, 2 * m)] = 1.0
+        J[:, m:] = inverse @ slopes
+        bound[:, m:] = np.abs(inverse) @ terms
+        return J, bound, np.concatenate([sizes, sizes * _root(bound)[:, None]], axis=1)
+
+    def _energy_size(self, parameters, place, sizes):
+        """Size of the energy's second variation where a motion has the size of the states', for the drift."""
+        if not self.flow.conservative:
+            return None
+        m = self.flow.rest
+        with np.errstate(all="ignore"):
+            _, terms = self.landscape.slopes(parameters, list(place.T))
+            a = np.abs(self.landscape.a(parameters, list(place.T)))
+            potential = np.einsum("pi,pij,pj->p", sizes[:, :m], terms[:, :, :m], sizes[:, :m])
+            return 0.5 * (potential + np.einsum("pi,pij,pj->p", sizes[:, m:], a, sizes[:, m:]))
+
+    # -- motion
+
+    def measured(self, points, theory, cycles: float, samples_per_cycle: int, tolerance: float, runs: int):
+        """What motions show of points; of theory only places, sizes and the scale are used.
+
+        Returns:
+            `raw` (points, …) of `kernels.flows`, `status` (int8) and `spacing` (in 1/S).
+        """
+        intervals, spacing = round(cycles * samples_per_cycle), min(2.0 * np.pi / samples_per_cycle, 0.5)
+        size, quantities = len(points["epsilon"]), len(self.quantities)
+        raw = np.full((size, kernel.FIRST + quantities + spectrum.HEAD + 4 * self.n), np.nan)
+        status = np.full(size, kernel.NO_EQUILIBRIUM, dtype=np.int8)
+        here = ~np.isnan(theory["place"]).any(axis=1)
+        sound = here & np.isfinite(theory["scale"]) & np.isfinite(theory["matrix"]).all(axis=(1, 2))
+        status[here & ~sound] = kernel.NON_FINITE
+        which = np.flatnonzero(sound)
+        for start in range(0, which.size, CHUNK):
+            part = which[start : start + CHUNK]
+            raw[part] = self._run(points, theory, part, intervals, spacing, tolerance, runs)
+            status[part] = kernel.status(raw[part], quantities, self.n, intervals, tolerance)
+        return {"raw": raw, "status": status, "spacing": spacing}
+
+    def _run(self, points, theory, part, intervals, spacing, tolerance, runs):
+        parameters = [p[part] for p in theory["parameters"]]
+        epsilon = np.asarray(points["epsilon"], dtype=np.float64)[part]
+        sizes, basis = theory["sizes"][part], theory["basis"][part]
+        twice = (epsilon > PAIR_FROM).astype(np.int64)
+        starts = np.zeros((part.size, 2 * runs, self.code.rows))
+        x0 = list(theory["place"][part].T) + [np.zeros(part.size)] * self.flow.rest
+        with np.errstate(all="ignore"):
+            U, slopes = self.values.bases(parameters, x0)
+            for r, direction in enumerate(directions(self.n, runs)):
+                x = sizes * (basis @ direction)
+                for sign in (1.0, -1.0) if twice.any() else (1.0,):
+                    rows = starts[:, r if sign > 0 else runs + r]
+                    _, remainders = self.values.deviations(U, slopes, parameters, epsilon, list(sign * x.T), ())
+                    rows[:, : self.N] = sign * x
+                    for number, row in self.code.remainders.items():
+                        rows[:, row] = remainders[number]
+                    rows[:, self.code.epsilon_row] = epsilon
+                    for (kind, number), row in self.code.constants.items():
+                        rows[:, row] = (U if kind == "U" else slopes)[number]
+        project = np.ascontiguousarray(np.swapaxes(basis, 1, 2) / sizes[:, None, :])
+        module = self.code.module()
+        return kernel.run(
+            module.advance,
+            module.check,
+            self.code.states,
+            len(self.quantities),
+            starts,
+            project,
+            theory["scale"][part],
+            epsilon,
+            twice,
+            np.asarray(points["equilibrium"], dtype=np.int64)[part],
+            intervals,
+            spacing,
+            tolerance,
+        )
+
+    # -- both
+
+    def survey(
+        self, points, cycles: float = 4, samples_per_cycle: int = 16, tolerance: float = 1e-12, runs: int = 2
+    ) -> dict[str, np.ndarray]:
+        """All columns of points (each parameter, `epsilon`, `equilibrium`, `eigenvalue` from 1), in units."""
+        first, back = _runs([np.asarray(points[name]) for name in (*self.names, "epsilon", "equilibrium")])
+        motions = {name: np.asarray(values)[first] for name, values in points.items()}
+        theory = self.theory(motions)
+        measured = self.measured(motions, theory, cycles, samples_per_cycle, tolerance, runs)
+        columns = self._columns(theory, measured)
+        number = np.asarray(points["eigenvalue"]).astype(np.int64) - 1
+        return {name: values[back, number] if values.ndim == 2 else values[back] for name, values in columns.items()}
+
+    def _columns(self, theory, measured):
+        """Columns over the motions; those of eigenvalues have them along their last axis."""
+        q, n, S = len(self.quantities), self.n, theory["scale"]
+        raw, status = measured["raw"], measured["status"]
+        told = raw[:, kernel.FIRST + q :]
+        re, im, e_re, e_im = (told[:, spectrum.HEAD + i * n : spectrum.HEAD + (i + 1) * n] for i in range(4))
+        true = theory["eigenvalues"]
+        columns = {}
+        for name, exact, value, error in (
+            ("eigenvalue_real", true.real, re, e_re),
+            ("eigenvalue_imag", true.imag, im, e_im),
+        ):
+            columns |= {f"{name}_theory": exact, name: value, f"{name}_error": error}
+        growth, error = _growth(re, e_re)
+        columns |= {"growth_rate_theory": true.real.max(1), "growth_rate": growth, "growth_rate_error": error}
+        invariants, predicted = None, None
+        if n == 4:
+            invariants = {
+                "sum_of_squares": told[:, [spectrum.SUM, spectrum.SUM_ERROR]],
+                "product_of_squares": told[:, [spectrum.PRODUCT, spectrum.PRODUCT_ERROR]],
+                "discriminant": told[:, [spectrum.DISCRIMINANT, spectrum.DISCRIMINANT_ERROR]],
+            }
+            predicted = _invariants(theory["matrix"])
+            for (name, value), exact in zip(invariants.items(), predicted, strict=True):
+                columns |= {f"{name}_theory": exact, name: value[:, 0], f"{name}_error": value[:, 1]}
+        slack = (ROUNDINGS * S)[:, None] * np.maximum(1.0, theory["condition"])
+        pairs = None if n != 4 else _even(theory["matrix"], S)
+        exact = None if n != 4 else [(v, ROUNDINGS * S**k) for v, k in zip(predicted, (2, 4, 4), strict=True)]
+        columns["regime_theory"] = regimes(true.real, true.imag, slack, slack, exact, pairs)
+        pairs = None if n != 4 else told[:, spectrum.ODD] <= 1.0
+        found = None if n != 4 else [(v[:, 0], v[:, 1]) for v in invariants.values()]
+        columns["regime"] = regimes(re, im, e_re, e_im, found, pairs)
+        amplitude = raw[:, kernel.AMPLITUDE]
+        for k, name in enumerate(self.quantities):
+            size = amplitude * theory["slack"][:, k] if theory["energy"] is None else amplitude**2 * theory["energy"]
+            with np.errstate(all="ignore"):
+                columns[f"{name}_drift"] = raw[:, kernel.FIRST + k] / size
+        return columns | {
+            "eigenvalue_condition": theory["condition"],
+            "smallest_singular_value": told[:, spectrum.MOVED],
+            "rate_scale": S,
+            "samples_used": np.nan_to_num(raw[:, kernel.SAMPLES]).astype(np.int32),
+            "window_end": (raw[:, kernel.SAMPLES] - 1.0) * measured["spacing"] / S,
+            "steps_per_sample": np.nan_to_num(raw[:, kernel.STEPS]).astype(np.int32),
+            "status": status,
+            **{f"{p.name}_equilibrium": theory["place"][:, i] for i, p in enumerate(self.flow.places)},
+        }
+
+
+def directions(n: int, runs: int) -> np.ndarray:
+    """Directions of the nudges, shape (runs, n): fixed, of size one at most, no two states' shares alike."""
+    return np.array([[np.cos(1.0 + 2.399963229728653 * (i + 1) * (r + 1) + r) for i in range(n)] for r in range(runs)])
+
+
+def _runs(arrays):
+    """Numbers of the first point of each run of equal neighbours, and each point's run."""
+    size = len(arrays[0])
+    change = np.ones(size, dtype=bool)
+    change[1:] = np.any([x[1:] != x[:-1] for x in arrays], axis=0)
+    return np.flatnonzero(change), np.cumsum(change) - 1
+
+
+def _root(bound):
+    """Perron roots of matrices of absolute values, shape (points,); NaN where one is not finite or vanishes."""
+    sound = np.isfinite(bound).all((1, 2))
+    roots = np.full(len(bound), np.nan)
+    roots[sound] = np.abs(np.linalg.eigvals(bound[sound])).max(1, initial=0.0)
+    return np.where(roots > 0.0, roots, np.nan)
+
+
+def _scales(terms, sizes):
+    """S and the states' sizes, from the absolute values of the Jacobian's terms and what the description says."""
+    n = sizes.shape[1]
+    G = terms * sizes[:, None, :] / sizes[:, :, None]
+    root = _root(G)
+    G = G + COUPLED / n * root[:, None, None]
+    u = np.ones_like(sizes)
+    for _ in range(100):
+        u = np.einsum("pij,pj->pi", G, u) + root[:, None] * u
+        u = u / u.max(1, keepdims=True)
+    S = (np.einsum("pij,pj->pi", G, u) / u).max(1)  # at least the root, by Collatz and Wielandt
+    return S, sizes * u
+
+
+def _free(gradients, n):
+    """An orthonormal basis of what the gradients leave free, shape (points, N, n)."""
+    points, count, N = gradients.shape
+    if not count:
+        return np.broadcast_to(np.eye(N), (points, N, N))
+    sound = np.isfinite(gradients).all((1, 2))
+    basis = np.full((points, N, n), np.nan)
+    norm = np.linalg.norm(gradients[sound], axis=2, keepdims=True)
+    _, _, vh = np.linalg.svd(gradients[sound] / np.where(norm > 0.0, norm, 1.0))
+    basis[sound] = np.swapaxes(vh[:, N - n :], 1, 2)
+    return basis
+
+
+def _eigen(matrix, S):
+    """Eigenvalues in order, their condition numbers, left and right vectors."""
+    points, n, _ = matrix.shape
+    values = np.full((points, n), np.nan, dtype=complex)
+    right, left = (np.full((points, n, n), np.nan, dtype=complex) for _ in range(2))
+    sound = np.flatnonzero(np.isfinite(matrix).all((1, 2)))
+    values[sound], right[sound] = np.linalg.eig(matrix[sound])
+    re, im = np.ascontiguousarray(values.real), np.ascontiguousarray(values.imag)
+    number = np.zeros((points, n), dtype=np.int64)
+    spectrum.order_all(re, im, 2.0 * spectrum.SAME * np.nan_to_num(S), number)
+    right = np.take_along_axis(right, number[:, None, :], axis=2)
+    for i in sound:  # one by one: a matrix without a basis of eigenvectors has no left ones
+        try:
+            left[i] = np.linalg.inv(right[i]).conj().T
+        except np.linalg.LinAlgError:
+            continue
+    with np.errstate(all="ignore"):
+        condition = np.linalg.norm(left, axis=1) * np.linalg.norm(right, axis=1)
+    condition = np.where(np.isnan(condition) & np.isfinite(re), np.inf, condition)
+    return {"eigenvalues": re + 1j * im, "condition": condition, "left": left, "right": right}
+
+
+def _invariants(matrix):
+    """S, D and S² - 4D of 4 x 4 matrices."""
+    square = matrix @ matrix
+    S = 0.5 * np.einsum("pii->p", square)
+    with np.errstate(invalid="ignore"):
+        D = np.linalg.det(matrix)
+    return S, D, S * S - 4.0 * D
+
+
+def _even(matrix, S):
+    """Whether eigenvalues come in pairs ±μ: the odd coefficients vanish but for rounding."""
+    trace = np.einsum("pii->p", matrix)
+    cube = np.einsum("pij,pjk,pki->p", matrix, matrix, matrix)
+    with np.errstate(invalid="ignore"):
+        return (np.abs(trace) <= ROUNDINGS * S) & (np.abs(cube) <= ROUNDINGS * S**3)
+
+
+def _growth(re, error):
+    """The largest real part, and the largest error of those that may be it."""
+    known = np.isfinite(re).all(1)
+    growth = np.where(known, re.max(1), np.nan)
+    with np.errstate(invalid="ignore"):
+        rival = re + error >= growth[:, None]
+    return growth, np.where(known, np.where(rival, error, 0.0).max(1), np.nan)
+
+
+def regimes(re, im, re_error, im_error, invariants=None, pairs=None):
+    """Regimes of spectra with errors, int8 of `kernels.flows`, -1 where there is none.
+
+    Args:
+        re: real parts, shape (points, n).
+        im: imaginary parts.
+        re_error: errors of the real parts.
+        im_error: errors of the imaginary parts.
+        invariants: for four eigenvalues (S, its error), (D, …), (S² - 4D, …), shape (points,) each.
+        pairs: where they come in pairs ±μ, as far as errors tell: there the invariants decide.
+    """
+    with np.errstate(invalid="ignore"):
+        k = re.argmax(1)[:, None]
+        grows = (re - re_error > 0).any(1)
+        turns = np.take_along_axis(np.abs(im) > im_error, k, 1)[:, 0]
+        decays = (re + re_error < 0).all(1)
+        level = (np.abs(re) <= re_error).all(1) & (np.abs(im) > im_error).all(1)
+        apart = np.hypot(re[:, :, None] - re[:, None], im[:, :, None] - im[:, None])
+        errors = np.hypot(re_error, im_error)
+        told_apart = (apart > errors[:, :, None] + errors[:, None]) | np.eye(re.shape[1], dtype=bool)
+        cases = [grows & turns, grows, decays, level & told_apart.all((1, 2))]
+        values = [kernel.FLUTTER, kernel.UNSTABLE, kernel.ASYMPTOTICALLY_STABLE, kernel.STABLE]
+        found = np.select(cases, values, kernel.MARGINAL)
+        if invariants is not None:
+            found = np.where(pairs, _by_pairs(*invariants), found)
+    return np.where(np.isfinite(re).all(1), found, -1).astype(np.int8)
+
+
+def _by_pairs(total, product, discriminant):
+    """Regimes from the signs of S, D and S² - 4D, as far as their errors tell them."""
+    up, down = (total[0] > total[1]), (total[0] < -total[1])
+    above, below = (product[0] > product[1]), (product[0] < -product[1])
+    split, joined = (discriminant[0] > discriminant[1]), (discriminant[0] < -discriminant[1])
+    cases = [below | (up & ~joined), joined, down & above & split]
+    return np.select(cases, [kernel.UNSTABLE, kernel.FLUTTER, kernel.STABLE], kernel.MARGINAL)

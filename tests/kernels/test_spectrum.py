@@ -1,0 +1,213 @@
+"""Eigenvalues from samples: against LAPACK, against the Cramér-Rao bound, and through a collision."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy import linalg
+
+from kernels import spectrum
+
+# The spectra of the experiment that chose the method: eigenvalues (one of each conjugate pair), number of samples.
+CASES = {
+    "centres": ([1j, 2.3j], 100),
+    "near centres": ([1j, 1.05j], 100),
+    "nearer centres": ([1j, 1.01j], 100),
+    "quadruple": ([0.2 + 1.3j, -0.2 + 1.3j], 100),
+    "near a collision": ([0.01 + 1.3j, -0.01 + 1.3j], 100),
+    "slow and fast": ([0.05j, 3j], 100),
+    "saddle and centre": ([0.3, -0.3, 1.7j], 40),
+    "four centres": ([0.7j, 1.5j, 2.2j, 3.1j], 150),
+    "damped": ([-0.01, -1.0], 100),
+    "odd": ([-0.01 + 1j, -0.3, -0.5 + 2j], 100),
+}
+SPACING, NOISE, DRAWS = 0.25, 1e-8, 150  # noise far above rounding, far below what bends
+
+
+def generator(values, seed=1):
+    """A real matrix with these eigenvalues, in random orthogonal axes; conjugates are added."""
+    blocks = [[[v.real, v.imag], [-v.imag, v.real]] if complex(v).imag else [[v]] for v in values]
+    A = linalg.block_diag(*[np.real(np.array(b)) for b in blocks])
+    Q = linalg.qr(np.random.default_rng(seed).normal(size=A.shape))[0]
+    return Q @ A @ Q.T
+
+
+def motions(A, count, runs, seed=2):
+    starts = np.random.default_rng(seed).normal(size=(runs, len(A)))
+    steps = np.array([linalg.expm(A * SPACING * k) for k in range(count)])
+    return np.einsum("kij,rj->rki", steps, starts)
+
+
+def ordered(A):
+    values = linalg.eigvals(A)
+    re, im = values.real.copy(), values.imag.copy()
+    spectrum.order(re, im, len(A), spectrum.SAME / SPACING)
+    return re + 1j * im
+
+
+def bound(A, clean):
+    """Cramér-Rao bound of the eigenvalues' parts for noise of one: slopes of all samples by M and the starts."""
+    runs, count, n = clean.shape
+    M, starts = linalg.expm(A * SPACING), clean[:, 0]
+
+    def run(M, starts):
+        out = [starts]
+        for _ in range(count - 1):
+            out.append(out[-1] @ M.T)
+        return np.array(out).ravel()
+
+    h, base = 1e-7, np.concatenate([M.ravel(), starts.ravel()])
+
+    def at(p):
+        return run(p[: n * n].reshape(n, n), p[n * n :].reshape(runs, n))
+
+    G = np.array([(at(base + h * e) - at(base - h * e)) / (2 * h) for e in np.eye(base.size)]).T
+    covariance = np.linalg.inv(G.T @ G)[: n * n, : n * n]
+    values, left, right = linalg.eig(M, left=True)
+    slopes = []
+    for k in range(n):
+        w, v = left[:, k].conj(), right[:, k]
+        slopes.append(np.outer(w, v).ravel() / (w @ v) / values[k] / SPACING)
+    slopes = np.array(slopes)
+    rates = np.log(values) / SPACING
+    number = [np.abs(rates - x).argmin() for x in ordered(A)]
+    parts = [np.sqrt(np.einsum("ki,ij,kj->k", s, covariance, s)) for s in (slopes.real, slopes.imag)]
+    return (parts[0] + 1j * parts[1])[number]
+
+
+@pytest.mark.parametrize("n", range(1, 13))
+def test_eigenvalues_are_lapacks(n):
+    rng = np.random.default_rng(n)
+    re, im = np.empty(n), np.empty(n)
+    for _ in range(40):
+        A = rng.normal(size=(n, n))
+        assert spectrum.eigenvalues(A, n, re, im)
+        found = np.sort_complex(re + 1j * im)
+        np.testing.assert_allclose(found, np.sort_complex(linalg.eigvals(A)), atol=1e-12 * n)  # a few condition numbers
+        assert set(re[im != 0] + 1j * im[im != 0]) == set(re[im != 0] - 1j * im[im != 0])  # pairs, exactly
+
+
+def test_eigenvalues_of_awkward_matrices():
+    re, im = np.empty(4), np.empty(4)
+    jordan = np.eye(4, k=1)
+    cyclic = np.roll(np.eye(4), 1, axis=0)  # where an unshifted step stands still
+    for A, tolerance in ((np.zeros((4, 4)), 0.0), (np.eye(4), 0.0), (jordan, 1e-3), (cyclic, 1e-14)):
+        assert spectrum.eigenvalues(A, 4, re, im)
+        np.testing.assert_allclose(np.sort(re**2 + im**2), np.sort(np.abs(linalg.eigvals(A)) ** 2), atol=tolerance)
+    assert not spectrum.eigenvalues(np.full((4, 4), np.nan), 4, re, im)
+
+
+def test_the_logarithm_is_scipys():
+    rng = np.random.default_rng(3)
+    for n in (1, 2, 4, 9):
+        A = rng.normal(size=(n, n))
+        A *= 0.6 / np.abs(linalg.eigvals(A)).max()
+        Y = np.empty((n, n))
+        assert spectrum.logarithm(linalg.expm(A), n, Y)
+        np.testing.assert_allclose(Y, A, atol=2e-14 * max(1.0, linalg.norm(A)))
+
+
+@pytest.mark.parametrize("runs", [1, 2])
+@pytest.mark.parametrize("name", CASES)
+def test_errors_are_the_bound_and_cover(name, runs):
+    values, count = CASES[name]
+    A = generator(values)
+    clean = motions(A, count, runs)
+    noise = NOISE * np.random.default_rng(4).normal(size=(DRAWS, *clean.shape))
+    found = spectrum.measure(clean + noise, SPACING)
+    true, least = ordered(A), NOISE * bound(A, clean)
+    assert 0.99 < np.median(found.scatter) / NOISE < 1.01
+    told = np.median(found.errors, axis=0)
+    for told_part, least_part in ((told.real, least.real), (told.imag, least.imag)):
+        real = least_part > 1e-4 * np.abs(least).max()  # the imaginary part of a real eigenvalue has no error
+        np.testing.assert_allclose(told_part[real], least_part[real], rtol=0.06)  # the start's own errors
+    off = found.eigenvalues - true
+    z = np.concatenate(
+        [part[:, np.abs(part).max(0) > 0].ravel() for part in (off.real / told.real, off.imag / told.imag)]
+    )
+    z = z[np.isfinite(z)]
+    assert 0.85 < np.sqrt(np.mean(z**2)) < 1.15  # draws of correlated numbers: a few per cent either way
+    assert 0.60 < np.mean(np.abs(z) < 1) < 0.80
+    assert np.mean(np.abs(z) < 2) > 0.92
+    if len(true) == 4:
+        S, D = 0.5 * np.sum(true**2).real, np.prod(true).real
+        z = (found.invariants - [S, D, S * S - 4 * D]) / found.invariant_errors
+        assert (np.sqrt(np.mean(z**2, axis=0)) < 1.2).all()
+        assert (np.sqrt(np.mean(z**2, axis=0)) > 0.8).all()
+
+
+@pytest.mark.parametrize("gap", [1.0, 1e-2, 1e-4, 1e-6, 1e-8, 0.0, -1e-8, -1e-4, -1e-2])
+def test_invariants_are_smooth_through_a_collision(gap):
+    """ν² - p ν + P = 0 in space, x = p² - 4 P: the rates lose half their digits at x = 0, S and D do not."""
+    p = 2.0
+    P = (p * p - gap) / 4
+    A = np.array([[0, 0, 1, 0], [0, 0, 0, 1], [P, 0, 0, -p], [0, P, p, 0]]) + 0.0
+    clean = motions(A, 100, 2)
+    noise = 1e-13 * np.random.default_rng(5).normal(size=(60, *clean.shape))
+    found = spectrum.measure(clean + noise, SPACING)
+    S, D = -(p * p - 2 * P), P * P  # of λ = ±iν
+    nu = (p + np.array([1, -1]) * np.sqrt(complex(gap))) / 2
+    true = np.array([1j, -1j])[:, None] * nu
+    re, im = true.real.ravel().copy(), true.imag.ravel().copy()
+    spectrum.order(re, im, 4, spectrum.SAME / SPACING)
+    off = np.abs(found.invariants - [S, D, S * S - 4 * D])
+    assert (np.median(off, axis=0) < 1e-11).all()
+    assert (off < 5 * found.invariant_errors).all()  # standard errors, 60 draws
+    rates = np.abs(found.eigenvalues - (re + 1j * im))
+    allowed = np.hypot(found.errors.real, found.errors.imag)
+    assert (rates < 5 * allowed).all()
+    if gap == 0.0:
+        assert np.median(rates.max(axis=-1)) > 1e-8  # which is why S and D are told
+
+
+def test_equal_modes_need_a_second_run():
+    A = generator([1j, 1j])
+    assert np.isnan(spectrum.measure(motions(A, 80, 1), SPACING).eigenvalues).all()
+    found = spectrum.measure(motions(A, 80, 2), SPACING)
+    np.testing.assert_allclose(found.eigenvalues, ordered(A), atol=1e-12)
+
+
+def test_a_mode_that_was_not_moved_is_said():
+    A = generator([1j, 2.3j])
+    clean = motions(A, 80, 1)
+    values, right = linalg.eig(A)
+    share = linalg.inv(right)[np.abs(values.imag) > 2] @ clean[0, 0]  # take the fast mode out of the start
+    start = clean[0, 0] - (right[:, np.abs(values.imag) > 2] @ share).real
+    still = np.array([[linalg.expm(A * SPACING * k) @ start for k in range(80)]])
+    found = spectrum.measure(still, SPACING)
+    assert found.moved < spectrum.LEAST_MOVED
+    assert np.isnan(found.eigenvalues).all()
+
+
+def test_a_point_does_not_depend_on_its_neighbours():
+    clean = motions(generator([1j, 2.3j]), 70, 2)
+    data = clean + 1e-9 * np.random.default_rng(6).normal(size=(40, *clean.shape))
+    whole = spectrum.measure(data, SPACING)
+    for i in (0, 31, 32, 39):
+        alone = spectrum.measure(data[i], SPACING)
+        assert all(np.array_equal(a, b[i], equal_nan=True) for a, b in zip(alone, whole, strict=True))
+
+
+def test_time_scales_out():
+    clean = motions(generator([0.2 + 1.3j, -0.2 + 1.3j]), 70, 2)
+    slow, fast = spectrum.measure(clean, SPACING), spectrum.measure(clean, SPACING / 1024)
+    np.testing.assert_array_equal(fast.eigenvalues, slow.eigenvalues * 1024)
+    np.testing.assert_array_equal(fast.errors, slow.errors * 1024)
+    np.testing.assert_array_equal(fast.invariants, slow.invariants * [2.0**20, 2.0**40, 2.0**40])
+
+
+def test_samples_beyond_those_used_do_not_count():
+    clean = motions(generator([1j, 2.3j]), 70, 2)
+    spoilt = clean.copy()
+    spoilt[:, 50:] = math.nan
+    short, cut = spectrum.measure(spoilt, SPACING, used=[50, 50]), spectrum.measure(clean[:, :50], SPACING)
+    np.testing.assert_array_equal(short.eigenvalues, cut.eigenvalues)
+
+
+def test_what_is_no_set_of_samples_is_refused():
+    with pytest.raises(ValueError, match="shape"):
+        spectrum.measure(np.zeros((5, 3)), 1.0)
+    with pytest.raises(ValueError, match="shape"):
+        spectrum.measure(np.zeros((1, 50, 13)), 1.0)
+    with pytest.raises(ValueError, match="too few"):
+        spectrum.measure(np.zeros((1, 5, 4)), 1.0)
