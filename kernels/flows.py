@@ -16,8 +16,7 @@ are bounds, not standard errors.
 *Blind.* Spacing, length and number of steps come from a bound on every possible rate; nothing here knows an eigenvalue
 of theory.
 
-Lanes are as in :mod:`kernels.oscillations`: W points a block, the last block padded, and a point's bits depend on the
-point alone.
+Lanes are as in :mod:`kernels.blocks`, and a point's bits depend on the point alone.
 """
 
 import math
@@ -26,10 +25,11 @@ import numpy as np
 from numba import float64, int64, njit, void
 
 from kernels import direct, measure, spectrum
-from kernels.oscillations import ADVANCE, ENERGY, MOST_HALVINGS, ORDER, W
-from kernels.rigid_body import OPTIONS
+from kernels.blocks import W, cut
+from kernels.options import OPTIONS
+from kernels.oscillations import ADVANCE, ENERGY, MOST_HALVINGS, ORDER
+from kernels.statuses import NON_FINITE, NOT_CONVERGED, NOT_MOVED, OK, SHORT_WINDOW
 
-OK, SHORT_WINDOW, NOT_CONVERGED, NON_FINITE, NO_EQUILIBRIUM, NOT_MOVED = range(6)
 ASYMPTOTICALLY_STABLE, STABLE, UNSTABLE, FLUTTER, MARGINAL = range(5)
 
 EPSILON = float(np.finfo(np.float64).eps)
@@ -233,11 +233,7 @@ def _planned(spacing, size, intervals, tolerance):
 def _blocks(steps, twice, family):
     """Order of the points and bounds of the blocks: points of equal work together, W at a time."""
     key = (2 * steps + twice) * (family.max(initial=0) + 1) + family
-    order = np.argsort(key, kind="stable")
-    cuts = np.flatnonzero(np.diff(key[order])) + 1
-    groups = zip(np.r_[0, cuts], np.r_[cuts, key.size], strict=True)
-    starts = np.concatenate([np.arange(lo, hi, W) for lo, hi in groups])
-    return order, np.r_[starts, key.size].astype(np.int64)
+    return cut(np.unique(key, return_inverse=True)[1], 1)
 
 
 def run(advance, check, states, quantities, starts, project, scale, size, twice, family, intervals, spacing, tolerance):

@@ -26,6 +26,8 @@ below the distance of the next one, else the radius within which a root of the d
 *Invariants.* For four eigenvalues :math:`S = \tfrac12\sum\lambda^2`, :math:`D = \prod\lambda` and S² - 4D with errors:
 of two pairs ±μ1, ±μ2 they are μ1² + μ2², μ1² μ2² and (μ1² - μ2²)², and smooth through any collision.
 
+*Lanes* are as in :mod:`kernels.blocks`; a loop over them asks an array for its width, for then it is not unrolled.
+
 Source: Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973) 413 (variable projection); Tu et al., J. Comput. Dyn. 1 (2014)
 391 (DMD); Golub and Van Loan, Matrix Computations, section 7.5 (Francis' step); Marden, Geometry of Polynomials,
 section 33 (radii). The parameters, and that their number is right, were derived here. Not validated: more than 12
@@ -38,9 +40,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import boolean, float64, int64, njit, void
 
-from kernels.rigid_body import OPTIONS
+from kernels.blocks import W
+from kernels.options import OPTIONS
 
-W = 32  # lanes; a loop over them asks an array for its width, for then it is not unrolled and stays packed
 MOST_STATES = 12
 STEPS = 4  # of Gauss-Newton, at most
 CLOSE = 1e-10  # a step that changes M by less is the last

@@ -6,8 +6,8 @@ added at the end. Nothing is imported here, so that the names can be read before
 
 STATUSES = (
     *("ok", "short_window", "not_converged", "non_finite", "no_equilibrium", "flat", "not_nudged"),
-    *("too_many_equilibria", "kinetic_energy_not_positive", "nudge_too_wide"),
+    *("too_many_equilibria", "kinetic_energy_not_positive", "nudge_too_wide", "not_moved"),
 )
 
 OK, SHORT_WINDOW, NOT_CONVERGED, NON_FINITE, NO_EQUILIBRIUM, FLAT, NOT_NUDGED = range(7)
-TOO_MANY_EQUILIBRIA, KINETIC_ENERGY_NOT_POSITIVE, NUDGE_TOO_WIDE = range(7, len(STATUSES))
+TOO_MANY_EQUILIBRIA, KINETIC_ENERGY_NOT_POSITIVE, NUDGE_TOO_WIDE, NOT_MOVED = range(7, len(STATUSES))

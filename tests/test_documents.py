@@ -6,6 +6,7 @@ import pytest
 
 import sweeps
 from sweeps.systems.oscillator import variables as oscillator
+from sweeps.systems.relative_equilibrium import variables as relative
 from sweeps.systems.rigid_body import variables as rigid_body
 from sweeps.systems.symmetric_top import variables as symmetric_top
 
@@ -31,6 +32,9 @@ def table(marker):
         ("symmetric top, variables", symmetric_top.VARIABLES),
         ("oscillator coordinates", oscillator.COORDINATES),
         ("oscillator variables", oscillator.VARIABLES),
+        ("relative equilibrium coordinates", relative.COORDINATES),
+        ("relative equilibrium variables", relative.VARIABLES),
+        ("relative equilibrium invariants", relative.INVARIANTS),
     ],
 )
 def test_data_contract_for_readers_is_the_table_of_the_code(marker, truth):

@@ -105,7 +105,8 @@ class State:
         symbol: as it stands in the rates.
         unit: UDUNITS text.
         bounds: where equilibria are looked for; expressions in the parameters.
-        size: what a nudge of relative size one is, in the state's unit; may hold parameters.
+        size: what a nudge of relative size one is, in the state's unit; may hold parameters; left out, a quarter of the
+            range between the bounds.
         meaning: one line of text.
     """
 
@@ -217,14 +218,15 @@ class System:
                 raise DescriptionError(f"force: {symbol} is no coordinate; allowed: {known}")
             self.forces[symbol] = self.forces.get(symbol, sp.Integer(0)) + sp.sympify(Q)
 
-    def state(self, name, unit="1", *, bounds, size=1, positive=False, meaning="") -> sp.Symbol:
+    def state(self, name, unit="1", *, bounds, size=None, positive=False, meaning="") -> sp.Symbol:
         """The symbol of a state of equations of first order; see `State`. Its rate is said by :meth:`rate`."""
         self._check_name(name)
         if len(self.states) >= MOST_STATES:
             raise DescriptionError(f"state {name}: there are {MOST_STATES} already; allowed: no more")
         symbol = sp.Symbol(name, positive=True) if positive else sp.Symbol(name, real=True)
         low, high = (sp.sympify(bound) for bound in bounds)
-        self.states[name] = State(symbol, unit, (low, high), sp.sympify(size), meaning or name)
+        size = (high - low) / 4 if size is None else sp.sympify(size)
+        self.states[name] = State(symbol, unit, (low, high), size, meaning or name)
         return symbol
 
     def rate(self, state: sp.Symbol, f) -> None:

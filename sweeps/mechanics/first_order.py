@@ -2,8 +2,8 @@ r"""The integrator of equations of first order: the Taylor steps of :mod:`sweeps
 
 With x the states' deviations, :math:`x_{n+1} = h f_n/(n+1)`, f_n the n-th term of the rate's node. Rates vanish at the
 equilibrium for a reason, so their bases are 0 and not what rounding leaves. Beside `advance` stands `check`, which
-writes what each conserved quantity has changed by: :math:`(C - C_0)/\varepsilon`, and of an energy, whose gradient
-vanishes, :math:`(E - E_0)/\varepsilon^2`.
+writes what each conserved quantity has changed by: :math:`(C - C_0)/\varepsilon`, and of one whose gradient vanishes
+at the equilibria, as an energy's, :math:`(C - C_0)/\varepsilon^2`.
 """
 
 import sympy as sp
@@ -121,14 +121,15 @@ class FlowCode(Code):
 
     def _quantity_lines(self):
         """The conserved quantities' deviations: of first order, of an energy of second."""
-        second = bool(self.graph.equations.rest)
-        lines, nodes = [], self._inner(self.graph.quantities)
-        for number in nodes:
+        flow, quantities = self.graph.equations, self.graph.quantities
+        second = (True,) * len(quantities) if flow.rest else flow.second
+        lines = []
+        for number in self._inner(quantities):
             lines += self._term(number, 0)
-        if second:
-            lines += [f"t{number} = {self._second(number)}" for number in nodes]
-        for k, number in enumerate(self.graph.quantities):
-            told = (f"t{number}" if second else self._hat(number, 0)) if self.graph.moves(number) else "0.0"
+        for number in self._inner([k for k, curved in zip(quantities, second, strict=True) if curved]):
+            lines.append(f"t{number} = {self._second(number)}")
+        for k, (number, curved) in enumerate(zip(quantities, second, strict=True)):
+            told = (f"t{number}" if curved else self._hat(number, 0)) if self.graph.moves(number) else "0.0"
             lines.append(f"S[{(self.states + 2 + k) * W} + lane] = {told}")
         return lines
 

@@ -97,6 +97,25 @@ class Flow:
         return (v.T * self.a * v)[0] / 2 + self.V
 
     @cached_property
+    def second(self) -> tuple[bool, ...]:
+        """Which conserved quantities have no slope at the equilibria, so that they change in second order."""
+        defaults = {p.symbol: p.default for p in self.system.parameters.values()}
+        told = []
+        for row in self.gradients.tolist():
+            sizes = []
+            for place in self.system.labels.values():
+                here = {x: sp.sympify(y).subs(defaults) for x, y in place.items()}
+                here |= {s.symbol: s.size.subs(defaults) for s in self.places if s.symbol not in here}
+                sizes += [abs(complex(e.subs(defaults).subs(here).evalf())) for e in row]
+            told.append(bool(sizes) and max(sizes) < 1e-12)
+        return tuple(told)
+
+    @cached_property
+    def curvatures(self) -> tuple[sp.Matrix, ...]:
+        """Second derivatives of the conserved quantities by the states."""
+        return tuple(sp.hessian(e, self.q) for e in self.system.conserved_quantities.values())
+
+    @cached_property
     def gradients(self) -> sp.Matrix:
         """Derivatives of the conserved quantities by the states, shape (quantities, n)."""
         quantities = list(self.system.conserved_quantities.values())
@@ -128,8 +147,6 @@ def derive(system: System) -> Flow:
     """
     if system.states and (system.coordinates or system.particles or system.kinetic_terms):
         raise DescriptionError("states: beside coordinates; allowed: equations of first order, or T and V, not both")
-    if not system.parameters:
-        raise DescriptionError("parameters: there is none; allowed: one at least, for a sweep to vary")
     flow = _of_states(system) if system.states or system.rates else _of_coordinates(system)
     _check_conserved(flow)
     return flow

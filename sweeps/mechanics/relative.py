@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from kernels import flows as kernel
-from kernels import spectrum
+from kernels import spectrum, statuses
 from sweeps.mechanics import rest
 from sweeps.mechanics.description import DescriptionError, System
 from sweeps.mechanics.first_order import FlowCode, graph
@@ -110,10 +110,10 @@ class Model:
             basis = _free(gradients, self.n)
             scaled = J * sizes[:, None, :] / sizes[:, :, None]
             matrix = np.einsum("pji,pjk,pkm->pim", basis, scaled, basis)
-            slack = np.abs(gradients).sum(2)
+            changes = self._changes(parameters, place, sizes, gradients)
         found = _eigen(matrix, S)
-        told = {"place": place, "scale": S, "sizes": sizes, "basis": basis, "matrix": matrix, "slack": slack}
-        return told | found | {"parameters": parameters, "energy": self._energy_size(parameters, place, sizes)}
+        told = {"place": place, "scale": S, "sizes": sizes, "basis": basis, "matrix": matrix}
+        return told | found | {"parameters": parameters, "changes": changes}
 
     def _jacobian(self, parameters, place):
         """The Jacobian, its terms' absolute values and the states' sizes (of velocities: of size in 1/S)."""
@@ -134,16 +134,20 @@ class Model:
         bound[:, m:] = np.abs(inverse) @ terms
         return J, bound, np.concatenate([sizes, sizes * _root(bound)[:, None]], axis=1)
 
-    def _energy_size(self, parameters, place, sizes):
-        """Size of the energy's second variation where a motion has the size of the states', for the drift."""
-        if not self.flow.conservative:
-            return None
-        m = self.flow.rest
-        with np.errstate(all="ignore"):
-            _, terms = self.landscape.slopes(parameters, list(place.T))
-            a = np.abs(self.landscape.a(parameters, list(place.T)))
+    def _changes(self, parameters, place, sizes, gradients):
+        """What each conserved quantity could change by in a motion of the states' sizes, and of which order in it."""
+        x = list(place.T)
+        if self.flow.conservative:
+            m = self.flow.rest
+            terms, a = self.landscape.slopes(parameters, x)[1], np.abs(self.landscape.a(parameters, x))
             potential = np.einsum("pi,pij,pj->p", sizes[:, :m], terms[:, :, :m], sizes[:, :m])
-            return 0.5 * (potential + np.einsum("pi,pij,pj->p", sizes[:, m:], a, sizes[:, m:]))
+            return [(0.5 * (potential + np.einsum("pi,pij,pj->p", sizes[:, m:], a, sizes[:, m:])), 2)]
+        if not self.quantities:
+            return []
+        curvatures = self.landscape.curvatures(parameters, x)
+        curved = 0.5 * np.einsum("pi,pqij,pj->pq", sizes, curvatures, sizes)
+        sloped = np.abs(gradients).sum(2)
+        return [(curved[:, k], 2) if flat else (sloped[:, k], 1) for k, flat in enumerate(self.flow.second)]
 
     # -- motion
 
@@ -156,10 +160,10 @@ class Model:
         intervals, spacing = round(cycles * samples_per_cycle), min(2.0 * np.pi / samples_per_cycle, 0.5)
         size, quantities = len(points["epsilon"]), len(self.quantities)
         raw = np.full((size, kernel.FIRST + quantities + spectrum.HEAD + 4 * self.n), np.nan)
-        status = np.full(size, kernel.NO_EQUILIBRIUM, dtype=np.int8)
+        status = np.full(size, statuses.NO_EQUILIBRIUM, dtype=np.int8)
         here = ~np.isnan(theory["place"]).any(axis=1)
         sound = here & np.isfinite(theory["scale"]) & np.isfinite(theory["matrix"]).all(axis=(1, 2))
-        status[here & ~sound] = kernel.NON_FINITE
+        status[here & ~sound] = statuses.NON_FINITE
         which = np.flatnonzero(sound)
         for start in range(0, which.size, CHUNK):
             part = which[start : start + CHUNK]
@@ -252,10 +256,9 @@ class Model:
         found = None if n != 4 else [(v[:, 0], v[:, 1]) for v in invariants.values()]
         columns["regime"] = regimes(re, im, e_re, e_im, found, pairs)
         amplitude = raw[:, kernel.AMPLITUDE]
-        for k, name in enumerate(self.quantities):
-            size = amplitude * theory["slack"][:, k] if theory["energy"] is None else amplitude**2 * theory["energy"]
+        for k, (name, (size, power)) in enumerate(zip(self.quantities, theory["changes"], strict=True)):
             with np.errstate(all="ignore"):
-                columns[f"{name}_drift"] = raw[:, kernel.FIRST + k] / size
+                columns[f"{name}_drift"] = raw[:, kernel.FIRST + k] / (size * amplitude**power)
         return columns | {
             "eigenvalue_condition": theory["condition"],
             "smallest_singular_value": told[:, spectrum.MOVED],

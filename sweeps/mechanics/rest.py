@@ -37,7 +37,9 @@ class Landscape:
         self._slope_terms = lambdified(arguments, [magnitude(e) for e in slopes])
         self._a = lambdified(arguments, list(flow.a.subs(flow.still))) if flow.rest else None
         self._gradients = lambdified(arguments, list(flow.gradients)) if len(flow.gradients) else None
-        self._sizes = lambdified(arguments, [place.size for place in flow.places])
+        curvatures = [magnitude(e) for matrix in flow.curvatures for e in matrix]
+        self._curvatures = lambdified(arguments, curvatures) if curvatures else None
+        self._sizes = lambdified(arguments, [_size(place) for place in flow.places])
         self._bounds = lambdified(flow.parameters, [b for place in flow.places for b in place.bounds])
         middle = {place.symbol: (place.bounds[0] + place.bounds[1]) / 2 for place in flow.places}
         labels = flow.system.labels.values()
@@ -64,6 +66,10 @@ class Landscape:
             return np.zeros((len(x[0]), 0, self.n))
         return np.stack(self._gradients(*parameters, *x), -1).reshape(len(x[0]), -1, self.n)
 
+    def curvatures(self, parameters, x):
+        """Absolute values of the conserved quantities' second derivatives, shape (points, quantities, n, n)."""
+        return np.stack(self._curvatures(*parameters, *x), -1).reshape(len(x[0]), -1, self.n, self.n)
+
     def sizes(self, parameters, x):
         """Sizes of the places, shape (points, m)."""
         return np.stack(self._sizes(*parameters, *x), -1)
@@ -82,6 +88,11 @@ class Landscape:
         lattice = np.stack(np.meshgrid(*[fractions] * self.m, indexing="ij"), -1).reshape(-1, self.m)
         bounds = self.bounds(parameters)
         return bounds[:, None, :, 0] + lattice * (bounds[:, None, :, 1] - bounds[:, None, :, 0])
+
+
+def _size(place):
+    """What a nudge of relative size one is; a quarter of the range between the bounds where none is said."""
+    return (place.bounds[1] - place.bounds[0]) / 4 if place.size is None else place.size
 
 
 def find(landscape: Landscape, parameters) -> np.ndarray:

@@ -23,13 +23,14 @@ MODULES = {
     for path in sorted(Path(__file__).parent.glob("*/system.py"))
     if "\nSYSTEM = " in path.read_text(encoding="utf-8")
 }
+DESCRIBED = ("sweeps.systems.oscillator.system", "sweeps.systems.relative_equilibrium.system")
 DESCRIPTIONS = Path(__file__).parents[1] / "mechanics" / "library"
 
 
 @cache
 def names() -> tuple[str, ...]:
-    """Names of the systems: of the folders here, of what describes small oscillations, and of other packages."""
-    described = sorted(path.stem for path in DESCRIPTIONS.glob("*.py") if path.stem != "__init__")
+    """Names of the systems: of the folders here, of what is described, and of other packages."""
+    described = sorted(path.stem for path in DESCRIPTIONS.rglob("*.py") if path.stem != "__init__")
     ours = (*MODULES, *described)
     return (*ours, *(name for name in sorted(_brought()) if name not in ours))
 
@@ -61,11 +62,16 @@ def resolve(name: str) -> System:
     """
     if name in MODULES:
         return import_module(MODULES[name]).SYSTEM
-    oscillator = import_module("sweeps.systems.oscillator.system")
+    oscillator, relative = map(import_module, DESCRIBED)
     if is_file(name):
-        return oscillator.of_file(name)
+        from sweeps.mechanics.flow import is_flow
+
+        found = oscillator.of_file(name)
+        return relative.of_file(name) if is_flow(found.description) else found
     if name not in names():
         raise KeyError(name)
+    if name in relative.shipped():
+        return relative.of_library(name)
     if (DESCRIPTIONS / f"{name}.py").is_file():
         return oscillator.of_library(name)
     return import_module(_brought()[name]).SYSTEM
@@ -82,7 +88,8 @@ def of_map(ds: "xr.Dataset") -> System:
     """
     name = str(ds.attrs.get("system", DEFAULT_SYSTEM))
     if is_file(name):
-        return import_module("sweeps.systems.oscillator.system").unread(name)
+        oscillator, relative = map(import_module, DESCRIBED)
+        return (relative if "eigenvalue" in ds.dims else oscillator).unread(name)
     return resolve(name)
 
 
@@ -90,7 +97,8 @@ def compile_shared() -> None:
     """Compiles all that is not generated for one sweep's system alone."""
     for name in MODULES:
         resolve(name).compile()
-    import_module("sweeps.systems.oscillator.system").compile_shared()
+    for module in DESCRIBED:
+        import_module(module).compile_shared()
 
 
 def moving() -> tuple[str, ...]:

@@ -59,7 +59,7 @@ class Oscillator(System):
     def __init__(self, name: str, load: "Callable[[], mechanics.System]", source: bytes):
         self.name = name
         self._load = load
-        self._source = source
+        self.source = source
         self._lock = threading.RLock()
 
     @cached_property
@@ -98,7 +98,7 @@ class Oscillator(System):
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
         """Table of what its grid may hold."""
-        own = (_parameter(p) for p in self.description.parameters.values())
+        own = (parameter_of(p) for p in self.description.parameters.values())
         return (*own, *NUDGE)
 
     @cached_property
@@ -188,7 +188,7 @@ class Oscillator(System):
         """Hash of the kernels, of the generated code, of what derived it and of the description."""
         from kernels.fingerprint import fingerprint
 
-        digest = hashlib.sha256(fingerprint(*self.kernels).encode() + self._code().digest.encode() + self._source)
+        digest = hashlib.sha256(fingerprint(*self.kernels).encode() + self._code().digest.encode() + self.source)
         for path in sorted(LIBRARY.parent.glob("*.py")):
             digest.update(path.read_bytes())
         return digest.hexdigest()
@@ -247,7 +247,8 @@ def compile_shared() -> None:
     import_module("kernels.enclosures")
 
 
-def _parameter(p: "mechanics.description.Parameter") -> Parameter:
+def parameter_of(p: "mechanics.description.Parameter") -> Parameter:
+    """A described parameter as a key of a definition's `grid`."""
     item = Annotated[float, number(p.allows, p.allowed)]
     bounds = p.allowed.rpartition(", in ")[0]
     return Parameter(p.name, Quantity(p.name.replace("_", " "), p.unit, bounds, item), p.meaning, p.default)

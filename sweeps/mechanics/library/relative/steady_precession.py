@@ -1,0 +1,35 @@
+"""A heavy symmetric top in steady precession at a tilt: two rates of it, or none.
+
+With w3 the spin about the figure axis (constant) and P = m g l, a precession at the tilt θ has the rate φ' where
+I1 cos θ φ'² − I3 w3 φ' + P = 0: a slow and a fast one, where I3² w3² > 4 I1 P cos θ. About either the top nods.
+"""
+
+from sympy import cos, pi, sin, sqrt
+
+from sweeps.mechanics import System
+
+system = System("Steady precession of a top", references="Goldstein, Classical Mechanics, section 5.7")
+I1 = system.parameter("I1", "kg m2", default=1.0, positive=True, meaning="moment across the figure axis")
+I3 = system.parameter("I3", "kg m2", default=0.6, positive=True, meaning="moment about the figure axis")
+P = system.parameter("moment_of_weight", "N m", default=2.0, positive=True, meaning="m g l")
+tilt = system.parameter(
+    "tilt", "rad", default=0.5, least=0.01, most=3.13, meaning="angle of the axis from the vertical"
+)
+w3 = system.parameter("spin_rate", "rad s-1", default=6.0, meaning="spin rate about the figure axis")
+
+rate = sqrt(P / I1) + I3 * abs(w3) / I1
+theta = system.state("theta", "rad", bounds=(0, pi), meaning="angle of the axis from the vertical")
+nod = system.state("nod", "rad s-1", bounds=(-rate, rate), size=rate, meaning="rate of the tilt")
+most = 4 * rate / sqrt(cos(tilt) ** 2 + 0.0001)
+turn = system.state("precession", "rad s-1", bounds=(-most, most), size=rate, meaning="rate of the precession")
+system.rate(theta, nod)
+system.rate(nod, (turn**2 * cos(theta) - I3 * w3 / I1 * turn + P / I1) * sin(theta))
+system.rate(turn, (I3 * w3 / I1 - 2 * turn * cos(theta)) * nod / sin(theta))
+system.conserved(I1 * turn * sin(theta) ** 2 + I3 * w3 * cos(theta), "vertical_momentum")
+energy = I1 * (nod**2 + turn**2 * sin(theta) ** 2) / 2 + P * cos(theta)
+system.conserved(energy, "energy")
+
+root = sqrt((I3 * w3) ** 2 - 4 * I1 * P * cos(tilt))
+sense = w3 / abs(w3)
+system.equilibrium("slow", {theta: tilt, nod: 0, turn: 2 * P / (I3 * w3 + sense * root)})
+system.equilibrium("fast", {theta: tilt, nod: 0, turn: (I3 * w3 + sense * root) / (2 * I1 * cos(tilt))})

@@ -1,0 +1,30 @@
+"""What a definition of relative equilibria may say; each system's own model has its parameters in `grid`."""
+
+from typing import Annotated
+
+from pydantic import Field
+
+from sweeps.schema.definition import Definition, Integration
+from sweeps.schema.refusals import keys_of
+from sweeps.schema.values import Positive, Tolerance, whole
+
+MOST_RUNS = 4
+
+
+class FlowIntegration(Integration):
+    """How the runs from a relative equilibrium are made."""
+
+    rotations: Positive = Field(4.0, description="length of a run in cycles of the system's scale, 2π/rate_scale: > 0")
+    tolerance: Tolerance = Field(1e-12, description="relative error allowed on the motion, 1e-13 to 1e-3")
+    runs: Annotated[int, whole(1, MOST_RUNS, f"a whole number from 1 to {MOST_RUNS}")] = Field(
+        2, description=f"runs of each point, in different directions: 1 to {MOST_RUNS}; equal modes need one each"
+    )
+
+
+class FlowDefinition(Definition):
+    """A sweep of relative equilibria; each system's own model has its parameters in `grid`."""
+
+    integration: FlowIntegration = Field(
+        FlowIntegration(),
+        description="how each run is made: a mapping with " + keys_of(FlowIntegration),
+    )

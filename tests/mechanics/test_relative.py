@@ -1,0 +1,258 @@
+"""Relative equilibria that ship: spectra against the polynomials of books, measured and by theory."""
+
+import functools
+import warnings
+
+import numpy as np
+import pytest
+import relative
+from scipy.integrate import solve_ivp
+
+from kernels import linear
+from sweeps.mechanics.relative import Model, regimes
+from sweeps.systems.relative_equilibrium.variables import REGIMES
+
+SETS = 400
+MEASURED = 48
+
+
+@functools.cache
+def model(name):
+    return Model(relative.shipped(name))
+
+
+def motions(name, count, seed=1, **fixed):
+    m = model(name)
+    columns = relative.points(m.system, m.n, count, relative.RANGES[name], seed)
+    columns |= {k: np.full(len(columns["epsilon"]), v) for k, v in fixed.items()}
+    return m, columns
+
+
+def expected(name, columns, n):
+    """The polynomials' coefficients of each motion."""
+    rows = range(0, len(columns["epsilon"]), n)
+    told = []
+    for i in rows:
+        point = {k: v[i] for k, v in columns.items()}
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", np.exceptions.ComplexWarning)
+            told.append(np.real(relative.polynomial(name, point, int(point["equilibrium"]))))
+    return np.array(told)
+
+
+def coefficients(real, imag, n):
+    """Coefficients of the polynomial with these roots, a row a motion."""
+    roots = (real + 1j * imag).reshape(-1, n)
+    return np.array([np.poly(row).real for row in roots])
+
+
+@pytest.mark.parametrize("name", relative.RANGES)
+def test_theory_has_the_spectrum_of_books(name):
+    m, columns = motions(name, SETS)
+    first = {k: v[:: m.n] for k, v in columns.items()}
+    theory = m.theory(first)
+    here = ~np.isnan(theory["place"]).any(1)
+    assert here.sum() >= SETS * 0.9
+    found = coefficients(theory["eigenvalues"].real.ravel(), theory["eigenvalues"].imag.ravel(), m.n)
+    powers = theory["scale"][:, None] ** np.arange(m.n + 1)
+    off = np.abs(found - expected(name, columns, m.n)) / powers
+    assert off[here].max() < 1e-12  # doubles, of a bound on every rate
+
+
+def check_measured(name, count=MEASURED):
+    m, columns = motions(name, count, seed=2)
+    found = m.survey(columns)
+    known = found["status"] == 0
+    assert known.mean() > 0.9
+    S = found["rate_scale"]
+    exact = expected(name, columns, m.n)
+    told = coefficients(found["eigenvalue_real"], found["eigenvalue_imag"], m.n)
+    rows = known[:: m.n]
+    off = np.abs(told - exact)[rows] / (S[:: m.n, None] ** np.arange(m.n + 1))[rows]
+    assert off.max() < 1e-10  # coefficients are smooth where roots are not
+    for part in ("real", "imag"):
+        error = found[f"eigenvalue_{part}_error"]
+        distance = np.abs(found[f"eigenvalue_{part}"] - found[f"eigenvalue_{part}_theory"])
+        assert (distance <= error)[known].all()
+        assert np.median((error / S)[known]) < 1e-8
+    if m.n == 4:
+        for variable, power in (("sum_of_squares", 2), ("product_of_squares", 4), ("discriminant", 4)):
+            error = found[f"{variable}_error"] / S**power
+            distance = np.abs(found[variable] - found[f"{variable}_theory"]) / S**power
+            assert (distance <= error)[known].all()
+            assert error[known].max() < 1e-9
+    for quantity in m.quantities:
+        assert np.nanmax(found[f"{quantity}_drift"][known]) < 1e-10
+    assert (found["regime"] == found["regime_theory"])[known].mean() > 0.98  # the others are marginal to one of them
+    return found
+
+
+@pytest.mark.parametrize("name", ["sleeping_top", "rotor"])
+def test_motions_show_the_spectrum_of_books(name):
+    check_measured(name)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(set(relative.RANGES) - {"sleeping_top", "rotor"}))
+def test_motions_of_all_systems_show_the_spectrum_of_books(name):
+    check_measured(name)
+
+
+def at(name, **values):
+    """Theory at one point."""
+    m = model(name)
+    point = {k: np.array([values.get(k, p.default)]) for k, p in m.system.parameters.items()}
+    return m.theory(point | {"equilibrium": np.array([0])})
+
+
+def growth(name, **values):
+    return at(name, **values)["eigenvalues"].real.max()
+
+
+def edge(test, low, high):
+    """Where a condition that holds at high and not at low begins to."""
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if test(middle) else (middle, high)
+    return high
+
+
+def test_the_sleeping_top_wakes_at_its_threshold():
+    """I3² W² = 4 I1 m g l, and beyond it the growth while turning."""
+    at_rest = edge(lambda W: growth("sleeping_top", spin_rate=W) < 1e-6, 3.0, 6.0)
+    assert abs(at_rest / 4.714045207910317 - 1) < 1e-6
+    found = at("sleeping_top")["eigenvalues"][0]
+    np.testing.assert_allclose(np.abs(found.real), 1.0908712114635715, rtol=1e-12)
+    np.testing.assert_allclose(np.abs(found.imag), 2.1, rtol=1e-12)  # in the body's axes
+
+
+def test_a_weightless_top_is_the_free_body():
+    m, columns = motions("sleeping_top", 100, moment_of_weight=0.0)
+    found = m.theory({k: v[::4] for k, v in columns.items()})["eigenvalues"]
+    I1, I2, I3, W = (columns[k][::4] for k in ("I1", "I2", "I3", "spin_rate"))
+    free = linear.omega_squared(I1, I2, I3, W, 3)
+    squares = np.sort((found**2).real, axis=1)[:, ::2]
+    scale = np.abs(found).max(1)[:, None] ** 2
+    np.testing.assert_allclose(squares / scale, np.sort(-np.array([W**2, free]), axis=0).T / scale, atol=1e-12)
+
+
+def test_the_gravity_gradients_corners():
+    """k1 = k3 = (√45 - 7)/2 along the diagonal, and -0.0505102572 along k3 = -1 (approached)."""
+
+    def curve(k1, k3):
+        b, c = 1 + 3 * k1 + k1 * k3, 4 * k1 * k3
+        return b * b - 4 * c
+
+    k = edge(lambda k: growth("gravity_gradient", k1=k + 1e-9, k3=k - 1e-9) < 1e-5, -0.3, -0.01)
+    assert abs(k - (np.sqrt(45) - 7) / 2) < 1e-6
+    k1 = edge(lambda k: growth("gravity_gradient", k1=k, k3=-0.9999) < 1e-5, -0.2, -0.01)
+    assert abs(curve(k1, -0.9999)) < 1e-6
+    exact = edge(lambda k: curve(k, -1.0) > 0, -0.2, -0.01)
+    assert abs(exact + 0.0505102572) < 1e-10
+
+
+def test_damping_keeps_lagranges_region_and_takes_debras():
+    assert abs(growth("gravity_gradient_damped", k1=0.7, k3=0.3) + 0.00222) < 5e-6
+    assert abs(growth("gravity_gradient_damped", k1=-0.03, k3=-0.6) - 0.00152) < 5e-6
+    for k1, k3 in ((0.7, 0.3), (-0.03, -0.6)):
+        assert growth("gravity_gradient", k1=k1, k3=k3) < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("values", "rate"),
+    [
+        ({}, 0.006743344553792552),
+        ({"axial_moment": 1.6}, -0.0018299164938047),
+        (
+            {"slug_moment": 0.001, "drag": 0.001, "rotor_momentum": 1.5, "spin_rate": 0.2},
+            -0.00061782167788,
+        ),
+    ],
+)
+def test_the_major_axis_rule_in_numbers(values, rate):
+    assert abs(growth("viscous_slug", **values) / rate - 1) < 1e-10
+
+
+def test_routh_and_the_rotors_critical_speed():
+    mu = edge(lambda mu: growth("lagrange_points", mass_ratio=mu) > 1e-6, 0.01, 0.1)
+    assert abs(mu - 0.0385208965) < 1e-9
+    critical = edge(lambda W: growth("rotor", spin_rate=W) > 0, 2.0, 5.0)
+    assert abs(critical / (1 + 0.05 / 0.02) - 1) < 1e-9
+
+
+def by_scipy(m, point, epsilon=1e-6):
+    """The end of the full motion of one point, by DOP853, from the description's own text."""
+    import sympy as sp
+
+    flow = m.flow
+    values = {p.symbol: float(point[p.name]) for p in m.system.parameters.values()}
+    rates = [sp.sympify(e).subs(values) for e in flow.f]
+    if flow.rest:
+        k = flow.rest
+        rates = rates[:k] + list(flow.a.subs(values).inv() * sp.Matrix(rates[k:]))
+    f = sp.lambdify(flow.q, rates, "numpy")
+    return lambda start, times: (
+        solve_ivp(
+            lambda t, x: np.array(f(*x), dtype=float),
+            (0, times[-1]),
+            start,
+            method="DOP853",
+            rtol=1e-13,
+            atol=1e-15,
+            t_eval=times,
+        ).y.T
+    )
+
+
+@pytest.mark.parametrize("name", ["sleeping_top", "rotor"])
+def test_full_motions_are_scipys(name):
+    """A nudge of 0.01: the generated steps, in deviations, against DOP853 in the states themselves."""
+    check_motion(name)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(set(relative.RANGES) - {"sleeping_top", "rotor"}))
+def test_full_motions_of_all_systems_are_scipys(name):
+    check_motion(name)
+
+
+def check_motion(name, epsilon=0.01):
+    from kernels.oscillations import W
+
+    m, columns = motions(name, 1, seed=5)
+    one = {k: v[:1] for k, v in columns.items()} | {"epsilon": np.array([epsilon])}
+    theory = m.theory(one)
+    place = np.concatenate([theory["place"][0], np.zeros(m.flow.rest)])
+    code, values = m.code, m.values
+    parameters = [one[k] for k in m.names]
+    U, slopes = values.bases(parameters, [np.array([x]) for x in place])
+    x = theory["sizes"][0] * (theory["basis"][0] @ np.ones(m.n))
+    _, remainders = values.deviations(U, slopes, parameters, one["epsilon"], [np.array([y]) for y in x], ())
+    S = np.zeros(code.rows * W)
+    rows = S.reshape(code.rows, W)
+    rows[: m.N] = x[:, None]
+    for number, row in code.remainders.items():
+        rows[row] = remainders[number]
+    for (kind, number), row in code.constants.items():
+        rows[row] = (U if kind == "U" else slopes)[number]
+    h = 0.25 / theory["scale"][0]
+    rows[code.epsilon_row], rows[code.step_row] = epsilon, h / 4
+    times = h * np.arange(21)
+    reference = by_scipy(m, {k: v[0] for k, v in one.items()})(place + epsilon * x, times)
+    module = code.module()
+    for k in range(1, 21):
+        module.advance(S, 4)
+        moved = place + epsilon * rows[: m.N, 0]
+        off = np.abs(moved - reference[k]) / theory["sizes"][0]
+        assert off.max() < 1e-11 * max(1.0, np.abs(reference[k] / theory["sizes"][0]).max())
+
+
+def test_regimes_say_what_errors_let_them():
+    re = np.array([[0.0, 0, 0, 0], [-1, -1, -2, -2], [1, -1, 0, 0], [0.1, 0.1, -0.1, -0.1], [0, 0, 1e-9, 0]])
+    im = np.array([[1.0, -1, 2, -2], [1, -1, 0, 0], [0, 0, 1, -1], [1, -1, 1, -1], [1, -1, 2, -2]])
+    error = np.full(re.shape, 1e-8)
+    told = [REGIMES[k + 1] for k in regimes(re, im, error, error)]
+    assert told == ["stable", "asymptotically_stable", "unstable", "flutter", "stable"]
+    im[0, 2:] = [1 + 1e-9, -1 - 1e-9]  # they may have met
+    assert REGIMES[regimes(re, im, error, error)[0] + 1] == "marginal"
+    assert regimes(re * np.nan, im, error, error)[0] == -1
