@@ -22,7 +22,7 @@ from sweeps.systems.oscillator import system as oscillator
 from sweeps.systems.relative_equilibrium.definition import FlowDefinition
 from sweeps.systems.relative_equilibrium.look import LOOK
 from sweeps.systems.relative_equilibrium.variables import COORDINATES, INVARIANTS, LAYOUT, NUDGE, VARIABLES
-from sweeps.systems.system import Points
+from sweeps.systems.system import Page, Points
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -40,6 +40,7 @@ class RelativeEquilibrium(oscillator.Oscillator):
     samples_per_second = 2_000_000
     look = LOOK
     kernels = ("flows",)
+    compile_seconds = 30.0
 
     @cached_property
     def description(self) -> "mechanics.System":
@@ -179,6 +180,10 @@ class RelativeEquilibrium(oscillator.Oscillator):
         """Compiles what all of these share, and the code that was generated for this one."""
         compile_shared()
         self._compiled()
+
+    def page(self, ds: "xr.Dataset") -> Page:
+        """Its part of the page: the map to explore, as every system has it."""
+        return Page(question="What is stable, what flutters, and how sure are we?")
 
     def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
         """The map, and theory against measurement; a map is all they need."""
