@@ -44,7 +44,7 @@ import math
 import numpy as np
 from numba import njit
 
-from kernels import exact
+from kernels import solution
 from kernels.elliptic import RUNGS, climb, jacobi_short, ladder, separatrix_functions
 from kernels.options import EXACT, EXACT_INLINE, INLINE
 
@@ -113,7 +113,7 @@ def complete(complement, nu):
 def constants(I_s, I_c, I_d, w_s, w_c, w_d, p, m, m1):
     """Constants of the attitude of one trajectory, by role; straight-line code for loops over lanes.
 
-    Moments and angular velocity near one, and w not constant; p, m and m1 from :func:`exact.constants`.
+    Moments and angular velocity near one, and w not constant; p, m and m1 from :func:`kernels.solution.constants`.
 
     Returns
     -------
@@ -198,9 +198,9 @@ def oriented_start(moments, start):
 
     Where w_d is negative, half a turn about j makes it positive, and ``turned`` is -1.
     """
-    I1, I2, I3, _ = exact.scaled(moments[0], moments[1], moments[2])
-    w1, w2, w3, unit = exact.scaled(start[0], start[1], start[2])
-    p, m, m1, s, _, d = exact.constants(I1, I2, I3, w1, w2, w3)
+    I1, I2, I3, _ = solution.scaled(moments[0], moments[1], moments[2])
+    w1, w2, w3, unit = solution.scaled(start[0], start[1], start[2])
+    p, m, m1, s, _, d = solution.constants(I1, I2, I3, w1, w2, w3)
     I_d, I_j, I_k = oriented(d, I1, I2, I3)
     w_d, w_j, w_k = oriented(d, w1, w2, w3)
     turned = -1.0 if w_d < 0.0 else 1.0
@@ -241,7 +241,7 @@ def half_turn(t, motion, turning, g_d, ladders, rungs, rungs1):
         half, short = math.copysign(FAR, half), short * (FAR / abs(half))
     sn, cn, dn = climb(half, m, rungs, n, ah, al) if m1 > 0.0 else separatrix_functions(half)
     zr, zi = middle_shift(a, mu_c, mu_s, sn, cn, dn)
-    _, _, x_d = exact.advance(w, c, p, short, sn, cn, dn)
+    _, _, x_d = solution.advance(w, c, p, short, sn, cn, dn)
     return 0.5 * R * t + Q * J + sigma * (math.atan2(zi, g_d * x_d + zr) - math.atan2(zi, a + zr))
 
 
@@ -254,7 +254,7 @@ def at(t, motion, turning, frame, ladders, rungs, rungs1):
     t *= unit
     angle = half_turn(t, motion, turning, g[0], ladders, rungs, rungs1)
     sn, cn, dn = climb(p * t, m, rungs, n, ah, al) if m1 > 0.0 else separatrix_functions(p * t)
-    x_s, x_c, x_d = exact.advance(w, c, p, t, sn, cn, dn)
+    x_s, x_c, x_d = solution.advance(w, c, p, t, sn, cn, dn)
     x_j, x_k = (x_s, x_c) if on_j else (x_c, x_s)
     r0, rd, rj, rk = lifted(begin[0], begin[1], begin[2], math.cos(angle), math.sin(angle))
     q0, qd, qj, qk, _ = land(x_d, x_j, x_k, r0, rd, rj, rk, g[0], g[1], g[2])
@@ -266,7 +266,7 @@ def at(t, motion, turning, frame, ladders, rungs, rungs1):
 @njit(**EXACT)
 def fill(moments, start, times, q_start, out):
     """Attitude at every one of ``times`` (n,), into ``out`` (n, 4); what is constant is computed once."""
-    if exact.is_stationary(moments[0], moments[1], moments[2], start[0], start[1], start[2]):
+    if solution.is_stationary(moments[0], moments[1], moments[2], start[0], start[1], start[2]):
         _fill_steady(start, times, q_start, out)
         return
     rungs, rungs1 = np.empty((2, RUNGS)), np.empty((2, RUNGS))
@@ -308,7 +308,7 @@ def by_axis(d, x_d, x_j, x_k):
 @njit(**EXACT)
 def _fill_steady(start, times, q_start, out):
     """Attitude under a constant angular velocity: one turn about it."""
-    w1, w2, w3, unit = exact.scaled(start[0], start[1], start[2])
+    w1, w2, w3, unit = solution.scaled(start[0], start[1], start[2])
     size = math.sqrt(w1 * w1 + w2 * w2 + w3 * w3)
     safe = size if size > 0.0 else 1.0
     for i in range(times.shape[0]):
@@ -371,9 +371,9 @@ def short_step_constants(I1, I2, I3, w1, w2, w3, h):
     e_r, e_i, f_r, f_i : float
         ``exp(i psi/2)`` grows by a positive multiple of ``e (alpha w_d + beta w_j w_k) + f D`` a step.
     """
-    p, m, m1, s, c, d = exact.constants(I1, I2, I3, w1, w2, w3)
-    I_s, I_c, I_d = exact.by_role(s, c, d, I1, I2, I3)
-    w_s, w_c, w_d = exact.by_role(s, c, d, w1, w2, w3)
+    p, m, m1, s, c, d = solution.constants(I1, I2, I3, w1, w2, w3)
+    I_s, I_c, I_d = solution.by_role(s, c, d, I1, I2, I3)
+    w_s, w_c, w_d = solution.by_role(s, c, d, w1, w2, w3)
     L, T2, a, mu_c, mu_s, _, _, _, _, sigma = constants(I_s, I_c, I_d, w_s, w_c, w_d, p, m, m1)
     delta = 0.5 * p * h
     sn, cn, dn = jacobi_short(delta, m)
@@ -424,7 +424,7 @@ def land(w_d, w_j, w_k, r0, rd, rj, rk, g_d, g_j, g_k):
 
 def attitude(moments, omega_start, times, attitude_start=(1.0, 0.0, 0.0, 0.0)):
     """Attitude of a free rigid body in closed form: see :func:`kernels.exact.attitude`."""
-    moments, start = exact._body(moments, omega_start)
+    moments, start = solution.checked(moments, omega_start)
     if not start.any():
         raise ValueError("omega_start must not be zero: nothing turns")
     out = np.empty((checked_times(times).size, 4))

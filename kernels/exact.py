@@ -77,47 +77,22 @@ from kernels.elliptic import (
     K,
     argument,
     climb,
-    double_product,
     jacobi,
     jacobi_short,
     ladder,
     separatrix_functions,
-    two_product,
-    two_sum,
 )
 from kernels.options import EXACT, EXACT_INLINE, INLINE
-
-
-@njit(**EXACT_INLINE)
-def unit_of(x1, x2, x3):
-    """The power of two next above the largest of three magnitudes; 1 where all are zero."""
-    _, exponent = math.frexp(max(abs(x1), abs(x2), abs(x3)))
-    return math.ldexp(1.0, min(exponent, 1023))
-
-
-@njit(**EXACT_INLINE)
-def scaled(x1, x2, x3):
-    """Three numbers in a unit that is their own, and the unit: ``(x1/unit, x2/unit, x3/unit, unit)``."""
-    unit = unit_of(x1, x2, x3)
-    return x1 / unit, x2 / unit, x3 / unit, unit
-
-
-@njit(**EXACT_INLINE)
-def coefficients(I1, I2, I3):
-    """``c_i = (I_j - I_k)/I_i`` of Euler's equations, dimensionless; the differences before the ratios."""
-    return (I2 - I3) / I1, (I3 - I1) / I2, (I1 - I2) / I3
-
-
-@njit(**EXACT_INLINE)
-def pick(axis, x1, x2, x3):
-    """The value that belongs to ``axis`` (1, 2 or 3)."""
-    return x1 if axis == 1 else (x2 if axis == 2 else x3)
-
-
-@njit(**EXACT_INLINE)
-def by_role(sn_axis, cn_axis, dn_axis, x1, x2, x3):
-    """Values of the axes 1, 2, 3 in the order of the roles sn, cn, dn."""
-    return pick(sn_axis, x1, x2, x3), pick(cn_axis, x1, x2, x3), pick(dn_axis, x1, x2, x3)
+from kernels.solution import (
+    advance,
+    by_role,
+    checked,
+    coefficients,
+    constants,
+    is_stationary,
+    pick,
+    scaled,
+)
 
 
 @njit(**EXACT_INLINE)
@@ -128,53 +103,6 @@ def by_axis(axes, x_s, x_c, x_d):
     x2 = x_s if sn_axis == 2 else (x_c if cn_axis == 2 else x_d)
     x3 = x_s if sn_axis == 3 else (x_c if cn_axis == 3 else x_d)
     return x1, x2, x3
-
-
-@njit(**EXACT_INLINE)
-def order(I1, I2, I3):
-    """Axes (1, 2, 3) of the least, the middle and the greatest moment; three different ones, ties or not."""
-    greatest = 1 if (I1 >= I2) & (I1 >= I3) else (2 if I2 >= I3 else 3)
-    least = 3 if (I3 <= I1) & (I3 <= I2) else (2 if I2 <= I1 else 1)
-    return least, 6 - least - greatest, greatest
-
-
-@njit(**EXACT_INLINE)
-def separatrix_offset(I_min, I_mid, I_max, w_min, w_max):
-    """``L^2 - 2 E I_mid = I_max (I_max - I_mid) w_max^2 - I_min (I_mid - I_min) w_min^2``, in double-double.
-
-    Error 1e-30 of the greater term.  Must not be compiled with contraction: the error terms depend on it.
-    """
-    gap, e = two_sum(I_max, -I_mid)
-    ah, al = double_product(gap, e, I_max, 0.0)
-    bh, bl = two_product(w_max, w_max)
-    ah, al = double_product(ah, al, bh, bl)
-    gap, e = two_sum(I_mid, -I_min)
-    bh, bl = double_product(gap, e, I_min, 0.0)
-    wh, wl = two_product(w_min, w_min)
-    bh, bl = double_product(bh, bl, wh, wl)
-    difference, e = two_sum(ah, -bh)
-    return difference + (e + (al - bl))
-
-
-@njit(**EXACT_INLINE)
-def constants(I1, I2, I3, w1, w2, w3):
-    """Constants of a trajectory as ``trajectory`` has them, straight-line code for loops over lanes.
-
-    For moments and angular velocities near one (the largest of each between 1e-50 and 1e50), p in the unit of w.
-    """
-    least, sn_axis, greatest = order(I1, I2, I3)
-    I_min, I_mid, I_max = by_role(least, sn_axis, greatest, I1, I2, I3)
-    w_min, w_s, w_max = by_role(least, sn_axis, greatest, w1, w2, w3)
-    N = separatrix_offset(I_min, I_mid, I_max, w_min, w_max)
-    b_min, b_s, b_max = (I_max - I_mid) / I_min, (I_max - I_min) / I_mid, (I_mid - I_min) / I_max
-    above = N >= 0.0
-    b_c, b_d = (b_min, b_max) if above else (b_max, b_min)
-    w_c, w_d = (w_min, w_max) if above else (w_max, w_min)
-    p2 = b_c * b_s * (w_d * w_d) + b_c * b_d * (w_s * w_s)
-    safe = p2 if p2 > 0.0 else 1.0
-    m = min(1.0, b_d * (b_c * (w_s * w_s) + b_s * (w_c * w_c)) / safe) if p2 > 0.0 else 0.0
-    m1 = min(1.0, b_s * ((abs(N) / I_min) / I_max) / safe) if p2 > 0.0 else 1.0
-    return math.sqrt(p2), m, m1, sn_axis, (least if above else greatest), (greatest if above else least)
 
 
 class Motion(NamedTuple):
@@ -245,30 +173,6 @@ def trajectory(I1, I2, I3, w1, w2, w3):
     return top.p * top.unit, top.m, top.m1, sn_axis, cn_axis, dn_axis
 
 
-@njit(**INLINE)
-def advance(w, c, p, t, sn, cn, dn):
-    """The addition theorems: components w by role, a time t later; c by role, (sn, cn, dn) those of ``p t``.
-
-    Numerators and D are divided by the square of ``r = max(dn, |sn| D0)``, so that neither underflows near
-    the separatrix, where cn and dn get as small as sqrt(m1).
-    """
-    w_s, w_c, w_d = w
-    c_s, c_c, c_d = c
-    S = sn / p if p > 0.0 else t
-    D0 = math.sqrt(abs(c_c * c_s)) * (abs(w_d) / p) if p > 0.0 else 1.0
-    r = max(dn, abs(sn) * D0)
-    if r == 0.0:  # an exact spin about the middle axis, when cn and dn have underflowed
-        return w_s, w_c, w_d
-    cr, dr, sr = cn / r, dn / r, sn * D0 / r
-    x_c, x_d = w_c / r, w_d / r
-    D = cr * cr + sr * sr
-    return (
-        (w_s * cr * dr + c_s * S * x_c * x_d) / D,
-        (x_c * cr + c_c * S * w_s * (x_d * dr)) / D,
-        (x_d * dr + c_d * S * w_s * (x_c * cr)) / D,
-    )
-
-
 @njit(**EXACT)
 def at_time(I1, I2, I3, w1, w2, w3, t):
     """Angular velocity a time t after the start.
@@ -309,16 +213,6 @@ def fill_rotation(moments, start, times, out):
         out[i, 0], out[i, 1], out[i, 2] = x1 * unit, x2 * unit, x3 * unit
 
 
-def _body(moments, omega_start):
-    """Moments and angular velocity as checked arrays of shape (3,)."""
-    moments, start = (np.asarray(x, dtype=np.float64, order="C") for x in (moments, omega_start))
-    if moments.shape != (3,) or not (np.isfinite(moments).all() and (moments > 0.0).all()):
-        raise ValueError(f"moments must be three finite numbers above zero, not {moments}")
-    if start.shape != (3,) or not np.isfinite(start).all():
-        raise ValueError(f"omega_start must be three finite numbers, not {start}")
-    return moments, start
-
-
 def rotation(moments, omega_start, times):
     """Angular velocity of a free rigid body in its principal axes, in closed form.
 
@@ -343,7 +237,7 @@ def rotation(moments, omega_start, times):
     ValueError
         If a shape or a value is none of these.
     """
-    moments, start = _body(moments, omega_start)
+    moments, start = checked(moments, omega_start)
     times = np.asarray(times, dtype=np.float64, order="C")
     if times.ndim != 1 or not np.isfinite(times).all():
         raise ValueError("times must be a one-dimensional array of finite numbers")
@@ -515,16 +409,6 @@ def period(I1, I2, I3, w1, w2, w3):
 
 
 @njit(**EXACT)
-def is_stationary(I1, I2, I3, w1, w2, w3):
-    """Whether every ``dw_i/dt = (I_j - I_k) w_j w_k/I_i`` is exactly zero."""
-    return (
-        ((I2 == I3) | (w2 == 0.0) | (w3 == 0.0))
-        & ((I3 == I1) | (w3 == 0.0) | (w1 == 0.0))
-        & ((I1 == I2) | (w1 == 0.0) | (w2 == 0.0))
-    )
-
-
-@njit(**EXACT)
 def extremes(I1, I2, I3, w1, w2, w3):
     """Least and greatest value of each component over all time, past and to come.
 
@@ -645,7 +529,7 @@ def polhode(moments, omega_start, n):
 
     Source: Landau and Lifshitz, Mechanics, section 37; the polhode is Poinsot's (1834).
     """
-    moments, start = _body(moments, omega_start)
+    moments, start = checked(moments, omega_start)
     if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 2:
         raise ValueError(f"n must be a whole number, at least 2, not {n!r}")
     out = np.tile(start, (n, 1))

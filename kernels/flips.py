@@ -22,7 +22,7 @@ import math
 import numpy as np
 from numba import njit
 
-from kernels import columns, direct, exact, rigid_body, taylor_steps
+from kernels import columns, direct, exact, rigid_body, solution, taylor_steps
 from kernels.blocks import W
 from kernels.columns import Column
 from kernels.options import OPTIONS
@@ -202,7 +202,7 @@ def _exact_columns(moments, a, b, c, spin, out, i):
     period = exact.flip_period_of(top)
     flips = top.axes[2] != 1 and math.isfinite(period)
     out[AT.flip_period_exact, i] = period / spin if flips else math.nan
-    still = exact.is_stationary(Ia, Ib, Ic, a, b, c)
+    still = solution.is_stationary(Ia, Ib, Ic, a, b, c)
     out[AT.max_tilt_exact, i] = exact.tilt_at_rest(a, b, c, 1) if still else exact.max_tilt_of(top, 1)
     out[AT.frequency_exact, i] = exact.frequency_of(top) * spin
 

@@ -14,7 +14,19 @@ import math
 import numpy as np
 from numba import njit
 
-from kernels import collapse, columns, direct, exact, flips, lanes, linear, measure, reduction, rigid_body, uncertainty
+from kernels import (
+    collapse,
+    columns,
+    direct,
+    flips,
+    lanes,
+    linear,
+    measure,
+    reduction,
+    rigid_body,
+    solution,
+    uncertainty,
+)
 from kernels.blocks import W, cut
 from kernels.columns import Column
 from kernels.options import OPTIONS
@@ -94,7 +106,7 @@ def _plan(I1, I2, I3, axis, epsilon, spacing, intervals, tolerance, spacings, or
 def _load(S, lane, moments, spin, epsilon, cosine, sine, spacing, steps):
     """Fill the rows of one lane that are given; moments are (I_a, I_b, I_c)."""
     Ia, Ib, Ic = moments
-    unit = exact.unit_of(Ia, Ib, Ic)
+    unit = solution.unit_of(Ia, Ib, Ic)
     S[lanes.MA + lane], S[lanes.MB + lane], S[lanes.MC + lane] = Ia / unit, Ib / unit, Ic / unit
     S[lanes.SPIN + lane] = spin
     S[lanes.EPSILON + lane], S[lanes.COSINE + lane], S[lanes.SINE + lane] = epsilon, cosine, sine

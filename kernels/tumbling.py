@@ -36,7 +36,7 @@ import math
 import numpy as np
 from numba import njit
 
-from kernels import attitude, direct, elliptic, exact
+from kernels import attitude, direct, elliptic, solution
 from kernels.elliptic import RUNGS, climb, ladder
 from kernels.options import EXACT, OPTIONS
 from kernels.turning import carry_12
@@ -73,10 +73,10 @@ def start(I1, I2, I3, energy):
 @njit(**EXACT)
 def mode_of(I1, I2, I3, w1, w3):
     """SAM, LAM, SEPARATRIX or PRINCIPAL (nothing moves in the body) of a start with w2 = 0, ascending moments."""
-    if exact.is_stationary(I1, I2, I3, w1, 0.0, w3):
+    if solution.is_stationary(I1, I2, I3, w1, 0.0, w3):
         return PRINCIPAL
     greater = max(I3 * (I3 - I2) * w3 * w3, I1 * (I2 - I1) * w1 * w1)
-    N = exact.separatrix_offset(I1, I2, I3, w1, w3)
+    N = solution.separatrix_offset(I1, I2, I3, w1, w3)
     if abs(N) <= NEAR * greater:
         return SEPARATRIX
     return SAM if N > 0.0 else LAM
@@ -88,9 +88,9 @@ def periods(I1, I2, I3, w1, w2, w3):
 
     Moments and angular velocity near one, in any order; s and rad/s where they are in kg m2 and rad/s.
     """
-    p, m, m1, s, c, d = exact.constants(I1, I2, I3, w1, w2, w3)
-    I_s, I_c, I_d = exact.by_role(s, c, d, I1, I2, I3)
-    w_s, w_c, w_d = exact.by_role(s, c, d, w1, w2, w3)
+    p, m, m1, s, c, d = solution.constants(I1, I2, I3, w1, w2, w3)
+    I_s, I_c, I_d = solution.by_role(s, c, d, I1, I2, I3)
+    w_s, w_c, w_d = solution.by_role(s, c, d, w1, w2, w3)
     _, _, _, _, _, R, Q, _, nu, sigma = attitude.constants(I_s, I_c, I_d, w_s, w_c, w_d, p, m, m1)
     if not (p > 0.0 and m1 > 0.0):
         return math.nan, math.nan, sigma
@@ -107,9 +107,9 @@ def geometric_phase(I1, I2, I3, w1, w2, w3):
 
     Source: Montgomery, American Journal of Physics 59 (1991) 394.
     """
-    p, m, m1, s, c, d = exact.constants(I1, I2, I3, w1, w2, w3)
-    I_s, I_c, I_d = exact.by_role(s, c, d, I1, I2, I3)
-    w_s, w_c, w_d = exact.by_role(s, c, d, w1, w2, w3)
+    p, m, m1, s, c, d = solution.constants(I1, I2, I3, w1, w2, w3)
+    I_s, I_c, I_d = solution.by_role(s, c, d, I1, I2, I3)
+    w_s, w_c, w_d = solution.by_role(s, c, d, w1, w2, w3)
     L, T2, a, mu_c, mu_s, _, _, _, _, sigma = attitude.constants(I_s, I_c, I_d, w_s, w_c, w_d, p, m, m1)
     if not (p > 0.0 and m1 > 0.0):
         return math.nan
@@ -241,7 +241,7 @@ def measure_one(I1, I2, I3, energy, tolerance):
     w1, w2, w3 = start(I1, I2, I3, energy)
     if not possible(I1, energy):
         return IMPOSSIBLE, missing, missing, missing, missing, missing, missing
-    if exact.is_stationary(I1, I2, I3, w1, w2, w3):
+    if solution.is_stationary(I1, I2, I3, w1, w2, w3):
         return PRINCIPAL, missing, missing, missing, missing, missing, missing
     c1, c2, c3 = (I2 - I3) / I1, (I3 - I1) / I2, (I1 - I2) / I3
     h = _step_length(c1, c2, c3, math.hypot(w1, w3), tolerance)

@@ -36,7 +36,7 @@ import math
 import numpy as np
 from numba import njit
 
-from kernels import attitude, direct, elliptic, exact
+from kernels import attitude, direct, elliptic, solution
 from kernels.blocks import W
 from kernels.elliptic import RUNGS
 from kernels.options import EXACT, OPTIONS
@@ -183,7 +183,7 @@ def exact_turn(moments, begin, chi, rungs, rungs1):
         return math.nan, math.nan
     L = math.sqrt(n1 * n1 + square)
     n1, n2, n3 = n1 / L, n2 / L, n3 / L
-    steady = exact.is_stationary(moments[0], moments[1], moments[2], begin[0], begin[1], begin[2])
+    steady = solution.is_stationary(moments[0], moments[1], moments[2], begin[0], begin[1], begin[2])
     if steady:
         return 0.0, TWO_PI / math.sqrt(begin[0] ** 2 + begin[1] ** 2 + begin[2] ** 2)
     motion, turning, frame, ladders = attitude.prepare(moments, begin, rungs, rungs1)

@@ -19,7 +19,7 @@ from numba import njit
 from scipy.integrate import solve_ivp
 from scipy.spatial import cKDTree
 
-from kernels import elliptic, exact
+from kernels import elliptic, exact, solution
 from kernels.fingerprint import sources
 
 BITS = 220
@@ -243,7 +243,7 @@ def test_the_difference_from_the_separatrix_is_exact():
         (low, middle, high), (w_low, w_high) = np.sort(moments), start[[np.argmin(moments), np.argmax(moments)]]
         a, b, c, x, y = (Fraction(v) for v in (low, middle, high, w_low, w_high))
         wanted = c * (c - b) * y**2 - a * (b - a) * x**2
-        found = exact.separatrix_offset(low, middle, high, w_low, w_high)
+        found = solution.separatrix_offset(low, middle, high, w_low, w_high)
         assert abs(Fraction(found) - wanted) <= abs(wanted) * Fraction(1e-15)  # rounded once
 
 
@@ -631,7 +631,7 @@ def test_a_polhode_lies_on_both_ellipsoids_and_closes():
 def test_a_polhode_is_where_the_motion_goes(signs):
     start = np.array([0.5, 0.7, 0.4]) * signs
     for moments in np.array(BODIES):
-        coefficients = exact.coefficients(*moments)
+        coefficients = solution.coefficients(*moments)
 
         def motion(_, w, c=coefficients):
             return c[0] * w[1] * w[2], c[1] * w[2] * w[0], c[2] * w[0] * w[1]
