@@ -77,9 +77,9 @@ def test_window_ends_where_the_motion_has_grown_tenfold():
 
 
 def test_nothing_that_pulls_is_marginal():
-    raw = run([0.0, 1e-13, 1e-3])
-    measured = raw[:, oscillations.RAW.rate2], raw[:, oscillations.RAW.stderr]
-    kinds = oscillations.regime(*measured, np.ones(3), np.full(3, 1e-6))
+    raw = run([0.0, 1e-16, 1e-3])
+    error = sum(oscillations.errors(raw, np.ones(3), np.full(3, 1e-6), np.zeros(3, bool), 64, 0.4))
+    kinds = oscillations.regime(raw[:, oscillations.RAW.rate2], error)
     assert kinds.tolist() == [oscillations.MARGINAL, oscillations.MARGINAL, oscillations.STABLE]
 
 
