@@ -30,14 +30,11 @@ class Reference:
         ways: name of a way → a function of (point, integration) that finds that variable's value, or NaN where the
             run is too long for it. None shares code with the system's integrators and its estimator.
         allowed: a function of (point, integration): how far the map may lie from what a way finds.
-        own: variable → a function of a point: what the motion has at its own amplitude, NaN where there is no such
-            thing; within the variable's error of what the map holds.
     """
 
     variable: str
     ways: Mapping[str, Callable[[Mapping[str, float], "Integration"], float]]
     allowed: Callable[[Mapping[str, float], "Integration"], float]
-    own: Mapping[str, Callable[[Mapping[str, float]], float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

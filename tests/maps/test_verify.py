@@ -110,7 +110,7 @@ def test_wrong_rates_of_other_kernels_are_found_by_scipy_and_by_the_closed_form(
     assert findings(tiny, points=50, any_kernels=True) == {}
     assert set(findings(tiny, points=50)) == {"kernels"}
     found = findings(shift(tiny, 1.1e-8), points=50, any_kernels=True)
-    assert set(found) == {"SciPy DOP853", "closed form"}
+    assert set(found) == {"SciPy DOP853", "closed form", "errors"}
     assert all(" more" in lines[-1] for lines in found.values())
 
 
@@ -119,7 +119,7 @@ def test_wrong_precession_is_found(tmp_path):
     with netCDF4.Dataset(path, "a") as file:
         file.kernel_fingerprint = "0" * 64
         file["precession_rate"][:] = file["precession_rate"][:] * (1 + 1e-9)
-    assert set(findings(sealed(path), any_kernels=True)) == {"SciPy DOP853", "closed form"}
+    assert set(findings(sealed(path), any_kernels=True)) == {"SciPy DOP853", "closed form", "errors"}
 
 
 def test_another_definition_is_recognised(whole, tmp_path, capsys):

@@ -65,16 +65,6 @@ def rotation_in_closed_form(point: Mapping[str, float], integration) -> float:
     return signed_rate(seen[:, 1:] / epsilon, times[1], seen[:, 0]) * point["omega0"] ** 2
 
 
-def own_frequency(point: Mapping[str, float]) -> float:
-    """Angular frequency of a nudged rotation at its own amplitude in rad s-1, π p/2K; NaN about no stable axis."""
-    epsilon, phase, axis = point["epsilon"], point["phase"], int(point["axis"])
-    moments = _seen_from_axis(point)
-    if (moments[0] - moments[1]) * (moments[0] - moments[2]) <= 0.0:
-        return math.nan
-    start = [1.0, epsilon * math.cos(phase), epsilon * math.sin(phase)]
-    return exact.frequency(*np.roll(moments, axis - 1), *np.roll(start, axis - 1)) * abs(point["omega0"])
-
-
 def allowed(point: Mapping[str, float], integration) -> float:
     """How far a measured Ω² may lie from a reference, s-2.
 
@@ -89,5 +79,4 @@ REFERENCE = Reference(
     "omega_squared",
     {"SciPy DOP853": rotation_by_scipy, "closed form": rotation_in_closed_form},
     allowed,
-    {"frequency": own_frequency},
 )
