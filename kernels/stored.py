@@ -1,4 +1,4 @@
-"""Is the compiled code on the disk what was stored there? Numba does not look: it would run it, or fail.
+"""Compiled code that is stored on the disk: is it still what was stored there? Numba does not look: it would run it.
 
 A ledger in the cache's folder keeps the checksum of every file of the cache. It is compared whenever ``kernels`` is
 imported, before Numba reads anything, and added to when a process that has compiled something ends.

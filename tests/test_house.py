@@ -66,6 +66,30 @@ def circles(graph):
     return found
 
 
+def named(kind):
+    """Name → modules that define something of that kind and name at their top level."""
+    found = {}
+    for module, path in modules().items():
+        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            if isinstance(node, kind):
+                found.setdefault(node.name, []).append(module)
+    return found
+
+
+def test_no_two_classes_share_a_name():
+    assert {name: where for name, where in named(ast.ClassDef).items() if len(where) > 1} == {}
+
+
+@pytest.mark.parametrize("name", ["duration", "triangle_margin", "blocks", "dimensions", "flags"])
+def test_one_name_stands_for_one_function(name):
+    assert len(named(ast.FunctionDef)[name]) == 1
+
+
+def test_what_is_refused_is_refused_without_assertions_too():
+    for path in modules().values():
+        assert not any(isinstance(node, ast.Assert) for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
+
+
 def test_no_import_runs_in_a_circle():
     assert circles(arrows()) == []
 

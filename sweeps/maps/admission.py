@@ -9,8 +9,8 @@ import numpy as np
 import xarray as xr
 
 from sweeps import systems
-from sweeps.maps.door import MOST_TEXT, Found, Held
-from sweeps.maps.raw import RawFile, Values
+from sweeps.maps.door import MOST_TEXT, Contents, Held
+from sweeps.maps.raw import RawFile, RawValues
 from sweeps.schema.layout import Layout
 from sweeps.schema.reading import MAX_FILE_BYTES
 from sweeps.schema.refusals import shortened
@@ -29,7 +29,7 @@ class _UnlikeError(Exception):
     """In what a file is unlike a map: the message but for the file's name."""
 
 
-def admitted(path: str | Path, found: Found, any_flags: bool = False) -> xr.Dataset:
+def admitted(path: str | Path, found: Contents, any_flags: bool = False) -> xr.Dataset:
     """The Dataset of a file that is a map; numbers are read when they are asked for.
 
     Args:
@@ -229,14 +229,14 @@ def _check_variable(parts: _Parts, name: str, held: Held) -> None:
 def _dataset(parts: _Parts, file: RawFile, any_flags: bool) -> xr.Dataset:
     coordinates = {}
     for name, held in parts.coordinates.items():
-        values = _texts(file, name, held) if parts.specs[name].dtype == "str" else Values(file, name, held).whole()
+        values = _texts(file, name, held) if parts.specs[name].dtype == "str" else RawValues(file, name, held).whole()
         _check_values(parts, name, values)
         coordinates[name] = (_own_dims(parts, name), values, _attributes(parts, name, held))
     variables = {}
     for name, held in parts.variables.items():
         spec = parts.specs[name]
         ends = (spec.first_flag, spec.first_flag + len(spec.flags) - 1) if spec.flags and not any_flags else None
-        data = xr.core.indexing.LazilyIndexedArray(Values(file, name, held, ends))
+        data = xr.core.indexing.LazilyIndexedArray(RawValues(file, name, held, ends))
         variables[name] = xr.Variable(held.dims, data, _attributes(parts, name, held))
     return xr.Dataset(variables, coordinates)
 
@@ -253,7 +253,7 @@ def _texts(file: RawFile, name: str, held: Held) -> np.ndarray:
     if held.dtype == "str":
         items, shape = held.texts, held.shape
     else:
-        values = np.ascontiguousarray(Values(file, name, held).whole())
+        values = np.ascontiguousarray(RawValues(file, name, held).whole())
         shape = held.shape[:-1] if held.dtype == "|S1" and held.dims else held.shape
         width = values.nbytes // max(math.prod(shape), 1)
         joined = np.frombuffer(values.tobytes(), f"S{max(width, 1)}")

@@ -61,14 +61,14 @@ class Held:
 
 
 @dataclass(frozen=True)
-class Found:
+class Contents:
     """What a file holds: attributes, and name → variable."""
 
     attributes: dict[str, Any]
     variables: dict[str, Held]
 
 
-def look(path: str | Path) -> Found:
+def look(path: str | Path) -> Contents:
     """What a file holds, as it says itself.
 
     Raises:
@@ -89,7 +89,7 @@ def look(path: str | Path) -> Found:
         chunk = values.pop("chunk")
         held[name] = Held(**lists, **values, chunk=None if chunk is None else tuple(chunk), places=places)
         _check_places(path, name, held[name], size)
-    return Found(told["attributes"], held)
+    return Contents(told["attributes"], held)
 
 
 def _regular(path: str | Path) -> int:

@@ -20,9 +20,9 @@ class MotionError(RefusedError):
 
 
 def of(
-    system: systems.System, point: Mapping[str, float], duration: float | None, samples: int | None, tolerance: float
+    system: systems.Dynamics, point: Mapping[str, float], duration: float | None, samples: int | None, tolerance: float
 ) -> xr.Dataset:
-    """The motion at a point of a map of one of the systems that have one (see `sweeps.systems.System.motion`).
+    """The motion at a point of a map of one of the systems that have one (see `sweeps.systems.Dynamics.motion`).
 
     Raises:
         MotionError: for a system that has none, and for a duration or a number of samples out of range.

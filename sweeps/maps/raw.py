@@ -1,4 +1,4 @@
-"""Values of a map from their places in its file, chunk by chunk: bounded in memory, and no decoding but our own."""
+"""RawValues of a map from their places in its file, chunk by chunk: bounded in memory, and no decoding but our own."""
 
 import math
 import os
@@ -63,7 +63,7 @@ class RawFile:
             raise MapError(f"{self.path}: was changed since it was opened; allowed: a file that stays as it is")
 
 
-class Values(xr.backends.BackendArray):
+class RawValues(xr.backends.BackendArray):
     """A variable's values, read when they are asked for.
 
     Args:

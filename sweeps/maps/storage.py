@@ -11,6 +11,7 @@ from sweeps.maps import admission, door
 from sweeps.points.sweep import Sweep
 from sweeps.schema.carried import definition_of
 from sweeps.schema.refusals import shortened
+from sweeps.schema.variables import DEFLATED, Variable
 from sweeps.shards import contract
 from sweeps.shards.chunks import chunk_shape
 from sweeps.shards.content import hashed
@@ -20,13 +21,15 @@ from sweeps.shards.shard import MapError
 def write_map(ds: xr.Dataset, path: str | Path) -> str:
     """Writes a Dataset from `sweeps.survey` as a map, and returns its content hash; lazy ones are computed twice."""
     ds, digest = _with_hashes(ds)
+    table = systems.of_map(ds).layout().variables
     encoding = {name: {"_FillValue": None} for name in ds.coords}
     for name, variable in ds.data_vars.items():
-        encoding[name] = {"chunksizes": chunk_shape(variable.shape), "_FillValue": None}
-        if variable.dtype.kind == "f":
-            encoding[name]["_FillValue"] = np.nan
-        if variable.dtype != np.float64:
-            encoding[name] |= {"zlib": True, "complevel": 1, "shuffle": True}
+        spec = table.get(name) or Variable(name, None, "", variable.dtype.str)
+        encoding[name] = {
+            "chunksizes": chunk_shape(variable.shape),
+            "_FillValue": np.nan if spec.missing_is_nan else None,
+        }
+        encoding[name] |= DEFLATED if spec.deflated else {}
     with replaced(path) as temporary:
         ds.assign_attrs(history=contract.history(), content_hash=digest).to_netcdf(
             temporary, engine="netcdf4", format="NETCDF4", encoding=encoding

@@ -34,7 +34,7 @@ POLISH = 8
 
 
 @dataclass
-class Zeros:
+class BoxZeros:
     """Zeros of many points' functions.
 
     Attributes:
@@ -51,7 +51,7 @@ class Zeros:
     left: tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
-def zeros(slopes, low, high, most=MOST_BOXES) -> Zeros:
+def zeros(slopes, low, high, most=MOST_BOXES) -> BoxZeros:
     """All zeros of a function of each point.
 
     Args:
@@ -82,7 +82,7 @@ def zeros(slopes, low, high, most=MOST_BOXES) -> Zeros:
         owner, a, b = (np.concatenate(x) for x in zip(none, *found, strict=True))
         place = _polished(slopes, owner, a, b)
         kept = _alone(owner, place, a, b)
-    return Zeros(owner[kept], place[kept], a[kept], b[kept], left)
+    return BoxZeros(owner[kept], place[kept], a[kept], b[kept], left)
 
 
 def _step(slopes, owner, a, b, low, high):

@@ -34,7 +34,7 @@ class DescriptionError(DefinitionError):
 
 
 @dataclass(frozen=True)
-class Parameter:
+class DescribedParameter:
     """A number that a sweep gives or varies: symbol, unit (UDUNITS), value where a sweep gives none, and bounds."""
 
     symbol: sp.Symbol
@@ -135,7 +135,7 @@ class System:
         self.title, self.references = title, references
         self.given_most = most
         self.time = sp.Symbol("t", real=True)
-        self.parameters: dict[str, Parameter] = {}
+        self.parameters: dict[str, DescribedParameter] = {}
         self.coordinates: dict[str, Coordinate] = {}
         self.particles: list[tuple[sp.Expr, tuple[sp.Expr, ...]]] = []
         self.kinetic_terms: list[sp.Expr] = []
@@ -151,7 +151,9 @@ class System:
         """A parameter's symbol; a sweep's `grid` gives its value, or several."""
         self._check_name(name)
         symbol = sp.Symbol(name, positive=True) if positive else sp.Symbol(name, real=True)
-        parameter = Parameter(symbol, unit, float(default), positive, least, most, meaning or name.replace("_", " "))
+        parameter = DescribedParameter(
+            symbol, unit, float(default), positive, least, most, meaning or name.replace("_", " ")
+        )
         if not parameter.allows(parameter.default):
             wrong = f"default {default!r} is out of range"
             raise DescriptionError(f"parameter {name}: {wrong}; allowed: {parameter.allowed}")

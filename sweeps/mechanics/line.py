@@ -32,7 +32,7 @@ UNIT = 2.0**-52
 
 
 @dataclass
-class Zeros:
+class LineZeros:
     """Zeros of many points' functions, in ascending order of point and place.
 
     Attributes:
@@ -54,7 +54,7 @@ class Zeros:
     exhausted: np.ndarray
 
 
-def zeros(curve, low, high) -> Zeros:
+def zeros(curve, low, high) -> LineZeros:
     """All zeros of a function of each point.
 
     Args:
@@ -80,7 +80,7 @@ def zeros(curve, low, high) -> Zeros:
     owner, place, kind = (np.concatenate(parts) for parts in zip(*found, strict=True))
     order = np.lexsort((place, owner))
     named = groups.owner[doubt], groups.low[doubt], groups.high[doubt]
-    return Zeros(owner[order], place[order], kind[order], proved, flat, named, exhausted)
+    return LineZeros(owner[order], place[order], kind[order], proved, flat, named, exhausted)
 
 
 # -- boxes

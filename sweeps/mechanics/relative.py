@@ -28,7 +28,7 @@ PAIR_FROM = 1e-9  # a nudge larger than this is made from both sides
 ROUNDINGS = 256 * np.finfo(np.float64).eps  # of the scale: what theory's own eigenvalues are known to
 
 
-class Model:
+class FlowModel:
     """A flow, its generated kernel, and what it makes of points.
 
     Args:
@@ -45,9 +45,9 @@ class Model:
         self.N = self.flow.n
 
     @cached_property
-    def landscape(self) -> rest.Landscape:
+    def landscape(self) -> rest.Forces:
         """Forces, slopes and scales, in NumPy."""
-        return rest.Landscape(self.flow)
+        return rest.Forces(self.flow)
 
     @cached_property
     def code(self) -> FlowCode:

@@ -22,7 +22,7 @@ STARTS = 64
 SMALL = 1e-9  # singular values below it, relative, are a family's
 
 
-class Landscape:
+class Forces:
     """A flow's forces, slopes and scales as functions of arrays: parameters (a list), then places, all of one shape."""
 
     def __init__(self, flow: Flow):
@@ -95,7 +95,7 @@ def _size(place):
     return (place.bounds[1] - place.bounds[0]) / 4 if place.size is None else place.size
 
 
-def find(landscape: Landscape, parameters) -> np.ndarray:
+def find(landscape: Forces, parameters) -> np.ndarray:
     """Equilibria of points, shape (points, most, m), NaN where there is none; `most` is the description's.
 
     Raises:

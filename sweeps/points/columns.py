@@ -1,4 +1,4 @@
-"""Points → columns: the one way to a measured value.
+"""Points in, columns out: the one way to a measured value. A column is one variable's values, one a point.
 
 A shard under Snakemake, a chunk under Dask and a call in a notebook all go through `columns`.
 """

@@ -75,7 +75,7 @@ def estimate(sweep: Sweep, bytes_per_point: int | None = None) -> Estimate:
     )
 
 
-def _compile_seconds(system: systems.System) -> float:
+def _compile_seconds(system: systems.Dynamics) -> float:
     shared = 0.0 if (cache_folder() / "compiled").exists() else COMPILE_SECONDS
     return shared + (0.0 if system.compiled().exists() else system.compile_seconds)
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from sweeps.schema.definition import Definition
 from sweeps.schema.parameters import SPELLED_OUT, Range
-from sweeps.systems import System
+from sweeps.systems import Dynamics
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Grid:
     """
 
     definition: Definition
-    system: System
+    system: Dynamics
 
     @cached_property
     def dims(self) -> tuple[str, ...]:

@@ -109,7 +109,7 @@ def _from_text(text: str, name: str, folder: str) -> Definition:
     return _validated(text, plain(read_text(text)), name, folder).definition
 
 
-def _system(name: Any) -> systems.System:
+def _system(name: Any) -> systems.Dynamics:
     if not systems.is_file(name) and (not isinstance(name, str) or name not in systems.names()):
         wrong = "is not available" + hint(name, systems.names())
         raise UnreadableError(("system",), display(name), wrong, ", ".join(systems.names()) + ", or path/to/file.py")

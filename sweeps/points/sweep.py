@@ -23,7 +23,7 @@ class Sweep:
     """
 
     definition: Definition
-    system: systems.System
+    system: systems.Dynamics
     grid: Grid
     variables: dict[str, Variable]
 
@@ -49,7 +49,7 @@ class Sweep:
         return of, (self.definition,)
 
 
-def of(definition: Definition, system: systems.System | None = None) -> Sweep:
+def of(definition: Definition, system: systems.Dynamics | None = None) -> Sweep:
     """The sweep of a definition and its system, which is looked up where it is left out."""
     system = system or systems.resolve(definition.system)
     return Sweep(definition, system, Grid(definition, system), system.variables(definition))

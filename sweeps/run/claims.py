@@ -1,4 +1,8 @@
-"""One run of a sweep at a time: claims that end with the process that made them, however it ends."""
+"""Claims: who may write a sweep's folder. One run of a sweep goes at a time.
+
+A claim is a lock on a file in the folder, which the system itself gives back when the process that holds it ends,
+however it ends: nothing is left to be unlocked by hand.
+"""
 
 import errno
 import fcntl

@@ -83,7 +83,7 @@ def _report(path: Path, file: Path) -> None:
         report.write(ds, file)
 
 
-def _compile(system: systems.System) -> None:
+def _compile(system: systems.Dynamics) -> None:
     """Compiles the kernels, alone, where no workflow or earlier run has: their cache bears one writer."""
     compiled = cache_folder() / "compiled"
     if not compiled.exists():

@@ -37,7 +37,7 @@ def compile_kernels() -> None:
         _compile_shared()
 
 
-def compile_system(system: systems.System) -> None:
+def compile_system(system: systems.Dynamics) -> None:
     """Compiles, and stores in the cache, what one system calls, and says so there; one process at once.
 
     Raises:
@@ -52,7 +52,7 @@ def compile_system(system: systems.System) -> None:
         temporary.write_text(fingerprint() + "\n")
 
 
-def compile_missing(system: systems.System) -> None:
+def compile_missing(system: systems.Dynamics) -> None:
     """Compiles, alone, what one system calls, unless it lies in the cache whole: call it before work that is shared."""
     if not (stored.is_whole(cache_folder()) and _says_compiled(system)):
         with _alone():
@@ -60,7 +60,7 @@ def compile_missing(system: systems.System) -> None:
             stored.note(cache_folder())
 
 
-def _says_compiled(system: systems.System) -> bool:
+def _says_compiled(system: systems.Dynamics) -> bool:
     try:
         return system.compiled().read_text().strip() == fingerprint()
     except (OSError, ValueError):

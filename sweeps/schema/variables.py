@@ -5,6 +5,8 @@ from enum import StrEnum
 
 import numpy as np
 
+DEFLATED = {"zlib": True, "complevel": 1, "shuffle": True}  # how a file holds a variable that is deflated
+
 
 class Role(StrEnum):
     """What readers of a map take a variable for."""

@@ -17,7 +17,7 @@ import numpy as np
 from isal import isal_zlib
 
 from sweeps.files import replaced
-from sweeps.schema.variables import Variable
+from sweeps.schema.variables import DEFLATED, Variable
 from sweeps.shards.chunks import Chunks
 from sweeps.shards.content import as_bytes
 
@@ -77,7 +77,7 @@ def define(
         file.createDimension(dim, size)
     chunks = Chunks(tuple(dimensions.values()))
     for spec in variables.values():
-        packing = {"compression": "zlib", "complevel": 1, "shuffle": True} if spec.deflated else {}
+        packing = DEFLATED if spec.deflated else {}
         fill = np.nan if spec.missing_is_nan else False
         variable = file.createVariable(
             spec.name, spec.dtype, tuple(dimensions), fill_value=fill, chunksizes=chunks.shape, **packing

@@ -1,4 +1,7 @@
-"""What a map holds, as one hash: equal content, equal hash, however it is stored."""
+"""The content of a map, as one hash: equal content, equal hash, however it is stored.
+
+Content is names, dimensions, types and values: no attribute, no encoding, no order of chunks.
+"""
 
 import hashlib
 from collections.abc import Sequence

@@ -1,4 +1,8 @@
-"""What a map says beside its measured values, in memory and on disk: coordinates, provenance, versions."""
+"""The contract between a map and its readers: what it says beside its measured values.
+
+Its coordinates, its provenance (which definition, which code, which version), and which of that makes two files the
+same: `identity`. In memory and on disk alike; results/README.md is the contract in words.
+"""
 
 import platform
 from datetime import UTC, datetime
@@ -13,7 +17,7 @@ CONTRACT_VERSION = "1.0"
 CONVENTIONS = "CF-1.11"
 
 
-class Coordinate(NamedTuple):
+class MapCoordinate(NamedTuple):
     """One coordinate of a map.
 
     Attributes:
@@ -27,13 +31,13 @@ class Coordinate(NamedTuple):
     attributes: dict
 
 
-def coordinates(sweep: Sweep) -> dict[str, Coordinate]:
+def coordinates(sweep: Sweep) -> dict[str, MapCoordinate]:
     """Name → each coordinate of a map: the dimensions' own, then the auxiliary ones."""
     grid, table = sweep.grid, sweep.system.coordinates(sweep.definition)
-    own = {dim: Coordinate(dim, values, table[dim].attributes) for dim, values in grid.coordinates.items()}
+    own = {dim: MapCoordinate(dim, values, table[dim].attributes) for dim, values in grid.coordinates.items()}
     for name, (dim, values) in grid.auxiliary.items():
         values = values if values.dtype.kind == "U" else values.astype(table[name].dtype)
-        own[name] = Coordinate(dim, values, table[name].attributes)
+        own[name] = MapCoordinate(dim, values, table[name].attributes)
     return own
 
 

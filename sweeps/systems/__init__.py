@@ -1,7 +1,7 @@
 """The systems of equations of motion that a definition can name, each imported when it is asked for.
 
 A system is one folder: the model of its definition, its variables, columns, pictures, motion, references and its part
-of the page (see `System`), and a module `system` whose `SYSTEM` it is. A folder here is found by itself; a package of
+of the page (see `Dynamics`), and a module `system` whose `SYSTEM` it is. A folder here is found by itself; a package of
 somebody else names its module in an entry point of the group `polhode.systems`, and edits nothing.
 """
 
@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sweeps.schema.definition import DEFAULT_SYSTEM
-from sweeps.systems.system import System
+from sweeps.systems.system import Dynamics
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -53,7 +53,7 @@ def is_file(name: object) -> bool:
 
 
 @cache
-def resolve(name: str) -> System:
+def resolve(name: str) -> Dynamics:
     """The system of a name, or of the Python file of that path (relative to where the program runs), which is run.
 
     Raises:
@@ -77,7 +77,7 @@ def resolve(name: str) -> System:
     return import_module(_brought()[name]).SYSTEM
 
 
-def of_map(ds: "xr.Dataset") -> System:
+def of_map(ds: "xr.Dataset") -> Dynamics:
     """The system of a map, with all that a reader of maps needs: the one way to it from a file.
 
     A Python file that a map names is never run, for its author may be anybody: what such a map holds is read as any
@@ -103,4 +103,4 @@ def compile_shared() -> None:
 
 def moving() -> tuple[str, ...]:
     """Names of the systems whose maps have a motion at each point."""
-    return tuple(name for name in (*MODULES, *_brought()) if type(resolve(name)).motion is not System.motion)
+    return tuple(name for name in (*MODULES, *_brought()) if type(resolve(name)).motion is not Dynamics.motion)

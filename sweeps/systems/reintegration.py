@@ -25,7 +25,7 @@ def spacing(bound: float, samples_per_rotation: int) -> float:
     return min(2.0 * math.pi / samples_per_rotation, RADIANS / max(1.0, bound))
 
 
-def signed_rate(transverse: np.ndarray, h: float, spin: np.ndarray | None = None) -> float:
+def squared_rate(transverse: np.ndarray, h: float, spin: np.ndarray | None = None) -> float:
     """Signed rate² of samples, shape (n, 2), `h` apart, up to tenfold growth; in units of 1/h².
 
     `spin`, shape (n,), is the component along the spin axis in units of its start: the window ends where it wanders.

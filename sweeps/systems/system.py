@@ -79,7 +79,7 @@ class Points(Protocol):
         """Argument → values at the points start … stop − 1, shape (stop − start,)."""
 
 
-class System(ABC):
+class Dynamics(ABC):
     """A system of equations of motion, with its parameters, its columns and its pictures.
 
     Nothing here imports a kernel, xarray or matplotlib before it is called for.

@@ -30,9 +30,9 @@ from sweeps.systems.system import Page
 from sweeps.views.report_columns import (
     BLOCK_POINTS,
     MOST_POINTS,
-    Column,
     Gatherer,
     Packed,
+    PageColumn,
     is_number,
     pack_within,
     reduced,
@@ -115,7 +115,7 @@ def _fitted(ds, summary: Summary, columns, kept, limit: int) -> tuple[list[Packe
         columns, kept = _fewer(ds, columns, kept, max(1, int(points * _share(laws, budget))))
 
 
-def _frame(ds, summary: Summary, columns: list[Column], kept) -> int:
+def _frame(ds, summary: Summary, columns: list[PageColumn], kept) -> int:
     """Bytes of a page but for its columns."""
     empty = [Packed(c.name, c.values.shape, c.powers, "f8", -1000, 6, "") for c in columns]
     return len(_page(ds, summary, empty, kept).encode("utf-8"))
@@ -129,7 +129,7 @@ def _scale(ds, dim: str, indices) -> np.ndarray | None:
     return values if np.isfinite(values).all() and (values > 1e-100).all() and (values < 1e100).all() else None
 
 
-def _share(columns: list[Column], budget: int) -> float:
+def _share(columns: list[PageColumn], budget: int) -> float:
     """Share of the points that fits a budget, at the two bytes or so that a shortened number takes as text."""
     numbers = sum(column.values.size for column in columns if column.values.dtype.kind == "f")
     return min(0.9, max(0.05, 1.05 * budget / (2.6 * max(numbers, 1))))

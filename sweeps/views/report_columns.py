@@ -20,7 +20,7 @@ FEWEST = 8  # a dimension is not thinned below that
 
 
 @dataclass
-class Column:
+class PageColumn:
     """One variable over the points kept, reduced along every dimension where a scaling law holds.
 
     Attributes:
@@ -83,7 +83,7 @@ class Gatherer:
         target[tuple(into)] = source
 
 
-def reduced(name: str, values: np.ndarray, scales: Mapping[str, np.ndarray | None]) -> Column:
+def reduced(name: str, values: np.ndarray, scales: Mapping[str, np.ndarray | None]) -> PageColumn:
     """A column without the dimensions along which it only scales.
 
     Args:
@@ -100,7 +100,7 @@ def reduced(name: str, values: np.ndarray, scales: Mapping[str, np.ndarray | Non
             if first is not None:
                 values, powers[dim] = first, power
                 break
-    return Column(name, values, powers)
+    return PageColumn(name, values, powers)
 
 
 def _without(values: np.ndarray, k: int, scale, power: int) -> np.ndarray | None:
@@ -128,7 +128,7 @@ class Packed:
     Attributes:
         name: the variable.
         shape: lengths over the map's dimensions.
-        powers: the scaling laws, as in `Column`.
+        powers: the scaling laws, as in `PageColumn`.
         dtype: "f8", "f4", "i1", "i2" or "i4".
         exponent: numbers are to be multiplied by two to this power.
         digits: significant decimal digits that are right.
@@ -144,7 +144,7 @@ class Packed:
     text: str
 
 
-def pack(column: Column, bits: int = 53) -> Packed:
+def pack(column: PageColumn, bits: int = 53) -> Packed:
     """Packs a column, its floats with `bits` of mantissa (53: as they are)."""
     values, exponent, digits = column.values, 0, 6
     if values.dtype.kind == "f" and bits < 53:
@@ -184,7 +184,7 @@ def _narrow(values: np.ndarray) -> np.ndarray:
     return values.astype("f8")
 
 
-def pack_within(columns: list[Column], budget: int) -> list[Packed] | None:
+def pack_within(columns: list[PageColumn], budget: int) -> list[Packed] | None:
     """Packs columns with as many digits as `budget` (characters) allows; None where they do not fit."""
     raw = sum(column.values.nbytes for column in columns)
     for bits in (53, *MANTISSA_BITS) if raw <= EXACT_BYTES else MANTISSA_BITS:

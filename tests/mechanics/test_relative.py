@@ -9,7 +9,7 @@ import relative
 from scipy.integrate import solve_ivp
 
 from kernels import linear
-from sweeps.mechanics.relative import Model, regimes
+from sweeps.mechanics.relative import FlowModel, regimes
 from sweeps.systems.relative_equilibrium.variables import REGIMES
 
 SETS = 400
@@ -18,7 +18,7 @@ MEASURED = 48
 
 @functools.cache
 def model(name):
-    return Model(relative.shipped(name))
+    return FlowModel(relative.shipped(name))
 
 
 def motions(name, count, seed=1, **fixed):

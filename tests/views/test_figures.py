@@ -19,6 +19,7 @@ from sweeps.systems.rigid_body import (
     figure_flip,
     figure_stability,
     fits,
+    wording,
 )
 from sweeps.views import figures
 
@@ -464,7 +465,7 @@ def test_bodies_say_how_soon_they_grow_and_flip(breaking):
     ],
 )
 def test_durations_as_people_say_them(seconds, text):
-    assert figure_bodies.duration(seconds) == text
+    assert wording.brief_duration(seconds) == text
 
 
 def test_no_label_of_the_bodies_covers_another():

@@ -145,10 +145,10 @@ def test_a_law_that_fails_at_one_point_is_no_law():
 
 
 def test_numbers_beyond_single_precision_stay_doubles():
-    column = report_columns.Column("x", np.array([1e-200, 1.0, 1e200]))
+    column = report_columns.PageColumn("x", np.array([1e-200, 1.0, 1e200]))
     packed = report_columns.pack(column, 24)
     assert packed.dtype == "f8"
-    scaled = report_columns.pack(report_columns.Column("x", np.array([1e199, 1.0e200, np.inf, np.nan])), 24)
+    scaled = report_columns.pack(report_columns.PageColumn("x", np.array([1e199, 1.0e200, np.inf, np.nan])), 24)
     assert scaled.dtype == "f4"
     ds = xr.Dataset(coords={"d": [1.0, 2.0, 3.0, 4.0]})
     values = unpacked(scaled, ds, {"d": np.arange(4)})

@@ -26,7 +26,7 @@ from sweeps.schema.variables import Variable, table
 from sweeps.systems.oscillator.definition import OscillatorDefinition
 from sweeps.systems.oscillator.look import LOOK
 from sweeps.systems.oscillator.variables import COORDINATES, LAYOUT, NUDGE, VARIABLES
-from sweeps.systems.system import Opening, Page, Points, System
+from sweeps.systems.system import Dynamics, Opening, Page, Points
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -40,7 +40,7 @@ LIBRARY = Path(__file__).parents[2] / "mechanics" / "library"
 LOOKED_AT = 256  # points of a grid at which a check looks for equilibria
 
 
-class Oscillator(System):
+class Oscillator(Dynamics):
     """The full equations of motion of a described system, near each of its equilibria, mode by mode.
 
     Args:
@@ -247,7 +247,7 @@ def compile_shared() -> None:
     import_module("kernels.enclosures")
 
 
-def parameter_of(p: "mechanics.description.Parameter") -> Parameter:
+def parameter_of(p: "mechanics.description.DescribedParameter") -> Parameter:
     """A described parameter as a key of a definition's `grid`."""
     item = Annotated[float, number(p.allows, p.allowed)]
     bounds = p.allowed.rpartition(", in ")[0]

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from sweeps import mechanics
-    from sweeps.mechanics.relative import Model
+    from sweeps.mechanics.relative import FlowModel
 
 LIBRARY = oscillator.LIBRARY / "relative"
 
@@ -55,14 +55,14 @@ class RelativeEquilibrium(oscillator.Oscillator):
         return description
 
     @cached_property
-    def mechanism(self) -> "Model":
+    def mechanism(self) -> "FlowModel":
         """The derived equations and what runs points through them."""
         from sweeps.mechanics import DescriptionError
-        from sweeps.mechanics.relative import Model
+        from sweeps.mechanics.relative import FlowModel
 
         with self._lock:
             try:
-                return Model(self.description)
+                return FlowModel(self.description)
             except DescriptionError as error:
                 raise DescriptionError(f"{self.name}: {error}") from None
 

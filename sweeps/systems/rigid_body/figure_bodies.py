@@ -1,6 +1,5 @@
 """Real bodies side by side: their measured rates, how soon they flip, and their periods beside the observed ones."""
 
-import math
 import re
 import textwrap
 
@@ -14,6 +13,7 @@ from sweeps import colors, style
 from sweeps.systems.rigid_body.fits import Period, periods, signed_rate
 from sweeps.systems.rigid_body.look import LOOK, settings
 from sweeps.systems.rigid_body.variables import REGIMES
+from sweeps.systems.rigid_body.wording import brief_duration
 
 MOST_BODIES = 30
 PERIOD_INCHES, LINE_INCHES, NOTE_WIDTH = 1.28, 0.145, 64
@@ -27,7 +27,6 @@ OBSERVED = {
     "markeredgecolor": colors.INK,
     "markeredgewidth": 1.3,
 }
-UNITS = ((1.0, "s", 7200.0), (3600.0, "h", 172_800.0), (86_400.0, "d", math.inf))
 OFFSETS = {1: -0.24, 2: 0.0, 3: 0.24}
 
 
@@ -106,16 +105,9 @@ def _times(ax: Axes, part: xr.Dataset) -> None:
         unstable = np.flatnonzero(part["regime"].values[i] == REGIMES.index("unstable") - 1)
         if unstable.size:
             at = part.isel(body=i, axis=int(unstable[0]))
-            ax.text(GROWS, i, duration(1.0 / float(at["growth_rate"])), gid="e-fold", **look)
+            ax.text(GROWS, i, brief_duration(1.0 / float(at["growth_rate"])), gid="e-fold", **look)
         if unstable.size and flips and np.isfinite(at["flip_period"]):
-            ax.text(FLIPS, i, duration(float(at["flip_period"])), gid="flip", **look)
-
-
-def duration(seconds: float) -> str:
-    """A time as people say it: in seconds up to two hours, in hours up to two days, in days beyond; three digits."""
-    unit, name = next((u, n) for u, n, most in UNITS if seconds < most)
-    value = seconds / unit
-    return f"{value:,.0f} {name}" if 100 <= value < 1e6 else f"{style.number(value, 3)} {name}"
+            ax.text(FLIPS, i, brief_duration(float(at["flip_period"])), gid="flip", **look)
 
 
 def _row_label(body: xr.Dataset) -> str:

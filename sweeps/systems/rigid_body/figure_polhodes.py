@@ -30,7 +30,7 @@ LEAST_FACING = 0.3  # arrows nearer to the outline would be seen from the side
 
 
 @dataclass(frozen=True)
-class Body:
+class AsymmetricBody:
     """A body with three different moments.
 
     Attributes:
@@ -126,7 +126,7 @@ def draw(ds: xr.Dataset) -> Figure | None:
     return figure
 
 
-def chosen(ds: xr.Dataset) -> Body | None:
+def chosen(ds: xr.Dataset) -> AsymmetricBody | None:
     """The body of a map whose moments differ most, as `asymmetry` has it; None where none has three different ones."""
     if "body" in ds.dims:
         table = np.column_stack([ds[name].values for name in MOMENTS])
@@ -137,7 +137,7 @@ def chosen(ds: xr.Dataset) -> Body | None:
         names, ratios = [""] * len(table), np.zeros(len(table), bool)
     score = asymmetry(table)
     best = int(np.argmax(score))
-    return Body(names[best], table[best], "" if ratios[best] else "kg m²") if score[best] > 1.0 else None
+    return AsymmetricBody(names[best], table[best], "" if ratios[best] else "kg m²") if score[best] > 1.0 else None
 
 
 def asymmetry(moments: np.ndarray) -> np.ndarray:
@@ -153,7 +153,7 @@ def asymmetry(moments: np.ndarray) -> np.ndarray:
     return np.where(greatest - middle <= least, np.minimum(middle / least, greatest / middle), 0.0)
 
 
-def _subtitle(ds: xr.Dataset, body: Body) -> str:
+def _subtitle(ds: xr.Dataset, body: AsymmetricBody) -> str:
     values = ",  ".join(
         f"${name[0]}_{name[1]}$ = {style.number(x, 4)}" for name, x in zip(MOMENTS, body.moments, strict=True)
     )
@@ -267,7 +267,7 @@ def _shaded(scene: Scene, points: np.ndarray) -> np.ndarray:
     return ((1 - TINT) + TINT * tint) * (0.80 + 0.20 * light)
 
 
-def _principal_axes(ax: Axes, scene: Scene, body: Body) -> None:
+def _principal_axes(ax: Axes, scene: Scene, body: AsymmetricBody) -> None:
     """Each axis from its far end, faint inside, to an arrow beyond the outline, with its name and moment."""
     rank = {axis: WORDS[i] for i, axis in enumerate(np.argsort(body.moments).tolist())}
     line = {"color": colors.INK, "solid_capstyle": "butt"}

@@ -12,7 +12,7 @@ from matplotlib.patches import Patch, PathPatch
 from matplotlib.path import Path as Outline
 
 from kernels import linear
-from kernels.rigid_body import cyclic
+from kernels.rigid_body import cyclic, triangle_margin
 from sweeps import colors, style
 from sweeps.systems.rigid_body.fits import signed_rate
 from sweeps.systems.rigid_body.look import LOOK, axis_label, settings
@@ -70,12 +70,6 @@ def _rarest_share(moments: Mapping[str, np.ndarray], axes: np.ndarray) -> float:
     kinds = (linear.STABLE_MINOR, linear.STABLE_MAJOR, linear.UNSTABLE)
     regimes = [linear.regime(I1[possible], I2[possible], I3[possible], int(axis)) for axis in axes]
     return min(float(np.mean(regime == kind)) for regime in regimes for kind in kinds)
-
-
-def triangle_margin(I1, I2, I3):
-    """Least of (Ib + Ic − Ia)/(I1 + I2 + I3) over the axes, dimensionless: negative where no body can exist."""
-    largest = np.maximum(np.maximum(I1, I2), I3)
-    return 1.0 - 2.0 * (largest / (I1 + I2 + I3))
 
 
 def boundaries(axis: int, window: Mapping[str, tuple[float, float]], fixed: Mapping[str, float]) -> dict:

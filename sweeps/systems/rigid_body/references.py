@@ -13,8 +13,8 @@ from sweeps.systems.reintegration import (
     ROUNDING,
     WINDOW,
     coefficients,
-    signed_rate,
     spacing,
+    squared_rate,
 )
 from sweeps.systems.system import Reference
 
@@ -50,7 +50,7 @@ def rotation_by_scipy(point: Mapping[str, float], integration) -> float:
         rtol=1e-13,
         atol=1e-14,
     )
-    return signed_rate(solution.y[1:].T, times[1], solution.y[0]) * point["omega0"] ** 2
+    return squared_rate(solution.y[1:].T, times[1], solution.y[0]) * point["omega0"] ** 2
 
 
 def rotation_in_closed_form(point: Mapping[str, float], integration) -> float:
@@ -62,7 +62,7 @@ def rotation_in_closed_form(point: Mapping[str, float], integration) -> float:
     moments, times = _seen_from_axis(point), _times(point, integration)
     omega = exact.rotation(np.roll(moments, axis - 1), np.roll(start, axis - 1), times)
     seen = np.roll(omega, 1 - axis, axis=1)
-    return signed_rate(seen[:, 1:] / epsilon, times[1], seen[:, 0]) * point["omega0"] ** 2
+    return squared_rate(seen[:, 1:] / epsilon, times[1], seen[:, 0]) * point["omega0"] ** 2
 
 
 def allowed(point: Mapping[str, float], integration) -> float:

@@ -11,7 +11,7 @@ from sweeps.schema.variables import Variable
 from sweeps.systems.rigid_body.definition import RigidBodyDefinition, RigidBodyIntegration
 from sweeps.systems.rigid_body.look import LOOK
 from sweeps.systems.rigid_body.variables import ARGUMENTS, COORDINATES, LAYOUT, MOMENTS, SHAREABLE, VARIABLES
-from sweeps.systems.system import Opening, Page, Reference, System
+from sweeps.systems.system import Dynamics, Opening, Page, Reference
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,7 +23,7 @@ COMPARED = 32  # points of a block that a collapsed sweep also integrates as the
 LEAST_NUDGES = 6  # the picture of a power law in epsilon wants that many
 
 
-class RigidBody(System):
+class RigidBody(Dynamics):
     """Euler's equations without torque, near each principal axis."""
 
     name = "rigid_body"

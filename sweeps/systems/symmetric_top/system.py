@@ -11,14 +11,14 @@ from sweeps.schema.variables import Variable
 from sweeps.systems.symmetric_top.definition import SymmetricTopDefinition, TopIntegration
 from sweeps.systems.symmetric_top.look import LOOK
 from sweeps.systems.symmetric_top.variables import ARGUMENTS, COORDINATES, LAYOUT, VARIABLES
-from sweeps.systems.system import Page, Reference, System
+from sweeps.systems.system import Dynamics, Page, Reference
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
 
-class SymmetricTop(System):
+class SymmetricTop(Dynamics):
     """Euler's equations without torque for I1 = I2, at any angle to the figure axis."""
 
     name = "symmetric_top"

@@ -19,7 +19,7 @@ from sweeps.schema.values import number
 from sweeps.schema.variables import Role, Variable, table
 from sweeps.systems.look import Look, Mark, Symbol
 from sweeps.systems.motion import angular_velocity, instants, time
-from sweeps.systems.system import Page, Reference, System
+from sweeps.systems.system import Dynamics, Page, Reference
 
 FATES = ("slows", "lasts")
 ABOVE_ZERO = Annotated[float, number(lambda x: 1e-9 <= x <= 1e9, "a number from 1e-9 to 1e9")]
@@ -60,7 +60,7 @@ def stepped(spin, tau, times):
     return spin * factor ** np.arange(times.size)[:, None]
 
 
-class DampedTop(System):
+class DampedTop(Dynamics):
     """The damped top."""
 
     name = "damped_top"
