@@ -397,3 +397,39 @@ def inverse(I1, I2, I3, ratio):
     out = np.empty((4, arrays[0].size))
     fill_inverse(*(np.ascontiguousarray(x, dtype=np.float64) for x in arrays), out)
     return {"energy": out[:2], "m": out[2:]}
+
+
+@njit(nogil=True, **EXACT)
+def fill_tilts(I1, I2, I3, energy, out):
+    """Mean, least and greatest angle of L to the encircled axis, rad: (3, n), NaN where there is none."""
+    rungs = np.empty((2, RUNGS))
+    for i in range(I1.size):
+        out[0, i], out[1, i], out[2, i] = math.nan, math.nan, math.nan
+        least, middle = I1[i] / I3[i], I2[i] / I3[i]
+        if not possible(least, energy[i]):
+            continue
+        w1, w2, w3 = start(least, middle, 1.0, energy[i])
+        p, m, m1, s, c, d = exact.constants(least, middle, 1.0, w1, w2, w3)
+        I_s, I_c, I_d = exact.by_role(s, c, d, least, middle, 1.0)
+        w_s, w_c, w_d = exact.by_role(s, c, d, w1, w2, w3)
+        _, _, a, mu_c, mu_s, _, _, _, _, _ = attitude.constants(I_s, I_c, I_d, w_s, w_c, w_d, p, m, m1)
+        out[1, i] = math.atan2(mu_c, a)
+        out[2, i] = math.atan2(mu_s, a * math.sqrt(m1))
+        if m1 > 0.0:
+            K = elliptic.K(m, m1)
+            n, ah, al = ladder(m, m1, rungs)
+            nodes = math.ceil(K / 0.2) + 4
+            total = 0.5 * (out[1, i] + out[2, i])
+            for k in range(1, nodes):
+                sn, cn, dn = climb(K * k / nodes, m, rungs, n, ah, al)
+                total += math.atan2(math.hypot(mu_c * cn, mu_s * sn), a * dn)
+            out[0, i] = total / nodes
+
+
+def tilts(points):
+    """Mean, least and greatest angle of L to the encircled axis over a period, rad, closed form; as :func:`survey`."""
+    arrays = np.broadcast_arrays(*(np.atleast_1d(points[name]) for name in ("I1", "I2", "I3", "energy")))
+    moments = np.sort(arrays[:3], axis=0)
+    out = np.empty((3, arrays[3].size))
+    fill_tilts(*(np.ascontiguousarray(x, dtype=np.float64) for x in (*moments, arrays[3])), out)
+    return {"tilt_mean": out[0], "tilt_least": out[1], "tilt_greatest": out[2]}

@@ -48,3 +48,28 @@ def open_map(path, **options):
     from sweeps.maps import storage
 
     return storage.open_map(path, **options)
+
+
+def tumbler(P_psi, P_phi, *, unit="h", sigma_psi=0.0, sigma_phi=0.0, ratios=None):
+    """From the two observed periods of a tumbling body to the energy that gives both.
+
+    Args:
+        P_psi: period of the angular velocity in the body.
+        P_phi: mean period of its axis of least moment about the angular momentum (the long-axis convention).
+        unit: of both periods and their errors: "s", "h" or "d".
+        sigma_psi: standard error of P_psi.
+        sigma_phi: standard error of P_phi.
+        ratios: (I1/I3, I2/I3) of one body; left out, every body that can exist.
+
+    Returns:
+        With `ratios`, a list of the motions that have both periods, each {mode, energy, energy_error, m, omega0}, the
+        energy 2T I3/L^2 and omega0 = L/I3 in rad s-1; else an `xarray.Dataset` of energy, energy_error and m over
+        (mode, I1_over_I3, I2_over_I3).
+
+    Raises:
+        DefinitionError: for periods that no body has, and for numbers out of range.
+    """
+    from sweeps.systems.tumbling import inverse
+
+    seen = inverse.Observed(P_psi, P_phi, sigma_psi, sigma_phi, unit)
+    return inverse.over_the_triangle(seen) if ratios is None else inverse.of_body(seen, *ratios)

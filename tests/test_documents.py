@@ -9,6 +9,8 @@ from sweeps.systems.oscillator import variables as oscillator
 from sweeps.systems.relative_equilibrium import variables as relative
 from sweeps.systems.rigid_body import variables as rigid_body
 from sweeps.systems.symmetric_top import variables as symmetric_top
+from sweeps.systems.tumbling import variables as tumbling
+from sweeps.systems.twist import variables as twist
 
 ROOT = Path(__file__).parents[1]
 
@@ -30,6 +32,10 @@ def table(marker):
         ("flips", rigid_body.FLIPS),
         ("symmetric top, coordinates", symmetric_top.COORDINATES),
         ("symmetric top, variables", symmetric_top.VARIABLES),
+        ("twist, coordinates", twist.COORDINATES),
+        ("twist, variables", twist.VARIABLES),
+        ("tumbling, coordinates", tumbling.COORDINATES),
+        ("tumbling, variables", tumbling.VARIABLES),
         ("oscillator coordinates", oscillator.COORDINATES),
         ("oscillator variables", oscillator.VARIABLES),
         ("relative equilibrium coordinates", relative.COORDINATES),

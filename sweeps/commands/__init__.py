@@ -3,4 +3,18 @@
 Each module has `add(commands)`, which describes the command to argparse, and the function that runs it.
 """
 
-NAMES = ("check", "run", "show", "point", "slice", "body", "compile", "shard", "merge", "figures", "report", "verify")
+NAMES = (
+    "check",
+    "run",
+    "show",
+    "point",
+    "slice",
+    "body",
+    "tumbler",
+    "compile",
+    "shard",
+    "merge",
+    "figures",
+    "report",
+    "verify",
+)

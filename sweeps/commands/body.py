@@ -71,12 +71,16 @@ def _first(*values):
 def _bodies(args) -> dict:
     from sweeps.points import catalogue
     from sweeps.points.loading import load
+    from sweeps.schema.definition import DEFAULT_SYSTEM
     from sweeps.schema.refusals import DefinitionError
 
     path = catalogue.resolve(args.definition)
-    bodies = {body.name: body for body in getattr(load(path), "bodies", ())}
-    if not bodies:
-        raise DefinitionError(f"{path}: bodies: (nothing) is missing; allowed: a definition with bodies")
+    definition = load(path)
+    bodies = {body.name: body for body in getattr(definition, "bodies", ())}
+    if not bodies or definition.system != DEFAULT_SYSTEM:
+        raise DefinitionError(
+            f"{path}: bodies: (nothing) is missing; allowed: a definition of rigid bodies with bodies"
+        )
     return bodies
 
 

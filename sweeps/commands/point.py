@@ -8,8 +8,9 @@ Give each dimension that is longer than one a value, --DIMENSION VALUE; the grid
   python -m sweeps point results/tennis_racket/stability_map.nc \\
       --axis 2 --I1 0.00121 --I2 0.01638 --I3 0.01748 --omega0 10 --trajectory racket.csv
 
---trajectory writes omega(t) in the body's axes, from the closed form (omega1 … omega3) and, for a rigid body, step by
-step (omega1_direct …), over two flips or two turns of the nudge unless --duration says else.
+--trajectory writes omega(t) in the body's axes and the attitude (a unit quaternion, scalar first, from body to space),
+from the closed form (omega1 … omega3, q0 … q3) and, but for a symmetric top, step by step (omega1_direct …, q0_direct
+…), over two flips or two turns of the nudge unless --duration says else.
 """
 
 

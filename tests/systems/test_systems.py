@@ -27,6 +27,8 @@ from sweeps.shards import shard as shards
 
 SMALL = {
     "rigid_body": {"axes": [1, 2], "grid": {"I1": [1.0, 2.0], "I2": 1.5, "I3": 3.0, "omega0": [1.0, -2.0]}},
+    "twist": {"grid": {"I1": [0.3, 0.5], "I2": 1.0, "I3": 1.2, "chi": [0.1, -0.4], "omega0": [1.0, 3.0]}},
+    "tumbling": {"grid": {"I1": 0.4, "I2": 0.7, "I3": 1.0, "energy": [1.1, 1.6, 2.0], "omega0": [1.0, 2.0]}},
     "symmetric_top": {"grid": {"ratio": [0.5, 1.0, 1.2], "omega3": [-1.0, 2.0], "half_angle": [10.0, 40.0]}},
 }
 TOP = SMALL["symmetric_top"]["grid"]
@@ -233,11 +235,12 @@ print(*(name for name in sys.modules if name.startswith("kernels.")))
     ("edited", "foreign"),
     [
         ("survey", {"rigid_body"}),
-        ("exact", {"rigid_body"}),
+        ("exact", {"rigid_body", "twist", "tumbling"}),
+        ("tumbling", {"tumbling"}),
         ("symmetric_top", {"symmetric_top"}),
         ("oscillations", {OSCILLATOR}),
         ("measure", {"rigid_body", OSCILLATOR}),
-        ("taylor_steps", {"rigid_body", "symmetric_top", OSCILLATOR}),
+        ("taylor_steps", {"rigid_body", "symmetric_top", "twist", "tumbling", OSCILLATOR}),
     ],
 )
 def test_a_comment_in_a_kernel_makes_maps_of_its_own_systems_foreign(edited, foreign, tmp_path, monkeypatch):

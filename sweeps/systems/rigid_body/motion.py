@@ -6,8 +6,9 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
-from kernels import direct, exact
-from sweeps.systems.motion import angular_velocity, instants, span, time
+from kernels import exact
+from sweeps.systems.attitude import columns
+from sweeps.systems.motion import instants, span, time
 
 
 def start(point: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
@@ -37,7 +38,7 @@ def _span(point: Mapping[str, float], rotation: float) -> float:
 
 
 def motion(point: Mapping[str, float], duration: float | None, samples: int | None, tolerance: float) -> xr.Dataset:
-    """ω(t) of a free rigid body from a point of a map.
+    """ω(t) and q(t) of a free rigid body from a point of a map.
 
     Args:
         point: I1, I2, I3 (kg m2), axis, omega0 (rad s-1), epsilon, phase (rad).
@@ -46,17 +47,10 @@ def motion(point: Mapping[str, float], duration: float | None, samples: int | No
         tolerance: of the direct integration, relative.
 
     Returns:
-        Over `time` (s): omega1 … omega3 from the closed form, omega1_direct … omega3_direct step by step, rad s-1.
+        Over `time` (s): omega1 … omega3 (rad s-1) and the attitude q0 … q3 from the closed form, and the same with
+        _direct step by step.
     """
     moments, omega = start(point)
     rotation = 2 * math.pi / np.abs(omega).max()
     times = instants(_span(point, rotation) if duration is None else duration, samples, rotation)
-    closed = exact.rotation(moments, omega, times)
-    stepped = direct.rotation(moments, omega, times, tolerance)
-    ways = {"": (closed, "closed form"), "_direct": (stepped, "direct integration")}
-    columns = {
-        f"omega{i + 1}{suffix}": ("time", values[:, i], angular_velocity(i + 1, how))
-        for suffix, (values, how) in ways.items()
-        for i in range(3)
-    }
-    return xr.Dataset(columns, {"time": time(times, "the nudge")})
+    return xr.Dataset(columns(moments, omega, times, tolerance), {"time": time(times, "the nudge")})

@@ -9,7 +9,7 @@ Source: Landau and Lifshitz, Mechanics, section 37; see `kernels.linear` and `ke
 import math
 from dataclasses import dataclass
 
-from kernels import exact, linear
+from kernels import exact, linear, twist
 from sweeps.systems.rigid_body import motion
 
 REGIMES = ("stable_minor", "stable_major", "unstable", "marginal", "sphere")
@@ -27,6 +27,12 @@ class Spin:
         flip_period: s between two changes of sign of the spin; None where it keeps its sign.
         euler_period: s in which a small nudge turns about the axis; None where it does not.
         max_tilt: degrees, largest angle of the angular velocity from the axis.
+        space_period: s in which the axis goes round the angular momentum, seen from space, at a small nudge: the spin
+            rate and that of the nudge's turn in the body add about the greatest moment and subtract about the least;
+            None where it does not.
+        space_turns: that period in turns of the spin.
+        twist: largest share of half a turn that the body twists about its least axis while that comes round once,
+            thrown on the separatrix; None about the other axes.
     """
 
     axis: int
@@ -36,6 +42,9 @@ class Spin:
     flip_period: float | None
     euler_period: float | None
     max_tilt: float
+    space_period: float | None = None
+    space_turns: float | None = None
+    twist: float | None = None
 
 
 def spins(moments: tuple[float, float, float], omega0: float, epsilon: float, phase: float) -> list[Spin]:
@@ -56,6 +65,7 @@ def _spin(moments, axis: int, omega0: float, epsilon: float, phase: float) -> Sp
     point = dict(zip(("I1", "I2", "I3"), moments, strict=True), axis=axis, omega0=omega0, epsilon=epsilon, phase=phase)
     start = (*moments, *motion.start(point)[1])
     tilt = math.degrees(exact.max_tilt(*start, axis))
+    space = _space_rate(regime, abs(omega0), rate)
     return Spin(
         axis=axis,
         moment=moments[axis - 1],
@@ -64,7 +74,25 @@ def _spin(moments, axis: int, omega0: float, epsilon: float, phase: float) -> Sp
         flip_period=float(exact.flip_period(*start)) if tilt > 90 else None,
         euler_period=2 * math.pi / rate if regime.startswith("stable") and rate > 0 else None,
         max_tilt=tilt,
+        space_period=2 * math.pi / space if space else None,
+        space_turns=abs(omega0) / space if space else None,
+        twist=1 - twist.defect_theory(*map(float, sorted(moments))) / math.pi if regime == "unstable" else None,
     )
+
+
+def _space_rate(regime: str, spin: float, rate: float) -> float:
+    """Rate at which the axis goes round the angular momentum, rad s-1; 0 where it does not."""
+    if rate == 0 or not regime.startswith("stable"):
+        return 0.0
+    return spin + rate if regime == "stable_major" else abs(spin - rate)
+
+
+def _in_space(spin: Spin, duration) -> str:
+    """How the axis moves seen from space."""
+    if spin.space_period is None:
+        return ""
+    turns = f"{spin.space_turns:.4g} of a turn" if spin.space_turns < 1.5 else f"{spin.space_turns:.4g} turns"
+    return f"; seen from space its axis goes round the angular momentum in {duration(spin.space_period)} ({turns})"
 
 
 def in_words(spin: Spin, duration) -> str:
@@ -73,13 +101,14 @@ def in_words(spin: Spin, duration) -> str:
         text = f"unstable: a nudge grows e-fold in {duration(spin.e_folding_time)}"
         if spin.flip_period is None:
             return f"{text}, yet it never turns over"
-        return f"{text}, and the body flips every {duration(spin.flip_period)}"
+        seen = f"; thrown, it twists by up to {spin.twist:.3f} of half a turn while its least axis comes round once"
+        return f"{text}, and the body flips every {duration(spin.flip_period)}{seen}"
     if spin.euler_period is not None:
         end = "least" if spin.regime == "stable_minor" else "greatest"
         text = f"stable ({end} moment): a small nudge turns about it in {duration(spin.euler_period)}"
         if spin.flip_period is not None:
             return f"{text}; this one is too large, and the body flips every {duration(spin.flip_period)}"
-        return f"{text}, and the spin never tilts beyond {spin.max_tilt:.2g}°"
+        return f"{text}, and the spin never tilts beyond {spin.max_tilt:.2g}°{_in_space(spin, duration)}"
     if spin.regime == "sphere":
         return "neither: to its moments the body is a sphere, and a nudge just stays"
     return "marginal: two moments are equal, and a nudge grows in proportion to time, not exponentially"

@@ -6,12 +6,14 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
+from kernels import exact
 from kernels import symmetric_top as top
+from sweeps.systems.attitude import quaternion
 from sweeps.systems.motion import angular_velocity, instants, span, time
 
 
 def motion(point: Mapping[str, float], duration: float | None, samples: int | None) -> xr.Dataset:
-    """ω(t) of a free symmetric top from a point of a map, in closed form.
+    """ω(t) and q(t) of a free symmetric top from a point of a map, in closed form.
 
     Args:
         point: ratio, omega3 (rad s-1), half_angle (degrees).
@@ -19,7 +21,7 @@ def motion(point: Mapping[str, float], duration: float | None, samples: int | No
         samples: how many instants, both ends included; left out, 32 a rotation, 400 to 100,000.
 
     Returns:
-        Over `time` (s): omega1 … omega3, rad s-1.
+        Over `time` (s): omega1 … omega3, rad s-1, and the attitude q0 … q3.
     """
     ratio, spin = float(point["ratio"]), float(point["omega3"])
     rate = abs(float(top.precession_rate(ratio, spin)))
@@ -29,5 +31,7 @@ def motion(point: Mapping[str, float], duration: float | None, samples: int | No
     times = instants(duration, samples, rotation)
     omega = np.array([abs(spin) * math.tan(math.radians(float(point["half_angle"]))), 0.0, spin])
     values = top.rotation(ratio, omega, times)
+    attitude = exact.attitude((1.0, 1.0, ratio), omega, times)
     columns = {f"omega{i + 1}": ("time", values[:, i], angular_velocity(i + 1, "closed form")) for i in range(3)}
+    columns |= {f"q{i}": ("time", attitude[:, i], quaternion(i, "closed form")) for i in range(4)}
     return xr.Dataset(columns, {"time": time(times, "the start")})

@@ -1,0 +1,91 @@
+"""`tumbler`: from two observed periods to the bodies and energies that have them."""
+
+from sweeps.commands import parser
+
+EPILOG = """\
+P_psi is the period of the angular velocity in the body, P_phi the mean period of its axis of least moment about the
+angular momentum (the long-axis convention). With --ratios the answer is one body's, else that of every body:
+
+  polhode tumbler --P-psi 368.7 --P-phi 67.27 --unit h --ratios 0.36 0.96
+  polhode tumbler --P-psi 6.58 --P-phi 8.67 --sigma-phi 0.34 -o oumuamua.nc --figure oumuamua.png
+
+The energy is 2T I3/L^2: 1 for a spin about axis 3, I3/I2 on the separatrix, I3/I1 for a spin about axis 1.
+"""
+
+
+def add(commands) -> None:
+    """Describes the command."""
+    command = parser.add(commands, "tumbler", "find the energy of a tumbling body from its two periods", _run, EPILOG)
+    command.add_argument("--P-psi", dest="P_psi", type=float, required=True, metavar="P", help="period in the body")
+    command.add_argument("--P-phi", dest="P_phi", type=float, required=True, metavar="P", help="period about L")
+    command.add_argument("--sigma-psi", type=float, default=0.0, metavar="S", help="standard error of P_psi")
+    command.add_argument("--sigma-phi", type=float, default=0.0, metavar="S", help="standard error of P_phi")
+    command.add_argument("--unit", default="h", metavar="UNIT", help="of the periods: s, h (default) or d")
+    command.add_argument("--ratios", nargs=2, type=float, metavar="R", help="I1/I3 and I2/I3 of one body")
+    command.add_argument("-o", "--output", metavar="FILE", help="write the map over all bodies (netCDF)")
+    command.add_argument("--figure", metavar="FILE", help="draw it (PNG)")
+    parser.add_json(command)
+
+
+def _run(args):
+    from sweeps.schema.refusals import DefinitionError
+    from sweeps.systems.tumbling import inverse
+
+    seen = inverse.Observed(args.P_psi, args.P_phi, args.sigma_psi, args.sigma_phi, args.unit)
+    if args.ratios and (args.output or args.figure):
+        raise DefinitionError("--ratios: is given beside a map over all bodies; allowed: one of them")
+    if args.ratios:
+        _say(args, inverse.of_body(seen, *args.ratios))
+        return
+    ds = inverse.over_the_triangle(seen)
+    _write(args, ds)
+    _say(args, _shares(ds))
+
+
+def _write(args, ds) -> None:
+    if args.output:
+        from sweeps.maps import storage
+
+        storage.write_part(ds, args.output, "tumbler")
+    if args.figure:
+        from sweeps.files import replaced
+        from sweeps.systems.tumbling import figure_inverse
+
+        with replaced(args.figure) as temporary:
+            figure_inverse.draw(ds).savefig(temporary, format="png")
+
+
+def _shares(ds) -> list[dict]:
+    """For each mode, how many bodies of the map have both periods, and between which energies."""
+    import numpy as np
+
+    found = []
+    for mode in ds["mode"].values.tolist():
+        energy = ds["energy"].sel(mode=mode).values
+        known = energy[np.isfinite(energy)]
+        ends = {"least_energy": float(known.min()), "greatest_energy": float(known.max())} if known.size else {}
+        found.append({"mode": mode, "bodies": int(known.size), "excluded": not known.size, **ends})
+    return found
+
+
+def _say(args, found: list[dict]) -> None:
+    from sweeps.commands import printing
+
+    if args.json:
+        printing.print_json(found)
+        return
+    console = printing.console()
+    words = {"sam": "short-axis mode", "lam": "long-axis mode"}
+    for row in found:
+        console.print(f"{words[row['mode']]}: {_in_words(row)}")
+
+
+def _in_words(row: dict) -> str:
+    if "m" in row:
+        error = f" ± {row['energy_error']:.2g}" if row["energy_error"] else ""
+        return f"2T I3/L² = {row['energy']:.6g}{error}, m = {row['m']:.6g}, L/I3 = {row['omega0']:.6g} rad s⁻¹"
+    if row["excluded"]:
+        return "excluded: no body has both periods"
+    return (
+        f"{row['bodies']:,} bodies of the map, 2T I3/L² from {row['least_energy']:.4g} to {row['greatest_energy']:.4g}"
+    )

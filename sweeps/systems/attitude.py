@@ -1,0 +1,40 @@
+"""Angular velocity and attitude over time, as every system with a body in space writes them."""
+
+import numpy as np
+import xarray as xr
+
+from kernels import direct, exact
+from sweeps.systems.motion import angular_velocity, instants, time
+
+PARTS = ("scalar part", "vector part along axis 1", "vector part along axis 2", "vector part along axis 3")
+LAID = "unit quaternion, scalar first, from the body's axes to axes fixed in space, which are the body's at time 0"
+
+
+def quaternion(part: int, how: str) -> dict[str, str]:
+    """Attributes of one component (0 to 3) of the attitude."""
+    return {"units": "1", "long_name": f"attitude, {PARTS[part]}, {how}", "comment": LAID}
+
+
+def columns(moments, omega, times, tolerance: float) -> dict[str, tuple]:
+    """omega1 … omega3 and q0 … q3 from the closed form, and both with _direct step by step; each over `time`."""
+    ways = {
+        "": (exact.rotation(moments, omega, times), exact.attitude(moments, omega, times), "closed form"),
+        "_direct": (
+            direct.rotation(moments, omega, times, tolerance),
+            direct.attitude(moments, omega, times, tolerance),
+            "direct integration",
+        ),
+    }
+    found = {}
+    for suffix, (rates, attitude, how) in ways.items():
+        for i in range(3):
+            found[f"omega{i + 1}{suffix}"] = ("time", rates[:, i], angular_velocity(i + 1, how))
+        for i in range(4):
+            found[f"q{i}{suffix}"] = ("time", attitude[:, i], quaternion(i, how))
+    return found
+
+
+def motion_of(moments, omega, duration: float, samples: int | None, tolerance: float, rotation: float) -> xr.Dataset:
+    """A motion over `duration` (s); `rotation` (s) is what 32 samples are taken of unless their number is given."""
+    times = instants(duration, samples, rotation)
+    return xr.Dataset(columns(np.asarray(moments), omega, times, tolerance), {"time": time(times, "the start")})

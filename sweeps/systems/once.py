@@ -1,0 +1,34 @@
+"""How motions are followed that are measured once round: nothing to sample, and so no length of a run."""
+
+from typing import Annotated
+
+from pydantic import Field
+
+from sweeps.schema.values import Strict, Tolerance, choice
+
+PROPAGATORS = ("direct", "exact")
+
+
+class Once(Strict):
+    """How each motion is followed."""
+
+    propagator: Annotated[str, choice(PROPAGATORS)] = Field(
+        "direct",
+        description="what is made: direct (measured step by step, beside the closed form) or exact (the closed form "
+        "alone)",
+    )
+    tolerance: Tolerance = Field(
+        1e-10,
+        description="error that the steps of the measurement may make, 1e-13 to 1e-3: below 1e-13 the rounding of "
+        "doubles over a run is larger than the request, above 1e-3 the error hides what is measured",
+    )
+
+    @property
+    def measured(self) -> bool:
+        """Whether the motion is followed."""
+        return self.propagator == "direct"
+
+    @property
+    def samples(self) -> int:
+        """What stands for a run's length where time is estimated: what is followed counts tenfold."""
+        return 10 if self.measured else 1

@@ -1,0 +1,1 @@
+"""A tumbling body: its mode and its two periods."""

@@ -1,0 +1,72 @@
+"""The herpolhode: the curve that the angular velocity draws on the invariable plane, seen along L."""
+
+import math
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from kernels import exact
+from sweeps import colors, style
+from sweeps.systems.tumbling.motion import start
+
+PERIODS, POINTS = 12, 6000
+
+
+def herpolhode(moments, omega, times) -> np.ndarray:
+    """Angular velocity in space, in a plane at right angles to L, shape (n, 2), in the unit of omega.
+
+    The component along L stays 2T/L; the first axis of the plane is that of the angular velocity at time 0.
+    """
+    q, w = exact.attitude(moments, omega, times), exact.rotation(moments, omega, times)
+    v = 2.0 * np.cross(q[:, 1:], w)
+    space = w + q[:, :1] * v + np.cross(q[:, 1:], v)
+    up = np.asarray(moments) * omega
+    up = up / np.linalg.norm(up)
+    first = np.asarray(omega) - np.dot(omega, up) * up
+    size = np.linalg.norm(first)
+    first = first / size if size > 0.0 else np.cross(up, np.eye(3)[np.argmin(np.abs(up))])
+    return np.stack([space @ first, space @ np.cross(up, first)], axis=1)
+
+
+def draw(ds: xr.Dataset) -> Figure | None:
+    """The herpolhodes of one body in both modes; None where the map has no such motion."""
+    chosen = [place for place in (_place(ds, "sam"), _place(ds, "lam")) if place is not None]
+    if not chosen:
+        return None
+    figure = style.canvas(
+        4.9 * len(chosen), 6.0, "Herpolhodes", f"{ds.attrs.get('title', '')}\nseen along L, closed form"
+    )
+    for ax, (mode, point) in zip(np.atleast_1d(figure.subplots(1, len(chosen))), chosen, strict=True):
+        moments, omega = start(point)
+        times = np.linspace(0.0, PERIODS * exact.period(*moments, *omega), POINTS)
+        curve = herpolhode(moments, omega, times) / float(point["omega0"])
+        radius = np.hypot(*curve.T)
+        ax.plot(*curve.T, color=colors.STABLE, linewidth=0.9, gid="herpolhode")
+        for edge in (radius.min(), radius.max()):
+            ax.add_patch(_circle(edge))
+        ax.plot(0, 0, marker="+", color=colors.INK)
+        ax.set(aspect="equal", xlabel=r"$\omega_x/\omega_0$", ylabel=r"$\omega_y/\omega_0$")
+        words = {"sam": "short-axis mode", "lam": "long-axis mode"}[mode]
+        ratios = " : ".join(style.number(value, 3) for value in moments / moments[2])
+        ax.set_title(f"{words}, {ratios}, E = {style.number(float(point['energy']), 4)}")
+    return figure
+
+
+def _circle(radius: float):
+    from matplotlib.patches import Circle
+
+    return Circle((0, 0), radius, fill=False, color=colors.FAINT, linewidth=0.8)
+
+
+def _place(ds: xr.Dataset, mode: str):
+    """A point of the map in a mode, well away from its ends, of a body that can exist; None where there is none."""
+    number = {"sam": 0, "lam": 1}[mode]
+    sound = (ds["mode_exact"] == number) & (ds["triangle_margin"] > 0.02)
+    places = np.argwhere(sound.values)
+    if not len(places):
+        return None
+    tilt = ds["tilt_greatest"].values[tuple(places.T)]
+    at = places[int(np.argmin(np.abs(tilt - math.radians(50.0))))]
+    row = ds.isel(dict(zip(sound.dims, at.tolist(), strict=True)))
+    return mode, {name: row[name].item() for name in ("I1", "I2", "I3", "energy", "omega0")}

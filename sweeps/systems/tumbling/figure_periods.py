@@ -1,0 +1,86 @@
+"""The ratio of both tumbling periods over the triangle of inertia, or over the energy of bodies."""
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from sweeps import colors, style
+
+PANELS = 4
+
+
+def draw(ds: xr.Dataset) -> Figure | None:
+    """P_psi over P_phi (long-axis convention) as a plane over two ratios of moments, or as curves of bodies."""
+    if "body" in ds.dims:
+        return _curves(ds)
+    if min(ds.sizes.get(name, 1) for name in ("I1", "I2")) < 2 or ds.sizes["I3"] > 1:
+        return None
+    return _planes(ds)
+
+
+def _planes(ds: xr.Dataset) -> Figure:
+    subtitle = f"{ds.attrs.get('title', '')}\nclosed form; at each energy $E = 2TI_3/L^2$"
+    figure = style.canvas(
+        9.6, 8.2, r"Ratio of tumbling periods, $P_\psi/P_\phi$ (long-axis convention)", subtitle, 0.36
+    )
+    axes = figure.subplots(2, 2, sharex=True, sharey=True)
+    energies = np.linspace(0, 0.6 * (ds.sizes["energy"] - 1), PANELS + 1).round().astype(int)[1:]
+    for ax, k in zip(axes.flat, energies, strict=True):
+        part = ds.isel(I3=0, omega0=0, energy=int(k)).load()
+        mesh = _plane(ax, part)
+    figure.colorbar(mesh, ax=axes, label=r"$\log_{10}\,P_\psi/P_\phi$", extend="both", shrink=0.8)
+    for ax in axes[-1]:
+        ax.set_xlabel("$I_1/I_3$")
+    for ax in axes[:, 0]:
+        ax.set_ylabel("$I_2/I_3$")
+    hatched = {"facecolor": "none", "edgecolor": colors.QUIET, "linewidth": 0}
+    handles = [
+        Patch(hatch="////", label="cannot exist", **hatched),
+        Patch(facecolor=colors.FAINT, label="the body cannot have this energy"),
+        Patch(facecolor="none", edgecolor=colors.UNSTABLE, label=r"separatrix: short-axis mode below, long-axis above"),
+    ]
+    style.legend(figure, handles)
+    return figure
+
+
+def _plane(ax, part: xr.Dataset):
+    I3 = float(part["I3"])
+    x, y = part["I1"].values / I3, part["I2"].values / I3
+    ratio = part["period_ratio"].transpose("I2", "I1").values
+    margin = part["triangle_margin"].transpose("I2", "I1").values
+    energy = float(part["energy"])
+    ax.set_facecolor(colors.FAINT)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        shown = np.where(y[:, None] >= x[None, :], np.log10(ratio), np.nan)
+    mesh = ax.pcolormesh(style.edges(x), style.edges(y), shown, cmap="coolwarm", vmin=-1.5, vmax=1.5, rasterized=True)
+    ax.contourf(x, y, np.where(y[:, None] >= x[None, :], margin, 1.0), [-np.inf, 0.0], colors="none", hatches=["////"])
+    ax.axhline(1.0 / energy, color=colors.UNSTABLE, linewidth=1.4, gid="separatrix")
+    ax.plot([0, 1], [0, 1], color=colors.INK, linewidth=0.8)
+    ax.set(xlim=style.edges(x)[[0, -1]], ylim=style.edges(y)[[0, -1]], title=f"$E = {energy:.4g}$")
+    return mesh
+
+
+def _curves(ds: xr.Dataset) -> Figure:
+    figure = style.canvas(
+        8.0,
+        5.0,
+        r"Ratio of tumbling periods, $P_\psi/P_\phi$",
+        f"{ds.attrs.get('title', '')}\nlong-axis convention",
+        0.5,
+    )
+    ax = figure.subplots()
+    along = ds["energy"] if "energy" in ds.dims else None
+    handles = []
+    for number, name in enumerate(ds["body"].values.tolist()):
+        part = ds.isel(body=number).squeeze().load()
+        x = (along if along is not None else part["energy"]).values
+        color = colors.SERIES_COLORS[number % len(colors.SERIES_COLORS)]
+        marker = None if along is not None else "o"
+        handles += ax.plot(
+            np.atleast_1d(x), np.atleast_1d(part["period_ratio"]), color=color, marker=marker, label=name
+        )
+    ax.set(yscale="log", xlabel="$E = 2TI_3/L^2$  (dimensionless)", ylabel=r"$P_\psi/P_\phi$  (dimensionless)")
+    ax.grid(color=colors.FAINT, linewidth=0.5, alpha=0.7)
+    style.legend(figure, handles, columns=2)
+    return figure

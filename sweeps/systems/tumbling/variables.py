@@ -1,0 +1,103 @@
+"""What a map of tumbling bodies holds: its variables, its coordinates, and the parameters that they vary."""
+
+from typing import Annotated
+
+from kernels import statuses
+from sweeps.schema import parameters
+from sweeps.schema.layout import Layout
+from sweeps.schema.parameters import Parameter, Quantity
+from sweeps.schema.values import MAX_SPIN_RATE, MIN_SPIN_RATE, Moment, number
+from sweeps.schema.variables import Role, Variable, table
+
+MOMENTS = ("I1", "I2", "I3")
+ARGUMENTS = (*MOMENTS, "energy", "omega0")
+STATUSES = statuses.STATUSES[: statuses.NON_FINITE + 1]
+MODES = ("impossible", "sam", "lam", "separatrix", "principal")
+
+_MODES = (
+    "sam: short-axis mode, the polhode encircles the axis of greatest moment; lam: long-axis mode, that of least; "
+    "principal: nothing moves in the body; impossible: no motion of this body has the energy"
+)
+_ERROR = "three times the difference of two runs of unequal steps, and what rounding makes of the motion"
+PERIODS = {
+    "period_psi": "period of the angular velocity in the body, P_psi",
+    "period_phi_long_axis": "mean period about L of the axis of least moment, P_phi in the long-axis convention",
+    "period_phi_encircled": "mean period about L of the axis that the polhode encircles",
+}
+
+EXACT = table(
+    Variable("mode_exact", None, "mode of the motion, from its energy", "i1", MODES, _MODES, -1),
+    *(Variable(f"{name}_exact", "s", f"{text}, closed form") for name, text in PERIODS.items()),
+    Variable("period_ratio", "1", "P_psi over P_phi in the long-axis convention, closed form"),
+    Variable("tilt_mean", "rad", "mean over a period of the angle of L to the encircled axis, closed form", "f4"),
+    Variable("tilt_least", "rad", "least angle of L to the encircled axis, closed form", "f4"),
+    Variable("tilt_greatest", "rad", "greatest angle of L to the encircled axis, closed form", "f4"),
+    Variable(
+        "triangle_margin",
+        "1",
+        "least of (Ib + Ic - Ia)/(I1 + I2 + I3) over the axes; negative where no body can exist",
+        "f4",
+        role=Role.EXISTENCE,
+    ),
+)
+
+MEASURED = table(
+    Variable(
+        "mode", None, "mode of the motion, measured", "i1", MODES, _MODES, -1, exact="mode_exact", role=Role.HEADLINE
+    ),
+    *(
+        Variable(name, "s", f"{text}, measured", exact=f"{name}_exact", error=f"{name}_error")
+        for name, text in PERIODS.items()
+    ),
+    *(Variable(f"{name}_error", "s", f"error of the measured {name}", comment=_ERROR) for name in PERIODS),
+    Variable("status", None, "whether the measurement can be trusted", "i1", STATUSES, role=Role.STATUS),
+)
+
+VARIABLES = MEASURED | EXACT
+
+Energy = Annotated[float, number(lambda x: x >= 1, "a number from 1 to I_max/I_min of the body")]
+Spin = Annotated[
+    float, number(lambda x: MIN_SPIN_RATE <= x <= MAX_SPIN_RATE, "a number with 1e-150 ≤ omega0 ≤ 1e150 in rad s-1")
+]
+MOMENT = Quantity("moment", "kg m2", "finite, > 0", Moment)
+
+PARAMETERS = (
+    *(
+        Parameter(f"I{i}", MOMENT, f"principal moment of inertia {i}", description=f"moment of inertia {i}, kg m2, > 0")
+        for i in (1, 2, 3)
+    ),
+    Parameter(
+        "energy",
+        Quantity("energy", "1", "1 to I_max/I_min", Energy),
+        "energy over the least that this angular momentum allows: 2T I3/L^2, axes in ascending moments",
+    ),
+    Parameter(
+        "omega0",
+        Quantity("spin rate", "rad s-1", "1e-150 ≤ omega0 ≤ 1e150", Spin),
+        "spin rate about the axis of greatest moment that has this L: L/I3",
+        1.0,
+    ),
+)
+
+COORDINATES = (
+    table(Variable("body", None, "body", "str"))
+    | parameters.coordinates(PARAMETERS)
+    | table(
+        Variable(
+            "moments_are_ratios",
+            None,
+            "whether the moments are known as ratios only",
+            "i1",
+            ("kilogram_square_metres", "ratios"),
+            "where 1, I1, I2 and I3 of the body are in a unit of their own",
+        )
+    )
+)
+
+LAYOUT = Layout(
+    {"body": COORDINATES["body"], **COORDINATES},
+    VARIABLES,
+    tuple(EXACT),
+    {parameter.name: parameter.quantity.item for parameter in PARAMETERS},
+    along="body",
+)

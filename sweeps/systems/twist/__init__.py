@@ -1,0 +1,1 @@
+"""A thrown racket: how far it twists while its handle comes round once."""

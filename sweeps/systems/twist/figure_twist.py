@@ -1,0 +1,113 @@
+"""The twist of thrown bodies: over two ratios of moments, and its defect from half a turn beside the law."""
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from sweeps import colors, style
+
+THROWN = {  # (I1/I2, I3/I2): sources in the definition `rackets`
+    "tennis racket": (0.00121 / 0.01638, 0.01748 / 0.01638),
+    "telephone": (7.4181040233333e-5 / 3.0975441516667e-4, 3.8236311326667e-4 / 3.0975441516667e-4),
+}
+NUDGE = 0.13  # rad: the throw that the map shows, or the grid's nearest to it; near a racket's best
+MOST = 160
+
+
+def draw_map(ds: xr.Dataset) -> Figure | None:
+    """|twist| over I1/I2 and I3/I2 at one nudge, with lines of equal growth rate; None without such a plane."""
+    if "body" in ds.dims or min(ds.sizes.get(name, 1) for name in ("I1", "I3")) < 2 or ds.sizes["I2"] > 1:
+        return None
+    part = _plane(ds)
+    chi = float(part["chi"])
+    subtitle = (
+        f"{ds.attrs.get('title', '')}\n"
+        f"thrown at χ = {style.number(chi, 3)} rad from the middle axis, "
+        f"θ = {style.number(float(part['theta']), 4)} rad; closed form"
+    )
+    figure = style.canvas(7.6, 6.0, "Twist in one turn of the handle", subtitle, footer=0.36)
+    ax = figure.subplots()
+    x, y = part["I1"].values / float(part["I2"]), part["I3"].values / float(part["I2"])
+    twist = np.abs(part["twist_exact"].transpose("I3", "I1").values) / np.pi
+    mesh = ax.pcolormesh(style.edges(x), style.edges(y), twist, cmap="viridis", vmin=0.0, vmax=1.0, rasterized=True)
+    figure.colorbar(mesh, ax=ax, label="|twist|  (half turns)", extend="max")
+    growth = part["growth"].transpose("I3", "I1").values
+    lines = ax.contour(x, y, growth, [0.2, 0.4, 0.6, 0.8, 1.0, 1.5], colors="white", linewidths=0.9)
+    ax.clabel(lines, fmt=lambda value: f"{value:g}", fontsize=7.5)
+    margin = part["triangle_margin"].transpose("I3", "I1").values
+    ax.contourf(x, y, margin, [-np.inf, 0.0], colors="none", hatches=["////"])
+    ax.contour(x, y, margin, [0.0], colors=colors.INK, linewidths=1.0)
+    for name, (across, along) in THROWN.items():
+        ax.plot(across, along, marker="*", color=colors.UNSTABLE, markeredgecolor="white", markersize=12, gid=name)
+        ax.annotate(name, (across, along), (7, 5), textcoords="offset points", path_effects=style.halo(), fontsize=8.5)
+    ax.set(xlabel="$I_1/I_2$  (handle over middle axis)", ylabel="$I_3/I_2$", xlim=(0, 1), ylim=(y[0], y[-1]))
+    handles = [
+        Line2D([], [], color=colors.QUIET, linewidth=0.9, label=r"theory: equal growth rate $\sigma/\omega_0$ (white)"),
+        Patch(facecolor="none", edgecolor=colors.QUIET, hatch="////", linewidth=0, label="cannot exist"),
+    ]
+    style.legend(figure, handles)
+    return figure
+
+
+def _plane(ds: xr.Dataset) -> xr.Dataset:
+    """The plane over I1 and I3 at the nudge nearest to `NUDGE`, at the first of all else, thinned to what is seen."""
+    chi = ds["chi"].values
+    chosen = {"chi": int(np.argmin(np.abs(np.abs(chi) - NUDGE))), "I2": 0, "theta": 0, "omega0": 0}
+    keep = {name: style.few(ds.sizes[name], 2 * MOST) for name in ("I1", "I3")}
+    names = ["twist_exact", "growth", "triangle_margin"]
+    return ds[names].isel(chosen).isel(keep).load().sortby(["I1", "I3"])
+
+
+def draw_defect(ds: xr.Dataset) -> Figure | None:
+    """Least defect of each body's throws, and the separatrix's, against exp(-pi sigma/omega0)."""
+    part = _bodies(ds)
+    if part["growth"].size == 0:
+        return None
+    figure = style.canvas(
+        7.2, 5.2, "What the twist lacks of half a turn", f"{ds.attrs.get('title', '')}\neach point a body", footer=0.62
+    )
+    ax = figure.subplots()
+    x = np.exp(-np.pi * part["growth"].values)
+    defect = np.pi - np.abs(part[_twist(part)])
+    look = {"linestyle": "none", "marker": "o", "markersize": 2.4, "markeredgewidth": 0.0, "alpha": 0.5}
+    best = defect.min("chi").values if "chi" in defect.dims else defect.values
+    known = "least over the nudges"
+    handles = ax.plot(x, best, color=colors.STABLE, gid="best", label=f"{_twist(part)}: {known}", **look)
+    law = part["twist_defect_theory"].values
+    handles += ax.plot(x, law, color=colors.UNSTABLE, gid="law", label="on the separatrix, exact", **look)
+    near = {"color": colors.INK, "linestyle": "none", "marker": "o", "markersize": 1.0, "gid": "asymptotic"}
+    text = r"law: $4\sqrt{a/(a+b)}\,e^{-(\pi+\arctan\sqrt{b/a})\,\sigma/\omega_0}$"
+    handles += ax.plot(x, asymptotic(part), label=text, **near)
+    span = np.geomspace(x.min(), 1.0, 50)
+    line = {"color": colors.INK, "linewidth": 1.0, "gid": "slope"}
+    handles += ax.plot(span, 4.0 * span, label=r"its bound: $4\,e^{-\pi\sigma/\omega_0}$", **line)
+    ax.set(xscale="log", yscale="log", xlabel=r"$e^{-\pi\sigma/\omega_0}$", ylabel=r"$\pi - |\mathrm{twist}|$  (rad)")
+    ax.grid(color=colors.FAINT, linewidth=0.5, alpha=0.7)
+    style.legend(figure, handles, columns=2)
+    return figure
+
+
+def asymptotic(part: xr.Dataset) -> np.ndarray:
+    """The law of the defect where it is small, rad: ``4 sqrt(a/(a+b)) exp(-(pi + arctan sqrt(b/a)) growth)``."""
+    low, middle, high = np.sort(np.broadcast_arrays(*(part[name].values for name in ("I1", "I2", "I3"))), axis=0)
+    a, b = middle / low - 1.0, 1.0 - middle / high
+    return 4.0 * np.sqrt(a / (a + b)) * np.exp(-(np.pi + np.arctan(np.sqrt(b / a))) * part["growth"].values)
+
+
+def _twist(part: xr.Dataset) -> str:
+    return "twist" if "twist" in part else "twist_exact"
+
+
+def _bodies(ds: xr.Dataset) -> xr.Dataset:
+    """Bodies that can exist with three different moments along one dimension, over chi, at the first of all else."""
+    names = [_twist(ds), "growth", "twist_defect_theory", "triangle_margin"]
+    part = ds[names].isel({name: 0 for name in ("theta", "omega0") if name in ds.dims})
+    part = part.isel({name: style.few(ds.sizes[name], 40) for name in ("I1", "I2", "I3") if name in ds.dims}).load()
+    over = [name for name in ("body", "I1", "I2", "I3") if name in part.dims]
+    flat = part.stack(point=over, create_index=False)
+    some = flat.isel(chi=0)
+    sound = (some["triangle_margin"] >= 0) & (some["growth"] > 0.05)
+    kept = flat.isel(point=np.flatnonzero(sound.values))
+    return kept.assign({name: kept[name].isel(chi=0) for name in ("growth", "twist_defect_theory", "triangle_margin")})

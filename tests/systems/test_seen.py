@@ -1,0 +1,208 @@
+"""Throws and tumbling bodies: their maps, refusals, motions, the way back from two periods, and what `body` says."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import sweeps
+from sweeps.__main__ import main
+from sweeps.maps import verify
+from sweeps.points.loading import load
+from sweeps.schema.refusals import DefinitionError
+from sweeps.systems import resolve
+from sweeps.systems.tumbling.figure_herpolhode import herpolhode
+
+RACKET = {"name": "racket", "I1": 0.00121, "I2": 0.01638, "I3": 0.01748}
+THROWS = {"system": "twist", "bodies": [RACKET], "grid": {"chi": [0.01, 0.13201, 0.5], "omega0": [1.0, 10.0]}}
+TUMBLES = {"system": "tumbling", "grid": {"I1": [0.3, 0.5], "I2": 0.8, "I3": 1.0, "energy": [1.1, 1.4, 2.5]}}
+
+
+@pytest.fixture(scope="module")
+def throws():
+    return sweeps.survey(THROWS)
+
+
+@pytest.fixture(scope="module")
+def tumbles():
+    return sweeps.survey(TUMBLES)
+
+
+def test_a_racket_twists_most_at_its_best_nudge(throws):
+    share = np.abs(throws["twist"].isel(body=0, theta=0)) / math.pi
+    assert float(share.sel(chi=0.13201, omega0=10.0)) == pytest.approx(0.886272, abs=6e-7)
+    assert throws["ends_reversed"].isel(body=0, theta=0, omega0=0).values.tolist() == [0, 1, 1]
+    assert (throws["status"] == 0).all()
+    np.testing.assert_allclose(throws["time_of_turn"].sel(omega0=1.0), 10 * throws["time_of_turn"].sel(omega0=10.0))
+
+
+def test_energies_that_a_body_cannot_have_are_flagged(tumbles):
+    modes = tumbles["mode"].attrs["flag_meanings"].split()
+    found = tumbles["mode"].isel(I2=0, I3=0, omega0=0).values
+    assert [[modes[flag + 1] for flag in row] for row in found.tolist()] == [
+        ["sam", "lam", "lam"],
+        ["sam", "lam", "impossible"],
+    ]
+    assert np.isnan(tumbles["period_psi"].values.squeeze()[1, 2])
+
+
+def test_the_tilt_is_that_of_the_motion(tumbles):
+    point = {"I1": 0.3, "I2": 0.8, "I3": 1.0, "energy": 1.1, "omega0": 1.0}
+    row = tumbles.sel(I1=0.3, energy=1.1).isel(I2=0, I3=0, omega0=0)
+    moved = resolve("tumbling").motion(point, 40 * float(row["period_psi_exact"]), 40_001, 1e-10)
+    tilt = np.arccos(0.0 + moved["omega3"].values * 1.0)  # L/I3 = 1: m_3 = w_3
+    assert float(row["tilt_greatest"]) == pytest.approx(tilt.max(), abs=1e-5)
+    assert float(row["tilt_least"]) == pytest.approx(tilt.min(), abs=1e-5)
+    assert float(row["tilt_mean"]) == pytest.approx(tilt.mean(), abs=1e-4)
+
+
+@pytest.mark.parametrize("name", ["throws", "tumbles"])
+def test_verify_looks_at_them(name, request, tmp_path):
+    from sweeps.maps import storage
+
+    path = tmp_path / "map.nc"
+    storage.write_map(request.getfixturevalue(name), path)
+    checks = {check.name: check for check in verify.verify(path, points=6)}
+    assert not any(check.findings for check in checks.values()), checks
+    assert not checks["SciPy DOP853"].skipped
+    assert not checks["closed form"].skipped
+
+
+@pytest.mark.parametrize(
+    ("definition", "told"),
+    [
+        (THROWS | {"grid": {"chi": 0.1, "theta": 4.0}}, "theta"),
+        (THROWS | {"grid": {"chi": 0.1, "omega0": 0.0}}, "omega0"),
+        (THROWS | {"grid": {"chi": 0.1, "I1": 1.0}}, "moments in bodies or in grid, not both"),
+        (TUMBLES | {"grid": TUMBLES["grid"] | {"energy": 0.9}}, "a number from 1 to I_max/I_min"),
+        (TUMBLES | {"grid": TUMBLES["grid"] | {"energy": [1.1, 9.0]}}, "no body of the sweep can have"),
+        (TUMBLES | {"grid": {"energy": 1.1}}, "I1"),
+        ({"system": "tumbling", "bodies": [RACKET | {"energy": 20.0}]}, "1 to I_max/I_min = 14.4"),
+        (TUMBLES | {"integration": {"rotations": 3}}, "rotations"),
+    ],
+)
+def test_what_is_wrong_is_named(definition, told):
+    with pytest.raises(DefinitionError) as refused:
+        load(definition)
+    assert told in str(refused.value)
+
+
+def said(capsys, *arguments, status=0):
+    assert main([str(argument) for argument in arguments]) == status
+    captured = capsys.readouterr()
+    return captured.err if status else captured.out
+
+
+def test_krylov_on_the_command_line_and_in_python(capsys):
+    wanted = ("tumbler", "--P-psi", 368.7, "--P-phi", 67.27, "--unit", "h", "--ratios", 0.36, 0.96, "--sigma-phi", 0.1)
+    told = json.loads(said(capsys, *wanted, "--json"))
+    found = sweeps.tumbler(368.7, 67.27, ratios=(0.36, 0.96), sigma_phi=0.1)
+    assert told == found
+    short = found[0]
+    assert {"mode", "energy", "energy_error", "m"} <= set(short)
+    assert (short["mode"], short["energy"]) == ("sam", pytest.approx(1.0338, abs=5e-5))
+    moved = [sweeps.tumbler(368.7, 67.27 + by, ratios=(0.36, 0.96))[0]["energy"] for by in (-0.1, 0.1)]
+    assert short["energy_error"] == pytest.approx(0.5 * abs(moved[1] - moved[0]), rel=0.02)
+    # the energy gives back both periods
+    back = sweeps.survey(
+        {
+            "system": "tumbling",
+            "grid": {"I1": 0.36, "I2": 0.96, "I3": 1.0, "energy": short["energy"], "omega0": short["omega0"]},
+        }
+    ).squeeze()
+    assert float(back["period_psi"]) / 3600 == pytest.approx(368.7, rel=1e-9)
+    assert float(back["period_phi_long_axis"]) / 3600 == pytest.approx(67.27, rel=1e-9)
+
+
+def test_a_short_period_excludes_the_short_axis_mode(capsys, tmp_path):
+    path, picture = tmp_path / "map.nc", tmp_path / "map.png"
+    words = said(capsys, "tumbler", "--P-psi", 6.58, "--P-phi", 8.67, "-o", path, "--figure", picture)
+    assert "short-axis mode: excluded" in words
+    assert "long-axis mode: " in words
+    assert picture.stat().st_size > 10_000
+    ds = sweeps.tumbler(6.58, 8.67, sigma_phi=0.34)
+    assert ds["energy"].dims == ("mode", "I1_over_I3", "I2_over_I3")
+    assert np.isnan(ds["energy"].sel(mode="sam")).all()
+    known = np.isfinite(ds["energy"].sel(mode="lam"))
+    assert (ds["energy_error"].sel(mode="lam").values[known.values] > 0).all()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (("--P-psi", -1, "--P-phi", 2), "--P-psi: -1.0 is out of range"),
+        (("--P-psi", 1, "--P-phi", 2, "--ratios", 0.4, 1.2), "I2/I3 1.2 is out of range; allowed: a number in (0, 1]"),
+        (("--P-psi", 1, "--P-phi", 20, "--ratios", 0.5, 0.9), "is no motion's of the body 0.5 : 0.9 : 1"),
+        (("--P-psi", 1, "--P-phi", 2, "--unit", "years"), "--unit: 'years' is not available; allowed: s, h, d"),
+    ],
+)
+def test_periods_and_ratios_that_cannot_be_are_named(capsys, arguments, told):
+    assert told in said(capsys, "tumbler", *arguments, status=2)
+
+
+def test_a_motion_holds_the_attitude_both_ways():
+    point = {"I1": 0.00121, "I2": 0.01638, "I3": 0.01748, "chi": 0.05, "theta": 0.5 * math.pi, "omega0": 10.0}
+    moved = resolve("twist").motion(point, None, 50, 1e-12)
+    exact, direct = (np.stack([moved[f"q{i}{way}"] for i in range(4)], axis=1) for way in ("", "_direct"))
+    turned = Rotation.from_quat(exact, scalar_first=True)
+    assert (turned.inv() * Rotation.from_quat(direct, scalar_first=True)).magnitude().max() < 1e-9
+    L = turned.apply(np.stack([moved[f"omega{i}"] for i in (1, 2, 3)], axis=1) * [0.00121, 0.01638, 0.01748])
+    np.testing.assert_allclose(L, np.tile(L[0], (50, 1)), atol=1e-12)
+    assert "scalar first" in moved["q0"].attrs["comment"]
+
+
+def test_a_top_has_its_attitude_too():
+    moved = resolve("symmetric_top").motion({"ratio": 2.0, "omega3": 1.0, "half_angle": 5.0}, 10.0, 201, 1e-10)
+    axis = Rotation.from_quat(np.stack([moved[f"q{i}"] for i in range(4)], axis=1), scalar_first=True).apply([0, 0, 1])
+    L = np.array([math.tan(math.radians(5.0)), 0.0, 2.0])
+    L /= np.linalg.norm(L)
+    x = np.cross([0, 1, 0], L)
+    azimuth = np.unwrap(np.arctan2(axis @ np.cross(L, x), axis @ x))
+    # Feynman's plate: the axis wobbles at I3/I1 = 2 times the spin over the cosine of its angle to L
+    cosine = L[2]
+    np.testing.assert_allclose(np.diff(azimuth) / 0.05, 2.0 / cosine, rtol=1e-10)
+
+
+@pytest.mark.parametrize("count", [200, pytest.param(10_000, marks=pytest.mark.slow)])
+def test_no_herpolhode_of_a_body_that_can_exist_has_an_inflexion(count):
+    """Hess and de Sparre. The curvature's sign is that of L . (w' x (w'' + w x w')), w' and w'' in the body."""
+    rng, seen, bent = np.random.default_rng(2), 0, 0
+    while seen < count:
+        J = rng.uniform(0.0, 1.0, 3)
+        moments, w = np.array([J[1] + J[2], J[2] + J[0], J[0] + J[1]]), rng.normal(size=3)
+        seen += 1
+        bent += _inflects(moments, w)
+    assert bent == 0
+    assert any(_inflects(np.array([1.0, 1.3, rng.uniform(2.8, 4.0)]), rng.normal(size=3)) for _ in range(200))
+
+
+def _inflects(moments, start):
+    from kernels import exact
+
+    period = exact.period(*moments, *start)
+    w = exact.rotation(moments, start, np.linspace(0.0, period, 256))
+    c = (np.roll(moments, -1) - np.roll(moments, -2)) / moments
+    d = c * np.roll(w, -1, axis=1) * np.roll(w, -2, axis=1)
+    dd = c * (np.roll(d, -1, axis=1) * np.roll(w, -2, axis=1) + np.roll(w, -1, axis=1) * np.roll(d, -2, axis=1))
+    bend = np.einsum("ni,ni->n", moments * w, np.cross(d, dd + np.cross(w, d)))
+    return bend.min() < -1e-12 * abs(bend).max() and bend.max() > 1e-12 * abs(bend).max()
+
+
+def test_the_herpolhode_stays_between_its_circles():
+    moments, omega = np.array([0.4, 0.8, 1.0]), np.array([0.3, 0.0, 1.0])
+    from kernels import exact
+
+    curve = herpolhode(moments, omega, np.linspace(0, 3 * exact.period(*moments, *omega), 500))
+    w = exact.rotation(moments, omega, np.linspace(0, 3 * exact.period(*moments, *omega), 500))
+    along = (moments * omega * omega).sum() / np.linalg.norm(moments * omega)
+    np.testing.assert_allclose((curve**2).sum(axis=1), (w**2).sum(axis=1) - along**2, atol=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [("earth", "(0.9967 of a turn)"), ("plate", "(0.5 of a turn)"), ("racket", "0.927 of half a turn")],
+)
+def test_a_body_is_told_as_seen_from_space(capsys, name, told):
+    assert told in " ".join(said(capsys, "body", name).split())
