@@ -409,9 +409,9 @@ def fill_tilts(I1, I2, I3, energy, out):
         if not possible(least, energy[i]):
             continue
         w1, w2, w3 = start(least, middle, 1.0, energy[i])
-        p, m, m1, s, c, d = exact.constants(least, middle, 1.0, w1, w2, w3)
-        I_s, I_c, I_d = exact.by_role(s, c, d, least, middle, 1.0)
-        w_s, w_c, w_d = exact.by_role(s, c, d, w1, w2, w3)
+        p, m, m1, s, c, d = solution.constants(least, middle, 1.0, w1, w2, w3)
+        I_s, I_c, I_d = solution.by_role(s, c, d, least, middle, 1.0)
+        w_s, w_c, w_d = solution.by_role(s, c, d, w1, w2, w3)
         _, _, a, mu_c, mu_s, _, _, _, _, _ = attitude.constants(I_s, I_c, I_d, w_s, w_c, w_d, p, m, m1)
         out[1, i] = math.atan2(mu_c, a)
         out[2, i] = math.atan2(mu_s, a * math.sqrt(m1))
