@@ -13,7 +13,6 @@ from functools import cached_property
 
 import numpy as np
 
-from kernels import flows as kernel
 from kernels import spectrum, statuses
 from sweeps.mechanics import rest
 from sweeps.mechanics.description import DescriptionError, System
@@ -157,6 +156,8 @@ class FlowModel:
         Returns:
             `raw` (points, …) of `kernels.flows`, `status` (int8) and `spacing` (in 1/S).
         """
+        from kernels import flows as kernel
+
         intervals, spacing = round(cycles * samples_per_cycle), min(2.0 * np.pi / samples_per_cycle, 0.5)
         size, quantities = len(points["epsilon"]), len(self.quantities)
         raw = np.full((size, kernel.FIRST + quantities + spectrum.HEAD + 4 * self.n), np.nan)
@@ -172,6 +173,8 @@ class FlowModel:
         return {"raw": raw, "status": status, "spacing": spacing}
 
     def _run(self, points, theory, part, intervals, spacing, tolerance, runs):
+        from kernels import flows as kernel
+
         parameters = [p[part] for p in theory["parameters"]]
         epsilon = np.asarray(points["epsilon"], dtype=np.float64)[part]
         sizes, basis = theory["sizes"][part], theory["basis"][part]
@@ -225,6 +228,8 @@ class FlowModel:
 
     def _columns(self, theory, measured):
         """Columns over the motions; those of eigenvalues have them along their last axis."""
+        from kernels import flows as kernel
+
         q, n, S = len(self.quantities), self.n, theory["scale"]
         raw, status = measured["raw"], measured["status"]
         told = raw[:, kernel.FIRST + q :]
@@ -378,6 +383,8 @@ def regimes(re, im, re_error, im_error, invariants=None, pairs=None):
         invariants: for four eigenvalues (S, its error), (D, …), (S² - 4D, …), shape (points,) each.
         pairs: where they come in pairs ±μ, as far as errors tell: there the invariants decide.
     """
+    from kernels import flows as kernel
+
     with np.errstate(invalid="ignore"):
         k = re.argmax(1)[:, None]
         grows = (re - re_error > 0).any(1)
@@ -397,6 +404,8 @@ def regimes(re, im, re_error, im_error, invariants=None, pairs=None):
 
 def _by_pairs(total, product, discriminant):
     """Regimes from the signs of S, D and S² - 4D, as far as their errors tell them."""
+    from kernels import flows as kernel
+
     up, down = (total[0] > total[1]), (total[0] < -total[1])
     above, below = (product[0] > product[1]), (product[0] < -product[1])
     split, joined = (discriminant[0] > discriminant[1]), (discriminant[0] < -discriminant[1])

@@ -10,7 +10,7 @@ from sweeps.schema.parameters import Range
 from sweeps.schema.variables import Variable
 from sweeps.systems import listed
 from sweeps.systems.once import Once
-from sweeps.systems.system import Reference, System
+from sweeps.systems.system import Dynamics, Reference
 from sweeps.systems.tumbling.definition import SHAREABLE, TumblingDefinition
 from sweeps.systems.tumbling.look import LOOK
 from sweeps.systems.tumbling.variables import ARGUMENTS, COORDINATES, EXACT, LAYOUT, PERIODS, VARIABLES
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-class Tumbling(System):
+class Tumbling(Dynamics):
     """A free body at any energy: mode, period in the body, periods about the angular momentum."""
 
     name = "tumbling"

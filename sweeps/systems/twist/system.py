@@ -10,7 +10,7 @@ from sweeps.schema.parameters import Range
 from sweeps.schema.variables import Variable
 from sweeps.systems import listed
 from sweeps.systems.once import Once
-from sweeps.systems.system import Reference, System
+from sweeps.systems.system import Dynamics, Reference
 from sweeps.systems.twist.definition import SHAREABLE, TwistDefinition
 from sweeps.systems.twist.look import LOOK
 from sweeps.systems.twist.variables import ARGUMENTS, COORDINATES, EXACT, LAYOUT, VARIABLES
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-class Twist(System):
+class Twist(Dynamics):
     """A body thrown near its middle axis: what it has turned about its handle when that has come round."""
 
     name = "twist"
