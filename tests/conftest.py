@@ -24,9 +24,10 @@ settings.load_profile("without_jit" if config.DISABLE_JIT else "fixed")
 
 def pytest_configure(config):
     """Compiles the kernels, where there are processes to share them and no other run has."""
-    compiled = cache_folder() / "compiled"
-    if not hasattr(config, "workerinput") and getattr(config.option, "numprocesses", None) and not compiled.exists():
-        subprocess.run([sys.executable, "-m", "sweeps", "compile", "--output", compiled], check=True)
+    compiled, everything = cache_folder() / "compiled", cache_folder() / "everything"
+    if not hasattr(config, "workerinput") and getattr(config.option, "numprocesses", None) and not everything.exists():
+        subprocess.run([sys.executable, "-m", "sweeps", "compile", "--all", "--output", compiled], check=True)
+        everything.touch()
 
 
 _save = IndexDataCacheFile.save

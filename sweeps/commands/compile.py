@@ -7,6 +7,7 @@ def add(commands) -> None:
     """Describes the command."""
     command = parser.add(commands, "compile", "compile the kernels, once per machine", _run)
     parser.add_definition(command, nargs="?", default=None)
+    command.add_argument("--all", action="store_true", help="compile the kernels of every system")
     command.add_argument("-o", "--output", metavar="FILE", help="write the kernels' fingerprint to FILE")
     command.epilog = "With DEFINITION, compiles what its system's equations are generated into besides."
 
@@ -20,7 +21,7 @@ def _run(args):
 
     # a definition that is wrong is refused before any work
     system = read(catalogue.resolve(args.definition)).system if args.definition else None
-    warmup.compile_kernels()
+    warmup.compile_kernels(args.all)
     if system:
         warmup.compile_system(system)
     if args.output:

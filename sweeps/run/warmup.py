@@ -1,13 +1,16 @@
 """Compiling the kernels before anything else needs them.
 
 Numba's disk cache is not safe when several processes compile at once, so the workflow compiles in jobs of their own:
-what all sweeps share in one, and what is generated for one system in another.
+what the default system calls in one, and what another one calls, generated for it or not, in a second.
 """
 
 import fcntl
 import os
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+
+from numba import NumbaExperimentalFeatureWarning
 
 from kernels import stored
 from kernels.fingerprint import cache_folder, fingerprint
@@ -26,15 +29,19 @@ def _alone() -> Iterator[None]:
         except OSError as error:
             if error.errno not in claims.UNSUPPORTED:
                 raise
-        yield
+        with warnings.catch_warnings():
+            # kernels take a system's compiled step as an argument, which Numba calls an experiment
+            warnings.simplefilter("ignore", NumbaExperimentalFeatureWarning)
+            yield
     finally:
         os.close(handle)
 
 
-def compile_kernels() -> None:
-    """Compiles, and stores in the cache, every kernel that is no one system's alone; one process at once."""
+def compile_kernels(everything: bool = False) -> None:
+    """Compiles, and stores in the cache, what the default system calls, or all systems; one process at once."""
     with _alone():
-        _compile_shared()
+        systems.compile_all() if everything else systems.compile_default()
+        stored.note(cache_folder())
 
 
 def compile_system(system: systems.Dynamics) -> None:
@@ -65,8 +72,3 @@ def _says_compiled(system: systems.Dynamics) -> bool:
         return system.compiled().read_text().strip() == fingerprint()
     except (OSError, ValueError):
         return False
-
-
-def _compile_shared() -> None:
-    systems.compile_shared()
-    stored.note(cache_folder())

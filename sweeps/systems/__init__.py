@@ -93,7 +93,12 @@ def of_map(ds: "xr.Dataset") -> Dynamics:
     return resolve(name)
 
 
-def compile_shared() -> None:
+def compile_default() -> None:
+    """Compiles what the default system calls: no other waits for kernels that its sweep does not need."""
+    resolve(DEFAULT_SYSTEM).compile()
+
+
+def compile_all() -> None:
     """Compiles all that is not generated for one sweep's system alone."""
     for name in MODULES:
         resolve(name).compile()

@@ -180,7 +180,7 @@ class Dynamics(ABC):
         """The file in the kernels' cache that says, once it is there, that :meth:`compile` has been done."""
         from kernels.fingerprint import cache_folder
 
-        return cache_folder() / "compiled"
+        return cache_folder() / "generated" / f"{self.name}.compiled"
 
     @abstractmethod
     def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":

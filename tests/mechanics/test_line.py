@@ -65,7 +65,9 @@ def test_a_search_that_is_cut_short_says_so(monkeypatch):
 ARGUMENTS = {sp.asin: (-0.9, 0.9), sp.acos: (-0.9, 0.9), sp.atanh: (-0.9, 0.9), sp.acosh: (1.1, 4), sp.log: (0.1, 4)}
 
 
-@pytest.mark.parametrize("function", [*FUNCTIONS, lambda u: u**5, lambda u: u**-3, lambda u: (u + 5) ** 1.7], ids=str)
+@pytest.mark.parametrize(
+    "function", [*FUNCTIONS, lambda u: u**5, lambda u: u**-3, lambda u: (u + 5) ** 1.7], ids=lambda f: f.__name__
+)
 def test_enclosures_hold_what_mpmath_gives_anywhere_in_the_box(function):
     rng = np.random.default_rng(5)
     tape = Tape([function(x)], [x], [])

@@ -1,6 +1,7 @@
 """The free rigid body, spun about a principal axis and nudged: its definition, columns, motion and pictures."""
 
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -100,6 +101,12 @@ class RigidBody(Dynamics):
         """Compiles the survey's kernels."""
         point = {"I1": 1.0, "I2": 2.0, "I3": 3.0, "axis": 2, "omega0": 1.0, "epsilon": 1e-6, "phase": 0.6}
         self.columns({name: np.array([value]) for name, value in point.items()}, RigidBodyIntegration(flips=True))
+
+    def compiled(self) -> Path:
+        """The file that says so: the default system's kernels are compiled before any other's."""
+        from kernels.fingerprint import cache_folder
+
+        return cache_folder() / "compiled"
 
     def reference(self) -> Reference:
         """Ω² by SciPy and by the closed form."""
