@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 from houses import wait_for
@@ -152,6 +153,8 @@ def test_a_machine_that_gives_little_is_enough_or_is_told(folder, whole, machine
     settings, before = MACHINES[machine]
     if before is somebody_else and os.geteuid():
         pytest.skip("to become somebody else takes root")
+    if before is somebody_else and not Path(sys.executable).resolve().is_relative_to("/usr"):
+        pytest.skip("this Python may lie where nobody else may look")
     shutil.copy(whole, folder)
     folder.chmod(0o755)
     environment = {name: value for name, value in {**os.environ, **settings}.items() if value is not None}
