@@ -3,6 +3,7 @@
 import json
 import os
 import pickle
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -49,9 +50,19 @@ class Cache:
         return json.loads((self.folder / stored.LEDGER).read_text())
 
 
+@pytest.fixture(scope="module")
+def filled(tmp_path_factory):
+    """A cache as a first call leaves it, and a copy to put in its place again."""
+    cache = Cache(tmp_path_factory.mktemp("cache"))
+    return cache, shutil.copytree(cache.folder, cache.folder.parent.with_name("kept"))
+
+
 @pytest.fixture
-def cache(tmp_path):
-    return Cache(tmp_path)
+def cache(filled):
+    cache, kept = filled
+    shutil.rmtree(cache.folder)
+    shutil.copytree(kept, cache.folder)
+    return cache
 
 
 def flip(path, at):
@@ -105,7 +116,6 @@ def test_an_index_that_numba_cannot_use_goes_with_its_code(cache, content, noted
     assert len(cache.files("nb[ic]")) == 2
 
 
-@pytest.mark.slow
 def test_an_index_that_gives_two_signatures_one_code_goes(cache):
     cache.call("1.5")
     (index,) = cache.files("nbi")
@@ -114,7 +124,6 @@ def test_an_index_that_gives_two_signatures_one_code_goes(cache):
     assert not cache.files("nb[ic]")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("ledger", ["", "{", "[]", '{"a": 1}'])
 def test_a_damaged_ledger_is_written_anew(cache, ledger):
     (cache.folder / stored.LEDGER).write_text(ledger)

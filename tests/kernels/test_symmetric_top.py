@@ -188,7 +188,8 @@ def test_the_certificate_holds_at_its_tolerance(tolerance):
     found = symmetric_top.survey(points, 4.0, 4, tolerance)
     assert np.all(found["status"] == OK)
     assert found["propagation_error"].max() <= tolerance + 1e-13
-    if tolerance < 1e-11:  # one step a sample, the fewest there are, leaves 2e-10
+    # one step a sample, the fewest there are, leaves 2e-10; among a few tops none may need two
+    if tolerance < 1e-11 and COUNT > 1000:
         assert found["propagation_error"].max() > tolerance / 50  # the step is not chosen far too small
 
 
