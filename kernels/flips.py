@@ -27,7 +27,7 @@ from kernels.blocks import W
 from kernels.columns import Column
 from kernels.options import OPTIONS
 
-MOST_ROTATIONS, MOST_STEPS = 10_000, 2_000_000
+MOST_ROTATIONS, MOST_STEPS = 20_000, 2_000_000
 
 # Rows of the scratch array: state, the state one step before, the step, the start, and what has been found.
 A, B, C, PA, PB, PC, KA, KB, KC, A0, B0, C0 = (W * r for r in range(12))

@@ -50,6 +50,7 @@ SAME = 1e-6  # of the spacing's inverse: imaginary parts nearer than this are on
 LEAST_MOVED = 1e-4  # smallest singular value of the samples over the largest: below it a mode was not moved
 EPSILON = float(np.finfo(np.float64).eps)
 ROUNDINGS = 8.0  # of the logarithm and what follows it, beside the largest eigenvalue
+LOST = 1e4  # roundings that a term of a covariance may hold, which a large sum of terms cancels down to
 
 # Columns of a raw result; after HEAD follow real parts, imaginary parts, their errors (n each).
 EQUATIONS, SCATTER, MOVED, ODD, SUM, SUM_ERROR, PRODUCT, PRODUCT_ERROR, DISCRIMINANT, DISCRIMINANT_ERROR = range(10)
@@ -576,12 +577,14 @@ def _coefficient_covariance(M, N, X0, lane, runs, n, covariance, K):
 
 @njit(**OPTIONS)
 def _form(K, a, n):
-    """Standard deviation of Σ a_k c_k for noise of one."""
-    total = 0.0
+    """Standard deviation of Σ a_k c_k for noise of one, and what its own terms may have lost by cancelling."""
+    total, absolute = 0.0, 0.0
     for k in range(n):
         for m in range(n):
-            total += a[k] * K[k, m] * a[m]
-    return math.sqrt(max(total, 0.0))
+            term = a[k] * K[k, m] * a[m]
+            total += term
+            absolute += abs(term)
+    return math.sqrt(max(total, 0.0) + LOST * EPSILON * absolute)
 
 
 @njit(**OPTIONS)

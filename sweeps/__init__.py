@@ -71,5 +71,5 @@ def tumbler(P_psi, P_phi, *, unit="h", sigma_psi=0.0, sigma_phi=0.0, ratios=None
     """
     from sweeps.systems.tumbling import inverse
 
-    seen = inverse.Observed(P_psi, P_phi, sigma_psi, sigma_phi, unit)
+    seen = inverse.SeenPeriods(P_psi, P_phi, sigma_psi, sigma_phi, unit)
     return inverse.over_the_triangle(seen) if ratios is None else inverse.of_body(seen, *ratios)

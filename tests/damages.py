@@ -98,7 +98,7 @@ def replaced(path, name, make):
             for key, value in attributes.items():
                 if key != "_FillValue":
                     made.attrs[key] = value
-            if key := attributes.get("_Netcdf4Coordinates"):
+            if (key := attributes.get("_Netcdf4Coordinates")) is not None:
                 assert len(shape) == np.size(key)
 
 

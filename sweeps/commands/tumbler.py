@@ -31,7 +31,7 @@ def _run(args):
     from sweeps.schema.refusals import DefinitionError
     from sweeps.systems.tumbling import inverse
 
-    seen = inverse.Observed(args.P_psi, args.P_phi, args.sigma_psi, args.sigma_phi, args.unit)
+    seen = inverse.SeenPeriods(args.P_psi, args.P_phi, args.sigma_psi, args.sigma_phi, args.unit)
     if args.ratios and (args.output or args.figure):
         raise DefinitionError("--ratios: is given beside a map over all bodies; allowed: one of them")
     if args.ratios:

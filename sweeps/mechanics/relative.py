@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from kernels import spectrum, statuses
+from kernels import statuses
 from sweeps.mechanics import rest
 from sweeps.mechanics.description import DescriptionError, System
 from sweeps.mechanics.first_order import FlowCode, graph
@@ -157,6 +157,7 @@ class FlowModel:
             `raw` (points, …) of `kernels.flows`, `status` (int8) and `spacing` (in 1/S).
         """
         from kernels import flows as kernel
+        from kernels import spectrum
 
         intervals, spacing = round(cycles * samples_per_cycle), min(2.0 * np.pi / samples_per_cycle, 0.5)
         size, quantities = len(points["epsilon"]), len(self.quantities)
@@ -229,6 +230,7 @@ class FlowModel:
     def _columns(self, theory, measured):
         """Columns over the motions; those of eigenvalues have them along their last axis."""
         from kernels import flows as kernel
+        from kernels import spectrum
 
         q, n, S = len(self.quantities), self.n, theory["scale"]
         raw, status = measured["raw"], measured["status"]
@@ -326,6 +328,8 @@ def _free(gradients, n):
 
 def _eigen(matrix, S):
     """Eigenvalues in order, their condition numbers, left and right vectors."""
+    from kernels import spectrum
+
     points, n, _ = matrix.shape
     values = np.full((points, n), np.nan, dtype=complex)
     right, left = (np.full((points, n, n), np.nan, dtype=complex) for _ in range(2))

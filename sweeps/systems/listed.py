@@ -13,7 +13,7 @@ from sweeps.schema.values import Moment, Prose, Strict, line_of_text, not_empty
 MOMENTS = ("I1", "I2", "I3")
 
 
-class Ratios(Strict):
+class ListedRatios(Strict):
     """Moments of a body of which only the ratios are known."""
 
     I1: Moment = Field(description="I1 in any one unit (I3, M R2, …): finite, > 0")
@@ -30,7 +30,7 @@ class ListedBody(Strict):
     I1: Moment = Field(default=None, description="moment of inertia about axis 1, kg m2: finite, > 0")
     I2: Moment = Field(default=None, description="moment of inertia about axis 2, kg m2: finite, > 0")
     I3: Moment = Field(default=None, description="moment of inertia about axis 3, kg m2: finite, > 0")
-    ratios: Ratios = Field(default=None, description="{I1, I2, I3} in place of moments, in any one unit")
+    ratios: ListedRatios = Field(default=None, description="{I1, I2, I3} in place of moments, in any one unit")
     source: Prose = Field(default=None, description="where the numbers come from: text")
     note: Prose = Field(default=None, description="what a reader should know: text")
 
@@ -101,7 +101,7 @@ def own(definition: Any, shareable: Iterable[str]) -> tuple[str, ...]:
     return (*MOMENTS, *(name for name in shareable if getattr(definition.bodies[0], name) is not None))
 
 
-def dimensions(definition: Any, arguments: Iterable[str], shareable: Iterable[str]) -> dict[str, Range | np.ndarray]:
+def dimensions_of(definition: Any, arguments: Iterable[str], shareable: Iterable[str]) -> dict[str, Range | np.ndarray]:
     """Each dimension in storage order: (body, …) where bodies are listed, else the arguments."""
     along = own(definition, shareable)
     bodies = {"body": np.array([body.name for body in definition.bodies])} if definition.bodies else {}

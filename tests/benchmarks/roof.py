@@ -4,7 +4,7 @@ import numpy as np
 from contenders import Direct
 from numba import njit
 
-from kernels import direct
+from kernels import direct, taylor_steps
 
 CHAINS, LINKS, LANES, PASSES = 12, 64, 256, 64
 FLOPS = 2 * CHAINS * LINKS * LANES * PASSES  # of one call of multiply_adds
@@ -73,7 +73,7 @@ class Counted:
 
 def step_flops(order):
     """Multiplications and additions of one Taylor step (a near one if the order is negative), counted by running it."""
-    step = getattr(direct, f"step_{order}" if order > 0 else f"near_step_{-order}").py_func
+    step = getattr(taylor_steps, f"step_{order}" if order > 0 else f"near_step_{-order}").py_func
     Counted.operations = 0
     step(*(Counted() for _ in range(6)))
     return Counted.operations

@@ -107,7 +107,7 @@ def test_an_unknown_name_suggests_a_near_one(folder, capsys):
     assert "did you mean tennis_racket?" in refused(capsys, "check", "tenis_racket")
     far = refused(capsys, "check", "zzz")
     assert "did you mean" not in far
-    assert "tiny, tumblers, tumbling, twist, or the path of a YAML file" in far
+    assert "tiny, tumblers, tumbling, twist, viscous_slug, or the path of a YAML file" in far
 
 
 def test_the_name_of_a_sweep_that_ships_is_taken(folder, capsys):

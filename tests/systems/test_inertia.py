@@ -126,9 +126,9 @@ def test_an_open_mesh_says_how_open(tmp_path):
     ("name", "content", "words"),
     [
         ("words.stl", b"hello", "holds no body"),
-        ("empty.obj", b"", "mesh"),
+        ("empty.obj", b"", "holds no body"),
         ("words.obj", b"v 1 2\nf 1 2 3 4 5\n", "mesh"),
-        ("nan.off", b"OFF\n4 4 0\nnan 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n", "mesh"),
+        ("nan.off", b"OFF\n4 4 0\nnan 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n", "holds no body"),
         ("brick.step", b"ISO-10303-21;", "is no mesh by its name"),
     ],
 )

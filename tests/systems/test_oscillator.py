@@ -20,6 +20,7 @@ from sweeps.schema.refusals import DefinitionError
 from sweeps.shards import content, merging
 from sweeps.shards import shard as shards
 from sweeps.systems.oscillator import system as oscillator
+from sweeps.systems.oscillator.system import of_file
 from sweeps.views import figures
 
 ROOT = Path(__file__).parents[2]
@@ -41,6 +42,7 @@ def described(folder, text):
     path = folder / "spring.py"
     path.write_text(text, encoding="utf-8")
     systems.resolve.cache_clear()
+    of_file.cache_clear()
     return str(path)
 
 

@@ -325,7 +325,8 @@ def test_residuals_are_those_of_the_map(tiny):
         heights = [patch.get_height() for patch in upper.patches]
         whole = tiny.where((tiny.omega_squared_theory * sign > 0) & (tiny.status == 0))
         ratio = (abs(whole.omega_squared - whole.omega_squared_theory) / whole.omega_squared_error).values.ravel()
-        assert sum(heights) == np.isfinite(ratio).sum()
+        # the first histogram holds all nudges, the others stand before it
+        assert sum(heights[: len(figure_agreement.RATIOS) - 1]) == np.isfinite(ratio).sum()
         share = next(
             ax for ax in figure.axes[4:] if drawn(ax, "cumulative") and ax.get_position() == upper.get_position()
         )
@@ -352,7 +353,7 @@ def test_counts_are_written(tiny):
     ds = tiny.copy(deep=True)
     ds["status"].values[0, 0, 0, 0] = 2
     text = figure_agreement.draw(ds).texts[1].get_text()
-    for words in ("864 points", "120 unstable", "294 marginal", "858 ok", "6 not converged"):
+    for words in ("864 points", "126 unstable", "288 marginal", "858 ok", "6 not converged"):
         assert words in text
 
 

@@ -192,7 +192,7 @@ class RigidBodyIntegration(Integration):
     flips: bool = Field(
         False,
         description="true or false: whether to follow the motion on to its flips and its largest tilt, up to "
-        "10,000 rotations each way",
+        "20,000 rotations each way",
     )
 
     @property

@@ -16,7 +16,7 @@ MODE_NUMBERS = {"sam": tumbling.SAM, "lam": tumbling.LAM}
 
 
 @dataclass(frozen=True)
-class Observed:
+class SeenPeriods:
     """Two periods and their standard errors, in one unit.
 
     Attributes:
@@ -52,7 +52,7 @@ class Observed:
         return self.ratio * math.hypot(self.sigma_psi / self.P_psi, self.sigma_phi / self.P_phi)
 
 
-def of_body(seen: Observed, ratio1: float, ratio2: float) -> list[dict]:
+def of_body(seen: SeenPeriods, ratio1: float, ratio2: float) -> list[dict]:
     """The motions of one body that have both periods: mode, energy, energy_error, m and the angular momentum's rate.
 
     Args:
@@ -90,13 +90,13 @@ def limits(low: float, middle: float) -> tuple[float, float]:
     return short, long
 
 
-def _rate(seen: Observed, low: float, middle: float, energy: float) -> float:
+def _rate(seen: SeenPeriods, low: float, middle: float, energy: float) -> float:
     """L/I3, rad s-1, that gives P_psi."""
     columns = tumbling.survey({"I1": low, "I2": middle, "I3": 1.0, "energy": energy, "omega0": 1.0}, 1e-10, False)
     return float(columns["period_psi_exact"][0]) / (seen.P_psi * UNITS[seen.unit])
 
 
-def _solved(seen: Observed, low: np.ndarray, middle: np.ndarray) -> dict[str, np.ndarray]:
+def _solved(seen: SeenPeriods, low: np.ndarray, middle: np.ndarray) -> dict[str, np.ndarray]:
     """Energy, its error and m of bodies, rows by mode; the error by the ratio's own, up and down."""
     one = np.ones_like(low)
     solved = tumbling.inverse(low, middle, one, seen.ratio)
@@ -108,7 +108,7 @@ def _solved(seen: Observed, low: np.ndarray, middle: np.ndarray) -> dict[str, np
     return solved | {"energy_error": np.where(np.isfinite(solved["energy"]), error, np.nan)}
 
 
-def over_the_triangle(seen: Observed, steps: int = STEPS) -> xr.Dataset:
+def over_the_triangle(seen: SeenPeriods, steps: int = STEPS) -> xr.Dataset:
     """The energy of every body that gives both periods, in each mode, over I1/I3 and I2/I3.
 
     Raises:

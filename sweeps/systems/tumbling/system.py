@@ -33,7 +33,7 @@ class Tumbling(Dynamics):
 
     def dimensions(self, definition: TumblingDefinition) -> dict[str, Range | np.ndarray]:
         """(I1, I2, I3, energy, omega0), or (body, …) and what no body gives itself."""
-        return listed.dimensions(definition, ARGUMENTS, SHAREABLE)
+        return listed.dimensions_of(definition, ARGUMENTS, SHAREABLE)
 
     def auxiliary(self, definition: TumblingDefinition) -> dict[str, tuple[str, np.ndarray]]:
         """Along `body`: what bodies give themselves."""

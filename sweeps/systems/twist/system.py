@@ -33,7 +33,7 @@ class Twist(Dynamics):
 
     def dimensions(self, definition: TwistDefinition) -> dict[str, Range | np.ndarray]:
         """(I1, I2, I3, chi, theta, omega0), or (body, chi, theta, omega0)."""
-        return listed.dimensions(definition, ARGUMENTS, SHAREABLE)
+        return listed.dimensions_of(definition, ARGUMENTS, SHAREABLE)
 
     def auxiliary(self, definition: TwistDefinition) -> dict[str, tuple[str, np.ndarray]]:
         """Along `body`: what bodies give themselves."""
