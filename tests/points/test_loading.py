@@ -709,7 +709,8 @@ def test_every_key_says_what_it_is_and_in_which_unit():
 
 
 def test_reading_a_definition_loads_nothing_heavy():
-    code = f"import sys; from sweeps.points import catalogue; catalogue.plan({str(catalogue.FOLDER / 'tiny.yaml')!r}); print(*sys.modules)"
+    tiny = str(catalogue.FOLDER / "tiny.yaml")
+    code = f"import sys; from sweeps.points import catalogue; catalogue.plan({tiny!r}); print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     assert not {"numba", "xarray", "netCDF4", "matplotlib", "scipy", "pandas", "snakemake"} & set(loaded)
 
