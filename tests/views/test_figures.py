@@ -328,7 +328,9 @@ def test_residuals_are_those_of_the_map(tiny):
         # the first histogram holds all nudges, the others stand before it
         assert sum(heights[: len(figure_agreement.RATIOS) - 1]) == np.isfinite(ratio).sum()
         share = next(
-            ax for ax in figure.axes[4:] if drawn(ax, "cumulative") and ax.get_position().bounds == upper.get_position().bounds
+            ax
+            for ax in figure.axes[4:]
+            if drawn(ax, "cumulative") and ax.get_position().bounds == upper.get_position().bounds
         )
         (curve,) = drawn(share, "cumulative")
         assert curve.get_ydata()[-1] == 1.0

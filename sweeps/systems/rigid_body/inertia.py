@@ -16,8 +16,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from sweeps.schema.refusals import display
 from sweeps.systems.rigid_body import shells
@@ -205,6 +203,9 @@ def _closed(path: str | Path):
 
 def _made_separate(mesh, path: str | Path) -> tuple[str, ...]:
     """Notes on a mesh of several closed surfaces, of which none encloses a place twice; one inside out is turned."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
     joined = coo_array((np.ones(len(mesh.face_adjacency)), mesh.face_adjacency.T), (len(mesh.faces),) * 2)
     count, part = connected_components(joined, directed=False)
     if count == 1:
