@@ -74,4 +74,4 @@ def test_a_bit_of_a_shard_is_noticed_or_has_no_effect(tmp_path, flips):
         flipped(path, bit)
     print(dict(ends))
     assert ends["wrong"] == 0
-    assert ends["damaged"] > flips / 10  # the rest of the file is room that holds nothing
+    assert ends["damaged"] > flips / 10  # 8 of 40 seen; the others left every piece as it was
