@@ -45,7 +45,7 @@ class Held:
         dtype: NumPy's name of its type; "str" for text whose values are in `texts`; "" for what is no plain type.
         attributes: name → text, or a list of numbers.
         chunk: shape of its chunks; None where it is in one piece.
-        filters: codes of the filters that its chunks went through.
+        filters: codes of the filters that its chunks went through, in that order.
         places: chunks as (index of its first value …, mask of filters left out, address, bytes), or the one piece.
         texts: its values, where they are text.
     """
@@ -257,8 +257,8 @@ def _places(name: str, dataset: h5py.Dataset) -> dict:
     if layout != h5py.h5d.CHUNKED:
         raise _RefusedError(f"{name}: is stored in an unknown way; allowed: {ALLOWED}")
     filters = [properties.get_filter(k)[0] for k in range(properties.get_nfilters())]
-    if filters not in ([], [DEFLATE], [SHUFFLE], [SHUFFLE, DEFLATE], [SHUFFLE, DEFLATE, FLETCHER], [FLETCHER]):
-        raise _RefusedError(f"{name}: is stored by unknown filters {filters}; allowed: shuffle and deflate")
+    if len(set(filters)) < len(filters) or not {DEFLATE, SHUFFLE, FLETCHER}.issuperset(filters):
+        raise _RefusedError(f"{name}: is stored by filters {filters}; allowed: shuffle, deflate, fletcher32, once each")
     chunk = properties.get_chunk()
     if math.prod(chunk) * dataset.dtype.itemsize > MOST_CHUNK_BYTES:
         raise _RefusedError(f"{name}: has chunks of {math.prod(chunk):,} values; allowed: {MOST_CHUNK_BYTES:,} bytes")

@@ -139,17 +139,25 @@ class RawValues(xr.backends.BackendArray):
         """A whole chunk."""
         if corner not in self._place:
             raise self._damaged()
-        filters, size = self._held.filters, math.prod(self._chunk) * self._stored.itemsize
+        size = math.prod(self._chunk) * self._stored.itemsize
         content = self._file.read(*self._place[corner])
-        if FLETCHER in filters:
-            content = content[:-4]
-        if DEFLATE in filters:
-            content = self._inflated(content, size)
+        filters = self._held.filters
+        for place, code in reversed(list(enumerate(filters))):
+            if code == FLETCHER:
+                content = content[:-4]
+            elif code == DEFLATE:
+                content = self._inflated(content, size + 4 * (FLETCHER in filters[:place]))
+            elif code == SHUFFLE:
+                content = self._unshuffled(content)
         if len(content) != size:
             raise self._damaged()
-        if SHUFFLE in filters and self._stored.itemsize > 1:
-            content = np.ascontiguousarray(np.frombuffer(content, np.uint8).reshape(self._stored.itemsize, -1).T)
         return np.frombuffer(content, self._stored).reshape(self._chunk)
+
+    def _unshuffled(self, content: bytes) -> bytes:
+        """Bytes of one value side by side again; what fills no value (a checksum from before) stays at the end."""
+        width = self._stored.itemsize
+        whole = len(content) // width * width
+        return np.frombuffer(content[:whole], np.uint8).reshape(width, -1).T.tobytes() + content[whole:]
 
     def _inflated(self, content: bytes, size: int) -> bytes:
         """At most one byte more than a chunk should have: what swells beyond is refused."""
