@@ -1,9 +1,13 @@
 """The house: which module imports which, deferred imports and those for type checkers counted, and in which order."""
 
 import ast
+import re
 from pathlib import Path
 
 import pytest
+
+from sweeps import systems
+from sweeps.schema.definition import DEFAULT_SYSTEM
 
 ROOT = Path(__file__).parents[1]
 
@@ -110,3 +114,75 @@ def test_a_circle_is_seen_however_it_is_hidden(tmp_path, text):
     (tmp_path / "sweeps/a.py").write_text(text)
     (tmp_path / "sweeps/b.py").write_text("def g():\n    import sweeps.a")
     assert circles(arrows(tmp_path, ("sweeps",))) == [["sweeps.a", "sweeps.b"]]
+
+
+# ---------------------------------------------------------------------------------------------------------
+# A system of equations lives in its own folder: no other room asks for its name, nor for its coordinates'
+
+ROOMS = ("schema", "points", "shards", "maps", "views", "run", "commands")
+OWN_COMMANDS = {"body.py", "tumbler.py"}  # each asks one system alone, which it names where it imports its answers
+DESCRIBED = ("equilibrium", "mode", "eigenvalue", "epsilon", "phase")  # of the maps of described systems
+
+
+def names_of_systems():
+    """Names of the systems, and of the folders of those that are described."""
+    return {*systems.names(), *(name.split(".")[2] for name in systems.DESCRIBED)}
+
+
+def names_of_coordinates():
+    """Names of the coordinates of all systems' maps."""
+    found = (systems.resolve(name).layout().coordinates for name in systems.MODULES)
+    return {*DESCRIBED, *(name for coordinates in found for name in coordinates)}
+
+
+def texts(source):
+    """Texts of a Python source that are no docstrings, with the imports' names."""
+    tree = ast.parse(source)
+    told = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in told:
+            yield node.value
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            yield from (*node.module.split("."), *(alias.name for alias in node.names))
+
+
+def asked_for(path):
+    """Words that the code of a file, a script or a page's section asks for: texts, and members of a map."""
+    source = path.read_text(encoding="utf-8")
+    if path.suffix == ".py":
+        return set(texts(source))
+    quoted = re.findall(r"""(["'`])([\w-]+)\1""", source)
+    return {text for _, text in quoted} | set(re.findall(r"(?:coordinates|columns)\.(\w+)", source))
+
+
+def outside_of_systems():
+    """Files of the rooms that every system passes through."""
+    found = [path for room in ROOMS for path in (ROOT / "sweeps" / room).rglob("*") if path.is_file()]
+    found += [ROOT / "sweeps/systems" / name for name in ("__init__.py", "system.py", "look.py")]
+    return [p for p in found if p.suffix in (".py", ".js", ".html", ".css") and p.name not in OWN_COMMANDS]
+
+
+def test_no_room_asks_for_a_systems_name_or_a_coordinates():
+    of_systems, of_coordinates = names_of_systems(), names_of_coordinates()
+    assert {"rigid_body", "oscillator", "pendulum", "gyrostat"} <= of_systems
+    assert {"axis", "I1", "body", "omega0", "half_angle", "energy"} <= of_coordinates
+    found = {path: asked_for(path) & (of_systems | of_coordinates) for path in outside_of_systems()}
+    found[ROOT / "sweeps/commands/__init__.py"] -= {"body"}  # the command of that name
+    found[ROOT / "sweeps/schema/definition.py"] -= {DEFAULT_SYSTEM}  # where the default is named, once
+    found[ROOT / "sweeps/systems/__init__.py"] -= of_systems - {DEFAULT_SYSTEM}  # those that describe many
+    assert {str(path.relative_to(ROOT)): words for path, words in found.items() if words} == {}
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("a.py", 'def f(ds):\n    """A body\'s axis."""\n    return "axis" in ds.dims'),
+        ("b.py", "from sweeps.systems.rigid_body import axis"),
+        ("c.js", "const a = theMap.coordinates.axis.values; // the axis"),
+        ("d.js", "if (name === `axis`) draw();"),
+    ],
+)
+def test_such_a_question_is_seen(tmp_path, name, text):
+    (tmp_path / name).write_text(text)
+    assert "axis" in asked_for(tmp_path / name)
+    assert "body" not in asked_for(tmp_path / name)

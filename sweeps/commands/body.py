@@ -1,7 +1,5 @@
 """`body`: the three axes of a body, in words."""
 
-import math
-
 from sweeps.commands import parser
 
 EPILOG = """\
@@ -40,141 +38,66 @@ def add(commands) -> None:
 
 def _run(args):
     from sweeps.commands import printing
+    from sweeps.systems.rigid_body import asked
 
-    if args.name is None and not any(_given(args)):
-        _list(args)
+    given = [way for way in asked.WAYS if getattr(args, way) is not None]
+    if args.name is None and not given:
+        names = list(_bodies(args))
+        printing.print_json(names) if args.json else print("\n".join(names))
         return
-    body = _own(args) if any(_given(args)) else _known(args)
-    setting = {
-        "omega0": _first(args.omega0, body.omega0, 1.0),
-        "epsilon": _first(args.epsilon, body.epsilon, 1e-6),
-        "phase": _first(args.phase, body.phase, 0.6),
-    }
-
-    from sweeps.systems.rigid_body.spins import spins
-
-    found = spins(body.moments, **setting)
+    body = _own(args, given) if given else _known(args)
+    spun = asked.setting(body, vars(args))
     if args.json:
-        printing.print_json(_facts(body, setting, found))
+        printing.print_json(asked.facts(body, spun))
     else:
-        _print(printing.console(), body, setting, found)
-
-
-def _given(args) -> list:
-    return [value for value in (args.moments, args.ratios, args.tensor, args.mesh) if value is not None]
-
-
-def _first(*values):
-    return next(value for value in values if value is not None)
+        _print(printing.console(), body.name, *asked.answer(body, spun))
 
 
 def _bodies(args) -> dict:
     from sweeps.points import catalogue
     from sweeps.points.loading import load
-    from sweeps.schema.definition import DEFAULT_SYSTEM
-    from sweeps.schema.refusals import DefinitionError
+    from sweeps.systems.rigid_body import asked
 
     path = catalogue.resolve(args.definition)
-    definition = load(path)
-    bodies = {body.name: body for body in getattr(definition, "bodies", ())}
-    if not bodies or definition.system != DEFAULT_SYSTEM:
-        raise DefinitionError(
-            f"{path}: bodies: (nothing) is missing; allowed: a definition of rigid bodies with bodies"
-        )
-    return bodies
-
-
-def _list(args) -> None:
-    from sweeps.commands import printing
-
-    names = list(_bodies(args))
-    if args.json:
-        printing.print_json(names)
-    else:
-        print("\n".join(names))
+    return asked.bodies(load(path), path)
 
 
 def _known(args):
     """The body of that name, with what is set on the command line checked as a definition's."""
     from sweeps.maps.selection import named
+    from sweeps.points.loading import load
+    from sweeps.systems.rigid_body import asked
 
     bodies = _bodies(args)
     body = bodies[named(args.name, list(bodies), "body")]
-    _checked(args, {"name": body.name, "ratios": {"I1": 1.0, "I2": 1.0, "I3": 1.0}})
+    asked.check_spin(body.name, vars(args), load)
     return body
 
 
-def _own(args):
+def _own(args, given: list[str]):
     """The body given by its numbers or its mesh."""
-    from sweeps.schema.refusals import DefinitionError
-
-    if args.name is not None or len(_given(args)) > 1:
-        allowed = "NAME, --moments, --ratios, --tensor or --mesh, one of them"
-        raise DefinitionError(f"body: more than one is given; allowed: {allowed}")
-    values = {"name": args.mesh or "the body given"}
-    if args.moments:
-        values |= dict(zip(("I1", "I2", "I3"), args.moments, strict=True))
-    elif args.ratios:
-        values["ratios"] = dict(zip(("I1", "I2", "I3"), args.ratios, strict=True))
-    elif args.tensor:
-        values["tensor"] = [args.tensor[i : i + 3] for i in (0, 3, 6)]
-    else:
-        mesh = {"file": args.mesh, "density": args.density, "mass": args.mass, "unit": args.unit}
-        values["mesh"] = {key: value for key, value in mesh.items() if value is not None}
-    return _checked(args, values)
-
-
-def _checked(args, values: dict):
-    """A body by the rules of a definition; refusals name the key of the definition."""
     from sweeps.points.loading import load
     from sweeps.schema.refusals import DefinitionError
+    from sweeps.systems.rigid_body import asked
 
-    own = {name: getattr(args, name) for name in ("omega0", "epsilon", "phase") if getattr(args, name) is not None}
-    try:
-        return load({"bodies": [values | own], "grid": {} if "omega0" in own else {"omega0": 1.0}}).bodies[0]
-    except DefinitionError as refused:
-        raise DefinitionError(str(refused).replace("definition: bodies[0].", "body: ")) from None
-
-
-def _facts(body, setting, found) -> dict:
-    from dataclasses import asdict
-
-    facts = {"name": body.name, "moments": body.moments, "moments_are_ratios": body.ratios is not None, **setting}
-    if body.principal is not None:
-        facts |= {"principal_axes": body.principal.axes, "notes": body.principal.notes}
-    if body.solid is not None:
-        facts |= {name: getattr(body.solid, name) for name in ("mass", "volume", "centre", "extents", "faces")}
-    return facts | {"axes": [asdict(spin) for spin in found]}
+    if args.name is not None or len(given) > 1:
+        allowed = "NAME, --moments, --ratios, --tensor or --mesh, one of them"
+        raise DefinitionError(f"body: more than one is given; allowed: {allowed}")
+    return asked.checked(asked.entry(vars(args)), vars(args), load)
 
 
-def _print(console, body, setting, found) -> None:
-    from sweeps.commands.printing import table as table_of
-    from sweeps.systems.rigid_body import wording
-    from sweeps.systems.rigid_body.spins import in_words
+def _print(console, name: str, lines: list[str], rows: list[tuple[str, str]], known: list[str]) -> None:
+    from sweeps.commands.printing import table
 
-    console.print(body.name, style="bold")
-    if body.solid is not None:
-        console.print(wording.solid_in_words(body.solid))
-    if body.principal is None:
-        unit = "(ratios)" if body.ratios is not None else "kg m²"
-        console.print("I1, I2, I3 = " + ", ".join(f"{moment:.6g}" for moment in body.moments) + f" {unit}")
-    else:
-        for line in wording.principal_axes(body.principal):
-            console.print(line)
-    turn = wording.duration(2 * math.pi / abs(setting["omega0"]))
-    console.print(
-        f"spin {setting['omega0']:.6g} rad s⁻¹ (one turn in {turn}), nudged by {setting['epsilon']:.2g} of it"
-    )
-    if any(spin.flip_period is not None for spin in found):
-        console.print("A larger nudge flips sooner: each flip time below is for this nudge and the axis of its line.")
+    console.print(name, style="bold")
+    for line in lines:
+        console.print(line)
     console.print()
-    table = table_of("about", "what becomes of it")
-    for spin in found:
-        natural = ", its own" if body.axis == spin.axis else ""
-        table.add_row(f"axis {spin.axis}{natural}", in_words(spin, wording.duration))
-    console.print(table)
-    if body.observed is not None:
+    made = table("about", "what becomes of it")
+    for row in rows:
+        made.add_row(*row)
+    console.print(made)
+    if known:
         console.print()
-        console.print(f"observed: {wording.duration(body.observed.period_days * wording.DAY)}, {body.observed.what}")
-    if body.note:
-        console.print(f"note: {' '.join(body.note.split())}")
+    for line in known:
+        console.print(line)

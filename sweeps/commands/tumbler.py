@@ -29,7 +29,7 @@ def add(commands) -> None:
 
 def _run(args):
     from sweeps.schema.refusals import DefinitionError
-    from sweeps.systems.tumbling import inverse
+    from sweeps.systems.tumbling import inverse, wording
 
     seen = inverse.SeenPeriods(args.P_psi, args.P_phi, args.sigma_psi, args.sigma_phi, args.unit)
     if args.ratios and (args.output or args.figure):
@@ -39,7 +39,7 @@ def _run(args):
         return
     ds = inverse.over_the_triangle(seen)
     _write(args, ds)
-    _say(args, _shares(ds))
+    _say(args, wording.shares(ds))
 
 
 def _write(args, ds) -> None:
@@ -55,37 +55,13 @@ def _write(args, ds) -> None:
             figure_inverse.draw(ds).savefig(temporary, format="png")
 
 
-def _shares(ds) -> list[dict]:
-    """For each mode, how many bodies of the map have both periods, and between which energies."""
-    import numpy as np
-
-    found = []
-    for mode in ds["mode"].values.tolist():
-        energy = ds["energy"].sel(mode=mode).values
-        known = energy[np.isfinite(energy)]
-        ends = {"least_energy": float(known.min()), "greatest_energy": float(known.max())} if known.size else {}
-        found.append({"mode": mode, "bodies": int(known.size), "excluded": not known.size, **ends})
-    return found
-
-
 def _say(args, found: list[dict]) -> None:
     from sweeps.commands import printing
+    from sweeps.systems.tumbling import wording
 
     if args.json:
         printing.print_json(found)
         return
     console = printing.console()
-    words = {"sam": "short-axis mode", "lam": "long-axis mode"}
     for row in found:
-        console.print(f"{words[row['mode']]}: {_in_words(row)}")
-
-
-def _in_words(row: dict) -> str:
-    if "m" in row:
-        error = f" ± {row['energy_error']:.2g}" if row["energy_error"] else ""
-        return f"2T I3/L² = {row['energy']:.6g}{error}, m = {row['m']:.6g}, L/I3 = {row['omega0']:.6g} rad s⁻¹"
-    if row["excluded"]:
-        return "excluded: no body has both periods"
-    return (
-        f"{row['bodies']:,} bodies of the map, 2T I3/L² from {row['least_energy']:.4g} to {row['greatest_energy']:.4g}"
-    )
+        console.print(wording.in_words(row))

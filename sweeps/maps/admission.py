@@ -161,7 +161,7 @@ def _check_dimensions(parts: _Parts) -> None:
         along = _own_dims(parts, name)
         if not set(along) <= set(dims) | {parts.layout.along}:
             raise _UnlikeError(f"{name}: lies along {', '.join(along)}; allowed: a dimension of the map")
-    needed = set(parts.layout.values) | ({"moments_are_ratios"} if parts.layout.along in parts.coordinates else set())
+    needed = {*parts.layout.values, *(parts.layout.beside if parts.layout.along in parts.coordinates else ())}
     for name in sorted(needed - set(parts.coordinates)):
         if name in parts.layout.coordinates:
             raise _UnlikeError(f"{name}: is missing; allowed: every coordinate of a map")

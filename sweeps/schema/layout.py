@@ -21,6 +21,7 @@ class Layout:
         is_open: whether a map may have further coordinates and variables, all doubles: parameters whose names only
             the description of its system knows.
         along: dimension along which coordinates may lie that are no dimensions; "" for none.
+        beside: names of the coordinates that a map with that dimension has besides.
     """
 
     coordinates: Mapping[str, Variable]
@@ -29,6 +30,7 @@ class Layout:
     values: Mapping[str, Any] = field(default_factory=dict)
     is_open: bool = False
     along: str = ""
+    beside: tuple[str, ...] = ()
 
     def wrong(self, name: str, value: float | str) -> str:
         """What a value of a coordinate should be; "" for one that is right."""

@@ -1,7 +1,8 @@
 """The systems of equations of motion that a definition can name, each imported when it is asked for.
 
 A system is one folder: the model of its definition, its variables, columns, pictures, motion, references and its part
-of the page (see `Dynamics`), and a module `system` whose `SYSTEM` it is. A folder here is found by itself; a package of
+of the page (see `Dynamics`), and a module `system` whose `SYSTEM` it is. Folders without one (`rates`, `turning`) are
+what several of them share. A folder here is found by itself; a package of
 somebody else names its module in an entry point of the group `polhode.systems`, and edits nothing.
 """
 
@@ -89,7 +90,7 @@ def of_map(ds: "xr.Dataset") -> Dynamics:
     name = str(ds.attrs.get("system", DEFAULT_SYSTEM))
     if is_file(name):
         oscillator, relative = map(import_module, DESCRIBED)
-        return (relative if "eigenvalue" in ds.dims else oscillator).unread(name)
+        return (relative if relative.holds(ds) else oscillator).unread(name)
     return resolve(name)
 
 

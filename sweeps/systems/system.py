@@ -55,15 +55,15 @@ class Page:
     """A system's part of the page.
 
     Attributes:
-        scripts: files of its own scripts, in order. The last defines `part`, whose members `sweeps/views/page/part.js`
-            lists; () for a page with no part of its own.
+        files: its own sections (.html), styles (.css) and scripts (.js), each kind in order. The last script defines
+            `part`, whose members `sweeps/views/page/part.js` lists; () for a page with no part of its own.
         question: what the page asks, below its title.
         keys: what to know of the picture, after how it is steered.
         table: whether the map is shown as a table, which `part` builds, and not as a plane.
         facts: what the scripts are told beside the map, as JSON knows it.
     """
 
-    scripts: tuple[Path, ...] = ()
+    files: tuple[Path, ...] = ()
     question: str = "What happens, how fast, and how sure are we?"
     keys: str = ""
     table: bool = False

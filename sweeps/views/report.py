@@ -40,22 +40,8 @@ from sweeps.views.report_columns import (
 )
 
 LIMIT = 8_000_000  # bytes of a page
-SCRIPTS = (  # before those of a map's own system; main.js is the last
-    "numbers.js",
-    "data.js",
-    "elliptic.js",
-    "rotation.js",
-    "attitude.js",
-    "state.js",
-    "colors.js",
-    "controls.js",
-    "row.js",
-    "plane.js",
-    "drawing.js",
-    "solid.js",
-    "polhode.js",
-    "motion.js",
-)
+# before those of a map's own system; main.js is the last
+SCRIPTS = ("numbers.js", "data.js", "state.js", "colors.js", "controls.js", "row.js", "plane.js")
 
 
 def write(ds: xr.Dataset, path: str | Path, limit: int = LIMIT) -> None:
@@ -239,9 +225,9 @@ def _asset(name: str) -> str:
     return (files("sweeps.views") / "page" / name).read_text(encoding="utf-8")
 
 
-def _part(page: Page) -> list[str]:
-    """The scripts of a system's part of the page."""
-    return [path.read_text(encoding="utf-8") for path in page.scripts] or [_asset("part.js")]
+def _part(page: Page, kind: str) -> list[str]:
+    """What a system's part of the page has of one kind of file."""
+    return [path.read_text(encoding="utf-8") for path in page.files if path.suffix == kind]
 
 
 @cache
@@ -273,11 +259,13 @@ def _page(ds, summary: Summary, packed: list[Packed], kept) -> str:
     )
     environment.filters |= {"number": _text, "percent": _percent, "words": systems.of_map(ds).look.words}
     part = systems.of_map(ds).page(ds)
-    program = '"use strict";\n' + "\n".join((*map(_asset, SCRIPTS), *_part(part), _asset("main.js")))
+    own = _part(part, ".js") or [_asset("part.js")]
+    program = '"use strict";\n' + "\n".join((*map(_asset, SCRIPTS), *own, _asset("main.js")))
     template = environment.from_string(_asset("report.html"))
     return template.render(
         policy=" ".join(_hash(script) for script in (program, get_plotlyjs())),
-        style=Markup(_asset("style.css")),
+        style=Markup("\n".join((_asset("style.css"), *_part(part, ".css")))),
+        sections=Markup("\n".join(_part(part, ".html"))),
         program=Markup(program),
         plotly=_plotly(),
         payload=_json(payload(ds, packed, kept)),

@@ -227,6 +227,11 @@ def of_file(name: str) -> RelativeEquilibrium:
     return RelativeEquilibrium(name, lambda: found.description, found.source)
 
 
+def holds(ds: "xr.Dataset") -> bool:
+    """Whether a map is one of relative equilibria, by its dimensions."""
+    return "eigenvalue" in ds.dims
+
+
 def unread(name: str) -> RelativeEquilibrium:
     """The system of a map that a Python file describes, which is not run: good for what a map alone is enough for."""
     found = oscillator.unread(name)

@@ -250,4 +250,5 @@ LAYOUT = Layout(
     tuple(VARIABLES),
     {"axis": Axis} | {parameter.name: parameter.quantity.item for parameter in PARAMETERS},
     along="body",
+    beside=("moments_are_ratios",),
 )

@@ -100,4 +100,5 @@ LAYOUT = Layout(
     tuple(EXACT),
     {parameter.name: parameter.quantity.item for parameter in PARAMETERS},
     along="body",
+    beside=("moments_are_ratios",),
 )

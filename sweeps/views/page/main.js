@@ -63,6 +63,6 @@ async function start() {
 }
 
 // what the console, and the tests, may look at
-globalThis.polhode = { map: theMap, state, jacobi, completeK, Trajectory, perturbedSpin, AttitudeTable, rotated, motion, choose, placeWith, link, numberText };
+globalThis.polhode = { map: theMap, state, choose, placeWith, link, numberText, ...part.shown };
 
 await start();

@@ -10,7 +10,7 @@ function chosenColumn() {
   return theMap.choices.find((choice) => choice.name === state.color);
 }
 
-/** The plane as rows of places, values and whether a body exists there. */
+/** The plane as rows of places, values and whether what they are of can exist. */
 function planeCells() {
   const [xs, ys] = [state.x, state.y].map((name) => (name ? ascending(name) : [null]));
   const column = chosenColumn();
@@ -79,10 +79,10 @@ function plain(text) {
 function tooltip(column, cell) {
   const sides = [state.x, state.y].filter(Boolean).map((name) => `${symbolText(name)} = ${coordinateText(name, coordinateAt(name, cell.place))}`);
   const lines = [...sides, `${column.name} = ${column.text(cell.value)}`];
-  return [...lines, ...(cell.exists ? [] : ["no body has these moments"])].map(plain).join("<br>");
+  return [...lines, ...(cell.exists ? [] : ["cannot exist"])].map(plain).join("<br>");
 }
 
-/** Hatching over the cells where no body exists: runs of cells of each row, one outline each. */
+/** Hatching over the cells of what cannot exist: runs of cells of each row, one outline each. */
 function hatch(cells, xEdges, yEdges) {
   const [x, y] = [[], []];
   cells.forEach((row, j) => {
@@ -135,7 +135,7 @@ function planeSummary({ cells, column }) {
   const where = fixed.map(({ name }) => `${symbolText(name)} = ${coordinateText(name, coordinateAt(name, state.place))}`).join(", ");
   const impossible = flat.filter((cell) => !cell.exists).length;
   const possible = impossible < flat.length ? flat.filter((cell) => cell.exists) : flat;
-  const also = impossible ? ` ${impossible} more points, hatched, are bodies that cannot exist.` : "";
+  const also = impossible ? ` ${impossible} more points, hatched, cannot exist.` : "";
   return `${column.longName}: ${valuesInWords(column, possible)}${where ? ` (${where})` : ""}.${also}`;
 }
 
@@ -230,9 +230,9 @@ function cellOf(point) {
   return cells[point.pointNumber[0]][point.pointNumber[1]];
 }
 
-/** Scrolls to the motion, and takes the keys there. */
-function goToMotion() {
-  const section = ["motion", "mode"].map((id) => document.getElementById(id)).find((one) => !one.hidden);
+/** Scrolls to the first section of the system's part, and takes the keys there. */
+function goToPart() {
+  const section = document.querySelector("#part > section:not([hidden])");
   section?.scrollIntoView();
   (section?.querySelector("button") ?? section?.querySelector("h2"))?.focus({ preventScroll: true });
 }
@@ -247,7 +247,7 @@ function buildPlane() {
   const steps = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
   target.addEventListener("keydown", (event) => {
     if (event.key in steps) moveInPlane(...steps[event.key]);
-    else if (event.key === "Enter") goToMotion();
+    else if (event.key === "Enter") goToPart();
     else return;
     event.preventDefault();
   });

@@ -1,6 +1,6 @@
-// What is chosen: a place along every dimension, the plane, the colour, the nudge of the drawing; kept in the link.
+// What is chosen: a place along every dimension, the plane, the colour, and what the system's part keeps besides.
 
-const state = { place: [], x: null, y: null, color: null, nudge: null, listeners: [] };
+const state = { place: [], x: null, y: null, color: null, listeners: [] };
 
 function onChange(listener) {
   state.listeners.push(listener);
@@ -31,6 +31,7 @@ function firstState() {
   const usual = theMap.start.plane.filter((name) => able.includes(name));
   [state.x = null, state.y = null] = usual.length === 2 ? usual : able.filter((name) => longest.includes(name));
   state.color = theMap.choices[0].name;
+  keepOwn();
   state.place = part.first?.() ?? state.place;
 }
 
@@ -56,7 +57,7 @@ function eachPlace(names, visit) {
 
 function link() {
   const pairs = theMap.dims.map((dim, k) => [dim.name, shortValue(theMap.coordinates[dim.name], state.place[k])]);
-  for (const name of ["x", "y", "color", "nudge"]) if (state[name] !== null) pairs.push([`_${name}`, state[name]]);
+  for (const name of ["x", "y", "color", ...Object.keys(part.kept ?? {})]) if (state[name] !== null) pairs.push([`_${name}`, state[name]]);
   return `#${pairs.map((pair) => pair.map((part) => encodeURIComponent(part)).join("=")).join("&")}`;
 }
 
@@ -89,8 +90,13 @@ function readLink() {
   const [x, y] = [said.get("_x"), said.get("_y")];
   if (able.includes(x) && able.includes(y) && x !== y) [state.x, state.y] = [x, y];
   if (theMap.choices.some((choice) => choice.name === said.get("_color"))) state.color = said.get("_color");
-  state.nudge = Number(said.get("_nudge")) > 0 && Number(said.get("_nudge")) < 1 ? Number(said.get("_nudge")) : null;
+  keepOwn(said);
   return true;
+}
+
+/** What the system's part keeps, from a link; null where that says nothing of it. */
+function keepOwn(said = new URLSearchParams()) {
+  for (const [name, read] of Object.entries(part.kept ?? {})) state[name] = read(said.get(`_${name}`));
 }
 
 /** What a link asks for and does not get, one sentence each. */

@@ -141,7 +141,7 @@ class DampedTop(Dynamics):
         return {"decay": draw}
 
     def page(self, ds):
-        return Page((Path(__file__).parent / "scripts" / "part.js",), "When does it stop?", facts={"drag": "viscous"})
+        return Page((Path(__file__).parent / "page" / "part.js",), "When does it stop?", facts={"drag": "viscous"})
 
 
 SYSTEM = DampedTop()

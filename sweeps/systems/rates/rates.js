@@ -1,4 +1,7 @@
 // What systems with a signed square of a rate share: the signed rate, and how far it leaves theory as the nudge grows.
+//
+// Their `part.nudges` says along which dimension it grows, and over which others there are curves: name → words for
+// that choice, and what a curve at one of its values is called.
 
 /** Columns that follow from those of the map: the signed rate, above 0 oscillating, below 0 growing. */
 function signedRate() {
@@ -25,25 +28,26 @@ function rateDeviation(place) {
   return Math.abs(Math.sign(ratio) * Math.sqrt(Math.abs(ratio)) - 1);
 }
 
-/** One curve for each axis of the chosen body, or for each body about the chosen axis. */
+/** One curve for each value of the chosen dimension; a single one where there is none to choose. */
 function nudgeCurves() {
-  const over = document.getElementById("nudges-over").value;
-  const k = theMap.order.indexOf(over);
-  const e = theMap.order.indexOf("epsilon");
-  const order = ascending("epsilon");
-  const names = k >= 0 ? theMap.coordinates[over].values : [""];
+  const { along, over } = part.nudges;
+  const chosen = document.getElementById("nudges-over").value;
+  const k = theMap.order.indexOf(chosen);
+  const e = theMap.order.indexOf(along);
+  const order = ascending(along);
+  const names = k >= 0 ? theMap.coordinates[chosen].values : [""];
   return names.map((name, i) => {
     const y = order.map((j) => rateDeviation(state.place.map((at, d) => (d === k ? i : d === e ? j : at))));
     const color = theMap.seriesColors[i % theMap.seriesColors.length];
     const ink = color === "#333333" ? pageColor("ink") : color;
-    return { type: "scatter", mode: "lines+markers", name: plain(k >= 0 ? (over === "axis" ? `axis ${name}` : name) : "rate"), x: order.map((j) => theMap.coordinates.epsilon.values[j]), y: y.map((v) => (v > 0 ? v : null)), line: { color: ink, width: 1.6, dash: DASHES[Math.floor(i / 7) % 6] }, marker: { color: ink, size: 6, symbol: SYMBOLS[i % 6] } };
+    return { type: "scatter", mode: "lines+markers", name: plain(k >= 0 ? over[chosen].curve(name) : "rate"), x: order.map((j) => theMap.coordinates[along].values[j]), y: y.map((v) => (v > 0 ? v : null)), line: { color: ink, width: 1.6, dash: DASHES[Math.floor(i / 7) % 6] }, marker: { color: ink, size: 6, symbol: SYMBOLS[i % 6] } };
   });
 }
 
 function drawNudges() {
   const curves = nudgeCurves().filter((curve) => curve.y.some((value) => value !== null));
-  const eps = theMap.coordinates.epsilon.values;
-  const [low, high] = [Math.min(...eps), Math.max(...eps)];
+  const sizes = theMap.coordinates[part.nudges.along].values;
+  const [low, high] = [Math.min(...sizes), Math.max(...sizes)];
   const law = { type: "scatter", mode: "lines", name: "ε²", x: [low, high], y: [low ** 2, high ** 2], line: { color: pageColor("quiet"), width: 1, dash: "dash" }, hoverinfo: "skip" };
   const target = document.getElementById("nudges-plot");
   const narrow = target.clientWidth < 520;
@@ -65,12 +69,12 @@ function nudgesInWords(curves) {
 function buildNudges() {
   const section = document.getElementById("nudges");
   const { omega_squared: measured, omega_squared_theory: theory } = theMap.columns;
-  if (!theMap.order.includes("epsilon") || sizeOf("epsilon") < LEAST_NUDGES || !measured || !theory) return;
+  const { along, over: choices } = part.nudges;
+  if (!theMap.order.includes(along) || sizeOf(along) < LEAST_NUDGES || !measured || !theory) return;
   section.hidden = false;
   const over = document.getElementById("nudges-over");
-  const able = ["axis", "body"].filter((name) => theMap.order.includes(name) && sizeOf(name) > 1);
-  const words = { axis: "the axes of the chosen body", body: "all bodies about the chosen axis" };
-  for (const name of able) over.append(element("option", { value: name, textContent: words[name] }));
+  const able = Object.keys(choices).filter((name) => theMap.order.includes(name) && sizeOf(name) > 1);
+  for (const name of able) over.append(element("option", { value: name, textContent: choices[name].words }));
   over.parentElement.hidden = able.length < 2;
   over.onchange = drawNudges;
   drawNudges();

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from sweeps.systems import turning
 from sweeps.systems.system import Page
 
-PAGE = Page((Path(__file__).parent / "scripts" / "part.js",), keys="Space plays it.")
+PAGE = Page((*turning.FILES, Path(__file__).parent / "part.js"), keys="Space plays it.")

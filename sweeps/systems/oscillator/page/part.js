@@ -2,6 +2,7 @@
 
 const part = {
   choices: signedRate,
+  nudges: { along: "epsilon", over: {} },
   build() {
     buildNudges();
     buildMode();

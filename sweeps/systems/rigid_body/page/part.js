@@ -56,6 +56,15 @@ const part = {
   choices: signedRate,
   start: bodyStart,
   nudged: true,
+  kept: { nudge: nudgeOfLink },
+  shown: MOTION_SHOWN,
+  nudges: {
+    along: "epsilon",
+    over: {
+      axis: { words: "the axes of the chosen body", curve: (axis) => `axis ${axis}` },
+      body: { words: "all bodies about the chosen axis", curve: (name) => name },
+    },
+  },
   boundaries,
   first: mostUnstable,
   buildTable: buildBodies,

@@ -1,10 +1,22 @@
 // The motion of the chosen point: the body turning, its polhode and ω(t), from the exact solution.
+//
+// A system whose motion it is says in its `part`:
+//   start(place)   moments, axis, omega0, epsilon and phase
+//   nudged         whether the nudge may be drawn larger: `state.nudge`, null for the map's own
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 30, 100];
 const NUDGES = [1e-6, 1e-3, 0.01, 0.1, 0.3];
 const PLOT_MARGIN = { l: 70, r: 12 };
 
 const motion = { t: 0, playing: false };
+
+/** What of it the console may look at. */
+const MOTION_SHOWN = { jacobi, completeK, Trajectory, perturbedSpin, AttitudeTable, rotated, motion };
+
+/** The nudge drawn, from a link. */
+function nudgeOfLink(text) {
+  return Number(text) > 0 && Number(text) < 1 ? Number(text) : null;
+}
 
 /** Moments, spin and nudge of the chosen point; the nudge may be another for the drawing. */
 function motionOf(place) {
@@ -192,7 +204,7 @@ function buildMotion() {
   onChange(showMotion);
   onChange(() => {
     const nudge = document.getElementById("nudge");
-    nudge.value = state.nudge === null ? "" : String(state.nudge);
+    nudge.value = String(state.nudge ?? "");
   });
   showMotion();
 }

@@ -4,12 +4,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sweeps.schema.carried import definition_of
+from sweeps.systems import rates, turning
 from sweeps.systems.system import Page
 
 if TYPE_CHECKING:
     import xarray as xr
 
-OWN, SHARED = Path(__file__).parent / "scripts", Path(__file__).parents[1] / "scripts"
+_OWN = tuple(Path(__file__).parent / name for name in ("bodies.css", "bodies.js", "part.js"))
+FILES = (*turning.FILES, *rates.FILES, *_OWN)
 QUESTION = "If this body spins about a principal axis and is nudged: what happens, how fast, and how sure are we?"
 ON_PLANE = "Space plays it. Black lines: where theory has Ω² = 0. Hatched: no rigid body has these moments."
 IN_TABLE = "★ marks the axis that the definition names for a body."
@@ -17,9 +19,8 @@ IN_TABLE = "★ marks the axis that the definition names for a body."
 
 def page(ds: "xr.Dataset") -> Page:
     """The part of the page of one map."""
-    scripts = (SHARED / "rates.js", OWN / "bodies.js", OWN / "part.js")
     table = "body" in ds.dims
-    return Page(scripts, QUESTION, IN_TABLE if table else ON_PLANE, table, {"nature": natural_axes(ds)})
+    return Page(FILES, QUESTION, IN_TABLE if table else ON_PLANE, table, {"nature": natural_axes(ds)})
 
 
 def natural_axes(ds: "xr.Dataset") -> dict[str, int]:

@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
+from sweeps.systems import rates
 from sweeps.systems.system import Page
 
-OWN, SHARED = Path(__file__).parent / "scripts", Path(__file__).parents[1] / "scripts"
-PAGE = Page((SHARED / "rates.js", OWN / "mode.js", OWN / "part.js"))
+_HERE = Path(__file__).parent
+PAGE = Page((_HERE / "mode.html", _HERE / "mode.js", *rates.FILES, _HERE / "part.js"))
