@@ -32,6 +32,34 @@ def watch(folder: Path) -> None:
     atexit.register(lambda: "numba" in sys.modules and remove_damaged(folder))
 
 
+def store_in_turn() -> None:
+    """Lets processes compile side by side: whatever each of them stores from now on, it stores alone.
+
+    Numba reads the index of a function, adds to it and writes it again; of two that do so at one moment, one would be
+    lost, or both would give one name to two codes.
+    """
+    from numba.core.caching import IndexDataCacheFile
+
+    save = IndexDataCacheFile.save
+    if fcntl is None or getattr(save, "in_turn", False):
+        return
+
+    def save_in_turn(self, key, data):
+        path = Path(self._index_path)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle = os.open(path.with_suffix(".lock"), os.O_RDWR | os.O_CREAT, 0o600)
+        try:
+            with suppress(OSError):
+                fcntl.flock(handle, fcntl.LOCK_EX)
+            if key not in self._load_index():
+                save(self, key, data)
+        finally:
+            os.close(handle)
+
+    save_in_turn.in_turn = True
+    IndexDataCacheFile.save = save_in_turn
+
+
 def remove_damaged(folder: Path) -> None:
     """Removes what has changed on the disk, which Numba then compiles again; notes what is new.
 

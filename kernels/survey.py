@@ -381,6 +381,23 @@ def measured(
     }
 
 
+def flipped(points, tolerance=1e-10):
+    """Columns of :mod:`kernels.flips` alone, the points taken as they come: name → values, shape (n,).
+
+    Parameters
+    ----------
+    points : mapping
+        As for :func:`survey`.
+    tolerance : float
+        Relative error allowed in the measured columns.
+    """
+    arrays = _point_arrays(points)
+    n = arrays[0].size
+    found = np.empty((len(flips.COLUMNS), n))
+    flips.fill(*arrays, np.arange(n), tolerance, found, np.zeros(n, dtype=bool))
+    return dict(zip(flips.MEASURED, found, strict=True))
+
+
 def _nonlinear(arrays, out, tolerance):
     """Columns of kernels.flips; a search that was given up is a window too short."""
     n, omega0 = arrays[0].size, arrays[4]

@@ -4,17 +4,14 @@ Tests run in parallel, a process a core (pytest-xdist). What they share is the c
 the processes start, and whatever a test compiles besides is stored by one process at a time.
 """
 
-import fcntl
-import os
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 from hypothesis import settings
 from numba import config
-from numba.core.caching import IndexDataCacheFile
 
+from kernels import stored
 from kernels.fingerprint import cache_folder
 
 settings.register_profile("fixed", derandomize=True, deadline=None, max_examples=60)
@@ -30,23 +27,7 @@ def pytest_configure(config):
         everything.touch()
 
 
-_save = IndexDataCacheFile.save
-
-
-def _save_alone(self, key, data):
-    """Stores a compiled function; Numba itself may lose or mix up what two processes store at one moment."""
-    path = Path(self._index_path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle = os.open(path.with_suffix(".lock"), os.O_RDWR | os.O_CREAT, 0o600)
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX)
-        if key not in self._load_index():
-            _save(self, key, data)
-    finally:
-        os.close(handle)
-
-
-IndexDataCacheFile.save = _save_alone
+stored.store_in_turn()
 
 
 @pytest.fixture(scope="session")

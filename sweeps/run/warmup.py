@@ -1,10 +1,12 @@
 """Compiling the kernels before anything else needs them.
 
 Numba's disk cache is not safe when several processes compile at once, so the workflow compiles in jobs of their own:
-what the default system calls in one, and what another one calls, generated for it or not, in a second.
+what the default system calls in one, and what another one calls, generated for it or not, in a second. Such a job has
+two processes, which begin at the two ends of the list of what there is to compile, and store one at a time.
 """
 
 import fcntl
+import multiprocessing
 import os
 import warnings
 from collections.abc import Iterator
@@ -40,8 +42,21 @@ def _alone() -> Iterator[None]:
 def compile_kernels(everything: bool = False) -> None:
     """Compiles, and stores in the cache, what the default system calls, or all systems; one process at once."""
     with _alone():
-        systems.compile_all() if everything else systems.compile_default()
+        second = None
+        if len(os.sched_getaffinity(0)) > 1:
+            second = multiprocessing.get_context("spawn").Process(target=_compile, args=(everything, True), daemon=True)
+            second.start()
+        _compile(everything)
+        if second:
+            second.join()  # what it failed in was done here
         stored.note(cache_folder())
+
+
+def _compile(everything: bool, from_the_end: bool = False) -> None:
+    stored.store_in_turn()
+    found = systems.compilations(everything)
+    for compilation in reversed(found) if from_the_end else found:
+        compilation()
 
 
 def compile_system(system: systems.Dynamics) -> None:

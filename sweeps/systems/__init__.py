@@ -6,6 +6,7 @@ what several of them share. A folder here is found by itself; a package of
 somebody else names its module in an entry point of the group `polhode.systems`, and edits nothing.
 """
 
+from collections.abc import Callable
 from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
@@ -94,17 +95,14 @@ def of_map(ds: "xr.Dataset") -> Dynamics:
     return resolve(name)
 
 
-def compile_default() -> None:
-    """Compiles what the default system calls: no other waits for kernels that its sweep does not need."""
-    resolve(DEFAULT_SYSTEM).compile()
+def compilations(everything: bool) -> list[Callable[[], None]]:
+    """What compiles the kernels of the default system, or all that is not generated for one sweep's system alone.
 
-
-def compile_all() -> None:
-    """Compiles all that is not generated for one sweep's system alone."""
-    for name in MODULES:
-        resolve(name).compile()
-    for module in DESCRIBED:
-        import_module(module).compile_shared()
+    No sweep waits for kernels that it does not need. Processes may do these side by side.
+    """
+    named = MODULES if everything else (DEFAULT_SYSTEM,)
+    found = [compilation for name in named for compilation in resolve(name).compilations()]
+    return found + [import_module(module).compile_shared for module in DESCRIBED if everything]
 
 
 def moving() -> tuple[str, ...]:

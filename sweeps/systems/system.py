@@ -176,6 +176,10 @@ class Dynamics(ABC):
     def compile(self) -> None:
         """Compiles, and stores in the cache, every kernel that :meth:`columns` calls."""
 
+    def compilations(self) -> tuple[Callable[[], None], ...]:
+        """What :meth:`compile` does, in parts that processes may do side by side."""
+        return (self.compile,)
+
     def compiled(self) -> Path:
         """The file in the kernels' cache that says, once it is there, that :meth:`compile` has been done."""
         from kernels.fingerprint import cache_folder

@@ -137,3 +137,28 @@ def test_a_folder_that_is_not_there_is_left_alone(tmp_path):
     stored.note(tmp_path / "nowhere")
     assert stored.is_whole(tmp_path / "nowhere")
     assert not list(tmp_path.iterdir())
+
+
+SLOWLY = """
+import time
+import kernels
+from kernels import stored
+from numba.core.caching import IndexDataCacheFile as File
+write = File._save_index
+File._save_index = lambda *arguments: (time.sleep(0.3), write(*arguments))
+{}
+import doubled
+doubled.double({})
+"""
+
+
+@pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="nothing is stored without the compiler")
+def test_what_processes_store_at_one_moment_is_all_there(cache):
+    codes = [SLOWLY.format("stored.store_in_turn()", argument) for argument in ("1.0", "1j", "True")]
+    begun = [subprocess.Popen([sys.executable, "-c", code], env=cache.environment, cwd=ROOT) for code in codes]
+    assert [process.wait() for process in begun] == [0, 0, 0]
+    with cache.files("nbi")[0].open("rb") as index:
+        pickle.load(index)
+        _, names = pickle.loads(index.read())
+    assert len(set(names.values())) == len(names) == 4
+    assert len(cache.files("nbc")) == 4

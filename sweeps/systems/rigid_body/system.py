@@ -1,6 +1,7 @@
 """The free rigid body, spun about a principal axis and nudged: its definition, columns, motion and pictures."""
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -99,8 +100,17 @@ class RigidBody(Dynamics):
 
     def compile(self) -> None:
         """Compiles the survey's kernels."""
+        for compilation in self.compilations():
+            compilation()
+
+    def compilations(self) -> tuple[Callable[[], None], ...]:
+        """What is measured near an axis, and the flips."""
+        from kernels import survey
+
         point = {"I1": 1.0, "I2": 2.0, "I3": 3.0, "axis": 2, "omega0": 1.0, "epsilon": 1e-6, "phase": 0.6}
-        self.columns({name: np.array([value]) for name, value in point.items()}, RigidBodyIntegration(flips=True))
+        points = {name: np.array([value]) for name, value in point.items()}
+        integration = RigidBodyIntegration()
+        return partial(self.columns, points, integration), partial(survey.flipped, points, integration.tolerance)
 
     def compiled(self) -> Path:
         """The file that says so: the default system's kernels are compiled before any other's."""
