@@ -368,7 +368,7 @@ def _run_blocks(ratio, omega3, tangent, spacings, steps, order, starts, interval
 def _point_arrays(points):
     """Contiguous arrays of one length for ratio, omega3 and half_angle."""
     arrays = np.broadcast_arrays(*(np.atleast_1d(points[name]) for name in ("ratio", "omega3", "half_angle")))
-    return tuple(np.ascontiguousarray(x, dtype=np.float64) for x in arrays)
+    return tuple(np.require(x, np.float64, ("C", "W")) for x in arrays)
 
 
 def run(points, rotations, samples_per_rotation, tolerance):

@@ -302,7 +302,7 @@ def survey(points, tolerance, measured=True):
     names = ("I1", "I2", "I3", "energy", "omega0")
     arrays = np.broadcast_arrays(*(np.atleast_1d(points[name]) for name in names))
     moments, (energy, omega0) = np.sort(arrays[:3], axis=0), arrays[3:]
-    bodies = tuple(np.ascontiguousarray(x, dtype=np.float64) for x in (*moments, energy))
+    bodies = tuple(np.require(x, np.float64, ("C", "W")) for x in (*moments, energy))
     modes, out = np.empty(energy.size, dtype=np.int8), np.empty((3, energy.size))
     fill_exact(*bodies, modes, out)
     columns = {"mode_exact": modes} | {f"{name}_exact": out[k] / omega0 for k, name in enumerate(PERIODS)}
@@ -395,7 +395,7 @@ def inverse(I1, I2, I3, ratio):
     """
     arrays = np.broadcast_arrays(*(np.atleast_1d(x) for x in (I1, I2, I3, ratio)))
     out = np.empty((4, arrays[0].size))
-    fill_inverse(*(np.ascontiguousarray(x, dtype=np.float64) for x in arrays), out)
+    fill_inverse(*(np.require(x, np.float64, ("C", "W")) for x in arrays), out)
     return {"energy": out[:2], "m": out[2:]}
 
 
@@ -431,5 +431,5 @@ def tilts(points):
     arrays = np.broadcast_arrays(*(np.atleast_1d(points[name]) for name in ("I1", "I2", "I3", "energy")))
     moments = np.sort(arrays[:3], axis=0)
     out = np.empty((3, arrays[3].size))
-    fill_tilts(*(np.ascontiguousarray(x, dtype=np.float64) for x in (*moments, arrays[3])), out)
+    fill_tilts(*(np.require(x, np.float64, ("C", "W")) for x in (*moments, arrays[3])), out)
     return {"tilt_mean": out[0], "tilt_least": out[1], "tilt_greatest": out[2]}

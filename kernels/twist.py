@@ -310,7 +310,7 @@ def survey(points, tolerance, measured=True):
     """
     names = ("I1", "I2", "I3", "chi", "theta", "omega0")
     arrays = np.broadcast_arrays(*(np.atleast_1d(points[name]) for name in names))
-    I1, I2, I3, chi, theta, omega0 = (np.ascontiguousarray(x, dtype=np.float64) for x in arrays)
+    I1, I2, I3, chi, theta, omega0 = (np.require(x, np.float64, ("C", "W")) for x in arrays)
     out = np.empty((3, I1.size))
     fill_exact(I1, I2, I3, chi, theta, out)
     low, middle, high = np.sort([I1, I2, I3], axis=0)

@@ -36,6 +36,7 @@ def told(tmp_path_factory):
     return json.loads((out / "race.json").read_text()), (out / "race.md").read_text(), out / "race.png"
 
 
+@pytest.mark.slow
 def test_everybody_races_or_is_a_row_that_says_why(told):
     result, table, _ = told
     raced = {entry["name"] for entry in result["entries"]}
@@ -46,6 +47,7 @@ def test_everybody_races_or_is_a_row_that_says_why(told):
         assert why in table
 
 
+@pytest.mark.slow
 def test_everybody_solves_the_task(told):
     for entry in told[0]["entries"]:
         # adaptive solvers keep their tolerance each step; over the run errors of 600 tolerances were seen (Dopri8's
@@ -56,6 +58,7 @@ def test_everybody_solves_the_task(told):
         assert entry["rate_error"] < 40 * max(bound, 1e-14), entry["name"]
 
 
+@pytest.mark.slow
 def test_everybody_is_timed_in_every_round(told):
     result = told[0]
     for entry in (*result["entries"], result["roof"]):
@@ -64,6 +67,7 @@ def test_everybody_is_timed_in_every_round(told):
     assert all(name in told[1] for name in result["ratios"])
 
 
+@pytest.mark.slow
 def test_figure_is_a_picture(told):
     assert told[2].read_bytes().startswith(b"\x89PNG")
 
@@ -149,6 +153,7 @@ def test_the_kernels_benchmark_runs(capsys):
         assert name in told
 
 
+@pytest.mark.slow
 def test_the_pipelines_benchmark_runs(capsys):
     large.main(["1200", "2700", "--columns", "all", "--rounds", "1"])
     said = capsys.readouterr().out.splitlines()

@@ -290,6 +290,7 @@ def test_a_module_that_is_not_there_is_no_fingerprint(sweeping):
         fp.fingerprint("nowhere")
 
 
+@pytest.mark.slow
 def test_what_is_read_is_what_is_imported():
     for module in ("survey", "symmetric_top", "oscillations"):
         code = f"import sys, kernels.{module}; print(*(sys.modules[n].__file__ for n in sys.modules if 'kernels' in n))"

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from naive import rate_squared, samples
 from numba import config
@@ -60,11 +60,11 @@ def test_rates_agree_with_linear_theory_at_every_body_that_can_exist():
 
 def test_needles_and_plates_and_what_cannot_exist():
     rng = np.random.default_rng(2)
-    thin = 10 ** rng.uniform(-6, -2, 32)
+    thin = 10 ** rng.uniform(-6, -2, 8)  # as many as are integrated side by side
     for I1, I2, I3 in ((thin, 1.0, 1.0 + thin), (0.4, 0.6, 1.0), (0.3, 0.5, 1.0 + thin), (1e-3, 0.2, 1.0)):
         for axis in (1, 2, 3):
             points = {"I1": I1, "I2": I2, "I3": I3, "axis": axis, "omega0": 3.0, "epsilon": 1e-6, "phase": 0.6}
-            points = {name: np.broadcast_to(value, 32) for name, value in points.items()}
+            points = {name: np.broadcast_to(value, 8) for name, value in points.items()}
             columns = survey.survey(points, *SETTINGS)
             clear = np.abs(columns["omega_squared_theory"]) / 9.0 >= 1e-3
             greatest = max(np.max(np.abs((I2 - I3) / I1)), np.max(np.abs((I3 - I1) / I2)), 1.0)
@@ -238,6 +238,7 @@ def test_time_backwards_measures_the_same_rates():
     np.testing.assert_allclose(share[unstable], 1.0, rtol=1e-14)
 
 
+@settings(max_examples=20)
 @given(st.lists(moment_triples(0.2, 1.0), min_size=4, max_size=4))
 def test_one_axis_of_three_grows_and_the_others_do_not(bodies_drawn):
     I1, I2, I3 = np.repeat(np.array(bodies_drawn).T, 3, axis=1)

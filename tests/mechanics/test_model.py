@@ -9,6 +9,7 @@ from kernels import statuses
 from sweeps.mechanics import modes
 from sweeps.mechanics.model import Model
 
+QUICK = ("pendulum", "double_pendulum", "bead_on_hoop")  # one mode, two that share, a place that moves
 PROMISED, LEAST = 1e-6, 1e-3  # relative error of ω², where |ω²| is at least so much of the scale's square
 
 
@@ -17,7 +18,7 @@ def models():
     return {name: Model(shipped(name)) for name in LIBRARY}
 
 
-@pytest.mark.parametrize("name", LIBRARY)
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n not in QUICK else n for n in LIBRARY])
 def test_measured_rates_are_the_theorys(models, name):
     model = models[name]
     columns = model.survey(points(model.system, model.n, 60, LIBRARY[name]))

@@ -123,6 +123,7 @@ def test_lanes_do_not_see_each_other():
     assert np.array_equal(alone.reshape(-1, W)[:, 0], mixed.reshape(-1, W)[:, 0])
 
 
+@pytest.mark.slow
 def test_generated_file_is_named_by_its_text_and_compiled_once(tmp_path):
     code = Model(shipped("pendulum")).code
     program = (

@@ -12,6 +12,7 @@ from sweeps.__main__ import main
 README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_the_racket_of_the_readme_goes_the_whole_way(tmp_path, monkeypatch, capsys):
     trimesh = pytest.importorskip("trimesh")
     monkeypatch.chdir(tmp_path)

@@ -66,6 +66,7 @@ def made(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 def test_tiny_end_to_end(made):
     with sweeps.open_map(made / "results/tiny/stability_map.nc") as ds:
         assert ds.attrs["content_hash"] == sweeps.survey("tiny").attrs["content_hash"]
