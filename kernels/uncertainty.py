@@ -17,7 +17,7 @@ Time is in radians of spin, rates² in spin². h is the spacing of the samples, 
   :math:`x^2 = |\Omega^2|h^2`. The first term is the clock's end correction at the second order of the amplitude (its
   parts at twice the frequency: 16 x² of a fourth derivative, over 60·4), the second and third the orders that were left
   out of p. C = 1/4 and D = 3/10 hold growing motions, where errors add up; about an oscillation they average out over
-  a turn, and C = 1/1000, D = 1/250 hold (over 10^5 random bodies, see tests/benchmarks/coverage.py).
+  a turn, and C = 1/1000, D = 1/250 hold (over 10^5 random bodies, see tests/benchmarks/error_bars.py).
 * **rounding**, :math:`8u|\Omega^2| + 6u\sqrt{|\Omega^2|}/h + 0.4\,u/(h^2\sqrt{n-2})`: of the Euler coefficients and the
   step; of the state once a sample, all in one sense; and of the samples over h², at random.
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import bodies as task
 import contenders
-import coverage
+import error_bars
 import kernel
 import large
 import mpmath as mp
@@ -171,7 +171,7 @@ def test_a_slope_is_that_above_the_start_up_of_every_process():
 @pytest.mark.parametrize("kind", ["random", "near-symmetric", "needles and plates"])
 def test_errors_cover(kind):
     for epsilon in (1e-8, 1e-3, 1e-1):
-        cells, marginal, wrong, _ = coverage.rigid(kind, 100, epsilon)
+        cells, marginal, wrong, _ = error_bars.rigid(kind, 100, epsilon)
         assert wrong == 0
         for name, cell in cells.items():
             # 999 of 1,000 is what is promised, of 600 points: none outside, and none twice the error
@@ -181,7 +181,7 @@ def test_errors_cover(kind):
 
 
 def test_the_table_of_coverage_is_whole():
-    lines = list(coverage.rows(8, decades=(1e-4,), systems=("pendulum",), gaps=(0.5, 1e-6)))
+    lines = list(error_bars.rows(8, decades=(1e-4,), systems=("pendulum",), gaps=(0.5, 1e-6)))
     assert sum(line.startswith("| pendulum") for line in lines) == 1
     assert sum(line.startswith(("| random", "| near", "| needles")) for line in lines) == 3
     assert all("100.00 %" in line for line in lines if "%" in line)

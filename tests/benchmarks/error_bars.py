@@ -1,6 +1,6 @@
 """How true the error bars are: coverage, sharpness and marginal points, cell by cell, as a table.
 
-    python tests/benchmarks/coverage.py [--bodies 1000] [--out results/benchmarks]
+    python tests/benchmarks/error_bars.py [--bodies 1000] [--out results/benchmarks]
 
 Random bodies that can exist (second moments of mass uniform in 0.05-1), bodies with two moments 1e-1 to 1e-9 apart,
 needles and plates (two of three lengths as small as 1e-8), about each axis, with the nudge in two directions, at each
