@@ -2,6 +2,7 @@
 
 import math
 import re
+import textwrap
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -12,6 +13,7 @@ from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 from sweeps.colors import INK, QUIET
 
 DPI = 200
+SUBTITLE_LETTERS = 15.0  # an inch, about, at the subtitle's size
 SERIES_MARKERS = ("o", "s", "^", "D", "v", "P")
 
 STYLE = {
@@ -63,6 +65,12 @@ def canvas(width: float, height: float, title: str, subtitle: str, footer: float
     figure.text(0.12 / width, 1 - 0.12 / height, title, fontsize=12, fontweight="bold", **place)
     figure.text(0.12 / width, 1 - 0.37 / height, subtitle, fontsize=8.5, color=QUIET, linespacing=1.4, **place)
     return figure
+
+
+def wrapped(text: str, width: float) -> str:
+    """A subtitle in lines that a canvas of so many inches holds, each broken between words."""
+    most = int((width - 0.24) * SUBTITLE_LETTERS)
+    return "\n".join(part for line in text.split("\n") for part in textwrap.wrap(line, most) or [""])
 
 
 def units(text: str) -> str:
@@ -139,7 +147,8 @@ def legend(figure: Figure, handles: list, columns: int = 9) -> None:
     """A legend in the footer of a figure."""
     if handles:
         look = {"handlelength": 1.8, "columnspacing": 1.5, "handletextpad": 0.6, "borderaxespad": 0.0}
-        place = {"loc": "lower left", "bbox_to_anchor": (0.014, 0.02)}
+        width, height = figure.get_size_inches()
+        place = {"loc": "lower left", "bbox_to_anchor": (0.12 / width, 0.09 / height)}
         figure.legend(handles=handles, ncols=min(columns, len(handles)), **place, **look).set_in_layout(False)
 
 

@@ -27,7 +27,9 @@ def test_the_first_map_is_what_its_words_say(tmp_path, monkeypatch):
     outputs = executed("first_map.ipynb", tmp_path)
     said = "\n".join(outputs)
     assert "'axis': 3, 'I1': 24, 'I2': 24, 'I3': 24, 'omega0': 8" in said
-    assert "['stable_minor', 'unstable', 'stable_major']" in said
+    assert "{1: 'stable_minor', 2: 'unstable', 3: 'stable_major'}" in said
+    table = next(text for text in outputs if "growth_rate_theory" in text and "<table" in text)
+    assert "epsilon" not in table  # rates, and no coordinates but the axis
     assert said.count("image/png") == 4
     deviation = float(said.split("worst relative deviation over ")[1].split(": ")[1][:7])
     assert 0 < deviation < 1e-6

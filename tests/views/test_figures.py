@@ -444,8 +444,7 @@ def test_bodies_say_how_soon_they_grow_and_flip(breaking):
     ds = sweeps.survey("bodies")
     rates = figure_bodies.draw(ds).axes[0]
     grows, flips = (
-        {round(t.get_position()[1]): t.get_text() for t in rates.texts if t.get_gid() == gid}
-        for gid in ("e-fold", "flip")
+        {round(t.xy[1]): t.get_text() for t in rates.texts if t.get_gid() == gid} for gid in ("e-fold", "flip")
     )
     # the racket: 1/8.882 s, by the formula; its flips are held against the closed form in test_flips.py
     assert grows[3] == "0.113 s"
@@ -471,16 +470,56 @@ def test_durations_as_people_say_them(seconds, text):
     assert wording.brief_duration(seconds) == text
 
 
-def test_no_label_of_the_bodies_covers_another():
-    figure = figure_bodies.draw(sweeps.survey("bodies"))
+def labels_of(ax, renderer):
+    """(Text, the box it fills) of what is written in and around a panel, but for the numbers on its marks."""
+    low, high = ax.get_xlim()
+    ticks = [t for t in ax.get_xticklabels() if low <= t.get_position()[0] <= high]  # there are some out of sight
+    ticks += ax.get_yticklabels()
+    texts = [*ticks, ax.xaxis.label, ax.title, *(t for t in ax.texts if not t.get_text().isdigit())]
+    return [(t.get_text(), t.get_window_extent(renderer)) for t in texts if t.get_text()]
+
+
+def many_bodies():
+    """Forty bodies, every second with an observed period, from a second to years."""
+    bodies = [{"name": f"Body {k}", "axis": 3, "ratios": {"I1": 1, "I2": 1.1 + k / 80, "I3": 1.7}} for k in range(40)]
+    for k, body in enumerate(bodies[::2]):
+        body["observed"] = {"period_days": 10.0 ** (k / 2 - 5), "what": "a wobble with a name that goes on and on"}
+    return {"bodies": bodies, "grid": {"omega0": 3.0}, "integration": {"flips": True}}
+
+
+@pytest.mark.parametrize("definition", ["bodies", many_bodies()], ids=["bodies", "many"])
+def test_no_label_of_the_bodies_covers_another(definition):
+    figure = figure_bodies.draw(sweeps.survey(definition))
     figure.draw_without_rendering()
     renderer = figure.canvas.get_renderer()
+    footer = ("legend", figure.legends[0].get_window_extent(renderer))
     for ax in figure.axes:
-        labels = [*ax.get_yticklabels(), *(t for t in ax.texts if not t.get_text().isdigit())]
-        boxes = [(t.get_text(), t.get_window_extent(renderer)) for t in labels if t.get_text()]
+        legend = [("legend", ax.get_legend().get_window_extent(renderer))] if ax.get_legend() else []
+        boxes = [*labels_of(ax, renderer), *legend, footer]
         for i, (one, box) in enumerate(boxes):
             assert not [other for other, b in boxes[i + 1 :] if box.overlaps(b)], one
             assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1
+
+
+def test_many_bodies_fit_a_page():
+    figure = figure_bodies.draw(sweeps.survey(many_bodies()))
+    assert figure.get_size_inches()[1] < 17
+    rates, periods = figure.axes
+    assert len(rates.get_yticks()) <= figure_bodies.MOST_BODIES
+    assert len(drawn(periods, "observed")) <= figure_bodies.MOST_PERIODS
+    assert "20 of 40 bodies" in figure.texts[1].get_text()
+    texts = [text.get_text() for text in periods.texts]
+    assert "0 d" not in texts
+    assert "10⁻⁵ d" in texts  # less than a second
+    figure.draw_without_rendering()
+    values = [t.get_window_extent() for t in periods.texts if t.get_text().endswith(" d")]
+    assert all(periods.bbox.x0 <= box.x0 < box.x1 <= periods.bbox.x1 for box in values)
+
+
+def test_flips_name_their_axis_and_their_nudge():
+    rates = figure_bodies.draw(sweeps.survey(many_bodies())).axes[0]
+    assert {text.get_text() for text in rates.texts if text.get_gid() == "about"} == {"axis 2"}
+    assert "nudged by 10⁻⁶,\nflips every" in {text.get_text() for text in rates.texts}
 
 
 def test_the_period_drawn_is_the_measured_one(breaking):

@@ -21,7 +21,11 @@ MOST_POINTS = 40_000
 PROMISED, LEAST_RATE = 1e-6, 1e-3  # relative, and how small ω² may be beside the scale's square
 LEAST_DRAWN = 1e-17
 COLORS = {"stable": colors.STABLE, "unstable": colors.UNSTABLE, "marginal": colors.INK}
+DOT = {"linestyle": "none", "marker": "o", "markersize": 4.0}  # in a legend
 MISSING = "#e6e6e6"
+ROUNDING = 1e-12  # of ω²/scale²: what is below is no sign
+MOST_DOTS = 1000  # marginal points of a panel; more stand on a coarser lattice
+LEAST_WIDTH = 5.4  # inches, for the title
 
 
 def draw(ds: xr.Dataset) -> Figure:
@@ -34,7 +38,9 @@ def draw(ds: xr.Dataset) -> Figure:
     count = len(panels) + places
     columns = min(3 if count in (3, 5, 6, 9) else 4 if count > 4 else 2, count)
     rows = math.ceil(count / columns)
-    figure = style.canvas(1.0 + 3.3 * columns, 1.5 + 2.7 * rows, ds.attrs.get("title", ""), _subtitle(ds, part), 0.36)
+    width = max(LEAST_WIDTH, 1.0 + 3.3 * columns)
+    subtitle = style.wrapped(_subtitle(ds, part), width)
+    figure = style.canvas(width, 1.5 + 2.7 * rows, ds.attrs.get("title", ""), subtitle, 0.36)
     axes = np.atleast_1d(figure.subplots(rows, columns)).ravel()
     image = None
     for ax, (e, m) in zip(axes, panels, strict=False):
@@ -47,8 +53,8 @@ def draw(ds: xr.Dataset) -> Figure:
         ax.set_axis_off()
     if y:
         bar = figure.colorbar(image, ax=axes[: len(panels)].tolist(), shrink=0.9, aspect=30, pad=0.02)
-        bar.set_label(r"measured $\omega^2$ / rate scale$^2$:  stable > 0 > unstable")
-    style.legend(figure, _handles(part, y))
+        bar.set_label("measured $\\omega^2$ / rate scale$^2$\nabove 0 stable, below unstable", fontsize=8)
+    style.legend(figure, _handles(figure, y))
     return figure
 
 
@@ -117,16 +123,24 @@ def _map(ax, one, x, y):
     edges = style.edges(one[x].values), style.edges(one[y].values)
     image = ax.pcolormesh(*edges, values, cmap=palette, norm=Normalize(-1, 1), rasterized=True, gid="measured")
     theory = one["theory"].values
-    if np.nanmin(theory, initial=0.0) < 0.0 < np.nanmax(theory, initial=0.0):
+    if np.nanmin(theory, initial=0.0) < -ROUNDING and np.nanmax(theory, initial=0.0) > ROUNDING:
         line = ax.contour(one[x].values, one[y].values, theory, levels=[0.0], colors=colors.INK, linewidths=1.0)
         line.set_gid("theory")
-    rows, columns = np.nonzero(one["regime"].values == REGIMES.index("marginal") - 1)
+    rows, columns = _few_dots(*np.nonzero(one["regime"].values == REGIMES.index("marginal") - 1))
     look = {"linestyle": "none", "marker": "o", "markersize": 2.0, "color": colors.INK, "markeredgewidth": 0.0}
-    ax.plot(one[x].values[columns], one[y].values[rows], gid="marginal", **look)
+    if rows.size:
+        ax.plot(one[x].values[columns], one[y].values[rows], gid="marginal", **look)
     _scale(ax.xaxis, one[x].values)
     _scale(ax.yaxis, one[y].values)
     ax.set(xlabel=_label(one, x), ylabel=_label(one, y))
     return image
+
+
+def _few_dots(rows, columns):
+    """Places of at most some `MOST_DOTS` dots: all, or those on every k-th row and column."""
+    every = math.ceil(math.sqrt(rows.size / MOST_DOTS)) if rows.size > MOST_DOTS else 1
+    kept = (rows % every == 0) & (columns % every == 0)
+    return rows[kept], columns[kept]
 
 
 def _lines(ax, one, x):
@@ -137,7 +151,8 @@ def _lines(ax, one, x):
     for k, name in enumerate(REGIMES[1:]):
         chosen = one["regime"].values == k
         look = {"linestyle": "none", "marker": "o", "markersize": 3.0, "markeredgewidth": 0.0}
-        ax.plot(at[chosen], one["measured"].values[chosen], color=COLORS[name], gid=name, **look)
+        if chosen.any():
+            ax.plot(at[chosen], one["measured"].values[chosen], color=COLORS[name], gid=name, **look)
     _scale(ax.xaxis, at)
     ax.set(xlabel=_label(one, x), ylabel=r"$\omega^2$ / rate scale$^2$")
     return None
@@ -152,7 +167,8 @@ def _places(ax, part, name, x, y):
             one = row.sel(equilibrium=e)
             chosen = one["regime"].values == k
             look = {"linestyle": "none", "marker": "o", "markersize": 2.6, "markeredgewidth": 0.0}
-            ax.plot(one[x].values[chosen], one[name].values[chosen], color=COLORS[regime], gid=regime, **look)
+            if chosen.any():
+                ax.plot(one[x].values[chosen], one[name].values[chosen], color=COLORS[regime], gid=regime, **look)
     _scale(ax.xaxis, row[x].values)
     title = "places" if not y else f"places, {_fixed(part, y)}"
     ax.set_title(title, loc="left")
@@ -160,12 +176,18 @@ def _places(ax, part, name, x, y):
     ax.set(xlabel=_label(part, x), ylabel=name.removesuffix("_equilibrium") + (f"  ({unit})" if unit else ""))
 
 
-def _handles(part, y):
-    handles = [Line2D([], [], color=colors.INK, linewidth=1.0, label=r"theory: $\omega^2 = 0$" if y else "theory")]
-    dot = {"linestyle": "none", "marker": "o", "markersize": 4.0}
-    present = np.unique(part["regime"].values)
-    handles += [Line2D([], [], color=COLORS[n], label=n, **dot) for k, n in enumerate(REGIMES[1:]) if k in present]
-    if (part["regime"].values < 0).any():
+def _handles(figure, y):
+    """A handle for each kind of thing that stands in the figure."""
+    artists = [artist for ax in figure.axes for artist in (*ax.lines, *ax.collections)]
+    drawn = {artist.get_gid() for artist in artists}
+    handles = []
+    if "theory" in drawn:
+        handles.append(
+            Line2D([], [], color=colors.INK, linewidth=1.0, label=r"theory: $\omega^2 = 0$" if y else "theory")
+        )
+    handles += [Line2D([], [], color=COLORS[name], label=name, **DOT) for name in REGIMES[1:] if name in drawn]
+    meshes = (artist.get_array() for artist in artists if artist.get_gid() == "measured")
+    if any(np.ma.getmaskarray(mesh).any() for mesh in meshes):
         handles.append(Patch(facecolor=MISSING, label="no such equilibrium"))
     return handles
 
@@ -189,7 +211,8 @@ def draw_agreement(ds: xr.Dataset) -> Figure | None:
         chosen = known & (regime == k)
         look = {"linestyle": "none", "marker": "o", "markersize": 2.2, "markeredgewidth": 0.0, "alpha": 0.4}
         drawn = np.maximum(deviation[chosen], LEAST_DRAWN)
-        ax.plot(size[chosen], drawn, color=COLORS[name], gid=name, rasterized=True, **look)
+        if chosen.any():
+            ax.plot(size[chosen], drawn, color=COLORS[name], gid=name, rasterized=True, **look)
     ends = (LEAST_RATE, max(2.0, size[known].max()))
     ax.plot(ends, (PROMISED, PROMISED), color=colors.INK, linewidth=1.0, linestyle=(0, (4, 2)), gid="bar")
     ax.set(xscale="log", yscale="log", ylim=(LEAST_DRAWN / 2, max(1e-5, 2 * deviation[known].max())))
@@ -197,8 +220,8 @@ def draw_agreement(ds: xr.Dataset) -> Figure | None:
     ax.set_ylabel(r"$|\,\omega^2\,/\,\omega^2_\mathrm{theory} - 1\,|$  (dimensionless)")
     ax.grid(axis="y", color=colors.FAINT, linewidth=0.5, alpha=0.7)
     ax.set_axisbelow(True)
-    dot = {"linestyle": "none", "marker": "o", "markersize": 4.0}
-    handles = [Line2D([], [], color=COLORS[n], label=n, **dot) for n in REGIMES[1:]]
+    shown = {line.get_gid() for line in ax.lines}
+    handles = [Line2D([], [], color=COLORS[name], label=name, **DOT) for name in REGIMES[1:] if name in shown]
     handles.append(Line2D([], [], color=colors.INK, linestyle=(0, (4, 2)), label="promised"))
     style.legend(figure, handles)
     return figure

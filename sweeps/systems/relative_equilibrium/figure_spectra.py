@@ -21,6 +21,7 @@ MOST_POINTS = 40_000
 SHADES = 6  # of a regime's colour, by the size of the growth rate
 MISSING = "#e6e6e6"
 LEAST_DRAWN = 1e-17
+ROUNDING = 1e-12  # of a margin's largest: what is below is no sign
 STEADY = ("asymptotically_stable", "stable", "marginal")  # regimes inside theory's boundary
 
 
@@ -33,7 +34,8 @@ def draw(ds: xr.Dataset) -> Figure:
     columns = min(3 if len(panels) in (3, 5, 6) else 2, len(panels))
     rows = math.ceil(len(panels) / columns)
     size = (1.2 + 3.9 * columns, 1.6 + 3.2 * rows)
-    figure = style.canvas(*size, ds.attrs.get("title", ""), _subtitle(ds, part, third), 0.36)
+    subtitle = style.wrapped(_subtitle(ds, part, third), size[0])
+    figure = style.canvas(*size, ds.attrs.get("title", ""), subtitle, 0.36)
     axes = np.atleast_1d(figure.subplots(rows, columns)).ravel()
     for ax, (e, z) in zip(axes, panels, strict=False):
         one = part.sel(equilibrium=e)
@@ -47,7 +49,7 @@ def draw(ds: xr.Dataset) -> Figure:
             _lines(ax, one, x)
     for ax in axes[len(panels) :]:
         ax.set_axis_off()
-    style.legend(figure, _handles(part, bool(y)))
+    style.legend(figure, _handles(figure, bool(y)))
     return figure
 
 
@@ -122,7 +124,8 @@ def _map(ax, one, x, y):
     norm = BoundaryNorm(np.arange(len(palette) + 1) - 0.5, len(palette))
     ax.pcolormesh(*edges, code, cmap=table, norm=norm, rasterized=True, gid="measured")
     for margin in _margins(one):
-        if np.nanmin(margin, initial=0.0) < 0.0 < np.nanmax(margin, initial=0.0):
+        rounding = ROUNDING * np.nanmax(np.abs(margin), initial=0.0)
+        if np.nanmin(margin, initial=0.0) < -rounding and np.nanmax(margin, initial=0.0) > rounding:
             look = {"levels": [0.0], "colors": colors.INK, "linewidths": 1.1}
             ax.contour(one[x].values, one[y].values, margin, **look).set_gid("theory")
     _scale(ax.xaxis, one[x].values)
@@ -154,19 +157,27 @@ def _lines(ax, one, x):
     for k, name in enumerate(REGIMES[1:]):
         chosen = one["regime"].values == k
         look = {"linestyle": "none", "marker": "o", "markersize": 3.0, "markeredgewidth": 0.0}
-        ax.plot(at[chosen], one["growth_rate"].values[chosen], color=LOOK.color(name), gid=name, **look)
+        if chosen.any():
+            ax.plot(at[chosen], one["growth_rate"].values[chosen], color=LOOK.color(name), gid=name, **look)
     _scale(ax.xaxis, at)
     ax.set(xlabel=_label(one, x), ylabel=_label(one, "growth_rate"))
 
 
-def _handles(part, has_map):
-    present = np.unique(part["regime"].values)
-    handles = [Line2D([], [], color=colors.INK, linewidth=1.1, label="theory's boundary" if has_map else "theory")]
+def _handles(figure, has_map):
+    """A handle for each kind of thing that stands in the figure."""
+    artists = [artist for ax in figure.axes for artist in (*ax.lines, *ax.collections)]
+    codes = [np.ma.asarray(artist.get_array()) for artist in artists if artist.get_gid() == "measured"]
+    drawn = {artist.get_gid() for artist in artists}
+    drawn |= {REGIMES[1 + int(code) // SHADES] for mesh in codes for code in np.unique(mesh.compressed())}
+    handles = []
+    if "theory" in drawn:
+        label = "theory's boundary" if has_map else "theory"
+        handles.append(Line2D([], [], color=colors.INK, linewidth=1.1, label=label))
     dot = {"linestyle": "none", "marker": "s" if has_map else "o", "markersize": 5.0, "markeredgewidth": 0.0}
-    for k, name in enumerate(REGIMES[1:]):
-        if k in present:
+    for name in REGIMES[1:]:
+        if name in drawn:
             handles.append(Line2D([], [], color=LOOK.color(name), label=LOOK.words(name), **dot))
-    if (part["regime"].values < 0).any():
+    if any(np.ma.getmaskarray(mesh).any() for mesh in codes):
         handles.append(Patch(facecolor=MISSING, label="not told"))
     return handles
 

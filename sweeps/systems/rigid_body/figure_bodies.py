@@ -15,9 +15,10 @@ from sweeps.systems.rigid_body.look import LOOK, settings
 from sweeps.systems.rigid_body.variables import REGIMES
 from sweeps.systems.rigid_body.wording import brief_duration
 
-MOST_BODIES = 30
+MOST_BODIES, MOST_PERIODS = 30, 10
 PERIOD_INCHES, LINE_INCHES, NOTE_WIDTH = 1.28, 0.145, 64
-GROWS, FLIPS = 1.13, 1.35  # where those two columns stand, in widths of the panel of rates
+AXIS, GROWS, FLIPS = 0.3, 0.95, 1.83  # where those columns stand, inches from the right of the panel of rates
+NAME_LETTERS = 44  # of a period's heading
 MEASURED = {"label": "rigid body, measured", "marker": "o", "markersize": 7.5, "color": colors.STABLE}
 OBSERVED = {
     "label": "observed",
@@ -33,11 +34,13 @@ OFFSETS = {1: -0.24, 2: 0.0, 3: 0.24}
 def draw(ds: xr.Dataset) -> Figure:
     """Rates relative to the spin for each body and axis, times to grow and flip, and observed periods in days."""
     part = _selected(ds)
-    observed = periods(ds)
+    known = periods(ds.sel(body=part["body"].values))
+    observed = [known[i] for i in style.few(len(known), MOST_PERIODS)]
     rows = part.sizes["body"]
     height = 2.0 + max(0.46 * rows, PERIOD_INCHES * len(observed), 1.0)
-    width = 12.8 if observed else 8.6
-    figure = style.canvas(width, height, "Bodies: measured rates", _subtitle(ds, part), footer=0.36)
+    width = 13.4 if observed else 9.2
+    some = f";  periods of {len(observed)} of {len(known)}" if len(observed) < len(known) else ""
+    figure = style.canvas(width, height, "Bodies: measured rates", _subtitle(ds, part) + some, footer=0.36)
     axes = figure.subplots(1, 2, width_ratios=(1.05, 1.0)) if observed else [figure.subplots()]
     _rates(axes[0], part)
     _times(axes[0], part)
@@ -92,22 +95,28 @@ def _rates(ax: Axes, part: xr.Dataset) -> None:
 
 
 def _times(ax: Axes, part: xr.Dataset) -> None:
-    """Beside each row, how soon a nudge about the unstable axis grows by a factor e, and how often the spin flips."""
-    look = {"transform": ax.get_yaxis_transform(), "ha": "center", "va": "center", "fontsize": 8.5}
-    look["color"] = LOOK.color("unstable")
-    head = {"transform": ax.transAxes, "ha": "center", "va": "bottom", "fontsize": 8, "color": colors.QUIET}
-    ax.text(GROWS, 1.015, "grows e-fold in", **head)
+    """Beside each row its unstable axis, how soon a nudge of it grows by a factor e, and how often the spin flips."""
+    look = {"va": "center", "fontsize": 8.5, "color": LOOK.color("unstable")}
     flips = "flip_period" in part
-    if flips:
-        nudge = f"\n(nudge {style.number(float(part['epsilon']), 2)})" if part["epsilon"].ndim == 0 else ""
-        ax.text(FLIPS, 1.015, f"flips every{nudge}", **head)
+    nudge = f"nudged by {style.number(float(part['epsilon']), 2)}" if part["epsilon"].ndim == 0 else "by its own nudge"
+    heads = {AXIS: "spun\nabout", GROWS: "grows\ne-fold in"} | ({FLIPS: f"{nudge},\nflips every"} if flips else {})
+    for inches, head in heads.items():
+        _beside(ax, None, inches, head, va="bottom", fontsize=8, color=colors.QUIET)
     for i in range(part.sizes["body"]):
         unstable = np.flatnonzero(part["regime"].values[i] == REGIMES.index("unstable") - 1)
         if unstable.size:
             at = part.isel(body=i, axis=int(unstable[0]))
-            ax.text(GROWS, i, brief_duration(1.0 / float(at["growth_rate"])), gid="e-fold", **look)
+            _beside(ax, i, AXIS, f"axis {int(at['axis'])}", gid="about", **look)
+            _beside(ax, i, GROWS, brief_duration(1.0 / float(at["growth_rate"])), gid="e-fold", **look)
         if unstable.size and flips and np.isfinite(at["flip_period"]):
-            ax.text(FLIPS, i, brief_duration(float(at["flip_period"])), gid="flip", **look)
+            _beside(ax, i, FLIPS, brief_duration(float(at["flip_period"])), gid="flip", **look)
+
+
+def _beside(ax: Axes, row: int | None, inches: float, text: str, **look) -> None:
+    """A text so many inches to the right of a panel, in a row or (None) above all: at any size of the panel."""
+    at, kind = ((1.0, 1.0), ax.transAxes) if row is None else ((1.0, row), ax.get_yaxis_transform())
+    shift = (72 * inches, 4 if row is None else 0)
+    ax.annotate(text, at, shift, xycoords=kind, textcoords="offset points", ha="center", annotation_clip=False, **look)
 
 
 def _row_label(body: xr.Dataset) -> str:
@@ -161,7 +170,8 @@ def _zero_column(ax: Axes, zero: float, low: float, rows: int) -> None:
 def _periods(ax: Axes, observed: list[Period], inches: float) -> None:
     """Measured and observed periods as pairs on one axis of days, each with its note in a row of so many inches."""
     days = [d for p in observed for d in (p.measured_days, p.observed_days) if np.isfinite(d)]
-    ax.set(xscale="log", xlim=(min(days) / 6, max(days) * 6), ylim=(len(observed), 0.0), yticks=[])
+    room = max(6.0, (max(days) / min(days)) ** 0.35)  # for the numbers beside the outermost marks
+    ax.set(xscale="log", xlim=(min(days) / room, max(days) * room), ylim=(len(observed), 0.0), yticks=[])
     for row, period in enumerate(observed):
         y = row + 0.42 / inches
         pair = [period.measured_days, period.observed_days]
@@ -171,10 +181,11 @@ def _periods(ax: Axes, observed: list[Period], inches: float) -> None:
         _period_texts(ax, period, row, y, inches)
         if row:
             ax.axhline(row, color=colors.FAINT, linewidth=0.5)
+    style.plain_log_ticks(ax.xaxis)
     ax.set_xlabel("period in the body's frame  (days of 86,400 s)")
     ax.set_title("Periods", loc="left", fontweight="bold", fontsize=9.5)
     handles = [Line2D([], [], linestyle="none", **look) for look in (MEASURED, OBSERVED)]
-    place = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.995), "borderaxespad": 0.1}
+    place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.1}
     ax.legend(handles=handles, ncols=2, handletextpad=0.3, columnspacing=1.2, **place)
     ax.grid(axis="x", color=colors.FAINT, linewidth=0.5, alpha=0.6)
     ax.set_axisbelow(True)
@@ -184,7 +195,8 @@ def _period_texts(ax: Axes, period: Period, row: int, y: float, inches: float) -
     def write(text, depth, **look):
         ax.text(0.02, row + depth / inches, text, transform=ax.get_yaxis_transform(), va="top", **look)
 
-    write(f"{period.body}: {period.what}, axis {period.axis}", 0.08, fontsize=9, fontweight="bold")
+    head = f"{period.body}: {period.what}, axis {period.axis}"
+    write(textwrap.shorten(head, NAME_LETTERS, placeholder=" …"), 0.08, fontsize=9, fontweight="bold")
     values = sorted(d for d in (period.measured_days, period.observed_days) if np.isfinite(d))
     look = {"va": "center", "fontsize": 8.5, "textcoords": "offset points", "path_effects": style.halo(2.0)}
     if len(values) > 1:
@@ -197,6 +209,8 @@ def _period_texts(ax: Axes, period: Period, row: int, y: float, inches: float) -
 
 
 def _days(value: float) -> str:
+    if value < 0.01:
+        return f"{style.number(value, 3)} d"
     text = f"{value:,.2f}" if value < 10_000 else f"{value:,.0f}"
     return (text.rstrip("0").rstrip(".") if "." in text else text) + " d"
 

@@ -1,0 +1,107 @@
+"""Pictures of small oscillations: what stands in them, read off the drawn artists; the maps are made by hand."""
+
+import matplotlib
+import numpy as np
+import pytest
+import xarray as xr
+
+from sweeps import style
+from sweeps.systems.oscillator import figure_oscillations
+from sweeps.systems.oscillator.variables import REGIMES
+
+STABLE, UNSTABLE, MARGINAL = (REGIMES.index(name) - 1 for name in ("stable", "unstable", "marginal"))
+
+
+@pytest.fixture(autouse=True)
+def styled():
+    with matplotlib.rc_context(style.STYLE):
+        yield
+
+
+def a_map(square, regime, names=("cone",), x=None):
+    """A map of one mode over two lengths, ω² in units of the scale: shapes (length, rod, equilibrium)."""
+    dims = ("length", "rod", "mass", "gravity", "epsilon", "phase", "equilibrium", "mode")
+    square, regime = (np.asarray(a)[:, :, None, None, None, None, :, None] for a in (square, regime))
+    columns = {
+        "omega_squared": square,
+        "omega_squared_theory": square,
+        "rate_scale": np.ones_like(square),
+        "regime": regime.astype("i1"),
+        "status": np.zeros(square.shape, "i1"),
+    }
+    length, rod = (np.linspace(0.2, 5.0, n) for n in square.shape[:2])
+    units = {"units": "m", "long_name": "length of the rod"}
+    coordinates = {
+        "length": ("length", length, units),
+        "rod": ("rod", rod if x is None else x, units),
+        "mass": ("mass", [1.0], {"units": "kg"}),
+        "gravity": ("gravity", [9.80665], {"units": "m s-2"}),
+        "epsilon": ("epsilon", [1e-6]),
+        "phase": ("phase", [0.6], {"units": "rad"}),
+        "equilibrium": list(names),
+        "mode": [1],
+    }
+    title = {"title": "Conical motion of a spherical pendulum"}
+    return xr.Dataset({name: (dims, values) for name, values in columns.items()}, coordinates, title)
+
+
+def drawn(figure):
+    artists = [artist for ax in figure.axes for artist in (*ax.lines, *ax.collections)]
+    return {artist.get_gid() for artist in artists}
+
+
+def listed(figure):
+    return [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+
+
+def test_one_panel_holds_its_subtitle_and_the_label_of_its_bar():
+    square = np.ones((5, 6, 1))
+    figure = figure_oscillations.draw(a_map(square, np.full(square.shape, STABLE)))
+    figure.draw_without_rendering()
+    panel, bar = figure.axes
+    boxes = [t.get_window_extent() for t in (*figure.texts, bar.yaxis.label, panel.xaxis.label)]
+    for i, box in enumerate(boxes):
+        assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1
+        assert figure.bbox.y0 <= box.y0 < box.y1 <= figure.bbox.y1
+        assert not any(box.overlaps(other) for other in boxes[i + 1 :])
+    assert "phase = 0.6 rad" in " ".join(figure.texts[1].get_text().split())
+
+
+def test_the_legend_lists_what_is_drawn():
+    square = np.ones((5, 6, 1))
+    assert listed(figure_oscillations.draw(a_map(square, np.full(square.shape, STABLE)))) == []
+    square[:, :3] = -1.0
+    square[0, 0] = np.nan
+    changing = figure_oscillations.draw(a_map(square, np.where(square > 0, STABLE, UNSTABLE)))
+    assert drawn(changing) >= {"measured", "theory"}
+    assert listed(changing) == [r"theory: $\omega^2 = 0$", "no such equilibrium"]
+    curve = figure_oscillations.draw(a_map(square[:1, 1:], np.where(square[:1, 1:] > 0, STABLE, UNSTABLE)))
+    assert listed(curve) == ["theory", "stable", "unstable"]
+    assert drawn(curve) >= {"theory", "stable", "unstable"}
+
+
+def test_rounding_about_zero_is_no_boundary():
+    """A flat mode: theory has ω² = 0, and 6e-17 of either sign."""
+    noise = np.random.default_rng(0).choice([-6e-17, 6e-17], (60, 60, 1))
+    figure = figure_oscillations.draw(a_map(noise, np.full(noise.shape, MARGINAL)))
+    assert "theory" not in drawn(figure)
+    assert listed(figure) == ["marginal"]
+    (dots,) = (line for line in figure.axes[0].lines if line.get_gid() == "marginal")
+    assert 0 < dots.get_xdata().size <= figure_oscillations.MOST_DOTS  # 3,600 would be a grey page
+    assert len(set(np.diff(np.unique(dots.get_xdata())).round(9))) == 1  # evenly strided
+
+
+def test_theory_against_measured_lists_the_regimes_that_are_there():
+    square = np.full((4, 5, 1), 0.5)
+    ds = a_map(square, np.full(square.shape, STABLE))
+    ds["omega_squared"] = ds["omega_squared"] * (1 + 1e-10)
+    assert listed(figure_oscillations.draw_agreement(ds)) == ["stable", "promised"]
+
+
+def test_long_lines_are_broken_between_words():
+    text = "ten points\n" + "a word and " * 20
+    lines = style.wrapped(text, 4.0).split("\n")
+    assert lines[0] == "ten points"
+    assert len(lines) > 3
+    assert max(map(len, lines)) <= 4.0 * style.SUBTITLE_LETTERS
+    assert " ".join(" ".join(lines[1:]).split()) == ("a word and " * 20).strip()
