@@ -17,9 +17,7 @@ def _run(args):
     from sweeps.points import catalogue
 
     if args.list:
-        from sweeps.points.loading import load
-
-        titles = {name: load(path, check=False).title for name, path in catalogue.shipped().items()}
+        titles = catalogue.titles()
         print(json.dumps(titles, indent=1) if args.json else "\n".join(f"{n:16s} {t}" for n, t in titles.items()))
         return
     planned = catalogue.plan(catalogue.resolve(args.definition or catalogue.DEFAULT), anywhere=True)

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from functools import cache
 
 import matplotlib
 import matplotlib.image
@@ -53,6 +54,8 @@ GRIDS = {
         "grid": {"omega0": [1.0, -2.0]},
     },
 }
+SLOW = {name: pytest.mark.slow for name in ("large moments, I2 and I3",)}  # its oddities are those of others
+COARSE = 50
 
 
 @pytest.fixture(scope="module")
@@ -64,6 +67,18 @@ def tiny():
 def racket():
     """A tenth of the default sweep's points, with all values of the moments that its picture shows."""
     return sweeps.survey("tennis_racket").sel(omega0=[10.0])
+
+
+@pytest.fixture(scope="module")
+def stability(racket):
+    """The stability map about an axis, drawn once."""
+
+    @cache
+    def draw(axis):
+        with matplotlib.rc_context(figure_style.STYLE):
+            return figure_stability.draw(racket, axis)
+
+    return draw
 
 
 @pytest.fixture(scope="module")
@@ -87,14 +102,14 @@ def drawn(axes, gid):
     return [line for line in axes.lines if line.get_gid() == gid]
 
 
-def assert_picture(path):
+def assert_picture(path, dots=200):
     if path.suffix == ".gif":  # its frames are looked at in test_figure_flip.py
         assert path.read_bytes()[:6] == b"GIF89a"
         return
     assert path.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
     pixels = matplotlib.image.imread(path)[..., :3]
     height, width, _ = pixels.shape
-    assert min(height, width) > 500  # 200 dots an inch over several inches
+    assert min(height, width) > 2.5 * dots  # an inch, over several inches
     assert pixels.std() > 0.05  # a blank page has 0; a page of text has some 0.1
 
 
@@ -102,9 +117,22 @@ def assert_picture(path):
 # Files
 
 
-def test_pictures_of_a_grid(tiny, tmp_path):
-    folder = tmp_path / "new" / "figures"
-    paths = list(figures.draw_all(tiny, folder))
+@pytest.fixture(scope="module")
+def of_a_grid(tiny, tmp_path_factory):
+    """The pictures of a map on the disk: (paths, their folder, matplotlib's settings after each, what was loaded)."""
+    folder = tmp_path_factory.mktemp("grid") / "new" / "figures"
+    write_map(tiny, folder.parents[1] / "map.nc")
+    with open_map(folder.parents[1] / "map.nc") as ds, matplotlib.rc_context(), pytest.MonkeyPatch.context() as patch:
+        patch.setattr(figure_flip, "FRAMES", 3)
+        matplotlib.rcdefaults()
+        before = dict(matplotlib.rcParams)
+        drawn = [(path, dict(matplotlib.rcParams) == before) for path in figures.draw_all(ds, folder)]
+        loaded = [name for name in ds.data_vars if ds.variables[name]._in_memory]
+    return [path for path, _ in drawn], folder, [same for _, same in drawn], loaded
+
+
+def test_pictures_of_a_grid(of_a_grid):
+    paths, folder, *_ = of_a_grid
     assert [path.name for path in paths] == [
         "stability_axis_1.png",
         "stability_axis_2.png",
@@ -134,19 +162,25 @@ def test_pictures_of_bodies_replace_old_ones(breaking, tmp_path):
     assert (tmp_path / "mine.txt").read_text() == "kept"
 
 
-@pytest.mark.parametrize("name", GRIDS)
+@pytest.fixture
+def coarse(monkeypatch):
+    """Fewer dots an inch: a third of the time."""
+    monkeypatch.setitem(figure_style.STYLE, "savefig.dpi", COARSE)
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=SLOW.get(name, ())) for name in GRIDS])
 @pytest.mark.filterwarnings("error")
-def test_odd_maps_have_pictures(name, tmp_path):
+def test_odd_maps_have_pictures(name, tmp_path, coarse):
     for path in figures.draw_all(sweeps.survey({"title": name} | GRIDS[name]), tmp_path):
-        assert_picture(path)
+        assert_picture(path, COARSE)
     # a point has no stability map; what cannot exist has no polhodes and no flip
     expected = {"one point": 3, "nothing can exist": 2}.get(name, 4)
     assert len(list(tmp_path.iterdir())) == expected
 
 
 @pytest.mark.filterwarnings("error")
-def test_a_map_without_values_has_pictures(tiny, breaking, tmp_path):
-    for ds, count in ((tiny, 5), (breaking, 4)):
+def test_a_map_without_values_has_pictures(tiny, breaking, tmp_path, coarse):
+    for ds, count in ((tiny.isel(axis=[1]), 3), (breaking, 4)):
         empty = ds.copy(deep=True)
         for name in ("omega_squared", "omega_squared_stderr", "frequency", "growth_rate"):
             empty[name][:] = np.nan
@@ -154,15 +188,15 @@ def test_a_map_without_values_has_pictures(tiny, breaking, tmp_path):
         paths = list(figures.draw_all(empty, tmp_path))
         assert len(paths) == count
         for path in paths:
-            assert_picture(path)
+            assert_picture(path, COARSE)
 
 
-def test_drawing_leaves_no_trace(tiny, tmp_path):
-    with matplotlib.rc_context():
-        matplotlib.rcdefaults()
-        before = dict(matplotlib.rcParams)
-        for _ in figures.draw_all(tiny.isel(axis=[0]), tmp_path):
-            assert dict(matplotlib.rcParams) == before  # in the pauses of the generator as well
+def test_drawing_leaves_no_trace(of_a_grid):
+    assert of_a_grid[2] == [True] * 6  # in the pauses of the generator as well
+
+
+def test_a_map_on_disk_is_not_loaded(of_a_grid):
+    assert of_a_grid[3] == []
 
 
 def test_other_commands_do_without_matplotlib():
@@ -171,14 +205,6 @@ def test_other_commands_do_without_matplotlib():
         "import sweeps.views.figures; assert 'matplotlib.pyplot' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
-
-
-def test_a_map_on_disk_is_not_loaded(tiny, tmp_path):
-    write_map(tiny, tmp_path / "map.nc")
-    with open_map(tmp_path / "map.nc") as ds:
-        list(figures.draw_all(ds, tmp_path / "figures"))
-        loaded = [name for name in ds.data_vars if ds.variables[name]._in_memory]
-    assert loaded == []
 
 
 # ---------------------------------------------------------------------------------------------------------
@@ -194,8 +220,8 @@ def test_the_default_picture_goes_through_the_racket(racket):
 
 
 @pytest.mark.parametrize("axis", [1, 2, 3])
-def test_cells_are_the_measured_rates(racket, axis):
-    ax = figure_stability.draw(racket, axis).axes[0]
+def test_cells_are_the_measured_rates(racket, stability, axis):
+    ax = stability(axis).axes[0]
     (mesh,) = (artist for artist in ax.collections if artist.get_array() is not None)
     plane = racket.sel(axis=axis, I3=0.01748).squeeze().transpose("I2", "I1")
     rate = np.sign(plane.omega_squared) * np.sqrt(abs(plane.omega_squared)) / 10.0
@@ -207,8 +233,8 @@ def test_cells_are_the_measured_rates(racket, axis):
 
 
 @pytest.mark.parametrize("axis", [1, 2, 3])
-def test_hatched_cells_cannot_exist(racket, axis):
-    ax = figure_stability.draw(racket, axis).axes[0]
+def test_hatched_cells_cannot_exist(racket, stability, axis):
+    ax = stability(axis).axes[0]
     (hatched,) = (patch for patch in ax.patches if patch.get_gid() == "impossible")
     assert hatched.get_hatch()
     I1, I2 = np.meshgrid(racket.I1, racket.I2)
@@ -241,8 +267,8 @@ def test_boundaries_are_where_theory_changes_sign(axis, shown):
 @pytest.mark.parametrize(
     ("axis", "names"), [(1, {"$I_1$ = $I_2$", "$I_1$ = $I_3$"}), (3, {"$I_2$ = $I_3$", "$I_1$ = $I_3$"})]
 )
-def test_boundaries_are_drawn_and_named(racket, axis, names):
-    ax = figure_stability.draw(racket, axis).axes[0]
+def test_boundaries_are_drawn_and_named(stability, axis, names):
+    ax = stability(axis).axes[0]
     lines = {line.get_gid(): line for line in ax.lines if line.get_gid() in names}
     assert set(lines) == names == names & {text.get_text() for text in ax.texts}
     np.testing.assert_array_equal(lines["$I_1$ = $I_3$"].get_xdata(), 0.01748)
@@ -253,8 +279,8 @@ def test_boundaries_are_drawn_and_named(racket, axis, names):
         np.testing.assert_array_equal(lines["$I_2$ = $I_3$"].get_ydata(), 0.01748)
 
 
-def test_labels_carry_units_and_the_title_what_is_fixed(racket):
-    figure = figure_stability.draw(racket, 1)
+def test_labels_carry_units_and_the_title_what_is_fixed(stability):
+    figure = stability(1)
     ax = figure.axes[0]
     assert ax.get_xlabel() == "$I_1$  (kg m²)"
     assert ax.get_ylabel() == "$I_2$  (kg m²)"
@@ -440,9 +466,22 @@ def test_bodies_rates_and_periods(breaking):
     assert measured[0] == pytest.approx(303.741, abs=5e-4)
 
 
-def test_bodies_say_how_soon_they_grow_and_flip(breaking):
-    ds = sweeps.survey("bodies")
-    rates = figure_bodies.draw(ds).axes[0]
+@pytest.fixture(scope="module")
+def bodies():
+    return sweeps.survey("bodies")
+
+
+@pytest.fixture(scope="module")
+def many():
+    """A map of forty bodies, every second with an observed period, from a second to years."""
+    bodies = [{"name": f"Body {k}", "axis": 3, "ratios": {"I1": 1, "I2": 1.1 + k / 80, "I3": 1.7}} for k in range(40)]
+    for k, body in enumerate(bodies[::2]):
+        body["observed"] = {"period_days": 10.0 ** (k / 2 - 5), "what": "a wobble with a name that goes on and on"}
+    return sweeps.survey({"bodies": bodies, "grid": {"omega0": 3.0}, "integration": {"flips": True}})
+
+
+def test_bodies_say_how_soon_they_grow_and_flip(bodies, breaking):
+    rates = figure_bodies.draw(bodies).axes[0]
     grows, flips = (
         {round(t.xy[1]): t.get_text() for t in rates.texts if t.get_gid() == gid} for gid in ("e-fold", "flip")
     )
@@ -479,17 +518,9 @@ def labels_of(ax, renderer):
     return [(t.get_text(), t.get_window_extent(renderer)) for t in texts if t.get_text()]
 
 
-def many_bodies():
-    """Forty bodies, every second with an observed period, from a second to years."""
-    bodies = [{"name": f"Body {k}", "axis": 3, "ratios": {"I1": 1, "I2": 1.1 + k / 80, "I3": 1.7}} for k in range(40)]
-    for k, body in enumerate(bodies[::2]):
-        body["observed"] = {"period_days": 10.0 ** (k / 2 - 5), "what": "a wobble with a name that goes on and on"}
-    return {"bodies": bodies, "grid": {"omega0": 3.0}, "integration": {"flips": True}}
-
-
-@pytest.mark.parametrize("definition", ["bodies", many_bodies()], ids=["bodies", "many"])
-def test_no_label_of_the_bodies_covers_another(definition):
-    figure = figure_bodies.draw(sweeps.survey(definition))
+@pytest.mark.parametrize("name", ["bodies", "many"])
+def test_no_label_of_the_bodies_covers_another(name, request):
+    figure = figure_bodies.draw(request.getfixturevalue(name))
     figure.draw_without_rendering()
     renderer = figure.canvas.get_renderer()
     footer = ("legend", figure.legends[0].get_window_extent(renderer))
@@ -501,8 +532,8 @@ def test_no_label_of_the_bodies_covers_another(definition):
             assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1
 
 
-def test_many_bodies_fit_a_page():
-    figure = figure_bodies.draw(sweeps.survey(many_bodies()))
+def test_many_bodies_fit_a_page(many):
+    figure = figure_bodies.draw(many)
     assert figure.get_size_inches()[1] < 17
     rates, periods = figure.axes
     assert len(rates.get_yticks()) <= figure_bodies.MOST_BODIES
@@ -514,10 +545,6 @@ def test_many_bodies_fit_a_page():
     figure.draw_without_rendering()
     values = [t.get_window_extent() for t in periods.texts if t.get_text().endswith(" d")]
     assert all(periods.bbox.x0 <= box.x0 < box.x1 <= periods.bbox.x1 for box in values)
-
-
-def test_flips_name_their_axis_and_their_nudge():
-    rates = figure_bodies.draw(sweeps.survey(many_bodies())).axes[0]
     assert {text.get_text() for text in rates.texts if text.get_gid() == "about"} == {"axis 2"}
     assert "nudged by 10⁻⁶,\nflips every" in {text.get_text() for text in rates.texts}
 

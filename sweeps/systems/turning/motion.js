@@ -177,7 +177,7 @@ function fillMotionControls() {
   speed.onchange = () => (speed.dataset.chosen = "yes");
   const nudge = document.getElementById("nudge");
   nudge.append(element("option", { value: "", textContent: "as in the map" }));
-  for (const one of NUDGES) nudge.append(element("option", { value: String(one), textContent: `ε = ${numberText(one, 3)}` }));
+  for (const one of NUDGES) nudge.append(nudgeOption(one));
   nudge.onchange = () => choose({ nudge: nudge.value ? Number(nudge.value) : null });
   const shape = document.getElementById("shape");
   shape.onchange = () => {
@@ -185,6 +185,18 @@ function fillMotionControls() {
     motion.faces = bodyFaces(motion.squares, shape.value);
     motion.scene.render();
   };
+}
+
+/** The nudge drawn, which a link may have chosen freely. */
+function showNudge() {
+  const nudge = document.getElementById("nudge");
+  const value = String(state.nudge ?? "");
+  if (![...nudge.options].some((option) => option.value === value)) nudge.append(nudgeOption(value));
+  nudge.value = value;
+}
+
+function nudgeOption(value) {
+  return element("option", { value: String(value), textContent: `ε = ${numberText(Number(value), 3)}` });
 }
 
 function buildMotion() {
@@ -202,10 +214,8 @@ function buildMotion() {
   document.getElementById("copy-link").onclick = copyLink;
   for (const name of ["map", "body-canvas", "polhode-canvas"]) document.getElementById(name).addEventListener("keydown", playBySpace);
   onChange(showMotion);
-  onChange(() => {
-    const nudge = document.getElementById("nudge");
-    nudge.value = String(state.nudge ?? "");
-  });
+  onChange(showNudge);
+  showNudge();
   showMotion();
 }
 
