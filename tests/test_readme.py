@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import compiled
 import pytest
 
 import sweeps
@@ -36,6 +37,9 @@ def folder(tmp_path_factory):
     for name in ("kernels", "sweeps"):
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy2(ROOT / "Snakefile", folder)
+    compiled.share(folder, folder / ".cache")
+    large = folder / "sweeps/definitions/gravity_gradient.yaml"
+    large.write_text(re.sub(r"num: \d+", "num: 9", large.read_text()))  # its points take minutes
     trimesh.creation.box((0.27, 0.2, 0.01)).export(folder / "racket.stl")
     (folder / "my.yaml").write_text(re.search(r"```yaml\n(title: A brick\n.*?)```", TEXT, re.DOTALL)[1])
     (folder / "results/tennis_racket").mkdir(parents=True)
@@ -46,7 +50,8 @@ def folder(tmp_path_factory):
 def run(folder, line):
     program, *arguments = shlex.split(line)
     module = {".venv/bin/python": [], ".venv/bin/snakemake": ["-m", "snakemake"], ".venv/bin/polhode": ["-m", "sweeps"]}
-    environment = os.environ | {"PYTHONPATH": str(folder)}
+    environment = os.environ | {"PYTHONPATH": str(folder), "XDG_CACHE_HOME": str(folder / ".cache")}
+    environment.pop("NUMBA_CACHE_DIR", None)
     return subprocess.run(
         [sys.executable, *module[program], *arguments],
         cwd=folder,

@@ -63,7 +63,7 @@ def check_measured(name, count=MEASURED):
     m, columns = motions(name, count, seed=2)
     found = m.survey(columns)
     known = found["status"] == 0
-    assert known.mean() > 0.9
+    assert known.mean() > 0.85  # the others say what is missing: a mode that no nudge moved, mostly
     S = found["rate_scale"]
     exact = expected(name, columns, m.n)
     told = coefficients(found["eigenvalue_real"], found["eigenvalue_imag"], m.n)
