@@ -1,6 +1,6 @@
 """Do the tests bite? Seeded mutations of the kernels and of the rooms of shards and maps, and how many tests fail.
 
-    python tests/mutations.py [--count 200] [--seed 1] [--only MODULES] [--report FILE]
+    PYTHONPATH=. python tests/mutations.py [--count 200] [--seed 1] [--only MODULES] [--report FILE]
 
 Each mutation is one change of the kind that a slip of the hand makes: another sign, another comparison, a term left
 out, a number one off. It is made in a copy of the tree, and the tests of that module alone are run there, kernels
@@ -24,6 +24,8 @@ import textwrap
 import time
 from pathlib import Path
 from typing import NamedTuple
+
+import compiled
 
 ROOT = Path(__file__).parents[1]
 LONGEST = 300  # seconds of a processor that the tests of one module may take
@@ -193,8 +195,9 @@ class Copy:
                 shutil.copytree(source, target, ignore=shutil.ignore_patterns("__pycache__"))
             elif source.exists():
                 shutil.copy(source, target)
-        self.environment = os.environ | {"PYTHONPATH": str(self.folder), "PYTHONDONTWRITEBYTECODE": "1"}
-        self.environment["NUMBA_CACHE_DIR"] = str(Path(folder) / "compiled")
+        own = {"PYTHONPATH": str(self.folder), "PYTHONDONTWRITEBYTECODE": "1", "XDG_CACHE_HOME": str(folder)}
+        self.environment = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"} | own
+        compiled.share(self.folder, Path(folder))
 
     def fails(self, module):
         """What the tests of a module say at their first failure; nothing if they pass."""
