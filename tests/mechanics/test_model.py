@@ -38,6 +38,7 @@ def test_both_signs_are_measured(models):
         assert ((squares < 0).any(), (squares > 0).any()) == (both, True)
 
 
+@pytest.mark.slow
 def test_harmonic_well_gives_twice_the_orbital_rate_and_keplers_once(models):
     model = models["central_potential"]
     for exponent, ratio in ((2.0, 2.0), (-1.0, 1.0), (1.0, 3**0.5)):
@@ -57,6 +58,7 @@ def test_cone_of_the_spherical_pendulum_is_the_lectures(models):
     assert found["omega_squared"] == pytest.approx(lecture, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_molecule_of_landau_and_lifshitz_with_its_flat_mode(models):
     model = models["linear_triatomic"]
     columns = points(model.system, 3, 8, LIBRARY["linear_triatomic"])
