@@ -1,20 +1,27 @@
 """Strange files: a table of damages, done to a small map of each system.
 
-    python tests/damages.py --all-commands
+    python tests/damages.py --every 5
 
-runs every command over every file, each file in a process of its own, and prints what went wrong and a summary.
+runs eight commands over every fifth file, each file in a process of its own, and prints what went wrong and a summary:
+2,000 files in half an hour of one core. The process that is copied has everything loaded, and the child that looks at a
+file is asked once. Commands know of a file what the door lets in, so where that is what another file has shown, to the
+last bit, one command is run and the others are not: the same goes for pictures, which show of the attributes the title,
+the definition and the system alone.
 """
 
 import argparse
 import contextlib
+import hashlib
 import io
+import json
 import os
 import random
 import resource
 import shutil
 import signal
 import sys
-import time
+import tempfile
+import traceback
 from collections import Counter
 from functools import partial
 from pathlib import Path
@@ -24,7 +31,15 @@ import numpy as np
 from maps import BODIES, DEFINITION, TOP, write
 
 OSCILLATOR = {"system": "pendulum", "grid": {"length": [0.5, 1.0, 2.0], "gravity": [1.0, 9.8]}}
+FOUCAULT = {"system": "foucault", "grid": {"length": [0.5, 2.0], "drag": [0.0, 0.1], "spin_rate": [0.5, 1.0, 3.0]}}
+THROWN = {"system": "twist", "grid": {"I1": [0.1, 0.5], "I2": 1.0, "I3": [1.2, 1.5], "chi": [1e-3, 0.1, 0.5]}}
+TUMBLING = {
+    "system": "tumbling",
+    "bodies": [{"name": "A", "ratios": {"I1": 0.36, "I2": 0.96, "I3": 1.0}, "omega0": 2.6e-5}],
+    "grid": {"energy": [1.01, 1.02, 1.5, 2.0]},
+}
 BASES = {"rigid": DEFINITION, "bodies": BODIES, "top": TOP, "pendulum": OSCILLATOR}
+MORE = {"foucault": FOUCAULT, "twist": THROWN, "tumbling": TUMBLING}  # of which a whole run makes maps too
 NASTY = "\x1b[31mred\x1b[0m"
 TEXTS = {
     "control": NASTY,
@@ -63,7 +78,8 @@ LOCAL = (
     *("long_name", "flag_values", "flag_meanings", "_Encoding", "calendar", "sha256", "CLASS", "NAME", "own"),
     *("_Netcdf4Coordinates", "_Netcdf4Dimid", "_Unsigned", "dtype", "_ChunkSizes", "comment"),
 )
-PATIENCE = 10.0  # s of processor that a command may take
+PATIENCE = 10.0  # s of processor that a command may take,
+MOST_BYTES = 2**30  # and memory
 FEW = ("control", "script", "number", "array", "compound", "long", "zero", "bytes")
 
 
@@ -313,8 +329,12 @@ def table(base):
             name for name in names if file[name].ndim == 1 and file[name].attrs.get("CLASS") == b"DIMENSION_SCALE"
         )
         coordinates = [n for n in names if file[n].attrs.get("CLASS") == b"DIMENSION_SCALE"]
-        leading = next(n for n in ("regime", "sense") if n in names)
-        first = next(n for n in ("omega_squared", "precession_rate") if n in names)
+        rank = max(file[name].ndim for name in names)
+        full = [name for name in names if file[name].ndim == rank and name not in coordinates]
+        leading = next((n for n in ("regime", "sense") if n in names), None)
+        leading = leading or next(n for n in full if file[n].dtype == "i1")
+        first = next((n for n in ("omega_squared", "precession_rate") if n in names), None)
+        first = first or next(n for n in full if file[n].dtype == "f8")
         size = base.stat().st_size
     found = {}
     for name in GLOBAL:
@@ -390,8 +410,6 @@ def commands(base):
 
 def run(words):
     """A command in this process: (exit status, what it said on both streams, or the traceback)."""
-    import traceback
-
     from sweeps.__main__ import main
 
     out, err = io.StringIO(), io.StringIO()
@@ -429,8 +447,6 @@ def wrong(name, status, out, err):
     if err:
         return f"beside its work it says {err[:200]!r}"
     if name.endswith("--json"):
-        import json
-
         json.loads(out)
     if name == "report" and "<script>owned" in Path("report.html").read_text(encoding="utf-8"):
         return "script in the page"
@@ -439,8 +455,12 @@ def wrong(name, status, out, err):
 
 def known(path):
     """What the door lets in of a file, with every value; None where it lets nothing in."""
-    import hashlib
+    found = _let_in(path)
+    return found and found[0]
 
+
+def _let_in(path):
+    """Hashes of all that the door lets in of a file, and of what pictures show of it; None where it lets nothing in."""
     import sweeps
     from sweeps.schema.refusals import RefusedError
     from sweeps.shards import content
@@ -448,83 +468,211 @@ def known(path):
     try:
         with sweeps.open_map(path) as ds:
             attributes = [(n, k, str(w)) for n, v in ds.variables.items() for k, w in v.attrs.items()]
-            text = repr((sorted(ds.attrs.items()), sorted(attributes), ds.encoding["ignored"]))
-            return hashlib.sha256(text.encode()).hexdigest() + content.content_hash(ds)
+            shown = [ds.attrs.get(name) for name in ("title", "definition", "system")]
+            inside = [sorted(attributes), ds.encoding["ignored"], content.content_hash(ds)]
+            return _hash([sorted(ds.attrs.items()), inside]), _hash([shown, inside])
     except RefusedError:
         return None
+
+
+def _hash(value):
+    return hashlib.sha256(repr(value).encode()).hexdigest()
 
 
 _KNOWN = {}
 
 
-def tried(folder, base, damage, every_command=True, without=()):
-    """Command → what went wrong with it at a damaged copy of a map, in this process.
-
-    Without `every_command`, a file that the door refuses is given to one command, for each asks the same door; and one
-    that it lets in as it did the undamaged map to none. Commands in `without` are left out.
-    """
+def damaged(folder, base, damage):
+    """A damaged copy of a map; None where HDF5 itself has no such thing."""
     path = folder / "map.nc"
     shutil.copy(base, path)
     try:
         damage(path)
-    except (ValueError, TypeError, OSError, KeyError, RuntimeError) as error:  # HDF5 itself has no such thing
-        return {"(damage)": f"impossible: {error}"[:100]}
+    except (ValueError, TypeError, OSError, KeyError, RuntimeError):
+        return None
+    return path
+
+
+def tried(folder, base, damage, without=()):
+    """Command → what went wrong with it at a damaged copy of a map, in this process.
+
+    A file that the door refuses is given to one command, for each asks the same door; and one that it lets in as it did
+    the undamaged map to none. Commands in `without` are left out.
+    """
+    if (path := damaged(folder, base, damage)) is None:
+        return {}
     os.chdir(folder)
-    chosen = commands(base)
-    if not every_command:
-        begun = time.process_time()
-        found = known(path)
-        if (seconds := time.process_time() - begun) > PATIENCE:
-            return {"(door)": f"took {seconds:.0f} s"}
-        if found is None:
-            chosen = {"show": chosen["show"]}
-        elif found == _KNOWN.setdefault(base, known(base)):
-            return {}
-    found = {}
+    found = known(path)
+    if found is not None and found == _KNOWN.setdefault(base, known(base)):
+        return {}
+    chosen = {name: words for name, words in commands(base).items() if name not in without}
+    return one_by_one({"show": chosen["show"]} if found is None else chosen)["wrong"]
+
+
+def one_by_one(chosen):
+    """Runs commands in this process: what went wrong with each, and the most seconds and bytes that one took."""
+    told = {"wrong": {}, "seconds": 0.0, "bytes": 0}
     for name, words in chosen.items():
-        if name in without:
-            continue
-        begun = time.process_time()
+        begun = processor_seconds()
+        _forget_peak()
         status, out, err = run(words)
-        seconds = time.process_time() - begun
+        seconds, size = processor_seconds() - begun, _peak()
         what = wrong(name, status, out, err)
-        if what or seconds > PATIENCE:
-            found[name] = what or f"took {seconds:.0f} s"
-    return found
+        what = what or (f"took {seconds:.0f} s" if seconds > PATIENCE else "")
+        what = what or (f"took {size / 2**30:.2f} GiB" if size > MOST_BYTES else "")
+        if what:
+            told["wrong"][name] = what
+        told |= {"seconds": max(told["seconds"], seconds), "bytes": max(told["bytes"], size)}
+    return told
 
 
-def alone(folder, base, damage, every_command=True, patience=300.0):
-    """The same in a process of its own: also whether it died, hung, or took more than a gibibyte."""
+def processor_seconds():
+    """Of this process and of the children that it has waited for."""
+    return sum(os.times()[:4])
+
+
+def _forget_peak():
+    with contextlib.suppress(OSError):
+        Path("/proc/self/clear_refs").write_text("5")
+
+
+def _peak():
+    """Most bytes that were resident since, here or in a child."""
+    held = Path("/proc/self/status").read_text().partition("VmHWM:")[2].split()[0]
+    return 1024 * max(int(held), resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
+
+
+# ---------------------------------------------------------------------------------------------------------
+# The whole
+
+
+class Whole:
+    """All damages to maps of all systems, and what commands make of them.
+
+    Attributes:
+        counts: files, runs, and how often what went wrong.
+    """
+
+    def __init__(self, folder):
+        self.folder = folder
+        self.counts, self.seconds, self.bytes = Counter(), 0.0, 0
+        self._seen, self._drawn = set(), set()
+
+    def warm(self, base):
+        """Runs every command here, so that the copies of this process have loaded and compiled what it takes."""
+        work = self._cleared()
+        shutil.copy(base, work / "map.nc")
+        os.chdir(work)
+        for name, words in commands(base).items():
+            status, out, err = run(words)
+            allowed = (0, 2) if name in ("point --trajectory", "slice") else (0,)  # no motion, or no plane
+            assert status in allowed, (base, name, out, err)
+
+    def _cleared(self):
+        work = self.folder / "work"
+        shutil.rmtree(work, ignore_errors=True)
+        work.mkdir()
+        return work
+
+    def try_one(self, base, damage):
+        """What went wrong with each command at a damaged copy of a map."""
+        work = self._cleared()
+        told = in_a_copy(lambda: self._tried(work, base, damage))
+        if isinstance(told, str):
+            self.counts["files"] += 1
+            return {name: str(end) for name, end in self._apart(work, base, damage).items()} or {"(all)": told}
+        if told is None:
+            self.counts["impossible"] += 1
+            return {}
+        found, runs = told.pop("let in"), told.pop("runs")
+        new = found is not None and (base, found[0]) not in self._seen
+        self.counts.update(files=1, runs=len(runs), drawn=int("figures" in runs and found is not None))
+        self.counts["refused" if found is None else "let in" if new else "let in as another was"] += 1
+        if found is not None:
+            self._seen.add((base, found[0]))
+            self._drawn.add((base, found[1]))
+        self.seconds, self.bytes = max(self.seconds, told["seconds"]), max(self.bytes, told["bytes"])
+        return told["wrong"]
+
+    def _tried(self, work, base, damage):
+        """In a copy of this process: damages, looks once, and runs what is still to be run; None where impossible."""
+        if damaged(work, base, damage) is None:
+            return None
+        os.chdir(work)
+        look_once()
+        found = _let_in(Path("map.nc"))
+        chosen = commands(base)
+        if found is not None and (base, found[1]) in self._drawn:
+            chosen.pop("figures")
+        if found is not None and (base, found[0]) in self._seen:
+            chosen = {"show": chosen["show"]}
+        return one_by_one(chosen) | {"let in": found, "runs": list(chosen)}
+
+    def _apart(self, work, base, damage):
+        """Which of the commands it is that brings a process down."""
+
+        def one(name, words):
+            damaged(work, base, damage)
+            os.chdir(work)
+            return one_by_one({name: words})["wrong"].get(name, "")
+
+        ends = {}
+        for name, words in commands(base).items():
+            work = self._cleared()
+            ends[name] = in_a_copy(lambda name=name, words=words: one(name, words))
+        return {name: end for name, end in ends.items() if end}
+
+
+def look_once():
+    """Keeps what the door's look at a file tells: it is the same for each command, and half of what a refusal takes."""
+    from sweeps.shards import looking
+
+    told, kept = looking.told, {}
+
+    def remembered(look, size):
+        status = os.stat("map.nc")
+        key = status.st_ino, status.st_mtime_ns, size
+        if key not in kept:
+            kept[key] = json.dumps(told(look, size))
+        return json.loads(kept[key])
+
+    looking.told = remembered
+
+
+def in_a_copy(function, patience=300):
+    """What a function returns in a copy of this process; how that ended, as text, where it does not."""
     reading, writing = os.pipe()
     child = os.fork()
     if not child:
-        import json
-
         status = 9
         try:
-            signal.alarm(int(patience))
-            soft = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-            found = tried(folder, base, damage, every_command)
-            peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-            if peak > max(2**20, soft):
-                found["memory"] = f"{peak / 2**20:.2f} GiB"
-            os.write(writing, json.dumps(found).encode()[:60_000])
+            signal.alarm(patience)
+            os.write(writing, json.dumps(function()).encode()[:60_000])
             status = 0
+        except BaseException:
+            traceback.print_exc()
         finally:
             os._exit(status)
     os.close(writing)
     with os.fdopen(reading, "rb") as pipe:
-        told_ = pipe.read()
+        answer = pipe.read()
     _, ended = os.waitpid(child, 0)
-    import json
-
-    return json.loads(told_) if told_ and ended == 0 else {"(process)": f"ended with {ended}"}
+    return json.loads(answer) if answer and ended == 0 else f"the process ended with {ended}"
 
 
-def bases(folder):
+def bases(folder, definitions=BASES):
     """Name → a small map of each system, made once."""
     folder.mkdir(parents=True, exist_ok=True)
-    return {name: write(folder, definition, f"{name}.nc") for name, definition in BASES.items()}
+    return {name: write(folder, definition, f"{name}.nc") for name, definition in definitions.items()}
+
+
+def draw_small():
+    """Makes pictures of few dots and few frames: of what they show nothing is missing."""
+    from sweeps import style
+    from sweeps.systems.rigid_body import figure_flip
+
+    style.DPI = style.STYLE["figure.dpi"] = style.STYLE["savefig.dpi"] = 40
+    figure_flip.FRAMES, figure_flip.DOTS = 8, 40
 
 
 def main():
@@ -532,30 +680,24 @@ def main():
     parser.add_argument("--every", type=int, default=1, help="take every n-th file")
     parser.add_argument("--only", default="", help="damages whose name holds this")
     parser.add_argument("--base", default="", help="one system")
-    parser.add_argument("--all-commands", action="store_true", help="eight commands over every file")
     parser.add_argument("--folder", type=Path, default=None)
     args = parser.parse_args()
-    import tempfile
-
-    folder = args.folder or Path(tempfile.mkdtemp())
-    summary, files, begun = Counter(), 0, time.monotonic()
-    for name, base in bases(folder / "bases").items():
+    folder = (args.folder or Path(tempfile.mkdtemp())).resolve()
+    draw_small()
+    whole, begun = Whole(folder), processor_seconds()
+    for name, base in bases(folder / "bases", BASES | MORE).items():
         if args.base not in name:
             continue
+        whole.warm(base)
         for k, (word, damage) in enumerate(table(base).items()):
             if k % args.every or args.only not in word:
                 continue
-            work = folder / "work"
-            shutil.rmtree(work, ignore_errors=True)
-            work.mkdir()
-            found = alone(work, base, damage, args.all_commands)
-            impossible = found.pop("(damage)", None)
-            files += impossible is None
-            for command, what in found.items():
-                summary[what.split(":")[0][:30]] += 1
+            for command, what in whole.try_one(base, damage).items():
+                whole.counts[f"wrong: {what.split(':')[0][:30]}"] += 1
                 print(f"{name} / {word} / {command}: {what}", flush=True)
-    print(f"{files} files, {8 * files} runs, {time.monotonic() - begun:.0f} s: {dict(summary) or 'nothing wrong'}")
-    return 1 if summary else 0
+        print(f"{name}: so far {dict(whole.counts)}, {processor_seconds() - begun:.0f} s of processor", flush=True)
+    print(f"at most {whole.seconds:.1f} s and {whole.bytes / 2**30:.2f} GiB a command")
+    return 1 if any(key.startswith("wrong") for key in whole.counts) else 0
 
 
 if __name__ == "__main__":

@@ -5,7 +5,9 @@ and points of a random sample measured again by this project's kernels, by SciPy
 a file of somebody's own describes is never run.
 """
 
-from collections.abc import Iterator
+import math
+import time
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -26,6 +28,8 @@ from sweeps.shards import content
 MAP = "stability_map.nc"
 BLOCK_POINTS = 2**18
 SHOWN = 3  # findings of one kind that are spelled out
+MOST_POINTS = 100_000  # of a sample
+MOST_SECONDS = 60.0  # that one check of a sample takes, about; then what is left of the sample is left
 
 
 @dataclass(frozen=True)
@@ -237,7 +241,6 @@ def _values(ds: xr.Dataset, sweep: Sweep) -> Check:
 @dataclass(frozen=True)
 class _Sample:
     numbers: np.ndarray
-    places: list[tuple[int, ...]]
     points: dict[str, np.ndarray]
     columns: dict[str, np.ndarray]
 
@@ -260,30 +263,66 @@ def _sample(ds: xr.Dataset, sweep: Sweep, count: int, seed: int) -> Iterator[Che
 def _drawn(ds: xr.Dataset, sweep: Sweep, count: int, seed: int) -> _Sample:
     grid = sweep.grid
     numbers = np.unique(np.random.default_rng(seed).integers(0, grid.size, count))
-    places = [tuple(int(k) for k in np.unravel_index(number, grid.shape)) for number in numbers]
     parts = [grid.points(int(number), int(number) + 1) for number in numbers]
     points = {name: np.concatenate([part[name] for part in parts]) for name in grid.arguments}
-    columns = {name: np.array([ds.variables[name][at].values for at in places]) for name in sweep.variables}
-    return _Sample(numbers, places, points, columns)
+    return _Sample(numbers, points, {name: _held(ds.variables[name], numbers) for name in sweep.variables})
+
+
+def _held(variable: xr.Variable, numbers: np.ndarray) -> np.ndarray:
+    """A variable's values at points of these numbers, ascending; each block that holds one is read once."""
+    found, first = [], 0
+    for box in runs(variable.shape, BLOCK_POINTS):
+        after = first + variable[box].size
+        low, high = np.searchsorted(numbers, (first, after))
+        if low < high:
+            found.append(variable[box].values.reshape(-1)[numbers[low:high] - first])
+        first = after
+    return np.concatenate(found)
 
 
 def _by_own_kernels(ds: xr.Dataset, sweep: Sweep, sample: _Sample, seed: int) -> Check:
     """The same bits, where the same kernels made the map."""
-    name, covers = "this project's kernels", f"{len(sample.places)} points (seed {seed}), bit for bit"
+    from kernels.blocks import W
+
+    name, count = "this project's kernels", len(sample.numbers)
+    covers = f"{count:,} points (seed {seed}), bit for bit"
     if not _same_kernels(ds, sweep):
         return Check(name, covers, skipped="other kernels make other bits")
     if reason := sweep.system.own_bits(sweep.definition):
         return Check(name, covers, skipped=reason)
-    arrays = {name: xr.DataArray(values, dims="point") for name, values in sample.points.items()}
+    samples, rate = sweep.definition.integration.samples, sweep.system.samples_per_second
+    if W * samples > MOST_SECONDS * rate:  # a point takes as long as a block of them
+        return Check(name, covers, skipped=f"a run of {samples:,} samples takes more than {MOST_SECONDS:g} s")
+    findings, done = [], 0
+    step = max(W, int(rate / samples))  # a second's work
+    for chosen in _while_patient([range(at, min(at + step, count)) for at in range(0, count, step)]):
+        findings += _differing_bits(sweep, sample, chosen)
+        done = chosen.stop
+    left = "" if done == count else f"; {done:,} of them, no more in {MOST_SECONDS:g} s"
+    return Check(name, covers + left, _shown(findings))
+
+
+def _differing_bits(sweep: Sweep, sample: _Sample, chosen: range) -> list[str]:
+    """Where some points of a sample, measured again, have other bits."""
+    part = slice(chosen.start, chosen.stop)
+    arrays = {name: xr.DataArray(values[part], dims="point") for name, values in sample.points.items()}
     again = dataset.evaluate(arrays, sweep)
     findings = []
     for variable, held in sample.columns.items():
-        made = again[variable].values
-        for i in np.flatnonzero([a.tobytes() != b.tobytes() for a, b in zip(held, made, strict=True)]):
-            findings.append(
-                f"{variable} at {sample.name(i)}: the map holds {held[i]:.17g}, measured again {made[i]:.17g}"
-            )
-    return Check(name, covers, _shown(findings))
+        for i, a, b in zip(chosen, held[part], again[variable].values, strict=True):
+            if a.tobytes() != b.tobytes():
+                findings.append(f"{variable} at {sample.name(i)}: the map holds {a:.17g}, measured again {b:.17g}")
+    return findings
+
+
+def _while_patient(parts: Sequence) -> Iterator:
+    """Parts, until `MOST_SECONDS` have gone since the first was done: what compiles or loads for it does not count."""
+    end = math.inf
+    for part in parts:
+        if time.monotonic() > end:
+            return
+        yield part
+        end = min(end, time.monotonic() + MOST_SECONDS)
 
 
 def _by_references(sweep: Sweep, sample: _Sample) -> Iterator[Check]:
@@ -297,19 +336,21 @@ def _by_references(sweep: Sweep, sample: _Sample) -> Iterator[Check]:
         if variable not in sample.columns or not status:
             yield Check(name, covers, skipped=f"the map has no {variable} with a status")
             continue
-        findings, compared = [], 0
-        for i in np.flatnonzero(sample.columns[status] == 0):
+        findings, compared, sound, seen = [], 0, np.flatnonzero(sample.columns[status] == 0), 0
+        for i in _while_patient(sound):
+            seen += 1
             point, held = sample.at(i), float(sample.columns[variable][i])
             with np.errstate(all="ignore"):
                 found = way(point, integration)
-                most = reference.allowed(point, integration)
+                most = reference.allowed(point, integration) if np.isfinite(found) else math.nan
             if np.isfinite(found):
                 compared += 1
                 if not abs(held - found) <= most:
                     findings.append(
                         f"{variable} at {sample.name(i)}: the map holds {held:.15g}, {name} finds {found:.15g}"
                     )
-        check = Check(name, f"{compared} points, {covers}", _shown(findings))
+        left = "" if seen == len(sound) else f"; no more in {MOST_SECONDS:g} s"
+        check = Check(name, f"{compared} points, {covers}{left}", _shown(findings))
         yield check if compared else replace(check, skipped="no run of the sample is short enough, or none is ok")
 
 
@@ -347,9 +388,10 @@ def command(path: str, points: int, seed: int, definition: str | None, any_kerne
         MapError: for a file that is no map.
         DefinitionError: for a definition that is wrong, and for numbers out of range.
     """
-    for name, value in (("--points", points), ("--seed", seed)):
-        if value < 0:
-            raise DefinitionError(f"{name}: {value} is out of range; allowed: 0 or more")
+    if not 0 <= points <= MOST_POINTS:
+        raise DefinitionError(f"--points: {points} is out of range; allowed: 0 to {MOST_POINTS:,}")
+    if seed < 0:
+        raise DefinitionError(f"--seed: {seed} is out of range; allowed: 0 or more")
     checks = verify(path, points, seed, _expected(path, definition), any_kernels)
     _print(checks)
     return 1 if any(check.findings for check in checks) else 0

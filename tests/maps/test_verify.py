@@ -1,5 +1,8 @@
+import itertools
 import shutil
+import tracemalloc
 from pathlib import Path
+from types import SimpleNamespace
 
 import netCDF4
 import numpy as np
@@ -227,3 +230,35 @@ def test_what_is_no_map_leaves_with_2(tmp_path, capsys, bytes_):
 def test_numbers_out_of_range_are_refused(tiny, capsys):
     assert main(["verify", str(tiny), "--points", "-1"]) == 2
     assert "--points: -1" in capsys.readouterr().err
+    assert main(["verify", str(tiny), "--points", "1000000000"]) == 2
+    assert "--points: 1000000000 is out of range; allowed: 0 to 100,000" in capsys.readouterr().err
+
+
+def test_runs_of_a_thousand_million_samples_are_not_made_again(tmp_path, capsys):
+    """A map may say that its runs were as long as that: what would take minutes is left, and said."""
+    path = made(tmp_path, TINY)
+    definition = plain(read_text(TINY.definition.text))
+    long = definition | {"integration": {"rotations": 62_500_000, "samples_per_rotation": 16}}
+    with netCDF4.Dataset(path, "a") as file:
+        file.definition = read(long).definition.text
+    tracemalloc.start()
+    checks = {check.name: check for check in verify.verify(path)}
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 2e8  # bytes; the times of one such run alone take 8e9
+    assert checks["this project's kernels"].skipped == "a run of 1,000,000,000 samples takes more than 60 s"
+    assert checks["SciPy DOP853"].skipped.startswith("no run of the sample is short enough")
+    assert not any(check.findings for check in checks.values())
+    assert main(["verify", str(path), "--points", "2"]) == 0
+    assert "1,000,000,000" in capsys.readouterr().out
+
+
+def test_a_check_ends_when_its_time_is_over(whole, monkeypatch):
+    """By a clock that goes 40 s further each time it is read: each part after the first finds the time over."""
+    monkeypatch.setattr(verify, "time", SimpleNamespace(monotonic=itertools.count(0.0, 40.0).__next__))
+    monkeypatch.setattr(type(TINY.system), "samples_per_second", 2048)  # a second's work is half a block
+    checks = {check.name: check for check in verify.verify(whole, points=100)}
+    assert checks["this project's kernels"].covers.endswith("; 64 of them, no more in 60 s")
+    assert checks["closed form"].covers.startswith("2 points")
+    assert checks["SciPy DOP853"].covers.endswith("; no more in 60 s")
+    assert not any(check.findings or check.skipped for check in checks.values())

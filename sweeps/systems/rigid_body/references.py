@@ -23,9 +23,12 @@ def _seen_from_axis(point: Mapping[str, float]) -> np.ndarray:
     return np.roll([point["I1"], point["I2"], point["I3"]], 1 - int(point["axis"]))
 
 
+def _spacing(point, integration) -> float:
+    return spacing(np.abs(coefficients(_seen_from_axis(point))).max(), integration.samples_per_rotation)
+
+
 def _times(point, integration) -> np.ndarray:
-    bound = np.abs(coefficients(_seen_from_axis(point))).max()
-    return spacing(bound, integration.samples_per_rotation) * np.arange(integration.samples + 1)
+    return _spacing(point, integration) * np.arange(integration.samples + 1)
 
 
 def rotation_by_scipy(point: Mapping[str, float], integration) -> float:
@@ -71,7 +74,7 @@ def allowed(point: Mapping[str, float], integration) -> float:
     Samples that are wrong by δ, relative to the largest so far, move D by 2δ, hence Ω² by 4δ/h². Both ways may be wrong
     by the tolerance, and the references by `ROUNDING`.
     """
-    h = float(_times(point, integration)[1])
+    h = _spacing(point, integration)
     return 8.0 * (integration.tolerance + ROUNDING) / h**2 * point["omega0"] ** 2
 
 

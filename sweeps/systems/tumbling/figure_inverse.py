@@ -12,7 +12,7 @@ WORDS = {"sam": "short-axis mode", "lam": "long-axis mode"}
 
 def draw(ds: xr.Dataset) -> Figure:
     """Energy over the least that L allows, over both ratios of moments, in each mode; excluded bodies hatched."""
-    figure = style.canvas(9.4, 5.0, "Energy of a tumbler from its two periods", ds.attrs["title"], footer=0.36)
+    figure = style.canvas(9.4, 5.0, "Energy of a tumbler from its two periods", ds.attrs.get("title", ""), footer=0.36)
     axes = figure.subplots(1, 2, sharex=True, sharey=True)
     x, y = ds["I1_over_I3"].values, ds["I2_over_I3"].values
     excess = np.log10(ds["energy"].transpose("mode", "I2_over_I3", "I1_over_I3").values - 1.0)
