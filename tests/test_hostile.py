@@ -225,7 +225,10 @@ def test_a_python_file_runs_only_where_a_person_names_it(folder, capsys):
 
 # Maps that mean harm, at every door
 
-GRID = {"grid": {"I1": [1.0, 1.1], "I2": [1.9, 2.0], "I3": 3.0, "omega0": [1.0, 2.0]}}
+GRID = {
+    "grid": {"I1": [1.0, 1.1], "I2": [1.9, 2.0], "I3": 3.0, "omega0": [1.0, 2.0]},
+    "integration": {"variables": ["omega_squared", "growth_rate", "regime", "status"]},  # each takes its time
+}
 HANGING = {"system": "pendulum", "grid": {"length": [0.5, 1.0], "gravity": [1.0, 9.8]}}
 
 

@@ -22,12 +22,27 @@ def pictures(ds: xr.Dataset) -> dict[str, Callable[[], Figure | None]]:
     Args:
         ds: a map, from `sweeps.open_map` or `sweeps.survey`.
     """
-    return systems.of_map(ds).pictures(ds)
+    return {name: _without(ds, draw, None) for name, draw in systems.of_map(ds).pictures(ds).items()}
 
 
 def animations(ds: xr.Dataset) -> dict[str, Callable[[], list[Image.Image]]]:
     """Name of each animation of a map → what draws its frames (none where there is nothing to show)."""
-    return systems.of_map(ds).animations(ds)
+    return {name: _without(ds, frames, []) for name, frames in systems.of_map(ds).animations(ds).items()}
+
+
+def _without(ds: xr.Dataset, draw: Callable, nothing: list | None) -> Callable:
+    """What draws, or nothing where it shows a variable that the map's definition has left out."""
+
+    def drawn():
+        try:
+            return draw()
+        except KeyError as missing:
+            left_out = set(systems.of_map(ds).layout().variables) - set(ds.variables)
+            if any(repr(name) in str(missing) for name in left_out):
+                return nothing
+            raise
+
+    return drawn
 
 
 def draw_all(ds: xr.Dataset, folder: str | Path) -> Iterator[Path]:

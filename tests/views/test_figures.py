@@ -191,6 +191,20 @@ def test_a_map_without_values_has_pictures(tiny, breaking, tmp_path, coarse):
             assert_picture(path, COARSE)
 
 
+def test_a_map_of_chosen_variables_has_the_pictures_that_show_no_other(tmp_path):
+    variables = ["omega_squared", "growth_rate", "regime", "status"]
+    grids = {
+        "grid": {"I1": [1.0, 1.1], "I2": [1.9, 2.0], "I3": 3.0, "omega0": 1.0},
+        "bodies": [{"name": "A", "I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": 1.0}],
+    }
+    for name, values in grids.items():
+        nudges = {"grid": {"epsilon": [1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1]}} if name == "bodies" else {}
+        ds = sweeps.survey({name: values, **nudges, "integration": {"variables": variables}})
+        found = {path.name for path in figures.draw_all(ds, tmp_path / name)}
+        assert "polhodes.png" in found  # by the closed form
+        assert not found & {"bodies.png", "breakdown.png", "theory_against_measured.png", "stability_axis_1.png"}
+
+
 def test_drawing_leaves_no_trace(of_a_grid):
     assert of_a_grid[2] == [True] * 6  # in the pauses of the generator as well
 
