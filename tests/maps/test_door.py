@@ -36,7 +36,7 @@ def path(tmp_path_factory):
 
 
 @pytest.mark.parametrize("part", [0, *(pytest.param(k, marks=pytest.mark.slow) for k in (1, 2))])
-@pytest.mark.parametrize("base", damages.BASES)
+@pytest.mark.parametrize("base", damages.FEWER)
 def test_strange_files_end_well_or_are_refused_in_words(few, tmp_path, monkeypatch, base, part):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(looking, "told", looking.told)
