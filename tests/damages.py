@@ -711,9 +711,10 @@ def main():
     folder = (args.folder or Path(tempfile.mkdtemp())).resolve()
     make_light()
     whole, begun = Whole(folder), processor_seconds()
-    for name, base in bases(folder / "bases").items():
+    for name, definition in BASES.items():
         if args.base not in name:
             continue
+        base = bases(folder / "bases", {name: definition})[name]
         whole.warm(base)
         for k, (word, damage) in enumerate(table(base).items()):
             if k % args.every or args.only not in word:
