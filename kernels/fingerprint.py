@@ -20,8 +20,9 @@ from kernels import stored
 
 CODE_SETTINGS = (  # they change bits
     *("NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_ENABLE_AVX", "NUMBA_OPT", "NUMBA_LOOP_VECTORIZE"),
-    *("NUMBA_SLP_VECTORIZE", "NUMBA_DISABLE_INTEL_SVML", "NUMBA_DISABLE_JIT"),
+    *("NUMBA_SLP_VECTORIZE", "NUMBA_DISABLE_INTEL_SVML", "NUMBA_DISABLE_JIT", "NUMBA_BOUNDSCHECK", "NUMBA_DEBUGINFO"),
 )
+SETTINGS_FILE = ".numba_config.yaml"  # in the folder where a process starts: the same settings, says Numba
 OURS = re.compile("[0-9a-f]{16}-[0-9a-f]{8}")  # names of our folders of compiled kernels
 
 
@@ -48,6 +49,8 @@ def fingerprint(*modules: str) -> str:
     digest.update(f"{llvm.get_host_cpu_name()} {features}\n".encode())
     for name in CODE_SETTINGS:
         digest.update(f"{name}={os.environ.get(name, '')}\n".encode())
+    if os.path.isfile(SETTINGS_FILE):
+        digest.update(Path(SETTINGS_FILE).read_bytes())
     for path in sources(*modules):
         digest.update(path.name.encode() + b"\n" + path.read_bytes())
     return digest.hexdigest()

@@ -125,6 +125,33 @@ def test_settings_of_the_compiler_count(name, monkeypatch):
     assert fp.fingerprint() == before
 
 
+def test_settings_in_numbas_own_file_count(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    before = fp.fingerprint()
+    Path(".numba_config.yaml").write_text("opt: 0\n")
+    assert fp.fingerprint() != before
+
+
+OTHERS = {"NUMBA_NUM_THREADS": "1", "NUMBA_THREADING_LAYER": "workqueue", "NUMBA_FUNCTION_CACHE_SIZE": "1"}
+
+
+@pytest.mark.slow
+def test_other_settings_change_no_bit():
+    code = "import sweeps; print(sweeps.survey('tiny').attrs['content_hash'])"
+    told = [
+        subprocess.run(
+            [sys.executable, "-c", code],
+            cwd=Path(fp.__file__).parents[1],
+            env={**os.environ, **settings},
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+        for settings in ({}, OTHERS)
+    ]
+    assert told[0] == told[1] != ""
+
+
 def test_the_cache_folder_is_named_by_the_fingerprint_and_the_checkout(cache_home, checkout, tmp_path, monkeypatch):
     folder = fp.cache_folder()
     place = hashlib.sha256(str(checkout.resolve()).encode()).hexdigest()[:8]
