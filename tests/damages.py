@@ -590,6 +590,7 @@ class Whole:
             status, out, err = run(words)
             allowed = (0, 2) if name in ("point --trajectory", "slice") else (0,)  # no motion, or no plane
             assert status in allowed, (base, name, out, err)
+        os.chdir(self.folder)  # what it stood in is cleared
         gc.collect()
         gc.freeze()
 

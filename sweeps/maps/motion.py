@@ -25,16 +25,22 @@ def of(
     """The motion at a point of a map of one of the systems that have one (see `sweeps.systems.Dynamics.motion`).
 
     Raises:
-        MotionError: for a system that has none, and for a duration or a number of samples out of range.
+        MotionError: for a system that has none, for a duration or a number of samples out of range, and for a motion
+            that doubles cannot hold.
     """
     if duration is not None and not (math.isfinite(duration) and duration > 0):
         raise MotionError(f"--duration: {duration!r} is out of range; allowed: a finite number of seconds > 0")
     if samples is not None and not 2 <= samples <= 10_000_000:
         raise MotionError(f"--samples: {samples} is out of range; allowed: 2 to 10,000,000")
-    found = system.motion(point, duration, samples, tolerance)
+    with np.errstate(all="ignore"):
+        found = system.motion(point, duration, samples, tolerance)
     if found is None:
         allowed = f"maps of {' and '.join(systems.moving())}"
         raise MotionError(f"--trajectory: {system.name} has no motion to write; allowed: {allowed}")
+    for name, values in found.variables.items():
+        if not np.isfinite(values.values).all():
+            allowed = "a point whose numbers and their products are within 1e±300"
+            raise MotionError(f"--trajectory: {name} is not finite at this point; allowed: {allowed}")
     return found
 
 

@@ -6,6 +6,7 @@ a file of somebody's own describes is never run.
 """
 
 import math
+import os
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -401,7 +402,7 @@ def _expected(path: str, definition: str | None) -> Sweep | None:
     """The sweep of that definition; left out, the one that ships and whose folder the map lies in."""
     from sweeps.points import catalogue
 
-    folder = map_of(path).resolve().parent
+    folder = Path(os.path.realpath(map_of(path))).parent
     known = catalogue.shipped() if folder.parent.name == "results" else {}
     source = catalogue.resolve(definition) if definition is not None else known.get(folder.name)
     return None if source is None else read(source)

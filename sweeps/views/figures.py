@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import matplotlib
+import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 from PIL import Image
@@ -82,7 +83,7 @@ def _plain(value: object) -> object:
 
 
 def _animate(frames: Callable[[], list[Image.Image]], path: Path) -> bool:
-    with matplotlib.rc_context(STYLE):
+    with matplotlib.rc_context(STYLE), np.errstate(all="ignore"):
         pictures = frames()
     if not pictures:
         return False
@@ -93,8 +94,9 @@ def _animate(frames: Callable[[], list[Image.Image]], path: Path) -> bool:
 
 
 def _write(draw: Callable[[], Figure | None], path: Path) -> bool:
-    with matplotlib.rc_context(STYLE), warnings.catch_warnings():
+    with matplotlib.rc_context(STYLE), warnings.catch_warnings(), np.errstate(all="ignore"):  # of numbers of any size
         warnings.filterwarnings("ignore", "Glyph .* missing from font")  # names may be in any script
+        warnings.filterwarnings("ignore", "constrained_layout not applied")  # where numbers of any size leave no room
         figure = draw()
         if figure is None:
             return False

@@ -111,7 +111,10 @@ def frames(ds: xr.Dataset) -> list[Image.Image]:
     if not np.isfinite(period):
         return []
     times = _window(moments, omega, int(point["axis"]), period, abs(point["omega0"]))
-    return _frames(point, moments, exact.rotation(moments, omega, times), times)
+    omegas = exact.rotation(moments, omega, times)
+    return (
+        _frames(point, moments, omegas, times) if np.isfinite(omegas).all() else []
+    )  # moments beyond doubles' products
 
 
 def _window(moments, omega, axis: int, period: float, omega0: float) -> np.ndarray:
