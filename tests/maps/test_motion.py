@@ -90,3 +90,10 @@ def test_what_cannot_be_followed_is_refused(system, duration, samples, words):
         motion.of(systems.resolve(system), POINT, duration, samples, 1e-10)
     assert words in str(refused.value)
     assert "allowed: " in str(refused.value)
+
+
+def test_a_motion_that_doubles_cannot_hold_is_refused():
+    """Products of these moments overflow: once a file of nothing but NaN."""
+    point = {"I1": 0.5, "I2": 0.75, "I3": 1.7e308, "axis": 2, "omega0": 1.0, "epsilon": 1e-6, "phase": 0.6}
+    with pytest.raises(motion.MotionError, match="omega1 is not finite at this point"):
+        motion.of(systems.resolve("rigid_body"), point, None, None, 1e-10)

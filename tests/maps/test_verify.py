@@ -227,6 +227,12 @@ def test_what_is_no_map_leaves_with_2(tmp_path, capsys, bytes_):
     assert "Traceback" not in said.err
 
 
+def test_a_loop_of_links_is_no_map(tmp_path, capsys):
+    (tmp_path / "map.nc").symlink_to(tmp_path / "map.nc")
+    assert main(["verify", str(tmp_path / "map.nc")]) == 2
+    assert "there is no such file" in capsys.readouterr().err
+
+
 def test_numbers_out_of_range_are_refused(tiny, capsys):
     assert main(["verify", str(tiny), "--points", "-1"]) == 2
     assert "--points: -1" in capsys.readouterr().err
