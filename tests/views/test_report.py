@@ -766,6 +766,21 @@ def test_another_system_draws_with_its_mode(browser, folder):
     opened.context.close()
 
 
+def test_a_system_without_a_part_of_its_own_promises_none(browser, folder):
+    depth = xr.DataArray(np.arange(6.0).reshape(2, 3), {"x": [1.0, 2.0], "y": [1.0, 2.0, 3.0]}, ("x", "y"))
+    html = written(depth.to_dataset(name="depth").assign_attrs(system="tumbling"), folder / "plain.html")
+    assert "motion" not in re.sub("<(script|style).*?</(script|style)>", "", html, flags=re.DOTALL)
+    opened = Opened(browser, folder / "plain.html", "#x=2&y=3")
+    assert opened.row("depth") == ("5", "5")
+    assert opened.page.locator("#part > section").count() == 0
+    opened.page.locator("#map").focus()
+    opened.page.keyboard.press("ArrowLeft")
+    opened.page.keyboard.press("Enter")
+    assert opened.row("depth") == ("2", "2")
+    assert opened.said == []
+    opened.context.close()
+
+
 def test_a_symmetric_top_turns_about_its_figure_axis(browser, folder):
     """The body's turn about its own axis takes 2π/(ω3 |ratio − 1|), whatever the angle."""
     definition = {
