@@ -69,6 +69,7 @@ def estimate(sweep: Sweep, bytes_per_point: int | None = None) -> Estimate:
         + system.start_seconds
         + MEASURE_SECONDS
         + MEASURE_FACTOR * seconds
+        + system.point_seconds * grid.size
         + system.picture_seconds
         + REPORT_SECONDS
         + REPORT_SECONDS_PER_POINT * grid.size,

@@ -90,6 +90,7 @@ class Dynamics(ABC):
         references: where the theory stands.
         caption: what its map shows, one line.
         samples_per_second: samples of runs that one core makes in a second, about.
+        point_seconds: for what is worked out of each point beside its run (equilibria, theory), s, about.
         start_seconds: until a command has read and checked such a definition, s, about.
         picture_seconds: for all pictures of a map, s, about.
         compile_seconds: for what is compiled for this system alone, once per machine, s, about.
@@ -103,6 +104,7 @@ class Dynamics(ABC):
     references: str
     caption: str
     samples_per_second: int = 64_000_000
+    point_seconds: float = 0.0
     start_seconds: float = 2.5
     picture_seconds: float = 2.0
     compile_seconds: float = 0.0

@@ -50,7 +50,8 @@ class Oscillator(Dynamics):
     """
 
     samples_per_second = 20_000_000
-    start_seconds = 4.5  # its equations are derived
+    point_seconds = 4e-5  # 1e-5 to 1e-4, by how hard its equilibria are to enclose
+    start_seconds = 5.5  # its equations are derived
     picture_seconds = 2.5
     compile_seconds = 15.0
     look = LOOK

@@ -37,7 +37,9 @@ LIBRARY = oscillator.LIBRARY / "relative"
 class RelativeEquilibrium(oscillator.Oscillator):
     """The full equations of a described system near each of its relative equilibria, by their eigenvalues."""
 
-    samples_per_second = 2_000_000
+    samples_per_second = 2_000_000  # all that is worked out of a point included
+    point_seconds = 0.0
+    start_seconds = 4.5
     look = LOOK
     kernels = ("flows",)
     compile_seconds = 30.0
