@@ -2,6 +2,7 @@
 
 import ast
 import re
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -186,3 +187,11 @@ def test_such_a_question_is_seen(tmp_path, name, text):
     (tmp_path / name).write_text(text)
     assert "axis" in asked_for(tmp_path / name)
     assert "body" not in asked_for(tmp_path / name)
+
+
+def test_every_file_of_the_page_is_shipped():
+    shipped = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["package-data"]["sweeps"]
+    found = {path for pattern in shipped for path in (ROOT / "sweeps").glob(pattern)}
+    parts = {path for path in (ROOT / "sweeps").rglob("*") if path.suffix in (".js", ".html", ".css")}
+    assert len(parts) > 20
+    assert parts <= found
