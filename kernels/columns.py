@@ -45,3 +45,8 @@ def numbers(names):
 def powers(*tables):
     """Name → power of the spin rate in the unit, of each column of some tables."""
     return {column.name: column.power for table in tables for column in table}
+
+
+def rows(names, first, width):
+    """Named tuple of where the rows of names begin in a scratch array of rows so wide, from row ``first`` on."""
+    return namedtuple("Rows", names)(*(width * (first + k) for k in range(len(names))))

@@ -39,7 +39,11 @@ LOPEN, LCAP, LN, LK, LKK, LY, LKY, LFIRST, LLAST = (W * r for r in range(47, 56)
 # next, the constants of :func:`kernels.reduction.constants`, and the spin's largest wandering.
 SX, SS, SW, U1, HALF = (W * r for r in range(56, 61))
 DRIVE, QUADRATURE, FIRST, SECOND, THIRD, ALONG, SLOPE, WANDER = (W * r for r in range(61, 69))
-ROWS = 69
+# Halves of what the first order of the reduction takes, and of the spin's sign.
+HALF_FIRST, HALF_ALONG, HALF_SPIN = (W * r for r in range(69, 72))
+ROWS = 72
+
+NONE, FIRST_ORDER, WHOLE = range(3)  # how much of the reduction is done: see :mod:`kernels.reduction`
 
 
 @njit(**INLINE)
@@ -52,6 +56,7 @@ def _set_constants(S, lane):
         S[ALONG + lane],
         S[SLOPE + lane],
     ) = reduction.constants(S[GUESS + lane], S[DRIVE + lane])
+    S[HALF_FIRST + lane], S[HALF_ALONG + lane] = 0.5 * S[FIRST + lane], 0.5 * S[ALONG + lane]
 
 
 @njit(**OPTIONS)
@@ -71,6 +76,7 @@ def begin(S):
         S[USED + lane], S[OPEN + lane], S[LOPEN + lane] = 1.0, 1.0, 1.0
         below = measure.LOG_BELOW / S[EPSILON + lane]
         S[LCAP + lane] = min(measure.LOG_TO * measure.LOG_TO * size, below * below)
+        S[HALF_SPIN + lane] = 0.5 * a
         S[DRIVE + lane], S[GUESS + lane] = ca * e2 * S[SPACING + lane] * a, 0.0
         _set_constants(S, lane)
         S[HALF + lane] = S[QUADRATURE + lane] * (b * c)
@@ -181,47 +187,101 @@ def guess(S):
         S[HALF + lane] = 0.5 * a1 + quadrature * (b1 * c1)
 
 
+@njit(**INLINE)
+def _take_part(S, lane, excess):
+    """The clock up to this sample, and the factors of the amplitude's part of the triple that it ends."""
+    half = 0.5 * excess
+    product = S[QUADRATURE + lane] * (S[B + lane] * S[C + lane])
+    u = (half - product) + S[HALF + lane]
+    factors = reduction.amplitude_part(
+        u, S[U1 + lane], S[FIRST + lane], S[SECOND + lane], S[THIRD + lane], S[ALONG + lane], S[SLOPE + lane]
+    )
+    S[U1 + lane], S[HALF + lane] = u, half + product
+    return factors
+
+
+@njit(**INLINE)
+def _take_first_order(S, lane):
+    """As :func:`_take_part` to the first order; twice μ in place of μ."""
+    half = S[A + lane] * S[HALF_SPIN + lane] - 0.5
+    product = S[QUADRATURE + lane] * (S[B + lane] * S[C + lane])
+    u, u1 = (half - product) + S[HALF + lane], S[U1 + lane]
+    S[U1 + lane], S[HALF + lane] = u, half + product
+    twice = u + u1
+    return twice * S[HALF_FIRST + lane], (u - u1) * S[HALF_ALONG + lane], twice
+
+
+def _sample_of(reduced):
+    """Taking a sample with so much of the reduction; the branches are decided when it is compiled."""
+    followed, whole = reduced != NONE, reduced == WHOLE
+
+    @njit(**OPTIONS)
+    def sample(S, triple):
+        opened, logging = 0, 0  # whole numbers: their or-reduction stays packed
+        for lane in range(W):
+            b, c = S[B + lane], S[C + lane]
+            b1, c1, b2, c2 = S[B1 + lane], S[C1 + lane], S[B2 + lane], S[C2 + lane]
+            size = b * b + c * c
+            start = S[START + lane]
+            inside = (S[OPEN + lane] > 0.0) & (size <= measure.WINDOW * measure.WINDOW * start)
+            if whole:
+                excess = S[A + lane] * S[SPIN + lane] - 1.0
+                wander = abs(excess)
+                inside = inside & ((wander <= reduction.WANDER) | (S[USED + lane] < reduction.LEAST_FOLLOWED))
+                S[WANDER + lane] = wander if inside & (wander > S[WANDER + lane]) else S[WANDER + lane]
+            weight = 1.0 if inside else 0.0
+            S[OPEN + lane] = weight
+            S[USED + lane] += weight
+            rb, rc = measure.residual(b, c, b1, c1, b2, c2, S[GUESS + lane])
+            xx = b1 * b1 + c1 * c1
+            counts = inside & triple
+            S[RX + lane] += rb * b1 + rc * c1 if counts else 0.0
+            S[RR + lane] += rb * rb + rc * rc if counts else 0.0
+            S[XX + lane] += xx if counts else 0.0
+            if followed:
+                if whole:
+                    own, across, mu = _take_part(S, lane, excess)
+                    more = mu * (2.0 + mu)
+                else:
+                    own, across, more = _take_first_order(S, lane)
+                sb = (rb - own * b1) - across * ((b - b1) + (b1 - b2))
+                sc = (rc - own * c1) - across * ((c - c1) + (c1 - c2))
+                S[SX + lane] += sb * b1 + sc * c1 if counts else 0.0
+                S[SS + lane] += sb * sb + sc * sc if counts else 0.0
+                S[SW + lane] += xx * more if counts else 0.0
+            turn = (b1 * c - c1 * b) * S[A + lane]  # the sense relative to the spin, whose sign a carries
+            S[TURN + lane] += turn if inside else 0.0
+            S[LARGEST + lane] = size if inside & (size > S[LARGEST + lane]) else S[LARGEST + lane]
+            S[B2 + lane], S[C2 + lane] = b1, c1
+            S[B1 + lane], S[C1 + lane] = b, c
+            opened |= 1 if inside else 0
+            grown = size >= measure.LOG_FROM * measure.LOG_FROM * start
+            logging |= 1 if (S[LOPEN + lane] > 0.0) & (grown | (S[LN + lane] > 0.0)) else 0
+        return opened > 0, logging > 0
+
+    return sample
+
+
+_sample_alone, _sample_first_order, _sample_whole = (_sample_of(reduced) for reduced in (NONE, FIRST_ORDER, WHOLE))
+
+
 @njit(**OPTIONS)
-def sample(S, triple):
-    """Take one sample of every lane: window, sense of turning and the sums of the recurrence and of its reduction.
+def sample(S, k, reduced):
+    """Take sample k of every lane: window, sense of turning and the sums of the recurrence and of its reduction.
 
     A closed window selects the old value everywhere, so a lane that has left it no longer changes. The recurrence
-    takes part from the third sample on (``triple``).
+    takes part from the third sample on. The first guess is the same with no reduction: up to it the clock is kept.
+
+    Returns
+    -------
+    opened, logging : bool
+        As :func:`watch`.
     """
-    for lane in range(W):
-        b, c = S[B + lane], S[C + lane]
-        b1, c1, b2, c2 = S[B1 + lane], S[C1 + lane], S[B2 + lane], S[C2 + lane]
-        excess = S[A + lane] * S[SPIN + lane] - 1.0
-        wander = abs(excess)
-        size = b * b + c * c
-        near = (wander <= reduction.WANDER) | (S[USED + lane] < reduction.LEAST_FOLLOWED)
-        inside = (S[OPEN + lane] > 0.0) & (size <= measure.WINDOW * measure.WINDOW * S[START + lane]) & near
-        weight = 1.0 if inside else 0.0
-        S[OPEN + lane] = weight
-        S[USED + lane] += weight
-        half = 0.5 * excess
-        product = S[QUADRATURE + lane] * (b * c)
-        u = (half - product) + S[HALF + lane]
-        own, across, mu = reduction.amplitude_part(
-            u, S[U1 + lane], S[FIRST + lane], S[SECOND + lane], S[THIRD + lane], S[ALONG + lane], S[SLOPE + lane]
-        )
-        S[U1 + lane], S[HALF + lane] = u, half + product
-        rb, rc = measure.residual(b, c, b1, c1, b2, c2, S[GUESS + lane])
-        sb = (rb - own * b1) - across * (b - b2)
-        sc = (rc - own * c1) - across * (c - c2)
-        xx = b1 * b1 + c1 * c1
-        S[RX + lane] += rb * b1 + rc * c1 if inside & triple else 0.0
-        S[RR + lane] += rb * rb + rc * rc if inside & triple else 0.0
-        S[XX + lane] += xx if inside & triple else 0.0
-        S[SX + lane] += sb * b1 + sc * c1 if inside & triple else 0.0
-        S[SS + lane] += sb * sb + sc * sc if inside & triple else 0.0
-        S[SW + lane] += xx * (mu * (2.0 + mu)) if inside & triple else 0.0
-        S[WANDER + lane] = wander if inside & (wander > S[WANDER + lane]) else S[WANDER + lane]
-        turn = (b1 * c - c1 * b) * S[A + lane]  # the sense relative to the spin, whose sign a carries
-        S[TURN + lane] += turn if inside else 0.0
-        S[LARGEST + lane] = size if inside & (size > S[LARGEST + lane]) else S[LARGEST + lane]
-        S[B2 + lane], S[C2 + lane] = b1, c1
-        S[B1 + lane], S[C1 + lane] = b, c
+    if reduced == WHOLE:
+        return _sample_whole(S, k >= 2)
+    if reduced == FIRST_ORDER or k <= 2:
+        return _sample_first_order(S, k >= 2)
+    return _sample_alone(S, True)
 
 
 @njit(**OPTIONS)
@@ -285,7 +345,7 @@ def watch(S):
 
 
 @njit(**OPTIONS)
-def follow(S, order, steps, intervals, certified, invariants, logged):
+def follow(S, order, steps, intervals, certified, invariants, logged, reduced):
     """Follow every lane through the run, or until the last window of the block has closed.
 
     Parameters
@@ -299,6 +359,9 @@ def follow(S, order, steps, intervals, certified, invariants, logged):
         Number of sample intervals.
     certified, invariants, logged : bool
         Whether to compare with the exact solution, to watch the invariants, and to take the log slope.
+    reduced : int
+        How much of the reduction to zero amplitude is done: NONE, FIRST_ORDER or WHOLE; the first two only where the
+        first order is enough (:func:`kernels.reduction.is_small`).
     """
     begin(S)
     if certified or order == EXACT:
@@ -311,12 +374,13 @@ def follow(S, order, steps, intervals, certified, invariants, logged):
         if k == 2:
             guess(S)
         if opened:  # else every window has closed but the log slope's
-            sample(S, k >= 2)
+            opened, logging = sample(S, k, reduced)
             if certified:
                 certify(S)
             if invariants:
                 watch_invariants(S)
-        opened, logging = watch(S)
+        else:
+            opened, logging = watch(S)
         if logged and logging:
             log_sample(S, float(k))
         elif not opened:

@@ -30,6 +30,11 @@ its end correction is exact,
 
 .. math:: \frac1h\int_0^h a\,d\tau = \tfrac12(a_0 + a_1) - \frac{x\coth x - 1}{4x^2}\,h\,(a_1' - a_0')
 
+*Small nudges.* Where no spin of a run can wander by more than :math:`w = 10^{-8}` of itself, p is its part of the first
+order, :math:`2xS\mu\beta + \eta x\coth x(\beta_+ - \beta_-)`, half the work: what is left out is the part w of p, and
+of Ω² below w² = 10⁻¹⁶, a rounding. The bound is :math:`|a| \le |c_a|\varepsilon^2\int|\beta\gamma|\,d\tau \le
+\frac12|c_a|\varepsilon^2\,10^2\,T` of samples up to ten times the start, in a run of length T.
+
 *Blind.* x² comes from the second difference of the first three samples, corrected for its own amplitude by two rounds
 of the above; no theoretical rate is used. c_a is the coefficient by which the transverse motion drives the spin: it
 is part of no linear rate.
@@ -41,11 +46,19 @@ import math
 
 from numba import njit
 
-from kernels.options import INLINE, OPTIONS
+from kernels import measure
+from kernels.options import INLINE
 
 ROUNDS = 2  # by which the first guess is corrected for the amplitude of its own three samples
 WANDER = 1.0 / 32.0  # the window ends where the spin has wandered by more than this part of itself …
 LEAST_FOLLOWED = 7  # … but not before so many samples
+SMALL_WANDER = 1e-8  # of which the first order is enough
+
+
+@njit(**INLINE)
+def is_small(ca, epsilon, span):
+    """Whether the first order is enough: no spin can wander by more than SMALL_WANDER in so many radians of spin."""
+    return 0.5 * abs(ca) * (epsilon * epsilon) * (measure.WINDOW * measure.WINDOW) * span <= SMALL_WANDER
 
 
 @njit(**INLINE)
@@ -77,7 +90,7 @@ def amplitude_part(u, u1, first, second, third, along, slope):
     return own, across, mu
 
 
-@njit(**OPTIONS)
+@njit(**INLINE)
 def corrected_guess(raw, a1, a, b, c, b1, c1, b2, c2, drive):
     """D_0 of the first three samples, rid of its amplitude, from D_0 as measured (dimensionless).
 
@@ -95,7 +108,7 @@ def corrected_guess(raw, a1, a, b, c, b1, c1, b2, c2, drive):
     return guess
 
 
-@njit(**OPTIONS)
+@njit(**INLINE)
 def rms_part(sum_rr, sum_ss, sum_xx, spacing):
     """Root mean square of p relative to the motion, as a rate² (in 1/spacing² units): what the amplitude moved."""
     return math.sqrt(max(sum_rr - sum_ss, 0.0) / sum_xx) / spacing / spacing

@@ -18,6 +18,7 @@ from kernels import (
     collapse,
     columns,
     direct,
+    findings,
     flips,
     lanes,
     linear,
@@ -25,61 +26,24 @@ from kernels import (
     reduction,
     rigid_body,
     solution,
-    uncertainty,
 )
 from kernels.blocks import W, cut
-from kernels.columns import Column
+from kernels.findings import COLUMNS, MEASURED
 from kernels.options import OPTIONS
-from kernels.statuses import NON_FINITE, NOT_CONVERGED, OK, SHORT_WINDOW
+from kernels.statuses import NON_FINITE, OK, SHORT_WINDOW
 
 TILE = 4096  # points that are planned, sorted and measured together: their columns stay in a core's own cache
 LEVELS = 16  # of growth, by which points of one kind are sorted
 
-CERTIFICATE, INVARIANTS, LOG_SLOPE = "certificate", "invariants", "log slope"  # work that is done where it is asked for
-COLUMNS = (  # what :func:`_unload` writes; regimes and errors stand on the certificate
-    Column("omega_squared", power=2),
-    Column("omega_squared_stderr", power=2),
-    Column("omega_squared_error", power=2, work=CERTIFICATE),
-    Column("omega_squared_reduced", power=2),
-    Column("omega_squared_reduced_error", power=2, work=CERTIFICATE),
-    Column("amplitude_shift", power=2),
-    Column("omega_squared_error_scatter", power=2),
-    Column("omega_squared_error_integration", power=2, work=CERTIFICATE),
-    Column("omega_squared_error_amplitude", power=2),
-    Column("omega_squared_error_rounding", power=2),
-    Column("growth_rate", power=1, work=CERTIFICATE),
-    Column("growth_rate_stderr", power=1, work=CERTIFICATE),
-    Column("growth_rate_error", power=1, work=CERTIFICATE),
-    Column("growth_rate_reduced", power=1, work=CERTIFICATE),
-    Column("growth_rate_reduced_error", power=1, work=CERTIFICATE),
-    Column("frequency", power=1, work=CERTIFICATE),
-    Column("frequency_stderr", power=1, work=CERTIFICATE),
-    Column("frequency_error", power=1, work=CERTIFICATE),
-    Column("frequency_reduced", power=1, work=CERTIFICATE),
-    Column("frequency_reduced_error", power=1, work=CERTIFICATE),
-    Column("growth_rate_logslope", power=1, work=LOG_SLOPE),
-    Column("growth_rate_logslope_error", power=1, work=LOG_SLOPE),
-    Column("e_folds", power=0, work=LOG_SLOPE),
-    Column("euler_period", power=-1, work=CERTIFICATE),
-    Column("regime", power=0, dtype=np.int8, work=CERTIFICATE),
-    Column("samples_used", power=0, dtype=np.int32),
-    Column("window_end", power=-1),
-    Column("steps_per_sample", power=0, dtype=np.int32),
-    Column("status", power=0, dtype=np.int8),
-    Column("energy_drift", power=0, work=INVARIANTS),
-    Column("momentum_drift", power=0, work=INVARIANTS),
-    Column("perturbation_drift", power=0, work=INVARIANTS),
-    Column("propagation_error", power=0, work=CERTIFICATE),
-)
 POINT = ("I1", "I2", "I3", "axis", "omega0", "epsilon", "phase")
-MEASURED = columns.names(COLUMNS)
 AT = columns.numbers(MEASURED)
 POWERS = columns.powers(COLUMNS, flips.COLUMNS)
 
 
 @njit(nogil=True, **OPTIONS)
-def _plan(I1, I2, I3, axis, epsilon, spacing, intervals, tolerance, spacings, orders, steps, keys):
-    """Sample spacing (radians of spin), order, steps per sample and sorting key of each point."""
+def _plan(I1, I2, I3, axis, epsilon, spacing, intervals, tolerance, plan, keys):
+    """Sample spacing (radians of spin), order, steps per sample, reduction and sorting key of each point."""
+    spacings, orders, steps, reduced = plan
     known, size, coefficients = -1.0, 0.0, (0.0, 0.0, 0.0)
     for i in range(I1.size):
         ca, cb, cc = rigid_body.euler_coefficients(*rigid_body.relabel(I1[i], I2[i], I3[i], axis[i]))
@@ -98,8 +62,10 @@ def _plan(I1, I2, I3, axis, epsilon, spacing, intervals, tolerance, spacings, or
         orders[i], steps[i] = direct.choose(x, size, coefficients, intervals, tolerance)
         growth = cb * cc if cb * cc > 0.0 else 0.0
         level = int(min(math.sqrt(growth), 1.0) * (LEVELS - 1)) if growth == growth else 0
+        small = reduction.is_small(ca, known, spacings[i] * intervals)
+        reduced[i] = lanes.FIRST_ORDER if small else lanes.WHOLE
         kind = abs(orders[i]) - 8 + (1 if orders[i] < 0 else 0)  # 0 to 5
-        keys[i] = (6 * (steps[i] - 1) + kind) * LEVELS + level
+        keys[i] = ((6 * (steps[i] - 1) + kind) * 2 + (0 if small else 1)) * LEVELS + level
 
 
 @njit(nogil=True, **OPTIONS)
@@ -113,162 +79,16 @@ def _load(S, lane, moments, spin, epsilon, cosine, sine, spacing, steps):
     S[lanes.SPACING + lane], S[lanes.STEPS + lane] = spacing, steps
 
 
-@njit(**OPTIONS)
-def _regime(S, lane, rate2, error):
-    """Measured regime: from the signed rate² (in spin²) at zero amplitude, its error, and the sense of turning."""
-    Ia, Ib, Ic = S[lanes.MA + lane], S[lanes.MB + lane], S[lanes.MC + lane]
-    if Ia == Ib and Ib == Ic:
-        return linear.SPHERE
-    if not abs(rate2) > error:
-        return linear.MARGINAL
-    if rate2 < 0.0:
-        return linear.UNSTABLE
-    return linear.STABLE_MINOR if S[lanes.TURN + lane] < 0.0 else linear.STABLE_MAJOR
-
-
-@njit(**OPTIONS)
-def _errors(S, lane, rate2, reduced, stderr, exactly, rounded):
-    """Terms of the error of a rate² and of its reduced value (in spin²), as in :mod:`kernels.uncertainty`.
-
-    ``exactly``: the motion is the exact solution, rounded; ``rounded``: the moments are ratios, rounded once each.
-    """
-    used, spacing = S[lanes.USED + lane], S[lanes.SPACING + lane]
-    apart = used * uncertainty.UNIT if exactly else math.sqrt(S[lanes.APART + lane])
-    part = reduction.rms_part(S[lanes.RR + lane], S[lanes.SS + lane], S[lanes.XX + lane], spacing)
-    rounding = uncertainty.rounding(reduced, used, spacing)
-    moments = S[lanes.MA + lane], S[lanes.MB + lane], S[lanes.MC + lane]
-    rounding += uncertainty.of_moments(reduced, *moments, S[lanes.CB + lane], S[lanes.CC + lane], rounded)
-    scatter = uncertainty.scatter(stderr, used)
-    integration = uncertainty.integration(reduced, apart, used, spacing)
-    left = uncertainty.amplitude(reduced, part, S[lanes.WANDER + lane], spacing)
-    return scatter, integration, abs(rate2 - reduced) + left, rounding, left
-
-
-@njit(**OPTIONS)
-def _status(S, lane, rate2, growth, certified, tolerance):
-    """Whether the measurement of one lane can be trusted; growth in units of the spin.
-
-    The certificate may reach the tolerance, and what rounding at the start grows to: 2e-15 e^{λt}. Rounding in either
-    solution also shifts the phase of a motion of n samples by less than 1e-16 n^{3/2}.
-    """
-    used = S[lanes.USED + lane]
-    followed = math.isfinite(S[lanes.A + lane] + S[lanes.B + lane] + S[lanes.C + lane])
-    short = used < measure.LEAST_SAMPLES
-    if not math.isfinite(rate2) and not (followed and short):
-        return NON_FINITE
-    if short:
-        return SHORT_WINDOW
-    if certified:
-        t = (used - 1.0) * S[lanes.SPACING + lane]
-        grown = math.exp(growth * t) if growth > 0.0 else 1.0
-        allowed = tolerance + 2e-15 * grown + 1e-16 * used * math.sqrt(used)
-        if not math.sqrt(S[lanes.APART + lane]) <= allowed:
-            return NOT_CONVERGED
-    return OK
-
-
-@njit(**OPTIONS)
-def _unload(S, lane, spin, exactly, rounded, groups, tolerance, out, i):
-    """Turn one lane's sums into column i, in units of s; spin is |omega0| or NaN."""
-    certified, invariants, logged = groups
-    used, spacing = S[lanes.USED + lane], S[lanes.SPACING + lane]
-    guess, sum_xx = S[lanes.GUESS + lane], S[lanes.XX + lane]
-    rate2, stderr = measure.estimate(guess, S[lanes.RX + lane], S[lanes.RR + lane], sum_xx, used - 2.0, spacing)
-    reduced, spread = measure.estimate(
-        guess, S[lanes.SX + lane], S[lanes.SS + lane], sum_xx, used - 2.0, spacing, S[lanes.SW + lane]
-    )
-    if not math.isfinite(spin) or not math.isfinite(rate2):
-        rate2, reduced = math.nan, math.nan
-    scatter, integration, amplitude, rounding, left = _errors(S, lane, rate2, reduced, spread, exactly, rounded)
-    error = scatter + integration + rounding
-    regime = _regime(S, lane, reduced, error + left) if math.isfinite(rate2) else -1
-    out[AT.omega_squared, i], out[AT.omega_squared_stderr, i] = rate2 * spin * spin, stderr * spin * spin
-    out[AT.omega_squared_error, i] = (error + amplitude) * spin * spin
-    out[AT.omega_squared_reduced, i] = reduced * spin * spin
-    out[AT.omega_squared_reduced_error, i] = (error + left) * spin * spin
-    out[AT.amplitude_shift, i] = (rate2 - reduced) * spin * spin
-    out[AT.omega_squared_error_scatter, i] = scatter * spin * spin
-    out[AT.omega_squared_error_integration, i] = integration * spin * spin
-    out[AT.omega_squared_error_amplitude, i] = amplitude * spin * spin
-    out[AT.omega_squared_error_rounding, i] = rounding * spin * spin
-    reduced_rate = _unload_rates(regime, spin, rate2, stderr, error + amplitude, reduced, error + left, out, i)
-    out[AT.regime, i], out[AT.samples_used, i], out[AT.steps_per_sample, i] = regime, used, S[lanes.STEPS + lane]
-    out[AT.window_end, i] = (used - 1.0) * spacing / spin
-    growth = math.sqrt(max(-rate2, 0.0)) if regime == linear.UNSTABLE else 0.0
-    out[AT.status, i] = _status(S, lane, rate2, growth, certified, tolerance)
-    out[AT.propagation_error, i] = math.sqrt(S[lanes.APART + lane])
-    if logged:
-        _unload_log_slope(S, lane, spin, regime == linear.UNSTABLE, reduced_rate, out, i)
-    if invariants:
-        out[AT.energy_drift, i] = S[lanes.ED + lane] / S[lanes.E0 + lane]
-        out[AT.momentum_drift, i] = S[lanes.LD + lane] / S[lanes.L0 + lane]
-        out[AT.perturbation_drift, i] = S[lanes.JD + lane] / S[lanes.JS + lane] if S[lanes.JS + lane] > 0.0 else 0.0
-
-
-@njit(**OPTIONS)
-def _unload_rates(regime, spin, rate2, stderr, error, reduced, reduced_error, out, i):
-    """Growth rates and frequencies of column i, with their errors; rates² in spin², spin in s-1.
-
-    Rates come from dimensionless squares: a spin of 1e-150 rad/s squared leaves the normal doubles. Returns the reduced
-    rate and its error in units of the spin, the error NaN where there is no rate.
-    """
-    unstable, marginal = regime == linear.UNSTABLE, regime == linear.MARGINAL
-    stable = (regime == linear.STABLE_MINOR) | (regime == linear.STABLE_MAJOR)
-    sign = -1.0 if unstable else 1.0
-    told = unstable | stable
-    rate, reduced_rate = math.sqrt(max(sign * rate2, 0.0)), math.sqrt(max(sign * reduced, 0.0))
-    rate_stderr = 0.5 * stderr / rate if rate > 0.0 else math.nan
-    rate_error = uncertainty.of_rate(sign * rate2, error) if told else math.nan
-    reduced_rate_error = uncertainty.of_rate(sign * reduced, reduced_error) if told else math.nan
-    none = 0.0 if regime >= 0 else math.nan
-    out[AT.growth_rate, i] = rate * spin if unstable else none
-    out[AT.frequency, i] = rate * spin if stable else none
-    out[AT.growth_rate_stderr, i] = rate_stderr * spin if unstable else math.nan
-    out[AT.frequency_stderr, i] = rate_stderr * spin if stable else math.nan
-    out[AT.growth_rate_error, i] = rate_error * spin if unstable else math.nan
-    out[AT.frequency_error, i] = rate_error * spin if stable else math.nan
-    if marginal:  # rates are 0: either way, no more than the square's interval allows
-        out[AT.growth_rate_error, i] = math.sqrt(max(error - rate2, 0.0)) * spin
-        out[AT.frequency_error, i] = math.sqrt(max(error + rate2, 0.0)) * spin
-    out[AT.growth_rate_reduced, i] = reduced_rate * spin if unstable else none
-    out[AT.frequency_reduced, i] = reduced_rate * spin if stable else none
-    out[AT.growth_rate_reduced_error, i] = reduced_rate_error * spin if unstable else math.nan
-    out[AT.frequency_reduced_error, i] = reduced_rate_error * spin if stable else math.nan
-    if marginal:
-        out[AT.growth_rate_reduced_error, i] = math.sqrt(max(reduced_error - reduced, 0.0)) * spin
-        out[AT.frequency_reduced_error, i] = math.sqrt(max(reduced_error + reduced, 0.0)) * spin
-    out[AT.euler_period, i] = 2.0 * math.pi / rate / spin if stable and rate > 0.0 else math.nan
-    return reduced_rate, reduced_rate_error
-
-
-@njit(**OPTIONS)
-def _unload_log_slope(S, lane, spin, unstable, reduced, out, i):
-    """The lecture's estimator, where its window held at least two e-folds; ``reduced``: the rate and its error.
-
-    Its error is its distance from the reduced rate, which stands on more samples and knows the amplitude, and that
-    rate's own error: a line through a logarithm cannot see what its transient bends.
-    """
-    n = S[lanes.LN + lane]
-    held = unstable and n >= 2.0
-    e_folds = S[lanes.LLAST + lane] - S[lanes.LFIRST + lane]
-    slope = measure.line_slope(n, S[lanes.LK + lane], S[lanes.LKK + lane], S[lanes.LY + lane], S[lanes.LKY + lane])
-    out[AT.e_folds, i] = e_folds if held else math.nan
-    told = held and e_folds >= measure.LEAST_EFOLDS
-    rate = slope / S[lanes.SPACING + lane] if told else math.nan
-    out[AT.growth_rate_logslope, i] = rate * spin
-    out[AT.growth_rate_logslope_error, i] = (abs(rate - reduced[0]) + reduced[1]) * spin
-
-
 @njit(nogil=True, **OPTIONS)
-def _run(I1, I2, I3, axis, omega0, epsilon, phase, plan, blocks, intervals, tolerance, rounded, groups, out):
+def _run(I1, I2, I3, axis, omega0, epsilon, phase, plan, blocks, intervals, tolerance, rounded, groups, rows, out):
     """Integrate and measure block after block: order[starts[j]:starts[j + 1]] are the points of block j.
 
-    Column k of ``out`` belongs to point order[k].
+    Rows of ``out`` that are not marked are left as they are.
     """
-    spacings, orders, steps = plan
+    spacings, orders, steps, reduced = plan
     order, starts = blocks
-    certified, invariants, logged = groups
-    S = np.zeros(lanes.ROWS * W)
+    certified, invariants, logged, reducing = groups
+    S = np.zeros(findings.ROWS * W)
     angle, cosine, sine = math.nan, math.nan, math.nan
     for j in range(starts.size - 1):
         first, count = starts[j], starts[j + 1] - starts[j]
@@ -281,12 +101,16 @@ def _run(I1, I2, I3, axis, omega0, epsilon, phase, plan, blocks, intervals, tole
                 cosine, sine = math.cos(angle), math.sin(angle)
             moments = rigid_body.relabel(I1[i], I2[i], I3[i], axis[i])
             _load(S, lane, moments, spin, epsilon[i], cosine, sine, spacings[i], steps[i])
-        lanes.follow(S, orders[head], steps[head], intervals, certified, invariants, logged)
-        for lane in range(count):
-            i = order[first + lane]
-            spin = abs(omega0[i]) if math.isfinite(omega0[i]) and omega0[i] != 0.0 else math.nan
-            exactly = orders[head] == lanes.EXACT
-            _unload(S, lane, spin, exactly, rounded, groups, tolerance, out, first + lane)
+            known = math.isfinite(omega0[i]) and omega0[i] != 0.0
+            S[findings.MORE.spin_rate + lane] = abs(omega0[i]) if known else math.nan
+        exactly = orders[head] == lanes.EXACT
+        depth = reduced[head] if reducing or reduced[head] == lanes.WHOLE else lanes.NONE
+        lanes.follow(S, orders[head], steps[head], intervals, certified, invariants, logged, depth)
+        findings.tell(S, certified, invariants, logged, depth, exactly, rounded, tolerance)
+        for row in range(rows.size):
+            if rows[row]:
+                for lane in range(count):
+                    out[row, order[first + lane]] = S[(findings.FIRST + row) * W + lane]
 
 
 @njit(nogil=True, **OPTIONS)
@@ -295,24 +119,19 @@ def _measure(arrays, spacing, intervals, tolerance, exactly, rounded, groups, ro
     I1, I2, I3, axis, omega0, epsilon, phase = arrays
     room = min(I1.size, TILE)
     spacings, orders, steps = np.empty(room), np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64)
-    # 8 more: rows a power of two apart would share the same few places of a core's cache
-    keys, made = np.empty(room, dtype=np.int64), np.empty((rows.size, room + 8))
+    keys = np.empty(room, dtype=np.int64)
+    plan = (spacings, orders, steps, np.empty(room, dtype=np.int64))
     for low in range(0, I1.size, TILE):
         size = min(I1.size - low, TILE)
         part = slice(low, low + size)
         bodies, nudge = (I1[part], I2[part], I3[part], axis[part]), epsilon[part]
-        _plan(*bodies, nudge, spacing, intervals, tolerance, spacings, orders, steps, keys)
+        _plan(*bodies, nudge, spacing, intervals, tolerance, plan, keys)
         if exactly:
-            keys[:size] %= LEVELS
+            keys[:size] %= 2 * LEVELS
             orders[:], steps[:] = lanes.EXACT, 1
         order, starts = cut(keys[:size], LEVELS)
-        plan = (spacings, orders, steps)
         turn = (omega0[part], nudge, phase[part])
-        _run(*bodies, *turn, plan, (order, starts), intervals, tolerance, rounded, groups, made)
-        for row in range(rows.size):
-            if rows[row]:
-                for k in range(size):
-                    out[row, low + order[k]] = made[row, k]
+        _run(*bodies, *turn, plan, (order, starts), intervals, tolerance, rounded, groups, rows, out[:, part])
 
 
 def _point_arrays(points):
@@ -347,7 +166,8 @@ def measured(
     propagator : str
         "direct" (Taylor steps, certified by the exact solution) or "exact" (the exact step, one a sample).
     wanted : collection of str
-        Columns to make, of MEASURED; without the drifts, the log slope or the certificate the work for them is saved.
+        Columns to make, of MEASURED; without the drifts, the log slope, the certificate or the errors the work for
+        them is saved.
     nonlinear : bool
         Whether to follow the motion on to its flips and its largest tilt (:mod:`kernels.flips`).
     rounded : bool
@@ -369,8 +189,9 @@ def measured(
     needed = {"omega_squared", "status"} if nonlinear else set()
     rows, out = np.array([name in wanted or name in needed for name in MEASURED]), np.empty((len(MEASURED), n))
     work = {column.work for column in COLUMNS if column.name in wanted}
-    certified = propagator == "direct" and bool(work & {CERTIFICATE, LOG_SLOPE})
-    groups = (certified, INVARIANTS in work, LOG_SLOPE in work)
+    certified = propagator == "direct" and bool(work & {findings.CERTIFICATE, findings.ERRORS, findings.LOG_SLOPE})
+    reducing = bool(work & {findings.REDUCTION, findings.ERRORS, findings.LOG_SLOPE})
+    groups = (certified, findings.INVARIANTS in work, findings.LOG_SLOPE in work, reducing)
     spacing = 2.0 * np.pi / samples_per_rotation
     _measure(arrays, spacing, intervals, tolerance, propagator == "exact", rounded, groups, rows, out)
     found = _nonlinear(arrays, out, tolerance) if nonlinear else {}

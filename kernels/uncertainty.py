@@ -17,7 +17,8 @@ Time is in radians of spin, rates² in spin². h is the spacing of the samples, 
   :math:`x^2 = |\Omega^2|h^2`. The first term is the clock's end correction at the second order of the amplitude (its
   parts at twice the frequency: 16 x² of a fourth derivative, over 60·4), the second and third the orders that were left
   out of p. C = 1/4 and D = 3/10 hold growing motions, where errors add up; about an oscillation they average out over
-  a turn, and C = 1/1000, D = 1/250 hold (over 10^5 random bodies, see tests/benchmarks/error_bars.py).
+  a turn, and C = 1/1000, D = 1/250 hold (over 10^5 random bodies, see tests/benchmarks/error_bars.py). Where the
+  reduction stopped at the first order, because no spin can wander by more than a w of its own, the term is p w.
 * **rounding**, :math:`8u|\Omega^2| + 6u\sqrt{|\Omega^2|}/h + 0.4\,u/(h^2\sqrt{n-2})`: of the Euler coefficients and the
   step; of the state once a sample, all in one sense; and of the samples over h², at random.
 
@@ -35,7 +36,7 @@ import math
 
 from numba import njit
 
-from kernels.options import OPTIONS
+from kernels.options import INLINE
 
 UNIT = 2.0**-53
 FOLLOWED, BENT = 5.0, 4.0
@@ -45,13 +46,13 @@ BEYOND = 0.5
 NEAR_NONE = 4.0
 
 
-@njit(**OPTIONS)
+@njit(**INLINE)
 def scatter(stderr, used):
     """The scatter term from the standard error of n = ``used`` samples; NaN where that is."""
     return stderr * math.sqrt(used / max(used - 4.0, 0.25))
 
 
-@njit(**OPTIONS)
+@njit(**INLINE)
 def integration(rate2, apart, used, spacing):
     """The integration's term from the largest relative error ``apart`` of the perturbation in the window."""
     span = (used - 1.0) * spacing
@@ -59,18 +60,16 @@ def integration(rate2, apart, used, spacing):
     return apart * (FOLLOWED / span * math.sqrt(abs(rate2) + 1.0 / (span * span)) + BENT * growing)
 
 
-@njit(**OPTIONS)
+@njit(**INLINE)
 def amplitude(rate2, part, wander, spacing):
     """What the reduction to zero amplitude leaves, from the rms ``part`` it took off and the spin's ``wander``."""
     x2 = abs(rate2) * spacing * spacing
-    if rate2 < 0.0:
-        fourth, second = GROWING
-    else:
-        fourth, second = TURNING
+    fourth = GROWING[0] if rate2 < 0.0 else TURNING[0]
+    second = GROWING[1] if rate2 < 0.0 else TURNING[1]
     return part * wander * (fourth * x2 * x2 + wander * (second * x2 + BEYOND * wander * wander))
 
 
-@njit(**OPTIONS)
+@njit(**INLINE)
 def rounding(rate2, used, spacing):
     """The rounding of coefficients, steps and samples."""
     size = abs(rate2)
@@ -78,18 +77,29 @@ def rounding(rate2, used, spacing):
     return UNIT * (own + 0.4 / (spacing * spacing * math.sqrt(max(used - 2.0, 1.0))))
 
 
-@njit(**OPTIONS)
+@njit(**INLINE)
 def of_moments(rate2, Ia, Ib, Ic, cb, cc, rounded):
     """What one rounding of each moment moves Ω² by, where it counts: see the module's docstring."""
     moved = UNIT * (abs(cb) * (Ia + Ib) / Ic + abs(cc) * (Ia + Ic) / Ib)
     return moved if rounded | (abs(rate2) <= NEAR_NONE * moved) else 0.0
 
 
-@njit(**OPTIONS)
+@njit(**INLINE)
+def farther(square, error, rate, high):
+    """Distance of rate = sqrt(square), square >= 0, from the farther end of the square's interval, sqrt its upper end.
+
+    Of the lower end it is a difference of squares over a sum of roots: an error of a few roundings keeps its digits.
+    """
+    low = math.sqrt(max(square - error, 0.0))
+    below = min(square, error) / (rate + low)
+    return max(high - rate, below if rate > 0.0 else 0.0)
+
+
+@njit(**INLINE)
 def of_rate(square, error):
     """Error of sqrt(max(square, 0)) where the square is off by at most ``error``: to the farther end.
 
     error/(2 rate) where that is small; where the square's interval reaches below 0 it holds the rate 0 too.
     """
-    rate = math.sqrt(max(square, 0.0))
-    return max(math.sqrt(max(square + error, 0.0)) - rate, rate - math.sqrt(max(square - error, 0.0)))
+    high, square = math.sqrt(max(square + error, 0.0)), max(square, 0.0)
+    return farther(square, error, math.sqrt(square), high)

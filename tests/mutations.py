@@ -37,6 +37,11 @@ TESTS = {  # beside tests/ROOM/test_MODULE.py; the first that fails ends the run
     "kernels/elliptic": ["tests/kernels/test_elliptic.py", "tests/kernels/test_exact.py"],
     "kernels/enclosures": ["tests/mechanics/test_line.py", "tests/mechanics/test_boxes.py"],
     "kernels/flows": ["tests/mechanics/test_relative.py"],
+    "kernels/findings": [
+        "tests/kernels/test_survey.py",
+        "tests/kernels/test_lanes.py",
+        "tests/kernels/test_reduction.py",
+    ],
     "kernels/lanes": ["tests/kernels/test_lanes.py", "tests/kernels/test_survey.py"],
     "kernels/measure": ["tests/kernels/test_measure.py", "tests/kernels/test_oscillations.py"],
     "kernels/survey": ["tests/kernels/test_survey.py", "tests/kernels/test_collapse.py", "tests/kernels/test_lanes.py"],

@@ -14,13 +14,17 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from kernels import survey
+from kernels import findings, survey
 from sweeps.points import catalogue
 from sweeps.points.loading import read
 from sweeps.shards import memory
 
 BARE = ("omega_squared", "omega_squared_stderr", "regime", "status")
 UNCERTIFIED = tuple(name for name in survey.MEASURED if name != "propagation_error")
+FREE_OF_ERRORS = tuple(  # neither errors nor what stands on them: regimes, rates, the log slope
+    c.name for c in findings.COLUMNS if c.work not in (findings.ERRORS, findings.REDUCTION, findings.LOG_SLOPE)
+)
+WITH_ERRORS = tuple(c.name for c in findings.COLUMNS if c.work != findings.LOG_SLOPE)
 BLOCK = 2**15
 
 
@@ -48,6 +52,8 @@ def contenders(settings):
         "all columns, one core": (lambda part: survey.survey(part, *settings), 1),
         "all columns, two cores": (lambda part: survey.survey(part, *settings), 2),
         "all but the certificate": (lambda part: survey.survey(part, *settings, wanted=UNCERTIFIED), 1),
+        "all columns but the log slope": (lambda part: survey.survey(part, *settings, wanted=WITH_ERRORS), 1),
+        "... but errors and regimes": (lambda part: survey.survey(part, *settings, wanted=FREE_OF_ERRORS), 1),
         "rates alone, one core": (lambda part: survey.measured(part, *settings, wanted=BARE), 1),
         "rates alone, two cores": (lambda part: survey.measured(part, *settings, wanted=BARE), 2),
         "exact propagator": (lambda part: survey.measured(part, *settings, propagator="exact", wanted=BARE), 1),
@@ -60,6 +66,7 @@ RATIOS = (
     ("two cores over one, all columns", "all columns, one core", "all columns, two cores"),
     ("two cores over one, rates alone", "rates alone, one core", "rates alone, two cores"),
     ("with certificates over without", "all columns, one core", "all but the certificate"),
+    ("with errors over without", "all columns but the log slope", "... but errors and regimes"),
     ("direct over exact", "rates alone, one core", "exact propagator"),
     ("full over collapsed", "measured, all columns", "measured, collapsed"),
 )

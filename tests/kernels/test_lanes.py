@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numba import config
 
-from kernels import direct, exact, linear, rigid_body, survey, taylor_steps
+from kernels import direct, exact, linear, rigid_body, statuses, survey, taylor_steps
 
 FEWER = 40 if config.DISABLE_JIT else 1  # lanes in plain Python are slow
 STEPS = {8: taylor_steps.step_8, 10: taylor_steps.step_10, 12: taylor_steps.step_12}
@@ -108,7 +108,7 @@ print(*columns["status"], *columns["propagation_error"])
 """
 
 
-@pytest.mark.parametrize(("defect", "status"), [(0.0, survey.OK), (1e-9, survey.NOT_CONVERGED)])
+@pytest.mark.parametrize(("defect", "status"), [(0.0, survey.OK), (1e-9, statuses.NOT_CONVERGED)])
 def test_an_integrator_broken_by_1e_9_is_told_by_the_certificate(defect, status):
     # in a process of its own and in plain Python, for the compiler freezes what it has inlined
     told = subprocess.run(

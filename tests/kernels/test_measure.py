@@ -76,6 +76,15 @@ def test_rate_squared_and_its_slope_against_mpmath(spacing):
         assert slope == pytest.approx(exact_slope, rel=allowed, abs=0)
 
 
+def test_the_series_of_small_turns_against_mpmath():
+    for D in (*D_VALUES[D_VALUES <= measure.TURN], *-D_VALUES[D_VALUES <= measure.TURN], 0.0):
+        value, slope = measure.rate_squared_of_turn(float(D))
+        exact, exact_slope = rate_squared_of(D, 1.0) if D else (0.0, 2.0)
+        # the last multiplication and addition, and what is cut off
+        assert value == pytest.approx(exact, rel=2 * ULP, abs=0)
+        assert slope == pytest.approx(exact_slope, rel=2 * ULP, abs=0)
+
+
 def test_rate_squared_at_the_ends_of_its_range():
     assert measure.rate_squared(0.0, 0.5) == (0.0, 8.0)
     for D in (2.0, np.nextafter(2.0, 3.0), 2.5):  # rounding, or noise, may step over the end

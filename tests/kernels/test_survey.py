@@ -12,7 +12,7 @@ from naive import rate_squared, samples
 from numba import config
 from strategies import LANES, moment_triples, point_batches
 
-from kernels import exact, linear, measure, rigid_body, survey
+from kernels import exact, linear, measure, rigid_body, statuses, survey
 
 SETTINGS = (4.0, 16, 1e-10)
 FEWER = 40 if config.DISABLE_JIT else 1  # lanes in plain Python are slow
@@ -473,7 +473,7 @@ def test_a_tolerance_that_cannot_be_kept_is_not_converged():
     points = bodies(64, seed=48)
     # a tolerance below nothing allows no error, one that is no number knows none
     for tolerance in (-1.0, np.nan):
-        assert (survey.measured(points, 4.0, 16, tolerance)["status"] == survey.NOT_CONVERGED).all()
+        assert (survey.measured(points, 4.0, 16, tolerance)["status"] == statuses.NOT_CONVERGED).all()
 
 
 def test_too_few_steps_are_not_converged():
@@ -497,7 +497,7 @@ print(*(status for tolerance in (1e-9, 1e-3) for status in survey.measured(point
         check=True,
     )
     # the small nudge needs no more than the one, nor does either at a loose tolerance
-    expected = [survey.NOT_CONVERGED, survey.OK, survey.OK, survey.OK]
+    expected = [statuses.NOT_CONVERGED, survey.OK, survey.OK, survey.OK]
     assert told.stdout.split() == [str(status) for status in expected]
 
 

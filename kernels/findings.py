@@ -1,0 +1,296 @@
+r"""Findings: from the sums of W lanes to their columns, in units, side by side.
+
+What :mod:`kernels.lanes` has summed up becomes rates, errors and statuses here, in rows of the same scratch array, by
+selection where a case differs, so that the loop over lanes stays packed: square roots and divisions cost a lane what
+an eighth of them does alone.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from kernels import columns, lanes, linear, measure, reduction, uncertainty
+from kernels.blocks import W
+from kernels.columns import Column
+from kernels.options import INLINE, OPTIONS
+from kernels.statuses import NON_FINITE, NOT_CONVERGED, OK, SHORT_WINDOW
+
+# Work that is done where it is asked for; ERRORS stand on the certificate and on the reduction.
+CERTIFICATE, INVARIANTS, LOG_SLOPE, REDUCTION, ERRORS = "certificate", "invariants", "log slope", "reduction", "errors"
+COLUMNS = (
+    Column("omega_squared", power=2),
+    Column("omega_squared_stderr", power=2),
+    Column("omega_squared_error", power=2, work=ERRORS),
+    Column("omega_squared_reduced", power=2, work=REDUCTION),
+    Column("omega_squared_reduced_error", power=2, work=ERRORS),
+    Column("amplitude_shift", power=2, work=REDUCTION),
+    Column("omega_squared_error_scatter", power=2, work=REDUCTION),
+    Column("omega_squared_error_integration", power=2, work=ERRORS),
+    Column("omega_squared_error_amplitude", power=2, work=REDUCTION),
+    Column("omega_squared_error_rounding", power=2, work=REDUCTION),
+    Column("growth_rate", power=1, work=ERRORS),
+    Column("growth_rate_stderr", power=1, work=ERRORS),
+    Column("growth_rate_error", power=1, work=ERRORS),
+    Column("growth_rate_reduced", power=1, work=ERRORS),
+    Column("growth_rate_reduced_error", power=1, work=ERRORS),
+    Column("frequency", power=1, work=ERRORS),
+    Column("frequency_stderr", power=1, work=ERRORS),
+    Column("frequency_error", power=1, work=ERRORS),
+    Column("frequency_reduced", power=1, work=ERRORS),
+    Column("frequency_reduced_error", power=1, work=ERRORS),
+    Column("growth_rate_logslope", power=1, work=LOG_SLOPE),
+    Column("growth_rate_logslope_error", power=1, work=LOG_SLOPE),
+    Column("e_folds", power=0, work=LOG_SLOPE),
+    Column("euler_period", power=-1, work=ERRORS),
+    Column("regime", power=0, dtype=np.int8, work=ERRORS),
+    Column("samples_used", power=0, dtype=np.int32),
+    Column("window_end", power=-1),
+    Column("steps_per_sample", power=0, dtype=np.int32),
+    Column("status", power=0, dtype=np.int8),
+    Column("energy_drift", power=0, work=INVARIANTS),
+    Column("momentum_drift", power=0, work=INVARIANTS),
+    Column("perturbation_drift", power=0, work=INVARIANTS),
+    Column("propagation_error", power=0, work=CERTIFICATE),
+)
+MEASURED = columns.names(COLUMNS)
+FIRST = lanes.ROWS  # row of the first column
+AT = columns.rows(MEASURED, FIRST, W)
+# Besides: |omega0| or NaN (given, s-1), and dimensionless the rates², the standard error, slopes by D, errors of
+# both rates², and the reduced rate with its own.
+BESIDE = ("spin_rate", "rate2", "stderr", "slope", "reduced", "reduced_slope", "error", "left", "rate", "rate_error")
+MORE = columns.rows(BESIDE, FIRST + len(COLUMNS), W)
+ROWS = FIRST + len(COLUMNS) + len(BESIDE)
+
+
+@njit(**INLINE)
+def _reduced_turn(S, lane):
+    """D of the reduced motion."""
+    return S[lanes.GUESS + lane] - 0.5 * S[lanes.SX + lane] / (S[lanes.XX + lane] + S[lanes.SW + lane])
+
+
+@njit(**INLINE)
+def _turn(S, lane):
+    """D as measured."""
+    return S[lanes.GUESS + lane] - 0.5 * S[lanes.RX + lane] / S[lanes.XX + lane]
+
+
+@njit(**OPTIONS)
+def _squares(S):
+    """Rates² and their slopes by D; whether some lane's D is beyond the series."""
+    beyond = 0
+    for lane in range(W):
+        spacing = S[lanes.SPACING + lane]
+        D, reduced = _turn(S, lane), _reduced_turn(S, lane)
+        value, slope = measure.rate_squared_of_turn(D)
+        S[MORE.rate2 + lane], S[MORE.slope + lane] = value / spacing / spacing, slope / spacing / spacing
+        value, slope = measure.rate_squared_of_turn(reduced)
+        S[MORE.reduced + lane], S[MORE.reduced_slope + lane] = value / spacing / spacing, slope / spacing / spacing
+        within = (abs(D) <= measure.TURN) & (abs(reduced) <= measure.TURN)
+        beyond |= 0 if within else 1
+    return beyond > 0
+
+
+@njit(**OPTIONS)
+def _squares_beyond(S):
+    """The same lane by lane, for a D of any size."""
+    for lane in range(W):
+        spacing, D, reduced = S[lanes.SPACING + lane], _turn(S, lane), _reduced_turn(S, lane)
+        if not abs(D) <= measure.TURN:
+            S[MORE.rate2 + lane], S[MORE.slope + lane] = measure.rate_squared(D, spacing)
+        if not abs(reduced) <= measure.TURN:
+            S[MORE.reduced + lane], S[MORE.reduced_slope + lane] = measure.rate_squared(reduced, spacing)
+
+
+@njit(**INLINE)
+def _standard_error(slope, sum_rx, sum_rr, sum_xx, used):
+    """As of :func:`kernels.measure.estimate`."""
+    scatter = max(sum_rr - sum_rx * sum_rx / sum_xx, 0.0)
+    stderr = slope * math.sqrt(scatter / ((2.0 * used - 5.0) * 4.0 * sum_xx))
+    return stderr if used >= 4.0 else math.nan
+
+
+@njit(**OPTIONS)
+def _tell_square(S, certified, tolerance):
+    """Ω² as measured, and what the measurement stood on; what is short of three samples has none.
+
+    The certificate may reach the tolerance, and what rounding at the start grows to: 2e-15 e^{λt}, which is left to
+    :func:`_forgive_growth`. Rounding in either solution also shifts the phase of a motion of n samples by less than
+    1e-16 n^{3/2}.
+    """
+    for lane in range(W):
+        used, spacing, spin = S[lanes.USED + lane], S[lanes.SPACING + lane], S[MORE.spin_rate + lane]
+        rx, rr, xx = S[lanes.RX + lane], S[lanes.RR + lane], S[lanes.XX + lane]
+        stderr = _standard_error(S[MORE.slope + lane], rx, rr, xx, used)
+        told = (used >= 3.0) & (spin - spin == 0.0)
+        rate2 = S[MORE.rate2 + lane] if told else math.nan
+        S[MORE.rate2 + lane], S[MORE.stderr + lane] = rate2, stderr
+        S[AT.omega_squared + lane], S[AT.omega_squared_stderr + lane] = rate2 * spin * spin, stderr * spin * spin
+        S[AT.samples_used + lane], S[AT.steps_per_sample + lane] = used, S[lanes.STEPS + lane]
+        S[AT.window_end + lane] = (used - 1.0) * spacing / spin
+        apart = math.sqrt(S[lanes.APART + lane])
+        S[AT.propagation_error + lane] = apart
+        state = S[lanes.A + lane] + S[lanes.B + lane] + S[lanes.C + lane]
+        short = used < measure.LEAST_SAMPLES
+        lost = (rate2 - rate2 != 0.0) & ((state - state != 0.0) | (used >= measure.LEAST_SAMPLES))
+        near = apart <= tolerance + 2e-15 + 1e-16 * used * math.sqrt(used)
+        status = OK if near | (not certified) else NOT_CONVERGED
+        status = SHORT_WINDOW if short else status
+        S[AT.status + lane] = NON_FINITE if lost else status
+
+
+@njit(**OPTIONS)
+def _forgive_growth(S, tolerance):
+    """Statuses of growing motions, whose rounding at the start has grown with them."""
+    for lane in range(W):
+        growth = -S[MORE.rate2 + lane]
+        if S[AT.status + lane] == NOT_CONVERGED and growth > 0.0:
+            used = S[lanes.USED + lane]
+            grown = math.exp(math.sqrt(growth) * (used - 1.0) * S[lanes.SPACING + lane])
+            if S[AT.propagation_error + lane] <= tolerance + 2e-15 * grown + 1e-16 * used * math.sqrt(used):
+                S[AT.status + lane] = OK
+
+
+@njit(**OPTIONS)
+def _tell_errors(S, exactly, rounded, whole):
+    """The reduced Ω², the terms of both errors and the regime, which is read from the reduced one.
+
+    ``exactly``: the motion is the exact solution, rounded; ``rounded``: the moments are ratios, rounded once each;
+    ``whole``: the reduction was done to its last order.
+    """
+    for lane in range(W):
+        used, spacing, spin = S[lanes.USED + lane], S[lanes.SPACING + lane], S[MORE.spin_rate + lane]
+        rate2 = S[MORE.rate2 + lane]
+        reduced = S[MORE.reduced + lane] if rate2 - rate2 == 0.0 else math.nan
+        sx, ss, xx = S[lanes.SX + lane], S[lanes.SS + lane], S[lanes.XX + lane]
+        apart = used * uncertainty.UNIT if exactly else S[AT.propagation_error + lane]
+        scatter = uncertainty.scatter(_standard_error(S[MORE.reduced_slope + lane], sx, ss, xx, used), used)
+        integration = uncertainty.integration(reduced, apart, used, spacing)
+        part = reduction.rms_part(S[lanes.RR + lane], ss, xx, spacing)
+        left = uncertainty.amplitude(reduced, part, S[lanes.WANDER + lane], spacing)
+        left = left if whole else part * reduction.SMALL_WANDER
+        Ia, Ib, Ic = S[lanes.MA + lane], S[lanes.MB + lane], S[lanes.MC + lane]
+        moved = uncertainty.of_moments(reduced, Ia, Ib, Ic, S[lanes.CB + lane], S[lanes.CC + lane], rounded)
+        rounding = uncertainty.rounding(reduced, used, spacing) + moved
+        shift = rate2 - reduced
+        amplitude = abs(shift) + left
+        error = scatter + integration + rounding
+        S[MORE.error + lane], S[MORE.left + lane] = error + amplitude, error + left
+        end = linear.STABLE_MINOR if S[lanes.TURN + lane] < 0.0 else linear.STABLE_MAJOR
+        regime = linear.UNSTABLE if reduced < 0.0 else end
+        regime = regime if abs(reduced) > error + left else linear.MARGINAL
+        regime = linear.SPHERE if (Ia == Ib) & (Ib == Ic) else regime
+        S[AT.regime + lane] = regime if rate2 - rate2 == 0.0 else -1
+        S[AT.omega_squared_error + lane] = (error + amplitude) * spin * spin
+        S[AT.omega_squared_reduced + lane] = reduced * spin * spin
+        S[AT.omega_squared_reduced_error + lane] = (error + left) * spin * spin
+        S[AT.amplitude_shift + lane] = shift * spin * spin
+        S[AT.omega_squared_error_scatter + lane] = scatter * spin * spin
+        S[AT.omega_squared_error_integration + lane] = integration * spin * spin
+        S[AT.omega_squared_error_amplitude + lane] = amplitude * spin * spin
+        S[AT.omega_squared_error_rounding + lane] = rounding * spin * spin
+
+
+def _rates_of(reduced):
+    """Rates of Ω² as measured, or of the reduced one; decided when it is compiled."""
+    square_of, error_of = (MORE.reduced, MORE.left) if reduced else (MORE.rate2, MORE.error)
+    growth, growth_error = (
+        (AT.growth_rate_reduced, AT.growth_rate_reduced_error) if reduced else (AT.growth_rate, AT.growth_rate_error)
+    )
+    turning, turning_error = (
+        (AT.frequency_reduced, AT.frequency_reduced_error) if reduced else (AT.frequency, AT.frequency_error)
+    )
+
+    @njit(**OPTIONS)
+    def tell_rates(S):
+        for lane in range(W):
+            spin, regime = S[MORE.spin_rate + lane], S[AT.regime + lane]
+            square, error = S[square_of + lane], S[error_of + lane]
+            unstable, marginal = regime == linear.UNSTABLE, regime == linear.MARGINAL
+            stable = (regime == linear.STABLE_MINOR) | (regime == linear.STABLE_MAJOR)
+            most, least = math.sqrt(max(error + square, 0.0)), math.sqrt(max(error - square, 0.0))
+            signed = max(-square if unstable else square, 0.0)
+            rate = math.sqrt(signed)
+            rate_error = uncertainty.farther(signed, error, rate, least if unstable else most)
+            none = 0.0 if regime >= 0.0 else math.nan
+            S[growth + lane] = rate * spin if unstable else none
+            S[turning + lane] = rate * spin if stable else none
+            # where it is marginal rates are 0: either way, no more than the square's interval allows
+            other = least if marginal else math.nan
+            S[growth_error + lane] = (rate_error if unstable else other) * spin
+            other = most if marginal else math.nan
+            S[turning_error + lane] = (rate_error if stable else other) * spin
+            if reduced:
+                S[MORE.rate + lane] = rate
+                S[MORE.rate_error + lane] = rate_error if unstable | stable else math.nan
+            else:
+                stderr = 0.5 * S[MORE.stderr + lane] / rate
+                stderr = stderr * spin if rate > 0.0 else math.nan
+                S[AT.growth_rate_stderr + lane] = stderr if unstable else math.nan
+                S[AT.frequency_stderr + lane] = stderr if stable else math.nan
+                period = 2.0 * math.pi / rate / spin
+                S[AT.euler_period + lane] = period if stable & (rate > 0.0) else math.nan
+
+    return tell_rates
+
+
+_tell_rates, _tell_reduced_rates = _rates_of(False), _rates_of(True)
+
+
+@njit(**OPTIONS)
+def _tell_log_slope(S):
+    """The lecture's estimator, where its window held at least two e-folds.
+
+    Its error is its distance from the reduced rate, which stands on more samples and knows the amplitude, and that
+    rate's own error: a line through a logarithm cannot see what its transient bends.
+    """
+    for lane in range(W):
+        n, spin = S[lanes.LN + lane], S[MORE.spin_rate + lane]
+        held = (S[AT.regime + lane] == linear.UNSTABLE) & (n >= 2.0)
+        e_folds = S[lanes.LLAST + lane] - S[lanes.LFIRST + lane]
+        k, kk, y, ky = S[lanes.LK + lane], S[lanes.LKK + lane], S[lanes.LY + lane], S[lanes.LKY + lane]
+        rate = (n * ky - k * y) / (n * kk - k * k) / S[lanes.SPACING + lane]  # kernels.measure.line_slope
+        rate = rate if held & (e_folds >= measure.LEAST_EFOLDS) else math.nan
+        S[AT.e_folds + lane] = e_folds if held else math.nan
+        S[AT.growth_rate_logslope + lane] = rate * spin
+        error = abs(rate - S[MORE.rate + lane]) + S[MORE.rate_error + lane]
+        S[AT.growth_rate_logslope_error + lane] = error * spin
+
+
+@njit(**OPTIONS)
+def _tell_drifts(S):
+    for lane in range(W):
+        S[AT.energy_drift + lane] = S[lanes.ED + lane] / S[lanes.E0 + lane]
+        S[AT.momentum_drift + lane] = S[lanes.LD + lane] / S[lanes.L0 + lane]
+        drift, scale = S[lanes.JD + lane] / S[lanes.JS + lane], S[lanes.JS + lane]
+        S[AT.perturbation_drift + lane] = drift if scale > 0.0 else 0.0
+
+
+@njit(**OPTIONS)
+def tell(S, certified, invariants, logged, reduced, exactly, rounded, tolerance):
+    """Turn every lane's sums into its columns, in units of s.
+
+    Parameters
+    ----------
+    S : numpy.ndarray, shape (ROWS * W,)
+        Scratch after :func:`kernels.lanes.follow`, with the row spin_rate filled. Column k of lane l goes to
+        ``S[(FIRST + k) * W + l]``; those of work that was not done hold no sense.
+    certified, invariants, logged, reduced
+        As of :func:`kernels.lanes.follow`.
+    exactly, rounded : bool
+        Whether the motion is the exact solution; whether the moments are ratios that were rounded once each.
+    tolerance : float
+        That the certificate may reach.
+    """
+    if _squares(S):
+        _squares_beyond(S)
+    _tell_square(S, certified, tolerance)
+    _forgive_growth(S, tolerance)
+    if reduced != lanes.NONE:
+        _tell_errors(S, exactly, rounded, reduced == lanes.WHOLE)
+        _tell_rates(S)
+        _tell_reduced_rates(S)
+        if logged:
+            _tell_log_slope(S)
+    if invariants:
+        _tell_drifts(S)
