@@ -10,7 +10,16 @@ mode coordinates are
 .. math:: \xi_k = v_k^{\mathsf T} a\, x, \qquad
           \xi_k = \tfrac12\left(\xi_k[+\varepsilon] - \xi_k[-\varepsilon]\right) \text{ where two runs are made:}
 
-half the difference of the runs from +ε and −ε has no error of first order in ε. The nudged mode is sampled every h and
+half the difference of the runs from +ε and −ε has no error of first order in ε. A further run starts from half the
+nudge,
+
+.. math:: \xi_h = \xi[\varepsilon/2] - \tfrac14\left(\xi[+\varepsilon] + \xi[-\varepsilon]\right), \qquad
+          \omega^2_{\text{reduced}} = \tfrac13\left(4\,\omega^2[\xi_h] - \omega^2[\xi]\right)
+
+(without the bracket where one run is enough; it takes off what is of the first order). A motion's part of the third
+order, which is what moves the rate², goes with ε²: four times the one over the other three parts leave none of it. That
+holds of the rates² at any length of the run; of the samples, :math:`\tfrac13(4\xi_h - \xi)`, it gives the scatter.
+The nudged mode is sampled every h and
 measured by the recurrence of :mod:`kernels.measure`, which asks for no regime. Samples count until it has grown
 tenfold or, after the first seven, beyond LARGE, or another mode exceeds a tenth of its largest value so far. Where the
 nudge has a direction of its own and every mode its share of it, the others may be as large as a share can grow: 10
@@ -43,16 +52,27 @@ EPSILON = float(np.finfo(np.float64).eps)
 OTHERS = 0.1  # the window ends where another mode exceeds this part of the nudged one
 MOST_HALVINGS = 6
 LARGE = 0.3  # the window ends beyond this part of the system's own size, but not before seven samples
-FOLD, FOLD_OF_PAIR = 8.0, 3.5  # of the residuals, in the error's amplitude term
+
+THIRD = 1.0 / 3.0
+BOTH = 5.0 / 3.0  # what comes together of two runs' errors in their extrapolation
+LEFT, LEFT_OF_PAIR = 3.0, 1.0  # of the next order, in what the extrapolation leaves
 
 # Rows of the measurement's scratch array, each W long; the projections follow from PROJECTION on.
 XI, XI1, XI2, OTHER, GUESS, RX, RR, XX, USED, OPEN, START, LARGEST = (W * r for r in range(12))
 E0, ED, ES, COARSE, ALLOWED, APART = (W * r for r in range(12, 18))
 LOPEN, LCAP, LN, LK, LKK, LY, LKY, LFIRST, LLAST, LIMIT = (W * r for r in range(18, 28))
-PROJECTION = 28 * W
+# The run of half the nudge: its samples, its recurrence's sums and those of the extrapolated samples.
+HALF, HALF1, HALF2, HRX, HXX, ZRX, ZRR, ZXX = (W * r for r in range(28, 36))
+COARSE_SPEED, FIRST_OTHER = 36 * W, 37 * W
+PROJECTION = 38 * W
 
 # Columns of the raw result, one row a point.
-RAW = numbers(("rate2", "stderr", "size", "samples", "energy_drift", "halving", "steps", "log_slope", "e_folds"))
+RAW = numbers(
+    (
+        *("rate2", "stderr", "reduced", "spread", "size", "others", "samples", "energy_drift", "halving", "steps"),
+        *("log_slope", "e_folds"),
+    )
+)
 
 ADVANCE = types.FunctionType(void(float64[::1], int64))
 ENERGY = types.FunctionType(void(float64[::1]))
@@ -79,6 +99,19 @@ def _project(Q, P, M, n, twice):
 
 
 @njit(**OPTIONS)
+def _project_half(Q, P, M, H, n, twice):
+    """Mode coordinate of the run of half the nudge, rid of what is of the first order, into row HALF."""
+    for lane in range(W):
+        Q[HALF + lane] = 0.0
+    for j in range(n):
+        for lane in range(W):
+            x = H[j * W + lane]
+            if twice:
+                x -= 0.25 * (P[j * W + lane] + M[j * W + lane])
+            Q[HALF + lane] += Q[PROJECTION + j * W + lane] * x
+
+
+@njit(**OPTIONS)
 def _begin(Q, P, n):
     """Take sample 0: clear the sums, open the windows, note the energy; row XI holds the sample."""
     for lane in range(W):
@@ -86,10 +119,12 @@ def _begin(Q, P, n):
         Q[GUESS + lane], Q[RX + lane], Q[RR + lane], Q[XX + lane] = 0.0, 0.0, 0.0, 0.0
         Q[USED + lane], Q[OPEN + lane] = 1.0, 1.0
         Q[LARGEST + lane], Q[APART + lane] = abs(Q[XI + lane]), Q[OTHER + lane]
+        Q[FIRST_OTHER + lane] = Q[OTHER + lane]
         Q[LOPEN + lane] = 1.0
         Q[E0 + lane], Q[ED + lane] = P[2 * n * W + lane], 0.0
         Q[ES + lane] = P[(2 * n + 1) * W + lane]
-    for row in (LN, LK, LKK, LY, LKY, LFIRST, LLAST):
+        Q[HALF1 + lane], Q[HALF2 + lane] = Q[HALF + lane], Q[HALF + lane]
+    for row in (LN, LK, LKK, LY, LKY, LFIRST, LLAST, HRX, HXX, ZRX, ZRR, ZXX):
         for lane in range(W):
             Q[row + lane] = 0.0
 
@@ -122,6 +157,16 @@ def _sample(Q, P, K, n, states, triple):
         Q[RX + lane] += rx if inside & triple else 0.0
         Q[RR + lane] += rr if inside & triple else 0.0
         Q[XX + lane] += xx if inside & triple else 0.0
+        y, y1, y2 = Q[HALF + lane], Q[HALF1 + lane], Q[HALF2 + lane]
+        hx, _, hh = measure.leftover(y, 0.0, y1, 0.0, y2, 0.0, Q[GUESS + lane])
+        z, z1, z2 = y + (y - x) * THIRD, y1 + (y1 - x1) * THIRD, y2 + (y2 - x2) * THIRD
+        zx, zr, zz = measure.leftover(z, 0.0, z1, 0.0, z2, 0.0, Q[GUESS + lane])
+        Q[HRX + lane] += hx if inside & triple else 0.0
+        Q[HXX + lane] += hh if inside & triple else 0.0
+        Q[ZRX + lane] += zx if inside & triple else 0.0
+        Q[ZRR + lane] += zr if inside & triple else 0.0
+        Q[ZXX + lane] += zz if inside & triple else 0.0
+        Q[HALF2 + lane], Q[HALF1 + lane] = y1, y
         drift = abs(P[2 * n * W + lane] - Q[E0 + lane])
         scale = P[(2 * n + 1) * W + lane]
         Q[ED + lane] = drift if inside & (drift > Q[ED + lane]) else Q[ED + lane]
@@ -161,38 +206,63 @@ def _log_sample(Q, k):
 
 
 @njit(**OPTIONS)
-def _halve(advance, Q, P, M, K, n, states, step_row, steps):
+def _own(Q, P, n, lane):
+    """Coordinate and speed of the nudged mode, of one run."""
+    place, speed = 0.0, 0.0
+    for j in range(n):
+        factor = Q[PROJECTION + j * W + lane]
+        place += factor * P[j * W + lane]
+        speed += factor * P[(n + j) * W + lane]
+    return place, speed
+
+
+@njit(**OPTIONS)
+def _halve(advance, Q, P, K, n, states, step_row, steps):
     """Run the interval that begins at each lane's largest state twice, with steps and with twice as many."""
     for i in range(states * W):
         P[i] = K[i]
     advance(P, steps)
-    _project(Q, P, M, n, False)
     for lane in range(W):
-        Q[COARSE + lane] = Q[XI + lane]
+        Q[COARSE + lane], Q[COARSE_SPEED + lane] = _own(Q, P, n, lane)
         P[step_row * W + lane] *= 0.5
     for i in range(states * W):
         P[i] = K[i]
     advance(P, 2 * steps)
-    _project(Q, P, M, n, False)
+    for lane in range(W):
+        Q[XI + lane], Q[XI1 + lane] = _own(Q, P, n, lane)
 
 
 @njit(**OPTIONS)
-def _unload(Q, lane, steps, spacing, row):
-    """Turn one lane's sums into its row of the raw result."""
-    triples = Q[USED + lane] - 2.0
-    row[RAW.rate2], row[RAW.stderr] = math.nan, math.nan
+def _estimate(Q, lane, RX, RR, XX, triples, spacing):
+    """Signed rate² and its standard error, s-2, from the sums of those rows; NaN where there are too few triples."""
+    value, stderr = math.nan, math.nan
     if triples >= 1.0:
-        D = Q[GUESS + lane] - 0.5 * Q[RX + lane] / Q[XX + lane]
-        row[RAW.rate2], slope = measure.rate_squared(D, spacing)
+        value, slope = measure.rate_squared(Q[GUESS + lane] - 0.5 * Q[RX + lane] / Q[XX + lane], spacing)
         if triples >= 2.0:
             scatter = max(Q[RR + lane] - Q[RX + lane] * Q[RX + lane] / Q[XX + lane], 0.0)
-            row[RAW.stderr] = slope * math.sqrt(scatter / ((triples - 1.0) * 4.0 * Q[XX + lane]))
+            stderr = slope * math.sqrt(scatter / ((triples - 1.0) * 4.0 * Q[XX + lane]))
+    return value, stderr
+
+
+@njit(**OPTIONS)
+def _unload(Q, lane, steps, spacing, scale, row):
+    """Turn one lane's sums into its row of the raw result."""
+    triples = Q[USED + lane] - 2.0
+    row[RAW.rate2], row[RAW.stderr] = _estimate(Q, lane, RX, RR, XX, triples, spacing)
+    _, row[RAW.spread] = _estimate(Q, lane, ZRX, ZRR, ZXX, triples, spacing)
+    row[RAW.reduced] = math.nan
+    if triples >= 1.0:
+        half, _ = measure.rate_squared(Q[GUESS + lane] - 0.5 * Q[HRX + lane] / Q[HXX + lane], spacing)
+        row[RAW.reduced] = half + (half - row[RAW.rate2]) * THIRD
     # a mode of a small share feels the others' cubes beside itself: they count for more than their squares
     crowd = max(1.0, Q[APART + lane] / Q[START + lane])
     row[RAW.size] = max(Q[LARGEST + lane], Q[APART + lane]) * math.sqrt(crowd)
+    row[RAW.others] = (Q[APART + lane] - Q[FIRST_OTHER + lane]) / Q[LARGEST + lane]
     row[RAW.samples], row[RAW.steps] = Q[USED + lane], steps
     row[RAW.energy_drift] = Q[ED + lane] / Q[ES + lane] if Q[ES + lane] > 0.0 else 0.0
-    row[RAW.halving] = abs(Q[COARSE + lane] - Q[XI + lane]) / Q[LARGEST + lane]
+    # at its largest a mode turns: what a step leaves out, of odd order, is there in its speed, in units of the scale
+    apart = math.hypot(Q[COARSE + lane] - Q[XI + lane], (Q[COARSE_SPEED + lane] - Q[XI1 + lane]) / scale)
+    row[RAW.halving] = apart / Q[LARGEST + lane]
     row[RAW.log_slope], row[RAW.e_folds] = math.nan, math.nan
     if Q[LN + lane] >= 2.0:
         sums = (Q[LN + lane], Q[LK + lane], Q[LKK + lane], Q[LY + lane], Q[LKY + lane])
@@ -201,17 +271,20 @@ def _unload(Q, lane, steps, spacing, row):
 
 
 @njit(**OPTIONS)
-def _follow(advance, energy, P, M, K, Q, n, states, steps, pair, intervals):
+def _follow(advance, energy, P, M, H, K, Q, n, states, steps, pair, intervals):
     """Follow every lane through the run, or until the last window of the block has closed."""
     energy(P)
     _project(Q, P, M, n, pair)
+    _project_half(Q, P, M, H, n, pair)
     _begin(Q, P, n)
     for k in range(1, intervals + 1):
         advance(P, steps)
         if pair:
             advance(M, steps)
+        advance(H, steps)
         energy(P)
         _project(Q, P, M, n, pair)
+        _project_half(Q, P, M, H, n, pair)
         if k == 2:
             _guess(Q)
         opened, logging = _sample(Q, P, K, n, states, k >= 2)
@@ -227,6 +300,8 @@ RUN = void(
     float64[:, ::1],
     float64[:, ::1],
     float64[:, ::1],
+    float64[:, ::1],
+    float64[::1],
     float64[::1],
     float64[::1],
     float64[::1],
@@ -248,9 +323,11 @@ def _run_blocks(
     energy,
     plus,
     minus,
+    half,
     projection,
     start,
     allowed,
+    scale,
     size,
     spacing,
     steps,
@@ -264,7 +341,7 @@ def _run_blocks(
 ):
     """Integrate and measure block after block: order[starts[j]:starts[j + 1]] are the points of block j."""
     rows = plus.shape[1]
-    P, M, K = np.empty(rows * W), np.empty(rows * W), np.empty(states * W)
+    P, M, H, K = np.empty(rows * W), np.empty(rows * W), np.empty(rows * W), np.empty(states * W)
     Q = np.empty(PROJECTION + n * n * W)
     for j in range(starts.size - 1):
         first, count = starts[j], starts[j + 1] - starts[j]
@@ -273,20 +350,21 @@ def _run_blocks(
         for lane in range(W):
             i = order[first + min(lane, count - 1)]
             for r in range(rows):
-                P[r * W + lane], M[r * W + lane] = plus[i, r], minus[i, r]
+                P[r * W + lane], M[r * W + lane], H[r * W + lane] = plus[i, r], minus[i, r], half[i, r]
             for r in range(n * n):
                 Q[PROJECTION + r * W + lane] = projection[i, r]
             Q[START + lane], Q[ALLOWED + lane], Q[LIMIT + lane] = start[i], allowed[i], LARGE / size[i]
             Q[LCAP + lane] = min(measure.LOG_TO * start[i], measure.LOG_BELOW / size[i])
             P[(states + 1) * W + lane] = spacing[i] / number
             M[(states + 1) * W + lane] = spacing[i] / number
+            H[(states + 1) * W + lane] = spacing[i] / number
         for r in range(states * W):
             K[r] = P[r]
-        _follow(advance, energy, P, M, K, Q, n, states, number, pair, intervals)
-        _halve(advance, Q, P, M, K, n, states, states + 1, number)
+        _follow(advance, energy, P, M, H, K, Q, n, states, number, pair, intervals)
+        _halve(advance, Q, P, K, n, states, states + 1, number)
         for lane in range(count):
             i = order[first + lane]
-            _unload(Q, lane, number, spacing[i], raw[i])
+            _unload(Q, lane, number, spacing[i], scale[i], raw[i])
 
 
 @njit(void(float64, float64[::1], int64, float64, int64[::1]), **OPTIONS)
@@ -317,6 +395,7 @@ def run(
     states,
     plus,
     minus,
+    half,
     projection,
     start,
     allowed,
@@ -337,8 +416,8 @@ def run(
         energy, its absolute terms, further states; then epsilon, the step in s, constants.
     states : int
         Number of rows that are state; row ``states`` is epsilon and row ``states + 1`` the step (set here).
-    plus, minus : numpy.ndarray, shape (points, rows)
-        Rows at the start of the runs from +epsilon and -epsilon; minus is not read where ``twice`` is 0.
+    plus, minus, half : numpy.ndarray, shape (points, rows)
+        Rows at the start of the runs from +epsilon, -epsilon and epsilon/2; minus is not used where ``twice`` is 0.
     projection : numpy.ndarray, shape (points, n*n)
         v_k^T a of the nudged mode, then of the others, in units of the whole nudge.
     start : numpy.ndarray, shape (points,)
@@ -364,8 +443,9 @@ def run(
     Returns
     -------
     numpy.ndarray, shape (points, len(RAW))
-        Columns of RAW: rate2, stderr (s-2), size (as ``start``; of all modes), samples, energy_drift, halving, steps,
-        log_slope (s-1) and e_folds; the last two NaN where their window held no two samples.
+        Columns of RAW: rate2, stderr, reduced, spread (the reduced rate²'s standard error; s-2), size (as ``start``; of
+        all modes), others (how far another mode has grown, relative to this one), samples, energy_drift, halving,
+        steps, log_slope (s-1) and e_folds; the last two NaN where their window held no two samples.
     """
     n = round(math.sqrt(projection.shape[1]))
     raw = np.full((start.size, len(RAW)), np.nan)
@@ -378,8 +458,9 @@ def run(
             break
         order, starts = _blocks(steps[left], twice[left], family[left])
         part = np.empty((left.size, len(RAW)))
-        arrays = [np.ascontiguousarray(x[left]) if left.size < start.size else x for x in (plus, minus, projection)]
-        arrays += [np.ascontiguousarray(x[left]) for x in (start, allowed, size, spacings, steps, twice)]
+        wide = (plus, minus, half, projection)
+        arrays = [np.ascontiguousarray(x[left]) if left.size < start.size else x for x in wide]
+        arrays += [np.ascontiguousarray(x[left]) for x in (start, allowed, scale, size, spacings, steps, twice)]
         _run_blocks(advance, energy, *arrays, order, starts, n, states, intervals, part)
         raw[left] = part
         left = left[~converged(part, intervals, tolerance) & np.isfinite(part[:, RAW.rate2])]
@@ -402,20 +483,24 @@ def status(raw, intervals, tolerance):
 
 
 def errors(raw, scale, size, twice, intervals, spacing):
-    r"""Error of measured rates², in s-2: what a reader may rely on; scatter, integration, amplitude and rounding.
+    r"""Errors of measured rates² and of their reduced values, in s-2: what a reader may rely on.
 
     With :math:`n` samples in a window of length :math:`T = (n - 1)h`, :math:`u = 2^{-53}`, S the scale:
 
-    * scatter, :math:`\sigma\sqrt{n/(n - 4)}`;
+    * scatter, :math:`\sigma\sqrt{n/(n - 4)}` of the extrapolated samples;
     * integration, :math:`\delta[\frac5T\sqrt{|\omega^2| + 1/T^2} + 4\lambda^2]` as in :mod:`kernels.uncertainty`, δ
-      what halving the step changes in an interval, times their number;
-    * amplitude. There is no reduced value here: what a finite amplitude adds to the rate² cannot be told from the rate²
-      by the samples of one amplitude alone. But what adds to it also bends the line through the residuals. Of
-      :math:`\ddot x = -\omega^2x + bx^3` at the size A the rate² is off by :math:`\frac34bA^2`, and the third harmonic
-      leaves residuals of :math:`\frac14bA^2` relative to x, a third. The bound is FOLD times the residuals' root mean
-      square (FOLD_OF_PAIR where two runs are made), and at most :math:`10A^2S^2`;
-    * rounding, :math:`8u(|\omega^2| + 4S^2) + 6u|\omega|/h + 0.4u/(h^2\sqrt{n - 2})`: S² for the second derivatives
-      of V, whose terms may cancel.
+      what halving the step changes in an interval, times their number; 5/3 of it, for 4/3 of one run's and 1/3 of
+      another's come together;
+    * amplitude: of the measured rate² the distance d from the reduced one; of both what the extrapolation leaves,
+      :math:`L\left[(d + r)\left(\min(1, q^{k/2}) + A^k + o\right) + S^2A^{k+2}\right]`, with r the residuals' root
+      mean square, A the largest relative size of the motion, :math:`q = (d + r)/|\omega^2|`, and o how far another mode
+      has grown, relative to this one: what it gives back goes with the size of both. Of
+      :math:`\ddot x = -\omega^2x + bx^3` d is :math:`\frac34bA^2` and r :math:`\frac14bA^2`, and the rate² goes on in
+      powers of their part of it: k = 2. Where two runs were made the next even order is left in the third,
+      the square root of that: k = 1. The terms with A hold cases where d and r
+      happen to cancel. L = 3, and 1 of pairs, hold all of the random places of tests/benchmarks/error_bars.py;
+    * rounding, :math:`8u(|\omega^2| + 4S^2) + 6u|\omega|/h + 0.4u/(h^2\sqrt{n - 2})`, and 5/3 of it: S² for the second
+      derivatives of V, whose terms may cancel.
 
     Parameters
     ----------
@@ -432,22 +517,25 @@ def errors(raw, scale, size, twice, intervals, spacing):
 
     Returns
     -------
-    tuple of four numpy.ndarray
-        The terms.
+    measured, reduced : numpy.ndarray
     """
     unit, S2 = 0.5 * EPSILON, scale * scale
     with np.errstate(all="ignore"):
-        n, square = raw[:, RAW.samples], raw[:, RAW.rate2] / S2
-        stderr = raw[:, RAW.stderr] / S2
+        n, square = raw[:, RAW.samples], raw[:, RAW.reduced] / S2
         span = (n - 1.0) * spacing
-        scatter = stderr * np.sqrt(n / np.maximum(n - 4.0, 0.25))
+        scatter = raw[:, RAW.spread] / S2 * np.sqrt(n / np.maximum(n - 4.0, 0.25))
         follow = 5.0 / span * np.sqrt(np.abs(square) + 1.0 / span**2) + 4.0 * np.maximum(-square, 0.0)
         integration = raw[:, RAW.halving] * intervals * follow
-        residual = stderr * np.sqrt(np.maximum(n - 3.0, 1.0))
-        amplitude = np.minimum(np.where(twice, FOLD_OF_PAIR, FOLD) * residual, 10.0 * size * size)
+        residual = raw[:, RAW.stderr] / S2 * np.sqrt(np.maximum(n - 3.0, 1.0))
+        shift = np.abs(raw[:, RAW.rate2] / S2 - square)
+        seen = shift + residual
+        part = np.minimum(1.0, seen / np.abs(square))
+        part, grown = np.where(twice, np.sqrt(part), part), np.where(twice, size, size * size)
+        left = np.where(twice, LEFT_OF_PAIR, LEFT) * (seen * (part + grown + raw[:, RAW.others]) + grown * size * size)
         rounding = 8.0 * (np.abs(square) + 4.0) + 6.0 * np.sqrt(np.abs(square)) / spacing
         rounding = unit * (rounding + 0.4 / (spacing**2 * np.sqrt(np.maximum(n - 2.0, 1.0))))
-    return tuple(term * S2 for term in (scatter, integration, amplitude, rounding))
+        reduced = scatter + BOTH * (integration + rounding) + left
+    return (reduced + shift) * S2, reduced * S2
 
 
 def regime(rate_squared, error):

@@ -196,7 +196,9 @@ class Model:
         S, mode = theory["scale"][part], np.asarray(points["mode"])[part] - 1
         x = (nudge["along"] * np.cos(phase)[:, None]).T
         v = (nudge["along"] * (-S * np.sin(phase))[:, None]).T
-        plus, minus = self._rows(parameters, theory["place"][part], epsilon, x, v, theory["twice"][part].any())
+        signs = (1.0, -1.0) if theory["twice"][part].any() else (1.0,)
+        plus, *minus = (self._rows(parameters, theory["place"][part], epsilon, x, v, sign) for sign in signs)
+        half = self._rows(parameters, theory["place"][part], 0.5 * epsilon, x, v)
         projection = np.ascontiguousarray(nudge["projection"].reshape(part.size, -1))
         twice = theory["twice"][part].astype(np.int64)
         module = self.code.module()
@@ -205,7 +207,8 @@ class Model:
             module.energy,
             self.code.states,
             plus,
-            minus,
+            minus[0] if minus else plus,
+            half,
             projection,
             nudge["start"],
             nudge["allowed"],
@@ -226,24 +229,21 @@ class Model:
         order = np.argsort(np.where(others == mode[:, None], -1, others), axis=1, kind="stable")
         return np.take_along_axis(vectors, order[:, None, :], axis=2)
 
-    def _rows(self, parameters, place, epsilon, x, v, pair=True):
-        """Rows of the scratch array at the start of both runs (or of one, twice), shape (points, rows) each."""
+    def _rows(self, parameters, place, epsilon, x, v, sign=1.0):
+        """Rows of the scratch array at the start of a run, shape (points, rows)."""
         code, q0 = self.code, list(place.T)
         with np.errstate(all="ignore"):
             U, slopes = self.values.bases(parameters, q0)
-            runs = []
-            for sign in (1.0, -1.0) if pair else (1.0,):
-                rows = np.zeros((epsilon.size, code.rows))
-                _, remainders = self.values.deviations(U, slopes, parameters, epsilon, sign * x, sign * v)
-                for i in range(self.n):
-                    rows[:, i], rows[:, self.n + i] = sign * x[i], sign * v[i]
-                for number, row in code.remainders.items():
-                    rows[:, row] = remainders[number]
-                rows[:, code.epsilon_row] = epsilon
-                for (kind, number), row in code.constants.items():
-                    rows[:, row] = (U if kind == "U" else slopes)[number]
-                runs.append(rows)
-        return runs[0], runs[-1]
+            rows = np.zeros((epsilon.size, code.rows))
+            _, remainders = self.values.deviations(U, slopes, parameters, epsilon, sign * x, sign * v)
+            for i in range(self.n):
+                rows[:, i], rows[:, self.n + i] = sign * x[i], sign * v[i]
+            for number, row in code.remainders.items():
+                rows[:, row] = remainders[number]
+            rows[:, code.epsilon_row] = epsilon
+            for (kind, number), row in code.constants.items():
+                rows[:, row] = (U if kind == "U" else slopes)[number]
+        return rows
 
     # -- both
 
@@ -255,13 +255,13 @@ class Model:
 
     def _columns(self, points, theory, measured):
         raw, S = measured["raw"], theory["scale"]
+        reduced = raw[:, kernel.RAW.reduced]
         epsilon, phase = (np.asarray(points[name], dtype=np.float64) for name in ("epsilon", "phase"))
         known = np.isfinite(raw[:, kernel.RAW.rate2])
         size = epsilon * raw[:, kernel.RAW.size]
         with np.errstate(invalid="ignore"):
-            terms = kernel.errors(raw, S, size, theory["twice"], measured["intervals"], measured["spacing"])
-            error = sum(terms)
-            regime = kernel.regime(raw[:, kernel.RAW.rate2], error)
+            error, left = kernel.errors(raw, S, size, theory["twice"], measured["intervals"], measured["spacing"])
+            regime = kernel.regime(reduced, left)
             predicted = kernel.regime(theory["omega_squared"], 32.0 * kernel.EPSILON * S * S)
         regime = np.where(known, regime, -1).astype(np.int8)
         predicted = np.where(np.isfinite(theory["omega_squared"]), predicted, -1).astype(np.int8)
@@ -270,9 +270,14 @@ class Model:
             "omega_squared": raw[:, kernel.RAW.rate2],
             "omega_squared_stderr": raw[:, kernel.RAW.stderr],
             "omega_squared_error": error,
+            "omega_squared_reduced": reduced,
+            "omega_squared_reduced_error": left,
+            "amplitude_shift": raw[:, kernel.RAW.rate2] - reduced,
             **_rates("_theory", theory["omega_squared"], predicted),
             **_rates("", raw[:, kernel.RAW.rate2], regime),
-            **_rate_errors(raw[:, kernel.RAW.rate2], error, regime),
+            **_rate_errors("", raw[:, kernel.RAW.rate2], error, regime),
+            **_rates("_reduced", reduced, regime),
+            **_rate_errors("_reduced", reduced, left, regime),
             **_log_slope(raw, regime),
             "regime_theory": predicted,
             "regime": regime,
@@ -285,7 +290,8 @@ class Model:
             "energy_drift": raw[:, kernel.RAW.energy_drift],
         }
         columns["growth_rate_logslope_error"] = (
-            np.abs(columns["growth_rate_logslope"] - columns["growth_rate"]) + columns["growth_rate_error"]
+            np.abs(columns["growth_rate_logslope"] - columns["growth_rate_reduced"])
+            + columns["growth_rate_reduced_error"]
         )
         for name in ("growth_rate", "frequency"):
             columns[f"{name}_stderr"] = _rate_stderr(raw[:, kernel.RAW.stderr], columns[name])
@@ -306,16 +312,16 @@ def _runs(arrays, size=None):
 
 
 def _rates(suffix, squares, regime):
-    with np.errstate(invalid="ignore"):
-        rate = np.sqrt(np.abs(squares))
     missing = np.where(regime < 0, np.nan, 0.0)
-    return {
-        f"growth_rate{suffix}": np.where(regime == kernel.UNSTABLE, rate, missing),
-        f"frequency{suffix}": np.where(regime == kernel.STABLE, rate, missing),
-    }
+    found = {}
+    for name, told, sign in (("growth_rate", kernel.UNSTABLE, -1.0), ("frequency", kernel.STABLE, 1.0)):
+        with np.errstate(invalid="ignore"):
+            rate = np.sqrt(np.maximum(sign * squares, 0.0))
+        found[f"{name}{suffix}"] = np.where(regime == told, rate, missing)
+    return found
 
 
-def _rate_errors(squares, error, regime):
+def _rate_errors(suffix, squares, error, regime):
     """Errors of the rates, to the farther end of the square's interval; missing where the regime has no such rate.
 
     Where it is marginal both rates are 0, and may be what the interval allows.
@@ -327,7 +333,7 @@ def _rate_errors(squares, error, regime):
             low, rate, high = (np.sqrt(np.maximum(x, 0.0)) for x in (square - error, square, square + error))
             farther = np.maximum(rate - low, high - rate)
             upper = np.sqrt(np.maximum(sign * squares + error, 0.0))
-        found[f"{name}_error"] = np.where(regime == kernel.MARGINAL, upper, farther)
+        found[f"{name}{suffix}_error"] = np.where(regime == kernel.MARGINAL, upper, farther)
     return found
 
 

@@ -182,6 +182,17 @@ def test_the_measurement_does_not_know_the_formula(monkeypatch):
     assert np.all(after["precession_rate_theory"] == 7.0 * points["omega3"])
 
 
+@pytest.mark.parametrize("gap", [10.0, 0.5, 1e-2, 1e-4, 1e-6, 1e-8, 1e-12])
+def test_errors_hold_the_distance_to_the_formula(gap):
+    rng = np.random.default_rng(4)
+    ratio = 1.0 + gap * rng.uniform(0.3, 1.0, COUNT)
+    points = {"ratio": ratio, "omega3": rng.uniform(-20, 20, COUNT), "half_angle": rng.uniform(0.1, 80.0, COUNT)}
+    found = symmetric_top.survey(points, *SETTINGS)
+    for name in ("precession_rate", "momentum_precession_rate"):
+        off = np.abs(found[name] - found["precession_rate_theory"])
+        assert (off <= found[f"{name}_error"]).all()
+
+
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-8, 1e-12])
 def test_the_certificate_holds_at_its_tolerance(tolerance):
     points = some_tops(np.random.default_rng(10))

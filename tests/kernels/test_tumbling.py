@@ -68,6 +68,15 @@ def test_measured_periods_agree_within_their_errors(tumblers):
         assert np.median(found[f"{name}_error"] / found[name]) < 1e-12
 
 
+def test_no_measured_bit_depends_on_the_closed_form(monkeypatch):
+    points = bodies(40, 3)
+    honest = columns(points)
+    monkeypatch.setattr(tumbling, "fill_exact", lambda *a: (a[-2].fill(1), a[-1].fill(7.0)))
+    misled = columns(points)
+    for name in honest:
+        assert (honest[name].tobytes() == misled[name].tobytes()) != name.endswith("_exact"), name
+
+
 def test_errors_are_below_1e_9_away_from_the_separatrix(tumblers):
     points, found = tumblers
     away = np.abs(1.0 - points[3] * points[1]) > 1e-5

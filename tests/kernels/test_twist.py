@@ -72,6 +72,16 @@ def test_measured_and_exact_agree_at_every_point():
     assert np.median(found["twist_error"]) < 1e-12
 
 
+def test_no_measured_bit_depends_on_the_closed_form(monkeypatch):
+    chi = np.linspace(-3.0, 3.0, 20)
+    honest = thrown((0.3, 0.8, 1.0), chi)
+    monkeypatch.setattr(twist, "fill_exact", lambda *a: a[-1].fill(7.0))
+    misled = thrown((0.3, 0.8, 1.0), chi)
+    for name in honest:
+        same = np.asarray(honest[name]).tobytes() == np.asarray(misled[name]).tobytes()
+        assert same != name.endswith(("_exact", "_theory")), name
+
+
 def test_scipy_ends_at_the_same_angle():
     rng = np.random.default_rng(7)
     for _ in range(8):

@@ -9,6 +9,7 @@ import relative
 from scipy.integrate import solve_ivp
 
 from kernels import linear
+from sweeps.mechanics import relative as theirs
 from sweeps.mechanics.relative import FlowModel, regimes
 from sweeps.systems.relative_equilibrium.variables import REGIMES
 
@@ -90,6 +91,23 @@ def check_measured(name, count=MEASURED):
 @pytest.mark.parametrize("name", ["rotor"])
 def test_motions_show_the_spectrum_of_books(name):
     check_measured(name)
+
+
+def test_no_measured_column_depends_on_a_theoretical_eigenvalue(monkeypatch):
+    m, columns = motions("rotor", 6)
+    honest, eigen = m.survey(columns), theirs._eigen
+
+    def nonsense(matrix, S):
+        found = eigen(matrix, S)
+        return found | {"eigenvalues": -3.7 * found["eigenvalues"] + 1.0, "condition": 0.0 * found["condition"]}
+
+    monkeypatch.setattr(theirs, "_eigen", nonsense)
+    monkeypatch.setattr(theirs, "_invariants", lambda matrix: 3 * (np.full(len(matrix), -7.0),))
+    misled = m.survey(columns)
+    assert not np.array_equal(honest["growth_rate_theory"], misled["growth_rate_theory"], equal_nan=True)
+    for name in honest:
+        if not name.endswith("_theory") and name != "eigenvalue_condition":
+            assert np.array_equal(honest[name], misled[name], equal_nan=True), name
 
 
 @pytest.mark.slow

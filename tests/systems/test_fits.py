@@ -24,14 +24,14 @@ def breaking():
     return sweeps.survey("breakdown")
 
 
-def synthetic(deviation, *, theory=-4.0, stderr=1e-13, status=0):
+def synthetic(deviation, *, theory=-4.0, error=1e-13, status=0):
     """A map of one body whose relative deviation of Ω² is given, over EPSILON."""
     ones = np.ones((1, 1, EPSILON.size))
     dims = ("body", "axis", "epsilon")
     columns = {
         "omega_squared": theory * (1.0 + deviation) * ones,
         "omega_squared_theory": theory * ones,
-        "omega_squared_stderr": abs(theory) * stderr * ones,
+        "omega_squared_reduced_error": abs(theory) * error * ones,
         "status": (np.zeros(EPSILON.size) + status).astype("i1") * ones.astype("i1"),
     }
     return xr.Dataset(
@@ -171,13 +171,14 @@ def test_power_law_wants_enough_points():
     assert n == 3
 
 
-def test_floor_is_ten_times_what_the_least_nudges_show():
+def test_floor_is_ten_times_what_the_least_nudges_show_or_their_error():
     epsilon = np.array([1e-8, 2e-8, 2.9e-8, 3.1e-8, 1e-3])
     deviation = np.array([np.nan, 1e-12, 3e-12, 2e-12, 1e-3])
-    stderr = np.array([1.0, 4e-12, 6e-12, 8e-12, 1.0])
+    error = np.array([1.0, 4e-12, 6e-12, 8e-12, 1.0])
     # from 2e-8, the least with a value, to 6e-8: medians 2e-12 and 6e-12
-    assert fits.deviation_floor(epsilon, deviation, stderr) == pytest.approx(6e-11)
-    assert fits.deviation_floor(epsilon, deviation * np.nan, stderr) == math.inf
+    assert fits.deviation_floor(epsilon, deviation, error) == pytest.approx(2e-11)
+    assert fits.deviation_floor(epsilon, deviation, 10.0 * error) == pytest.approx(6e-11)
+    assert fits.deviation_floor(epsilon, deviation * np.nan, error) == math.inf
 
 
 @pytest.mark.parametrize("exponent", [2.0, 1.5])
@@ -189,7 +190,7 @@ def test_breakdown_of_a_synthetic_law(exponent, theory):
 
 
 def test_breakdown_keeps_clear_of_the_floor():
-    found = fits.breakdown(synthetic(0.4 * EPSILON**2 + 2e-9, stderr=1e-10))
+    found = fits.breakdown(synthetic(0.4 * EPSILON**2 + 2e-9, error=1e-10))
     assert float(found.floor[0, 0]) == pytest.approx(2e-8, rel=1e-6)
     # at the floor a tenth of the deviation is plateau, which flattens the law by some percent there only
     assert float(found.slope[0, 0]) == pytest.approx(2.0, abs=0.03)

@@ -13,6 +13,7 @@ import sweeps
 from kernels import linear
 from sweeps import style as figure_style
 from sweeps.maps.storage import open_map, write_map
+from sweeps.systems import ratios
 from sweeps.systems.rigid_body import (
     figure_agreement,
     figure_bodies,
@@ -184,7 +185,7 @@ def test_odd_maps_have_pictures(name, tmp_path, coarse):
 def test_a_map_without_values_has_pictures(tiny, breaking, tmp_path, coarse):
     for ds, count in ((tiny.isel(axis=[1]), 3), (breaking.isel(body=SOME), 4)):
         empty = ds.copy(deep=True)
-        for name in ("omega_squared", "omega_squared_stderr", "frequency", "growth_rate"):
+        for name in ("omega_squared", "omega_squared_reduced_error", "frequency", "growth_rate"):
             empty[name][:] = np.nan
         empty["status"][:], empty["regime"][:] = 3, -1
         paths = list(figures.draw_all(empty, tmp_path))
@@ -368,7 +369,7 @@ def test_residuals_are_those_of_the_map(tiny):
         whole = tiny.where((tiny.omega_squared_theory * sign > 0) & (tiny.status == 0))
         ratio = (abs(whole.omega_squared - whole.omega_squared_theory) / whole.omega_squared_error).values.ravel()
         # the first histogram holds all nudges, the others stand before it
-        assert sum(heights[: len(figure_agreement.RATIOS) - 1]) == np.isfinite(ratio).sum()
+        assert sum(heights[: len(ratios.RATIOS) - 1]) == np.isfinite(ratio).sum()
         share = next(
             ax
             for ax in figure.axes[4:]
@@ -449,7 +450,7 @@ def test_breakdown_panels_and_table(breaking):
 def test_breakdown_says_when_the_law_is_another(breaking):
     ds = breaking.copy(deep=True)
     ds["omega_squared"] = ds.omega_squared_theory * (1 + 0.1 * ds.epsilon**1.5)
-    ds["omega_squared_stderr"] = abs(ds.omega_squared) * 1e-14
+    ds["omega_squared_reduced_error"] = abs(ds.omega_squared) * 1e-14
     figure = figure_breakdown.draw(ds)
     assert "0 of 29" in figure.texts[1].get_text()
     assert any(text.get_text().endswith(" !") for text in figure.axes[2].texts)

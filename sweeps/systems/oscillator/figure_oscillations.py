@@ -13,6 +13,7 @@ from matplotlib.patches import Patch
 
 from kernels.statuses import STATUSES
 from sweeps import colors, style
+from sweeps.systems import ratios
 from sweeps.systems.oscillator.variables import REGIMES
 
 MOST_DRAWN = 400  # values a dimension
@@ -193,20 +194,42 @@ def _handles(figure, y):
 
 
 def draw_agreement(ds: xr.Dataset) -> Figure | None:
-    """Relative deviation of the measured ω² from theory over the size of ω² beside the scale; None without a point."""
-    names = ("omega_squared", "omega_squared_theory", "rate_scale", "regime")
+    """Deviations of the measured ω² from theory: over their errors above, relative ones below; None without a point.
+
+    Below over the size of ω² beside the scale, each with its error as a dash.
+    """
+    names = ("omega_squared", "omega_squared_theory", "omega_squared_error", "rate_scale", "regime")
     stride = max(1, math.ceil(ds["omega_squared"].size / MOST_POINTS))
-    measured, theory, scale, regime = (ds[name].values.ravel()[::stride] for name in names)
+    measured, theory, error, scale, regime = (ds[name].values.ravel()[::stride] for name in names)
+    epsilon = ds["epsilon"].broadcast_like(ds["omega_squared"]).transpose(*ds["omega_squared"].dims)
     with np.errstate(all="ignore"):
         size, deviation = np.abs(theory) / scale**2, np.abs(measured / theory - 1.0)
+        ratio = np.where(measured == theory, 0.0, np.abs(measured - theory) / error)
     known = np.isfinite(size) & np.isfinite(deviation) & (size > 1e-12)
     if not known.any():
         return None
     promised = known & (size >= LEAST_RATE)
     worst = deviation[promised].max() if promised.any() else math.nan
     found = f"largest where ω² ≥ 10⁻³ scale²: {style.number(float(worst), 2)}" if promised.any() else ""
-    figure = style.canvas(6.4, 4.6, ds.attrs.get("title", ""), f"Measured ω² against theory;  {found}", 0.36)
-    ax: Axes = figure.subplots()
+    figure = style.canvas(6.4, 6.6, ds.attrs.get("title", ""), f"Measured ω² against theory;  {found}", 0.36)
+    upper, ax = figure.subplots(2, 1, height_ratios=(1.0, 1.5))
+    upper.set(xscale="log", ylabel="points", xlabel="deviation from theory / error  (dimensionless)")
+    ratios.draw(upper, ratio[known], epsilon.values.ravel()[::stride][known], colors.STABLE)
+    with np.errstate(all="ignore"):
+        bars = np.maximum(error / np.abs(theory), LEAST_DRAWN)
+    dash = {"linestyle": "none", "marker": "_", "markersize": 4, "color": ratios.ERROR, "rasterized": True}
+    ax.plot(size[known], bars[known], gid="error", zorder=1, **dash)
+    _draw_deviations(ax, size, deviation, known, regime)
+    shown = {line.get_gid() for line in ax.lines}
+    handles = [Line2D([], [], color=COLORS[name], label=name, **DOT) for name in REGIMES[1:] if name in shown]
+    handles.append(Line2D([], [], color=ratios.ERROR, label="error"))
+    handles.append(Line2D([], [], color=colors.INK, linestyle=(0, (4, 2)), label="promised"))
+    style.legend(figure, handles)
+    return figure
+
+
+def _draw_deviations(ax: Axes, size, deviation, known, regime) -> None:
+    """Relative deviations over the size of ω², and the line that they are promised to stay below."""
     for k, name in enumerate(REGIMES[1:]):
         chosen = known & (regime == k)
         look = {"linestyle": "none", "marker": "o", "markersize": 2.2, "markeredgewidth": 0.0, "alpha": 0.4}
@@ -215,13 +238,8 @@ def draw_agreement(ds: xr.Dataset) -> Figure | None:
             ax.plot(size[chosen], drawn, color=COLORS[name], gid=name, rasterized=True, **look)
     ends = (LEAST_RATE, max(2.0, size[known].max()))
     ax.plot(ends, (PROMISED, PROMISED), color=colors.INK, linewidth=1.0, linestyle=(0, (4, 2)), gid="bar")
-    ax.set(xscale="log", yscale="log", ylim=(LEAST_DRAWN / 2, max(1e-5, 2 * deviation[known].max())))
+    ax.set(xscale="log", yscale="log", ylim=(LEAST_DRAWN / 2, max(1e-5, 3 * deviation[known].max())))
     ax.set_xlabel(r"$|\omega^2|$ of theory / rate scale$^2$  (dimensionless)")
     ax.set_ylabel(r"$|\,\omega^2\,/\,\omega^2_\mathrm{theory} - 1\,|$  (dimensionless)")
     ax.grid(axis="y", color=colors.FAINT, linewidth=0.5, alpha=0.7)
     ax.set_axisbelow(True)
-    shown = {line.get_gid() for line in ax.lines}
-    handles = [Line2D([], [], color=COLORS[name], label=name, **DOT) for name in REGIMES[1:] if name in shown]
-    handles.append(Line2D([], [], color=colors.INK, linestyle=(0, (4, 2)), label="promised"))
-    style.legend(figure, handles)
-    return figure

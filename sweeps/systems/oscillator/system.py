@@ -49,7 +49,7 @@ class Oscillator(Dynamics):
         source: the description's text, for the fingerprint.
     """
 
-    samples_per_second = 20_000_000
+    samples_per_second = 12_000_000  # of two or three motions each
     point_seconds = 4e-5  # 1e-5 to 1e-4, by how hard its equilibria are to enclose
     start_seconds = 5.5  # its equations are derived
     picture_seconds = 2.5

@@ -15,6 +15,8 @@ CERTIFIED = ("proved", "undecided", "searched")  # the numbers of sweeps.mechani
 _ERROR = (
     "holds the distance to linear theory: scatter, the integration's error, the finite amplitude's bias and rounding"
 )
+_REDUCED = "what the measurement would be for an infinitesimal nudge: extrapolated from a run of half the nudge"
+_REDUCED_ERROR = "as omega_squared_error, with what the extrapolation leaves of the amplitude's bias"
 _SCATTER = "scatter of the samples only: it does not know the bias of a finite amplitude"
 
 VARIABLES = table(
@@ -34,6 +36,16 @@ VARIABLES = table(
         comment=_SCATTER,
     ),
     Variable("omega_squared_error", "s-2", "error of the measured signed square of the rate", comment=_ERROR),
+    Variable(
+        "omega_squared_reduced",
+        "s-2",
+        "square of the rate, reduced to zero amplitude",
+        comment=_REDUCED,
+        theory="omega_squared_theory",
+        error="omega_squared_reduced_error",
+    ),
+    Variable("omega_squared_reduced_error", "s-2", "error of the reduced square of the rate", comment=_REDUCED_ERROR),
+    Variable("amplitude_shift", "s-2", "what the finite amplitude adds to the measured square of the rate"),
     Variable("growth_rate_theory", "s-1", "growth rate, linear theory; 0 where not unstable"),
     Variable(
         "growth_rate",
@@ -44,6 +56,15 @@ VARIABLES = table(
     ),
     Variable("growth_rate_stderr", "s-1", "standard error of the measured growth rate", comment=_SCATTER),
     Variable("growth_rate_error", "s-1", "error of the measured growth rate", comment=_ERROR),
+    Variable(
+        "growth_rate_reduced",
+        "s-1",
+        "growth rate, reduced to zero amplitude",
+        comment=_REDUCED,
+        theory="growth_rate_theory",
+        error="growth_rate_reduced_error",
+    ),
+    Variable("growth_rate_reduced_error", "s-1", "error of the reduced growth rate", comment=_REDUCED_ERROR),
     Variable("frequency_theory", "rad s-1", "angular frequency, linear theory; 0 where not stable"),
     Variable(
         "frequency",
@@ -54,6 +75,15 @@ VARIABLES = table(
     ),
     Variable("frequency_stderr", "rad s-1", "standard error of the measured angular frequency", comment=_SCATTER),
     Variable("frequency_error", "rad s-1", "error of the measured angular frequency", comment=_ERROR),
+    Variable(
+        "frequency_reduced",
+        "rad s-1",
+        "angular frequency, reduced to zero amplitude",
+        comment=_REDUCED,
+        theory="frequency_theory",
+        error="frequency_reduced_error",
+    ),
+    Variable("frequency_reduced_error", "rad s-1", "error of the reduced angular frequency", comment=_REDUCED_ERROR),
     Variable(
         "growth_rate_logslope",
         "s-1",
@@ -67,7 +97,7 @@ VARIABLES = table(
         "growth_rate_logslope_error",
         "s-1",
         "error of the growth rate by the log slope",
-        comment="its distance from the measured growth rate, and that rate's own error",
+        comment="its distance from the reduced growth rate, and that rate's own error",
     ),
     Variable("e_folds", "1", "e-folds of growth inside the window of the log slope"),
     Variable("regime_theory", None, "regime, linear theory", "i1", REGIMES, first_flag=-1),

@@ -8,18 +8,15 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from sweeps import colors, style
+from sweeps.systems import ratios
 from sweeps.systems.rigid_body.fits import Agreement, agreement
 from sweeps.systems.rigid_body.look import LOOK
 from sweeps.systems.rigid_body.variables import STATUSES
 
 EXACT = 1e-17  # where a deviation of exactly 0 is drawn on a logarithmic axis
 IMPOSSIBLE = "#a6a9ad"
-ERROR = "#e9c46a"
 MOST_ERROR_POINTS = 3000  # beyond, their middle 90 % as a band
 BINS = 48
-RATIOS = np.geomspace(1e-3, 10.0, 33)  # bins of deviation over error; what is less is in the first
-MARKED = (1, 2, 3)  # errors
-MOST_NUDGES = 5  # sizes of the nudge that have a colour each; more are put together by decades of so many
 
 
 def draw(ds: xr.Dataset) -> Figure:
@@ -114,7 +111,8 @@ def _side(column, found: Agreement, sign: float, color: str) -> None:
             ax.set(xticks=[], yticks=[])
             ax.minorticks_off()
         return
-    _draw_ratios(upper, found, side & (found.status == 0), color)
+    at = side & (found.status == 0)
+    ratios.draw(upper, found.ratio[at], found.epsilon[at], color)
     _draw_errors(lower, theory, found.error, side & masks["ok"])
     for name, look in _looks(color, side.size).items():
         at = side & masks[name]
@@ -123,59 +121,11 @@ def _side(column, found: Agreement, sign: float, color: str) -> None:
     style.plain_log_ticks(lower.xaxis)
 
 
-def nudges(epsilon: np.ndarray) -> list[tuple[str, np.ndarray]]:
-    """Label and mask of each size of the nudge, or of each range of sizes where they are many, ascending."""
-    sizes = np.unique(epsilon)
-    parts = np.array_split(sizes, min(MOST_NUDGES, sizes.size))
-    return [
-        (
-            style.number(float(part[0]), 2) + (f" to {style.number(float(part[-1]), 2)}" if part.size > 1 else ""),
-            np.isin(epsilon, part),
-        )
-        for part in parts
-    ]
-
-
-def _draw_ratios(ax: Axes, found: Agreement, at, color: str) -> None:
-    """Histogram of deviation over error, its sizes of the nudge stacked, and the cumulative share of all."""
-    at = at & np.isfinite(found.ratio)
-    if not at.any():
-        return
-    ratio = np.clip(found.ratio, RATIOS[0], RATIOS[-1])
-    groups = [(label, ratio[at & mask]) for label, mask in nudges(found.epsilon)]
-    shades = np.linspace(0.3, 1.0, len(groups))
-    if len(groups) == 1:
-        shades = [0.8]
-    for k, shade in enumerate(shades):
-        upto = np.concatenate([values for _, values in groups[k:]])
-        ax.hist(
-            upto,
-            RATIOS,
-            color=color,
-            alpha=float(shade),
-            zorder=2,
-            gid="ratio",
-            label=rf"$\varepsilon$ = {groups[k][0]}",
-        )
-    if len(groups) > 1:
-        ax.legend(loc="upper left", fontsize="x-small", frameon=False, reverse=True)
-    share = ax.twinx()
-    ordered = np.sort(ratio[at])
-    share.plot(ordered, np.arange(1, ordered.size + 1) / ordered.size, color=colors.INK, lw=1.0, gid="cumulative")
-    share.set(ylim=(0.0, 1.05), ylabel="share below")
-    for count in MARKED:
-        ax.axvline(count, color=colors.QUIET, lw=0.8, ls=":", zorder=1, gid=f"error {count}")
-    inside = np.mean(found.ratio[at] <= 1.0)
-    ax.text(0.62, 0.4, f"{100 * inside:.4g} % inside", transform=ax.transAxes, ha="right", color=colors.QUIET)
-    ax.set_xticks([1e-3, 1e-2, 0.1, *MARKED], ["≤0.001", "0.01", "0.1", *map(str, MARKED)])
-    ax.minorticks_off()
-
-
 def _draw_errors(ax: Axes, theory, error, at) -> None:
     """Relative errors: each as a dash or, where they are many, their middle 90 % along theory as a band."""
     at = at & np.isfinite(error) & (error > 0)
     if np.count_nonzero(at) <= MOST_ERROR_POINTS:
-        look = {"marker": "_", "markersize": 6, "markeredgewidth": 1.2, "color": ERROR, "linestyle": "none"}
+        look = {"marker": "_", "markersize": 6, "markeredgewidth": 1.2, "color": ratios.ERROR, "linestyle": "none"}
         ax.plot(theory[at], np.maximum(error[at], EXACT), zorder=1, gid="error", **look)
         return
     x, y = np.log(theory[at]), error[at]
@@ -185,7 +135,7 @@ def _draw_errors(ax: Axes, theory, error, at) -> None:
     for i in np.unique(which):
         low[i], high[i] = np.percentile(y[which == i], (5, 95))
     low, high = (np.maximum(v, EXACT) for v in (low, high))
-    ax.fill_between(np.exp(cuts), low, high, step="post", color=ERROR, alpha=0.6, lw=0, zorder=1, gid="error")
+    ax.fill_between(np.exp(cuts), low, high, step="post", color=ratios.ERROR, alpha=0.6, lw=0, zorder=1, gid="error")
 
 
 def _share_deviations(axes, found: Agreement) -> None:
@@ -221,5 +171,5 @@ def _legend(figure: Figure, found: Agreement) -> None:
     errors = [artist for ax in figure.axes for artist in (*ax.collections, *ax.lines) if artist.get_gid() == "error"]
     if errors:
         label = "relative error" + (", middle 90 %" if any(not isinstance(a, Line2D) for a in errors) else "")
-        handles += [Patch(facecolor=ERROR, alpha=0.8, label=label)]
+        handles += [Patch(facecolor=ratios.ERROR, alpha=0.8, label=label)]
     style.legend(figure, handles)

@@ -58,7 +58,7 @@ def bodies(ds: xr.Dataset) -> tuple[xr.Dataset, int]:
     is a body, named by it.
     """
     middle = {dim: (ds.sizes[dim] - 1) // 2 for dim in ("omega0", "phase") if dim in ds.dims}
-    names = ["omega_squared", "omega_squared_theory", "omega_squared_stderr", "status"]
+    names = ["omega_squared", "omega_squared_theory", "omega_squared_reduced_error", "status"]
     ds = ds[names].isel(middle).sortby("epsilon")
     if "body" in ds.dims:
         total = ds.sizes["body"]

@@ -126,7 +126,7 @@ def _slice(ds: xr.Dataset, axis: int, shown: tuple[str, ...], fixed: Mapping[str
     at = {name: int(np.flatnonzero(ds[name].values == value)[0]) for name, value in fixed.items()}
     at |= {"axis": int(np.flatnonzero(ds["axis"].values == axis)[0])}
     at |= {name: slice(None, None, -(-ds.sizes[name] // MOST_CELLS)) for name in shown}
-    names = ["omega_squared", "omega_squared_stderr", "triangle_margin", "status", "regime"]
+    names = ["omega_squared", "triangle_margin", "status", "regime"]
     part = ds[names].isel(at).load().sortby(list(shown)).transpose(*reversed(shown))
     return part.assign(signed_rate=signed_rate(part["omega_squared"], fixed["omega0"]))
 

@@ -205,25 +205,24 @@ def power_law(x, y, low: float = FIT_ABOVE, high: float = FIT_BELOW) -> tuple[fl
     return slope, math.sqrt(float(scatter @ scatter) / ((n - 2) * float(u @ u))), n
 
 
-def deviation_floor(epsilon, deviation, stderr) -> float:
-    """Deviation below which a series shows no law: ten times what it shows where ε is least.
+def deviation_floor(epsilon, deviation, error) -> float:
+    """Deviation below which a series shows no law: ten times what it shows where ε is least, or may show.
 
     Args:
         epsilon: size of the nudge, ascending, shape (n,).
         deviation: |Ω²/Ω²_theory − 1| there, shape (n,).
-        stderr: its relative standard error, shape (n,).
+        error: the relative error of the reduced Ω², shape (n,): what no amplitude makes.
 
     Returns:
-        `FLOOR_FACTOR` times the larger of their medians from the least ε with values up to `FLOOR_SPAN` times
-        that (further on the standard error grows with the deviation: its scatter is the nonlinearity); infinite
-        where there is no value.
+        The larger of `FLOOR_FACTOR` times the one's median and the other's, from the least ε with values up to
+        `FLOOR_SPAN` times that; infinite where there is no value.
     """
-    epsilon, deviation, stderr = (np.asarray(values, float) for values in (epsilon, deviation, stderr))
-    finite = np.isfinite(deviation) & np.isfinite(stderr)
+    epsilon, deviation, error = (np.asarray(values, float) for values in (epsilon, deviation, error))
+    finite = np.isfinite(deviation) & np.isfinite(error)
     if not finite.any():
         return math.inf
     first = finite & (epsilon <= FLOOR_SPAN * epsilon[finite][0])
-    return FLOOR_FACTOR * max(float(np.median(deviation[first])), float(np.median(stderr[first])))
+    return max(FLOOR_FACTOR * float(np.median(deviation[first])), float(np.median(error[first])))
 
 
 def breakdown(ds: xr.Dataset) -> xr.Dataset:
@@ -241,14 +240,15 @@ def breakdown(ds: xr.Dataset) -> xr.Dataset:
         `slope_stderr`, `fitted` (1; over all but epsilon): p, its standard error and the number of points fitted.
         NaN where the theory is 0 or fewer than `LEAST_FITTED` points remain.
     """
-    ds = ds[["omega_squared", "omega_squared_theory", "omega_squared_stderr", "status"]].load().sortby("epsilon")
+    names = ["omega_squared", "omega_squared_theory", "omega_squared_reduced_error", "status"]
+    ds = ds[names].load().sortby("epsilon")
     theory = ds["omega_squared_theory"].where(ds["omega_squared_theory"] != 0)
     deviation = abs(ds["omega_squared"] / theory - 1.0).where(ds["status"] == 0)
-    stderr = abs(ds["omega_squared_stderr"] / theory).where(ds["status"] == 0)
+    error = abs(ds["omega_squared_reduced_error"] / theory).where(ds["status"] == 0)
     floor = xr.apply_ufunc(
         lambda y, error: deviation_floor(ds["epsilon"].values, y, error),
         deviation,
-        stderr,
+        error,
         input_core_dims=[["epsilon"], ["epsilon"]],
         vectorize=True,
     )

@@ -40,6 +40,7 @@ VARIABLES = table(
         "rad s-1",
         "rate at which the angular momentum turns about the figure axis, measured",
         comment=f"from a motion of its own; {_RESOLVED}",
+        theory="precession_rate_theory",
         error="momentum_precession_rate_error",
     ),
     Variable(

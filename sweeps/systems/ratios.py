@@ -1,0 +1,66 @@
+"""How true error bars are, in a picture: the distribution of deviation over error, over sizes of the nudge."""
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from sweeps import colors, style
+
+RATIOS = np.geomspace(1e-3, 10.0, 33)  # bins of deviation over error; what is less is in the first
+ERROR = "#e9c46a"  # of an error beside a deviation
+MARKED = (1, 2, 3)  # errors
+MOST_NUDGES = 5  # sizes of the nudge that have a colour each; more are put together by decades of so many
+
+
+def nudges(epsilon: np.ndarray) -> list[tuple[str, np.ndarray]]:
+    """Label and mask of each size of the nudge, or of each range of sizes where they are many, ascending."""
+    sizes = np.unique(epsilon)
+    parts = np.array_split(sizes, min(MOST_NUDGES, sizes.size))
+    return [
+        (
+            style.number(float(part[0]), 2) + (f" to {style.number(float(part[-1]), 2)}" if part.size > 1 else ""),
+            np.isin(epsilon, part),
+        )
+        for part in parts
+    ]
+
+
+def draw(ax: Axes, ratio: np.ndarray, epsilon: np.ndarray, color: str) -> None:
+    """Histogram of deviation over error, its sizes of the nudge stacked, and the cumulative share of all.
+
+    Args:
+        ax: where.
+        ratio: |deviation| / error, shape (n,); what is not finite is left out.
+        epsilon: sizes of the nudge, shape (n,).
+        color: of the bars.
+    """
+    at = np.isfinite(ratio)
+    if not at.any():
+        return
+    inside = np.mean(ratio[at] <= 1.0)
+    ratio = np.clip(ratio, RATIOS[0], RATIOS[-1])
+    groups = [(label, ratio[at & mask]) for label, mask in nudges(epsilon)]
+    shades = np.linspace(0.3, 1.0, len(groups))
+    if len(groups) == 1:
+        shades = [0.8]
+    for k, shade in enumerate(shades):
+        upto = np.concatenate([values for _, values in groups[k:]])
+        ax.hist(
+            upto,
+            RATIOS,
+            color=color,
+            alpha=float(shade),
+            zorder=2,
+            gid="ratio",
+            label=rf"$\varepsilon$ = {groups[k][0]}",
+        )
+    if len(groups) > 1:
+        ax.legend(loc="upper left", fontsize="x-small", frameon=False, reverse=True)
+    share = ax.twinx()
+    ordered = np.sort(ratio[at])
+    share.plot(ordered, np.arange(1, ordered.size + 1) / ordered.size, color=colors.INK, lw=1.0, gid="cumulative")
+    share.set(ylim=(0.0, 1.05), ylabel="share below")
+    for count in MARKED:
+        ax.axvline(count, color=colors.QUIET, lw=0.8, ls=":", zorder=1, gid=f"error {count}")
+    ax.text(0.62, 0.4, f"{100 * inside:.4g} % inside", transform=ax.transAxes, ha="right", color=colors.QUIET)
+    ax.set_xticks([1e-3, 1e-2, 0.1, *MARKED], ["≤0.001", "0.01", "0.1", *map(str, MARKED)])
+    ax.minorticks_off()
