@@ -25,6 +25,7 @@ def a_map(square, regime, names=("cone",), x=None):
     columns = {
         "omega_squared": square,
         "omega_squared_theory": square,
+        "omega_squared_error": np.full_like(square, 2e-10),
         "rate_scale": np.ones_like(square),
         "regime": regime.astype("i1"),
         "status": np.zeros(square.shape, "i1"),
@@ -95,7 +96,10 @@ def test_theory_against_measured_lists_the_regimes_that_are_there():
     square = np.full((4, 5, 1), 0.5)
     ds = a_map(square, np.full(square.shape, STABLE))
     ds["omega_squared"] = ds["omega_squared"] * (1 + 1e-10)
-    assert listed(figure_oscillations.draw_agreement(ds)) == ["stable", "promised"]
+    figure = figure_oscillations.draw_agreement(ds)
+    assert listed(figure) == ["stable", "error", "promised"]
+    (share,) = (line for ax in figure.axes for line in ax.lines if line.get_gid() == "cumulative")
+    np.testing.assert_allclose(share.get_xdata(), 0.25, rtol=1e-5)  # 0.5e-10 over 2e-10
 
 
 def test_long_lines_are_broken_between_words():
