@@ -101,7 +101,8 @@ def in_words(spin: Spin, duration) -> str:
         text = f"unstable: a nudge grows e-fold in {duration(spin.e_folding_time)}"
         if spin.flip_period is None:
             return f"{text}, yet it never turns over"
-        seen = f"; thrown, it twists by up to {spin.twist:.3g} of half a turn while its least axis comes round once"
+        share = f"up to {spin.twist:.3f}" if spin.twist >= 1e-3 else "less than 0.001"
+        seen = f"; thrown, it twists by {share} of half a turn while its least axis comes round once"
         return f"{text}, and the body flips every {duration(spin.flip_period)}{seen}"
     if spin.euler_period is not None:
         end = "least" if spin.regime == "stable_minor" else "greatest"
