@@ -1,5 +1,11 @@
-"""Single bits that a disk turns over, in a finished map and in shards: noticed, or without any effect."""
+"""Single bits that a disk turns over, in a finished map and in shards: noticed, or without any effect.
 
+POLHODE_FLIPS=5000 pytest -n 0 -m faults tests/maps/test_bits.py
+
+turns as many in a map, and a fifth of it in each of two shards.
+"""
+
+import os
 import random
 import shutil
 from collections import Counter
@@ -43,10 +49,11 @@ def whole(tmp_path_factory):
     return write(tmp_path_factory.mktemp("whole"), SMALL)
 
 
+MANY = int(os.environ.get("POLHODE_FLIPS", 1000))
 LONG = [pytest.mark.slow, pytest.mark.faults]
 
 
-@pytest.mark.parametrize("flips", [60, pytest.param(3500, marks=LONG)])
+@pytest.mark.parametrize("flips", [60, pytest.param(MANY * 7 // 10, marks=LONG)])
 def test_a_bit_of_a_maps_numbers_is_noticed_or_changes_none(whole, tmp_path, flips):
     """Where numbers lie is told by other bytes, so the file is looked at once; equal content has equal hashes."""
     path, told = shutil.copy(whole, tmp_path / "flipped.nc"), door.look(whole)
@@ -66,7 +73,7 @@ def test_a_bit_of_a_maps_numbers_is_noticed_or_changes_none(whole, tmp_path, fli
     assert ends["no effect", "deflated"] < flips / 20
 
 
-@pytest.mark.parametrize("flips", [20, pytest.param(1500, marks=LONG)])
+@pytest.mark.parametrize("flips", [20, pytest.param(MANY * 3 // 10, marks=LONG)])
 def test_a_bit_anywhere_in_a_map_is_noticed_or_has_no_effect(whole, tmp_path, flips):
     path, known = shutil.copy(whole, tmp_path / "flipped.nc"), damages.known(whole)
     rng, ends = random.Random(flips), Counter()
@@ -93,7 +100,7 @@ def parts(path):
 
 
 @pytest.mark.parametrize("number", [1, 2])
-@pytest.mark.parametrize("flips", [20, pytest.param(1000, marks=LONG)])
+@pytest.mark.parametrize("flips", [20, pytest.param(MANY // 5, marks=LONG)])
 def test_a_bit_of_a_shard_is_noticed_or_has_no_effect(tmp_path, number, flips):
     """Half of them where a merge reads: there each is noticed. Elsewhere all that a merge takes stays as it was."""
     sweep, whole, path = read(SMALL), tmp_path / "shard.nc", tmp_path / "flipped.nc"
