@@ -95,8 +95,8 @@ def _animate(frames: Callable[[], list[Image.Image]], path: Path) -> bool:
 
 def _write(draw: Callable[[], Figure | None], path: Path) -> bool:
     with matplotlib.rc_context(STYLE), warnings.catch_warnings(), np.errstate(all="ignore"):  # of numbers of any size
-        warnings.filterwarnings("ignore", "Glyph .* missing from font")  # names may be in any script
-        warnings.filterwarnings("ignore", "constrained_layout not applied")  # where numbers of any size leave no room
+        # matplotlib's remarks on names in scripts that its font lacks, on axes without room, on limits without extent
+        warnings.simplefilter("ignore", UserWarning)
         figure = draw()
         if figure is None:
             return False

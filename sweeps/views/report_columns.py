@@ -103,6 +103,7 @@ def reduced(name: str, values: np.ndarray, scales: Mapping[str, np.ndarray | Non
     return PageColumn(name, values, powers)
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def _without(values: np.ndarray, k: int, scale, power: int) -> np.ndarray | None:
     """The first slice along dimension k, in the unit of the law; None where the law does not hold."""
     factor = 1.0 if power == 0 else (scale**power).reshape([-1 if i == k else 1 for i in range(values.ndim)])
@@ -110,7 +111,9 @@ def _without(values: np.ndarray, k: int, scale, power: int) -> np.ndarray | None
     for i in (-1, values.shape[k] // 2):  # most laws fail here already
         if not _same(np.take(values, [i], axis=k) * (1.0 if power == 0 else np.take(factor, [i], axis=k)), first):
             return None
-    return first.astype(values.dtype) if _same(values * factor, first) else None
+    scaled = values * factor
+    is_law = _same(scaled, first) and np.array_equal(np.isfinite(scaled), np.isfinite(values))  # and no overflow
+    return first.astype(values.dtype) if is_law else None
 
 
 def _same(values: np.ndarray, first: np.ndarray) -> bool:

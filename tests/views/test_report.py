@@ -148,6 +148,11 @@ def test_a_law_that_fails_at_one_point_is_no_law():
     assert report_columns.reduced("x", values, {"a": None, "b": None}).powers == {}
 
 
+def test_products_that_overflow_obey_no_law():
+    values = np.array([1.5e308, 1.6e308])
+    assert report_columns.reduced("x", values, {"a": np.array([10.0, 20.0])}).powers == {}
+
+
 def test_numbers_beyond_single_precision_stay_doubles():
     column = report_columns.PageColumn("x", np.array([1e-200, 1.0, 1e200]))
     packed = report_columns.pack(column, 24)
