@@ -238,6 +238,8 @@ def test_body_says_what_the_racket_does(capsys):
     assert f"grows e-fold in {1 / rate:.4g} s" in out
     assert f"in {2 * np.pi / (10 * np.sqrt(0.01517 * 0.01627 / (0.01638 * 0.01748))):.4g} s" in out
     assert "the body flips every" in out
+    assert "each flip time below is for this nudge and the axis of its line" in " ".join(out.split())
+    assert "nudged by 1e-06 of it" in out
     assert "axis 2, its own" in out
 
 
