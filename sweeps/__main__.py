@@ -8,6 +8,7 @@ from argparse import RawDescriptionHelpFormatter
 from importlib import import_module
 from io import TextIOWrapper
 from pathlib import Path
+from traceback import extract_tb
 
 import sweeps
 from sweeps.commands import NAMES, completion
@@ -69,7 +70,7 @@ def main(arguments: list[str] | None = None) -> int:
     except BrokenPipeError:
         return 1
     except OSError as error:
-        return _refused(f"{error.filename or 'system'}: {error.strerror or error}; allowed: {MACHINE}")
+        return _refused(f"{error.filename or _where(error)}: {error.strerror or error}; allowed: {MACHINE}")
     except MemoryError:
         return _refused(f"memory: is full; allowed: {MACHINE}")
     except RuntimeError as error:
@@ -79,6 +80,12 @@ def main(arguments: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("interrupted; what was finished stays", file=sys.stderr)
         return 130
+
+
+def _where(error: OSError) -> str:
+    """Which line of ours an error without a file's name came through, for mistakes of ours."""
+    lines = [line for line in extract_tb(error.__traceback__) if "sweeps" in Path(line.filename).parts]
+    return f"system (at {Path(lines[-1].filename).name}, line {lines[-1].lineno})" if lines else "system"
 
 
 def _refused(message: str) -> int:

@@ -35,10 +35,13 @@ class RawFile:
         """
         if self._handle is None:
             raise ValueError(f"{self.path}: is closed")
-        content = os.pread(self._handle, size, address)
-        while content and len(content) < size:
-            more = os.pread(self._handle, size - len(content), address + len(content))
-            content = content + more if more else b""
+        try:
+            content = os.pread(self._handle, size, address)
+            while content and len(content) < size:
+                more = os.pread(self._handle, size - len(content), address + len(content))
+                content = content + more if more else b""
+        except OSError as error:  # which names no file
+            raise OSError(error.errno, error.strerror, self.path) from None
         if len(content) != size:
             raise MapError(f"{self.path}: was changed while it was read; allowed: a file that stays as it is")
         return content

@@ -1,5 +1,6 @@
 """One door for every file: what is strange is refused in words, and what is let in holds what other libraries read."""
 
+import errno
 import os
 import resource
 import shutil
@@ -19,7 +20,8 @@ from hypothesis import strategies as st
 from maps import write
 
 import sweeps
-from sweeps.maps import door, storage
+from sweeps.__main__ import main
+from sweeps.maps import door, raw, storage
 from sweeps.shards import content, looking
 
 TRIED = 75  # damages of each system's map; `python tests/damages.py` tries them all
@@ -212,6 +214,24 @@ def test_a_file_that_changes_while_it_is_open_is_refused(path, tmp_path):
         os.truncate(copy, 5000)
         with pytest.raises(storage.MapError, match="was changed"):
             ds.load()
+
+
+def test_a_disk_that_fails_is_said_with_the_files_name(path, monkeypatch, capsys):
+    def failing(*_):
+        raise OSError(errno.EIO, "Input/output error")
+
+    monkeypatch.setattr(raw.os, "pread", failing)
+    assert main(["show", str(path)]) == 2
+    assert f"{path}: Input/output error; allowed: " in capsys.readouterr().err
+
+
+def test_an_error_of_the_system_without_a_file_says_where_it_came_from(path, monkeypatch, capsys):
+    def failing(self, *_):
+        raise OSError(errno.ENOENT, "No such file or directory")
+
+    monkeypatch.setattr(storage.admission.RawFile, "read", failing)
+    assert main(["show", str(path)]) == 2
+    assert "system (at raw.py, line " in capsys.readouterr().err
 
 
 def test_a_flag_without_a_meaning_is_refused_as_it_is_read(path, tmp_path):
