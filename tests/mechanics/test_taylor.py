@@ -20,7 +20,7 @@ def scratch(model, columns, x, v, epsilon):
     theory = model.theory(columns)
     place = theory["place"][:1]
     parameters = [p[:1] for p in theory["parameters"]]
-    rows, _ = model._rows(parameters, place, np.array([epsilon]), np.reshape(x, (-1, 1)), np.reshape(v, (-1, 1)))
+    rows = model._rows(parameters, place, np.array([epsilon]), np.reshape(x, (-1, 1)), np.reshape(v, (-1, 1)))
     S = np.empty(model.code.rows * W)
     S.reshape(-1, W)[:] = rows[0][:, None]
     return S, place[0], theory["scale"][0]
