@@ -109,3 +109,10 @@ def test_long_lines_are_broken_between_words():
     assert len(lines) > 3
     assert max(map(len, lines)) <= 4.0 * style.SUBTITLE_LETTERS
     assert " ".join(" ".join(lines[1:]).split()) == ("a word and " * 20).strip()
+
+
+def test_a_map_of_more_values_than_can_be_seen_is_thinned():
+    square = np.linspace(0.5, 2.0, 1000)[:, None, None] * np.ones((1, 3, 1))
+    figure = figure_oscillations.draw(a_map(square, np.full(square.shape, STABLE)))
+    (mesh,) = [c for ax in figure.axes for c in ax.collections if c.get_gid() == "measured"]
+    assert max(mesh.get_array().shape) <= figure_oscillations.MOST_DRAWN < square.shape[0]

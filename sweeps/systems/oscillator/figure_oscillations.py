@@ -16,7 +16,7 @@ from sweeps import colors, style
 from sweeps.systems import ratios
 from sweeps.systems.oscillator.variables import REGIMES
 
-MOST_DRAWN = 1e9  # of a deviation: larger ones stand at the edge
+MOST_DRAWN = 400  # values a dimension
 MOST_PANELS = 8
 MOST_POINTS = 40_000
 PROMISED, LEAST_RATE = 1e-6, 1e-3  # relative, and how small ω² may be beside the scale's square
@@ -24,7 +24,7 @@ LEAST_DRAWN = 1e-17
 COLORS = {"stable": colors.STABLE, "unstable": colors.UNSTABLE, "marginal": colors.INK}
 DOT = {"linestyle": "none", "marker": "o", "markersize": 4.0}  # in a legend
 MISSING = "#e6e6e6"
-MOST_DRAWN = 1e9  # of a deviation: larger ones stand at the edge
+MOST_DEVIATION = 1e9  # larger ones stand at the edge
 ROUNDING = 1e-12  # of ω²/scale²: what is below is no sign
 MOST_DOTS = 1000  # marginal points of a panel; more stand on a coarser lattice
 LEAST_WIDTH = 5.4  # inches, for the title
@@ -234,12 +234,13 @@ def _draw_deviations(ax: Axes, size, deviation, known, regime) -> None:
     for k, name in enumerate(REGIMES[1:]):
         chosen = known & (regime == k)
         look = {"linestyle": "none", "marker": "o", "markersize": 2.2, "markeredgewidth": 0.0, "alpha": 0.4}
-        drawn = np.clip(deviation[chosen], LEAST_DRAWN, MOST_DRAWN)
+        drawn = np.clip(deviation[chosen], LEAST_DRAWN, MOST_DEVIATION)
         if chosen.any():
             ax.plot(size[chosen], drawn, color=COLORS[name], gid=name, rasterized=True, **look)
     ends = (LEAST_RATE, max(2.0, size[known].max()))
     ax.plot(ends, (PROMISED, PROMISED), color=colors.INK, linewidth=1.0, linestyle=(0, (4, 2)), gid="bar")
-    ax.set(xscale="log", yscale="log", ylim=(LEAST_DRAWN / 2, min(max(1e-5, 3 * deviation[known].max()), MOST_DRAWN)))
+    most = min(max(1e-5, 3 * deviation[known].max()), MOST_DEVIATION)
+    ax.set(xscale="log", yscale="log", ylim=(LEAST_DRAWN / 2, most))
     ax.set_xlabel(r"$|\omega^2|$ of theory / rate scale$^2$  (dimensionless)")
     ax.set_ylabel(r"$|\,\omega^2\,/\,\omega^2_\mathrm{theory} - 1\,|$  (dimensionless)")
     ax.grid(axis="y", color=colors.FAINT, linewidth=0.5, alpha=0.7)
