@@ -9,7 +9,7 @@ import fcntl
 import multiprocessing
 import os
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 
 from numba import NumbaExperimentalFeatureWarning
@@ -31,10 +31,7 @@ def _alone() -> Iterator[None]:
         except OSError as error:
             if error.errno not in claims.UNSUPPORTED:
                 raise
-        with warnings.catch_warnings():
-            # kernels take a system's compiled step as an argument, which Numba calls an experiment
-            warnings.simplefilter("ignore", NumbaExperimentalFeatureWarning)
-            yield
+        yield
     finally:
         os.close(handle)
 
@@ -55,8 +52,16 @@ def compile_kernels(everything: bool = False) -> None:
 def _compile(everything: bool, from_the_end: bool = False) -> None:
     stored.store_in_turn()
     found = systems.compilations(everything)
-    for compilation in reversed(found) if from_the_end else found:
-        compilation()
+    _run(reversed(found) if from_the_end else found)
+
+
+def _run(compilations: Iterable[Callable[[], None]]) -> None:
+    """One after the other, in whichever process, without Numba's remarks."""
+    with warnings.catch_warnings():
+        # kernels take a system's compiled step as an argument, which Numba calls an experiment
+        warnings.simplefilter("ignore", NumbaExperimentalFeatureWarning)
+        for compilation in compilations:
+            compilation()
 
 
 def compile_system(system: systems.Dynamics) -> None:
@@ -66,7 +71,7 @@ def compile_system(system: systems.Dynamics) -> None:
         DescriptionError: for what is wrong with its description.
     """
     with _alone():
-        system.compile()
+        _run([system.compile])
         stored.note(cache_folder())
     compiled = system.compiled()
     compiled.parent.mkdir(parents=True, exist_ok=True)
@@ -78,7 +83,7 @@ def compile_missing(system: systems.Dynamics) -> None:
     """Compiles, alone, what one system calls, unless it lies in the cache whole: call it before work that is shared."""
     if not (stored.is_whole(cache_folder()) and _says_compiled(system)):
         with _alone():
-            system.compile()
+            _run([system.compile])
             stored.note(cache_folder())
 
 
