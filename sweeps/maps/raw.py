@@ -1,4 +1,4 @@
-"""RawValues of a map from their places in its file, chunk by chunk: bounded in memory, and no decoding but our own."""
+"""Values of a map from their places in its file, chunk by chunk: bounded in memory, and no decoding but our own."""
 
 import math
 import os
