@@ -6,6 +6,7 @@ from sweeps.schema.layout import Layout
 from sweeps.schema.parameters import Parameter, Quantity
 from sweeps.schema.values import MIN_SPIN_RATE, Axis, Epsilon, Moment, Phase, spin_rate
 from sweeps.schema.variables import Role, Variable, table
+from sweeps.systems import listed
 
 MOMENTS = ("I1", "I2", "I3")
 SHAREABLE = ("omega0", "epsilon", "phase")  # what a body may give, and the grid gives where it does not
@@ -232,16 +233,7 @@ PARAMETERS = (
 COORDINATES = (
     table(Variable("axis", "1", "spin axis (1, 2 or 3)", "i1"), Variable("body", None, "body", "str"))
     | parameters.coordinates(PARAMETERS)
-    | table(
-        Variable(
-            "moments_are_ratios",
-            None,
-            "whether the moments are known as ratios only",
-            "i1",
-            ("kilogram_square_metres", "ratios"),
-            "where 1, I1, I2 and I3 of the body are in a unit of their own",
-        )
-    )
+    | table(listed.MOMENTS_ARE_RATIOS)
 )
 
 LAYOUT = Layout(

@@ -5,57 +5,31 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sweeps.schema.layout import Layout
-from sweeps.schema.parameters import Range
-from sweeps.schema.variables import Variable
-from sweeps.systems import listed
+from sweeps.systems.measured_once import MeasuredOnce
 from sweeps.systems.once import Once
-from sweeps.systems.system import Dynamics, Reference
+from sweeps.systems.system import Reference
+from sweeps.systems.tumbling import variables
 from sweeps.systems.tumbling.definition import SHAREABLE, TumblingDefinition
 from sweeps.systems.tumbling.look import LOOK
-from sweeps.systems.tumbling.variables import ARGUMENTS, COORDINATES, EXACT, LAYOUT, PERIODS, VARIABLES
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
 
-class Tumbling(Dynamics):
+class Tumbling(MeasuredOnce):
     """A free body at any energy: mode, period in the body, periods about the angular momentum."""
 
     name = "tumbling"
     look = LOOK
     kernels = ("tumbling", "statuses", "rigid_body")
     model = TumblingDefinition
+    tables = variables
+    shareable = SHAREABLE
+    closed = "periods"
     references = "Landau and Lifshitz, Mechanics, section 37; Kaasalainen, Astronomy and Astrophysics 376 (2001) 302"
     caption = "measured mode and periods of tumbling bodies, beside the closed form"
     samples_per_second = 80_000
-
-    def dimensions(self, definition: TumblingDefinition) -> dict[str, Range | np.ndarray]:
-        """(I1, I2, I3, energy, omega0), or (body, …) and what no body gives itself."""
-        return listed.dimensions_of(definition, ARGUMENTS, SHAREABLE)
-
-    def auxiliary(self, definition: TumblingDefinition) -> dict[str, tuple[str, np.ndarray]]:
-        """Along `body`: what bodies give themselves."""
-        return listed.auxiliary(definition, SHAREABLE)
-
-    def arguments(self, definition: TumblingDefinition) -> tuple[str, ...]:
-        """Names of what a point consists of."""
-        return ARGUMENTS
-
-    def coordinates(self, definition: TumblingDefinition) -> dict[str, Variable]:
-        """Name → coordinate."""
-        return COORDINATES
-
-    def variables(self, definition: TumblingDefinition | None = None) -> dict[str, Variable]:
-        """Name → variable: the closed form alone where nothing is followed."""
-        if definition is None:
-            return EXACT
-        return VARIABLES if definition.integration.measured else EXACT
-
-    def layout(self) -> Layout:
-        """What any of its maps may hold."""
-        return LAYOUT
 
     def reference(self) -> Reference:
         """The period in the body by SciPy and by the closed form."""
@@ -73,16 +47,10 @@ class Tumbling(Dynamics):
         columns["triangle_margin"] = rigid_body.triangle_margin(points["I1"], points["I2"], points["I3"])
         if integration.measured:
             apart = np.zeros(columns["mode"].shape, dtype=bool)
-            for name in PERIODS:
+            for name in variables.PERIODS:
                 apart |= np.abs(columns[name] - columns[f"{name}_exact"]) > columns[f"{name}_error"]
             columns["status"] = np.where(apart, statuses.NOT_CONVERGED, statuses.OK).astype(np.int8)
         return columns
-
-    def method(self, definition: TumblingDefinition) -> str:
-        """How the motion was computed."""
-        if definition.integration.measured:
-            return "direct integration of angular velocity and attitude, certified by the closed form"
-        return "closed form of the periods"
 
     def compile(self) -> None:
         """Compiles the kernels of the periods."""

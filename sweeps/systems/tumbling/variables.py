@@ -8,6 +8,7 @@ from sweeps.schema.layout import Layout
 from sweeps.schema.parameters import Parameter, Quantity
 from sweeps.schema.values import MAX_SPIN_RATE, MIN_SPIN_RATE, Moment, number
 from sweeps.schema.variables import Role, Variable, table
+from sweeps.systems import listed
 
 MOMENTS = ("I1", "I2", "I3")
 ARGUMENTS = (*MOMENTS, "energy", "omega0")
@@ -80,18 +81,7 @@ PARAMETERS = (
 )
 
 COORDINATES = (
-    table(Variable("body", None, "body", "str"))
-    | parameters.coordinates(PARAMETERS)
-    | table(
-        Variable(
-            "moments_are_ratios",
-            None,
-            "whether the moments are known as ratios only",
-            "i1",
-            ("kilogram_square_metres", "ratios"),
-            "where 1, I1, I2 and I3 of the body are in a unit of their own",
-        )
-    )
+    table(Variable("body", None, "body", "str")) | parameters.coordinates(PARAMETERS) | table(listed.MOMENTS_ARE_RATIOS)
 )
 
 LAYOUT = Layout(

@@ -1,0 +1,56 @@
+"""What systems share whose points are a body, listed or in the grid, and whose motions are measured once round."""
+
+from types import ModuleType
+
+import numpy as np
+
+from sweeps.schema.layout import Layout
+from sweeps.schema.parameters import Range
+from sweeps.schema.variables import Variable
+from sweeps.systems import listed
+from sweeps.systems.system import Dynamics
+
+
+class MeasuredOnce(Dynamics):
+    """A free body that is followed once round, or told by the closed form alone.
+
+    Attributes:
+        tables: its module of variables: ARGUMENTS, COORDINATES, VARIABLES, EXACT (the closed form's) and LAYOUT.
+        shareable: names of what a body may give itself besides its moments.
+        closed: what the closed form is of, for a map's `source`.
+    """
+
+    tables: ModuleType
+    shareable: tuple[str, ...]
+    closed: str
+
+    def dimensions(self, definition) -> dict[str, Range | np.ndarray]:
+        """The arguments, or (body, …) and what no body gives itself."""
+        return listed.dimensions_of(definition, self.tables.ARGUMENTS, self.shareable)
+
+    def auxiliary(self, definition) -> dict[str, tuple[str, np.ndarray]]:
+        """Along `body`: what bodies give themselves."""
+        return listed.auxiliary(definition, self.shareable)
+
+    def arguments(self, definition) -> tuple[str, ...]:
+        """Names of what a point consists of."""
+        return self.tables.ARGUMENTS
+
+    def coordinates(self, definition) -> dict[str, Variable]:
+        """Name → coordinate."""
+        return self.tables.COORDINATES
+
+    def variables(self, definition=None) -> dict[str, Variable]:
+        """Name → variable: the closed form alone where nothing is followed."""
+        followed = definition is not None and definition.integration.measured
+        return self.tables.VARIABLES if followed else self.tables.EXACT
+
+    def layout(self) -> Layout:
+        """What any of its maps may hold."""
+        return self.tables.LAYOUT
+
+    def method(self, definition) -> str:
+        """How the motion was computed."""
+        if definition.integration.measured:
+            return "direct integration of angular velocity and attitude, certified by the closed form"
+        return f"closed form of the {self.closed}"
