@@ -31,6 +31,7 @@ from sweeps.systems.rigid_body import inertia
 from sweeps.systems.rigid_body.variables import (
     CERTIFICATE,
     FLIPS,
+    IN_SPACE,
     MOMENTS,
     PARAMETERS,
     SHAREABLE,
@@ -195,6 +196,11 @@ class RigidBodyIntegration(Integration):
         "20,000 rotations each way",
     )
 
+    attitude: bool = Field(
+        False,
+        description="true or false: whether to follow the attitude too, and measure how the spin axis moves in space",
+    )
+
     @property
     def table(self) -> dict[str, Variable]:
         """Name → variable of a map that is made so."""
@@ -206,7 +212,8 @@ class RigidBodyIntegration(Integration):
     @property
     def _possible(self) -> dict[str, Variable]:
         certificate = CERTIFICATE if self.propagator == "direct" else {}
-        return VARIABLES | certificate | (FLIPS if self.flips else {}) | TERMS
+        seen = IN_SPACE if self.attitude else {}
+        return VARIABLES | certificate | (FLIPS if self.flips else {}) | seen | TERMS
 
     @model_validator(mode="after")
     def _check_variables(self) -> "RigidBodyIntegration":

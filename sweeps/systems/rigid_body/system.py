@@ -30,7 +30,7 @@ class RigidBody(Dynamics):
 
     name = "rigid_body"
     look = LOOK
-    kernels = ("survey",)
+    kernels = ("survey", "in_space")
     model = RigidBodyDefinition
     references = "Landau and Lifshitz, Mechanics, sections 36 and 37"
     caption = "measured rates of small perturbations about each principal axis, beside linear theory"
@@ -77,13 +77,15 @@ class RigidBody(Dynamics):
 
     def columns(self, points: Mapping[str, np.ndarray], integration: RigidBodyIntegration) -> dict[str, np.ndarray]:
         """Linear theory beside what is measured; see `kernels.survey`."""
-        from kernels import survey
+        from kernels import in_space, survey  # noqa: F401  (what a map's fingerprint covers is imported with it)
 
         settings = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
         options = {"propagator": integration.propagator, "nonlinear": integration.flips, "wanted": integration.table}
         columns = survey.survey(points, *settings, collapse=integration.collapse, **options)
         if integration.collapse and "omega_squared" in columns:
             _compare_with_some_in_full(columns, points, settings, options)
+        if integration.attitude:
+            columns |= _in_space(points, settings, integration.table)
         return columns
 
     def motions(self, points: Mapping[str, np.ndarray], integration: RigidBodyIntegration) -> int:
@@ -201,6 +203,20 @@ class RigidBody(Dynamics):
         from sweeps.systems.rigid_body import figure_flip
 
         return {"flip": lambda: figure_flip.frames(ds)}
+
+
+def _in_space(points, settings, wanted) -> dict[str, np.ndarray]:
+    """Columns of the body seen from space; the rate of the spin axis is that of psi and of the wobble together."""
+    from kernels import in_space, linear, survey
+
+    found = in_space.survey(points, *settings)
+    needed = {"frequency", "frequency_error", "regime"}
+    wobble = survey.measured(points, *settings, wanted=needed)
+    senses = {linear.STABLE_MAJOR: 1.0, linear.STABLE_MINOR: -1.0}
+    sense = np.select([wobble["regime"] == flag for flag in senses], list(senses.values()), np.nan)
+    found["space_rate"] = found.pop("psi_rate") + sense * wobble["frequency"]
+    found["space_rate_error"] = found.pop("psi_rate_error") + np.abs(sense) * wobble["frequency_error"]
+    return {name: values for name, values in found.items() if name in wanted}
 
 
 def _compare_with_some_in_full(columns, points, settings, options):

@@ -192,6 +192,40 @@ FLIPS = table(
     ),
 )
 
+IN_SPACE = table(
+    Variable(
+        "attitude_error",
+        "rad",
+        "largest angle between the direct integration's attitude and the exact one",
+        "f4",
+        comment="the attitude's certificate: over the samples used, by an exact step that shares no code with the "
+        "direct integrator",
+        role=Role.CERTIFICATE,
+    ),
+    Variable(
+        "space_rate",
+        "rad s-1",
+        "mean rate at which the spin axis goes round the angular momentum in space, measured; missing where not stable",
+        exact="space_rate_exact",
+        error="space_rate_error",
+    ),
+    Variable("space_rate_error", "rad s-1", "error of the measured rate of the spin axis in space"),
+    Variable(
+        "space_rate_exact",
+        "rad s-1",
+        "mean rate at which the spin axis goes round the angular momentum in space, closed form; missing where the "
+        "polhode does not encircle it",
+    ),
+    Variable(
+        "geometric_phase_residual",
+        "rad",
+        "distance of the turn about the angular momentum in one polhode period from what its solid angle makes of it",
+        "f4",
+        comment="Montgomery's theorem: 2T P/L less the signed solid angle, by the trapezoidal rule",
+        role=Role.CHECK,
+    ),
+)
+
 SpinRate = spin_rate("omega0")
 MOMENT = Quantity("moment", "kg m2", "finite, > 0", Moment)
 SPIN = Quantity("spin rate", "rad s-1", "1e-150 ≤ |omega0| ≤ 1e150", SpinRate, least=MIN_SPIN_RATE)
@@ -238,7 +272,7 @@ COORDINATES = (
 
 LAYOUT = Layout(
     {"body": COORDINATES["body"], **COORDINATES},  # in storage order
-    VARIABLES | CERTIFICATE | FLIPS,
+    VARIABLES | CERTIFICATE | FLIPS | IN_SPACE,
     tuple(VARIABLES),
     {"axis": Axis} | {parameter.name: parameter.quantity.item for parameter in PARAMETERS},
     along="body",

@@ -1,0 +1,257 @@
+r"""A nudged spin seen from space: the attitude step by step beside its closed form, and how the spin axis moves.
+
+Points are those of :mod:`kernels.survey`; samples count until the perturbation has grown tenfold. In radians of spin.
+
+*Certificate.* The direct integrator carries the quaternion beside the angular velocity (:mod:`kernels.turning`). Beside
+it runs the exact attitude step (:mod:`kernels.attitude`) on the exact step of the angular velocity; the two share no
+code. ``attitude_error`` is the largest angle between them.
+
+*Rate in space.* With psi the turn that is left when the shortest arc from L to the spin axis is taken off the attitude,
+the axis of a stable spin goes about L at the mean rate :math:`\langle\psi'\rangle \pm \Omega`: plus about the axis of
+greatest moment, minus about that of least. The mean of psi' is that of the samples, and its error what it wanders by;
+the frequency of the wobble in the body is the survey's, and so is its error.
+
+*Second witness.* ``geometric_phase_residual`` is the distance of psi's growth over one polhode period, by the elliptic
+integral, from what Montgomery's theorem makes of energy, period and a solid angle (:mod:`kernels.tumbling`).
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from kernels import attitude, direct, exact, measure, rigid_body, solution, tumbling
+from kernels.blocks import W, cut
+from kernels.options import INLINE, OPTIONS
+from kernels.turning import turn_12
+
+IN_SPACE = ("attitude_error", "psi_rate", "psi_rate_error", "space_rate_exact", "geometric_phase_residual")
+EPSILON = float(np.finfo(np.float64).eps)
+
+# Rows of the scratch array, W long each. The direct state: angular velocity, quaternion, steps.
+A, B, C, Q0, QA, QB, QC, KA, KB, KC, HALF = (W * r for r in range(11))
+# The exact state, by (d, j, k): angular velocity, its step, the unfinished quaternion, and the step's constants.
+XD, XJ, XK, SD, SJ, SK, R0, RD, RJ, RK = (W * r for r in range(11, 21))
+GD, GJ, GK, ALPHA, BETA, GAMMA, COSINE2, ER, EI, FR, FI, AXIS, TURNED = (W * r for r in range(21, 34))
+# Moments over L, the start's direction of L, window, and what is found.
+MA, MB, MC, NA, NB, NC, START, OPEN, APART, USED = (W * r for r in range(34, 44))
+ZR, ZI, PSI, LEAST, MOST, SPACING = (W * r for r in range(44, 50))
+ROWS = 50
+
+
+@njit(**OPTIONS)
+def steps_of(x, size, intervals, tolerance):
+    """Steps of order 12 in a sample interval of x (radians at the largest rate), for a perturbation up to ``size``."""
+    total = max(x * intervals, 1.0)
+    rate = (total * direct.truncation(size, 12) / (0.1 * tolerance)) ** (1.0 / 12.0)
+    return int(max(1.0, math.ceil(x * max(rate, 1.0))))
+
+
+@njit(**INLINE)
+def _heading(q0, qa, qb, qc, n_a, n_b, n_c, m_a, m_b, m_c):
+    """Cosine and sine of psi/2, to a positive factor: ``P(n) q P(m)*`` with the axis a on the side of L.
+
+    n is the direction of L in the body at the start and m now, with n_a and m_a > 0.
+    """
+    P, N = 1.0 + m_a, 1.0 + n_a
+    # q times P(m)* = (P, 0, -m_c, m_b)
+    t0 = q0 * P + qb * m_c - qc * m_b
+    ta = qa * P + qb * m_b + qc * m_c
+    tb = qb * P - q0 * m_c - qa * m_b
+    tc = qc * P + q0 * m_b - qa * m_c
+    # P(n) = (N, 0, n_c, -n_b) times that
+    return N * t0 - n_c * tb + n_b * tc, N * ta + n_c * tc + n_b * tb
+
+
+@njit(**OPTIONS)
+def _load(S, lane, Ia, Ib, Ic, spin, epsilon, phase, h, steps):
+    """Set up one lane; moments in a unit near the greatest, spin +1 or -1."""
+    a, b, c = spin, epsilon * math.cos(phase), epsilon * math.sin(phase)
+    ca, cb, cc = rigid_body.euler_coefficients(Ia, Ib, Ic)
+    step = h / steps
+    S[A + lane], S[B + lane], S[C + lane] = a, b, c
+    S[Q0 + lane], S[QA + lane], S[QB + lane], S[QC + lane] = 1.0, 0.0, 0.0, 0.0
+    S[KA + lane], S[KB + lane], S[KC + lane], S[HALF + lane] = ca * step, cb * step, cc * step, 0.5 * step
+    d, turned, g_d, g_j, g_k, e0, e1, e2, e3, e4, e5, e6, e7 = attitude.short_step_constants(Ia, Ib, Ic, a, b, c, h)
+    s1, s2, s3 = exact.short_step_constants(Ia, Ib, Ic, a, b, c, h)
+    S[SD + lane], S[SJ + lane], S[SK + lane] = attitude.oriented(d, s1, s2, s3)
+    w_d, w_j, w_k = attitude.oriented(d, a, b, c)
+    w_d, w_k = turned * w_d, turned * w_k
+    S[XD + lane], S[XJ + lane], S[XK + lane] = w_d, w_j, w_k
+    S[GD + lane], S[GJ + lane], S[GK + lane] = g_d, g_j, g_k
+    S[ALPHA + lane], S[BETA + lane], S[GAMMA + lane], S[COSINE2 + lane] = e0, e1, e2, e3
+    S[ER + lane], S[EI + lane], S[FR + lane], S[FI + lane] = e4, e5, e6, e7
+    S[AXIS + lane], S[TURNED + lane] = d, turned
+    S[R0 + lane], S[RD + lane], S[RJ + lane], S[RK + lane] = attitude.lifted(g_d * w_d, g_j * w_j, g_k * w_k, 1.0, 0.0)
+    L = math.sqrt((Ia * a) ** 2 + (Ib * b) ** 2 + (Ic * c) ** 2)
+    # seen from the end of the spin axis on the side of L: for a spin the other way, half a turn about b
+    S[MA + lane], S[MB + lane], S[MC + lane] = Ia / L * spin, Ib / L, Ic / L * spin
+    S[NA + lane], S[NB + lane], S[NC + lane] = S[MA + lane] * a, S[MB + lane] * b, S[MC + lane] * c
+    S[START + lane] = b * b + c * c
+    S[OPEN + lane], S[USED + lane], S[APART + lane], S[PSI + lane] = 1.0, 0.0, 0.0, 0.0
+    S[ZR + lane], S[ZI + lane], S[LEAST + lane], S[MOST + lane] = 1.0, 0.0, math.inf, -math.inf
+    S[SPACING + lane] = h
+
+
+@njit(**OPTIONS)
+def _advance(S, steps):
+    """One sample interval: the direct steps, and one exact step."""
+    for _ in range(steps):
+        for lane in range(W):
+            a, b, c, w, x, y, z = turn_12(
+                *(S[A + lane], S[B + lane], S[C + lane]),
+                *(S[Q0 + lane], S[QA + lane], S[QB + lane], S[QC + lane]),
+                *(S[KA + lane], S[KB + lane], S[KC + lane], S[HALF + lane]),
+            )
+            S[A + lane], S[B + lane], S[C + lane] = a, b, c
+            S[Q0 + lane], S[QA + lane], S[QB + lane], S[QC + lane] = w, x, y, z
+
+
+@njit(**OPTIONS)
+def _compare(S):
+    """One exact step of every lane, its angle to the direct attitude, and the heading's turn since the last sample."""
+    opened = 0
+    for lane in range(W):
+        w_d, w_j, w_k = S[XD + lane], S[XJ + lane], S[XK + lane]
+        r0, rd, rj, rk = attitude.step(
+            *(w_d, w_j, w_k),
+            *(S[R0 + lane], S[RD + lane], S[RJ + lane], S[RK + lane]),
+            *(S[ALPHA + lane], S[BETA + lane], S[GAMMA + lane], S[COSINE2 + lane]),
+            *(S[ER + lane], S[EI + lane], S[FR + lane], S[FI + lane]),
+        )
+        w_d, w_j, w_k = exact.step(w_d, w_j, w_k, S[SD + lane], S[SJ + lane], S[SK + lane])
+        e0, ed, ej, ek, size = attitude.land(w_d, w_j, w_k, r0, rd, rj, rk, S[GD + lane], S[GJ + lane], S[GK + lane])
+        S[XD + lane], S[XJ + lane], S[XK + lane] = w_d, w_j, w_k
+        S[R0 + lane], S[RD + lane], S[RJ + lane], S[RK + lane] = r0 * size, rd * size, rj * size, rk * size
+        f, d = S[TURNED + lane], S[AXIS + lane]
+        ea, eb, ec = attitude.by_axis(d, f * ed, ej, f * ek)
+        a, b, c = S[A + lane], S[B + lane], S[C + lane]
+        q0, qa, qb, qc = S[Q0 + lane], S[QA + lane], S[QB + lane], S[QC + lane]
+        u = q0 * ea - e0 * qa - (qb * ec - qc * eb)
+        v = q0 * eb - e0 * qb - (qc * ea - qa * ec)
+        w = q0 * ec - e0 * qc - (qa * eb - qb * ea)
+        apart = u * u + v * v + w * w
+        inside = (S[OPEN + lane] > 0.0) & (b * b + c * c <= measure.WINDOW * measure.WINDOW * S[START + lane])
+        S[OPEN + lane] = 1.0 if inside else 0.0
+        S[USED + lane] += 1.0 if inside else 0.0
+        S[APART + lane] = apart if inside & (not (apart <= S[APART + lane])) else S[APART + lane]
+        sign = 1.0 if S[MA + lane] > 0.0 else -1.0
+        x, y = _heading(
+            *(q0, qa * sign, qb, qc * sign),
+            *(S[NA + lane], S[NB + lane], S[NC + lane]),
+            *(S[MA + lane] * a, S[MB + lane] * b, S[MC + lane] * c),
+        )
+        x0, y0 = S[ZR + lane], S[ZI + lane]
+        sine, cosine = x0 * y - y0 * x, x0 * x + y0 * y
+        t = sine / (cosine + math.sqrt(sine * sine + cosine * cosine))
+        turned = 4.0 * _arctangent(t)
+        S[PSI + lane] += turned if inside else 0.0
+        S[LEAST + lane] = turned if inside & (turned < S[LEAST + lane]) else S[LEAST + lane]
+        S[MOST + lane] = turned if inside & (turned > S[MOST + lane]) else S[MOST + lane]
+        S[ZR + lane], S[ZI + lane] = x, y
+        opened |= 1 if inside else 0
+    return opened > 0
+
+
+@njit(**INLINE)
+def _arctangent(t):
+    """Arctangent of at most a quarter, in plain arithmetic so that lanes stay packed; the series leaves 1e-17."""
+    z = t * t
+    series = z * (1 / 25) - 1 / 23
+    series = series * z + 1 / 21
+    series = series * z - 1 / 19
+    series = series * z + 1 / 17
+    series = series * z - 1 / 15
+    series = series * z + 1 / 13
+    series = series * z - 1 / 11
+    series = series * z + 1 / 9
+    series = series * z - 1 / 7
+    series = series * z + 1 / 5
+    series = series * z - 1 / 3
+    return t + t * (z * series)
+
+
+@njit(**OPTIONS)
+def _exactly(Ia, Ib, Ic, spin, epsilon, phase, out, i):
+    """Rate of the spin axis about L and residual of the geometric phase, from the closed form, in units of the spin."""
+    b, c = epsilon * math.cos(phase), epsilon * math.sin(phase)
+    _, _, _, _, _, d = solution.constants(Ia, Ib, Ic, spin, b, c)
+    period, rate, sigma = tumbling.periods(Ia, Ib, Ic, spin, b, c)
+    out[3, i] = rate + sigma * (2.0 * math.pi / period) if d == 1 else math.nan
+    out[4, i] = abs(rate * period - tumbling.geometric_phase(Ia, Ib, Ic, spin, b, c))
+
+
+@njit(nogil=True, **OPTIONS)
+def fill(I1, I2, I3, axis, omega0, epsilon, phase, spacing, intervals, tolerance, out):
+    """Fill the columns of IN_SPACE, (5, n): rad, rad s-1 (three), rad; NaN where missing."""
+    n = I1.size
+    steps, spacings = np.empty(n, dtype=np.int64), np.empty(n)
+    for i in range(n):
+        Ia, Ib, Ic = rigid_body.relabel(I1[i], I2[i], I3[i], axis[i])
+        ca, cb, cc = rigid_body.euler_coefficients(Ia, Ib, Ic)
+        bound = max(1.0, abs(ca), abs(cb), abs(cc))
+        spacings[i] = min(spacing, 0.5 / bound)
+        x = bound * spacings[i] * math.sqrt(1.0 + epsilon[i] * epsilon[i])
+        size = min(1.0, measure.WINDOW * epsilon[i] * math.exp(0.5))
+        steps[i] = steps_of(x, size, intervals, tolerance)
+    order, starts = cut(steps, 1)
+    S = np.zeros(ROWS * W)
+    for block in range(starts.size - 1):
+        first, count = starts[block], starts[block + 1] - starts[block]
+        number = steps[order[first]]
+        for lane in range(W):
+            i = order[first + min(lane, count - 1)]
+            Ia, Ib, Ic = rigid_body.relabel(I1[i], I2[i], I3[i], axis[i])
+            unit = solution.unit_of(Ia, Ib, Ic)
+            spin = 1.0 if omega0[i] > 0.0 else -1.0
+            _load(S, lane, Ia / unit, Ib / unit, Ic / unit, spin, epsilon[i], phase[i], spacings[i], number)
+        for _ in range(intervals):
+            _advance(S, number)
+            if not _compare(S):
+                break
+        for lane in range(count):
+            i = order[first + lane]
+            _unload(S, lane, abs(omega0[i]), out, i)
+            Ia, Ib, Ic = rigid_body.relabel(I1[i], I2[i], I3[i], axis[i])
+            unit = solution.unit_of(Ia, Ib, Ic)
+            _exactly(Ia / unit, Ib / unit, Ic / unit, 1.0 if omega0[i] > 0.0 else -1.0, epsilon[i], phase[i], out, i)
+            out[3, i] *= abs(omega0[i])
+
+
+@njit(**OPTIONS)
+def _unload(S, lane, spin, out, i):
+    """What one lane has measured: the angle between both attitudes, and psi's mean rate with its error."""
+    used, h = S[USED + lane], S[SPACING + lane]
+    out[0, i] = 2.0 * math.sqrt(S[APART + lane])
+    if used < 2.0:
+        out[1, i], out[2, i] = math.nan, math.nan
+        return
+    wander = S[MOST + lane] - S[LEAST + lane]
+    out[1, i] = S[PSI + lane] / (used * h) * spin
+    out[2, i] = (wander + 8.0 * EPSILON * (1.0 + math.sqrt(used)) + out[0, i] / used) / h * spin
+
+
+def survey(points, rotations, samples_per_rotation, tolerance):
+    """The columns of IN_SPACE of points, in units.
+
+    Parameters
+    ----------
+    points : mapping of str to array_like, shape (n,)
+        As for :func:`kernels.survey.measured`.
+    rotations, samples_per_rotation, tolerance
+        As there; the tolerance is of the attitude, rad.
+
+    Returns
+    -------
+    dict of str to numpy.ndarray, shape (n,)
+        attitude_error (rad), psi_rate, psi_rate_error, space_rate_exact (rad s-1), geometric_phase_residual (rad).
+    """
+    names = ("I1", "I2", "I3", "axis", "omega0", "epsilon", "phase")
+    arrays = np.broadcast_arrays(*(np.atleast_1d(points[name]) for name in names))
+    kinds = (np.int64 if name == "axis" else np.float64 for name in names)
+    arrays = tuple(np.ascontiguousarray(x, dtype=kind) for x, kind in zip(arrays, kinds, strict=True))
+    out = np.full((len(IN_SPACE), arrays[0].size), np.nan)
+    if arrays[0].size:
+        spacing = 2.0 * np.pi / samples_per_rotation
+        fill(*arrays, spacing, round(rotations * samples_per_rotation), tolerance, out)
+    return dict(zip(IN_SPACE, out, strict=True))
