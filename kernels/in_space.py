@@ -9,7 +9,8 @@ code. ``attitude_error`` is the largest angle between them.
 *Rate in space.* With psi the turn that is left when the shortest arc from L to the spin axis is taken off the attitude,
 the axis of a stable spin goes about L at the mean rate :math:`\langle\psi'\rangle \pm \Omega`: plus about the axis of
 greatest moment, minus about that of least. The mean of psi' is that of the samples, and its error what it wanders by;
-the frequency of the wobble in the body is the survey's, and so is its error.
+the frequency of the wobble in the body is the survey's, and so is its error. ``swing`` is the square of the largest
+sine of the wobble seen, by which a mean over a piece of it differs from that over the whole.
 
 *Second witness.* ``geometric_phase_residual`` is the distance of psi's growth over one polhode period, by the elliptic
 integral, from what Montgomery's theorem makes of energy, period and a solid angle (:mod:`kernels.tumbling`).
@@ -25,7 +26,7 @@ from kernels.blocks import W, cut
 from kernels.options import INLINE, OPTIONS
 from kernels.turning import turn_12
 
-IN_SPACE = ("attitude_error", "psi_rate", "psi_rate_error", "space_rate_exact", "geometric_phase_residual")
+IN_SPACE = ("attitude_error", "psi_rate", "psi_rate_error", "space_rate_exact", "geometric_phase_residual", "swing")
 EPSILON = float(np.finfo(np.float64).eps)
 
 # Rows of the scratch array, W long each. The direct state: angular velocity, quaternion, steps.
@@ -35,8 +36,8 @@ XD, XJ, XK, SD, SJ, SK, R0, RD, RJ, RK = (W * r for r in range(11, 21))
 GD, GJ, GK, ALPHA, BETA, GAMMA, COSINE2, ER, EI, FR, FI, AXIS, TURNED = (W * r for r in range(21, 34))
 # Moments over L, the start's direction of L, window, and what is found.
 MA, MB, MC, NA, NB, NC, START, OPEN, APART, USED = (W * r for r in range(34, 44))
-ZR, ZI, PSI, LEAST, MOST, SPACING = (W * r for r in range(44, 50))
-ROWS = 50
+ZR, ZI, PSI, LEAST, MOST, SPACING, SWING = (W * r for r in range(44, 51))
+ROWS = 51
 
 
 @njit(**OPTIONS)
@@ -90,7 +91,7 @@ def _load(S, lane, Ia, Ib, Ic, spin, epsilon, phase, h, steps):
     S[START + lane] = b * b + c * c
     S[OPEN + lane], S[USED + lane], S[APART + lane], S[PSI + lane] = 1.0, 0.0, 0.0, 0.0
     S[ZR + lane], S[ZI + lane], S[LEAST + lane], S[MOST + lane] = 1.0, 0.0, math.inf, -math.inf
-    S[SPACING + lane] = h
+    S[SPACING + lane], S[SWING + lane] = h, S[START + lane]
 
 
 @njit(**OPTIONS)
@@ -131,7 +132,9 @@ def _compare(S):
         v = q0 * eb - e0 * qb - (qc * ea - qa * ec)
         w = q0 * ec - e0 * qc - (qa * eb - qb * ea)
         apart = u * u + v * v + w * w
-        inside = (S[OPEN + lane] > 0.0) & (b * b + c * c <= measure.WINDOW * measure.WINDOW * S[START + lane])
+        across = b * b + c * c
+        inside = (S[OPEN + lane] > 0.0) & (across <= measure.WINDOW * measure.WINDOW * S[START + lane])
+        S[SWING + lane] = across if inside & (across > S[SWING + lane]) else S[SWING + lane]
         S[OPEN + lane] = 1.0 if inside else 0.0
         S[USED + lane] += 1.0 if inside else 0.0
         S[APART + lane] = apart if inside & (not (apart <= S[APART + lane])) else S[APART + lane]
@@ -178,12 +181,12 @@ def _exactly(Ia, Ib, Ic, spin, epsilon, phase, out, i):
     _, _, _, _, _, d = solution.constants(Ia, Ib, Ic, spin, b, c)
     period, rate, sigma = tumbling.periods(Ia, Ib, Ic, spin, b, c)
     out[3, i] = rate + sigma * (2.0 * math.pi / period) if d == 1 else math.nan
-    out[4, i] = abs(rate * period - tumbling.geometric_phase(Ia, Ib, Ic, spin, b, c))
+    out[4, i] = tumbling.phase_residual(Ia, Ib, Ic, spin, b, c)
 
 
 @njit(nogil=True, **OPTIONS)
 def fill(I1, I2, I3, axis, omega0, epsilon, phase, spacing, intervals, tolerance, out):
-    """Fill the columns of IN_SPACE, (5, n): rad, rad s-1 (three), rad; NaN where missing."""
+    """Fill the columns of IN_SPACE, (6, n): rad, rad s-1 (three), rad, one; NaN where missing."""
     n = I1.size
     steps, spacings = np.empty(n, dtype=np.int64), np.empty(n)
     for i in range(n):
@@ -222,7 +225,7 @@ def fill(I1, I2, I3, axis, omega0, epsilon, phase, spacing, intervals, tolerance
 def _unload(S, lane, spin, out, i):
     """What one lane has measured: the angle between both attitudes, and psi's mean rate with its error."""
     used, h = S[USED + lane], S[SPACING + lane]
-    out[0, i] = 2.0 * math.sqrt(S[APART + lane])
+    out[0, i], out[5, i] = 2.0 * math.sqrt(S[APART + lane]), S[SWING + lane]
     if used < 2.0:
         out[1, i], out[2, i] = math.nan, math.nan
         return
@@ -244,7 +247,8 @@ def survey(points, rotations, samples_per_rotation, tolerance):
     Returns
     -------
     dict of str to numpy.ndarray, shape (n,)
-        attitude_error (rad), psi_rate, psi_rate_error, space_rate_exact (rad s-1), geometric_phase_residual (rad).
+        attitude_error (rad), psi_rate, psi_rate_error, space_rate_exact (rad s-1), geometric_phase_residual (rad),
+        swing (one).
     """
     names = ("I1", "I2", "I3", "axis", "omega0", "epsilon", "phase")
     arrays = np.broadcast_arrays(*(np.atleast_1d(points[name]) for name in names))

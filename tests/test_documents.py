@@ -30,6 +30,7 @@ def table(marker):
         ("terms", rigid_body.TERMS),
         ("certificate", rigid_body.CERTIFICATE),
         ("flips", rigid_body.FLIPS),
+        ("in space", rigid_body.IN_SPACE),
         ("symmetric top, coordinates", symmetric_top.COORDINATES),
         ("symmetric top, variables", symmetric_top.VARIABLES),
         ("twist, coordinates", twist.COORDINATES),

@@ -102,6 +102,7 @@ def compilations(everything: bool) -> list[Callable[[], None]]:
     """
     named = MODULES if everything else (DEFAULT_SYSTEM,)
     found = [compilation for name in named for compilation in resolve(name).compilations()]
+    found += [compilation for name in named for compilation in resolve(name).seldom() if everything]
     return found + [import_module(module).compile_shared for module in DESCRIBED if everything]
 
 

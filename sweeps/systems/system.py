@@ -182,6 +182,10 @@ class Dynamics(ABC):
         """What :meth:`compile` does, in parts that processes may do side by side."""
         return (self.compile,)
 
+    def seldom(self) -> tuple[Callable[[], None], ...]:
+        """What compiles what few definitions ask for: done where all is compiled, else by whoever needs it first."""
+        return ()
+
     def compiled(self) -> Path:
         """The file in the kernels' cache that says, once it is there, that :meth:`compile` has been done."""
         from kernels.fingerprint import cache_folder

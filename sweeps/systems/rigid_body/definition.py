@@ -195,7 +195,6 @@ class RigidBodyIntegration(Integration):
         description="true or false: whether to follow the motion on to its flips and its largest tilt, up to "
         "20,000 rotations each way",
     )
-
     attitude: bool = Field(
         False,
         description="true or false: whether to follow the attitude too, and measure how the spin axis moves in space",

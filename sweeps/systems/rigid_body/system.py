@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 MOST_BODIES = 10  # of which `check` prints the axes
 COMPARED = 32  # points of a block that a collapsed sweep also integrates as themselves
 LEAST_NUDGES = 6  # the picture of a power law in epsilon wants that many
+AMPLITUDE = (
+    2.0  # times the wobble's sine squared: what it moves a mean rate by at most, in units of the spin; 1 was seen
+)
 
 
 class RigidBody(Dynamics):
@@ -85,7 +88,7 @@ class RigidBody(Dynamics):
         if integration.collapse and "omega_squared" in columns:
             _compare_with_some_in_full(columns, points, settings, options)
         if integration.attitude:
-            columns |= _in_space(points, settings, integration.table)
+            columns |= _in_space(points, settings, columns, integration.table)
         return columns
 
     def motions(self, points: Mapping[str, np.ndarray], integration: RigidBodyIntegration) -> int:
@@ -109,10 +112,12 @@ class RigidBody(Dynamics):
         """What is measured near an axis, and the flips."""
         from kernels import survey
 
-        point = {"I1": 1.0, "I2": 2.0, "I3": 3.0, "axis": 2, "omega0": 1.0, "epsilon": 1e-6, "phase": 0.6}
-        points = {name: np.array([value]) for name, value in point.items()}
-        integration = RigidBodyIntegration()
+        points, integration = _a_point(), RigidBodyIntegration()
         return partial(self.columns, points, integration), partial(survey.flipped, points, integration.tolerance)
+
+    def seldom(self) -> tuple[Callable[[], None], ...]:
+        """What follows the attitude."""
+        return (partial(self.columns, _a_point(), RigidBodyIntegration(attitude=True)),)
 
     def compiled(self) -> Path:
         """The file that says so: the default system's kernels are compiled before any other's."""
@@ -205,17 +210,27 @@ class RigidBody(Dynamics):
         return {"flip": lambda: figure_flip.frames(ds)}
 
 
-def _in_space(points, settings, wanted) -> dict[str, np.ndarray]:
-    """Columns of the body seen from space; the rate of the spin axis is that of psi and of the wobble together."""
-    from kernels import in_space, linear, survey
+def _a_point() -> dict[str, np.ndarray]:
+    point = {"I1": 1.0, "I2": 2.0, "I3": 3.0, "axis": 2, "omega0": 1.0, "epsilon": 1e-6, "phase": 0.6}
+    return {name: np.array([value]) for name, value in point.items()}
 
+
+def _in_space(points, settings, columns, wanted) -> dict[str, np.ndarray]:
+    """Columns of the body seen from space; the rate of the spin axis is that of psi and of the wobble together.
+
+    Its error is theirs, and what a wobble of the size seen moves either by, whether it was seen whole or not.
+    """
+    from kernels import in_space, linear, stored, survey
+
+    stored.store_in_turn()  # few definitions ask for this: shards may be the first to compile it, side by side
     found = in_space.survey(points, *settings)
     needed = {"frequency", "frequency_error", "regime"}
-    wobble = survey.measured(points, *settings, wanted=needed)
+    wobble = columns if needed <= columns.keys() else survey.measured(points, *settings, wanted=needed)
     senses = {linear.STABLE_MAJOR: 1.0, linear.STABLE_MINOR: -1.0}
     sense = np.select([wobble["regime"] == flag for flag in senses], list(senses.values()), np.nan)
+    amplitude = AMPLITUDE * found.pop("swing") * np.abs(points["omega0"])
     found["space_rate"] = found.pop("psi_rate") + sense * wobble["frequency"]
-    found["space_rate_error"] = found.pop("psi_rate_error") + np.abs(sense) * wobble["frequency_error"]
+    found["space_rate_error"] = found.pop("psi_rate_error") + np.abs(sense) * (wobble["frequency_error"] + amplitude)
     return {name: values for name, values in found.items() if name in wanted}
 
 
