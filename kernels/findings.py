@@ -224,12 +224,11 @@ def _rates_of(reduced):
                 S[MORE.rate + lane] = rate
                 S[MORE.rate_error + lane] = rate_error if unstable | stable else math.nan
             else:
-                stderr = 0.5 * S[MORE.stderr + lane] / rate
-                stderr = stderr * spin if rate > 0.0 else math.nan
+                divisor = rate if rate > 0.0 else math.nan
+                stderr = 0.5 * S[MORE.stderr + lane] / divisor * spin
                 S[AT.growth_rate_stderr + lane] = stderr if unstable else math.nan
                 S[AT.frequency_stderr + lane] = stderr if stable else math.nan
-                period = 2.0 * math.pi / rate / spin
-                S[AT.euler_period + lane] = period if stable & (rate > 0.0) else math.nan
+                S[AT.euler_period + lane] = 2.0 * math.pi / divisor / spin if stable else math.nan
 
     return tell_rates
 

@@ -91,7 +91,7 @@ def farther(square, error, rate, high):
     Of the lower end it is a difference of squares over a sum of roots: an error of a few roundings keeps its digits.
     """
     low = math.sqrt(max(square - error, 0.0))
-    below = min(square, error) / (rate + low)
+    below = min(square, error) / (rate + low if rate > 0.0 else 1.0)
     return max(high - rate, below if rate > 0.0 else 0.0)
 
 

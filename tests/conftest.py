@@ -7,16 +7,16 @@ the processes start, and whatever a test compiles besides is stored by one proce
 import subprocess
 import sys
 
+import numba
 import pytest
 from hypothesis import settings
-from numba import config
 
 from kernels import stored
 from kernels.fingerprint import cache_folder
 
 settings.register_profile("fixed", derandomize=True, deadline=None, max_examples=60)
 settings.register_profile("without_jit", derandomize=True, deadline=None, max_examples=8)
-settings.load_profile("without_jit" if config.DISABLE_JIT else "fixed")
+settings.load_profile("without_jit" if numba.config.DISABLE_JIT else "fixed")
 
 
 def pytest_configure(config):
@@ -25,6 +25,14 @@ def pytest_configure(config):
     if not hasattr(config, "workerinput") and getattr(config.option, "numprocesses", None) and not everything.exists():
         subprocess.run([sys.executable, "-m", "sweeps", "compile", "--all", "--output", compiled], check=True)
         everything.touch()
+
+
+def pytest_collection_modifyitems(items):
+    """Leaves out what takes minutes where nothing is compiled."""
+    if numba.config.DISABLE_JIT:
+        for item in items:
+            if item.get_closest_marker("compiled"):
+                item.add_marker(pytest.mark.skip(reason="minutes in plain Python"))
 
 
 stored.store_in_turn()

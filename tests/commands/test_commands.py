@@ -195,6 +195,7 @@ def test_point_is_the_row_of_the_file(path, capsys):
     assert "rad s-1" in out
 
 
+@pytest.mark.slow
 def test_point_writes_a_motion_whose_flips_are_scipys(bodies, tmp_path, capsys):
     out = tmp_path / "motion.nc"
     words = said(capsys, "point", bodies, "--body", "racket", "--axis", 2, "--epsilon", 1e-2, "--trajectory", out)

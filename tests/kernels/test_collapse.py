@@ -73,6 +73,7 @@ def test_collapsed_columns_are_the_measured_ones_at_any_spin(options):
         np.testing.assert_allclose(expanded[name], whole[name], rtol=1e-12, atol=0, err_msg=name)
 
 
+@pytest.mark.compiled
 def test_a_collapsed_points_bits_depend_on_the_point_alone():
     points = grid(
         I1=[0.3, 0.6, 0.9],

@@ -28,6 +28,7 @@ def bodies(count, seed, epsilon):
     return dict(zip(NAMES, (*values, np.full(n, epsilon), rng.uniform(0, 2 * np.pi, n)), strict=True))
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("epsilon", [1e-12, 1e-8, 1e-6, 1e-4, 1e-2, 0.1, 0.3, 0.9])
 def test_measured_flips_and_tilts_are_the_exact_ones(epsilon):
     points = bodies(3000, 1, epsilon)

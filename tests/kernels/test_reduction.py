@@ -57,6 +57,7 @@ def test_the_reduced_rate_is_that_of_an_infinitesimal_nudge(epsilon):
         np.testing.assert_allclose(columns["amplitude_shift"], shift, rtol=0, atol=1e-14 * np.abs(theory).max())
 
 
+@pytest.mark.compiled
 def test_the_shift_of_a_stable_spin_is_that_of_its_own_frequency():
     """A whole number of turns: the mean clock is that of the closed form, and so is the shift of the frequency."""
     moments, epsilon = (1.0, 1.7, 2.3), 0.05

@@ -72,6 +72,7 @@ def test_needles_and_plates_and_what_cannot_exist():
             assert (relative_deviation(columns)[clear] < 1e-6 * (1.0 if possible else greatest**2)).all()
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("epsilon", [1e-8, 1e-6, 1e-4, 1e-2])
 @pytest.mark.parametrize("axis", [1, 2, 3])
 def test_equal_moments_are_marginal_and_never_grow(epsilon, axis):
@@ -176,12 +177,14 @@ def test_any_spin_rate_gives_the_same_dimensionless_results(omega0):
         np.testing.assert_allclose(column, plain[name], rtol=8 * ULP, atol=least, err_msg=name)
 
 
+@pytest.mark.compiled
 @given(point_batches(), st.integers(-200, 200))
 def test_moments_scaled_by_any_power_of_two_give_the_same_bits(points, exponent):
     scaled = points | {name: points[name] * 2.0**exponent for name in ("I1", "I2", "I3")}
     assert_same(survey.survey(points, *SETTINGS), survey.survey(scaled, *SETTINGS))
 
 
+@pytest.mark.compiled
 @given(point_batches(), st.integers(-60, 60), st.floats(1e-6, 1e6))
 def test_time_has_no_unit(points, exponent, factor):
     plain = survey.survey(points, *SETTINGS)
@@ -192,12 +195,14 @@ def test_time_has_no_unit(points, exponent, factor):
             np.testing.assert_allclose(other[name], expected, rtol=allowed, atol=0, err_msg=name)
 
 
+@pytest.mark.compiled
 @given(point_batches())
 def test_relabelling_the_axes_in_a_cycle_gives_the_same_bits(points):
     turned = points | {"I2": points["I1"], "I3": points["I2"], "I1": points["I3"], "axis": points["axis"] % 3 + 1}
     assert_same(survey.survey(points, *SETTINGS), survey.survey(turned, *SETTINGS))
 
 
+@pytest.mark.compiled
 @given(point_batches())
 def test_a_half_turn_about_a_transverse_axis_gives_the_same_bits(points):
     # (a, b, c) → (-a, b, -c) maps motions to motions; omega_b = epsilon |omega0| cos(phase), or all of it half round
@@ -205,6 +210,7 @@ def test_a_half_turn_about_a_transverse_axis_gives_the_same_bits(points):
     assert_same(survey.survey(points, *SETTINGS), survey.survey(turned, *SETTINGS))
 
 
+@pytest.mark.compiled
 @given(point_batches())
 def test_the_opposite_nudge_and_a_whole_turn_give_the_same_results(points):
     plain = survey.measured(points, *SETTINGS)
@@ -238,6 +244,7 @@ def test_time_backwards_measures_the_same_rates():
     np.testing.assert_allclose(share[unstable], 1.0, rtol=1e-14)
 
 
+@pytest.mark.compiled
 @settings(max_examples=20)
 @given(st.lists(moment_triples(0.2, 1.0), min_size=4, max_size=4))
 def test_one_axis_of_three_grows_and_the_others_do_not(bodies_drawn):
@@ -257,6 +264,7 @@ def test_one_axis_of_three_grows_and_the_others_do_not(bodies_drawn):
     np.testing.assert_array_equal(told["regime"][tied], told["regime_theory"][tied])
 
 
+@pytest.mark.compiled
 @given(point_batches(3 * LANES), st.randoms(use_true_random=False), st.lists(st.integers(0, 3 * LANES), max_size=4))
 def test_any_order_and_any_cuts_give_the_same_bits(points, random, cuts):
     order = list(range(3 * LANES))
@@ -291,6 +299,7 @@ def test_extreme_common_scales_keep_the_sign(scale, ratios):
                 assert np.isfinite(column).all(), name
 
 
+@pytest.mark.compiled
 def test_any_split_and_order_gives_the_same_bits():
     points = bodies(2 * survey.TILE + 300, seed=4)
     n = points["I1"].size

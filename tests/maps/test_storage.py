@@ -434,6 +434,7 @@ def test_a_map_of_chosen_variables_opens(tmp_path):
         assert list(ds.data_vars) == ["omega_squared"]
 
 
+@pytest.mark.slow
 def test_a_folder_of_more_shards_than_a_process_may_open_is_merged(tmp_path, tiny):
     definition = read(plain(read_text(TINY.definition.text)) | {"shards": 40})
     folder = tmp_path / "shards"

@@ -69,6 +69,7 @@ def test_a_whole_map_holds(definition, tmp_path, capsys):
     assert "Traceback" not in said.err
 
 
+@pytest.mark.slow
 def test_every_point_of_tiny_holds(whole):
     checks = {check.name: check for check in verify.verify(whole, points=4000, seed=3)}
     assert not any(check.findings or check.skipped for check in checks.values())
@@ -91,6 +92,7 @@ def test_it_says_which_variable_differs(tiny, capsys):
     assert findings(tiny, points=0) == {"content": ("growth_rate: holds other values than were written",)}
 
 
+@pytest.mark.slow
 def test_one_flipped_bit_in_a_sealed_file_is_found_by_the_kernels(tiny):
     flip_a_bit(tiny, "omega_squared")
     sealed(tiny)

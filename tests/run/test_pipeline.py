@@ -44,6 +44,7 @@ def measured(monkeypatch):
     return numbers
 
 
+@pytest.mark.slow
 def test_run_makes_what_the_workflow_makes(mine, capsys):
     assert main(["run", "mine.yaml", "--cores", "1"]) == 0
     said = capsys.readouterr()
@@ -56,6 +57,7 @@ def test_run_makes_what_the_workflow_makes(mine, capsys):
     assert list(folder.glob("figures/*.png"))
 
 
+@pytest.mark.slow
 def test_processes_change_no_bit(mine, monkeypatch):
     monkeypatch.setattr(pipeline, "_shown", lambda path, again: iter(()))
     paths = made(mine, workers=2)
@@ -100,6 +102,7 @@ def test_a_systems_own_equations_are_compiled_before_its_shards(mine, measured, 
     assert told.read_text().strip() == fingerprint()
 
 
+@pytest.mark.slow
 def test_pictures_younger_than_their_map_stay_and_older_ones_go(mine):
     _, figures, report = made(mine)
     stale = figures / "stale.png"

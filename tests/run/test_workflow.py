@@ -76,6 +76,7 @@ def test_tiny_end_to_end(made):
     assert (made / "results/tiny/report.html").stat().st_size > 1_000_000
 
 
+@pytest.mark.slow
 def test_a_definition_in_json_by_its_path(made):
     with sweeps.open_map(made / "results/own/stability_map.nc") as ds:
         assert ds.attrs["content_hash"] == sweeps.survey(OWN).attrs["content_hash"]
@@ -148,6 +149,7 @@ def test_generated_kernels_are_compiled_before_any_shard(fresh):
     assert "Compiling the equations" not in others.stdout + others.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(
     importlib.util.find_spec("snakemake_executor_plugin_slurm") is not None, reason="the plugin for Slurm is here"
 )
@@ -163,9 +165,8 @@ def untouched(folder):
     return not (folder / "results").exists() and not (folder / ".cache").exists()
 
 
-@pytest.mark.parametrize(
-    "name", [name if name == "values.yaml" else pytest.param(name, marks=pytest.mark.slow) for name in INVALID]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", INVALID)
 def test_both_doors_refuse_in_the_same_words(fresh, name):
     path = fresh / "given" / name
     path.parent.mkdir(exist_ok=True)
@@ -213,6 +214,7 @@ def test_a_file_of_a_sweep_that_no_rule_makes_is_refused(fresh, target):
     allowed = answer.stderr.strip().partition("; allowed: ")[2].split(", ")
     assert {"results/tiny/stability_map.nc", "results/tiny/figures"} <= set(allowed)
     assert ("did you mean results/tiny/stability_map.nc?" in answer.stderr) == ("stability" in target)
-    planned = [snakemake(fresh, "-n", "--", file) for file in (*allowed, "results/tiny/shards/1-of-2.nc")]
-    assert [plan.returncode for plan in planned] == [0] * len(planned)
     assert not (fresh / "results").exists()
+    if target.endswith("shards/0-of-2.nc"):  # what is allowed is planned, once and together
+        planned = snakemake(fresh, "-n", "--", *allowed, "results/tiny/shards/1-of-2.nc")
+        assert planned.returncode == 0, planned.stderr

@@ -34,6 +34,7 @@ SMALL = {
 }
 TOP = SMALL["symmetric_top"]["grid"]
 every_system = pytest.mark.parametrize("name", systems.MODULES)  # described systems: test_oscillator.py
+REPEATED = [pytest.param(name, marks=pytest.mark.slow) for name in systems.MODULES if name != "rigid_body"]
 
 
 def small(name):
@@ -97,7 +98,7 @@ def test_open_map_asks_for_the_variables_of_the_maps_own_system(name, tmp_path):
         sweeps.open_map(tmp_path / "short.nc")
 
 
-@every_system
+@pytest.mark.parametrize("name", ["rigid_body", *REPEATED])
 def test_a_system_compiles_all_that_it_runs(name):
     code = f"""
 import sys
@@ -215,7 +216,7 @@ KERNELS = Path(kernels.__file__).parent
 OSCILLATOR = "pendulum"
 
 
-@pytest.mark.parametrize("name", [*systems.MODULES, OSCILLATOR])
+@pytest.mark.parametrize("name", ["rigid_body", *REPEATED, pytest.param(OSCILLATOR, marks=pytest.mark.slow)])
 def test_a_system_names_the_kernels_that_make_its_columns(name):
     """In a process of its own: what measuring a sweep has imported is what the fingerprint covers."""
     small = SMALL.get(name, {"grid": {}})

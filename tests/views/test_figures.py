@@ -149,6 +149,7 @@ def test_pictures_of_a_grid(of_a_grid):
         assert_picture(path)
 
 
+@pytest.mark.slow
 def test_pictures_of_bodies_replace_old_ones(breaking, tmp_path, coarse):
     (tmp_path / "bodies.png").write_bytes(b"old")
     (tmp_path / "mine.txt").write_text("kept")
@@ -181,6 +182,7 @@ def test_odd_maps_have_pictures(name, tmp_path, coarse):
     assert len(list(tmp_path.iterdir())) == expected
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("error")
 def test_a_map_without_values_has_pictures(tiny, breaking, tmp_path, coarse):
     for ds, count in ((tiny.isel(axis=[1]), 3), (breaking.isel(body=SOME), 4)):
@@ -216,6 +218,7 @@ def test_a_map_on_disk_is_not_loaded(of_a_grid):
     assert of_a_grid[3] == []
 
 
+@pytest.mark.slow
 def test_other_commands_do_without_matplotlib():
     code = (
         "import sys; from sweeps.__main__ import main; main(['check', 'tiny']); assert 'matplotlib' not in sys.modules;"
@@ -545,6 +548,7 @@ def of_bodies(bodies, many):
     return figures
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["bodies", "many"])
 def test_no_label_of_the_bodies_covers_another(of_bodies, name):
     figure = of_bodies[name]
@@ -558,6 +562,7 @@ def test_no_label_of_the_bodies_covers_another(of_bodies, name):
             assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1
 
 
+@pytest.mark.slow
 def test_many_bodies_fit_a_page(of_bodies):
     figure = of_bodies["many"]
     assert figure.get_size_inches()[1] < 17

@@ -582,11 +582,13 @@ def test_keys_move_the_choice(opened, plane):
     assert page.evaluate("document.getElementById('body-canvas').toDataURL()") != before
 
 
+@pytest.mark.slow
 def test_a_page_opens_where_its_link_says(second):
     assert second.first == ("1", "0.8", "frequency")
     assert second.first_nudge == "0.05"
 
 
+@pytest.mark.slow
 def test_the_link_restores_the_state(opened, second):
     page = opened.page
     page.get_by_label("1", exact=True).check()
@@ -627,6 +629,7 @@ def test_no_button_of_the_page_leads_to_the_network(opened):
     assert page.locator("a[href], form, iframe, link[href], [src]").count() == 0
 
 
+@pytest.mark.slow
 def test_the_policy_stops_what_would_ask_the_network(second):
     before = len(second.said)
     assert second.page.evaluate("fetch('https://example.org/').then(() => 'asked', () => 'refused')") == "refused"
@@ -647,6 +650,7 @@ def test_only_what_flips_has_a_flip_period(opened, plane):
     assert seen == {True, False}
 
 
+@pytest.mark.slow
 def test_each_tap_chooses_the_cell_under_the_finger(telephone, plane):
     page = telephone.page
     for cell in ((1, 3), (7, 4), (6, 1), (2, 6)):
@@ -660,6 +664,7 @@ def test_each_tap_chooses_the_cell_under_the_finger(telephone, plane):
         assert float(telephone.row("I1")[0]) == plane.I1.values[cell[0]]
 
 
+@pytest.mark.slow
 def test_a_drag_zooms_and_chooses_nothing(opened):
     page = opened.page
     before = page.evaluate("polhode.state.place")
@@ -684,6 +689,7 @@ def test_enter_and_space_need_no_mouse(opened):
         assert not page.evaluate("polhode.motion.playing")
 
 
+@pytest.mark.slow
 def test_a_link_says_where_it_was_not_followed(opened, second):
     page = opened.page
     assert page.locator("#link-notice").is_hidden()
@@ -715,6 +721,7 @@ def test_the_picture_has_a_table_and_words(opened, plane):
     assert page.locator("canvas:not([aria-label])").count() == 0
 
 
+@pytest.mark.slow
 def test_a_telephone_needs_no_sideways_scroll_in_either_theme_and_keeps_the_one_chosen(telephone):
     page, theme = telephone.page, "document.documentElement.dataset.theme"
     for scheme in ("dark", "light"):  # the one it does not start with first
@@ -728,6 +735,7 @@ def test_a_telephone_needs_no_sideways_scroll_in_either_theme_and_keeps_the_one_
     assert page.evaluate(theme) == "dark"
 
 
+@pytest.mark.slow
 def test_bodies_have_a_table_and_nudges_a_plot(browser, breaking, folder):
     report.write(breaking, folder / "breakdown.html")
     opened = Opened(browser, folder / "breakdown.html")
@@ -752,6 +760,7 @@ def test_bodies_have_a_table_and_nudges_a_plot(browser, breaking, folder):
     opened.context.close()
 
 
+@pytest.mark.slow
 def test_another_system_draws_with_its_mode(browser, folder):
     ds = oscillator()
     report.write(ds, folder / "oscillator.html")
@@ -771,6 +780,7 @@ def test_another_system_draws_with_its_mode(browser, folder):
     opened.context.close()
 
 
+@pytest.mark.slow
 def test_a_system_without_a_part_of_its_own_promises_none(browser, folder):
     depth = xr.DataArray(np.arange(6.0).reshape(2, 3), {"x": [1.0, 2.0], "y": [1.0, 2.0, 3.0]}, ("x", "y"))
     html = written(depth.to_dataset(name="depth").assign_attrs(system="tumbling"), folder / "plain.html")
@@ -786,6 +796,7 @@ def test_a_system_without_a_part_of_its_own_promises_none(browser, folder):
     opened.context.close()
 
 
+@pytest.mark.slow
 def test_a_symmetric_top_turns_about_its_figure_axis(browser, folder):
     """The body's turn about its own axis takes 2π/(ω3 |ratio − 1|), whatever the angle."""
     definition = {
@@ -859,6 +870,7 @@ BODIES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BODIES)
 def test_rotations_of_the_page_against_direct_integration(opened, name):
     moments, start = BODIES[name]
@@ -883,6 +895,7 @@ def attitude_by_small_turns(moments, start, end, n=20_000):
     return turn
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["asymmetric", "oblate", "sphere"])
 def test_attitudes_of_the_page_against_scipy(opened, name):
     moments, start = BODIES[name]
