@@ -50,3 +50,13 @@ def powers(*tables):
 def rows(names, first, width):
     """Named tuple of where the rows of names begin in a scratch array of rows so wide, from row ``first`` on."""
     return namedtuple("Rows", names)(*(width * (first + k) for k in range(len(names))))
+
+
+def arrays(*values, dtypes=None):
+    """Arrays of one length in the one form that kernels are compiled for: contiguous, writable, float64 (or dtypes).
+
+    A kernel would be compiled again, for seconds and in silence, for values that are only read (a broadcast number).
+    """
+    wide = np.broadcast_arrays(*(np.atleast_1d(x) for x in values))
+    dtypes = dtypes or (np.float64,) * len(wide)
+    return tuple(np.require(x, dtype, ("C", "W")) for x, dtype in zip(wide, dtypes, strict=True))

@@ -136,9 +136,8 @@ def _measure(arrays, spacing, intervals, tolerance, exactly, rounded, groups, ro
 
 def _point_arrays(points):
     """Arrays of one length for the seven coordinates of the points, in the one form that is compiled for."""
-    arrays = np.broadcast_arrays(*(np.atleast_1d(points[name]) for name in POINT))
-    kinds = (np.int64 if name == "axis" else np.float64 for name in POINT)
-    return tuple(np.require(x, kind, ("C", "W")) for x, kind in zip(arrays, kinds, strict=True))
+    dtypes = [np.int64 if name == "axis" else np.float64 for name in POINT]
+    return columns.arrays(*(points[name] for name in POINT), dtypes=dtypes)
 
 
 def measured(

@@ -42,7 +42,7 @@ from numba import njit
 
 from kernels import rigid_body, taylor_steps
 from kernels.blocks import W, cut
-from kernels.columns import numbers
+from kernels.columns import arrays, numbers
 from kernels.options import INLINE, OPTIONS
 from kernels.statuses import NON_FINITE, NOT_CONVERGED, OK
 
@@ -366,9 +366,8 @@ def _run_blocks(ratio, omega3, tangent, spacings, steps, order, starts, interval
 
 
 def _point_arrays(points):
-    """Contiguous arrays of one length for ratio, omega3 and half_angle."""
-    arrays = np.broadcast_arrays(*(np.atleast_1d(points[name]) for name in ("ratio", "omega3", "half_angle")))
-    return tuple(np.require(x, np.float64, ("C", "W")) for x in arrays)
+    """Arrays of one length for ratio, omega3 and half_angle."""
+    return arrays(*(points[name] for name in ("ratio", "omega3", "half_angle")))
 
 
 def run(points, rotations, samples_per_rotation, tolerance):

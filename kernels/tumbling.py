@@ -37,6 +37,7 @@ import numpy as np
 from numba import njit
 
 from kernels import attitude, direct, elliptic, solution
+from kernels.columns import arrays
 from kernels.elliptic import RUNGS, climb, ladder
 from kernels.options import EXACT, OPTIONS
 from kernels.turning import carry_12
@@ -319,9 +320,8 @@ def survey(points, tolerance, measured=True):
         ``measured``, mode, PERIODS and those with ``_error``. NaN where there is no period.
     """
     names = ("I1", "I2", "I3", "energy", "omega0")
-    arrays = np.broadcast_arrays(*(np.atleast_1d(points[name]) for name in names))
-    moments, (energy, omega0) = np.sort(arrays[:3], axis=0), arrays[3:]
-    bodies = tuple(np.require(x, np.float64, ("C", "W")) for x in (*moments, energy))
+    *moments, energy, omega0 = arrays(*(points[name] for name in names))
+    bodies = (*np.sort(moments, axis=0), energy)
     modes, out = np.empty(energy.size, dtype=np.int8), np.empty((3, energy.size))
     fill_exact(*bodies, modes, out)
     columns = {"mode_exact": modes} | {f"{name}_exact": out[k] / omega0 for k, name in enumerate(PERIODS)}
@@ -412,9 +412,9 @@ def inverse(I1, I2, I3, ratio):
     dict of str to numpy.ndarray, shape (2, n)
         energy (2T I3/L^2) and m, rows SAM and LAM; NaN where the ratio is below what the mode can have.
     """
-    arrays = np.broadcast_arrays(*(np.atleast_1d(x) for x in (I1, I2, I3, ratio)))
-    out = np.empty((4, arrays[0].size))
-    fill_inverse(*(np.require(x, np.float64, ("C", "W")) for x in arrays), out)
+    I1, I2, I3, ratio = arrays(I1, I2, I3, ratio)
+    out = np.empty((4, ratio.size))
+    fill_inverse(I1, I2, I3, ratio, out)
     return {"energy": out[:2], "m": out[2:]}
 
 
@@ -447,8 +447,7 @@ def fill_tilts(I1, I2, I3, energy, out):
 
 def tilts(points):
     """Mean, least and greatest angle of L to the encircled axis over a period, rad, closed form; as :func:`survey`."""
-    arrays = np.broadcast_arrays(*(np.atleast_1d(points[name]) for name in ("I1", "I2", "I3", "energy")))
-    moments = np.sort(arrays[:3], axis=0)
-    out = np.empty((3, arrays[3].size))
-    fill_tilts(*(np.require(x, np.float64, ("C", "W")) for x in (*moments, arrays[3])), out)
+    *moments, energy = arrays(*(points[name] for name in ("I1", "I2", "I3", "energy")))
+    out = np.empty((3, energy.size))
+    fill_tilts(*np.sort(moments, axis=0), energy, out)
     return {"tilt_mean": out[0], "tilt_least": out[1], "tilt_greatest": out[2]}

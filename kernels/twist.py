@@ -38,6 +38,7 @@ from numba import njit
 
 from kernels import attitude, direct, elliptic, solution
 from kernels.blocks import W
+from kernels.columns import arrays
 from kernels.elliptic import RUNGS
 from kernels.options import EXACT, OPTIONS
 from kernels.turning import carry_12
@@ -309,8 +310,7 @@ def survey(points, tolerance, measured=True):
         twist, twist_error, twist_defect (rad), time_of_turn, time_of_turn_error (s), ends_reversed (int8; -1 missing).
     """
     names = ("I1", "I2", "I3", "chi", "theta", "omega0")
-    arrays = np.broadcast_arrays(*(np.atleast_1d(points[name]) for name in names))
-    I1, I2, I3, chi, theta, omega0 = (np.require(x, np.float64, ("C", "W")) for x in arrays)
+    I1, I2, I3, chi, theta, omega0 = arrays(*(points[name] for name in names))
     out = np.empty((3, I1.size))
     fill_exact(I1, I2, I3, chi, theta, out)
     low, middle, high = np.sort([I1, I2, I3], axis=0)
