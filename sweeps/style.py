@@ -41,6 +41,7 @@ STYLE = {
     "savefig.dpi": DPI,
     "figure.dpi": DPI,
     "svg.fonttype": "none",
+    "pdf.fonttype": 42,  # the font goes with the file
 }
 
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")

@@ -74,6 +74,18 @@ def nearest(ds: xr.Dataset, chosen: Mapping[str, str]) -> dict[str, Place]:
     return {dim: _place(ds, dim, chosen.get(dim)) for dim, size in sizes.items() if size == 1 or dim in chosen}
 
 
+def assigned(text: str) -> tuple[str, str]:
+    """Dimension and value of "I3=0.0175".
+
+    Raises:
+        SelectionError: where there is no name, no sign of equality or no value.
+    """
+    name, _, value = text.partition("=")
+    if not name or not value:
+        raise SelectionError(f"--at: {shortened(repr(text))} names no place; allowed: DIMENSION=VALUE, as in I3=0.0175")
+    return name.strip(), value.strip()
+
+
 def _place(ds: xr.Dataset, dim: str, text: str | None) -> Place:
     values = ds[dim].values
     units = str(ds[dim].attrs.get("units", ""))

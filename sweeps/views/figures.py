@@ -1,7 +1,7 @@
 """Pictures of a map: what it shows at a glance, how far it agrees with theory, where theory ends, and the flip."""
 
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import matplotlib
@@ -12,9 +12,11 @@ from PIL import Image
 
 from sweeps import systems
 from sweeps.files import replaced, replaced_folder
+from sweeps.schema.refusals import RefusedError, hint, shortened
 from sweeps.style import STYLE
 
 FRAME_MILLISECONDS = 60
+MOST_PARTS = 20_000  # of one artist that SVG and PDF draw each by itself
 
 
 def pictures(ds: xr.Dataset) -> dict[str, Callable[[], Figure | None]]:
@@ -46,23 +48,40 @@ def _without(ds: xr.Dataset, draw: Callable, nothing: list | None) -> Callable:
     return drawn
 
 
-def draw_all(ds: xr.Dataset, folder: str | Path) -> Iterator[Path]:
-    """Draws the pictures of a map as PNG, and its animations as GIF.
+def draw_all(ds: xr.Dataset, folder: str | Path, kind: str = "png", only: Sequence[str] = ()) -> Iterator[Path]:
+    """Draws the pictures of a map, and its animations as GIF.
 
     Reads only what they show, so a map larger than memory will do.
 
     Args:
         ds: a map, from `sweeps.open_map` or `sweeps.survey`.
         folder: where the files go; it is made where it is missing, and files of the same name are replaced.
+        kind: "png", or "svg" or "pdf", whose text stays text.
+        only: names of pictures and animations, or how they begin; all where there is none.
 
     Yields:
         The path of each file, once all are written.
+
+    Raises:
+        RefusedError: for a name that no picture of this map has.
     """
     folder, ds = Path(folder), _literal(ds)
+    still, moving = pictures(ds), animations(ds)
+    wanted = _named([*still, *moving], only)
+    made = [(f"{name}.{kind}", _write, draw) for name, draw in still.items() if name in wanted]
+    made += [(f"{name}.gif", _animate, frames) for name, frames in moving.items() if name in wanted]
     with replaced_folder(folder) as temporary:
-        drawn = [f"{name}.png" for name, draw in pictures(ds).items() if _write(draw, temporary / f"{name}.png")]
-        moving = [f"{n}.gif" for n, frames in animations(ds).items() if _animate(frames, temporary / f"{n}.gif")]
-    yield from (folder / name for name in drawn + moving)
+        drawn = [name for name, write, draw in made if write(draw, temporary / name)]
+    yield from (folder / name for name in drawn)
+
+
+def _named(names: Sequence[str], only: Sequence[str]) -> set[str]:
+    """Those of some names that are asked for, by their beginning."""
+    for asked in only:
+        if not any(name.startswith(asked) for name in names):
+            what = f"{shortened(repr(asked))} is no picture of this map{hint(asked, names)}"
+            raise RefusedError(f"--only: {what}; allowed: {', '.join(names)}")
+    return {name for name in names if not only or name.startswith(tuple(only))}
 
 
 def _literal(ds: xr.Dataset) -> xr.Dataset:
@@ -100,6 +119,15 @@ def _write(draw: Callable[[], Figure | None], path: Path) -> bool:
         figure = draw()
         if figure is None:
             return False
+        _raster(figure)
         with replaced(path) as temporary:
-            figure.savefig(temporary, format="png")
+            figure.savefig(temporary, format=path.suffix[1:])
     return True
+
+
+def _raster(figure: Figure) -> None:
+    """Makes pixels, in pictures of vectors, of what has more parts than a program that shows it would bear."""
+    for axes in figure.axes:
+        for artist in (*axes.collections, *axes.lines):
+            parts = artist.get_array() if hasattr(artist, "get_array") else artist.get_xdata()
+            artist.set_rasterized(parts is not None and np.size(parts) > MOST_PARTS)

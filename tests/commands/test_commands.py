@@ -372,3 +372,30 @@ def test_a_place_that_cannot_be_written_is_said_in_one_line(path, tmp_path, caps
     )
     assert status == 2
     assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_pictures_that_are_asked_for_at_a_place_in_a_form_for_print(path, tmp_path, capsys):
+    asked = ["--format", "svg", "--only", "stability", "--axis", "2", "--at", "omega0=1"]
+    lines = said(capsys, "figures", path, "-o", tmp_path / "slides", *asked).splitlines()
+    assert lines[0] == str(tmp_path / "slides/stability_axis_2.svg")
+    assert [line.partition(" ")[0] for line in lines[1:]] == ["axis", "omega0"]
+    drawn = (tmp_path / "slides/stability_axis_2.svg").read_text()
+    assert "<text" in drawn
+    assert "axis 2" in drawn
+    assert [file.name for file in (tmp_path / "slides").iterdir()] == ["stability_axis_2.svg"]
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [["--only", "stabilty_axis_1"], ["--format", "bmp"], ["--at", "I3"], ["--at", "I9=2"], ["--axis", "4"]],
+)
+def test_pictures_that_there_are_not_are_refused(path, tmp_path, capsys, asked):
+    try:
+        status = main(["figures", str(path), "-o", str(tmp_path / "slides"), *asked])
+    except SystemExit as left:  # argparse's own way
+        status = left.code
+    told = capsys.readouterr().err
+    assert status == 2
+    assert "allowed: " in told or "choose" in told
+    assert "Traceback" not in told
+    assert not (tmp_path / "slides").exists()
