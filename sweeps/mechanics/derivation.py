@@ -22,6 +22,7 @@ Source: Landau and Lifshitz, Mechanics, sections 5, 23 and 41; Goldstein, Classi
 from dataclasses import dataclass
 from functools import cached_property
 
+import mpmath
 import numpy as np
 import sympy as sp
 
@@ -206,6 +207,8 @@ def _check_symbols(system, T, V):
 
 def _quadratic(system, T):
     """The parts a, b, T0 of T = ½ a q̇q̇ + b q̇ + T0."""
+    if T.count_ops() > SHORT and not system.kinetic_terms:
+        return _checked(system, *_of_particles(system))
     v = [c.velocity for c in system.coordinates.values()]
     rest = dict.fromkeys(v, 0)
     T = expanded(T)
@@ -222,6 +225,36 @@ def _quadratic(system, T):
     remainder = T - (sp.Matrix(v).T * a * sp.Matrix(v))[0] / 2 - (b.T * sp.Matrix(v))[0] - T0
     if not vanishes(remainder):
         raise DescriptionError(f"T: not quadratic in the velocities ({T}); allowed: ½ a_ij(q) q̇_i q̇_j")
+    return _checked(system, a, b, T0)
+
+
+def _of_particles(system):
+    """a, b, T0 of many particles: from their places' derivatives, whose equal products are simplified once.
+
+    a_ij = Σ m ∂r/∂q_i · ∂r/∂q_j, b_i = Σ m ∂r/∂q_i · ∂r/∂t, T0 = ½ Σ m (∂r/∂t)².
+    """
+    symbols = [*(c.symbol for c in system.coordinates.values()), system.time]
+    n, masses, short = len(symbols), {}, {}
+    for mass, place in system.particles:
+        slopes = [[_by_sine_and_cosine(part).diff(x) for x in symbols] for part in place]
+        for i in range(n):
+            for j in range(i + 1):
+                product = sp.Add(*(slope[i] * slope[j] for slope in slopes))
+                if product not in short:
+                    paired = _paired(product)
+                    short[product] = simplified(paired) if paired.is_Add else paired
+                found = masses.setdefault((i, j), {})
+                found[short[product]] = found.get(short[product], 0) + mass
+    whole = sp.zeros(n)
+    for (i, j), found in masses.items():
+        whole[i, j] = whole[j, i] = sp.Add(*(product * mass for product, mass in found.items()))
+    kept = list(range(n - 1))
+    whole = _timeless(system, whole)
+    return whole.extract(kept, kept), whole.extract(kept, [n - 1]), whole[n - 1, n - 1] / 2
+
+
+def _checked(system, a, b, T0):
+    """a, b, T0 that hold no time and nothing complex."""
     timed = [str(e) for e in (*a, *b, T0) if system.time in e.free_symbols]
     if timed:
         raise DescriptionError(
@@ -334,11 +367,19 @@ def check_positive(equations: Equations) -> None:
     places = [[low + f * (high - low) for low, high in corners] for f in fractions]
     rng = np.random.default_rng(0)
     places += [[low + f * (high - low) for (low, high), f in zip(corners, rng.random(len(corners)), strict=True)]]
+    a = sp.lambdify((*defaults, *equations.q), equations.a.tolist(), "mpmath", cse=True)
     for place in places:
-        values = equations.a.subs(defaults | dict(zip(equations.q, place, strict=True))).evalf()
-        numbers = np.array(values.tolist(), dtype=complex)
+        numbers = _complex(a, (*defaults.values(), *place))
         where = ", ".join(f"{x} = {y:.4g}" for x, y in zip(equations.q, place, strict=True))
         if not np.isfinite(numbers).all() or np.abs(numbers.imag).max() > 0:
             raise DescriptionError(f"T: a_ij is complex or infinite at {where}; allowed: real, finite a_ij")
         if np.linalg.eigvalsh(numbers.real).min() <= 0:
-            raise DescriptionError(f"T: a_ij is not positive at {where}: {values.tolist()}; allowed: positive T")
+            raise DescriptionError(f"T: a_ij is not positive at {where}: {numbers.real.tolist()}; allowed: positive T")
+
+
+def _complex(matrix, values):
+    """The values of a matrix of expressions at a place, NaN where mpmath has none."""
+    try:
+        return np.array([[complex(e) for e in row] for row in matrix(*map(mpmath.mpf, values))])
+    except (ArithmeticError, ValueError):
+        return np.array([[complex("nan")]])

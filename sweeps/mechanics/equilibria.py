@@ -538,11 +538,14 @@ def _arranged(landscape, parameters, places):
         left[rows[chosen], j[chosen]] = False
         cost[rows[chosen], k[chosen], :] = np.inf
         cost[rows[chosen], :, j[chosen]] = np.inf
-    for j in range(count):
-        for slot in range(system.most):
-            put = left[:, j] & np.isnan(slots[:, slot, 0]) & (slot >= labels.shape[1])
-            slots[put, slot] = places[put, j]
-            left[put, j] = False
+    free = np.isnan(slots[..., 0]) & (np.arange(system.most) >= labels.shape[1])
+    room, rank = free.cumsum(axis=1), left.cumsum(axis=1)  # the k-th that is left goes into the k-th slot that is free
+    put = left & (rank <= room[:, -1:])
+    for j in np.flatnonzero(put.any(axis=0)):
+        chosen = np.flatnonzero(put[:, j])
+        slot = (room[chosen] == rank[chosen, j, None]).argmax(axis=1)
+        slots[chosen, slot] = places[chosen, j]
+    left &= ~put
     crowded = left.any(axis=1)
     slots[crowded] = np.nan
     return slots, crowded

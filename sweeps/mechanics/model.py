@@ -11,6 +11,7 @@ from sweeps.mechanics import equilibria, modes, scales
 from sweeps.mechanics.derivation import derive
 from sweeps.mechanics.description import System
 from sweeps.mechanics.graph import Values, graph
+from sweeps.mechanics.taped import code
 from sweeps.mechanics.taylor import Code
 
 CHUNK = 16384
@@ -42,7 +43,7 @@ class Model:
     @cached_property
     def code(self) -> Code:
         """The generated kernel."""
-        return Code(graph(self.equations))
+        return code(graph(self.equations))
 
     @cached_property
     def values(self) -> Values:

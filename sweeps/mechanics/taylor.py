@@ -45,6 +45,8 @@ from kernels.options import OPTIONS
 COORDINATES, STATES, ROWS = {n}, {states}, {rows}
 '''
 
+COMPILE_SECONDS, COMPILE_SECONDS_PER_CHARACTER = 0.5, 1.8e-4
+
 
 class Code:
     """The rows of the scratch array and the text of the module.
@@ -71,6 +73,11 @@ class Code:
     def rows(self) -> int:
         """Number of rows of the scratch array."""
         return self.states + 2 + len(self.constants)
+
+    @property
+    def compile_seconds(self) -> float:
+        """What its module takes to be compiled on a core of 2024, s, about."""
+        return COMPILE_SECONDS + COMPILE_SECONDS_PER_CHARACTER * len(self.text)
 
     @cached_property
     def digest(self) -> str:

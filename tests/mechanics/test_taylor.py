@@ -9,7 +9,9 @@ from oscillators import LIBRARY, points, shipped
 from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipk
 
-from sweeps.mechanics import taylor
+from sweeps.mechanics import System, taped, taylor
+from sweeps.mechanics.derivation import derive
+from sweeps.mechanics.graph import graph
 from sweeps.mechanics.model import Model
 
 W = taylor.W
@@ -142,6 +144,48 @@ def test_generated_file_is_named_by_its_text_and_compiled_once(tmp_path):
     assert runs[0][0] == runs[1][0]
     assert code.digest[:24] in runs[0][0]
     assert [lines[1] for lines in runs] == ["0 1", "1 0"]
+
+
+def rods(n):
+    """So many rods of mass m at their ends, one below the other."""
+    system = System(f"{n} rods", most=2**n)
+    m, length, g = (system.parameter(name, default=1.0, positive=True) for name in ("mass", "length", "gravity"))
+    x = y = sp.Integer(0)
+    for k in range(n):
+        angle = system.coordinate(f"theta{k}", "rad", bounds=(-sp.pi, sp.pi), periodic=True)
+        x, y = x + length * sp.sin(angle), y - length * sp.cos(angle)
+        system.particle(m, (x, y))
+        system.potential(m * g * y)
+    return system
+
+
+def test_code_of_six_rods_grows_with_the_graph_and_is_not_written_out():
+    """Written out it is half a million characters, which take minutes to compile."""
+    g = graph(derive(rods(6)))
+    code = taped.code(g)
+    assert isinstance(code, taped.TapedCode)
+    assert len(g.nodes) < 500
+    assert len(code.text) < 60 * len(g.nodes)
+    assert code.compile_seconds <= 30
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["double_pendulum", "linear_triatomic"])  # quotients, sines; exponentials
+def test_a_tape_gives_what_the_text_gives(name):
+    written, read = Model(shipped(name)), Model(shipped(name))
+    read.__dict__["code"] = taped.TapedCode(written.code.graph)
+    n, rng = written.n, np.random.default_rng(4)
+    columns = points(written.system, n, 1, LIBRARY[name])
+    x, v = rng.uniform(-1, 1, (2, n))
+    ends = []
+    for model in (written, read):
+        sizes, scale = (model.theory(columns)[key][0] for key in ("sizes", "scale"))
+        S, _, _ = scratch(model, columns, x * sizes, v * sizes * scale, 0.1)
+        S = advanced(model, S, 0.2 / scale, 30)
+        model.code.module().energy(S)
+        ends.append(S.reshape(-1, W)[: model.code.states])
+    # six units of time from an unstable place: e^6 of what rounding leaves of each order's sums
+    assert ends[1] == pytest.approx(ends[0], rel=1e-11, abs=1e-11 * np.abs(ends[0][: 2 * n]).max())
 
 
 def test_a_damaged_generated_file_is_written_again(tmp_path):

@@ -53,9 +53,8 @@ class Oscillator(Dynamics):
     point_seconds = 4e-5  # 1e-5 to 1e-4, by how hard its equilibria are to enclose
     start_seconds = 5.5  # its equations are derived
     picture_seconds = 2.5
-    compile_seconds = 15.0
     look = LOOK
-    kernels = ("oscillations", "enclosures")
+    kernels = ("oscillations", "enclosures", "taylor_tapes")
 
     def __init__(self, name: str, load: "Callable[[], mechanics.System]", source: bytes):
         self.name = name
@@ -85,6 +84,11 @@ class Oscillator(Dynamics):
                 return Model(self.description)
             except DescriptionError as error:
                 raise DescriptionError(f"{self.name}: {error}") from None
+
+    @property
+    def compile_seconds(self) -> float:
+        """Of its generated code, by how long that is."""
+        return self._code().compile_seconds
 
     @property
     def references(self) -> str:

@@ -1,0 +1,268 @@
+r"""Taylor steps of large systems, read from a tape: nothing of the system itself is compiled.
+
+What `sweeps.mechanics.taylor` writes out line by line for a small system, this does row by row for one whose text a
+compiler would work on for minutes. One row an operation, in an order in which each follows its parts; the order of the
+series is the loop outside, lanes the one inside. With :math:`u = U + \varepsilon\hat u` and the n-th term
+:math:`\hat u_n` of :math:`\hat u(t + h)`,
+
+.. math:: \hat x_n = \tfrac hn \hat v_{n-1}, \quad \hat v_n = \tfrac hn \hat a_{n-1}, \quad
+          \widehat{(uv)}_n = U\hat v_n + V\hat u_n + \varepsilon\sum_k \hat u_k \hat v_{n-k}, \quad
+          \widehat{(u/v)}_n = \frac{\hat u_n - Q\hat v_n - \varepsilon\sum_{k>0}\hat v_k\hat q_{n-k}}
+          {V + \varepsilon\hat v_0}
+
+and a function :math:`w = f(u)` keeps its remainder, :math:`\hat w_n = f'(U)\hat u_n + \varepsilon\tilde w_n`,
+:math:`\tilde w_n = \tfrac1n \sum_k k\,\hat u_k\,\widehat{f'(u)}_{n-k}`. Energies go one order of ε further.
+
+The scratch array S has rows W long: x and v of every coordinate, energy and its absolute terms, the functions'
+remainders; then ε, the step, and constants (the values at the equilibrium).
+
+Source: as for the text (Griewank and Walther, Evaluating Derivatives, chapter 13).
+"""
+
+import numpy as np
+from numba import float64, int64, njit, types, void
+
+from kernels.blocks import W
+from kernels.options import OPTIONS
+from kernels.oscillations import ORDER
+
+PLACE, SPEED, SUM, PRODUCT, QUOTIENT, FUNCTION = range(6)
+
+# Columns of a row of the tape. FIRST and SECOND are rows above (-1: does not move), the coordinate's number, or where a
+# sum's parts begin and end; BASE1, BASE2 and OWN rows of S with values at the equilibrium (-1: it is 0): of the parts
+# and of the row itself, or of f′(U); REMAINDER a function's row of S, SLOPE the row that is f′(u); LAST is 1 where the
+# highest order is wanted too.
+CODE, FIRST, SECOND, BASE1, BASE2, OWN, REMAINDER, SLOPE, LAST = range(9)
+COLUMNS = 9
+
+ROWS = types.Array(int64, 2, "C", readonly=True)  # arrays that are written into generated modules
+WHOLE = types.Array(int64, 1, "C", readonly=True)
+REAL = types.Array(float64, 1, "C", readonly=True)
+
+
+@njit(**OPTIONS)
+def _add_products(A, B, first, last, n, out):
+    """Add A_k B_(n-k) for k = first … last; a loop of W lanes, were it known to be W, would be unrolled, not packed."""
+    for k in range(first, last + 1):
+        P, Q = A[k], B[n - k]
+        for lane in range(out.size):
+            out[lane] += P[lane] * Q[lane]
+
+
+@njit(**OPTIONS)
+def _add_based(S, base, A, n, sign, out):
+    """Add ± U A_n, where the row of U is one."""
+    if base >= 0:
+        for lane in range(out.size):
+            out[lane] += sign * S[base * W + lane] * A[n, lane]
+
+
+@njit(**OPTIONS)
+def _sum(C, parts, weights, first, last, n, out):
+    for k in range(first, last):
+        A, weight = C[parts[k]], weights[k]
+        for lane in range(out.size):
+            out[lane] += weight * A[n, lane]
+
+
+@njit(**OPTIONS)
+def _product(C, S, row, n, epsilon, out):
+    a, b = row[FIRST], row[SECOND]
+    if (a >= 0) & (b >= 0):
+        _add_products(C[a], C[b], 0, n, n, out)
+        for lane in range(out.size):
+            out[lane] *= S[epsilon + lane]
+    if b >= 0:
+        _add_based(S, row[BASE1], C[b], n, 1.0, out)
+    if a >= 0:
+        _add_based(S, row[BASE2], C[a], n, 1.0, out)
+
+
+@njit(**OPTIONS)
+def _quotient(C, S, row, n, epsilon, own, over, out):
+    a, b = row[FIRST], row[SECOND]
+    if n == 0:
+        for lane in range(out.size):
+            base = S[row[BASE2] * W + lane] if row[BASE2] >= 0 else 0.0
+            over[lane] = 1.0 / (base + S[epsilon + lane] * C[b, 0, lane])
+    _add_products(C[b], own, 1, n, n, out)
+    for lane in range(out.size):
+        out[lane] *= -S[epsilon + lane]
+    _add_based(S, row[OWN], C[b], n, -1.0, out)
+    if a >= 0:
+        A = C[a]
+        for lane in range(out.size):
+            out[lane] += A[n, lane]
+    for lane in range(out.size):
+        out[lane] *= over[lane]
+
+
+@njit(**OPTIONS)
+def _function(C, S, row, n, epsilon, rest, out):
+    """Its remainder's n-th term into rest, its own into out."""
+    left = rest[n]
+    if n == 0:
+        for lane in range(out.size):
+            left[lane] = S[row[REMAINDER] * W + lane]
+    else:
+        for lane in range(out.size):
+            left[lane] = 0.0
+        if row[SLOPE] >= 0:
+            A, B = C[row[FIRST]], C[row[SLOPE]]
+            for k in range(1, n + 1):
+                P, Q = A[k], B[n - k]
+                for lane in range(out.size):
+                    left[lane] += k * P[lane] * Q[lane]
+            for lane in range(out.size):
+                left[lane] /= n
+    _add_based(S, row[OWN], C[row[FIRST]], n, 1.0, out)
+    for lane in range(out.size):
+        out[lane] += S[epsilon + lane] * left[lane]
+
+
+@njit(**OPTIONS)
+def _terms(tape, parts, weights, S, X, C, R, over, epsilon, n, highest):
+    """The n-th term of every row of the tape."""
+    size = len(X) // 2
+    for k in range(len(tape)):
+        row = tape[k]
+        if (n < highest) | (row[LAST] > 0):
+            code, out = row[CODE], C[k, n]
+            if code in (PLACE, SPEED):
+                A = X[row[FIRST] + (size if code == SPEED else 0)]
+                for lane in range(W):
+                    out[lane] = A[n, lane]
+                continue
+            for lane in range(W):
+                out[lane] = 0.0
+            if code == SUM:
+                _sum(C, parts, weights, row[FIRST], row[SECOND], n, out)
+            elif code == PRODUCT:
+                _product(C, S, row, n, epsilon, out)
+            elif code == QUOTIENT:
+                _quotient(C, S, row, n, epsilon, C[k], over[k], out)
+            else:
+                _function(C, S, row, n, epsilon, R[k], out)
+
+
+@njit(**OPTIONS)
+def _gather(A, S, row):
+    """The sum of a series into a row of S, smallest terms first."""
+    for lane in range(W):
+        total = A[ORDER, lane]
+        for n in range(ORDER - 1, 0, -1):
+            total += A[n, lane]
+        S[row * W + lane] = total + A[0, lane]
+
+
+@njit(void(ROWS, WHOLE, REAL, WHOLE, int64, float64[::1], int64), **OPTIONS)
+def advance(tape, parts, weights, accelerations, states, S, steps):
+    """Advance every lane by so many steps of order ORDER.
+
+    Parameters
+    ----------
+    tape : int64 array, shape (rows, COLUMNS)
+        The operations.
+    parts, weights : int64 and float64 arrays
+        Rows of the tape that the sums are made of, and what each counts.
+    accelerations : int64 array, shape (coordinates,)
+        Rows of the tape that are the accelerations; -1 for one that is 0.
+    states : int
+        Rows of S that are state; ε and the step follow.
+    S : float64 array
+        Read and written: see the top of this file.
+    steps : int
+        How many.
+    """
+    size, count, epsilon, step = accelerations.size, len(tape), states * W, (states + 1) * W
+    X, C = np.empty((2 * size, ORDER + 1, W)), np.empty((count, ORDER + 1, W))
+    R, over = np.zeros((count, ORDER + 1, W)), np.empty((count, W))
+    for _ in range(steps):
+        for i in range(2 * size):
+            for lane in range(W):
+                X[i, 0, lane] = S[i * W + lane]
+        for n in range(ORDER + 1):
+            if n > 0:
+                for i in range(size):
+                    a = accelerations[i]
+                    for lane in range(W):
+                        h = S[step + lane] / n
+                        X[i, n, lane] = h * X[size + i, n - 1, lane]
+                        X[size + i, n, lane] = h * C[a, n - 1, lane] if a >= 0 else 0.0
+            _terms(tape, parts, weights, S, X, C, R, over, epsilon, n, ORDER)
+        for i in range(2 * size):
+            _gather(X[i], S, i)
+        for k in range(count):
+            if tape[k, CODE] == FUNCTION:
+                if tape[k, LAST] == 0:  # its remainder is a state: the highest order of that is wanted
+                    out = C[k, ORDER]
+                    for lane in range(W):
+                        out[lane] = 0.0
+                    _function(C, S, tape[k], ORDER, epsilon, R[k], out)
+                _gather(R[k], S, tape[k, REMAINDER])
+
+
+@njit(**OPTIONS)
+def _second(row, parts, weights, S, C, rest, own, second, out):
+    """What a row has of the second order in ε."""
+    code, a, b = row[CODE], row[FIRST], row[SECOND]
+    if code == SUM:
+        for k in range(a, b):
+            for lane in range(W):
+                out[lane] += weights[k] * second[parts[k], lane]
+    elif code == FUNCTION:
+        for lane in range(W):
+            out[lane] = S[row[OWN] * W + lane] * second[a, lane] + rest[lane]
+    elif code == PRODUCT:
+        for lane in range(W):
+            one = S[row[BASE1] * W + lane] * second[b, lane] if (row[BASE1] >= 0) & (b >= 0) else 0.0
+            other = S[row[BASE2] * W + lane] * second[a, lane] if (row[BASE2] >= 0) & (a >= 0) else 0.0
+            out[lane] = one + other + (C[a, 0, lane] * C[b, 0, lane] if (a >= 0) & (b >= 0) else 0.0)
+    elif code == QUOTIENT:
+        for lane in range(W):
+            value = second[a, lane] if a >= 0 else 0.0
+            value -= S[row[OWN] * W + lane] * second[b, lane] if row[OWN] >= 0 else 0.0
+            value -= own[lane] * C[b, 0, lane]
+            out[lane] = value / (S[row[BASE2] * W + lane] if row[BASE2] >= 0 else 0.0)
+
+
+@njit(void(ROWS, WHOLE, REAL, WHOLE, ROWS, int64, int64, float64[::1]), **OPTIONS)
+def energy(tape, parts, weights, terms, masses, size, states, S):
+    """Write energy above the equilibrium and the sum of its absolute terms, over ε².
+
+    Parameters
+    ----------
+    tape, parts, weights, states, S
+        As of :func:`advance`.
+    terms : int64 array
+        Rows of the tape whose sum is V.
+    masses : int64 array, shape (entries, 4)
+        i, j, row of the tape (-1: does not move) and row of S (-1: it is 0) of each a_ij, i ≤ j.
+    size : int
+        Number of coordinates.
+    """
+    count, epsilon = len(tape), states * W
+    X, C, over = np.empty((2 * size, 1, W)), np.empty((count, 1, W)), np.empty((count, W))
+    R, second = np.empty((count, 1, W)), np.zeros((count, W))
+    for i in range(2 * size):
+        for lane in range(W):
+            X[i, 0, lane] = S[i * W + lane]
+    _terms(tape, parts, weights, S, X, C, R, over, epsilon, 0, 1)
+    for k in range(count):
+        _second(tape[k], parts, weights, S, C, R[k, 0], C[k, 0], second, second[k])
+    total, absolute = S[2 * size * W : (2 * size + 1) * W], S[(2 * size + 1) * W : (2 * size + 2) * W]
+    for lane in range(W):
+        total[lane] = 0.0
+    for k in range(len(masses)):
+        i, j, a, base = masses[k]
+        factor = 0.5 if i == j else 1.0
+        for lane in range(W):
+            full = S[base * W + lane] if base >= 0 else 0.0
+            full += S[epsilon + lane] * C[a, 0, lane] if a >= 0 else 0.0
+            total[lane] += factor * full * X[size + i, 0, lane] * X[size + j, 0, lane]
+    for lane in range(W):
+        absolute[lane] = abs(total[lane])
+    for k in terms:
+        for lane in range(W):
+            total[lane] += second[k, lane]
+            absolute[lane] += abs(second[k, lane])

@@ -1,0 +1,112 @@
+"""Code of a large system: its graph as a tape that `kernels.taylor_tapes` reads.
+
+Written out it would be compiled for minutes. The tape grows with the graph alone, and the module that holds it is
+compiled in two seconds, whatever its size.
+"""
+
+from kernels import taylor_tapes as kernel
+from kernels.fingerprint import cache_folder
+from sweeps.mechanics.graph import ADD, CONSTANT, DIV, FUNCTION, MUL, Graph, V, X
+from sweeps.mechanics.taylor import Code
+
+MOST_WRITTEN = 120  # nodes that move: more of them are read from a tape
+MODULE_SECONDS, KERNEL_SECONDS = 2.0, 10.0
+
+TEXT = '''"""{title}: a tape of Taylor steps, and of the energy above the equilibrium."""
+
+import numpy as np
+from numba import njit
+
+from kernels import taylor_tapes
+from kernels.options import OPTIONS
+
+COORDINATES, STATES, ROWS = {n}, {states}, {rows}
+{tables}
+
+@njit("void(float64[::1], int64)", **OPTIONS)
+def advance(S, steps):
+    """Advance every lane by so many steps."""
+    taylor_tapes.advance(STEP, STEP_PARTS, STEP_WEIGHTS, ACCELERATIONS, STATES, S, steps)
+
+
+@njit("void(float64[::1])", **OPTIONS)
+def energy(S):
+    """Write energy above the equilibrium and the sum of its absolute terms, over epsilon²."""
+    taylor_tapes.energy(ENERGY, ENERGY_PARTS, ENERGY_WEIGHTS, TERMS, MASSES, COORDINATES, STATES, S)
+'''
+CODES = {X: kernel.PLACE, V: kernel.SPEED, ADD: kernel.SUM, MUL: kernel.PRODUCT, DIV: kernel.QUOTIENT}
+
+
+def code(graph: Graph) -> Code:
+    """The code of a system: written out, or a tape where it is large."""
+    moving = sum(node.kind != CONSTANT for node in graph.nodes)
+    return TapedCode(graph) if moving > MOST_WRITTEN else Code(graph)
+
+
+class TapedCode(Code):
+    """Rows of the scratch array as of `Code`, and a module that holds the tape.
+
+    Args:
+        graph: the system's graph.
+    """
+
+    @property
+    def compile_seconds(self) -> float:
+        """Of the module, and of the kernel that reads the tape where no other system's has compiled it, s, about."""
+        known = any(cache_folder().rglob("taylor_tapes.advance*.nbi"))
+        return MODULE_SECONDS + (0.0 if known else KERNEL_SECONDS)
+
+    def _text(self):
+        functions, g = self.graph.functions, self.graph
+        last = set(self._inner([g.nodes[f].parts[0] for f in functions]))
+        slots, tables = self._tables("STEP", self._needed([*g.accelerations, *functions]), last)
+        tables += [_table("ACCELERATIONS", [slots.get(k, -1) for k in g.accelerations])]
+        slots, more = self._tables("ENERGY", self._inner([*g.energy_terms, *g.masses.values()]), set())
+        more += [_table("TERMS", [slots[k] for k in g.energy_terms if k in slots])]
+        more += [_table("MASSES", [[i, j, slots.get(k, -1), self._base_row(k)] for (i, j), k in g.masses.items()], 4)]
+        tables = "\n".join([*tables, *more])
+        title = g.equations.system.title
+        return TEXT.format(title=title, n=self.n, states=self.states, rows=self.rows, tables=tables)
+
+    def _tables(self, name, nodes, last):
+        """Row of the tape of each node, and the text of the tape."""
+        slots, parts, weights, rows = {k: row for row, k in enumerate(nodes)}, [], [], []
+        for number in nodes:
+            node, row = self.graph.nodes[number], [-1] * kernel.COLUMNS
+            row[kernel.CODE], row[kernel.LAST] = CODES.get(node.kind, kernel.FUNCTION), int(number in last)
+            if node.kind == ADD:
+                pairs = [(slots[k], w) for w, k in zip(node.weights, node.parts, strict=True) if k in slots]
+                row[kernel.FIRST], row[kernel.SECOND] = len(parts), len(parts) + len(pairs)
+                parts, weights = parts + [k for k, _ in pairs], weights + [w for _, w in pairs]
+            elif node.kind in (X, V):
+                (row[kernel.FIRST],) = node.parts
+            elif node.kind == FUNCTION:
+                self._function_row(number, node, row, slots)
+            else:
+                self._pair_row(number, node, row, slots)
+            rows.append(row)
+        tables = [_table(name, rows, kernel.COLUMNS), _table(f"{name}_PARTS", parts)]
+        return slots, [*tables, _table(f"{name}_WEIGHTS", weights, dtype="float64")]
+
+    def _function_row(self, number, node, row, slots):
+        row[kernel.FIRST], row[kernel.SLOPE] = slots[node.parts[0]], slots.get(self.graph.slopes[number], -1)
+        row[kernel.REMAINDER], row[kernel.OWN] = self.remainders[number], self._row_of("F", number)
+
+    def _pair_row(self, number, node, row, slots):
+        first, second = node.parts
+        row[kernel.FIRST], row[kernel.SECOND] = slots.get(first, -1), slots.get(second, -1)
+        row[kernel.BASE1], row[kernel.BASE2] = self._base_row(first), self._base_row(second)
+        row[kernel.OWN] = self._base_row(number) if node.kind == DIV else -1
+
+    def _base_row(self, number):
+        """Row of a node's value at the equilibrium; -1 where that is 0 for a reason."""
+        return -1 if self.graph.nodes[number].zero else self._row_of("U", number)
+
+    def _row_of(self, kind, number):
+        self._constant(kind, number)
+        return self.constants[kind, number]
+
+
+def _table(name, values, columns=0, dtype="int64"):
+    shape = f".reshape(-1, {columns})" if columns else ""
+    return f"{name} = np.array({values!r}, dtype=np.{dtype}){shape}"
