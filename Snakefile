@@ -19,8 +19,8 @@ from sweeps.run.targets import (
     threads_of_shard,
 )
 
-# the interpreter that runs this workflow also runs its jobs
-shell.prefix(f"PATH={shlex.quote(str(Path(sys.executable).parent))}:$PATH; ")
+# the interpreter that runs this workflow also runs its jobs; one that Ctrl-C ends says nothing more
+shell.prefix(f"trap 'exit 130' INT; PATH={shlex.quote(str(Path(sys.executable).parent))}:$PATH; ")
 
 try:
     DEFAULT, PLANS = catalogue.requested(config, on_command_line())

@@ -3,17 +3,16 @@
 Each command is a module of `sweeps.commands`: it reads, calls one function and writes.
 """
 
+import atexit
+import signal
 import sys
-from argparse import RawDescriptionHelpFormatter
+from argparse import ArgumentParser, RawDescriptionHelpFormatter
 from importlib import import_module
 from io import TextIOWrapper
 from pathlib import Path
 from traceback import extract_tb
 
 import sweeps
-from sweeps.commands import NAMES, completion
-from sweeps.commands.parser import Parser
-from sweeps.schema.refusals import RefusedError
 
 DESCRIPTION = """\
 Stability maps of rotating rigid bodies, measured from integrated motion.
@@ -47,7 +46,10 @@ half-written); 130 interrupted;
 MACHINE = "a machine with room, and files that may be read and written"
 
 
-def _parser() -> Parser:
+def _parser() -> ArgumentParser:
+    from sweeps.commands import NAMES, completion
+    from sweeps.commands.parser import Parser
+
     words = {"description": DESCRIPTION, "epilog": EPILOG, "formatter_class": RawDescriptionHelpFormatter}
     named = "python -m sweeps" if Path(sys.argv[0]).stem == "__main__" else "polhode"
     parser = Parser(prog=named, allow_abbrev=False, **words)
@@ -61,8 +63,26 @@ def _parser() -> Parser:
 
 def main(arguments: list[str] | None = None) -> int:
     """Runs one command; returns the exit status."""
+    try:
+        return _answered(sys.argv[1:] if arguments is None else arguments)  # with its imports, which take a while
+    except KeyboardInterrupt:
+        print("interrupted; what was finished stays", file=sys.stderr)
+        return 130
+    finally:
+        atexit.unregister(_end_at_once)
+        atexit.register(_end_at_once)
+
+
+def _end_at_once() -> None:
+    """From here on Ctrl-C ends the process without a word: what is left is Python's own end."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+def _answered(arguments: list[str]) -> int:
+    from sweeps.schema.refusals import RefusedError
+
     _write_what_can_be()
-    args = _parser().parse_args(sys.argv[1:] if arguments is None else arguments)
+    args = _parser().parse_args(arguments)
     try:
         return args.run(args) or 0
     except RefusedError as refused:
@@ -77,9 +97,6 @@ def main(arguments: list[str] | None = None) -> int:
         if "NetCDF" not in str(error):
             raise
         return _refused(f"{error}: a file is damaged; allowed: a whole file that Polhode wrote")
-    except KeyboardInterrupt:
-        print("interrupted; what was finished stays", file=sys.stderr)
-        return 130
 
 
 def _where(error: OSError) -> str:
@@ -90,7 +107,7 @@ def _where(error: OSError) -> str:
 
 def _refused(message: str) -> int:
     """Says what is wrong, in characters that no terminal obeys."""
-    print("".join(c if c.isprintable() or c == "\n" else "\N{REPLACEMENT CHARACTER}" for c in message), file=sys.stderr)
+    print("".join(c if c.isprintable() or c == "\n" else "\ufffd" for c in message), file=sys.stderr)
     return 2
 
 

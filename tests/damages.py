@@ -97,7 +97,7 @@ LOCAL = (
 PATIENCE = 10.0  # s of processor that a command may take,
 MOST_BYTES = 2**30  # and memory
 SLOW = ("figures", "report")  # seconds each, of a map that is let in
-FEW = ("control", "script", "number", "array", "compound", "long", "zero", "bytes")
+LOCAL_WORDS = ("control", "script", "number", "array", "compound", "long", "zero", "bytes")
 
 
 def told(path, holder, name, value):
@@ -360,7 +360,7 @@ def table(base):
         found[f"without {name}"] = partial(without_attribute, name=name)
     for holder in (first, leading, coordinate):
         for name in LOCAL:
-            for word in FEW:
+            for word in LOCAL_WORDS:
                 found[f"{holder}:{name} = {word}"] = partial(told, holder=holder, name=name, value=ODD[word])
     for holder in dict.fromkeys((first, leading, *coordinates)):
         for word, make in REPLACED.items():

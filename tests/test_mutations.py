@@ -93,3 +93,34 @@ def test_mutated_meshes_are_taken_or_refused_in_words(tmp_path, kind):
         said, moments = judged(path)
         assert all(c.isprintable() for c in said), content
         assert bool(said) != bool(min(moments) > 0 and np.isfinite(moments).all()), content
+
+
+BOX = """ply
+format ascii 1.0
+element vertex 8
+property float x
+property float y
+property float z
+element face 12
+property list uchar int vertex_indices
+end_header
+0 0 0\n0 0 1\n0 1 0\n0 1 1\n2 0 0\n2 0 1\n2 1 0\n2 1 1
+3 1 3 0\n3 4 1 0\n3 0 3 2\n3 2 4 0\n3 1 7 3\n3 5 1 4\n3 5 7 1\n3 3 7 2\n3 6 4 2\n3 2 7 6\n3 6 5 4\n3 7 5 6
+"""
+MESHES = {
+    "names a picture": BOX.replace("element vertex", "comment TextureFile ../secret.png\nelement vertex"),
+    "infinite": BOX.replace("2 1 1", "2 1 1e400"),
+    "beyond single precision": BOX.replace("2 1 1", "2 1 3e38").replace("float", "double"),
+}
+
+
+@pytest.mark.parametrize("name", MESHES)
+def test_a_mesh_is_read_without_a_word_and_without_what_it_names(tmp_path, name, capfd, recwarn, monkeypatch):
+    trimesh = pytest.importorskip("trimesh")
+    monkeypatch.setattr(trimesh.resolvers.FilePathResolver, "get", lambda *_: pytest.fail("another file is read"))
+    (tmp_path / "mesh").mkdir()
+    (tmp_path / "mesh/box.ply").write_text(MESHES[name])
+    said, _ = judged(tmp_path / "mesh/box.ply")
+    assert bool(said) == (name != "names a picture")
+    assert not [w for w in recwarn if issubclass(w.category, RuntimeWarning)]
+    assert capfd.readouterr() == ("", "")

@@ -14,7 +14,7 @@ from concurrent.futures import Future, ProcessPoolExecutor
 from pathlib import Path
 
 from kernels.fingerprint import cache_folder, fingerprint
-from sweeps import systems
+from sweeps import interrupts, systems
 from sweeps.maps import storage
 from sweeps.points.catalogue import Plan
 from sweeps.points.sweep import Sweep
@@ -127,11 +127,13 @@ def _share(jobs: list[tuple], workers: int, advance: Callable[[int], None]) -> N
     told = spawn.Queue()
     processes = min(workers, len(jobs))
     with ProcessPoolExecutor(processes, spawn, _begin, (told,)) as pool:
-        running = [pool.submit(_write, *job, max(1, workers // processes)) for job in jobs]
+        with interrupts.left_to_the_parent():
+            running = [pool.submit(_write, *job, max(1, workers // processes)) for job in jobs]
         try:
             _follow(running, told, advance)
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
+            interrupts.end_children()
             raise
 
 
@@ -153,6 +155,7 @@ def _follow(running: list[Future], told, advance: Callable[[int], None]) -> None
 def _begin(told) -> None:
     global _done
     _done = told
+    interrupts.end_with_the_parent()
 
 
 def _write(sweep: Sweep, number: int, count: int, path: Path, threads: int) -> None:

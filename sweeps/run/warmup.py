@@ -16,7 +16,7 @@ from numba import NumbaExperimentalFeatureWarning
 
 from kernels import stored
 from kernels.fingerprint import cache_folder, fingerprint
-from sweeps import systems
+from sweeps import interrupts, systems
 from sweeps.files import replaced
 from sweeps.run import claims
 
@@ -42,7 +42,8 @@ def compile_kernels(everything: bool = False) -> None:
         second = None
         if len(os.sched_getaffinity(0)) > 1:
             second = multiprocessing.get_context("spawn").Process(target=_compile, args=(everything, True), daemon=True)
-            second.start()
+            with interrupts.left_to_the_parent():
+                second.start()
         _compile(everything)
         if second:
             second.join()  # what it failed in was done here
@@ -50,6 +51,8 @@ def compile_kernels(everything: bool = False) -> None:
 
 
 def _compile(everything: bool, from_the_end: bool = False) -> None:
+    if from_the_end:  # the second process, whose work is of use to the first alone
+        interrupts.end_with_the_parent()
     stored.store_in_turn()
     found = systems.compilations(everything)
     _run(reversed(found) if from_the_end else found)

@@ -20,6 +20,7 @@ from sweeps.schema.refusals import UnreadableError, display, key_path, shortened
 MAX_FILE_BYTES = 2**20
 MAX_DEPTH = 20
 MAX_NODES = 200_000
+MAX_EVENTS = 100_000  # of YAML, values and ends of lists and mappings: five seconds of its parser; JSON's is quick
 
 
 def plain(value: Any, where: tuple = (), left: list[int] | None = None) -> Any:
@@ -121,11 +122,19 @@ def _read_json(text: str) -> Any:
 def _read_yaml(text: str) -> Any:
     parsed = YAML(typ="safe", pure=True, plug_ins=[]).parse(text)
     try:
-        return _document(parsed)
+        return _document(_bounded(parsed))
     except UnreadableError:
         raise
     except Exception as error:  # beside its own errors the scanner lets OverflowError and others through
         raise _syntax(text, error) from None
+
+
+def _bounded(parsed: Iterator) -> Iterator:
+    for number, event in enumerate(parsed):
+        if number > MAX_EVENTS:
+            allowed = f"{MAX_EVENTS:,} values in YAML, more in JSON"
+            raise UnreadableError((f"line {_line(event)}",), "(too much)", "is too large", allowed)
+        yield event
 
 
 def _syntax(text: str, error: Exception) -> UnreadableError:

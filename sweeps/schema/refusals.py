@@ -150,14 +150,14 @@ def validation_problems(error: ValidationError, root: type[BaseModel]) -> list[P
         elif "wrong" in context:
             problems.append(Problem(where, display(item["input"]), context["wrong"], context["allowed"]))
         else:
-            problems.append(_built_in_problem(item, where, root))
+            problems.append(_built_in_problem(item, where, root, len(problems) < _MAX_PROBLEMS_SHOWN))
     return problems
 
 
-def _built_in_problem(item: dict, where: tuple, root: type[BaseModel]) -> Problem:
+def _built_in_problem(item: dict, where: tuple, root: type[BaseModel], with_hint: bool) -> Problem:
     model, key = _model_and_key(where, root)
     if item["type"] == "extra_forbidden":
-        wrong = "is under an unknown key" + hint(where[-1], model.model_fields)
+        wrong = "is under an unknown key" + (hint(where[-1], model.model_fields) if with_hint else "")
         return Problem(where, display(item["input"]), wrong, "the keys " + keys_of(model))
     allowed = description_of(model, key)
     if item["type"] == "missing":

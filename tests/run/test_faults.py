@@ -9,16 +9,15 @@ import signal
 import subprocess
 import sys
 import time
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
 
 import netCDF4
 import numba
 import numpy as np
-import psutil
 import pytest
-from houses import SHARDS, TARGET, assert_whole, wait_for
+from houses import SHARDS, TARGET, assert_whole
 
 import sweeps
 
@@ -48,78 +47,6 @@ def broken_off(house, settle=True):
     run.communicate()
     if settle:
         house.settle()
-
-
-# Kills
-
-
-def victim(run, kind):
-    """The process of that kind below a run of the workflow, once it is there; None where the run has ended before."""
-    if kind == "snakemake":
-        return psutil.Process(run.pid)
-
-    def look():
-        try:
-            below = psutil.Process(run.pid).children(recursive=True)
-        except psutil.NoSuchProcess:
-            return None
-        for process in below:
-            try:
-                words = process.cmdline()
-            except psutil.Error:
-                continue
-            if words[1:4] == ["-m", "sweeps", kind]:
-                return process
-        return None
-
-    return wait_for(look, run)
-
-
-def kill(house, kind, moment):
-    """Starts the workflow and kills a process of it `moment` seconds after it is there: whether that came to pass."""
-    before = house.finished()
-    said = house.folder / "said.log"
-    run = house.start(said)
-    if kind == "snakemake":
-        wait_for(lambda: (house.folder / "results/broken/.running").exists(), run)
-        moment *= 4  # its jobs take longer to come
-    found = victim(run, kind)
-    killed = False
-    if found is not None:
-        try:
-            found.wait(moment)
-        except psutil.TimeoutExpired:
-            with suppress(psutil.NoSuchProcess):
-                found.send_signal(signal.SIGKILL)
-                killed = True
-    run.wait()
-    said = said.read_text()
-    assert "Traceback" not in said
-    assert run.returncode in (0, 1, -9), said
-    assert not [k for k in before if f"Measuring shard {k} of" in said]  # none is computed twice
-    return killed
-
-
-@pytest.mark.parametrize("seed", [1, 2])
-def test_thirty_kills_change_no_bit_and_lose_no_shard(house, seed):
-    house.define(shards=10)  # enough that some are left for each kill
-    rng = random.Random(seed)
-    kinds = ["shard"] * 5 + ["snakemake"] * 5
-    rng.shuffle(kinds)
-    for kind in [*kinds, *["merge"] * 5]:
-        for _ in range(10):  # where the victim was done before the moment came, another moment
-            if kill(house, kind, rng.uniform(0.0, 1.5)):
-                break
-            if house.map.exists():
-                house.map.unlink()
-        else:
-            pytest.fail(f"no {kind} was killed in ten attempts")
-    kept = house.finished()
-    status, said = house.run()
-    assert status == 0, said
-    assert not [k for k in kept if f"Measuring shard {k} of" in said]
-    house.settle()
-    assert_whole(house)
 
 
 # Two runs

@@ -285,9 +285,10 @@ def of_file(name: str) -> Oscillator:
     path = Path(name)
     try:
         source = path.read_bytes()
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise DescriptionError(f"system: {name}: cannot be read ({reason}); allowed: a Python file") from None
+    except (OSError, ValueError) as error:  # ValueError: no path can hold such a character
+        reason = getattr(error, "strerror", None) or str(error)
+        shown = name if len(name) <= 300 else f"…{name[-100:]}"
+        raise DescriptionError(f"system: {shown}: cannot be read ({reason}); allowed: a Python file") from None
     return Oscillator(name, lambda: _run(path), source)
 
 

@@ -11,8 +11,11 @@ Source: Landau and Lifshitz, Mechanics, section 32. Volume integrals over a mesh
 "Polyhedral mass properties".
 """
 
-from collections.abc import Sequence
+import logging
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -232,6 +235,17 @@ def _made_consistent(mesh) -> tuple[str, ...]:
     return ("its faces looked both ways and were turned",)
 
 
+@contextmanager
+def _silent(library: str) -> Iterator[None]:
+    """Keeps a library's log from the terminal: what is wrong with a file is said once, by us."""
+    log, before = logging.getLogger(library), logging.getLogger(library).disabled
+    log.disabled = True
+    try:
+        yield
+    finally:
+        log.disabled = before
+
+
 def _read(path: str | Path):
     path, allowed = Path(path), f"a readable {', '.join(s[1:].upper() for s in SUFFIXES)} file of triangles"
     shown = display(str(path))
@@ -246,7 +260,9 @@ def _read(path: str | Path):
     except ImportError:
         raise InertiaError(shown, "needs trimesh, which is not here", "pip install -e '.[mesh]'") from None
     try:
-        mesh = trimesh.load_mesh(path)
+        with np.errstate(all="ignore"), _silent("trimesh"):
+            # of the bytes, without a path: textures and materials that the file names are not looked for
+            mesh = trimesh.load_mesh(BytesIO(path.read_bytes()), file_type=path.suffix[1:].lower())
         sound = isinstance(mesh, trimesh.Trimesh) and len(mesh.faces) >= 4 and bool(np.isfinite(mesh.vertices).all())
     except Exception as error:  # its readers let errors of every class through
         reason = "".join(c if c.isprintable() else " " for c in str(error)[:100]) or type(error).__name__

@@ -1,0 +1,39 @@
+"""Processes that a program starts beside itself: Ctrl-C is for the program to answer, and they end with it."""
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from multiprocessing import resource_tracker
+
+
+@contextmanager
+def left_to_the_parent() -> Iterator[None]:
+    """Processes started in this block do not hear Ctrl-C, which a terminal sends to all; nor do threads.
+
+    They are blocked from their first instruction on, where nothing of ours could yet ignore it.
+    """
+    resource_tracker.ensure_running()  # which unblocks it where it is started later
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def end_with_the_parent() -> None:
+    """Lets this process, which another started, end when that one has ended, however that ended."""
+
+    def wait():
+        multiprocessing.parent_process().join()
+        os._exit(1)
+
+    threading.Thread(target=wait, daemon=True).start()
+
+
+def end_children() -> None:
+    """Ends what this process has started by `multiprocessing`; what was half-written, the next run removes."""
+    for child in multiprocessing.active_children():
+        child.terminate()

@@ -1,0 +1,197 @@
+"""Processes that are killed at random moments of every stage: no point lost, none wrong, nothing left behind.
+
+POLHODE_KILLS=100 pytest -n 0 -m faults tests/run/test_kills.py
+
+runs as many kills; without the setting, as many as show each stage. A kill is a signal (STOP is followed by CONT) to
+one process, or to the whole group, of the workflow or of `run`, some moment after a stage has begun; the next goes on.
+"""
+
+import os
+import random
+import shutil
+import signal
+import sys
+import time
+from contextlib import suppress
+
+import psutil
+import pytest
+import test_faults
+from houses import assert_whole, wait_for
+
+import sweeps
+
+pytestmark = [pytest.mark.slow, pytest.mark.faults]
+cleared = test_faults.cleared
+
+KILLS = int(os.environ.get("POLHODE_KILLS", 12))
+SHARDS = 3
+ROUND = 20  # kills, and then a whole run
+# few variables and one axis, so that pictures are soon drawn
+DEFINITION = """\
+axes: [2]
+grid:
+  I1: {start: 0.5, stop: 1.5, num: 20}
+  I2: {start: 0.5, stop: 1.5, num: 20}
+  I3: [0.8, 1.0]
+  omega0: [1.0, -10.0]
+integration: {variables: [omega_squared, regime, status]}
+shards: %d
+"""
+SIGNALS = [signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGSTOP]
+STAGES = ["compile", "shard", "merge", "figures", "report"]
+SAYS = {  # what `run` says as a stage begins, in one process
+    "compile": "compiling the kernels",
+    "shard": "points",
+    "merge": "merging",
+    "figures": "broken/figures",
+    "report": "broken/report.html",
+}
+MADE = {".running", "stability_map.nc", "figures", "report.html", "logs", "benchmarks"}
+
+
+def victim(run, kind):
+    """The process of that kind below a run of the workflow, once it is there; None where the run has ended before."""
+
+    def look():
+        try:
+            below = psutil.Process(run.pid).children(recursive=True)
+        except psutil.NoSuchProcess:
+            return None
+        for process in below:
+            try:
+                words = process.cmdline()
+            except psutil.Error:
+                continue
+            if words[1:4] == ["-m", "sweeps", kind]:
+                return process
+        return None
+
+    return wait_for(look, run)
+
+
+class Series:
+    """Kills of one house, one after the other, each of a run that goes on where the one before was broken off."""
+
+    def __init__(self, house, seed):
+        self.house, self.rng = house, random.Random(seed)
+        (house.folder / "broken.yaml").write_text(DEFINITION % SHARDS)
+        self.hash = sweeps.survey(house.folder / "broken.yaml").attrs["content_hash"]
+        self.results = house.folder / "results/broken"
+        self.pictures, self.is_compiled = None, True
+        self.said = house.folder / "said.log"
+        self.began = time.monotonic()
+
+    def start(self, entry):
+        words = [sys.executable, "-m", *{"workflow": ["snakemake"], "run": ["sweeps", "run", "broken.yaml"]}[entry]]
+        words += ["--cores", "2"] + ["--config", "definition=broken.yaml"] * (entry == "workflow")
+        return self.house.process(words, self.said, start_new_session=True)
+
+    def begun(self, run, entry, stage):
+        """The process that is at work at a stage, once it is; None where the run has ended before."""
+        if entry == "run":
+            found = wait_for(lambda: SAYS[stage] in self.said.read_text(), run)
+            return psutil.Process(run.pid) if found else None
+        return victim(run, stage)
+
+    def make_room(self, entry, stage):
+        """Takes away what a stage is to make, where it is there; what comes before it may stay."""
+        if stage == "compile":
+            self.forget_compiled()
+        if stage in STAGES[:3]:
+            self.house.map.unlink(missing_ok=True)
+        if stage == "figures":
+            shutil.rmtree(self.results / "figures", ignore_errors=True)
+        if stage == "report":
+            (self.results / "report.html").unlink(missing_ok=True)
+
+    def forget_compiled(self):
+        """The cache says no more that it is whole; and the code of one file is gone, once a round."""
+        cache = next((self.house.folder / ".cache/polhode").glob("*-*"))
+        (cache / "compiled").unlink(missing_ok=True)
+        if self.is_compiled:
+            for path in cache.glob("kernels_*/linear.*.nb[ic]"):
+                path.unlink()
+            (cache / "checksums.json").unlink(missing_ok=True)
+        self.is_compiled = False
+
+    def kill(self, entry, stage, number, scope):
+        """Sends a signal in a stage: whether that came to pass."""
+        self.make_room(entry, stage)
+        before = set(self.house.finished())
+        run = self.start(entry)
+        killed, found = False, self.begun(run, entry, stage)
+        if found is not None:
+            killed = self.send(run, found, number, scope)
+            if killed and number == signal.SIGSTOP and stage in STAGES[:3]:  # the others go on to their end
+                time.sleep(self.rng.uniform(0.0, 1.0))
+                with suppress(ProcessLookupError):
+                    os.killpg(run.pid, signal.SIGTERM)
+        status = run.wait()
+        said = self.said.read_text()
+        assert "Traceback" not in said, said
+        assert killed or status in (0, 1, 2), said
+        assert number != signal.SIGSTOP or stage in STAGES[:3] or status == 0, said
+        again = [k for k in before if f"Measuring shard {k} of" in said]
+        assert not again or stage == "compile", said  # none is computed twice
+        for log in self.results.glob("logs/*.log"):  # Python itself tells of an interrupt before our first line
+            assert "Traceback" not in log.read_text() or number == signal.SIGINT, log.read_text()
+        return killed
+
+    def send(self, run, found, number, scope):
+        send = found.send_signal if scope == "process" else lambda number: os.killpg(run.pid, number)
+        try:
+            found.wait(self.rng.uniform(0.0, 1.2))
+            return False
+        except psutil.TimeoutExpired:
+            pass
+        with suppress(psutil.NoSuchProcess, ProcessLookupError):
+            send(number)
+            if number == signal.SIGSTOP:
+                time.sleep(self.rng.uniform(0.0, 1.0))
+                send(signal.SIGCONT)
+            return True
+        return False
+
+    def finish(self, entry):
+        """A run that nothing disturbs: everything is there, right, and nothing else is."""
+        kept = self.house.finished()
+        run = self.start(entry)
+        assert run.wait() == 0, self.said.read_text()
+        said = self.said.read_text()
+        assert not [k for k in kept if f"Measuring shard {k} of" in said]
+        self.house.settle()
+        assert_whole(self.house, self.hash)
+        assert {path.name for path in self.results.iterdir()} <= MADE
+        pictures = sorted(path.name for path in (self.results / "figures").iterdir())
+        self.pictures = self.pictures or pictures
+        assert pictures == self.pictures != []
+        assert not list(self.house.folder.glob("**/.*.part"))
+
+
+def plan(number, rng):
+    """So many kills: each stage with each signal, by turns, of a process or a group, of the workflow or of `run`.
+
+    In rounds of which each goes through the stages as a run does.
+    """
+    order = [(stage, sent) for sent in SIGNALS for stage in STAGES]
+    rng.shuffle(order)
+    ways = [(entry, scope) for entry in ("workflow", "run") for scope in ("process", "group")]
+    kills = [(*ways[(k + k // len(order)) % 4], *order[k % len(order)]) for k in range(number)]
+    for k in range(0, number, ROUND):
+        yield sorted(kills[k : k + ROUND], key=lambda kill: STAGES.index(kill[2]))
+
+
+def test_kills_lose_no_point_change_none_and_leave_nothing(house):
+    series = Series(house, KILLS)
+    for kills in plan(KILLS, series.rng):
+        house.clear()
+        series.is_compiled = True
+        for entry, scope, stage, number in kills:
+            for _ in range(5):  # where the victim was done before the moment came, another moment
+                if series.kill(entry, stage, number, scope):
+                    break
+            else:
+                pytest.fail(f"{entry}: {stage} was not killed in five attempts")
+            print(entry, scope, stage, number.name, f"{time.monotonic() - series.began:.0f} s", flush=True)
+        series.finish(series.rng.choice(["workflow", "run"]))
