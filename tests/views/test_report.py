@@ -885,30 +885,35 @@ def test_rotations_of_the_page_against_direct_integration(opened, name):
     np.testing.assert_allclose(found, exact.rotation(moments, start, times), atol=1e-13 * np.linalg.norm(start))
 
 
-def attitude_by_small_turns(moments, start, end, n=20_000):
-    """Attitude at `end` from the one at zero, a midpoint rule with SciPy's rotations: error of order (end/n)²."""
-    h = end / n
-    omegas = exact.rotation(moments, start, (np.arange(n) + 0.5) * h)
-    turn = Rotation.identity()
-    for vector in Rotation.from_rotvec(omegas * h):
-        turn = turn * vector
-    return turn
+@pytest.mark.slow
+@pytest.mark.parametrize("name", BODIES)
+def test_attitudes_of_the_page_are_the_closed_form(opened, name):
+    moments, start = BODIES[name]
+    times = np.linspace(-9.0, 200.0, 12) / np.linalg.norm(start)
+    found = opened.page.evaluate(
+        """([I, w, times]) => {
+            const one = new polhode.Attitude(new polhode.Trajectory(I, w));
+            return [one.at(0), ...times.map((t) => one.at(t))];
+        }""",
+        [moments, start, times.tolist()],
+    )
+    first, *turned = (Rotation.from_quat(q, scalar_first=True) for q in found)
+    L = np.multiply(moments, start)
+    np.testing.assert_allclose(first.apply(L / np.linalg.norm(L)), [0, 0, 1], atol=1e-14)
+    for q, wanted in zip(turned, exact.attitude(moments, start, times), strict=True):
+        assert (q.inv() * first * Rotation.from_quat(wanted, scalar_first=True)).magnitude() <= 1e-10
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["asymmetric", "oblate", "sphere"])
-def test_attitudes_of_the_page_against_scipy(opened, name):
-    moments, start = BODIES[name]
-    end = 12.0 / float(np.linalg.norm(start))
-    first, last = opened.page.evaluate(
-        """([I, w, end]) => {
-            const table = new polhode.AttitudeTable(new polhode.Trajectory(I, w), end);
-            return [table.at(0), table.at(end)];
-        }""",
-        [moments, start, end],
-    )
-    first, last = (Rotation.from_quat([x, y, z, w]) for w, x, y, z in (first, last))
-    L = np.multiply(moments, start)
-    np.testing.assert_allclose(first.apply(L / np.linalg.norm(L)), [0, 0, 1], atol=1e-12)  # rounding
-    turned = (first * attitude_by_small_turns(moments, start, end)).inv() * last
-    assert turned.magnitude() < 1e-5  # 60 steps of 0.2 rad, each off by some 1e-7
+def test_the_body_is_seen_from_space_and_from_itself(opened):
+    page = opened.page
+    page.get_by_label("time", exact=True).fill("300")
+    seen = {}
+    for frame in ("body", "space"):
+        page.locator("#frame").select_option(frame)
+        assert ("from the body" in page.locator("#body-note").inner_text()) == (frame == "body")
+        seen[frame] = page.evaluate("document.getElementById('body-canvas').toDataURL()")
+    assert seen["body"] != seen["space"]
+    drawn = page.evaluate("document.getElementById('herpolhode-canvas').toDataURL()")
+    page.get_by_label("time", exact=True).fill("700")
+    assert page.evaluate("document.getElementById('herpolhode-canvas').toDataURL()") != drawn

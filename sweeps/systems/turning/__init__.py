@@ -1,4 +1,4 @@
-"""The part of a page that shows a free rigid body turning: the body, its polhode and ω(t), from the closed form.
+"""The part of a page that shows a free rigid body turning: body, polhode, herpolhode and ω(t), from the closed form.
 
 For the pages of systems whose motion it is. Their own script says, in `part.start`, how each point begins.
 """
@@ -6,5 +6,6 @@ For the pages of systems whose motion it is. Their own script says, in `part.sta
 from pathlib import Path
 
 _HERE = Path(__file__).parent
-_SCRIPTS = ("elliptic.js", "rotation.js", "attitude.js", "drawing.js", "solid.js", "polhode.js", "motion.js")
+_ARITHMETIC = ("elliptic.js", "rotation.js", "attitude.js")
+_SCRIPTS = (*_ARITHMETIC, "drawing.js", "solid.js", "polhode.js", "herpolhode.js", "motion.js")
 FILES = tuple(_HERE / name for name in ("motion.html", "motion.css", *_SCRIPTS))

@@ -21,6 +21,21 @@ function dot([a, b, c], [x, y, z]) {
   return a * x + b * y + c * z;
 }
 
+/** A canvas cleared, as sharp as its screen, and what draws on it in the page's own pixels. */
+function sharpPen(canvas) {
+  const ratio = window.devicePixelRatio || 1;
+  const [width, height] = [canvas.clientWidth, canvas.clientHeight];
+  const pen = canvas.getContext("2d");
+  if (width === 0) return { pen, width, height };
+  if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
+    canvas.width = Math.round(width * ratio);
+    canvas.height = Math.round(height * ratio);
+  }
+  pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+  pen.clearRect(0, 0, width, height);
+  return { pen, width, height };
+}
+
 /** A canvas sharp on any screen; `draw(pen)` is called with what it needs to draw in a unit of its own. */
 class Scene {
   constructor(canvas, reach, draw) {
@@ -45,17 +60,8 @@ class Scene {
   }
 
   render() {
-    const { canvas } = this;
-    const ratio = window.devicePixelRatio || 1;
-    const [width, height] = [canvas.clientWidth, canvas.clientHeight];
+    const { pen, width, height } = sharpPen(this.canvas);
     if (width === 0) return;
-    if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
-      canvas.width = Math.round(width * ratio);
-      canvas.height = Math.round(height * ratio);
-    }
-    const pen = canvas.getContext("2d");
-    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
-    pen.clearRect(0, 0, width, height);
     const scale = Math.min(width, height) / 2 / this.reach;
     const [right, up, toward] = viewAxes();
     const project = (v) => [width / 2 + scale * dot(v, right), height / 2 - scale * dot(v, up), dot(v, toward)];

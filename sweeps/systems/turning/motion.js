@@ -6,12 +6,13 @@
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 30, 100];
 const NUDGES = [1e-6, 1e-3, 0.01, 0.1, 0.3];
+const TRAIL_ROTATIONS = 3;
 const PLOT_MARGIN = { l: 70, r: 12 };
 
 const motion = { t: 0, playing: false };
 
 /** What of it the console may look at. */
-const MOTION_SHOWN = { jacobi, completeK, Trajectory, perturbedSpin, AttitudeTable, rotated, motion };
+const MOTION_SHOWN = { jacobi, completeK, Trajectory, perturbedSpin, Attitude, rotated, motion };
 
 /** The nudge drawn, from a link. */
 function nudgeOfLink(text) {
@@ -62,7 +63,7 @@ function firstFlip({ trajectory, axis, end }) {
 
 function showMotion() {
   const shown = motionOf(state.place);
-  Object.assign(motion, shown, { t: 0, attitudes: new AttitudeTable(shown.trajectory, shown.end), flip: shown.flips ? firstFlip(shown) : null });
+  Object.assign(motion, shown, { t: 0, attitudes: new Attitude(shown.trajectory), flip: shown.flips ? firstFlip(shown) : null });
   const { moments } = motion;
   motion.squares = meanSquares(moments);
   const possible = !(Math.max(...moments) * 2 > moments[0] + moments[1] + moments[2]);
@@ -70,6 +71,7 @@ function showMotion() {
   if (!shape.dataset.chosen) shape.value = looksLikeRacket(motion.squares) ? "racket" : "box";
   motion.faces = bodyFaces(motion.squares, shape.value);
   motion.polhode.show(motion.trajectory, motion.axis);
+  motion.herpolhode.show(motion);
   document.getElementById("motion-where").textContent = placeText(state.place);
   document.getElementById("motion-words").textContent = motionInWords(motion) + (possible ? "" : " No rigid body has these moments; the shape drawn is the nearest that exists.");
   showFlipPeriod();
@@ -126,23 +128,79 @@ function seek(t) {
   document.getElementById("time-text").textContent = `${timeText(motion.t)} · ${numberText(motion.t / motion.rotation, 3)} rotations`;
   motion.attitude = motion.attitudes.at(motion.t);
   motion.omega = motion.trajectory.at(motion.t);
+  motion.trail = handleTrail(motion);
   motion.scene.render();
   motion.polhode.tick(motion.omega);
+  motion.herpolhode.tick(motion.t);
   const width = document.getElementById("traces").clientWidth - PLOT_MARGIN.l - PLOT_MARGIN.r;
   document.getElementById("cursor").style.left = `${PLOT_MARGIN.l + (width * motion.t) / motion.end}px`;
 }
 
+/** Where the handle, the axis of least moment, has pointed in the last rotations, in space: the newest point last. */
+function handleTrail({ trajectory, attitudes, rotation, t }) {
+  const axis = [0, 0, 0];
+  axis[orderOfMoments(trajectory.moments)[0]] = 1;
+  const length = Math.min(t, TRAIL_ROTATIONS * rotation);
+  const n = Math.ceil((length / rotation) * 48) + 1;
+  return Array.from({ length: n + 1 }, (_, i) => rotated(attitudes.at(t - length + (i * length) / n), axis));
+}
+
+/** How what stands in space is drawn: as it is, or as the body sees it, which then stands as it began. */
+function frameOfView() {
+  if (document.getElementById("frame").value === "space") return (vector) => vector;
+  const back = quaternionProduct(motion.attitudes.at(0), reversed(motion.attitude));
+  return (vector) => rotated(back, vector);
+}
+
 function drawBody(view) {
   if (!motion.attitude) return;
-  const { pen } = view;
-  strokeLine(view, [[0, 0, -1.3], [0, 0, 1.05]], pageColor("grid"), 1.5, [3, 4]);
-  drawSolid(view, motion.faces, motion.attitude);
-  drawBodyAxes(view, motion.attitude, motion.axis);
-  arrow(view, [0, 0, 1.05], [0, 0, 1.28], pageColor("quiet"), "L", 10);
-  const omega = rotated(motion.attitude, motion.omega);
+  const inSpace = document.getElementById("frame").value === "space";
+  const seen = frameOfView();
+  const attitude = inSpace ? motion.attitude : motion.attitudes.at(0);
+  drawSphere(view);
+  strokeLine(view, [seen([0, 0, -1.3]), seen([0, 0, 1.05])], pageColor("grid"), 1.5, [3, 4]);
+  drawTrail(view, inSpace ? motion.trail : momentumTrail(), false);
+  drawSolid(view, motion.faces, attitude);
+  drawBodyAxes(view, attitude, motion.axis);
+  drawTrail(view, inSpace ? motion.trail : momentumTrail(), true);
+  arrow(view, seen([0, 0, 1.05]), seen([0, 0, 1.28]), pageColor("quiet"), "L", 10);
+  const omega = seen(rotated(motion.attitude, motion.omega));
   const size = Math.hypot(...omega);
-  pen.globalAlpha = 0.9;
+  view.pen.globalAlpha = 0.9;
   arrow(view, [0, 0, 0], omega.map((w) => (1.2 * w) / size), theMap.seriesColors[3], "ω", -20);
+  view.pen.globalAlpha = 1;
+}
+
+/** Where L has pointed in the body in the last rotations, the body standing as it began. */
+function momentumTrail() {
+  const { trajectory, attitudes, rotation, t } = motion;
+  const length = Math.min(t, TRAIL_ROTATIONS * rotation);
+  const n = Math.ceil((length / rotation) * 48) + 1;
+  return Array.from({ length: n + 1 }, (_, i) => {
+    const L = trajectory.at(t - length + (i * length) / n).map((w, k) => w * trajectory.moments[k]);
+    const size = Math.hypot(...L);
+    return rotated(attitudes.at(0), L.map((l) => l / size));
+  });
+}
+
+/** The outline of the sphere on which the trail runs. */
+function drawSphere({ pen, project, width, height }) {
+  const [right] = viewAxes();
+  pen.beginPath();
+  pen.arc(width / 2, height / 2, project(right)[0] - width / 2, 0, 2 * Math.PI);
+  pen.strokeStyle = pageColor("grid");
+  pen.lineWidth = 1;
+  pen.stroke();
+}
+
+/** The part of a trail on the near or the far side of the sphere, older parts fainter. */
+function drawTrail(view, points, near) {
+  const { pen, toward } = view;
+  for (let i = 1; i < points.length; i++) {
+    if (dot(points[i], toward) > 0 !== near) continue;
+    pen.globalAlpha = (near ? 1 : 0.35) * (0.15 + 0.85 * (i / points.length));
+    strokeLine(view, [points[i - 1], points[i]], pageColor("accent"), near ? 2.4 : 1.4);
+  }
   pen.globalAlpha = 1;
 }
 
@@ -179,12 +237,19 @@ function fillMotionControls() {
   nudge.append(element("option", { value: "", textContent: "as in the map" }));
   for (const one of NUDGES) nudge.append(nudgeOption(one));
   nudge.onchange = () => choose({ nudge: nudge.value ? Number(nudge.value) : null });
+  document.getElementById("frame").onchange = showFrame;
   const shape = document.getElementById("shape");
   shape.onchange = () => {
     shape.dataset.chosen = "yes";
     motion.faces = bodyFaces(motion.squares, shape.value);
     motion.scene.render();
   };
+}
+
+function showFrame() {
+  const inSpace = document.getElementById("frame").value === "space";
+  document.getElementById("body-note").textContent = inSpace ? "The body in space, with the body's own ratios of moments. L stays where it is; the line is the trail of the handle, the axis of least moment." : "The same from the body, which stands still: L goes round in it, and the line is its trail.";
+  motion.scene.render();
 }
 
 /** The nudge drawn, which a link may have chosen freely. */
@@ -205,6 +270,7 @@ function buildMotion() {
   fillMotionControls();
   motion.scene = new Scene(document.getElementById("body-canvas"), 1.36, drawBody);
   motion.polhode = new PolhodePicture(document.getElementById("polhode-canvas"));
+  motion.herpolhode = new HerpolhodePicture(document.getElementById("herpolhode-canvas"));
   document.getElementById("play").onclick = () => setPlaying(!motion.playing);
   document.getElementById("to-flip").onclick = () => {
     seek(motion.flip - 1.5 * motion.rotation);
@@ -216,6 +282,7 @@ function buildMotion() {
   onChange(showMotion);
   onChange(showNudge);
   showNudge();
+  showFrame();
   showMotion();
 }
 

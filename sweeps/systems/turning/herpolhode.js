@@ -1,0 +1,71 @@
+// The herpolhode: the curve of the angular velocity on the plane at right angles to L, which stands still in space.
+
+const HERPOLHODE_ROTATIONS = 20; // that are drawn at once
+const POINTS_PER_ROTATION = 80;
+const TAIL_ROTATIONS = 1.5;
+
+class HerpolhodePicture {
+  constructor(canvas) {
+    this.canvas = canvas;
+    new ResizeObserver(() => this.render()).observe(canvas);
+  }
+
+  show({ trajectory, attitudes, rotation, end }) {
+    this.place = (t) => rotated(attitudes.at(t), trajectory.at(t)).slice(0, 2);
+    const length = Math.min(end, HERPOLHODE_ROTATIONS * rotation);
+    const n = Math.ceil((length / rotation) * POINTS_PER_ROTATION);
+    this.curve = Array.from({ length: n + 1 }, (_, i) => this.place((i * length) / n));
+    this.rotation = rotation;
+    const radii = trajectory.polhode().map((w) => this.offAxis(w, trajectory));
+    [this.inner, this.outer] = [Math.min(...radii), Math.max(...radii)];
+    this.still = !(this.outer > 1e-14 * Math.hypot(...trajectory.start) * trajectory.unit);
+  }
+
+  /** Size of the angular velocity's part across L. */
+  offAxis(w, { moments }) {
+    const L = moments.map((I, i) => I * w[i]);
+    const across = cross(L, w);
+    return Math.hypot(...across) / Math.hypot(...L);
+  }
+
+  tick(t) {
+    const from = Math.max(0, t - TAIL_ROTATIONS * this.rotation);
+    const n = Math.ceil(((t - from) / this.rotation) * POINTS_PER_ROTATION) + 1;
+    this.tail = Array.from({ length: n + 1 }, (_, i) => this.place(from + ((t - from) * i) / n));
+    this.render();
+  }
+
+  render() {
+    if (!this.tail) return;
+    const { pen, width, height } = sharpPen(this.canvas);
+    if (width === 0) return;
+    const scale = (0.42 * Math.min(width, height)) / (this.outer || 1);
+    const on = ([x, y]) => [width / 2 + scale * x, height / 2 - scale * y];
+    const line = (points, color, thick) => {
+      pen.beginPath();
+      for (const point of points) pen.lineTo(...on(point));
+      Object.assign(pen, { strokeStyle: color, lineWidth: thick, lineJoin: "round" });
+      pen.stroke();
+    };
+    for (const radius of this.still ? [] : [this.inner, this.outer]) {
+      pen.beginPath();
+      pen.arc(width / 2, height / 2, scale * radius, 0, 2 * Math.PI);
+      Object.assign(pen, { strokeStyle: pageColor("grid"), lineWidth: 1 });
+      pen.stroke();
+    }
+    if (!this.still) line(this.curve, pageColor("polhode"), 1);
+    if (!this.still) line(this.tail, pageColor("accent"), 2.6);
+    this.mark(pen, on([0, 0]), pageColor("quiet"), "L");
+    this.mark(pen, this.still ? on([0, 0]) : on(this.tail[this.tail.length - 1]), theMap.seriesColors[3], "ω");
+  }
+
+  mark(pen, [x, y], color, text) {
+    pen.beginPath();
+    pen.arc(x, y, 5, 0, 2 * Math.PI);
+    pen.fillStyle = color;
+    pen.fill();
+    pen.font = "600 13px system-ui, sans-serif";
+    pen.textBaseline = "middle";
+    pen.fillText(text, x + 9, y - 8);
+  }
+}
