@@ -43,6 +43,29 @@ def survey(definition, *, chunks=None, threads: int = 1):
     return ds if chunks is not None else ds.assign_attrs(content_hash=content.content_hash(ds))
 
 
+def uncertainty(bodies, uncertainty, *, omega0: float = 1.0, chunks=None, threads: int = 1, **more):
+    """Draws bodies that are not known exactly, measures every draw, and returns probabilities and quantiles.
+
+    Args:
+        bodies: (I1, I2, I3); a tensor of inertia, 3 by 3; a body's mapping as in a definition (`bodies:`); or a list of
+            such mappings.
+        uncertainty: of all bodies that give none of their own: 0.05, "5 %", or a mapping as in a definition.
+        omega0: spin rate of bodies that give none of their own, rad s-1.
+        chunks: as in `survey`.
+        threads: as in `survey`.
+        more: further keys of a definition: draws, seed, method, turns, keep, axes, grid, integration.
+
+    Returns:
+        The Dataset of results/README.md for uncertain bodies, over (body, axis, …), `quantile` and `input`.
+
+    Raises:
+        DefinitionError: naming key, value and what is allowed.
+    """
+    from sweeps.systems.uncertain_bodies.asked import definition_of
+
+    return survey(definition_of(bodies, uncertainty, omega0, more), chunks=chunks, threads=threads)
+
+
 def open_map(path, **options):
     """Opens a map with checks that say what is wrong; see `sweeps.maps.storage.open_map`."""
     from sweeps.maps import storage

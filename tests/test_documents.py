@@ -11,6 +11,7 @@ from sweeps.systems.rigid_body import variables as rigid_body
 from sweeps.systems.symmetric_top import variables as symmetric_top
 from sweeps.systems.tumbling import variables as tumbling
 from sweeps.systems.twist import variables as twist
+from sweeps.systems.uncertain_bodies import variables as uncertain
 
 ROOT = Path(__file__).parents[1]
 
@@ -37,6 +38,9 @@ def table(marker):
         ("twist, variables", twist.VARIABLES),
         ("tumbling, coordinates", tumbling.COORDINATES),
         ("tumbling, variables", tumbling.VARIABLES),
+        ("uncertain bodies, coordinates", uncertain.COORDINATES),
+        ("uncertain bodies, variables", uncertain.VARIABLES),
+        ("uncertain bodies, kept", uncertain.KEPT),
         ("oscillator coordinates", oscillator.COORDINATES),
         ("oscillator variables", oscillator.VARIABLES),
         ("relative equilibrium coordinates", relative.COORDINATES),

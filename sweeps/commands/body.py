@@ -2,6 +2,8 @@
 
 from sweeps.commands import parser
 
+UNCERTAIN = ("draws", "seed", "method", "turns", "axis", "picture")
+
 EPILOG = """\
 NAME may be a part of a name: `body racket`. Without NAME the bodies are listed. Or give a body of your own:
 
@@ -9,6 +11,12 @@ NAME may be a part of a name: `body racket`. Without NAME the bodies are listed.
   polhode body --ratios 1 2 2.5
   polhode body --tensor 2 -0.5 0  -0.5 2 0.1  0 0.1 3
   polhode body --mesh racket.stl --density 600 --unit mm
+
+  polhode body --tensor 2 -0.5 0  -0.5 2 0.1  0 0.1 3 --uncertainty 5% --omega0 0.1 --axis 3
+
+With --uncertainty the body is drawn, and each draw measured: how likely each spin is unstable, and how fast it would
+go. X is a share of the moments, or of the tensor's entries where that is given (5%), or a mapping as in a definition:
+"{moments: [5 %, 2 %, 1 %], omega0: 10 %, phase: any}".
 
 The moments of a tensor or a mesh come out ascending, with their principal axes in the coordinates of the tensor or
 the mesh. Off-diagonal entries of a tensor are minus the products of inertia.
@@ -33,6 +41,13 @@ def add(commands) -> None:
     command.add_argument(
         "--phase", type=float, metavar="P", help="its direction in the (b, c) plane, rad (default 0.6)"
     )
+    command.add_argument("--uncertainty", metavar="X", help="how well it is known: 5%%, or a mapping")
+    command.add_argument("--draws", type=int, metavar="N", help="bodies to draw (default 10,000)")
+    command.add_argument("--seed", type=int, metavar="S", help="of the draws (default 1)")
+    command.add_argument("--method", metavar="M", help="how they are spread: sobol (default), latin, random")
+    command.add_argument("--turns", type=float, metavar="T", help="turns in which it flips or does not (default 100)")
+    command.add_argument("--axis", type=int, metavar="A", help="the one axis to spin it about (default all three)")
+    command.add_argument("--picture", metavar="FILE", help="draw the bodies on the triangle of inertia, as PNG")
     parser.add_json(command)
 
 
@@ -47,10 +62,55 @@ def _run(args):
         return
     body = _own(args, given) if given else _known(args)
     spun = asked.setting(body, vars(args))
-    if args.json:
+    if args.uncertainty is not None:
+        _uncertain(args, body, spun, given)
+    elif beside := [f"--{name}" for name in UNCERTAIN if getattr(args, name) is not None]:
+        from sweeps.schema.refusals import DefinitionError
+
+        raise DefinitionError(f"body: {', '.join(beside)}: is given without --uncertainty; allowed: both, or neither")
+    elif args.json:
         printing.print_json(asked.facts(body, spun))
     else:
         _print(printing.console(), body.name, *asked.answer(body, spun))
+
+
+def _uncertain(args, body, spun: dict, given: list[str]) -> None:
+    """The same of a body that is not known exactly."""
+    from sweeps.commands import printing
+    from sweeps.points.loading import load
+    from sweeps.run import pipeline, warmup
+    from sweeps.systems import resolve
+    from sweeps.systems.rigid_body import asked
+    from sweeps.systems.uncertain_bodies import asked as uncertain
+
+    entry = asked.entry(vars(args)) if given else uncertain.entry_of(body)
+    definition = uncertain.definition(entry, vars(args), spun, load)
+    warmup.compile_missing(resolve("rigid_body"))
+    found = uncertain.answer(definition, pipeline.cores())
+    if args.picture:
+        _draw(found, args.picture)
+    if args.json:
+        facts, more = asked.facts(body, spun), uncertain.facts(found)
+        spins = [spin | more["axes"][spin["axis"]] for spin in facts["axes"] if spin["axis"] in more["axes"]]
+        printing.print_json(facts | more | {"axes": spins})
+        return
+    lines, rows, known = asked.answer(body, spun)
+    lines += uncertain.lines(found)
+    _print(printing.console(), body.name, lines, [(f"{name}, as given", text) for name, text in rows], [])
+    _print(printing.console(), "", [], uncertain.rows(found), known)
+
+
+def _draw(found, path: str) -> None:
+    import matplotlib
+
+    from sweeps.files import replaced
+    from sweeps.style import STYLE
+    from sweeps.systems.uncertain_bodies import asked, figure_cloud
+
+    with matplotlib.rc_context(STYLE):
+        figure = figure_cloud.draw(found.body.name, next(asked.lines(found)), found.axes)
+        with replaced(path) as temporary:
+            figure.savefig(temporary, format="png")
 
 
 def _bodies(args) -> dict:

@@ -26,17 +26,18 @@ def add(commands) -> None:
 
 
 def _run(args):
-    from sweeps.maps import motion, selection, storage
+    from sweeps.maps import motion, selection, storage, summary
 
     if args.trajectory:
         motion.check_format(args.trajectory)
     with storage.open_map(args.map) as ds:
-        places = selection.nearest(ds, args.coordinates)
-        dims = selection.left(ds, places)
+        points = summary.pointwise(ds)
+        places = selection.nearest(points, args.coordinates)
+        dims = selection.left(points, places)
         if dims:
             what = f"{len(dims)} dimensions are left ({', '.join(dims)})"
             raise selection.SelectionError(
-                f"{args.map}: {what}; allowed: a value for each, {selection.how_to_choose(ds, dims)}"
+                f"{args.map}: {what}; allowed: a value for each, {selection.how_to_choose(points, dims)}"
             )
         row = selection.at(ds, places).load()
     if args.trajectory:

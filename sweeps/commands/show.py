@@ -21,7 +21,8 @@ def _run(args):
     from sweeps.maps import selection, storage, summary
     from sweeps.views import textmap
 
-    with storage.open_map(args.map) as ds:
+    with storage.open_map(args.map) as whole:
+        ds = summary.pointwise(whole)
         places = selection.nearest(ds, args.coordinates)
         found = summary.summarise(ds)
         chosen = {dim: place for dim, place in places.items() if dim in args.coordinates}

@@ -19,9 +19,10 @@ def add(commands) -> None:
 
 
 def _run(args):
-    from sweeps.maps import selection, storage
+    from sweeps.maps import selection, storage, summary
 
-    with storage.open_map(args.map) as ds:
+    with storage.open_map(args.map) as whole:
+        ds = summary.pointwise(whole)
         places = selection.nearest(ds, args.coordinates)
         dims = selection.left(ds, places)
         if len(dims) != 2:

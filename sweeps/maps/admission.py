@@ -108,6 +108,7 @@ class _Parts:
         specs: name → what each of both should be.
         others: names of what is no part of a map, and is not read.
         dims: the dimensions of the map's points, in storage order.
+        further: those that variables have beside them.
     """
 
     def __init__(self, layout: Layout, held: Mapping[str, Held]):
@@ -118,7 +119,9 @@ class _Parts:
         if layout.is_open:
             self._take_own(held)
         self.others = tuple(name for name in held if name not in self.coordinates and name not in self.variables)
-        self.dims = max((one.dims for one in self.variables.values()), key=len, default=())
+        points = (one.dims[: len(one.dims) - len(self.specs[n].over)] for n, one in self.variables.items())
+        self.dims = max(points, key=len, default=())
+        self.further = tuple(dict.fromkeys(dim for name in self.variables for dim in self.specs[name].over))
 
     def _take_own(self, held: Mapping[str, Held]) -> None:
         """Takes the parameters and places that only the description of the system knows: they are doubles."""
@@ -153,13 +156,13 @@ def _check_dimensions(parts: _Parts) -> None:
     known = [dim for dim in parts.layout.coordinates if dim in dims]
     if [dim for dim in dims if dim in known] != known or len(set(dims)) != len(dims):
         raise _UnlikeError(f"dimensions: are ({', '.join(dims)}); allowed: each once, {', '.join(known)} in this order")
-    for dim in dims:
+    for dim in (*dims, *parts.further):
         if dim not in parts.coordinates or _own_dims(parts, dim) != (dim,):
             shown = shortened(repr(dim)) if dim else "(one without a name)"
             raise _UnlikeError(f"dimensions: {shown} has no coordinate; allowed: those of this system's maps")
     for name in parts.coordinates:
         along = _own_dims(parts, name)
-        if not set(along) <= set(dims) | {parts.layout.along}:
+        if not set(along) <= {*dims, *parts.further, parts.layout.along}:
             raise _UnlikeError(f"{name}: lies along {', '.join(along)}; allowed: a dimension of the map")
     needed = {*parts.layout.values, *(parts.layout.beside if parts.layout.along in parts.coordinates else ())}
     for name in sorted(needed - set(parts.coordinates)):
@@ -210,10 +213,11 @@ def _flag_values(spec: Variable) -> list[int]:
 
 def _check_variable(parts: _Parts, name: str, held: Held) -> None:
     spec = parts.specs[name]
-    if held.dims != parts.dims:
+    dims = (*parts.dims, *spec.over)
+    if held.dims != dims:
         shown = shortened(", ".join(dim or "?" for dim in held.dims)) or "no dimension"
-        raise _UnlikeError(f"{name}: lies along {shown}; allowed: {', '.join(parts.dims)}")
-    shape = tuple(parts.coordinates[dim].shape[0] for dim in parts.dims)
+        raise _UnlikeError(f"{name}: lies along {shown}; allowed: {', '.join(dims)}")
+    shape = tuple(parts.coordinates[dim].shape[0] for dim in dims)
     if held.shape != shape:
         raise _UnlikeError(f"{name}: is of shape {held.shape}; allowed: {shape}, as its coordinates")
     _check_type(name, held, spec)

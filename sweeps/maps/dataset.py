@@ -26,12 +26,14 @@ def evaluate(coordinates: Mapping[str, xr.DataArray], sweep: Sweep, threads: int
     """
     variables = sweep.variables.values()
     arrays = [coordinates[name] for name in sweep.grid.arguments]
+    sizes = {dim: values.size for dim, values in sweep.grid.further.items()}
     results = xr.apply_ufunc(
         partial(_columns, sweep=sweep, threads=threads),
         *arrays,
-        output_core_dims=[[] for _ in variables],
+        output_core_dims=[list(variable.over) for variable in variables],
         dask="parallelized",
         output_dtypes=[np.dtype(variable.dtype) for variable in variables],
+        dask_gufunc_kwargs={"output_sizes": sizes} if sizes else None,
         keep_attrs=False,
     )
     named = zip(variables, results if len(variables) > 1 else (results,), strict=True)
@@ -51,7 +53,7 @@ def _columns(*arrays: np.ndarray, sweep: Sweep, threads: int) -> tuple[np.ndarra
     shape = np.broadcast_shapes(*(array.shape for array in arrays))
     names = sweep.grid.arguments
     points = {name: np.broadcast_to(a, shape).reshape(-1) for name, a in zip(names, arrays, strict=True)}
-    found = tuple(column.reshape(shape) for column in columns(points, sweep, threads).values())
+    found = tuple(column.reshape(shape + column.shape[1:]) for column in columns(points, sweep, threads).values())
     return found if len(found) > 1 else found[0]  # apply_ufunc takes a single output bare
 
 
@@ -73,7 +75,7 @@ def survey_grid(sweep: Sweep, chunks=None, threads: int = 1) -> xr.Dataset:
         arrays = {name: array.chunk({d: sizes[d] for d in array.dims}) for name, array in arrays.items()}
     dataset = evaluate(arrays, sweep, threads)
     dataset = dataset.assign_coords({name: array.variable for name, array in coordinates.items()})
-    dataset = dataset.transpose(*grid.dims)
+    dataset = dataset.transpose(*grid.dims, *grid.further)
     return dataset.assign_attrs(contract.provenance(sweep))
 
 

@@ -203,6 +203,12 @@ def known(ds: xr.Dataset) -> dict[str, Variable]:
     return {name: table[name] for name in ds.data_vars if name in table}
 
 
+def pointwise(ds: xr.Dataset) -> xr.Dataset:
+    """A map without the variables that have further dimensions at each point, and without those dimensions."""
+    further = {dim for spec in known(ds).values() for dim in spec.over}
+    return ds.drop_dims(further & set(ds.dims))
+
+
 def _of_role(specs: Mapping[str, Variable], role: Role) -> str:
     return next((name for name, spec in specs.items() if spec.role == role), "")
 
@@ -215,6 +221,7 @@ def leading_flag(ds: xr.Dataset) -> str:
 
 def summarise(ds: xr.Dataset) -> Summary:
     """Goes over a map once, a block at a time, so that a map larger than memory will do."""
+    ds = pointwise(ds)
     summary = Summary(ds)
     names = [name for name, variable in ds.data_vars.items() if variable.dtype.kind in "fiub"]
     sizes = dimensions(ds)

@@ -172,7 +172,7 @@ def _grid(ds: xr.Dataset, sweep: Sweep) -> Check:
     """Whether the map has its definition's dimensions, coordinates and variables: every point, once."""
     grid = sweep.grid
     covers = f"{grid.size:,} points: dimensions, coordinates, {len(sweep.variables)} variables"
-    sizes = dict(zip(grid.dims, grid.shape, strict=True))
+    sizes = dict(zip(grid.dims, grid.shape, strict=True)) | {dim: v.size for dim, v in grid.further.items()}
     if dict(ds.sizes) != sizes:
         return Check("grid", covers, (f"dimensions: {_sizes(dict(ds.sizes))}, by the definition {_sizes(sizes)}",))
     return Check("grid", covers, _shown([*_wrong_coordinates(ds, sweep), *_wrong_variables(ds, sweep)]))
@@ -207,8 +207,8 @@ def _wrong_variables(ds: xr.Dataset, sweep: Sweep) -> Iterator[str]:
     for name, spec in sweep.variables.items():
         if name not in ds.variables:
             yield f"{name}: is missing"
-        elif ds.variables[name].dims != grid.dims:
-            yield f"{name}: lies along {', '.join(map(str, ds.variables[name].dims))}, not {', '.join(grid.dims)}"
+        elif ds.variables[name].dims != (dims := (*grid.dims, *spec.over)):
+            yield f"{name}: lies along {', '.join(map(str, ds.variables[name].dims))}, not {', '.join(dims)}"
         elif ds.variables[name].dtype != np.dtype(spec.dtype):
             yield f"{name}: is of type {ds.variables[name].dtype}, not {np.dtype(spec.dtype)}"
 
@@ -219,8 +219,7 @@ def _values(ds: xr.Dataset, sweep: Sweep) -> Check:
     status = _of_role(sweep, Role.STATUS)
     measured = [name for name, spec in specs.items() if status and spec.role == Role.MEASUREMENT]
     unknown, empty = {}, {}
-    shape = ds.variables[next(iter(specs))].shape
-    for box in runs(shape, BLOCK_POINTS):
+    for box in runs(sweep.grid.shape, BLOCK_POINTS):
         for name in (name for name, spec in specs.items() if spec.flags):
             values = ds.variables[name][box].values
             first = specs[name].first_flag
@@ -266,17 +265,20 @@ def _drawn(ds: xr.Dataset, sweep: Sweep, count: int, seed: int) -> _Sample:
     numbers = np.unique(np.random.default_rng(seed).integers(0, grid.size, count))
     parts = [grid.points(int(number), int(number) + 1) for number in numbers]
     points = {name: np.concatenate([part[name] for part in parts]) for name in grid.arguments}
-    return _Sample(numbers, points, {name: _held(ds.variables[name], numbers) for name in sweep.variables})
+    return _Sample(numbers, points, {n: _held(ds.variables[n], numbers, len(grid.dims)) for n in sweep.variables})
 
 
-def _held(variable: xr.Variable, numbers: np.ndarray) -> np.ndarray:
-    """A variable's values at points of these numbers, ascending; each block that holds one is read once."""
-    found, first = [], 0
-    for box in runs(variable.shape, BLOCK_POINTS):
-        after = first + variable[box].size
+def _held(variable: xr.Variable, numbers: np.ndarray, points: int) -> np.ndarray:
+    """A variable's values at points of these numbers, ascending; each block that holds one is read once.
+
+    Its first `points` dimensions are those of the points.
+    """
+    found, first, own = [], 0, variable.shape[points:]
+    for box in runs(variable.shape[:points], max(1, BLOCK_POINTS // math.prod(own))):
+        after = first + variable[box].size // math.prod(own)
         low, high = np.searchsorted(numbers, (first, after))
         if low < high:
-            found.append(variable[box].values.reshape(-1)[numbers[low:high] - first])
+            found.append(variable[box].values.reshape(-1, *own)[numbers[low:high] - first])
         first = after
     return np.concatenate(found)
 
@@ -291,7 +293,7 @@ def _by_own_kernels(ds: xr.Dataset, sweep: Sweep, sample: _Sample, seed: int) ->
         return Check(name, covers, skipped="other kernels make other bits")
     if reason := sweep.system.own_bits(sweep.definition):
         return Check(name, covers, skipped=reason)
-    samples, rate = sweep.definition.integration.samples, sweep.system.samples_per_second
+    samples, rate = sweep.system.samples(sweep.definition), sweep.system.samples_per_second
     if W * samples > MOST_SECONDS * rate:  # a point takes as long as a block of them
         return Check(name, covers, skipped=f"a run of {samples:,} samples takes more than {MOST_SECONDS:g} s")
     findings, done = [], 0
@@ -312,8 +314,12 @@ def _differing_bits(sweep: Sweep, sample: _Sample, chosen: range) -> list[str]:
     for variable, held in sample.columns.items():
         for i, a, b in zip(chosen, held[part], again[variable].values, strict=True):
             if a.tobytes() != b.tobytes():
-                findings.append(f"{variable} at {sample.name(i)}: the map holds {a:.17g}, measured again {b:.17g}")
+                findings.append(f"{variable} at {sample.name(i)}: the map holds {_said(a)}, measured again {_said(b)}")
     return findings
+
+
+def _said(value: np.ndarray | np.generic) -> str:
+    return f"{value:.17g}" if np.ndim(value) == 0 else f"{np.size(value)} values"
 
 
 def _while_patient(parts: Sequence) -> Iterator:

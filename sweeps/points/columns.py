@@ -21,7 +21,7 @@ def columns(points: Mapping[str, np.ndarray], sweep: Sweep, threads: int = 1) ->
         threads: threads that share the work; they change no bit.
 
     Returns:
-        Each of the sweep's variables → values, shape (n,), in the variable's type.
+        Each of the sweep's variables → values, shape (n,) and those of its further dimensions, in its type.
     """
     size = next(iter(points.values())).size
 

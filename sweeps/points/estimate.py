@@ -56,7 +56,7 @@ def estimate(sweep: Sweep, bytes_per_point: int | None = None) -> Estimate:
         bytes_per_point = system.bytes_per_point(definition)
     coordinates = 8 * sum(grid.shape)
     headers = FILE_BYTES + VARIABLE_BYTES * len(sweep.variables | system.coordinates(definition))
-    seconds = grid.size * definition.integration.samples / system.samples_per_second
+    seconds = grid.size * system.samples(definition) / system.samples_per_second
     compiling = _compile_seconds(system)
     return Estimate(
         points=grid.size,

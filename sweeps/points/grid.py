@@ -53,6 +53,11 @@ class Grid:
         return self.system.auxiliary(self.definition)
 
     @cached_property
+    def further(self) -> dict[str, np.ndarray]:
+        """Dimension that variables have at every point → the values along it."""
+        return self.system.further(self.definition)
+
+    @cached_property
     def arguments(self) -> tuple[str, ...]:
         """Names of the coordinates that a point consists of."""
         return self.system.arguments(self.definition)

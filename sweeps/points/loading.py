@@ -96,6 +96,8 @@ def _text_and_values(source: Any) -> tuple[str | None, dict]:
 def _validated(text: str | None, values: dict, name: str, folder: str) -> Sweep:
     # Another system has other keys in its grid: to list them as unknown would mislead.
     system = _system(values.get("system", DEFAULT_SYSTEM))
+    if (reads := system.reading(values)) != system.name:
+        system, values = _system(reads), {**values, "system": reads}
     model = system.model
     try:
         definition = model.model_validate({"title": name, **values}, context={"folder": folder})

@@ -41,8 +41,12 @@ class Sweep:
         size, definition = self.grid.size, self.definition
         if definition.shards != "auto":
             return min(definition.shards, size)
-        worthwhile = size * definition.integration.samples // (self.system.samples_per_second * SHARD_SECONDS)
+        worthwhile = size * self.system.samples(definition) // (self.system.samples_per_second * SHARD_SECONDS)
         return max(1, min(worthwhile, size, MAX_SHARDS))
+
+    def shape_at(self, name: str) -> tuple[int, ...]:
+        """Shape of a variable's value at one point: () but for further dimensions."""
+        return tuple(self.grid.further[dim].size for dim in self.variables[name].over)
 
     def __reduce__(self):
         """Travels between processes as its definition."""
@@ -51,5 +55,5 @@ class Sweep:
 
 def of(definition: Definition, system: systems.Dynamics | None = None) -> Sweep:
     """The sweep of a definition and its system, which is looked up where it is left out."""
-    system = system or systems.resolve(definition.system)
+    system = (system or systems.resolve(definition.system)).bound(definition)
     return Sweep(definition, system, Grid(definition, system), system.variables(definition))

@@ -38,6 +38,7 @@ class Variable:
         error: name of the variable that says how far it may be off; "" for none.
         role: what readers take it for, see `Role`.
         sparse: whether most of its values are zero, missing or repeated, so that deflating them pays.
+        over: names of further dimensions, after those of the points, that it has at every point.
     """
 
     name: str
@@ -52,6 +53,7 @@ class Variable:
     exact: str = ""
     error: str = ""
     role: Role = Role.NONE
+    over: tuple[str, ...] = ()
 
     @property
     def deflated(self) -> bool:

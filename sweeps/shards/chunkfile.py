@@ -5,6 +5,7 @@ past its own filters. What lies there is what those filters would have made, so 
 """
 
 import errno
+import math
 import os
 import zlib
 from collections.abc import Iterator, Mapping
@@ -64,25 +65,34 @@ def define(
     dimensions: Mapping[str, int],
     variables: Mapping[str, Variable],
     attributes: Mapping[str, str] | None = None,
+    further: Mapping[str, int] | None = None,
 ) -> None:
     """Defines the dimensions of a map and its variables, whose chunks a `ChunkFile` will fill.
 
     Args:
         file: the file, open for writing.
         dimensions: name → length, in storage order.
-        variables: name → variable; each lies over all dimensions.
+        variables: name → variable; each lies over all dimensions, and over those of its own.
         attributes: of every variable, beside its own.
+        further: name → length of the dimensions that variables have of their own.
     """
-    for dim, size in dimensions.items():
+    further = dict(further or {})
+    for dim, size in {**dimensions, **further}.items():
         file.createDimension(dim, size)
-    chunks = Chunks(tuple(dimensions.values()))
+    chunks = cut(tuple(dimensions.values()), {v.name: tuple(further[d] for d in v.over) for v in variables.values()})
     for spec in variables.values():
         packing = DEFLATED if spec.deflated else {}
         fill = np.nan if spec.missing_is_nan else False
+        sizes = (*chunks.shape, *(further[dim] for dim in spec.over))
         variable = file.createVariable(
-            spec.name, spec.dtype, tuple(dimensions), fill_value=fill, chunksizes=chunks.shape, **packing
+            spec.name, spec.dtype, (*dimensions, *spec.over), fill_value=fill, chunksizes=sizes, **packing
         )
         variable.setncatts(spec.attributes | dict(attributes or {}))
+
+
+def cut(shape: tuple[int, ...], shapes_at: Mapping[str, tuple[int, ...]]) -> Chunks:
+    """How a grid of this shape is cut, so that no variable's chunk is large; `shapes_at` one point, by name."""
+    return Chunks(shape, max(map(math.prod, shapes_at.values()), default=1))
 
 
 class ChunkFile:
@@ -91,7 +101,7 @@ class ChunkFile:
     Args:
         file: the file as HDF5 sees it, with its variables defined.
         variables: name → variable.
-        chunks: how each is cut.
+        chunks: how the points are cut.
 
     Attributes:
         chunks: the same.
@@ -100,33 +110,39 @@ class ChunkFile:
     def __init__(self, file: h5py.File, variables: Mapping[str, Variable], chunks: Chunks):
         self._variables, self.chunks = variables, chunks
         self._ids = {name: file[name].id for name in variables}
+        points = len(chunks.array)
+        self._own = {name: file[name].shape[points:] for name in variables}  # shape of what it has at one point
+        self._widths = {name: math.prod(shape) for name, shape in self._own.items()}
 
     def put(self, name: str, number: int, stored: bytes | memoryview) -> None:
         """Writes a chunk as it will lie in the file."""
-        self._ids[name].write_direct_chunk(self.chunks.offset(number), stored)
+        self._ids[name].write_direct_chunk(self._offset(name, number), stored)
 
     def take(self, name: str, number: int) -> bytes:
         """A chunk as it lies in the file."""
-        return self._ids[name].read_direct_chunk(self.chunks.offset(number))[1]
+        return self._ids[name].read_direct_chunk(self._offset(name, number))[1]
+
+    def _offset(self, name: str, number: int) -> tuple[int, ...]:
+        return (*self.chunks.offset(number), *(0 for _ in self._own[name]))
 
     def encode(self, name: str, number: int, first: int, values: np.ndarray) -> bytes | memoryview:
         """A chunk, as it will lie in a file, that holds values from the one numbered `first` on, and zeros beside."""
-        spec = self._variables[name]
-        if values.size < self.chunks.points:
-            whole = np.zeros(self.chunks.points, dtype=spec.dtype)
-            at = first - self.chunks.bounds(number)[0]
-            whole[at : at + values.size] = values
+        spec, width = self._variables[name], self._widths[name]
+        if values.size < self.chunks.points * width:
+            whole = np.zeros(self.chunks.points * width, dtype=spec.dtype)
+            at = (first - self.chunks.bounds(number)[0]) * width
+            whole[at : at + values.size] = values.reshape(-1)
             values = whole
         content = as_bytes(values)
         return isal_zlib.compress(_shuffled(content, values.itemsize), 1) if spec.deflated else content
 
     def decode(self, name: str, number: int, first: int, after: int, stored: bytes) -> np.ndarray:
-        """The values first … after − 1 of a chunk as it lies in a file."""
-        spec = self._variables[name]
+        """The values of the points first … after − 1 of a chunk as it lies in a file, one after the other."""
+        spec, width = self._variables[name], self._widths[name]
         dtype = np.dtype(spec.dtype).newbyteorder("<")
         content = _unshuffled(isal_zlib.decompress(stored), dtype.itemsize) if spec.deflated else stored
         start = self.chunks.bounds(number)[0]
-        return np.frombuffer(content, dtype)[first - start : after - start]
+        return np.frombuffer(content, dtype)[(first - start) * width : (after - start) * width]
 
 
 def _shuffled(content: bytes | memoryview, width: int) -> np.ndarray:

@@ -13,9 +13,9 @@ from functools import cached_property
 CHUNK_POINTS = 2**16
 
 
-def chunk_shape(shape: Sequence[int]) -> tuple[int, ...]:
-    """Shape of the chunks of an array, of at most `CHUNK_POINTS` values."""
-    room, chunk = CHUNK_POINTS, []
+def chunk_shape(shape: Sequence[int], width: int = 1) -> tuple[int, ...]:
+    """Shape of the chunks of an array, of at most `CHUNK_POINTS` values, where each counts for `width`."""
+    room, chunk = CHUNK_POINTS // width, []
     for size in reversed(shape):
         parts = -(-size // max(room, 1))
         chunk.append(-(-size // parts))
@@ -29,14 +29,16 @@ class Chunks:
 
     Attributes:
         array: shape of the array.
+        width: how many numbers each value stands for.
     """
 
     array: tuple[int, ...]
+    width: int = 1
 
     @cached_property
     def shape(self) -> tuple[int, ...]:
         """Shape of a chunk; at the end of a dimension that it does not divide a chunk sticks out."""
-        return chunk_shape(self.array)
+        return chunk_shape(self.array, self.width)
 
     @cached_property
     def points(self) -> int:

@@ -38,7 +38,7 @@ def coordinates(sweep: Sweep) -> dict[str, MapCoordinate]:
     for name, (dim, values) in grid.auxiliary.items():
         values = values if values.dtype.kind == "U" else values.astype(table[name].dtype)
         own[name] = MapCoordinate(dim, values, table[name].attributes)
-    return own
+    return own | {dim: MapCoordinate(dim, values, table[dim].attributes) for dim, values in grid.further.items()}
 
 
 def provenance(sweep: Sweep) -> dict[str, str]:

@@ -14,9 +14,17 @@ from sweeps.points.grid import Grid
 from sweeps.points.sweep import Sweep
 from sweeps.shards import contract
 from sweeps.shards.chunkfile import ChunkFile, define, written
-from sweeps.shards.chunks import Chunks
 from sweeps.shards.content import ContentHash
-from sweeps.shards.shard import DamagedError, ForeignError, MapError, Piece, Shard, write_shard
+from sweeps.shards.shard import (
+    DamagedError,
+    ForeignError,
+    MapError,
+    Piece,
+    Shard,
+    chunks_of,
+    further,
+    write_shard,
+)
 
 
 def merge(sweep: Sweep, shards: Iterable[str | Path], path: str | Path, threads: int = 1, renew: bool = False) -> str:
@@ -69,7 +77,7 @@ def _merge_once(sweep: Sweep, paths: Sequence[Path], path: str | Path) -> str:
     with written(path) as temporary:
         digest, motions = _create(temporary, sweep), 0
         with h5py.File(temporary, "r+") as hdf:
-            target = _Target(ChunkFile(hdf, sweep.variables, Chunks(sweep.grid.shape)), digest)
+            target = _Target(ChunkFile(hdf, sweep.variables, chunks_of(sweep)), digest, not sweep.grid.further)
             for first, after, source in shards:
                 with Shard(source, sweep) as shard:  # one open file at a time: there may be thousands
                     if (shard.first, shard.after) != (first, after):
@@ -110,6 +118,7 @@ def _create(path: Path, sweep: Sweep) -> ContentHash:
             dict(zip(grid.dims, grid.shape, strict=True)),
             variables,
             {"coordinates": beside} if beside else {},
+            further(sweep),
         )
         for name, (dim, values, attributes) in contract.coordinates(sweep).items():
             is_text = values.dtype.kind == "U"
@@ -119,22 +128,27 @@ def _create(path: Path, sweep: Sweep) -> ContentHash:
             digest.declare(name, (dim,), values.shape, values.dtype)
             digest.update(name, values)
         for spec in variables.values():
-            digest.declare(spec.name, grid.dims, grid.shape, spec.dtype)
+            shape = (*grid.shape, *sweep.shape_at(spec.name))
+            digest.declare(spec.name, (*grid.dims, *spec.over), shape, spec.dtype)
         file.setncatts(contract.provenance(sweep) | {"history": contract.history()})
     return digest
 
 
 class _Target:
-    """The chunks of a map that is being written, and the hash of what they hold."""
+    """The chunks of a map that is being written, and the hash of what they hold.
 
-    def __init__(self, file: ChunkFile, digest: ContentHash):
-        self._file, self._digest = file, digest
+    Where variables have further dimensions, chunks are not the runs that the content hash is made of (`hashed_whole`
+    is False): their values are hashed again.
+    """
+
+    def __init__(self, file: ChunkFile, digest: ContentHash, hashed_whole: bool = True):
+        self._file, self._digest, self._hashed_whole = file, digest, hashed_whole
         self._parts: dict[str, list[np.ndarray]] = {}  # of the chunk that the last shard ended in
         self._begun = 0
 
     def take(self, shard: Shard) -> None:
         for piece, stored in shard.pieces():
-            if piece.whole:
+            if piece.whole and self._hashed_whole:
                 hashes = shard.digests(piece)
                 for name, chunk in stored.items():
                     self._file.put(name, piece.chunk, chunk)

@@ -22,7 +22,7 @@ from sweeps.points.estimate import BLOCK_POINTS
 from sweeps.points.sweep import Sweep
 from sweeps.schema.refusals import RefusedError
 from sweeps.shards import looking, memory
-from sweeps.shards.chunkfile import UNREADABLE, ChunkFile, define, written
+from sweeps.shards.chunkfile import UNREADABLE, ChunkFile, cut, define, written
 from sweeps.shards.chunks import Chunks
 from sweeps.shards.content import run_digest
 from sweeps.shards.contract import identity
@@ -96,6 +96,16 @@ def pieces(chunks: Chunks, first: int, after: int) -> list[Piece]:
     return [Piece(number, low, high, (low, high) == chunks.bounds(number)) for number, low, high in shares]
 
 
+def chunks_of(sweep: Sweep) -> Chunks:
+    """How the points of a sweep are cut."""
+    return cut(sweep.grid.shape, {name: sweep.shape_at(name) for name in sweep.variables})
+
+
+def further(sweep: Sweep) -> dict[str, int]:
+    """Name → length of the dimensions that its variables have beside those of the points."""
+    return {dim: values.size for dim, values in sweep.grid.further.items()}
+
+
 # ---------------------------------------------------------------------------------------------------------
 # Writing
 
@@ -120,7 +130,7 @@ def write_shard(
     """
     memory.keep_freed()
     start, stop = sweep.grid.shard_bounds(count)[number - 1]
-    chunks, variables = Chunks(sweep.grid.shape), sweep.variables
+    chunks, variables = chunks_of(sweep), sweep.variables
     checks, motions = _Checks(tuple(variables), pieces(chunks, start, stop)), 0
     with written(path, flush=False) as temporary:
         _create(temporary, sweep, checks)
@@ -142,7 +152,7 @@ def write_shard(
 
 def _create(path: Path, sweep: Sweep, checks: _Checks) -> None:
     with netCDF4.Dataset(path, "w", format="NETCDF4") as file:
-        define(file, dict(zip(sweep.grid.dims, sweep.grid.shape, strict=True)), sweep.variables)
+        define(file, dict(zip(sweep.grid.dims, sweep.grid.shape, strict=True)), sweep.variables, None, further(sweep))
         for name, size in zip(TABLE, checks.digests.shape, strict=True):
             file.createGroup(GROUP).createDimension(name, size)
         file[GROUP].createVariable("checksums", "u4", TABLE[:2], fill_value=False)
@@ -247,10 +257,12 @@ class Shard:
             self.first, self.after, self.motions, seal = (int(held[name]) for name in (*TOLD, "seal"))
         except ValueError:
             raise DamagedError(self.path, "has attributes that are no numbers") from None
-        chunks = Chunks(grid.shape)
+        chunks = chunks_of(sweep)
         if not 0 <= self.first < self.after <= grid.size:
             raise DamagedError(self.path, "holds points that the sweep has not")
-        if any((self._file[name].shape, self._file[name].chunks) != (grid.shape, chunks.shape) for name in variables):
+        found = {name: (self._file[name].shape, self._file[name].chunks) for name in variables}
+        own = {name: sweep.shape_at(name) for name in variables}
+        if any(found[name] != (grid.shape + own[name], chunks.shape + own[name]) for name in variables):
             raise DamagedError(self.path, "holds another number of points than it says")
         self._chunked = ChunkFile(self._file, variables, chunks)
         self._checks = _Checks(tuple(variables), pieces(chunks, self.first, self.after))

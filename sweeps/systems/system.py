@@ -1,5 +1,6 @@
 """What a system of equations of motion says of itself: all that the way from a definition to a map asks for."""
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -119,6 +120,18 @@ class Dynamics(ABC):
         """Each coordinate that is no dimension → (the dimension it lies along, its values)."""
         return {}
 
+    def further(self, definition: "Definition") -> dict[str, np.ndarray]:
+        """Each dimension that variables have at every point (`Variable.over`) → the values along it."""
+        return {}
+
+    def bound(self, definition: "Definition") -> "Dynamics":
+        """The system that measures a definition; another than itself where points are not all that it needs to know."""
+        return self
+
+    def samples(self, definition: "Definition") -> int:
+        """Samples of runs that a point takes."""
+        return definition.integration.samples
+
     @abstractmethod
     def arguments(self, definition: "Definition") -> tuple[str, ...]:
         """Names of the dimensions and auxiliary coordinates that a point of :meth:`columns` consists of."""
@@ -145,7 +158,8 @@ class Dynamics(ABC):
             integration: length, sampling and accuracy of each run.
 
         Returns:
-            Each of :meth:`variables` → values, shape (n,); a value depends on its own point alone.
+            Each of :meth:`variables` → values, shape (n,) and those of its further dimensions; a value depends on
+            its own point alone.
         """
 
     def motions(self, points: Mapping[str, np.ndarray], integration: "Integration") -> int:
@@ -220,6 +234,10 @@ class Dynamics(ABC):
         """Why a definition (its plain values) cannot be read without files that it names; "" where it can."""
         return ""
 
+    def reading(self, values: Mapping) -> str:
+        """Name of the system that reads a definition (its plain values) in which this one is named."""
+        return self.name
+
     def own_bits(self, definition: "Definition") -> str:
         """Why a point measured alone has other bits than in a map of this definition; "" where it has the same."""
         return ""
@@ -246,4 +264,6 @@ class Dynamics(ABC):
 
     def bytes_per_point(self, definition: "Definition") -> int:
         """Uncompressed bytes of a map, a point."""
-        return sum(np.dtype(variable.dtype).itemsize for variable in self.variables(definition).values())
+        sizes = {name: values.size for name, values in self.further(definition).items()}
+        table = self.variables(definition).values()
+        return sum(np.dtype(v.dtype).itemsize * math.prod(sizes[dim] for dim in v.over) for v in table)

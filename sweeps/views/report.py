@@ -24,7 +24,7 @@ from sweeps import colors, systems
 from sweeps import style as figure_style
 from sweeps.boxes import blocks, dimensions, flags
 from sweeps.files import replaced
-from sweeps.maps.summary import Summary, known, place, read, rule
+from sweeps.maps.summary import Summary, known, place, pointwise, read, rule
 from sweeps.schema.variables import Role
 from sweeps.systems.system import Page
 from sweeps.views.report_columns import (
@@ -55,6 +55,7 @@ def write(ds: xr.Dataset, path: str | Path, limit: int = LIMIT) -> None:
     Raises:
         ValueError: where not even a thinned map fits into `limit`.
     """
+    ds = pointwise(ds)
     summary, columns, kept = _gather(ds)
     packed, kept = _fitted(ds, summary, columns, kept, limit)
     page = _page(ds, summary, packed, kept)

@@ -26,10 +26,18 @@ from sweeps.shards import content, merging
 from sweeps.shards import shard as shards
 from sweeps.systems.rigid_body.variables import TERMS
 
+TENSOR = [[2.0, -0.5, 0.0], [-0.5, 2.0, 0.1], [0.0, 0.1, 3.0]]
 SMALL = {
     "rigid_body": {"axes": [1, 2], "grid": {"I1": [1.0, 2.0], "I2": 1.5, "I3": 3.0, "omega0": [1.0, -2.0]}},
     "twist": {"grid": {"I1": [0.3, 0.5], "I2": 1.0, "I3": 1.2, "chi": [0.1, -0.4], "omega0": [1.0, 3.0]}},
     "tumbling": {"grid": {"I1": 0.4, "I2": 0.7, "I3": 1.0, "energy": [1.1, 1.6, 2.0], "omega0": [1.0, 2.0]}},
+    "uncertain_bodies": {
+        "bodies": [{"name": "A", "I1": 1.0, "I2": 1.5, "I3": 2.2}, {"name": "B", "tensor": TENSOR}],
+        "grid": {"omega0": [1.0, -2.0]},
+        "uncertainty": "5 %",
+        "draws": 64,
+        "keep": True,
+    },
     "symmetric_top": {"grid": {"ratio": [0.5, 1.0, 1.2], "omega3": [-1.0, 2.0], "half_angle": [10.0, 40.0]}},
 }
 TOP = SMALL["symmetric_top"]["grid"]
@@ -55,11 +63,12 @@ def test_a_system_says_all_that_its_map_holds(name):
     assert isinstance(definition, Definition)
     assert definition.system == system.name == ds.attrs["system"] == name
     assert set(ds.data_vars) == set(system.variables(definition)) >= set(system.variables())
-    assert tuple(ds.sizes) == tuple(system.dimensions(definition)) == sweep.grid.dims
+    assert tuple(system.dimensions(definition)) == sweep.grid.dims
+    assert {*ds.sizes} == {*sweep.grid.dims, *system.further(definition)}
     assert set(ds.coords) <= set(system.coordinates(definition))
     for variable in system.variables(definition).values():
         assert ds[variable.name].dtype == np.dtype(variable.dtype)
-        assert ds[variable.name].dims == sweep.grid.dims
+        assert ds[variable.name].dims == (*sweep.grid.dims, *variable.over)
     assert ds.attrs["references"] == system.references
     assert ds.attrs["source"].endswith(system.method(definition))
 
@@ -236,14 +245,14 @@ print(*(name for name in sys.modules if name.startswith("kernels.")))
 @pytest.mark.parametrize(
     ("edited", "foreign"),
     [
-        ("survey", {"rigid_body"}),
-        ("exact", {"rigid_body"}),
-        ("solution", {"rigid_body", "twist", "tumbling"}),
+        ("survey", {"rigid_body", "uncertain_bodies"}),
+        ("exact", {"rigid_body", "uncertain_bodies"}),
+        ("solution", {"rigid_body", "uncertain_bodies", "twist", "tumbling"}),
         ("tumbling", {"tumbling"}),
         ("symmetric_top", {"symmetric_top"}),
         ("oscillations", {OSCILLATOR}),
-        ("measure", {"rigid_body", OSCILLATOR}),
-        ("taylor_steps", {"rigid_body", "symmetric_top", "twist", "tumbling", OSCILLATOR}),
+        ("measure", {"rigid_body", "uncertain_bodies", OSCILLATOR}),
+        ("taylor_steps", {"rigid_body", "uncertain_bodies", "symmetric_top", "twist", "tumbling", OSCILLATOR}),
     ],
 )
 def test_a_comment_in_a_kernel_makes_maps_of_its_own_systems_foreign(edited, foreign, tmp_path, monkeypatch):

@@ -229,7 +229,8 @@ class RigidBodyIntegration(Integration):
         return self
 
 
-def _named_once(bodies: tuple["Body", ...]) -> tuple["Body", ...]:
+def named_once(bodies: tuple["Body", ...]) -> tuple["Body", ...]:
+    """The bodies, whose names all differ."""
     names = [body.name for body in bodies]
     problems = [
         Problem((number, "name"), display(name), "is an earlier body's name", "names that all differ")
@@ -248,7 +249,7 @@ class RigidBodyDefinition(Definition):
         tuple[Axis, ...], AfterValidator(not_empty), AfterValidator(different), AfterValidator(ascending)
     ] = Field((1, 2, 3), description="spin axes to survey: a list of 1, 2, 3, each once")
     grid: GridEntries = Field(GridEntries(), description="what is varied: a mapping with " + keys_of(GridEntries))
-    bodies: Annotated[tuple[Body, ...], AfterValidator(not_empty), AfterValidator(_named_once)] = Field(
+    bodies: Annotated[tuple[Body, ...], AfterValidator(not_empty), AfterValidator(named_once)] = Field(
         default=(), description="a list of bodies, names unique, in place of I1, I2 and I3 in grid"
     )
     integration: RigidBodyIntegration = Field(

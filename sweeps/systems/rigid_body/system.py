@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
 MOST_BODIES = 10  # of which `check` prints the axes
+UNCERTAIN = "uncertain_bodies"
 COMPARED = 32  # points of a block that a collapsed sweep also integrates as themselves
 LEAST_NUDGES = 6  # the picture of a power law in epsilon wants that many
 AMPLITUDE = (
@@ -137,6 +138,13 @@ class RigidBody(Dynamics):
         if isinstance(bodies, tuple) and any(isinstance(body, dict) and "mesh" in body for body in bodies):
             return "its bodies are mesh files, read only where --definition names them"
         return ""
+
+    def reading(self, values: Mapping) -> str:
+        """Bodies that are not known exactly are another system's."""
+        bodies = values.get("bodies")
+        listed = bodies if isinstance(bodies, tuple | list) else ()
+        asked = any("uncertainty" in each for each in (values, *listed) if isinstance(each, Mapping))
+        return UNCERTAIN if asked else self.name
 
     def own_bits(self, definition: RigidBodyDefinition) -> str:
         """Whether points that differ by units alone are integrated once."""

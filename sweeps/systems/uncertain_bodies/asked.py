@@ -1,0 +1,171 @@
+"""What a person asks of one body that is not known exactly: `polhode body … --uncertainty 5%`."""
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from sweeps.schema.reading import plain, read_text
+from sweeps.schema.refusals import DefinitionError, UnreadableError
+from sweeps.systems.rigid_body import wording
+from sweeps.systems.rigid_body.definition import Body
+from sweeps.systems.rigid_body.variables import MOMENTS
+from sweeps.systems.uncertain_bodies import designs, measuring
+from sweeps.systems.uncertain_bodies.definition import UncertainDefinition
+from sweeps.systems.uncertain_bodies.known import Known
+from sweeps.systems.uncertain_bodies.variables import OUTLOOKS
+
+OPTIONS = ("draws", "seed", "turns", "method")  # of the command line, and keys of a definition
+
+
+@dataclass(frozen=True)
+class Answer:
+    """One body, drawn and measured.
+
+    Attributes:
+        body: as it was given.
+        known: as it is known.
+        asked: how it was drawn.
+        spun: spin rate and nudge.
+        axes: axis → its summary and its draws, see `sweeps.systems.uncertain_bodies.measuring.measured`.
+    """
+
+    body: Body
+    known: Known
+    asked: measuring.Asked
+    spun: Mapping[str, float]
+    axes: dict[int, tuple[dict, dict]]
+
+
+def definition_of(bodies: object, uncertainty: object, omega0: float, more: Mapping) -> dict:
+    """The mapping of a definition from what `sweeps.uncertainty` is given."""
+    listed = [bodies] if isinstance(bodies, Mapping) else bodies
+    if not (isinstance(listed, list | tuple) and listed and all(isinstance(body, Mapping) for body in listed)):
+        numbers = np.asarray(bodies, dtype=np.float64)
+        own = {"tensor": numbers.tolist()} if numbers.ndim == 2 else dict(zip(MOMENTS, numbers.tolist(), strict=True))
+        listed = [{"name": "body"} | own]
+    grid = dict(more.get("grid", {}))
+    listed = [body if "omega0" in body or "omega0" in grid else {**body, "omega0": omega0} for body in listed]
+    return {"bodies": listed, "uncertainty": uncertainty, **more}
+
+
+def entry_of(body: Body) -> dict:
+    """The entry of a definition that stands for a body that is known by name."""
+    named = {"name": body.name}
+    if body.tensor is not None:
+        return named | {"tensor": [list(row) for row in body.tensor]}
+    moments = dict(zip(MOMENTS, body.moments, strict=True))
+    return named | ({"ratios": moments} if body.ratios is not None else moments)
+
+
+def definition(
+    entry: Mapping,
+    given: Mapping[str, object],
+    spun: Mapping[str, float],
+    load: Callable[[Mapping], UncertainDefinition],
+) -> UncertainDefinition:
+    """The definition of one body; refusals name the option.
+
+    Args:
+        entry: the body, as in a definition.
+        given: uncertainty (text), axis, and `OPTIONS`, each None where it was not given.
+        spun: omega0, epsilon and phase.
+        load: reads a definition.
+    """
+    try:
+        uncertainty = plain(read_text(str(given["uncertainty"])))
+    except UnreadableError as unreadable:
+        raise DefinitionError(f"body: --uncertainty: {unreadable.problem}") from None
+    values = {"bodies": [{**entry, "uncertainty": uncertainty, **spun}]}
+    values |= {name: given[name] for name in OPTIONS if given[name] is not None}
+    values |= {"axes": [given["axis"]]} if given["axis"] is not None else {}
+    try:
+        return load(values)
+    except DefinitionError as refused:
+        text = str(refused).replace("definition: bodies[0].uncertainty", "body: --uncertainty")
+        for name in OPTIONS:
+            text = text.replace(f"definition: {name}:", f"body: --{name}:")
+        text = text.replace("definition: axes[0]:", "body: --axis:")
+        raise DefinitionError(text.replace("definition: bodies[0].", "body: ")) from None
+
+
+def answer(found: UncertainDefinition, threads: int = 1) -> Answer:
+    """Draws and measures the one body of a definition."""
+    body = found.bodies[0]
+    spun = {name: getattr(body, name) for name in ("omega0", "epsilon", "phase")}
+    known, asked = found.known[body.name], found.asked(body)
+    spins = [measuring.Spun(axis, **spun) for axis in found.axes]
+    measured = measuring.measured(known, spins, asked, found.integration, threads)
+    return Answer(body, known, asked, spun, dict(zip(found.axes, measured, strict=True)))
+
+
+def facts(found: Answer) -> dict:
+    """The answer for machines, beside what is said of the body: numbers by axis under the names of a map."""
+    how = {"draws": designs.made(found.asked.draws), "seed": found.asked.seed, "method": found.asked.method}
+    how |= {"turns": found.asked.turns, "quantile": list(measuring.QUANTILES), "input": list(found.known.inputs)}
+    how["impossible_naive"] = next(iter(found.axes.values()))[0]["impossible_naive"]
+    return how | {"axes": {axis: _plain(summary) | _outlook(summary) for axis, (summary, _) in found.axes.items()}}
+
+
+def _plain(summary: Mapping) -> dict:
+    return {name: np.asarray(value).tolist() for name, value in summary.items() if name not in ("outlook", "status")}
+
+
+def _outlook(summary: Mapping) -> dict:
+    return {"outlook": OUTLOOKS[summary["outlook"]]}
+
+
+def rows(found: Answer) -> list[tuple[str, str]]:
+    """(axis, what becomes of it) for people."""
+    return [(f"axis {axis}", _becomes(summary, found)) for axis, (summary, _) in found.axes.items()]
+
+
+def _becomes(summary: Mapping, found: Answer) -> str:
+    text = f"unstable with probability {_probability(summary, 'unstable')}"
+    text += f", the middle axis with {_probability(summary, 'middle')}"
+    theory = summary["probability_middle_theory"]
+    text += f" (normal distribution: {theory:.4g})" if math.isfinite(theory) else ""
+    fast = summary["growth_rate_quantile"]
+    if fast[-1] > 0:
+        text += f"; a nudge grows e-fold in {wording.duration(1 / fast[3])} or less with 5 %" if fast[3] > 0 else ""
+        text += f"{',' if fast[3] > 0 else ';'} in {wording.duration(1 / fast[4])} or less with 1 %"
+    text += f"; flips within every {found.asked.turns:g} turns with {_probability(summary, 'flip')}"
+    sooner = summary["flip_period_quantile"]
+    if np.isfinite(sooner[2]):
+        text += f", half of all draws every {wording.duration(sooner[2])} or sooner"
+    return text + _matters(summary, found.known)
+
+
+def _probability(summary: Mapping, what: str) -> str:
+    """A probability and its standard error: "0.4758 ± 0.0009"."""
+    value, error = summary[f"probability_{what}"], summary[f"probability_{what}_error"]
+    digits = min(6, max(2, 1 - math.floor(math.log10(error)))) if error > 0 else 4
+    return f"{value:.{digits}f} ± {error:.{digits}f}"
+
+
+def _matters(summary: Mapping, known: Known) -> str:
+    shares = np.nan_to_num(summary["sensitivity_total"])
+    if not shares.size or shares.max() <= 0:
+        return ""
+    most = int(shares.argmax())
+    return f"; {known.inputs[most]} matters most (total Sobol index {shares[most]:.2f})"
+
+
+def lines(found: Answer) -> Iterator[str]:
+    """How it was drawn, and what the draws are."""
+    made = designs.made(found.asked.draws)
+    what = ", ".join(found.known.inputs)
+    yield f"{made:,} bodies drawn ({found.asked.method}, seed {found.asked.seed}); uncertain: {what or 'nothing'}"
+    first = next(iter(found.axes.values()))[0]
+    if first["impossible_naive"] > 0:
+        yield (
+            f"{100 * first['impossible_naive']:.3g} % of plain Gaussian draws would be no body: those are drawn "
+            "as flat ones, their axes and the order of their moments kept"
+        )
+    for axis, (summary, _) in found.axes.items():
+        moved = summary["moment_mean"] / summary["moment_mean_asked"] - 1
+        spread = summary["moment_spread"] / summary["moment_spread_asked"] - 1 if summary["moment_spread_asked"] else 0
+        if abs(moved) > 1e-3 or abs(spread) > 1e-2:
+            off = f"{100 * moved:+.2f} % off that asked for, its spread {100 * spread:+.1f} %"
+            yield f"the mean moment about axis {axis} is {off}"

@@ -1,0 +1,208 @@
+"""What a definition of uncertain bodies may say: how well each body is known, and how it is drawn."""
+
+import re
+from functools import cached_property
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+
+from sweeps.schema.definition import Integration
+from sweeps.schema.refusals import Problem, display, keys_of, refusal, refusals
+from sweeps.schema.values import Strict, choice, finite, not_empty, number, whole
+from sweeps.systems.rigid_body.definition import Body, RigidBodyDefinition, named_once
+from sweeps.systems.uncertain_bodies import designs, known
+from sweeps.systems.uncertain_bodies.measuring import Asked
+
+SHARE = "a share from 0 to below 1, as a number (0.05) or in per cent (5 %)"
+COVARIANCE = "3 rows of 3 numbers (of I1, I2, I3), or 6 of 6 (of the tensor's xx, yy, zz, xy, xz, yz), kg2 m4"
+TRIANGLE = 1e-9  # of the sum of the moments: a flat plate has exactly 0, but for its digits
+MOST_SEED = 2**63 - 1
+
+
+def share(value: Any) -> float:
+    """A relative standard deviation: 0.05, or "5 %"."""
+    found = re.fullmatch(r"\s*([0-9.eE+-]+)\s*%\s*", value) if isinstance(value, str) else None
+    if found:
+        try:
+            value = float(found[1]) / 100
+        except ValueError:
+            raise refusal("is no share", SHARE) from None
+    amount = finite(value, SHARE)
+    if not 0 <= amount < 1:
+        raise refusal(f"is {100 * amount:.6g} %" if amount > 0 else "is negative", SHARE)
+    return amount
+
+
+Share = Annotated[float, BeforeValidator(share)]
+
+
+def _shares(count: int):
+    def check(value: Any) -> tuple[float, ...]:
+        if isinstance(value, tuple | list):
+            if len(value) != count:
+                raise refusal(f"has {len(value)} shares", f"{count} of them, or one for all")
+            return tuple(map(share, value))
+        return (share(value),) * count
+
+    return BeforeValidator(check)
+
+
+def _covariance(value: Any) -> tuple[tuple[float, ...], ...]:
+    rows = value if isinstance(value, tuple | list) else ()
+    sizes = {len(row) if isinstance(row, tuple | list) else 0 for row in rows}
+    if len(rows) not in (3, 6) or sizes != {len(rows)}:
+        raise refusal("is no covariance", COVARIANCE)
+    return tuple(tuple(finite(entry, COVARIANCE) for entry in row) for row in rows)
+
+
+def _phase(value: Any) -> float | str:
+    if value == known.ANY:
+        return value
+    allowed = f"a standard deviation ≥ 0 in rad, or {known.ANY}"
+    amount = finite(value, allowed)
+    if amount < 0:
+        raise refusal("is negative", allowed)
+    return amount
+
+
+class Uncertainty(Strict):
+    """How well a body and its spin are known: standard deviations."""
+
+    moments: Annotated[tuple[float, ...], _shares(3)] = Field(
+        default=None, description=f"of I1, I2 and I3, each on its own, relative: {SHARE}, or a list of three"
+    )
+    tensor: Annotated[tuple[float, ...], _shares(6)] = Field(
+        default=None,
+        description="of the tensor's entries xx, yy, zz, xy, xz, yz, each on its own, relative: "
+        f"{SHARE}, or a list of six",
+    )
+    covariance: Annotated[tuple[tuple[float, ...], ...], BeforeValidator(_covariance)] = Field(
+        default=None, description=f"the whole covariance: {COVARIANCE}"
+    )
+    omega0: Share = Field(default=None, description=f"of the spin rate, relative: {SHARE}")
+    epsilon: Share = Field(default=None, description=f"of the size of the nudge, relative: {SHARE}")
+    phase: Annotated[float | str, BeforeValidator(_phase)] = Field(
+        default=None, description=f"of the direction of the nudge, rad: ≥ 0, or {known.ANY}"
+    )
+    inertia: Share = Field(default=None, description=f"of the moments, or of the tensor where that is given: {SHARE}")
+
+    @model_validator(mode="after")
+    def _check_one(self) -> "Uncertainty":
+        given = [name for name in ("moments", "tensor", "covariance", "inertia") if getattr(self, name) is not None]
+        if len(given) > 1:
+            shown = display(getattr(self, given[1]))
+            raise refusals([Problem((given[1],), shown, f"is given beside {given[0]}", "one of them")])
+        if not self.model_fields_set:
+            raise refusal("says nothing", "a mapping with " + keys_of(Uncertainty))
+        return self
+
+    @property
+    def spin(self) -> dict[str, float | str]:
+        """Of omega0, epsilon and phase what is uncertain."""
+        values = {name: getattr(self, name) for name in known.SPIN}
+        return {name: value for name, value in values.items() if value not in (None, 0)}
+
+
+def _uncertainty(value: Any) -> Any:
+    """A bare share stands for the moments, or the tensor where that is given."""
+    return value if isinstance(value, dict | Uncertainty) else {"inertia": share(value)}
+
+
+UNCERTAIN = "a share (5 %), or a mapping with " + ", ".join(name for name in Uncertainty.model_fields)
+Known = Annotated[Uncertainty, BeforeValidator(_uncertainty)]
+Draws = Annotated[int, whole(designs.LEAST, designs.MOST, f"a whole number from {designs.LEAST} to {designs.MOST:,}")]
+Seed = Annotated[int, whole(0, MOST_SEED, "a whole number, 0 or more")]
+Turns = Annotated[float, number(lambda x: x > 0, "a finite number > 0")]
+
+
+class UncertainBody(Body):
+    """One body, and how well it is known."""
+
+    uncertainty: Known = Field(default=None, description=f"the body's own uncertainty: {UNCERTAIN}")
+    draws: Draws = Field(default=None, description="the body's own number of draws")
+
+
+class UncertainIntegration(Integration):
+    """How each draw is measured."""
+
+
+class UncertainDefinition(RigidBodyDefinition):
+    """A sweep of bodies that are not known exactly."""
+
+    bodies: Annotated[tuple[UncertainBody, ...], AfterValidator(not_empty), AfterValidator(named_once)] = Field(
+        default=(), description="a list of bodies, names unique, each as for rigid bodies, with uncertainty and draws"
+    )
+    integration: UncertainIntegration = Field(
+        UncertainIntegration(),
+        description="how each draw is measured: a mapping with " + keys_of(UncertainIntegration),
+    )
+    uncertainty: Known = Field(default=None, description=f"of all bodies that give none of their own: {UNCERTAIN}")
+    draws: Draws = Field(10_000, description="how many bodies are drawn of each, at least")
+    seed: Seed = Field(1, description="of the draws: whole, ≥ 0")
+    method: Annotated[str, choice(designs.METHODS)] = Field(
+        "sobol", description="how draws are spread: " + ", ".join(designs.METHODS)
+    )
+    turns: Turns = Field(100.0, description="turns of the spin in which a body flips or does not: > 0")
+    keep: bool = Field(False, description="true or false: whether every draw stands in the map")
+
+    def asked(self, body: UncertainBody) -> Asked:
+        """How a body is drawn."""
+        return Asked(body.draws or self.draws, self.seed, self.method, self.turns)
+
+    @cached_property
+    def known(self) -> dict[str, known.Known]:
+        """Name → body as it is known."""
+        return {body.name: _known(body, body.uncertainty or self.uncertainty) for body in self.bodies}
+
+    @model_validator(mode="after")
+    def _check_known(self) -> "UncertainDefinition":
+        if not self.bodies:
+            raise refusals([Problem(("bodies",), "(nothing)", "is missing", "a list of bodies, each with its moments")])
+        wrong = []
+        for i, body in enumerate(self.bodies):
+            given = body.uncertainty or self.uncertainty
+            where = ("bodies", i, "uncertainty") if body.uncertainty or not self.uncertainty else ("uncertainty",)
+            if given is None:
+                wrong.append(Problem(where, "(nothing)", "is missing", f"{UNCERTAIN}, here or for all bodies"))
+                continue
+            try:
+                _known(body, given)
+            except known.KnownError as error:
+                wrong.append(Problem(where, error.shown, error.wrong, error.allowed))
+        if wrong:
+            raise refusals(wrong)
+        return self
+
+
+def _known(body: UncertainBody, given: Uncertainty) -> known.Known:
+    """A body as it is known.
+
+    Raises:
+        KnownError: where its moments are no body's, and where uncertainty and body do not go together.
+    """
+    moments = np.array(body.moments)
+    if (moments.sum() - 2 * moments).min() < -TRIANGLE * moments.sum():
+        shown = ", ".join(f"{moment:.6g}" for moment in moments)
+        raise known.KnownError(shown, "are no body's moments", "each at most the sum of the other two")
+    axes = np.array(body.principal.axes) if body.principal is not None else np.eye(3)
+    tensor = None if body.tensor is None else np.array(body.tensor)
+    wants_tensor = given.tensor is not None or (given.covariance is not None and len(given.covariance) == 6)
+    if wants_tensor and tensor is None:
+        raise known.KnownError(
+            "(six entries)",
+            "are uncertain of a body without a tensor",
+            f"uncertainty of its moments, or a tensor of {body.name}",
+        )
+    use_tensor = wants_tensor or (given.inertia is not None and tensor is not None)
+    entries = (
+        np.array([(tensor[i, j] + tensor[j, i]) / 2 for i, j in known.possible.ENTRIES]) if use_tensor else moments
+    )
+    if given.covariance is not None:
+        covariance = known.checked_covariance(np.array(given.covariance), entries)
+    else:
+        shares = given.tensor if use_tensor else given.moments
+        shares = (given.inertia or 0.0) if shares is None else np.array(shares)
+        covariance = known.relative(entries, shares)
+    frame = axes if use_tensor else np.eye(3)
+    return known.Known(moments, frame, entries, covariance, given.spin)

@@ -1,0 +1,168 @@
+"""One body as it is known: its tensor and their covariance, its spin and theirs, and which inputs that makes."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from sweeps.systems.rigid_body.variables import MOMENTS
+from sweeps.systems.uncertain_bodies import possible
+
+ENTRIES = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
+ANY = "any"  # a phase of which nothing is known
+MOST_EPSILON = 0.999  # a drawn nudge beyond that counts as that
+SPIN = ("omega0", "epsilon", "phase")
+
+
+class KnownError(ValueError):
+    """What is wrong with a covariance: `shown`, `wrong`, `allowed`, as a refusal quotes them."""
+
+    def __init__(self, shown: str, wrong: str, allowed: str):
+        super().__init__(f"{shown} {wrong}; allowed: {allowed}")
+        self.shown, self.wrong, self.allowed = shown, wrong, allowed
+
+
+@dataclass(frozen=True, eq=False)
+class Known:
+    """One body as it is known.
+
+    Attributes:
+        moments: principal moments, in the order of the axes 1, 2, 3.
+        axes: principal axes as rows, in the coordinates of the tensor.
+        entries: the three moments, or the six entries of the tensor (`ENTRIES`), that are drawn.
+        covariance: theirs.
+        spin: of omega0 and epsilon the relative standard deviation, of phase that in rad or `ANY`; what is left out is
+            known exactly.
+    """
+
+    moments: np.ndarray
+    axes: np.ndarray
+    entries: np.ndarray
+    covariance: np.ndarray
+    spin: Mapping[str, float | str]
+
+    @property
+    def is_tilted(self) -> bool:
+        """Whether draws have principal axes of their own."""
+        return len(self.entries) == 6
+
+    @cached_property
+    def _blocks(self) -> list[tuple[str, np.ndarray, np.ndarray]]:
+        """Of each set of entries that depend on each other: name, their numbers, a factor F of F Fᵀ = covariance."""
+        names = ENTRIES if self.is_tilted else MOMENTS
+        left, found = [k for k in range(len(names)) if self.covariance[k, k] > 0], []
+        while left:
+            block = [left[0]]
+            for k in block:
+                block += [j for j in left if self.covariance[k, j] != 0 and j not in block]
+            block.sort()
+            left = [k for k in left if k not in block]
+            values, vectors = np.linalg.eigh(self.covariance[np.ix_(block, block)])
+            factor = vectors * np.sqrt(np.clip(values, 0.0, None))
+            found.append(("+".join(names[k] for k in block), np.array(block), factor))
+        return found
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Names of the inputs that are uncertain, each independent of the others; "I1+I2" for what depends."""
+        return (*(name for name, _, _ in self._blocks), *(name for name in SPIN if name in self.spin))
+
+    @cached_property
+    def groups(self) -> tuple[tuple[int, ...], ...]:
+        """Columns of standard normals that each input takes."""
+        found, first = [], 0
+        for width in [len(block) for _, block, _ in self._blocks] + [1] * sum(name in self.spin for name in SPIN):
+            found.append(tuple(range(first, first + width)))
+            first += width
+        return tuple(found)
+
+    @property
+    def dimension(self) -> int:
+        """How many standard normals a draw takes."""
+        return sum(map(len, self.groups))
+
+    @cached_property
+    def delta(self) -> float:
+        """δ of `sweeps.systems.uncertain_bodies.possible`; 0 where the tensor is known exactly."""
+        return possible.softness(self.covariance, self.moments) if self._blocks else 0.0
+
+    def inertia(self, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+        """Possible bodies from standard normals, shape (n, dimension).
+
+        Returns:
+            Moments, shape (n, 3); which Gaussian draws were no body; and rotations from the body's axes to the draws',
+            shape (n, 3, 3), or None where axes are fixed.
+        """
+        entries = np.repeat(self.entries[None, :], len(normals), axis=0)
+        if not self._blocks:
+            moments = np.repeat(self.moments[None, :], len(normals), axis=0)
+            return moments, np.zeros(len(normals), dtype=bool), None
+        for (_, block, factor), columns in zip(self._blocks, self.groups, strict=False):
+            # one product at a time: a matrix product's last bits depend on how many rows it has
+            for k, column in enumerate(columns):
+                entries[:, block] += normals[:, column, None] * factor[:, k]
+        if self.is_tilted:
+            return possible.from_entries(entries, self.delta, self.axes)
+        return *possible.from_moments(entries, self.delta), None
+
+    def spun(self, normals: np.ndarray, omega0: float, epsilon: float, phase: float) -> tuple[np.ndarray, ...]:
+        """Spin rate, size and direction of the nudge of each draw; rates and sizes are log-normal."""
+        columns = dict(zip(self.inputs, self.groups, strict=True))
+        z = {name: normals[:, columns[name][0]] for name in SPIN if name in self.spin}
+        rate = np.full(len(normals), omega0) * self._scattered("omega0", z)
+        size = np.minimum(np.full(len(normals), epsilon) * self._scattered("epsilon", z), MOST_EPSILON)
+        turned = np.zeros(len(normals))
+        if "phase" in z:
+            turned = _whole_turn(z["phase"]) if self.spin["phase"] == ANY else self.spin["phase"] * z["phase"]
+        return rate, size, phase + turned
+
+    def _scattered(self, name: str, z: Mapping[str, np.ndarray]) -> np.ndarray | float:
+        """Factors of mean 1 and the relative standard deviation asked for, log-normal: they keep their sign."""
+        if name not in z:
+            return 1.0
+        variance = math.log1p(self.spin[name] ** 2)
+        return np.exp(math.sqrt(variance) * z[name] - variance / 2)
+
+    def middle_theory(self, axis: int) -> float:
+        """Probability that an axis is the middle one, by the normal distribution; NaN of a tensor whose axes tilt."""
+        if self.is_tilted or not self._blocks:
+            return math.nan
+        return possible.middle_probability(self.moments, self.covariance, axis)
+
+
+def _whole_turn(z: np.ndarray) -> np.ndarray:
+    from scipy.special import ndtr
+
+    return 2 * math.pi * ndtr(z)
+
+
+def relative(values: np.ndarray, shares: np.ndarray | float) -> np.ndarray:
+    """Covariance of independent entries of relative standard deviations."""
+    return np.diag((np.asarray(values, dtype=np.float64) * shares) ** 2)
+
+
+def checked_covariance(covariance: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """A covariance that is one, of entries that are known better than by 100 %.
+
+    Raises:
+        KnownError: in words.
+    """
+    size = np.abs(covariance).max(initial=0.0)
+    if (np.abs(covariance - covariance.T) > 1e-9 * size).any():
+        raise KnownError("(a matrix)", "is not symmetric", "a symmetric matrix, kg2 m4")
+    covariance = (covariance + covariance.T) / 2
+    least = float(np.linalg.eigvalsh(covariance)[0])
+    if least < -1e-9 * size or (np.diag(covariance) < 0).any():
+        raise KnownError(
+            "(a matrix)", f"is not positive: it has the eigenvalue {least:.4g}", "no variance below 0 in any direction"
+        )
+    spread = np.sqrt(np.diag(covariance))
+    # what a tensor's off-diagonal entry can be at most is half the sum of the diagonal ones beside it
+    diagonal = np.abs(values[:3])
+    for k in range(3):
+        if spread[k] >= diagonal[k]:
+            wrong = f"makes an uncertainty of {100 * spread[k] / diagonal[k]:.4g} %, entry {k + 1}"
+            raise KnownError("(a matrix)", wrong, "less than 100 % of each moment")
+    return covariance

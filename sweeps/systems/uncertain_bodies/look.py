@@ -1,0 +1,14 @@
+"""How the outlook of uncertain bodies looks."""
+
+from sweeps import colors
+from sweeps.systems.look import Look, Mark
+from sweeps.systems.rigid_body.look import LOOK as OF_RIGID_BODIES
+
+LOOK = Look(
+    marks={
+        **OF_RIGID_BODIES.marks,
+        "doubtful": Mark("doubtful", "?", colors.GREY),
+        "undecided": Mark("many draws undecided", "u", ""),
+    },
+    symbols=OF_RIGID_BODIES.symbols,
+)

@@ -1,0 +1,245 @@
+"""Draws of one body, measured by the kernels, and reduced to probabilities, quantiles and sensitivities.
+
+The draws of all bodies come from the same standard normals: a body's numbers depend on itself and the seed alone.
+"""
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from sweeps.schema.definition import Integration
+from sweeps.systems.rigid_body.variables import MOMENTS
+from sweeps.systems.uncertain_bodies import designs, possible
+from sweeps.systems.uncertain_bodies.known import Known
+
+QUANTILES = (0.01, 0.05, 0.5, 0.95, 0.99)
+FOLLOWED = 2**15  # draws of a body that are followed on to their flips, at most
+SENSITIVE = 2**13  # draws in each half of the design for sensitivities, at most
+SHARE_SENSITIVE = 4  # else the draws over that
+TILE = 2**14  # draws that one thread measures at once
+RATE_NUDGE = 0.03  # rates belong to small nudges: where a tilt makes a larger one, the rate is that of this
+STABLE, UNSTABLE = (0, 1), 2  # regimes of the kernels
+CLEAR = 0.01  # probability below which (or above its complement) the outlook is clear
+COLUMNS = ("omega_squared_reduced", "growth_rate_reduced", "frequency_reduced", "regime", "status")
+
+
+@dataclass(frozen=True)
+class Asked:
+    """How draws are made.
+
+    Attributes:
+        draws: how many, at least.
+        seed: whole, ≥ 0.
+        method: one of `designs.METHODS`.
+        turns: of the spin, within which a body flips or does not.
+    """
+
+    draws: int = 10_000
+    seed: int = 1
+    method: str = "sobol"
+    turns: float = 100.0
+
+
+@dataclass(frozen=True)
+class Spun:
+    """What is spun: about which axis, how fast, nudged how."""
+
+    axis: int
+    omega0: float
+    epsilon: float
+    phase: float
+
+
+def measured(
+    known: Known, spins: Iterable[Spun], asked: Asked, integration: Integration, threads: int = 1
+) -> list[tuple[dict[str, np.ndarray], dict[str, np.ndarray]]]:
+    """Of each spin of a body: (its variables, its draws).
+
+    Variables are floats, or arrays over `quantile` (of `QUANTILES`) or over the body's own inputs; draws are columns of
+    shape (n,): I1, I2, I3, growth_rate, frequency, regime, flip_period, max_tilt, the last two NaN where a draw was not
+    followed.
+    """
+    normals = designs.normals(asked.method, max(known.dimension, 1), asked.draws, asked.seed)
+    count, size, _ = normals.shape
+    flat = normals.reshape(count * size, -1)
+    with ThreadPoolExecutor(threads) as pool:
+        run = pool.map if threads > 1 else map
+        bodies = _bodies(known, flat, run)
+        return [_one(known, bodies, flat, (count, size), spin, asked, integration, run) for spin in spins]
+
+
+def _one(known, bodies, normals, shape, spin: Spun, asked: Asked, integration, run):
+    moments, impossible, turned = bodies
+    points = _points(known, moments, turned, normals, spin)
+    draws = _rates(points, integration, run)
+    followed = _followed(shape)
+    nonlinear = _flips({name: values[followed] for name, values in points.items()}, draws, followed, integration, run)
+    summary = _summary(shape, moments, impossible, draws, spin)
+    summary |= _flip_summary((shape[0], followed.size // shape[0]), nonlinear, points["omega0"][followed], asked)
+    summary |= _moments(known, moments, shape, spin.axis)
+    summary |= _sensitivities(known, spin, asked, integration, run)
+    summary["probability_middle_theory"] = known.middle_theory(spin.axis)
+    return summary, _kept(moments, draws, nonlinear, followed)
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Through the kernels
+
+
+def _tiled(function: Callable, run: Callable, *arrays: np.ndarray) -> list:
+    """`function` of the arrays' tiles, by as many threads as `run` has; tiles do not depend on those."""
+    return list(run(lambda low: function(*(a[low : low + TILE] for a in arrays)), range(0, len(arrays[0]), TILE)))
+
+
+def _bodies(known: Known, normals: np.ndarray, run: Callable):
+    parts = list(zip(*_tiled(known.inertia, run, normals), strict=True))
+    turned = None if parts[2][0] is None else np.concatenate(parts[2])
+    return np.concatenate(parts[0]), np.concatenate(parts[1]), turned
+
+
+def _points(known: Known, moments, turned, normals, spin: Spun) -> dict[str, np.ndarray]:
+    """Points of the kernels: a spin that starts along the body's own axis, nudged, as the draw's axes see it."""
+    rate, size, phase = known.spun(normals, spin.omega0, spin.epsilon, spin.phase)
+    if turned is not None:
+        a, b, c = spin.axis - 1, spin.axis % 3, (spin.axis + 1) % 3
+        seen = turned[:, :, a] + (size * np.cos(phase))[:, None] * turned[:, :, b]
+        seen = seen + (size * np.sin(phase))[:, None] * turned[:, :, c]
+        rate = rate * seen[:, a]
+        size = np.maximum(np.hypot(seen[:, b], seen[:, c]) / np.abs(seen[:, a]), 1e-30)
+        phase = np.arctan2(seen[:, c] / seen[:, a], seen[:, b] / seen[:, a])
+    columns = dict(zip(MOMENTS, moments.T, strict=True))
+    return columns | {"axis": np.full(len(rate), spin.axis), "omega0": rate, "epsilon": size, "phase": phase}
+
+
+def _rates(points: Mapping[str, np.ndarray], integration: Integration, run: Callable) -> dict[str, np.ndarray]:
+    from kernels import survey
+
+    settings = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
+    points = dict(points, epsilon=np.minimum(points["epsilon"], RATE_NUDGE))
+
+    def measure(*columns):
+        return survey.measured(dict(zip(points, columns, strict=True)), *settings, wanted=set(COLUMNS))
+
+    parts = _tiled(measure, run, *points.values())
+    return {name: np.concatenate([part[name] for part in parts]) for name in COLUMNS}
+
+
+def _followed(shape: tuple[int, int]) -> np.ndarray:
+    """Numbers of the draws that are followed to their flips: the first of each replicate, a power of two of them."""
+    count, size = shape
+    size_followed = min(size, 2 ** int(math.log2(max(FOLLOWED / count, 1))))
+    return (np.arange(count)[:, None] * size + np.arange(size_followed)).reshape(-1)
+
+
+def _flips(points, draws, followed, integration: Integration, run: Callable) -> dict[str, np.ndarray]:
+    """Flip period (infinite where the spin keeps its sign) and largest tilt of points, measured."""
+    from kernels import survey
+
+    spin = points["omega0"]
+    order = np.argsort(np.abs(draws["omega_squared_reduced"][followed] / spin / spin))  # of like duration together
+
+    def follow(numbers):
+        return survey.flipped({name: values[numbers] for name, values in points.items()}, integration.tolerance)
+
+    parts = list(run(lambda low: follow(order[low : low + 1024]), range(0, order.size, 1024)))
+    period, tilt, tilt_exact, period_exact = (np.empty(order.size) for _ in range(4))
+    for name, values in (("flip_period", period), ("max_tilt", tilt), ("max_tilt_exact", tilt_exact)):
+        values[order] = np.concatenate([part[name] for part in parts])
+    period_exact[order] = np.concatenate([part["flip_period_exact"] for part in parts])
+    given_up = np.isnan(tilt)  # so near the separatrix that the closed form has to stand in
+    keeps = np.where(given_up, tilt_exact <= math.pi / 2, np.isnan(period))
+    period = np.where(keeps, np.inf, np.where(np.isnan(period), period_exact, period))
+    return {"flip_period": period, "max_tilt": np.where(given_up, tilt_exact, tilt)}
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Reduced
+
+
+def _summary(shape, moments, impossible, draws, spin: Spun) -> dict:
+    a = spin.axis - 1
+    others = moments[:, [axis for axis in range(3) if axis != a]]
+    middle = (moments[:, a] > others[:, 0]) != (moments[:, a] > others[:, 1])
+    unstable = draws["regime"] == UNSTABLE
+    decided = (unstable | np.isin(draws["regime"], STABLE)) & (draws["status"] == 0)
+    found = {}
+    for name, holds in (("probability_middle", middle), ("probability_unstable", unstable)):
+        found |= _share(name, holds.reshape(shape))
+    for name, column in (("growth_rate", "growth_rate_reduced"), ("frequency", "frequency_reduced")):
+        values = np.nan_to_num(draws[column], nan=0.0).reshape(shape)
+        found |= _quantiles(f"{name}_quantile", values)
+    likely = float(found["probability_unstable"])
+    undecided = 1.0 - float(np.mean(decided))
+    return found | {
+        "impossible_naive": float(np.mean(impossible)),
+        "undecided": undecided,
+        "draws": math.prod(shape),
+        "outlook": 0 if likely < CLEAR else 2 if likely > 1 - CLEAR else 1,
+        "status": 0 if undecided < CLEAR else 1,
+    }
+
+
+def _flip_summary(shape, nonlinear, rate, asked: Asked) -> dict:
+    turns = nonlinear["flip_period"] * np.abs(rate) / (2 * math.pi)
+    found = _share("probability_flip", (turns <= asked.turns).reshape(shape))
+    for name in ("flip_period", "max_tilt"):
+        found |= _quantiles(f"{name}_quantile", nonlinear[name].reshape(shape))
+    return found | {"draws_followed": math.prod(shape)}
+
+
+def _share(name: str, holds: np.ndarray) -> dict:
+    value, error = designs.share(holds.mean(axis=1), holds.size)
+    return {name: float(value), f"{name}_error": float(error)}
+
+
+def _quantiles(name: str, values: np.ndarray) -> dict:
+    found, error = designs.quantiles(values, QUANTILES)
+    known = np.isfinite(found)  # "never" is missing
+    return {name: np.where(known, found, np.nan), f"{name}_error": np.where(known, error, np.nan)}
+
+
+def _moments(known: Known, moments, shape, axis: int) -> dict:
+    """Mean and spread of the moment about an axis, as asked for and as drawn."""
+    drawn = moments[:, axis - 1].reshape(shape)
+    middle, error = designs.mean(drawn.mean(axis=1))
+    if known.is_tilted:  # of an entry along the axis: exact where the axes do not tilt
+        direction = known.axes[axis - 1]
+        weights = np.array([(1 + (i != j)) * direction[i] * direction[j] for i, j in possible.ENTRIES])
+        asked = math.sqrt(max(float(weights @ known.covariance @ weights), 0.0))
+    else:
+        asked = math.sqrt(float(known.covariance[axis - 1, axis - 1]))
+    return {
+        "moment_mean_asked": float(known.moments[axis - 1]),
+        "moment_mean": float(middle),
+        "moment_mean_error": float(error),
+        "moment_spread_asked": asked,
+        "moment_spread": float(drawn.std()),
+    }
+
+
+def _sensitivities(known: Known, spin: Spun, asked: Asked, integration: Integration, run: Callable) -> dict:
+    """Sobol indices of the signed rate² over the body's inputs."""
+    if not known.groups:
+        return {f"sensitivity_{kind}": np.empty(0) for kind in ("first", "first_error", "total", "total_error")}
+
+    def rate2(normals):
+        moments, _, turned = _bodies(known, normals, run)
+        points = _points(known, moments, turned, normals, spin)
+        return np.nan_to_num(_rates(points, integration, run)["omega_squared_reduced"] / spin.omega0**2)
+
+    half = max(designs.LEAST, min(asked.draws // SHARE_SENSITIVE, SENSITIVE))
+    found = designs.sobol_indices(rate2, known.groups, half, asked.seed, asked.method)
+    return {f"sensitivity_{kind}": values for kind, values in found.items()}
+
+
+def _kept(moments, draws, nonlinear, followed) -> dict[str, np.ndarray]:
+    kept = dict(zip(MOMENTS, moments.T, strict=True))
+    kept |= {"growth_rate": draws["growth_rate_reduced"], "frequency": draws["frequency_reduced"]}
+    kept["regime"] = draws["regime"]
+    for name, values in nonlinear.items():
+        kept[name] = np.full(len(moments), np.nan)
+        kept[name][followed] = np.where(np.isfinite(values), values, np.nan)
+    return kept

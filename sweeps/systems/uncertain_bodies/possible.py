@@ -1,0 +1,122 @@
+r"""From Gaussian draws of a tensor of inertia to bodies that can exist, changing as little as can be.
+
+A tensor T is that of a body where its second moments :math:`\Sigma = \int x x^\mathsf{T} dm = \tfrac12\mathrm{tr}(T)\,1
+- T` are not negative: the eigenvalues :math:`J_i = (I_j + I_k - I_i)/2 \ge 0`. A Gaussian draw of T breaks that
+wherever a body is nearly flat or the uncertainty large. Such a draw keeps its principal axes, and each of its J goes
+through one function,
+
+.. math:: g(J) = J \quad (J \ge \delta), \qquad g(J) = \delta^2/(2\delta - J) \quad (J < \delta),
+
+which is smooth, rises, and is positive: J below zero becomes a body flat to a small part of δ, and every other draw
+stays as it was. δ is a hundredth of the largest standard deviation of a J.
+
+*Why this and not another.* g is one rising function for all three J, so the *order* of the moments is that of the
+Gaussian draw: the probability that an axis is the middle one is the normal distribution's, for every uncertainty, and
+the closed form stands beside it. It knows no coordinates. It rejects nothing: a Sobol sequence stays one. Log-normal
+second moments of given mean and covariance do not exist where two J are strongly anticorrelated (a 6U CubeSat at 10 %,
+the 3U from 2.3 % on); a Cholesky factor of the pseudo-inertia depends on the order of coordinates, and its mean is not
+the tensor's; leaving out what cannot exist shifts mean and spread further (the 6U at 10 %: J3 by 35 %, here by 11 %).
+What the shift is, a map says: mean and spread of the moments as they were asked for, and as drawn.
+
+Source: for second moments, Wensing, Kim, Slotine (2018), IEEE Robotics and Automation Letters 3, 60; the function g is
+ours.
+"""
+
+import itertools
+
+import numpy as np
+
+SOFT = 0.01  # δ over the largest standard deviation of a second moment
+FLOOR = 1e-12  # least δ over the sum of the second moments: what the doubles of moments can hold
+
+# Entries of a symmetric tensor in the order of a covariance: xx, yy, zz, xy, xz, yz.
+ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+PERMUTATIONS = np.array(list(itertools.permutations(range(3))))
+
+
+def second_moments(moments: np.ndarray) -> np.ndarray:
+    """J_i = (I_j + I_k − I_i)/2 of moments, along the last dimension."""
+    return moments.sum(axis=-1, keepdims=True) / 2 - moments
+
+
+def moments_of(second: np.ndarray) -> np.ndarray:
+    """I_i = J_j + J_k."""
+    return np.stack(
+        [second[..., 1] + second[..., 2], second[..., 0] + second[..., 2], second[..., 0] + second[..., 1]], -1
+    )
+
+
+def softness(covariance: np.ndarray, moments: np.ndarray) -> float:
+    """δ of a body: from the covariance of its moments, or of the six entries of its tensor, and its moments."""
+    if len(covariance) == 3:
+        rows = 0.5 - np.eye(3)
+    else:  # of entries, the variance of a second moment along each coordinate axis will do
+        rows = np.hstack([0.5 - np.eye(3), np.zeros((3, 3))])
+        covariance = covariance + np.diag([0.0, 0.0, 0.0, *np.diag(covariance)[3:]])
+    spread = float(np.sqrt(np.max(np.einsum("ij,jk,ik->i", rows, covariance, rows), initial=0.0)))
+    spread = max(spread, float(np.sqrt(np.max(np.diag(covariance)))))
+    return max(SOFT * spread, FLOOR * float(np.sum(moments)))
+
+
+def kept_possible(second: np.ndarray, delta: float) -> np.ndarray:
+    """G of second moments."""
+    low = second < delta
+    return np.where(low, delta * (delta / (2 * delta - np.where(low, second, 0.0))), second)
+
+
+def from_moments(moments: np.ndarray, delta: float) -> tuple[np.ndarray, np.ndarray]:
+    """Moments of possible bodies from Gaussian ones, shape (n, 3), and which of these were no body."""
+    second = second_moments(moments)
+    return moments_of(kept_possible(second, delta)), (second < 0).any(axis=-1)
+
+
+def from_entries(entries: np.ndarray, delta: float, axes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The same from the six entries of tensors, with the principal axes.
+
+    Args:
+        entries: shape (n, 6), in the order of `ENTRIES`.
+        delta: δ.
+        axes: the body's own principal axes as rows, by which those of a draw are numbered.
+
+    Returns:
+        Moments, shape (n, 3), numbered as the body's axes that they lie nearest to; which draws were no body; and
+        rotations, shape (n, 3, 3), that take components along the body's axes to components along the draw's.
+    """
+    tensors = np.empty((len(entries), 3, 3))
+    for column, (i, j) in enumerate(ENTRIES):
+        tensors[:, i, j] = tensors[:, j, i] = entries[:, column]
+    values, vectors = np.linalg.eigh(tensors)
+    moments, impossible = from_moments(values, delta)
+    turned = np.einsum("nji,kj->nik", vectors, axes)  # component of draw's axis i along the body's axis k
+    fits = sum(np.abs(turned[:, PERMUTATIONS[:, k], k]) for k in range(3))
+    order = PERMUTATIONS[fits.argmax(axis=1)]
+    rows = np.take_along_axis(turned, order[:, :, None], axis=1)
+    rows = rows * np.where(np.einsum("nii->ni", rows) < 0, -1.0, 1.0)[:, :, None]
+    left = np.linalg.det(rows) < 0  # an axis far off its own may have the wrong end
+    rows[left, 2] *= -1.0
+    return np.take_along_axis(moments, order, axis=1), impossible, rows
+
+
+def middle_probability(moments: np.ndarray, covariance: np.ndarray, axis: int) -> float:
+    """Probability that a moment is the middle one of three of a normal distribution: of X = I_s − I_a, Y = I_s − I_b.
+
+    P = Φ(x) + Φ(y) − 2 Φ2(x, y; ρ), x = −E[X]/σ_X, y = −E[Y]/σ_Y.
+
+    Args:
+        moments: means, shape (3,).
+        covariance: shape (3, 3).
+        axis: 1, 2 or 3.
+    """
+    from scipy.stats import multivariate_normal, norm
+
+    s, a, b = axis - 1, axis % 3, (axis + 1) % 3
+    rows = np.zeros((2, 3))
+    rows[0, [s, a]] = rows[1, [s, b]] = 1.0, -1.0
+    means, spread = rows @ moments, rows @ covariance @ rows.T
+    sigma = np.sqrt(np.diag(spread))
+    if not (sigma > 0).all():
+        return float("nan")
+    x = -means / sigma
+    rho = spread[0, 1] / sigma.prod()
+    both = multivariate_normal(cov=[[1.0, rho], [rho, 1.0]], allow_singular=True).cdf(x)
+    return float(min(max(norm.cdf(x).sum() - 2 * both, 0.0), 1.0))

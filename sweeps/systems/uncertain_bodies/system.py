@@ -1,0 +1,187 @@
+"""Bodies as they are known, drawn and measured: their definition, variables and pictures."""
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sweeps.schema.layout import Layout
+from sweeps.schema.variables import Variable
+from sweeps.systems.rigid_body.system import SYSTEM as RIGID_BODY
+from sweeps.systems.rigid_body.system import RigidBody
+from sweeps.systems.rigid_body.variables import SHAREABLE
+from sweeps.systems.system import Dynamics, Opening, Page, Reference
+from sweeps.systems.uncertain_bodies import designs, measuring
+from sweeps.systems.uncertain_bodies.definition import UncertainDefinition
+from sweeps.systems.uncertain_bodies.look import LOOK
+from sweeps.systems.uncertain_bodies.variables import COORDINATES, KEPT, LAYOUT, VARIABLES
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+WORK = 12  # how many times the work of its draws a spin takes: flips and sensitivities beside rates
+
+
+class UncertainBodies(RigidBody):
+    """Draws of rigid bodies, measured near each axis and reduced as they are made.
+
+    A point is a body and how it is spun; `bound` says which bodies those are.
+    """
+
+    name = "uncertain_bodies"
+    look = LOOK
+    kernels = ("survey",)
+    model = UncertainDefinition
+    references = "Saltelli et al. (2010), Computer Physics Communications 181, 259; Owen (1995) on scrambled nets"
+    caption = "how likely each spin of bodies that are not known exactly is unstable, and how fast it goes"
+    picture_seconds = 3.0
+
+    def __init__(self, definition: UncertainDefinition | None = None):
+        self._definition = definition
+
+    def bound(self, definition: UncertainDefinition) -> "UncertainBodies":
+        """The system that knows the definition's bodies."""
+        return UncertainBodies(definition)
+
+    def further(self, definition: UncertainDefinition) -> dict[str, np.ndarray]:
+        """Levels of the quantiles, the inputs of all bodies, and the draws where they are kept."""
+        found = {"quantile": np.array(measuring.QUANTILES), "input": np.array(_inputs(definition))}
+        if definition.keep:
+            most = max(designs.made(definition.asked(body).draws) for body in definition.bodies)
+            found["draw"] = np.arange(most, dtype=np.int32)
+        return found
+
+    def samples(self, definition: UncertainDefinition) -> int:
+        """Samples of all draws, of the body that has most of them."""
+        most = max(designs.made(definition.asked(body).draws) for body in definition.bodies)
+        return WORK * most * definition.integration.samples
+
+    def arguments(self, definition: UncertainDefinition) -> tuple[str, ...]:
+        """Names of what a point consists of."""
+        return ("body", "axis", *SHAREABLE)
+
+    def coordinates(self, definition: UncertainDefinition) -> dict[str, Variable]:
+        """Name → coordinate."""
+        return COORDINATES
+
+    def variables(self, definition: UncertainDefinition | None = None) -> dict[str, Variable]:
+        """Name → variable; the draws themselves where they are kept."""
+        return VARIABLES | KEPT if definition is not None and definition.keep else VARIABLES
+
+    def layout(self) -> Layout:
+        """What any of its maps may hold."""
+        return LAYOUT
+
+    def columns(self, points: Mapping[str, np.ndarray], integration) -> dict[str, np.ndarray]:
+        """Probabilities, quantiles and sensitivities; a body's spins share its draws."""
+        definition = self._definition
+        size, table, further = points["axis"].size, self.variables(definition), self.further(definition)
+        found = {n: _missing(v, size, tuple(further[dim].size for dim in v.over)) for n, v in table.items()}
+        spins = zip(points["body"], *(points[name] for name in ("axis", *SHAREABLE)), strict=True)
+        per_body: dict[str, list[tuple[int, measuring.Spun]]] = {}
+        for number, (name, axis, *spun) in enumerate(spins):
+            spin = measuring.Spun(int(axis), *map(float, spun))
+            per_body.setdefault(str(name), []).append((number, spin))
+        bodies = {body.name: body for body in definition.bodies}
+        for name, numbered in per_body.items():
+            known, asked = definition.known[name], definition.asked(bodies[name])
+            measured = measuring.measured(known, (spin for _, spin in numbered), asked, integration)
+            for (number, _), (summary, draws) in zip(numbered, measured, strict=True):
+                _put(found, number, summary, draws, [list(further["input"]).index(i) for i in known.inputs])
+        return found
+
+    def compile(self) -> None:
+        """The rigid body's kernels, and no others."""
+        for compilation in RIGID_BODY.compilations():
+            compilation()
+
+    def compilations(self) -> tuple[Callable[[], None], ...]:
+        """None beside the rigid body's own."""
+        return ()
+
+    def motions(self, points: Mapping[str, np.ndarray], integration) -> int:
+        """Spins of bodies; each has its draws."""
+        return points["axis"].size
+
+    def method(self, definition: UncertainDefinition) -> str:
+        """How the numbers were made."""
+        return f"draws ({definition.method}, seed {definition.seed}), each by direct integration of Euler's equations"
+
+    def reference(self) -> Reference | None:
+        """The probability of the middle axis by the normal distribution."""
+        definition = self._definition
+        if definition is None:
+            return None
+
+        def normal(point, integration) -> float:
+            return definition.known[str(point["body"])].middle_theory(int(point["axis"]))
+
+        def allowed(point, integration) -> float:
+            body = next(body for body in definition.bodies if body.name == str(point["body"]))
+            p, draws = normal(point, integration), designs.made(definition.asked(body).draws)
+            return 6 * np.sqrt(p * (1 - p) / draws) + 6 / draws  # of plain draws, which scatter more
+
+        return Reference("probability_middle", {"normal distribution": normal}, allowed)
+
+    def own_bits(self, definition: UncertainDefinition) -> str:
+        """A spin's draws are its own, wherever it stands."""
+        return ""
+
+    def opening(self, ds: "xr.Dataset") -> Opening:
+        """Bodies and axes."""
+        return Opening()
+
+    def page(self, ds: "xr.Dataset") -> Page:
+        """No part of its own."""
+        return Page(question="How likely is a spin unstable, and how fast would it go?")
+
+    def reading(self, values: Mapping) -> str:
+        """Its own."""
+        return self.name
+
+    def told(self, definition: UncertainDefinition) -> list[tuple[str, str]]:
+        """How the bodies are drawn, beside what is said of rigid bodies."""
+        made = sorted({designs.made(definition.asked(body).draws) for body in definition.bodies})
+        counts = f"{made[0]:,}" if len(made) == 1 else f"{made[0]:,} to {made[-1]:,}"
+        line = (
+            f"{counts} draws a body ({definition.method}, seed {definition.seed}) over {', '.join(_inputs(definition))}"
+        )
+        return [("draws", line), *super().told(definition)]
+
+    def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
+        """Probabilities and quantiles of the bodies, and which input matters."""
+        from sweeps.systems.uncertain_bodies import figure_outlook
+
+        return {"outlook": lambda: figure_outlook.draw(ds)}
+
+    def animations(self, ds: "xr.Dataset") -> dict:
+        """None."""
+        return {}
+
+    motion = Dynamics.motion
+
+
+def _inputs(definition: UncertainDefinition) -> tuple[str, ...]:
+    """Inputs of all bodies, each once, in the order of the first body that has it."""
+    names = dict.fromkeys(name for known in definition.known.values() for name in known.inputs)
+    return tuple(names) or ("(none)",)
+
+
+def _missing(variable: Variable, size: int, own: tuple[int, ...]) -> np.ndarray:
+    missing = np.nan if variable.missing_is_nan else variable.first_flag
+    return np.full((size, *own), missing, dtype=variable.dtype)
+
+
+def _put(found: dict[str, np.ndarray], number: int, summary: Mapping, draws: Mapping, inputs: list[int]) -> None:
+    for name, values in summary.items():
+        if name.startswith("sensitivity"):
+            found[name][number, inputs] = values
+        else:
+            found[name][number] = values
+    for name, values in draws.items():
+        if f"{name}_draw" in found:
+            found[f"{name}_draw"][number, : len(values)] = values
+
+
+SYSTEM = UncertainBodies()

@@ -1,0 +1,328 @@
+"""Bodies as they are known: the draws against the normal distribution, Sobol indices, and the answers people get."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal, norm
+
+import sweeps
+from kernels import exact
+from sweeps.__main__ import main
+from sweeps.points.loading import read
+from sweeps.schema.definition import Integration
+from sweeps.schema.refusals import DefinitionError
+from sweeps.systems.uncertain_bodies import designs, measuring, possible
+from sweeps.systems.uncertain_bodies.known import Known, relative
+
+BOXES = {"1U": (10, 10, 11.35), "3U": (10, 10, 34.05), "6U": (10, 22.63, 34.05), "12U": (22.63, 22.63, 34.05)}  # cm
+SHARES = (0.01, 0.02, 0.05, 0.10)
+# Probability that the greatest moment is the middle one, by two million plain draws, to their digits.
+PUBLISHED = {
+    "1U": (0.50, 0.50, 0.476, 0.392),
+    "3U": (0.50, 0.50, 0.50, 0.50),
+    "6U": (0.0, 0.0, 4e-5, 0.0245),
+    "12U": (0.50, 0.50, 0.50, 0.4995),
+}
+DIGITS = {"1U": 6e-4, "3U": 6e-4, "6U": 6e-5, "12U": 6e-5}
+TENSOR = np.array([[2.0, -0.5, 0.0], [-0.5, 2.0, 0.1], [0.0, 0.1, 3.0]])
+SIX = np.array([TENSOR[i, j] for i, j in possible.ENTRIES])
+
+
+def box(name):
+    a, b, c = BOXES[name]
+    moments = np.sort([b * b + c * c, a * a + c * c, a * a + b * b])
+    return moments / moments[2]
+
+
+def of_moments(moments, shares, **spin):
+    moments = np.array(moments, dtype=float)
+    return Known(moments, np.eye(3), moments, relative(moments, shares), spin)
+
+
+def of_tensor(covariance, **spin):
+    values, vectors = np.linalg.eigh(TENSOR)
+    rows = vectors.T.copy()
+    rows[2] = np.cross(rows[0], rows[1])
+    return Known(values, rows, SIX, covariance, spin)
+
+
+def drawn(known, draws, seed=1, method="sobol"):
+    normals = designs.normals(method, known.dimension, draws, seed)
+    return normals.shape[:2], known.inertia(normals.reshape(-1, known.dimension))
+
+
+def middle(moments, axis):
+    others = np.delete(moments, axis - 1, axis=1)
+    return (moments[:, axis - 1] > others[:, 0]) != (moments[:, axis - 1] > others[:, 1])
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Draws
+
+
+@pytest.mark.parametrize("name", BOXES)
+def test_the_middle_axis_of_cubesats_is_as_likely_as_the_normal_distribution_says(name):
+    for share, published in zip(SHARES, PUBLISHED[name], strict=True):
+        known = of_moments(box(name), share)
+        theory = [known.middle_theory(axis) for axis in (1, 2, 3)]
+        assert theory[2] == pytest.approx(published, abs=DIGITS[name])
+        assert sum(theory) == pytest.approx(1.0, abs=1e-9)
+        shape, (moments, _, _) = drawn(known, 10_000)
+        for axis in (1, 2, 3):
+            value, error = designs.share(middle(moments, axis).reshape(shape).mean(axis=1), len(moments))
+            assert abs(value - theory[axis - 1]) <= 4 * error
+
+
+def test_the_error_of_sobol_draws_falls_faster_than_that_of_plain_ones():
+    known, errors = of_moments(box("6U"), 0.1), []
+    sizes = 2 ** np.arange(7, 13, 2) * 16
+    for size in sizes:
+        misses = []
+        for seed in range(8):
+            shape, (moments, _, _) = drawn(known, int(size), seed)
+            value, error = designs.share(middle(moments, 3).reshape(shape).mean(axis=1), len(moments))
+            misses.append(value - known.middle_theory(3))
+            assert abs(misses[-1]) <= 5 * error
+        errors.append(math.sqrt(np.mean(np.square(misses))))
+    slope = np.polyfit(np.log(sizes), np.log(errors), 1)[0]
+    assert slope < -0.6  # plain draws: -0.5; an indicator of three variables: about -2/3 and below
+
+
+@pytest.mark.parametrize("method", designs.METHODS)
+def test_standard_errors_are_those_of_other_seeds(method):
+    known, found = of_moments(box("1U"), 0.1), []
+    for seed in range(40):
+        shape, (moments, _, _) = drawn(known, 512, seed, method)
+        found.append(designs.mean(middle(moments, 3).reshape(shape).mean(axis=1)))
+    values, errors = np.array(found).T
+    z = (values - known.middle_theory(3)) / errors
+    assert 0.7 < math.sqrt(np.mean(z**2)) < 1.4  # 40 seeds: 1 +- 0.11, and Student's distribution of 15 degrees
+
+
+def test_what_is_drawn_is_a_body_and_every_other_draw_stays_as_it_was():
+    for moments, share in (((1.0, 1.0, 2.0), 0.1), ((0.159, 1.0, 1.0), 0.3), ((1e-9, 1.0, 1.0), 0.9)):
+        known = of_moments(moments, share)
+        normals = designs.normals("sobol", 3, 4096, 3).reshape(-1, 3)
+        plain = np.array(moments) * (1 + share * normals)
+        found, impossible, _ = known.inertia(normals)
+        second = possible.second_moments(plain)
+        assert (impossible == (second < 0).any(axis=1)).all()
+        assert impossible.mean() > 0.02
+        assert (found > 0).all()
+        assert (found.sum(axis=1) - 2 * found.max(axis=1) >= 0).all()
+        untouched = (second >= known.delta).all(axis=1)
+        assert np.allclose(found[untouched], plain[untouched], rtol=1e-14)
+        distinct = np.abs(np.diff(np.sort(plain), axis=1)).min(axis=1) > 1e-9
+        assert (np.argsort(found) == np.argsort(plain))[distinct & (second > -1e3).all(axis=1)].all()
+
+
+def test_moments_of_the_draws_are_those_asked_for():
+    moments = np.array([1.0, 1.3, 1.6])
+    covariance = 1e-4 * np.array([[4.0, 1.0, -2.0], [1.0, 9.0, 3.0], [-2.0, 3.0, 16.0]])
+    known = Known(moments, np.eye(3), moments, covariance, {})
+    assert known.inputs == ("I1+I2+I3",)
+    _, (found, impossible, _) = drawn(known, 2**14)
+    assert not impossible.any()
+    assert np.allclose(found.mean(axis=0), moments, rtol=1e-5)
+    assert np.allclose(np.cov(found.T), covariance, rtol=0.02, atol=2e-6)
+    normal = multivariate_normal(moments, covariance)
+    plain = normal.rvs(2**14, random_state=5)
+    for level in (0.05, 0.5, 0.95):  # 2^14 plain draws know a quantile to 0.02 standard deviations
+        apart = np.quantile(found, level, axis=0) - np.quantile(plain, level, axis=0)
+        assert (np.abs(apart) < 0.06 * np.sqrt(np.diag(covariance))).all()
+
+
+def test_the_bias_of_a_nearly_flat_body_is_that_of_a_normal_variable_kept_above_zero():
+    moments = box("6U")
+    known = of_moments(moments, 0.1)
+    second = possible.second_moments(moments)
+    sigma = 0.05 * math.sqrt(np.sum(moments**2))
+    z = second[2] / sigma
+    kept = second[2] * norm.cdf(z) + sigma * norm.pdf(z)  # mean of max(J3, 0)
+    _, (found, impossible, _) = drawn(known, 2**15)
+    assert impossible.mean() == pytest.approx(norm.cdf(-z), abs=1e-3)
+    # g leaves a small part of δ where the maximum has 0
+    assert possible.second_moments(found).mean(axis=0)[2] == pytest.approx(kept, abs=0.3 * known.delta)
+    assert kept / second[2] - 1 == pytest.approx(0.11, abs=0.01)  # as the module says
+    rejected = second[2] + sigma * norm.pdf(z) / norm.cdf(z)
+    assert rejected / second[2] - 1 == pytest.approx(0.35, abs=0.01)
+
+
+def test_a_drawn_tensor_turns_the_axes_and_the_spin_starts_where_it_was():
+    known = of_tensor(np.diag([0.1, 0.1, 0.1, 0.08, 0.08, 0.08]) ** 2)
+    normals = designs.normals("sobol", 6, 1024, 1).reshape(-1, 6)
+    moments, impossible, turned = known.inertia(normals)
+    assert not impossible.any()
+    start = np.array([1e-3 * math.cos(0.6), 1e-3 * math.sin(0.6)])
+    spin = measuring.Spun(2, 3.0, 1e-3, 0.6)
+    points = measuring._points(known, moments, turned, normals, spin)
+    omega = 3.0 * (known.axes[1] + start[0] * known.axes[2] + start[1] * known.axes[0])
+    drawn_entries = SIX + normals * 0.1 * np.array([1, 1, 1, 0.8, 0.8, 0.8])
+    tensors = np.empty((len(normals), 3, 3))
+    for k, (i, j) in enumerate(possible.ENTRIES):
+        tensors[:, i, j] = tensors[:, j, i] = drawn_entries[:, k]
+    momentum = tensors @ omega
+    a, b, c = points["omega0"], *(points["omega0"] * points["epsilon"] * f(points["phase"]) for f in (np.cos, np.sin))
+    seen = np.stack([c, a, b], axis=1)  # about axis 2: (a, b, c) are the axes 2, 3, 1
+    assert np.allclose((moments * seen * seen).sum(axis=1), momentum @ omega, rtol=1e-12)  # twice the energy
+    assert np.allclose(((moments * seen) ** 2).sum(axis=1), (momentum**2).sum(axis=1), rtol=1e-12)
+    assert np.allclose(np.linalg.det(turned), 1.0)
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Sobol indices
+
+
+def test_sobol_indices_of_ishigamis_function():
+    def ishigami(z):
+        x = math.pi * (2 * norm.cdf(z) - 1)
+        return np.sin(x[:, 0]) + 7 * np.sin(x[:, 1]) ** 2 + 0.1 * x[:, 2] ** 4 * np.sin(x[:, 0])
+
+    # Ishigami and Homma (1990), a = 7, b = 0.1
+    first, total = [0.313905, 0.442411, 0.0], [0.557589, 0.442411, 0.243684]
+    groups, z = ((0,), (1,), (2,)), []
+    for seed in range(8):
+        found = designs.sobol_indices(ishigami, groups, 4096, seed)
+        z += [(found["first"] - first) / found["first_error"], (found["total"] - total) / found["total_error"]]
+    assert np.abs(z).max() < 4
+    assert 0.6 < math.sqrt(np.mean(np.square(z))) < 1.5
+
+
+def test_inputs_that_depend_on_each_other_count_as_one():
+    found = designs.sobol_indices(lambda z: z[:, 0] + z[:, 1] + 2 * z[:, 2], ((0, 1), (2,)), 1024, 1)
+    assert found["first"] == pytest.approx([1 / 3, 2 / 3], abs=0.05)
+    assert found["total"] == pytest.approx([1 / 3, 2 / 3], abs=0.05)
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Measured
+
+
+@pytest.fixture(scope="module")
+def measured():
+    """The 6U CubeSat at 10 %, about its axes 2 and 3."""
+    known = of_moments(box("6U"), 0.1, phase="any")
+    spins = [measuring.Spun(axis, -2.0, 1e-3, 0.6) for axis in (2, 3)]
+    asked = measuring.Asked(draws=1024, seed=5)
+    return known, asked, spins, measuring.measured(known, spins, asked, Integration())
+
+
+def test_measured_probabilities_are_the_normal_distributions(measured):
+    known, _, spins, found = measured
+    for spin, (summary, draws) in zip(spins, found, strict=True):
+        theory = known.middle_theory(spin.axis)
+        assert summary["probability_middle_theory"] == theory
+        for name in ("probability_middle", "probability_unstable"):
+            assert abs(summary[name] - theory) <= 4 * summary[f"{name}_error"]
+        assert summary["undecided"] < 0.01
+        moments = np.stack([draws[name] for name in ("I1", "I2", "I3")], axis=1)
+        assert (middle(moments, spin.axis) == (draws["regime"] == measuring.UNSTABLE)).mean() > 0.999
+
+
+def test_quantiles_are_those_of_the_draws(measured):
+    _, _, _, found = measured
+    for summary, draws in found:
+        rate = np.sort(np.nan_to_num(draws["growth_rate"]))
+        for level, value in zip(measuring.QUANTILES, summary["growth_rate_quantile"], strict=True):
+            assert (rate < value).mean() < level <= (rate <= value).mean()
+        flips = np.sort(np.where(np.isnan(draws["flip_period"]), np.inf, draws["flip_period"]))
+        expected = flips[math.ceil(0.5 * flips.size) - 1]
+        assert summary["flip_period_quantile"][2] == expected or not np.isfinite(expected)
+
+
+def test_flips_of_draws_are_the_closed_forms(measured):
+    known, asked, _, found = measured
+    draws = found[0][1]
+    normals = designs.normals(asked.method, known.dimension, asked.draws, asked.seed).reshape(-1, known.dimension)
+    phase = 0.6 + 2 * math.pi * norm.cdf(normals[:, 3])
+    start = -2.0 * np.stack([1e-3 * np.sin(phase), np.ones_like(phase), 1e-3 * np.cos(phase)], axis=1)
+    flipping = np.flatnonzero(np.isfinite(draws["flip_period"]))
+    assert len(flipping) > 0.9 * len(phase)
+    for k in flipping[:50]:
+        period = exact.flip_period(*(float(draws[f"I{i}"][k]) for i in (1, 2, 3)), *start[k].tolist())
+        assert draws["flip_period"][k] == pytest.approx(period, rel=1e-8)
+
+
+def test_threads_and_neighbours_change_no_bit(measured):
+    known, asked, spins, found = measured
+    alone = measuring.measured(known, spins[1:], asked, Integration(), threads=3)[0][0]
+    for name, value in found[1][0].items():
+        assert np.asarray(value).tobytes() == np.asarray(alone[name]).tobytes(), name
+
+
+def test_a_draw_whose_axes_lie_far_off_is_followed_from_there():
+    known = of_tensor(np.diag([0.0, 0.0, 0.0, 0.5, 0.5, 0.5]) ** 2)
+    ((summary, draws),) = measuring.measured(
+        known, [measuring.Spun(1, 1.0, 1e-6, 0.6)], measuring.Asked(128), Integration()
+    )
+    assert known.inputs == ("Ixy", "Ixz", "Iyz")
+    assert np.isfinite(draws["max_tilt"]).all()
+    assert summary["max_tilt_quantile"][2] > 0.1  # rad: the nudge alone would keep it at 1e-6
+    assert math.isnan(summary["probability_middle_theory"])
+
+
+# ---------------------------------------------------------------------------------------------------------
+# What people ask
+
+
+def test_uncertainty_from_python_is_the_map_of_its_definition():
+    ds = sweeps.uncertainty(box("6U"), "10 %", omega0=0.1, draws=64, axes=[3])
+    assert ds.sizes == {"body": 1, "axis": 1, "epsilon": 1, "phase": 1, "quantile": 5, "input": 3}
+    one = ds.squeeze()
+    assert abs(one["probability_unstable"] - 0.0245) <= 4 * one["probability_unstable_error"]
+    assert one["sensitivity_total"].sel(input="I1") < one["sensitivity_total"].sel(input="I3")
+    assert one.attrs["system"] == "uncertain_bodies"
+    assert int(one["draws"]) == 64
+
+
+def test_body_answers_in_numbers_words_and_a_picture(tmp_path, capsys):
+    call = ["body", "--tensor", *map(str, TENSOR.ravel()), "--uncertainty", "5%", "--draws", "64", "--seed", "1"]
+    assert main([*call, "--json"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert [axis["axis"] for axis in said["axes"]] == [1, 2, 3]
+    assert said["axes"][1]["probability_unstable"] > 0.9
+    assert len(said["axes"][1]["growth_rate_quantile"]) == len(said["quantile"]) == 5
+    assert said["input"] == ["Ixx", "Iyy", "Izz", "Ixy", "Iyz"]
+    assert said["draws"] == 64
+    picture = tmp_path / "cloud.png"
+    assert main([*call, "--omega0", "0.1", "--axis", "2", "--picture", str(picture)]) == 0
+    out = capsys.readouterr().out
+    assert "axis 2  unstable with probability" in out
+    assert "matters most" in out
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+BODY = {"name": "A", "I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"uncertainty": "100 %"}, "uncertainty: '100 %' is 100 %; allowed: a share from 0 to below 1"),
+        ({"uncertainty": 5}, "uncertainty: 5 is 500 %"),
+        ({"uncertainty": "many"}, "is text, not a number"),
+        ({"uncertainty": -0.1}, "is negative"),
+        (
+            {"uncertainty": {"moment": "5 %"}},
+            "uncertainty.moment: '5 %' is under an unknown key (did you mean moments?)",
+        ),
+        ({"uncertainty": {"covariance": np.diag([1, -1, 1]).tolist()}}, "is not positive"),
+        ({"uncertainty": {"covariance": [[1, 0.5, 0], [0, 1, 0], [0, 0, 1]]}}, "is not symmetric"),
+        ({"uncertainty": {"covariance": np.diag([1.1, 0, 0]).tolist()}}, "uncertainty of 104.9 %, entry 1"),
+        ({"uncertainty": {"tensor": "5 %"}}, "of a body without a tensor"),
+        ({"uncertainty": "5 %", "draws": 10}, "draws: 10 is out of range"),
+        ({"uncertainty": "5 %", "seed": -1}, "seed: -1 is out of range"),
+        ({"uncertainty": "5 %", "method": "halton"}, "method: 'halton' is not available"),
+        ({"uncertainty": "5 %", "bodies": [BODY | {"I3": 3.5}]}, "are no body's moments"),
+        (
+            {"bodies": [BODY | {"uncertainty": "5 %"}, BODY | {"name": "B"}]},
+            "bodies[1].uncertainty: (nothing) is missing",
+        ),
+    ],
+)
+def test_what_is_wrong_is_said(changed, said):
+    with pytest.raises(DefinitionError) as refused:
+        read({"bodies": [BODY]} | changed)
+    assert said in str(refused.value)
