@@ -19,7 +19,8 @@ go. X is a share of the moments, or of the tensor's entries where that is given 
 "{moments: [5 %, 2 %, 1 %], omega0: 10 %, phase: any}".
 
 The moments of a tensor or a mesh come out ascending, with their principal axes in the coordinates of the tensor or
-the mesh. Off-diagonal entries of a tensor are minus the products of inertia.
+the mesh. Off-diagonal entries of a tensor are minus the products of inertia. --json says all in SI units, angles
+(max_tilt) in rad, as maps do.
 """
 
 

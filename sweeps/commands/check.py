@@ -15,12 +15,15 @@ def add(commands) -> None:
 
 def _run(args):
     from sweeps.points import catalogue
+    from sweeps.run import waiting
 
     if args.list:
         titles = catalogue.titles()
         print(json.dumps(titles, indent=1) if args.json else "\n".join(f"{n:16s} {t}" for n, t in titles.items()))
         return
-    planned = catalogue.plan(catalogue.resolve(args.definition or catalogue.DEFAULT), anywhere=True)
+    path = catalogue.resolve(args.definition or catalogue.DEFAULT)
+    with waiting.said(f"{path}: deriving its equations and looking at its points"):
+        planned = catalogue.plan(path, anywhere=True)
     if args.json:
         print(json.dumps(_facts(planned), indent=1))
     else:

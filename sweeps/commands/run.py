@@ -19,10 +19,13 @@ def add(commands) -> None:
 
 def _run(args):
     from sweeps.points import catalogue
+    from sweeps.run import waiting
 
     if args.cores is not None and args.cores < 1:
         raise DefinitionError(f"--cores: {args.cores} is out of range; allowed: 1 or more")
-    planned = catalogue.plan(catalogue.resolve(args.definition or catalogue.DEFAULT))
+    path = catalogue.resolve(args.definition or catalogue.DEFAULT)
+    with waiting.said(f"{path}: deriving its equations and looking at its points"):
+        planned = catalogue.plan(path)
 
     from sweeps.run import pipeline
 

@@ -26,6 +26,7 @@ import mpmath
 import numpy as np
 import sympy as sp
 
+from sweeps.mechanics import modes
 from sweeps.mechanics.description import DescriptionError, System
 
 SHORT = 400  # operations: longer expressions are not expanded,
@@ -373,7 +374,7 @@ def check_positive(equations: Equations) -> None:
         where = ", ".join(f"{x} = {y:.4g}" for x, y in zip(equations.q, place, strict=True))
         if not np.isfinite(numbers).all() or np.abs(numbers.imag).max() > 0:
             raise DescriptionError(f"T: a_ij is complex or infinite at {where}; allowed: real, finite a_ij")
-        if np.linalg.eigvalsh(numbers.real).min() <= 0:
+        if not modes.positive(numbers.real[None])[0]:
             raise DescriptionError(f"T: a_ij is not positive at {where}: {numbers.real.tolist()}; allowed: positive T")
 
 

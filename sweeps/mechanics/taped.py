@@ -11,6 +11,7 @@ from sweeps.mechanics.taylor import Code
 
 MOST_WRITTEN = 120  # nodes that move: more of them are read from a tape
 MODULE_SECONDS, KERNEL_SECONDS = 2.0, 10.0
+SAMPLES_TIMES_NODES = 10_000_000
 
 TEXT = '''"""{title}: a tape of Taylor steps, and of the energy above the equilibrium."""
 
@@ -55,6 +56,11 @@ class TapedCode(Code):
         """Of the module, and of the kernel that reads the tape where no other system's has compiled it, s, about."""
         known = any(cache_folder().rglob("taylor_tapes.advance*.nbi"))
         return MODULE_SECONDS + (0.0 if known else KERNEL_SECONDS)
+
+    @property
+    def samples_per_second(self) -> int:
+        """Samples of runs, of three motions each, that one core makes in a second, about."""
+        return SAMPLES_TIMES_NODES // len(self.graph.nodes)
 
     def _text(self):
         functions, g = self.graph.functions, self.graph

@@ -46,6 +46,7 @@ COORDINATES, STATES, ROWS = {n}, {states}, {rows}
 '''
 
 COMPILE_SECONDS, COMPILE_SECONDS_PER_CHARACTER = 0.5, 1.8e-4
+SAMPLES_TIMES_CHARACTERS = 1e11
 
 
 class Code:
@@ -78,6 +79,11 @@ class Code:
     def compile_seconds(self) -> float:
         """What its module takes to be compiled on a core of 2024, s, about."""
         return COMPILE_SECONDS + COMPILE_SECONDS_PER_CHARACTER * len(self.text)
+
+    @property
+    def samples_per_second(self) -> int:
+        """Samples of runs, of three motions each, that one core makes in a second, about."""
+        return int(SAMPLES_TIMES_CHARACTERS / len(self.text))
 
     @cached_property
     def digest(self) -> str:

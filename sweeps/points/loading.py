@@ -95,9 +95,9 @@ def _text_and_values(source: Any) -> tuple[str | None, dict]:
 
 def _validated(text: str | None, values: dict, name: str, folder: str) -> Sweep:
     # Another system has other keys in its grid: to list them as unknown would mislead.
-    system = _system(values.get("system", DEFAULT_SYSTEM))
+    system = _system(values.get("system", DEFAULT_SYSTEM), folder)
     if (reads := system.reading(values)) != system.name:
-        system, values = _system(reads), {**values, "system": reads}
+        system, values = _system(reads, folder), {**values, "system": reads}
     model = system.model
     try:
         definition = model.model_validate({"title": name, **values}, context={"folder": folder})
@@ -111,8 +111,10 @@ def _from_text(text: str, name: str, folder: str) -> Definition:
     return _validated(text, plain(read_text(text)), name, folder).definition
 
 
-def _system(name: Any) -> systems.Dynamics:
-    if not systems.is_file(name) and (not isinstance(name, str) or name not in systems.names()):
+def _system(name: Any, folder: str) -> systems.Dynamics:
+    if systems.is_file(name):
+        return systems.resolve(name, folder)
+    if not isinstance(name, str) or name not in systems.names():
         wrong = "is not available" + hint(name, systems.names())
         raise UnreadableError(("system",), display(name), wrong, ", ".join(systems.names()) + ", or path/to/file.py")
     return systems.resolve(name)

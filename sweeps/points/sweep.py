@@ -55,5 +55,5 @@ class Sweep:
 
 def of(definition: Definition, system: systems.Dynamics | None = None) -> Sweep:
     """The sweep of a definition and its system, which is looked up where it is left out."""
-    system = (system or systems.resolve(definition.system)).bound(definition)
+    system = (system or systems.resolve(definition.system, definition.folder)).bound(definition)
     return Sweep(definition, system, Grid(definition, system), system.variables(definition))

@@ -65,7 +65,10 @@ class Definition(Strict):
     title: Annotated[str, line_of_text(200)] = Field(
         description="what people read above maps and figures: one line of text; left out, the sweep's name"
     )
-    system: str = Field(DEFAULT_SYSTEM, description="the equations of motion: a system's name, or a .py file")
+    system: str = Field(
+        DEFAULT_SYSTEM,
+        description="the equations of motion: a system's name, or a .py file's path from this file's folder",
+    )
     grid: Strict = Field(description="what is varied")
     integration: Integration = Field(
         Integration(),
@@ -93,6 +96,11 @@ class Definition(Strict):
     def text(self) -> str:
         """The YAML as run: the file's own text, or the mapping written as YAML."""
         return self._text
+
+    @property
+    def folder(self) -> str:
+        """Where paths in it start: its file's folder."""
+        return self._folder
 
     @property
     def inputs(self) -> str:

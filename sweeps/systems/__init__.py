@@ -55,8 +55,12 @@ def is_file(name: object) -> bool:
 
 
 @cache
-def resolve(name: str) -> Dynamics:
-    """The system of a name, or of the Python file of that path (relative to where the program runs), which is run.
+def resolve(name: str, folder: str = "") -> Dynamics:
+    """The system of a name, or of the Python file of that path, which is run.
+
+    Args:
+        name: what a definition's `system` says.
+        folder: where a file's path starts, the definition's folder; left out, where the program runs.
 
     Raises:
         KeyError: for a name that is no system's.
@@ -68,8 +72,8 @@ def resolve(name: str) -> Dynamics:
     if is_file(name):
         from sweeps.mechanics.flow import is_flow
 
-        found = oscillator.of_file(name)
-        return relative.of_file(name) if is_flow(found.description) else found
+        found = oscillator.of_file(name, folder)
+        return relative.of_file(name, folder) if is_flow(found.description) else found
     if name not in names():
         raise KeyError(name)
     if name in relative.shipped():

@@ -81,6 +81,37 @@ def test_a_file_is_a_system(spring):
     assert ds.attrs["kernel_fingerprint"] == systems.resolve(spring).fingerprint()
 
 
+def test_a_files_path_counts_from_the_definitions_folder(tmp_path, spring, monkeypatch):
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "mine.yaml").write_text("system: spring.py\ngrid: {stiffness: 2.0}\n")
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    sweep = read("../mine.yaml")
+    assert sweep.definition.system == "spring.py"
+    for same in (sweep, pickle.loads(pickle.dumps(sweep))):
+        assert same.system.description.title == "Mass on a spring"
+    assert pickle.loads(pickle.dumps(sweep.system)).source == sweep.system.source
+    (tmp_path / "mine.yaml").write_text("system: nowhere.py\n")
+    with pytest.raises(DefinitionError, match=r"nowhere\.py: cannot be read .* from the definition's folder"):
+        read("../mine.yaml")
+
+
+def test_a_crowded_point_among_others_is_its_status_and_no_end_of_the_sweep(tmp_path):
+    name = described(tmp_path, SPRING.format(V="x**4 / 4 - k * x**2 / 2"))  # three where k > 0, and room for one
+    sweep = read(small(name, stiffness=[-1.0, 0.5]))
+    found = sweep.system.mechanism.theory(
+        {
+            "mass": np.ones(2),
+            "stiffness": np.array([-1.0, 0.5]),
+            "equilibrium": np.zeros(2, int),
+            "mode": np.ones(2, int),
+        }
+    )
+    assert found["crowded"].tolist() == [False, True]
+    assert found["omega_squared"][0] == pytest.approx(1.0)
+    with pytest.raises(DefinitionError, match=r"there are 3, at mass=1, stiffness=0\.5; allowed: at most 1"):
+        read(small(name, stiffness=0.5))
+
+
 def test_fingerprint_changes_with_the_description(tmp_path):
     prints = []
     for V in ("k * x**2 / 2", "k * x**2"):

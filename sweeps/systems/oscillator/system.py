@@ -47,17 +47,17 @@ class Oscillator(Dynamics):
         name: what a definition's `system` says.
         load: makes the description.
         source: the description's text, for the fingerprint.
+        folder: where the path of a description's file starts.
     """
 
-    samples_per_second = 12_000_000  # of two or three motions each
     point_seconds = 4e-5  # 1e-5 to 1e-4, by how hard its equilibria are to enclose
     start_seconds = 5.5  # its equations are derived
     picture_seconds = 2.5
     look = LOOK
     kernels = ("oscillations", "enclosures", "taylor_tapes")
 
-    def __init__(self, name: str, load: "Callable[[], mechanics.System]", source: bytes):
-        self.name = name
+    def __init__(self, name: str, load: "Callable[[], mechanics.System]", source: bytes, folder: str = ""):
+        self.name, self.folder = name, folder
         self._load = load
         self.source = source
         self._lock = threading.RLock()
@@ -84,6 +84,11 @@ class Oscillator(Dynamics):
                 return Model(self.description)
             except DescriptionError as error:
                 raise DescriptionError(f"{self.name}: {error}") from None
+
+    @property
+    def samples_per_second(self) -> int:
+        """By how long its generated code is."""
+        return self._code().samples_per_second
 
     @property
     def compile_seconds(self) -> float:
@@ -163,7 +168,8 @@ class Oscillator(Dynamics):
         """Derives the equations, and looks for equilibria at some points of the grid.
 
         Raises:
-            DescriptionError: for what is wrong with the description, and where no point has an equilibrium.
+            DescriptionError: for what is wrong with the description, and where no point has an equilibrium, or every
+                one more than there is room for.
         """
         from sweeps.mechanics import DescriptionError
         from sweeps.mechanics.equilibria import refuse_crowded
@@ -176,7 +182,8 @@ class Oscillator(Dynamics):
             self._code()  # what cannot be integrated is refused here
             values = [columns[name] for name in self.description.parameters]
             found = self.mechanism.equilibria(values)
-            refuse_crowded(self.mechanism.landscape, found, values)
+            if found.crowded.all():  # some of many are their status
+                refuse_crowded(self.mechanism.landscape, found, values)
         except DescriptionError as error:
             raise DescriptionError(f"{self.name}: {error}") from None
         if found.flat.all():
@@ -243,7 +250,7 @@ class Oscillator(Dynamics):
         }
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return (of_file if self.name.endswith(".py") else of_library), (self.name,)
+        return (of_file, (self.name, self.folder)) if self.name.endswith(".py") else (of_library, (self.name,))
 
 
 def compile_shared() -> None:
@@ -274,22 +281,27 @@ def of_library(name: str) -> Oscillator:
 
 
 @cache
-def of_file(name: str) -> Oscillator:
+def of_file(name: str, folder: str = "") -> Oscillator:
     """The system that a Python file describes; the file is run, as the person who names it means it to be.
+
+    Args:
+        name: the file's path, as the definition says it.
+        folder: where that starts, the definition's own; left out, where the program runs.
 
     Raises:
         DescriptionError: if the file cannot be read or run, or makes no `system`.
     """
     from sweeps.mechanics import DescriptionError
 
-    path = Path(name)
+    path = Path(folder, name)
     try:
         source = path.read_bytes()
     except (OSError, ValueError) as error:  # ValueError: no path can hold such a character
         reason = getattr(error, "strerror", None) or str(error)
         shown = name if len(name) <= 300 else f"…{name[-100:]}"
-        raise DescriptionError(f"system: {shown}: cannot be read ({reason}); allowed: a Python file") from None
-    return Oscillator(name, lambda: _run(path), source)
+        allowed = f"a Python file, its path from the definition's folder ({folder or '.'})"
+        raise DescriptionError(f"system: {shown}: cannot be read ({reason}); allowed: {allowed}") from None
+    return Oscillator(name, lambda: _run(path), source, folder)
 
 
 def unread(name: str) -> Oscillator:

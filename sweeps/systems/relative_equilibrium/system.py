@@ -197,7 +197,7 @@ class RelativeEquilibrium(oscillator.Oscillator):
         }
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return (of_file if self.name.endswith(".py") else of_library), (self.name,)
+        return (of_file, (self.name, self.folder)) if self.name.endswith(".py") else (of_library, (self.name,))
 
 
 def compile_shared() -> None:
@@ -219,14 +219,14 @@ def of_library(name: str) -> RelativeEquilibrium:
 
 
 @cache
-def of_file(name: str) -> RelativeEquilibrium:
-    """The system that a Python file describes; the file is run.
+def of_file(name: str, folder: str = "") -> RelativeEquilibrium:
+    """The system that a Python file describes, its path from a folder; the file is run.
 
     Raises:
         DescriptionError: if the file cannot be read or run, or makes no `system`.
     """
-    found = oscillator.of_file(name)
-    return RelativeEquilibrium(name, lambda: found.description, found.source)
+    found = oscillator.of_file(name, folder)
+    return RelativeEquilibrium(name, lambda: found.description, found.source, folder)
 
 
 def holds(ds: "xr.Dataset") -> bool:

@@ -67,13 +67,14 @@ def setting(body: Body, asked: Mapping[str, object]) -> dict[str, float]:
 
 
 def facts(body: Body, spun: Mapping[str, float]) -> dict:
-    """The answer for machines."""
+    """The answer for machines: SI units, angles in rad."""
     said = {"name": body.name, "moments": body.moments, "moments_are_ratios": body.ratios is not None, **spun}
     if body.principal is not None:
         said |= {"principal_axes": body.principal.axes, "notes": body.principal.notes}
     if body.solid is not None:
         said |= {name: getattr(body.solid, name) for name in ("mass", "volume", "centre", "extents", "faces")}
-    return said | {"axes": [asdict(spin) for spin in spins(body.moments, **spun)]}
+    axes = [asdict(spin) | {"max_tilt": math.radians(spin.max_tilt)} for spin in spins(body.moments, **spun)]
+    return said | {"axes": axes}
 
 
 def answer(body: Body, spun: Mapping[str, float]) -> tuple[list[str], list[tuple[str, str]], list[str]]:

@@ -1,0 +1,25 @@
+"""What is waited for, said once it has taken long."""
+
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+SECONDS_ON_A_TERMINAL, SECONDS_IN_A_LOG = 2.0, 10.0
+
+
+@contextmanager
+def said(what: str) -> Iterator[None]:
+    """Says on the error stream what is done, where it takes more than two seconds; in a log, more than ten.
+
+    Args:
+        what: the work, in words.
+    """
+    seconds = SECONDS_ON_A_TERMINAL if sys.stderr.isatty() else SECONDS_IN_A_LOG
+    timer = threading.Timer(seconds, print, (f"{what} …",), {"file": sys.stderr, "flush": True})
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()

@@ -1,0 +1,14 @@
+import time
+
+from sweeps.run import waiting
+
+
+def test_what_takes_long_is_said_once_and_what_does_not_is_not(monkeypatch, capsys):
+    monkeypatch.setattr(waiting, "SECONDS_IN_A_LOG", 0.02)
+    with waiting.said("looking"):
+        time.sleep(0.2)
+    assert capsys.readouterr().err == "looking …\n"
+    monkeypatch.setattr(waiting, "SECONDS_IN_A_LOG", 60.0)
+    with waiting.said("looking"):
+        pass
+    assert capsys.readouterr().err == ""
