@@ -1,5 +1,7 @@
 """Pictures of a map: what it shows at a glance, how far it agrees with theory, where theory ends, and the flip."""
 
+import shutil
+import subprocess
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -49,7 +51,7 @@ def _without(ds: xr.Dataset, draw: Callable, nothing: list | None) -> Callable:
 
 
 def draw_all(ds: xr.Dataset, folder: str | Path, kind: str = "png", only: Sequence[str] = ()) -> Iterator[Path]:
-    """Draws the pictures of a map, and its animations as GIF.
+    """Draws the pictures of a map, and its animations as GIF, and as MP4 where ffmpeg is at hand.
 
     Reads only what they show, so a map larger than memory will do.
 
@@ -72,6 +74,7 @@ def draw_all(ds: xr.Dataset, folder: str | Path, kind: str = "png", only: Sequen
     made += [(f"{name}.gif", _animate, frames) for name, frames in moving.items() if name in wanted]
     with replaced_folder(folder) as temporary:
         drawn = [name for name, write, draw in made if write(draw, temporary / name)]
+        drawn += [film.name for name in drawn if name.endswith(".gif") and (film := _film(temporary / name))]
     yield from (folder / name for name in drawn)
 
 
@@ -110,6 +113,23 @@ def _animate(frames: Callable[[], list[Image.Image]], path: Path) -> bool:
         first, *others = pictures
         first.save(temporary, format="GIF", save_all=True, append_images=others, duration=FRAME_MILLISECONDS, loop=0)
     return True
+
+
+def _film(animation: Path) -> Path | None:
+    """The same as MP4 beside a GIF, where ffmpeg is at hand and knows how; None else."""
+    encoder = shutil.which("ffmpeg")
+    if encoder is None:
+        return None
+    film = animation.with_suffix(".mp4")
+    # even numbers of pixels and this order of colours are what every player shows; three times round
+    settings = ("-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white", "-pix_fmt", "yuv420p", "-movflags", "+faststart")
+    repeated = ("-stream_loop", "2", "-i", str(animation))
+    command = [encoder, "-nostdin", "-v", "error", "-y", *repeated, *settings, str(film)]
+    done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, check=False)
+    if done.returncode == 0 and film.is_file() and film.stat().st_size:
+        return film
+    film.unlink(missing_ok=True)  # an ffmpeg without this codec: the GIF is there
+    return None
 
 
 def _write(draw: Callable[[], Figure | None], path: Path) -> bool:

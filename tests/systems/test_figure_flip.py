@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import sweeps
 from kernels import exact
-from sweeps.systems.rigid_body import figure_flip
+from sweeps.systems.rigid_body import figure_flip, solid
 from sweeps.views import figures, report_columns
 
 GRID = {"grid": {"I1": {"start": 0.4, "stop": 1.6, "num": 5}, "I2": [0.7, 1.1, 2.5], "I3": [1.0, 1.3], "omega0": -5.0}}
@@ -35,31 +35,60 @@ def test_a_map_where_nothing_flips_has_no_animation():
     )
 
 
-def test_the_box_has_the_moments_of_the_body():
-    moments = np.array([1.0, 2.0, 2.6])
-    a, b, c = figure_flip.box(moments)
-    ratios = np.array([b * b + c * c, c * c + a * a, a * a + b * b])  # a uniform box's moments over M/3
-    np.testing.assert_allclose(ratios / ratios[0], moments / moments[0], rtol=1e-14)  # rounding
+def test_a_racket_on_the_grid_is_shown_about_its_own_axis_2():
+    I1, I2, I3 = 0.00121, 0.01638, 0.01748
+    grid = {"I1": [I1, 0.02], "I2": [0.01, I2], "I3": [I3, 0.03], "omega0": [2.0, 11.0]}
+    found = figure_flip.racket(sweeps.survey({"grid": grid}))
+    assert [found[name] for name in ("I1", "I2", "I3", "axis", "omega0")] == [I1, I2, I3, 2, 11.0]
+
+
+def test_no_racket_is_found_where_none_stands(ds):
+    assert figure_flip.racket(ds) is None
+
+
+def mean_squares(faces):
+    """Mean square of each coordinate over what closed surfaces enclose, by tetrahedra from the origin."""
+    volume, squares, total = 0.0, np.zeros(3), np.zeros(3)
+    for face in faces:
+        if face.veil < 1.0:
+            continue  # strings weigh nothing
+        for u, v, w in ((face.corners[0], face.corners[i], face.corners[i + 1]) for i in range(1, 3)):
+            part = np.dot(u, np.cross(v, w)) / 6.0
+            volume += part
+            total += part * (u + v + w) / 4.0
+            squares += part * (u * u + v * v + w * w + u * v + v * w + w * u) / 10.0
+    return squares / volume, total / volume
+
+
+@pytest.mark.parametrize("moments", [(1.0, 2.0, 2.6), (0.00121, 0.01638, 0.01748), (16.38, 1.21, 17.48)])
+def test_the_solid_has_the_moments_of_the_body(moments):
+    faces = solid.solid(np.array(moments))
+    squares, middle = mean_squares(faces)
+    found = squares.sum() - squares
+    np.testing.assert_allclose(found / found[0], np.array(moments) / moments[0], rtol=1e-12)  # rounding
+    np.testing.assert_allclose(middle, 0.0, atol=1e-14)
+    assert len(faces) == (6 if moments[0] == 1.0 else 136)
 
 
 def test_the_body_turns_as_its_angular_velocity_says():
-    """Against SciPy's rotations, composed at ten times as many midpoints; and L stays upright."""
+    """Against SciPy's rotations, composed at many midpoints; and L stays upright."""
     moments, omega = np.array([1.0, 2.0, 2.6]), np.array([0.3, 5.0, -0.2])
     times = np.linspace(0.0, 3.0, 4)
     found = figure_flip.attitudes(moments, omega, times)
-    h = 3.0 / 6000
+    h = 3.0 / 3000
     turn = Rotation.from_matrix(found[0])
-    for vector in Rotation.from_rotvec(exact.rotation(moments, omega, (np.arange(6000) + 0.5) * h) * h):
+    for vector in Rotation.from_rotvec(exact.rotation(moments, omega, (np.arange(3000) + 0.5) * h) * h):
         turn = turn * vector
-    assert (Rotation.from_matrix(found[-1]).inv() * turn).magnitude() < 1e-3  # (|ω| h)² of the coarser, summed
+    assert (Rotation.from_matrix(found[-1]).inv() * turn).magnitude() < 1e-5  # (|ω| h)² of the midpoints, summed
     for matrix, spin in zip(found, exact.rotation(moments, omega, times), strict=True):
         L = matrix @ (moments * spin)
-        np.testing.assert_allclose(L / np.linalg.norm(L), [0, 0, 1], atol=1e-4)  # likewise
+        np.testing.assert_allclose(L / np.linalg.norm(L), [0, 0, 1], atol=1e-14)
 
 
 def test_the_file_is_an_animation_that_moves(ds, tmp_path, monkeypatch):
     monkeypatch.setattr(figure_flip, "FRAMES", 6)
     monkeypatch.setattr(figures, "pictures", lambda ds: {})
+    monkeypatch.setenv("PATH", "")  # no encoder
     assert list(figures.draw_all(ds, tmp_path)) == [tmp_path / "flip.gif"]
     with Image.open(tmp_path / "flip.gif") as animation:
         assert animation.info["loop"] == 0
@@ -67,3 +96,17 @@ def test_the_file_is_an_animation_that_moves(ds, tmp_path, monkeypatch):
     assert len(pictures) == 6
     for one, other in pairwise(pictures):
         assert (one != other).any()
+
+
+@pytest.mark.parametrize(("status", "names"), [(0, ["flip.gif", "flip.mp4"]), (1, ["flip.gif"])])
+def test_a_film_stands_beside_it_where_an_encoder_can_make_one(ds, tmp_path, monkeypatch, status, names):
+    encoder = tmp_path / "bin" / "ffmpeg"
+    encoder.parent.mkdir()
+    encoder.write_text(f'#!/bin/sh\nfor last in "$@"; do :; done\necho "$@" > "$last"\nexit {status}\n')
+    encoder.chmod(0o755)
+    monkeypatch.setenv("PATH", str(encoder.parent), prepend=":")
+    monkeypatch.setattr(figure_flip, "FRAMES", 2)
+    monkeypatch.setattr(figures, "pictures", lambda ds: {})
+    drawn = list(figures.draw_all(ds, tmp_path / "figures"))
+    assert [path.name for path in drawn] == names
+    assert sorted(path.name for path in (tmp_path / "figures").iterdir()) == names

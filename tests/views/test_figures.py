@@ -99,6 +99,7 @@ def styled():
 def few_frames(monkeypatch):
     """The animation has its own tests."""
     monkeypatch.setattr(figure_flip, "FRAMES", 3)
+    monkeypatch.setattr(figures, "_film", lambda animation: None)
 
 
 def drawn(axes, gid):
@@ -127,6 +128,7 @@ def of_a_grid(tiny, tmp_path_factory):
     write_map(tiny, folder.parents[1] / "map.nc")
     with open_map(folder.parents[1] / "map.nc") as ds, matplotlib.rc_context(), pytest.MonkeyPatch.context() as patch:
         patch.setattr(figure_flip, "FRAMES", 3)
+        patch.setattr(figures, "_film", lambda animation: None)
         matplotlib.rcdefaults()
         before = dict(matplotlib.rcParams)
         drawn = [(path, dict(matplotlib.rcParams) == before) for path in figures.draw_all(ds, folder)]

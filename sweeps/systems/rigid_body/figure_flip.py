@@ -1,10 +1,15 @@
-"""The flip as an animation: the most unstable body that can exist, turning in space, above the trace of its spin."""
+"""The flip as an animation: a tennis racket or the most unstable body, turning in space, above the trace of its spin.
+
+The angular momentum L stands upright; the angular velocity goes round it, and the line is the trail of the handle, the
+axis of least moment. Attitude and angular velocity are those of the closed forms.
+"""
 
 import numpy as np
 import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from PIL import Image
 
 from kernels import exact
@@ -12,6 +17,8 @@ from kernels.rigid_body import cyclic
 from sweeps import colors, style
 from sweeps.boxes import blocks, dimensions
 from sweeps.systems.rigid_body.look import settings
+from sweeps.systems.rigid_body.solid import Face
+from sweeps.systems.rigid_body.solid import solid as solid_of
 
 BLOCK_POINTS = 2**18  # of a map that are looked at together
 FRAMES = 90
@@ -19,7 +26,10 @@ INCHES = (4.8, 4.6)
 DOTS = 100  # per inch
 TOWARDS = np.array([0.78, -0.52, 0.35])  # where the viewer stands
 LIGHT = np.array([0.35, -0.2, 0.91])
-FRONT, BACK, EDGE = ((0.835, 0.369, 0.0), (0.0, 0.447, 0.698), (0.69, 0.706, 0.729))
+RACKET = {"I1": 0.00121, "I2": 0.01638, "I3": 0.01748, "axis": 2}  # Brody 1985: shown where it stands on the grid
+THROW = 10.0  # rad/s, near which it is thrown
+TRAIL = 24  # frames
+FINER = 8  # points of the trail a frame
 MOST_ROTATIONS = 8.0  # of a picture: slower flips are shown from just before to just after
 COMPONENTS = tuple(colors.SERIES_COLORS[:3])
 
@@ -44,6 +54,22 @@ def most_unstable(ds: xr.Dataset) -> dict[str, float] | None:
     return None if best is None else {name: best[name].item() for name in names if name in best.coords}
 
 
+def racket(ds: xr.Dataset) -> dict[str, float] | None:
+    """The point of a tennis racket thrown about its own axis 2; None where none stands on the grid."""
+    if not {*RACKET, "omega0", "epsilon", "phase"} <= set(ds.dims):
+        return None
+    near = {name: float(ds[name].values[np.argmin(np.abs(ds[name].values - value))]) for name, value in RACKET.items()}
+    if not np.allclose(list(near.values()), list(RACKET.values()), rtol=1e-9, atol=0.0):
+        return None
+    throw = ds["omega0"].values[np.argmin(np.abs(np.abs(ds["omega0"].values) - THROW))]
+    return (
+        {"body": "Tennis racket"}
+        | near
+        | {"omega0": float(throw)}
+        | {name: float(ds[name].values[0]) for name in ("epsilon", "phase")}
+    )
+
+
 def start(point: dict[str, float]) -> np.ndarray:
     """Angular velocity at time zero, rad/s: ω0 (1, ε cos φ, ε sin φ) on the axes a, b, c."""
     omega = np.empty(3)
@@ -53,30 +79,23 @@ def start(point: dict[str, float]) -> np.ndarray:
     return omega
 
 
-def box(moments: np.ndarray) -> np.ndarray:
-    """Half edges of the uniform box with the given ratios of moments, the largest one: h_i² ∝ I_j + I_k − I_i."""
-    squares = np.maximum(moments.sum() - 2.0 * moments, 1e-3 * moments.max())
-    return np.sqrt(squares / squares.max())
-
-
-def attitudes(moments: np.ndarray, omega: np.ndarray, times: np.ndarray, steps: int = 200) -> np.ndarray:
+def attitudes(moments: np.ndarray, omega: np.ndarray, times: np.ndarray) -> np.ndarray:
     """Attitudes at some times as matrices body → space, shape (n, 3, 3), with the angular momentum along z.
 
     Args:
         moments: principal moments, kg m2, shape (3,).
-        omega: angular velocity at the first of the times, rad/s, shape (3,).
-        times: evenly spaced, s, shape (n,).
-        steps: midpoint steps between two of them; error of order (|ω| Δt/steps)².
+        omega: angular velocity at time zero, rad/s, shape (3,).
+        times: s, shape (n,).
     """
-    h = (times[1] - times[0]) / steps
-    middles = (np.arange((times.size - 1) * steps) + 0.5) * h
-    matrix = _upright(moments * omega)
-    found = [matrix]
-    for k, spin in enumerate(exact.rotation(moments, omega, middles)):
-        matrix = matrix @ _turn(spin * h)
-        if (k + 1) % steps == 0:
-            found.append(matrix)
-    return np.stack(found)
+    w, x, y, z = exact.attitude(moments, omega, times).T
+    turned = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+    return _upright(moments * omega) @ turned.transpose(2, 0, 1)
 
 
 def _upright(L: np.ndarray) -> np.ndarray:
@@ -87,23 +106,13 @@ def _upright(L: np.ndarray) -> np.ndarray:
     return np.stack([x, np.cross(z, x), z])
 
 
-def _turn(vector: np.ndarray) -> np.ndarray:
-    """Rodrigues' formula: the matrix of a rotation vector, rad."""
-    angle = np.linalg.norm(vector)
-    if angle == 0.0:
-        return np.eye(3)
-    x, y, z = vector / angle
-    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * (K @ K)
-
-
 def frames(ds: xr.Dataset) -> list[Image.Image]:
-    """The pictures of the animation, one flip of the most unstable body; none where nothing in the map flips.
+    """The pictures of the animation: one flip of the racket, or of the most unstable body; none where nothing flips.
 
     Args:
         ds: a map of rigid bodies.
     """
-    point = most_unstable(ds)
+    point = racket(ds) or most_unstable(ds)
     if point is None:
         return []
     moments, omega = np.array([point[name] for name in ("I1", "I2", "I3")]), start(point)
@@ -111,10 +120,11 @@ def frames(ds: xr.Dataset) -> list[Image.Image]:
     if not np.isfinite(period):
         return []
     times = _window(moments, omega, int(point["axis"]), period, abs(point["omega0"]))
-    omegas = exact.rotation(moments, omega, times)
-    return (
-        _frames(point, moments, omegas, times) if np.isfinite(omegas).all() else []
-    )  # moments beyond doubles' products
+    fine = np.linspace(times[0], times[-1], FINER * (times.size - 1) + 1)
+    omegas, turned = exact.rotation(moments, omega, times), attitudes(moments, omega, fine)
+    if not (np.isfinite(omegas).all() and np.isfinite(turned).all()):  # moments beyond doubles' products
+        return []
+    return _frames(point, moments, omegas, turned, times)
 
 
 def _window(moments, omega, axis: int, period: float, omega0: float) -> np.ndarray:
@@ -126,18 +136,17 @@ def _window(moments, omega, axis: int, period: float, omega0: float) -> np.ndarr
     return np.linspace(flip - 0.5 * length, flip + 0.5 * length, FRAMES)
 
 
-def _frames(point, moments, omegas, times) -> list[Image.Image]:
-    """The pictures, all in the same 256 colours, which is what a GIF holds."""
-    turned = attitudes(moments, omegas[0], times)
-    figure, solid, tip, dots = _stage(point, moments, omegas, times)
+def _frames(point, moments, omegas, turned, times) -> list[Image.Image]:
+    """The pictures, all in the same 256 colours, which is what a GIF holds; attitudes `FINER` times as many."""
+    figure, scene, dots = _stage(point, moments, omegas, times)
+    faces, handle = solid_of(moments), int(np.argmin(moments))
     figure.canvas.draw()  # what stands still, drawn once: all but what is animated
     still = figure.canvas.copy_from_bbox(figure.bbox)
     images = []
-    for k, matrix in enumerate(turned):
+    for k, matrix in enumerate(turned[::FINER]):
         figure.canvas.restore_region(still)
-        faces = _draw_solid(solid, box(moments), matrix, tip, int(point["axis"]))
-        for artist in sorted((faces, tip), key=lambda artist: artist.get_zorder()):
-            solid.draw_artist(artist)
+        trail = turned[FINER * max(0, k - TRAIL) : FINER * k + 1, :, handle]
+        _draw_scene(scene, faces, matrix, int(point["axis"]), omegas[k], trail)
         for dot, component in zip(dots, omegas[k], strict=True):
             dot.set_data([times[k]], [component])
             dot.axes.draw_artist(dot)
@@ -164,10 +173,13 @@ def _stage(point, moments, omegas, times):
     )
     words = settings({n: point[n] for n in ("I1", "I2", "I3", "omega0", "epsilon")})
     figure.text(0.03, 0.915, words, fontsize=7, color=colors.QUIET, va="top")
-    solid = figure.add_axes((0.0, 0.33, 1.0, 0.56))
-    solid.set(xlim=(-2.3, 2.3), ylim=(-1.25, 1.25), aspect="equal")
-    solid.axis("off")
-    (tip,) = solid.plot([], [], color=colors.INK, linewidth=1.6, zorder=0, animated=True)
+    scene = figure.add_axes((0.0, 0.33, 1.0, 0.56))
+    scene.set(xlim=(-2.3, 2.3), ylim=(-1.25, 1.25), aspect="equal")
+    scene.axis("off")
+    (upright,) = scene.plot(*_seen(np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 1.22]])).T, color=colors.QUIET, linewidth=1.8)
+    top = upright.get_xydata()[-1]
+    scene.plot(*top, marker="^", color=colors.QUIET, markersize=5)
+    scene.annotate("L", top, (7, -2), textcoords="offset points", color=colors.QUIET, fontweight="bold")
     trace = figure.add_axes((0.13, 0.105, 0.84, 0.22))
     dots = []
     for k, color in enumerate(COMPONENTS):
@@ -177,40 +189,54 @@ def _stage(point, moments, omegas, times):
     trace.legend(ncols=3, loc="lower right", bbox_to_anchor=(1.0, 0.98), borderaxespad=0.0, handlelength=1.2)
     for side in ("top", "right"):
         trace.spines[side].set_visible(False)
-    return figure, solid, tip, dots
+    return figure, scene, dots
 
 
-def _draw_solid(ax, half: np.ndarray, matrix: np.ndarray, tip, axis: int) -> PolyCollection:
-    """The faces of the box that look at the viewer, shaded, and the spin axis sticking out of it."""
+def _seen(points: np.ndarray) -> np.ndarray:
+    """Points of space, shape (n, 3), on the screen, shape (n, 2)."""
     towards = TOWARDS / np.linalg.norm(TOWARDS)
     right = np.cross([0.0, 0.0, 1.0], towards)
     right /= np.linalg.norm(right)
-    screen = np.stack([right, np.cross(towards, right)])
-    for old in list(ax.collections):
-        old.remove()
-    faces, shades = [], []
-    for corners, normal, color in _faces(half):
-        outward = matrix @ normal
-        if outward @ towards > 0.0:
-            faces.append(corners @ matrix.T @ screen.T)
-            shades.append(np.array(color) * (0.55 + 0.45 * (0.5 + 0.5 * outward @ LIGHT)))
-    drawn = PolyCollection(faces, facecolors=shades, edgecolors="white", linewidths=0.6, zorder=1, animated=True)
-    ax.add_collection(drawn)
+    return points @ np.stack([right, np.cross(towards, right)]).T
+
+
+def _draw_scene(ax, faces: list[Face], matrix: np.ndarray, axis: int, omega: np.ndarray, trail: np.ndarray):
+    """What turns: the trail's far part, the body with its spin axis, the trail's near part, and ω with its name."""
+    far = trail @ TOWARDS <= 0.0
     end = 1.15 * matrix[:, axis - 1]
-    line = np.stack([np.zeros(3), end]) @ screen.T
-    tip.set_data(*line.T)
-    tip.set_zorder(2 if end @ towards > 0.0 else 0)
-    return drawn
+    tip = Line2D(*_seen(np.stack([np.zeros(3), end])).T, color=colors.INK, linewidth=1.6)
+    body = _solid(faces, matrix)
+    spin = matrix @ omega
+    arrow = _seen(np.stack([np.zeros(3), 1.2 * spin / np.linalg.norm(spin)]))
+    shaft = Line2D(*arrow.T, color=colors.UNSTABLE, linewidth=2.0)
+    head = Line2D(*arrow[1:].T, marker="o", color=colors.UNSTABLE, markersize=4)
+    look = {"color": colors.UNSTABLE, "fontweight": "bold", "path_effects": style.halo()}
+    name = ax.text(*(arrow[1] + np.array([-0.08, 0.02])), "ω", ha="right", animated=True, **look)
+    artists = [_trail(trail, far), *((body, tip) if end @ TOWARDS > 0.0 else (tip, body)), _trail(trail, ~far)]
+    for artist in (*artists, shaft, head, name):
+        if artist is not name:
+            ax.add_artist(artist)
+            artist.set_animated(True)
+        ax.draw_artist(artist)
+        artist.remove()
 
 
-def _faces(half: np.ndarray):
-    """Corners, normal and colour of a box's six faces; the two broad ones differ, so that a flip is seen."""
-    thin = int(np.argmin(half))
-    for k in range(3):
-        u, v = (k + 1) % 3, (k + 2) % 3
-        for sign in (1.0, -1.0):
-            corners = np.zeros((4, 3))
-            corners[:, k] = sign
-            corners[:, u] = [-1.0, 1.0, 1.0, -1.0]
-            corners[:, v] = [-1.0, -1.0, 1.0, 1.0]
-            yield corners * half, sign * np.eye(3)[k], ((FRONT if sign > 0 else BACK) if k == thin else EDGE)
+def _trail(points: np.ndarray, shown: np.ndarray) -> Line2D:
+    """The part of the handle's trail that is shown."""
+    seen = np.where(shown[:, None], _seen(points), np.nan)
+    return Line2D(*seen.T, color=colors.SERIES_COLORS[4], linewidth=1.5, alpha=0.8)
+
+
+def _solid(faces: list[Face], matrix: np.ndarray) -> PolyCollection:
+    """The faces of the body that look at the viewer, shaded, the farthest first."""
+    seen = []
+    for face in faces:
+        outward = matrix @ face.normal
+        if outward @ TOWARDS > 0.0:
+            corners = face.corners @ matrix.T
+            shade = np.array(face.color) * (0.55 + 0.45 * (0.5 + 0.5 * outward @ LIGHT))
+            seen.append((float((corners @ TOWARDS).mean()), _seen(corners), (*np.clip(shade, 0, 1), face.veil)))
+    seen.sort(key=lambda one: one[0])
+    _, shapes, shades = zip(*seen, strict=True)
+    edges = [(1.0, 1.0, 1.0, 0.6 if len(faces) == 6 else 0.0)] * len(shapes)
+    return PolyCollection(list(shapes), facecolors=list(shades), edgecolors=edges, linewidths=0.6)
