@@ -100,6 +100,10 @@ class UncertainBodies(RigidBody):
         """None beside the rigid body's own."""
         return ()
 
+    def seldom(self) -> tuple[Callable[[], None], ...]:
+        """None."""
+        return ()
+
     def motions(self, points: Mapping[str, np.ndarray], integration) -> int:
         """Spins of bodies; each has its draws."""
         return points["axis"].size
@@ -133,8 +137,10 @@ class UncertainBodies(RigidBody):
         return Opening()
 
     def page(self, ds: "xr.Dataset") -> Page:
-        """No part of its own."""
-        return Page(question="How likely is a spin unstable, and how fast would it go?")
+        """Bodies and axes in a table."""
+        from sweeps.systems.uncertain_bodies.page import page
+
+        return page(ds)
 
     def reading(self, values: Mapping) -> str:
         """Its own."""

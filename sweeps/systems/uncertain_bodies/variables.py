@@ -26,21 +26,20 @@ def _quantile(name: str, units: str, long_name: str, comment: str) -> tuple[Vari
 
 VARIABLES = table(
     *_with_error(
+        "probability_unstable",
+        "1",
+        "probability that the spin is unstable, measured draw by draw",
+        role=Role.MEASUREMENT,
+    ),
+    *_with_error(
         "probability_middle",
         "1",
         "probability that the moment about the axis is the middle one",
-        theory="probability_middle_theory",
     ),
     Variable(
         "probability_middle_theory",
         "1",
         "the same by the normal distribution of the moments; missing where principal axes tilt",
-    ),
-    *_with_error(
-        "probability_unstable",
-        "1",
-        "probability that the spin is unstable, measured draw by draw",
-        role=Role.MEASUREMENT,
     ),
     *_with_error(
         "probability_flip",
