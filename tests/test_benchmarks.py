@@ -118,6 +118,7 @@ def test_operations_of_a_step_are_those_of_its_recurrence(order):
     assert roof.step_flops(-order) == spin + 2 * transverse
 
 
+@pytest.mark.slow
 def test_chains_of_the_roof_do_all_their_links():
     S = np.linspace(0.5, 1.5, roof.CHAINS * 32).reshape(roof.CHAINS, 32).repeat(roof.LANES // 32, axis=1)
     begun = S.copy()

@@ -71,6 +71,7 @@ def test_constraints_pin_versions_and_name_no_address():
         assert re.fullmatch(r"[A-Za-z0-9._-]+==[A-Za-z0-9.+!]+", line), line
 
 
+@pytest.mark.slow
 def test_a_new_system_from_its_page(tmp_path, monkeypatch):
     """The page's files, as they stand on it, checked and measured; against what a hand derives of them."""
     page = (ROOT / "sweeps" / "mechanics" / "README.md").read_text(encoding="utf-8")

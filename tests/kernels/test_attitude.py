@@ -282,6 +282,7 @@ def marched(I, w, h, n):  # noqa: E741
 STEADY = [name for name in CASES if name not in ("m1 near 1e-15", "separatrix", "slender", "one ulp off, across")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", STEADY)
 def test_two_thousand_exact_steps(name):
     moments, start = (np.array(x, dtype=float) / 4 for x in CASES[name])

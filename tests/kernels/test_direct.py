@@ -230,10 +230,11 @@ def test_the_choice_at_the_ends_of_its_range():
 
 
 @pytest.mark.skipif(bool(config.DISABLE_JIT), reason="500 bodies in plain Python are slow")
-def test_agrees_with_scipy_on_random_bodies():
+@pytest.mark.parametrize("count", [100, pytest.param(500, marks=pytest.mark.slow)])
+def test_agrees_with_scipy_on_random_bodies(count):
     rng = np.random.default_rng(3)
     times = np.linspace(0, 8 * np.pi, 5)
-    for _ in range(500):
+    for _ in range(count):
         moments, angle, e2 = random_body(rng), rng.uniform(0, 2 * np.pi), 1e-12
         c = np.array(rigid_body.euler_coefficients(*moments))
         # a perturbation of 1e-6, in its own unit, so that SciPy's tolerances are relative to it

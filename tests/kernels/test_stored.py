@@ -116,6 +116,7 @@ def test_an_index_that_numba_cannot_use_goes_with_its_code(cache, content, noted
     assert len(cache.files("nb[ic]")) == 2
 
 
+@pytest.mark.slow
 def test_an_index_that_gives_two_signatures_one_code_goes(cache):
     cache.call("1.5")
     (index,) = cache.files("nbi")
@@ -152,6 +153,7 @@ doubled.double({})
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="nothing is stored without the compiler")
 def test_what_processes_store_at_one_moment_is_all_there(cache):
     codes = [SLOWLY.format("stored.store_in_turn()", argument) for argument in ("1.0", "1j", "True")]

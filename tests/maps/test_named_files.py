@@ -48,7 +48,10 @@ def written(ds, folder, system, definition):
     return str(folder / "map.nc")
 
 
-@pytest.mark.parametrize("door", DOORS)
+EACH = [pytest.param(door, marks=pytest.mark.slow) if door == "figures" else door for door in DOORS]
+
+
+@pytest.mark.parametrize("door", EACH)
 def test_a_python_file_that_the_definition_in_a_map_names_is_not_run(bodies, folder, capsys, door):
     evil = folder / "evil.py"
     path = written(bodies, folder, "rigid_body", f"system: {evil}\nbodies: [{TOLD}]\ngrid: {{}}\n".replace("'", '"'))
@@ -57,7 +60,7 @@ def test_a_python_file_that_the_definition_in_a_map_names_is_not_run(bodies, fol
     assert not (folder / "mark").exists()
 
 
-@pytest.mark.parametrize("door", DOORS)
+@pytest.mark.parametrize("door", EACH)
 def test_a_python_file_that_a_map_names_as_its_system_is_not_run(folder, capsys, door):
     evil = folder / "evil.py"
     ds = sweeps.survey({"system": "pendulum", "grid": {"length": [0.5, 1.0]}})

@@ -81,9 +81,18 @@ def assert_same_bits(left, right):
 # The cut into shards and threads changes no bit
 
 
-@pytest.mark.parametrize("threads", [1, 2])
-@pytest.mark.parametrize("count", [1, 3, 7])
-@pytest.mark.parametrize("definition", [TINY, BODIES], ids=["grid", "bodies"])
+@pytest.mark.parametrize(
+    ("definition", "count", "threads"),
+    [
+        pytest.param(
+            definition, count, threads, id=f"{name}-{count}-{threads}", marks=() if quick else pytest.mark.slow
+        )
+        for name, definition in {"grid": TINY, "bodies": BODIES}.items()
+        for count in (1, 3, 7)
+        for threads in (1, 2)
+        for quick in [(name, count, threads) in {("grid", 3, 2), ("bodies", 7, 1)}]
+    ],
+)
 def test_shards_and_threads_change_no_bit(definition, count, threads, tmp_path, monkeypatch):
     monkeypatch.setattr(chunks, "CHUNK_POINTS", 50)  # so that a shard is many chunks, and shares some
     monkeypatch.setattr(sharding, "BLOCK_POINTS", 120)
@@ -293,7 +302,9 @@ def test_open_map_passes_options_on(tiny_map, tiny):
 # Writing a Dataset
 
 
-@pytest.mark.parametrize("definition", [TINY, BODIES], ids=["grid", "bodies"])
+@pytest.mark.parametrize(
+    "definition", [pytest.param(TINY, id="grid", marks=pytest.mark.slow), pytest.param(BODIES, id="bodies")]
+)
 def test_write_map_of_a_lazy_dataset_gives_the_same_map(definition, tmp_path):
     whole = dataset.survey_grid(definition)
     told = storage.write_map(dataset.survey_grid(definition, chunks=40), tmp_path / "map.nc")
@@ -396,7 +407,7 @@ def empty(path):
     path.write_bytes(b"")
 
 
-@pytest.mark.parametrize("damage", [cut, flip, empty])
+@pytest.mark.parametrize("damage", [cut, *(pytest.param(damage, marks=pytest.mark.slow) for damage in (flip, empty))])
 def test_a_damaged_shard_is_measured_again_and_never_merged(shards, tiny, tmp_path, damage, capsys):
     copies = [shutil.copy(path, tmp_path / f"{k}-of-3.nc") for k, path in enumerate(shards, 1)]
     damage(copies[1])

@@ -70,7 +70,8 @@ def test_a_whole_map_holds(definition, tmp_path, capsys):
 
 
 @pytest.mark.slow
-def test_every_point_of_tiny_holds(whole):
+def test_every_point_of_tiny_holds(whole, monkeypatch):
+    monkeypatch.setattr(verify, "MOST_SECONDS", 1e6)  # however slow the machine is
     checks = {check.name: check for check in verify.verify(whole, points=4000, seed=3)}
     assert not any(check.findings or check.skipped for check in checks.values())
     assert int(checks["SciPy DOP853"].covers.split()[0]) > 800  # of 864, the others are not drawn or not ok

@@ -42,7 +42,6 @@ SMALL = {
 }
 TOP = SMALL["symmetric_top"]["grid"]
 every_system = pytest.mark.parametrize("name", systems.MODULES)  # described systems: test_oscillator.py
-REPEATED = [pytest.param(name, marks=pytest.mark.slow) for name in systems.MODULES if name != "rigid_body"]
 
 
 def small(name):
@@ -107,7 +106,8 @@ def test_open_map_asks_for_the_variables_of_the_maps_own_system(name, tmp_path):
         sweeps.open_map(tmp_path / "short.nc")
 
 
-@pytest.mark.parametrize("name", ["rigid_body", *REPEATED])
+@pytest.mark.slow
+@pytest.mark.parametrize("name", systems.MODULES)
 def test_a_system_compiles_all_that_it_runs(name):
     code = f"""
 import sys
@@ -225,7 +225,8 @@ KERNELS = Path(kernels.__file__).parent
 OSCILLATOR = "pendulum"
 
 
-@pytest.mark.parametrize("name", ["rigid_body", *REPEATED, pytest.param(OSCILLATOR, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [*systems.MODULES, OSCILLATOR])
 def test_a_system_names_the_kernels_that_make_its_columns(name):
     """In a process of its own: what measuring a sweep has imported is what the fingerprint covers."""
     small = SMALL.get(name, {"grid": {}})
@@ -245,12 +246,17 @@ print(*(name for name in sys.modules if name.startswith("kernels.")))
 @pytest.mark.parametrize(
     ("edited", "foreign"),
     [
-        ("survey", {"rigid_body", "uncertain_bodies"}),
-        ("exact", {"rigid_body", "uncertain_bodies"}),
-        ("solution", {"rigid_body", "uncertain_bodies", "twist", "tumbling"}),
-        ("tumbling", {"tumbling"}),
-        ("symmetric_top", {"symmetric_top"}),
-        ("oscillations", {OSCILLATOR}),
+        *(
+            pytest.param(edited, foreign, marks=pytest.mark.slow)
+            for edited, foreign in (
+                ("survey", {"rigid_body", "uncertain_bodies"}),
+                ("exact", {"rigid_body", "uncertain_bodies"}),
+                ("solution", {"rigid_body", "uncertain_bodies", "twist", "tumbling"}),
+                ("tumbling", {"tumbling"}),
+                ("symmetric_top", {"symmetric_top"}),
+                ("oscillations", {OSCILLATOR}),
+            )
+        ),
         ("measure", {"rigid_body", "uncertain_bodies", OSCILLATOR}),
         ("taylor_steps", {"rigid_body", "uncertain_bodies", "symmetric_top", "twist", "tumbling", OSCILLATOR}),
     ],

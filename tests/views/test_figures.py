@@ -55,8 +55,7 @@ GRIDS = {
         "grid": {"omega0": [1.0, -2.0]},
     },
 }
-REPEATED = ("large moments, I2 and I3", "one moment varies", "one body, no observation")  # other tests draw such too
-SLOW = dict.fromkeys(REPEATED, pytest.mark.slow)
+QUICK = ("one point",)  # other tests draw such as the others too
 COARSE = 50  # dots an inch
 SOME = [0, 3, 6]  # bodies: observed, flipping, symmetric
 
@@ -174,7 +173,9 @@ def coarse(monkeypatch):
     monkeypatch.setitem(figure_style.STYLE, "savefig.dpi", COARSE)
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=SLOW.get(name, ())) for name in GRIDS])
+@pytest.mark.parametrize(
+    "name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in GRIDS]
+)
 @pytest.mark.filterwarnings("error")
 def test_odd_maps_have_pictures(name, tmp_path, coarse):
     for path in figures.draw_all(sweeps.survey({"title": name} | GRIDS[name]), tmp_path):
@@ -198,6 +199,7 @@ def test_a_map_without_values_has_pictures(tiny, breaking, tmp_path, coarse):
             assert_picture(path, COARSE)
 
 
+@pytest.mark.slow
 def test_a_map_of_chosen_variables_has_the_pictures_that_show_no_other(tmp_path):
     variables = ["omega_squared", "growth_rate", "regime", "status"]
     grids = {

@@ -837,6 +837,7 @@ def test_hostile_texts_do_not_run(browser, breaking, folder):
 # The page's own mathematics
 
 
+@pytest.mark.slow
 def test_elliptic_functions_of_the_page_against_mpmath(opened):
     """Error of a phase: some 1e-16 of u; 1e-12 is the bar, and dn and cn hold it of themselves."""
     cases = [(m, u) for m in (0.0, 1e-9, 0.3, 0.5, 0.9, 1 - 1e-6) for u in (0.0, 1e-9, 0.4, 1.9, -3.3, 47.0)]
