@@ -3,6 +3,7 @@
 import ast
 import re
 import tomllib
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -23,10 +24,16 @@ def modules(root=ROOT, packages=("kernels", "sweeps")):
     return found
 
 
+@cache
+def parsed(path):
+    """The syntax tree of a file."""
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
 def imported(name, path, known):
     """Modules of ours that a module imports, at its top, in a function, or for a type checker alone."""
     package = name if path.name == "__init__.py" else name.rpartition(".")[0]
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in ast.walk(parsed(path)):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names if alias.name in known)
         elif isinstance(node, ast.ImportFrom):
@@ -75,7 +82,7 @@ def named(kind):
     """Name → modules that define something of that kind and name at their top level."""
     found = {}
     for module, path in modules().items():
-        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+        for node in parsed(path).body:
             if isinstance(node, kind):
                 found.setdefault(node.name, []).append(module)
     return found
@@ -92,7 +99,7 @@ def test_one_name_stands_for_one_function(name):
 
 def test_what_is_refused_is_refused_without_assertions_too():
     for path in modules().values():
-        assert not any(isinstance(node, ast.Assert) for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
+        assert not any(isinstance(node, ast.Assert) for node in ast.walk(parsed(path)))
 
 
 def test_no_import_runs_in_a_circle():

@@ -72,6 +72,7 @@ def test_a_system_says_all_that_its_map_holds(name):
     assert ds.attrs["source"].endswith(system.method(definition))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", catalogue.shipped())
 def test_a_definition_travels_between_processes(name):
     sweep = read(catalogue.shipped()[name])

@@ -105,7 +105,7 @@ def drawn(axes, gid):
     return [line for line in axes.lines if line.get_gid() == gid]
 
 
-def assert_picture(path, dots=200):
+def assert_picture(path, dots=COARSE):
     if path.suffix == ".gif":  # its frames are looked at in test_figure_flip.py
         assert path.read_bytes()[:6] == b"GIF89a"
         return
@@ -128,6 +128,7 @@ def of_a_grid(tiny, tmp_path_factory):
     with open_map(folder.parents[1] / "map.nc") as ds, matplotlib.rc_context(), pytest.MonkeyPatch.context() as patch:
         patch.setattr(figure_flip, "FRAMES", 3)
         patch.setattr(figures, "_film", lambda animation: None)
+        patch.setitem(figure_style.STYLE, "savefig.dpi", COARSE)
         matplotlib.rcdefaults()
         before = dict(matplotlib.rcParams)
         drawn = [(path, dict(matplotlib.rcParams) == before) for path in figures.draw_all(ds, folder)]
@@ -163,7 +164,7 @@ def test_pictures_of_bodies_replace_old_ones(breaking, tmp_path, coarse):
         "flip.gif",
     }
     for path in paths:
-        assert_picture(path, COARSE)
+        assert_picture(path)
     assert (tmp_path / "mine.txt").read_text() == "kept"
 
 
@@ -179,7 +180,7 @@ def coarse(monkeypatch):
 @pytest.mark.filterwarnings("error")
 def test_odd_maps_have_pictures(name, tmp_path, coarse):
     for path in figures.draw_all(sweeps.survey({"title": name} | GRIDS[name]), tmp_path):
-        assert_picture(path, COARSE)
+        assert_picture(path)
     # a point has no stability map; what cannot exist has no polhodes and no flip
     expected = {"one point": 3, "nothing can exist": 2}.get(name, 4)
     assert len(list(tmp_path.iterdir())) == expected
@@ -196,7 +197,7 @@ def test_a_map_without_values_has_pictures(tiny, breaking, tmp_path, coarse):
         paths = list(figures.draw_all(empty, tmp_path))
         assert len(paths) == count
         for path in paths:
-            assert_picture(path, COARSE)
+            assert_picture(path)
 
 
 @pytest.mark.slow
