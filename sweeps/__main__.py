@@ -4,6 +4,7 @@ Each command is a module of `sweeps.commands`: it reads, calls one function and 
 """
 
 import atexit
+import os
 import signal
 import sys
 from argparse import ArgumentParser, RawDescriptionHelpFormatter
@@ -82,6 +83,7 @@ def _answered(arguments: list[str]) -> int:
     from sweeps.schema.refusals import RefusedError
 
     _write_what_can_be()
+    os.environ["MPLBACKEND"] = "agg"  # pictures go to files; matplotlib does not even start with one that it lacks
     args = _parser().parse_args(arguments)
     try:
         return args.run(args) or 0

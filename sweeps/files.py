@@ -16,15 +16,21 @@ from sweeps import living
 def replaced(path: str | Path, flush: bool = True) -> Iterator[Path]:
     """Gives a temporary path beside `path`; once the block has ended well, what it wrote takes that place.
 
-    Where the block fails, the temporary file is removed and whatever stood at `path` is as it was. What a process that
+    Where the block fails, the temporary file is removed and whatever stood at `path` is as it was. A link stays one:
+    the file that it names is replaced. What a process that
     was killed left of the same file is removed first.
 
     Args:
         path: the file to write.
         flush: whether the content must reach the disk before the name does. Files that carry checksums and can be
             made again need not wait for it.
+
+    Raises:
+        OSError: where something stands at `path` that is no file.
     """
-    path = Path(path)
+    path = Path(os.path.realpath(path)) if os.path.islink(path) else Path(path)
+    if path.exists() and not path.is_file():  # a device would be one no more
+        raise OSError(errno.EINVAL, "is a folder or a device, not a file", str(path))
     path.parent.mkdir(parents=True, exist_ok=True)
     remove_leftovers(path)
     handle, name = tempfile.mkstemp(prefix=f".{path.name}.{living.mark()}.", suffix=".part", dir=path.parent)

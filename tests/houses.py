@@ -13,7 +13,7 @@ from test_workflow import copied
 import sweeps
 from sweeps.maps import verify
 
-SHARDS = 6
+SHARDS = 4
 TEXT = """\
 title: A sweep to be broken off
 grid:

@@ -19,6 +19,7 @@ class RawFile:
     """A file whose bytes are read by their places; travels between processes by its path."""
 
     def __init__(self, path: str | Path):
+        self._handle = None  # where it cannot be opened there is nothing to close
         self.path = os.path.abspath(path)
         self._handle = os.open(self.path, os.O_RDONLY | getattr(os, "O_CLOEXEC", 0))
         self._known = self._state()

@@ -241,6 +241,19 @@ def test_a_disk_that_fails_is_said_with_the_files_name(path, monkeypatch, capsys
     assert f"{path}: Input/output error; allowed: " in capsys.readouterr().err
 
 
+def test_a_file_that_may_not_be_opened_any_more_is_said_in_one_line(path, monkeypatch, capsys):
+    beside = []
+    monkeypatch.setattr(sys, "unraisablehook", beside.append)
+
+    def failing(*_):
+        raise PermissionError(errno.EACCES, "Permission denied", str(path))
+
+    monkeypatch.setattr(raw.os, "open", failing)
+    assert main(["show", str(path)]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+    assert not beside
+
+
 def test_an_error_of_the_system_without_a_file_says_where_it_came_from(path, monkeypatch, capsys):
     def failing(self, *_):
         raise OSError(errno.ENOENT, "No such file or directory")
@@ -270,3 +283,20 @@ def test_what_is_no_part_of_a_map_is_left_alone(path, tmp_path):
     with sweeps.open_map(copy) as ds, sweeps.open_map(path) as own:
         assert list(ds.variables) == list(own.variables)
         assert set(ds.encoding["ignored"]) == {"I1_bnds", "mine", "bnds"}
+
+
+def test_only_files_are_written_in_the_place_of_files(path, tmp_path, capsys):
+    os.mkfifo(tmp_path / "pipe.csv")
+    (tmp_path / "folder.csv").mkdir()
+    (tmp_path / "link.csv").symlink_to("file.csv")
+    place = ["--axis", "2", "--I1", "0.5", "--I2", "0.75", "--omega0", "1", "--epsilon", "1e-6"]
+
+    def status(name):
+        return main(["point", str(path), *place, "--trajectory", str(tmp_path / name)])
+
+    assert status("pipe.csv") == status("folder.csv") == 2
+    assert capsys.readouterr().err.count("is a folder or a device, not a file; allowed: ") == 2
+    assert (tmp_path / "pipe.csv").is_fifo()
+    assert status("link.csv") == 0
+    assert (tmp_path / "link.csv").is_symlink()
+    assert {p.name for p in tmp_path.iterdir()} == {"pipe.csv", "folder.csv", "link.csv", "file.csv"}

@@ -191,11 +191,14 @@ def test_a_clock_that_jumps_changes_no_bit(house, years):
 
 def test_a_kernel_edited_between_two_runs_is_what_makes_every_point(house):
     broken_off(house, settle=False)
-    kernel = house.folder / "kernels/measure.py"
+    kernel, ours = house.folder / "kernels/measure.py", Path(house.ask(FOLDER))
     before = kernel.read_text()
     # while the jobs that the killed run has left still finish shards of the old kernels
     kernel.write_text(before + "\nEDITED = True\n")
     try:
+        edited = Path(house.ask(FOLDER))
+        for code in ours.glob("kernels_*"):  # of whose files Numba takes all but the edited one's
+            shutil.copytree(code, edited / code.name, dirs_exist_ok=True)
         status, said = house.run()
         assert status == 0, said
         house.settle()
@@ -210,18 +213,21 @@ def test_a_kernel_edited_between_two_runs_is_what_makes_every_point(house):
 
 FOLDER = "from kernels.fingerprint import cache_folder; print(cache_folder())"
 HASH = "import sweeps; print(sweeps.survey('broken.yaml').attrs['content_hash'])"
+RATE = "from kernels.measure import rate_squared; print(rate_squared(0.5, 1.0)[0])"
 ANOTHER = "nehalem"  # a processor that every other of its kind can stand for
 
 
 def compiled_of_an_edit(house, **settings):
-    """The folder of compiled kernels that measure wrong rates; no file but measure.py says so."""
+    """The folder of a compiled kernel that measures wrong rates; no file but measure.py says so."""
     kernel = house.folder / "kernels/measure.py"
-    before = kernel.read_text()
+    before, dates = kernel.read_text(), kernel.stat()
     kernel.write_text(before.replace("4.0 * angle * angle", "5.0 * angle * angle"))
+    os.utime(kernel, ns=(dates.st_atime_ns, dates.st_mtime_ns))  # as long and as old: what Numba looks at
     try:
-        return Path(house.ask(f"{HASH}; {FOLDER}", **settings).splitlines()[-1])
+        return Path(house.ask(f"{RATE}; {FOLDER}", **settings).splitlines()[-1])
     finally:
         kernel.write_text(before)
+        os.utime(kernel, ns=(dates.st_atime_ns, dates.st_mtime_ns))
 
 
 def make_older(index):
@@ -234,29 +240,33 @@ def make_older(index):
 def test_stale_compiled_code_in_our_place_is_not_run(house, stale):
     if stale == "processor" and platform.machine() != "x86_64":
         pytest.skip("the processor that is named here is none of this machine's kind")
+    right = house.ask(RATE)
     wrong = compiled_of_an_edit(house, **({"NUMBA_CPU_NAME": ANOTHER} if stale == "processor" else {}))
     ours = Path(house.ask(FOLDER))
     assert wrong != ours  # another processor or an edit has a folder of its own; what if it came to lie in ours?
     kept = ours.rename(ours.with_name("kept"))
     try:
         wrong.rename(ours)
-        (ours / "compiled").write_text("another fingerprint\n")
         if stale == "version":
-            assert house.ask(HASH) != house.hash  # as it lies there, it is run
+            assert house.ask(RATE) != right  # as it lies there, it is run
             for index in ours.rglob("*.nbi"):
                 make_older(index)
-        status, said = house.run()
-        assert status == 0, said
-        assert_words(said)
-        assert_whole(house)
+        assert house.ask(RATE) == right
     finally:
         shutil.rmtree(ours)
         kept.rename(ours)
 
 
+QUICK = ("elliptic", "measure", "direct", "solution")  # kernels that are soon compiled again
+
+
+def compiled_files(house, suffix):
+    return sorted(p for p in Path(house.ask(FOLDER)).rglob(f"*{suffix}") if p.name.partition(".")[0] in QUICK)
+
+
 def test_a_damaged_compiler_cache_is_not_believed(house):
     """What a failing disk may leave in the cache: halves, nothing, noise."""
-    files = sorted(Path(house.ask(FOLDER)).rglob("*.nb[ic]"))
+    files = compiled_files(house, ".nb[ic]")
     assert len(files) > 10
     rng = random.Random(5)
     for path in files:
@@ -285,7 +295,7 @@ def test_a_bit_that_flips_in_compiled_code_is_never_run(house):
     for call in [*calls, lambda: house.ask(HASH)]:
         sound, motion = call(), house.folder / "results/motion.csv"
         moved = motion.read_bytes() if motion.exists() else b""
-        for code in Path(house.ask(FOLDER)).rglob("*.nbc"):
+        for code in compiled_files(house, ".nbc"):
             content = bytearray(code.read_bytes())
             content[rng.randrange(len(content))] ^= 1 << rng.randrange(8)
             code.write_bytes(content)

@@ -143,6 +143,7 @@ MACHINES = {
     "a home that cannot be written": ({"HOME": "/proc", "XDG_CACHE_HOME": None}, None),
     "no folder for temporary files": ({"TMPDIR": "/proc"}, None),
     "the C locale": ({"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "PYTHONIOENCODING": None}, None),
+    "settings for other machines": ({"MPLBACKEND": "nonsense", "TZ": "Nowhere", "COLUMNS": "-5"}, None),
     "another user": ({"HOME": "/nonexistent", "XDG_CACHE_HOME": None}, somebody_else),
 }
 COMMANDS = {

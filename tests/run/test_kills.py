@@ -163,7 +163,7 @@ class Series:
         self.house.settle()
         assert_whole(self.house, self.hash)
         assert {path.name for path in self.results.iterdir()} <= MADE
-        pictures = sorted(path.name for path in (self.results / "figures").iterdir())
+        pictures = sorted(path.name for path in (self.results / "figures").glob("[!.]*"))
         self.pictures = self.pictures or pictures
         assert pictures == self.pictures != []
         assert not list(self.house.folder.glob("**/.*.part"))
