@@ -17,6 +17,16 @@ def dimensions(ds: "xr.Dataset") -> dict[str, int]:
     return {dim: ds.sizes[dim] for dim in dict.fromkeys([*largest.dims, *others])}
 
 
+def own_of_points(ds: "xr.Dataset") -> list[str]:
+    """Names of the coordinates that points have of their own, along `point`."""
+    return [str(name) for name, c in ds.coords.items() if c.dims == ("point",) and c.dtype.kind == "f"]
+
+
+def spreads_by_ratio(values: np.ndarray) -> bool:
+    """Whether most values are small beside the greatest: then a logarithmic axis tells them apart."""
+    return bool(values.min() > 0 and values.max() > 30 * values.min() and np.median(values) < 0.2 * values.max())
+
+
 def flags(variable: "xr.DataArray") -> dict[int, str]:
     """Value → meaning of a flag variable by the CF conventions; {} for any other."""
     words = str(variable.attrs.get("flag_meanings", "")).split()

@@ -25,6 +25,10 @@ def _run(args):
         ds = summary.pointwise(whole)
         places = selection.nearest(ds, args.coordinates)
         dims = selection.left(ds, places)
+        if selection.POINT in dims:
+            what = "its points are drawn or listed, and make no plane"
+            allowed = "--point N where two other dimensions are left; `report` and `figures` show all points"
+            raise selection.SelectionError(f"{args.map}: {what}; allowed: {allowed}")
         if len(dims) != 2:
             what = f"{len(dims)} dimensions are left ({', '.join(dims) or 'none'})"
             choose = selection.how_to_choose(ds, dims) if len(dims) > 2 else "fewer values: two dimensions stay"

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from sweeps.maps.raw import RawFile, RawValues
 from sweeps.schema.layout import Layout
 from sweeps.schema.reading import MAX_FILE_BYTES
 from sweeps.schema.refusals import shortened
+from sweeps.schema.sample import POINT
 from sweeps.schema.variables import Variable
 from sweeps.shards import contract
 from sweeps.shards.shard import MapError
@@ -88,10 +90,11 @@ def _printable(where: str, text: str, beside: str | None) -> str:
 def _layout(attributes: Mapping[str, str]) -> Layout:
     """The description of the maps of a file's system."""
     try:
-        return systems.of_map(xr.Dataset(attrs=attributes)).layout()
+        layout = systems.of_map(xr.Dataset(attrs=attributes)).layout()
     except KeyError:
         name = shortened(repr(attributes["system"]))
         raise _UnlikeError(f"system: {name} is not available; allowed: {', '.join(systems.names())}") from None
+    return replace(layout, coordinates={POINT.name: POINT, **layout.coordinates})
 
 
 # ---------------------------------------------------------------------------------------------------------
@@ -134,7 +137,7 @@ class _Parts:
             self.specs[name] = Variable(
                 name, words["units"] or "1", words["long_name"] or name, comment=words["comment"]
             )
-            if one.dims in ((), (name,)):
+            if one.dims in ((), (name,), (POINT.name,)):
                 own[name] = one
             else:
                 self.variables[name] = one
@@ -162,7 +165,7 @@ def _check_dimensions(parts: _Parts) -> None:
             raise _UnlikeError(f"dimensions: {shown} has no coordinate; allowed: those of this system's maps")
     for name in parts.coordinates:
         along = _own_dims(parts, name)
-        if not set(along) <= {*dims, *parts.further, parts.layout.along}:
+        if not set(along) <= {*dims, *parts.further, parts.layout.along} - ({POINT.name} - {*dims}):
             raise _UnlikeError(f"{name}: lies along {', '.join(along)}; allowed: a dimension of the map")
     needed = {*parts.layout.values, *(parts.layout.beside if parts.layout.along in parts.coordinates else ())}
     for name in sorted(needed - set(parts.coordinates)):
@@ -178,7 +181,7 @@ def _own_dims(parts: _Parts, name: str) -> tuple[str, ...]:
 
 def _check_coordinate(parts: _Parts, name: str, held: Held) -> None:
     spec, dims = parts.specs[name], _own_dims(parts, name)
-    if dims not in ((), (name,), (parts.layout.along,)):
+    if dims not in ((), (name,), (parts.layout.along,), (POINT.name,)):
         shown = shortened(" × ".join(dim or "?" for dim in dims))
         raise _UnlikeError(f"{name}: lies along {shown}; allowed: its own dimension alone")
     if spec.dtype == "str":

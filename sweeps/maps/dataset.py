@@ -59,10 +59,12 @@ def _columns(*arrays: np.ndarray, sweep: Sweep, threads: int) -> tuple[np.ndarra
 
 def grid_coordinates(sweep: Sweep) -> dict[str, xr.DataArray]:
     """Coordinates of a whole grid, each along its own dimension (or, if auxiliary, along another), with attributes."""
-    return {
-        name: xr.DataArray(values, dims=dim, coords={dim: values} if name == dim else None, attrs=attributes)
-        for name, (dim, values, attributes) in contract.coordinates(sweep).items()
-    }
+    found = {}
+    for name, (dim, values, attributes) in contract.coordinates(sweep).items():
+        values = np.asarray(values)
+        own = {dim: values} if name == dim else None
+        found[name] = xr.DataArray(values, dims=dim, coords=own, attrs=attributes)
+    return found
 
 
 def survey_grid(sweep: Sweep, chunks=None, threads: int = 1) -> xr.Dataset:

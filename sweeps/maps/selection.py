@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from sweeps.boxes import dimensions
+from sweeps.boxes import dimensions, own_of_points
 from sweeps.schema.refusals import RefusedError, hint, shortened
 
 _LISTED = 8
+POINT = "point"
 
 
 class SelectionError(RefusedError):
@@ -28,6 +29,7 @@ class Place:
         asked: what a person asked for; None where the dimension has that value alone.
         units: UDUNITS text.
         outside: whether what was asked lies beyond the grid's ends.
+        by: of a point that was chosen by coordinates of its own, what was asked of these, in words; "" for others.
     """
 
     dim: str
@@ -36,8 +38,11 @@ class Place:
     asked: float | str | None
     units: str
     outside: bool = False
+    by: str = ""
 
     def __str__(self):
+        if self.by:
+            return f"{self.dim} = {in_words(self.value)} (nearest to {self.by})"
         unit = "" if self.units in ("1", "") else f" {self.units}"
         text = f"{self.dim} = {in_words(self.value)}{unit}"
         if self.asked is None or self.asked == self.value:
@@ -56,7 +61,8 @@ def nearest(ds: xr.Dataset, chosen: Mapping[str, str]) -> dict[str, Place]:
     Args:
         ds: a map.
         chosen: dimension → value as typed. Numbers need not stand on the grid (nearest by difference; axes must);
-            names of bodies may leave out what is not needed to tell them.
+            names of bodies may leave out what is not needed to tell them. Of points that are drawn or listed, the
+            nearest by their own coordinates, each in units of the range that all points have.
 
     Returns:
         Dimension → place, in storage order; dimensions that are longer than one and not chosen are left out.
@@ -65,13 +71,30 @@ def nearest(ds: xr.Dataset, chosen: Mapping[str, str]) -> dict[str, Place]:
         SelectionError: for a name that is no dimension, and a value that is none of its kind.
     """
     sizes = dimensions(ds)
+    own = {name: text for name, text in chosen.items() if name in own_of_points(ds) and POINT not in chosen}
+    chosen = {name: text for name, text in chosen.items() if name not in own}
     for name in chosen:
         if name not in sizes:
-            beside = "is a coordinate along body, not a dimension"
+            along = "point, which is chosen already" if POINT in sizes else "body, not a dimension"
+            beside = f"is a coordinate along {along}"
             wrong = beside if name in ds.coords else "is no dimension of this map"
             allowed = ", ".join(f"--{dim}" for dim in sizes)
             raise SelectionError(f"--{shortened(name)}: {wrong}{hint(name, sizes)}; allowed: {allowed}")
-    return {dim: _place(ds, dim, chosen.get(dim)) for dim, size in sizes.items() if size == 1 or dim in chosen}
+    found = {dim: _place(ds, dim, chosen.get(dim)) for dim, size in sizes.items() if size == 1 or dim in chosen}
+    return ({POINT: _nearest_point(ds, own)} if own else {}) | found
+
+
+def _nearest_point(ds: xr.Dataset, own: Mapping[str, str]) -> Place:
+    """The point nearest to some of its coordinates."""
+    away, said = np.zeros(ds.sizes[POINT]), []
+    for name, text in own.items():
+        values = ds[name].values
+        asked = _number(name, text, values)
+        away += np.square((values - asked) / (np.ptp(values) or 1.0))
+        said.append(str(Place(name, 0, asked, None, str(ds[name].attrs.get("units", "")))))
+    index = int(away.argmin())
+    number = ds[POINT].values[index].item()
+    return Place(POINT, index, number, number, "", by=", ".join(said))
 
 
 def assigned(text: str) -> tuple[str, str]:
@@ -159,4 +182,5 @@ def at(ds: xr.Dataset, places: Mapping[str, Place]) -> xr.Dataset:
 
 def how_to_choose(ds: xr.Dataset, dims: list[str]) -> str:
     """What may be chosen along some dimensions: "--I1 VALUE (0.5 to 1.5, 24 values), …"."""
-    return ", ".join(f"--{dim} {span(ds[dim].values)}" for dim in dims)
+    own = {POINT: "".join(f", or --{name} {span(ds[name].values)}" for name in own_of_points(ds))}
+    return ", ".join(f"--{dim} {span(ds[dim].values)}{own.get(dim, '')}" for dim in dims)

@@ -24,7 +24,7 @@ from sweeps.schema import carried
 from sweeps.schema.definition import DEFAULT_NAME, DEFAULT_SYSTEM, Definition
 from sweeps.schema.refusals import DefinitionError, UnreadableError, shortened
 from sweeps.schema.variables import Role
-from sweeps.shards import content
+from sweeps.shards import content, contract
 
 MAP = "stability_map.nc"
 BLOCK_POINTS = 2**18
@@ -117,7 +117,7 @@ def _definition(ds: xr.Dataset, against: Sweep | None) -> tuple[Sweep | None, Ch
     text = ds.attrs.get("definition", "")
     if against is not None and text == against.definition.text:
         changed = str(ds.attrs.get("inputs", "")) != against.definition.inputs
-        return against, Check(name, covers, ("inputs: a file of its bodies was another",) if changed else ())
+        return against, Check(name, covers, ("inputs: a file of its bodies or points was another",) if changed else ())
     try:
         values = carried.mapping_of(text)
         if (elsewhere := _needs_files(values)) is not None:
@@ -138,6 +138,8 @@ def _needs_files(values: dict) -> str | None:
     """Why a definition found in a map is not followed to other files: nobody here has asked for those."""
     if systems.is_file(values.get("system")):
         return "its system is a Python file, run only where --definition names it"
+    if "table" in values:
+        return "its points are those of a table, read only where --definition names it"
     try:
         system = systems.resolve(str(values.get("system", DEFAULT_SYSTEM)))
     except KeyError:  # which reading it will refuse
@@ -187,19 +189,23 @@ def _sizes(sizes: dict) -> str:
 
 
 def _wrong_coordinates(ds: xr.Dataset, sweep: Sweep) -> Iterator[str]:
-    expected = dataset.grid_coordinates(sweep)
-    for name, array in expected.items():
+    expected = contract.coordinates(sweep)
+    for name, (dim, values, _) in expected.items():
         if name not in ds.variables:
             yield f"{name}: is missing"
             continue
         found = ds.variables[name]
-        if found.dims != array.dims or (found.dtype.kind != array.dtype.kind and found.dtype.kind not in "OU"):
-            yield f"{name}: is no coordinate along {', '.join(array.dims)} of type {array.dtype}"
-        elif content.as_bytes(found.values) != content.as_bytes(array.values):
+        if found.dims != (dim,) or (found.dtype.kind != values.dtype.kind and found.dtype.kind not in "OU"):
+            yield f"{name}: is no coordinate along {dim} of type {values.dtype}"
+        elif any(content.as_bytes(found[p].values) != content.as_bytes(values[p[0]]) for p in _parts(found)):
             yield f"{name}: has other values than the definition's"
     beside = set(ds.variables) | set(ds.encoding.get("ignored", ()))
     for name in beside - set(expected) - set(sweep.variables):
         yield f"{shortened(repr(name))}: is no variable of this map"
+
+
+def _parts(variable: xr.Variable) -> Iterator[tuple[slice, ...]]:
+    return runs(variable.shape, BLOCK_POINTS)
 
 
 def _wrong_variables(ds: xr.Dataset, sweep: Sweep) -> Iterator[str]:

@@ -11,6 +11,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from sweeps.points import scattered
+from sweeps.points.scattered import POINT, AlongPoints, Scattered
 from sweeps.schema.definition import Definition
 from sweeps.schema.parameters import SPELLED_OUT, Range
 from sweeps.systems import Dynamics
@@ -43,14 +45,21 @@ class Grid:
         return math.prod(self.shape)
 
     @cached_property
-    def coordinates(self) -> dict[str, np.ndarray]:
+    def coordinates(self) -> dict[str, np.ndarray | AlongPoints]:
         """Dimension → its values, 1-D: whole numbers, text or float64, in the units of the system's coordinates."""
         return {dim: _spelled_out(values) for dim, values in self._along.items()}
 
     @cached_property
-    def auxiliary(self) -> dict[str, tuple[str, np.ndarray]]:
-        """Name → (dimension, values along it) of each coordinate that is no dimension: what bodies give themselves."""
-        return self.system.auxiliary(self.definition)
+    def auxiliary(self) -> dict[str, tuple[str, np.ndarray | AlongPoints]]:
+        """Name → (dimension, values along it) of each coordinate that is no dimension: what bodies and points have."""
+        own = self.system.auxiliary(self.definition)
+        names = self.scattered.names if self.scattered else ()
+        return own | {name: (POINT, scattered.column(self.scattered, name)) for name in names}
+
+    @cached_property
+    def scattered(self) -> Scattered | None:
+        """The points along `point`; None where all dimensions are the system's own."""
+        return scattered.of(self.definition)
 
     @cached_property
     def further(self) -> dict[str, np.ndarray]:
@@ -63,8 +72,12 @@ class Grid:
         return self.system.arguments(self.definition)
 
     @cached_property
-    def _along(self) -> dict[str, Range | np.ndarray]:
-        return self.system.dimensions(self.definition)
+    def _along(self) -> dict[str, Range | np.ndarray | AlongPoints]:
+        own = self.system.dimensions(self.definition)
+        if self.scattered is None:
+            return own
+        points = {POINT: scattered.numbers(self.scattered.num)}
+        return points | {dim: values for dim, values in own.items() if dim not in self.scattered.names}
 
     def points(self, start: int, stop: int) -> dict[str, np.ndarray]:
         """Coordinates of the points start … stop − 1.
@@ -81,15 +94,25 @@ class Grid:
             ValueError: for numbers outside the grid.
         """
         index = self._unravelled(start, stop)
+        own = self._own(index.get(POINT))
         columns = {}
         for name in self.arguments:
-            if name in index:
+            if name in own:
+                values = own[name]
+            elif name in index:
                 values = self._values(name, index[name])
             else:
                 dim, along = self.auxiliary[name]
                 values = along[index[dim]]
             columns[name] = values.astype(np.int64) if values.dtype.kind == "i" else values
         return columns
+
+    def _own(self, numbers: np.ndarray | None) -> dict[str, np.ndarray]:
+        """What scattered points have of their own, at these numbers, which ascend."""
+        if numbers is None or not numbers.size:
+            return {name: np.empty(0) for name in (self.scattered.names if self.scattered else ())}
+        first, last = int(numbers[0]), int(numbers[-1])
+        return {name: values[numbers - first] for name, values in self.scattered.rows(first, last + 1).items()}
 
     def shard_bounds(self, count: int) -> list[tuple[int, int]]:
         """Cuts the points into `count` runs [start, stop), in order, whose sizes differ by one at most."""
@@ -116,7 +139,7 @@ class Grid:
     @cached_property  # longer axes are computed where they are asked for
     def _tables(self) -> dict[str, np.ndarray]:
         lengths = zip(self._along.items(), self.shape, strict=True)
-        return {dim: _spelled_out(values) for (dim, values), length in lengths if length <= SPELLED_OUT}
+        return {dim: _spelled_out(v) for (dim, v), n in lengths if n <= SPELLED_OUT and dim != POINT}
 
     def _values(self, dim: str, index: np.ndarray) -> np.ndarray:
         if dim in self._tables:
@@ -125,9 +148,9 @@ class Grid:
         return along.values(index) if isinstance(along, Range) else along[index]
 
 
-def _length(values: Range | np.ndarray) -> int:
+def _length(values: Range | np.ndarray | AlongPoints) -> int:
     return values.num if isinstance(values, Range) else values.size
 
 
-def _spelled_out(values: Range | np.ndarray) -> np.ndarray:
+def _spelled_out(values: Range | np.ndarray | AlongPoints) -> np.ndarray | AlongPoints:
     return values.values(np.arange(values.num)) if isinstance(values, Range) else values

@@ -12,6 +12,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from sweeps import systems
+from sweeps.points import scattered
 from sweeps.points.sweep import Sweep, of
 from sweeps.schema.definition import DEFAULT_NAME, DEFAULT_SYSTEM, NAME_PATTERN, Definition
 from sweeps.schema.reading import as_yaml, file_text, plain, read_text
@@ -100,9 +101,11 @@ def _validated(text: str | None, values: dict, name: str, folder: str) -> Sweep:
         system, values = _system(reads, folder), {**values, "system": reads}
     model = system.model
     try:
-        definition = model.model_validate({"title": name, **values}, context={"folder": folder})
+        completed, table = scattered.completed(values, model, folder)
+        definition = model.model_validate({"title": name, **completed}, context={"folder": folder})
     except ValidationError as error:
         raise _InvalidError(validation_problems(error, model)) from None
+    definition.take(table)
     definition.read_by(_from_text, as_yaml(values) if text is None else text, name, folder)
     return of(definition, system)
 

@@ -6,11 +6,13 @@ and allowed values stand in its `Field(description=...)`, and a refusal quotes t
 
 import math
 from collections.abc import Callable
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, PrivateAttr, model_validator
 
+from sweeps.schema.parameters import Range
 from sweeps.schema.refusals import Problem, display, keys_of, refusals
+from sweeps.schema.sample import MOST_SOBOL, Sample
 from sweeps.schema.values import (
     MAX_SAMPLES,
     MAX_SHARDS,
@@ -74,6 +76,16 @@ class Definition(Strict):
         Integration(),
         description="how each run is made: a mapping with " + keys_of(Integration),
     )
+    sample: Sample = Field(
+        default=None,
+        description="points drawn over the grid's ranges, in place of all their combinations: a mapping with "
+        + keys_of(Sample),
+    )
+    table: Annotated[str, line_of_text(1000)] = Field(
+        default=None,
+        description="a file of points, in place of ranges: CSV, Parquet or netCDF, its path relative to the "
+        "definition's, its columns named as the keys of grid",
+    )
     shards: Annotated[int | str, BeforeValidator(file_count)] = Field(
         "auto",
         description=f"files the work is cut into: auto, or 1 to {MAX_SHARDS:,}; changes no result",
@@ -82,10 +94,20 @@ class Definition(Strict):
     _text: str = PrivateAttr("")
     _folder: str = PrivateAttr("")
     _reader: Callable[[str, str, str], "Definition"] = PrivateAttr(None)
+    _rows: Any = PrivateAttr(None)
 
     def read_by(self, reader: Callable[[str, str, str], "Definition"], text: str, name: str, folder: str) -> None:
         """Keeps what the definition was read from, and who reads it again from (text, name, folder) elsewhere."""
         self._reader, self._text, self._name, self._folder = reader, text, name, folder
+
+    def take(self, rows: Any) -> None:
+        """Keeps the rows of its table (see `sweeps.points.tables`)."""
+        self._rows = rows
+
+    @property
+    def rows(self) -> Any:
+        """The rows of its table; None without one."""
+        return self._rows
 
     @property
     def name(self) -> str:
@@ -105,7 +127,38 @@ class Definition(Strict):
     @property
     def inputs(self) -> str:
         """The files that the definition names, one a line with the SHA-256 of its content; empty without any."""
-        return ""
+        return self._rows.input if self._rows is not None else ""
+
+    @property
+    def pair(self) -> Strict | None:
+        """The two entries that give some parameters (see `sweeps.schema.parameters.Derived`); None without."""
+        derived = getattr(self.grid, "derived", None)
+        return getattr(self.grid, derived.key) if derived else None
+
+    @property
+    def drawn(self) -> dict[str, Range]:
+        """Key of the grid → each range over which points are drawn; {} without `sample`."""
+        if self.sample is None:
+            return {}
+        entries = {name: getattr(self.grid, name) for name in type(self.grid).model_fields}
+        if (pair := self.pair) is not None:
+            entries = dict(pair) | {n: e for n, e in entries.items() if n not in self.grid.derived.names}
+        return {name: e for name, e in entries.items() if isinstance(e, Range) and e.start != e.stop}
+
+    @model_validator(mode="after")
+    def _check_sample(self) -> "Definition":
+        if self.sample is None:
+            return self
+        shown, wrong = display(self.sample), ""
+        if getattr(self, "bodies", ()):
+            wrong, allowed = "is given beside bodies", "sample over ranges in grid, or bodies"
+        elif not self.drawn:
+            wrong, allowed = "has nothing to draw", "a range {start, stop} in grid, with two ends that differ"
+        elif self.sample.method == "sobol" and self.sample.num > MOST_SOBOL:
+            wrong, allowed = "draws more than there are", f"at most {MOST_SOBOL:,} points by sobol; latin or random"
+        if wrong:
+            raise refusals([Problem(("sample",), shown, wrong, allowed)])
+        return self
 
     def __reduce__(self):
         """Travels between processes as its text: the models of a system need not be importable by name."""

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar, Protocol
 
 import numpy as np
 from pydantic import AfterValidator, Discriminator, Field, Tag, create_model, model_validator
@@ -46,6 +46,16 @@ class Range(Strict):
             return np.full(index.shape, self.start)
         spaced = self._logarithmic if self.spacing == "log" else self._linear
         return np.where(index == 0, self.start, np.where(index == self.num - 1, self.stop, spaced(index)))
+
+    def drawn(self, share: np.ndarray) -> np.ndarray:
+        """Values at shares 0 ≤ share < 1 of the way from end to end; of the logarithm's, where spacing is log."""
+        if self.spacing == "log":
+            e_folds = math.log(abs(self.stop)) - math.log(abs(self.start))
+            # one by one: NumPy's exp may round a number otherwise alone than in an array
+            found = self.start * np.array([math.exp(x) for x in (share * e_folds).tolist()])
+        else:
+            found = self.start + share * (self.stop - self.start)
+        return np.clip(found, min(self.start, self.stop), max(self.start, self.stop))
 
     def _linear(self, index: np.ndarray) -> np.ndarray:
         return index * ((self.stop - self.start) / (self.num - 1)) + self.start
@@ -174,26 +184,69 @@ def coordinates(parameters: Iterable[Parameter]) -> dict[str, Variable]:
     return {p.name: Variable(p.name, p.quantity.units, p.long_name) for p in parameters}
 
 
-def grid_model(name: str, parameters: Iterable[Parameter], module: str) -> type[Strict]:
+class Derived(Protocol):
+    """Another way to give some of a grid's parameters: by two numbers, every pair of which is a possible point.
+
+    Attributes:
+        key: the grid's key under which the two stand.
+        description: what a refusal says of it.
+        model: the model of what stands there, two entries.
+        names: the parameters that they give.
+    """
+
+    key: str
+    description: str
+    model: type[Strict]
+    names: tuple[str, ...]
+
+    def completed(self, values: Mapping) -> dict:
+        """A definition's plain grid with ranges of `names` from end to end.
+
+        Raises:
+            UnreadableError: for what cannot stand beside it.
+        """
+
+    def drawn(self, name: str, spaced: Range, share: np.ndarray) -> np.ndarray:
+        """Values of one of the two at shares of its range, so that the points drawn are spread evenly."""
+
+    def given(self, pair: Mapping[str, np.ndarray], grid: Any) -> dict[str, np.ndarray]:
+        """`names` → values for pairs of the two, beside a checked grid."""
+
+    def impossible(self, columns: Mapping[str, Any]) -> np.ndarray | None:
+        """Which points cannot exist, by their parameters (arrays and numbers); None where these do not say."""
+
+
+class GridOf(Strict):
+    """A grid whose keys are those of a table of parameters."""
+
+    parameters: ClassVar[tuple[Parameter, ...]] = ()
+    derived: ClassVar[Derived | None] = None
+
+
+def grid_model(name: str, parameters: Iterable[Parameter], module: str, derived: Derived | None = None) -> type[GridOf]:
     """The model of a definition's `grid`: each key a number, a list, or a range.
 
     Args:
         name: the model's name.
         parameters: its keys, in order.
         module: the module that it will be found in under its name (for pickle).
+        derived: another way to give some of them.
     """
-    ranges, fields = {}, {}
+    ranges, fields, parameters = {}, {}, tuple(parameters)
     for parameter in parameters:
         quantity = parameter.quantity
         if quantity.noun not in ranges:
-            ranges[quantity.noun] = _range_model(quantity)
+            ranges[quantity.noun] = range_model(quantity)
         default = ... if parameter.required else parameter.default
         fields[parameter.name] = (
             entry(quantity.item, ranges[quantity.noun]),
             Field(default, description=_description(parameter)),
         )
     doc = "What a sweep varies. A list that is not monotonic is sorted ascending, as CF coordinates must be."
-    return create_model(name, __base__=Strict, __module__=module, __doc__=doc, **fields)
+    if derived:
+        fields[derived.key] = derived.model, Field(None, description=derived.description)
+    base = type(name, (GridOf,), {"parameters": parameters, "derived": derived, "__module__": module})
+    return create_model(name, __base__=base, __module__=module, __doc__=doc, **fields)
 
 
 def _description(parameter: Parameter) -> str:
@@ -202,7 +255,7 @@ def _description(parameter: Parameter) -> str:
     return (parameter.description or f"{parameter.long_name}{units}, {quantity.bounds}") + f": {FORMS}"
 
 
-def _range_model(quantity: Quantity) -> type[Range]:
+def range_model(quantity: Quantity) -> type[Range]:
     """Ranges whose ends, and so all of whose values, are of a quantity."""
     units = "dimensionless" if quantity.units == "1" else quantity.units
     ends = {"start": f"first {quantity.noun}, {units}", "stop": f"last {quantity.noun}, {units}, itself included"}
@@ -213,6 +266,11 @@ def _range_model(quantity: Quantity) -> type[Range]:
 
 def _nonzero(quantity: Quantity) -> type[Range]:
     class Nonzero(Range):
+        def drawn(self, share: np.ndarray) -> np.ndarray:
+            found = super().drawn(share)
+            # one of 2^30 shares may land on 0: it is moved by a quarter of the distance between shares
+            return np.where(np.abs(found) < quantity.least, 2.0**-32 * (self.stop - self.start), found)
+
         @model_validator(mode="after")
         def _check_zero(self) -> "Nonzero":
             if self._comes_near_zero(quantity.least):

@@ -11,7 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sweeps.points.scattered import AlongPoints
 from sweeps.points.sweep import Sweep
+from sweeps.schema.sample import POINT
 
 CONTRACT_VERSION = "1.0"
 CONVENTIONS = "CF-1.11"
@@ -22,21 +24,22 @@ class MapCoordinate(NamedTuple):
 
     Attributes:
         dim: the dimension it lies along.
-        values: its values, shape (n,).
+        values: its values, shape (n,); of a dimension `point`, they are made where they are asked for.
         attributes: its CF attributes.
     """
 
     dim: str
-    values: np.ndarray
+    values: np.ndarray | AlongPoints
     attributes: dict
 
 
 def coordinates(sweep: Sweep) -> dict[str, MapCoordinate]:
     """Name → each coordinate of a map: the dimensions' own, then the auxiliary ones."""
-    grid, table = sweep.grid, sweep.system.coordinates(sweep.definition)
+    grid, table = sweep.grid, {POINT.name: POINT} | sweep.system.coordinates(sweep.definition)
     own = {dim: MapCoordinate(dim, values, table[dim].attributes) for dim, values in grid.coordinates.items()}
     for name, (dim, values) in grid.auxiliary.items():
-        values = values if values.dtype.kind == "U" else values.astype(table[name].dtype)
+        is_right = values.dtype.kind == "U" or values.dtype == np.dtype(table[name].dtype)
+        values = values if is_right else values.astype(table[name].dtype)
         own[name] = MapCoordinate(dim, values, table[name].attributes)
     return own | {dim: MapCoordinate(dim, values, table[dim].attributes) for dim, values in grid.further.items()}
 

@@ -26,6 +26,8 @@ from sweeps.shards.shard import (
     write_shard,
 )
 
+COORDINATE_POINTS = 2**20  # of a coordinate that are in memory at once
+
 
 def merge(sweep: Sweep, shards: Iterable[str | Path], path: str | Path, threads: int = 1, renew: bool = False) -> str:
     """Writes the map of a sweep from its shards, a chunk at a time.
@@ -124,9 +126,11 @@ def _create(path: Path, sweep: Sweep) -> ContentHash:
             is_text = values.dtype.kind == "U"
             variable = file.createVariable(name, str if is_text else values.dtype, dim, fill_value=False)
             variable.setncatts(attributes)
-            variable[:] = values.astype(object) if is_text else values
             digest.declare(name, (dim,), values.shape, values.dtype)
-            digest.update(name, values)
+            for first in range(0, values.size, COORDINATE_POINTS):
+                part = values[first : first + COORDINATE_POINTS]
+                variable[first : first + part.size] = part.astype(object) if is_text else part
+                digest.update(name, part)
         for spec in variables.values():
             shape = (*grid.shape, *sweep.shape_at(spec.name))
             digest.declare(spec.name, (*grid.dims, *spec.over), shape, spec.dtype)

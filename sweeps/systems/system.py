@@ -210,6 +210,12 @@ class Dynamics(ABC):
     def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
         """Name of each picture of a map → what draws it (None where there is nothing to show)."""
 
+    def pictures_of_points(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
+        """The same for a map whose points are drawn or listed, and make no grid."""
+        from sweeps.systems import cloud
+
+        return {"points": lambda: cloud.draw(ds, self.layout().variables, self.look)}
+
     def motion(
         self, point: Mapping[str, float], duration: float | None, samples: int | None, tolerance: float
     ) -> "xr.Dataset | None":

@@ -27,11 +27,15 @@ def pictures(ds: xr.Dataset) -> dict[str, Callable[[], Figure | None]]:
     Args:
         ds: a map, from `sweeps.open_map` or `sweeps.survey`.
     """
-    return {name: _without(ds, draw, None) for name, draw in systems.of_map(ds).pictures(ds).items()}
+    system = systems.of_map(ds)
+    own = system.pictures_of_points if "point" in ds.dims else system.pictures
+    return {name: _without(ds, draw, None) for name, draw in own(ds).items()}
 
 
 def animations(ds: xr.Dataset) -> dict[str, Callable[[], list[Image.Image]]]:
     """Name of each animation of a map → what draws its frames (none where there is nothing to show)."""
+    if "point" in ds.dims:  # whose motion `point` writes
+        return {}
     return {name: _without(ds, frames, []) for name, frames in systems.of_map(ds).animations(ds).items()}
 
 

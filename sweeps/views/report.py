@@ -22,7 +22,7 @@ from markupsafe import Markup
 
 from sweeps import colors, systems
 from sweeps import style as figure_style
-from sweeps.boxes import blocks, dimensions, flags
+from sweeps.boxes import blocks, dimensions, flags, own_of_points
 from sweeps.files import replaced
 from sweeps.maps.summary import Summary, known, place, pointwise, read, rule
 from sweeps.schema.variables import Role
@@ -41,7 +41,7 @@ from sweeps.views.report_columns import (
 
 LIMIT = 8_000_000  # bytes of a page
 # before those of a map's own system; main.js is the last
-SCRIPTS = ("numbers.js", "data.js", "state.js", "colors.js", "controls.js", "row.js", "plane.js")
+SCRIPTS = ("numbers.js", "data.js", "state.js", "colors.js", "controls.js", "row.js", "plane.js", "cloud.js")
 
 
 def write(ds: xr.Dataset, path: str | Path, limit: int = LIMIT) -> None:
@@ -150,6 +150,7 @@ def payload(ds: xr.Dataset, packed: list[Packed], kept: Mapping[str, np.ndarray]
         **_look(ds),
         "seriesColors": colors.SERIES_COLORS,
         "table": page.table,
+        "cloud": (own_of_points(ds) or None) if "point" in kept else None,
         **page.facts,
     }
 
@@ -274,6 +275,7 @@ def _page(ds, summary: Summary, packed: list[Packed], kept) -> str:
         question=part.question,
         keys=part.keys,
         table=part.table,
+        cloud="point" in ds.dims,
         **_said(ds, summary, kept),
     )
 

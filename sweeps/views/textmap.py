@@ -1,6 +1,6 @@
 """A map's flags as characters in a terminal, coloured where it has colours and legible where it has none."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
@@ -10,47 +10,11 @@ from sweeps.boxes import dimensions, flags
 from sweeps.maps.selection import Place, in_words
 from sweeps.maps.summary import leading_flag
 from sweeps.systems.look import Look
+from sweeps.views import textcloud
+from sweeps.views.textplane import Panel, TextMap
 
 MOST_ROWS = 24
 NARROWEST = 4
-
-
-@dataclass(frozen=True)
-class Panel:
-    """One plane of characters.
-
-    Attributes:
-        title: what is special to this plane, "axis 2" or "".
-        rows: (label, characters) from the top.
-        ends: first and last value along the bottom.
-    """
-
-    title: str
-    rows: list[tuple[str, str]]
-    ends: tuple[str, str]
-
-
-@dataclass(frozen=True)
-class TextMap:
-    """Planes beside one another, with what is the same in all.
-
-    Attributes:
-        flag: the variable that is drawn.
-        x: dimension along the bottom, "" for none.
-        y: dimension upwards.
-        fixed: dimension → value of what is not shown.
-        panels: the planes.
-        legend: character → meaning, of what occurs.
-        colors: character → colour, "" where it has none.
-    """
-
-    flag: str
-    x: str
-    y: str
-    fixed: dict[str, float | int | str]
-    panels: list[Panel]
-    legend: dict[str, str]
-    colors: dict[str, str]
 
 
 def draw(ds: xr.Dataset, places: dict[str, Place], width: int = 80) -> TextMap | None:
@@ -65,10 +29,13 @@ def draw(ds: xr.Dataset, places: dict[str, Place], width: int = 80) -> TextMap |
     """
     flag = leading_flag(ds)
     sizes = {dim: size for dim, size in dimensions(ds).items() if size > 1 and dim not in places}
-    beside = next((dim for dim in sizes if ds[dim].dtype.kind in "iu" and len(sizes) > 1), None)
+    whole = (dim for dim in sizes if ds[dim].dtype.kind in "iu" and dim != "point" and len(sizes) > 1)
+    beside = next(whole, None)
     count = sizes.pop(beside) if beside else 1
     if not sizes or not flag:
         return None
+    if "point" in sizes:
+        return _cloud(ds, flag, places, beside, width)
     y, x = _plane(ds, sizes)
     shown = (x, y, beside)
     fixed = {dim: (n - 1) // 2 for dim, n in dimensions(ds).items() if dim not in shown}
@@ -87,6 +54,16 @@ def draw(ds: xr.Dataset, places: dict[str, Place], width: int = 80) -> TextMap |
     told = {dim: _value(ds, dim, index) for dim, index in fixed.items() if dimensions(ds)[dim] > 1}
     look = systems.of_map(ds).look
     return TextMap(flag, x, y, told, drawn, legend, {glyph: look.color(meaning) for glyph, meaning in legend.items()})
+
+
+def _cloud(ds: xr.Dataset, flag: str, places: dict[str, Place], beside: str | None, width: int) -> TextMap | None:
+    """Points that are drawn or listed, over two of their coordinates."""
+    look = systems.of_map(ds).look
+    fixed = {dim: (n - 1) // 2 for dim, n in dimensions(ds).items() if dim not in ("point", beside)}
+    fixed |= {dim: place.index for dim, place in places.items()}
+    drawn = textcloud.draw(ds, flag, fixed, beside, width, _glyphs(flags(ds[flag]), look))
+    colored = drawn and {glyph: look.color(meaning) for glyph, meaning in drawn.legend.items()}
+    return drawn and replace(drawn, colors=colored)
 
 
 def _glyphs(meanings: dict[int, str], look: Look) -> dict[int, str]:

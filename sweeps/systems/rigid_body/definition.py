@@ -39,10 +39,11 @@ from sweeps.systems.rigid_body.variables import (
     VARIABLES,
     SpinRate,
 )
+from sweeps.systems.shapes import RATIOS
 
 PROPAGATORS = ("direct", "exact")
 
-GridEntries = grid_model("GridEntries", PARAMETERS, __name__)
+GridEntries = grid_model("GridEntries", PARAMETERS, __name__, RATIOS)
 
 
 class Ratios(Strict):
@@ -259,8 +260,8 @@ class RigidBodyDefinition(Definition):
 
     @cached_property
     def inputs(self) -> str:
-        """The meshes of the bodies, one a line with the SHA-256 of its content."""
-        return "\n".join(body.input for body in self.bodies if body.mesh is not None)
+        """The meshes of the bodies, or the table of points, one a line with the SHA-256 of its content."""
+        return super().inputs or "\n".join(body.input for body in self.bodies if body.mesh is not None)
 
     def is_per_body(self, parameter: str) -> bool:
         """Whether `parameter` (I1 … phase) is a coordinate on `body` rather than a dimension."""

@@ -205,6 +205,14 @@ class RigidBody(Dynamics):
         found["polhodes"] = lambda: figure_polhodes.draw(ds)
         return found
 
+    def pictures_of_points(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
+        """The inertia triangle, the points over two coordinates, and theory against measurement."""
+        from sweeps.systems.rigid_body import figure_agreement, figure_triangle
+
+        found: dict[str, Callable[[], Figure | None]] = {"triangle": lambda: figure_triangle.draw(ds)}
+        found |= super().pictures_of_points(ds)
+        return found | {"theory_against_measured": lambda: figure_agreement.draw(ds)}
+
     def motion(self, point, duration, samples, tolerance) -> "xr.Dataset":
         """ω(t), from the closed form and step by step."""
         from sweeps.systems.rigid_body.motion import motion

@@ -8,9 +8,10 @@ from sweeps.schema.parameters import grid_model, spread
 from sweeps.schema.refusals import Problem, display, keys_of, refusals
 from sweeps.systems import listed
 from sweeps.systems.once import Once
+from sweeps.systems.shapes import RATIOS
 from sweeps.systems.tumbling.variables import MOMENTS, PARAMETERS, Energy, Spin
 
-TumblingGrid = grid_model("TumblingGrid", PARAMETERS, __name__)
+TumblingGrid = grid_model("TumblingGrid", PARAMETERS, __name__, RATIOS)
 SHAREABLE = ("energy", "omega0")
 
 

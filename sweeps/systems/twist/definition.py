@@ -7,9 +7,10 @@ from sweeps.schema.parameters import grid_model
 from sweeps.schema.refusals import keys_of, refusals
 from sweeps.systems import listed
 from sweeps.systems.once import Once
+from sweeps.systems.shapes import RATIOS
 from sweeps.systems.twist.variables import PARAMETERS, Spin
 
-TwistGrid = grid_model("TwistGrid", PARAMETERS, __name__)
+TwistGrid = grid_model("TwistGrid", PARAMETERS, __name__, RATIOS)
 SHAREABLE = ("omega0",)
 
 

@@ -35,7 +35,7 @@ function coordinateText(name, value) {
 /** The control of one dimension: buttons for few names or whole numbers, a list for many, a slider for numbers. */
 function dimensionControl(name) {
   const coordinate = theMap.coordinates[name];
-  const named = !coordinate.numeric || coordinate.whole;
+  const named = (!coordinate.numeric || coordinate.whole) && name !== "point";
   if (named && coordinate.values.length <= 5) return radioGroup(name, coordinate);
   if (named) return dimensionList(name, coordinate);
   return dimensionSlider(name, coordinate);

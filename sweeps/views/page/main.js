@@ -44,11 +44,13 @@ function resized() {
 async function start() {
   await Promise.all([loadPlotly(), ...Object.values(theMap.columns).map((column) => column.load())]);
   theMap.choices = [...(part.choices?.() ?? []), ...Object.values(theMap.columns)];
+  if (theMap.cloud) part.coordinates?.();
   firstState();
   readLink();
   buildTheme();
   buildControls();
   if (theMap.table) part.buildTable();
+  else if (theMap.cloud) buildCloud();
   else buildPlane();
   part.build?.();
   showRow(state.place);

@@ -19,6 +19,7 @@ function placeWith(changes) {
 
 /** Dimensions that can span the plane: numeric and longer than one, those of real numbers first. */
 function planeDimensions() {
+  if (theMap.cloud) return theMap.cloud; // coordinates of the points
   const able = theMap.dims.filter((dim) => dim.size > 1 && theMap.coordinates[dim.name].numeric);
   const real = able.filter((dim) => !theMap.coordinates[dim.name].whole);
   return (real.length > 0 ? real : able).map((dim) => dim.name);
@@ -36,7 +37,7 @@ function firstState() {
 }
 
 function sizeOf(name) {
-  return theMap.dims[theMap.order.indexOf(name)].size;
+  return theMap.dims[theMap.order.indexOf(theMap.cloud?.includes(name) ? "point" : name)].size;
 }
 
 /** Calls back with every place of some dimensions, the others as they are. */
@@ -126,6 +127,9 @@ function nearest(coordinate, text) {
   }
   const value = Number(text);
   if (!Number.isFinite(value)) return null;
-  const distances = coordinate.values.map((other) => Math.abs(other - value));
-  return distances.indexOf(Math.min(...distances));
+  let best = 0;
+  coordinate.values.forEach((other, i) => {
+    if (Math.abs(other - value) < Math.abs(coordinate.values[best] - value)) best = i;
+  });
+  return best;
 }

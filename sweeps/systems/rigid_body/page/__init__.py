@@ -10,7 +10,7 @@ from sweeps.systems.system import Page
 if TYPE_CHECKING:
     import xarray as xr
 
-_OWN = tuple(Path(__file__).parent / name for name in ("bodies.css", "bodies.js", "part.js"))
+_OWN = tuple(Path(__file__).parent / name for name in ("bodies.css", "bodies.js", "triangle.js", "part.js"))
 FILES = (*turning.FILES, *rates.FILES, *_OWN)
 QUESTION = "If this body spins about a principal axis and is nudged: what happens, how fast, and how sure are we?"
 ON_PLANE = "Space plays it. Black lines: where theory has Ω² = 0. Hatched: no rigid body has these moments."

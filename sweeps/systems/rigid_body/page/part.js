@@ -66,6 +66,8 @@ const part = {
     },
   },
   boundaries,
+  coordinates: addRatios,
+  guides: triangle,
   first: mostUnstable,
   buildTable: buildBodies,
   build() {

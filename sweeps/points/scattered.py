@@ -1,0 +1,142 @@
+"""Points that are no grid: drawn, or listed in a table. They stand along the dimension `point`, in any number.
+
+No list of all of them is ever made: whoever needs some asks for these.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Protocol
+
+import numpy as np
+
+from sweeps.points import tables
+from sweeps.points.draws import Draw
+from sweeps.points.tables import Table
+from sweeps.schema.definition import Definition
+from sweeps.schema.parameters import Range, spread
+from sweeps.schema.refusals import UnreadableError, display
+from sweeps.schema.sample import ends_alone
+
+POINT = "point"
+BESIDE = ("sample", "bodies")  # other ways to say what points there are
+
+
+class Scattered(Protocol):
+    """Points along `point`.
+
+    Attributes:
+        names: the parameters that each has of its own.
+        num: how many points there are.
+    """
+
+    names: tuple[str, ...]
+    num: int
+
+    def rows(self, start: int, stop: int) -> Mapping[str, np.ndarray]:
+        """Name → values at the points start … stop − 1 (from 0), float64 of shape (stop − start,)."""
+
+
+class Drawn:
+    """Points drawn over the ranges of a definition's grid; see `Scattered`."""
+
+    def __init__(self, definition: Definition):
+        self._ranges, self.num = definition.drawn, definition.sample.num
+        self._grid, self._pair = definition.grid, dict(definition.pair or {})
+        self._draw = Draw(definition.sample, len(self._ranges))
+        own = tuple(name for name in self._ranges if name not in self._pair)
+        self.names = (*self._grid.derived.names, *own) if self._pair else own
+
+    def rows(self, start: int, stop: int) -> Mapping[str, np.ndarray]:
+        """Name → values at the points start … stop − 1."""
+        shares = self._draw.shares(start, stop)
+        found = {}
+        for k, (name, spaced) in enumerate(self._ranges.items()):
+            is_one = name in self._pair
+            found[name] = self._grid.derived.drawn(name, spaced, shares[:, k]) if is_one else spaced.drawn(shares[:, k])
+        if self._pair:
+            pair = {name: found.pop(name, np.full(stop - start, _first(e))) for name, e in self._pair.items()}
+            found = self._grid.derived.given(pair, self._grid) | found
+        return found
+
+
+class Plane:
+    """A plane of pairs of numbers that give points (see `sweeps.schema.parameters.Derived`), the first the slower."""
+
+    def __init__(self, definition: Definition):
+        self._grid = definition.grid
+        self._along = {name: spread(entry) for name, entry in definition.pair}
+        self._lengths = [values.num if isinstance(values, Range) else values.size for values in self._along.values()]
+        self.names, self.num = self._grid.derived.names, self._lengths[0] * self._lengths[1]
+
+    def rows(self, start: int, stop: int) -> Mapping[str, np.ndarray]:
+        """Name → values at the points start … stop − 1."""
+        index = np.divmod(np.arange(start, stop), self._lengths[1])
+        along = zip(self._along.items(), index, strict=True)
+        pair = {name: values.values(i) if isinstance(values, Range) else values[i] for (name, values), i in along}
+        return self._grid.derived.given(pair, self._grid)
+
+
+def _first(entry: object) -> float:
+    """The first value of a grid's entry."""
+    values = spread(entry)
+    return values.start if isinstance(values, Range) else float(values[0])
+
+
+class AlongPoints:
+    """Values along a dimension that are made where they are asked for; it reads as an array of one dimension."""
+
+    def __init__(self, size: int, dtype: str, part: Callable[[int, int], np.ndarray]):
+        self.size, self.shape, self.dtype = size, (size,), np.dtype(dtype)
+        self._part = part
+
+    def __getitem__(self, part: slice) -> np.ndarray:
+        start, stop, _ = part.indices(self.size)
+        return self._part(start, max(start, stop)).astype(self.dtype, copy=False)
+
+    def __array__(self, dtype=None, copy=None) -> np.ndarray:
+        return self[:].astype(dtype or self.dtype, copy=False)
+
+
+def of(definition: Definition) -> Scattered | None:
+    """The points of a definition along `point`; None where its points are a grid."""
+    if definition.rows is not None:
+        return definition.rows
+    if definition.sample is not None:
+        return Drawn(definition)
+    return Plane(definition) if definition.pair is not None else None
+
+
+def completed(values: Mapping, model: type[Definition], folder: str) -> tuple[dict, Table | None]:
+    """A definition's plain values with ranges in its grid from end to end of what is drawn or listed, and its table.
+
+    So whatever is asked of the values of a grid is asked of those of scattered points as well.
+
+    Raises:
+        UnreadableError: for a table that is refused, and one beside other ways to say what points there are.
+    """
+    values, file = ends_alone(values), values.get("table")
+    grid = values.get("grid", {})
+    wanted = model.model_fields["grid"].annotation
+    derived = getattr(wanted, "derived", None)
+    if derived and isinstance(grid, dict) and isinstance(grid.get(derived.key), dict):
+        values = {**values, "grid": derived.completed(values)}
+    if not isinstance(file, str) or not isinstance(grid, dict):
+        return values, None
+    for other in (*BESIDE, *([derived.key] if derived else [])):
+        if other in values or other in grid:
+            raise UnreadableError(("table",), display(file), f"is given beside {other}", "one of these")
+    table = tables.read(file, folder, wanted, grid)
+    ends = dict(zip(table.names, table.ends, strict=True))
+    ranges = {
+        name: low if low == high else {"start": low, "stop": high, "num": 2} for name, (low, high) in ends.items()
+    }
+    return {**values, "grid": grid | ranges}, table
+
+
+def numbers(num: int) -> AlongPoints:
+    """The coordinate `point`: 1 … num."""
+    return AlongPoints(num, "i8", lambda start, stop: np.arange(start + 1, stop + 1))
+
+
+def column(source: Scattered, name: str) -> AlongPoints:
+    """One parameter at all points."""
+    return AlongPoints(source.num, "f8", lambda start, stop: source.rows(start, stop)[name])

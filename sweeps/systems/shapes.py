@@ -1,0 +1,114 @@
+r"""Shapes of bodies in place of moments: a square of numbers, every one of which is a body that can exist.
+
+A free body's motion depends on its moments by their ratios alone. With I3 the greatest, :math:`x = I_1/I_3` and
+:math:`y = I_2/I_3`, a body can exist where no second moment :math:`J_i = (I_j + I_k - I_i)/2` is negative, that is, in
+the triangle
+
+.. math:: 0 < x \le 1, \qquad 1 - x \le y \le 1
+
+of flat bodies (:math:`x + y = 1`), :math:`I_1 = I_3` and :math:`I_2 = I_3`. At a given x the room for y is x wide, so
+with its share t, the `room`,
+
+.. math:: y = 1 - x\,(1 - t), \qquad dx\,dy = x\,dx\,dt
+
+maps the unit square of (x, t) onto the triangle, one to one but for x = 0. Points that are *drawn* fill the triangle
+evenly: x² is drawn evenly, then t.
+"""
+
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import Field
+
+from sweeps.schema.parameters import Quantity, Range, entry, range_model
+from sweeps.schema.refusals import UnreadableError, display
+from sweeps.schema.values import Strict, number
+
+RATIO = "a number with 0 < I1/I3 ≤ 1"
+ROOM = "a number from 0 (flat: I1 + I2 = I3) to 1 (I2 = I3)"
+TRIANGLE = 1e-9  # of the moments' sum: a flat plate has exactly 0, but for its digits
+LEAST = 1e-12  # of I1/I3: y must tell bodies apart
+Ratio = Annotated[float, number(lambda x: LEAST <= x <= 1, RATIO)]
+Room = Annotated[float, number(lambda t: 0 <= t <= 1, ROOM)]
+
+
+class Shapes(Strict):
+    """Shapes of bodies whose greatest moment is I3, each of which can exist."""
+
+    I1_over_I3: entry(Ratio, range_model(Quantity("ratio", "1", RATIO, Ratio))) = Field(
+        description=f"I1/I3: {RATIO}, a list, or a range"
+    )
+    room: entry(Room, range_model(Quantity("room", "1", ROOM, Room))) = Field(
+        description=f"where I2/I3 stands between 1 - I1/I3 and 1: {ROOM}, a list, or a range"
+    )
+
+
+class _Ratios:
+    """`ratios` in a grid of moments; see `sweeps.schema.parameters.Derived`."""
+
+    key = "ratios"
+    description = (
+        "shapes of bodies in place of I1 and I2, each of which can exist: a mapping with I1_over_I3 and room, the "
+        "share of the way of I2/I3 from 1 - I1/I3 to 1"
+    )
+    model = Shapes
+    names = ("I1", "I2")
+
+    def completed(self, values: Mapping) -> dict:
+        """The grid with I3, and I1 and I2 as ranges from end to end."""
+        grid = values["grid"]
+        where, given = ("grid", "ratios"), grid["ratios"]
+        allowed = "ratios (and I3, a number), or moments, or bodies"
+        for other in [*(name for name in self.names if name in grid), *(["bodies"] if "bodies" in values else [])]:
+            raise UnreadableError(where, display(given), f"is given beside {other}", allowed)
+        greatest = grid.get("I3", 1.0)
+        if isinstance(greatest, bool) or not isinstance(greatest, int | float):
+            raise UnreadableError(
+                ("grid", "I3"), display(greatest), "is no number", "one number in kg m2 beside ratios"
+            )
+        (least, most), (low, high) = (_ends(given.get(name)) for name in Shapes.model_fields)
+        if 1 - most * (1 - low) < LEAST:
+            allowed = "room above 0 where I1_over_I3 reaches 1: that needle has no I2"
+            raise UnreadableError((*where, "room"), display(given.get("room")), "reaches 0", allowed)
+        many = [name for name, one in given.items() if isinstance(one, tuple) and len(one) > 1]
+        if "sample" in values and many:
+            allowed = "a number, or a range, over which points are drawn"
+            raise UnreadableError((*where, many[0]), display(given[many[0]]), "is a list beside sample", allowed)
+        ends = {"I1": (max(least, LEAST), most), "I2": (1 - most * (1 - low), 1 - least * (1 - high))}
+        scaled = {name: (a * greatest, b * greatest) for name, (a, b) in ends.items()}
+        return (
+            grid
+            | {"I3": greatest}
+            | {n: {"start": a, "stop": b, "num": 2} if a < b else a for n, (a, b) in scaled.items()}
+        )
+
+    def drawn(self, name: str, spaced: Range, share: np.ndarray) -> np.ndarray:
+        """So that points fill the triangle evenly: the square of I1/I3 is drawn evenly."""
+        if name != "I1_over_I3" or spaced.spacing == "log":
+            return spaced.drawn(share)
+        return np.sqrt(spaced.start**2 + share * (spaced.stop**2 - spaced.start**2))
+
+    def given(self, pair: Mapping[str, np.ndarray], grid: Any) -> dict[str, np.ndarray]:
+        """I1 and I2, in the unit of I3."""
+        ratio, room = pair["I1_over_I3"], pair["room"]
+        return {"I1": ratio * grid.I3, "I2": (1.0 - ratio * (1.0 - room)) * grid.I3}
+
+    def impossible(self, columns: Mapping[str, Any]) -> np.ndarray | None:
+        """Where one moment is above the sum of the others."""
+        if not {"I1", "I2", "I3"} <= set(columns):
+            return None
+        moments = np.stack(np.broadcast_arrays(*(np.asarray(columns[name]) for name in ("I1", "I2", "I3"))))
+        total = (moments / moments.max(axis=0)).sum(axis=0)
+        return total - 2.0 < -TRIANGLE * total
+
+
+def _ends(entry: object) -> tuple[float, float]:
+    """Least and greatest value of an entry; of one that will be refused, some."""
+    if isinstance(entry, dict):
+        entry = (entry.get("start"), entry.get("stop"))
+    found = [v for v in (entry if isinstance(entry, tuple) else (entry,)) if isinstance(v, int | float) and 0 <= v <= 1]
+    return (min(found), max(found)) if found else (0.5, 0.5)
+
+
+RATIOS = _Ratios()

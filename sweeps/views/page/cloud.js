@@ -1,0 +1,109 @@
+// Points that are no grid: any two of their coordinates against each other, coloured by one variable, and its histogram.
+
+const MOST_DOTS = 5000; // a browser draws so many shapes at once without delay
+const BINS = 50;
+
+const pointNumber = () => theMap.order.indexOf("point");
+
+/** The points as dots: place, two coordinates, value. */
+function cloudDots() {
+  const [column, k] = [chosenColumn(), pointNumber()];
+  const place = [...state.place];
+  const values = (name) => (name ? theMap.coordinates[name].values : null);
+  const [x, y] = [values(state.x), values(state.y)];
+  const margin = theMap.existence;
+  return Array.from({ length: sizeOf("point") }, (_, i) => {
+    place[k] = i;
+    return { x: x ? x[i] : i, y: y ? y[i] : 0, value: column.at(place), exists: !margin || !(margin.at(place) < 0), place: [...place] };
+  });
+}
+
+function drawCloud() {
+  const column = chosenColumn();
+  const dots = cloudDots();
+  const every = Math.ceil(dots.length / MOST_DOTS);
+  const shown = dots.filter((_, i) => i % every === 0);
+  theMap.shownDots = shown;
+  const scale = colorScale(column, dots.map((dot) => dot.value), dots.map((dot) => dot.exists));
+  const { colorbar = {}, showscale = true } = scale;
+  const bar = { thickness: 14, len: 0.9, outlinewidth: 0, exponentformat: "power", ...colorbar };
+  const marker = { size: shown.length > 1000 ? 4 : 6, color: shown.map((dot) => (Number.isFinite(dot.value) ? scale.z(dot.value) : null)), cmin: scale.zmin, cmax: scale.zmax, colorscale: scale.colorscale, showscale, colorbar: bar };
+  const text = shown.map((dot) => tooltip(column, dot));
+  const points = { type: "scatter", mode: "markers", x: shown.map((dot) => dot.x), y: shown.map((dot) => dot.y), marker, text, hovertemplate: "%{text}<extra></extra>" };
+  const at = dots[state.place[pointNumber()]];
+  const chosen = { type: "scatter", mode: "markers", name: "chosen", x: [at.x], y: [at.y], marker: { size: 15, symbol: "circle-open", color: pageColor("ink"), line: { width: 2.5 } }, hoverinfo: "skip" };
+  const target = document.getElementById("map");
+  const touch = matchMedia("(pointer: coarse)").matches;
+  const axes = { xaxis: cloudAxis(state.x), yaxis: state.y ? cloudAxis(state.y) : { visible: false } };
+  const layout = plotLayout({ ...axes, height: Math.min(620, Math.max(340, target.clientWidth * 0.8)), showlegend: false, hovermode: "closest", uirevision: [state.x, state.y].join(), dragmode: touch ? false : "zoom" });
+  Plotly.react(target, [points, ...(part.guides?.() ?? []), chosen], layout, PLOT_CONFIG);
+  const few = every > 1 ? ` ${shown.length} of the ${dots.length} points are drawn.` : "";
+  document.getElementById("map-summary").textContent = `${column.longName}: ${valuesInWords(column, dots)}.${few}`;
+  drawLegend({ cells: [dots], column });
+  drawHistogram(column, dots);
+  if (document.getElementById("map-table").open) fillCloudTable(column, shown);
+}
+
+function cloudAxis(name) {
+  const values = Float64Array.from(theMap.coordinates[name].values).sort();
+  const [low, middle, high] = [values[0], values[values.length >> 1], values[values.length - 1]];
+  return { title: { text: dimensionLabel(name) }, type: low > 0 && high > 30 * low && middle < 0.2 * high ? "log" : "linear", showgrid: false, exponentformat: "power" };
+}
+
+/** How many points have which value, beneath the picture. */
+function drawHistogram(column, dots) {
+  const target = document.getElementById("histogram");
+  const values = dots.map((dot) => dot.value).filter(Number.isFinite);
+  const [x, y, color] = column.isFlag ? flagBars(column, values) : numberBars(values);
+  const title = column.isFlag ? column.longName : `${column.longName}${column.units ? ` (${unitText(column.units)})` : ""}`;
+  const trace = { type: "bar", x, y, marker: { color: color ?? pageColor("accent") }, hovertemplate: "%{y} points<extra></extra>" };
+  const xaxis = { title: { text: plain(title) }, exponentformat: "power", showgrid: false };
+  Plotly.react(target, [trace], plotLayout({ xaxis, yaxis: { title: { text: "points" } }, height: 220, bargap: column.isFlag ? 0.3 : 0, showlegend: false }), PLOT_CONFIG);
+}
+
+function flagBars(column, values) {
+  const used = column.flags.map((flag, i) => [flagText(flag.meaning), values.filter((value) => value === flag.value).length, flagColor(flag.meaning, i)]).filter(([, n]) => n > 0);
+  return [0, 1, 2].map((k) => used.map((bar) => bar[k]));
+}
+
+/** Bars between the 0.5th and the 99.5th hundredth; what lies beyond is in the outermost ones. */
+function numberBars(values) {
+  const sorted = Float64Array.from(values).sort();
+  if (sorted.length === 0) return [[], []];
+  const at = (share) => sorted[Math.min(sorted.length - 1, Math.floor(share * sorted.length))];
+  const low = at(0.005);
+  const step = (at(0.995) - low || Math.abs(low) || 1) / BINS;
+  const counts = new Array(BINS).fill(0);
+  for (const value of sorted) counts[Math.max(0, Math.min(BINS - 1, Math.floor((value - low) / step)))]++;
+  return [counts.map((_, i) => low + (i + 0.5) * step), counts];
+}
+
+function fillCloudTable(column, dots) {
+  const names = [state.x, state.y].filter(Boolean);
+  const head = element("tr", {}, ...["point", ...names.map(dimensionLabel), column.longName].map((text) => element("th", { scope: "col", textContent: text })));
+  const lines = dots.slice(0, MOST_TABLE).map((dot) => {
+    const cells = [coordinateAt("point", dot.place), ...names.map((name) => numberText(coordinateAt(name, dot.place), 4)), column.text(dot.value)];
+    return element("tr", {}, ...cells.map((text) => element("td", { textContent: String(text) })));
+  });
+  document.querySelector("#map-table table").replaceChildren(element("thead", {}, head), element("tbody", {}, ...lines));
+}
+
+function buildCloud() {
+  const target = document.getElementById("map");
+  document.getElementById("legend").before(element("div", { id: "histogram", "aria-label": "histogram" }));
+  drawCloud();
+  const dotOf = (event) => event.points.filter((point) => point.curveNumber === 0).map((point) => theMap.shownDots[point.pointNumber])[0];
+  target.on("plotly_hover", (event) => dotOf(event) && showRow(dotOf(event).place));
+  target.on("plotly_unhover", () => showRow(state.place));
+  target.on("plotly_click", (event) => dotOf(event) && choose({ place: dotOf(event).place }));
+  const steps = { ArrowLeft: -1, ArrowRight: 1, ArrowUp: 1, ArrowDown: -1 };
+  target.addEventListener("keydown", (event) => {
+    const now = state.place[pointNumber()] + (steps[event.key] ?? 0);
+    if (event.key in steps) choose({ place: placeWith({ point: Math.max(0, Math.min(sizeOf("point") - 1, now)) }) });
+    else if (event.key === "Enter") goToPart();
+    else return;
+    event.preventDefault();
+  });
+  document.getElementById("map-table").addEventListener("toggle", () => fillCloudTable(chosenColumn(), theMap.shownDots));
+  onChange(drawCloud);
+}

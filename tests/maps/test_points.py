@@ -1,0 +1,224 @@
+"""Maps whose points are no grid: made, merged, opened, shown, verified."""
+
+import hashlib
+import json
+
+import numpy as np
+import pytest
+
+import sweeps
+from sweeps.__main__ import main
+from sweeps.maps import storage
+from sweeps.points import catalogue
+from sweeps.points.loading import read
+from sweeps.schema.reading import file_text, plain, read_text
+from sweeps.shards import merging
+from sweeps.shards.shard import write_shard
+
+DEFINITION = {
+    "title": "Drawn",
+    "axes": [1, 2],
+    "sample": {"num": 200, "seed": 1},
+    "grid": {
+        "I1": {"start": 0.5, "stop": 1.5},
+        "I2": {"start": 0.5, "stop": 1.5},
+        "I3": 1.0,
+        "omega0": {"start": 0.1, "stop": 100.0, "spacing": "log"},
+    },
+}
+OTHERS = {
+    "symmetric_top": {
+        "ratio": {"start": 0.5, "stop": 1.9},
+        "omega3": {"start": 1.0, "stop": 9.0},
+        "half_angle": 20.0,
+    },
+    "tumbling": {
+        "I1": {"start": 0.6, "stop": 0.7},
+        "I2": {"start": 0.8, "stop": 0.9},
+        "I3": 1.0,
+        "energy": {"start": 1.05, "stop": 1.4},
+        "omega0": 1.0,
+    },
+    "twist": {
+        "I1": {"start": 0.3, "stop": 0.5},
+        "I2": {"start": 0.8, "stop": 0.9},
+        "I3": 1.0,
+        "chi": 0.1,
+        "theta": 1.5,
+        "omega0": 1.0,
+    },
+    "double_well": {},
+    "rotating_saddle": {},
+}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("points")
+
+
+@pytest.fixture(scope="module")
+def path(folder):
+    storage.write_map(sweeps.survey(DEFINITION), folder / "map.nc")
+    return str(folder / "map.nc")
+
+
+def test_points_are_one_dimension_with_their_own_coordinates(path):
+    with sweeps.open_map(path) as ds:
+        assert ds.omega_squared.dims == ("point", "axis", "I3", "epsilon", "phase")
+        assert ds.sizes["point"] == 200
+        assert {name: ds[name].dims for name in ("I1", "I2", "omega0")} == dict.fromkeys(
+            ("I1", "I2", "omega0"), ("point",)
+        )
+        assert ds["point"].values.tolist() == list(range(1, 201))
+        assert ds["I1"].attrs["units"] == "kg m2"
+        # the same bodies by way of a list, to the last bit
+        rows = zip(*(ds[name].values[:3].tolist() for name in ("I1", "I2", "omega0")), strict=True)
+        listed = [{"name": f"{k}", "I1": a, "I2": b, "I3": 1.0, "omega0": w} for k, (a, b, w) in enumerate(rows)]
+        again = sweeps.survey({"axes": [1, 2], "bodies": listed, "grid": {}})
+        assert np.array_equal(ds.omega_squared.values[:3].ravel(), again.omega_squared.values.ravel())
+
+
+@pytest.mark.parametrize("count", [1, 3, 7])
+def test_bits_are_the_same_whatever_the_shards(path, folder, count):
+    sweep = read(DEFINITION)
+    shards = [folder / f"{k}-of-{count}.nc" for k in range(1, count + 1)]
+    for k, shard in enumerate(shards, start=1):
+        write_shard(sweep, k, count, shard)
+    with sweeps.open_map(path) as ds:
+        assert merging.merge(sweep, shards, folder / "merged.nc") == ds.attrs["content_hash"]
+
+
+def test_bits_are_the_same_through_dask(path):
+    lazy = sweeps.survey(DEFINITION, chunks=37)
+    with sweeps.open_map(path) as ds:
+        assert np.array_equal(lazy.omega_squared.values, ds.omega_squared.values)
+
+
+def other(system):
+    """A definition of another system that draws."""
+    grid = OTHERS[system]
+    if not grid:
+        grid = plain(read_text(file_text(catalogue.FOLDER / f"{system}.yaml")))["grid"]
+        ranges = {k: {"start": e["start"], "stop": e["stop"]} for k, e in grid.items() if isinstance(e, dict)}
+        grid = dict(grid) | ranges
+    return {"title": system, "system": system, "sample": {"method": "latin", "num": 24}, "grid": grid}
+
+
+@pytest.mark.parametrize("system", ["symmetric_top", "tumbling", "twist"])
+def test_every_system_has_points(system):
+    sweep = read(other(system))
+    points = sweep.grid.points(0, sweep.grid.size)
+    assert sweep.grid.dims[0] == "point"
+    for name, drawn in sweep.definition.drawn.items():
+        column = np.unique(points[name])
+        assert drawn.start <= column[0] < column[-1] <= drawn.stop
+        assert column.size == 24
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("system", OTHERS)
+def test_every_system_makes_and_shows_them(system, folder):
+    definition = other(system)
+    ds, path = sweeps.survey(definition), folder / f"{system}.nc"
+    storage.write_map(ds, path)
+    with sweeps.open_map(path) as again:
+        assert set(again.variables) == set(ds.variables)
+    assert main(["show", str(path)]) == 0
+    assert main(["figures", str(path), "-o", str(folder / system)]) == 0
+    assert (folder / system / "points.png").stat().st_size > 10_000
+
+
+def test_a_map_of_points_verifies(path, capsys):
+    assert main(["verify", path, "--points", "10"]) == 0
+    assert "holds" in capsys.readouterr().out
+
+
+def test_show_draws_a_cloud(path, capsys):
+    assert main(["show", path]) == 0
+    said = capsys.readouterr().out
+    assert "200 point × 2 axis" in said
+    assert "I2 upwards, I1 along" in said
+    assert "axis 1" in said
+
+
+def test_a_point_is_chosen_by_its_number_or_its_own_coordinates(path, capsys):
+    assert main(["point", path, "--axis", "2", "--point", "7", "--json"]) == 0
+    row = json.loads(capsys.readouterr().out)["point"]
+    values = {name: f"{row[name]['value'] + 1e-9!r}" for name in ("I1", "I2", "omega0")}
+    chosen = [text for name, value in values.items() for text in (f"--{name}", value)]
+    assert main(["point", path, "--axis", "2", *chosen]) == 0
+    assert "point = 7 (nearest to I1 = " in capsys.readouterr().out
+
+
+def test_the_pictures_are_of_points(path, tmp_path):
+    from sweeps.views import figures
+
+    with sweeps.open_map(path) as ds:
+        drawn = figures.pictures(ds)
+        assert list(drawn) == ["triangle", "points", "theory_against_measured"]
+        assert drawn["triangle"]() is None  # I1 is above I3 somewhere
+        figure = drawn["points"]()
+        assert [len(ax.collections[0].get_offsets()) for ax in figure.axes[:2]] == [200, 200]
+        assert figures.animations(ds) == {}
+
+
+def test_the_triangle_has_every_point_and_the_named_bodies(folder):
+    from sweeps.systems.rigid_body import figure_triangle
+
+    ends = {"I1_over_I3": {"start": 0.1, "stop": 0.9, "num": 6}, "room": {"start": 0.1, "stop": 0.9, "num": 6}}
+    ds = sweeps.survey({"grid": {"ratios": ends, "omega0": 1.0}})
+    large = figure_triangle.draw(ds).axes[0]
+    dots = next(c for c in large.collections if c.get_gid() == "cells")
+    np.testing.assert_allclose(dots.get_offsets()[:, 1], ds["I2"].values)
+    assert np.abs(dots.get_array()).max() < 1  # no body's nudge is faster than its spin
+    assert {"tennis racket", "Earth, Moon, Mars", "thin plate"} <= {text.get_text() for text in large.texts}
+
+
+def test_the_report_holds_the_points(path, tmp_path):
+    from sweeps.views import report
+
+    with sweeps.open_map(path) as ds:
+        report.write(ds, tmp_path / "report.html")
+    page = (tmp_path / "report.html").read_text()
+    assert '"cloud": ["I1", "I2", "omega0"]' in page
+    assert "Point at a dot for its row" in page
+
+
+def test_the_hash_of_a_table_stands_in_its_map(tmp_path, capsys):
+    (tmp_path / "bodies.csv").write_text("I1,I2,omega0\n1.0,1.5,2.0\n1.5,1.0,3.0\n")
+    (tmp_path / "my.yaml").write_text("table: bodies.csv\naxes: [2]\ngrid: {I3: 2.0}\n")
+    storage.write_map(sweeps.survey(tmp_path / "my.yaml"), tmp_path / "map.nc")
+    with sweeps.open_map(tmp_path / "map.nc") as ds:
+        name, digest = ds.attrs["inputs"].split()
+        assert (name, digest) == ("bodies.csv", hashlib.sha256((tmp_path / "bodies.csv").read_bytes()).hexdigest())
+        assert ds["omega0"].values.tolist() == [2.0, 3.0]
+    assert main(["verify", str(tmp_path / "map.nc"), "--points", "2", "--definition", str(tmp_path / "my.yaml")]) == 0
+    assert main(["verify", str(tmp_path / "map.nc"), "--points", "2"]) == 0
+    assert "not checked" in capsys.readouterr().out
+    (tmp_path / "bodies.csv").write_text("I1,I2,omega0\n1.0,1.5,2.0\n1.5,one,3.0\n")
+    assert main(["check", str(tmp_path / "my.yaml")]) == 2
+    assert "table.I2: row 2 ('one') is no number" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["point", "--axis", "2"], "--point 1 to 200 (200 values), or --I1 0.5"),
+        (["point", "--axis", "2", "--point", "201"], "--point: 201 is not in this map"),
+        (["point", "--axis", "2", "--point", "2", "--I1", "1"], "along point, which is chosen already"),
+        (["point", "--axis", "2", "--I1", "one"], "--I1: 'one' is no number"),
+        (["slice", "-o", "slice.nc", "--axis", "2"], "make no plane"),
+    ],
+)
+def test_what_points_cannot_do_is_said(path, arguments, words, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main([arguments[0], path, *arguments[1:]]) == 2
+    assert words in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_check_says_how_many_points(tmp_path, capsys):
+    (tmp_path / "drawn.json").write_text(json.dumps(DEFINITION))
+    assert main(["check", str(tmp_path / "drawn.json")]) == 0
+    assert "400 = 200 point × 2 axis" in capsys.readouterr().out

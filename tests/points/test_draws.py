@@ -1,0 +1,106 @@
+import numpy as np
+import pytest
+from scipy.stats import qmc
+
+from sweeps.points.draws import Draw
+from sweeps.points.loading import read
+from sweeps.schema.refusals import DefinitionError
+from sweeps.schema.sample import METHODS, Sample
+
+GRID = {"I1": {"start": 0.5, "stop": 1.5}, "I2": {"start": 1.5, "stop": 0.5}, "I3": 1.0}
+SPUN = GRID | {"omega0": {"start": 0.1, "stop": 100.0, "spacing": "log"}}
+NUM = 2**16 + 77  # more than a block of Sobol points
+
+
+def sampled(grid=SPUN, **sample):
+    return read({"axes": [2], "sample": {"num": 1000, "seed": 3} | sample, "grid": grid})
+
+
+def test_sobol_points_are_scipys():
+    found = Draw(Sample(method="sobol", num=NUM, seed=5), 3).shares(0, NUM)
+    engine = qmc.Sobol(3, rng=5)
+    assert np.array_equal(found, np.concatenate([engine.random(2**16), engine.random(77)]))
+
+
+def test_random_points_are_numpys():
+    found = Draw(Sample(method="random", num=NUM, seed=5), 3).shares(0, NUM)
+    assert np.array_equal(found, np.random.default_rng(5).random((NUM, 3)))
+
+
+@pytest.mark.parametrize("num", [1, 2, 3, 1000, 4097])
+def test_a_latin_hypercube_has_one_point_in_each_slice(num):
+    found = Draw(Sample(method="latin", num=num, seed=5), 3).shares(0, num)
+    for column in found.T:
+        assert np.array_equal(np.sort(np.floor(column * num)), np.arange(num))
+    assert found.min() >= 0
+    assert found.max() < 1
+
+
+def test_a_latin_hypercube_fills_the_cube_as_scipys_does():
+    found = Draw(Sample(method="latin", num=1000, seed=5), 3).shares(0, 1000)
+    theirs = [qmc.discrepancy(qmc.LatinHypercube(3, rng=seed).random(1000)) for seed in range(5)]
+    assert qmc.discrepancy(found) < 2 * max(theirs)
+    # correlations of independent columns have a standard deviation of 1/sqrt(1000)
+    assert np.abs(np.corrcoef(found.T) - np.eye(3)).max() < 5 / np.sqrt(1000)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_part_is_that_part_of_the_whole(method):
+    draw = Draw(Sample(method=method, num=NUM, seed=5), 2)
+    whole = draw.shares(0, NUM)
+    for start, stop in ((0, 0), (0, 1), (17, 18), (2**16 - 3, 2**16 + 5), (NUM - 1, NUM)):
+        again = Draw(Sample(method=method, num=NUM, seed=5), 2)
+        assert np.array_equal(again.shares(start, stop), whole[start:stop])
+    assert not np.array_equal(Draw(Sample(method=method, num=NUM, seed=6), 2).shares(0, 9), whole[:9])
+
+
+def test_points_lie_within_their_ranges_evenly_or_by_ratio():
+    grid = sampled(num=4096).grid
+    assert grid.dims == ("point", "axis", "I3", "epsilon", "phase")
+    points = grid.points(0, grid.size)
+    for name, (low, high) in {"I1": (0.5, 1.5), "I2": (0.5, 1.5), "omega0": (0.1, 100.0)}.items():
+        assert low <= points[name].min() < points[name].max() <= high
+    assert np.median(points["I1"]) == pytest.approx(1.0, rel=1e-2)
+    assert np.median(points["omega0"]) == pytest.approx(np.sqrt(10.0), rel=2e-2)  # the middle of the decades
+
+
+def test_points_are_those_of_scipy_in_the_order_of_the_keys():
+    points = sampled(num=256).grid.points(0, 256)
+    shares = qmc.Sobol(3, rng=3).random(256)
+    assert np.array_equal(points["I1"], 0.5 + shares[:, 0])
+    assert np.array_equal(points["I2"], 1.5 - shares[:, 1])
+    np.testing.assert_allclose(points["omega0"], 0.1 * 1000.0 ** shares[:, 2], rtol=1e-14)
+
+
+def test_a_range_through_zero_has_no_zero():
+    sweep = sampled({"I1": 1.0, "I2": 1.5, "I3": 2.0, "omega0": {"start": -1.0, "stop": 1.0}}, num=64)
+    drawn = sweep.definition.drawn["omega0"].drawn(np.array([0.0, 0.5, 1.0]))
+    assert (drawn == [-1.0, 2.0**-31, 1.0]).all()
+
+
+def test_a_part_of_a_large_sample_is_made_at_once():
+    grid = sampled(method="latin", num=10**12).grid
+    assert grid.points(10**12 - 2, 10**12)["I1"].shape == (2,)
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"sample": {"num": 0}}, "sample.num: 0 is out of range"),
+        ({"sample": {"num": 2.5}}, "sample.num: 2.5 is not a whole number"),
+        ({"sample": {}}, "sample.num: (nothing) is missing"),
+        ({"sample": 100}, "sample: 100 is not a mapping; allowed: points drawn over the grid's ranges"),
+        ({"sample": {"num": 9, "method": "sobel"}}, "sample.method: 'sobel' is not available (did you mean sobol?)"),
+        ({"sample": {"num": 9, "seed": -1}}, "sample.seed: -1 is out of range"),
+        ({"sample": {"num": 9, "sead": 1}}, "sample.sead: 1 is under an unknown key (did you mean seed?)"),
+        ({"sample": {"num": 2**31}}, "draws more than there are; allowed: at most 1,073,741,824 points by sobol"),
+        ({"grid": {"I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": 1.0}}, "has nothing to draw; allowed: a range"),
+        ({"grid": GRID | {"omega0": {"stop": 1.0}}}, "grid.omega0.start: (nothing) is missing"),
+        ({"bodies": [{"name": "A", "ratios": {"I1": 1.0, "I2": 1.0, "I3": 1.0}}]}, "is given beside bodies"),
+    ],
+)
+def test_what_cannot_be_drawn_is_refused(values, words):
+    grid = {"omega0": {"start": 1.0, "stop": 2.0}} if "bodies" in values else SPUN
+    with pytest.raises(DefinitionError) as refused:
+        read({"sample": {"num": 16}, "grid": grid} | values)
+    assert words in str(refused.value)

@@ -1,0 +1,189 @@
+import pickle
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+from sweeps.points import tables, units
+from sweeps.points.loading import read
+from sweeps.schema.refusals import DefinitionError
+
+ROWS = np.random.default_rng(0).uniform([0.5, 0.5, 0.1], [1.5, 1.0, 9.0], (40_000, 3))  # more than a block of rows
+NAMES = ("I1", "I2", "omega0")
+HEADING = "I1 (kg m2),omega0 [rpm],I2 (g·cm²)"
+
+
+@pytest.fixture(autouse=True)
+def _own_cache(tmp_path, monkeypatch):
+    monkeypatch.setattr(tables, "cache_folder", lambda: tmp_path / "cache")
+
+
+def write(folder, content, name="bodies.csv", grid="{I3: 1.0}", more=""):
+    """A definition beside its table."""
+    (folder / name).write_text(content)
+    (folder / "my.yaml").write_text(f"table: {name}\ngrid: {grid}\n{more}\n")
+    return folder / "my.yaml"
+
+
+def text(rows=ROWS[:50], heading=HEADING):
+    lines = [",".join(map(repr, (a, w, 1e7 * b))) for a, b, w in rows.tolist()]
+    return "\n".join([heading, *lines]) + "\n"
+
+
+def points(path):
+    grid = read(path).grid
+    found = grid.points(0, grid.size)
+    return np.column_stack([found[name][:: grid.shape[1]] for name in NAMES])
+
+
+def test_rows_are_points_in_the_units_of_the_header(tmp_path):
+    path = write(tmp_path, text(ROWS))
+    sweep = read(path)
+    assert sweep.grid.dims == ("point", "axis", "I3", "epsilon", "phase")
+    assert sweep.grid.shape[0] == len(ROWS)
+    theirs = pd.read_csv(tmp_path / "bodies.csv").to_numpy()
+    found = points(path)
+    assert np.array_equal(found[:, 0], theirs[:, 0])
+    np.testing.assert_allclose(found[:, 1], theirs[:, 2] * 1e-7, rtol=1e-15)
+    np.testing.assert_allclose(found[:, 2], theirs[:, 1] * np.pi / 30, rtol=1e-15)
+
+
+def test_any_part_is_that_part_of_the_whole(tmp_path):
+    path = write(tmp_path, text(ROWS))
+    whole = points(path)
+    rows = pickle.loads(pickle.dumps(read(path))).definition.rows
+    for start, stop in ((0, 0), (0, 1), (16_383, 16_385), (39_999, 40_000)):
+        part = rows.rows(start, stop)
+        assert np.array_equal(np.column_stack([part[name] for name in NAMES]), whole[start:stop])
+
+
+def test_csv_netcdf_and_parquet_hold_the_same(tmp_path):
+    columns = {name: ROWS[:50, k] for k, name in enumerate(NAMES)}
+    path = write(tmp_path, text(heading="I1,omega0,I2 (g cm2)"))
+    wanted = points(path)
+    xr.Dataset({name: ("row", values) for name, values in columns.items()}).to_netcdf(tmp_path / "rows.nc")
+    (tmp_path / "my.yaml").write_text("table: rows.nc\ngrid: {I3: 1.0}\n")
+    np.testing.assert_allclose(points(path), wanted, rtol=1e-15)
+    pytest.importorskip("pyarrow")
+    pd.DataFrame(columns).to_parquet(tmp_path / "rows.parquet", row_group_size=17)
+    (tmp_path / "my.yaml").write_text("table: rows.parquet\ngrid: {I3: 1.0}\n")
+    np.testing.assert_allclose(points(path), wanted, rtol=1e-15)
+
+
+def test_the_hash_of_the_file_stands_beside_its_name(tmp_path):
+    path = write(tmp_path, text())
+    before = read(path).definition.inputs
+    assert before.startswith("bodies.csv ")
+    assert len(before.split()[1]) == 64
+    write(tmp_path, text(ROWS[:51]))
+    assert read(path).definition.inputs != before
+    assert read(path).grid.shape[0] == 51
+
+
+def test_a_damaged_cache_is_never_read(tmp_path):
+    path = write(tmp_path, text(ROWS))
+    rows = read(path).definition.rows
+    content = bytearray(rows.cached.read_bytes())
+    content[500_000] ^= 1
+    rows.cached.write_bytes(content)
+    with pytest.raises(OSError, match="damaged"):
+        rows.rows(0, len(ROWS))
+    assert np.array_equal(points(path)[:, 0], ROWS[:, 0])
+    rows.cached.write_bytes(content[:-5])
+    assert np.array_equal(points(path)[:, 0], ROWS[:, 0])
+
+
+def test_parts_are_evened(monkeypatch):
+    monkeypatch.setattr(tables, "PART_ROWS", 10)
+    parts = [np.full((n, 1), n) for n in (3, 0, 25, 1, 11)]
+    found = list(tables._even(parts))
+    assert [len(part) for part in found] == [10, 10, 10, 10]
+    assert np.array_equal(np.concatenate(found), np.concatenate(parts))
+
+
+@pytest.mark.parametrize(
+    ("row", "words"),
+    [
+        ("abc,2,1e7", "table.I1: row 3 ('abc') is no number; allowed: a number in every row"),
+        ("1,,1e7", "table.omega0: row 3 is missing, or no finite number"),
+        ("1,nan,1e7", "table.omega0: row 3 is missing"),
+        ("1,-inf,1e7", "table.omega0: row 3 is missing, or no finite number"),
+        ("-1,2,1e7", "table.I1: row 3 (-1.0) is out of range; allowed: a finite number > 0"),
+        ("1,0,1e7", "table.omega0: row 3 (0.0) is out of range"),
+        (
+            "0.5,2,0.2e7",
+            "table: row 3 (I1 0.5, I2 0.2, omega0 0.20944) is no body: one moment is above the sum of the others",
+        ),
+        ("1,2,1e7,4", "table: row 3 (4 values) is no row of the table; allowed: 3 values in every row"),
+        ("1,2", "table.I2: row 3 is missing"),
+    ],
+)
+def test_a_bad_row_is_named_and_nothing_is_kept(tmp_path, row, words):
+    lines = text().splitlines()
+    path = write(tmp_path, "\n".join([*lines[:3], row, *lines[4:]]))
+    with pytest.raises(DefinitionError) as refused:
+        read(path)
+    assert words in str(refused.value)
+    assert not [file for file in (tmp_path / "cache").rglob("*") if file.is_file()]
+
+
+def test_a_bad_row_is_named_however_far_down(tmp_path, monkeypatch):
+    monkeypatch.setattr(tables, "PART_ROWS", 2**14)
+    lines = text(ROWS).splitlines()
+    lines[35_001] = "1,two,1e7"
+    with pytest.raises(DefinitionError, match=r"row 35,001 \('two'\)"):
+        read(write(tmp_path, "\n".join(lines)))
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        (
+            {"content": text(heading="I1,omega,I2")},
+            "'omega' is no column that is known (did you mean omega0?); allowed",
+        ),
+        ({"content": text(heading="I1,I1,I2")}, "'I1' is the name of two columns"),
+        (
+            {"content": text(heading="I1 (stone),omega0,I2")},
+            "table.I1: 'stone' is a unit that is not known; allowed: kg",
+        ),
+        ({"content": text(), "grid": "{I3: 1.0, omega0: 2.0}"}, "table.omega0: 'omega0' is a column of the table and"),
+        ({"content": HEADING + "\n"}, "'bodies.csv' has no rows"),
+        ({"content": ""}, "'bodies.csv' has no first line of names"),
+        ({"content": text(), "more": "sample: {num: 3}"}, "is given beside sample"),
+        ({"content": text(), "more": "bodies: [{name: A}]"}, "is given beside bodies"),
+        ({"content": text(), "grid": "{}"}, "grid.I3: (nothing) is missing"),
+        ({"content": text(), "name": "bodies.xls"}, "is no table by its name"),
+        ({"content": "no parquet", "name": "bodies.parquet"}, "table: 'bodies.parquet'"),
+        ({"content": "no netcdf", "name": "bodies.nc"}, "is no netCDF file"),
+    ],
+)
+def test_what_is_no_table_is_refused(tmp_path, settings, words):
+    with pytest.raises(DefinitionError) as refused:
+        read(write(tmp_path, **settings))
+    assert words in str(refused.value)
+
+
+def test_a_table_that_is_not_there_is_refused(tmp_path):
+    (tmp_path / "my.yaml").write_text("table: no.csv\ngrid: {I3: 1.0}\n")
+    with pytest.raises(DefinitionError, match=r"table: 'no.csv' is not there"):
+        read(tmp_path / "my.yaml")
+
+
+@pytest.mark.parametrize(
+    ("unit", "wanted", "factor"),
+    [
+        ("", "kg m2", 1.0),
+        ("kg*m^2", "kg m2", 1.0),
+        ("kg·m²", "kg m2", 1.0),
+        ("rad/s", "rad s-1", 1.0),
+        ("deg/s", "rad s-1", np.pi / 180),
+        ("Hz", "rad s-1", 2 * np.pi),
+        ("deg", "rad", np.pi / 180),
+        ("furlong", "rad s-1", None),
+        ("kg", "m", None),
+    ],
+)
+def test_units(unit, wanted, factor):
+    assert units.factor(unit, wanted) == factor
