@@ -12,7 +12,7 @@ import pytest
 from hypothesis import settings
 
 from kernels import stored
-from kernels.fingerprint import cache_folder
+from kernels.fingerprint import cache_folder, fingerprint
 
 settings.register_profile("fixed", derandomize=True, deadline=None, max_examples=60)
 settings.register_profile("without_jit", derandomize=True, deadline=None, max_examples=8)
@@ -20,10 +20,15 @@ settings.load_profile("without_jit" if numba.config.DISABLE_JIT else "fixed")
 
 
 def pytest_configure(config):
-    """Compiles the kernels, where there are processes to share them and no other run has."""
+    """Compiles the kernels, where there are processes to share them and no other run has.
+
+    Those of described systems wait for the tests that need them, for what those generate is compiled there anyway.
+    """
     compiled, everything = cache_folder() / "compiled", cache_folder() / "everything"
     if not hasattr(config, "workerinput") and getattr(config.option, "numprocesses", None) and not everything.exists():
-        subprocess.run([sys.executable, "-m", "sweeps", "compile", "--all", "--output", compiled], check=True)
+        code = "from sweeps.run import warmup; warmup.compile_kernels(everything=True, described=False)"
+        subprocess.run([sys.executable, "-c", code], check=True)
+        compiled.write_text(fingerprint() + "\n")
         everything.touch()
 
 

@@ -99,15 +99,19 @@ def of_map(ds: "xr.Dataset") -> Dynamics:
     return resolve(name)
 
 
-def compilations(everything: bool) -> list[Callable[[], None]]:
+def compilations(everything: bool, described: bool = True) -> list[Callable[[], None]]:
     """What compiles the kernels of the default system, or all that is not generated for one sweep's system alone.
 
     No sweep waits for kernels that it does not need. Processes may do these side by side.
+
+    Args:
+        everything: the kernels of every system.
+        described: with them those that systems described in a file share.
     """
     named = MODULES if everything else (DEFAULT_SYSTEM,)
     found = [compilation for name in named for compilation in resolve(name).compilations()]
     found += [compilation for name in named for compilation in resolve(name).seldom() if everything]
-    return found + [import_module(module).compile_shared for module in DESCRIBED if everything]
+    return found + [import_module(module).compile_shared for module in DESCRIBED if everything and described]
 
 
 def moving() -> tuple[str, ...]:

@@ -8,6 +8,8 @@ from scipy import linalg
 
 from kernels import spectrum
 
+pytestmark = pytest.mark.slow  # what they need takes as long to compile as all that the quick tests need
+
 # The spectra of the experiment that chose the method: eigenvalues (one of each conjugate pair), number of samples.
 CASES = {
     "centres": ([1j, 2.3j], 100),

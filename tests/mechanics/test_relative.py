@@ -13,6 +13,7 @@ from sweeps.mechanics import relative as theirs
 from sweeps.mechanics.relative import FlowModel, regimes
 from sweeps.systems.relative_equilibrium.variables import REGIMES
 
+pytestmark = pytest.mark.slow  # compiling what they need takes as long as all that the quick tests need
 SETS = 400
 MEASURED = 48
 
@@ -110,7 +111,6 @@ def test_no_measured_column_depends_on_a_theoretical_eigenvalue(monkeypatch):
             assert np.array_equal(honest[name], misled[name], equal_nan=True), name
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(set(relative.RANGES) - {"rotor"}))
 def test_motions_of_all_systems_show_the_spectrum_of_books(name):
     check_measured(name)
@@ -228,7 +228,6 @@ def test_full_motions_are_scipys(name):
     check_motion(name)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(set(relative.RANGES) - {"sleeping_top", "rotor"}))
 def test_full_motions_of_all_systems_are_scipys(name):
     check_motion(name)
