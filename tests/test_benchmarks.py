@@ -4,6 +4,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import attitude
 import bodies as task
 import contenders
 import error_bars
@@ -16,7 +17,7 @@ import race
 import roof
 from scipy.integrate import solve_ivp
 
-from kernels import direct, survey
+from kernels import direct, exact, survey
 
 SCRIPT = Path(race.__file__)
 
@@ -186,3 +187,16 @@ def test_the_table_of_coverage_is_whole():
     assert sum(line.startswith("| pendulum") for line in lines) == 1
     assert sum(line.startswith(("| random", "| near", "| needles", "| default")) for line in lines) == 4
     assert all("100.00 %" in line for line in lines if "%" in line)
+
+
+@pytest.mark.slow
+def test_the_attitudes_benchmark_steps_what_it_says(monkeypatch, capsys):
+    """The lanes end where the closed form does, after as many steps."""
+    scratch = attitude.prepared()
+    attitude.step_attitudes(scratch, 200)
+    q = scratch[attitude.Q0 :].reshape(4, -1)
+    wanted = exact.attitude(attitude.MOMENTS, attitude.START, [200 * attitude.STEP])[0]
+    assert np.abs(q[0] - wanted[0]).max() < 1e-12  # the scalar part has no axis to be named by
+    monkeypatch.setattr(sys, "argv", ["attitude.py", "--quick"])
+    attitude.main()
+    assert "points/s" in capsys.readouterr().out

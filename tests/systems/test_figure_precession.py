@@ -1,10 +1,12 @@
 import matplotlib
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import sweeps
 from sweeps.style import STYLE
-from sweeps.systems.symmetric_top import figure_precession
+from sweeps.systems.symmetric_top import figure_cones, figure_precession
+from sweeps.systems.symmetric_top.motion import motion
 from sweeps.views import figures
 
 TOPS = {
@@ -63,6 +65,30 @@ def test_no_deviation_is_told_of_near_spheres(tops):
 def test_every_map_of_the_system_has_its_picture(tops, tmp_path):
     one = tops.isel(ratio=[0], omega3=[0], half_angle=[0])
     for number, ds in enumerate((tops, one)):
-        (path,) = figures.draw_all(ds, tmp_path / str(number))
-        assert path.name == "precession.png"
-        assert path.stat().st_size > 20_000
+        paths = list(figures.draw_all(ds, tmp_path / str(number)))
+        assert [path.name for path in paths] == ["precession.png", "cones.png"]
+        assert min(path.stat().st_size for path in paths) > 20_000
+
+
+def test_a_sphere_has_no_cones(tops):
+    assert figure_cones.draw(tops.isel(ratio=[1])) is None
+
+
+@pytest.mark.parametrize("ratio", [0.5, 1.8])
+def test_the_cones_are_those_of_the_motion(ratio):
+    """Angles of the angular velocity and of the figure axis to L, from quaternions."""
+    moved = motion({"ratio": ratio, "omega3": 2.0, "half_angle": 25.0}, 7.0, 15)
+    turned = Rotation.from_quat(np.stack([moved[f"q{i}"] for i in range(4)], axis=1), scalar_first=True)
+    omega = np.stack([moved[f"omega{i}"] for i in (1, 2, 3)], axis=1)
+    L = omega[0] * [1.0, 1.0, ratio]
+    in_space, axis = turned.apply(omega), turned.apply([0.0, 0.0, 1.0])
+    theta, beyond = figure_cones.cones(ratio, np.radians(25.0))
+
+    def angle(a, b):
+        return np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), (a * b).sum(axis=1))
+
+    to_L = np.tile(L, (15, 1))
+    np.testing.assert_allclose(angle(axis, to_L), theta, atol=1e-13)
+    np.testing.assert_allclose(angle(in_space, to_L), abs(beyond), atol=1e-13)
+    np.testing.assert_allclose(angle(in_space, axis), np.radians(25.0), atol=1e-13)
+    assert (beyond > 0) == (ratio > 1)

@@ -84,10 +84,10 @@ class SymmetricTop(Dynamics):
         return PAGE
 
     def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
-        """Precession over I3/I1, and how far it keeps to the closed form over the half-angle."""
-        from sweeps.systems.symmetric_top import figure_precession
+        """Precession over I3/I1, and how far it keeps to the closed form over the half-angle; body and space cone."""
+        from sweeps.systems.symmetric_top import figure_cones, figure_precession
 
-        return {"precession": lambda: figure_precession.draw(ds)}
+        return {"precession": lambda: figure_precession.draw(ds), "cones": lambda: figure_cones.draw(ds)}
 
 
 SYSTEM = SymmetricTop()

@@ -35,7 +35,7 @@ def draw(ds: xr.Dataset) -> Figure | None:
     if not chosen:
         return None
     figure = style.canvas(
-        4.9 * len(chosen), 6.0, "Herpolhodes", f"{ds.attrs.get('title', '')}\nseen along L, closed form"
+        4.9 * len(chosen), 6.0, "Herpolhodes", f"{ds.attrs.get('title', '')}\nseen along L, closed form", footer=0.15
     )
     for ax, (mode, point) in zip(np.atleast_1d(figure.subplots(1, len(chosen))), chosen, strict=True):
         moments, omega = start(point)

@@ -1,0 +1,103 @@
+"""Body cone and space cone of a symmetric top: the one, fixed in the body, rolls on the other, fixed in space."""
+
+import math
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
+from scipy.spatial import ConvexHull
+
+from sweeps import colors, style
+
+SHOWN = (0.5, 1.8)  # I3/I1 of the tops that are drawn, or the grid's nearest: one long, one flat
+ANGLE = 25.0  # degrees: the half-angle, or the grid's nearest
+TOWARDS = (math.cos(0.3), math.sin(0.3))  # where the viewer stands: before the plane of L and the axis, and above it
+BODY, SPACE = colors.STABLE, colors.UNSTABLE
+
+
+def cones(ratio: float, half_angle: float) -> tuple[float, float]:
+    """Angle of the figure axis to L, and of the angular velocity to L, on the side away from the axis positive, rad.
+
+    ``tan(theta) = tan(half_angle) I1/I3``: L is on the far side of the angular velocity from the axis for I3 < I1.
+    """
+    theta = math.atan2(math.tan(half_angle), ratio)
+    return theta, half_angle - theta
+
+
+def draw(ds: xr.Dataset) -> Figure | None:
+    """Both cones of a long and of a flat top; None where no such top is in the map."""
+    tops = _tops(ds)
+    if not tops:
+        return None
+    angle = float(ds["half_angle"].values[np.argmin(np.abs(ds["half_angle"].values - ANGLE))])
+    subtitle = f"{ds.attrs.get('title', '')}\nthe body cone rolls on the space cone; they touch along ω"
+    figure = style.canvas(4.4 * len(tops), 5.0, "Body cone and space cone", subtitle, footer=0.36)
+    for ax, ratio in zip(np.atleast_1d(figure.subplots(1, len(tops))), tops, strict=True):
+        _cones(ax, ratio, math.radians(angle))
+        where = "inside" if ratio > 1.0 else "outside"
+        shape = "flat" if ratio > 1.0 else "long"
+        ax.set_title(f"{shape}: $I_3/I_1$ = {style.number(ratio, 3)}, ω at {style.number(angle, 3)}° to the axis")
+        ax.text(
+            0.5,
+            -0.03,
+            f"the space cone lies {where} the body cone",
+            transform=ax.transAxes,
+            ha="center",
+            color=colors.QUIET,
+        )
+    look = {"alpha": 0.25, "linewidth": 0}
+    handles = [
+        Polygon([[0, 0]], color=BODY, label="body cone, about the figure axis", **look),
+        Polygon([[0, 0]], color=SPACE, label="space cone, about L", **look),
+    ]
+    style.legend(figure, handles)
+    return figure
+
+
+def _tops(ds: xr.Dataset) -> list[float]:
+    """The ratios nearest to those to be shown, of bodies that exist: at most one long and one flat."""
+    ratios = ds["ratio"].values
+    sides = ratios[(ratios > 0) & (ratios < 0.99)], ratios[(ratios > 1.01) & (ratios <= 2.0)]
+    near = zip(sides, SHOWN, strict=True)
+    return [float(side[np.argmin(np.abs(side - wanted))]) for side, wanted in near if side.size]
+
+
+def _seen(points: np.ndarray) -> np.ndarray:
+    """Points (n, 3) of space, x towards the side to which the figure axis leans, z along L, on the screen (n, 2)."""
+    return np.column_stack([points[:, 0], TOWARDS[0] * points[:, 2] + TOWARDS[1] * points[:, 1]])
+
+
+def _rim(tilt: float, opening: float) -> np.ndarray:
+    """The rim of a cone whose axis leans by `tilt` from L, of slant height one."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 200)
+    axis = np.array([math.sin(tilt), 0.0, math.cos(tilt)])
+    across = np.array([math.cos(tilt), 0.0, -math.sin(tilt)])
+    ring = np.outer(np.cos(turn), across) + np.outer(np.sin(turn), [0.0, 1.0, 0.0])
+    return math.cos(opening) * axis + math.sin(opening) * ring
+
+
+def _cones(ax: Axes, ratio: float, half_angle: float) -> None:
+    theta, beyond = cones(ratio, half_angle)
+    for tilt, opening, color in ((0.0, abs(beyond), SPACE), (theta, half_angle, BODY)):
+        rim = _seen(_rim(tilt, opening))
+        around = np.vstack([[0.0, 0.0], rim])
+        hull = around[ConvexHull(around).vertices]
+        ax.add_patch(Polygon(hull, facecolor=color, alpha=0.2, edgecolor="none"))
+        ax.plot(*rim.T, color=color, linewidth=1.4)
+        ax.add_patch(Polygon(hull, facecolor="none", edgecolor=color, linewidth=0.8))
+    path = _seen(1.12 * _rim(0.0, theta))
+    ax.plot(*path.T, color=colors.QUIET, linewidth=0.8, linestyle=(0, (4, 3)), gid="path of the axis")
+    for tilt, length, color, name in (
+        (0.0, 1.3, colors.INK, "L"),
+        (theta, 1.12, BODY, "axis 3"),
+        (-beyond, 1.22, colors.SERIES_COLORS[3], "ω"),
+    ):
+        end = _seen(length * np.array([[math.sin(tilt), 0.0, math.cos(tilt)]]))[0]
+        ax.annotate("", end, (0, 0), arrowprops={"arrowstyle": "-|>", "color": color, "linewidth": 1.6, "shrinkA": 0})
+        ax.text(
+            *(end * 1.05), name, color=color, ha="center", va="bottom", fontweight="bold", path_effects=style.halo()
+        )
+    ax.set(aspect="equal", xlim=(-1.15, 1.15), ylim=(-0.25, 1.5))
+    ax.axis("off")

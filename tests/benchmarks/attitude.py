@@ -1,0 +1,124 @@
+"""How fast the attitude is: the exact step beside that of the angular velocity, and both beside Carlson's integrals.
+
+    python tests/benchmarks/attitude.py [--quick]
+
+One process, user time, the least of several rounds taken in turn, so that a busy machine moves all alike.
+"""
+
+import argparse
+import math
+import time
+
+import numpy as np
+from numba import njit
+from scipy.special import ellipj, ellipk, elliprf, elliprj
+
+from kernels import attitude, exact, tumbling
+from kernels.blocks import W
+from kernels.options import OPTIONS
+
+MOMENTS, START = (1.0, 2.0, 3.0), (0.1, 0.2, 1.0)
+STEP = 0.3
+
+
+# Rows of one array, W lanes each: the loops over lanes are packed only where nothing can overlap.
+WD, WJ, WK, CD, CJ, CK, E0, E1, E2, E3, E4, E5, E6, E7, GD, GJ, GK, R0, RD, RJ, RK, Q0, QD, QJ, QK = (
+    W * row for row in range(25)
+)
+
+
+@njit(**OPTIONS)
+def step_rates(S, n):
+    """Exact steps of the angular velocity alone, W lanes side by side."""
+    for _ in range(n):
+        for i in range(W):
+            S[WD + i], S[WJ + i], S[WK + i] = exact.step(
+                S[WD + i], S[WJ + i], S[WK + i], S[CD + i], S[CJ + i], S[CK + i]
+            )
+
+
+@njit(**OPTIONS)
+def step_attitudes(S, n):
+    """The same with the attitude: step, landing and a unit quaternion each time."""
+    for _ in range(n):
+        for i in range(W):
+            w_d, w_j, w_k = S[WD + i], S[WJ + i], S[WK + i]
+            r0, rd, rj, rk = attitude.step(
+                *(w_d, w_j, w_k, S[R0 + i], S[RD + i], S[RJ + i], S[RK + i]),
+                *(S[E0 + i], S[E1 + i], S[E2 + i], S[E3 + i], S[E4 + i], S[E5 + i], S[E6 + i], S[E7 + i]),
+            )
+            w_d, w_j, w_k = exact.step(w_d, w_j, w_k, S[CD + i], S[CJ + i], S[CK + i])
+            q0, qd, qj, qk, size = attitude.land(w_d, w_j, w_k, r0, rd, rj, rk, S[GD + i], S[GJ + i], S[GK + i])
+            S[WD + i], S[WJ + i], S[WK + i] = w_d, w_j, w_k
+            S[R0 + i], S[RD + i], S[RJ + i], S[RK + i] = r0 * size, rd * size, rj * size, rk * size
+            S[Q0 + i], S[QD + i], S[QJ + i], S[QK + i] = q0, qd, qj, qk
+
+
+def prepared():
+    """The array of both loops."""
+    d, turned, *rest = attitude.short_step_constants(*MOMENTS, *START, STEP)
+    g, e = rest[:3], rest[3:]
+    c = attitude.oriented(d, *exact.step_constants(*MOMENTS, *START, STEP))
+    w = np.array(attitude.oriented(d, *START)) * [turned, 1.0, turned]
+    r = attitude.lifted(g[0] * w[0], g[1] * w[1], g[2] * w[2], 1.0, 0.0)
+    return np.repeat(np.array([*w, *c, *e, *g, *r, *r]), W)
+
+
+def by_carlson(times):
+    """Azimuth of the encircled axis and the angular velocity by SciPy, which an attitude then consists of."""
+    I1, I2, I3 = MOMENTS
+    L2 = sum((a * b) ** 2 for a, b in zip(MOMENTS, START, strict=True))
+    T2 = sum(a * b * b for a, b in zip(MOMENTS, START, strict=True))
+    s, c, d = (I2, I1, I3) if L2 > T2 * I2 else (I2, I3, I1)
+    both = (d - s) * (L2 - T2 * c)
+    p, m = math.sqrt(abs(both) / (I1 * I2 * I3)), (s - c) * (T2 * d - L2) / both
+    n = -d * (s - c) / (c * (d - s))
+    K, u = ellipk(m), p * times
+    turns = np.floor(u / (2 * K) + 0.5)
+    sn, cn, dn, _ = ellipj(u - 2 * K * turns, m)
+    third = sn * elliprf(cn * cn, dn * dn, 1.0) + n / 3 * sn**3 * elliprj(cn * cn, dn * dn, 1.0, 1 - n * sn * sn)
+    azimuth = math.sqrt(L2) / d * (times + (d / c - 1) * third / p)
+    half = 0.5 * azimuth
+    return np.stack([np.cos(half), np.sin(half), sn, cn, dn])
+
+
+def least(rounds, *runs):
+    """Least processor time of each run, s, the runs taken in turn."""
+    found = [math.inf] * len(runs)
+    for _ in range(rounds):
+        for i, run in enumerate(runs):
+            began = time.process_time()
+            run()
+            found[i] = min(found[i], time.process_time() - began)
+    return found
+
+
+def main() -> None:
+    """Prints the three rates and their ratios."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="fewer steps")
+    quick = parser.parse_args().quick
+    n, points = (200, 2_000) if quick else (20_000, 200_000)
+    scratch = prepared()
+    times = np.linspace(0.0, 100.0, n)
+    grid = np.random.default_rng(1).uniform(0.5, 1.0, (2, points))
+    bodies = {"I1": grid.min(axis=0), "I2": grid.max(axis=0), "I3": np.ones(points)}
+    bodies |= {"energy": 1.0 + 0.9 * (1.0 / bodies["I1"] - 1.0), "omega0": np.ones(points)}
+    runs = (
+        lambda: step_rates(scratch, n),
+        lambda: step_attitudes(scratch, n),
+        lambda: by_carlson(times),
+        lambda: tumbling.survey(bodies, 1e-10, False),
+    )
+    for run in runs:
+        run()
+    rates, attitudes, carlson, periods = least(3 if quick else 9, *runs)
+    rates, attitudes, carlson = rates / n / W, attitudes / n / W, carlson / n
+    print(f"exact step of the angular velocity   {1e9 * rates:8.2f} ns")
+    print(f"exact step with the attitude         {1e9 * attitudes:8.2f} ns   {attitudes / rates:.2f} times that")
+    print(f"an attitude by Carlson in SciPy      {1e9 * carlson:8.2f} ns   {carlson / attitudes:.0f} times that")
+    print(f"both periods of a tumbler, exact     {1e9 * periods / points:8.2f} ns   {points / periods:.3g} points/s")
+
+
+if __name__ == "__main__":
+    main()
