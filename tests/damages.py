@@ -39,6 +39,16 @@ TUMBLING = {
     "bodies": [{"name": "A", "ratios": {"I1": 0.36, "I2": 0.96, "I3": 1.0}, "omega0": 2.6e-5}],
     "grid": {"energy": [1.01, 1.02, 1.5, 2.0]},
 }
+UNCERTAIN = {
+    "bodies": [
+        {"name": "A", "I1": 1.0, "I2": 1.9, "I3": 2.0, "uncertainty": "5 %"},
+        {"name": "B", "I1": 1, "I2": 2, "I3": 3},
+    ],
+    "uncertainty": {"moments": [0.1, 0.2, 0.1], "epsilon": 0.1},
+    "draws": 64,
+    "keep": True,
+    "grid": {"omega0": [0.1, 1.0]},
+}
 FEW = ["omega_squared_theory", "omega_squared", "growth_rate", "regime", "status", "energy_drift"]
 DRAWN = [*FEW, "omega_squared_stderr", "omega_squared_error", "triangle_margin", "propagation_error"]  # by pictures
 BASES = {
@@ -49,6 +59,7 @@ BASES = {
     "foucault": FOUCAULT,
     "twist": THROWN,
     "tumbling": TUMBLING,
+    "uncertain": UNCERTAIN,
 }
 FEWER = {
     "rigid": DEFINITION | {"integration": {"variables": FEW}},

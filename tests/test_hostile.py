@@ -165,6 +165,24 @@ def test_a_bomb_takes_bounded_memory_and_time(folder, name):
     assert [path.name for path in folder.iterdir()] == ["bomb.yaml"]
 
 
+def diagonal(value):
+    return [[value * (row == column) for column in range(3)] for row in range(3)]
+
+
+@pytest.mark.parametrize(
+    ("size", "uncertainty"),
+    [
+        *((1e-200, "5 %"), (1e200, "5 %"), (1.0, 1e-200)),
+        *((1e160, {"covariance": diagonal(1e290)}), (1e-140, {"covariance": diagonal(1e-290)})),
+    ],
+)
+def test_a_variance_that_is_no_double_is_refused(size, uncertainty):
+    """Not taken for zero, which would make the body exactly known."""
+    body = {"name": "A", "I1": size, "I2": 1.9 * size, "I3": 2.0 * size, "uncertainty": uncertainty}
+    with pytest.raises(DefinitionError, match="too large or too small for"):
+        loading.read({"bodies": [body], "grid": {"omega0": 1.0}})
+
+
 def test_more_values_than_yaml_is_read_for_are_refused(folder, monkeypatch):
     monkeypatch.setattr(reading, "MAX_EVENTS", 100)
     (folder / "many.yaml").write_text("axes: [" + "1," * 100 + "]")

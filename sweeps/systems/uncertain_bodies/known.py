@@ -14,6 +14,8 @@ ENTRIES = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 ANY = "any"  # a phase of which nothing is known
 MOST_EPSILON = 0.999  # a drawn nudge beyond that counts as that
 SPIN = ("omega0", "epsilon", "phase")
+LARGEST = 1e140  # kg m2, a standard deviation, whose square, and sums of it, are doubles
+RANGE = "standard deviations from 1e-140 to 1e140 kg m2 (as ratios of the moments every body is in range)"
 
 
 class KnownError(ValueError):
@@ -139,8 +141,15 @@ def _whole_turn(z: np.ndarray) -> np.ndarray:
 
 
 def relative(values: np.ndarray, shares: np.ndarray | float) -> np.ndarray:
-    """Covariance of independent entries of relative standard deviations."""
-    return np.diag((np.asarray(values, dtype=np.float64) * shares) ** 2)
+    """Covariance of independent entries of relative standard deviations.
+
+    Raises:
+        KnownError: where a variance would be no double: one of 0 would make what is uncertain exact.
+    """
+    deviations = np.abs(np.asarray(values, dtype=np.float64) * shares)
+    if not (deviations <= LARGEST).all() or (deviations[deviations > 0] < 1 / LARGEST).any():
+        raise KnownError("(a variance)", "is too large or too small for a double", RANGE)
+    return np.diag(deviations**2)
 
 
 def checked_covariance(covariance: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -150,6 +159,8 @@ def checked_covariance(covariance: np.ndarray, values: np.ndarray) -> np.ndarray
         KnownError: in words.
     """
     size = np.abs(covariance).max(initial=0.0)
+    if size > LARGEST**2 or 0 < size < LARGEST**-2:
+        raise KnownError("(a matrix)", "is too large or too small for doubles", RANGE)
     if (np.abs(covariance - covariance.T) > 1e-9 * size).any():
         raise KnownError("(a matrix)", "is not symmetric", "a symmetric matrix, kg2 m4")
     covariance = (covariance + covariance.T) / 2
