@@ -22,9 +22,10 @@ from kernels.enclosures import OUTSIDE, POLE
 SIGN, SLOPE, LOST, NARROW, OUT = range(5)  # kinds of boxes
 FIRST = 8  # boxes that the bounds are cut into at once
 MOST_BOXES = 20_000  # of a point
-MOST_STEPS = 200
+MOST_STEPS, PATIENCE = 200, 30
 CUT = 0.4871  # of a box: zeros at round places are seldom cut through
 ROUNDINGS = 8.0  # f is lost where it changes by less than so many widths of its own enclosure at a place
+FAINT = 1e-280  # below it f is lost in underflow: no zero is seen there, and no line of them
 FLAT = 0.02  # of the bounds: a wider cluster is a line of zeros
 SLACK = 1.0 + 1e-14
 SIMPLE, CLUSTER = range(2)
@@ -119,6 +120,7 @@ def _judged(curve, owner, a, b):
     values, states = curve(owner, a, b)
     kind, sense = np.full(owner.size, -1), np.zeros(owner.size, dtype=np.int64)
     kind[states == OUTSIDE] = OUT
+    kind[(_size(values[:, 0]) < FAINT) & (values[:, 0, 0] < values[:, 0, 1])] = NARROW
     _seen(kind, sense, values[:, 0], values[:, 1], states < POLE)
     left = np.flatnonzero((kind < 0) & (states < POLE))
     if left.size:
@@ -129,10 +131,17 @@ def _judged(curve, owner, a, b):
         value = _met(values[left, 0], _around(here[:, 0], _size(slope) * r))
         again, way = kind[left], sense[left]
         _seen(again, way, value, slope, np.ones(left.size, dtype=bool))
-        lost = (again < 0) & (_size(slope) * (b - a)[left] <= ROUNDINGS * (here[:, 0, 1] - here[:, 0, 0]))
+        blur = here[:, 0, 1] - here[:, 0, 0]
+        lost = (again < 0) & np.isfinite(blur) & (_size(slope) * (b - a)[left] <= ROUNDINGS * blur)
         again[lost] = LOST
+        again[(again < 0) & ~np.isfinite(blur) & _overflows(curve, owner[left], a[left], b[left])] = NARROW
         kind[left], sense[left] = again, way
     return kind, sense, states == POLE
+
+
+def _overflows(curve, owner, a, b):
+    """Whether f is beyond all numbers at both ends."""
+    return ~np.isfinite([curve(owner, x, x)[0][:, 0] for x in (a, b)]).all(axis=2).any(axis=0)
 
 
 def _seen(kind, sense, value, slope, sound):
@@ -229,7 +238,7 @@ def _closed(curve, owner, a, b, left):
     """Zeros of monotone functions in brackets: Newton's steps, halving where one leaves the bracket."""
     a, b, place, enough = a.copy(), b.copy(), 0.5 * (a + b), UNIT / 16 * (b - a)
     active = np.arange(a.size)
-    for _ in range(MOST_STEPS):
+    for step in range(MOST_STEPS):
         if not active.size:
             break
         x = place[active]
@@ -241,7 +250,7 @@ def _closed(curve, owner, a, b, left):
         b[active] = np.where(told & ~before, x, b[active])
         low, high = a[active], b[active]
         guess = x - value / slope
-        inside = (guess >= low) & (guess <= high)
+        inside = (guess >= low) & (guess <= high) & (step < PATIENCE or step % 2 == 0)  # Newton's are short at x^n
         guess = np.where(inside, guess, np.where(told, 0.5 * (low + high), x))
         place[active] = guess
         going = told & (np.abs(guess - x) > np.maximum(enough[active], 2.0 * UNIT * np.abs(x)))

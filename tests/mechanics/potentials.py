@@ -110,5 +110,33 @@ def _multiple():
     yield "double at a bound", (x - 1) ** 3, (-1, 1), [1]
 
 
-KNOWN = {name: rest for part in (_polynomials, _trigonometric, _others, _poles) for name, *rest in part()}
+def _physical():
+    """What a physicist would try next."""
+    well = np.arccosh(np.exp(2) / 2) / 2  # (A - B)(1 - A - B) = 0 with A = exp(-2 (x + 1)), B = exp(2 (x - 1))
+    yield "double Morse", (1 - sp.exp(-2 * (x + 1))) ** 2 + (1 - sp.exp(2 * (x - 1))) ** 2, (-3, 3), [-well, 0, well]
+    yield "Kapitza", -sp.cos(x) + 2 * sp.sin(x) ** 2, (-3, R(33, 10)), [
+        -np.arccos(-0.25), 0, np.arccos(-0.25), np.pi,
+    ]  # fmt: skip
+    yield "ellipse that turns", -sp.cos(x) - R(9, 5) * sp.sin(x) ** 2, (-3, R(33, 10)), [
+        -np.arccos(1 / 3.6), 0, np.arccos(1 / 3.6), np.pi,
+    ]  # fmt: skip
+    yield "Chebyshev expanded, 12", sp.expand(sp.chebyshevt(12, x)), (-1, 1), [
+        np.cos(k * np.pi / 12) for k in range(1, 12)
+    ]  # fmt: skip
+    yield "high and flat", x**20, (-2, 3), [0]
+    yield "far out of Coulomb's reach", 1 / x - 2 / x**2 + 1 / x**3, (0, 10**6), [1, 3]
+    yield "overflows inside", sp.exp(sp.exp(x)) - sp.E * x, (-5, 9), [0]
+    yield "logarithms at both ends", -sp.log(x) - sp.log(1 - x), (0, 1), [0.5]
+
+
+def _faint():
+    """V that underflows or overflows within the bounds: nothing is seen there, and it is said."""
+    yield "Gaussian", -sp.exp(-(x**2)), (-30, 31), [0]
+    yield "falls for ever", sp.exp(-x), (0, 800), []
+    yield "Yukawa", sp.exp(-x) * (1 / x**2 - 2 / x), (0, 1000), [(np.sqrt(17) - 1) / 4]
+    yield "overflows", sp.exp(x**2) - sp.E * x**2, (-50, 51), [-1, 0, 1]
+
+
+KNOWN = {name: rest for part in (_polynomials, _trigonometric, _others, _poles, _physical) for name, *rest in part()}
 MULTIPLE = {name: rest for name, *rest in _multiple()}
+FAINT = {name: rest for name, *rest in _faint()}

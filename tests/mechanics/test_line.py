@@ -2,7 +2,7 @@ import mpmath
 import numpy as np
 import pytest
 import sympy as sp
-from potentials import KNOWN, MULTIPLE, x
+from potentials import FAINT, KNOWN, MULTIPLE, x
 
 from kernels import enclosures
 from sweeps.mechanics import line
@@ -25,7 +25,10 @@ def test_there_are_sixty():
     assert len(KNOWN) + len(MULTIPLE) >= 60
 
 
-@pytest.mark.parametrize("name", KNOWN)
+LONG = ("16 wells", "20 wells")  # degree 32 and 40
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in LONG else n for n in KNOWN])
 def test_all_equilibria_of_a_known_potential_are_found_and_proved(name):
     V, bounds, expected = KNOWN[name]
     found = zeros(V, bounds)
@@ -48,6 +51,16 @@ def test_multiple_zeros_are_found_and_named(name):
         low, high = found.doubt[1], found.doubt[2]
         assert ((low <= found.place[k]) & (found.place[k] <= high)).any()
     assert found.proved.all() == (found.kind == line.SIMPLE).all()
+
+
+@pytest.mark.parametrize("name", FAINT)
+def test_where_numbers_end_nothing_is_invented(name):
+    V, bounds, expected = FAINT[name]
+    found = zeros(V, bounds)
+    assert found.place == pytest.approx(np.array(expected, dtype=float), rel=1e-13, abs=1e-14)
+    assert not found.flat.any()
+    assert not found.proved.any()
+    assert not found.exhausted.any()
 
 
 def test_a_line_of_zeros_is_flat():

@@ -9,7 +9,8 @@ from kernels import statuses
 from sweeps.mechanics import modes
 from sweeps.mechanics.model import Model
 
-QUICK = ("pendulum", "double_pendulum", "bead_on_hoop")  # one mode, two that share, a place that moves
+QUICK = ("pendulum", "bead_on_hoop")  # what others generate is compiled for ten seconds
+EACH = [pytest.param(n, marks=pytest.mark.slow) if n not in QUICK else n for n in LIBRARY]
 PROMISED, LEAST = 1e-6, 1e-3  # relative error of ω², where |ω²| is at least so much of the scale's square
 
 
@@ -18,7 +19,7 @@ def models():
     return {name: Model(shipped(name)) for name in LIBRARY}
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n not in QUICK else n for n in LIBRARY])
+@pytest.mark.parametrize("name", EACH)
 def test_measured_rates_are_the_theorys(models, name):
     model = models[name]
     columns = model.survey(points(model.system, model.n, 60, LIBRARY[name]))
@@ -31,7 +32,7 @@ def test_measured_rates_are_the_theorys(models, name):
     assert np.array_equal(columns["regime"], columns["regime_theory"])
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n not in QUICK else n for n in LIBRARY])
+@pytest.mark.parametrize("name", EACH)
 def test_errors_hold_the_distance_to_linear_theory(models, name):
     model = models[name]
     for epsilon in (1e-8, 1e-4, 1e-2, 1e-1):
@@ -58,6 +59,7 @@ def test_a_swing_reduced_to_zero_amplitude_is_the_small_one(models):
     assert found["omega_squared_reduced"] / found["omega_squared_theory"] == pytest.approx(1.0, abs=1e-5)
 
 
+@pytest.mark.slow
 def test_both_signs_are_measured(models):
     for name, both in {"pendulum": True, "double_pendulum": True, "spherical_pendulum": False}.items():
         model = models[name]
@@ -76,6 +78,7 @@ def test_harmonic_well_gives_twice_the_orbital_rate_and_keplers_once(models):
         assert np.sort(found["frequency"] / rate) == pytest.approx(sorted([1.0, ratio]), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_cone_of_the_spherical_pendulum_is_the_lectures(models):
     model = models["spherical_pendulum"]
     columns = points(model.system, 1, 20, LIBRARY["spherical_pendulum"])
@@ -110,6 +113,7 @@ def test_a_large_swing_is_slower_by_its_amplitude_squared(models):
     assert deviation / sizes**2 == pytest.approx(1 / 16, rel=0.02)
 
 
+@pytest.mark.slow
 def test_two_nudges_take_away_the_error_of_first_order(models):
     """The Morse bonds have V‴ ≠ 0: ω² from half the difference is off by ε², from one run by ε."""
     model = models["linear_triatomic"]
@@ -127,7 +131,7 @@ def test_two_nudges_take_away_the_error_of_first_order(models):
     assert np.log10(deviations[0][1] / deviations[1][1]) < 1.5
 
 
-@pytest.mark.parametrize("name", ["bead_on_hoop", "double_pendulum"])
+@pytest.mark.parametrize("name", ["bead_on_hoop", pytest.param("double_pendulum", marks=pytest.mark.slow)])
 def test_no_measured_column_depends_on_a_theoretical_rate(models, name, monkeypatch):
     model = models[name]
     columns = points(model.system, model.n, 10, LIBRARY[name])
@@ -177,6 +181,7 @@ def test_a_flat_line_is_a_status(models):
     assert np.isnan(found["omega_squared"]).all()
 
 
+@pytest.mark.slow
 def test_amplitude_and_phase_are_those_of_the_motion(models):
     """a cos(ωt + α) with what is said of a, ω and α, against the closed form of a linear oscillator."""
     model = models["double_well"]
@@ -191,6 +196,7 @@ def test_amplitude_and_phase_are_those_of_the_motion(models):
     assert np.isnan(found["amplitude"][~wells]).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [1, 7, 40])
 def test_a_points_bits_depend_on_the_point_alone(models, count):
     model = models["double_pendulum"]
@@ -231,6 +237,7 @@ def hanging(model, **given):
     return {name: values[:2] for name, values in columns.items()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("direction", [(1.0, 0.0), (-0.5, 2.0)])
 def test_a_nudge_in_a_direction_is_scipys_motion_mode_by_mode(models, direction):
     model = models["double_pendulum"]
@@ -260,6 +267,7 @@ def test_a_nudge_in_a_direction_is_scipys_motion_mode_by_mode(models, direction)
     assert parts @ (found["amplitude"] * np.cos(found["initial_phase"])) == pytest.approx(start * np.cos(0.6), rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["double_pendulum", "linear_triatomic"])
 def test_every_mode_of_a_direction_has_the_theorys_rate(models, name):
     model = models[name]
@@ -275,6 +283,7 @@ def test_every_mode_of_a_direction_has_the_theorys_rate(models, name):
     assert (off <= 1e-9 * found["rate_scale"][ok] ** 2).all()  # 40 / 40 and 12 / 40 are rounded
 
 
+@pytest.mark.slow
 def test_a_mode_without_a_share_of_the_direction_is_said(models):
     model = models["double_pendulum"]
     columns = hanging(model)

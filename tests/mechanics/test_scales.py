@@ -13,6 +13,7 @@ from sweeps.mechanics.model import Model
 from sweeps.points import sweep as sweeps
 from sweeps.points.loading import load
 
+QUICK = ("pendulum", "bead_on_hoop")  # what others generate is compiled for ten seconds
 FACTORS = [(1e9, 1e20, 1e6), (1e-9, 1e-20, 1e-6), (1e9, 1e-20, 1e-6), (1e-9, 1e20, 1e6)]  # length, mass, time
 
 
@@ -171,7 +172,9 @@ def scaled(L, M, T):
     yield plane(lambda x: E * ((x / L) ** 2 / 2 + 0.1 * (L / x) ** 2), [(-2 * L, 2 * L)])
 
 
-@pytest.mark.parametrize("factors", FACTORS, ids=str)
+@pytest.mark.parametrize(
+    "factors", [FACTORS[0], *(pytest.param(f, marks=pytest.mark.slow) for f in FACTORS[1:])], ids=str
+)
 def test_dimensionless_theory_does_not_know_the_units(factors):
     L, M, T = factors
     for plain, other in zip(scaled(1.0, 1.0, 1.0), scaled(L, M, T), strict=True):
@@ -194,7 +197,7 @@ UNITS = {  # parameter → exponents of length, mass and time
 }
 
 
-@pytest.mark.parametrize("name", LIBRARY)
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n not in QUICK else n for n in LIBRARY])
 def test_shipped_maps_do_not_know_the_units(name):
     model = Model(shipped(name))
     exponents = {p: UNITS[p] for p in model.names}

@@ -15,6 +15,8 @@ from sweeps.mechanics.graph import graph
 from sweeps.mechanics.model import Model
 
 W = taylor.W
+QUICK = ("pendulum", "bead_on_hoop")  # what others generate is compiled for ten seconds
+EACH = [pytest.param(n, marks=pytest.mark.slow) if n not in QUICK else n for n in LIBRARY]
 
 
 def scratch(model, columns, x, v, epsilon):
@@ -49,7 +51,7 @@ def test_order_is_twelve():
     assert slope == pytest.approx(-taylor.ORDER, abs=0.3)
 
 
-@pytest.mark.parametrize("name", LIBRARY)
+@pytest.mark.parametrize("name", EACH)
 def test_full_motion_is_that_of_dop853(name):
     """A nudge of a tenth, where the motion is far from linear, against SciPy on the symbolic accelerations."""
     model = Model(shipped(name))
@@ -75,7 +77,7 @@ def test_full_motion_is_that_of_dop853(name):
     assert velocity == pytest.approx(solved.y[n:, -1], abs=4e-9)
 
 
-@pytest.mark.parametrize("name", LIBRARY)
+@pytest.mark.parametrize("name", EACH)
 def test_energy_is_that_of_the_symbols(name):
     model = Model(shipped(name))
     n, rng = model.n, np.random.default_rng(6)
@@ -102,6 +104,7 @@ def test_energy_is_that_of_the_symbols(name):
     assert S[2 * n * W] == pytest.approx(float(kinetic + rise / sp.Float(epsilon, 60) ** 2), rel=1e-11)
 
 
+@pytest.mark.slow
 def test_nothing_is_lost_in_a_small_nudge():
     """The same motion at nudges of 1e-6, 1e-12 and 1e-100: each differs from the linear one by its own ε."""
     model = Model(shipped("double_pendulum"))
@@ -114,6 +117,7 @@ def test_nothing_is_lost_in_a_small_nudge():
     assert ends[2] == pytest.approx(ends[0], rel=1e-10)
 
 
+@pytest.mark.slow
 def test_lanes_do_not_see_each_other():
     model = Model(shipped("double_pendulum"))
     columns = points(model.system, 2, 1, {})

@@ -147,6 +147,7 @@ def test_what_is_wrong_with_a_description_is_said_before_any_work(tmp_path, V, w
     assert name in str(refused.value)
 
 
+@pytest.mark.slow
 def test_exit_status_two_and_one_line(tmp_path):
     described(tmp_path, SPRING.format(V="k * x"))
     (tmp_path / "mine.yaml").write_text(f"system: {tmp_path}/spring.py\ngrid: {{stiffness: 2.0}}\n")
@@ -185,6 +186,7 @@ def test_a_direction_is_refused_in_words(direction, wrong):
         read(small("double_pendulum") | {"integration": {"direction": direction}})
 
 
+@pytest.mark.slow
 def test_a_direction_of_a_definition_is_the_nudge_of_every_mode():
     definition = small("double_pendulum", mass2=[0.5, 2.0]) | {"integration": {"direction": [0.0, 1.0]}}
     found, along = sweeps.survey(definition), sweeps.survey(small("double_pendulum", mass2=[0.5, 2.0]))
@@ -207,6 +209,7 @@ def test_a_definition_survives_pickling(spring):
     assert twin.definition.text == definition.definition.text
 
 
+@pytest.mark.slow
 def test_opening_and_drawing_a_map_runs_no_file(tmp_path, spring):
     ds = sweeps.survey(small(spring, stiffness=np.linspace(-2, 3, 9)))
     storage.write_map(ds, tmp_path / "map.nc")
@@ -234,7 +237,7 @@ def test_shards_threads_and_chunks_change_no_bit(tmp_path):
     assert content.content_hash(lazy.compute()) == digest
 
 
-@pytest.mark.parametrize("name", ["bead_on_hoop", "double_pendulum"])
+@pytest.mark.parametrize("name", ["bead_on_hoop", pytest.param("double_pendulum", marks=pytest.mark.slow)])
 def test_pictures_show_every_equilibrium_and_mode(name):
     varied = {"bead_on_hoop": ("radius", "spin_rate"), "double_pendulum": ("mass2", "length2")}[name]
     grid = {key: {"start": 0.5, "stop": 8.0, "num": 9} for key in varied}
@@ -258,6 +261,7 @@ def test_picture_of_the_hoop_has_the_line_on_g_over_r():
     assert spin**2 * radius == pytest.approx(np.full(spin.size, 9.80665), rel=0.03)
 
 
+@pytest.mark.slow
 def test_what_compile_was_told_of_is_compiled_for_good(tmp_path):
     """Numba says where its cache is read and written; the title makes a system that no cache holds yet."""
     described(tmp_path, SPRING.format(V="k * x**2").replace("Mass on a spring", uuid.uuid4().hex))
