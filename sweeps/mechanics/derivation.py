@@ -32,6 +32,7 @@ from sweeps.mechanics.description import DescriptionError, System
 SHORT = 400  # operations: longer expressions are not expanded,
 SIMPLE = 80  # and longer ones not simplified
 LONG = 1500
+NOTHING = sp.Dummy("nothing", real=True)  # stands for the parameters of a system that has none
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,7 @@ class Equations:
     @property
     def parameters(self) -> tuple[sp.Symbol, ...]:
         """Symbols of the parameters, in the description's order."""
-        return tuple(p.symbol for p in self.system.parameters.values())
+        return tuple(p.symbol for p in self.system.parameters.values()) or (NOTHING,)
 
     @cached_property
     def gradient(self) -> sp.Matrix:
@@ -167,6 +168,8 @@ def _check_smooth(system, T, V):
     """Refuses what has a kink, by the name that its author wrote."""
     moving = {c.symbol for c in system.coordinates.values()}
     for where, e in (("T", T), ("V", V)):
+        if e.has(sp.nan, sp.zoo, sp.oo, -sp.oo) or (where == "V" and e.has(sp.I)):
+            raise DescriptionError(f"{where}: {e} is complex or infinite; allowed: real, finite expressions")
         for part in sorted(e.atoms(*_KINKED), key=str):
             if part.free_symbols & moving:
                 wrong, allowed = _KINKED.get(type(part), _KINK)
@@ -184,6 +187,7 @@ _WRITTEN_OUT = {
 _KINK = ("has a kink, about which nothing oscillates linearly", "sqrt(u**2 + d**2) in place of |u|, with a small d")
 _KINKED = {
     **dict.fromkeys((sp.Abs, sp.sign, sp.Max, sp.Min, sp.Heaviside, sp.Piecewise), _KINK),
+    **dict.fromkeys((sp.floor, sp.ceiling, sp.Mod, sp.frac), ("jumps", "what has a slope everywhere")),
     sp.atan2: ("has a cut", "2*atan(y/(sqrt(x**2 + y**2) + x)) in place of atan2(y, x)"),
 }
 

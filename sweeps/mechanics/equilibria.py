@@ -130,7 +130,7 @@ class Landscape:
             places |= set().union(*(e.free_symbols for e in (*c.bounds, c.hold) if e is not None))
         for place in system.labels.values():
             places |= set().union(*(e.free_symbols for e in place.values()))
-        return tuple(None if p.symbol in places else p.default for p in system.parameters.values())
+        return tuple(None if p.symbol in places else p.default for p in system.parameters.values()) or (0.0,)
 
     def hessian(self, parameters, q):
         """V″, shape (..., n, n)."""
@@ -203,12 +203,12 @@ def _factored(e):
 
 
 def _size(parameters):
-    return parameters[0].size if len(parameters) else 1
+    return parameters[0].size
 
 
 def find(landscape: Landscape, parameters) -> Found:
     """All equilibria of points, of which one array (points,) a parameter is given, in the description's order."""
-    given = [np.atleast_1d(np.asarray(p, dtype=np.float64)) for p in parameters]
+    given = [np.atleast_1d(np.asarray(p, dtype=np.float64)) for p in parameters] or [np.zeros(1)]
     pairs = zip(landscape.canonical, given, strict=True)
     rows = [p if default is None else np.full_like(p, default) for default, p in pairs]
     first, inverse = _points(rows)
@@ -231,7 +231,7 @@ def refuse_crowded(landscape: Landscape, found: Found, parameters) -> None:
     system, point = landscape.equations.system, int(np.argmax(found.crowded))
     count = found.counts[point]
     wrong = f"there are {count}" if count > system.most else "one is near no name, and there is no room left"
-    values = ", ".join(f"{name}={p[point]:g}" for name, p in zip(system.parameters, parameters, strict=True))
+    values = ", ".join(f"{name}={p[point]:g}" for name, p in zip(system.parameters, parameters, strict=False))
     allowed = f"at most {system.most} (`most`, or their names)"
     raise DescriptionError(f"equilibria: {wrong}, at {values or 'the only point'}; allowed: {allowed}")
 

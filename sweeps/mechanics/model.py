@@ -67,7 +67,8 @@ class Model:
             (points, n, n), `terms` (points, n, n), `sizes` (points, n), `scale` (s-1), `parameters` (a list of arrays);
             NaN where there is no equilibrium.
         """
-        parameters = [np.asarray(points[name], dtype=np.float64) for name in self.names]
+        rows = len(points["equilibrium"])
+        parameters = [np.asarray(points[name], dtype=np.float64) for name in self.names] or [np.zeros(rows)]
         first, inverse = _runs(parameters, len(points["equilibrium"]))
         found = self.equilibria([p[first] for p in parameters])
         slot = np.asarray(points["equilibrium"])
@@ -102,8 +103,9 @@ class Model:
         # in units of the sizes: V‴ beside V″, a' beside a
         unit = sizes.max(axis=1, initial=0.0)
         count = third.shape[1] - self._first_of_a
-        cubic = third[:, : self._first_of_a].max(axis=1, initial=0.0) * unit / np.abs(terms).max(axis=(1, 2))
-        bent = third[:, -count:].max(axis=1, initial=0.0) * unit / np.abs(a).max(axis=(1, 2)) if count else 0.0
+        with np.errstate(all="ignore"):
+            cubic = third[:, : self._first_of_a].max(axis=1, initial=0.0) * unit / np.abs(terms).max(axis=(1, 2))
+            bent = third[:, -count:].max(axis=1, initial=0.0) * unit / np.abs(a).max(axis=(1, 2)) if count else 0.0
         twice = ~(np.maximum(np.nan_to_num(cubic), bent) <= EVEN)
         linear = {"squares": squares, "modes": vectors, "a": a, "scale": S, "sizes": sizes, "twice": twice}
         return linear | {"terms": terms, "positive": modes.positive(a)}

@@ -14,7 +14,8 @@ some other place's motion.
 import numpy as np
 
 NEIGHBOURHOOD = 4.0  # how much the terms of V″ may grow within a nudge of relative size one
-HALVINGS = 100  # of half the bounds, to find it
+HALVINGS = 100
+NARROWEST = 40  # halvings of half the bounds: a place is known to no better, and what is smaller is no neighbourhood
 VANISHED, NEARBY = 1e-6, 1e-3  # of what the terms amount to within so much of the size
 WIDEST = 30.0
 
@@ -43,7 +44,7 @@ def _neighbourhood(landscape, parameters, place, terms, i):
     distance, size = np.zeros(place.shape), half.copy()
     scale = terms[:, i, i]
     open_ = np.flatnonzero(np.isfinite(place).all(axis=1))
-    for _ in range(HALVINGS):
+    for _ in range(NARROWEST):
         distance[open_, i] = size[open_]
         grown = reach(landscape, [p[open_] for p in parameters], place[open_], distance[open_])[:, i, i]
         open_ = open_[grown > NEIGHBOURHOOD * scale[open_]]

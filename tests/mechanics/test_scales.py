@@ -84,6 +84,16 @@ def test_a_degenerate_equilibrium_is_marginal_and_has_no_rate(quartic, a, b):
     assert np.isnan(found["x_equilibrium"][1])
 
 
+@pytest.mark.parametrize("power", [4, 6, 12, 20])
+@pytest.mark.parametrize("bounds", [(-1, 2), (-2, 3), (-0.7, 11)])
+def test_a_flat_bottom_is_marginal_within_any_bounds(power, bounds):
+    """The place is found to 1e-17 of the bounds, and V″ there is some 1e-33: no scale of its own."""
+    model = plane(lambda x: x**power, [bounds], most=1)
+    theory = model.theory(points(model))
+    assert theory["omega_squared"].tolist() == [0.0]
+    assert theory["scale"][0] > 0.1
+
+
 def test_a_row_without_an_equilibrium_has_no_theory():
     model = plane(lambda x, k: k * (x - 3) ** 2 / 2, [(-1, 2)], most=1, k=1.0)
     found = model.survey(points(model))
@@ -148,6 +158,13 @@ def test_a_system_without_parameters_has_places():
     model = Model(system)
     theory = model.theory(points(model))
     assert theory["omega_squared"].tolist() == [2.0]
+    system = System("Bare double well", most=4)
+    x = system.coordinate("x", "m", bounds=(-2, 3))
+    system.particle(1, (x,))
+    system.potential(x**4 / 4 - x**2 / 2)
+    model = Model(system)
+    theory = model.theory(points(model))
+    assert theory["omega_squared"] == pytest.approx([2.0, -1.0, 2.0, np.nan], nan_ok=True)
 
 
 def test_fewer_points_than_threads():

@@ -136,6 +136,9 @@ def test_fingerprint_changes_with_the_description(tmp_path):
         ("k * __import__('sympy').atan2(x, k)", "V: atan2.* has a cut; allowed: 2"),
         ("k * __import__('numpy').cos(x)", r"line 9: cannot be run .*cos.*allowed: SymPy's functions"),
         ("k * (x + 3)**x", "power"),
+        ("k * x**2 + __import__('sympy').I * x", "V: .* is complex or infinite"),
+        ("k * x**2 + __import__('sympy').zoo", "V: .* is complex or infinite"),
+        ("k * __import__('sympy').floor(x)", r"V: floor\(x\) jumps"),
         ("k * __import__('sympy').gamma(x + 3)", "cannot be integrated"),
     ],
 )

@@ -180,7 +180,7 @@ class Oscillator(Dynamics):
         columns = {name: np.concatenate([part[name] for part in parts]) for name in self.description.parameters}
         try:
             self._code()  # what cannot be integrated is refused here
-            values = [columns[name] for name in self.description.parameters]
+            values = [columns[name] for name in self.description.parameters] or [np.zeros(len(chosen))]
             found = self.mechanism.equilibria(values)
             if found.crowded.all():  # some of many are their status
                 refuse_crowded(self.mechanism.landscape, found, values)
@@ -190,7 +190,7 @@ class Oscillator(Dynamics):
             raise DescriptionError(
                 f"{self.name}: equilibria: V is flat along a line of them; allowed: a coordinate to hold (hold=…)"
             )
-        if np.isnan(found.places).all():
+        if not found.counts.any():
             raise DescriptionError(
                 f"{self.name}: equilibria: there is none within the bounds, at {len(chosen)} points of the grid; "
                 "allowed: bounds that hold one"
