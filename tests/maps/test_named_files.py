@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import repeated
 from maps import BODIES
 
 import sweeps
@@ -48,7 +49,7 @@ def written(ds, folder, system, definition):
     return str(folder / "map.nc")
 
 
-EACH = [pytest.param(door, marks=pytest.mark.slow) if door == "figures" else door for door in DOORS]
+EACH = repeated.but(("show", "trajectory", "report"), DOORS)
 
 
 @pytest.mark.parametrize("door", EACH)

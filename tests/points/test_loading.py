@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import repeated
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from pydantic import BaseModel, ValidationError
@@ -721,8 +722,11 @@ def test_reading_a_definition_loads_nothing_heavy(tmp_path):
 # The sweeps that ship
 
 
-@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
-def test_shipped_sweeps_load(path):
+@pytest.mark.parametrize(
+    "name", repeated.but(("tiny", "tennis_racket", "bodies", "symmetric", "twist"), [p.stem for p in SHIPPED])
+)
+def test_shipped_sweeps_load(name):
+    path = catalogue.FOLDER / f"{name}.yaml"
     sweep = load(path)
     assert sweep.name == path.stem
     assert sweep.text == path.read_text()
