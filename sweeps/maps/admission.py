@@ -24,6 +24,7 @@ WHOLE = ("definition", "inputs")  # attributes that are compared, and never cut
 DESCRIBING = ("long_name", "units", "comment")  # of what only its own system's description knows
 MOST_WORDS = 200  # characters of these
 MOST_SWOLLEN = 100  # how many times its own size on disk a column of digits may have
+MOST_WHOLE = 2**20  # values of a coordinate of points that are read at once
 SMALL = 2**26  # bytes that may be swollen as they like
 
 
@@ -236,6 +237,9 @@ def _check_variable(parts: _Parts, name: str, held: Held) -> None:
 def _dataset(parts: _Parts, file: RawFile, any_flags: bool) -> xr.Dataset:
     coordinates = {}
     for name, held in parts.coordinates.items():
+        if held.dims == (POINT.name,) and name != POINT.name and held.shape[0] > MOST_WHOLE:
+            coordinates[name] = _unread(parts, file, name, held)
+            continue
         values = _texts(file, name, held) if parts.specs[name].dtype == "str" else RawValues(file, name, held).whole()
         _check_values(parts, name, values)
         coordinates[name] = (_own_dims(parts, name), values, _attributes(parts, name, held))
@@ -246,6 +250,15 @@ def _dataset(parts: _Parts, file: RawFile, any_flags: bool) -> xr.Dataset:
         data = xr.core.indexing.LazilyIndexedArray(RawValues(file, name, held, ends))
         variables[name] = xr.Variable(held.dims, data, _attributes(parts, name, held))
     return xr.Dataset(variables, coordinates)
+
+
+def _unread(parts: _Parts, file: RawFile, name: str, held: Held) -> xr.Variable:
+    """A coordinate of many points, checked a part at a time and read when it is asked for."""
+    raw, size = RawValues(file, name, held), held.shape[0]
+    for low in range(0, size, MOST_WHOLE):
+        _check_values(parts, name, raw.part(low, min(low + MOST_WHOLE, size)))
+    data = xr.core.indexing.LazilyIndexedArray(raw)
+    return xr.Variable(held.dims, data, _attributes(parts, name, held))
 
 
 def _attributes(parts: _Parts, name: str, held: Held) -> dict:

@@ -176,7 +176,7 @@ def _coordinate(ds, name: str, kept) -> dict:
         return {"dim": name, "values": kept[name].tolist(), "numeric": False, **_words({}, name)}
     variable = ds[name]
     dim = variable.dims[0] if variable.dims else None
-    values = variable.values[kept[dim]] if dim else variable.values.reshape(1)
+    values = variable.isel({dim: kept[dim]}).values if dim else variable.values.reshape(1)
     kind = values.dtype.kind
     plain = [_number(v) for v in values.tolist()] if kind in "fiub" else [str(v) for v in values.tolist()]
     described = _words(variable.attrs, name) | {"flags": _flag_list(variable)}

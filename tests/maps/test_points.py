@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import re
 
 import numpy as np
 import pytest
@@ -222,3 +223,16 @@ def test_check_says_how_many_points(tmp_path, capsys):
     (tmp_path / "drawn.json").write_text(json.dumps(DEFINITION))
     assert main(["check", str(tmp_path / "drawn.json")]) == 0
     assert "400 = 200 point × 2 axis" in capsys.readouterr().out
+
+
+def test_the_definitions_of_the_readme_run(tmp_path):
+    text = (catalogue.FOLDER.parents[1] / "README.md").read_text(encoding="utf-8").split("## Draws, tables, shapes")[1]
+    drawn, listed, shaped = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)[:3]
+    (tmp_path / "bodies.csv").write_text("I1 (kg m2),I2 (kg m2),omega0 (rpm)\n0.5,0.9,60\n0.7,0.9,30\n")
+    ends = "grid: {I1: {start: 0.5, stop: 0.9}, I2: 0.8, I3: 1.0, omega0: 1.0}\n"
+    for text, size in ((drawn + ends, 1_000_000), (listed, 2), (shaped, 2_500)):
+        (tmp_path / "my.yaml").write_text(text)
+        grid = read(tmp_path / "my.yaml").grid
+        assert grid.dims[:2] == ("point", "axis")
+        assert grid.shape[0] == size
+        assert np.isfinite(grid.points(0, 3)["I1"]).all()

@@ -47,31 +47,26 @@ def draw(ds: xr.Dataset) -> Figure | None:
     """
     if not _is_of_shapes(ds):
         return None
-    rates = {int(axis): _gather(ds, int(axis)) for axis in ds["axis"].values}
-    large = 2 if 2 in rates else next(iter(rates))
-    others = [axis for axis in rates if axis != large]
+    spun = ds["axis"].values.tolist()
+    large = 2 if 2 in spun else spun[0]
+    others = [axis for axis in spun if axis != large]
     title = "All bodies there can be" if "ratios" in str(ds.attrs.get("definition", "")) else "Bodies by their shape"
     figure = style.canvas(8.6 if others else 5.6, 5.9, title, _subtitle(ds), footer=0.05)
     grid = figure.add_gridspec(2, 2 if others else 1, width_ratios=(1.9, 1.0) if others else (1.0,))
     axes = {large: figure.add_subplot(grid[:, 0])}
     axes |= {axis: figure.add_subplot(grid[k, 1]) for k, axis in enumerate(others[:2])}
     for axis, ax in axes.items():
-        mesh = _panel(ax, rates[axis], axis, axis == large)
+        mesh = _panel(ax, ds, axis, axis == large)
     _color_bar(figure, axes[large], mesh)
     return figure
 
 
 def _is_of_shapes(ds: xr.Dataset) -> bool:
-    if not {"I1", "I2", "I3", "omega_squared", "omega0"} <= set(ds.variables):
+    names = {"I1", "I2", "I3", "omega_squared", "omega0", "axis"}
+    alone = {("point",), *((name,) for name in ("I3", "omega0") if ds.sizes.get(name, 1) == 1)}
+    if not names <= set(ds.variables) or any(ds[name].dims not in alone for name in ("I1", "I2", "I3", "omega0")):
         return False
-    ratios = (np.max(ds[name].values / ds["I3"].values) for name in ("I1", "I2") if _alike(ds, name))
-    found = list(ratios)
-    return len(found) == 2 and max(found) <= 1 + BEYOND
-
-
-def _alike(ds: xr.Dataset, name: str) -> bool:
-    """Whether a moment can be divided by I3 point by point."""
-    return ds["I3"].size == 1 or (ds[name].dims == ds["I3"].dims)
+    return all(max(x.max(), y.max()) <= 1 + BEYOND for x, y, _ in _blocks(ds, None))
 
 
 def _subtitle(ds: xr.Dataset) -> str:
@@ -79,27 +74,34 @@ def _subtitle(ds: xr.Dataset) -> str:
     return f"{points}.  Colour: the nudge's measured rate, in units of the spin"
 
 
-def _gather(ds: xr.Dataset, axis: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """I1/I3, I2/I3 and the signed rate at every point about one axis."""
+def _blocks(ds: xr.Dataset, axis: int | None) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray | None]]:
+    """I1/I3, I2/I3 and, about an axis, the signed rate, of some points after others."""
     fixed = {d: 0 for d in ds["omega_squared"].dims if d not in ("point", "axis")}
-    part = ds["omega_squared"].isel(fixed).isel(axis=int(np.flatnonzero(ds["axis"].values == axis)[0]))
-    rate = np.concatenate([part[k : k + BLOCK_POINTS].values for k in range(0, part.sizes["point"], BLOCK_POINTS)])
-    omega0 = ds["omega0"].values if ds["omega0"].dims == ("point",) else ds["omega0"].values[0]
-    x, y = (np.broadcast_to(ds[name].values / ds["I3"].values, rate.shape) for name in ("I1", "I2"))
-    return x, y, signed_rate(rate, omega0)
+    for first in range(0, ds.sizes["point"], BLOCK_POINTS):
+        part = ds.isel(fixed | {"point": slice(first, first + BLOCK_POINTS)})
+        x, y = (part[name].values / part["I3"].values for name in ("I1", "I2"))
+        squared = None if axis is None else part["omega_squared"].sel(axis=axis).values
+        yield x, y, None if squared is None else signed_rate(squared, part["omega0"].values)
 
 
-def _panel(ax: Axes, found: tuple, axis: int, is_large: bool):
-    x, y, rate = found
-    norm = Normalize(-1, 1)
-    if x.size >= LEAST_FILLED:
-        edges = np.linspace(0, 1, (CELLS if is_large else CELLS // 2) + 1)
+def _binned(ds: xr.Dataset, axis: int, edges: np.ndarray) -> np.ndarray:
+    """Mean signed rate in each cell of the triangle, NaN in those without a point."""
+    total = count = 0.0
+    for x, y, rate in _blocks(ds, axis):
         known = np.isfinite(rate)
-        total, _, _ = np.histogram2d(y[known], x[known], (edges, edges), weights=rate[known])
-        count, _, _ = np.histogram2d(y[known], x[known], (edges, edges))
-        cells = np.divide(total, count, out=np.full(total.shape, np.nan), where=count > 0)
+        total = total + np.histogram2d(y[known], x[known], (edges, edges), weights=rate[known])[0]
+        count = count + np.histogram2d(y[known], x[known], (edges, edges))[0]
+    return np.divide(total, count, out=np.full(total.shape, np.nan), where=count > 0)
+
+
+def _panel(ax: Axes, ds: xr.Dataset, axis: int, is_large: bool):
+    norm = Normalize(-1, 1)
+    if ds.sizes["point"] >= LEAST_FILLED:
+        edges = np.linspace(0, 1, (CELLS if is_large else CELLS // 2) + 1)
+        cells = _binned(ds, axis, edges)
         mesh = ax.pcolormesh(edges, edges, cells, cmap=COLOR_MAP, norm=norm, rasterized=True, gid="cells")
     else:
+        x, y, rate = (np.concatenate(part) for part in zip(*_blocks(ds, axis), strict=True))
         mesh = ax.scatter(x, y, s=6, c=rate, cmap=COLOR_MAP, norm=norm, linewidths=0, rasterized=True, gid="cells")
     _frame(ax, axis, is_large)
     _words(ax, axis, is_large)
