@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sweeps.schema.reading import plain, read_text
-from sweeps.schema.refusals import DefinitionError, UnreadableError
+from sweeps.schema.refusals import DefinitionError, UnreadableError, display
 from sweeps.systems.rigid_body import wording
 from sweeps.systems.rigid_body.definition import Body
 from sweeps.systems.rigid_body.variables import MOMENTS
@@ -42,12 +42,28 @@ def definition_of(bodies: object, uncertainty: object, omega0: float, more: Mapp
     """The mapping of a definition from what `sweeps.uncertainty` is given."""
     listed = [bodies] if isinstance(bodies, Mapping) else bodies
     if not (isinstance(listed, list | tuple) and listed and all(isinstance(body, Mapping) for body in listed)):
-        numbers = np.asarray(bodies, dtype=np.float64)
-        own = {"tensor": numbers.tolist()} if numbers.ndim == 2 else dict(zip(MOMENTS, numbers.tolist(), strict=True))
-        listed = [{"name": "body"} | own]
+        listed = [{"name": "body"} | _of_numbers(bodies)]
     grid = dict(more.get("grid", {}))
     listed = [body if "omega0" in body or "omega0" in grid else {**body, "omega0": omega0} for body in listed]
     return {"bodies": listed, "uncertainty": uncertainty, **more}
+
+
+def _of_numbers(numbers: object) -> dict:
+    """A body's moments or tensor, from numbers of any kind of array.
+
+    Raises:
+        DefinitionError: for what is neither.
+    """
+    allowed = "three moments, a tensor of 3 rows of 3, a body's mapping, or a list of mappings"
+    try:
+        values = np.asarray(numbers, dtype=np.float64)
+    except (TypeError, ValueError):
+        values = np.empty(0)
+    if values.shape == (3,):
+        return dict(zip(MOMENTS, values.tolist(), strict=True))
+    if values.shape == (3, 3):
+        return {"tensor": values.tolist()}
+    raise DefinitionError(f"bodies: {display(numbers)} is no body; allowed: {allowed}")
 
 
 def entry_of(body: Body) -> dict:

@@ -14,7 +14,7 @@ from functools import lru_cache
 import numpy as np
 
 METHODS = ("sobol", "latin", "random")
-LEAST, MOST = 64, 10**7  # draws
+LEAST, MOST = 64, 4 * 10**6  # draws: of more, a tensor's would take more than a gigabyte
 REPLICATES = 16  # at least; fewer than twice as many, and one
 HALF_CELL = 2.0**-31  # of SciPy's Sobol numbers, multiples of 2^-30: no draw lies at infinity
 
