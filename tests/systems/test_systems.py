@@ -253,7 +253,7 @@ print(*(name for name in sys.modules if name.startswith("kernels.")))
                 ("survey", {"rigid_body", "uncertain_bodies"}),
                 ("exact", {"rigid_body", "uncertain_bodies"}),
                 ("solution", {"rigid_body", "uncertain_bodies", "twist", "tumbling"}),
-                ("tumbling", {"tumbling"}),
+                ("tumbling", {"rigid_body", "tumbling"}),
                 ("symmetric_top", {"symmetric_top"}),
                 ("oscillations", {OSCILLATOR}),
             )
