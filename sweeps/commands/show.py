@@ -67,7 +67,9 @@ def _print(console, ds, found, drawn) -> None:
     if found.impossible:
         console.print(f"what cannot exist: {found.impossible:,} points")
     console.print()
-    console.print(_worst(ds, found, {dim for dim, size in dimensions(ds).items() if size > 1}))
+    worst = _worst(ds, found, {dim for dim, size in dimensions(ds).items() if size > 1})
+    if worst.row_count:
+        console.print(worst)
     if found.deviations:
         console.print(f"compared with theory: {rule(found)}", style="dim")
     if drawn is not None:
