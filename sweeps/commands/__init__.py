@@ -17,4 +17,5 @@ NAMES = (
     "figures",
     "report",
     "verify",
+    "schema",
 )

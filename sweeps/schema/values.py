@@ -3,7 +3,7 @@
 import math
 import sys
 from collections.abc import Callable
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict
 
@@ -69,7 +69,7 @@ def choice(options: tuple[str, ...]) -> BeforeValidator:
             return value
         raise refusal("is not available" + hint(value, options), ", ".join(options))
 
-    return BeforeValidator(check)
+    return BeforeValidator(check, json_schema_input_type=Literal[options])
 
 
 def line_of_text(most: int) -> AfterValidator:

@@ -43,3 +43,14 @@ def test_numbers_are_the_places_in_the_table():
 def test_every_status_has_its_number():
     for number, name in enumerate(statuses.STATUSES):
         assert getattr(statuses, name.upper()) == number
+
+
+def test_arrays_have_the_one_form_that_kernels_are_compiled_for():
+    axis, broadcast, number = columns.arrays([1, 2, 3], np.broadcast_to(0.5, 3), 2, dtypes=[np.int64, float, float])
+    assert axis.dtype == np.int64
+    for values, expected in ((broadcast, 0.5), (number, 2.0)):
+        assert values.dtype == np.float64
+        assert values.flags.c_contiguous
+        assert values.flags.writeable
+        np.testing.assert_array_equal(values, [expected] * 3)
+    assert [values.dtype for values in columns.arrays([1], 2)] == [np.float64, np.float64]

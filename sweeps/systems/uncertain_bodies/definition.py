@@ -34,7 +34,7 @@ def share(value: Any) -> float:
     return amount
 
 
-Share = Annotated[float, BeforeValidator(share)]
+Share = Annotated[float, BeforeValidator(share, json_schema_input_type=float | str)]
 
 
 def _shares(count: int):
@@ -45,7 +45,7 @@ def _shares(count: int):
             return tuple(map(share, value))
         return (share(value),) * count
 
-    return BeforeValidator(check)
+    return BeforeValidator(check, json_schema_input_type=float | str | list[float | str])
 
 
 def _covariance(value: Any) -> tuple[tuple[float, ...], ...]:
@@ -110,7 +110,7 @@ def _uncertainty(value: Any) -> Any:
 
 
 UNCERTAIN = "a share (5 %), or a mapping with " + ", ".join(name for name in Uncertainty.model_fields)
-Known = Annotated[Uncertainty, BeforeValidator(_uncertainty)]
+Known = Annotated[Uncertainty, BeforeValidator(_uncertainty, json_schema_input_type=Uncertainty | float | str)]
 Draws = Annotated[int, whole(designs.LEAST, designs.MOST, f"a whole number from {designs.LEAST} to {designs.MOST:,}")]
 Seed = Annotated[int, whole(0, MOST_SEED, "a whole number, 0 or more")]
 Turns = Annotated[float, number(lambda x: x > 0, "a finite number > 0")]

@@ -1,0 +1,37 @@
+"""`schema`: what a definition may say, as JSON Schema, for editors."""
+
+import json
+from pathlib import Path
+
+from sweeps.commands import parser
+
+EPILOG = """\
+Editors with a YAML language server complete keys and mark mistakes from it:
+
+  polhode schema -o polhode.schema.json
+  # yaml-language-server: $schema=polhode.schema.json      (the first line of my.yaml)
+
+Of the systems that a file describes, name those you need: their grid has their own parameters.
+"""
+
+
+def add(commands) -> None:
+    """Describes the command."""
+    command = parser.add(
+        commands, "schema", "print what a definition may say, as JSON Schema for editors", _run, EPILOG
+    )
+    text = "a system that ships, or the path of the Python file that describes one"
+    command.add_argument("systems", metavar="SYSTEM", nargs="*", help=text)
+    command.add_argument("-o", "--output", metavar="FILE", help="write it to FILE")
+
+
+def _run(args):
+    from sweeps.files import replaced
+    from sweeps.points import editors
+
+    text = json.dumps(editors.schema(args.systems), indent=1)
+    if not args.output:
+        print(text)
+        return
+    with replaced(args.output) as temporary:
+        Path(temporary).write_text(text + "\n", encoding="utf-8")

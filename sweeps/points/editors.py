@@ -1,0 +1,51 @@
+"""What definitions may say, as JSON Schema: for editors that complete keys and mark mistakes."""
+
+from collections.abc import Sequence
+
+from pydantic import BaseModel
+from pydantic.json_schema import models_json_schema
+
+from sweeps import systems
+from sweeps.schema.definition import DEFAULT_SYSTEM
+from sweeps.schema.refusals import RefusedError, hint, shortened
+
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+
+
+def schema(described: Sequence[str] = ()) -> dict:
+    """JSON Schema of the definitions of every system of a folder, and of those of some described ones.
+
+    A definition that names a system, or none for the default one, may have the keys of any system whose model goes on
+    from that one's.
+
+    Args:
+        described: names of systems that a file describes, or paths of such files.
+
+    Raises:
+        RefusedError: for a name that is no system's.
+    """
+    models = {name: _model(name) for name in (*systems.MODULES, *described)}
+    places, whole = models_json_schema([(model, "validation") for model in models.values()], title="Polhode definition")
+    for name in models:  # without a title a sweep has its file's name, without a system it is of the default one
+        own = whole["$defs"][places[models[name], "validation"]["$ref"].rpartition("/")[2]]
+        own["required"] = [key for key in own.get("required", []) if key not in ("title", "system")]
+    any_of = {
+        name: {"anyOf": [places[other, "validation"] for other in models.values() if issubclass(other, model)]}
+        for name, model in models.items()
+    }
+    named = {"required": ["system"]}
+    rules = [
+        {"if": {**named, "properties": {"system": {"const": name}}}, "then": allowed}
+        for name, allowed in any_of.items()
+    ]
+    unnamed = {"if": {"not": named}, "then": any_of[DEFAULT_SYSTEM]}
+    return {"$schema": DIALECT, **whole, "type": "object", "allOf": [*rules, unnamed]}
+
+
+def _model(name: str) -> type[BaseModel]:
+    try:
+        return systems.resolve(name).model
+    except KeyError:
+        known = systems.names()
+        what = f"{shortened(repr(name))} is no system{hint(name, known)}"
+        raise RefusedError(f"SYSTEM: {what}; allowed: {', '.join(known)}, or path/to/file.py") from None

@@ -1,0 +1,49 @@
+"""JSON Schema of definitions, against a validator that is not ours."""
+
+import json
+
+import jsonschema
+import pytest
+import repeated
+from ruamel.yaml import YAML
+
+from sweeps import systems
+from sweeps.__main__ import main
+from sweeps.points import catalogue, editors
+from sweeps.schema.refusals import RefusedError
+
+SHIPPED = catalogue.shipped()
+QUICK = ("tiny", "bodies", "cubesats", "symmetric", "twist", "tumblers")
+
+
+def wrong(definition, described=()):
+    schema = editors.schema(described)
+    jsonschema.Draft202012Validator.check_schema(schema)
+    return list(jsonschema.Draft202012Validator(schema).iter_errors(definition))
+
+
+@pytest.mark.parametrize("name", repeated.but(QUICK, SHIPPED))
+def test_what_ships_is_valid(name):
+    definition = json.loads(json.dumps(YAML(typ="safe", pure=True).load(SHIPPED[name].read_text())))
+    system = definition.get("system")
+    assert not wrong(definition, [system] if system and system not in systems.MODULES else [])
+
+
+def test_mistakes_are_marked():
+    grid = {"I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": 1.0}
+    assert not wrong({"grid": grid})
+    assert wrong({"grid": grid, "shard": 2})
+    assert wrong({"grid": "everything"})
+    assert wrong({"system": "symmetric_top", "grid": grid, "axes": [1]})
+
+
+def test_a_system_that_is_none_is_refused_with_a_near_one():
+    with pytest.raises(RefusedError, match="did you mean pendulum"):
+        editors.schema(["pendulumm"])
+
+
+def test_the_command_writes_what_editors_read(tmp_path, capsys):
+    path = tmp_path / "polhode.schema.json"
+    assert main(["schema", "-o", str(path)]) == 0
+    assert main(["schema"]) == 0
+    assert json.loads(path.read_text()) == json.loads(capsys.readouterr().out)
