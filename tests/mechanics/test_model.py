@@ -14,9 +14,17 @@ EACH = [pytest.param(n, marks=pytest.mark.slow) if n not in QUICK else n for n i
 PROMISED, LEAST = 1e-6, 1e-3  # relative error of ω², where |ω²| is at least so much of the scale's square
 
 
+class Models(dict):
+    """Each shipped system's model, derived when it is asked for."""
+
+    def __missing__(self, name):
+        self[name] = Model(shipped(name))
+        return self[name]
+
+
 @pytest.fixture(scope="module")
 def models():
-    return {name: Model(shipped(name)) for name in LIBRARY}
+    return Models()
 
 
 @pytest.mark.parametrize("name", EACH)
