@@ -131,6 +131,42 @@ def test_a_nudge_that_leaves_the_neighbourhood_is_said(size, epsilon):
     assert np.isnan(found["omega_squared"]).all()
 
 
+@pytest.mark.slow
+def test_planar_water_with_a_bend_by_acos_has_three_vibrations_and_three_free_motions():
+    """Six coordinates, of which expanded sums once took minutes."""
+    system = System("Planar water", most=1)
+    bond, angle = sp.Float(9.57e-11), sp.Float(1.824)
+    oxygen, hydrogen = (
+        system.parameter(n, "kg", default=d, positive=True) for n, d in (("O", 2.66e-26), ("H", 1.67e-27))
+    )
+    start = dict(
+        zip(
+            ("x", "y", "x1", "y1", "x2", "y2"), (0, 0, bond, 0, bond * sp.cos(angle), bond * sp.sin(angle)), strict=True
+        )
+    )
+    q = {
+        name: system.coordinate(
+            name, "m", bounds=(at - bond / 3, at + bond / 3), hold=at if name in ("x", "y", "y1") else None
+        )
+        for name, at in start.items()
+    }
+    ends = [(q["x1"] - q["x"], q["y1"] - q["y"]), (q["x2"] - q["x"], q["y2"] - q["y"])]
+    for mass, place in ((oxygen, ("x", "y")), (hydrogen, ("x1", "y1")), (hydrogen, ("x2", "y2"))):
+        system.particle(mass, [q[name] for name in place])
+    lengths = [sp.sqrt(a**2 + b**2) for a, b in ends]
+    bend = sp.acos((ends[0][0] * ends[1][0] + ends[0][1] * ends[1][1]) / (lengths[0] * lengths[1]))
+    system.potential(
+        sum(845 * (length - bond) ** 2 / 2 for length in lengths) + sp.Float(7e-19) * (bend - angle) ** 2 / 2
+    )
+    model = Model(system)
+    theory = model.theory(points(model))
+    assert theory["certified"].tolist() == [equilibria.PROVED] * 6
+    square = np.sort(theory["omega_squared"])
+    assert np.abs(square[:3]).max() < 1e-12 * theory["scale"][0] ** 2
+    assert (np.sqrt(square[3:]) > 2e14).all()  # some 1,600 to 3,900 cm⁻¹
+    assert (np.sqrt(square[3:]) < 8e14).all()
+
+
 def test_a_kinetic_energy_that_is_not_positive_is_said():
     model = plane(
         lambda x, c: x**2 / 2,
