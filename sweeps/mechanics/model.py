@@ -11,8 +11,7 @@ from sweeps.mechanics import equilibria, modes, scales
 from sweeps.mechanics.derivation import derive
 from sweeps.mechanics.description import System
 from sweeps.mechanics.graph import Values, graph
-from sweeps.mechanics.taped import code
-from sweeps.mechanics.taylor import Code
+from sweeps.mechanics.taylor import Code, code
 
 CHUNK = 16384
 EVEN = 1e-9  # third derivatives smaller than this, in the system's own units, make no second run

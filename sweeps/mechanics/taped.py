@@ -6,10 +6,9 @@ compiled in two seconds, whatever its size.
 
 from kernels import taylor_tapes as kernel
 from kernels.fingerprint import cache_folder
-from sweeps.mechanics.graph import ADD, CONSTANT, DIV, FUNCTION, MUL, Graph, V, X
+from sweeps.mechanics.graph import ADD, DIV, FUNCTION, MUL, V, X
 from sweeps.mechanics.taylor import Code
 
-MOST_WRITTEN = 120  # nodes that move: more of them are read from a tape
 MODULE_SECONDS, KERNEL_SECONDS = 2.0, 10.0
 SAMPLES_TIMES_NODES = 10_000_000
 
@@ -38,18 +37,14 @@ def energy(S):
 CODES = {X: kernel.PLACE, V: kernel.SPEED, ADD: kernel.SUM, MUL: kernel.PRODUCT, DIV: kernel.QUOTIENT}
 
 
-def code(graph: Graph) -> Code:
-    """The code of a system: written out, or a tape where it is large."""
-    moving = sum(node.kind != CONSTANT for node in graph.nodes)
-    return TapedCode(graph) if moving > MOST_WRITTEN else Code(graph)
-
-
 class TapedCode(Code):
     """Rows of the scratch array as of `Code`, and a module that holds the tape.
 
     Args:
         graph: the system's graph.
     """
+
+    kernels = ("taylor_tapes",)
 
     @property
     def compile_seconds(self) -> float:

@@ -170,7 +170,7 @@ def test_code_of_many_rods_grows_with_the_graph_and_is_not_written_out(n):
     m, length, _ = equations.parameters
     assert equations.a[0, 1] == (n - 1) * m * length**2 * sp.cos(equations.q[0] - equations.q[1])
     g = graph(equations)
-    code = taped.code(g)
+    code = taylor.code(g)
     assert isinstance(code, taped.TapedCode)
     assert len(g.nodes) < 14 * n * n
     assert len(code.text) < 70 * len(g.nodes)

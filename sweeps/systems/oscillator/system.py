@@ -54,7 +54,7 @@ class Oscillator(Dynamics):
     start_seconds = 5.5  # its equations are derived
     picture_seconds = 2.5
     look = LOOK
-    kernels = ("oscillations", "enclosures", "taylor_tapes")
+    kernels = ("oscillations", "enclosures")
 
     def __init__(self, name: str, load: "Callable[[], mechanics.System]", source: bytes, folder: str = ""):
         self.name, self.folder = name, folder
@@ -200,7 +200,9 @@ class Oscillator(Dynamics):
         """Hash of the kernels, of the generated code, of what derived it and of the description."""
         from kernels.fingerprint import fingerprint
 
-        digest = hashlib.sha256(fingerprint(*self.kernels).encode() + self._code().digest.encode() + self.source)
+        code = self._code()
+        kernels = fingerprint(*self.kernels, *code.kernels)
+        digest = hashlib.sha256(kernels.encode() + code.digest.encode() + self.source)
         for path in sorted(LIBRARY.parent.glob("*.py")):
             digest.update(path.read_bytes())
         return digest.hexdigest()
