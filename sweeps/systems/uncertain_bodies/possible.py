@@ -92,9 +92,15 @@ def from_entries(entries: np.ndarray, delta: float, axes: np.ndarray) -> tuple[n
     order = PERMUTATIONS[fits.argmax(axis=1)]
     rows = np.take_along_axis(turned, order[:, :, None], axis=1)
     rows = rows * np.where(np.einsum("nii->ni", rows) < 0, -1.0, 1.0)[:, :, None]
-    left = np.linalg.det(rows) < 0  # an axis far off its own may have the wrong end
+    left = _handedness(rows) < 0  # an axis far off its own may have the wrong end
     rows[left, 2] *= -1.0
     return np.take_along_axis(moments, order, axis=1), impossible, rows
+
+
+def _handedness(rows: np.ndarray) -> np.ndarray:
+    """Determinants of 3 by 3 matrices, shape (n, 3, 3): written out, a tenth of the time of LAPACK's."""
+    (a, b, c), (d, e, f), (g, h, i) = rows.transpose(1, 2, 0)
+    return a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
 
 
 def middle_probability(moments: np.ndarray, covariance: np.ndarray, axis: int) -> float:
