@@ -31,6 +31,7 @@ BLOCK_POINTS = 2**18
 SHOWN = 3  # findings of one kind that are spelled out
 MOST_POINTS = 100_000  # of a sample
 MOST_SECONDS = 60.0  # that one check of a sample takes, about; then what is left of the sample is left
+TURNED = 5  # motions of the sample whose quaternions SciPy integrates again
 
 
 @dataclass(frozen=True)
@@ -263,6 +264,8 @@ def _sample(ds: xr.Dataset, sweep: Sweep, count: int, seed: int) -> Iterator[Che
     sample = _drawn(ds, sweep, count, seed)
     yield _by_own_kernels(ds, sweep, sample, seed)
     yield from _by_references(sweep, sample)
+    if sweep.system.follows_attitude(sweep.definition):
+        yield _by_attitude(sweep, sample)
     yield from _by_errors(sweep, sample)
 
 
@@ -365,6 +368,49 @@ def _by_references(sweep: Sweep, sample: _Sample) -> Iterator[Check]:
         left = "" if seen == len(sound) else f"; no more in {MOST_SECONDS:g} s"
         check = Check(name, f"{compared} points, {covers}{left}", _shown(findings))
         yield check if compared else replace(check, skipped="no run of the sample is short enough, or none is ok")
+
+
+def _by_attitude(sweep: Sweep, sample: _Sample) -> Check:
+    """Whether the quaternions of a motion, in closed form and step by step, are those of its angular velocity."""
+    tolerance, findings, compared = sweep.definition.integration.tolerance, [], 0
+    for i in _while_patient(range(min(TURNED, len(sample.numbers)))):
+        with np.errstate(all="ignore"):
+            apart = _apart_after_a_rotation(sweep.system, sample.at(i), tolerance)
+        if not np.isfinite(list(apart.values())).all():
+            continue
+        compared += 1
+        for way, angle in apart.items():
+            if not angle <= 1e-9 + 10.0 * tolerance:
+                findings.append(f"attitude at {sample.name(i)}: {way} is {angle:.3g} rad from what SciPy integrates")
+    check = Check("attitude", f"{compared} motions of a rotation, by SciPy DOP853", _shown(findings))
+    return check if compared else replace(check, skipped="no motion of the sample is within doubles")
+
+
+def _apart_after_a_rotation(system, point: dict, tolerance: float) -> dict[str, float]:
+    """Angle between a motion's attitude and the integral of q' = q (0, omega)/2 along its samples, rad, of each way."""
+    from scipy.integrate import solve_ivp
+    from scipy.interpolate import make_interp_spline
+    from scipy.spatial.transform import Rotation
+
+    rates = ["omega1", "omega2", "omega3"]
+    begin = system.motion(point, 1e-300, 2, tolerance)
+    rotation = 2.0 * math.pi / max(abs(float(begin[name][0])) for name in rates)
+    moved = system.motion(point, rotation, 1025, tolerance)
+    samples = np.stack([moved[name].values for name in rates], axis=1) * rotation
+    if not np.isfinite(samples).all():
+        return {"the motion": math.nan}
+    omega = make_interp_spline(np.linspace(0.0, 1.0, len(samples)), samples, k=7)
+
+    def turning(t, q):
+        w = omega(t)
+        return 0.5 * np.concatenate([[-q[1:] @ w], q[0] * w + np.cross(q[1:], w)])
+
+    run = solve_ivp(turning, (0.0, 1.0), [1.0, 0.0, 0.0, 0.0], "DOP853", rtol=1e-12, atol=1e-13)
+    wanted, found = Rotation.from_quat(run.y[:, -1], scalar_first=True), {}
+    for way, suffix in (("the closed form", ""), ("the direct integration", "_direct")):
+        q = [float(moved[f"q{k}{suffix}"][-1]) for k in range(4)]
+        found[way] = float((Rotation.from_quat(q, scalar_first=True).inv() * wanted).magnitude())
+    return found
 
 
 def _by_errors(sweep: Sweep, sample: _Sample) -> Iterator[Check]:

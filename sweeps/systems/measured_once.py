@@ -49,6 +49,10 @@ class MeasuredOnce(Dynamics):
         """What any of its maps may hold."""
         return self.tables.LAYOUT
 
+    def follows_attitude(self, definition) -> bool:
+        """Wherever a body is followed round."""
+        return definition.integration.measured
+
     def method(self, definition) -> str:
         """How the motion was computed."""
         if definition.integration.measured:

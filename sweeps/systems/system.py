@@ -184,6 +184,10 @@ class Dynamics(ABC):
 
         return fingerprint(*self.kernels)
 
+    def follows_attitude(self, definition: "Definition") -> bool:
+        """Whether a map tells of the attitude, so that quaternions are part of what is verified."""
+        return False
+
     @abstractmethod
     def method(self, definition: "Definition") -> str:
         """How the motion was computed, for a map's `source`: "direct integration of Euler's equations"."""

@@ -68,6 +68,22 @@ def test_verify_looks_at_them(name, request, tmp_path):
     assert not any(check.findings for check in checks.values()), checks
     assert not checks["SciPy DOP853"].skipped
     assert not checks["closed form"].skipped
+    assert not checks["attitude"].skipped
+
+
+def test_verify_sees_quaternions_that_are_another_motions(throws, tmp_path, monkeypatch):
+    from sweeps.maps import storage
+    from sweeps.systems.twist import motion as twists
+
+    path, honest = tmp_path / "map.nc", twists.motion_of
+
+    def bent(moments, omega, *rest):
+        return honest(moments, omega, *rest).assign(q1=lambda ds: ds["q1"] + 1e-7)
+
+    storage.write_map(throws, path)
+    monkeypatch.setattr(twists, "motion_of", bent)
+    (wrong,) = (check for check in verify.verify(path, points=2) if check.name == "attitude")
+    assert "the closed form is" in wrong.findings[0]
 
 
 @pytest.mark.parametrize(

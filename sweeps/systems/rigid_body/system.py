@@ -98,6 +98,10 @@ class RigidBody(Dynamics):
 
         return survey.motions(points) if integration.collapse else super().motions(points, integration)
 
+    def follows_attitude(self, definition: RigidBodyDefinition) -> bool:
+        """Where its definition asks for it."""
+        return definition.integration.attitude
+
     def method(self, definition: RigidBodyDefinition) -> str:
         """How the motion was computed."""
         if definition.integration.propagator == "exact":
