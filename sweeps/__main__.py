@@ -7,11 +7,15 @@ import atexit
 import os
 import signal
 import sys
-from argparse import ArgumentParser, RawDescriptionHelpFormatter
+from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from importlib import import_module
 from io import TextIOWrapper
 from pathlib import Path
+from threading import current_thread, main_thread
 from traceback import extract_tb
+from typing import Any
 
 import sweeps
 
@@ -64,27 +68,67 @@ def _parser() -> ArgumentParser:
 
 def main(arguments: list[str] | None = None) -> int:
     """Runs one command; returns the exit status."""
+    heard = []
+
+    def hear(*_):
+        heard.append(True)
+        raise KeyboardInterrupt
+
+    # while modules are imported Ctrl-C ends the process at once: some of theirs make a panic of the exception
+    with _answering(signal.SIGINT, signal.SIG_DFL) as answer, _without_words_of_h5py():
+        try:
+            _write_what_can_be()
+            parser = _parser()
+            answer(hear)
+            return _answered(parser.parse_args(sys.argv[1:] if arguments is None else arguments))
+        except BaseException as error:
+            if not (heard or isinstance(error, KeyboardInterrupt)):
+                raise
+            print("interrupted; what was finished stays", file=sys.stderr)
+            return 130
+
+
+@contextmanager
+def _answering(number: int, first: Any) -> Iterator[Callable]:
+    """Answers a signal by `first`, then by what the function that it gives is called with; where Python's own would."""
+    is_ours = current_thread() is main_thread() and signal.getsignal(number) is signal.default_int_handler
+
+    def answer(how):
+        if is_ours:
+            signal.signal(number, how)
+
+    answer(first)
     try:
-        return _answered(sys.argv[1:] if arguments is None else arguments)  # with its imports, which take a while
-    except KeyboardInterrupt:
-        print("interrupted; what was finished stays", file=sys.stderr)
-        return 130
+        yield answer
     finally:
-        atexit.unregister(_end_at_once)
-        atexit.register(_end_at_once)
+        answer(signal.default_int_handler)
+        atexit.unregister(signal.signal)
+        if is_ours:  # from the end on, what is left is Python's own: no word of that
+            atexit.register(signal.signal, number, signal.SIG_DFL)
 
 
-def _end_at_once() -> None:
-    """From here on Ctrl-C ends the process without a word: what is left is Python's own end."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+@contextmanager
+def _without_words_of_h5py() -> Iterator[None]:
+    """Where a disk is full, h5py prints one traceback more for each object that it cannot close."""
+    excepted, unraised = sys.excepthook, sys.unraisablehook
+
+    def except_h5py(kind, value, trace):
+        frames = extract_tb(trace)
+        if not (frames and frames[-1].filename.endswith("_objects.pyx")):
+            excepted(kind, value, trace)
+
+    sys.excepthook = except_h5py
+    sys.unraisablehook = lambda told: None if "h5py" in str(told.object) else unraised(told)
+    try:
+        yield
+    finally:
+        sys.excepthook, sys.unraisablehook = excepted, unraised
 
 
-def _answered(arguments: list[str]) -> int:
+def _answered(args: Namespace) -> int:
     from sweeps.schema.refusals import RefusedError
 
-    _write_what_can_be()
     os.environ["MPLBACKEND"] = "agg"  # pictures go to files; matplotlib does not even start with one that it lacks
-    args = _parser().parse_args(arguments)
     try:
         return args.run(args) or 0
     except RefusedError as refused:

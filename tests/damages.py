@@ -422,6 +422,9 @@ def commands(base):
     with h5py.File(base) as file:
         scales = [n for n in file if file[n].attrs.get("CLASS") == b"DIMENSION_SCALE" and file[n].shape != (1,)]
         at = {n: str(file[n][0].decode() if file[n].dtype.kind == "O" else file[n][0]) for n in scales}
+    at = {
+        name: value for name, value in at.items() if name not in ("quantile", "input", "draw")
+    }  # no dimensions of all
     place = [word for name, value in at.items() for word in (f"--{name}", value)]
     plane = [word for name, value in list(at.items())[: max(len(at) - 2, 0)] for word in (f"--{name}", value)]
     return {

@@ -49,7 +49,7 @@ def whole(tmp_path_factory):
     return write(tmp_path_factory.mktemp("whole"), SMALL)
 
 
-MANY = int(os.environ.get("POLHODE_FLIPS", 1000))
+MANY = int(os.environ.get("POLHODE_FLIPS", 500))
 LONG = [pytest.mark.slow, pytest.mark.faults]
 
 

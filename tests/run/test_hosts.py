@@ -9,9 +9,10 @@ import sys
 import time
 from functools import cache
 
+import damages
 import pytest
 from houses import wait_for
-from maps import DEFINITION, write
+from maps import write
 
 from sweeps import living
 from sweeps.run import claims
@@ -114,7 +115,7 @@ def test_without_locks_a_claim_holds_by_its_word_while_it_is_renewed(without_loc
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
-    return write(tmp_path_factory.mktemp("whole"), DEFINITION)
+    return write(tmp_path_factory.mktemp("whole"), damages.FEWER["rigid"])  # whose pictures are soon drawn
 
 
 def limited(what, value):
