@@ -300,6 +300,7 @@ ATTRIBUTES = {
     "script": ({"title": "<script>owned=1</script>"}, FINE),
     "markup": ({"title": "[bold]x[/bold] [/] [link=http://x]y"}, FINE),
     "a formula that is none": ({"title": r"$\frac{$ x$^{$"}, FINE),
+    "title of many lines": ({"title": "a\n" * 2000}, FINE),
     "title of numbers": ({"title": [1, 2, 3]}, FINE),
     "numbers": ({"title": 7.5, "source": 3, "history": 2.0, "references": 1, "content_hash": 5}, UNLIKE),
     "definition of numbers": ({"definition": [1.0, 2.0]}, UNLIKE),
@@ -311,7 +312,13 @@ ATTRIBUTES = {
     "version": ({"contract_version": 1.0}, FINE),
     "conventions": ({"Conventions": [9]}, FINE),
 }
-DRAWN = ("script", "a formula that is none", "a file", "control characters")  # pictures take seconds
+DRAWN = (
+    "script",
+    "title of many lines",
+    "a formula that is none",
+    "a file",
+    "control characters",
+)  # pictures take seconds
 ASKED = ("control characters", "numbers", "odd definition", "a file")
 QUICK = [("script", "report"), ("script", "show"), ("odd definition", "verify")]
 

@@ -75,7 +75,7 @@ def _global(attributes: Mapping[str, Any]) -> dict[str, str]:
             found[name] = text if len(text) <= most else text[: most - 1] + "…"
     version = found.get("contract_version", "")
     if version.split(".")[0] != contract.CONTRACT_VERSION.split(".")[0]:
-        shown = shortened(version) or "nothing"
+        shown = _shown(version) or "nothing"
         raise _UnlikeError(f"contract_version: is {shown}; allowed: {contract.CONTRACT_VERSION}, a map of Polhode")
     return found
 
@@ -183,7 +183,7 @@ def _own_dims(parts: _Parts, name: str) -> tuple[str, ...]:
 def _check_coordinate(parts: _Parts, name: str, held: Held) -> None:
     spec, dims = parts.specs[name], _own_dims(parts, name)
     if dims not in ((), (name,), (parts.layout.along,), (POINT.name,)):
-        shown = shortened(" × ".join(dim or "?" for dim in dims))
+        shown = _shown(" × ".join(dim or "?" for dim in dims))
         raise _UnlikeError(f"{name}: lies along {shown}; allowed: its own dimension alone")
     if spec.dtype == "str":
         if held.dtype != "str" and not held.dtype.startswith("|S"):
@@ -219,7 +219,7 @@ def _check_variable(parts: _Parts, name: str, held: Held) -> None:
     spec = parts.specs[name]
     dims = (*parts.dims, *spec.over)
     if held.dims != dims:
-        shown = shortened(", ".join(dim or "?" for dim in held.dims)) or "no dimension"
+        shown = _shown(", ".join(dim or "?" for dim in held.dims)) or "no dimension"
         raise _UnlikeError(f"{name}: lies along {shown}; allowed: {', '.join(dims)}")
     shape = tuple(parts.coordinates[dim].shape[0] for dim in dims)
     if held.shape != shape:

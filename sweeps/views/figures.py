@@ -18,6 +18,7 @@ from sweeps.schema.refusals import RefusedError, hint, shortened
 from sweeps.style import STYLE
 
 FRAME_MILLISECONDS = 60
+MAX_TITLE = 200  # characters, as of a definition's
 MOST_PARTS = 20_000  # of one artist that SVG and PDF draw each by itself
 
 
@@ -94,7 +95,7 @@ def _named(names: Sequence[str], only: Sequence[str]) -> set[str]:
 def _literal(ds: xr.Dataset) -> xr.Dataset:
     """The map with text that matplotlib draws as it stands: a dollar sign begins no formula."""
     names = {name: c.copy(data=[_plain(v) for v in c.values]) for name, c in ds.coords.items() if _is_named(c)}
-    ds = ds.assign_coords(names).assign_attrs(title=_plain(ds.attrs.get("title", "")))
+    ds = ds.assign_coords(names).assign_attrs(title=_plain(_one_line(ds.attrs.get("title", ""))))
     for variable in ds.variables.values():
         variable.attrs = {key: _plain(value) for key, value in variable.attrs.items()}
     return ds
@@ -102,6 +103,12 @@ def _literal(ds: xr.Dataset) -> xr.Dataset:
 
 def _is_named(coordinate: xr.DataArray) -> bool:
     return coordinate.dtype.kind in "OU" and coordinate.ndim == 1 and any("$" in str(v) for v in coordinate.values)
+
+
+def _one_line(title: object) -> str:
+    """A title as a definition may have it, however many lines a file holds."""
+    line = " ".join(str(title).split())
+    return line if len(line) <= MAX_TITLE else line[: MAX_TITLE - 1] + "…"
 
 
 def _plain(value: object) -> object:

@@ -274,6 +274,13 @@ def test_a_flag_without_a_meaning_is_refused_as_it_is_read(path, tmp_path):
         ds["regime"].load()
 
 
+def test_a_version_of_many_lines_is_refused_in_one(path, tmp_path, capsys):
+    copy = shutil.copy(path, tmp_path / "map.nc")
+    damages.told(copy, "", "contract_version", "a\nb")
+    assert main(["show", str(copy)]) == 2
+    assert "contract_version: is a?b; allowed: 1.0" in capsys.readouterr().err
+
+
 def test_what_is_no_part_of_a_map_is_left_alone(path, tmp_path):
     copy = shutil.copy(path, tmp_path / "map.nc")
     with netCDF4.Dataset(copy, "a") as file:
