@@ -118,6 +118,11 @@ def test_what_is_drawn_is_a_body_and_every_other_draw_stays_as_it_was():
         assert (np.argsort(found) == np.argsort(plain))[distinct & (second > -1e3).all(axis=1)].all()
 
 
+def test_what_keeps_second_moments_positive_is_smooth_and_rises():
+    found = possible.kept_possible(np.array([-1.0, 0.0, 1.0 - 1e-9, 1.0, 7.0]), 1.0)
+    assert np.allclose(found, [1 / 3, 1 / 2, 1.0 - 1e-9, 1.0, 7.0], rtol=1e-15)
+
+
 def test_moments_of_the_draws_are_those_asked_for():
     moments = np.array([1.0, 1.3, 1.6])
     covariance = 1e-4 * np.array([[4.0, 1.0, -2.0], [1.0, 9.0, 3.0], [-2.0, 3.0, 16.0]])
