@@ -1,3 +1,5 @@
+from functools import cache
+
 import numpy as np
 import pytest
 import sympy as sp
@@ -8,9 +10,15 @@ from sweeps.mechanics import DescriptionError, System, equilibria
 from sweeps.mechanics.derivation import derive
 
 
+@cache
+def landscape_of(system):
+    """The landscape of a system, derived once."""
+    return equilibria.Landscape(derive(system))
+
+
 def places(system, **parameters):
     """Places and flatness of the points with these parameters, defaults for the rest."""
-    landscape = equilibria.Landscape(derive(system))
+    landscape = landscape_of(system)
     count = max((np.size(value) for value in parameters.values()), default=1)
     columns = [np.resize(parameters.get(p.name, p.default), count) for p in system.parameters.values()]
     found = equilibria.find(landscape, columns)
@@ -177,7 +185,7 @@ def test_a_point_does_not_depend_on_its_neighbours():
 def test_parameters_that_move_no_equilibrium_are_known():
     free = {"mass", "gravity", "length"}
     for name, none in {"pendulum": free, "bead_on_hoop": {"mass"}, "double_well": {"mass"}}.items():
-        landscape = equilibria.Landscape(derive(shipped(name)))
+        landscape = landscape_of(shipped(name))
         names = landscape.equations.system.parameters
         assert {n for n, default in zip(names, landscape.canonical, strict=True) if default is not None} == none
     # a factor that can vanish makes V flat there, and stays
