@@ -392,7 +392,7 @@ def _apart_after_a_rotation(system, point: dict, tolerance: float) -> dict[str, 
     from scipy.interpolate import make_interp_spline
     from scipy.spatial.transform import Rotation
 
-    rates = ["omega1", "omega2", "omega3"]
+    rates = [f"omega{k}" for k in (1, 2, 3)]
     begin = system.motion(point, 1e-300, 2, tolerance)
     rotation = 2.0 * math.pi / max(abs(float(begin[name][0])) for name in rates)
     moved = system.motion(point, rotation, 1025, tolerance)
