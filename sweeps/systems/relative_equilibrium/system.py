@@ -51,7 +51,7 @@ class RelativeEquilibrium(oscillator.Oscillator):
 
         description = self._load()
         own = {*description.parameters, *description.coordinates, *description.states}
-        taken = sorted(own & {*VARIABLES, *INVARIANTS, *COORDINATES})
+        taken = sorted(own & {*VARIABLES, *INVARIANTS, *COORDINATES, "point"})
         if taken:
             raise DescriptionError(f"{self.name}: {taken[0]} is the name of a map's variable; allowed: any other name")
         return description
