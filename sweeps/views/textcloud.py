@@ -44,7 +44,8 @@ def draw(ds: xr.Dataset, flag: str, fixed: dict[str, int], beside: str | None, w
         panels.append(Panel(title, list(zip(labels, drawn, strict=True)), tuple(in_words(float(e)) for e in ends[0])))
     occurs = {c for panel in panels for _, text in panel.rows for c in text}
     legend = {glyphs[v]: meaning for v, meaning in flags(ds[flag]).items() if glyphs[v] in occurs}
-    told = {dim: ds[dim].values[i].item() for dim, i in fixed.items() if dim != "point" and dimensions(ds)[dim] > 1}
+    values = {dim: ds[dim].values[i] for dim, i in fixed.items() if dim != "point" and dimensions(ds)[dim] > 1}
+    told = {dim: value.item() if hasattr(value, "item") else str(value) for dim, value in values.items()}
     return TextMap(flag, names[0], names[1] if len(names) > 1 else "points", told, panels, legend, {})
 
 

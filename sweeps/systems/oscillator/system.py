@@ -68,7 +68,9 @@ class Oscillator(Dynamics):
         from sweeps.mechanics import DescriptionError
 
         description = self._load()
-        taken = sorted({*description.parameters, *description.coordinates} & {*VARIABLES, "equilibrium", "mode", "point"})
+        taken = sorted(
+            {*description.parameters, *description.coordinates} & {*VARIABLES, "equilibrium", "mode", "point"}
+        )
         if taken:
             raise DescriptionError(f"{self.name}: {taken[0]} is the name of a map's variable; allowed: any other name")
         return description
