@@ -10,12 +10,23 @@ from kernels import oscillations as kernel
 from sweeps.mechanics import equilibria, modes, scales
 from sweeps.mechanics.derivation import derive
 from sweeps.mechanics.description import System
-from sweeps.mechanics.graph import Values, graph
-from sweeps.mechanics.taylor import Code, code
+from sweeps.mechanics.graph import CONSTANT, Graph, Values, graph
+from sweeps.mechanics.taylor import Code
 
 CHUNK = 16384
 EVEN = 1e-9  # third derivatives smaller than this, in the system's own units, make no second run
 LEAST_SHARE = 1e-6  # of a nudge: a mode with less of it is left to rounding and to the others' cubes
+
+MOST_WRITTEN = 120  # nodes that move: more of them are read from a tape
+
+
+def code(graph: Graph) -> Code:
+    """The code of a system: written out, or a tape where it is large."""
+    if sum(node.kind != CONSTANT for node in graph.nodes) <= MOST_WRITTEN:
+        return Code(graph)
+    from sweeps.mechanics.taped import TapedCode  # its kernel is compiled where it is imported
+
+    return TapedCode(graph)
 
 
 class Model:

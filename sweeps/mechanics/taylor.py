@@ -47,16 +47,6 @@ COORDINATES, STATES, ROWS = {n}, {states}, {rows}
 
 COMPILE_SECONDS, COMPILE_SECONDS_PER_CHARACTER = 0.5, 1.8e-4
 SAMPLES_TIMES_CHARACTERS = 1e11
-MOST_WRITTEN = 120  # nodes that move: more of them are read from a tape
-
-
-def code(graph: Graph) -> "Code":
-    """The code of a system: written out, or a tape where it is large."""
-    if sum(node.kind != CONSTANT for node in graph.nodes) <= MOST_WRITTEN:
-        return Code(graph)
-    from sweeps.mechanics.taped import TapedCode  # its kernel is compiled where it is imported
-
-    return TapedCode(graph)
 
 
 class Code:
