@@ -58,16 +58,18 @@ def test_any_part_is_that_part_of_the_whole(tmp_path):
         assert np.array_equal(np.column_stack([part[name] for name in NAMES]), whole[start:stop])
 
 
-def test_csv_netcdf_and_parquet_hold_the_same(tmp_path):
+@pytest.mark.parametrize("parquet", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_csv_netcdf_and_parquet_hold_the_same(tmp_path, parquet):
     columns = {name: ROWS[:50, k] for k, name in enumerate(NAMES)}
     path = write(tmp_path, text(heading="I1,omega0,I2 (g cm2)"))
     wanted = points(path)
-    xr.Dataset({name: ("row", values) for name, values in columns.items()}).to_netcdf(tmp_path / "rows.nc")
-    (tmp_path / "my.yaml").write_text("table: rows.nc\ngrid: {I3: 1.0}\n")
-    np.testing.assert_allclose(points(path), wanted, rtol=1e-15)
-    pytest.importorskip("pyarrow")
-    pd.DataFrame(columns).to_parquet(tmp_path / "rows.parquet", row_group_size=17)
-    (tmp_path / "my.yaml").write_text("table: rows.parquet\ngrid: {I3: 1.0}\n")
+    if parquet:
+        pytest.importorskip("pyarrow")
+        pd.DataFrame(columns).to_parquet(tmp_path / "rows.parquet", row_group_size=17)
+    else:
+        xr.Dataset({name: ("row", values) for name, values in columns.items()}).to_netcdf(tmp_path / "rows.nc")
+    file = "rows.parquet" if parquet else "rows.nc"
+    (tmp_path / "my.yaml").write_text(f"table: {file}\ngrid: {{I3: 1.0}}\n")
     np.testing.assert_allclose(points(path), wanted, rtol=1e-15)
 
 
