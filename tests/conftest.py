@@ -14,6 +14,8 @@ from hypothesis import settings
 from kernels import stored
 from kernels.fingerprint import cache_folder, fingerprint
 
+LEFT_TO_THE_SLOW = ["sweeps.systems.relative_equilibrium.system"]  # whose kernels no quick test needs
+
 settings.register_profile("fixed", derandomize=True, deadline=None, max_examples=60)
 settings.register_profile("without_jit", derandomize=True, deadline=None, max_examples=8)
 settings.load_profile("without_jit" if numba.config.DISABLE_JIT else "fixed")
@@ -22,11 +24,11 @@ settings.load_profile("without_jit" if numba.config.DISABLE_JIT else "fixed")
 def pytest_configure(config):
     """Compiles the kernels, where there are processes to share them and no other run has.
 
-    Those of described systems wait for the tests that need them, for what those generate is compiled there anyway.
+    Those of relative equilibria wait for the tests that need them, which are slow.
     """
     compiled, everything = cache_folder() / "compiled", cache_folder() / "everything"
     if not hasattr(config, "workerinput") and getattr(config.option, "numprocesses", None) and not everything.exists():
-        code = "from sweeps.run import warmup; warmup.compile_kernels(everything=True, described=False)"
+        code = f"from sweeps.run import warmup; warmup.compile_kernels(True, {LEFT_TO_THE_SLOW})"
         subprocess.run([sys.executable, "-c", code], check=True)
         compiled.write_text(fingerprint() + "\n")
         everything.touch()

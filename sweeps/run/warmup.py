@@ -9,7 +9,7 @@ import fcntl
 import multiprocessing
 import os
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 
 from numba import NumbaExperimentalFeatureWarning
@@ -36,32 +36,32 @@ def _alone() -> Iterator[None]:
         os.close(handle)
 
 
-def compile_kernels(everything: bool = False, described: bool = True) -> None:
+def compile_kernels(everything: bool = False, without: Sequence[str] = ()) -> None:
     """Compiles, and stores in the cache, what the default system calls, or all systems; one process at once.
 
     Args:
         everything: the kernels of every system.
-        described: with them those that systems described in a file share.
+        without: modules of `systems.DESCRIBED` whose shared kernels are left to those that need them.
     """
     with _alone():
         second = None
         if len(os.sched_getaffinity(0)) > 1:
             second = multiprocessing.get_context("spawn").Process(
-                target=_compile, args=(everything, described, True), daemon=True
+                target=_compile, args=(everything, without, True), daemon=True
             )
             with interrupts.left_to_the_parent():
                 second.start()
-        _compile(everything, described)
+        _compile(everything, without)
         if second:
             second.join()  # what it failed in was done here
         stored.note(cache_folder())
 
 
-def _compile(everything: bool, described: bool, from_the_end: bool = False) -> None:
+def _compile(everything: bool, without: Sequence[str], from_the_end: bool = False) -> None:
     if from_the_end:  # the second process, whose work is of use to the first alone
         interrupts.end_with_the_parent()
     stored.store_in_turn()
-    found = systems.compilations(everything, described)
+    found = systems.compilations(everything, without)
     _run(reversed(found) if from_the_end else found)
 
 

@@ -6,7 +6,7 @@ what several of them share. A folder here is found by itself; a package of
 somebody else names its module in an entry point of the group `polhode.systems`, and edits nothing.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
@@ -99,19 +99,21 @@ def of_map(ds: "xr.Dataset") -> Dynamics:
     return resolve(name)
 
 
-def compilations(everything: bool, described: bool = True) -> list[Callable[[], None]]:
+def compilations(everything: bool, without: Sequence[str] = ()) -> list[Callable[[], None]]:
     """What compiles the kernels of the default system, or all that is not generated for one sweep's system alone.
 
     No sweep waits for kernels that it does not need. Processes may do these side by side.
 
     Args:
         everything: the kernels of every system.
-        described: with them those that systems described in a file share.
+        without: modules of DESCRIBED whose shared kernels are left to those that need them.
     """
     named = MODULES if everything else (DEFAULT_SYSTEM,)
     found = [compilation for name in named for compilation in resolve(name).compilations()]
     found += [compilation for name in named for compilation in resolve(name).seldom() if everything]
-    return found + [import_module(module).compile_shared for module in DESCRIBED if everything and described]
+    return found + [
+        import_module(module).compile_shared for module in DESCRIBED if everything and module not in without
+    ]
 
 
 def moving() -> tuple[str, ...]:

@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-from kernels import spectrum
-
 pytestmark = pytest.mark.slow  # what they need takes as long to compile as all that the quick tests need
 
 # The spectra of the experiment that chose the method: eigenvalues (one of each conjugate pair), number of samples.
@@ -24,6 +22,13 @@ CASES = {
     "odd": ([-0.01 + 1j, -0.3, -0.5 + 2j], 100),
 }
 SPACING, NOISE, DRAWS = 0.25, 1e-8, 150  # noise far above rounding, far below what bends
+
+
+@pytest.fixture(scope="module", autouse=True)
+def compiled():
+    """The kernels, imported for the tests that are chosen alone: importing compiles them."""
+    global spectrum
+    from kernels import spectrum
 
 
 def generator(values, seed=1):

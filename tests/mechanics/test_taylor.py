@@ -9,7 +9,7 @@ from oscillators import LIBRARY, points, shipped
 from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipk
 
-from sweeps.mechanics import System, taped, taylor
+from sweeps.mechanics import System, taylor
 from sweeps.mechanics.derivation import derive
 from sweeps.mechanics.graph import graph
 from sweeps.mechanics.model import Model, code
@@ -163,9 +163,12 @@ def rods(n):
     return system
 
 
-@pytest.mark.parametrize("n", [4, pytest.param(6, marks=pytest.mark.slow), pytest.param(10, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("n", [4, 6, 10])
 def test_code_of_many_rods_grows_with_the_graph_and_is_not_written_out(n):
     """Of six rods, written out, it is half a million characters, which take minutes to compile."""
+    from sweeps.mechanics import taped  # compiles its kernel where it is imported
+
     equations = derive(rods(n))
     m, length, _ = equations.parameters
     assert equations.a[0, 1] == (n - 1) * m * length**2 * sp.cos(equations.q[0] - equations.q[1])
@@ -180,6 +183,8 @@ def test_code_of_many_rods_grows_with_the_graph_and_is_not_written_out(n):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["double_pendulum", "linear_triatomic"])  # quotients, sines; exponentials
 def test_a_tape_gives_what_the_text_gives(name):
+    from sweeps.mechanics import taped  # compiles its kernel where it is imported
+
     written, read = Model(shipped(name)), Model(shipped(name))
     read.__dict__["code"] = taped.TapedCode(written.code.graph)
     n, rng = written.n, np.random.default_rng(4)
