@@ -20,7 +20,9 @@ from sweeps.run.targets import (
 )
 
 # the interpreter that runs this workflow also runs its jobs; one that Ctrl-C ends says nothing more
-shell.prefix(f"trap 'exit 130' INT; PATH={shlex.quote(str(Path(sys.executable).parent))}:$PATH; ")
+shell.prefix(
+    f"trap 'exit 130' INT; PATH={shlex.quote(str(Path(sys.executable).parent))}:$PATH; "
+)
 
 try:
     DEFAULT, PLANS = catalogue.requested(config, on_command_line())
