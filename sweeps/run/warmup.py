@@ -2,15 +2,18 @@
 
 Numba's disk cache is not safe when several processes compile at once, so the workflow compiles in jobs of their own:
 what the default system calls in one, and what another one calls, generated for it or not, in a second. Such a job has
-two processes, which begin at the two ends of the list of what there is to compile, and store one at a time.
+two processes, which begin at the two ends of the list of what there is to compile, take from it what the other has not
+begun, and store one at a time.
 """
 
 import fcntl
 import multiprocessing
 import os
+import tempfile
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from pathlib import Path
 
 from numba import NumbaExperimentalFeatureWarning
 
@@ -43,26 +46,36 @@ def compile_kernels(everything: bool = False, without: Sequence[str] = ()) -> No
         everything: the kernels of every system.
         without: modules of `systems.DESCRIBED` whose shared kernels are left to those that need them.
     """
-    with _alone():
+    with _alone(), tempfile.TemporaryDirectory() as taken:
         second = None
         if len(os.sched_getaffinity(0)) > 1:
             second = multiprocessing.get_context("spawn").Process(
-                target=_compile, args=(everything, without, True), daemon=True
+                target=_compile, args=(everything, without, taken, True), daemon=True
             )
             with interrupts.left_to_the_parent():
                 second.start()
-        _compile(everything, without)
+        _compile(everything, without, taken)
         if second:
-            second.join()  # what it failed in was done here
+            second.join()
+            if second.exitcode:  # what it had taken is done here
+                _run(systems.compilations(everything, without))
         stored.note(cache_folder())
 
 
-def _compile(everything: bool, without: Sequence[str], from_the_end: bool = False) -> None:
+def _compile(everything: bool, without: Sequence[str], taken: str, from_the_end: bool = False) -> None:
     if from_the_end:  # the second process, whose work is of use to the first alone
         interrupts.end_with_the_parent()
     stored.store_in_turn()
-    found = systems.compilations(everything, without)
-    _run(reversed(found) if from_the_end else found)
+    found = list(enumerate(systems.compilations(everything, without)))
+    _run(_left(reversed(found) if from_the_end else found, Path(taken)))
+
+
+def _left(numbered: Iterable[tuple[int, Callable[[], None]]], taken: Path) -> Iterator[Callable[[], None]]:
+    """What the other process has not begun: each takes it by making a file of its number."""
+    for number, compilation in numbered:
+        with suppress(FileExistsError):
+            (taken / str(number)).touch(exist_ok=False)
+            yield compilation
 
 
 def _run(compilations: Iterable[Callable[[], None]]) -> None:

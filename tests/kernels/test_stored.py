@@ -125,6 +125,7 @@ def test_an_index_that_gives_two_signatures_one_code_goes(cache):
     assert not cache.files("nb[ic]")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ledger", ["", "{", "[]", '{"a": 1}'])
 def test_a_damaged_ledger_is_written_anew(cache, ledger):
     (cache.folder / stored.LEDGER).write_text(ledger)

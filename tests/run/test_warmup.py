@@ -1,4 +1,7 @@
 import json
+import threading
+import time
+import types
 
 import pytest
 
@@ -53,3 +56,40 @@ def test_what_was_damaged_is_compiled_once(system, folder):
     warmup.compile_missing(system)
     assert system.times == 2
     assert stored.is_whole(folder)
+
+
+@pytest.mark.parametrize("fails", [False, True])
+def test_two_processes_share_the_list_and_what_one_fails_in_the_other_does(folder, monkeypatch, fails):
+    """The second process is played by a thread of this one."""
+    done, lock = [], threading.Lock()
+
+    def compilation(number):
+        def run():
+            time.sleep(0.01)
+            if fails and threading.current_thread() is not threading.main_thread():
+                raise OSError("it was killed")
+            with lock:
+                done.append(number)
+
+        return run
+
+    class Played(threading.Thread):
+        exitcode = 0
+
+        def __init__(self, target, args, daemon):
+            super().__init__(target=target, args=args, daemon=daemon)
+
+        def run(self):
+            try:
+                super().run()
+            except OSError:
+                self.exitcode = 1
+
+    context = types.SimpleNamespace(Process=Played)
+    monkeypatch.setattr(warmup.multiprocessing, "get_context", lambda kind: context)
+    monkeypatch.setattr(warmup.os, "sched_getaffinity", lambda process: {0, 1})
+    monkeypatch.setattr(warmup.interrupts, "end_with_the_parent", lambda: None)
+    monkeypatch.setattr(warmup.systems, "compilations", lambda *_: [compilation(number) for number in range(9)])
+    warmup.compile_kernels()
+    assert set(done) == set(range(9))
+    assert fails or len(done) == 9

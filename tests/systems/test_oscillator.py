@@ -55,6 +55,7 @@ def small(name, **grid):
     return {"system": name, "grid": grid}
 
 
+@pytest.mark.slow
 def test_all_eight_ship_with_a_definition_of_ten_thousand_points():
     assert set(LIBRARY) <= set(systems.names())
     for name in LIBRARY:
