@@ -27,7 +27,8 @@ def pytest_configure(config):
     Those of relative equilibria wait for the tests that need them, which are slow.
     """
     compiled, everything = cache_folder() / "compiled", cache_folder() / "everything"
-    if not hasattr(config, "workerinput") and getattr(config.option, "numprocesses", None) and not everything.exists():
+    shared = not hasattr(config, "workerinput") and getattr(config.option, "numprocesses", None)
+    if shared and not numba.config.DISABLE_JIT and not everything.exists():
         code = f"from sweeps.run import warmup; warmup.compile_kernels(True, {LEFT_TO_THE_SLOW})"
         subprocess.run([sys.executable, "-c", code], check=True)
         compiled.write_text(fingerprint() + "\n")
