@@ -24,6 +24,7 @@ from numba import njit
 from kernels import attitude, direct, exact, measure, rigid_body, solution, tumbling
 from kernels.blocks import W, cut
 from kernels.options import INLINE, OPTIONS
+from kernels.series import arctangent
 from kernels.turning import turn_12
 
 IN_SPACE = ("attitude_error", "psi_rate", "psi_rate_error", "space_rate_exact", "geometric_phase_residual", "swing")
@@ -147,31 +148,13 @@ def _compare(S):
         x0, y0 = S[ZR + lane], S[ZI + lane]
         sine, cosine = x0 * y - y0 * x, x0 * x + y0 * y
         t = sine / (cosine + math.sqrt(sine * sine + cosine * cosine))
-        turned = 4.0 * _arctangent(t)
+        turned = 4.0 * arctangent(t)
         S[PSI + lane] += turned if inside else 0.0
         S[LEAST + lane] = turned if inside & (turned < S[LEAST + lane]) else S[LEAST + lane]
         S[MOST + lane] = turned if inside & (turned > S[MOST + lane]) else S[MOST + lane]
         S[ZR + lane], S[ZI + lane] = x, y
         opened |= 1 if inside else 0
     return opened > 0
-
-
-@njit(**INLINE)
-def _arctangent(t):
-    """Arctangent of at most a quarter, in plain arithmetic so that lanes stay packed; the series leaves 1e-17."""
-    z = t * t
-    series = z * (1 / 25) - 1 / 23
-    series = series * z + 1 / 21
-    series = series * z - 1 / 19
-    series = series * z + 1 / 17
-    series = series * z - 1 / 15
-    series = series * z + 1 / 13
-    series = series * z - 1 / 11
-    series = series * z + 1 / 9
-    series = series * z - 1 / 7
-    series = series * z + 1 / 5
-    series = series * z - 1 / 3
-    return t + t * (z * series)
 
 
 @njit(**OPTIONS)

@@ -44,6 +44,7 @@ from kernels import rigid_body, taylor_steps
 from kernels.blocks import W, cut
 from kernels.columns import arrays, numbers
 from kernels.options import INLINE, OPTIONS
+from kernels.series import arctangent
 from kernels.statuses import NON_FINITE, NOT_CONVERGED, OK
 
 UNDETERMINED, NONE, WITH_SPIN, AGAINST_SPIN = range(-1, 3)
@@ -144,25 +145,13 @@ def rotation(ratio, omega_start, times):
 def turn(b1, c1, b, c):
     """Angle from (b1, c1) to (b, c), rad, for at most half a radian, in plain arithmetic so that lanes stay packed.
 
-    With t = tan(delta/2), delta = 2 arctan t; the series in t² is cut after t^24, which leaves 2e-17 at the end. The
-    cross product is formed from the difference of the two, so equal vectors turn by exactly nothing.
+    With t = tan(delta/2), delta = 2 arctan t. The cross product is formed from the difference of the two, so equal
+    vectors turn by exactly nothing.
     """
     cross = b1 * (c - c1) - c1 * (b - b1)
     sizes = math.sqrt(b1 * b1 + c1 * c1) * math.sqrt(b * b + c * c)
     t = cross / (b1 * b + c1 * c + sizes)
-    z = t * t
-    series = z * (1 / 25) - 1 / 23
-    series = series * z + 1 / 21
-    series = series * z - 1 / 19
-    series = series * z + 1 / 17
-    series = series * z - 1 / 15
-    series = series * z + 1 / 13
-    series = series * z - 1 / 11
-    series = series * z + 1 / 9
-    series = series * z - 1 / 7
-    series = series * z + 1 / 5
-    series = series * z - 1 / 3
-    return 2.0 * (t + t * (z * series))
+    return 2.0 * arctangent(t)
 
 
 @njit(**OPTIONS)

@@ -45,6 +45,7 @@ TESTS = {  # beside tests/ROOM/test_MODULE.py; the first that fails ends the run
     "kernels/lanes": ["tests/kernels/test_lanes.py", "tests/kernels/test_survey.py"],
     "kernels/measure": ["tests/kernels/test_measure.py", "tests/kernels/test_oscillations.py"],
     "kernels/survey": ["tests/kernels/test_survey.py", "tests/kernels/test_collapse.py", "tests/kernels/test_lanes.py"],
+    "kernels/series": ["tests/kernels/test_symmetric_top.py"],
     "kernels/solution": ["tests/kernels/test_exact.py"],
     "kernels/statuses": ["tests/kernels/test_columns.py", "tests/kernels/test_oscillations.py"],
     "kernels/taylor_steps": ["tests/kernels/test_direct.py"],
