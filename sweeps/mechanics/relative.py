@@ -22,6 +22,7 @@ from sweeps.mechanics.graph import Values
 
 CHUNK = 4096
 COUPLED = 0.01  # of S, that every state is taken to feel of every other
+SQUARINGS = 8  # towards the Perron vector: any positive one would do
 RANK = 1e-9  # singular values of the conserved quantities' gradients below it are none
 PAIR_FROM = 1e-9  # a nudge larger than this is made from both sides
 ROUNDINGS = 256 * np.finfo(np.float64).eps  # of the scale: what theory's own eigenvalues are known to
@@ -305,10 +306,12 @@ def _scales(terms, sizes):
     G = terms * sizes[:, None, :] / sizes[:, :, None]
     root = _root(G)
     G = G + COUPLED / n * root[:, None, None]
-    u = np.ones_like(sizes)
-    for _ in range(100):
-        u = np.einsum("pij,pj->pi", G, u) + root[:, None] * u
-        u = u / u.max(1, keepdims=True)
+    power = G / (2.0 * root[:, None, None]) + 0.5 * np.eye(n)
+    for _ in range(SQUARINGS):
+        power = power @ power
+        power = power / power.max((1, 2), initial=0.0)[:, None, None]
+    u = power.sum(2)
+    u = u / u.max(1, keepdims=True)
     S = (np.einsum("pij,pj->pi", G, u) / u).max(1)  # at least the root, by Collatz and Wielandt
     return S, sizes * u
 
@@ -339,15 +342,23 @@ def _eigen(matrix, S):
     number = np.zeros((points, n), dtype=np.int64)
     spectrum.order_all(re, im, 2.0 * spectrum.SAME * np.nan_to_num(S), number)
     right = np.take_along_axis(right, number[:, None, :], axis=2)
-    for i in sound:  # one by one: a matrix without a basis of eigenvectors has no left ones
-        try:
-            left[i] = np.linalg.inv(right[i]).conj().T
-        except np.linalg.LinAlgError:
-            continue
+    left[sound] = _inverses(right[sound])
+    left = np.conj(np.swapaxes(left, 1, 2))
     with np.errstate(all="ignore"):
         condition = np.linalg.norm(left, axis=1) * np.linalg.norm(right, axis=1)
     condition = np.where(np.isnan(condition) & np.isfinite(re), np.inf, condition)
     return {"eigenvalues": re + 1j * im, "condition": condition, "left": left, "right": right}
+
+
+def _inverses(matrices):
+    """Inverses; NaN where there is none: a matrix without a basis of eigenvectors has no left ones."""
+    try:
+        return np.linalg.inv(matrices)
+    except np.linalg.LinAlgError:
+        if len(matrices) == 1:
+            return np.full(matrices.shape, np.nan)
+        half = len(matrices) // 2
+        return np.concatenate([_inverses(matrices[:half]), _inverses(matrices[half:])])
 
 
 def _invariants(matrix):
