@@ -1,0 +1,102 @@
+"""Relative equilibria as maps: names, dimensions, files of one's own, shards, pictures."""
+
+import pickle
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import sweeps
+from sweeps import systems
+from sweeps.points import catalogue
+from sweeps.points.loading import load
+from sweeps.schema.refusals import DefinitionError
+from sweeps.shards import content
+from sweeps.systems.relative_equilibrium import system as relative
+from sweeps.systems.relative_equilibrium.variables import INVARIANTS, REGIMES, VARIABLES
+
+NAMES = (
+    *("foucault", "gravity_gradient", "gravity_gradient_damped", "gyrostat", "lagrange_points", "rotating_saddle"),
+    *("rotor", "sleeping_top", "steady_precession", "viscous_slug"),
+)
+TOP = {"system": "sleeping_top", "grid": {"spin_rate": [3.0, 4.7, 4.8, 6.0], "moment_of_weight": [0.0, 2.0]}}
+
+
+@pytest.fixture(scope="module")
+def top():
+    return sweeps.survey(TOP)
+
+
+def test_all_ten_ship_with_a_definition_of_a_hundred_thousand_points():
+    assert relative.shipped() == NAMES
+    for name in NAMES:
+        definition = load(catalogue.shipped()[name], check=False)
+        system = systems.resolve(name)
+        sizes = [v.num if hasattr(v, "num") else len(v) for v in system.dimensions(definition).values()]
+        assert definition.system == name
+        assert np.prod(sizes) >= 100_000
+
+
+def test_map_has_the_contracts_names_and_dimensions(top):
+    assert top["regime"].dims == (
+        *("I1", "I2", "I3", "moment_of_weight", "spin_rate", "epsilon", "equilibrium", "eigenvalue"),
+    )
+    places = {f"{k}{i}_equilibrium" for k in ("omega", "gamma") for i in (1, 2, 3)}
+    drifts = {"vertical_drift", "vertical_momentum_drift"}
+    assert set(top.data_vars) == {*VARIABLES, *INVARIANTS, *places, *drifts}
+    regimes = [REGIMES[k + 1] for k in top["regime"].squeeze().sel(moment_of_weight=2.0, eigenvalue=1).values]
+    assert regimes == ["flutter", "flutter", "stable", "stable"]  # I3² W² = 4 I1 P at 4.714 rad/s
+    growth = top["growth_rate"].squeeze().sel(moment_of_weight=2.0, spin_rate=3.0, eigenvalue=1)
+    assert growth.values == pytest.approx(1.0908712114635715, rel=1e-9)
+    assert (top["status"] == 0).all()
+
+
+def test_shards_threads_and_chunks_change_no_bit(top):
+    whole = content.content_hash(top)
+    assert content.content_hash(sweeps.survey(TOP, chunks=3).compute()) == whole
+
+
+def test_a_file_with_damping_is_a_relative_equilibrium(tmp_path):
+    path = tmp_path / "damped.py"
+    path.write_text(
+        """
+from sweeps.mechanics import System
+
+system = System("Damped spring")
+k = system.parameter("stiffness", "N m-1", default=1.0)
+c = system.parameter("drag", "kg s-1", default=0.2, least=0.0)
+x = system.coordinate("x", "m", bounds=(-1, 1))
+system.kinetic_energy(system.velocity(x) ** 2 / 2)
+system.potential(k * x**2 / 2)
+system.dissipation(c * system.velocity(x) ** 2 / 2)
+system.equilibrium("rest", {x: 0})
+""",
+        encoding="utf-8",
+    )
+    systems.resolve.cache_clear()
+    ds = sweeps.survey({"system": str(path), "grid": {"stiffness": [-1.0, 0.5, 4.0]}}).squeeze()
+    roots = [np.sort_complex(np.roots([1, 0.2, k])) for k in (-1.0, 0.5, 4.0)]
+    found = ds["eigenvalue_real"].values + 1j * ds["eigenvalue_imag"].values
+    np.testing.assert_allclose(np.sort_complex(found), roots, atol=1e-11)
+    words = [REGIMES[k + 1] for k in ds["regime"].isel(eigenvalue=0).values]
+    assert words == ["unstable", "asymptotically_stable", "asymptotically_stable"]
+    again = pickle.loads(pickle.dumps(systems.resolve(str(path))))
+    assert type(again) is relative.RelativeEquilibrium
+
+
+def test_no_equilibrium_within_the_bounds_is_said():
+    with pytest.raises(DefinitionError, match="there is none within the bounds"):
+        load({"system": "steady_precession", "grid": {"tilt": 0.1, "spin_rate": [0.1, 0.2]}})
+
+
+def test_what_is_wrong_with_a_definition_is_refused():
+    for grid, more in (({"spin": 1.0}, {}), ({"epsilon": 2.0}, {}), ({}, {"integration": {"runs": 9}})):
+        with pytest.raises(DefinitionError, match="allowed"):
+            load({"system": "sleeping_top", "grid": grid} | more)
+
+
+def test_pictures(top):
+    drawn = systems.of_map(top.assign_attrs(system="sleeping_top")).pictures(top)
+    assert set(drawn) == {"stability", "theory_against_measured"}
+    for draw in drawn.values():
+        assert isinstance(draw(), Figure)
