@@ -15,6 +15,7 @@ from sweeps.shards import content
 from sweeps.systems.relative_equilibrium import system as relative
 from sweeps.systems.relative_equilibrium.variables import INVARIANTS, REGIMES, VARIABLES
 
+pytestmark = pytest.mark.slow  # compiling what they need takes as long as all that the quick tests need
 NAMES = (
     *("foucault", "gravity_gradient", "gravity_gradient_damped", "gyrostat", "lagrange_points", "rotating_saddle"),
     *("rotor", "sleeping_top", "steady_precession", "viscous_slug"),
