@@ -4,6 +4,7 @@ Tests run in parallel, a process a core (pytest-xdist). What they share is the c
 the processes start, and whatever a test compiles besides is stored by one process at a time.
 """
 
+import os
 import subprocess
 import sys
 
@@ -45,6 +46,9 @@ def pytest_collection_modifyitems(items):
 
 
 stored.store_in_turn()
+if sys.prefix != sys.base_prefix:  # the tests' many processes share their byte code, as the README's line leaves it to them
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+    sys.dont_write_bytecode = False
 
 
 @pytest.fixture(scope="session")
