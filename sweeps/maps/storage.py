@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import netCDF4
 import numpy as np
 import xarray as xr
 
@@ -14,13 +15,15 @@ from sweeps.schema.refusals import shortened
 from sweeps.schema.variables import DEFLATED, Variable
 from sweeps.shards import contract
 from sweeps.shards.chunks import chunk_shape
-from sweeps.shards.content import hashed
+from sweeps.shards.content import ContentHash, hashed
 from sweeps.shards.shard import MapError
 
 
 def write_map(ds: xr.Dataset, path: str | Path) -> str:
-    """Writes a Dataset from `sweeps.survey` as a map, and returns its content hash; lazy ones are computed twice."""
-    ds, digest = _with_hashes(ds)
+    """Writes a Dataset from `sweeps.survey` as a map, and returns its content hash.
+
+    The values are read again from the file to be hashed: of a lazy one nothing is computed twice, or held as a whole.
+    """
     table = systems.of_map(ds).layout().variables
     encoding = {name: {"_FillValue": None} for name in ds.coords}
     for name, variable in ds.data_vars.items():
@@ -31,18 +34,21 @@ def write_map(ds: xr.Dataset, path: str | Path) -> str:
         }
         encoding[name] |= DEFLATED if spec.deflated else {}
     with replaced(path) as temporary:
-        ds.assign_attrs(history=contract.history(), content_hash=digest).to_netcdf(
+        ds.assign_attrs(history=contract.history()).to_netcdf(
             temporary, engine="netcdf4", format="NETCDF4", encoding=encoding
         )
-    return digest
+        with xr.open_dataset(temporary, engine="netcdf4", decode_cf=False) as written:
+            digest = hashed(written, 2**22)
+        return _sealed(temporary, digest)
 
 
-def _with_hashes(ds: xr.Dataset) -> tuple[xr.Dataset, str]:
-    """The Dataset with the hash of each variable's values in its attributes, and the content hash."""
-    digest = hashed(ds)
-    own = digest.digests()
-    ds = ds.assign({name: ds[name].assign_attrs(sha256=own[name]) for name in ds.data_vars})
-    return ds.assign_coords({name: ds[name].assign_attrs(sha256=own[name]) for name in ds.coords}), digest.hexdigest()
+def _sealed(path: Path, digest: ContentHash) -> str:
+    """Gives a finished file the hash of each variable's values and the content hash, which it returns."""
+    with netCDF4.Dataset(path, "a") as file:
+        for name, own in digest.digests().items():
+            file[name].sha256 = own
+        file.content_hash = digest.hexdigest()
+    return digest.hexdigest()
 
 
 def write_part(ds: xr.Dataset, path: str | Path, command: str) -> str:
@@ -53,13 +59,13 @@ def write_part(ds: xr.Dataset, path: str | Path, command: str) -> str:
     texts = {name: {"dtype": "S1"} for name, variable in ds.variables.items() if variable.dtype.kind in "OU"}
     floats = {name: {"_FillValue": np.nan} for name, variable in ds.data_vars.items() if variable.dtype.kind == "f"}
     others = {name: {"_FillValue": None} for name in ds.variables if name not in texts and name not in floats}
-    ds, digest = _with_hashes(ds.load().drop_encoding())
+    ds = ds.load().drop_encoding()
     history = f"{contract.history(command)}\n{ds.attrs.get('history', '')}".strip()
     with replaced(path) as temporary:
-        ds.assign_attrs(history=history, content_hash=digest).to_netcdf(
+        ds.assign_attrs(history=history).to_netcdf(
             temporary, engine="netcdf4", format="NETCDF4", encoding=texts | floats | others
         )
-    return digest
+        return _sealed(temporary, hashed(ds))
 
 
 def holds_map(path: str | Path, sweep: Sweep) -> bool:
