@@ -46,7 +46,7 @@ def pytest_collection_modifyitems(items):
 
 
 stored.store_in_turn()
-if sys.prefix != sys.base_prefix:  # the tests' many processes share their byte code, as the README's line leaves it to them
+if sys.prefix != sys.base_prefix:  # what pip left uncompiled, the tests' many processes compile once
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     sys.dont_write_bytecode = False
 
