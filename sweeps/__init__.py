@@ -3,7 +3,12 @@
 import sweeps
 ds = sweeps.survey("sweeps/definitions/tiny.yaml")
 ds = sweeps.open_map("results/tiny/stability_map.nc")
+ax = sweeps.plot.stability(ds, axis=2)  # or ds.polhode.stability(axis=2)
 """
+
+from sweeps import accessor, plot  # noqa: F401  (neither loads xarray or matplotlib)
+
+accessor.register()
 
 
 def __getattr__(name: str) -> str:

@@ -3,10 +3,18 @@
 import math
 import re
 import textwrap
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+from copy import copy
+from typing import NamedTuple
 
+import matplotlib
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
@@ -47,23 +55,113 @@ STYLE = {
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-def canvas(width: float, height: float, title: str, subtitle: str, footer: float = 0.0) -> Figure:
-    """A figure drawn by Agg, with title and subtitle in its upper left corner.
+class Sheet(NamedTuple):
+    """What pictures are made for.
+
+    Attributes:
+        width: of the paper or the slide, mm; None for the size that a picture takes by itself.
+        height: likewise; None keeps the picture's own shape.
+        larger: how much larger letters are than the size alone would have them.
+        make: what makes an empty figure: matplotlib's class, or pyplot's function where a person looks on.
+    """
+
+    width: float | None = None
+    height: float | None = None
+    larger: float = 1.0
+    make: object = Figure
+
+
+SHEETS = {  # by name: what people put pictures on
+    "slide": Sheet(338.7, 190.5, 1.25),
+    "page": Sheet(178.0),
+    "column": Sheet(86.0),
+}
+MM = 1.0 / 25.4  # inches
+LEAST_SCALE = 0.72  # of letters: 6.1 points where they are 8.5
+ITS_OWN = Sheet()
+_sheet: ContextVar[Sheet] = ContextVar("sheet", default=ITS_OWN)
+
+
+@contextmanager
+def drawn_for(sheet: Sheet) -> Iterator[None]:
+    """Pictures begun in this block are for that sheet, and in the style of all of them."""
+    token = _sheet.set(sheet)
+    try:
+        with matplotlib.rc_context(STYLE):
+            yield
+    finally:
+        _sheet.reset(token)
+
+
+def _fitted(width: float, height: float, sheet: Sheet) -> tuple[float, float, float]:
+    """Inches in which a picture for a sheet is laid out, and by how much it is scaled to be as large as that."""
+    if sheet.width is None:
+        return width, height, 1.0
+    wide = sheet.width * MM
+    high = sheet.height * MM if sheet.height else height * wide / width
+    scale = max(LEAST_SCALE, sheet.larger * min(wide / width, high / height))
+    return wide / scale, high / scale, scale
+
+
+class Borrowed:
+    """The place of one Axes in somebody's figure: a picture's panels stand there as in a figure of their own."""
+
+    def __init__(self, ax: Axes):
+        self.ax, self.axes, self.figure = ax, [], ax.figure
+
+    def __getattr__(self, name: str):
+        """All else is the figure's."""
+        return getattr(self.figure, name)
+
+    def add_gridspec(self, *shape: int, **options):
+        """A grid within the place, which is then no Axes any more."""
+        self.ax.set_axis_off()
+        return self.ax.get_subplotspec().subgridspec(*shape, **options)
+
+    def add_subplot(self, at=None, **options) -> Axes:
+        """The place itself, or a part of its grid."""
+        self.axes.append(self.ax if at is None else self.figure.add_subplot(at, **options))
+        return self.axes[-1]
+
+    def subplots(self, rows: int = 1, columns: int = 1, *, sharex=False, sharey=False, squeeze=True, **options):
+        """Panels in rows and columns; the place itself where there is one."""
+        if rows == columns == 1:
+            made = np.array([[self.add_subplot()]])
+        else:
+            made = self.add_gridspec(rows, columns, **options).subplots(sharex=sharex, sharey=sharey, squeeze=False)
+            self.axes += made.ravel().tolist()
+        return (made.item() if made.size == 1 else made.squeeze()) if squeeze else made
+
+
+def canvas(
+    width: float, height: float, title: str, subtitle: str, footer: float = 0.0, ax: Axes | None = None
+) -> Figure | Borrowed:
+    """A figure drawn by Agg, with title and subtitle in its upper left corner, or the place that somebody gives.
 
     Args:
         width: in inches.
         height: in inches.
         title: one line.
-        subtitle: one line or several.
+        subtitle: one line or several; what is too long is broken between words.
         footer: height in inches that is kept free at the bottom.
+        ax: where else the picture is drawn, with its title alone.
     """
-    figure = Figure(figsize=(width, height), dpi=DPI, layout="constrained", facecolor="white")
-    FigureCanvasAgg(figure)
+    if ax is not None:
+        ax.set_title(title)
+        return Borrowed(ax)
+    sheet = _sheet.get()
+    width, height, scale = _fitted(width, height, sheet)
+    subtitle = wrapped(subtitle, width)
+    figure = sheet.make(figsize=(width, height), dpi=DPI, layout="constrained", facecolor="white")
+    if sheet.make is Figure:
+        FigureCanvasAgg(figure)
+    figure.scale = scale
     head = 0.42 + 0.17 * (1 + subtitle.count("\n"))
     rect = (0.0, footer / height, 1.0, 1.0 - (head + footer) / height)
     figure.get_layout_engine().set(w_pad=0.08, h_pad=0.06, rect=rect)
     place = {"ha": "left", "va": "top", "in_layout": False}
-    figure.text(0.12 / width, 1 - 0.12 / height, title, fontsize=12, fontweight="bold", **place)
+    size = min(12.0, 12.0 * (width - 0.24) / (0.092 * max(len(title), 1)))  # in one line, whatever the width
+    figure.text(0.12 / width, 1 - 0.12 / height, title, fontsize=size, fontweight="bold", **place)
     figure.text(0.12 / width, 1 - 0.37 / height, subtitle, fontsize=8.5, color=QUIET, linespacing=1.4, **place)
     return figure
 
@@ -98,6 +196,12 @@ def number(value: float, digits: int = 6) -> str:
 def count(n: int, noun: str, plural: str) -> str:
     """How many of something: "1 body", "1,200 bodies"."""
     return f"{n:,} {noun if n == 1 else plural}"
+
+
+def dots() -> float:
+    """Dots an inch of what is written now."""
+    dpi = matplotlib.rcParams["savefig.dpi"]
+    return DPI if dpi == "figure" else float(dpi)
 
 
 def halo(width: float = 2.5, color: str = "white"):
@@ -144,13 +248,49 @@ def power(exponent: int) -> str:
     return f"$10^{{{exponent}}}$"
 
 
-def legend(figure: Figure, handles: list, columns: int = 9) -> None:
-    """A legend in the footer of a figure."""
-    if handles:
-        look = {"handlelength": 1.8, "columnspacing": 1.5, "handletextpad": 0.6, "borderaxespad": 0.0}
-        width, height = figure.get_size_inches()
-        place = {"loc": "lower left", "bbox_to_anchor": (0.12 / width, 0.09 / height)}
-        figure.legend(handles=handles, ncols=min(columns, len(handles)), **place, **look).set_in_layout(False)
+def legend(figure: Figure | Borrowed, handles: Sequence = (), columns: int = 9) -> None:
+    """A legend, in the footer of a figure, of what stands in it with a label: each label once, in order of drawing.
+
+    In somebody's figure there is none: its Axes know the labels, `ax.legend()` makes one.
+
+    Args:
+        figure: what the picture stands in.
+        handles: what stands for kinds of things that are no artist of their own, after the others.
+        columns: entries in a row.
+    """
+    found = _labelled(figure) | {str(handle.get_label()): handle for handle in handles}
+    handles = list(found.values())
+    if isinstance(figure, Borrowed) or not handles:
+        return
+    look = {"handlelength": 1.8, "columnspacing": 1.5, "handletextpad": 0.6, "borderaxespad": 0.0}
+    width, height = figure.get_size_inches()
+    place = {"loc": "lower left", "bbox_to_anchor": (0.12 / width, 0.09 / height)}
+    made = figure.legend(handles=handles, ncols=min(columns, len(handles)), **place, **look)
+    made.set_in_layout(False)
+
+
+def _labelled(figure: Figure | Borrowed) -> dict:
+    """Label → what stands for it in a legend: an artist as it is drawn, but large and strong enough to be seen.
+
+    An Axes with a legend of its own says what it has to say.
+    """
+    found = {}
+    for ax in figure.axes:
+        own = ax.get_legend() is not None
+        for artist in () if own else (*ax.lines, *ax.collections, *ax.patches):
+            label = str(artist.get_label())
+            if not label.startswith("_"):
+                found.setdefault(label, artist)
+    return {label: _seen(artist) for label, artist in found.items()}
+
+
+def _seen(artist):
+    if not isinstance(artist, Line2D):
+        return artist
+    shown = copy(artist)
+    shown.set(alpha=max(artist.get_alpha() or 1.0, 0.9), path_effects=[])
+    shown.set_markersize(max(artist.get_markersize(), 4.0))
+    return shown
 
 
 def few(length: int, most: int) -> list[int]:

@@ -53,8 +53,8 @@ def add(commands) -> None:
 
 
 def _run(args):
-    from sweeps.commands import printing
     from sweeps.systems.rigid_body import asked
+    from sweeps.views import printing
 
     given = [way for way in asked.WAYS if getattr(args, way) is not None]
     if args.name is None and not given:
@@ -77,12 +77,12 @@ def _run(args):
 
 def _uncertain(args, body, spun: dict, given: list[str]) -> None:
     """The same of a body that is not known exactly."""
-    from sweeps.commands import printing
     from sweeps.points.loading import load
     from sweeps.run import pipeline, warmup
     from sweeps.systems import resolve
     from sweeps.systems.rigid_body import asked
     from sweeps.systems.uncertain_bodies import asked as uncertain
+    from sweeps.views import printing
 
     entry = asked.entry(vars(args)) if given else uncertain.entry_of(body)
     definition = uncertain.definition(entry, vars(args), spun, load)
@@ -148,7 +148,7 @@ def _own(args, given: list[str]):
 
 
 def _print(console, name: str, lines: list[str], rows: list[tuple[str, str]], known: list[str]) -> None:
-    from sweeps.commands.printing import table
+    from sweeps.views.printing import table
 
     console.print(name, style="bold")
     for line in lines:

@@ -4,10 +4,14 @@ from pathlib import Path
 
 from sweeps.commands import parser
 
-FORMATS = ("png", "svg", "pdf")
+FORMATS = ("png", "svg", "pdf", "mp4", "webm")
+THEMES = ("light", "dark", "print")
+LEAST_MM, MOST_MM = 30, 2000
 EPILOG = """\
 All of them, or those that --only names; at the places that --at, or --DIMENSION VALUE, chooses (the grid's nearest is
-taken, and said). SVG and PDF are for slides and papers: their text can be searched and edited.
+taken, and said). SVG and PDF are for slides and papers: their text can be searched and edited, and the fonts are in
+the file. MP4 and WebM are for what moves, where ffmpeg is at hand; beside the other formats it is a GIF. SIZE is in
+mm, 160x100, or a width alone, 160, or where the picture goes: slide (338.7x190.5), page (178), column (86).
 
   python -m sweeps figures results/tennis_racket/stability_map.nc -o slides --format pdf --only stability --axis 2
 """
@@ -19,7 +23,9 @@ def add(commands) -> None:
     command.takes_coordinates = True
     parser.add_map(command)
     command.add_argument("-o", "--output", metavar="FOLDER", required=True, help="the folder to write")
-    command.add_argument("--format", choices=FORMATS, default="png", help="of the pictures (animations are GIF)")
+    command.add_argument("--format", choices=FORMATS, default="png", help="of the pictures; mp4, webm: of what moves")
+    command.add_argument("--theme", choices=THEMES, default="light", help="print: told apart in a grey copy too")
+    command.add_argument("--size", metavar="SIZE", help="in mm, 160x100mm, or slide, page, column (default its own)")
     text = "a picture's name or how it begins; may be given several times"
     command.add_argument("--only", metavar="NAME", action="append", default=[], help=text)
     text = "where to cut the map; may be given several times"
@@ -30,12 +36,31 @@ def _run(args):
     from sweeps.maps import selection, storage
     from sweeps.views import figures
 
+    sheet = _sheet(args.size)
+
     with storage.open_map(args.map) as ds:
         asked = args.coordinates | dict(selection.assigned(text) for text in args.at)
         places = selection.nearest(ds, asked)
         chosen = [places[name] for name in asked]
         ds = ds.isel({place.dim: [place.index] for place in chosen})
-        for path in figures.draw_all(ds, Path(args.output), args.format, args.only):
+        for path in figures.draw_all(ds, Path(args.output), args.format, args.only, args.theme, sheet):
             print(path)
     for place in chosen:
         print(place)
+
+
+def _sheet(text: str | None):
+    """The sheet of paper or slide that `--size` names."""
+    import re
+
+    from sweeps import style
+    from sweeps.schema.refusals import RefusedError, shortened
+
+    if text is None or text in style.SHEETS:
+        return style.SHEETS.get(text, style.ITS_OWN)
+    found = re.fullmatch(r"(\d+(?:\.\d+)?)(?:[x×](\d+(?:\.\d+)?))? ?(?:mm)?", text)
+    sides = [float(side) for side in found.groups() if side] if found else []
+    if not sides or not all(LEAST_MM <= side <= MOST_MM for side in sides):
+        allowed = f"160x100mm or 160, {LEAST_MM} to {MOST_MM} a side, or {', '.join(style.SHEETS)}"
+        raise RefusedError(f"--size: {shortened(repr(text))} is no size; allowed: {allowed}")
+    return style.Sheet(*sides)

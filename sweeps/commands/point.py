@@ -61,7 +61,7 @@ def _write_motion(row, args) -> None:
 
 
 def _print(row, places, as_json: bool) -> None:
-    from sweeps.commands import printing
+    from sweeps.views import printing
 
     if as_json:
         printing.print_json({"point": _entries(row, row.coords), "variables": _entries(row, row.data_vars)})

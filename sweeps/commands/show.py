@@ -17,9 +17,8 @@ def add(commands) -> None:
 
 
 def _run(args):
-    from sweeps.commands import printing
     from sweeps.maps import selection, storage, summary
-    from sweeps.views import textmap
+    from sweeps.views import printing, textmap, told
 
     with storage.open_map(args.map) as whole:
         ds = summary.pointwise(whole)
@@ -30,7 +29,7 @@ def _run(args):
             printing.print_json(_facts(ds, found))
         else:
             console = printing.console()
-            _print(console, ds, found, textmap.draw(ds, chosen, console.width))
+            told.write(console, ds, found, textmap.draw(ds, chosen, console.width))
 
 
 def _facts(ds, found) -> dict:
@@ -50,88 +49,3 @@ def _facts(ds, found) -> dict:
     for (reference, name), deviation in found.deviations.items():
         facts["deviations"].setdefault(name, said(deviation.worst) | {"against": reference})
     return facts | {"checks": {name: said(worst) for name, worst in found.checks.items()}}
-
-
-def _print(console, ds, found, drawn) -> None:
-    from sweeps.boxes import dimensions
-    from sweeps.maps.summary import leading_flag, rule
-
-    sizes = " × ".join(f"{n:,} {dim}" for dim, n in dimensions(ds).items())
-    console.print(f"{ds.attrs.get('title', '')}", style="bold")
-    console.print(f"{found.points:,} points = {sizes}")
-    console.print()
-    if found.table:
-        console.print(_counts(found, leading_flag(ds)))
-    for name, number in found.unlike.items():
-        console.print(f"measured {name} unlike theory at {number:,} of {found.points:,} points")
-    if found.impossible:
-        console.print(f"what cannot exist: {found.impossible:,} points")
-    console.print()
-    worst = _worst(ds, found, {dim for dim, size in dimensions(ds).items() if size > 1})
-    if worst.row_count:
-        console.print(worst)
-    if found.deviations:
-        console.print(f"compared with theory: {rule(found)}", style="dim")
-    if drawn is not None:
-        console.print()
-        _draw(console, drawn)
-
-
-def _counts(found, lead):
-    from sweeps.commands.printing import table
-    from sweeps.maps.summary import share
-
-    statuses = list(dict.fromkeys(status for (_, status), number in found.table.items() if number))
-    made = table(lead, "points", "share", *statuses, right=tuple(range(1, 3 + len(statuses))))
-    for meaning in dict.fromkeys(m for m, _ in found.table):
-        numbers = [found.table[meaning, status] for status in statuses]
-        if sum(numbers):
-            row = [f"{n:,}" for n in (sum(numbers), *numbers)]
-            made.add_row(meaning.replace("_", " "), row[0], share(sum(numbers), found.points), *row[1:])
-    return made
-
-
-def _worst(ds, found, dims):
-    from sweeps.commands.printing import table
-    from sweeps.maps.selection import in_words
-    from sweeps.maps.summary import place
-
-    made = table("worst", "value", "where", right=(1,))
-    rows = [(_against(*pair), deviation.worst) for pair, deviation in found.deviations.items()]
-    for name, worst in (*rows, *found.checks.items()):
-        if worst.points:
-            where = ", ".join(f"{dim} {in_words(value)}" for dim, value in place(ds, worst.at).items() if dim in dims)
-            made.add_row(name, f"{worst.value:.2g}", where)
-    return made
-
-
-def _against(reference: str, name: str) -> str:
-    return f"{name} against {reference}, relative"
-
-
-def _draw(console, drawn) -> None:
-    from rich.text import Text
-
-    from sweeps.maps.selection import in_words
-
-    at = ", ".join(f"{dim} = {in_words(value)}" for dim, value in drawn.fixed.items())
-    axes = f"{drawn.y} upwards" + (f", {drawn.x} along" if drawn.x else "")
-    console.print(f"{drawn.flag}: {axes}" + (f"; {at}" if at else ""))
-    label = max(len(name) for name, _ in drawn.panels[0].rows)
-    wide = [max(len(panel.rows[0][1]), len(panel.title), len(" … ".join(panel.ends))) for panel in drawn.panels]
-    if drawn.panels[0].title:
-        console.print(" " * (label + 1) + "  ".join(p.title.ljust(w) for p, w in zip(drawn.panels, wide, strict=True)))
-    for number, (name, _) in enumerate(drawn.panels[0].rows):
-        line = Text(name.rjust(label) + " ")
-        for panel, width in zip(drawn.panels, wide, strict=True):
-            for character in panel.rows[number][1].ljust(width + 2):
-                line.append(character, drawn.colors.get(character, ""))
-        line.rstrip()
-        console.print(line, no_wrap=True, crop=False)
-    if drawn.x:
-        ends = [
-            panel.ends[0] + panel.ends[1].rjust(max(width - len(panel.ends[0]), len(panel.ends[1]) + 1))
-            for panel, width in zip(drawn.panels, wide, strict=True)
-        ]
-        console.print(" " * (label + 1) + "  ".join(ends), no_wrap=True, crop=False)
-    console.print("  ".join(f"{glyph} {meaning.replace('_', ' ')}" for glyph, meaning in drawn.legend.items()))

@@ -56,8 +56,8 @@ def _write(args, ds) -> None:
 
 
 def _say(args, found: list[dict]) -> None:
-    from sweeps.commands import printing
     from sweeps.systems.tumbling import wording
+    from sweeps.views import printing
 
     if args.json:
         printing.print_json(found)

@@ -21,13 +21,14 @@ MOST_PANELS = 4
 BINS = 60
 
 
-def draw(ds: xr.Dataset, specs: Mapping[str, Variable], look: "Look") -> Figure | None:
+def draw(ds: xr.Dataset, specs: Mapping[str, Variable], look: "Look", ax: Axes | None = None) -> Figure | None:
     """A row of scatter plots coloured by the leading flag, and below each the histogram of what is measured.
 
     Args:
         ds: a map with a dimension `point`.
         specs: name → variable, of the map's system.
         look: how the system's flags and parameters look.
+        ax: where; left out, on a figure of its own.
     """
     names = [name for name in own_of_points(ds) if np.ptp(ds[name].values) > 0][:2]
     flag, measured = _of_role(ds, specs, Role.HEADLINE), _of_role(ds, specs, Role.MEASUREMENT)
@@ -39,7 +40,7 @@ def draw(ds: xr.Dataset, specs: Mapping[str, Variable], look: "Look") -> Figure 
     part, along, panels = _panels(ds[chosen].isel(point=slice(None, None, stride)))
     subtitle = f"{ds.attrs.get('title', '')}:  {_drawn(ds.sizes['point'], stride)}".strip()
     width = 0.8 + 2.9 * len(panels)
-    figure = style.canvas(width, 6.4 if measured else 4.2, "Point by point", subtitle, footer=0.36)
+    figure = style.canvas(width, 6.4 if measured else 4.2, "Point by point", subtitle, footer=0.36, ax=ax)
     heights = (1.6, 1.0) if measured else (1.0,)
     axes = figure.subplots(len(heights), len(panels), squeeze=False, height_ratios=heights)
     colored = {value: look.color(meaning) or colors.GREY for value, meaning in flags(ds[flag]).items()}

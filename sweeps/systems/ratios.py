@@ -51,7 +51,7 @@ def draw(ax: Axes, ratio: np.ndarray, epsilon: np.ndarray, color: str) -> None:
             alpha=float(shade),
             zorder=2,
             gid="ratio",
-            label=rf"$\varepsilon$ = {groups[k][0]}",
+            label=rf"$\varepsilon$ = {groups[k][0]}" if len(groups) > 1 else None,
         )
     if len(groups) > 1:
         ax.legend(loc="upper left", fontsize="x-small", frameon=False, reverse=True)

@@ -218,7 +218,7 @@ class Dynamics(ABC):
         """The same for a map whose points are drawn or listed, and make no grid."""
         from sweeps.systems import cloud
 
-        return {"points": lambda: cloud.draw(ds, self.layout().variables, self.look)}
+        return {"points": lambda ax=None: cloud.draw(ds, self.layout().variables, self.look, ax)}
 
     def motion(
         self, point: Mapping[str, float], duration: float | None, samples: int | None, tolerance: float

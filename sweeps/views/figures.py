@@ -1,21 +1,19 @@
 """Pictures of a map: what it shows at a glance, how far it agrees with theory, where theory ends, and the flip."""
 
-import shutil
-import subprocess
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
-import matplotlib
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 from PIL import Image
 
-from sweeps import systems
+from sweeps import style, systems
 from sweeps.files import replaced, replaced_folder
 from sweeps.schema.refusals import RefusedError, hint, shortened
-from sweeps.style import STYLE
+from sweeps.views import films, svg, themes
+from sweeps.views.pdf import ScaledPages
 
 FRAME_MILLISECONDS = 60
 MAX_TITLE = 200  # characters, as of a definition's
@@ -43,9 +41,9 @@ def animations(ds: xr.Dataset) -> dict[str, Callable[[], list[Image.Image]]]:
 def _without(ds: xr.Dataset, draw: Callable, nothing: list | None) -> Callable:
     """What draws, or nothing where it shows a variable that the map's definition has left out."""
 
-    def drawn():
+    def drawn(*place):
         try:
-            return draw()
+            return draw(*place)
         except KeyError as missing:
             left_out = set(systems.of_map(ds).layout().variables) - set(ds.variables)
             if any(repr(name) in str(missing) for name in left_out):
@@ -55,31 +53,49 @@ def _without(ds: xr.Dataset, draw: Callable, nothing: list | None) -> Callable:
     return drawn
 
 
-def draw_all(ds: xr.Dataset, folder: str | Path, kind: str = "png", only: Sequence[str] = ()) -> Iterator[Path]:
-    """Draws the pictures of a map, and its animations as GIF, and as MP4 where ffmpeg is at hand.
+def draw_all(
+    ds: xr.Dataset,
+    folder: str | Path,
+    kind: str = "png",
+    only: Sequence[str] = (),
+    theme: str = "light",
+    sheet: style.Sheet = style.ITS_OWN,
+) -> Iterator[Path]:
+    """Draws the pictures of a map, and its animations as GIF, and as MP4 and WebM where ffmpeg is at hand.
 
     Reads only what they show, so a map larger than memory will do.
 
     Args:
         ds: a map, from `sweeps.open_map` or `sweeps.survey`.
         folder: where the files go; it is made where it is missing, and files of the same name are replaced.
-        kind: "png", or "svg" or "pdf", whose text stays text.
+        kind: "png", or "svg" or "pdf", whose text stays text; "mp4" or "webm" for the animations alone.
         only: names of pictures and animations, or how they begin; all where there is none.
+        theme: of `sweeps.views.themes`.
+        sheet: what the pictures are for.
 
     Yields:
         The path of each file, once all are written.
 
     Raises:
-        RefusedError: for a name that no picture of this map has.
+        RefusedError: for a name that no picture of this map has, and for a film where there is none to be made.
     """
-    folder, ds = Path(folder), _literal(ds)
+    folder, ds = Path(folder), literal(ds)
     still, moving = pictures(ds), animations(ds)
+    if kind in films.KINDS:
+        films.refuse_unless_made(kind, moving)
+        still = {}
     wanted = _named([*still, *moving], only)
     made = [(f"{name}.{kind}", _write, draw) for name, draw in still.items() if name in wanted]
     made += [(f"{name}.gif", _animate, frames) for name, frames in moving.items() if name in wanted]
-    with replaced_folder(folder) as temporary:
-        drawn = [name for name, write, draw in made if write(draw, temporary / name)]
-        drawn += [film.name for name in drawn if name.endswith(".gif") and (film := _film(temporary / name))]
+    with replaced_folder(folder) as temporary, style.drawn_for(sheet):
+        drawn = [name for name, write, draw in made if write(draw, temporary / name, theme)]
+        turned = [temporary / name for name in drawn if name.endswith(".gif")]
+        if kind in films.KINDS:
+            drawn = [film.name for each in turned for film in films.made(each, (kind,))]
+            for each in turned:
+                each.unlink()
+        else:
+            drawn += [film.name for each in turned for film in films.made(each)]
     yield from (folder / name for name in drawn)
 
 
@@ -92,7 +108,7 @@ def _named(names: Sequence[str], only: Sequence[str]) -> set[str]:
     return {name for name in names if not only or name.startswith(tuple(only))}
 
 
-def _literal(ds: xr.Dataset) -> xr.Dataset:
+def literal(ds: xr.Dataset) -> xr.Dataset:
     """The map with text that matplotlib draws as it stands: a dollar sign begins no formula."""
     names = {name: c.copy(data=[_plain(v) for v in c.values]) for name, c in ds.coords.items() if _is_named(c)}
     ds = ds.assign_coords(names).assign_attrs(title=_plain(_one_line(ds.attrs.get("title", ""))))
@@ -115,8 +131,8 @@ def _plain(value: object) -> object:
     return value.replace("$", r"\$") if isinstance(value, str) else value
 
 
-def _animate(frames: Callable[[], list[Image.Image]], path: Path) -> bool:
-    with matplotlib.rc_context(STYLE), np.errstate(all="ignore"):
+def _animate(frames: Callable[[], list[Image.Image]], path: Path, theme: str) -> bool:
+    with themes.drawing(theme), np.errstate(all="ignore"):
         pictures = frames()
     if not pictures:
         return False
@@ -126,34 +142,30 @@ def _animate(frames: Callable[[], list[Image.Image]], path: Path) -> bool:
     return True
 
 
-def _film(animation: Path) -> Path | None:
-    """The same as MP4 beside a GIF, where ffmpeg is at hand and knows how; None else."""
-    encoder = shutil.which("ffmpeg")
-    if encoder is None:
-        return None
-    film = animation.with_suffix(".mp4")
-    # even numbers of pixels and this order of colours are what every player shows; three times round
-    settings = ("-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white", "-pix_fmt", "yuv420p", "-movflags", "+faststart")
-    repeated = ("-stream_loop", "2", "-i", str(animation))
-    command = [encoder, "-nostdin", "-v", "error", "-y", *repeated, *settings, str(film)]
-    done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, check=False)
-    if done.returncode == 0 and film.is_file() and film.stat().st_size:
-        return film
-    film.unlink(missing_ok=True)  # an ffmpeg without this codec: the GIF is there
-    return None
-
-
-def _write(draw: Callable[[], Figure | None], path: Path) -> bool:
-    with matplotlib.rc_context(STYLE), warnings.catch_warnings(), np.errstate(all="ignore"):  # of numbers of any size
+def _write(draw: Callable[[], Figure | None], path: Path, theme: str) -> bool:
+    with warnings.catch_warnings(), np.errstate(all="ignore"):  # of numbers of any size
         # matplotlib's remarks on names in scripts that its font lacks, on axes without room, on limits without extent
         warnings.simplefilter("ignore", UserWarning)
         figure = draw()
         if figure is None:
             return False
         _raster(figure)
+        themes.apply(figure, theme)
         with replaced(path) as temporary:
-            figure.savefig(temporary, format=path.suffix[1:])
+            save(figure, temporary, path.suffix[1:])
     return True
+
+
+def save(figure: Figure, path: Path, kind: str) -> None:
+    """Writes a picture as large as it is wanted, with the fonts that it needs."""
+    scale = getattr(figure, "scale", 1.0)
+    if kind == "pdf" and scale != 1.0:
+        with ScaledPages(path, scale) as pages:
+            figure.savefig(pages, format="pdf")
+        return
+    figure.savefig(path, format=kind, **({"dpi": style.dots() * scale} if kind == "png" else {}))
+    if kind == "svg":
+        svg.embed(path, scale)
 
 
 def _raster(figure: Figure) -> None:

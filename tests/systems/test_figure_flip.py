@@ -98,7 +98,7 @@ def test_the_file_is_an_animation_that_moves(ds, tmp_path, monkeypatch):
         assert (one != other).any()
 
 
-@pytest.mark.parametrize(("status", "names"), [(0, ["flip.gif", "flip.mp4"]), (1, ["flip.gif"])])
+@pytest.mark.parametrize(("status", "names"), [(0, ["flip.gif", "flip.mp4", "flip.webm"]), (1, ["flip.gif"])])
 def test_a_film_stands_beside_it_where_an_encoder_can_make_one(ds, tmp_path, monkeypatch, status, names):
     encoder = tmp_path / "bin" / "ffmpeg"
     encoder.parent.mkdir()

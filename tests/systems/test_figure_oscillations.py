@@ -97,7 +97,7 @@ def test_theory_against_measured_lists_the_regimes_that_are_there():
     ds = a_map(square, np.full(square.shape, STABLE))
     ds["omega_squared"] = ds["omega_squared"] * (1 + 1e-10)
     figure = figure_oscillations.draw_agreement(ds)
-    assert listed(figure) == ["stable", "error", "promised"]
+    assert listed(figure) == ["error", "stable", "promised"]
     (share,) = (line for ax in figure.axes for line in ax.lines if line.get_gid() == "cumulative")
     np.testing.assert_allclose(share.get_xdata(), 0.25, rtol=1e-5)  # 0.5e-10 over 2e-10
 

@@ -23,7 +23,7 @@ from sweeps.systems.rigid_body import (
     fits,
     wording,
 )
-from sweeps.views import figures
+from sweeps.views import figures, films
 
 GRIDS = {
     "one point": {"axes": [2], "grid": {"I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": -3.0}},
@@ -98,7 +98,7 @@ def styled():
 def few_frames(monkeypatch):
     """The animation has its own tests."""
     monkeypatch.setattr(figure_flip, "FRAMES", 3)
-    monkeypatch.setattr(figures, "_film", lambda animation: None)
+    monkeypatch.setattr(films, "encoder", lambda: None)
 
 
 def drawn(axes, gid):
@@ -127,7 +127,7 @@ def of_a_grid(tiny, tmp_path_factory):
     write_map(tiny, folder.parents[1] / "map.nc")
     with open_map(folder.parents[1] / "map.nc") as ds, matplotlib.rc_context(), pytest.MonkeyPatch.context() as patch:
         patch.setattr(figure_flip, "FRAMES", 3)
-        patch.setattr(figures, "_film", lambda animation: None)
+        patch.setattr(films, "encoder", lambda: None)
         patch.setitem(figure_style.STYLE, "savefig.dpi", COARSE)
         matplotlib.rcdefaults()
         before = dict(matplotlib.rcParams)

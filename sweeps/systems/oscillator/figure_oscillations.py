@@ -8,7 +8,6 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from kernels.statuses import STATUSES
@@ -22,7 +21,6 @@ MOST_POINTS = 40_000
 PROMISED, LEAST_RATE = 1e-6, 1e-3  # relative, and how small ω² may be beside the scale's square
 LEAST_DRAWN = 1e-17
 COLORS = {"stable": colors.STABLE, "unstable": colors.UNSTABLE, "marginal": colors.INK}
-DOT = {"linestyle": "none", "marker": "o", "markersize": 4.0}  # in a legend
 MISSING = "#e6e6e6"
 MOST_DEVIATION = 1e9  # larger ones stand at the edge
 ROUNDING = 1e-12  # of ω²/scale²: what is below is no sign
@@ -30,7 +28,7 @@ MOST_DOTS = 1000  # marginal points of a panel; more stand on a coarser lattice
 LEAST_WIDTH = 5.4  # inches, for the title
 
 
-def draw(ds: xr.Dataset) -> Figure:
+def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     """A panel for every equilibrium and mode, and for one coordinate the equilibria's places."""
     x, y = _axes_of(ds)
     part = _thinned(ds, x, y)
@@ -42,7 +40,7 @@ def draw(ds: xr.Dataset) -> Figure:
     rows = math.ceil(count / columns)
     width = max(LEAST_WIDTH, 1.0 + 3.3 * columns)
     subtitle = style.wrapped(_subtitle(ds, part), width)
-    figure = style.canvas(width, 1.5 + 2.7 * rows, ds.attrs.get("title", ""), subtitle, 0.36)
+    figure = style.canvas(width, 1.5 + 2.7 * rows, ds.attrs.get("title", ""), subtitle, 0.36, ax=ax)
     axes = np.atleast_1d(figure.subplots(rows, columns)).ravel()
     image = None
     for ax, (e, m) in zip(axes, panels, strict=False):
@@ -56,7 +54,7 @@ def draw(ds: xr.Dataset) -> Figure:
     if y:
         bar = figure.colorbar(image, ax=axes[: len(panels)].tolist(), shrink=0.9, aspect=30, pad=0.02)
         bar.set_label("measured $\\omega^2$ / rate scale$^2$\nabove 0 stable, below unstable", fontsize=8)
-    style.legend(figure, _handles(figure, y))
+    style.legend(figure, _missing(figure))
     return figure
 
 
@@ -128,10 +126,11 @@ def _map(ax, one, x, y):
     if np.nanmin(theory, initial=0.0) < -ROUNDING and np.nanmax(theory, initial=0.0) > ROUNDING:
         line = ax.contour(one[x].values, one[y].values, theory, levels=[0.0], colors=colors.INK, linewidths=1.0)
         line.set_gid("theory")
+        ax.plot([], [], color=colors.INK, linewidth=1.0, label=r"theory: $\omega^2 = 0$")
     rows, columns = _few_dots(*np.nonzero(one["regime"].values == REGIMES.index("marginal") - 1))
     look = {"linestyle": "none", "marker": "o", "markersize": 2.0, "color": colors.INK, "markeredgewidth": 0.0}
     if rows.size:
-        ax.plot(one[x].values[columns], one[y].values[rows], gid="marginal", **look)
+        ax.plot(one[x].values[columns], one[y].values[rows], gid="marginal", label="marginal", **look)
     _scale(ax.xaxis, one[x].values)
     _scale(ax.yaxis, one[y].values)
     ax.set(xlabel=_label(one, x), ylabel=_label(one, y))
@@ -149,12 +148,12 @@ def _lines(ax, one, x):
     """Measured signed ω² as dots on theory's line, where one parameter varies."""
     at = one[x].values
     ax.axhline(0.0, color=colors.FAINT, linewidth=0.8)
-    ax.plot(at, one["theory"].values, color=colors.INK, linewidth=0.9, gid="theory")
+    ax.plot(at, one["theory"].values, color=colors.INK, linewidth=0.9, gid="theory", label="theory")
     for k, name in enumerate(REGIMES[1:]):
         chosen = one["regime"].values == k
         look = {"linestyle": "none", "marker": "o", "markersize": 3.0, "markeredgewidth": 0.0}
         if chosen.any():
-            ax.plot(at[chosen], one["measured"].values[chosen], color=COLORS[name], gid=name, **look)
+            ax.plot(at[chosen], one["measured"].values[chosen], color=COLORS[name], gid=name, label=name, **look)
     _scale(ax.xaxis, at)
     ax.set(xlabel=_label(one, x), ylabel=r"$\omega^2$ / rate scale$^2$")
     return None
@@ -170,7 +169,8 @@ def _places(ax, part, name, x, y):
             chosen = one["regime"].values == k
             look = {"linestyle": "none", "marker": "o", "markersize": 2.6, "markeredgewidth": 0.0}
             if chosen.any():
-                ax.plot(one[x].values[chosen], one[name].values[chosen], color=COLORS[regime], gid=regime, **look)
+                look |= {"color": COLORS[regime], "gid": regime, "label": regime}
+                ax.plot(one[x].values[chosen], one[name].values[chosen], **look)
     _scale(ax.xaxis, row[x].values)
     title = "places" if not y else f"places, {_fixed(part, y)}"
     ax.set_title(title, loc="left")
@@ -178,23 +178,15 @@ def _places(ax, part, name, x, y):
     ax.set(xlabel=_label(part, x), ylabel=name.removesuffix("_equilibrium") + (f"  ({unit})" if unit else ""))
 
 
-def _handles(figure, y):
-    """A handle for each kind of thing that stands in the figure."""
-    artists = [artist for ax in figure.axes for artist in (*ax.lines, *ax.collections)]
-    drawn = {artist.get_gid() for artist in artists}
-    handles = []
-    if "theory" in drawn:
-        handles.append(
-            Line2D([], [], color=colors.INK, linewidth=1.0, label=r"theory: $\omega^2 = 0$" if y else "theory")
-        )
-    handles += [Line2D([], [], color=COLORS[name], label=name, **DOT) for name in REGIMES[1:] if name in drawn]
-    meshes = (artist.get_array() for artist in artists if artist.get_gid() == "measured")
-    if any(np.ma.getmaskarray(mesh).any() for mesh in meshes):
-        handles.append(Patch(facecolor=MISSING, label="no such equilibrium"))
-    return handles
+def _missing(figure):
+    """What stands for cells without a value, where there are any."""
+    meshes = [artist for ax in figure.axes for artist in ax.collections if artist.get_gid() == "measured"]
+    if any(np.ma.getmaskarray(mesh.get_array()).any() for mesh in meshes):
+        return [Patch(facecolor=MISSING, label="no such equilibrium")]
+    return []
 
 
-def draw_agreement(ds: xr.Dataset) -> Figure | None:
+def draw_agreement(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     """Deviations of the measured ω² from theory: over their errors above, relative ones below; None without a point.
 
     Below over the size of ω² beside the scale, each with its error as a dash.
@@ -212,20 +204,16 @@ def draw_agreement(ds: xr.Dataset) -> Figure | None:
     promised = known & (size >= LEAST_RATE)
     worst = deviation[promised].max() if promised.any() else math.nan
     found = f"largest where ω² ≥ 10⁻³ scale²: {style.number(float(worst), 2)}" if promised.any() else ""
-    figure = style.canvas(6.4, 6.6, ds.attrs.get("title", ""), f"Measured ω² against theory;  {found}", 0.36)
+    figure = style.canvas(6.4, 6.6, ds.attrs.get("title", ""), f"Measured ω² against theory;  {found}", 0.36, ax=ax)
     upper, ax = figure.subplots(2, 1, height_ratios=(1.0, 1.5))
     upper.set(xscale="log", ylabel="points", xlabel="deviation from theory / error  (dimensionless)")
     ratios.draw(upper, ratio[known], epsilon.values.ravel()[::stride][known], colors.STABLE)
     with np.errstate(all="ignore"):
         bars = np.maximum(error / np.abs(theory), LEAST_DRAWN)
     dash = {"linestyle": "none", "marker": "_", "markersize": 4, "color": ratios.ERROR, "rasterized": True}
-    ax.plot(size[known], bars[known], gid="error", zorder=1, **dash)
+    ax.plot(size[known], bars[known], gid="error", label="error", zorder=1, **dash)
     _draw_deviations(ax, size, deviation, known, regime)
-    shown = {line.get_gid() for line in ax.lines}
-    handles = [Line2D([], [], color=COLORS[name], label=name, **DOT) for name in REGIMES[1:] if name in shown]
-    handles.append(Line2D([], [], color=ratios.ERROR, label="error"))
-    handles.append(Line2D([], [], color=colors.INK, linestyle=(0, (4, 2)), label="promised"))
-    style.legend(figure, handles)
+    style.legend(figure)
     return figure
 
 
@@ -236,9 +224,11 @@ def _draw_deviations(ax: Axes, size, deviation, known, regime) -> None:
         look = {"linestyle": "none", "marker": "o", "markersize": 2.2, "markeredgewidth": 0.0, "alpha": 0.4}
         drawn = np.clip(deviation[chosen], LEAST_DRAWN, MOST_DEVIATION)
         if chosen.any():
-            ax.plot(size[chosen], drawn, color=COLORS[name], gid=name, rasterized=True, **look)
+            ax.plot(size[chosen], drawn, color=COLORS[name], gid=name, label=name, rasterized=True, **look)
     ends = (LEAST_RATE, max(2.0, size[known].max()))
-    ax.plot(ends, (PROMISED, PROMISED), color=colors.INK, linewidth=1.0, linestyle=(0, (4, 2)), gid="bar")
+    ax.plot(
+        ends, (PROMISED, PROMISED), color=colors.INK, linewidth=1.0, linestyle=(0, (4, 2)), gid="bar", label="promised"
+    )
     most = min(max(1e-5, 3 * deviation[known].max()), MOST_DEVIATION)
     ax.set(xscale="log", yscale="log", ylim=(LEAST_DRAWN / 2, most))
     ax.set_xlabel(r"$|\omega^2|$ of theory / rate scale$^2$  (dimensionless)")

@@ -249,8 +249,8 @@ class Oscillator(Dynamics):
         from sweeps.systems.oscillator import figure_oscillations
 
         return {
-            "oscillations": lambda: figure_oscillations.draw(ds),
-            "theory_against_measured": lambda: figure_oscillations.draw_agreement(ds),
+            "oscillations": lambda ax=None: figure_oscillations.draw(ds, ax),
+            "theory_against_measured": lambda ax=None: figure_oscillations.draw_agreement(ds, ax),
         }
 
     def __reduce__(self) -> tuple[Any, ...]:

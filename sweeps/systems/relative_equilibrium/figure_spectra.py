@@ -7,7 +7,6 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap, to_rgb
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from kernels.statuses import STATUSES
@@ -25,7 +24,7 @@ ROUNDING = 1e-12  # of a margin's largest: what is below is no sign
 STEADY = ("asymptotically_stable", "stable", "marginal")  # regimes inside theory's boundary
 
 
-def draw(ds: xr.Dataset) -> Figure:
+def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     """A panel for every equilibrium and, where a third parameter is varied, for the ends of its range."""
     x, y, third = _axes_of(ds)
     part = _thinned(ds, x, y, third)
@@ -35,7 +34,7 @@ def draw(ds: xr.Dataset) -> Figure:
     rows = math.ceil(len(panels) / columns)
     size = (1.2 + 3.9 * columns, 1.6 + 3.2 * rows)
     subtitle = style.wrapped(_subtitle(ds, part, third), size[0])
-    figure = style.canvas(*size, ds.attrs.get("title", ""), subtitle, 0.36)
+    figure = style.canvas(*size, ds.attrs.get("title", ""), subtitle, 0.36, ax=ax)
     axes = np.atleast_1d(figure.subplots(rows, columns)).ravel()
     for ax, (e, z) in zip(axes, panels, strict=False):
         one = part.sel(equilibrium=e)
@@ -49,7 +48,7 @@ def draw(ds: xr.Dataset) -> Figure:
             _lines(ax, one, x)
     for ax in axes[len(panels) :]:
         ax.set_axis_off()
-    style.legend(figure, _handles(figure, bool(y)))
+    style.legend(figure, _kinds(figure))
     return figure
 
 
@@ -128,6 +127,7 @@ def _map(ax, one, x, y):
         if np.nanmin(margin, initial=0.0) < -rounding and np.nanmax(margin, initial=0.0) > rounding:
             look = {"levels": [0.0], "colors": colors.INK, "linewidths": 1.1}
             ax.contour(one[x].values, one[y].values, margin, **look).set_gid("theory")
+            ax.plot([], [], color=colors.INK, linewidth=1.1, label="theory's boundary")
     _scale(ax.xaxis, one[x].values)
     _scale(ax.yaxis, one[y].values)
     ax.set(xlabel=_label(one, x), ylabel=_label(one, y))
@@ -153,36 +153,29 @@ def _lines(ax, one, x):
     """The measured growth rate as dots on theory's line, where one parameter varies."""
     at = one[x].values
     ax.axhline(0.0, color=colors.FAINT, linewidth=0.8)
-    ax.plot(at, one["growth_rate_theory"].values, color=colors.INK, linewidth=0.9, gid="theory")
+    ax.plot(at, one["growth_rate_theory"].values, color=colors.INK, linewidth=0.9, gid="theory", label="theory")
     for k, name in enumerate(REGIMES[1:]):
         chosen = one["regime"].values == k
         look = {"linestyle": "none", "marker": "o", "markersize": 3.0, "markeredgewidth": 0.0}
         if chosen.any():
-            ax.plot(at[chosen], one["growth_rate"].values[chosen], color=LOOK.color(name), gid=name, **look)
+            look |= {"color": LOOK.color(name), "gid": name, "label": LOOK.words(name)}
+            ax.plot(at[chosen], one["growth_rate"].values[chosen], **look)
     _scale(ax.xaxis, at)
     ax.set(xlabel=_label(one, x), ylabel=_label(one, "growth_rate"))
 
 
-def _handles(figure, has_map):
-    """A handle for each kind of thing that stands in the figure."""
-    artists = [artist for ax in figure.axes for artist in (*ax.lines, *ax.collections)]
-    codes = [np.ma.asarray(artist.get_array()) for artist in artists if artist.get_gid() == "measured"]
-    drawn = {artist.get_gid() for artist in artists}
-    drawn |= {REGIMES[1 + int(code) // SHADES] for mesh in codes for code in np.unique(mesh.compressed())}
-    handles = []
-    if "theory" in drawn:
-        label = "theory's boundary" if has_map else "theory"
-        handles.append(Line2D([], [], color=colors.INK, linewidth=1.1, label=label))
-    dot = {"linestyle": "none", "marker": "s" if has_map else "o", "markersize": 5.0, "markeredgewidth": 0.0}
-    for name in REGIMES[1:]:
-        if name in drawn:
-            handles.append(Line2D([], [], color=LOOK.color(name), label=LOOK.words(name), **dot))
+def _kinds(figure):
+    """What stands for each regime in the maps, and for cells without one."""
+    meshes = [artist for ax in figure.axes for artist in ax.collections if artist.get_gid() == "measured"]
+    codes = [np.ma.asarray(mesh.get_array()) for mesh in meshes]
+    drawn = {REGIMES[1 + int(code) // SHADES] for mesh in codes for code in np.unique(mesh.compressed())}
+    handles = [Patch(facecolor=LOOK.color(name), label=LOOK.words(name)) for name in REGIMES[1:] if name in drawn]
     if any(np.ma.getmaskarray(mesh).any() for mesh in codes):
         handles.append(Patch(facecolor=MISSING, label="not told"))
     return handles
 
 
-def draw_agreement(ds: xr.Dataset) -> Figure | None:
+def draw_agreement(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     """Distance of measured eigenvalues from theory's beside their errors, both over the scale; None without a point."""
     names = ("eigenvalue_real", "eigenvalue_imag")
     stride = max(1, math.ceil(ds["regime"].size / MOST_POINTS))
@@ -196,27 +189,22 @@ def draw_agreement(ds: xr.Dataset) -> Figure | None:
         return None
     covered = float((off[known] <= error[known]).mean())
     told = f"{100 * covered:.2f} % of {known.sum():,} within their errors"
-    figure = style.canvas(6.4, 4.6, ds.attrs.get("title", ""), f"Measured eigenvalues against theory;  {told}", 0.36)
+    figure = style.canvas(
+        6.4, 4.6, ds.attrs.get("title", ""), f"Measured eigenvalues against theory;  {told}", 0.36, ax=ax
+    )
     ax: Axes = figure.subplots()
     for k, name in enumerate(REGIMES[1:]):
         chosen = known & (regime == k)
         look = {"linestyle": "none", "marker": "o", "markersize": 2.2, "markeredgewidth": 0.0, "alpha": 0.4}
-        drawn = np.maximum(off[chosen], LEAST_DRAWN)
-        ax.plot(error[chosen], drawn, color=LOOK.color(name), gid=name, rasterized=True, **look)
+        if chosen.any():
+            look |= {"color": LOOK.color(name), "gid": name, "label": LOOK.words(name), "rasterized": True}
+            ax.plot(error[chosen], np.maximum(off[chosen], LEAST_DRAWN), **look)
     ends = (error[known].min() / 2, error[known].max() * 2)
-    ax.plot(ends, ends, color=colors.INK, linewidth=1.0, linestyle=(0, (4, 2)), gid="bar")
+    ax.plot(ends, ends, color=colors.INK, linewidth=1.0, linestyle=(0, (4, 2)), gid="bar", label="the error told")
     ax.set(xscale="log", yscale="log", xlim=ends, ylim=(LEAST_DRAWN / 2, max(ends[1], 1e-12)))
     ax.set_xlabel("error told / rate scale  (dimensionless)")
     ax.set_ylabel("distance from theory / rate scale  (dimensionless)")
     ax.grid(axis="y", color=colors.FAINT, linewidth=0.5, alpha=0.7)
     ax.set_axisbelow(True)
-    dot = {"linestyle": "none", "marker": "o", "markersize": 4.0}
-    present = np.unique(regime[known])
-    handles = [
-        Line2D([], [], color=LOOK.color(n), label=LOOK.words(n), **dot)
-        for k, n in enumerate(REGIMES[1:])
-        if k in present
-    ]
-    handles.append(Line2D([], [], color=colors.INK, linestyle=(0, (4, 2)), label="the error told"))
-    style.legend(figure, handles)
+    style.legend(figure)
     return figure

@@ -192,8 +192,8 @@ class RelativeEquilibrium(oscillator.Oscillator):
         from sweeps.systems.relative_equilibrium import figure_spectra
 
         return {
-            "stability": lambda: figure_spectra.draw(ds),
-            "theory_against_measured": lambda: figure_spectra.draw_agreement(ds),
+            "stability": lambda ax=None: figure_spectra.draw(ds, ax),
+            "theory_against_measured": lambda ax=None: figure_spectra.draw_agreement(ds, ax),
         }
 
     def __reduce__(self) -> tuple[Any, ...]:

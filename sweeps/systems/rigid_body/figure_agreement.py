@@ -4,8 +4,6 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
 from sweeps import colors, style
 from sweeps.systems import ratios
@@ -17,12 +15,18 @@ EXACT = 1e-17  # where a deviation of exactly 0 is drawn on a logarithmic axis
 IMPOSSIBLE = "#a6a9ad"
 MOST_ERROR_POINTS = 3000  # beyond, their middle 90 % as a band
 BINS = 48
+WORDS = {  # group of points → what the legend says of it; of the others nothing
+    "impossible": "body cannot exist",
+    "short_window": LOOK.words("short_window"),
+    "not_converged": LOOK.words("not_converged"),
+    "opposite": "sign differs from theory",
+}
 
 
-def draw(ds: xr.Dataset) -> Figure:
+def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     """Oscillations left, growth right; deviations over errors above, relative ones below."""
     found = agreement(ds)
-    figure = style.canvas(8.6, 6.8, "Measured against linear theory", _subtitle(ds, found), footer=0.36)
+    figure = style.canvas(8.6, 6.8, "Measured against linear theory", _subtitle(ds, found), footer=0.36, ax=ax)
     axes = figure.subplots(2, 2, height_ratios=(1.0, 1.35))
     sides = ((1.0, colors.STABLE, "oscillates", r"frequency $\Omega$"), (-1.0, colors.UNSTABLE, "grows", "growth rate"))
     for column, (sign, color, verb, name) in zip(axes.T, sides, strict=True):
@@ -34,7 +38,7 @@ def draw(ds: xr.Dataset) -> Figure:
         column[1].set_ylabel("relative deviation  (dimensionless)")
     _share_deviations(axes[1], found)
     figure.align_ylabels(axes)
-    _legend(figure, found)
+    style.legend(figure)
     return figure
 
 
@@ -116,7 +120,10 @@ def _side(column, found: Agreement, sign: float, color: str) -> None:
     _draw_errors(lower, theory, found.error, side & masks["ok"])
     for name, look in _looks(color, side.size).items():
         at = side & masks[name]
+        if not at.any():
+            continue
         order = {"linestyle": "none", "zorder": 2.0 if name == "impossible" else 3.0, "gid": name}
+        order |= {"label": f"{WORDS[name]} ({int(masks[name].sum()):,})"} if name in WORDS else {}
         lower.plot(theory[at], np.maximum(found.deviation[at], EXACT), **look, **order)
     style.plain_log_ticks(lower.xaxis)
 
@@ -126,7 +133,7 @@ def _draw_errors(ax: Axes, theory, error, at) -> None:
     at = at & np.isfinite(error) & (error > 0)
     if np.count_nonzero(at) <= MOST_ERROR_POINTS:
         look = {"marker": "_", "markersize": 6, "markeredgewidth": 1.2, "color": ratios.ERROR, "linestyle": "none"}
-        ax.plot(theory[at], np.maximum(error[at], EXACT), zorder=1, gid="error", **look)
+        ax.plot(theory[at], np.maximum(error[at], EXACT), zorder=1, gid="error", label="relative error", **look)
         return
     x, y = np.log(theory[at]), error[at]
     cuts = np.linspace(x.min() - 1e-9, x.max() + 1e-9, BINS + 1)
@@ -135,7 +142,8 @@ def _draw_errors(ax: Axes, theory, error, at) -> None:
     for i in np.unique(which):
         low[i], high[i] = np.percentile(y[which == i], (5, 95))
     low, high = (np.maximum(v, EXACT) for v in (low, high))
-    ax.fill_between(np.exp(cuts), low, high, step="post", color=ratios.ERROR, alpha=0.6, lw=0, zorder=1, gid="error")
+    look = {"color": ratios.ERROR, "alpha": 0.6, "lw": 0, "zorder": 1, "gid": "error"}
+    ax.fill_between(np.exp(cuts), low, high, step="post", label="relative error, middle 90 %", **look)
 
 
 def _share_deviations(axes, found: Agreement) -> None:
@@ -152,24 +160,3 @@ def _share_deviations(axes, found: Agreement) -> None:
             ticks = [t for t in 10.0 ** np.arange(-16, 6, 2) if t < ax.get_ylim()[1]]
             ax.set_yticks([EXACT, *ticks], ["0", *(style.power(round(np.log10(t))) for t in ticks)])
             ax.minorticks_off()
-
-
-def _legend(figure: Figure, found: Agreement) -> None:
-    masks = groups(found)
-    looks = _looks(colors.QUIET, 10)
-    words = {
-        "impossible": "body cannot exist",
-        "short_window": LOOK.words("short_window"),
-        "not_converged": LOOK.words("not_converged"),
-        "opposite": "sign differs from theory",
-    }
-    handles = [
-        Line2D([], [], linestyle="none", label=f"{word} ({int(masks[name].sum()):,})", **looks[name])
-        for name, word in words.items()
-        if masks[name].any()
-    ]
-    errors = [artist for ax in figure.axes for artist in (*ax.collections, *ax.lines) if artist.get_gid() == "error"]
-    if errors:
-        label = "relative error" + (", middle 90 %" if any(not isinstance(a, Line2D) for a in errors) else "")
-        handles += [Patch(facecolor=ratios.ERROR, alpha=0.8, label=label)]
-    style.legend(figure, handles)

@@ -31,7 +31,7 @@ OBSERVED = {
 OFFSETS = {1: -0.24, 2: 0.0, 3: 0.24}
 
 
-def draw(ds: xr.Dataset) -> Figure:
+def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     """Rates relative to the spin for each body and axis, times to grow and flip, and observed periods in days."""
     part = _selected(ds)
     known = periods(ds.sel(body=part["body"].values))
@@ -40,7 +40,7 @@ def draw(ds: xr.Dataset) -> Figure:
     height = 2.0 + max(0.46 * rows, PERIOD_INCHES * len(observed), 1.0)
     width = 13.4 if observed else 9.2
     some = f";  periods of {len(observed)} of {len(known)}" if len(observed) < len(known) else ""
-    figure = style.canvas(width, height, "Bodies: measured rates", _subtitle(ds, part) + some, footer=0.36)
+    figure = style.canvas(width, height, "Bodies: measured rates", _subtitle(ds, part) + some, footer=0.36, ax=ax)
     axes = figure.subplots(1, 2, width_ratios=(1.05, 1.0)) if observed else [figure.subplots()]
     _rates(axes[0], part)
     _times(axes[0], part)

@@ -17,13 +17,13 @@ LOOKS = {1: "-", 2: (0, (5, 1.6)), 3: (0, (1.2, 1.2))}
 SMALLEST_DRAWN = 1e-16
 
 
-def draw(ds: xr.Dataset) -> Figure:
+def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     """|Ω²/Ω²_theory − 1| against ε for each body and axis: oscillating, growing, and a table of fitted exponents."""
     chosen, total = bodies(ds)
     found = breakdown(chosen).assign(theory=chosen["omega_squared_theory"].isel(epsilon=0))
     rows = chosen.sizes["body"]
     height = max(4.9, 2.4 + 0.27 * rows)
-    figure = style.canvas(11.8, height, "How far linear theory holds", _subtitle(ds, total, found))
+    figure = style.canvas(11.8, height, "How far linear theory holds", _subtitle(ds, total, found), ax=ax)
     left, right, table = figure.subplots(1, 3, width_ratios=(1.0, 1.0, 1.16))
     right.sharey(left)
     right.sharex(left)

@@ -107,12 +107,12 @@ class Scene:
         return float(self.half().mean())
 
 
-def draw(ds: xr.Dataset) -> Figure | None:
+def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     """The polhodes of the most asymmetric body of a map that can exist; None where each has two equal moments."""
     body = chosen(ds)
     if body is None:
         return None
-    figure = style.canvas(7.6, 6.3, "Polhodes", _subtitle(ds, body), footer=0.36)
+    figure = style.canvas(7.6, 6.3, "Polhodes", _subtitle(ds, body), footer=0.36, ax=ax)
     ax = figure.subplots()
     scene = Scene.of(body.moments)
     ax.set_axis_off()

@@ -7,7 +7,6 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, PathPatch
 from matplotlib.path import Path as Outline
 
@@ -105,12 +104,13 @@ def boundaries(axis: int, window: Mapping[str, tuple[float, float]], fixed: Mapp
 # The pictures
 
 
-def draw(ds: xr.Dataset, axis: int) -> Figure | None:
+def draw(ds: xr.Dataset, axis: int, ax: Axes | None = None) -> Figure | None:
     """The stability picture about one axis: a map over two moments, a curve over one, None where none varies.
 
     Args:
         ds: a map over a grid of moments.
         axis: spin axis, 1, 2 or 3.
+        ax: where; left out, on a figure of its own.
     """
     shown, fixed = planes(ds)
     if not shown:
@@ -118,7 +118,10 @@ def draw(ds: xr.Dataset, axis: int) -> Figure | None:
     part = _slice(ds, axis, shown, fixed)
     title = f"Spin about axis {axis}: measured stability"
     subtitle = f"{ds.attrs.get('title', '')}\n{settings(fixed)}".strip()
-    return (_map if len(shown) == 2 else _curve)(part, axis, shown, fixed, title, subtitle)
+    if len(shown) == 2:
+        figure = style.canvas(6.4, 5.9, title, subtitle, footer=0.36, ax=ax)
+        return _map(figure, part, axis, shown, fixed)
+    return _curve(style.canvas(6.4, 4.8, title, subtitle, footer=0.56, ax=ax), part, axis, shown, fixed)
 
 
 def _slice(ds: xr.Dataset, axis: int, shown: tuple[str, ...], fixed: Mapping[str, float]) -> xr.Dataset:
@@ -131,20 +134,20 @@ def _slice(ds: xr.Dataset, axis: int, shown: tuple[str, ...], fixed: Mapping[str
     return part.assign(signed_rate=signed_rate(part["omega_squared"], fixed["omega0"]))
 
 
-def _map(part, axis, shown, fixed, title, subtitle) -> Figure:
-    figure = style.canvas(6.4, 5.9, title, subtitle, footer=0.36)
+def _map(figure, part, axis, shown, fixed) -> Figure:
     ax = figure.add_subplot()
     x, y = (style.edges(part[name].values) for name in shown)
     mesh = _paint(ax, x, y, part)
     _set_axes(ax, part, shown, x, y)
-    handles = _hatch(ax, x, y, part["triangle_margin"].values < 0)
-    handles += _vanishing(part) + _missing(part) + _mark_untrusted(ax, part, shown)
+    (third,) = set(MOMENTS) - set(shown)
+    _hatch(ax, x, y, part, fixed[third])
+    _mark_untrusted(ax, part, shown)
     window = {name: (e[0], e[-1]) for name, e in zip(shown, (x, y), strict=True)}
     lines = boundaries(axis, window, fixed)
     _draw_boundaries(ax, lines, shown)
     _name_regions(ax, part, shown, lines)
     _color_bar(figure, ax, mesh)
-    style.legend(figure, handles)
+    style.legend(figure, _vanishing(part) + _missing(part))
     _turn_labels(figure, ax)
     return figure
 
@@ -180,36 +183,34 @@ def runs(mask: np.ndarray) -> list[tuple[int, int, int]]:
     return list(zip(rows.tolist(), first.tolist(), after.tolist(), strict=True))
 
 
-def _hatch(ax: Axes, x, y, impossible: np.ndarray) -> list:
-    """Hatches cells of shape (y, x) as one outline, so that the hatching runs on across them."""
-    if not impossible.any():
-        return []
-    boxes = [
-        [(x[low], y[row]), (x[high], y[row]), (x[high], y[row + 1]), (x[low], y[row + 1]), (x[low], y[row])]
-        for row, low, high in runs(impossible)
-    ]
-    codes = [Outline.MOVETO, Outline.LINETO, Outline.LINETO, Outline.LINETO, Outline.CLOSEPOLY] * len(boxes)
-    outline = Outline(np.concatenate(boxes), codes)
+def _hatch(ax: Axes, x, y, part: xr.Dataset, third: float) -> None:
+    """Hatches what cannot exist, up to the line on which one moment is the sum of both others.
+
+    Of two moments p and q and a third, r: q below |p − r|, and q above p + r.
+    """
+    if not (part["triangle_margin"].values < 0).any():
+        return
+    at = np.unique(np.append(_between(ax.get_xscale(), x[0], x[-1]), np.clip(third, x[0], x[-1])))
+    low, high = np.clip(np.abs(at - third), y[0], y[-1]), np.clip(at + third, y[0], y[-1])
+    parts = [_filled(at, np.full_like(at, y[0]), low), _filled(at, high, np.full_like(at, y[-1]))]
+    outline = Outline.make_compound_path(*parts)
     ax.add_patch(PathPatch(outline, facecolor="white", alpha=0.55, linewidth=0))
     look = {"facecolor": "none", "edgecolor": "#55585c", "linewidth": 0.0, "hatch": "/////"}
-    ax.add_patch(PathPatch(outline, gid="impossible", **look))
-    ax.add_patch(PathPatch(_border(x, y, impossible), facecolor="none", edgecolor="#55585c", linewidth=0.7))
-    return [Patch(label="cannot exist: a moment above the others' sum", **(look | {"linewidth": 0.7}))]
+    label = "cannot exist: a moment above the others' sum"
+    ax.add_patch(PathPatch(outline, gid="impossible", label=label, **look))
+    line = {"color": "#55585c", "linewidth": 0.9, "gid": "triangle"}
+    for edge in (low, high):
+        ax.plot(at, np.where((edge > y[0]) & (edge < y[-1]), edge, np.nan), **line)
 
 
-def _border(x, y, mask: np.ndarray) -> Outline:
-    """The sides between cells of a mask and cells outside it."""
-    sides = [((x[c], y[r]), (x[c], y[r + 1])) for r, c in _steps(mask)]
-    sides += [((x[c], y[r]), (x[c + 1], y[r])) for c, r in _steps(mask.T)]
-    if not sides:
-        return Outline(np.empty((0, 2)))
-    return Outline(np.concatenate(sides), [Outline.MOVETO, Outline.LINETO] * len(sides))
+def _between(scale: str, low: float, high: float) -> np.ndarray:
+    return (np.geomspace if scale == "log" else np.linspace)(low, high, 400)
 
 
-def _steps(mask: np.ndarray) -> list[tuple[int, int]]:
-    """(row, edge) of the inner edges along each row at which a mask changes."""
-    rows, edges = np.nonzero(mask[:, 1:] != mask[:, :-1])
-    return list(zip(rows.tolist(), (edges + 1).tolist(), strict=True))
+def _filled(at: np.ndarray, low: np.ndarray, high: np.ndarray) -> Outline:
+    """The region between two curves."""
+    corners = np.column_stack([np.append(at, at[::-1]), np.append(low, high[::-1])])
+    return Outline(np.vstack([corners, corners[:1]]), closed=True)
 
 
 def _vanishing(part: xr.Dataset) -> list:
@@ -223,9 +224,8 @@ def _missing(part: xr.Dataset) -> list:
     return [Patch(facecolor=MISSING, label=f"no value ({missing:,})")] if missing else []
 
 
-def _mark_untrusted(ax: Axes, part: xr.Dataset, shown) -> list:
+def _mark_untrusted(ax: Axes, part: xr.Dataset, shown) -> None:
     """Marks cells whose status is not ok, one kind of mark a status."""
-    handles = []
     for number, mark in ((1, "."), (2, "x"), (3, "+")):
         at = part["status"].values == number
         if at.any():
@@ -233,9 +233,7 @@ def _mark_untrusted(ax: Axes, part: xr.Dataset, shown) -> list:
             label = f"{LOOK.words(STATUSES[number])} ({rows.size:,})"
             xs, ys = part[shown[0]].values[columns], part[shown[1]].values[rows]
             look = {"linestyle": "none", "marker": mark, "markersize": 4, "color": colors.INK, "alpha": 0.8}
-            ax.plot(xs, ys, gid=f"status {number}", **look)
-            handles.append(Line2D([], [], label=label, **look))
-    return handles
+            ax.plot(xs, ys, gid=f"status {number}", label=label, **look)
 
 
 def _pair_text(pair: tuple[str, str]) -> str:
@@ -353,14 +351,13 @@ def _color_bar(figure: Figure, ax: Axes, mesh) -> None:
     decimals = max(len(f"{abs(tick):.6g}".partition(".")[2]) for tick in ticks)
     bar.set_ticks(ticks, labels=[f"{abs(t):.{decimals}f}" if decimals <= 4 else style.number(abs(t), 3) for t in ticks])
     bar.outline.set_linewidth(0.8)
-    look = {"transform": bar.ax.transAxes, "rotation": 90, "ha": "left", "va": "center", "fontsize": 9}
-    bar.ax.text(4.2, 0.25, r"grows:  rate / $|\omega_0|$", color=colors.UNSTABLE, **look)
-    bar.ax.text(4.2, 0.75, r"oscillates:  $\Omega$ / $|\omega_0|$", color=colors.STABLE, **look)
+    look = {"xycoords": "axes fraction", "textcoords": "offset points", "rotation": 90, "ha": "left", "va": "center"}
+    bar.ax.annotate(r"grows:  rate / $|\omega_0|$", (1.0, 0.25), (36, 0), color=colors.UNSTABLE, **look)
+    bar.ax.annotate(r"oscillates:  $\Omega$ / $|\omega_0|$", (1.0, 0.75), (36, 0), color=colors.STABLE, **look)
 
 
-def _curve(part, axis, shown, fixed, title, subtitle) -> Figure:
+def _curve(figure, part, axis, shown, fixed) -> Figure:
     (name,) = shown
-    figure = style.canvas(6.4, 4.8, title, subtitle, footer=0.56)
     ax = figure.add_subplot()
     cells = style.edges(part[name].values)
     if style.is_logarithmic(part[name].values):
@@ -372,35 +369,33 @@ def _curve(part, axis, shown, fixed, title, subtitle) -> Figure:
     sides = ((0.97, "top", "oscillates", colors.STABLE), (0.03, "bottom", "grows", colors.UNSTABLE))
     for y, va, word, color in sides:
         ax.text(0.015, y, word, transform=ax.transAxes, va=va, color=color, path_effects=style.halo())
-    handles = _theory_curve(ax, axis, name, cells, fixed) + _measured_curve(ax, part, name)
+    _theory_curve(ax, axis, name, cells, fixed)
+    _measured_curve(ax, part, name)
     for row in runs((part["triangle_margin"].values < 0)[None]):
         span = ax.axvspan(
             cells[row[1]], cells[row[2]], facecolor="none", edgecolor="#9a9da1", hatch="/////", linewidth=0, zorder=0
         )
-        span.set_gid("impossible")
-    if (part["triangle_margin"].values < 0).any():
-        handles.append(Patch(facecolor="none", edgecolor="#9a9da1", hatch="/////", label="cannot exist"))
+        span.set(gid="impossible", label="cannot exist")
     for pair, line in boundaries(axis, {name: (cells[0], cells[-1])}, fixed).items():
         ax.axvline(line[name][0], color=colors.INK, linewidth=1.2, gid=_pair_text(pair))
         _outside(ax, pair, (line[name][0], 1.0), ax.get_xaxis_transform(), (0, 3), ha="center", va="bottom")
-    style.legend(figure, handles, 4)
+    style.legend(figure, columns=4)
     return figure
 
 
-def _theory_curve(ax: Axes, axis: int, name: str, cells: np.ndarray, fixed: Mapping[str, float]) -> list:
+def _theory_curve(ax: Axes, axis: int, name: str, cells: np.ndarray, fixed: Mapping[str, float]) -> None:
     xs = (np.geomspace if ax.get_xscale() == "log" else np.linspace)(cells[0], cells[-1], 1000)
     moments = [xs if m == name else fixed[m] for m in MOMENTS]
     rate = signed_rate(linear.omega_squared(*moments, fixed["omega0"], axis), fixed["omega0"])
     ax.axhline(0.0, color=colors.FAINT, linewidth=0.8, zorder=0)
-    return ax.plot(xs, rate, color=colors.QUIET, linewidth=1.2, label="linear theory", gid="theory")
+    ax.plot(xs, rate, color=colors.QUIET, linewidth=1.2, label="linear theory", gid="theory")
 
 
-def _measured_curve(ax: Axes, part: xr.Dataset, name: str) -> list:
-    handles = []
+def _measured_curve(ax: Axes, part: xr.Dataset, name: str) -> None:
     for kind, word in enumerate(REGIMES, start=-1):
         at = part["regime"].values == kind
         if np.isfinite(part["signed_rate"].values[at]).any():
-            handles += ax.plot(
+            ax.plot(
                 part[name].values[at],
                 part["signed_rate"].values[at],
                 linestyle="none",
@@ -412,4 +407,3 @@ def _measured_curve(ax: Axes, part: xr.Dataset, name: str) -> list:
                 label=LOOK.words(word),
                 gid="measured",
             )
-    return handles

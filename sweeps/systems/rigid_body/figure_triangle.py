@@ -39,11 +39,12 @@ NAMED = {
 }
 
 
-def draw(ds: xr.Dataset) -> Figure | None:
+def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     """A panel for each axis, the middle one's the largest; None where I3 is not the greatest moment of all points.
 
     Args:
         ds: a map with a dimension `point`, and the moments I1, I2 and I3.
+        ax: where; left out, on a figure of its own.
     """
     if not _is_of_shapes(ds):
         return None
@@ -51,7 +52,7 @@ def draw(ds: xr.Dataset) -> Figure | None:
     large = 2 if 2 in spun else spun[0]
     others = [axis for axis in spun if axis != large]
     title = "All bodies there can be" if "ratios" in str(ds.attrs.get("definition", "")) else "Bodies by their shape"
-    figure = style.canvas(8.6 if others else 5.6, 5.9, title, _subtitle(ds), footer=0.05)
+    figure = style.canvas(8.6 if others else 5.6, 5.9, title, _subtitle(ds), footer=0.05, ax=ax)
     grid = figure.add_gridspec(2, 2 if others else 1, width_ratios=(1.9, 1.0) if others else (1.0,))
     axes = {large: figure.add_subplot(grid[:, 0])}
     axes |= {axis: figure.add_subplot(grid[k, 1]) for k, axis in enumerate(others[:2])}

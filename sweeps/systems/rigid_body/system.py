@@ -197,23 +197,23 @@ class RigidBody(Dynamics):
 
         found: dict[str, Callable[[], Figure | None]] = {}
         if "body" in ds.dims:
-            found["bodies"] = lambda: figure_bodies.draw(ds)
+            found["bodies"] = lambda ax=None: figure_bodies.draw(ds, ax)
         else:
             for axis in ds["axis"].values.tolist():
-                found[f"stability_axis_{axis}"] = lambda axis=axis: figure_stability.draw(ds, axis)
-        found["theory_against_measured"] = lambda: figure_agreement.draw(ds)
+                found[f"stability_axis_{axis}"] = lambda ax=None, axis=axis: figure_stability.draw(ds, axis, ax)
+        found["theory_against_measured"] = lambda ax=None: figure_agreement.draw(ds, ax)
         if ds.sizes.get("epsilon", 0) >= LEAST_NUDGES:
-            found["breakdown"] = lambda: figure_breakdown.draw(ds)
-        found["polhodes"] = lambda: figure_polhodes.draw(ds)
+            found["breakdown"] = lambda ax=None: figure_breakdown.draw(ds, ax)
+        found["polhodes"] = lambda ax=None: figure_polhodes.draw(ds, ax)
         return found
 
     def pictures_of_points(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
         """The inertia triangle, the points over two coordinates, and theory against measurement."""
         from sweeps.systems.rigid_body import figure_agreement, figure_triangle
 
-        found: dict[str, Callable[[], Figure | None]] = {"triangle": lambda: figure_triangle.draw(ds)}
+        found: dict[str, Callable[[], Figure | None]] = {"triangle": lambda ax=None: figure_triangle.draw(ds, ax)}
         found |= super().pictures_of_points(ds)
-        return found | {"theory_against_measured": lambda: figure_agreement.draw(ds)}
+        return found | {"theory_against_measured": lambda ax=None: figure_agreement.draw(ds, ax)}
 
     def motion(self, point, duration, samples, tolerance) -> "xr.Dataset":
         """ω(t), from the closed form and step by step."""

@@ -17,10 +17,10 @@ LEAST_DRAWN = 1e-17
 PROLATE, OBLATE = colors.UNSTABLE, colors.STABLE
 
 
-def draw(ds: xr.Dataset) -> Figure:
+def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     """The measured rate over I3/I1 with the formula on top, and its relative deviation over the half-angle."""
     part = thinned(ds)
-    figure = style.canvas(9.6, 4.9, "Precession of the free symmetric top", _subtitle(ds, part), footer=0.36)
+    figure = style.canvas(9.6, 4.9, "Precession of the free symmetric top", _subtitle(ds, part), footer=0.36, ax=ax)
     left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.0))
     handles = _rates(left, part)
     handles += _deviations(right, part)

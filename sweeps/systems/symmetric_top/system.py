@@ -87,7 +87,10 @@ class SymmetricTop(Dynamics):
         """Precession over I3/I1, and how far it keeps to the closed form over the half-angle; body and space cone."""
         from sweeps.systems.symmetric_top import figure_cones, figure_precession
 
-        return {"precession": lambda: figure_precession.draw(ds), "cones": lambda: figure_cones.draw(ds)}
+        return {
+            "precession": lambda ax=None: figure_precession.draw(ds, ax),
+            "cones": lambda ax=None: figure_cones.draw(ds, ax),
+        }
 
 
 SYSTEM = SymmetricTop()

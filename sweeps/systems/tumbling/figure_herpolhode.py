@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from kernels import exact
@@ -29,13 +30,18 @@ def herpolhode(moments, omega, times) -> np.ndarray:
     return np.stack([space @ first, space @ np.cross(up, first)], axis=1)
 
 
-def draw(ds: xr.Dataset) -> Figure | None:
+def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     """The herpolhodes of one body in both modes; None where the map has no such motion."""
     chosen = [place for place in (_place(ds, "sam"), _place(ds, "lam")) if place is not None]
     if not chosen:
         return None
     figure = style.canvas(
-        4.9 * len(chosen), 6.0, "Herpolhodes", f"{ds.attrs.get('title', '')}\nseen along L, closed form", footer=0.15
+        4.9 * len(chosen),
+        6.0,
+        "Herpolhodes",
+        f"{ds.attrs.get('title', '')}\nseen along L, closed form",
+        footer=0.15,
+        ax=ax,
     )
     for ax, (mode, point) in zip(np.atleast_1d(figure.subplots(1, len(chosen))), chosen, strict=True):
         moments, omega = start(point)

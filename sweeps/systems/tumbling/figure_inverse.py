@@ -2,6 +2,7 @@
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
@@ -10,9 +11,11 @@ from sweeps import colors, style
 WORDS = {"sam": "short-axis mode", "lam": "long-axis mode"}
 
 
-def draw(ds: xr.Dataset) -> Figure:
+def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     """Energy over the least that L allows, over both ratios of moments, in each mode; excluded bodies hatched."""
-    figure = style.canvas(9.4, 5.0, "Energy of a tumbler from its two periods", ds.attrs.get("title", ""), footer=0.36)
+    figure = style.canvas(
+        9.4, 5.0, "Energy of a tumbler from its two periods", ds.attrs.get("title", ""), footer=0.36, ax=ax
+    )
     axes = figure.subplots(1, 2, sharex=True, sharey=True)
     x, y = ds["I1_over_I3"].values, ds["I2_over_I3"].values
     excess = np.log10(ds["energy"].transpose("mode", "I2_over_I3", "I1_over_I3").values - 1.0)

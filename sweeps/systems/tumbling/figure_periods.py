@@ -2,6 +2,7 @@
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
@@ -10,19 +11,19 @@ from sweeps import colors, style
 PANELS = 4
 
 
-def draw(ds: xr.Dataset) -> Figure | None:
+def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     """P_psi over P_phi (long-axis convention) as a plane over two ratios of moments, or as curves of bodies."""
     if "body" in ds.dims:
-        return _curves(ds)
+        return _curves(ds, ax)
     if min(ds.sizes.get(name, 1) for name in ("I1", "I2")) < 2 or ds.sizes["I3"] > 1:
         return None
-    return _planes(ds)
+    return _planes(ds, ax)
 
 
-def _planes(ds: xr.Dataset) -> Figure:
+def _planes(ds: xr.Dataset, place: Axes | None) -> Figure:
     subtitle = f"{ds.attrs.get('title', '')}\nclosed form; at each energy $E = 2TI_3/L^2$"
     figure = style.canvas(
-        9.6, 8.2, r"Ratio of tumbling periods, $P_\psi/P_\phi$ (long-axis convention)", subtitle, 0.36
+        9.6, 8.2, r"Ratio of tumbling periods, $P_\psi/P_\phi$ (long-axis convention)", subtitle, 0.36, ax=place
     )
     axes = figure.subplots(2, 2, sharex=True, sharey=True)
     energies = np.linspace(0, 0.6 * (ds.sizes["energy"] - 1), PANELS + 1).round().astype(int)[1:]
@@ -61,13 +62,14 @@ def _plane(ax, part: xr.Dataset):
     return mesh
 
 
-def _curves(ds: xr.Dataset) -> Figure:
+def _curves(ds: xr.Dataset, place: Axes | None) -> Figure:
     figure = style.canvas(
         8.0,
         5.0,
         r"Ratio of tumbling periods, $P_\psi/P_\phi$",
         f"{ds.attrs.get('title', '')}\nlong-axis convention",
         0.5,
+        ax=place,
     )
     ax = figure.subplots()
     along = ds["energy"] if "energy" in ds.dims else None

@@ -67,7 +67,10 @@ class Tumbling(MeasuredOnce):
         """The map of period ratios, and the herpolhode of one body."""
         from sweeps.systems.tumbling import figure_herpolhode, figure_periods
 
-        return {"periods": lambda: figure_periods.draw(ds), "herpolhode": lambda: figure_herpolhode.draw(ds)}
+        return {
+            "periods": lambda ax=None: figure_periods.draw(ds, ax),
+            "herpolhode": lambda ax=None: figure_herpolhode.draw(ds, ax),
+        }
 
 
 SYSTEM = Tumbling()

@@ -2,6 +2,7 @@
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -16,7 +17,7 @@ NUDGE = 0.13  # rad: the throw that the map shows, or the grid's nearest to it; 
 MOST = 160
 
 
-def draw_map(ds: xr.Dataset) -> Figure | None:
+def draw_map(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     """|twist| over I1/I2 and I3/I2 at one nudge, with lines of equal growth rate; None without such a plane."""
     if "body" in ds.dims or min(ds.sizes.get(name, 1) for name in ("I1", "I3")) < 2 or ds.sizes["I2"] > 1:
         return None
@@ -27,7 +28,7 @@ def draw_map(ds: xr.Dataset) -> Figure | None:
         f"thrown at χ = {style.number(chi, 3)} rad from the middle axis, "
         f"θ = {style.number(float(part['theta']), 4)} rad; closed form"
     )
-    figure = style.canvas(7.6, 6.0, "Twist in one turn of the handle", subtitle, footer=0.36)
+    figure = style.canvas(7.6, 6.0, "Twist in one turn of the handle", subtitle, footer=0.36, ax=ax)
     ax = figure.subplots()
     x, y = part["I1"].values / float(part["I2"]), part["I3"].values / float(part["I2"])
     twist = np.abs(part["twist_exact"].transpose("I3", "I1").values) / np.pi
@@ -60,13 +61,18 @@ def _plane(ds: xr.Dataset) -> xr.Dataset:
     return ds[names].isel(chosen).isel(keep).load().sortby(["I1", "I3"])
 
 
-def draw_defect(ds: xr.Dataset) -> Figure | None:
+def draw_defect(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     """Least defect of each body's throws, and the separatrix's, against exp(-pi sigma/omega0)."""
     part = _bodies(ds)
     if part["growth"].size == 0:
         return None
     figure = style.canvas(
-        7.2, 5.2, "What the twist lacks of half a turn", f"{ds.attrs.get('title', '')}\neach point a body", footer=0.62
+        7.2,
+        5.2,
+        "What the twist lacks of half a turn",
+        f"{ds.attrs.get('title', '')}\neach point a body",
+        footer=0.62,
+        ax=ax,
     )
     ax = figure.subplots()
     x = np.exp(-np.pi * part["growth"].values)

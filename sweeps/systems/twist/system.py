@@ -63,7 +63,10 @@ class Twist(MeasuredOnce):
         """The map of twists, and the defect against the growth rate with the law."""
         from sweeps.systems.twist import figure_twist
 
-        return {"twist": lambda: figure_twist.draw_map(ds), "defect": lambda: figure_twist.draw_defect(ds)}
+        return {
+            "twist": lambda ax=None: figure_twist.draw_map(ds, ax),
+            "defect": lambda ax=None: figure_twist.draw_defect(ds, ax),
+        }
 
 
 SYSTEM = Twist()

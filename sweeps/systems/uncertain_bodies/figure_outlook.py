@@ -2,6 +2,7 @@
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sweeps import colors, style
@@ -10,14 +11,16 @@ MOST_BODIES = 40
 OFFSETS = {1: -0.22, 2: 0.0, 3: 0.22}
 
 
-def draw(ds: xr.Dataset) -> Figure:
+def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     """Probability of instability with its error, and the 5 to 95 % range of the growth rate, for each body and axis."""
     part = ds.isel({dim: 0 for dim in ("omega0", "epsilon", "phase") if dim in ds.dims})
     bodies = part.sizes["body"]
     part = part.isel(body=slice(MOST_BODIES)).load()
     more = f"; the first {MOST_BODIES} of {bodies:,} bodies" if bodies > MOST_BODIES else ""
     subtitle = f"{ds.attrs.get('title', '')}\nmeasured draw by draw; bars: standard errors, and 5 to 95 %{more}"
-    figure = style.canvas(9.6, 1.9 + 0.42 * part.sizes["body"], "How likely each spin is unstable", subtitle, 0.3)
+    figure = style.canvas(
+        9.6, 1.9 + 0.42 * part.sizes["body"], "How likely each spin is unstable", subtitle, 0.3, ax=ax
+    )
     likely, rates = figure.subplots(1, 2, sharey=True)
     handles = [_axis(likely, rates, part.sel(axis=axis), axis) for axis in part["axis"].values.tolist()]
     likely.set(xlim=(-0.03, 1.03), xlabel="probability that the spin is unstable  (dimensionless)")

@@ -159,7 +159,7 @@ class UncertainBodies(RigidBody):
         """Probabilities and quantiles of the bodies, and which input matters."""
         from sweeps.systems.uncertain_bodies import figure_outlook
 
-        return {"outlook": lambda: figure_outlook.draw(ds)}
+        return {"outlook": lambda ax=None: figure_outlook.draw(ds, ax)}
 
     def animations(self, ds: "xr.Dataset") -> dict:
         """None."""

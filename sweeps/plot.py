@@ -1,0 +1,196 @@
+"""Pictures of maps as functions that return Matplotlib's Axes: those that `figures` and the workflow draw.
+
+    import sweeps
+    ds = sweeps.open_map("results/tennis_racket/stability_map.nc")
+    ax = sweeps.plot.stability(ds, axis=2, at={"I3": 0.0175})
+    ax.figure.savefig("racket.pdf")
+
+Each takes a map, the places at which to cut it (`at`: dimension → value, the grid's nearest is taken) and the Axes to
+draw in (`ax`; left out, a figure of its own, with title and legend). A picture of several panels stands in the place of
+`ax`, whose figure must have it on a grid (`subplots`). What comes back is the picture's first panel; `.figure` is all.
+"""
+
+import sys
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+
+ANY_AXIS = "stability_axis_"
+
+
+def stability(ds: "xr.Dataset", axis: int | None = None, at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
+    """What becomes of a spin about an axis, over two parameters, under theory's boundaries.
+
+    Args:
+        ds: a map over a grid of moments, or of relative equilibria.
+        axis: spin axis, 1, 2 or 3; left out, the middle one where the map has it, else its first.
+        at: dimension → value.
+        ax: where to draw.
+    """
+    has_axes = "axis" in ds.dims
+    if has_axes:
+        axis = (2 if 2 in ds["axis"].values else int(ds["axis"].values[0])) if axis is None else axis
+    elif axis is not None:
+        _refuse(f"axis: {axis!r} is given, and this map has no dimension axis; allowed: none")
+    return draw(ds, "stability", at, ax, {"axis": axis} if has_axes else {})
+
+
+def theory_against_measured(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
+    """How far what is measured deviates from theory, beside its errors."""
+    return draw(ds, "theory_against_measured", at, ax)
+
+
+deviations = theory_against_measured
+
+
+def bodies(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
+    """Real bodies side by side: their rates, how soon they flip, and observed periods."""
+    return draw(ds, "bodies", at, ax)
+
+
+def breakdown(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
+    """How the measured rate leaves linear theory as the nudge grows."""
+    return draw(ds, "breakdown", at, ax)
+
+
+def polhodes(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
+    """The curves of the angular velocity in a body, on the ellipsoid of one energy."""
+    return draw(ds, "polhodes", at, ax)
+
+
+def triangle(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
+    """Bodies by their shape, on the triangle of inertia."""
+    return draw(ds, "triangle", at, ax)
+
+
+def points(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
+    """Points that are drawn or listed, over two of their coordinates, and a histogram of what is measured."""
+    return draw(ds, "points", at, ax)
+
+
+def precession(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
+    """Precession of the free symmetric top, over I3/I1 and over the half-angle."""
+    return draw(ds, "precession", at, ax)
+
+
+def cones(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
+    """Body cone and space cone of a symmetric top."""
+    return draw(ds, "cones", at, ax)
+
+
+def oscillations(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
+    """Small oscillations: frequencies of every equilibrium and mode, and where the equilibria are."""
+    return draw(ds, "oscillations", at, ax)
+
+
+def twist(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
+    """How far a thrown body turns about its handle."""
+    return draw(ds, "twist", at, ax)
+
+
+def defect(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
+    """What the twist lacks of half a turn, beside the law."""
+    return draw(ds, "defect", at, ax)
+
+
+def tumbling(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
+    """The ratio of both periods of a tumbling body."""
+    return draw(ds, "periods", at, ax)
+
+
+def herpolhode(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
+    """The curve of the angular velocity across the angular momentum."""
+    return draw(ds, "herpolhode", at, ax)
+
+
+def outlook(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
+    """How likely each spin of bodies that are not known exactly is unstable."""
+    return draw(ds, "outlook", at, ax)
+
+
+NAMES = (
+    "stability",
+    "theory_against_measured",
+    "deviations",
+    "bodies",
+    "breakdown",
+    "polhodes",
+    "triangle",
+    "points",
+    "precession",
+    "cones",
+    "oscillations",
+    "twist",
+    "defect",
+    "tumbling",
+    "herpolhode",
+    "outlook",
+)
+__all__ = [*NAMES, "draw"]
+
+
+def draw(
+    ds: "xr.Dataset", name: str, at: Mapping | None = None, ax: "Axes | None" = None, also: Mapping | None = None
+) -> "Axes":
+    """Any picture of a map by its name, those of other packages' systems too.
+
+    Args:
+        ds: a map.
+        name: as `figures` names its file; "stability" also where that has the axis behind it.
+        at: dimension → value, at which the map is cut: the grid's nearest.
+        ax: where to draw; left out, on a figure of its own.
+        also: more of `at`.
+
+    Returns:
+        The picture's first panel.
+
+    Raises:
+        RefusedError: for a picture that this map has not, and a place that it has not.
+    """
+    from sweeps.views import figures
+
+    part = figures.literal(_cut(ds, {**(at or {}), **(also or {})}))
+    known = figures.pictures(part)
+    found = next((known[one] for one in known if one == name or one.startswith(f"{name}_axis_")), None)
+    if found is None:
+        from sweeps.schema.refusals import hint
+
+        _refuse(f"{name}: is no picture of this map{hint(name, known)}; allowed: {', '.join(known)}")
+    if ax is not None and ax.get_subplotspec() is None:
+        _refuse("ax: stands on no grid; allowed: an Axes of `subplots`, or none")
+    return _panel(found, name, ax)
+
+
+def _refuse(message: str):
+    from sweeps.schema.refusals import RefusedError
+
+    raise RefusedError(message)
+
+
+def _cut(ds, at: Mapping):
+    from sweeps.maps import selection
+
+    places = selection.nearest(ds, {name: str(value) for name, value in at.items()})
+    return ds.isel({place.dim: [place.index] for place in places.values()}) if at else ds
+
+
+def _panel(drawn, name: str, ax: "Axes | None") -> "Axes":
+    """Draws; where a person looks on through pyplot, on a figure that it knows."""
+    import numpy as np
+
+    from sweeps import style
+
+    pyplot = sys.modules.get("matplotlib.pyplot")
+    if ax is not None:
+        with np.errstate(all="ignore"):
+            made = drawn(ax)
+    else:
+        sheet = style.ITS_OWN if pyplot is None else style.ITS_OWN._replace(make=pyplot.figure)
+        with style.drawn_for(sheet), np.errstate(all="ignore"):
+            made = drawn(None)
+    if made is None:
+        _refuse(f"{name}: this map has nothing to show there; allowed: another place, or another map")
+    return made.axes[0]

@@ -1,0 +1,47 @@
+"""Animations as films, MP4 and WebM, where ffmpeg is at hand."""
+
+import shutil
+import subprocess
+from collections.abc import Collection, Iterator, Sequence
+from pathlib import Path
+
+from sweeps.schema.refusals import RefusedError
+
+# even numbers of pixels and this order of colours are what every player shows; three times round
+EVEN = ("-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white", "-pix_fmt", "yuv420p")
+KINDS = {
+    "mp4": (*EVEN, "-movflags", "+faststart"),
+    "webm": (*EVEN, "-c:v", "libvpx-vp9", "-b:v", "0", "-crf", "33", "-deadline", "realtime", "-cpu-used", "6"),
+}
+
+
+def encoder() -> str | None:
+    """Where ffmpeg is; None where it is not."""
+    return shutil.which("ffmpeg")
+
+
+def refuse_unless_made(kind: str, animations: Collection[str]) -> None:
+    """Says in one message why there can be no film.
+
+    Raises:
+        RefusedError: for a map without animations, and where ffmpeg is not at hand.
+    """
+    if not animations:
+        raise RefusedError(f"--format: {kind} is for what moves, and this map has no animation; allowed: png, svg, pdf")
+    if encoder() is None:
+        allowed = "gif (any other format makes it), or a machine where ffmpeg can be called"
+        raise RefusedError(f"--format: {kind} needs ffmpeg, which is not at hand; allowed: {allowed}")
+
+
+def made(animation: Path, kinds: Sequence[str] = tuple(KINDS)) -> Iterator[Path]:
+    """The same as films beside a GIF, in those kinds that an ffmpeg at hand knows how to make."""
+    called = encoder()
+    for kind in kinds if called else ():
+        film = animation.with_suffix(f".{kind}")
+        command = [called, "-nostdin", "-v", "error", "-y", "-stream_loop", "2", "-i", str(animation)]
+        command += [*KINDS[kind], str(film)]
+        done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, check=False)
+        if done.returncode == 0 and film.is_file() and film.stat().st_size:
+            yield film
+        else:
+            film.unlink(missing_ok=True)  # an ffmpeg without this codec: the GIF is there

@@ -1,0 +1,147 @@
+"""Themes: a finished picture in other colours, for a dark room or a printer without colours.
+
+Pictures are drawn in the light theme; a theme is what each of its colours becomes. What a picture says by colour it
+says in the dark theme by the same hues, lighter; for print by how dark it is, so that a copy in grey still says it.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import Collection
+from matplotlib.colors import Colormap, LinearSegmentedColormap, to_hex, to_rgba, to_rgba_array
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.text import Text
+
+from sweeps import colors
+
+PAPER, INK = "#ffffff", "#000000"
+DARK = {  # colour of the light theme → of this one
+    PAPER: "#15181c",
+    INK: "#f2f2f2",
+    colors.INK: "#ececec",
+    colors.QUIET: "#a3a9b1",
+    colors.FAINT: "#3a4048",
+    colors.STABLE: "#55a8df",
+    colors.UNSTABLE: "#ff8a3d",
+    colors.LIGHT_BLUE: "#b4e4fb",
+    "#009e73": "#34c79c",
+    "#cc79a7": "#e3a3c6",
+    "#333333": "#d5d5d5",
+    "#f3f4f6": "#22262c",
+    "#f7f7f7": "#f7f7f7",  # zero of the maps' colours, which stay
+    "#55585c": "#b9bdc3",
+    "#e6e6e6": "#3a4048",
+}
+PRINT = {
+    colors.STABLE: "#4f9fd0",
+    colors.UNSTABLE: "#7c2d00",
+    colors.LIGHT_BLUE: "#b5def5",
+    "#009e73": "#00563c",
+    "#cc79a7": "#dca6c4",
+    "#e69f00": "#f0c24b",
+    colors.GREY: "#6d7074",
+}
+THEMES: dict[str, Mapping[str, str]] = {"light": {}, "dark": DARK, "print": PRINT}
+# growth dark, oscillation light, zero between: one way only from black to white
+ONE_WAY = LinearSegmentedColormap.from_list(
+    "print", ["#4d0011", "#a3192b", "#d6604d", "#eb9a7c", "#f4c3a2", "#d3dde3", "#cfe8f5", "#e4f3fa", "#f7fcff"]
+)
+BOTH_WAYS = ("RdBu", "PuOr", "coolwarm")  # maps of colours that are dark at both ends
+
+
+_chosen: ContextVar[str] = ContextVar("theme", default="light")
+
+
+@contextmanager
+def drawing(theme: str) -> Iterator[None]:
+    """Animations drawn in this block may ask for the theme."""
+    token = _chosen.set(theme)
+    try:
+        yield
+    finally:
+        _chosen.reset(token)
+
+
+def apply(figure: Figure, theme: str) -> None:
+    """Gives a picture, and all that stands in it, the colours of a theme."""
+    table = THEMES[theme]
+    if table:
+        recolor([figure, *figure.findobj(include_self=False)], table, theme == "print")
+
+
+def recolor(artists: Iterable, table: Mapping[str, str], one_way: bool = False) -> None:
+    """Replaces the colours of some artists, those in a table by what stands there.
+
+    Args:
+        artists: of matplotlib.
+        table: "#rrggbb" → "#rrggbb".
+        one_way: whether maps of colours that are dark at both ends become one that goes one way.
+    """
+
+    def other(color):
+        return _other(color, table)
+
+    for artist in artists:
+        if isinstance(artist, ScalarMappable) and one_way:
+            with artist.callbacks.blocked():  # a colour bar would begin anew, with ticks of its own
+                artist.set_cmap(_one_way(artist.get_cmap()))
+        for kind, names in PARTS:
+            if isinstance(artist, kind):
+                _each(artist, names, other)
+        for effect in artist.get_path_effects() or ():
+            gc = getattr(effect, "_gc", {})
+            if "foreground" in gc:
+                gc["foreground"] = other(gc["foreground"])
+
+
+PARTS = (
+    (Line2D, ("color", "markerfacecolor", "markeredgecolor")),
+    (Text, ("color",)),
+    (Patch, ("edgecolor", "facecolor")),
+    (Collection, ("edgecolor", "facecolor")),
+    (Figure, ("facecolor",)),
+)
+
+
+def _each(artist, names: Iterable[str], other: Callable) -> None:
+    for name in names:
+        now = getattr(artist, f"get_{name}")()
+        if isinstance(now, str) and now in ("none", "face", "auto"):
+            continue
+        many = isinstance(now, np.ndarray) and now.ndim == 2
+        if isinstance(artist, Collection) and (artist.get_array() is not None or not many or len(now) > 64):
+            continue
+        changed = [other(one) for one in now] if many else other(now)
+        if many and not len(now):
+            continue
+        getattr(artist, f"set_{name}")(changed)
+
+
+def _other(color, table: Mapping[str, str]):
+    """What a colour becomes, its transparency kept."""
+    red, green, blue, alpha = to_rgba(color)
+    found = table.get(to_hex((red, green, blue)))
+    return (red, green, blue, alpha) if found is None else (*to_rgba(found)[:3], alpha)
+
+
+def _one_way(colormap: Colormap) -> Colormap:
+    if colormap.name not in BOTH_WAYS:
+        return colormap
+    made = ONE_WAY.reversed() if colormap.name == "coolwarm" else ONE_WAY
+    return made.with_extremes(bad=tuple(colormap.get_bad()))
+
+
+def shown(theme: str, names: Iterable[str]) -> np.ndarray:
+    """Colours "#rrggbb" of the light theme as a theme shows them, red, green and blue from 0 to 1, shape (n, 3)."""
+    return to_rgba_array([THEMES[theme].get(name, name) for name in names])[:, :3]
+
+
+def colormap(name: str, theme: str) -> Colormap:
+    """A map of colours as a theme shows it."""
+    return _one_way(colormaps[name]) if theme == "print" else colormaps[name]

@@ -1,0 +1,224 @@
+"""Pictures as functions and as `ds.polhode`, their themes, sizes and formats, and colours for every kind of sight."""
+
+import re
+import subprocess
+import sys
+from itertools import combinations
+
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from matplotlib.image import imread
+
+import sweeps
+from sweeps import colors, plot, style
+from sweeps.__main__ import main
+from sweeps.maps.storage import write_map
+from sweeps.schema.refusals import RefusedError
+from sweeps.views import figures, films, themes
+
+
+@pytest.fixture(scope="module")
+def tiny():
+    return sweeps.survey("tiny")
+
+
+@pytest.fixture(scope="module")
+def path(tiny, tmp_path_factory):
+    path = tmp_path_factory.mktemp("map") / "tiny.nc"
+    write_map(tiny, path)
+    return str(path)
+
+
+@pytest.fixture(autouse=True)
+def coarse(monkeypatch):
+    monkeypatch.setitem(style.STYLE, "savefig.dpi", 50)
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Functions
+
+
+def test_a_function_draws_what_the_figures_command_draws(tiny):
+    ax = plot.stability(tiny, axis=2, at={"I3": float(tiny.I3[1])})
+    (mesh,) = (artist for artist in ax.collections if artist.get_array() is not None)
+    shown = figures.pictures(tiny.isel(I3=[1]))["stability_axis_2"]().axes[0]
+    (same,) = (artist for artist in shown.collections if artist.get_array() is not None)
+    np.testing.assert_array_equal(mesh.get_array(), same.get_array())
+    assert "axis 2" in ax.figure.texts[0].get_text()
+
+
+def test_it_draws_into_an_axes_of_somebody_else(tiny):
+    figure = Figure()
+    left, right = figure.subplots(1, 2)
+    assert plot.stability(tiny, ax=left) is left
+    panel = plot.theory_against_measured(tiny, ax=right)  # several panels, in the place of one
+    figure.canvas.draw()
+    inside = right.get_subplotspec().get_position(figure)
+    x, y = panel.get_position().get_points().mean(axis=0)
+    assert inside.x0 < x < inside.x1
+    assert inside.y0 < y < inside.y1
+    assert not right.axison
+    assert "cannot" in " ".join(left.get_legend_handles_labels()[1]) or not (tiny.triangle_margin < 0).any()
+
+
+def test_the_accessor_is_there_without_matplotlib():
+    code = (
+        "import sys, sweeps; assert not {'xarray', 'matplotlib', 'pydantic'} & set(sys.modules);"
+        "import xarray as xr; ds = xr.Dataset(); assert 'stability' in dir(ds.polhode);"
+        "assert 'matplotlib' not in sys.modules; import importlib; importlib.reload(sweeps); ds.polhode"
+    )
+    subprocess.run([sys.executable, "-W", "error", "-c", code], check=True, capture_output=True)
+
+
+def test_the_accessor_has_the_functions_and_a_summary(tiny):
+    assert set(plot.NAMES) <= set(dir(tiny.polhode))
+    assert all(callable(getattr(tiny.polhode, name)) for name in plot.NAMES)
+    assert tiny.polhode.polhodes().figure.texts[0].get_text() == "Polhodes"
+    assert "stability_axis_1" in tiny.polhode.pictures()
+    assert f"{tiny.status.size:,} points" in tiny.polhode.summary()
+    with pytest.raises(AttributeError, match="stability"):
+        tiny.polhode.stabilty  # noqa: B018
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda ds: plot.draw(ds, "stabilty"), "no picture of this map"),
+        (lambda ds: plot.cones(ds), "no picture of this map"),
+        (lambda ds: plot.stability(ds, at={"I9": 1.0}), "no dimension"),
+        (lambda ds: plot.stability(ds, ax=Figure().add_axes((0, 0, 1, 1))), "no grid"),
+    ],
+)
+def test_what_cannot_be_drawn_is_said(tiny, call, said):
+    with pytest.raises(RefusedError, match=said):
+        call(tiny)
+
+
+def test_drawing_leaves_matplotlib_as_it_was(tiny):
+    before = dict(matplotlib.rcParams)
+    plot.polhodes(tiny)
+    assert dict(matplotlib.rcParams) == before
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Sizes, formats, themes
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [(160.0, 100.0), (86.0, 80.0), (338.7, 190.5)])
+def test_a_picture_is_as_large_as_it_is_asked_for(path, tmp_path, size):
+    asked = f"{size[0]:g}x{size[1]:g}mm"
+    for kind in ("png", "svg", "pdf"):
+        said = ["figures", path, "-o", str(tmp_path), "--only", "stability_axis_2", "--format", kind, "--size", asked]
+        assert main(said) == 0
+    height, width, _ = imread(tmp_path / "stability_axis_2.png").shape
+    np.testing.assert_allclose((width, height), np.array(size) / 25.4 * 50, atol=1.5)
+    svg = (tmp_path / "stability_axis_2.svg").read_text()
+    points = [float(x) for x in re.search(r'width="([\d.]+)pt" height="([\d.]+)pt"', svg).groups()]
+    np.testing.assert_allclose(points, np.array(size) / 25.4 * 72, rtol=1e-4)
+    box = re.search(rb"/MediaBox \[ ?0 0 ([\d.]+) ([\d.]+)", (tmp_path / "stability_axis_2.pdf").read_bytes())
+    np.testing.assert_allclose([float(x) for x in box.groups()], np.array(size) / 25.4 * 72, rtol=1e-4)
+
+
+def test_the_text_of_an_svg_is_text_and_its_fonts_are_in_it(path, tmp_path):
+    main(["figures", path, "-o", str(tmp_path), "--only", "stability_axis_2", "--format", "svg"])
+    svg = (tmp_path / "stability_axis_2.svg").read_text()
+    assert ">Spin about axis 2: measured stability</text>" in svg
+    faces = re.findall(r"@font-face{font-family:'DejaVu Sans';font-weight:(\w+);font-style:(\w+);src:url\(data:", svg)
+    assert ("bold", "normal") in faces
+    assert ("normal", "oblique") in faces  # the symbols of moments
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (["--size", "10x20"], "is no size"),
+        (["--size", "wide"], "is no size"),
+        (["--format", "mp4"], "needs ffmpeg"),
+        (["--format", "webm", "--only", "stability"], "needs ffmpeg"),
+    ],
+)
+def test_a_wrong_wish_gets_one_message(path, tmp_path, capsys, monkeypatch, given, said):
+    monkeypatch.setattr(films, "encoder", lambda: None)
+    assert main(["figures", path, "-o", str(tmp_path / "new"), *given]) == 2
+    told = capsys.readouterr().err
+    assert said in told
+    assert "allowed" in told
+    assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.slow
+def test_themes_change_the_paper_and_the_ink(path, tmp_path):
+    pixels = {}
+    for theme in themes.THEMES:
+        main(["figures", path, "-o", str(tmp_path), "--only", "stability_axis_1", "--theme", theme])
+        pixels[theme] = imread(tmp_path / "stability_axis_1.png")[..., :3]
+    corner = {theme: found[0, 0].mean() for theme, found in pixels.items()}
+    assert corner["light"] == corner["print"] == 1.0
+    assert corner["dark"] < 0.15
+    assert pixels["dark"].max() > 0.85  # its ink
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Colours, as those see them who see fewer
+
+# Machado, Oliveira and Fernandes 2009, "A physiologically-based model for simulation of color vision deficiency",
+# severity 1, on linear red, green and blue
+SIGHT = {
+    "all colours": np.eye(3),
+    "no red": np.array(
+        [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]]
+    ),
+    "no green": np.array(
+        [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]]
+    ),
+    "no blue": np.array(
+        [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.303900]]
+    ),
+}
+REGIMES = (colors.STABLE, colors.UNSTABLE, colors.LIGHT_BLUE)
+
+
+def lab(rgb):
+    """CIE L*a*b* (D65) of red, green and blue from 0 to 1."""
+    to_xyz = np.array([[0.412456, 0.357576, 0.180438], [0.212673, 0.715152, 0.072175], [0.019334, 0.119192, 0.950304]])
+    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    t = linear @ to_xyz.T / (0.95047, 1.0, 1.08883)
+    f = np.where(t > (6 / 29) ** 3, np.cbrt(t), t / (3 * (6 / 29) ** 2) + 4 / 29)
+    return np.stack([116 * f[:, 1] - 16, 500 * (f[:, 0] - f[:, 1]), 200 * (f[:, 1] - f[:, 2])], axis=1)
+
+
+def seen_by(rgb, sight):
+    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    seen = np.clip(linear @ SIGHT[sight].T, 0.0, 1.0)
+    return np.where(seen <= 0.0031308, 12.92 * seen, 1.055 * seen ** (1 / 2.4) - 0.055)
+
+
+@pytest.mark.parametrize("theme", themes.THEMES)
+@pytest.mark.parametrize("sight", SIGHT)
+def test_regimes_are_told_apart_by_every_eye(theme, sight):
+    """By 20 or more of ΔE (CIE 1976): some ten times what is just noticed side by side."""
+    found = lab(seen_by(themes.shown(theme, REGIMES), sight))
+    assert min(np.linalg.norm(one - other) for one, other in combinations(found, 2)) > 20
+
+
+def test_print_tells_regimes_apart_without_colours():
+    lightness = np.sort(lab(themes.shown("print", REGIMES))[:, 0])
+    assert np.diff(lightness).min() > 15
+    assert lightness[-1] < 92  # and from paper
+
+
+@pytest.mark.parametrize("sight", SIGHT)
+def test_signs_of_a_map_are_told_apart_by_every_eye(sight):
+    for theme in themes.THEMES:
+        found = lab(seen_by(themes.colormap("RdBu", theme)(np.linspace(0, 1, 9))[:, :3], sight))
+        assert np.linalg.norm(found[1] - found[-2]) > 20
+        assert np.linalg.norm(np.diff(found, axis=0), axis=1).min() > (2 if theme == "print" else 5)
+
+
+def test_in_print_a_map_only_grows_lighter():
+    lightness = lab(themes.colormap("RdBu", "print")(np.linspace(0, 1, 33))[:, :3])[:, 0]
+    assert np.diff(lightness).min() > 0
+    assert np.ptp(lightness) > 70
