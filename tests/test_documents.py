@@ -40,6 +40,7 @@ def table(marker):
         ("tumbling, variables", tumbling.VARIABLES),
         ("uncertain bodies, coordinates", uncertain.COORDINATES),
         ("uncertain bodies, variables", uncertain.VARIABLES),
+        ("uncertain bodies, twists", uncertain.TWISTS),
         ("uncertain bodies, kept", uncertain.KEPT),
         ("oscillator coordinates", oscillator.COORDINATES),
         ("oscillator variables", oscillator.VARIABLES),

@@ -2,7 +2,7 @@
 
 from sweeps.commands import parser
 
-UNCERTAIN = ("draws", "seed", "method", "turns", "axis", "picture")
+UNCERTAIN = ("draws", "seed", "method", "turns", "twist", "axis", "picture")
 
 EPILOG = """\
 NAME may be a part of a name: `body racket`. Without NAME the bodies are listed. Or give a body of your own:
@@ -47,6 +47,7 @@ def add(commands) -> None:
     command.add_argument("--seed", type=int, metavar="S", help="of the draws (default 1)")
     command.add_argument("--method", metavar="M", help="how they are spread: sobol (default), latin, random")
     command.add_argument("--turns", type=float, metavar="T", help="turns in which it flips or does not (default 100)")
+    command.add_argument("--twist", action="store_const", const=True, help="measure the twist about the handle too")
     command.add_argument("--axis", type=int, metavar="A", help="the one axis to spin it about (default all three)")
     command.add_argument("--picture", metavar="FILE", help="draw the bodies on the triangle of inertia, as PNG")
     parser.add_json(command)
@@ -78,7 +79,7 @@ def _run(args):
 def _uncertain(args, body, spun: dict, given: list[str]) -> None:
     """The same of a body that is not known exactly."""
     from sweeps.points.loading import load
-    from sweeps.run import pipeline, warmup
+    from sweeps.run import processors, warmup
     from sweeps.systems import resolve
     from sweeps.systems.rigid_body import asked
     from sweeps.systems.uncertain_bodies import asked as uncertain
@@ -87,7 +88,7 @@ def _uncertain(args, body, spun: dict, given: list[str]) -> None:
     entry = asked.entry(vars(args)) if given else uncertain.entry_of(body)
     definition = uncertain.definition(entry, vars(args), spun, load)
     warmup.compile_missing(resolve("rigid_body"))
-    found = uncertain.answer(definition, pipeline.cores())
+    found = uncertain.answer(definition, processors.cores())
     if args.picture:
         _draw(found, args.picture)
     if args.json:

@@ -27,7 +27,7 @@ def _run(args):
     with waiting.said(f"{path}: deriving its equations and looking at its points"):
         planned = catalogue.plan(path)
 
-    from sweeps.run import pipeline
+    from sweeps.run import pipeline, processors
 
-    for path in pipeline.make(planned, workers=args.cores or pipeline.cores(), again=args.again):
+    for path in pipeline.make(planned, workers=args.cores or processors.cores(), again=args.again):
         print(path)

@@ -106,6 +106,17 @@ class Landscape:
         return Tape(forces, [q[i] for i in self.free], (*self.equations.parameters, *held))
 
     @cached_property
+    def _force(self):
+        q, (i,) = self.equations.q, self.free
+        held = [x for k, x in enumerate(q) if k != i]
+        e = sp.factor_terms(self.equations.gradient[i])
+        return lambdified([*self.equations.parameters, *held, q[i]], [e, self.equations.hessian[i, i]])
+
+    def force(self, fixed, x):
+        """∂V/∂q and V″ by the only free coordinate, in plain numbers, of parameters and held coordinates in order."""
+        return self._force(*fixed, x)
+
+    @cached_property
     def whole(self) -> Tape:
         """∂V/∂q by all coordinates."""
         forces = [sp.factor_terms(e) for e in self.equations.gradient]
@@ -271,9 +282,12 @@ def _searched(landscape, parameters):
     return bounds
 
 
+def _held(landscape, parameters):
+    return [h for i, h in enumerate(landscape.holds(parameters).T) if i not in landscape.free]
+
+
 def _constants(landscape, parameters):
-    held = [h for i, h in enumerate(landscape.holds(parameters).T) if i not in landscape.free]
-    return landscape.tape.constants([*parameters, *held])
+    return landscape.tape.constants([*parameters, *_held(landscape, parameters)])
 
 
 def _full(landscape, parameters, places):
@@ -296,13 +310,17 @@ def _full(landscape, parameters, places):
 
 def _line(landscape, parameters):
     constants, bounds = _constants(landscape, parameters), _searched(landscape, parameters)[:, 0]
+    fixed = [*parameters, *_held(landscape, parameters)]
     bounds = np.broadcast_to(bounds, (_size(parameters), 2))
 
     def curve(owner, low, high):
         values, states = landscape.tape.curves(constants, owner, low, high)
         return values[:, 0], states
 
-    zeros = line.zeros(curve, bounds[:, 0], bounds[:, 1])
+    def plain(owner, x):
+        return landscape.force([p[owner] for p in fixed], x)
+
+    zeros = line.zeros(curve, bounds[:, 0], bounds[:, 1], plain)
     table = _table(zeros.owner, zeros.place, bounds.shape[0])
     places = _full(landscape, parameters, table[..., None])
     certified = np.where(zeros.exhausted, SEARCHED, np.where(zeros.proved, PROVED, UNDECIDED))

@@ -23,6 +23,7 @@ SIGN, SLOPE, LOST, NARROW, OUT = range(5)  # kinds of boxes
 FIRST = 8  # boxes that the bounds are cut into at once
 MOST_BOXES = 20_000  # of a point
 MOST_STEPS, PATIENCE = 200, 30
+MOST_SOUGHT, FOUND = 8, 1e-9  # steps in plain numbers, and where the next one is a rounding
 CUT = 0.4871  # of a box: zeros at round places are seldom cut through
 ROUNDINGS = 8.0  # f is lost where it changes by less than so many widths of its own enclosure at a place
 FAINT = 1e-280  # below it f is lost in underflow: no zero is seen there, and no line of them
@@ -55,19 +56,21 @@ class LineZeros:
     exhausted: np.ndarray
 
 
-def zeros(curve, low, high) -> LineZeros:
+def zeros(curve, low, high, plain=None) -> LineZeros:
     """All zeros of a function of each point.
 
     Args:
         curve: (owner, low, high) → enclosures (boxes, 3, 2) of f, f′, f″/2 and states (boxes,).
         low: lower bounds, shape (points,).
         high: upper bounds.
+        plain: (owner, places) → f and f′ as they come, shape (places,) each: where zeros are sought first. Nothing is
+            concluded from them.
     """
     with np.errstate(all="ignore"):
         narrow = UNIT / 16 * (high - low)
         boxes, exhausted = _boxes(curve, low, high, narrow)
         groups = _groups(curve, boxes)
-        found = [_proved(curve, groups), _clusters(curve, groups, exhausted, narrow)]
+        found = [_proved(curve, plain, groups), _clusters(curve, groups, exhausted, narrow)]
         width = (high - low)[groups.owner]
         wide = (groups.worst == LOST) & ~exhausted[groups.owner]
         wide &= groups.lost > FLAT * width
@@ -134,7 +137,10 @@ def _judged(curve, owner, a, b):
         blur = here[:, 0, 1] - here[:, 0, 0]
         lost = (again < 0) & np.isfinite(blur) & (_size(slope) * (b - a)[left] <= ROUNDINGS * blur)
         again[lost] = LOST
-        again[(again < 0) & ~np.isfinite(blur) & _overflows(curve, owner[left], a[left], b[left])] = NARROW
+        beyond = np.flatnonzero((again < 0) & ~np.isfinite(blur))
+        if beyond.size:
+            at = left[beyond]
+            again[beyond[_overflows(curve, owner[at], a[at], b[at])]] = NARROW
         kind[left], sense[left] = again, way
     return kind, sense, states == POLE
 
@@ -219,7 +225,7 @@ def _signs(curve, owner, x):
 # -- zeros that are proved
 
 
-def _proved(curve, groups):
+def _proved(curve, plain, groups):
     """The zero of every monotone run between opposite signs; at a bound, one within a rounding of it."""
     single = groups.worst == SLOPE
     crossing = single & (groups.left * groups.right < 0)
@@ -227,16 +233,33 @@ def _proved(curve, groups):
     at_high = single & (groups.right == 0) & (groups.left == -groups.sense)
     place = np.where(at_low, groups.low, groups.high)
     which = np.flatnonzero(crossing)
-    place[which] = _closed(curve, groups.owner[which], groups.low[which], groups.high[which], groups.left[which])
+    owner, low, high, left = (x[which] for x in (groups.owner, groups.low, groups.high, groups.left))
+    start = 0.5 * (low + high) if plain is None else _sought(plain, owner, low, high, left)
+    place[which] = _closed(curve, owner, low, high, left, start)
     both = single & (groups.left == 0) & (groups.right == 0)
     place[both] = 0.5 * (groups.low + groups.high)[both]
     chosen = crossing | at_low | at_high | both
     return groups.owner[chosen], place[chosen], np.full(chosen.sum(), SIMPLE)
 
 
-def _closed(curve, owner, a, b, left):
+def _sought(plain, owner, a, b, left):
+    """Where zeros of monotone functions in brackets lie as far as plain numbers tell: some place of each bracket."""
+    a, b, place = a.copy(), b.copy(), 0.5 * (a + b)
+    for _ in range(MOST_SOUGHT):
+        value, slope = plain(owner, place)
+        before = np.sign(value) == left
+        a, b = np.where(before, place, a), np.where(before, b, place)
+        guess = place - value / slope
+        step = np.abs(guess - place)
+        place = np.where((guess >= a) & (guess <= b), guess, 0.5 * (a + b))
+        if (step <= FOUND * np.abs(place)).all():
+            break
+    return place
+
+
+def _closed(curve, owner, a, b, left, start):
     """Zeros of monotone functions in brackets: Newton's steps, halving where one leaves the bracket."""
-    a, b, place, enough = a.copy(), b.copy(), 0.5 * (a + b), UNIT / 16 * (b - a)
+    a, b, place, enough = a.copy(), b.copy(), start, UNIT / 16 * (b - a)
     active = np.arange(a.size)
     for step in range(MOST_STEPS):
         if not active.size:

@@ -26,11 +26,6 @@ from sweeps.views import figures, report
 _done = None  # in a process of ours: the queue that it tells how many points it has just done
 
 
-def cores() -> int:
-    """Processors that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
 def make(planned: Plan, results: str | Path = "results", workers: int = 1, again: bool = False) -> Iterator[Path]:
     """Makes the map of a sweep, its pictures and its report.
 

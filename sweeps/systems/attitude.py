@@ -1,10 +1,14 @@
 """Angular velocity and attitude over time, as every system with a body in space writes them."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import xarray as xr
 
 from kernels import direct, exact
 from sweeps.systems.motion import angular_velocity, instants, time
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 PARTS = ("scalar part", "vector part along axis 1", "vector part along axis 2", "vector part along axis 3")
 LAID = "unit quaternion, scalar first, from the body's axes to axes fixed in space, which are the body's at time 0"
@@ -34,7 +38,9 @@ def columns(moments, omega, times, tolerance: float) -> dict[str, tuple]:
     return found
 
 
-def motion_of(moments, omega, duration: float, samples: int | None, tolerance: float, rotation: float) -> xr.Dataset:
+def motion_of(moments, omega, duration: float, samples: int | None, tolerance: float, rotation: float) -> "xr.Dataset":
     """A motion over `duration` (s); `rotation` (s) is what 32 samples are taken of unless their number is given."""
+    import xarray as xr
+
     times = instants(duration, samples, rotation)
     return xr.Dataset(columns(np.asarray(moments), omega, times, tolerance), {"time": time(times, "the start")})

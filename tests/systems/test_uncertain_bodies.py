@@ -299,6 +299,42 @@ def test_body_answers_in_numbers_words_and_a_picture(tmp_path, capsys):
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
+def test_twists_of_draws_are_those_of_the_motion_integrated_by_scipy():
+    """A racket about its two great moments, either of which may be the middle one."""
+    from scipy.integrate import solve_ivp
+
+    body = {"name": "racket", "I1": 0.07, "I2": 0.94, "I3": 1.0}
+    settings = {"draws": 64, "twist": True, "keep": True, "axes": [2, 3], "grid": {"epsilon": 0.02, "phase": 1.2}}
+    found = sweeps.uncertainty([body], "1 %", omega0=2.0, **settings).squeeze()
+    assert not np.isnan(found["twist_quantile"]).any()
+    for axis, k in ((2, 0), (2, 17), (3, 5)):
+        one = found.sel(axis=axis, draw=k)
+        moments = np.array([float(one[f"I{i}_draw"]) for i in (1, 2, 3)])
+        omega = np.roll([1.0, 0.02 * math.cos(1.2), 0.02 * math.sin(1.2)], axis - 1)
+
+        def motion(_, y, moments=moments):
+            omega, momentum = y[:3], moments * y[:3]
+            across = momentum[1] ** 2 + momentum[2] ** 2
+            turned = np.linalg.norm(momentum) * (momentum[1] * omega[1] + momentum[2] * omega[2]) / across
+            change = np.cross(momentum, omega)
+            return [*(change / moments), turned, (momentum[1] * change[2] - momentum[2] * change[1]) / across]
+
+        def once(_, y):
+            return y[3] - 2 * math.pi
+
+        once.terminal = True
+        end = solve_ivp(motion, (0, 50), [*omega, 0.0, 0.0], events=once, method="DOP853", rtol=1e-11, atol=1e-12)
+        assert float(one["twist_draw"]) == pytest.approx(abs(end.y[4, -1]), abs=1e-8)
+
+
+def test_twist_is_told_where_it_is_asked_for(capsys):
+    call = ["body", "--ratios", "0.3", "0.9", "1", "--uncertainty", "5%", "--draws", "64", "--axis", "2"]
+    assert main([*call, "--twist"]) == 0
+    assert "while its handle comes round once it twists by " in " ".join(capsys.readouterr().out.split())
+    assert main([*call, "--json"]) == 0
+    assert "twist_quantile" not in json.loads(capsys.readouterr().out)["axes"][0]
+
+
 BODY = {"name": "A", "I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": 1.0}
 
 

@@ -2,13 +2,16 @@
 
 import math
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from kernels import exact
 from sweeps.systems.attitude import columns
 from sweeps.systems.motion import instants, span, time
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def start(point: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
@@ -37,7 +40,7 @@ def _span(point: Mapping[str, float], rotation: float) -> float:
     return span((1 if flips else 2) * exact.period(*moments, *omega), rotation)
 
 
-def motion(point: Mapping[str, float], duration: float | None, samples: int | None, tolerance: float) -> xr.Dataset:
+def motion(point: Mapping[str, float], duration: float | None, samples: int | None, tolerance: float) -> "xr.Dataset":
     """ω(t) and q(t) of a free rigid body from a point of a map.
 
     Args:
@@ -50,6 +53,8 @@ def motion(point: Mapping[str, float], duration: float | None, samples: int | No
         Over `time` (s): omega1 … omega3 (rad s-1) and the attitude q0 … q3 from the closed form, and the same with
         _direct step by step.
     """
+    import xarray as xr
+
     moments, omega = start(point)
     rotation = 2 * math.pi / np.abs(omega).max()
     times = instants(_span(point, rotation) if duration is None else duration, samples, rotation)

@@ -16,7 +16,7 @@ from sweeps.systems.uncertain_bodies.definition import UncertainDefinition
 from sweeps.systems.uncertain_bodies.known import Known
 from sweeps.systems.uncertain_bodies.variables import OUTLOOKS
 
-OPTIONS = ("draws", "seed", "turns", "method")  # of the command line, and keys of a definition
+OPTIONS = ("draws", "seed", "turns", "method", "twist")  # of the command line, and keys of a definition
 
 
 @dataclass(frozen=True)
@@ -150,6 +150,10 @@ def _becomes(summary: Mapping, found: Answer) -> str:
     sooner = summary["flip_period_quantile"]
     if np.isfinite(sooner[2]):
         text += f", half of all draws every {wording.duration(sooner[2])} or sooner"
+    if "twist_quantile" in summary and np.isfinite(summary["twist_quantile"]).all():
+        low, middle, high = np.degrees(summary["twist_quantile"][1:4])
+        text += f"; while its handle comes round once it twists by {middle:.3g}° (90 % of all draws: {low:.3g}° to"
+        text += f" {high:.3g}°)"
     return text + _matters(summary, found.known)
 
 

@@ -144,11 +144,14 @@ class UncertainDefinition(RigidBodyDefinition):
         "sobol", description="how draws are spread: " + ", ".join(designs.METHODS)
     )
     turns: Turns = Field(100.0, description="turns of the spin in which a body flips or does not: > 0")
+    twist: bool = Field(
+        False, description="true or false: whether the twist of the draws is measured too, and its quantiles told"
+    )
     keep: bool = Field(False, description="true or false: whether every draw stands in the map")
 
     def asked(self, body: UncertainBody) -> Asked:
         """How a body is drawn."""
-        return Asked(body.draws or self.draws, self.seed, self.method, self.turns)
+        return Asked(body.draws or self.draws, self.seed, self.method, self.turns, self.twist)
 
     @cached_property
     def known(self) -> dict[str, known.Known]:

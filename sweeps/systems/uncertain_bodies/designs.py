@@ -9,6 +9,7 @@ Source: Owen, "Quasi-Monte Carlo sampling" (SIGGRAPH 2003 course); `scipy.stats.
 
 import math
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
 
 import numpy as np
@@ -31,7 +32,7 @@ def made(draws: int) -> int:
 
 
 @lru_cache(maxsize=4)
-def normals(method: str, dimension: int, draws: int, seed: int, stream: int = 0) -> np.ndarray:
+def normals(method: str, dimension: int, draws: int, seed: int, stream: int = 0, threads: int = 1) -> np.ndarray:
     """Standard normals, independent between columns.
 
     Args:
@@ -40,6 +41,7 @@ def normals(method: str, dimension: int, draws: int, seed: int, stream: int = 0)
         draws: how many are asked for.
         seed: whole, ≥ 0.
         stream: which of several independent sets of this seed.
+        threads: that make replicates side by side.
 
     Returns:
         Shape (replicates, size, dimension); never to be written to.
@@ -48,7 +50,12 @@ def normals(method: str, dimension: int, draws: int, seed: int, stream: int = 0)
 
     count, size = replicates(draws)
     seeds = np.random.SeedSequence([seed, stream]).spawn(count)
-    found = np.stack([ndtri(_uniforms(method, dimension, size, np.random.default_rng(s))) for s in seeds])
+
+    def one(seed):
+        return ndtri(_uniforms(method, dimension, size, np.random.default_rng(seed)))
+
+    with ThreadPoolExecutor(threads) as pool:
+        found = np.stack(list(pool.map(one, seeds) if threads > 1 else map(one, seeds)))
     found.flags.writeable = False
     return found
 

@@ -20,7 +20,7 @@ FOLLOWED = 2**15  # draws of a body that are followed on to their flips, at most
 SENSITIVE = 2**13  # draws in each half of the design for sensitivities, at most
 SHARE_SENSITIVE = 4  # else the draws over that
 TILE = 2**14  # draws that one thread measures at once
-RATE_NUDGE = 0.03  # rates belong to small nudges: where a tilt makes a larger one, the rate is that of this
+RATE_NUDGE = 1e-5  # rates belong to small nudges: where a tilt makes a larger one, the rate is that of this
 STABLE, UNSTABLE = (0, 1), 2  # regimes of the kernels
 CLEAR = 0.01  # probability below which (or above its complement) the outlook is clear
 COLUMNS = ("omega_squared_reduced", "growth_rate_reduced", "frequency_reduced", "regime", "status")
@@ -35,12 +35,14 @@ class Asked:
         seed: whole, ≥ 0.
         method: one of `designs.METHODS`.
         turns: of the spin, within which a body flips or does not.
+        twist: whether the twist of each draw that is followed is measured too.
     """
 
     draws: int = 10_000
     seed: int = 1
     method: str = "sobol"
     turns: float = 100.0
+    twist: bool = False
 
 
 @dataclass(frozen=True)
@@ -62,7 +64,7 @@ def measured(
     shape (n,): I1, I2, I3, growth_rate, frequency, regime, flip_period, max_tilt, the last two NaN where a draw was not
     followed.
     """
-    normals = designs.normals(asked.method, max(known.dimension, 1), asked.draws, asked.seed)
+    normals = designs.normals(asked.method, max(known.dimension, 1), asked.draws, asked.seed, threads=threads)
     count, size, _ = normals.shape
     flat = normals.reshape(count * size, -1)
     with ThreadPoolExecutor(threads) as pool:
@@ -73,10 +75,13 @@ def measured(
 
 def _one(known, bodies, normals, shape, spin: Spun, asked: Asked, integration, run):
     moments, impossible, turned = bodies
-    points = _points(known, moments, turned, normals, spin)
+    points = _all_points(known, moments, turned, normals, spin, run)
     draws = _rates(points, integration, run)
     followed = _followed(shape)
-    nonlinear = _flips({name: values[followed] for name, values in points.items()}, draws, followed, integration, run)
+    thrown = {name: values[followed] for name, values in points.items()}
+    nonlinear = _flips(thrown, draws, followed, integration, run)
+    if asked.twist:
+        nonlinear["twist"] = _twists(thrown, integration, run)
     summary = _summary(shape, moments, impossible, draws, spin)
     summary |= _flip_summary((shape[0], followed.size // shape[0]), nonlinear, points["omega0"][followed], asked)
     summary |= _moments(known, moments, shape, spin.axis)
@@ -98,6 +103,15 @@ def _bodies(known: Known, normals: np.ndarray, run: Callable):
     parts = list(zip(*_tiled(known.inertia, run, normals), strict=True))
     turned = None if parts[2][0] is None else np.concatenate(parts[2])
     return np.concatenate(parts[0]), np.concatenate(parts[1]), turned
+
+
+def _all_points(known: Known, moments, turned, normals, spin: Spun, run: Callable) -> dict[str, np.ndarray]:
+    """Points of the kernels, of all draws."""
+    if turned is None:
+        parts = _tiled(lambda m, z: _points(known, m, None, z, spin), run, moments, normals)
+    else:
+        parts = _tiled(lambda m, t, z: _points(known, m, t, z, spin), run, moments, turned, normals)
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
 def _points(known: Known, moments, turned, normals, spin: Spun) -> dict[str, np.ndarray]:
@@ -155,6 +169,34 @@ def _flips(points, draws, followed, integration: Integration, run: Callable) -> 
     return {"flip_period": period, "max_tilt": np.where(given_up, tilt_exact, tilt)}
 
 
+def _twists(points, integration: Integration, run: Callable) -> np.ndarray:
+    """Size of the twist of points, rad, measured: of each about its own axis of least moment, from where it starts."""
+    from kernels import twist
+
+    moments = np.stack([points[name] for name in MOMENTS], axis=-1)
+    momentum = moments * _starts(points)
+    order = np.argsort(moments, axis=1, kind="stable")
+    along, second, third = np.take_along_axis(momentum, order, axis=1).T
+    angles = {"chi": np.arctan2(third, second), "theta": np.arctan2(np.hypot(second, third), along)}
+    columns = dict(zip(MOMENTS, moments.T, strict=True)) | angles | {"omega0": np.ones(len(moments))}
+
+    def follow(*values):
+        found = twist.survey(dict(zip(columns, values, strict=True)), integration.tolerance)
+        return np.where(np.isnan(found["twist"]), found["twist_exact"], found["twist"])
+
+    sizes = np.abs(np.concatenate(_tiled(follow, run, *columns.values())))
+    return np.where(np.isnan(sizes), np.inf, sizes)  # along the handle, which then has no azimuth
+
+
+def _starts(points) -> np.ndarray:
+    """Directions of the angular velocity that points start with, shape (n, 3)."""
+    omega, rows = np.empty((len(points["axis"]), 3)), np.arange(len(points["axis"]))
+    sizes = (1.0, points["epsilon"] * np.cos(points["phase"]), points["epsilon"] * np.sin(points["phase"]))
+    for k, size in enumerate(sizes):
+        omega[rows, (points["axis"] - 1 + k) % 3] = size
+    return omega
+
+
 # ---------------------------------------------------------------------------------------------------------
 # Reduced
 
@@ -185,7 +227,7 @@ def _summary(shape, moments, impossible, draws, spin: Spun) -> dict:
 def _flip_summary(shape, nonlinear, rate, asked: Asked) -> dict:
     turns = nonlinear["flip_period"] * np.abs(rate) / (2 * math.pi)
     found = _share("probability_flip", (turns <= asked.turns).reshape(shape))
-    for name in ("flip_period", "max_tilt"):
+    for name in nonlinear:
         found |= _quantiles(f"{name}_quantile", nonlinear[name].reshape(shape))
     return found | {"draws_followed": math.prod(shape)}
 
@@ -227,7 +269,7 @@ def _sensitivities(known: Known, spin: Spun, asked: Asked, integration: Integrat
 
     def rate2(normals):
         moments, _, turned = _bodies(known, normals, run)
-        points = _points(known, moments, turned, normals, spin)
+        points = _all_points(known, moments, turned, normals, spin, run)
         return np.nan_to_num(_rates(points, integration, run)["omega_squared_reduced"] / spin.omega0**2)
 
     half = max(designs.LEAST, min(asked.draws // SHARE_SENSITIVE, SENSITIVE))

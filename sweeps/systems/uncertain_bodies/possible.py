@@ -23,8 +23,6 @@ Source: for second moments, Wensing, Kim, Slotine (2018), IEEE Robotics and Auto
 ours.
 """
 
-import itertools
-
 import numpy as np
 
 SOFT = 0.01  # δ over the largest standard deviation of a second moment
@@ -32,7 +30,6 @@ FLOOR = 1e-12  # least δ over the sum of the second moments: what the doubles o
 
 # Entries of a symmetric tensor in the order of a covariance: xx, yy, zz, xy, xz, yz.
 ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-PERMUTATIONS = np.array(list(itertools.permutations(range(3))))
 
 
 def second_moments(moments: np.ndarray) -> np.ndarray:
@@ -83,25 +80,12 @@ def from_entries(entries: np.ndarray, delta: float, axes: np.ndarray) -> tuple[n
         Moments, shape (n, 3), numbered as the body's axes that they lie nearest to; which draws were no body; and
         rotations, shape (n, 3, 3), that take components along the body's axes to components along the draw's.
     """
-    tensors = np.empty((len(entries), 3, 3))
-    for column, (i, j) in enumerate(ENTRIES):
-        tensors[:, i, j] = tensors[:, j, i] = entries[:, column]
-    values, vectors = np.linalg.eigh(tensors)
-    moments, impossible = from_moments(values, delta)
-    turned = np.einsum("nji,kj->nik", vectors, axes)  # component of draw's axis i along the body's axis k
-    fits = sum(np.abs(turned[:, PERMUTATIONS[:, k], k]) for k in range(3))
-    order = PERMUTATIONS[fits.argmax(axis=1)]
-    rows = np.take_along_axis(turned, order[:, :, None], axis=1)
-    rows = rows * np.where(np.einsum("nii->ni", rows) < 0, -1.0, 1.0)[:, :, None]
-    left = _handedness(rows) < 0  # an axis far off its own may have the wrong end
-    rows[left, 2] *= -1.0
-    return np.take_along_axis(moments, order, axis=1), impossible, rows
+    from kernels import principal
 
-
-def _handedness(rows: np.ndarray) -> np.ndarray:
-    """Determinants of 3 by 3 matrices, shape (n, 3, 3): written out, a tenth of the time of LAPACK's."""
-    (a, b, c), (d, e, f), (g, h, i) = rows.transpose(1, 2, 0)
-    return a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
+    entries, axes = (np.require(x, np.float64, ["C", "W"]) for x in (entries, axes))
+    values, rows = np.empty((len(entries), 3)), np.empty((len(entries), 3, 3))
+    principal.axes_near(entries, axes, values, rows)
+    return *from_moments(values, delta), rows
 
 
 def middle_probability(moments: np.ndarray, covariance: np.ndarray, axis: int) -> float:

@@ -1,6 +1,8 @@
 """Bodies as they are known, drawn and measured: their definition, variables and pictures."""
 
 from collections.abc import Callable, Mapping
+from functools import partial
+from importlib import import_module
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,7 +16,7 @@ from sweeps.systems.system import Dynamics, Opening, Page, Reference
 from sweeps.systems.uncertain_bodies import designs, measuring
 from sweeps.systems.uncertain_bodies.definition import UncertainDefinition
 from sweeps.systems.uncertain_bodies.look import LOOK
-from sweeps.systems.uncertain_bodies.variables import COORDINATES, KEPT, LAYOUT, VARIABLES
+from sweeps.systems.uncertain_bodies.variables import COORDINATES, KEPT, LAYOUT, TWISTS, VARIABLES
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,7 +33,7 @@ class UncertainBodies(RigidBody):
 
     name = "uncertain_bodies"
     look = LOOK
-    kernels = ("survey",)
+    kernels = ("survey", "principal", "twist")
     model = UncertainDefinition
     references = "Saltelli et al. (2010), Computer Physics Communications 181, 259; Owen (1995) on scrambled nets"
     caption = "how likely each spin of bodies that are not known exactly is unstable, and how fast it goes"
@@ -66,8 +68,11 @@ class UncertainBodies(RigidBody):
         return COORDINATES
 
     def variables(self, definition: UncertainDefinition | None = None) -> dict[str, Variable]:
-        """Name → variable; the draws themselves where they are kept."""
-        return VARIABLES | KEPT if definition is not None and definition.keep else VARIABLES
+        """Name → variable; twists where they are asked for, the draws themselves where they are kept."""
+        if definition is None:
+            return VARIABLES
+        kept = KEPT if definition.twist else {name: v for name, v in KEPT.items() if name != "twist_draw"}
+        return VARIABLES | (TWISTS if definition.twist else {}) | (kept if definition.keep else {})
 
     def layout(self) -> Layout:
         """What any of its maps may hold."""
@@ -92,13 +97,13 @@ class UncertainBodies(RigidBody):
         return found
 
     def compile(self) -> None:
-        """The rigid body's kernels, and no others."""
-        for compilation in RIGID_BODY.compilations():
+        """The rigid body's kernels, and that of principal axes."""
+        for compilation in (*RIGID_BODY.compilations(), *self.compilations()):
             compilation()
 
     def compilations(self) -> tuple[Callable[[], None], ...]:
-        """None beside the rigid body's own."""
-        return ()
+        """Principal axes, beside the rigid body's own: importing them does."""
+        return (partial(import_module, "kernels.principal"),)
 
     def seldom(self) -> tuple[Callable[[], None], ...]:
         """None."""

@@ -84,6 +84,15 @@ VARIABLES = table(
     *_with_error("sensitivity_total", "1", "total Sobol index of the rate squared", _TOTAL, over=("input",)),
 )
 
+TWISTS = table(
+    *_quantile(
+        "twist",
+        "rad",
+        "quantile of the size of the twist about the axis of least moment while that comes round once, measured",
+        "half a turn, near pi, is a thrown racket's; missing for a spin along that axis",
+    ),
+)
+
 KEPT = table(
     *(Variable(f"I{i}_draw", "kg m2", f"moment about axis {i} of a body drawn", over=("draw",)) for i in (1, 2, 3)),
     Variable("growth_rate_draw", "s-1", "growth rate of a body drawn, measured", over=("draw",)),
@@ -91,6 +100,7 @@ KEPT = table(
     Variable("regime_draw", None, "regime of a body drawn, measured", "i1", REGIMES, first_flag=-1, over=("draw",)),
     Variable("flip_period_draw", "s", "time between two flips of a body drawn; missing for never", over=("draw",)),
     Variable("max_tilt_draw", "rad", "largest tilt of a body drawn", over=("draw",)),
+    Variable("twist_draw", "rad", "size of the twist of a body drawn, where `twist` is true", over=("draw",)),
 )
 
 FURTHER = table(
@@ -102,7 +112,7 @@ COORDINATES = OF_BODIES | FURTHER
 
 LAYOUT = Layout(
     {"body": OF_BODIES["body"], **COORDINATES},
-    VARIABLES | KEPT,
+    VARIABLES | TWISTS | KEPT,
     tuple(VARIABLES),
     OF_RIGID_BODIES.values,
     along="body",
