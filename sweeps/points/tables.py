@@ -11,9 +11,12 @@ import json
 import re
 import time
 import zlib
+from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
+from io import BytesIO
 from pathlib import Path
 from typing import Any, get_args
 
@@ -28,6 +31,9 @@ from sweeps.schema.refusals import UnreadableError, display, hint, shortened
 
 PART_ROWS = 2**17  # of a file that are in memory at once
 BLOCK_ROWS = 2**14  # of the cache that share a checksum
+BLOCK_BYTES = 2**22  # of a CSV file that one thread parses at once
+LONGEST_LINE = 2**16  # bytes: of a file with longer ones no block is parsed by itself
+PARSERS = 2  # threads; the memory they take does not grow with the file
 SUFFIXES = {".csv": "csv", ".parquet": "parquet", ".nc": "netcdf"}
 FORMAT = "1"
 KEPT_SECONDS = 30 * 86_400.0  # a table that nobody asks for is forgotten
@@ -181,15 +187,16 @@ def _write(
     names = [column.name for column in columns]
     with replaced(cached, flush=False) as temporary, temporary.open("wb") as file:
         for values in _even(source.parts([column.place for column in columns])):
-            values = values * np.array([column.factor for column in columns])
-            for k, column in enumerate(columns):
-                _check_column(column, values[:, k], num)
-            _check_existence(derived, {**fixed, **{name: values[:, k] for k, name in enumerate(names)}}, names, num)
-            content = np.ascontiguousarray(values, "<f8").tobytes()
+            by_column = np.ascontiguousarray(values.T)
+            for column, own in zip(columns, by_column, strict=True):
+                own *= column.factor
+                _check_column(column, own, num)
+            _check_existence(derived, {**fixed, **dict(zip(names, by_column, strict=True))}, names, num)
+            content = np.ascontiguousarray(by_column.T, "<f8").tobytes()
             file.write(content)
             size = BLOCK_ROWS * 8 * len(names)
             checksums += [zlib.crc32(content[at : at + size]) for at in range(0, len(content), size)]
-            these = np.stack([values.min(axis=0), values.max(axis=0)])
+            these = np.stack([by_column.min(axis=1), by_column.max(axis=1)])
             ends = these if ends is None else np.stack([np.minimum(ends[0], these[0]), np.maximum(ends[1], these[1])])
             num += len(values)
         if num == 0:
@@ -235,10 +242,11 @@ def _forget_others(cached: Path) -> None:
 def _check_column(column: ColumnOf, values: np.ndarray, before: int) -> None:
     """Refuses the first value that is no number or is not allowed; `before` rows have been read."""
     allowed = f"{column.parameter.quantity.bounds}, in every row"
-    if not np.isfinite(values).all():
+    low, high = values.min(), values.max()
+    if not (np.isfinite(low) and np.isfinite(high)):
         row = int(np.argmin(np.isfinite(values)))
         raise _refused(column.name, f"row {before + row + 1:,}", "is missing, or no finite number", allowed)
-    telling = [values, values[values > 0], values[values < 0], values[values == 0]]
+    telling = [values] if low > 0 or high < 0 else [values, values[values > 0], values[values < 0], values[values == 0]]
     if any(_wrong(column, end) for part in telling if part.size for end in (part.min(), part.max())):
         row, wrong = next((k, w) for k, v in enumerate(values.tolist()) if (w := _wrong(column, v)))
         shown = f"row {before + row + 1:,} ({float(values[row])!r})"
@@ -303,23 +311,75 @@ class _Csv(_Source):
             raise _refused("", display(path.name), "has no first line of names", "names of columns in the first line")
         self.headings = [units.heading(name) for name in names]
 
-    def _read(self, dtype, **options):
+    def _read(self, what, dtype, **options):
         import pandas as pd
 
         if tuple(map(int, pd.__version__.split(".")[:2])) < (3, 1):  # before, its own floats were not always nearest
             options["float_precision"] = "round_trip"
         names = [str(k) for k in range(len(self.headings))]
-        settings = {"sep": self._between, "header": 0, "names": names, "encoding": "utf-8-sig", "engine": "c"}
-        return pd.read_csv(self.path, dtype=dtype, chunksize=PART_ROWS, **settings, **options)
+        settings = {"sep": self._between, "names": names, "encoding": "utf-8-sig", "engine": "c"}
+        return pd.read_csv(what, dtype=dtype, **settings, **options)
 
     def parts(self, places: Sequence[int]) -> Iterator[np.ndarray]:
-        """The rows; see `_Source`."""
+        """The rows; see `_Source`. Blocks of lines are parsed side by side, up to one that is strange."""
+        done = 0
+        for part in self._side_by_side(places):
+            if part is None:
+                break
+            yield part
+            done += len(part)
+        else:
+            return
+        for part in self._in_turn(places):  # which says what is wrong, and in which row
+            yield part[done:]
+            done = max(0, done - len(part))
+
+    def _side_by_side(self, places: Sequence[int]) -> Iterator[np.ndarray | None]:
+        """Rows of blocks of lines, in order; None, and no more, where one is anything but rows of numbers."""
+        order = [str(place) for place in places]
+
+        def parsed(block: bytes) -> np.ndarray | None:
+            import pandas as pd
+
+            try:
+                part = self._read(BytesIO(block), "f8", header=None, low_memory=False)
+            except ValueError:  # pandas' own errors are among them
+                return None
+            return part[order].to_numpy() if isinstance(part.index, pd.RangeIndex) else None
+
+        waiting: deque[Future] = deque()
+        with ThreadPoolExecutor(PARSERS) as pool:
+            for block in self._blocks():
+                if block is None:
+                    yield from (future.result() for future in waiting)
+                    yield None
+                    return
+                waiting.append(pool.submit(parsed, block))
+                if len(waiting) > PARSERS:
+                    yield waiting.popleft().result()
+            while waiting:
+                yield waiting.popleft().result()
+
+    def _blocks(self) -> Iterator[bytes | None]:
+        """Whole lines below the first, some megabytes at a time; None where lines do not end as they should."""
+        with self.path.open("rb") as file:
+            first = file.readline(LONGEST_LINE)
+            if b"\r" in first.removesuffix(b"\n").removesuffix(b"\r") or len(first) == LONGEST_LINE:
+                yield None
+            while block := file.read(BLOCK_BYTES):
+                rest = file.readline(LONGEST_LINE)
+                if len(rest) == LONGEST_LINE:
+                    yield None
+                yield block + rest
+
+    def _in_turn(self, places: Sequence[int]) -> Iterator[np.ndarray]:
+        """The rows, one part after the other."""
         import pandas as pd
 
         order = [str(place) for place in places]
         number = 0
         try:
-            for part in self._read("f8"):
+            for part in self._read(self.path, "f8", header=0, chunksize=PART_ROWS):
                 if not isinstance(part.index, pd.RangeIndex):
                     raise _refused("", display(self.path.name), "has more values in a row than names", "as many")
                 yield part[order].to_numpy()
@@ -337,7 +397,8 @@ class _Csv(_Source):
         """What is no number in a part of the file."""
         import pandas as pd
 
-        for k, part in enumerate(self._read("str", keep_default_na=False)):
+        text = self._read(self.path, "str", header=0, chunksize=PART_ROWS, keep_default_na=False)
+        for k, part in enumerate(text):
             if k < number:
                 continue
             bad = np.stack([pd.to_numeric(part[name], errors="coerce").isna().to_numpy() for name in part.columns])

@@ -6,11 +6,13 @@ from potentials import FAINT, KNOWN, MULTIPLE, x
 
 from kernels import enclosures
 from sweeps.mechanics import line
+from sweeps.mechanics.graph import lambdified
 from sweeps.mechanics.tape import FUNCTIONS, Tape
 
 
-def zeros(V, bounds):
-    """Zeros of dV/dx of a potential of x."""
+def zeros(V, bounds, plain=None):
+    """Zeros of dV/dx of a potential of x, sought in plain numbers first."""
+    in_numbers = lambdified([x], [V.diff(x), V.diff(x, 2)])
     tape = Tape([sp.factor_terms(V.diff(x))], [x], [])
     constants = tape.constants([])
 
@@ -18,7 +20,7 @@ def zeros(V, bounds):
         values, states = tape.curves(constants, owner, low, high)
         return values[:, 0], states
 
-    return line.zeros(curve, *(np.array([float(bound)]) for bound in bounds))
+    return line.zeros(curve, *(np.array([float(b)]) for b in bounds), plain or (lambda owner, at: in_numbers(at)))
 
 
 def test_there_are_sixty():
@@ -38,6 +40,14 @@ def test_all_equilibria_of_a_known_potential_are_found_and_proved(name):
     assert found.place == pytest.approx(expected, rel=1e-13, abs=1e-14)
     assert found.proved.all()
     assert not found.flat.any()
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, 0.0, 1.0, -1.0])
+def test_plain_numbers_that_mislead_cost_time_and_no_zero(value):
+    for V, bounds, expected in list(KNOWN.values())[::9]:
+        found = zeros(V, bounds, lambda owner, at: (np.full(at.size, value), np.full(at.size, 0.1)))
+        assert found.place == pytest.approx(np.sort(np.array(expected, dtype=float)), rel=1e-13, abs=1e-14)
+        assert found.proved.all()
 
 
 @pytest.mark.parametrize("name", MULTIPLE)

@@ -58,6 +58,51 @@ def test_any_part_is_that_part_of_the_whole(tmp_path):
         assert np.array_equal(np.column_stack([part[name] for name in NAMES]), whole[start:stop])
 
 
+LINES = text(ROWS[:60]).splitlines()
+STRANGE = {
+    "nothing": LINES,
+    "text": [*LINES[:40], "1.0,2.0,many", *LINES[40:]],
+    "too many values": [*LINES[:40], "1.0,2.0,3.0,4.0", *LINES[40:]],
+    "too many everywhere": [LINES[0], *(f"{line},1.0" for line in LINES[1:])],
+    "too few": [*LINES[:40], "1.0,2.0", *LINES[40:]],
+    "an empty line": [*LINES[:40], "", "", *LINES[40:]],
+    "quotes": [*LINES[:40], '"1.0","2.0","3.0e6"', *LINES[40:]],
+    "a line end in quotes": [*LINES[:40], '1.0,2.0,"3.0', 'e6"', *LINES[40:]],
+    "an open quote": [*LINES[:40], '1.0,2.0,"3.0e6', *LINES[40:]],
+    "no number": [*LINES[:40], "1.0,nan,3.0e6", *LINES[40:]],
+    "out of range": [*LINES[:40], "1.0,2.0,-3.0e6", *LINES[40:]],
+    "no UTF-8": [*LINES[:40], "1.0,2.0,\udcff", *LINES[40:]],
+}
+
+
+@pytest.mark.parametrize(
+    ("what", "ends"),
+    [*((what, "\n") for what in STRANGE), *((w, e) for w in ("nothing", "text") for e in ("\r\n", "\r"))],
+)
+def test_blocks_side_by_side_say_what_one_reading_says(tmp_path, monkeypatch, what, ends):
+    """Rows, and refusals with their row's number, are those of the file read from its beginning."""
+
+    def told(folder, size):
+        monkeypatch.setattr(tables, "BLOCK_BYTES", size)
+        monkeypatch.setattr(tables, "cache_folder", lambda: folder / "cache")
+        folder.mkdir()
+        path = write(folder, "")
+        (folder / "bodies.csv").write_bytes(ends.join([*STRANGE[what], ""]).encode(errors="surrogateescape"))
+        try:
+            return points(path)
+        except DefinitionError as refused:
+            return str(refused).replace(str(folder), "")
+
+    def in_turn(source, places):
+        return source._in_turn(places)
+
+    small = told(tmp_path / "small", 200)
+    monkeypatch.setattr(tables._Csv, "parts", in_turn)
+    whole = told(tmp_path / "whole", 200)
+    assert small == whole if isinstance(whole, str) else np.array_equal(small, whole)
+    assert isinstance(whole, str) or what in ("nothing", "an empty line", "quotes", "a line end in quotes")
+
+
 @pytest.mark.parametrize("parquet", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_csv_netcdf_and_parquet_hold_the_same(tmp_path, parquet):
     columns = {name: ROWS[:50, k] for k, name in enumerate(NAMES)}
