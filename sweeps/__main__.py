@@ -78,6 +78,8 @@ def main(arguments: list[str] | None = None) -> int:
     with _answering(signal.SIGINT, signal.SIG_DFL) as answer, _without_words_of_h5py():
         try:
             _write_what_can_be()
+            if arguments is None:  # this process is this command's alone
+                _without_what_no_command_needs()
             parser = _parser()
             answer(hear)
             return _answered(parser.parse_args(sys.argv[1:] if arguments is None else arguments))
@@ -155,6 +157,11 @@ def _refused(message: str) -> int:
     """Says what is wrong, in characters that no terminal obeys."""
     print("".join(c if c.isprintable() or c == "\n" else "\ufffd" for c in message), file=sys.stderr)
     return 2
+
+
+def _without_what_no_command_needs() -> None:
+    """Leaves out Dask's arrays and sparse matrices, which xarray would load, a quarter of its time, for nobody."""
+    sys.modules.setdefault("dask.array", None)
 
 
 def _write_what_can_be() -> None:

@@ -33,17 +33,28 @@ def add(commands) -> None:
 
 
 def _run(args):
-    from sweeps.maps import selection, storage
-    from sweeps.views import figures
+    from sweeps.views.helper import helping
 
     sheet = _sheet(args.size)
+    if args.only:  # few: done before another process is ready
+        return _draw(args, sheet, None)
+    with helping(args.map) as helper:
+        return _draw(args, sheet, helper)
+
+
+def _draw(args, sheet, helper):
+    from sweeps.maps import selection, storage
+    from sweeps.views import figures
 
     with storage.open_map(args.map) as ds:
         asked = args.coordinates | dict(selection.assigned(text) for text in args.at)
         places = selection.nearest(ds, asked)
         chosen = [places[name] for name in asked]
-        ds = ds.isel({place.dim: [place.index] for place in chosen})
-        for path in figures.draw_all(ds, Path(args.output), args.format, args.only, args.theme, sheet):
+        cut = {place.dim: [place.index] for place in chosen}
+        if helper:
+            helper.cut = cut
+        wish = (args.format, args.only, args.theme, sheet, helper)
+        for path in figures.draw_all(ds.isel(cut), Path(args.output), *wish):
             print(path)
     for place in chosen:
         print(place)

@@ -11,6 +11,7 @@ import shutil
 import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
+from contextlib import nullcontext
 from pathlib import Path
 
 from kernels.fingerprint import cache_folder, fingerprint
@@ -21,7 +22,6 @@ from sweeps.points.sweep import Sweep
 from sweeps.run import claims, progress, warmup
 from sweeps.shards import merging
 from sweeps.shards.shard import holds_shard, write_shard
-from sweeps.views import figures, report
 
 _done = None  # in a process of ours: the queue that it tells how many points it has just done
 
@@ -44,36 +44,66 @@ def make(planned: Plan, results: str | Path = "results", workers: int = 1, again
 
 def _made(planned: Plan, folder: Path, workers: int, again: bool) -> Iterator[Path]:
     path = folder / "stability_map.nc"
-    if again or not storage.holds_map(path, planned.sweep):
-        _compile(planned.sweep.system)
-        shards = [folder / "shards" / f"{k}-of-{planned.sweep.shards}.nc" for k in range(1, planned.sweep.shards + 1)]
-        _measure(planned.sweep, shards, workers, again)
-        _say(f"merging {len(shards)} shards" if len(shards) > 1 else "writing the map")
-        merging.merge(planned.sweep, shards, path, workers)
-        shutil.rmtree(folder / "shards")
-    yield path
-    yield from _shown(path, again)
+    is_old = again or not storage.holds_map(path, planned.sweep)
+    with _helping(path, is_old or _is_older(folder / "figures", path), workers) as helper:
+        if is_old:
+            _compile(planned.sweep.system)
+            count = planned.sweep.shards
+            shards = [folder / "shards" / f"{k}-of-{count}.nc" for k in range(1, count + 1)]
+            _measure(planned.sweep, shards, workers, again)
+            _say(f"merging {len(shards)} shards" if len(shards) > 1 else "writing the map")
+            merging.merge(planned.sweep, shards, path, workers)
+            shutil.rmtree(folder / "shards")
+        yield path
+        yield from _shown(path, again, helper)
 
 
-def _shown(path: Path, again: bool) -> Iterator[Path]:
-    """Pictures and report of a map."""
-    for name, maker in {"figures": _draw, "report.html": _report}.items():
-        made = path.parent / name
-        if again or not made.exists() or made.stat().st_mtime < path.stat().st_mtime:
-            _say(f"making {made}")
-            maker(path, made)
-        yield made
+def _helping(path: Path, is_needed: bool, workers: int):
+    """A second process for the pictures, which loads what it needs while the map is made; None where there is none."""
+    if not is_needed or workers == 1:
+        return nullcontext()
+    from sweeps.views.helper import helping
+
+    return helping(path)
 
 
-def _draw(path: Path, folder: Path) -> None:
+def _is_older(made: Path, path: Path) -> bool:
+    return not made.exists() or made.stat().st_mtime < path.stat().st_mtime
+
+
+def _shown(path: Path, again: bool, helper) -> Iterator[Path]:
+    """Pictures and report of a map, side by side where a second process helps."""
+    folder, page = path.parent / "figures", path.parent / "report.html"
+    drawn = []
+    if again or _is_older(folder, path):
+        _say(f"making {folder}")
+        drawn.append(_draw(path, folder, helper))
+    if again or _is_older(page, path):
+        _say(f"making {page}")
+        _report(path, page)
+    for asked in drawn:
+        asked.result()
+        os.utime(folder)
+    yield folder
+    yield page
+
+
+def _draw(path: Path, folder: Path, helper) -> Future:
+    """The pictures of a map: drawn, or being drawn by the helper."""
     shutil.rmtree(folder, ignore_errors=True)
-    with storage.open_map(path) as ds:
-        for _ in figures.draw_all(ds, folder):
-            pass
-    os.utime(folder)
+    if helper:
+        return helper.draw_all(folder)
+    from sweeps.views.helper import draw_all
+
+    done = Future()
+    draw_all(path, folder)
+    done.set_result(None)
+    return done
 
 
 def _report(path: Path, file: Path) -> None:
+    from sweeps.views import report
+
     with storage.open_map(path) as ds:
         report.write(ds, file)
 

@@ -15,6 +15,8 @@ from sweeps.schema.refusals import RefusedError, hint, shortened
 from sweeps.views import films, svg, themes
 from sweeps.views.pdf import ScaledPages
 
+COMPILED = ("polhodes",)  # pictures that call kernels: with the animations, for one process to load them
+LEAST_SHARED = 4  # fewer pictures are drawn before another process is ready
 FRAME_MILLISECONDS = 60
 MAX_TITLE = 200  # characters, as of a definition's
 MOST_PARTS = 20_000  # of one artist that SVG and PDF draw each by itself
@@ -60,6 +62,7 @@ def draw_all(
     only: Sequence[str] = (),
     theme: str = "light",
     sheet: style.Sheet = style.ITS_OWN,
+    helper=None,
 ) -> Iterator[Path]:
     """Draws the pictures of a map, and its animations as GIF, and as MP4 and WebM where ffmpeg is at hand.
 
@@ -72,6 +75,7 @@ def draw_all(
         only: names of pictures and animations, or how they begin; all where there is none.
         theme: of `sweeps.views.themes`.
         sheet: what the pictures are for.
+        helper: a `sweeps.views.helper.Helper`, which draws half of them.
 
     Yields:
         The path of each file, once all are written.
@@ -79,24 +83,50 @@ def draw_all(
     Raises:
         RefusedError: for a name that no picture of this map has, and for a film where there is none to be made.
     """
-    folder, ds = Path(folder), literal(ds)
+    folder = Path(folder)
     still, moving = pictures(ds), animations(ds)
     if kind in films.KINDS:
         films.refuse_unless_made(kind, moving)
         still = {}
     wanted = _named([*still, *moving], only)
-    made = [(f"{name}.{kind}", _write, draw) for name, draw in still.items() if name in wanted]
-    made += [(f"{name}.gif", _animate, frames) for name, frames in moving.items() if name in wanted]
-    with replaced_folder(folder) as temporary, style.drawn_for(sheet):
-        drawn = [name for name, write, draw in made if write(draw, temporary / name, theme)]
-        turned = [temporary / name for name in drawn if name.endswith(".gif")]
-        if kind in films.KINDS:
-            drawn = [film.name for each in turned for film in films.made(each, (kind,))]
-            for each in turned:
-                each.unlink()
+    names = [name for name in (*still, *moving) if name in wanted]
+    others = [name for k, name in enumerate(names) if name in moving or name in COMPILED or k == 0]
+    with replaced_folder(folder) as temporary:
+        how = (temporary, kind, theme, sheet)
+        if helper is None or len(names) < LEAST_SHARED:
+            drawn = draw_some(ds, names, *how)
         else:
-            drawn += [film.name for each in turned for film in films.made(each)]
+            asked = helper.draw(others, *how)
+            mine = draw_some(ds, [name for name in names if name not in others], *how)
+            found = {*mine, *asked.result()}
+            drawn = [file for name in names for file in sorted(found) if Path(file).stem == name]
     yield from (folder / name for name in drawn)
+
+
+def draw_some(
+    ds: xr.Dataset, names: Sequence[str], folder: Path, kind: str, theme: str, sheet: style.Sheet
+) -> list[str]:
+    """Draws pictures and animations of a map by name into a folder that is there; gives the files' names."""
+    ds = literal(ds)
+    still, moving = pictures(ds), animations(ds)
+    drawn = []
+    with style.drawn_for(sheet):
+        for name in names:
+            if name in still and kind not in films.KINDS:
+                path = folder / f"{name}.{kind}"
+                drawn += [path.name] if _write(still[name], path, theme) else []
+            elif name in moving and _animate(moving[name], folder / f"{name}.gif", theme):
+                drawn += _moving(folder / f"{name}.gif", kind)
+    return drawn
+
+
+def _moving(animation: Path, kind: str) -> list[str]:
+    """Names of the files of an animation: its GIF and films, or one film alone."""
+    if kind not in films.KINDS:
+        return [animation.name, *(film.name for film in films.made(animation))]
+    made = [film.name for film in films.made(animation, (kind,))]
+    animation.unlink()
+    return made
 
 
 def _named(names: Sequence[str], only: Sequence[str]) -> set[str]:

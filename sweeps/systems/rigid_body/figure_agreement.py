@@ -126,6 +126,7 @@ def _side(column, found: Agreement, sign: float, color: str) -> None:
         order |= {"label": f"{WORDS[name]} ({int(masks[name].sum()):,})"} if name in WORDS else {}
         lower.plot(theory[at], np.maximum(found.deviation[at], EXACT), **look, **order)
     style.plain_log_ticks(lower.xaxis)
+    lower.minorticks_off()
 
 
 def _draw_errors(ax: Axes, theory, error, at) -> None:

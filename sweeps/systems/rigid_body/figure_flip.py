@@ -138,21 +138,35 @@ def _window(moments, omega, axis: int, period: float, omega0: float) -> np.ndarr
 
 def _frames(point, moments, omegas, turned, times) -> list[Image.Image]:
     """The pictures, all in the same 256 colours, which is what a GIF holds; attitudes `FINER` times as many."""
-    figure, scene, dots = _stage(point, moments, omegas, times)
-    faces, handle = solid_of(moments), int(np.argmin(moments))
+    figure, ax, dots = _stage(point, moments, omegas, times)
+    scene, handle = _Scene(ax, solid_of(moments), int(point["axis"])), int(np.argmin(moments))
     figure.canvas.draw()  # what stands still, drawn once: all but what is animated
     still = figure.canvas.copy_from_bbox(figure.bbox)
     images = []
     for k, matrix in enumerate(turned[::FINER]):
         figure.canvas.restore_region(still)
         trail = turned[FINER * max(0, k - TRAIL) : FINER * k + 1, :, handle]
-        _draw_scene(scene, faces, matrix, int(point["axis"]), omegas[k], trail)
+        scene.draw(matrix, omegas[k], trail)
         for dot, component in zip(dots, omegas[k], strict=True):
             dot.set_data([times[k]], [component])
             dot.axes.draw_artist(dot)
-        images.append(Image.fromarray(np.asarray(figure.canvas.buffer_rgba())).convert("RGB"))
-    palette = _montage(images[:: max(1, len(images) // 12)]).quantize(256)
-    return [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
+        images.append(np.array(figure.canvas.buffer_rgba())[..., :3])
+    return _in_few_colors(images)
+
+
+def _in_few_colors(images: list[np.ndarray]) -> list[Image.Image]:
+    """Pictures, shape (height, width, 3), in the same 256 colours: of each, those nearest to 32 steps of a channel."""
+    some = [Image.fromarray(image) for image in images[:: max(1, len(images) // 12)]]
+    palette = _montage(some).quantize(256)
+    steps = np.linspace(0, 255, 32).round().astype(np.uint8)
+    cube = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(1, -1, 3)
+    table = np.asarray(Image.fromarray(cube).quantize(palette=palette, dither=Image.Dither.NONE)).ravel()
+    made = []
+    for image in images:
+        red, green, blue = np.moveaxis(image >> 3, -1, 0).astype(np.intp)
+        made.append(Image.fromarray(table[(red << 10) | (green << 5) | blue], "P"))
+        made[-1].putpalette(palette.getpalette())
+    return made
 
 
 def _montage(images: list[Image.Image]) -> Image.Image:
@@ -192,51 +206,79 @@ def _stage(point, moments, omegas, times):
     return figure, scene, dots
 
 
-def _seen(points: np.ndarray) -> np.ndarray:
-    """Points of space, shape (n, 3), on the screen, shape (n, 2)."""
+def _screen() -> np.ndarray:
+    """The viewer's right and up, as columns, shape (3, 2)."""
     towards = TOWARDS / np.linalg.norm(TOWARDS)
-    right = np.cross([0.0, 0.0, 1.0], towards)
-    right /= np.linalg.norm(right)
-    return points @ np.stack([right, np.cross(towards, right)]).T
+    right = np.array([-towards[1], towards[0], 0.0]) / np.hypot(*towards[:2])
+    return np.stack([right, np.cross(towards, right)], axis=1)
 
 
-def _draw_scene(ax, faces: list[Face], matrix: np.ndarray, axis: int, omega: np.ndarray, trail: np.ndarray):
-    """What turns: the trail's far part, the body with its spin axis, the trail's near part, and ω with its name."""
-    far = trail @ TOWARDS <= 0.0
-    end = 1.15 * matrix[:, axis - 1]
-    tip = Line2D(*_seen(np.stack([np.zeros(3), end])).T, color=colors.INK, linewidth=1.6)
-    body = _solid(faces, matrix)
-    spin = matrix @ omega
-    arrow = _seen(np.stack([np.zeros(3), 1.2 * spin / np.linalg.norm(spin)]))
-    shaft = Line2D(*arrow.T, color=colors.UNSTABLE, linewidth=2.0)
-    head = Line2D(*arrow[1:].T, marker="o", color=colors.UNSTABLE, markersize=4)
-    look = {"color": colors.UNSTABLE, "fontweight": "bold", "path_effects": style.halo()}
-    name = ax.text(*(arrow[1] + np.array([-0.08, 0.02])), "ω", ha="right", animated=True, **look)
-    artists = [_trail(trail, far), *((body, tip) if end @ TOWARDS > 0.0 else (tip, body)), _trail(trail, ~far)]
-    for artist in (*artists, shaft, head, name):
-        if artist is not name:
-            ax.add_artist(artist)
+SCREEN = _screen()
+
+
+def _seen(points: np.ndarray) -> np.ndarray:
+    """Points of space, shape (…, 3), on the screen, shape (…, 2)."""
+    return points @ SCREEN
+
+
+class _Scene:
+    """What turns, in the order in which it is drawn: artists that stay, and are only moved from frame to frame."""
+
+    def __init__(self, ax, faces: list[Face], axis: int):
+        self.ax, self.axis, self.solid = ax, axis, _Solid(faces)
+        trail = {"color": colors.SERIES_COLORS[4], "linewidth": 1.5, "alpha": 0.8}
+        spin = {"color": colors.UNSTABLE}
+        self.far, self.near = Line2D([], [], **trail), Line2D([], [], **trail)
+        self.tip = Line2D([], [], color=colors.INK, linewidth=1.6)
+        self.shaft = Line2D([], [], linewidth=2.0, **spin)
+        self.head = Line2D([], [], marker="o", markersize=4, **spin)
+        look = {"fontweight": "bold", "path_effects": style.halo(), "ha": "right", **spin}
+        self.name = ax.text(0.0, 0.0, "ω", animated=True, **look)
+        self.name.set_animated(True)
+        ax.add_collection(self.solid.artist, autolim=False)
+        for artist in (self.far, self.near, self.tip, self.shaft, self.head, self.solid.artist):
             artist.set_animated(True)
-        ax.draw_artist(artist)
-        artist.remove()
+            if isinstance(artist, Line2D):
+                ax.add_line(artist)
+
+    def draw(self, matrix: np.ndarray, omega: np.ndarray, trail: np.ndarray) -> None:
+        """The trail's far part, the body with its spin axis, the trail's near part, and ω with its name."""
+        behind = trail @ TOWARDS <= 0.0
+        for line, shown in ((self.far, behind), (self.near, ~behind)):
+            line.set_data(*np.where(shown[:, None], _seen(trail), np.nan).T)
+        end = 1.15 * matrix[:, self.axis - 1]
+        self.tip.set_data(*_seen(np.stack([np.zeros(3), end])).T)
+        spin = matrix @ omega
+        arrow = _seen(np.stack([np.zeros(3), 1.2 * spin / np.linalg.norm(spin)]))
+        self.shaft.set_data(*arrow.T)
+        self.head.set_data(*arrow[1:].T)
+        self.name.set_position(arrow[1] + np.array([-0.08, 0.02]))
+        self.solid.turn(matrix)
+        body = (self.solid.artist, self.tip) if end @ TOWARDS > 0.0 else (self.tip, self.solid.artist)
+        for artist in (self.far, *body, self.near, self.shaft, self.head, self.name):
+            self.ax.draw_artist(artist)
 
 
-def _trail(points: np.ndarray, shown: np.ndarray) -> Line2D:
-    """The part of the handle's trail that is shown."""
-    seen = np.where(shown[:, None], _seen(points), np.nan)
-    return Line2D(*seen.T, color=colors.SERIES_COLORS[4], linewidth=1.5, alpha=0.8)
+class _Solid:
+    """The faces of a body that look at the viewer, shaded, the farthest first."""
 
+    def __init__(self, faces: list[Face]):
+        most = max(len(face.corners) for face in faces)
+        # faces of fewer corners end in their last one again
+        self.corners = np.array([[*face.corners, *[face.corners[-1]] * (most - len(face.corners))] for face in faces])
+        self.normals = np.array([face.normal for face in faces])
+        self.colors = np.array([face.color for face in faces])
+        self.veils = np.array([face.veil for face in faces], float)
+        edge = (1.0, 1.0, 1.0, 0.6 if len(faces) == 6 else 0.0)
+        self.artist = PolyCollection([], edgecolors=[edge], linewidths=0.6)
 
-def _solid(faces: list[Face], matrix: np.ndarray) -> PolyCollection:
-    """The faces of the body that look at the viewer, shaded, the farthest first."""
-    seen = []
-    for face in faces:
-        outward = matrix @ face.normal
-        if outward @ TOWARDS > 0.0:
-            corners = face.corners @ matrix.T
-            shade = np.array(face.color) * (0.55 + 0.45 * (0.5 + 0.5 * outward @ LIGHT))
-            seen.append((float((corners @ TOWARDS).mean()), _seen(corners), (*np.clip(shade, 0, 1), face.veil)))
-    seen.sort(key=lambda one: one[0])
-    _, shapes, shades = zip(*seen, strict=True)
-    edges = [(1.0, 1.0, 1.0, 0.6 if len(faces) == 6 else 0.0)] * len(shapes)
-    return PolyCollection(list(shapes), facecolors=list(shades), edgecolors=edges, linewidths=0.6)
+    def turn(self, matrix: np.ndarray) -> None:
+        """Shows the body in an attitude."""
+        outward = self.normals @ matrix.T
+        front = np.flatnonzero(outward @ TOWARDS > 0.0)
+        depth = self.corners[front].mean(axis=1) @ (matrix.T @ TOWARDS)
+        front = front[np.argsort(depth, kind="stable")]
+        light = 0.55 + 0.45 * (0.5 + 0.5 * outward[front] @ LIGHT)
+        shades = np.clip(self.colors[front] * light[:, None], 0.0, 1.0)
+        self.artist.set_verts(list(self.corners[front] @ (matrix.T @ SCREEN)))
+        self.artist.set_facecolor(np.column_stack([shades, self.veils[front]]))

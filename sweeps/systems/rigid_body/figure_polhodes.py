@@ -16,7 +16,7 @@ from sweeps.systems.rigid_body.variables import MOMENTS
 
 MOST_MOMENTS = 48  # values a dimension among which the body is looked for
 POINTS = 721
-PIXELS = 1000
+PIXELS = 600
 SPACING = 0.14  # between neighbouring polhodes, of the ellipsoid's size
 LEAST_CURVES, MOST_CURVES = 3, 10  # about one end of an axis
 WORDS = ("least", "middle", "greatest")

@@ -9,6 +9,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, PathPatch
 from matplotlib.path import Path as Outline
+from matplotlib.text import Annotation
 
 from kernels import linear
 from kernels.rigid_body import cyclic, triangle_margin
@@ -148,7 +149,6 @@ def _map(figure, part, axis, shown, fixed) -> Figure:
     _name_regions(ax, part, shown, lines)
     _color_bar(figure, ax, mesh)
     style.legend(figure, _vanishing(part) + _missing(part))
-    _turn_labels(figure, ax)
     return figure
 
 
@@ -253,17 +253,23 @@ def _draw_boundaries(ax: Axes, lines: Mapping, shown) -> None:
             _outside(ax, pair, (1.0, ys[0]), ax.get_yaxis_transform(), (4, 0), ha="left", va="center")
         else:
             at = _clear_of(xs, [other for other in lines.values() if other is not line])
-            ax.annotate(
-                _pair_text(pair),
-                (xs[at], ys[at]),
-                (-4, 4),
-                textcoords="offset points",
-                gid="along",
-                ha="right",
-                va="bottom",
-                rotation_mode="anchor",
-                path_effects=style.halo(),
-            )
+            ax.add_artist(_Along(_pair_text(pair), xs[[at - 24, at]], ys[[at - 24, at]]))
+
+
+class _Along(Annotation):
+    """A text along a line through two points, that ends at the second: its angle is known once it is drawn."""
+
+    def __init__(self, text: str, xs: np.ndarray, ys: np.ndarray):
+        look = {"ha": "right", "va": "bottom", "rotation_mode": "anchor", "path_effects": style.halo()}
+        super().__init__(text, (xs[1], ys[1]), (-4, 4), textcoords="offset points", gid="along", **look)
+        self._line = np.column_stack([xs, ys])
+
+    def get_rotation(self) -> float:
+        """Degrees."""
+        if self.axes is None:
+            return 0.0
+        (x, y), (u, v) = self.axes.transData.transform(self._line)
+        return float(np.degrees(np.arctan2(v - y, u - x)))
 
 
 def _clear_of(diagonal: np.ndarray, others) -> int:
@@ -274,17 +280,6 @@ def _clear_of(diagonal: np.ndarray, others) -> int:
 
 def _outside(ax: Axes, pair, xy, transform, offset, **alignment) -> None:
     ax.annotate(_pair_text(pair), xy, offset, xycoords=transform, textcoords="offset points", **alignment)
-
-
-def _turn_labels(figure: Figure, ax: Axes) -> None:
-    """Turns the names of slanting boundaries along them: the angle is known once the layout is."""
-    slanting = [text for text in ax.texts if text.get_gid() == "along"]
-    if not slanting:
-        return
-    figure.draw_without_rendering()
-    (line,) = (line for line in ax.lines if line.get_gid() == slanting[0].get_text())
-    xs, ys = ax.transData.transform(np.column_stack(line.get_data())[[150, 199]]).T
-    slanting[0].set_rotation(np.degrees(np.arctan2(np.diff(ys), np.diff(xs)))[0])
 
 
 def _name_regions(ax: Axes, part: xr.Dataset, shown, lines: Mapping) -> None:

@@ -1,0 +1,74 @@
+"""A second process that draws half of a map's pictures; it loads what it needs while the first looks at the map."""
+
+import multiprocessing
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor
+from contextlib import contextmanager
+from pathlib import Path
+
+from sweeps import interrupts
+
+
+class Helper:
+    """The other process.
+
+    Args:
+        path: of the map, which it opens for itself.
+    """
+
+    def __init__(self, path: str | Path):
+        self.path, self.cut = str(path), {}
+        self._pool = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), interrupts.end_with_the_parent)
+        with interrupts.left_to_the_parent():
+            self._pool.submit(_get_ready)
+
+    def draw(self, names: Sequence[str], folder: Path, *how) -> Future:
+        """Draws pictures and animations by name into a folder; see `sweeps.views.figures.draw_some`."""
+        return self._pool.submit(_draw, self.path, self.cut, names, folder, *how)
+
+    def draw_all(self, folder: Path) -> Future:
+        """Draws all of them into a folder."""
+        return self._pool.submit(draw_all, self.path, folder)
+
+    def end(self, is_done: bool) -> None:
+        """Ends the process, at once where its work is not wanted any more."""
+        self._pool.shutdown(wait=is_done, cancel_futures=True)
+        if not is_done:
+            interrupts.end_children()
+
+
+@contextmanager
+def helping(path: str | Path) -> Iterator[Helper]:
+    """A helper for a map's pictures, while the block lasts."""
+    helper, is_done = Helper(path), False
+    try:
+        yield helper
+        is_done = True
+    finally:
+        helper.end(is_done)
+
+
+def _get_ready() -> None:
+    import sys
+
+    sys.modules.setdefault("dask.array", None)  # as commands do
+    from kernels import exact  # noqa: F401
+    from sweeps.views import figures  # noqa: F401
+
+
+def _draw(path: str, cut: Mapping[str, list[int]], names: Sequence[str], folder: Path, *how) -> list[str]:
+    from sweeps.maps import storage
+    from sweeps.views import figures
+
+    with storage.open_map(path) as ds:
+        return figures.draw_some(ds.isel(cut), names, folder, *how)
+
+
+def draw_all(path: str | Path, folder: Path) -> None:
+    """All pictures and animations of a map."""
+    from sweeps.maps import storage
+    from sweeps.views import figures
+
+    with storage.open_map(path) as ds:
+        for _ in figures.draw_all(ds, folder):
+            pass
