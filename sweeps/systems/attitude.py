@@ -43,6 +43,4 @@ def motion_of(moments, omega, duration: float, samples: int | None, tolerance: f
     import xarray as xr
 
     times = instants(duration, samples, rotation)
-    import xarray as xr
-
     return xr.Dataset(columns(np.asarray(moments), omega, times, tolerance), {"time": time(times, "the start")})
