@@ -63,7 +63,10 @@ def estimate(sweep: Sweep, bytes_per_point: int | None = None) -> Estimate:
     return Estimate(
         points=grid.size,
         shards=sweep.shards,
-        memory_bytes=PROCESS_BYTES + BLOCKS * min(grid.size, BLOCK_POINTS) * bytes_per_point + coordinates,
+        memory_bytes=PROCESS_BYTES
+        + BLOCKS * min(grid.size, BLOCK_POINTS) * bytes_per_point
+        + coordinates
+        + system.working_bytes(definition),
         disk_bytes=2 * (grid.size * bytes_per_point + coordinates) + beside + (sweep.shards + 1) * headers,
         seconds=seconds,
         compile_seconds=compiling,

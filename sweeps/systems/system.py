@@ -272,6 +272,10 @@ class Dynamics(ABC):
         """Name of each animation of a map → what draws its frames (none where there is nothing to show)."""
         return {}
 
+    def working_bytes(self, definition: "Definition") -> int:
+        """Memory of one process while it measures, bytes, beside what its points and their columns take."""
+        return 0
+
     def bytes_per_point(self, definition: "Definition") -> int:
         """Uncompressed bytes of a map, a point."""
         sizes = {name: values.size for name, values in self.further(definition).items()}

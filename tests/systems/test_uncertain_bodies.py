@@ -10,6 +10,7 @@ from scipy.stats import multivariate_normal, norm
 import sweeps
 from kernels import exact
 from sweeps.__main__ import main
+from sweeps.points.estimate import estimate
 from sweeps.points.loading import read
 from sweeps.schema.definition import Integration
 from sweeps.schema.refusals import DefinitionError
@@ -211,7 +212,7 @@ def measured():
     known = of_moments(box("6U"), 0.1, phase="any")
     spins = [measuring.Spun(axis, -2.0, 1e-3, 0.6) for axis in (2, 3)]
     asked = measuring.Asked(draws=1024, seed=5)
-    return known, asked, spins, measuring.measured(known, spins, asked, Integration())
+    return known, asked, spins, list(measuring.measured(known, spins, asked, Integration()))
 
 
 def test_measured_probabilities_are_the_normal_distributions(measured):
@@ -252,7 +253,7 @@ def test_flips_of_draws_are_the_closed_forms(measured):
 
 def test_threads_and_neighbours_change_no_bit(measured):
     known, asked, spins, found = measured
-    alone = measuring.measured(known, spins[1:], asked, Integration(), threads=3)[0][0]
+    alone = next(measuring.measured(known, spins[1:], asked, Integration(), threads=3))[0]
     for name, value in found[1][0].items():
         assert np.asarray(value).tobytes() == np.asarray(alone[name]).tobytes(), name
 
@@ -325,6 +326,14 @@ def test_twists_of_draws_are_those_of_the_motion_integrated_by_scipy():
         once.terminal = True
         end = solve_ivp(motion, (0, 50), [*omega, 0.0, 0.0], events=once, method="DOP853", rtol=1e-11, atol=1e-12)
         assert float(one["twist_draw"]) == pytest.approx(abs(end.y[4, -1]), abs=1e-8)
+
+
+def test_a_sweep_says_what_memory_its_draws_take(tmp_path):
+    (tmp_path / "my.yaml").write_text("bodies: [{name: A, I1: 1, I2: 2, I3: 2.5, omega0: 1}]\nuncertainty: 5 %\n")
+    few = estimate(read(tmp_path / "my.yaml")).memory_bytes
+    with (tmp_path / "my.yaml").open("a") as file:
+        file.write("draws: 2000000\n")
+    assert 0.5e9 < estimate(read(tmp_path / "my.yaml")).memory_bytes - few < 1.5e9  # 0.35 to 0.45 kB a draw, measured
 
 
 def test_twist_is_told_where_it_is_asked_for(capsys):

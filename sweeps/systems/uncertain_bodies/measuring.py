@@ -4,7 +4,7 @@ The draws of all bodies come from the same standard normals: a body's numbers de
 """
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -20,6 +20,7 @@ FOLLOWED = 2**15  # draws of a body that are followed on to their flips, at most
 SENSITIVE = 2**13  # draws in each half of the design for sensitivities, at most
 SHARE_SENSITIVE = 4  # else the draws over that
 TILE = 2**14  # draws that one thread measures at once
+DRAW_BYTES = 450  # of memory that a draw takes while its body is measured
 RATE_NUDGE = 1e-5  # rates belong to small nudges: where a tilt makes a larger one, the rate is that of this
 STABLE, UNSTABLE = (0, 1), 2  # regimes of the kernels
 CLEAR = 0.01  # probability below which (or above its complement) the outlook is clear
@@ -57,8 +58,8 @@ class Spun:
 
 def measured(
     known: Known, spins: Iterable[Spun], asked: Asked, integration: Integration, threads: int = 1
-) -> list[tuple[dict[str, np.ndarray], dict[str, np.ndarray]]]:
-    """Of each spin of a body: (its variables, its draws).
+) -> Iterator[tuple[dict[str, np.ndarray], dict[str, np.ndarray]]]:
+    """Of each spin of a body, one after the other: (its variables, its draws).
 
     Variables are floats, or arrays over `quantile` (of `QUANTILES`) or over the body's own inputs; draws are columns of
     shape (n,): I1, I2, I3, growth_rate, frequency, regime, flip_period, max_tilt, the last two NaN where a draw was not
@@ -70,7 +71,8 @@ def measured(
     with ThreadPoolExecutor(threads) as pool:
         run = pool.map if threads > 1 else map
         bodies = _bodies(known, flat, run)
-        return [_one(known, bodies, flat, (count, size), spin, asked, integration, run) for spin in spins]
+        for spin in spins:
+            yield _one(known, bodies, flat, (count, size), spin, asked, integration, run)
 
 
 def _one(known, bodies, normals, shape, spin: Spun, asked: Asked, integration, run):

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-WORK = 12  # how many times the work of its draws a spin takes: flips and sensitivities beside rates
+WORK, FOLLOWING = 2, 10  # of a draw's rate, and of a draw that is followed to its flips, over the work of one point
 
 
 class UncertainBodies(RigidBody):
@@ -50,14 +50,17 @@ class UncertainBodies(RigidBody):
         """Levels of the quantiles, the inputs of all bodies, and the draws where they are kept."""
         found = {"quantile": np.array(measuring.QUANTILES), "input": np.array(_inputs(definition))}
         if definition.keep:
-            most = max(designs.made(definition.asked(body).draws) for body in definition.bodies)
-            found["draw"] = np.arange(most, dtype=np.int32)
+            found["draw"] = np.arange(_most(definition), dtype=np.int32)
         return found
 
     def samples(self, definition: UncertainDefinition) -> int:
         """Samples of all draws, of the body that has most of them."""
-        most = max(designs.made(definition.asked(body).draws) for body in definition.bodies)
-        return WORK * most * definition.integration.samples
+        most = _most(definition)
+        return (WORK * most + FOLLOWING * min(most, measuring.FOLLOWED)) * definition.integration.samples
+
+    def working_bytes(self, definition: UncertainDefinition) -> int:
+        """Memory for the draws of one body."""
+        return measuring.DRAW_BYTES * _most(definition)
 
     def arguments(self, definition: UncertainDefinition) -> tuple[str, ...]:
         """Names of what a point consists of."""
@@ -177,6 +180,11 @@ def _inputs(definition: UncertainDefinition) -> tuple[str, ...]:
     """Inputs of all bodies, each once, in the order of the first body that has it."""
     names = dict.fromkeys(name for known in definition.known.values() for name in known.inputs)
     return tuple(names) or ("(none)",)
+
+
+def _most(definition: UncertainDefinition) -> int:
+    """Draws of the body that has most of them."""
+    return max(designs.made(definition.asked(body).draws) for body in definition.bodies)
 
 
 def _missing(variable: Variable, size: int, own: tuple[int, ...]) -> np.ndarray:
