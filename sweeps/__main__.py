@@ -49,6 +49,7 @@ half-written); 130 interrupted;
 
 
 MACHINE = "a machine with room, and files that may be read and written"
+NUMBAS_SETTINGS = os.path.join("numba", "core", "config.py")
 
 
 def _parser() -> ArgumentParser:
@@ -145,6 +146,11 @@ def _answered(args: Namespace) -> int:
         if "NetCDF" not in str(error):
             raise
         return _refused(f"{error}: a file is damaged; allowed: a whole file that Polhode wrote")
+    except Exception as error:
+        if not any(frame.filename.endswith(NUMBAS_SETTINGS) for frame in extract_tb(error.__traceback__)):
+            raise
+        what = " ".join(str(error).split())
+        return _refused(f"Numba's settings (NUMBA_… or .numba_config.yaml): {what}; allowed: what Numba can read")
 
 
 def _where(error: OSError) -> str:

@@ -17,7 +17,7 @@ from kernels.fingerprint import cache_folder, fingerprint
 
 LEFT_TO_THE_SLOW = ["sweeps.systems.relative_equilibrium.system"]  # whose kernels no quick test needs
 
-settings.register_profile("fixed", derandomize=True, deadline=None, max_examples=60)
+settings.register_profile("fixed", derandomize=True, deadline=None, max_examples=30)
 settings.register_profile("without_jit", derandomize=True, deadline=None, max_examples=8)
 settings.load_profile("without_jit" if numba.config.DISABLE_JIT else "fixed")
 

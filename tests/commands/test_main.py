@@ -65,6 +65,16 @@ def test_check_as_a_process(folder):
     assert "Traceback" not in bad.stderr
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("settings", [b"opt: [open\n", b"just text\n", b"\xff\xfe\n"])
+def test_settings_that_numba_cannot_read_are_said_in_a_line(folder, settings):
+    (folder / ".numba_config.yaml").write_bytes(settings)
+    told = subprocess.run([sys.executable, "-m", "sweeps", "compile"], cwd=folder, capture_output=True, text=True)
+    assert told.returncode == 2
+    assert "Numba's settings" in told.stderr
+    assert len(told.stderr.splitlines()) == 1
+
+
 def test_check_lists_what_ships(capsys):
     assert main(["check", "--list"]) == 0
     names = [line.split()[0] for line in capsys.readouterr().out.splitlines()]

@@ -35,8 +35,8 @@ def first_of_each(points):
 
 def test_points_of_one_motion_are_told():
     points = grid(
-        I1=[0.5, 1, 2, 3],
-        I2=[0.7, 1, 2],
+        I1=[0.5, 1, 2],
+        I2=[0.7, 1],
         I3=[1, 2],
         axis=[1, 2, 3],
         omega0=[-2, 1, 5],

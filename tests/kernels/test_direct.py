@@ -326,7 +326,7 @@ def test_a_broken_coefficient_shows_in_the_perturbation_alone():
 
 def test_rotation_in_any_order_and_backwards():
     moments, start = [1.0, 2.0, 3.0], [1e-3, 2.0, 1e-3]
-    times = np.array([3.0, -1.5, 0.0, 1.0, -4.0, 3.0])
+    times = np.array([1.0, -1.5, 0.0, 0.5, 1.0])
     c = rigid_body.euler_coefficients(*moments)
     ours = direct.rotation(moments, start, times, 1e-12)
     for t, row in zip(times, ours, strict=True):
@@ -334,7 +334,7 @@ def test_rotation_in_any_order_and_backwards():
         backwards = tuple(np.sign(t) * x for x in c)
         expected = reference(backwards, start, abs(t)) if t else start
         np.testing.assert_allclose(row, expected, rtol=0, atol=2e-12)
-    assert (ours[0] == ours[5]).all()
+    assert (ours[0] == ours[4]).all()
 
 
 @given(COEFFICIENTS, st.integers(-900, 900))

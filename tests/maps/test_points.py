@@ -80,7 +80,7 @@ def test_points_are_one_dimension_with_their_own_coordinates(path):
         assert np.array_equal(ds.omega_squared.values[:3].ravel(), again.omega_squared.values.ravel())
 
 
-@pytest.mark.parametrize("count", [1, 3, 7])
+@pytest.mark.parametrize("count", [3, *(pytest.param(n, marks=pytest.mark.slow) for n in (1, 7))])
 def test_bits_are_the_same_whatever_the_shards(path, folder, count):
     sweep = read(DEFINITION)
     shards = [folder / f"{k}-of-{count}.nc" for k in range(1, count + 1)]

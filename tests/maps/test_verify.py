@@ -87,6 +87,7 @@ def flip_a_bit(path, name="growth_rate"):
         file[name][:] = values
 
 
+@pytest.mark.slow
 def test_it_says_which_variable_differs(tiny, capsys):
     flip_a_bit(tiny)
     assert main(["verify", str(tiny)]) == 1

@@ -96,6 +96,7 @@ def test_the_body_is_the_most_asymmetric_that_can_exist():
     assert golden - 0.05 < found.max() <= golden
 
 
+@pytest.mark.slow
 def test_bodies_are_named():
     ds = sweeps.survey("bodies")
     body = figure_polhodes.chosen(ds)

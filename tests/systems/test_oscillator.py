@@ -224,6 +224,7 @@ def test_opening_and_drawing_a_map_runs_no_file(tmp_path, spring):
     assert not witness.exists()
 
 
+@pytest.mark.slow
 def test_shards_threads_and_chunks_change_no_bit(tmp_path):
     definition = read(small("bead_on_hoop", spin_rate=np.linspace(0, 10, 23), radius=[0.5, 2.0]))
     whole = dataset.survey_grid(definition)

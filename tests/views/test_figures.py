@@ -410,6 +410,7 @@ def test_counts_are_written(tiny):
         assert words in text
 
 
+@pytest.mark.slow
 def test_the_worst_certificate_is_written(tiny):
     ds = tiny.copy(deep=True)
     ds["propagation_error"].values[2, 1, 3, 0] = 3.2e-9

@@ -815,6 +815,7 @@ def test_a_symmetric_top_turns_about_its_figure_axis(browser, folder):
     opened.context.close()
 
 
+@pytest.mark.slow
 def test_hostile_texts_do_not_run(browser, breaking, folder):
     report.write(hostile(breaking), folder / "hostile.html")
     opened = Opened(
