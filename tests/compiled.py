@@ -20,9 +20,13 @@ def share(folder: Path, base: Path) -> None:
     theirs, ours = (folder / "kernels").resolve(), cache_folder()
     fingerprint = ours.name.partition("-")[0]
     target = base / "polhode" / f"{fingerprint}-{_hash(theirs, hashlib.sha256)[:8]}"
-    for path in ours.glob(f"kernels_{_hash(SOURCES, hashlib.sha1)}/*.nb[ic]"):
-        to = target / f"kernels_{_hash(theirs, hashlib.sha1)}" / path.name
-        to.parent.mkdir(parents=True, exist_ok=True)
+    written = ours / "generated"
+    copies = [(path, target / "generated") for path in written.glob("*.py")]
+    for what, here, there in (("kernels", SOURCES, theirs), ("generated", written, target / "generated")):
+        to = target / f"{what}_{_hash(there.resolve(), hashlib.sha1)}"
+        copies += [(path, to) for path in ours.glob(f"{what}_{_hash(here, hashlib.sha1)}/*.nb[ic]")]
+    for path, to in copies:
+        to.mkdir(parents=True, exist_ok=True)
         shutil.copy2(path, to)
     if (ours / "compiled").exists():
         shutil.copy2(ours / "compiled", target)

@@ -49,6 +49,10 @@ UNCERTAIN = {
     "keep": True,
     "grid": {"omega0": [0.1, 1.0]},
 }
+SAMPLED = {
+    "sample": {"method": "sobol", "num": 16, "seed": 1},
+    "grid": {"I1": {"start": 0.5, "stop": 1.5}, "I2": {"start": 0.5, "stop": 1.5}, "I3": 1.0, "omega0": 1.0},
+}
 FEW = ["omega_squared_theory", "omega_squared", "growth_rate", "regime", "status", "energy_drift"]
 DRAWN = [*FEW, "omega_squared_stderr", "omega_squared_error", "triangle_margin", "propagation_error"]  # by pictures
 BASES = {
@@ -60,6 +64,9 @@ BASES = {
     "twist": THROWN,
     "tumbling": TUMBLING,
     "uncertain": UNCERTAIN,
+    "attitude": DEFINITION | {"axes": [2], "integration": {"attitude": True}},
+    "sampled": SAMPLED,
+    "double": {"system": "double_pendulum", "grid": {"mass2": [0.5, 1.0, 2.0], "length2": [0.5, 1.0]}},
 }
 FEWER = {
     "rigid": DEFINITION | {"integration": {"variables": FEW}},
