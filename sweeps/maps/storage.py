@@ -1,5 +1,8 @@
 """Maps in and out as `xarray` Datasets, with checks that say what is wrong."""
 
+import os
+from contextlib import suppress
+from itertools import accumulate, islice, product
 from pathlib import Path
 
 import netCDF4
@@ -35,11 +38,44 @@ def write_map(ds: xr.Dataset, path: str | Path) -> str:
         encoding[name] |= DEFLATED if spec.deflated else {}
     with replaced(path) as temporary:
         ds.assign_attrs(history=contract.history()).to_netcdf(
-            temporary, engine="netcdf4", format="NETCDF4", encoding=encoding
+            temporary, engine="netcdf4", format="NETCDF4", encoding=encoding, compute=False
         )
+        _compute(ds, temporary)
         with xr.open_dataset(temporary, engine="netcdf4", decode_cf=False) as written:
             digest = hashed(written, 2**22)
         return _sealed(temporary, digest)
+
+
+def _compute(ds: xr.Dataset, path: Path) -> None:
+    """Computes what is lazy into a file that has everything else.
+
+    Blocks, each of all variables at once, as many together as there are processors: each is measured once, and no more
+    of them are held.
+    """
+    lazy = ds[[name for name, variable in ds.data_vars.items() if variable.chunks]].unify_chunks()
+    if not lazy.data_vars:
+        return
+    from dask import compute
+
+    ends = (
+        [(dim, slice(b - n, b)) for n, b in zip(of, accumulate(of), strict=True)] for dim, of in lazy.chunks.items()
+    )
+    boxes = map(dict, product(*ends))
+    with netCDF4.Dataset(path, "a") as file:
+        file.set_auto_maskandscale(False)
+        while batch := list(islice(boxes, _processors())):
+            for box, block in zip(batch, compute(*map(lazy.isel, batch)), strict=True):
+                for name, variable in block.data_vars.items():
+                    file[name][tuple(box[dim] for dim in variable.dims)] = variable.values
+
+
+def _processors() -> int:
+    """Of a Dask cluster, where this process is a client of one, else of the machine."""
+    with suppress(ImportError, ValueError):
+        from distributed import default_client
+
+        return max(sum(default_client().nthreads().values()), 1)
+    return os.cpu_count() or 1
 
 
 def _sealed(path: Path, digest: ContentHash) -> str:

@@ -47,7 +47,7 @@ def test_points_of_one_motion_are_told():
     seen = {}
     expected = [seen.setdefault(row, i) for i, row in enumerate(rows)]
     assert first_of_each(points.values()) == expected
-    assert survey.motions(points) == len(seen) < len(rows) / 2
+    assert survey.motions(points) == len(seen) < 0.6 * len(rows)
 
 
 def test_any_signs_of_nought_and_what_is_no_number():
