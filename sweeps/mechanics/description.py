@@ -129,11 +129,14 @@ class System:
         title: one line of text.
         most: the most equilibria that a point can have; left out, the number of those that are named.
         references: where the theory stands, one line.
+        follow: whether equilibria without names are followed from the parameters' defaults to each point and keep their
+            numbers through folds and pitchforks (see `sweeps.mechanics.branches`), which takes some thirty searches a
+            point; else they are numbered in the order of their places.
     """
 
-    def __init__(self, title: str, most: int | None = None, references: str = ""):
+    def __init__(self, title: str, most: int | None = None, references: str = "", follow: bool = False):
         self.title, self.references = title, references
-        self.given_most = most
+        self.given_most, self.follow = most, follow
         self.time = sp.Symbol("t", real=True)
         self.parameters: dict[str, DescribedParameter] = {}
         self.coordinates: dict[str, Coordinate] = {}

@@ -23,7 +23,7 @@ from functools import cached_property
 import numpy as np
 import sympy as sp
 
-from sweeps.mechanics import boxes, line
+from sweeps.mechanics import boxes, branches, line
 from sweeps.mechanics.derivation import Equations
 from sweeps.mechanics.description import DescriptionError
 from sweeps.mechanics.graph import lambdified
@@ -96,6 +96,9 @@ class Landscape:
         self._labels = lambdified(equations.parameters, [label.get(q, nan) for label in labels for q in equations.q])
         self._sizes = lambdified(arguments, [sp.nan if c.size is None else c.size for c in coordinates])
         self.free = [i for i, c in enumerate(coordinates) if c.hold is None]
+        if equations.system.follow and (len(self.free) != 1 or equations.system.labels):
+            wrong = "is for equilibria without names of systems with one coordinate that is not held"
+            raise DescriptionError(f"follow: {wrong}; allowed: such a system, or none of it")
 
     @cached_property
     def tape(self) -> Tape:
@@ -267,7 +270,8 @@ def _find(landscape, parameters):
             places, flat, certified = (_space if several else _line)(landscape, part)
             places[flat] = np.nan
             places = _sorted(landscape, part, places)
-            slots, crowded = _arranged(landscape, part, places)
+            follow = landscape.equations.system.follow
+            slots, crowded = (_followed if follow else _arranged)(landscape, part, places)
         counts = (~np.isnan(places).any(axis=-1)).sum(axis=1)
         parts.append(Found(slots, flat, certified.astype(np.int8), counts, crowded))
     return joined(parts)
@@ -511,6 +515,25 @@ def _still(landscape, parameters, places):
     places = places.copy()
     places[point[moving], slot[moving]] = np.nan
     return places
+
+
+def _followed(landscape, parameters, places):
+    """Places in the slots of their branches, and which points have more than there is room for."""
+    (i,) = landscape.free
+    system = landscape.equations.system
+
+    def search(at):
+        found = places if at[0] is parameters[0] else _sorted(landscape, at, _line(landscape, at)[0])
+        low, high = np.moveaxis(landscape.bounds(at)[:, i], -1, 0)
+        return (found[..., i] - low[:, None]) / (high - low)[:, None]
+
+    defaults = [p.default for p in system.parameters.values()] or [0.0]
+    held = branches.followed(search, defaults, parameters, system.most, system.kept[i].periodic)
+    slots = np.take_along_axis(places, np.maximum(held, 0)[..., None], axis=1)
+    slots = np.where(held[..., None] >= 0, slots, np.nan)
+    crowded = (~np.isnan(places).any(axis=-1)).sum(axis=1) > system.most
+    slots[crowded] = np.nan
+    return slots, crowded
 
 
 def _distances(landscape, a, b, bounds):
