@@ -32,7 +32,11 @@ are the squares of the greatest m_c and m_s, formed as sums of like-signed terms
 
 sigma = +1 where d is the axis of greatest moment, -1 where it is the least.  Real parts are positive, so the principal
 values hold for every t.  For one step length h all but m_d(t + h/2) is constant: the exact attitude step, which needs
-neither an elliptic integral nor a sine in the loop.
+neither an elliptic integral nor a sine in the loop.  It steps m, which obeys the exact step of w with other
+coefficients, and errs by a rounding a step.  Where the motion runs along the unstable axis (the separatrix, and
+``m1`` near 0) each rounding grows by e^{pt}, up to a turn: no step from the state alone can hold there what the closed
+form holds, which reads from the start on which side of the separatrix it is; :mod:`kernels.marching` begins anew from
+it in time.
 
 Source: derived from the equations above; P(m) and psi' after Celledoni, Fasso, Saefstroem and Zanna, SIAM J. Sci.
 Comput. 30 (2008) 2084, with the signs derived anew; the step is not found in print.  R_J: Carlson, Numer. Algorithms
@@ -257,9 +261,10 @@ def at(t, motion, turning, frame, ladders, rungs, rungs1):
     x_s, x_c, x_d = solution.advance(w, c, p, t, sn, cn, dn)
     x_j, x_k = (x_s, x_c) if on_j else (x_c, x_s)
     r0, rd, rj, rk = lifted(begin[0], begin[1], begin[2], math.cos(angle), math.sin(angle))
-    q0, qd, qj, qk, _ = land(x_d, x_j, x_k, r0, rd, rj, rk, g[0], g[1], g[2])
+    m_d, m_j, m_k = g[0] * x_d, g[1] * x_j, g[2] * x_k
+    q0, qd, qj, qk, _ = land(m_d, m_j, m_k, r0, rd, rj, rk)
     q1, q2, q3 = by_axis(d, turned * qd, qj, turned * qk)
-    m1_, m2_, m3_ = by_axis(d, turned * (g[0] * x_d), g[1] * x_j, turned * (g[2] * x_k))
+    m1_, m2_, m3_ = by_axis(d, turned * m_d, m_j, turned * m_k)
     return q0, q1, q2, q3, m1_, m2_, m3_
 
 
@@ -366,10 +371,10 @@ def short_step_constants(I1, I2, I3, w1, w2, w3, h):
         -1 where the axes d and k have been turned round, else 1.
     g_d, g_j, g_k : float
         ``I/L``: m = g w.
-    alpha, beta, gamma, cosine2 : float
-        Of the mid-point: ``m_d(t + h/2) = (alpha w_d + beta w_j w_k)/D`` with ``D = cosine2 + gamma w_d^2``.
-    e_r, e_i, f_r, f_i : float
-        ``exp(i psi/2)`` grows by a positive multiple of ``e (alpha w_d + beta w_j w_k) + f D`` a step.
+    x0, xd, xdd, xjk, y0, yd, ydd, yjk : float
+        ``exp(i psi/2)`` grows by a positive multiple of x + iy a step, with ``x = x0 + (xd + xdd m_d) m_d + xjk m_j
+        m_k`` of the m at its beginning, and y likewise: ``e [m_d(t + h/2) + zeta] D`` of the module's docstring, with
+        ``m_d(t + h/2) D = dn m_d + [(I_j - I_k) L/(I_j I_k)] S cn m_j m_k`` and D that of the half step.
     """
     p, m, m1, s, c, d = solution.constants(I1, I2, I3, w1, w2, w3)
     I_s, I_c, I_d = solution.by_role(s, c, d, I1, I2, I3)
@@ -388,8 +393,8 @@ def _step_constants(I1, I2, I3, d, w_d, L, a, mu_c, mu_s, sigma, p, h, sn, cn, d
     turned = -1.0 if w_d < 0.0 else 1.0
     I_d, I_j, I_k = oriented(d, I1, I2, I3)
     S = sn / p if p > 0.0 else 0.5 * h
-    alpha, beta = I_d / L * dn, (I_j - I_k) / L * S * cn
-    gamma = abs(((I_d - I_j) / I_k) * ((I_k - I_d) / I_j)) * (S * S)
+    across = ((I_j - I_k) / I_j) * (L / I_k) * (S * cn)
+    square = abs(((I_d - I_j) / I_k) * ((I_k - I_d) / I_j)) * (S * S) * (L / I_d) * (L / I_d)
     zr, zi = middle_shift(a, mu_c, mu_s, sn, cn, dn)
     zi *= sigma
     x, y = a + zr, -zi
@@ -397,28 +402,54 @@ def _step_constants(I1, I2, I3, d, w_d, L, a, mu_c, mu_s, sigma, p, h, sn, cn, d
     cosine, sine = math.cos(half), math.sin(half)
     e_r, e_i = (cosine * x - sine * y) / size, (cosine * y + sine * x) / size
     f_r, f_i = e_r * zr - e_i * zi, e_r * zi + e_i * zr
-    return turned, I_d / L, I_j / L, I_k / L, alpha, beta, gamma, cn * cn, e_r, e_i, f_r, f_i
+    real = f_r * (cn * cn), e_r * dn, f_r * square, e_r * across
+    imaginary = f_i * (cn * cn), e_i * dn, f_i * square, e_i * across
+    return turned, I_d / L, I_j / L, I_k / L, *real, *imaginary
+
+
+@njit(**EXACT_INLINE)
+def of_direction(q_d, q_j, q_k, g_d, g_j, g_k):
+    """Coefficients by which :func:`kernels.exact.step` takes m = g w, from those by which it takes w."""
+    return q_d * (g_d / (g_j * g_k)), q_j * (g_j / (g_k * g_d)), q_k * (g_k / (g_d * g_j))
 
 
 @njit(**INLINE)
-def step(w_d, w_j, w_k, r0, rd, rj, rk, alpha, beta, gamma, cosine2, e_r, e_i, f_r, f_i):
-    """One exact step of ``R = P(m(0))* exp(i psi/2)`` from the angular velocity at its beginning, up to a factor."""
-    N = alpha * w_d + beta * (w_j * w_k)
-    D = cosine2 + gamma * (w_d * w_d)
-    x, y = e_r * N + f_r * D, e_i * N + f_i * D
+def step(m_d, m_j, m_k, r0, rd, rj, rk, size, x0, xd, xdd, xjk, y0, yd, ydd, yjk):
+    """One exact step of ``R = P(m(0))* exp(i psi/2)`` from the direction of L at its beginning, up to a factor.
+
+    ``size`` is the factor that the last landing found: R is brought back to its size a step late, so that nothing waits
+    for a root.
+    """
+    across = m_j * m_k
+    x = (x0 + ((xd + xdd * m_d) * m_d + xjk * across)) * size
+    y = (y0 + ((yd + ydd * m_d) * m_d + yjk * across)) * size
     return r0 * x - rd * y, r0 * y + rd * x, rj * x + rk * y, rk * x - rj * y
 
 
 @njit(**INLINE)
-def land(w_d, w_j, w_k, r0, rd, rj, rk, g_d, g_j, g_k):
-    """Attitude ``R P(m)`` as a unit quaternion (scalar, d, j, k), and the factor that made it one."""
-    P, m_j, m_k = 1.0 + g_d * w_d, g_j * w_j, g_k * w_k
+def _reciprocal_root(x):
+    """``1/sqrt(x)`` of an x that is neither huge nor tiny: a guess in single precision, and one step of third order.
+
+    A root and a division of whole vectors of doubles would take as long as all the rest of an exact step.
+    """
+    guess = np.float64(np.float32(1.0) / math.sqrt(np.float32(x)))
+    e = 1.0 - x * (guess * guess)
+    return guess + guess * e * (0.5 + 0.375 * e)
+
+
+@njit(**INLINE)
+def land(m_d, m_j, m_k, r0, rd, rj, rk):
+    """Attitude ``R P(m)`` as a unit quaternion (scalar, d, j, k), and the factor that made it one.
+
+    Its size is the product of those of R and P(m).
+    """
+    P = 1.0 + m_d
+    size = _reciprocal_root(((r0 * r0 + rd * rd) + (rj * rj + rk * rk)) * (P * P + (m_j * m_j + m_k * m_k)))
     # times (P, 0, m_k, -m_j) from the right
-    q0 = r0 * P - rj * m_k + rk * m_j
-    qd = rd * P - rj * m_j - rk * m_k
-    qj = rj * P + r0 * m_k + rd * m_j
-    qk = rk * P - r0 * m_j + rd * m_k
-    size = 1.0 / math.sqrt(q0 * q0 + qd * qd + qj * qj + qk * qk)
+    q0 = r0 * P + (rk * m_j - rj * m_k)
+    qd = rd * P - (rj * m_j + rk * m_k)
+    qj = rj * P + (r0 * m_k + rd * m_j)
+    qk = rk * P + (rd * m_k - r0 * m_j)
     return q0 * size, qd * size, qj * size, qk * size, size
 
 

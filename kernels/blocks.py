@@ -11,6 +11,15 @@ from numba import int64, njit, types
 from kernels.options import OPTIONS
 
 W = 32
+LINE = 64  # bytes of a line of cache, and of the longest vector
+
+
+@njit(nogil=True, **OPTIONS)
+def scratch(rows):
+    """Zeros for so many rows of W lanes, (rows * W,), where no vector lies across two lines of the cache."""
+    S = np.zeros(rows * W + LINE // 8)
+    first = (-S.ctypes.data) % LINE // 8
+    return S[first : first + rows * W]
 
 
 @njit(types.UniTuple(int64[::1], 2)(int64[::1], int64), nogil=True, **OPTIONS)

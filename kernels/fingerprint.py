@@ -12,6 +12,7 @@ import os
 import re
 import sys
 import tempfile
+import warnings
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -23,6 +24,13 @@ CODE_SETTINGS = (  # they change bits
     *("NUMBA_SLP_VECTORIZE", "NUMBA_DISABLE_INTEL_SVML", "NUMBA_DISABLE_JIT", "NUMBA_BOUNDSCHECK", "NUMBA_DEBUGINFO"),
 )
 SETTINGS_FILE = ".numba_config.yaml"  # in the folder where a process starts: the same settings, says Numba
+# Processors for which LLVM takes 256 bits of 512, and that do not lower their clock for whole ones. (Skylake-X, Cascade
+# Lake, Cooper Lake and Cannon Lake do: they keep LLVM's choice.)
+WHOLE = {
+    *("icelake-client", "icelake-server", "tigerlake", "rocketlake"),
+    *("sapphirerapids", "emeraldrapids", "graniterapids", "graniterapids-d"),
+}
+WIDE, NARROW = ",-prefer-256-bit", ",+prefer-256-bit"  # ends of the features, by which they are known as set here
 OURS = re.compile("[0-9a-f]{16}-[0-9a-f]{8}")  # names of our folders of compiled kernels
 
 
@@ -138,8 +146,48 @@ def _is_safe(folder: Path) -> bool:
     return os.access(folder, os.W_OK) and (not hasattr(os, "getuid") or folder.stat().st_uid == os.getuid())
 
 
+def use_whole_vectors() -> None:
+    """Have Numba's code use whole vectors where that is faster, by rule (WHOLE): a quarter faster in rates alone.
+
+    The processor's features are set, in the environment for processes to come and for Numba if it is imported already.
+    Where the user has set any, theirs hold. Features that a parent process set are formed anew: this may be another
+    machine. Where Numba has begun to compile, what it has holds, and a warning says so.
+    """
+    import llvmlite.binding as llvm
+
+    set_here = os.environ.get("NUMBA_CPU_FEATURES", "")
+    narrow = set_here.endswith(NARROW)
+    if set_here and not (narrow or set_here.endswith(WIDE)):
+        return
+    os.environ.pop("NUMBA_CPU_FEATURES", None)
+    host, features = llvm.get_host_cpu_name(), llvm.get_host_cpu_features()
+    if host not in WHOLE or not features.get("avx512f") or _settings_of_the_processor():
+        return
+    if not narrow and _has_begun():
+        narrow = True
+        message = "Numba compiled before Polhode was imported: kernels use half of each vector. Import Polhode first."
+        warnings.warn(message, RuntimeWarning, stacklevel=2)
+    os.environ["NUMBA_CPU_FEATURES"] = features.flatten() + (NARROW if narrow else WIDE)
+    if "numba" in sys.modules and not _has_begun():
+        sys.modules["numba"].config.CPU_FEATURES = os.environ["NUMBA_CPU_FEATURES"]
+
+
+def _settings_of_the_processor() -> bool:
+    """Whether the user has settings of their own that bear on the processor's features."""
+    if any(os.environ.get(name) for name in ("NUMBA_CPU_NAME", "NUMBA_ENABLE_AVX")):
+        return True
+    return os.path.isfile(SETTINGS_FILE) and bool(re.search(b"(?i)cpu_|avx", Path(SETTINGS_FILE).read_bytes()))
+
+
+def _has_begun() -> bool:
+    """Whether Numba has set up its code generator, with the features it had then."""
+    registry = sys.modules.get("numba.core.registry")
+    return registry is not None and "_toplevel_target_context" in vars(registry.cpu_target)
+
+
 def use_cache() -> None:
     """Point Numba at :func:`cache_folder`, and leave nothing there that has changed on the disk."""
+    use_whole_vectors()
     folder = cache_folder()
     os.environ["NUMBA_CACHE_DIR"] = str(folder)
     if "numba" in sys.modules:

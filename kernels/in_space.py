@@ -22,7 +22,7 @@ import numpy as np
 from numba import njit
 
 from kernels import attitude, direct, exact, measure, rigid_body, solution, tumbling
-from kernels.blocks import W, cut
+from kernels.blocks import W, cut, scratch
 from kernels.options import INLINE, OPTIONS
 from kernels.series import arctangent
 from kernels.turning import turn_12
@@ -32,13 +32,13 @@ EPSILON = float(np.finfo(np.float64).eps)
 
 # Rows of the scratch array, W long each. The direct state: angular velocity, quaternion, steps.
 A, B, C, Q0, QA, QB, QC, KA, KB, KC, HALF = (W * r for r in range(11))
-# The exact state, by (d, j, k): angular velocity, its step, the unfinished quaternion, and the step's constants.
-XD, XJ, XK, SD, SJ, SK, R0, RD, RJ, RK = (W * r for r in range(11, 21))
-GD, GJ, GK, ALPHA, BETA, GAMMA, COSINE2, ER, EI, FR, FI, AXIS, TURNED = (W * r for r in range(21, 34))
+# The exact state, by (d, j, k): direction of L, its step, the unfinished quaternion with its factor, and constants.
+MD, MJ, MK, SD, SJ, SK, R0, RD, RJ, RK, SIZE = (W * r for r in range(11, 22))
+EX0, EXD, EXDD, EXJK, EY0, EYD, EYDD, EYJK, AXIS, TURNED = (W * r for r in range(22, 32))
 # Moments over L, the start's direction of L, window, and what is found.
-MA, MB, MC, NA, NB, NC, START, OPEN, APART, USED = (W * r for r in range(34, 44))
-ZR, ZI, PSI, LEAST, MOST, SPACING, SWING = (W * r for r in range(44, 51))
-ROWS = 51
+MA, MB, MC, NA, NB, NC, START, OPEN, APART, USED = (W * r for r in range(32, 42))
+ZR, ZI, PSI, LEAST, MOST, SPACING, SWING = (W * r for r in range(42, 49))
+ROWS = 49
 
 
 @njit(**OPTIONS)
@@ -74,17 +74,16 @@ def _load(S, lane, Ia, Ib, Ic, spin, epsilon, phase, h, steps):
     S[A + lane], S[B + lane], S[C + lane] = a, b, c
     S[Q0 + lane], S[QA + lane], S[QB + lane], S[QC + lane] = 1.0, 0.0, 0.0, 0.0
     S[KA + lane], S[KB + lane], S[KC + lane], S[HALF + lane] = ca * step, cb * step, cc * step, 0.5 * step
-    d, turned, g_d, g_j, g_k, e0, e1, e2, e3, e4, e5, e6, e7 = attitude.short_step_constants(Ia, Ib, Ic, a, b, c, h)
-    s1, s2, s3 = exact.short_step_constants(Ia, Ib, Ic, a, b, c, h)
-    S[SD + lane], S[SJ + lane], S[SK + lane] = attitude.oriented(d, s1, s2, s3)
+    d, turned, g_d, g_j, g_k, x0, xd, xdd, xjk, y0, yd, ydd, yjk = attitude.short_step_constants(Ia, Ib, Ic, a, b, c, h)
+    s_d, s_j, s_k = attitude.oriented(d, *exact.short_step_constants(Ia, Ib, Ic, a, b, c, h))
+    S[SD + lane], S[SJ + lane], S[SK + lane] = attitude.of_direction(s_d, s_j, s_k, g_d, g_j, g_k)
     w_d, w_j, w_k = attitude.oriented(d, a, b, c)
-    w_d, w_k = turned * w_d, turned * w_k
-    S[XD + lane], S[XJ + lane], S[XK + lane] = w_d, w_j, w_k
-    S[GD + lane], S[GJ + lane], S[GK + lane] = g_d, g_j, g_k
-    S[ALPHA + lane], S[BETA + lane], S[GAMMA + lane], S[COSINE2 + lane] = e0, e1, e2, e3
-    S[ER + lane], S[EI + lane], S[FR + lane], S[FI + lane] = e4, e5, e6, e7
-    S[AXIS + lane], S[TURNED + lane] = d, turned
-    S[R0 + lane], S[RD + lane], S[RJ + lane], S[RK + lane] = attitude.lifted(g_d * w_d, g_j * w_j, g_k * w_k, 1.0, 0.0)
+    m_d, m_j, m_k = g_d * (turned * w_d), g_j * w_j, g_k * (turned * w_k)
+    S[MD + lane], S[MJ + lane], S[MK + lane] = m_d, m_j, m_k
+    S[EX0 + lane], S[EXD + lane], S[EXDD + lane], S[EXJK + lane] = x0, xd, xdd, xjk
+    S[EY0 + lane], S[EYD + lane], S[EYDD + lane], S[EYJK + lane] = y0, yd, ydd, yjk
+    S[AXIS + lane], S[TURNED + lane], S[SIZE + lane] = d, turned, 0.5
+    S[R0 + lane], S[RD + lane], S[RJ + lane], S[RK + lane] = attitude.lifted(m_d, m_j, m_k, 1.0, 0.0)
     L = math.sqrt((Ia * a) ** 2 + (Ib * b) ** 2 + (Ic * c) ** 2)
     # seen from the end of the spin axis on the side of L: for a spin the other way, half a turn about b
     S[MA + lane], S[MB + lane], S[MC + lane] = Ia / L * spin, Ib / L, Ic / L * spin
@@ -97,7 +96,7 @@ def _load(S, lane, Ia, Ib, Ic, spin, epsilon, phase, h, steps):
 
 @njit(**OPTIONS)
 def _advance(S, steps):
-    """One sample interval: the direct steps, and one exact step."""
+    """One sample interval of direct steps."""
     for _ in range(steps):
         for lane in range(W):
             a, b, c, w, x, y, z = turn_12(
@@ -110,21 +109,29 @@ def _advance(S, steps):
 
 
 @njit(**OPTIONS)
+def _advance_exact(S):
+    """One exact step of every lane; its landing is left to :func:`_compare`, so that both loops stay short."""
+    for lane in range(W):
+        m_d, m_j, m_k = S[MD + lane], S[MJ + lane], S[MK + lane]
+        r0, rd, rj, rk = attitude.step(
+            *(m_d, m_j, m_k),
+            *(S[R0 + lane], S[RD + lane], S[RJ + lane], S[RK + lane], S[SIZE + lane]),
+            *(S[EX0 + lane], S[EXD + lane], S[EXDD + lane], S[EXJK + lane]),
+            *(S[EY0 + lane], S[EYD + lane], S[EYDD + lane], S[EYJK + lane]),
+        )
+        S[R0 + lane], S[RD + lane], S[RJ + lane], S[RK + lane] = r0, rd, rj, rk
+        S[MD + lane], S[MJ + lane], S[MK + lane] = exact.step(m_d, m_j, m_k, S[SD + lane], S[SJ + lane], S[SK + lane])
+
+
+@njit(**OPTIONS)
 def _compare(S):
-    """One exact step of every lane, its angle to the direct attitude, and the heading's turn since the last sample."""
+    """The angle between every lane's two attitudes, and the heading's turn since the last sample."""
     opened = 0
     for lane in range(W):
-        w_d, w_j, w_k = S[XD + lane], S[XJ + lane], S[XK + lane]
-        r0, rd, rj, rk = attitude.step(
-            *(w_d, w_j, w_k),
+        e0, ed, ej, ek, S[SIZE + lane] = attitude.land(
+            *(S[MD + lane], S[MJ + lane], S[MK + lane]),
             *(S[R0 + lane], S[RD + lane], S[RJ + lane], S[RK + lane]),
-            *(S[ALPHA + lane], S[BETA + lane], S[GAMMA + lane], S[COSINE2 + lane]),
-            *(S[ER + lane], S[EI + lane], S[FR + lane], S[FI + lane]),
         )
-        w_d, w_j, w_k = exact.step(w_d, w_j, w_k, S[SD + lane], S[SJ + lane], S[SK + lane])
-        e0, ed, ej, ek, size = attitude.land(w_d, w_j, w_k, r0, rd, rj, rk, S[GD + lane], S[GJ + lane], S[GK + lane])
-        S[XD + lane], S[XJ + lane], S[XK + lane] = w_d, w_j, w_k
-        S[R0 + lane], S[RD + lane], S[RJ + lane], S[RK + lane] = r0 * size, rd * size, rj * size, rk * size
         f, d = S[TURNED + lane], S[AXIS + lane]
         ea, eb, ec = attitude.by_axis(d, f * ed, ej, f * ek)
         a, b, c = S[A + lane], S[B + lane], S[C + lane]
@@ -181,7 +188,7 @@ def fill(I1, I2, I3, axis, omega0, epsilon, phase, spacing, intervals, tolerance
         size = min(1.0, measure.WINDOW * epsilon[i] * math.exp(0.5))
         steps[i] = steps_of(x, size, intervals, tolerance)
     order, starts = cut(steps, 1)
-    S = np.zeros(ROWS * W)
+    S = scratch(ROWS)
     for block in range(starts.size - 1):
         first, count = starts[block], starts[block + 1] - starts[block]
         number = steps[order[first]]
@@ -193,6 +200,7 @@ def fill(I1, I2, I3, axis, omega0, epsilon, phase, spacing, intervals, tolerance
             _load(S, lane, Ia / unit, Ib / unit, Ic / unit, spin, epsilon[i], phase[i], spacings[i], number)
         for _ in range(intervals):
             _advance(S, number)
+            _advance_exact(S)
             if not _compare(S):
                 break
         for lane in range(count):

@@ -10,15 +10,16 @@ mode coordinates are
 .. math:: \xi_k = v_k^{\mathsf T} a\, x, \qquad
           \xi_k = \tfrac12\left(\xi_k[+\varepsilon] - \xi_k[-\varepsilon]\right) \text{ where two runs are made:}
 
-half the difference of the runs from +ε and −ε has no error of first order in ε. A further run starts from half the
-nudge,
+half the difference of the runs from +ε and −ε has no odd power of ε. Further runs start from half and from a quarter of
+the nudge, from both sides or one alike. What moves the rate² then goes with even powers of ε, so that of the rates² f,
+f_½ and f_¼ of the three sizes, over the same samples,
 
-.. math:: \xi_h = \xi[\varepsilon/2] - \tfrac14\left(\xi[+\varepsilon] + \xi[-\varepsilon]\right), \qquad
-          \omega^2_{\text{reduced}} = \tfrac13\left(4\,\omega^2[\xi_h] - \omega^2[\xi]\right)
+.. math:: R = \tfrac13\left(4f_{1/2} - f\right), \qquad
+          \omega^2_{\text{reduced}} = \tfrac13\left(4f_{1/4} - f_{1/2}\right), \qquad
+          b = \tfrac1{15}\left|\omega^2_{\text{reduced}} - R\right|
 
-(without the bracket where one run is enough; it takes off what is of the first order). A motion's part of the third
-order, which is what moves the rate², goes with ε²: four times the one over the other three parts leave none of it. That
-holds of the rates² at any length of the run; of the samples, :math:`\tfrac13(4\xi_h - \xi)`, it gives the scatter.
+have nothing of the second order, and b is what the reduced rate² has of the fourth: 1/64 of what f has. That holds of
+the rates² at any length of the run; of the samples, :math:`\tfrac13(4\xi_{1/4} - \xi_{1/2})`, it gives the scatter.
 The nudged mode is sampled every h and
 measured by the recurrence of :mod:`kernels.measure`, which asks for no regime. Samples count until it has grown
 tenfold or, after the first seven, beyond LARGE, or another mode exceeds a tenth of its largest value so far. Where the
@@ -55,21 +56,35 @@ LARGE = 0.3  # the window ends beyond this part of the system's own size, but no
 
 THIRD = 1.0 / 3.0
 BOTH = 5.0 / 3.0  # what comes together of two runs' errors in their extrapolation
-LEFT, LEFT_OF_PAIR = 3.0, 1.0  # of the next order, in what the extrapolation leaves
+NEXT, GROWING, FURTHER = 2.0, 3.0, 0.15  # in what the extrapolation leaves: see errors
 
 # Rows of the measurement's scratch array, each W long; the projections follow from PROJECTION on.
 XI, XI1, XI2, OTHER, GUESS, RX, RR, XX, USED, OPEN, START, LARGEST = (W * r for r in range(12))
 E0, ED, ES, COARSE, ALLOWED, APART = (W * r for r in range(12, 18))
 LOPEN, LCAP, LN, LK, LKK, LY, LKY, LFIRST, LLAST, LIMIT = (W * r for r in range(18, 28))
-# The run of half the nudge: its samples, its recurrence's sums and those of the extrapolated samples.
-HALF, HALF1, HALF2, HRX, HXX, ZRX, ZRR, ZXX = (W * r for r in range(28, 36))
-COARSE_SPEED, FIRST_OTHER = 36 * W, 37 * W
-PROJECTION = 38 * W
+# The runs of a half and of a quarter of the nudge: samples, recurrence's sums; the extrapolated samples' sums.
+HALF, HALF1, HALF2, HRX, HXX, QUARTER, QUARTER1, QUARTER2, QRX, QXX, ZRX, ZRR, ZXX = (W * r for r in range(28, 41))
+COARSE_SPEED, FIRST_OTHER = 41 * W, 42 * W
+PROJECTION = 43 * W
+
+SIZES = (1.0, 0.5, 0.25)  # of the nudge: each has a run from either side, +, -
 
 # Columns of the raw result, one row a point.
 RAW = numbers(
     (
-        *("rate2", "stderr", "reduced", "spread", "size", "others", "samples", "energy_drift", "halving", "steps"),
+        *(
+            "rate2",
+            "stderr",
+            "reduced",
+            "beyond",
+            "spread",
+            "size",
+            "others",
+            "samples",
+            "energy_drift",
+            "halving",
+            "steps",
+        ),
         *("log_slope", "e_folds"),
     )
 )
@@ -99,16 +114,16 @@ def _project(Q, P, M, n, twice):
 
 
 @njit(**OPTIONS)
-def _project_half(Q, P, M, H, n, twice):
-    """Mode coordinate of the run of half the nudge, rid of what is of the first order, into row HALF."""
+def _project_own(Q, P, M, n, twice, row):
+    """Coordinate of the nudged mode, into one row."""
     for lane in range(W):
-        Q[HALF + lane] = 0.0
+        Q[row + lane] = 0.0
     for j in range(n):
         for lane in range(W):
-            x = H[j * W + lane]
+            x = P[j * W + lane]
             if twice:
-                x -= 0.25 * (P[j * W + lane] + M[j * W + lane])
-            Q[HALF + lane] += Q[PROJECTION + j * W + lane] * x
+                x = 0.5 * (x - M[j * W + lane])
+            Q[row + lane] += Q[PROJECTION + j * W + lane] * x
 
 
 @njit(**OPTIONS)
@@ -124,7 +139,8 @@ def _begin(Q, P, n):
         Q[E0 + lane], Q[ED + lane] = P[2 * n * W + lane], 0.0
         Q[ES + lane] = P[(2 * n + 1) * W + lane]
         Q[HALF1 + lane], Q[HALF2 + lane] = Q[HALF + lane], Q[HALF + lane]
-    for row in (LN, LK, LKK, LY, LKY, LFIRST, LLAST, HRX, HXX, ZRX, ZRR, ZXX):
+        Q[QUARTER1 + lane], Q[QUARTER2 + lane] = Q[QUARTER + lane], Q[QUARTER + lane]
+    for row in (LN, LK, LKK, LY, LKY, LFIRST, LLAST, HRX, HXX, QRX, QXX, ZRX, ZRR, ZXX):
         for lane in range(W):
             Q[row + lane] = 0.0
 
@@ -159,14 +175,19 @@ def _sample(Q, P, K, n, states, triple):
         Q[XX + lane] += xx if inside & triple else 0.0
         y, y1, y2 = Q[HALF + lane], Q[HALF1 + lane], Q[HALF2 + lane]
         hx, _, hh = measure.leftover(y, 0.0, y1, 0.0, y2, 0.0, Q[GUESS + lane])
-        z, z1, z2 = y + (y - x) * THIRD, y1 + (y1 - x1) * THIRD, y2 + (y2 - x2) * THIRD
+        u, u1, u2 = Q[QUARTER + lane], Q[QUARTER1 + lane], Q[QUARTER2 + lane]
+        qx, _, qq = measure.leftover(u, 0.0, u1, 0.0, u2, 0.0, Q[GUESS + lane])
+        z, z1, z2 = u + (u - y) * THIRD, u1 + (u1 - y1) * THIRD, u2 + (u2 - y2) * THIRD
         zx, zr, zz = measure.leftover(z, 0.0, z1, 0.0, z2, 0.0, Q[GUESS + lane])
         Q[HRX + lane] += hx if inside & triple else 0.0
         Q[HXX + lane] += hh if inside & triple else 0.0
+        Q[QRX + lane] += qx if inside & triple else 0.0
+        Q[QXX + lane] += qq if inside & triple else 0.0
         Q[ZRX + lane] += zx if inside & triple else 0.0
         Q[ZRR + lane] += zr if inside & triple else 0.0
         Q[ZXX + lane] += zz if inside & triple else 0.0
         Q[HALF2 + lane], Q[HALF1 + lane] = y1, y
+        Q[QUARTER2 + lane], Q[QUARTER1 + lane] = u1, u
         drift = abs(P[2 * n * W + lane] - Q[E0 + lane])
         scale = P[(2 * n + 1) * W + lane]
         Q[ED + lane] = drift if inside & (drift > Q[ED + lane]) else Q[ED + lane]
@@ -250,10 +271,13 @@ def _unload(Q, lane, steps, spacing, scale, row):
     triples = Q[USED + lane] - 2.0
     row[RAW.rate2], row[RAW.stderr] = _estimate(Q, lane, RX, RR, XX, triples, spacing)
     _, row[RAW.spread] = _estimate(Q, lane, ZRX, ZRR, ZXX, triples, spacing)
-    row[RAW.reduced] = math.nan
+    row[RAW.reduced], row[RAW.beyond] = math.nan, math.nan
     if triples >= 1.0:
         half, _ = measure.rate_squared(Q[GUESS + lane] - 0.5 * Q[HRX + lane] / Q[HXX + lane], spacing)
-        row[RAW.reduced] = half + (half - row[RAW.rate2]) * THIRD
+        quarter, _ = measure.rate_squared(Q[GUESS + lane] - 0.5 * Q[QRX + lane] / Q[QXX + lane], spacing)
+        reduced = quarter + (quarter - half) * THIRD
+        row[RAW.reduced] = reduced
+        row[RAW.beyond] = abs(reduced - (half + (half - row[RAW.rate2]) * THIRD)) / 15.0
     # a mode of a small share feels the others' cubes beside itself: they count for more than their squares
     crowd = max(1.0, Q[APART + lane] / Q[START + lane])
     row[RAW.size] = max(Q[LARGEST + lane], Q[APART + lane]) * math.sqrt(crowd)
@@ -271,20 +295,17 @@ def _unload(Q, lane, steps, spacing, scale, row):
 
 
 @njit(**OPTIONS)
-def _follow(advance, energy, P, M, H, K, Q, n, states, steps, pair, intervals):
-    """Follow every lane through the run, or until the last window of the block has closed."""
+def _follow(advance, energy, R, K, Q, n, states, steps, pair, intervals):
+    """Follow every lane through the run, or until the last window of the block has closed; R (6, rows * W) are runs."""
+    P = R[0]
     energy(P)
-    _project(Q, P, M, n, pair)
-    _project_half(Q, P, M, H, n, pair)
+    _project_all(Q, R, n, pair)
     _begin(Q, P, n)
     for k in range(1, intervals + 1):
-        advance(P, steps)
-        if pair:
-            advance(M, steps)
-        advance(H, steps)
+        for run in range(0, 6, 1 if pair else 2):
+            advance(R[run], steps)
         energy(P)
-        _project(Q, P, M, n, pair)
-        _project_half(Q, P, M, H, n, pair)
+        _project_all(Q, R, n, pair)
         if k == 2:
             _guess(Q)
         opened, logging = _sample(Q, P, K, n, states, k >= 2)
@@ -294,12 +315,18 @@ def _follow(advance, energy, P, M, H, K, Q, n, states, steps, pair, intervals):
             break
 
 
+@njit(**OPTIONS)
+def _project_all(Q, R, n, pair):
+    """Mode coordinates of all runs."""
+    _project(Q, R[0], R[1], n, pair)
+    _project_own(Q, R[2], R[3], n, pair, HALF)
+    _project_own(Q, R[4], R[5], n, pair, QUARTER)
+
+
 RUN = void(
     ADVANCE,
     ENERGY,
-    float64[:, ::1],
-    float64[:, ::1],
-    float64[:, ::1],
+    float64[:, :, ::1],
     float64[:, ::1],
     float64[::1],
     float64[::1],
@@ -321,9 +348,7 @@ RUN = void(
 def _run_blocks(
     advance,
     energy,
-    plus,
-    minus,
-    half,
+    begin,
     projection,
     start,
     allowed,
@@ -340,8 +365,8 @@ def _run_blocks(
     raw,
 ):
     """Integrate and measure block after block: order[starts[j]:starts[j + 1]] are the points of block j."""
-    rows = plus.shape[1]
-    P, M, H, K = np.empty(rows * W), np.empty(rows * W), np.empty(rows * W), np.empty(states * W)
+    rows = begin.shape[2]
+    R, K = np.empty((6, rows * W)), np.empty(states * W)
     Q = np.empty(PROJECTION + n * n * W)
     for j in range(starts.size - 1):
         first, count = starts[j], starts[j + 1] - starts[j]
@@ -349,19 +374,18 @@ def _run_blocks(
         number = steps[order[first]]
         for lane in range(W):
             i = order[first + min(lane, count - 1)]
-            for r in range(rows):
-                P[r * W + lane], M[r * W + lane], H[r * W + lane] = plus[i, r], minus[i, r], half[i, r]
+            for run in range(6):
+                for r in range(rows):
+                    R[run, r * W + lane] = begin[run, i, r]
+                R[run, (states + 1) * W + lane] = spacing[i] / number
             for r in range(n * n):
                 Q[PROJECTION + r * W + lane] = projection[i, r]
             Q[START + lane], Q[ALLOWED + lane], Q[LIMIT + lane] = start[i], allowed[i], LARGE / size[i]
             Q[LCAP + lane] = min(measure.LOG_TO * start[i], measure.LOG_BELOW / size[i])
-            P[(states + 1) * W + lane] = spacing[i] / number
-            M[(states + 1) * W + lane] = spacing[i] / number
-            H[(states + 1) * W + lane] = spacing[i] / number
         for r in range(states * W):
-            K[r] = P[r]
-        _follow(advance, energy, P, M, H, K, Q, n, states, number, pair, intervals)
-        _halve(advance, Q, P, K, n, states, states + 1, number)
+            K[r] = R[0, r]
+        _follow(advance, energy, R, K, Q, n, states, number, pair, intervals)
+        _halve(advance, Q, R[0], K, n, states, states + 1, number)
         for lane in range(count):
             i = order[first + lane]
             _unload(Q, lane, number, spacing[i], scale[i], raw[i])
@@ -393,9 +417,7 @@ def run(
     advance,
     energy,
     states,
-    plus,
-    minus,
-    half,
+    begin,
     projection,
     start,
     allowed,
@@ -416,8 +438,9 @@ def run(
         energy, its absolute terms, further states; then epsilon, the step in s, constants.
     states : int
         Number of rows that are state; row ``states`` is epsilon and row ``states + 1`` the step (set here).
-    plus, minus, half : numpy.ndarray, shape (points, rows)
-        Rows at the start of the runs from +epsilon, -epsilon and epsilon/2; minus is not used where ``twice`` is 0.
+    begin : numpy.ndarray, shape (6, points, rows)
+        Rows at the start of the runs from +epsilon, -epsilon, and the same of its half and quarter; those from the
+        other side are not used where ``twice`` is 0.
     projection : numpy.ndarray, shape (points, n*n)
         v_k^T a of the nudged mode, then of the others, in units of the whole nudge.
     start : numpy.ndarray, shape (points,)
@@ -443,9 +466,9 @@ def run(
     Returns
     -------
     numpy.ndarray, shape (points, len(RAW))
-        Columns of RAW: rate2, stderr, reduced, spread (the reduced rate²'s standard error; s-2), size (as ``start``; of
-        all modes), others (how far another mode has grown, relative to this one), samples, energy_drift, halving,
-        steps, log_slope (s-1) and e_folds; the last two NaN where their window held no two samples.
+        Columns of RAW: rate2, stderr, reduced, beyond (b), spread (the reduced rate²'s standard error; s-2), size (as
+        ``start``; of all modes), others (how far another mode has grown, relative to this one), samples, energy_drift,
+        halving, steps, log_slope (s-1) and e_folds; the last two NaN where their window held no two samples.
     """
     n = round(math.sqrt(projection.shape[1]))
     raw = np.full((start.size, len(RAW)), np.nan)
@@ -458,8 +481,8 @@ def run(
             break
         order, starts = _blocks(steps[left], twice[left], family[left])
         part = np.empty((left.size, len(RAW)))
-        wide = (plus, minus, half, projection)
-        arrays = [np.ascontiguousarray(x[left]) if left.size < start.size else x for x in wide]
+        few = left.size < start.size
+        arrays = [np.ascontiguousarray(begin[:, left]), projection[left]] if few else [begin, projection]
         arrays += [np.ascontiguousarray(x[left]) for x in (start, allowed, scale, size, spacings, steps, twice)]
         _run_blocks(advance, energy, *arrays, order, starts, n, states, intervals, part)
         raw[left] = part
@@ -482,7 +505,7 @@ def status(raw, intervals, tolerance):
     return np.select(cases, [NON_FINITE, SHORT_WINDOW, NOT_CONVERGED], OK).astype(np.int8)
 
 
-def errors(raw, scale, size, twice, intervals, spacing):
+def errors(raw, scale, size, intervals, spacing):
     r"""Errors of measured rates² and of their reduced values, in s-2: what a reader may rely on.
 
     With :math:`n` samples in a window of length :math:`T = (n - 1)h`, :math:`u = 2^{-53}`, S the scale:
@@ -492,13 +515,12 @@ def errors(raw, scale, size, twice, intervals, spacing):
       what halving the step changes in an interval, times their number; 5/3 of it, for 4/3 of one run's and 1/3 of
       another's come together;
     * amplitude: of the measured rate² the distance d from the reduced one; of both what the extrapolation leaves,
-      :math:`L\left[(d + r)\left(\min(1, q^{k/2}) + A^k + o\right) + S^2A^{k+2}\right]`, with r the residuals' root
-      mean square, A the largest relative size of the motion, :math:`q = (d + r)/|\omega^2|`, and o how far another mode
-      has grown, relative to this one: what it gives back goes with the size of both. Of
-      :math:`\ddot x = -\omega^2x + bx^3` d is :math:`\frac34bA^2` and r :math:`\frac14bA^2`, and the rate² goes on in
-      powers of their part of it: k = 2. Where two runs were made the next even order is left in the third,
-      the square root of that: k = 1. The terms with A hold cases where d and r
-      happen to cancel. L = 3, and 1 of pairs, hold all of the random places of tests/benchmarks/error_bars.py;
+      :math:`b\,[2 + 3\min(15b/d, 10)] + \frac3{20}(d + r)(q + A^2 + o)^2`. b is the fourth order itself, from three
+      sizes of the nudge, and 15b/d how fast orders fall: near 1 and above it they do not. The last term is for places
+      where the fourth and the sixth happen to cancel in b: with r the residuals' root mean square, A the largest
+      relative size of the motion, :math:`q = \min[1, (d + r)/|\omega^2|]`, and o how far another mode has grown,
+      relative to this one, each further order is a part q, A² or o of the one before. The constants hold all of the
+      random places of tests/benchmarks/error_bars.py;
     * rounding, :math:`8u(|\omega^2| + 4S^2) + 6u|\omega|/h + 0.4u/(h^2\sqrt{n - 2})`, and 5/3 of it: S² for the second
       derivatives of V, whose terms may cancel.
 
@@ -508,8 +530,6 @@ def errors(raw, scale, size, twice, intervals, spacing):
         As of :func:`run`.
     scale, size : numpy.ndarray, shape (points,)
         S, in s-1; largest relative size of the motion.
-    twice : numpy.ndarray of bool, shape (points,)
-        Whether two runs were made.
     intervals : int
         Number of sample intervals.
     spacing : float
@@ -529,9 +549,10 @@ def errors(raw, scale, size, twice, intervals, spacing):
         residual = raw[:, RAW.stderr] / S2 * np.sqrt(np.maximum(n - 3.0, 1.0))
         shift = np.abs(raw[:, RAW.rate2] / S2 - square)
         seen = shift + residual
-        part = np.minimum(1.0, seen / np.abs(square))
-        part, grown = np.where(twice, np.sqrt(part), part), np.where(twice, size, size * size)
-        left = np.where(twice, LEFT_OF_PAIR, LEFT) * (seen * (part + grown + raw[:, RAW.others]) + grown * size * size)
+        beyond = raw[:, RAW.beyond] / S2
+        falling = np.minimum(15.0 * beyond / np.maximum(shift, np.finfo(float).tiny), 10.0)
+        part = np.minimum(1.0, seen / np.abs(square)) + size * size + raw[:, RAW.others]
+        left = beyond * (NEXT + GROWING * falling) + FURTHER * seen * part * part
         rounding = 8.0 * (np.abs(square) + 4.0) + 6.0 * np.sqrt(np.abs(square)) / spacing
         rounding = unit * (rounding + 0.4 / (spacing**2 * np.sqrt(np.maximum(n - 2.0, 1.0))))
         reduced = scatter + BOTH * (integration + rounding) + left

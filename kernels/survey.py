@@ -27,7 +27,7 @@ from kernels import (
     rigid_body,
     solution,
 )
-from kernels.blocks import W, cut
+from kernels.blocks import W, cut, scratch
 from kernels.findings import COLUMNS, MEASURED
 from kernels.options import OPTIONS
 from kernels.statuses import NON_FINITE, OK, SHORT_WINDOW
@@ -88,7 +88,7 @@ def _run(I1, I2, I3, axis, omega0, epsilon, phase, plan, blocks, intervals, tole
     spacings, orders, steps, reduced = plan
     order, starts = blocks
     certified, invariants, logged, reducing = groups
-    S = np.zeros(findings.ROWS * W)
+    S = scratch(findings.ROWS)
     angle, cosine, sine = math.nan, math.nan, math.nan
     for j in range(starts.size - 1):
         first, count = starts[j], starts[j + 1] - starts[j]

@@ -209,9 +209,11 @@ class Model:
         S, mode = theory["scale"][part], np.asarray(points["mode"])[part] - 1
         x = (nudge["along"] * np.cos(phase)[:, None]).T
         v = (nudge["along"] * (-S * np.sin(phase))[:, None]).T
-        signs = (1.0, -1.0) if theory["twice"][part].any() else (1.0,)
-        plus, *minus = (self._rows(parameters, theory["place"][part], epsilon, x, v, sign) for sign in signs)
-        half = self._rows(parameters, theory["place"][part], 0.5 * epsilon, x, v)
+        begin, pair = np.empty((2 * len(kernel.SIZES), part.size, self.code.rows)), theory["twice"][part].any()
+        for run, size in enumerate(kernel.SIZES):
+            begin[2 * run] = self._rows(parameters, theory["place"][part], size * epsilon, x, v)
+            other = self._rows(parameters, theory["place"][part], size * epsilon, x, v, -1.0) if pair else 0.0
+            begin[2 * run + 1] = other
         projection = np.ascontiguousarray(nudge["projection"].reshape(part.size, -1))
         twice = theory["twice"][part].astype(np.int64)
         module = self.code.module()
@@ -219,9 +221,7 @@ class Model:
             module.advance,
             module.energy,
             self.code.states,
-            plus,
-            minus[0] if minus else plus,
-            half,
+            begin,
             projection,
             nudge["start"],
             nudge["allowed"],
@@ -273,7 +273,7 @@ class Model:
         known = np.isfinite(raw[:, kernel.RAW.rate2])
         size = epsilon * raw[:, kernel.RAW.size]
         with np.errstate(invalid="ignore"):
-            error, left = kernel.errors(raw, S, size, theory["twice"], measured["intervals"], measured["spacing"])
+            error, left = kernel.errors(raw, S, size, measured["intervals"], measured["spacing"])
             regime = kernel.regime(reduced, left)
             predicted = kernel.regime(theory["omega_squared"], 32.0 * kernel.EPSILON * S * S)
         regime = np.where(known, regime, -1).astype(np.int8)

@@ -22,18 +22,18 @@ STEP = 0.3
 
 
 # Rows of one array, W lanes each: the loops over lanes are packed only where nothing can overlap.
-WD, WJ, WK, CD, CJ, CK, E0, E1, E2, E3, E4, E5, E6, E7, GD, GJ, GK, R0, RD, RJ, RK, Q0, QD, QJ, QK = (
-    W * row for row in range(25)
+MD, MJ, MK, CD, CJ, CK, R0, RD, RJ, RK, SIZE, X0, XD, XDD, XJK, Y0, YD, YDD, YJK, Q0, QD, QJ, QK = (
+    W * row for row in range(23)
 )
 
 
 @njit(**OPTIONS)
 def step_rates(S, n):
-    """Exact steps of the angular velocity alone, W lanes side by side."""
+    """Exact steps of the angular velocity alone (of its direction of L), W lanes side by side."""
     for _ in range(n):
         for i in range(W):
-            S[WD + i], S[WJ + i], S[WK + i] = exact.step(
-                S[WD + i], S[WJ + i], S[WK + i], S[CD + i], S[CJ + i], S[CK + i]
+            S[MD + i], S[MJ + i], S[MK + i] = exact.step(
+                S[MD + i], S[MJ + i], S[MK + i], S[CD + i], S[CJ + i], S[CK + i]
             )
 
 
@@ -42,26 +42,27 @@ def step_attitudes(S, n):
     """The same with the attitude: step, landing and a unit quaternion each time."""
     for _ in range(n):
         for i in range(W):
-            w_d, w_j, w_k = S[WD + i], S[WJ + i], S[WK + i]
+            m_d, m_j, m_k = S[MD + i], S[MJ + i], S[MK + i]
             r0, rd, rj, rk = attitude.step(
-                *(w_d, w_j, w_k, S[R0 + i], S[RD + i], S[RJ + i], S[RK + i]),
-                *(S[E0 + i], S[E1 + i], S[E2 + i], S[E3 + i], S[E4 + i], S[E5 + i], S[E6 + i], S[E7 + i]),
+                *(m_d, m_j, m_k, S[R0 + i], S[RD + i], S[RJ + i], S[RK + i], S[SIZE + i]),
+                *(S[X0 + i], S[XD + i], S[XDD + i], S[XJK + i], S[Y0 + i], S[YD + i], S[YDD + i], S[YJK + i]),
             )
-            w_d, w_j, w_k = exact.step(w_d, w_j, w_k, S[CD + i], S[CJ + i], S[CK + i])
-            q0, qd, qj, qk, size = attitude.land(w_d, w_j, w_k, r0, rd, rj, rk, S[GD + i], S[GJ + i], S[GK + i])
-            S[WD + i], S[WJ + i], S[WK + i] = w_d, w_j, w_k
-            S[R0 + i], S[RD + i], S[RJ + i], S[RK + i] = r0 * size, rd * size, rj * size, rk * size
-            S[Q0 + i], S[QD + i], S[QJ + i], S[QK + i] = q0, qd, qj, qk
+            S[R0 + i], S[RD + i], S[RJ + i], S[RK + i] = r0, rd, rj, rk
+            S[MD + i], S[MJ + i], S[MK + i] = exact.step(m_d, m_j, m_k, S[CD + i], S[CJ + i], S[CK + i])
+        for i in range(W):
+            S[Q0 + i], S[QD + i], S[QJ + i], S[QK + i], S[SIZE + i] = attitude.land(
+                *(S[MD + i], S[MJ + i], S[MK + i]), *(S[R0 + i], S[RD + i], S[RJ + i], S[RK + i])
+            )
 
 
 def prepared():
     """The array of both loops."""
     d, turned, *rest = attitude.short_step_constants(*MOMENTS, *START, STEP)
     g, e = rest[:3], rest[3:]
-    c = attitude.oriented(d, *exact.step_constants(*MOMENTS, *START, STEP))
-    w = np.array(attitude.oriented(d, *START)) * [turned, 1.0, turned]
-    r = attitude.lifted(g[0] * w[0], g[1] * w[1], g[2] * w[2], 1.0, 0.0)
-    return np.repeat(np.array([*w, *c, *e, *g, *r, *r]), W)
+    c = attitude.of_direction(*attitude.oriented(d, *exact.step_constants(*MOMENTS, *START, STEP)), *g)
+    m = np.array(attitude.oriented(d, *START)) * [turned, 1.0, turned] * g
+    r = attitude.lifted(*m, 1.0, 0.0)
+    return np.repeat(np.array([*m, *c, *r, 0.5, *e, *r]), W)
 
 
 def by_carlson(times):

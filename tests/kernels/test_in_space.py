@@ -81,6 +81,7 @@ def test_a_coefficient_of_the_direct_step_bent_by_1e9_is_seen(row):
         scratch[row : row + in_space.W] *= 1.0 + bend
         for _ in range(64):
             in_space._advance(scratch, 2)
+            in_space._advance_exact(scratch)
             in_space._compare(scratch)
         return 2.0 * math.sqrt(scratch[in_space.APART])
 

@@ -46,20 +46,18 @@ def test_errors_hold_the_distance_to_linear_theory(models, name):
     for epsilon in (1e-8, 1e-4, 1e-2, 1e-1):
         columns = model.survey(points(model.system, model.n, 40, LIBRARY[name], epsilon=epsilon))
         sound, theory = columns["status"] == statuses.OK, columns["omega_squared_theory"]
-        # one reduced rate² in four hundred is missed at 0.1, by less than half of its error
-        for value, most in (("omega_squared", 1.0), ("omega_squared_reduced", 1.5)):
-            off = np.abs(columns[value] - theory)[sound]
-            assert (off <= most * columns[f"{value}_error"][sound]).all()
-        seen = sound & (np.abs(columns["omega_squared"] - theory) > 1e-14 * columns["rate_scale"] ** 2)
-        if seen.any():
-            sharp = columns["omega_squared_error"][seen] / np.abs(columns["omega_squared"] - theory)[seen]
-            assert np.median(sharp) <= 10.0
+        # at 0.1 orders no longer fall fast, and the reduced error has room for that
+        for value, bar in (("omega_squared", 10.0), ("omega_squared_reduced", 60.0 if epsilon > 1e-3 else 10.0)):
+            off, error = np.abs(columns[value] - theory), columns[f"{value}_error"]
+            assert (off <= error)[sound].all()
+            seen = sound & (off > 1e-14 * columns["rate_scale"] ** 2)
+            assert not seen.any() or np.median(error[seen] / off[seen]) <= bar
         wrong = columns["regime"] != columns["regime_theory"]
         assert (columns["regime"][sound & wrong] == kernel.MARGINAL).all()
 
 
 def test_a_swing_reduced_to_zero_amplitude_is_the_small_one(models):
-    """The pendulum's rate² is lower by A²/8; what half the nudge tells of it leaves the fourth order."""
+    """The pendulum's rate² is lower by A²/8; what a half and a quarter of the nudge tell leave the fourth order."""
     model = models["pendulum"]
     columns = points(model.system, 1, 1, {}, epsilon=0.1, phase=0.0)
     found = {name: values[0] for name, values in model.survey(columns).items()}

@@ -15,7 +15,7 @@ CERTIFIED = ("proved", "undecided", "searched")  # the numbers of sweeps.mechani
 _ERROR = (
     "holds the distance to linear theory: scatter, the integration's error, the finite amplitude's bias and rounding"
 )
-_REDUCED = "what the measurement would be for an infinitesimal nudge: extrapolated from a run of half the nudge"
+_REDUCED = "what the measurement would be for an infinitesimal nudge: extrapolated from half of it and a quarter"
 _REDUCED_ERROR = "as omega_squared_error, with what the extrapolation leaves of the amplitude's bias"
 _SCATTER = "scatter of the samples only: it does not know the bias of a finite amplitude"
 
