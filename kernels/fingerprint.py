@@ -157,7 +157,7 @@ def use_whole_vectors() -> None:
 
     set_here = os.environ.get("NUMBA_CPU_FEATURES", "")
     narrow = set_here.endswith(NARROW)
-    if set_here and not (narrow or set_here.endswith(WIDE)):
+    if set_here and (_has_begun() or not (narrow or set_here.endswith(WIDE))):
         return
     os.environ.pop("NUMBA_CPU_FEATURES", None)
     host, features = llvm.get_host_cpu_name(), llvm.get_host_cpu_features()

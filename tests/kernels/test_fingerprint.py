@@ -325,3 +325,43 @@ def test_what_is_read_is_what_is_imported():
         told = subprocess.run([sys.executable, "-c", code], cwd=root, capture_output=True, text=True, check=True)
         loaded = {Path(file) for file in told.stdout.split() if Path(file).parent == root / "kernels"}
         assert set(fp.sources(module)) == loaded, module
+
+
+@pytest.fixture
+def host(monkeypatch):
+    """Has the processor be of one name, with Numba imported and begun, or not; says the features that hold then."""
+
+    def vectors(name, begun=False, inherited=None, **features):
+        found = type("Features", (dict,), {"flatten": lambda self: ",".join(self)})(avx512f=True, **features)
+        monkeypatch.setattr(llvm, "get_host_cpu_name", lambda: name)
+        monkeypatch.setattr(llvm, "get_host_cpu_features", lambda: found)
+        monkeypatch.setattr(fp, "_has_begun", lambda: begun)
+        monkeypatch.setattr(numba.config, "CPU_FEATURES", None)
+        monkeypatch.delenv("NUMBA_CPU_FEATURES", raising=False)
+        for setting in ("NUMBA_CPU_NAME", "NUMBA_ENABLE_AVX"):
+            monkeypatch.delenv(setting, raising=False)
+        if inherited:
+            monkeypatch.setenv("NUMBA_CPU_FEATURES", inherited)
+        fp.use_whole_vectors()
+        return os.environ.get("NUMBA_CPU_FEATURES"), numba.config.CPU_FEATURES
+
+    return vectors
+
+
+def test_whole_vectors_where_llvm_takes_half_of_them_and_the_clock_stays(host):
+    assert host("sapphirerapids") == ("avx512f,-prefer-256-bit",) * 2
+    for other in ("skylake-avx512", "znver4", "apple-m1"):
+        assert host(other) == (None, None)
+
+
+def test_features_of_a_parent_process_are_formed_anew_and_a_users_own_hold(host):
+    assert host("icelake-server", inherited="of another,-prefer-256-bit", fma=True)[0] == "avx512f,fma,-prefer-256-bit"
+    assert host("skylake-avx512", inherited="of another,-prefer-256-bit") == (None, None)
+    assert host("icelake-server", inherited="+avx2") == ("+avx2", None)
+
+
+def test_numba_that_has_begun_keeps_its_vectors_and_says_so(host):
+    with pytest.warns(RuntimeWarning, match="Import Polhode first"):
+        assert host("rocketlake", begun=True) == ("avx512f,+prefer-256-bit", None)
+    assert host("rocketlake", begun=True, inherited="x,+prefer-256-bit") == ("x,+prefer-256-bit", None)
+    assert host("rocketlake", inherited="x,+prefer-256-bit")[0] == "avx512f,+prefer-256-bit"
