@@ -279,7 +279,7 @@ def _labelled(figure: Figure | Borrowed) -> dict:
         own = ax.get_legend() is not None
         for artist in () if own else (*ax.lines, *ax.collections, *ax.patches):
             label = str(artist.get_label())
-            if not label.startswith("_"):
+            if label and not label.startswith("_"):
                 found.setdefault(label, artist)
     return {label: _seen(artist) for label, artist in found.items()}
 

@@ -185,11 +185,12 @@ def _coordinate(ds, name: str, kept) -> dict:
 
 def _variable(ds, column: Packed, k: int) -> dict:
     described = {key: value for key, value in asdict(column).items() if key != "text"}
-    role = known(ds)[column.name].role if column.name in known(ds) else ""
+    spec = known(ds).get(column.name)
+    relations = {kind: getattr(spec, kind, "") for kind in ("role", "theory", "exact", "error")}
     return (
         described
         | _words(ds[column.name].attrs, column.name)
-        | {"flags": _flag_list(ds[column.name]), "id": k, "role": role}
+        | {"flags": _flag_list(ds[column.name]), "id": k, **relations}
     )
 
 
@@ -216,7 +217,8 @@ def _start(ds, kept) -> dict:
     opening = systems.of_map(ds).opening(ds)
     middle = {dim: (len(values) - 1) // 2 if dim in _numeric(ds, kept) else 0 for dim, values in kept.items()}
     index = {dim: int(np.argmin(np.abs(ds[dim].values[kept[dim]] - v))) for dim, v in opening.at.items() if dim in kept}
-    return {"plane": list(opening.plane), "index": middle | index}
+    whole = all(len(values) == 1 or dim in opening.at for dim, values in kept.items())
+    return {"plane": list(opening.plane), "index": middle | index, "whole": whole}
 
 
 # ---------------------------------------------------------------------------------------------------------
@@ -227,9 +229,12 @@ def _asset(name: str) -> str:
     return (files("sweeps.views") / "page" / name).read_text(encoding="utf-8")
 
 
-def _part(page: Page, kind: str) -> list[str]:
-    """What a system's part of the page has of one kind of file."""
-    return [path.read_text(encoding="utf-8") for path in page.files if path.suffix == kind]
+def _part(page: Page, kind: str, name: str | None = None) -> list[str]:
+    """What a system's part of the page has of one kind of file; of sections "first", on the first screen, or others."""
+    chosen = [path for path in page.files if path.suffix == kind]
+    if name is not None:
+        chosen = [path for path in chosen if (path.stem == "first") == bool(name)]
+    return [path.read_text(encoding="utf-8") for path in chosen]
 
 
 @cache
@@ -267,7 +272,8 @@ def _page(ds, summary: Summary, packed: list[Packed], kept) -> str:
     return template.render(
         policy=" ".join(_hash(script) for script in (program, get_plotlyjs())),
         style=Markup("\n".join((_asset("style.css"), *_part(part, ".css")))),
-        sections=Markup("\n".join(_part(part, ".html"))),
+        first=Markup("\n".join(_part(part, ".html", "first"))),
+        sections=Markup("\n".join(_part(part, ".html", ""))),
         program=Markup(program),
         plotly=_plotly(),
         payload=_json(payload(ds, packed, kept)),

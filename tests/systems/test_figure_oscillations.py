@@ -56,7 +56,7 @@ def listed(figure):
 
 
 def test_one_panel_holds_its_subtitle_and_the_label_of_its_bar():
-    square = np.ones((5, 6, 1))
+    square = np.linspace(0.5, 1.0, 30).reshape(5, 6, 1)
     figure = figure_oscillations.draw(a_map(square, np.full(square.shape, STABLE)))
     figure.draw_without_rendering()
     panel, bar = figure.axes
@@ -69,7 +69,7 @@ def test_one_panel_holds_its_subtitle_and_the_label_of_its_bar():
 
 
 def test_the_legend_lists_what_is_drawn():
-    square = np.ones((5, 6, 1))
+    square = np.linspace(0.5, 1.0, 30).reshape(5, 6, 1)
     assert listed(figure_oscillations.draw(a_map(square, np.full(square.shape, STABLE)))) == []
     square[:, :3] = -1.0
     square[0, 0] = np.nan
@@ -79,6 +79,14 @@ def test_the_legend_lists_what_is_drawn():
     curve = figure_oscillations.draw(a_map(square[:1, 1:], np.where(square[:1, 1:] > 0, STABLE, UNSTABLE)))
     assert listed(curve) == ["theory", "stable", "unstable"]
     assert drawn(curve) >= {"theory", "stable", "unstable"}
+
+
+def test_what_is_the_same_everywhere_is_drawn_as_a_law_and_not_as_one_colour():
+    square = np.ones((5, 6, 1))
+    figure = figure_oscillations.draw(a_map(square, np.full(square.shape, STABLE)))
+    assert "measured" not in drawn(figure)
+    assert {"theory", "stable"} <= drawn(figure)
+    assert len(figure.axes) == 1  # no bar of colours
 
 
 def test_rounding_about_zero_is_no_boundary():

@@ -321,7 +321,9 @@ class Opened:
 
     def __init__(self, browser, path: Path, link="", **context):
         self.said, self.asked = [], []
-        self.context = browser.new_context(**({"viewport": {"width": 1280, "height": 2400}} | context))
+        self.context = browser.new_context(
+            **({"viewport": {"width": 1280, "height": 2400}, "reduced_motion": "reduce"} | context)
+        )
         self.context.set_default_timeout(1000 * PATIENCE)
         self.page = self.context.new_page()
         self.page.on("console", lambda message: self.said.append(message.text))
@@ -353,7 +355,7 @@ class Opened:
     def row(self, name):
         """A value of the row that is shown: (the whole number behind it, its text)."""
         data = self.page.locator(f'#row tr[data-name="{name}"] data')
-        return data.get_attribute("value"), data.inner_text()
+        return data.get_attribute("value"), data.text_content()
 
     def center(self, i, j):
         """Where a cell of the plane lies on the screen."""

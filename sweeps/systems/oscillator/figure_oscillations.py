@@ -1,6 +1,7 @@
 """Small oscillations: signed ω² of every equilibrium and mode over what is varied, and how far it keeps to theory."""
 
 import math
+import warnings
 
 import matplotlib
 import numpy as np
@@ -25,6 +26,9 @@ MISSING = "#e6e6e6"
 MOST_DEVIATION = 1e9  # larger ones stand at the edge
 ROUNDING = 1e-12  # of ω²/scale²: what is below is no sign
 MOST_DOTS = 1000  # marginal points of a panel; more stand on a coarser lattice
+LARGE = 5.2  # inches, of the picture of places
+LEVEL = 1e-6  # of a value: what differs by less is drawn as a law, not as a flat colour
+MOST_CURVES = 4  # of a law
 LEAST_WIDTH = 5.4  # inches, for the title
 
 
@@ -34,25 +38,31 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     part = _thinned(ds, x, y)
     panels = [(e, m) for e in part["equilibrium"].values for m in part["mode"].values][:MOST_PANELS]
     coordinates = [name for name in ds.data_vars if name.endswith("_equilibrium")]
-    places = len(coordinates) == 1 and ds.sizes["equilibrium"] > 1
-    count = len(panels) + places
-    columns = min(3 if count in (3, 5, 6, 9) else 4 if count > 4 else 2, count)
+    places = len(coordinates) == 1 and ds.sizes["equilibrium"] > 1 and _moves(part[coordinates[0]], x)
+    count = len(panels)
+    columns = math.ceil(count / 3) if places else min(3 if count in (3, 5, 6, 9) else 4 if count > 4 else 2, count)
     rows = math.ceil(count / columns)
-    width = max(LEAST_WIDTH, 1.0 + 3.3 * columns)
-    subtitle = style.wrapped(_subtitle(ds, part), width)
-    figure = style.canvas(width, 1.5 + 2.7 * rows, ds.attrs.get("title", ""), subtitle, 0.36, ax=ax)
-    axes = np.atleast_1d(figure.subplots(rows, columns)).ravel()
+    width = max(LEAST_WIDTH, 1.0 + 3.3 * columns + LARGE * places)
+    figure = style.canvas(width, 1.5 + 2.7 * rows, ds.attrs.get("title", ""), _subtitle(ds, part), 0.36, ax=ax)
+    ratios_of_width = [LARGE / 3.3] * places + [1.0] * columns
+    grid = figure.add_gridspec(rows, columns + places, width_ratios=ratios_of_width)
+    axes = [figure.add_subplot(grid[k // columns, places + k % columns]) for k in range(rows * columns)]
     image = None
     for ax, (e, m) in zip(axes, panels, strict=False):
         one = part.sel(equilibrium=e, mode=m)
         ax.set_title(_name(part, e, m), loc="left")
-        image = _map(ax, one, x, y) if y else _lines(ax, one, x)
+        if not y:
+            _lines(ax, one, x)
+        elif _is_level(one):
+            _law(ax, one, x, y)
+        else:
+            image = _map(ax, one, x, y)
     if places:
-        _places(axes[len(panels)], part, coordinates[0], x, y)
+        _places(figure.add_subplot(grid[:, 0]), part, coordinates[0], x, y)
     for ax in axes[count:]:
         ax.set_axis_off()
-    if y:
-        bar = figure.colorbar(image, ax=axes[: len(panels)].tolist(), shrink=0.9, aspect=30, pad=0.02)
+    if image is not None:
+        bar = figure.colorbar(image, ax=axes[:count], shrink=0.9, aspect=30, pad=0.02)
         bar.set_label("measured $\\omega^2$ / rate scale$^2$\nabove 0 stable, below unstable", fontsize=8)
     style.legend(figure, _missing(figure))
     return figure
@@ -73,6 +83,7 @@ def _axes_of(ds):
 def _thinned(ds, x, y):
     """What is drawn: the middle of every other dimension, at most MOST_DRAWN values of these."""
     names = ["omega_squared", "omega_squared_theory", "rate_scale", "regime", "status"]
+    names += [name for name in ("regime_theory",) if name in ds]
     names += [name for name in ds.data_vars if name.endswith("_equilibrium")]
     kept = (x, y, "equilibrium", "mode")
     middle = {d: ds.sizes[d] // 2 for d in ds["omega_squared"].dims if d not in kept}
@@ -137,6 +148,50 @@ def _map(ax, one, x, y):
     return image
 
 
+def _moves(place, x):
+    """Whether an equilibrium is elsewhere for another x, so that a picture of places says more than its name."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # of equilibria that are nowhere
+        span = (place.max(x) - place.min(x)).max()
+    return bool(span > LEVEL * np.abs(place).max())
+
+
+def _is_level(one):
+    """Whether ω² is the same everywhere in units of its scale, so that colours would say nothing."""
+    known = one["measured"].values[np.isfinite(one["measured"].values)]
+    return known.size > 0 and np.ptp(known) <= LEVEL * np.abs(known).max()
+
+
+def _law(ax, one, x, y):
+    """The measured rate as dots on theory's lines over x, at a few values of y: where ω² over its scale is constant."""
+    some = np.unique(np.linspace(0, one.sizes[y] - 1, MOST_CURVES).round().astype(int))
+    every = style.few(one.sizes[x], 24)
+    logarithmic = style.is_logarithmic(one[x].values)
+    ends = np.abs(one["omega_squared_theory"].isel({y: some, x: [0, -1]}).transpose(x, y).values)
+    with np.errstate(all="ignore"):
+        spread = np.nan_to_num(ends.max(axis=1) / ends.min(axis=1))
+    side, end = ("left", 0) if spread[0] > spread[1] else ("right", -1)  # where the curves are farther apart
+    for number, k in enumerate(some):
+        row = one.isel({y: int(k)})
+        measured, theory = (np.sqrt(np.abs(row[name].values)) for name in ("omega_squared", "omega_squared_theory"))
+        ax.plot(
+            row[x].values, theory, color=colors.INK, linewidth=0.9, gid="theory", label="theory" if not number else None
+        )
+        regime = REGIMES[1 + int(np.bincount(np.maximum(row["regime"].values, 0)).argmax())]
+        look = {"linestyle": "none", "marker": "o", "markersize": 3.4, "markeredgewidth": 0.0, "gid": regime}
+        ax.plot(
+            row[x].values[every], measured[every], color=COLORS[regime], label=regime if not number else None, **look
+        )
+        text = style.with_unit(f"{y} = {style.number(float(row[y]), 3)}", one[y].attrs.get("units", "1"))
+        look = {"textcoords": "offset points", "ha": side, "fontsize": 7, "path_effects": style.halo()}
+        ax.annotate(text, (row[x].values[end], theory[end]), (2 if side == "left" else -2, 3), **look)
+    if logarithmic:
+        ax.set(yscale="log")
+    ax.margins(y=0.12)
+    _scale(ax.xaxis, one[x].values)
+    ax.set(xlabel=_label(one, x), ylabel=f"measured rate  ({style.units('rad s-1')})")
+
+
 def _few_dots(rows, columns):
     """Places of at most some `MOST_DOTS` dots: all, or those on every k-th row and column."""
     every = math.ceil(math.sqrt(rows.size / MOST_DOTS)) if rows.size > MOST_DOTS else 1
@@ -163,6 +218,14 @@ def _places(ax, part, name, x, y):
     """Where the equilibria are, over x in the middle of y: stable ones in one colour, unstable ones in another."""
     row = part.isel({y: part.sizes[y] // 2}) if y else part
     row = row.isel(mode=0)
+    line = {"color": colors.INK, "linewidth": 1.0, "gid": "place"}
+    told = (("-", "stable"), ((0, (4, 2)), "unstable")) if "regime_theory" in row else ()
+    for k, (dash, word) in enumerate(told):
+        for e in row["equilibrium"].values:
+            one = row.sel(equilibrium=e)
+            there = np.where(one["regime_theory"].values == k, one[name].values, np.nan)
+            if np.isfinite(there).any():
+                ax.plot(one[x].values, there, linestyle=dash, label=f"theory: {word}", **line)
     for k, regime in enumerate(REGIMES[1:]):
         for e in row["equilibrium"].values:
             one = row.sel(equilibrium=e)

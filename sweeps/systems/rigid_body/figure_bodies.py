@@ -16,9 +16,9 @@ from sweeps.systems.rigid_body.variables import REGIMES
 from sweeps.systems.rigid_body.wording import brief_duration
 
 MOST_BODIES, MOST_PERIODS = 30, 10
-PERIOD_INCHES, LINE_INCHES, NOTE_WIDTH = 1.28, 0.145, 64
-AXIS, GROWS, FLIPS = 0.3, 0.95, 1.83  # where those columns stand, inches from the right of the panel of rates
-NAME_LETTERS = 44  # of a period's heading
+PERIOD_INCHES, LINE_INCHES, NOTE_WIDTH = 1.28, 0.145, 54
+AXIS, GROWS, FLIPS = 0.3, 0.97, 1.87  # where those columns stand, inches from the right of the panel of rates
+NAME_LETTERS = 40  # of a period's heading
 MEASURED = {"label": "rigid body, measured", "marker": "o", "markersize": 7.5, "color": colors.STABLE}
 OBSERVED = {
     "label": "observed",
@@ -28,6 +28,7 @@ OBSERVED = {
     "markeredgecolor": colors.INK,
     "markeredgewidth": 1.3,
 }
+LINES = {1: "-", 2: (0, (5, 1.6)), 3: (0, (1.2, 1.2))}
 OFFSETS = {1: -0.24, 2: 0.0, 3: 0.24}
 
 
@@ -38,14 +39,17 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     observed = [known[i] for i in style.few(len(known), MOST_PERIODS)]
     rows = part.sizes["body"]
     height = 2.0 + max(0.46 * rows, PERIOD_INCHES * len(observed), 1.0)
-    width = 13.4 if observed else 9.2
+    many = ds.sizes["body"] > MOST_BODIES
+    width = 11.6 if observed or many else 7.8
     some = f";  periods of {len(observed)} of {len(known)}" if len(observed) < len(known) else ""
     figure = style.canvas(width, height, "Bodies: measured rates", _subtitle(ds, part) + some, footer=0.36, ax=ax)
-    axes = figure.subplots(1, 2, width_ratios=(1.05, 1.0)) if observed else [figure.subplots()]
+    axes = figure.subplots(1, 2, width_ratios=(1.0, 1.0)) if observed or many else [figure.subplots()]
     _rates(axes[0], part)
     _times(axes[0], part)
     if observed:
         _periods(axes[1], observed, (height - 2.0) / len(observed))
+    elif many:
+        _histogram(axes[1], ds)
     _legend(figure, part)
     return figure
 
@@ -90,8 +94,28 @@ def _rates(ax: Axes, part: xr.Dataset) -> None:
     ax.set(xlim=(zero / 1.7, max(2.0, 1.6 * np.nanmax(np.append(rates, 1.0)))), ylim=(rows - 0.42, -0.58))
     ax.set_yticks(range(rows), [_row_label(part.isel(body=i)) for i in range(rows)], fontsize=9)
     ax.set_xlabel(r"measured rate relative to the spin, $\sqrt{|\Omega^2|}\,/\,|\omega_0|$  (dimensionless)")
-    ax.set_title("Rates about each axis", loc="left", fontweight="bold", fontsize=9.5)
+    ax.set_title("Rates; in each mark its spin axis", loc="left", fontweight="bold", fontsize=9.5)
     _zero_column(ax, zero, low, rows)
+
+
+def _histogram(ax: Axes, ds: xr.Dataset) -> None:
+    """How the measured rates of all bodies are distributed, about each axis."""
+    at = {dim: (ds.sizes[dim] - 1) // 2 for dim in ("omega0", "phase") if dim in ds.dims}
+    if "epsilon" in ds.dims:
+        at["epsilon"] = int(np.argmin(ds["epsilon"].values))
+    part = ds[["omega_squared"]].isel(at).load()
+    rate = signed_rate(part["omega_squared"], part["omega0"]).transpose("axis", "body")
+    known = rate.values[np.isfinite(rate.values)]
+    ends = (float(known.min()), float(known.max())) if known.size else (-1.0, 1.0)
+    bins = np.linspace(*ends, 61) if ends[0] < ends[1] else np.linspace(ends[0] - 1, ends[0] + 1, 61)
+    for row in rate:
+        axis = int(row["axis"])
+        look = {"histtype": "step", "linewidth": 1.6, "color": colors.SERIES_COLORS[axis - 1], "linestyle": LINES[axis]}
+        ax.hist(row.values[np.isfinite(row.values)], bins, label=f"about axis {axis}", gid="histogram", **look)
+    ax.axvline(0.0, color=colors.QUIET, linewidth=0.8)
+    ax.set(xlabel=r"measured rate $/\,|\omega_0|$: below 0 it grows  (dimensionless)", ylabel="bodies")
+    ax.set_title(f"All {ds.sizes['body']:,} bodies", loc="left", fontweight="bold", fontsize=9.5)
+    ax.legend(loc="best")
 
 
 def _times(ax: Axes, part: xr.Dataset) -> None:
@@ -131,7 +155,7 @@ def _numbered(ax: Axes, x: float, y: float, axis: int, word: str) -> None:
         [x],
         [y],
         marker="o",
-        markersize=7.6,
+        markersize=9.6,
         markerfacecolor="white" if hollow else color,
         markeredgecolor=color,
         markeredgewidth=0.9,
@@ -146,7 +170,7 @@ def _numbered(ax: Axes, x: float, y: float, axis: int, word: str) -> None:
         textcoords="offset points",
         ha="center",
         va="center",
-        fontsize=6.2,
+        fontsize=7.6,
         color=ink,
         fontweight="bold",
         zorder=4,

@@ -15,6 +15,8 @@ MOST_BODIES = 14
 EXPECTED, TOLERANCE = 2.0, 0.1
 LOOKS = {1: "-", 2: (0, (5, 1.6)), 3: (0, (1.2, 1.2))}
 SMALLEST_DRAWN = 1e-16
+HIGHLIGHTED = 3  # bodies in colours; the others are grey
+OTHERS = "#b5b9bf"
 
 
 def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
@@ -27,13 +29,14 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     left, right, table = figure.subplots(1, 3, width_ratios=(1.0, 1.0, 1.16))
     right.sharey(left)
     right.sharex(left)
-    _panel(left, found, found["theory"] > 0)
-    _panel(right, found, found["theory"] < 0)
+    lit = _highlighted(found)
+    _panel(left, found, found["theory"] > 0, lit)
+    _panel(right, found, found["theory"] < 0, lit)
     left.set_ylabel(r"$|\,\Omega^2_{\rm measured}\,/\,\Omega^2_{\rm theory} - 1\,|$  (dimensionless)")
     left.set_title("oscillates in theory", loc="left", color=colors.STABLE, fontweight="bold")
     right.set_title("grows in theory", loc="left", color=colors.UNSTABLE, fontweight="bold")
     right.tick_params(labelleft=False)
-    _table(table, found)
+    _table(table, found, lit)
     return figure
 
 
@@ -72,33 +75,50 @@ def bodies(ds: xr.Dataset) -> tuple[xr.Dataset, int]:
     return xr.concat(parts, dim="body", coords="minimal", compat="override"), len(triples)
 
 
-def _look(index: int) -> dict:
+def _highlighted(found: xr.Dataset) -> list[int]:
+    """Numbers of the bodies in colours: some of those with most fitted exponents, far from each other in the list."""
+    fitted = np.isfinite(found["slope"].transpose("body", "axis").values).sum(axis=1)
+    best = np.flatnonzero(fitted == fitted.max())
+    return best[np.unique(np.linspace(0, best.size - 1, HIGHLIGHTED).round().astype(int))].tolist()
+
+
+def _look(body: int, lit: list[int]) -> dict:
+    if body not in lit:
+        return {"color": OTHERS, "marker": "none"}
+    index = lit.index(body)
     return {
         "color": colors.SERIES_COLORS[index % len(colors.SERIES_COLORS)],
         "marker": style.SERIES_MARKERS[(index // len(colors.SERIES_COLORS) + index) % len(style.SERIES_MARKERS)],
     }
 
 
-def _panel(ax: Axes, found: xr.Dataset, belongs: xr.DataArray) -> None:
+def _panel(ax: Axes, found: xr.Dataset, belongs: xr.DataArray, lit: list[int]) -> None:
     ax.set(xscale="log", yscale="log", xlabel=r"nudge $\varepsilon$, relative to $\omega_0$  (dimensionless)")
     epsilon = found["epsilon"].values
     ax.axhspan(FIT_ABOVE, FIT_BELOW, color="#f3f4f6", zorder=0, linewidth=0)
     for i, j in np.argwhere(belongs.transpose("body", "axis").values):
-        _series(ax, found.isel(body=i, axis=j), int(i))
+        _series(ax, found.isel(body=i, axis=j), int(i), lit)
     _reference(ax, found.where(belongs), epsilon)
     ax.set(ylim=(3e-15, 5.0), xlim=(epsilon[0] / 1.3, epsilon[-1] * 1.3))
 
 
-def _series(ax: Axes, at: xr.Dataset, index: int) -> None:
+def _series(ax: Axes, at: xr.Dataset, index: int, lit: list[int]) -> None:
     """One body about one axis: at full strength where the deviation stands above its floor."""
     epsilon, deviation, axis = at["epsilon"].values, at["deviation"].values, int(at["axis"])
     drawn = np.where(deviation > SMALLEST_DRAWN, deviation, np.nan)
     above = np.where(drawn >= max(float(at["floor"]), FIT_ABOVE), drawn, np.nan)
-    look = _look(index) | {"linestyle": LOOKS[axis]}
+    look = _look(index, lit) | {"linestyle": LOOKS[axis], "zorder": 3 if index in lit else 2}
     ax.plot(epsilon, drawn, linewidth=0.7, alpha=0.35, gid=f"{index} {axis}", **(look | {"marker": "none"}))
     every = max(1, epsilon.size // 7)
     marks = {"markersize": 3.8, "markeredgecolor": "white", "markeredgewidth": 0.4}
-    ax.plot(epsilon, above, linewidth=1.1, markevery=((index * 3 + axis) % every, every), **look, **marks)
+    ax.plot(
+        epsilon,
+        above,
+        linewidth=1.6 if index in lit else 0.9,
+        markevery=((index * 3 + axis) % every, every),
+        **look,
+        **marks,
+    )
 
 
 def _reference(ax: Axes, found: xr.Dataset, epsilon: np.ndarray) -> None:
@@ -114,7 +134,7 @@ def _reference(ax: Axes, found: xr.Dataset, epsilon: np.ndarray) -> None:
     ax.annotate(r"slope 2", (at, height * at**2), (9, -4), **place)
 
 
-def _table(ax: Axes, found: xr.Dataset) -> None:
+def _table(ax: Axes, found: xr.Dataset, lit: list[int]) -> None:
     """The fitted exponents, one row a body and one column an axis, coloured by what theory says."""
     ax.set_axis_off()
     axes, rows = found["axis"].values.tolist(), found.sizes["body"]
@@ -129,7 +149,7 @@ def _table(ax: Axes, found: xr.Dataset) -> None:
         )
     ax.axhline(-0.45, color=colors.FAINT, linewidth=0.8)
     for i in range(rows):
-        ax.plot([0.0, 0.05], [i, i], linewidth=1.2, markersize=4.2, markevery=[1], **_look(i))
+        ax.plot([0.0, 0.05], [i, i], linewidth=1.6, markersize=4.2, markevery=[1], **_look(i, lit))
         ax.text(0.085, i, _clipped(str(found["body"].values[i])), va="center", fontsize=8.5)
         for j, x in enumerate(columns):
             text, color = _cell(found.isel(body=i, axis=j))

@@ -16,12 +16,14 @@ from kernels.rigid_body import cyclic, triangle_margin
 from sweeps import colors, style
 from sweeps.systems.rigid_body.fits import signed_rate
 from sweeps.systems.rigid_body.look import LOOK, axis_label, settings
+from sweeps.systems.rigid_body.real import real_bodies
 from sweeps.systems.rigid_body.variables import REGIMES, STATUSES
 
 MOMENTS = ("I1", "I2", "I3")
 MOST_CELLS = 1200  # a side; more than a print can show
 MOST_COMPARED = 48  # values a dimension that the choice of the slice looks at
 COLOR_MAP = "RdBu"
+BESIDE = (6, -8)  # points: where a body's name stands
 MISSING = "#8f8f8f"
 
 
@@ -146,7 +148,8 @@ def _map(figure, part, axis, shown, fixed) -> Figure:
     window = {name: (e[0], e[-1]) for name, e in zip(shown, (x, y), strict=True)}
     lines = boundaries(axis, window, fixed)
     _draw_boundaries(ax, lines, shown)
-    _name_regions(ax, part, shown, lines)
+    taken = _mark_bodies(ax, shown, window, fixed[third])
+    _name_regions(ax, part, shown, lines, taken)
     _color_bar(figure, ax, mesh)
     style.legend(figure, _vanishing(part) + _missing(part))
     return figure
@@ -236,6 +239,28 @@ def _mark_untrusted(ax: Axes, part: xr.Dataset, shown) -> None:
             ax.plot(xs, ys, gid=f"status {number}", label=label, **look)
 
 
+def _mark_bodies(ax: Axes, shown, window: Mapping[str, tuple[float, float]], third: float) -> list:
+    """Marks real bodies by name, each as large as has the third moment: for the rate in units of the spin, no matter.
+
+    Returns:
+        Where in the frame something is written now, as fractions.
+    """
+    at, (other,) = [MOMENTS.index(name) for name in shown], {0, 1, 2} - {MOMENTS.index(name) for name in shown}
+    taken = []
+    for name, ratios, *_ in real_bodies("bodies.yaml"):
+        xy = [third * ratios[k] / ratios[other] for k in at]
+        if not all(window[m][0] < v < window[m][1] for m, v in zip(shown, xy, strict=True)):
+            continue
+        dot = {"markersize": 5.0, "markeredgecolor": "white", "markeredgewidth": 0.9, "color": colors.INK}
+        ax.plot(*([v] for v in xy), marker="o", zorder=6, gid="body", **dot)
+        if name:
+            look = {"ha": "left", "fontsize": 8, "zorder": 7, "path_effects": style.halo(2.2), "gid": "body"}
+            ax.annotate(name, xy, BESIDE, textcoords="offset points", **look)
+        u, v = ax.transAxes.inverted().transform(ax.transData.transform(xy))
+        taken += [(u + step, v - 0.01) for step in np.linspace(0.0, 0.2 if name else 0.0, 5)]
+    return taken
+
+
 def _pair_text(pair: tuple[str, str]) -> str:
     return " = ".join(LOOK.symbol(name) for name in sorted(pair))
 
@@ -282,7 +307,7 @@ def _outside(ax: Axes, pair, xy, transform, offset, **alignment) -> None:
     ax.annotate(_pair_text(pair), xy, offset, xycoords=transform, textcoords="offset points", **alignment)
 
 
-def _name_regions(ax: Axes, part: xr.Dataset, shown, lines: Mapping) -> None:
+def _name_regions(ax: Axes, part: xr.Dataset, shown, lines: Mapping, taken: list) -> None:
     """Writes each regime's name where its region has most room, if there is enough."""
     keep = [style.few(part[name].size, 40) for name in shown]
     u, v = np.meshgrid(*(_fractions(part[name].values)[at] for name, at in zip(shown, keep, strict=True)))
@@ -290,6 +315,7 @@ def _name_regions(ax: Axes, part: xr.Dataset, shown, lines: Mapping) -> None:
     possible = part["triangle_margin"].values[np.ix_(*reversed(keep))] >= 0
     points = np.column_stack([u.reshape(-1), v.reshape(-1)])
     drawn = [_line_fractions(ax, line, shown) for line in lines.values()]
+    drawn += [np.array(taken)] if taken else []
     for kind in (linear.STABLE_MINOR, linear.STABLE_MAJOR, linear.UNSTABLE):
         inside = (possible & (regimes == kind)).reshape(-1)
         if inside.any():

@@ -1,7 +1,6 @@
 """The inertia triangle: every shape of body there can be, its spin about each axis, and real bodies on it."""
 
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 import xarray as xr
@@ -10,33 +9,15 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from sweeps import colors, style
-from sweeps.schema.reading import file_text, plain, read_text
 from sweeps.systems.rigid_body.fits import signed_rate
 from sweeps.systems.rigid_body.look import LOOK
+from sweeps.systems.rigid_body.real import real_bodies
 
 CELLS = 500  # a side of a panel
 LEAST_FILLED = 100_000  # points; fewer are drawn as dots
 BLOCK_POINTS = 2**19
 COLOR_MAP = "RdBu"
 BEYOND = 1e-9  # of a ratio: rounding
-DEFINITIONS = Path(__file__).parents[2] / "definitions"
-# Body in the definitions that ship → its name here, and where that stands: offset in points, alignment.
-NAMED = {
-    "bodies.yaml": {
-        "Earth": ("Earth, Moon, Mars", (0, -15), "right"),
-        "Moon": ("", (0, 0), "left"),
-        "Mars": ("", (0, 0), "left"),
-        "Tennis racket (Wilson T-2000)": ("tennis racket", (6, -3), "left"),
-        "Telephone as a uniform box": ("telephone", (6, -3), "left"),
-        "Thin plate": ("thin plate", (-6, -9), "right"),
-        "Water molecule": ("water molecule", (-7, -8), "right"),
-    },
-    "tumblers.yaml": {
-        "(5247) Krylov": ("asteroid Krylov", (6, -3), "left"),
-        "2008 TC3 (illustration)": ("asteroid 2008 TC₃", (7, -9), "left"),
-        "1I/'Oumuamua as an ellipsoid 6 to 1 to 1 (illustration)": ("'Oumuamua", (3, 6), "left"),
-    },
-}
 
 
 def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
@@ -159,20 +140,8 @@ def _words(ax: Axes, axis: int, is_large: bool) -> None:
     ax.annotate("sphere", (1, 1), (0, 6), textcoords="offset points", **(quiet | {"ha": "right", "va": "bottom"}))
 
 
-def bodies() -> Iterator[tuple[str, float, float, tuple, str]]:
-    """Name, I1/I3, I2/I3, offset and alignment of each real body, as the definitions that ship have it."""
-    for file, named in NAMED.items():
-        listed = plain(read_text(file_text(DEFINITIONS / file)))["bodies"]
-        for body in listed:
-            if body["name"] in named:
-                given = body.get("ratios", body)
-                moments = [float(given[name]) for name in ("I1", "I2", "I3")]
-                name, offset, side = named[body["name"]]
-                yield name, moments[0] / moments[2], moments[1] / moments[2], offset, side
-
-
 def _name_bodies(ax: Axes) -> None:
-    for name, x, y, offset, side in bodies():
+    for name, (x, y, _), offset, side in real_bodies():
         ax.plot([x], [y], "o", ms=5.5, color=colors.INK, mec="white", mew=1.0, zorder=6, clip_on=False, gid="body")
         if name:
             look = {"ha": side, "fontsize": 8.5, "zorder": 7, "path_effects": style.halo(2.6)}

@@ -156,9 +156,12 @@ class RigidBody(Dynamics):
     def opening(self, ds: "xr.Dataset") -> Opening:
         """The plane of the stability pictures, or of bodies their least nudge."""
         if set(MOMENTS) <= set(ds.dims):
+            from sweeps.systems.rigid_body.figure_flip import racket
             from sweeps.systems.rigid_body.figure_stability import planes
 
-            return Opening(*planes(ds))
+            plane, at = planes(ds)
+            thrown = racket(ds) or {}
+            return Opening(plane, at | {name: value for name, value in thrown.items() if name in ds.dims})
         return Opening(at={"epsilon": float(ds["epsilon"].min())} if "epsilon" in ds.dims else {})
 
     def page(self, ds: "xr.Dataset") -> Page:

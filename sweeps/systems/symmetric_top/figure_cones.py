@@ -56,6 +56,17 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     return figure
 
 
+def draw_one(ax: Axes, ds: xr.Dataset) -> None:
+    """The cones of the flattest top of those to be shown, or of the long one, as a panel of another picture."""
+    tops = _tops(ds)
+    ax.axis("off")
+    if not tops:
+        return
+    angle = float(ds["half_angle"].values[np.argmin(np.abs(ds["half_angle"].values - ANGLE))])
+    _cones(ax, tops[-1], math.radians(angle))
+    ax.set_title(f"body cone (blue) rolls on space cone\n$I_3/I_1$ = {style.number(tops[-1], 3)}", fontsize=9)
+
+
 def _tops(ds: xr.Dataset) -> list[float]:
     """The ratios nearest to those to be shown, of bodies that exist: at most one long and one flat."""
     ratios = ds["ratio"].values

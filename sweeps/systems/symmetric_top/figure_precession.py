@@ -8,6 +8,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from sweeps import colors, style
+from sweeps.systems.symmetric_top import figure_cones
 from sweeps.systems.symmetric_top.look import LOOK
 from sweeps.systems.symmetric_top.variables import STATUSES
 
@@ -20,11 +21,12 @@ PROLATE, OBLATE = colors.UNSTABLE, colors.STABLE
 def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     """The measured rate over I3/I1 with the formula on top, and its relative deviation over the half-angle."""
     part = thinned(ds)
-    figure = style.canvas(9.6, 4.9, "Precession of the free symmetric top", _subtitle(ds, part), footer=0.36, ax=ax)
-    left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.0))
+    figure = style.canvas(12.4, 4.9, "Precession of the free symmetric top", _subtitle(ds, part), footer=0.36, ax=ax)
+    left, right, cones = figure.subplots(1, 3, width_ratios=(1.0, 0.9, 0.75))
     handles = _rates(left, part)
     handles += _deviations(right, part)
     style.legend(figure, handles)
+    figure_cones.draw_one(cones, part)
     return figure
 
 
@@ -79,18 +81,15 @@ def _rates(ax: Axes, part: xr.Dataset) -> list:
 
 
 def _deviations(ax: Axes, part: xr.Dataset) -> list:
-    """Relative deviations of the rate over the half-angle: each point, the largest at each angle, and the bar."""
+    """The largest relative deviation of the rate at each half-angle, and what is promised; single ones are rounding."""
     angle = part["half_angle"].values
     deviation = part["deviation"].transpose("half_angle", "ratio", "omega3").values.reshape(angle.size, -1)
     drawn = np.maximum(deviation, LEAST_DRAWN)
-    look = {"linestyle": "none", "marker": "o", "markersize": 1.6, "markeredgewidth": 0.0, "alpha": 0.25}
-    at = np.broadcast_to(angle[:, None], drawn.shape)
-    ax.plot(at.ravel(), drawn.ravel(), color=colors.QUIET, gid="points", rasterized=True, **look)
     known = np.isfinite(deviation).any(axis=1)
     handles = []
     if known.any():
         worst = np.nanmax(drawn[known], axis=1)
-        line = {"color": colors.INK, "linewidth": 1.4, "gid": "worst"}
+        line = {"color": colors.INK, "linewidth": 1.4, "marker": "o", "markersize": 3.0, "gid": "worst"}
         handles += ax.plot(angle[known], worst, label="largest deviation at each half-angle", **line)
     dashes = {"color": colors.UNSTABLE, "linewidth": 1.0, "linestyle": (0, (4, 2))}
     ax.axhline(PROMISED, gid="promised", **dashes)

@@ -62,10 +62,10 @@ class Scene {
   render() {
     const { pen, width, height } = sharpPen(this.canvas);
     if (width === 0) return;
-    const scale = Math.min(width, height) / 2 / this.reach;
     const [right, up, toward] = viewAxes();
+    const scale = this.fit ? this.fit(width, height, right, up) : Math.min(width, height) / 2 / this.reach;
     const project = (v) => [width / 2 + scale * dot(v, right), height / 2 - scale * dot(v, up), dot(v, toward)];
-    this.draw({ pen, project, toward, width, height });
+    this.draw({ pen, project, toward, width, height, scale });
   }
 }
 

@@ -35,13 +35,30 @@ function span(trajectory, { axis, omega0 }) {
   return { flips, end };
 }
 
-function motionInWords({ trajectory, flips, rotation, axis }) {
+const RANKS = ["least", "middle", "greatest"];
+
+/** "its middle axis", or the axis by its number where two moments are the same. */
+function axisInWords(moments, axis) {
+  const same = moments.some((I, i) => moments.some((other, k) => i !== k && Math.abs(I - other) < 1e-9 * I));
+  return same ? `axis ${axis}` : `its ${RANKS[orderOfMoments(moments).indexOf(axis - 1)]} axis`;
+}
+
+function subjectInWords({ moments }) {
+  const body = theMap.coordinates.body;
+  if (body) return String(coordinateAt("body", state.place));
+  return looksLikeRacket(meanSquares(moments)) ? "this racket" : "this body";
+}
+
+function motionInWords(shown) {
+  const { trajectory, flips, rotation, axis, moments } = shown;
   const period = trajectory.flipPeriod;
-  const turns = (time) => `${numberText(time / rotation, 4)} rotations`;
-  if (trajectory.isStationary) return "Nothing changes: this body keeps spinning as it started.";
-  if (!Number.isFinite(period)) return trajectory.p > 0 ? "It stands on the separatrix: it turns over once and never again." : "The nudge stays as it is, or grows in proportion to time; there is no flip.";
-  if (flips) return `Unstable: the spin about axis ${axis} turns over every ${timeText(period)} (${turns(period)}).`;
-  return `Stable: the angular velocity goes round axis ${axis} in the body once in ${timeText(2 * period)} (${turns(2 * period)}).`;
+  const spun = `Spun about ${axisInWords(moments, axis)}, ${subjectInWords(shown)}`;
+  const turns = (time) => `${numberText(time / rotation, 3)} rotations`;
+  if (trajectory.isStationary) return `${spun} keeps spinning as it started: nothing changes.`;
+  if (!Number.isFinite(period)) return trajectory.p > 0 ? `${spun} turns over once and never again: it stands on the separatrix.` : `${spun} neither comes back nor flips: the nudge stays, or grows in proportion to time.`;
+  const nudged = `nudged by ${numberText(shown.epsilon, 2)}`;
+  if (flips) return `Unstable. ${spun} turns over every ${timeText(period)} (${turns(period)}; ${nudged}).`;
+  return `Stable. ${spun} keeps its axis and only wobbles, once round in ${timeText(2 * period)} (${turns(2 * period)}; ${nudged}).`;
 }
 
 /** First time, s, at which the spin about its axis passes zero, or nothing. */
@@ -73,13 +90,15 @@ function showMotion() {
   motion.polhode.show(motion.trajectory, motion.axis);
   motion.herpolhode.show(motion);
   document.getElementById("motion-where").textContent = placeText(state.place);
-  document.getElementById("motion-words").textContent = motionInWords(motion) + (possible ? "" : " No rigid body has these moments; the shape drawn is the nearest that exists.");
+  motion.words = motionInWords(motion) + (possible ? "" : " No rigid body has these moments; the shape drawn is the nearest that exists.");
+  document.getElementById("motion-words").textContent = motion.words;
+  document.getElementById("say").textContent = motion.words;
   showFlipPeriod();
   document.getElementById("to-flip").hidden = motion.flip === null;
   document.getElementById("polhode-note").textContent = motion.polhode.tiny ? "The nudge is so small that the polhode is a point to the eye: choose a larger nudge to see it." : "";
   setSpeed();
   drawTraces();
-  seek(0);
+  seek(motion.flip === null ? 0 : Math.max(0, motion.flip - 2 * motion.rotation));
 }
 
 function showFlipPeriod() {
@@ -248,7 +267,7 @@ function fillMotionControls() {
 
 function showFrame() {
   const inSpace = document.getElementById("frame").value === "space";
-  document.getElementById("body-note").textContent = inSpace ? "The body in space, with the body's own ratios of moments. L stays where it is; the line is the trail of the handle, the axis of least moment." : "The same from the body, which stands still: L goes round in it, and the line is its trail.";
+  document.getElementById("body-note").textContent = inSpace ? "The body in space: L stays, the line is the trail of its handle." : "Seen from the body: L goes round, the line is its trail.";
   motion.scene.render();
 }
 
@@ -265,7 +284,7 @@ function nudgeOption(value) {
 }
 
 function buildMotion() {
-  document.getElementById("motion").hidden = false;
+  for (const id of ["motion", "motion-first"]) document.getElementById(id).hidden = false;
   document.getElementById("nudge").parentElement.parentElement.hidden = !part.nudged;
   fillMotionControls();
   motion.scene = new Scene(document.getElementById("body-canvas"), 1.36, drawBody);
@@ -284,6 +303,7 @@ function buildMotion() {
   showNudge();
   showFrame();
   showMotion();
+  if (!matchMedia("(prefers-reduced-motion: reduce)").matches) setPlaying(true);
 }
 
 async function copyLink() {

@@ -13,7 +13,7 @@ function neighbours(trajectory) {
       w[least] = sl * Math.sqrt(energy / moments[least]) * Math.cos(angle);
       w[greatest] = sg * Math.sqrt(energy / moments[greatest]) * Math.sin(angle);
       const neighbour = new Trajectory(moments, w);
-      if (!neighbour.isStationary) curves.push(neighbour.polhode(120));
+      if (!neighbour.isStationary) curves.push(neighbour.polhode(240));
     }
   }
   return [...curves, ...separatrices(moments, energy, least, middle, greatest)];
@@ -25,8 +25,8 @@ function separatrices(moments, energy, least, middle, greatest) {
   if (Il === Im || Im === Ig) return [];
   const slope = Math.sqrt((Il * (Im - Il)) / (Ig * (Ig - Im))); // w_greatest over w_least
   const long = Math.sqrt(energy / (Il + Ig * slope * slope));
-  return [1, -1].map((sign) => Array.from({ length: 121 }, (_, i) => {
-    const phi = (2 * Math.PI * i) / 120;
+  return [1, -1].map((sign) => Array.from({ length: 241 }, (_, i) => {
+    const phi = (2 * Math.PI * i) / 240;
     const w = [];
     w[middle] = Math.sqrt(energy / Im) * Math.cos(phi);
     w[least] = long * Math.sin(phi);
@@ -38,6 +38,7 @@ function separatrices(moments, energy, least, middle, greatest) {
 class PolhodePicture {
   constructor(canvas) {
     this.scene = new Scene(canvas, 1.2, (view) => this.draw(view));
+    this.scene.fit = (width, height, right, up) => this.fit(width, height, right, up);
   }
 
   show(trajectory, spinAxis) {
@@ -53,6 +54,12 @@ class PolhodePicture {
     this.spinAxis = spinAxis;
     this.tiny = Math.max(...[0, 1, 2].map((i) => Math.max(...this.curve.map((w) => w[i])) - Math.min(...this.curve.map((w) => w[i])))) < 0.03;
     this.tick(start.map((w) => w * unit));
+  }
+
+  /** A scale at which the ellipsoid fills the picture, with room for the names of its axes. */
+  fit(width, height, right, up) {
+    const reach = (direction) => Math.hypot(...direction.map((x, i) => x * (this.semi?.[i] ?? 1)));
+    return Math.min((width / 2 - 34) / reach(right), (height / 2 - 30) / reach(up));
   }
 
   tick(omega) {
@@ -114,13 +121,14 @@ class PolhodePicture {
   }
 
   drawAxes(view) {
+    const stub = 20 / view.scale;
     for (let k = 0; k < 3; k++) {
       for (const sign of [1, -1]) {
         const at = (s) => [0, 1, 2].map((i) => (i === k ? sign * s : 0));
         if (!this.faces(at(this.semi[k]), view.toward)) continue;
         const color = k + 1 === this.spinAxis ? pageColor("accent") : pageColor("ink");
-        strokeLine(view, [at(this.semi[k]), at(this.semi[k] + 0.16)], color, 1.5);
-        writeAt(view, at(this.semi[k] + 0.16), `${sign > 0 ? "" : "−"}${k + 1}`, color);
+        strokeLine(view, [at(this.semi[k]), at(this.semi[k] + stub)], color, 1.5);
+        writeAt(view, at(this.semi[k] + stub), `${sign > 0 ? "" : "−"}${k + 1}`, color);
       }
     }
   }

@@ -35,7 +35,7 @@ function drawCloud() {
   const target = document.getElementById("map");
   const touch = matchMedia("(pointer: coarse)").matches;
   const axes = { xaxis: cloudAxis(state.x), yaxis: state.y ? cloudAxis(state.y) : { visible: false } };
-  const layout = plotLayout({ ...axes, height: Math.min(620, Math.max(340, target.clientWidth * 0.8)), showlegend: false, hovermode: "closest", uirevision: [state.x, state.y].join(), dragmode: touch ? false : "zoom" });
+  const layout = plotLayout({ ...axes, height: mapHeight(target), showlegend: false, hovermode: "closest", uirevision: [state.x, state.y].join(), dragmode: touch ? false : "zoom" });
   Plotly.react(target, [points, ...(part.guides?.() ?? []), chosen], layout, PLOT_CONFIG);
   const few = every > 1 ? ` ${shown.length} of the ${dots.length} points are drawn.` : "";
   document.getElementById("map-summary").textContent = `${column.longName}: ${valuesInWords(column, dots)}.${few}`;

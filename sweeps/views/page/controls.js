@@ -104,10 +104,38 @@ function planeControl(side, able) {
   return control;
 }
 
+/** What a column is, as a heading over its like. */
+function groupOf(column) {
+  const columns = Object.values(theMap.columns);
+  if (!theMap.columns[column.name]) return "in brief";
+  if (columns.some((one) => one.error === column.name)) return "errors";
+  if (columns.some((one) => one.theory === column.name || one.exact === column.name)) return "theory";
+  if (column.isFlag) return "regimes and statuses";
+  return { check: "checks", certificate: "certificates", existence: "bodies" }[column.role] ?? "measured";
+}
+
+/** A list of all that the map may be coloured by, under headings; what is typed leaves those that hold it. */
 function colorControl() {
-  const options = theMap.choices.map((choice) => [choice.name, choice.longName]);
-  const control = selectBox("colour by", options, state.color, (color) => choose({ color }));
+  const control = selectBox("colour by", [], state.color, (color) => choose({ color }));
+  const select = control.querySelector("select");
+  const find = element("input", { type: "search", placeholder: "find …", "aria-label": "find a variable" });
+  const fill = () => {
+    const sought = find.value.trim().toLowerCase();
+    const groups = new Map();
+    for (const choice of theMap.choices) {
+      const kept = choice.name === state.color || `${choice.longName} ${choice.name}`.toLowerCase().includes(sought);
+      if (kept) groups.set(groupOf(choice), [...(groups.get(groupOf(choice)) ?? []), choice]);
+    }
+    select.replaceChildren(...[...groups].map(([label, choices]) => {
+      const group = element("optgroup", { label });
+      for (const { name, longName } of choices) group.append(element("option", { value: name, textContent: longName, selected: name === state.color }));
+      return group;
+    }));
+  };
+  find.oninput = fill;
+  fill();
   control.dataset.color = "";
   control.classList.add("wide");
-  return control;
+  if (theMap.choices.length < 8) return control;
+  return element("div", { className: "with-search" }, control, find);
 }

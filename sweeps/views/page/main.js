@@ -54,7 +54,11 @@ async function start() {
   else buildPlane();
   part.build?.();
   showRow(state.place);
-  onChange(() => showRow(state.place));
+  say(state.place);
+  onChange(() => {
+    showRow(state.place);
+    say(state.place);
+  });
   addEventListener("hashchange", () => readLink() && redraw());
   let width = innerWidth;
   addEventListener("resize", () => {

@@ -5,6 +5,7 @@
 //   build()                      builds the sections below the map
 //   boundaries(xEdges, yEdges)   lines on the plane, as `boundaryLine` makes them
 //   coordinates()                adds coordinates of points that are no grid to `theMap.coordinates` and `theMap.cloud`
+//   say(place)                   the point in one sentence
 //   guides()                     lines on the picture of such points, as Plotly's traces
 //   first()                      the place at which the page begins
 //   buildTable()                 builds the map where `theMap.table` says that it is a table and no plane

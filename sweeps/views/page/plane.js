@@ -26,12 +26,18 @@ function planeCells() {
   return { cells, x: values(state.x, xs), y: values(state.y, ys), column };
 }
 
+/** As high as what stands beside it, or nearly square. */
+function mapHeight(target) {
+  const beside = document.querySelector(".explorer.turns") && innerWidth > 860;
+  return beside ? Math.max(300, Math.min(520, innerHeight - 330)) : Math.min(innerWidth > 860 ? 560 : 380, Math.max(300, target.clientWidth * 0.8));
+}
+
 function drawPlane() {
   const plane = planeCells();
   theMap.plane = plane;
   const target = document.getElementById("map");
   const drawn = state.y ? heatmap(plane) : curve(plane);
-  const size = { height: Math.min(620, Math.max(340, target.clientWidth * 0.8)) };
+  const size = { height: mapHeight(target) };
   const view = [state.x, state.y].join();
   const touch = matchMedia("(pointer: coarse)").matches;
   const layout = plotLayout({ ...drawn.layout, ...size, showlegend: false, hovermode: "closest", uirevision: view, dragmode: touch ? false : "zoom" });
@@ -40,6 +46,8 @@ function drawPlane() {
   drawLegend(plane);
   if (document.getElementById("map-table").open) fillPlaneTable(plane);
 }
+
+const MOST_TOLD = 4000; // cells whose every headline is in their tooltip
 
 function axisOf(name, values) {
   return { title: { text: dimensionLabel(name) }, type: isLogarithmic(values) ? "log" : "linear", showgrid: false, exponentformat: "power" };
@@ -55,6 +63,7 @@ function heatmap({ cells, x, y, column }) {
   const scale = colorScale(column, flat.map((cell) => cell.value), flat.map((cell) => cell.exists));
   const [xEdges, yEdges] = [cellEdges(x), cellEdges(y)];
   const z = cells.map((row) => row.map((cell) => (Number.isFinite(cell.value) ? scale.z(cell.value) : null)));
+  theMap.brief = flat.length <= MOST_TOLD ? headlines() : [];
   const text = cells.map((row) => row.map((cell) => tooltip(column, cell)));
   const { colorbar = {}, showscale = true } = scale;
   const narrow = document.getElementById("map").clientWidth < 520;
@@ -67,8 +76,45 @@ function heatmap({ cells, x, y, column }) {
   layout.xaxis.range = rangeOf(xEdges, layout.xaxis.type);
   layout.yaxis.range = rangeOf(yEdges, layout.yaxis.type);
   const lines = part.boundaries?.(xEdges, yEdges) ?? [];
-  layout.annotations = lines.map((line) => line.label);
+  layout.annotations = [...regionNames(cells, x, y), ...lines.map((line) => line.label)];
   return { traces: [{ ...base, ...colors }, ...hatch(cells, xEdges, yEdges), ...lines.flatMap((line) => line.traces), mark(xEdges, yEdges)], layout };
+}
+
+/** The leading flag's meanings, each written where its region has most room. */
+function regionNames(cells, x, y) {
+  const flag = Object.values(theMap.columns).find((column) => column.role === "headline" && column.isFlag);
+  if (!flag || cells.length < 6 || cells[0].length < 6 || cells.length * cells[0].length > 250000) return [];
+  const values = cells.map((row) => row.map((cell) => (cell.exists ? flag.at(cell.place) : null)));
+  const room = roomOf(values);
+  const best = new Map();
+  room.forEach((row, j) => row.forEach((free, i) => {
+    const value = values[j][i];
+    if (value !== null && free > (best.get(value)?.free ?? 0)) best.set(value, { free, i, j });
+  }));
+  const log = (values, value) => (isLogarithmic(values) ? Math.log10(value) : value);
+  const least = 0.06 * Math.min(cells.length, cells[0].length);
+  return [...best].filter(([, at]) => at.free > least).map(([value, { i, j }]) => {
+    const text = plain(flagText(flag.meanings.get(value) ?? "")).replace(", ", "<br>");
+    return { x: log(x, x[i]), y: log(y, y[j]), text, showarrow: false, font: { size: 12, color: "#1a1a1a" }, bgcolor: "rgba(255,255,255,0.72)", borderpad: 2 };
+  });
+}
+
+/** How many cells away the nearest cell of another value, or the edge, is. */
+function roomOf(values) {
+  const [rows, columns] = [values.length, values[0].length];
+  const room = values.map((row) => row.map(() => Infinity));
+  const look = (j, i, steps) => {
+    for (const [dj, di] of steps) {
+      const [v, u] = [j + dj, i + di];
+      const inside = v >= 0 && u >= 0 && v < rows && u < columns;
+      room[j][i] = Math.min(room[j][i], inside && values[v][u] === values[j][i] ? room[v][u] + 1 : 1);
+    }
+  };
+  const before = [[-1, -1], [-1, 0], [-1, 1], [0, -1]];
+  const after = before.map(([dj, di]) => [-dj, -di]);
+  for (let j = 0; j < rows; j++) for (let i = 0; i < columns; i++) look(j, i, before);
+  for (let j = rows - 1; j >= 0; j--) for (let i = columns - 1; i >= 0; i--) look(j, i, after);
+  return room;
 }
 
 /** Plotly reads a little HTML in its texts: what comes from the file is shown as it is. */
@@ -79,6 +125,10 @@ function plain(text) {
 function tooltip(column, cell) {
   const sides = [state.x, state.y].filter(Boolean).map((name) => `${symbolText(name)} = ${coordinateText(name, coordinateAt(name, cell.place))}`);
   const lines = [...sides, `${column.name} = ${column.text(cell.value)}`];
+  for (const one of theMap.brief ?? []) {
+    const [measured, theory] = headlineTexts(one, cell.place);
+    if (one !== column) lines.push(`${one.name} = ${measured}${theory ? ` (theory ${theory})` : ""}`);
+  }
   return [...lines, ...(cell.exists ? [] : ["cannot exist"])].map(plain).join("<br>");
 }
 
@@ -232,7 +282,7 @@ function cellOf(point) {
 
 /** Scrolls to the first section of the system's part, and takes the keys there. */
 function goToPart() {
-  const section = document.querySelector("#part > section:not([hidden])");
+  const section = document.querySelector("#motion-first:not([hidden])") ?? document.querySelector("#part > section:not([hidden])");
   section?.scrollIntoView();
   (section?.querySelector("button") ?? section?.querySelector("h2"))?.focus({ preventScroll: true });
 }
@@ -241,11 +291,14 @@ function buildPlane() {
   const target = document.getElementById("map");
   drawPlane();
   const onMap = (event) => event.points.find((point) => point.curveNumber === 0);
-  target.on("plotly_hover", (event) => onMap(event) && showRow(cellOf(onMap(event)).place));
+  let byKeys = false; // where the pointer rests says nothing while keys move the choice
+  target.addEventListener("pointermove", () => (byKeys = false), true);
+  target.on("plotly_hover", (event) => !byKeys && onMap(event) && showRow(cellOf(onMap(event)).place));
   target.on("plotly_unhover", () => showRow(state.place));
   listenForTaps(target);
   const steps = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
   target.addEventListener("keydown", (event) => {
+    byKeys = true;
     if (event.key in steps) moveInPlane(...steps[event.key]);
     else if (event.key === "Enter") goToPart();
     else return;

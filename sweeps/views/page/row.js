@@ -12,7 +12,45 @@ function coordinateNames() {
   return Object.keys(theMap.coordinates);
 }
 
+const MOST_HEADLINES = 6;
+
+/** What matters most: measured numbers that theory or the exact solution has too, then others that are measured. */
+function headlines() {
+  const columns = Object.values(theMap.columns);
+  const told = new Set(columns.flatMap((column) => [column.theory, column.exact, column.error]).filter(Boolean));
+  const own = columns.filter((column) => !told.has(column.name));
+  const weight = (column) => (column.role === "headline" ? 3 : 0) + (column.theory || column.exact ? 2 : 0) + (column.role === "measurement" ? 1 : 0);
+  return own.filter(weight).sort((a, b) => weight(b) - weight(a)).slice(0, MOST_HEADLINES);
+}
+
+/** Measured with its error, and what theory says, as texts. */
+function headlineTexts(column, place) {
+  const value = column.at(place);
+  const beside = theMap.columns[column.theory] ?? theMap.columns[column.exact];
+  const theory = beside ? beside.text(beside.at(place)) : "";
+  const error = theMap.columns[column.error]?.at(place);
+  if (column.isFlag || !Number.isFinite(value) || !Number.isFinite(error)) return [column.text(value), theory];
+  const unit = unitText(column.units);
+  return [`${numberText(value, 6)} ± ${numberText(error, 2)}${unit ? ` ${unit}` : ""}`, theory];
+}
+
+function showHeadlines(place) {
+  const lines = headlines().map((column) => {
+    const [measured, theory] = headlineTexts(column, place);
+    const head = element("th", { scope: "row", textContent: column.longName, title: column.comment });
+    return element("tr", {}, head, element("td", { className: "n", textContent: measured }), element("td", { className: "n", textContent: theory }));
+  });
+  document.querySelector("#headline tbody").replaceChildren(...lines);
+}
+
+/** The point in one sentence: the system's own, or what the leading flag and the first number say. */
+function say(place) {
+  const sentence = part.say?.(place) ?? headlines().slice(0, 2).map((column) => `${column.longName}: ${headlineTexts(column, place)[0]}`).join("; ");
+  document.getElementById("say").textContent = sentence;
+}
+
 function showRow(place) {
+  showHeadlines(place);
   const body = document.querySelector("#row tbody");
   const lines = coordinateNames().map((name) => {
     const value = coordinateAt(name, place);

@@ -68,7 +68,8 @@ const part = {
   boundaries,
   coordinates: addRatios,
   guides: triangle,
-  first: mostUnstable,
+  first: () => (theMap.start.whole ? state.place : mostUnstable()),
+  say: () => motion.words,
   buildTable: buildBodies,
   build() {
     buildNudges();

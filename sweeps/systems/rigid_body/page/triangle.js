@@ -12,6 +12,7 @@ function addRatios() {
     theMap.coordinates[name] = { dim: "point", values, numeric: true, whole: false, units: "", longName: `ratio of moments ${name}`, comment: "", flags: [] };
     theMap.cloud.push(name);
   }
+  theMap.start.plane = Object.keys(RATIOS);
 }
 
 /** The sides of the inertia triangle, and where its two lesser moments are equal. */

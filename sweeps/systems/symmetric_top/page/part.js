@@ -8,4 +8,4 @@ function topStart(place) {
   return { moments: [1, 1, value("ratio")], axis: 3, omega0: value("omega3"), epsilon: Math.tan(angle), phase: 0 };
 }
 
-const part = { start: topStart, nudged: false, shown: MOTION_SHOWN, build: buildMotion };
+const part = { start: topStart, nudged: false, shown: MOTION_SHOWN, say: () => motion.words, build: buildMotion };
