@@ -132,6 +132,9 @@ def _halve(advance, P, M, K, project, n, N, states, steps, change):
 RUN = void(
     ADVANCE,
     ENERGY,
+    spectrum.FIT,
+    spectrum.STEP,
+    spectrum.TELL,
     float64[:, :, ::1],
     float64[:, ::1],
     float64[::1],
@@ -154,6 +157,9 @@ RUN = void(
 def _run_blocks(
     advance,
     check,
+    fit,
+    step,
+    tell,
     starts,
     project,
     spacing,
@@ -210,7 +216,7 @@ def _run_blocks(
             floor[lane] += CURVED * (reach * reach if pair else reach) * largest
             rounding = 4.0 * EPSILON * math.sqrt(number) * largest
             floor[lane] += max(change[lane] - rounding, 0.0) * count
-        spectrum.fit_block(Y, weight, runs, count, n, h, floor, TRUST, lanes, part)
+        fit(step, tell, Y, weight, runs, count, n, h, floor, TRUST, lanes, part)
         for lane in range(lanes):
             row = raw[order[first + lane]]
             row[SAMPLES], row[STEPS], row[AMPLITUDE] = used[lane], number, told[LARGEST, lane]
@@ -285,7 +291,7 @@ def run(advance, check, states, quantities, starts, project, scale, size, twice,
         arrays = [np.ascontiguousarray(x[left]) if left.size < points else x for x in (starts, flat)]
         arrays += [np.ascontiguousarray(x[left]) for x in (spacings, size, steps, twice)]
         numbers = (n, N, quantities, states, runs, intervals + 1)
-        _run_blocks(advance, check, *arrays, order, bounds, *numbers, part)
+        _run_blocks(advance, check, *spectrum.PARTS, *arrays, order, bounds, *numbers, part)
         raw[left] = part
         left = left[~converged(part, intervals, tolerance) & np.isfinite(part[:, HALVING])]
         steps[left] *= 2

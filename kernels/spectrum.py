@@ -38,7 +38,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import boolean, float64, int64, njit, void
+from numba import boolean, float64, int64, njit, types, void
 
 from kernels.blocks import W
 from kernels.options import OPTIONS
@@ -51,6 +51,14 @@ LEAST_MOVED = 1e-4  # smallest singular value of the samples over the largest: b
 EPSILON = float(np.finfo(np.float64).eps)
 ROUNDINGS = 8.0  # of the logarithm and what follows it, beside the largest eigenvalue
 LOST = 1e4  # roundings that a term of a covariance may hold, which a large sum of terms cancels down to
+
+ROWS, LANES = float64[::1], float64[:, ::1]
+# Handed over as arguments: a function that calls another by its name compiles it once more.
+STEPPED = boolean(*2 * (LANES,), int64, int64, *7 * (LANES,), ROWS, ROWS, ROWS)
+TOLD = boolean(LANES, LANES, int64, int64, int64, LANES, float64, float64, ROWS)
+STEP, TELL = types.FunctionType(STEPPED), types.FunctionType(TOLD)
+FITTED = void(STEP, TELL, LANES, LANES, int64, int64, int64, ROWS, ROWS, float64, int64, LANES)
+FIT = types.FunctionType(FITTED)
 
 # Columns of a raw result; after HEAD follow real parts, imaginary parts, their errors (n each).
 EQUATIONS, SCATTER, MOVED, ODD, SUM, SUM_ERROR, PRODUCT, PRODUCT_ERROR, DISCRIMINANT, DISCRIMINANT_ERROR = range(10)
@@ -302,31 +310,64 @@ def logarithm(M, n, Y):
 # -- the steps, lane by lane
 
 
-@njit(**OPTIONS)
-def _zero(rows):
-    lanes = rows.shape[1]
-    for i in range(rows.shape[0]):
-        for lane in range(lanes):
-            rows[i, lane] = 0.0
+# Rows of W lanes, flat: rows W apart of one array need one check for overlap, and unsigned places none for wrapping.
+
+
+@njit(void(ROWS, int64, ROWS, int64, int64, ROWS, int64, int64, int64, int64), **OPTIONS)
+def _add_inner(out, row, A, a, a_step, B, b, b_step, n, count):
+    """Add the sum over i < n of rows a + i of A times rows b + i of B to a row of out; count times, a step on each."""
+    left = n % 4
+    for c in range(count):
+        to, a_row, b_row = np.uint64((row + c) * W), (a + c * a_step) * W, (b + c * b_step) * W
+        for i in range(0, n - left, 4):
+            u, v = np.uint64(a_row + i * W), np.uint64(b_row + i * W)
+            for lane in range(W):
+                x, y = u + np.uint64(lane), v + np.uint64(lane)
+                first = A[x] * B[y] + A[x + np.uint64(W)] * B[y + np.uint64(W)]
+                second = A[x + np.uint64(2 * W)] * B[y + np.uint64(2 * W)]
+                out[to + np.uint64(lane)] += first + (second + A[x + np.uint64(3 * W)] * B[y + np.uint64(3 * W)])
+        for i in range(n - left, n):
+            u, v = np.uint64(a_row + i * W), np.uint64(b_row + i * W)
+            for lane in range(W):
+                out[to + np.uint64(lane)] += A[u + np.uint64(lane)] * B[v + np.uint64(lane)]
+
+
+@njit(void(ROWS, ROWS, int64, int64, ROWS, int64, int64), **OPTIONS)
+def _add_outer(out, A, a, m, B, b, n):
+    """Add row a + i of A times row b + j of B to row i n + j of out, for i < m and j < n."""
+    left = n % 4
+    for i in range(m):
+        u = np.uint64((a + i) * W)
+        for j in range(0, n - left, 4):
+            v, to = np.uint64((b + j) * W), np.uint64((i * n + j) * W)
+            for lane in range(W):
+                x, y, z = A[u + np.uint64(lane)], v + np.uint64(lane), to + np.uint64(lane)
+                out[z] += x * B[y]
+                out[z + np.uint64(W)] += x * B[y + np.uint64(W)]
+                out[z + np.uint64(2 * W)] += x * B[y + np.uint64(2 * W)]
+                out[z + np.uint64(3 * W)] += x * B[y + np.uint64(3 * W)]
+        for j in range(n - left, n):
+            v, to = np.uint64((b + j) * W), np.uint64((i * n + j) * W)
+            for lane in range(W):
+                out[to + np.uint64(lane)] += A[u + np.uint64(lane)] * B[v + np.uint64(lane)]
 
 
 @njit(**OPTIONS)
-def _moments(Y, weight, runs, count, n, XX, XD):
-    """Sums of y yᵀ and of (y(t+h) - y(t)) yᵀ over neighbouring samples."""
-    lanes = XX.shape[1]
-    _zero(XX)
-    _zero(XD)
+def _moments(Y, weight, runs, count, n, XX, XD, y, d):
+    """Sums of y yᵀ and of (y(t+h) - y(t)) yᵀ over neighbouring samples; y, d are scratch."""
+    XX[:], XD[:] = 0.0, 0.0
     for r in range(runs):
         for k in range(count - 1):
-            here = (r * count + k) * n
-            there = here + n
-            used = r * count + k + 1
+            used = np.uint64((r * count + k + 1) * W)
             for i in range(n):
-                for j in range(n):
-                    for lane in range(lanes):
-                        y = weight[used, lane] * Y[here + j, lane]
-                        XX[i * n + j, lane] += Y[here + i, lane] * y
-                        XD[i * n + j, lane] += (Y[there + i, lane] - Y[here + i, lane]) * y
+                here, row = np.uint64(((r * count + k) * n + i) * W), np.uint64(i * W)
+                there = here + np.uint64(n * W)
+                for lane in range(W):
+                    x = Y[here + np.uint64(lane)]
+                    y[row + np.uint64(lane)] = weight[used + np.uint64(lane)] * x
+                    d[row + np.uint64(lane)] = Y[there + np.uint64(lane)] - x
+            _add_outer(XX, y, 0, n, y, 0, n)
+            _add_outer(XD, d, 0, n, y, 0, n)
 
 
 @njit(**OPTIONS)
@@ -350,82 +391,107 @@ def _start(XX, XD, n, M, moved):
 
 
 @njit(**OPTIONS)
-def _sums(Y, weight, M, X0, runs, count, n, x, x2, Z, Z2, XX, XR, XZ, HH, HR, RR):
-    """Sums of the normal equations: of the model's samples x, its residuals R and its slopes Z by Θ."""
-    lanes = x.shape[1]
-    parameters = runs * n
+def _sums(Y, weight, M, X0, runs, count, n, x, d, Z, XX, XR, XZ, HH, HR, RR):
+    """Sums of the normal equations: of the model's samples x, its residuals d and its slopes Z by Θ.
+
+    x and Z hold two samples, which take turns.
+    """
+    P = runs * n
     for rows in (XX, XR, XZ, HH, HR, RR):
-        _zero(rows)
+        rows[:] = 0.0
     for r in range(runs):
-        for i in range(n):
-            for lane in range(lanes):
-                x[i, lane] = X0[r * n + i, lane]
-        _zero(Z)
+        for at in range(n * W):
+            x[at] = X0[r * n * W + at]
+        for at in range(P * n * W):
+            Z[at] = 0.0
+        opened = W
         for k in range(count):
+            xs, Zs = k % 2 * n, k % 2 * P * n
             if k > 0:
-                _advance(M, X0, x, x2, Z, Z2, parameters, n)
-            used, here = r * count + k, (r * count + k) * n
+                _advance(M, X0, x, n - xs, xs, Z, P * n - Zs, Zs, P, n)
+            opened = _close(weight, (r * count + k) * W, opened, x, Z)
+            if opened == 0:
+                break
             for i in range(n):
-                for lane in range(lanes):
-                    residual = Y[here + i, lane] - x[i, lane]
-                    x2[i, lane] = weight[used, lane] * residual
-                    RR[0, lane] += x2[i, lane] * residual
-            for i in range(n):
-                for j in range(n):
-                    for lane in range(lanes):
-                        XX[i * n + j, lane] += weight[used, lane] * x[i, lane] * x[j, lane]
-                        XR[i * n + j, lane] += x2[i, lane] * x[j, lane]
-            for p in range(parameters):
-                for i in range(n):
-                    row = p * n + i
-                    for lane in range(lanes):
-                        HR[p, lane] += Z[row, lane] * x2[i, lane]
-                        Z2[row, lane] = weight[used, lane] * Z[row, lane]
-                    for j in range(n):
-                        for lane in range(lanes):
-                            XZ[row * n + j, lane] += Z2[row, lane] * x[j, lane]
-                for q in range(p + 1):
-                    for i in range(n):
-                        for lane in range(lanes):
-                            HH[p * parameters + q, lane] += Z2[p * n + i, lane] * Z[q * n + i, lane]
+                here = np.uint64(((r * count + k) * n + i) * W)
+                row, to = np.uint64((xs + i) * W), np.uint64(i * W)
+                for lane in range(W):
+                    d[to + np.uint64(lane)] = Y[here + np.uint64(lane)] - x[row + np.uint64(lane)]
+            _add_inner(RR, 0, d, 0, 0, d, 0, 0, n, 1)
+            _add_outer(XX, x, xs, n, x, xs, n)
+            _add_outer(XR, d, 0, n, x, xs, n)
+            _add_outer(XZ, Z, Zs, P * n, x, xs, n)
+            _add_inner(HR, 0, Z, Zs, n, d, 0, 0, n, P)
+            for p in range(P):
+                _add_inner(HH, p * P, Z, Zs + p * n, 0, Z, Zs, n, n, p + 1)
 
 
 @njit(**OPTIONS)
-def _advance(M, X0, x, x2, Z, Z2, parameters, n):
-    """One sample on: x ← M x, and Z ← M Z + X0 eᵀ x for every parameter."""
-    lanes = x.shape[1]
-    for p in range(parameters):
-        s, j = p // n, p % n
+def _close(weight, used, before, x, Z):
+    """Put an end to the model in lanes whose samples count no more: 0 stays 0; how many are open."""
+    opened = 0
+    for lane in range(W):
+        opened += 1 if weight[used + lane] > 0.0 else 0
+    if opened < before:
+        for rows in (x, Z):
+            for i in range(rows.size // W):
+                for lane in range(W):
+                    rows[i * W + lane] *= weight[used + lane]
+    return opened
+
+
+@njit(**OPTIONS)
+def _advance(M, X0, x, xs, new_xs, Z, Zs, new_Zs, P, n):
+    """One sample on: M x, and M Z + X0 eᵀ x for every parameter, into the new rows."""
+    for p in range(P):
+        v = np.uint64((xs + p % n) * W)
         for i in range(n):
-            for lane in range(lanes):
-                Z2[p * n + i, lane] = X0[s * n + i, lane] * x[j, lane]
-            for m in range(n):
-                for lane in range(lanes):
-                    Z2[p * n + i, lane] += M[i * n + m, lane] * Z[p * n + m, lane]
-    for i in range(n):
-        for lane in range(lanes):
-            x2[i, lane] = 0.0
-        for m in range(n):
-            for lane in range(lanes):
-                x2[i, lane] += M[i * n + m, lane] * x[m, lane]
-    for i in range(n):
-        for lane in range(lanes):
-            x[i, lane] = x2[i, lane]
-    for row in range(parameters * n):
-        for lane in range(lanes):
-            Z[row, lane] = Z2[row, lane]
+            to, u = np.uint64((new_Zs + p * n + i) * W), np.uint64((p // n * n + i) * W)
+            for lane in range(W):
+                Z[to + np.uint64(lane)] = X0[u + np.uint64(lane)] * x[v + np.uint64(lane)]
+        _add_inner(Z, new_Zs + p * n, M, 0, n, Z, Zs + p * n, 0, n, n)
+    for at in range(new_xs * W, (new_xs + n) * W):
+        x[at] = 0.0
+    _add_inner(x, new_xs, M, 0, n, x, xs, 0, n, n)
 
 
 @njit(**OPTIONS)
-def _step(M, X0, runs, n, XX, XR, XZ, HH, HR, RR, covariance, rest, moved):
-    """One step of every lane; the inverse of the projected normal matrix, the sum of squares left, the largest step."""
+def _lanes(flat):
+    """Rows of W lanes, as rows."""
+    return flat.reshape(flat.size // W, W)
+
+
+@njit(**OPTIONS)
+def _scaled_inverse(H, right, P):
+    """Overwrite right by H⁻¹ right, H with a diagonal of one meanwhile; a diagonal of nothing is left out."""
+    d = np.empty(P)
+    for p in range(P):
+        d[p] = 1.0 / math.sqrt(H[p, p]) if H[p, p] > 0.0 else 0.0
+    for p in range(P):
+        for q in range(P):
+            H[p, q] *= d[p] * d[q]
+        for q in range(P + 1):
+            right[p, q] *= d[p]
+        H[p, p] = 1.0 + 4.0 * EPSILON
+    solve(H, right, P, P + 1)
+    for p in range(P):
+        for q in range(P + 1):
+            right[p, q] *= d[p]
+
+
+@njit(STEPPED, **OPTIONS)
+def _step(M, X0, runs, n, XX, XR, XZ, HH, HR, RR, covariance, rest, moved, change):
+    """One step of every lane that has not come to rest; whether one has not.
+
+    Besides: the inverse of the projected normal matrix, the sum of squares left, and the change of M.
+    """
     P = runs * n
     A, B = np.empty((n, n)), np.empty((n, n * P + n))
     H, right = np.empty((P, P)), np.empty((P, P + 1))
     C, T, U = np.empty((n, n)), np.empty((n, n)), np.empty((n, n + runs))
-    largest = 0.0
+    going = False
     for lane in range(W):
-        if moved[lane] < LEAST_MOVED:
+        if moved[lane] < LEAST_MOVED or change[lane] < CLOSE:  # a lane's steps are its own, whoever its neighbours are
             continue
         for i in range(n):
             for j in range(n):
@@ -459,13 +525,13 @@ def _step(M, X0, runs, n, XX, XR, XZ, HH, HR, RR, covariance, rest, moved):
         for i in range(n):
             for j in range(n):
                 total = B[j, n * P + i]
-                change = M[i * n + j, lane]
+                bent = M[i * n + j, lane]
                 for p in range(P):
                     total -= B[j, p * n + i] * right[p, P]
                 for s in range(runs):
-                    change += X0[s * n + i, lane] * right[s * n + j, P]
+                    bent += X0[s * n + i, lane] * right[s * n + j, P]
                 C[i, j] = total + (1.0 if i == j else 0.0)
-                T[i, j] = change
+                T[i, j] = bent
         for p in range(P):
             # what the step takes off the sum of squares: Θ·(right side), from the inverse and Θ
             left -= right[p, P] * HR[p, lane]
@@ -492,31 +558,15 @@ def _step(M, X0, runs, n, XX, XR, XZ, HH, HR, RR, covariance, rest, moved):
         if not sound:
             moved[lane] = 0.0
             continue
+        change[lane] = 0.0
         for i in range(n):
             for j in range(n):
-                largest = max(largest, abs(A[j, i] - M[i * n + j, lane]))
+                change[lane] = max(change[lane], abs(A[j, i] - M[i * n + j, lane]))
                 M[i * n + j, lane] = A[j, i]
             for s in range(runs):
                 X0[s * n + i, lane] = U[i, s]
-    return largest
-
-
-@njit(**OPTIONS)
-def _scaled_inverse(H, right, P):
-    """Overwrite right by H⁻¹ right, H with a diagonal of one meanwhile; a diagonal of nothing is left out."""
-    d = np.empty(P)
-    for p in range(P):
-        d[p] = 1.0 / math.sqrt(H[p, p]) if H[p, p] > 0.0 else 0.0
-    for p in range(P):
-        for q in range(P):
-            H[p, q] *= d[p] * d[q]
-        for q in range(P + 1):
-            right[p, q] *= d[p]
-        H[p, p] = 1.0 + 4.0 * EPSILON
-    solve(H, right, P, P + 1)
-    for p in range(P):
-        for q in range(P + 1):
-            right[p, q] *= d[p]
+        going = going or change[lane] >= CLOSE
+    return going
 
 
 # -- from M to what is told
@@ -627,7 +677,7 @@ def _eigenvalue_error(c, K, n, x, y, gap, noise, most):
     return radius, radius
 
 
-@njit(**OPTIONS)
+@njit(TOLD, **OPTIONS)
 def _tell(M, X0, lane, runs, n, covariance, noise, spacing, row):
     """Eigenvalues, invariants and their errors of one lane into its raw row; whether the algebra ended."""
     A, Y, N, c, K = np.empty((n, n)), np.empty((n, n)), np.empty((n, n, n)), np.empty(n + 1), np.empty((n, n))
@@ -665,40 +715,46 @@ def _tell(M, X0, lane, runs, n, covariance, noise, spacing, row):
     most = 0.0
     for i in range(n):
         most = max(most, math.hypot(re[i], im[i]))
+    real, imaginary = 0.0, 0.0
     for i in range(n):
-        gap = math.inf
+        gap, twin = math.inf, -1
         for j in range(n):
             if j != i:
                 gap = min(gap, math.hypot(re[i] - re[j], im[i] - im[j]))
-        real, imaginary = _eigenvalue_error(c, K, n, re[i], im[i], gap, noise, most)
+            if j < i and re[j] == re[i] and im[j] == -im[i]:
+                twin = j
+        if twin < 0:
+            real, imaginary = _eigenvalue_error(c, K, n, re[i], im[i], gap, noise, most)
+        else:
+            real, imaginary = row[HEAD + 2 * n + twin] * spacing, row[HEAD + 3 * n + twin] * spacing
         row[HEAD + i], row[HEAD + n + i] = re[i] / spacing, im[i] / spacing
         row[HEAD + 2 * n + i], row[HEAD + 3 * n + i] = real / spacing, imaginary / spacing
     return True
 
 
-@njit(**OPTIONS)
-def fit_block(Y, weight, runs, count, n, spacing, floor, trust, lanes, raw):
-    """Measure the lanes of a block.
+@njit(FITTED, **OPTIONS)
+def fit_block(step, tell, Y, weight, runs, count, n, spacing, floor, trust, lanes, raw):
+    """Measure the lanes of a block; step and tell are those of this module, `PARTS`.
 
     Y, shape (runs*count*n, W): sample k of run r, state i in row (r*count + k)*n + i. weight, shape (runs*count, W):
-    1 for a sample that counts, else 0; a run's first ones. floor, shape (W,): error of a sample that its scatter does
-    not show. trust: 0 for standard errors, else the multiple of the scatter in a bound (see `bound`).
+    1 for a sample that counts, else 0, and Y too; a run's first ones. floor, shape (W,): error of a sample that its
+    scatter does not show. trust: 0 for standard errors, else the multiple of the scatter in a bound (see `bound`).
     """
     P = runs * n
-    XX, XD, M, X0 = np.empty((n * n, W)), np.empty((n * n, W)), np.empty((n * n, W)), np.empty((P, W))
-    moved, rest = np.empty(W), np.zeros(W)
-    _moments(Y, weight, runs, count, n, XX, XD)
-    _start(XX, XD, n, M, moved)
+    Y, counts = Y.reshape(Y.size), weight.reshape(weight.size)
+    XX, XR, M, X0 = np.empty(n * n * W), np.empty(n * n * W), np.empty(n * n * W), np.empty(P * W)
+    x, d, Z = np.empty(2 * n * W), np.empty(n * W), np.empty(2 * P * n * W)
+    XZ, HH, HR, RR = np.empty(P * n * n * W), np.empty(P * P * W), np.empty(P * W), np.empty(W)
+    moved, rest, change, covariance = np.empty(W), np.zeros(W), np.full(W, math.inf), np.zeros((P * P, W))
+    _moments(Y, counts, runs, count, n, XX, XR, x, d)
+    _start(_lanes(XX), _lanes(XR), n, _lanes(M), moved)
     for r in range(runs):
-        for i in range(n):
-            for lane in range(W):
-                X0[r * n + i, lane] = Y[r * count * n + i, lane]
-    x, x2, Z, Z2 = np.empty((n, W)), np.empty((n, W)), np.empty((P * n, W)), np.empty((P * n, W))
-    XZ, HH, HR, RR = np.empty((P * n * n, W)), np.empty((P * P, W)), np.empty((P, W)), np.empty((1, W))
-    covariance = np.zeros((P * P, W))
+        for at in range(n * W):
+            X0[r * n * W + at] = Y[r * count * n * W + at]
     for _ in range(STEPS):
-        _sums(Y, weight, M, X0, runs, count, n, x, x2, Z, Z2, XX, XD, XZ, HH, HR, RR)
-        if _step(M, X0, runs, n, XX, XD, XZ, HH, HR, RR, covariance, rest, moved) < CLOSE:
+        _sums(Y, counts, M, X0, runs, count, n, x, d, Z, XX, XR, XZ, HH, HR, RR)
+        sums = (_lanes(XX), _lanes(XR), _lanes(XZ), _lanes(HH), _lanes(HR), _lanes(RR))
+        if not step(_lanes(M), _lanes(X0), runs, n, *sums, covariance, rest, moved, change):
             break
     for lane in range(lanes):
         row, used = raw[lane], 0.0
@@ -716,17 +772,20 @@ def fit_block(Y, weight, runs, count, n, spacing, floor, trust, lanes, raw):
         noise = scatter
         if trust > 0.0:
             noise = math.sqrt(equations) * (trust * scatter + floor[lane])
-        if not _tell(M, X0, lane, runs, n, covariance, noise, spacing[lane], row):
+        if not tell(_lanes(M), _lanes(X0), lane, runs, n, covariance, noise, spacing[lane], row):
             for i in range(SUM, row.size):
                 row[i] = math.nan
 
 
+PARTS = (fit_block, _step, _tell)
+
+
 @njit(
-    void(float64[:, :, :, ::1], float64[::1], int64[:, ::1], float64, float64[:, ::1]),
+    void(FIT, STEP, TELL, float64[:, :, :, ::1], float64[::1], int64[:, ::1], float64, float64[:, ::1]),
     nogil=True,
     **OPTIONS,
 )
-def _fit_points(samples, spacing, used, trust, raw):
+def _fit_points(fit, step, tell, samples, spacing, used, trust, raw):
     """Points W at a time, each with its runs' samples, shape (points, runs, count, n); the last block is padded."""
     points, runs, count, n = samples.shape
     Y, weight = np.empty((runs * count * n, W)), np.empty((runs * count, W))
@@ -742,7 +801,7 @@ def _fit_points(samples, spacing, used, trust, raw):
                     weight[r * count + k, lane] = 1.0 if inside else 0.0
                     for j in range(n):
                         Y[(r * count + k) * n + j, lane] = samples[i, r, k, j] if inside else 0.0
-        fit_block(Y, weight, runs, count, n, h, floor, trust, lanes, part)
+        fit(step, tell, Y, weight, runs, count, n, h, floor, trust, lanes, part)
         for lane in range(lanes):
             for j in range(raw.shape[1]):
                 raw[first + lane, j] = part[lane, j]
@@ -800,7 +859,7 @@ def measure(samples, spacing, used=None):
     h = np.broadcast_to(np.asarray(spacing, dtype=np.float64), shape).reshape(-1).copy()
     most = np.full((*shape, runs), count) if used is None else np.broadcast_to(used, (*shape, runs))
     raw = np.empty((len(flat), HEAD + 4 * n))
-    _fit_points(flat, h, np.array(most.reshape(-1, runs), dtype=np.int64), 0.0, raw)
+    _fit_points(*PARTS, flat, h, np.array(most.reshape(-1, runs), dtype=np.int64), 0.0, raw)
     raw = raw.reshape(*shape, -1)
     re, im, e_re, e_im = (raw[..., HEAD + i * n : HEAD + (i + 1) * n] for i in range(4))
     values = raw[..., [SUM, PRODUCT, DISCRIMINANT]]
