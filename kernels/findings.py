@@ -8,7 +8,7 @@ an eighth of them does alone.
 import math
 
 import numpy as np
-from numba import njit
+from numba import boolean, float64, njit
 
 from kernels import columns, lanes, linear, measure, reduction, uncertainty
 from kernels.blocks import W
@@ -293,3 +293,12 @@ def tell(S, certified, invariants, logged, reduced, exactly, rounded, tolerance)
             _tell_log_slope(S)
     if invariants:
         _tell_drifts(S)
+
+
+PARTS = (  # as of kernels.lanes
+    (_tell_errors, (float64[::1], boolean, boolean, boolean)),
+    (_tell_square, (float64[::1], boolean, float64)),
+    (_forgive_growth, (float64[::1], float64)),
+    *((loop, (float64[::1],)) for loop in (_tell_rates, _tell_reduced_rates, _squares, _squares_beyond)),
+    *((loop, (float64[::1],)) for loop in (_tell_log_slope, _tell_drifts)),
+)

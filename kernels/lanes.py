@@ -15,7 +15,7 @@ interval; it shares no code with the direct one. The distance of the two in the 
 largest transverse size reached so far, is what the direct integration may be trusted to.
 """
 
-from numba import njit
+from numba import boolean, float64, int64, njit
 
 from kernels import direct, exact, measure, reduction, rigid_body, taylor_steps
 from kernels.blocks import W
@@ -385,3 +385,14 @@ def follow(S, order, steps, intervals, certified, invariants, logged, reduced):
             log_sample(S, float(k))
         elif not opened:
             break
+
+
+# What a survey's kernel is made of, with the types it calls each by: compiled one by one, processes can share them.
+PARTS = (
+    *((loop, (float64[::1], boolean)) for loop in (_sample_whole, _sample_first_order)),
+    *((loop, (float64[::1], int64)) for loop in (_advance_12, _advance_10, _advance_8)),
+    *((loop, (float64[::1], int64)) for loop in (_advance_near_12, _advance_near_10, _advance_near_8)),
+    (log_sample, (float64[::1], float64)),
+    *((loop, (float64[::1],)) for loop in (begin_exact, begin, begin_invariants, guess, _advance_exact)),
+    *((loop, (float64[::1],)) for loop in (certify, watch_invariants, watch)),
+)

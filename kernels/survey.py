@@ -35,6 +35,7 @@ from kernels.statuses import NON_FINITE, OK, SHORT_WINDOW
 TILE = 4096  # points that are planned, sorted and measured together: their columns stay in a core's own cache
 LEVELS = 16  # of growth, by which points of one kind are sorted
 
+PARTS = (*lanes.PARTS, *findings.PARTS)
 POINT = ("I1", "I2", "I3", "axis", "omega0", "epsilon", "phase")
 AT = columns.numbers(MEASURED)
 POWERS = columns.powers(COLUMNS, flips.COLUMNS)

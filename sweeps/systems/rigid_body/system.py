@@ -112,11 +112,13 @@ class RigidBody(Dynamics):
             compilation()
 
     def compilations(self) -> tuple[Callable[[], None], ...]:
-        """What is measured near an axis, and the flips."""
+        """What is measured near an axis, and the flips; before and after them the parts of the first, to be shared."""
         from kernels import survey
 
         points, integration = _a_point(), RigidBodyIntegration()
-        return partial(self.columns, points, integration), partial(survey.flipped, points, integration.tolerance)
+        whole = partial(self.columns, points, integration), partial(survey.flipped, points, integration.tolerance)
+        parts = [partial(part.compile, types) for part, types in survey.PARTS if hasattr(part, "compile")]
+        return *parts[0::2], *whole, *parts[1::2]
 
     def seldom(self) -> tuple[Callable[[], None], ...]:
         """What follows the attitude."""
