@@ -581,3 +581,9 @@ def test_a_sphere_is_a_sphere(moment, exponent, phase, omega0, axis):
     for name in ("omega_squared", "growth_rate", "frequency", "energy_drift", "perturbation_drift", "growing_fraction"):
         assert columns[name] == 0, name
     assert columns["status"] == survey.OK
+
+
+def test_parts_are_compiled_for_the_types_that_the_survey_calls_them_by():
+    survey.survey(bodies(2), *SETTINGS)
+    for part, types in survey.PARTS:
+        assert set(getattr(part, "signatures", [types])) <= {types}, part
