@@ -44,6 +44,7 @@ def table(marker):
         ("uncertain bodies, kept", uncertain.KEPT),
         ("oscillator coordinates", oscillator.COORDINATES),
         ("oscillator variables", oscillator.VARIABLES),
+        ("oscillator degenerate", oscillator.DEGENERATE),
         ("relative equilibrium coordinates", relative.COORDINATES),
         ("relative equilibrium variables", relative.VARIABLES),
         ("relative equilibrium invariants", relative.INVARIANTS),

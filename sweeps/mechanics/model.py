@@ -8,6 +8,7 @@ import numpy as np
 from kernels import measure, statuses
 from kernels import oscillations as kernel
 from sweeps.mechanics import equilibria, modes, scales
+from sweeps.mechanics.degenerate import Degenerate
 from sweeps.mechanics.derivation import derive
 from sweeps.mechanics.description import System
 from sweeps.mechanics.graph import CONSTANT, Graph, Values, graph
@@ -59,6 +60,11 @@ class Model:
     def values(self) -> Values:
         """The graph in NumPy."""
         return Values(self.code.graph)
+
+    @cached_property
+    def degenerate(self) -> Degenerate:
+        """V's higher terms, of a system of one coordinate."""
+        return Degenerate(self.equations)
 
     def equilibria(self, parameters: list[np.ndarray]) -> equilibria.Found:
         """All equilibria of points, of which each parameter's values are given."""
@@ -260,11 +266,31 @@ class Model:
 
     # -- both
 
-    def survey(self, points, cycles: float = 4, samples_per_cycle: int = 16, tolerance: float = 1e-10, direction=None):
+    def survey(
+        self,
+        points,
+        cycles: float = 4,
+        samples_per_cycle: int = 16,
+        tolerance: float = 1e-10,
+        direction=None,
+        degenerate: bool = False,
+    ):
         """All columns of points, in units; see `sweeps.systems.oscillator.system`."""
         theory = self.theory(points)
         measured = self.measured(points, theory, cycles, samples_per_cycle, tolerance, direction)
-        return self._columns(points, theory, measured)
+        columns = self._columns(points, theory, measured)
+        return columns | self._at_amplitude(points, theory, columns["regime_theory"]) if degenerate else columns
+
+    def _at_amplitude(self, points, theory, regime):
+        """Frequencies at the nudge's amplitude where V″ vanishes; see `sweeps.mechanics.degenerate`."""
+        epsilon, phase = (np.asarray(points[name], dtype=np.float64) for name in ("epsilon", "phase"))
+        size, place = theory["sizes"][:, 0], theory["place"][:, 0]
+        x, v = epsilon * size * np.cos(phase), epsilon * size * theory["scale"] * np.sin(phase)
+        found = self.degenerate.oscillations(theory["parameters"], place, x, v)
+        found["degenerate_amplitude"] = found["degenerate_amplitude"] / size
+        marginal = regime == kernel.MARGINAL
+        nothing = {name: 0 if values.dtype == np.int8 else np.nan for name, values in found.items()}
+        return {name: np.where(marginal, values, nothing[name]).astype(values.dtype) for name, values in found.items()}
 
     def _columns(self, points, theory, measured):
         raw, S = measured["raw"], theory["scale"]

@@ -201,6 +201,39 @@ def test_a_direction_of_a_definition_is_the_nudge_of_every_mode():
     assert pickle.loads(pickle.dumps(read(definition))).definition.integration.direction == (0.0, 1.0)
 
 
+def test_a_wide_swing_of_a_pendulum_is_stable_and_its_errors_hold():
+    """The error tells the nudge's own bias, not the scatter alone; where it reaches the rate nothing is claimed."""
+    epsilon = np.array([0.1, 0.32, 0.5, 0.7, 0.99])
+    ds = sweeps.survey(small("pendulum", length=1.0, epsilon=epsilon.tolist())).squeeze().sel(equilibrium="hanging")
+    assert ds["regime"].values[:4].tolist() == [0, 0, 0, 0]
+    for name in ("omega_squared", "omega_squared_reduced", "frequency", "frequency_reduced"):
+        theory = ds["omega_squared_theory"] if name.startswith("omega") else ds["frequency_theory"]
+        off = np.abs(ds[name] - theory).values
+        assert (off <= ds[f"{name}_error"].values).all()
+        assert (off[:4] <= 0.05 * theory.values[:4]).all()
+    assert (np.abs(ds["omega_squared_reduced"] / ds["omega_squared_theory"] - 1) < 2e-3).all()
+    wide = ds.isel(epsilon=4)  # at 57° the error is wider than the rate: nothing is claimed
+    assert int(wide["regime"]) == 2
+    assert float(wide["omega_squared_reduced_error"]) > float(wide["omega_squared_reduced"])
+
+
+def test_a_degenerate_place_has_the_frequency_of_its_amplitude_where_it_is_asked_for(tmp_path):
+    """On the pitchfork of the hoop V = m R² Ω² θ⁴/8 + …: half the nudge, half the frequency; beside it none."""
+    grid = {"radius": 9.80665, "spin_rate": [1.0, 1.5], "epsilon": [0.02, 0.01], "phase": 0.0}
+    ds = sweeps.survey(small("bead_on_hoop", **grid) | {"integration": {"degenerate": True}}).squeeze()
+    here = ds.sel(equilibrium="bottom")
+    assert here["degenerate_order"].values.tolist() == [[4, 4], [0, 0]]
+    frequency, error = (here[f"degenerate_frequency{end}"].values[0] for end in ("", "_error"))
+    assert frequency[0] / frequency[1] == pytest.approx(2, rel=1e-3)
+    assert (error <= 1e-3 * frequency).all()
+    assert np.isnan(here["degenerate_frequency"].values[1]).all()
+    assert here["degenerate_amplitude"].values[0] == pytest.approx([0.02, 0.01], rel=1e-3)
+    with pytest.raises(
+        DefinitionError, match="degenerate: true is given for 2 coordinates; allowed: false, or a system"
+    ):
+        sweeps.survey({"system": "double_pendulum", "integration": {"degenerate": True}})
+
+
 def test_a_file_that_is_not_there():
     with pytest.raises(DefinitionError, match=r"nowhere\.py: cannot be read"):
         read(small("nowhere.py"))

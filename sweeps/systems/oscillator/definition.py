@@ -27,6 +27,11 @@ class OscillatorIntegration(Integration):
         description="direction of the nudge: a list of one number a coordinate, in the coordinates' units, not all 0; "
         "left out, along each mode",
     )
+    degenerate: bool = Field(
+        False,
+        description="true or false: of a system of one coordinate, whether to tell the frequency at the nudge's "
+        "amplitude where V'' vanishes and a higher term holds the motion",
+    )
 
 
 class OscillatorDefinition(Definition):
@@ -45,4 +50,7 @@ class OscillatorDefinition(Definition):
             wrong = f"has {len(direction)} numbers"
             allowed = f"{len(self.moved)}, of {', '.join(self.moved)}"
             raise refusals([Problem(("integration", "direction"), display(direction), wrong, allowed)])
+        if self.integration.degenerate and len(self.moved) != 1:
+            wrong, allowed = f"is given for {len(self.moved)} coordinates", "false, or a system of one coordinate"
+            raise refusals([Problem(("integration", "degenerate"), "true", wrong, allowed)])
         return self

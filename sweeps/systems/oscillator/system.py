@@ -25,7 +25,7 @@ from sweeps.schema.values import number
 from sweeps.schema.variables import Variable, table
 from sweeps.systems.oscillator.definition import OscillatorDefinition
 from sweeps.systems.oscillator.look import LOOK
-from sweeps.systems.oscillator.variables import COORDINATES, LAYOUT, NUDGE, VARIABLES
+from sweeps.systems.oscillator.variables import COORDINATES, DEGENERATE, LAYOUT, NUDGE, VARIABLES
 from sweeps.systems.system import Dynamics, Opening, Page, Points
 
 if TYPE_CHECKING:
@@ -68,9 +68,8 @@ class Oscillator(Dynamics):
         from sweeps.mechanics import DescriptionError
 
         description = self._load()
-        taken = sorted(
-            {*description.parameters, *description.coordinates} & {*VARIABLES, "equilibrium", "mode", "point"}
-        )
+        ours = {*VARIABLES, *DEGENERATE, "equilibrium", "mode", "point"}
+        taken = sorted({*description.parameters, *description.coordinates} & ours)
         if taken:
             raise DescriptionError(f"{self.name}: {taken[0]} is the name of a map's variable; allowed: any other name")
         return description
@@ -150,7 +149,8 @@ class Oscillator(Dynamics):
         places = (
             Variable(f"{c.name}_equilibrium", c.unit, f"{c.meaning}, at the equilibrium") for c in self.description.kept
         )
-        return VARIABLES | table(*places)
+        degenerate = DEGENERATE if definition.integration.degenerate else {}
+        return VARIABLES | table(*places) | degenerate
 
     def layout(self) -> Layout:
         """What any of its maps may hold: parameters and places by names that its description knows."""
@@ -164,7 +164,7 @@ class Oscillator(Dynamics):
             numbers[points["equilibrium"] == name] = slot
         settings = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
         points = {**points, "equilibrium": numbers}
-        return self.mechanism.survey(points, *settings, integration.direction)
+        return self.mechanism.survey(points, *settings, integration.direction, integration.degenerate)
 
     def check(self, definition: Definition, grid: Points) -> None:
         """Derives the equations, and looks for equilibria at some points of the grid.

@@ -143,6 +143,29 @@ VARIABLES = table(
     ),
 )
 
+DEGENERATE = table(
+    Variable(
+        "degenerate_frequency",
+        "rad s-1",
+        "angular frequency at the amplitude of the nudge where V'' vanishes and a higher term of V holds the motion",
+        comment="closed form of the leading term (sweeps/mechanics/degenerate.py); goes with the amplitude to the "
+        "power of half the order less one; missing elsewhere",
+        error="degenerate_frequency_error",
+    ),
+    Variable(
+        "degenerate_frequency_error",
+        "rad s-1",
+        "error of the frequency at the amplitude of the nudge",
+        comment="what the other terms of V, and a changing mass, can add at that amplitude",
+    ),
+    Variable(
+        "degenerate_amplitude",
+        "1",
+        "turning point of that motion, relative to the system's own size",
+    ),
+    Variable("degenerate_order", "1", "order of the term of V that holds it; 0 where none does", "i1"),
+)
+
 NUDGE = (
     Parameter(
         "epsilon",
@@ -167,7 +190,7 @@ COORDINATES = parameters.coordinates(NUDGE) | table(  # beside the parameters
 
 LAYOUT = Layout(
     COORDINATES,
-    VARIABLES,
+    VARIABLES | DEGENERATE,
     tuple(VARIABLES),
     {parameter.name: parameter.quantity.item for parameter in NUDGE}
     | {"mode": Annotated[int, whole(1, 100, "whole numbers from 1 to 100")], "equilibrium": str},

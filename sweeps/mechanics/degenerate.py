@@ -1,0 +1,95 @@
+r"""Oscillations about a degenerate equilibrium: V″ = 0, and a higher term of V holds the motion.
+
+There is no rate there, for the frequency goes with the amplitude. Of one coordinate near its place, x the distance,
+
+.. math:: \tfrac12 a\,\dot x^2 + c_m x^m = E, \qquad m \in \{4, 6, 8, 10\},\ c_m = V^{(m)}/m! > 0,\ a > 0
+
+the turning point is :math:`A = (E/c_m)^{1/m}`, and a quarter of the period the time from 0 to A:
+
+.. math:: T = 4\int_0^A \frac{dx}{\sqrt{2c_m(A^m - x^m)/a}}
+            = 4A^{1 - m/2}\sqrt{\frac{a}{2c_m}}\int_0^1\frac{du}{\sqrt{1 - u^m}}, \qquad
+          \int_0^1\frac{du}{\sqrt{1 - u^m}} = \frac{\sqrt\pi\,\Gamma(1 + 1/m)}{\Gamma(1/2 + 1/m)}
+
+(a Beta function, :math:`\frac1m B(\frac1m, \frac12)`; :math:`\pi/2` for m = 2). So :math:`\omega \propto A^{m/2-1}`:
+half the nudge, half the frequency about :math:`x^4`.
+
+*Which term.* The one that is largest at the turning point it would give; a place is known to a rounding (a double root
+to its square root), so lower terms that ought to vanish may not, quite. Where the largest is of odd order or negative,
+nothing holds the motion.
+
+*Error.* Another term of order k, :math:`r_k = |c_k|A^k/(c_mA^m)`, changes :math:`1 - u^m` by
+:math:`r_k(1 - u^k) \le r_k\frac km(1 - u^m)` at most, and the period by half of that; the turning point moves by
+:math:`r_k/m` of itself. Both together are below :math:`\frac km r_k` for k > m and below :math:`r_k` for k < m. a
+that changes along the way adds :math:`\frac12|a'|A/a + \frac14|a''|A^2/a`. Orders above 12 are left out.
+"""
+
+import math
+
+import numpy as np
+
+from sweeps.mechanics.derivation import Equations
+from sweeps.mechanics.graph import lambdified
+
+HOLDING = (4, 6, 8, 10)  # orders of the terms that may hold a motion
+ORDERS = range(2, 13)
+ROUNDING = 1e-14
+
+
+def quarter(m: int) -> float:
+    """∫ du/√(1 − u^m) from 0 to 1."""
+    return math.sqrt(math.pi) * math.gamma(1 + 1 / m) / math.gamma(0.5 + 1 / m)
+
+
+class Degenerate:
+    """V's Taylor series and a of a system of one coordinate.
+
+    Args:
+        equations: the system's.
+    """
+
+    def __init__(self, equations: Equations):
+        ((q,), e, a) = equations.q, equations.hessian[0, 0], equations.a[0, 0]
+        arguments, terms = (*equations.parameters, q), []
+        for k in ORDERS:
+            terms.append(e / math.factorial(k))
+            e = e.diff(q)
+        self._series = lambdified(arguments, terms)
+        self._a = lambdified(arguments, [a, a.diff(q), a.diff(q, 2)])
+
+    def oscillations(self, parameters, place, x, v) -> dict[str, np.ndarray]:
+        """Frequencies of motions that start at a distance from places, with a velocity.
+
+        Args:
+            parameters: one array (points,) a parameter.
+            place: the equilibria, shape (points,).
+            x: distance at the start, shape (points,).
+            v: velocity at the start.
+
+        Returns:
+            `degenerate_frequency` (rad/s), its `_error`, `degenerate_amplitude` (A) and `degenerate_order` (m, 0 where
+            no term holds the motion; the others are NaN there).
+        """
+        with np.errstate(all="ignore"):
+            c = np.stack(self._series(*parameters, place))
+            a = np.stack(self._a(*parameters, place))
+            found = {name: np.full(place.size, np.nan) for name in ("frequency", "frequency_error", "amplitude")}
+            order = np.zeros(place.size, dtype=np.int8)
+            for m in HOLDING:
+                held, A, frequency, error = _held_by(m, c, a, x, v)
+                chosen = held & (order == 0)
+                order[chosen] = m
+                for name, values in (("frequency", frequency), ("frequency_error", error), ("amplitude", A)):
+                    found[name][chosen] = values[chosen]
+        return {f"degenerate_{name}": values for name, values in found.items()} | {"degenerate_order": order}
+
+
+def _held_by(m, c, a, x, v):
+    """Whether the term of order m holds motions, their turning point, frequency and its error."""
+    own = c[m - ORDERS[0]]
+    A = (0.5 * a[0] * v * v / own + np.abs(x) ** m) ** (1.0 / m)
+    sizes = np.stack([np.abs(c[k - ORDERS[0]] / own) * A ** (k - m) for k in ORDERS])
+    others = np.stack([sizes[k - ORDERS[0]] * max(k / m, 1.0) for k in ORDERS if k != m])
+    frequency = 0.5 * math.pi * A ** (m / 2 - 1) * np.sqrt(2.0 * own / a[0]) / quarter(m)
+    bent = 0.5 * np.abs(a[1] / a[0]) * A + 0.25 * np.abs(a[2] / a[0]) * A * A
+    held = (own > 0.0) & (a[0] > 0.0) & (sizes <= 1.0).all(axis=0) & np.isfinite(frequency)
+    return held, A, frequency, frequency * (others.sum(axis=0) + bent + ROUNDING)

@@ -1,0 +1,93 @@
+"""Frequencies about degenerate equilibria against the motion's own period, by SciPy."""
+
+import math
+
+import numpy as np
+import pytest
+import sympy as sp
+from scipy.integrate import quad, solve_ivp
+
+from sweeps.mechanics import System
+from sweeps.mechanics.degenerate import HOLDING, Degenerate, quarter
+from sweeps.mechanics.derivation import derive
+
+
+def described(V, inertia=lambda x: 1):
+    system = System("degenerate", most=3)
+    x = system.coordinate("x", "m", bounds=(-2, 2))
+    system.kinetic_energy(inertia(x) * system.velocity(x) ** 2 / 2)
+    system.potential(V(x))
+    return derive(system), x
+
+
+def found(V, x, v=0.0, place=0.0, inertia=lambda x: 1):
+    equations, _ = described(V, inertia)
+    x, v, place = (np.atleast_1d(np.asarray(y, dtype=float)) for y in (x, v, place))
+    one = [np.zeros(x.size)] * len(equations.parameters)
+    return Degenerate(equations).oscillations(one, np.broadcast_to(place, x.shape), x, np.broadcast_to(v, x.shape))
+
+
+@pytest.mark.parametrize("m", [2, *HOLDING])
+def test_the_quarter_of_a_period_is_the_integral(m):
+    # u = 1 - w² takes the root at the end away
+    integral, _ = quad(
+        lambda w: 2 * w / math.sqrt(-math.expm1(m * math.log1p(-w * w))) if w else 2 / math.sqrt(m), 0, 1
+    )
+    assert quarter(m) == pytest.approx(integral, rel=1e-9)
+
+
+POTENTIALS = {
+    "x⁴": (lambda x: 3 * x**4, 4),
+    "x⁶": (lambda x: x**6, 6),
+    "x¹⁰": (lambda x: x**10 / 7, 10),
+    "x⁴ + x⁶": (lambda x: x**4 + 2 * x**6, 4),
+    "x⁴ − x⁵": (lambda x: x**4 - x**5, 4),
+    "cosh": (lambda x: sp.cosh(x) - x**2 / 2, 4),
+}
+
+
+@pytest.mark.parametrize("name", POTENTIALS)
+@pytest.mark.parametrize(("x", "v"), [(0.05, 0.0), (0.03, 1e-3), (0.01, -1e-4)])
+def test_frequencies_are_those_of_the_motion(name, x, v):
+    V, order = POTENTIALS[name]
+    told = found(V, x, v)
+    equations, q = described(V)
+    force = sp.lambdify(q, -equations.gradient[0], "math")
+
+    def crosses(_, y):
+        return y[0]
+
+    guess = 2 * math.pi / told["degenerate_frequency"][0]
+    times = (0, 2.2 * guess)
+    settings = {"events": crosses, "method": "DOP853", "rtol": 1e-10, "atol": 1e-11 * x / np.array([1.0, guess])}
+    done = solve_ivp(lambda t, y: [y[1], force(y[0])], times, [x, v], **settings)
+    period = done.t_events[0][2] - done.t_events[0][0]
+    assert told["degenerate_order"] == [order]
+    apart = abs(told["degenerate_frequency"][0] - 2 * math.pi / period)
+    assert apart <= told["degenerate_frequency_error"][0] + 1e-7 / period  # SciPy's own
+
+
+def test_a_mass_that_changes_is_in_the_error():
+    told = found(lambda x: x**4, 0.1, inertia=lambda x: 2 * (1 + x) ** 2)
+    exact = (  # half the period, ∫ √(a/2(E − V)) dx with x = A sin t
+        quad(lambda t: math.cos(t) * (1 + 0.1 * math.sin(t)) * 0.1 / math.sqrt(1e-4 - (0.1 * math.sin(t)) ** 4),
+             -math.pi / 2 + 1e-9, math.pi / 2 - 1e-9, limit=200)[0]
+    )  # fmt: skip
+    assert abs(told["degenerate_frequency"][0] - math.pi / exact) <= told["degenerate_frequency_error"][0]
+
+
+def test_half_the_nudge_is_half_the_frequency_about_a_quartic_and_nothing_else_has_one():
+    told = found(lambda x: x**4, [1e-3, 5e-4, 1e-6])["degenerate_frequency"]
+    assert told[0] / told == pytest.approx([1, 2, 1000], rel=1e-13)
+    for V in (lambda x: x**3, lambda x: -(x**4), lambda x: x**2 + x**4, lambda x: x**5 + x**6, lambda x: 0 * x):
+        none = found(V, 1e-3)
+        assert none["degenerate_order"] == [0]
+        assert np.isnan(none["degenerate_frequency"]).all()
+
+
+def test_a_place_that_is_off_by_a_rounding_changes_nothing_it_could_not():
+    told = found(lambda x: x**4, 1e-6, place=1e-12)
+    exact = found(lambda x: x**4, 1e-6)
+    apart = np.abs(told["degenerate_frequency"] - exact["degenerate_frequency"])
+    assert (apart <= told["degenerate_frequency_error"]).all()
+    assert (told["degenerate_order"] == 4).all()
