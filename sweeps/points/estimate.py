@@ -1,12 +1,12 @@
 """What a sweep will take, from its definition alone: points, files, memory, disk, time."""
 
+import os
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
 import psutil
 
-from kernels.fingerprint import cache_folder
 from sweeps import systems
 from sweeps.points.sweep import Sweep
 from sweeps.schema.refusals import DefinitionError
@@ -19,7 +19,9 @@ FILE_BYTES = 30_000  # of a netCDF file besides
 PAGE_BYTES = 10_000_000  # report and pictures together, at most about
 
 # On one core of a machine of 2024 with its files at hand, s.
-COMPILE_SECONDS = 60.0  # the kernels of all systems, once per machine
+COMPILE_SECONDS = 45.0  # the default system's kernels, once per machine …
+SHARED_BY_TWO = 0.75  # … and what is left of it where two processes share it
+OTHER_SECONDS = 15.0  # kernels that another system shares with its like, besides what is generated for it alone
 MEASURE_SECONDS = 0.5  # to open shards and map
 MEASURE_FACTOR = 2.0  # writing, hashing and merging take about as long as the integration itself
 REPORT_SECONDS = 0.6
@@ -59,7 +61,7 @@ def estimate(sweep: Sweep, bytes_per_point: int | None = None) -> Estimate:
     beside = 8 * scattered * (1 + len(grid.scattered.names)) if grid.scattered else 0  # made a part at a time
     headers = FILE_BYTES + VARIABLE_BYTES * len(sweep.variables | system.coordinates(definition))
     seconds = grid.size * system.samples(definition) / system.samples_per_second
-    compiling = _compile_seconds(system)
+    compiling = compile_seconds(system)
     return Estimate(
         points=grid.size,
         shards=sweep.shards,
@@ -81,9 +83,21 @@ def estimate(sweep: Sweep, bytes_per_point: int | None = None) -> Estimate:
     )
 
 
-def _compile_seconds(system: systems.Dynamics) -> float:
-    shared = 0.0 if (cache_folder() / "compiled").exists() else COMPILE_SECONDS
-    return shared + (0.0 if system.compiled().exists() else system.compile_seconds)
+def compile_seconds(system: systems.Dynamics) -> float:
+    """What compiling takes that this machine still lacks for a system, s, about."""
+    return default_seconds(system) + (0.0 if system.compiled().exists() else _own_seconds(system))
+
+
+def default_seconds(system: systems.Dynamics) -> float:
+    """That of the default system's kernels, 0 where they are there or the system calls none of them."""
+    default = systems.resolve(systems.DEFAULT_SYSTEM)
+    if default.compiled().exists() or not systems.calls_the_defaults(system):
+        return 0.0
+    return COMPILE_SECONDS * (SHARED_BY_TWO if len(os.sched_getaffinity(0)) > 1 else 1.0)
+
+
+def _own_seconds(system: systems.Dynamics) -> float:
+    return system.compile_seconds + (0.0 if systems.calls_the_defaults(system) else OTHER_SECONDS)
 
 
 def refuse_if_too_large(sweep: Sweep, results_dir: str | Path, bytes_per_point: int | None = None) -> None:

@@ -17,6 +17,7 @@ from pathlib import Path
 from kernels.fingerprint import cache_folder, fingerprint
 from sweeps import interrupts, systems
 from sweeps.maps import storage
+from sweeps.points import estimate
 from sweeps.points.catalogue import Plan
 from sweeps.points.sweep import Sweep
 from sweeps.run import claims, progress, warmup
@@ -109,14 +110,14 @@ def _report(path: Path, file: Path) -> None:
 
 
 def _compile(system: systems.Dynamics) -> None:
-    """Compiles the kernels, alone, where no workflow or earlier run has: their cache bears one writer."""
+    """Compiles what the system calls, alone, where no workflow or earlier run has: the cache bears one writer."""
     compiled = cache_folder() / "compiled"
-    if not compiled.exists():
-        _say("compiling the kernels, once per machine")
+    if not compiled.exists() and systems.calls_the_defaults(system):
+        _say(f"compiling the kernels, once per machine, about {estimate.default_seconds(system):.0f} s")
         warmup.compile_kernels()
         compiled.write_text(fingerprint() + "\n")
     if not system.compiled().exists():
-        _say(f"compiling the equations of {system.name}, once per machine")
+        _say(f"compiling {system.name}, once per machine, about {estimate.compile_seconds(system):.0f} s")
         warmup.compile_system(system)
     warmup.compile_missing(system)
 

@@ -1,14 +1,24 @@
 """Progress of long work: a bar on a terminal, in a log a line now and then."""
 
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, ProgressColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn
+from rich.progress import (
+    BarColumn,
+    Progress,
+    ProgressColumn,
+    TaskProgressColumn,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 
 SECONDS_BETWEEN_LINES = 10.0
+SECONDS_BETWEEN_LOOKS = 0.3
 
 
 class _Speed(ProgressColumn):
@@ -52,3 +62,35 @@ def _lines(total: int, label: str) -> Iterator[Callable[[int], None]]:
             print(text, file=sys.stderr, flush=True)
 
     yield advance
+
+
+@contextmanager
+def pieces(total: int, label: str, done: Callable[[], int]) -> Iterator[None]:
+    """A bar, on a terminal only, for work in pieces that several processes do.
+
+    Args:
+        total: number of pieces.
+        label: what the work is called.
+        done: says how many are finished; asked for again and again, in a thread.
+    """
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield
+        return
+    columns = (TextColumn(label), BarColumn(), TextColumn("{task.completed} of {task.total}"), TimeElapsedColumn())
+    finished = threading.Event()
+    with Progress(*columns, console=console) as bar:
+        task = bar.add_task(label, total=total)
+
+        def look():
+            while not finished.wait(SECONDS_BETWEEN_LOOKS):
+                bar.update(task, completed=done())
+
+        watching = threading.Thread(target=look, daemon=True)
+        watching.start()
+        try:
+            yield
+        finally:
+            finished.set()
+            watching.join()
+            bar.update(task, completed=done())

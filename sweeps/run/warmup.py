@@ -13,6 +13,7 @@ import tempfile
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 
 from numba import NumbaExperimentalFeatureWarning
@@ -21,7 +22,7 @@ from kernels import stored
 from kernels.fingerprint import cache_folder, fingerprint
 from sweeps import interrupts, systems
 from sweeps.files import replaced
-from sweeps.run import claims
+from sweeps.run import claims, progress
 
 
 @contextmanager
@@ -46,7 +47,8 @@ def compile_kernels(everything: bool = False, without: Sequence[str] = ()) -> No
         everything: the kernels of every system.
         without: modules of `systems.DESCRIBED` whose shared kernels are left to those that need them.
     """
-    with _alone(), tempfile.TemporaryDirectory() as taken:
+    pieces = len(systems.compilations(everything, without))
+    with _alone(), tempfile.TemporaryDirectory() as taken, progress.pieces(pieces, "compiling", partial(_done, taken)):
         second = None
         if len(os.sched_getaffinity(0)) > 1:
             second = multiprocessing.get_context("spawn").Process(
@@ -70,12 +72,21 @@ def _compile(everything: bool, without: Sequence[str], taken: str, from_the_end:
     _run(_left(reversed(found) if from_the_end else found, Path(taken)))
 
 
+DONE = ".done"
+
+
 def _left(numbered: Iterable[tuple[int, Callable[[], None]]], taken: Path) -> Iterator[Callable[[], None]]:
-    """What the other process has not begun: each takes it by making a file of its number."""
+    """What the other process has not begun: each takes it by making a file of its number, another when it is done."""
     for number, compilation in numbered:
         with suppress(FileExistsError):
             (taken / str(number)).touch(exist_ok=False)
             yield compilation
+            (taken / f"{number}{DONE}").touch()
+
+
+def _done(taken: str) -> int:
+    """How many compilations are done, by either process."""
+    return sum(name.endswith(DONE) for name in os.listdir(taken))
 
 
 def _run(compilations: Iterable[Callable[[], None]]) -> None:

@@ -116,6 +116,11 @@ def compilations(everything: bool, without: Sequence[str] = ()) -> list[Callable
     ]
 
 
+def calls_the_defaults(system: Dynamics) -> bool:
+    """Whether a system calls the kernels that the default one compiles; if not, they need not be there for it."""
+    return resolve(DEFAULT_SYSTEM).kernels[0] in system.kernels
+
+
 def moving() -> tuple[str, ...]:
     """Names of the systems whose maps have a motion at each point."""
     return tuple(name for name in (*MODULES, *_brought()) if type(resolve(name)).motion is not Dynamics.motion)

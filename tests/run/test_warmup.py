@@ -1,12 +1,15 @@
+import functools
+import io
 import json
 import threading
 import time
 import types
 
 import pytest
+import rich.console
 
 from kernels import stored
-from sweeps.run import warmup
+from sweeps.run import progress, warmup
 
 
 class System:
@@ -93,3 +96,13 @@ def test_two_processes_share_the_list_and_what_one_fails_in_the_other_does(folde
     warmup.compile_kernels()
     assert set(done) == set(range(9))
     assert fails or len(done) == 9
+
+
+def test_a_bar_on_a_terminal_counts_what_either_process_has_done(monkeypatch, tmp_path):
+    shown = io.StringIO()
+    terminal = functools.partial(rich.console.Console, file=shown, force_terminal=True, width=80)
+    monkeypatch.setattr(progress, "Console", lambda stderr: terminal())
+    (tmp_path / "1").touch()  # the other process has begun it
+    with progress.pieces(3, "compiling", lambda: warmup._done(tmp_path)):
+        assert list(warmup._left(enumerate("abc"), tmp_path)) == ["a", "c"]
+    assert "2 of 3" in shown.getvalue()
