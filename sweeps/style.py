@@ -258,7 +258,7 @@ def legend(figure: Figure | Borrowed, handles: Sequence = (), columns: int = 9) 
         handles: what stands for kinds of things that are no artist of their own, after the others.
         columns: entries in a row.
     """
-    found = _labelled(figure) | {str(handle.get_label()): handle for handle in handles}
+    found = _labelled(figure) | {str(handle.get_label()): _seen(handle) for handle in handles}
     handles = list(found.values())
     if isinstance(figure, Borrowed) or not handles:
         return

@@ -103,16 +103,13 @@ def _uncertain(args, body, spun: dict, given: list[str]) -> None:
 
 
 def _draw(found, path: str) -> None:
-    import matplotlib
-
+    from sweeps import style
     from sweeps.files import replaced
-    from sweeps.style import STYLE
     from sweeps.systems.uncertain_bodies import asked, figure_cloud
 
-    with matplotlib.rc_context(STYLE):
+    with style.drawn_for(style.ITS_OWN), replaced(path) as temporary:
         figure = figure_cloud.draw(found.body.name, next(asked.lines(found)), found.axes)
-        with replaced(path) as temporary:
-            figure.savefig(temporary, format="png")
+        figure.savefig(temporary, format="png")
 
 
 def _bodies(args) -> dict:

@@ -48,10 +48,11 @@ def _write(args, ds) -> None:
 
         storage.write_part(ds, args.output, "tumbler")
     if args.figure:
+        from sweeps import style
         from sweeps.files import replaced
         from sweeps.systems.tumbling import figure_inverse
 
-        with replaced(args.figure) as temporary:
+        with style.drawn_for(style.ITS_OWN), replaced(args.figure) as temporary:
             figure_inverse.draw(ds).savefig(temporary, format="png")
 
 

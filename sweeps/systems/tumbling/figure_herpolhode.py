@@ -11,7 +11,7 @@ from kernels import exact
 from sweeps import colors, style
 from sweeps.systems.tumbling.motion import start
 
-PERIODS, POINTS = 12, 6000
+PERIODS, POINTS = 5, 6000
 
 
 def herpolhode(moments, omega, times) -> np.ndarray:

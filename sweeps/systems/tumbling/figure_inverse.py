@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch
+from matplotlib.patches import Patch, Polygon
 
 from sweeps import colors, style
 
@@ -22,9 +22,12 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     body = (y[:, None] >= x[None, :]) & (x[None, :] + y[:, None] >= 1.0)
     for ax, mode, values in zip(axes, ds["mode"].values.tolist(), excess, strict=True):
         none = np.where(body & ~np.isfinite(values), 1.0, np.nan)
-        ax.contourf(x, y, np.nan_to_num(none), [0.5, 1.5], colors="none", hatches=["////"])
+        shape = Polygon([[0.5, 0.5], [0.0, 1.0], [1.0, 1.0]], transform=ax.transData)
+        hatched = ax.contourf(x, y, np.nan_to_num(none), [0.5, 1.5], colors="none", hatches=["////"])
+        hatched.set(edgecolor=colors.QUIET, clip_path=shape)
         mesh = ax.pcolormesh(style.edges(x), style.edges(y), values, cmap="viridis", vmin=-3, vmax=1, rasterized=True)
         ax.plot([0.5, 0.0, 1.0, 0.5], [0.5, 1.0, 1.0, 0.5], color=colors.INK, linewidth=1.0)
+        mesh.set_clip_path(shape)  # a cell ends where bodies do
         share = np.isfinite(values)[body].mean()
         ax.set(
             title=f"{WORDS[mode]}: {100 * share:.0f} % of the bodies", xlabel="$I_1/I_3$", xlim=(0, 1), ylim=(0.5, 1)

@@ -31,13 +31,13 @@ def draw_map(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     figure = style.canvas(7.6, 6.0, "Twist in one turn of the handle", subtitle, footer=0.36, ax=ax)
     ax = figure.subplots()
     x, y = part["I1"].values / float(part["I2"]), part["I3"].values / float(part["I2"])
-    twist = np.abs(part["twist_exact"].transpose("I3", "I1").values) / np.pi
+    margin = part["triangle_margin"].transpose("I3", "I1").values
+    twist = np.where(margin >= 0, np.abs(part["twist_exact"].transpose("I3", "I1").values) / np.pi, np.nan)
     mesh = ax.pcolormesh(style.edges(x), style.edges(y), twist, cmap="viridis", vmin=0.0, vmax=1.0, rasterized=True)
     figure.colorbar(mesh, ax=ax, label="|twist|  (half turns)", extend="max")
-    growth = part["growth"].transpose("I3", "I1").values
+    growth = np.where(margin >= 0, part["growth"].transpose("I3", "I1").values, np.nan)
     lines = ax.contour(x, y, growth, [0.2, 0.4, 0.6, 0.8, 1.0, 1.5], colors="white", linewidths=0.9)
     ax.clabel(lines, fmt=lambda value: f"{value:g}", fontsize=7.5)
-    margin = part["triangle_margin"].transpose("I3", "I1").values
     ax.contourf(x, y, margin, [-np.inf, 0.0], colors="none", hatches=["////"])
     ax.contour(x, y, margin, [0.0], colors=colors.INK, linewidths=1.0)
     for name, (across, along) in THROWN.items():

@@ -45,8 +45,17 @@ function showHeadlines(place) {
 
 /** The point in one sentence: the system's own, or what the leading flag and the first number say. */
 function say(place) {
-  const sentence = part.say?.(place) ?? headlines().slice(0, 2).map((column) => `${column.longName}: ${headlineTexts(column, place)[0]}`).join("; ");
-  document.getElementById("say").textContent = sentence;
+  document.getElementById("say").textContent = part.say?.(place) ?? sentenceOf(place);
+}
+
+function sentenceOf(place) {
+  const told = headlines();
+  const flag = told.find((column) => column.isFlag);
+  const number = told.find((column) => !column.isFlag && Math.abs(column.at(place)) > 0);
+  const [measured, theory] = number ? headlineTexts(number, place) : [];
+  const words = flag ? flag.text(flag.at(place)) : "";
+  const rate = number ? `${number.longName}: ${measured}${theory ? ` (theory ${theory})` : ""}` : "";
+  return [words && words[0].toUpperCase() + words.slice(1), rate].filter(Boolean).join(". ");
 }
 
 function showRow(place) {

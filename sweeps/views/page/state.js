@@ -33,7 +33,26 @@ function firstState() {
   [state.x = null, state.y = null] = usual.length === 2 ? usual : able.filter((name) => longest.includes(name));
   state.color = theMap.choices[0].name;
   keepOwn();
-  state.place = part.first?.() ?? state.place;
+  state.place = part.first?.() ?? tellingPlace();
+}
+
+const DULL = ["marginal", "sphere", "undetermined", "absent"]; // meanings of a leading flag that say little
+const AWAY = 0.2; // of the picture: how far from there, so as not to stand on its edge
+
+/** Where the page begins; if nothing can be there, or what is says little, some way off where more is said. */
+function tellingPlace() {
+  const flag = Object.values(theMap.columns).find((column) => column.role === "headline" && column.isFlag);
+  const margin = theMap.existence;
+  const tells = (place) => !(margin && margin.at(place) < 0) && !(flag && DULL.includes(flag.meanings.get(flag.at(place))));
+  const names = theMap.cloud ? ["point"] : [state.x, state.y].filter(Boolean);
+  if (tells(state.place) || names.length === 0) return state.place;
+  const along = names.map((name) => theMap.order.indexOf(name));
+  let [least, best] = [Infinity, state.place];
+  eachPlace(names, (place) => {
+    const off = Math.abs(Math.hypot(...along.map((k) => (place[k] - state.place[k]) / theMap.dims[k].size)) - AWAY);
+    if (off < least && tells(place)) [least, best] = [off, [...place]];
+  });
+  return best;
 }
 
 function sizeOf(name) {
