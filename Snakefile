@@ -52,6 +52,7 @@ wildcard_constraints:
 
 localrules:
     all,
+    handbook,
 
 
 rule all:
@@ -209,6 +210,31 @@ rule report:
         "Writing the report of {wildcards.sweep}"
     shell:
         "python -m sweeps report {input:q} --output {output:q} > {log:q} 2>&1 || {{ tail -n 20 {log:q} >&2; exit 1; }}"
+
+
+rule handbook:
+    input:
+        kernels=ancient(SHARED),
+        pages=[
+            path
+            for path in sorted(Path("sweeps/handbook").rglob("*"))
+            if path.suffix in (".md", ".py", ".yaml", ".css")
+        ],
+        definitions=sorted(Path("sweeps/definitions").glob("*.yaml")),
+        told=["results/README.md", "sweeps/mechanics/README.md"],
+    output:
+        directory("results/handbook"),
+    log:
+        "results/.logs/handbook.log",
+    benchmark:
+        "results/.benchmarks/handbook.tsv"
+    threads: 2
+    resources:
+        mem_mb=2000,
+    message:
+        "Making the handbook from maps of its own"
+    shell:
+        "python -m sweeps.handbook --output {output:q} > {log:q} 2>&1 || {{ tail -n 20 {log:q} >&2; exit 1; }}"
 
 
 try:

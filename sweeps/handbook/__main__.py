@@ -1,0 +1,73 @@
+"""`python -m sweeps.handbook`: makes the handbook, static HTML that opens from a disk."""
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+NEEDED = {"sphinx": "Sphinx", "myst_parser": "MyST-Parser", "furo": "Furo", "trimesh": "trimesh"}
+HERE = Path(__file__).parent
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Makes maps, numbers, pictures and pages; returns the exit status."""
+    parser = argparse.ArgumentParser(prog="python -m sweeps.handbook", description=__doc__, allow_abbrev=False)
+    parser.add_argument("-o", "--output", metavar="FOLDER", type=Path, default=Path("results/handbook"))
+    parser.add_argument("--work", metavar="FOLDER", type=Path, default=Path("results/.handbook"), help="for its maps")
+    args = parser.parse_args(arguments)
+    if missing := [name for module, name in NEEDED.items() if find_spec(module) is None]:
+        what = f"handbook: needs {', '.join(missing)}, which this Python has not"
+        print(f"{what}; allowed: pip install -c constraints.txt -e '.[docs]'", file=sys.stderr)
+        return 2
+    from sweeps.schema.refusals import RefusedError
+
+    os.environ["MPLBACKEND"] = "agg"
+    work = args.work.resolve()
+    work.mkdir(parents=True, exist_ok=True)
+    try:
+        _make(work)
+    except (RefusedError, ValueError) as refused:
+        print(f"handbook: {refused}", file=sys.stderr)
+        return 2
+    return _html(work, args.output.resolve())
+
+
+def _make(work: Path) -> None:
+    from sweeps.handbook import evidence, gallery, generated
+
+    def say(line: str) -> None:
+        print(line, flush=True)
+
+    evidence.make(work, say)
+    source = work / "source"
+    shutil.rmtree(source, ignore_errors=True)
+    shutil.copytree(HERE / "text", source)
+    shutil.copytree(HERE / "static", source / "static")
+    shutil.copy2(HERE / "conf.py", source)
+    gallery.draw(work, say)
+    generated.write(source, work)
+    shutil.copytree(work / "pictures", source / "pictures")
+
+
+def _html(work: Path, output: Path) -> int:
+    """Sphinx, in a process of its own in which the kernels are plain functions, with docstrings that can be read."""
+    made = work / "html"
+    settings = ("-D", f"handbook_work={work}", "-d", str(work / "doctrees"), "-j", "auto")
+    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
+    command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", *settings, str(work / "source"), str(made)]
+    done = subprocess.run(command, env=environment, check=False)
+    if done.returncode:
+        return 1
+    for name in (".buildinfo", ".doctrees"):
+        (made / name).unlink(missing_ok=True)
+    shutil.rmtree(output, ignore_errors=True)
+    shutil.copytree(made, output)
+    print(output / "index.html")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,52 @@
+"""What the pages ask for: numbers, pictures of maps, files for the reader, and what commands and lines of Python print."""
+
+import re
+import textwrap
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+TEXT = Path(__file__).parent / "text"
+NUMBER = re.compile(r"\{measured\}`([a-z0-9_]+)(?: ([^`]+))?`")
+BLOCK = re.compile(r"^([ ]*)(`{3,})\{(picture|file|run|python)\}[ ]*(.*?)\n(.*?)^\1\2[ ]*$", re.MULTILINE | re.DOTALL)
+OPTION = re.compile(r"^:([a-z-]+):[ ]*(.*)$")
+
+
+@dataclass(frozen=True)
+class Asked:
+    """One block of a page.
+
+    Attributes:
+        kind: picture, file, run or python.
+        argument: what stands behind the kind: a map and its picture, or a file's name.
+        body: the lines of the block, without its options.
+    """
+
+    kind: str
+    argument: str
+    body: str
+
+
+def pages(folder: Path = TEXT) -> dict[str, str]:
+    """Name of each page (its path without `.md`) → its text, in order."""
+    paths = sorted(folder.rglob("*.md"))
+    return {str(path.relative_to(folder).with_suffix("")): path.read_text(encoding="utf-8") for path in paths}
+
+
+def numbers(text: str) -> list[str]:
+    """Names of the numbers that a page asks for."""
+    return [name for name, _ in NUMBER.findall(text)]
+
+
+def blocks(text: str) -> Iterator[Asked]:
+    """What else a page asks for, in order."""
+    for _, _, kind, argument, inside in BLOCK.findall(text):
+        lines = textwrap.dedent(inside).splitlines()
+        while lines and OPTION.match(lines[0]):
+            lines.pop(0)
+        yield Asked(kind, argument.strip(), "\n".join(lines).strip("\n"))
+
+
+def key(page: str, asked: Asked) -> str:
+    """Under which what a block prints is kept: the same lines on two pages may print two things."""
+    return f"{page}\n{asked.body}"

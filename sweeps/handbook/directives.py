@@ -1,0 +1,135 @@
+"""Sphinx's part: the role and the blocks by which pages show what was made for them, and formulas as MathML.
+
+MathML (by docutils) needs no script and no font from elsewhere: a page reads the same on a disk without a network.
+"""
+
+import html
+import json
+import re
+from pathlib import Path
+
+from docutils import nodes
+from docutils.utils.math import MathError
+from docutils.utils.math.latex2mathml import tex2mathml
+from sphinx.application import Sphinx
+from sphinx.util import logging
+from sphinx.util.docutils import SphinxDirective, SphinxRole
+
+from sweeps.handbook import asked, numbers
+from sweeps.handbook.evidence import picture_file
+
+SHORT_FRACTION = re.compile(r"\\[td]?frac\s*(\d)\s*(\d)")
+LOGGER = logging.getLogger(__name__)
+
+
+def _facts(config, name: str) -> dict:
+    return json.loads((Path(config.handbook_work) / name).read_text(encoding="utf-8"))
+
+
+class Measured(SphinxRole):
+    """A number by its name, with what it is and where it comes from under the pointer."""
+
+    def run(self) -> tuple[list[nodes.Node], list]:
+        """The number, as text that says its source."""
+        name, _, form = self.text.partition(" ")
+        fact = _facts(self.config, "numbers.json").get(name)
+        if fact is None:
+            return [], [self.inliner.reporter.error(f"no number is named {name!r}", line=self.lineno)]
+        told = html.escape(f"{fact['meaning']} (map {fact['map']}, content hash {fact['content_hash'][:12]})")
+        text = numbers.shown(fact["value"], form or ".3g")
+        return [nodes.raw("", f'<span class="measured" title="{told}">{text}</span>', format="html")], []
+
+
+class Picture(SphinxDirective):
+    """A picture of a map, with its caption."""
+
+    required_arguments, optional_arguments, has_content = 2, 0, True
+
+    def run(self) -> list[nodes.Node]:
+        """The figure; its caption is the text, and its words for those who do not see it are too."""
+        name = " ".join(self.arguments)
+        image = nodes.image(uri="/pictures/" + picture_file(name), alt=" ".join(self.content), classes=["map"])
+        figure = nodes.figure("", image)
+        caption = nodes.caption("", "")
+        words, messages = self.parse_inline(" ".join(self.content))
+        caption += words
+        figure += caption
+        return [figure, *messages]
+
+
+class File(SphinxDirective):
+    """A file of the reader's, under its name."""
+
+    required_arguments, has_content = 1, True
+
+    def run(self) -> list[nodes.Node]:
+        """The file's text, its name above."""
+        language = {".yaml": "yaml", ".py": "python", ".csv": "text"}[Path(self.arguments[0]).suffix]
+        block = nodes.literal_block("\n".join(self.content), "\n".join(self.content), language=language)
+        outside = nodes.container("", literal_block=True, classes=["literal-block-wrapper"])
+        return [outside.__class__("", nodes.caption("", self.arguments[0]), block, **outside.attributes)]
+
+
+class Printed(SphinxDirective):
+    """Lines to type, and what they print."""
+
+    has_content = True
+    option_spec = {"answer": lambda _: True, "quiet": lambda _: True}  # noqa: RUF012: docutils' own way
+
+    def run(self) -> list[nodes.Node]:
+        """The lines, and below them what they print: folded away where it is an answer."""
+        body = "\n".join(self.content)
+        kind = self.name
+        block = asked.Asked(kind, "", body)
+        printed = _facts(self.config, "printed.json").get(asked.key(self.env.docname, block))
+        if printed is None:
+            return [self.state.document.reporter.error(f"was not run: {body}", line=self.lineno)]
+        lines = nodes.literal_block(body, body, language="python" if kind == "python" else "sh")
+        if "quiet" in self.options or not printed:
+            return [lines]
+        output = nodes.literal_block(printed, printed, language="text", classes=["printed"])
+        if "answer" not in self.options:
+            return [lines, output]
+        opened = nodes.raw("", "<details><summary>What it prints</summary>", format="html")
+        return [lines, opened, output, nodes.raw("", "</details>", format="html")]
+
+
+def _mathml(tex: str, block: bool, where: nodes.Node) -> str:
+    braced = SHORT_FRACTION.sub(r"\\frac{\1}{\2}", tex)  # docutils asks for the braces
+    try:
+        return tex2mathml(braced, as_block=block)
+    except MathError as error:
+        LOGGER.warning("%s: %s", error, tex, location=where)
+        return f"<code>{html.escape(tex)}</code>"
+
+
+def _inline(translator, node: nodes.math) -> None:
+    translator.body.append(_mathml(node.astext(), False, node))
+    raise nodes.SkipNode
+
+
+def _block(translator, node: nodes.math_block) -> None:
+    number = f'<span class="eqno">({node["number"]})</span>' if node.get("number") else ""
+    tag = translator.starttag(node, "div", CLASS="math")
+    translator.body.append(tag + number + _mathml(node.astext(), True, node) + "</div>\n")
+    raise nodes.SkipNode
+
+
+def _plain_docstring(app, what, name, thing, options, lines: list[str]) -> None:
+    """Makes a docstring that is plain text into reStructuredText: a bar begins no substitution, a star no emphasis."""
+    from sweeps.handbook.docstrings import as_restructured
+
+    lines[:] = as_restructured(lines)
+
+
+def setup(app: Sphinx) -> dict:
+    """Enters all of it."""
+    app.add_config_value("handbook_work", "", "env")
+    app.add_role("measured", Measured())
+    app.add_directive("picture", Picture)
+    app.add_directive("file", File)
+    app.add_directive("run", Printed)
+    app.add_directive("python", Printed)
+    app.add_html_math_renderer("mathml", (_inline, None), (_block, None))
+    app.connect("autodoc-process-docstring", _plain_docstring, priority=100)  # before Napoleon
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,0 +1,184 @@
+"""What the pages ask for, made: maps first, then the numbers, pictures and printed lines that come from them.
+
+All of it lies below one folder, and what is still true is not made again: a map whose definition and kernels are the
+same, a picture that is younger than its map and than the code that draws.
+"""
+
+import ast
+import contextlib
+import io
+import json
+import os
+import shlex
+import sys
+import warnings
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+import xarray as xr
+
+from sweeps.handbook import asked, numbers
+
+MAPS = Path(__file__).parent / "maps"
+COLUMNS = "96"  # letters in a line of what commands print
+
+
+def definitions() -> dict[str, Path]:
+    """Name → definition of each map of the handbook; those of its gallery begin with `gallery_`."""
+    return {path.stem: path for path in sorted(MAPS.glob("*.yaml"))}
+
+
+def make(work: Path, say: Callable[[str], None] = print) -> None:
+    """Makes all that the pages ask for.
+
+    Args:
+        work: the folder it goes to: `maps/`, `pictures/`, `numbers.json` and `printed.json`.
+        say: what takes each line of progress.
+
+    Raises:
+        RefusedError: for a page that asks for a map, a number or a picture that is not there.
+        ValueError: for a command or a line of Python on a page that fails.
+    """
+    pages = asked.pages()
+    maps = {name: measured(path, work / "maps", say) for name, path in definitions().items()}
+    _write(work / "numbers.json", _numbers(pages.values(), maps, say))
+    for text in pages.values():
+        for block in asked.blocks(text):
+            if block.kind == "picture":
+                draw(block.argument, maps, work / "pictures", say)
+    printed = {}
+    for page, text in pages.items():
+        printed |= _printed(page, text, work / "desk" / page, say)
+    _write(work / "printed.json", printed)
+
+
+def _write(path: Path, facts: dict) -> None:
+    path.write_text(json.dumps(facts, indent=1, ensure_ascii=False), encoding="utf-8")
+
+
+def measured(definition: Path, folder: Path, say: Callable[[str], None]) -> Path:
+    """The map of a definition, measured unless there is one of the same definition and kernels."""
+    from sweeps.maps import storage
+    from sweeps.points import loading
+
+    import sweeps
+
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / f"{definition.stem}.nc"
+    sweep = loading.read(definition)
+    if path.exists():
+        with xr.open_dataset(path, decode_cf=False) as old:
+            same = sweep.definition.text, sweep.system.fingerprint()
+            if (old.attrs.get("definition"), old.attrs.get("kernel_fingerprint")) == same:
+                return path
+    say(f"measuring {definition.stem}")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # remarks of the compiler
+        storage.write_map(sweeps.survey(str(definition), threads=2), path)
+    return path
+
+
+def _numbers(texts: Iterable[str], maps: dict[str, Path], say: Callable[[str], None]) -> dict:
+    """Each number that a page asks for, with what it is and the map and the hash behind it."""
+    import sweeps
+
+    say("reading the numbers")
+    wanted = {name for text in texts for name in asked.numbers(text)}
+    found = {}
+    for source in dict.fromkeys(number.source for number in numbers.NUMBERS.values()):
+        with sweeps.open_map(maps[source]) as ds:
+            for name, number in numbers.NUMBERS.items():
+                if number.source == source and name in wanted:
+                    told = {"meaning": number.meaning, "map": source, "content_hash": ds.attrs["content_hash"]}
+                    found[name] = {"value": float(number.value(ds.load().squeeze())), **told}
+    if unknown := wanted - set(found):
+        raise ValueError(f"no number of that name: {', '.join(sorted(unknown))}")
+    return found
+
+
+def picture_file(argument: str) -> str:
+    """The file of a picture that a page names as "map picture"."""
+    return argument.replace(" ", "-") + ".png"
+
+
+def draw(argument: str, maps: dict[str, Path], folder: Path, say: Callable[[str], None] = print) -> Path:
+    """Draws one picture of a map, "map picture", unless it is younger than the map and the code; returns its file."""
+    source, _, name = argument.partition(" ")
+    path = folder / picture_file(argument)
+    if path.exists() and path.stat().st_mtime > max(maps[source].stat().st_mtime, _youngest_code()):
+        return path
+    import sweeps
+    from sweeps.views import figures
+
+    say(f"drawing {argument}")
+    folder.mkdir(parents=True, exist_ok=True)
+    with sweeps.open_map(maps[source]) as ds:
+        made = [file for file in figures.draw_all(ds, folder / "drawn", only=[name]) if file.stem == name]
+        if not made:
+            raise ValueError(f"{argument}: nothing to show")
+        made[0].replace(path)
+    return path
+
+
+def _youngest_code() -> float:
+    """When what draws was last changed: pictures are the systems' own."""
+    root = Path(__file__).parents[1]
+    return max(path.stat().st_mtime for room in ("systems", "views") for path in (root / room).rglob("*.py"))
+
+
+def _printed(page: str, text: str, desk: Path, say: Callable[[str], None]) -> dict[str, str]:
+    """What the commands and lines of a page print, run in order in a folder of the page's own."""
+    found, names = {}, {}
+    for block in asked.blocks(text):
+        if block.kind == "picture":
+            continue
+        desk.mkdir(parents=True, exist_ok=True)
+        with contextlib.chdir(desk):
+            if block.kind == "file":
+                Path(block.argument).write_text(block.body + "\n", encoding="utf-8")
+            else:
+                say(f"{page}: {block.body.splitlines()[0]}")
+                found[asked.key(page, block)] = _run(block, names)
+    return found
+
+
+def _run(block: asked.Asked, names: dict) -> str:
+    """What a block prints."""
+    out = io.StringIO()
+    before, os.environ["COLUMNS"] = os.environ.get("COLUMNS"), COLUMNS
+    try:
+        with contextlib.redirect_stdout(out), warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            if block.kind == "python":
+                _python(block.body, names)
+            else:
+                _commands(block.body)
+    finally:
+        os.environ.pop("COLUMNS")
+        os.environ |= {} if before is None else {"COLUMNS": before}
+    return "\n".join(line.rstrip() for line in out.getvalue().strip("\n").splitlines())
+
+
+def _python(code: str, names: dict) -> None:
+    """Runs lines of Python, and prints the last one's value, as an interpreter does."""
+    tree = ast.parse(code)
+    last = tree.body.pop() if isinstance(tree.body[-1], ast.Expr) else None
+    exec(compile(tree, "<handbook>", "exec"), names)
+    if last is not None and (value := eval(compile(ast.Expression(last.value), "<handbook>", "eval"), names)) is not None:
+        print(value)
+
+
+def _commands(lines: str) -> None:
+    from sweeps.__main__ import main
+
+    for line in lines.replace("\\\n", " ").splitlines():
+        program, *arguments = shlex.split(line, comments=True)
+        if program != "polhode":
+            raise ValueError(f"{line}: a page runs `polhode` only")
+        try:
+            status = main(arguments)
+        except SystemExit as ended:
+            status = ended.code
+        if status:
+            raise ValueError(f"{line}: exit status {status}")
+        sys.stdout.flush()

@@ -1,0 +1,158 @@
+"""The handbook's pages against the code, without building them; the build itself is slow, and tells what is left."""
+
+import ast
+import re
+import shutil
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+from sweeps import systems
+from sweeps.handbook import asked, evidence, gallery, generated, numbers
+from sweeps.handbook.docstrings import as_restructured
+from sweeps.points import catalogue
+
+ROOT = Path(__file__).parents[1]
+PAGES = asked.pages()
+# what is no prose: fenced blocks, code, formulas, roles, targets of links, comments
+NO_PROSE = (
+    r"^[ ]*(`{3,}|:{3,}).*?^[ ]*\1[ ]*$",
+    r"\{[a-z]+\}`[^`]*`",
+    r"`[^`]*`",
+    r"\$\$.*?\$\$",
+    r"\$[^$]*\$",
+    r"\]\([^)]*\)",
+    r"<!--.*?-->",
+)
+UNIT = r"(?:%|°|rad|s⁻¹|seconds?|minutes?|ms|kg|h|days?|Hz|[kMG]B)\b"
+TYPED = re.compile(rf"\d+[.,]\d+|\d+e-?\d+|10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|\b\d+\s?{UNIT}")
+ALLOWED = re.compile(r"Python 3\.\d+|version \d+\.\d+(\.\d+)?|\bmoments \d(, \d)+|\b\d(, \d)+\b")
+
+
+def prose(text):
+    for pattern in NO_PROSE:
+        text = re.sub(pattern, " ", text, flags=re.MULTILINE | re.DOTALL)
+    return ALLOWED.sub(" ", text)
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_no_number_of_a_page_is_typed(page):
+    assert TYPED.findall(prose(PAGES[page])) == []
+
+
+@pytest.mark.parametrize("text", ["within 3.2 of it", "at 5 rad/s", "1e-9 of it", "10⁻¹³", "takes 12 s", "99 % of them"])
+def test_a_typed_number_is_seen(text):
+    assert TYPED.search(prose(text))
+
+
+@pytest.mark.parametrize("text", ["at {measured}`x .3g` s", "`epsilon: 1e-6`", "$x = 0.5$", "chapter 3", "Python 3.11"])
+def test_what_is_no_typed_number_passes(text):
+    assert not TYPED.search(prose(text))
+
+
+def test_every_number_that_is_asked_for_is_there_and_says_what_it_is():
+    wanted = {name for text in PAGES.values() for name in asked.numbers(text)}
+    assert wanted - set(numbers.NUMBERS) == set()
+    assert all(number.meaning for number in numbers.NUMBERS.values())
+    assert {number.source for number in numbers.NUMBERS.values()} <= set(evidence.definitions())
+
+
+def test_no_number_waits_for_a_page():
+    wanted = {name for text in PAGES.values() for name in asked.numbers(text)}
+    assert set(numbers.NUMBERS) - wanted == set()
+
+
+@pytest.mark.parametrize(
+    ("value", "form", "text"),
+    [(305.0, ".3g", "305"), (1.2e-13, ".1g", "1\u202f×\u202f10⁻¹³"), (-0.5, ".2f", "−0.50"), (1728.4, ",d", "1,728")],
+)
+def test_numbers_as_people_write_them(value, form, text):
+    assert numbers.shown(value, form) == text
+
+
+def test_pictures_are_of_maps_that_there_are():
+    pictures = [block.argument for text in PAGES.values() for block in asked.blocks(text) if block.kind == "picture"]
+    assert pictures
+    assert {picture.split()[0] for picture in pictures} <= set(evidence.definitions())
+
+
+def test_a_block_within_a_list_is_read_like_any_other():
+    text = "1. Ask.\n\n   ```{python}\n   :answer:\n   a = 1\n   a\n   ```\n"
+    assert list(asked.blocks(text)) == [asked.Asked("python", "", "a = 1\na")]
+
+
+def test_every_public_name_stands_in_the_reference():
+    """Modules by an independent walk; within one, automodule takes every name whose docstring ruff asks for."""
+    found = {str(path.relative_to(ROOT)) for path in generated.modules().values()}
+    there = {
+        str(path.relative_to(ROOT))
+        for package in ("kernels", "sweeps")
+        for path in (ROOT / package).rglob("*.py")
+        if path.name != "__main__.py"
+    }
+    assert found == there
+    listed = "\n".join(generated._api(room) for room in generated.ROOMS)
+    assert sorted(re.findall(r"automodule:: (\S+)", listed)) == sorted(generated.modules())
+
+
+def test_every_key_and_every_variable_stands_in_the_reference():
+    keys = generated._definitions()
+    variables = generated._variables()
+    for name in systems.MODULES:
+        system = systems.resolve(name)
+        section = keys.split(f"## `{name}`")[1].split("\n## ")[0]
+        assert all(f"| `{key}` |" in section for key in system.model.model_fields)
+        section = variables.split(f"## `{name}`")[1].split("\n## ")[0]
+        assert all(f"| `{key}` |" in section for key in system.variables())
+    assert all(f"## `{name}`" in keys for name in systems.names())
+
+
+def test_the_gallery_has_every_sweep_that_ships():
+    assert sorted(gallery.names()) == sorted(catalogue.shipped())
+
+
+@pytest.mark.parametrize("name", catalogue.shipped())
+def test_every_sweep_that_ships_tells_its_story(name):
+    assert len(gallery.story(catalogue.shipped()[name].read_text(encoding="utf-8"))) > 20
+
+
+def test_a_reduced_sweep_is_small_and_else_the_same():
+    values = {"grid": {"x": {"start": 0, "stop": 1, "num": 500}, "y": {"start": 0, "stop": 1, "num": 300}, "z": 1.0}}
+    grid = gallery.reduced(values)["grid"]
+    assert grid["x"]["num"] * grid["y"]["num"] <= gallery.MOST
+    assert (grid["x"]["start"], grid["x"]["stop"], grid["z"]) == (0, 1, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("line", "made"),
+    [
+        ("abs(L) is |L|", r"abs(L) is \|L\|"),
+        ("a name_ and `code_`", r"a name\_ and ``code_``"),
+        (":math:`|x|` and ``|y|``", ":math:`|x|` and ``|y|``"),
+        ("*not* so, **very**", "*not* so, **very**"),
+    ],
+)
+def test_docstrings_for_readers_of_code_become_restructured_text(line, made):
+    assert as_restructured([line]) == [made]
+
+
+def test_links_between_pages_lead_somewhere():
+    """Sphinx says the same of whole links; this says it without Sphinx, of pages and files."""
+    names = {*PAGES, "gallery", "reference/definitions", "reference/variables", "reference/commands", "reference/api"}
+    for page, text in PAGES.items():
+        for target in re.findall(r"\]\((?!https?:|#)([^)#]+)[^)]*\)", text):
+            path = (ROOT / "x" / page).parent.joinpath(target).resolve().relative_to(ROOT / "x")
+            assert str(path.with_suffix("")) in names, (page, target)
+
+
+def test_without_sphinx_one_message_names_the_extra(tmp_path):
+    code = "import sys; sys.modules['sphinx'] = None; from sweeps.handbook.__main__ import main; sys.exit(main(['-o', 'x']))"
+    code = code.replace("from sweeps", "import importlib.util as u; f = u.find_spec\n"
+                        "u.find_spec = lambda name: None if name == 'sphinx' else f(name)\nfrom sweeps")
+    answer = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert answer.returncode == 2
+    assert answer.stderr.count("\n") == 1
+    assert "'.[docs]'" in answer.stderr
