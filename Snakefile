@@ -221,7 +221,11 @@ rule handbook:
             if path.suffix in (".md", ".py", ".yaml", ".css")
         ],
         definitions=sorted(Path("sweeps/definitions").glob("*.yaml")),
-        told=["results/README.md", "sweeps/mechanics/README.md"],
+        told=[
+            "results/README.md",
+            "sweeps/mechanics/README.md",
+            "tests/benchmarks/README.md",
+        ],
     output:
         directory("results/handbook"),
     log:

@@ -1,4 +1,4 @@
-"""What the pages ask for: numbers, pictures of maps, files for the reader, and what commands and lines of Python print."""
+"""What the pages ask for: numbers, pictures of maps, files for the reader, and what commands and Python print."""
 
 import re
 import textwrap

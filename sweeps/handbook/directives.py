@@ -18,6 +18,7 @@ from sphinx.util.docutils import SphinxDirective, SphinxRole
 from sweeps.handbook import asked, numbers
 from sweeps.handbook.evidence import picture_file
 
+LARGE = re.compile(r"\\([bB]ig)(?![a-zA-Z])")
 SHORT_FRACTION = re.compile(r"\\[td]?frac\s*(\d)\s*(\d)")
 LOGGER = logging.getLogger(__name__)
 
@@ -67,14 +68,15 @@ class File(SphinxDirective):
         language = {".yaml": "yaml", ".py": "python", ".csv": "text"}[Path(self.arguments[0]).suffix]
         block = nodes.literal_block("\n".join(self.content), "\n".join(self.content), language=language)
         outside = nodes.container("", literal_block=True, classes=["literal-block-wrapper"])
-        return [outside.__class__("", nodes.caption("", self.arguments[0]), block, **outside.attributes)]
+        outside += [nodes.caption("", self.arguments[0]), block]
+        return [outside]
 
 
 class Printed(SphinxDirective):
     """Lines to type, and what they print."""
 
     has_content = True
-    option_spec = {"answer": lambda _: True, "quiet": lambda _: True}  # noqa: RUF012: docutils' own way
+    option_spec = {"answer": lambda _: True, "quiet": lambda _: True}  # noqa: RUF012 (docutils' own way)
 
     def run(self) -> list[nodes.Node]:
         """The lines, and below them what they print: folded away where it is an answer."""
@@ -96,6 +98,7 @@ class Printed(SphinxDirective):
 
 def _mathml(tex: str, block: bool, where: nodes.Node) -> str:
     braced = SHORT_FRACTION.sub(r"\\frac{\1}{\2}", tex)  # docutils asks for the braces
+    braced = LARGE.sub(r"\\\1l", braced)  # and knows large signs as left or right ones
     try:
         return tex2mathml(braced, as_block=block)
     except MathError as error:

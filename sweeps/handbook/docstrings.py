@@ -3,28 +3,33 @@
 import re
 
 CODE = re.compile(r"``.+?``|:[a-z]+:`[^`]+`|`[^`]+`")
-SIGNS = re.compile(r"\|(?=\S)|(?<=\S)\||(?<=\w)_(?=\W|$)|(?<![\w*])\*(?![\w*][^*]*\*(?!\w))")
+SIGNS = re.compile(r"\|(?=\S)|(?<=\S)\||(?<=\w)_(?=\W|$)")
 
 
 def as_restructured(lines: list[str]) -> list[str]:
     """Lines in which a bar begins no substitution and a name that ends in _ no link; formulas and code stay."""
-    made, inside = [], None
+    made, words, inside = [], [], None
     for line in lines:
         indent = len(line) - len(line.lstrip())
         if inside is not None and line.strip() and indent <= inside:
             inside = None
-        made.append(line if inside is not None else _line(line))
-        if line.rstrip().endswith("::") or line.lstrip().startswith(".. math::"):
+        if line.rstrip().endswith("::") or line.lstrip().startswith(".. "):
             inside = indent
-    return made
+        if inside is None:
+            words.append(line)
+        else:
+            made += [*_words(words), line]
+            words = []
+    return made + _words(words)
 
 
-def _line(line: str) -> str:
-    parts, last = [], 0
-    for code in CODE.finditer(line):
-        parts += [_escaped(line[last : code.start()]), _as_code(code[0])]
+def _words(lines: list[str]) -> list[str]:
+    """Lines of prose, in which a formula may go on from one line to the next."""
+    text, parts, last = "\n".join(lines), [], 0
+    for code in CODE.finditer(text):
+        parts += [_escaped(text[last : code.start()]), _as_code(code[0])]
         last = code.end()
-    return "".join([*parts, _escaped(line[last:])])
+    return "".join([*parts, _escaped(text[last:])]).split("\n") if lines else []
 
 
 def _escaped(text: str) -> str:

@@ -10,6 +10,7 @@ import io
 import json
 import os
 import shlex
+import subprocess
 import sys
 import warnings
 from collections.abc import Callable, Iterable
@@ -46,9 +47,9 @@ def make(work: Path, say: Callable[[str], None] = print) -> None:
         for block in asked.blocks(text):
             if block.kind == "picture":
                 draw(block.argument, maps, work / "pictures", say)
-    printed = {}
+    printed, done = {}, set()
     for page, text in pages.items():
-        printed |= _printed(page, text, work / "desk" / page, say)
+        printed |= _printed(page, text, work / "desk", done, say)
     _write(work / "printed.json", printed)
 
 
@@ -58,10 +59,9 @@ def _write(path: Path, facts: dict) -> None:
 
 def measured(definition: Path, folder: Path, say: Callable[[str], None]) -> Path:
     """The map of a definition, measured unless there is one of the same definition and kernels."""
+    import sweeps
     from sweeps.maps import storage
     from sweeps.points import loading
-
-    import sweeps
 
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{definition.stem}.nc"
@@ -126,8 +126,8 @@ def _youngest_code() -> float:
     return max(path.stat().st_mtime for room in ("systems", "views") for path in (root / room).rglob("*.py"))
 
 
-def _printed(page: str, text: str, desk: Path, say: Callable[[str], None]) -> dict[str, str]:
-    """What the commands and lines of a page print, run in order in a folder of the page's own."""
+def _printed(page: str, text: str, desk: Path, done: set[str], say: Callable[[str], None]) -> dict[str, str]:
+    """What the commands and lines of a page print, run in order in one folder; whole sweeps that are done, once."""
     found, names = {}, {}
     for block in asked.blocks(text):
         if block.kind == "picture":
@@ -138,7 +138,9 @@ def _printed(page: str, text: str, desk: Path, say: Callable[[str], None]) -> di
                 Path(block.argument).write_text(block.body + "\n", encoding="utf-8")
             else:
                 say(f"{page}: {block.body.splitlines()[0]}")
-                found[asked.key(page, block)] = _run(block, names)
+                again = block.body in done and block.body.startswith("polhode run ")
+                found[asked.key(page, block)] = "" if again else _run(block, names)
+                done.add(block.body)
     return found
 
 
@@ -164,7 +166,10 @@ def _python(code: str, names: dict) -> None:
     tree = ast.parse(code)
     last = tree.body.pop() if isinstance(tree.body[-1], ast.Expr) else None
     exec(compile(tree, "<handbook>", "exec"), names)
-    if last is not None and (value := eval(compile(ast.Expression(last.value), "<handbook>", "eval"), names)) is not None:
+    if (
+        last is not None
+        and (value := eval(compile(ast.Expression(last.value), "<handbook>", "eval"), names)) is not None
+    ):
         print(value)
 
 
@@ -175,10 +180,17 @@ def _commands(lines: str) -> None:
         program, *arguments = shlex.split(line, comments=True)
         if program != "polhode":
             raise ValueError(f"{line}: a page runs `polhode` only")
-        try:
-            status = main(arguments)
-        except SystemExit as ended:
-            status = ended.code
-        if status:
+        if status := _whole_sweep(arguments) if arguments[:1] == ["run"] else main(arguments):
             raise ValueError(f"{line}: exit status {status}")
-        sys.stdout.flush()
+
+
+def _whole_sweep(arguments: list[str]) -> int:
+    """`polhode run`, in a process of its own: it claims a folder until that ends."""
+    root = str(Path(__file__).parents[2])
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, (root, os.environ.get("PYTHONPATH"))))}
+    command = [sys.executable, "-m", "sweeps", *arguments]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    print(done.stdout)
+    if done.returncode:
+        raise ValueError(done.stderr.strip())
+    return 0

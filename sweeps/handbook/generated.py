@@ -29,6 +29,11 @@ ROOMS = {  # what each room is for, in the order in which one meets them
     "sweeps.handbook": "This handbook",
     "kernels": "Kernels",
 }
+INCLUDED = {  # pages of the repository that parts of the handbook are taken from
+    "maps.md": "results/README.md",
+    "system.md": "sweeps/mechanics/README.md",
+    "speed.md": "tests/benchmarks/README.md",
+}
 
 
 def modules() -> dict[str, Path]:
@@ -56,14 +61,18 @@ def room(module: str) -> str:
 
 def write(folder: Path, work: Path) -> None:
     """Writes all generated pages below a folder of pages; the work's folder has the maps of the gallery."""
-    pages = {"reference/definitions": _definitions(), "reference/variables": _variables(), "gallery": gallery.page(work)}
+    pages = {
+        "reference/definitions": _definitions(),
+        "reference/variables": _variables(),
+        "gallery": gallery.page(work),
+    }
     pages |= {"reference/commands": _commands(), "reference/api": _api_index()}
     pages |= {f"reference/{_file(name)}": _api(name) for name in ROOMS}
     for name, text in pages.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).with_suffix(".md").write_text(text, encoding="utf-8")
     (folder / "included").mkdir(exist_ok=True)
-    for name, source in {"maps.md": "results/README.md", "system.md": "sweeps/mechanics/README.md"}.items():
+    for name, source in INCLUDED.items():
         text = _without_links((ROOT / source).read_text(encoding="utf-8"))
         (folder / "included" / name).write_text(text, encoding="utf-8")
 
@@ -73,8 +82,9 @@ def _file(room: str) -> str:
 
 
 def _without_links(text: str) -> str:
-    """A page of the repository with its links to files beside it as code: they lead nowhere from here."""
-    return re.sub(r"\[([^\]]+)\]\((?!http|#)[^)]*\)", r"`\1`", text)
+    """A page of the repository with its links to files beside it as words: they lead nowhere from here."""
+    text = re.sub(r"!\[[^\]]*\]\((?!http)[^)]*\)\n*", "", text)
+    return re.sub(r"\[([^\]]+)\]\((?!http)[^)]*\)", r"\1", text)
 
 
 def _api_index() -> str:
@@ -179,7 +189,11 @@ def _commands() -> str:
     commands = parser.add_subparsers()
     for name in NAMES:
         importlib.import_module(f"sweeps.commands.{name}").add(commands)
-    text = ["# Commands", "", "Exit status of every command: 0 done; 2 what was given is wrong, and a message said what;"]
+    text = [
+        "# Commands",
+        "",
+        "Exit status of every command: 0 done; 2 what was given is wrong, and a message said what;",
+    ]
     text += ["130 interrupted; 1 anything else (of `verify`: the map differs).", ""]
     for name in NAMES:
         text += [f"## `polhode {name}`", "", "```text", commands.choices[name].format_help().rstrip(), "```", ""]

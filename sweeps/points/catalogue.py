@@ -15,6 +15,7 @@ from sweeps.schema.refusals import DefinitionError
 
 FOLDER = Path(__file__).parents[1] / "definitions"
 DEFAULT = "tennis_racket"
+TAKEN = "handbook"  # what results/ holds beside sweeps
 
 
 def shipped() -> dict[str, Path]:
@@ -81,6 +82,8 @@ def plan(source: str | Path, results: str | Path = "results", anywhere: bool = F
         raise DefinitionError(
             f"{path}: (file name): {sweep.name!r} is the name of a sweep that ships; allowed: any other name"
         )
+    if sweep.name == TAKEN:
+        raise DefinitionError(f"{path}: (file name): results/{TAKEN} is the handbook's; allowed: any other name")
     if not anywhere:
         refuse_if_too_large(sweep, results)
     return Plan(path, sweep)

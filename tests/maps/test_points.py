@@ -226,7 +226,7 @@ def test_check_says_how_many_points(tmp_path, capsys):
 
 
 def test_the_definitions_of_the_readme_run(tmp_path):
-    text = (catalogue.FOLDER.parents[1] / "README.md").read_text(encoding="utf-8").split("## Draws, tables, shapes")[1]
+    text = (catalogue.FOLDER.parents[1] / "sweeps/handbook/text/howto/points.md").read_text(encoding="utf-8")
     drawn, listed, shaped = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)[:3]
     (tmp_path / "bodies.csv").write_text("I1 (kg m2),I2 (kg m2),omega0 (rpm)\n0.5,0.9,60\n0.7,0.9,30\n")
     ends = "grid: {I1: {start: 0.5, stop: 0.9}, I2: 0.8, I3: 1.0, omega0: 1.0}\n"

@@ -1,4 +1,4 @@
-"""A body given as a mesh, from its file to its pictures and its page: the example of README.md, run."""
+"""A body given as a mesh, from its file to its pictures and its page: the example of the handbook, run."""
 
 import re
 from pathlib import Path
@@ -9,7 +9,7 @@ import pytest
 import sweeps
 from sweeps.__main__ import main
 
-README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[2] / "sweeps/handbook/text/howto/bodies.md").read_text(encoding="utf-8")
 
 
 @pytest.mark.slow
@@ -18,7 +18,7 @@ def test_the_racket_of_the_readme_goes_the_whole_way(tmp_path, monkeypatch, caps
     monkeypatch.chdir(tmp_path)
     size = np.array([0.27, 0.2, 0.01])  # m
     trimesh.creation.box(size).export("racket.stl")
-    Path("real.yaml").write_text(re.search(r"```yaml\n(bodies:\n.*?)```", README, re.DOTALL)[1])
+    Path("real.yaml").write_text(re.search(r"```yaml\n(bodies:\n.*?)```", PAGE, re.DOTALL)[1])
     assert main(["run", "real.yaml", "--cores", "1"]) == 0, capsys.readouterr()
     folder = tmp_path / "results/real"
     names = {file.name for file in (folder / "figures").iterdir()}
