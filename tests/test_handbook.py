@@ -129,7 +129,10 @@ def test_every_sweep_that_ships_tells_its_story(name):
 
 
 def test_a_reduced_sweep_is_small_and_else_the_same():
-    values = {"grid": {"x": {"start": 0, "stop": 1, "num": 500}, "y": {"start": 0, "stop": 1, "num": 300}, "z": 1.0}}
+    values = {
+        "system": "pendulum",
+        "grid": {"x": {"start": 0, "stop": 1, "num": 500}, "y": {"start": 0, "stop": 1, "num": 300}, "z": 1.0},
+    }
     grid = gallery.reduced(values)["grid"]
     assert grid["x"]["num"] * grid["y"]["num"] <= gallery.MOST
     assert (grid["x"]["start"], grid["x"]["stop"], grid["z"]) == (0, 1, 1.0)

@@ -21,6 +21,7 @@ import xarray as xr
 from sweeps.handbook import asked, numbers
 
 MAPS = Path(__file__).parent / "maps"
+ROOMS = ("commands", "maps", "mechanics", "points", "run", "schema", "shards", "systems", "views")
 COLUMNS = "96"  # letters in a line of what commands print
 
 
@@ -47,10 +48,19 @@ def make(work: Path, say: Callable[[str], None] = print) -> None:
         for block in asked.blocks(text):
             if block.kind == "picture":
                 draw(block.argument, maps, work / "pictures", say)
-    printed, done = {}, set()
+    before, printed, done = _still_true(work / "printed.json"), {}, set()
     for page, text in pages.items():
-        printed |= _printed(page, text, work / "desk", done, say)
+        keys = [asked.key(page, block) for block in asked.blocks(text) if block.kind in ("run", "python")]
+        same = all(key in before for key in keys)
+        printed |= {key: before[key] for key in keys} if same else _printed(page, text, work / "desk", done, say)
     _write(work / "printed.json", printed)
+
+
+def _still_true(path: Path) -> dict[str, str]:
+    """What was printed before, where no code is younger."""
+    if path.exists() and path.stat().st_mtime > _youngest(ROOMS):
+        return json.loads(path.read_text(encoding="utf-8"))
+    return {}
 
 
 def _write(path: Path, facts: dict) -> None:
@@ -105,7 +115,7 @@ def draw(argument: str, maps: dict[str, Path], folder: Path, say: Callable[[str]
     """Draws one picture of a map, "map picture", unless it is younger than the map and the code; returns its file."""
     source, _, name = argument.partition(" ")
     path = folder / picture_file(argument)
-    if path.exists() and path.stat().st_mtime > max(maps[source].stat().st_mtime, _youngest_code()):
+    if path.exists() and path.stat().st_mtime > max(maps[source].stat().st_mtime, _youngest(("systems", "views"))):
         return path
     import sweeps
     from sweeps.views import figures
@@ -120,10 +130,10 @@ def draw(argument: str, maps: dict[str, Path], folder: Path, say: Callable[[str]
     return path
 
 
-def _youngest_code() -> float:
-    """When what draws was last changed: pictures are the systems' own."""
+def _youngest(rooms: Iterable[str]) -> float:
+    """When the code of some rooms was last changed."""
     root = Path(__file__).parents[1]
-    return max(path.stat().st_mtime for room in ("systems", "views") for path in (root / room).rglob("*.py"))
+    return max(path.stat().st_mtime for room in rooms for path in (root / room).rglob("*.py"))
 
 
 def _printed(page: str, text: str, desk: Path, done: set[str], say: Callable[[str], None]) -> dict[str, str]:

@@ -12,9 +12,11 @@ from pathlib import Path
 
 from sweeps.handbook import evidence
 from sweeps.points import catalogue
+from sweeps.schema.definition import DEFAULT_SYSTEM
 from sweeps.schema.reading import file_text, plain, read_text
 
 MOST = 1_600  # points of a grid, before axes, bodies, equilibria and modes
+MANY = {"rigid_body": 40_000, "symmetric_top": 40_000, "twist": 40_000}  # of systems whose points cost little
 DRAWS = 512  # of each uncertain body
 BEST = {  # where the first picture is not what one comes for
     "tennis_racket": "stability_axis_2",
@@ -35,7 +37,8 @@ def reduced(values: dict) -> dict:
     """A definition with so few points that it takes seconds: its longest ranges are cut, one after the other."""
     grid = values.get("grid", {})
     ranges = list(_ranges(grid))
-    while math.prod(r["num"] for r in ranges) > MOST:
+    most = MANY.get(values.get("system", DEFAULT_SYSTEM), MOST)
+    while math.prod(r["num"] for r in ranges) > most:
         longest = max(ranges, key=lambda r: r["num"])
         longest["num"] = max(2, longest["num"] * 4 // 5)
     if "draws" in values:
