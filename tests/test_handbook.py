@@ -76,14 +76,16 @@ def test_numbers_as_people_write_them(value, form, text):
 
 
 def test_pictures_are_of_maps_that_there_are():
-    pictures = [block.argument for text in PAGES.values() for block in asked.blocks(text) if block.kind == "picture"]
+    pictures = [
+        block.argument for text in PAGES.values() for block in asked.asked_blocks(text) if block.kind == "picture"
+    ]
     assert pictures
     assert {picture.split()[0] for picture in pictures} <= set(evidence.definitions())
 
 
 def test_a_block_within_a_list_is_read_like_any_other():
     text = "1. Ask.\n\n   ```{python}\n   :answer:\n   a = 1\n   a\n   ```\n"
-    assert list(asked.blocks(text)) == [asked.Asked("python", "", "a = 1\na")]
+    assert list(asked.asked_blocks(text)) == [asked.Wanted("python", "", "a = 1\na")]
 
 
 def test_every_public_name_stands_in_the_reference():

@@ -13,7 +13,7 @@ OPTION = re.compile(r"^:([a-z-]+):[ ]*(.*)$")
 
 
 @dataclass(frozen=True)
-class Asked:
+class Wanted:
     """One block of a page.
 
     Attributes:
@@ -38,15 +38,15 @@ def numbers(text: str) -> list[str]:
     return [name for name, _ in NUMBER.findall(text)]
 
 
-def blocks(text: str) -> Iterator[Asked]:
+def asked_blocks(text: str) -> Iterator[Wanted]:
     """What else a page asks for, in order."""
     for _, _, kind, argument, inside in BLOCK.findall(text):
         lines = textwrap.dedent(inside).splitlines()
         while lines and OPTION.match(lines[0]):
             lines.pop(0)
-        yield Asked(kind, argument.strip(), "\n".join(lines).strip("\n"))
+        yield Wanted(kind, argument.strip(), "\n".join(lines).strip("\n"))
 
 
-def key(page: str, asked: Asked) -> str:
+def key(page: str, asked: Wanted) -> str:
     """Under which what a block prints is kept: the same lines on two pages may print two things."""
     return f"{page}\n{asked.body}"

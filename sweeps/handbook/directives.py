@@ -82,7 +82,7 @@ class Printed(SphinxDirective):
         """The lines, and below them what they print: folded away where it is an answer."""
         body = "\n".join(self.content)
         kind = self.name
-        block = asked.Asked(kind, "", body)
+        block = asked.Wanted(kind, "", body)
         printed = _facts(self.config, "printed.json").get(asked.key(self.env.docname, block))
         if printed is None:
             return [self.state.document.reporter.error(f"was not run: {body}", line=self.lineno)]

@@ -45,12 +45,12 @@ def make(work: Path, say: Callable[[str], None] = print) -> None:
     maps = {name: measured(path, work / "maps", say) for name, path in definitions().items()}
     _write(work / "numbers.json", _numbers(pages.values(), maps, say))
     for text in pages.values():
-        for block in asked.blocks(text):
+        for block in asked.asked_blocks(text):
             if block.kind == "picture":
                 draw(block.argument, maps, work / "pictures", say)
     before, printed, done = _still_true(work / "printed.json"), {}, set()
     for page, text in pages.items():
-        keys = [asked.key(page, block) for block in asked.blocks(text) if block.kind in ("run", "python")]
+        keys = [asked.key(page, block) for block in asked.asked_blocks(text) if block.kind in ("run", "python")]
         same = all(key in before for key in keys)
         printed |= {key: before[key] for key in keys} if same else _printed(page, text, work / "desk", done, say)
     _write(work / "printed.json", printed)
@@ -139,7 +139,7 @@ def _youngest(rooms: Iterable[str]) -> float:
 def _printed(page: str, text: str, desk: Path, done: set[str], say: Callable[[str], None]) -> dict[str, str]:
     """What the commands and lines of a page print, run in order in one folder; whole sweeps that are done, once."""
     found, names = {}, {}
-    for block in asked.blocks(text):
+    for block in asked.asked_blocks(text):
         if block.kind == "picture":
             continue
         desk.mkdir(parents=True, exist_ok=True)
@@ -154,7 +154,7 @@ def _printed(page: str, text: str, desk: Path, done: set[str], say: Callable[[st
     return found
 
 
-def _run(block: asked.Asked, names: dict) -> str:
+def _run(block: asked.Wanted, names: dict) -> str:
     """What a block prints."""
     out = io.StringIO()
     before, os.environ["COLUMNS"] = os.environ.get("COLUMNS"), COLUMNS
