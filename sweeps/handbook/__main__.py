@@ -54,12 +54,17 @@ def _make(work: Path) -> None:
 
 def _html(work: Path, output: Path) -> int:
     """Sphinx, in a process of its own in which the kernels are plain functions, with docstrings that can be read."""
+    from sweeps.handbook import generated
+
     made = work / "html"
     settings = ("-D", f"handbook_work={work}", "-d", str(work / "doctrees"), "-j", "auto")
     environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
     command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", *settings, str(work / "source"), str(made)]
     done = subprocess.run(command, env=environment, check=False)
     if done.returncode:
+        return 1
+    if missing := generated.unlisted((made / "objects.inv").read_bytes()):
+        print(f"handbook: not in the reference: {', '.join(missing)}", file=sys.stderr)
         return 1
     for name in (".buildinfo", ".doctrees"):
         (made / name).unlink(missing_ok=True)

@@ -5,6 +5,7 @@ import ast
 import importlib
 import re
 import typing
+import zlib
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
@@ -52,6 +53,18 @@ def public(path: Path) -> list[str]:
     tree = ast.parse(path.read_text(encoding="utf-8"))
     kinds = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
     return [node.name for node in tree.body if isinstance(node, kinds) and not node.name.startswith("_")]
+
+
+def unlisted(inventory: bytes) -> list[str]:
+    """Public names that a built reference does not have.
+
+    Args:
+        inventory: what Sphinx writes to `objects.inv`: four lines, then a compressed one for each object.
+    """
+    lines = zlib.decompress(inventory.split(b"\n", 4)[4]).decode("utf-8").splitlines()
+    listed = {line.split(" ")[0] for line in lines if " py:" in line}
+    names = (f"{module}.{name}" for module, path in modules().items() for name in public(path))
+    return [name for name in names if name not in listed]
 
 
 def room(module: str) -> str:
