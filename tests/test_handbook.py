@@ -190,3 +190,14 @@ def test_the_handbook_is_built_without_a_warning(tmp_path):
     answer = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert answer.returncode == 0, answer.stderr[-3000:]
     assert "WARNING" not in answer.stderr
+
+
+def test_what_a_block_prints_is_the_last_lines_value_without_the_folder_of_the_repository():
+    block = asked.Wanted("python", "", f"x = 2\nprint('{ROOT}/sweeps/a.yaml')\nx + 1")
+    assert evidence._run(block, {}) == "sweeps/a.yaml\n3"
+
+
+def test_a_command_of_a_page_that_fails_stops_the_handbook(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ValueError, match="exit status 2"):
+        evidence._run(asked.Wanted("run", "", "polhode check missing.yaml"), {})

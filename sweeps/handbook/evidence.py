@@ -168,7 +168,8 @@ def _run(block: asked.Wanted, names: dict) -> str:
     finally:
         os.environ.pop("COLUMNS")
         os.environ |= {} if before is None else {"COLUMNS": before}
-    return "\n".join(line.rstrip() for line in out.getvalue().strip("\n").splitlines())
+    text = out.getvalue().strip("\n").replace(f"{Path(__file__).parents[2]}/", "")  # as seen from the repository
+    return "\n".join(line.rstrip() for line in text.splitlines())
 
 
 def _python(code: str, names: dict) -> None:

@@ -137,6 +137,8 @@ def keys(model: type[BaseModel], before: str = "") -> Iterator[tuple[str, str, s
     """(key, what it means and allows, default) of a model of definitions, those within it included."""
     for name, field in model.model_fields.items():
         default = "required" if field.is_required() else _default(field.default)
+        if before + name == "title":  # which whoever reads the file fills in
+            default = "left out"
         yield before + name, field.description or "", default
         for kind in (field.annotation, *typing.get_args(field.annotation)):
             if isinstance(kind, type) and issubclass(kind, BaseModel) and kind.model_fields:
