@@ -8,6 +8,7 @@ import attitude
 import bodies as task
 import contenders
 import error_bars
+import history
 import kernel
 import large
 import mpmath as mp
@@ -200,3 +201,28 @@ def test_the_attitudes_benchmark_steps_what_it_says(monkeypatch, capsys):
     monkeypatch.setattr(sys, "argv", ["attitude.py", "--quick"])
     attitude.main()
     assert "points/s" in capsys.readouterr().out
+
+
+def test_a_ratio_that_has_dropped_is_told_in_red(tmp_path):
+    file = tmp_path / "history.jsonl"
+    lines = [{"processor": "here", "ratios": {"a": value, "b": 1.0}} for value in (9.0, 2.0, 2.1, 1.9, 2.0, 2.2)]
+    lines += [{"processor": "elsewhere", "ratios": {"a": 99.0}}]
+    file.write_text("".join(json.dumps(line) + "\n" for line in lines))
+    before = history.earlier(file, "here")
+    assert [each["a"] for each in before] == [2.0, 2.1, 1.9, 2.0, 2.2]
+    slower, alike, new = history.told({"a": 1.6, "b": 0.9, "c": 5.0}, before)
+    assert slower.startswith(history.RED)
+    assert "-20 %: slower" in slower
+    assert alike.endswith("-10 %")
+    assert "%" not in new
+    assert history.earlier(tmp_path / "none", "here") == []
+
+
+@pytest.mark.slow
+def test_ratios_of_speeds_are_kept_line_by_line(tmp_path, capsys):
+    for _ in range(2):
+        history.main(["--file", str(tmp_path / "new" / "history.jsonl"), "--points", "300", "--rounds", "1"])
+    lines = [json.loads(line) for line in (tmp_path / "new" / "history.jsonl").read_text().splitlines()]
+    assert [set(line["ratios"]) for line in lines] == [set(history.RATIOS)] * 2
+    assert all(value > 0.0 for line in lines for value in line["ratios"].values())
+    assert "%" in capsys.readouterr().out

@@ -10,7 +10,7 @@ from sweeps.mechanics.graph import ADD, DIV, FUNCTION, MUL, V, X
 from sweeps.mechanics.taylor import Code
 
 MODULE_SECONDS, KERNEL_SECONDS = 2.0, 10.0
-SAMPLES_TIMES_NODES = 10_000_000
+SAMPLES_TIMES_NODES = 5_000_000
 
 TEXT = '''"""{title}: a tape of Taylor steps, and of the energy above the equilibrium."""
 
@@ -54,7 +54,7 @@ class TapedCode(Code):
 
     @property
     def samples_per_second(self) -> int:
-        """Samples of runs, of three motions each, that one core makes in a second, about."""
+        """Samples of runs, of six motions each, that one core makes in a second, about."""
         return SAMPLES_TIMES_NODES // len(self.graph.nodes)
 
     def _text(self):

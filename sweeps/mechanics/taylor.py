@@ -46,7 +46,7 @@ COORDINATES, STATES, ROWS = {n}, {states}, {rows}
 '''
 
 COMPILE_SECONDS, COMPILE_SECONDS_PER_CHARACTER = 0.5, 1.8e-4
-SAMPLES_TIMES_CHARACTERS = 1e11
+SAMPLES_TIMES_CHARACTERS = 0e11
 
 
 class Code:
@@ -84,7 +84,7 @@ class Code:
 
     @property
     def samples_per_second(self) -> int:
-        """Samples of runs, of three motions each, that one core makes in a second, about."""
+        """Samples of runs, of six motions each, that one core makes in a second, about."""
         return int(SAMPLES_TIMES_CHARACTERS / len(self.text))
 
     @cached_property
