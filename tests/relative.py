@@ -52,7 +52,7 @@ def shipped(name):
     return importlib.import_module(f"sweeps.mechanics.library.relative.{name}").system
 
 
-def points(system, eigenvalues, count, varied, seed=1, epsilon=1e-14):
+def points(system, eigenvalues, count, varied, seed=1, epsilon=1e-30):
     """Every equilibrium and eigenvalue at ``count`` random places of the parameters."""
     rng = np.random.default_rng(seed)
     slots = system.most * eigenvalues

@@ -226,3 +226,19 @@ def test_ratios_of_speeds_are_kept_line_by_line(tmp_path, capsys):
     assert [set(line["ratios"]) for line in lines] == [set(history.RATIOS)] * 2
     assert all(value > 0.0 for line in lines for value in line["ratios"].values())
     assert "%" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_relative_equilibria_are_told_by_their_table(capsys):
+    import relative_equilibria  # compiles what no quick test needs
+
+    relative_equilibria.main(["rotor", "--points", "20"])
+    header, row = capsys.readouterr().out.splitlines()
+    told = dict(zip(header.split(), row.split(), strict=True))
+    assert told["system"] == "rotor"
+    assert float(told["theory"]) < 1e-12
+    assert float(told["error"]) < 1e-8
+    assert float(told["covered"]) == 1.0
+    assert float(told["invariants"]) < 1e-9
+    assert float(told["regimes"]) == float(told["ok"]) == 1.0
+    assert float(told["points/s"]) > 0

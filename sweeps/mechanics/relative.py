@@ -111,9 +111,10 @@ class FlowModel:
             scaled = J * sizes[:, None, :] / sizes[:, :, None]
             matrix = np.einsum("pji,pjk,pkm->pim", basis, scaled, basis)
             changes = self._changes(parameters, place, sizes, gradients)
+            bent = self._bent(parameters, place, terms, sizes, S)
         found = _eigen(matrix, S)
         told = {"place": place, "scale": S, "sizes": sizes, "basis": basis, "matrix": matrix}
-        return told | found | {"parameters": parameters, "changes": changes}
+        return told | found | {"parameters": parameters, "changes": changes, "bent": bent}
 
     def _jacobian(self, parameters, place):
         """The Jacobian, its terms' absolute values and the states' sizes (of velocities: of size in 1/S)."""
@@ -122,17 +123,36 @@ class FlowModel:
         sizes = self.landscape.sizes(parameters, x)
         if not self.flow.rest:
             return slopes, terms, sizes
-        a = self.landscape.a(parameters, x)
-        inverse = np.full(a.shape, np.nan)
-        sound = np.isfinite(a).all((1, 2))
-        sound[sound] = np.abs(np.linalg.det(a[sound])) > 0.0
-        inverse[sound] = np.linalg.inv(a[sound])
+        inverse = self._inverse(parameters, x)
         m = self.flow.rest
         J, bound = (np.zeros((len(place), self.N, self.N)) for _ in range(2))
         J[:, range(m), range(m, 2 * m)] = bound[:, range(m), range(m, 2 * m)] = 1.0
         J[:, m:] = inverse @ slopes
         bound[:, m:] = np.abs(inverse) @ terms
         return J, bound, np.concatenate([sizes, sizes * _root(bound)[:, None]], axis=1)
+
+    def _inverse(self, parameters, x):
+        """a⁻¹ of coordinates, NaN where there is none."""
+        a = self.landscape.a(parameters, x)
+        inverse = np.full(a.shape, np.nan)
+        sound = np.isfinite(a).all((1, 2))
+        sound[sound] = np.abs(np.linalg.det(a[sound])) > 0.0
+        inverse[sound] = np.linalg.inv(a[sound])
+        return inverse
+
+    def _bent(self, parameters, place, terms, sizes, S):
+        """How many times its own size a nudge bends the Jacobian, over S: large where a small state feels large ones.
+
+        From the absolute values of the Jacobian's terms, at the equilibrium and a state's size farther out.
+        """
+        m = place.shape[1]
+        out = place + np.where(place < 0.0, -1.0, 1.0) * sizes[:, :m]
+        rows = self.landscape.slopes(parameters, list(out.T))[1]
+        if self.flow.rest:
+            rows = np.concatenate([terms[:, :m], np.abs(self._inverse(parameters, list(place.T))) @ rows], axis=1)
+        change = np.abs(rows - terms) * sizes[:, None, :] / sizes[:, :, None]
+        most = change.sum(2).max(1) / S
+        return np.where(np.isfinite(most), np.maximum(1.0, most), 1.0)
 
     def _changes(self, parameters, place, sizes, gradients):
         """What each conserved quantity could change by in a motion of the states' sizes, and of which order in it."""
@@ -206,7 +226,7 @@ class FlowModel:
             starts,
             project,
             theory["scale"][part],
-            epsilon,
+            epsilon * theory["bent"][part],
             twice,
             np.asarray(points["equilibrium"], dtype=np.int64)[part],
             intervals,

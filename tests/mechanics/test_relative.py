@@ -94,6 +94,16 @@ def test_motions_show_the_spectrum_of_books(name):
     check_measured(name)
 
 
+@pytest.mark.parametrize("epsilon", [1e-14, 1e-10])
+def test_errors_cover_where_a_small_state_feels_large_ones(epsilon):
+    """The slug's rate about the axis, a hundredth of those across it: a nudge bends it hundreds of times its size."""
+    m = model("viscous_slug")
+    found = m.survey(relative.points(m.system, m.n, 100, relative.RANGES["viscous_slug"], 2, epsilon))
+    for part in ("real", "imag"):
+        off = np.abs(found[f"eigenvalue_{part}"] - found[f"eigenvalue_{part}_theory"])
+        assert (off <= found[f"eigenvalue_{part}_error"]).all()
+
+
 def test_no_measured_column_depends_on_a_theoretical_eigenvalue(monkeypatch):
     m, columns = motions("rotor", 6)
     honest, eigen = m.survey(columns), theirs._eigen

@@ -87,7 +87,7 @@ NUDGE = (
         "epsilon",
         Quantity("size", "1", "0 < epsilon < 1", Epsilon),
         "size of the nudges relative to the system's own size",
-        1e-14,
+        1e-30,
         "size of the nudges relative to the system's own size, 0 < epsilon < 1; motions are carried in units of it, so "
         "that none is too small",
     ),
