@@ -38,7 +38,7 @@ ITERATIONS = 60
 NEAR = 1e-3  # of the range: within this of a place its force is measured
 STILL = 1e-8  # of that force
 BOUND = 1e-12  # of the range: a place so far outside is at the bound
-CHUNK = 1 << 14  # points at a time; a search of several coordinates takes fewer
+CHUNK = 1 << 12  # points at a time; a search of several coordinates takes fewer
 CHUNK_SEVERAL = 256
 MOST_FACTORED = 60  # operations
 FAR = 0.25  # of the range: no name reaches farther
@@ -321,10 +321,14 @@ def _line(landscape, parameters):
         values, states = landscape.tape.curves(constants, owner, low, high)
         return values[:, 0], states
 
+    def slope(owner, low, high):
+        values, states = landscape.tape.slopes(constants, owner, low[:, None], high[:, None])
+        return values[:, 0], states
+
     def plain(owner, x):
         return landscape.force([p[owner] for p in fixed], x)
 
-    zeros = line.zeros(curve, bounds[:, 0], bounds[:, 1], plain)
+    zeros = line.zeros(curve, bounds[:, 0], bounds[:, 1], plain, slope)
     table = _table(zeros.owner, zeros.place, bounds.shape[0])
     places = _full(landscape, parameters, table[..., None])
     certified = np.where(zeros.exhausted, SEARCHED, np.where(zeros.proved, PROVED, UNDECIDED))

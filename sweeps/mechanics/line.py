@@ -56,7 +56,7 @@ class LineZeros:
     exhausted: np.ndarray
 
 
-def zeros(curve, low, high, plain=None) -> LineZeros:
+def zeros(curve, low, high, plain=None, slope=None) -> LineZeros:
     """All zeros of a function of each point.
 
     Args:
@@ -65,12 +65,14 @@ def zeros(curve, low, high, plain=None) -> LineZeros:
         high: upper bounds.
         plain: (owner, places) → f and f′ as they come, shape (places,) each: where zeros are sought first. Nothing is
             concluded from them.
+        slope: as `curve`, of f and f′ alone, shape (boxes, 2, 2): what most boxes need.
     """
+    slope = slope or curve
     with np.errstate(all="ignore"):
         narrow = UNIT / 16 * (high - low)
-        boxes, exhausted = _boxes(curve, low, high, narrow)
+        boxes, exhausted = _boxes(curve, slope, low, high, narrow)
         groups = _groups(curve, boxes)
-        found = [_proved(curve, plain, groups), _clusters(curve, groups, exhausted, narrow)]
+        found = [_proved(slope, plain, groups), _clusters(curve, groups, exhausted, narrow)]
         width = (high - low)[groups.owner]
         wide = (groups.worst == LOST) & ~exhausted[groups.owner]
         wide &= groups.lost > FLAT * width
@@ -90,7 +92,7 @@ def zeros(curve, low, high, plain=None) -> LineZeros:
 # -- boxes
 
 
-def _boxes(curve, low, high, narrow):
+def _boxes(curve, slope, low, high, narrow):
     """Boxes (owner, low, high, kind, sense) that none needs a further cut, and which points took too many."""
     points = low.size
     owner = np.repeat(np.arange(points), FIRST)
@@ -102,7 +104,7 @@ def _boxes(curve, low, high, narrow):
     used, exhausted, done = np.zeros(points, dtype=np.int64), np.zeros(points, dtype=bool), []
     while owner.size:
         used += np.bincount(owner, minlength=points)
-        kind, sense, broken = _judged(curve, owner, a, b)
+        kind, sense, broken = _judged(curve, slope, owner, a, b)
         small = (b - a <= np.maximum(narrow[owner], 4.0 * UNIT * np.maximum(np.abs(a), np.abs(b)))) & (kind < 0)
         kind[small] = np.where(broken, NARROW, LOST)[small]
         over = (used > MOST_BOXES)[owner] & (kind < 0)
@@ -118,9 +120,9 @@ def _boxes(curve, low, high, narrow):
     return [x[order] for x in boxes], exhausted
 
 
-def _judged(curve, owner, a, b):
+def _judged(curve, slope, owner, a, b):
     """Kind of each box, -1 where it is to be cut, the sense (1 or -1) of SIGN and SLOPE, and whether f breaks in it."""
-    values, states = curve(owner, a, b)
+    values, states = slope(owner, a, b)
     kind, sense = np.full(owner.size, -1), np.zeros(owner.size, dtype=np.int64)
     kind[states == OUTSIDE] = OUT
     kind[(_size(values[:, 0]) < FAINT) & (values[:, 0, 0] < values[:, 0, 1])] = NARROW
@@ -128,14 +130,15 @@ def _judged(curve, owner, a, b):
     left = np.flatnonzero((kind < 0) & (states < POLE))
     if left.size:
         middle = 0.5 * (a[left] + b[left])
-        here, _ = curve(owner[left], middle, middle)
+        here, _ = slope(owner[left], middle, middle)
+        bend = curve(owner[left], a[left], b[left])[0][:, 2]
         r = SLACK * np.maximum(b[left] - middle, middle - a[left])
-        slope = _met(values[left, 1], _around(here[:, 1], 2.0 * _size(values[left, 2]) * r))
-        value = _met(values[left, 0], _around(here[:, 0], _size(slope) * r))
+        rise = _met(values[left, 1], _around(here[:, 1], 2.0 * _size(bend) * r))
+        value = _met(values[left, 0], _around(here[:, 0], _size(rise) * r))
         again, way = kind[left], sense[left]
-        _seen(again, way, value, slope, np.ones(left.size, dtype=bool))
+        _seen(again, way, value, rise, np.ones(left.size, dtype=bool))
         blur = here[:, 0, 1] - here[:, 0, 0]
-        lost = (again < 0) & np.isfinite(blur) & (_size(slope) * (b - a)[left] <= ROUNDINGS * blur)
+        lost = (again < 0) & np.isfinite(blur) & (_size(rise) * (b - a)[left] <= ROUNDINGS * blur)
         again[lost] = LOST
         beyond = np.flatnonzero((again < 0) & ~np.isfinite(blur))
         if beyond.size:
@@ -225,7 +228,7 @@ def _signs(curve, owner, x):
 # -- zeros that are proved
 
 
-def _proved(curve, plain, groups):
+def _proved(slope, plain, groups):
     """The zero of every monotone run between opposite signs; at a bound, one within a rounding of it."""
     single = groups.worst == SLOPE
     crossing = single & (groups.left * groups.right < 0)
@@ -235,7 +238,7 @@ def _proved(curve, plain, groups):
     which = np.flatnonzero(crossing)
     owner, low, high, left = (x[which] for x in (groups.owner, groups.low, groups.high, groups.left))
     start = 0.5 * (low + high) if plain is None else _sought(plain, owner, low, high, left)
-    place[which] = _closed(curve, owner, low, high, left, start)
+    place[which] = _closed(slope, owner, low, high, left, start)
     both = single & (groups.left == 0) & (groups.right == 0)
     place[both] = 0.5 * (groups.low + groups.high)[both]
     chosen = crossing | at_low | at_high | both
@@ -257,7 +260,7 @@ def _sought(plain, owner, a, b, left):
     return place
 
 
-def _closed(curve, owner, a, b, left, start):
+def _closed(enclosed, owner, a, b, left, start):
     """Zeros of monotone functions in brackets: Newton's steps, halving where one leaves the bracket."""
     a, b, place, enough = a.copy(), b.copy(), start, UNIT / 16 * (b - a)
     active = np.arange(a.size)
@@ -265,7 +268,7 @@ def _closed(curve, owner, a, b, left, start):
         if not active.size:
             break
         x = place[active]
-        values, _ = curve(owner[active], x, x)
+        values, _ = enclosed(owner[active], x, x)
         value, slope = values[:, 0, 0] + values[:, 0, 1], values[:, 1, 0] + values[:, 1, 1]
         told = (values[:, 0, 0] > 0.0) | (values[:, 0, 1] < 0.0)
         before = told & (np.where(value > 0.0, 1, -1) == left[active])

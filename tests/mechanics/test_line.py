@@ -20,7 +20,12 @@ def zeros(V, bounds, plain=None):
         values, states = tape.curves(constants, owner, low, high)
         return values[:, 0], states
 
-    return line.zeros(curve, *(np.array([float(b)]) for b in bounds), plain or (lambda owner, at: in_numbers(at)))
+    def slope(owner, low, high):
+        values, states = tape.slopes(constants, owner, low[:, None], high[:, None])
+        return values[:, 0], states
+
+    low, high = (np.array([float(b)]) for b in bounds)
+    return line.zeros(curve, low, high, plain or (lambda owner, at: in_numbers(at)), slope)
 
 
 def test_there_are_sixty():

@@ -152,6 +152,32 @@ def test_what_is_wrong_with_a_description_is_said_before_any_work(tmp_path, V, w
 
 
 @pytest.mark.slow
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("V", "curvature"),
+    [
+        ("cot(x + pi/2)**2", 2.0),
+        ("sec(x)", 1.0),
+        ("-sech(x)", 1.0),
+        ("erf(x)**2", 8 / np.pi),
+        ("coth(x + 3) + x**2", None),
+    ],
+)
+def test_functions_with_a_name_of_their_own_are_taken(tmp_path, V, curvature):
+    """cot, sec, sech, erf, coth: one equilibrium, its rate² the curvature by hand over the mass."""
+    import sympy as sp
+
+    x = sp.Symbol("x", real=True)
+    e = sp.sympify(V, {"x": x})
+    if curvature is None:
+        place = float(sp.nsolve(e.diff(x), 0.0))
+        curvature = float(e.diff(x, 2).subs(x, place))
+    text = SPRING.format(V=f"k * __import__('sympy').sympify({V!r}, {{'x': x}})").replace("(-1, 2)", "(-1, 1.2)")
+    ds = sweeps.survey(small(described(tmp_path, text), stiffness=2.0)).squeeze()
+    assert ds["equilibria_certified"] == 0
+    assert float(ds["omega_squared_reduced"]) == pytest.approx(2.0 * curvature, rel=1e-8)
+
+
 def test_exit_status_two_and_one_line(tmp_path):
     described(tmp_path, SPRING.format(V="k * x"))
     (tmp_path / "mine.yaml").write_text(f"system: {tmp_path}/spring.py\ngrid: {{stiffness: 2.0}}\n")
