@@ -22,6 +22,7 @@ from sweeps.colors import INK, QUIET
 
 DPI = 200
 SUBTITLE_LETTERS = 15.0  # an inch, about, at the subtitle's size
+LEGEND_POINTS, LEAST_POINTS = 8.5, 6.0  # of a legend's letters, and where they would not fit
 SERIES_MARKERS = ("o", "s", "^", "D", "v", "P")
 
 STYLE = {
@@ -265,8 +266,18 @@ def legend(figure: Figure | Borrowed, handles: Sequence = (), columns: int = 9) 
     look = {"handlelength": 1.8, "columnspacing": 1.5, "handletextpad": 0.6, "borderaxespad": 0.0}
     width, height = figure.get_size_inches()
     place = {"loc": "lower left", "bbox_to_anchor": (0.12 / width, 0.09 / height)}
-    made = figure.legend(handles=handles, ncols=min(columns, len(handles)), **place, **look)
+    columns = min(columns, len(handles))
+    size = min(LEGEND_POINTS, LEGEND_POINTS * (width - 0.24) / _row(list(found), columns))
+    made = figure.legend(handles=handles, ncols=columns, fontsize=max(LEAST_POINTS, size), **place, **look)
     made.set_in_layout(False)
+
+
+def _row(labels: Sequence[str], columns: int) -> float:
+    """Inches, about, that a legend's columns take side by side."""
+    longest = [
+        max(len(re.sub(r"[\\\\${}^_]|mathrm|omega", "", label)) for label in labels[k::columns]) for k in range(columns)
+    ]
+    return sum(0.068 * letters + 0.45 for letters in longest)
 
 
 def _labelled(figure: Figure | Borrowed) -> dict:

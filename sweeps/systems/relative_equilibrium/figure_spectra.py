@@ -203,7 +203,7 @@ def draw_agreement(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     ax.plot(ends, ends, color=colors.INK, linewidth=1.0, linestyle=(0, (4, 2)), gid="bar", label="the error told")
     ax.set(xscale="log", yscale="log", xlim=ends, ylim=(LEAST_DRAWN / 2, max(ends[1], 1e-12)))
     ax.set_xlabel("error told / rate scale  (dimensionless)")
-    ax.set_ylabel("distance from theory / rate scale  (dimensionless)")
+    ax.set_ylabel("distance from theory / scale  (dimensionless)")
     ax.grid(axis="y", color=colors.FAINT, linewidth=0.5, alpha=0.7)
     ax.set_axisbelow(True)
     style.legend(figure)
