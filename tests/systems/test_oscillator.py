@@ -228,19 +228,16 @@ def test_a_direction_of_a_definition_is_the_nudge_of_every_mode():
 
 
 def test_a_wide_swing_of_a_pendulum_is_stable_and_its_errors_hold():
-    """The error tells the nudge's own bias, not the scatter alone; where it reaches the rate nothing is claimed."""
+    """The error tells the nudge's own bias, not the scatter alone, up to 57°."""
     epsilon = np.array([0.1, 0.32, 0.5, 0.7, 0.99])
     ds = sweeps.survey(small("pendulum", length=1.0, epsilon=epsilon.tolist())).squeeze().sel(equilibrium="hanging")
-    assert ds["regime"].values[:4].tolist() == [0, 0, 0, 0]
+    assert ds["regime"].values.tolist() == [0] * 5
     for name in ("omega_squared", "omega_squared_reduced", "frequency", "frequency_reduced"):
         theory = ds["omega_squared_theory"] if name.startswith("omega") else ds["frequency_theory"]
         off = np.abs(ds[name] - theory).values
         assert (off <= ds[f"{name}_error"].values).all()
         assert (off[:4] <= 0.05 * theory.values[:4]).all()
     assert (np.abs(ds["omega_squared_reduced"] / ds["omega_squared_theory"] - 1) < 2e-3).all()
-    wide = ds.isel(epsilon=4)  # at 57° the error is wider than the rate: nothing is claimed
-    assert int(wide["regime"]) == 2
-    assert float(wide["omega_squared_reduced_error"]) > float(wide["omega_squared_reduced"])
 
 
 def test_a_degenerate_place_has_the_frequency_of_its_amplitude_where_it_is_asked_for(tmp_path):
