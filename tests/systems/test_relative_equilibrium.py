@@ -12,6 +12,7 @@ from sweeps.points import catalogue
 from sweeps.points.loading import load
 from sweeps.schema.refusals import DefinitionError
 from sweeps.shards import content
+from sweeps.systems.relative_equilibrium import figure_flat_spin
 from sweeps.systems.relative_equilibrium import system as relative
 from sweeps.systems.relative_equilibrium.variables import INVARIANTS, REGIMES, VARIABLES
 
@@ -101,3 +102,24 @@ def test_pictures(top):
     assert set(drawn) == {"stability", "theory_against_measured"}
     for draw in drawn.values():
         assert isinstance(draw(), Figure)
+
+
+def test_a_slender_bodys_spin_ends_flat():
+    """Growth as linear theory has it at first, L and its size kept, less and less energy, and the axis across L."""
+    point = {"transverse_moment": 1.0, "axial_moment": 0.3, "slug_moment": 0.05, "drag": 0.03}
+    point |= {"rotor_momentum": 0.0, "spin_rate": 2.0}
+    (rate,) = np.unique(sweeps.survey({"system": "viscous_slug", "grid": point})["growth_rate"])
+    times, momenta = figure_flat_spin.followed(point | {"growth_rate": float(rate)})
+    told, sizes = figure_flat_spin.angle(momenta), np.linalg.norm(momenta, axis=1)
+    np.testing.assert_allclose(sizes, sizes[0], rtol=1e-7)  # the interpolation between steps
+    early = (told > 0.012) & (told < 0.03)
+    found = np.polyfit(times[early], np.log(told[early]), 1)[0]
+    assert found == pytest.approx(rate, rel=0.02)  # a slug that has not yet settled, an angle that is no more small
+    assert np.degrees(told[-1]) == pytest.approx(88.0, abs=0.1)
+
+
+def test_the_flat_spin_is_drawn():
+    ds = sweeps.survey({"system": "viscous_slug", "grid": {"axial_moment": [0.5, 1.5], "drag": 0.05}})
+    moving = systems.resolve("viscous_slug").animations(ds)
+    assert len(moving["flat_spin"]()) == figure_flat_spin.FRAMES + 1
+    assert figure_flat_spin.frames(ds.sel(axial_moment=[1.5])) == []

@@ -27,6 +27,7 @@ from sweeps.systems.system import Page, Points
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
+    from PIL.Image import Image
 
     from sweeps import mechanics
     from sweeps.mechanics.relative import FlowModel
@@ -195,6 +196,12 @@ class RelativeEquilibrium(oscillator.Oscillator):
             "stability": lambda ax=None: figure_spectra.draw(ds, ax),
             "theory_against_measured": lambda ax=None: figure_spectra.draw_agreement(ds, ax),
         }
+
+    def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], list[Image]]]":
+        """Of the slug that damps, what growth comes to."""
+        from sweeps.systems.relative_equilibrium import figure_flat_spin
+
+        return {"flat_spin": lambda: figure_flat_spin.frames(ds)} if self.name == "viscous_slug" else {}
 
     def __reduce__(self) -> tuple[Any, ...]:
         return (of_file, (self.name, self.folder)) if self.name.endswith(".py") else (of_library, (self.name,))

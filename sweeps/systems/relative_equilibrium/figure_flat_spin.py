@@ -1,0 +1,145 @@
+"""What a slender body's growing nutation comes to: the flat spin, by the full equations, as an animation.
+
+Left, where the angular momentum L points, seen from the body: a spiral from the spin axis to the equator. Right, its
+angle from that axis beside the growth of linear theory, which knows no end. Explorer 1 took this path in 1958.
+"""
+
+import math
+
+import numpy as np
+import sympy as sp
+import xarray as xr
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from PIL import Image
+
+from sweeps import colors, style
+
+FRAMES = 60
+INCHES = (6.4, 3.4)
+DOTS = 90  # per inch
+TILT = 0.01  # rad, of L at the start
+FLAT = math.radians(88.0)  # where it is as good as flat
+E_FOLDS = 60.0  # after which nothing is waited for any more
+FINER = 60  # points of the path a frame
+TRAIL = 6  # frames of the path that are drawn dark
+NAMES = ("transverse_moment", "axial_moment", "slug_moment", "drag", "rotor_momentum", "spin_rate")
+TOWARDS = np.array([0.75, -0.5, 0.45])  # where the viewer stands
+
+
+def frames(ds: xr.Dataset) -> list[Image.Image]:
+    """The pictures of the animation; none where no slender body without a rotor grows.
+
+    Args:
+        ds: a map of `viscous_slug`.
+    """
+    point = fastest(ds)
+    if point is None:
+        return []
+    times, momenta = followed(point)
+    return _drawn(point, times, momenta)
+
+
+def fastest(ds: xr.Dataset) -> dict[str, float] | None:
+    """The slender body without a rotor whose measured nutation grows fastest for its spin; None where there is none."""
+    part = ds["growth_rate"].isel(eigenvalue=0, equilibrium=0, epsilon=0)
+    part = part.where((part["axial_moment"] < part["transverse_moment"]) & (part["rotor_momentum"] == 0.0))
+    rate = (part / np.abs(part["spin_rate"])).transpose(*NAMES)
+    if not np.nanmax(rate.values, initial=0.0) > 0.0:
+        return None
+    place = np.unravel_index(int(np.nanargmax(rate.values)), rate.shape)
+    best = part.transpose(*NAMES)[place]
+    return {name: float(best[name]) for name in NAMES} | {"growth_rate": float(best)}
+
+
+def followed(point: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
+    """The full motion from a tilt of L by TILT until the spin is flat.
+
+    Args:
+        point: the parameters, and `growth_rate`.
+
+    Returns:
+        Times, s, and L in the body's axes, kg m2 s-1, shape (times, 3).
+    """
+    from scipy.integrate import solve_ivp
+
+    from sweeps.mechanics.library.relative.viscous_slug import system
+
+    values = {p.symbol: point[p.name] for p in system.parameters.values()}
+    states = [state.symbol for state in system.states.values()]
+    rates = sp.lambdify([states], [system.rates[x].subs(values) for x in states], "math", cse=True)
+    moments = np.array([point["transverse_moment"]] * 2 + [point["axial_moment"]])
+    spin, slug = point["spin_rate"], point["slug_moment"]
+
+    def flat(t, x):
+        L = moments * x[:3] + slug * x[3:]
+        return L[2] * np.sign(spin) - math.cos(FLAT) * np.linalg.norm(L)
+
+    flat.terminal = True
+    across = math.tan(TILT) * point["axial_moment"] / point["transverse_moment"] * spin
+    start, end = np.array([across, 0.0, spin, across, 0.0, spin]), E_FOLDS / point["growth_rate"]
+    run = solve_ivp(
+        lambda t, x: rates(x), (0.0, end), start, "DOP853", rtol=1e-9, atol=1e-12, events=flat, dense_output=True
+    )
+    times = np.linspace(0.0, run.t[-1], FRAMES * FINER + 1)
+    x = run.sol(times)
+    return times, (moments[:, None] * x[:3] + slug * x[3:]).T
+
+
+def angle(momenta: np.ndarray) -> np.ndarray:
+    """Angle of L from the spin axis, rad."""
+    return np.arctan2(np.hypot(momenta[:, 0], momenta[:, 1]), np.abs(momenta[:, 2]))
+
+
+def _drawn(point, times, momenta):
+    figure = Figure(figsize=INCHES, dpi=DOTS, facecolor="white")
+    FigureCanvasAgg(figure)
+    figure.text(0.03, 0.95, "A slender body ends in a flat spin", fontsize=11, fontweight="bold", va="top")
+    moments = f"{style.number(point['axial_moment'], 3)} of {style.number(point['transverse_moment'], 3)} kg m²"
+    words = f"moment about its axis {moments}, slug {style.number(point['slug_moment'], 3)} kg m²"
+    figure.text(0.03, 0.875, words, fontsize=7, color=colors.QUIET, va="top")
+    ball, curve = figure.add_axes((0.01, 0.04, 0.42, 0.78)), figure.add_axes((0.53, 0.16, 0.44, 0.62))
+    path, place = _ball(ball, momenta), _seen(momenta / np.linalg.norm(momenta, axis=1, keepdims=True))
+    told = np.degrees(angle(momenta))
+    linear = np.minimum(told[0] * np.exp(point["growth_rate"] * times), 95.0)
+    curve.plot(times, linear, color=colors.QUIET, linewidth=1.0, linestyle=(0, (4, 2)), label="linear theory")
+    curve.plot(times, told, color=colors.SERIES_COLORS[0], linewidth=1.4, label="full equations")
+    curve.axhline(90.0, color=colors.FAINT, linewidth=0.8)
+    curve.set(xlim=(0.0, times[-1]), ylim=(0.0, 94.0), xlabel="time (s)", ylabel="L from the spin axis (°)")
+    curve.legend(fontsize=7, loc="upper left", frameon=False)
+    look = {"color": colors.INK, "markersize": 5, "animated": True}
+    (dot,), (tip,) = curve.plot([], [], "o", **look), ball.plot([], [], "o", **look)
+    figure.canvas.draw()  # what stands still, drawn once
+    still, images = figure.canvas.copy_from_bbox(figure.bbox), []
+    for k in range(FRAMES + 1):
+        at = k * FINER
+        path.set_data(*place[max(0, at - TRAIL * FINER) : at + 1].T)
+        dot.set_data([times[at]], [told[at]])
+        tip.set_data(*place[at : at + 1].T)
+        figure.canvas.restore_region(still)
+        for artist in (path, dot, tip):
+            artist.axes.draw_artist(artist)
+        images.append(Image.fromarray(np.array(figure.canvas.buffer_rgba())[..., :3]))
+    palette = images[-1].quantize(256)
+    return [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
+
+
+def _ball(ax, momenta):
+    """The body's sphere of directions: outline, equator, spin axis and the whole path, pale; the line of the trail."""
+    turn = np.linspace(0.0, 2.0 * math.pi, 121)
+    ax.plot(np.cos(turn), np.sin(turn), color=colors.QUIET, linewidth=0.8)
+    equator = np.stack([np.cos(turn), np.sin(turn), 0.0 * turn], axis=1)
+    ax.plot(*_seen(equator).T, color=colors.QUIET, linewidth=0.8)
+    ax.plot(*_seen(np.array([[0.0, 0.0, -1.25], [0.0, 0.0, 1.25]])).T, color=colors.QUIET, linewidth=2.0)
+    whole = _seen(momenta / np.linalg.norm(momenta, axis=1, keepdims=True))
+    ax.plot(*whole.T, color=colors.FAINT, linewidth=0.4)
+    ax.set(xlim=(-1.3, 1.3), ylim=(-1.3, 1.3), aspect="equal")
+    ax.axis("off")
+    return ax.plot([], [], color=colors.SERIES_COLORS[0], linewidth=0.9, animated=True)[0]
+
+
+def _seen(points: np.ndarray) -> np.ndarray:
+    """Points on the viewer's screen, shape (n, 2)."""
+    towards = TOWARDS / np.linalg.norm(TOWARDS)
+    right = np.array([-towards[1], towards[0], 0.0]) / np.hypot(*towards[:2])
+    return points @ np.stack([right, np.cross(towards, right)], axis=1)
