@@ -201,3 +201,14 @@ def test_a_command_of_a_page_that_fails_stops_the_handbook(tmp_path, monkeypatch
     monkeypatch.chdir(tmp_path)
     with pytest.raises(ValueError, match="exit status 2"):
         evidence._run(asked.Wanted("run", "", "polhode check missing.yaml"), {})
+
+
+def test_what_is_included_from_other_pages_is_there():
+    """Each part of a page of the repository, between two lines that it has."""
+    parts = r"```\{include\} \.\./included/(\S+)\n:start-after: \"(.*?)\"\n(?::end-before: \"(.*?)\"\n)?```"
+    found = [part for text in PAGES.values() for part in re.findall(parts, text)]
+    assert len(found) == sum(text.count("{include}") for text in PAGES.values())
+    for name, start, end in found:
+        _, _, rest = (ROOT / generated.INCLUDED[name]).read_text(encoding="utf-8").partition(start)
+        assert len(rest.partition(end)[0] if end else rest) > 200, (name, start, end)
+        assert not end or end in rest
