@@ -22,7 +22,7 @@ from sweeps.handbook import asked, numbers
 
 MAPS = Path(__file__).parent / "maps"
 ROOMS = ("commands", "maps", "mechanics", "points", "run", "schema", "shards", "systems", "views")
-COLUMNS = "96"  # letters in a line of what commands print
+COLUMNS = "84"  # letters in a line of what commands print
 
 
 def definitions() -> dict[str, Path]:
