@@ -164,6 +164,27 @@ def test_a_weightless_top_is_the_free_body():
     np.testing.assert_allclose(squares / scale, np.sort(-np.array([W**2, free]), axis=0).T / scale, atol=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("name", "edge", "values"),
+    [
+        ("sleeping_top", 4.714045207910317, lambda x: {"spin_rate": x}),
+        ("rotor", 3.5, lambda x: {"spin_rate": x}),
+        ("gravity_gradient", (np.sqrt(45) - 7) / 2, lambda x: {"k1": x + 1e-9, "k3": x - 1e-9}),
+    ],
+)
+def test_measured_growth_begins_at_the_threshold(name, edge, values):
+    """A refined sweep across each threshold, of cells of 1e-7: what is measured to grow ends within a cell of it."""
+    m, count = model(name), 42
+    x = edge + np.linspace(-2e-6, 2e-6, count)
+    points = {k: np.full(count, p.default) for k, p in m.system.parameters.items()} | values(x)
+    columns = {k: np.repeat(v, m.n) for k, v in points.items()}
+    columns |= {"equilibrium": np.zeros(count * m.n, dtype=int), "eigenvalue": np.tile(np.arange(1, m.n + 1), count)}
+    found = m.survey(columns | {"epsilon": np.full(count * m.n, 1e-30)})
+    grows = (found["growth_rate"] > found["growth_rate_error"])[:: m.n]
+    (at,) = np.flatnonzero(grows[1:] != grows[:-1])
+    assert x[at] - 1e-7 < edge < x[at + 1] + 1e-7
+
+
 def test_the_gravity_gradients_corners():
     """k1 = k3 = (√45 - 7)/2 along the diagonal, and -0.0505102572 along k3 = -1 (approached)."""
 

@@ -187,7 +187,8 @@ class Oscillator(Dynamics):
             if found.crowded.all():  # some of many are their status
                 refuse_crowded(self.mechanism.landscape, found, values)
         except DescriptionError as error:
-            raise DescriptionError(f"{self.name}: {error}") from None
+            text = str(error)
+            raise DescriptionError(text if text.startswith(self.name) else f"{self.name}: {text}") from None
         if found.flat.all():
             raise DescriptionError(
                 f"{self.name}: equilibria: V is flat along a line of them; allowed: a coordinate to hold (hold=…)"
