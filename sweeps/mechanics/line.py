@@ -247,15 +247,17 @@ def _proved(slope, plain, groups):
 
 def _sought(plain, owner, a, b, left):
     """Where zeros of monotone functions in brackets lie as far as plain numbers tell: some place of each bracket."""
-    a, b, place = a.copy(), b.copy(), 0.5 * (a + b)
+    a, b, place, rests = a.copy(), b.copy(), 0.5 * (a + b), np.zeros(a.size, dtype=bool)
     for _ in range(MOST_SOUGHT):
         value, slope = plain(owner, place)
         before = np.sign(value) == left
         a, b = np.where(before, place, a), np.where(before, b, place)
         guess = place - value / slope
         step = np.abs(guess - place)
-        place = np.where((guess >= a) & (guess <= b), guess, 0.5 * (a + b))
-        if (step <= FOUND * np.abs(place)).all():
+        guess = np.where((guess >= a) & (guess <= b), guess, 0.5 * (a + b))
+        place = np.where(rests, place, guess)  # each rests by itself: no bit hangs on who else is sought
+        rests |= step <= FOUND * np.abs(place)
+        if rests.all():
             break
     return place
 

@@ -38,6 +38,7 @@ SMALL = {
         "uncertainty": "5 %",
         "draws": 64,
         "keep": True,
+        "twist": True,
     },
     "symmetric_top": {"grid": {"ratio": [0.5, 1.0, 1.2], "omega3": [-1.0, 2.0], "half_angle": [10.0, 40.0]}},
 }
