@@ -315,14 +315,14 @@ def _bisected(curve, owner, a, b, order):
     index, a, b = np.arange(owner.size), a.copy(), b.copy()
     start = curve(owner, a, a)[0].sum(axis=2)[index, order]
     for _ in range(80):
+        wide = b - a > 2.0 * UNIT * np.maximum(np.abs(a), np.abs(b))  # the others rest, whoever is sought beside them
+        if not wide.any():
+            break
         middle = 0.5 * (a + b)
         here = curve(owner, middle, middle)[0].sum(axis=2)[index, order]
         same = here * start > 0.0
-        a, b = np.where(same, middle, a), np.where(same | (here == 0.0), b, middle)
-        a = np.where(here == 0.0, middle, a)
-        b = np.where(here == 0.0, middle, b)
-        if ((b - a) <= 2.0 * UNIT * np.maximum(np.abs(a), np.abs(b))).all():
-            break
+        a = np.where(wide & (same | (here == 0.0)), middle, a)
+        b = np.where(wide & ~same, middle, b)
     return 0.5 * (a + b)
 
 
