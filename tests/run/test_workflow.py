@@ -132,10 +132,10 @@ def test_an_edited_definition_runs_its_sweep_again(made):
 
 
 @pytest.mark.slow
-def test_generated_kernels_are_compiled_before_any_shard(fresh):
+def test_generated_kernels_are_compiled_before_any_shard(made):
     own = {"system": "pendulum", "grid": {"length": [0.5, 1.0]}, "shards": 2}
-    (fresh / "swing.json").write_text(json.dumps(own))
-    planned = snakemake(fresh, "-n", "--config", "definition=swing.json", "--", "results/swing/stability_map.nc")
+    (made / "swing.json").write_text(json.dumps(own))
+    planned = snakemake(made, "-n", "--config", "definition=swing.json", "--", "results/swing/stability_map.nc")
     said = planned.stdout + planned.stderr
     assert planned.returncode == 0, said
     assert "Compiling the equations of swing.json" in said
@@ -145,7 +145,7 @@ def test_generated_kernels_are_compiled_before_any_shard(fresh):
     ]
     assert len(waits) == 2
     assert all("generated/oscillator_" in line for line in waits)
-    others = snakemake(fresh, "-n", "--", "results/tiny/stability_map.nc")
+    others = snakemake(made, "-n", "--", "results/tiny/stability_map.nc")
     assert "Compiling the equations" not in others.stdout + others.stderr
 
 
