@@ -36,25 +36,24 @@ def write_map(ds: xr.Dataset, path: str | Path) -> str:
             "_FillValue": np.nan if spec.missing_is_nan else None,
         }
         encoding[name] |= DEFLATED if spec.deflated else {}
+    lazy = ds[[name for name, variable in ds.data_vars.items() if variable.chunks]]
     with replaced(path) as temporary:
         ds.assign_attrs(history=contract.history()).to_netcdf(
-            temporary, engine="netcdf4", format="NETCDF4", encoding=encoding, compute=False
+            temporary, engine="netcdf4", format="NETCDF4", encoding=encoding, compute=not lazy.data_vars
         )
-        _compute(ds, temporary)
+        if lazy.data_vars:
+            _compute(lazy.unify_chunks(), temporary)
         with xr.open_dataset(temporary, engine="netcdf4", decode_cf=False) as written:
             digest = hashed(written, 2**22)
         return _sealed(temporary, digest)
 
 
-def _compute(ds: xr.Dataset, path: Path) -> None:
-    """Computes what is lazy into a file that has everything else.
+def _compute(lazy: xr.Dataset, path: Path) -> None:
+    """Computes what is lazy of a Dataset into a file that has everything else.
 
     Blocks, each of all variables at once, as many together as there are processors: each is measured once, and no more
     of them are held.
     """
-    lazy = ds[[name for name, variable in ds.data_vars.items() if variable.chunks]].unify_chunks()
-    if not lazy.data_vars:
-        return
     from dask import compute
 
     ends = (
