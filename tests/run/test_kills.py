@@ -8,6 +8,7 @@ one process, or to the whole group, of the workflow or of `run`, some moment aft
 
 import os
 import random
+import re
 import shutil
 import signal
 import sys
@@ -130,7 +131,9 @@ class Series:
                     os.killpg(run.pid, signal.SIGTERM)
         status = run.wait()
         said = self.said.read_text()
-        assert "Traceback" not in said, said
+        # a job that is interrupted while Python itself starts: the workflow repeats what Python told
+        of_python = number == signal.SIGINT and not re.search(r'File ".*/(sweeps|kernels)/', said)
+        assert "Traceback" not in said or of_python, said
         assert killed or status in (0, 1, 2), said
         assert number != signal.SIGSTOP or stage in STAGES[:3] or status == 0, said
         again = [k for k in before if f"Measuring shard {k} of" in said]
