@@ -78,8 +78,9 @@ def _run(args):
 
 def _uncertain(args, body, spun: dict, given: list[str]) -> None:
     """The same of a body that is not known exactly."""
+    from sweeps import processors
     from sweeps.points.loading import load
-    from sweeps.run import processors, warmup
+    from sweeps.run import warmup
     from sweeps.systems import resolve
     from sweeps.systems.rigid_body import asked
     from sweeps.systems.uncertain_bodies import asked as uncertain

@@ -27,7 +27,8 @@ def _run(args):
     with waiting.said(f"{path}: deriving its equations and looking at its points"):
         planned = catalogue.plan(path)
 
-    from sweeps.run import pipeline, processors
+    from sweeps import processors
+    from sweeps.run import pipeline
 
     for path in pipeline.make(planned, workers=args.cores or processors.cores(), again=args.again):
         print(path)

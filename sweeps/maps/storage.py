@@ -1,6 +1,5 @@
 """Maps in and out as `xarray` Datasets, with checks that say what is wrong."""
 
-import os
 from contextlib import suppress
 from itertools import accumulate, islice, product
 from pathlib import Path
@@ -13,6 +12,7 @@ from sweeps import systems
 from sweeps.files import replaced
 from sweeps.maps import admission, door
 from sweeps.points.sweep import Sweep
+from sweeps.processors import cores
 from sweeps.schema.carried import definition_of
 from sweeps.schema.refusals import shortened
 from sweeps.schema.variables import DEFLATED, Variable
@@ -74,7 +74,7 @@ def _processors() -> int:
         from distributed import default_client
 
         return max(sum(default_client().nthreads().values()), 1)
-    return os.cpu_count() or 1
+    return cores()
 
 
 def _sealed(path: Path, digest: ContentHash) -> str:

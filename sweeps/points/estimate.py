@@ -1,13 +1,12 @@
 """What a sweep will take, from its definition alone: points, files, memory, disk, time."""
 
-import os
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
 import psutil
 
-from sweeps import systems
+from sweeps import processors, systems
 from sweeps.points.sweep import Sweep
 from sweeps.schema.refusals import DefinitionError
 
@@ -93,7 +92,7 @@ def default_seconds(system: systems.Dynamics) -> float:
     default = systems.resolve(systems.DEFAULT_SYSTEM)
     if default.compiled().exists() or not systems.calls_the_defaults(system):
         return 0.0
-    return COMPILE_SECONDS * (SHARED_BY_TWO if len(os.sched_getaffinity(0)) > 1 else 1.0)
+    return COMPILE_SECONDS * (SHARED_BY_TWO if processors.cores() > 1 else 1.0)
 
 
 def _own_seconds(system: systems.Dynamics) -> float:

@@ -20,7 +20,7 @@ from numba import NumbaExperimentalFeatureWarning
 
 from kernels import stored
 from kernels.fingerprint import cache_folder, fingerprint
-from sweeps import interrupts, systems
+from sweeps import interrupts, processors, systems
 from sweeps.files import replaced
 from sweeps.run import claims, progress
 
@@ -50,7 +50,7 @@ def compile_kernels(everything: bool = False, without: Sequence[str] = ()) -> No
     pieces = len(systems.compilations(everything, without))
     with _alone(), tempfile.TemporaryDirectory() as taken, progress.pieces(pieces, "compiling", partial(_done, taken)):
         second = None
-        if len(os.sched_getaffinity(0)) > 1:
+        if processors.cores() > 1:
             second = multiprocessing.get_context("spawn").Process(
                 target=_compile, args=(everything, without, taken, True), daemon=True
             )

@@ -22,15 +22,13 @@ sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[2])]
 
 import attitude  # noqa: E402
 import roof  # noqa: E402
+from kernel import BARE, part_of_default  # noqa: E402
 
 import sweeps  # noqa: E402
 from kernels import survey  # noqa: E402
 from kernels.fingerprint import fingerprint  # noqa: E402
-from sweeps.points import catalogue  # noqa: E402
-from sweeps.points.loading import read  # noqa: E402
 
 FILE = Path("results/benchmarks/history.jsonl")
-BARE = ("omega_squared", "omega_squared_stderr", "regime", "status")
 DROP, BEFORE = 0.15, 5
 RED, PLAIN = "\033[31m", "\033[0m"
 RATIOS = {  # what is better the more of the first fits into the second's time
@@ -44,11 +42,7 @@ RATIOS = {  # what is better the more of the first fits into the second's time
 
 def runs(count):
     """Name → what is timed, of about so many points of the default sweep."""
-    sweep = read(catalogue.shipped()[catalogue.DEFAULT])
-    run = sweep.definition.integration
-    settings = (run.rotations, run.samples_per_rotation, run.tolerance)
-    every = max(1, sweep.grid.size // count)
-    points = {name: values[::every].copy() for name, values in sweep.grid.points(0, sweep.grid.size).items()}
+    settings, points = part_of_default(count)
     size = max(2, round((count / 24) ** 0.5))
     grid = {"I1": {"start": 0.0008, "stop": 0.002, "num": size}, "I2": {"start": 0.012, "stop": 0.02, "num": size}}
     whole = {"grid": grid | {"I3": 0.0175, "omega0": np.linspace(1, 10, 8).tolist()}}

@@ -13,27 +13,24 @@ import subprocess
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[2]))
+sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[2])]
 
-TASKS = {"rates alone": {"wanted": ("omega_squared", "omega_squared_stderr", "regime", "status")}, "all columns": {}}
+TASKS = ("rates alone", "all columns")
 
 
 def answer(count):
     """A worker: for every line with a task's name the processor time that it took, s."""
     import time
 
-    from kernels import survey
-    from sweeps.points import catalogue
-    from sweeps.points.loading import read
+    from kernel import BARE, part_of_default
 
-    sweep = read(catalogue.shipped()[catalogue.DEFAULT])
-    run = sweep.definition.integration
-    settings = (run.rotations, run.samples_per_rotation, run.tolerance)
-    every = max(1, sweep.grid.size // count)
-    points = {name: values[::every].copy() for name, values in sweep.grid.points(0, sweep.grid.size).items()}
+    from kernels import survey
+
+    settings, points = part_of_default(count)
+    wanted = dict(zip(TASKS, (BARE, survey.MEASURED), strict=True))
     for line in sys.stdin:
         begun = time.process_time()
-        survey.measured(points, *settings, **TASKS[line.strip()])
+        survey.measured(points, *settings, wanted=wanted[line.strip()])
         print(time.process_time() - begun, flush=True)
 
 
