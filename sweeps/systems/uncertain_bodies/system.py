@@ -13,6 +13,7 @@ from sweeps.systems.rigid_body.system import SYSTEM as RIGID_BODY
 from sweeps.systems.rigid_body.system import RigidBody
 from sweeps.systems.rigid_body.variables import SHAREABLE
 from sweeps.systems.system import Dynamics, Opening, Page, Reference
+from sweeps.systems.twist.system import SYSTEM as TWIST
 from sweeps.systems.uncertain_bodies import designs, measuring
 from sweeps.systems.uncertain_bodies.definition import UncertainDefinition
 from sweeps.systems.uncertain_bodies.look import LOOK
@@ -100,8 +101,9 @@ class UncertainBodies(RigidBody):
         return found
 
     def compile(self) -> None:
-        """The rigid body's kernels, and that of principal axes."""
-        for compilation in (*RIGID_BODY.compilations(), *self.compilations()):
+        """The rigid body's kernels, that of principal axes, and those of twists unless nobody asks for them."""
+        followed = self._definition is None or self._definition.twist
+        for compilation in (*RIGID_BODY.compilations(), *self.compilations(), *([TWIST.compile] if followed else [])):
             compilation()
 
     def compilations(self) -> tuple[Callable[[], None], ...]:
