@@ -7,7 +7,7 @@ import atexit
 import os
 import signal
 import sys
-from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
+from argparse import Action, ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib import import_module
@@ -52,6 +52,15 @@ MACHINE = "a machine with room, and files that may be read and written"
 NUMBAS_SETTINGS = os.path.join("numba", "core", "config.py")
 
 
+class _Version(Action):
+    """Says the version, which is looked up where it is asked for."""
+
+    def __call__(self, parser, namespace, values, option_string=None):
+        """Prints it and ends."""
+        print(f"Polhode {sweeps.__version__}")
+        parser.exit()
+
+
 def _parser() -> ArgumentParser:
     from sweeps.commands import NAMES, completion
     from sweeps.commands.parser import Parser
@@ -59,7 +68,7 @@ def _parser() -> ArgumentParser:
     words = {"description": DESCRIPTION, "epilog": EPILOG, "formatter_class": RawDescriptionHelpFormatter}
     named = "python -m sweeps" if Path(sys.argv[0]).stem == "__main__" else "polhode"
     parser = Parser(prog=named, allow_abbrev=False, **words)
-    parser.add_argument("--version", action="version", version=f"Polhode {sweeps.__version__}")
+    parser.add_argument("--version", action=_Version, nargs=0, help="show program's version number and exit")
     completion.add(parser)
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for name in NAMES:
@@ -166,8 +175,12 @@ def _refused(message: str) -> int:
 
 
 def _without_what_no_command_needs() -> None:
-    """Leaves out Dask's arrays and sparse matrices, which xarray would load, a quarter of its time, for nobody."""
+    """Leaves out Dask's arrays and sparse matrices, which xarray would load, a quarter of its time, for nobody.
+
+    So are plugins of pydantic, for which it would look in what all installed packages say of themselves.
+    """
     sys.modules.setdefault("dask.array", None)
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
 
 
 def _write_what_can_be() -> None:

@@ -5,7 +5,8 @@ from sweeps.schema.refusals import DefinitionError
 
 EPILOG = """\
 Writes what the workflow (snakemake) writes: results/<sweep>/stability_map.nc, figures/ and report.html. Broken off
-and called again, it goes on: finished shards of the same definition and kernels are used as they are.
+and called again, it goes on: finished shards of the same definition and kernels are used as they are. What is finished
+and unchanged is named, and nothing is loaded.
 """
 
 
@@ -19,16 +20,21 @@ def add(commands) -> None:
 
 def _run(args):
     from sweeps.points import catalogue
-    from sweeps.run import waiting
+    from sweeps.run import finished, waiting
 
     if args.cores is not None and args.cores < 1:
         raise DefinitionError(f"--cores: {args.cores} is out of range; allowed: 1 or more")
     path = catalogue.resolve(args.definition or catalogue.DEFAULT)
+    basis = finished.basis(path)
+    if not args.again and (made := finished.found(path, basis)):
+        print(*made, sep="\n")
+        return
     with waiting.said(f"{path}: deriving its equations and looking at its points"):
         planned = catalogue.plan(path)
 
     from sweeps import processors
     from sweeps.run import pipeline
 
-    for path in pipeline.make(planned, workers=args.cores or processors.cores(), again=args.again):
-        print(path)
+    for file in pipeline.make(planned, workers=args.cores or processors.cores(), again=args.again):
+        print(file)
+    finished.keep(planned.sweep, basis)

@@ -1,17 +1,15 @@
 """Which sweeps there are: the definitions that ship, and any other by its path."""
 
-import difflib
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from sweeps.points.estimate import refuse_if_too_large
-from sweeps.points.loading import read
-from sweeps.points.sweep import Sweep
-from sweeps.schema.definition import NAME_PATTERN
-from sweeps.schema.reading import file_text, plain, read_text
 from sweeps.schema.refusals import DefinitionError
+
+if TYPE_CHECKING:
+    from sweeps.points.sweep import Sweep
 
 FOLDER = Path(__file__).parents[1] / "definitions"
 DEFAULT = "tennis_racket"
@@ -27,6 +25,8 @@ def shipped() -> dict[str, Path]:
 
 def titles() -> dict[str, str]:
     """Name → title of each definition in sweeps/definitions, read without its system, whose equations take seconds."""
+    from sweeps.schema.reading import file_text, plain, read_text
+
     texts = {name: file_text(path) for name, path in shipped().items()}
     return {name: str(plain(read_text(text)).get("title", name)) for name, text in texts.items()}
 
@@ -46,6 +46,8 @@ def resolve(text: str) -> Path:
 
 
 def _unknown(where: str, name: str, known: Iterable[str], otherwise: str) -> str:
+    import difflib
+
     near = difflib.get_close_matches(name[:100], known, n=1)
     hint = f" (did you mean {near[0]}?)" if near else ""
     return f"{where}: {name[:100]!r} is not the name of a sweep{hint}; allowed: {', '.join(known)}, {otherwise}"
@@ -61,7 +63,7 @@ class Plan:
     """
 
     path: Path
-    sweep: Sweep
+    sweep: "Sweep"
 
 
 def plan(source: str | Path, results: str | Path = "results", anywhere: bool = False) -> Plan:
@@ -75,6 +77,9 @@ def plan(source: str | Path, results: str | Path = "results", anywhere: bool = F
     Raises:
         DefinitionError: for a definition that is wrong, too large for disk or memory, or named like one that ships.
     """
+    from sweeps.points.estimate import refuse_if_too_large
+    from sweeps.points.loading import read
+
     path = Path(source)
     sweep = read(path)
     ships = shipped().get(sweep.name)
@@ -102,6 +107,8 @@ def requested(config: Mapping, targets: Iterable[str]) -> tuple[str, dict[str, P
     Raises:
         DefinitionError: for a definition that is wrong, and for a target that belongs to no known sweep.
     """
+    from sweeps.schema.definition import NAME_PATTERN
+
     source = resolve(str(config.get("definition", DEFAULT)))
     default = plan(source)
     plans = {default.sweep.name: default}

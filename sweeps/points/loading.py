@@ -117,7 +117,8 @@ def _from_text(text: str, name: str, folder: str) -> Definition:
 def _system(name: Any, folder: str) -> systems.Dynamics:
     if systems.is_file(name):
         return systems.resolve(name, folder)
-    if not isinstance(name, str) or name not in systems.names():
+    ours = isinstance(name, str) and name in systems.MODULES  # to look for others' takes longer than to read one
+    if not ours and (not isinstance(name, str) or name not in systems.names()):
         wrong = "is not available" + hint(name, systems.names())
         raise UnreadableError(("system",), display(name), wrong, ", ".join(systems.names()) + ", or path/to/file.py")
     return systems.resolve(name)

@@ -13,7 +13,6 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from kernels.fingerprint import cache_folder
 from sweeps import files, living
 from sweeps.schema.refusals import DefinitionError
 
@@ -49,6 +48,8 @@ def claim(sweeps: Iterable[str], results: str | Path = "results") -> list[int]:
     Raises:
         DefinitionError: if a living process has claimed one of them, or the folder cannot be written.
     """
+    from kernels.fingerprint import cache_folder
+
     handles = []
     for name in sweeps:
         path = Path(results) / name / CLAIM
@@ -64,6 +65,16 @@ def claim(sweeps: Iterable[str], results: str | Path = "results") -> list[int]:
         handles.append(handle)
     _forget_the_future(cache_folder())  # whose files are inputs of the workflow as well
     return handles
+
+
+def is_claimed(folder: Path) -> bool:
+    """Whether another run is at work in a sweep's folder, or that cannot be told."""
+    try:
+        with open(folder / CLAIM) as file:
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except OSError:
+        return True
+    return False
 
 
 def _claim(handle: int, folder: Path) -> None:

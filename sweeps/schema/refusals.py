@@ -1,15 +1,18 @@
-"""What is wrong with a definition, in words: each refusal names a key's path, the value there and what is allowed."""
+"""What is wrong with a definition, in words: each refusal names a key's path, the value there and what is allowed.
 
-import difflib
+pydantic is loaded where a model is at hand, and not for the words alone: every command has refusals.
+"""
+
 import json
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import islice
-from typing import Any, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
-from pydantic import BaseModel, ValidationError
-from pydantic_core import PydanticCustomError
+if TYPE_CHECKING:
+    from pydantic import BaseModel, ValidationError
+    from pydantic_core import PydanticCustomError
 
 TAGS = ("\0number", "\0list", "\0range")  # forms of a grid's entry; no key is one of these: keys are printable
 
@@ -47,13 +50,17 @@ class UnreadableError(Exception):
         self.problem = Problem(where, shown, wrong, allowed)
 
 
-def refusal(wrong: str, allowed: str) -> PydanticCustomError:
+def refusal(wrong: str, allowed: str) -> "PydanticCustomError":
     """What a validator raises about the value it was given."""
+    from pydantic_core import PydanticCustomError
+
     return PydanticCustomError("refused", "{wrong}; allowed: {allowed}", {"wrong": wrong, "allowed": allowed})
 
 
-def refusals(problems: list[Problem]) -> PydanticCustomError:
+def refusals(problems: list[Problem]) -> "PydanticCustomError":
     """What a validator raises about several keys below the value it was given."""
+    from pydantic_core import PydanticCustomError
+
     text = "\n".join(map(str, problems))
     return PydanticCustomError("refused_keys", "{text}", {"text": text, "problems": tuple(problems)})
 
@@ -84,7 +91,7 @@ def display(value: Any) -> str:
 
 
 def _flow(value: Any) -> str:
-    if isinstance(value, BaseModel):
+    if hasattr(value, "model_fields_set"):
         value = {key: item for key, item in value if key in value.model_fields_set}
     if isinstance(value, dict):
         pairs = (f"{_plain_or_quoted(str(key))}: {_flow(item)}" for key, item in _first(value.items()))
@@ -119,11 +126,13 @@ def hint(key: Any, options: Any) -> str:
     """A question, " (did you mean …?)", where an option is near; else nothing."""
     if not isinstance(key, str) or len(key) > 100:
         return ""
+    import difflib
+
     matches = difflib.get_close_matches(key, list(options), n=1)
     return f" (did you mean {matches[0]}?)" if matches else ""
 
 
-def keys_of(model: type[BaseModel]) -> str:
+def keys_of(model: "type[BaseModel]") -> str:
     """A model's keys, as a refusal names them."""
     return ", ".join(model.model_fields)
 
@@ -139,7 +148,7 @@ _WORDS = {
 }
 
 
-def validation_problems(error: ValidationError, root: type[BaseModel]) -> list[Problem]:
+def validation_problems(error: "ValidationError", root: "type[BaseModel]") -> list[Problem]:
     """What pydantic found wrong with a value for the model `root`, in words."""
     problems = []
     for item in error.errors(include_url=False):
@@ -154,7 +163,7 @@ def validation_problems(error: ValidationError, root: type[BaseModel]) -> list[P
     return problems
 
 
-def _built_in_problem(item: dict, where: tuple, root: type[BaseModel], with_hint: bool) -> Problem:
+def _built_in_problem(item: dict, where: tuple, root: "type[BaseModel]", with_hint: bool) -> Problem:
     model, key = _model_and_key(where, root)
     if item["type"] == "extra_forbidden":
         wrong = "is under an unknown key" + (hint(where[-1], model.model_fields) if with_hint else "")
@@ -166,7 +175,7 @@ def _built_in_problem(item: dict, where: tuple, root: type[BaseModel], with_hint
     return Problem(where, display(item["input"]), wrong, allowed)
 
 
-def _model_and_key(where: tuple, root: type[BaseModel]) -> tuple[type[BaseModel], str]:
+def _model_and_key(where: tuple, root: "type[BaseModel]") -> "tuple[type[BaseModel], str]":
     """The innermost model on the path, and the key in it."""
     model, key = root, ""
     for part in where:
@@ -178,15 +187,17 @@ def _model_and_key(where: tuple, root: type[BaseModel]) -> tuple[type[BaseModel]
     return model, key
 
 
-def models_in(annotation: Any) -> Iterator[type[BaseModel]]:
+def models_in(annotation: Any) -> "Iterator[type[BaseModel]]":
     """The models that a field's annotation names."""
+    from pydantic import BaseModel
+
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         yield annotation
     for part in get_args(annotation):
         yield from models_in(part)
 
 
-def description_of(model: type[BaseModel], key: str) -> str:
+def description_of(model: "type[BaseModel]", key: str) -> str:
     """What a model says a key may hold."""
     field = model.model_fields.get(key)
     return field.description if field else "a mapping with the keys " + keys_of(model)

@@ -48,7 +48,7 @@ SAYS = {  # what `run` says as a stage begins, in one process
     "figures": "broken/figures",
     "report": "broken/report.html",
 }
-MADE = {".running", "stability_map.nc", "figures", "report.html", "logs", "benchmarks"}
+MADE = {".running", ".finished", "stability_map.nc", "figures", "report.html", "logs", "benchmarks"}
 
 
 def victim(run, kind):

@@ -12,7 +12,7 @@ import sweeps
 from kernels.fingerprint import fingerprint
 from sweeps.__main__ import main
 from sweeps.points import catalogue
-from sweeps.run import claims, pipeline
+from sweeps.run import claims, finished, pipeline
 from sweeps.shards import shard as shards
 
 GRID = {"I1": [0.5, 1.0, 1.5], "I2": [0.75, 1.25], "I3": 1.0, "omega0": [1.0, 10.0]}
@@ -53,7 +53,7 @@ def test_run_makes_what_the_workflow_makes(mine, capsys):
     assert "24 of 36 points" in said.err or "36 of 36 points" in said.err
     with sweeps.open_map(folder / "stability_map.nc") as ds:
         assert ds.attrs["content_hash"] == sweeps.survey("mine.yaml").attrs["content_hash"]
-    assert {path.name for path in folder.iterdir()} == {claims.CLAIM, "stability_map.nc", "figures", "report.html"}
+    assert {path.name for path in folder.iterdir()} == {claims.CLAIM, finished.NOTE, *finished.MADE}
     assert list(folder.glob("figures/*.png"))
 
 

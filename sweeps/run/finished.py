@@ -1,0 +1,116 @@
+"""Whether all of a sweep is there and nothing has changed since: told from what files weigh, before anything is loaded.
+
+A finished run leaves a note in the sweep's folder: of what it was made, and what it made. What it was made of is the
+definition's bytes, and place, size and date of every source file here, of those packages that decide over bits, and the
+settings and the processor that the kernels' fingerprint covers: where all of these are the same, so is what the long
+way would find. A definition that names files of its own has no note: whatever it names would have to be read.
+"""
+
+import hashlib
+import json
+import os
+import platform
+import sys
+from collections.abc import Iterable, Iterator
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from sweeps.run import claims
+
+if TYPE_CHECKING:
+    from sweeps.points.sweep import Sweep
+
+NOTE = ".finished"
+MADE = ("stability_map.nc", "figures", "report.html")  # of a run, in the order in which it names them
+DECIDING = ("numba", "llvmlite", "numpy", "scipy", "sympy")  # packages
+SETTINGS = ".numba_config.yaml"  # in the folder where a process starts
+CACHE = "NUMBA_CACHE_DIR"
+PROCESSOR = ("vendor_id", "cpu family", "model", "model name", "stepping", "flags", "Features", "CPU part")
+
+
+def basis(definition: str | Path) -> str:
+    """What a run of a definition stands on, as a hash; "" where its file cannot be read. Ask before Numba is loaded."""
+    try:
+        content = Path(definition).read_bytes()
+    except (OSError, ValueError):
+        return ""
+    digest = hashlib.sha256(content)
+    told = [os.path.realpath(definition), sys.version, *_processor(), *_settings(), *map(_weight, _sources())]
+    digest.update(json.dumps(told).encode())
+    return digest.hexdigest()
+
+
+def found(definition: str | Path, basis: str, results: str | Path = "results") -> list[Path]:
+    """Files and folders of a finished sweep, where they are what a run from this basis left; else none."""
+    folder = Path(results) / Path(definition).stem
+    made = [folder / name for name in MADE]
+    try:
+        note = (folder / NOTE).read_text()
+    except (OSError, ValueError):
+        return []
+    same = basis and note == _note(basis, made) and all(path.exists() for path in made)
+    return made if same and not claims.is_claimed(folder) else []
+
+
+def keep(sweep: "Sweep", basis: str, results: str | Path = "results") -> None:
+    """Notes that a sweep is finished, where its definition names no other file."""
+    from sweeps.files import replaced
+
+    folder = Path(results) / sweep.name
+    if basis and not _names_files(sweep):
+        with replaced(folder / NOTE, flush=False) as temporary:
+            temporary.write_text(_note(basis, [folder / name for name in MADE]))
+
+
+def _names_files(sweep: "Sweep") -> bool:
+    """Whether a definition, or its system, is more than its own text and the sources here."""
+    from sweeps.schema.carried import definition_of
+
+    ours = type(sweep.system).__module__.startswith("sweeps.") and not sweep.definition.system.endswith(".py")
+    text = sweep.definition.text
+    named = sweep.definition.inputs or sweep.system.needs_files(definition_of({"definition": text})) or "mesh" in text
+    return bool(named) or not ours
+
+
+def _note(basis: str, made: Iterable[Path]) -> str:
+    return json.dumps({"basis": basis, "made": [_weight(path)[2:] for path in made]})
+
+
+def _weight(path: str | Path) -> tuple:
+    """(Path, number, size, date) of a file; nothing but its path where there is none."""
+    try:
+        status = os.stat(path)
+    except OSError:
+        return (str(path),)
+    return str(path), status.st_ino, status.st_size, status.st_mtime_ns
+
+
+def _sources() -> Iterator[str | Path]:
+    """Every source file here, and where the packages begin."""
+    root = Path(__file__).parents[2]
+    for part in ("kernels", "sweeps"):
+        for folder, inner, files in os.walk(root / part):
+            inner.sort()
+            yield from (os.path.join(folder, name) for name in sorted(files) if name.endswith(".py"))
+    for name in DECIDING:
+        spec = find_spec(name)
+        yield (spec.origin if spec else None) or name
+
+
+def _settings() -> Iterator[str]:
+    """Numba's settings by the environment and by a file; where its cache lies changes no bit."""
+    yield from sorted(f"{name}={v}" for name, v in os.environ.items() if name.startswith("NUMBA_") and name != CACHE)
+    try:
+        yield Path(SETTINGS).read_text()
+    except (OSError, ValueError):
+        yield ""
+
+
+def _processor() -> list[str]:
+    """What tells this processor from one of another kind."""
+    try:
+        first = Path("/proc/cpuinfo").read_text().split("\n\n", 1)[0].splitlines()
+    except OSError:
+        return [platform.machine(), platform.node()]
+    return [line for line in first if line.partition(":")[0].strip() in PROCESSOR] or [platform.node()]

@@ -1,0 +1,120 @@
+"""A finished sweep is told from what its files weigh; whatever could change a result sends it the long way."""
+
+import fcntl
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from sweeps.points.loading import read
+from sweeps.run import claims, finished
+
+ROOT = Path(finished.__file__).parents[2]
+MINE = {"grid": {"I1": [0.5, 1.0], "I2": 0.75, "I3": 1.0, "omega0": 1.0}}
+HEAVY = {"numba", "llvmlite", "numpy", "xarray", "pandas", "matplotlib", "pydantic", "ruamel", "h5py", "netCDF4"}
+
+
+@pytest.fixture
+def mine(tmp_path, monkeypatch):
+    """A definition, and a folder with what a run of it leaves, noted."""
+    monkeypatch.chdir(tmp_path)
+    path, folder = Path("mine.yaml"), Path("results/mine")
+    path.write_text(json.dumps(MINE))
+    (folder / "figures").mkdir(parents=True)
+    for name in ("stability_map.nc", "report.html", claims.CLAIM):
+        (folder / name).write_text(name)
+    finished.keep(read(path), finished.basis(path))
+    return path
+
+
+def found(path):
+    return [file.name for file in finished.found(path, finished.basis(path))]
+
+
+def test_what_is_finished_and_unchanged_is_found(mine):
+    assert found(mine) == list(finished.MADE)
+    assert not finished.found(mine, "")
+    assert finished.basis("nowhere.yaml") == ""
+
+
+def _edit_the_definition(path):
+    path.write_text(json.dumps(MINE | {"title": "other"}))
+
+
+def _move_the_definition(path):
+    Path("elsewhere").mkdir()
+    path.rename("elsewhere/mine.yaml")
+    path.symlink_to("elsewhere/mine.yaml")
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        _edit_the_definition,
+        _move_the_definition,
+        lambda path: os.utime("results/mine/stability_map.nc"),
+        lambda path: Path("results/mine/report.html").unlink(),
+        lambda path: Path("results/mine/figures").rmdir(),
+        lambda path: Path(".numba_config.yaml").write_text("opt: 0"),
+        lambda path: Path("results/mine/.finished").write_text("[" * 10_000),
+    ],
+)
+def test_whatever_changes_sends_it_the_long_way(mine, change):
+    change(mine)
+    assert not found(mine)
+
+
+def test_settings_processor_and_sources_count(mine, monkeypatch):
+    basis = finished.basis(mine)
+    with monkeypatch.context() as patched:
+        patched.setenv("NUMBA_OPT", "1")
+        assert finished.basis(mine) != basis
+    with monkeypatch.context() as patched:
+        patched.setenv("NUMBA_CACHE_DIR", "/elsewhere")
+        assert finished.basis(mine) == basis
+    with monkeypatch.context() as patched:
+        patched.setattr(finished, "_processor", lambda: ["another"])
+        assert finished.basis(mine) != basis
+    sources = [*map(str, finished._sources())]
+    assert {str(ROOT / name) for name in ("kernels/exact.py", "sweeps/mechanics/library/pendulum.py")} <= {*sources}
+    weigh = finished._weight
+    edited = str(ROOT / "kernels/exact.py")
+    monkeypatch.setattr(finished, "_weight", lambda p: (*weigh(p), "edited") if str(p) == edited else weigh(p))
+    assert finished.basis(mine) != basis
+
+
+def test_a_folder_where_another_run_is_at_work_is_not_finished(mine):
+    with open(f"results/mine/{claims.CLAIM}") as claim:
+        fcntl.flock(claim, fcntl.LOCK_EX)
+        assert not found(mine)
+    assert found(mine)
+
+
+def test_a_definition_that_names_files_has_no_note(mine):
+    note, basis = Path("results/mine/.finished"), finished.basis(mine)
+    note.unlink()
+    Path("rows.csv").write_text("I3\n1.0\n1.1\n")
+    mine.write_text(json.dumps({"grid": {"I1": 0.5, "I2": 0.75, "omega0": 1.0}, "table": "rows.csv"}))
+    finished.keep(read(mine), basis)
+    system = read(MINE).system
+    for own in ({"system": "swing.py"}, {"text": "bodies: [{name: A, mesh: {file: a.stl}}]"}, {"inputs": "a.csv 0"}):
+        told = {"system": "rigid_body", "text": "", "inputs": ""} | own
+        finished.keep(SimpleNamespace(name="mine", system=system, definition=SimpleNamespace(**told)), basis)
+    assert not note.exists()
+
+
+def test_nothing_is_loaded_for_what_is_finished(mine):
+    finished.keep(read(mine), "known")
+    code = (
+        "import sys; from sweeps.run import finished; finished.basis = lambda path: 'known'\n"
+        "from sweeps.__main__ import main; assert main(['run', 'mine.yaml']) == 0\n"
+        "print(*sys.modules, file=sys.stderr)"
+    )
+    options = {"env": os.environ | {"PYTHONPATH": str(ROOT)}, "capture_output": True, "text": True}
+    done = subprocess.run([sys.executable, "-c", code], check=True, **options)
+    assert done.stdout.split() == [str(Path("results/mine") / name) for name in finished.MADE]
+    assert not HEAVY & set(done.stderr.split())
