@@ -8,10 +8,8 @@ import base64
 import hashlib
 import json
 import math
-import zlib
 from collections.abc import Mapping
 from dataclasses import asdict
-from functools import cache
 from importlib.resources import files
 from pathlib import Path
 
@@ -27,6 +25,7 @@ from sweeps.files import replaced
 from sweeps.maps.summary import Summary, known, place, pointwise, read, rule
 from sweeps.schema.variables import Role
 from sweeps.systems.system import Page
+from sweeps.views import plotly
 from sweeps.views.report_columns import (
     BLOCK_POINTS,
     MOST_POINTS,
@@ -237,14 +236,6 @@ def _part(page: Page, kind: str, name: str | None = None) -> list[str]:
     return [path.read_text(encoding="utf-8") for path in chosen]
 
 
-@cache
-def _plotly() -> str:
-    """Plotly's script, deflated, as base64."""
-    from plotly.offline import get_plotlyjs
-
-    return base64.b64encode(zlib.compress(get_plotlyjs().encode("utf-8"), 9)).decode("ascii")
-
-
 def _hash(script: str) -> str:
     """A script's name in the page's content security policy."""
     return f"'sha256-{base64.b64encode(hashlib.sha256(script.encode('utf-8')).digest()).decode('ascii')}'"
@@ -259,8 +250,6 @@ def _json(value) -> Markup:
 
 
 def _page(ds, summary: Summary, packed: list[Packed], kept) -> str:
-    from plotly.offline import get_plotlyjs
-
     environment = jinja2.Environment(
         autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
     )
@@ -270,12 +259,12 @@ def _page(ds, summary: Summary, packed: list[Packed], kept) -> str:
     program = '"use strict";\n' + "\n".join((*map(_asset, SCRIPTS), *own, _asset("main.js")))
     template = environment.from_string(_asset("report.html"))
     return template.render(
-        policy=" ".join(_hash(script) for script in (program, get_plotlyjs())),
+        policy=f"{_hash(program)} 'sha256-{plotly.digest()}'",
         style=Markup("\n".join((_asset("style.css"), *_part(part, ".css")))),
         first=Markup("\n".join(_part(part, ".html", "first"))),
         sections=Markup("\n".join(_part(part, ".html", ""))),
         program=Markup(program),
-        plotly=_plotly(),
+        plotly=plotly.deflated(),
         payload=_json(payload(ds, packed, kept)),
         columns=[column.text for column in packed],
         question=part.question,

@@ -21,7 +21,8 @@ from sweeps.__main__ import main
 from sweeps.boxes import blocks
 from sweeps.maps import summary as maps_summary
 from sweeps.maps.storage import open_map, write_map
-from sweeps.views import report, report_columns
+from sweeps.systems.relative_equilibrium.variables import REGIMES
+from sweeps.views import plotly, report, report_columns
 
 HOSTILE = "</script><script>globalThis.hostile = 1</script><img src=x onerror='globalThis.hostile = 1'>"
 PLANE = {
@@ -78,6 +79,42 @@ def oscillator(n=6):
         variables,
         coordinates,
         {"title": "A pendulum that turns", "system": "double_pendulum", "definition": "system: double_pendulum\n"},
+    )
+
+
+def equilibria(n=7):
+    """A map of relative equilibria, as xarray alone makes it: pairs that turn or grow, with errors and theory."""
+    weight, spin = np.linspace(-1.0, 4.0, n), np.linspace(0.5, 5.0, n + 1)
+    square = (spin[None, :] ** 2 - 4.0 * weight[:, None])[..., None] * np.array([1.0, 0.25])
+    root = np.sqrt(-square.astype(complex))
+    values = np.concatenate([root, -root], axis=-1)[:, :, None, :]
+    values = np.take_along_axis(values, np.lexsort((values.real, values.imag), axis=-1), axis=-1)
+    dims = ("moment_of_weight", "spin_rate", "equilibrium", "eigenvalue")
+    growth = np.broadcast_to(values.real.max(axis=-1, keepdims=True), values.shape)
+    regime = np.where(growth > 0, 2, 1).astype("i1")
+    flags = {"flag_values": np.array([-1, 0, 1, 2, 3, 4], "i1"), "flag_meanings": " ".join(REGIMES)}
+    variables = {
+        "eigenvalue_real_theory": (dims, values.real * (1 + 1e-9), {"units": "s-1"}),
+        "eigenvalue_real": (dims, values.real, {"units": "s-1", "long_name": "real part"}),
+        "eigenvalue_real_error": (dims, np.full(values.shape, 0.02), {"units": "s-1"}),
+        "eigenvalue_imag_theory": (dims, values.imag * (1 + 1e-9), {"units": "s-1"}),
+        "eigenvalue_imag": (dims, values.imag, {"units": "s-1", "long_name": "imaginary part"}),
+        "eigenvalue_imag_error": (dims, np.full(values.shape, 0.03), {"units": "s-1"}),
+        "growth_rate_theory": (dims, growth, {"units": "s-1", "long_name": "growth, theory"}),
+        "growth_rate": (dims, growth, {"units": "s-1", "long_name": "growth"}),
+        "regime_theory": (dims, regime, flags),
+        "regime": (dims, regime, {"long_name": "regime, measured", **flags}),
+    }
+    coordinates = {
+        "moment_of_weight": ("moment_of_weight", weight, {"units": "N m"}),
+        "spin_rate": ("spin_rate", spin, {"units": "rad s-1"}),
+        "equilibrium": ("equilibrium", ["upright"]),
+        "eigenvalue": ("eigenvalue", np.arange(1, 5, dtype="i1")),
+    }
+    return xr.Dataset(
+        variables,
+        coordinates,
+        {"title": "A top that sleeps", "system": "sleeping_top", "definition": "system: sleeping_top\n"},
     )
 
 
@@ -192,7 +229,7 @@ def test_a_map_too_large_is_thinned_and_says_so(plane, tmp_path):
 
 def test_a_limit_that_no_point_meets_is_refused(plane, tmp_path):
     with pytest.raises(ValueError, match="limit"):
-        report.write(plane, tmp_path / "r.html", limit=1_000_000)
+        report.write(plane, tmp_path / "r.html", limit=500_000)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -295,6 +332,19 @@ def test_the_policy_names_the_scripts_and_forbids_the_rest(plane, tmp_path):
     assert "default-src 'none'" in policy
     assert "unsafe-inline" not in policy.split("style-src")[0]
     assert "unsafe-eval" not in policy
+
+
+def test_plotly_is_the_file_that_was_taken(monkeypatch):
+    script = zlib.decompress(base64.b64decode(plotly.deflated()))
+    assert f"plotly.js (cartesian - minified) v{plotly.VERSION}".encode() in script[:200]
+    assert b"MIT" in script[:300]
+    assert base64.b64decode(plotly.digest()).hex() == plotly.SHA256
+    monkeypatch.setattr(plotly, "_file", lambda: zlib.compress(script + b" "))
+    plotly.digest.cache_clear()
+    with pytest.raises(ValueError, match="allowed"):
+        plotly.digest()
+    monkeypatch.undo()
+    plotly.digest.cache_clear()
 
 
 # ---------------------------------------------------------------------------------------------------------
@@ -833,6 +883,37 @@ def test_hostile_texts_do_not_run(browser, breaking, folder):
     assert page.locator("h1").inner_text() == HOSTILE
     assert opened.said == []
     assert len(opened.asked) == 1
+    opened.context.close()
+
+
+UNCERTAIN = {
+    "bodies": [{"name": "A box", "I1": 1.0, "I2": 2.0, "I3": 2.5, "uncertainty": "2 %"}],
+    "draws": 100,
+    "grid": {"omega0": 0.1},
+}
+DRAWN = {
+    "axes": [1, 2],
+    "grid": {"ratios": {"I1_over_I3": [0.3, 0.6, 0.9], "room": [0.2, 0.7]}, "I3": 1.0, "omega0": 1.0},
+}
+OPEN_ALL = "document.querySelectorAll('details').forEach((details) => (details.open = true))"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["plane", "bodies", "oscillators", "equilibria", "uncertain", "points"])
+def test_axe_finds_nothing(kind, browser, plane, breaking, folder):
+    """Axe, a checker of accessibility that is not ours: by all its rules in light, and the contrast in dark again."""
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
+    makes = {"plane": lambda: plane, "bodies": lambda: breaking, "oscillators": oscillator, "equilibria": equilibria}
+    makes |= {"uncertain": lambda: sweeps.survey(UNCERTAIN), "points": lambda: sweeps.survey(DRAWN)}
+    report.write(makes[kind](), folder / f"axe-{kind}.html")
+    opened = Opened(browser, folder / f"axe-{kind}.html", color_scheme="light")
+    opened.page.evaluate(OPEN_ALL)
+    for scheme, options in (("light", {}), ("dark", {"runOnly": ["color-contrast"]})):
+        opened.page.emulate_media(color_scheme=scheme)
+        opened.page.wait_for_timeout(100)
+        found = axe.run(opened.page, options=options | {"resultTypes": ["violations"]})
+        assert found.violations_count == 0, found.generate_report()
+    assert opened.said == []
     opened.context.close()
 
 

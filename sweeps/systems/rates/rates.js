@@ -76,7 +76,8 @@ function buildNudges() {
   const able = Object.keys(choices).filter((name) => theMap.order.includes(name) && sizeOf(name) > 1);
   for (const name of able) over.append(element("option", { value: name, textContent: choices[name].words }));
   over.parentElement.hidden = able.length < 2;
+  const draw = whenSeen(document.getElementById("nudges-plot"), drawNudges);
   over.onchange = drawNudges;
-  drawNudges();
-  onChange(drawNudges);
+  draw();
+  onChange(draw);
 }

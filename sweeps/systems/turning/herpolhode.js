@@ -7,7 +7,8 @@ const TAIL_ROTATIONS = 1.5;
 class HerpolhodePicture {
   constructor(canvas) {
     this.canvas = canvas;
-    new ResizeObserver(() => this.render()).observe(canvas);
+    this.draw = whenSeen(canvas, () => this.render());
+    new ResizeObserver(this.draw).observe(canvas);
   }
 
   show({ trajectory, attitudes, rotation, end }) {
@@ -29,14 +30,21 @@ class HerpolhodePicture {
   }
 
   tick(t) {
+    this.t = t;
+    this.draw();
+  }
+
+  /** The way of the tip up to now. */
+  tail() {
+    const { t } = this;
     const from = Math.max(0, t - TAIL_ROTATIONS * this.rotation);
     const n = Math.ceil(((t - from) / this.rotation) * POINTS_PER_ROTATION) + 1;
-    this.tail = Array.from({ length: n + 1 }, (_, i) => this.place(from + ((t - from) * i) / n));
-    this.render();
+    return Array.from({ length: n + 1 }, (_, i) => this.place(from + ((t - from) * i) / n));
   }
 
   render() {
-    if (!this.tail) return;
+    if (this.t === undefined) return;
+    const tail = this.tail();
     const { pen, width, height } = sharpPen(this.canvas);
     if (width === 0) return;
     const scale = (0.42 * Math.min(width, height)) / (this.outer || 1);
@@ -54,9 +62,9 @@ class HerpolhodePicture {
       pen.stroke();
     }
     if (!this.still) line(this.curve, pageColor("polhode"), 1);
-    if (!this.still) line(this.tail, pageColor("accent"), 2.6);
+    if (!this.still) line(tail, pageColor("accent"), 2.6);
     this.mark(pen, on([0, 0]), pageColor("quiet"), "L");
-    this.mark(pen, this.still ? on([0, 0]) : on(this.tail[this.tail.length - 1]), theMap.seriesColors[3], "ω");
+    this.mark(pen, this.still ? on([0, 0]) : on(tail[tail.length - 1]), theMap.seriesColors[3], "ω");
   }
 
   mark(pen, [x, y], color, text) {

@@ -97,7 +97,7 @@ function showMotion() {
   document.getElementById("to-flip").hidden = motion.flip === null;
   document.getElementById("polhode-note").textContent = motion.polhode.tiny ? "The nudge is so small that the polhode is a point to the eye: choose a larger nudge to see it." : "";
   setSpeed();
-  drawTraces();
+  motion.drawTraces();
   seek(motion.flip === null ? 0 : Math.max(0, motion.flip - 2 * motion.rotation));
 }
 
@@ -151,6 +151,11 @@ function seek(t) {
   motion.scene.render();
   motion.polhode.tick(motion.omega);
   motion.herpolhode.tick(motion.t);
+  motion.moveCursor();
+}
+
+/** The line over ω(t) where the motion is. */
+function moveCursor() {
   const width = document.getElementById("traces").clientWidth - PLOT_MARGIN.l - PLOT_MARGIN.r;
   document.getElementById("cursor").style.left = `${PLOT_MARGIN.l + (width * motion.t) / motion.end}px`;
 }
@@ -290,6 +295,8 @@ function buildMotion() {
   motion.scene = new Scene(document.getElementById("body-canvas"), 1.36, drawBody);
   motion.polhode = new PolhodePicture(document.getElementById("polhode-canvas"));
   motion.herpolhode = new HerpolhodePicture(document.getElementById("herpolhode-canvas"));
+  motion.drawTraces = whenSeen(document.getElementById("traces"), drawTraces);
+  motion.moveCursor = whenSeen(document.getElementById("traces"), moveCursor);
   document.getElementById("play").onclick = () => setPlaying(!motion.playing);
   document.getElementById("to-flip").onclick = () => {
     seek(motion.flip - 1.5 * motion.rotation);

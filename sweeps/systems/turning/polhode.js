@@ -52,6 +52,7 @@ class PolhodePicture {
     this.family = neighbours(trajectory).map((curve) => lift(curve, largest));
     this.curve = lift(trajectory.polhode(), this.unit);
     this.spinAxis = spinAxis;
+    this.looked = null;
     this.tiny = Math.max(...[0, 1, 2].map((i) => Math.max(...this.curve.map((w) => w[i])) - Math.min(...this.curve.map((w) => w[i])))) < 0.03;
     this.tick(start.map((w) => w * unit));
   }
@@ -69,11 +70,26 @@ class PolhodePicture {
 
   draw(view) {
     if (!this.semi) return;
-    this.drawEllipsoid(view);
-    for (const curve of this.family) this.drawCurve(view, curve, pageColor("polhode"), 1, 0.12);
-    this.drawCurve(view, this.curve, pageColor("accent"), 2.8, 0.3);
-    this.drawAxes(view);
+    const { canvas } = view.pen;
+    const looked = [camera.yaw, camera.pitch, canvas.width, canvas.height, pageColor("paper")].join();
+    if (this.looked !== looked) this.drawStill(view, looked);
+    view.pen.drawImage(this.still, 0, 0, view.width, view.height);
     this.drawTip(view);
+  }
+
+  /** All but the tip, which alone moves while a motion plays: drawn once for each look at it. */
+  drawStill(view, looked) {
+    const { canvas } = view.pen;
+    this.still ??= document.createElement("canvas");
+    Object.assign(this.still, { width: canvas.width, height: canvas.height });
+    const pen = this.still.getContext("2d");
+    pen.setTransform(canvas.width / view.width, 0, 0, canvas.height / view.height, 0, 0);
+    const on = { ...view, pen };
+    this.drawEllipsoid(on);
+    for (const curve of this.family) this.drawCurve(on, curve, pageColor("polhode"), 1, 0.12);
+    this.drawCurve(on, this.curve, pageColor("accent"), 2.8, 0.3);
+    this.drawAxes(on);
+    this.looked = looked;
   }
 
   /** Whether a point of the ellipsoid looks at the viewer. */

@@ -1,6 +1,7 @@
 // Points that are no grid: any two of their coordinates against each other, coloured by one variable, and its histogram.
 
 const MOST_DOTS = 5000; // a browser draws so many shapes at once without delay
+const MOST_TOLD = 1000; // dots whose every headline is in their tooltip
 const BINS = 50;
 
 const pointNumber = () => theMap.order.indexOf("point");
@@ -28,6 +29,7 @@ function drawCloud() {
   const { colorbar = {}, showscale = true } = scale;
   const bar = { thickness: 14, len: 0.9, outlinewidth: 0, exponentformat: "power", ...colorbar };
   const marker = { size: shown.length > 1000 ? 4 : 6, color: shown.map((dot) => (Number.isFinite(dot.value) ? scale.z(dot.value) : null)), cmin: scale.zmin, cmax: scale.zmax, colorscale: scale.colorscale, showscale, colorbar: bar };
+  theMap.brief = shown.length <= MOST_TOLD ? headlines() : [];
   const text = shown.map((dot) => tooltip(column, dot));
   const points = { type: "scatter", mode: "markers", x: shown.map((dot) => dot.x), y: shown.map((dot) => dot.y), marker, text, hovertemplate: "%{text}<extra></extra>" };
   const at = dots[state.place[pointNumber()]];
@@ -90,7 +92,7 @@ function fillCloudTable(column, dots) {
 
 function buildCloud() {
   const target = document.getElementById("map");
-  document.getElementById("legend").before(element("div", { id: "histogram", "aria-label": "histogram" }));
+  document.getElementById("legend").before(element("div", { id: "histogram", role: "group", "aria-label": "histogram" }));
   drawCloud();
   const dotOf = (event) => event.points.filter((point) => point.curveNumber === 0).map((point) => theMap.shownDots[point.pointNumber])[0];
   target.on("plotly_hover", (event) => dotOf(event) && showRow(dotOf(event).place));

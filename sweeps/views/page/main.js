@@ -66,6 +66,7 @@ async function start() {
     width = innerWidth;
   });
   document.documentElement.dataset.ready = "yes";
+  performance.mark("usable");
 }
 
 // what the console, and the tests, may look at

@@ -36,7 +36,9 @@ function drawPlane() {
   const plane = planeCells();
   theMap.plane = plane;
   const target = document.getElementById("map");
+  theMap.brief = headlines();
   const drawn = state.y ? heatmap(plane) : curve(plane);
+  plane.text = drawn.text;
   const size = { height: mapHeight(target) };
   const view = [state.x, state.y].join();
   const touch = matchMedia("(pointer: coarse)").matches;
@@ -46,8 +48,6 @@ function drawPlane() {
   drawLegend(plane);
   if (document.getElementById("map-table").open) fillPlaneTable(plane);
 }
-
-const MOST_TOLD = 4000; // cells whose every headline is in their tooltip
 
 function axisOf(name, values) {
   return { title: { text: dimensionLabel(name) }, type: isLogarithmic(values) ? "log" : "linear", showgrid: false, exponentformat: "power" };
@@ -63,8 +63,7 @@ function heatmap({ cells, x, y, column }) {
   const scale = colorScale(column, flat.map((cell) => cell.value), flat.map((cell) => cell.exists));
   const [xEdges, yEdges] = [cellEdges(x), cellEdges(y)];
   const z = cells.map((row) => row.map((cell) => (Number.isFinite(cell.value) ? scale.z(cell.value) : null)));
-  theMap.brief = flat.length <= MOST_TOLD ? headlines() : [];
-  const text = cells.map((row) => row.map((cell) => tooltip(column, cell)));
+  const text = cells.map((row) => row.map(() => ""));
   const { colorbar = {}, showscale = true } = scale;
   const narrow = document.getElementById("map").clientWidth < 520;
   const bar = narrow
@@ -77,7 +76,7 @@ function heatmap({ cells, x, y, column }) {
   layout.yaxis.range = rangeOf(yEdges, layout.yaxis.type);
   const lines = part.boundaries?.(xEdges, yEdges) ?? [];
   layout.annotations = [...regionNames(cells, x, y), ...lines.map((line) => line.label)];
-  return { traces: [{ ...base, ...colors }, ...hatch(cells, xEdges, yEdges), ...lines.flatMap((line) => line.traces), mark(xEdges, yEdges)], layout };
+  return { text, traces: [{ ...base, ...colors }, ...hatch(cells, xEdges, yEdges), ...lines.flatMap((line) => line.traces), mark(xEdges, yEdges)], layout };
 }
 
 /** The leading flag's meanings, each written where its region has most room. */
@@ -274,6 +273,15 @@ function listenForTaps(target) {
   }, true);
 }
 
+/** Writes the tooltip of the cell under the pointer, just before Plotly shows it: all of them would take a slider's time. */
+function tellUnderPointer(event) {
+  const { cells, column, text } = theMap.plane;
+  const cell = text ? cellAt(event) : null;
+  if (!cell) return;
+  const j = cells.findIndex((row) => row.includes(cell));
+  text[j][cells[j].indexOf(cell)] ||= tooltip(column, cell);
+}
+
 function cellOf(point) {
   const { cells } = theMap.plane;
   if (!state.y) return cells[0][point.pointNumber];
@@ -292,7 +300,10 @@ function buildPlane() {
   drawPlane();
   const onMap = (event) => event.points.find((point) => point.curveNumber === 0);
   let byKeys = false; // where the pointer rests says nothing while keys move the choice
-  target.addEventListener("pointermove", () => (byKeys = false), true);
+  target.addEventListener("pointermove", (event) => {
+    byKeys = false;
+    tellUnderPointer(event);
+  }, true);
   target.on("plotly_hover", (event) => !byKeys && onMap(event) && showRow(cellOf(onMap(event)).place));
   target.on("plotly_unhover", () => showRow(state.place));
   listenForTaps(target);

@@ -13,6 +13,27 @@ function choose(changes) {
   writeLink();
 }
 
+const BESIDE = 200; // pixels beyond the window that count as seen
+
+/** What draws in an element only while that is in the window, or near it: what is hidden is drawn when it comes. */
+function whenSeen(target, draw) {
+  const seen = () => {
+    const { top, bottom, width } = target.getBoundingClientRect();
+    return width > 0 && bottom > -BESIDE && top < innerHeight + BESIDE;
+  };
+  let stale = false;
+  const late = () => {
+    if (stale) draw();
+    stale = false;
+  };
+  new IntersectionObserver((entries) => entries.some((entry) => entry.isIntersecting) && late(), { rootMargin: `${BESIDE}px` }).observe(target);
+  addEventListener("beforeprint", late);
+  return () => {
+    stale = !seen();
+    if (!stale) draw();
+  };
+}
+
 function placeWith(changes) {
   return state.place.map((i, k) => changes[theMap.order[k]] ?? i);
 }

@@ -57,7 +57,7 @@ function drawBodies() {
 
 function buildBodies() {
   const target = document.getElementById("map");
-  target.removeAttribute("role");
+  target.setAttribute("role", "group");
   target.removeAttribute("tabindex");
   target.classList.add("table");
   document.getElementById("map-table").remove();

@@ -1,0 +1,37 @@
+"""Plotly's script for the page: its bundle of plane charts alone, deflated, beside its licence.
+
+The file is `plotly-cartesian.min.js` of the package `plotly.js-cartesian-dist-min`, version and hash below, as it is
+there, through `zlib.compress(…, 9)`. The whole of Plotly is three times as long, and a page needs none of the rest.
+"""
+
+import base64
+import hashlib
+import zlib
+from functools import cache
+from importlib.resources import files
+
+VERSION = "4.1.1"
+SHA256 = "79542150855a52c567260e3137095dbe2b744e6d702a5cabe67da246942fba7a"  # of the script, inflated
+
+
+@cache
+def deflated() -> str:
+    """The script, deflated, as base64."""
+    return base64.b64encode(_file()).decode("ascii")
+
+
+@cache
+def digest() -> str:
+    """The script's SHA-256, as base64.
+
+    Raises:
+        ValueError: where the file is not the one that was taken.
+    """
+    found = hashlib.sha256(zlib.decompress(_file()))
+    if found.hexdigest() != SHA256:
+        raise ValueError(f"plotly-cartesian.min.js: SHA-256 is {found.hexdigest()}; allowed: {SHA256}")
+    return base64.b64encode(found.digest()).decode("ascii")
+
+
+def _file() -> bytes:
+    return (files(__name__) / "plotly-cartesian.min.js.zlib").read_bytes()
