@@ -18,6 +18,7 @@ from traceback import extract_tb
 from typing import Any
 
 import sweeps
+from sweeps import lean
 
 DESCRIPTION = """\
 Stability maps of rotating rigid bodies, measured from integrated motion.
@@ -89,7 +90,7 @@ def main(arguments: list[str] | None = None) -> int:
         try:
             _write_what_can_be()
             if arguments is None:  # this process is this command's alone
-                _without_what_no_command_needs()
+                lean.leave_out()
             parser = _parser()
             answer(hear)
             return _answered(parser.parse_args(sys.argv[1:] if arguments is None else arguments))
@@ -172,15 +173,6 @@ def _refused(message: str) -> int:
     """Says what is wrong, in characters that no terminal obeys."""
     print("".join(c if c.isprintable() or c == "\n" else "\ufffd" for c in message), file=sys.stderr)
     return 2
-
-
-def _without_what_no_command_needs() -> None:
-    """Leaves out Dask's arrays and sparse matrices, which xarray would load, a quarter of its time, for nobody.
-
-    So are plugins of pydantic, for which it would look in what all installed packages say of themselves.
-    """
-    sys.modules.setdefault("dask.array", None)
-    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
 
 
 def _write_what_can_be() -> None:

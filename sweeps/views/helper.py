@@ -1,12 +1,13 @@
 """A second process that draws half of a map's pictures; it loads what it needs while the first looks at the map."""
 
 import multiprocessing
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
-from sweeps import interrupts
+from sweeps import interrupts, lean
 
 
 class Helper:
@@ -18,6 +19,7 @@ class Helper:
 
     def __init__(self, path: str | Path):
         self.path, self.cut = str(path), {}
+        os.stat(os.getcwd())  # where the process begins: refused here in words, or there in none of ours
         self._pool = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), interrupts.end_with_the_parent)
         with interrupts.left_to_the_parent():
             self._pool.submit(_get_ready)
@@ -32,9 +34,9 @@ class Helper:
 
     def end(self, is_done: bool) -> None:
         """Ends the process, at once where its work is not wanted any more."""
-        self._pool.shutdown(wait=is_done, cancel_futures=True)
         if not is_done:
-            interrupts.end_children()
+            interrupts.end_children()  # before the pool goes: a process that is starting would miss what it shares
+        self._pool.shutdown(wait=is_done, cancel_futures=True)
 
 
 @contextmanager
@@ -49,9 +51,7 @@ def helping(path: str | Path) -> Iterator[Helper]:
 
 
 def _get_ready() -> None:
-    import sys
-
-    sys.modules.setdefault("dask.array", None)  # as commands do
+    lean.leave_out()
     from kernels import exact  # noqa: F401
     from sweeps.views import figures  # noqa: F401
 

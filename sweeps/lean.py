@@ -1,0 +1,16 @@
+"""What a process that a command is, or starts, does without: parts of libraries, and words that are for nobody."""
+
+import logging
+import os
+import sys
+
+
+def leave_out() -> None:
+    """Leaves out Dask's arrays and sparse matrices, a quarter of xarray's time to load, and two things beside.
+
+    Plugins of pydantic: it would look for them in what all installed packages say of themselves. Matplotlib's advice
+    on where it keeps its list of fonts when the user has no folder to write into: pictures are the same.
+    """
+    sys.modules.setdefault("dask.array", None)
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
