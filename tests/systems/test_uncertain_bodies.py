@@ -5,16 +5,17 @@ import math
 
 import numpy as np
 import pytest
-from scipy.stats import multivariate_normal, norm
+from scipy.stats import multivariate_normal, norm, qmc
 
 import sweeps
-from kernels import exact
+from kernels import exact, linear
 from sweeps.__main__ import main
 from sweeps.points.estimate import estimate
 from sweeps.points.loading import read
 from sweeps.schema.definition import Integration
 from sweeps.schema.refusals import DefinitionError
-from sweeps.systems.uncertain_bodies import designs, measuring, possible
+from sweeps.systems.uncertain_bodies import designs, measuring, nets, possible
+from sweeps.systems.uncertain_bodies.definition import UncertainIntegration
 from sweeps.systems.uncertain_bodies.known import Known, relative
 
 BOXES = {"1U": (10, 10, 11.35), "3U": (10, 10, 34.05), "6U": (10, 22.63, 34.05), "12U": (22.63, 22.63, 34.05)}  # cm
@@ -63,6 +64,14 @@ def middle(moments, axis):
 # Draws
 
 
+@pytest.mark.parametrize("dimension", [1, 2, 9, nets.MOST_DIMENSIONS])
+def test_sobol_points_are_scipys_bit_for_bit(dimension):
+    for size in (1, 2, 512):
+        ours, theirs = (np.random.default_rng(7) for _ in range(2))
+        wanted = qmc.Sobol(dimension, rng=theirs).random(size)
+        assert nets.sobol(dimension, size, ours).tobytes() == wanted.tobytes()
+
+
 @pytest.mark.parametrize("name", BOXES)
 def test_the_middle_axis_of_cubesats_is_as_likely_as_the_normal_distribution_says(name):
     for share, published in zip(SHARES, PUBLISHED[name], strict=True):
@@ -74,6 +83,22 @@ def test_the_middle_axis_of_cubesats_is_as_likely_as_the_normal_distribution_say
         for axis in (1, 2, 3):
             value, error = designs.share(middle(moments, axis).reshape(shape).mean(axis=1), len(moments))
             assert abs(value - theory[axis - 1]) <= 4 * error
+
+
+def test_the_probability_of_the_middle_is_scipys_bivariate_normal():
+    rng = np.random.default_rng(3)
+    for number in range(24):
+        moments, part = rng.uniform(1.0, 1.2, 3), 0.1 * rng.normal(size=(3, 3))
+        if number % 3 == 0:
+            moments[1] = moments[2]  # a mean difference of zero
+        covariance = np.diag([0.0, 0.0, 0.01]) if number % 8 == 7 else part @ part.T  # the first: fully correlated
+        for rows, axis in (([[1, -1, 0], [1, 0, -1]], 1), ([[-1, 0, 1], [0, -1, 1]], 3)):
+            spread = np.array(rows) @ covariance @ np.transpose(rows)
+            if (np.diag(spread) > 0).all():
+                normal = multivariate_normal(-np.array(rows) @ moments, spread, allow_singular=True)
+                wanted = 2 - norm.cdf(normal.mean / np.sqrt(np.diag(spread))).sum() - 2 * normal.cdf([0.0, 0.0])
+                found = possible.middle_probability(moments, covariance, axis)
+                assert found == pytest.approx(wanted, abs=2e-8)  # what SciPy's own integration promises
 
 
 def test_the_error_of_sobol_draws_falls_faster_than_that_of_plain_ones():
@@ -212,7 +237,17 @@ def measured():
     known = of_moments(box("6U"), 0.1, phase="any")
     spins = [measuring.Spun(axis, -2.0, 1e-3, 0.6) for axis in (2, 3)]
     asked = measuring.Asked(draws=1024, seed=5)
-    return known, asked, spins, list(measuring.measured(known, spins, asked, Integration()))
+    return known, asked, spins, list(measuring.measured(known, spins, asked, UncertainIntegration()))
+
+
+def test_rates_of_draws_are_linear_theorys_far_better_than_their_draws_scatter(measured):
+    _, _, spins, found = measured
+    for spin, (_, draws) in zip(spins, found, strict=True):
+        wanted = linear.omega_squared(*(draws[f"I{i}"] for i in (1, 2, 3)), spin.omega0, spin.axis)
+        away = np.abs(wanted) > 1e-4  # of a spin of 2: nearer to zero the square is still right, its root less so
+        for name, sign in (("growth_rate", -1.0), ("frequency", 1.0)):
+            rate = np.sqrt(np.maximum(sign * wanted, 0.0))
+            np.testing.assert_allclose(draws[name][away], rate[away], rtol=1e-7)
 
 
 def test_measured_probabilities_are_the_normal_distributions(measured):
@@ -253,7 +288,7 @@ def test_flips_of_draws_are_the_closed_forms(measured):
 
 def test_threads_and_neighbours_change_no_bit(measured):
     known, asked, spins, found = measured
-    alone = next(measuring.measured(known, spins[1:], asked, Integration(), threads=3))[0]
+    alone = next(measuring.measured(known, spins[1:], asked, UncertainIntegration(), threads=3))[0]
     for name, value in found[1][0].items():
         assert np.asarray(value).tobytes() == np.asarray(alone[name]).tobytes(), name
 

@@ -9,7 +9,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from sweeps.schema.definition import Integration
 from sweeps.schema.refusals import Problem, display, keys_of, refusal, refusals
-from sweeps.schema.values import Strict, choice, finite, not_empty, number, whole
+from sweeps.schema.values import Positive, Strict, choice, finite, not_empty, number, whole
 from sweeps.systems.rigid_body.definition import Body, RigidBodyDefinition, named_once
 from sweeps.systems.uncertain_bodies import designs, known
 from sweeps.systems.uncertain_bodies.measuring import Asked
@@ -124,7 +124,9 @@ class UncertainBody(Body):
 
 
 class UncertainIntegration(Integration):
-    """How each draw is measured."""
+    """How each draw is measured: half as long as a single body, to a rate that is still far better than the draws."""
+
+    rotations: Positive = Field(2.0, description="length of a run in rotations, 2π/|omega0|: > 0")
 
 
 class UncertainDefinition(RigidBodyDefinition):

@@ -8,16 +8,19 @@ Source: Owen, "Quasi-Monte Carlo sampling" (SIGGRAPH 2003 course); `scipy.stats.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
 
 import numpy as np
 
+from sweeps.systems.uncertain_bodies import nets
+
 METHODS = ("sobol", "latin", "random")
 LEAST, MOST = 64, 4 * 10**6  # draws: of more, a tensor's would take more than a gigabyte
 REPLICATES = 16  # at least; fewer than twice as many, and one
 HALF_CELL = 2.0**-31  # of SciPy's Sobol numbers, multiples of 2^-30: no draw lies at infinity
+INSIDE = (2.0**-54, 1.0 - 2.0**-53)  # where other uniform numbers are kept, for the same reason
 
 
 def replicates(draws: int) -> tuple[int, int]:
@@ -50,23 +53,27 @@ def normals(method: str, dimension: int, draws: int, seed: int, stream: int = 0,
 
     count, size = replicates(draws)
     seeds = np.random.SeedSequence([seed, stream]).spawn(count)
+    found = np.empty((count, size, dimension))
 
-    def one(seed):
-        return ndtri(_uniforms(method, dimension, size, np.random.default_rng(seed)))
+    def fill(number):
+        ndtri(_uniforms(method, dimension, size, np.random.default_rng(seeds[number])), out=found[number])
 
     with ThreadPoolExecutor(threads) as pool:
-        found = np.stack(list(pool.map(one, seeds) if threads > 1 else map(one, seeds)))
+        list(pool.map(fill, range(count)) if threads > 1 else map(fill, range(count)))
     found.flags.writeable = False
     return found
 
 
 def _uniforms(method: str, dimension: int, size: int, rng: np.random.Generator) -> np.ndarray:
+    if method == "sobol":
+        return nets.sobol(dimension, size, rng) + HALF_CELL
+    return np.clip(_latin(dimension, size, rng) if method == "latin" else rng.random((size, dimension)), *INSIDE)
+
+
+def _latin(dimension: int, size: int, rng: np.random.Generator) -> np.ndarray:
     from scipy.stats import qmc
 
-    if method == "sobol":
-        return qmc.Sobol(dimension, rng=rng).random(size) + HALF_CELL
-    found = qmc.LatinHypercube(dimension, rng=rng).random(size) if method == "latin" else rng.random((size, dimension))
-    return np.clip(found, 2.0**-54, 1.0 - 2.0**-53)
+    return qmc.LatinHypercube(dimension, rng=rng).random(size)
 
 
 # ---------------------------------------------------------------------------------------------------------
@@ -115,6 +122,7 @@ def sobol_indices(
     draws: int,
     seed: int,
     method: str = "sobol",
+    run: Callable = map,
 ) -> dict[str, np.ndarray]:
     r"""First-order and total Sobol indices of a function of independent standard normals, by Saltelli's design.
 
@@ -129,6 +137,7 @@ def sobol_indices(
         draws: in A, and in B.
         seed: whole, ≥ 0.
         method: one of `METHODS`.
+        run: `map`, or one that calls the function side by side.
 
     Returns:
         first, first_error, total, total_error, each of shape (groups,) or (groups, outputs); NaN where nothing varies.
@@ -139,20 +148,28 @@ def sobol_indices(
     both = normals(method, 2 * dimension, draws, seed, stream=1)
     count, size, _ = both.shape
     A, B = both[..., :dimension].reshape(-1, dimension), both[..., dimension:].reshape(-1, dimension)
-    fA, fB = (np.asarray(function(part)) for part in (A, B))
+    fA, fB, *fM = map(np.asarray, run(function, _saltelli(A, B, groups)))
     centre = (fA.mean(axis=0) + fB.mean(axis=0)) / 2
     fA, fB = fA - centre, fB - centre
     variance = _by_replicate((fA**2 + fB**2) / 2, count, size)
     found = {name: [] for name in ("first", "first_error", "total", "total_error")}
-    for group in groups:
-        mixed = A.copy()
-        mixed[:, group] = B[:, group]
-        fM = np.asarray(function(mixed)) - centre
-        for name, terms in (("first", fB * (fM - fA)), ("total", (fA - fM) ** 2 / 2)):
+    for values in fM:
+        mixed = values - centre
+        for name, terms in (("first", fB * (mixed - fA)), ("total", (fA - mixed) ** 2 / 2)):
             value, error = _ratio(_by_replicate(terms, count, size), variance)
             found[name].append(value)
             found[f"{name}_error"].append(error)
     return {name: np.stack(values) for name, values in found.items()}
+
+
+def _saltelli(A: np.ndarray, B: np.ndarray, groups: tuple[tuple[int, ...], ...]) -> Iterator[np.ndarray]:
+    """A, B, and A with the columns of one group after the other from B."""
+    yield A
+    yield B
+    for group in groups:
+        mixed = A.copy()
+        mixed[:, group] = B[:, group]
+        yield mixed
 
 
 def _by_replicate(values: np.ndarray, count: int, size: int) -> np.ndarray:

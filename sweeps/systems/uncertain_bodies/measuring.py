@@ -21,10 +21,11 @@ SENSITIVE = 2**13  # draws in each half of the design for sensitivities, at most
 SHARE_SENSITIVE = 4  # else the draws over that
 TILE = 2**14  # draws that one thread measures at once
 DRAW_BYTES = 450  # of memory that a draw takes while its body is measured
-RATE_NUDGE = 1e-5  # rates belong to small nudges: where a tilt makes a larger one, the rate is that of this
+RATE_NUDGE = 1e-6  # rates belong to small nudges: where a tilt makes a larger one, the rate is that of this
 STABLE, UNSTABLE = (0, 1), 2  # regimes of the kernels
 CLEAR = 0.01  # probability below which (or above its complement) the outlook is clear
-COLUMNS = ("omega_squared_reduced", "growth_rate_reduced", "frequency_reduced", "regime", "status")
+RATES = ("omega_squared_reduced", "growth_rate_reduced", "frequency_reduced")
+COLUMNS = dict.fromkeys(RATES, np.float64) | {"regime": np.int8, "status": np.int8}  # of a draw, with their types
 
 
 @dataclass(frozen=True)
@@ -77,15 +78,14 @@ def measured(
 
 def _one(known, bodies, normals, shape, spin: Spun, asked: Asked, integration, run):
     moments, impossible, turned = bodies
-    points = _all_points(known, moments, turned, normals, spin, run)
-    draws = _rates(points, integration, run)
+    draws = _all_rates(known, moments, turned, normals, spin, integration, run)
     followed = _followed(shape)
-    thrown = {name: values[followed] for name, values in points.items()}
+    thrown = _points(known, moments[followed], _part(turned, followed), normals[followed], spin)
     nonlinear = _flips(thrown, draws, followed, integration, run)
     if asked.twist:
         nonlinear["twist"] = _twists(thrown, integration, run)
-    summary = _summary(shape, moments, impossible, draws, spin)
-    summary |= _flip_summary((shape[0], followed.size // shape[0]), nonlinear, points["omega0"][followed], asked)
+    summary = _summary(shape, moments, impossible, draws, spin, run)
+    summary |= _flip_summary((shape[0], followed.size // shape[0]), nonlinear, thrown["omega0"], asked)
     summary |= _moments(known, moments, shape, spin.axis)
     summary |= _sensitivities(known, spin, asked, integration, run)
     summary["probability_middle_theory"] = known.middle_theory(spin.axis)
@@ -93,27 +93,30 @@ def _one(known, bodies, normals, shape, spin: Spun, asked: Asked, integration, r
 
 
 # ---------------------------------------------------------------------------------------------------------
-# Through the kernels
+# Through the kernels, a tile after the other or side by side; where tiles end does not depend on threads
 
 
-def _tiled(function: Callable, run: Callable, *arrays: np.ndarray) -> list:
-    """`function` of the arrays' tiles, by as many threads as `run` has; tiles do not depend on those."""
-    return list(run(lambda low: function(*(a[low : low + TILE] for a in arrays)), range(0, len(arrays[0]), TILE)))
+def _tiles(size: int) -> list[slice]:
+    return [slice(low, low + TILE) for low in range(0, size, TILE)]
+
+
+def _part(values: np.ndarray | None, part) -> np.ndarray | None:
+    return None if values is None else values[part]
 
 
 def _bodies(known: Known, normals: np.ndarray, run: Callable):
-    parts = list(zip(*_tiled(known.inertia, run, normals), strict=True))
-    turned = None if parts[2][0] is None else np.concatenate(parts[2])
-    return np.concatenate(parts[0]), np.concatenate(parts[1]), turned
+    """Moments, which draws were no body, and rotations (or None): see `Known.inertia`; columns lie together."""
+    size = len(normals)
+    moments, impossible = np.empty((3, size)).T, np.empty(size, bool)
+    turned = np.empty((3, 3, size)).transpose(2, 0, 1) if known.is_tilted else None
 
+    def fill(part):
+        moments[part], impossible[part], own = known.inertia(normals[part])
+        if own is not None:
+            turned[part] = own
 
-def _all_points(known: Known, moments, turned, normals, spin: Spun, run: Callable) -> dict[str, np.ndarray]:
-    """Points of the kernels, of all draws."""
-    if turned is None:
-        parts = _tiled(lambda m, z: _points(known, m, None, z, spin), run, moments, normals)
-    else:
-        parts = _tiled(lambda m, t, z: _points(known, m, t, z, spin), run, moments, turned, normals)
-    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    list(run(fill, _tiles(size)))
+    return moments, impossible, turned
 
 
 def _points(known: Known, moments, turned, normals, spin: Spun) -> dict[str, np.ndarray]:
@@ -121,26 +124,34 @@ def _points(known: Known, moments, turned, normals, spin: Spun) -> dict[str, np.
     rate, size, phase = known.spun(normals, spin.omega0, spin.epsilon, spin.phase)
     if turned is not None:
         a, b, c = spin.axis - 1, spin.axis % 3, (spin.axis + 1) % 3
-        seen = turned[:, :, a] + (size * np.cos(phase))[:, None] * turned[:, :, b]
-        seen = seen + (size * np.sin(phase))[:, None] * turned[:, :, c]
-        rate = rate * seen[:, a]
-        size = np.maximum(np.hypot(seen[:, b], seen[:, c]) / np.abs(seen[:, a]), 1e-30)
-        phase = np.arctan2(seen[:, c] / seen[:, a], seen[:, b] / seen[:, a])
+        along, across = size * np.cos(phase), size * np.sin(phase)
+        seen = [turned[:, k, a] + along * turned[:, k, b] + across * turned[:, k, c] for k in (a, b, c)]
+        rate = rate * seen[0]
+        size = np.maximum(np.hypot(seen[1], seen[2]) / np.abs(seen[0]), 1e-30)
+        phase = np.arctan2(seen[2] / seen[0], seen[1] / seen[0])
     columns = dict(zip(MOMENTS, moments.T, strict=True))
     return columns | {"axis": np.full(len(rate), spin.axis), "omega0": rate, "epsilon": size, "phase": phase}
 
 
-def _rates(points: Mapping[str, np.ndarray], integration: Integration, run: Callable) -> dict[str, np.ndarray]:
+def _all_rates(known: Known, moments, turned, normals, spin: Spun, integration: Integration, run: Callable):
+    """Columns of all draws: name → values, shape (n,)."""
+    found = {name: np.empty(len(moments), dtype) for name, dtype in COLUMNS.items()}
+
+    def fill(part):
+        points = _points(known, moments[part], _part(turned, part), normals[part], spin)
+        for name, values in _rates(points, integration).items():
+            found[name][part] = values
+
+    list(run(fill, _tiles(len(moments))))
+    return found
+
+
+def _rates(points: Mapping[str, np.ndarray], integration: Integration) -> dict[str, np.ndarray]:
     from kernels import survey
 
     settings = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
     points = dict(points, epsilon=np.minimum(points["epsilon"], RATE_NUDGE))
-
-    def measure(*columns):
-        return survey.measured(dict(zip(points, columns, strict=True)), *settings, wanted=set(COLUMNS))
-
-    parts = _tiled(measure, run, *points.values())
-    return {name: np.concatenate([part[name] for part in parts]) for name in COLUMNS}
+    return survey.measured(points, *settings, wanted=set(COLUMNS))
 
 
 def _followed(shape: tuple[int, int]) -> np.ndarray:
@@ -186,7 +197,8 @@ def _twists(points, integration: Integration, run: Callable) -> np.ndarray:
         found = twist.survey(dict(zip(columns, values, strict=True)), integration.tolerance)
         return np.where(np.isnan(found["twist"]), found["twist_exact"], found["twist"])
 
-    sizes = np.abs(np.concatenate(_tiled(follow, run, *columns.values())))
+    parts = run(lambda part: follow(*(values[part] for values in columns.values())), _tiles(len(moments)))
+    sizes = np.abs(np.concatenate(list(parts)))
     return np.where(np.isnan(sizes), np.inf, sizes)  # along the handle, which then has no azimuth
 
 
@@ -203,18 +215,21 @@ def _starts(points) -> np.ndarray:
 # Reduced
 
 
-def _summary(shape, moments, impossible, draws, spin: Spun) -> dict:
+def _summary(shape, moments, impossible, draws, spin: Spun, run: Callable) -> dict:
     a = spin.axis - 1
-    others = moments[:, [axis for axis in range(3) if axis != a]]
-    middle = (moments[:, a] > others[:, 0]) != (moments[:, a] > others[:, 1])
+    others = [moments[:, axis] for axis in range(3) if axis != a]
+    middle = (moments[:, a] > others[0]) != (moments[:, a] > others[1])
     unstable = draws["regime"] == UNSTABLE
     decided = (unstable | np.isin(draws["regime"], STABLE)) & (draws["status"] == 0)
     found = {}
     for name, holds in (("probability_middle", middle), ("probability_unstable", unstable)):
         found |= _share(name, holds.reshape(shape))
-    for name, column in (("growth_rate", "growth_rate_reduced"), ("frequency", "frequency_reduced")):
-        values = np.nan_to_num(draws[column], nan=0.0).reshape(shape)
-        found |= _quantiles(f"{name}_quantile", values)
+
+    def spread(name):
+        return _quantiles(f"{name}_quantile", np.nan_to_num(draws[f"{name}_reduced"], nan=0.0).reshape(shape))
+
+    for quantiles in run(spread, ("growth_rate", "frequency")):
+        found |= quantiles
     likely = float(found["probability_unstable"])
     undecided = 1.0 - float(np.mean(decided))
     return found | {
@@ -270,12 +285,12 @@ def _sensitivities(known: Known, spin: Spun, asked: Asked, integration: Integrat
         return {f"sensitivity_{kind}": np.empty(0) for kind in ("first", "first_error", "total", "total_error")}
 
     def rate2(normals):
-        moments, _, turned = _bodies(known, normals, run)
-        points = _all_points(known, moments, turned, normals, spin, run)
-        return np.nan_to_num(_rates(points, integration, run)["omega_squared_reduced"] / spin.omega0**2)
+        moments, _, turned = known.inertia(normals)
+        found = _rates(_points(known, moments, turned, normals, spin), integration)
+        return np.nan_to_num(found["omega_squared_reduced"] / spin.omega0**2)
 
     half = max(designs.LEAST, min(asked.draws // SHARE_SENSITIVE, SENSITIVE))
-    found = designs.sobol_indices(rate2, known.groups, half, asked.seed, asked.method)
+    found = designs.sobol_indices(rate2, known.groups, half, asked.seed, asked.method, run)
     return {f"sensitivity_{kind}": values for kind, values in found.items()}
 
 

@@ -37,13 +37,6 @@ def second_moments(moments: np.ndarray) -> np.ndarray:
     return moments.sum(axis=-1, keepdims=True) / 2 - moments
 
 
-def moments_of(second: np.ndarray) -> np.ndarray:
-    """I_i = J_j + J_k."""
-    return np.stack(
-        [second[..., 1] + second[..., 2], second[..., 0] + second[..., 2], second[..., 0] + second[..., 1]], -1
-    )
-
-
 def softness(covariance: np.ndarray, moments: np.ndarray) -> float:
     """δ of a body: from the covariance of its moments, or of the six entries of its tensor, and its moments."""
     if len(covariance) == 3:
@@ -59,13 +52,22 @@ def softness(covariance: np.ndarray, moments: np.ndarray) -> float:
 def kept_possible(second: np.ndarray, delta: float) -> np.ndarray:
     """G of second moments."""
     low = second < delta
+    if not low.any():
+        return second
     return np.where(low, delta * (delta / (2 * delta - np.where(low, second, 0.0))), second)
 
 
 def from_moments(moments: np.ndarray, delta: float) -> tuple[np.ndarray, np.ndarray]:
     """Moments of possible bodies from Gaussian ones, shape (n, 3), and which of these were no body."""
-    second = second_moments(moments)
-    return moments_of(kept_possible(second, delta)), (second < 0).any(axis=-1)
+    columns = moments.T
+    half = (columns[0] + columns[1] + columns[2]) / 2
+    second = [half - column for column in columns]
+    impossible = (second[0] < 0) | (second[1] < 0) | (second[2] < 0)
+    first, middle, last = (kept_possible(one, delta) for one in second)
+    found = np.empty_like(moments)
+    for k, column in enumerate((middle + last, first + last, first + middle)):
+        found[:, k] = column
+    return found, impossible
 
 
 def from_entries(entries: np.ndarray, delta: float, axes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -89,16 +91,23 @@ def from_entries(entries: np.ndarray, delta: float, axes: np.ndarray) -> tuple[n
 
 
 def middle_probability(moments: np.ndarray, covariance: np.ndarray, axis: int) -> float:
-    """Probability that a moment is the middle one of three of a normal distribution: of X = I_s − I_a, Y = I_s − I_b.
+    r"""Probability that a moment is the middle one of three of a normal distribution: of X = I_s − I_a, Y = I_s − I_b.
 
-    P = Φ(x) + Φ(y) − 2 Φ2(x, y; ρ), x = −E[X]/σ_X, y = −E[Y]/σ_Y.
+    They have opposite signs with
+
+    .. math:: P = 2\,T(x, a_x) + 2\,T(y, a_y) + [xy < 0], \qquad a_x = \frac{y - \rho x}{x\sqrt{1 - \rho^2}}
+
+    and likewise :math:`a_y`, with x and y the means over their standard deviations, and Owen's function T: Φ(x) + Φ(y)
+    − 2 Φ2(x, y; ρ), of which nothing cancels.
 
     Args:
         moments: means, shape (3,).
         covariance: shape (3, 3).
         axis: 1, 2 or 3.
+
+    Source: Owen (1956), Annals of Mathematical Statistics 27, 1075, equation (3.4).
     """
-    from scipy.stats import multivariate_normal, norm
+    from scipy.special import owens_t
 
     s, a, b = axis - 1, axis % 3, (axis + 1) % 3
     rows = np.zeros((2, 3))
@@ -107,7 +116,15 @@ def middle_probability(moments: np.ndarray, covariance: np.ndarray, axis: int) -
     sigma = np.sqrt(np.diag(spread))
     if not (sigma > 0).all():
         return float("nan")
-    x = -means / sigma
-    rho = spread[0, 1] / sigma.prod()
-    both = multivariate_normal(cov=[[1.0, rho], [rho, 1.0]], allow_singular=True).cdf(x)
-    return float(min(max(norm.cdf(x).sum() - 2 * both, 0.0), 1.0))
+    x, y = means / sigma + 0.0  # no -0
+    rho = float(np.clip(spread[0, 1] / sigma.prod(), -1.0, 1.0))
+    if x == y == 0:
+        return 0.5 - np.arcsin(rho) / np.pi
+    root = np.sqrt((1.0 - rho) * (1.0 + rho))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slopes = np.nan_to_num(
+            np.divide([y - rho * x, x - rho * y], [x * root, y * root]), posinf=np.inf, neginf=-np.inf
+        )
+    apart = x * y < 0 or (x * y == 0 and x + y < 0)
+    found = 2 * owens_t([x, y], slopes).sum() + apart
+    return float(min(max(found, 0.0), 1.0))
