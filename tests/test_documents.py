@@ -45,6 +45,7 @@ def table(marker):
         ("oscillator coordinates", oscillator.COORDINATES),
         ("oscillator variables", oscillator.VARIABLES),
         ("oscillator degenerate", oscillator.DEGENERATE),
+        ("oscillator followed", oscillator.FOLLOWED),
         ("relative equilibrium coordinates", relative.COORDINATES),
         ("relative equilibrium variables", relative.VARIABLES),
         ("relative equilibrium invariants", relative.INVARIANTS),

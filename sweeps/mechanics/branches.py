@@ -2,75 +2,91 @@
 
 Which root of one point is which root of another has no answer but along a way from one to the other. The way here leads
 from the parameters' defaults to the point, each parameter on a straight line of its own (of its logarithm where both
-ends are positive), in `STEPS` steps. So a point's branches depend on the description and the point alone, never on what
-other points a sweep has, in which order, or in which shard.
+ends are positive). So a point's branches depend on the description and the point alone, never on what other points a
+sweep has, in which order, or in which shard.
 
-At each step all roots are searched anew, with the proof that there are so many. Those that were there before are handed
-on: roots of one coordinate cannot pass each other, so of all ways to pair old ones with new ones in their order those
-with the most pairs count, and of these the one that moves them least. An old root that is left over has met another and
-vanished (a fold), and its slot is free; a new one takes the first slot that is. At a pitchfork the branch that stays
-where it was keeps its slot, and the two beside it are new.
+At each of `STEPS` steps all roots are searched anew, with the proof that there are so many, and those that were there
+are carried on to them: with a proof that each has become this one (`continuation`), as far as it meets nothing. One
+that is stopped has met another there, and so has one of the new roots that, carried back, is stopped on its way to the
+old ones. Of these two sorts those are one branch that lie where each other's course leads: a branch that goes straight
+through a pitchfork, or through another one, keeps its slot. What is stopped and led on by none has vanished (a fold),
+and its slot is free; what is new takes the first slot that is free where it comes to be.
 
-What no way can tell: where a loop about a cusp changes which root is which, the slots of neighbouring points change
-somewhere on it. Steps that are longer than roots are apart may mistake one branch for another.
+What cannot be decided is said, by point: two that are led to one place nearly as well; one that stops or comes to be
+alone, which no fold does; a search without a proof. And no way can tell this: where a loop about a cusp changes which
+root is which, the slots of neighbouring points change somewhere on it.
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
-STEPS = 32
+from sweeps.mechanics.continuation import HALVINGS, Carried, carried
+
+STEPS = 8
+SHIFT = 0.381966  # of a step, which the steps' ends lie before round shares of the way, where places like to meet
 SPARE = 8  # slots on the way, beyond those there is room for at its end
-PAIR = 1e3  # what a pair is worth, in ranges that roots move
+SAME = 1e-6  # of the range: places that are one
+NEAR = 0.05  # of the range: how far from where a course leads a root may lie to be led on
+SURE = 0.2  # of the distance of the next best: one that is nearer than this is led on without a doubt
+GAP = 64.0 / STEPS * 2.0**-HALVINGS  # of the way, between where the one stops and where the other does
 
 
-def followed(search: Callable, defaults, parameters, most: int, periodic: bool) -> np.ndarray:
-    """Which root each slot holds.
+@dataclass(frozen=True)
+class Way:
+    """The way from the defaults to points.
+
+    Attributes:
+        search: share of the way → places (points, count, n), NaN for none, and whether each point's are proved to be
+            all that are there, (points,).
+        slopes: as of `continuation.carried`.
+        parameters: (points, shares) → parameters, as of `continuation.carried`.
+        bounds: share of the way → the range of each variable, shape (points, n, 2).
+        periodic: whether the range closes, shape (n,).
+    """
+
+    search: Callable
+    slopes: Callable
+    parameters: Callable
+    bounds: Callable
+    periodic: np.ndarray
+
+    def apart(self, a, b, width):
+        """Largest distance by any variable between places, over its range; the short way where that closes."""
+        part = np.abs(a - b) / width
+        return np.where(self.periodic, np.abs(part - np.round(part)), part).max(axis=-1)
+
+    def outside(self, place, bounds):
+        """Whether places lie beyond bounds that do not close."""
+        width = SAME * (bounds[..., 1] - bounds[..., 0])
+        beyond = (place < bounds[..., 0] + width) | (place > bounds[..., 1] - width)
+        return (beyond & ~self.periodic).any(axis=-1)
+
+
+def followed(way: Way, most: int) -> tuple[np.ndarray, np.ndarray]:
+    """Which root each slot holds at the end of the way, and for which points that is decided.
 
     Args:
-        search: parameters → roots in shares of the range between the bounds, NaN for none, shape (points, count).
-        defaults: one number a parameter.
-        parameters: one array (points,) a parameter.
+        way: the way from the defaults to points.
         most: number of slots.
-        periodic: whether the range closes.
 
     Returns:
-        Numbers of the roots that `search` gives at the parameters, shape (points, most); -1 for a slot that is empty. A
-        point with more roots than slots shows some of them.
+        Numbers of the roots that are found at the end of the way, shape (points, most), -1 for a slot that is empty (a
+        point with more roots than slots shows some of them), and shape (points,), False where it could not be decided
+        which root is which.
     """
-    points = parameters[0].size
-    roots = search([np.full(points, float(d)) for d in defaults])
-    slots = _born(np.full((points, most + SPARE), -1), roots)
-    for step in range(1, STEPS + 1):
-        before = _taken(roots, slots)
-        share = step / STEPS
-        roots = search([_between(d, p, share) for d, p in zip(defaults, parameters, strict=True)])
-        slots = _born(_handed_on(before, roots, periodic), roots)
-    return _fitted(slots, most)
-
-
-def _between(default, values, share):
-    """A place on the way from a default to values: their own where it ends."""
-    if share == 1.0:
-        return values
-    straight = default + share * (values - default)
-    with np.errstate(all="ignore"):
-        curved = default ** (1.0 - share) * values**share if default > 0 else straight
-    return np.where((values > 0.0) & (default > 0.0), curved, straight)
-
-
-def _taken(roots, slots):
-    """Places in slots; NaN in empty ones."""
-    return np.where(slots >= 0, np.take_along_axis(roots, np.maximum(slots, 0), axis=1), np.nan)
-
-
-def _born(slots, roots):
-    """Slots with those roots put into the first free ones that no slot holds yet; what finds no room is left out."""
-    slots = slots.copy()
-    for j in range(roots.shape[1]):
-        new = ~np.isnan(roots[:, j]) & ~(slots == j).any(axis=1) & (slots < 0).any(axis=1)
-        slots[new, (slots[new] < 0).argmax(axis=1)] = j
-    return slots
+    roots, decided = way.search(0.0)
+    slots = np.full((len(roots), most + SPARE), -1)
+    for row, there in zip(slots, ~np.isnan(roots).any(axis=-1), strict=True):
+        born(row, [(j, 0.0) for j in np.flatnonzero(there)], {})
+    shares = [0.0, *((step - SHIFT) / STEPS for step in range(1, STEPS)), 1.0]
+    for begin, end in pairwise(shares):
+        new, sure = way.search(end)
+        slots, told = _handed_on(way, roots, new, slots, begin, end)
+        roots, decided = new, decided & sure & told
+    return _fitted(slots, most), decided
 
 
 def _fitted(slots, most):
@@ -82,48 +98,95 @@ def _fitted(slots, most):
     return fitted
 
 
-def _handed_on(old, new, periodic):
-    """Numbers of the new roots that the old ones have become, shape of `old`; -1 for those that vanished."""
-    cut = _cut(old) if periodic else np.zeros(len(old))
-    old, new = (np.mod(x - cut[:, None], 1.0) if periodic else x for x in (old, new))
-    first, second = np.argsort(old, axis=1), np.argsort(new, axis=1)  # NaN last
-    pairs = _paired(np.take_along_axis(old, first, axis=1), np.take_along_axis(new, second, axis=1))
-    told = np.where(pairs >= 0, np.take_along_axis(second, np.maximum(pairs, 0), axis=1), -1)
-    slots = np.full(old.shape, -1)
-    np.put_along_axis(slots, first, told, axis=1)
-    return slots
+def born(slots, new, freed) -> None:
+    """Puts new roots into the first slots that are free where they come to be; what finds no room is left out.
+
+    Args:
+        slots: of one point, changed in place.
+        new: (number of the root, share of the way where it comes to be).
+        freed: slot → share of the way since which it is free; the others always were.
+    """
+    shares = sorted({share for _, share in new})
+    first = {}
+    for k, share in enumerate(shares):  # both of a fold are there at once, but for a rounding
+        first[share] = first[shares[k - 1]] if k and share - shares[k - 1] <= GAP else share
+    for j, share in sorted(new, key=lambda root: (first[root[1]], root[0])):
+        free = [k for k, root in enumerate(slots) if root < 0 and freed.get(k, -1.0) <= share + GAP]
+        if free:
+            slots[free[0]] = j
 
 
-def _cut(places):
-    """The middle of the widest gap between places of a range that closes, where no root passes."""
-    ordered = np.sort(places, axis=1)
-    count = (~np.isnan(ordered)).sum(axis=1)
-    after = np.roll(ordered, -1, axis=1)
-    last = np.maximum(count - 1, 0)
-    rows = np.arange(len(places))
-    after[rows, last] = ordered[:, 0] + 1.0
-    gap = np.nan_to_num(after - ordered, nan=-1.0)
-    widest = gap.argmax(axis=1)
-    return np.where(count > 0, ordered[rows, widest] + 0.5 * gap[rows, widest], 0.0)
+# -- one step
 
 
-def _paired(old, new):
-    """For each of the old places the number of the new one that it pairs with in order, or -1; both ascending."""
-    points, m, c = len(old), old.shape[1], new.shape[1]
-    best = np.zeros((m + 1, c + 1, points))
-    taken = np.zeros((m + 1, c + 1, points), dtype=np.int8)  # 0: pair, 1: the old one vanishes, 2: the new one is new
-    taken[1:, 0], taken[0, 1:] = 1, 2
-    for i in range(1, m + 1):
-        for j in range(1, c + 1):
-            pair = np.nan_to_num(PAIR - np.abs(old[:, i - 1] - new[:, j - 1]), nan=-np.inf)
-            ways = np.stack([best[i - 1, j - 1] + pair, best[i - 1, j], best[i, j - 1]])
-            taken[i, j] = ways.argmax(axis=0)
-            best[i, j] = ways.max(axis=0)
-    found, rows = np.full((points, m), -1), np.arange(points)
-    i, j = np.full(points, m), np.full(points, c)
-    for _ in range(m + c):
-        way, inside = taken[i, j, rows], (i > 0) | (j > 0)
-        pair = inside & (way == 0)
-        found[rows[pair], i[pair] - 1] = j[pair] - 1
-        i, j = i - (inside & (way != 2)), j - (inside & (way != 1))
-    return found
+def _handed_on(way, old, new, slots, begin, end):
+    """Slots with the numbers of the new roots, and whether that is decided, of each point."""
+    point, slot = np.nonzero(slots >= 0)
+    forth = _carried(way, point, old[point, slots[point, slot]], begin, end)
+    root = _met(way, new, point, forth, way.bounds(end))
+    result, decided = np.full(slots.shape, -1), np.ones(len(slots), dtype=bool)
+    result[point, slot] = root
+    decided[point[forth.through & (root < 0) & ~way.outside(forth.place, way.bounds(end)[point])]] = False
+    claimed = np.zeros(new.shape[:2], dtype=bool)
+    claimed[point[root >= 0], root[root >= 0]] = True
+    rest, number = np.nonzero(~claimed & ~np.isnan(new).any(axis=-1))
+    back = _carried(way, rest, new[rest, number], end, begin)
+    freed = np.where(forth.through, end, forth.share)  # one that came through has left the bounds
+    for k in np.unique(np.concatenate([rest, point[root < 0]])):
+        a, b = np.flatnonzero((point == k) & (root < 0)), np.flatnonzero(rest == k)
+        before = old[k, slots[k, slot[a]]]
+        still = np.array_equal(*(way.parameters(np.array([k]), share) for share in (begin, end)))
+        pairs, sure = _paired(way, before, (forth, a), (back, b), way.bounds(end)[k], still)
+        decided[k] &= sure
+        for i, j in pairs:
+            result[k, slot[a[i]]] = number[b[j]]
+        left = [j for j in range(b.size) if j not in {pair[1] for pair in pairs}]
+        born(result[k], [(number[b[j]], back.share[b[j]]) for j in left], dict(zip(slot[a], freed[a], strict=True)))
+    return result, decided
+
+
+def _carried(way, point, place, begin, end) -> Carried:
+    bounds = way.bounds(begin)[point]
+    return carried(way.slopes, way.parameters, point, place, begin, end, bounds[..., 1] - bounds[..., 0])
+
+
+def _met(way, new, point, forth, bounds):
+    """The number of the new root that each one is proved to have become, -1 for none."""
+    width = (bounds[..., 1] - bounds[..., 0])[point]
+    apart = way.apart(forth.place[:, None], new[point], width[:, None])
+    apart = np.where(np.isnan(apart) | ~forth.through[:, None], np.inf, apart)
+    if not apart.size:
+        return np.full(point.size, -1)
+    return np.where(apart.min(axis=1) <= SAME, apart.argmin(axis=1), -1)
+
+
+def _paired(way, before, ahead, behind, bounds, still):
+    """Which of a point's old roots that were stopped is which of the new ones that were, and whether there is no doubt.
+
+    Args:
+        way: the way.
+        before: where the old ones are, shape (roots, n).
+        ahead: the old ones: what became of all, and which of them are this point's.
+        behind: the same of the new ones.
+        bounds: shape (n, 2).
+        still: whether the way stands still.
+    """
+    (forth, a), (back, b) = ahead, behind
+    stopped, started = ~forth.through[a], ~back.through[b] | ~way.outside(back.place[b], bounds)
+    width = bounds[:, 1] - bounds[:, 0]
+    gap = (back.share[b] - forth.share[a, None]) * (not still)
+    led = forth.place[a, None] + forth.speed[a, None] * gap[..., None]
+    met = back.place[b] - back.speed[b] * gap[..., None]
+    cost = np.maximum(way.apart(led, back.place[b], width), way.apart(met, forth.place[a, None], width))
+    cost = np.where(stopped[:, None] & started & (np.abs(gap) <= GAP), cost, np.inf)
+    proved = back.through[b] & (way.apart(before[:, None], back.place[b], width) <= SAME)
+    cost = np.where(proved & stopped[:, None], 0.0, cost)
+    pairs, sure = [], True
+    while cost.size and cost.min() <= NEAR:
+        i, j = np.unravel_index(cost.argmin(), cost.shape)
+        best, others = cost[i, j], np.concatenate([np.delete(cost[i], j), np.delete(cost[:, j], i)])
+        sure &= bool((best <= SURE * others).all())
+        cost[i], cost[:, j] = np.inf, np.inf
+        pairs.append((i, j))
+    alone = (stopped.sum() - len(pairs)) % 2 or (started.sum() - len(pairs)) % 2
+    return pairs, sure and not alone

@@ -130,8 +130,8 @@ class System:
         most: the most equilibria that a point can have; left out, the number of those that are named.
         references: where the theory stands, one line.
         follow: whether equilibria without names are followed from the parameters' defaults to each point and keep their
-            numbers through folds and pitchforks (see `sweeps.mechanics.branches`), which takes some thirty searches a
-            point; else they are numbered in the order of their places.
+            numbers through folds and pitchforks (see `sweeps.mechanics.branches`), which takes the time of nine
+            searches a point and more; else they are numbered in the order of their places.
     """
 
     def __init__(self, title: str, most: int | None = None, references: str = "", follow: bool = False):

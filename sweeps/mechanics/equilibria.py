@@ -54,6 +54,7 @@ class Found:
         certified: shape (points,), PROVED, UNDECIDED or SEARCHED.
         counts: shape (points,), how many there are, of which a crowded point shows none.
         crowded: shape (points,), whether they are more than there is room for.
+        decided: shape (points,), whether it is known which of them is which branch, where branches are followed.
     """
 
     places: np.ndarray
@@ -61,6 +62,7 @@ class Found:
     certified: np.ndarray
     counts: np.ndarray
     crowded: np.ndarray
+    decided: np.ndarray
 
     def __getitem__(self, index) -> "Found":
         """Some of the points."""
@@ -96,9 +98,8 @@ class Landscape:
         self._labels = lambdified(equations.parameters, [label.get(q, nan) for label in labels for q in equations.q])
         self._sizes = lambdified(arguments, [sp.nan if c.size is None else c.size for c in coordinates])
         self.free = [i for i, c in enumerate(coordinates) if c.hold is None]
-        if equations.system.follow and (len(self.free) != 1 or equations.system.labels):
-            wrong = "is for equilibria without names of systems with one coordinate that is not held"
-            raise DescriptionError(f"follow: {wrong}; allowed: such a system, or none of it")
+        if equations.system.follow and equations.system.labels:
+            raise DescriptionError("follow: is for equilibria without names; allowed: such a system, or none of it")
 
     @cached_property
     def tape(self) -> Tape:
@@ -107,6 +108,14 @@ class Landscape:
         held = [x for i, x in enumerate(q) if i not in self.free]
         forces = [sp.factor_terms(self.equations.gradient[i]) for i in self.free]
         return Tape(forces, [q[i] for i in self.free], (*self.equations.parameters, *held))
+
+    @cached_property
+    def followed(self) -> Tape:
+        """∂V/∂q by the free coordinates, as functions of these and of the parameters, which the held ones go with."""
+        coordinates, free = self.equations.system.kept, self.free
+        held = {c.symbol: c.hold for c in coordinates if c.hold is not None}
+        forces = [sp.factor_terms(self.equations.gradient[i].subs(held)) for i in free]
+        return Tape(forces, [*(self.equations.q[i] for i in free), *self.equations.parameters], ())
 
     @cached_property
     def _force(self):
@@ -270,10 +279,13 @@ def _find(landscape, parameters):
             places, flat, certified = (_space if several else _line)(landscape, part)
             places[flat] = np.nan
             places = _sorted(landscape, part, places)
-            follow = landscape.equations.system.follow
-            slots, crowded = (_followed if follow else _arranged)(landscape, part, places)
+            decided = np.ones(_size(part), dtype=bool)
+            if landscape.equations.system.follow:
+                slots, crowded, decided = _followed(landscape, part, places)
+            else:
+                slots, crowded = _arranged(landscape, part, places)
         counts = (~np.isnan(places).any(axis=-1)).sum(axis=1)
-        parts.append(Found(slots, flat, certified.astype(np.int8), counts, crowded))
+        parts.append(Found(slots, flat, certified.astype(np.int8), counts, crowded, decided))
     return joined(parts)
 
 
@@ -522,22 +534,55 @@ def _still(landscape, parameters, places):
 
 
 def _followed(landscape, parameters, places):
-    """Places in the slots of their branches, and which points have more than there is room for."""
-    (i,) = landscape.free
+    """Places in the slots of their branches, which points have more than there is room for, and which are decided."""
     system = landscape.equations.system
-
-    def search(at):
-        found = places if at[0] is parameters[0] else _sorted(landscape, at, _line(landscape, at)[0])
-        low, high = np.moveaxis(landscape.bounds(at)[:, i], -1, 0)
-        return (found[..., i] - low[:, None]) / (high - low)[:, None]
-
-    defaults = [p.default for p in system.parameters.values()] or [0.0]
-    held = branches.followed(search, defaults, parameters, system.most, system.kept[i].periodic)
+    held, decided = branches.followed(_way(landscape, parameters, places), system.most)
     slots = np.take_along_axis(places, np.maximum(held, 0)[..., None], axis=1)
     slots = np.where(held[..., None] >= 0, slots, np.nan)
     crowded = (~np.isnan(places).any(axis=-1)).sum(axis=1) > system.most
     slots[crowded] = np.nan
-    return slots, crowded
+    return slots, crowded, decided
+
+
+def _way(landscape, parameters, places):
+    """The way from the parameters' defaults to points whose places are found already."""
+    free, kept = landscape.free, landscape.equations.system.kept
+    defaults = [p.default for p in landscape.equations.system.parameters.values()] or [0.0]
+
+    def at(share, points=slice(None)):
+        return [_between(d, p[points], share) for d, p in zip(defaults, parameters, strict=True)]
+
+    def search(share):
+        if share == 1.0:
+            return places[..., free], np.ones(_size(parameters), dtype=bool)  # of which `certified` tells
+        there = at(share) if share else [p[:1] for p in at(share)]
+        found, flat, certified = (_space if len(free) > 1 else _line)(landscape, tuple(there))
+        found[flat] = np.nan
+        found = _sorted(landscape, there, found)[..., free]
+        sure = certified != SEARCHED
+        return found.repeat(1 if share else _size(parameters), axis=0), sure & np.ones(_size(parameters), dtype=bool)
+
+    def slopes(low, high):
+        numbers, owner = landscape.followed.constants([]), np.zeros(len(low), dtype=np.int64)
+        return landscape.followed.slopes(numbers, owner, low, high)
+
+    def along(points, share):
+        count = len(landscape.equations.parameters)
+        return np.stack(at(share, points), axis=-1)[:, :count]
+
+    def bounds(share):
+        return np.broadcast_to(landscape.bounds(at(share)), (_size(parameters), landscape.n, 2))[:, free]
+
+    return branches.Way(search, slopes, along, bounds, np.array([kept[i].periodic for i in free]))
+
+
+def _between(default, values, share):
+    """A place on the way from a default to values: their own where it ends."""
+    straight = default + share * (values - default)
+    with np.errstate(all="ignore"):
+        curved = default ** (1.0 - share) * values**share if default > 0 else straight
+    between = np.where((values > 0.0) & (default > 0.0), curved, straight)
+    return np.where(share == 1.0, values, np.where(share == 0.0, default, between))
 
 
 def _distances(landscape, a, b, bounds):

@@ -79,9 +79,9 @@ class Model:
             points: each parameter, `equilibrium` (slot from 0), `mode` (from 1), `epsilon`, `phase`: shape (points,).
 
         Returns:
-            `place` (points, n), `flat`, `crowded`, `certified`, `omega_squared` (s-2), `modes` (points, n, n), `a`
-            (points, n, n), `terms` (points, n, n), `sizes` (points, n), `scale` (s-1), `parameters` (a list of arrays);
-            NaN where there is no equilibrium.
+            `place` (points, n), `flat`, `crowded`, `certified`, `decided`, `omega_squared` (s-2), `modes` (points, n,
+            n), `a` (points, n, n), `terms` (points, n, n), `sizes` (points, n), `scale` (s-1), `parameters` (a list of
+            arrays); NaN where there is no equilibrium.
         """
         rows = len(points["equilibrium"])
         parameters = [np.asarray(points[name], dtype=np.float64) for name in self.names] or [np.zeros(rows)]
@@ -99,6 +99,7 @@ class Model:
             "flat": found.flat[inverse],
             "crowded": found.crowded[inverse],
             "certified": found.certified[inverse],
+            "decided": found.decided[inverse],
             "omega_squared": squares,
             "parameters": parameters,
         }
@@ -336,6 +337,8 @@ class Model:
             columns[f"{name}_stderr"] = _rate_stderr(raw[:, kernel.RAW.stderr], columns[name])
         amplitude, angle = _lecture_solution(epsilon * measured["reach"], phase, S, columns["frequency"])
         columns |= {"amplitude": amplitude, "initial_phase": angle}
+        if self.system.follow:
+            columns["branches_decided"] = (~theory["decided"]).astype(np.int8)
         for i, c in enumerate(self.system.kept):
             columns[f"{c.name}_equilibrium"] = theory["place"][:, i]
         return columns

@@ -78,19 +78,103 @@ def test_more_than_there_is_room_for_is_said():
     assert np.isfinite(kept[1]).sum() == 1
 
 
-def test_pairs_are_as_many_as_can_be_and_move_as_little():
-    old, new = np.array([[0.1, 0.5, 0.6]]), np.array([[0.12, np.nan, np.nan]])
-    assert branches._paired(old, new).tolist() == [[0, -1, -1]]
-    new = np.array([[0.55, 0.9, np.nan]])
-    assert branches._paired(np.array([[0.0, 0.5, np.nan]]), new).tolist() == [[0, 1, -1]]  # none passes another
+def bent(tilt, push=0.0):
+    """The cusp in x with y on a parabola beside it: V = x⁴/4 + a x²/2 + b x + (y - x²)²/2."""
+    system = System("bent", most=3, follow=True)
+    x = system.coordinate("x", "m", bounds=(-3, 3))
+    y = system.coordinate("y", "m", bounds=(-2, 10))
+    a, b = system.parameter("a", default=tilt), system.parameter("b", default=push)
+    system.particle(1, (x, y))
+    system.potential(x**4 / 4 + a * x**2 / 2 + b * x + (y - x**2) ** 2 / 2)
+    return Landscape(derive(system))
+
+
+def test_branches_of_two_coordinates_keep_their_numbers_through_folds():
+    b = np.array([-1.5, -1.0, 0.5, 1.0, 1.5])
+    found, kept = places(bent(-2.0), -2.0, b)
+    _, alone = places(cusp(True), -2.0, b)  # the same of one coordinate
+    np.testing.assert_allclose(kept, alone, atol=1e-12)
+    np.testing.assert_allclose(found.places[:, :, 1], kept**2, atol=1e-12)
+    assert found.decided.all()
+    assert (found.certified == PROVED).all()
+
+
+def test_the_middle_branch_of_a_pitchfork_of_two_coordinates_keeps_its_number():
+    a = np.array([0.5, -0.5, -1.5])
+    found, kept = places(bent(1.0), a, 0.0)
+    np.testing.assert_allclose(kept[:, 0], 0.0, atol=1e-12)
+    np.testing.assert_allclose(kept[1:, 1:], np.sqrt(-a[1:])[:, None] * [-1, 1], rtol=1e-12)
+    assert found.decided.all()
+
+
+@pytest.fixture(scope="module")
+def wells():
+    """Two double wells and a spring: V = (x² - 1)²/4 + (y² - 1)²/4 + c (x - y)²/2."""
+    system = System("coupled double wells", most=9, follow=True)
+    x, y = (system.coordinate(name, "m", bounds=(-2, 2)) for name in "xy")
+    c = system.parameter("c", default=0.1)
+    system.particle(1, (x, y))
+    system.potential((x**2 - 1) ** 2 / 4 + (y**2 - 1) ** 2 / 4 + c * (x - y) ** 2 / 2)
+    return Landscape(derive(system))
+
+
+def in_closed_form(c):
+    """The nine: with x = y 0 and ±1; with x = -y x² = 1 - 2c; with xy = -c and x² + y² = 1 - c the four others."""
+    with np.errstate(invalid="ignore"):
+        across, total, apart = np.sqrt(1 - 2 * c), np.sqrt(1 - 3 * c), np.sqrt(1 + c)  # x - y, x + y of the four
+    p, q = (apart + total) / 2, (apart - total) / 2
+    return np.array(
+        [
+            (-1, -1), (-p, q), (-across, across), (-q, p), (0, 0), (q, -p), (across, -across), (p, -q), (1, 1),
+        ]
+    )  # fmt: skip
+
+
+def test_coupled_double_wells_keep_their_names_through_two_rounds_of_pitchforks(wells):
+    """At c = 1/3 four meet the two of x = -y, at c = 1/2 these meet the origin."""
+    c = np.array([0.1, 0.3, 0.4, 0.45, 0.6])
+    found = find(wells, [c])
+    assert found.counts.tolist() == [9, 9, 5, 5, 3]
+    for k, value in enumerate(c):
+        np.testing.assert_allclose(found.places[k], in_closed_form(value), atol=1e-12)
+    assert found.decided.all()
+    assert (found.certified == PROVED).all()
+
+
+def test_a_branch_that_another_one_crosses_keeps_its_number():
+    """V = x³/3 - a x²/2: places 0 and a, which pass through each other."""
+    system = System("crossing", most=2, follow=True)
+    x, a = system.coordinate("x", "m", bounds=(-4, 4)), system.parameter("a", default=1.0)
+    system.particle(1, (x, 0))
+    system.potential(x**3 / 3 - a * x**2 / 2)
+    found, kept = places(Landscape(derive(system)), [2.0, -1.0, -2.0])
+    np.testing.assert_allclose(kept, [[0, 2], [0, -1], [0, -2]], atol=1e-12)
+    assert found.decided.all()
+
+
+def test_what_cannot_be_decided_is_said():
+    """From the very place of a fold two come to be, and neither is the old one more than the other."""
+    system = System("fold", most=2, follow=True)
+    x, a = system.coordinate("x", "m", bounds=(-4, 4)), system.parameter("a", default=0.0)
+    system.particle(1, (x, 0))
+    system.potential(x**3 / 3 + a * x)
+    found, kept = places(Landscape(derive(system)), [-1.0, 0.0, 1.0])
+    assert found.counts.tolist() == [2, 1, 0]
+    assert found.decided.tolist() == [False, True, False]
+    assert np.array_equal(np.sort(kept[0]), [-1.0, 1.0])
+
+
+def test_places_that_are_born_together_are_numbered_by_place_and_take_no_place_that_was_not_free():
+    slots = np.array([7, -1, -1, -1, -1])
+    branches.born(slots, [(3, 0.51), (1, 0.51 + branches.GAP / 2), (2, 0.2)], {1: 0.4})
+    assert slots.tolist() == [7, 1, 2, 3, -1]
 
 
 def test_what_cannot_be_followed_is_refused():
-    system = System("two", most=2, follow=True)
-    x, y = (system.coordinate(name, "m", bounds=(-1, 1)) for name in "xy")
-    system.particle(1, (x, y))
-    system.potential(x**2 + y**2)
-    with pytest.raises(
-        DescriptionError, match="follow: is for equilibria without names of systems with one coordinate"
-    ):
+    system = System("named", follow=True)
+    x = system.coordinate("x", "m", bounds=(-1, 1))
+    system.particle(1, (x, 0))
+    system.potential(x**2)
+    system.equilibrium("bottom", {x: 0})
+    with pytest.raises(DescriptionError, match="follow: is for equilibria without names"):
         Landscape(derive(system))

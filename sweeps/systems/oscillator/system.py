@@ -25,7 +25,7 @@ from sweeps.schema.values import number
 from sweeps.schema.variables import Variable, table
 from sweeps.systems.oscillator.definition import OscillatorDefinition
 from sweeps.systems.oscillator.look import LOOK
-from sweeps.systems.oscillator.variables import COORDINATES, DEGENERATE, LAYOUT, NUDGE, VARIABLES
+from sweeps.systems.oscillator.variables import COORDINATES, DEGENERATE, FOLLOWED, LAYOUT, NUDGE, VARIABLES
 from sweeps.systems.system import Dynamics, Opening, Page, Points
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ class Oscillator(Dynamics):
         from sweeps.mechanics import DescriptionError
 
         description = self._load()
-        ours = {*VARIABLES, *DEGENERATE, "equilibrium", "mode", "point"}
+        ours = {*VARIABLES, *DEGENERATE, *FOLLOWED, "equilibrium", "mode", "point"}
         taken = sorted({*description.parameters, *description.coordinates} & ours)
         if taken:
             raise DescriptionError(f"{self.name}: {taken[0]} is the name of a map's variable; allowed: any other name")
@@ -150,7 +150,8 @@ class Oscillator(Dynamics):
             Variable(f"{c.name}_equilibrium", c.unit, f"{c.meaning}, at the equilibrium") for c in self.description.kept
         )
         degenerate = DEGENERATE if definition.integration.degenerate else {}
-        return VARIABLES | table(*places) | degenerate
+        followed = FOLLOWED if self.description.follow else {}
+        return VARIABLES | table(*places) | degenerate | followed
 
     def layout(self) -> Layout:
         """What any of its maps may hold: parameters and places by names that its description knows."""

@@ -11,6 +11,7 @@ from sweeps.schema.variables import Role, Variable, table
 
 REGIMES = ("undetermined", "stable", "unstable", "marginal")
 CERTIFIED = ("proved", "undecided", "searched")  # the numbers of sweeps.mechanics.equilibria
+BRANCHES = ("decided", "undecided")
 
 _ERROR = (
     "holds the distance to linear theory: scatter, the integration's error, the finite amplitude's bias and rounding"
@@ -166,6 +167,18 @@ DEGENERATE = table(
     Variable("degenerate_order", "1", "order of the term of V that holds it; 0 where none does", "i1"),
 )
 
+FOLLOWED = table(
+    Variable(
+        "branches_decided",
+        None,
+        "whether it is known which equilibrium of the point is which branch",
+        "i1",
+        BRANCHES,
+        comment="decided where each is carried on from the defaults with a proof, or led straight through what it "
+        "meets; undecided where two are led to one place nearly as well, or one comes or goes alone",
+    ),
+)
+
 NUDGE = (
     Parameter(
         "epsilon",
@@ -190,7 +203,7 @@ COORDINATES = parameters.coordinates(NUDGE) | table(  # beside the parameters
 
 LAYOUT = Layout(
     COORDINATES,
-    VARIABLES | DEGENERATE,
+    VARIABLES | DEGENERATE | FOLLOWED,
     tuple(VARIABLES),
     {parameter.name: parameter.quantity.item for parameter in NUDGE}
     | {"mode": Annotated[int, whole(1, 100, "whole numbers from 1 to 100")], "equilibrium": str},
