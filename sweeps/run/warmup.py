@@ -40,35 +40,37 @@ def _alone() -> Iterator[None]:
         os.close(handle)
 
 
-def compile_kernels(everything: bool = False, without: Sequence[str] = ()) -> None:
+def compile_kernels(everything: bool = False, without: Sequence[str] = (), seldom: bool = True) -> None:
     """Compiles, and stores in the cache, what the default system calls, or all systems; one process at once.
 
     Args:
         everything: the kernels of every system.
         without: modules of `systems.DESCRIBED` whose shared kernels are left to those that need them.
+        seldom: also what few definitions ask for, where everything is compiled.
     """
-    pieces = len(systems.compilations(everything, without))
+    asked = everything, without, seldom
+    pieces = len(systems.compilations(*asked))
     with _alone(), tempfile.TemporaryDirectory() as taken, progress.pieces(pieces, "compiling", partial(_done, taken)):
         second = None
         if processors.cores() > 1:
             second = multiprocessing.get_context("spawn").Process(
-                target=_compile, args=(everything, without, taken, True), daemon=True
+                target=_compile, args=(asked, taken, True), daemon=True
             )
             with interrupts.left_to_the_parent():
                 second.start()
-        _compile(everything, without, taken)
+        _compile(asked, taken)
         if second:
             second.join()
             if second.exitcode:  # what it had taken is done here
-                _run(systems.compilations(everything, without))
+                _run(systems.compilations(*asked))
         stored.note(cache_folder())
 
 
-def _compile(everything: bool, without: Sequence[str], taken: str, from_the_end: bool = False) -> None:
+def _compile(asked: tuple[bool, Sequence[str], bool], taken: str, from_the_end: bool = False) -> None:
     if from_the_end:  # the second process, whose work is of use to the first alone
         interrupts.end_with_the_parent()
     stored.store_in_turn()
-    found = list(enumerate(systems.compilations(everything, without)))
+    found = list(enumerate(systems.compilations(*asked)))
     _run(_left(reversed(found) if from_the_end else found, Path(taken)))
 
 

@@ -7,7 +7,7 @@ somebody else names its module in an entry point of the group `polhode.systems`,
 """
 
 from collections.abc import Callable, Sequence
-from functools import cache
+from functools import cache, partial
 from importlib import import_module
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -99,7 +99,7 @@ def of_map(ds: "xr.Dataset") -> Dynamics:
     return resolve(name)
 
 
-def compilations(everything: bool, without: Sequence[str] = ()) -> list[Callable[[], None]]:
+def compilations(everything: bool, without: Sequence[str] = (), seldom: bool = True) -> list[Callable[[], None]]:
     """What compiles the kernels of the default system, or all that is not generated for one sweep's system alone.
 
     No sweep waits for kernels that it does not need. Processes may do these side by side.
@@ -107,13 +107,13 @@ def compilations(everything: bool, without: Sequence[str] = ()) -> list[Callable
     Args:
         everything: the kernels of every system.
         without: modules of DESCRIBED whose shared kernels are left to those that need them.
+        seldom: whether everything is all, or what few definitions ask for is left to those that need it.
     """
     named = MODULES if everything else (DEFAULT_SYSTEM,)
     found = [compilation for name in named for compilation in resolve(name).compilations()]
-    found += [compilation for name in named for compilation in resolve(name).seldom() if everything]
-    return found + [
-        import_module(module).compile_shared for module in DESCRIBED if everything and module not in without
-    ]
+    found += [compilation for name in named for compilation in resolve(name).seldom() if everything and seldom]
+    described = [import_module(module) for module in DESCRIBED if everything and module not in without]
+    return found + [partial(import_module, kernel) for module in described for kernel in module.SHARED]
 
 
 def calls_the_defaults(system: Dynamics) -> bool:

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from sweeps.mechanics.taylor import Code
 
 LIBRARY = Path(__file__).parents[2] / "mechanics" / "library"
+SHARED = ("kernels.oscillations", "kernels.enclosures")  # what every oscillator's generated code calls
 LOOKED_AT = 256  # points of a grid at which a check looks for equilibria
 
 
@@ -261,8 +262,8 @@ class Oscillator(Dynamics):
 
 def compile_shared() -> None:
     """Compiles what every oscillator's generated code calls: importing it does."""
-    import_module("kernels.oscillations")
-    import_module("kernels.enclosures")
+    for kernel in SHARED:
+        import_module(kernel)
 
 
 def parameter_of(p: "mechanics.description.DescribedParameter") -> Parameter:

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from sweeps.mechanics.relative import FlowModel
 
 LIBRARY = oscillator.LIBRARY / "relative"
+SHARED = ("kernels.spectrum", "kernels.flows")  # what every flow's generated code calls
 
 
 class RelativeEquilibrium(oscillator.Oscillator):
@@ -209,7 +210,8 @@ class RelativeEquilibrium(oscillator.Oscillator):
 
 def compile_shared() -> None:
     """Compiles what every flow's generated code calls: importing it does."""
-    import_module("kernels.flows")
+    for kernel in SHARED:
+        import_module(kernel)
 
 
 def shipped() -> tuple[str, ...]:

@@ -81,7 +81,7 @@ class RigidBody(Dynamics):
         """Linear theory beside what is measured; see `kernels.survey`."""
         from kernels import in_space, survey  # noqa: F401  (what a map's fingerprint covers is imported with it)
 
-        settings = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
+        settings = _settings(integration)
         options = {"propagator": integration.propagator, "nonlinear": integration.flips, "wanted": integration.table}
         columns = survey.survey(points, *settings, collapse=integration.collapse, **options)
         if integration.collapse and "omega_squared" in columns:
@@ -121,8 +121,10 @@ class RigidBody(Dynamics):
         return *parts[0::2], *whole, *parts[1::2]
 
     def seldom(self) -> tuple[Callable[[], None], ...]:
-        """What follows the attitude."""
-        return (partial(self.columns, _a_point(), RigidBodyIntegration(attitude=True)),)
+        """What follows the attitude, beside what is measured of a body near an axis."""
+        from kernels import in_space
+
+        return (partial(in_space.survey, _a_point(), *_settings(RigidBodyIntegration())),)
 
     def compiled(self) -> Path:
         """The file that says so: the default system's kernels are compiled before any other's."""
@@ -231,6 +233,11 @@ class RigidBody(Dynamics):
         from sweeps.systems.rigid_body import figure_flip
 
         return {"flip": lambda: figure_flip.frames(ds)}
+
+
+def _settings(integration: RigidBodyIntegration) -> tuple[float, int, float]:
+    """What kernels are told of a run: rotations, samples in one, tolerance."""
+    return integration.rotations, integration.samples_per_rotation, integration.tolerance
 
 
 def _a_point() -> dict[str, np.ndarray]:
