@@ -3,18 +3,18 @@
 import os
 from pathlib import Path
 
-import nbformat
 import pytest
-from nbclient import NotebookClient
 
 ROOT = Path(__file__).parents[1]
 
 
 def executed(name, folder):
     """The outputs of each cell, as text."""
+    nbclient = pytest.importorskip("nbclient", reason="nbclient is not here: pip install -e '.[slow]'")
+    nbformat = pytest.importorskip("nbformat", reason="nbformat is not here: pip install -e '.[slow]'")
     notebook = nbformat.read(ROOT / "sweeps" / "notebooks" / name, as_version=4)
     assert not any(cell.get("outputs") for cell in notebook.cells), "a notebook ships without outputs"
-    NotebookClient(
+    nbclient.NotebookClient(
         notebook, timeout=600, kernel_name="python3", resources={"metadata": {"path": str(folder)}}
     ).execute()
     return [str(cell.get("outputs", "")) for cell in notebook.cells]
