@@ -5,6 +5,7 @@ the processes start, and whatever a test compiles besides is stored by one proce
 """
 
 import os
+import signal
 import subprocess
 import sys
 
@@ -15,25 +16,33 @@ from hypothesis import settings
 from kernels import stored
 from kernels.fingerprint import cache_folder, fingerprint
 
-LEFT_TO_THE_SLOW = ["sweeps.systems.relative_equilibrium.system"]  # whose kernels no quick test needs
+LEFT_TO_THE_SLOW = [
+    "sweeps.systems.relative_equilibrium.system"
+]  # whose kernels no quick test needs, nor what is seldom
 
-settings.register_profile("fixed", derandomize=True, deadline=None, max_examples=30)
-settings.register_profile("without_jit", derandomize=True, deadline=None, max_examples=8)
+settings.register_profile("fixed", derandomize=True, deadline=None, max_examples=15)
+settings.register_profile("without_jit", derandomize=True, deadline=None, max_examples=5)
 settings.load_profile("without_jit" if numba.config.DISABLE_JIT else "fixed")
 
 
 def pytest_configure(config):
     """Compiles the kernels, where there are processes to share them and no other run has.
 
-    Those of relative equilibria wait for the tests that need them, which are slow.
+    What only slow tests need, only where they are asked for.
     """
-    compiled, everything = cache_folder() / "compiled", cache_folder() / "everything"
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # in a shell's background; tests interrupt what they start
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    slow = "slow" in config.option.markexpr and "not slow" not in config.option.markexpr
+    folder = cache_folder()
+    everything, most = folder / "everything", folder / "most"
+    done = everything.exists() or (most.exists() and not slow)
     shared = not hasattr(config, "workerinput") and getattr(config.option, "numprocesses", None)
-    if shared and not numba.config.DISABLE_JIT and not everything.exists():
-        code = f"from sweeps.run import warmup; warmup.compile_kernels(True, {LEFT_TO_THE_SLOW})"
+    if shared and not numba.config.DISABLE_JIT and not done:
+        asked = (True, [], True) if slow else (True, LEFT_TO_THE_SLOW, False)
+        code = f"from sweeps.run import warmup; warmup.compile_kernels(*{asked})"
         subprocess.run([sys.executable, "-c", code], check=True)
-        compiled.write_text(fingerprint() + "\n")
-        everything.touch()
+        (folder / "compiled").write_text(fingerprint() + "\n")
+        (everything if slow else most).touch()
 
 
 def pytest_collection_modifyitems(items):
@@ -49,6 +58,16 @@ stored.store_in_turn()
 if sys.prefix != sys.base_prefix:  # what pip left uncompiled, the tests' many processes compile once
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     sys.dont_write_bytecode = False
+
+
+@pytest.fixture
+def few_frames(monkeypatch):
+    """Animations of three frames, and no film of them: they have tests of their own."""
+    from sweeps.systems.rigid_body import figure_flip
+    from sweeps.views import films
+
+    monkeypatch.setattr(figure_flip, "FRAMES", 3)
+    monkeypatch.setattr(films, "encoder", lambda: None)
 
 
 @pytest.fixture(scope="session")

@@ -96,7 +96,7 @@ def judged(source):
     return True
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(place=st.sampled_from(PLACES), new=VALUES)
 @example(("grid", "I1"), {"start": 5e-324, "stop": 1e308, "num": 2**53, "spacing": "log"})
 @example(("system",), "/dev/stdin")
@@ -105,7 +105,7 @@ def test_a_field_of_anything_is_taken_or_refused(place, new):
     judged(changed(FIELDS, place, new))
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(place=st.sampled_from(PLACES), new=VALUES)
 def test_a_file_of_anything_is_taken_or_refused(tmp_path_factory, place, new):
     path = tmp_path_factory.getbasetemp() / "anything.yaml"
@@ -113,7 +113,7 @@ def test_a_file_of_anything_is_taken_or_refused(tmp_path_factory, place, new):
     judged(path)
 
 
-@settings(max_examples=80)
+@settings(max_examples=40)
 @given(st.binary(max_size=200) | st.text(max_size=200).map(lambda s: s.encode("utf-8", "surrogatepass")))
 @example(b"a: !!python/object/apply:os.system ['touch owned']")
 @example(b"%YAML 9.9\n---\na")
@@ -214,7 +214,7 @@ def test_a_name_that_could_escape_is_refused(folder, name, capsys):
     assert [path.name for path in (folder / "given").iterdir()] == [name]
 
 
-@settings(max_examples=150)
+@settings(max_examples=60)
 @given(st.text(min_size=1, max_size=70))
 @example("..")
 @example("a/../../b")
@@ -348,6 +348,7 @@ def with_attributes(rigid, drawn, tmp_path_factory):
     return path
 
 
+@pytest.mark.usefixtures("few_frames")
 @pytest.mark.parametrize(("name", "door"), passages())
 def test_attributes_of_any_kind_are_taken_or_refused_in_words(folder, with_attributes, capsys, door, name):
     _, expected = ATTRIBUTES[name]

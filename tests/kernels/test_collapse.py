@@ -55,7 +55,9 @@ def test_any_signs_of_nought_and_what_is_no_number():
     assert first_of_each(points.values()) == [0, 0, 2, 0, 0, 5]
 
 
-@pytest.mark.parametrize("options", [{}, {"nonlinear": True}, {"propagator": "exact"}])
+@pytest.mark.parametrize(
+    "options", [{}, pytest.param({"nonlinear": True}, marks=pytest.mark.compiled), {"propagator": "exact"}]
+)
 def test_collapsed_columns_are_the_measured_ones_at_any_spin(options):
     points = grid(I1=1.1, I2=1.7, I3=2.3, axis=[1, 2, 3], omega0=[-7.3, 1e-9, 0.3, 1e6], epsilon=[1e-6, 0.2], phase=0.6)
     whole, expanded = (f(points, 4.0, 16, 1e-10, **options) for f in (survey.measured, survey.collapsed))

@@ -54,7 +54,7 @@ def forty_digits():
 def table():
     """Rows (u, m, m1, ours, mpmath's) over both ends of the parameter and all sizes of argument."""
     rng = np.random.default_rng(1)
-    drawn = [(x, 1.0 - x) for x in rng.random(8)]
+    drawn = [(x, 1.0 - x) for x in rng.random(8)][:4]
     with mp.workdps(40):
         return [
             (u, m, m1, elliptic.jacobi(u, m, m1), real_ellipfun(u, m, m1))
@@ -114,7 +114,7 @@ def test_incomplete_integral():
     rng = np.random.default_rng(3)
     special = [0.0, math.pi / 2, -math.pi / 2, math.pi, 7.853981633974483, math.pi / 2 - 1e-8, 1e-20]
     for m, m1 in PARAMETERS:
-        for phi in special + list(rng.uniform(-10.0, 10.0, 6)) + list(rng.uniform(-1.5, 1.5, 4)):
+        for phi in special + list(rng.uniform(-10.0, 10.0, 3)) + list(rng.uniform(-1.5, 1.5, 2)):
             sine, cosine = mp.sin(mp.mpf(phi)), mp.cos(mp.mpf(phi))
             turns = int(mp.nint(mp.mpf(phi) / mp.pi))
             if m1 == 0.0 and turns != 0:

@@ -128,19 +128,13 @@ def perturbed(axis, omega0, epsilon, phi):
     return start
 
 
-@njit(error_model="numpy")
-def march(start, q, steps):
-    out = np.empty((steps + 1, 3))
-    w1, w2, w3 = start
-    out[0] = start
-    for n in range(steps):
-        w1, w2, w3 = exact.step(w1, w2, w3, q[0], q[1], q[2])
-        out[n + 1] = (w1, w2, w3)
-    return out
-
-
 def marched(moments, start, h, steps):
-    return march(np.asarray(start, float), exact.step_constants(*moments, *start, h), steps)
+    """Steps one by one: a loop that is compiled around them would take longer to compile than all steps here take."""
+    q = exact.step_constants(*moments, *start, h)
+    out = [tuple(map(float, start))]
+    for _ in range(steps):
+        out.append(exact.step(*out[-1], *q))
+    return np.array(out)
 
 
 @pytest.fixture(autouse=True)
@@ -275,7 +269,7 @@ def test_an_exact_spin_stays(moments, axis):
 def test_a_perturbation_keeps_its_relative_digits(axis, epsilon):
     times = 2 * np.pi / 1.7 * np.array([0.25, 1.0, 2.0, 3.0, 4.0])
     across = [(axis + 1) % 3, (axis + 2) % 3]
-    for moments, phi in itertools.product(BODIES, (0.6, 2.5, 4.0)):
+    for moments, phi in zip(BODIES, (0.6, 2.5, 4.0) * 2, strict=True):
         start = perturbed(axis, 1.7, epsilon, phi)
         found = exact.rotation(moments, start, times)
         with mp.workdps(80):
@@ -326,7 +320,8 @@ STARTS = [
 def test_degenerate_bodies(name):
     times = np.array([0.0, 2.0, 12.0])
     a, b, c = DEGENERATE[name]
-    for moments, start in itertools.product([(a, b, c), (b, c, a), (c, b, a)], STARTS):
+    orders = [(a, b, c), (b, c, a), (c, b, a)]
+    for moments, start in [(order, start) for k, order in enumerate(orders) for start in STARTS[k % 2 :: 2]]:
         found = exact.rotation(moments, start, times)
         assert distance(found, taylor(moments, start, times, order=26)) < 2.5e-14  # 1e-15 (1 + 12 + 12)
 
@@ -417,7 +412,7 @@ def test_a_thousand_steps_of_any_length(share):
     # Each rounding of the state moves it to a neighbouring trajectory, whose period differs as 1/m1: the bar holds
     # as it stands down to m1 = 0.05, and grows as 1/m1 below.
     rng = np.random.default_rng(7)
-    for _ in range(60):
+    for _ in range(20):
         moments, start = rng.uniform(0.3, 1.5, 3), rng.normal(size=3)
         p, m, m1, *_ = exact.trajectory(*moments, *start)
         h = 2 * share * elliptic.K(m, m1) / p
@@ -568,7 +563,7 @@ def test_the_largest_tilt_is_reached_and_not_passed(axis):
         found = exact.max_tilt(*moments, *start, axis + 1)
         quarters = [theirs((n * theirs.K - theirs.u0) / theirs.p) for n in range(4)]
         assert found == pytest.approx(float(max(tilt(w) for w in quarters)), rel=4e-15)  # some ten roundings
-        between = [theirs((n * theirs.K / 7 - theirs.u0) / theirs.p) for n in range(28)]
+        between = [theirs((n * theirs.K / 3 - theirs.u0) / theirs.p) for n in range(12) if n % 3]
         assert all(float(tilt(w)) <= found * (1 + 4e-15) for w in between)
 
 

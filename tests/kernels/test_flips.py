@@ -74,6 +74,7 @@ def test_against_scipys_own_events(phase):
     assert told["max_tilt"][0] == pytest.approx(tilt, abs=1e-7)  # the least of 20,001 points is off by their spacing²
 
 
+@pytest.mark.compiled
 def test_units_and_sense():
     points = bodies(200, 2, 1e-3)
     told = columns(points)
@@ -142,6 +143,7 @@ def test_no_search_depends_on_its_neighbours(neighbour, monkeypatch):
             np.testing.assert_array_equal(beside[name][:1], alone[name], err_msg=name)
 
 
+@pytest.mark.compiled
 def test_the_survey_adds_the_columns_and_changes_no_other():
     points = bodies(200, 3, 1e-3)
     plain, more = (survey.measured(points, 4.0, 16, 1e-10, nonlinear=flag) for flag in (False, True))
@@ -161,6 +163,7 @@ def test_the_frequency_at_its_own_amplitude_tends_to_linear_theory():
     assert off[2] / off[1] == pytest.approx(1e4, rel=1e-2)  # the square of the nudge
 
 
+@pytest.mark.compiled
 def test_broken_points_are_left_out():
     points = bodies(40, 4, 1e-3)
     broken = {name: value.copy() for name, value in points.items()}

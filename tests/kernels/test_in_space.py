@@ -11,6 +11,7 @@ from sweeps.systems.rigid_body.definition import RigidBodyIntegration
 from sweeps.systems.rigid_body.motion import start
 from sweeps.systems.rigid_body.system import SYSTEM
 
+pytestmark = pytest.mark.slow  # what they need takes some 20 s to compile, and few definitions ask for it
 ATTITUDE = RigidBodyIntegration(attitude=True)
 
 

@@ -108,7 +108,9 @@ print(*columns["status"], *columns["propagation_error"])
 """
 
 
-@pytest.mark.parametrize(("defect", "status"), [(0.0, survey.OK), (1e-9, statuses.NOT_CONVERGED)])
+@pytest.mark.parametrize(
+    ("defect", "status"), [pytest.param(0.0, survey.OK, marks=pytest.mark.slow), (1e-9, statuses.NOT_CONVERGED)]
+)
 def test_an_integrator_broken_by_1e_9_is_told_by_the_certificate(defect, status):
     # in a process of its own and in plain Python, for the compiler freezes what it has inlined
     told = subprocess.run(

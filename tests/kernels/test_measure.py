@@ -95,8 +95,8 @@ def test_rate_squared_at_the_ends_of_its_range():
 
 def sums(x, guess):
     b, c = x.T
-    parts = measure.leftover(b[2:], c[2:], b[1:-1], c[1:-1], b[:-2], c[:-2], guess)
-    return [float(np.sum(part)) for part in parts]
+    triples = zip(*(x.tolist() for x in (b[2:], c[2:], b[1:-1], c[1:-1], b[:-2], c[:-2])), strict=True)
+    return np.sum([measure.leftover(*triple, guess) for triple in triples], axis=0).tolist()
 
 
 @pytest.mark.parametrize("guess", [0.0, 0.05, -0.2])

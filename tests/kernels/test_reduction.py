@@ -39,6 +39,7 @@ def test_three_samples_of_a_linear_motion_obey_the_identity():
             assert abs(left) < 10 * max(abs(u), abs(u1)) ** 4 + 1e-9 * max(abs(u), abs(u1))
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("epsilon", [1e-2, 1e-1])
 def test_the_reduced_rate_is_that_of_an_infinitesimal_nudge(epsilon):
     rng = np.random.default_rng(3)

@@ -245,7 +245,7 @@ def test_time_backwards_measures_the_same_rates():
 
 
 @pytest.mark.compiled
-@settings(max_examples=20)
+@settings(max_examples=10)
 @given(st.lists(moment_triples(0.2, 1.0), min_size=4, max_size=4))
 def test_one_axis_of_three_grows_and_the_others_do_not(bodies_drawn):
     I1, I2, I3 = np.repeat(np.array(bodies_drawn).T, 3, axis=1)

@@ -107,6 +107,7 @@ def test_modes_and_what_has_no_period():
     assert np.isnan(found["period_psi_exact"][[0, 2, 4]]).all()
 
 
+@pytest.mark.slow  # its kernel takes seconds to compile
 def test_krylov_from_its_two_periods():
     """(5247) Krylov: 368.7 h and 67.27 h with 0.36 : 0.96 : 1 (Lee et al., A&A 635 (2020) A137)."""
     found = tumbling.inverse(0.36, 0.96, 1.0, 368.7 / 67.27)
@@ -118,6 +119,7 @@ def test_krylov_from_its_two_periods():
     assert tumbling.inverse(0.36, 0.97, 1.0, 368.7 / 67.27)["energy"][tumbling.SAM] == pytest.approx(1.02, abs=5e-4)
 
 
+@pytest.mark.slow  # its kernel takes seconds to compile
 def test_a_ratio_below_one_excludes_the_short_axis_mode():
     """1I/'Oumuamua: 6.58 h beside 8.67 h is long-axis only, 13.15 h and 54.48 h are both (Belton et al. 2018)."""
     I1, I2, I3, _ = bodies(300, 4)
@@ -127,6 +129,7 @@ def test_a_ratio_below_one_excludes_the_short_axis_mode():
         assert np.isfinite(found["energy"][tumbling.LAM]).any()
 
 
+@pytest.mark.slow  # its kernel takes seconds to compile
 def test_the_inverse_undoes_the_periods(tumblers):
     points, found = tumblers
     ratio = found["period_psi_exact"] / found["period_phi_long_axis_exact"]

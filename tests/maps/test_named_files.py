@@ -49,9 +49,10 @@ def written(ds, folder, system, definition):
     return str(folder / "map.nc")
 
 
-EACH = repeated.but(("show", "trajectory", "report"), DOORS)
+EACH = repeated.but(("show", "trajectory"), DOORS)
 
 
+@pytest.mark.usefixtures("few_frames")
 @pytest.mark.parametrize("door", EACH)
 def test_a_python_file_that_the_definition_in_a_map_names_is_not_run(bodies, folder, capsys, door):
     evil = folder / "evil.py"
@@ -61,6 +62,7 @@ def test_a_python_file_that_the_definition_in_a_map_names_is_not_run(bodies, fol
     assert not (folder / "mark").exists()
 
 
+@pytest.mark.usefixtures("few_frames")
 @pytest.mark.parametrize("door", EACH)
 def test_a_python_file_that_a_map_names_as_its_system_is_not_run(folder, capsys, door):
     evil = folder / "evil.py"

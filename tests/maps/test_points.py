@@ -118,6 +118,7 @@ def test_every_system_has_points(system):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("few_frames")
 @pytest.mark.parametrize("system", OTHERS)
 def test_every_system_makes_and_shows_them(system, folder):
     definition = other(system)

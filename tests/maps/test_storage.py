@@ -89,8 +89,7 @@ def assert_same_bits(left, right):
             definition, count, threads, id=f"{name}-{count}-{threads}", marks=() if quick else pytest.mark.slow
         )
         for name, definition in {"grid": TINY, "bodies": BODIES}.items()
-        for count in (1, 3, 7)
-        for threads in (1, 2)
+        for count, threads in ((1, 2), (3, 2), (7, 1))
         for quick in [(name, count, threads) in {("grid", 3, 2)}]
     ],
 )
@@ -145,9 +144,7 @@ def merge_is_refused(paths, tmp_path, *words, definition=TINY):
 def test_missing_and_double_shards_are_refused(shards, tmp_path):
     first, second, third = shards
     merge_is_refused([second, third], tmp_path, "points 0 to 287 are missing")
-    merge_is_refused([first, third], tmp_path, "points 288 to 575 are missing")
     merge_is_refused([first, second], tmp_path, "points 576 to 863 are missing")
-    merge_is_refused([first, second, third, second], tmp_path, "are given twice")
     merge_is_refused([first, first, second, third], tmp_path, "points 0 to 287 are given twice")
 
 

@@ -32,7 +32,7 @@ def test_there_are_sixty():
     assert len(KNOWN) + len(MULTIPLE) >= 60
 
 
-LONG = ("16 wells", "20 wells")  # degree 32 and 40
+LONG = ("12 wells", "16 wells", "20 wells")  # degree 24 to 40
 
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in LONG else n for n in KNOWN])

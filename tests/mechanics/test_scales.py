@@ -225,9 +225,8 @@ def scaled(L, M, T):
     yield plane(lambda x: E * ((x / L) ** 2 / 2 + 0.1 * (L / x) ** 2), [(-2 * L, 2 * L)])
 
 
-@pytest.mark.parametrize(
-    "factors", [FACTORS[0], *(pytest.param(f, marks=pytest.mark.slow) for f in FACTORS[1:])], ids=str
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("factors", FACTORS, ids=str)
 def test_dimensionless_theory_does_not_know_the_units(factors):
     L, M, T = factors
     for plain, other in zip(scaled(1.0, 1.0, 1.0), scaled(L, M, T), strict=True):

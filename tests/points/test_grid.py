@@ -8,7 +8,7 @@ from sweeps.points.loading import read
 
 PARAMETERS = ["I1", "I2", "I3", "omega0", "epsilon", "phase"]
 HUGE = {name: {"start": 1.0, "stop": 2.0, "num": 10**13} for name in ("I1", "I2", "I3", "omega0")}
-quick = settings(max_examples=60, deadline=None, derandomize=True)
+quick = settings(max_examples=25, deadline=None, derandomize=True)
 
 
 def grid_of(lengths, **more):

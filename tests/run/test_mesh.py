@@ -13,6 +13,7 @@ PAGE = (Path(__file__).parents[2] / "sweeps/handbook/text/howto/bodies.md").read
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("few_frames")
 def test_the_racket_of_the_readme_goes_the_whole_way(tmp_path, monkeypatch, capsys):
     trimesh = pytest.importorskip("trimesh")
     monkeypatch.chdir(tmp_path)

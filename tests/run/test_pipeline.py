@@ -18,6 +18,9 @@ from sweeps.shards import shard as shards
 GRID = {"I1": [0.5, 1.0, 1.5], "I2": [0.75, 1.25], "I3": 1.0, "omega0": [1.0, 10.0]}
 
 
+pytestmark = pytest.mark.usefixtures("few_frames")
+
+
 @pytest.fixture
 def mine(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -123,7 +126,7 @@ def test_run_refuses_before_any_work(mine, capsys, arguments):
 
 @pytest.mark.slow
 def test_broken_off_it_leaves_nothing_half_written_and_goes_on(mine):
-    grid = GRID | {"I1": {"start": 0.5, "stop": 1.5, "num": 300}, "I2": {"start": 0.5, "stop": 1.5, "num": 100}}
+    grid = GRID | {"I1": {"start": 0.5, "stop": 1.5, "num": 100}, "I2": {"start": 0.5, "stop": 1.5, "num": 100}}
     mine.write_text(json.dumps({"grid": grid, "shards": 12, "integration": {"rotations": 40}}))
     command = [sys.executable, "-m", "sweeps", "run", "mine.yaml", "--cores", "1"]
     root = str(Path(pipeline.__file__).parents[2])

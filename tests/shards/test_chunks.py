@@ -26,7 +26,7 @@ def test_chunks_never_exceed_the_shape_nor_the_room():
 @pytest.mark.usefixtures("room")
 def test_chunks_fill_at_least_half_of_the_room_where_there_are_so_many_values():
     @given(shapes)
-    @settings(max_examples=60, deadline=None)
+    @settings(max_examples=25, deadline=None)
     def check(shape):
         assert 2 * Chunks(shape).points > min(chunks.CHUNK_POINTS, math.prod(shape))
 
@@ -36,7 +36,7 @@ def test_chunks_fill_at_least_half_of_the_room_where_there_are_so_many_values():
 @pytest.mark.usefixtures("room")
 def test_a_chunk_is_one_run_of_values_in_c_order():
     @given(shapes)
-    @settings(max_examples=60, deadline=None)
+    @settings(max_examples=25, deadline=None)
     def check(shape):
         cut, numbers = Chunks(shape), np.arange(math.prod(shape)).reshape(shape)
         found = []
@@ -55,7 +55,7 @@ def test_a_chunk_is_one_run_of_values_in_c_order():
 @pytest.mark.usefixtures("room")
 def test_any_run_of_values_is_shared_out_among_chunks_once():
     @given(shapes, st.data())
-    @settings(max_examples=60, deadline=None)
+    @settings(max_examples=25, deadline=None)
     def check(shape, data):
         cut, size = Chunks(shape), math.prod(shape)
         first = data.draw(st.integers(0, size))

@@ -13,6 +13,7 @@ from oscillators import LIBRARY
 import sweeps
 from kernels.fingerprint import fingerprint
 from sweeps import systems
+from sweeps.__main__ import main
 from sweeps.maps import dataset, storage
 from sweeps.points import catalogue
 from sweeps.points.loading import read
@@ -152,7 +153,6 @@ def test_what_is_wrong_with_a_description_is_said_before_any_work(tmp_path, V, w
 
 
 @pytest.mark.slow
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("V", "curvature"),
     [
@@ -178,14 +178,13 @@ def test_functions_with_a_name_of_their_own_are_taken(tmp_path, V, curvature):
     assert float(ds["omega_squared_reduced"]) == pytest.approx(2.0 * curvature, rel=1e-8)
 
 
-def test_exit_status_two_and_one_line(tmp_path):
+def test_exit_status_two_and_one_line(tmp_path, capsys):
     described(tmp_path, SPRING.format(V="k * x"))
     (tmp_path / "mine.yaml").write_text(f"system: {tmp_path}/spring.py\ngrid: {{stiffness: 2.0}}\n")
-    command = [sys.executable, "-m", "sweeps", "check", str(tmp_path / "mine.yaml")]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert done.returncode == 2
-    assert done.stderr.count("\n") == 1
-    assert "there is none within the bounds" in done.stderr
+    assert main(["check", str(tmp_path / "mine.yaml")]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert "there is none within the bounds" in said
 
 
 @pytest.mark.parametrize(

@@ -111,6 +111,7 @@ def said(capsys, *arguments, status=0):
     return captured.err if status else captured.out
 
 
+@pytest.mark.slow  # its kernel takes seconds to compile
 def test_krylov_on_the_command_line_and_in_python(capsys):
     wanted = ("tumbler", "--P-psi", 368.7, "--P-phi", 67.27, "--unit", "h", "--ratios", 0.36, 0.96, "--sigma-phi", 0.1)
     told = json.loads(said(capsys, *wanted, "--json"))
@@ -132,6 +133,7 @@ def test_krylov_on_the_command_line_and_in_python(capsys):
     assert float(back["period_phi_long_axis"]) / 3600 == pytest.approx(67.27, rel=1e-9)
 
 
+@pytest.mark.slow  # its kernel takes seconds to compile
 def test_a_short_period_excludes_the_short_axis_mode(capsys, tmp_path):
     path, picture = tmp_path / "map.nc", tmp_path / "map.png"
     words = said(capsys, "tumbler", "--P-psi", 6.58, "--P-phi", 8.67, "-o", path, "--figure", picture)

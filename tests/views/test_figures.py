@@ -55,7 +55,6 @@ GRIDS = {
         "grid": {"omega0": [1.0, -2.0]},
     },
 }
-QUICK = ("one point",)  # other tests draw such as the others too
 COARSE = 50  # dots an inch
 SOME = [0, 3, 6]  # bodies: observed, flipping, symmetric
 
@@ -94,11 +93,7 @@ def styled():
         yield
 
 
-@pytest.fixture(autouse=True)
-def few_frames(monkeypatch):
-    """The animation has its own tests."""
-    monkeypatch.setattr(figure_flip, "FRAMES", 3)
-    monkeypatch.setattr(films, "encoder", lambda: None)
+pytestmark = pytest.mark.usefixtures("few_frames")
 
 
 def drawn(axes, gid):
@@ -174,9 +169,8 @@ def coarse(monkeypatch):
     monkeypatch.setitem(figure_style.STYLE, "savefig.dpi", COARSE)
 
 
-@pytest.mark.parametrize(
-    "name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in GRIDS]
-)
+@pytest.mark.slow  # other tests draw such as these too
+@pytest.mark.parametrize("name", GRIDS)
 @pytest.mark.filterwarnings("error")
 def test_odd_maps_have_pictures(name, tmp_path, coarse):
     for path in figures.draw_all(sweeps.survey({"title": name} | GRIDS[name]), tmp_path):

@@ -63,6 +63,7 @@ def test_it_draws_into_an_axes_of_somebody_else(tiny):
     assert "cannot" in " ".join(left.get_legend_handles_labels()[1]) or not (tiny.triangle_margin < 0).any()
 
 
+@pytest.mark.slow
 def test_the_accessor_is_there_without_matplotlib():
     code = (
         "import sys, sweeps; assert not {'xarray', 'matplotlib', 'pydantic'} & set(sys.modules);"
@@ -122,6 +123,7 @@ def test_a_picture_is_as_large_as_it_is_asked_for(path, tmp_path, size):
     np.testing.assert_allclose([float(x) for x in box.groups()], np.array(size) / 25.4 * 72, rtol=1e-4)
 
 
+@pytest.mark.slow
 def test_the_text_of_an_svg_is_text_and_its_fonts_are_in_it(path, tmp_path):
     main(["figures", path, "-o", str(tmp_path), "--only", "stability_axis_2", "--format", "svg"])
     svg = (tmp_path / "stability_axis_2.svg").read_text()
