@@ -7,12 +7,14 @@ import re
 import shutil
 import urllib.parse
 import zlib
+from importlib import import_module
 from pathlib import Path
 
 import mpmath
 import numpy as np
 import pytest
 import xarray as xr
+from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import sweeps
@@ -21,6 +23,7 @@ from sweeps.__main__ import main
 from sweeps.boxes import blocks
 from sweeps.maps import summary as maps_summary
 from sweeps.maps.storage import open_map, write_map
+from sweeps.systems.oscillator.page import equations
 from sweeps.systems.relative_equilibrium.variables import REGIMES
 from sweeps.views import plotly, report, report_columns
 
@@ -332,6 +335,34 @@ def test_the_policy_names_the_scripts_and_forbids_the_rest(plane, tmp_path):
     assert "default-src 'none'" in policy
     assert "unsafe-inline" not in policy.split("style-src")[0]
     assert "unsafe-eval" not in policy
+
+
+def valued(tree, at):
+    """A tree of the page's, worked out."""
+    if isinstance(tree, float):
+        return tree
+    if isinstance(tree, str):
+        return at[tree]
+    parts = [valued(part, at) for part in tree[1:]]
+    ways = {"+": sum, "*": math.prod, "^": lambda both: both[0] ** both[1]}
+    return ways[tree[0]](parts) if tree[0] in ways else getattr(math, tree[0])(*parts)
+
+
+def test_equations_of_the_page_are_those_of_the_double_pendulum():
+    """Beside the accelerations that textbooks give, solved by hand for equal rods and masses of one."""
+    found = equations.facts(import_module("sweeps.mechanics.library.double_pendulum").system)
+    one, two, speed, other = 0.7, -0.4, 1.3, 0.8
+    at = {"mass1": 1.0, "mass2": 1.0, "length1": 1.0, "length2": 1.0, "gravity": 9.8, "theta1": one, "theta2": two}
+    at |= {found["coordinates"][0]["velocity"]: speed, found["coordinates"][1]["velocity"]: other}
+    for name, tree in found["shared"]:
+        at[name] = valued(tree, at)
+    a = [[valued(tree, at) for tree in row] for row in found["a"]]
+    forces = [valued(tree, at) for tree in found["forces"]]
+    sine, cosine = math.sin(one - two), math.cos(one - two)
+    first = -9.8 * 3 * math.sin(one) - 9.8 * math.sin(one - 2 * two) - 2 * sine * (other**2 + speed**2 * cosine)
+    second = 2 * sine * (2 * speed**2 + 2 * 9.8 * math.cos(one) + other**2 * cosine)
+    expected = np.array([first, second]) / (3 - math.cos(2 * (one - two)))
+    np.testing.assert_allclose(np.linalg.solve(a, np.negative(forces)), expected, rtol=1e-13)
 
 
 def test_plotly_is_the_file_that_was_taken(monkeypatch):
@@ -883,6 +914,53 @@ def test_hostile_texts_do_not_run(browser, breaking, folder):
     assert page.locator("h1").inner_text() == HOSTILE
     assert opened.said == []
     assert len(opened.asked) == 1
+    opened.context.close()
+
+
+@pytest.mark.slow
+def test_an_unstable_motion_is_followed_by_its_full_equations(browser, folder):
+    """A bead at the bottom of a hoop, beside SciPy's DOP853 of the equation written by hand; the nudge is 0.01 rad."""
+    grid = {"radius": [0.5, 1.0, 1.5], "spin_rate": [2.0, 6.0]}
+    ds = sweeps.survey({"system": "bead_on_hoop", "grid": grid})
+    report.write(ds, folder / "hoop.html")
+    opened = Opened(browser, folder / "hoop.html", "#radius=1&spin_rate=6&equilibrium=bottom")
+    times, theta = opened.page.evaluate("[polhode.map.mode.times, polhode.map.mode.followed[0]]")
+    slope = lambda t, y: [y[1], (36.0 * math.cos(y[0]) - 9.80665) * math.sin(y[0])]  # noqa: E731
+    true = solve_ivp(slope, (0, times[-1]), [0.01, 0.0], "DOP853", times, rtol=1e-12, atol=1e-14).y[0]
+    # its tolerance, 1e-11 rad, grown by e^(λt) up to about a radian: a hundredfold
+    np.testing.assert_allclose(theta, true, atol=1e-7)
+    assert max(theta) > 1
+    words = opened.page.locator("#mode-words").inner_text()
+    assert parsed(re.search(r"it goes ([\d.]+)", words)[1]) == pytest.approx(max(true), rel=5e-3)  # three digits
+    tilt = math.acos(9.80665 / 36.0)
+    drawn = opened.page.evaluate(
+        "document.getElementById('places-plot').data.filter(({ mode }) => mode === 'markers')"
+        ".flatMap((trace) => trace.x.map((x, i) => [x, trace.y[i]]))"
+    )
+    assert any(x == 1.0 and y == pytest.approx(tilt, rel=1e-6) for x, y in drawn)
+    assert opened.said == []
+    opened.context.close()
+
+
+@pytest.mark.slow
+def test_eigenvalues_stand_in_the_plane_as_in_the_map(browser, folder):
+    ds = equilibria()
+    report.write(ds, folder / "spectrum.html")
+    opened = Opened(
+        browser, folder / "spectrum.html", f"#moment_of_weight={float(ds.moment_of_weight[6])}&spin_rate=0.5"
+    )
+    rings, dots = opened.page.evaluate(
+        "document.getElementById('spectrum-plot').data.map(({ x, y, error_x }) => [x, y, error_x && error_x.array])"
+    )
+    point = ds.isel(moment_of_weight=6, spin_rate=0, equilibrium=0)
+    np.testing.assert_array_equal(dots[:2], [point.eigenvalue_real, point.eigenvalue_imag])
+    np.testing.assert_array_equal(rings[:2], [point.eigenvalue_real_theory, point.eigenvalue_imag_theory])
+    assert dots[2] == [0.02] * 4
+    said = opened.page.locator("#say").inner_text()
+    assert parsed(said.split("e times every ")[1]) == pytest.approx(1 / float(point.growth_rate.max()), rel=1e-3)
+    opened.page.locator("#spectrum-table summary").click()
+    assert opened.page.locator("#spectrum-table tbody tr").count() == 4
+    assert opened.said == []
     opened.context.close()
 
 

@@ -242,10 +242,10 @@ class Oscillator(Dynamics):
         return Opening(at={"epsilon": float(ds["epsilon"].min())} if "epsilon" in ds.dims else {})
 
     def page(self, ds: "xr.Dataset") -> Page:
-        """The motion of one mode."""
-        from sweeps.systems.oscillator.page import PAGE
+        """The motion of one mode, and where equilibria are."""
+        from sweeps.systems.oscillator.page import page
 
-        return PAGE
+        return page(ds, None if self.name.endswith(".py") else self.description)
 
     def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
         """The map, and theory against measurement; a map is all they need."""

@@ -39,7 +39,7 @@ function nudgeCurves() {
   return names.map((name, i) => {
     const y = order.map((j) => rateDeviation(state.place.map((at, d) => (d === k ? i : d === e ? j : at))));
     const color = theMap.seriesColors[i % theMap.seriesColors.length];
-    const ink = color === "#333333" ? pageColor("ink") : color;
+    const ink = inkOf(color);
     return { type: "scatter", mode: "lines+markers", name: plain(k >= 0 ? over[chosen].curve(name) : "rate"), x: order.map((j) => theMap.coordinates[along].values[j]), y: y.map((v) => (v > 0 ? v : null)), line: { color: ink, width: 1.6, dash: DASHES[Math.floor(i / 7) % 6] }, marker: { color: ink, size: 6, symbol: SYMBOLS[i % 6] } };
   });
 }

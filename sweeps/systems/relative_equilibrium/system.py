@@ -186,8 +186,10 @@ class RelativeEquilibrium(oscillator.Oscillator):
         self._compiled()
 
     def page(self, ds: "xr.Dataset") -> Page:
-        """Its part of the page: the map to explore, as every system has it."""
-        return Page(question="What is stable, what flutters, and how sure are we?")
+        """The eigenvalues of the point chosen."""
+        from sweeps.systems.relative_equilibrium.page import PAGE
+
+        return PAGE
 
     def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
         """The map, and theory against measurement; a map is all they need."""

@@ -11,6 +11,11 @@ function flagColor(meaning, order) {
   return theMap.colors[meaning] ?? theMap.seriesColors[order % theMap.seriesColors.length];
 }
 
+/** A colour as a line or a dot has it: the darkest of the series would not be seen on a dark page. */
+function inkOf(color) {
+  return color === "#333333" ? pageColor("ink") : color;
+}
+
 /** How a column's values become colours: z for Plotly, and the scale to go with it. */
 function colorScale(column, values, exists) {
   if (column.isFlag) return flagScale(column);
@@ -20,7 +25,8 @@ function colorScale(column, values, exists) {
   const title = { text: unitText(column.units) };
   if (low < 0 && high > 0) {
     const limit = Math.max(-low, high);
-    return { z: (v) => v, zmin: -limit, zmax: limit, colorscale: DIVERGING, colorbar: { title } };
+    const colorscale = part.grows?.(column) ? DIVERGING.map(([at], i) => [at, DIVERGING[DIVERGING.length - 1 - i][1]]) : DIVERGING;
+    return { z: (v) => v, zmin: -limit, zmax: limit, colorscale, colorbar: { title } };
   }
   const positive = shown.filter((value) => value > 0);
   if (low >= 0 && positive.length > 1 && high > 1e3 * quantile(positive, 0.02)) return decadeScale(positive, title);

@@ -29,7 +29,8 @@ function coordinateText(name, value) {
   const coordinate = theMap.coordinates[name];
   const flag = (coordinate.flags ?? []).find((one) => one.value === value);
   if (flag) return flagText(flag.meaning);
-  return typeof value === "number" ? withUnit(value, coordinate.units) : String(value);
+  if (typeof value === "number") return withUnit(value, coordinate.units);
+  return name === "equilibrium" ? value.replaceAll("_", " ") : String(value);
 }
 
 /** The control of one dimension: buttons for few names or whole numbers, a list for many, a slider for numbers. */

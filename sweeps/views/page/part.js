@@ -1,5 +1,7 @@
 // The part of a system that has none of its own. A system's part defines the same name, with any of these members:
 //   choices()                    columns to colour by, before the map's own
+//   color                        name of the column it begins with, where that is not the first to choose
+//   grows(column)                whether a column's values above 0 mean growth: they are red then, else those below
 //   kept                         name → function of a link's text: what of `state` a link keeps beside place and plane
 //   shown                        what the console, and the tests, may look at
 //   build()                      builds the sections below the map

@@ -85,16 +85,19 @@ function regionNames(cells, x, y) {
   if (!flag || cells.length < 6 || cells[0].length < 6 || cells.length * cells[0].length > 250000) return [];
   const values = cells.map((row) => row.map((cell) => (cell.exists ? flag.at(cell.place) : null)));
   const room = roomOf(values);
+  const [mi, mj] = [state.x, state.y].map((name) => ascending(name).indexOf(state.place[theMap.order.indexOf(name)]));
+  const hides = (i, j) => Math.abs(i - mi) < 0.14 * cells[0].length && Math.abs(j - mj) < 0.07 * cells.length; // the chosen cell
   const best = new Map();
   room.forEach((row, j) => row.forEach((free, i) => {
     const value = values[j][i];
-    if (value !== null && free > (best.get(value)?.free ?? 0)) best.set(value, { free, i, j });
+    if (value !== null && !hides(i, j) && free > (best.get(value)?.free ?? 0)) best.set(value, { free, i, j });
   }));
   const log = (values, value) => (isLogarithmic(values) ? Math.log10(value) : value);
   const least = 0.06 * Math.min(cells.length, cells[0].length);
   return [...best].filter(([, at]) => at.free > least).map(([value, { i, j }]) => {
     const text = plain(flagText(flag.meanings.get(value) ?? "")).replace(", ", "<br>");
-    return { x: log(x, x[i]), y: log(y, y[j]), text, showarrow: false, font: { size: 12, color: "#1a1a1a" }, bgcolor: "rgba(255,255,255,0.72)", borderpad: 2 };
+    const xanchor = i < 0.15 * x.length ? "left" : i > 0.85 * x.length ? "right" : "center";
+    return { x: log(x, x[i]), y: log(y, y[j]), xanchor, text, showarrow: false, font: { size: 12, color: "#1a1a1a" }, bgcolor: "rgba(255,255,255,0.72)", borderpad: 2 };
   });
 }
 
@@ -215,11 +218,24 @@ function usedFlags(column, cells) {
   return column.flags.map((flag, i) => ({ ...flag, text: flagText(flag.meaning), color: flagColor(flag.meaning, i) })).filter((flag) => used.has(flag.value));
 }
 
+/** At most so many of n numbers from 0, both ends included. */
+function fewOf(n, most) {
+  const kept = Math.min(n, most);
+  return Array.from({ length: kept }, (_, i) => Math.round((i * (n - 1)) / Math.max(1, kept - 1)));
+}
+
+/** A table of texts, the first of each row its head. */
+function fillTable(table, heads, rows) {
+  const head = element("tr", {}, ...heads.map((text) => element("th", { scope: "col", textContent: text })));
+  const lines = rows.map(([first, ...rest]) => element("tr", {}, element("th", { scope: "row", textContent: first }), ...rest.map((text) => element("td", { className: "n", textContent: text }))));
+  table.replaceChildren(element("thead", {}, head), element("tbody", {}, ...lines));
+}
+
 const MOST_TABLE = 30; // rows and columns that the table of the plane has at most
 
 function fillPlaneTable({ cells, column }) {
-  const few = (n) => Array.from({ length: Math.min(n, MOST_TABLE) }, (_, i) => Math.round((i * (n - 1)) / Math.max(1, Math.min(n, MOST_TABLE) - 1)));
-  const [rows, columns] = [few(cells.length).reverse(), few(cells[0].length)];
+  const [rows, columns] = [cells.length, cells[0].length].map((n) => fewOf(n, MOST_TABLE));
+  rows.reverse();
   const heading = (name, cell) => (name ? numberText(coordinateAt(name, cell.place), 4) : "");
   const head = element("tr", {}, element("th", { textContent: [state.y, state.x].filter(Boolean).map(dimensionLabel).join(" ↓  ") + (state.y ? " →" : "") }));
   for (const i of columns) head.append(element("th", { scope: "col", textContent: heading(state.x, cells[0][i]) }));
@@ -290,7 +306,7 @@ function cellOf(point) {
 
 /** Scrolls to the first section of the system's part, and takes the keys there. */
 function goToPart() {
-  const section = document.querySelector("#motion-first:not([hidden])") ?? document.querySelector("#part > section:not([hidden])");
+  const section = document.querySelector(".side > section:not(.point):not([hidden])") ?? document.querySelector("#part > section:not([hidden])");
   section?.scrollIntoView();
   (section?.querySelector("button") ?? section?.querySelector("h2"))?.focus({ preventScroll: true });
 }

@@ -52,7 +52,7 @@ function firstState() {
   const longest = [...able].sort((a, b) => sizeOf(b) - sizeOf(a)).slice(0, 2);
   const usual = theMap.start.plane.filter((name) => able.includes(name));
   [state.x = null, state.y = null] = usual.length === 2 ? usual : able.filter((name) => longest.includes(name));
-  state.color = theMap.choices[0].name;
+  state.color = (theMap.choices.find(({ name }) => name === part.color) ?? theMap.choices[0]).name;
   keepOwn();
   state.place = part.first?.() ?? tellingPlace();
 }

@@ -1,10 +1,13 @@
-// Small oscillations: the motion of one mode, and where linear theory ends.
+// Small oscillations: the motion of one mode, where equilibria are, and where linear theory ends.
 
 const part = {
   choices: signedRate,
   nudges: { along: "epsilon", over: {} },
+  kept: { nudge: (text) => (Number(text) > 0 && Number(text) < 1 ? Number(text) : null) },
+  say: (place) => (theMap.mode ? sentenceOfMode(document.getElementById("mode-words").textContent) : sentenceOf(place)),
   build() {
-    buildNudges();
     buildMode();
+    buildPlaces();
+    buildNudges();
   },
 };

@@ -1,0 +1,83 @@
+"""The full equations of motion of a described system, as trees that a page's script works out without compiling text.
+
+A tree is a number, the name of a symbol, or a list: "+", "*", "^" or the name of a function, and its arguments.
+"""
+
+from functools import cache
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import sympy as sp
+
+    from sweeps.mechanics import System
+
+FUNCTIONS = ("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "log")
+
+
+class UnwrittenError(Exception):
+    """An expression that a page does not know."""
+
+
+@cache
+def facts(system: "System") -> dict | None:
+    """Equations a_ij q̈_j + f_i = 0 of a system; None where they hold what a page does not know.
+
+    Args:
+        system: the description.
+
+    Returns:
+        `coordinates` (name, `velocity`, `unit`, and `size`, the tree of what is drawn as a nudge of one), `shared`
+        (name and tree of what stands in several), `a` (rows of trees) and `forces` (trees of f_i).
+    """
+    import sympy as sp
+
+    from sweeps.mechanics.derivation import derive
+
+    equations = derive(system)
+    n = equations.n
+    forces = [t + g for t, g in zip(equations.velocity_terms, equations.gradient, strict=True)]
+    shared, found = sp.cse([*equations.a, *forces], symbols=sp.numbered_symbols("shared "))
+    try:
+        trees = [tree(e) for e in found]
+        coordinates = [
+            {"name": c.name, "velocity": c.velocity.name, "unit": c.unit, "size": tree(_size(c))} for c in system.kept
+        ]
+        named = [[symbol.name, tree(e)] for symbol, e in shared]
+    except UnwrittenError:
+        return None
+    rows = [trees[i * n : (i + 1) * n] for i in range(n)]
+    return {"coordinates": coordinates, "shared": named, "a": rows, "forces": trees[n * n :]}
+
+
+def _size(coordinate) -> "sp.Expr":
+    """What a nudge of one is in a picture: as described, a radian, or an eighth of the bounds."""
+    import sympy as sp
+
+    if coordinate.size is not None:
+        return coordinate.size
+    low, high = coordinate.bounds
+    return sp.Integer(1) if coordinate.unit == "rad" else (high - low) / 8
+
+
+def tree(expression: "sp.Expr") -> float | str | list:
+    """An expression as a tree.
+
+    Raises:
+        UnwrittenError: for a function that is none of `FUNCTIONS`, and for what is not real.
+    """
+    import sympy as sp
+
+    e = sp.sympify(expression)
+    if e.is_Symbol:
+        return e.name
+    if e.is_number and e.is_real and e.is_finite:
+        return float(e)
+    if e.is_Add or e.is_Mul:
+        return ["+" if e.is_Add else "*", *map(tree, e.args)]
+    if isinstance(e, sp.exp):
+        return ["exp", tree(e.args[0])]
+    if e.is_Pow:
+        return ["^", *map(tree, e.args)]
+    if e.is_Function and e.func.__name__ in FUNCTIONS and len(e.args) == 1:
+        return [e.func.__name__, tree(e.args[0])]
+    raise UnwrittenError(str(e))
