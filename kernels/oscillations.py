@@ -18,8 +18,11 @@ f_½ and f_¼ of the three sizes, over the same samples,
           \omega^2_{\text{reduced}} = \tfrac13\left(4f_{1/4} - f_{1/2}\right), \qquad
           b = \tfrac1{15}\left|\omega^2_{\text{reduced}} - R\right|
 
-have nothing of the second order, and b is what the reduced rate² has of the fourth: 1/64 of what f has. That holds of
-the rates² at any length of the run; of the samples, :math:`\tfrac13(4\xi_{1/4} - \xi_{1/2})`, it gives the scatter.
+have nothing of the second order, and b is what the reduced rate² has of the fourth: 1/64 of what f has. Extrapolated
+twice, :math:`\tfrac1{15}(16\,\omega^2_{\text{reduced}} - R)`, it has nothing of the fourth either, and 1/64 of what f
+has of the sixth. Neither can be seen in three rates². But the samples, extrapolated alike,
+:math:`\tfrac1{45}(64\,\xi_{1/4} - 20\,\xi_{1/2} + \xi)`, have 1/64 of the sixth order of theirs: the root mean square
+of their residuals, as a rate², says how large that is, and at small nudges it is the scatter of rounding alone.
 The nudged mode is sampled every h and
 measured by the recurrence of :mod:`kernels.measure`, which asks for no regime. Samples count until it has grown
 tenfold or, after the first seven, beyond LARGE, or another mode exceeds a tenth of its largest value so far. Where the
@@ -43,7 +46,7 @@ from numba import float64, int64, njit, types, void
 from kernels import direct, measure, reduction
 from kernels.blocks import W, cut
 from kernels.columns import numbers
-from kernels.options import OPTIONS
+from kernels.options import INLINE, OPTIONS
 from kernels.statuses import NON_FINITE, NOT_CONVERGED, OK, SHORT_WINDOW
 
 STABLE, UNSTABLE, MARGINAL = range(3)
@@ -56,16 +59,17 @@ LARGE = 0.3  # the window ends beyond this part of the system's own size, but no
 
 THIRD = 1.0 / 3.0
 BOTH = 5.0 / 3.0  # what comes together of two runs' errors in their extrapolation
-NEXT, GROWING, FURTHER = 2.0, 3.0, 0.15  # in what the extrapolation leaves: see errors
+# In what the extrapolation leaves (see errors): of the fourth order, and how fast orders fall; of the sixth, of whose
+# residuals so much at least is unknown; by how much a third harmonic's residual counts.
+NEXT, GROWING, SIXTH, UNKNOWN, HARMONIC = 2.0, 3.0, 2.0, 0.2, 9.0
 
 # Rows of the measurement's scratch array, each W long; the projections follow from PROJECTION on.
 XI, XI1, XI2, OTHER, GUESS, RX, RR, XX, USED, OPEN, START, LARGEST = (W * r for r in range(12))
-E0, ED, ES, COARSE, ALLOWED, APART = (W * r for r in range(12, 18))
-LOPEN, LCAP, LN, LK, LKK, LY, LKY, LFIRST, LLAST, LIMIT = (W * r for r in range(18, 28))
-# The runs of a half and of a quarter of the nudge: samples, recurrence's sums; the extrapolated samples' sums.
-HALF, HALF1, HALF2, HRX, HXX, QUARTER, QUARTER1, QUARTER2, QRX, QXX, ZRX, ZRR, ZXX = (W * r for r in range(28, 41))
-COARSE_SPEED, FIRST_OTHER = 41 * W, 42 * W
-PROJECTION = 43 * W
+E0, ED, ES, COARSE, ALLOWED = (W * r for r in range(12, 17))
+LOPEN, LCAP, LN, LK, LKK, LY, LKY, LFIRST, LLAST, LIMIT = (W * r for r in range(17, 27))
+# The runs of a half and of a quarter of the nudge: samples, recurrence's sums; of the twice extrapolated samples too.
+HALF, HALF1, HALF2, HRX, HXX, QUARTER, QUARTER1, QUARTER2, QRX, QXX, ZRX, ZRR, ZXX = (W * r for r in range(27, 40))
+COARSE_SPEED, PROJECTION = 40 * W, 41 * W
 
 SIZES = (1.0, 0.5, 0.25)  # of the nudge: each has a run from either side, +, -
 
@@ -78,8 +82,6 @@ RAW = numbers(
             "reduced",
             "beyond",
             "spread",
-            "size",
-            "others",
             "samples",
             "energy_drift",
             "halving",
@@ -133,8 +135,7 @@ def _begin(Q, P, n):
         Q[XI1 + lane], Q[XI2 + lane] = Q[XI + lane], Q[XI + lane]
         Q[GUESS + lane], Q[RX + lane], Q[RR + lane], Q[XX + lane] = 0.0, 0.0, 0.0, 0.0
         Q[USED + lane], Q[OPEN + lane] = 1.0, 1.0
-        Q[LARGEST + lane], Q[APART + lane] = abs(Q[XI + lane]), Q[OTHER + lane]
-        Q[FIRST_OTHER + lane] = Q[OTHER + lane]
+        Q[LARGEST + lane] = abs(Q[XI + lane])
         Q[LOPEN + lane] = 1.0
         Q[E0 + lane], Q[ED + lane] = P[2 * n * W + lane], 0.0
         Q[ES + lane] = P[(2 * n + 1) * W + lane]
@@ -150,6 +151,12 @@ def _guess(Q):
     """Set the first guess of every lane from its first three samples."""
     for lane in range(W):
         Q[GUESS + lane] = measure.first_guess(Q[XI + lane], 0.0, Q[XI1 + lane], 0.0, Q[XI2 + lane], 0.0)
+
+
+@njit(**INLINE)
+def _extrapolated(quarter, half, whole):
+    """What samples of three sizes of the nudge tend to, without the square and the fourth power of its size."""
+    return quarter + (19.0 * (quarter - half) + (whole - half)) / 45.0
 
 
 @njit(**OPTIONS)
@@ -177,7 +184,7 @@ def _sample(Q, P, K, n, states, triple):
         hx, _, hh = measure.leftover(y, 0.0, y1, 0.0, y2, 0.0, Q[GUESS + lane])
         u, u1, u2 = Q[QUARTER + lane], Q[QUARTER1 + lane], Q[QUARTER2 + lane]
         qx, _, qq = measure.leftover(u, 0.0, u1, 0.0, u2, 0.0, Q[GUESS + lane])
-        z, z1, z2 = u + (u - y) * THIRD, u1 + (u1 - y1) * THIRD, u2 + (u2 - y2) * THIRD
+        z, z1, z2 = _extrapolated(u, y, x), _extrapolated(u1, y1, x1), _extrapolated(u2, y2, x2)
         zx, zr, zz = measure.leftover(z, 0.0, z1, 0.0, z2, 0.0, Q[GUESS + lane])
         Q[HRX + lane] += hx if inside & triple else 0.0
         Q[HXX + lane] += hh if inside & triple else 0.0
@@ -195,7 +202,6 @@ def _sample(Q, P, K, n, states, triple):
         larger = inside & (size > Q[LARGEST + lane])
         Q[LARGEST + lane] = size if larger else Q[LARGEST + lane]
         Q[COARSE + lane] = 1.0 if larger else 0.0
-        Q[APART + lane] = max(Q[APART + lane], Q[OTHER + lane]) if inside else Q[APART + lane]
         grown = size >= measure.LOG_FROM * Q[START + lane]
         logging |= 1 if (Q[LOPEN + lane] > 0.0) & (grown | (Q[LN + lane] > 0.0)) else 0
         Q[XI2 + lane], Q[XI1 + lane] = x1, x
@@ -278,10 +284,6 @@ def _unload(Q, lane, steps, spacing, scale, row):
         reduced = quarter + (quarter - half) * THIRD
         row[RAW.reduced] = reduced
         row[RAW.beyond] = abs(reduced - (half + (half - row[RAW.rate2]) * THIRD)) / 15.0
-    # a mode of a small share feels the others' cubes beside itself: they count for more than their squares
-    crowd = max(1.0, Q[APART + lane] / Q[START + lane])
-    row[RAW.size] = max(Q[LARGEST + lane], Q[APART + lane]) * math.sqrt(crowd)
-    row[RAW.others] = (Q[APART + lane] - Q[FIRST_OTHER + lane]) / Q[LARGEST + lane]
     row[RAW.samples], row[RAW.steps] = Q[USED + lane], steps
     row[RAW.energy_drift] = Q[ED + lane] / Q[ES + lane] if Q[ES + lane] > 0.0 else 0.0
     # at its largest a mode turns: what a step leaves out, of odd order, is there in its speed, in units of the scale
@@ -466,9 +468,9 @@ def run(
     Returns
     -------
     numpy.ndarray, shape (points, len(RAW))
-        Columns of RAW: rate2, stderr, reduced, beyond (b), spread (the reduced rate²'s standard error; s-2), size (as
-        ``start``; of all modes), others (how far another mode has grown, relative to this one), samples, energy_drift,
-        halving, steps, log_slope (s-1) and e_folds; the last two NaN where their window held no two samples.
+        Columns of RAW: rate2, stderr, reduced, beyond (b), spread (the standard error of the twice extrapolated
+        samples' rate²; s-2), samples, energy_drift, halving, steps, log_slope (s-1) and e_folds; the last two NaN where
+        their window held no two samples.
     """
     n = round(math.sqrt(projection.shape[1]))
     raw = np.full((start.size, len(RAW)), np.nan)
@@ -505,22 +507,25 @@ def status(raw, intervals, tolerance):
     return np.select(cases, [NON_FINITE, SHORT_WINDOW, NOT_CONVERGED], OK).astype(np.int8)
 
 
-def errors(raw, scale, size, intervals, spacing):
+def errors(raw, scale, spacing):
     r"""Errors of measured rates² and of their reduced values, in s-2: what a reader may rely on.
 
     With :math:`n` samples in a window of length :math:`T = (n - 1)h`, :math:`u = 2^{-53}`, S the scale:
 
-    * scatter, :math:`\sigma\sqrt{n/(n - 4)}` of the extrapolated samples;
     * integration, :math:`\delta[\frac5T\sqrt{|\omega^2| + 1/T^2} + 4\lambda^2]` as in :mod:`kernels.uncertainty`, δ
-      what halving the step changes in an interval, times their number; 5/3 of it, for 4/3 of one run's and 1/3 of
-      another's come together;
+      what halving the step changes in an interval, times those of the window; 5/3 of it, for 4/3 of one run's and 1/3
+      of another's come together;
     * amplitude: of the measured rate² the distance d from the reduced one; of both what the extrapolation leaves,
-      :math:`b\,[2 + 3\min(15b/d, 10)] + \frac3{20}(d + r)(q + A^2 + o)^2`. b is the fourth order itself, from three
-      sizes of the nudge, and 15b/d how fast orders fall: near 1 and above it they do not. The last term is for places
-      where the fourth and the sixth happen to cancel in b: with r the residuals' root mean square, A the largest
-      relative size of the motion, :math:`q = \min[1, (d + r)/|\omega^2|]`, and o how far another mode has grown,
-      relative to this one, each further order is a part q, A² or o of the one before. The constants hold all of the
-      random places of tests/benchmarks/error_bars.py;
+      :math:`b\,[2 + 3\min(15b/d, 10)] + 2e`. b is the fourth order itself, from three sizes of the nudge, and 15b/d
+      how fast orders fall: near 1 and above it they do not. e is the sixth order, which counts where it happens to
+      cancel the fourth in b: of the twice extrapolated samples the residuals' root mean square s, less what is known
+      of it. For the frequency goes with the amplitude too, and runs of different sizes part by a phase
+      :math:`\Phi = dT/2\omega` in a window of length T. Of the sixth order of :math:`a(s)\cos(\omega t + s^2\Phi t/T)`
+      the part :math:`\frac12s^4(\Phi t/T)^2` of a, and nine times as much of its third harmonic, is that phase and
+      no power of the rate²: in the root mean square :math:`k = \frac{\Phi^2}{128\sqrt5}\sqrt{d^2 + (9r)^2}`, r that
+      of the residuals of the whole nudge's run. So :math:`e = \max(\frac15s, s - 2k)` of a window of a turn or more,
+      over which k is a mean; else s. The constants hold all of the random places of tests/benchmarks/error_bars.py;
+    * scatter, :math:`e\sqrt{n/(n - 4)}/\sqrt{n - 3}`: the standard error of such residuals;
     * rounding, :math:`8u(|\omega^2| + 4S^2) + 6u|\omega|/h + 0.4u/(h^2\sqrt{n - 2})`, and 5/3 of it: S² for the second
       derivatives of V, whose terms may cancel.
 
@@ -528,10 +533,8 @@ def errors(raw, scale, size, intervals, spacing):
     ----------
     raw : numpy.ndarray, shape (points, len(RAW))
         As of :func:`run`.
-    scale, size : numpy.ndarray, shape (points,)
-        S, in s-1; largest relative size of the motion.
-    intervals : int
-        Number of sample intervals.
+    scale : numpy.ndarray, shape (points,)
+        S, in s-1.
     spacing : float
         Spacing of the samples, in 1/S.
 
@@ -543,20 +546,27 @@ def errors(raw, scale, size, intervals, spacing):
     with np.errstate(all="ignore"):
         n, square = raw[:, RAW.samples], raw[:, RAW.reduced] / S2
         span = (n - 1.0) * spacing
-        scatter = raw[:, RAW.spread] / S2 * np.sqrt(n / np.maximum(n - 4.0, 0.25))
         follow = 5.0 / span * np.sqrt(np.abs(square) + 1.0 / span**2) + 4.0 * np.maximum(-square, 0.0)
-        integration = raw[:, RAW.halving] * intervals * follow
-        residual = raw[:, RAW.stderr] / S2 * np.sqrt(np.maximum(n - 3.0, 1.0))
-        shift = np.abs(raw[:, RAW.rate2] / S2 - square)
-        seen = shift + residual
-        beyond = raw[:, RAW.beyond] / S2
+        integration = raw[:, RAW.halving] * (n - 1.0) * follow
+        shift, beyond = np.abs(raw[:, RAW.rate2] / S2 - square), raw[:, RAW.beyond] / S2
         falling = np.minimum(15.0 * beyond / np.maximum(shift, np.finfo(float).tiny), 10.0)
-        part = np.minimum(1.0, seen / np.abs(square)) + size * size + raw[:, RAW.others]
-        left = beyond * (NEXT + GROWING * falling) + FURTHER * seen * part * part
+        sixth = _sixth(raw, square, shift, span, S2)
+        scatter = sixth * np.sqrt(n / np.maximum(n - 4.0, 0.25) / np.maximum(n - 3.0, 1.0))
+        left = beyond * (NEXT + GROWING * falling) + SIXTH * sixth
         rounding = 8.0 * (np.abs(square) + 4.0) + 6.0 * np.sqrt(np.abs(square)) / spacing
         rounding = unit * (rounding + 0.4 / (spacing**2 * np.sqrt(np.maximum(n - 2.0, 1.0))))
         reduced = scatter + BOTH * (integration + rounding) + left
     return (reduced + shift) * S2, reduced * S2
+
+
+def _sixth(raw, square, shift, span, S2):
+    """What is unknown of the twice extrapolated samples' residuals, in S²: e of :func:`errors`."""
+    spread = np.sqrt(np.maximum(raw[:, RAW.samples] - 3.0, 1.0)) / S2
+    seen, residual = raw[:, RAW.spread] * spread, raw[:, RAW.stderr] * spread
+    rate = np.sqrt(np.maximum(square, 0.0))
+    phase = 0.5 * shift * span / rate
+    known = np.hypot(shift, HARMONIC * residual) * (phase * phase / (128.0 * math.sqrt(5.0)))
+    return np.where(rate * span >= 2.0 * math.pi, np.maximum(UNKNOWN * seen, seen - 2.0 * known), seen)
 
 
 def regime(rate_squared, error):

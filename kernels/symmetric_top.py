@@ -28,8 +28,9 @@ taken of :math:`\theta_k - k\delta_1`, which keeps the digits of slow precession
 :math:`2\epsilon/h_\text{step}` radians per radian of spin can be rounding alone: it is reported as none.
 
 *Certificate.* ``propagation_error`` is the largest distance of the integrated omega from the uniform rotation
-:math:`x_k = R(\Omega h)\,x_{k-1}`, relative to the transverse size; R is made here from sines, and shares nothing with
-the integrator.
+:math:`x_k = x_0 - (1 - \cos k\Omega h)\,x_0 + \sin k\Omega h\,\hat e_3\times x_0`, relative to the transverse size.
+Both factors go from sample to sample by their addition theorems, from sines made here, and share nothing with the
+integrator. They stay as small as the turn is: a slow rotation is right to one rounding however many samples it has.
 
 Source: Landau and Lifshitz, Mechanics, section 36 (problem 1 and equation 36.7) and section 33 for the cones; signs
 derived above. Not validated: I3/I1 beyond 1e-150 to 1e150, half-angles below 1e-100 degrees.
@@ -59,7 +60,7 @@ MOST_STEPS = 10_000
 A, B, C, KA, KB, KC, B1, C1 = (W * r for r in range(8))
 # L: the same.
 P, Q, R, KP, KQ, KR, Q1, R1 = (W * r for r in range(8, 16))
-# The exact transverse part, and its rotation by one sample: 1 - cos and sin.
+# The transverse part at the start, and 1 - cos and sin of one sample's turn.
 XB, XC, VERSINE, SINE, APART = (W * r for r in range(16, 21))
 # Angles of omega and of L: first turn, sum of what turns differ from it, and that sum's sums.
 D, Y, SY, SXY, SYY = (W * r for r in range(21, 26))
@@ -69,13 +70,15 @@ E0, ED, L0, LD, OUT = (W * r for r in range(31, 36))
 BODY_LOW, BODY_HIGH, MOMENTUM_LOW, MOMENTUM_HIGH, SPACE_LOW, SPACE_HIGH = (W * r for r in range(36, 42))
 # The halving test: the coarse result.
 BH, CH = (W * r for r in range(42, 44))
-ROWS = 44
+# 1 - cos and sin of the whole turn so far; of the angles by which omega and L are ahead of it sums and sums of squares.
+TURNED_VERSINE, TURNED_SINE, AHEAD, AHEAD2, MOMENTUM_AHEAD, MOMENTUM_AHEAD2 = (W * r for r in range(44, 50))
+ROWS = 50
 
 # Columns of the raw result, one row a point, dimensionless or rad.
 RAW = numbers(
     (
         *("rate", "stderr", "momentum_rate", "momentum_stderr", "floor", "distance", "energy_drift", "momentum_drift"),
-        *("coplanarity", "body", "body_spread", "momentum", "space", "halving", "steps"),
+        *("coplanarity", "body", "body_spread", "momentum", "space", "halving", "steps", "ahead", "momentum_ahead"),
     )
 )
 
@@ -192,7 +195,8 @@ def _load(S, lane, ratio, spin_sign, tangent, spacing, steps):
 @njit(**OPTIONS)
 def _begin(S):
     """Take sample 0: clear the sums, note invariants and angles at the start."""
-    for row in (APART, D, Y, SY, SXY, SYY, F, Z, SZ, SXZ, SZZ, ED, LD, OUT):
+    angles = (D, Y, SY, SXY, SYY, F, Z, SZ, SXZ, SZZ, AHEAD, AHEAD2, MOMENTUM_AHEAD, MOMENTUM_AHEAD2)
+    for row in (APART, ED, LD, OUT, TURNED_VERSINE, TURNED_SINE, *angles):
         for lane in range(W):
             S[row + lane] = 0.0
     for lane in range(W):
@@ -261,10 +265,20 @@ def _sample_state(S):
     for lane in range(W):
         a, b, c, p, q, r = S[A + lane], S[B + lane], S[C + lane], S[P + lane], S[Q + lane], S[R + lane]
         v, s, xb, xc = S[VERSINE + lane], S[SINE + lane], S[XB + lane], S[XC + lane]
-        eb, ec = xb - (v * xb + s * xc), xc + (s * xb - v * xc)
-        S[XB + lane], S[XC + lane] = eb, ec
-        apart = ((b - eb) * (b - eb) + (c - ec) * (c - ec)) / (eb * eb + ec * ec)
+        turned, side = S[TURNED_VERSINE + lane], S[TURNED_SINE + lane]
+        turned, side = turned + (v + (side * s - turned * v)), side + (s - (side * v + turned * s))
+        S[TURNED_VERSINE + lane], S[TURNED_SINE + lane] = turned, side
+        eb, ec = xb - (turned * xb + side * xc), xc + (side * xb - turned * xc)
+        size = xb * xb + xc * xc
+        db, dc = b - eb, c - ec
+        apart = (db * db + dc * dc) / size
         S[APART + lane] = apart if not apart <= S[APART + lane] else S[APART + lane]
+        # in units of I1 the transverse part of L is that of omega
+        ahead, momentum_ahead = (eb * dc - ec * db) / size, (eb * (r - ec) - ec * (q - eb)) / size
+        S[AHEAD + lane] += ahead
+        S[AHEAD2 + lane] += ahead * ahead
+        S[MOMENTUM_AHEAD + lane] += momentum_ahead
+        S[MOMENTUM_AHEAD2 + lane] += momentum_ahead * momentum_ahead
         momentum2 = p * p + (q * q + r * r)
         E, L = abs(p * a + (q * b + r * c) - S[E0 + lane]), abs(momentum2 - S[L0 + lane])
         S[ED + lane] = E if not S[ED + lane] >= E else S[ED + lane]
@@ -307,6 +321,13 @@ def _slope(first, sum_y, sum_xy, sum_yy, intervals):
 
 
 @njit(**INLINE)
+def _deviation(total, squares, intervals):
+    """Standard deviation of numbers of which the first is 0, from sums of them and of their squares."""
+    mean = total / (intervals + 1.0)
+    return math.sqrt(max(squares / (intervals + 1.0) - mean * mean, 0.0))
+
+
+@njit(**INLINE)
 def _angles(low, high):
     """Mean and difference of two angles, rad, from their squared tangents."""
     least, greatest = math.atan(math.sqrt(low)), math.atan(math.sqrt(high))
@@ -322,6 +343,8 @@ def _unload(S, lane, intervals, spacing, steps, row):
     row[RAW.momentum_rate], row[RAW.momentum_stderr] = rate / spacing, stderr / spacing
     row[RAW.floor] = 2.0 * EPSILON * steps / spacing
     row[RAW.distance] = math.sqrt(S[APART + lane])
+    row[RAW.ahead] = _deviation(S[AHEAD + lane], S[AHEAD2 + lane], intervals)
+    row[RAW.momentum_ahead] = _deviation(S[MOMENTUM_AHEAD + lane], S[MOMENTUM_AHEAD2 + lane], intervals)
     row[RAW.energy_drift], row[RAW.momentum_drift] = S[ED + lane] / S[E0 + lane], S[LD + lane] / S[L0 + lane]
     row[RAW.coplanarity] = math.sqrt(S[OUT + lane])
     row[RAW.body], row[RAW.body_spread] = _angles(S[BODY_LOW + lane], S[BODY_HIGH + lane])
@@ -441,16 +464,21 @@ def _rounded(x, tangent, number):
     return walk + np.minimum(alike, 3.0 * stretch / number)
 
 
-def _error(raw, rate, resolved, stderr, intervals, tangent):
+def _error(raw, ahead, rate, resolved, stderr, intervals, tangent):
     r"""Error of a measured rate, in units of the spin: what a reader may rely on, a sum.
 
-    Scatter, :math:`\sigma\sqrt{n/(n - 2)}` of n intervals. With the unit :math:`u = 2^{-53}`, :math:`N` steps of
-    :math:`h` in the run and :math:`T = Nh`:
+    Scatter, :math:`\sigma\sqrt{n/(n - 2)}` of n samples, the rounding of coefficients, :math:`4u|\Omega|` with the unit
+    :math:`u = 2^{-53}`, and of steps, N of h in the run of length :math:`T = Nh`, the less of two bounds:
 
-    * rounding, :math:`4u|\Omega| + Ru/h`. The first is that of coefficients, :func:`_rounded` is R.
-    * integration, :math:`3\max(\delta - w, \min(\delta, \tau))/T`: angles off by ±δ are a line off by 3δ/T. δ is the
-      certificate; :math:`w = 2RNu` of it is the same rounding, of both solutions, but for
-      what the series leaves out, :math:`\tau = 1.05\,N(\Omega h)^{11}/11!`.
+    * by the certificate. Angles that are ahead of the exact motion by :math:`e_k` are a line off by
+      :math:`\sum x_ke_k/\sum x_k^2`, x counted from the middle, and by Cauchy and Schwarz by no more than
+      :math:`\sqrt{12}\,s/T`, s the standard deviation of e: an angle that all share turns no line. The exact motion is
+      itself rounded, by 0.41 u in the root mean square of an angle at most (0.6 u are taken), and its turn by Φ in all
+      by :math:`u\sqrt n\min(\Phi, 4)`. This knows how roundings fell, which is far from at random where a precession
+      is slow.
+    * by the steps: :math:`Ru/h`, with R of :func:`_rounded`, and :math:`3\max(\delta - w, \min(\delta, \tau))/T`, for
+      angles off by ±δ are a line off by 3δ/T. δ is the certificate; :math:`w = 2RNu` of it is rounding, but for what
+      the series leaves out, :math:`\tau = 1.05\,N(\Omega h)^{11}/11!`.
 
     Where a rate is reported as 0, what was measured. The motion is linear at any amplitude: no bias of a finite one.
     """
@@ -458,12 +486,14 @@ def _error(raw, rate, resolved, stderr, intervals, tangent):
     unit, per_sample = 0.5 * EPSILON, raw[:, RAW.floor] / (2.0 * EPSILON * steps)
     number, x = intervals * steps, np.abs(rate) / per_sample / steps
     rounded = unit * _rounded(x, tangent, number)
-    rounding = 4.0 * unit * np.abs(rate) + rounded * steps * per_sample
     left_out = 1.05 * number * x ** (ORDER + 1) / FACTORIAL
     apart = raw[:, RAW.distance]
-    integration = 3.0 * np.maximum(apart - 2.0 * number * rounded, np.minimum(apart, left_out)) / intervals * per_sample
+    beyond = np.maximum(apart - 2.0 * number * rounded, np.minimum(apart, left_out))
+    by_steps = rounded * steps * per_sample + 3.0 * beyond / intervals * per_sample
+    exact = unit * (0.6 + math.sqrt(n) * np.minimum(x * number, 4.0))
+    certified = math.sqrt(12.0) * (ahead + exact) / intervals * per_sample
     scatter = stderr * math.sqrt(n / max(n - 2.0, 1.0))
-    return scatter + integration + rounding + np.abs(rate - resolved)
+    return scatter + 4.0 * unit * np.abs(rate) + np.minimum(by_steps, certified) + np.abs(rate - resolved)
 
 
 def _period(rate):
@@ -499,10 +529,12 @@ def measured(points, rotations, samples_per_rotation, tolerance):
     return {
         "precession_rate": rate * spin,
         "precession_rate_stderr": stderr * spin,
-        "precession_rate_error": _error(raw, told, rate, stderr, intervals, tangent) * spin,
+        "precession_rate_error": _error(raw, raw[:, RAW.ahead], told, rate, stderr, intervals, tangent) * spin,
         "momentum_precession_rate": momentum_rate * spin,
         "momentum_precession_rate_stderr": momentum_stderr * spin,
-        "momentum_precession_rate_error": _error(raw, momentum_told, momentum_rate, momentum_stderr, intervals, tangent)
+        "momentum_precession_rate_error": _error(
+            raw, raw[:, RAW.momentum_ahead], momentum_told, momentum_rate, momentum_stderr, intervals, tangent
+        )
         * spin,
         "period": _period(rate) / spin,
         "sense": np.select(senses, [UNDETERMINED, NONE, WITH_SPIN], AGAINST_SPIN).astype(np.int8),

@@ -298,9 +298,8 @@ class Model:
         reduced = raw[:, kernel.RAW.reduced]
         epsilon, phase = (np.asarray(points[name], dtype=np.float64) for name in ("epsilon", "phase"))
         known = np.isfinite(raw[:, kernel.RAW.rate2])
-        size = epsilon * raw[:, kernel.RAW.size]
         with np.errstate(invalid="ignore"):
-            error, left = kernel.errors(raw, S, size, measured["intervals"], measured["spacing"])
+            error, left = kernel.errors(raw, S, measured["spacing"])
             regime = kernel.regime(reduced, left)
             predicted = kernel.regime(theory["omega_squared"], 32.0 * kernel.EPSILON * S * S)
         regime = np.where(known, regime, -1).astype(np.int8)

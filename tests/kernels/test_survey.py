@@ -12,7 +12,7 @@ from naive import rate_squared, samples
 from numba import config
 from strategies import LANES, moment_triples, point_batches
 
-from kernels import exact, linear, measure, rigid_body, statuses, survey
+from kernels import exact, foretold, linear, measure, rigid_body, statuses, survey
 
 SETTINGS = (4.0, 16, 1e-10)
 FEWER = 40 if config.DISABLE_JIT else 1  # lanes in plain Python are slow
@@ -317,6 +317,8 @@ def test_no_measured_bit_depends_on_the_theory(monkeypatch):
     monkeypatch.setattr(linear, "omega_squared", lambda *a, **k: np.full(points["I1"].size, -7.0))
     monkeypatch.setattr(linear, "regime", lambda *a, **k: np.full(points["I1"].size, 3, np.int8))
     monkeypatch.setattr(linear, "growing_fraction", lambda *a, **k: np.zeros(points["I1"].size))
+    told = {"omega_squared_theory": np.full(points["I1"].size, -7.0)}
+    monkeypatch.setattr(foretold, "columns_of", lambda *a: told)
     nonsense = survey.survey(points, *SETTINGS)
     assert (nonsense["omega_squared_theory"] == -7.0).all()
     for name in survey.measured(points, *SETTINGS):

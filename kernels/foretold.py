@@ -1,0 +1,92 @@
+"""Linear theory's columns of a batch, in one pass over its points.
+
+The same formulas as :func:`kernels.linear.omega_squared`, :func:`kernels.linear.regime`, :func:`kernels.linear.rates`,
+:func:`kernels.linear.growing_fraction`, :func:`kernels.rigid_body.shape` and
+:func:`kernels.rigid_body.triangle_margin`, term by term and rounding by rounding: those make an array of each
+intermediate value, which takes ten times as long.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from kernels import columns, linear, rigid_body
+from kernels.options import EXACT
+
+REALS = ("omega_squared_theory", "growth_rate_theory", "frequency_theory", "growing_fraction", "triangle_margin")
+KINDS = ("regime_theory", "shape")
+REAL, KIND = columns.numbers(REALS), columns.numbers(KINDS)
+
+
+@njit(nogil=True, **EXACT)
+def fill(I1, I2, I3, axis, omega0, cosine, sine, reals, kinds):
+    """Fill the columns of points.
+
+    Parameters
+    ----------
+    I1, I2, I3, axis, omega0 : numpy.ndarray, shape (n,)
+        As for :func:`kernels.linear.omega_squared`.
+    cosine, sine : numpy.ndarray, shape (n,) or (1,)
+        Of the nudge's direction; one where all points share theirs.
+    reals, kinds : numpy.ndarray, shapes (len(REALS), n) and (len(KINDS), n)
+        The result, float64 and int8.
+    """
+    shared = cosine.size == 1
+    for i in range(I1.size):
+        a, b, c = rigid_body.relabel(I1[i], I2[i], I3[i], axis[i])
+        omega = omega0[i]
+        spin, square = abs(omega), (a - b) / c * ((a - c) / b)
+        regime, rate = _regime(a, b, c), math.sqrt(abs(square))
+        stable = (regime == linear.STABLE_MINOR) | (regime == linear.STABLE_MAJOR)
+        k = 0 if shared else i
+        reals[REAL.omega_squared_theory, i] = square * omega * omega
+        reals[REAL.growth_rate_theory, i] = (rate if regime == linear.UNSTABLE else 0.0) * spin
+        reals[REAL.frequency_theory, i] = (rate if stable else 0.0) * spin
+        reals[REAL.growing_fraction, i] = _growing_fraction(a, b, c, omega, cosine[k], sine[k])
+        reals[REAL.triangle_margin, i], kinds[KIND.shape, i] = _body(I1[i], I2[i], I3[i])
+        kinds[KIND.regime_theory, i] = regime
+
+
+@njit(**EXACT)
+def _regime(a, b, c):
+    if (a == b) | (a == c):
+        return linear.SPHERE if b == c else linear.MARGINAL
+    if (a < b) != (a < c):
+        return linear.UNSTABLE
+    return linear.STABLE_MINOR if a < b else linear.STABLE_MAJOR
+
+
+@njit(**EXACT)
+def _growing_fraction(a, b, c, omega, cosine, sine):
+    cb, cc = (c - a) / b, (a - b) / c
+    if not ((cb > 0.0) & (cc > 0.0)) | ((cb < 0.0) & (cc < 0.0)):
+        return 0.0
+    x, y = cosine * math.sqrt(abs(cc)), sine * math.sqrt(abs(cb))
+    along = x + y if (cb > 0.0) == (omega > 0.0) else x - y
+    return 0.5 * along * along / (x * x + y * y)
+
+
+@njit(**EXACT)
+def _body(I1, I2, I3):
+    """Triangle margin and shape."""
+    if (I1 != I1) | (I2 != I2) | (I3 != I3):
+        return math.nan, rigid_body.ASYMMETRIC
+    low, high = min(I1, I2), max(I1, I2)
+    least, middle, greatest = min(low, I3), max(low, min(high, I3)), max(high, I3)
+    margin = (least / greatest - (greatest - middle) / greatest) / (1.0 + middle / greatest + least / greatest)
+    oblate, prolate = least == middle, middle == greatest
+    if oblate & prolate:
+        return margin, rigid_body.SPHERE
+    if oblate:
+        return margin, rigid_body.OBLATE
+    return margin, rigid_body.PROLATE if prolate else rigid_body.ASYMMETRIC
+
+
+def columns_of(I1, I2, I3, axis, omega0, phase):
+    """Columns of REALS and KINDS by name, of arrays of one length as of :func:`kernels.columns.arrays`."""
+    if phase.size and (phase == phase[0]).all():  # a block of a grid mostly has one
+        phase = phase[:1]
+    reals, kinds = np.empty((len(REALS), I1.size)), np.empty((len(KINDS), I1.size), dtype=np.int8)
+    fill(I1, I2, I3, axis, omega0, np.cos(phase), np.sin(phase), reals, kinds)
+    return dict(zip(REALS, reals, strict=True)) | dict(zip(KINDS, kinds, strict=True))
