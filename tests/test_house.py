@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from sweeps import systems
-from sweeps.schema.definition import DEFAULT_SYSTEM
+from sweeps.schema.carried import DEFAULT_SYSTEM
 
 ROOT = Path(__file__).parents[1]
 
@@ -176,7 +176,7 @@ def test_no_room_asks_for_a_systems_name_or_a_coordinates():
     assert {"axis", "I1", "body", "omega0", "half_angle", "energy"} <= of_coordinates
     found = {path: asked_for(path) & (of_systems | of_coordinates) for path in outside_of_systems()}
     found[ROOT / "sweeps/commands/__init__.py"] -= {"body"}  # the command of that name
-    found[ROOT / "sweeps/schema/definition.py"] -= {DEFAULT_SYSTEM}  # where the default is named, once
+    found[ROOT / "sweeps/schema/carried.py"] -= {DEFAULT_SYSTEM}  # where the default is named, once
     found[ROOT / "sweeps/systems/__init__.py"] -= of_systems - {DEFAULT_SYSTEM}  # those that describe many
     found[ROOT / "sweeps/schema/refusals.py"] -= {"input"}  # a word of pydantic's
     found[ROOT / "sweeps/views/page/controls.js"] -= {"input"}  # a word of browsers

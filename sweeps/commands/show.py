@@ -17,10 +17,10 @@ def add(commands) -> None:
 
 
 def _run(args):
-    from sweeps.maps import selection, storage, summary
+    from sweeps.maps import admission, selection, summary
     from sweeps.views import printing, textmap, told
 
-    with storage.open_map(args.map) as whole:
+    with admission.opened(args.map) as whole:
         ds = summary.pointwise(whole)
         places = selection.nearest(ds, args.coordinates)
         found = summary.summarise(ds)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from sweeps.handbook import evidence
 from sweeps.points import catalogue
-from sweeps.schema.definition import DEFAULT_SYSTEM
+from sweeps.schema.carried import DEFAULT_SYSTEM
 from sweeps.schema.reading import file_text, plain, read_text
 
 MOST = 1_600  # points of a grid, before axes, bodies, equilibria and modes

@@ -7,18 +7,18 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import xarray as xr
 
 from sweeps import systems
+from sweeps.maps import door
 from sweeps.maps.door import MOST_TEXT, Contents, Held
+from sweeps.maps.plain import PlainMap, PlainVariable
 from sweeps.maps.raw import RawFile, RawValues
+from sweeps.schema.carried import CONTRACT_VERSION, definition_of
 from sweeps.schema.layout import Layout
 from sweeps.schema.reading import MAX_FILE_BYTES
-from sweeps.schema.refusals import shortened
+from sweeps.schema.refusals import MapError, shortened
 from sweeps.schema.sample import POINT
 from sweeps.schema.variables import Variable
-from sweeps.shards import contract
-from sweeps.shards.shard import MapError
 
 WHOLE = ("definition", "inputs")  # attributes that are compared, and never cut
 DESCRIBING = ("long_name", "units", "comment")  # of what only its own system's description knows
@@ -32,8 +32,19 @@ class _UnlikeError(Exception):
     """In what a file is unlike a map: the message but for the file's name."""
 
 
-def admitted(path: str | Path, found: Contents, any_flags: bool = False) -> xr.Dataset:
-    """The Dataset of a file that is a map; numbers are read when they are asked for.
+def opened(path: str | Path) -> PlainMap:
+    """A map, for what needs no Dataset and should not wait for one; as `sweeps.open_map`, and refused as there."""
+    ds = admitted(path, door.look(path))
+    try:
+        check_complete(path, ds)
+    except MapError:
+        ds.close()
+        raise
+    return ds
+
+
+def admitted(path: str | Path, found: Contents, any_flags: bool = False) -> PlainMap:
+    """What a file holds that is a map; numbers are read when they are asked for.
 
     Args:
         path: the file.
@@ -48,13 +59,35 @@ def admitted(path: str | Path, found: Contents, any_flags: bool = False) -> xr.D
         layout = _layout(attributes)
         parts = _Parts(layout, found.variables)
         _check(parts)
-        file = RawFile(path)
-        ds = _dataset(parts, file, any_flags).assign_attrs(attributes)
+        return _plain(parts, RawFile(path), attributes, any_flags)
     except _UnlikeError as unlike:
         raise MapError(f"{path}: {unlike}") from None
-    ds.encoding["ignored"] = parts.others
-    ds.set_close(file.close)
-    return ds
+
+
+def check_complete(path: str | Path, ds: Any) -> None:
+    """Whether a map has every variable that its definition chose, or that maps of its system have.
+
+    Args:
+        path: its file.
+        ds: a plain map or a Dataset.
+
+    Raises:
+        MapError: where one is missing.
+    """
+    missing = sorted((_promised(ds.attrs) or set(systems.of_map(ds).layout().needed)) - set(ds.variables))
+    if missing:
+        name = shortened("".join(c if c.isprintable() else "?" for c in missing[0]))
+        raise MapError(f"{path}: {name}: is missing ({len(missing)} in all); allowed: every variable of a map")
+
+
+def _promised(attributes: Mapping[str, Any]) -> set[str]:
+    """Variables that a map's own definition chose; none where it chose none."""
+    text = str(attributes.get("definition", ""))
+    if "variables" not in text and "\\" not in text:  # nor does an escape spell it: there is no need to parse
+        return set()
+    integration = definition_of(attributes).get("integration")
+    chosen = integration.get("variables") if isinstance(integration, dict) else None
+    return set(map(str, chosen)) if isinstance(chosen, tuple) else set()
 
 
 # ---------------------------------------------------------------------------------------------------------
@@ -74,9 +107,9 @@ def _global(attributes: Mapping[str, Any]) -> dict[str, str]:
             most = MAX_FILE_BYTES if name in WHOLE else MOST_TEXT
             found[name] = text if len(text) <= most else text[: most - 1] + "…"
     version = found.get("contract_version", "")
-    if version.split(".")[0] != contract.CONTRACT_VERSION.split(".")[0]:
+    if version.split(".")[0] != CONTRACT_VERSION.split(".")[0]:
         shown = _shown(version) or "nothing"
-        raise _UnlikeError(f"contract_version: is {shown}; allowed: {contract.CONTRACT_VERSION}, a map of Polhode")
+        raise _UnlikeError(f"contract_version: is {shown}; allowed: {CONTRACT_VERSION}, a map of Polhode")
     return found
 
 
@@ -91,7 +124,7 @@ def _printable(where: str, text: str, beside: str | None) -> str:
 def _layout(attributes: Mapping[str, str]) -> Layout:
     """The description of the maps of a file's system."""
     try:
-        layout = systems.of_map(xr.Dataset(attrs=attributes)).layout()
+        layout = systems.of_map(PlainMap({}, {}, attributes)).layout()
     except KeyError:
         name = shortened(repr(attributes["system"]))
         raise _UnlikeError(f"system: {name} is not available; allowed: {', '.join(systems.names())}") from None
@@ -231,34 +264,29 @@ def _check_variable(parts: _Parts, name: str, held: Held) -> None:
 
 
 # ---------------------------------------------------------------------------------------------------------
-# The Dataset
+# The map
 
 
-def _dataset(parts: _Parts, file: RawFile, any_flags: bool) -> xr.Dataset:
-    coordinates = {}
-    for name, held in parts.coordinates.items():
-        if held.dims == (POINT.name,) and name != POINT.name and held.shape[0] > MOST_WHOLE:
-            coordinates[name] = _unread(parts, file, name, held)
-            continue
-        values = _texts(file, name, held) if parts.specs[name].dtype == "str" else RawValues(file, name, held).whole()
-        _check_values(parts, name, values)
-        coordinates[name] = (_own_dims(parts, name), values, _attributes(parts, name, held))
+def _plain(parts: _Parts, file: RawFile, attributes: dict[str, str], any_flags: bool) -> PlainMap:
+    coordinates = {name: _coordinate(parts, file, name, held) for name, held in parts.coordinates.items()}
     variables = {}
     for name, held in parts.variables.items():
         spec = parts.specs[name]
         ends = (spec.first_flag, spec.first_flag + len(spec.flags) - 1) if spec.flags and not any_flags else None
-        data = xr.core.indexing.LazilyIndexedArray(RawValues(file, name, held, ends))
-        variables[name] = xr.Variable(held.dims, data, _attributes(parts, name, held))
-    return xr.Dataset(variables, coordinates)
+        variables[name] = PlainVariable(held.dims, RawValues(file, name, held, ends), _attributes(parts, name, held))
+    return PlainMap(variables, coordinates, attributes, parts.others, file.close)
 
 
-def _unread(parts: _Parts, file: RawFile, name: str, held: Held) -> xr.Variable:
-    """A coordinate of many points, checked a part at a time and read when it is asked for."""
-    raw, size = RawValues(file, name, held), held.shape[0]
-    for low in range(0, size, MOST_WHOLE):
-        _check_values(parts, name, raw.part(low, min(low + MOST_WHOLE, size)))
-    data = xr.core.indexing.LazilyIndexedArray(raw)
-    return xr.Variable(held.dims, data, _attributes(parts, name, held))
+def _coordinate(parts: _Parts, file: RawFile, name: str, held: Held) -> PlainVariable:
+    """A coordinate, checked: read, or one of many points read when it is asked for and checked a part at a time."""
+    raw, dims, attributes = RawValues(file, name, held), _own_dims(parts, name), _attributes(parts, name, held)
+    if held.dims == (POINT.name,) and name != POINT.name and (size := held.shape[0]) > MOST_WHOLE:
+        for low in range(0, size, MOST_WHOLE):
+            _check_values(parts, name, raw.part(low, min(low + MOST_WHOLE, size)))
+        return PlainVariable(dims, raw, attributes)
+    values = _texts(file, name, held) if parts.specs[name].dtype == "str" else raw.whole()
+    _check_values(parts, name, values)
+    return PlainVariable(dims, values, attributes)
 
 
 def _attributes(parts: _Parts, name: str, held: Held) -> dict:

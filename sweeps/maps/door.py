@@ -17,8 +17,8 @@ import h5py
 import numpy as np
 
 from sweeps.schema.reading import MAX_FILE_BYTES
+from sweeps.schema.refusals import MapError
 from sweeps.shards import looking
-from sweeps.shards.shard import MapError
 
 ALLOWED = "a netCDF-4 file that Polhode wrote"
 SIGNATURE = b"\x89HDF\r\n\x1a\n"

@@ -7,12 +7,10 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
-import xarray as xr
 from isal import isal_zlib
-from xarray.core import indexing
 
 from sweeps.maps.door import DEFLATE, FLETCHER, SHUFFLE, Held
-from sweeps.shards.shard import MapError
+from sweeps.schema.refusals import MapError
 
 
 class RawFile:
@@ -67,7 +65,7 @@ class RawFile:
             raise MapError(f"{self.path}: was changed since it was opened; allowed: a file that stays as it is")
 
 
-class RawValues(xr.backends.BackendArray):
+class RawValues:
     """A variable's values, read when they are asked for.
 
     Args:
@@ -86,9 +84,6 @@ class RawValues(xr.backends.BackendArray):
         self._chunk = tuple(max(1, n) for n in steps)
         self._place = {tuple(place[:-3]): tuple(place[-2:]) for place in held.places.tolist()} if held.chunk else {}
 
-    def __getitem__(self, key: indexing.ExplicitIndexer):
-        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.BASIC, self._read)
-
     def whole(self) -> np.ndarray:
         """All values."""
         return self._box([(0, size) for size in self.shape])
@@ -97,7 +92,7 @@ class RawValues(xr.backends.BackendArray):
         """Values low … high − 1 of one dimension."""
         return self._box([(low, high)])
 
-    def _read(self, key: tuple) -> np.ndarray:
+    def read(self, key: tuple) -> np.ndarray:
         """The values at a tuple of numbers and slices."""
         boxes, picked = [], []
         for index, size in zip(key, self.shape, strict=True):

@@ -3,12 +3,15 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from sweeps.boxes import dimensions, own_of_points
 from sweeps.schema.refusals import RefusedError, hint, shortened
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _LISTED = 8
 POINT = "point"
@@ -55,7 +58,7 @@ def in_words(value: float | int | str) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def nearest(ds: xr.Dataset, chosen: Mapping[str, str]) -> dict[str, Place]:
+def nearest(ds: "xr.Dataset", chosen: Mapping[str, str]) -> dict[str, Place]:
     """The place nearest to what was chosen along each dimension, and the only place of dimensions of length one.
 
     Args:
@@ -84,7 +87,7 @@ def nearest(ds: xr.Dataset, chosen: Mapping[str, str]) -> dict[str, Place]:
     return ({POINT: _nearest_point(ds, own)} if own else {}) | found
 
 
-def _nearest_point(ds: xr.Dataset, own: Mapping[str, str]) -> Place:
+def _nearest_point(ds: "xr.Dataset", own: Mapping[str, str]) -> Place:
     """The point nearest to some of its coordinates."""
     away, said = np.zeros(ds.sizes[POINT]), []
     for name, text in own.items():
@@ -109,7 +112,7 @@ def assigned(text: str) -> tuple[str, str]:
     return name.strip(), value.strip()
 
 
-def _place(ds: xr.Dataset, dim: str, text: str | None) -> Place:
+def _place(ds: "xr.Dataset", dim: str, text: str | None) -> Place:
     values = ds[dim].values
     units = str(ds[dim].attrs.get("units", ""))
     if text is None:
@@ -170,17 +173,17 @@ def _near(text: str, names: list[str]) -> str:
     return f" (did you mean {words[question[len(' (did you mean ') : -2]]}?)" if question else ""
 
 
-def left(ds: xr.Dataset, places: Mapping[str, Place]) -> list[str]:
+def left(ds: "xr.Dataset", places: Mapping[str, Place]) -> list[str]:
     """Dimensions at which no place is chosen yet."""
     return [dim for dim in dimensions(ds) if dim not in places]
 
 
-def at(ds: xr.Dataset, places: Mapping[str, Place]) -> xr.Dataset:
+def at(ds: "xr.Dataset", places: Mapping[str, Place]) -> "xr.Dataset":
     """The part of a map at some places; their dimensions become scalar coordinates."""
     return ds.isel({dim: place.index for dim, place in places.items()})
 
 
-def how_to_choose(ds: xr.Dataset, dims: list[str]) -> str:
+def how_to_choose(ds: "xr.Dataset", dims: list[str]) -> str:
     """What may be chosen along some dimensions: "--I1 VALUE (0.5 to 1.5, 24 values), …"."""
     own = {POINT: "".join(f", or --{name} {span(ds[name].values)}" for name in own_of_points(ds))}
     return ", ".join(f"--{dim} {span(ds[dim].values)}{own.get(dim, '')}" for dim in dims)

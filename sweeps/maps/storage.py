@@ -7,19 +7,20 @@ from pathlib import Path
 import netCDF4
 import numpy as np
 import xarray as xr
+from xarray.core import indexing
 
 from sweeps import systems
 from sweeps.files import replaced
 from sweeps.maps import admission, door
+from sweeps.maps.plain import PlainMap
+from sweeps.maps.raw import RawValues
 from sweeps.points.sweep import Sweep
 from sweeps.processors import cores
-from sweeps.schema.carried import definition_of
-from sweeps.schema.refusals import shortened
+from sweeps.schema.refusals import MapError
 from sweeps.schema.variables import DEFLATED, Variable
 from sweeps.shards import contract
 from sweeps.shards.chunks import chunk_shape
 from sweeps.shards.content import ContentHash, hashed
-from sweeps.shards.shard import MapError
 
 
 def write_map(ds: xr.Dataset, path: str | Path) -> str:
@@ -112,13 +113,6 @@ def holds_map(path: str | Path, sweep: Sweep) -> bool:
         return False
 
 
-def _promised(ds: xr.Dataset) -> set[str]:
-    """Variables that a map's own definition chose; none where it chose none."""
-    integration = definition_of(ds.attrs).get("integration")
-    chosen = integration.get("variables") if isinstance(integration, dict) else None
-    return set(map(str, chosen)) if isinstance(chosen, tuple) else set()
-
-
 class _Door(xr.backends.BackendEntrypoint):
     """The way by which `xarray` opens maps: through the door, which trusts nothing that a file says."""
 
@@ -126,8 +120,33 @@ class _Door(xr.backends.BackendEntrypoint):
 
     def open_dataset(self, filename_or_obj, *, drop_variables=None, any_flags=False) -> xr.Dataset:
         """The map at a path; see `open_map`."""
-        ds = admission.admitted(filename_or_obj, door.look(filename_or_obj), any_flags)
+        ds = as_dataset(admission.admitted(filename_or_obj, door.look(filename_or_obj), any_flags))
         return ds.drop_vars(drop_variables or ())
+
+
+class _Lazy(xr.backends.BackendArray):
+    """Values of a file for `xarray`, read when they are asked for."""
+
+    def __init__(self, raw: RawValues):
+        self._raw, self.shape, self.dtype = raw, raw.shape, raw.dtype
+
+    def __getitem__(self, key: indexing.ExplicitIndexer):
+        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.BASIC, self._raw.read)
+
+
+def as_dataset(found: PlainMap) -> xr.Dataset:
+    """A plain map as a Dataset."""
+
+    def variable(one):
+        if isinstance(one.data, RawValues):
+            return xr.Variable(one.dims, indexing.LazilyIndexedArray(_Lazy(one.data)), one.attrs)
+        return one.dims, one.data, one.attrs
+
+    variables, coordinates = ({name: variable(v) for name, v in of.items()} for of in (found.data_vars, found.coords))
+    ds = xr.Dataset(variables, coordinates, found.attrs)
+    ds.encoding["ignored"] = found.others
+    ds.set_close(found.close)
+    return ds
 
 
 def open_map(path: str | Path, **options) -> xr.Dataset:
@@ -148,9 +167,9 @@ def open_map(path: str | Path, **options) -> xr.Dataset:
             that are read are damaged.
     """
     ds = xr.open_dataset(path, engine=_Door, **options)
-    missing = sorted((_promised(ds) or set(systems.of_map(ds).layout().needed)) - set(ds.variables))
-    if missing:
+    try:
+        admission.check_complete(path, ds)
+    except MapError:
         ds.close()
-        name = shortened("".join(c if c.isprintable() else "?" for c in missing[0]))
-        raise MapError(f"{path}: {name}: is missing ({len(missing)} in all); allowed: every variable of a map")
+        raise
     return ds

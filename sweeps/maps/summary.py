@@ -7,13 +7,16 @@ that are not marginal (their rate is nothing but rounding). How many that are is
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from sweeps import systems
 from sweeps.boxes import blocks, dimensions, flags
 from sweeps.schema.variables import Role, Variable
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 MARGINAL, OK = "marginal", "ok"
 LEAST_DECADE, MOST_DECADE, PER_DECADE = -18, 4, 10  # bins of a relative deviation
@@ -114,8 +117,8 @@ class Summary:
         deviations: pair (theory's variable, variable) → how far apart.
     """
 
-    def __init__(self, ds: xr.Dataset):
-        self._specs = known(ds)
+    def __init__(self, ds: "xr.Dataset"):
+        self._specs, self._held = known(ds), tuple(ds.data_vars)
         self._flags = {name: flags(variable) for name, variable in ds.data_vars.items() if flags(variable)}
         self._lead, self._status = leading_flag(ds), _of_role(self._specs, Role.STATUS)
         self.points = self.compared = self.impossible = 0
@@ -137,6 +140,14 @@ class Summary:
     def unlike(self) -> dict[str, int]:
         """Flag variable that has a theory → number of points where the measured flag is another than theory's."""
         return {name: self.points - self.agreed(reference, name) for reference, name in self.confusion}
+
+    @property
+    def names(self) -> list[str]:
+        """The variables whose values it takes in."""
+        existing = (name for name, spec in self._specs.items() if spec.role == Role.EXISTENCE)
+        compared = (each for r, n in self.deviations for each in (r, n, self._specs[n].error))
+        wanted = {*self._flags, *self.checks, *existing, *compared}
+        return [name for name in self._held if name in wanted]
 
     def role(self, name: str) -> Role:
         """What a variable is taken for (see `sweeps.schema.variables`)."""
@@ -197,13 +208,13 @@ def _values(meanings: Mapping[int, str], word: str) -> list[int]:
     return [value for value, meaning in meanings.items() if meaning == word]
 
 
-def known(ds: xr.Dataset) -> dict[str, Variable]:
+def known(ds: "xr.Dataset") -> dict[str, Variable]:
     """The variables of a map that its system knows, as the system's table has them."""
     table = systems.of_map(ds).layout().variables
     return {name: table[name] for name in ds.data_vars if name in table}
 
 
-def pointwise(ds: xr.Dataset) -> xr.Dataset:
+def pointwise(ds: "xr.Dataset") -> "xr.Dataset":
     """A map without the variables that have further dimensions at each point, and without those dimensions."""
     further = {dim for spec in known(ds).values() for dim in spec.over}
     return ds.drop_dims(further & set(ds.dims))
@@ -213,24 +224,23 @@ def _of_role(specs: Mapping[str, Variable], role: Role) -> str:
     return next((name for name, spec in specs.items() if spec.role == role), "")
 
 
-def leading_flag(ds: xr.Dataset) -> str:
+def leading_flag(ds: "xr.Dataset") -> str:
     """The flag variable that says most: what was measured of the motion, else any; "" where there is none."""
     lead = _of_role(known(ds), Role.HEADLINE)
     return lead or next((str(name) for name in ds.data_vars if flags(ds[name])), "")
 
 
-def summarise(ds: xr.Dataset) -> Summary:
+def summarise(ds: "xr.Dataset") -> Summary:
     """Goes over a map once, a block at a time, so that a map larger than memory will do."""
     ds = pointwise(ds)
     summary = Summary(ds)
-    names = [name for name, variable in ds.data_vars.items() if variable.dtype.kind in "fiub"]
     sizes = dimensions(ds)
     for box in blocks(sizes, BLOCK_POINTS):
-        summary.add(box, {name: read(ds, name, box) for name in names})
+        summary.add(box, {name: read(ds, name, box) for name in summary.names})
     return summary
 
 
-def read(ds: xr.Dataset, name: str, box: Mapping[str, slice]) -> np.ndarray:
+def read(ds: "xr.Dataset", name: str, box: Mapping[str, slice]) -> np.ndarray:
     """A variable's values in one box, over all dimensions of the map (of length one where it has them not)."""
     variable = ds[name]
     values = variable.isel({dim: part for dim, part in box.items() if dim in variable.dims}).transpose(
@@ -240,7 +250,7 @@ def read(ds: xr.Dataset, name: str, box: Mapping[str, slice]) -> np.ndarray:
     return values.values.reshape([next(lengths) if dim in variable.dims else 1 for dim in box])
 
 
-def place(ds: xr.Dataset, at: Mapping[str, int]) -> dict[str, float | int | str]:
+def place(ds: "xr.Dataset", at: Mapping[str, int]) -> dict[str, float | int | str]:
     """Dimension → coordinate of a point given by its numbers along the dimensions."""
     values = {dim: ds[dim].values[i] if dim in ds.coords else i for dim, i in at.items()}
     return {dim: v.item() if hasattr(v, "item") else v if isinstance(v, int) else str(v) for dim, v in values.items()}

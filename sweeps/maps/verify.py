@@ -21,7 +21,8 @@ from sweeps.maps import dataset, storage
 from sweeps.points.loading import read
 from sweeps.points.sweep import Sweep
 from sweeps.schema import carried
-from sweeps.schema.definition import DEFAULT_NAME, DEFAULT_SYSTEM, Definition
+from sweeps.schema.carried import DEFAULT_SYSTEM
+from sweeps.schema.definition import DEFAULT_NAME, Definition
 from sweeps.schema.refusals import DefinitionError, UnreadableError, shortened
 from sweeps.schema.variables import Role
 from sweeps.shards import content, contract

@@ -14,7 +14,8 @@ from pydantic import ValidationError
 from sweeps import systems
 from sweeps.points import scattered
 from sweeps.points.sweep import Sweep, of
-from sweeps.schema.definition import DEFAULT_NAME, DEFAULT_SYSTEM, NAME_PATTERN, Definition
+from sweeps.schema.carried import DEFAULT_SYSTEM
+from sweeps.schema.definition import DEFAULT_NAME, NAME_PATTERN, Definition
 from sweeps.schema.reading import as_yaml, file_text, plain, read_text
 from sweeps.schema.refusals import (
     DefinitionError,

@@ -5,6 +5,9 @@ from collections.abc import Mapping
 from sweeps.schema.reading import MAX_FILE_BYTES, plain, read_text
 from sweeps.schema.refusals import DefinitionError, UnreadableError
 
+CONTRACT_VERSION = "1.0"
+DEFAULT_SYSTEM = "rigid_body"  # of a definition, or a map, that names none
+
 
 def definition_of(attributes: Mapping) -> dict:
     """The plain values of the definition among a map's attributes; none where it carries none that can be read."""

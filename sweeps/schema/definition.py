@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, PrivateAttr, model_validator
 
+from sweeps.schema.carried import DEFAULT_SYSTEM
 from sweeps.schema.parameters import Range
 from sweeps.schema.refusals import Problem, display, keys_of, refusals
 from sweeps.schema.sample import MOST_SOBOL, Sample
@@ -26,7 +27,6 @@ from sweeps.schema.values import (
 
 NAME_PATTERN = r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}"
 DEFAULT_NAME = "sweep"
-DEFAULT_SYSTEM = "rigid_body"
 
 
 class Integration(Strict):

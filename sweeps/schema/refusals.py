@@ -29,6 +29,10 @@ class DefinitionError(RefusedError):
     """What is wrong with a definition; `str()` is the whole message, one line a problem."""
 
 
+class MapError(RefusedError):
+    """What is wrong with a file that should be a map or a shard; `str()` is the message for a person."""
+
+
 @dataclass(frozen=True)
 class Problem:
     """One thing wrong: the key's path, the value there, what is wrong with it, what is allowed."""

@@ -6,16 +6,15 @@ same: `identity`. In memory and on disk alike; results/README.md is the contract
 
 import platform
 from datetime import UTC, datetime
-from importlib.metadata import version
 from typing import NamedTuple
 
 import numpy as np
 
 from sweeps.points.scattered import AlongPoints
 from sweeps.points.sweep import Sweep
+from sweeps.schema.carried import CONTRACT_VERSION
 from sweeps.schema.sample import POINT
 
-CONTRACT_VERSION = "1.0"
 CONVENTIONS = "CF-1.11"
 
 
@@ -46,6 +45,8 @@ def coordinates(sweep: Sweep) -> dict[str, MapCoordinate]:
 
 def provenance(sweep: Sweep) -> dict[str, str]:
     """Global attributes of a map, but for its history and content hash, which who writes it adds."""
+    from importlib.metadata import version
+
     definition, system = sweep.definition, sweep.system
     return {
         "title": definition.title,

@@ -20,7 +20,7 @@ import numpy as np
 from sweeps.points.columns import columns
 from sweeps.points.estimate import BLOCK_POINTS
 from sweeps.points.sweep import Sweep
-from sweeps.schema.refusals import RefusedError
+from sweeps.schema.refusals import MapError
 from sweeps.shards import looking, memory
 from sweeps.shards.chunkfile import UNREADABLE, ChunkFile, cut, define, written
 from sweeps.shards.chunks import Chunks
@@ -32,10 +32,6 @@ CHECKSUMS, DIGESTS = f"{GROUP}/checksums", f"{GROUP}/digests"
 TOLD = ("first_point", "point_after_last", "motions_integrated")
 TABLE = ("variable", "piece", "byte")
 DIGEST_BYTES = 32
-
-
-class MapError(RefusedError):
-    """What is wrong with a file that should be a map or a shard; `str()` is the message for a person."""
 
 
 class DamagedError(MapError):

@@ -13,7 +13,7 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from sweeps.schema.definition import DEFAULT_SYSTEM
+from sweeps.schema.carried import DEFAULT_SYSTEM
 from sweeps.systems.system import Dynamics
 
 if TYPE_CHECKING:

@@ -1,18 +1,22 @@
 """A cloud of points as characters: over two of their coordinates, in each cell the flag that most points in it have."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import xarray as xr
 
 from sweeps.boxes import dimensions, flags, own_of_points, spreads_by_ratio
 from sweeps.maps.selection import in_words
 from sweeps.views.textplane import Panel, TextMap
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 MOST_POINTS = 2**18
 ROWS = 24
 EMPTY = " "
 
 
-def draw(ds: xr.Dataset, flag: str, fixed: dict[str, int], beside: str | None, width: int, glyphs) -> TextMap | None:
+def draw(ds: "xr.Dataset", flag: str, fixed: dict[str, int], beside: str | None, width: int, glyphs) -> TextMap | None:
     """Draws a flag over the first two coordinates of the points; None where they have none that varies.
 
     Args:

@@ -1,9 +1,9 @@
 """A map's flags as characters in a terminal, coloured where it has colours and legible where it has none."""
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from sweeps import systems
 from sweeps.boxes import dimensions, flags
@@ -13,11 +13,14 @@ from sweeps.systems.look import Look
 from sweeps.views import textcloud
 from sweeps.views.textplane import Panel, TextMap
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 MOST_ROWS = 24
 NARROWEST = 4
 
 
-def draw(ds: xr.Dataset, places: dict[str, Place], width: int = 80) -> TextMap | None:
+def draw(ds: "xr.Dataset", places: dict[str, Place], width: int = 80) -> TextMap | None:
     """Draws the leading flag over two dimensions, a panel for each spin axis or mode; None where nothing can be drawn.
 
     Names (of bodies, of equilibria) stand upwards; of numbers, the two dimensions that are longest make the plane.
@@ -46,8 +49,9 @@ def draw(ds: xr.Dataset, places: dict[str, Place], width: int = 80) -> TextMap |
     columns, lines = _few(sizes.get(x, 1), max(NARROWEST, room)), _few(sizes[y], MOST_ROWS)
     glyphs = _glyphs(flags(ds[flag]), systems.of_map(ds).look)
     upwards = lines if ds[y].dtype.kind in "OU" else lines[::-1]
-    drawn = [_panel(panel.transpose(y, *([x] if x else [])), y, x, upwards, columns, glyphs) for panel in panels]
-    titles = [f"{beside} {int(panel[beside])}" if beside else "" for panel in panels]
+    read = (panel.transpose(y, *([x] if x else [])).values for panel in panels)
+    drawn = [_panel(ds, values.reshape(sizes[y], -1), y, x, upwards, columns, glyphs) for values in read]
+    titles = [f"{beside} {int(ds[beside].values[number])}" if beside else "" for number in range(count)]
     drawn = [replace(panel, title=title) for panel, title in zip(drawn, titles, strict=True)]
     occurs = {c for panel in drawn for _, text in panel.rows for c in text}
     legend = {glyphs[value]: meaning for value, meaning in flags(ds[flag]).items() if glyphs[value] in occurs}
@@ -56,7 +60,7 @@ def draw(ds: xr.Dataset, places: dict[str, Place], width: int = 80) -> TextMap |
     return TextMap(flag, x, y, told, drawn, legend, {glyph: look.color(meaning) for glyph, meaning in legend.items()})
 
 
-def _cloud(ds: xr.Dataset, flag: str, places: dict[str, Place], beside: str | None, width: int) -> TextMap | None:
+def _cloud(ds: "xr.Dataset", flag: str, places: dict[str, Place], beside: str | None, width: int) -> TextMap | None:
     """Points that are drawn or listed, over two of their coordinates."""
     look = systems.of_map(ds).look
     fixed = {dim: (n - 1) // 2 for dim, n in dimensions(ds).items() if dim not in ("point", beside)}
@@ -72,7 +76,7 @@ def _glyphs(meanings: dict[int, str], look: Look) -> dict[int, str]:
     return {v: mark.glyph if mark else chr(ord("a") + k % 26) for k, (v, mark) in enumerate(marks.items())}
 
 
-def _plane(ds: xr.Dataset, sizes: dict[str, int]) -> tuple[str, str]:
+def _plane(ds: "xr.Dataset", sizes: dict[str, int]) -> tuple[str, str]:
     """Dimensions upwards and along the bottom: names upwards, else the two longest, the first of them along."""
     longest = sorted(sizes, key=lambda dim: -sizes[dim])
     for names in (dim for dim in sizes if ds[dim].dtype.kind in "OU"):
@@ -81,14 +85,14 @@ def _plane(ds: xr.Dataset, sizes: dict[str, int]) -> tuple[str, str]:
 
 
 def _few(size: int, most: int) -> np.ndarray:
-    return np.unique(np.linspace(0, size - 1, min(size, max(most, 2))).round().astype(int))
+    return np.array(sorted({*np.linspace(0, size - 1, min(size, max(most, 2))).round().astype(int).tolist()}))
 
 
-def _label_width(ds: xr.Dataset, y: str) -> int:
+def _label_width(ds: "xr.Dataset", y: str) -> int:
     return max(len(_value_in_words(value)) for value in ds[y].values) + 1
 
 
-def _value(ds: xr.Dataset, dim: str, index: int) -> float | int | str:
+def _value(ds: "xr.Dataset", dim: str, index: int) -> float | int | str:
     value = ds[dim].values[index]
     return value.item() if hasattr(value, "item") else str(value)
 
@@ -99,11 +103,10 @@ def _value_in_words(value) -> str:
     return text if len(text) <= 16 else text[:15] + "…"
 
 
-def _panel(values: xr.DataArray, y: str, x: str, upwards, columns, glyphs) -> Panel:
-    numbers = values.values.reshape(values.sizes[y], -1)
+def _panel(ds: "xr.Dataset", numbers: np.ndarray, y: str, x: str, upwards, columns, glyphs) -> Panel:
     rows = [
-        (_value_in_words(values[y].values[i]), "".join(glyphs.get(int(numbers[i, j]), "?") for j in columns))
+        (_value_in_words(ds[y].values[i]), "".join(glyphs.get(int(numbers[i, j]), "?") for j in columns))
         for i in upwards
     ]
-    ends = tuple(in_words(values[x].values[i].item()) for i in (0, -1)) if x else ("", "")
+    ends = tuple(in_words(ds[x].values[i].item()) for i in (0, -1)) if x else ("", "")
     return Panel("", rows, ends)

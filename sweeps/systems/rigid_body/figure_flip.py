@@ -163,8 +163,9 @@ def _in_few_colors(images: list[np.ndarray]) -> list[Image.Image]:
     table = np.asarray(Image.fromarray(cube).quantize(palette=palette, dither=Image.Dither.NONE)).ravel()
     made = []
     for image in images:
-        red, green, blue = np.moveaxis(image >> 3, -1, 0).astype(np.intp)
-        made.append(Image.fromarray(table[(red << 10) | (green << 5) | blue], "P"))
+        red, green, blue = np.moveaxis(image >> 3, -1, 0)
+        number = (red.astype(np.uint16) << 10) | (green.astype(np.uint16) << 5) | blue
+        made.append(Image.fromarray(table.take(number), "P"))
         made[-1].putpalette(palette.getpalette())
     return made
 

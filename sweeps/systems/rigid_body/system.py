@@ -1,7 +1,7 @@
 """The free rigid body, spun about a principal axis and nudged: its definition, columns, motion and pictures."""
 
 from collections.abc import Callable, Mapping
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,7 +10,6 @@ import numpy as np
 from sweeps.schema.layout import Layout
 from sweeps.schema.parameters import Range, spread
 from sweeps.schema.variables import Variable
-from sweeps.systems.rigid_body.definition import RigidBodyDefinition, RigidBodyIntegration
 from sweeps.systems.rigid_body.look import LOOK
 from sweeps.systems.rigid_body.variables import ARGUMENTS, COORDINATES, LAYOUT, MOMENTS, SHAREABLE, VARIABLES
 from sweeps.systems.system import Dynamics, Opening, Page, Reference
@@ -19,6 +18,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
     from PIL.Image import Image
+
+    from sweeps.systems.rigid_body.definition import RigidBodyDefinition, RigidBodyIntegration
 
 MOST_BODIES = 10  # of which `check` prints the axes
 UNCERTAIN = "uncertain_bodies"
@@ -33,19 +34,25 @@ class RigidBody(Dynamics):
     name = "rigid_body"
     look = LOOK
     kernels = ("survey", "in_space")
-    model = RigidBodyDefinition
     references = "Landau and Lifshitz, Mechanics, sections 36 and 37"
     caption = "measured rates of small perturbations about each principal axis, beside linear theory"
     picture_seconds = 7.0
 
-    def dimensions(self, definition: RigidBodyDefinition) -> dict[str, Range | np.ndarray]:
+    @cached_property
+    def model(self) -> "type[RigidBodyDefinition]":
+        """The model of its definitions, which takes longer to build than a map's layout to know."""
+        from sweeps.systems.rigid_body.definition import RigidBodyDefinition
+
+        return RigidBodyDefinition
+
+    def dimensions(self, definition: "RigidBodyDefinition") -> dict[str, Range | np.ndarray]:
         """(axis, I1, I2, I3, omega0, epsilon, phase), or (body, axis) and what no body gives itself."""
         bodies = {"body": np.array([body.name for body in definition.bodies])} if definition.bodies else {}
         shared = [name for name in (*MOMENTS, *SHAREABLE) if not definition.is_per_body(name)]
         axes = {"axis": np.array(definition.axes, np.int8)}
         return bodies | axes | {name: spread(getattr(definition.grid, name)) for name in shared}
 
-    def auxiliary(self, definition: RigidBodyDefinition) -> dict[str, tuple[str, np.ndarray]]:
+    def auxiliary(self, definition: "RigidBodyDefinition") -> dict[str, tuple[str, np.ndarray]]:
         """Along `body`: I1 … I3, what bodies give, `moments_are_ratios`; {} without bodies."""
         bodies = definition.bodies
         if not bodies:
@@ -59,15 +66,15 @@ class RigidBody(Dynamics):
         columns["moments_are_ratios"] = np.array([body.ratios is not None for body in bodies])
         return {name: ("body", values) for name, values in columns.items()}
 
-    def arguments(self, definition: RigidBodyDefinition) -> tuple[str, ...]:
+    def arguments(self, definition: "RigidBodyDefinition") -> tuple[str, ...]:
         """Names of what a point consists of."""
         return ARGUMENTS
 
-    def coordinates(self, definition: RigidBodyDefinition) -> dict[str, Variable]:
+    def coordinates(self, definition: "RigidBodyDefinition") -> dict[str, Variable]:
         """Name → coordinate."""
         return COORDINATES
 
-    def variables(self, definition: RigidBodyDefinition | None = None) -> dict[str, Variable]:
+    def variables(self, definition: "RigidBodyDefinition | None" = None) -> dict[str, Variable]:
         """Name → variable: the certificate where the integration is direct, the flips where they are asked for."""
         if definition is None:
             return VARIABLES
@@ -77,7 +84,7 @@ class RigidBody(Dynamics):
         """What any of its maps may hold."""
         return LAYOUT
 
-    def columns(self, points: Mapping[str, np.ndarray], integration: RigidBodyIntegration) -> dict[str, np.ndarray]:
+    def columns(self, points: Mapping[str, np.ndarray], integration: "RigidBodyIntegration") -> dict[str, np.ndarray]:
         """Linear theory beside what is measured; see `kernels.survey`."""
         from kernels import in_space, survey  # noqa: F401  (what a map's fingerprint covers is imported with it)
 
@@ -90,17 +97,17 @@ class RigidBody(Dynamics):
             columns |= _in_space(points, settings, columns, integration.table)
         return columns
 
-    def motions(self, points: Mapping[str, np.ndarray], integration: RigidBodyIntegration) -> int:
+    def motions(self, points: Mapping[str, np.ndarray], integration: "RigidBodyIntegration") -> int:
         """Points, or with `collapse` the distinct motions among them."""
         from kernels import survey
 
         return survey.motions(points) if integration.collapse else super().motions(points, integration)
 
-    def follows_attitude(self, definition: RigidBodyDefinition) -> bool:
+    def follows_attitude(self, definition: "RigidBodyDefinition") -> bool:
         """Where its definition asks for it."""
         return definition.integration.attitude
 
-    def method(self, definition: RigidBodyDefinition) -> str:
+    def method(self, definition: "RigidBodyDefinition") -> str:
         """How the motion was computed."""
         if definition.integration.propagator == "exact":
             return "exact steps of the closed-form rotation"
@@ -114,6 +121,7 @@ class RigidBody(Dynamics):
     def compilations(self) -> tuple[Callable[[], None], ...]:
         """What is measured near an axis, and the flips; before and after them the parts of the first, to be shared."""
         from kernels import survey
+        from sweeps.systems.rigid_body.definition import RigidBodyIntegration
 
         points, integration = _a_point(), RigidBodyIntegration()
         whole = partial(self.columns, points, integration), partial(survey.flipped, points, integration.tolerance)
@@ -123,6 +131,7 @@ class RigidBody(Dynamics):
     def seldom(self) -> tuple[Callable[[], None], ...]:
         """What follows the attitude, beside what is measured of a body near an axis."""
         from kernels import in_space
+        from sweeps.systems.rigid_body.definition import RigidBodyIntegration
 
         return (partial(in_space.survey, _a_point(), *_settings(RigidBodyIntegration())),)
 
@@ -152,7 +161,7 @@ class RigidBody(Dynamics):
         asked = any("uncertainty" in each for each in (values, *listed) if isinstance(each, Mapping))
         return UNCERTAIN if asked else self.name
 
-    def own_bits(self, definition: RigidBodyDefinition) -> str:
+    def own_bits(self, definition: "RigidBodyDefinition") -> str:
         """Whether points that differ by units alone are integrated once."""
         wrong = "a collapsed map holds other points' motions in its own units"
         return wrong if definition.integration.collapse else ""
@@ -174,7 +183,7 @@ class RigidBody(Dynamics):
 
         return page(ds)
 
-    def told(self, definition: RigidBodyDefinition) -> list[tuple[str, str]]:
+    def told(self, definition: "RigidBodyDefinition") -> list[tuple[str, str]]:
         """Principal moments and axes of the first bodies that are given by a tensor or a mesh, and how many more."""
         from sweeps.systems.rigid_body.wording import principal_axes
 
@@ -186,7 +195,7 @@ class RigidBody(Dynamics):
             rows.append(("body", f"and {len(bodies) - MOST_BODIES:,} more (--json has all of them)"))
         return rows
 
-    def facts(self, definition: RigidBodyDefinition) -> dict:
+    def facts(self, definition: "RigidBodyDefinition") -> dict:
         """The same for machines."""
         given = [body for body in definition.bodies if body.principal]
         facts = {b.name: {"moments": b.moments, "axes": b.principal.axes, "notes": b.principal.notes} for b in given}
@@ -235,7 +244,7 @@ class RigidBody(Dynamics):
         return {"flip": lambda: figure_flip.frames(ds)}
 
 
-def _settings(integration: RigidBodyIntegration) -> tuple[float, int, float]:
+def _settings(integration: "RigidBodyIntegration") -> tuple[float, int, float]:
     """What kernels are told of a run: rotations, samples in one, tolerance."""
     return integration.rotations, integration.samples_per_rotation, integration.tolerance
 

@@ -1,0 +1,111 @@
+"""A map without xarray: what commands need that read it once, and should not wait for a library to load.
+
+It answers as an `xarray.Dataset` does, to the few questions that `selection`, `summary` and the map in characters ask;
+these take either.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from sweeps.maps.raw import RawValues
+
+
+class PlainVariable:
+    """A variable or a coordinate: dimensions, attributes, and values that are read when they are asked for.
+
+    Args:
+        dims: names of its dimensions.
+        data: its values, in memory or in a file.
+        attrs: its attributes.
+        chosen: of each of the data's own dimensions a number, or a range of numbers; left out, all of it.
+    """
+
+    def __init__(self, dims: Sequence[str], data: np.ndarray | RawValues, attrs: Mapping, chosen: Sequence = ()):
+        self._own, self.data, self.attrs, self.dtype = tuple(dims), data, attrs, data.dtype
+        self._chosen = tuple(chosen or map(range, data.shape))
+        left = [(dim, len(part)) for dim, part in zip(self._own, self._chosen, strict=True) if isinstance(part, range)]
+        self.sizes = dict(left)
+        self.dims, self.shape = tuple(self.sizes), tuple(self.sizes.values())
+        self.ndim = len(self.dims)
+        self._read: np.ndarray | None = None
+
+    @property
+    def values(self) -> np.ndarray:
+        """The values, shape as `shape`."""
+        if self._read is None:
+            key = tuple(part if isinstance(part, int) else _slice(part) for part in self._chosen)
+            read = self.data.read if isinstance(self.data, RawValues) else self.data.__getitem__
+            self._read = np.asarray(read(key))
+        return self._read
+
+    def load(self) -> "PlainVariable":
+        """Itself, read."""
+        _ = self.values
+        return self
+
+    def isel(self, at: Mapping[str, int | slice]) -> "PlainVariable":
+        """A part of it: dimension → a number, and the dimension is gone, or a slice."""
+        kept = zip(self._own, self._chosen, strict=True)
+        chosen = [part[at[dim]] if dim in at and isinstance(part, range) else part for dim, part in kept]
+        return PlainVariable(self._own, self.data, self.attrs, chosen)
+
+    def transpose(self, *dims: str) -> "PlainVariable":
+        """The same with its dimensions in another order."""
+        if dims == self.dims:
+            return self
+        return PlainVariable(dims, self.values.transpose([self.dims.index(dim) for dim in dims]), self.attrs)
+
+
+def _slice(part: range) -> slice:
+    """The slice that takes the numbers of a range."""
+    stop = part.stop if part.step > 0 or part.stop >= 0 else None
+    return slice(part.start, stop, part.step) if part else slice(0, 0)
+
+
+class PlainMap:
+    """A map's variables and coordinates, as they stand in its file.
+
+    Args:
+        data_vars: name → variable.
+        coords: name → coordinate.
+        attrs: its attributes.
+        others: names of what the file holds besides, and is not read.
+        close: closes the file.
+    """
+
+    def __init__(
+        self,
+        data_vars: dict[str, PlainVariable],
+        coords: dict[str, PlainVariable],
+        attrs: dict[str, Any],
+        others: Sequence[str] = (),
+        close: Callable[[], None] = lambda: None,
+    ):
+        self.data_vars, self.coords, self.attrs, self.others, self.close = data_vars, coords, attrs, others, close
+        self.variables = coords | data_vars
+        self.sizes = {dim: size for one in self.variables.values() for dim, size in one.sizes.items()}
+        self.dims = tuple(self.sizes)
+
+    def __getitem__(self, name: str) -> PlainVariable:
+        return self.variables[name]
+
+    def __enter__(self) -> "PlainMap":
+        return self
+
+    def __exit__(self, *_) -> None:
+        self.close()
+
+    def isel(self, at: Mapping[str, int | slice] = {}, **more: int | slice) -> "PlainMap":
+        """A part of it; see `PlainVariable.isel`."""
+        return self._each(lambda one: one.isel({**at, **more}))
+
+    def drop_dims(self, dims: set[str]) -> "PlainMap":
+        """All that lies along none of some dimensions."""
+        return self._each(lambda one: one if dims.isdisjoint(one.dims) else None)
+
+    def _each(self, change: Callable[[PlainVariable], PlainVariable | None]) -> "PlainMap":
+        changed = [{name: change(one) for name, one in of.items()} for of in (self.data_vars, self.coords)]
+        kept = [{name: one for name, one in of.items() if one is not None} for of in changed]
+        return PlainMap(*kept, self.attrs, self.others, self.close)

@@ -1,0 +1,17 @@
+"""What is common to values read from JSON and from YAML: how deep they go, mappings as written, whole numbers."""
+
+from sweeps.schema.refusals import UnreadableError, shortened
+
+MAX_DEPTH = 20
+
+
+class Pairs(tuple):
+    """A mapping as it was written: (key, value) pairs, any key, perhaps twice."""
+
+
+def whole_number(text: str, where: tuple = ()) -> int:
+    """A whole number of its digits, of which there are not too many."""
+    if len(text) > 1000:  # int() refuses beyond 4,300 digits, and no double reaches 1,000
+        wrong = f"is a number of {len(text):,} digits"
+        raise UnreadableError(where, shortened(text), wrong, "numbers up to 1.8e308")
+    return int(text)

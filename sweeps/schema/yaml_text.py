@@ -1,0 +1,127 @@
+"""YAML text → values, by the YAML 1.2 core schema (https://yaml.org/spec/1.2.2/#103-core-schema).
+
+Only the parser is ruamel.yaml's: its own constructors also read dates and `1_000`, which the core schema does not.
+"""
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+from ruamel.yaml import YAML, events
+
+from sweeps.schema.limits import MAX_DEPTH, Pairs, whole_number
+from sweeps.schema.refusals import UnreadableError, display, key_path
+
+
+def read(text: str, most: int) -> Any:
+    """The value that YAML text holds, mappings as pairs, of at most so many values and ends of lists and mappings."""
+    parsed = YAML(typ="safe", pure=True, plug_ins=[]).parse(text)
+    try:
+        return _document(_bounded(parsed, most))
+    except UnreadableError:
+        raise
+    except Exception as error:  # beside its own errors the scanner lets OverflowError and others through
+        raise _syntax(text, error) from None
+
+
+def _bounded(parsed: Iterator, most: int) -> Iterator:
+    for number, event in enumerate(parsed):
+        if number > most:
+            allowed = f"{most:,} values in YAML, more in JSON"
+            raise UnreadableError((f"line {_line(event)}",), "(too much)", "is too large", allowed)
+        yield event
+
+
+def _syntax(text: str, error: Exception) -> UnreadableError:
+    mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
+    where = (f"line {mark.line + 1}",) if mark else ("(file)",)
+    lines = text.splitlines()
+    shown = display(lines[mark.line].strip()) if mark and mark.line < len(lines) else "(text)"
+    reason = getattr(error, "problem", None) or str(error).split("\n")[0] or type(error).__name__
+    reason = "".join(c if c.isprintable() else " " for c in reason[:200])
+    return UnreadableError(where, shown, f"is not YAML: {reason}", "YAML 1.2, one mapping")
+
+
+def _document(parsed: Iterator) -> Any:
+    next(parsed)  # the stream's start
+    start = next(parsed)
+    if isinstance(start, events.StreamEndEvent):
+        raise UnreadableError((), "(nothing)", "is an empty file", "a mapping with the keys of a definition")
+    if start.version not in (None, (1, 2)):
+        shown = "%YAML " + ".".join(map(str, start.version))
+        raise UnreadableError((f"line {_line(start)}",), shown, "is another YAML", "YAML 1.2")
+    value = _node(next(parsed), parsed, {}, ())
+    next(parsed)  # the document's end
+    after = next(parsed)
+    if not isinstance(after, events.StreamEndEvent):
+        raise UnreadableError((f"line {_line(after)}",), "---", "is a second document", "one document")
+    return value
+
+
+def _line(event: events.Event) -> int:
+    return event.start_mark.line + 1
+
+
+def _node(event: events.Event, parsed: Iterator, anchors: dict, where: tuple) -> Any:
+    here = (f"line {_line(event)}",)
+    if isinstance(event, events.AliasEvent):
+        if event.anchor not in anchors:
+            alias = display("*" + event.anchor)
+            raise UnreadableError(here, alias, "has no whole value before it", "aliases of earlier values")
+        return anchors[event.anchor]
+    if event.tag is not None:
+        raise UnreadableError(here, display(str(event.tag)), "is a tag", "values without tags (!…)")
+    if len(where) > MAX_DEPTH:
+        raise UnreadableError(here, key_path(where[:1]), "is nested too deeply", f"at most {MAX_DEPTH} levels")
+    if isinstance(event, events.ScalarEvent):
+        value = _core_scalar(event.value, here) if event.implicit[0] else event.value
+    elif isinstance(event, events.SequenceStartEvent):
+        value = _sequence(parsed, anchors, where)
+    else:
+        value = _mapping(parsed, anchors, where)
+    if event.anchor is not None:
+        anchors[event.anchor] = value
+    return value
+
+
+def _sequence(parsed: Iterator, anchors: dict, where: tuple) -> list:
+    items = []
+    while not isinstance(event := next(parsed), events.SequenceEndEvent):
+        items.append(_node(event, parsed, anchors, (*where, len(items))))
+    return items
+
+
+def _mapping(parsed: Iterator, anchors: dict, where: tuple) -> Pairs:
+    pairs = []
+    while not isinstance(event := next(parsed), events.MappingEndEvent):
+        key = _node(event, parsed, anchors, (*where, "(key)"))
+        name = key if isinstance(key, str) else "(key)"
+        pairs.append((key, _node(next(parsed), parsed, anchors, (*where, name))))
+    return Pairs(pairs)
+
+
+_NULL = re.compile(r"null|Null|NULL|~|")
+_TRUE = re.compile(r"true|True|TRUE")
+_FALSE = re.compile(r"false|False|FALSE")
+_INT = re.compile(r"[-+]?[0-9]+")
+_OCT_HEX = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+")
+_FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
+_INF = re.compile(r"[-+]?\.(inf|Inf|INF)")
+_NAN = re.compile(r"\.(nan|NaN|NAN)")
+
+
+def _core_scalar(text: str, where: tuple) -> Any:
+    """A plain scalar by the YAML 1.2 core schema: null, bool, int, float, else the text itself."""
+    if _NULL.fullmatch(text):
+        return None
+    if _TRUE.fullmatch(text) or _FALSE.fullmatch(text):
+        return text.lower() == "true"
+    if _INT.fullmatch(text):
+        return whole_number(text, where)
+    if _OCT_HEX.fullmatch(text):
+        return int(text, 0)
+    if _FLOAT.fullmatch(text):
+        return float(text)
+    if _INF.fullmatch(text) or _NAN.fullmatch(text):
+        return float(text.replace(".", ""))
+    return text
