@@ -139,4 +139,4 @@ def numbers(num: int) -> AlongPoints:
 
 def column(source: Scattered, name: str) -> AlongPoints:
     """One parameter at all points."""
-    return AlongPoints(source.num, "f8", lambda start, stop: source.rows(start, stop)[name])
+    return AlongPoints(source.num, "f8", lambda start, stop: np.ascontiguousarray(source.rows(start, stop)[name]))

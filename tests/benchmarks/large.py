@@ -80,10 +80,15 @@ def written(points, columns, folder):
     return definition, 300 * side * side
 
 
+def shards_of(points, cores):
+    """Into how many shards so many points are cut: a multiple of the cores, or one."""
+    count = max(1, -(-points // SHARD_POINTS))
+    return count + (-count % cores if count > 1 else 0)
+
+
 def made(definition, points, cores, folder):
     """Makes the map once: what the shards took, and what the merge."""
-    count = max(1, -(-points // SHARD_POINTS))
-    count += -count % cores if count > 1 else 0
+    count = shards_of(points, cores)
     files = [folder / f"{k}-of-{count}.nc" for k in range(1, count + 1)]
     jobs = [["shard", str(definition), str(k), str(count), "-o", str(file)] for k, file in enumerate(files, 1)]
     measuring = watched(jobs, cores, files)
