@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 
 import numpy as np
 import pytest
@@ -10,10 +11,13 @@ from scipy.stats import multivariate_normal, norm, qmc
 import sweeps
 from kernels import exact, linear
 from sweeps.__main__ import main
+from sweeps.maps import dataset
 from sweeps.points.estimate import estimate
 from sweeps.points.loading import read
 from sweeps.schema.definition import Integration
 from sweeps.schema.refusals import DefinitionError
+from sweeps.shards import content, merging
+from sweeps.shards import shard as shards
 from sweeps.systems.uncertain_bodies import designs, measuring, nets, possible
 from sweeps.systems.uncertain_bodies.definition import UncertainIntegration
 from sweeps.systems.uncertain_bodies.known import Known, relative
@@ -316,6 +320,25 @@ def test_uncertainty_from_python_is_the_map_of_its_definition():
     assert one["sensitivity_total"].sel(input="I1") < one["sensitivity_total"].sel(input="I3")
     assert one.attrs["system"] == "uncertain_bodies"
     assert int(one["draws"]) == 64
+
+
+@pytest.mark.slow
+def test_a_seed_is_the_same_bits_in_shards_chunks_and_after_a_kill(tmp_path):
+    bodies = [{"name": "moments", "I1": 0.3, "I2": 0.9, "I3": 1.0}, {"name": "tensor", "tensor": TENSOR.tolist()}]
+    uncertainty = {"inertia": "5 %", "omega0": "1 %", "phase": "any"}
+    settings = {"draws": 64, "seed": 3, "twist": True, "keep": True, "axes": [2]}
+    sweep = read({"bodies": bodies, "uncertainty": uncertainty, "grid": {"omega0": [1.0, -2.0, 3.0, 0.1]}} | settings)
+    whole = content.content_hash(dataset.survey_grid(sweep, threads=2))
+    for count in (1, 3, 7):
+        paths = [tmp_path / f"{number}-of-{count}.nc" for number in range(1, count + 1)]
+        for number, path in enumerate(paths, 1):
+            shards.write_shard(sweep, number, count, path, threads=number % 3)
+        assert merging.merge(sweep, paths, tmp_path / "map.nc") == whole
+    os.truncate(paths[2], paths[2].stat().st_size // 2)  # at the worst, what a kill leaves; it is measured again
+    paths[5].unlink()
+    shards.write_shard(sweep, 6, 7, paths[5])
+    assert merging.merge(sweep, paths, tmp_path / "map.nc") == whole
+    assert content.content_hash(dataset.survey_grid(sweep, chunks=3)) == whole  # by Dask
 
 
 def test_body_answers_in_numbers_words_and_a_picture(tmp_path, capsys):
