@@ -10,7 +10,6 @@ import hashlib
 import json
 import re
 import time
-import zlib
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -21,6 +20,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
+from isal import isal_zlib
 from pydantic_core import PydanticCustomError
 
 from kernels.fingerprint import cache_folder
@@ -102,7 +102,7 @@ class Table:
             content = file.read((min(after * BLOCK_ROWS, self.num) - first * BLOCK_ROWS) * width if stop > start else 0)
         for k, number in enumerate(range(first, after) if stop > start else ()):
             part = content[k * BLOCK_ROWS * width : (k + 1) * BLOCK_ROWS * width]
-            if zlib.crc32(part) != self._checksums[number]:
+            if isal_zlib.crc32(part) != self._checksums[number]:
                 self.cached.unlink(missing_ok=True)
                 raise OSError(0, "was damaged and is removed: the same command reads the table again", str(self.cached))
         low = start - first * BLOCK_ROWS
@@ -233,14 +233,14 @@ def _write(
             content = np.ascontiguousarray(by_column.T, "<f8").tobytes()
             file.write(content)
             size = BLOCK_ROWS * 8 * len(names)
-            checksums += [zlib.crc32(content[at : at + size]) for at in range(0, len(content), size)]
+            checksums += [isal_zlib.crc32(content[at : at + size]) for at in range(0, len(content), size)]
             these = np.stack([by_column.min(axis=1), by_column.max(axis=1)])
             ends = these if ends is None else np.stack([np.minimum(ends[0], these[0]), np.maximum(ends[1], these[1])])
             num += len(values)
         if num == 0:
             raise _refused("", display(source.path.name), "has no rows", "a row for each point, below the names")
         told = json.dumps({"num": num, "ends": ends.T.tolist(), "checksums": checksums}).encode()
-        file.write(told + zlib.crc32(told).to_bytes(4, "little") + len(told).to_bytes(8, "little"))
+        file.write(told + isal_zlib.crc32(told).to_bytes(4, "little") + len(told).to_bytes(8, "little"))
 
 
 def _even(parts: Iterable[np.ndarray]) -> Iterator[np.ndarray]:
@@ -266,7 +266,7 @@ def _told(cached: Path) -> dict | None:
             told = file.read(min(length, size))
     except (OSError, ValueError):
         return None
-    return json.loads(told) if len(told) == length and zlib.crc32(told) == check else None
+    return json.loads(told) if len(told) == length and isal_zlib.crc32(told) == check else None
 
 
 def _forget_others(cached: Path) -> None:

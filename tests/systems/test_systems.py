@@ -132,6 +132,23 @@ assert compiled() == before, [name for name, signatures in compiled().items() if
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.parametrize("order", ["in turn", "shuffled", "one after the other"])
+def test_points_of_several_axes_are_each_what_they_are_alone(order):
+    rng = np.random.default_rng(1)
+    second = rng.uniform(0.1, 1.0, (3, 40))
+    points = dict(zip(("I1", "I2", "I3"), second.sum(axis=0) - second, strict=True))
+    points |= {"omega0": rng.uniform(1.0, 2.0, 40), "epsilon": np.full(40, 1e-6), "phase": np.full(40, 0.6)}
+    axis = np.arange(40) % 3 + 1
+    points["axis"] = {"in turn": axis, "shuffled": rng.permutation(axis), "one after the other": np.sort(axis)}[order]
+    system, integration = systems.resolve("rigid_body"), read(SMALL["rigid_body"]).definition.integration
+    found = system.columns(points, integration)
+    for k in (0, 1, 2, 13, 39):
+        alone = system.columns({name: values[k : k + 1] for name, values in points.items()}, integration)
+        assert {name: values[0].tobytes() for name, values in alone.items()} == {
+            n: found[n][k].tobytes() for n in alone
+        }
+
+
 @given(st.data())
 def test_points_of_tops_are_those_of_the_full_grid(data):
     values = {

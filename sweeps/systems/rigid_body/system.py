@@ -85,7 +85,18 @@ class RigidBody(Dynamics):
         return LAYOUT
 
     def columns(self, points: Mapping[str, np.ndarray], integration: "RigidBodyIntegration") -> dict[str, np.ndarray]:
-        """Linear theory beside what is measured; see `kernels.survey`."""
+        """Linear theory beside what is measured; see `kernels.survey`. Points of one axis are taken together."""
+        parts = [slice(None)] if integration.collapse else _by_axis(points["axis"])
+        found: dict[str, np.ndarray] = {}
+        for part in parts:
+            own = self._columns({name: values[part] for name, values in points.items()}, integration)
+            if len(parts) == 1:
+                return own
+            for name, values in own.items():
+                found.setdefault(name, np.empty(points["axis"].size, values.dtype))[part] = values
+        return found
+
+    def _columns(self, points: Mapping[str, np.ndarray], integration: "RigidBodyIntegration") -> dict[str, np.ndarray]:
         from kernels import in_space, survey  # noqa: F401  (what a map's fingerprint covers is imported with it)
 
         settings = _settings(integration)
@@ -252,6 +263,24 @@ def _settings(integration: "RigidBodyIntegration") -> tuple[float, int, float]:
 def _a_point() -> dict[str, np.ndarray]:
     point = {"I1": 1.0, "I2": 2.0, "I3": 3.0, "axis": 2, "omega0": 1.0, "epsilon": 1e-6, "phase": 0.6}
     return {name: np.array([value]) for name, value in point.items()}
+
+
+def _by_axis(axis: np.ndarray) -> list[slice | np.ndarray]:
+    """Which points have each axis, as slices where they are so many apart; all of them where there is one axis.
+
+    Selecting moments point by point takes longer than the theory that is made of them.
+    """
+    if (axis == axis[:1]).all():
+        return [slice(None)]
+    parts: list[slice | np.ndarray] = []
+    for one in (1, 2, 3):
+        numbers = np.flatnonzero(axis == one)
+        if not numbers.size:
+            continue
+        step = int(numbers[1] - numbers[0]) if numbers.size > 1 else 1
+        even = numbers[-1] - numbers[0] == step * (numbers.size - 1) and (np.diff(numbers) == step).all()
+        parts.append(slice(int(numbers[0]), int(numbers[-1]) + 1, step) if even else numbers)
+    return parts
 
 
 def _in_space(points, settings, columns, wanted) -> dict[str, np.ndarray]:
