@@ -113,7 +113,8 @@ def compilations(everything: bool, without: Sequence[str] = (), seldom: bool = T
     found = [compilation for name in named for compilation in resolve(name).compilations()]
     found += [compilation for name in named for compilation in resolve(name).seldom() if everything and seldom]
     described = [import_module(module) for module in DESCRIBED if everything and module not in without]
-    return found + [partial(import_module, kernel) for module in described for kernel in module.SHARED]
+    shared = [kernel for module in described for kernel in (*(module.SELDOM if seldom else ()), *module.SHARED)]
+    return found + [partial(import_module, kernel) for kernel in shared]
 
 
 def calls_the_defaults(system: Dynamics) -> bool:

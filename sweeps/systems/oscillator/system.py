@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 
 LIBRARY = Path(__file__).parents[2] / "mechanics" / "library"
 SHARED = ("kernels.oscillations", "kernels.enclosures")  # what every oscillator's generated code calls
+SELDOM = ("kernels.taylor_tapes",)  # what that of large ones calls besides
 LOOKED_AT = 256  # points of a grid at which a check looks for equilibria
 
 

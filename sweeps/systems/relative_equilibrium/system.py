@@ -33,7 +33,8 @@ if TYPE_CHECKING:
     from sweeps.mechanics.relative import FlowModel
 
 LIBRARY = oscillator.LIBRARY / "relative"
-SHARED = ("kernels.spectrum", "kernels.flows")  # what every flow's generated code calls
+SHARED = ("kernels.flows",)  # what every flow's generated code calls
+SELDOM = ()
 
 
 class RelativeEquilibrium(oscillator.Oscillator):
