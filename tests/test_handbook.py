@@ -103,6 +103,7 @@ def test_every_public_name_stands_in_the_reference():
     assert sorted(re.findall(r"automodule:: (\S+)", listed)) == sorted(generated.modules())
 
 
+@pytest.mark.slow
 def test_a_name_that_the_built_reference_lacks_is_told():
     names = [f"{module}.{name}" for module, path in generated.modules().items() for name in generated.public(path)]
     assert len(names) > 900

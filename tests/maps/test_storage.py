@@ -195,8 +195,11 @@ def full_disk(*_, **__):
 @pytest.mark.parametrize(
     ("where", "what"),
     [
-        *(("while writing", what) for what in ("shard", "merge", "write_map")),
-        *(("while flushing", what) for what in ("merge", "write_map")),  # shards carry checksums and do not wait
+        ("while writing", "shard"),
+        pytest.param("while writing", "merge", marks=pytest.mark.slow),
+        ("while writing", "write_map"),
+        ("while flushing", "merge"),  # shards carry checksums and do not wait
+        pytest.param("while flushing", "write_map", marks=pytest.mark.slow),
     ],
 )
 def test_a_failing_write_leaves_what_was_there(shards, tiny, tmp_path, monkeypatch, old, what, where):

@@ -46,8 +46,8 @@ def test_the_worst_stands_where_it_says(ds):
 
 def test_blocks_change_nothing(ds, monkeypatch):
     whole = summary.summarise(ds)
-    monkeypatch.setattr(summary, "BLOCK_POINTS", 7)
-    assert len(list(blocks(dimensions(ds), 7))) > 20
+    monkeypatch.setattr(summary, "BLOCK_POINTS", 15)
+    assert len(list(blocks(dimensions(ds), 15))) > 10
     parts = summary.summarise(ds)
     assert (parts.points, parts.compared, parts.counts, parts.table) == (
         whole.points,

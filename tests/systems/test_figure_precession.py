@@ -63,11 +63,10 @@ def test_no_deviation_is_told_of_near_spheres(tops):
 
 
 def test_every_map_of_the_system_has_its_picture(tops, tmp_path):
-    one = tops.isel(ratio=[0], omega3=[0], half_angle=[0])
-    for number, ds in enumerate((tops, one)):
-        paths = list(figures.draw_all(ds, tmp_path / str(number)))
-        assert [path.name for path in paths] == ["precession.png", "cones.png"]
-        assert min(path.stat().st_size for path in paths) > 20_000
+    one = tops.isel(ratio=[0], omega3=[0], half_angle=[0])  # the others' are drawn above
+    paths = list(figures.draw_all(one, tmp_path))
+    assert [path.name for path in paths] == ["precession.png", "cones.png"]
+    assert min(path.stat().st_size for path in paths) > 20_000
 
 
 def test_a_sphere_has_no_cones(tops):

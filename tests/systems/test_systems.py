@@ -43,7 +43,6 @@ SMALL = {
     "symmetric_top": {"grid": {"ratio": [0.5, 1.0, 1.2], "omega3": [-1.0, 2.0], "half_angle": [10.0, 40.0]}},
 }
 TOP = SMALL["symmetric_top"]["grid"]
-every_system = pytest.mark.parametrize("name", systems.MODULES)  # described systems: test_oscillator.py
 
 
 def small(name):
@@ -56,7 +55,7 @@ def refusal(grid, **more):
     return str(refused.value)
 
 
-@every_system
+@pytest.mark.parametrize("name", systems.MODULES)  # described systems: test_oscillator.py
 def test_a_system_says_all_that_its_map_holds(name):
     sweep, system = small(name), systems.resolve(name)
     definition = sweep.definition
@@ -99,7 +98,7 @@ def test_shards_and_chunks_make_the_same_map_bit_for_bit(name, tmp_path):
     assert content.content_hash(dataset.survey_grid(sweep, chunks=5)) == whole
 
 
-@every_system
+@pytest.mark.parametrize("name", repeated.but(("symmetric_top",), systems.MODULES))
 def test_open_map_asks_for_the_variables_of_the_maps_own_system(name, tmp_path):
     ds = sweeps.survey({"system": name} | SMALL[name])
     ds.to_netcdf(tmp_path / "whole.nc")
