@@ -42,10 +42,14 @@ def cut(keys, levels):
     starts : numpy.ndarray of int64, shape (blocks + 1,)
         The points of block j are order[starts[j]:starts[j + 1]].
     """
-    after = np.zeros(keys.max() + 2, dtype=np.int64)
+    greatest = 0
+    for key in keys:
+        greatest = max(greatest, key)
+    after = np.zeros(greatest + 2, dtype=np.int64)
     for key in keys:
         after[key + 1] += 1
-    after = np.cumsum(after)
+    for key in range(1, after.size):
+        after[key] += after[key - 1]
     starts, position = [0], after.copy()
     for kind in range(0, after.size - 1, levels):
         first, last = after[kind], after[min(kind + levels, after.size - 1)]

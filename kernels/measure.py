@@ -208,5 +208,6 @@ def signed_rate(samples, spacing):
     b, c = samples.T
     first = (b[2], c[2], b[1], c[1], b[0], c[0])
     guess = first_guess(*first)
-    sums = leftover(b[2:], c[2:], b[1:-1], c[1:-1], b[:-2], c[:-2], guess)
-    return estimate(guess, *(float(np.sum(s)) for s in sums), len(b) - 2, float(spacing))
+    triples = zip(*(x.tolist() for x in (b[2:], c[2:], b[1:-1], c[1:-1], b[:-2], c[:-2])), strict=True)
+    sums = np.sum([leftover(*triple, guess) for triple in triples], axis=0)
+    return estimate(guess, *map(float, sums), len(b) - 2, float(spacing))

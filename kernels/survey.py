@@ -146,8 +146,9 @@ def _measure(arrays, spacing, intervals, tolerance, exactly, rounded, groups, ro
         bodies, nudge = (I1[part], I2[part], I3[part], axis[part]), epsilon[part]
         _plan(*bodies, nudge, spacing, intervals, tolerance, plan, keys)
         if exactly:
-            keys[:size] %= 2 * LEVELS
-            orders[:], steps[:] = lanes.EXACT, 1
+            for i in range(size):  # written out: the words of NumPy's errors take five seconds to compile
+                keys[i] %= 2 * LEVELS
+                orders[i], steps[i] = lanes.EXACT, 1
         order, starts = cut(keys[:size], LEVELS)
         turn = (omega0[part], nudge, phase[part])
         _run(*bodies, *turn, plan, (order, starts), intervals, tolerance, rounded, groups, rows, kept)
