@@ -7,6 +7,7 @@ import numpy as np
 
 from kernels import measure, statuses
 from kernels import oscillations as kernel
+from kernels.blocks import W
 from sweeps.mechanics import equilibria, modes, scales
 from sweeps.mechanics.degenerate import Degenerate
 from sweeps.mechanics.derivation import derive
@@ -16,6 +17,7 @@ from sweeps.mechanics.taylor import Code
 
 CHUNK = 16384
 EVEN = 1e-9  # third derivatives smaller than this, in the system's own units, make no second run
+FINE = 0.05  # of 1/S: a step of a motion that goes far
 LEAST_SHARE = 1e-6  # of a nudge: a mode with less of it is left to rounding and to the others' cubes
 
 MOST_WRITTEN = 120  # nodes that move: more of them are read from a tape
@@ -240,6 +242,37 @@ class Model:
             spacing,
             tolerance,
         )
+
+    def motion(self, parameters: list[float], place, shift, duration: float, frames: int) -> np.ndarray:
+        """The full motion from rest at some places, however far from an equilibrium.
+
+        Args:
+            parameters: their values, in the description's order.
+            place: where deviations are counted from, shape (runs, n).
+            shift: the deviations at the start, shape (runs, n).
+            duration: s.
+            frames: intervals of the duration.
+
+        Returns:
+            Coordinates at the intervals' ends, shape (runs, frames + 1, n).
+        """
+        runs, code = len(place), self.code
+        given = [np.full(runs, value) for value in parameters] or [np.zeros(runs)]
+        start = self._rows(given, place, np.ones(runs), shift.T, np.zeros(shift.T.shape))
+        q = np.empty((runs, frames + 1, self.n))
+        q[:, 0] = place + shift
+        terms = self.landscape.hessian_terms(given, list(place.T))
+        S = np.nanmax(modes.scale(terms, self.landscape.a(given, list(place.T))))
+        steps = max(1, int(np.ceil(duration / frames * S / FINE)))
+        lanes = np.minimum(np.arange(W), runs - 1)
+        for first in range(0, runs, W):
+            rows = np.ascontiguousarray(start[np.minimum(first + lanes, runs - 1)].T)
+            rows[code.step_row] = duration / frames / steps
+            for k in range(1, frames + 1):
+                self.code.module().advance(rows.reshape(-1), steps)
+                part = slice(first, min(first + W, runs))
+                q[part, k] = place[part] + rows[: self.n, : part.stop - first].T
+        return q
 
     @staticmethod
     def _nudged_first(vectors, mode):

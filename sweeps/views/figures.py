@@ -127,6 +127,8 @@ def _moving(animation: Path, kind: str) -> list[str]:
         return [animation.name, *(film.name for film in films.made(animation))]
     made = [film.name for film in films.made(animation, (kind,))]
     animation.unlink()
+    if not made:
+        raise RefusedError(f"--format: {kind} cannot be made by the ffmpeg at hand; allowed: gif (any other format)")
     return made
 
 

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import sweeps
 from kernels import exact
+from sweeps.schema.refusals import RefusedError
 from sweeps.systems.rigid_body import figure_flip, solid
 from sweeps.views import figures, report_columns
 
@@ -110,3 +111,6 @@ def test_a_film_stands_beside_it_where_an_encoder_can_make_one(ds, tmp_path, mon
     drawn = list(figures.draw_all(ds, tmp_path / "figures"))
     assert [path.name for path in drawn] == names
     assert sorted(path.name for path in (tmp_path / "figures").iterdir()) == names
+    if status:
+        with pytest.raises(RefusedError, match="--format: webm cannot be made by the ffmpeg at hand; allowed: gif"):
+            list(figures.draw_all(ds, tmp_path / "films", "webm"))

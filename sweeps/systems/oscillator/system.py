@@ -31,6 +31,7 @@ from sweeps.systems.system import Dynamics, Opening, Page, Points
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
+    from PIL.Image import Image
 
     from sweeps import mechanics
     from sweeps.mechanics.model import Model
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
 LIBRARY = Path(__file__).parents[2] / "mechanics" / "library"
 SHARED = ("kernels.oscillations", "kernels.enclosures")  # what every oscillator's generated code calls
 SELDOM = ("kernels.taylor_tapes",)  # what that of large ones calls besides
+ANIMATED = ("bead_on_hoop", "double_pendulum", "pendulum")
 LOOKED_AT = 256  # points of a grid at which a check looks for equilibria
 
 
@@ -54,12 +56,12 @@ class Oscillator(Dynamics):
 
     point_seconds = 4e-5  # 1e-5 to 1e-4, by how hard its equilibria are to enclose
     start_seconds = 5.5  # its equations are derived
-    picture_seconds = 2.5
     look = LOOK
     kernels = ("oscillations", "enclosures")
 
     def __init__(self, name: str, load: "Callable[[], mechanics.System]", source: bytes, folder: str = ""):
         self.name, self.folder = name, folder
+        self.picture_seconds = 4.5 if name in ANIMATED else 2.5
         self._load = load
         self.source = source
         self._lock = threading.RLock()
@@ -256,6 +258,14 @@ class Oscillator(Dynamics):
             "oscillations": lambda ax=None: figure_oscillations.draw(ds, ax),
             "theory_against_measured": lambda ax=None: figure_oscillations.draw_agreement(ds, ax),
         }
+
+    def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], list[Image]]]":
+        """Of the bead on a hoop and of pendulums, how they move beside a stable and an unstable place."""
+        if self.name not in ANIMATED:
+            return {}
+        from sweeps.systems.oscillator import figure_motion
+
+        return {"motion": lambda: figure_motion.frames(ds, self.name, self.mechanism)}
 
     def __reduce__(self) -> tuple[Any, ...]:
         return (of_file, (self.name, self.folder)) if self.name.endswith(".py") else (of_library, (self.name,))

@@ -1,0 +1,87 @@
+"""The animations of small oscillations: the motion is that of the full equations, and what moves is drawn."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.special import ellipj, ellipk
+
+import sweeps
+from sweeps import systems
+from sweeps.systems.oscillator import figure_motion
+from sweeps.systems.oscillator.system import ANIMATED
+
+GRIDS = {
+    "pendulum": {"length": [1.0, 2.0], "gravity": 9.80665},
+    "bead_on_hoop": {"radius": [0.5, 1.0], "spin_rate": [1.0, 2.0, 4.0, 5.0]},
+    "double_pendulum": {"mass2": [0.5, 1.0], "length2": 1.0},
+}
+
+
+@pytest.fixture(scope="module")
+def maps():
+    known = {}
+
+    def of(name):
+        return known.setdefault(name, sweeps.survey({"system": name, "grid": GRIDS[name]}))
+
+    return of
+
+
+def test_those_that_are_animated_are_those_that_are_shown():
+    assert set(ANIMATED) == set(figure_motion.SHOWN) == set(GRIDS)
+    assert systems.resolve("double_well").animations(None) == {}
+
+
+def test_a_pendulum_swings_far_as_elliptic_functions_say():
+    """θ from rest at α: sin(θ/2) = k cd(√(g/l) t, k), k = sin(α/2); from 0.03 rad beside the top, too."""
+    starts, g = np.array([0.25, np.pi - 0.03]), 9.80665
+    model = systems.resolve("pendulum").mechanism
+    found = model.motion([1.0, 1.0, g], np.array([[0.0], [np.pi]]), np.array([[0.25], [-0.03]]), 4.0, 40)[..., 0]
+    m = np.sin(starts / 2)[:, None] ** 2
+    sn, _, _, _ = ellipj(np.sqrt(g) * np.linspace(0.0, 4.0, 41) + ellipk(m), m)  # sn(u + K) = cd(u)
+    np.testing.assert_allclose(np.sin(found / 2), np.sqrt(m) * sn, atol=1e-9)  # e^12 of growth times rounding
+
+
+@pytest.mark.slow
+def test_a_double_pendulum_tumbles_as_another_integrator_says(maps):
+    def rates(t, y, g=9.80665):
+        a, b, u, v = y
+        mass = [[2.0, np.cos(a - b)], [np.cos(a - b), 1.0]]
+        pull = [-np.sin(a - b) * v * v - 2 * g * np.sin(a), np.sin(a - b) * u * u - g * np.sin(b)]
+        return [u, v, *np.linalg.solve(mass, pull)]
+
+    start = np.array([np.pi + 0.03, np.pi - 0.03])
+    found = systems.resolve("double_pendulum").mechanism.motion(
+        [1.0, 1.0, 1.0, 1.0, 9.80665], np.array([[np.pi, np.pi]]), np.array([[0.03, -0.03]]), 3.0, 30
+    )
+    run = solve_ivp(rates, (0, 3), [*start, 0, 0], "DOP853", rtol=1e-12, atol=1e-12, t_eval=np.linspace(0, 3, 31))
+    np.testing.assert_allclose(found[0], run.y[:2].T, atol=1e-8)  # e^15 of growth times both integrators' rounding
+
+
+@pytest.mark.parametrize("name", ["pendulum", "bead_on_hoop", pytest.param("double_pendulum", marks=pytest.mark.slow)])
+def test_it_moves(maps, monkeypatch, name):
+    monkeypatch.setattr(figure_motion, "FRAMES", 4)
+    pictures = systems.resolve(name).animations(maps(name))["motion"]()
+    assert len(pictures) == 4
+    assert all(picture.size == pictures[0].size and picture.mode == "P" for picture in pictures)
+    for one, other in pairwise(pictures):
+        assert (np.asarray(one.convert("RGB")) != np.asarray(other.convert("RGB"))).any()
+    assert np.asarray(pictures[0].convert("RGB"))[0, 0].tolist() == [255, 255, 255]
+
+
+def test_it_begins_beside_what_the_map_found_stable_and_unstable(maps):
+    ds, model = maps("bead_on_hoop"), systems.resolve("bead_on_hoop").mechanism
+    for spin, names in ((1.0, ("bottom", "top")), (5.0, ("right", "bottom"))):
+        here = ds.sel(radius=1.0, spin_rate=spin).isel(mass=0, gravity=0, epsilon=0, phase=0)
+        shown = figure_motion.SHOWN["bead_on_hoop"]
+        runs = [figure_motion._run(here, shown[regime], regime, model) for regime in ("stable", "unstable")]
+        assert tuple(run.name for run in runs) == names
+    assert runs[0].place == pytest.approx(np.arccos(9.80665 / 25), abs=1e-12)
+
+
+def test_nothing_is_drawn_where_no_equilibrium_tells(maps):
+    ds, marginal = maps("pendulum"), 2
+    animation = systems.resolve("pendulum").animations(ds.assign(regime=0 * ds["regime"] + marginal))["motion"]
+    assert animation() == []
