@@ -3,7 +3,7 @@
 import math
 import re
 import textwrap
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from copy import copy
@@ -13,6 +13,7 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import ListedColormap, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
@@ -203,6 +204,30 @@ def dots() -> float:
     """Dots an inch of what is written now."""
     dpi = matplotlib.rcParams["savefig.dpi"]
     return DPI if dpi == "figure" else float(dpi)
+
+
+class Shades(ListedColormap):
+    """Shades of some colours, one after the other, each from pale, near the paper's, to full.
+
+    Args:
+        bases: the colours.
+        number: shades of each.
+        paper: what they fade to.
+    """
+
+    PALEST = 0.3
+
+    def __init__(self, bases: Sequence, number: int, paper="#ffffff"):
+        self.bases, self.number, self.paper = list(bases), number, paper
+        towards = np.array(to_rgb(paper))
+        shares = np.linspace(self.PALEST, 1.0, number)
+        full = [np.array(to_rgb(base)) for base in self.bases]
+        super().__init__([tuple(towards + share * (base - towards)) for base in full for share in shares], "shades")
+
+    def recolored(self, other: Callable) -> "Shades":
+        """The same shades of other colours: `other` says what a colour becomes."""
+        made = Shades([other(base) for base in self.bases], self.number, other(self.paper))
+        return made.with_extremes(bad=other(tuple(self.get_bad())))
 
 
 def halo(width: float = 2.5, color: str = "white"):

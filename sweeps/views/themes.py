@@ -12,13 +12,13 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import Collection
-from matplotlib.colors import Colormap, LinearSegmentedColormap, to_hex, to_rgba, to_rgba_array
+from matplotlib.colors import Colormap, LinearSegmentedColormap, ListedColormap, to_hex, to_rgba, to_rgba_array
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.text import Text
 
-from sweeps import colors
+from sweeps import colors, style
 
 PAPER, INK = "#ffffff", "#000000"
 DARK = {  # colour of the light theme → of this one
@@ -52,6 +52,7 @@ THEMES: dict[str, Mapping[str, str]] = {"light": {}, "dark": DARK, "print": PRIN
 ONE_WAY = LinearSegmentedColormap.from_list(
     "print", ["#4d0011", "#a3192b", "#d6604d", "#eb9a7c", "#f4c3a2", "#d3dde3", "#cfe8f5", "#e4f3fa", "#f7fcff"]
 )
+MOST_NAMED = 64  # colours of a map that stand for kinds; of more, for numbers
 BOTH_WAYS = ("RdBu", "PuOr", "coolwarm")  # maps of colours that are dark at both ends
 
 
@@ -88,9 +89,9 @@ def recolor(artists: Iterable, table: Mapping[str, str], one_way: bool = False) 
         return _other(color, table)
 
     for artist in artists:
-        if isinstance(artist, ScalarMappable) and one_way:
+        if isinstance(artist, ScalarMappable):
             with artist.callbacks.blocked():  # a colour bar would begin anew, with ticks of its own
-                artist.set_cmap(_one_way(artist.get_cmap()))
+                artist.set_cmap(_recolored(artist.get_cmap(), other, one_way))
         for kind, names in PARTS:
             if isinstance(artist, kind):
                 _each(artist, names, other)
@@ -128,6 +129,17 @@ def _other(color, table: Mapping[str, str]):
     red, green, blue, alpha = to_rgba(color)
     found = table.get(to_hex((red, green, blue)))
     return (red, green, blue, alpha) if found is None else (*to_rgba(found)[:3], alpha)
+
+
+def _recolored(colormap: Colormap, other: Callable, one_way: bool) -> Colormap:
+    """A map of colours in a theme: of a few named ones each by itself, of others what stands for missing values."""
+    made = _one_way(colormap) if one_way else colormap
+    if isinstance(made, style.Shades):
+        return made.recolored(other)
+    bad = tuple(made.get_bad())
+    if isinstance(made, ListedColormap) and made.N <= MOST_NAMED:
+        made = ListedColormap([other(color) for color in made.colors], made.name)
+    return made.with_extremes(bad=other(bad))
 
 
 def _one_way(colormap: Colormap) -> Colormap:

@@ -8,6 +8,7 @@ from itertools import combinations
 import matplotlib
 import numpy as np
 import pytest
+from matplotlib.colors import NoNorm
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 
@@ -196,6 +197,25 @@ def seen_by(rgb, sight):
     linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
     seen = np.clip(linear @ SIGHT[sight].T, 0.0, 1.0)
     return np.where(seen <= 0.0031308, 12.92 * seen, 1.055 * seen ** (1 / 2.4) - 0.055)
+
+
+def test_kinds_in_a_map_have_the_colours_of_their_legend_in_every_theme():
+    for theme in themes.THEMES:
+        figure = Figure()
+        ax = figure.subplots()
+        table = style.Shades([colors.STABLE, colors.UNSTABLE], 3).with_extremes(bad="#e6e6e6")
+        mesh = ax.pcolormesh(np.ma.masked_less([[-1.0, 2.0, 5.0]], 0), cmap=table, norm=NoNorm())
+        line = ax.contour([[0.0, 1.0], [1.0, 0.0]], levels=[0.5], colors=colors.INK)
+        told = [ax.bar(0, 1, facecolor=c)[0] for c in ("#e6e6e6", colors.STABLE, colors.UNSTABLE, colors.INK)]
+        themes.apply(figure, theme)
+        wanted = [patch.get_facecolor() for patch in told]
+        found = [
+            tuple(mesh.get_cmap().get_bad()),
+            mesh.get_cmap()(2),
+            mesh.get_cmap()(5),
+            tuple(line.get_edgecolor()[0]),
+        ]
+        np.testing.assert_allclose(found, wanted, err_msg=theme)
 
 
 @pytest.mark.parametrize("theme", themes.THEMES)

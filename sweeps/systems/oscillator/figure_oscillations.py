@@ -28,6 +28,7 @@ ROUNDING = 1e-12  # of ω²/scale²: what is below is no sign
 MOST_DOTS = 1000  # marginal points of a panel; more stand on a coarser lattice
 LARGE = 5.2  # inches, of the picture of places
 LEVEL = 1e-6  # of a value: what differs by less is drawn as a law, not as a flat colour
+LEAST_ROOM = 0.12  # of a panel's height, between two curves with a name between
 MOST_CURVES = 4  # of a law
 LEAST_WIDTH = 5.4  # inches, for the title
 
@@ -136,7 +137,7 @@ def _map(ax, one, x, y):
     theory = one["theory"].values
     if np.nanmin(theory, initial=0.0) < -ROUNDING and np.nanmax(theory, initial=0.0) > ROUNDING:
         line = ax.contour(one[x].values, one[y].values, theory, levels=[0.0], colors=colors.INK, linewidths=1.0)
-        line.set_gid("theory")
+        line.set(gid="theory", path_effects=style.halo(2.2))
         ax.plot([], [], color=colors.INK, linewidth=1.0, label=r"theory: $\omega^2 = 0$")
     rows, columns = _few_dots(*np.nonzero(one["regime"].values == REGIMES.index("marginal") - 1))
     look = {"linestyle": "none", "marker": "o", "markersize": 2.0, "color": colors.INK, "markeredgewidth": 0.0}
@@ -184,12 +185,24 @@ def _law(ax, one, x, y):
         )
         text = style.with_unit(f"{y} = {style.number(float(row[y]), 3)}", one[y].attrs.get("units", "1"))
         look = {"textcoords": "offset points", "ha": side, "fontsize": 7, "path_effects": style.halo()}
-        ax.annotate(text, (row[x].values[end], theory[end]), (2 if side == "left" else -2, 3), **look)
+        is_below = _crowded(np.sqrt(ends[end]), number, logarithmic)
+        offset = (2 if side == "left" else -2, -3 if is_below else 3)
+        look |= {"va": "top" if is_below else "bottom"}
+        ax.annotate(text, (row[x].values[end], theory[end]), offset, **look)
     if logarithmic:
         ax.set(yscale="log")
     ax.margins(y=0.12)
     _scale(ax.xaxis, one[x].values)
     ax.set(xlabel=_label(one, x), ylabel=f"measured rate  ({style.units('rad s-1')})")
+
+
+def _crowded(values, number, logarithmic):
+    """Whether a curve's end is so near to the one above it, and not to one below, that a name has no room between."""
+    with np.errstate(all="ignore"):
+        at = np.log(values) if logarithmic else values
+    away = (at - at[number]) / (np.ptp(at) or 1.0)
+    above, below = away[away > 0].min(initial=np.inf), -away[away < 0].max(initial=-np.inf)
+    return bool(above < LEAST_ROOM < below)
 
 
 def _few_dots(rows, columns):

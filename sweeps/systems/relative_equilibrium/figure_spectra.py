@@ -5,7 +5,7 @@ import math
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, ListedColormap, to_rgb
+from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
@@ -48,7 +48,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
             _lines(ax, one, x)
     for ax in axes[len(panels) :]:
         ax.set_axis_off()
-    style.legend(figure, _kinds(figure))
+    style.legend(figure, _kinds(figure, part))
     return figure
 
 
@@ -102,17 +102,10 @@ def _scale(axis, values):
         style.plain_log_ticks(axis)
 
 
-def _shades(color):
-    """A colour from pale to full."""
-    rgb = np.array(to_rgb(color))
-    return [tuple(1.0 - (0.3 + 0.7 * k / (SHADES - 1)) * (1.0 - rgb)) for k in range(SHADES)]
-
-
 def _map(ax, one, x, y):
     """Measured regimes in colours, the deeper the faster they grow or decay; theory's boundary as a line."""
     one = one.transpose(y, x)
-    palette = [shade for name in REGIMES[1:] for shade in _shades(LOOK.color(name))]
-    table = ListedColormap(palette).with_extremes(bad=MISSING)
+    table = style.Shades([LOOK.color(name) for name in REGIMES[1:]], SHADES).with_extremes(bad=MISSING)
     regime = one["regime"].values
     with np.errstate(all="ignore"):
         size = np.abs(one["growth_rate"].values) / one["rate_scale"].values
@@ -120,13 +113,14 @@ def _map(ax, one, x, y):
     depth = np.where(np.isin(regime, (1, 4)), 1.0, np.sqrt(np.nan_to_num(depth)))  # stable, marginal: no rate
     code = np.ma.masked_where(regime < 0, regime * SHADES + np.minimum((depth * SHADES).astype(int), SHADES - 1))
     edges = style.edges(one[x].values), style.edges(one[y].values)
-    norm = BoundaryNorm(np.arange(len(palette) + 1) - 0.5, len(palette))
+    norm = BoundaryNorm(np.arange(table.N + 1) - 0.5, table.N)
     ax.pcolormesh(*edges, code, cmap=table, norm=norm, rasterized=True, gid="measured")
     for margin in _margins(one):
         rounding = ROUNDING * np.nanmax(np.abs(margin), initial=0.0)
         if np.nanmin(margin, initial=0.0) < -rounding and np.nanmax(margin, initial=0.0) > rounding:
             look = {"levels": [0.0], "colors": colors.INK, "linewidths": 1.1}
-            ax.contour(one[x].values, one[y].values, margin, **look).set_gid("theory")
+            line = ax.contour(one[x].values, one[y].values, margin, **look)
+            line.set(gid="theory", path_effects=style.halo(2.2))
             ax.plot([], [], color=colors.INK, linewidth=1.1, label="theory's boundary")
     _scale(ax.xaxis, one[x].values)
     _scale(ax.yaxis, one[y].values)
@@ -161,17 +155,18 @@ def _lines(ax, one, x):
             look |= {"color": LOOK.color(name), "gid": name, "label": LOOK.words(name)}
             ax.plot(at[chosen], one["growth_rate"].values[chosen], **look)
     _scale(ax.xaxis, at)
-    ax.set(xlabel=_label(one, x), ylabel=_label(one, "growth_rate"))
+    ax.set(xlabel=_label(one, x), ylabel=f"growth rate, below 0 decay  ({style.units('s-1')})")
 
 
-def _kinds(figure):
+def _kinds(figure, part):
     """What stands for each regime in the maps, and for cells without one."""
     meshes = [artist for ax in figure.axes for artist in ax.collections if artist.get_gid() == "measured"]
     codes = [np.ma.asarray(mesh.get_array()) for mesh in meshes]
     drawn = {REGIMES[1 + int(code) // SHADES] for mesh in codes for code in np.unique(mesh.compressed())}
     handles = [Patch(facecolor=LOOK.color(name), label=LOOK.words(name)) for name in REGIMES[1:] if name in drawn]
     if any(np.ma.getmaskarray(mesh).any() for mesh in codes):
-        handles.append(Patch(facecolor=MISSING, label="not told"))
+        nowhere = part["status"].values[part["regime"].values < 0] == STATUSES.index("no_equilibrium")
+        handles.append(Patch(facecolor=MISSING, label="no such equilibrium" if nowhere.all() else "not told"))
     return handles
 
 

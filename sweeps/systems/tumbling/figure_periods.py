@@ -4,11 +4,13 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from sweeps import colors, style
 
 PANELS = 4
+SEPARATRIX = "separatrix: there the ratio has no bound"
 
 
 def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
@@ -62,6 +64,13 @@ def _plane(ax, part: xr.Dataset):
     return mesh
 
 
+def _parted(energies, ratio, part):
+    """A curve in two parts, one each side of the separatrix, E = I3/I2: no line joins what goes to infinity between."""
+    order = np.argsort(energies)
+    k = int(np.searchsorted(energies[order], float(part["I3"] / part["I2"])))
+    return np.insert(energies[order], k, np.nan), np.insert(ratio[order], k, np.nan)
+
+
 def _curves(ds: xr.Dataset, place: Axes | None) -> Figure:
     figure = style.canvas(
         8.0,
@@ -79,10 +88,15 @@ def _curves(ds: xr.Dataset, place: Axes | None) -> Figure:
         x = (along if along is not None else part["energy"]).values
         color = colors.SERIES_COLORS[number % len(colors.SERIES_COLORS)]
         marker = None if along is not None else "o"
-        handles += ax.plot(
-            np.atleast_1d(x), np.atleast_1d(part["period_ratio"]), color=color, marker=marker, label=name
-        )
+        at, ratio = _parted(np.atleast_1d(x), np.atleast_1d(part["period_ratio"].values), part)
+        handles += ax.plot(at, ratio, color=color, marker=marker, label=name)
+        if along is not None:
+            separatrix = float(part["I3"] / part["I2"])
+            ax.axvline(separatrix, color=color, linewidth=0.9, linestyle=(0, (1, 2)), gid="separatrix")
+    if along is not None:
+        handles.append(Line2D([], [], color=colors.QUIET, linewidth=0.9, linestyle=(0, (1, 2)), label=SEPARATRIX))
     ax.set(yscale="log", xlabel="$E = 2TI_3/L^2$  (dimensionless)", ylabel=r"$P_\psi/P_\phi$  (dimensionless)")
+    style.plain_log_ticks(ax.yaxis)
     ax.grid(color=colors.FAINT, linewidth=0.5, alpha=0.7)
     style.legend(figure, handles, columns=2)
     return figure

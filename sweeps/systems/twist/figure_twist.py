@@ -15,6 +15,8 @@ THROWN = {  # (I1/I2, I3/I2): sources in the definition `rackets`
 }
 NUDGE = 0.13  # rad: the throw that the map shows, or the grid's nearest to it; near a racket's best
 MOST = 160
+WHITE = "#fefefe"  # in every theme: the paper's white is dark on a dark one
+FEW = 20  # bodies: so many are named, and drawn large
 
 
 def draw_map(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
@@ -36,7 +38,7 @@ def draw_map(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     mesh = ax.pcolormesh(style.edges(x), style.edges(y), twist, cmap="viridis", vmin=0.0, vmax=1.0, rasterized=True)
     figure.colorbar(mesh, ax=ax, label="|twist|  (half turns)", extend="max")
     growth = np.where(margin >= 0, part["growth"].transpose("I3", "I1").values, np.nan)
-    lines = ax.contour(x, y, growth, [0.2, 0.4, 0.6, 0.8, 1.0, 1.5], colors="white", linewidths=0.9)
+    lines = ax.contour(x, y, growth, [0.2, 0.4, 0.6, 0.8, 1.0, 1.5], colors=WHITE, linewidths=0.9)
     ax.clabel(lines, fmt=lambda value: f"{value:g}", fontsize=7.5)
     ax.contourf(x, y, margin, [-np.inf, 0.0], colors="none", hatches=["////"])
     ax.contour(x, y, margin, [0.0], colors=colors.INK, linewidths=1.0)
@@ -77,19 +79,35 @@ def draw_defect(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     ax = figure.subplots()
     x = np.exp(-np.pi * part["growth"].values)
     defect = np.pi - np.abs(part[_twist(part)])
-    look = {"linestyle": "none", "marker": "o", "markersize": 2.4, "markeredgewidth": 0.0, "alpha": 0.5}
+    few = x.size <= FEW
+    look = {"linestyle": "none", "marker": "o", "alpha": 1.0 if few else 0.5}
+    dot = look | {"markersize": 6.0 if few else 2.4, "markeredgewidth": 0.0}
+    ring = look | ({"markersize": 9.0, "markerfacecolor": "none", "markeredgewidth": 1.6} if few else dot)
     best = defect.min("chi").values if "chi" in defect.dims else defect.values
     known = "least over the nudges"
-    handles = ax.plot(x, best, color=colors.STABLE, gid="best", label=f"{_twist(part)}: {known}", **look)
+    handles = ax.plot(x, best, color=colors.STABLE, gid="best", label=f"{_twist(part)}: {known}", **dot)
     law = part["twist_defect_theory"].values
-    handles += ax.plot(x, law, color=colors.UNSTABLE, gid="law", label="on the separatrix, exact", **look)
-    near = {"color": colors.INK, "linestyle": "none", "marker": "o", "markersize": 1.0, "gid": "asymptotic"}
+    handles += ax.plot(x, law, color=colors.UNSTABLE, gid="law", label="on the separatrix, exact", **ring)
+    near = {
+        "color": colors.INK,
+        "linestyle": "none",
+        "marker": "o",
+        "markersize": 3.5 if few else 1.0,
+        "gid": "asymptotic",
+    }
     text = r"law: $4\sqrt{a/(a+b)}\,e^{-(\pi+\arctan\sqrt{b/a})\,\sigma/\omega_0}$"
     handles += ax.plot(x, asymptotic(part), label=text, **near)
     span = np.geomspace(x.min(), 1.0, 50)
     line = {"color": colors.INK, "linewidth": 1.0, "gid": "slope"}
     handles += ax.plot(span, 4.0 * span, label=r"its bound: $4\,e^{-\pi\sigma/\omega_0}$", **line)
     ax.set(xscale="log", yscale="log", xlabel=r"$e^{-\pi\sigma/\omega_0}$", ylabel=r"$\pi - |\mathrm{twist}|$  (rad)")
+    if few and "body" in part.coords:
+        look = {"textcoords": "offset points", "path_effects": style.halo(), "fontsize": 7.5}
+        for at, place, name in zip(x, best, part["body"].values, strict=True):
+            first = at == x.min()  # the others' names end where the bound's line is not
+            ax.annotate(str(name), (at, place), (0 if first else -6, 8), ha="left" if first else "right", **look)
+    for axis in (ax.xaxis, ax.yaxis):
+        style.plain_log_ticks(axis)
     ax.grid(color=colors.FAINT, linewidth=0.5, alpha=0.7)
     style.legend(figure, handles, columns=2)
     return figure
