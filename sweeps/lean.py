@@ -6,11 +6,12 @@ import sys
 
 
 def leave_out() -> None:
-    """Leaves out Dask's arrays and sparse matrices, a quarter of xarray's time to load, and two things beside.
+    """Leaves out Dask, a quarter of xarray's time to load, and two things beside.
 
     Plugins of pydantic: it would look for them in what all installed packages say of themselves. Matplotlib's advice
     on where it keeps its list of fonts when the user has no folder to write into: pictures are the same.
     """
-    sys.modules.setdefault("dask.array", None)
+    for name in ("dask", "dask.array"):  # a command computes all that it shows, and nothing later
+        sys.modules.setdefault(name, None)
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     logging.getLogger("matplotlib").setLevel(logging.ERROR)

@@ -19,9 +19,9 @@ def add(commands) -> None:
 
 
 def _run(args):
-    from sweeps.maps import selection, storage, summary
+    from sweeps.maps import admission, parts, selection, summary
 
-    with storage.open_map(args.map) as whole:
+    with admission.opened(args.map) as whole:
         ds = summary.pointwise(whole)
         places = selection.nearest(ds, args.coordinates)
         dims = selection.left(ds, places)
@@ -33,7 +33,7 @@ def _run(args):
             what = f"{len(dims)} dimensions are left ({', '.join(dims) or 'none'})"
             choose = selection.how_to_choose(ds, dims) if len(dims) > 2 else "fewer values: two dimensions stay"
             raise selection.SelectionError(f"{args.map}: {what}; allowed: {choose}")
-        storage.write_part(selection.at(ds, places), args.output, "slice")
+        parts.write_part(selection.at(ds, places), args.output, "slice")
     for place in places.values():
         print(place)
     print(f"{args.output}: {' × '.join(dims)}")

@@ -44,9 +44,9 @@ def _run(args):
 
 def _write(args, ds) -> None:
     if args.output:
-        from sweeps.maps import storage
+        from sweeps.maps import parts
 
-        storage.write_part(ds, args.output, "tumbler")
+        parts.write_part(ds, args.output, "tumbler")
     if args.figure:
         from sweeps import style
         from sweeps.files import replaced

@@ -9,7 +9,7 @@ import xarray as xr
 
 from sweeps import systems
 from sweeps.files import replaced
-from sweeps.maps import storage
+from sweeps.maps import parts
 from sweeps.schema.refusals import RefusedError
 
 FORMATS = (".nc", ".csv")
@@ -54,7 +54,7 @@ def write(motion: xr.Dataset, path: str | Path) -> None:
     """Writes a motion as netCDF or as CSV (with its units in the headings), whole or not at all."""
     check_format(path)
     if Path(path).suffix == ".nc":
-        storage.write_part(motion, path, "point --trajectory")
+        parts.write_part(motion, path, "point --trajectory")
         return
     names = ["time", *motion.data_vars]
     heading = ",".join(f"{name} ({motion[name].attrs['units']})" for name in names)

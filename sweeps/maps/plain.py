@@ -4,6 +4,7 @@ It answers as an `xarray.Dataset` does, to the few questions that `selection`, `
 these take either.
 """
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -32,6 +33,11 @@ class PlainVariable:
         self._read: np.ndarray | None = None
 
     @property
+    def size(self) -> int:
+        """How many values it has."""
+        return math.prod(self.shape)
+
+    @property
     def values(self) -> np.ndarray:
         """The values, shape as `shape`."""
         if self._read is None:
@@ -50,6 +56,9 @@ class PlainVariable:
         kept = zip(self._own, self._chosen, strict=True)
         chosen = [part[at[dim]] if dim in at and isinstance(part, range) else part for dim, part in kept]
         return PlainVariable(self._own, self.data, self.attrs, chosen)
+
+    def __getitem__(self, box: tuple[slice, ...]) -> "PlainVariable":
+        return self.isel(dict(zip(self.dims, box, strict=True)))
 
     def transpose(self, *dims: str) -> "PlainVariable":
         """The same with its dimensions in another order."""

@@ -87,23 +87,6 @@ def _sealed(path: Path, digest: ContentHash) -> str:
     return digest.hexdigest()
 
 
-def write_part(ds: xr.Dataset, path: str | Path, command: str) -> str:
-    """Writes what `command` made of a map, for programs that show lines and planes, and returns its content hash.
-
-    What is no dimension any more stays as a scalar coordinate; text becomes characters, which CDO and ncview can read.
-    """
-    texts = {name: {"dtype": "S1"} for name, variable in ds.variables.items() if variable.dtype.kind in "OU"}
-    floats = {name: {"_FillValue": np.nan} for name, variable in ds.data_vars.items() if variable.dtype.kind == "f"}
-    others = {name: {"_FillValue": None} for name in ds.variables if name not in texts and name not in floats}
-    ds = ds.load().drop_encoding()
-    history = f"{contract.history(command)}\n{ds.attrs.get('history', '')}".strip()
-    with replaced(path) as temporary:
-        ds.assign_attrs(history=history).to_netcdf(
-            temporary, engine="netcdf4", format="NETCDF4", encoding=texts | floats | others
-        )
-        return _sealed(temporary, hashed(ds))
-
-
 def holds_map(path: str | Path, sweep: Sweep) -> bool:
     """Whether a file holds the map of a sweep, as these kernels measure it."""
     try:

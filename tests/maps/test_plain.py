@@ -7,10 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 from maps import BODIES, TOP, write
 
 import sweeps
-from sweeps.maps import admission, summary
+from sweeps.maps import admission, parts, summary
 from sweeps.schema.refusals import MapError
 from sweeps.views import textmap
 
@@ -77,6 +78,30 @@ def test_it_is_summed_up_and_drawn_alike(both):
     assert drawn[0] == drawn[1]
 
 
+def test_a_part_is_written_as_xarray_writes_it(both, tmp_path):
+    plain, ds = (summary.pointwise(one) for one in both)
+    cut = dict.fromkeys([dim for dim in ds[next(iter(ds.data_vars))].dims][2:], 0)
+    part = ds.isel(cut)
+    hashes = {parts.write_part(one, tmp_path / f"{k}.nc", "part") for k, one in enumerate((plain.isel(cut), part))}
+    assert len(hashes) == 1
+    texts = {name: {"dtype": "S1"} for name, variable in part.variables.items() if variable.dtype.kind in "OU"}
+    whole = {
+        name: {"_FillValue": None} for name, v in part.variables.items() if name in part.coords and name not in texts
+    }
+    part.load().drop_encoding().to_netcdf(tmp_path / "xarray.nc", encoding=texts | whole)
+    found = [xr.open_dataset(tmp_path / name).load() for name in ("0.nc", "1.nc", "xarray.nc")]
+    assert found[0].attrs["content_hash"] in hashes
+    for one in found:
+        assert "python -m sweeps part\n" in one.attrs["history"] or one is found[-1]
+        for variable in (one, *one.variables.values()):
+            for name in ("history", "content_hash", "sha256"):
+                variable.attrs.pop(name, None)
+    assert found[0].identical(found[1])
+    assert found[0].identical(found[2])
+    with sweeps.open_map(tmp_path / "0.nc") as again:
+        assert {*again.variables} == {*part.variables}
+
+
 def test_a_map_without_a_variable_is_refused_alike(path, tmp_path):
     with sweeps.open_map(path) as ds:
         poor = ds.load().drop_vars(next(iter(ds.data_vars))).drop_encoding()
@@ -90,8 +115,18 @@ def test_a_map_without_a_variable_is_refused_alike(path, tmp_path):
     assert "is missing" in said[0]
 
 
-def test_show_loads_nothing_that_it_does_not_need(tmp_path):
-    code = "import sys; from sweeps.__main__ import main; assert main(sys.argv[1:]) == 0; print(*sys.modules)"
-    words = [sys.executable, "-c", code, "show", str(write(tmp_path)), "--json"]
-    done = subprocess.run(words, capture_output=True, text=True, check=True, env=os.environ | {"PYTHONPATH": str(ROOT)})
-    assert not HEAVY & set(done.stdout.splitlines()[-1].split())
+def test_show_and_slice_load_nothing_that_they_do_not_need(tmp_path):
+    path, out = str(write(tmp_path)), str(tmp_path / "slice.nc")
+    place = ["--axis", "2", "--omega0", "1", "--epsilon", "1e-6", "-o", out]
+    code = (
+        "import sys; from sweeps.__main__ import main\n"
+        f"assert main(['show', {path!r}]) == 0; print(*sys.modules)\n"
+        f"assert main(['slice', {path!r}, *{place}]) == 0; print(*sys.modules)"
+    )
+    own = {"PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(tmp_path)}  # what others are storing is looked at with Numba
+    options = {"capture_output": True, "text": True, "env": os.environ | own}
+    lines = subprocess.run([sys.executable, "-c", code], check=True, **options).stdout.splitlines()
+    loaded = [set(line.split()) for line in lines if "sweeps.__main__" in line]
+    assert len(loaded) == 2
+    assert not HEAVY & loaded[0]
+    assert HEAVY & loaded[1] == {"netCDF4"}
