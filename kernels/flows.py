@@ -71,38 +71,49 @@ def _follow(advance, check, P, M, K, Y, weight, project, first, n, N, quantities
 
 
 # Rows of `told`: what a run shows; then the quantities' values at the start and their largest changes.
-START, LARGEST, USED, KEPT, OPEN, QUANTITY = range(6)
+START, LARGEST, USED, SIZE, OPEN, QUANTITY = range(6)
 
 
 @njit(**OPTIONS)
 def _window(P, K, Y, weight, first, k, n, quantities, states, told):
     """Close the windows of lanes that have grown tenfold; keep the largest state in K; whether any window is open."""
-    opened = False
-    for lane in range(weight.shape[1]):
-        size = 0.0
-        for i in range(n):
-            size = max(size, abs(Y[(first + k) * n + i, lane]))
-        if k == 0:
-            told[START, lane], told[OPEN, lane], told[USED, lane] = size, 1.0, 0.0
-        inside = told[OPEN, lane] > 0.0 and size <= measure.WINDOW * told[START, lane]
-        told[OPEN, lane] = 1.0 if inside else 0.0
-        weight[first + k, lane] = told[OPEN, lane]
-        if not inside:
-            for i in range(n):
-                Y[(first + k) * n + i, lane] = 0.0
-            continue
-        opened = True
-        told[USED, lane] += 1.0
-        if size > told[LARGEST, lane]:
-            told[LARGEST, lane], told[KEPT, lane] = size, size
-            for row in range(states):
-                K[row * W + lane] = P[row * W + lane]
-        for q in range(quantities):
-            value = P[(states + 2 + q) * W + lane]
-            if k == 0:
-                told[QUANTITY + 2 * q, lane] = value
-            drift = abs(value - told[QUANTITY + 2 * q, lane])
-            told[QUANTITY + 2 * q + 1, lane] = max(told[QUANTITY + 2 * q + 1, lane], drift)
+    lanes = weight.shape[1]
+    for lane in range(lanes):
+        told[SIZE, lane] = 0.0
+    for i in range((first + k) * n, (first + k + 1) * n):
+        for lane in range(lanes):
+            told[SIZE, lane] = max(told[SIZE, lane], abs(Y[i, lane]))
+    if k == 0:
+        for lane in range(lanes):
+            told[START, lane], told[OPEN, lane], told[USED, lane] = told[SIZE, lane], 1.0, 0.0
+    for lane in range(lanes):
+        inside = told[OPEN, lane] if told[SIZE, lane] <= measure.WINDOW * told[START, lane] else 0.0
+        told[OPEN, lane] = inside
+        weight[first + k, lane] = inside
+        told[USED, lane] += inside
+        told[SIZE, lane] = told[SIZE, lane] if inside > 0.0 else 0.0
+    opened, larger = False, False
+    for lane in range(lanes):
+        opened = opened or told[OPEN, lane] > 0.0
+        larger = larger or told[SIZE, lane] > told[LARGEST, lane]
+    for i in range((first + k) * n, (first + k + 1) * n):
+        for lane in range(lanes):
+            Y[i, lane] = Y[i, lane] if told[OPEN, lane] > 0.0 else 0.0
+    if larger:
+        for row in range(states):
+            for lane in range(lanes):
+                at = row * W + lane
+                K[at] = P[at] if told[SIZE, lane] > told[LARGEST, lane] else K[at]
+        for lane in range(lanes):
+            told[LARGEST, lane] = max(told[LARGEST, lane], told[SIZE, lane])
+    for q in range(quantities):
+        value, drift = QUANTITY + 2 * q, QUANTITY + 2 * q + 1
+        for lane in range(lanes):
+            x = P[(states + 2 + q) * W + lane]
+            start = x if k == 0 else told[value, lane]
+            told[value, lane] = start
+            far = max(told[drift, lane], abs(x - start))
+            told[drift, lane] = far if told[OPEN, lane] > 0.0 else told[drift, lane]
     return opened
 
 
@@ -304,11 +315,14 @@ def converged(raw, intervals, tolerance):
     return (raw[:, HALVING] - rounding) * intervals <= tolerance
 
 
-def status(raw, quantities, n, intervals, tolerance):
-    """Status of each row: OK, SHORT_WINDOW, NOT_CONVERGED, NON_FINITE or NOT_MOVED."""
+def status(raw, quantities, n, intervals, tolerance, runs):
+    """Status of each row: OK, SHORT_WINDOW, NOT_CONVERGED, NON_FINITE or NOT_MOVED.
+
+    A window is short where all runs together hold too few samples to tell n modes and how they scatter.
+    """
     told = raw[:, FIRST + quantities :]
     moved = told[:, spectrum.MOVED]
-    least = n + 2.0
+    least = n / runs + 2.0
     cases = [
         ~np.isfinite(raw[:, HALVING]) | ~np.isfinite(moved),
         raw[:, SAMPLES] < least,

@@ -50,12 +50,14 @@ SAME = 1e-6  # of the spacing's inverse: imaginary parts nearer than this are on
 LEAST_MOVED = 1e-4  # smallest singular value of the samples over the largest: below it a mode was not moved
 EPSILON = float(np.finfo(np.float64).eps)
 ROUNDINGS = 8.0  # of the logarithm and what follows it, beside the largest eigenvalue
+ARTANH = 13  # terms of artanh's series for a logarithm: of Z², where the rates bound |Z| by tan ¼
+REACHED = 1e-9  # square of the size of Z to the eighth, below which what these terms leave is below rounding
 LOST = 1e4  # roundings that a term of a covariance may hold, which a large sum of terms cancels down to
 
 ROWS, LANES = float64[::1], float64[:, ::1]
 # Handed over as arguments: a function that calls another by its name compiles it once more.
 STEPPED = boolean(*2 * (LANES,), int64, int64, *7 * (LANES,), ROWS, ROWS, ROWS)
-TOLD = boolean(LANES, LANES, int64, int64, int64, LANES, float64, float64, ROWS)
+TOLD = void(LANES, LANES, int64, int64, LANES, ROWS, ROWS, int64, LANES)
 STEP, TELL = types.FunctionType(STEPPED), types.FunctionType(TOLD)
 FITTED = void(STEP, TELL, LANES, LANES, int64, int64, int64, ROWS, ROWS, float64, int64, LANES)
 FIT = types.FunctionType(FITTED)
@@ -111,9 +113,8 @@ def _multiply(A, B, C, n):
 
 
 @njit(**OPTIONS)
-def _hessenberg(H, n):
-    """Reduce H to Hessenberg form by Householder's reflections."""
-    v = np.empty(n)
+def _hessenberg(H, n, v):
+    """Reduce H to Hessenberg form by Householder's reflections; v is scratch."""
     for k in range(n - 2):
         size = 0.0
         for i in range(k + 1, n):
@@ -148,6 +149,38 @@ def _reflect(H, v, first, after, factor, left, right, top, bottom):
 
 
 @njit(**OPTIONS)
+def _reflect_three(H, k, a, b, c, left, right, top, bottom):
+    """As :func:`_reflect` for three rows and columns from k on, by the direction (a, b, c)."""
+    factor = 2.0 / (a * a + b * b + c * c)
+    p, q, r = factor * a, factor * b, factor * c
+    for j in range(left, right):
+        total = a * H[k, j] + b * H[k + 1, j] + c * H[k + 2, j]
+        H[k, j] -= total * p
+        H[k + 1, j] -= total * q
+        H[k + 2, j] -= total * r
+    for i in range(top, bottom):
+        total = a * H[i, k] + b * H[i, k + 1] + c * H[i, k + 2]
+        H[i, k] -= total * p
+        H[i, k + 1] -= total * q
+        H[i, k + 2] -= total * r
+
+
+@njit(**OPTIONS)
+def _reflect_two(H, k, a, b, left, right, top, bottom):
+    """As :func:`_reflect` for two rows and columns from k on, by the direction (a, b)."""
+    factor = 2.0 / (a * a + b * b)
+    p, q = factor * a, factor * b
+    for j in range(left, right):
+        total = a * H[k, j] + b * H[k + 1, j]
+        H[k, j] -= total * p
+        H[k + 1, j] -= total * q
+    for i in range(top, bottom):
+        total = a * H[i, k] + b * H[i, k + 1]
+        H[i, k] -= total * p
+        H[i, k + 1] -= total * q
+
+
+@njit(**OPTIONS)
 def _pair(H, i, re, im):
     """Both eigenvalues of the block at i, i + 1."""
     a, b, c, d = H[i, i], H[i, i + 1], H[i + 1, i], H[i + 1, i + 1]
@@ -165,7 +198,6 @@ def _pair(H, i, re, im):
 @njit(**OPTIONS)
 def _francis(H, lo, hi, turn):
     """One double step on the block lo … hi, with exceptional shifts every tenth turn."""
-    v = np.empty(hi + 1)
     total = H[hi - 1, hi - 1] + H[hi, hi]
     product = H[hi - 1, hi - 1] * H[hi, hi] - H[hi - 1, hi] * H[hi, hi - 1]
     if turn % 10 == 9:
@@ -175,20 +207,15 @@ def _francis(H, lo, hi, turn):
     y = H[lo + 1, lo] * (H[lo, lo] + H[lo + 1, lo + 1] - total)
     z = H[lo + 1, lo] * H[lo + 2, lo + 1]
     for k in range(lo, hi):
-        after = min(k + 3, hi + 1)
-        v[k], v[k + 1] = x, y
-        if after == k + 3:
-            v[k + 2] = z
-        norm = 0.0
-        for i in range(k, after):
-            norm += v[i] * v[i]
+        three = k < hi - 1
+        norm = x * x + y * y + (z * z if three else 0.0)
         if norm > 0.0:
-            v[k] += math.copysign(math.sqrt(norm), x)
-            norm = 0.0
-            for i in range(k, after):
-                norm += v[i] * v[i]
-            _reflect(H, v, k, after, 2.0 / norm, max(lo, k - 1), hi + 1, lo, min(k + 4, hi + 1))
-        if k < hi - 1:
+            a = x + math.copysign(math.sqrt(norm), x)
+            if three:
+                _reflect_three(H, k, a, y, z, max(lo, k - 1), hi + 1, lo, min(k + 4, hi + 1))
+            else:
+                _reflect_two(H, k, a, y, max(lo, k - 1), hi + 1, lo, hi + 1)
+        if three:
             x, y = H[k + 1, k], H[k + 2, k]
             z = H[k + 3, k] if k < hi - 2 else 0.0
 
@@ -197,7 +224,7 @@ def _francis(H, lo, hi, turn):
 def eigenvalues(A, n, re, im):
     """Eigenvalues of A, real ones and conjugate pairs exactly so, into re and im; whether the iteration ended."""
     H = A[:n, :n].copy()
-    _hessenberg(H, n)
+    _hessenberg(H, n, re)
     norm = 0.0
     for i in range(n):
         for j in range(n):
@@ -371,23 +398,122 @@ def _moments(Y, weight, runs, count, n, XX, XD, y, d):
 
 
 @njit(**OPTIONS)
-def _start(XX, XD, n, M, moved):
-    """M of the dynamic mode decomposition, and the samples' smallest singular value over their largest."""
-    A, B, re, im = np.empty((n, n)), np.empty((n, n)), np.empty(n), np.empty(n)
-    for lane in range(W):
-        for i in range(n):
-            for j in range(n):
-                A[i, j], B[i, j] = XX[i * n + j, lane], XD[j * n + i, lane]
-        sound = eigenvalues(A, n, re, im)
+def _solve_lanes(A, B, n, m, exchange, least, f):
+    """Overwrite the columns c of B, its rows c n + j, by A⁻¹ times them, lane by lane; A is lost, f is scratch.
+
+    exchange: rows by the largest pivot; else A is definite, and no pivot is smaller than ``least``.
+    """
+    lanes = f.size
+    for k in range(n):
+        if exchange:
+            for i in range(k + 1, n):
+                for lane in range(lanes):
+                    f[lane] = 1.0 if abs(A[i * n + k, lane]) > abs(A[k * n + k, lane]) else 0.0
+                for j in range(k, n):
+                    _exchange(A, k * n + j, i * n + j, f)
+                for c in range(m):
+                    _exchange(B, c * n + k, c * n + i, f)
+        for lane in range(lanes):
+            pivot = A[k * n + k, lane]
+            A[k * n + k, lane] = 1.0 / (least if pivot < least else pivot)
+        for i in range(k + 1, n):
+            for lane in range(lanes):
+                f[lane] = A[i * n + k, lane] * A[k * n + k, lane]
+            for j in range(k + 1, n):
+                for lane in range(lanes):
+                    A[i * n + j, lane] -= f[lane] * A[k * n + j, lane]
+            for c in range(m):
+                for lane in range(lanes):
+                    B[c * n + i, lane] -= f[lane] * B[c * n + k, lane]
+    for k in range(n - 1, -1, -1):
+        for c in range(m):
+            for i in range(k + 1, n):
+                for lane in range(lanes):
+                    B[c * n + k, lane] -= A[k * n + i, lane] * B[c * n + i, lane]
+            for lane in range(lanes):
+                B[c * n + k, lane] *= A[k * n + k, lane]
+
+
+@njit(**OPTIONS)
+def _exchange(A, i, k, f):
+    """Exchange rows i and k in lanes where f is not 0."""
+    for lane in range(f.size):
+        x, y = A[i, lane], A[k, lane]
+        A[i, lane] = y if f[lane] > 0.0 else x
+        A[k, lane] = x if f[lane] > 0.0 else y
+
+
+@njit(**OPTIONS)
+def _product(A, B, C, n):
+    """Write A B into C, lane by lane; rows i n + j."""
+    lanes = A.shape[1]
+    for i in range(n):
+        for j in range(n):
+            for lane in range(lanes):
+                C[i * n + j, lane] = A[i * n, lane] * B[j, lane]
+            for k in range(1, n):
+                for lane in range(lanes):
+                    C[i * n + j, lane] += A[i * n + k, lane] * B[k * n + j, lane]
+
+
+SWEEPS = 12  # of Jacobi's rotations, at most
+
+
+@njit(**OPTIONS)
+def _spread(A, n, c, s, moved):
+    """Square root of the smallest eigenvalue over the largest, by Jacobi's rotations, lane by lane; A is lost.
+
+    A lane that has come to rest stays as it is, whatever its neighbours still need; c, s are scratch.
+    """
+    lanes = moved.size
+    for _ in range(SWEEPS):
+        going = 0.0
+        for p in range(n - 1):
+            for q in range(p + 1, n):
+                for lane in range(lanes):
+                    a, b, x = A[p * n + p, lane], A[q * n + q, lane], A[p * n + q, lane]
+                    turns = abs(x) > EPSILON * math.sqrt(abs(a)) * math.sqrt(abs(b))
+                    half = 0.5 * (b - a) / (x if turns else 1.0)
+                    t = math.copysign(1.0, half) / (abs(half) + math.sqrt(1.0 + half * half))
+                    c[lane] = 1.0 / math.sqrt(1.0 + t * t) if turns else 1.0
+                    s[lane] = t / math.sqrt(1.0 + t * t) if turns else 0.0
+                    A[p * n + p, lane] = a - t * x if turns else a
+                    A[q * n + q, lane] = b + t * x if turns else b
+                    A[p * n + q, lane] = 0.0 if turns else x
+                for lane in range(lanes):
+                    going = max(going, abs(s[lane]))
+                for r in range(n):
+                    if r in (p, q):
+                        continue
+                    u, v = (r * n + p if r < p else p * n + r), (r * n + q if r < q else q * n + r)
+                    for lane in range(lanes):
+                        x, y = A[u, lane], A[v, lane]
+                        A[u, lane] = c[lane] * x - s[lane] * y
+                        A[v, lane] = s[lane] * x + c[lane] * y
+        if going == 0.0:
+            break
+    for lane in range(lanes):
         least, most = math.inf, 0.0
         for i in range(n):
-            least, most = min(least, re[i]), max(most, re[i])
-        moved[lane] = math.sqrt(max(least, 0.0) / most) if sound and most > 0.0 else 0.0
-        if not solve(A, B, n, n):
-            moved[lane] = 0.0
-        for i in range(n):
-            for j in range(n):
-                M[i * n + j, lane] = B[j, i] + (1.0 if i == j else 0.0)
+            least, most = min(least, A[i * n + i, lane]), max(most, A[i * n + i, lane])
+        moved[lane] = math.sqrt(max(least, 0.0) / most) if most > 0.0 else 0.0
+
+
+@njit(**OPTIONS)
+def _start(XX, XD, n, M, moved):
+    """M of the dynamic mode decomposition, and the samples' smallest singular value over their largest."""
+    A, f, g = np.empty((n * n, W)), np.empty(W), np.empty(W)
+    A[:] = XX
+    _spread(A, n, f, g, moved)
+    A[:], M[:] = XX, XD  # rows of M are columns of its transpose, as those of XD are
+    _solve_lanes(A, M, n, n, False, -math.inf, f)
+    for i in range(n):
+        for lane in range(W):
+            M[i * n + i, lane] += 1.0
+    for at in range(n * n):
+        for lane in range(W):
+            if not math.isfinite(M[at, lane]):
+                moved[lane] = 0.0
 
 
 @njit(**OPTIONS)
@@ -462,21 +588,85 @@ def _lanes(flat):
 
 
 @njit(**OPTIONS)
-def _scaled_inverse(H, right, P):
-    """Overwrite right by H⁻¹ right, H with a diagonal of one meanwhile; a diagonal of nothing is left out."""
-    d = np.empty(P)
+def _scaled_inverse(H, right, P, d, f):
+    """H⁻¹ in the first P columns of right, and times its last; H has a diagonal of one meanwhile, nothing is left out.
+
+    Rows p P + q of H, of which q ≤ p are read; d, f are scratch.
+    """
+    lanes = f.size
     for p in range(P):
-        d[p] = 1.0 / math.sqrt(H[p, p]) if H[p, p] > 0.0 else 0.0
+        for lane in range(lanes):
+            x = H[p * P + p, lane]
+            d[p, lane] = 1.0 / math.sqrt(x) if x > 0.0 else 0.0
     for p in range(P):
-        for q in range(P):
-            H[p, q] *= d[p] * d[q]
-        for q in range(P + 1):
-            right[p, q] *= d[p]
-        H[p, p] = 1.0 + 4.0 * EPSILON
-    solve(H, right, P, P + 1)
+        for q in range(p + 1):
+            for lane in range(lanes):
+                x = H[p * P + q, lane] * (d[p, lane] * d[q, lane])
+                H[p * P + q, lane] = x
+                H[q * P + p, lane] = x
+                right[p * P + q, lane] = 0.0
+                right[q * P + p, lane] = 0.0
+        for lane in range(lanes):
+            H[p * P + p, lane] = 1.0 + 4.0 * EPSILON
+            right[p * P + p, lane] = d[p, lane]
+            right[P * P + p, lane] *= d[p, lane]
+    _solve_lanes(H, right, P, P + 1, False, EPSILON, f)
+    for c in range(P + 1):
+        for p in range(P):
+            for lane in range(lanes):
+                right[c * P + p, lane] *= d[p, lane]
+
+
+@njit(**OPTIONS)
+def _normal(XX, XR, XZ, HH, HR, RR, runs, n, A, B, H, right, rest, f):
+    """C projected out: minus its answers into B, the normal matrix into H, right sides into right, what is left."""
+    P, nn = runs * n, n * n
+    for at in range(nn):
+        for lane in range(f.size):
+            A[at, lane] = -XX[at, lane]
+    B[: nn * P], B[nn * P :] = XZ, XR
+    _solve_lanes(A, B, n, n * P + n, False, -math.inf, f)
+    H[:], right[P * P :], rest[:] = HH, HR, RR[0]
+    for p in range(
+        P
+    ):  # by what rounding may have taken off it: where M is of a special shape, some step changes nothing
+        for lane in range(f.size):
+            H[p * P + p, lane] += 16.0 * EPSILON * HH[p * P + p, lane]
+    flat, by_z, by_r = B.reshape(B.size), XZ.reshape(XZ.size), XR.reshape(XR.size)
+    into = H.reshape(H.size)
     for p in range(P):
-        for q in range(P + 1):
-            right[p, q] *= d[p]
+        _add_inner(into, p * P, by_z, p * nn, 0, flat, 0, nn, nn, p + 1)
+    _add_inner(right.reshape(right.size), P * P, by_z, 0, nn, flat, nn * P, 0, nn, P)
+    _add_inner(rest, 0, by_r, 0, 0, flat, nn * P, 0, nn, 1)
+
+
+@njit(**OPTIONS)
+def _taken(M, X0, A, U, right, left, on, P, covariance, rest, moved, change):
+    """Take a step's results over in the lanes that are on, but where the algebra broke down; whether one goes on."""
+    lanes = on.size
+    for rows in (A, U):
+        for at in range(rows.shape[0]):
+            for lane in range(lanes):
+                if on[lane] > 0.0 and not math.isfinite(rows[at, lane]):
+                    on[lane], moved[lane] = 0.0, 0.0
+    for lane in range(lanes):
+        rest[lane] = left[lane] if on[lane] > 0.0 else rest[lane]
+        change[lane] = 0.0 if on[lane] > 0.0 else change[lane]
+    for at in range(A.shape[0]):
+        for lane in range(lanes):
+            before, after = M[at, lane], A[at, lane]
+            change[lane] = max(change[lane], abs(after - before)) if on[lane] > 0.0 else change[lane]
+            M[at, lane] = after if on[lane] > 0.0 else before
+    for at in range(P):
+        for lane in range(lanes):
+            X0[at, lane] = U[at, lane] if on[lane] > 0.0 else X0[at, lane]
+    for at in range(P * P):
+        for lane in range(lanes):
+            covariance[at, lane] = right[at, lane] if on[lane] > 0.0 else covariance[at, lane]
+    going = False
+    for lane in range(lanes):
+        going = going or (on[lane] > 0.0 and change[lane] >= CLOSE)
+    return going
 
 
 @njit(STEPPED, **OPTIONS)
@@ -485,144 +675,133 @@ def _step(M, X0, runs, n, XX, XR, XZ, HH, HR, RR, covariance, rest, moved, chang
 
     Besides: the inverse of the projected normal matrix, the sum of squares left, and the change of M.
     """
-    P = runs * n
-    A, B = np.empty((n, n)), np.empty((n, n * P + n))
-    H, right = np.empty((P, P)), np.empty((P, P + 1))
-    C, T, U = np.empty((n, n)), np.empty((n, n)), np.empty((n, n + runs))
-    going = False
-    for lane in range(W):
-        if moved[lane] < LEAST_MOVED or change[lane] < CLOSE:  # a lane's steps are its own, whoever its neighbours are
-            continue
-        for i in range(n):
-            for j in range(n):
-                A[j, i] = XX[j * n + i, lane]
-                B[j, n * P + i] = XR[i * n + j, lane]
-                for p in range(P):
-                    B[j, p * n + i] = XZ[(p * n + i) * n + j, lane]
-        sound = solve(A, B, n, n * P + n)
-        left = RR[0, lane]
-        for i in range(n):
-            for j in range(n):
-                left -= XR[i * n + j, lane] * B[j, n * P + i]
-        for p in range(P):
-            total = HR[p, lane]
-            for i in range(n):
-                for j in range(n):
-                    total -= XZ[(p * n + i) * n + j, lane] * B[j, n * P + i]
-            right[p, P] = total
-            for q in range(p + 1):
-                total = HH[p * P + q, lane]
-                for i in range(n):
-                    for j in range(n):
-                        total -= XZ[(p * n + i) * n + j, lane] * B[j, q * n + i]
-                H[p, q], H[q, p] = total, total
-                right[p, q], right[q, p] = 0.0, 0.0
-            right[p, p] = 1.0
-        _scaled_inverse(H, right, P)
-        for p in range(P):
-            for q in range(P):
-                covariance[p * P + q, lane] = right[p, q]
-        for i in range(n):
-            for j in range(n):
-                total = B[j, n * P + i]
-                bent = M[i * n + j, lane]
-                for p in range(P):
-                    total -= B[j, p * n + i] * right[p, P]
-                for s in range(runs):
-                    bent += X0[s * n + i, lane] * right[s * n + j, P]
-                C[i, j] = total + (1.0 if i == j else 0.0)
-                T[i, j] = bent
-        for p in range(P):
-            # what the step takes off the sum of squares: Θ·(right side), from the inverse and Θ
-            left -= right[p, P] * HR[p, lane]
-            for i in range(n):
-                for j in range(n):
-                    left += right[p, P] * XZ[(p * n + i) * n + j, lane] * B[j, n * P + i]
-        rest[lane] = max(left, 0.0)
-        # M ← C (M + X0 Θ) C⁻¹, X0 ← C X0
-        for i in range(n):
-            for j in range(n):
-                total = 0.0
-                for m in range(n):
-                    total += C[i, m] * T[m, j]
-                A[j, i] = total  # transposed, for C from the right
+    P, nn = runs * n, n * n
+    A, C, T = np.empty((nn, W)), np.empty((nn, W)), np.empty((nn, W))
+    B, U = np.empty((nn * P + nn, W)), np.zeros((P, W))
+    H, right, old, d = np.empty((P * P, W)), np.empty((P * P + P, W)), np.empty((P, W)), np.empty((P, W))
+    left, on, f = np.empty(W), np.empty(W), np.empty(W)
+    lanes = on.size
+    for lane in range(lanes):  # a lane's steps are its own, whoever its neighbours are
+        on[lane] = 1.0 if moved[lane] >= LEAST_MOVED and change[lane] >= CLOSE else 0.0
+    _normal(XX, XR, XZ, HH, HR, RR, runs, n, A, B, H, right, left, f)
+    old[:] = right[P * P :]
+    _scaled_inverse(H, right, P, d, f)
+    # what the step takes off the sum of squares: Θ·(right side)
+    for p in range(P):
+        for lane in range(lanes):
+            left[lane] -= right[P * P + p, lane] * old[p, lane]
+    for lane in range(lanes):
+        left[lane] = max(left[lane], EPSILON * RR[0, lane])
+    for i in range(n):
+        for j in range(n):
+            for lane in range(lanes):
+                C[i * n + j, lane] = (1.0 if i == j else 0.0) - B[(P * n + i) * n + j, lane]
+                T[i * n + j, lane] = M[i * n + j, lane]
+            for p in range(P):
+                for lane in range(lanes):
+                    C[i * n + j, lane] += B[(p * n + i) * n + j, lane] * right[P * P + p, lane]
             for s in range(runs):
-                total = 0.0
-                for m in range(n):
-                    total += C[i, m] * X0[s * n + m, lane]
-                U[i, s] = total
-        for i in range(n):
-            for j in range(n):
-                T[i, j] = C[j, i]
-        sound = sound and solve(T, A, n, n)
-        if not sound:
-            moved[lane] = 0.0
-            continue
-        change[lane] = 0.0
-        for i in range(n):
-            for j in range(n):
-                change[lane] = max(change[lane], abs(A[j, i] - M[i * n + j, lane]))
-                M[i * n + j, lane] = A[j, i]
-            for s in range(runs):
-                X0[s * n + i, lane] = U[i, s]
-        going = going or change[lane] >= CLOSE
-    return going
+                for lane in range(lanes):
+                    T[i * n + j, lane] += X0[s * n + i, lane] * right[P * P + s * n + j, lane]
+    # M ← C (M + X0 Θ) C⁻¹, X0 ← C X0: rows of a product are columns of its transpose, for C from the right
+    _product(C, T, A, n)
+    flat, starts, ends = C.reshape(C.size), X0.reshape(X0.size), U.reshape(U.size)
+    for s in range(runs):
+        _add_inner(ends, s * n, flat, 0, n, starts, s * n, 0, n, n)
+    for i in range(n):
+        for j in range(n):
+            for lane in range(lanes):
+                T[i * n + j, lane] = C[j * n + i, lane]
+    _solve_lanes(T, A, n, n, True, -math.inf, f)
+    return _taken(M, X0, A, U, right, left, on, P, covariance, rest, moved, change)
 
 
 # -- from M to what is told
 
 
 @njit(**OPTIONS)
-def _characteristic(A, n, N, c):
-    """Coefficients c of det(λ - A), c[n] = 1, and the matrices N_k of adj(λ - A) = Σ λ^(n-1-k) N_k."""
-    T = np.empty((n, n))
-    c[n] = 1.0
+def _logarithms(M, n, Y, T, U, Z, f):
+    """Write the logarithm of M into Y, 2 artanh (M - 1)(M + 1)⁻¹ by its series, lane by lane; T, U, Z, f are scratch.
+
+    Where so many terms do not reach, as Z to the eighth tells, :func:`logarithm` does.
+    """
+    lanes = f.size
     for i in range(n):
-        for j in range(n):
-            N[0, i, j] = 1.0 if i == j else 0.0
-    for k in range(1, n + 1):
-        _multiply(A, N[k - 1], T, n)
-        trace = 0.0
+        for j in range(n):  # transposed, for the factors commute, and rows of a product are its transpose's columns
+            one = 1.0 if i == j else 0.0
+            for lane in range(lanes):
+                T[i * n + j, lane] = M[j * n + i, lane] + one
+                Z[i * n + j, lane] = M[i * n + j, lane] - one
+    _solve_lanes(T, Z, n, n, True, -math.inf, f)
+    _product(Z, Z, U, n)
+    Y[:] = 0.0
+    for k in range(ARTANH, -1, -1):  # Horner: Y = 1/(2k + 1) + Z² Y
+        if k < ARTANH:
+            _product(U, Y, T, n)
+            Y[:] = T
         for i in range(n):
-            trace += T[i, i]
-        c[n - k] = -trace / k
-        if k < n:
-            for i in range(n):
-                for j in range(n):
-                    N[k, i, j] = T[i, j] + (c[n - k] if i == j else 0.0)
+            for lane in range(lanes):
+                Y[i * n + i, lane] += 1.0 / (2 * k + 1)
+    _product(Z, Y, T, n)
+    for at in range(n * n):
+        for lane in range(lanes):
+            Y[at, lane] = 2.0 * T[at, lane]
+    _product(U, U, T, n)
+    _product(T, T, U, n)
+    f[:] = 0.0
+    for at in range(n * n):
+        for lane in range(lanes):
+            f[lane] += U[at, lane] * U[at, lane]
+    a, b = np.empty((n, n)), np.empty((n, n))
+    for lane in range(lanes):
+        if f[lane] < REACHED:
+            continue
+        for i in range(n):
+            for j in range(n):
+                a[i, j] = M[i * n + j, lane]
+        sound = logarithm(a, n, b)
+        for i in range(n):
+            for j in range(n):
+                Y[i * n + j, lane] = b[i, j] if sound else math.nan
 
 
 @njit(**OPTIONS)
-def _coefficient_covariance(M, N, X0, lane, runs, n, covariance, K):
-    """Covariance of the coefficients for noise of one: dc_{n-1-k} = -N_k M⁻¹ x0_s by Θ_s."""
-    P = runs * n
-    A, V = np.empty((n, n)), np.empty((n, runs))
-    G, T = np.empty((n, P)), np.empty((n, P))
-    for i in range(n):
-        for j in range(n):
-            A[i, j] = M[i * n + j, lane]
+def _characteristics(A, n, N, c, T):
+    """Coefficients c of det(λ - A), c[n] = 1, and the matrices N_k of adj(λ - A) = Σ λ^(n-1-k) N_k; T is scratch."""
+    lanes, nn = A.shape[1], n * n
+    c[:], N[:] = 0.0, 0.0
+    for lane in range(lanes):
+        c[n, lane] = 1.0
+        for i in range(n):
+            N[i * n + i, lane] = 1.0
+    for k in range(1, n + 1):
+        _product(A, N[(k - 1) * nn : k * nn], T, n)
+        for i in range(n):
+            for lane in range(lanes):
+                c[n - k, lane] -= T[i * n + i, lane] / k
+        if k < n:
+            N[k * nn : (k + 1) * nn] = T
+            for i in range(n):
+                for lane in range(lanes):
+                    N[k * nn + i * n + i, lane] += c[n - k, lane]
+
+
+@njit(**OPTIONS)
+def _coefficient_covariances(M, N, X0, runs, n, covariance, K, A, f):
+    """Covariance of the coefficients for noise of one: dc_{n-1-k} = -N_k M⁻¹ x0_s by Θ_s; A, f are scratch."""
+    P, nn = runs * n, n * n
+    V, G, T = np.empty((P, W)), np.zeros((n * P, W)), np.zeros((n * P, W))
+    A[:], V[:], K[:] = M, X0, 0.0
+    _solve_lanes(A, V, n, runs, True, -math.inf, f)
+    adjugates, starts, slopes, turned = N.reshape(N.size), V.reshape(V.size), G.reshape(G.size), T.reshape(T.size)
+    inverse, into = covariance.reshape(covariance.size), K.reshape(K.size)
+    for k in range(n):  # the sign of G cancels
         for s in range(runs):
-            V[i, s] = X0[s * n + i, lane]
-    solve(A, V, n, runs)
+            _add_inner(slopes, (n - 1 - k) * P + s * n, adjugates, k * nn, n, starts, s * n, 0, n, n)
     for k in range(n):
-        for s in range(runs):
-            for j in range(n):
-                total = 0.0
-                for m in range(n):
-                    total -= N[k, j, m] * V[m, s]
-                G[n - 1 - k, s * n + j] = total
+        _add_inner(turned, k * P, inverse, 0, P, slopes, k * P, 0, P, P)
     for k in range(n):
-        for p in range(P):
-            total = 0.0
-            for q in range(P):
-                total += covariance[p * P + q, lane] * G[k, q]
-            T[k, p] = total
-    for k in range(n):
-        for m in range(n):
-            total = 0.0
-            for p in range(P):
-                total += T[k, p] * G[m, p]
-            K[k, m] = total
+        _add_inner(into, k * n, slopes, 0, P, turned, k * P, 0, P, n)
 
 
 @njit(**OPTIONS)
@@ -638,30 +817,29 @@ def _form(K, a, n):
 
 
 @njit(**OPTIONS)
-def _eigenvalue_error(c, K, n, x, y, gap, noise, most):
+def _eigenvalue_error(c, K, n, x, y, gap, noise, most, shifted, a, b, u, v):
     """Errors of the real and the imaginary part of the eigenvalue x + iy, the next one ``gap`` away.
 
-    ``most``: the largest eigenvalue, for what rounding leaves.
+    ``most``: the largest eigenvalue, for what rounding leaves; shifted, a, b, u and v are scratch.
     """
-    shifted = np.zeros(n + 1, dtype=np.complex128)
     point = complex(x, y)
     for k in range(n + 1):
         shifted[k] = c[k]
     for i in range(n):  # coefficients of p about the eigenvalue
         for k in range(n - 1, i - 1, -1):
             shifted[k] += point * shifted[k + 1]
-    a, b, u, v = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     power = complex(1.0, 0.0)
     slope = shifted[1]
     steep = abs(slope)
+    inverse = 1.0 / slope if steep > 0.0 else complex(0.0, 0.0)
     for k in range(n):
-        turned = power / slope if steep > 0.0 else complex(0.0, 0.0)
+        turned = power * inverse
         a[k], b[k], u[k], v[k] = turned.real, turned.imag, power.real, power.imag
         power *= point
-    rounding, power = 0.0, 1.0
+    rounding, power, size = 0.0, 1.0, math.hypot(x, y)
     for k in range(n + 1):
         rounding += ROUNDINGS * EPSILON * abs(c[k]) * power
-        power *= math.hypot(x, y)
+        power *= size
     if steep > 0.0:
         lost = rounding / steep + ROUNDINGS * EPSILON * most
         real, imaginary = noise * _form(K, a, n) + lost, noise * _form(K, b, n) + lost
@@ -677,20 +855,30 @@ def _eigenvalue_error(c, K, n, x, y, gap, noise, most):
     return radius, radius
 
 
-@njit(TOLD, **OPTIONS)
-def _tell(M, X0, lane, runs, n, covariance, noise, spacing, row):
-    """Eigenvalues, invariants and their errors of one lane into its raw row; whether the algebra ended."""
-    A, Y, N, c, K = np.empty((n, n)), np.empty((n, n)), np.empty((n, n, n)), np.empty(n + 1), np.empty((n, n))
-    for i in range(n):
-        for j in range(n):
-            A[i, j] = M[i * n + j, lane]
-    re, im = np.empty(n), np.empty(n)
-    if not logarithm(A, n, Y) or not eigenvalues(Y, n, re, im):
-        return False
+@njit(**OPTIONS)
+def _tell_invariants(re, im, c, K, a, noise, spacing, row):
+    """S, D and S² - 4D of four eigenvalues and their errors into a raw row; a: zeros, scratch."""
+    S, D = 0.5 * c[3] * c[3] - c[2], c[0]
+    a[3], a[2] = c[3], -1.0
+    s = _form(K, a, 4)
+    a[3], a[2], a[0] = 2.0 * S * c[3], -2.0 * S, -4.0
+    both = _form(K, a, 4)
+    s, d, both = noise * s, noise * math.sqrt(max(K[0, 0], 0.0)), noise * both + 4.0 * (noise * s) ** 2
+    two, four, size = spacing * spacing, spacing**4, 0.0  # (the slope of S² - 4D may vanish)
+    for i in range(4):
+        size += re[i] * re[i] + im[i] * im[i]
+    rounding = ROUNDINGS * EPSILON * size
+    row[SUM], row[SUM_ERROR] = S / two, (s + rounding) / two
+    row[PRODUCT], row[PRODUCT_ERROR] = D / four, (d + rounding * size) / four
+    row[DISCRIMINANT], row[DISCRIMINANT_ERROR] = (S * S - 4.0 * D) / four, (both + rounding * size) / four
+
+
+@njit(**OPTIONS)
+def _tell_lane(re, im, n, c, K, noise, spacing, parts, shifted, row):
+    """Eigenvalues, invariants and their errors of one lane into its raw row; parts (4, n) and shifted are scratch."""
     order(re, im, n, SAME)
-    _characteristic(Y, n, N, c)
-    _coefficient_covariance(M, N, X0, lane, runs, n, covariance, K)
-    a = np.zeros(n)
+    a, b, u, v = parts[0], parts[1], parts[2], parts[3]
+    a[:] = 0.0
     odd = 0.0
     for k in range(n - 1, -1, -2):
         a[k] = 1.0
@@ -699,37 +887,46 @@ def _tell(M, X0, lane, runs, n, covariance, noise, spacing, row):
         odd = max(odd, abs(c[k]) / error) if error > 0.0 else math.inf
     row[ODD] = odd
     if n == 4:
-        S, D = 0.5 * c[3] * c[3] - c[2], c[0]
-        a[3], a[2] = c[3], -1.0
-        s = _form(K, a, n)
-        a[3], a[2], a[0] = 2.0 * S * c[3], -2.0 * S, -4.0
-        both = _form(K, a, n)
-        s, d, both = noise * s, noise * math.sqrt(max(K[0, 0], 0.0)), noise * both + 4.0 * (noise * s) ** 2
-        two, four, size = spacing * spacing, spacing**4, 0.0  # (the slope of S² - 4D may vanish)
-        for i in range(n):
-            size += re[i] * re[i] + im[i] * im[i]
-        rounding = ROUNDINGS * EPSILON * size
-        row[SUM], row[SUM_ERROR] = S / two, (s + rounding) / two
-        row[PRODUCT], row[PRODUCT_ERROR] = D / four, (d + rounding * size) / four
-        row[DISCRIMINANT], row[DISCRIMINANT_ERROR] = (S * S - 4.0 * D) / four, (both + rounding * size) / four
+        _tell_invariants(re, im, c, K, a, noise, spacing, row)
     most = 0.0
     for i in range(n):
         most = max(most, math.hypot(re[i], im[i]))
-    real, imaginary = 0.0, 0.0
     for i in range(n):
         gap, twin = math.inf, -1
         for j in range(n):
             if j != i:
-                gap = min(gap, math.hypot(re[i] - re[j], im[i] - im[j]))
+                gap = min(gap, (re[i] - re[j]) ** 2 + (im[i] - im[j]) ** 2)
             if j < i and re[j] == re[i] and im[j] == -im[i]:
                 twin = j
         if twin < 0:
-            real, imaginary = _eigenvalue_error(c, K, n, re[i], im[i], gap, noise, most)
+            errors = _eigenvalue_error(c, K, n, re[i], im[i], math.sqrt(gap), noise, most, shifted, a, b, u, v)
+            row[HEAD + 2 * n + i], row[HEAD + 3 * n + i] = errors[0] / spacing, errors[1] / spacing
         else:
-            real, imaginary = row[HEAD + 2 * n + twin] * spacing, row[HEAD + 3 * n + twin] * spacing
+            row[HEAD + 2 * n + i], row[HEAD + 3 * n + i] = row[HEAD + 2 * n + twin], row[HEAD + 3 * n + twin]
         row[HEAD + i], row[HEAD + n + i] = re[i] / spacing, im[i] / spacing
-        row[HEAD + 2 * n + i], row[HEAD + 3 * n + i] = real / spacing, imaginary / spacing
-    return True
+
+
+@njit(TOLD, **OPTIONS)
+def _tell(M, X0, runs, n, covariance, noise, spacing, lanes, raw):
+    """What is told of lanes, into their raw rows; of those whose noise is NaN, and where the algebra fails, nothing."""
+    nn = n * n
+    Y, T, U, Z, K = np.empty((nn, W)), np.empty((nn, W)), np.empty((nn, W)), np.empty((nn, W)), np.empty((nn, W))
+    N, c, f = np.empty((n * nn, W)), np.empty((n + 1, W)), np.empty(W)
+    _logarithms(M, n, Y, T, U, Z, f)
+    _characteristics(Y, n, N, c, T)
+    _coefficient_covariances(M, N, X0, runs, n, covariance, K, T, f)
+    y, k, parts = np.empty((n, n)), np.empty((n, n)), np.empty((4, n))
+    re, im, of_lane, shifted = np.empty(n), np.empty(n), np.empty(n + 1), np.empty(n + 1, dtype=np.complex128)
+    for lane in range(lanes):
+        if math.isnan(noise[lane]):
+            continue
+        for i in range(n):
+            of_lane[i] = c[i, lane]
+            for j in range(n):
+                y[i, j], k[i, j] = Y[i * n + j, lane], K[i * n + j, lane]
+        of_lane[n] = 1.0
+        if eigenvalues(y, n, re, im):
+            _tell_lane(re, im, n, of_lane, k, noise[lane], spacing[lane], parts, shifted, raw[lane])
 
 
 @njit(FITTED, **OPTIONS)
@@ -746,6 +943,7 @@ def fit_block(step, tell, Y, weight, runs, count, n, spacing, floor, trust, lane
     x, d, Z = np.empty(2 * n * W), np.empty(n * W), np.empty(2 * P * n * W)
     XZ, HH, HR, RR = np.empty(P * n * n * W), np.empty(P * P * W), np.empty(P * W), np.empty(W)
     moved, rest, change, covariance = np.empty(W), np.zeros(W), np.full(W, math.inf), np.zeros((P * P, W))
+    noise = np.full(W, math.nan)
     _moments(Y, counts, runs, count, n, XX, XR, x, d)
     _start(_lanes(XX), _lanes(XR), n, _lanes(M), moved)
     for r in range(runs):
@@ -769,12 +967,8 @@ def fit_block(step, tell, Y, weight, runs, count, n, spacing, floor, trust, lane
             continue
         scatter = math.sqrt(rest[lane] / free)
         row[SCATTER] = scatter
-        noise = scatter
-        if trust > 0.0:
-            noise = math.sqrt(equations) * (trust * scatter + floor[lane])
-        if not tell(_lanes(M), _lanes(X0), lane, runs, n, covariance, noise, spacing[lane], row):
-            for i in range(SUM, row.size):
-                row[i] = math.nan
+        noise[lane] = math.sqrt(equations) * (trust * scatter + floor[lane]) if trust > 0.0 else scatter
+    tell(_lanes(M), _lanes(X0), runs, n, covariance, noise, spacing, lanes, raw)
 
 
 PARTS = (fit_block, _step, _tell)

@@ -22,6 +22,7 @@ from sweeps.mechanics.graph import Values
 
 CHUNK = 4096
 COUPLED = 0.01  # of S, that every state is taken to feel of every other
+HALVED = 6  # times, the logarithm of a power's size, for the Perron root
 SQUARINGS = 8  # towards the Perron vector: any positive one would do
 RANK = 1e-9  # singular values of the conserved quantities' gradients below it are none
 PAIR_FROM = 1e-9  # a nudge larger than this is made from both sides
@@ -81,6 +82,14 @@ class FlowModel:
         singular = np.linalg.svd(found[0], compute_uv=False)
         return self.N - int((singular > RANK * singular.max(initial=0.0)).sum())
 
+    @property
+    def runs(self) -> int:
+        """Runs of a point where none are said: one for every two eigenvalues, from two to four.
+
+        Where motions soon grow tenfold, modes of like rates are told apart by their starts, hardly by their course.
+        """
+        return min(max(2, -(-self.n // 2)), 4)
+
     def equilibria(self, parameters: list[np.ndarray]) -> np.ndarray:
         """Equilibria of points, shape (points, most, places)."""
         return rest.find(self.landscape, parameters)
@@ -109,7 +118,7 @@ class FlowModel:
             gradients = self.landscape.gradients(parameters, list(place.T)) * sizes[:, None, :]
             basis = _free(gradients, self.n)
             scaled = J * sizes[:, None, :] / sizes[:, :, None]
-            matrix = np.einsum("pji,pjk,pkm->pim", basis, scaled, basis)
+            matrix = np.swapaxes(basis, 1, 2) @ scaled @ basis
             changes = self._changes(parameters, place, sizes, gradients)
             bent = self._bent(parameters, place, terms, sizes, S)
         found = _eigen(matrix, S)
@@ -129,7 +138,12 @@ class FlowModel:
         J[:, range(m), range(m, 2 * m)] = bound[:, range(m), range(m, 2 * m)] = 1.0
         J[:, m:] = inverse @ slopes
         bound[:, m:] = np.abs(inverse) @ terms
-        return J, bound, np.concatenate([sizes, sizes * _root(bound)[:, None]], axis=1)
+        ratio = sizes[:, None, :] / sizes[:, :, None]
+        pulled, dragged = bound[:, m:, :m] * ratio, bound[:, m:, m:] * ratio
+        rate = np.maximum(np.sqrt(pulled.max((1, 2))), dragged.max((1, 2)))  # so that no unit of time counts
+        scaled = np.concatenate([sizes, sizes * rate[:, None]], axis=1)
+        root = _root(bound * scaled[:, None, :] / scaled[:, :, None])
+        return J, bound, np.concatenate([sizes, sizes * root[:, None]], axis=1)
 
     def _inverse(self, parameters, x):
         """a⁻¹ of coordinates, NaN where there is none."""
@@ -191,7 +205,7 @@ class FlowModel:
         for start in range(0, which.size, CHUNK):
             part = which[start : start + CHUNK]
             raw[part] = self._run(points, theory, part, intervals, spacing, tolerance, runs)
-            status[part] = kernel.status(raw[part], quantities, self.n, intervals, tolerance)
+            status[part] = kernel.status(raw[part], quantities, self.n, intervals, tolerance, runs)
         return {"raw": raw, "status": status, "spacing": spacing}
 
     def _run(self, points, theory, part, intervals, spacing, tolerance, runs):
@@ -237,13 +251,13 @@ class FlowModel:
     # -- both
 
     def survey(
-        self, points, cycles: float = 4, samples_per_cycle: int = 16, tolerance: float = 1e-12, runs: int = 2
+        self, points, cycles: float = 4, samples_per_cycle: int = 16, tolerance: float = 1e-12, runs: int | None = None
     ) -> dict[str, np.ndarray]:
         """All columns of points (each parameter, `epsilon`, `equilibrium`, `eigenvalue` from 1), in units."""
         first, back = _runs([np.asarray(points[name]) for name in (*self.names, "epsilon", "equilibrium")])
         motions = {name: np.asarray(values)[first] for name, values in points.items()}
         theory = self.theory(motions)
-        measured = self.measured(motions, theory, cycles, samples_per_cycle, tolerance, runs)
+        measured = self.measured(motions, theory, cycles, samples_per_cycle, tolerance, runs or self.runs)
         columns = self._columns(theory, measured)
         number = np.asarray(points["eigenvalue"]).astype(np.int64) - 1
         return {name: values[back, number] if values.ndim == 2 else values[back] for name, values in columns.items()}
@@ -313,11 +327,18 @@ def _runs(arrays):
 
 
 def _root(bound):
-    """Perron roots of matrices of absolute values, shape (points,); NaN where one is not finite or vanishes."""
-    sound = np.isfinite(bound).all((1, 2))
-    roots = np.full(len(bound), np.nan)
-    roots[sound] = np.abs(np.linalg.eigvals(bound[sound])).max(1, initial=0.0)
-    return np.where(roots > 0.0, roots, np.nan)
+    """Perron roots of matrices of absolute values, shape (points,); NaN where one is not finite or vanishes.
+
+    From above and to some per cent, as the size of a power of 2**HALVED tells, for states in units of their sizes.
+    """
+    power, logarithm = bound, np.zeros(len(bound))
+    for turn in range(HALVED + 1):
+        power = power @ power if turn else power
+        largest = power.max((1, 2), initial=0.0)
+        logarithm = 2.0 * logarithm + np.log(largest)
+        power = power / largest[:, None, None]
+    roots = np.exp(logarithm / 2**HALVED)
+    return np.where((roots > 0.0) & np.isfinite(roots), roots, np.nan)
 
 
 def _scales(terms, sizes):
@@ -332,7 +353,7 @@ def _scales(terms, sizes):
         power = power / power.max((1, 2), initial=0.0)[:, None, None]
     u = power.sum(2)
     u = u / u.max(1, keepdims=True)
-    S = (np.einsum("pij,pj->pi", G, u) / u).max(1)  # at least the root, by Collatz and Wielandt
+    S = ((G @ u[:, :, None])[:, :, 0] / u).max(1)  # at least the root, by Collatz and Wielandt
     return S, sizes * u
 
 
@@ -344,8 +365,11 @@ def _free(gradients, n):
     sound = np.isfinite(gradients).all((1, 2))
     basis = np.full((points, N, n), np.nan)
     norm = np.linalg.norm(gradients[sound], axis=2, keepdims=True)
-    _, _, vh = np.linalg.svd(gradients[sound] / np.where(norm > 0.0, norm, 1.0))
-    basis[sound] = np.swapaxes(vh[:, N - n :], 1, 2)
+    rows = gradients[sound] / np.where(norm > 0.0, norm, 1.0)
+    if count == N - n:  # none hangs on the others: the last columns are across all of them
+        basis[sound] = np.linalg.qr(np.swapaxes(rows, 1, 2), mode="complete")[0][:, :, count:]
+    else:
+        basis[sound] = np.swapaxes(np.linalg.svd(rows)[2][:, N - n :], 1, 2)
     return basis
 
 
@@ -383,8 +407,7 @@ def _inverses(matrices):
 
 def _invariants(matrix):
     """S, D and S² - 4D of 4 x 4 matrices."""
-    square = matrix @ matrix
-    S = 0.5 * np.einsum("pii->p", square)
+    S = 0.5 * np.einsum("pij,pji->p", matrix, matrix)
     with np.errstate(invalid="ignore"):
         D = np.linalg.det(matrix)
     return S, D, S * S - 4.0 * D
@@ -393,7 +416,7 @@ def _invariants(matrix):
 def _even(matrix, S):
     """Whether eigenvalues come in pairs ±μ: the odd coefficients vanish but for rounding."""
     trace = np.einsum("pii->p", matrix)
-    cube = np.einsum("pij,pjk,pki->p", matrix, matrix, matrix)
+    cube = np.einsum("pij,pji->p", matrix @ matrix, matrix)
     with np.errstate(invalid="ignore"):
         return (np.abs(trace) <= ROUNDINGS * S) & (np.abs(cube) <= ROUNDINGS * S**3)
 

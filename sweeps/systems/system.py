@@ -31,11 +31,15 @@ class Reference:
         ways: name of a way → a function of (point, integration) that finds that variable's value, or NaN where the
             run is too long for it. None shares code with the system's integrators and its estimator.
         allowed: a function of (point, integration): how far the map may lie from what a way finds.
+        more: what is measured again of other variables.
+        told: whether twice the error that the map tells of the variable is allowed beside.
     """
 
     variable: str
     ways: Mapping[str, Callable[[Mapping[str, float], "Integration"], float]]
     allowed: Callable[[Mapping[str, float], "Integration"], float]
+    more: tuple["Reference", ...] = ()
+    told: bool = False
 
 
 @dataclass(frozen=True)

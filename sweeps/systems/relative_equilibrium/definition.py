@@ -2,13 +2,14 @@
 
 from typing import Annotated
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
 from sweeps.schema.definition import Definition, Integration
 from sweeps.schema.refusals import keys_of
 from sweeps.schema.values import Positive, Tolerance, whole
 
 MOST_RUNS = 4
+NUMBER = whole(1, MOST_RUNS, f"a whole number from 1 to {MOST_RUNS}")
 
 
 class FlowIntegration(Integration):
@@ -16,8 +17,10 @@ class FlowIntegration(Integration):
 
     rotations: Positive = Field(4.0, description="length of a run in cycles of the system's scale, 2π/rate_scale: > 0")
     tolerance: Tolerance = Field(1e-12, description="relative error allowed on the motion, 1e-13 to 1e-3")
-    runs: Annotated[int, whole(1, MOST_RUNS, f"a whole number from 1 to {MOST_RUNS}")] = Field(
-        2, description=f"runs of each point, in different directions: 1 to {MOST_RUNS}; equal modes need one each"
+    runs: Annotated[int | None, BeforeValidator(lambda runs: runs if runs is None else NUMBER.func(runs))] = Field(
+        None,
+        description=f"runs of each point, in different directions: 1 to {MOST_RUNS}; equal modes need one each; left "
+        "out, one for every two eigenvalues, from two to four",
     )
 
 

@@ -22,7 +22,7 @@ from sweeps.systems.oscillator import system as oscillator
 from sweeps.systems.relative_equilibrium.definition import FlowDefinition
 from sweeps.systems.relative_equilibrium.look import LOOK
 from sweeps.systems.relative_equilibrium.variables import COORDINATES, INVARIANTS, LAYOUT, NUDGE, VARIABLES
-from sweeps.systems.system import Page, Points
+from sweeps.systems.system import Page, Points, Reference
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -150,7 +150,8 @@ class RelativeEquilibrium(oscillator.Oscillator):
 
     def motions(self, points: Mapping[str, np.ndarray], integration: Integration) -> int:
         """Runs of each equilibrium, which all its eigenvalues share."""
-        return next(iter(points.values())).size * integration.runs // self.mechanism.n
+        runs = integration.runs or self.mechanism.runs
+        return next(iter(points.values())).size * runs // self.mechanism.n
 
     def check(self, definition: Definition, grid: Points) -> None:
         """Derives the equations, and looks for equilibria at some points of the grid.
@@ -176,6 +177,12 @@ class RelativeEquilibrium(oscillator.Oscillator):
                 f"{self.name}: equilibria: there is none within the bounds, at {len(chosen)} points of the grid; "
                 "allowed: bounds that hold one"
             )
+
+    def reference(self) -> Reference:
+        """What `verify` finds again, by LAPACK and by SciPy."""
+        from sweeps.systems.relative_equilibrium import references
+
+        return references.reference(self.mechanism)
 
     def method(self, definition: Definition) -> str:
         """How the motion was computed."""

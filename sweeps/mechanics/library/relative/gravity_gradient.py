@@ -15,6 +15,7 @@ k3 = system.parameter("k3", "1", default=0.3, least=-0.9999, most=0.9999, meanin
 n = system.parameter("orbital_rate", "rad s-1", default=1.0, positive=True, meaning="rate of the circular orbit")
 
 I1, I2, I3 = (1 - k3) / (1 - k1 * k3), 1, (1 - k1) / (1 - k1 * k3)  # in units of the pitch moment
+k2 = (k3 - k1) / (1 - k1 * k3)  # (I3 - I1)/I2
 w1, w2, w3 = (
     system.state(f"omega{k}", "rad s-1", bounds=(-4 * n, 4 * n), size=n, meaning=f"angular velocity about axis {k}")
     for k in (1, 2, 3)
@@ -26,9 +27,9 @@ c1, c2, c3 = -sin(pitch), sin(roll) * cos(pitch), cos(roll) * cos(pitch)  # the 
 o1 = -n * cos(pitch) * sin(yaw)  # the orbital frame's angular velocity
 o2 = -n * (sin(roll) * sin(pitch) * sin(yaw) + cos(roll) * cos(yaw))
 o3 = -n * (cos(roll) * sin(pitch) * sin(yaw) - sin(roll) * cos(yaw))
-system.rate(w1, (I2 - I3) * (w2 * w3 - 3 * n**2 * c2 * c3) / I1)
-system.rate(w2, (I3 - I1) * (w3 * w1 - 3 * n**2 * c3 * c1) / I2)
-system.rate(w3, (I1 - I2) * (w1 * w2 - 3 * n**2 * c1 * c2) / I3)
+system.rate(w1, k1 * (w2 * w3 - 3 * n**2 * c2 * c3))  # by the ratios: differences of moments would cancel
+system.rate(w2, k2 * (w3 * w1 - 3 * n**2 * c3 * c1))
+system.rate(w3, -k3 * (w1 * w2 - 3 * n**2 * c1 * c2))
 turning = (w2 - o2) * sin(roll) + (w3 - o3) * cos(roll)
 system.rate(roll, w1 - o1 + turning * tan(pitch))
 system.rate(pitch, (w2 - o2) * cos(roll) - (w3 - o3) * sin(roll))

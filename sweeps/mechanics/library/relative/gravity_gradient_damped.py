@@ -18,8 +18,7 @@ drag = system.parameter(
     "drag", "1", default=0.02, positive=True, meaning="viscous coefficient over roll moment and rate"
 )
 
-I1, I2, I3 = (1 - k3) / (1 - k1 * k3), 1, (1 - k1) / (1 - k1 * k3)
-kappa = drag * I1 * n
+I1, k2 = (1 - k3) / (1 - k1 * k3), (k3 - k1) / (1 - k1 * k3)  # in units of the pitch moment; k2 is (I3 - I1)/I2
 w1, w2, w3 = (
     system.state(f"omega{k}", "rad s-1", bounds=(-4 * n, 4 * n), size=n, meaning=f"angular velocity about axis {k}")
     for k in (1, 2, 3)
@@ -35,9 +34,10 @@ c1, c2, c3 = -sin(pitch), sin(roll) * cos(pitch), cos(roll) * cos(pitch)
 o1 = -n * cos(pitch) * sin(yaw)
 o2 = -n * (sin(roll) * sin(pitch) * sin(yaw) + cos(roll) * cos(yaw))
 o3 = -n * (cos(roll) * sin(pitch) * sin(yaw) - sin(roll) * cos(yaw))
-system.rate(w1, ((I2 - I3) * (w2 * w3 - 3 * n**2 * c2 * c3) - kappa * (w1 - s1)) / I1)
-system.rate(w2, ((I3 - I1) * (w3 * w1 - 3 * n**2 * c3 * c1) - kappa * (w2 - s2)) / I2)
-system.rate(w3, ((I1 - I2) * (w1 * w2 - 3 * n**2 * c1 * c2) - kappa * (w3 - s3)) / I3)
+# by the ratios: differences of moments would cancel
+system.rate(w1, k1 * (w2 * w3 - 3 * n**2 * c2 * c3) - drag * n * (w1 - s1))
+system.rate(w2, k2 * (w3 * w1 - 3 * n**2 * c3 * c1) - drag * n * I1 * (w2 - s2))
+system.rate(w3, -k3 * (w1 * w2 - 3 * n**2 * c1 * c2) - drag * n * (1 - k3) / (1 - k1) * (w3 - s3))
 relax = drag * n / slug
 system.rate(s1, relax * (w1 - s1) + w3 * s2 - w2 * s3)
 system.rate(s2, relax * (w2 - s2) + w1 * s3 - w3 * s1)

@@ -1,0 +1,206 @@
+"""Eigenvalues of relative equilibria found again: by LAPACK from a differenced Jacobian, and by SciPy from motions.
+
+A complex step differences the rates. Motions are carried for 1/S from both sides of the equilibrium in every direction
+that what is conserved leaves free; the logarithms of that map's eigenvalues are the rates.
+
+The equations are the description's, as SymPy writes them for NumPy; nothing here shares code with the generated
+integrators, the estimator or theory's Jacobian. Of where the equilibrium is, only that it is one is looked at.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sweeps.systems.system import Reference
+
+if TYPE_CHECKING:
+    from sweeps.mechanics.relative import FlowModel
+
+STEP = 1e-30  # of a complex step: its square is nothing beside a double
+NUDGE = 3e-5  # of a motion: its cube, and DOP853's tolerance over it, weigh alike
+TOLERANCE = 1e-13
+RANK = 1e-9
+STILL = 1e-9  # of the scale and the states' sizes: how far from rest an equilibrium may be
+JACOBIAN, MOTION = 1e-12, 1e-7  # of the scale: errors of the two ways, for condition numbers of one
+NEAR = (1e-7, 1e-4)  # of the scale: imaginary parts so far apart may be in either order
+KEPT = 10_000  # points that are not looked at once more for the next variable
+POWERS = {"sum_of_squares": 2, "product_of_squares": 4, "discriminant": 4}
+
+
+@dataclass(frozen=True)
+class Found:
+    """What one way finds at one point: eigenvalues in order (NaN where it cannot tell), conditions, S, the error."""
+
+    values: np.ndarray
+    condition: np.ndarray
+    scale: float
+    error: float
+
+
+class Equations:
+    """The equations of a description as NumPy has them, and the eigenvalues of its points.
+
+    Args:
+        model: the flow; of it only the equations, the names and where the equilibria are.
+    """
+
+    def __init__(self, model: "FlowModel"):
+        self.model = model
+        self._found: dict[tuple, tuple[Found, Found]] = {}
+
+    @cached_property
+    def _written(self) -> tuple[Callable, Callable | None, Callable | None]:
+        """Functions of the parameters and the states: rates or forces, the kinetic matrix, what is conserved."""
+        import sympy as sp
+
+        flow = self.model.flow
+        arguments = (*flow.parameters, *flow.q)
+        conserved = list(flow.system.conserved_quantities.values())
+        return (
+            sp.lambdify(arguments, list(flow.f), "numpy"),
+            sp.lambdify(arguments, flow.a, "numpy") if flow.rest else None,
+            sp.lambdify(arguments, conserved, "numpy") if conserved else None,
+        )
+
+    def rates(self, parameters: list, x: np.ndarray) -> np.ndarray:
+        """The rates of one state."""
+        forces, mass, _ = self._written
+        rates, rest = np.array(forces(*parameters, *x)), self.model.flow.rest
+        if mass is not None:
+            rates[rest:] = np.linalg.solve(np.array(mass(*parameters, *x)), rates[rest:])
+        return rates
+
+    def at(self, point: Mapping[str, object]) -> tuple[Found, Found]:
+        """What a differenced Jacobian and what motions say of a point."""
+        names = self.model.names
+        slot = self.model.system.names.index(str(point["equilibrium"]))
+        key = (*(float(point[name]) for name in names), slot)
+        if key not in self._found:
+            if len(self._found) >= KEPT:
+                self._found.clear()
+            self._found[key] = self._looked(list(key[:-1]), slot)
+        return self._found[key]
+
+    def _looked(self, parameters, slot):
+        point = {name: np.array([value]) for name, value in zip(self.model.names, parameters, strict=True)}
+        theory = self.model.theory(point | {"equilibrium": np.array([slot])})
+        x, S, sizes = np.zeros(self.model.N), float(theory["scale"][0]), theory["sizes"][0]
+        place = theory["place"][0]
+        x[: place.size] = place
+        none = Found(np.full(self.model.n, np.nan), np.ones(self.model.n), S, 0.0)
+        if not (np.isfinite(x).all() and np.isfinite(S)) or np.abs(self.rates(parameters, x) / sizes).max() > STILL * S:
+            return none, none
+        basis = self._free(parameters, x, sizes)
+        step = 1j * STEP * sizes
+        J = np.array([self.rates(parameters, x + step * e).imag / STEP / sizes for e in np.eye(x.size)]).T
+        moved = self._moved(parameters, x, sizes, basis, 1.0 / S)
+        return (
+            _told(np.linalg.eig(basis.T @ J @ basis), S, JACOBIAN),
+            _told(_of_map(basis.T @ moved, 1.0 / S), S, MOTION),
+        )
+
+    def _free(self, parameters, x, sizes):
+        """Directions that leave what is conserved as it is, in units of the sizes."""
+        conserved = self._written[2]
+        if conserved is None:
+            return np.eye(x.size)
+        slopes = [np.imag(conserved(*parameters, *(x + 1j * STEP * sizes * e))) / STEP for e in np.eye(x.size)]
+        _, singular, vh = np.linalg.svd(np.array(slopes, dtype=float).T)
+        return vh[int((singular > RANK * singular.max()).sum()) :].T
+
+    def _moved(self, parameters, x, sizes, basis, duration):
+        """Where nudges in each direction of the basis have got after a time, over their size; from both sides."""
+        from scipy.integrate import solve_ivp
+
+        starts = np.concatenate([basis.T, -basis.T]) * (NUDGE * sizes)
+
+        def rates(_, deviations):
+            states = x + deviations.reshape(starts.shape)
+            return np.array([self.rates(parameters, state) for state in states]).ravel()
+
+        least = TOLERANCE * NUDGE * np.tile(sizes, len(starts))
+        found = solve_ivp(rates, (0.0, duration), starts.ravel(), "DOP853", rtol=TOLERANCE, atol=least)
+        ends = found.y[:, -1].reshape(starts.shape) / (NUDGE * sizes)
+        return 0.5 * (ends[: basis.shape[1]] - ends[basis.shape[1] :]).T
+
+
+def _of_map(matrix, duration):
+    values, right = np.linalg.eig(matrix)
+    return np.log(values.astype(complex)) / duration, right
+
+
+def _told(found, S, error):
+    """Eigenvalues in a map's order, with condition numbers; NaN where the order hangs on what is not known."""
+    values, right = found
+    order = np.argsort(values.imag)
+    values, right = values[order].astype(complex), right[:, order]
+    gaps = np.diff(values.imag) / S
+    clear = not ((gaps > NEAR[0]) & (gaps < NEAR[1])).any()
+    first = np.concatenate([[0], np.flatnonzero(gaps > NEAR[0]) + 1, [values.size]])
+    number = np.concatenate([a + np.argsort(values.real[a:b]) for a, b in pairwise(first)])
+    values, right = values[number], right[:, number]
+    with np.errstate(all="ignore"):
+        try:
+            condition = np.linalg.norm(np.linalg.inv(right), axis=1)
+        except np.linalg.LinAlgError:
+            condition = np.full(values.size, np.inf)
+    return Found(values if clear else np.full(values.size, np.nan), condition, S, error)
+
+
+def _off(found: Found, number: int) -> float:
+    """How far the way may be from the truth, s-1: what disturbs the matrix, times the condition or by its root."""
+    n = found.values.size
+    return found.scale * min(10.0 * found.error * float(found.condition[number]), (n * found.error) ** (1.0 / n))
+
+
+def _eigenvalue(equations: Equations, part: str, which: int) -> tuple[Callable, Callable]:
+    """One eigenvalue's part by one of the two ways, and what is allowed."""
+
+    def value(point, _):
+        found = equations.at(point)[which].values[int(point["eigenvalue"]) - 1]
+        return float(getattr(found, part))
+
+    return value, lambda point, _: _off(equations.at(point)[which], int(point["eigenvalue"]) - 1)
+
+
+def _growth(equations: Equations, which: int) -> tuple[Callable, Callable]:
+    """The largest real part by one of the two ways, and what is allowed."""
+
+    def allowed(point, _):
+        found = equations.at(point)[which]
+        return max(_off(found, k) for k in range(found.values.size))
+
+    return lambda point, _: float(equations.at(point)[which].values.real.max()), allowed
+
+
+def _invariant(equations: Equations, name: str) -> tuple[Callable, Callable]:
+    """S, D or S² - 4D of a differenced Jacobian, and what is allowed."""
+
+    def value(point, _):
+        values = equations.at(point)[0].values
+        S, D = 0.5 * (values**2).sum().real, values.prod().real
+        return float({"sum_of_squares": S, "product_of_squares": D, "discriminant": S * S - 4.0 * D}[name])
+
+    return value, lambda point, _: 100.0 * JACOBIAN * equations.at(point)[0].scale ** POWERS[name]
+
+
+def reference(model: "FlowModel") -> Reference:
+    """What `verify` finds again of a flow's maps: theory by LAPACK, what was measured by SciPy, within its errors."""
+    equations, found = Equations(model), []
+    for part in ("real", "imag"):
+        name = f"eigenvalue_{part}"
+        found.append((f"{name}_theory", "LAPACK", *_eigenvalue(equations, part, 0)))
+        found.append((name, "SciPy DOP853", *_eigenvalue(equations, part, 1)))
+    found.append(("growth_rate_theory", "LAPACK", *_growth(equations, 0)))
+    found.append(("growth_rate", "SciPy DOP853", *_growth(equations, 1)))
+    for name in POWERS if model.n == 4 else ():
+        found.append((f"{name}_theory", "LAPACK", *_invariant(equations, name)))
+        found.append((name, "LAPACK", *_invariant(equations, name)))
+    first, *others = (
+        Reference(name, {way: value}, allowed, told=not name.endswith("_theory")) for name, way, value, allowed in found
+    )
+    return replace(first, more=tuple(others))
