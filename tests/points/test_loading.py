@@ -757,6 +757,13 @@ def test_every_boundary_crosses_the_racket_map():
     assert highest > 10 * lowest
 
 
+def test_the_racket_map_says_how_many_of_its_bodies_cannot_exist():
+    grid = shipped("tennis_racket").grid
+    I1, I2, I3 = np.meshgrid(*(e.values(np.arange(e.num)) for e in (grid.I1, grid.I2, grid.I3)), indexing="ij")
+    share = np.mean(2 * np.maximum(np.maximum(I1, I2), I3) > I1 + I2 + I3)
+    assert f" {100 * share:.0f} % are bodies that cannot exist" in (catalogue.FOLDER / "tennis_racket.yaml").read_text()
+
+
 @pytest.mark.parametrize("name", ["bodies", "breakdown"])
 def test_bodies_agree_with_what_is_published(name):
     bodies = {body.name: body for body in shipped(name).bodies}
