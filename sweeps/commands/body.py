@@ -78,7 +78,7 @@ def _run(args):
 
 def _uncertain(args, body, spun: dict, given: list[str]) -> None:
     """The same of a body that is not known exactly."""
-    from sweeps import processors
+    from sweeps import memory, processors
     from sweeps.points.loading import load
     from sweeps.run import warmup
     from sweeps.systems import resolve
@@ -89,6 +89,7 @@ def _uncertain(args, body, spun: dict, given: list[str]) -> None:
     entry = asked.entry(vars(args)) if given else uncertain.entry_of(body)
     definition = uncertain.definition(entry, vars(args), spun, load)
     warmup.compile_missing(resolve("rigid_body"))
+    memory.keep_freed()
     found = uncertain.answer(definition, processors.cores())
     if args.picture:
         _draw(found, args.picture)

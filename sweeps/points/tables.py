@@ -24,6 +24,7 @@ from isal import isal_zlib
 from pydantic_core import PydanticCustomError
 
 from kernels.fingerprint import cache_folder
+from sweeps import memory
 from sweeps.files import replaced
 from sweeps.points import units
 from sweeps.schema.parameters import Derived, GridOf, Parameter
@@ -221,6 +222,7 @@ def _write(
     cached: Path, source: "_Source", columns: Sequence[ColumnOf], fixed: Mapping[str, float], derived: Derived | None
 ) -> None:
     """Reads, checks and keeps all rows; nothing is left where one is refused."""
+    memory.keep_freed()
     num, checksums, ends = 0, [], None
     names = [column.name for column in columns]
     with replaced(cached, flush=False) as temporary, temporary.open("wb") as file:

@@ -17,11 +17,12 @@ import h5py
 import netCDF4
 import numpy as np
 
+from sweeps import memory
 from sweeps.points.columns import columns
 from sweeps.points.estimate import BLOCK_POINTS
 from sweeps.points.sweep import Sweep
 from sweeps.schema.refusals import MapError
-from sweeps.shards import looking, memory
+from sweeps.shards import looking
 from sweeps.shards.chunkfile import UNREADABLE, ChunkFile, cut, define, written
 from sweeps.shards.chunks import Chunks
 from sweeps.shards.content import run_digest

@@ -15,9 +15,9 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from kernels import findings, survey
+from sweeps import memory
 from sweeps.points import catalogue
 from sweeps.points.loading import read
-from sweeps.shards import memory
 
 BARE = ("omega_squared", "omega_squared_stderr", "regime", "status")
 UNCERTIFIED = tuple(name for name in survey.MEASURED if name != "propagation_error")

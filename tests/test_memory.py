@@ -7,7 +7,7 @@ import pytest
 ASKED = """
 import resource, sys
 import numpy as np
-from sweeps.shards import memory
+from sweeps import memory
 if sys.argv[1] == "kept":
     memory.keep_freed()
 def block():
@@ -33,7 +33,7 @@ def test_what_is_kept_is_not_asked_for_again():
 
 
 def test_another_c_library_is_left_alone(monkeypatch):
-    from sweeps.shards import memory
+    from sweeps import memory
 
     monkeypatch.setattr(memory.ctypes, "CDLL", lambda _: object())
     memory.keep_freed()
