@@ -20,7 +20,7 @@ from sweeps.schema.refusals import MapError, shortened
 from sweeps.schema.sample import POINT
 from sweeps.schema.variables import Variable
 
-WHOLE = ("definition", "inputs")  # attributes that are compared, and never cut
+WHOLE = ("definition", "inputs", "outlines")  # attributes that are compared or drawn, and never cut
 DESCRIBING = ("long_name", "units", "comment")  # of what only its own system's description knows
 MOST_WORDS = 200  # characters of these
 MOST_SWOLLEN = 100  # how many times its own size on disk a column of digits may have

@@ -130,6 +130,11 @@ class Definition(Strict):
         return self._rows.input if self._rows is not None else ""
 
     @property
+    def outlines(self) -> str:
+        """What pictures need of the files that the definition names; empty without any."""
+        return ""
+
+    @property
     def pair(self) -> Strict | None:
         """The two entries that give some parameters (see `sweeps.schema.parameters.Derived`); None without."""
         derived = getattr(self.grid, "derived", None)

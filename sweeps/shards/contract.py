@@ -58,7 +58,7 @@ def provenance(sweep: Sweep) -> dict[str, str]:
         "system": definition.system,
         "definition": definition.text,
         "kernel_fingerprint": system.fingerprint(),
-    } | ({"inputs": definition.inputs} if definition.inputs else {})
+    } | {name: text for name in ("inputs", "outlines") if (text := getattr(definition, name))}
 
 
 def identity(sweep: Sweep) -> dict[str, str]:

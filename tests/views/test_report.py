@@ -964,6 +964,29 @@ def test_eigenvalues_stand_in_the_plane_as_in_the_map(browser, folder):
     opened.context.close()
 
 
+@pytest.mark.slow
+def test_a_bodys_own_mesh_turns_and_no_file_is_read_for_it(browser, folder, tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    trimesh.creation.box((3.0, 2.0, 1.0)).export(tmp_path / "brick.stl")
+    mesh = {"file": str(tmp_path / "brick.stl"), "mass": 1.0}
+    box = {"name": "Box", "I1": 1.0, "I2": 2.0, "I3": 2.5}
+    ds = sweeps.survey({"bodies": [{"name": "Brick", "mesh": mesh}, box], "grid": {"omega0": 1.0, "epsilon": 0.01}})
+    write_map(ds, tmp_path / "mesh.nc")
+    (tmp_path / "brick.stl").unlink()
+    with open_map(tmp_path / "mesh.nc") as stored:
+        report.write(stored, folder / "mesh.html")
+    opened = Opened(browser, folder / "mesh.html", "#body=Brick&axis=2")
+    corners = opened.page.evaluate("polhode.motion.faces.map((face) => face.corners)")
+    half = np.array([1.5, 1.0, 0.5]) / np.linalg.norm([1.5, 1.0, 0.5])
+    np.testing.assert_allclose(np.abs(corners), np.broadcast_to(half, (12, 3, 3)), atol=1e-4)  # of 16 bits
+    assert opened.page.locator("#shape").input_value() == "own"
+    opened.follow("#body=Box&axis=2")
+    assert opened.page.locator("#shape").input_value() != "own"
+    assert opened.page.locator("#shape option[value=own]").is_disabled()
+    assert opened.said == []
+    opened.context.close()
+
+
 UNCERTAIN = {
     "bodies": [{"name": "A box", "I1": 1.0, "I2": 2.0, "I3": 2.5, "uncertainty": "2 %"}],
     "draws": 100,

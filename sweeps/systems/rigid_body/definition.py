@@ -27,7 +27,7 @@ from sweeps.schema.values import (
     not_empty,
 )
 from sweeps.schema.variables import Variable
-from sweeps.systems.rigid_body import inertia
+from sweeps.systems.rigid_body import inertia, outline
 from sweeps.systems.rigid_body.variables import (
     CERTIFICATE,
     FLIPS,
@@ -262,6 +262,12 @@ class RigidBodyDefinition(Definition):
     def inputs(self) -> str:
         """The meshes of the bodies, or the table of points, one a line with the SHA-256 of its content."""
         return super().inputs or "\n".join(body.input for body in self.bodies if body.mesh is not None)
+
+    @property
+    def outlines(self) -> str:
+        """The surfaces of the bodies that are meshes, with few faces (see `sweeps.systems.rigid_body.outline`)."""
+        solids = {body.name: body.solid.surface for body in self.bodies if body.solid is not None}
+        return outline.written(solids)
 
     def is_per_body(self, parameter: str) -> bool:
         """Whether `parameter` (I1 … phase) is a coordinate on `body` rather than a dimension."""

@@ -14,14 +14,14 @@ Source: Landau and Lifshitz, Mechanics, section 32. Volume integrals over a mesh
 import logging
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 
 from sweeps.schema.refusals import display
-from sweeps.systems.rigid_body import shells
+from sweeps.systems.rigid_body import outline, shells
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254, "ft": 0.3048}  # metres
 SUFFIXES = (".stl", ".obj", ".ply", ".off")
@@ -148,6 +148,7 @@ class Solid:
         centre: centre of mass in the mesh's coordinates, m.
         extents: edges of the box around it, m.
         faces: number of triangles.
+        surface: its vertices about the centre along the principal axes, m, and its faces: few enough to be drawn.
     """
 
     principal: Principal
@@ -156,6 +157,7 @@ class Solid:
     centre: tuple[float, float, float]
     extents: tuple[float, float, float]
     faces: int
+    surface: tuple[np.ndarray, np.ndarray] = field(compare=False, repr=False)
 
 
 def solid(path: str | Path, density: float | None = None, mass: float | None = None, unit: str = "m") -> Solid:
@@ -190,7 +192,9 @@ def solid(path: str | Path, density: float | None = None, mass: float | None = N
     found = principal(mesh.moment_inertia, MESH_ROUNDING)
     found = Principal(found.moments, found.axes, notes + found.notes)
     centre = tuple((mesh.center_mass + middle * scale).tolist())
-    return Solid(found, density * volume, volume, centre, tuple(mesh.extents.tolist()), len(mesh.faces))
+    along = (np.asarray(mesh.vertices) - mesh.center_mass) @ np.array(found.axes).T
+    surface = outline.simplified(along, np.asarray(mesh.faces))
+    return Solid(found, density * volume, volume, centre, tuple(mesh.extents.tolist()), len(mesh.faces), surface)
 
 
 def _closed(path: str | Path):

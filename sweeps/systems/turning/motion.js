@@ -85,7 +85,10 @@ function showMotion() {
   motion.squares = meanSquares(moments);
   const possible = !(Math.max(...moments) * 2 > moments[0] + moments[1] + moments[2]);
   const shape = document.getElementById("shape");
-  if (!shape.dataset.chosen) shape.value = looksLikeRacket(motion.squares) ? "racket" : "box";
+  const own = ownSurface();
+  const option = shape.querySelector("[value=own]");
+  option.hidden = option.disabled = !own;
+  if (!shape.dataset.chosen || (shape.value === "own" && !own)) shape.value = own ? "own" : looksLikeRacket(motion.squares) ? "racket" : "box";
   motion.faces = bodyFaces(motion.squares, shape.value);
   motion.polhode.show(motion.trajectory, motion.axis);
   motion.herpolhode.show(motion);

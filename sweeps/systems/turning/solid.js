@@ -91,8 +91,20 @@ function looksLikeRacket(squares) {
   return thin < 0.12 * wide && wide < 0.3 * long;
 }
 
+/** The surface of the chosen body's own mesh, where the map carries one. */
+function ownSurface() {
+  const body = theMap.coordinates.body ? String(coordinateAt("body", state.place)) : "";
+  return Object.hasOwn(theMap.outlines ?? {}, body) ? theMap.outlines[body] : null;
+}
+
+/** The faces of a surface: triangles, in one colour. */
+function surfaceFaces({ vertices, faces }) {
+  const corner = (i) => [0, 1, 2].map((k) => vertices[3 * i + k]);
+  return Array.from({ length: faces.length / 3 }, (_, k) => ({ color: FRONT, corners: faces.slice(3 * k, 3 * k + 3).map(corner), smooth: true }));
+}
+
 function bodyFaces(squares, shape) {
-  const faces = shape === "racket" ? racketFaces(squares) : boxFaces(squares);
+  const faces = shape === "own" ? surfaceFaces(ownSurface()) : shape === "racket" ? racketFaces(squares) : boxFaces(squares);
   const reach = Math.max(...faces.flatMap((face) => face.corners.map((corner) => Math.hypot(...corner))));
   for (const face of faces) {
     face.corners = face.corners.map((corner) => corner.map((x) => x / reach));
@@ -125,7 +137,7 @@ function drawSolid(view, faces, attitude) {
     pen.fillStyle = shaded(face.color, lit);
     pen.fill();
     pen.globalAlpha = 1;
-    pen.strokeStyle = face.veil ? "rgba(0,0,0,0)" : shaded(face.color, lit * 0.85);
+    pen.strokeStyle = face.veil ? "rgba(0,0,0,0)" : face.smooth ? pen.fillStyle : shaded(face.color, lit * 0.85);
     pen.lineWidth = 0.8;
     pen.stroke();
   }

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 from sweeps.schema.carried import definition_of
 from sweeps.systems import rates, turning
+from sweeps.systems.rigid_body import outline
 from sweeps.systems.system import Page
 
 if TYPE_CHECKING:
@@ -20,7 +21,8 @@ IN_TABLE = "★ marks the axis that the definition names for a body."
 def page(ds: "xr.Dataset") -> Page:
     """The part of the page of one map."""
     table = "body" in ds.dims
-    return Page(FILES, QUESTION, IN_TABLE if table else ON_PLANE, table, {"nature": natural_axes(ds)})
+    facts = {"nature": natural_axes(ds), "outlines": outline.read(ds.attrs)}
+    return Page(FILES, QUESTION, IN_TABLE if table else ON_PLANE, table, facts)
 
 
 def natural_axes(ds: "xr.Dataset") -> dict[str, int]:

@@ -1,0 +1,125 @@
+"""A mesh's surface with few faces, for pictures: made where the mesh is read, and carried by the map.
+
+A map that names a file never makes it read, so what its page turns must be in the map itself: the attribute `outlines`,
+some 25 kB of text for 2,000 faces.
+
+Source of the simplification: Rossignac and Borrel, Multi-resolution 3D approximations for rendering complex scenes
+(1993): vertices of one cell of a lattice become one, and faces that are left without area go.
+"""
+
+import base64
+import binascii
+import json
+from collections.abc import Mapping
+
+import numpy as np
+
+MOST_FACES = 2000  # of all bodies of a map together
+LEAST_FACES = 200  # of one body: those beyond ten are drawn as boxes
+LATTICES = (
+    128,
+    108,
+    90,
+    76,
+    64,
+    54,
+    45,
+    38,
+    32,
+    27,
+    23,
+    19,
+    16,
+    13,
+    11,
+    9,
+    7,
+    5,
+)  # cells along the longest edge, tried in turn
+WHOLE = 32767  # a coordinate of one, as a number of 16 bits
+
+
+def simplified(vertices: np.ndarray, faces: np.ndarray, most: int = MOST_FACES) -> tuple[np.ndarray, np.ndarray]:
+    """A surface with at most so many faces.
+
+    Args:
+        vertices: shape (n, 3).
+        faces: indices of vertices, shape (m, 3), counterclockwise seen from outside.
+        most: faces that may be left.
+
+    Returns:
+        Vertices and faces in the same sense: those given where they are few enough.
+    """
+    if len(faces) <= most and len(vertices) < 2**16:
+        return vertices, faces
+    low, edge = vertices.min(axis=0), float(np.ptp(vertices, axis=0).max())
+    for cells in LATTICES:
+        place = np.minimum((vertices - low) * (cells / edge), cells - 1).astype(np.int64)
+        _, cell = np.unique(place @ (1, cells, cells * cells), return_inverse=True)
+        moved = cell[faces]
+        left = moved[(moved != np.roll(moved, 1, axis=1)).all(axis=1)]
+        left = np.unique(_first_least(left), axis=0)
+        if len(left) <= most:
+            break
+    counts = np.bincount(cell)
+    means = np.stack([np.bincount(cell, vertices[:, k]) / counts for k in range(3)], axis=1)
+    used, numbers = np.unique(left, return_inverse=True)
+    return means[used], numbers.reshape(left.shape)
+
+
+def _first_least(faces: np.ndarray) -> np.ndarray:
+    """Each face turned round until its least index is the first, its sense as it was."""
+    turn = (np.arange(3) + faces.argmin(axis=1)[:, None]) % 3
+    return np.take_along_axis(faces, turn, axis=1)
+
+
+def packed(vertices: np.ndarray, faces: np.ndarray) -> str:
+    """A surface as text: base64 of the number of vertices, the vertices and the faces, 16 bits each, little-endian.
+
+    Args:
+        vertices: about the centre of mass along the principal axes, in any unit: the farthest becomes 32767.
+        faces: indices of vertices.
+    """
+    scaled = np.rint(vertices * (WHOLE / np.linalg.norm(vertices, axis=1).max())).astype("<i2")
+    parts = np.array([len(scaled)], "<u2"), scaled, faces.astype("<u2")
+    return base64.b64encode(b"".join(part.tobytes() for part in parts)).decode("ascii")
+
+
+def unpacked(text: str) -> dict[str, list[int]] | None:
+    """The surface that a text holds, {"vertices": x, y, z of each, "faces": three indices of each}; None if none."""
+    try:
+        raw = np.frombuffer(base64.b64decode(text, validate=True), "<u2")
+    except (ValueError, binascii.Error):
+        return None
+    many = int(raw[0]) if raw.size else 0
+    corners, faces = raw[1 : 1 + 3 * many].view("<i2"), raw[1 + 3 * many :]
+    sound = corners.size == 3 * many > 0 and 0 < faces.size <= 3 * MOST_FACES and faces.size % 3 == 0
+    if not sound or faces.max() >= many:
+        return None
+    return {"vertices": corners.tolist(), "faces": faces.tolist()}
+
+
+def written(surfaces: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> str:
+    """The surfaces of a map's bodies as its attribute `outlines`, each with its share of the faces; "" without one.
+
+    Args:
+        surfaces: body → vertices about its centre along its principal axes, and faces.
+    """
+    drawn = dict(list(surfaces.items())[: MOST_FACES // LEAST_FACES])
+    left, texts = MOST_FACES, {}
+    for number, name in enumerate(
+        sorted(drawn, key=lambda name: len(drawn[name][1]))
+    ):  # few faces leave more to others
+        vertices, faces = simplified(*drawn[name], left // (len(drawn) - number))
+        texts[name], left = packed(vertices, faces), left - len(faces)
+    return json.dumps(texts) if texts else ""
+
+
+def read(attributes: Mapping) -> dict[str, dict[str, list[int]]]:
+    """Body → its surface, of those that a map carries whole; what is no surface is left out."""
+    try:
+        texts = json.loads(str(attributes.get("outlines", "") or "{}"))
+    except ValueError:
+        return {}
+    texts = texts if isinstance(texts, dict) else {}
+    return {name: found for name, text in texts.items() if isinstance(text, str) and (found := unpacked(text))}

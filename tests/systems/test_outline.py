@@ -1,0 +1,75 @@
+"""Meshes with few faces, for pictures: as near to the body as their cells, in its sense; and what is no surface."""
+
+import base64
+import json
+
+import numpy as np
+import pytest
+
+from sweeps.systems.rigid_body import inertia, outline
+
+trimesh = pytest.importorskip("trimesh")
+
+
+def test_a_simplified_ring_keeps_its_shape_and_sense():
+    ring = trimesh.creation.torus(2.0, 0.5, major_sections=96, minor_sections=48)
+    vertices, faces = outline.simplified(np.asarray(ring.vertices), np.asarray(ring.faces))
+    assert 500 < len(faces) <= outline.MOST_FACES < len(ring.faces)
+    cell = 5.0 / 16  # of a lattice coarser than any that is needed
+    off = np.hypot(np.hypot(vertices[:, 0], vertices[:, 1]) - 2.0, vertices[:, 2]) - 0.5
+    assert np.abs(off).max() < cell
+    found = trimesh.Trimesh(vertices, faces, process=False)
+    assert found.volume == pytest.approx(ring.volume, rel=0.1)  # and above 0: faces look outwards
+
+
+def test_few_faces_stay_as_they_are_and_come_back_from_text():
+    box = trimesh.creation.box((3.0, 2.0, 1.0))
+    vertices, faces = outline.simplified(np.asarray(box.vertices), np.asarray(box.faces))
+    found = outline.unpacked(outline.packed(vertices, faces))
+    np.testing.assert_array_equal(np.reshape(found["faces"], (-1, 3)), box.faces)
+    far = np.linalg.norm([1.5, 1.0, 0.5])
+    restored = np.reshape(found["vertices"], (-1, 3)) / outline.WHOLE * far
+    np.testing.assert_allclose(restored, box.vertices, atol=far / outline.WHOLE)  # half a unit, and a rounding
+
+
+def test_a_solid_lies_along_its_principal_axes(tmp_path):
+    box = trimesh.creation.box((3.0, 2.0, 1.0))
+    box.apply_transform(trimesh.transformations.random_rotation_matrix(np.random.default_rng(1).random(3)))
+    box.apply_translation((5.0, -3.0, 2.0))
+    box.export(tmp_path / "box.stl")
+    vertices, _ = inertia.solid(tmp_path / "box.stl", mass=1.0).surface
+    np.testing.assert_allclose(
+        np.abs(vertices), np.tile([1.5, 1.0, 0.5], (8, 1)), atol=1e-5
+    )  # STL has single precision
+
+
+def test_bodies_share_the_faces():
+    ring = trimesh.creation.torus(2.0, 0.5, major_sections=96, minor_sections=48)
+    box = trimesh.creation.box((3.0, 2.0, 1.0))
+    text = outline.written({"ring": (ring.vertices, ring.faces), "box": (box.vertices, box.faces)})
+    found = outline.read({"outlines": text})
+    faces = {name: len(one["faces"]) // 3 for name, one in found.items()}
+    assert faces["box"] == 12
+    assert 500 < faces["ring"] <= outline.MOST_FACES - 12
+    assert outline.written({}) == ""
+
+
+WRONG = (
+    [1, 0, 0, 0],
+    [2, 0, 0, 0],
+    [1, 0, 0, 0, 0, 0, 1],
+    [1, 0, 0, 0, 0, 0],
+    [60000, 1, 2, 3],
+    [1, 0, 0, 0] + [0] * 3 * (outline.MOST_FACES + 1),
+)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("", "{", "[]", "3", json.dumps({"a": 3}), json.dumps({"a": "no base64!"}), json.dumps({"a": ""})),
+        *(json.dumps({"a": base64.b64encode(np.array(raw, "<u2").tobytes()).decode()}) for raw in WRONG),
+    ],
+)
+def test_what_is_no_surface_is_left_out(text):
+    assert outline.read({"outlines": text}) == {}
