@@ -1,0 +1,66 @@
+"""What a person waits for each command of a map, beside what it cannot do without.
+
+    python tests/benchmarks/commands.py MAP [ROUNDS]
+
+Seconds of the processor (user and system, children included), which others at work on the machine change less than the
+wall clock, medians of fresh processes, everything warm. The floors are what the libraries below a command take to load,
+and what Numba takes until its first kernel answers from the cache on the disk: a command that needs them takes as long.
+"""
+
+import resource
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+
+KERNEL = "from kernels import exact; exact.flip_period(1.0, 2.0, 3.0, 1e-6, 1.0, 1e-6)"
+DRAWN = (
+    "from matplotlib.figure import Figure; f = Figure(layout='constrained'); f.subplots(2, 2); "
+    "f.savefig({out!r} + '.png')"
+)
+FLOORS = {
+    "Python alone": "pass",
+    "NumPy": "import numpy",
+    "pydantic": "import pydantic; pydantic.BaseModel",
+    "NumPy, h5py, Rich": "import numpy, h5py, rich.console, rich.table",
+    "NumPy, pydantic, YAML: any definition": "import numpy, pydantic, ruamel.yaml; pydantic.BaseModel",
+    "Numba": "import numba",
+    "Numba, and a kernel from the disk": KERNEL,
+    "xarray": "import xarray",
+    "Matplotlib, and four empty axes": DRAWN,
+}
+COMMANDS = {
+    "run of what is finished": ["run"],
+    "check": ["check"],
+    "show": ["show", "{map}"],
+    "slice": ["slice", "{map}", "--axis", "2", "--I3", "0.01748", "--omega0", "10", "-o", "{out}.nc"],
+    "body": ["body", "--ratios", "5", "10", "13", "--omega0", "10"],
+    "figures": ["figures", "{map}", "-o", "{out}"],
+    "report": ["report", "{map}", "-o", "{out}.html"],
+}
+
+
+def took(words: list[str]) -> tuple[float, float]:
+    """Wall clock and processor time of one process, s."""
+    before, begun = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+    subprocess.run(words, capture_output=True, check=True)
+    wall, after = time.perf_counter() - begun, resource.getrusage(resource.RUSAGE_CHILDREN)
+    return wall, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def main(path: str, rounds: int = 5) -> None:
+    """Prints a line a floor and a command."""
+    with tempfile.TemporaryDirectory() as out:
+        rows = {name: [sys.executable, "-c", code.format(out=out)] for name, code in FLOORS.items()}
+        for name, words in COMMANDS.items():
+            rows[name] = [sys.executable, "-m", "sweeps", *(word.format(map=path, out=f"{out}/made") for word in words)]
+        print(f"{'':40s} {'cpu, s':>8s} {'wall, s':>8s}")
+        for name, words in rows.items():
+            took(words)
+            walls, cpus = zip(*(took(words) for _ in range(rounds)), strict=True)
+            print(f"{name:40s} {statistics.median(cpus):8.2f} {statistics.median(walls):8.2f}", flush=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], *map(int, sys.argv[2:]))
