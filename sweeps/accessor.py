@@ -1,10 +1,7 @@
 """`ds.polhode`: pictures and words of a map, at hand on every Dataset once `sweeps` is imported."""
 
-import sys
-from importlib.machinery import ModuleSpec
-from importlib.util import find_spec
-
 from sweeps import plot
+from sweeps.awaited import once_loaded
 
 
 class Polhode:
@@ -52,35 +49,9 @@ class Polhode:
 
 def register() -> None:
     """Gives every Dataset `polhode`: now where xarray is loaded, else as soon as somebody loads it."""
-    if "xarray" in sys.modules:
-        _give()
-    elif not any(isinstance(finder, _Awaited) for finder in sys.meta_path):
-        sys.meta_path.insert(0, _Awaited())
+    once_loaded("xarray", _give)
 
 
-def _give() -> None:
-    import xarray as xr
-
+def _give(xr) -> None:
     if getattr(xr.Dataset, "polhode", None) is None:
         xr.register_dataset_accessor("polhode")(Polhode)
-
-
-class _Awaited:
-    """Waits for xarray's import, which takes longer than all that `sweeps` needs to begin."""
-
-    def find_spec(self, name: str, path=None, target=None) -> ModuleSpec | None:
-        """The module as others find it, with the accessor given once it is loaded."""
-        if name != "xarray":
-            return None
-        sys.meta_path.remove(self)
-        spec = find_spec(name)
-        if spec is None or spec.loader is None:
-            return spec
-        load = spec.loader.exec_module
-
-        def exec_module(module):
-            load(module)
-            _give()
-
-        spec.loader.exec_module = exec_module
-        return spec

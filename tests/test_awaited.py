@@ -1,0 +1,30 @@
+import importlib
+import sys
+from types import SimpleNamespace
+
+from sweeps import awaited, lean
+
+
+def test_what_awaits_a_module_is_done_once_it_is_loaded(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "awaited_by_nobody_else.py").write_text("value = 1\n")
+    before, seen = list(sys.meta_path), []
+    for _ in range(2):  # who asks again asks for the same
+        awaited.once_loaded("awaited_by_nobody_else", lambda module: seen.append(module.value))
+    importlib.import_module("json")
+    assert seen == []
+    module = importlib.import_module("awaited_by_nobody_else")
+    assert seen == [1]
+    assert sys.meta_path == before
+    importlib.reload(module)
+    awaited.once_loaded("awaited_by_nobody_else", lambda module: seen.append("now"))
+    assert seen == [1, "now"]
+    awaited.once_loaded("awaited_that_is_not_there", seen.append)
+    assert importlib.util.find_spec("awaited_that_is_not_there") is None
+    assert sys.meta_path == before
+
+
+def test_pictures_do_without_matplotlibs_manual():
+    artist = SimpleNamespace(kwdoc=None)
+    lean._without_its_manual(artist)
+    assert artist.kwdoc(object()) == ""
