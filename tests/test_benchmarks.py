@@ -2,6 +2,7 @@ import json
 import math
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import attitude
@@ -16,6 +17,7 @@ import numpy as np
 import pytest
 import race
 import roof
+import searching
 from scipy.integrate import solve_ivp
 
 from kernels import direct, exact, survey
@@ -242,3 +244,14 @@ def test_relative_equilibria_are_told_by_their_table(capsys):
     assert float(told["invariants"]) < 1e-9
     assert float(told["regimes"]) == float(told["ok"]) == 1.0
     assert float(told["points/s"]) > 0
+
+
+@pytest.mark.slow
+def test_points_are_searched_once_each_from_the_moment_that_is_said(monkeypatch):
+    monkeypatch.setattr(searching, "COUNT", 100)
+    _, columns = searching.prepared("pendulum", 7)
+    assert all(c.size == 100 for c in columns)
+    begin = time.monotonic() + 0.05
+    own, begun, ended = searching.search("pendulum", 7, begin)
+    assert begin <= begun <= ended
+    assert own > 0.0
