@@ -118,9 +118,7 @@ def compile_system(system: systems.Dynamics) -> None:
 def compile_missing(system: systems.Dynamics) -> None:
     """Compiles, alone, what one system calls, unless it lies in the cache whole: call it before work that is shared."""
     if not (stored.is_whole(cache_folder()) and _says_compiled(system)):
-        with _alone():
-            _run([system.compile])
-            stored.note(cache_folder())
+        compile_system(system)
 
 
 def _says_compiled(system: systems.Dynamics) -> bool:

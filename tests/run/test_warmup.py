@@ -50,6 +50,8 @@ def test_what_is_missing_or_of_another_version_or_processor_is_compiled(system, 
         system.mark.write_bytes(said if isinstance(said, bytes) else said.encode())
     warmup.compile_missing(system)
     assert system.times == 1
+    warmup.compile_missing(system)  # it is noted
+    assert system.times == 1
 
 
 def test_what_was_damaged_is_compiled_once(system, folder):
