@@ -152,7 +152,11 @@ def test_a_short_period_excludes_the_short_axis_mode(capsys, tmp_path):
     [
         (("--P-psi", -1, "--P-phi", 2), "--P-psi: -1.0 is out of range"),
         (("--P-psi", 1, "--P-phi", 2, "--ratios", 0.4, 1.2), "I2/I3 1.2 is out of range; allowed: a number in (0, 1]"),
-        (("--P-psi", 1, "--P-phi", 20, "--ratios", 0.5, 0.9), "is no motion's of the body 0.5 : 0.9 : 1"),
+        pytest.param(
+            ("--P-psi", 1, "--P-phi", 20, "--ratios", 0.5, 0.9),
+            "is no motion's of the body 0.5 : 0.9 : 1",
+            marks=pytest.mark.slow,
+        ),
         (("--P-psi", 1, "--P-phi", 2, "--unit", "years"), "--unit: 'years' is not available; allowed: s, h, d"),
     ],
 )

@@ -32,7 +32,7 @@ POWERS = {"sum_of_squares": 2, "product_of_squares": 4, "discriminant": 4}
 
 
 @dataclass(frozen=True)
-class Found:
+class Solved:
     """What one way finds at one point: eigenvalues in order (NaN where it cannot tell), conditions, S, the error."""
 
     values: np.ndarray
@@ -41,7 +41,7 @@ class Found:
     error: float
 
 
-class Equations:
+class Linearised:
     """The equations of a description as NumPy has them, and the eigenvalues of its points.
 
     Args:
@@ -50,7 +50,7 @@ class Equations:
 
     def __init__(self, model: "FlowModel"):
         self.model = model
-        self._found: dict[tuple, tuple[Found, Found]] = {}
+        self._found: dict[tuple, tuple[Solved, Solved]] = {}
 
     @cached_property
     def _written(self) -> tuple[Callable, Callable | None, Callable | None]:
@@ -74,7 +74,7 @@ class Equations:
             rates[rest:] = np.linalg.solve(np.array(mass(*parameters, *x)), rates[rest:])
         return rates
 
-    def at(self, point: Mapping[str, object]) -> tuple[Found, Found]:
+    def at(self, point: Mapping[str, object]) -> tuple[Solved, Solved]:
         """What a differenced Jacobian and what motions say of a point."""
         names = self.model.names
         slot = self.model.system.names.index(str(point["equilibrium"]))
@@ -91,7 +91,7 @@ class Equations:
         x, S, sizes = np.zeros(self.model.N), float(theory["scale"][0]), theory["sizes"][0]
         place = theory["place"][0]
         x[: place.size] = place
-        none = Found(np.full(self.model.n, np.nan), np.ones(self.model.n), S, 0.0)
+        none = Solved(np.full(self.model.n, np.nan), np.ones(self.model.n), S, 0.0)
         if not (np.isfinite(x).all() and np.isfinite(S)) or np.abs(self.rates(parameters, x) / sizes).max() > STILL * S:
             return none, none
         basis = self._free(parameters, x, sizes)
@@ -148,16 +148,16 @@ def _told(found, S, error):
             condition = np.linalg.norm(np.linalg.inv(right), axis=1)
         except np.linalg.LinAlgError:
             condition = np.full(values.size, np.inf)
-    return Found(values if clear else np.full(values.size, np.nan), condition, S, error)
+    return Solved(values if clear else np.full(values.size, np.nan), condition, S, error)
 
 
-def _off(found: Found, number: int) -> float:
+def _off(found: Solved, number: int) -> float:
     """How far the way may be from the truth, s-1: what disturbs the matrix, times the condition or by its root."""
     n = found.values.size
     return found.scale * min(10.0 * found.error * float(found.condition[number]), (n * found.error) ** (1.0 / n))
 
 
-def _eigenvalue(equations: Equations, part: str, which: int) -> tuple[Callable, Callable]:
+def _eigenvalue(equations: Linearised, part: str, which: int) -> tuple[Callable, Callable]:
     """One eigenvalue's part by one of the two ways, and what is allowed."""
 
     def value(point, _):
@@ -167,7 +167,7 @@ def _eigenvalue(equations: Equations, part: str, which: int) -> tuple[Callable, 
     return value, lambda point, _: _off(equations.at(point)[which], int(point["eigenvalue"]) - 1)
 
 
-def _growth(equations: Equations, which: int) -> tuple[Callable, Callable]:
+def _growth(equations: Linearised, which: int) -> tuple[Callable, Callable]:
     """The largest real part by one of the two ways, and what is allowed."""
 
     def allowed(point, _):
@@ -177,7 +177,7 @@ def _growth(equations: Equations, which: int) -> tuple[Callable, Callable]:
     return lambda point, _: float(equations.at(point)[which].values.real.max()), allowed
 
 
-def _invariant(equations: Equations, name: str) -> tuple[Callable, Callable]:
+def _invariant(equations: Linearised, name: str) -> tuple[Callable, Callable]:
     """S, D or S² - 4D of a differenced Jacobian, and what is allowed."""
 
     def value(point, _):
@@ -190,7 +190,7 @@ def _invariant(equations: Equations, name: str) -> tuple[Callable, Callable]:
 
 def reference(model: "FlowModel") -> Reference:
     """What `verify` finds again of a flow's maps: theory by LAPACK, what was measured by SciPy, within its errors."""
-    equations, found = Equations(model), []
+    equations, found = Linearised(model), []
     for part in ("real", "imag"):
         name = f"eigenvalue_{part}"
         found.append((f"{name}_theory", "LAPACK", *_eigenvalue(equations, part, 0)))
