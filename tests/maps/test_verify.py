@@ -121,6 +121,46 @@ def shift(path, by):
     return sealed(path)
 
 
+ROTOR = read({"system": "rotor", "grid": {"spin_rate": [0.5, 2.0, 4.5], "internal_damping": 0.1, "stiffness_y": 1.5}})
+
+
+@pytest.fixture(scope="module")
+def rotor(tmp_path_factory):
+    path = made(tmp_path_factory.mktemp("rotor"), ROTOR)
+    with netCDF4.Dataset(path, "a") as file:
+        file.kernel_fingerprint = "0" * 64
+    return path
+
+
+@pytest.mark.slow
+def test_eigenvalues_of_other_kernels_are_those_of_lapack_and_of_scipy(rotor):
+    checks = verify.verify(rotor, points=40, any_kernels=True)
+    assert not any(check.findings for check in checks)
+    told = [check for check in checks if check.name in ("LAPACK", "SciPy DOP853")]
+    assert len(told) == 12  # two parts, growth and three invariants, by theory and as measured
+    assert not any(check.skipped for check in told)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "way"),
+    [
+        ("eigenvalue_imag_theory", "LAPACK"),
+        ("growth_rate_theory", "LAPACK"),
+        ("discriminant_theory", "LAPACK"),
+        ("product_of_squares", "LAPACK"),
+        ("eigenvalue_real", "SciPy DOP853"),
+        ("growth_rate", "SciPy DOP853"),
+    ],
+)
+def test_wrong_eigenvalues_of_other_kernels_are_found(rotor, tmp_path, name, way):
+    path = Path(shutil.copy(rotor, tmp_path / "map.nc"))
+    with netCDF4.Dataset(path, "a") as file:
+        file[name][:] = file[name][:] + 1e-5
+    told = findings(sealed(path), points=40, any_kernels=True)
+    assert told[way][0].startswith(f"{name} at point")
+
+
 def test_wrong_rates_of_other_kernels_are_found_by_scipy_and_by_the_closed_form(tiny):
     """tolerance 1e-10 and h = 2π/16 allow 8 · 1.01e-10/h² = 5.2e-9 of ω0²: twice that is found at every point."""
     with netCDF4.Dataset(tiny, "a") as file:

@@ -222,6 +222,40 @@ def test_the_major_axis_rule_in_numbers(values, rate):
     assert abs(growth("viscous_slug", **values) / rate - 1) < 1e-10
 
 
+def test_measured_growth_is_the_energy_sinks():
+    """-(κ/I_t) λ λ0/((κ/J)² + λ0²), with λ0 = (I_s W + h)/I_t and λ = λ0 - W, of first order in a small slug."""
+    m, columns = motions("viscous_slug", 40, seed=7, slug_moment=1e-3)
+    found = {k: v[:: m.n] for k, v in m.survey(columns).items()}
+    Is, J, kappa, h, W = (
+        columns[k][:: m.n] for k in ("axial_moment", "slug_moment", "drag", "rotor_momentum", "spin_rate")
+    )
+    inertial = Is * W + h
+    factor = kappa / ((kappa / J) ** 2 + inertial**2)
+    sink, size = -factor * (inertial - W) * inertial, factor * (np.abs(inertial) + W) ** 2
+    assert (found["status"] == 0).all()
+    off = np.abs(found["growth_rate"] - sink) / size
+    assert off.max() < 0.005  # some J/I_t
+    told = np.abs(sink) > 0.01 * size
+    assert told.sum() > 20
+    assert ((found["growth_rate"] > 0) == (sink > 0))[told].all()
+
+
+def test_areas_of_the_stable_regions_of_the_gravity_gradient():
+    """Lagrange's is 1/8 of the square of (k1, k3), DeBra and Delp's 1.99 %: counted in cells of what is measured."""
+    m, side = model("gravity_gradient"), 40
+    at = (np.arange(side) + 0.5) / side * 2 - 1
+    k1, k3 = (x.ravel() for x in np.meshgrid(at, at + 0.25 / side, indexing="ij"))  # no cell's middle on the diagonal
+    count = k1.size
+    columns = {"k1": k1, "k3": k3, "orbital_rate": np.ones(count), "epsilon": np.full(count, 1e-30)}
+    columns = {k: np.repeat(v, m.n) for k, v in columns.items()} | {"equilibrium": np.zeros(count * m.n, dtype=int)}
+    found = m.survey(columns | {"eigenvalue": np.tile(np.arange(1, m.n + 1), count)})
+    stable = found["regime"][:: m.n] == REGIMES.index("stable") - 1
+    lagrange, debra = stable & (k3 > 0), stable & (k1 < 0)
+    assert stable.sum() == lagrange.sum() + debra.sum()
+    assert lagrange.mean() == pytest.approx(1 / 8, abs=2 / side**1.5)  # some cells of the some `side` on its edges
+    assert debra.mean() == pytest.approx(0.0794653620 / 4, abs=2 / side**1.5)
+
+
 def test_routh_and_the_rotors_critical_speed():
     mu = edge(lambda mu: growth("lagrange_points", mass_ratio=mu) > 1e-6, 0.01, 0.1)
     assert abs(mu - 0.0385208965) < 1e-9
