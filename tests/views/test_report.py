@@ -987,6 +987,16 @@ def test_a_bodys_own_mesh_turns_and_no_file_is_read_for_it(browser, folder, tmp_
     opened.context.close()
 
 
+@pytest.mark.slow
+def test_a_page_prints_on_one_sheet(browser, plane_path, folder):
+    report.write(oscillator(), folder / "sheet.html")
+    for path in (plane_path, folder / "sheet.html"):
+        opened = Opened(browser, path, viewport={"width": 1280, "height": 800})
+        printed = opened.page.pdf(prefer_css_page_size=True, print_background=True)
+        assert re.findall(rb"/Count (\d+)", printed) == [b"1"]
+        opened.context.close()
+
+
 UNCERTAIN = {
     "bodies": [{"name": "A box", "I1": 1.0, "I2": 2.0, "I3": 2.5, "uncertainty": "2 %"}],
     "draws": 100,
