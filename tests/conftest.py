@@ -63,10 +63,13 @@ if sys.prefix != sys.base_prefix:  # what pip left uncompiled, the tests' many p
 @pytest.fixture
 def few_frames(monkeypatch):
     """Animations of three frames, and no film of them: they have tests of their own."""
+    from sweeps.systems.oscillator import figure_motion
+    from sweeps.systems.relative_equilibrium import figure_flat_spin
     from sweeps.systems.rigid_body import figure_flip
     from sweeps.views import films
 
-    monkeypatch.setattr(figure_flip, "FRAMES", 3)
+    for module in (figure_flip, figure_motion, figure_flat_spin):
+        monkeypatch.setattr(module, "FRAMES", 3)
     monkeypatch.setattr(films, "encoder", lambda: None)
 
 

@@ -369,6 +369,7 @@ def test_attributes_of_any_kind_are_taken_or_refused_in_words(folder, with_attri
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("few_frames")
 def test_a_file_that_a_map_names_is_run_by_no_door(folder, capsys):
     """Of a map that such a file could have made: everything works, and the file's mark is not there."""
     (folder / "evil.py").write_text("open('owned', 'w')\n")
@@ -390,6 +391,7 @@ def test_a_file_that_a_map_names_is_run_by_no_door(folder, capsys):
 SHOWN = [door if door in ("show", "json") else pytest.param(door, marks=pytest.mark.slow) for door in DOORS]
 
 
+@pytest.mark.usefixtures("few_frames")
 @pytest.mark.parametrize("door", SHOWN)
 def test_nan_everywhere_is_shown_as_it_is(folder, rigid, drawn, capsys, door):
     ds = (drawn if door == "figures" else rigid).map(
