@@ -135,8 +135,9 @@ def _margins(one):
             one[f"{name}_theory"].values for name in ("sum_of_squares", "product_of_squares", "discriminant")
         )
         by_pairs = (total < 0) & (product > 0) & (discriminant > 0)
-        if (by_pairs == steady).mean() > 0.95:  # D = 0 and S² = 4D bound what is stable, where S < 0
-            return [np.where(total < 0, part, np.nan) for part in (product, discriminant)]
+        if (by_pairs == steady).mean() > 0.95:  # D = 0 or S² = 4D bounds what is stable, and no more beyond it
+            beside = np.lib.stride_tricks.sliding_window_view(np.pad(by_pairs, 2), (5, 5)).any((2, 3))
+            return [np.where(beside, part, np.nan) for part in (product, discriminant)]
     growth = one["growth_rate_theory"].values / one["rate_scale"].values
     if np.nanmin(growth, initial=0.0) < -1e-9:
         return [-growth]
