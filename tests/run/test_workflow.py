@@ -73,7 +73,7 @@ def test_tiny_end_to_end(made):
     assert not list(made.glob("results/*/shards/*.nc"))
     pictures = {path.name for path in (made / "results/tiny/figures").iterdir()}
     assert {"stability_axis_1.png", "theory_against_measured.png", "polhodes.png", "flip.gif"} <= pictures
-    assert (made / "results/tiny/report.html").stat().st_size > 1_000_000
+    assert (made / "results/tiny/report.html").stat().st_size > 700_000  # Plotly's plane charts are 661,524 of it
 
 
 @pytest.mark.slow
