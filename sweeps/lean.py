@@ -13,8 +13,9 @@ def leave_out() -> None:
     Plugins of pydantic: it would look for them in what all installed packages say of themselves. Matplotlib's advice
     on where it keeps its list of fonts when the user has no folder to write into: pictures are the same.
     """
-    for name in ("dask", "dask.array"):  # a command computes all that it shows, and nothing later
-        sys.modules.setdefault(name, None)
+    if "xarray" not in sys.modules:  # which remembers what it has once found
+        for name in ("dask", "dask.array"):  # a command computes all that it shows, and nothing later
+            sys.modules.setdefault(name, None)
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     once_loaded("matplotlib.artist", _without_its_manual)
     logging.getLogger("matplotlib").setLevel(logging.ERROR)
