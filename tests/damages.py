@@ -715,9 +715,10 @@ def bases(folder, definitions=BASES):
 
 def make_light():
     """Makes pictures of few dots and few frames, of which nothing is missing, and the commands' descriptions once."""
-    from sweeps import __main__, style
+    from sweeps import __main__, lean, style
     from sweeps.systems.rigid_body import figure_flip
 
+    lean.leave_out()  # as a process of a command's own does
     __main__._parser = cache(__main__._parser)
     style.DPI = style.STYLE["figure.dpi"] = style.STYLE["savefig.dpi"] = 40
     figure_flip.FRAMES, figure_flip.DOTS = 8, 40
