@@ -84,7 +84,11 @@ def look(path: str | Path) -> Contents:
         raise MapError(f"{path}: {told['refused']}")
     held = {}
     for name, values in told["variables"].items():
-        places = np.array(values.pop("places"), dtype=np.int64)
+        try:
+            places = np.array(values.pop("places"), dtype=np.int64)
+        except OverflowError:
+            wrong = f"variable {name!r} lies where no file reaches (it is damaged)"
+            raise MapError(f"{path}: {wrong}; allowed: {ALLOWED}") from None
         lists = {key: tuple(values.pop(key)) for key in ("dims", "shape", "filters", "texts")}
         chunk = values.pop("chunk")
         held[name] = Held(**lists, **values, chunk=None if chunk is None else tuple(chunk), places=places)

@@ -18,7 +18,7 @@ import pytest
 import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from maps import write
+from maps import DEFINITION, write
 
 import sweeps
 from sweeps.__main__ import main
@@ -307,3 +307,12 @@ def test_only_files_are_written_in_the_place_of_files(path, tmp_path, capsys):
     assert status("link.csv") == 0
     assert (tmp_path / "link.csv").is_symlink()
     assert {p.name for p in tmp_path.iterdir()} == {"pipe.csv", "folder.csv", "link.csv", "file.csv"}
+
+
+def test_a_value_that_lies_beyond_all_files_is_refused(tmp_path, monkeypatch):
+    path = write(tmp_path, DEFINITION)
+    told = looking.told(lambda: door._looked(path), path.stat().st_size)
+    told["variables"]["status"]["places"][0][-1] = 2**64
+    monkeypatch.setattr(door.looking, "told", lambda *_: told)
+    with pytest.raises(storage.MapError, match="lies where no file reaches"):
+        door.look(path)

@@ -11,7 +11,7 @@ from scipy.stats import multivariate_normal, norm, qmc
 import sweeps
 from kernels import exact, linear
 from sweeps.__main__ import main
-from sweeps.maps import dataset
+from sweeps.maps import dataset, storage, verify
 from sweeps.points.estimate import estimate
 from sweeps.points.loading import read
 from sweeps.schema.definition import Integration
@@ -339,6 +339,16 @@ def test_a_seed_is_the_same_bits_in_shards_chunks_and_after_a_kill(tmp_path):
     shards.write_shard(sweep, 6, 7, paths[5])
     assert merging.merge(sweep, paths, tmp_path / "map.nc") == whole
     assert content.content_hash(dataset.survey_grid(sweep, chunks=3)) == whole  # by Dask
+
+
+def test_verify_finds_the_draws_again(tmp_path):
+    ds = sweeps.survey(
+        {"bodies": [{"name": "A", "I1": 1.0, "I2": 1.9, "I3": 2.0}], "draws": 64}
+        | {"uncertainty": "5 %", "grid": {"omega0": 1.0}}
+    )
+    storage.write_map(ds, tmp_path / "map.nc")
+    checks = verify.verify(tmp_path / "map.nc", 2)
+    assert not [check for check in checks if check.findings or check.skipped]
 
 
 def test_body_answers_in_numbers_words_and_a_picture(tmp_path, capsys):

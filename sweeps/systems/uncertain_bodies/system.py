@@ -114,6 +114,10 @@ class UncertainBodies(RigidBody):
         """None."""
         return ()
 
+    def follows_attitude(self, definition: UncertainDefinition) -> bool:
+        """No: what is told is of many draws."""
+        return False
+
     def motions(self, points: Mapping[str, np.ndarray], integration) -> int:
         """Spins of bodies; each has its draws."""
         return points["axis"].size
