@@ -627,9 +627,7 @@ def _normal(XX, XR, XZ, HH, HR, RR, runs, n, A, B, H, right, rest, f):
     B[: nn * P], B[nn * P :] = XZ, XR
     _solve_lanes(A, B, n, n * P + n, False, -math.inf, f)
     H[:], right[P * P :], rest[:] = HH, HR, RR[0]
-    for p in range(
-        P
-    ):  # by what rounding may have taken off it: where M is of a special shape, some step changes nothing
+    for p in range(P):  # by what rounding may have taken off: where M is of a special shape, some step changes nothing
         for lane in range(f.size):
             H[p * P + p, lane] += 16.0 * EPSILON * HH[p * P + p, lane]
     flat, by_z, by_r = B.reshape(B.size), XZ.reshape(XZ.size), XR.reshape(XR.size)

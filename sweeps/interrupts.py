@@ -5,6 +5,7 @@ import os
 import signal
 import threading
 from collections.abc import Iterator
+from concurrent.futures import Executor
 from contextlib import contextmanager
 from multiprocessing import resource_tracker
 
@@ -33,7 +34,11 @@ def end_with_the_parent() -> None:
     threading.Thread(target=wait, daemon=True).start()
 
 
-def end_children() -> None:
-    """Ends what this process has started by `multiprocessing`; what was half-written, the next run removes."""
+def abandon(pool: Executor) -> None:
+    """Ends a pool and what this process has started by `multiprocessing`; what was half-written, the next run removes.
+
+    The processes first: one that is only starting would miss what it shares with the pool, and say so.
+    """
     for child in multiprocessing.active_children():
         child.terminate()
+    pool.shutdown(wait=False, cancel_futures=True)

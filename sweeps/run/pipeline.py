@@ -158,8 +158,7 @@ def _share(jobs: list[tuple], workers: int, advance: Callable[[int], None]) -> N
         try:
             _follow(running, told, advance)
         except BaseException:
-            interrupts.end_children()  # before the pool goes: a process that is starting would miss what it shares
-            pool.shutdown(wait=False, cancel_futures=True)
+            interrupts.abandon(pool)
             raise
 
 

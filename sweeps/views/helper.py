@@ -34,9 +34,10 @@ class Helper:
 
     def end(self, is_done: bool) -> None:
         """Ends the process, at once where its work is not wanted any more."""
-        if not is_done:
-            interrupts.end_children()  # before the pool goes: a process that is starting would miss what it shares
-        self._pool.shutdown(wait=is_done, cancel_futures=True)
+        if is_done:
+            self._pool.shutdown(cancel_futures=True)
+        else:
+            interrupts.abandon(self._pool)
 
 
 @contextmanager
