@@ -14,10 +14,8 @@ import sys
 import tempfile
 import warnings
 from functools import cache
-from importlib.metadata import version
+from importlib.util import find_spec
 from pathlib import Path
-
-from kernels import stored
 
 CODE_SETTINGS = (  # they change bits
     *("NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_ENABLE_AVX", "NUMBA_OPT", "NUMBA_LOOP_VECTORIZE"),
@@ -48,8 +46,11 @@ def fingerprint(*modules: str) -> str:
     str
         64 hexadecimal digits (SHA-256). Equal fingerprints on one machine mean equal bits in every result.
     """
+    from importlib.metadata import version
+
     import llvmlite.binding as llvm
 
+    _settle_vectors()
     digest = hashlib.sha256()
     for name in ("numba", "llvmlite", "numpy"):
         digest.update(f"{name} {version(name)}\n".encode())
@@ -172,6 +173,12 @@ def use_whole_vectors() -> None:
         sys.modules["numba"].config.CPU_FEATURES = os.environ["NUMBA_CPU_FEATURES"]
 
 
+@cache
+def _settle_vectors() -> None:
+    """Calls :func:`use_whole_vectors` once, whether Numba is to come or not: the features are in the fingerprint."""
+    use_whole_vectors()
+
+
 def _settings_of_the_processor() -> bool:
     """Whether the user has settings of their own that bear on the processor's features."""
     if any(os.environ.get(name) for name in ("NUMBA_CPU_NAME", "NUMBA_ENABLE_AVX")):
@@ -185,8 +192,30 @@ def _has_begun() -> bool:
     return registry is not None and "_toplevel_target_context" in vars(registry.cpu_target)
 
 
+class _BeforeNumba:
+    """Waits for the first import of Numba, which reads its settings as it loads."""
+
+    def find_spec(self, name: str, path=None, target=None):
+        """Where Numba is, once its cache is set; nothing of any other module."""
+        if name != "numba":
+            return None
+        sys.meta_path.remove(self)
+        use_cache()
+        return find_spec(name)
+
+
+def use_cache_with_numba() -> None:
+    """Calls :func:`use_cache` before Numba is loaded, which may be never; now where it is there."""
+    if "numba" in sys.modules:
+        use_cache()
+    else:
+        sys.meta_path.insert(0, _BeforeNumba())
+
+
 def use_cache() -> None:
     """Point Numba at :func:`cache_folder`, and leave nothing there that has changed on the disk."""
+    from kernels import stored
+
     use_whole_vectors()
     folder = cache_folder()
     os.environ["NUMBA_CACHE_DIR"] = str(folder)

@@ -90,7 +90,7 @@ def main(arguments: list[str] | None = None) -> int:
         try:
             _write_what_can_be()
             if arguments is None:  # this process is this command's alone
-                lean.leave_out()
+                lean.leave_out(alone=True)
             parser = _parser()
             answer(hear)
             return _answered(parser.parse_args(sys.argv[1:] if arguments is None else arguments))

@@ -9,7 +9,6 @@ somebody else names its module in an entry point of the group `polhode.systems`,
 from collections.abc import Callable, Sequence
 from functools import cache, partial
 from importlib import import_module
-from importlib.metadata import entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -40,6 +39,8 @@ def names() -> tuple[str, ...]:
 @cache
 def _brought() -> dict[str, str]:
     """Name → module of each system that another package brings."""
+    from importlib.metadata import entry_points
+
     return {point.name: point.module for point in entry_points(group=GROUP)}
 
 

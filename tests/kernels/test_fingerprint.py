@@ -3,6 +3,7 @@ import os
 import stat
 import subprocess
 import sys
+from importlib import metadata
 from pathlib import Path
 
 import llvmlite.binding as llvm
@@ -97,8 +98,8 @@ def test_where_the_checkout_lies_does_not_count(checkout, tmp_path, monkeypatch)
 
 @pytest.mark.parametrize("package", ["numba", "llvmlite", "numpy"])
 def test_versions_count(package, monkeypatch):
-    before, known = fp.fingerprint(), fp.version
-    monkeypatch.setattr(fp, "version", lambda name: "0.0" if name == package else known(name))
+    before, known = fp.fingerprint(), metadata.version
+    monkeypatch.setattr(metadata, "version", lambda name: "0.0" if name == package else known(name))
     assert fp.fingerprint() != before
 
 
@@ -241,9 +242,10 @@ def test_what_a_parent_process_left_is_neither_kept_nor_nested(pointed, cache_ho
 
 def test_a_child_process_keeps_to_its_parents_place(tmp_path):
     asked = (
-        "from kernels.fingerprint import cache_folder; import os; print(cache_folder(), os.environ['NUMBA_CACHE_DIR'])"
+        "from kernels.fingerprint import cache_folder; from importlib.util import find_spec; find_spec('numba')\n"
+        "import os; print(cache_folder(), os.environ['NUMBA_CACHE_DIR'])"
     )
-    nested = f"import kernels, subprocess, sys; subprocess.run([sys.executable, '-c', {asked!r}], check=True)"
+    nested = f"import kernels, numba, subprocess, sys; subprocess.run([sys.executable, '-c', {asked!r}], check=True)"
     told = subprocess.run(
         [sys.executable, "-c", nested],
         cwd=Path(fp.__file__).parents[1],

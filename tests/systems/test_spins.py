@@ -1,12 +1,18 @@
+import json
 import math
+import subprocess
+import sys
+from pathlib import Path
 
 import mpmath
 import pytest
 from scipy.integrate import solve_ivp
 
+from kernels import plain
 from sweeps.systems.rigid_body.spins import in_words, spins
 from sweeps.systems.rigid_body.wording import duration
 
+ROOT = Path(plain.__file__).parents[1]
 RACKET = (0.00121, 0.01638, 0.01748)  # Brody (1985)
 
 
@@ -82,3 +88,36 @@ def test_a_large_nudge_may_turn_over_what_is_stable():
     flips = first_flips((1.0, 1.9, 2.0), 3, 1.0, 0.9, 0.6)
     assert spin.flip_period == pytest.approx(flips[1] - flips[0], rel=1e-8)
     assert "too large" in in_words(spin, duration)
+
+
+ODD = """
+import math
+from dataclasses import asdict
+from sweeps.systems.rigid_body.spins import spins
+BODIES = [(0.3, 1.7, 1.1), (2e-3, 1.0, 0.9999), (1.0, 1.0, 2.0), (1.0, 2.0, 2.0), (1.0, 1.0, 1.0), (1.0, 5.0, 9.0)]
+BODIES += [(1.0, 2.0, math.nextafter(2.0, 3.0)), (3e-300, 4e-300, 5e-300), (7.0, 5.0, 4.0)]
+ASKED = [(1.0, 1e-6, 0.6), (-10.0, 0.3, 2.0), (3.0, 0.0, 0.0), (1e-9, 1e-200, 0.5)]
+found = [[asdict(spin) for spin in spins(body, *asked)] for body in BODIES for asked in ASKED]
+"""
+PLAIN = """
+import json, sys
+from kernels import plain
+assert plain.leave_out_numba()
+"""
+
+
+def test_plain_kernels_answer_as_the_compiled_ones():
+    code = PLAIN + ODD + "assert 'numba.core' not in sys.modules; print(json.dumps(found))"
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, check=True)
+    compiled: dict = {}
+    exec(ODD, compiled)
+    for found, expected in zip(json.loads(done.stdout), compiled["found"], strict=True):
+        for one, other in zip(found, expected, strict=True):
+            for name, value in other.items():
+                if isinstance(value, float):  # contraction moves a last digit, and decides nothing
+                    value = pytest.approx(value, rel=1e-14, abs=0.0, nan_ok=True)
+                assert one[name] == value
+
+
+def test_a_process_with_numba_keeps_its_kernels_compiled():
+    assert not plain.leave_out_numba()
