@@ -18,13 +18,15 @@ from sweeps.systems.system import Dynamics
 if TYPE_CHECKING:
     import xarray as xr
 
+    from sweeps.systems.described import Described
+
 GROUP = "polhode.systems"  # entry points by which other packages bring systems: name = module with a SYSTEM
 MODULES = {
     path.parent.name: f"sweeps.systems.{path.parent.name}.system"
     for path in sorted(Path(__file__).parent.glob("*/system.py"))
     if "\nSYSTEM = " in path.read_text(encoding="utf-8")
 }
-DESCRIBED = ("sweeps.systems.oscillator.system", "sweeps.systems.relative_equilibrium.system")
+DESCRIBED = ("sweeps.systems.relative_equilibrium.system", "sweeps.systems.oscillator.system")  # asked in this order
 DESCRIPTIONS = Path(__file__).parents[1] / "mechanics" / "library"
 
 
@@ -42,6 +44,11 @@ def _brought() -> dict[str, str]:
     from importlib.metadata import entry_points
 
     return {point.name: point.module for point in entry_points(group=GROUP)}
+
+
+def kinds() -> "list[type[Described]]":
+    """What a description can make, the choosier first."""
+    return [import_module(module).KIND for module in DESCRIBED]
 
 
 def forget() -> None:
@@ -69,18 +76,16 @@ def resolve(name: str, folder: str = "") -> Dynamics:
     """
     if name in MODULES:
         return import_module(MODULES[name]).SYSTEM
-    oscillator, relative = map(import_module, DESCRIBED)
-    if is_file(name):
-        from sweeps.mechanics.flow import is_flow
+    from sweeps.systems import described
 
-        found = oscillator.of_file(name, folder)
-        return relative.of_file(name, folder) if is_flow(found.description) else found
+    if is_file(name):
+        description = described.script(name, folder).system
+        return described.of_file(next(kind for kind in kinds() if kind.describes(description)), name, folder)
     if name not in names():
         raise KeyError(name)
-    if name in relative.shipped():
-        return relative.of_library(name)
-    if (DESCRIPTIONS / f"{name}.py").is_file():
-        return oscillator.of_library(name)
+    for kind in kinds():
+        if name in described.shipped(kind):
+            return described.of_library(kind, name)
     return import_module(_brought()[name]).SYSTEM
 
 
@@ -95,8 +100,9 @@ def of_map(ds: "xr.Dataset") -> Dynamics:
     """
     name = str(ds.attrs.get("system", DEFAULT_SYSTEM))
     if is_file(name):
-        oscillator, relative = map(import_module, DESCRIBED)
-        return (relative if relative.holds(ds) else oscillator).unread(name)
+        from sweeps.systems import described
+
+        return described.unread(next(kind for kind in kinds() if kind.holds(ds)), name)
     return resolve(name)
 
 
@@ -113,8 +119,8 @@ def compilations(everything: bool, without: Sequence[str] = (), seldom: bool = T
     named = MODULES if everything else (DEFAULT_SYSTEM,)
     found = [compilation for name in named for compilation in resolve(name).compilations()]
     found += [compilation for name in named for compilation in resolve(name).seldom() if everything and seldom]
-    described = [import_module(module) for module in DESCRIBED if everything and module not in without]
-    shared = [kernel for module in described for kernel in (*(module.SELDOM if seldom else ()), *module.SHARED)]
+    known = [kind for kind in kinds() if everything and kind.__module__ not in without]
+    shared = [kernel for kind in known for kernel in (*(kind.seldom_shared if seldom else ()), *kind.shared)]
     return found + [partial(import_module, kernel) for kernel in shared]
 
 

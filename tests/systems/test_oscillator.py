@@ -20,8 +20,8 @@ from sweeps.points.loading import read
 from sweeps.schema.refusals import DefinitionError
 from sweeps.shards import content, merging
 from sweeps.shards import shard as shards
-from sweeps.systems.oscillator import system as oscillator
-from sweeps.systems.oscillator.system import of_file
+from sweeps.systems.described import of_file, script
+from sweeps.systems.oscillator import variables as oscillator
 from sweeps.views import figures
 
 ROOT = Path(__file__).parents[2]
@@ -44,6 +44,7 @@ def described(folder, text):
     path.write_text(text, encoding="utf-8")
     systems.resolve.cache_clear()
     of_file.cache_clear()
+    script.cache_clear()
     return str(path)
 
 

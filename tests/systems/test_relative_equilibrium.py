@@ -12,6 +12,7 @@ from sweeps.points import catalogue
 from sweeps.points.loading import load
 from sweeps.schema.refusals import DefinitionError
 from sweeps.shards import content
+from sweeps.systems.described import shipped
 from sweeps.systems.relative_equilibrium import figure_flat_spin
 from sweeps.systems.relative_equilibrium import system as relative
 from sweeps.systems.relative_equilibrium.variables import INVARIANTS, REGIMES, VARIABLES
@@ -30,7 +31,7 @@ def top():
 
 
 def test_all_ten_ship_with_a_definition_of_a_hundred_thousand_points():
-    assert relative.shipped() == NAMES
+    assert shipped(relative.KIND) == NAMES
     for name in NAMES:
         definition = load(catalogue.shipped()[name], check=False)
         system = systems.resolve(name)

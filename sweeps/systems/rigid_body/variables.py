@@ -7,6 +7,7 @@ from sweeps.schema.parameters import Parameter, Quantity
 from sweeps.schema.values import MIN_SPIN_RATE, Axis, Epsilon, Moment, Phase, spin_rate
 from sweeps.schema.variables import Role, Variable, table
 from sweeps.systems import listed
+from sweeps.systems.rates import variables as rates
 
 MOMENTS = ("I1", "I2", "I3")
 SHAREABLE = ("omega0", "epsilon", "phase")  # what a body may give, and the grid gives where it does not
@@ -16,108 +17,14 @@ REGIMES = ("undetermined", "stable_minor", "stable_major", "unstable", "marginal
 SHAPES = ("asymmetric", "oblate", "prolate", "sphere")
 STATUSES = statuses.STATUSES[: statuses.NON_FINITE + 1]
 
-_SCATTER = "scatter of the samples only: it does not know the bias of a finite amplitude"
-_ERROR = (
-    "holds the distance to linear theory: scatter, the integration's error, the finite amplitude's bias and rounding"
-)
-_REDUCED = "what the measurement would be for an infinitesimal nudge: the spin's wandering taken off, from the samples"
-_REDUCED_ERROR = "as omega_squared_error, with what the reduction leaves of the amplitude's bias"
-
-VARIABLES = table(
-    Variable("omega_squared_theory", "s-2", "signed square of the rate, linear theory"),
-    Variable(
-        "omega_squared",
-        "s-2",
-        "signed square of the rate, measured",
-        theory="omega_squared_theory",
-        error="omega_squared_error",
-        role=Role.MEASUREMENT,
-    ),
-    Variable(
-        "omega_squared_stderr",
-        "s-2",
-        "standard error of the measured signed square of the rate",
-        comment=_SCATTER,
-    ),
-    Variable("omega_squared_error", "s-2", "error of the measured signed square of the rate", comment=_ERROR),
-    Variable(
-        "omega_squared_reduced",
-        "s-2",
-        "square of the rate, reduced to zero amplitude",
-        comment=_REDUCED,
-        theory="omega_squared_theory",
-        error="omega_squared_reduced_error",
-    ),
-    Variable("omega_squared_reduced_error", "s-2", "error of the reduced square of the rate", comment=_REDUCED_ERROR),
-    Variable("amplitude_shift", "s-2", "what the finite amplitude adds to the measured square of the rate"),
-    Variable("growth_rate_theory", "s-1", "growth rate, linear theory; 0 where not unstable", sparse=True),
-    Variable(
-        "growth_rate",
-        "s-1",
-        "growth rate, measured; 0 where not unstable",
-        sparse=True,
-        theory="growth_rate_theory",
-        error="growth_rate_error",
-    ),
-    Variable("growth_rate_stderr", "s-1", "standard error of the measured growth rate", comment=_SCATTER, sparse=True),
-    Variable("growth_rate_error", "s-1", "error of the measured growth rate", comment=_ERROR, sparse=True),
-    Variable(
-        "growth_rate_reduced",
-        "s-1",
-        "growth rate, reduced to zero amplitude",
-        comment=_REDUCED,
-        sparse=True,
-        theory="growth_rate_theory",
-        error="growth_rate_reduced_error",
-    ),
-    Variable(
-        "growth_rate_reduced_error",
-        "s-1",
-        "error of the reduced growth rate",
-        comment=_REDUCED_ERROR,
-        sparse=True,
-    ),
-    Variable("frequency_theory", "rad s-1", "angular frequency, linear theory; 0 where not stable"),
-    Variable(
-        "frequency",
-        "rad s-1",
-        "angular frequency, measured; 0 where not stable",
-        theory="frequency_theory",
-        exact="frequency_exact",
-        error="frequency_error",
-    ),
-    Variable(
-        "frequency_stderr",
-        "rad s-1",
-        "standard error of the measured angular frequency",
-        comment=_SCATTER,
-    ),
-    Variable("frequency_error", "rad s-1", "error of the measured angular frequency", comment=_ERROR),
-    Variable(
-        "frequency_reduced",
-        "rad s-1",
-        "angular frequency, reduced to zero amplitude",
-        comment=_REDUCED,
-        theory="frequency_theory",
-        error="frequency_reduced_error",
-    ),
-    Variable("frequency_reduced_error", "rad s-1", "error of the reduced angular frequency", comment=_REDUCED_ERROR),
-    Variable(
-        "growth_rate_logslope",
-        "s-1",
-        "growth rate by the slope of the logarithm of the transverse size",
-        comment="missing where its window (2 to 1000 times the start, below 0.01 omega0) holds under two e-folds",
-        sparse=True,
-        theory="growth_rate_theory",
-        error="growth_rate_logslope_error",
-    ),
-    Variable(
-        "growth_rate_logslope_error",
-        "s-1",
-        "error of the growth rate by the log slope",
-        comment="its distance from the reduced growth rate, and that rate's own error",
-        sparse=True,
-    ),
+VARIABLES = rates.columns(
+    reduced="the spin's wandering taken off, from the samples",
+    by="reduction",
+    size="the transverse size",
+    window="omega0",
+    sparse=True,
+    exact="frequency_exact",
+) | table(
     Variable("e_folds", "1", "e-folds of growth inside the window of the log slope", "f4"),
     Variable("euler_period", "s", "period of the nudge's turn about the spin axis, measured; missing where not stable"),
     Variable("regime_theory", None, "regime, linear theory", "i1", REGIMES[1:]),

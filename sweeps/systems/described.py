@@ -1,0 +1,366 @@
+"""What systems share that somebody describes: their equations, their code and their parameters are a description's.
+
+`sweeps/mechanics/library` holds the descriptions that ship; a definition may name any Python file that makes one. What
+kind of system a description makes stands in the folders beside this module: small oscillations, relative equilibria.
+"""
+
+import hashlib
+import importlib.util
+import threading
+import traceback
+from abc import abstractmethod
+from collections.abc import Callable, Mapping
+from functools import cache, cached_property
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+import numpy as np
+from pydantic import Field
+
+from sweeps.schema import parameters
+from sweeps.schema.definition import Definition
+from sweeps.schema.parameters import Parameter, Quantity, Range, grid_model, spread
+from sweeps.schema.refusals import keys_of
+from sweeps.schema.values import number
+from sweeps.schema.variables import Variable
+from sweeps.systems.system import Dynamics, Opening, Points
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from sweeps import mechanics
+    from sweeps.mechanics.model import Model
+    from sweeps.mechanics.relative import FlowModel
+    from sweeps.mechanics.taylor import Code
+
+MECHANICS = Path(__file__).parents[1] / "mechanics"
+LOOKED_AT = 256  # points of a grid at which a check looks for equilibria
+
+
+class Described(Dynamics):
+    """The full equations of motion of a described system, near each of its equilibria.
+
+    Args:
+        name: what a definition's `system` says.
+        load: makes the description.
+        source: the description's text, for the fingerprint.
+        folder: where the path of a description's file starts.
+
+    Attributes:
+        library: folder of the descriptions of this kind that ship.
+        asked: the model of definitions, but for `grid`.
+        nudge: what a grid holds beside the description's parameters.
+        own: coordinates beside those, by name: which equilibrium, and which of its numbers.
+        reserved: names of columns, which no description may take.
+        literature: where the theory stands, if the description does not say it.
+        shown: what its map shows.
+        shared: modules of kernels that all generated code of this kind calls.
+        seldom_shared: and what some of it calls besides.
+    """
+
+    library: ClassVar[Path]
+    asked: ClassVar[type[Definition]]
+    nudge: ClassVar[tuple[Parameter, ...]]
+    own: ClassVar[Mapping[str, Variable]]
+    reserved: ClassVar[frozenset[str]]
+    literature: ClassVar[str]
+    shown: ClassVar[str]
+    shared: ClassVar[tuple[str, ...]]
+    seldom_shared: ClassVar[tuple[str, ...]] = ()
+
+    def __init__(self, name: str, load: "Callable[[], mechanics.System]", source: bytes, folder: str = ""):
+        self.name, self.folder, self.source = name, folder, source
+        self._load = load
+        self._lock = threading.RLock()
+
+    @abstractmethod
+    def derive(self) -> "Model | FlowModel":
+        """The derived equations and what runs points through them.
+
+        Raises:
+            DescriptionError: for what is wrong with the description.
+        """
+
+    @abstractmethod
+    def numbers(self) -> dict[str, np.ndarray]:
+        """The last dimension: what an equilibrium has several of."""
+
+    def constants(self) -> dict[str, Any]:
+        """What the model of its definitions knows of the description, as class attributes."""
+        return {}
+
+    @abstractmethod
+    def refuse(self, values: list[np.ndarray]) -> str:
+        """What forbids equilibria at all of these points, each parameter's values given; nothing if one has some.
+
+        Raises:
+            DescriptionError: for what is wrong with all points alike.
+        """
+
+    @staticmethod
+    @abstractmethod
+    def describes(description: "mechanics.System") -> bool:
+        """Whether a description makes a system of this kind."""
+
+    @staticmethod
+    @abstractmethod
+    def holds(ds: "xr.Dataset") -> bool:
+        """Whether a map of a description is one of this kind, by what it holds."""
+
+    @cached_property
+    def description(self) -> "mechanics.System":
+        """The description, read when it is asked for."""
+        from sweeps.mechanics import DescriptionError
+
+        description = self._load()
+        given = {*description.parameters, *description.coordinates, *description.states}
+        if taken := sorted(given & self.reserved):
+            raise DescriptionError(f"{self.name}: {taken[0]} is the name of a map's variable; allowed: any other name")
+        return description
+
+    @cached_property
+    def mechanism(self) -> "Model | FlowModel":
+        """The derived equations and what runs points through them."""
+        with self._lock:
+            return self._named(self.derive)
+
+    def _named(self, work: Callable[[], Any]) -> Any:
+        """What a piece of work returns; what it refuses names this system first."""
+        from sweeps.mechanics import DescriptionError
+
+        try:
+            return work()
+        except DescriptionError as error:
+            text = str(error)
+            raise DescriptionError(text if text.startswith(self.name) else f"{self.name}: {text}") from None
+
+    @property
+    def references(self) -> str:
+        """Where the theory stands."""
+        return self.description.references or self.literature
+
+    @property
+    def caption(self) -> str:
+        """What its map shows."""
+        return f"{self.description.title}: {self.shown}"
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Table of what its grid may hold."""
+        return (*(_parameter(p) for p in self.description.parameters.values()), *self.nudge)
+
+    @cached_property
+    def model(self) -> type[Definition]:
+        """The model of its definitions."""
+        grid = grid_model("DescribedGrid", self.parameters, __name__)
+        return type(
+            "SystemDefinition",
+            (self.asked,),
+            {
+                "__module__": __name__,
+                "__doc__": self.asked.__doc__,
+                "__annotations__": {"grid": grid} | dict.fromkeys(self.constants(), ClassVar),
+                "grid": Field(grid(), description="what is varied: a mapping with " + keys_of(grid)),
+                **self.constants(),
+            },
+        )
+
+    def dimensions(self, definition: Definition) -> dict[str, Range | np.ndarray]:
+        """(the parameters, the nudge, equilibrium, what each has several of)."""
+        varied = {p.name: spread(getattr(definition.grid, p.name)) for p in self.parameters}
+        return varied | {"equilibrium": np.array(self.description.names)} | self.numbers()
+
+    def arguments(self, definition: Definition) -> tuple[str, ...]:
+        """Names of what a point consists of."""
+        return (*(p.name for p in self.parameters), "equilibrium", *self.numbers())
+
+    def coordinates(self, definition: Definition) -> dict[str, Variable]:
+        """Name → coordinate."""
+        return parameters.coordinates(self.parameters) | dict(self.own)
+
+    def slots(self, points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """Points whose equilibria have numbers in place of their names, in the order of the description's."""
+        found = np.zeros(len(points["equilibrium"]), dtype=np.int64)
+        for slot, name in enumerate(self.description.names):
+            found[points["equilibrium"] == name] = slot
+        return {**points, "equilibrium": found}
+
+    def check(self, definition: Definition, grid: Points) -> None:
+        """Derives the equations, and looks for equilibria at some points of the grid.
+
+        Raises:
+            DescriptionError: for what is wrong with the description, and where no point has an equilibrium, or every
+                one more than there is room for.
+        """
+        from sweeps.mechanics import DescriptionError
+
+        values = self._named(lambda: self._looked_at(grid))
+        self._named(self._code)  # what cannot be integrated is refused here
+        if wrong := self._named(lambda: self.refuse(values)):
+            raise DescriptionError(f"{self.name}: equilibria: {wrong}")
+
+    def _looked_at(self, grid: Points) -> list[np.ndarray]:
+        """Each parameter's values at some points of a grid, from end to end."""
+        slots = len(self.description.names) * next(iter(self.numbers().values())).size
+        chosen = np.unique(np.linspace(0, grid.size // slots - 1, LOOKED_AT).astype(np.int64)).tolist()
+        parts = [grid.points(k * slots, k * slots + 1) for k in chosen]
+        values = [np.concatenate([part[name] for part in parts]) for name in self.description.parameters]
+        return values or [np.zeros(len(chosen))]
+
+    @staticmethod
+    def nowhere(values: list[np.ndarray]) -> str:
+        """That no equilibrium was found at these points."""
+        return f"there is none within the bounds, at {len(values[0])} points of the grid; allowed: bounds that hold one"
+
+    def fingerprint(self) -> str:
+        """Hash of the kernels, of the generated code, of what derived it and of the description."""
+        from kernels.fingerprint import fingerprint
+
+        code = self._code()
+        kernels = fingerprint(*self.kernels, *code.kernels)
+        digest = hashlib.sha256(kernels.encode() + code.digest.encode() + self.source)
+        for path in sorted(MECHANICS.glob("*.py")):
+            digest.update(path.read_bytes())
+        return digest.hexdigest()
+
+    def compile(self) -> None:
+        """Compiles what all of this kind share, and the code that was generated for this one."""
+        for kernel in self.shared:
+            import_module(kernel)  # importing it does
+        self._compiled()
+
+    def compiled(self) -> Path:
+        """The file that says that this system's generated code is in the cache."""
+        return self._code().compiled
+
+    def _code(self) -> "Code":
+        """The generated kernel.
+
+        Raises:
+            DescriptionError: for what cannot be integrated.
+        """
+        return self.mechanism.code
+
+    def _compiled(self):
+        with self._lock:
+            self._code().module()
+
+    def opening(self, ds: "xr.Dataset") -> Opening:
+        """The least nudge."""
+        return Opening(at={"epsilon": float(ds["epsilon"].min())} if "epsilon" in ds.dims else {})
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        if self.name.endswith(".py"):
+            return of_file, (type(self), self.name, self.folder)
+        return of_library, (type(self), self.name)
+
+
+def _parameter(p: "mechanics.description.DescribedParameter") -> Parameter:
+    """A described parameter as a key of a definition's `grid`."""
+    item = Annotated[float, number(p.allows, p.allowed)]
+    bounds = p.allowed.rpartition(", in ")[0]
+    return Parameter(p.name, Quantity(p.name.replace("_", " "), p.unit, bounds, item), p.meaning, p.default)
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Where descriptions come from
+
+
+def shipped(kind: type[Described]) -> tuple[str, ...]:
+    """Names of the systems of a kind that ship."""
+    return tuple(sorted(path.stem for path in kind.library.glob("*.py") if path.stem != "__init__"))
+
+
+@cache
+def of_library(kind: type[Described], name: str) -> Described:
+    """A system that ships."""
+    path = kind.library / f"{name}.py"
+    module = ".".join(("sweeps.mechanics", *path.relative_to(MECHANICS).with_suffix("").parts))
+    return kind(name, lambda: import_module(module).system, path.read_bytes())
+
+
+@cache
+def of_file(kind: type[Described], name: str, folder: str = "") -> Described:
+    """The system that a Python file describes, in what it is of this kind.
+
+    Raises:
+        DescriptionError: if the file cannot be read.
+    """
+    file = script(name, folder)
+    return kind(name, lambda: file.system, file.source, folder)
+
+
+def unread(kind: type[Described], name: str) -> Described:
+    """The system of a map that a Python file describes, which is not run: good for what a map alone is enough for."""
+
+    def refuse():
+        from sweeps.mechanics import DescriptionError
+
+        raise DescriptionError(
+            f"system: {name}: a file that a map names is not run; allowed: a definition that names it"
+        )
+
+    return kind(name, refuse, b"")
+
+
+class Script:
+    """A Python file that describes a system; it is run, as the person who names it means it to be, and once.
+
+    Args:
+        name: the file's path, as the definition says it.
+        folder: where that starts, the definition's own; left out, where the program runs.
+
+    Raises:
+        DescriptionError: if the file cannot be read.
+    """
+
+    def __init__(self, name: str, folder: str = ""):
+        self.path = Path(folder, name)
+        try:
+            self.source = self.path.read_bytes()
+        except (OSError, ValueError) as error:  # ValueError: no path can hold such a character
+            from sweeps.mechanics import DescriptionError
+
+            reason = getattr(error, "strerror", None) or str(error)
+            shown = name if len(name) <= 300 else f"…{name[-100:]}"
+            allowed = f"a Python file, its path from the definition's folder ({folder or '.'})"
+            raise DescriptionError(f"system: {shown}: cannot be read ({reason}); allowed: {allowed}") from None
+
+    @cached_property
+    def system(self) -> "mechanics.System":
+        """What the file describes.
+
+        Raises:
+            DescriptionError: if the file cannot be run, or makes no `system`.
+        """
+        return _run(self.path)
+
+
+script = cache(Script)
+
+
+def _run(path: Path) -> "mechanics.System":
+    """The `system` of a Python file."""
+    from sweeps.mechanics import DescriptionError, System
+
+    digest = hashlib.sha256(str(path.resolve()).encode()).hexdigest()[:16]
+    spec = importlib.util.spec_from_file_location(f"described_{digest}", path)
+    module = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except DescriptionError as error:
+        raise DescriptionError(f"system: {path}: {error}") from None
+    except Exception as error:
+        said = " ".join(str(error).split())[:200]
+        lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(path)]
+        where = f"{path}, line {lines[-1]}" if lines else str(path)
+        numbers = "ufunc" in said or "to float" in said  # NumPy's or math's cos of a symbol
+        allowed = "SymPy's functions (from sympy import cos)" if numbers else "Python that describes a system"
+        raise DescriptionError(
+            f"system: {where}: cannot be run ({type(error).__name__}: {said}); allowed: {allowed}"
+        ) from None
+    system = getattr(module, "system", None)
+    if not isinstance(system, System):
+        raise DescriptionError(f"system: {path}: makes no `system`; allowed: a file with system = System(…)")
+    return system

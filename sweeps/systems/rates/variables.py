@@ -1,0 +1,79 @@
+"""The columns of a signed square of a rate: by linear theory, as measured, reduced to no amplitude, with errors."""
+
+from sweeps.schema.variables import Role, Variable, table
+
+_ERROR = (
+    "holds the distance to linear theory: scatter, the integration's error, the finite amplitude's bias and rounding"
+)
+_SCATTER = "scatter of the samples only: it does not know the bias of a finite amplitude"
+_AMPLITUDES = "as omega_squared_error, with what the {} leaves of the amplitude's bias"
+
+
+def columns(
+    reduced: str, by: str, size: str, window: str, sparse: bool = False, exact: str = ""
+) -> dict[str, Variable]:
+    """Name → variable, from the square of the rate to the slope of the logarithm.
+
+    Args:
+        reduced: how the measurement is reduced to an infinitesimal nudge.
+        by: the same in one word.
+        size: what grows, of which the logarithm is taken.
+        window: below 0.01 of what that is done.
+        sparse: whether most points of its maps do not grow.
+        exact: name of the closed form's frequency; "" for none.
+    """
+    grows = {"sparse": sparse}
+    return table(
+        Variable("omega_squared_theory", "s-2", "signed square of the rate, linear theory"),
+        *_measured("omega_squared", "s-2", "signed square of the rate", "", reduced, by, role=Role.MEASUREMENT),
+        Variable("amplitude_shift", "s-2", "what the finite amplitude adds to the measured square of the rate"),
+        Variable("growth_rate_theory", "s-1", "growth rate, linear theory; 0 where not unstable", **grows),
+        *_measured("growth_rate", "s-1", "growth rate", "; 0 where not unstable", reduced, by, **grows),
+        Variable("frequency_theory", "rad s-1", "angular frequency, linear theory; 0 where not stable"),
+        *_measured("frequency", "rad s-1", "angular frequency", "; 0 where not stable", reduced, by, exact=exact),
+        Variable(
+            "growth_rate_logslope",
+            "s-1",
+            f"growth rate by the slope of the logarithm of {size}",
+            comment=f"missing where its window (2 to 1000 times the start, below 0.01 {window}) holds under two "
+            "e-folds",
+            theory="growth_rate_theory",
+            error="growth_rate_logslope_error",
+            **grows,
+        ),
+        Variable(
+            "growth_rate_logslope_error",
+            "s-1",
+            "error of the growth rate by the log slope",
+            comment="its distance from the reduced growth rate, and that rate's own error",
+            **grows,
+        ),
+    )
+
+
+def _measured(name, units, long_name, unless, reduced, by, sparse=False, exact="", role=Role.NONE):
+    """A rate as measured, its scatter and error, and the same reduced."""
+    theory, short = f"{name}_theory", long_name.removeprefix("signed ")
+    of = {"theory": theory, "sparse": sparse}
+    return (
+        Variable(name, units, f"{long_name}, measured{unless}", error=f"{name}_error", exact=exact, role=role, **of),
+        Variable(
+            f"{name}_stderr", units, f"standard error of the measured {long_name}", comment=_SCATTER, sparse=sparse
+        ),
+        Variable(f"{name}_error", units, f"error of the measured {long_name}", comment=_ERROR, sparse=sparse),
+        Variable(
+            f"{name}_reduced",
+            units,
+            f"{short}, reduced to zero amplitude",
+            comment=f"what the measurement would be for an infinitesimal nudge: {reduced}",
+            error=f"{name}_reduced_error",
+            **of,
+        ),
+        Variable(
+            f"{name}_reduced_error",
+            units,
+            f"error of the reduced {short}",
+            comment=_AMPLITUDES.format(by),
+            sparse=sparse,
+        ),
+    )
