@@ -375,7 +375,7 @@ def _free(gradients, n):
 
 def _eigen(matrix, S):
     """Eigenvalues in order, their condition numbers, left and right vectors."""
-    from kernels import spectrum
+    from kernels import dense, spectrum
 
     points, n, _ = matrix.shape
     values = np.full((points, n), np.nan, dtype=complex)
@@ -384,7 +384,7 @@ def _eigen(matrix, S):
     values[sound], right[sound] = np.linalg.eig(matrix[sound])
     re, im = np.ascontiguousarray(values.real), np.ascontiguousarray(values.imag)
     number = np.zeros((points, n), dtype=np.int64)
-    spectrum.order_all(re, im, 2.0 * spectrum.SAME * np.nan_to_num(S), number)
+    dense.order_all(re, im, 2.0 * spectrum.SAME * np.nan_to_num(S), number)
     right = np.take_along_axis(right, number[:, None, :], axis=2)
     left[sound] = _inverses(right[sound])
     left = np.conj(np.swapaxes(left, 1, 2))

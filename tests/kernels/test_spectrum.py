@@ -27,8 +27,8 @@ SPACING, NOISE, DRAWS = 0.25, 1e-8, 150  # noise far above rounding, far below w
 @pytest.fixture(scope="module", autouse=True)
 def compiled():
     """The kernels, imported for the tests that are chosen alone: importing compiles them."""
-    global spectrum
-    from kernels import spectrum
+    global dense, spectrum
+    from kernels import dense, spectrum
 
 
 def generator(values, seed=1):
@@ -48,7 +48,7 @@ def motions(A, count, runs, seed=2):
 def ordered(A):
     values = linalg.eigvals(A)
     re, im = values.real.copy(), values.imag.copy()
-    spectrum.order(re, im, len(A), spectrum.SAME / SPACING)
+    dense.order(re, im, len(A), spectrum.SAME / SPACING)
     return re + 1j * im
 
 
@@ -80,38 +80,6 @@ def bound(A, clean):
     number = [np.abs(rates - x).argmin() for x in ordered(A)]
     parts = [np.sqrt(np.einsum("ki,ij,kj->k", s, covariance, s)) for s in (slopes.real, slopes.imag)]
     return (parts[0] + 1j * parts[1])[number]
-
-
-@pytest.mark.parametrize("n", range(1, 13))
-def test_eigenvalues_are_lapacks(n):
-    rng = np.random.default_rng(n)
-    re, im = np.empty(n), np.empty(n)
-    for _ in range(40):
-        A = rng.normal(size=(n, n))
-        assert spectrum.eigenvalues(A, n, re, im)
-        found = np.sort_complex(re + 1j * im)
-        np.testing.assert_allclose(found, np.sort_complex(linalg.eigvals(A)), atol=1e-12 * n)  # a few condition numbers
-        assert set(re[im != 0] + 1j * im[im != 0]) == set(re[im != 0] - 1j * im[im != 0])  # pairs, exactly
-
-
-def test_eigenvalues_of_awkward_matrices():
-    re, im = np.empty(4), np.empty(4)
-    jordan = np.eye(4, k=1)
-    cyclic = np.roll(np.eye(4), 1, axis=0)  # where an unshifted step stands still
-    for A, tolerance in ((np.zeros((4, 4)), 0.0), (np.eye(4), 0.0), (jordan, 1e-3), (cyclic, 1e-14)):
-        assert spectrum.eigenvalues(A, 4, re, im)
-        np.testing.assert_allclose(np.sort(re**2 + im**2), np.sort(np.abs(linalg.eigvals(A)) ** 2), atol=tolerance)
-    assert not spectrum.eigenvalues(np.full((4, 4), np.nan), 4, re, im)
-
-
-def test_the_logarithm_is_scipys():
-    rng = np.random.default_rng(3)
-    for n in (1, 2, 4, 9):
-        A = rng.normal(size=(n, n))
-        A *= 0.6 / np.abs(linalg.eigvals(A)).max()
-        Y = np.empty((n, n))
-        assert spectrum.logarithm(linalg.expm(A), n, Y)
-        np.testing.assert_allclose(Y, A, atol=2e-14 * max(1.0, linalg.norm(A)))
 
 
 @pytest.mark.parametrize("runs", [1, 2])
@@ -156,7 +124,7 @@ def test_invariants_are_smooth_through_a_collision(gap):
     nu = (p + np.array([1, -1]) * np.sqrt(complex(gap))) / 2
     true = np.array([1j, -1j])[:, None] * nu
     re, im = true.real.ravel().copy(), true.imag.ravel().copy()
-    spectrum.order(re, im, 4, spectrum.SAME / SPACING)
+    dense.order(re, im, 4, spectrum.SAME / SPACING)
     off = np.abs(found.invariants - [S, D, S * S - 4 * D])
     assert (np.median(off, axis=0) < 1e-11).all()
     assert (off < 5 * found.invariant_errors).all()  # standard errors, 60 draws

@@ -1,0 +1,278 @@
+"""Small dense matrices, one at a time: solving, eigenvalues and their order, exponential and logarithm.
+
+Source: Golub and Van Loan, Matrix Computations, sections 3.4 (elimination), 7.4 (Hessenberg's form), 7.5 (Francis'
+step) and 9.3 (exponential).
+"""
+
+import math
+
+import numpy as np
+from numba import boolean, float64, int64, njit, void
+
+from kernels.options import OPTIONS
+
+EPSILON = float(np.finfo(np.float64).eps)
+
+
+@njit(**OPTIONS)
+def solve(A, B, n, m):
+    """Overwrite B, shape (n, m), by A⁻¹B, elimination with row exchange; A is lost. Whether A was regular."""
+    for k in range(n):
+        best = k
+        for i in range(k + 1, n):
+            if abs(A[i, k]) > abs(A[best, k]):
+                best = i
+        if not abs(A[best, k]) > 0.0:
+            return False
+        if best != k:
+            for j in range(k, n):
+                A[k, j], A[best, j] = A[best, j], A[k, j]
+            for j in range(m):
+                B[k, j], B[best, j] = B[best, j], B[k, j]
+        for i in range(k + 1, n):
+            factor = A[i, k] / A[k, k]
+            if factor != 0.0:
+                for j in range(k + 1, n):
+                    A[i, j] -= factor * A[k, j]
+                for j in range(m):
+                    B[i, j] -= factor * B[k, j]
+    for k in range(n - 1, -1, -1):
+        for j in range(m):
+            total = B[k, j]
+            for i in range(k + 1, n):
+                total -= A[k, i] * B[i, j]
+            B[k, j] = total / A[k, k]
+    return True
+
+
+@njit(**OPTIONS)
+def _multiply(A, B, C, n):
+    """Write A B into C."""
+    for i in range(n):
+        for j in range(n):
+            total = 0.0
+            for k in range(n):
+                total += A[i, k] * B[k, j]
+            C[i, j] = total
+
+
+@njit(**OPTIONS)
+def _hessenberg(H, n, v):
+    """Reduce H to Hessenberg form by Householder's reflections; v is scratch."""
+    for k in range(n - 2):
+        size = 0.0
+        for i in range(k + 1, n):
+            size += H[i, k] * H[i, k]
+        size = math.sqrt(size)
+        if size == 0.0:
+            continue
+        for i in range(k + 1, n):
+            v[i] = H[i, k]
+        v[k + 1] += math.copysign(size, H[k + 1, k])
+        norm = 0.0
+        for i in range(k + 1, n):
+            norm += v[i] * v[i]
+        _reflect(H, v, k + 1, n, 2.0 / norm, k, n, 0, n)
+
+
+@njit(**OPTIONS)
+def _reflect(H, v, first, after, factor, left, right, top, bottom):
+    """Apply 1 - factor v vᵀ, v over first … after - 1, to columns left … right - 1 and to rows top … bottom - 1."""
+    for j in range(left, right):
+        total = 0.0
+        for i in range(first, after):
+            total += v[i] * H[i, j]
+        for i in range(first, after):
+            H[i, j] -= factor * total * v[i]
+    for i in range(top, bottom):
+        total = 0.0
+        for j in range(first, after):
+            total += H[i, j] * v[j]
+        for j in range(first, after):
+            H[i, j] -= factor * total * v[j]
+
+
+@njit(**OPTIONS)
+def _reflect_three(H, k, a, b, c, left, right, top, bottom):
+    """As :func:`_reflect` for three rows and columns from k on, by the direction (a, b, c)."""
+    factor = 2.0 / (a * a + b * b + c * c)
+    p, q, r = factor * a, factor * b, factor * c
+    for j in range(left, right):
+        total = a * H[k, j] + b * H[k + 1, j] + c * H[k + 2, j]
+        H[k, j] -= total * p
+        H[k + 1, j] -= total * q
+        H[k + 2, j] -= total * r
+    for i in range(top, bottom):
+        total = a * H[i, k] + b * H[i, k + 1] + c * H[i, k + 2]
+        H[i, k] -= total * p
+        H[i, k + 1] -= total * q
+        H[i, k + 2] -= total * r
+
+
+@njit(**OPTIONS)
+def _reflect_two(H, k, a, b, left, right, top, bottom):
+    """As :func:`_reflect` for two rows and columns from k on, by the direction (a, b)."""
+    factor = 2.0 / (a * a + b * b)
+    p, q = factor * a, factor * b
+    for j in range(left, right):
+        total = a * H[k, j] + b * H[k + 1, j]
+        H[k, j] -= total * p
+        H[k + 1, j] -= total * q
+    for i in range(top, bottom):
+        total = a * H[i, k] + b * H[i, k + 1]
+        H[i, k] -= total * p
+        H[i, k + 1] -= total * q
+
+
+@njit(**OPTIONS)
+def _pair(H, i, re, im):
+    """Both eigenvalues of the block at i, i + 1."""
+    a, b, c, d = H[i, i], H[i, i + 1], H[i + 1, i], H[i + 1, i + 1]
+    p = 0.5 * (a - d)
+    q = p * p + b * c
+    if q >= 0.0:
+        z = p + math.copysign(math.sqrt(q), p)
+        re[i], im[i], im[i + 1] = d + z, 0.0, 0.0
+        re[i + 1] = d - b * c / z if z != 0.0 else d
+    else:
+        re[i], re[i + 1] = 0.5 * (a + d), 0.5 * (a + d)
+        im[i], im[i + 1] = -math.sqrt(-q), math.sqrt(-q)
+
+
+@njit(**OPTIONS)
+def _francis(H, lo, hi, turn):
+    """One double step on the block lo … hi, with exceptional shifts every tenth turn."""
+    total = H[hi - 1, hi - 1] + H[hi, hi]
+    product = H[hi - 1, hi - 1] * H[hi, hi] - H[hi - 1, hi] * H[hi, hi - 1]
+    if turn % 10 == 9:
+        size = abs(H[hi, hi - 1]) + abs(H[hi - 1, hi - 2])
+        total, product = 1.5 * size, size * size
+    x = H[lo, lo] * H[lo, lo] + H[lo, lo + 1] * H[lo + 1, lo] - total * H[lo, lo] + product
+    y = H[lo + 1, lo] * (H[lo, lo] + H[lo + 1, lo + 1] - total)
+    z = H[lo + 1, lo] * H[lo + 2, lo + 1]
+    for k in range(lo, hi):
+        three = k < hi - 1
+        norm = x * x + y * y + (z * z if three else 0.0)
+        if norm > 0.0:
+            a = x + math.copysign(math.sqrt(norm), x)
+            if three:
+                _reflect_three(H, k, a, y, z, max(lo, k - 1), hi + 1, lo, min(k + 4, hi + 1))
+            else:
+                _reflect_two(H, k, a, y, max(lo, k - 1), hi + 1, lo, hi + 1)
+        if three:
+            x, y = H[k + 1, k], H[k + 2, k]
+            z = H[k + 3, k] if k < hi - 2 else 0.0
+
+
+@njit(boolean(float64[:, ::1], int64, float64[::1], float64[::1]), **OPTIONS)
+def eigenvalues(A, n, re, im):
+    """Eigenvalues of A, real ones and conjugate pairs exactly so, into re and im; whether the iteration ended."""
+    H = A[:n, :n].copy()
+    _hessenberg(H, n, re)
+    norm = 0.0
+    for i in range(n):
+        for j in range(n):
+            norm += abs(H[i, j])
+    if not math.isfinite(norm):
+        return False
+    hi, turn = n - 1, 0
+    while hi >= 0:
+        lo = hi
+        while lo > 0:
+            size = abs(H[lo - 1, lo - 1]) + abs(H[lo, lo])
+            if abs(H[lo, lo - 1]) <= EPSILON * (size if size > 0.0 else norm):
+                H[lo, lo - 1] = 0.0
+                break
+            lo -= 1
+        if lo == hi:
+            re[hi], im[hi] = H[hi, hi], 0.0
+            hi, turn = hi - 1, 0
+        elif lo == hi - 1:
+            _pair(H, lo, re, im)
+            hi, turn = hi - 2, 0
+        else:
+            turn += 1
+            if turn > 60:
+                return False
+            _francis(H, lo, hi, turn)
+    return True
+
+
+@njit(void(float64[::1], float64[::1], int64, float64), **OPTIONS)
+def order(re, im, n, same):
+    """Sort by imaginary, then real part; imaginary parts nearer than ``same`` to a neighbour count as one."""
+    for i in range(1, n):
+        for j in range(i, 0, -1):
+            if im[j] < im[j - 1]:
+                im[j], im[j - 1] = im[j - 1], im[j]
+                re[j], re[j - 1] = re[j - 1], re[j]
+    first = 0
+    for k in range(1, n + 1):
+        if k == n or im[k] - im[k - 1] > same:
+            for i in range(first + 1, k):
+                for j in range(i, first, -1):
+                    if re[j] < re[j - 1]:
+                        im[j], im[j - 1] = im[j - 1], im[j]
+                        re[j], re[j - 1] = re[j - 1], re[j]
+            first = k
+
+
+@njit(void(float64[:, ::1], float64[:, ::1], float64[::1], int64[:, ::1]), nogil=True, **OPTIONS)
+def order_all(re, im, same, number):
+    """Sort each row as :func:`order`, its own ``same``; number: which of the unsorted each is."""
+    n = re.shape[1]
+    x, y = np.empty(n), np.empty(n)
+    for i in range(re.shape[0]):
+        for k in range(n):
+            x[k], y[k] = re[i, k], im[i, k]
+        order(re[i], im[i], n, same[i])
+        taken = np.zeros(n, dtype=np.bool_)
+        for k in range(n):
+            for m in range(n):
+                if not taken[m] and x[m] == re[i, k] and y[m] == im[i, k]:
+                    taken[m], number[i, k] = True, m
+                    break
+
+
+@njit(**OPTIONS)
+def _exponential(Y, n, E, T, U):
+    """Write exp Y into E: Taylor's series of Y/8, squared three times."""
+    for i in range(n):
+        for j in range(n):
+            E[i, j] = 1.0 if i == j else 0.0
+    for k in range(13, 0, -1):  # Horner: E = 1 + Y/(8k) E
+        _multiply(Y, E, T, n)
+        for i in range(n):
+            for j in range(n):
+                E[i, j] = T[i, j] * (0.125 / k) + (1.0 if i == j else 0.0)
+    for _ in range(3):
+        _multiply(E, E, U, n)
+        for i in range(n):
+            for j in range(n):
+                E[i, j] = U[i, j]
+
+
+@njit(**OPTIONS)
+def logarithm(M, n, Y):
+    """Write the logarithm of M near 1 into Y, by Halley's step Y + 2 (M - e^Y)(M + e^Y)⁻¹; whether that was regular."""
+    E, T, U = np.empty((n, n)), np.empty((n, n)), np.empty((n, n))
+    for i in range(n):
+        for j in range(n):
+            Y[i, j], E[i, j] = 0.0, 1.0 if i == j else 0.0
+    for turn in range(5):
+        if turn > 0:
+            _exponential(Y, n, E, T, U)
+        for i in range(n):
+            for j in range(n):
+                T[i, j] = M[i, j] + E[i, j]
+                U[i, j] = M[i, j] - E[i, j]
+        if not solve(T, U, n, n):  # the factors commute
+            return False
+        largest = 0.0
+        for i in range(n):
+            for j in range(n):
+                Y[i, j] += 2.0 * U[i, j]
+                largest = max(largest, abs(U[i, j]))
+        if largest < 1e-6:  # the next step would be of its cube
+            break
+    return True

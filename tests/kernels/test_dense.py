@@ -1,0 +1,46 @@
+"""Small dense matrices against LAPACK and SciPy."""
+
+import numpy as np
+import pytest
+from scipy import linalg
+
+pytestmark = pytest.mark.slow  # compiling the eigenvalues takes as long as many quick tests
+
+
+@pytest.fixture(scope="module", autouse=True)
+def compiled():
+    """The kernels, imported for the tests that are chosen alone: importing compiles them."""
+    global dense
+    from kernels import dense
+
+
+@pytest.mark.parametrize("n", range(1, 13))
+def test_eigenvalues_are_lapacks(n):
+    rng = np.random.default_rng(n)
+    re, im = np.empty(n), np.empty(n)
+    for _ in range(40):
+        A = rng.normal(size=(n, n))
+        assert dense.eigenvalues(A, n, re, im)
+        found = np.sort_complex(re + 1j * im)
+        np.testing.assert_allclose(found, np.sort_complex(linalg.eigvals(A)), atol=1e-12 * n)  # a few condition numbers
+        assert set(re[im != 0] + 1j * im[im != 0]) == set(re[im != 0] - 1j * im[im != 0])  # pairs, exactly
+
+
+def test_eigenvalues_of_awkward_matrices():
+    re, im = np.empty(4), np.empty(4)
+    jordan = np.eye(4, k=1)
+    cyclic = np.roll(np.eye(4), 1, axis=0)  # where an unshifted step stands still
+    for A, tolerance in ((np.zeros((4, 4)), 0.0), (np.eye(4), 0.0), (jordan, 1e-3), (cyclic, 1e-14)):
+        assert dense.eigenvalues(A, 4, re, im)
+        np.testing.assert_allclose(np.sort(re**2 + im**2), np.sort(np.abs(linalg.eigvals(A)) ** 2), atol=tolerance)
+    assert not dense.eigenvalues(np.full((4, 4), np.nan), 4, re, im)
+
+
+def test_the_logarithm_is_scipys():
+    rng = np.random.default_rng(3)
+    for n in (1, 2, 4, 9):
+        A = rng.normal(size=(n, n))
+        A *= 0.6 / np.abs(linalg.eigvals(A)).max()
+        Y = np.empty((n, n))
+        assert dense.logarithm(linalg.expm(A), n, Y)
+        np.testing.assert_allclose(Y, A, atol=2e-14 * max(1.0, linalg.norm(A)))
