@@ -13,6 +13,7 @@ from sweeps.mechanics.degenerate import Degenerate
 from sweeps.mechanics.derivation import derive
 from sweeps.mechanics.description import System
 from sweeps.mechanics.graph import CONSTANT, Graph, Values, graph
+from sweeps.mechanics.landscape import Landscape
 from sweeps.mechanics.taylor import Code
 
 CHUNK = 16384
@@ -49,9 +50,9 @@ class Model:
         self.names = tuple(system.parameters)
 
     @cached_property
-    def landscape(self) -> equilibria.Landscape:
+    def landscape(self) -> Landscape:
         """V's derivatives and a_ij, in NumPy."""
-        return equilibria.Landscape(self.equations)
+        return Landscape(self.equations)
 
     @cached_property
     def code(self) -> Code:

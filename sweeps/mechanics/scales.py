@@ -1,6 +1,6 @@
 """What is large and what is small near an equilibrium, from V itself: no unit, and no other coordinate's stiffness.
 
-*Terms.* The rates' bound S comes from what the terms of V″ amount to at the place (`equilibria.magnitude`). Where they
+*Terms.* The rates' bound S comes from what the terms of V″ amount to at the place (`landscape.magnitude`). Where they
 vanish there with V″ itself (V = x⁴: a degenerate equilibrium) they say nothing; what they amount to within a nudge of
 relative size one stands in their place, so that a rate which is but the nudge's own size looks as small as it is.
 

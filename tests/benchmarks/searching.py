@@ -16,6 +16,7 @@ from functools import lru_cache
 import numpy as np
 
 from sweeps.mechanics import equilibria
+from sweeps.mechanics.landscape import Landscape
 from sweeps.points import catalogue
 from sweeps.points.loading import read
 from sweeps.systems import resolve
@@ -33,7 +34,7 @@ def prepared(name, worker):
     slots = len(system.description.names) * len(system.description.kept)
     columns = grid.points(0, grid.size)
     columns = [np.asarray(columns[p][::slots], dtype=np.float64) for p in system.description.parameters]
-    landscape = equilibria.Landscape(system.mechanism.equations)
+    landscape = Landscape(system.mechanism.equations)
     chosen = tuple(np.resize(c, COUNT) for c in columns)
     equilibria._find(landscape, tuple(c[:64] for c in chosen))  # compiled
     return landscape, chosen

@@ -8,12 +8,13 @@ from scipy.optimize import brentq
 
 from sweeps.mechanics import DescriptionError, System, equilibria
 from sweeps.mechanics.derivation import derive
+from sweeps.mechanics.landscape import Landscape
 
 
 @cache
 def landscape_of(system):
     """The landscape of a system, derived once."""
-    return equilibria.Landscape(derive(system))
+    return Landscape(derive(system))
 
 
 def places(system, **parameters):
@@ -157,7 +158,7 @@ def test_a_held_coordinate_where_nothing_is_flat_has_no_equilibrium():
 
 def test_more_equilibria_than_said_are_said_and_spoil_no_other_point():
     system = bead(lambda x, c: x**4 / 4 - c * x**2 / 2, most=2, c=1.0)
-    landscape = equilibria.Landscape(derive(system))
+    landscape = Landscape(derive(system))
     columns = [np.ones(3), np.array([1.0, -1.0, 0.5])]
     found = equilibria.find(landscape, columns)
     assert found.crowded.tolist() == [True, False, True]
@@ -190,7 +191,7 @@ def test_parameters_that_move_no_equilibrium_are_known():
         assert {n for n, default in zip(names, landscape.canonical, strict=True) if default is not None} == none
     # a factor that can vanish makes V flat there, and stays
     system = bead(lambda x, c: c * (x - 1) ** 2, c=1.0)
-    assert equilibria.Landscape(derive(system)).canonical == (1.0, None)
+    assert Landscape(derive(system)).canonical == (1.0, None)
     found, flat = places(system, c=[0.0, 2.0])
     assert flat.tolist() == [True, False]
     assert found[1, 0, 0] == pytest.approx(1.0, abs=1e-15)
