@@ -54,10 +54,11 @@ def write(ds: xr.Dataset, path: str | Path, limit: int = LIMIT) -> None:
     Raises:
         ValueError: where not even a thinned map fits into `limit`.
     """
+    part = systems.of_map(ds).page(ds)  # which may show what `pointwise` leaves out
     ds = pointwise(ds)
     summary, columns, kept = _gather(ds)
-    packed, kept = _fitted(ds, summary, columns, kept, limit)
-    page = _page(ds, summary, packed, kept)
+    packed, kept = _fitted(ds, part, summary, columns, kept, limit)
+    page = _page(ds, part, summary, packed, kept)
     with replaced(path) as temporary:
         temporary.write_text(page, encoding="utf-8")
 
@@ -86,12 +87,12 @@ def _numeric(ds: xr.Dataset, dims) -> set[str]:
     return {dim for dim in dims if dim in ds.coords and ds[dim].dtype.kind == "f"}
 
 
-def _fitted(ds, summary: Summary, columns, kept, limit: int) -> tuple[list[Packed], dict[str, np.ndarray]]:
+def _fitted(ds, part: Page, summary: Summary, columns, kept, limit: int) -> tuple[list[Packed], dict[str, np.ndarray]]:
     """Columns packed into a page of `limit` bytes, with fewer and fewer points until they fit."""
     while True:
         scales = {dim: _scale(ds, dim, indices) for dim, indices in kept.items()}
         laws = [reduced(name, values, scales) for name, values in columns.items()]
-        budget = limit - _frame(ds, summary, laws, kept)
+        budget = limit - _frame(ds, part, summary, laws, kept)
         packed = pack_within(laws, budget)
         if packed is not None:
             return packed, kept
@@ -101,10 +102,10 @@ def _fitted(ds, summary: Summary, columns, kept, limit: int) -> tuple[list[Packe
         columns, kept = _fewer(ds, columns, kept, max(1, int(points * _share(laws, budget))))
 
 
-def _frame(ds, summary: Summary, columns: list[PageColumn], kept) -> int:
+def _frame(ds, part: Page, summary: Summary, columns: list[PageColumn], kept) -> int:
     """Bytes of a page but for its columns."""
     empty = [Packed(c.name, c.values.shape, c.powers, "f8", -1000, 6, "") for c in columns]
-    return len(_page(ds, summary, empty, kept).encode("utf-8"))
+    return len(_page(ds, part, summary, empty, kept).encode("utf-8"))
 
 
 def _scale(ds, dim: str, indices) -> np.ndarray | None:
@@ -137,9 +138,8 @@ def _fewer(ds, columns, kept, points: int):
 # What the page's scripts get
 
 
-def payload(ds: xr.Dataset, packed: list[Packed], kept: Mapping[str, np.ndarray]) -> dict:
+def payload(ds: xr.Dataset, page: Page, packed: list[Packed], kept: Mapping[str, np.ndarray]) -> dict:
     """A map for the page's scripts, as JSON: everything but the packed bytes."""
-    page = systems.of_map(ds).page(ds)
     return {
         "title": str(ds.attrs.get("title", "")),
         "dims": [{"name": dim, "size": len(kept[dim]), "of": ds.sizes[dim]} for dim in kept],
@@ -249,12 +249,11 @@ def _json(value) -> Markup:
     return Markup(text)
 
 
-def _page(ds, summary: Summary, packed: list[Packed], kept) -> str:
+def _page(ds, part: Page, summary: Summary, packed: list[Packed], kept) -> str:
     environment = jinja2.Environment(
         autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
     )
     environment.filters |= {"number": _text, "percent": _percent, "words": systems.of_map(ds).look.words}
-    part = systems.of_map(ds).page(ds)
     own = _part(part, ".js") or [_asset("part.js")]
     program = '"use strict";\n' + "\n".join((*map(_asset, SCRIPTS), *own, _asset("main.js")))
     template = environment.from_string(_asset("report.html"))
@@ -265,7 +264,7 @@ def _page(ds, summary: Summary, packed: list[Packed], kept) -> str:
         sections=Markup("\n".join(_part(part, ".html", ""))),
         program=Markup(program),
         plotly=plotly.deflated(),
-        payload=_json(payload(ds, packed, kept)),
+        payload=_json(payload(ds, part, packed, kept)),
         columns=[column.text for column in packed],
         question=part.question,
         keys=part.keys,

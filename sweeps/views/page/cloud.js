@@ -28,7 +28,7 @@ function drawCloud() {
   const scale = colorScale(column, dots.map((dot) => dot.value), dots.map((dot) => dot.exists));
   const { colorbar = {}, showscale = true } = scale;
   const bar = { thickness: 14, len: 0.9, outlinewidth: 0, exponentformat: "power", ...colorbar };
-  const marker = { size: shown.length > 1000 ? 4 : 6, color: shown.map((dot) => (Number.isFinite(dot.value) ? scale.z(dot.value) : null)), cmin: scale.zmin, cmax: scale.zmax, colorscale: scale.colorscale, showscale, colorbar: bar };
+  const marker = { size: shown.length > 1000 ? 4 : 6, symbol: shown.map((dot) => (dot.exists ? "circle" : "x-thin-open")), color: shown.map((dot) => (Number.isFinite(dot.value) ? scale.z(dot.value) : null)), cmin: scale.zmin, cmax: scale.zmax, colorscale: scale.colorscale, showscale, colorbar: bar };
   theMap.brief = shown.length <= MOST_TOLD ? headlines() : [];
   const text = shown.map((dot) => tooltip(column, dot));
   const points = { type: "scatter", mode: "markers", x: shown.map((dot) => dot.x), y: shown.map((dot) => dot.y), marker, text, hovertemplate: "%{text}<extra></extra>" };
@@ -40,10 +40,16 @@ function drawCloud() {
   const layout = plotLayout({ ...axes, height: mapHeight(target), showlegend: false, hovermode: "closest", uirevision: [state.x, state.y].join(), dragmode: touch ? false : "zoom" });
   Plotly.react(target, [points, ...(part.guides?.() ?? []), chosen], layout, PLOT_CONFIG);
   const few = every > 1 ? ` ${shown.length} of the ${dots.length} points are drawn.` : "";
-  document.getElementById("map-summary").textContent = `${column.longName}: ${valuesInWords(column, dots)}.${few}`;
+  document.getElementById("map-summary").textContent = `${column.longName}: ${cloudInWords(column, dots)}${few}`;
   drawLegend({ cells: [dots], column });
-  drawHistogram(column, dots);
+  drawHistogram(column, dots, document.getElementById("histogram"), "points");
   if (document.getElementById("map-table").open) fillCloudTable(column, shown);
+}
+
+function cloudInWords(column, dots) {
+  const possible = dots.filter((dot) => dot.exists);
+  const impossible = dots.length - possible.length;
+  return `${valuesInWords(column, possible.length > 0 ? possible : dots)}.${impossible > 0 ? ` ${impossible} points, crossed, cannot exist.` : ""}`;
 }
 
 function cloudAxis(name) {
@@ -52,15 +58,14 @@ function cloudAxis(name) {
   return { title: { text: dimensionLabel(name) }, type: low > 0 && high > 30 * low && middle < 0.2 * high ? "log" : "linear", showgrid: false, exponentformat: "power" };
 }
 
-/** How many points have which value, beneath the picture. */
-function drawHistogram(column, dots) {
-  const target = document.getElementById("histogram");
+/** How many of something have which value. */
+function drawHistogram(column, dots, target, what) {
   const values = dots.map((dot) => dot.value).filter(Number.isFinite);
   const [x, y, color] = column.isFlag ? flagBars(column, values) : numberBars(values);
   const title = column.isFlag ? column.longName : `${column.longName}${column.units ? ` (${unitText(column.units)})` : ""}`;
-  const trace = { type: "bar", x, y, marker: { color: color ?? pageColor("accent") }, hovertemplate: "%{y} points<extra></extra>" };
+  const trace = { type: "bar", x, y, marker: { color: color ?? pageColor("accent") }, hovertemplate: `%{y} ${what}<extra></extra>` };
   const xaxis = { title: { text: plain(title) }, exponentformat: "power", showgrid: false };
-  Plotly.react(target, [trace], plotLayout({ xaxis, yaxis: { title: { text: "points" } }, height: 220, bargap: column.isFlag ? 0.3 : 0, showlegend: false }), PLOT_CONFIG);
+  Plotly.react(target, [trace], plotLayout({ xaxis, yaxis: { title: { text: what } }, height: 220, bargap: column.isFlag ? 0.3 : 0, showlegend: false }), PLOT_CONFIG);
 }
 
 function flagBars(column, values) {

@@ -30,7 +30,8 @@ function coordinateText(name, value) {
   const flag = (coordinate.flags ?? []).find((one) => one.value === value);
   if (flag) return flagText(flag.meaning);
   if (typeof value === "number") return withUnit(value, coordinate.units);
-  return /^[a-z][a-z0-9_]*$/.test(value) ? String(value).replaceAll("_", " ") : String(value); // a name from a description
+  const typed = name === "body" || !/^[a-z][a-z0-9_]*$/.test(value); // a body's name is its owner's, others a description's
+  return typed ? String(value) : value.replaceAll("_", " ");
 }
 
 /** The control of one dimension: buttons for few names or whole numbers, a list for many, a slider for numbers. */

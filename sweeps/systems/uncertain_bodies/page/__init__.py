@@ -1,4 +1,4 @@
-"""The part of the page of bodies that are not known exactly: bodies and axes in a table."""
+"""The part of the page of bodies that are not known exactly: a table, the draws as a cloud, how they spread."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -6,16 +6,18 @@ from typing import TYPE_CHECKING
 from sweeps.systems.rigid_body.page import FILES as OF_RIGID_BODIES
 from sweeps.systems.rigid_body.page import natural_axes
 from sweeps.systems.system import Page
+from sweeps.systems.uncertain_bodies.page.drawn import facts
 
 if TYPE_CHECKING:
     import xarray as xr
 
-TABLE = tuple(path for path in OF_RIGID_BODIES if path.stem == "bodies")
-FILES = (*TABLE, Path(__file__).parent / "part.js")
+SHARED = tuple(path for path in OF_RIGID_BODIES if path.stem in ("bodies", "triangle"))
+_OWN = ("first.html", "spread.html", "drawn.css", "drawn.js", "spread.js", "part.js")
+FILES = (*SHARED, *(Path(__file__).parent / name for name in _OWN))
 QUESTION = "How likely is a spin unstable, as well as the body is known?"
-KEYS = "Quantiles and sensitivities stand in the map beside this page. ★ marks the axis that the definition names."
+KEYS = "★ marks the axis that the definition names."
 
 
 def page(ds: "xr.Dataset") -> Page:
     """The part of the page of one map."""
-    return Page(FILES, QUESTION, KEYS, True, {"nature": natural_axes(ds)})
+    return Page(FILES, QUESTION, KEYS, True, {"nature": natural_axes(ds), **facts(ds)})
