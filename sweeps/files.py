@@ -6,10 +6,13 @@ import os
 import shutil
 import tempfile
 from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
 from sweeps import living
+
+FLUSHED_BYTES = 2**27  # that a disk is given at once, while more is written
 
 
 @contextmanager
@@ -46,6 +49,41 @@ def replaced(path: str | Path, flush: bool = True) -> Iterator[Path]:
             _flush(path.parent)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+class Flusher:
+    """Brings a file to the disk while more of it is written, so that little is left to wait for; use it as a context.
+
+    Args:
+        path: the file.
+    """
+
+    def __init__(self, path: Path):
+        self._path, self._unflushed, self._pending = path, 0, None
+        self._pool = ThreadPoolExecutor(1)
+
+    def wrote(self, size: int) -> None:
+        """So many bytes have been written.
+
+        Raises:
+            OSError: where the disk did not take what was written before.
+        """
+        self._unflushed += size
+        if self._unflushed >= FLUSHED_BYTES and (self._pending is None or self._pending.done()):
+            self._settle()
+            self._unflushed, self._pending = 0, self._pool.submit(_flush, self._path)
+
+    def _settle(self) -> None:
+        if self._pending:
+            self._pending.result()  # the system may tell of a failure once only
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, failure, *more):
+        self._pool.shutdown()
+        if failure is None:
+            self._settle()
 
 
 def remove_leftovers(path: Path) -> None:

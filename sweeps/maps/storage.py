@@ -22,11 +22,14 @@ from sweeps.shards import contract
 from sweeps.shards.chunks import chunk_shape
 from sweeps.shards.content import ContentHash, hashed
 
+AS_IT_IS = "iufU"  # kinds of values that a file holds as memory does
+
 
 def write_map(ds: xr.Dataset, path: str | Path) -> str:
     """Writes a Dataset from `sweeps.survey` as a map, and returns its content hash.
 
-    The values are read again from the file to be hashed: of a lazy one nothing is computed twice, or held as a whole.
+    What is in memory is hashed there. A lazy one is read again from the file for that, so that nothing is computed
+    twice, or held as a whole.
     """
     table = systems.of_map(ds).layout().variables
     encoding = {name: {"_FillValue": None} for name in ds.coords}
@@ -44,6 +47,8 @@ def write_map(ds: xr.Dataset, path: str | Path) -> str:
         )
         if lazy.data_vars:
             _compute(lazy.unify_chunks(), temporary)
+        elif all(variable.dtype.kind in AS_IT_IS for variable in ds.variables.values()):
+            return _sealed(temporary, hashed(ds))
         with xr.open_dataset(temporary, engine="netcdf4", decode_cf=False) as written:
             digest = hashed(written, 2**22)
         return _sealed(temporary, digest)

@@ -8,6 +8,7 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,6 +17,18 @@ from sweeps.points.scattered import POINT, AlongPoints, Scattered
 from sweeps.schema.definition import Definition
 from sweeps.schema.parameters import SPELLED_OUT, Range
 from sweeps.systems import Dynamics
+
+
+class _Runs(NamedTuple):
+    """Which values of a dimension some points have, one after the other.
+
+    Attributes:
+        index: numbers of the values.
+        counts: how many points each lasts; None where that is one.
+    """
+
+    index: np.ndarray
+    counts: np.ndarray | None
 
 
 @dataclass(frozen=True)
@@ -53,8 +66,8 @@ class Grid:
     def auxiliary(self) -> dict[str, tuple[str, np.ndarray | AlongPoints]]:
         """Name → (dimension, values along it) of each coordinate that is no dimension: what bodies and points have."""
         own = self.system.auxiliary(self.definition)
-        names = self.scattered.names if self.scattered else ()
-        return own | {name: (POINT, scattered.column(self.scattered, name)) for name in names}
+        columns = scattered.columns(self.scattered) if self.scattered else {}
+        return own | {name: (POINT, values) for name, values in columns.items()}
 
     @cached_property
     def scattered(self) -> Scattered | None:
@@ -93,26 +106,27 @@ class Grid:
         Raises:
             ValueError: for numbers outside the grid.
         """
-        index = self._unravelled(start, stop)
-        own = self._own(index.get(POINT))
+        self._check_bounds(start, stop)
+        runs = self._runs(start, stop)
+        own = self._own(runs[POINT].index) if POINT in runs else {}
         columns = {}
         for name in self.arguments:
+            dim = POINT if name in own else name if name in runs else self.auxiliary[name][0]
+            index, counts = runs[dim]
             if name in own:
                 values = own[name]
-            elif name in index:
-                values = self._values(name, index[name])
             else:
-                dim, along = self.auxiliary[name]
-                values = along[index[dim]]
+                values = self._values(name, index) if name in runs else self.auxiliary[name][1][index]
+            values = values if counts is None else np.repeat(values, counts)
             columns[name] = values.astype(np.int64) if values.dtype.kind == "i" else values
         return columns
 
-    def _own(self, numbers: np.ndarray | None) -> dict[str, np.ndarray]:
-        """What scattered points have of their own, at these numbers, which ascend."""
-        if numbers is None or not numbers.size:
-            return {name: np.empty(0) for name in (self.scattered.names if self.scattered else ())}
-        first, last = int(numbers[0]), int(numbers[-1])
-        return {name: values[numbers - first] for name, values in self.scattered.rows(first, last + 1).items()}
+    def _own(self, numbers: np.ndarray) -> dict[str, np.ndarray]:
+        """What scattered points have of their own, at these numbers, which follow each other."""
+        if not numbers.size:
+            return {name: np.empty(0) for name in self.scattered.names}
+        rows = self.scattered.rows(int(numbers[0]), int(numbers[-1]) + 1)
+        return {name: np.ascontiguousarray(values) for name, values in rows.items()}
 
     def shard_bounds(self, count: int) -> list[tuple[int, int]]:
         """Cuts the points into `count` runs [start, stop), in order, whose sizes differ by one at most."""
@@ -121,15 +135,24 @@ class Grid:
         cuts = [self.size * k // count for k in range(count + 1)]
         return list(pairwise(cuts))
 
-    def _unravelled(self, start: int, stop: int) -> dict[str, np.ndarray]:
-        self._check_bounds(start, stop)
-        steps = np.arange(stop - start)
-        index = {}
+    def _runs(self, start: int, stop: int) -> dict[str, _Runs]:
+        """Dimension → the runs of its values that the points start … stop − 1 go through."""
+        found, inner = {}, 1  # how many points one value of the dimension lasts
         for dim, length in zip(reversed(self.dims), reversed(self.shape), strict=True):
+            if length == 1:
+                found[dim] = _Runs(np.zeros(1, dtype=np.int64), np.array([stop - start]))
+                continue
             # Only offsets are arrays: the number of the first point may exceed 64 bits.
-            start, first = divmod(start, length)
-            steps, index[dim] = np.divmod(steps + first, length)
-        return index
+            first, after = start // inner, -(-stop // inner)
+            index = np.arange(after - first) + first % length
+            counts = None
+            if inner > 1:
+                counts = np.full(index.size, min(inner, stop - start))
+                counts[:1] = min((first + 1) * inner, stop) - start
+                counts[-1:] = stop - max((after - 1) * inner, start)
+            found[dim] = _Runs(index % length if first % length + index.size > length else index, counts)
+            inner *= length
+        return found
 
     def _check_bounds(self, start: int, stop: int) -> None:
         if not 0 <= start <= stop <= self.size:

@@ -4,6 +4,7 @@ No list of all of them is ever made: whoever needs some asks for these.
 """
 
 from collections.abc import Callable, Mapping
+from functools import lru_cache, partial
 from typing import Protocol
 
 import numpy as np
@@ -17,6 +18,7 @@ from sweeps.schema.refusals import UnreadableError, display
 from sweeps.schema.sample import ends_alone
 
 POINT = "point"
+PART_POINTS = 2**17  # of which coordinates are read, and written, at once
 BESIDE = ("sample", "bodies")  # other ways to say what points there are
 
 
@@ -137,6 +139,12 @@ def numbers(num: int) -> AlongPoints:
     return AlongPoints(num, "i8", lambda start, stop: np.arange(start + 1, stop + 1))
 
 
-def column(source: Scattered, name: str) -> AlongPoints:
-    """One parameter at all points."""
-    return AlongPoints(source.num, "f8", lambda start, stop: np.ascontiguousarray(source.rows(start, stop)[name]))
+def columns(source: Scattered) -> dict[str, AlongPoints]:
+    """Each parameter at all points. Of a part of them, asked for name after name, the rows are read once."""
+    last = lru_cache(maxsize=1)(source.rows)
+
+    def part(name: str, start: int, stop: int) -> np.ndarray:
+        rows = last if stop - start <= PART_POINTS else source.rows
+        return np.array(rows(start, stop)[name])  # apart from the other parameters
+
+    return {name: AlongPoints(source.num, "f8", partial(part, name)) for name in source.names}

@@ -232,7 +232,7 @@ def _write(
                 own *= column.factor
                 _check_column(column, own, num)
             _check_existence(derived, {**fixed, **dict(zip(names, by_column, strict=True))}, names, num)
-            content = np.ascontiguousarray(by_column.T, "<f8").tobytes()
+            content = memoryview(np.ascontiguousarray(by_column.T, "<f8")).cast("B")
             file.write(content)
             size = BLOCK_ROWS * 8 * len(names)
             checksums += [isal_zlib.crc32(content[at : at + size]) for at in range(0, len(content), size)]

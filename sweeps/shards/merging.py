@@ -3,14 +3,16 @@
 import re
 import sys
 from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import h5py
 import netCDF4
 import numpy as np
 
-from sweeps.files import remove_leftovers
+from sweeps.files import Flusher, remove_leftovers
 from sweeps.points.grid import Grid
+from sweeps.points.scattered import PART_POINTS
 from sweeps.points.sweep import Sweep
 from sweeps.shards import contract
 from sweeps.shards.chunkfile import ChunkFile, define, written
@@ -25,8 +27,6 @@ from sweeps.shards.shard import (
     further,
     write_shard,
 )
-
-COORDINATE_POINTS = 2**20  # of a coordinate that are in memory at once
 
 
 def merge(sweep: Sweep, shards: Iterable[str | Path], path: str | Path, threads: int = 1, renew: bool = False) -> str:
@@ -78,8 +78,9 @@ def _merge_once(sweep: Sweep, paths: Sequence[Path], path: str | Path) -> str:
     _check_coverage(shards, sweep.grid)
     with written(path) as temporary:
         digest, motions = _create(temporary, sweep), 0
-        with h5py.File(temporary, "r+") as hdf:
-            target = _Target(ChunkFile(hdf, sweep.variables, chunks_of(sweep)), digest, not sweep.grid.further)
+        with h5py.File(temporary, "r+") as hdf, Flusher(temporary) as flusher:
+            file = ChunkFile(hdf, sweep.variables, chunks_of(sweep))
+            target = _Target(file, digest, flusher, not sweep.grid.further)
             for first, after, source in shards:
                 with Shard(source, sweep) as shard:  # one open file at a time: there may be thousands
                     if (shard.first, shard.after) != (first, after):
@@ -122,20 +123,30 @@ def _create(path: Path, sweep: Sweep) -> ContentHash:
             {"coordinates": beside} if beside else {},
             further(sweep),
         )
-        for name, (dim, values, attributes) in contract.coordinates(sweep).items():
-            is_text = values.dtype.kind == "U"
-            variable = file.createVariable(name, str if is_text else values.dtype, dim, fill_value=False)
-            variable.setncatts(attributes)
+        coordinates = contract.coordinates(sweep)
+        for name, (dim, values, attributes) in coordinates.items():
+            kind = str if values.dtype.kind == "U" else values.dtype
+            file.createVariable(name, kind, dim, fill_value=False).setncatts(attributes)
             digest.declare(name, (dim,), values.shape, values.dtype)
-            for first in range(0, values.size, COORDINATE_POINTS):
-                part = values[first : first + COORDINATE_POINTS]
-                variable[first : first + part.size] = part.astype(object) if is_text else part
+        for first in range(0, max(values.size for _, values, _ in coordinates.values()), PART_POINTS):
+            for name, (_, values, _) in coordinates.items():
+                part = values[first : first + PART_POINTS]
+                file[name][first : first + part.size] = part.astype(object) if part.dtype.kind == "U" else part
                 digest.update(name, part)
         for spec in variables.values():
             shape = (*grid.shape, *sweep.shape_at(spec.name))
             digest.declare(spec.name, (*grid.dims, *spec.over), shape, spec.dtype)
         file.setncatts(contract.provenance(sweep) | {"history": contract.history()})
     return digest
+
+
+def _ahead(items: Iterator) -> Iterator:
+    """The same, the next one made in a thread while one is used."""
+    with ThreadPoolExecutor(1) as pool:
+        pending = pool.submit(next, items, None)
+        while (item := pending.result()) is not None:
+            pending = pool.submit(next, items, None)
+            yield item
 
 
 class _Target:
@@ -145,13 +156,13 @@ class _Target:
     is False): their values are hashed again.
     """
 
-    def __init__(self, file: ChunkFile, digest: ContentHash, hashed_whole: bool = True):
-        self._file, self._digest, self._hashed_whole = file, digest, hashed_whole
+    def __init__(self, file: ChunkFile, digest: ContentHash, flusher: Flusher, hashed_whole: bool = True):
+        self._file, self._digest, self._flusher, self._hashed_whole = file, digest, flusher, hashed_whole
         self._parts: dict[str, list[np.ndarray]] = {}  # of the chunk that the last shard ended in
         self._begun = 0
 
     def take(self, shard: Shard) -> None:
-        for piece, stored in shard.pieces():
+        for piece, stored in _ahead(shard.pieces()):
             if piece.whole and self._hashed_whole:
                 hashes = shard.digests(piece)
                 for name, chunk in stored.items():
@@ -159,6 +170,7 @@ class _Target:
                     self._digest.add_run(name, hashes[name])
             else:
                 self._gather(piece, stored)
+            self._flusher.wrote(sum(map(len, stored.values())))
 
     def _gather(self, piece: Piece, stored: dict[str, bytes]) -> None:
         if not self._parts:

@@ -6,7 +6,6 @@ the content hash is made of. So what was cut short or changed on the disk is fou
 copies.
 """
 
-import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
@@ -16,6 +15,7 @@ from typing import NamedTuple
 import h5py
 import netCDF4
 import numpy as np
+from isal import isal_zlib
 
 from sweeps import memory
 from sweeps.points.columns import columns
@@ -83,8 +83,8 @@ class _Checks:
 
     def seal(self, told: Iterable[str]) -> int:
         """One checksum of all of these, and of what else a shard tells."""
-        seal = zlib.crc32("\0".join(told).encode())
-        return zlib.crc32(self.digests.tobytes(), zlib.crc32(self.checksums.tobytes(), seal))
+        seal = isal_zlib.crc32("\0".join(told).encode())
+        return isal_zlib.crc32(self.digests.tobytes(), isal_zlib.crc32(self.checksums.tobytes(), seal))
 
 
 def pieces(chunks: Chunks, first: int, after: int) -> list[Piece]:
@@ -179,7 +179,7 @@ def _write(file: ChunkFile, checks: _Checks, block: range, low: int, measured: M
         for row, name in enumerate(checks.names):
             values = measured[name][piece.first - low : piece.after - low]
             stored = file.encode(name, piece.chunk, piece.first, values)
-            checks.checksums[row, index] = zlib.crc32(stored)
+            checks.checksums[row, index] = isal_zlib.crc32(stored)
             if piece.whole:
                 checks.digests[row, index] = np.frombuffer(run_digest(values), np.uint8)
             file.put(name, piece.chunk, stored)
@@ -285,7 +285,7 @@ class Shard:
                     stored[name] = self._chunked.take(name, piece.chunk)
                 except UNREADABLE as error:
                     raise DamagedError(self.path, f"{name}: cannot be read ({error})") from None
-                if zlib.crc32(stored[name]) != self._checks.checksums[row, index]:
+                if isal_zlib.crc32(stored[name]) != self._checks.checksums[row, index]:
                     raise DamagedError(self.path, f"{name}: has another checksum than it was written with")
             yield piece, stored
 

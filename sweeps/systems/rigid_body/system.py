@@ -87,14 +87,12 @@ class RigidBody(Dynamics):
     def columns(self, points: Mapping[str, np.ndarray], integration: "RigidBodyIntegration") -> dict[str, np.ndarray]:
         """Linear theory beside what is measured; see `kernels.survey`. Points of one axis are taken together."""
         parts = [slice(None)] if integration.collapse else _by_axis(points["axis"])
-        found: dict[str, np.ndarray] = {}
-        for part in parts:
-            own = self._columns({name: values[part] for name, values in points.items()}, integration)
-            if len(parts) == 1:
-                return own
-            for name, values in own.items():
-                found.setdefault(name, np.empty(points["axis"].size, values.dtype))[part] = values
-        return found
+        if len(parts) == 1:
+            return self._columns(points, integration)
+        # contiguous, for each is read more than once
+        own = ({name: np.ascontiguousarray(values[part]) for name, values in points.items()} for part in parts)
+        measured = [self._columns(of_one, integration) for of_one in own]
+        return {name: _put_back(parts, [columns[name] for columns in measured]) for name in measured[0]}
 
     def _columns(self, points: Mapping[str, np.ndarray], integration: "RigidBodyIntegration") -> dict[str, np.ndarray]:
         from kernels import in_space, survey  # noqa: F401  (what a map's fingerprint covers is imported with it)
@@ -281,6 +279,14 @@ def _by_axis(axis: np.ndarray) -> list[slice | np.ndarray]:
         even = numbers[-1] - numbers[0] == step * (numbers.size - 1) and (np.diff(numbers) == step).all()
         parts.append(slice(int(numbers[0]), int(numbers[-1]) + 1, step) if even else numbers)
     return parts
+
+
+def _put_back(parts: list[slice | np.ndarray], columns: list[np.ndarray]) -> np.ndarray:
+    """One column of all points, from those of parts of them: a column at a time, which stays in a core's own cache."""
+    whole = np.empty(sum(column.size for column in columns), columns[0].dtype)
+    for part, column in zip(parts, columns, strict=True):
+        whole[part] = column
+    return whole
 
 
 def _in_space(points, settings, columns, wanted) -> dict[str, np.ndarray]:
