@@ -12,8 +12,9 @@ each node of the graph gives its n-th term from the ones before it,
 order 8: it needs no sine or power inside the loop over lanes, its terms are relative to the nudge, and for Euler's
 equations it is the very step that the rigid body takes.
 
-The code is a Python module of its own: a file named by the hash of its text, in the cache folder of the kernels, so
-that Numba's disk cache holds from one process to the next, and the hash is part of a map's `kernel_fingerprint`.
+The code is a Python module of its own, whose straight lines :mod:`sweeps.mechanics.straight` hands to LLVM: a file that
+is named by the hash of its text, in the cache folder of the kernels, so that Numba's disk cache holds from one process
+to the next, and the hash is part of a map's `kernel_fingerprint`.
 """
 
 import hashlib
@@ -41,12 +42,37 @@ HEADER = '''"""{title}: one Taylor step of order {order}, and the energy above t
 from numba import njit
 
 from kernels.options import OPTIONS
+from sweeps.mechanics.straight import lines
 
 COORDINATES, STATES, ROWS = {n}, {states}, {rows}
 '''
 
-COMPILE_SECONDS, COMPILE_SECONDS_PER_CHARACTER = 0.5, 1.8e-4
-SAMPLES_TIMES_CHARACTERS = 5e10
+ADVANCE = '''STEP = lines("""
+{lines}
+""")
+
+
+@njit("void(float64[::1], int64)", **OPTIONS)
+def advance(S, steps):
+    """Advance every lane by so many steps."""
+    for _ in range(steps):
+        for lane in range({W}):
+            STEP(S, lane)
+'''
+TOLD = '''TOLD = lines("""
+{lines}
+""")
+
+
+@njit("void(float64[::1])", **OPTIONS)
+def {name}(S):
+    """Write {what}."""
+    for lane in range({W}):
+        TOLD(S, lane)
+'''
+
+COMPILE_SECONDS, COMPILE_SECONDS_PER_CHARACTER = 0.3, 4e-5
+SAMPLES_TIMES_CHARACTERS = 4e10
 
 
 class Code:
@@ -89,8 +115,8 @@ class Code:
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 of the text, 64 hexadecimal digits."""
-        return hashlib.sha256(self.text.encode()).hexdigest()
+        """SHA-256 of the text and of what compiles it, 64 hexadecimal digits."""
+        return hashlib.sha256(self.text.encode() + Path(__file__).with_name("straight.py").read_bytes()).hexdigest()
 
     @property
     def name(self) -> str:
@@ -310,39 +336,26 @@ class Code:
 
     # -- the module
 
-    def _function_text(self, head, body, depth):
-        """A function with the loads of what its body uses before it."""
+    def _straight(self, body):
+        """Lines of text: the loads of what a body uses, and the body."""
+        return "\n".join([*self._loads(), *body])
+
+    def _loads(self):
         used = sorted(self._used, key=lambda key: self.constants[key])
         loads = [f"x{i} = S[{i * W} + lane]" for i in range(self.n)]
         loads += [f"v{i} = S[{(self.n + i) * W} + lane]" for i in range(self.n)]
         loads += [f"w{k} = S[{row * W} + lane]" for k, row in self.remainders.items()]
         loads += [f"epsilon = S[{self.epsilon_row * W} + lane]", f"h = S[{self.step_row * W} + lane]", "h1 = h"]
-        loads += [f"{kind}{k} = S[{self.constants[kind, k] * W} + lane]" for kind, k in used]
-        return "\n".join([*head, *("    " * depth + line for line in [*loads, *body])])
+        return loads + [f"{kind}{k} = S[{self.constants[kind, k] * W} + lane]" for kind, k in used]
 
     def _text(self):
-        options = "**OPTIONS"
-        step = [*self._step_lines(), *self._sums()]
-        head = [
-            f'@njit("void(float64[::1], int64)", {options})',
-            "def advance(S, steps):",
-            '    """Advance every lane by so many steps."""',
-            "    for _ in range(steps):",
-            f"        for lane in range({W}):",
-        ]
-        advance = self._function_text(head, step, 3)
+        advance = ADVANCE.format(lines=self._straight([*self._step_lines(), *self._sums()]), W=W)
         self._used = set()
-        energy = self._energy_lines()
-        head = [
-            f'@njit("void(float64[::1])", {options})',
-            "def energy(S):",
-            '    """Write energy above the equilibrium and the sum of its absolute terms, over epsilon²."""',
-            f"    for lane in range({W}):",
-        ]
-        energy = self._function_text(head, energy, 2)
+        what = "energy above the equilibrium and the sum of its absolute terms, over epsilon²"
+        energy = TOLD.format(lines=self._straight(self._energy_lines()), name="energy", what=what, W=W)
         numbers = {"n": self.n, "states": self.states, "rows": self.rows}
         header = HEADER.format(title=self.graph.equations.system.title, order=ORDER, W=W, **numbers)
-        return "\n\n".join([header, advance + "\n", energy + "\n"])
+        return "\n\n".join([header, advance, energy])
 
     def module(self):
         """The compiled module: functions `advance(S, steps)` and `energy(S)`; written at first use."""

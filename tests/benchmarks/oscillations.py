@@ -33,7 +33,7 @@ def seconds(call):
 
 def operations(text):
     """Additions and multiplications of one generated step."""
-    body = text.split("def energy")[0].split("for lane")[1]
+    body = text.split('"""')[3]  # after the title, and what stands between
     return len(re.findall(r" [*+/-] | -(?=u)", re.sub(r"S\[.*?\]", "S", body)))
 
 

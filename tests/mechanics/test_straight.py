@@ -1,0 +1,88 @@
+"""Straight lines that go to LLVM at once, and flows that are spelled with few products."""
+
+import functools
+
+import numpy as np
+import pytest
+import relative
+import sympy as sp
+from numba import njit
+
+from kernels.options import EXACT
+from sweeps.mechanics.first_order import FlowCode, _by_elimination, gathered, graph
+from sweeps.mechanics.flow import derive
+from sweeps.mechanics.graph import Values
+from sweeps.mechanics.straight import lines
+
+TEXT = """
+a = S[0 + lane]
+b = S[4 + lane]
+c = -a * 2.5e-3 + abs(b - 1.0) / a
+d = c
+S[8 + lane] = ((a + b) - c) * d - 0.0
+S[0 + lane] = -(b)
+"""
+
+
+def test_lines_do_what_python_does():
+    step = lines(TEXT)
+
+    @njit("void(float64[::1])", **(EXACT | {"cache": False}))
+    def run(S):
+        for lane in range(4):
+            step(S, lane)
+
+    S = np.random.default_rng(3).normal(size=12)
+    expected = S.tolist()
+    for lane in range(4):
+        exec(TEXT, {"S": expected, "lane": lane})
+    run(S)
+    assert S.tolist() == expected  # nothing contracts here, and each operation rounds as IEEE 754 says
+
+
+@functools.cache
+def flow_of(name):
+    return derive(relative.shipped(name))
+
+
+def value(g, e, numbers, place):
+    """Of an expression's node, at a place."""
+    number = g.build(e)
+    U, _ = Values(g).bases([np.array([numbers[p]]) for p in g.equations.parameters], [np.array([x]) for x in place])
+    return U[number][0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["foucault", "lagrange_points"])
+def test_few_products_give_what_was_written(name):
+    """Every expression as a graph, and gathered, against the symbols in 30 digits."""
+    flow, rng = flow_of(name), np.random.default_rng(4)
+    numbers = {p.symbol: p.default * rng.uniform(0.5, 1.0) for p in flow.system.parameters.values()}
+    place = dict(zip(flow.q, rng.uniform(0.2, 0.4, flow.n), strict=True))
+    still = place | flow.still
+    g = graph(flow)
+    for e in flow.f[flow.rest :]:
+        short = gathered(e, flow)
+        assert short.subs(numbers | place).evalf(30) == pytest.approx(e.subs(numbers | place).evalf(30), rel=1e-25)
+        exact = float(e.subs(numbers | still).evalf(30))
+        assert value(g, short, numbers, still.values()) == pytest.approx(exact, rel=1e-13)
+
+
+@pytest.mark.slow
+def test_a_base_and_its_negative_share_one_inverse_root():
+    flow = flow_of("foucault")
+    x, y = flow.q[:2]
+    length = next(p for p in flow.parameters if p.name == "length")
+    B, g = length**2 - x**2 - y**2, graph(flow)
+    numbers = {p: 1.5 for p in flow.parameters}
+    place = (0.3, -0.4, 0.0, 0.0)
+    for e in (B**-3, (-B) ** -3, (-B) ** -2, B ** sp.Rational(-5, 2), sp.sqrt(B), y / B, x * sp.sqrt(B) ** 3):
+        exact = float(e.subs(numbers).subs(dict(zip(flow.q, place, strict=True))))
+        assert value(g, e, numbers, place) == pytest.approx(exact, rel=1e-14)
+    assert len([k for k in g.nodes if k.kind == "function"]) == 1
+
+
+@pytest.mark.slow
+def test_a_pendulum_in_a_turning_plane_is_a_third_as_long_by_the_inverse():
+    flow = flow_of("foucault")
+    assert len(FlowCode(graph(flow)).text) < 0.4 * len(FlowCode(_by_elimination(flow)).text)
