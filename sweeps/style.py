@@ -168,6 +168,11 @@ def canvas(
     return figure
 
 
+def on_paper(figure: Figure, draw: Callable[[], None]) -> None:
+    """Keeps what a picture draws besides where it is printed: there colours say little, and hatches more."""
+    figure.on_paper = [*getattr(figure, "on_paper", ()), draw]
+
+
 def wrapped(text: str, width: float) -> str:
     """A subtitle in lines that a canvas of so many inches holds, each broken between words."""
     most = int((width - 0.24) * SUBTITLE_LETTERS)

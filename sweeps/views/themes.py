@@ -42,7 +42,7 @@ PRINT = {
     colors.STABLE: "#4f9fd0",
     colors.UNSTABLE: "#7c2d00",
     colors.LIGHT_BLUE: "#b5def5",
-    "#009e73": "#00563c",
+    "#009e73": "#4db391",
     "#cc79a7": "#dca6c4",
     "#e69f00": "#f0c24b",
     colors.GREY: "#6d7074",
@@ -72,6 +72,8 @@ def drawing(theme: str) -> Iterator[None]:
 def apply(figure: Figure, theme: str) -> None:
     """Gives a picture, and all that stands in it, the colours of a theme."""
     table = THEMES[theme]
+    for draw in getattr(figure, "on_paper", ()) if theme == "print" else ():
+        draw()
     if table:
         recolor([figure, *figure.findobj(include_self=False)], table, theme == "print")
 

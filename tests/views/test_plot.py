@@ -3,6 +3,7 @@
 import re
 import subprocess
 import sys
+from functools import partial
 from itertools import combinations
 
 import matplotlib
@@ -11,12 +12,15 @@ import pytest
 from matplotlib.colors import NoNorm
 from matplotlib.figure import Figure
 from matplotlib.image import imread
+from matplotlib.patches import Patch
 
 import sweeps
 from sweeps import colors, plot, style
 from sweeps.__main__ import main
 from sweeps.maps.storage import write_map
 from sweeps.schema.refusals import RefusedError
+from sweeps.systems.relative_equilibrium import figure_spectra
+from sweeps.systems.relative_equilibrium.look import LOOK
 from sweeps.views import figures, films, themes
 
 
@@ -244,3 +248,17 @@ def test_in_print_a_map_only_grows_lighter():
     lightness = lab(themes.colormap("RdBu", "print")(np.linspace(0, 1, 33))[:, :3])[:, 0]
     assert np.diff(lightness).min() > 0
     assert np.ptp(lightness) > 70
+
+
+def test_regimes_of_equilibria_are_hatched_on_paper_alone():
+    """In grey, the shades of one regime's colour are those of another's."""
+    regime = np.repeat([0, 1, 2, 3], 4).reshape(4, 4)
+    words = [LOOK.words(name) for name in figure_spectra.REGIMES[1:5]]
+    for theme, wanted in (("light", []), ("dark", []), ("print", ["....", "////", "xxxx"])):
+        figure = Figure()
+        ax = figure.subplots()
+        told = figure.legend(handles=[Patch(label=word) for word in words])
+        style.on_paper(figure, partial(figure_spectra._hatch, ax, np.arange(4.0), np.arange(4.0), regime))
+        themes.apply(figure, theme)
+        assert [hatch for drawn in ax.collections for hatch in drawn.hatches] == wanted
+        assert [patch.get_hatch() for patch in told.legend_handles if patch.get_hatch()] == wanted

@@ -1,6 +1,7 @@
 """Stability maps of relative equilibria: measured regimes and growth in colours, theory's boundary on top."""
 
 import math
+from functools import partial
 
 import numpy as np
 import xarray as xr
@@ -21,6 +22,7 @@ SHADES = 6  # of a regime's colour, by the size of the growth rate
 MISSING = "#e6e6e6"
 LEAST_DRAWN = 1e-17
 ROUNDING = 1e-12  # of a margin's largest: what is below is no sign
+HATCHES = {"asymptotically_stable": "....", "unstable": "////", "flutter": "xxxx"}  # on paper: shades tell the rates
 STEADY = ("asymptotically_stable", "stable", "marginal")  # regimes inside theory's boundary
 
 
@@ -115,6 +117,7 @@ def _map(ax, one, x, y):
     edges = style.edges(one[x].values), style.edges(one[y].values)
     norm = BoundaryNorm(np.arange(table.N + 1) - 0.5, table.N)
     ax.pcolormesh(*edges, code, cmap=table, norm=norm, rasterized=True, gid="measured")
+    style.on_paper(ax.figure, partial(_hatch, ax, one[x].values, one[y].values, regime))
     for margin in _margins(one):
         rounding = ROUNDING * np.nanmax(np.abs(margin), initial=0.0)
         if np.nanmin(margin, initial=0.0) < -rounding and np.nanmax(margin, initial=0.0) > rounding:
@@ -125,6 +128,19 @@ def _map(ax, one, x, y):
     _scale(ax.xaxis, one[x].values)
     _scale(ax.yaxis, one[y].values)
     ax.set(xlabel=_label(one, x), ylabel=_label(one, y))
+
+
+def _hatch(ax, x, y, regime):
+    """Hatches regimes, in a panel and in the legend: in grey, a colour's shades are those of any other."""
+    told = {LOOK.words(name): hatch for name, hatch in HATCHES.items()}
+    for k, name in enumerate(REGIMES[1:]):
+        chosen = (regime == k).astype(float)
+        if name in HATCHES and chosen.any() and min(chosen.shape) > 1:
+            ax.contourf(x, y, chosen, [0.5, 1.5], colors="none", hatches=[HATCHES[name]])
+    for legend in ax.figure.legends:
+        for text, handle in zip(legend.get_texts(), legend.legend_handles, strict=True):
+            if text.get_text() in told and isinstance(handle, Patch):
+                handle.set(hatch=told[text.get_text()], edgecolor=colors.INK, linewidth=0.0)
 
 
 def _margins(one):
