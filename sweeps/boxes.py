@@ -17,6 +17,12 @@ def dimensions(ds: "xr.Dataset") -> dict[str, int]:
     return {dim: ds.sizes[dim] for dim in dict.fromkeys([*largest.dims, *others])}
 
 
+def along(variable: "xr.DataArray", dims: Sequence[str]) -> np.ndarray:
+    """Values of a variable, of a Dataset or a plain map, along dimensions in that order: length 1 for what it lacks."""
+    own = [dim for dim in dims if dim in variable.dims]
+    return variable.transpose(*own).values.reshape([variable.sizes[dim] if dim in own else 1 for dim in dims])
+
+
 def own_of_points(ds: "xr.Dataset") -> list[str]:
     """Names of the coordinates that points have of their own, along `point`."""
     return [str(name) for name, c in ds.coords.items() if c.dims == ("point",) and c.dtype.kind == "f"]

@@ -43,14 +43,14 @@ def _run(args):
 
 
 def _draw(args, sheet, helper):
-    from sweeps.maps import selection, storage
+    from sweeps.maps import selection
     from sweeps.views import figures
 
-    with storage.open_map(args.map) as ds:
+    with figures.opened(args.map) as ds:
         asked = args.coordinates | dict(selection.assigned(text) for text in args.at)
         places = selection.nearest(ds, asked)
         chosen = [places[name] for name in asked]
-        cut = {place.dim: [place.index] for place in chosen}
+        cut = {place.dim: slice(place.index, place.index + 1) for place in chosen}
         if helper:
             helper.cut = cut
         wish = (args.format, args.only, args.theme, sheet, helper)

@@ -51,6 +51,13 @@ class PlainVariable:
         _ = self.values
         return self
 
+    def reworded(self, change: Callable[[object], object]) -> "PlainVariable":
+        """The same with its attributes, and names along one dimension, as a function has them."""
+        attrs = {key: change(value) for key, value in self.attrs.items()}
+        if self.dtype.kind not in "OU" or self.ndim != 1:
+            return PlainVariable(self._own, self.data, attrs, self._chosen)
+        return PlainVariable(self.dims, np.array([change(value) for value in self.values], self.dtype.kind), attrs)
+
     def isel(self, at: Mapping[str, int | slice]) -> "PlainVariable":
         """A part of it: dimension → a number, and the dimension is gone, or a slice."""
         kept = zip(self._own, self._chosen, strict=True)
@@ -113,6 +120,12 @@ class PlainMap:
     def drop_dims(self, dims: set[str]) -> "PlainMap":
         """All that lies along none of some dimensions."""
         return self._each(lambda one: one if dims.isdisjoint(one.dims) else None)
+
+    def reworded(self, attrs: dict[str, Any], change: Callable[[object], object]) -> "PlainMap":
+        """The same with other attributes, and with those of its variables as a function has them."""
+        made = self._each(lambda one: one.reworded(change))
+        made.attrs = attrs
+        return made
 
     def _each(self, change: Callable[[PlainVariable], PlainVariable | None]) -> "PlainMap":
         changed = [{name: change(one) for name, one in of.items()} for of in (self.data_vars, self.coords)]

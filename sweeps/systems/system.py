@@ -218,6 +218,13 @@ class Dynamics(ABC):
     def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
         """Name of each picture of a map → what draws it (None where there is nothing to show)."""
 
+    def draws_plainly(self, ds: "xr.Dataset") -> bool:
+        """Whether the pictures of a map ask it for no more than a plain map answers, and kernels for a few numbers.
+
+        Then a process that draws loads neither xarray nor Numba (see `sweeps.maps.plain` and `kernels.plain`).
+        """
+        return False
+
     def pictures_of_points(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
         """The same for a map whose points are drawn or listed, and make no grid."""
         from sweeps.systems import cloud

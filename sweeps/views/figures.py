@@ -3,17 +3,21 @@
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from matplotlib.figure import Figure
 from PIL import Image
 
-from sweeps import style, systems
+from sweeps import lean, style, systems
 from sweeps.files import replaced, replaced_folder
+from sweeps.maps import admission
+from sweeps.maps.plain import PlainMap
 from sweeps.schema.refusals import RefusedError, hint, shortened
 from sweeps.views import films, svg, themes
-from sweeps.views.pdf import ScaledPages
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 COMPILED = ("polhodes",)  # pictures that call kernels: with the animations, for one process to load them
 LEAST_SHARED = 4  # fewer pictures are drawn before another process is ready
@@ -23,7 +27,23 @@ MAX_TITLE = 200  # characters, as of a definition's
 MOST_PARTS = 20_000  # of one artist that SVG and PDF draw each by itself
 
 
-def pictures(ds: xr.Dataset) -> dict[str, Callable[[], Figure | None]]:
+def opened(path: str | Path) -> "xr.Dataset | PlainMap":
+    """A map, as its pictures need it: plain where that will do, for which nothing is loaded.
+
+    Raises:
+        MapError: as of `sweeps.open_map`.
+    """
+    found = admission.opened(path)
+    if systems.of_map(found).draws_plainly(found):
+        lean.leave_out_the_compiler()
+        return found
+    found.close()
+    from sweeps.maps import storage
+
+    return storage.open_map(path)
+
+
+def pictures(ds: "xr.Dataset | PlainMap") -> dict[str, Callable[[], Figure | None]]:
     """Name of each picture of a map → what draws it (None where there is nothing to show).
 
     Args:
@@ -34,14 +54,14 @@ def pictures(ds: xr.Dataset) -> dict[str, Callable[[], Figure | None]]:
     return {name: _without(ds, draw, None) for name, draw in own(ds).items()}
 
 
-def animations(ds: xr.Dataset) -> dict[str, Callable[[], list[Image.Image]]]:
+def animations(ds: "xr.Dataset | PlainMap") -> dict[str, Callable[[], list[Image.Image]]]:
     """Name of each animation of a map → what draws its frames (none where there is nothing to show)."""
     if "point" in ds.dims:  # whose motion `point` writes
         return {}
     return {name: _without(ds, frames, []) for name, frames in systems.of_map(ds).animations(ds).items()}
 
 
-def _without(ds: xr.Dataset, draw: Callable, nothing: list | None) -> Callable:
+def _without(ds: "xr.Dataset | PlainMap", draw: Callable, nothing: list | None) -> Callable:
     """What draws, or nothing where it shows a variable that the map's definition has left out."""
 
     def drawn(*place):
@@ -57,7 +77,7 @@ def _without(ds: xr.Dataset, draw: Callable, nothing: list | None) -> Callable:
 
 
 def draw_all(
-    ds: xr.Dataset,
+    ds: "xr.Dataset | PlainMap",
     folder: str | Path,
     kind: str = "png",
     only: Sequence[str] = (),
@@ -105,7 +125,7 @@ def draw_all(
 
 
 def draw_some(
-    ds: xr.Dataset, names: Sequence[str], folder: Path, kind: str, theme: str, sheet: style.Sheet
+    ds: "xr.Dataset | PlainMap", names: Sequence[str], folder: Path, kind: str, theme: str, sheet: style.Sheet
 ) -> list[str]:
     """Draws pictures and animations of a map by name into a folder that is there; gives the files' names."""
     ds = literal(ds)
@@ -141,16 +161,19 @@ def _named(names: Sequence[str], only: Sequence[str]) -> set[str]:
     return {name for name in names if not only or name.startswith(tuple(only))}
 
 
-def literal(ds: xr.Dataset) -> xr.Dataset:
+def literal(ds: "xr.Dataset | PlainMap") -> "xr.Dataset | PlainMap":
     """The map with text that matplotlib draws as it stands: a dollar sign begins no formula."""
+    title = _plain(_one_line(ds.attrs.get("title", "")))
+    if isinstance(ds, PlainMap):
+        return ds.reworded(ds.attrs | {"title": title}, _plain)
     names = {name: c.copy(data=[_plain(v) for v in c.values]) for name, c in ds.coords.items() if _is_named(c)}
-    ds = ds.assign_coords(names).assign_attrs(title=_plain(_one_line(ds.attrs.get("title", ""))))
+    ds = ds.assign_coords(names).assign_attrs(title=title)
     for variable in ds.variables.values():
         variable.attrs = {key: _plain(value) for key, value in variable.attrs.items()}
     return ds
 
 
-def _is_named(coordinate: xr.DataArray) -> bool:
+def _is_named(coordinate: "xr.DataArray") -> bool:
     return coordinate.dtype.kind in "OU" and coordinate.ndim == 1 and any("$" in str(v) for v in coordinate.values)
 
 
@@ -193,6 +216,8 @@ def save(figure: Figure, path: Path, kind: str) -> None:
     """Writes a picture as large as it is wanted, with the fonts that it needs."""
     scale = getattr(figure, "scale", 1.0)
     if kind == "pdf" and scale != 1.0:
+        from sweeps.views.pdf import ScaledPages  # with the library that puts fonts into files
+
         with ScaledPages(path, scale) as pages:
             figure.savefig(pages, format="pdf")
         return

@@ -52,24 +52,21 @@ def helping(path: str | Path) -> Iterator[Helper]:
 
 
 def _get_ready() -> None:
-    lean.leave_out()
-    from kernels import exact  # noqa: F401
+    lean.leave_out(alone=True)
     from sweeps.views import figures  # noqa: F401
 
 
-def _draw(path: str, cut: Mapping[str, list[int]], names: Sequence[str], folder: Path, *how) -> list[str]:
-    from sweeps.maps import storage
+def _draw(path: str, cut: Mapping[str, slice], names: Sequence[str], folder: Path, *how) -> list[str]:
     from sweeps.views import figures
 
-    with storage.open_map(path) as ds:
+    with figures.opened(path) as ds:
         return figures.draw_some(ds.isel(cut), names, folder, *how)
 
 
 def draw_all(path: str | Path, folder: Path) -> None:
     """All pictures and animations of a map."""
-    from sweeps.maps import storage
     from sweeps.views import figures
 
-    with storage.open_map(path) as ds:
+    with figures.opened(path) as ds:
         for _ in figures.draw_all(ds, folder):
             pass

@@ -11,9 +11,11 @@ import xarray as xr
 from maps import BODIES, TOP, write
 
 import sweeps
+from sweeps import systems
 from sweeps.maps import admission, parts, summary
 from sweeps.schema.refusals import MapError
-from sweeps.views import textmap
+from sweeps.systems.rigid_body import figure_flip, figure_stability, fits
+from sweeps.views import figures, textmap
 
 POINTS = {
     "grid": {"I1": {"start": 0.5, "stop": 1.5}, "I2": {"start": 0.5, "stop": 1.5}, "I3": 1.0, "omega0": 1.0},
@@ -102,6 +104,35 @@ def test_a_part_is_written_as_xarray_writes_it(both, tmp_path):
         assert {*again.variables} == {*part.variables}
 
 
+def test_pictures_read_of_it_what_they_read_of_a_dataset(both):
+    plain, ds = both
+    if ds.attrs["system"] != "rigid_body":
+        pytest.skip("another system's pictures")
+    one, other = (vars(fits.agreement(each)) for each in both)
+    for name, value in other.items():
+        np.testing.assert_array_equal(one[name], value, err_msg=name)
+    assert figure_flip.most_unstable(plain) == figure_flip.most_unstable(ds)
+    if systems.of_map(plain).draws_plainly(plain):
+        shown, fixed = figure_stability.planes(plain)
+        assert (shown, fixed) == figure_stability.planes(ds)
+        one, other = (figure_stability._slice(each, 2, shown, fixed) for each in both)
+        backwards = figure_stability._slice(ds.isel({shown[0]: slice(None, None, -1)}), 2, shown, fixed)
+        for name, values in other.items():
+            np.testing.assert_array_equal(one[name], values)
+            np.testing.assert_array_equal(backwards[name], values)
+
+
+def test_a_dollar_sign_begins_no_formula_in_either(both):
+    for ds in both:
+        ds.attrs["title"] = "1 $ = 2 $"
+        assert figures.literal(ds).attrs["title"] == r"1 \$ = 2 \$"
+    doubled = both[0].reworded({}, lambda value: value * 2 if isinstance(value, str) else value)
+    for name, variable in both[0].variables.items():
+        assert doubled[name].attrs.get("units", "") == variable.attrs.get("units", "") * 2
+        wanted = [value * 2 if isinstance(value, str) else value for value in variable.values.ravel().tolist()]
+        np.testing.assert_array_equal(doubled[name].values.ravel(), wanted)
+
+
 def test_a_map_without_a_variable_is_refused_alike(path, tmp_path):
     with sweeps.open_map(path) as ds:
         poor = ds.load().drop_vars(next(iter(ds.data_vars))).drop_encoding()
@@ -130,3 +161,14 @@ def test_show_and_slice_load_nothing_that_they_do_not_need(tmp_path):
     assert len(loaded) == 2
     assert not HEAVY & loaded[0]
     assert HEAVY & loaded[1] == {"netCDF4"}
+
+
+def test_pictures_of_a_grid_load_neither_xarray_nor_the_compiler(tmp_path):
+    path, out = str(write(tmp_path)), str(tmp_path / "figures")
+    code = (
+        f"import sys; sys.argv = ['polhode', 'figures', {path!r}, '-o', {out!r}, '--only', 'polhodes']\n"
+        "from sweeps.__main__ import main; assert main() == 0; print(*sys.modules)"
+    )
+    lines = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True, cwd=ROOT)
+    loaded = set(lines.stdout.splitlines()[-1].split())
+    assert not {"numba.core", "xarray", "pandas", "netCDF4", "scipy", "sympy", "fontTools.subset"} & loaded

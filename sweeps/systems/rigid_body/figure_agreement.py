@@ -1,7 +1,8 @@
 """Deviations of measured rates from linear theory, over all points of a map: over their errors, and relative ones."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -10,6 +11,9 @@ from sweeps.systems import ratios
 from sweeps.systems.rigid_body.fits import Agreement, agreement
 from sweeps.systems.rigid_body.look import LOOK
 from sweeps.systems.rigid_body.variables import STATUSES
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 EXACT = 1e-17  # where a deviation of exactly 0 is drawn on a logarithmic axis
 IMPOSSIBLE = "#a6a9ad"
@@ -23,7 +27,7 @@ WORDS = {  # group of points → what the legend says of it; of the others nothi
 }
 
 
-def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
+def draw(ds: "xr.Dataset", ax: Axes | None = None) -> Figure:
     """Oscillations left, growth right; deviations over errors above, relative ones below."""
     found = agreement(ds)
     figure = style.canvas(8.6, 6.8, "Measured against linear theory", _subtitle(ds, found), footer=0.36, ax=ax)
@@ -42,7 +46,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     return figure
 
 
-def _subtitle(ds: xr.Dataset, found: Agreement) -> str:
+def _subtitle(ds: "xr.Dataset", found: Agreement) -> str:
     thinned = "all drawn" if found.stride == 1 else f"every {_ordinal(found.stride)} drawn"
     points = style.count(found.points, "point", "points")
     left_out = rf";  {found.marginal:,} with $\Omega^2 = 0$ in theory left out" if found.marginal else ""

@@ -4,21 +4,29 @@ The angular momentum L stands upright; the angular velocity goes round it, and t
 axis of least moment. Attitude and angular velocity are those of the closed forms.
 """
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PolyCollection
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
+from matplotlib.font_manager import FontProperties
+from matplotlib.path import Path
+from matplotlib.textpath import TextPath
+from matplotlib.transforms import Affine2D
 from PIL import Image
 
 from kernels import exact
 from kernels.rigid_body import cyclic
 from sweeps import colors, style
-from sweeps.boxes import blocks, dimensions
+from sweeps.boxes import along, blocks, dimensions
 from sweeps.systems.rigid_body.look import settings
 from sweeps.systems.rigid_body.solid import Face
 from sweeps.systems.rigid_body.solid import solid as solid_of
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 BLOCK_POINTS = 2**18  # of a map that are looked at together
 FRAMES = 90
@@ -34,7 +42,7 @@ MOST_ROTATIONS = 8.0  # of a picture: slower flips are shown from just before to
 COMPONENTS = tuple(colors.SERIES_COLORS[:3])
 
 
-def most_unstable(ds: xr.Dataset) -> dict[str, float] | None:
+def most_unstable(ds: "xr.Dataset") -> dict[str, float] | None:
     """The point whose nudge grows fastest for its spin rate, among bodies that can exist.
 
     Args:
@@ -46,15 +54,17 @@ def most_unstable(ds: xr.Dataset) -> dict[str, float] | None:
     most, best = 0.0, None
     for box in blocks(dimensions(ds), BLOCK_POINTS):
         part = ds.isel(box)
-        rate = (part["growth_rate"] / np.abs(part["omega0"])).where(part["triangle_margin"] >= 0)
-        if np.nanmax(rate.values, initial=0.0) > most:
-            place = np.unravel_index(int(np.nanargmax(rate.values)), rate.shape)
-            most, best = float(rate.values[place]), part.isel(dict(zip(rate.dims, place, strict=True)))
+        dims = part["growth_rate"].dims
+        growth, spin, margin = (along(part[name], dims) for name in ("growth_rate", "omega0", "triangle_margin"))
+        rate = np.where(margin >= 0, growth / np.abs(spin), np.nan)
+        if np.nanmax(rate, initial=0.0) > most:
+            place = tuple(map(int, np.unravel_index(int(np.nanargmax(rate)), rate.shape)))
+            most, best = float(rate[place]), part.isel(dict(zip(dims, place, strict=True)))
     names = ("body", "I1", "I2", "I3", "axis", "omega0", "epsilon", "phase")
-    return None if best is None else {name: best[name].item() for name in names if name in best.coords}
+    return None if best is None else {name: best[name].values.item() for name in names if name in best.coords}
 
 
-def racket(ds: xr.Dataset) -> dict[str, float] | None:
+def racket(ds: "xr.Dataset") -> dict[str, float] | None:
     """The point of a tennis racket thrown about its own axis 2; None where none stands on the grid."""
     if not {*RACKET, "omega0", "epsilon", "phase"} <= set(ds.dims):
         return None
@@ -106,7 +116,7 @@ def _upright(L: np.ndarray) -> np.ndarray:
     return np.stack([x, np.cross(z, x), z])
 
 
-def frames(ds: xr.Dataset) -> list[Image.Image]:
+def frames(ds: "xr.Dataset") -> list[Image.Image]:
     """The pictures of the animation: one flip of the racket, or of the most unstable body; none where nothing flips.
 
     Args:
@@ -129,11 +139,21 @@ def frames(ds: xr.Dataset) -> list[Image.Image]:
 
 def _window(moments, omega, axis: int, period: float, omega0: float) -> np.ndarray:
     """Times of the frames: one flip period with the flip inside, or as much of it as an eye can follow."""
-    fine = np.linspace(0.0, period, 20_001)
-    spin = exact.rotation(moments, omega, fine)[:, axis - 1]
-    flip = fine[int(np.argmin(np.abs(spin)))]
+    flip = _flip(moments, omega, axis, period)
     length = min(period, MOST_ROTATIONS * 2.0 * np.pi / omega0)
     return np.linspace(flip - 0.5 * length, flip + 0.5 * length, FRAMES)
+
+
+def _flip(moments, omega, axis: int, period: float) -> float:
+    """When in one flip period the spin changes sign, or is least; to some 1e-5 of the period, s."""
+    low, high = 0.0, period
+    for _ in range(2):
+        times = np.linspace(low, high, 321)
+        spin = exact.rotation(moments, omega, times)[:, axis - 1]
+        (changes,) = np.nonzero(np.signbit(spin[1:]) != np.signbit(spin[:-1]))
+        at = int(changes[0]) if changes.size else max(int(np.argmin(np.abs(spin))) - 1, 0)
+        low, high = times[at], times[min(at + (1 if changes.size else 2), times.size - 1)]
+    return 0.5 * (low + high)
 
 
 def _frames(point, moments, omegas, turned, times) -> list[Image.Image]:
@@ -156,8 +176,8 @@ def _frames(point, moments, omegas, turned, times) -> list[Image.Image]:
 
 def _in_few_colors(images: list[np.ndarray]) -> list[Image.Image]:
     """Pictures, shape (height, width, 3), in the same 256 colours: of each, those nearest to 32 steps of a channel."""
-    some = [Image.fromarray(image) for image in images[:: max(1, len(images) // 12)]]
-    palette = _montage(some).quantize(256)
+    some = np.concatenate([image[::2, ::2] for image in images[:: max(1, len(images) // 12)]])
+    palette = Image.fromarray(some).quantize(256)
     steps = np.linspace(0, 255, 32).round().astype(np.uint8)
     cube = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(1, -1, 3)
     table = np.asarray(Image.fromarray(cube).quantize(palette=palette, dither=Image.Dither.NONE)).ravel()
@@ -168,14 +188,6 @@ def _in_few_colors(images: list[np.ndarray]) -> list[Image.Image]:
         made.append(Image.fromarray(table.take(number), "P"))
         made[-1].putpalette(palette.getpalette())
     return made
-
-
-def _montage(images: list[Image.Image]) -> Image.Image:
-    """Pictures one below the other."""
-    whole = Image.new("RGB", (images[0].width, images[0].height * len(images)))
-    for k, image in enumerate(images):
-        whole.paste(image, (0, k * image.height))
-    return whole
 
 
 def _stage(point, moments, omegas, times):
@@ -223,41 +235,57 @@ def _seen(points: np.ndarray) -> np.ndarray:
 
 
 class _Scene:
-    """What turns, in the order in which it is drawn: artists that stay, and are only moved from frame to frame."""
+    """What turns, drawn frame by frame in the order in which it is seen: by pens that stay, and no artist of lines."""
 
     def __init__(self, ax, faces: list[Face], axis: int):
         self.ax, self.axis, self.solid = ax, axis, _Solid(faces)
-        trail = {"color": colors.SERIES_COLORS[4], "linewidth": 1.5, "alpha": 0.8}
-        spin = {"color": colors.UNSTABLE}
-        self.far, self.near = Line2D([], [], **trail), Line2D([], [], **trail)
-        self.tip = Line2D([], [], color=colors.INK, linewidth=1.6)
-        self.shaft = Line2D([], [], linewidth=2.0, **spin)
-        self.head = Line2D([], [], marker="o", markersize=4, **spin)
-        look = {"fontweight": "bold", "path_effects": style.halo(), "ha": "right", **spin}
-        self.name = ax.text(0.0, 0.0, "ω", animated=True, **look)
-        self.name.set_animated(True)
+        self.renderer = ax.figure.canvas.get_renderer()
+        self.trail = self._pen(colors.SERIES_COLORS[4], 1.5, 0.8)
+        self.tip, self.shaft = self._pen(colors.INK, 1.6), self._pen(colors.UNSTABLE, 2.0)
+        self.head, self.fill = self._pen(colors.UNSTABLE, 1.0), self._pen(colors.UNSTABLE, 0.0)
+        self.halo = self._pen("white", 2.5)
+        name = TextPath((0.0, 0.0), "ω", size=9.0 * DOTS / 72, prop=FontProperties(weight="bold"))
+        self.name = name.transformed(Affine2D().translate(-name.get_extents().x1, 0.0))
+        self.dot = Path.unit_circle().transformed(Affine2D().scale(2.0 * DOTS / 72))
         ax.add_collection(self.solid.artist, autolim=False)
-        for artist in (self.far, self.near, self.tip, self.shaft, self.head, self.solid.artist):
-            artist.set_animated(True)
-            if isinstance(artist, Line2D):
-                ax.add_line(artist)
+        self.solid.artist.set_animated(True)
+
+    def _pen(self, color: str, points: float, alpha: float = 1.0):
+        pen = self.renderer.new_gc()
+        pen.set_foreground((*to_rgb(color), alpha), isRGBA=True)
+        pen.set_linewidth(points)
+        pen.set_capstyle("projecting")
+        pen.set_clip_rectangle(self.ax.bbox)
+        return pen
 
     def draw(self, matrix: np.ndarray, omega: np.ndarray, trail: np.ndarray) -> None:
         """The trail's far part, the body with its spin axis, the trail's near part, and ω with its name."""
         behind = trail @ TOWARDS <= 0.0
-        for line, shown in ((self.far, behind), (self.near, ~behind)):
-            line.set_data(*np.where(shown[:, None], _seen(trail), np.nan).T)
         end = 1.15 * matrix[:, self.axis - 1]
-        self.tip.set_data(*_seen(np.stack([np.zeros(3), end])).T)
+        tip = _seen(np.stack([np.zeros(3), end]))
         spin = matrix @ omega
         arrow = _seen(np.stack([np.zeros(3), 1.2 * spin / np.linalg.norm(spin)]))
-        self.shaft.set_data(*arrow.T)
-        self.head.set_data(*arrow[1:].T)
-        self.name.set_position(arrow[1] + np.array([-0.08, 0.02]))
         self.solid.turn(matrix)
-        body = (self.solid.artist, self.tip) if end @ TOWARDS > 0.0 else (self.tip, self.solid.artist)
-        for artist in (self.far, *body, self.near, self.shaft, self.head, self.name):
-            self.ax.draw_artist(artist)
+        self._line(self.trail, np.where(behind[:, None], _seen(trail), np.nan))
+        if end @ TOWARDS <= 0.0:
+            self._line(self.tip, tip)
+        self.ax.draw_artist(self.solid.artist)
+        if end @ TOWARDS > 0.0:
+            self._line(self.tip, tip)
+        self._line(self.trail, np.where(behind[:, None], np.nan, _seen(trail)))
+        self._line(self.shaft, arrow)
+        self._filled(self.dot, arrow[1], self.head)
+        place = arrow[1] + np.array([-0.08, 0.02])
+        self._filled(self.name, place, self.halo)
+        self._filled(self.name, place, self.fill)
+
+    def _line(self, pen, points: np.ndarray) -> None:
+        self.renderer.draw_path(pen, Path(points), self.ax.transData)
+
+    def _filled(self, path: Path, place: np.ndarray, pen) -> None:
+        """A shape in pixels about a place, filled and outlined in the colour of a pen."""
+        at = Affine2D().translate(*self.ax.transData.transform(place))
+        self.renderer.draw_path(pen, path, at, pen.get_rgb())
 
 
 class _Solid:
@@ -281,5 +309,5 @@ class _Solid:
         front = front[np.argsort(depth, kind="stable")]
         light = 0.55 + 0.45 * (0.5 + 0.5 * outward[front] @ LIGHT)
         shades = np.clip(self.colors[front] * light[:, None], 0.0, 1.0)
-        self.artist.set_verts(list(self.corners[front] @ (matrix.T @ SCREEN)))
+        self.artist.set_verts(self.corners[front] @ (matrix.T @ SCREEN))
         self.artist.set_facecolor(np.column_stack([shades, self.veils[front]]))

@@ -1,9 +1,9 @@
 """Polhodes: the curves that the angular velocity traces in a body, on the ellipsoid of one energy, far side faint."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
@@ -13,6 +13,9 @@ from kernels import exact
 from sweeps import colors, style
 from sweeps.systems.rigid_body.look import LOOK
 from sweeps.systems.rigid_body.variables import MOMENTS
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 MOST_MOMENTS = 48  # values a dimension among which the body is looked for
 POINTS = 721
@@ -107,7 +110,7 @@ class Scene:
         return float(self.half().mean())
 
 
-def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
+def draw(ds: "xr.Dataset", ax: Axes | None = None) -> Figure | None:
     """The polhodes of the most asymmetric body of a map that can exist; None where each has two equal moments."""
     body = chosen(ds)
     if body is None:
@@ -126,7 +129,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     return figure
 
 
-def chosen(ds: xr.Dataset) -> AsymmetricBody | None:
+def chosen(ds: "xr.Dataset") -> AsymmetricBody | None:
     """The body of a map whose moments differ most, as `asymmetry` has it; None where none has three different ones."""
     if "body" in ds.dims:
         table = np.column_stack([ds[name].values for name in MOMENTS])
@@ -153,7 +156,7 @@ def asymmetry(moments: np.ndarray) -> np.ndarray:
     return np.where(greatest - middle <= least, np.minimum(middle / least, greatest / middle), 0.0)
 
 
-def _subtitle(ds: xr.Dataset, body: AsymmetricBody) -> str:
+def _subtitle(ds: "xr.Dataset", body: AsymmetricBody) -> str:
     values = ",  ".join(
         f"${name[0]}_{name[1]}$ = {style.number(x, 4)}" for name, x in zip(MOMENTS, body.moments, strict=True)
     )

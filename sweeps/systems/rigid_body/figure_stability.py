@@ -1,9 +1,9 @@
 """Stability maps: the measured signed rate over two moments of inertia, under the boundaries of linear theory."""
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
@@ -14,10 +14,14 @@ from matplotlib.text import Annotation
 from kernels import linear
 from kernels.rigid_body import cyclic, triangle_margin
 from sweeps import colors, style
+from sweeps.boxes import along
 from sweeps.systems.rigid_body.fits import signed_rate
 from sweeps.systems.rigid_body.look import LOOK, axis_label, settings
 from sweeps.systems.rigid_body.real import real_bodies
 from sweeps.systems.rigid_body.variables import REGIMES, STATUSES
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 MOMENTS = ("I1", "I2", "I3")
 MOST_CELLS = 1200  # a side; more than a print can show
@@ -27,7 +31,7 @@ BESIDE = (6, -8)  # points: where a body's name stands
 MISSING = "#8f8f8f"
 
 
-def planes(ds: xr.Dataset) -> tuple[tuple[str, ...], dict[str, float]]:
+def planes(ds: "xr.Dataset") -> tuple[tuple[str, ...], dict[str, float]]:
     """Which moments a map's stability pictures show, and where the other parameters are fixed.
 
     Args:
@@ -41,7 +45,7 @@ def planes(ds: xr.Dataset) -> tuple[tuple[str, ...], dict[str, float]]:
     longest = sorted(MOMENTS, key=lambda name: -ds.sizes[name])[:2]
     shown = tuple(name for name in MOMENTS if name in longest and ds.sizes[name] > 1)
     fixed = {name: _middle(ds[name].values) for name in (*MOMENTS, "omega0", "phase") if name not in shown}
-    fixed["epsilon"] = float(ds["epsilon"].min())
+    fixed["epsilon"] = float(ds["epsilon"].values.min())
     if len(shown) == 2:
         (third,) = set(MOMENTS) - set(shown)
         fixed[third] = _most_telling(ds, shown, third)
@@ -53,7 +57,7 @@ def _middle(values: np.ndarray) -> float:
     return float(np.sort(values)[(values.size - 1) // 2])
 
 
-def _most_telling(ds: xr.Dataset, shown: tuple[str, str], third: str) -> float:
+def _most_telling(ds: "xr.Dataset", shown: tuple[str, str], third: str) -> float:
     """Value of the third moment at which the rarest regime about any axis has the largest share of the bodies."""
     values = np.sort(ds[third].values)
     thinned = {name: ds[name].values[style.few(ds.sizes[name], MOST_COMPARED)] for name in shown}
@@ -107,7 +111,7 @@ def boundaries(axis: int, window: Mapping[str, tuple[float, float]], fixed: Mapp
 # The pictures
 
 
-def draw(ds: xr.Dataset, axis: int, ax: Axes | None = None) -> Figure | None:
+def draw(ds: "xr.Dataset", axis: int, ax: Axes | None = None) -> Figure | None:
     """The stability picture about one axis: a map over two moments, a curve over one, None where none varies.
 
     Args:
@@ -127,19 +131,23 @@ def draw(ds: xr.Dataset, axis: int, ax: Axes | None = None) -> Figure | None:
     return _curve(style.canvas(6.4, 4.8, title, subtitle, footer=0.56, ax=ax), part, axis, shown, fixed)
 
 
-def _slice(ds: xr.Dataset, axis: int, shown: tuple[str, ...], fixed: Mapping[str, float]) -> xr.Dataset:
+def _slice(ds: "xr.Dataset", axis: int, shown: tuple[str, ...], fixed: Mapping[str, float]) -> Mapping[str, np.ndarray]:
     """The plane (or line) of a picture, thinned to `MOST_CELLS` a side, with its `signed_rate`; (…, x) last."""
     at = {name: int(np.flatnonzero(ds[name].values == value)[0]) for name, value in fixed.items()}
     at |= {"axis": int(np.flatnonzero(ds["axis"].values == axis)[0])}
     at |= {name: slice(None, None, -(-ds.sizes[name] // MOST_CELLS)) for name in shown}
-    names = ["omega_squared", "triangle_margin", "status", "regime"]
-    part = ds[names].isel(at).load().sortby(list(shown)).transpose(*reversed(shown))
-    return part.assign(signed_rate=signed_rate(part["omega_squared"], fixed["omega0"]))
+    part = {name: ds[name].values[at[name]] for name in shown}
+    order = {name: np.argsort(values, kind="stable") for name, values in part.items()}
+    part = {name: values[order[name]] for name, values in part.items()}
+    for name in ("omega_squared", "triangle_margin", "status", "regime"):
+        variable = ds[name].isel({dim: at[dim] for dim in ds[name].dims if dim in at})
+        part[name] = along(variable, shown[::-1])[np.ix_(*(order[dim] for dim in reversed(shown)))]
+    return part | {"signed_rate": signed_rate(part["omega_squared"], fixed["omega0"])}
 
 
 def _map(figure, part, axis, shown, fixed) -> Figure:
     ax = figure.add_subplot()
-    x, y = (style.edges(part[name].values) for name in shown)
+    x, y = (style.edges(part[name]) for name in shown)
     mesh = _paint(ax, x, y, part)
     _set_axes(ax, part, shown, x, y)
     (third,) = set(MOMENTS) - set(shown)
@@ -155,9 +163,9 @@ def _map(figure, part, axis, shown, fixed) -> Figure:
     return figure
 
 
-def _paint(ax: Axes, x, y, part: xr.Dataset):
-    rate = np.ma.masked_invalid(part["signed_rate"].values)
-    possible = np.ma.masked_where(part["triangle_margin"].values < 0, rate)
+def _paint(ax: Axes, x, y, part: Mapping[str, np.ndarray]):
+    rate = np.ma.masked_invalid(part["signed_rate"])
+    possible = np.ma.masked_where(part["triangle_margin"] < 0, rate)
     scale = possible if possible.count() else rate
     limit = float(np.abs(scale).max()) if scale.count() else 1.0
     limit = limit if limit > 0 else 1.0
@@ -165,10 +173,10 @@ def _paint(ax: Axes, x, y, part: xr.Dataset):
     return ax.pcolormesh(x, y, rate, cmap=COLOR_MAP, norm=Normalize(-limit, limit), rasterized=True)
 
 
-def _set_axes(ax: Axes, part: xr.Dataset, shown, x, y) -> None:
-    if style.is_logarithmic(part[shown[0]].values):
+def _set_axes(ax: Axes, part: Mapping[str, np.ndarray], shown, x, y) -> None:
+    if style.is_logarithmic(part[shown[0]]):
         ax.set_xscale("log")
-    if style.is_logarithmic(part[shown[1]].values):
+    if style.is_logarithmic(part[shown[1]]):
         ax.set_yscale("log")
     ax.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
     ax.set(xlabel=axis_label(shown[0]), ylabel=axis_label(shown[1]))
@@ -186,12 +194,12 @@ def runs(mask: np.ndarray) -> list[tuple[int, int, int]]:
     return list(zip(rows.tolist(), first.tolist(), after.tolist(), strict=True))
 
 
-def _hatch(ax: Axes, x, y, part: xr.Dataset, third: float) -> None:
+def _hatch(ax: Axes, x, y, part: Mapping[str, np.ndarray], third: float) -> None:
     """Hatches what cannot exist, up to the line on which one moment is the sum of both others.
 
     Of two moments p and q and a third, r: q below |p − r|, and q above p + r.
     """
-    if not (part["triangle_margin"].values < 0).any():
+    if not (part["triangle_margin"] < 0).any():
         return
     at = np.unique(np.append(_between(ax.get_xscale(), x[0], x[-1]), np.clip(third, x[0], x[-1])))
     low, high = np.clip(np.abs(at - third), y[0], y[-1]), np.clip(at + third, y[0], y[-1])
@@ -216,25 +224,25 @@ def _filled(at: np.ndarray, low: np.ndarray, high: np.ndarray) -> Outline:
     return Outline(np.vstack([corners, corners[:1]]), closed=True)
 
 
-def _vanishing(part: xr.Dataset) -> list:
-    if not np.isin(part["regime"].values, (linear.MARGINAL, linear.SPHERE)).any():
+def _vanishing(part: Mapping[str, np.ndarray]) -> list:
+    if not np.isin(part["regime"], (linear.MARGINAL, linear.SPHERE)).any():
         return []
     return [Patch(facecolor="#f7f7f7", edgecolor=colors.QUIET, linewidth=0.7, label=r"marginal: $\Omega^2 = 0$")]
 
 
-def _missing(part: xr.Dataset) -> list:
-    missing = int(np.count_nonzero(~np.isfinite(part["signed_rate"].values)))
+def _missing(part: Mapping[str, np.ndarray]) -> list:
+    missing = int(np.count_nonzero(~np.isfinite(part["signed_rate"])))
     return [Patch(facecolor=MISSING, label=f"no value ({missing:,})")] if missing else []
 
 
-def _mark_untrusted(ax: Axes, part: xr.Dataset, shown) -> None:
+def _mark_untrusted(ax: Axes, part: Mapping[str, np.ndarray], shown) -> None:
     """Marks cells whose status is not ok, one kind of mark a status."""
     for number, mark in ((1, "."), (2, "x"), (3, "+")):
-        at = part["status"].values == number
+        at = part["status"] == number
         if at.any():
             rows, columns = np.nonzero(at)
             label = f"{LOOK.words(STATUSES[number])} ({rows.size:,})"
-            xs, ys = part[shown[0]].values[columns], part[shown[1]].values[rows]
+            xs, ys = part[shown[0]][columns], part[shown[1]][rows]
             look = {"linestyle": "none", "marker": mark, "markersize": 4, "color": colors.INK, "alpha": 0.8}
             ax.plot(xs, ys, gid=f"status {number}", label=label, **look)
 
@@ -307,12 +315,12 @@ def _outside(ax: Axes, pair, xy, transform, offset, **alignment) -> None:
     ax.annotate(_pair_text(pair), xy, offset, xycoords=transform, textcoords="offset points", **alignment)
 
 
-def _name_regions(ax: Axes, part: xr.Dataset, shown, lines: Mapping, taken: list) -> None:
+def _name_regions(ax: Axes, part: Mapping[str, np.ndarray], shown, lines: Mapping, taken: list) -> None:
     """Writes each regime's name where its region has most room, if there is enough."""
     keep = [style.few(part[name].size, 40) for name in shown]
-    u, v = np.meshgrid(*(_fractions(part[name].values)[at] for name, at in zip(shown, keep, strict=True)))
-    regimes = part["regime"].values[np.ix_(*reversed(keep))]
-    possible = part["triangle_margin"].values[np.ix_(*reversed(keep))] >= 0
+    u, v = np.meshgrid(*(_fractions(part[name])[at] for name, at in zip(shown, keep, strict=True)))
+    regimes = part["regime"][np.ix_(*reversed(keep))]
+    possible = part["triangle_margin"][np.ix_(*reversed(keep))] >= 0
     points = np.column_stack([u.reshape(-1), v.reshape(-1)])
     drawn = [_line_fractions(ax, line, shown) for line in lines.values()]
     drawn += [np.array(taken)] if taken else []
@@ -380,8 +388,8 @@ def _color_bar(figure: Figure, ax: Axes, mesh) -> None:
 def _curve(figure, part, axis, shown, fixed) -> Figure:
     (name,) = shown
     ax = figure.add_subplot()
-    cells = style.edges(part[name].values)
-    if style.is_logarithmic(part[name].values):
+    cells = style.edges(part[name])
+    if style.is_logarithmic(part[name]):
         ax.set_xscale("log")
     ax.set(xlim=(cells[0], cells[-1]), xlabel=axis_label(name))
     if ax.get_xscale() == "log":
@@ -392,7 +400,7 @@ def _curve(figure, part, axis, shown, fixed) -> Figure:
         ax.text(0.015, y, word, transform=ax.transAxes, va=va, color=color, path_effects=style.halo())
     _theory_curve(ax, axis, name, cells, fixed)
     _measured_curve(ax, part, name)
-    for row in runs((part["triangle_margin"].values < 0)[None]):
+    for row in runs((part["triangle_margin"] < 0)[None]):
         span = ax.axvspan(
             cells[row[1]], cells[row[2]], facecolor="none", edgecolor="#9a9da1", hatch="/////", linewidth=0, zorder=0
         )
@@ -412,13 +420,13 @@ def _theory_curve(ax: Axes, axis: int, name: str, cells: np.ndarray, fixed: Mapp
     ax.plot(xs, rate, color=colors.QUIET, linewidth=1.2, label="linear theory", gid="theory")
 
 
-def _measured_curve(ax: Axes, part: xr.Dataset, name: str) -> None:
+def _measured_curve(ax: Axes, part: Mapping[str, np.ndarray], name: str) -> None:
     for kind, word in enumerate(REGIMES, start=-1):
-        at = part["regime"].values == kind
-        if np.isfinite(part["signed_rate"].values[at]).any():
+        at = part["regime"] == kind
+        if np.isfinite(part["signed_rate"][at]).any():
             ax.plot(
-                part[name].values[at],
-                part["signed_rate"].values[at],
+                part[name][at],
+                part["signed_rate"][at],
                 linestyle="none",
                 marker="o",
                 markersize=4.5,

@@ -4,17 +4,18 @@ Everything is read from a map in blocks or slices, so that no map has to fit int
 """
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
-from pydantic import ValidationError
 
-from sweeps.boxes import blocks
+from sweeps.boxes import along, blocks
 from sweeps.schema.carried import definition_of
-from sweeps.systems.rigid_body.definition import Observed
 from sweeps.systems.rigid_body.variables import REGIMES, STATUSES
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 SECONDS_PER_DAY = 86_400.0
 BLOCK_POINTS = 2**18
@@ -99,7 +100,7 @@ class Agreement:
     certificate: float = math.nan
 
 
-def agreement(ds: xr.Dataset, most: int = MOST_DRAWN) -> Agreement:
+def agreement(ds: "xr.Dataset", most: int = MOST_DRAWN) -> Agreement:
     """Compares measured with predicted rates, reading a map once, in blocks of `BLOCK_POINTS`.
 
     Args:
@@ -125,14 +126,12 @@ def agreement(ds: xr.Dataset, most: int = MOST_DRAWN) -> Agreement:
     return result
 
 
-def _columns(ds: xr.Dataset, block: Mapping[str, slice], dims: tuple[str, ...]) -> dict[str, np.ndarray]:
+def _columns(ds: "xr.Dataset", block: Mapping[str, slice], dims: tuple[str, ...]) -> dict[str, np.ndarray]:
     names = ["omega_squared", "omega_squared_theory", "omega_squared_error", "triangle_margin", "status", "regime"]
-    names += [name for name in ("propagation_error",) if name in ds]
-    part = ds[names].isel(block).load()
-    omega0, epsilon = (
-        part[name].broadcast_like(part["status"]).transpose(*dims).values.reshape(-1) for name in ("omega0", "epsilon")
-    )
-    columns = {name: part[name].transpose(*dims).values.reshape(-1) for name in names}
+    names += [name for name in ("propagation_error",) if name in ds.variables]
+    shape = [len(range(ds.sizes[dim])[block[dim]]) for dim in dims]
+    columns = {name: _column(ds[name], block, dims, shape) for name in (*names, "omega0", "epsilon")}
+    omega0, epsilon = columns.pop("omega0"), columns.pop("epsilon")
     measured, theory = columns["omega_squared"], columns["omega_squared_theory"]
     error = columns["omega_squared_error"]
     relative, ratio = np.full((2, *measured.shape), np.nan)
@@ -150,6 +149,12 @@ def _columns(ds: xr.Dataset, block: Mapping[str, slice], dims: tuple[str, ...]) 
         "regime": columns["regime"],
         "certificate": columns.get("propagation_error", np.full(measured.shape, np.nan)),
     }
+
+
+def _column(variable: "xr.DataArray", block: Mapping[str, slice], dims: Sequence[str], shape: list[int]) -> np.ndarray:
+    """Values of a variable at all points of a block, in storage order."""
+    part = variable.isel({dim: block[dim] for dim in variable.dims})
+    return np.broadcast_to(along(part, dims), shape).reshape(-1)
 
 
 def _count(result: Agreement, columns: Mapping[str, np.ndarray]) -> None:
@@ -225,7 +230,7 @@ def deviation_floor(epsilon, deviation, error) -> float:
     return max(FLOOR_FACTOR * float(np.median(deviation[first])), float(np.median(error[first])))
 
 
-def breakdown(ds: xr.Dataset) -> xr.Dataset:
+def breakdown(ds: "xr.Dataset") -> "xr.Dataset":
     r"""How the measured Ω² leaves linear theory as ε grows: the exponent of |Ω²/Ω²_theory − 1| ∝ ε^p.
 
     The fit uses points with status ok whose deviation lies between 1e-11 and 1e-2 and above `deviation_floor`.
@@ -240,6 +245,8 @@ def breakdown(ds: xr.Dataset) -> xr.Dataset:
         `slope_stderr`, `fitted` (1; over all but epsilon): p, its standard error and the number of points fitted.
         NaN where the theory is 0 or fewer than `LEAST_FITTED` points remain.
     """
+    import xarray as xr
+
     names = ["omega_squared", "omega_squared_theory", "omega_squared_reduced_error", "status"]
     ds = ds[names].load().sortby("epsilon")
     theory = ds["omega_squared_theory"].where(ds["omega_squared_theory"] != 0)
@@ -290,7 +297,7 @@ class Period:
     note: str
 
 
-def periods(ds: xr.Dataset) -> list[Period]:
+def periods(ds: "xr.Dataset") -> list[Period]:
     """Predicted, measured and observed periods of the bodies of a map that have an `observed` entry and an axis.
 
     Args:
@@ -316,8 +323,12 @@ def _days(frequency: float) -> float:
     return 2.0 * math.pi / frequency / SECONDS_PER_DAY if frequency > 0 else math.nan
 
 
-def _observations(ds: xr.Dataset) -> Iterator[Period]:
+def _observations(ds: "xr.Dataset") -> Iterator[Period]:
     """What the definition that a map carries says was observed: plain values, of which any may be of any kind."""
+    from pydantic import ValidationError
+
+    from sweeps.systems.rigid_body.definition import Observed
+
     bodies = definition_of(ds.attrs).get("bodies")
     named = set(ds["body"].values.tolist()) if "body" in ds.dims else set()
     for body in bodies if isinstance(bodies, tuple) else ():

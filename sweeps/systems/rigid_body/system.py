@@ -212,25 +212,27 @@ class RigidBody(Dynamics):
 
     def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
         """Stability maps or the bodies in a row, theory against measurement, the breakdown, and the polhodes."""
-        from sweeps.systems.rigid_body import (
-            figure_agreement,
-            figure_bodies,
-            figure_breakdown,
-            figure_polhodes,
-            figure_stability,
-        )
+        from sweeps.systems.rigid_body import figure_agreement, figure_polhodes, figure_stability
 
         found: dict[str, Callable[[], Figure | None]] = {}
         if "body" in ds.dims:
+            from sweeps.systems.rigid_body import figure_bodies
+
             found["bodies"] = lambda ax=None: figure_bodies.draw(ds, ax)
         else:
             for axis in ds["axis"].values.tolist():
                 found[f"stability_axis_{axis}"] = lambda ax=None, axis=axis: figure_stability.draw(ds, axis, ax)
         found["theory_against_measured"] = lambda ax=None: figure_agreement.draw(ds, ax)
         if ds.sizes.get("epsilon", 0) >= LEAST_NUDGES:
+            from sweeps.systems.rigid_body import figure_breakdown
+
             found["breakdown"] = lambda ax=None: figure_breakdown.draw(ds, ax)
         found["polhodes"] = lambda ax=None: figure_polhodes.draw(ds, ax)
         return found
+
+    def draws_plainly(self, ds: "xr.Dataset") -> bool:
+        """The pictures of a grid of moments, but for the breakdown."""
+        return set(MOMENTS) <= set(ds.dims) and ds.sizes.get("epsilon", 0) < LEAST_NUDGES
 
     def pictures_of_points(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
         """The inertia triangle, the points over two coordinates, and theory against measurement."""
