@@ -4,10 +4,13 @@ Tests run in parallel, a process a core (pytest-xdist). What they share is the c
 the processes start, and whatever a test compiles besides is stored by one process at a time.
 """
 
+import gc
 import os
 import signal
 import subprocess
 import sys
+from contextlib import suppress
+from importlib import import_module
 
 import numba
 import pytest
@@ -16,6 +19,7 @@ from hypothesis import settings
 from kernels import stored
 from kernels.fingerprint import cache_folder, fingerprint
 
+FROM_THE_END = ["playwright.sync_api", "trimesh", "fontTools.subset", "sympy"]  # large, and asked for late
 LEFT_TO_THE_SLOW = [
     "sweeps.systems.relative_equilibrium.system"
 ]  # whose kernels no quick test needs, nor what is seldom
@@ -45,13 +49,43 @@ def pytest_configure(config):
         (everything if slow else most).touch()
 
 
-def pytest_collection_modifyitems(items):
-    """Where nothing is compiled, leaves out what takes minutes, and hears no division by zero: kernels know of them."""
+def pytest_collection_modifyitems(config, items):
+    """Where nothing is compiled, leaves out what takes minutes, and hears no division by zero: kernels know of them.
+
+    There, the lines of the kernels are what is tried: of the cases of one test the first, the middle and the last show
+    as much as all, which the compiled kernels are shown.
+    """
     if numba.config.DISABLE_JIT:
+        kept = _some(items)
+        config.hook.pytest_deselected(items=[item for item in items if item not in kept])
+        items[:] = kept
         for item in items:
             item.add_marker(pytest.mark.filterwarnings("ignore::RuntimeWarning"))
             if item.get_closest_marker("compiled"):
                 item.add_marker(pytest.mark.skip(reason="minutes in plain Python"))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection():
+    """What is imported stays: it is not looked through for rubbish again and again."""
+    gc.disable()
+    if os.environ.get("PYTEST_XDIST_WORKER") == "gw1":
+        for name in FROM_THE_END:  # of what two processes import of a fresh environment, each compiles a part
+            with suppress(ImportError):
+                import_module(name)
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
+
+
+def _some(items):
+    """Of the cases of each test three."""
+    cases = {}
+    for item in items:
+        cases.setdefault((item.path, item.originalname), []).append(item)
+    return [case for of_one in cases.values() for case in dict.fromkeys(of_one[k] for k in (0, len(of_one) // 2, -1))]
 
 
 stored.store_in_turn()

@@ -50,16 +50,16 @@ def forty_digits():
         yield
 
 
-@pytest.fixture(scope="module")
-def table():
-    """Rows (u, m, m1, ours, mpmath's) over both ends of the parameter and all sizes of argument."""
+@pytest.fixture(scope="module", params=[0, pytest.param(1, marks=pytest.mark.slow)], ids=["", "between"])
+def table(request):
+    """Rows (u, m, m1, ours, mpmath's) over both ends of the parameter and all sizes of argument, every second."""
     rng = np.random.default_rng(1)
     drawn = [(x, 1.0 - x) for x in rng.random(8)][:4]
     with mp.workdps(40):
         return [
             (u, m, m1, elliptic.jacobi(u, m, m1), real_ellipfun(u, m, m1))
             for m, m1 in PARAMETERS + drawn
-            for u in map(float, arguments(m, m1, rng))
+            for u in map(float, arguments(m, m1, rng)[request.param :: 2])
         ]
 
 

@@ -67,7 +67,7 @@ def findings(path, **options):
         pytest.param(TINY, id="grid"),
         pytest.param(TOP, id="top", marks=pytest.mark.slow),
         pytest.param(PENDULUM, id="pendulum", marks=pytest.mark.slow),
-        pytest.param(COLLAPSED, id="collapse"),
+        pytest.param(COLLAPSED, id="collapse", marks=pytest.mark.slow),
     ],
 )
 def test_a_whole_map_holds(definition, tmp_path, capsys):

@@ -25,7 +25,17 @@ ROOT = Path(admission.__file__).parents[2]
 HEAVY = {"numba", "xarray", "pandas", "dask", "matplotlib", "scipy", "netCDF4", "sympy", "ruamel.yaml"}
 
 
-@pytest.fixture(scope="module", params=[None, BODIES, TOP, POINTS], ids=["grid", "bodies", "top", "points"])
+OTHERS = {"bodies": BODIES, "top": TOP}
+
+
+@pytest.fixture(
+    scope="module",
+    params=[
+        pytest.param(None, id="grid"),
+        pytest.param(POINTS, id="points"),
+        *(pytest.param(definition, id=name, marks=pytest.mark.slow) for name, definition in OTHERS.items()),
+    ],
+)
 def path(request, tmp_path_factory):
     folder = tmp_path_factory.mktemp("plain")
     return write(folder) if request.param is None else write(folder, request.param)

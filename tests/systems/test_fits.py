@@ -5,8 +5,8 @@ import math
 import mpmath
 import numpy as np
 import pytest
+import scipy
 import xarray as xr
-from scipy.stats import linregress
 
 import sweeps
 from sweeps.systems.rigid_body import fits
@@ -154,7 +154,7 @@ def test_power_law_against_scipy():
     rng = np.random.default_rng(11)
     y = 0.3 * EPSILON**2 * np.exp(rng.normal(0, 0.2, EPSILON.size))
     inside = (y >= 1e-11) & (y <= 1e-2)
-    reference = linregress(np.log(EPSILON[inside]), np.log(y[inside]))
+    reference = scipy.stats.linregress(np.log(EPSILON[inside]), np.log(y[inside]))
     slope, stderr, n = fits.power_law(EPSILON, y)
     # the same sums in another order
     assert (slope, stderr) == pytest.approx((reference.slope, reference.stderr), rel=1e-10)

@@ -40,7 +40,7 @@ def first_flips(moments, axis, omega0, epsilon, phase, count=3):
     return run.t_events[0][:count]
 
 
-@pytest.mark.parametrize(("omega0", "epsilon"), [(10.0, 1e-2), (-3.0, 0.1)])
+@pytest.mark.parametrize(("omega0", "epsilon"), [(10.0, 1e-2), pytest.param(-3.0, 0.1, marks=pytest.mark.slow)])
 def test_the_flip_period_is_that_of_scipy(omega0, epsilon):
     spin = spins(RACKET, omega0, epsilon, 0.6)[1]
     first, second, third = first_flips(RACKET, 2, omega0, epsilon, 0.6)

@@ -6,7 +6,7 @@ import os
 
 import numpy as np
 import pytest
-from scipy.stats import multivariate_normal, norm, qmc
+import scipy
 
 import sweeps
 from kernels import exact, linear
@@ -72,7 +72,7 @@ def middle(moments, axis):
 def test_sobol_points_are_scipys_bit_for_bit(dimension):
     for size in (1, 2, 512):
         ours, theirs = (np.random.default_rng(7) for _ in range(2))
-        wanted = qmc.Sobol(dimension, rng=theirs).random(size)
+        wanted = scipy.stats.qmc.Sobol(dimension, rng=theirs).random(size)
         assert nets.sobol(dimension, size, ours).tobytes() == wanted.tobytes()
 
 
@@ -99,8 +99,10 @@ def test_the_probability_of_the_middle_is_scipys_bivariate_normal():
         for rows, axis in (([[1, -1, 0], [1, 0, -1]], 1), ([[-1, 0, 1], [0, -1, 1]], 3)):
             spread = np.array(rows) @ covariance @ np.transpose(rows)
             if (np.diag(spread) > 0).all():
-                normal = multivariate_normal(-np.array(rows) @ moments, spread, allow_singular=True)
-                wanted = 2 - norm.cdf(normal.mean / np.sqrt(np.diag(spread))).sum() - 2 * normal.cdf([0.0, 0.0])
+                normal = scipy.stats.multivariate_normal(-np.array(rows) @ moments, spread, allow_singular=True)
+                wanted = (
+                    2 - scipy.stats.norm.cdf(normal.mean / np.sqrt(np.diag(spread))).sum() - 2 * normal.cdf([0.0, 0.0])
+                )
                 found = possible.middle_probability(moments, covariance, axis)
                 assert found == pytest.approx(wanted, abs=2e-8)  # what SciPy's own integration promises
 
@@ -162,7 +164,7 @@ def test_moments_of_the_draws_are_those_asked_for():
     assert not impossible.any()
     assert np.allclose(found.mean(axis=0), moments, rtol=1e-5)
     assert np.allclose(np.cov(found.T), covariance, rtol=0.02, atol=2e-6)
-    normal = multivariate_normal(moments, covariance)
+    normal = scipy.stats.multivariate_normal(moments, covariance)
     plain = normal.rvs(2**14, random_state=5)
     for level in (0.05, 0.5, 0.95):  # 2^14 plain draws know a quantile to 0.02 standard deviations
         apart = np.quantile(found, level, axis=0) - np.quantile(plain, level, axis=0)
@@ -175,13 +177,13 @@ def test_the_bias_of_a_nearly_flat_body_is_that_of_a_normal_variable_kept_above_
     second = possible.second_moments(moments)
     sigma = 0.05 * math.sqrt(np.sum(moments**2))
     z = second[2] / sigma
-    kept = second[2] * norm.cdf(z) + sigma * norm.pdf(z)  # mean of max(J3, 0)
+    kept = second[2] * scipy.stats.norm.cdf(z) + sigma * scipy.stats.norm.pdf(z)  # mean of max(J3, 0)
     _, (found, impossible, _) = drawn(known, 2**15)
-    assert impossible.mean() == pytest.approx(norm.cdf(-z), abs=1e-3)
+    assert impossible.mean() == pytest.approx(scipy.stats.norm.cdf(-z), abs=1e-3)
     # g leaves a small part of δ where the maximum has 0
     assert possible.second_moments(found).mean(axis=0)[2] == pytest.approx(kept, abs=0.3 * known.delta)
     assert kept / second[2] - 1 == pytest.approx(0.11, abs=0.01)  # as the module says
-    rejected = second[2] + sigma * norm.pdf(z) / norm.cdf(z)
+    rejected = second[2] + sigma * scipy.stats.norm.pdf(z) / scipy.stats.norm.cdf(z)
     assert rejected / second[2] - 1 == pytest.approx(0.35, abs=0.01)
 
 
@@ -212,7 +214,7 @@ def test_a_drawn_tensor_turns_the_axes_and_the_spin_starts_where_it_was():
 
 def test_sobol_indices_of_ishigamis_function():
     def ishigami(z):
-        x = math.pi * (2 * norm.cdf(z) - 1)
+        x = math.pi * (2 * scipy.stats.norm.cdf(z) - 1)
         return np.sin(x[:, 0]) + 7 * np.sin(x[:, 1]) ** 2 + 0.1 * x[:, 2] ** 4 * np.sin(x[:, 0])
 
     # Ishigami and Homma (1990), a = 7, b = 0.1
@@ -281,7 +283,7 @@ def test_flips_of_draws_are_the_closed_forms(measured):
     known, asked, _, found = measured
     draws = found[0][1]
     normals = designs.normals(asked.method, known.dimension, asked.draws, asked.seed).reshape(-1, known.dimension)
-    phase = 0.6 + 2 * math.pi * norm.cdf(normals[:, 3])
+    phase = 0.6 + 2 * math.pi * scipy.stats.norm.cdf(normals[:, 3])
     start = -2.0 * np.stack([1e-3 * np.sin(phase), np.ones_like(phase), 1e-3 * np.cos(phase)], axis=1)
     flipping = np.flatnonzero(np.isfinite(draws["flip_period"]))
     assert len(flipping) > 0.9 * len(phase)

@@ -13,6 +13,8 @@ import sweeps
 from kernels import linear
 from sweeps import style as figure_style
 from sweeps.maps.storage import open_map, write_map
+from sweeps.points import catalogue
+from sweeps.schema.reading import read_text
 from sweeps.systems import ratios
 from sweeps.systems.rigid_body import (
     figure_agreement,
@@ -67,7 +69,8 @@ def tiny():
 @pytest.fixture(scope="module")
 def racket():
     """A tenth of the default sweep's points, with all values of the moments that its picture shows."""
-    return sweeps.survey("tennis_racket").sel(omega0=[10.0])
+    whole = dict(read_text(catalogue.shipped()["tennis_racket"].read_text()))
+    return sweeps.survey(whole | {"grid": dict(whole["grid"]) | {"omega0": 10.0}})
 
 
 @pytest.fixture(scope="module")
