@@ -455,10 +455,10 @@ def test_a_map_of_chosen_variables_opens(tmp_path):
 
 @pytest.mark.slow
 def test_a_folder_of_more_shards_than_a_process_may_open_is_merged(tmp_path, tiny):
-    definition = read(plain(read_text(TINY.definition.text)) | {"shards": 40})
+    definition = read(plain(read_text(TINY.definition.text)) | {"shards": 24})
     folder = tmp_path / "shards"
-    for number in range(1, 41):
-        sharding.write_shard(definition, number, 40, folder / f"{number}-of-40.nc")
+    for number in range(1, 25):
+        sharding.write_shard(definition, number, 24, folder / f"{number}-of-24.nc")
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     resource.setrlimit(resource.RLIMIT_NOFILE, (max(map(int, os.listdir("/dev/fd"))) + 20, hard))
     try:
@@ -466,6 +466,6 @@ def test_a_folder_of_more_shards_than_a_process_may_open_is_merged(tmp_path, tin
     finally:
         resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
     assert told == tiny.attrs["content_hash"]
-    (folder / "7-of-40.nc").unlink()
-    with pytest.raises(storage.MapError, match="7-of-40"):
+    (folder / "7-of-24.nc").unlink()
+    with pytest.raises(storage.MapError, match="7-of-24"):
         merging.merge(definition, [folder], tmp_path / "map.nc")
