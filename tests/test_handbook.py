@@ -164,6 +164,15 @@ def test_docstrings_for_readers_of_code_become_restructured_text(line, made):
     assert as_restructured([line]) == [made]
 
 
+def test_an_accent_stands_over_its_letter_and_the_index_beside_both():
+    pytest.importorskip("sphinx")
+    from sweeps.handbook.directives import _mathml
+
+    dotted = "".join(_mathml(r"\dot q_i = \sum_k^n x_k", False, None).split())
+    assert '<msub><moveraccent="true"><mi>q</mi><mostretchy="false">˙</mo></mover><mi>i</mi></msub>' in dotted
+    assert '<munderover><momovablelimits="true">∑</mo><mi>k</mi><mi>n</mi></munderover>' in dotted
+
+
 def test_links_between_pages_lead_somewhere():
     """Sphinx says the same of whole links; this says it without Sphinx, of pages and files."""
     names = {*PAGES, "gallery", "reference/definitions", "reference/variables", "reference/commands", "reference/api"}

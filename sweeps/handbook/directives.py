@@ -7,6 +7,7 @@ import html
 import json
 import re
 from pathlib import Path
+from xml.etree import ElementTree
 
 from docutils import nodes
 from docutils.utils.math import MathError
@@ -20,7 +21,9 @@ from sweeps.handbook.evidence import picture_file
 
 LARGE = re.compile(r"\\([bB]ig)(?![a-zA-Z])")
 SHORT_FRACTION = re.compile(r"\\[td]?frac\s*(\d)\s*(\d)")
+MATHML = "http://www.w3.org/1998/Math/MathML"
 LOGGER = logging.getLogger(__name__)
+ElementTree.register_namespace("", MATHML)
 
 
 def _facts(config, name: str) -> dict:
@@ -100,10 +103,22 @@ def _mathml(tex: str, block: bool, where: nodes.Node) -> str:
     braced = SHORT_FRACTION.sub(r"\\frac{\1}{\2}", tex)  # docutils asks for the braces
     braced = LARGE.sub(r"\\\1l", braced)  # and knows large signs as left or right ones
     try:
-        return tex2mathml(braced, as_block=block)
+        return _accents_first(tex2mathml(braced, as_block=block))
     except MathError as error:
         LOGGER.warning("%s: %s", error, tex, location=where)
         return f"<code>{html.escape(tex)}</code>"
+
+
+def _accents_first(mathml: str) -> str:
+    r"""`\dot q_i` as q̇ with an index; docutils writes that below the q where an accent stands above it."""
+    root = ElementTree.fromstring(mathml)
+    for both in root.iter(f"{{{MATHML}}}munderover"):
+        base, index, over = both
+        if over.get("stretchy") == "false":
+            accented = ElementTree.Element(f"{{{MATHML}}}mover", accent="true")
+            accented.extend((base, over))
+            both.tag, both[:] = f"{{{MATHML}}}msub", (accented, index)
+    return ElementTree.tostring(root, encoding="unicode")
 
 
 def _inline(translator, node: nodes.math) -> None:
