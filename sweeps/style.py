@@ -23,6 +23,7 @@ from sweeps.colors import INK, QUIET
 
 DPI = 200
 SUBTITLE_LETTERS = 15.0  # an inch, about, at the subtitle's size
+VALUE = re.compile(r"[^\s,][^,\n=]{0,18} = [^,\n=]{0,18}[^\s,]")  # a name and its value, with its unit
 LEGEND_POINTS, LEAST_POINTS = 8.5, 6.0  # of a legend's letters, and where they would not fit
 SERIES_MARKERS = ("o", "s", "^", "D", "v", "P")
 
@@ -174,9 +175,10 @@ def on_paper(figure: Figure, draw: Callable[[], None]) -> None:
 
 
 def wrapped(text: str, width: float) -> str:
-    """A subtitle in lines that a canvas of so many inches holds, each broken between words."""
+    """A subtitle in lines that a canvas of so many inches holds, broken between words, but in no `name = value`."""
     most = int((width - 0.24) * SUBTITLE_LETTERS)
-    return "\n".join(part for line in text.split("\n") for part in textwrap.wrap(line, most) or [""])
+    whole = VALUE.sub(lambda value: value[0].replace(" ", "\u00a0"), text)  # where textwrap breaks nothing
+    return "\n".join(part for line in whole.split("\n") for part in textwrap.wrap(line, most) or [""])
 
 
 def units(text: str) -> str:

@@ -117,6 +117,8 @@ def test_long_lines_are_broken_between_words():
     assert len(lines) > 3
     assert max(map(len, lines)) <= 4.0 * style.SUBTITLE_LETTERS
     assert " ".join(" ".join(lines[1:]).split()) == ("a word and " * 20).strip()
+    values = ["I2 = 0.017784 kg m²", "omega0 = 10 rad s⁻¹", "phase = 0.6 rad"]
+    assert style.wrapped(",  ".join(values), 2.6).replace("\u00a0", " ").split(",\n") == values
 
 
 def test_a_map_of_more_values_than_can_be_seen_is_thinned():
