@@ -211,14 +211,21 @@ def _take_first_order(S, lane):
     return twice * S[HALF_FIRST + lane], (u - u1) * S[HALF_ALONG + lane], twice
 
 
-def _sample_of(reduced):
-    """Taking a sample with so much of the reduction; the branches are decided when it is compiled."""
+def _sample_of(reduced, exactly=False):
+    """Taking a sample with so much of the reduction, an exact step before it if asked for; decided when compiled.
+
+    What regimes, certificates and log slopes are told from is not kept where nobody reads it.
+    """
     followed, whole = reduced != NONE, reduced == WHOLE
 
     @njit(**OPTIONS)
     def sample(S, triple):
         opened, logging = 0, 0  # whole numbers: their or-reduction stays packed
         for lane in range(W):
+            if exactly:
+                S[A + lane], S[B + lane], S[C + lane] = exact.step(
+                    S[A + lane], S[B + lane], S[C + lane], S[QA + lane], S[QB + lane], S[QC + lane]
+                )
             b, c = S[B + lane], S[C + lane]
             b1, c1, b2, c2 = S[B1 + lane], S[C1 + lane], S[B2 + lane], S[C2 + lane]
             size = b * b + c * c
@@ -249,20 +256,22 @@ def _sample_of(reduced):
                 S[SX + lane] += sb * b1 + sc * c1 if counts else 0.0
                 S[SS + lane] += sb * sb + sc * sc if counts else 0.0
                 S[SW + lane] += xx * more if counts else 0.0
-            turn = (b1 * c - c1 * b) * S[A + lane]  # the sense relative to the spin, whose sign a carries
-            S[TURN + lane] += turn if inside else 0.0
-            S[LARGEST + lane] = size if inside & (size > S[LARGEST + lane]) else S[LARGEST + lane]
+                turn = (b1 * c - c1 * b) * S[A + lane]  # the sense relative to the spin, whose sign a carries
+                S[TURN + lane] += turn if inside else 0.0
+                grown = size >= measure.LOG_FROM * measure.LOG_FROM * start
+                logging |= 1 if (S[LOPEN + lane] > 0.0) & (grown | (S[LN + lane] > 0.0)) else 0
+            if not exactly:
+                S[LARGEST + lane] = size if inside & (size > S[LARGEST + lane]) else S[LARGEST + lane]
             S[B2 + lane], S[C2 + lane] = b1, c1
             S[B1 + lane], S[C1 + lane] = b, c
             opened |= 1 if inside else 0
-            grown = size >= measure.LOG_FROM * measure.LOG_FROM * start
-            logging |= 1 if (S[LOPEN + lane] > 0.0) & (grown | (S[LN + lane] > 0.0)) else 0
         return opened > 0, logging > 0
 
     return sample
 
 
 _sample_alone, _sample_first_order, _sample_whole = (_sample_of(reduced) for reduced in (NONE, FIRST_ORDER, WHOLE))
+_sample_exactly = _sample_of(NONE, exactly=True)
 
 
 @njit(**OPTIONS)
@@ -370,11 +379,13 @@ def follow(S, order, steps, intervals, certified, invariants, logged, reduced):
         begin_invariants(S)
     opened = True
     for k in range(1, intervals + 1):
-        advance(S, order, steps)
+        at_once = order == EXACT and reduced == NONE and k > 2
+        if not at_once:
+            advance(S, order, steps)
         if k == 2:
             guess(S)
         if opened:  # else every window has closed but the log slope's
-            opened, logging = sample(S, k, reduced)
+            opened, logging = _sample_exactly(S, True) if at_once else sample(S, k, reduced)
             if certified:
                 certify(S)
             if invariants:

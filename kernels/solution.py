@@ -15,9 +15,11 @@ from kernels.options import EXACT, EXACT_INLINE, INLINE
 
 @njit(**EXACT_INLINE)
 def unit_of(x1, x2, x3):
-    """The power of two next above the largest of three magnitudes; 1 where all are zero."""
-    _, exponent = math.frexp(max(abs(x1), abs(x2), abs(x3)))
-    return math.ldexp(1.0, min(exponent, 1023))
+    """The power of two next above the largest of three magnitudes, 2^-1022 to 2^1023; 1 where all are zero."""
+    largest = max(abs(x1), abs(x2), abs(x3))
+    exponent = np.float64(largest).view(np.int64) >> 52  # as stored: of 1 it is 1023
+    unit = np.int64(min(exponent + 1, 2046) << 52).view(np.float64)
+    return unit if largest != 0.0 else 1.0
 
 
 @njit(**EXACT_INLINE)

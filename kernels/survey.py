@@ -15,6 +15,7 @@ import numpy as np
 from numba import njit
 
 from kernels import (
+    circular,
     collapse,
     columns,
     direct,
@@ -43,10 +44,10 @@ POWERS = columns.powers(COLUMNS, flips.COLUMNS)
 
 
 @njit(nogil=True, **OPTIONS)
-def _plan(I1, I2, I3, axis, epsilon, spacing, intervals, tolerance, plan, keys):
+def _plan(I1, I2, I3, axis, epsilon, spacing, intervals, tolerance, exactly, plan, keys):
     """Sample spacing (radians of spin), order, steps per sample, reduction and sorting key of each point."""
     spacings, orders, steps, reduced = plan
-    known, size, coefficients = -1.0, 0.0, (0.0, 0.0, 0.0)
+    known, size, whole, coefficients = -1.0, 0.0, 0.0, (0.0, 0.0, 0.0)
     for i in range(I1.size):
         ca, cb, cc = rigid_body.euler_coefficients(*rigid_body.relabel(I1[i], I2[i], I3[i], axis[i]))
         bound = max(abs(ca), abs(cb), abs(cc))
@@ -54,30 +55,31 @@ def _plan(I1, I2, I3, axis, epsilon, spacing, intervals, tolerance, plan, keys):
         if epsilon[i] != known:
             known = epsilon[i]
             size = min(1.0, measure.WINDOW * known * math.exp(0.5))  # the sample after the window's end included
+            whole = math.sqrt(1.0 + known * known)  # the rates go with all of |omega|, not with the spin alone
             coefficients = (
                 direct.truncation(size, 8),
                 direct.truncation(size, 10),
                 direct.truncation(size, 12),
             )
-        # the rates go with all of |omega|, not with the spin alone
-        x = bound * spacings[i] * math.sqrt(1.0 + known * known)
-        orders[i], steps[i] = direct.choose(x, size, coefficients, intervals, tolerance)
+        orders[i], steps[i], kind = lanes.EXACT, 1, 0
+        if not exactly:
+            orders[i], steps[i] = direct.choose(bound * spacings[i] * whole, size, coefficients, intervals, tolerance)
+            kind = abs(orders[i]) - 8 + (1 if orders[i] < 0 else 0)  # 0 to 5
         growth = cb * cc if cb * cc > 0.0 else 0.0
         level = int(min(math.sqrt(growth), 1.0) * (LEVELS - 1)) if growth == growth else 0
         small = reduction.is_small(ca, known, spacings[i] * intervals)
         reduced[i] = lanes.FIRST_ORDER if small else lanes.WHOLE
-        kind = abs(orders[i]) - 8 + (1 if orders[i] < 0 else 0)  # 0 to 5
         keys[i] = ((6 * (steps[i] - 1) + kind) * 2 + (0 if small else 1)) * LEVELS + level
 
 
 @njit(nogil=True, **OPTIONS)
-def _load(S, lane, moments, spin, epsilon, cosine, sine, spacing, steps):
-    """Fill the rows of one lane that are given; moments are (I_a, I_b, I_c)."""
+def _load(S, lane, moments, spin, epsilon, phase, spacing, steps):
+    """Fill the rows of one lane that are given, but for the phase in the place of its sine; moments (I_a, I_b, I_c)."""
     Ia, Ib, Ic = moments
-    unit = solution.unit_of(Ia, Ib, Ic)
-    S[lanes.MA + lane], S[lanes.MB + lane], S[lanes.MC + lane] = Ia / unit, Ib / unit, Ic / unit
+    scale = 1.0 / solution.unit_of(Ia, Ib, Ic)  # powers of two both
+    S[lanes.MA + lane], S[lanes.MB + lane], S[lanes.MC + lane] = Ia * scale, Ib * scale, Ic * scale
     S[lanes.SPIN + lane] = spin
-    S[lanes.EPSILON + lane], S[lanes.COSINE + lane], S[lanes.SINE + lane] = epsilon, cosine, sine
+    S[lanes.EPSILON + lane], S[lanes.SINE + lane] = epsilon, circular.within(phase)
     S[lanes.SPACING + lane], S[lanes.STEPS + lane] = spacing, steps
 
 
@@ -91,20 +93,18 @@ def _run(I1, I2, I3, axis, omega0, epsilon, phase, plan, blocks, intervals, tole
     order, starts = blocks
     certified, invariants, logged, reducing = groups
     S = scratch(findings.ROWS)
-    angle, cosine, sine = math.nan, math.nan, math.nan
     for j in range(starts.size - 1):
         first, count = starts[j], starts[j + 1] - starts[j]
         head = order[first]
         for lane in range(W):
             i = order[first + min(lane, count - 1)]
             spin = 1.0 if omega0[i] > 0.0 else -1.0
-            if phase[i] != angle:  # most points share theirs
-                angle = phase[i]
-                cosine, sine = math.cos(angle), math.sin(angle)
             moments = rigid_body.relabel(I1[i], I2[i], I3[i], axis[i])
-            _load(S, lane, moments, spin, epsilon[i], cosine, sine, spacings[i], steps[i])
+            _load(S, lane, moments, spin, epsilon[i], phase[i], spacings[i], steps[i])
             known = math.isfinite(omega0[i]) and omega0[i] != 0.0
             S[findings.MORE.spin_rate + lane] = abs(omega0[i]) if known else math.nan
+        for lane in range(W):
+            S[lanes.COSINE + lane], S[lanes.SINE + lane] = circular.cosine_sine(S[lanes.SINE + lane])
         exactly = orders[head] == lanes.EXACT
         depth = reduced[head] if reducing or reduced[head] == lanes.WHOLE else lanes.NONE
         lanes.follow(S, orders[head], steps[head], intervals, certified, invariants, logged, depth)
@@ -144,11 +144,7 @@ def _measure(arrays, spacing, intervals, tolerance, exactly, rounded, groups, ro
         size = min(I1.size - low, TILE)
         part = slice(low, low + size)
         bodies, nudge = (I1[part], I2[part], I3[part], axis[part]), epsilon[part]
-        _plan(*bodies, nudge, spacing, intervals, tolerance, plan, keys)
-        if exactly:
-            for i in range(size):  # written out: the words of NumPy's errors take five seconds to compile
-                keys[i] %= 2 * LEVELS
-                orders[i], steps[i] = lanes.EXACT, 1
+        _plan(*bodies, nudge, spacing, intervals, tolerance, exactly, plan, keys)
         order, starts = cut(keys[:size], LEVELS)
         turn = (omega0[part], nudge, phase[part])
         _run(*bodies, *turn, plan, (order, starts), intervals, tolerance, rounded, groups, rows, kept)

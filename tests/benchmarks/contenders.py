@@ -17,9 +17,15 @@ from bodies import END, SAMPLES, SPACING, TIMES, rate_of, rates_of
 from numba import carray, cfunc, njit, prange
 
 from kernels import direct, lanes, measure, rigid_body, survey
+from kernels.fingerprint import WIDE
 
 TOLERANCES = tuple(10.0**-n for n in range(6, 13))
-WANTED = ("omega_squared", "omega_squared_stderr", "regime", "status")
+WANTED = ("omega_squared", "omega_squared_stderr", "status")  # what the others tell: no errors, hence no regime
+
+
+def whole_vectors():
+    """Whether our kernels take vectors of 512 bits where LLVM by itself takes half: then whoever can does so too."""
+    return os.environ.get("NUMBA_CPU_FEATURES", "").endswith(WIDE)
 
 
 class Contender:
@@ -144,7 +150,8 @@ class Heyoka(Contender):
         super().__init__(threads)
         import heyoka
 
-        self.width = self.width or heyoka.recommended_simd_size()
+        if self.gridded:
+            self.width = 32 if whole_vectors() else heyoka.recommended_simd_size()
         self.pool = multiprocessing.get_context("spawn").Pool(threads)
 
     def rates(self, bodies, setting):
@@ -171,16 +178,16 @@ class Heyoka(Contender):
 
 
 class HeyokaGrid(Heyoka):
-    """heyoka.py as its manual shows it."""
+    """heyoka.py as its manual shows it; with vectors of 512 bits (force_avx512) in batches of four of them."""
 
-    name, width, gridded = "heyoka.py propagate_grid", None, True
-    mode = "taylor_adaptive_batch of the SIMD width, propagate_grid, fast_math, a process per core"
+    name, gridded = "heyoka.py propagate_grid", True
+    mode = "taylor_adaptive_batch of the SIMD width (32 where force_avx512 is taken), propagate_grid, fast_math"
 
 
 _integrators = {}  # of this process, by tolerance and width
 
 
-def _heyoka_integrator(tolerance, width):
+def _heyoka_integrator(tolerance, width, gridded):
     if (tolerance, width) not in _integrators:
         import heyoka
 
@@ -193,13 +200,14 @@ def _heyoka_integrator(tolerance, width):
             tol=tolerance,
             compact_mode=False,
             fast_math=True,
+            force_avx512=gridded and whole_vectors(),  # batches of 64 are no faster with it, and often slower
         )
     return _integrators[tolerance, width]
 
 
 def _heyoka_batches(tolerance, k, start, width, gridded):
     """Transverse samples (2, times, width) of batch after batch, in one array that each batch overwrites."""
-    integrator = _heyoka_integrator(tolerance, width)
+    integrator = _heyoka_integrator(tolerance, width, gridded)
     state, pars, coefficients, taken = integrator.state, integrator.pars, integrator.tc, integrator.last_h
     times = np.repeat(TIMES[:, None], width, axis=1)
     samples, due = np.empty((2, TIMES.size, width)), np.empty(width, dtype=np.int64)

@@ -165,3 +165,10 @@ def test_what_processes_store_at_one_moment_is_all_there(cache):
         _, names = pickle.loads(index.read())
     assert len(set(names.values())) == len(names) == 4
     assert len(cache.files("nbc")) == 4
+
+
+def test_numba_is_loaded_once_where_the_ledger_lags_behind(cache):
+    (cache.folder / stored.LEDGER).unlink()  # as while another process is still compiling
+    command = [sys.executable, "-c", "import kernels, numba, numba.core.ir_utils as of; print(of.numba is numba)"]
+    done = subprocess.run(command, env=cache.environment, capture_output=True, text=True, check=True, cwd=ROOT)
+    assert done.stdout.strip() == "True"
