@@ -12,10 +12,12 @@ import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import nullcontext
+from functools import partial
 from pathlib import Path
 
 from kernels.fingerprint import cache_folder, fingerprint
 from sweeps import interrupts, systems
+from sweeps.files import replaced_folder
 from sweeps.maps import storage
 from sweeps.points import estimate
 from sweeps.points.catalogue import Plan
@@ -75,36 +77,35 @@ def _is_older(made: Path, path: Path) -> bool:
 def _shown(path: Path, again: bool, helper) -> Iterator[Path]:
     """Pictures and report of a map, side by side where a second process helps."""
     folder, page = path.parent / "figures", path.parent / "report.html"
-    drawn = []
+    report = partial(_report, path, page) if again or _is_older(page, path) else lambda: None
     if again or _is_older(folder, path):
-        _say(f"making {folder}")
-        drawn.append(_draw(path, folder, helper))
-    if again or _is_older(page, path):
-        _say(f"making {page}")
-        _report(path, page)
-    for asked in drawn:
-        asked.result()
-        os.utime(folder)
+        _draw(path, folder, helper, report)
+    else:
+        report()
     yield folder
     yield page
 
 
-def _draw(path: Path, folder: Path, helper) -> Future:
-    """The pictures of a map: drawn, or being drawn by the helper."""
+def _draw(path: Path, folder: Path, helper, meanwhile: Callable[[], None]) -> None:
+    """Draws the pictures of a map; what the helper has not begun once something else is done, here."""
+    _say(f"making {folder}")
     shutil.rmtree(folder, ignore_errors=True)
-    if helper:
-        return helper.draw_all(folder)
-    from sweeps.views.helper import draw_all
+    with replaced_folder(folder) as temporary:
+        asked = helper.draw((), temporary) if helper else None
+        meanwhile()
+        from sweeps.views import figures
 
-    done = Future()
-    draw_all(path, folder)
-    done.set_result(None)
-    return done
+        with figures.opened(path) as ds:
+            figures.draw_some(ds, (), temporary)
+        if asked:
+            asked.result()
+    os.utime(folder)
 
 
 def _report(path: Path, file: Path) -> None:
     from sweeps.views import report
 
+    _say(f"making {file}")
     with storage.open_map(path) as ds:
         report.write(ds, file)
 

@@ -19,7 +19,6 @@ from sweeps.views import films, svg, themes
 if TYPE_CHECKING:
     import xarray as xr
 
-COMPILED = ("polhodes",)  # pictures that call kernels: with the animations, for one process to load them
 LEAST_SHARED = 4  # fewer pictures are drawn before another process is ready
 FRAME_MILLISECONDS = 60
 COMPRESSION = 3  # of a PNG: an eighth larger than at most effort, in half of the time
@@ -96,7 +95,7 @@ def draw_all(
         only: names of pictures and animations, or how they begin; all where there is none.
         theme: of `sweeps.views.themes`.
         sheet: what the pictures are for.
-        helper: a `sweeps.views.helper.Helper`, which draws half of them.
+        helper: a `sweeps.views.helper.Helper`, which draws those that are not begun here.
 
     Yields:
         The path of each file, once all are written.
@@ -111,28 +110,44 @@ def draw_all(
         still = {}
     wanted = _named([*still, *moving], only)
     names = [name for name in (*still, *moving) if name in wanted]
-    others = [name for k, name in enumerate(names) if name in moving or name in COMPILED or k == 0]
     with replaced_folder(folder) as temporary:
-        how = (temporary, kind, theme, sheet)
-        if helper is None or len(names) < LEAST_SHARED:
-            drawn = draw_some(ds, names, *how)
-        else:
-            asked = helper.draw(others, *how)
-            mine = draw_some(ds, [name for name in names if name not in others], *how)
-            found = {*mine, *asked.result()}
-            drawn = [file for name in names for file in sorted(found) if Path(file).stem == name]
-    yield from (folder / name for name in drawn)
+        how = (names, temporary, kind, theme, sheet)
+        asked = helper.draw(*how) if helper and len(names) >= LEAST_SHARED else None
+        found = {*draw_some(ds, *how), *(asked.result() if asked else ())}
+    yield from (folder / file for name in names for file in sorted(found) if Path(file).stem == name)
 
 
 def draw_some(
-    ds: "xr.Dataset | PlainMap", names: Sequence[str], folder: Path, kind: str, theme: str, sheet: style.Sheet
+    ds: "xr.Dataset | PlainMap",
+    names: Sequence[str],
+    folder: Path,
+    kind: str = "png",
+    theme: str = "light",
+    sheet: style.Sheet = style.ITS_OWN,
+    from_the_end: bool = False,
 ) -> list[str]:
-    """Draws pictures and animations of a map by name into a folder that is there; gives the files' names."""
+    """Draws pictures and animations of a map that no other process has begun; gives the files' names.
+
+    Processes that draw into one folder begin at the two ends of the list: what takes longest is the last.
+
+    Args:
+        ds: the map.
+        names: of the pictures and animations; all where there is none.
+        folder: where the files go, itself in a folder of its own, where a file `taken-NAME` says what is begun.
+        kind: as of `draw_all`.
+        theme: likewise.
+        sheet: likewise.
+        from_the_end: whether the last is begun first.
+    """
     ds = literal(ds)
     still, moving = pictures(ds), animations(ds)
-    drawn = []
+    names, drawn = names or [*still, *moving], []
     with style.drawn_for(sheet):
-        for name in names:
+        for name in reversed(names) if from_the_end else names:
+            try:
+                (folder.parent / f"taken-{name}").touch(exist_ok=False)
+            except FileExistsError:
+                continue
             if name in still and kind not in films.KINDS:
                 path = folder / f"{name}.{kind}"
                 drawn += [path.name] if _write(still[name], path, theme) else []

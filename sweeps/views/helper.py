@@ -1,4 +1,4 @@
-"""A second process that draws half of a map's pictures; it loads what it needs while the first looks at the map."""
+"""A second process that draws a map's pictures from the last on; it loads its libraries while the first opens the map."""
 
 import multiprocessing
 import os
@@ -25,12 +25,8 @@ class Helper:
             self._pool.submit(_get_ready)
 
     def draw(self, names: Sequence[str], folder: Path, *how) -> Future:
-        """Draws pictures and animations by name into a folder; see `sweeps.views.figures.draw_some`."""
+        """Draws what nobody has begun of pictures and animations; see `sweeps.views.figures.draw_some`."""
         return self._pool.submit(_draw, self.path, self.cut, names, folder, *how)
-
-    def draw_all(self, folder: Path) -> Future:
-        """Draws all of them into a folder."""
-        return self._pool.submit(draw_all, self.path, folder)
 
     def end(self, is_done: bool) -> None:
         """Ends the process, at once where its work is not wanted any more."""
@@ -60,13 +56,4 @@ def _draw(path: str, cut: Mapping[str, slice], names: Sequence[str], folder: Pat
     from sweeps.views import figures
 
     with figures.opened(path) as ds:
-        return figures.draw_some(ds.isel(cut), names, folder, *how)
-
-
-def draw_all(path: str | Path, folder: Path) -> None:
-    """All pictures and animations of a map."""
-    from sweeps.views import figures
-
-    with figures.opened(path) as ds:
-        for _ in figures.draw_all(ds, folder):
-            pass
+        return figures.draw_some(ds.isel(cut), names, folder, *how, from_the_end=True)
