@@ -1,4 +1,4 @@
-"""A second process that draws a map's pictures, the last first; it loads its libraries while the first opens the map."""
+"""A second process that draws a map's pictures, the last first; it loads its libraries as the first opens the map."""
 
 import multiprocessing
 import os
