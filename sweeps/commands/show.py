@@ -47,5 +47,7 @@ def _facts(ds, found) -> dict:
     facts |= {"unlike": found.unlike, "impossible": found.impossible, "compared": found.compared}
     facts["deviations"] = {}
     for (reference, name), deviation in found.deviations.items():
-        facts["deviations"].setdefault(name, said(deviation.worst) | {"against": reference})
+        facts["deviations"].setdefault(
+            name, said(deviation.worst) | {"against": reference, "over": deviation.scale or reference}
+        )
     return facts | {"checks": {name: said(worst) for name, worst in found.checks.items()}}

@@ -56,7 +56,8 @@ class Deviation:
     Attributes:
         name: the variable.
         reference: what it is compared with.
-        counts: points by the decade of |value/reference − 1|, `PER_DECADE` bins a decade.
+        scale: the variable over which they are apart; "" for the reference itself, where that is not zero.
+        counts: points by the decade of |value − reference|/|scale|, `PER_DECADE` bins a decade.
         equal: points at which the two are the same to the last bit.
         within: points whose deviation is inside their own error, of `judged` that have one.
         worst: the largest deviation, and where.
@@ -64,6 +65,7 @@ class Deviation:
 
     name: str
     reference: str
+    scale: str = ""
     counts: np.ndarray = field(default_factory=lambda: np.zeros((MOST_DECADE - LEAST_DECADE) * PER_DECADE, np.int64))
     equal: int = 0
     within: int = 0
@@ -72,7 +74,7 @@ class Deviation:
 
     @property
     def total(self) -> int:
-        """Points compared: those of the summary's rule at which both are numbers and the reference is not zero."""
+        """Points compared: those of the summary's rule at which both are numbers and the scale is not zero."""
         return self.equal + int(self.counts.sum())
 
     def quantile(self, share: float) -> float:
@@ -85,12 +87,12 @@ class Deviation:
         at = int(np.searchsorted(reached, share * self.total))
         return min(self.worst.value, 10.0 ** (LEAST_DECADE + (at + 1) / PER_DECADE))
 
-    def take(self, sound, values, reference, error, box: Mapping[str, slice]) -> None:
-        """Takes in a box: which points to compare, values, what they are compared with, and their errors or None."""
-        known = sound & np.isfinite(values) & np.isfinite(reference) & (reference != 0.0)
+    def take(self, sound, values, reference, error, scale, box: Mapping[str, slice]) -> None:
+        """Takes in a box: which points to compare, values, theory's, their errors or None, what all is told over."""
+        known = sound & np.isfinite(values) & np.isfinite(reference) & (scale != 0.0)
         with np.errstate(all="ignore"):
             gap = np.abs(values - reference)
-            deviation = np.where(known, gap / np.abs(reference), np.nan)
+            deviation = np.where(known, gap / np.abs(scale), np.nan)
         self.worst.take(deviation, box)
         if error is not None:
             judged = known & np.isfinite(error)
@@ -134,7 +136,8 @@ class Summary:
         self.checks = {
             n: Worst() for n, spec in self._specs.items() if spec.role in (Role.CHECK, Role.CERTIFICATE) and n in floats
         }
-        self.deviations = {(r, n): Deviation(n, r) for r, n in pairs if {r, n} <= floats}
+        scales = {n: spec.scale if spec.scale in floats else "" for n, spec in self._specs.items()}
+        self.deviations = {(r, n): Deviation(n, r, scales[n]) for r, n in pairs if {r, n} <= floats}
 
     @property
     def unlike(self) -> dict[str, int]:
@@ -145,7 +148,7 @@ class Summary:
     def names(self) -> list[str]:
         """The variables whose values it takes in."""
         existing = (name for name, spec in self._specs.items() if spec.role == Role.EXISTENCE)
-        compared = (each for r, n in self.deviations for each in (r, n, self._specs[n].error))
+        compared = (each for (r, n), d in self.deviations.items() for each in (r, n, self._specs[n].error, d.scale))
         wanted = {*self._flags, *self.checks, *existing, *compared}
         return [name for name in self._held if name in wanted]
 
@@ -174,7 +177,8 @@ class Summary:
             worst.take(np.abs(whole[name]), box)
         for (reference, name), deviation in self.deviations.items():
             error = whole.get(self._specs[name].error)
-            deviation.take(sound, whole[name], whole[reference], error, box)
+            scale = whole[deviation.scale or reference]
+            deviation.take(sound, whole[name], whole[reference], error, scale, box)
         for name in (name for name, spec in self._specs.items() if spec.role == Role.EXISTENCE):
             self.impossible += int(np.count_nonzero(whole[name] < 0))
 

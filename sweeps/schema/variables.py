@@ -36,6 +36,8 @@ class Variable:
         theory: name of the variable that says what theory predicts of it; "" for none.
         exact: name of the variable that says what the exact solution has; "" for none.
         error: name of the variable that says how far it may be off; "" for none.
+        scale: name of the variable over which it is off from theory, where its own size may be nothing but rounding; ""
+            for theory's value.
         role: what readers take it for, see `Role`.
         sparse: whether most of its values are zero, missing or repeated, so that deflating them pays.
         over: names of further dimensions, after those of the points, that it has at every point.
@@ -52,6 +54,7 @@ class Variable:
     theory: str = ""
     exact: str = ""
     error: str = ""
+    scale: str = ""
     role: Role = Role.NONE
     over: tuple[str, ...] = ()
 

@@ -1,6 +1,8 @@
 """What systems share whose points are a body, listed or in the grid, and whose motions are measured once round."""
 
+from pathlib import Path
 from types import ModuleType
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -8,7 +10,12 @@ from sweeps.schema.layout import Layout
 from sweeps.schema.parameters import Range
 from sweeps.schema.variables import Variable
 from sweeps.systems import listed
-from sweeps.systems.system import Dynamics
+from sweeps.systems.system import Dynamics, Page
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+TRIANGLE = Path(__file__).parent / "rigid_body" / "page" / "triangle.js"
 
 
 class MeasuredOnce(Dynamics):
@@ -18,11 +25,13 @@ class MeasuredOnce(Dynamics):
         tables: its module of variables: ARGUMENTS, COORDINATES, VARIABLES, EXACT (the closed form's) and LAYOUT.
         shareable: names of what a body may give itself besides its moments.
         closed: what the closed form is of, for a map's `source`.
+        question: what its page asks.
     """
 
     tables: ModuleType
     shareable: tuple[str, ...]
     closed: str
+    question: str
 
     def dimensions(self, definition) -> dict[str, Range | np.ndarray]:
         """The arguments, or (body, …) and what no body gives itself."""
@@ -52,6 +61,10 @@ class MeasuredOnce(Dynamics):
     def follows_attitude(self, definition) -> bool:
         """Wherever a body is followed round."""
         return definition.integration.measured
+
+    def page(self, ds: "xr.Dataset") -> Page:
+        """The motion in one sentence, and the inertia triangle beneath points that are bodies."""
+        return Page((TRIANGLE, Path(str(self.tables.__file__)).parent / "part.js"), self.question)
 
     def method(self, definition) -> str:
         """How the motion was computed."""

@@ -335,6 +335,7 @@ def _deviation(ds, deviation) -> dict:
     return {
         "name": deviation.name,
         "names": (_long_name(ds, deviation.name), _long_name(ds, deviation.reference)),
+        "over": deviation.scale and deviation.scale.replace("_", " "),
         "total": deviation.total,
         "median": deviation.quantile(0.5),
         "most": deviation.quantile(0.99),

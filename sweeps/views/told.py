@@ -47,7 +47,7 @@ def _worst(ds, found, dims):
     from sweeps.views.printing import table
 
     made = table("worst", "value", "where", right=(1,))
-    rows = [(_against(*pair), deviation.worst) for pair, deviation in found.deviations.items()]
+    rows = [(_against(deviation), deviation.worst) for deviation in found.deviations.values()]
     for name, worst in (*rows, *found.checks.items()):
         if worst.points:
             where = ", ".join(f"{dim} {in_words(value)}" for dim, value in place(ds, worst.at).items() if dim in dims)
@@ -55,8 +55,9 @@ def _worst(ds, found, dims):
     return made
 
 
-def _against(reference: str, name: str) -> str:
-    return f"{name} against {reference}, relative"
+def _against(deviation) -> str:
+    over = f"over {deviation.scale}" if deviation.scale else "relative"
+    return f"{deviation.name} against {deviation.reference}, {over}"
 
 
 def _draw(console, drawn) -> None:

@@ -1,11 +1,13 @@
 import numpy as np
 import pytest
+import xarray as xr
 from maps import BODIES, DEFINITION, TOP
 
 import sweeps
 from sweeps.boxes import blocks, dimensions
 from sweeps.maps import summary
 from sweeps.maps.selection import nearest
+from sweeps.systems.relative_equilibrium.variables import REGIMES
 from sweeps.systems.rigid_body.look import LOOK
 from sweeps.views import report, textmap
 
@@ -126,3 +128,21 @@ def test_a_single_point_has_no_map():
 )
 def test_shares_are_0_or_100_only_where_they_are(part, whole, words):
     assert summary.share(part, whole) == words
+
+
+def test_rates_that_may_be_rounding_are_told_over_their_scale():
+    """A stable top's real parts are zero: their rounding over that of theory says nothing."""
+    dims = ("spin_rate", "equilibrium", "eigenvalue")
+    real = np.array([[[0.0, 3e-16]], [[-2.0, 2.0]]])
+    theory = np.array([[[0.0, -1e-16]], [[-2.0, 2.0 + 4e-9]]])
+    regime = np.repeat([1, 2], 2).reshape(2, 1, 2).astype("i1")
+    flags = {"flag_values": np.arange(-1, 5, dtype="i1"), "flag_meanings": " ".join(REGIMES)}
+    variables = {"eigenvalue_real": real, "eigenvalue_real_theory": theory, "rate_scale": np.full_like(real, 4.0)}
+    ds = xr.Dataset({name: (dims, values) for name, values in variables.items()}, attrs={"system": "sleeping_top"})
+    ds = ds.assign(regime=(dims, regime, flags), regime_theory=(dims, regime, flags))
+    found = summary.summarise(ds).deviations["eigenvalue_real_theory", "eigenvalue_real"]
+    assert (found.scale, found.total) == ("rate_scale", 4)
+    assert found.worst.value == pytest.approx(1e-9)
+    found = summary.summarise(ds.drop_vars("rate_scale")).deviations["eigenvalue_real_theory", "eigenvalue_real"]
+    assert found.scale == ""
+    assert found.worst.value == pytest.approx(4.0)

@@ -18,27 +18,38 @@ _ROOTS = "grows like a root of the noise where eigenvalues meet"
 _PAIRS = "half the sum of the squares of four eigenvalues; of pairs ±a, ±b it is a² + b²"
 
 
-def _measured(name, units, long_name, comment=_BOUND, role=Role.NONE) -> tuple[Variable, ...]:
+def _measured(name, units, long_name, comment=_BOUND, role=Role.NONE, scale="") -> tuple[Variable, ...]:
     """A quantity by theory, as measured, and its error."""
     theory, error = f"{name}_theory", f"{name}_error"
     return (
         Variable(theory, units, f"{long_name}, linear theory"),
-        Variable(name, units, f"{long_name}, measured", theory=theory, error=error, role=role),
+        Variable(name, units, f"{long_name}, measured", theory=theory, error=error, scale=scale, role=role),
         Variable(error, units, f"error of the measured {long_name}", comment=comment),
     )
 
 
 VARIABLES = table(
     *_measured(
-        "eigenvalue_real", "s-1", "real part of the eigenvalue: growth, or decay below 0", f"{_BOUND}; {_ROOTS}"
+        "eigenvalue_real",
+        "s-1",
+        "real part of the eigenvalue: growth, or decay below 0",
+        f"{_BOUND}; {_ROOTS}",
+        scale="rate_scale",
     ),
-    *_measured("eigenvalue_imag", "s-1", "imaginary part of the eigenvalue: turning", f"{_BOUND}; {_ROOTS}"),
+    *_measured(
+        "eigenvalue_imag",
+        "s-1",
+        "imaginary part of the eigenvalue: turning",
+        f"{_BOUND}; {_ROOTS}",
+        scale="rate_scale",
+    ),
     *_measured(
         "growth_rate",
         "s-1",
         "largest real part of all eigenvalues; decay is negative",
         f"{_BOUND}; {_ROOTS}",
         Role.MEASUREMENT,
+        "rate_scale",
     ),
     Variable("regime_theory", None, "regime, linear theory", "i1", REGIMES, first_flag=-1),
     Variable(

@@ -19,16 +19,26 @@ function cloudDots() {
   });
 }
 
+/** So many of n numbers from 0, in order, always the same ones: each is as likely as any other (Knuth, TAOCP 3.4.2, S). */
+function fewAtRandom(n, most) {
+  let seed = 1;
+  const kept = [];
+  for (let i = 0; i < n; i++) {
+    seed = (Math.imul(seed, 1664525) + 1013904223) >>> 0;
+    if ((seed / 2 ** 32) * (n - i) < most - kept.length) kept.push(i);
+  }
+  return kept;
+}
+
 function drawCloud() {
   const column = chosenColumn();
   const dots = cloudDots();
-  const every = Math.ceil(dots.length / MOST_DOTS);
-  const shown = dots.filter((_, i) => i % every === 0);
+  const shown = fewAtRandom(dots.length, MOST_DOTS).map((i) => dots[i]);
   theMap.shownDots = shown;
   const scale = colorScale(column, dots.map((dot) => dot.value), dots.map((dot) => dot.exists));
   const { colorbar = {}, showscale = true } = scale;
   const bar = { thickness: 14, len: 0.9, outlinewidth: 0, exponentformat: "power", ...colorbar };
-  const marker = { size: shown.length > 1000 ? 4 : 6, symbol: shown.map((dot) => (dot.exists ? "circle" : "x-thin-open")), color: shown.map((dot) => (Number.isFinite(dot.value) ? scale.z(dot.value) : null)), cmin: scale.zmin, cmax: scale.zmax, colorscale: scale.colorscale, showscale, colorbar: bar };
+  const marker = { size: shown.length > 1000 ? 4 : 6, symbol: shown.map((dot) => (dot.exists ? "circle" : "x-thin-open")), color: shown.map((dot) => (Number.isFinite(dot.value) ? scale.z(dot.value) : null)), cmin: scale.zmin, cmax: scale.zmax, colorscale: scale.colorscale, showscale, colorbar: bar, line: { width: 0.4, color: pageColor("quiet") } };
   theMap.brief = shown.length <= MOST_TOLD ? headlines() : [];
   const text = shown.map((dot) => tooltip(column, dot));
   const points = { type: "scatter", mode: "markers", x: shown.map((dot) => dot.x), y: shown.map((dot) => dot.y), marker, text, hovertemplate: "%{text}<extra></extra>" };
@@ -39,7 +49,7 @@ function drawCloud() {
   const axes = { xaxis: cloudAxis(state.x), yaxis: state.y ? cloudAxis(state.y) : { visible: false } };
   const layout = plotLayout({ ...axes, height: mapHeight(target), showlegend: false, hovermode: "closest", uirevision: [state.x, state.y].join(), dragmode: touch ? false : "zoom" });
   Plotly.react(target, [points, ...(part.guides?.() ?? []), chosen], layout, PLOT_CONFIG);
-  const few = every > 1 ? ` ${shown.length} of the ${dots.length} points are drawn.` : "";
+  const few = shown.length < dots.length ? ` ${shown.length} of the ${dots.length} points, chosen at random, are drawn.` : "";
   document.getElementById("map-summary").textContent = `${column.longName}: ${cloudInWords(column, dots)}${few}`;
   drawLegend({ cells: [dots], column });
   drawHistogram(column, dots, document.getElementById("histogram"), "points");
@@ -62,7 +72,8 @@ function cloudAxis(name) {
 function drawHistogram(column, dots, target, what) {
   const values = dots.map((dot) => dot.value).filter(Number.isFinite);
   const [x, y, color] = column.isFlag ? flagBars(column, values) : numberBars(values);
-  const title = column.isFlag ? column.longName : `${column.longName}${column.units ? ` (${unitText(column.units)})` : ""}`;
+  const words = column.longName.replace(/ \([^)]*\)$/, ""); // what explains it stands in the list of colours
+  const title = column.isFlag ? words : `${words}${column.units ? ` (${unitText(column.units)})` : ""}`;
   const trace = { type: "bar", x, y, marker: { color: color ?? pageColor("accent") }, hovertemplate: `%{y} ${what}<extra></extra>` };
   const xaxis = { title: { text: plain(title) }, exponentformat: "power", showgrid: false };
   Plotly.react(target, [trace], plotLayout({ xaxis, yaxis: { title: { text: what } }, height: 220, bargap: column.isFlag ? 0.3 : 0, showlegend: false }), PLOT_CONFIG);

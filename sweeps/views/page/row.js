@@ -54,8 +54,15 @@ function sentenceOf(place) {
   const number = told.find((column) => !column.isFlag && Math.abs(column.at(place)) > 0);
   const [measured, theory] = number ? headlineTexts(number, place) : [];
   const words = flag ? flag.text(flag.at(place)) : "";
-  const rate = number ? `${number.longName}: ${measured}${theory ? ` (theory ${theory})` : ""}` : "";
-  return [words && words[0].toUpperCase() + words.slice(1), rate].filter(Boolean).join(". ");
+  const what = number?.longName.replace(/, measured$/, "");
+  const rate = number ? `${what}: ${measured}${theory ? ` (theory ${theory})` : ""}` : "";
+  return [words, rate].filter(Boolean).map((part) => part[0].toUpperCase() + part.slice(1)).join(". ");
+}
+
+/** An equilibrium in a sentence: "equilibrium “upright”", or by its number. */
+function equilibriumName(place) {
+  const name = coordinateText("equilibrium", coordinateAt("equilibrium", place));
+  return /^\d+$/.test(name) ? `equilibrium ${name}` : `equilibrium “${name}”`;
 }
 
 function showRow(place) {

@@ -12,7 +12,7 @@ function linearMotion(square, nudge) {
   const long = theMap.equations ? 3 * Math.log(2 / nudge) + 4 : Math.log(1 / nudge);
   if (square < 0) return { end: long / rate, x: (t) => Math.cosh(rate * t), words: `It runs away: e times as far every ${timeText(1 / rate)}.` };
   const scale = theMap.columns.rate_scale?.at(state.place);
-  return { end: scale > 0 ? (12 * Math.PI) / scale : 1, x: () => 1, words: "Neither oscillates nor grows: it stays where it is put, or drifts in proportion to time." };
+  return { end: scale > 0 ? (12 * Math.PI) / scale : 1, x: () => 1, words: "It neither oscillates nor grows: it stays where it is put, or drifts in proportion to time." };
 }
 
 /** Ω² of the chosen point; zero where the map calls it marginal, for then its sign means nothing. */
@@ -52,8 +52,7 @@ function followedInWords({ followed, times, rest, coordinates, end }, square) {
 function sentenceOfMode(words) {
   const names = theMap.coordinates.equilibrium?.values ?? [];
   if (names.length < 2) return words;
-  const name = coordinateText("equilibrium", coordinateAt("equilibrium", state.place)).replace(/^(\d+)$/, "equilibrium $1");
-  return `${name[0].toUpperCase()}${name.slice(1)}: ${words[0].toLowerCase()}${words.slice(1)}`;
+  return `Near the ${equilibriumName(state.place)} ${words[0].toLowerCase()}${words.slice(1)}`;
 }
 
 function modeTraces({ times, followed, theory, coordinates }) {

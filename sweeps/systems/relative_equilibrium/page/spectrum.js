@@ -19,17 +19,21 @@ function complexText([real, imaginary], digits = 5) {
   return `${numberText(real, digits)} ${sign} ${numberText(Math.abs(imaginary), digits)} i`;
 }
 
+const FATES = { asymptotically_stable: "stable", flutter: "unstable, by flutter" }; // others read as they are called
+
 /** What the rightmost eigenvalue means. */
 function spectrumInWords(values) {
   const known = values.filter(({ measured }) => measured.every(Number.isFinite));
   if (known.length === 0) return "There is no such equilibrium at this point.";
   const { regime } = theMap.columns;
-  const word = regime ? regime.text(regime.at(state.place)) : "";
+  const meaning = regime?.meanings.get(regime.at(state.place));
+  const word = FATES[meaning] ?? (meaning ? flagText(meaning) : "");
+  const named = theMap.coordinates.equilibrium?.values.length > 1 ? equilibriumName(state.place) : "equilibrium";
   const [growth, turning] = known.reduce((top, { measured }) => (measured[0] > top[0] ? measured : top), [-Infinity, 0]);
   const round = Math.abs(turning) > 1e-9 * Math.abs(growth) ? `, turning once in ${timeText((2 * Math.PI) / Math.abs(turning))}` : "";
   const slow = Math.max(...known.map(({ measured }) => Math.hypot(...measured))) * 1e-9;
   const fate = Math.abs(growth) <= slow ? "a nudge neither grows nor decays" : growth > 0 ? `a nudge grows e times every ${timeText(1 / growth)}${round}` : `the slowest nudge decays e times every ${timeText(-1 / growth)}${round}`;
-  return `${word ? `${word[0].toUpperCase()}${word.slice(1)}` : "Here"}: ${fate}.`;
+  return `${word ? `The ${named} is ${word}` : "Here"}: ${fate}.`;
 }
 
 function spectrumTraces(values) {

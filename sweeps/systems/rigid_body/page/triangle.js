@@ -44,13 +44,13 @@ function regionWord(isMiddle) {
   return flagText(isMiddle ? "unstable" : "stable");
 }
 
-/** Where theory has a spin about an axis stable and where not, beneath a cloud of shapes; hatched where no body is. */
+/** Where theory has a spin about an axis (if any) stable and where not, beneath a cloud of shapes; hatched: no body. */
 function stabilityRegions(axis, most) {
   return shapeRegions(most).map(({ middle, corners }) => {
     const closed = [...corners, corners[0]];
     const look = middle === 0
       ? { fillpattern: { shape: "/", size: 7, solidity: 0.16, fgcolor: "#7b8087", bgcolor: "rgba(0,0,0,0)" }, fillcolor: "rgba(0,0,0,0)" }
-      : { fillcolor: `${flagColor(middle === axis ? "unstable" : "stable", 0)}${middle === axis ? "38" : "1f"}` };
+      : { fillcolor: axis === null ? "rgba(0,0,0,0)" : `${flagColor(middle === axis ? "unstable" : "stable", 0)}${middle === axis ? "38" : "1f"}` };
     const [x, y] = [0, 1].map((k) => closed.map((corner) => corner[k]));
     return { type: "scatter", mode: "lines", x, y, fill: "toself", ...look, line: { color: pageColor("quiet"), width: 0.8 }, hoverinfo: "skip", zorder: -1 };
   });
@@ -60,5 +60,6 @@ function stabilityRegions(axis, most) {
 function triangle() {
   if (state.x !== "I1/I3" || state.y !== "I2/I3") return [];
   const most = Math.max(1, ...Object.keys(RATIOS).map((name) => theMap.coordinates[name].values.reduce((a, b) => Math.max(a, b), 0)));
-  return stabilityRegions(coordinateAt("axis", state.place), REACH * most);
+  const axis = theMap.coordinates.axis ? coordinateAt("axis", state.place) : null;
+  return stabilityRegions(axis, REACH * most);
 }
