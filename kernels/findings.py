@@ -164,7 +164,8 @@ def _tell_errors(S, exactly, rounded, whole):
         reduced = S[MORE.reduced + lane] if rate2 - rate2 == 0.0 else math.nan
         sx, ss, xx = S[lanes.SX + lane], S[lanes.SS + lane], S[lanes.XX + lane]
         apart = used * uncertainty.UNIT if exactly else S[AT.propagation_error + lane]
-        scatter = uncertainty.scatter(_standard_error(S[MORE.reduced_slope + lane], sx, ss, xx, used), used)
+        stderr = _standard_error(S[MORE.reduced_slope + lane], sx, ss, xx, used)
+        scatter = uncertainty.scatter(stderr, used, reduced, spacing)
         integration = uncertainty.integration(reduced, apart, used, spacing)
         part = reduction.rms_part(S[lanes.RR + lane], ss, xx, spacing)
         left = uncertainty.amplitude(reduced, part, S[lanes.WANDER + lane], spacing)
@@ -246,9 +247,11 @@ def _tell_log_slope(S):
     for lane in range(W):
         n, spin = S[lanes.LN + lane], S[MORE.spin_rate + lane]
         held = (S[AT.regime + lane] == linear.UNSTABLE) & (n >= 2.0)
-        e_folds = S[lanes.LLAST + lane] - S[lanes.LFIRST + lane]
-        k, kk, y, ky = S[lanes.LK + lane], S[lanes.LKK + lane], S[lanes.LY + lane], S[lanes.LKY + lane]
-        rate = (n * ky - k * y) / (n * kk - k * k) / S[lanes.SPACING + lane]  # kernels.measure.line_slope
+        e_folds = 0.5 * measure.logarithm(S[lanes.LLAST + lane] / S[lanes.LFIRST + lane])
+        slope = measure.slope_of_products(
+            n, S[lanes.LP + lane], S[lanes.LPE + lane], S[lanes.LQ + lane], S[lanes.LQE + lane]
+        )
+        rate = 0.5 * slope / S[lanes.SPACING + lane]
         rate = rate if held & (e_folds >= measure.LEAST_EFOLDS) else math.nan
         S[AT.e_folds + lane] = e_folds if held else math.nan
         S[AT.growth_rate_logslope + lane] = rate * spin

@@ -33,8 +33,9 @@ XA, XB, XC, QA, QB, QC, APART = (W * r for r in range(19, 26))
 GUESS, RX, RR, XX, TURN, USED, OPEN, START, LARGEST = (W * r for r in range(26, 35))
 # Invariants: Euler coefficients and moments over the greatest, values at the start and largest changes.
 CB, CC, JA, JB, JC, J0, JD, JS, E0, ED, L0, LD = (W * r for r in range(35, 47))
-# The log slope: whether its window can still come, its upper end, and its sums.
-LOPEN, LCAP, LN, LK, LKK, LY, LKY, LFIRST, LLAST = (W * r for r in range(47, 56))
+# The log slope: whether its window can still come, its upper end, how many samples, their products with the exponents
+# (:func:`kernels.measure.slope_of_products`), and the sizes squared of the first and the last.
+LOPEN, LCAP, LN, LP, LPE, LQ, LQE, LFIRST, LLAST = (W * r for r in range(47, 56))
 # The reduction to zero amplitude: its sums, the clock's excess over the last interval and the last sample's half of the
 # next, the constants of :func:`kernels.reduction.constants`, and the spin's largest wandering.
 SX, SS, SW, U1, HALF = (W * r for r in range(56, 61))
@@ -80,7 +81,9 @@ def begin(S):
         S[DRIVE + lane], S[GUESS + lane] = ca * e2 * S[SPACING + lane] * a, 0.0
         _set_constants(S, lane)
         S[HALF + lane] = S[QUADRATURE + lane] * (b * c)
-    for row in (RX, RR, XX, TURN, JD, ED, LD, LN, LK, LKK, LY, LKY, LFIRST, LLAST, APART, SX, SS, SW, U1, WANDER):
+        S[LP + lane], S[LQ + lane] = 1.0, 1.0
+        S[LFIRST + lane], S[LLAST + lane] = 1.0, 1.0
+    for row in (RX, RR, XX, TURN, JD, ED, LD, LN, LPE, LQE, APART, SX, SS, SW, U1, WANDER):
         for lane in range(W):
             S[row + lane] = 0.0
 
@@ -172,7 +175,8 @@ def advance(S, order, steps):
 def guess(S):
     """Set the first guess of every lane, and what the reduction takes from it; the current state is the third sample.
 
-    The second sample has left its spin's excess in HALF, by the constants of a guess of 0.
+    The second sample has left its spin's excess in HALF, by the constants of a guess of 0. A motion that surely turns
+    has no log slope, and its ellipse is not followed as if it grew.
     """
     for lane in range(W):
         b, c, b1, c1 = S[B + lane], S[C + lane], S[B1 + lane], S[C1 + lane]
@@ -181,6 +185,7 @@ def guess(S):
         a1 = 2.0 * (S[HALF + lane] - S[QUADRATURE + lane] * (b1 * c1))
         raw = measure.first_guess(b, c, b1, c1, b2, c2)
         S[GUESS + lane] = reduction.corrected_guess(raw, a1, a, b, c, b1, c1, b2, c2, S[DRIVE + lane])
+        S[LOPEN + lane] = 0.0 if S[GUESS + lane] > measure.SURELY_TURNS else S[LOPEN + lane]
         _set_constants(S, lane)
         quadrature = S[QUADRATURE + lane]
         S[U1 + lane] = 0.5 * a1 - quadrature * (b1 * c1 - b2 * c2)
@@ -322,8 +327,8 @@ def watch_invariants(S):
 
 
 @njit(**OPTIONS)
-def log_sample(S, k):
-    """Add sample k to the log slope of every lane that is inside its window."""
+def log_sample(S):
+    """Add a sample to the log slope of every lane that is inside its window; those inside follow each other."""
     for lane in range(W):
         size = S[B + lane] * S[B + lane] + S[C + lane] * S[C + lane]
         grown = size >= measure.LOG_FROM * measure.LOG_FROM * S[START + lane]
@@ -332,13 +337,13 @@ def log_sample(S, k):
         stays = (size <= S[LCAP + lane]) & (grown | ~begun) & ((S[OPEN + lane] > 0.0) | begun)
         inside = grown & stays & (S[LOPEN + lane] > 0.0)
         S[LOPEN + lane] = S[LOPEN + lane] if stays else 0.0
-        y = 0.5 * measure.logarithm(size)
-        first = inside & (S[LN + lane] == 0.0)
-        S[LFIRST + lane] = y if first else S[LFIRST + lane]
-        S[LLAST + lane] = y if inside else S[LLAST + lane]
-        S[LN + lane], S[LK + lane], S[LKK + lane], S[LY + lane], S[LKY + lane] = measure.add_to_line(
-            S[LN + lane], S[LK + lane], S[LKK + lane], S[LY + lane], S[LKY + lane], k, y, inside
-        )
+        S[LFIRST + lane] = size if inside & ~begun else S[LFIRST + lane]
+        S[LLAST + lane] = size if inside else S[LLAST + lane]
+        S[LN + lane] += 1.0 if inside else 0.0
+        P, up, Q, over = S[LP + lane], S[LPE + lane], S[LQ + lane], S[LQE + lane]
+        newP, new_up, newQ, new_over = measure.multiply_products(P, up, Q, over, size)
+        S[LP + lane], S[LPE + lane] = newP if inside else P, new_up if inside else up
+        S[LQ + lane], S[LQE + lane] = newQ if inside else Q, new_over if inside else over
 
 
 @njit(**OPTIONS)
@@ -393,7 +398,7 @@ def follow(S, order, steps, intervals, certified, invariants, logged, reduced):
         else:
             opened, logging = watch(S)
         if logged and logging:
-            log_sample(S, float(k))
+            log_sample(S)
         elif not opened:
             break
 
@@ -403,7 +408,6 @@ PARTS = (
     *((loop, (float64[::1], boolean)) for loop in (_sample_whole, _sample_first_order)),
     *((loop, (float64[::1], int64)) for loop in (_advance_12, _advance_10, _advance_8)),
     *((loop, (float64[::1], int64)) for loop in (_advance_near_12, _advance_near_10, _advance_near_8)),
-    (log_sample, (float64[::1], float64)),
     *((loop, (float64[::1],)) for loop in (begin_exact, begin, begin_invariants, guess, _advance_exact)),
-    *((loop, (float64[::1],)) for loop in (certify, watch_invariants, watch)),
+    *((loop, (float64[::1],)) for loop in (certify, watch_invariants, watch, log_sample)),
 )

@@ -35,6 +35,9 @@ from kernels.options import INLINE, OPTIONS
 WINDOW = 10.0  # samples count until the transverse size exceeds this many times its start
 LOG_FROM, LOG_TO, LOG_BELOW = 2.0, 1000.0, 1e-2  # the log slope's window: times the start; and relative to the spin
 LEAST_EFOLDS = 2.0
+# D of three samples above which no motion small enough for the log slope grows: their bias is below 1e-5
+SURELY_TURNS = 1e-3
+LN2 = 0.6931471805599453
 LEAST_SAMPLES = 5
 TURN = 0.13  # 1 - cosh of the half radian that a motion may turn between samples, and a little more
 TURNS = tuple(2.0 ** (n + 1) / (n * n * math.comb(2 * n, n)) for n in range(1, 15))
@@ -155,6 +158,28 @@ def line_slope(n, sum_k, sum_kk, sum_y, sum_ky):
 
 
 @njit(**INLINE)
+def multiply_products(P, up, Q, over, x):
+    """Products of :func:`slope_of_products` with x > 0 taken in; factors in [1, 2) and exponents of 2."""
+    bits = np.float64(P * x).view(np.int64)
+    up = up + float((bits >> 52) - 1023)
+    P = np.int64((bits & 0xFFFFFFFFFFFFF) | 0x3FF0000000000000).view(np.float64)
+    Q = Q * P
+    carry = Q >= 2.0
+    return P, up, (0.5 * Q if carry else Q), over + (up + 1.0 if carry else up)
+
+
+@njit(**INLINE)
+def slope_of_products(n, P, up, Q, over):
+    r"""Least-squares slope of ln x against the number of the sample, from products of n >= 2 successive x.
+
+    With :math:`2^{up}P = \prod x_j` and :math:`2^{over}Q = \prod_i\prod_{j\le i}x_j`, j from 0 to n - 1, the slope is
+    :math:`[\tfrac12(n + 1)\ln P - \ln Q]\cdot12/(n(n^2 - 1))`: two logarithms a line in place of one a sample.
+    """
+    own, both = logarithm(P) + up * LN2, logarithm(Q) + over * LN2
+    return (0.5 * (n + 1.0) * own - both) * 12.0 / (n * (n * n - 1.0))
+
+
+@njit(**INLINE)
 def logarithm(x):
     """Natural logarithm of a normal positive double, in plain arithmetic, so that a loop over lanes stays packed.
 
@@ -179,7 +204,7 @@ def logarithm(x):
     series = series * z + 1 / 7
     series = series * z + 1 / 5
     series = series * z + 1 / 3
-    return exponent * 0.6931471805599453 + (2.0 * s + 2.0 * s * z * series)
+    return exponent * LN2 + (2.0 * s + 2.0 * s * z * series)
 
 
 def signed_rate(samples, spacing):

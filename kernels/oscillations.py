@@ -524,10 +524,19 @@ def errors(raw, scale, spacing):
       the part :math:`\frac12s^4(\Phi t/T)^2` of a, and nine times as much of its third harmonic, is that phase and
       no power of the rate²: in the root mean square :math:`k = \frac{\Phi^2}{128\sqrt5}\sqrt{d^2 + (9r)^2}`, r that
       of the residuals of the whole nudge's run. So :math:`e = \max(\frac15s, s - 2k)` of a window of a turn or more,
-      over which k is a mean; else s. The constants hold all of the random places of tests/benchmarks/error_bars.py;
+      over which k is a mean; else s;
     * scatter, :math:`e\sqrt{n/(n - 4)}/\sqrt{n - 3}`: the standard error of such residuals;
     * rounding, :math:`8u(|\omega^2| + 4S^2) + 6u|\omega|/h + 0.4u/(h^2\sqrt{n - 2})`, and 5/3 of it: S² for the second
       derivatives of V, whose terms may cancel.
+
+    *The constants.* Of :math:`f(s) = f_0 + c_2s^2 + c_4s^4 + c_6s^6` the reduced rate² is off by
+    :math:`\frac1{64}(c_4 + \frac5{16}c_6)`, and b is :math:`\frac1{64}|c_4 + \frac{21}{16}c_6|`: the distance is at
+    most :math:`b + |c_6|/64`, and :math:`|c_6|/64` is what the twice extrapolated samples have of the sixth order. So
+    1 and 1 are derived in place of both 2, to that order; powers that fall by 0.43 a step or faster, of the worst sign,
+    need 2b alone. 9 is the square of a third harmonic's phase over that of the first. Assumed, not derived: that the
+    root mean square of the residuals is no less than half of the sixth order's share (2e), that higher orders leave no
+    more than :math:`b\,[1 + 3\min(15b/d, 10)] + e`, and that a fifth of s stays unknown beside k. These hold all random
+    places of tests/benchmarks/error_bars.py.
 
     Parameters
     ----------

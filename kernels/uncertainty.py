@@ -4,8 +4,18 @@ Time is in radians of spin, rates² in spin². h is the spacing of the samples, 
 :math:`T = (n - 1)h`, :math:`u = 2^{-53}`, :math:`\Omega^2` the *reduced* rate² (:mod:`kernels.reduction`), and
 :math:`\lambda^2 = \max(-\Omega^2, 0)`.
 
-* **scatter**, :math:`\sigma\sqrt{n/(n-4)}`: the standard error of the reduced rate² from the residuals of its own line,
-  widened as Student's distribution is for few samples (its variance is :math:`\nu/(\nu - 2)`).
+* **scatter**, :math:`\sigma\sqrt{n/(n-4)}\min(1, g)`: the standard error of the reduced rate² from the residuals of its
+  own line, widened as Student's distribution is for few samples (its variance is :math:`\nu/(\nu - 2)`). Residuals s
+  above the rounding are no noise but harmonics of the motion, which a sum over turns hardly sees. The transverse ε is
+  a sinusoid of the phase :math:`\varphi = \Omega\tau`, and what the reduction leaves is odd in it, so that
+  :math:`s\varepsilon` has only even multiples of φ beside its mean (which is the amplitude's term). Of m samples
+  :math:`|\sum\cos(2j\varphi_k + \psi)| \le 1/\sin jx`, which is at most :math:`1/\sin x` and for j = 2 at most
+  :math:`1/(2\sin x\cos x)`, :math:`x = \Omega h \le \frac12`; a third harmonic S, of the worst phase in either
+  component, moves :math:`\sum s\varepsilon` by :math:`\frac12S|\varepsilon|(1/\sin x + 1/\sin 2x)`: both together by
+  no more than :math:`q\,s_{rms}\varepsilon_{rms}/\sin x` with :math:`q = 1 + 1/(2\cos\frac12)`, a higher one by less.
+  σ counts it as :math:`\sqrt{m/2}\,s_{rms}\varepsilon_{rms}`: hence :math:`g = q\sqrt{2/m}/\sin x`, m = n - 2, and
+  :math:`\sin^2x \ge x^2(1 - x^2/3)`. It is below 1 only where the window holds a turn. The rounding of samples, which
+  is noise, has a part of its own below.
 * **integration**, :math:`\delta\left[\frac5T\sqrt{|\Omega^2| + 1/T^2} + 4\lambda^2\right]`. An error of the
   perturbation that grows to the relative size δ over the window is a rate off by δ/T, which moves :math:`\Omega^2` by
   :math:`2\Omega\,\delta/T`; below :math:`\Omega T = 1` a bend by δ moves it by :math:`2\delta/T^2`. The factor is 5,
@@ -29,7 +39,8 @@ one rounding of each would move Ω² by, :math:`u(|c_b|(I_a + I_b)/I_c + |c_c|(I
 where the kernel did round them (the ratios of a scaling collapse), and where Ω² is within four times that of 0: two
 moments that differ by their last digit make no growth rate.
 
-*Assumed.* A linear motion beside the spin's wandering, so: no torque; and a certificate that is one.
+*Assumed.* A linear motion beside the spin's wandering, so: no torque; a certificate that is one; and one harmonic that
+rules the residuals of a stable motion.
 """
 
 import math
@@ -44,12 +55,15 @@ GROWING = (0.25, 0.3)
 TURNING = (0.001, 0.004)
 BEYOND = 0.5
 NEAR_NONE = 4.0
+HARMONIC = 2.0 * (1.0 + 0.5 / math.cos(0.5)) ** 2  # 2 q²
 
 
 @njit(**INLINE)
-def scatter(stderr, used):
+def scatter(stderr, used, rate2, spacing):
     """The scatter term from the standard error of n = ``used`` samples; NaN where that is."""
-    return stderr * math.sqrt(used / max(used - 4.0, 0.25))
+    x2 = rate2 * spacing * spacing
+    turns = (used - 2.0) * x2 * (1.0 - x2 * (1 / 3))  # m sin²x; below 0 for growth, which keeps all of the scatter
+    return stderr * math.sqrt(used * HARMONIC / (max(used - 4.0, 0.25) * max(turns, HARMONIC)))
 
 
 @njit(**INLINE)

@@ -224,6 +224,19 @@ def test_line_slope_of_fewer_than_two_points():
     assert measure.line_slope(2.0, 3.0, 5.0, 9.0, 15.0) == 3.0
 
 
+@given(st.lists(st.floats(1e-3, 1e6), min_size=2, max_size=60))
+def test_slope_of_products_against_polyfit(sizes):
+    P, up, Q, over = 1.0, 0.0, 1.0, 0.0
+    for x in sizes:
+        P, up, Q, over = measure.multiply_products(P, up, Q, over, x)
+    assert 1.0 <= P < 2.0
+    assert 1.0 <= Q < 2.0
+    k = np.arange(len(sizes))
+    exact = np.polyfit(k - k.mean(), np.log(sizes), 1)[0]
+    # the sums that are subtracted are up to 3 n times the slope's own range of |ln x| <= 14
+    assert measure.slope_of_products(float(len(sizes)), P, up, Q, over) == pytest.approx(exact, rel=1e-13, abs=1e-13)
+
+
 def ulps_off(x):
     with mpmath.workdps(40):
         exact = mpmath.log(mpmath.mpf(x))

@@ -100,3 +100,19 @@ def test_a_symmetric_body_never_grows_however_large_the_nudge():
     assert (columns["regime"] == linear.MARGINAL).all()
     assert (columns["growth_rate"] == 0).all()
     assert (columns["growth_rate_reduced"] == 0).all()
+
+
+def test_scatter_holds_what_a_third_harmonic_moves():
+    """By the sums themselves; its phase in either component at random, and how far the motion turns between samples."""
+    rng = np.random.default_rng(5)
+    n = 65.0
+    for _ in range(400):
+        x, share, phase = rng.uniform(0.3, 0.5), rng.uniform(0, 1, 2), rng.uniform(0, 2 * np.pi, (2, 2))
+        angle = x * np.arange(63)[:, None]
+        motion, left = share * np.cos(angle + phase[0]), rng.uniform(0, 1, 2) * np.cos(3 * angle + phase[1])
+        moved = abs(0.5 * (left * motion).sum() / (motion**2).sum())  # of D
+        stderr = np.sqrt((left**2).sum() / (motion**2).sum() / (4 * (2 * n - 5)))
+        told = uncertainty.scatter(stderr, n, x * x, 1.0)
+        assert told < stderr
+        assert moved <= told
+    assert uncertainty.scatter(1.0, n, -0.2, 1.0) == pytest.approx(np.sqrt(65 / 61))
