@@ -17,14 +17,18 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
+import oscillations
 import relative
 
 from sweeps.mechanics.relative import FlowModel
 
 ROUNDS = 3
 TIMED = 8192  # places of the parameters at which points are counted per second, about as many as in a shard
-COLUMNS = ("states", "theory", "error", "worst", "covered", "invariants", "drift", "regimes", "ok", "points/s")
-WHOLE = ("states", "points/s")
+COLUMNS = (
+    *("states", "theory", "error", "worst", "covered", "invariants", "drift", "regimes", "ok"),
+    *("operations", "points/s"),
+)
+WHOLE = ("states", "operations", "points/s")
 
 
 def _coefficients(found, suffix, n):
@@ -45,7 +49,8 @@ def measure(name: str, count: int) -> dict[str, float]:
         `theory`: the largest distance of a coefficient of theory's polynomial from the book's; `error`: the median
         error told, `worst`: the ratio of distance and error at its largest; `covered`: share of eigenvalues within
         their errors; `invariants`: the largest error of S, D and S² - 4D; `drift`: of what is conserved; `regimes`:
-        share that are theory's; `ok`: share of points whose status is; `points/s`.
+        share that are theory's; `ok`: share of points whose status is; `operations`: multiplications and additions of
+        one generated step; `points/s`.
     """
     model = FlowModel(relative.shipped(name))
     columns = relative.points(model.system, model.n, count, relative.RANGES[name])
@@ -72,6 +77,7 @@ def measure(name: str, count: int) -> dict[str, float]:
         "drift": max((float(np.nanmax(found[f"{q}_drift"][ok])) for q in model.quantities), default=np.nan),
         "regimes": float((found["regime"] == found["regime_theory"])[ok].mean()),
         "ok": float(ok.mean()),
+        "operations": oscillations.operations(model.code.text),
         "points/s": len(many["epsilon"]) / seconds,
     }
 
