@@ -14,14 +14,13 @@ from sweeps.files import replaced, replaced_folder
 from sweeps.maps import admission
 from sweeps.maps.plain import PlainMap
 from sweeps.schema.refusals import RefusedError, hint, shortened
-from sweeps.views import films, svg, themes
+from sweeps.views import films, png, svg, themes
 
 if TYPE_CHECKING:
     import xarray as xr
 
 LEAST_SHARED = 4  # fewer pictures are drawn before another process is ready
 FRAME_MILLISECONDS = 60
-COMPRESSION = 3  # of a PNG: an eighth larger than at most effort, in half of the time
 MAX_TITLE = 200  # characters, as of a definition's
 MOST_PARTS = 20_000  # of one artist that SVG and PDF draw each by itself
 
@@ -238,7 +237,8 @@ def save(figure: Figure, path: Path, kind: str) -> None:
         return
     if kind == "png":  # laid out and drawn at once: `savefig` draws twice
         figure.dpi = style.dots() * scale
-        figure.canvas.print_png(path, pil_kwargs={"compress_level": COMPRESSION})
+        figure.canvas.draw()
+        png.write(np.asarray(figure.canvas.buffer_rgba()), path, figure.dpi)
         return
     figure.savefig(path, format=kind)
     if kind == "svg":

@@ -170,22 +170,22 @@ def _frames(point, moments, omegas, turned, times) -> list[Image.Image]:
         for dot, component in zip(dots, omegas[k], strict=True):
             dot.set_data([times[k]], [component])
             dot.axes.draw_artist(dot)
-        images.append(np.array(figure.canvas.buffer_rgba())[..., :3])
+        images.append(np.array(figure.canvas.buffer_rgba()))
     return _in_few_colors(images)
 
 
 def _in_few_colors(images: list[np.ndarray]) -> list[Image.Image]:
-    """Pictures, shape (height, width, 3), in the same 256 colours: of each, those nearest to 32 steps of a channel."""
+    """Opaque pictures, shape (height, width, 4), in the same 256 colours: those nearest to 32 steps of a channel."""
     some = np.concatenate([image[::2, ::2] for image in images[:: max(1, len(images) // 12)]])
-    palette = Image.fromarray(some).quantize(256)
+    palette = Image.fromarray(np.ascontiguousarray(some[..., :3])).quantize(256)
     steps = np.linspace(0, 255, 32).round().astype(np.uint8)
     cube = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(1, -1, 3)
     table = np.asarray(Image.fromarray(cube).quantize(palette=palette, dither=Image.Dither.NONE)).ravel()
     made = []
     for image in images:
-        red, green, blue = np.moveaxis(image >> 3, -1, 0)
-        number = (red.astype(np.uint16) << 10) | (green.astype(np.uint16) << 5) | blue
-        made.append(Image.fromarray(table.take(number), "P"))
+        whole = image.view("<u4")[..., 0]  # of red, the lowest byte, green and blue the five highest bits each
+        number = ((whole & 0xF8) << 7) | ((whole >> 6) & 0x3E0) | ((whole >> 19) & 0x1F)
+        made.append(Image.fromarray(table[number], "P"))
         made[-1].putpalette(palette.getpalette())
     return made
 
