@@ -9,8 +9,6 @@ import os
 import signal
 import subprocess
 import sys
-from contextlib import suppress
-from importlib import import_module
 
 import numba
 import pytest
@@ -19,7 +17,6 @@ from hypothesis import settings
 from kernels import stored
 from kernels.fingerprint import cache_folder, fingerprint
 
-FROM_THE_END = ["playwright.sync_api", "trimesh", "fontTools.subset", "sympy"]  # large, and asked for late
 LEFT_TO_THE_SLOW = [
     "sweeps.systems.relative_equilibrium.system"
 ]  # whose kernels no quick test needs, nor what is seldom
@@ -69,10 +66,6 @@ def pytest_collection_modifyitems(config, items):
 def pytest_collection():
     """What is imported stays: it is not looked through for rubbish again and again."""
     gc.disable()
-    if os.environ.get("PYTEST_XDIST_WORKER") == "gw1":
-        for name in FROM_THE_END:  # of what two processes import of a fresh environment, each compiles a part
-            with suppress(ImportError):
-                import_module(name)
     try:
         return (yield)
     finally:
