@@ -5,14 +5,17 @@
 prints for each map: bytes of the page; from the first byte to the end of its building, s, the median of several
 openings; a step of every slider, from the event to the picture that follows it, s; the intervals between the frames of
 Play, ms; each with the processor time of the page's main thread, which a busy machine leaves nearly as it is. Without a
-map, the default sweep's (331,776 points) is measured first. Chromium without a graphics card draws with the processor:
-so a frame includes what a card would do.
+map, the default sweep's (331,776 points) is measured first. The last page is Plotly alone: its script and one heatmap
+of 96 x 96 cells, than which nothing that a page does with it can be quicker. Chromium without a graphics card draws
+with the processor: so a frame includes what a card would do.
 """
 
+import base64
 import shutil
 import statistics
 import sys
 import tempfile
+import zlib
 from pathlib import Path
 
 from playwright.sync_api import sync_playwright
@@ -20,7 +23,7 @@ from playwright.sync_api import sync_playwright
 import sweeps
 from sweeps.maps import storage
 from sweeps.points import catalogue
-from sweeps.views import report
+from sweeps.views import plotly, report
 
 ROUNDS = 3
 STEPS = 9  # of each slider
@@ -56,6 +59,19 @@ FRAMES = """(wanted) => new Promise((done) => {
     if (button.getAttribute("aria-pressed") !== "true") button.click();
     requestAnimationFrame(look);
 })"""
+
+
+ALONE = """<!DOCTYPE html><meta charset="utf-8"><div id="map" style="width: 520px; height: 470px"></div>
+<div id="controls"><input type="range" min="0" max="20" value="0" aria-label="another heatmap"></div>
+<script>%s</script>
+<script>
+const input = document.querySelector("input");
+const row = (j) => Array.from({ length: 96 }, (_, i) => Math.sin(i * j * 1e-3 + Number(input.value)));
+input.oninput = () => Plotly.react("map", [{ type: "heatmap", z: Array.from({ length: 96 }, (_, j) => row(j)) }], {});
+input.oninput();
+document.documentElement.dataset.ready = "yes";
+performance.mark("usable");
+</script>"""
 
 
 class Opened:
@@ -139,6 +155,9 @@ def main():
             with storage.open_map(path) as ds:
                 report.write(ds, page)
             measure(browser, page)
+        alone = Path(folder) / "plotly_alone.html"
+        alone.write_text(ALONE % zlib.decompress(base64.b64decode(plotly.deflated())).decode(), encoding="utf-8")
+        measure(browser, alone)
         browser.close()
 
 
