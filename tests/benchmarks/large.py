@@ -7,7 +7,9 @@
 Direct integration, collapse off. Each shard and the merge run as processes of their own, as in the workflow; each size
 is made several times, and medians are printed. Nothing is asserted: absolute times move from machine to machine. Memory
 is the largest resident set of any one process. What a sweep of 1,200 points takes is start-up, and is printed first;
-the slope is that of processor time above the start-up of every process.
+the slope is that of processor time above the start-up of every process. Last come the stages of a shard and its merge,
+and how many points a second the cores could make if there were no other stage than those so far: the kernels' own bound
+is the first.
 """
 
 import argparse
@@ -22,8 +24,11 @@ from pathlib import Path
 
 import numpy as np
 
+from sweeps.points.grid import Grid
 from sweeps.points.loading import read
+from sweeps.shards import merging
 from sweeps.shards import shard as shards
+from sweeps.shards.chunkfile import ChunkFile
 
 SHARD_POINTS = 5_000_000
 FEW = "omega_squared, omega_squared_stderr, regime, status, propagation_error"
@@ -37,6 +42,14 @@ grid:
   omega0: {{start: 1.0, stop: 10.0, num: 10}}
 """
 COLUMNS = {"few": f"integration: {{variables: [{FEW}]}}\n", "all": ""}
+STAGES = {  # what no sweep can do without, in this order, and the function that does it
+    "kernels": (shards, "columns"),
+    "points": (Grid, "points"),
+    "compressing": (ChunkFile, "encode"),
+    "hashing": (shards, "run_digest"),
+    "writing": (ChunkFile, "put"),
+    "reading": (ChunkFile, "take"),
+}
 
 
 @dataclass
@@ -125,43 +138,43 @@ def slope(start_up, found):
     return np.polyfit(np.log([points for points, *_ in found]), np.log(np.maximum(above, 0.01)), 1)[0]
 
 
-def shares(points, columns, folder):
-    """Where the time of one shard goes, after its start-up: kernels, encoding and writing beside them, and the rest."""
+def whole(points, columns, folder):
+    """Makes a map of about so many points from one shard, here; returns the processor time and the points."""
     definition, points = written(points, columns, folder)
-    spent = dict.fromkeys(("_measure", "_write"), 0.0)
+    sweep, shard, begun = read(definition), folder / "1-of-1.nc", time.process_time()
+    shards.write_shard(sweep, 1, 1, shard)
+    merging.merge(sweep, [shard], folder / "map.nc")
+    return time.process_time() - begun, points
+
+
+def stages(points, columns, folder):
+    """What a shard and its merge take beside start-up: ns of one core a point, by stage, each in its own thread."""
+    spent, kept = dict.fromkeys(STAGES, 0.0), {name: getattr(*place) for name, place in STAGES.items()}
 
     def timed(name):
-        inner = getattr(shards, name)
-
         def outer(*arguments):
             begun = time.thread_time()
-            result = inner(*arguments)
+            result = kept[name](*arguments)
             spent[name] += time.thread_time() - begun
             return result
 
         return outer
 
-    kept = {name: getattr(shards, name) for name in spent}
-    sweep = read(definition)
-    shards.write_shard(sweep, 1, points, folder / "1.nc")  # imports, and kernels into memory
+    whole(1200, columns, folder)  # imports, and kernels into memory
+    start, _ = whole(1200, columns, folder)
     try:
-        for name in spent:
-            setattr(shards, name, timed(name))
-        begun = time.process_time()
-        shards.write_shard(sweep, 1, 1, folder / "1.nc")
-        whole = time.process_time() - begun
+        for name, place in STAGES.items():
+            setattr(*place, timed(name))
+        busy, points = whole(points, columns, folder)
     finally:
-        for name, function in kept.items():
-            setattr(shards, name, function)
-    return {
-        "in kernels": spent["_measure"] / whole,
-        "encoding, hashing and writing": spent["_write"] / whole,
-        "the rest": 1.0 - sum(spent.values()) / whole,
-    }
+        for name, place in STAGES.items():
+            setattr(*place, kept[name])
+    spent["the rest"] = max(busy - start - sum(spent.values()), 0.0)
+    return {name: seconds / points * 1e9 for name, seconds in spent.items()}
 
 
 def main(arguments=None):
-    """Prints the table, the slope and the shares."""
+    """Prints the table, the slope and the stages, each with the bound that it sets."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("points", nargs="+", type=float, metavar="POINTS", help="sizes to make, about")
     parser.add_argument("--cores", type=int, default=1, help="processes at a time (default 1)")
@@ -179,8 +192,12 @@ def main(arguments=None):
         found = [row(round(points), args.columns, args.cores, args.rounds, folder) for points in args.points]
         if len(found) > 1:
             print(f"slope of processor time above start-up against points: {slope(start_up, found):.3f}")
-        told = shares(min(args.points[-1], 1e6), args.columns, folder)
-        print("a shard's processor time: " + ", ".join(f"{share:.0%} {what}" for what, share in told.items()))
+        told = stages(min(args.points[-1], 1e6), args.columns, folder)
+    total = 0.0
+    for name, spent in told.items():
+        total += spent
+        bound = f"{args.cores * 1e9 / total:,.0f} points/s on {args.cores} cores"
+        print(f"{name}: {spent:.0f} ns of a core a point; with what stands above at most {bound}")
 
 
 if __name__ == "__main__":

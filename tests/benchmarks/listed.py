@@ -11,6 +11,7 @@ it counts. What the same takes of 300 points is start-up, and is taken off.
 
 import argparse
 import os
+import shutil
 import statistics
 import tempfile
 from itertools import product
@@ -49,9 +50,12 @@ def written(rows, folder):
 
 def renewed(file, number):
     """The same table in other bytes, which nobody has read: a first value with more zeros, other ones in every run."""
-    head, line, rest = file.read_bytes().split(b"\n", 2)
-    last = line.rstrip(b"0") + b"0" * (2 + number + os.getpid() % 10_000)
-    file.write_bytes(b"\n".join([head, last, rest]))
+    other = file.with_suffix(".other")
+    with file.open("rb") as old, other.open("wb") as new:  # a process begins as large as the one that starts it
+        head, line = old.readline(), old.readline()
+        new.write(head + line.rstrip(b"\n0") + b"0" * (2 + number + os.getpid() % 10_000) + b"\n")
+        shutil.copyfileobj(old, new)
+    other.replace(file)
 
 
 def made(definition, points, cores, folder):
