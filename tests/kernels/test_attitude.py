@@ -108,7 +108,7 @@ def plain(monkeypatch):
 
 
 @pytest.mark.usefixtures("plain")
-@pytest.mark.parametrize("name", repeated.but(("SAM", "LAM", "oblate", "sphere", "spin about 2"), CASES))
+@pytest.mark.parametrize("name", repeated.but(("SAM", "LAM", "sphere", "spin about 2"), CASES))
 def test_closed_form_and_direct_integration_solve_the_differential_equation(name):
     moments, start = CASES[name]
     for duration in (-2.3, 5.1):

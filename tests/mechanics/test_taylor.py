@@ -17,7 +17,7 @@ from sweeps.mechanics.graph import graph
 from sweeps.mechanics.model import Model, code
 
 W = taylor.W
-QUICK = ("pendulum", "bead_on_hoop")  # what others generate is compiled for ten seconds
+QUICK = ("pendulum",)  # what others generate is compiled for ten seconds
 EACH = [pytest.param(n, marks=pytest.mark.slow) if n not in QUICK else n for n in LIBRARY]
 
 
