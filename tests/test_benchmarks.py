@@ -14,6 +14,8 @@ import kernel
 import large
 import mpmath as mp
 import numpy as np
+import pandas
+import parts
 import pytest
 import race
 import roof
@@ -221,12 +223,19 @@ def test_a_ratio_that_has_dropped_is_told_in_red(tmp_path):
 
 
 @pytest.mark.slow
+def test_parts_of_an_exact_run_are_told_beside_the_whole(capsys):
+    parts.main(["--tiny"])
+    assert "the whole over steps and samples" in capsys.readouterr().out
+
+
+@pytest.mark.slow
 def test_ratios_of_speeds_are_kept_line_by_line(tmp_path, capsys):
     for _ in range(2):
         history.main(["--file", str(tmp_path / "new" / "history.jsonl"), "--points", "300", "--rounds", "1"])
     lines = [json.loads(line) for line in (tmp_path / "new" / "history.jsonl").read_text().splitlines()]
     assert [set(line["ratios"]) for line in lines] == [set(history.RATIOS)] * 2
     assert all(value > 0.0 for line in lines for value in line["ratios"].values())
+    assert pandas.json_normalize(lines).plot(x="time").lines  # as the script says that it may be plotted
     assert "%" in capsys.readouterr().out
 
 

@@ -5,7 +5,7 @@
 Each ratio is of processor times within one round, everybody in turn, medians of rounds; greater is better. A line of
 JSON (time, processor, fingerprint of the kernels, ratios) is added to the file; what is more than 15 % below the median
 of the last five lines of this processor is printed in red. Nothing is asserted. To plot it:
-``pandas.read_json(file, lines=True)``.
+``pandas.json_normalize([json.loads(line) for line in open(file)]).plot(x="time")``.
 """
 
 import argparse
