@@ -129,9 +129,12 @@ def frames(ds: "xr.Dataset") -> list[Image.Image]:
     period = exact.flip_period(*moments, *omega)
     if not np.isfinite(period):
         return []
-    times = _window(moments, omega, int(point["axis"]), period, abs(point["omega0"]))
-    fine = np.linspace(times[0], times[-1], FINER * (times.size - 1) + 1)
-    omegas, turned = exact.rotation(moments, omega, times), attitudes(moments, omega, fine)
+    try:
+        times = _window(moments, omega, int(point["axis"]), period, abs(point["omega0"]))
+        fine = np.linspace(times[0], times[-1], FINER * (times.size - 1) + 1)
+        omegas, turned = exact.rotation(moments, omega, times), attitudes(moments, omega, fine)
+    except (ArithmeticError, ValueError):  # plain kernels stop where compiled ones go on with NaN
+        return []
     if not (np.isfinite(omegas).all() and np.isfinite(turned).all()):  # moments beyond doubles' products
         return []
     return _frames(point, moments, omegas, turned, times)

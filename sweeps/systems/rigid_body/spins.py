@@ -9,6 +9,8 @@ Source: Landau and Lifshitz, Mechanics, section 37; see `kernels.linear` and `ke
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from kernels import exact, linear, twist
 from sweeps.systems.rigid_body import motion
 
@@ -47,6 +49,7 @@ class Spin:
     twist: float | None = None
 
 
+@np.errstate(all="ignore")  # plain kernels say what compiled ones leave unsaid: infinities are known here
 def spins(moments: tuple[float, float, float], omega0: float, epsilon: float, phase: float) -> list[Spin]:
     """The three spins of a body.
 
