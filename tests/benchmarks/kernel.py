@@ -75,6 +75,7 @@ RATIOS = (
     ("two cores over one, all columns", "all columns, one core", "all columns, two cores"),
     ("two cores over one, rates alone", "rates alone, one core", "rates alone, two cores"),
     ("with certificates over without", "all columns, one core", "all but the certificate"),
+    ("all columns over rates alone", "all columns, one core", "rates alone, one core"),
     ("with errors over without", "all columns but the log slope", "... but errors and regimes"),
     ("direct over exact", "rates alone, one core", "exact propagator"),
     ("full over collapsed", "measured, all columns", "measured, collapsed"),
