@@ -306,7 +306,7 @@ def test_labels_carry_units_and_the_title_what_is_fixed(stability):
     ax = figure.axes[0]
     assert ax.get_xlabel() == "$I_1$  (kg m²)"
     assert ax.get_ylabel() == "$I_2$  (kg m²)"
-    text = " ".join(text.get_text() for text in figure.texts)
+    text = " ".join(" ".join(text.get_text() for text in figure.texts).split())
     for fixed in ("$I_3$ = 0.01748 kg m²", r"$\omega_0$ = 10 rad s⁻¹", r"$\varepsilon$ = 10⁻⁶", r"$\varphi$ = 0.6 rad"):
         assert fixed in text
     assert any(r"|\omega_0|" in label.get_text() for label in figure.axes[1].texts)
