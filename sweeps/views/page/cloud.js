@@ -36,9 +36,7 @@ function drawCloud() {
   const shown = fewAtRandom(dots.length, MOST_DOTS).map((i) => dots[i]);
   theMap.shownDots = shown;
   const scale = colorScale(column, dots.map((dot) => dot.value), dots.map((dot) => dot.exists));
-  const { colorbar = {}, showscale = true } = scale;
-  const bar = { thickness: 14, len: 0.9, outlinewidth: 0, exponentformat: "power", ...colorbar };
-  const marker = { size: shown.length > 1000 ? 4 : 6, symbol: shown.map((dot) => (dot.exists ? "circle" : "x-thin-open")), color: shown.map((dot) => (Number.isFinite(dot.value) ? scale.z(dot.value) : null)), cmin: scale.zmin, cmax: scale.zmax, colorscale: scale.colorscale, showscale, colorbar: bar, line: { width: 0.4, color: pageColor("quiet") } };
+  const marker = { size: shown.length > 1000 ? 4 : 6, symbol: shown.map((dot) => (dot.exists ? "circle" : "x-thin-open")), color: shown.map((dot) => (Number.isFinite(dot.value) ? scale.z(dot.value) : null)), cmin: scale.zmin, cmax: scale.zmax, colorscale: scale.colorscale, showscale: false, line: { width: 0.4, color: pageColor("quiet") } };
   theMap.brief = shown.length <= MOST_TOLD ? headlines() : [];
   const text = shown.map((dot) => tooltip(column, dot));
   const points = { type: "scatter", mode: "markers", x: shown.map((dot) => dot.x), y: shown.map((dot) => dot.y), marker, text, hovertemplate: "%{text}<extra></extra>" };
@@ -51,7 +49,7 @@ function drawCloud() {
   Plotly.react(target, [points, ...(part.guides?.() ?? []), chosen], layout, PLOT_CONFIG);
   const few = shown.length < dots.length ? ` ${shown.length} of the ${dots.length} points, chosen at random, are drawn.` : "";
   document.getElementById("map-summary").textContent = `${column.longName}: ${cloudInWords(column, dots)}${few}`;
-  drawLegend({ cells: [dots], column });
+  drawLegend({ cells: [dots], column, scale });
   drawHistogram(column, dots, document.getElementById("histogram"), "points");
   if (document.getElementById("map-table").open) fillCloudTable(column, shown);
 }

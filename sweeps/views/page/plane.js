@@ -39,6 +39,7 @@ function drawPlane() {
   theMap.brief = headlines();
   const drawn = state.y ? heatmap(plane) : curve(plane);
   plane.text = drawn.text;
+  plane.scale = drawn.scale;
   const size = { height: mapHeight(target) };
   const view = [state.x, state.y].join();
   const touch = matchMedia("(pointer: coarse)").matches;
@@ -64,19 +65,14 @@ function heatmap({ cells, x, y, column }) {
   const [xEdges, yEdges] = [cellEdges(x), cellEdges(y)];
   const z = cells.map((row) => row.map((cell) => (Number.isFinite(cell.value) ? scale.z(cell.value) : null)));
   const text = cells.map((row) => row.map(() => ""));
-  const { colorbar = {}, showscale = true } = scale;
-  const narrow = document.getElementById("map").clientWidth < 520;
-  const bar = narrow
-    ? { orientation: "h", thickness: 10, len: 1, nticks: 4, y: 1.02, yanchor: "bottom", x: 0.5, outlinewidth: 0, exponentformat: "power" }
-    : { thickness: 14, len: 0.9, showexponent: "last", outlinewidth: 0, exponentformat: "power" };
   const base = { type: "heatmap", x: xEdges, y: yEdges, z, text, hovertemplate: "%{text}<extra></extra>", hoverongaps: true };
-  const colors = { zmin: scale.zmin, zmax: scale.zmax, colorscale: scale.colorscale, showscale, colorbar: { ...bar, ...colorbar } };
+  const colors = { zmin: scale.zmin, zmax: scale.zmax, colorscale: scale.colorscale, showscale: false };
   const layout = { xaxis: axisOf(state.x, x), yaxis: axisOf(state.y, y) };
   layout.xaxis.range = rangeOf(xEdges, layout.xaxis.type);
   layout.yaxis.range = rangeOf(yEdges, layout.yaxis.type);
   const lines = part.boundaries?.(xEdges, yEdges) ?? [];
   layout.annotations = [...regionNames(cells, x, y), ...lines.map((line) => line.label)];
-  return { text, traces: [{ ...base, ...colors }, ...hatch(cells, xEdges, yEdges), ...lines.flatMap((line) => line.traces), mark(xEdges, yEdges)], layout };
+  return { text, scale, traces: [{ ...base, ...colors }, ...hatch(cells, xEdges, yEdges), ...lines.flatMap((line) => line.traces), mark(xEdges, yEdges)], layout };
 }
 
 /** The leading flag's meanings, each written where its region has most room. */
@@ -203,8 +199,9 @@ function valuesInWords(column, cells) {
   return `${cells.length} points from ${column.text(low)} to ${column.text(high)}${missing ? `, ${missing} without a number` : ""}`;
 }
 
-function drawLegend({ cells, column }) {
+function drawLegend({ cells, column, scale }) {
   const legend = document.getElementById("legend");
+  if (scale?.bar) return legend.replaceChildren(colorBar(scale));
   const entries = column.isFlag ? usedFlags(column, cells.flat()) : [];
   legend.replaceChildren(...entries.map(({ text, color }) => {
     const swatch = element("span", { className: "swatch" });
