@@ -179,6 +179,7 @@ def _coordinate(ds, name: str, kept) -> dict:
     kind = values.dtype.kind
     plain = [_number(v) for v in values.tolist()] if kind in "fiub" else [str(v) for v in values.tolist()]
     described = _words(variable.attrs, name) | {"flags": _flag_list(variable)}
+    described["typed"] = name == systems.of_map(ds).layout().along  # names by whoever wrote the definition
     return {"dim": dim, "values": plain, "numeric": kind in "fiu", "whole": kind in "iu", **described}
 
 

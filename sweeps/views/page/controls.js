@@ -30,7 +30,7 @@ function coordinateText(name, value) {
   const flag = (coordinate.flags ?? []).find((one) => one.value === value);
   if (flag) return flagText(flag.meaning);
   if (typeof value === "number") return withUnit(value, coordinate.units);
-  const typed = name === "body" || !/^[a-z][a-z0-9_]*$/.test(value); // a body's name is its owner's, others a description's
+  const typed = coordinate.typed || !/^[a-z][a-z0-9_]*$/.test(value); // by an owner, or else by a description
   return typed ? String(value) : value.replaceAll("_", " ");
 }
 

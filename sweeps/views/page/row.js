@@ -59,10 +59,10 @@ function sentenceOf(place) {
   return [words, rate].filter(Boolean).map((part) => part[0].toUpperCase() + part.slice(1)).join(". ");
 }
 
-/** An equilibrium in a sentence: "equilibrium “upright”", or by its number. */
-function equilibriumName(place) {
-  const name = coordinateText("equilibrium", coordinateAt("equilibrium", place));
-  return /^\d+$/.test(name) ? `equilibrium ${name}` : `equilibrium “${name}”`;
+/** A coordinate's value in a sentence, by its name or number: "equilibrium “upright”". */
+function namedPlace(name, place) {
+  const text = coordinateText(name, coordinateAt(name, place));
+  return /^\d+$/.test(text) ? `${name} ${text}` : `${name} “${text}”`;
 }
 
 function showRow(place) {

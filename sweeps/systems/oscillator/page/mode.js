@@ -52,7 +52,7 @@ function followedInWords({ followed, times, rest, coordinates, end }, square) {
 function sentenceOfMode(words) {
   const names = theMap.coordinates.equilibrium?.values ?? [];
   if (names.length < 2) return words;
-  return `Near the ${equilibriumName(state.place)} ${words[0].toLowerCase()}${words.slice(1)}`;
+  return `Near the ${namedPlace("equilibrium", state.place)} ${words[0].toLowerCase()}${words.slice(1)}`;
 }
 
 function modeTraces({ times, followed, theory, coordinates }) {

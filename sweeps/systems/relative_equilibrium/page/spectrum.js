@@ -28,7 +28,7 @@ function spectrumInWords(values) {
   const { regime } = theMap.columns;
   const meaning = regime?.meanings.get(regime.at(state.place));
   const word = FATES[meaning] ?? (meaning ? flagText(meaning) : "");
-  const named = theMap.coordinates.equilibrium?.values.length > 1 ? equilibriumName(state.place) : "equilibrium";
+  const named = theMap.coordinates.equilibrium?.values.length > 1 ? namedPlace("equilibrium", state.place) : "equilibrium";
   const [growth, turning] = known.reduce((top, { measured }) => (measured[0] > top[0] ? measured : top), [-Infinity, 0]);
   const round = Math.abs(turning) > 1e-9 * Math.abs(growth) ? `, turning once in ${timeText((2 * Math.PI) / Math.abs(turning))}` : "";
   const slow = Math.max(...known.map(({ measured }) => Math.hypot(...measured))) * 1e-9;
