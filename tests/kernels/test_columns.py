@@ -54,3 +54,7 @@ def test_arrays_have_the_one_form_that_kernels_are_compiled_for():
         assert values.flags.writeable
         np.testing.assert_array_equal(values, [expected] * 3)
     assert [values.dtype for values in columns.arrays([1], 2)] == [np.float64, np.float64]
+
+
+def test_rows_of_lanes_lie_one_after_the_other():
+    assert columns.rows(("a", "b", "c"), 2, 8)._asdict() == {"a": 16, "b": 24, "c": 32}

@@ -738,3 +738,10 @@ def test_a_polhode_of_any_scale(unit):
 def test_the_exact_solution_shares_nothing_with_the_direct_integrator():
     ours, theirs, package = ({path.stem for path in sources(name)} for name in ("exact", "direct", "options"))
     assert ours & theirs == package == {"__init__", "fingerprint", "stored", "options"}
+
+
+def test_what_stands_still_is_what_has_no_torque_of_its_own():
+    for moments in ((1.0, 2.0, 2.5), (2.0, 2.0, 2.5), (1.0, 2.0, 2.0), (2.0, 1.0, 2.0), (2.0, 2.0, 2.0)):
+        for start in itertools.product((0.0, 1.0, -0.5), repeat=3):
+            turned = np.cross(np.multiply(moments, start), start)
+            assert solution.is_stationary(*moments, *start) == (not turned.any()), (moments, start)
