@@ -53,8 +53,9 @@ class FlowGraph(Graph):
         turned = {sp.tan(u): sp.sin(u) / sp.cos(u) for u in self._turns}
         factors = [part for f in e.args for part in sp.Mul.make_args(turned.get(f, f))]
         fixed = [f for f in factors if not f.free_symbols & moving]
+        moved = [f for f in factors if f.free_symbols & moving]  # of which tan u may leave one twice
         above, below = [], []
-        for factor in sorted(set(factors) - set(fixed), key=lambda f: (-f.count_ops(), str(f))):
+        for factor in sorted(moved, key=lambda f: (-f.count_ops(), str(f))):
             base, exponent = factor.as_base_exp()
             divides = exponent.is_Integer and exponent < 0 and self._root(base) is None
             (below if divides else above).append(1 / factor if divides else factor)

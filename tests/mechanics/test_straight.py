@@ -9,6 +9,7 @@ import sympy as sp
 from numba import njit
 
 from kernels.options import EXACT
+from sweeps.mechanics import System
 from sweeps.mechanics.first_order import FlowCode, _by_elimination, gathered, graph
 from sweeps.mechanics.flow import derive
 from sweeps.mechanics.graph import Values
@@ -86,3 +87,17 @@ def test_a_base_and_its_negative_share_one_inverse_root():
 def test_a_pendulum_in_a_turning_plane_is_a_third_as_long_by_the_inverse():
     flow = flow_of("foucault")
     assert len(FlowCode(graph(flow)).text) < 0.4 * len(FlowCode(_by_elimination(flow)).text)
+
+
+def test_a_tangent_beside_its_sine_or_cosine_keeps_every_factor():
+    system = System("Tangents")
+    k = system.parameter("k", "1", default=2.0)
+    u, v = (system.state(name, "rad", bounds=(-1, 1)) for name in "uv")
+    rates = (k * sp.tan(u) * sp.sin(u) + sp.cos(u) * v, sp.tan(u) / sp.cos(u) - v)
+    for state, rate in zip((u, v), rates, strict=True):
+        system.rate(state, rate)
+    g = graph(derive(system))
+    place = (0.3, -0.2)
+    for rate in rates:
+        exact = float(rate.subs({k: 2.0, u: place[0], v: place[1]}))
+        assert value(g, rate, {k: 2.0}, place) == pytest.approx(exact, rel=1e-14)
