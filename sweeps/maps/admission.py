@@ -17,8 +17,7 @@ from sweeps.schema.carried import CONTRACT_VERSION, definition_of
 from sweeps.schema.layout import Layout
 from sweeps.schema.reading import MAX_FILE_BYTES
 from sweeps.schema.refusals import MapError, shortened
-from sweeps.schema.sample import POINT
-from sweeps.schema.variables import Variable
+from sweeps.schema.variables import POINT, Variable
 
 WHOLE = ("definition", "inputs", "outlines")  # attributes that are compared or drawn, and never cut
 DESCRIBING = ("long_name", "units", "comment")  # of what only its own system's description knows

@@ -4,8 +4,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, get_args
 
-from pydantic_core import PydanticCustomError
-
 from sweeps.schema.variables import Variable
 
 
@@ -37,6 +35,6 @@ class Layout:
         try:
             for check in get_args(self.values.get(name))[1:]:
                 check.func(value)
-        except PydanticCustomError as refused:
+        except ValueError as refused:  # pydantic's own, which is loaded where something is refused
             return refused.context["allowed"]
         return ""

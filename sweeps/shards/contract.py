@@ -6,14 +6,16 @@ same: `identity`. In memory and on disk alike; results/README.md is the contract
 
 import platform
 from datetime import UTC, datetime
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from sweeps.points.scattered import AlongPoints
-from sweeps.points.sweep import Sweep
 from sweeps.schema.carried import CONTRACT_VERSION
-from sweeps.schema.sample import POINT
+from sweeps.schema.variables import POINT
+
+if TYPE_CHECKING:
+    from sweeps.points.scattered import AlongPoints
+    from sweeps.points.sweep import Sweep
 
 CONVENTIONS = "CF-1.11"
 
@@ -28,11 +30,11 @@ class MapCoordinate(NamedTuple):
     """
 
     dim: str
-    values: np.ndarray | AlongPoints
+    values: "np.ndarray | AlongPoints"
     attributes: dict
 
 
-def coordinates(sweep: Sweep) -> dict[str, MapCoordinate]:
+def coordinates(sweep: "Sweep") -> dict[str, MapCoordinate]:
     """Name → each coordinate of a map: the dimensions' own, then the auxiliary ones."""
     grid, table = sweep.grid, {POINT.name: POINT} | sweep.system.coordinates(sweep.definition)
     own = {dim: MapCoordinate(dim, values, table[dim].attributes) for dim, values in grid.coordinates.items()}
@@ -43,7 +45,7 @@ def coordinates(sweep: Sweep) -> dict[str, MapCoordinate]:
     return own | {dim: MapCoordinate(dim, values, table[dim].attributes) for dim, values in grid.further.items()}
 
 
-def provenance(sweep: Sweep) -> dict[str, str]:
+def provenance(sweep: "Sweep") -> dict[str, str]:
     """Global attributes of a map, but for its history and content hash, which who writes it adds."""
     from importlib.metadata import version
 
@@ -61,7 +63,7 @@ def provenance(sweep: Sweep) -> dict[str, str]:
     } | {name: text for name in ("inputs", "outlines") if (text := getattr(definition, name))}
 
 
-def identity(sweep: Sweep) -> dict[str, str]:
+def identity(sweep: "Sweep") -> dict[str, str]:
     """Attributes that say of which definition, files beside it and kernels a shard or a map is."""
     definition, kernels = sweep.definition, sweep.system.fingerprint()
     return {"definition": definition.text, "inputs": definition.inputs, "kernel_fingerprint": kernels}

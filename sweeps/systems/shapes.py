@@ -23,7 +23,8 @@ from pydantic import Field
 
 from sweeps.schema.parameters import Quantity, Range, entry, range_model
 from sweeps.schema.refusals import UnreadableError, display
-from sweeps.schema.values import Strict, number
+from sweeps.schema.strict import Strict
+from sweeps.schema.values import number
 
 RATIO = "a number with 0 < I1/I3 ≤ 1"
 ROOM = "a number from 0 (flat: I1 + I2 = I3) to 1 (I2 = I3)"

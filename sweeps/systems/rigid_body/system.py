@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sweeps.schema.layout import Layout
-from sweeps.schema.parameters import Range, spread
 from sweeps.schema.variables import Variable
 from sweeps.systems.rigid_body.look import LOOK
 from sweeps.systems.rigid_body.variables import ARGUMENTS, COORDINATES, LAYOUT, MOMENTS, SHAREABLE, VARIABLES
@@ -19,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from PIL.Image import Image
 
+    from sweeps.schema.parameters import Range
     from sweeps.systems.rigid_body.definition import RigidBodyDefinition, RigidBodyIntegration
 
 MOST_BODIES = 10  # of which `check` prints the axes
@@ -45,8 +45,10 @@ class RigidBody(Dynamics):
 
         return RigidBodyDefinition
 
-    def dimensions(self, definition: "RigidBodyDefinition") -> dict[str, Range | np.ndarray]:
+    def dimensions(self, definition: "RigidBodyDefinition") -> "dict[str, Range | np.ndarray]":
         """(axis, I1, I2, I3, omega0, epsilon, phase), or (body, axis) and what no body gives itself."""
+        from sweeps.schema.parameters import spread
+
         bodies = {"body": np.array([body.name for body in definition.bodies])} if definition.bodies else {}
         shared = [name for name in (*MOMENTS, *SHAREABLE) if not definition.is_per_body(name)]
         axes = {"axis": np.array(definition.axes, np.int8)}

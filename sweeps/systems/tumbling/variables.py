@@ -3,12 +3,12 @@
 from typing import Annotated
 
 from kernels import statuses
-from sweeps.schema import parameters
+from sweeps.schema import quantities
 from sweeps.schema.layout import Layout
-from sweeps.schema.parameters import Parameter, Quantity
+from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.values import MAX_SPIN_RATE, MIN_SPIN_RATE, Moment, number
 from sweeps.schema.variables import Role, Variable, table
-from sweeps.systems import listed
+from sweeps.systems.rigid_body.variables import MOMENTS_ARE_RATIOS
 
 MOMENTS = ("I1", "I2", "I3")
 ARGUMENTS = (*MOMENTS, "energy", "omega0")
@@ -81,7 +81,7 @@ PARAMETERS = (
 )
 
 COORDINATES = (
-    table(Variable("body", None, "body", "str")) | parameters.coordinates(PARAMETERS) | table(listed.MOMENTS_ARE_RATIOS)
+    table(Variable("body", None, "body", "str")) | quantities.coordinates(PARAMETERS) | table(MOMENTS_ARE_RATIOS)
 )
 
 LAYOUT = Layout(
