@@ -69,6 +69,7 @@ def _plan(I1, I2, I3, axis, epsilon, spacing, intervals, tolerance, exactly, pla
         level = int(min(math.sqrt(growth), 1.0) * (LEVELS - 1)) if growth == growth else 0
         small = reduction.is_small(ca, known, spacings[i] * intervals)
         reduced[i] = lanes.FIRST_ORDER if small else lanes.WHOLE
+        orders[i] = -orders[i] if exactly and small else orders[i]
         keys[i] = ((6 * (steps[i] - 1) + kind) * 2 + (0 if small else 1)) * LEVELS + level
 
 
@@ -105,7 +106,7 @@ def _run(I1, I2, I3, axis, omega0, epsilon, phase, plan, blocks, intervals, tole
             S[findings.MORE.spin_rate + lane] = abs(omega0[i]) if known else math.nan
         for lane in range(W):
             S[lanes.COSINE + lane], S[lanes.SINE + lane] = circular.cosine_sine(S[lanes.SINE + lane])
-        exactly = orders[head] == lanes.EXACT
+        exactly = abs(orders[head]) == lanes.EXACT
         depth = reduced[head] if reducing or reduced[head] == lanes.WHOLE else lanes.NONE
         lanes.follow(S, orders[head], steps[head], intervals, certified, invariants, logged, depth)
         findings.tell(S, certified, invariants, logged, depth, exactly, rounded, tolerance)

@@ -136,7 +136,10 @@ def test_the_exact_propagator_measures_the_same():
     # both are within 1e-12 of the truth, which (Omega h)² in the recurrence amplifies for small rates
     scale = points["omega0"] ** 2
     np.testing.assert_allclose(columns["omega_squared"] / scale, stepped["omega_squared"] / scale, rtol=0, atol=1e-10)
-    assert columns["perturbation_drift"].max() < 1e-13
+    # roundings of a motion that falls before it grows have grown by e^(lambda t), up to 1e3 here, when it is small
+    growing, drift = columns["growth_rate"] > 0, columns["perturbation_drift"]
+    assert drift[~growing].max() < 1e-14
+    assert drift[growing].max() < 3e-13
 
 
 def test_work_that_nobody_asked_for_changes_no_other_column():
