@@ -131,7 +131,7 @@ LOOKS_LIKE_ANOTHER_TYPE = st.sampled_from(
 
 
 @given(PRINTABLE | LOOKS_LIKE_ANOTHER_TYPE)
-@settings(max_examples=30, deadline=None, derandomize=True)
+@settings(max_examples=15, deadline=None, derandomize=True)
 def test_text_stays_text_in_the_written_yaml(tmp_path_factory, title):
     mapping = with_grid() | {"title": title}
     path = written(tmp_path_factory.mktemp("text"), load(mapping).text)
