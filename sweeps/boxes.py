@@ -55,3 +55,17 @@ def blocks(sizes: Mapping[str, int], most: int) -> Iterator[dict[str, slice]]:
     """Boxes that cover a grid once, in storage order, each of at most `most` points (or of one): dimension → slice."""
     for box in runs(tuple(sizes.values()), most):
         yield dict(zip(sizes, box, strict=True))
+
+
+def changed(before: np.ndarray | None, after: np.ndarray) -> tuple[slice, slice]:
+    """The rows and the columns among which two planes differ: all where there is none before, one where nothing does.
+
+    Args:
+        before: shape (rows, columns), or None.
+        after: likewise.
+    """
+    if before is None:
+        return slice(0, after.shape[0]), slice(0, after.shape[1])
+    differs = before != after
+    places = (np.flatnonzero(differs.any(axis=axis)) for axis in (1, 0))
+    return tuple(slice(int(at[0]), int(at[-1]) + 1) if at.size else slice(0, 1) for at in places)

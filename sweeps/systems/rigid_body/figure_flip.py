@@ -20,7 +20,7 @@ from PIL import Image
 from kernels import exact
 from kernels.rigid_body import cyclic
 from sweeps import colors, style
-from sweeps.boxes import along, blocks, dimensions
+from sweeps.boxes import along, blocks, changed, dimensions
 from sweeps.systems.rigid_body.look import settings
 from sweeps.systems.rigid_body.solid import Face
 from sweeps.systems.rigid_body.solid import solid as solid_of
@@ -40,6 +40,7 @@ TRAIL = 24  # frames
 FINER = 8  # points of the trail a frame
 MOST_ROTATIONS = 8.0  # of a picture: slower flips are shown from just before to just after
 COMPONENTS = tuple(colors.SERIES_COLORS[:3])
+INDICES = "₁₂₃"
 
 
 def most_unstable(ds: "xr.Dataset") -> dict[str, float] | None:
@@ -184,12 +185,16 @@ def _in_few_colors(images: list[np.ndarray]) -> list[Image.Image]:
     steps = np.linspace(0, 255, 32).round().astype(np.uint8)
     cube = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(1, -1, 3)
     table = np.asarray(Image.fromarray(cube).quantize(palette=palette, dither=Image.Dither.NONE)).ravel()
-    made = []
+    made, before, frame = [], None, np.empty(images[0].shape[:2], np.uint8)
     for image in images:
         whole = image.view("<u4")[..., 0]  # of red, the lowest byte, green and blue the five highest bits each
-        number = ((whole & 0xF8) << 7) | ((whole >> 6) & 0x3E0) | ((whole >> 19) & 0x1F)
-        made.append(Image.fromarray(table[number], "P"))
+        box = changed(before, whole)
+        part = whole[box]
+        frame = frame.copy()
+        frame[box] = table[((part & 0xF8) << 7) | ((part >> 6) & 0x3E0) | ((part >> 19) & 0x1F)]
+        made.append(Image.fromarray(frame, "P"))
         made[-1].putpalette(palette.getpalette())
+        before = whole
     return made
 
 
@@ -213,12 +218,13 @@ def _stage(point, moments, omegas, times):
     trace = figure.add_axes((0.13, 0.105, 0.84, 0.22))
     dots = []
     for k, color in enumerate(COMPONENTS):
-        trace.plot(times, omegas[:, k], color=color, linewidth=1.6, label=f"$\\omega_{k + 1}$")
+        trace.plot(times, omegas[:, k], color=color, linewidth=1.6, label=f"ω{INDICES[k]}")
         dots += trace.plot([], [], "o", color=color, markersize=5, animated=True)
     trace.set(xlim=(times[0], times[-1]), xlabel="time (s)", ylabel=f"ω ({style.units('rad s-1')})")
     trace.legend(ncols=3, loc="lower right", bbox_to_anchor=(1.0, 0.98), borderaxespad=0.0, handlelength=1.2)
     for side in ("top", "right"):
         trace.spines[side].set_visible(False)
+    style.plain_ticks(figure)
     return figure, scene, dots
 
 
