@@ -4,9 +4,7 @@ import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
-import psutil
-
-from sweeps import processors, systems
+from sweeps import memory, processors, systems
 from sweeps.points.sweep import Sweep
 from sweeps.schema.refusals import DefinitionError
 
@@ -119,7 +117,7 @@ def lacking(sweep: Sweep, needed: Estimate, results_dir: str | Path) -> list[str
     """What this machine has too little of for `sweep`, which takes what is `needed`, one line each."""
     limits = (
         ("disk", needed.disk_bytes, shutil.disk_usage(_existing(Path(results_dir))).free),
-        ("memory", needed.memory_bytes, psutil.virtual_memory().available),
+        ("memory", needed.memory_bytes, memory.available()),
     )
     return [_too_large(sweep, needed.points, *limit) for limit in limits if limit[1] > limit[2]]
 

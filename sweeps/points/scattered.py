@@ -5,17 +5,17 @@ No list of all of them is ever made: whoever needs some asks for these.
 
 from collections.abc import Callable, Mapping
 from functools import lru_cache, partial
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from sweeps.points import tables
-from sweeps.points.draws import Draw
-from sweeps.points.tables import Table
 from sweeps.schema.definition import Definition
 from sweeps.schema.parameters import Range, spread
 from sweeps.schema.refusals import UnreadableError, display
 from sweeps.schema.sample import ends_alone
+
+if TYPE_CHECKING:
+    from sweeps.points.tables import Table
 
 POINT = "point"
 PART_POINTS = 2**17  # of which coordinates are read, and written, at once
@@ -41,6 +41,8 @@ class Drawn:
     """Points drawn over the ranges of a definition's grid; see `Scattered`."""
 
     def __init__(self, definition: Definition):
+        from sweeps.points.draws import Draw
+
         self._ranges, self.num = definition.drawn, definition.sample.num
         self._grid, self._pair = definition.grid, dict(definition.pair or {})
         self._draw = Draw(definition.sample, len(self._ranges))
@@ -107,7 +109,7 @@ def of(definition: Definition) -> Scattered | None:
     return Plane(definition) if definition.pair is not None else None
 
 
-def completed(values: Mapping, model: type[Definition], folder: str) -> tuple[dict, Table | None]:
+def completed(values: Mapping, model: type[Definition], folder: str) -> "tuple[dict, Table | None]":
     """A definition's plain values with ranges in its grid from end to end of what is drawn or listed, and its table.
 
     So whatever is asked of the values of a grid is asked of those of scattered points as well.
@@ -126,6 +128,8 @@ def completed(values: Mapping, model: type[Definition], folder: str) -> tuple[di
     for other in (*BESIDE, *([derived.key] if derived else [])):
         if other in values or other in grid:
             raise UnreadableError(("table",), display(file), f"is given beside {other}", "one of these")
+    from sweeps.points import tables  # loaded for a table that is there
+
     table = tables.read(file, folder, wanted, grid)
     ends = dict(zip(table.names, table.ends, strict=True))
     ranges = {
