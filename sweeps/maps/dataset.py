@@ -58,12 +58,12 @@ def _columns(*arrays: np.ndarray, sweep: Sweep, threads: int) -> tuple[np.ndarra
 
 
 def grid_coordinates(sweep: Sweep) -> dict[str, xr.DataArray]:
-    """Coordinates of a whole grid, each along its own dimension (or, if auxiliary, along another), with attributes."""
+    """Coordinates of a whole grid, each along its own dimension (or, if auxiliary, along others), with attributes."""
     found = {}
-    for name, (dim, values, attributes) in contract.coordinates(sweep).items():
+    for name, (dims, values, attributes) in contract.coordinates(sweep).items():
         values = np.asarray(values)
-        own = {dim: values} if name == dim else None
-        found[name] = xr.DataArray(values, dims=dim, coords=own, attrs=attributes)
+        own = {name: values} if dims == (name,) else None
+        found[name] = xr.DataArray(values, dims=dims, coords=own, attrs=attributes)
     return found
 
 

@@ -146,13 +146,15 @@ class Derived(Protocol):
         key: the grid's key under which the two stand.
         description: what a refusal says of it.
         model: the model of what stands there, two entries.
-        names: the parameters that they give.
+        names: the parameters that they give, as many as there are entries, whose dimensions stand in their places.
+        over: each of these → what it follows from: entries and other parameters, in the order of dimensions.
     """
 
     key: str
     description: str
     model: type[Strict]
     names: tuple[str, ...]
+    over: Mapping[str, tuple[str, ...]]
 
     def completed(self, values: Mapping) -> dict:
         """A definition's plain grid with ranges of `names` from end to end.
@@ -164,8 +166,8 @@ class Derived(Protocol):
     def drawn(self, name: str, spaced: Range, share: np.ndarray) -> np.ndarray:
         """Values of one of the two at shares of its range, so that the points drawn are spread evenly."""
 
-    def given(self, pair: Mapping[str, np.ndarray], grid: Any) -> dict[str, np.ndarray]:
-        """`names` → values for pairs of the two, beside a checked grid."""
+    def given(self, name: str, values: Mapping[str, Any]) -> np.ndarray:
+        """One of `names`, from what it follows from: arrays (that broadcast together) and numbers."""
 
     def impossible(self, columns: Mapping[str, Any]) -> np.ndarray | None:
         """Which points cannot exist, by their parameters (arrays and numbers); None where these do not say."""

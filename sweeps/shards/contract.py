@@ -14,7 +14,7 @@ from sweeps.schema.carried import CONTRACT_VERSION
 from sweeps.schema.variables import POINT
 
 if TYPE_CHECKING:
-    from sweeps.points.scattered import AlongPoints
+    from sweeps.points.ondemand import OnDemand
     from sweeps.points.sweep import Sweep
 
 CONVENTIONS = "CF-1.11"
@@ -24,25 +24,25 @@ class MapCoordinate(NamedTuple):
     """One coordinate of a map.
 
     Attributes:
-        dim: the dimension it lies along.
-        values: its values, shape (n,); of a dimension `point`, they are made where they are asked for.
+        dims: the dimensions it lies along.
+        values: its values; what may be many are made where they are asked for.
         attributes: its CF attributes.
     """
 
-    dim: str
-    values: "np.ndarray | AlongPoints"
+    dims: tuple[str, ...]
+    values: "np.ndarray | OnDemand"
     attributes: dict
 
 
 def coordinates(sweep: "Sweep") -> dict[str, MapCoordinate]:
     """Name → each coordinate of a map: the dimensions' own, then the auxiliary ones."""
     grid, table = sweep.grid, {POINT.name: POINT} | sweep.system.coordinates(sweep.definition)
-    own = {dim: MapCoordinate(dim, values, table[dim].attributes) for dim, values in grid.coordinates.items()}
-    for name, (dim, values) in grid.auxiliary.items():
+    own = {dim: MapCoordinate((dim,), values, table[dim].attributes) for dim, values in grid.coordinates.items()}
+    for name, (dims, values) in grid.auxiliary.items():
         is_right = values.dtype.kind == "U" or values.dtype == np.dtype(table[name].dtype)
         values = values if is_right else values.astype(table[name].dtype)
-        own[name] = MapCoordinate(dim, values, table[name].attributes)
-    return own | {dim: MapCoordinate(dim, values, table[dim].attributes) for dim, values in grid.further.items()}
+        own[name] = MapCoordinate(dims, values, table[name].attributes)
+    return own | {dim: MapCoordinate((dim,), values, table[dim].attributes) for dim, values in grid.further.items()}
 
 
 def provenance(sweep: "Sweep") -> dict[str, str]:

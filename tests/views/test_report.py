@@ -1084,7 +1084,8 @@ def test_a_page_prints_on_one_sheet(visit, plane_path, folder):
 
 DRAWN = {
     "axes": [1, 2],
-    "grid": {"ratios": {"I1_over_I3": [0.3, 0.6, 0.9], "room": [0.2, 0.7]}, "I3": 1.0, "omega0": 1.0},
+    "grid": {"ratios": {"I1_over_I3": {"start": 0.3, "stop": 0.9}, "room": {"start": 0.2, "stop": 0.7}}, "omega0": 1.0},
+    "sample": {"num": 6},
 }
 OPEN_ALL = "document.querySelectorAll('details').forEach((details) => (details.open = true))"
 

@@ -10,6 +10,7 @@ import numpy as np
 from sweeps.schema.layout import Layout
 from sweeps.schema.variables import Variable
 from sweeps.systems.rigid_body.look import LOOK
+from sweeps.systems.rigid_body.spread import SHAPE, is_grid, is_of_shapes
 from sweeps.systems.rigid_body.variables import ARGUMENTS, COORDINATES, LAYOUT, MOMENTS, SHAREABLE, VARIABLES
 from sweeps.systems.system import Dynamics, Opening, Page, Reference
 
@@ -179,13 +180,12 @@ class RigidBody(Dynamics):
 
     def opening(self, ds: "xr.Dataset") -> Opening:
         """The plane of the stability pictures, or of bodies their least nudge."""
-        if set(MOMENTS) <= set(ds.dims):
-            from sweeps.systems.rigid_body.figure_flip import racket
+        if is_grid(ds):
+            from sweeps.systems.rigid_body.figure_flip import racket_at
             from sweeps.systems.rigid_body.figure_stability import planes
 
-            plane, at = planes(ds)
-            thrown = racket(ds) or {}
-            return Opening(plane, at | {name: value for name, value in thrown.items() if name in ds.dims})
+            plane, at = (SHAPE, {"epsilon": float(ds["epsilon"].values.min())}) if is_of_shapes(ds) else planes(ds)
+            return Opening(plane, at | {dim: ds[dim].values[i].item() for dim, i in (racket_at(ds) or {}).items()})
         return Opening(at={"epsilon": float(ds["epsilon"].min())} if "epsilon" in ds.dims else {})
 
     def page(self, ds: "xr.Dataset") -> Page:
@@ -213,8 +213,8 @@ class RigidBody(Dynamics):
         return {"bodies": facts}
 
     def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
-        """Stability maps or the bodies in a row, theory against measurement, the breakdown, and the polhodes."""
-        from sweeps.systems.rigid_body import figure_agreement, figure_polhodes, figure_stability
+        """Stability maps, over moments or the triangle, or the bodies in a row, and what else there is to see."""
+        from sweeps.systems.rigid_body import figure_agreement, figure_polhodes, figure_stability, figure_triangle
 
         found: dict[str, Callable[[], Figure | None]] = {}
         if "body" in ds.dims:
@@ -222,8 +222,11 @@ class RigidBody(Dynamics):
 
             found["bodies"] = lambda ax=None: figure_bodies.draw(ds, ax)
         else:
+            one = figure_triangle.draw_axis if is_of_shapes(ds) else figure_stability.draw
             for axis in ds["axis"].values.tolist():
-                found[f"stability_axis_{axis}"] = lambda ax=None, axis=axis: figure_stability.draw(ds, axis, ax)
+                found[f"stability_axis_{axis}"] = lambda ax=None, axis=axis: one(ds, axis, ax)
+        if is_of_shapes(ds):
+            found = {"triangle": lambda ax=None: figure_triangle.draw(ds, ax)} | found
         found["theory_against_measured"] = lambda ax=None: figure_agreement.draw(ds, ax)
         if ds.sizes.get("epsilon", 0) >= LEAST_NUDGES:
             from sweeps.systems.rigid_body import figure_breakdown
@@ -233,8 +236,8 @@ class RigidBody(Dynamics):
         return found
 
     def draws_plainly(self, ds: "xr.Dataset") -> bool:
-        """The pictures of a grid of moments, but for the breakdown."""
-        return set(MOMENTS) <= set(ds.dims) and ds.sizes.get("epsilon", 0) < LEAST_NUDGES
+        """The pictures of a grid, but for the breakdown."""
+        return is_grid(ds) and ds.sizes.get("epsilon", 0) < LEAST_NUDGES
 
     def pictures_of_points(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
         """The inertia triangle, the points over two coordinates, and theory against measurement."""

@@ -6,6 +6,7 @@ from sweeps.schema.layout import Layout
 from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.values import MIN_SPIN_RATE, Axis, Epsilon, Moment, Phase, spin_rate
 from sweeps.schema.variables import Role, Variable, table
+from sweeps.systems import shape_coordinates
 from sweeps.systems.rates import variables as rates
 
 MOMENTS = ("I1", "I2", "I3")
@@ -181,6 +182,7 @@ PARAMETERS = (
 
 COORDINATES = (
     table(Variable("axis", "1", "spin axis (1, 2 or 3)", "i1"), Variable("body", None, "body", "str"))
+    | shape_coordinates.COORDINATES
     | quantities.coordinates(PARAMETERS)
     | table(MOMENTS_ARE_RATIOS)
 )
@@ -189,7 +191,9 @@ LAYOUT = Layout(
     {"body": COORDINATES["body"], **COORDINATES},  # in storage order
     VARIABLES | CERTIFICATE | FLIPS | IN_SPACE,
     tuple(VARIABLES),
-    {"axis": Axis} | {parameter.name: parameter.quantity.item for parameter in PARAMETERS},
+    {"axis": Axis} | shape_coordinates.VALUES | {parameter.name: parameter.quantity.item for parameter in PARAMETERS},
     along="body",
     beside=("moments_are_ratios",),
+    spare=tuple(shape_coordinates.COORDINATES),
+    over=shape_coordinates.OVER,
 )
