@@ -91,7 +91,7 @@ def nearest(ds: "xr.Dataset", chosen: Mapping[str, str]) -> dict[str, Place]:
 def _along(ds: "xr.Dataset", name: str) -> str:
     """What a coordinate that is no dimension lies along, in words."""
     dims = ds[name].dims
-    return f"{' and '.join(dims)}, {'not a dimension' if 'body' in dims else 'which is chosen already'}"
+    return f"{' and '.join(dims)}, {'which is chosen already' if name in placing(ds) else 'not a dimension'}"
 
 
 def _nearest_by(ds: "xr.Dataset", own: Mapping[str, str], places: Mapping[str, Place]) -> dict[str, Place]:
