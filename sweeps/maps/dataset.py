@@ -75,10 +75,9 @@ def survey_grid(sweep: Sweep, chunks=None, threads: int = 1) -> xr.Dataset:
     if chunks is not None:
         sizes = _chunk_sizes(grid, chunks)
         arrays = {name: array.chunk({d: sizes[d] for d in array.dims}) for name, array in arrays.items()}
-    dataset = evaluate(arrays, sweep, threads)
-    dataset = dataset.assign_coords({name: array.variable for name, array in coordinates.items()})
-    dataset = dataset.transpose(*grid.dims, *grid.further)
-    return dataset.assign_attrs(contract.provenance(sweep))
+    measured = evaluate(arrays, sweep, threads).transpose(*grid.dims, *grid.further)
+    variables = {name: array.variable for name, array in measured.data_vars.items()}
+    return xr.Dataset(variables, {n: array.variable for n, array in coordinates.items()}, contract.provenance(sweep))
 
 
 def _chunk_sizes(grid: Grid, chunks) -> dict[str, int]:
