@@ -21,7 +21,7 @@ class Layout:
             the description of its system knows.
         along: dimension along which coordinates may lie that are no dimensions; "" for none.
         beside: names of the coordinates that a map with that dimension has besides.
-        spare: names of the coordinates that a map has only as its dimensions.
+        spare: names of the coordinates that only some maps have.
         over: coordinate → the dimensions, in storage order, along some of which it may lie where it is none.
     """
 
