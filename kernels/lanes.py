@@ -18,7 +18,7 @@ what the direct integration may be trusted to.
 
 from numba import boolean, float64, int64, njit
 
-from kernels import direct, exact, measure, recurrence, reduction, rigid_body, taylor_steps
+from kernels import exact, measure, recurrence, reduction, rigid_body, taylor_steps
 from kernels.blocks import W
 from kernels.options import INLINE, OPTIONS
 
@@ -28,7 +28,7 @@ EXACT = 1  # stands where a Taylor step has its order
 MA, MB, MC, SPIN, EPSILON, COSINE, SINE, SPACING, STEPS = (W * r for r in range(9))
 # The state, its steps, and the two samples before.
 A, B, C, KA, KB, KC, B1, C1, B2, C2 = (W * r for r in range(9, 19))
-# The exact state, its step, and the square of its largest relative distance from the direct one.
+# The exact state, its step, and the square of its distance from the direct one where that was relatively largest.
 XA, XB, XC, QA, QB, QC, APART = (W * r for r in range(19, 26))
 # The measurement: first guess and sums, sense of turning, samples used, whether the window is open, sizes squared.
 GUESS, RX, RR, XX, TURN, USED, OPEN, START, LARGEST = (W * r for r in range(26, 35))
@@ -45,7 +45,9 @@ DRIVE, QUADRATURE, FIRST, SECOND, THIRD, ALONG, SLOPE, WANDER = (W * r for r in 
 HALF_FIRST, HALF_ALONG, HALF_SPIN = (W * r for r in range(69, 72))
 # The exact recurrence of a small motion: first differences, and its constants (:mod:`kernels.recurrence`).
 DA, DB, DC, GA, GB, GC, BEND = (W * r for r in range(72, 79))
-ROWS = 79
+# The square of the largest transverse size when the two were APART.
+APART_OVER = W * 79
+ROWS = 80
 
 NONE, FIRST_ORDER, WHOLE = range(3)  # how much of the reduction is done: see :mod:`kernels.reduction`
 
@@ -85,7 +87,7 @@ def begin(S):
         _set_constants(S, lane)
         S[HALF + lane] = S[QUADRATURE + lane] * (b * c)
         S[LP + lane], S[LQ + lane] = 1.0, 1.0
-        S[LFIRST + lane], S[LLAST + lane] = 1.0, 1.0
+        S[LFIRST + lane], S[LLAST + lane], S[APART_OVER + lane] = 1.0, 1.0, 1.0
     for row in (RX, RR, XX, TURN, JD, ED, LD, LN, LPE, LQE, APART, SX, SS, SW, U1, WANDER):
         for lane in range(W):
             S[row + lane] = 0.0
@@ -136,34 +138,29 @@ def begin_invariants(S):
         S[J0 + lane], S[JS + lane] = J, scale
 
 
-def _advance_of(order, near):
-    """Steps of one kind for all lanes; the branches are decided when it is compiled."""
+def _advance_of(step):
+    """Steps of one kind for all lanes."""
 
     @njit(**OPTIONS)
     def advance(S, steps):
         for _ in range(steps):
             for lane in range(W):
-                a, b, c = S[A + lane], S[B + lane], S[C + lane]
-                ka, kb, kc = S[KA + lane], S[KB + lane], S[KC + lane]
-                if order == 8 and near:
-                    a, b, c = taylor_steps.near_step_8(a, b, c, ka, kb, kc)
-                elif order == 10 and near:
-                    a, b, c = taylor_steps.near_step_10(a, b, c, ka, kb, kc)
-                elif order == 12 and near:
-                    a, b, c = taylor_steps.near_step_12(a, b, c, ka, kb, kc)
-                elif order == 8:
-                    a, b, c = taylor_steps.step_8(a, b, c, ka, kb, kc)
-                elif order == 10:
-                    a, b, c = taylor_steps.step_10(a, b, c, ka, kb, kc)
-                else:
-                    a, b, c = taylor_steps.step_12(a, b, c, ka, kb, kc)
-                S[A + lane], S[B + lane], S[C + lane] = a, b, c
+                S[A + lane], S[B + lane], S[C + lane] = step(
+                    S[A + lane], S[B + lane], S[C + lane], S[KA + lane], S[KB + lane], S[KC + lane]
+                )
 
     return advance
 
 
-_advance_8, _advance_10, _advance_12 = (_advance_of(order, False) for order in direct.ORDERS)
-_advance_near_8, _advance_near_10, _advance_near_12 = (_advance_of(order, True) for order in direct.ORDERS)
+_advance_8, _advance_10, _advance_12 = map(
+    _advance_of, (taylor_steps.step_8, taylor_steps.step_10, taylor_steps.step_12)
+)
+_advance_near_8, _advance_near_10, _advance_near_12 = map(
+    _advance_of, (taylor_steps.near_step_8, taylor_steps.near_step_10, taylor_steps.near_step_12)
+)
+_advance_nearest_8, _advance_nearest_10, _advance_nearest_12 = map(
+    _advance_of, (taylor_steps.nearest_step_8, taylor_steps.nearest_step_10, taylor_steps.nearest_step_12)
+)
 
 
 @njit(**OPTIONS)
@@ -188,7 +185,13 @@ def _advance_recurrence(S):
 @njit(**OPTIONS)
 def advance(S, order, steps):
     """Advance every lane by a sample interval: Taylor steps or an exact one; near ones where the order is negative."""
-    if order == -8:
+    if order == -108:
+        _advance_nearest_8(S, steps)
+    elif order == -110:
+        _advance_nearest_10(S, steps)
+    elif order == -112:
+        _advance_nearest_12(S, steps)
+    elif order == -8:
         _advance_near_8(S, steps)
     elif order == -10:
         _advance_near_10(S, steps)
@@ -385,9 +388,11 @@ def sample(S, k, reduced):
 def _compare(S, lane, b, c):
     """Note how far the direct solution is from the exact one."""
     db, dc = S[B + lane] - b, S[C + lane] - c
-    apart = (db * db + dc * dc) / S[LARGEST + lane]
-    # written so that a distance that is no number stays
-    S[APART + lane] = S[APART + lane] if (S[OPEN + lane] == 0.0) | (apart <= S[APART + lane]) else apart
+    apart, largest = db * db + dc * dc, S[LARGEST + lane]
+    # a ratio of two rows: no division; written so that a distance that is no number stays
+    keeps = (S[OPEN + lane] == 0.0) | (apart * S[APART_OVER + lane] <= S[APART + lane] * largest)
+    S[APART + lane] = S[APART + lane] if keeps else apart
+    S[APART_OVER + lane] = S[APART_OVER + lane] if keeps else largest
 
 
 @njit(**OPTIONS)
@@ -526,6 +531,7 @@ PARTS = (
     *((loop, (float64[::1], boolean)) for loop in (_sample_whole, _sample_first_order)),
     *((loop, (float64[::1], int64)) for loop in (_advance_12, _advance_10, _advance_8)),
     *((loop, (float64[::1], int64)) for loop in (_advance_near_12, _advance_near_10, _advance_near_8)),
+    *((loop, (float64[::1], int64)) for loop in (_advance_nearest_12, _advance_nearest_10, _advance_nearest_8)),
     *((loop, (float64[::1],)) for loop in (begin_exact, begin, begin_invariants, guess, _advance_exact)),
     *((loop, (float64[::1],)) for loop in (begin_recurrence, _advance_recurrence, _exact_samples, _exact_sample_alone)),
     *((loop, (float64[::1],)) for loop in (certify, certify_near, watch_invariants, watch, log_sample)),

@@ -12,6 +12,8 @@ from kernels import direct, exact, linear, rigid_body, statuses, survey, taylor_
 FEWER = 40 if config.DISABLE_JIT else 1  # lanes in plain Python are slow
 STEPS = {8: taylor_steps.step_8, 10: taylor_steps.step_10, 12: taylor_steps.step_12}
 STEPS |= {-8: taylor_steps.near_step_8, -10: taylor_steps.near_step_10, -12: taylor_steps.near_step_12}
+NEAREST = (taylor_steps.nearest_step_8, taylor_steps.nearest_step_10, taylor_steps.nearest_step_12)
+STEPS |= dict(zip((-108, -110, -112), NEAREST, strict=True))
 
 
 def bodies(count, seed, epsilon=1e-6):
@@ -96,7 +98,7 @@ BROKEN = """
 import numpy as np
 from kernels import taylor_steps
 for order in (8, 10, 12):
-    for name in (f"step_{order}", f"near_step_{order}"):
+    for name in (f"step_{order}", f"near_step_{order}", f"nearest_step_{order}"):
         def broken(a, b, c, ka, kb, kc, step=getattr(taylor_steps, name)):
             a, b, c = step(a, b, c, ka, kb, kc)
             return a, b, c * (1 + DEFECT)
