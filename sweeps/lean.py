@@ -45,6 +45,11 @@ def _start_lightly() -> None:
         sys.modules.setdefault(name, ModuleType(name))
 
 
+def is_alone() -> bool:
+    """Whether this process is for one command alone."""
+    return _is_alone
+
+
 def leave_out_the_compiler() -> bool:
     """Leaves out Numba in a command that asks kernels for few numbers; whether it is, so that kernels are plain."""
     from kernels import plain
