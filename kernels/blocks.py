@@ -22,6 +22,12 @@ def scratch(rows):
     return S[first : first + rows * W]
 
 
+@njit(nogil=True, **OPTIONS)
+def rows_of(count):
+    """As :func:`scratch`, shape (count, W)."""
+    return scratch(count).reshape(count, W)
+
+
 @njit(types.UniTuple(int64[::1], 2)(int64[::1], int64), nogil=True, **OPTIONS)
 def cut(keys, levels):
     """Order of the points and starts of the blocks: points of one kind together, sorted by key, W at a time.

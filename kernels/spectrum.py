@@ -39,7 +39,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import boolean, float64, int64, njit, types, void
 
-from kernels.blocks import W
+from kernels.blocks import W, rows_of, scratch
 from kernels.dense import eigenvalues, logarithm, order
 from kernels.options import OPTIONS
 
@@ -50,8 +50,8 @@ SAME = 1e-6  # of the spacing's inverse: imaginary parts nearer than this are on
 LEAST_MOVED = 1e-4  # smallest singular value of the samples over the largest: below it a mode was not moved
 EPSILON = float(np.finfo(np.float64).eps)
 ROUNDINGS = 8.0  # of the logarithm and what follows it, beside the largest eigenvalue
-ARTANH = 13  # terms of artanh's series for a logarithm: of Z², where the rates bound |Z| by tan ¼
-REACHED = 1e-9  # square of the size of Z to the eighth, below which what these terms leave is below rounding
+ARTANH = 20  # terms of artanh's series for a logarithm: of Z², where the rates bound |Z| by tan π/8
+REACHED = 2e-6  # square of the size of Z to the eighth, below which what these terms leave is below rounding
 LOST = 1e4  # roundings that a term of a covariance may hold, which a large sum of terms cancels down to
 
 ROWS, LANES = float64[::1], float64[:, ::1]
@@ -68,6 +68,12 @@ HEAD = 10
 
 
 # -- the steps, lane by lane
+
+
+@njit(**OPTIONS)
+def _lanes(flat):
+    """Rows of W lanes, as rows."""
+    return flat.reshape(flat.size // W, W)
 
 
 # Rows of W lanes, flat: rows W apart of one array need one check for overlap, and unsigned places none for wrapping.
@@ -235,7 +241,7 @@ def _spread(A, n, c, s, moved):
 @njit(**OPTIONS)
 def _start(XX, XD, n, M, moved):
     """M of the dynamic mode decomposition, and the samples' smallest singular value over their largest."""
-    A, f, g = np.empty((n * n, W)), np.empty(W), np.empty(W)
+    A, f, g = rows_of(n * n), scratch(1), scratch(1)
     A[:] = XX
     _spread(A, n, f, g, moved)
     A[:], M[:] = XX, XD  # rows of M are columns of its transpose, as those of XD are
@@ -312,12 +318,6 @@ def _advance(M, X0, x, xs, new_xs, Z, Zs, new_Zs, P, n):
     for at in range(new_xs * W, (new_xs + n) * W):
         x[at] = 0.0
     _add_inner(x, new_xs, M, 0, n, x, xs, 0, n, n)
-
-
-@njit(**OPTIONS)
-def _lanes(flat):
-    """Rows of W lanes, as rows."""
-    return flat.reshape(flat.size // W, W)
 
 
 @njit(**OPTIONS)
@@ -407,10 +407,9 @@ def _step(M, X0, runs, n, XX, XR, XZ, HH, HR, RR, covariance, rest, moved, chang
     Besides: the inverse of the projected normal matrix, the sum of squares left, and the change of M.
     """
     P, nn = runs * n, n * n
-    A, C, T = np.empty((nn, W)), np.empty((nn, W)), np.empty((nn, W))
-    B, U = np.empty((nn * P + nn, W)), np.zeros((P, W))
-    H, right, old, d = np.empty((P * P, W)), np.empty((P * P + P, W)), np.empty((P, W)), np.empty((P, W))
-    left, on, f = np.empty(W), np.empty(W), np.empty(W)
+    A, C, T, B, U = rows_of(nn), rows_of(nn), rows_of(nn), rows_of(nn * P + nn), rows_of(P)
+    H, right, old, d = rows_of(P * P), rows_of(P * P + P), rows_of(P), rows_of(P)
+    left, on, f = scratch(1), scratch(1), scratch(1)
     lanes = on.size
     for lane in range(lanes):  # a lane's steps are its own, whoever its neighbours are
         on[lane] = 1.0 if moved[lane] >= LEAST_MOVED and change[lane] >= CLOSE else 0.0
@@ -521,7 +520,7 @@ def _characteristics(A, n, N, c, T):
 def _coefficient_covariances(M, N, X0, runs, n, covariance, K, A, f):
     """Covariance of the coefficients for noise of one: dc_{n-1-k} = -N_k M⁻¹ x0_s by Θ_s; A, f are scratch."""
     P, nn = runs * n, n * n
-    V, G, T = np.empty((P, W)), np.zeros((n * P, W)), np.zeros((n * P, W))
+    V, G, T = rows_of(P), rows_of(n * P), rows_of(n * P)
     A[:], V[:], K[:] = M, X0, 0.0
     _solve_lanes(A, V, n, runs, True, -math.inf, f)
     adjugates, starts, slopes, turned = N.reshape(N.size), V.reshape(V.size), G.reshape(G.size), T.reshape(T.size)
@@ -641,8 +640,8 @@ def _tell_lane(re, im, n, c, K, noise, spacing, parts, shifted, row):
 def _tell(M, X0, runs, n, covariance, noise, spacing, lanes, raw):
     """What is told of lanes, into their raw rows; of those whose noise is NaN, and where the algebra fails, nothing."""
     nn = n * n
-    Y, T, U, Z, K = np.empty((nn, W)), np.empty((nn, W)), np.empty((nn, W)), np.empty((nn, W)), np.empty((nn, W))
-    N, c, f = np.empty((n * nn, W)), np.empty((n + 1, W)), np.empty(W)
+    Y, T, U, Z, K = rows_of(nn), rows_of(nn), rows_of(nn), rows_of(nn), rows_of(nn)
+    N, c, f = rows_of(n * nn), rows_of(n + 1), scratch(1)
     _logarithms(M, n, Y, T, U, Z, f)
     _characteristics(Y, n, N, c, T)
     _coefficient_covariances(M, N, X0, runs, n, covariance, K, T, f)
@@ -670,11 +669,11 @@ def fit_block(step, tell, Y, weight, runs, count, n, spacing, floor, trust, lane
     """
     P = runs * n
     Y, counts = Y.reshape(Y.size), weight.reshape(weight.size)
-    XX, XR, M, X0 = np.empty(n * n * W), np.empty(n * n * W), np.empty(n * n * W), np.empty(P * W)
-    x, d, Z = np.empty(2 * n * W), np.empty(n * W), np.empty(2 * P * n * W)
-    XZ, HH, HR, RR = np.empty(P * n * n * W), np.empty(P * P * W), np.empty(P * W), np.empty(W)
-    moved, rest, change, covariance = np.empty(W), np.zeros(W), np.full(W, math.inf), np.zeros((P * P, W))
-    noise = np.full(W, math.nan)
+    XX, XR, M, X0 = scratch(n * n), scratch(n * n), scratch(n * n), scratch(P)
+    x, d, Z = scratch(2 * n), scratch(n), scratch(2 * P * n)
+    XZ, HH, HR, RR = scratch(P * n * n), scratch(P * P), scratch(P), scratch(1)
+    moved, rest, change, covariance, noise = scratch(1), scratch(1), scratch(1), rows_of(P * P), scratch(1)
+    change[:], noise[:] = math.inf, math.nan
     _moments(Y, counts, runs, count, n, XX, XR, x, d)
     _start(_lanes(XX), _lanes(XR), n, _lanes(M), moved)
     for r in range(runs):
@@ -713,7 +712,7 @@ PARTS = (fit_block, _step, _tell)
 def _fit_points(fit, step, tell, samples, spacing, used, trust, raw):
     """Points W at a time, each with its runs' samples, shape (points, runs, count, n); the last block is padded."""
     points, runs, count, n = samples.shape
-    Y, weight = np.empty((runs * count * n, W)), np.empty((runs * count, W))
+    Y, weight = rows_of(runs * count * n), rows_of(runs * count)
     floor, h, part = np.zeros(W), np.empty(W), np.empty((W, raw.shape[1]))
     for first in range(0, points, W):
         lanes = min(W, points - first)

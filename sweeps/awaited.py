@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Callable
 from importlib.machinery import ModuleSpec
-from importlib.util import LazyLoader, find_spec
+from importlib.util import find_spec
 from types import ModuleType
 
 
@@ -15,16 +15,10 @@ def once_loaded(name: str, then: Callable[[ModuleType], None]) -> None:
         sys.meta_path.insert(0, _Awaited(name, then))
 
 
-def once_asked(name: str) -> None:
-    """Lets a module that somebody imports be loaded only when it is asked for something, which may be never."""
-    if name not in sys.modules:
-        sys.meta_path.insert(0, _Awaited(name, None))
-
-
 class _Awaited:
-    """Waits for one module's import, and then does something, or lets the module itself wait."""
+    """Waits for one module's import."""
 
-    def __init__(self, name: str, then: Callable[[ModuleType], None] | None):
+    def __init__(self, name: str, then: Callable[[ModuleType], None]):
         self.name, self._then = name, then
 
     def find_spec(self, name: str, path=None, target=None) -> ModuleSpec | None:
@@ -34,9 +28,6 @@ class _Awaited:
         sys.meta_path.remove(self)
         spec = find_spec(name)
         if spec is None or spec.loader is None:
-            return spec
-        if self._then is None:
-            spec.loader = LazyLoader(spec.loader)
             return spec
         load = spec.loader.exec_module
 

@@ -21,9 +21,6 @@ from sweeps.mechanics.flow import derive
 from sweeps.mechanics.graph import Values
 
 CHUNK = 4096
-COUPLED = 0.01  # of S, that every state is taken to feel of every other
-HALVED = 6  # times, the logarithm of a power's size, for the Perron root
-SQUARINGS = 8  # towards the Perron vector: any positive one would do
 RANK = 1e-9  # singular values of the conserved quantities' gradients below it are none
 PAIR_FROM = 1e-9  # a nudge larger than this is made from both sides
 ROUNDINGS = 256 * np.finfo(np.float64).eps  # of the scale: what theory's own eigenvalues are known to
@@ -96,11 +93,12 @@ class FlowModel:
 
     # -- theory
 
-    def theory(self, points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    def theory(self, points: Mapping[str, np.ndarray], vectors: bool = False) -> dict[str, np.ndarray]:
         """What the Jacobian says of points.
 
         Args:
             points: each parameter and `equilibrium` (slot from 0), shape (points,).
+            vectors: whether `left` and `right` ones are asked for.
 
         Returns:
             `place`; `eigenvalues` (s-1, complex, ordered), `condition`, `left` and `right` vectors (last axis: the
@@ -113,25 +111,25 @@ class FlowModel:
         places = self.equilibria([p[first] for p in parameters])
         place = places[inverse, np.asarray(points["equilibrium"])]
         with np.errstate(all="ignore"):
-            J, terms, sizes = self._jacobian(parameters, place)
+            J, terms, sizes, inverse = self._jacobian(parameters, place)
             S, sizes = _scales(terms, sizes)
             gradients = self.landscape.gradients(parameters, list(place.T)) * sizes[:, None, :]
             basis = _free(gradients, self.n)
             scaled = J * sizes[:, None, :] / sizes[:, :, None]
             matrix = np.swapaxes(basis, 1, 2) @ scaled @ basis
             changes = self._changes(parameters, place, sizes, gradients)
-            bent = self._bent(parameters, place, terms, sizes, S)
-        found = _eigen(matrix, S)
+            bent = self._bent(parameters, place, inverse, terms, sizes, S)
+        found = _eigen(matrix, S) | (_vectors(matrix, S) if vectors else {})
         told = {"place": place, "scale": S, "sizes": sizes, "basis": basis, "matrix": matrix}
         return told | found | {"parameters": parameters, "changes": changes, "bent": bent}
 
     def _jacobian(self, parameters, place):
-        """The Jacobian, its terms' absolute values and the states' sizes (of velocities: of size in 1/S)."""
+        """The Jacobian, its terms' absolute values, the states' sizes (of velocities: of size in 1/S), and a⁻¹."""
         x = list(place.T)
         slopes, terms = self.landscape.slopes(parameters, x)
         sizes = self.landscape.sizes(parameters, x)
         if not self.flow.rest:
-            return slopes, terms, sizes
+            return slopes, terms, sizes, None
         inverse = self._inverse(parameters, x)
         m = self.flow.rest
         J, bound = (np.zeros((len(place), self.N, self.N)) for _ in range(2))
@@ -143,7 +141,7 @@ class FlowModel:
         rate = np.maximum(np.sqrt(pulled.max((1, 2))), dragged.max((1, 2)))  # so that no unit of time counts
         scaled = np.concatenate([sizes, sizes * rate[:, None]], axis=1)
         root = _root(bound * scaled[:, None, :] / scaled[:, :, None])
-        return J, bound, np.concatenate([sizes, sizes * root[:, None]], axis=1)
+        return J, bound, np.concatenate([sizes, sizes * root[:, None]], axis=1), inverse
 
     def _inverse(self, parameters, x):
         """a⁻¹ of coordinates, NaN where there is none."""
@@ -154,7 +152,7 @@ class FlowModel:
         inverse[sound] = np.linalg.inv(a[sound])
         return inverse
 
-    def _bent(self, parameters, place, terms, sizes, S):
+    def _bent(self, parameters, place, inverse, terms, sizes, S):
         """How many times its own size a nudge bends the Jacobian, over S: large where a small state feels large ones.
 
         From the absolute values of the Jacobian's terms, at the equilibrium and a state's size farther out.
@@ -163,7 +161,7 @@ class FlowModel:
         out = place + np.where(place < 0.0, -1.0, 1.0) * sizes[:, :m]
         rows = self.landscape.slopes(parameters, list(out.T))[1]
         if self.flow.rest:
-            rows = np.concatenate([terms[:, :m], np.abs(self._inverse(parameters, list(place.T))) @ rows], axis=1)
+            rows = np.concatenate([terms[:, :m], np.abs(inverse) @ rows], axis=1)
         change = np.abs(rows - terms) * sizes[:, None, :] / sizes[:, :, None]
         most = change.sum(2).max(1) / S
         return np.where(np.isfinite(most), np.maximum(1.0, most), 1.0)
@@ -327,34 +325,21 @@ def _runs(arrays):
 
 
 def _root(bound):
-    """Perron roots of matrices of absolute values, shape (points,); NaN where one is not finite or vanishes.
+    """Perron roots of matrices of absolute values, shape (points,); NaN where one is not finite or vanishes."""
+    from kernels import jacobians
 
-    From above and to some per cent, as the size of a power of 2**HALVED tells, for states in units of their sizes.
-    """
-    power, logarithm = bound, np.zeros(len(bound))
-    for turn in range(HALVED + 1):
-        power = power @ power if turn else power
-        largest = power.max((1, 2), initial=0.0)
-        logarithm = 2.0 * logarithm + np.log(largest)
-        power = power / largest[:, None, None]
-    roots = np.exp(logarithm / 2**HALVED)
-    return np.where((roots > 0.0) & np.isfinite(roots), roots, np.nan)
+    found = np.empty(len(bound))
+    jacobians.roots(np.ascontiguousarray(bound), found)
+    return found
 
 
 def _scales(terms, sizes):
     """S and the states' sizes, from the absolute values of the Jacobian's terms and what the description says."""
-    n = sizes.shape[1]
-    G = terms * sizes[:, None, :] / sizes[:, :, None]
-    root = _root(G)
-    G = G + COUPLED / n * root[:, None, None]
-    power = G / (2.0 * root[:, None, None]) + 0.5 * np.eye(n)
-    for _ in range(SQUARINGS):
-        power = power @ power
-        power = power / power.max((1, 2), initial=0.0)[:, None, None]
-    u = power.sum(2)
-    u = u / u.max(1, keepdims=True)
-    S = ((G @ u[:, :, None])[:, :, 0] / u).max(1)  # at least the root, by Collatz and Wielandt
-    return S, sizes * u
+    from kernels import jacobians
+
+    S, scaled = np.empty(len(sizes)), np.empty(sizes.shape)
+    jacobians.scales(np.ascontiguousarray(terms), np.ascontiguousarray(sizes), S, scaled)
+    return S, scaled
 
 
 def _free(gradients, n):
@@ -374,24 +359,37 @@ def _free(gradients, n):
 
 
 def _eigen(matrix, S):
-    """Eigenvalues in order, their condition numbers, left and right vectors."""
+    """Eigenvalues in order, and their condition numbers."""
+    from kernels import jacobians
+
+    values = np.full(matrix.shape[:2], np.nan, dtype=complex)
+    sound = np.flatnonzero(np.isfinite(matrix).all((1, 2)))
+    values[sound] = np.linalg.eigvals(matrix[sound])
+    values, _ = _ordered(values, S)
+    condition = np.full(matrix.shape[:2], np.nan)
+    jacobians.conditions(np.ascontiguousarray(matrix), values, S, condition)
+    return {"eigenvalues": values, "condition": condition}
+
+
+def _ordered(values, S):
+    """Eigenvalues in order, and which of the unsorted each is."""
     from kernels import dense, spectrum
 
-    points, n, _ = matrix.shape
-    values = np.full((points, n), np.nan, dtype=complex)
-    right, left = (np.full((points, n, n), np.nan, dtype=complex) for _ in range(2))
+    re, im = np.ascontiguousarray(values.real), np.ascontiguousarray(values.imag)
+    number = np.zeros(values.shape, dtype=np.int64)
+    dense.order_all(re, im, 2.0 * spectrum.SAME * np.nan_to_num(S), number)
+    return re + 1j * im, number
+
+
+def _vectors(matrix, S):
+    """Left and right vectors of the eigenvalues in order."""
+    right, left = (np.full(matrix.shape, np.nan, dtype=complex) for _ in range(2))
+    values = np.full(matrix.shape[:2], np.nan, dtype=complex)
     sound = np.flatnonzero(np.isfinite(matrix).all((1, 2)))
     values[sound], right[sound] = np.linalg.eig(matrix[sound])
-    re, im = np.ascontiguousarray(values.real), np.ascontiguousarray(values.imag)
-    number = np.zeros((points, n), dtype=np.int64)
-    dense.order_all(re, im, 2.0 * spectrum.SAME * np.nan_to_num(S), number)
-    right = np.take_along_axis(right, number[:, None, :], axis=2)
+    right = np.take_along_axis(right, _ordered(values, S)[1][:, None, :], axis=2)
     left[sound] = _inverses(right[sound])
-    left = np.conj(np.swapaxes(left, 1, 2))
-    with np.errstate(all="ignore"):
-        condition = np.linalg.norm(left, axis=1) * np.linalg.norm(right, axis=1)
-    condition = np.where(np.isnan(condition) & np.isfinite(re), np.inf, condition)
-    return {"eigenvalues": re + 1j * im, "condition": condition, "left": left, "right": right}
+    return {"left": np.conj(np.swapaxes(left, 1, 2)), "right": right}
 
 
 def _inverses(matrices):
@@ -449,15 +447,20 @@ def regimes(re, im, re_error, im_error, invariants=None, pairs=None):
         turns = np.take_along_axis(np.abs(im) > im_error, k, 1)[:, 0]
         decays = (re + re_error < 0).all(1)
         level = (np.abs(re) <= re_error).all(1) & (np.abs(im) > im_error).all(1)
-        apart = np.hypot(re[:, :, None] - re[:, None], im[:, :, None] - im[:, None])
-        errors = np.hypot(re_error, im_error)
-        told_apart = (apart > errors[:, :, None] + errors[:, None]) | np.eye(re.shape[1], dtype=bool)
-        cases = [grows & turns, grows, decays, level & told_apart.all((1, 2))]
+        asked = np.flatnonzero(level if pairs is None else level & ~pairs)
+        level[asked] = _told_apart(re[asked], im[asked], np.hypot(re_error, im_error)[asked])
+        cases = [grows & turns, grows, decays, level]
         values = [kernel.FLUTTER, kernel.UNSTABLE, kernel.ASYMPTOTICALLY_STABLE, kernel.STABLE]
         found = np.select(cases, values, kernel.MARGINAL)
         if invariants is not None:
             found = np.where(pairs, _by_pairs(*invariants), found)
     return np.where(np.isfinite(re).all(1), found, -1).astype(np.int8)
+
+
+def _told_apart(re, im, errors):
+    """Whether no two eigenvalues may be one."""
+    apart = np.hypot(re[:, :, None] - re[:, None], im[:, :, None] - im[:, None])
+    return ((apart > errors[:, :, None] + errors[:, None]) | np.eye(re.shape[1], dtype=bool)).all((1, 2))
 
 
 def _by_pairs(total, product, discriminant):

@@ -13,6 +13,8 @@ from numba import config, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
+from kernels.blocks import LINE
+
 DOUBLE, LONG = ir.DoubleType(), ir.IntType(64)
 
 
@@ -32,12 +34,19 @@ def lines(text: str) -> Callable:
     def straight(typing, S, lane):
         def generate(context, builder, signature, arguments):
             data = context.make_array(S)(context, builder, arguments[0]).data
+            _align(builder.function)
             _Writer(builder, data, arguments[1]).write(text)
             return context.get_dummy_value()
 
         return types.none(S, lane), generate
 
     return straight
+
+
+def _align(function):
+    """Let what does not fit into registers lie in whole lines of the cache."""
+    function.attributes.add("nounwind")  # the alignment is not written beside no attribute
+    function.attributes.alignstack = LINE
 
 
 class _Writer:

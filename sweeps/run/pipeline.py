@@ -29,9 +29,7 @@ from sweeps.shards.shard import holds_shard, write_shard
 _done = None  # in a process of ours: the queue that it tells how many points it has just done
 
 
-def make(
-    planned: Plan, results: str | Path = "results", workers: int = 1, again: bool = False, helper=None
-) -> Iterator[Path]:
+def make(planned: Plan, results: str | Path = "results", workers: int = 1, again: bool = False) -> Iterator[Path]:
     """Makes the map of a sweep, its pictures and its report.
 
     Args:
@@ -39,20 +37,18 @@ def make(
         results: the folder for results; the sweep's own is below it.
         workers: processors to use; they change no bit.
         again: whether to make everything again, finished or not.
-        helper: a `sweeps.views.helper.Helper` for this map that is there already; left out, one is begun where needed.
 
     Yields:
         Each file or folder once it is there.
     """
     with claims.claimed([planned.sweep.name], results):
-        yield from _made(planned, Path(results) / planned.sweep.name, workers, again, helper)
+        yield from _made(planned, Path(results) / planned.sweep.name, workers, again)
 
 
-def _made(planned: Plan, folder: Path, workers: int, again: bool, helper) -> Iterator[Path]:
+def _made(planned: Plan, folder: Path, workers: int, again: bool) -> Iterator[Path]:
     path = folder / "stability_map.nc"
     is_old = again or not storage.holds_map(path, planned.sweep)
-    is_needed = not helper and (is_old or _is_older(folder / "figures", path))
-    with _helping(path, workers) if is_needed else nullcontext(helper) as helper:
+    with _helping(path, is_old or _is_older(folder / "figures", path), workers) as helper:
         if is_old:
             _compile(planned.sweep.system)
             count = planned.sweep.shards
@@ -65,9 +61,9 @@ def _made(planned: Plan, folder: Path, workers: int, again: bool, helper) -> Ite
         yield from _shown(path, again, helper)
 
 
-def _helping(path: Path, workers: int):
+def _helping(path: Path, is_needed: bool, workers: int):
     """A second process for the pictures, which loads what it needs while the map is made; None where there is none."""
-    if workers == 1:
+    if not is_needed or workers == 1:
         return nullcontext()
     from sweeps.views.helper import helping
 

@@ -4,8 +4,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from sweeps.schema.strict import Strict
-from sweeps.schema.values import Tolerance, choice
+from sweeps.schema.values import Strict, Tolerance, choice
 
 PROPAGATORS = ("direct", "exact")
 

@@ -11,7 +11,6 @@ from pydantic import AfterValidator, BeforeValidator, Field, PrivateAttr, Valida
 from sweeps.schema.definition import Definition, Integration
 from sweeps.schema.parameters import grid_model
 from sweeps.schema.refusals import Problem, description_of, display, hint, keys_of, refusal, refusals
-from sweeps.schema.strict import Strict
 from sweeps.schema.values import (
     Axis,
     Epsilon,
@@ -19,6 +18,7 @@ from sweeps.schema.values import (
     Phase,
     Positive,
     Prose,
+    Strict,
     ascending,
     choice,
     different,

@@ -11,10 +11,9 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from sweeps.schema import quantities
+from sweeps.schema import parameters
 from sweeps.schema.definition import Definition, Integration
-from sweeps.schema.parameters import grid_model, spread
-from sweeps.schema.quantities import Parameter, Quantity
+from sweeps.schema.parameters import Parameter, Quantity, grid_model, spread
 from sweeps.schema.refusals import keys_of
 from sweeps.schema.values import number
 from sweeps.schema.variables import Role, Variable, table
@@ -28,7 +27,7 @@ PARAMETERS = (
     Parameter("spin", Quantity("spin", "rad s-1", "1e-9 to 1e9", ABOVE_ZERO), "spin rate at the start", required=True),
     Parameter("tau", Quantity("time", "s", "1e-9 to 1e9", ABOVE_ZERO), "time constant of the drag", required=True),
 )
-COORDINATES = quantities.coordinates(PARAMETERS)
+COORDINATES = parameters.coordinates(PARAMETERS)
 VARIABLES = table(
     Variable("decay_theory", "s-1", "rate at which the spin decays, in theory"),
     Variable(
