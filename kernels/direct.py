@@ -15,7 +15,8 @@ rounding are relative to the perturbation, however small it is beside the spin.
 sums the spin to its 7th term, lets the first four take part in the transverse series, and spares half the
 multiply-adds. What it leaves out of the perturbation over a run of n steps, :math:`n A^2(2x)^6/(4\cdot 6!)` by the
 coupling and :math:`\frac{n^2}{2}x\,A^2(2x)^8/(2\cdot 8!)` by the drift of the spin, must be a small share of the
-tolerance; otherwise every term is taken.
+tolerance; otherwise every term is taken. The nearest step is shorter still: it sums the spin to its 5th term and lets
+two take part, which leaves out :math:`n A^2(2x)^4/(4\cdot 4!)` and :math:`\frac{n^2}{2}x\,A^2(2x)^6/(2\cdot 6!)`.
 
 *Choice of the step.* With :math:`x = \max_i|c_i|\,\omega_0 h`, the first term left out at order N, relative to the
 perturbation, is :math:`x^{N+1}G_N(A)`: for a perturbation of size A the n-th relative coefficient of the separatrix
@@ -40,7 +41,8 @@ from kernels.turning import turn_12
 
 ORDERS = (8, 10, 12)
 MOST_STEPS = 10_000
-NEAR_SHARE = 0.15  # of the tolerance, that the near step may leave out
+NEAR_SHARE = 0.15  # of the tolerance, that a step near the axis may leave out
+NEAREST = 100  # stands before the order of the nearest steps
 
 
 @njit(**OPTIONS)
@@ -73,6 +75,15 @@ def is_near(x, size, samples, tolerance):
 
 
 @njit(**OPTIONS)
+def is_nearest(x, size, samples, tolerance):
+    """As :func:`is_near`, of the nearest step; for x up to 1/2."""
+    z = 4.0 * x * x
+    coupling = samples * z * z / 96.0
+    spin = 0.5 * samples * samples * x * (z * z * z) / 1440.0
+    return (x <= 0.5) & (1.2 * size * size * (coupling + spin) <= NEAR_SHARE * tolerance)
+
+
+@njit(**OPTIONS)
 def choose(x, size, coefficients, samples, tolerance):
     """Order, and number of steps a sample interval is cut into, that keep the tolerance with the least work.
 
@@ -92,8 +103,8 @@ def choose(x, size, coefficients, samples, tolerance):
     Returns
     -------
     order, steps : int
-        One of ORDERS, negative for the near step; between 1 and MOST_STEPS (which the certificate then shows to be too
-        few).
+        One of ORDERS, negative for the near step, and below -NEAREST for the nearest (-108, -110, -112); between 1 and
+        MOST_STEPS (which the certificate then shows to be too few).
     """
     near = is_near(x, size, samples, tolerance)
     # x <= 1/2, so all the terms after the first one left out add less than x/(10 - x) of it
@@ -103,6 +114,8 @@ def choose(x, size, coefficients, samples, tolerance):
     order, steps = _one_step(share * power, x * x, coefficients)
     if order == 0:
         order, steps = _several_steps(share * power, x * x, coefficients)
+    if near and is_nearest(x, size, samples, tolerance):
+        return -order - NEAREST, steps
     return (-order if near else order), steps
 
 

@@ -128,7 +128,7 @@ def _tell_square(S, certified, tolerance):
         S[AT.omega_squared + lane], S[AT.omega_squared_stderr + lane] = rate2 * spin * spin, stderr * spin * spin
         S[AT.samples_used + lane], S[AT.steps_per_sample + lane] = used, S[lanes.STEPS + lane]
         S[AT.window_end + lane] = (used - 1.0) * spacing / spin
-        apart = math.sqrt(S[lanes.APART + lane])
+        apart = math.sqrt(S[lanes.APART + lane] / S[lanes.APART_OVER + lane])
         S[AT.propagation_error + lane] = apart
         state = S[lanes.A + lane] + S[lanes.B + lane] + S[lanes.C + lane]
         short = used < measure.LEAST_SAMPLES

@@ -11,23 +11,24 @@ so every point takes the same work whatever its spin rate, and no nudge is too s
 *Shape.* Structure of arrays in one flat scratch array, row r of lane l at ``S[r*W + l]``; see :mod:`kernels.blocks`.
 
 *Certificate.* Beside the direct solution runs the exact one, by the exact step of :mod:`kernels.exact` over each sample
-interval; it shares no code with the direct one. The distance of the two in the transverse plane, relative to the
-largest transverse size reached so far, is what the direct integration may be trusted to.
+interval, or by its recurrence (:mod:`kernels.recurrence`) where the motion is small; neither shares code with the
+direct one. The distance of the two in the transverse plane, relative to the largest transverse size reached so far, is
+what the direct integration may be trusted to.
 """
 
 from numba import boolean, float64, int64, njit
 
-from kernels import direct, exact, measure, reduction, rigid_body, taylor_steps
+from kernels import exact, measure, recurrence, reduction, rigid_body, taylor_steps
 from kernels.blocks import W
 from kernels.options import INLINE, OPTIONS
 
-EXACT = 0  # stands where a Taylor step has its order
+EXACT = 1  # stands where a Taylor step has its order
 
 # Rows of the scratch array, each W long. Given: the moments in a unit near the greatest, the nudge and the run.
 MA, MB, MC, SPIN, EPSILON, COSINE, SINE, SPACING, STEPS = (W * r for r in range(9))
 # The state, its steps, and the two samples before.
 A, B, C, KA, KB, KC, B1, C1, B2, C2 = (W * r for r in range(9, 19))
-# The exact state, its step, and the square of its largest relative distance from the direct one.
+# The exact state, its step, and the square of its distance from the direct one where that was relatively largest.
 XA, XB, XC, QA, QB, QC, APART = (W * r for r in range(19, 26))
 # The measurement: first guess and sums, sense of turning, samples used, whether the window is open, sizes squared.
 GUESS, RX, RR, XX, TURN, USED, OPEN, START, LARGEST = (W * r for r in range(26, 35))
@@ -42,7 +43,11 @@ SX, SS, SW, U1, HALF = (W * r for r in range(56, 61))
 DRIVE, QUADRATURE, FIRST, SECOND, THIRD, ALONG, SLOPE, WANDER = (W * r for r in range(61, 69))
 # Halves of what the first order of the reduction takes, and of the spin's sign.
 HALF_FIRST, HALF_ALONG, HALF_SPIN = (W * r for r in range(69, 72))
-ROWS = 72
+# The exact recurrence of a small motion: first differences, and its constants (:mod:`kernels.recurrence`).
+DA, DB, DC, GA, GB, GC, BEND = (W * r for r in range(72, 79))
+# The square of the largest transverse size when the two were APART.
+APART_OVER = W * 79
+ROWS = 80
 
 NONE, FIRST_ORDER, WHOLE = range(3)  # how much of the reduction is done: see :mod:`kernels.reduction`
 
@@ -82,7 +87,7 @@ def begin(S):
         _set_constants(S, lane)
         S[HALF + lane] = S[QUADRATURE + lane] * (b * c)
         S[LP + lane], S[LQ + lane] = 1.0, 1.0
-        S[LFIRST + lane], S[LLAST + lane] = 1.0, 1.0
+        S[LFIRST + lane], S[LLAST + lane], S[APART_OVER + lane] = 1.0, 1.0, 1.0
     for row in (RX, RR, XX, TURN, JD, ED, LD, LN, LPE, LQE, APART, SX, SS, SW, U1, WANDER):
         for lane in range(W):
             S[row + lane] = 0.0
@@ -101,6 +106,25 @@ def begin_exact(S):
 
 
 @njit(**OPTIONS)
+def begin_recurrence(S):
+    """As :func:`begin_exact` where the motion is small: its recurrence in place of its step."""
+    for lane in range(W):
+        a, b, c = S[SPIN + lane], S[COSINE + lane], S[SINE + lane]
+        S[XB + lane], S[XC + lane] = b, c
+        (
+            S[DA + lane],
+            S[DB + lane],
+            S[DC + lane],
+            S[GA + lane],
+            S[GB + lane],
+            S[GC + lane],
+            S[BEND + lane],
+        ) = recurrence.constants(
+            S[MA + lane], S[MB + lane], S[MC + lane], S[EPSILON + lane], a, b, c, S[SPACING + lane]
+        )
+
+
+@njit(**OPTIONS)
 def begin_invariants(S):
     """Note the invariants of every lane at its start."""
     for lane in range(W):
@@ -114,34 +138,29 @@ def begin_invariants(S):
         S[J0 + lane], S[JS + lane] = J, scale
 
 
-def _advance_of(order, near):
-    """Steps of one kind for all lanes; the branches are decided when it is compiled."""
+def _advance_of(step):
+    """Steps of one kind for all lanes."""
 
     @njit(**OPTIONS)
     def advance(S, steps):
         for _ in range(steps):
             for lane in range(W):
-                a, b, c = S[A + lane], S[B + lane], S[C + lane]
-                ka, kb, kc = S[KA + lane], S[KB + lane], S[KC + lane]
-                if order == 8 and near:
-                    a, b, c = taylor_steps.near_step_8(a, b, c, ka, kb, kc)
-                elif order == 10 and near:
-                    a, b, c = taylor_steps.near_step_10(a, b, c, ka, kb, kc)
-                elif order == 12 and near:
-                    a, b, c = taylor_steps.near_step_12(a, b, c, ka, kb, kc)
-                elif order == 8:
-                    a, b, c = taylor_steps.step_8(a, b, c, ka, kb, kc)
-                elif order == 10:
-                    a, b, c = taylor_steps.step_10(a, b, c, ka, kb, kc)
-                else:
-                    a, b, c = taylor_steps.step_12(a, b, c, ka, kb, kc)
-                S[A + lane], S[B + lane], S[C + lane] = a, b, c
+                S[A + lane], S[B + lane], S[C + lane] = step(
+                    S[A + lane], S[B + lane], S[C + lane], S[KA + lane], S[KB + lane], S[KC + lane]
+                )
 
     return advance
 
 
-_advance_8, _advance_10, _advance_12 = (_advance_of(order, False) for order in direct.ORDERS)
-_advance_near_8, _advance_near_10, _advance_near_12 = (_advance_of(order, True) for order in direct.ORDERS)
+_advance_8, _advance_10, _advance_12 = map(
+    _advance_of, (taylor_steps.step_8, taylor_steps.step_10, taylor_steps.step_12)
+)
+_advance_near_8, _advance_near_10, _advance_near_12 = map(
+    _advance_of, (taylor_steps.near_step_8, taylor_steps.near_step_10, taylor_steps.near_step_12)
+)
+_advance_nearest_8, _advance_nearest_10, _advance_nearest_12 = map(
+    _advance_of, (taylor_steps.nearest_step_8, taylor_steps.nearest_step_10, taylor_steps.nearest_step_12)
+)
 
 
 @njit(**OPTIONS)
@@ -153,9 +172,26 @@ def _advance_exact(S):
 
 
 @njit(**OPTIONS)
+def _advance_recurrence(S):
+    for lane in range(W):
+        a, b, c = S[A + lane] + S[DA + lane], S[B + lane] + S[DB + lane], S[C + lane] + S[DC + lane]
+        bend = recurrence.bend(b, S[BEND + lane])
+        S[DA + lane] = recurrence.bent(S[DA + lane], a, S[GA + lane], bend)
+        S[DB + lane] = recurrence.bent(S[DB + lane], b, S[GB + lane], bend)
+        S[DC + lane] = recurrence.bent(S[DC + lane], c, S[GC + lane], bend)
+        S[A + lane], S[B + lane], S[C + lane] = a, b, c
+
+
+@njit(**OPTIONS)
 def advance(S, order, steps):
-    """Advance every lane by one sample interval: Taylor steps (near ones if the order is negative) or an exact one."""
-    if order == -8:
+    """Advance every lane by a sample interval: Taylor steps or an exact one; near ones where the order is negative."""
+    if order == -108:
+        _advance_nearest_8(S, steps)
+    elif order == -110:
+        _advance_nearest_10(S, steps)
+    elif order == -112:
+        _advance_nearest_12(S, steps)
+    elif order == -8:
         _advance_near_8(S, steps)
     elif order == -10:
         _advance_near_10(S, steps)
@@ -167,8 +203,10 @@ def advance(S, order, steps):
         _advance_10(S, steps)
     elif order == 12:
         _advance_12(S, steps)
-    else:
+    elif order == EXACT:
         _advance_exact(S)
+    else:
+        _advance_recurrence(S)
 
 
 @njit(**OPTIONS)
@@ -216,8 +254,8 @@ def _take_first_order(S, lane):
     return twice * S[HALF_FIRST + lane], (u - u1) * S[HALF_ALONG + lane], twice
 
 
-def _sample_of(reduced, exactly=False):
-    """Taking a sample with so much of the reduction, an exact step before it if asked for; decided when compiled.
+def _sample_of(reduced):
+    """Taking a sample with so much of the reduction; decided when it is compiled.
 
     What regimes, certificates and log slopes are told from is not kept where nobody reads it.
     """
@@ -227,10 +265,6 @@ def _sample_of(reduced, exactly=False):
     def sample(S, triple):
         opened, logging = 0, 0  # whole numbers: their or-reduction stays packed
         for lane in range(W):
-            if exactly:
-                S[A + lane], S[B + lane], S[C + lane] = exact.step(
-                    S[A + lane], S[B + lane], S[C + lane], S[QA + lane], S[QB + lane], S[QC + lane]
-                )
             b, c = S[B + lane], S[C + lane]
             b1, c1, b2, c2 = S[B1 + lane], S[C1 + lane], S[B2 + lane], S[C2 + lane]
             size = b * b + c * c
@@ -265,8 +299,7 @@ def _sample_of(reduced, exactly=False):
                 S[TURN + lane] += turn if inside else 0.0
                 grown = size >= measure.LOG_FROM * measure.LOG_FROM * start
                 logging |= 1 if (S[LOPEN + lane] > 0.0) & (grown | (S[LN + lane] > 0.0)) else 0
-            if not exactly:
-                S[LARGEST + lane] = size if inside & (size > S[LARGEST + lane]) else S[LARGEST + lane]
+            S[LARGEST + lane] = size if inside & (size > S[LARGEST + lane]) else S[LARGEST + lane]
             S[B2 + lane], S[C2 + lane] = b1, c1
             S[B1 + lane], S[C1 + lane] = b, c
             opened |= 1 if inside else 0
@@ -276,7 +309,60 @@ def _sample_of(reduced, exactly=False):
 
 
 _sample_alone, _sample_first_order, _sample_whole = (_sample_of(reduced) for reduced in (NONE, FIRST_ORDER, WHOLE))
-_sample_exactly = _sample_of(NONE, exactly=True)
+
+
+@njit(**INLINE)
+def _exact_sample(state, sums, constants):
+    """The next step of the recurrence and its sample, of one lane, in registers."""
+    b1, c1, back_b, back_c, xx, db, dc = state
+    weight, used, sum_rx, sum_rr, sum_xx = sums
+    gb, gc, q, two_guess, most = constants
+    b, c = b1 + db, c1 + dc
+    bend = recurrence.bend(b, q)
+    db, dc = recurrence.bent(db, b, gb, bend), recurrence.bent(dc, c, gc, bend)
+    size = b * b + c * c
+    inside = (weight > 0.0) & (size <= most)
+    weight = 1.0 if inside else 0.0
+    ahead_b, ahead_c = b - b1, c - c1  # of the samples as they are rounded
+    rb, rc = (ahead_b - back_b) + two_guess * b1, (ahead_c - back_c) + two_guess * c1
+    sum_rx += rb * b1 + rc * c1 if inside else 0.0
+    sum_rr += rb * rb + rc * rc if inside else 0.0
+    sum_xx += xx if inside else 0.0
+    return (b, c, ahead_b, ahead_c, size, db, dc), (weight, used + weight, sum_rx, sum_rr, sum_xx)
+
+
+def _exact_samples_of(count):
+    """So many steps of the recurrence, each with its sample, as :func:`_sample_alone` takes it; after the first guess.
+
+    The spin is not followed: no rate is told from it. What lies in registers goes to memory and back once.
+    """
+
+    @njit(**OPTIONS)
+    def samples(S):
+        opened = 0
+        for lane in range(W):
+            b1, c1, b2, c2 = S[B1 + lane], S[C1 + lane], S[B2 + lane], S[C2 + lane]
+            state = (b1, c1, b1 - b2, c1 - c2, b1 * b1 + c1 * c1, S[DB + lane], S[DC + lane])
+            sums = (S[OPEN + lane], S[USED + lane], S[RX + lane], S[RR + lane], S[XX + lane])
+            most = measure.WINDOW * measure.WINDOW * S[START + lane]
+            constants = (S[GB + lane], S[GC + lane], S[BEND + lane], 2.0 * S[GUESS + lane], most)
+            if count == 4:
+                state, sums = _exact_sample(state, sums, constants)
+                state, sums = _exact_sample(state, sums, constants)
+                state, sums = _exact_sample(state, sums, constants)
+            b1, c1 = state[0], state[1]
+            state, sums = _exact_sample(state, sums, constants)
+            b, c, _, _, _, S[DB + lane], S[DC + lane] = state
+            S[OPEN + lane], S[USED + lane], S[RX + lane], S[RR + lane], S[XX + lane] = sums
+            S[B2 + lane], S[C2 + lane], S[B1 + lane], S[C1 + lane], S[B + lane], S[C + lane] = b1, c1, b, c, b, c
+            opened |= 1 if S[OPEN + lane] > 0.0 else 0
+        return opened > 0
+
+    return samples
+
+
+AT_ONCE = 4  # samples of the recurrence
+_exact_sample_alone, _exact_samples = (_exact_samples_of(count) for count in (1, AT_ONCE))
 
 
 @njit(**OPTIONS)
@@ -298,16 +384,36 @@ def sample(S, k, reduced):
     return _sample_alone(S, True)
 
 
+@njit(**INLINE)
+def _compare(S, lane, b, c):
+    """Note how far the direct solution is from the exact one."""
+    db, dc = S[B + lane] - b, S[C + lane] - c
+    apart, largest = db * db + dc * dc, S[LARGEST + lane]
+    # a ratio of two rows: no division; written so that a distance that is no number stays
+    keeps = (S[OPEN + lane] == 0.0) | (apart * S[APART_OVER + lane] <= S[APART + lane] * largest)
+    S[APART + lane] = S[APART + lane] if keeps else apart
+    S[APART_OVER + lane] = S[APART_OVER + lane] if keeps else largest
+
+
 @njit(**OPTIONS)
 def certify(S):
     """Take one exact step of every lane and compare; after :func:`sample`, whose window counts."""
     for lane in range(W):
         a, b, c = exact.step(S[XA + lane], S[XB + lane], S[XC + lane], S[QA + lane], S[QB + lane], S[QC + lane])
         S[XA + lane], S[XB + lane], S[XC + lane] = a, b, c
-        db, dc = S[B + lane] - b, S[C + lane] - c
-        apart = (db * db + dc * dc) / S[LARGEST + lane]
-        # written so that a distance that is no number stays
-        S[APART + lane] = S[APART + lane] if (S[OPEN + lane] == 0.0) | (apart <= S[APART + lane]) else apart
+        _compare(S, lane, b, c)
+
+
+@njit(**OPTIONS)
+def certify_near(S):
+    """As :func:`certify` where the motion is small: one step of its recurrence."""
+    for lane in range(W):
+        b, c = S[XB + lane] + S[DB + lane], S[XC + lane] + S[DC + lane]
+        bend = recurrence.bend(b, S[BEND + lane])
+        S[DB + lane] = recurrence.bent(S[DB + lane], b, S[GB + lane], bend)
+        S[DC + lane] = recurrence.bent(S[DC + lane], c, S[GC + lane], bend)
+        S[XB + lane], S[XC + lane] = b, c
+        _compare(S, lane, b, c)
 
 
 @njit(**OPTIONS)
@@ -359,6 +465,16 @@ def watch(S):
 
 
 @njit(**OPTIONS)
+def _follow_recurrence(S, left):
+    """The last samples of every lane, so many, by the recurrence."""
+    opened = True
+    while opened and left >= AT_ONCE:
+        opened, left = _exact_samples(S), left - AT_ONCE
+    while opened and left > 0:
+        opened, left = _exact_sample_alone(S), left - 1
+
+
+@njit(**OPTIONS)
 def follow(S, order, steps, intervals, certified, invariants, logged, reduced):
     """Follow every lane through the run, or until the last window of the block has closed.
 
@@ -367,8 +483,8 @@ def follow(S, order, steps, intervals, certified, invariants, logged, reduced):
     S : numpy.ndarray, shape (ROWS * W,)
         Scratch, with the rows MA ... STEPS filled.
     order, steps : int
-        Of the Taylor step (8, 10, 12; negative for the near ones) or EXACT, and steps a sample interval; one for the
-        whole block.
+        Of the Taylor step (8, 10, 12) or EXACT, and steps a sample interval; one for the whole block. Negative for
+        the near ones; of EXACT, where and only where ``reduced`` is not WHOLE.
     intervals : int
         Number of sample intervals.
     certified, invariants, logged : bool
@@ -378,21 +494,28 @@ def follow(S, order, steps, intervals, certified, invariants, logged, reduced):
         first order is enough (:func:`kernels.reduction.is_small`).
     """
     begin(S)
-    if certified or order == EXACT:
-        begin_exact(S)
+    if certified or abs(order) == EXACT:
+        if reduced == WHOLE:
+            begin_exact(S)
+        else:
+            begin_recurrence(S)
     if invariants:
         begin_invariants(S)
     opened = True
+    at_once = order == -EXACT and reduced == NONE and not invariants
     for k in range(1, intervals + 1):
-        at_once = order == EXACT and reduced == NONE and k > 2
-        if not at_once:
-            advance(S, order, steps)
+        if at_once and k > 2:
+            _follow_recurrence(S, intervals - 2)
+            break
+        advance(S, order, steps)
         if k == 2:
             guess(S)
         if opened:  # else every window has closed but the log slope's
-            opened, logging = _sample_exactly(S, True) if at_once else sample(S, k, reduced)
-            if certified:
+            opened, logging = sample(S, k, reduced)
+            if certified and reduced == WHOLE:
                 certify(S)
+            elif certified:
+                certify_near(S)
             if invariants:
                 watch_invariants(S)
         else:
@@ -408,6 +531,8 @@ PARTS = (
     *((loop, (float64[::1], boolean)) for loop in (_sample_whole, _sample_first_order)),
     *((loop, (float64[::1], int64)) for loop in (_advance_12, _advance_10, _advance_8)),
     *((loop, (float64[::1], int64)) for loop in (_advance_near_12, _advance_near_10, _advance_near_8)),
+    *((loop, (float64[::1], int64)) for loop in (_advance_nearest_12, _advance_nearest_10, _advance_nearest_8)),
     *((loop, (float64[::1],)) for loop in (begin_exact, begin, begin_invariants, guess, _advance_exact)),
-    *((loop, (float64[::1],)) for loop in (certify, watch_invariants, watch, log_sample)),
+    *((loop, (float64[::1],)) for loop in (begin_recurrence, _advance_recurrence, _exact_samples, _exact_sample_alone)),
+    *((loop, (float64[::1],)) for loop in (certify, certify_near, watch_invariants, watch, log_sample)),
 )

@@ -64,12 +64,15 @@ def _plan(I1, I2, I3, axis, epsilon, spacing, intervals, tolerance, exactly, pla
         orders[i], steps[i], kind = lanes.EXACT, 1, 0
         if not exactly:
             orders[i], steps[i] = direct.choose(bound * spacings[i] * whole, size, coefficients, intervals, tolerance)
-            kind = abs(orders[i]) - 8 + (1 if orders[i] < 0 else 0)  # 0 to 5
+            nearest = orders[i] < -direct.NEAREST
+            order = abs(orders[i]) - (direct.NEAREST if nearest else 0)
+            kind = (order - 8) // 2 * 3 + (2 if nearest else (1 if orders[i] < 0 else 0))  # 0 to 8
         growth = cb * cc if cb * cc > 0.0 else 0.0
         level = int(min(math.sqrt(growth), 1.0) * (LEVELS - 1)) if growth == growth else 0
         small = reduction.is_small(ca, known, spacings[i] * intervals)
         reduced[i] = lanes.FIRST_ORDER if small else lanes.WHOLE
-        keys[i] = ((6 * (steps[i] - 1) + kind) * 2 + (0 if small else 1)) * LEVELS + level
+        orders[i] = -orders[i] if exactly and small else orders[i]
+        keys[i] = ((9 * (steps[i] - 1) + kind) * 2 + (0 if small else 1)) * LEVELS + level
 
 
 @njit(nogil=True, **OPTIONS)
@@ -105,7 +108,7 @@ def _run(I1, I2, I3, axis, omega0, epsilon, phase, plan, blocks, intervals, tole
             S[findings.MORE.spin_rate + lane] = abs(omega0[i]) if known else math.nan
         for lane in range(W):
             S[lanes.COSINE + lane], S[lanes.SINE + lane] = circular.cosine_sine(S[lanes.SINE + lane])
-        exactly = orders[head] == lanes.EXACT
+        exactly = abs(orders[head]) == lanes.EXACT
         depth = reduced[head] if reducing or reduced[head] == lanes.WHOLE else lanes.NONE
         lanes.follow(S, orders[head], steps[head], intervals, certified, invariants, logged, depth)
         findings.tell(S, certified, invariants, logged, depth, exactly, rounded, tolerance)

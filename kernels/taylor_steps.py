@@ -246,3 +246,105 @@ def near_step_12(a0, b0, c0, ka, kb, kc):
     b = (((((((((((b3 + b2) + b4) + b5) + b6) + b7) + b8) + b9) + b10) + b11) + b12) + b1) + b0
     c = (((((((((((c3 + c2) + c4) + c5) + c6) + c7) + c8) + c9) + c10) + c11) + c12) + c1) + c0
     return a, b, c
+
+
+@njit(**INLINE)
+def nearest_step_8(a0, b0, c0, ka, kb, kc):
+    """One step of order 8 nearest the axis a; k_i = c_i h."""
+    a1 = ka * (b0 * c0)
+    b1 = kb * (c0 * a0)
+    c1 = kc * (a0 * b0)
+    a2 = (ka * R2) * (b0 * c1 + b1 * c0)
+    b2 = (kb * R2) * (c0 * a1 + c1 * a0)
+    c2 = (kc * R2) * (a0 * b1 + a1 * b0)
+    a3 = (ka * R3) * (b1 * c1 + b0 * c2 + b2 * c0)
+    b3 = (kb * R3) * (c0 * a2 + c1 * a1 + c2 * a0)
+    c3 = (kc * R3) * (b0 * a2 + b1 * a1 + b2 * a0)
+    a4 = (ka * R4) * (b1 * c2 + b2 * c1 + b0 * c3 + b3 * c0)
+    b4 = (kb * R4) * (c1 * a2 + c2 * a1 + c3 * a0)
+    c4 = (kc * R4) * (b1 * a2 + b2 * a1 + b3 * a0)
+    a5 = (ka * R5) * (b2 * c2 + b1 * c3 + b3 * c1 + b0 * c4 + b4 * c0)
+    b5 = (kb * R5) * (c2 * a2 + c3 * a1 + c4 * a0)
+    c5 = (kc * R5) * (b2 * a2 + b3 * a1 + b4 * a0)
+    b6 = (kb * R6) * (c3 * a2 + c4 * a1 + c5 * a0)
+    c6 = (kc * R6) * (b3 * a2 + b4 * a1 + b5 * a0)
+    b7 = (kb * R7) * (c4 * a2 + c5 * a1 + c6 * a0)
+    c7 = (kc * R7) * (b4 * a2 + b5 * a1 + b6 * a0)
+    b8 = (kb * R8) * (c5 * a2 + c6 * a1 + c7 * a0)
+    c8 = (kc * R8) * (b5 * a2 + b6 * a1 + b7 * a0)
+    a = ((((a3 + a2) + a4) + a5) + a1) + a0
+    b = (((((((b3 + b2) + b4) + b5) + b6) + b7) + b8) + b1) + b0
+    c = (((((((c3 + c2) + c4) + c5) + c6) + c7) + c8) + c1) + c0
+    return a, b, c
+
+
+@njit(**INLINE)
+def nearest_step_10(a0, b0, c0, ka, kb, kc):
+    """One step of order 10 nearest the axis a; k_i = c_i h."""
+    a1 = ka * (b0 * c0)
+    b1 = kb * (c0 * a0)
+    c1 = kc * (a0 * b0)
+    a2 = (ka * R2) * (b0 * c1 + b1 * c0)
+    b2 = (kb * R2) * (c0 * a1 + c1 * a0)
+    c2 = (kc * R2) * (a0 * b1 + a1 * b0)
+    a3 = (ka * R3) * (b1 * c1 + b0 * c2 + b2 * c0)
+    b3 = (kb * R3) * (c0 * a2 + c1 * a1 + c2 * a0)
+    c3 = (kc * R3) * (b0 * a2 + b1 * a1 + b2 * a0)
+    a4 = (ka * R4) * (b1 * c2 + b2 * c1 + b0 * c3 + b3 * c0)
+    b4 = (kb * R4) * (c1 * a2 + c2 * a1 + c3 * a0)
+    c4 = (kc * R4) * (b1 * a2 + b2 * a1 + b3 * a0)
+    a5 = (ka * R5) * (b2 * c2 + b1 * c3 + b3 * c1 + b0 * c4 + b4 * c0)
+    b5 = (kb * R5) * (c2 * a2 + c3 * a1 + c4 * a0)
+    c5 = (kc * R5) * (b2 * a2 + b3 * a1 + b4 * a0)
+    b6 = (kb * R6) * (c3 * a2 + c4 * a1 + c5 * a0)
+    c6 = (kc * R6) * (b3 * a2 + b4 * a1 + b5 * a0)
+    b7 = (kb * R7) * (c4 * a2 + c5 * a1 + c6 * a0)
+    c7 = (kc * R7) * (b4 * a2 + b5 * a1 + b6 * a0)
+    b8 = (kb * R8) * (c5 * a2 + c6 * a1 + c7 * a0)
+    c8 = (kc * R8) * (b5 * a2 + b6 * a1 + b7 * a0)
+    b9 = (kb * R9) * (c6 * a2 + c7 * a1 + c8 * a0)
+    c9 = (kc * R9) * (b6 * a2 + b7 * a1 + b8 * a0)
+    b10 = (kb * R10) * (c7 * a2 + c8 * a1 + c9 * a0)
+    c10 = (kc * R10) * (b7 * a2 + b8 * a1 + b9 * a0)
+    a = ((((a3 + a2) + a4) + a5) + a1) + a0
+    b = (((((((((b3 + b2) + b4) + b5) + b6) + b7) + b8) + b9) + b10) + b1) + b0
+    c = (((((((((c3 + c2) + c4) + c5) + c6) + c7) + c8) + c9) + c10) + c1) + c0
+    return a, b, c
+
+
+@njit(**INLINE)
+def nearest_step_12(a0, b0, c0, ka, kb, kc):
+    """One step of order 12 nearest the axis a; k_i = c_i h."""
+    a1 = ka * (b0 * c0)
+    b1 = kb * (c0 * a0)
+    c1 = kc * (a0 * b0)
+    a2 = (ka * R2) * (b0 * c1 + b1 * c0)
+    b2 = (kb * R2) * (c0 * a1 + c1 * a0)
+    c2 = (kc * R2) * (a0 * b1 + a1 * b0)
+    a3 = (ka * R3) * (b1 * c1 + b0 * c2 + b2 * c0)
+    b3 = (kb * R3) * (c0 * a2 + c1 * a1 + c2 * a0)
+    c3 = (kc * R3) * (b0 * a2 + b1 * a1 + b2 * a0)
+    a4 = (ka * R4) * (b1 * c2 + b2 * c1 + b0 * c3 + b3 * c0)
+    b4 = (kb * R4) * (c1 * a2 + c2 * a1 + c3 * a0)
+    c4 = (kc * R4) * (b1 * a2 + b2 * a1 + b3 * a0)
+    a5 = (ka * R5) * (b2 * c2 + b1 * c3 + b3 * c1 + b0 * c4 + b4 * c0)
+    b5 = (kb * R5) * (c2 * a2 + c3 * a1 + c4 * a0)
+    c5 = (kc * R5) * (b2 * a2 + b3 * a1 + b4 * a0)
+    b6 = (kb * R6) * (c3 * a2 + c4 * a1 + c5 * a0)
+    c6 = (kc * R6) * (b3 * a2 + b4 * a1 + b5 * a0)
+    b7 = (kb * R7) * (c4 * a2 + c5 * a1 + c6 * a0)
+    c7 = (kc * R7) * (b4 * a2 + b5 * a1 + b6 * a0)
+    b8 = (kb * R8) * (c5 * a2 + c6 * a1 + c7 * a0)
+    c8 = (kc * R8) * (b5 * a2 + b6 * a1 + b7 * a0)
+    b9 = (kb * R9) * (c6 * a2 + c7 * a1 + c8 * a0)
+    c9 = (kc * R9) * (b6 * a2 + b7 * a1 + b8 * a0)
+    b10 = (kb * R10) * (c7 * a2 + c8 * a1 + c9 * a0)
+    c10 = (kc * R10) * (b7 * a2 + b8 * a1 + b9 * a0)
+    b11 = (kb * R11) * (c8 * a2 + c9 * a1 + c10 * a0)
+    c11 = (kc * R11) * (b8 * a2 + b9 * a1 + b10 * a0)
+    b12 = (kb * R12) * (c9 * a2 + c10 * a1 + c11 * a0)
+    c12 = (kc * R12) * (b9 * a2 + b10 * a1 + b11 * a0)
+    a = ((((a3 + a2) + a4) + a5) + a1) + a0
+    b = (((((((((((b3 + b2) + b4) + b5) + b6) + b7) + b8) + b9) + b10) + b11) + b12) + b1) + b0
+    c = (((((((((((c3 + c2) + c4) + c5) + c6) + c7) + c8) + c9) + c10) + c11) + c12) + c1) + c0
+    return a, b, c

@@ -12,7 +12,8 @@ from textwrap import fill
 WRITTEN = Path(__file__).with_name("taylor_steps.py")
 ORDERS = (8, 10, 12)
 AXES = {"a": "bc", "b": "ca", "c": "ab"}  # each component, and the two that turn it
-TERMS, FACTORS = 7, 4  # of the spin, in a near step: the last that is summed, and the last that turns the others
+# of the spin, in steps near the axis: the last term that is summed, and the last that turns the others
+NEAR = {"": None, "near_": (7, 4), "nearest_": (5, 2)}
 HEADER = '''"""The Taylor steps of Euler's equations in straight lines: see :mod:`kernels.direct`.
 
 Written by write_taylor_steps.py, and not to be edited.
@@ -30,9 +31,9 @@ R2, R3, R4, R5, R6, R7, R8, R9, R10, R11, R12 = (1.0 / n for n in range(2, 13))
 def term(x, n, near):
     """Line of the term x_n = k_x/n times the sum of y_i z_(n-1-i): from the middle out, or by the spin's first few."""
     y, z = AXES[x]
-    if near and n > FACTORS and x != "a":
+    if near and n > near[1] and x != "a":
         other = y if z == "a" else z
-        products = [f"{other}{n - 1 - i} * a{i}" for i in range(FACTORS, -1, -1)]
+        products = [f"{other}{n - 1 - i} * a{i}" for i in range(near[1], -1, -1)]
     else:
         pairs = [(i, n - 1 - i) for i in range((n - 1) // 2, -1, -1)]
         products = [f"{y}{i} * {z}{j}" for pair in pairs for i, j in dict.fromkeys((pair, pair[::-1]))]
@@ -45,12 +46,13 @@ def total(x, last):
     return f"{x} = " + "(" * (last - 1) + first + ")".join(f" + {t}" for t in terms)
 
 
-def step(order, near):
+def step(order, kind):
     """Text of one step."""
-    last = {x: TERMS if near and x == "a" else order for x in AXES}
+    near = NEAR[kind]
+    last = {x: near[0] if near and x == "a" else order for x in AXES}
     terms = [term(x, n, near) for n in range(1, order + 1) for x in AXES if n <= last[x]]
     lines = [*terms, *(total(x, last[x]) for x in AXES), "return a, b, c"]
-    name, said = (f"near_step_{order}", " near the axis a") if near else (f"step_{order}", "")
+    name, said = f"{kind}step_{order}", f" {kind[:-1]} the axis a" if near else ""
     body = "\n".join(fill(line, 120, initial_indent=" " * 4, subsequent_indent=" " * 8) for line in lines)
     head = f'    """One step of order {order}{said}; k_i = c_i h."""'
     return f"\n\n@njit(**INLINE)\ndef {name}(a0, b0, c0, ka, kb, kc):\n{head}\n{body}\n"
@@ -58,7 +60,7 @@ def step(order, near):
 
 def text():
     """Text of the module."""
-    return HEADER + "".join(step(order, near) for near in (False, True) for order in ORDERS)
+    return HEADER + "".join(step(order, kind) for kind in NEAR for order in ORDERS)
 
 
 if __name__ == "__main__":

@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Callable
 from importlib.machinery import ModuleSpec
-from importlib.util import find_spec
+from importlib.util import LazyLoader, find_spec
 from types import ModuleType
 
 
@@ -15,10 +15,16 @@ def once_loaded(name: str, then: Callable[[ModuleType], None]) -> None:
         sys.meta_path.insert(0, _Awaited(name, then))
 
 
-class _Awaited:
-    """Waits for one module's import."""
+def once_asked(name: str) -> None:
+    """Lets a module that somebody imports be loaded only when it is asked for something, which may be never."""
+    if name not in sys.modules:
+        sys.meta_path.insert(0, _Awaited(name, None))
 
-    def __init__(self, name: str, then: Callable[[ModuleType], None]):
+
+class _Awaited:
+    """Waits for one module's import, and then does something, or lets the module itself wait."""
+
+    def __init__(self, name: str, then: Callable[[ModuleType], None] | None):
         self.name, self._then = name, then
 
     def find_spec(self, name: str, path=None, target=None) -> ModuleSpec | None:
@@ -28,6 +34,9 @@ class _Awaited:
         sys.meta_path.remove(self)
         spec = find_spec(name)
         if spec is None or spec.loader is None:
+            return spec
+        if self._then is None:
+            spec.loader = LazyLoader(spec.loader)
             return spec
         load = spec.loader.exec_module
 

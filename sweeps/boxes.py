@@ -28,6 +28,28 @@ def own_of_points(ds: "xr.Dataset") -> list[str]:
     return [str(name) for name, c in ds.coords.items() if c.dims == ("point",) and c.dtype.kind == "f"]
 
 
+def placing(ds: "xr.Dataset") -> list[str]:
+    """Names of the coordinates that are no dimension, and whose numbers tell points: not those of named bodies."""
+    found = (name for name, c in ds.coords.items() if c.ndim and name not in ds.dims and c.dtype.kind == "f")
+    return [str(name) for name in found if all(ds[dim].dtype.kind not in "OU" for dim in ds[name].dims)]
+
+
+def nearest_by(ds: "xr.Dataset", asked: Mapping[str, float], at: Mapping[str, int]) -> dict[str, int]:
+    """Dimension → number along it, where coordinates that lie along several are nearest to what is asked.
+
+    Args:
+        ds: a map.
+        asked: coordinate → value; a coordinate's distance counts in units of the range of all its values.
+        at: dimension → number along it, of those that are chosen already.
+    """
+    dims = [dim for dim in dict.fromkeys(dim for name in asked for dim in ds[name].dims) if dim not in at]
+    away = np.zeros([ds.sizes[dim] for dim in dims])
+    for name, value in asked.items():
+        part = ds[name].isel({dim: at[dim] for dim in ds[name].dims if dim in at})
+        away = away + np.square((along(part, dims) - value) / (np.ptp(ds[name].values) or 1.0))
+    return dict(zip(dims, map(int, np.unravel_index(int(away.argmin()), away.shape)), strict=True))
+
+
 def spreads_by_ratio(values: np.ndarray) -> bool:
     """Whether most values are small beside the greatest: then a logarithmic axis tells them apart."""
     return bool(values.min() > 0 and values.max() > 30 * values.min() and np.median(values) < 0.2 * values.max())
@@ -55,3 +77,17 @@ def blocks(sizes: Mapping[str, int], most: int) -> Iterator[dict[str, slice]]:
     """Boxes that cover a grid once, in storage order, each of at most `most` points (or of one): dimension → slice."""
     for box in runs(tuple(sizes.values()), most):
         yield dict(zip(sizes, box, strict=True))
+
+
+def changed(before: np.ndarray | None, after: np.ndarray) -> tuple[slice, slice]:
+    """The rows and the columns among which two planes differ: all where there is none before, one where nothing does.
+
+    Args:
+        before: shape (rows, columns), or None.
+        after: likewise.
+    """
+    if before is None:
+        return slice(0, after.shape[0]), slice(0, after.shape[1])
+    differs = before != after
+    places = (np.flatnonzero(differs.any(axis=axis)) for axis in (1, 0))
+    return tuple(slice(int(at[0]), int(at[-1]) + 1) if at.size else slice(0, 1) for at in places)

@@ -1,6 +1,7 @@
-"""Memory that is freed and asked for again, block after block."""
+"""Memory: how much is free here, and what is freed and asked for again, block after block."""
 
 import ctypes
+from contextlib import suppress
 
 KEPT_BYTES = 2**28
 TRIM_THRESHOLD, MMAP_THRESHOLD = -1, -3  # of glibc's mallopt(3)
@@ -18,3 +19,14 @@ def keep_freed() -> None:
         return
     mallopt(MMAP_THRESHOLD, KEPT_BYTES)
     mallopt(TRIM_THRESHOLD, KEPT_BYTES)
+
+
+def available() -> int:
+    """Bytes that processes can have without any being moved to a disk."""
+    with suppress(OSError, ValueError), open("/proc/meminfo") as file:  # there is no need to load what reads it too
+        told = dict(line.split(":", 1) for line in file)
+        if "MemAvailable" in told:
+            return 1024 * int(told["MemAvailable"].split()[0])
+    import psutil
+
+    return psutil.virtual_memory().available

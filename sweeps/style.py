@@ -55,7 +55,8 @@ STYLE = {
     "pdf.fonttype": 42,  # the font goes with the file
 }
 
-_SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+NUMBER = re.compile(r"\$(?:\\mathdefault\{)?([-−]?)([\d.]+?)??(?:\\times)?(?:10\^\{([-−]?\d+)\})?\}?\$")
+_SUPERSCRIPTS = str.maketrans("-−0123456789", "⁻⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 class Sheet(NamedTuple):
@@ -279,6 +280,25 @@ def plain_log_ticks(axis) -> None:
 def power(exponent: int) -> str:
     """A power of ten, as mathtext."""
     return f"$10^{{{exponent}}}$"
+
+
+def plain_ticks(figure: Figure) -> None:
+    """Writes the numbers along a figure's axes as plain text, which takes a tenth of a formula's time to set."""
+    for ax in figure.axes:
+        for axis in (ax.xaxis, ax.yaxis):
+            formatter = axis.get_major_formatter()
+            written = formatter.format_ticks
+            formatter.format_ticks = lambda values, written=written: [in_text(text) for text in written(values)]
+
+
+def in_text(text: str) -> str:
+    """A number in mathtext as plain text, powers by raised digits; whatever else as it is."""
+    found = NUMBER.fullmatch(text)
+    if not found:
+        return text
+    sign, mantissa, exponent = found.groups()
+    raised = f"10{exponent.translate(_SUPERSCRIPTS)}" if exponent else ""
+    return (sign + "×".join(part for part in (mantissa, raised) if part)).replace("-", "−")
 
 
 def legend(figure: Figure | Borrowed, handles: Sequence = (), columns: int = 9) -> None:

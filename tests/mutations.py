@@ -1,69 +1,73 @@
 """Do the tests bite? Seeded mutations of the kernels and of the rooms of shards and maps, and how many tests fail.
 
-    PYTHONPATH=. python tests/mutations.py [--count 200] [--seed 1] [--only MODULES]
+    PYTHONPATH=. python tests/mutations.py FOLDER [--count 200] [--seed 1] [--only MODULES] [--compiled] [--again]
 
 Each mutation is one change of the kind that a slip of the hand makes: another sign, another comparison, a term left
-out, a number one off. It is made in a copy of the tree, and the tests of that module alone are run there; a test that
-fails, or does not end, has caught it. Kernels run as plain Python first, and compiled if nothing failed. Every module
-gets about as many mutations as every other. One line a mutation, and what was not caught at the end.
+out, a number one off. It is made in a copy of the tree, in FOLDER; there the tests run that pass through the changed
+line (`coverage` says which, once), the quick ones first, and one that fails, or does not end, has caught it. Kernels
+run as plain Python; `--compiled` asks compiled ones about what those let pass. Every module gets about as many
+mutations as every other. FOLDER/log.txt has a line for each: who breaks off goes on from there. `--again` asks the
+tests of today about what the log calls not caught. What changes nothing that anybody could see stands in
+`equivalent_mutations.txt`, each with its reason, and is not counted.
 """
 
 import argparse
 import ast
 import itertools
+import json
+import multiprocessing
 import os
 import random
 import re
 import resource
 import shutil
 import signal
-import subprocess
 import sys
-import tempfile
 import textwrap
 import time
+from collections import defaultdict
 from pathlib import Path
 from typing import NamedTuple
 
-import compiled
-
 ROOT = Path(__file__).parents[1]
-LONGEST = 300  # seconds of a processor that the tests of one module may take
+LONGEST = 4  # seconds of a processor that one test may take, to be asked
+PATIENCE = 6  # seconds of a processor, under the eyes of coverage, that the tests of one mutation may take
 COPIED = ("kernels", "sweeps", "tests", "results/README.md", "README.md", "Snakefile", ".slurm", "pyproject.toml")
 ROOMS = ("kernels", "sweeps/shards", "sweeps/maps")
 PLAIN = {"__init__", "options", "write_taylor_steps", "write_turning"}  # nothing in them computes
-TESTS = {  # beside tests/ROOM/test_MODULE.py; the first that fails ends the run, so what is quick stands first
-    "kernels/blocks": ["tests/kernels/test_blocks.py"],
-    "kernels/elliptic": ["tests/kernels/test_elliptic.py", "tests/kernels/test_exact.py"],
-    "kernels/enclosures": ["tests/mechanics/test_line.py", "tests/mechanics/test_boxes.py"],
-    "kernels/flows": ["tests/mechanics/test_relative.py"],
-    "kernels/marching": ["tests/kernels/test_attitude.py"],
-    "kernels/plain": ["tests/systems/test_spins.py"],
-    "kernels/findings": [
-        "tests/kernels/test_survey.py",
-        "tests/kernels/test_lanes.py",
-        "tests/kernels/test_reduction.py",
-    ],
-    "kernels/lanes": ["tests/kernels/test_lanes.py", "tests/kernels/test_survey.py"],
-    "kernels/measure": ["tests/kernels/test_measure.py", "tests/kernels/test_oscillations.py"],
-    "kernels/survey": ["tests/kernels/test_survey.py", "tests/kernels/test_collapse.py", "tests/kernels/test_lanes.py"],
-    "kernels/series": ["tests/kernels/test_symmetric_top.py"],
+ONLY_COMPILED = {"kernels/flows"}  # what calls it is generated, and minutes to compile
+COMPILING = ("fingerprint", "stored")  # kernels/: what is done with compiled ones, nothing without them
+ASKED = {  # whether kernels are plain: the tests that may be asked
+    True: ["tests/kernels", "tests/mechanics/test_line.py", "tests/mechanics/test_boxes.py"],
+    False: ["tests/shards", "tests/maps", *(f"tests/kernels/test_{name}.py" for name in COMPILING)],
+}
+OTHERS = {  # for what runs when a module is imported: tests of who imports it, beside tests/ROOM/test_MODULE.py
+    "kernels/circular": ["tests/kernels/test_attitude.py"],
+    "kernels/lanes": ["tests/kernels/test_survey.py"],
+    "kernels/series": ["tests/kernels/test_measure.py", "tests/kernels/test_symmetric_top.py"],
     "kernels/solution": ["tests/kernels/test_exact.py"],
     "kernels/statuses": ["tests/kernels/test_columns.py", "tests/kernels/test_oscillations.py"],
-    "kernels/taylor_steps": ["tests/kernels/test_direct.py"],
-    "kernels/turning": ["tests/kernels/test_attitude.py"],
-    "kernels/uncertainty": ["tests/kernels/test_reduction.py", "tests/kernels/test_survey.py"],
-    "sweeps/shards/chunks": ["tests/shards/test_chunks.py", "tests/maps/test_storage.py"],
+    "kernels/taylor_tapes": ["tests/kernels/test_oscillations.py"],
+    "kernels/uncertainty": ["tests/kernels/test_reduction.py"],
     "sweeps/shards/content": ["tests/maps/test_storage.py"],
-    "sweeps/shards/contract": ["tests/maps/test_dataset.py", "tests/maps/test_storage.py"],
-    "sweeps/shards/merging": ["tests/maps/test_storage.py"],
-    "sweeps/shards/shard": ["tests/maps/test_storage.py", "tests/maps/test_dataset.py"],
+    "sweeps/shards/contract": ["tests/maps/test_dataset.py"],
     "sweeps/shards/looking": ["tests/maps/test_door.py"],
     "sweeps/maps/admission": ["tests/maps/test_door.py"],
     "sweeps/maps/raw": ["tests/maps/test_door.py"],
 }
-ALL_SLOW = {f"kernels/{name}" for name in ("dense", "flows", "in_space", "jacobians", "spectrum")}  # their tests
 AS_WRITTEN = "not as_written and not script_writes"  # a generated text is not to be caught by its letters
+LOADED = ["numpy", "numba", "xarray", "netCDF4", "pytest", "hypothesis", "coverage", "scipy.integrate", "mpmath"]
+LOADED += [
+    "scipy.optimize",
+    "scipy.stats",
+    "matplotlib.pyplot",
+    "sympy",
+    "pydantic",
+    "h5py",
+    "dask.array",
+    "rich.console",
+]
+SURVIVES = "not caught"
 COMPARISONS = {
     **{ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq},
     **{ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.In: ast.NotIn, ast.NotIn: ast.In},
@@ -166,19 +170,12 @@ def modules():
     return [path.as_posix() for path in paths if path.name not in PLAIN]
 
 
-def files_of_tests(module):
-    """The tests that are asked about a module, those that there are."""
-    room, _, name = module.rpartition("/")
-    own = f"tests/{room.removeprefix('sweeps/')}/test_{name}.py"
-    return [path for path in dict.fromkeys([own, *TESTS.get(module, ())]) if (ROOT / path).exists()]
-
-
-def drawn(count, seed, only=""):
-    """So many mutations, each module in its turn."""
-    rng, piles = random.Random(seed), []
+def drawn(folder, count, seed, only=""):
+    """So many mutations of a tree, each module in its turn."""
+    piles = []
     for module in modules():
-        pile = mutations(module, (ROOT / f"{module}.py").read_text())
-        rng.shuffle(pile)
+        pile = mutations(module, (folder / f"{module}.py").read_text())
+        random.Random(f"{seed} {module}").shuffle(pile)
         if re.search(only, module) and pile:
             piles.append(pile)
     chosen = []
@@ -187,93 +184,226 @@ def drawn(count, seed, only=""):
     return chosen[:count]
 
 
-def _limited():
-    resource.setrlimit(resource.RLIMIT_CPU, (LONGEST, LONGEST + 5))
+class Watch:
+    """A plugin of pytest: keeps the tests that are wanted, in their order; says what passed and through which lines."""
+
+    def __init__(self, wanted=None, coverage=None):
+        self.wanted, self.coverage = wanted, coverage
+        self.seconds, self.failed = defaultdict(float), []
+
+    def pytest_collection_finish(self, session):
+        """The quick tests first."""
+        if self.wanted is not None:
+            places = {name: k for k, name in enumerate(self.wanted)}
+            kept = [item for item in session.items if item.nodeid in places]
+            session.items[:] = sorted(kept, key=lambda item: places[item.nodeid])
+
+    def pytest_runtest_logstart(self, nodeid):
+        """Notes the lines under the test's name."""
+        if self.coverage is not None:
+            self.coverage.switch_context(nodeid)
+            signal.signal(signal.SIGVTALRM, _too_long)
+            signal.setitimer(signal.ITIMER_VIRTUAL, LONGEST)
+
+    def pytest_runtest_logreport(self, report):
+        """Adds up the seconds of a test that passes."""
+        self.seconds[report.nodeid] += report.duration
+        if report.outcome != "passed":
+            self.failed.append(report.nodeid)
+
+
+def _too_long(*_):
+    signal.setitimer(signal.ITIMER_VIRTUAL, 1.0)  # again, should somebody take this for one of the numbers' errors
+    raise TimeoutError("a test that takes too long to be asked")
+
+
+def _enter(folder, plain, limit):
+    """Makes this process one that runs tests in a copy of the tree."""
+    os.chdir(folder)
+    sys.path[:] = [str(folder), *(path for path in sys.path if path not in (str(ROOT), str(ROOT / "tests")))]
+    os.environ.update(PYTHONPATH=str(folder), XDG_CACHE_HOME=str(folder.parent))
+    for name in ("NUMBA_CACHE_DIR", "PYTHONDONTWRITEBYTECODE"):
+        os.environ.pop(name, None)
+    sys.dont_write_bytecode = False
+    if plain:
+        os.environ["NUMBA_DISABLE_JIT"] = "1"
+        sys.modules["numba"].config.DISABLE_JIT = 1
+    resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 5))
+    out = os.open(folder.parent / "said.txt", os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+    os.dup2(out, 1), os.dup2(out, 2)
+
+
+def _run(folder, plain, files, wanted, limit, mapped):
+    """Runs tests in a process of its own, and leaves what it saw in a file; ends with pytest's status."""
+    import pytest
+
+    _enter(folder, plain, limit)
+    told, watcher = {}, None
+    if mapped:
+        import coverage
+
+        rooms = [f"{folder}/{room}/*.py" for room in ROOMS]
+        watcher = coverage.Coverage(data_file=None, config_file=False, include=rooms)
+        watcher.start()
+    watch = Watch(wanted, watcher)
+    marks = "not faults" if plain else "not faults and not slow"  # what is slow to compile is not, as it stands
+    options = [f"--ignore=tests/kernels/test_{name}.py" for name in COMPILING if plain]
+    options += ["-q", "-n", "0", "-p", "no:cacheprovider", "--no-header", "-m", marks, "-k", AS_WRITTEN]
+    status = pytest.main([*options, *([] if mapped else ["-x"]), *files], plugins=[watch])
+    if mapped:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
+        watcher.stop()
+        told["lines"] = _lines(watcher, folder)
+    told |= {"failed": watch.failed, "seconds": watch.seconds}
+    (folder.parent / "told.json").write_text(json.dumps(told))
+    sys.stdout.flush()
+    os._exit(int(status))
+
+
+def _lines(watcher, folder):
+    """Of each module each line, and the tests that ran it."""
+    data, found = watcher.get_data(), {}
+    for file in data.measured_files():
+        lines = data.contexts_by_lineno(file).items()
+        module = Path(file).relative_to(folder).with_suffix("").as_posix()
+        found[module] = {line: [name for name in names if name] for line, names in lines}
+    return found
+
+
+def _put(path, text):
+    """Writes a module, and forgets what Python compiled of it: dates are of a second, and a change hardly of a size."""
+    path.write_text(text)
+    for compiled_one in (path.parent / "__pycache__").glob(f"{path.stem}.*"):
+        compiled_one.unlink()
 
 
 class Copy:
     """A copy of the tree, with compiled kernels of its own, in which tests run."""
 
     def __init__(self, folder):
-        self.folder = Path(folder) / "polhode"
-        self.folder.mkdir()
-        for name in COPIED:
+        self.folder = folder / "polhode"
+        self.processes = multiprocessing.get_context("forkserver")
+        self.processes.set_forkserver_preload(LOADED)
+        if not self.folder.exists():
+            self.folder.mkdir(parents=True)
+            self.take(COPIED)
+            import compiled
+
+            compiled.share(self.folder, folder)
+        self.maps = {}
+
+    def take(self, names):
+        """Copies folders and files of the tree as it is now."""
+        for name in names:
             source, target = ROOT / name, self.folder / name
             target.parent.mkdir(exist_ok=True)
             if source.is_dir():
-                shutil.copytree(source, target, ignore=shutil.ignore_patterns("__pycache__"))
+                ignored = shutil.ignore_patterns("__pycache__")
+                shutil.copytree(source, target, ignore=ignored, dirs_exist_ok=True)
             elif source.exists():
                 shutil.copy(source, target)
-        own = {"PYTHONPATH": str(self.folder), "PYTHONDONTWRITEBYTECODE": "1", "XDG_CACHE_HOME": str(folder)}
-        self.environment = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"} | own
-        compiled.share(self.folder, Path(folder))
 
-    def run(self, module, plain=True, more=()):
-        """What a module's tests say when they fail, a line each; nothing if they pass, "did not end" if they go on."""
-        command = [sys.executable, "-m", "pytest", "-q", "-n", "0", "-p", "no:cacheprovider", "--no-header", *more]
-        asked = "not faults" if module in ALL_SLOW else "not slow and not faults"
-        command += ["-m", asked, "-k", AS_WRITTEN, *files_of_tests(module)]
-        options = {"cwd": self.folder, "env": self.environment, "capture_output": True, "text": True}
-        if plain and module.startswith("kernels/"):
-            options["env"] = options["env"] | {"NUMBA_DISABLE_JIT": "1"}
-        done = subprocess.run(command, preexec_fn=_limited, **options)
-        if done.returncode == -signal.SIGXCPU:
-            return ["did not end"]
-        told = [line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
-        return (told or [f"exit status {done.returncode}"]) if done.returncode else []
+    def run(self, plain, files, wanted=None, limit=60, mapped=False):
+        """The status of a run of tests, and what they told."""
+        (self.folder.parent / "told.json").unlink(missing_ok=True)
+        process = self.processes.Process(target=_run, args=(self.folder, plain, files, wanted, limit, mapped))
+        process.start()
+        process.join(20 * limit)
+        if process.is_alive():
+            process.kill()
+            process.join()
+        told = self.folder.parent / "told.json"
+        return process.exitcode, json.loads(told.read_text()) if told.exists() else {}
 
-    def sound(self, module):
-        """What of a module's tests to leave out, which fail as it is where nothing is compiled; None if that is all."""
-        failed = self.run(module)
-        left_out = [f"--deselect={line.split()[1]}" for line in failed if line.startswith("FAILED")]
-        if len(left_out) < len(failed):
-            return None
-        return None if self.run(module, more=left_out) else left_out
+    def map(self, plain):
+        """Which tests pass through which line of which module, and how long each takes; made once."""
+        kept = self.folder.parent / ("plain.json" if plain else "compiled.json")
+        if not kept.exists():
+            _, told = self.run(plain, ASKED[plain], limit=3600, mapped=True)
+            kept.write_text(json.dumps(told))
+        if plain not in self.maps:
+            self.maps[plain] = json.loads(kept.read_text())
+        return self.maps[plain]
 
-    def judged(self, mutation, left_out):
+    def asked(self, mutation, plain):
+        """The tests to ask about a mutation, the quick ones first, as many as patience allows."""
+        told = self.map(plain)
+        lines, room, name = told["lines"].get(mutation.module, {}), *mutation.module.rsplit("/", 1)
+        passing = set(lines.get(str(mutation.line), ()))
+        if not passing:  # it runs when the module is imported
+            files = [f"tests/{room.removeprefix('sweeps/')}/test_{name}.py", *OTHERS.get(mutation.module, ())]
+            passing = {test for test in told["seconds"] if test.partition("::")[0] in files}
+            passing |= {test for tests in lines.values() for test in tests}
+        seconds = {test: told["seconds"][test] for test in passing - set(told["failed"])}
+        chosen, sofar = [], 0.0
+        for test in sorted(seconds, key=seconds.get):
+            sofar += seconds[test]
+            if sofar > PATIENCE and chosen:
+                break
+            chosen.append(test)
+        return chosen
+
+    def judged(self, mutation, compiled=False):
         """What caught a mutation; nothing if nothing did."""
+        plain = mutation.module.startswith("kernels/") and mutation.module.rpartition("/")[2] not in COMPILING
+        asked = self.asked(mutation, plain)
         path = self.folder / f"{mutation.module}.py"
-        before = path.read_text()
-        path.write_text(mutated(mutation, before))
+        before, dates = path.read_text(), path.stat()
+        _put(path, mutated(mutation, before))
         try:
-            told = self.run(mutation.module, more=["-x", *left_out])
-            if not told and mutation.module.startswith("kernels/"):
-                told = self.run(mutation.module, plain=False, more=["-x"])
-            return "".join(told[:1])
+            files = list(dict.fromkeys(test.partition("::")[0] for test in asked))
+            limit = 600 if compiled else 3 * PATIENCE
+            status, told = self.run(plain and not compiled, files, asked, limit)
         finally:
-            path.write_text(before)
+            _put(path, before)
+            os.utime(path, ns=(dates.st_atime_ns, dates.st_mtime_ns))
+        if not told and status in (-signal.SIGXCPU, -signal.SIGKILL):
+            return "no end"
+        return (told.get("failed") or [f"status {status}"])[0] if status not in (0, 5) else ""
+
+
+def _known(log):
+    """What the log says of each mutation, the last word."""
+    lines = log.read_text().splitlines() if log.exists() else []
+    return dict(line.rsplit("\t", 1) for line in lines)
+
+
+def equivalents():
+    """The mutations that change nothing that anybody could see, and why."""
+    lines = (ROOT / "tests" / "equivalent_mutations.txt").read_text().splitlines()
+    return dict(line.split("\t") for line in lines if line and not line.startswith("#"))
 
 
 def main(arguments=None):
     """Print one line a mutation, and how many were caught."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path, help="where the copy of the tree and the log are, and stay")
     parser.add_argument("--count", type=int, default=200)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", default="", help="modules whose path this regular expression finds")
-    parser.add_argument("--list", action="store_true", help="say which mutations there would be, and run nothing")
+    parser.add_argument("--compiled", action="store_true", help="ask compiled kernels about what was not caught")
+    parser.add_argument("--again", action="store_true", help="ask the tests of today about what was not caught")
     given = parser.parse_args(arguments)
-    chosen, survivors, judged = drawn(given.count, given.seed, given.only), [], 0
-    if given.list:
-        print(*chosen, sep="\n")
-        return
-    with tempfile.TemporaryDirectory(prefix="mutations-") as folder:
-        copy = Copy(folder)
-        left_out = {}
-        for number, mutation in enumerate(chosen, 1):
-            begun = time.monotonic()
-            if mutation.module not in left_out:
-                left_out[mutation.module] = found = copy.sound(mutation.module)
-                told = "cannot be judged" if found is None else f"passes {' '.join(['', *found])}".strip()
-                print(f"{mutation.module} as it is: {told} ({time.monotonic() - begun:.0f} s)", flush=True)
-            if left_out[mutation.module] is None:
-                continue
-            judged += 1
-            caught = copy.judged(mutation, left_out[mutation.module])
-            if not caught:
-                survivors.append(mutation)
-            told = f"caught by {caught}" if caught else "NOT CAUGHT"
-            print(f"{number} {mutation}: {told} ({time.monotonic() - begun:.0f} s)", flush=True)
-    print(f"{judged - len(survivors)} of {judged} caught", *survivors, sep="\n")
+    copy, log = Copy(given.folder.resolve()), given.folder / "log.txt"
+    chosen, reasons = drawn(copy.folder, given.count, given.seed, given.only), equivalents()
+    if given.again:
+        copy.take(["tests"])
+    for mutation in chosen:
+        known, name = _known(log), f"{mutation} #{mutation.number}"
+        asked = name not in known or (known[name] == SURVIVES and (given.again or given.compiled))
+        if not asked or name in reasons:
+            continue
+        begun = time.monotonic()
+        caught = copy.judged(mutation, given.compiled) or SURVIVES
+        with log.open("a") as file:
+            file.write(f"{name}\t{caught}\n")
+        print(f"{name}: {caught} ({time.monotonic() - begun:.0f} s)", flush=True)
+    names = [f"{mutation} #{mutation.number}" for mutation in chosen]
+    judged = {name: told for name, told in _known(log).items() if name in names and name not in reasons}
+    survivors = [name for name, told in judged.items() if told == SURVIVES]
+    equivalent = [f"{name}: {reasons[name]}" for name in names if name in reasons]
+    print(*survivors, f"{len(equivalent)} change nothing:", *equivalent, sep="\n")
+    print(f"{len(judged) - len(survivors)} of {len(judged)} caught")
 
 
 if __name__ == "__main__":

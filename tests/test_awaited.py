@@ -24,6 +24,19 @@ def test_what_awaits_a_module_is_done_once_it_is_loaded(tmp_path, monkeypatch):
     assert sys.meta_path == before
 
 
+def test_a_module_that_waits_is_loaded_when_it_is_asked(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "asked_by_nobody_else.py").write_text("import sys\nsys.asked_of = True\nvalue = 1\n")
+    before = list(sys.meta_path)
+    awaited.once_asked("asked_by_nobody_else")
+    module = importlib.import_module("asked_by_nobody_else")
+    assert not hasattr(sys, "asked_of")
+    assert sys.meta_path == before
+    assert module.value == 1
+    assert sys.asked_of
+    del sys.asked_of, sys.modules["asked_by_nobody_else"]
+
+
 def test_pictures_do_without_matplotlibs_manual():
     artist = SimpleNamespace(kwdoc=None)
     lean._without_its_manual(artist)

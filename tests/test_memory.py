@@ -37,3 +37,11 @@ def test_another_c_library_is_left_alone(monkeypatch):
 
     monkeypatch.setattr(memory.ctypes, "CDLL", lambda _: object())
     memory.keep_freed()
+
+
+def test_free_memory_is_what_others_read():
+    import psutil
+
+    from sweeps import memory
+
+    assert memory.available() == pytest.approx(psutil.virtual_memory().available, rel=0.2)  # others take and give

@@ -19,6 +19,7 @@ def add(commands) -> None:
 
 
 def _run(args):
+    from sweeps import processors
     from sweeps.points import catalogue
     from sweeps.run import finished, waiting
 
@@ -29,12 +30,29 @@ def _run(args):
     if not args.again and (made := finished.found(path, basis)):
         print(*made, sep="\n")
         return
-    with waiting.said(f"{path}: deriving its equations and looking at its points"):
-        planned = catalogue.plan(path)
+    workers = args.cores or processors.cores()
+    with _helping(path, workers) as helper:
+        with waiting.said(f"{path}: deriving its equations and looking at its points"):
+            planned = catalogue.plan(path)
 
-    from sweeps import processors
-    from sweeps.run import pipeline
+        from sweeps.run import pipeline
 
-    for file in pipeline.make(planned, workers=args.cores or processors.cores(), again=args.again):
-        print(file)
+        for file in pipeline.make(planned, workers=workers, again=args.again, helper=helper):
+            print(file)
     finished.keep(planned.sweep, basis)
+
+
+def _helping(path, workers: int):
+    """A second process for the pictures, which loads what it needs while this one does; None where it is not worth it.
+
+    In somebody's own process one is begun only where a definition turns out to be right.
+    """
+    from contextlib import nullcontext
+
+    from sweeps import lean
+
+    if workers == 1 or not path.is_file() or not lean.is_alone():
+        return nullcontext()
+    from sweeps.views.helper import helping
+
+    return helping(f"results/{path.stem}/stability_map.nc")

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from sweeps import systems
+from sweeps.boxes import runs
 from sweeps.maps import door
 from sweeps.maps.door import MOST_TEXT, Contents, Held
 from sweeps.maps.plain import PlainMap, PlainVariable
@@ -17,14 +18,13 @@ from sweeps.schema.carried import CONTRACT_VERSION, definition_of
 from sweeps.schema.layout import Layout
 from sweeps.schema.reading import MAX_FILE_BYTES
 from sweeps.schema.refusals import MapError, shortened
-from sweeps.schema.sample import POINT
-from sweeps.schema.variables import Variable
+from sweeps.schema.variables import POINT, Variable
 
 WHOLE = ("definition", "inputs", "outlines")  # attributes that are compared or drawn, and never cut
 DESCRIBING = ("long_name", "units", "comment")  # of what only its own system's description knows
 MOST_WORDS = 200  # characters of these
 MOST_SWOLLEN = 100  # how many times its own size on disk a column of digits may have
-MOST_WHOLE = 2**20  # values of a coordinate of points that are read at once
+MOST_WHOLE = 2**20  # values of a coordinate beside the dimensions' own that are read at once
 SMALL = 2**26  # bytes that may be swollen as they like
 
 
@@ -201,7 +201,8 @@ def _check_dimensions(parts: _Parts) -> None:
         along = _own_dims(parts, name)
         if not set(along) <= {*dims, *parts.further, parts.layout.along} - ({POINT.name} - {*dims}):
             raise _UnlikeError(f"{name}: lies along {', '.join(along)}; allowed: a dimension of the map")
-    needed = {*parts.layout.values, *(parts.layout.beside if parts.layout.along in parts.coordinates else ())}
+    beside = parts.layout.beside if parts.layout.along in parts.coordinates else ()
+    needed = {*parts.layout.values, *beside} - {*parts.layout.spare}
     for name in sorted(needed - set(parts.coordinates)):
         if name in parts.layout.coordinates:
             raise _UnlikeError(f"{name}: is missing; allowed: every coordinate of a map")
@@ -215,7 +216,8 @@ def _own_dims(parts: _Parts, name: str) -> tuple[str, ...]:
 
 def _check_coordinate(parts: _Parts, name: str, held: Held) -> None:
     spec, dims = parts.specs[name], _own_dims(parts, name)
-    if dims not in ((), (name,), (parts.layout.along,), (POINT.name,)):
+    over = tuple(dim for dim in parts.layout.over.get(name, ()) if dim in dims)
+    if dims not in ((), (name,), (parts.layout.along,), (POINT.name,), over):
         shown = _shown(" × ".join(dim or "?" for dim in dims))
         raise _UnlikeError(f"{name}: lies along {shown}; allowed: its own dimension alone")
     if spec.dtype == "str":
@@ -223,6 +225,9 @@ def _check_coordinate(parts: _Parts, name: str, held: Held) -> None:
             raise _UnlikeError(f"{name}: is of type {held.dtype or 'unknown'}; allowed: text")
     else:
         _check_type(name, held, spec)
+    own = tuple(n for dim in over if dim in parts.coordinates for n in parts.coordinates[dim].shape)
+    if dims == over and over and held.shape != own:
+        raise _UnlikeError(f"{name}: is of shape {held.shape}; allowed: {own}, as its dimensions' coordinates")
     if 0 in held.shape:
         raise _UnlikeError(f"{name}: has no values; allowed: one value or more")
 
@@ -278,11 +283,11 @@ def _plain(parts: _Parts, file: RawFile, attributes: dict[str, str], any_flags: 
 
 
 def _coordinate(parts: _Parts, file: RawFile, name: str, held: Held) -> PlainVariable:
-    """A coordinate, checked: read, or one of many points read when it is asked for and checked a part at a time."""
+    """A coordinate, checked: read, or one of many values read when it is asked for and checked a part at a time."""
     raw, dims, attributes = RawValues(file, name, held), _own_dims(parts, name), _attributes(parts, name, held)
-    if held.dims == (POINT.name,) and name != POINT.name and (size := held.shape[0]) > MOST_WHOLE:
-        for low in range(0, size, MOST_WHOLE):
-            _check_values(parts, name, raw.part(low, min(low + MOST_WHOLE, size)))
+    if dims != (name,) and held.dtype != "str" and math.prod(held.shape) > MOST_WHOLE:
+        for box in runs(held.shape, MOST_WHOLE):
+            _check_values(parts, name, raw.read(box))
         return PlainVariable(dims, raw, attributes)
     values = _texts(file, name, held) if parts.specs[name].dtype == "str" else raw.whole()
     _check_values(parts, name, values)

@@ -58,12 +58,12 @@ def _columns(*arrays: np.ndarray, sweep: Sweep, threads: int) -> tuple[np.ndarra
 
 
 def grid_coordinates(sweep: Sweep) -> dict[str, xr.DataArray]:
-    """Coordinates of a whole grid, each along its own dimension (or, if auxiliary, along another), with attributes."""
+    """Coordinates of a whole grid, each along its own dimension (or, if auxiliary, along others), with attributes."""
     found = {}
-    for name, (dim, values, attributes) in contract.coordinates(sweep).items():
+    for name, (dims, values, attributes) in contract.coordinates(sweep).items():
         values = np.asarray(values)
-        own = {dim: values} if name == dim else None
-        found[name] = xr.DataArray(values, dims=dim, coords=own, attrs=attributes)
+        own = {name: values} if dims == (name,) else None
+        found[name] = xr.DataArray(values, dims=dims, coords=own, attrs=attributes)
     return found
 
 
@@ -75,10 +75,9 @@ def survey_grid(sweep: Sweep, chunks=None, threads: int = 1) -> xr.Dataset:
     if chunks is not None:
         sizes = _chunk_sizes(grid, chunks)
         arrays = {name: array.chunk({d: sizes[d] for d in array.dims}) for name, array in arrays.items()}
-    dataset = evaluate(arrays, sweep, threads)
-    dataset = dataset.assign_coords({name: array.variable for name, array in coordinates.items()})
-    dataset = dataset.transpose(*grid.dims, *grid.further)
-    return dataset.assign_attrs(contract.provenance(sweep))
+    measured = evaluate(arrays, sweep, threads).transpose(*grid.dims, *grid.further)
+    variables = {name: array.variable for name, array in measured.data_vars.items()}
+    return xr.Dataset(variables, {n: array.variable for n, array in coordinates.items()}, contract.provenance(sweep))
 
 
 def _chunk_sizes(grid: Grid, chunks) -> dict[str, int]:

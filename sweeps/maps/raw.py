@@ -88,10 +88,6 @@ class RawValues:
         """All values."""
         return self._box([(0, size) for size in self.shape])
 
-    def part(self, low: int, high: int) -> np.ndarray:
-        """Values low … high − 1 of one dimension."""
-        return self._box([(low, high)])
-
     def read(self, key: tuple) -> np.ndarray:
         """The values at a tuple of numbers and slices."""
         boxes, picked = [], []

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sweeps.boxes import dimensions, own_of_points
+from sweeps.boxes import dimensions, nearest_by, placing
 from sweeps.schema.refusals import RefusedError, hint, shortened
 
 if TYPE_CHECKING:
@@ -32,7 +32,8 @@ class Place:
         asked: what a person asked for; None where the dimension has that value alone.
         units: UDUNITS text.
         outside: whether what was asked lies beyond the grid's ends.
-        by: of a point that was chosen by coordinates of its own, what was asked of these, in words; "" for others.
+        by: of a place that was chosen by coordinates that are no dimension, what was asked of these, in words; "" for
+            others.
     """
 
     dim: str
@@ -44,10 +45,10 @@ class Place:
     by: str = ""
 
     def __str__(self):
-        if self.by:
-            return f"{self.dim} = {in_words(self.value)} (nearest to {self.by})"
         unit = "" if self.units in ("1", "") else f" {self.units}"
         text = f"{self.dim} = {in_words(self.value)}{unit}"
+        if self.by:
+            return f"{text} (nearest to {self.by})"
         if self.asked is None or self.asked == self.value:
             return text
         return f"{text} (nearest to {in_words(self.asked)}{', which is outside the grid' if self.outside else ''})"
@@ -64,8 +65,8 @@ def nearest(ds: "xr.Dataset", chosen: Mapping[str, str]) -> dict[str, Place]:
     Args:
         ds: a map.
         chosen: dimension → value as typed. Numbers need not stand on the grid (nearest by difference; axes must);
-            names of bodies may leave out what is not needed to tell them. Of points that are drawn or listed, the
-            nearest by their own coordinates, each in units of the range that all points have.
+            names of bodies may leave out what is not needed to tell them. Where points have coordinates that are no
+            dimensions, the nearest by these, each in units of the range that all points have.
 
     Returns:
         Dimension → place, in storage order; dimensions that are longer than one and not chosen are left out.
@@ -74,30 +75,35 @@ def nearest(ds: "xr.Dataset", chosen: Mapping[str, str]) -> dict[str, Place]:
         SelectionError: for a name that is no dimension, and a value that is none of its kind.
     """
     sizes = dimensions(ds)
-    own = {name: text for name, text in chosen.items() if name in own_of_points(ds) and POINT not in chosen}
+    own = {n: text for n, text in chosen.items() if n in placing(ds) and not {*ds[n].dims} <= {*chosen}}
     chosen = {name: text for name, text in chosen.items() if name not in own}
     for name in chosen:
         if name not in sizes:
-            along = "point, which is chosen already" if POINT in sizes else "body, not a dimension"
-            beside = f"is a coordinate along {along}"
-            wrong = beside if name in ds.coords else "is no dimension of this map"
+            beside = f"is a coordinate along {_along(ds, name)}" if name in ds.coords else ""
+            wrong = beside or "is no dimension of this map"
             allowed = ", ".join(f"--{dim}" for dim in sizes)
             raise SelectionError(f"--{shortened(name)}: {wrong}{hint(name, sizes)}; allowed: {allowed}")
     found = {dim: _place(ds, dim, chosen.get(dim)) for dim, size in sizes.items() if size == 1 or dim in chosen}
-    return ({POINT: _nearest_point(ds, own)} if own else {}) | found
+    found |= _nearest_by(ds, own, found) if own else {}
+    return {dim: found[dim] for dim in sizes if dim in found}
 
 
-def _nearest_point(ds: "xr.Dataset", own: Mapping[str, str]) -> Place:
-    """The point nearest to some of its coordinates."""
-    away, said = np.zeros(ds.sizes[POINT]), []
-    for name, text in own.items():
-        values = ds[name].values
-        asked = _number(name, text, values)
-        away += np.square((values - asked) / (np.ptp(values) or 1.0))
-        said.append(str(Place(name, 0, asked, None, str(ds[name].attrs.get("units", "")))))
-    index = int(away.argmin())
-    number = ds[POINT].values[index].item()
-    return Place(POINT, index, number, number, "", by=", ".join(said))
+def _along(ds: "xr.Dataset", name: str) -> str:
+    """What a coordinate that is no dimension lies along, in words."""
+    dims = ds[name].dims
+    return f"{' and '.join(dims)}, {'which is chosen already' if name in placing(ds) else 'not a dimension'}"
+
+
+def _nearest_by(ds: "xr.Dataset", own: Mapping[str, str], places: Mapping[str, Place]) -> dict[str, Place]:
+    """The places nearest to some coordinates that are no dimensions, where others are chosen already."""
+    asked = {name: _number(name, text, ds[name].values) for name, text in own.items()}
+    units = {name: str(ds[name].attrs.get("units", "")) for name in (*asked, *ds.dims)}
+    said = ", ".join(str(Place(name, 0, value, None, units[name])) for name, value in asked.items())
+    found = {}
+    for dim, index in nearest_by(ds, asked, {place.dim: place.index for place in places.values()}).items():
+        value = ds[dim].values[index].item()
+        found[dim] = Place(dim, index, value, value, units[dim], by=said)
+    return found
 
 
 def assigned(text: str) -> tuple[str, str]:
@@ -141,7 +147,8 @@ def _number(dim: str, text: str, values: np.ndarray) -> float:
 
 
 def span(values: np.ndarray) -> str:
-    """What stands along a dimension, in a few words."""
+    """What values a coordinate has, in a few words."""
+    values = np.ravel(values)
     if values.size <= _LISTED or values.dtype.kind in "OU":
         return ", ".join(in_words(value if isinstance(value, str) else value.item()) for value in values)
     low, high = in_words(values.min().item()), in_words(values.max().item())
@@ -185,5 +192,8 @@ def at(ds: "xr.Dataset", places: Mapping[str, Place]) -> "xr.Dataset":
 
 def how_to_choose(ds: "xr.Dataset", dims: list[str]) -> str:
     """What may be chosen along some dimensions: "--I1 VALUE (0.5 to 1.5, 24 values), …"."""
-    own = {POINT: "".join(f", or --{name} {span(ds[name].values)}" for name in own_of_points(ds))}
-    return ", ".join(f"--{dim} {span(ds[dim].values)}{own.get(dim, '')}" for dim in dims)
+    own = dict.fromkeys(dims, "")
+    for name in placing(ds):
+        first = next((dim for dim in ds[name].dims if dim in own), None)
+        own |= {first: f"{own[first]}, or --{name} {span(ds[name].values)}"} if first else {}
+    return ", ".join(f"--{dim} {span(ds[dim].values)}{own[dim]}" for dim in dims)

@@ -193,14 +193,14 @@ def _sizes(sizes: dict) -> str:
 
 def _wrong_coordinates(ds: xr.Dataset, sweep: Sweep) -> Iterator[str]:
     expected = contract.coordinates(sweep)
-    for name, (dim, values, _) in expected.items():
+    for name, (dims, values, _) in expected.items():
         if name not in ds.variables:
             yield f"{name}: is missing"
             continue
         found = ds.variables[name]
-        if found.dims != (dim,) or (found.dtype.kind != values.dtype.kind and found.dtype.kind not in "OU"):
-            yield f"{name}: is no coordinate along {dim} of type {values.dtype}"
-        elif any(content.as_bytes(found[p].values) != content.as_bytes(values[p[0]]) for p in _parts(found)):
+        if found.dims != dims or (found.dtype.kind != values.dtype.kind and found.dtype.kind not in "OU"):
+            yield f"{name}: is no coordinate along {', '.join(dims)} of type {values.dtype}"
+        elif any(content.as_bytes(found[p].values) != content.as_bytes(values[p]) for p in _parts(found)):
             yield f"{name}: has other values than the definition's"
     beside = set(ds.variables) | set(ds.encoding.get("ignored", ()))
     for name in beside - set(expected) - set(sweep.variables):

@@ -4,9 +4,7 @@ import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
-import psutil
-
-from sweeps import processors, systems
+from sweeps import memory, processors, systems
 from sweeps.points.sweep import Sweep
 from sweeps.schema.refusals import DefinitionError
 
@@ -57,7 +55,7 @@ def estimate(sweep: Sweep, bytes_per_point: int | None = None) -> Estimate:
         bytes_per_point = system.bytes_per_point(definition)
     scattered = grid.scattered.num if grid.scattered else 0
     coordinates = 8 * (sum(grid.shape) - scattered)
-    beside = 8 * scattered * (1 + len(grid.scattered.names)) if grid.scattered else 0  # made a part at a time
+    beside = 8 * (scattered + sum(v.size for _, v in grid.auxiliary.values()))  # made a part at a time
     headers = FILE_BYTES + VARIABLE_BYTES * len(sweep.variables | system.coordinates(definition))
     seconds = grid.size * system.samples(definition) / system.samples_per_second
     compiling = compile_seconds(system)
@@ -119,7 +117,7 @@ def lacking(sweep: Sweep, needed: Estimate, results_dir: str | Path) -> list[str
     """What this machine has too little of for `sweep`, which takes what is `needed`, one line each."""
     limits = (
         ("disk", needed.disk_bytes, shutil.disk_usage(_existing(Path(results_dir))).free),
-        ("memory", needed.memory_bytes, psutil.virtual_memory().available),
+        ("memory", needed.memory_bytes, memory.available()),
     )
     return [_too_large(sweep, needed.points, *limit) for limit in limits if limit[1] > limit[2]]
 

@@ -13,7 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from sweeps.points import scattered
-from sweeps.points.scattered import POINT, AlongPoints, Scattered
+from sweeps.points.following import Following
+from sweeps.points.ondemand import OnDemand
+from sweeps.points.scattered import POINT, Scattered
 from sweeps.schema.definition import Definition
 from sweeps.schema.parameters import SPELLED_OUT, Range
 from sweeps.systems import Dynamics
@@ -58,16 +60,25 @@ class Grid:
         return math.prod(self.shape)
 
     @cached_property
-    def coordinates(self) -> dict[str, np.ndarray | AlongPoints]:
+    def coordinates(self) -> dict[str, np.ndarray | OnDemand]:
         """Dimension → its values, 1-D: whole numbers, text or float64, in the units of the system's coordinates."""
         return {dim: _spelled_out(values) for dim, values in self._along.items()}
 
     @cached_property
-    def auxiliary(self) -> dict[str, tuple[str, np.ndarray | AlongPoints]]:
-        """Name → (dimension, values along it) of each coordinate that is no dimension: what bodies and points have."""
-        own = self.system.auxiliary(self.definition)
+    def auxiliary(self) -> dict[str, tuple[tuple[str, ...], np.ndarray | OnDemand]]:
+        """Name → (dimensions, values along them) of each coordinate that is no dimension.
+
+        That is what bodies and points have of their own, and what follows from others.
+        """
+        own = {name: ((dim,), values) for name, (dim, values) in self.system.auxiliary(self.definition).items()}
         columns = scattered.columns(self.scattered) if self.scattered else {}
-        return own | {name: (POINT, values) for name, values in columns.items()}
+        follows = self.following.coordinates(dict(zip(self.dims, self.shape, strict=True)), self._values)
+        return own | {name: ((POINT,), values) for name, values in columns.items()} | follows
+
+    @cached_property
+    def following(self) -> Following:
+        """The parameters that follow from others, along whose dimensions they lie."""
+        return Following(self.definition)
 
     @cached_property
     def scattered(self) -> Scattered | None:
@@ -85,8 +96,8 @@ class Grid:
         return self.system.arguments(self.definition)
 
     @cached_property
-    def _along(self) -> dict[str, Range | np.ndarray | AlongPoints]:
-        own = self.system.dimensions(self.definition)
+    def _along(self) -> dict[str, Range | np.ndarray | OnDemand]:
+        own = self.following.dimensions(self.system.dimensions(self.definition))
         if self.scattered is None:
             return own
         points = {POINT: scattered.numbers(self.scattered.num)}
@@ -109,17 +120,21 @@ class Grid:
         self._check_bounds(start, stop)
         runs = self._runs(start, stop)
         own = self._own(runs[POINT].index) if POINT in runs else {}
-        columns = {}
-        for name in self.arguments:
-            dim = POINT if name in own else name if name in runs else self.auxiliary[name][0]
-            index, counts = runs[dim]
-            if name in own:
-                values = own[name]
-            else:
-                values = self._values(name, index) if name in runs else self.auxiliary[name][1][index]
-            values = values if counts is None else np.repeat(values, counts)
-            columns[name] = values.astype(np.int64) if values.dtype.kind == "i" else values
-        return columns
+        given = {*self.arguments, *self.following.needed} - {*self.following.names}
+        columns = {name: self._column(name, runs, own) for name in given}
+        columns |= self.following.at(columns)
+        return {name: columns[name] for name in self.arguments}
+
+    def _column(self, name: str, runs: dict[str, _Runs], own: dict[str, np.ndarray]) -> np.ndarray:
+        """One of the coordinates that the points have, from the runs of their dimensions."""
+        dim = POINT if name in own else name if name in runs else self.auxiliary[name][0][0]
+        index, counts = runs[dim]
+        if name in own:
+            values = own[name]
+        else:
+            values = self._values(name, index) if name in runs else self.auxiliary[name][1][index]
+        values = values if counts is None else np.repeat(values, counts)
+        return values.astype(np.int64) if values.dtype.kind == "i" else values
 
     def _own(self, numbers: np.ndarray) -> dict[str, np.ndarray]:
         """What scattered points have of their own, at these numbers, which follow each other."""
@@ -171,9 +186,9 @@ class Grid:
         return along.values(index) if isinstance(along, Range) else along[index]
 
 
-def _length(values: Range | np.ndarray | AlongPoints) -> int:
+def _length(values: Range | np.ndarray | OnDemand) -> int:
     return values.num if isinstance(values, Range) else values.size
 
 
-def _spelled_out(values: Range | np.ndarray | AlongPoints) -> np.ndarray | AlongPoints:
+def _spelled_out(values: Range | np.ndarray | OnDemand) -> np.ndarray | OnDemand:
     return values.values(np.arange(values.num)) if isinstance(values, Range) else values

@@ -3,19 +3,20 @@
 No list of all of them is ever made: whoever needs some asks for these.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import lru_cache, partial
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from sweeps.points import tables
-from sweeps.points.draws import Draw
-from sweeps.points.tables import Table
+from sweeps.points.ondemand import OnDemand
 from sweeps.schema.definition import Definition
 from sweeps.schema.parameters import Range, spread
 from sweeps.schema.refusals import UnreadableError, display
 from sweeps.schema.sample import ends_alone
+
+if TYPE_CHECKING:
+    from sweeps.points.tables import Table
 
 POINT = "point"
 PART_POINTS = 2**17  # of which coordinates are read, and written, at once
@@ -41,11 +42,15 @@ class Drawn:
     """Points drawn over the ranges of a definition's grid; see `Scattered`."""
 
     def __init__(self, definition: Definition):
+        from sweeps.points.draws import Draw
+
         self._ranges, self.num = definition.drawn, definition.sample.num
         self._grid, self._pair = definition.grid, dict(definition.pair or {})
         self._draw = Draw(definition.sample, len(self._ranges))
         own = tuple(name for name in self._ranges if name not in self._pair)
         self.names = (*self._grid.derived.names, *own) if self._pair else own
+        follows = {name for over in self._grid.derived.over.values() for name in over} if self._pair else set()
+        self._others = follows - {*self._pair}
 
     def rows(self, start: int, stop: int) -> Mapping[str, np.ndarray]:
         """Name → values at the points start … stop − 1."""
@@ -55,26 +60,11 @@ class Drawn:
             is_one = name in self._pair
             found[name] = self._grid.derived.drawn(name, spaced, shares[:, k]) if is_one else spaced.drawn(shares[:, k])
         if self._pair:
-            pair = {name: found.pop(name, np.full(stop - start, _first(e))) for name, e in self._pair.items()}
-            found = self._grid.derived.given(pair, self._grid) | found
+            one = {name: _first(getattr(self._grid, name)) for name in self._others}
+            values = one | {name: np.full(stop - start, _first(e)) for name, e in self._pair.items()} | found
+            found = {name: self._grid.derived.given(name, values) for name in self._grid.derived.names} | found
+            found = {name: found[name] for name in self.names}
         return found
-
-
-class Plane:
-    """A plane of pairs of numbers that give points (see `sweeps.schema.parameters.Derived`), the first the slower."""
-
-    def __init__(self, definition: Definition):
-        self._grid = definition.grid
-        self._along = {name: spread(entry) for name, entry in definition.pair}
-        self._lengths = [values.num if isinstance(values, Range) else values.size for values in self._along.values()]
-        self.names, self.num = self._grid.derived.names, self._lengths[0] * self._lengths[1]
-
-    def rows(self, start: int, stop: int) -> Mapping[str, np.ndarray]:
-        """Name → values at the points start … stop − 1."""
-        index = np.divmod(np.arange(start, stop), self._lengths[1])
-        along = zip(self._along.items(), index, strict=True)
-        pair = {name: values.values(i) if isinstance(values, Range) else values[i] for (name, values), i in along}
-        return self._grid.derived.given(pair, self._grid)
 
 
 def _first(entry: object) -> float:
@@ -83,31 +73,14 @@ def _first(entry: object) -> float:
     return values.start if isinstance(values, Range) else float(values[0])
 
 
-class AlongPoints:
-    """Values along a dimension that are made where they are asked for; it reads as an array of one dimension."""
-
-    def __init__(self, size: int, dtype: str, part: Callable[[int, int], np.ndarray]):
-        self.size, self.shape, self.dtype = size, (size,), np.dtype(dtype)
-        self._part = part
-
-    def __getitem__(self, part: slice) -> np.ndarray:
-        start, stop, _ = part.indices(self.size)
-        return self._part(start, max(start, stop)).astype(self.dtype, copy=False)
-
-    def __array__(self, dtype=None, copy=None) -> np.ndarray:
-        return self[:].astype(dtype or self.dtype, copy=False)
-
-
 def of(definition: Definition) -> Scattered | None:
     """The points of a definition along `point`; None where its points are a grid."""
     if definition.rows is not None:
         return definition.rows
-    if definition.sample is not None:
-        return Drawn(definition)
-    return Plane(definition) if definition.pair is not None else None
+    return Drawn(definition) if definition.sample is not None else None
 
 
-def completed(values: Mapping, model: type[Definition], folder: str) -> tuple[dict, Table | None]:
+def completed(values: Mapping, model: type[Definition], folder: str) -> "tuple[dict, Table | None]":
     """A definition's plain values with ranges in its grid from end to end of what is drawn or listed, and its table.
 
     So whatever is asked of the values of a grid is asked of those of scattered points as well.
@@ -126,6 +99,8 @@ def completed(values: Mapping, model: type[Definition], folder: str) -> tuple[di
     for other in (*BESIDE, *([derived.key] if derived else [])):
         if other in values or other in grid:
             raise UnreadableError(("table",), display(file), f"is given beside {other}", "one of these")
+    from sweeps.points import tables  # loaded for a table that is there
+
     table = tables.read(file, folder, wanted, grid)
     ends = dict(zip(table.names, table.ends, strict=True))
     ranges = {
@@ -134,17 +109,17 @@ def completed(values: Mapping, model: type[Definition], folder: str) -> tuple[di
     return {**values, "grid": grid | ranges}, table
 
 
-def numbers(num: int) -> AlongPoints:
+def numbers(num: int) -> OnDemand:
     """The coordinate `point`: 1 … num."""
-    return AlongPoints(num, "i8", lambda start, stop: np.arange(start + 1, stop + 1))
+    return OnDemand((num,), "i8", lambda part: np.arange(part.start + 1, part.stop + 1))
 
 
-def columns(source: Scattered) -> dict[str, AlongPoints]:
+def columns(source: Scattered) -> dict[str, OnDemand]:
     """Each parameter at all points. Of a part of them, asked for name after name, the rows are read once."""
     last = lru_cache(maxsize=1)(source.rows)
 
-    def part(name: str, start: int, stop: int) -> np.ndarray:
-        rows = last if stop - start <= PART_POINTS else source.rows
-        return np.array(rows(start, stop)[name])  # apart from the other parameters
+    def values(name: str, part: slice) -> np.ndarray:
+        rows = last if part.stop - part.start <= PART_POINTS else source.rows
+        return np.array(rows(part.start, part.stop)[name])  # apart from the other parameters
 
-    return {name: AlongPoints(source.num, "f8", partial(part, name)) for name in source.names}
+    return {name: OnDemand((source.num,), "f8", partial(values, name)) for name in source.names}

@@ -29,7 +29,9 @@ from sweeps.shards.shard import holds_shard, write_shard
 _done = None  # in a process of ours: the queue that it tells how many points it has just done
 
 
-def make(planned: Plan, results: str | Path = "results", workers: int = 1, again: bool = False) -> Iterator[Path]:
+def make(
+    planned: Plan, results: str | Path = "results", workers: int = 1, again: bool = False, helper=None
+) -> Iterator[Path]:
     """Makes the map of a sweep, its pictures and its report.
 
     Args:
@@ -37,18 +39,20 @@ def make(planned: Plan, results: str | Path = "results", workers: int = 1, again
         results: the folder for results; the sweep's own is below it.
         workers: processors to use; they change no bit.
         again: whether to make everything again, finished or not.
+        helper: a `sweeps.views.helper.Helper` for this map that is there already; left out, one is begun where needed.
 
     Yields:
         Each file or folder once it is there.
     """
     with claims.claimed([planned.sweep.name], results):
-        yield from _made(planned, Path(results) / planned.sweep.name, workers, again)
+        yield from _made(planned, Path(results) / planned.sweep.name, workers, again, helper)
 
 
-def _made(planned: Plan, folder: Path, workers: int, again: bool) -> Iterator[Path]:
+def _made(planned: Plan, folder: Path, workers: int, again: bool, helper) -> Iterator[Path]:
     path = folder / "stability_map.nc"
     is_old = again or not storage.holds_map(path, planned.sweep)
-    with _helping(path, is_old or _is_older(folder / "figures", path), workers) as helper:
+    is_needed = not helper and (is_old or _is_older(folder / "figures", path))
+    with _helping(path, workers) if is_needed else nullcontext(helper) as helper:
         if is_old:
             _compile(planned.sweep.system)
             count = planned.sweep.shards
@@ -61,9 +65,9 @@ def _made(planned: Plan, folder: Path, workers: int, again: bool) -> Iterator[Pa
         yield from _shown(path, again, helper)
 
 
-def _helping(path: Path, is_needed: bool, workers: int):
+def _helping(path: Path, workers: int):
     """A second process for the pictures, which loads what it needs while the map is made; None where there is none."""
-    if not is_needed or workers == 1:
+    if workers == 1:
         return nullcontext()
     from sweeps.views.helper import helping
 

@@ -14,12 +14,12 @@ from sweeps.schema.carried import DEFAULT_SYSTEM
 from sweeps.schema.parameters import Range
 from sweeps.schema.refusals import Problem, display, keys_of, refusals
 from sweeps.schema.sample import MOST_SOBOL, Sample
+from sweeps.schema.strict import Strict
 from sweeps.schema.values import (
     MAX_SAMPLES,
     MAX_SHARDS,
     Positive,
     SamplesPerRotation,
-    Strict,
     Tolerance,
     file_count,
     line_of_text,

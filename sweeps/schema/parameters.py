@@ -2,15 +2,15 @@
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Protocol
 
 import numpy as np
 from pydantic import AfterValidator, Discriminator, Field, Tag, create_model, model_validator
 
+from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.refusals import TAGS, refusal
-from sweeps.schema.values import Count, Strict, choice, different, not_empty
-from sweeps.schema.variables import Variable
+from sweeps.schema.strict import Strict
+from sweeps.schema.values import Count, choice, different, not_empty
 
 SPACINGS = ("linear", "log")
 # Up to here a range is spelled out to see that its values differ; beyond, a bound on the step must do.
@@ -139,51 +139,6 @@ def entry(item: Any, spaced: type[Range]) -> Any:
 # A table of parameters
 
 
-@dataclass(frozen=True)
-class Quantity:
-    """A kind of number, which one parameter or several hold.
-
-    Attributes:
-        noun: what one value is called: "moment".
-        units: UDUNITS text, "1" for none.
-        bounds: what is allowed, in few words.
-        item: the checked type of one value (see `sweeps.schema.values`).
-        least: the least absolute value, where 0 lies between what is allowed; None elsewhere.
-    """
-
-    noun: str
-    units: str
-    bounds: str
-    item: Any
-    least: float | None = None
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """One key of a grid.
-
-    Attributes:
-        name: the key, and the coordinate of that name.
-        quantity: what its values are.
-        long_name: what the coordinate means, one line (CF).
-        default: its value where the key is left out; None where nothing stands in for it.
-        description: what a refusal says of it; left out, the long name with unit and bounds.
-        required: whether a definition without it is refused at once; False where the system itself looks.
-    """
-
-    name: str
-    quantity: Quantity
-    long_name: str
-    default: float | None = None
-    description: str = ""
-    required: bool = False
-
-
-def coordinates(parameters: Iterable[Parameter]) -> dict[str, Variable]:
-    """Name → coordinate of each parameter."""
-    return {p.name: Variable(p.name, p.quantity.units, p.long_name) for p in parameters}
-
-
 class Derived(Protocol):
     """Another way to give some of a grid's parameters: by two numbers, every pair of which is a possible point.
 
@@ -191,13 +146,15 @@ class Derived(Protocol):
         key: the grid's key under which the two stand.
         description: what a refusal says of it.
         model: the model of what stands there, two entries.
-        names: the parameters that they give.
+        names: the parameters that they give, as many as there are entries, whose dimensions stand in their places.
+        over: each of these → what it follows from: entries and other parameters, in the order of dimensions.
     """
 
     key: str
     description: str
     model: type[Strict]
     names: tuple[str, ...]
+    over: Mapping[str, tuple[str, ...]]
 
     def completed(self, values: Mapping) -> dict:
         """A definition's plain grid with ranges of `names` from end to end.
@@ -209,8 +166,8 @@ class Derived(Protocol):
     def drawn(self, name: str, spaced: Range, share: np.ndarray) -> np.ndarray:
         """Values of one of the two at shares of its range, so that the points drawn are spread evenly."""
 
-    def given(self, pair: Mapping[str, np.ndarray], grid: Any) -> dict[str, np.ndarray]:
-        """`names` → values for pairs of the two, beside a checked grid."""
+    def given(self, name: str, values: Mapping[str, Any]) -> np.ndarray:
+        """One of `names`, from what it follows from: arrays (that broadcast together) and numbers."""
 
     def impossible(self, columns: Mapping[str, Any]) -> np.ndarray | None:
         """Which points cannot exist, by their parameters (arrays and numbers); None where these do not say."""

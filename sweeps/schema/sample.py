@@ -8,10 +8,9 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from sweeps.schema.values import Strict, choice, whole
-from sweeps.schema.variables import Variable
+from sweeps.schema.strict import Strict
+from sweeps.schema.values import choice, whole
 
-POINT = Variable("point", "1", "number of the point, from 1; of a table, its row", "i8")
 METHODS = ("sobol", "latin", "random")
 MOST_DRAWN, MOST_SOBOL = 2**40, 2**30  # SciPy's Sobol points have 30 binary digits
 

@@ -90,3 +90,6 @@ class Variable:
 def table(*variables: Variable) -> dict[str, Variable]:
     """Name → variable, in order."""
     return {variable.name: variable for variable in variables}
+
+
+POINT = Variable("point", "1", "number of the point, from 1; of a table, its row", "i8")  # of what is no grid

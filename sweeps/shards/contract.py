@@ -6,14 +6,16 @@ same: `identity`. In memory and on disk alike; results/README.md is the contract
 
 import platform
 from datetime import UTC, datetime
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from sweeps.points.scattered import AlongPoints
-from sweeps.points.sweep import Sweep
 from sweeps.schema.carried import CONTRACT_VERSION
-from sweeps.schema.sample import POINT
+from sweeps.schema.variables import POINT
+
+if TYPE_CHECKING:
+    from sweeps.points.ondemand import OnDemand
+    from sweeps.points.sweep import Sweep
 
 CONVENTIONS = "CF-1.11"
 
@@ -22,28 +24,28 @@ class MapCoordinate(NamedTuple):
     """One coordinate of a map.
 
     Attributes:
-        dim: the dimension it lies along.
-        values: its values, shape (n,); of a dimension `point`, they are made where they are asked for.
+        dims: the dimensions it lies along.
+        values: its values; what may be many are made where they are asked for.
         attributes: its CF attributes.
     """
 
-    dim: str
-    values: np.ndarray | AlongPoints
+    dims: tuple[str, ...]
+    values: "np.ndarray | OnDemand"
     attributes: dict
 
 
-def coordinates(sweep: Sweep) -> dict[str, MapCoordinate]:
+def coordinates(sweep: "Sweep") -> dict[str, MapCoordinate]:
     """Name → each coordinate of a map: the dimensions' own, then the auxiliary ones."""
     grid, table = sweep.grid, {POINT.name: POINT} | sweep.system.coordinates(sweep.definition)
-    own = {dim: MapCoordinate(dim, values, table[dim].attributes) for dim, values in grid.coordinates.items()}
-    for name, (dim, values) in grid.auxiliary.items():
+    own = {dim: MapCoordinate((dim,), values, table[dim].attributes) for dim, values in grid.coordinates.items()}
+    for name, (dims, values) in grid.auxiliary.items():
         is_right = values.dtype.kind == "U" or values.dtype == np.dtype(table[name].dtype)
         values = values if is_right else values.astype(table[name].dtype)
-        own[name] = MapCoordinate(dim, values, table[name].attributes)
-    return own | {dim: MapCoordinate(dim, values, table[dim].attributes) for dim, values in grid.further.items()}
+        own[name] = MapCoordinate(dims, values, table[name].attributes)
+    return own | {dim: MapCoordinate((dim,), values, table[dim].attributes) for dim, values in grid.further.items()}
 
 
-def provenance(sweep: Sweep) -> dict[str, str]:
+def provenance(sweep: "Sweep") -> dict[str, str]:
     """Global attributes of a map, but for its history and content hash, which who writes it adds."""
     from importlib.metadata import version
 
@@ -61,7 +63,7 @@ def provenance(sweep: Sweep) -> dict[str, str]:
     } | {name: text for name in ("inputs", "outlines") if (text := getattr(definition, name))}
 
 
-def identity(sweep: Sweep) -> dict[str, str]:
+def identity(sweep: "Sweep") -> dict[str, str]:
     """Attributes that say of which definition, files beside it and kernels a shard or a map is."""
     definition, kernels = sweep.definition, sweep.system.fingerprint()
     return {"definition": definition.text, "inputs": definition.inputs, "kernel_fingerprint": kernels}

@@ -4,12 +4,14 @@ import re
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from itertools import zip_longest
 from pathlib import Path
 
 import h5py
 import netCDF4
 import numpy as np
 
+from sweeps.boxes import runs
 from sweeps.files import Flusher, remove_leftovers
 from sweeps.points.grid import Grid
 from sweeps.points.scattered import PART_POINTS
@@ -124,15 +126,17 @@ def _create(path: Path, sweep: Sweep) -> ContentHash:
             further(sweep),
         )
         coordinates = contract.coordinates(sweep)
-        for name, (dim, values, attributes) in coordinates.items():
+        for name, (dims, values, attributes) in coordinates.items():
             kind = str if values.dtype.kind == "U" else values.dtype
-            file.createVariable(name, kind, dim, fill_value=False).setncatts(attributes)
-            digest.declare(name, (dim,), values.shape, values.dtype)
-        for first in range(0, max(values.size for _, values, _ in coordinates.values()), PART_POINTS):
-            for name, (_, values, _) in coordinates.items():
-                part = values[first : first + PART_POINTS]
-                file[name][first : first + part.size] = part.astype(object) if part.dtype.kind == "U" else part
-                digest.update(name, part)
+            file.createVariable(name, kind, dims, fill_value=False).setncatts(attributes)
+            digest.declare(name, dims, values.shape, values.dtype)
+        parts = zip_longest(*(runs(values.shape, PART_POINTS) for _, values, _ in coordinates.values()))
+        for boxes in parts:  # of a part of the points all of their own coordinates, which come together
+            for (name, (_, values, _)), box in zip(coordinates.items(), boxes, strict=True):
+                if box is not None:
+                    part = values[box]
+                    file[name][box] = part.astype(object) if part.dtype.kind == "U" else part
+                    digest.update(name, part)
         for spec in variables.values():
             shape = (*grid.shape, *sweep.shape_at(spec.name))
             digest.declare(spec.name, (*grid.dims, *spec.over), shape, spec.dtype)

@@ -18,9 +18,10 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from sweeps.schema import parameters
+from sweeps.schema import quantities
 from sweeps.schema.definition import Definition
-from sweeps.schema.parameters import Parameter, Quantity, Range, grid_model, spread
+from sweeps.schema.parameters import Range, grid_model, spread
+from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.refusals import keys_of
 from sweeps.schema.values import number
 from sweeps.schema.variables import Variable
@@ -177,7 +178,7 @@ class Described(Dynamics):
 
     def coordinates(self, definition: Definition) -> dict[str, Variable]:
         """Name → coordinate."""
-        return parameters.coordinates(self.parameters) | dict(self.own)
+        return quantities.coordinates(self.parameters) | dict(self.own)
 
     def slots(self, points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         """Points whose equilibria have numbers in place of their names, in the order of the description's."""

@@ -8,18 +8,10 @@ from pydantic import AfterValidator, Field, model_validator
 
 from sweeps.schema.parameters import Range, spread
 from sweeps.schema.refusals import Problem, display, refusals
-from sweeps.schema.values import Moment, Prose, Strict, line_of_text, not_empty
-from sweeps.schema.variables import Variable
+from sweeps.schema.strict import Strict
+from sweeps.schema.values import Moment, Prose, line_of_text, not_empty
 
 MOMENTS = ("I1", "I2", "I3")
-MOMENTS_ARE_RATIOS = Variable(
-    "moments_are_ratios",
-    None,
-    "whether the moments are known as ratios only",
-    "i1",
-    ("kilogram_square_metres", "ratios"),
-    "where 1, I1, I2 and I3 of the body are in a unit of their own",
-)
 
 
 class ListedRatios(Strict):

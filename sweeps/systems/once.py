@@ -4,7 +4,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from sweeps.schema.values import Strict, Tolerance, choice
+from sweeps.schema.strict import Strict
+from sweeps.schema.values import Tolerance, choice
 
 PROPAGATORS = ("direct", "exact")
 

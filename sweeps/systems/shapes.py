@@ -16,21 +16,17 @@ evenly: x² is drawn evenly, then t.
 """
 
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 from pydantic import Field
 
 from sweeps.schema.parameters import Quantity, Range, entry, range_model
 from sweeps.schema.refusals import UnreadableError, display
-from sweeps.schema.values import Strict, number
+from sweeps.schema.strict import Strict
+from sweeps.systems.shape_coordinates import LEAST, OVER, RATIO, ROOM, Ratio, Room
 
-RATIO = "a number with 0 < I1/I3 ≤ 1"
-ROOM = "a number from 0 (flat: I1 + I2 = I3) to 1 (I2 = I3)"
 TRIANGLE = 1e-9  # of the moments' sum: a flat plate has exactly 0, but for its digits
-LEAST = 1e-12  # of I1/I3: y must tell bodies apart
-Ratio = Annotated[float, number(lambda x: LEAST <= x <= 1, RATIO)]
-Room = Annotated[float, number(lambda t: 0 <= t <= 1, ROOM)]
 
 
 class Shapes(Strict):
@@ -53,35 +49,33 @@ class _Ratios:
         "share of the way of I2/I3 from 1 - I1/I3 to 1"
     )
     model = Shapes
-    names = ("I1", "I2")
+    names, over = tuple(OVER), OVER
 
     def completed(self, values: Mapping) -> dict:
         """The grid with I3, and I1 and I2 as ranges from end to end."""
         grid = values["grid"]
         where, given = ("grid", "ratios"), grid["ratios"]
-        allowed = "ratios (and I3, a number), or moments, or bodies"
+        allowed = "ratios (and I3), or moments, or bodies"
         for other in [*(name for name in self.names if name in grid), *(["bodies"] if "bodies" in values else [])]:
             raise UnreadableError(where, display(given), f"is given beside {other}", allowed)
-        greatest = grid.get("I3", 1.0)
-        if isinstance(greatest, bool) or not isinstance(greatest, int | float):
-            raise UnreadableError(
-                ("grid", "I3"), display(greatest), "is no number", "one number in kg m2 beside ratios"
-            )
-        (least, most), (low, high) = (_ends(given.get(name)) for name in Shapes.model_fields)
+        grid = {"I3": 1.0} | grid
+        (least, most), (low, high) = (_ends(given.get(name), 1.0, (0.5, 0.5)) for name in Shapes.model_fields)
         if 1 - most * (1 - low) < LEAST:
             allowed = "room above 0 where I1_over_I3 reaches 1: that needle has no I2"
             raise UnreadableError((*where, "room"), display(given.get("room")), "reaches 0", allowed)
-        many = [name for name, one in given.items() if isinstance(one, tuple) and len(one) > 1]
+        for at, entries in ((where, given), (("grid",), {"I3": grid["I3"]})):
+            self._refuse_lists(values, at, entries)
+        ends = {"I1": (max(least, LEAST), most), "I2": (1 - most * (1 - low), 1 - least * (1 - high))}
+        smallest, greatest = _ends(grid["I3"], np.inf, (1.0, 1.0))
+        scaled = {name: (a * smallest, b * greatest) for name, (a, b) in ends.items()}
+        return grid | {n: {"start": a, "stop": b, "num": 2} if a < b else a for n, (a, b) in scaled.items()}
+
+    def _refuse_lists(self, values: Mapping, where: tuple[str, ...], entries: Mapping) -> None:
+        """What shapes follow from is drawn whole, or not at all."""
+        many = [name for name, one in entries.items() if isinstance(one, tuple) and len(one) > 1]
         if "sample" in values and many:
             allowed = "a number, or a range, over which points are drawn"
-            raise UnreadableError((*where, many[0]), display(given[many[0]]), "is a list beside sample", allowed)
-        ends = {"I1": (max(least, LEAST), most), "I2": (1 - most * (1 - low), 1 - least * (1 - high))}
-        scaled = {name: (a * greatest, b * greatest) for name, (a, b) in ends.items()}
-        return (
-            grid
-            | {"I3": greatest}
-            | {n: {"start": a, "stop": b, "num": 2} if a < b else a for n, (a, b) in scaled.items()}
-        )
+            raise UnreadableError((*where, many[0]), display(entries[many[0]]), "is a list beside sample", allowed)
 
     def drawn(self, name: str, spaced: Range, share: np.ndarray) -> np.ndarray:
         """So that points fill the triangle evenly: the square of I1/I3 is drawn evenly."""
@@ -89,10 +83,10 @@ class _Ratios:
             return spaced.drawn(share)
         return np.sqrt(spaced.start**2 + share * (spaced.stop**2 - spaced.start**2))
 
-    def given(self, pair: Mapping[str, np.ndarray], grid: Any) -> dict[str, np.ndarray]:
-        """I1 and I2, in the unit of I3."""
-        ratio, room = pair["I1_over_I3"], pair["room"]
-        return {"I1": ratio * grid.I3, "I2": (1.0 - ratio * (1.0 - room)) * grid.I3}
+    def given(self, name: str, values: Mapping[str, Any]) -> np.ndarray:
+        """I1 or I2, in the unit of I3."""
+        ratio, greatest = values["I1_over_I3"], values["I3"]
+        return ratio * greatest if name == "I1" else (1.0 - ratio * (1.0 - values["room"])) * greatest
 
     def impossible(self, columns: Mapping[str, Any]) -> np.ndarray | None:
         """Where one moment is above the sum of the others."""
@@ -103,12 +97,13 @@ class _Ratios:
         return total - 2.0 < -TRIANGLE * total
 
 
-def _ends(entry: object) -> tuple[float, float]:
-    """Least and greatest value of an entry; of one that will be refused, some."""
+def _ends(entry: object, most: float, else_: tuple[float, float]) -> tuple[float, float]:
+    """Least and greatest value of an entry, from 0 to `most`; of one that will be refused, something."""
     if isinstance(entry, dict):
         entry = (entry.get("start"), entry.get("stop"))
-    found = [v for v in (entry if isinstance(entry, tuple) else (entry,)) if isinstance(v, int | float) and 0 <= v <= 1]
-    return (min(found), max(found)) if found else (0.5, 0.5)
+    entry = entry if isinstance(entry, tuple) else (entry,)
+    found = [v for v in entry if isinstance(v, int | float) and not isinstance(v, bool) and 0 <= v <= most]
+    return (float(min(found)), float(max(found))) if found else else_
 
 
 RATIOS = _Ratios()

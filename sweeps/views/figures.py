@@ -14,7 +14,7 @@ from sweeps.files import replaced, replaced_folder
 from sweeps.maps import admission
 from sweeps.maps.plain import PlainMap
 from sweeps.schema.refusals import RefusedError, hint, shortened
-from sweeps.views import films, png, svg, themes
+from sweeps.views import films, gif, png, svg, themes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -207,8 +207,7 @@ def _animate(frames: Callable[[], list[Image.Image]], path: Path, theme: str) ->
     if not pictures:
         return False
     with replaced(path) as temporary:
-        first, *others = pictures
-        first.save(temporary, format="GIF", save_all=True, append_images=others, duration=FRAME_MILLISECONDS, loop=0)
+        gif.write(pictures, temporary, FRAME_MILLISECONDS)
     return True
 
 
@@ -220,6 +219,7 @@ def _write(draw: Callable[[], Figure | None], path: Path, theme: str) -> bool:
         if figure is None:
             return False
         _raster(figure)
+        style.plain_ticks(figure)
         themes.apply(figure, theme)
         with replaced(path) as temporary:
             save(figure, temporary, path.suffix[1:])

@@ -91,7 +91,7 @@ def _fitted(ds, part: Page, summary: Summary, columns, kept, limit: int) -> tupl
     """Columns packed into a page of `limit` bytes, with fewer and fewer points until they fit."""
     while True:
         scales = {dim: _scale(ds, dim, indices) for dim, indices in kept.items()}
-        laws = [reduced(name, values, scales) for name, values in columns.items()]
+        laws = [reduced(name, values, scales, name in ds.coords) for name, values in columns.items()]
         budget = limit - _frame(ds, part, summary, laws, kept)
         packed = pack_within(laws, budget)
         if packed is not None:
@@ -187,6 +187,7 @@ def _variable(ds, column: Packed, k: int) -> dict:
     described = {key: value for key, value in asdict(column).items() if key != "text"}
     spec = known(ds).get(column.name)
     relations = {kind: getattr(spec, kind, "") for kind in ("role", "theory", "exact", "error")}
+    relations |= {"role": "coordinate"} if column.name in ds.coords else {}
     return (
         described
         | _words(ds[column.name].attrs, column.name)

@@ -27,11 +27,13 @@ class PageColumn:
         name: the variable.
         values: over the map's dimensions; of length one where the variable has not the dimension, or a law holds.
         powers: dimension → k, the law: the variable times |coordinate|^k does not depend on that dimension.
+        exact: whether the page has its numbers as they are, because it works with them.
     """
 
     name: str
     values: np.ndarray
     powers: dict[str, int] = field(default_factory=dict)
+    exact: bool = False
 
 
 def is_number(variable: xr.DataArray) -> bool:
@@ -83,13 +85,14 @@ class Gatherer:
         target[tuple(into)] = source
 
 
-def reduced(name: str, values: np.ndarray, scales: Mapping[str, np.ndarray | None]) -> PageColumn:
+def reduced(name: str, values: np.ndarray, scales: Mapping[str, np.ndarray | None], exact: bool = False) -> PageColumn:
     """A column without the dimensions along which it only scales.
 
     Args:
         name: the variable.
         values: over the dimensions of `scales`.
         scales: dimension → |coordinate|, or None where it is no number or has a zero.
+        exact: as of the column.
     """
     powers = {}
     for k, (dim, scale) in enumerate(scales.items()):
@@ -100,7 +103,7 @@ def reduced(name: str, values: np.ndarray, scales: Mapping[str, np.ndarray | Non
             if first is not None:
                 values, powers[dim] = first, power
                 break
-    return PageColumn(name, values, powers)
+    return PageColumn(name, values, powers, exact)
 
 
 @np.errstate(over="ignore", invalid="ignore")
@@ -195,7 +198,7 @@ def pack_within(columns: list[PageColumn], budget: int) -> list[Packed] | None:
             continue
         packed, room = [], budget
         for column in columns:
-            packed.append(pack(column, bits))
+            packed.append(pack(column, 53 if column.exact else bits))
             room -= len(packed[-1].text)
             if room < 0:
                 break

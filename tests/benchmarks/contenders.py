@@ -98,8 +98,8 @@ def _sampled(row, order, steps, samples):
     for r in range(row.size):
         S[lanes.W * r : lanes.W * (r + 1)] = row[r]
     lanes.begin(S)
-    if order == lanes.EXACT:
-        lanes.begin_exact(S)
+    if order == -lanes.EXACT:
+        lanes.begin_recurrence(S)
     for k in range(samples.shape[0]):
         if k > 0:
             lanes.advance(S, order, steps)
@@ -125,11 +125,11 @@ class Direct(Polhode):
 
 
 class Exact(Polhode):
-    """The exact step, one a sample."""
+    """The exact solution by its recurrence, one step a sample."""
 
     name, propagator, settings = "Polhode exact", "exact", (0.0,)
-    mode = "exact step of the closed form, one a sample, 32 lanes, a thread per core"
-    step = staticmethod(lambda body, tolerance: (lanes.EXACT, 1))
+    mode = "addition theorem of the closed form, one step a sample, 32 lanes, a thread per core"
+    step = staticmethod(lambda body, tolerance: (-lanes.EXACT, 1))
 
     def measured(self, bodies, part, tolerance, wanted):
         return super().measured(bodies, part, 1e-10, wanted)

@@ -28,8 +28,8 @@ def repeated(loop, S, times):
 
 @njit(error_model="numpy")
 def steps_and_samples(S):
-    """One exact step of every lane and its sample."""
-    lanes._sample_exactly(S, True)
+    """Some exact steps of every lane, each with its sample."""
+    lanes._exact_samples(S)
 
 
 @njit(error_model="numpy")
@@ -44,7 +44,7 @@ def filled(body):
     for row, value in enumerate(contenders._row(body, 1)):
         S[W * row : W * (row + 1)] = value
     S[findings.MORE.spin_rate : findings.MORE.spin_rate + W] = 1.0
-    lanes.follow(S, lanes.EXACT, 1, task.SAMPLES, False, False, False, lanes.NONE)
+    lanes.follow(S, -lanes.EXACT, 1, task.SAMPLES, False, False, False, lanes.NONE)
     return S
 
 
@@ -56,10 +56,10 @@ def parts(count):
     keys = np.zeros(count, dtype=np.int64)
     plan = (np.empty(count), *(np.empty(count, dtype=np.int64) for _ in range(3)))
     loops = {
-        "the step's coefficients": (lanes.begin_exact, 1),
+        "constants of the recurrence": (lanes.begin_recurrence, 1),
         "state, sums, windows": (lanes.begin, 1),
         "first guess": (lanes.guess, 1),
-        "64 steps and samples": (steps_and_samples, task.SAMPLES),
+        "64 steps and samples": (steps_and_samples, task.SAMPLES // lanes.AT_ONCE),
         "columns from sums": (told, 1),
     }
     run = contenders.Polhode.run

@@ -72,8 +72,9 @@ class Counted:
 
 
 def step_flops(order):
-    """Multiplications and additions of one Taylor step (a near one if the order is negative), counted by running it."""
-    step = getattr(taylor_steps, f"step_{order}" if order > 0 else f"near_step_{-order}").py_func
+    """Multiplications and additions of one Taylor step, of an order as direct.choose tells it: counted by running."""
+    kind = "" if order > 0 else ("near_" if order > -direct.NEAREST else "nearest_")
+    step = getattr(taylor_steps, f"{kind}step_{abs(order) % direct.NEAREST}").py_func
     Counted.operations = 0
     step(*(Counted() for _ in range(6)))
     return Counted.operations
@@ -81,8 +82,8 @@ def step_flops(order):
 
 def run_flops(bodies, tolerance, intervals):
     """Operations of the Taylor steps of all bodies' runs: nothing of samples, padding and reduction is counted."""
-    flops = {sign * order: step_flops(sign * order) for order in direct.ORDERS for sign in (1, -1)}
-    total = 0
+    kinds = [kind for order in direct.ORDERS for kind in (order, -order, -order - direct.NEAREST)]
+    flops, total = {kind: step_flops(kind) for kind in kinds}, 0
     for i in range(len(bodies)):
         order, steps = Direct.step(bodies[i : i + 1], tolerance)
         total += flops[order] * steps * intervals

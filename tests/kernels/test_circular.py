@@ -10,7 +10,7 @@ from kernels.circular import FAR, cosine_sine, within
 @njit(error_model="numpy")
 def filled(angles, out):
     for i in range(angles.size):
-        out[i] = cosine_sine(within(angles[i]))
+        out[i, 0], out[i, 1] = cosine_sine(within(angles[i]))  # a tuple put into a row takes seconds to compile
 
 
 def of(angles):

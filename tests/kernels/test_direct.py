@@ -1,5 +1,6 @@
 import itertools
 import math
+from functools import partial
 
 import mpmath
 import numpy as np
@@ -15,6 +16,8 @@ from kernels import direct, exact, rigid_body, taylor_steps
 ULP = 2.0**-52
 STEPS = {8: taylor_steps.step_8, 10: taylor_steps.step_10, 12: taylor_steps.step_12}
 NEAR = {8: taylor_steps.near_step_8, 10: taylor_steps.near_step_10, 12: taylor_steps.near_step_12}
+NEAREST = {8: taylor_steps.nearest_step_8, 10: taylor_steps.nearest_step_10, 12: taylor_steps.nearest_step_12}
+KINDS = [(NEAR, 7, 4, direct.is_near), (NEAREST, 5, 2, direct.is_nearest)]  # the spin's terms: summed, and taking part
 FEWER = 10 if config.DISABLE_JIT else 1  # steps in plain Python are slow
 # nought, or large enough that no term of a series underflows
 STATE, COEFFICIENTS = (
@@ -38,22 +41,26 @@ def random_body(rng):
     return masses.sum() - masses
 
 
-def near_terms(state, k, order):
+def near_terms(state, k, order, summed=7, factors=4):
     """The series of the near step by its definition: a to its 7th term, of which 0 to 4 take part in b and c."""
     a, b, c = ([x] for x in state)
     for n in range(order):
         spin = k[0] / (n + 1) * math.fsum(b[i] * c[n - i] for i in range(n + 1))
         terms = [
-            k[m] / (n + 1) * math.fsum(a[i] * other[n - i] for i in range(min(n, 4) + 1))
+            k[m] / (n + 1) * math.fsum(a[i] * other[n - i] for i in range(min(n, factors) + 1))
             for m, other in ((1, c), (2, b))
         ]
-        a.append(spin if n < 7 else 0.0)
+        a.append(spin if n < summed else 0.0)
         b.append(terms[0])
         c.append(terms[1])
     return a, b, c
 
 
-@pytest.mark.parametrize(("steps", "series"), [(STEPS, taylor_terms), (NEAR, near_terms)], ids=["whole", "near"])
+@pytest.mark.parametrize(
+    ("steps", "series"),
+    [(STEPS, taylor_terms), (NEAR, near_terms), (NEAREST, partial(near_terms, summed=5, factors=2))],
+    ids=["whole", "near", "nearest"],
+)
 @pytest.mark.parametrize("order", direct.ORDERS)
 @given(state=STATE, k=COEFFICIENTS)
 def test_step_is_the_sum_of_the_series_to_its_order(steps, series, order, state, k):
@@ -95,7 +102,7 @@ def test_step_has_the_symmetries_of_the_equations(step, state, k):
     assert step(2 * x, 2 * y, 2 * z, *(0.5 * x for x in k)) == (2 * a, 2 * b, 2 * c)
 
 
-@pytest.mark.parametrize("step", [taylor_steps.step_10, taylor_steps.near_step_10])
+@pytest.mark.parametrize("step", [taylor_steps.step_10, taylor_steps.near_step_10, taylor_steps.nearest_step_10])
 @given(spin=st.floats(0.1, 1.0), k=COEFFICIENTS, exponent=st.floats(-700, -20))
 def test_a_small_perturbation_keeps_its_relative_digits(step, spin, k, exponent):
     small = math.exp(exponent)
@@ -108,15 +115,19 @@ def test_a_small_perturbation_keeps_its_relative_digits(step, spin, k, exponent)
     np.testing.assert_allclose([b / small, c / small], [float(x) for x in moved], rtol=0, atol=3e-8)
 
 
+@pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("order", direct.ORDERS)
-def test_near_step_holds_every_term_it_takes(order):
+def test_near_step_holds_every_term_it_takes(order, kind):
     state, k = (1.1, 1.2, 1.3), (0.71, 0.73, 0.79)
-    for ours, mine in zip(NEAR[order](*state, *k), near_terms(state, k, order), strict=True):
-        assert max(mine[7], mine[order]) > 0.02
+    steps, summed, factors, _ = kind
+    for ours, mine in zip(steps[order](*state, *k), near_terms(state, k, order, summed, factors), strict=True):
+        assert max(mine[summed], mine[order]) > 0.005
         assert ours == pytest.approx(math.fsum(mine), rel=6 * ULP, abs=0)
 
 
-def test_near_step_leaves_out_no_more_than_it_says():
+@pytest.mark.parametrize("kind", KINDS)
+def test_near_step_leaves_out_no_more_than_it_says(kind):
+    steps, summed, factors, _ = kind
     rng = np.random.default_rng(33)
     seen = []
     for _ in range(500 // FEWER):
@@ -124,24 +135,29 @@ def test_near_step_leaves_out_no_more_than_it_says():
         size, angle, h = 10 ** rng.uniform(-3, -1), rng.uniform(0, 2 * np.pi), rng.uniform(0.2, 0.5)
         state, k = (1.0, size * math.cos(angle), size * math.sin(angle)), c * h
         x = np.abs(k).max()
-        apart = np.array(taylor_steps.near_step_12(*state, *k)) - taylor_steps.step_12(*state, *k)
+        apart = np.array(steps[12](*state, *k)) - taylor_steps.step_12(*state, *k)
         # from the docstring's two terms, for one step; 1.2 for the terms that follow the first one left out
-        spin, coupling = (1.2 * size**2 * bound for bound in ((2 * x) ** 8 / 80640, (2 * x) ** 6 / 2880))
+        spin, coupling = (
+            1.2 * size**2 * (2 * x) ** n / (share * math.factorial(n))
+            for n, share in ((summed + 1, 2), (factors + 2, 4))
+        )
         assert abs(apart[0]) <= spin + 1e-15
         assert np.hypot(*apart[1:]) <= coupling * size + 1e-16
         seen.append(np.hypot(*apart[1:]) / (coupling * size))
     assert max(seen) > 0.01  # and not a hundred times less everywhere
 
 
+@pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("samples", [1, 64, 1000])
-def test_a_near_run_keeps_its_share_of_the_tolerance(samples):
+def test_a_near_run_keeps_its_share_of_the_tolerance(samples, kind):
+    steps, _, _, allowed = kind
     # of the size at which the near step is only just allowed, about every axis
     for axis, c in enumerate((np.array(rigid_body.euler_coefficients(1.0, 0.6, 1.58)), np.array([0.9, -0.9, 0.9])), 1):
         h, tolerance = 0.5 / np.abs(c).max(), 1e-10
-        size = max(10**-e for e in np.arange(2, 9, 0.1) if direct.is_near(0.5, 10**-e, samples, tolerance))
+        size = max(10**-e for e in np.arange(2, 9, 0.1) if allowed(0.5, 10**-e, samples, tolerance))
         state = near = (1.0, 0.8 * size, 0.6 * size)
         for _ in range(samples):
-            state, near = taylor_steps.step_12(*state, *(c * h)), taylor_steps.near_step_12(*near, *(c * h))
+            state, near = taylor_steps.step_12(*state, *(c * h)), steps[12](*near, *(c * h))
             if np.hypot(*state[1:]) > size:  # it has grown out of the size that it was allowed for
                 break
             apart = np.hypot(near[1] - state[1], near[2] - state[2]) / size
@@ -155,6 +171,10 @@ def test_what_is_near():
     assert not direct.is_near(0.5, 1.7e-5, 10_000, 1e-10)
     assert not direct.is_near(1.0, 1e-9, 64, 1e-10)
     assert not direct.is_near(math.nan, 1e-9, 64, 1e-10)
+    assert direct.is_nearest(0.2, 1.7e-5, 64, 1e-10)
+    assert not direct.is_nearest(0.5, 1.7e-5, 64, 1e-10)
+    assert not direct.is_nearest(0.51, 1e-9, 64, 1e-10)
+    assert not direct.is_nearest(math.nan, 1e-9, 64, 1e-10)
 
 
 @pytest.mark.parametrize("order", direct.ORDERS)
@@ -210,8 +230,11 @@ def test_the_choice_keeps_the_tolerance_with_the_least_work(x, size, samples, ex
     chosen, steps = direct.choose(x, size, coefficients, samples, tolerance)
     assert (chosen < 0) == direct.is_near(x, size, samples, tolerance)
     allowed = tolerance * (1 - direct.NEAR_SHARE) if chosen < 0 else tolerance
-    assert left_out(abs(chosen), steps, x, size, samples) <= allowed * (1 + 1e-12)
-    work = steps * (abs(chosen) * (abs(chosen) + 1) + 40)
+    nearest = chosen < -direct.NEAREST
+    assert nearest == (chosen < 0 and direct.is_nearest(x, size, samples, tolerance))
+    chosen = abs(chosen) % direct.NEAREST
+    assert left_out(chosen, steps, x, size, samples) <= allowed * (1 + 1e-12)
+    work = steps * (chosen * (chosen + 1) + 40)
     for order in direct.ORDERS:
         cheaper = math.ceil(work / (order * (order + 1) + 40)) - 1
         assert cheaper < 1 or left_out(order, cheaper, x, size, samples) > allowed * (1 - 1e-12)
@@ -223,7 +246,7 @@ def test_the_choice_at_the_ends_of_its_range():
     border = left_out(12, 1, 0.5, 1e-3, 64)
     assert direct.choose(0.5, 1e-3, small, 64, border * (1 + 1e-12)) == (12, 1)
     assert direct.choose(0.5, 1e-3, small, 64, border * (1 - 1e-6)) == (10, 2)
-    assert direct.choose(0.0, 1e-6, small, 64, 1e-10) == (-8, 1)
+    assert direct.choose(0.0, 1e-6, small, 64, 1e-10) == (-108, 1)
     assert direct.choose(math.nan, 1e-3, small, 64, 1e-10) == (8, 1)
     assert direct.choose(0.5, 1.0, large, 64, 1e-60)[1] == 10_000
     assert direct.choose(1e20, 1.0, large, 64, 1e-10)[1] == 10_000

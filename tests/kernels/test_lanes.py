@@ -12,6 +12,8 @@ from kernels import direct, exact, linear, rigid_body, statuses, survey, taylor_
 FEWER = 40 if config.DISABLE_JIT else 1  # lanes in plain Python are slow
 STEPS = {8: taylor_steps.step_8, 10: taylor_steps.step_10, 12: taylor_steps.step_12}
 STEPS |= {-8: taylor_steps.near_step_8, -10: taylor_steps.near_step_10, -12: taylor_steps.near_step_12}
+NEAREST = (taylor_steps.nearest_step_8, taylor_steps.nearest_step_10, taylor_steps.nearest_step_12)
+STEPS |= dict(zip((-108, -110, -112), NEAREST, strict=True))
 
 
 def bodies(count, seed, epsilon=1e-6):
@@ -96,7 +98,7 @@ BROKEN = """
 import numpy as np
 from kernels import taylor_steps
 for order in (8, 10, 12):
-    for name in (f"step_{order}", f"near_step_{order}"):
+    for name in (f"step_{order}", f"near_step_{order}", f"nearest_step_{order}"):
         def broken(a, b, c, ka, kb, kc, step=getattr(taylor_steps, name)):
             a, b, c = step(a, b, c, ka, kb, kc)
             return a, b, c * (1 + DEFECT)
@@ -136,7 +138,10 @@ def test_the_exact_propagator_measures_the_same():
     # both are within 1e-12 of the truth, which (Omega h)² in the recurrence amplifies for small rates
     scale = points["omega0"] ** 2
     np.testing.assert_allclose(columns["omega_squared"] / scale, stepped["omega_squared"] / scale, rtol=0, atol=1e-10)
-    assert columns["perturbation_drift"].max() < 1e-13
+    # roundings of a motion that falls before it grows have grown by e^(lambda t), up to 1e3 here, when it is small
+    growing, drift = columns["growth_rate"] > 0, columns["perturbation_drift"]
+    assert drift[~growing].max() < 1e-14
+    assert drift[growing].max() < 3e-13
 
 
 def test_work_that_nobody_asked_for_changes_no_other_column():

@@ -20,7 +20,7 @@ def test_the_script_runs_alone_and_needs_no_library(tmp_path):
 def test_a_step_takes_as_many_multiply_adds_as_are_counted():
     # the docstring of kernels.direct: 108, 165 and 234 by the whole step, one a product and one a term's factor
     steps = {f.name: f for f in ast.parse(writer.text()).body if isinstance(f, ast.FunctionDef)}
-    assert list(steps) == [f"{kind}step_{order}" for kind in ("", "near_") for order in writer.ORDERS]
+    assert list(steps) == [f"{kind}step_{order}" for kind in ("", "near_", "nearest_") for order in writer.ORDERS]
     for order, counted in zip(writer.ORDERS, (108, 165, 234), strict=True):
         products = [
             node

@@ -80,8 +80,10 @@ def test_csv_and_netcdf_hold_the_same_numbers(tmp_path):
     ("system", "duration", "samples", "words"),
     [
         ("rigid_body", -1.0, None, "--duration: -1.0"),
+        ("rigid_body", 0.0, None, "--duration: 0.0"),
         ("rigid_body", math.nan, None, "--duration: nan"),
         ("rigid_body", None, 1, "--samples: 1"),
+        ("rigid_body", None, 10_000_001, "--samples: 10000001"),
         ("pendulum", None, None, "pendulum has no motion"),
     ],
 )
@@ -90,6 +92,11 @@ def test_what_cannot_be_followed_is_refused(system, duration, samples, words):
         motion.of(systems.resolve(system), POINT, duration, samples, 1e-10)
     assert words in str(refused.value)
     assert "allowed: " in str(refused.value)
+
+
+def test_two_samples_of_any_duration_are_a_motion():
+    moved = motion.of(systems.resolve("rigid_body"), POINT, 1e-3, 2, 1e-10)
+    assert moved.time.values.tolist() == [0.0, 1e-3]
 
 
 def test_a_motion_that_doubles_cannot_hold_is_refused():

@@ -4,8 +4,10 @@ import hashlib
 import json
 import re
 
+import netCDF4
 import numpy as np
 import pytest
+import xarray as xr
 
 import sweeps
 from sweeps.__main__ import main
@@ -13,7 +15,8 @@ from sweeps.maps import storage
 from sweeps.points import catalogue
 from sweeps.points.loading import read
 from sweeps.schema.reading import file_text, plain, read_text
-from sweeps.shards import merging
+from sweeps.schema.refusals import MapError
+from sweeps.shards import content, merging
 from sweeps.shards.shard import write_shard
 
 DEFINITION = {
@@ -171,10 +174,72 @@ def test_the_triangle_has_every_point_and_the_named_bodies(folder):
     ends = {"I1_over_I3": {"start": 0.1, "stop": 0.9, "num": 6}, "room": {"start": 0.1, "stop": 0.9, "num": 6}}
     ds = sweeps.survey({"grid": {"ratios": ends, "omega0": 1.0}})
     large = figure_triangle.draw(ds).axes[0]
-    dots = next(c for c in large.collections if c.get_gid() == "cells")
-    np.testing.assert_allclose(dots.get_offsets()[:, 1], ds["I2"].values)
-    assert np.abs(dots.get_array()).max() < 1  # no body's nudge is faster than its spin
+    cells = next(c for c in large.collections if c.get_gid() == "cells").get_array()
+    assert np.abs(cells).max() < 1  # no body's nudge is faster than its spin
+    n = len(cells)
+    rate = np.sign(ds["omega_squared"].sel(axis=2)) * np.sqrt(np.abs(ds["omega_squared"].sel(axis=2)))
+    for i, j in ((0, 0), (0, 5), (3, 2), (5, 0), (5, 5)):  # each body's cell is where its moments are
+        here = float(cells[int(ds["I2"].values[i, j, 0] * n), int(ds["I1"].values[i, 0] * n)])
+        assert here == float(rate.values.reshape(6, 6)[i, j])
+    inside = ~np.ma.getmaskarray(np.ma.masked_invalid(cells))
+    # the square of cells that reaches from 0.02 to 0.98, mapped: its area is (0.98² - 0.02²)/2 · 0.96
+    assert inside.mean() == pytest.approx(0.5 * (0.98**2 - 0.02**2) * 0.96, abs=3e-3)
     assert {"tennis racket", "Earth, Moon, Mars", "thin plate"} <= {text.get_text() for text in large.texts}
+
+
+SHAPES = {
+    "axes": [2],
+    "grid": {
+        "ratios": {"I1_over_I3": [0.2, 0.6, 0.9], "room": {"start": 0.1, "stop": 0.7, "num": 4}},
+        "I3": [1.0, 2.0],
+        "omega0": 1.0,
+    },
+    "shards": 2,
+}
+
+
+@pytest.fixture(scope="module")
+def shapes(tmp_path_factory):
+    """The path of a map of a grid of shapes, merged from two shards."""
+    folder = tmp_path_factory.mktemp("shapes")
+    sweep = read(SHAPES, "shapes_here")
+    for number in (1, 2):
+        write_shard(sweep, number, 2, folder / f"{number}-of-2.nc")
+    merging.merge(sweep, [folder], folder / "map.nc")
+    return folder / "map.nc"
+
+
+def test_a_grid_of_shapes_has_moments_along_its_dimensions(shapes):
+    made = sweeps.survey(SHAPES)
+    with sweeps.open_map(shapes) as ds:
+        assert (ds["I1"].dims, ds["I2"].dims) == (("I1_over_I3", "I3"), ("I1_over_I3", "room", "I3"))
+        xr.testing.assert_equal(ds.load(), made.load())
+        assert ds.attrs["content_hash"] == content.hashed(made).hexdigest()
+        assert float((ds.I1 + ds.I2 - ds.I3).min()) > 0  # every point is a body
+        assert int((ds["triangle_margin"] < 0).sum()) == 0
+    with netCDF4.Dataset(shapes) as file:  # CF: auxiliary coordinates are named by every variable
+        assert file["omega_squared"].coordinates == "I1 I2"
+    assert main(["verify", str(shapes), "--points", "3"]) == 0
+
+
+def test_a_shape_is_found_by_its_moments(shapes, capsys):
+    asked = ["--I1", "1.21", "--I2", "1.5", "--I3", "1.9"]  # x = 0.6, y = 0.76: room 0.6
+    assert main(["point", str(shapes), "--json", *asked]) == 0
+    point = json.loads(capsys.readouterr().out)["point"]
+    found = [point[name]["value"] for name in ("I1_over_I3", "room", "I1", "I2", "I3")]
+    assert found == pytest.approx([0.6, 0.5, 1.2, 1.4, 2.0])
+    assert main(["point", str(shapes), "--I1", "1.21"]) == 2
+    assert "--room 0.1, 0.3, 0.5, 0.7, or --I2" in capsys.readouterr().err
+
+
+def test_moments_of_shapes_along_other_dimensions_are_refused(shapes, tmp_path):
+    with xr.open_dataset(shapes, engine="netcdf4") as ds:
+        ds = ds.load()
+    for name, dims in (("I1", ("room", "I3")), ("I2", ("room", "I1_over_I3", "I3"))):
+        sizes = [ds.sizes[dim] for dim in dims]
+        ds.assign_coords({name: (dims, np.ones(sizes))}).to_netcdf(tmp_path / f"{name}.nc", engine="netcdf4")
+        with pytest.raises(MapError, match=f"{name}: lies along {' × '.join(dims)}; allowed"):
+            sweeps.open_map(tmp_path / f"{name}.nc")
 
 
 def test_the_report_holds_the_points(path, tmp_path):
@@ -231,9 +296,13 @@ def test_the_definitions_of_the_readme_run(tmp_path):
     drawn, listed, shaped = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)[:3]
     (tmp_path / "bodies.csv").write_text("I1 (kg m2),I2 (kg m2),omega0 (rpm)\n0.5,0.9,60\n0.7,0.9,30\n")
     ends = "grid: {I1: {start: 0.5, stop: 0.9}, I2: 0.8, I3: 1.0, omega0: 1.0}\n"
-    for text, size in ((drawn + ends, 1_000_000), (listed, 2), (shaped, 2_500)):
+    of_shapes = ("axis", "I1_over_I3", "room")
+    for text, dims, shape in (
+        (drawn + ends, ("point", "axis"), (1_000_000, 3)),
+        (listed, ("point", "axis"), (2, 3)),
+        (shaped, of_shapes, (3, 50, 50)),
+    ):
         (tmp_path / "my.yaml").write_text(text)
         grid = read(tmp_path / "my.yaml").grid
-        assert grid.dims[:2] == ("point", "axis")
-        assert grid.shape[0] == size
+        assert (grid.dims[: len(dims)], grid.shape[: len(dims)]) == (dims, shape)
         assert np.isfinite(grid.points(0, 3)["I1"]).all()

@@ -19,13 +19,14 @@ from sweeps.shards import shard as shards
 
 TINY = read(catalogue.shipped()["tiny"])
 TOP = read({"system": "symmetric_top", "grid": {"ratio": [0.5, 1.0, 1.7], "omega3": [-2.0, 1.0], "half_angle": 30.0}})
-PENDULUM = read({"system": "pendulum", "grid": {"length": [0.5, 1.0]}})
+PENDULUM = {"system": "pendulum", "grid": {"length": [0.5, 1.0]}}  # its equations are derived where they are needed
 COLLAPSED = read(
     {"grid": {"I1": [1.0, 2.0], "I2": 3.0, "I3": 4.0, "omega0": [1.0, 2.0]}, "integration": {"collapse": True}}
 )
 
 
 def made(folder, definition):
+    definition = read(definition) if isinstance(definition, dict) else definition
     shards.write_shard(definition, 1, 1, folder / "1-of-1.nc")
     merging.merge(definition, [folder / "1-of-1.nc"], folder / "stability_map.nc")
     (folder / "1-of-1.nc").unlink()
@@ -121,7 +122,7 @@ def shift(path, by):
     return sealed(path)
 
 
-ROTOR = read({"system": "rotor", "grid": {"spin_rate": [0.5, 2.0, 4.5], "internal_damping": 0.1, "stiffness_y": 1.5}})
+ROTOR = {"system": "rotor", "grid": {"spin_rate": [0.5, 2.0, 4.5], "internal_damping": 0.1, "stiffness_y": 1.5}}
 
 
 @pytest.fixture(scope="module")

@@ -15,9 +15,10 @@ from hypothesis import strategies as st
 from pydantic import BaseModel, ValidationError
 from strategies import ranges, sweeps
 
+from kernels import rigid_body
 from sweeps import systems as registry
 from sweeps.points import catalogue
-from sweeps.points.loading import load
+from sweeps.points.loading import load, read
 from sweeps.schema.definition import Definition
 from sweeps.schema.refusals import DefinitionError, models_in
 from sweeps.systems.rigid_body.definition import PROPAGATORS, Body, GridEntries
@@ -131,7 +132,7 @@ LOOKS_LIKE_ANOTHER_TYPE = st.sampled_from(
 
 
 @given(PRINTABLE | LOOKS_LIKE_ANOTHER_TYPE)
-@settings(max_examples=30, deadline=None, derandomize=True)
+@settings(max_examples=15, deadline=None, derandomize=True)
 def test_text_stays_text_in_the_written_yaml(tmp_path_factory, title):
     mapping = with_grid() | {"title": title}
     path = written(tmp_path_factory.mktemp("text"), load(mapping).text)
@@ -737,31 +738,31 @@ def shipped(name):
     return load(catalogue.FOLDER / f"{name}.yaml")
 
 
+RACKET = {"I1": 0.00121, "I2": 0.01638, "I3": 0.01748, "omega0": 10.0}  # Ashbaugh et al. (1991), footnote 4
+
+
+def default_points():
+    """The default sweep's points about one axis, all of them."""
+    grid = read(catalogue.FOLDER / "tennis_racket.yaml").grid
+    assert (grid.size, grid.shape[0]) == (331_776, 3)
+    return grid.points(0, grid.size // 3)
+
+
 def test_the_racket_stands_on_its_grid():
-    grid = shipped("tennis_racket").grid
-    racket = {
-        "I1": 0.00121,
-        "I2": 0.01638,
-        "I3": 0.01748,
-        "omega0": 10.0,
-    }  # Ashbaugh et al. (1991), footnote 4
-    for name, value in racket.items():
-        entry = getattr(grid, name)
-        assert value in entry.values(np.arange(entry.num)), name
+    away = [np.abs(default_points()[name] / value - 1) for name, value in RACKET.items()]
+    assert np.max(away, axis=0).min() < 4 * np.finfo(float).eps  # ratio, room and two products
 
 
-def test_every_boundary_crosses_the_racket_map():
-    grid = shipped("tennis_racket").grid
-    spans = [(entry.start, entry.stop) for entry in (grid.I1, grid.I2, grid.I3)]
-    lowest, highest = max(low for low, _ in spans), min(high for _, high in spans)
-    assert highest > 10 * lowest
+def test_every_point_of_the_racket_map_is_a_body():
+    points = default_points()
+    assert rigid_body.triangle_margin(points["I1"], points["I2"], points["I3"]).min() > 0
 
 
-def test_the_racket_map_says_how_many_of_its_bodies_cannot_exist():
-    grid = shipped("tennis_racket").grid
-    I1, I2, I3 = np.meshgrid(*(e.values(np.arange(e.num)) for e in (grid.I1, grid.I2, grid.I3)), indexing="ij")
-    share = np.mean(2 * np.maximum(np.maximum(I1, I2), I3) > I1 + I2 + I3)
-    assert f" {100 * share:.0f} % are bodies that cannot exist" in (catalogue.FOLDER / "tennis_racket.yaml").read_text()
+def test_the_boundary_crosses_the_racket_map():
+    points = default_points()
+    assert (points["I3"] > np.maximum(points["I1"], points["I2"])).all()  # about axis 3 all are stable
+    assert 0.2 < np.mean(points["I1"] > points["I2"]) < 0.5
+    assert (points["I1"] != points["I2"]).all()  # and none is marginal
 
 
 @pytest.mark.parametrize("name", ["bodies", "breakdown"])

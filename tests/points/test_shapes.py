@@ -18,19 +18,35 @@ def points(sweep):
 
 
 def test_a_square_becomes_the_triangle_of_all_bodies():
-    sweep = shaped(more={"I3": 2.0})
-    assert sweep.grid.dims == ("point", "axis", "I3", "omega0", "epsilon", "phase")
-    I1, I2, I3 = points(sweep)
-    assert np.array_equal(I1.reshape(5, 3)[:, 0], 2 * np.linspace(0.1, 0.9, 5))
-    flat, middle, round_ = I2.reshape(5, 3).T
-    np.testing.assert_allclose(flat + I1[::3], I3[::3], rtol=1e-15)  # I1 + I2 = I3
-    assert np.array_equal(round_, I3[::3])  # I2 = I3
+    grid = shaped(more={"I3": 2.0}).grid
+    assert grid.dims == ("axis", "I1_over_I3", "room", "I3", "omega0", "epsilon", "phase")
+    assert grid.shape == (1, 5, 3, 1, 1, 1, 1)
+    (over_I1, I1), (over_I2, I2) = grid.auxiliary["I1"], grid.auxiliary["I2"]
+    assert (over_I1, over_I2) == (("I1_over_I3", "I3"), ("I1_over_I3", "room", "I3"))
+    I1, I2 = np.asarray(I1), np.asarray(I2)
+    assert np.array_equal(I1[:, 0], 2 * np.linspace(0.1, 0.9, 5))
+    flat, middle, round_ = I2[..., 0].T
+    np.testing.assert_allclose(flat + I1[:, 0], 2.0, rtol=1e-15)  # I1 + I2 = I3
+    assert np.array_equal(round_, np.full(5, 2.0))  # I2 = I3
     np.testing.assert_allclose(middle, (flat + round_) / 2, rtol=1e-15)
+
+
+def test_moments_along_dimensions_are_those_of_the_points():
+    grid = shaped(more={"I3": [0.5, 2.0, 3.0], "omega0": [1.0, -2.0]}).grid
+    whole = grid.points(0, grid.size)
+    for name, (dims, values) in grid.auxiliary.items():
+        shape = [n if dim in dims else 1 for dim, n in zip(grid.dims, grid.shape, strict=True)]
+        spread = np.broadcast_to(np.asarray(values).reshape(shape), grid.shape)
+        assert np.array_equal(spread.reshape(-1), whole[name])
+        part = tuple(slice(1, n) for n in values.shape)
+        assert np.array_equal(values[part], np.asarray(values)[part])
+    second = [sum(whole[n] for n in ("I1", "I2", "I3")) / 2 - whole[n] for n in ("I1", "I2", "I3")]
+    assert min(moment.min() for moment in second) > -1e-15
 
 
 def test_every_point_is_a_body_and_any_part_is_that_part():
     grid = read(catalogue.FOLDER / "shapes.yaml").grid
-    assert grid.shape[:2] == (1_000_000, 3)
+    assert grid.shape[:3] == (3, 1000, 1000)
     for start in (0, 1_500_000, grid.size - 999):
         part = grid.points(start, start + 999)
         second = [
@@ -40,6 +56,8 @@ def test_every_point_is_a_body_and_any_part_is_that_part():
         ]
         assert min(moment.min() for moment in second) > 0
         assert max(part["I1"].max(), part["I2"].max()) < 1
+        room = (np.arange(start, start + 999) % 1000 + 0.5) / 1000
+        np.testing.assert_allclose(part["I2"], 1 - part["I1"] * (1 - room), rtol=0, atol=1e-14)
 
 
 def test_drawn_shapes_fill_the_triangle_evenly():
@@ -59,6 +77,14 @@ def test_shapes_and_another_range_are_drawn_together():
     assert np.unique(sweep.grid.points(0, 64)["omega0"]).size == 64
 
 
+def test_shapes_are_drawn_with_sizes():
+    sweep = shaped(more={"I3": {"start": 1.0, "stop": 9.0}}, sample={"num": 64})
+    I1, I2, I3 = points(sweep)
+    assert np.unique(I3).size == 64
+    assert (I1 / I3 <= 0.9).all()
+    assert (I1 + I2 >= I3 * (1 - 1e-15)).all()
+
+
 @pytest.mark.parametrize(
     ("values", "words"),
     [
@@ -70,8 +96,9 @@ def test_shapes_and_another_range_are_drawn_together():
         ({"ratios": {"room": 0.5}}, "grid.ratios.I1_over_I3: (nothing) is missing"),
         ({"ratios": 5}, "grid.ratios: 5 is not a mapping; allowed: shapes of bodies"),
         ({"ratios": {"I1_over_I3": 1.0, "room": 0.0}}, "grid.ratios.room: 0.0 reaches 0; allowed: room above 0"),
-        ({"more": {"I1": 1.0}}, "is given beside I1; allowed: ratios (and I3, a number)"),
-        ({"more": {"I3": [1.0, 2.0]}}, "grid.I3: [1.0, 2.0] is no number"),
+        ({"more": {"I1": 1.0}}, "is given beside I1; allowed: ratios (and I3), or moments"),
+        ({"more": {"I3": [1.0, 2.0]}, "sample": {"num": 3}}, "grid.I3: [1.0, 2.0] is a list beside sample"),
+        ({"more": {"I3": -1.0}}, "grid.I3: -1.0"),
         ({"bodies": [{"name": "A", "I1": 1.0, "I2": 1.0, "I3": 1.0}]}, "is given beside bodies"),
         ({"ratios": SQUARE | {"room": [0.1, 0.2]}, "sample": {"num": 3}}, "grid.ratios.room: [0.1, 0.2] is a list"),
     ],

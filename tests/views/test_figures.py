@@ -22,9 +22,11 @@ from sweeps.systems.rigid_body import (
     figure_breakdown,
     figure_flip,
     figure_stability,
+    figure_triangle,
     fits,
     wording,
 )
+from sweeps.systems.rigid_body import system as rigid_body
 from sweeps.views import figures, films
 
 GRIDS = {
@@ -66,11 +68,27 @@ def tiny():
     return sweeps.survey("tiny")
 
 
+AROUND_A_RACKET = {
+    "title": "Around a tennis racket",
+    "grid": {
+        "I1": {"start": 0.00121, "stop": 0.02904, "num": 24},
+        "I2": {"start": 0.001638, "stop": 0.039312, "num": 24},
+        "I3": {"start": 0.002185, "stop": 0.05244, "num": 24},
+        "omega0": 10.0,
+    },
+}
+
+
 @pytest.fixture(scope="module")
 def racket():
-    """A tenth of the default sweep's points, with all values of the moments that its picture shows."""
+    return sweeps.survey(AROUND_A_RACKET)
+
+
+@pytest.fixture(scope="module")
+def shapes():
+    """The default sweep at one size and one rate of spin."""
     whole = dict(read_text(catalogue.shipped()["tennis_racket"].read_text()))
-    return sweeps.survey(whole | {"grid": dict(whole["grid"]) | {"omega0": 10.0}})
+    return sweeps.survey(whole | {"grid": dict(whole["grid"]) | {"I3": 0.01748, "omega0": 10.0}})
 
 
 @pytest.fixture(scope="module")
@@ -233,7 +251,7 @@ def test_other_commands_do_without_matplotlib():
 # Stability maps
 
 
-def test_the_default_picture_goes_through_the_racket(racket):
+def test_the_picture_goes_through_the_racket(racket):
     shown, fixed = figure_stability.planes(racket)
     assert shown == ("I1", "I2")
     assert fixed == {"I3": 0.01748, "omega0": 10.0, "epsilon": 1e-6, "phase": 0.6}
@@ -319,6 +337,43 @@ def test_what_is_not_ok_is_marked(racket):
     ax = figure_stability.draw(ds, 1).axes[0]
     (marks,) = drawn(ax, "status 2")
     assert [values.tolist() for values in marks.get_data()] == [[0.00121], [0.01638]]
+
+
+@pytest.mark.parametrize("axis", [1, 2, 3])
+def test_the_default_picture_is_the_triangle_with_each_body_in_its_place(shapes, axis):
+    ax = figure_triangle.draw_axis(shapes, axis).axes[0]
+    cells = next(c for c in ax.collections if c.get_gid() == "cells").get_array()
+    rate = fits.signed_rate(shapes.omega_squared.sel(axis=axis).squeeze().values, 10.0)
+    x, y = shapes.I1.values[:, 0] / 0.01748, shapes.I2.values[..., 0] / 0.01748
+    rng, n = np.random.default_rng(5), len(cells)
+    for i, j in zip(rng.integers(0, 72, 50), rng.integers(0, 64, 50), strict=True):
+        if x[i] > 0.3:  # half a body's cell is x/132 high there, half a cell of the picture 0.001
+            assert cells[int(y[i, j] * n), int(x[i] * n)] == rate[i, j]
+    drawn = np.ma.masked_invalid(cells)
+    row, column = np.mgrid[:n, :n] / n + 0.5 / n
+    assert np.ma.getmaskarray(drawn)[row + column < 1].all()  # no body has these moments
+    line = {line.get_gid() for line in ax.lines}
+    assert ("I1 = I2" in line) == (axis != 3)
+    assert {"tennis racket", "sphere"} <= {text.get_text() for text in ax.texts}
+
+
+def test_the_default_shows_its_racket(shapes):
+    assert figure_flip.racket(shapes)["body"] == "Tennis racket"
+    opening = rigid_body.SYSTEM.opening(shapes)
+    assert opening.plane == ("I1_over_I3", "room")
+    at = shapes.sel(opening.at)
+    assert [float(at[name]) for name in ("I1", "I2", "I3")] == pytest.approx([0.00121, 0.01638, 0.01748], rel=1e-14)
+    assert int(at["axis"]) == 2
+    assert figure_flip.racket(shapes.isel(I1_over_I3=slice(5, None))) is None
+
+
+def test_shapes_that_are_not_ok_are_marked(shapes):
+    ds = shapes.copy(deep=True)
+    ds["status"][:] = 0
+    ds["status"][0, 4, 5] = 2
+    ax = figure_triangle.draw_axis(ds, 1).axes[0]
+    (marks,) = drawn(ax, "status 2")
+    assert [float(values[0]) for values in marks.get_data()] == pytest.approx([0.00121 / 0.01748, 0.01638 / 0.01748])
 
 
 def test_one_moment_is_a_curve():

@@ -1084,7 +1084,8 @@ def test_a_page_prints_on_one_sheet(visit, plane_path, folder):
 
 DRAWN = {
     "axes": [1, 2],
-    "grid": {"ratios": {"I1_over_I3": [0.3, 0.6, 0.9], "room": [0.2, 0.7]}, "I3": 1.0, "omega0": 1.0},
+    "grid": {"ratios": {"I1_over_I3": {"start": 0.3, "stop": 0.9}, "room": {"start": 0.2, "stop": 0.7}}, "omega0": 1.0},
+    "sample": {"num": 6},
 }
 OPEN_ALL = "document.querySelectorAll('details').forEach((details) => (details.open = true))"
 
@@ -1191,3 +1192,71 @@ def test_the_body_is_seen_from_space_and_from_itself(opened):
     drawn = page.evaluate("document.getElementById('herpolhode-canvas').toDataURL()")
     page.get_by_label("time", exact=True).fill("700")
     assert page.evaluate("document.getElementById('herpolhode-canvas').toDataURL()") != drawn
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Shapes: the plane is the triangle of all bodies
+
+SHAPES = {
+    "axes": [1, 2],
+    "grid": {
+        "ratios": {"I1_over_I3": {"start": 0.1, "stop": 0.9, "num": 9}, "room": {"start": 0.1, "stop": 0.9, "num": 9}},
+        "I3": [1.0, 2.0],
+        "omega0": 1.0,
+    },
+}
+
+
+@pytest.fixture(scope="module")
+def shapes():
+    return sweeps.survey(SHAPES)
+
+
+def test_coordinates_keep_their_digits_where_others_are_shortened():
+    noise = np.random.default_rng(3).random(4000)
+    both = [report_columns.PageColumn("rate", noise), report_columns.PageColumn("I2", noise, exact=True)]
+    whole = sum(len(report_columns.pack(column).text) for column in both)
+    rate, moment = report_columns.pack_within(both, whole - 1)
+    assert (rate.dtype, moment.dtype, moment.exponent) == ("f4", "f8", 0)
+
+
+def test_moments_of_shapes_are_coordinates_of_the_page(shapes, folder):
+    report.write(shapes, folder / "shapes.html")
+    page = (folder / "shapes.html").read_text()
+    told = json.loads(re.search(r'<script[^>]*id="map-data"[^>]*>(.*?)</script>', page, re.DOTALL)[1])
+    found = {one["name"]: (one["role"], one["dtype"], one["powers"].get("I3")) for one in told["variables"]}
+    assert found["I1"] == found["I2"] == ("coordinate", "f8", -1)
+
+
+@pytest.mark.slow
+def test_shapes_are_drawn_on_their_triangle(visit, shapes, folder):
+    report.write(shapes, folder / "shapes.html")
+    opened = visit(folder / "shapes.html", "#axis=1&I1=1.6&I2=1.04&I3=2")  # x = 0.8, y = 0.52: room 0.4
+    page = opened.page
+    assert "no I₁" not in page.locator("#link-notice").inner_text()
+    values = [float(opened.row(name)[0]) for name in ("axis", "I1_over_I3", "room", "I1", "I2", "I3")]
+    assert values == pytest.approx([1, 0.8, 0.4, 1.6, 1.04, 2.0], rel=1e-15)
+    assert page.evaluate("document.getElementById('map')._fullLayout.yaxis.title.text") == "I₂/I₃"
+    x, y, cells = page.evaluate(
+        """(({ x, y, cells }) =>
+            [x, y, cells.map((row) => row.map(({ exists, value, place }) => [exists, value, place]))]
+        )(polhode.map.plane)"""
+    )
+    rate = shapes.omega_squared.isel(axis=0, I3=1).squeeze()
+    signed = (np.sign(rate) * np.sqrt(np.abs(rate))).values
+    for j, up in enumerate(y):
+        for i, across in enumerate(x):
+            exists, value, place = cells[j][i]
+            room = 1 - (1 - up) / across
+            assert exists == (0 <= room <= 1)
+            if value is not None and math.isfinite(value):
+                nearest = int(np.abs(shapes.room.values - room).argmin())
+                assert (place[1], value) == (i, pytest.approx(signed[i, nearest], rel=1e-12))
+                assert place[2] == nearest
+    up = int(np.abs(np.array(y) - 0.95).argmin())
+    page.mouse.click(*opened.center(4, up))  # I1/I3 = 0.5, I2/I3 = 0.95: room 0.9
+    opened.until("polhode.state.place[1] === 4 && polhode.state.place[2] === 8")
+    page.locator("#map-table summary").click()
+    opened.until("document.querySelectorAll('#map-table tbody td').length === 81")
+    assert "81 points" in page.locator("#map-summary").inner_text()
+    assert "cannot exist" not in page.locator("#map-summary").inner_text()

@@ -3,9 +3,9 @@
 from typing import Annotated
 
 from kernels.statuses import STATUSES
-from sweeps.schema import parameters
+from sweeps.schema import quantities
 from sweeps.schema.layout import Layout
-from sweeps.schema.parameters import Parameter, Quantity
+from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.values import Epsilon, whole
 from sweeps.schema.variables import Role, Variable, table
 
@@ -104,7 +104,7 @@ NUDGE = (
     ),
 )
 
-COORDINATES = parameters.coordinates(NUDGE) | table(  # beside the parameters
+COORDINATES = quantities.coordinates(NUDGE) | table(  # beside the parameters
     Variable("equilibrium", None, "equilibrium", "str"),
     Variable("eigenvalue", "1", "eigenvalue, by ascending imaginary, then real part", "i1"),
 )

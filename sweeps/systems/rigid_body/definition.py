@@ -11,6 +11,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, PrivateAttr, Valida
 from sweeps.schema.definition import Definition, Integration
 from sweeps.schema.parameters import grid_model
 from sweeps.schema.refusals import Problem, description_of, display, hint, keys_of, refusal, refusals
+from sweeps.schema.strict import Strict
 from sweeps.schema.values import (
     Axis,
     Epsilon,
@@ -18,7 +19,6 @@ from sweeps.schema.values import (
     Phase,
     Positive,
     Prose,
-    Strict,
     ascending,
     choice,
     different,

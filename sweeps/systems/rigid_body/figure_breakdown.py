@@ -10,6 +10,8 @@ from matplotlib.lines import Line2D
 
 from sweeps import colors, style
 from sweeps.systems.rigid_body.fits import FIT_ABOVE, FIT_BELOW, breakdown
+from sweeps.systems.rigid_body.spread import moments_over
+from sweeps.systems.rigid_body.variables import MOMENTS
 
 MOST_BODIES = 14
 EXPECTED, TOLERANCE = 2.0, 0.1
@@ -57,7 +59,7 @@ def _subtitle(ds: xr.Dataset, total: int, found: xr.Dataset) -> str:
 def bodies(ds: xr.Dataset) -> tuple[xr.Dataset, int]:
     """At most `MOST_BODIES` bodies of a map over (body, axis, epsilon), evenly strided, and how many it has.
 
-    omega0 and phase, where they are dimensions, are taken at their middle. On a grid of moments each triple of moments
+    omega0 and phase, where they are dimensions, are taken at their middle. On a grid each triple of moments
     is a body, named by it.
     """
     middle = {dim: (ds.sizes[dim] - 1) // 2 for dim in ("omega0", "phase") if dim in ds.dims}
@@ -66,13 +68,13 @@ def bodies(ds: xr.Dataset) -> tuple[xr.Dataset, int]:
     if "body" in ds.dims:
         total = ds.sizes["body"]
         return ds.isel(body=style.few(total, MOST_BODIES)), total
-    triples = list(product(*(range(ds.sizes[name]) for name in ("I1", "I2", "I3"))))
-    parts = []
-    for i, j, k in (triples[n] for n in style.few(len(triples), MOST_BODIES)):
-        part = ds.isel(I1=i, I2=j, I3=k).load()
-        label = ", ".join(style.number(float(part[name]), 3) for name in ("I1", "I2", "I3"))
-        parts.append(part.drop_vars(["I1", "I2", "I3"]).assign_coords(body=f"({label}) kg m²"))
-    return xr.concat(parts, dim="body", coords="minimal", compat="override"), len(triples)
+    over, parts = moments_over(ds), []
+    places = list(product(*(range(ds.sizes[dim]) for dim in over)))
+    for place in (places[n] for n in style.few(len(places), MOST_BODIES)):
+        part = ds.isel(dict(zip(over, place, strict=True))).load()
+        label = ", ".join(style.number(float(part[name]), 3) for name in MOMENTS)
+        parts.append(part.drop_vars({*MOMENTS, *over}).assign_coords(body=f"({label}) kg m²"))
+    return xr.concat(parts, dim="body", coords="minimal", compat="override"), len(places)
 
 
 def _highlighted(found: xr.Dataset) -> list[int]:

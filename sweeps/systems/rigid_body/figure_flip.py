@@ -20,7 +20,7 @@ from PIL import Image
 from kernels import exact
 from kernels.rigid_body import cyclic
 from sweeps import colors, style
-from sweeps.boxes import along, blocks, dimensions
+from sweeps.boxes import along, blocks, changed, dimensions, nearest_by
 from sweeps.systems.rigid_body.look import settings
 from sweeps.systems.rigid_body.solid import Face
 from sweeps.systems.rigid_body.solid import solid as solid_of
@@ -35,11 +35,13 @@ DOTS = 100  # per inch
 TOWARDS = np.array([0.78, -0.52, 0.35])  # where the viewer stands
 LIGHT = np.array([0.35, -0.2, 0.91])
 RACKET = {"I1": 0.00121, "I2": 0.01638, "I3": 0.01748, "axis": 2}  # Brody 1985: shown where it stands on the grid
+PARAMETERS = ("I1", "I2", "I3", "axis", "omega0", "epsilon", "phase")
 THROW = 10.0  # rad/s, near which it is thrown
 TRAIL = 24  # frames
 FINER = 8  # points of the trail a frame
 MOST_ROTATIONS = 8.0  # of a picture: slower flips are shown from just before to just after
 COMPONENTS = tuple(colors.SERIES_COLORS[:3])
+INDICES = "₁₂₃"
 
 
 def most_unstable(ds: "xr.Dataset") -> dict[str, float] | None:
@@ -60,24 +62,29 @@ def most_unstable(ds: "xr.Dataset") -> dict[str, float] | None:
         if np.nanmax(rate, initial=0.0) > most:
             place = tuple(map(int, np.unravel_index(int(np.nanargmax(rate)), rate.shape)))
             most, best = float(rate[place]), part.isel(dict(zip(dims, place, strict=True)))
-    names = ("body", "I1", "I2", "I3", "axis", "omega0", "epsilon", "phase")
+    names = ("body", *PARAMETERS)
     return None if best is None else {name: best[name].values.item() for name in names if name in best.coords}
 
 
 def racket(ds: "xr.Dataset") -> dict[str, float] | None:
     """The point of a tennis racket thrown about its own axis 2; None where none stands on the grid."""
-    if not {*RACKET, "omega0", "epsilon", "phase"} <= set(ds.dims):
+    at = racket_at(ds)
+    if at is None:
         return None
-    near = {name: float(ds[name].values[np.argmin(np.abs(ds[name].values - value))]) for name, value in RACKET.items()}
-    if not np.allclose(list(near.values()), list(RACKET.values()), rtol=1e-9, atol=0.0):
+    values = {name: ds[name].isel({dim: at[dim] for dim in ds[name].dims}).values.item() for name in PARAMETERS}
+    return {"body": "Tennis racket"} | {name: float(value) for name, value in values.items()}
+
+
+def racket_at(ds: "xr.Dataset") -> dict[str, int] | None:
+    """Dimension → number along it of that point."""
+    if "body" in ds.dims or not {*PARAMETERS} <= set(ds.coords) or not all(ds[name].ndim for name in PARAMETERS):
         return None
-    throw = ds["omega0"].values[np.argmin(np.abs(np.abs(ds["omega0"].values) - THROW))]
-    return (
-        {"body": "Tennis racket"}
-        | near
-        | {"omega0": float(throw)}
-        | {name: float(ds[name].values[0]) for name in ("epsilon", "phase")}
-    )
+    wanted = RACKET | {"omega0": THROW}
+    at = {n: int(np.argmin(np.abs(np.abs(ds[n].values) - v))) for n, v in wanted.items() if n in ds.dims}
+    at |= {name: 0 for name in ("epsilon", "phase")}
+    at |= nearest_by(ds, {name: value for name, value in RACKET.items() if name not in ds.dims}, at)
+    near = [ds[name].isel({dim: at[dim] for dim in ds[name].dims}).values.item() for name in RACKET]
+    return at if np.allclose(near, list(RACKET.values()), rtol=1e-9, atol=0.0) else None
 
 
 def start(point: dict[str, float]) -> np.ndarray:
@@ -184,12 +191,16 @@ def _in_few_colors(images: list[np.ndarray]) -> list[Image.Image]:
     steps = np.linspace(0, 255, 32).round().astype(np.uint8)
     cube = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(1, -1, 3)
     table = np.asarray(Image.fromarray(cube).quantize(palette=palette, dither=Image.Dither.NONE)).ravel()
-    made = []
+    made, before, frame = [], None, np.empty(images[0].shape[:2], np.uint8)
     for image in images:
         whole = image.view("<u4")[..., 0]  # of red, the lowest byte, green and blue the five highest bits each
-        number = ((whole & 0xF8) << 7) | ((whole >> 6) & 0x3E0) | ((whole >> 19) & 0x1F)
-        made.append(Image.fromarray(table[number], "P"))
+        box = changed(before, whole)
+        part = whole[box]
+        frame = frame.copy()
+        frame[box] = table[((part & 0xF8) << 7) | ((part >> 6) & 0x3E0) | ((part >> 19) & 0x1F)]
+        made.append(Image.fromarray(frame, "P"))
         made[-1].putpalette(palette.getpalette())
+        before = whole
     return made
 
 
@@ -213,12 +224,13 @@ def _stage(point, moments, omegas, times):
     trace = figure.add_axes((0.13, 0.105, 0.84, 0.22))
     dots = []
     for k, color in enumerate(COMPONENTS):
-        trace.plot(times, omegas[:, k], color=color, linewidth=1.6, label=f"$\\omega_{k + 1}$")
+        trace.plot(times, omegas[:, k], color=color, linewidth=1.6, label=f"ω{INDICES[k]}")
         dots += trace.plot([], [], "o", color=color, markersize=5, animated=True)
     trace.set(xlim=(times[0], times[-1]), xlabel="time (s)", ylabel=f"ω ({style.units('rad s-1')})")
     trace.legend(ncols=3, loc="lower right", bbox_to_anchor=(1.0, 0.98), borderaxespad=0.0, handlelength=1.2)
     for side in ("top", "right"):
         trace.spines[side].set_visible(False)
+    style.plain_ticks(figure)
     return figure, scene, dots
 
 

@@ -11,7 +11,9 @@ from matplotlib.lines import Line2D
 
 from kernels import exact
 from sweeps import colors, style
+from sweeps.boxes import along
 from sweeps.systems.rigid_body.look import LOOK
+from sweeps.systems.rigid_body.spread import moments_over
 from sweeps.systems.rigid_body.variables import MOMENTS
 
 if TYPE_CHECKING:
@@ -135,12 +137,22 @@ def chosen(ds: "xr.Dataset") -> AsymmetricBody | None:
         table = np.column_stack([ds[name].values for name in MOMENTS])
         names, ratios = ds["body"].values.tolist(), ds["moments_are_ratios"].values
     else:
-        few = (ds[name].values[style.few(ds.sizes[name], MOST_MOMENTS)] for name in MOMENTS)
-        table = np.stack(np.meshgrid(*few, indexing="ij"), axis=-1).reshape(-1, 3)
+        table = _some_moments(ds)
         names, ratios = [""] * len(table), np.zeros(len(table), bool)
     score = asymmetry(table)
     best = int(np.argmax(score))
     return AsymmetricBody(names[best], table[best], "" if ratios[best] else "kg m²") if score[best] > 1.0 else None
+
+
+def _some_moments(ds: "xr.Dataset") -> np.ndarray:
+    """Moments of bodies of a grid, thinned along each dimension that they have, shape (n, 3)."""
+    dims, columns = moments_over(ds), []
+    for name in MOMENTS:
+        values = along(ds[name], dims)
+        for k, size in enumerate(values.shape):
+            values = np.take(values, style.few(size, MOST_MOMENTS), axis=k)
+        columns.append(values)
+    return np.stack(np.broadcast_arrays(*columns), axis=-1).reshape(-1, 3)
 
 
 def asymmetry(moments: np.ndarray) -> np.ndarray:

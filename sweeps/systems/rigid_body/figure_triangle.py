@@ -1,17 +1,24 @@
 """The inertia triangle: every shape of body there can be, its spin about each axis, and real bodies on it."""
 
+import math
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from sweeps import colors, style
+from sweeps.boxes import along, dimensions
 from sweeps.systems.rigid_body.fits import signed_rate
-from sweeps.systems.rigid_body.look import LOOK
+from sweeps.systems.rigid_body.look import LOOK, settings
 from sweeps.systems.rigid_body.real import real_bodies
+from sweeps.systems.rigid_body.spread import SHAPE, is_of_shapes
+from sweeps.systems.rigid_body.variables import STATUSES
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 CELLS = 500  # a side of a panel
 LEAST_FILLED = 100_000  # points; fewer are drawn as dots
@@ -20,14 +27,14 @@ COLOR_MAP = "RdBu"
 BEYOND = 1e-9  # of a ratio: rounding
 
 
-def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
+def draw(ds: "xr.Dataset", ax: Axes | None = None) -> Figure | None:
     """A panel for each axis, the middle one's the largest; None where I3 is not the greatest moment of all points.
 
     Args:
-        ds: a map with a dimension `point`, and the moments I1, I2 and I3.
+        ds: a map over a grid of shapes, or with a dimension `point`.
         ax: where; left out, on a figure of its own.
     """
-    if not _is_of_shapes(ds):
+    if not _is_on_triangle(ds):
         return None
     spun = ds["axis"].values.tolist()
     large = 2 if 2 in spun else spun[0]
@@ -39,24 +46,99 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     axes |= {axis: figure.add_subplot(grid[k, 1]) for k, axis in enumerate(others[:2])}
     for axis, ax in axes.items():
         mesh = _panel(ax, ds, axis, axis == large)
+        ax.set_title(f"spun about axis {axis}", **_heading(axis == large))
     _color_bar(figure, axes[large], mesh)
     return figure
 
 
-def _is_of_shapes(ds: xr.Dataset) -> bool:
-    names = {"I1", "I2", "I3", "omega_squared", "omega0", "axis"}
+def draw_axis(ds: "xr.Dataset", axis: int, ax: Axes | None = None) -> Figure | None:
+    """The stability picture about one axis.
+
+    Args:
+        ds: a map over a grid of shapes.
+        axis: spin axis, 1, 2 or 3.
+        ax: where; left out, on a figure of its own.
+    """
+    fixed = {
+        name: float(ds[name].values[i]) for name, i in fixed_at(ds).items() if name in ("omega0", "epsilon", "phase")
+    }
+    subtitle = f"{ds.attrs.get('title', '')}\n{settings(fixed)}".strip()
+    figure = style.canvas(6.4, 6.6, f"Spin about axis {axis}: measured stability", subtitle, footer=0.36, ax=ax)
+    ax = figure.subplots()
+    mesh = _panel(ax, ds, axis, True)
+    _color_bar(figure, ax, mesh)
+    if handles := _mark_untrusted(ax, ds, axis):
+        style.legend(figure, handles)
+    return figure
+
+
+def _is_on_triangle(ds: "xr.Dataset") -> bool:
+    """Whether the map is of shapes, or of points whose greatest moment is the third, and no other grid."""
+    if "axis" not in ds.dims or is_of_shapes(ds):
+        return is_of_shapes(ds)
+    names = {"I1", "I2", "I3", "omega_squared", "omega0"}
     alone = {("point",), *((name,) for name in ("I3", "omega0") if ds.sizes.get(name, 1) == 1)}
     if not names <= set(ds.variables) or any(ds[name].dims not in alone for name in ("I1", "I2", "I3", "omega0")):
         return False
     return all(max(x.max(), y.max()) <= 1 + BEYOND for x, y, _ in _blocks(ds, None))
 
 
-def _subtitle(ds: xr.Dataset) -> str:
-    points = f"{ds.sizes['point']:,} bodies, each spun about each axis, nudged and measured"
-    return f"{points}.  Colour: the nudge's measured rate, in units of the spin"
+def _subtitle(ds: "xr.Dataset") -> str:
+    bodies = math.prod(ds.sizes[dim] for dim in ("point", *SHAPE) if dim in ds.sizes)
+    return (
+        f"{bodies:,} bodies, each spun about each axis, nudged and measured.  Colour: the nudge's measured rate, "
+        + ("in units of the spin")
+    )
 
 
-def _blocks(ds: xr.Dataset, axis: int | None) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray | None]]:
+def fixed_at(ds: "xr.Dataset") -> dict[str, int]:
+    """Where pictures of a grid of shapes stand along its other dimensions: the least nudge, the middle of others."""
+    middle = {dim: (n - 1) // 2 for dim, n in dimensions(ds).items() if dim not in (*SHAPE, "axis")}
+    return middle | {"epsilon": int(np.argmin(ds["epsilon"].values))}
+
+
+def _numbers(ds: "xr.Dataset", x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers along I1_over_I3 and room of the points of a grid whose cells hold shapes; -1 where none does."""
+    t = 1.0 - (1.0 - y) / x
+    found = []
+    for name, place in zip(SHAPE, np.broadcast_arrays(x, t), strict=True):
+        values = ds[name].values
+        order = np.argsort(values, kind="stable")
+        edges = style.edges(values[order])
+        edges = np.clip(edges, 0.0, 1.0) if name == "room" else edges
+        at = np.clip(np.searchsorted(edges, place) - 1, 0, values.size - 1)
+        found.append(np.where((edges[0] <= place) & (place <= edges[-1]), order[at], -1))
+    return found[0], found[1]
+
+
+def _of_axis(ds: "xr.Dataset", name: str, axis: int) -> np.ndarray:
+    """A variable of a grid of shapes about an axis, over (I1_over_I3, room)."""
+    at = fixed_at(ds) | {"axis": int(np.flatnonzero(ds["axis"].values == axis)[0])}
+    return along(ds[name].isel({dim: i for dim, i in at.items() if dim in ds[name].dims}), SHAPE)
+
+
+def _raster(ds: "xr.Dataset", axis: int, edges: np.ndarray) -> np.ndarray:
+    """Signed rate in each cell of the triangle: that of the point of a grid of shapes whose cell holds its middle."""
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    i, j = _numbers(ds, middle[None, :], middle[:, None])
+    rate = signed_rate(_of_axis(ds, "omega_squared", axis), ds["omega0"].values[fixed_at(ds)["omega0"]])
+    return np.where((i >= 0) & (j >= 0), rate[i, j], np.nan)
+
+
+def _mark_untrusted(ax: Axes, ds: "xr.Dataset", axis: int) -> list:
+    """Marks shapes whose status is not ok, one kind of mark a status."""
+    status, handles = _of_axis(ds, "status", axis), []
+    for number, mark in ((1, "."), (2, "x"), (3, "+")):
+        i, j = np.nonzero(status == number)
+        if i.size:
+            x, t = ds["I1_over_I3"].values[i], ds["room"].values[j]
+            look = {"linestyle": "none", "marker": mark, "markersize": 4, "color": colors.INK, "alpha": 0.8}
+            label = f"{LOOK.words(STATUSES[number])} ({i.size:,})"
+            handles += ax.plot(x, 1.0 - x * (1.0 - t), gid=f"status {number}", label=label, zorder=5, **look)
+    return handles
+
+
+def _blocks(ds: "xr.Dataset", axis: int | None) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray | None]]:
     """I1/I3, I2/I3 and, about an axis, the signed rate, of some points after others."""
     fixed = {d: 0 for d in ds["omega_squared"].dims if d not in ("point", "axis")}
     for first in range(0, ds.sizes["point"], BLOCK_POINTS):
@@ -66,7 +148,7 @@ def _blocks(ds: xr.Dataset, axis: int | None) -> Iterator[tuple[np.ndarray, np.n
         yield x, y, None if squared is None else signed_rate(squared, part["omega0"].values)
 
 
-def _binned(ds: xr.Dataset, axis: int, edges: np.ndarray) -> np.ndarray:
+def _binned(ds: "xr.Dataset", axis: int, edges: np.ndarray) -> np.ndarray:
     """Mean signed rate in each cell of the triangle, NaN in those without a point."""
     total = count = 0.0
     for x, y, rate in _blocks(ds, axis):
@@ -76,11 +158,11 @@ def _binned(ds: xr.Dataset, axis: int, edges: np.ndarray) -> np.ndarray:
     return np.divide(total, count, out=np.full(total.shape, np.nan), where=count > 0)
 
 
-def _panel(ax: Axes, ds: xr.Dataset, axis: int, is_large: bool):
+def _panel(ax: Axes, ds: "xr.Dataset", axis: int, is_large: bool):
     norm = Normalize(-1, 1)
-    if ds.sizes["point"] >= LEAST_FILLED:
+    if is_of_shapes(ds) or ds.sizes["point"] >= LEAST_FILLED:
         edges = np.linspace(0, 1, (CELLS if is_large else CELLS // 2) + 1)
-        cells = _binned(ds, axis, edges)
+        cells = (_raster if is_of_shapes(ds) else _binned)(ds, axis, edges)
         mesh = ax.pcolormesh(edges, edges, cells, cmap=COLOR_MAP, norm=norm, rasterized=True, gid="cells")
     else:
         x, y, rate = (np.concatenate(part) for part in zip(*_blocks(ds, axis), strict=True))
@@ -90,6 +172,10 @@ def _panel(ax: Axes, ds: xr.Dataset, axis: int, is_large: bool):
     if is_large:
         _name_bodies(ax)
     return mesh
+
+
+def _heading(is_large: bool) -> dict:
+    return {"loc": "left", "fontweight": "bold", "fontsize": 10 if is_large else 9, "pad": 18 if is_large else 6}
 
 
 def _frame(ax: Axes, axis: int, is_large: bool) -> None:
@@ -104,13 +190,6 @@ def _frame(ax: Axes, axis: int, is_large: bool) -> None:
     ticks = [0, 0.25, 0.5, 0.75, 1] if is_large else [0, 0.5, 1]
     ax.set_xticks(ticks, [f"{t:g}" for t in ticks])
     ax.set_yticks(ticks, [f"{t:g}" for t in ticks])
-    ax.set_title(
-        f"spun about axis {axis}",
-        loc="left",
-        fontweight="bold",
-        fontsize=10 if is_large else 9,
-        pad=18 if is_large else 6,
-    )
 
 
 def _words(ax: Axes, axis: int, is_large: bool) -> None:

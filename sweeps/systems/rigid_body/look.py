@@ -13,6 +13,8 @@ LOOK = Look(
         "sphere": Mark("sphere", "o", colors.LIGHT_GREY),
     },
     symbols={
+        "I1_over_I3": Symbol("$I_1/I_3$", "I₁/I₃"),
+        "room": Symbol("room of $I_2/I_3$", "room of I₂/I₃"),
         "I1": Symbol("$I_1$", "I₁"),
         "I2": Symbol("$I_2$", "I₂"),
         "I3": Symbol("$I_3$", "I₃"),

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sweeps.schema.layout import Layout
-from sweeps.schema.parameters import Range, spread
 from sweeps.schema.variables import Variable
 from sweeps.systems.rigid_body.look import LOOK
+from sweeps.systems.rigid_body.spread import SHAPE, is_grid, is_of_shapes
 from sweeps.systems.rigid_body.variables import ARGUMENTS, COORDINATES, LAYOUT, MOMENTS, SHAREABLE, VARIABLES
 from sweeps.systems.system import Dynamics, Opening, Page, Reference
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from PIL.Image import Image
 
+    from sweeps.schema.parameters import Range
     from sweeps.systems.rigid_body.definition import RigidBodyDefinition, RigidBodyIntegration
 
 MOST_BODIES = 10  # of which `check` prints the axes
@@ -45,8 +46,10 @@ class RigidBody(Dynamics):
 
         return RigidBodyDefinition
 
-    def dimensions(self, definition: "RigidBodyDefinition") -> dict[str, Range | np.ndarray]:
+    def dimensions(self, definition: "RigidBodyDefinition") -> "dict[str, Range | np.ndarray]":
         """(axis, I1, I2, I3, omega0, epsilon, phase), or (body, axis) and what no body gives itself."""
+        from sweeps.schema.parameters import spread
+
         bodies = {"body": np.array([body.name for body in definition.bodies])} if definition.bodies else {}
         shared = [name for name in (*MOMENTS, *SHAREABLE) if not definition.is_per_body(name)]
         axes = {"axis": np.array(definition.axes, np.int8)}
@@ -177,13 +180,12 @@ class RigidBody(Dynamics):
 
     def opening(self, ds: "xr.Dataset") -> Opening:
         """The plane of the stability pictures, or of bodies their least nudge."""
-        if set(MOMENTS) <= set(ds.dims):
-            from sweeps.systems.rigid_body.figure_flip import racket
+        if is_grid(ds):
+            from sweeps.systems.rigid_body.figure_flip import racket_at
             from sweeps.systems.rigid_body.figure_stability import planes
 
-            plane, at = planes(ds)
-            thrown = racket(ds) or {}
-            return Opening(plane, at | {name: value for name, value in thrown.items() if name in ds.dims})
+            plane, at = (SHAPE, {"epsilon": float(ds["epsilon"].values.min())}) if is_of_shapes(ds) else planes(ds)
+            return Opening(plane, at | {dim: ds[dim].values[i].item() for dim, i in (racket_at(ds) or {}).items()})
         return Opening(at={"epsilon": float(ds["epsilon"].min())} if "epsilon" in ds.dims else {})
 
     def page(self, ds: "xr.Dataset") -> Page:
@@ -211,8 +213,8 @@ class RigidBody(Dynamics):
         return {"bodies": facts}
 
     def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
-        """Stability maps or the bodies in a row, theory against measurement, the breakdown, and the polhodes."""
-        from sweeps.systems.rigid_body import figure_agreement, figure_polhodes, figure_stability
+        """Stability maps, over moments or the triangle, or the bodies in a row, and what else there is to see."""
+        from sweeps.systems.rigid_body import figure_agreement, figure_polhodes, figure_stability, figure_triangle
 
         found: dict[str, Callable[[], Figure | None]] = {}
         if "body" in ds.dims:
@@ -220,8 +222,11 @@ class RigidBody(Dynamics):
 
             found["bodies"] = lambda ax=None: figure_bodies.draw(ds, ax)
         else:
+            one = figure_triangle.draw_axis if is_of_shapes(ds) else figure_stability.draw
             for axis in ds["axis"].values.tolist():
-                found[f"stability_axis_{axis}"] = lambda ax=None, axis=axis: figure_stability.draw(ds, axis, ax)
+                found[f"stability_axis_{axis}"] = lambda ax=None, axis=axis: one(ds, axis, ax)
+        if is_of_shapes(ds):
+            found = {"triangle": lambda ax=None: figure_triangle.draw(ds, ax)} | found
         found["theory_against_measured"] = lambda ax=None: figure_agreement.draw(ds, ax)
         if ds.sizes.get("epsilon", 0) >= LEAST_NUDGES:
             from sweeps.systems.rigid_body import figure_breakdown
@@ -231,8 +236,8 @@ class RigidBody(Dynamics):
         return found
 
     def draws_plainly(self, ds: "xr.Dataset") -> bool:
-        """The pictures of a grid of moments, but for the breakdown."""
-        return set(MOMENTS) <= set(ds.dims) and ds.sizes.get("epsilon", 0) < LEAST_NUDGES
+        """The pictures of a grid, but for the breakdown."""
+        return is_grid(ds) and ds.sizes.get("epsilon", 0) < LEAST_NUDGES
 
     def pictures_of_points(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
         """The inertia triangle, the points over two coordinates, and theory against measurement."""

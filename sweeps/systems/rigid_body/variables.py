@@ -1,17 +1,26 @@
 """What a map of rigid bodies holds: its variables, its coordinates, and the parameters that they vary."""
 
 from kernels import statuses
-from sweeps.schema import parameters
+from sweeps.schema import quantities
 from sweeps.schema.layout import Layout
-from sweeps.schema.parameters import Parameter, Quantity
+from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.values import MIN_SPIN_RATE, Axis, Epsilon, Moment, Phase, spin_rate
 from sweeps.schema.variables import Role, Variable, table
-from sweeps.systems import listed
+from sweeps.systems import shape_coordinates
 from sweeps.systems.rates import variables as rates
 
 MOMENTS = ("I1", "I2", "I3")
 SHAREABLE = ("omega0", "epsilon", "phase")  # what a body may give, and the grid gives where it does not
 ARGUMENTS = ("axis", *MOMENTS, *SHAREABLE)
+
+MOMENTS_ARE_RATIOS = Variable(
+    "moments_are_ratios",
+    None,
+    "whether the moments are known as ratios only",
+    "i1",
+    ("kilogram_square_metres", "ratios"),
+    "where 1, I1, I2 and I3 of the body are in a unit of their own",
+)
 
 REGIMES = ("undetermined", "stable_minor", "stable_major", "unstable", "marginal", "sphere")
 SHAPES = ("asymmetric", "oblate", "prolate", "sphere")
@@ -173,15 +182,18 @@ PARAMETERS = (
 
 COORDINATES = (
     table(Variable("axis", "1", "spin axis (1, 2 or 3)", "i1"), Variable("body", None, "body", "str"))
-    | parameters.coordinates(PARAMETERS)
-    | table(listed.MOMENTS_ARE_RATIOS)
+    | shape_coordinates.COORDINATES
+    | quantities.coordinates(PARAMETERS)
+    | table(MOMENTS_ARE_RATIOS)
 )
 
 LAYOUT = Layout(
     {"body": COORDINATES["body"], **COORDINATES},  # in storage order
     VARIABLES | CERTIFICATE | FLIPS | IN_SPACE,
     tuple(VARIABLES),
-    {"axis": Axis} | {parameter.name: parameter.quantity.item for parameter in PARAMETERS},
+    {"axis": Axis} | shape_coordinates.VALUES | {parameter.name: parameter.quantity.item for parameter in PARAMETERS},
     along="body",
     beside=("moments_are_ratios",),
+    spare=tuple(shape_coordinates.COORDINATES),
+    over=shape_coordinates.OVER,
 )

@@ -3,9 +3,9 @@
 from typing import Annotated
 
 from kernels import statuses
-from sweeps.schema import parameters
+from sweeps.schema import quantities
 from sweeps.schema.layout import Layout
-from sweeps.schema.parameters import Parameter, Quantity
+from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.values import MIN_SPIN_RATE, number, spin_rate
 from sweeps.schema.variables import Role, Variable, table
 
@@ -150,7 +150,7 @@ PARAMETERS = (
     Parameter("half_angle", HALF_ANGLE, "angle of the angular velocity to the figure axis", required=True),
 )
 ARGUMENTS = tuple(parameter.name for parameter in PARAMETERS)
-COORDINATES = parameters.coordinates(PARAMETERS)
+COORDINATES = quantities.coordinates(PARAMETERS)
 
 LAYOUT = Layout(
     COORDINATES,

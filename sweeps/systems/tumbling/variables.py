@@ -3,12 +3,13 @@
 from typing import Annotated
 
 from kernels import statuses
-from sweeps.schema import parameters
+from sweeps.schema import quantities
 from sweeps.schema.layout import Layout
-from sweeps.schema.parameters import Parameter, Quantity
+from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.values import MAX_SPIN_RATE, MIN_SPIN_RATE, Moment, number
 from sweeps.schema.variables import Role, Variable, table
-from sweeps.systems import listed
+from sweeps.systems import shape_coordinates
+from sweeps.systems.rigid_body.variables import MOMENTS_ARE_RATIOS
 
 MOMENTS = ("I1", "I2", "I3")
 ARGUMENTS = (*MOMENTS, "energy", "omega0")
@@ -81,14 +82,19 @@ PARAMETERS = (
 )
 
 COORDINATES = (
-    table(Variable("body", None, "body", "str")) | parameters.coordinates(PARAMETERS) | table(listed.MOMENTS_ARE_RATIOS)
+    table(Variable("body", None, "body", "str"))
+    | shape_coordinates.COORDINATES
+    | quantities.coordinates(PARAMETERS)
+    | table(MOMENTS_ARE_RATIOS)
 )
 
 LAYOUT = Layout(
     {"body": COORDINATES["body"], **COORDINATES},
     VARIABLES,
     tuple(EXACT),
-    {parameter.name: parameter.quantity.item for parameter in PARAMETERS},
+    shape_coordinates.VALUES | {parameter.name: parameter.quantity.item for parameter in PARAMETERS},
     along="body",
     beside=("moments_are_ratios",),
+    spare=tuple(shape_coordinates.COORDINATES),
+    over=shape_coordinates.OVER,
 )

@@ -128,8 +128,8 @@ def _bodies(ds: xr.Dataset) -> xr.Dataset:
     """Bodies that can exist with three different moments along one dimension, over chi, at the first of all else."""
     names = [_twist(ds), "growth", "twist_defect_theory", "triangle_margin"]
     part = ds[names].isel({name: 0 for name in ("theta", "omega0") if name in ds.dims})
-    part = part.isel({name: style.few(ds.sizes[name], 40) for name in ("I1", "I2", "I3") if name in ds.dims}).load()
-    over = [name for name in ("body", "I1", "I2", "I3") if name in part.dims]
+    over = list(dict.fromkeys(dim for name in ("I1", "I2", "I3") for dim in part[name].dims))
+    part = part.isel({dim: style.few(ds.sizes[dim], 40) for dim in over if dim != "body"}).load()
     flat = part.stack(point=over, create_index=False)
     some = flat.isel(chi=0)
     sound = (some["triangle_margin"] >= 0) & (some["growth"] > 0.05)

@@ -9,7 +9,8 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from sweeps.schema.definition import Integration
 from sweeps.schema.refusals import Problem, display, keys_of, refusal, refusals
-from sweeps.schema.values import Positive, Strict, choice, finite, not_empty, number, whole
+from sweeps.schema.strict import Strict
+from sweeps.schema.values import Positive, choice, finite, not_empty, number, whole
 from sweeps.systems.rigid_body.definition import Body, RigidBodyDefinition, named_once
 from sweeps.systems.uncertain_bodies import designs, known
 from sweeps.systems.uncertain_bodies.measuring import Asked

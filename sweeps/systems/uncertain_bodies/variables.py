@@ -2,7 +2,7 @@
 
 from sweeps.schema.layout import Layout
 from sweeps.schema.variables import Role, Variable, table
-from sweeps.systems.rigid_body.variables import COORDINATES as OF_BODIES
+from sweeps.systems.rigid_body.variables import COORDINATES as OF_ANY
 from sweeps.systems.rigid_body.variables import LAYOUT as OF_RIGID_BODIES
 from sweeps.systems.rigid_body.variables import REGIMES
 
@@ -108,6 +108,7 @@ FURTHER = table(
     Variable("input", None, "what is uncertain", "str"),
     Variable("draw", "1", "number of the draw", "i4"),
 )
+OF_BODIES = {name: one for name, one in OF_ANY.items() if name not in OF_RIGID_BODIES.spare}
 COORDINATES = OF_BODIES | FURTHER
 
 LAYOUT = Layout(
@@ -117,4 +118,5 @@ LAYOUT = Layout(
     OF_RIGID_BODIES.values,
     along="body",
     beside=OF_RIGID_BODIES.beside,
+    spare=OF_RIGID_BODIES.spare,
 )

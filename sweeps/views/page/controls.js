@@ -113,7 +113,7 @@ function groupOf(column) {
   if (columns.some((one) => one.error === column.name)) return "errors";
   if (columns.some((one) => one.theory === column.name || one.exact === column.name)) return "theory";
   if (column.isFlag) return "regimes and statuses";
-  return { check: "checks", certificate: "certificates", existence: "bodies" }[column.role] ?? "measured";
+  return { coordinate: "coordinates", check: "checks", certificate: "certificates", existence: "bodies" }[column.role] ?? "measured";
 }
 
 /** A list of all that the map may be coloured by, under headings; what is typed leaves those that hold it. */

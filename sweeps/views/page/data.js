@@ -76,9 +76,10 @@ theMap.order = theMap.dims.map((dim) => dim.name);
 theMap.columns = Object.fromEntries(theMap.variables.map((variable) => [variable.name, new Column(variable, theMap)]));
 theMap.existence = Object.values(theMap.columns).find((column) => column.role === "existence");
 
-/** The value of a coordinate at a point, whatever dimension it stands on. */
+/** The value of a coordinate at a point, whatever dimension it stands on; one that stands on several is a column. */
 function coordinateAt(name, place) {
   const coordinate = theMap.coordinates[name];
+  if (!coordinate) return theMap.columns[name].at(place);
   return coordinate.values[coordinate.dim === null ? 0 : place[theMap.order.indexOf(coordinate.dim)]];
 }
 

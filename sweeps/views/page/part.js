@@ -6,6 +6,8 @@
 //   shown                        what the console, and the tests, may look at
 //   build()                      builds the sections below the map
 //   boundaries(xEdges, yEdges)   lines on the plane, as `boundaryLine` makes them
+//   slanted()                    what is drawn upwards in place of the plane's own side, where that follows from both
+//                                (null where it does not): {label, up(x, y), down(x, shown), clip(y), clipAcross(x)}
 //   coordinates()                adds coordinates of points that are no grid to `theMap.coordinates` and `theMap.cloud`
 //   say(place)                   the point in one sentence
 //   guides()                     lines on the picture of such points, as Plotly's traces

@@ -32,12 +32,34 @@ function mapHeight(target) {
   return beside ? Math.max(300, Math.min(520, innerHeight - 330)) : Math.min(innerWidth > 860 ? 560 : 380, Math.max(300, target.clientWidth * 0.8));
 }
 
+/** The plane as it is drawn: each cell where what follows from both sides is upwards, as fine as the plane itself. */
+function slantedCells(plane, slant) {
+  if (!slant) return plane;
+  const [xEdges, yEdges] = [cellEdges(plane.x), cellEdges(plane.y).map((edge) => slant.clip(edge))];
+  const ends = xEdges.map((edge) => slant.clipAcross(edge)).flatMap((x) => [yEdges[0], yEdges[yEdges.length - 1]].map((y) => slant.up(x, y)));
+  const [low, high] = [Math.min(...ends), Math.max(...ends)];
+  const n = Math.max(SLANTED_ROWS, plane.y.length);
+  const y = Array.from({ length: n }, (_, k) => low + ((k + 0.5) / n) * (high - low));
+  const cells = y.map((shown) => plane.x.map((x, i) => {
+    const at = slant.down(x, shown);
+    const inside = yEdges[0] <= at && at <= yEdges[yEdges.length - 1];
+    const j = Math.max(0, Math.min(plane.y.length - 1, yEdges.findLastIndex((edge) => edge <= at)));
+    const cell = plane.cells[j][i];
+    return inside ? cell : { value: NaN, exists: slant.clip(at) === at, place: cell.place };
+  }));
+  return { ...plane, cells, y };
+}
+
+const SLANTED_ROWS = 160;
+
 function drawPlane() {
-  const plane = planeCells();
-  theMap.plane = plane;
+  const own = planeCells();
+  theMap.slant = part.slanted?.() ?? null;
+  const plane = slantedCells(own, theMap.slant);
+  [theMap.plane, theMap.own] = [plane, own];
   const target = document.getElementById("map");
   theMap.brief = headlines();
-  const drawn = state.y ? heatmap(plane) : curve(plane);
+  const drawn = state.y ? heatmap(plane, own) : curve(plane);
   plane.text = drawn.text;
   plane.scale = drawn.scale;
   const size = { height: mapHeight(target) };
@@ -45,9 +67,9 @@ function drawPlane() {
   const touch = matchMedia("(pointer: coarse)").matches;
   const layout = plotLayout({ ...drawn.layout, ...size, showlegend: false, hovermode: "closest", uirevision: view, dragmode: touch ? false : "zoom" });
   Plotly.react(target, drawn.traces, layout, PLOT_CONFIG);
-  document.getElementById("map-summary").textContent = planeSummary(plane);
+  document.getElementById("map-summary").textContent = planeSummary(own);
   drawLegend(plane);
-  if (document.getElementById("map-table").open) fillPlaneTable(plane);
+  if (document.getElementById("map-table").open) fillPlaneTable(own);
 }
 
 function axisOf(name, values) {
@@ -59,7 +81,7 @@ function rangeOf(edges, type) {
   return type === "log" ? ends.map(Math.log10) : ends;
 }
 
-function heatmap({ cells, x, y, column }) {
+function heatmap({ cells, x, y, column }, own) {
   const flat = cells.flat();
   const scale = colorScale(column, flat.map((cell) => cell.value), flat.map((cell) => cell.exists));
   const [xEdges, yEdges] = [cellEdges(x), cellEdges(y)];
@@ -68,11 +90,12 @@ function heatmap({ cells, x, y, column }) {
   const base = { type: "heatmap", x: xEdges, y: yEdges, z, text, hovertemplate: "%{text}<extra></extra>", hoverongaps: true };
   const colors = { zmin: scale.zmin, zmax: scale.zmax, colorscale: scale.colorscale, showscale: false };
   const layout = { xaxis: axisOf(state.x, x), yaxis: axisOf(state.y, y) };
+  if (theMap.slant) layout.yaxis.title = { text: theMap.slant.label };
   layout.xaxis.range = rangeOf(xEdges, layout.xaxis.type);
   layout.yaxis.range = rangeOf(yEdges, layout.yaxis.type);
   const lines = part.boundaries?.(xEdges, yEdges) ?? [];
   layout.annotations = [...regionNames(cells, x, y), ...lines.map((line) => line.label)];
-  return { text, scale, traces: [{ ...base, ...colors }, ...hatch(cells, xEdges, yEdges), ...lines.flatMap((line) => line.traces), mark(xEdges, yEdges)], layout };
+  return { text, scale, traces: [{ ...base, ...colors }, ...hatch(cells, xEdges, yEdges), ...lines.flatMap((line) => line.traces), mark(own)], layout };
 }
 
 /** The leading flag's meanings, each written where its region has most room. */
@@ -81,7 +104,7 @@ function regionNames(cells, x, y) {
   if (!flag || cells.length < 6 || cells[0].length < 6 || cells.length * cells[0].length > 250000) return [];
   const values = cells.map((row) => row.map((cell) => (cell.exists ? flag.at(cell.place) : null)));
   const room = roomOf(values);
-  const [mi, mj] = [state.x, state.y].map((name) => ascending(name).indexOf(state.place[theMap.order.indexOf(name)]));
+  const [mi, mj] = chosenCell(x, y);
   const hides = (i, j) => Math.abs(i - mi) < 0.14 * cells[0].length && Math.abs(j - mj) < 0.07 * cells.length; // the chosen cell
   const best = new Map();
   room.forEach((row, j) => row.forEach((free, i) => {
@@ -122,6 +145,7 @@ function plain(text) {
 
 function tooltip(column, cell) {
   const sides = [state.x, state.y].filter(Boolean).map((name) => `${symbolText(name)} = ${coordinateText(name, coordinateAt(name, cell.place))}`);
+  if (theMap.slant) sides.push(`${theMap.slant.label} = ${numberText(theMap.slant.up(...[state.x, state.y].map((name) => coordinateAt(name, cell.place))), 6)}`);
   const lines = [...sides, `${column.name} = ${column.text(cell.value)}`];
   for (const one of theMap.brief ?? []) {
     const [measured, theory] = headlineTexts(one, cell.place);
@@ -154,12 +178,22 @@ function boundaryLine(x, y, name, at) {
   return { traces: [line("#ffffff", 4), line("#1a1a1a", 1.8)], label };
 }
 
+/** Where the chosen cell is among those drawn: across, up. */
+function chosenCell(x, y) {
+  const own = [state.x, state.y].map((name) => ascending(name).indexOf(state.place[theMap.order.indexOf(name)]));
+  if (!theMap.slant) return own;
+  const shown = theMap.slant.up(coordinateAt(state.x, state.place), coordinateAt(state.y, state.place));
+  return [own[0], y.findLastIndex((value) => value <= shown)];
+}
+
 /** The frame around the chosen cell. */
-function mark(xEdges, yEdges) {
+function mark(own) {
   const [i, j] = [state.x, state.y].map((name) => ascending(name).indexOf(state.place[theMap.order.indexOf(name)]));
-  const [x0, x1, y0, y1] = [xEdges[i], xEdges[i + 1], yEdges[j], yEdges[j + 1]];
+  const [[x0, x1], [y0, y1]] = [[own.x, i], [own.y, j]].map(([values, k]) => cellEdges(values).slice(k, k + 2));
+  const middle = own.x[i]; // a slanted plane is drawn column by column
+  const up = (value) => (theMap.slant ? theMap.slant.up(middle, theMap.slant.clip(value)) : value);
   const line = { color: "#000000", width: 2.5 };
-  return { type: "scatter", mode: "lines", name: "chosen", x: [x0, x1, x1, x0, x0], y: [y0, y0, y1, y1, y0], line, hoverinfo: "skip" };
+  return { type: "scatter", mode: "lines", name: "chosen", x: [x0, x1, x1, x0, x0], y: [y0, y0, y1, y1, y0].map(up), line, hoverinfo: "skip" };
 }
 
 /** A curve where one dimension varies, one point where none does. */
@@ -328,6 +362,6 @@ function buildPlane() {
     else return;
     event.preventDefault();
   });
-  document.getElementById("map-table").addEventListener("toggle", () => fillPlaneTable(theMap.plane));
+  document.getElementById("map-table").addEventListener("toggle", () => fillPlaneTable(theMap.own));
   onChange(drawPlane);
 }

@@ -125,14 +125,37 @@ function writeLink() {
 function readLink() {
   const said = new URLSearchParams(location.hash.slice(1));
   if ([...said].length === 0) return false;
-  tellOfLink(remarks(said));
   state.place = theMap.dims.map((dim, k) => nearest(theMap.coordinates[dim.name], said.get(dim.name)) ?? state.place[k]);
+  state.place = nearestBy(said);
+  tellOfLink(remarks(said));
   const able = planeDimensions();
   const [x, y] = [said.get("_x"), said.get("_y")];
   if (able.includes(x) && able.includes(y) && x !== y) [state.x, state.y] = [x, y];
   if (theMap.choices.some((choice) => choice.name === said.get("_color"))) state.color = said.get("_color");
   keepOwn(said);
   return true;
+}
+
+/** Coordinates along several dimensions that a link asks for. */
+function askedBeside(said) {
+  const known = Object.values(theMap.columns).filter(({ role, name }) => role === "coordinate" && said.has(name));
+  return known.map((column) => [column, Number(said.get(column.name))]).filter(([, value]) => Number.isFinite(value));
+}
+
+/** The place where these are nearest to what is asked, each in units of its range; other dimensions stay. */
+function nearestBy(said) {
+  const asked = askedBeside(said);
+  const stands = ([column], k) => column.shape[k] > 1 || column.powers[theMap.order[k]];
+  const names = theMap.order.filter((name, k) => sizeOf(name) > 1 && !said.has(name) && asked.some((one) => stands(one, k)));
+  const ranges = asked.map(() => [Infinity, -Infinity]);
+  const each = (visit) => eachPlace(names, (place) => visit(place, asked.map(([column]) => column.at(place))));
+  each((place, values) => values.forEach((value, i) => (ranges[i] = [Math.min(ranges[i][0], value), Math.max(ranges[i][1], value)])));
+  let [least, best] = [Infinity, state.place];
+  each((place, values) => {
+    const off = values.reduce((sum, value, i) => sum + ((value - asked[i][1]) / (ranges[i][1] - ranges[i][0] || 1)) ** 2, 0);
+    if (off < least) [least, best] = [off, [...place]];
+  });
+  return best;
 }
 
 /** What the system's part keeps, from a link; null where that says nothing of it. */
@@ -144,12 +167,18 @@ function keepOwn(said = new URLSearchParams()) {
 function remarks(said) {
   return [...said].flatMap(([name, text]) => {
     if (name.startsWith("_")) return [];
+    const beside = askedBeside(said).find(([column]) => column.name === name);
+    if (beside) return remarkOn(name, text, beside[0].at(state.place), beside[0].text(beside[0].at(state.place)));
     const at = theMap.order.includes(name) ? nearest(theMap.coordinates[name], text) : null;
     if (at === null) return [`${name} = ${text} is not in this map and was left out.`];
     const value = theMap.coordinates[name].values[at];
-    const same = typeof value !== "number" || Math.abs(Number(text) - value) <= 1e-9 * Math.abs(value);
-    return same ? [] : [`The map has no ${symbolText(name)} = ${text}: the nearest, ${coordinateText(name, value)}, is shown.`];
+    return remarkOn(name, text, value, coordinateText(name, value));
   });
+}
+
+function remarkOn(name, text, value, shown) {
+  const same = typeof value !== "number" || Math.abs(Number(text) - value) <= 1e-9 * Math.abs(value);
+  return same ? [] : [`The map has no ${symbolText(name)} = ${text}: the nearest, ${shown}, is shown.`];
 }
 
 function tellOfLink(sentences) {

@@ -11,9 +11,10 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from sweeps.schema import parameters
+from sweeps.schema import quantities
 from sweeps.schema.definition import Definition, Integration
-from sweeps.schema.parameters import Parameter, Quantity, grid_model, spread
+from sweeps.schema.parameters import grid_model, spread
+from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.refusals import keys_of
 from sweeps.schema.values import number
 from sweeps.schema.variables import Role, Variable, table
@@ -27,7 +28,7 @@ PARAMETERS = (
     Parameter("spin", Quantity("spin", "rad s-1", "1e-9 to 1e9", ABOVE_ZERO), "spin rate at the start", required=True),
     Parameter("tau", Quantity("time", "s", "1e-9 to 1e9", ABOVE_ZERO), "time constant of the drag", required=True),
 )
-COORDINATES = parameters.coordinates(PARAMETERS)
+COORDINATES = quantities.coordinates(PARAMETERS)
 VARIABLES = table(
     Variable("decay_theory", "s-1", "rate at which the spin decays, in theory"),
     Variable(

@@ -1,0 +1,54 @@
+"""Parameters that follow, at every point of a grid, from a pair of others; see `sweeps.schema.parameters.Derived`."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from sweeps.points.ondemand import OnDemand
+from sweeps.schema.definition import Definition
+from sweeps.schema.parameters import Range, spread
+
+
+class Following:
+    """The parameters of a grid that follow from others.
+
+    Attributes:
+        names: what they are called; () where the grid gives all of its parameters itself.
+        needed: what they follow from.
+    """
+
+    def __init__(self, definition: Definition):
+        self._pair = {} if definition.pair is None or definition.sample is not None else dict(definition.pair)
+        self._derived = definition.grid.derived if self._pair else None
+        self.names = self._derived.names if self._derived else ()
+        self.needed = tuple(dict.fromkeys(one for name in self.names for one in self._derived.over[name]))
+
+    def dimensions(self, own: Mapping[str, Any]) -> dict[str, Range | np.ndarray]:
+        """A system's dimensions, with those of the pair in the places of what follows from it."""
+        instead = dict(zip(self.names, self._pair.items(), strict=True))
+        along = (instead.get(name, (name, values)) for name, values in own.items())
+        return {name: spread(values) if name in self._pair else values for name, values in along}
+
+    def at(self, values: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """Each of them, from values of all that is needed."""
+        return {name: self._derived.given(name, values) for name in self.names}
+
+    def coordinates(self, shape: Mapping[str, int], values: Any) -> dict[str, tuple[tuple[str, ...], OnDemand]]:
+        """Each of them → (its dimensions, its values).
+
+        Args:
+            shape: dimension → its length.
+            values: a function of (dimension, numbers along it): the values there.
+        """
+        found = {}
+        for name in self.names:
+            dims = self._derived.over[name]
+
+            def part(*box: slice, name: str = name, dims: tuple[str, ...] = dims) -> np.ndarray:
+                along = [values(dim, np.arange(one.start, one.stop)) for dim, one in zip(dims, box, strict=True)]
+                made = self._derived.given(name, dict(zip(dims, np.meshgrid(*along, indexing="ij"), strict=True)))
+                return np.ascontiguousarray(made)
+
+            found[name] = dims, OnDemand(tuple(shape[dim] for dim in dims), "f8", part)
+        return found

@@ -1,0 +1,9 @@
+"""The base of all models of a definition."""
+
+from pydantic import BaseModel, ConfigDict
+
+
+class Strict(BaseModel):
+    """A frozen model that converts nothing and knows no other keys than its own."""
+
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True)

@@ -1,0 +1,28 @@
+"""Along which dimensions the bodies of a map are spread: their moments, their shapes, points or names."""
+
+from typing import TYPE_CHECKING
+
+from sweeps.boxes import dimensions
+from sweeps.systems.rigid_body.variables import MOMENTS
+from sweeps.systems.shape_coordinates import COORDINATES
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SHAPE = tuple(COORDINATES)
+
+
+def is_of_shapes(ds: "xr.Dataset") -> bool:
+    """Whether a map is a grid of shapes."""
+    return {*SHAPE} <= {*ds.dims}
+
+
+def is_grid(ds: "xr.Dataset") -> bool:
+    """Whether a map is a grid of moments or of shapes."""
+    return {*MOMENTS} <= {*ds.dims} or is_of_shapes(ds)
+
+
+def moments_over(ds: "xr.Dataset") -> tuple[str, ...]:
+    """The dimensions that the moments of a map lie along."""
+    own = {dim for name in MOMENTS for dim in ds[name].dims}
+    return tuple(dim for dim in dimensions(ds) if dim in own)
