@@ -40,17 +40,17 @@ function slantedCells(plane, slant) {
   const [low, high] = [Math.min(...ends), Math.max(...ends)];
   const n = Math.max(SLANTED_ROWS, plane.y.length);
   const y = Array.from({ length: n }, (_, k) => low + ((k + 0.5) / n) * (high - low));
+  const [last, rows] = [yEdges[yEdges.length - 1], plane.x.map(() => 0)]; // of each column the row that is reached
   const cells = y.map((shown) => plane.x.map((x, i) => {
     const at = slant.down(x, shown);
-    const inside = yEdges[0] <= at && at <= yEdges[yEdges.length - 1];
-    const j = Math.max(0, Math.min(plane.y.length - 1, yEdges.findLastIndex((edge) => edge <= at)));
-    const cell = plane.cells[j][i];
-    return inside ? cell : { value: NaN, exists: slant.clip(at) === at, place: cell.place };
+    while (rows[i] < plane.y.length - 1 && yEdges[rows[i] + 1] <= at) rows[i] += 1;
+    const cell = plane.cells[rows[i]][i];
+    return yEdges[0] <= at && at <= last ? cell : { value: NaN, exists: slant.clip(at) === at, place: cell.place };
   }));
   return { ...plane, cells, y };
 }
 
-const SLANTED_ROWS = 160;
+const SLANTED_ROWS = 80; // at least: some five pixels each
 
 function drawPlane() {
   const own = planeCells();
@@ -98,13 +98,18 @@ function heatmap({ cells, x, y, column }, own) {
   return { text, scale, traces: [{ ...base, ...colors }, ...hatch(cells, xEdges, yEdges), ...lines.flatMap((line) => line.traces), mark(own)], layout };
 }
 
+const MOST_LOOKED_AT = 2500; // cells, more tell no better where a name has room
+
 /** The leading flag's meanings, each written where its region has most room. */
-function regionNames(cells, x, y) {
+function regionNames(all, xs, ys) {
+  const step = Math.ceil(Math.sqrt((all.length * all[0].length) / MOST_LOOKED_AT));
+  const thin = (list) => (step === 1 ? list : list.filter((_, k) => k % step === 0));
+  const [cells, x, y] = [thin(all).map(thin), thin(xs), thin(ys)];
   const flag = Object.values(theMap.columns).find((column) => column.role === "headline" && column.isFlag);
-  if (!flag || cells.length < 6 || cells[0].length < 6 || cells.length * cells[0].length > 250000) return [];
+  if (!flag || cells.length < 6 || cells[0].length < 6) return [];
   const values = cells.map((row) => row.map((cell) => (cell.exists ? flag.at(cell.place) : null)));
   const room = roomOf(values);
-  const [mi, mj] = chosenCell(x, y);
+  const [mi, mj] = chosenCell(xs, ys).map((k) => k / step);
   const hides = (i, j) => Math.abs(i - mi) < 0.14 * cells[0].length && Math.abs(j - mj) < 0.07 * cells.length; // the chosen cell
   const best = new Map();
   room.forEach((row, j) => row.forEach((free, i) => {
