@@ -76,18 +76,20 @@ def _turn(S, lane):
 
 
 @njit(**OPTIONS)
-def _squares(S):
-    """Rates² and their slopes by D; whether some lane's D is beyond the series."""
+def _squares(S, followed):
+    """Rates² and their slopes by D, the reduced ones where they were followed; whether some lane's D is beyond."""
     beyond = 0
     for lane in range(W):
-        spacing = S[lanes.SPACING + lane]
-        D, reduced = _turn(S, lane), _reduced_turn(S, lane)
+        spacing, D = S[lanes.SPACING + lane], _turn(S, lane)
         value, slope = measure.rate_squared_of_turn(D)
         S[MORE.rate2 + lane], S[MORE.slope + lane] = value / spacing / spacing, slope / spacing / spacing
-        value, slope = measure.rate_squared_of_turn(reduced)
-        S[MORE.reduced + lane], S[MORE.reduced_slope + lane] = value / spacing / spacing, slope / spacing / spacing
-        within = (abs(D) <= measure.TURN) & (abs(reduced) <= measure.TURN)
-        beyond |= 0 if within else 1
+        beyond |= 0 if abs(D) <= measure.TURN else 1
+    if followed:
+        for lane in range(W):
+            spacing, D = S[lanes.SPACING + lane], _reduced_turn(S, lane)
+            value, slope = measure.rate_squared_of_turn(D)
+            S[MORE.reduced + lane], S[MORE.reduced_slope + lane] = value / spacing / spacing, slope / spacing / spacing
+            beyond |= 0 if abs(D) <= measure.TURN else 1
     return beyond > 0
 
 
@@ -284,7 +286,7 @@ def tell(S, certified, invariants, logged, reduced, exactly, rounded, tolerance)
     tolerance : float
         That the certificate may reach.
     """
-    if _squares(S):
+    if _squares(S, reduced != lanes.NONE):
         _squares_beyond(S)
     _tell_square(S, certified, tolerance)
     _forgive_growth(S, tolerance)
@@ -302,6 +304,7 @@ PARTS = (  # as of kernels.lanes
     (_tell_errors, (float64[::1], boolean, boolean, boolean)),
     (_tell_square, (float64[::1], boolean, float64)),
     (_forgive_growth, (float64[::1], float64)),
-    *((loop, (float64[::1],)) for loop in (_tell_rates, _tell_reduced_rates, _squares, _squares_beyond)),
+    *((loop, (float64[::1],)) for loop in (_tell_rates, _tell_reduced_rates, _squares_beyond)),
+    (_squares, (float64[::1], boolean)),
     *((loop, (float64[::1],)) for loop in (_tell_log_slope, _tell_drifts)),
 )
