@@ -164,22 +164,26 @@ def _tell_errors(S, exactly, rounded, whole):
         used, spacing, spin = S[lanes.USED + lane], S[lanes.SPACING + lane], S[MORE.spin_rate + lane]
         rate2 = S[MORE.rate2 + lane]
         reduced = S[MORE.reduced + lane] if rate2 - rate2 == 0.0 else math.nan
-        sx, ss, xx = S[lanes.SX + lane], S[lanes.SS + lane], S[lanes.XX + lane]
+        sx, ss, inverse = S[lanes.SX + lane], S[lanes.SS + lane], 1.0 / S[lanes.XX + lane]
+        per = 1.0 / ((used - 1.0) * spacing)
+        samples = (used - 1.0) * per
         apart = used * uncertainty.UNIT if exactly else S[AT.propagation_error + lane]
-        stderr = _standard_error(S[MORE.reduced_slope + lane], sx, ss, xx, used)
-        scatter = uncertainty.scatter(stderr, used, reduced, spacing)
-        integration = uncertainty.integration(reduced, apart, used, spacing)
-        part = reduction.rms_part(S[lanes.RR + lane], ss, xx, spacing)
+        squares = max(ss - sx * sx * inverse, 0.0) * inverse
+        scatter = uncertainty.scatter(S[MORE.reduced_slope + lane], squares, used, reduced, spacing)
+        integration = uncertainty.integration(reduced, apart, per)
+        part = reduction.rms_part(S[lanes.RR + lane], ss, inverse, samples)
         left = uncertainty.amplitude(reduced, part, S[lanes.WANDER + lane], spacing)
         left = left if whole else part * reduction.SMALL_WANDER
         Ia, Ib, Ic = S[lanes.MA + lane], S[lanes.MB + lane], S[lanes.MC + lane]
-        moved = uncertainty.of_moments(reduced, Ia, Ib, Ic, S[lanes.CB + lane], S[lanes.CC + lane], rounded)
-        rounding = uncertainty.rounding(reduced, used, spacing) + moved
+        moved = uncertainty.of_moments(reduced, Ia, Ib, Ic, rounded)
+        rate = math.sqrt(abs(reduced))
+        S[MORE.rate + lane] = rate
+        rounding = uncertainty.rounding(rate, samples, used) + moved
         shift = rate2 - reduced
         amplitude = abs(shift) + left
         error = scatter + integration + rounding
         S[MORE.error + lane], S[MORE.left + lane] = error + amplitude, error + left
-        end = linear.STABLE_MINOR if S[lanes.TURN + lane] < 0.0 else linear.STABLE_MAJOR
+        end = linear.STABLE_MINOR if S[lanes.TURN + lane] * S[lanes.SPIN + lane] < 0.0 else linear.STABLE_MAJOR
         regime = linear.UNSTABLE if reduced < 0.0 else end
         regime = regime if abs(reduced) > error + left else linear.MARGINAL
         regime = linear.SPHERE if (Ia == Ib) & (Ib == Ic) else regime
@@ -211,27 +215,28 @@ def _rates_of(reduced):
             square, error = S[square_of + lane], S[error_of + lane]
             unstable, marginal = regime == linear.UNSTABLE, regime == linear.MARGINAL
             stable = (regime == linear.STABLE_MINOR) | (regime == linear.STABLE_MAJOR)
-            most, least = math.sqrt(max(error + square, 0.0)), math.sqrt(max(error - square, 0.0))
-            signed = max(-square if unstable else square, 0.0)
-            rate = math.sqrt(signed)
-            rate_error = uncertainty.farther(signed, error, rate, least if unstable else most)
+            signed = -square if unstable else square
+            rate = S[MORE.rate + lane] if reduced else math.sqrt(max(signed, 0.0))
+            # the square's interval, which holds 0 where it is marginal: roots of its upper end and of the other's size
+            high, end = math.sqrt(max(signed + error, 0.0)), math.sqrt(abs(signed - error))
+            low, beyond = (end, 0.0) if signed > error else (0.0, end)
+            rate_error = uncertainty.farther(max(signed, 0.0), error, rate, low, high)
             none = 0.0 if regime >= 0.0 else math.nan
             S[growth + lane] = rate * spin if unstable else none
             S[turning + lane] = rate * spin if stable else none
             # where it is marginal rates are 0: either way, no more than the square's interval allows
-            other = least if marginal else math.nan
+            other = beyond if marginal else math.nan
             S[growth_error + lane] = (rate_error if unstable else other) * spin
-            other = most if marginal else math.nan
+            other = high if marginal else math.nan
             S[turning_error + lane] = (rate_error if stable else other) * spin
             if reduced:
-                S[MORE.rate + lane] = rate
                 S[MORE.rate_error + lane] = rate_error if unstable | stable else math.nan
             else:
                 divisor = rate if rate > 0.0 else math.nan
                 stderr = 0.5 * S[MORE.stderr + lane] / divisor * spin
                 S[AT.growth_rate_stderr + lane] = stderr if unstable else math.nan
                 S[AT.frequency_stderr + lane] = stderr if stable else math.nan
-                S[AT.euler_period + lane] = 2.0 * math.pi / divisor / spin if stable else math.nan
+                S[AT.euler_period + lane] = 2.0 * math.pi / (divisor * spin) if stable else math.nan
 
     return tell_rates
 

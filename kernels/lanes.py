@@ -41,13 +41,13 @@ LOPEN, LCAP, LN, LP, LPE, LQ, LQE, LFIRST, LLAST = (W * r for r in range(47, 56)
 # next, the constants of :func:`kernels.reduction.constants`, and the spin's largest wandering.
 SX, SS, SW, U1, HALF = (W * r for r in range(56, 61))
 DRIVE, QUADRATURE, FIRST, SECOND, THIRD, ALONG, SLOPE, WANDER = (W * r for r in range(61, 69))
-# Halves of what the first order of the reduction takes, and of the spin's sign.
-HALF_FIRST, HALF_ALONG, HALF_SPIN = (W * r for r in range(69, 72))
+# Its first order: the factor of (β, γ) in the triple to come, a line in the spin, and by what βγ makes the other one.
+OWN, OWN_BY, OWN_FROM, ACROSS = (W * r for r in range(69, 73))
 # The exact recurrence of a small motion: first differences, and its constants (:mod:`kernels.recurrence`).
-DA, DB, DC, GA, GB, GC, BEND = (W * r for r in range(72, 79))
+DA, DB, DC, GA, GB, GC, BEND = (W * r for r in range(73, 80))
 # The square of the largest transverse size when the two were APART.
-APART_OVER = W * 79
-ROWS = 80
+APART_OVER = W * 80
+ROWS = 81
 
 NONE, FIRST_ORDER, WHOLE = range(3)  # how much of the reduction is done: see :mod:`kernels.reduction`
 
@@ -62,7 +62,6 @@ def _set_constants(S, lane):
         S[ALONG + lane],
         S[SLOPE + lane],
     ) = reduction.constants(S[GUESS + lane], S[DRIVE + lane])
-    S[HALF_FIRST + lane], S[HALF_ALONG + lane] = 0.5 * S[FIRST + lane], 0.5 * S[ALONG + lane]
 
 
 @njit(**OPTIONS)
@@ -82,13 +81,10 @@ def begin(S):
         S[USED + lane], S[OPEN + lane], S[LOPEN + lane] = 1.0, 1.0, 1.0
         below = measure.LOG_BELOW / S[EPSILON + lane]
         S[LCAP + lane] = min(measure.LOG_TO * measure.LOG_TO * size, below * below)
-        S[HALF_SPIN + lane] = 0.5 * a
         S[DRIVE + lane], S[GUESS + lane] = ca * e2 * S[SPACING + lane] * a, 0.0
-        _set_constants(S, lane)
-        S[HALF + lane] = S[QUADRATURE + lane] * (b * c)
         S[LP + lane], S[LQ + lane] = 1.0, 1.0
         S[LFIRST + lane], S[LLAST + lane], S[APART_OVER + lane] = 1.0, 1.0, 1.0
-    for row in (RX, RR, XX, TURN, JD, ED, LD, LN, LPE, LQE, APART, SX, SS, SW, U1, WANDER):
+    for row in (RX, RR, XX, TURN, JD, ED, LD, LN, LPE, LQE, APART, SX, SS, SW, WANDER):
         for lane in range(W):
             S[row + lane] = 0.0
 
@@ -210,24 +206,38 @@ def advance(S, order, steps):
 
 
 @njit(**OPTIONS)
+def note_excess(S):
+    """Leave the spin's excess at the second sample to :func:`guess`, in U1."""
+    for lane in range(W):
+        S[U1 + lane] = S[A + lane] * S[SPIN + lane] - 1.0
+
+
+@njit(**OPTIONS)
 def guess(S):
     """Set the first guess of every lane, and what the reduction takes from it; the current state is the third sample.
 
-    The second sample has left its spin's excess in HALF, by the constants of a guess of 0. A motion that surely turns
-    has no log slope, and its ellipse is not followed as if it grew.
+    A motion that surely turns has no log slope, and its ellipse is not followed as if it grew. Returns whether some
+    lane may have one.
     """
+    growing = 0
     for lane in range(W):
         b, c, b1, c1 = S[B + lane], S[C + lane], S[B1 + lane], S[C1 + lane]
         b2, c2 = S[B2 + lane], S[C2 + lane]
-        a = S[A + lane] * S[SPIN + lane] - 1.0
-        a1 = 2.0 * (S[HALF + lane] - S[QUADRATURE + lane] * (b1 * c1))
+        a, a1 = S[A + lane] * S[SPIN + lane] - 1.0, S[U1 + lane]
         raw = measure.first_guess(b, c, b1, c1, b2, c2)
         S[GUESS + lane] = reduction.corrected_guess(raw, a1, a, b, c, b1, c1, b2, c2, S[DRIVE + lane])
-        S[LOPEN + lane] = 0.0 if S[GUESS + lane] > measure.SURELY_TURNS else S[LOPEN + lane]
+        turns = S[GUESS + lane] > measure.SURELY_TURNS
+        S[LOPEN + lane] = 0.0 if turns else S[LOPEN + lane]
+        growing |= 0 if turns else 1
         _set_constants(S, lane)
         quadrature = S[QUADRATURE + lane]
         S[U1 + lane] = 0.5 * a1 - quadrature * (b1 * c1 - b2 * c2)
         S[HALF + lane] = 0.5 * a1 + quadrature * (b1 * c1)
+        by, off, S[ACROSS + lane] = reduction.first_order(S[GUESS + lane], S[DRIVE + lane], a1, b * c - b2 * c2)
+        first = S[FIRST + lane]
+        S[OWN + lane] = first * (by * a1 + off)
+        S[OWN_BY + lane], S[OWN_FROM + lane] = first * by * S[SPIN + lane], first * (off - by)
+    return growing > 0
 
 
 @njit(**INLINE)
@@ -245,13 +255,10 @@ def _take_part(S, lane, excess):
 
 @njit(**INLINE)
 def _take_first_order(S, lane):
-    """As :func:`_take_part` to the first order; twice μ in place of μ."""
-    half = S[A + lane] * S[HALF_SPIN + lane] - 0.5
-    product = S[QUADRATURE + lane] * (S[B + lane] * S[C + lane])
-    u, u1 = (half - product) + S[HALF + lane], S[U1 + lane]
-    S[U1 + lane], S[HALF + lane] = u, half + product
-    twice = u + u1
-    return twice * S[HALF_FIRST + lane], (u - u1) * S[HALF_ALONG + lane], twice
+    """Both factors to the first order."""
+    own = S[OWN + lane]
+    S[OWN + lane] = S[A + lane] * S[OWN_BY + lane] + S[OWN_FROM + lane]
+    return own, S[ACROSS + lane] * (S[B1 + lane] * S[C1 + lane])
 
 
 def _sample_of(reduced):
@@ -263,7 +270,7 @@ def _sample_of(reduced):
 
     @njit(**OPTIONS)
     def sample(S, triple):
-        opened, logging = 0, 0  # whole numbers: their or-reduction stays packed
+        opened = 0  # a whole number: its or-reduction stays packed
         for lane in range(W):
             b, c = S[B + lane], S[C + lane]
             b1, c1, b2, c2 = S[B1 + lane], S[C1 + lane], S[B2 + lane], S[C2 + lane]
@@ -287,23 +294,21 @@ def _sample_of(reduced):
             if followed:
                 if whole:
                     own, across, mu = _take_part(S, lane, excess)
-                    more = mu * (2.0 + mu)
+                    S[SW + lane] += xx * (mu * (2.0 + mu)) if counts else 0.0
                 else:
-                    own, across, more = _take_first_order(S, lane)
+                    own, across = _take_first_order(S, lane)
                 sb = (rb - own * b1) - across * ((b - b1) + (b1 - b2))
                 sc = (rc - own * c1) - across * ((c - c1) + (c1 - c2))
                 S[SX + lane] += sb * b1 + sc * c1 if counts else 0.0
                 S[SS + lane] += sb * sb + sc * sc if counts else 0.0
-                S[SW + lane] += xx * more if counts else 0.0
-                turn = (b1 * c - c1 * b) * S[A + lane]  # the sense relative to the spin, whose sign a carries
+                turn = b1 * c - c1 * b
+                turn = turn * (1.0 + excess) if whole else turn
                 S[TURN + lane] += turn if inside else 0.0
-                grown = size >= measure.LOG_FROM * measure.LOG_FROM * start
-                logging |= 1 if (S[LOPEN + lane] > 0.0) & (grown | (S[LN + lane] > 0.0)) else 0
             S[LARGEST + lane] = size if inside & (size > S[LARGEST + lane]) else S[LARGEST + lane]
             S[B2 + lane], S[C2 + lane] = b1, c1
             S[B1 + lane], S[C1 + lane] = b, c
             opened |= 1 if inside else 0
-        return opened > 0, logging > 0
+        return opened > 0
 
     return sample
 
@@ -370,18 +375,18 @@ def sample(S, k, reduced):
     """Take sample k of every lane: window, sense of turning and the sums of the recurrence and of its reduction.
 
     A closed window selects the old value everywhere, so a lane that has left it no longer changes. The recurrence
-    takes part from the third sample on. The first guess is the same with no reduction: up to it the clock is kept.
+    takes part from the third sample on.
 
     Returns
     -------
-    opened, logging : bool
-        As :func:`watch`.
+    bool
+        Whether any lane's window is open.
     """
     if reduced == WHOLE:
         return _sample_whole(S, k >= 2)
-    if reduced == FIRST_ORDER or k <= 2:
+    if reduced == FIRST_ORDER:
         return _sample_first_order(S, k >= 2)
-    return _sample_alone(S, True)
+    return _sample_alone(S, k >= 2)
 
 
 @njit(**INLINE)
@@ -453,6 +458,15 @@ def log_sample(S):
 
 
 @njit(**OPTIONS)
+def have_grown(S):
+    """Whether some lane has been large enough for the log slope."""
+    grown = 0
+    for lane in range(W):
+        grown |= 1 if S[LARGEST + lane] >= measure.LOG_FROM * measure.LOG_FROM * S[START + lane] else 0
+    return grown > 0
+
+
+@njit(**OPTIONS)
 def watch(S):
     """Whether any lane's window is open, and whether any lane is inside the log slope's window or may now enter it."""
     opened, logging = 0, 0  # whole numbers: their or-reduction stays packed
@@ -501,7 +515,7 @@ def follow(S, order, steps, intervals, certified, invariants, logged, reduced):
             begin_recurrence(S)
     if invariants:
         begin_invariants(S)
-    opened = True
+    opened, growing, logging = True, False, False
     at_once = order == -EXACT and reduced == NONE and not invariants
     for k in range(1, intervals + 1):
         if at_once and k > 2:
@@ -509,9 +523,12 @@ def follow(S, order, steps, intervals, certified, invariants, logged, reduced):
             break
         advance(S, order, steps)
         if k == 2:
-            guess(S)
+            growing = guess(S)
         if opened:  # else every window has closed but the log slope's
-            opened, logging = sample(S, k, reduced)
+            opened = sample(S, k, reduced)
+            logging = logging or (growing and logged and have_grown(S))
+            if k == 1:
+                note_excess(S)
             if certified and reduced == WHOLE:
                 certify(S)
             elif certified:
@@ -532,7 +549,7 @@ PARTS = (
     *((loop, (float64[::1], int64)) for loop in (_advance_12, _advance_10, _advance_8)),
     *((loop, (float64[::1], int64)) for loop in (_advance_near_12, _advance_near_10, _advance_near_8)),
     *((loop, (float64[::1], int64)) for loop in (_advance_nearest_12, _advance_nearest_10, _advance_nearest_8)),
-    *((loop, (float64[::1],)) for loop in (begin_exact, begin, begin_invariants, guess, _advance_exact)),
+    *((loop, (float64[::1],)) for loop in (begin_exact, begin, begin_invariants, note_excess, guess, _advance_exact)),
     *((loop, (float64[::1],)) for loop in (begin_recurrence, _advance_recurrence, _exact_samples, _exact_sample_alone)),
-    *((loop, (float64[::1],)) for loop in (certify, certify_near, watch_invariants, watch, log_sample)),
+    *((loop, (float64[::1],)) for loop in (certify, certify_near, watch_invariants, have_grown, watch, log_sample)),
 )

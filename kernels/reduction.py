@@ -31,9 +31,18 @@ its end correction is exact,
 .. math:: \frac1h\int_0^h a\,d\tau = \tfrac12(a_0 + a_1) - \frac{x\coth x - 1}{4x^2}\,h\,(a_1' - a_0')
 
 *Small nudges.* Where no spin of a run can wander by more than :math:`w = 10^{-8}` of itself, p is its part of the first
-order, :math:`2xS\mu\beta + \eta x\coth x(\beta_+ - \beta_-)`, half the work: what is left out is the part w of p, and
-of Ω² below w² = 10⁻¹⁶, a rounding. The bound is :math:`|a| \le |c_a|\varepsilon^2\int|\beta\gamma|\,d\tau \le
-\frac12|c_a|\varepsilon^2\,10^2\,T` of samples up to ten times the start, in a run of length T.
+order, :math:`2xS\mu\beta + \eta x\coth x(\beta_+ - \beta_-)`: what is left out is the part w of p, and of Ω² below w²
+= 10⁻¹⁶, a rounding. The clock is not summed up then. The integrals of :math:`a = \bar a + y,\ y'' = 4\kappa y`, over
+the interval before and after the triple's middle are
+
+.. math:: \mu = \bar a + zy = za + (1 - z)\bar a, \qquad \eta = \frac{S^2}{2x^2}ha', \qquad
+          z = \frac{\sinh 2x}{2x} = \frac{SC}x
+
+with a and :math:`a'` at the middle, so that :math:`\eta x\coth x = \frac12zh\,a'`. The constant comes from the first
+triple, whose ends are :math:`h(a'_+ - a'_-) = 8x^2z\,y` apart. The slope's weights are :math:`\varepsilon^2`, for what
+is left of D after the first guess is a rounding, and the weights' part w of that nothing. The bound is :math:`|a| \le
+|c_a|\varepsilon^2\int|\beta\gamma|\,d\tau \le \frac12|c_a|\varepsilon^2\,10^2\,T` of samples up to ten times the
+start, in a run of length T.
 
 *Blind.* x² comes from the second difference of the first three samples, corrected for its own amplitude by two rounds
 of the above; no theoretical rate is used. c_a is the coefficient by which the transverse motion drives the spin: it
@@ -62,6 +71,14 @@ def is_small(ca, epsilon, span):
 
 
 @njit(**INLINE)
+def square(guess):
+    """x² of D_0 = 1 - cosh x, by its series; dimensionless."""
+    G = -2.0 * guess
+    series = G * (1 / 560 - G * (1 / 3150 - G * (1 / 16632)))
+    return G * (1.0 - G * (1 / 12 - G * (1 / 90 - series)))
+
+
+@njit(**INLINE)
 def constants(guess, drive):
     """Constants of a lane from D_0 (dimensionless) and the spin's drive c_a epsilon² h, its sign that of the spin.
 
@@ -71,13 +88,24 @@ def constants(guess, drive):
         The clock's end correction times the drive; 2xS, x²C and x³S/3; x coth x and -x²/S². Series in x², whose rest is
         below 1e-8 of them for |x| up to 1/2.
     """
-    G = -2.0 * guess
-    series = G * (1 / 560 - G * (1 / 3150 - G * (1 / 16632)))
-    x2 = G * (1.0 - G * (1 / 12 - G * (1 / 90 - series)))
+    G, x2 = -2.0 * guess, square(guess)
     series = x2 * (1 / 4725 - x2 * (2 / 93555 - x2 * (1382 / 638512875)))
     c = 1 / 3 - x2 * (1 / 45 - x2 * (2 / 945 - series))
     s = 1.0 + x2 * (1 / 6 + x2 * (1 / 120 + x2 * (1 / 5040 + x2 * (1 / 362880))))
     return 0.25 * c * drive, 2.0 * x2 * s, x2 * (1.0 + 0.5 * G), x2 * x2 * s / 3.0, 1.0 + x2 * c, -1.0 / (s * s)
+
+
+@njit(**INLINE)
+def first_order(guess, drive, a1, products):
+    """Constants of a lane for small nudges: z, (1 - z) times the spin's mean excess, and of ηx coth x the factor of βγ.
+
+    ``a1`` is the spin's excess in the middle of the first triple, ``products`` what βγ is more at its end than at its
+    start.
+    """
+    x2 = 4.0 * square(guess)
+    part = 1 / 6 + x2 * (1 / 120 + x2 * (1 / 5040 + x2 * (1 / 362880 + x2 * (1 / 39916800))))
+    z = 1.0 + x2 * part
+    return z, part * (0.5 * drive / z * products - x2 * a1), 0.5 * z * drive
 
 
 @njit(**INLINE)
@@ -109,6 +137,6 @@ def corrected_guess(raw, a1, a, b, c, b1, c1, b2, c2, drive):
 
 
 @njit(**INLINE)
-def rms_part(sum_rr, sum_ss, sum_xx, spacing):
-    """Root mean square of p relative to the motion, as a rate² (in 1/spacing² units): what the amplitude moved."""
-    return math.sqrt(max(sum_rr - sum_ss, 0.0) / sum_xx) / spacing / spacing
+def rms_part(sum_rr, sum_ss, inverse, samples):
+    """Root mean square of p relative to the motion, as a rate²: what the amplitude moved; 1/Σxx and 1/h are given."""
+    return math.sqrt(max(sum_rr - sum_ss, 0.0) * inverse) * samples * samples

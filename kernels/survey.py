@@ -87,10 +87,19 @@ def _load(S, lane, moments, spin, epsilon, phase, spacing, steps):
 
 
 @njit(nogil=True, **OPTIONS)
-def _run(I1, I2, I3, axis, omega0, epsilon, phase, plan, blocks, intervals, tolerance, rounded, groups, rows, kept):
+def _keep(S, rows, kept):
+    """Columns of a block that are marked, whole rows of lanes at once."""
+    for row in range(rows.size):
+        if rows[row]:
+            for lane in range(W):
+                kept[row, lane] = S[(findings.FIRST + row) * W + lane]
+
+
+@njit(nogil=True, **OPTIONS)
+def _run(I1, I2, I3, axis, omega0, epsilon, phase, plan, blocks, intervals, tolerance, rounded, groups, rows, kept, at):
     """Integrate and measure block after block: order[starts[j]:starts[j + 1]] are the points of block j.
 
-    Columns go to ``kept`` in that order, those that are marked.
+    Columns go to ``kept``, shape (blocks, rows, W); ``at`` tells where a point's lane lies in it.
     """
     spacings, orders, steps, reduced = plan
     order, starts = blocks
@@ -112,25 +121,23 @@ def _run(I1, I2, I3, axis, omega0, epsilon, phase, plan, blocks, intervals, tole
         depth = reduced[head] if reducing or reduced[head] == lanes.WHOLE else lanes.NONE
         lanes.follow(S, orders[head], steps[head], intervals, certified, invariants, logged, depth)
         findings.tell(S, certified, invariants, logged, depth, exactly, rounded, tolerance)
-        for row in range(rows.size):
-            if rows[row]:
-                for lane in range(count):
-                    kept[row, first + lane] = S[(findings.FIRST + row) * W + lane]
+        _keep(S, rows, kept[j])
+        for lane in range(count):
+            at[order[first + lane]] = j * kept.shape[1] * W + lane
 
 
 @njit(nogil=True, **OPTIONS)
-def _sort_back(order, rows, kept, place, out):
-    """Columns in the order of the points, from those in the order they were measured in.
+def _sort_back(rows, kept, at, low, size, out):
+    """Columns of ``size`` points in their order, from number ``low`` on, from those in the order of the blocks.
 
     One column at a time, written as it lies: a point's columns are far apart in memory, and to write them point by
     point takes three times as long.
     """
-    for k in range(order.size):
-        place[order[k]] = k
     for row in range(rows.size):
         if rows[row]:
-            for i in range(order.size):
-                out[row, i] = kept[row, place[i]]
+            column, own = kept[row * W :], out[row][low : low + size]  # both known to be contiguous
+            for i in range(size):
+                own[i] = column[at[i]]
 
 
 @njit(nogil=True, **OPTIONS)
@@ -141,8 +148,8 @@ def _measure(arrays, spacing, intervals, tolerance, exactly, rounded, groups, ro
     spacings, orders, steps = np.empty(room), np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64)
     keys = np.empty(room, dtype=np.int64)
     plan = (spacings, orders, steps, np.empty(room, dtype=np.int64))
-    # rows that do not begin at multiples of a page apart, which would share few lines of the cache
-    kept, place = np.empty((rows.size, room + W)), np.empty(room, dtype=np.int64)
+    # an odd number of rows: blocks that begin at multiples of half a page would share few lines of the cache
+    kept, at = np.empty((room // W + 1, rows.size | 1, W)), np.empty(room, dtype=np.uint64)
     for low in range(0, I1.size, TILE):
         size = min(I1.size - low, TILE)
         part = slice(low, low + size)
@@ -150,8 +157,10 @@ def _measure(arrays, spacing, intervals, tolerance, exactly, rounded, groups, ro
         _plan(*bodies, nudge, spacing, intervals, tolerance, exactly, plan, keys)
         order, starts = cut(keys[:size], LEVELS)
         turn = (omega0[part], nudge, phase[part])
-        _run(*bodies, *turn, plan, (order, starts), intervals, tolerance, rounded, groups, rows, kept)
-        _sort_back(order, rows, kept, place, out[:, part])
+        if starts.size - 1 > kept.shape[0]:
+            kept = np.empty((starts.size - 1, kept.shape[1], W))
+        _run(*bodies, *turn, plan, (order, starts), intervals, tolerance, rounded, groups, rows, kept, at)
+        _sort_back(rows, kept.ravel(), at, low, size, out)
 
 
 def _point_arrays(points):

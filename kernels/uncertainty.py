@@ -59,19 +59,21 @@ HARMONIC = 2.0 * (1.0 + 0.5 / math.cos(0.5)) ** 2  # 2 q²
 
 
 @njit(**INLINE)
-def scatter(stderr, used, rate2, spacing):
-    """The scatter term from the standard error of n = ``used`` samples; NaN where that is."""
+def scatter(slope, squares, used, rate2, spacing):
+    """The scatter term of n = ``used`` samples, from the slope by D and the residuals' sum of squares by that of ε.
+
+    The standard error squared, by what widens it: one root and one division. NaN for less than four samples.
+    """
     x2 = rate2 * spacing * spacing
     turns = (used - 2.0) * x2 * (1.0 - x2 * (1 / 3))  # m sin²x; below 0 for growth, which keeps all of the scatter
-    return stderr * math.sqrt(used * HARMONIC / (max(used - 4.0, 0.25) * max(turns, HARMONIC)))
+    below = (8.0 * used - 20.0) * max(used - 4.0, 0.25) * max(turns, HARMONIC)
+    return slope * math.sqrt(squares * used * HARMONIC / below) if used >= 4.0 else math.nan
 
 
 @njit(**INLINE)
-def integration(rate2, apart, used, spacing):
-    """The integration's term from the largest relative error ``apart`` of the perturbation in the window."""
-    span = (used - 1.0) * spacing
-    growing = max(-rate2, 0.0)
-    return apart * (FOLLOWED / span * math.sqrt(abs(rate2) + 1.0 / (span * span)) + BENT * growing)
+def integration(rate2, apart, per):
+    """The integration's term from the largest relative error ``apart`` of the perturbation; ``per`` is 1/T."""
+    return apart * (FOLLOWED * per * math.sqrt(abs(rate2) + per * per) + BENT * max(-rate2, 0.0))
 
 
 @njit(**INLINE)
@@ -84,27 +86,25 @@ def amplitude(rate2, part, wander, spacing):
 
 
 @njit(**INLINE)
-def rounding(rate2, used, spacing):
-    """The rounding of coefficients, steps and samples."""
-    size = abs(rate2)
-    own = 8.0 * size + 6.0 * math.sqrt(size) / spacing
-    return UNIT * (own + 0.4 / (spacing * spacing * math.sqrt(max(used - 2.0, 1.0))))
+def rounding(rate, samples, used):
+    """The rounding of coefficients, steps and samples, from √|Ω²| and 1/h."""
+    own = rate * (8.0 * rate + 6.0 * samples)
+    return UNIT * (own + 0.4 * samples * samples / math.sqrt(max(used - 2.0, 1.0)))
 
 
 @njit(**INLINE)
-def of_moments(rate2, Ia, Ib, Ic, cb, cc, rounded):
+def of_moments(rate2, Ia, Ib, Ic, rounded):
     """What one rounding of each moment moves Ω² by, where it counts: see the module's docstring."""
-    moved = UNIT * (abs(cb) * (Ia + Ib) / Ic + abs(cc) * (Ia + Ic) / Ib)
+    moved = UNIT * (abs(Ic - Ia) * (Ia + Ib) + abs(Ia - Ib) * (Ia + Ic)) / (Ib * Ic)
     return moved if rounded | (abs(rate2) <= NEAR_NONE * moved) else 0.0
 
 
 @njit(**INLINE)
-def farther(square, error, rate, high):
-    """Distance of rate = sqrt(square), square >= 0, from the farther end of the square's interval, sqrt its upper end.
+def farther(square, error, rate, low, high):
+    """Distance of rate = sqrt(square), square >= 0, from the farther end of its interval: roots of the square's ends.
 
-    Of the lower end it is a difference of squares over a sum of roots: an error of a few roundings keeps its digits.
+    Of the lower end, at least 0, it is a difference of squares over a sum of roots: a few roundings keep their digits.
     """
-    low = math.sqrt(max(square - error, 0.0))
     below = min(square, error) / (rate + low if rate > 0.0 else 1.0)
     return max(high - rate, below if rate > 0.0 else 0.0)
 
@@ -116,4 +116,4 @@ def of_rate(square, error):
     error/(2 rate) where that is small; where the square's interval reaches below 0 it holds the rate 0 too.
     """
     high, square = math.sqrt(max(square + error, 0.0)), max(square, 0.0)
-    return farther(square, error, math.sqrt(square), high)
+    return farther(square, error, math.sqrt(square), math.sqrt(max(square - error, 0.0)), high)

@@ -25,6 +25,9 @@ FREE_OF_ERRORS = tuple(  # neither errors nor what stands on them: regimes, rate
     c.name for c in findings.COLUMNS if c.work not in (findings.ERRORS, findings.REDUCTION, findings.LOG_SLOPE)
 )
 WITH_ERRORS = tuple(c.name for c in findings.COLUMNS if c.work != findings.LOG_SLOPE)
+WITHOUT_ERRORS = tuple(  # errors and their terms; the certificate is not one
+    name for name in WITH_ERRORS if "_error" not in name or name == "propagation_error"
+)
 BLOCK = 2**15
 
 
@@ -62,6 +65,7 @@ def contenders(settings):
         "all columns, two cores": (lambda part: survey.survey(part, *settings), 2),
         "all but the certificate": (lambda part: survey.survey(part, *settings, wanted=UNCERTIFIED), 1),
         "all columns but the log slope": (lambda part: survey.survey(part, *settings, wanted=WITH_ERRORS), 1),
+        "... but errors": (lambda part: survey.survey(part, *settings, wanted=WITHOUT_ERRORS), 1),
         "... but errors and regimes": (lambda part: survey.survey(part, *settings, wanted=FREE_OF_ERRORS), 1),
         "rates alone, one core": (lambda part: survey.measured(part, *settings, wanted=BARE), 1),
         "rates alone, two cores": (lambda part: survey.measured(part, *settings, wanted=BARE), 2),
@@ -76,7 +80,8 @@ RATIOS = (
     ("two cores over one, rates alone", "rates alone, one core", "rates alone, two cores"),
     ("with certificates over without", "all columns, one core", "all but the certificate"),
     ("all columns over rates alone", "all columns, one core", "rates alone, one core"),
-    ("with errors over without", "all columns but the log slope", "... but errors and regimes"),
+    ("with errors over without", "all columns but the log slope", "... but errors"),
+    ("... and without regimes, rates", "all columns but the log slope", "... but errors and regimes"),
     ("direct over exact", "rates alone, one core", "exact propagator"),
     ("full over collapsed", "measured, all columns", "measured, collapsed"),
 )

@@ -111,8 +111,8 @@ def test_scatter_holds_what_a_third_harmonic_moves():
         angle = x * np.arange(63)[:, None]
         motion, left = share * np.cos(angle + phase[0]), rng.uniform(0, 1, 2) * np.cos(3 * angle + phase[1])
         moved = abs(0.5 * (left * motion).sum() / (motion**2).sum())  # of D
-        stderr = np.sqrt((left**2).sum() / (motion**2).sum() / (4 * (2 * n - 5)))
-        told = uncertainty.scatter(stderr, n, x * x, 1.0)
-        assert told < stderr
+        squares = (left**2).sum() / (motion**2).sum()
+        told = uncertainty.scatter(1.0, squares, n, x * x, 1.0)
+        assert told < np.sqrt(squares / (4 * (2 * n - 5)))
         assert moved <= told
-    assert uncertainty.scatter(1.0, n, -0.2, 1.0) == pytest.approx(np.sqrt(65 / 61))
+    assert uncertainty.scatter(1.0, 4 * (2 * n - 5), n, -0.2, 1.0) == pytest.approx(np.sqrt(65 / 61))
