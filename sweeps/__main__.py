@@ -14,7 +14,6 @@ from importlib import import_module
 from io import TextIOWrapper
 from pathlib import Path
 from threading import current_thread, main_thread
-from traceback import extract_tb
 from typing import Any
 
 import sweeps
@@ -62,7 +61,8 @@ class _Version(Action):
         parser.exit()
 
 
-def _parser() -> ArgumentParser:
+def _parser(first: str = "") -> ArgumentParser:
+    """What understands all commands; of a command's name alone, where that is the first word."""
     from sweeps.commands import NAMES, completion
     from sweeps.commands.parser import Parser
 
@@ -72,7 +72,7 @@ def _parser() -> ArgumentParser:
     parser.add_argument("--version", action=_Version, nargs=0, help="show program's version number and exit")
     completion.add(parser)
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for name in NAMES:
+    for name in (first,) if first in NAMES else NAMES:
         import_module(f"sweeps.commands.{name}").add(commands)
     return parser
 
@@ -91,9 +91,10 @@ def main(arguments: list[str] | None = None) -> int:
             _write_what_can_be()
             if arguments is None:  # this process is this command's alone
                 lean.leave_out(alone=True)
-            parser = _parser()
+            words = sys.argv[1:] if arguments is None else arguments
+            parser = _parser(*words[:1])
             answer(hear)
-            return _answered(parser.parse_args(sys.argv[1:] if arguments is None else arguments))
+            return _answered(parser.parse_args(words))
         except BaseException as error:
             if not (heard or isinstance(error, KeyboardInterrupt)):
                 raise
@@ -126,6 +127,8 @@ def _without_words_of_h5py() -> Iterator[None]:
     excepted, unraised = sys.excepthook, sys.unraisablehook
 
     def except_h5py(kind, value, trace):
+        from traceback import extract_tb
+
         frames = extract_tb(trace)
         if not (frames and frames[-1].filename.endswith("_objects.pyx")):
             excepted(kind, value, trace)
@@ -157,6 +160,8 @@ def _answered(args: Namespace) -> int:
             raise
         return _refused(f"{error}: a file is damaged; allowed: a whole file that Polhode wrote")
     except Exception as error:
+        from traceback import extract_tb
+
         if not any(frame.filename.endswith(NUMBAS_SETTINGS) for frame in extract_tb(error.__traceback__)):
             raise
         what = " ".join(str(error).split())
@@ -165,6 +170,8 @@ def _answered(args: Namespace) -> int:
 
 def _where(error: OSError) -> str:
     """Which line of ours an error without a file's name came through, for mistakes of ours."""
+    from traceback import extract_tb
+
     lines = [line for line in extract_tb(error.__traceback__) if "sweeps" in Path(line.filename).parts]
     return f"system (at {Path(lines[-1].filename).name}, line {lines[-1].lineno})" if lines else "system"
 

@@ -15,7 +15,7 @@ from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 
-from kernels.fingerprint import cache_folder, fingerprint
+from kernels.fingerprint import cache_folder
 from sweeps import interrupts, systems
 from sweeps.files import replaced_folder
 from sweeps.maps import storage
@@ -120,7 +120,6 @@ def _compile(system: systems.Dynamics) -> None:
     if not compiled.exists() and systems.calls_the_defaults(system):
         _say(f"compiling the kernels, once per machine, about {estimate.default_seconds(system):.0f} s")
         warmup.compile_kernels()
-        compiled.write_text(fingerprint() + "\n")
     if not system.compiled().exists():
         _say(f"compiling {system.name}, once per machine, about {estimate.compile_seconds(system):.0f} s")
         warmup.compile_system(system)

@@ -64,6 +64,8 @@ def compile_kernels(everything: bool = False, without: Sequence[str] = (), seldo
             if second.exitcode:  # what it had taken is done here
                 _run(systems.compilations(*asked))
         stored.note(cache_folder())
+    for name in systems.MODULES if everything else (systems.DEFAULT_SYSTEM,):
+        _say_compiled(systems.resolve(name))
 
 
 def _compile(asked: tuple[bool, Sequence[str], bool], taken: str, from_the_end: bool = False) -> None:
@@ -109,6 +111,10 @@ def compile_system(system: systems.Dynamics) -> None:
     with _alone():
         _run([system.compile])
         stored.note(cache_folder())
+    _say_compiled(system)
+
+
+def _say_compiled(system: systems.Dynamics) -> None:
     compiled = system.compiled()
     compiled.parent.mkdir(parents=True, exist_ok=True)
     with replaced(compiled) as temporary:

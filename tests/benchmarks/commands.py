@@ -4,8 +4,9 @@
 
 Seconds of the processor (user and system, children included), which others at work on the machine change less than the
 wall clock, medians of fresh processes, everything warm, byte code kept as a person's Python keeps it. The floors are
-what the libraries below a command take to load, and what Numba takes until its first kernel answers from the cache on
-the disk: a command that needs them takes as long.
+what the libraries below a command take to load, by themselves and together, loaded as commands load them
+(`sweeps.lean`), and what Numba takes until its first kernel answers from the cache on the disk. The last column is what
+a command takes above its own floor.
 """
 
 import os
@@ -21,16 +22,30 @@ DRAWN = (
     "from matplotlib.figure import Figure; f = Figure(layout='constrained'); f.subplots(2, 2); "
     "f.savefig({out!r} + '.png')"
 )
+LEAN = "from sweeps import lean; lean.leave_out(alone=True); "
+MODEL = "import pydantic; type('Model', (pydantic.BaseModel,), {})"  # the first model loads most of it
+DEFINITION = "NumPy, pydantic, YAML: any definition"
+MAP = "NumPy, h5py, Rich: any map"
 FLOORS = {
-    "Python alone": "pass",
+    "Python and `sweeps.lean`": "pass",
     "NumPy": "import numpy",
-    "pydantic": "import pydantic; pydantic.BaseModel",
-    "NumPy, h5py, Rich": "import numpy, h5py, rich.console, rich.table",
-    "NumPy, pydantic, YAML: any definition": "import numpy, pydantic, ruamel.yaml; pydantic.BaseModel",
+    "pydantic, and a model": MODEL,
+    "YAML": "import ruamel.yaml",
+    DEFINITION: f"import numpy, ruamel.yaml; {MODEL}",
+    MAP: "import numpy, h5py, rich.console, rich.table",
+    "NumPy, h5py, netCDF4": "import numpy, h5py, netCDF4",
     "Numba": "import numba",
     "Numba, and a kernel from the disk": KERNEL,
     "xarray": "import xarray",
     "Matplotlib, and four empty axes": DRAWN,
+}
+BENEATH = {
+    "check": DEFINITION,
+    "show": MAP,
+    "slice": "NumPy, h5py, netCDF4",
+    "body": DEFINITION,
+    "figures": "Matplotlib, and four empty axes",
+    "report": "xarray",
 }
 KEPT = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
 COMMANDS = {
@@ -55,14 +70,17 @@ def took(words: list[str]) -> tuple[float, float]:
 def main(path: str, rounds: int = 5) -> None:
     """Prints a line a floor and a command."""
     with tempfile.TemporaryDirectory() as out:
-        rows = {name: [sys.executable, "-c", code.format(out=out)] for name, code in FLOORS.items()}
+        rows = {name: [sys.executable, "-c", LEAN + code.format(out=out)] for name, code in FLOORS.items()}
         for name, words in COMMANDS.items():
             rows[name] = [sys.executable, "-m", "sweeps", *(word.format(map=path, out=f"{out}/made") for word in words)]
-        print(f"{'':40s} {'cpu, s':>8s} {'wall, s':>8s}")
+        print(f"{'':40s} {'cpu, s':>8s} {'wall, s':>8s} {'above its floor':>16s}")
+        found = {}
         for name, words in rows.items():
             took(words)
             walls, cpus = zip(*(took(words) for _ in range(rounds)), strict=True)
-            print(f"{name:40s} {statistics.median(cpus):8.2f} {statistics.median(walls):8.2f}", flush=True)
+            found[name] = statistics.median(cpus)
+            above = f"{found[name] - found[BENEATH[name]]:16.2f}" if name in BENEATH else ""
+            print(f"{name:40s} {found[name]:8.2f} {statistics.median(walls):8.2f} {above}".rstrip(), flush=True)
 
 
 if __name__ == "__main__":

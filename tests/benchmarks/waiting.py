@@ -3,7 +3,7 @@
     python tests/benchmarks/waiting.py [NAME …]
 
 Wall clock of `run` on one core, from typing to the report, in a folder of its own, and the processor's time, which
-others at work on the machine hardly change. The kernels are compiled beforehand.
+others at work on the machine change less: side by side they share caches. What a sweep calls is compiled beforehand.
 """
 
 import json
@@ -34,6 +34,7 @@ def main(names: list[str]) -> None:
     """Prints a line a sweep."""
     print(f"{'sweep':20s} {'said, s':>8s} {'wall, s':>8s} {'cpu, s':>8s} {'said/cpu':>8s}")
     for name in names or asked("check", "--list"):
+        subprocess.run([*POLHODE, "compile", name], capture_output=True, check=True)
         said = asked("check", name)["wait_seconds"]
         wall, cpu = waited(name)
         print(f"{name:20s} {said:8.1f} {wall:8.1f} {cpu:8.1f} {said / cpu:8.2f}", flush=True)

@@ -95,7 +95,10 @@ def test_two_processes_share_the_list_and_what_one_fails_in_the_other_does(folde
     monkeypatch.setattr(warmup.os, "sched_getaffinity", lambda process: {0, 1})
     monkeypatch.setattr(warmup.interrupts, "end_with_the_parent", lambda: None)
     monkeypatch.setattr(warmup.systems, "compilations", lambda *_: [compilation(number) for number in range(9)])
+    said = []
+    monkeypatch.setattr(warmup, "_say_compiled", lambda system: said.append((system.name, len(set(done)))))
     warmup.compile_kernels()
+    assert said == [("rigid_body", 9)]
     assert set(done) == set(range(9))
     assert fails or len(done) == 9
 
