@@ -1,18 +1,21 @@
 """Do the tests bite? Seeded mutations of the kernels and of the rooms of shards and maps, and how many tests fail.
 
-    PYTHONPATH=. python tests/mutations.py FOLDER [--count 200] [--seed 1] [--only MODULES] [--compiled] [--again]
+    PYTHONPATH=. python tests/mutations.py FOLDER [--count 200] [--seed 1] [--only MODULES] [--compiled] [--ask FILES]
 
 Each mutation is one change of the kind that a slip of the hand makes: another sign, another comparison, a term left
 out, a number one off. It is made in a copy of the tree, in FOLDER; there the tests run that pass through the changed
 line (`coverage` says which, once), the quick ones first, and one that fails, or does not end, has caught it. Kernels
 run as plain Python; `--compiled` asks compiled ones about what those let pass. Every module gets about as many
-mutations as every other. FOLDER/log.txt has a line for each: who breaks off goes on from there. `--again` asks the
-tests of today about what the log calls not caught. What changes nothing that anybody could see stands in
-`equivalent_mutations.txt`, each with its reason, and is not counted.
+mutations as every other. FOLDER/log.txt has a line for each: who breaks off goes on from there. `--ask` asks all tests
+of some files, as they are today, about what the log calls not caught. What changes nothing that anybody could see
+stands in `equivalent_mutations.txt`, each with its reason, and is not counted.
 """
 
 import argparse
 import ast
+import contextlib
+import gc
+import inspect
 import itertools
 import json
 import multiprocessing
@@ -27,6 +30,7 @@ import textwrap
 import time
 from collections import defaultdict
 from pathlib import Path
+from types import CodeType, FunctionType
 from typing import NamedTuple
 
 ROOT = Path(__file__).parents[1]
@@ -164,16 +168,16 @@ def mutated(mutation, text):
     return ast.unparse(tree)
 
 
-def modules():
+def modules(folder=ROOT):
     """Every module of the rooms, by its path without the suffix."""
-    paths = (path.relative_to(ROOT).with_suffix("") for room in ROOMS for path in sorted((ROOT / room).glob("*.py")))
-    return [path.as_posix() for path in paths if path.name not in PLAIN]
+    paths = (path for room in ROOMS for path in sorted((folder / room).glob("*.py")) if path.stem not in PLAIN)
+    return [path.relative_to(folder).with_suffix("").as_posix() for path in paths]
 
 
 def drawn(folder, count, seed, only=""):
     """So many mutations of a tree, each module in its turn."""
     piles = []
-    for module in modules():
+    for module in modules(folder):
         pile = mutations(module, (folder / f"{module}.py").read_text())
         random.Random(f"{seed} {module}").shuffle(pile)
         if re.search(only, module) and pile:
@@ -189,7 +193,7 @@ class Watch:
 
     def __init__(self, wanted=None, coverage=None):
         self.wanted, self.coverage = wanted, coverage
-        self.seconds, self.failed = defaultdict(float), []
+        self.seconds, self.failed, self.broken, self.begun = {}, [], [], 0.0
 
     def pytest_collection_finish(self, session):
         """The quick tests first."""
@@ -199,17 +203,20 @@ class Watch:
             session.items[:] = sorted(kept, key=lambda item: places[item.nodeid])
 
     def pytest_runtest_logstart(self, nodeid):
-        """Notes the lines under the test's name."""
+        """Notes the lines under the test's name, and the time."""
+        self.begun = time.process_time()
         if self.coverage is not None:
             self.coverage.switch_context(nodeid)
             signal.signal(signal.SIGVTALRM, _too_long)
             signal.setitimer(signal.ITIMER_VIRTUAL, LONGEST)
 
     def pytest_runtest_logreport(self, report):
-        """Adds up the seconds of a test that passes."""
-        self.seconds[report.nodeid] += report.duration
+        """Seconds of a processor that a test takes, and what did not pass."""
+        self.seconds[report.nodeid] = time.process_time() - self.begun
         if report.outcome != "passed":
             self.failed.append(report.nodeid)
+        if report.failed:
+            self.broken.append(report.nodeid)
 
 
 def _too_long(*_):
@@ -228,7 +235,8 @@ def _enter(folder, plain, limit):
     if plain:
         os.environ["NUMBA_DISABLE_JIT"] = "1"
         sys.modules["numba"].config.DISABLE_JIT = 1
-    resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 5))
+    if limit:
+        resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 5))
     out = os.open(folder.parent / "said.txt", os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
     os.dup2(out, 1), os.dup2(out, 2)
 
@@ -246,10 +254,7 @@ def _run(folder, plain, files, wanted, limit, mapped):
         watcher = coverage.Coverage(data_file=None, config_file=False, include=rooms)
         watcher.start()
     watch = Watch(wanted, watcher)
-    marks = "not faults" if plain else "not faults and not slow"  # what is slow to compile is not, as it stands
-    options = [f"--ignore=tests/kernels/test_{name}.py" for name in COMPILING if plain]
-    options += ["-q", "-n", "0", "-p", "no:cacheprovider", "--no-header", "-m", marks, "-k", AS_WRITTEN]
-    status = pytest.main([*options, *([] if mapped else ["-x"]), *files], plugins=[watch])
+    status = pytest.main([*_options(plain), *([] if mapped else ["-x"]), *files], plugins=[watch])
     if mapped:
         signal.setitimer(signal.ITIMER_VIRTUAL, 0)
         watcher.stop()
@@ -258,6 +263,12 @@ def _run(folder, plain, files, wanted, limit, mapped):
     (folder.parent / "told.json").write_text(json.dumps(told))
     sys.stdout.flush()
     os._exit(int(status))
+
+
+def _options(plain):
+    marks = "not faults" if plain else "not faults and not slow"  # what is slow to compile is not, as it stands
+    left_out = [f"--ignore=tests/kernels/test_{name}.py" for name in COMPILING if plain]
+    return [*left_out, "-q", "-n", "0", "-p", "no:cacheprovider", "--no-header", "-m", marks, "-k", AS_WRITTEN]
 
 
 def _lines(watcher, folder):
@@ -275,6 +286,113 @@ def _put(path, text):
     path.write_text(text)
     for compiled_one in (path.parent / "__pycache__").glob(f"{path.stem}.*"):
         compiled_one.unlink()
+
+
+class Judge:
+    """A plugin of pytest: once all tests are collected, judges mutations, each in a fork of the process.
+
+    There the changed functions get their new code where they are: nothing is imported or collected again. What is
+    changed where a module is imported cannot be judged so.
+    """
+
+    def __init__(self, folder, cases):
+        self.folder, self.cases = folder, cases
+
+    def pytest_runtestloop(self, session):
+        """In place of running the tests."""
+        items, functions = {item.nodeid: item for item in session.items}, _functions(self.folder)
+        for name, module, text, asked in self.cases:
+            child = os.fork()
+            if not child:
+                try:
+                    resource.setrlimit(resource.RLIMIT_CPU, (3 * PATIENCE, 3 * PATIENCE + 5))
+                    session.items[:] = [items[test] for test in (items if asked is None else asked) if test in items]
+                    os._exit(self.judged(session, functions, module, text))
+                finally:
+                    os._exit(2)
+            caught = self.ended(child)
+            if caught is not None:
+                _note(self.folder.parent / "log.txt", name, caught)
+        return True
+
+    def judged(self, session, functions, module, text):
+        """An exit status: whether no test failed (0), one did (1), or this mutation is not for us (2)."""
+        from _pytest.main import pytest_runtestloop
+
+        if not _swap(functions, self.folder / f"{module}.py", text):
+            return 2
+        watch = Watch()
+        session.config.pluginmanager.register(watch)
+        with contextlib.suppress(session.Failed, session.Interrupted):
+            pytest_runtestloop(session)
+        (self.folder.parent / "caught.txt").write_text(watch.broken[0] if watch.broken else "")
+        return int(bool(watch.broken))
+
+    def ended(self, child):
+        """What caught the mutation that a fork judges; None where it cannot tell."""
+        end = time.monotonic() + 60 * PATIENCE
+        while (told := os.waitpid(child, os.WNOHANG))[0] == 0:
+            time.sleep(0.02)
+            if time.monotonic() > end:
+                os.kill(child, signal.SIGKILL)
+                os.waitpid(child, 0)
+                return "no end"
+        status = os.waitstatus_to_exitcode(told[1])
+        if status < 0:
+            return "no end"
+        return {0: SURVIVES, 1: (self.folder.parent / "caught.txt").read_text()}.get(status)
+
+
+def _functions(folder):
+    """(File, qualified name) → functions of the tree, those inside of others included."""
+    found = defaultdict(list)
+    gc.unfreeze()
+    for thing in gc.get_objects():
+        if isinstance(thing, FunctionType) and thing.__code__.co_filename.startswith(str(folder)):
+            found[thing.__code__.co_filename, thing.__code__.co_qualname].append(thing)
+    return found
+
+
+def _swap(functions, path, text):
+    """Gives the functions of a module that is loaded the code of a changed text; whether that is all that changed."""
+    before = compile(ast.unparse(ast.parse(path.read_text())), str(path), "exec")
+    after = compile(text, str(path), "exec")
+    changed = _changed(before, after)
+    if not changed or not any(functions.get((str(path), code.co_qualname)) for code in changed):
+        return False
+    for code in changed:
+        for function in functions.get((str(path), code.co_qualname), ()):
+            function.__code__ = code
+    return True
+
+
+def _changed(before, after):
+    """The functions' codes in a module's that have changed; none where it is what runs at its import."""
+    if before.co_flags & inspect.CO_OPTIMIZED:
+        inside = [code for pair in _inside(before, after) for code in _changed(*pair)]
+        return [after, *inside] if inside or _own(before) != _own(after) else []
+    return [] if _own(before) != _own(after) else [c for pair in _inside(before, after) for c in _changed(*pair)]
+
+
+def _own(code):
+    return repr((code.co_code, code.co_names, [x for x in code.co_consts if not isinstance(x, CodeType)]))
+
+
+def _inside(before, after):
+    return zip(*([x for x in code.co_consts if isinstance(x, CodeType)] for code in (before, after)), strict=True)
+
+
+def _serve(folder, plain, files, cases):
+    """Judges mutations in a process of its own."""
+    import pytest
+
+    _enter(folder, plain, None)
+    pytest.main([*_options(plain), "-x", *files], plugins=[Judge(folder, cases)])
+
+
+def _note(log, name, told):
+    with log.open("a") as file:
+        file.write(f"{name}\t{told}\n")
 
 
 class Copy:
@@ -343,9 +461,26 @@ class Copy:
             chosen.append(test)
         return chosen
 
+    def judge(self, mutations, files=()):
+        """Notes in the log what caught some mutations; which: but for those that need their module imported anew."""
+        log = self.folder.parent / "log.txt"
+        before = len(_lines_of(log))
+        for plain in (True, False):
+            cases = []
+            for x in mutations:
+                if _is_plain(x.module) == plain:
+                    text = mutated(x, (self.folder / f"{x.module}.py").read_text())
+                    cases.append((_name(x), x.module, text, None if files else self.asked(x, plain)))
+            if cases:
+                asked = files or sorted({test.partition("::")[0] for *_, tests in cases for test in tests})
+                process = self.processes.Process(target=_serve, args=(self.folder, plain, asked, cases))
+                process.start()
+                process.join()
+        return {line.rsplit("\t", 1)[0] for line in _lines_of(log)[before:]}
+
     def judged(self, mutation, compiled=False):
         """What caught a mutation; nothing if nothing did."""
-        plain = mutation.module.startswith("kernels/") and mutation.module.rpartition("/")[2] not in COMPILING
+        plain = _is_plain(mutation.module)
         asked = self.asked(mutation, plain)
         path = self.folder / f"{mutation.module}.py"
         before, dates = path.read_text(), path.stat()
@@ -362,10 +497,21 @@ class Copy:
         return (told.get("failed") or [f"status {status}"])[0] if status not in (0, 5) else ""
 
 
+def _is_plain(module):
+    return module.startswith("kernels/") and module.rpartition("/")[2] not in COMPILING
+
+
+def _name(mutation):
+    return f"{mutation} #{mutation.number}"
+
+
 def _known(log):
     """What the log says of each mutation, the last word."""
-    lines = log.read_text().splitlines() if log.exists() else []
-    return dict(line.rsplit("\t", 1) for line in lines)
+    return dict(line.rsplit("\t", 1) for line in _lines_of(log))
+
+
+def _lines_of(log):
+    return log.read_text().splitlines() if log.exists() else []
 
 
 def equivalents():
@@ -382,24 +528,25 @@ def main(arguments=None):
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", default="", help="modules whose path this regular expression finds")
     parser.add_argument("--compiled", action="store_true", help="ask compiled kernels about what was not caught")
-    parser.add_argument("--again", action="store_true", help="ask the tests of today about what was not caught")
+    parser.add_argument("--ask", nargs="*", default=[], help="ask these files of tests about what was not caught")
     given = parser.parse_args(arguments)
     copy, log = Copy(given.folder.resolve()), given.folder / "log.txt"
     chosen, reasons = drawn(copy.folder, given.count, given.seed, given.only), equivalents()
-    if given.again:
-        copy.take(["tests"])
-    for mutation in chosen:
-        known, name = _known(log), f"{mutation} #{mutation.number}"
-        asked = name not in known or (known[name] == SURVIVES and (given.again or given.compiled))
-        if not asked or name in reasons:
-            continue
-        begun = time.monotonic()
-        caught = copy.judged(mutation, given.compiled) or SURVIVES
-        with log.open("a") as file:
-            file.write(f"{name}\t{caught}\n")
-        print(f"{name}: {caught} ({time.monotonic() - begun:.0f} s)", flush=True)
-    names = [f"{mutation} #{mutation.number}" for mutation in chosen]
-    judged = {name: told for name, told in _known(log).items() if name in names and name not in reasons}
+    copy.take(given.ask)
+    known = _known(log)
+    asked = [x for x in chosen if _name(x) not in known and _name(x) not in reasons]
+    if given.ask or given.compiled:
+        asked = [x for x in chosen if known.get(_name(x)) == SURVIVES and _name(x) not in reasons]
+    noted = set() if given.compiled else copy.judge(asked, given.ask)
+    for mutation in asked:
+        if _name(mutation) not in noted and not given.ask:
+            _note(log, _name(mutation), copy.judged(mutation, given.compiled) or SURVIVES)
+    report([_name(mutation) for mutation in chosen], _known(log), reasons)
+
+
+def report(names, known, reasons):
+    """Prints what was not caught, what changes nothing, and how many there were of each."""
+    judged = {name: known[name] for name in names if name in known and name not in reasons}
     survivors = [name for name, told in judged.items() if told == SURVIVES]
     equivalent = [f"{name}: {reasons[name]}" for name in names if name in reasons]
     print(*survivors, f"{len(equivalent)} change nothing:", *equivalent, sep="\n")

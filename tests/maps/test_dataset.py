@@ -6,6 +6,7 @@ import xarray as xr
 
 import sweeps
 from kernels import survey as kernel
+from sweeps.maps.dataset import _chunk_sizes
 from sweeps.points import catalogue, columns
 from sweeps.points.loading import read
 from sweeps.schema.reading import plain, read_text
@@ -186,6 +187,13 @@ def test_chunks_are_those_asked_for():
     assert max(np.prod([max(c) for c in most.chunks]), 1) <= 100
     with pytest.raises(ValueError, match=r"\['I4'\].*allowed: axis, I1"):
         sweeps.survey("tiny", chunks={"I4": 1})
+
+
+def test_chunks_of_so_many_points_hold_the_last_dimensions_whole():
+    grid = read(catalogue.shipped()["tiny"]).grid  # of 3 x 4 x 4 x 3 x 3 x 2 x 1 points
+    assert [_chunk_sizes(grid, "auto")[dim] for dim in grid.dims] == [3, 4, 4, 3, 3, 2, 1]
+    assert [_chunk_sizes(grid, 13)[dim] for dim in grid.dims] == [1, 1, 1, 2, 3, 2, 1]
+    assert set(_chunk_sizes(grid, 0).values()) == {1}
 
 
 def test_one_point_of_a_lazy_map_runs_one_chunk(tiny, monkeypatch):

@@ -1,5 +1,7 @@
 """Plain maps beside xarray's Datasets of the same files, and that commands which take them load no more."""
 
+import itertools
+import math
 import os
 import subprocess
 import sys
@@ -13,7 +15,9 @@ from maps import BODIES, TOP, write
 import sweeps
 from sweeps import systems
 from sweeps.maps import admission, parts, summary
+from sweeps.maps import plain as plain_maps
 from sweeps.schema.refusals import MapError
+from sweeps.shards import chunks
 from sweeps.systems.rigid_body import figure_flip, figure_stability, fits
 from sweeps.views import figures, textmap
 
@@ -59,6 +63,24 @@ def test_it_holds_what_a_dataset_of_the_file_holds(both):
         assert one.dtype.kind == other.dtype.kind
         assert {key: str(value) for key, value in one.attrs.items()} == {k: str(v) for k, v in other.attrs.items()}
         np.testing.assert_array_equal(one.values, other.values)
+
+
+def test_parts_that_lie_across_chunks_are_those_of_a_dataset(tmp_path, monkeypatch):
+    monkeypatch.setattr(chunks, "CHUNK_POINTS", 4)
+    path = write(tmp_path)
+    with admission.opened(path) as plain, sweeps.open_map(path) as ds:
+        assert math.prod(chunks.chunk_shape(ds["status"].shape)) <= 4
+        for part in (slice(1, None), slice(None, 0, -1), slice(1, None, 2)):
+            box = {dim: part for dim, size in ds["status"].sizes.items() if size > 2}
+            for name in ("omega_squared", "status"):
+                np.testing.assert_array_equal(plain.variables[name].isel(box).values, ds[name].isel(box).values)
+
+
+def test_the_slice_of_a_range_takes_its_numbers():
+    numbers, ends = np.arange(5), (None, 0, 1, 2, 4, -1, -3)
+    for start, stop, step in itertools.product(ends, ends, (1, 2, -1, -2)):
+        part = range(5)[start:stop:step]
+        assert numbers[plain_maps._slice(part)].tolist() == [*part]
 
 
 def test_its_parts_are_those_of_a_dataset(both):
