@@ -35,7 +35,7 @@ from typing import NamedTuple
 
 ROOT = Path(__file__).parents[1]
 LONGEST = 4  # seconds of a processor that one test may take, to be asked
-PATIENCE = 6  # seconds of a processor, under the eyes of coverage, that the tests of one mutation may take
+PATIENCE = 8  # seconds of a processor, under the eyes of coverage, that the tests of one mutation may take
 COPIED = ("kernels", "sweeps", "tests", "results/README.md", "README.md", "Snakefile", ".slurm", "pyproject.toml")
 ROOMS = ("kernels", "sweeps/shards", "sweeps/maps")
 PLAIN = {"__init__", "options", "write_taylor_steps", "write_turning"}  # nothing in them computes
@@ -45,14 +45,19 @@ ASKED = {  # whether kernels are plain: the tests that may be asked
     True: ["tests/kernels", "tests/mechanics/test_line.py", "tests/mechanics/test_boxes.py"],
     False: ["tests/shards", "tests/maps", *(f"tests/kernels/test_{name}.py" for name in COMPILING)],
 }
-OTHERS = {  # for what runs when a module is imported: tests of who imports it, beside tests/ROOM/test_MODULE.py
+OTHERS = {  # of what runs when a module is imported: tests of who uses it, beside those of its own name
     "kernels/circular": ["tests/kernels/test_attitude.py"],
+    "kernels/enclosures": ["tests/mechanics/test_boxes.py", "tests/mechanics/test_line.py"],
+    "kernels/findings": ["tests/kernels/test_lanes.py", "tests/kernels/test_survey.py"],
     "kernels/lanes": ["tests/kernels/test_survey.py"],
+    "kernels/marching": ["tests/kernels/test_attitude.py"],
     "kernels/series": ["tests/kernels/test_measure.py", "tests/kernels/test_symmetric_top.py"],
     "kernels/solution": ["tests/kernels/test_exact.py"],
     "kernels/statuses": ["tests/kernels/test_columns.py", "tests/kernels/test_oscillations.py"],
+    "kernels/taylor_steps": ["tests/kernels/test_direct.py"],
     "kernels/taylor_tapes": ["tests/kernels/test_oscillations.py"],
-    "kernels/uncertainty": ["tests/kernels/test_reduction.py"],
+    "kernels/turning": ["tests/kernels/test_attitude.py"],
+    "kernels/uncertainty": ["tests/kernels/test_reduction.py", "tests/kernels/test_survey.py"],
     "sweeps/shards/content": ["tests/maps/test_storage.py"],
     "sweeps/shards/contract": ["tests/maps/test_dataset.py"],
     "sweeps/shards/looking": ["tests/maps/test_door.py"],
@@ -191,8 +196,8 @@ def drawn(folder, count, seed, only=""):
 class Watch:
     """A plugin of pytest: keeps the tests that are wanted, in their order; says what passed and through which lines."""
 
-    def __init__(self, wanted=None, coverage=None):
-        self.wanted, self.coverage = wanted, coverage
+    def __init__(self, wanted=None, coverage=None, session=None):
+        self.wanted, self.coverage, self.session = wanted, coverage, session
         self.seconds, self.failed, self.broken, self.begun = {}, [], [], 0.0
 
     def pytest_collection_finish(self, session):
@@ -217,6 +222,8 @@ class Watch:
             self.failed.append(report.nodeid)
         if report.failed:
             self.broken.append(report.nodeid)
+        if self.session and time.process_time() > 2 * PATIENCE:  # of tests that are many; of one the limit tells
+            self.session.shouldstop = "asked long enough"
 
 
 def _too_long(*_):
@@ -321,7 +328,7 @@ class Judge:
 
         if not _swap(functions, self.folder / f"{module}.py", text):
             return 2
-        watch = Watch()
+        watch = Watch(session=session)
         session.config.pluginmanager.register(watch)
         with contextlib.suppress(session.Failed, session.Interrupted):
             pytest_runtestloop(session)
