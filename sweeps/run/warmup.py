@@ -23,6 +23,7 @@ from kernels.fingerprint import cache_folder, fingerprint
 from sweeps import interrupts, processors, systems
 from sweeps.files import replaced
 from sweeps.run import claims, progress
+from sweeps.run.typing_once import operators_typed_once
 
 
 @contextmanager
@@ -95,7 +96,7 @@ def _done(taken: str) -> int:
 
 def _run(compilations: Iterable[Callable[[], None]]) -> None:
     """One after the other, in whichever process, without Numba's remarks."""
-    with warnings.catch_warnings():
+    with warnings.catch_warnings(), operators_typed_once():
         # kernels take a system's compiled step as an argument, which Numba calls an experiment
         warnings.simplefilter("ignore", NumbaExperimentalFeatureWarning)
         for compilation in compilations:

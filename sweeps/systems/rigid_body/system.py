@@ -131,12 +131,13 @@ class RigidBody(Dynamics):
             compilation()
 
     def compilations(self) -> tuple[Callable[[], None], ...]:
-        """What is measured near an axis, and the flips; before and after them the parts of the first, to be shared."""
+        """What is measured near an axis, theory, and flips; before and after them parts of the first, to be shared."""
         from kernels import survey
         from sweeps.systems.rigid_body.definition import RigidBodyIntegration
 
         points, integration = _a_point(), RigidBodyIntegration()
-        whole = partial(self.columns, points, integration), partial(survey.flipped, points, integration.tolerance)
+        others = partial(survey.theory, points), partial(survey.flipped, points, integration.tolerance)
+        whole = partial(self.columns, points, integration), *others
         parts = [partial(part.compile, types) for part, types in survey.PARTS if hasattr(part, "compile")]
         return *parts[0::2], *whole, *parts[1::2]
 
