@@ -16,6 +16,7 @@ from hypothesis import settings
 
 from kernels import stored
 from kernels.fingerprint import cache_folder, fingerprint
+from sweeps.run.typing_once import operators_typed_once
 
 LEFT_TO_THE_SLOW = [
     "sweeps.systems.relative_equilibrium.system"
@@ -85,6 +86,13 @@ stored.store_in_turn()
 if sys.prefix != sys.base_prefix:  # what pip left uncompiled, the tests' many processes compile once
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     sys.dont_write_bytecode = False
+
+
+@pytest.fixture(scope="session", autouse=True)
+def types_found_once():
+    """What a test compiles by itself takes less."""
+    with operators_typed_once():
+        yield
 
 
 @pytest.fixture
