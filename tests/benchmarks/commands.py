@@ -23,7 +23,7 @@ DRAWN = (
     "f.savefig({out!r} + '.png')"
 )
 LEAN = "from sweeps import lean; lean.leave_out(alone=True); "
-MODEL = "import pydantic; type('Model', (pydantic.BaseModel,), {})"  # the first model loads most of it
+MODEL = "import pydantic; type('Model', (pydantic.BaseModel,), dict())"  # the first model loads most of it
 DEFINITION = "NumPy, pydantic, YAML: any definition"
 MAP = "NumPy, h5py, Rich: any map"
 FLOORS = {
