@@ -21,6 +21,13 @@ def chosen(ds, **values):
     return {dim: place.value for dim, place in selection.nearest(ds, values).items()}
 
 
+@pytest.mark.parametrize("text", ["I3=", "=1", "I3", ""])
+def test_what_names_no_place_is_refused(text):
+    with pytest.raises(selection.SelectionError, match=r"names no place; allowed: DIMENSION=VALUE"):
+        selection.assigned(text)
+    assert selection.assigned(" I3 = 0.5") == ("I3", "0.5")
+
+
 def test_the_nearest_value_is_that_of_xarray(ds):
     for asked in (1e-9, 3e-5, 6e-5, 4.9e-3, 5.1e-3, 1.0):
         wanted = ds.epsilon.sel(epsilon=asked, method="nearest").item()
