@@ -6,7 +6,7 @@ into one rounding, and divide by zero without a word. What is asked of many poin
 
 import sys
 from importlib.machinery import ModuleSpec
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 
 
 def leave_out_numba() -> bool:
@@ -20,7 +20,7 @@ class _InNumbasPlace(ModuleType):
     def __init__(self, name: str):
         super().__init__(name, self.__doc__)
         self.__spec__ = ModuleSpec(name, None)
-        self.njit = _njit
+        self.njit, self.config = _njit, SimpleNamespace(DISABLE_JIT=True)
         for kind in ("boolean", "float64", "int64", "types", "void"):
             setattr(self, kind, _Type())
 

@@ -41,7 +41,7 @@ from numba import boolean, float64, int64, njit, types, void
 
 from kernels.blocks import W, rows_of, scratch
 from kernels.dense import eigenvalues, logarithm, order
-from kernels.options import OPTIONS
+from kernels.options import OPTIONS, PASSED
 
 MOST_STATES = 12
 STEPS = 4  # of Gauss-Newton, at most
@@ -400,7 +400,7 @@ def _taken(M, X0, A, U, right, left, on, P, covariance, rest, moved, change):
     return going
 
 
-@njit(STEPPED, **OPTIONS)
+@njit(STEPPED, **PASSED)
 def _step(M, X0, runs, n, XX, XR, XZ, HH, HR, RR, covariance, rest, moved, change):
     """One step of every lane that has not come to rest; whether one has not.
 
@@ -636,7 +636,7 @@ def _tell_lane(re, im, n, c, K, noise, spacing, parts, shifted, row):
         row[HEAD + i], row[HEAD + n + i] = re[i] / spacing, im[i] / spacing
 
 
-@njit(TOLD, **OPTIONS)
+@njit(TOLD, **PASSED)
 def _tell(M, X0, runs, n, covariance, noise, spacing, lanes, raw):
     """What is told of lanes, into their raw rows; of those whose noise is NaN, and where the algebra fails, nothing."""
     nn = n * n
@@ -659,7 +659,7 @@ def _tell(M, X0, runs, n, covariance, noise, spacing, lanes, raw):
             _tell_lane(re, im, n, of_lane, k, noise[lane], spacing[lane], parts, shifted, raw[lane])
 
 
-@njit(FITTED, **OPTIONS)
+@njit(FITTED, **PASSED)
 def fit_block(step, tell, Y, weight, runs, count, n, spacing, floor, trust, lanes, raw):
     """Measure the lanes of a block; step and tell are those of this module, `PARTS`.
 

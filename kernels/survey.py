@@ -12,7 +12,7 @@ more; its columns are made elsewhere (:mod:`kernels.linear`).
 import math
 
 import numpy as np
-from numba import njit
+from numba import boolean, float64, int64, njit, types
 
 from kernels import (
     circular,
@@ -37,7 +37,6 @@ from kernels.statuses import NON_FINITE, OK, SHORT_WINDOW
 TILE = 4096  # points that are planned, sorted and measured together: their columns stay in a core's own cache
 LEVELS = 16  # of growth, by which points of one kind are sorted
 
-PARTS = (*lanes.PARTS, *findings.PARTS)
 POINT = ("I1", "I2", "I3", "axis", "omega0", "epsilon", "phase")
 AT = columns.numbers(MEASURED)
 POWERS = columns.powers(COLUMNS, flips.COLUMNS)
@@ -73,6 +72,15 @@ def _plan(I1, I2, I3, axis, epsilon, spacing, intervals, tolerance, exactly, pla
         reduced[i] = lanes.FIRST_ORDER if small else lanes.WHOLE
         orders[i] = -orders[i] if exactly and small else orders[i]
         keys[i] = ((9 * (steps[i] - 1) + kind) * 2 + (0 if small else 1)) * LEVELS + level
+
+
+_PLANNED = types.Tuple((float64[::1], int64[::1], int64[::1], int64[::1]))
+_POINTS = (float64[::1], float64[::1], float64[::1], int64[::1], float64[::1])
+PARTS = (
+    (_plan, (*_POINTS, float64, int64, float64, boolean, _PLANNED, int64[::1])),
+    *lanes.PARTS,
+    *findings.PARTS,
+)
 
 
 @njit(nogil=True, **OPTIONS)

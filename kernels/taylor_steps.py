@@ -3,15 +3,13 @@
 Written by write_taylor_steps.py, and not to be edited.
 """
 
-from numba import njit
-
-from kernels.options import INLINE
+from kernels.straight import straight
 
 # fmt: off
 R2, R3, R4, R5, R6, R7, R8, R9, R10, R11, R12 = (1.0 / n for n in range(2, 13))
 
 
-@njit(**INLINE)
+@straight
 def step_8(a0, b0, c0, ka, kb, kc):
     """One step of order 8; k_i = c_i h."""
     a1 = ka * (b0 * c0)
@@ -44,7 +42,7 @@ def step_8(a0, b0, c0, ka, kb, kc):
     return a, b, c
 
 
-@njit(**INLINE)
+@straight
 def step_10(a0, b0, c0, ka, kb, kc):
     """One step of order 10; k_i = c_i h."""
     a1 = ka * (b0 * c0)
@@ -86,7 +84,7 @@ def step_10(a0, b0, c0, ka, kb, kc):
     return a, b, c
 
 
-@njit(**INLINE)
+@straight
 def step_12(a0, b0, c0, ka, kb, kc):
     """One step of order 12; k_i = c_i h."""
     a1 = ka * (b0 * c0)
@@ -140,7 +138,7 @@ def step_12(a0, b0, c0, ka, kb, kc):
     return a, b, c
 
 
-@njit(**INLINE)
+@straight
 def near_step_8(a0, b0, c0, ka, kb, kc):
     """One step of order 8 near the axis a; k_i = c_i h."""
     a1 = ka * (b0 * c0)
@@ -172,7 +170,7 @@ def near_step_8(a0, b0, c0, ka, kb, kc):
     return a, b, c
 
 
-@njit(**INLINE)
+@straight
 def near_step_10(a0, b0, c0, ka, kb, kc):
     """One step of order 10 near the axis a; k_i = c_i h."""
     a1 = ka * (b0 * c0)
@@ -208,7 +206,7 @@ def near_step_10(a0, b0, c0, ka, kb, kc):
     return a, b, c
 
 
-@njit(**INLINE)
+@straight
 def near_step_12(a0, b0, c0, ka, kb, kc):
     """One step of order 12 near the axis a; k_i = c_i h."""
     a1 = ka * (b0 * c0)
@@ -248,7 +246,7 @@ def near_step_12(a0, b0, c0, ka, kb, kc):
     return a, b, c
 
 
-@njit(**INLINE)
+@straight
 def nearest_step_8(a0, b0, c0, ka, kb, kc):
     """One step of order 8 nearest the axis a; k_i = c_i h."""
     a1 = ka * (b0 * c0)
@@ -278,7 +276,7 @@ def nearest_step_8(a0, b0, c0, ka, kb, kc):
     return a, b, c
 
 
-@njit(**INLINE)
+@straight
 def nearest_step_10(a0, b0, c0, ka, kb, kc):
     """One step of order 10 nearest the axis a; k_i = c_i h."""
     a1 = ka * (b0 * c0)
@@ -312,7 +310,7 @@ def nearest_step_10(a0, b0, c0, ka, kb, kc):
     return a, b, c
 
 
-@njit(**INLINE)
+@straight
 def nearest_step_12(a0, b0, c0, ka, kb, kc):
     """One step of order 12 nearest the axis a; k_i = c_i h."""
     a1 = ka * (b0 * c0)

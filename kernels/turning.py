@@ -12,14 +12,12 @@ Written by write_turning.py, and not to be edited.
 Source: Jorba and Zou, Experimental Mathematics 14 (2005) 99, for the method.
 """
 
-from numba import njit
-
-from kernels.options import INLINE
+from kernels.straight import straight
 
 R2, R3, R4, R5, R6, R7, R8, R9, R10, R11, R12 = (1.0 / n for n in range(2, 13))
 
 
-@njit(**INLINE)
+@straight
 def turn_12(a0, b0, c0, w0, x0, y0, z0, ka, kb, kc, half):
     """One step of omega and the quaternion (w, x, y, z); k = c h, half = h/2."""
     # fmt: off
@@ -287,7 +285,7 @@ def turn_12(a0, b0, c0, w0, x0, y0, z0, ka, kb, kc, half):
     # fmt: on
 
 
-@njit(**INLINE)
+@straight
 def carry_12(a0, b0, c0, x0, y0, z0, ka, kb, kc, h):
     """One step of omega and a space-fixed vector (x, y, z); k = c h."""
     # fmt: off

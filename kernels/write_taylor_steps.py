@@ -19,9 +19,7 @@ HEADER = '''"""The Taylor steps of Euler's equations in straight lines: see :mod
 Written by write_taylor_steps.py, and not to be edited.
 """
 
-from numba import njit
-
-from kernels.options import INLINE
+from kernels.straight import straight
 
 # fmt: off
 R2, R3, R4, R5, R6, R7, R8, R9, R10, R11, R12 = (1.0 / n for n in range(2, 13))
@@ -55,7 +53,7 @@ def step(order, kind):
     name, said = f"{kind}step_{order}", f" {kind[:-1]} the axis a" if near else ""
     body = "\n".join(fill(line, 120, initial_indent=" " * 4, subsequent_indent=" " * 8) for line in lines)
     head = f'    """One step of order {order}{said}; k_i = c_i h."""'
-    return f"\n\n@njit(**INLINE)\ndef {name}(a0, b0, c0, ka, kb, kc):\n{head}\n{body}\n"
+    return f"\n\n@straight\ndef {name}(a0, b0, c0, ka, kb, kc):\n{head}\n{body}\n"
 
 
 def text():

@@ -21,9 +21,7 @@ Written by write_turning.py, and not to be edited.
 Source: Jorba and Zou, Experimental Mathematics 14 (2005) 99, for the method.
 """
 
-from numba import njit
-
-from kernels.options import INLINE
+from kernels.straight import straight
 
 R2, R3, R4, R5, R6, R7, R8, R9, R10, R11, R12 = (1.0 / n for n in range(2, 13))
 '''
@@ -82,7 +80,7 @@ def total(name):
 def step(title, doc, carried, scale):
     """One step as text: omega, and what is carried with it at ``scale`` times its right-hand side."""
     names = ", ".join(f"{name}0" for name in [*OMEGA, *carried])
-    lines = ["@njit(**INLINE)", f"def {title}({names}, ka, kb, kc, {scale}):", f'    """{doc}"""', "    # fmt: off"]
+    lines = ["@straight", f"def {title}({names}, ka, kb, kc, {scale}):", f'    """{doc}"""', "    # fmt: off"]
     for n in range(ORDER):
         part = f" * R{n + 1}" if n else ""
         for name, terms in OMEGA.items():

@@ -17,8 +17,8 @@ HEADER = '''"""{title}: one Taylor step of order {order}, and what is conserved,
 
 from numba import njit
 
-from kernels.options import OPTIONS
-from sweeps.mechanics.straight import lines
+from kernels.options import PASSED
+from kernels.straight import lines
 
 STATES, ROWS = {states}, {rows}
 '''

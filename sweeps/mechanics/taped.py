@@ -18,18 +18,18 @@ import numpy as np
 from numba import njit
 
 from kernels import taylor_tapes
-from kernels.options import OPTIONS
+from kernels.options import PASSED
 
 COORDINATES, STATES, ROWS = {n}, {states}, {rows}
 {tables}
 
-@njit("void(float64[::1], int64)", **OPTIONS)
+@njit("void(float64[::1], int64)", **PASSED)
 def advance(S, steps):
     """Advance every lane by so many steps."""
     taylor_tapes.advance(STEP, STEP_PARTS, STEP_WEIGHTS, ACCELERATIONS, STATES, S, steps)
 
 
-@njit("void(float64[::1])", **OPTIONS)
+@njit("void(float64[::1])", **PASSED)
 def energy(S):
     """Write energy above the equilibrium and the sum of its absolute terms, over epsilon²."""
     taylor_tapes.energy(ENERGY, ENERGY_PARTS, ENERGY_WEIGHTS, TERMS, MASSES, COORDINATES, STATES, S)

@@ -12,7 +12,7 @@ each node of the graph gives its n-th term from the ones before it,
 order 8: it needs no sine or power inside the loop over lanes, its terms are relative to the nudge, and for Euler's
 equations it is the very step that the rigid body takes.
 
-The code is a Python module of its own, whose straight lines :mod:`sweeps.mechanics.straight` hands to LLVM: a file that
+The code is a Python module of its own, whose straight lines :mod:`kernels.straight` hands to LLVM: a file that
 is named by the hash of its text, in the cache folder of the kernels, so that Numba's disk cache holds from one process
 to the next, and the hash is part of a map's `kernel_fingerprint`.
 """
@@ -41,8 +41,8 @@ HEADER = '''"""{title}: one Taylor step of order {order}, and the energy above t
 
 from numba import njit
 
-from kernels.options import OPTIONS
-from sweeps.mechanics.straight import lines
+from kernels.options import PASSED
+from kernels.straight import lines
 
 COORDINATES, STATES, ROWS = {n}, {states}, {rows}
 '''
@@ -52,7 +52,7 @@ ADVANCE = '''STEP = lines("""
 """)
 
 
-@njit("void(float64[::1], int64)", **OPTIONS)
+@njit("void(float64[::1], int64)", **PASSED)
 def advance(S, steps):
     """Advance every lane by so many steps."""
     for _ in range(steps):
@@ -64,7 +64,7 @@ TOLD = '''TOLD = lines("""
 """)
 
 
-@njit("void(float64[::1])", **OPTIONS)
+@njit("void(float64[::1])", **PASSED)
 def {name}(S):
     """Write {what}."""
     for lane in range({W}):
@@ -85,7 +85,7 @@ class Code:
         graph: the system's graph.
     """
 
-    kernels: tuple[str, ...] = ()  # modules that the generated one imports beside what every system needs
+    kernels: tuple[str, ...] = ("straight",)  # modules that the generated one imports beside what every system needs
 
     def __init__(self, graph: Graph):
         self.graph = graph
@@ -115,8 +115,8 @@ class Code:
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 of the text and of what compiles it, 64 hexadecimal digits."""
-        return hashlib.sha256(self.text.encode() + Path(__file__).with_name("straight.py").read_bytes()).hexdigest()
+        """SHA-256 of the text, 64 hexadecimal digits."""
+        return hashlib.sha256(self.text.encode()).hexdigest()
 
     @property
     def name(self) -> str:

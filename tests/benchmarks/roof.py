@@ -74,7 +74,7 @@ class Counted:
 def step_flops(order):
     """Multiplications and additions of one Taylor step, of an order as direct.choose tells it: counted by running."""
     kind = "" if order > 0 else ("near_" if order > -direct.NEAREST else "nearest_")
-    step = getattr(taylor_steps, f"{kind}step_{abs(order) % direct.NEAREST}").py_func
+    step = getattr(taylor_steps, f"{kind}step_{abs(order) % direct.NEAREST}")
     Counted.operations = 0
     step(*(Counted() for _ in range(6)))
     return Counted.operations

@@ -1,4 +1,4 @@
-"""Straight lines that go to LLVM at once, and flows that are spelled with few products."""
+"""Flows that are spelled with few products."""
 
 import functools
 
@@ -6,39 +6,11 @@ import numpy as np
 import pytest
 import relative
 import sympy as sp
-from numba import njit
 
-from kernels.options import EXACT
 from sweeps.mechanics import System
 from sweeps.mechanics.first_order import FlowCode, _by_elimination, gathered, graph
 from sweeps.mechanics.flow import derive
 from sweeps.mechanics.graph import Values
-from sweeps.mechanics.straight import lines
-
-TEXT = """
-a = S[0 + lane]
-b = S[4 + lane]
-c = -a * 2.5e-3 + abs(b - 1.0) / a
-d = c
-S[8 + lane] = ((a + b) - c) * d - 0.0
-S[0 + lane] = -(b)
-"""
-
-
-def test_lines_do_what_python_does():
-    step = lines(TEXT)
-
-    @njit("void(float64[::1])", **(EXACT | {"cache": False}))
-    def run(S):
-        for lane in range(4):
-            step(S, lane)
-
-    S = np.random.default_rng(3).normal(size=12)
-    expected = S.tolist()
-    for lane in range(4):
-        exec(TEXT, {"S": expected, "lane": lane})
-    run(S)
-    assert S.tolist() == expected  # nothing contracts here, and each operation rounds as IEEE 754 says
 
 
 @functools.cache

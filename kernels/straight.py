@@ -1,0 +1,143 @@
+"""Straight lines of arithmetic, compiled without Numba's own look at each of them.
+
+A Taylor step, written for Euler's equations or for a system of somebody's own, is up to thousands of statements on
+numbers. Numba finds the type of each and lowers each by itself, which takes several times as long as all that LLVM does
+afterwards. Here they become LLVM's instructions at once, the very ones that Numba makes of them, in a loop that Numba
+compiles.
+"""
+
+import ast
+from collections.abc import Callable
+from functools import cache
+from inspect import getsource, signature
+from textwrap import dedent
+
+from numba import config
+
+from kernels.blocks import LINE
+
+
+def straight(function: Callable) -> Callable:
+    """A function of doubles, for compiled code as for Python: it stays what it was, and compiled code gets its lines.
+
+    Its products and sums may contract, as those of :data:`kernels.options.OPTIONS`.
+
+    Parameters
+    ----------
+    function : function
+        Of positional arguments; assignments ``name = …`` of +, -, *, /, abs, numbers, and names of arguments, of what
+        was assigned before and of numbers in its module, then the return of a tuple.
+    """
+    if config.DISABLE_JIT:
+        return function
+    from numba import float64, types
+    from numba.extending import lower_builtin, type_callable
+
+    called_by = signature(function)
+    arguments = [float64] * len(called_by.parameters)
+
+    @type_callable(function)
+    def find_type(_):
+        def typed(*given):
+            if all(isinstance(each, types.Number) for each in given):
+                return types.UniTuple(float64, len(_lines(function)[-1].value.elts))(*arguments)
+
+        typed.__signature__ = called_by
+        return typed
+
+    @lower_builtin(function, *arguments)
+    def generate(context, builder, kind, values):
+        writer = _Writer(builder, names=function.__globals__, flags=("contract",))
+        writer.known.update(zip(called_by.parameters, values, strict=True))
+        return context.make_tuple(builder, kind.return_type, writer.write(_lines(function)))
+
+    return function
+
+
+@cache
+def _lines(function: Callable) -> list[ast.stmt]:
+    """Statements of a function, after what it says of itself."""
+    return ast.parse(dedent(getsource(function))).body[0].body[1:]
+
+
+def lines(text: str) -> Callable:
+    """A function of S and lane, for compiled code, that does what lines of text say.
+
+    Parameters
+    ----------
+    text : str
+        Assignments ``name = …`` and ``S[row + lane] = …`` of +, -, *, /, abs, numbers, names that were assigned before,
+        and ``S[row + lane]``, row a whole number; S is an array of doubles in one piece, and is not asked for its
+        length.
+    """
+    if config.DISABLE_JIT:  # nothing is compiled, and Python reads them itself
+        code = compile(text, "lines", "exec")
+        return lambda S, lane: exec(code, {"S": S, "lane": lane})
+    from numba import types
+    from numba.extending import intrinsic
+
+    @intrinsic
+    def written(_, S, lane):
+        def generate(context, builder, signature, arguments):
+            data = context.make_array(S)(context, builder, arguments[0]).data
+            _align(builder.function)
+            _Writer(builder, data, arguments[1]).write(ast.parse(text).body)
+            return context.get_dummy_value()
+
+        return types.none(S, lane), generate
+
+    return written
+
+
+def _align(function):
+    """Let what does not fit into registers lie in whole lines of the cache."""
+    function.attributes.add("nounwind")  # the alignment is not written beside no attribute
+    function.attributes.alignstack = LINE
+
+
+class _Writer:
+    """Writes instructions where a builder stands, of doubles that `known` holds by name."""
+
+    def __init__(self, builder, data=None, lane=None, names=None, flags=()):
+        from llvmlite import ir
+
+        self.builder, self.data, self.lane, self.names, self.flags = builder, data, lane, names or {}, flags
+        self.known, self.double, self.long = {}, ir.DoubleType(), ir.IntType(64)
+        binary = {ast.Add: builder.fadd, ast.Sub: builder.fsub, ast.Mult: builder.fmul, ast.Div: builder.fdiv}
+        self._binary = {operator: (lambda a, b, of=of: of(a, b, flags=flags)) for operator, of in binary.items()}
+
+    def write(self, statements):
+        """Values of the tuple that is returned, if one is."""
+        for statement in statements:
+            if isinstance(statement, ast.Return):
+                return [self._value(e) for e in statement.value.elts]
+            (target,) = statement.targets
+            value = self._value(statement.value)
+            if isinstance(target, ast.Name):
+                self.known[target.id] = value
+            else:
+                self.builder.store(value, self._place(target))
+
+    def _value(self, e):
+        if isinstance(e, ast.BinOp):
+            return self._binary[type(e.op)](self._value(e.left), self._value(e.right))
+        if isinstance(e, ast.Name):
+            return self.known[e.id] if e.id in self.known else self.double(float(self.names[e.id]))
+        if isinstance(e, ast.Constant):
+            return self.double(float(e.value))
+        if isinstance(e, ast.UnaryOp):
+            return self.builder.fsub(self.double(-0.0), self._value(e.operand), flags=self.flags)
+        if isinstance(e, ast.Call):
+            return self.builder.call(self._fabs(), [self._value(e.args[0])])
+        return self.builder.load(self._place(e))
+
+    def _place(self, e):
+        """Pointer to S[row + lane]."""
+        return self.builder.gep(self.data, [self.builder.add(self.long(e.slice.left.value), self.lane)])
+
+    def _fabs(self):
+        from llvmlite import ir
+        from numba.core import cgutils
+
+        kind = ir.FunctionType(self.double, [self.double])
+        return cgutils.get_or_insert_function(self.builder.module, kind, "llvm.fabs.f64")
