@@ -228,7 +228,6 @@ def guess(S):
         S[GUESS + lane] = reduction.corrected_guess(raw, a1, a, b, c, b1, c1, b2, c2, S[DRIVE + lane])
         turns = S[GUESS + lane] > measure.SURELY_TURNS
         S[LOPEN + lane] = 0.0 if turns else S[LOPEN + lane]
-        growing |= 0 if turns else 1
         _set_constants(S, lane)
         quadrature = S[QUADRATURE + lane]
         S[U1 + lane] = 0.5 * a1 - quadrature * (b1 * c1 - b2 * c2)
@@ -237,6 +236,8 @@ def guess(S):
         first = S[FIRST + lane]
         S[OWN + lane] = first * (by * a1 + off)
         S[OWN_BY + lane], S[OWN_FROM + lane] = first * by * S[SPIN + lane], first * (off - by)
+    for lane in range(W):  # by itself: in the loop above it would keep that from being packed
+        growing |= 0 if S[GUESS + lane] > measure.SURELY_TURNS else 1
     return growing > 0
 
 
