@@ -236,7 +236,7 @@ def _rates_of(reduced):
                 stderr = 0.5 * S[MORE.stderr + lane] / divisor * spin
                 S[AT.growth_rate_stderr + lane] = stderr if unstable else math.nan
                 S[AT.frequency_stderr + lane] = stderr if stable else math.nan
-                S[AT.euler_period + lane] = 2.0 * math.pi / (divisor * spin) if stable else math.nan
+                S[AT.euler_period + lane] = 2.0 * math.pi / divisor / spin if stable else math.nan
 
     return tell_rates
 

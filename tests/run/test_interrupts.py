@@ -61,7 +61,7 @@ def waiting(number):
 
 
 def test_ctrl_c_while_the_commands_are_imported_is_no_traceback(monkeypatch, capsys):
-    def interrupted():
+    def interrupted(*_):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(__main__, "_parser", interrupted)
