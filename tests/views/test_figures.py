@@ -346,8 +346,8 @@ def test_the_default_picture_is_the_triangle_with_each_body_in_its_place(shapes,
     rate = fits.signed_rate(shapes.omega_squared.sel(axis=axis).squeeze().values, 10.0)
     x, y = shapes.I1.values[:, 0] / 0.01748, shapes.I2.values[..., 0] / 0.01748
     rng, n = np.random.default_rng(5), len(cells)
-    for i, j in zip(rng.integers(0, 72, 50), rng.integers(0, 64, 50), strict=True):
-        if x[i] > 0.3:  # half a body's cell is x/132 high there, half a cell of the picture 0.001
+    for i, j in zip(rng.integers(0, len(x), 50), rng.integers(0, len(y[0]), 50), strict=True):
+        if x[i] > 0.3:  # half a body's cell is x/99 high there, half a cell of the picture 0.001
             assert cells[int(y[i, j] * n), int(x[i] * n)] == rate[i, j]
     drawn = np.ma.masked_invalid(cells)
     row, column = np.mgrid[:n, :n] / n + 0.5 / n
@@ -370,7 +370,7 @@ def test_the_default_shows_its_racket(shapes):
 def test_shapes_that_are_not_ok_are_marked(shapes):
     ds = shapes.copy(deep=True)
     ds["status"][:] = 0
-    ds["status"][0, 4, 5] = 2
+    ds["status"][0, 2, 4] = 2
     ax = figure_triangle.draw_axis(ds, 1).axes[0]
     (marks,) = drawn(ax, "status 2")
     assert [float(values[0]) for values in marks.get_data()] == pytest.approx([0.00121 / 0.01748, 0.01638 / 0.01748])
