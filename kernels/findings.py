@@ -170,13 +170,13 @@ def _tell_errors(S, exactly, rounded, whole):
         apart = used * uncertainty.UNIT if exactly else S[AT.propagation_error + lane]
         squares = max(ss - sx * sx * inverse, 0.0) * inverse
         scatter = uncertainty.scatter(S[MORE.reduced_slope + lane], squares, used, reduced, spacing)
-        integration = uncertainty.integration(reduced, apart, per)
+        rate = math.sqrt(abs(reduced))
+        integration = uncertainty.integration(reduced, rate, apart, per, spacing)
         part = reduction.rms_part(S[lanes.RR + lane], ss, inverse, samples)
         left = uncertainty.amplitude(reduced, part, S[lanes.WANDER + lane], spacing)
         left = left if whole else part * reduction.SMALL_WANDER
         Ia, Ib, Ic = S[lanes.MA + lane], S[lanes.MB + lane], S[lanes.MC + lane]
         moved = uncertainty.of_moments(reduced, Ia, Ib, Ic, rounded)
-        rate = math.sqrt(abs(reduced))
         S[MORE.rate + lane] = rate
         rounding = uncertainty.rounding(rate, samples, used) + moved
         shift = rate2 - reduced

@@ -16,16 +16,16 @@ Time is in radians of spin, rates² in spin². h is the spacing of the samples, 
   σ counts it as :math:`\sqrt{m/2}\,s_{rms}\varepsilon_{rms}`: hence :math:`g = q\sqrt{2/m}/\sin x`, m = n - 2, and
   :math:`\sin^2x \ge x^2(1 - x^2/3)`. It is below 1 only where the window holds a turn. The rounding of samples, which
   is noise, has a part of its own below.
-* **integration**, :math:`\delta\left[\frac5T\sqrt{|\Omega^2| + 1/T^2} + 7.2\lambda^2\right]`. An error of the
-  perturbation that grows to the relative size δ over the window is a rate off by δ/T, which moves :math:`\Omega^2` by
+* **integration**, :math:`\delta\left[\frac5T\sqrt{|\Omega^2| + 1/T^2} + (4 + 6.4\lambda h)\lambda^2\right]`. An error
+  of the perturbation that grows to the relative size δ over the window is a rate off by δ/T, which moves Ω² by
   :math:`2\Omega\,\delta/T`; below :math:`\Omega T = 1` a bend by δ moves it by :math:`2\delta/T^2`. The factor is 5,
   not 2, because an early error and a later one may cancel in δ. A growing motion puts all weight on its last
   samples, over some :math:`1/\lambda`, and there δ may have come at the end: what a step leaves out goes with the cube
   of the perturbation, :math:`d = \delta e^{3\lambda t}`, whose second difference is
   :math:`2(\cosh 3x - \cosh x)\,d` beside the motion's, :math:`x = \lambda h`; over the samples that makes
-  :math:`2(\cosh 3x - \cosh x)/(1 + e^{-2x})\,\delta/h^2`, 4λ²δ for small x, and below 7.2λ²δ up to :math:`x = \frac12`,
-  which no spacing exceeds. δ is the point's certificate; where there is none, the motion being the exact one, the
-  rounding of its steps, n u.
+  :math:`2(\cosh 3x - \cosh x)/(1 + e^{-2x})\,\delta/h^2`, 4λ²δ for small x, and below (4 + 6.4x)λ²δ up to
+  :math:`x = \frac12`, which no spacing exceeds. δ is the point's certificate; where there is none, the motion being
+  the exact one, the rounding of its steps, n u.
 * **amplitude**, :math:`p\,w\left[C x^4 + D x^2 w + \tfrac12w^3\right]`, what the reduction leaves: p is the root mean
   square of what it took off, w the largest wandering of the spin over the window, both from the samples, and
   :math:`x^2 = |\Omega^2|h^2`. The first term is the clock's end correction at the second order of the amplitude (its
@@ -54,7 +54,7 @@ from numba import njit
 from kernels.options import INLINE
 
 UNIT = 2.0**-53
-FOLLOWED, BENT = 5.0, 7.2
+FOLLOWED, BENT, STEEPER = 5.0, 4.0, 6.4
 GROWING = (0.25, 0.3)
 TURNING = (0.001, 0.004)
 BEYOND = 0.5
@@ -75,9 +75,10 @@ def scatter(slope, squares, used, rate2, spacing):
 
 
 @njit(**INLINE)
-def integration(rate2, apart, per):
-    """The integration's term from the largest relative error ``apart`` of the perturbation; ``per`` is 1/T."""
-    return apart * (FOLLOWED * per * math.sqrt(abs(rate2) + per * per) + BENT * max(-rate2, 0.0))
+def integration(rate2, rate, apart, per, spacing):
+    """The integration's term from the perturbation's largest relative error ``apart``; rate is √|Ω²|, ``per`` 1/T."""
+    bent = (BENT + STEEPER * rate * spacing) * max(-rate2, 0.0)
+    return apart * (FOLLOWED * per * math.sqrt(abs(rate2) + per * per) + bent)
 
 
 @njit(**INLINE)
