@@ -1,4 +1,4 @@
-"""Small dense matrices, one at a time: solving, eigenvalues and their order, exponential and logarithm.
+"""Small dense matrices: products of a block's, and one at a time solving, eigenvalues, exponential and logarithm.
 
 Source: Golub and Van Loan, Matrix Computations, sections 3.4 (elimination), 7.4 (Hessenberg's form), 7.5 (Francis'
 step) and 9.3 (exponential).
@@ -54,6 +54,19 @@ def _multiply(A, B, C, n):
             for k in range(n):
                 total += A[i, k] * B[k, j]
             C[i, j] = total
+
+
+@njit(**OPTIONS)
+def product_in_lanes(A, B, C, n):
+    """Write A B into C, lane by lane; rows i n + j."""
+    lanes = A.shape[1]
+    for i in range(n):
+        for j in range(n):
+            for lane in range(lanes):
+                C[i * n + j, lane] = A[i * n, lane] * B[j, lane]
+            for k in range(1, n):
+                for lane in range(lanes):
+                    C[i * n + j, lane] += A[i * n + k, lane] * B[k * n + j, lane]
 
 
 @njit(**OPTIONS)

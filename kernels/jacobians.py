@@ -18,6 +18,7 @@ import numpy as np
 from numba import complex128, float64, njit, void
 
 from kernels.blocks import W, rows_of, scratch
+from kernels.dense import product_in_lanes
 from kernels.options import OPTIONS
 
 COUPLED = 0.01  # of S, that every state is taken to feel of every other
@@ -28,14 +29,7 @@ SQUARINGS = 8  # towards the Perron vector
 @njit(**OPTIONS)
 def _square(power, into, n, largest):
     """Over power what its square is of its largest element, that into ``largest``, lane by lane; into: scratch."""
-    lanes = largest.size
-    for i in range(n):
-        for j in range(n):
-            for lane in range(lanes):
-                into[i * n + j, lane] = power[i * n, lane] * power[j, lane]
-            for k in range(1, n):
-                for lane in range(lanes):
-                    into[i * n + j, lane] += power[i * n + k, lane] * power[k * n + j, lane]
+    product_in_lanes(power, power, into, n)
     _scale(into, power, n * n, largest)
 
 

@@ -40,7 +40,7 @@ import numpy as np
 from numba import boolean, float64, int64, njit, types, void
 
 from kernels.blocks import W, rows_of, scratch
-from kernels.dense import eigenvalues, logarithm, order
+from kernels.dense import eigenvalues, logarithm, order, product_in_lanes
 from kernels.options import OPTIONS, PASSED
 
 MOST_STATES = 12
@@ -180,19 +180,6 @@ def _exchange(A, i, k, f):
         x, y = A[i, lane], A[k, lane]
         A[i, lane] = y if f[lane] > 0.0 else x
         A[k, lane] = x if f[lane] > 0.0 else y
-
-
-@njit(**OPTIONS)
-def _product(A, B, C, n):
-    """Write A B into C, lane by lane; rows i n + j."""
-    lanes = A.shape[1]
-    for i in range(n):
-        for j in range(n):
-            for lane in range(lanes):
-                C[i * n + j, lane] = A[i * n, lane] * B[j, lane]
-            for k in range(1, n):
-                for lane in range(lanes):
-                    C[i * n + j, lane] += A[i * n + k, lane] * B[k * n + j, lane]
 
 
 SWEEPS = 12  # of Jacobi's rotations, at most
@@ -434,7 +421,7 @@ def _step(M, X0, runs, n, XX, XR, XZ, HH, HR, RR, covariance, rest, moved, chang
                 for lane in range(lanes):
                     T[i * n + j, lane] += X0[s * n + i, lane] * right[P * P + s * n + j, lane]
     # M ← C (M + X0 Θ) C⁻¹, X0 ← C X0: rows of a product are columns of its transpose, for C from the right
-    _product(C, T, A, n)
+    product_in_lanes(C, T, A, n)
     flat, starts, ends = C.reshape(C.size), X0.reshape(X0.size), U.reshape(U.size)
     for s in range(runs):
         _add_inner(ends, s * n, flat, 0, n, starts, s * n, 0, n, n)
@@ -463,21 +450,21 @@ def _logarithms(M, n, Y, T, U, Z, f):
                 T[i * n + j, lane] = M[j * n + i, lane] + one
                 Z[i * n + j, lane] = M[i * n + j, lane] - one
     _solve_lanes(T, Z, n, n, True, -math.inf, f)
-    _product(Z, Z, U, n)
+    product_in_lanes(Z, Z, U, n)
     Y[:] = 0.0
     for k in range(ARTANH, -1, -1):  # Horner: Y = 1/(2k + 1) + Z² Y
         if k < ARTANH:
-            _product(U, Y, T, n)
+            product_in_lanes(U, Y, T, n)
             Y[:] = T
         for i in range(n):
             for lane in range(lanes):
                 Y[i * n + i, lane] += 1.0 / (2 * k + 1)
-    _product(Z, Y, T, n)
+    product_in_lanes(Z, Y, T, n)
     for at in range(n * n):
         for lane in range(lanes):
             Y[at, lane] = 2.0 * T[at, lane]
-    _product(U, U, T, n)
-    _product(T, T, U, n)
+    product_in_lanes(U, U, T, n)
+    product_in_lanes(T, T, U, n)
     f[:] = 0.0
     for at in range(n * n):
         for lane in range(lanes):
@@ -505,7 +492,7 @@ def _characteristics(A, n, N, c, T):
         for i in range(n):
             N[i * n + i, lane] = 1.0
     for k in range(1, n + 1):
-        _product(A, N[(k - 1) * nn : k * nn], T, n)
+        product_in_lanes(A, N[(k - 1) * nn : k * nn], T, n)
         for i in range(n):
             for lane in range(lanes):
                 c[n - k, lane] -= T[i * n + i, lane] / k

@@ -21,7 +21,7 @@ def operators_typed_once() -> Iterator[None]:
         if not kws and key in found:
             return found[key][1]
         told = find(self, context, args, kws)
-        if not kws and told is not None and getattr(self, "_impl_keys", {}).get(told.args) is self.typing_key:
+        if not kws and getattr(self, "_impl_keys", {}).get(told.args) is self.typing_key:
             found[key] = self, told  # with the operator, or another object may come to have its id
         return told
 

@@ -26,22 +26,20 @@ from kernels.blocks import W, scratch
 ALL, FEW, NONE = kernel.WITH_ERRORS, kernel.WITHOUT_ERRORS, kernel.FREE_OF_ERRORS
 
 
-@njit(error_model="numpy")
-def sampled(S, times):
-    """Samples of every lane, with no reduction; how many windows are open."""
-    opened = 0
-    for _ in range(times):
-        opened += lanes._sample_alone(S, True)
-    return opened
+def samples_by(take):
+    """Samples of every lane, taken by a loop of `kernels.lanes`; how many windows are open."""
+
+    @njit(error_model="numpy")
+    def sampled(S, times):
+        opened = 0
+        for _ in range(times):
+            opened += take(S, True)
+        return opened
+
+    return sampled
 
 
-@njit(error_model="numpy")
-def reduced(S, times):
-    """Samples of every lane, with the reduction's first order."""
-    opened = 0
-    for _ in range(times):
-        opened += lanes._sample_first_order(S, True)
-    return opened
+sampled, reduced = (samples_by(take) for take in (lanes._sample_alone, lanes._sample_first_order))
 
 
 @njit(error_model="numpy")

@@ -85,10 +85,8 @@ def _is_on_triangle(ds: "xr.Dataset") -> bool:
 
 def _subtitle(ds: "xr.Dataset") -> str:
     bodies = math.prod(ds.sizes[dim] for dim in ("point", *SHAPE) if dim in ds.sizes)
-    return (
-        f"{bodies:,} bodies, each spun about each axis, nudged and measured.  Colour: the nudge's measured rate, "
-        + ("in units of the spin")
-    )
+    points = f"{bodies:,} bodies, each spun about each axis, nudged and measured"
+    return f"{points}.  Colour: the nudge's measured rate, in units of the spin"
 
 
 def fixed_at(ds: "xr.Dataset") -> dict[str, int]:
