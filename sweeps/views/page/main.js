@@ -59,7 +59,8 @@ async function start() {
     showRow(state.place);
     say(state.place);
   });
-  addEventListener("hashchange", () => readLink() && redraw());
+  // the address itself may by now be that of an earlier choice, which is written a moment late
+  addEventListener("hashchange", ({ newURL }) => readLink(new URL(newURL).hash) && redraw());
   let width = innerWidth;
   addEventListener("resize", () => {
     if (innerWidth !== width) resized();

@@ -122,8 +122,8 @@ function writeLink() {
 }
 
 /** Takes over what a link says; what is unknown changes nothing, and what is not as the link has it is said. */
-function readLink() {
-  const said = new URLSearchParams(location.hash.slice(1));
+function readLink(hash = location.hash) {
+  const said = new URLSearchParams(hash.slice(1));
   if ([...said].length === 0) return false;
   state.place = theMap.dims.map((dim, k) => nearest(theMap.coordinates[dim.name], said.get(dim.name)) ?? state.place[k]);
   state.place = nearestBy(said);
