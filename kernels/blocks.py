@@ -6,7 +6,7 @@ order points are taken, and which of them share a block, changes no bit of any p
 """
 
 import numpy as np
-from numba import int64, njit, types
+from numba import njit
 
 from kernels.options import OPTIONS
 
@@ -28,7 +28,7 @@ def rows_of(count):
     return scratch(count).reshape(count, W)
 
 
-@njit(types.UniTuple(int64[::1], 2)(int64[::1], int64), nogil=True, **OPTIONS)
+@njit(nogil=True, **OPTIONS)
 def cut(keys, levels):
     """Order of the points and starts of the blocks: points of one kind together, sorted by key, W at a time.
 
@@ -49,20 +49,28 @@ def cut(keys, levels):
         The points of block j are order[starts[j]:starts[j + 1]].
     """
     greatest = 0
-    for key in keys:
-        greatest = max(greatest, key)
-    after = np.zeros(greatest + 2, dtype=np.int64)
-    for key in keys:
-        after[key + 1] += 1
-    for key in range(1, after.size):
-        after[key] += after[key - 1]
-    starts, position = [0], after.copy()
-    for kind in range(0, after.size - 1, levels):
-        first, last = after[kind], after[min(kind + levels, after.size - 1)]
-        for start in range(first, last, W):
-            starts.append(min(start + W, last))
+    for i in range(keys.size):
+        greatest = max(greatest, keys[i])
+    kinds = greatest // levels + 1
+    position = np.zeros(kinds * levels, dtype=np.int64)
+    for i in range(keys.size):
+        position[keys[i]] += 1
+    blocks = 0
+    for kind in range(kinds):
+        points = 0
+        for key in range(kind * levels, (kind + 1) * levels):
+            points += position[key]
+        blocks += (points + W - 1) // W
+    starts, block, before = np.empty(blocks + 1, dtype=np.int64), 0, 0
+    for kind in range(kinds):
+        first = before
+        for key in range(kind * levels, (kind + 1) * levels):
+            before, position[key] = before + position[key], before
+        for start in range(first, before, W):
+            starts[block], block = start, block + 1
+    starts[block] = before
     order = np.empty(keys.size, dtype=np.int64)
     for i in range(keys.size):
         order[position[keys[i]]] = i
         position[keys[i]] += 1
-    return order, np.array(starts)
+    return order, starts

@@ -16,8 +16,10 @@ from kernels.columns import Column
 from kernels.options import INLINE, OPTIONS
 from kernels.statuses import NON_FINITE, NOT_CONVERGED, OK, SHORT_WINDOW
 
-# Work that is done where it is asked for; ERRORS stand on the certificate and on the reduction.
-CERTIFICATE, INVARIANTS, LOG_SLOPE, REDUCTION, ERRORS = "certificate", "invariants", "log slope", "reduction", "errors"
+# Work that is done where it is asked for; ERRORS stand on the certificate and on the reduction, RATES and LOG_SLOPE on
+# the errors.
+CERTIFICATE, INVARIANTS, LOG_SLOPE, REDUCTION = "certificate", "invariants", "log slope", "reduction"
+ERRORS, RATES = "errors", "rates"
 COLUMNS = (
     Column("omega_squared", power=2),
     Column("omega_squared_stderr", power=2),
@@ -29,20 +31,20 @@ COLUMNS = (
     Column("omega_squared_error_integration", power=2, work=ERRORS),
     Column("omega_squared_error_amplitude", power=2, work=REDUCTION),
     Column("omega_squared_error_rounding", power=2, work=REDUCTION),
-    Column("growth_rate", power=1, work=ERRORS),
-    Column("growth_rate_stderr", power=1, work=ERRORS),
-    Column("growth_rate_error", power=1, work=ERRORS),
-    Column("growth_rate_reduced", power=1, work=ERRORS),
-    Column("growth_rate_reduced_error", power=1, work=ERRORS),
-    Column("frequency", power=1, work=ERRORS),
-    Column("frequency_stderr", power=1, work=ERRORS),
-    Column("frequency_error", power=1, work=ERRORS),
-    Column("frequency_reduced", power=1, work=ERRORS),
-    Column("frequency_reduced_error", power=1, work=ERRORS),
+    Column("growth_rate", power=1, work=RATES),
+    Column("growth_rate_stderr", power=1, work=RATES),
+    Column("growth_rate_error", power=1, work=RATES),
+    Column("growth_rate_reduced", power=1, work=RATES),
+    Column("growth_rate_reduced_error", power=1, work=RATES),
+    Column("frequency", power=1, work=RATES),
+    Column("frequency_stderr", power=1, work=RATES),
+    Column("frequency_error", power=1, work=RATES),
+    Column("frequency_reduced", power=1, work=RATES),
+    Column("frequency_reduced_error", power=1, work=RATES),
     Column("growth_rate_logslope", power=1, work=LOG_SLOPE),
     Column("growth_rate_logslope_error", power=1, work=LOG_SLOPE),
     Column("e_folds", power=0, work=LOG_SLOPE),
-    Column("euler_period", power=-1, work=ERRORS),
+    Column("euler_period", power=-1, work=RATES),
     Column("regime", power=0, dtype=np.int8, work=ERRORS),
     Column("samples_used", power=0, dtype=np.int32),
     Column("window_end", power=-1),
@@ -276,7 +278,7 @@ def _tell_drifts(S):
 
 
 @njit(**OPTIONS)
-def tell(S, certified, invariants, logged, reduced, exactly, rounded, tolerance):
+def tell(S, certified, invariants, logged, rated, reduced, exactly, rounded, tolerance):
     """Turn every lane's sums into its columns, in units of s.
 
     Parameters
@@ -286,6 +288,8 @@ def tell(S, certified, invariants, logged, reduced, exactly, rounded, tolerance)
         ``S[(FIRST + k) * W + l]``; those of work that was not done hold no sense.
     certified, invariants, logged, reduced
         As of :func:`kernels.lanes.follow`.
+    rated : bool
+        Whether rates are told beside their squares; the log slope needs them.
     exactly, rounded : bool
         Whether the motion is the exact solution; whether the moments are ratios that were rounded once each.
     tolerance : float
@@ -294,11 +298,13 @@ def tell(S, certified, invariants, logged, reduced, exactly, rounded, tolerance)
     if _squares(S, reduced != lanes.NONE):
         _squares_beyond(S)
     _tell_square(S, certified, tolerance)
-    _forgive_growth(S, tolerance)
+    if certified:
+        _forgive_growth(S, tolerance)
     if reduced != lanes.NONE:
         _tell_errors(S, exactly, rounded, reduced == lanes.WHOLE)
-        _tell_rates(S)
-        _tell_reduced_rates(S)
+        if rated:
+            _tell_rates(S)
+            _tell_reduced_rates(S)
         if logged:
             _tell_log_slope(S)
     if invariants:

@@ -13,6 +13,7 @@ import re
 import sys
 import tempfile
 import warnings
+from collections.abc import Iterable
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -29,6 +30,7 @@ WHOLE = {
     *("sapphirerapids", "emeraldrapids", "graniterapids", "graniterapids-d"),
 }
 WIDE, NARROW = ",-prefer-256-bit", ",+prefer-256-bit"  # ends of the features, by which they are known as set here
+IMPORTS = re.compile(r"(?:^|[:;])[ \t]*((?:from|import)\b(?:\\\n|[^\n(;#])*(?:\([^)]*\))?)", re.MULTILINE)
 OURS = re.compile("[0-9a-f]{16}-[0-9a-f]{8}")  # names of our folders of compiled kernels
 
 
@@ -89,7 +91,7 @@ def _imported(path: Path) -> set[Path]:
     A name that is no file is one that the package's ``__init__`` defines.
     """
     names: set[str] = set()
-    for node in ast.walk(ast.parse(path.read_bytes())):
+    for node in _imports(path.read_text(encoding="utf-8")):
         if isinstance(node, ast.Import):
             names |= {alias.name.removeprefix("kernels.") for alias in node.names if alias.name.startswith("kernels.")}
         elif isinstance(node, ast.ImportFrom):
@@ -100,6 +102,15 @@ def _imported(path: Path) -> set[Path]:
                 names.add(module.removeprefix("kernels."))
     beside = {path.with_name(f"{name}.py") for name in names}
     return {file for file in beside if file.exists()}
+
+
+def _imports(text: str) -> Iterable[ast.AST]:
+    """Nodes of a source text that hold its imports of ``kernels``: each process asks, and whole files take 0.3 s."""
+    found = [own for own in IMPORTS.findall(text) if "kernels" in own or re.match(r"from\s*\.", own)]
+    try:
+        return ast.parse("\n".join(found)).body
+    except SyntaxError:  # words of a sentence, or a comment within an import
+        return ast.walk(ast.parse(text))
 
 
 def cache_folder() -> Path:

@@ -16,6 +16,7 @@ from kernels.options import EXACT
 
 REALS = ("omega_squared_theory", "growth_rate_theory", "frequency_theory", "growing_fraction", "triangle_margin")
 KINDS = ("regime_theory", "shape")
+NAMES = REALS + KINDS
 REAL, KIND = columns.numbers(REALS), columns.numbers(KINDS)
 
 

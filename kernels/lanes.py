@@ -52,18 +52,6 @@ ROWS = 81
 NONE, FIRST_ORDER, WHOLE = range(3)  # how much of the reduction is done: see :mod:`kernels.reduction`
 
 
-@njit(**INLINE)
-def _set_constants(S, lane):
-    (
-        S[QUADRATURE + lane],
-        S[FIRST + lane],
-        S[SECOND + lane],
-        S[THIRD + lane],
-        S[ALONG + lane],
-        S[SLOPE + lane],
-    ) = reduction.constants(S[GUESS + lane], S[DRIVE + lane])
-
-
 @njit(**OPTIONS)
 def begin(S):
     """Take sample 0 of every lane: set up state, steps and invariants, clear the sums and open the windows."""
@@ -214,31 +202,39 @@ def note_excess(S):
 
 @njit(**OPTIONS)
 def guess(S):
-    """Set the first guess of every lane, and what the reduction takes from it; the current state is the third sample.
+    """Set the first guess of every lane; the current state is the third sample.
 
     A motion that surely turns has no log slope, and its ellipse is not followed as if it grew. Returns whether some
-    lane may have one.
+    lane may have one. Products of βγ are left to :func:`begin_reduction` in HALF, OWN and ACROSS.
     """
     growing = 0
     for lane in range(W):
         b, c, b1, c1 = S[B + lane], S[C + lane], S[B1 + lane], S[C1 + lane]
         b2, c2 = S[B2 + lane], S[C2 + lane]
-        a, a1 = S[A + lane] * S[SPIN + lane] - 1.0, S[U1 + lane]
+        a = S[A + lane] * S[SPIN + lane] - 1.0
         raw = measure.first_guess(b, c, b1, c1, b2, c2)
-        S[GUESS + lane] = reduction.corrected_guess(raw, a1, a, b, c, b1, c1, b2, c2, S[DRIVE + lane])
+        S[GUESS + lane] = reduction.corrected_guess(raw, S[U1 + lane], a, b, c, b1, c1, b2, c2, S[DRIVE + lane])
+        middle, first = b1 * c1, b2 * c2
+        S[HALF + lane], S[OWN + lane], S[ACROSS + lane] = middle, middle - first, b * c - first
         turns = S[GUESS + lane] > measure.SURELY_TURNS
         S[LOPEN + lane] = 0.0 if turns else S[LOPEN + lane]
-        _set_constants(S, lane)
-        quadrature = S[QUADRATURE + lane]
-        S[U1 + lane] = 0.5 * a1 - quadrature * (b1 * c1 - b2 * c2)
-        S[HALF + lane] = 0.5 * a1 + quadrature * (b1 * c1)
-        by, off, S[ACROSS + lane] = reduction.first_order(S[GUESS + lane], S[DRIVE + lane], a1, b * c - b2 * c2)
-        first = S[FIRST + lane]
-        S[OWN + lane] = first * (by * a1 + off)
-        S[OWN_BY + lane], S[OWN_FROM + lane] = first * by * S[SPIN + lane], first * (off - by)
     for lane in range(W):  # by itself: in the loop above it would keep that from being packed
         growing |= 0 if S[GUESS + lane] > measure.SURELY_TURNS else 1
     return growing > 0
+
+
+@njit(**OPTIONS)
+def begin_reduction(S):
+    """Set what the reduction of every lane takes from the first guess and the samples that it stands on."""
+    for lane in range(W):
+        a1, middle, over, twice_over = S[U1 + lane], S[HALF + lane], S[OWN + lane], S[ACROSS + lane]
+        quadrature, first, second, third, along, slope = reduction.constants(S[GUESS + lane], S[DRIVE + lane])
+        S[QUADRATURE + lane], S[FIRST + lane], S[SECOND + lane] = quadrature, first, second
+        S[THIRD + lane], S[ALONG + lane], S[SLOPE + lane] = third, along, slope
+        S[U1 + lane], S[HALF + lane] = 0.5 * a1 - quadrature * over, 0.5 * a1 + quadrature * middle
+        by, off, S[ACROSS + lane] = reduction.first_order(S[GUESS + lane], S[DRIVE + lane], a1, twice_over)
+        S[OWN + lane] = first * (by * a1 + off)
+        S[OWN_BY + lane], S[OWN_FROM + lane] = first * by * S[SPIN + lane], first * (off - by)
 
 
 @njit(**INLINE)
@@ -462,7 +458,7 @@ def log_sample(S):
 def have_grown(S):
     """Whether some lane has been large enough for the log slope."""
     grown = 0
-    for lane in range(W):
+    for lane in range(min(W, S.size)):  # so many that LLVM does not know: it would unroll so short a loop, not pack it
         grown |= 1 if S[LARGEST + lane] >= measure.LOG_FROM * measure.LOG_FROM * S[START + lane] else 0
     return grown > 0
 
@@ -525,6 +521,8 @@ def follow(S, order, steps, intervals, certified, invariants, logged, reduced):
         advance(S, order, steps)
         if k == 2:
             growing = guess(S)
+            if reduced != NONE:
+                begin_reduction(S)
         if opened:  # else every window has closed but the log slope's
             opened = sample(S, k, reduced)
             logging = logging or (growing and logged and have_grown(S))
@@ -550,7 +548,8 @@ PARTS = (
     *((loop, (float64[::1], int64)) for loop in (_advance_12, _advance_10, _advance_8)),
     *((loop, (float64[::1], int64)) for loop in (_advance_near_12, _advance_near_10, _advance_near_8)),
     *((loop, (float64[::1], int64)) for loop in (_advance_nearest_12, _advance_nearest_10, _advance_nearest_8)),
-    *((loop, (float64[::1],)) for loop in (begin_exact, begin, begin_invariants, note_excess, guess, _advance_exact)),
-    *((loop, (float64[::1],)) for loop in (begin_recurrence, _advance_recurrence, _exact_samples, _exact_sample_alone)),
+    *((loop, (float64[::1],)) for loop in (begin_exact, begin, begin_invariants, note_excess, guess, begin_reduction)),
+    *((loop, (float64[::1],)) for loop in (begin_recurrence, _advance_exact, _advance_recurrence)),
+    *((loop, (float64[::1],)) for loop in (_exact_samples, _exact_sample_alone)),
     *((loop, (float64[::1],)) for loop in (certify, certify_near, watch_invariants, have_grown, watch, log_sample)),
 )

@@ -12,7 +12,7 @@ more; its columns are made elsewhere (:mod:`kernels.linear`).
 import math
 
 import numpy as np
-from numba import boolean, float64, int64, njit, types
+from numba import float64, int64, njit
 
 from kernels import (
     circular,
@@ -31,107 +31,153 @@ from kernels import (
 )
 from kernels.blocks import W, cut, scratch
 from kernels.findings import COLUMNS, MEASURED
-from kernels.options import OPTIONS
+from kernels.options import INLINE, OPTIONS
 from kernels.statuses import NON_FINITE, OK, SHORT_WINDOW
 
 TILE = 4096  # points that are planned, sorted and measured together: their columns stay in a core's own cache
 LEVELS = 16  # of growth, by which points of one kind are sorted
+# A tile's rows, so far apart (multiples of a page would share few lines of the cache): first what blocks gather, in the
+# order of the rows of lanes that it fills, but for |omega0| or NaN in the cosine's place and the phase in the sine's.
+PITCH, GATHERED = TILE + 72, 8
+_A, _B, _C, _SPIN, _EPSILON, _RATE, _PHASE, _SPACING, _BOUND = (PITCH * row for row in range(GATHERED + 1))
 
 POINT = ("I1", "I2", "I3", "axis", "omega0", "epsilon", "phase")
 AT = columns.numbers(MEASURED)
 POWERS = columns.powers(COLUMNS, flips.COLUMNS)
 
 
+@njit(**INLINE)
+def _copy(T, row, values):
+    for i in range(values.size):
+        T[row + i] = values[i]
+
+
 @njit(nogil=True, **OPTIONS)
-def _plan(I1, I2, I3, axis, epsilon, spacing, intervals, tolerance, exactly, plan, keys):
-    """Sample spacing (radians of spin), order, steps per sample, reduction and sorting key of each point."""
-    spacings, orders, steps, reduced = plan
-    known, size, whole, coefficients = -1.0, 0.0, 0.0, (0.0, 0.0, 0.0)
-    for i in range(I1.size):
-        ca, cb, cc = rigid_body.euler_coefficients(*rigid_body.relabel(I1[i], I2[i], I3[i], axis[i]))
+def _lay_out(T, I1, I2, I3, omega0, epsilon, phase):
+    """Points of a tile side by side in its rows, as they are given, but for phases too far to be brought back later."""
+    _copy(T, _A, I1)
+    _copy(T, _B, I2)
+    _copy(T, _C, I3)
+    _copy(T, _RATE, omega0)
+    _copy(T, _EPSILON, epsilon)
+    _copy(T, _PHASE, phase)
+    far = 0
+    for i in range(phase.size):
+        far |= 0 if abs(phase[i]) <= circular.FAR else 1
+    if far > 0:
+        for i in range(phase.size):
+            T[_PHASE + i] = circular.within(phase[i])
+
+
+@njit(nogil=True, **OPTIONS)
+def _plan(T, axis, spacing, intervals, keys):
+    """Moments as lanes take them, sample spacing (radians of spin), bound on the rates, and a key to sort points by.
+
+    The key is that of one exact step a sample; no branch is left in the loop, which is packed.
+    """
+    for i in range(axis.size):
+        Ia, Ib, Ic = rigid_body.relabel(T[_A + i], T[_B + i], T[_C + i], axis[i])
+        ca, cb, cc = rigid_body.euler_coefficients(Ia, Ib, Ic)
         bound = max(abs(ca), abs(cb), abs(cc))
-        spacings[i] = min(spacing, 0.5 / max(1.0, bound))
-        if epsilon[i] != known:
-            known = epsilon[i]
+        own = min(spacing, 0.5 / max(1.0, bound))
+        T[_BOUND + i], T[_SPACING + i] = bound, own
+        growth = cb * cc if cb * cc > 0.0 else 0.0
+        level = int(min(math.sqrt(growth), 1.0) * (LEVELS - 1)) if growth == growth else 0
+        keys[i] = level + (0 if reduction.is_small(ca, T[_EPSILON + i], own * intervals) else LEVELS)
+        scale, omega0 = 1.0 / solution.unit_of(Ia, Ib, Ic), T[_RATE + i]  # the scale a power of two
+        T[_A + i], T[_B + i], T[_C + i] = Ia * scale, Ib * scale, Ic * scale
+        T[_SPIN + i] = 1.0 if omega0 > 0.0 else -1.0
+        T[_RATE + i] = abs(omega0) if (omega0 - omega0 == 0.0) & (omega0 != 0.0) else math.nan
+
+
+@njit(nogil=True, **OPTIONS)
+def _choose(T, intervals, tolerance, keys):
+    """Put into the keys which Taylor steps the points need, and how many a sample."""
+    known, size, whole, coefficients = -1.0, 0.0, 0.0, (0.0, 0.0, 0.0)
+    for i in range(keys.size):
+        epsilon = T[_EPSILON + i]
+        if epsilon != known:
+            known = epsilon
             size = min(1.0, measure.WINDOW * known * math.exp(0.5))  # the sample after the window's end included
             whole = math.sqrt(1.0 + known * known)  # the rates go with all of |omega|, not with the spin alone
             coefficients = (
-                direct.truncation(size, 8),
-                direct.truncation(size, 10),
-                direct.truncation(size, 12),
+                direct.truncation(size, direct.ORDERS[0]),
+                direct.truncation(size, direct.ORDERS[1]),
+                direct.truncation(size, direct.ORDERS[2]),
             )
-        orders[i], steps[i], kind = lanes.EXACT, 1, 0
-        if not exactly:
-            orders[i], steps[i] = direct.choose(bound * spacings[i] * whole, size, coefficients, intervals, tolerance)
-            nearest = orders[i] < -direct.NEAREST
-            order = abs(orders[i]) - (direct.NEAREST if nearest else 0)
-            kind = (order - 8) // 2 * 3 + (2 if nearest else (1 if orders[i] < 0 else 0))  # 0 to 8
-        growth = cb * cc if cb * cc > 0.0 else 0.0
-        level = int(min(math.sqrt(growth), 1.0) * (LEVELS - 1)) if growth == growth else 0
-        small = reduction.is_small(ca, known, spacings[i] * intervals)
-        reduced[i] = lanes.FIRST_ORDER if small else lanes.WHOLE
-        orders[i] = -orders[i] if exactly and small else orders[i]
-        keys[i] = ((9 * (steps[i] - 1) + kind) * 2 + (0 if small else 1)) * LEVELS + level
+        x = T[_BOUND + i] * T[_SPACING + i] * whole
+        order, steps = direct.choose(x, size, coefficients, intervals, tolerance)
+        nearest = order < -direct.NEAREST
+        kind = (abs(order) - (direct.NEAREST if nearest else 0) - 8) // 2 * 3
+        kind += 2 if nearest else (1 if order < 0 else 0)  # 0 to 8
+        keys[i] += (9 * (steps - 1) + kind) * 2 * LEVELS
 
 
-_PLANNED = types.Tuple((float64[::1], int64[::1], int64[::1], int64[::1]))
-_POINTS = (float64[::1], float64[::1], float64[::1], int64[::1], float64[::1])
+@njit(**INLINE)
+def _work(key, exactly):
+    """Order, steps a sample and reduction of a block, from the key of any of its points."""
+    number = key // LEVELS
+    depth = lanes.FIRST_ORDER if number % 2 == 0 else lanes.WHOLE
+    if exactly:
+        return (lanes.EXACT if depth == lanes.WHOLE else -lanes.EXACT), 1, depth
+    kind, steps = number // 2 % 9, number // 18 + 1
+    order, near = 8 + 2 * (kind // 3), kind % 3
+    return (order if near == 0 else (-order if near == 1 else -order - direct.NEAREST)), steps, depth
+
+
+@njit(nogil=True, **OPTIONS)
+def _gather(S, T, points, steps):
+    """Fill the rows of a block that are given; copies of the last point fill what its points leave."""
+    for lane in range(W):
+        i = np.uint64(points[min(lane, points.size - 1)])
+        for row in range(GATHERED):
+            S[row * W + lane] = T[np.uint64(row * PITCH) + i]
+    for lane in range(W):
+        S[findings.MORE.spin_rate + lane], S[lanes.STEPS + lane] = S[lanes.COSINE + lane], steps
+        S[lanes.COSINE + lane], S[lanes.SINE + lane] = circular.cosine_sine(S[lanes.SINE + lane])
+
+
+_TILE, _KEYS = float64[::1], int64[::1]
 PARTS = (
-    (_plan, (*_POINTS, float64, int64, float64, boolean, _PLANNED, int64[::1])),
+    (cut, (int64[::1], int64)),
+    (_lay_out, (_TILE, *(float64[::1],) * 6)),
+    (_plan, (_TILE, int64[::1], float64, int64, _KEYS)),
+    (_choose, (_TILE, int64, float64, _KEYS)),
+    (_gather, (float64[::1], _TILE, int64[::1], int64)),
     *lanes.PARTS,
     *findings.PARTS,
 )
 
 
 @njit(nogil=True, **OPTIONS)
-def _load(S, lane, moments, spin, epsilon, phase, spacing, steps):
-    """Fill the rows of one lane that are given, but for the phase in the place of its sine; moments (I_a, I_b, I_c)."""
-    Ia, Ib, Ic = moments
-    scale = 1.0 / solution.unit_of(Ia, Ib, Ic)  # powers of two both
-    S[lanes.MA + lane], S[lanes.MB + lane], S[lanes.MC + lane] = Ia * scale, Ib * scale, Ic * scale
-    S[lanes.SPIN + lane] = spin
-    S[lanes.EPSILON + lane], S[lanes.SINE + lane] = epsilon, circular.within(phase)
-    S[lanes.SPACING + lane], S[lanes.STEPS + lane] = spacing, steps
-
-
-@njit(nogil=True, **OPTIONS)
 def _keep(S, rows, kept):
-    """Columns of a block that are marked, whole rows of lanes at once."""
-    for row in range(rows.size):
-        if rows[row]:
-            for lane in range(W):
-                kept[row, lane] = S[(findings.FIRST + row) * W + lane]
+    """Some columns of a block, whole rows of lanes at once."""
+    for k in range(rows.size):
+        first = (findings.FIRST + rows[k]) * W
+        row, own = S[first : first + W], kept[k]
+        for lane in range(W):
+            own[lane] = row[lane]
 
 
 @njit(nogil=True, **OPTIONS)
-def _run(I1, I2, I3, axis, omega0, epsilon, phase, plan, blocks, intervals, tolerance, rounded, groups, rows, kept, at):
+def _run(T, keys, blocks, intervals, tolerance, exactly, rounded, groups, rows, kept, at):
     """Integrate and measure block after block: order[starts[j]:starts[j + 1]] are the points of block j.
 
     Columns go to ``kept``, shape (blocks, rows, W); ``at`` tells where a point's lane lies in it.
     """
-    spacings, orders, steps, reduced = plan
     order, starts = blocks
-    certified, invariants, logged, reducing = groups
+    certified, invariants, logged, reducing, rated = groups
     S = scratch(findings.ROWS)
     for j in range(starts.size - 1):
-        first, count = starts[j], starts[j + 1] - starts[j]
-        head = order[first]
-        for lane in range(W):
-            i = order[first + min(lane, count - 1)]
-            spin = 1.0 if omega0[i] > 0.0 else -1.0
-            moments = rigid_body.relabel(I1[i], I2[i], I3[i], axis[i])
-            _load(S, lane, moments, spin, epsilon[i], phase[i], spacings[i], steps[i])
-            known = math.isfinite(omega0[i]) and omega0[i] != 0.0
-            S[findings.MORE.spin_rate + lane] = abs(omega0[i]) if known else math.nan
-        for lane in range(W):
-            S[lanes.COSINE + lane], S[lanes.SINE + lane] = circular.cosine_sine(S[lanes.SINE + lane])
-        exactly = abs(orders[head]) == lanes.EXACT
-        depth = reduced[head] if reducing or reduced[head] == lanes.WHOLE else lanes.NONE
-        lanes.follow(S, orders[head], steps[head], intervals, certified, invariants, logged, depth)
-        findings.tell(S, certified, invariants, logged, depth, exactly, rounded, tolerance)
+        points = order[starts[j] : starts[j + 1]]
+        taken, steps, depth = _work(keys[points[0]], exactly)
+        depth = depth if reducing or depth == lanes.WHOLE else lanes.NONE
+        _gather(S, T, points, steps)
+        lanes.follow(S, taken, steps, intervals, certified, invariants, logged, depth)
+        findings.tell(S, certified, invariants, logged, rated, depth, exactly, rounded, tolerance)
         _keep(S, rows, kept[j])
-        for lane in range(count):
-            at[order[first + lane]] = j * kept.shape[1] * W + lane
+        for lane in range(points.size):
+            at[points[lane]] = j * kept.shape[1] * W + lane
 
 
 @njit(nogil=True, **OPTIONS)
@@ -141,33 +187,31 @@ def _sort_back(rows, kept, at, low, size, out):
     One column at a time, written as it lies: a point's columns are far apart in memory, and to write them point by
     point takes three times as long.
     """
-    for row in range(rows.size):
-        if rows[row]:
-            column, own = kept[row * W :], out[row][low : low + size]  # both known to be contiguous
-            for i in range(size):
-                own[i] = column[at[i]]
+    for k in range(rows.size):
+        column, own = kept[k * W :], out[rows[k]][low : low + size]  # both known to be contiguous
+        for i in range(size):
+            own[i] = column[at[i]]
 
 
 @njit(nogil=True, **OPTIONS)
 def _measure(arrays, spacing, intervals, tolerance, exactly, rounded, groups, rows, out):
-    """Measure tile after tile into those rows of ``out`` that are marked; the others are left as they are."""
+    """Measure tile after tile into the given rows of ``out``; the others are left as they are."""
     I1, I2, I3, axis, omega0, epsilon, phase = arrays
     room = min(I1.size, TILE)
-    spacings, orders, steps = np.empty(room), np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64)
-    keys = np.empty(room, dtype=np.int64)
-    plan = (spacings, orders, steps, np.empty(room, dtype=np.int64))
+    T, keys = np.empty(PITCH * (GATHERED + 1)), np.empty(room, dtype=np.int64)
     # an odd number of rows: blocks that begin at multiples of half a page would share few lines of the cache
-    kept, at = np.empty((room // W + 1, rows.size | 1, W)), np.empty(room, dtype=np.uint64)
+    kept, at = np.empty((room // W + 1, rows.size | 1, W)), np.empty(room, dtype=np.uint32)
     for low in range(0, I1.size, TILE):
         size = min(I1.size - low, TILE)
-        part = slice(low, low + size)
-        bodies, nudge = (I1[part], I2[part], I3[part], axis[part]), epsilon[part]
-        _plan(*bodies, nudge, spacing, intervals, tolerance, exactly, plan, keys)
-        order, starts = cut(keys[:size], LEVELS)
-        turn = (omega0[part], nudge, phase[part])
+        part, own = slice(low, low + size), keys[:size]
+        _lay_out(T, I1[part], I2[part], I3[part], omega0[part], epsilon[part], phase[part])
+        _plan(T, axis[part], spacing, intervals, own)
+        if not exactly:
+            _choose(T, intervals, tolerance, own)
+        order, starts = cut(own, np.int64(LEVELS))
         if starts.size - 1 > kept.shape[0]:
             kept = np.empty((starts.size - 1, kept.shape[1], W))
-        _run(*bodies, *turn, plan, (order, starts), intervals, tolerance, rounded, groups, rows, kept, at)
+        _run(T, own, (order, starts), intervals, tolerance, exactly, rounded, groups, rows, kept, at)
         _sort_back(rows, kept.ravel(), at, low, size, out)
 
 
@@ -202,8 +246,8 @@ def measured(
     propagator : str
         "direct" (Taylor steps, certified by the exact solution) or "exact" (the exact step, one a sample).
     wanted : collection of str
-        Columns to make, of MEASURED; without the drifts, the log slope, the certificate or the errors the work for
-        them is saved.
+        Columns to make, of MEASURED; without the drifts, the log slope, the certificate, the rates or the errors the
+        work for them is saved.
     nonlinear : bool
         Whether to follow the motion on to its flips and its largest tilt (:mod:`kernels.flips`).
     rounded : bool
@@ -223,11 +267,13 @@ def measured(
     arrays = _point_arrays(points)
     n, intervals = arrays[0].size, round(rotations * samples_per_rotation)
     needed = {"omega_squared", "status"} if nonlinear else set()
-    rows, out = np.array([name in wanted or name in needed for name in MEASURED]), np.empty((len(MEASURED), n))
+    rows = np.flatnonzero([name in wanted or name in needed for name in MEASURED])
+    out = np.empty((len(MEASURED), n))
     work = {column.work for column in COLUMNS if column.name in wanted}
-    certified = propagator == "direct" and bool(work & {findings.CERTIFICATE, findings.ERRORS, findings.LOG_SLOPE})
-    reducing = bool(work & {findings.REDUCTION, findings.ERRORS, findings.LOG_SLOPE})
-    groups = (certified, findings.INVARIANTS in work, findings.LOG_SLOPE in work, reducing)
+    rated = bool(work & {findings.RATES, findings.LOG_SLOPE})
+    certified = propagator == "direct" and (rated or bool(work & {findings.CERTIFICATE, findings.ERRORS}))
+    reducing = rated or bool(work & {findings.REDUCTION, findings.ERRORS})
+    groups = (certified, findings.INVARIANTS in work, findings.LOG_SLOPE in work, reducing, rated)
     spacing = 2.0 * np.pi / samples_per_rotation
     _measure(arrays, spacing, intervals, tolerance, propagator == "exact", rounded, groups, rows, out)
     found = _nonlinear(arrays, out, tolerance) if nonlinear else {}
@@ -331,6 +377,11 @@ def _expanded(values, at, spin, power):
 
 
 def survey(points, *settings, collapse=False, **options):
-    """All columns of points: :func:`theory` beside :func:`measured` (or :func:`collapsed`), which does not know it."""
+    """All columns of points: :func:`theory` beside :func:`measured` (or :func:`collapsed`), which does not know it.
+
+    Theory is spared where columns are ``wanted`` and none of its own among them.
+    """
     measure = collapsed if collapse else measured
-    return theory(points) | measure(points, *settings, **options)
+    found = measure(points, *settings, **options)
+    foretells = any(name in options.get("wanted", foretold.NAMES) for name in foretold.NAMES)
+    return theory(points) | found if foretells else found

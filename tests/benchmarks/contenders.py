@@ -20,6 +20,7 @@ from kernels import direct, lanes, measure, rigid_body, survey
 from kernels.fingerprint import WIDE
 
 TOLERANCES = tuple(10.0**-n for n in range(6, 13))
+SHARES = 4  # that every thread or process takes one after the other: what holds up one of them leaves more to the rest
 WANTED = ("omega_squared", "omega_squared_stderr", "status")  # what the others tell: no errors, hence no regime
 
 
@@ -60,8 +61,8 @@ class Polhode(Contender):
         return f"this, Numba {super().version()}"
 
     def rates(self, bodies, setting):
-        parts = np.array_split(np.arange(len(bodies)), self.threads)
-        slices = [slice(part[0], part[-1] + 1) for part in parts if part.size]
+        cuts = np.linspace(0, len(bodies), min(SHARES * self.threads, len(bodies)) + 1).astype(int)
+        slices = [slice(i, j) for i, j in pairwise(cuts)]
         found = list(self.pool.map(lambda part: self.measured(bodies, part, setting, WANTED), slices))
         columns = [np.concatenate([part[name] for part in found]) for name in WANTED[:2]]
         return np.stack(columns, axis=1), 0.0
@@ -128,6 +129,7 @@ class Exact(Polhode):
     """The exact solution by its recurrence, one step a sample."""
 
     name, propagator, settings = "Polhode exact", "exact", (0.0,)
+    size = 400_000  # a run as long as the others': the bodies are taken several times
     mode = "addition theorem of the closed form, one step a sample, 32 lanes, a thread per core"
     step = staticmethod(lambda body, tolerance: (-lanes.EXACT, 1))
 
@@ -165,7 +167,7 @@ class Heyoka(Contender):
         batches = -(-len(bodies) // self.width)
         padded = np.arange(batches * self.width) % len(bodies)
         k, start = (np.ascontiguousarray(x[padded].T) for x in (bodies.k, bodies.start))
-        cuts = np.linspace(0, batches, min(self.threads, batches) + 1).astype(int) * self.width
+        cuts = np.linspace(0, batches, min(SHARES * self.threads, batches) + 1).astype(int) * self.width
         shares = [
             (setting, k[:, i:j].copy(), start[:, i:j].copy(), self.width, self.gridded) for i, j in pairwise(cuts)
         ]

@@ -74,7 +74,7 @@ def filled(points, settings):
         S[row : row + W] = value
     S[lanes.STEPS : lanes.STEPS + W], S[findings.MORE.spin_rate : findings.MORE.spin_rate + W] = 1.0, 1.0
     lanes.follow(S, -12, 1, 8, True, True, False, lanes.FIRST_ORDER)
-    findings.tell(S, True, True, False, lanes.FIRST_ORDER, False, False, settings[2])
+    findings.tell(S, True, True, False, True, lanes.FIRST_ORDER, False, False, settings[2])
     return S
 
 
@@ -83,11 +83,11 @@ def pieces(settings, points):
     count = points["I1"].size
     S, blocks = filled(points, settings), math.ceil(count / W)
     samples = round(survey.measured(points, *settings, wanted=("samples_used",))["samples_used"].mean())
-    more = np.array([name in ALL and name not in NONE for name in findings.MEASURED])
+    more = np.flatnonzero([name in ALL and name not in NONE for name in findings.MEASURED])
     size = min(count, survey.TILE)
     kept, at = np.empty((math.ceil(size / W), more.size | 1, W)), np.random.default_rng(1).permutation(size)
-    at = (at // W * kept.shape[1] * W + at % W).astype(np.uint64)
-    out, tiles = np.empty((more.size, size)), count / size
+    at = (at // W * kept.shape[1] * W + at % W).astype(np.uint32)
+    out, tiles = np.empty((len(findings.MEASURED), size)), count / size
     return {
         "all columns": (lambda: survey.measured(points, *settings, wanted=ALL), 1),
         "without errors": (lambda: survey.measured(points, *settings, wanted=FEW), 1),

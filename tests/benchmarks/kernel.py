@@ -14,20 +14,22 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from kernels import findings, survey
+from kernels import findings, foretold, survey
 from sweeps import memory
 from sweeps.points import catalogue
 from sweeps.points.loading import read
 
-BARE = ("omega_squared", "omega_squared_stderr", "regime", "status")
-UNCERTIFIED = tuple(name for name in survey.MEASURED if name != "propagation_error")
-FREE_OF_ERRORS = tuple(  # neither errors nor what stands on them: regimes, rates, the log slope
-    c.name for c in findings.COLUMNS if c.work not in (findings.ERRORS, findings.REDUCTION, findings.LOG_SLOPE)
+BARE = ("omega_squared", "omega_squared_stderr", "growth_rate", "frequency", "regime", "status")
+UNCERTIFIED = (*foretold.NAMES, *(name for name in survey.MEASURED if name != "propagation_error"))
+FREE_OF_ERRORS = (  # neither errors nor what stands on them: regimes, rates, the log slope
+    *foretold.NAMES,
+    *(c.name for c in findings.COLUMNS if c.work in ("", findings.CERTIFICATE, findings.INVARIANTS)),
 )
-WITH_ERRORS = tuple(c.name for c in findings.COLUMNS if c.work != findings.LOG_SLOPE)
+WITH_ERRORS = (*foretold.NAMES, *(c.name for c in findings.COLUMNS if c.work != findings.LOG_SLOPE))
 WITHOUT_ERRORS = tuple(  # errors and their terms; the certificate is not one
     name for name in WITH_ERRORS if "_error" not in name or name == "propagation_error"
 )
+WITHOUT_DRIFTS = (*foretold.NAMES, *(c.name for c in findings.COLUMNS if c.work != findings.INVARIANTS))
 BLOCK = 2**15
 
 
@@ -64,6 +66,7 @@ def contenders(settings):
         "all columns, one core": (lambda part: survey.survey(part, *settings), 1),
         "all columns, two cores": (lambda part: survey.survey(part, *settings), 2),
         "all but the certificate": (lambda part: survey.survey(part, *settings, wanted=UNCERTIFIED), 1),
+        "all columns but the drifts": (lambda part: survey.survey(part, *settings, wanted=WITHOUT_DRIFTS), 1),
         "all columns but the log slope": (lambda part: survey.survey(part, *settings, wanted=WITH_ERRORS), 1),
         "... but errors": (lambda part: survey.survey(part, *settings, wanted=WITHOUT_ERRORS), 1),
         "... but errors and regimes": (lambda part: survey.survey(part, *settings, wanted=FREE_OF_ERRORS), 1),
@@ -80,6 +83,8 @@ RATIOS = (
     ("two cores over one, rates alone", "rates alone, one core", "rates alone, two cores"),
     ("with certificates over without", "all columns, one core", "all but the certificate"),
     ("all columns over rates alone", "all columns, one core", "rates alone, one core"),
+    ("all columns over all but drifts", "all columns, one core", "all columns but the drifts"),
+    ("... over all but the log slope", "all columns, one core", "all columns but the log slope"),
     ("with errors over without", "all columns but the log slope", "... but errors"),
     ("... and without regimes, rates", "all columns but the log slope", "... but errors and regimes"),
     ("direct over exact", "rates alone, one core", "exact propagator"),

@@ -246,6 +246,7 @@ def test_the_choice_at_the_ends_of_its_range():
     border = left_out(12, 1, 0.5, 1e-3, 64)
     assert direct.choose(0.5, 1e-3, small, 64, border * (1 + 1e-12)) == (12, 1)
     assert direct.choose(0.5, 1e-3, small, 64, border * (1 - 1e-6)) == (10, 2)
+    assert direct.choose(0.5, 1.0, large, 64, 4e-11) == (10, 5)  # 5 of 110 + 40, beside 4 of 156 + 40 and 10 of 72 + 40
     assert direct.choose(0.0, 1e-6, small, 64, 1e-10) == (-108, 1)
     assert direct.choose(math.nan, 1e-3, small, 64, 1e-10) == (8, 1)
     assert direct.choose(0.5, 1.0, large, 64, 1e-60)[1] == 10_000
@@ -347,6 +348,7 @@ def test_a_broken_coefficient_shows_in_the_perturbation_alone():
     assert drifts[1e-6] > 1e-7
 
 
+@pytest.mark.compiled
 def test_rotation_in_any_order_and_backwards():
     moments, start = [1.0, 2.0, 3.0], [1e-3, 2.0, 1e-3]
     times = np.array([1.0, -1.5, 0.0, 0.5, 1.0])

@@ -532,6 +532,12 @@ def test_what_never_returns_has_an_infinite_period(moments, start):
     assert exact.frequency(*moments, *start) == 0.0
 
 
+def test_an_exact_spin_begins_at_the_phase_nought_but_about_the_middle_axis():
+    for axis, spin in ((1, 0.7), (1, -0.7), (3, 0.7), (3, -0.7)):
+        assert exact.phase(1.0, 2.0, 3.0, *np.roll([spin, 0.0, 0.0], axis - 1)) == 0.0
+    assert math.isinf(exact.phase(1.0, 2.0, 3.0, 0.0, 0.7, 0.0))
+
+
 def test_an_exact_spin_has_the_frequency_of_small_nudges():
     Omega = 1.5 * mp.sqrt(mp.mpf(3.0 - 1.0) * (3.0 - 2.0) / (1.0 * 2.0))
     assert exact.frequency(1.0, 2.0, 3.0, 0.0, 0.0, 1.5) == pytest.approx(float(Omega), rel=1e-15)

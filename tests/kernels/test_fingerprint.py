@@ -268,6 +268,8 @@ KERNELS = {
     "spin": "from kernels import OPTIONS, step\n",
     "top": "import kernels.step as s\n",
     "late": "def f():\n    if True:\n        from . import top\n        from .spin import OK\n",
+    "terse": "if True: import kernels.spin; from .alone import *\nfrom kernels import \\\n    late\n",
+    "wordy": '"""It comes\nfrom kernels, so to speak.\n"""\nfrom kernels import (\n    top,  # :)\n    alone,\n)\n',
     "linear": "from kernelsmith import step\nimport kernelsmith.top\n",
     "alone": "",
 }
@@ -288,6 +290,8 @@ def sweeping(checkout):
         ("spin", "step statuses"),
         ("top", "step statuses"),
         ("late", "top spin step statuses"),
+        ("terse", "alone late top spin step statuses"),
+        ("wordy", "alone top step statuses"),
         ("linear", ""),
         ("alone linear step", "statuses"),
     ],
@@ -332,7 +336,7 @@ def host(monkeypatch):
     """Has the processor be of one name, with Numba imported and begun, or not; says the features that hold then."""
 
     def vectors(name, begun=False, inherited=None, **features):
-        found = type("Features", (dict,), {"flatten": lambda self: ",".join(self)})(avx512f=True, **features)
+        found = type("Features", (dict,), {"flatten": lambda self: ",".join(self)})({"avx512f": True} | features)
         monkeypatch.setattr(llvm, "get_host_cpu_name", lambda: name)
         monkeypatch.setattr(llvm, "get_host_cpu_features", lambda: found)
         monkeypatch.setattr(fp, "_has_begun", lambda: begun)
@@ -352,6 +356,12 @@ def test_whole_vectors_where_llvm_takes_half_of_them_and_the_clock_stays(host):
     assert host("sapphirerapids") == ("avx512f,-prefer-256-bit",) * 2
     for other in ("skylake-avx512", "znver4", "apple-m1"):
         assert host(other) == (None, None)
+    assert host("sapphirerapids", avx512f=False) == (None, None)
+
+
+def test_whole_vectors_are_left_to_a_user_who_has_settings_of_the_processor(host, monkeypatch):
+    monkeypatch.setattr(fp, "_settings_of_the_processor", lambda: True)
+    assert host("sapphirerapids") == (None, None)
 
 
 def test_features_of_a_parent_process_are_formed_anew_and_a_users_own_hold(host):

@@ -1,4 +1,8 @@
+import math
 import os
+import platform
+import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -7,7 +11,8 @@ import numpy as np
 import pytest
 from numba import config
 
-from kernels import direct, exact, linear, rigid_body, statuses, survey, taylor_steps
+from kernels import direct, exact, findings, lanes, linear, measure, rigid_body, statuses, survey, taylor_steps
+from kernels.blocks import W
 
 FEWER = 40 if config.DISABLE_JIT else 1  # lanes in plain Python are slow
 STEPS = {8: taylor_steps.step_8, 10: taylor_steps.step_10, 12: taylor_steps.step_12}
@@ -128,6 +133,7 @@ def test_an_integrator_broken_by_1e_9_is_told_by_the_certificate(defect, status)
         assert min(map(float, told[3:])) > defect
 
 
+@pytest.mark.compiled
 def test_the_exact_propagator_measures_the_same():
     points = bodies(5000, 3)
     stepped = survey.survey(points, 4.0, 16, 1e-12)
@@ -147,8 +153,49 @@ def test_the_exact_propagator_measures_the_same():
 def test_work_that_nobody_asked_for_changes_no_other_column():
     points = bodies(500, 4)
     whole = survey.measured(points, 4.0, 16, 1e-10)
-    few = ("omega_squared", "omega_squared_stderr", "regime", "status")
-    part = survey.measured(points, 4.0, 16, 1e-10, wanted=few)
-    assert sorted(part) == sorted(few)
-    for name in few:
-        np.testing.assert_array_equal(part[name], whole[name], err_msg=name)
+    regimes, logged, rates = ("omega_squared", "regime", "status"), ("growth_rate_logslope_error",), ("euler_period",)
+    for few in (regimes, logged, rates, ("frequency_reduced_error", "energy_drift")):
+        part = survey.survey(points, 4.0, 16, 1e-10, wanted=few)
+        assert sorted(part) == sorted(few)
+        for name in few:
+            np.testing.assert_array_equal(part[name], whole[name], err_msg=name)
+
+
+def test_squares_of_turns_beyond_the_series_are_those_of_each_lane():
+    """Every other lane turns more than a motion may between two samples; each has its own square and slope."""
+    rng, S = np.random.default_rng(7), np.full(findings.ROWS * W, math.nan)
+    for row in (lanes.GUESS, lanes.RX, lanes.XX, lanes.SX, lanes.SW, lanes.SPACING):
+        S[row : row + W] = rng.uniform(0.5, 1.0, W)
+    wanted = np.where(np.arange(W) % 2, rng.uniform(-3.0, -0.2, W), rng.uniform(-0.1, 0.1, W))
+    S[lanes.GUESS : lanes.GUESS + W] = wanted + 0.5 * S[lanes.RX : lanes.RX + W] / S[lanes.XX : lanes.XX + W]
+    assert findings._squares(S, True)
+    findings._squares_beyond(S)
+    for lane in range(W):
+        turns = findings._turn(S, lane), findings._reduced_turn(S, lane)
+        rows = (findings.MORE.rate2, findings.MORE.slope), (findings.MORE.reduced, findings.MORE.reduced_slope)
+        for D, row in zip(turns, rows, strict=True):
+            told = S[row[0] + lane], S[row[1] + lane]
+            assert told == pytest.approx(measure.rate_squared(D, S[lanes.SPACING + lane]), rel=1e-13)
+
+
+ARITHMETIC = r"\tv?(?:add|sub|mul|div|sqrt|max|min|cmp\w*|fn?m(?:add|sub)\d*)"
+SCALAR = {"note_excess"}  # one product a lane of the second sample: too short for LLVM not to unroll it
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled")
+@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads x86 instructions")
+@pytest.mark.skipif(not shutil.which("objdump"), reason="takes compiled code apart by objdump")
+def test_every_loop_over_lanes_is_packed(tmp_path):
+    # what lies in the cache, for Numba shows no assembly of what it has loaded
+    for i, (part, types) in enumerate(lanes.PARTS):
+        part.compile(types)
+        key = part._cache._index_key(part.signatures[0], part.targetctx.codegen())
+        (_, _, (code, *_)), *_ = part._cache._cache_file.load(key)
+        (tmp_path / f"{i:02d}.o").write_bytes(code)
+    files = sorted(map(str, tmp_path.glob("*.o")))
+    told = subprocess.run(["objdump", "-d", "--no-show-raw-insn", *files], capture_output=True, text=True, check=True)
+    texts = re.split(r"^.*file format.*$", told.stdout, flags=re.M)[1:]
+    for (part, _), text in zip(lanes.PARTS, texts, strict=True):
+        packed, scalar = (len(re.findall(ARITHMETIC + kind + r"\b", text)) for kind in ("pd", "sd"))
+        assert (packed > scalar) != (part.__name__ in SCALAR), (part, packed, scalar)

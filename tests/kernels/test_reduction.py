@@ -91,6 +91,34 @@ def test_the_error_of_a_rate_holds_every_rate_of_the_square(square, error, place
     assert abs(math.sqrt(truth) - rate) <= told * (1 + 1e-12) + 1e-12 * rate
 
 
+@pytest.mark.parametrize(
+    ("square", "error"), [(4.0, 3.9), (4.0, 0.1), (4.0, 7.0), (0.0, 1.0), (-1.0, 4.0), (1.0, 1e-12)]
+)
+def test_the_error_of_a_rate_reaches_the_farther_end_and_no_farther(square, error):
+    rate, ends = math.sqrt(max(square, 0.0)), [math.sqrt(max(square + k * error, 0.0)) for k in (-1, 1)]
+    far = max(abs(end - rate) for end in ends) if error > 1e-6 else 0.5 * error
+    assert uncertainty.of_rate(square, error) == pytest.approx(far, rel=1e-11)
+
+
+@pytest.mark.parametrize("turns", [0.03, 0.5, 2.0, 20.0])
+def test_what_a_run_gathers_moves_the_rate_of_a_spin_that_turns_by_no_more_than_is_told(turns):
+    """A frequency off by δ/T moves Ω² by 2Ωδ/T; within a small part of a turn a bend by δ moves it by 2δ/T²."""
+    omega, T, delta = 0.3, 2 * np.pi * turns / 0.3, 1e-10
+    told = uncertainty.integration(omega**2, omega, delta, 1 / T, 0.4)
+    assert told >= max(2 * omega * delta / T, 2 * delta / T**2)
+    assert told == pytest.approx(1e3 * uncertainty.integration(omega**2, omega, 1e-3 * delta, 1 / T, 0.4))
+
+
+@pytest.mark.parametrize(("rate2", "fourth", "second"), [(-0.3, 1 / 4, 3 / 10), (0.3, 1 / 1000, 1 / 250)])
+def test_what_the_reduction_leaves_goes_with_the_powers_of_its_documentation(rate2, fourth, second):
+    x2 = 0.3 * 0.4**2
+    assert uncertainty.amplitude(rate2, 1e-3, 1e-9, 0.4) == pytest.approx(1e-12 * fourth * x2**2, rel=1e-5)
+    assert uncertainty.amplitude(rate2 * 1e-20, 1e-3, 0.1, 0.4) == pytest.approx(0.5 * 1e-3 * 0.1**4)
+    whole = 1e-3 * 0.1 * (fourth * x2**2 + second * x2 * 0.1 + 0.5 * 0.1**3)
+    assert uncertainty.amplitude(rate2, 1e-3, 0.1, 0.4) == pytest.approx(whole)
+
+
+@pytest.mark.compiled
 def test_a_symmetric_body_never_grows_however_large_the_nudge():
     equal = np.array([1.0, np.nextafter(1.0, 2.0), np.nextafter(1.0, 0.0)])
     grid = np.meshgrid(equal, [0.7, 1.3, 1.9], [1e-8, 1e-4, 1e-2, 0.1, 0.3], [0.0, 0.6, 2.1, 4.0], indexing="ij")

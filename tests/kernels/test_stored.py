@@ -141,6 +141,15 @@ def test_a_folder_that_is_not_there_is_left_alone(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+def test_one_process_at_a_time_has_the_ledger(tmp_path):
+    fcntl = pytest.importorskip("fcntl")
+    (lock := tmp_path / f".{stored.LEDGER}.lock").touch()
+    with stored._locked(tmp_path), lock.open("r+") as other, pytest.raises(BlockingIOError):
+        fcntl.flock(other, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    with lock.open("r+") as other:
+        fcntl.flock(other, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
 SLOWLY = """
 import time
 import kernels

@@ -4,7 +4,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from kernels import tumbling
+from kernels import exact, tumbling
 
 
 def legendre(I, energy):  # noqa: E741
@@ -66,6 +66,30 @@ def test_measured_periods_agree_within_their_errors(tumblers):
         off = np.abs(found[name] - found[f"{name}_exact"])
         assert (off <= found[f"{name}_error"]).all()
         assert np.median(found[f"{name}_error"] / found[name]) < 1e-12
+
+
+def test_the_spin_rate_scales_every_period_and_error_exactly(tumblers):
+    points, slow = tumblers
+    fast = tumbling.survey(dict(zip(("I1", "I2", "I3", "energy"), points, strict=True)) | {"omega0": 4.0}, 1e-10)
+    for name in tumbling.PERIODS:
+        for column in (name, f"{name}_error", f"{name}_exact"):
+            np.testing.assert_array_equal(4.0 * fast[column], slow[column])
+
+
+def test_tilts_are_those_of_the_polhode():
+    """Where it crosses the planes of the axes; the mean, of the angle to the axis 3, over the motion itself."""
+    I = np.array([0.3, 0.8, 1.0])  # noqa: E741
+    energy = 1.1
+    told = tumbling.tilts(dict(zip(("I1", "I2", "I3"), I, strict=True)) | {"energy": energy})
+    # m1² + m2² + m3² = 1 and m1²/I1 + m2²/I2 + m3²/I3 = 2T, with one of m1 and m2 nought
+    ends = [np.arccos(np.sqrt((1 / i - energy) / (1 / i - 1.0))) for i in I[:2]]
+    assert told["tilt_least"][0] == pytest.approx(min(ends), rel=1e-14)
+    assert told["tilt_greatest"][0] == pytest.approx(max(ends), rel=1e-14)
+    m1 = np.sin(ends[0])
+    start = np.array([m1, 0.0, np.cos(ends[0])]) / I
+    period = exact.period(*I, *start)
+    omega = exact.rotation(I, start, np.arange(400) * (period / 400))
+    assert told["tilt_mean"][0] == pytest.approx(np.arccos(omega[:, 2]).mean(), rel=1e-8)  # a single
 
 
 def test_no_measured_bit_depends_on_the_closed_form(monkeypatch):

@@ -39,6 +39,7 @@ def test_the_law_of_the_defect(body, growth, exact, asymptotic, share):
     found = thrown(body, -eps, theta)
     assert found["twist"][0] == pytest.approx(-(math.pi - 2.0 * eps), abs=1e-12)
     assert found["twist_exact"][0] == pytest.approx(-(math.pi - 2.0 * eps), abs=1e-12)
+    assert found["growth"][0] == pytest.approx(growth, abs=5e-9)
 
 
 @pytest.mark.parametrize(
