@@ -16,7 +16,7 @@ FILE_BYTES = 30_000  # of a netCDF file besides
 PAGE_BYTES = 10_000_000  # report and pictures together, at most about
 
 # On one core of a machine of 2024 with its files at hand, s.
-COMPILE_SECONDS = 45.0  # the default system's kernels, once per machine …
+COMPILE_SECONDS = 27.0  # the default system's kernels, once per machine …
 SHARED_BY_TWO = 0.75  # … and what is left of it where two processes share it
 OTHER_SECONDS = 15.0  # kernels that another system shares with its like, besides what is generated for it alone
 MEASURE_SECONDS = 0.5  # to open shards and map

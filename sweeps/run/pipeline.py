@@ -15,10 +15,11 @@ from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 
+from kernels import stored
 from kernels.fingerprint import cache_folder
 from sweeps import interrupts, systems
 from sweeps.files import replaced_folder
-from sweeps.maps import storage
+from sweeps.maps import admission
 from sweeps.points import estimate
 from sweeps.points.catalogue import Plan
 from sweeps.points.sweep import Sweep
@@ -50,7 +51,7 @@ def make(
 
 def _made(planned: Plan, folder: Path, workers: int, again: bool, helper) -> Iterator[Path]:
     path = folder / "stability_map.nc"
-    is_old = again or not storage.holds_map(path, planned.sweep)
+    is_old = again or not admission.holds_map(path, planned.sweep)
     is_needed = not helper and (is_old or _is_older(folder / "figures", path))
     with _helping(path, workers) if is_needed else nullcontext(helper) as helper:
         if is_old:
@@ -95,7 +96,7 @@ def _draw(path: Path, folder: Path, helper, meanwhile: Callable[[], None]) -> No
     _say(f"making {folder}")
     shutil.rmtree(folder, ignore_errors=True)
     with replaced_folder(folder) as temporary:
-        asked = helper.draw((), temporary) if helper else None
+        asked = helper.draw_foreseen(temporary) if helper else None
         meanwhile()
         from sweeps.views import figures
 
@@ -107,10 +108,10 @@ def _draw(path: Path, folder: Path, helper, meanwhile: Callable[[], None]) -> No
 
 
 def _report(path: Path, file: Path) -> None:
-    from sweeps.views import report
+    from sweeps.views import figures, report
 
     _say(f"making {file}")
-    with storage.open_map(path) as ds:
+    with figures.opened(path) as ds:
         report.write(ds, file)
 
 
@@ -184,6 +185,7 @@ def _follow(running: list[Future], told, advance: Callable[[int], None]) -> None
 def _begin(told) -> None:
     global _done
     _done = told
+    stored.store_in_turn()  # what few sweeps call is compiled by whoever needs it first
     interrupts.end_with_the_parent()
 
 

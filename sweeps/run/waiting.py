@@ -23,3 +23,4 @@ def said(what: str) -> Iterator[None]:
         yield
     finally:
         timer.cancel()
+        timer.join()  # a process without threads can be copied

@@ -23,6 +23,7 @@ from kernels.fingerprint import cache_folder, fingerprint
 from sweeps import interrupts, processors, systems
 from sweeps.files import replaced
 from sweeps.run import claims, progress
+from sweeps.run.linked_parts import parts_for_the_linker
 from sweeps.run.typing_once import operators_typed_once
 
 
@@ -63,7 +64,7 @@ def compile_kernels(everything: bool = False, without: Sequence[str] = (), seldo
         if second:
             second.join()
             if second.exitcode:  # what it had taken is done here
-                _run(systems.compilations(*asked))
+                _run(systems.compilations(*asked), parts=not everything)
         stored.note(cache_folder())
     for name in systems.MODULES if everything else (systems.DEFAULT_SYSTEM,):
         _say_compiled(systems.resolve(name))
@@ -74,7 +75,8 @@ def _compile(asked: tuple[bool, Sequence[str], bool], taken: str, from_the_end: 
         interrupts.end_with_the_parent()
     stored.store_in_turn()
     found = list(enumerate(systems.compilations(*asked)))
-    _run(_left(reversed(found) if from_the_end else found, Path(taken)))
+    # tests call from Python whatever there is
+    _run(_left(reversed(found) if from_the_end else found, Path(taken)), parts=not asked[0])
 
 
 DONE = ".done"
@@ -94,9 +96,9 @@ def _done(taken: str) -> int:
     return sum(name.endswith(DONE) for name in os.listdir(taken))
 
 
-def _run(compilations: Iterable[Callable[[], None]]) -> None:
-    """One after the other, in whichever process, without Numba's remarks."""
-    with warnings.catch_warnings(), operators_typed_once():
+def _run(compilations: Iterable[Callable[[], None]], parts: bool = True) -> None:
+    """One after the other, in whichever process, without Numba's remarks; what only kernels call as parts or whole."""
+    with warnings.catch_warnings(), operators_typed_once(), parts_for_the_linker(parts):
         # kernels take a system's compiled step as an argument, which Numba calls an experiment
         warnings.simplefilter("ignore", NumbaExperimentalFeatureWarning)
         for compilation in compilations:

@@ -32,7 +32,7 @@ class ContentHash:
         """Announce a variable before its values."""
         kind = "str" if np.dtype(dtype).kind in "UOST" else np.dtype(dtype).newbyteorder("<").str
         self._heads[name] = f"{name}\0{','.join(f'{d}={n}' for d, n in zip(dims, shape, strict=True))}\0{kind}\0"
-        self._bodies[name] = _RunsHashed(tuple(shape))
+        self._bodies[name] = _VariableHash(tuple(shape))
 
     def update(self, name: str, values: np.ndarray) -> None:
         """Add the next values of a variable, in C order."""
@@ -54,7 +54,7 @@ class ContentHash:
         return total.hexdigest()
 
 
-class _RunsHashed:
+class _VariableHash:
     """The hash of one variable, whose values come in pieces of any length."""
 
     def __init__(self, shape: tuple[int, ...]):

@@ -204,8 +204,12 @@ class Dynamics(ABC):
         """What :meth:`compile` does, in parts that processes may do side by side."""
         return (self.compile,)
 
+    def sometimes(self) -> tuple[Callable[[], None], ...]:
+        """What compiles what a definition may ask for: done where all is compiled, else by whoever needs it first."""
+        return ()
+
     def seldom(self) -> tuple[Callable[[], None], ...]:
-        """What compiles what few definitions ask for: done where all is compiled, else by whoever needs it first."""
+        """As :meth:`sometimes`, for what few definitions ask for: no quick test does."""
         return ()
 
     def compiled(self) -> Path:

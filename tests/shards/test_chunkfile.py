@@ -1,5 +1,6 @@
 import errno
 import math
+from types import SimpleNamespace
 
 import h5py
 import netCDF4
@@ -7,9 +8,11 @@ import numpy as np
 import pytest
 
 from sweeps.schema.variables import Variable, table
-from sweeps.shards import chunkfile, chunks
+from sweeps.shards import chunkfile, chunks, merging
 from sweeps.shards.chunkfile import ChunkFile, define, written
 from sweeps.shards.chunks import Chunks
+from sweeps.shards.content import ContentHash, run_digest
+from sweeps.shards.shard import Piece
 
 DIMENSIONS = {"x": 3, "y": 11}  # two chunks a line, the second of which sticks out
 SHAPE = tuple(DIMENSIONS.values())
@@ -81,6 +84,38 @@ def test_a_part_of_a_chunk_keeps_its_place(path, values):
             assert file.decode(name, 2, 13, 15, stored).tobytes() == array.reshape(-1)[13:15].tobytes()
             beside = file.decode(name, 2, 11, 17, stored)
             assert np.count_nonzero(beside[:2]) == np.count_nonzero(beside[4:]) == 0
+
+
+@pytest.mark.parametrize("hashed_whole", [True, False])
+def test_pieces_of_shards_make_the_chunks_of_a_map_and_its_hash(path, values, hashed_whole):
+    """One sticks out, and in it a shard ends, one lies and one begins; whole ones bring their hashes or none."""
+    cut, digest, wanted = Chunks(SHAPE), ContentHash(), ContentHash()
+    for name, array in values.items():
+        for one in (digest, wanted):
+            one.declare(name, ("x", "y"), SHAPE, array.dtype)
+        wanted.update(name, array)
+    cuts = [(k, *cut.bounds(k), True) for k in range(5)] + [(5, 28, 29, False), (5, 29, 31, False), (5, 31, 33, False)]
+    with h5py.File(path, "r+") as hdf:
+        file = ChunkFile(hdf, VARIABLES, cut)
+
+        def part(name, piece):
+            return values[name].reshape(-1)[piece.first : piece.after]
+
+        def pieces():
+            for piece in map(Piece._make, cuts):
+                yield piece, {name: file.encode(name, piece.chunk, piece.first, part(name, piece)) for name in values}
+
+        def digests(piece):
+            assert hashed_whole
+            return {name: run_digest(part(name, piece)) for name in values}
+
+        shard, flusher = SimpleNamespace(pieces=pieces, digests=digests), SimpleNamespace(wrote=lambda size: None)
+        merging._Target(file, digest, flusher, hashed_whole).take(shard)
+    assert digest.hexdigest() == wanted.hexdigest()
+    with netCDF4.Dataset(path) as file:
+        file.set_auto_maskandscale(False)
+        for name, array in values.items():
+            assert file[name][:].tobytes() == array.tobytes(), name
 
 
 def test_a_file_is_as_large_as_its_chunks(path):

@@ -1,5 +1,6 @@
 """Into which blocks a shard's pieces are gathered, and what a look in a child process may take."""
 
+import mmap
 import resource
 
 import pytest
@@ -41,3 +42,10 @@ def test_a_look_has_seconds_of_its_own_and_more_for_a_large_file():
 def test_what_is_told_is_read_to_its_end_whatever_its_length():
     text = "x" * 300_000  # a pipe holds 65,536 bytes
     assert looking.told(lambda: {"text": text}, 0) == {"text": text}
+
+
+def test_a_look_has_room_beside_what_its_parent_has_mapped():
+    """Mapped is more than used: what the child may take counts from the former."""
+    with mmap.mmap(-1, 2**31):
+        assert looking.told(lambda: {"taken": len(bytearray(2**27))}, 0) == {"taken": 2**27}
+    assert looking.told(lambda: {"taken": len(bytearray(2**30))}, 0) is None

@@ -131,15 +131,21 @@ class RigidBody(Dynamics):
             compilation()
 
     def compilations(self) -> tuple[Callable[[], None], ...]:
-        """What is measured near an axis, theory, and flips; before and after them parts of the first, to be shared."""
+        """What is measured near an axis, and theory; before and after them parts of the first, to be shared."""
         from kernels import survey
         from sweeps.systems.rigid_body.definition import RigidBodyIntegration
 
         points, integration = _a_point(), RigidBodyIntegration()
-        others = partial(survey.theory, points), partial(survey.flipped, points, integration.tolerance)
-        whole = partial(self.columns, points, integration), *others
-        parts = [partial(part.compile, types) for part, types in survey.PARTS if hasattr(part, "compile")]
+        whole = partial(self.columns, points, integration), partial(survey.theory, points)
+        parts = [partial(_compile, part, types) for part, types in survey.PARTS if hasattr(part, "compile")]
         return *parts[0::2], *whole, *parts[1::2]
+
+    def sometimes(self) -> tuple[Callable[[], None], ...]:
+        """What follows a motion on to its flips."""
+        from kernels import survey
+        from sweeps.systems.rigid_body.definition import RigidBodyIntegration
+
+        return (partial(survey.flipped, _a_point(), RigidBodyIntegration().tolerance),)
 
     def seldom(self) -> tuple[Callable[[], None], ...]:
         """What follows the attitude, beside what is measured of a body near an axis."""
@@ -264,6 +270,11 @@ class RigidBody(Dynamics):
 def _settings(integration: "RigidBodyIntegration") -> tuple[float, int, float]:
     """What kernels are told of a run: rotations, samples in one, tolerance."""
     return integration.rotations, integration.samples_per_rotation, integration.tolerance
+
+
+def _compile(kernel, types: tuple) -> None:
+    """Compiles a kernel as it is compiled at that time, which may be as a part of others."""
+    kernel.compile(types)
 
 
 def _a_point() -> dict[str, np.ndarray]:

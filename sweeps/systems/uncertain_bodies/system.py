@@ -101,9 +101,10 @@ class UncertainBodies(RigidBody):
         return found
 
     def compile(self) -> None:
-        """The rigid body's kernels, that of principal axes, and those of twists unless nobody asks for them."""
+        """The rigid body's kernels, flips' too, principal axes', and those of twists unless nobody asks for them."""
         followed = self._definition is None or self._definition.twist
-        for compilation in (*RIGID_BODY.compilations(), *self.compilations(), *([TWIST.compile] if followed else [])):
+        bodies = (*RIGID_BODY.compilations(), *RIGID_BODY.sometimes())
+        for compilation in (*bodies, *self.compilations(), *([TWIST.compile] if followed else [])):
             compilation()
 
     def compilations(self) -> tuple[Callable[[], None], ...]:
