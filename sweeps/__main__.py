@@ -100,6 +100,8 @@ def main(arguments: list[str] | None = None) -> int:
                 raise
             print("interrupted; what was finished stays", file=sys.stderr)
             return 130
+        finally:
+            lean.end_at_once()
 
 
 @contextmanager

@@ -3,12 +3,16 @@
 import gc
 import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.util import find_spec
 from types import ModuleType
 
-from sweeps.awaited import once_asked, once_loaded
+from sweeps.awaited import once_asked, once_loaded, while_loaded
 
 SELDOM = 10_000  # new objects between two looks for rings of dead ones; start-up makes many, and no dead ones
 MANUAL = ("numpy._core._add_newdocs", "numpy._core._add_newdocs_scalars")  # what `help` says of compiled functions
+BLAS = "scipy.linalg.cython_blas"
 _is_alone = False  # whether this process is for one thing, which knows what it calls
 
 
@@ -36,13 +40,38 @@ def leave_out(alone: bool = False) -> None:
 def _start_lightly() -> None:
     """Of a process that is for one thing, which NumPy's threads of linear algebra start with: matrices here are small.
 
-    The table of glyphs' names is TeX's alone.
+    The table of glyphs' names is TeX's alone. Numba looks for SciPy's linear algebra as it loads, and again where
+    compiled code is to call it, which no kernel does.
     """
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     gc.set_threshold(SELDOM)
     once_asked("fontTools.agl")
+    while_loaded("numba.np.arraymath", _with_blas_unloaded)
     for name in MANUAL:
         sys.modules.setdefault(name, ModuleType(name))
+
+
+@contextmanager
+def _with_blas_unloaded() -> Iterator[None]:
+    """Shows a SciPy that is installed to whoever looks for its linear algebra, which takes 0.2 s to load."""
+    if BLAS in sys.modules or find_spec("scipy") is None:
+        yield
+        return
+    sys.modules[BLAS] = ModuleType(BLAS)
+    try:
+        yield
+    finally:
+        del sys.modules[BLAS]
+
+
+def end_at_once() -> None:
+    """Lets a process end without looking, at its end, for rings of dead objects among all that it has loaded.
+
+    Python looks twice, a fifth of what a short command takes: the system has the memory back in any case. Not where
+    Numba is loaded, whose code and its engine are taken down in an order of their own.
+    """
+    if _is_alone and "numba" not in sys.modules:
+        gc.freeze()
 
 
 def is_alone() -> bool:

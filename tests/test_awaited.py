@@ -1,6 +1,7 @@
 import importlib
 import sys
 from types import SimpleNamespace
+from unittest import mock
 
 from sweeps import awaited, lean
 
@@ -35,6 +36,34 @@ def test_a_module_that_waits_is_loaded_when_it_is_asked(tmp_path, monkeypatch):
     assert module.value == 1
     assert sys.asked_of
     del sys.asked_of, sys.modules["asked_by_nobody_else"]
+
+
+def test_a_module_is_loaded_within_a_context(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "loaded_within.py").write_text("import sys\nvalue = sys.told_within\n")
+    before = list(sys.meta_path)
+    for _ in range(2):  # who asks again asks for the same
+        awaited.while_loaded("loaded_within", lambda: mock.patch.object(sys, "told_within", 1, create=True))
+    assert len(sys.meta_path) == len(before) + 1
+    assert importlib.import_module("loaded_within").value == 1
+    assert not hasattr(sys, "told_within")
+    assert sys.meta_path == before
+    del sys.modules["loaded_within"]
+
+
+def test_whoever_looks_for_blas_finds_it_and_does_not_load_it(monkeypatch):
+    monkeypatch.delitem(sys.modules, lean.BLAS, raising=False)
+    with lean._with_blas_unloaded():
+        assert importlib.import_module(lean.BLAS).__spec__ is None
+    assert lean.BLAS not in sys.modules
+    monkeypatch.setitem(sys.modules, lean.BLAS, "the real one")
+    with lean._with_blas_unloaded():
+        assert sys.modules[lean.BLAS] == "the real one"
+    assert sys.modules[lean.BLAS] == "the real one"
+    monkeypatch.delitem(sys.modules, lean.BLAS)
+    monkeypatch.setattr(lean, "find_spec", lambda name: None)  # where there is no SciPy nobody may think so
+    with lean._with_blas_unloaded():
+        assert lean.BLAS not in sys.modules
 
 
 def test_pictures_do_without_matplotlibs_manual():

@@ -38,7 +38,7 @@ def _run(args):
     sheet = _sheet(args.size)
     if args.only:  # few: done before another process is ready
         return _draw(args, sheet, None)
-    with helping(args.map) as helper:
+    with helping(args.map, alike=True) as helper:
         return _draw(args, sheet, helper)
 
 

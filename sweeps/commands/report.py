@@ -11,9 +11,8 @@ def add(commands) -> None:
 
 
 def _run(args):
-    from sweeps.maps import storage
-    from sweeps.views import report
+    from sweeps.views import figures, report
 
-    with storage.open_map(args.map) as ds:
+    with figures.opened(args.map) as ds:
         report.write(ds, args.output)
     print(args.output)

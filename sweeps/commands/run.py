@@ -31,10 +31,9 @@ def _run(args):
         print(*made, sep="\n")
         return
     workers = args.cores or processors.cores()
-    with _helping(path, workers) as helper:
-        with waiting.said(f"{path}: deriving its equations and looking at its points"):
-            planned = catalogue.plan(path)
-
+    with waiting.said(f"{path}: deriving its equations and looking at its points"):
+        planned = catalogue.plan(path)
+    with _helping(planned.sweep, workers) as helper:
         from sweeps.run import pipeline
 
         for file in pipeline.make(planned, workers=workers, again=args.again, helper=helper):
@@ -42,17 +41,12 @@ def _run(args):
     finished.keep(planned.sweep, basis)
 
 
-def _helping(path, workers: int):
-    """A second process for the pictures, which loads what it needs while this one does; None where it is not worth it.
-
-    In somebody's own process one is begun only where a definition turns out to be right.
-    """
+def _helping(sweep, workers: int):
+    """A second process for the pictures, which begins with them while this one measures; None where there is none."""
     from contextlib import nullcontext
 
-    from sweeps import lean
-
-    if workers == 1 or not path.is_file() or not lean.is_alone():
+    if workers == 1:
         return nullcontext()
     from sweeps.views.helper import helping
 
-    return helping(f"results/{path.stem}/stability_map.nc")
+    return helping(f"results/{sweep.name}/stability_map.nc", sweep)

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,6 +19,10 @@ from sweeps.schema.layout import Layout
 from sweeps.schema.reading import MAX_FILE_BYTES
 from sweeps.schema.refusals import MapError, shortened
 from sweeps.schema.variables import POINT, Variable
+from sweeps.shards import contract
+
+if TYPE_CHECKING:
+    from sweeps.points.sweep import Sweep
 
 WHOLE = ("definition", "inputs", "outlines")  # attributes that are compared or drawn, and never cut
 DESCRIBING = ("long_name", "units", "comment")  # of what only its own system's description knows
@@ -41,6 +45,15 @@ def opened(path: str | Path) -> PlainMap:
         ds.close()
         raise
     return ds
+
+
+def holds_map(path: str | Path, sweep: "Sweep") -> bool:
+    """Whether a file holds the map of a sweep, as these kernels measure it."""
+    try:
+        with opened(path) as ds:
+            return all(ds.attrs.get(name, "") == value for name, value in contract.identity(sweep).items())
+    except MapError:
+        return False
 
 
 def admitted(path: str | Path, found: Contents, any_flags: bool = False) -> PlainMap:

@@ -14,7 +14,6 @@ from sweeps.files import replaced
 from sweeps.maps import admission, door
 from sweeps.maps.plain import PlainMap
 from sweeps.maps.raw import RawValues
-from sweeps.points.sweep import Sweep
 from sweeps.processors import cores
 from sweeps.schema.refusals import MapError
 from sweeps.schema.variables import DEFLATED, Variable
@@ -90,15 +89,6 @@ def _sealed(path: Path, digest: ContentHash) -> str:
             file[name].sha256 = own
         file.content_hash = digest.hexdigest()
     return digest.hexdigest()
-
-
-def holds_map(path: str | Path, sweep: Sweep) -> bool:
-    """Whether a file holds the map of a sweep, as these kernels measure it."""
-    try:
-        with open_map(path) as ds:
-            return all(ds.attrs.get(name, "") == value for name, value in contract.identity(sweep).items())
-    except MapError:
-        return False
 
 
 class _Door(xr.backends.BackendEntrypoint):

@@ -118,6 +118,7 @@ def compilations(everything: bool, without: Sequence[str] = (), seldom: bool = T
     """
     named = MODULES if everything else (DEFAULT_SYSTEM,)
     found = [compilation for name in named for compilation in resolve(name).compilations()]
+    found += [compilation for name in named for compilation in resolve(name).sometimes() if everything]
     found += [compilation for name in named for compilation in resolve(name).seldom() if everything and seldom]
     known = [kind for kind in kinds() if everything and kind.__module__ not in without]
     shared = [kernel for kind in known for kernel in (*(kind.seldom_shared if seldom else ()), *kind.shared)]

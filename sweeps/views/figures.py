@@ -1,7 +1,9 @@
 """Pictures of a map: what it shows at a glance, how far it agrees with theory, where theory ends, and the flip."""
 
+import shutil
 import warnings
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -32,13 +34,20 @@ def opened(path: str | Path) -> "xr.Dataset | PlainMap":
         MapError: as of `sweeps.open_map`.
     """
     found = admission.opened(path)
-    if systems.of_map(found).draws_plainly(found):
-        lean.leave_out_the_compiler()
-        return found
+    if plain := drawn_plainly(found):
+        return plain
     found.close()
     from sweeps.maps import storage
 
     return storage.open_map(path)
+
+
+def drawn_plainly(found: PlainMap) -> PlainMap | None:
+    """A plain map where that will do for all of its pictures; then nothing more is loaded for them."""
+    if not systems.of_map(found).draws_plainly(found):
+        return None
+    lean.leave_out_the_compiler()
+    return found
 
 
 def pictures(ds: "xr.Dataset | PlainMap") -> dict[str, Callable[[], Figure | None]]:
@@ -155,6 +164,16 @@ def draw_some(
     return drawn
 
 
+def take(early: Path, folder: Path) -> list[str]:
+    """Moves pictures, drawn by `draw_some` beforehand, to where nobody has begun them; gives the files' names."""
+    taken = []
+    for name in sorted({file.stem for file in early.glob("[!.]*")}):
+        with suppress(FileExistsError):
+            (folder.parent / f"taken-{name}").touch(exist_ok=False)
+            taken += [shutil.move(file, folder / file.name).name for file in sorted(early.glob(f"{name}.*"))]
+    return taken
+
+
 def _moving(animation: Path, kind: str) -> list[str]:
     """Names of the files of an animation: its GIF and films, or one film alone."""
     if kind not in films.KINDS:
@@ -237,6 +256,7 @@ def save(figure: Figure, path: Path, kind: str) -> None:
         return
     if kind == "png":  # laid out and drawn at once: `savefig` draws twice
         figure.dpi = style.dots() * scale
+        style.measured_once(figure)
         figure.canvas.draw()
         png.write(np.asarray(figure.canvas.buffer_rgba()), path, figure.dpi)
         return

@@ -1,13 +1,20 @@
-"""A second process that draws a map's pictures, the last first; it loads its libraries as the first opens the map."""
+"""A second process that draws a map's pictures, the last first; what shows no measured value, before there is a map."""
 
 import multiprocessing
 import os
+import sys
+import tempfile
+import threading
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from sweeps import interrupts, lean
+
+if TYPE_CHECKING:
+    from sweeps.points.sweep import Sweep
 
 
 class Helper:
@@ -15,18 +22,31 @@ class Helper:
 
     Args:
         path: of the map, which it opens for itself.
+        sweep: whose map that will be: the other process draws, before there is a map, what shows no measured value.
+        alike: whether this process loads the same libraries in any case: first, where the other can be its copy.
     """
 
-    def __init__(self, path: str | Path):
+    def __init__(self, path: str | Path, sweep: "Sweep | None" = None, alike: bool = False):
         self.path, self.cut = str(path), {}
         os.stat(os.getcwd())  # where the process begins: refused here in words, or there in none of ours
-        self._pool = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), interrupts.end_with_the_parent)
-        with interrupts.left_to_the_parent():
+        self._early = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
+        copied = alike and _can_be_copied()
+        if copied:
+            _get_ready()
+        way = multiprocessing.get_context("fork" if copied else "spawn")
+        self._pool = ProcessPoolExecutor(1, way, interrupts.end_with_the_parent)
+        with interrupts.left_to_the_parent(is_copied=copied):
             self._pool.submit(_get_ready)
+        if sweep and not sweep.grid.scattered:
+            self._pool.submit(_foresee, sweep, self._early.name)
 
     def draw(self, names: Sequence[str], folder: Path, *how) -> Future:
         """Draws what nobody has begun of pictures and animations; see `sweeps.views.figures.draw_some`."""
         return self._pool.submit(_draw, self.path, self.cut, names, folder, *how)
+
+    def draw_foreseen(self, folder: Path) -> Future:
+        """The same for all of them, some of which may be drawn by now."""
+        return self._pool.submit(_draw_foreseen, self.path, self._early.name, folder)
 
     def end(self, is_done: bool) -> None:
         """Ends the process, at once where its work is not wanted any more."""
@@ -34,12 +54,18 @@ class Helper:
             self._pool.shutdown(cancel_futures=True)
         else:
             interrupts.abandon(self._pool)
+        self._early.cleanup()
+
+
+def _can_be_copied() -> bool:
+    """Whether a copy of this process works: it is a command's alone, without threads, whose locks would stay shut."""
+    return lean.is_alone() and sys.platform == "linux" and threading.active_count() == 1
 
 
 @contextmanager
-def helping(path: str | Path) -> Iterator[Helper]:
-    """A helper for a map's pictures, while the block lasts."""
-    helper, is_done = Helper(path), False
+def helping(path: str | Path, sweep: "Sweep | None" = None, alike: bool = False) -> Iterator[Helper]:
+    """A helper for a map's pictures, while the block lasts; see `Helper`."""
+    helper, is_done = Helper(path, sweep, alike), False
     try:
         yield helper
         is_done = True
@@ -52,8 +78,27 @@ def _get_ready() -> None:
     from sweeps.views import figures  # noqa: F401
 
 
+def _foresee(sweep: "Sweep", folder: str) -> None:
+    from sweeps.maps.foreseen import UnmeasuredError, foreseen
+    from sweeps.views import figures
+
+    made = Path(folder) / "figures"
+    made.mkdir()
+    ds = figures.drawn_plainly(foreseen(sweep))
+    for name in reversed([*figures.pictures(ds), *figures.animations(ds)]) if ds else ():
+        with suppress(UnmeasuredError):
+            figures.draw_some(ds, [name], made)
+
+
 def _draw(path: str, cut: Mapping[str, slice], names: Sequence[str], folder: Path, *how) -> list[str]:
     from sweeps.views import figures
 
     with figures.opened(path) as ds:
         return figures.draw_some(ds.isel(cut), names, folder, *how, from_the_end=True)
+
+
+def _draw_foreseen(path: str, early: str, folder: Path) -> list[str]:
+    from sweeps.views import figures
+
+    taken = figures.take(Path(early) / "figures", folder)
+    return [*taken, *_draw(path, {}, (), folder)]

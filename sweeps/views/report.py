@@ -12,10 +12,10 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from importlib.resources import files
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import jinja2
 import numpy as np
-import xarray as xr
 from markupsafe import Markup
 
 from sweeps import colors, systems
@@ -38,16 +38,21 @@ from sweeps.views.report_columns import (
     thinned,
 )
 
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from sweeps.maps.plain import PlainMap, PlainVariable
+
 LIMIT = 8_000_000  # bytes of a page
 # before those of a map's own system; main.js is the last
 SCRIPTS = ("numbers.js", "data.js", "state.js", "colors.js", "controls.js", "row.js", "plane.js", "cloud.js")
 
 
-def write(ds: xr.Dataset, path: str | Path, limit: int = LIMIT) -> None:
+def write(ds: "xr.Dataset | PlainMap", path: str | Path, limit: int = LIMIT) -> None:
     """Writes the report of a map; the map is read once, box by box, so one larger than memory will do.
 
     Args:
-        ds: a map, from `sweeps.open_map` or `sweeps.survey`.
+        ds: a map, from `sweeps.open_map`, `sweeps.survey` or `sweeps.views.figures.opened`.
         path: the HTML file, replaced once the new one is whole.
         limit: bytes that the file may have; a map that does not fit is thinned, and the page says so.
 
@@ -67,7 +72,7 @@ def write(ds: xr.Dataset, path: str | Path, limit: int = LIMIT) -> None:
 # Reading
 
 
-def _gather(ds: xr.Dataset) -> tuple[Summary, dict[str, np.ndarray], dict[str, np.ndarray]]:
+def _gather(ds: "xr.Dataset | PlainMap") -> tuple[Summary, dict[str, np.ndarray], dict[str, np.ndarray]]:
     """One pass over a map: its numbers, and the columns at the points that a page can hold at most."""
     sizes = dimensions(ds)
     kept = thinned(sizes, _numeric(ds, sizes), MOST_POINTS)
@@ -82,7 +87,7 @@ def _gather(ds: xr.Dataset) -> tuple[Summary, dict[str, np.ndarray], dict[str, n
     return summary, gatherer.columns, kept
 
 
-def _numeric(ds: xr.Dataset, dims) -> set[str]:
+def _numeric(ds: "xr.Dataset | PlainMap", dims) -> set[str]:
     """Dimensions along which values of a real parameter stand."""
     return {dim for dim in dims if dim in ds.coords and ds[dim].dtype.kind == "f"}
 
@@ -138,7 +143,7 @@ def _fewer(ds, columns, kept, points: int):
 # What the page's scripts get
 
 
-def payload(ds: xr.Dataset, page: Page, packed: list[Packed], kept: Mapping[str, np.ndarray]) -> dict:
+def payload(ds: "xr.Dataset | PlainMap", page: Page, packed: list[Packed], kept: Mapping[str, np.ndarray]) -> dict:
     """A map for the page's scripts, as JSON: everything but the packed bytes."""
     return {
         "title": str(ds.attrs.get("title", "")),
@@ -175,7 +180,7 @@ def _coordinate(ds, name: str, kept) -> dict:
         return {"dim": name, "values": kept[name].tolist(), "numeric": False, **_words({}, name)}
     variable = ds[name]
     dim = variable.dims[0] if variable.dims else None
-    values = variable.isel({dim: kept[dim]}).values if dim else variable.values.reshape(1)
+    values = variable.values[kept[dim]] if dim else variable.values.reshape(1)
     kind = values.dtype.kind
     plain = [_number(v) for v in values.tolist()] if kind in "fiub" else [str(v) for v in values.tolist()]
     described = _words(variable.attrs, name) | {"flags": _flag_list(variable)}
@@ -204,7 +209,7 @@ def _words(attributes: Mapping, name: str) -> dict:
     }
 
 
-def _flag_list(variable: xr.DataArray) -> list[dict]:
+def _flag_list(variable: "xr.DataArray | PlainVariable") -> list[dict]:
     return [{"value": value, "meaning": meaning} for value, meaning in flags(variable).items()]
 
 

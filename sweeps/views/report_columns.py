@@ -5,9 +5,14 @@ import math
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from sweeps.maps.plain import PlainMap, PlainVariable
 
 BLOCK_POINTS = 2**18  # some 50 MB of columns at a time, whatever the map's size
 MOST_POINTS = 400_000  # more never fit into a page, so no more are kept in memory
@@ -36,7 +41,7 @@ class PageColumn:
     exact: bool = False
 
 
-def is_number(variable: xr.DataArray) -> bool:
+def is_number(variable: "xr.DataArray | PlainVariable") -> bool:
     """Whether a variable is a column of real numbers, flags or booleans."""
     return variable.dtype.kind in "fiub"
 
@@ -66,7 +71,7 @@ def within(box: slice, kept: np.ndarray) -> tuple[np.ndarray, slice]:
 class Gatherer:
     """Gathers the kept points of each column while a map is read box by box."""
 
-    def __init__(self, ds: xr.Dataset, names, kept: Mapping[str, np.ndarray]):
+    def __init__(self, ds: "xr.Dataset | PlainMap", names, kept: Mapping[str, np.ndarray]):
         self.kept = kept
         self.columns = {}
         for name in names:

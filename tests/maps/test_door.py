@@ -316,3 +316,24 @@ def test_a_value_that_lies_beyond_all_files_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(door.looking, "told", lambda *_: told)
     with pytest.raises(storage.MapError, match="lies where no file reaches"):
         door.look(path)
+
+
+@pytest.mark.parametrize("filters", [(), (1,)])
+def test_one_chunk_of_another_size_than_the_others_is_refused(filters):
+    """Each of three chunks in turn, of 8 bytes as stored, or of more than deflating could make of so few."""
+    for odd in (None, 0, 1, 2):
+        places = np.array([[k, 0, 1000 + 5000 * k, 8] for k in range(3)])
+        if odd is not None:
+            places[odd, -1] = 2000
+        held = door.Held(("x",), (3,), "<f8", {}, (1,), filters, places)
+        if odd is None:
+            door._check_places("map.nc", "x", held, 10**6)
+            continue
+        with pytest.raises(storage.MapError, match="x: has chunks of another size than it declares"):
+            door._check_places("map.nc", "x", held, 10**6)
+
+
+def test_values_that_tell_of_all_are_the_ends_on_both_sides_of_zero():
+    values = np.array([-2.0, -0.5, -1.0, 0.0, 3.0, 0.25, 1.0])
+    assert {*storage.admission._telling(values)} == {-2.0, -0.5, 0.0, 0.25, 3.0}
+    assert {*storage.admission._telling(np.array([4, 7, 5]))} == {4, 7}

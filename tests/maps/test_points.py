@@ -174,7 +174,7 @@ def test_the_triangle_has_every_point_and_the_named_bodies(folder):
     ends = {"I1_over_I3": {"start": 0.1, "stop": 0.9, "num": 6}, "room": {"start": 0.1, "stop": 0.9, "num": 6}}
     ds = sweeps.survey({"grid": {"ratios": ends, "omega0": 1.0}})
     large = figure_triangle.draw(ds).axes[0]
-    cells = next(c for c in large.collections if c.get_gid() == "cells").get_array()
+    cells = next(c for c in large.images if c.get_gid() == "cells").get_array()
     assert np.abs(cells).max() < 1  # no body's nudge is faster than its spin
     n = len(cells)
     rate = np.sign(ds["omega_squared"].sel(axis=2)) * np.sqrt(np.abs(ds["omega_squared"].sel(axis=2)))

@@ -38,8 +38,17 @@ def test_places_say_what_was_asked(ds):
     places = selection.nearest(ds, {"epsilon": "5", "phase": "0.6"})
     assert str(places["epsilon"]) == "epsilon = 0.01 (nearest to 5, which is outside the grid)"
     assert str(places["phase"]) == "phase = 0.6 rad"
+    inside = selection.nearest(ds, {"epsilon": "9e-5"})
+    assert str(inside["epsilon"]) == "epsilon = 0.0001 (nearest to 9e-05)"
     assert selection.left(ds, places) == ["body", "axis"]
     assert selection.at(ds, places).status.dims == ("body", "axis")
+
+
+def test_a_dimension_that_nobody_names_is_taken_at_its_first_value():
+    values = {"body": ["a", "b"], "epsilon": [1e-8, 1e-4]}
+    ds = xr.Dataset({"status": (("body", "epsilon"), np.zeros((2, 2), np.int8))}, values)
+    for dim, first in (("body", "a"), ("epsilon", 1e-8)):
+        assert selection._place(ds, dim, None) == selection.Place(dim, 0, first, None, "")
 
 
 @pytest.mark.parametrize(

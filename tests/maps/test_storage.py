@@ -14,7 +14,7 @@ import xarray as xr
 
 import sweeps
 from sweeps import files
-from sweeps.maps import dataset, storage
+from sweeps.maps import dataset, parts, storage
 from sweeps.points import catalogue
 from sweeps.points.loading import read
 from sweeps.schema.reading import plain, read_text
@@ -327,6 +327,26 @@ def test_an_opened_map_can_be_written_again(tiny_map, tiny, tmp_path):
         assert storage.write_map(ds, tmp_path / "again.nc") == tiny.attrs["content_hash"]
 
 
+def test_both_writers_deflate_the_same_variables(tiny_map, tiny, tmp_path):
+    storage.write_map(tiny, tmp_path / "map.nc")
+    with netCDF4.Dataset(tiny_map) as one, netCDF4.Dataset(tmp_path / "map.nc") as other:
+        packed = {name: [file[name].filters()[k] for k in ("zlib", "shuffle")] for name in tiny for file in (one,)}
+        assert packed == {name: [other[name].filters()[k] for k in ("zlib", "shuffle")] for name in tiny}
+    assert {True, False} == {zlib for zlib, _ in packed.values()}
+
+
+def test_text_of_a_part_is_read_as_it_was(small, tmp_path):
+    whole = small.assign_coords(name=("y", ["a", "Mond, größer", "é"]))
+    told = parts.write_part(whole, tmp_path / "part.nc", "slice")
+    with xr.open_dataset(tmp_path / "part.nc") as ds:
+        assert ds.equals(whole)
+        assert ds["name"].values.tolist() == ["a", "Mond, größer", "é"]
+        assert {*ds["value"].coords} == {"x", "name"}
+        assert np.isnan(ds["value"].encoding["_FillValue"])
+        assert "_FillValue" not in ds["x"].encoding
+        assert ds.attrs["content_hash"] == told == content.content_hash(whole)
+
+
 # The content hash
 
 
@@ -386,6 +406,9 @@ def test_a_variables_own_hash_is_what_its_documentation_says(monkeypatch):
     ds = xr.Dataset({"value": (("x", "y"), values)})
     assert content.hashed(ds).digests() == {"value": total.hexdigest()}
     assert content.hashed(ds, room=7).digests() == {"value": total.hexdigest()}
+    text = hashlib.sha256(hashlib.sha256("a\0é\0".encode()).digest())
+    whole = b"value\0x=2,y=12\0<f8\0" + total.digest() + b"word\0k=2\0str\0" + text.digest()
+    assert content.content_hash(ds.assign(word=("k", ["a", "é"]))) == hashlib.sha256(whole).hexdigest()
 
 
 def test_shard_numbers_outside_the_cut_are_refused(tmp_path):

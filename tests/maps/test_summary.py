@@ -46,6 +46,14 @@ def test_the_worst_stands_where_it_says(ds):
     assert float(deviation.max()) == pytest.approx(worst.value, rel=1e-6)  # 1 - x and (y - z)/z round otherwise
 
 
+def test_the_worst_knows_how_many_were_compared():
+    worst = summary.Worst()
+    assert (worst.value, worst.points) == (0.0, 0)
+    worst.take(np.array([1.0, np.nan, 3.0]), {"x": slice(4, 7)})
+    worst.take(np.array([2.0]), {"x": slice(7, 8)})
+    assert (worst.value, worst.at, worst.points) == (3.0, {"x": 6}, 3)
+
+
 def test_blocks_change_nothing(ds, monkeypatch):
     whole = summary.summarise(ds)
     monkeypatch.setattr(summary, "BLOCK_POINTS", 15)

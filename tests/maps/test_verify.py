@@ -8,6 +8,7 @@ import netCDF4
 import numpy as np
 import pytest
 import repeated
+import xarray as xr
 
 from sweeps.__main__ import main
 from sweeps.maps import verify
@@ -94,6 +95,15 @@ def flip_a_bit(path, name="growth_rate"):
         values = file[name][:]
         values.reshape(-1).view(np.uint8)[72] ^= 1  # the last bit of point 9, where values have 8 bytes
         file[name][:] = values
+
+
+@pytest.mark.parametrize("own", [(), (3,)])
+def test_values_at_points_are_those_of_the_array_however_it_is_read(monkeypatch, own):
+    monkeypatch.setattr(verify, "BLOCK_POINTS", 5)  # four blocks a line of them
+    values = np.arange(4 * 6.0 * 3).reshape(4, 6, 3)[..., : own[0] if own else 1].reshape(4, 6, *own)
+    numbers = np.array([0, 3, 11, 12, 23])
+    held = verify._held(xr.Variable(("x", "y", "own")[: values.ndim], values), numbers, 2)
+    np.testing.assert_array_equal(held, values.reshape(24, *own)[numbers])
 
 
 @pytest.mark.slow

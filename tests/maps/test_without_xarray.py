@@ -19,7 +19,7 @@ from sweeps.maps import plain as plain_maps
 from sweeps.schema.refusals import MapError
 from sweeps.shards import chunks
 from sweeps.systems.rigid_body import figure_flip, figure_stability, fits
-from sweeps.views import figures, textmap
+from sweeps.views import figures, report, textmap
 
 POINTS = {
     "grid": {"I1": {"start": 0.5, "stop": 1.5}, "I2": {"start": 0.5, "stop": 1.5}, "I3": 1.0, "omega0": 1.0},
@@ -176,6 +176,17 @@ def test_a_map_without_a_variable_is_refused_alike(path, tmp_path):
         said.append(str(refused.value))
     assert said[0] == said[1]
     assert "is missing" in said[0]
+
+
+def test_the_page_of_a_plain_map_is_that_of_a_dataset(tmp_path):
+    path = write(tmp_path)
+    pages = []
+    for way in (figures.opened, sweeps.open_map):
+        with way(path) as ds:
+            report.write(ds, tmp_path / "report.html")
+        pages.append((tmp_path / "report.html").read_bytes())
+        assert isinstance(ds, xr.Dataset) == (way is sweeps.open_map)
+    assert pages[0] == pages[1]
 
 
 def test_show_and_slice_load_nothing_that_they_do_not_need(tmp_path):

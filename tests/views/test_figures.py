@@ -342,7 +342,7 @@ def test_what_is_not_ok_is_marked(racket):
 @pytest.mark.parametrize("axis", [1, 2, 3])
 def test_the_default_picture_is_the_triangle_with_each_body_in_its_place(shapes, axis):
     ax = figure_triangle.draw_axis(shapes, axis).axes[0]
-    cells = next(c for c in ax.collections if c.get_gid() == "cells").get_array()
+    cells = next(c for c in ax.images if c.get_gid() == "cells").get_array()
     rate = fits.signed_rate(shapes.omega_squared.sel(axis=axis).squeeze().values, 10.0)
     x, y = shapes.I1.values[:, 0] / 0.01748, shapes.I2.values[..., 0] / 0.01748
     rng, n = np.random.default_rng(5), len(cells)

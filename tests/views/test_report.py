@@ -966,6 +966,7 @@ def test_a_symmetric_top_turns_about_its_figure_axis(visit, folder):
     spin = opened.page.evaluate("polhode.motion.omega")
     assert math.degrees(math.atan2(math.hypot(spin[0], spin[1]), abs(spin[2]))) == pytest.approx(40.0, rel=1e-14)
     assert "Stable" in opened.page.locator("#motion-words").inner_text()
+    assert "inclined by" in opened.page.locator("#motion-words").inner_text()
 
 
 @pytest.mark.slow

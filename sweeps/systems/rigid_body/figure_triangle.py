@@ -161,7 +161,8 @@ def _panel(ax: Axes, ds: "xr.Dataset", axis: int, is_large: bool):
     if is_of_shapes(ds) or ds.sizes["point"] >= LEAST_FILLED:
         edges = np.linspace(0, 1, (CELLS if is_large else CELLS // 2) + 1)
         cells = (_raster if is_of_shapes(ds) else _binned)(ds, axis, edges)
-        mesh = ax.pcolormesh(edges, edges, cells, cmap=COLOR_MAP, norm=norm, rasterized=True, gid="cells")
+        look = {"interpolation": "nearest", "interpolation_stage": "rgba"}  # a tenth of the time that a mesh takes
+        mesh = ax.imshow(cells, COLOR_MAP, norm, origin="lower", extent=(0, 1, 0, 1), gid="cells", zorder=0, **look)
     else:
         x, y, rate = (np.concatenate(part) for part in zip(*_blocks(ds, axis), strict=True))
         mesh = ax.scatter(x, y, s=6, c=rate, cmap=COLOR_MAP, norm=norm, linewidths=0, rasterized=True, gid="cells")

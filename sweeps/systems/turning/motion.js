@@ -1,7 +1,7 @@
 // The motion of the chosen point: the body turning, its polhode and ω(t), from the exact solution.
 //
 // A system whose motion it is says in its `part`:
-//   start(place)   moments, axis, omega0, epsilon and phase
+//   start(place)   moments, axis, omega0, epsilon and phase; `nudged` in words, where epsilon alone tells little
 //   nudged         whether the nudge may be drawn larger: `state.nudge`, null for the map's own
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 30, 100];
@@ -56,7 +56,7 @@ function motionInWords(shown) {
   const turns = (time) => `${numberText(time / rotation, 3)} rotations`;
   if (trajectory.isStationary) return `${spun} keeps spinning as it started: nothing changes.`;
   if (!Number.isFinite(period)) return trajectory.p > 0 ? `${spun} turns over once and never again: it stands on the separatrix.` : `${spun} neither comes back nor flips: the nudge stays, or grows in proportion to time.`;
-  const nudged = `nudged by ${numberText(shown.epsilon, 2)}`;
+  const nudged = shown.nudged ?? `nudged by ${numberText(shown.epsilon, 2)}`;
   if (flips) return `Unstable. ${spun} turns over every ${timeText(period)} (${turns(period)}; ${nudged}).`;
   return `Stable. ${spun} keeps its axis and only wobbles, once round in ${timeText(2 * period)} (${turns(2 * period)}; ${nudged}).`;
 }
