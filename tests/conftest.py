@@ -4,6 +4,7 @@ Tests run in parallel, a process a core (pytest-xdist). What they share is the c
 the processes start, and whatever a test compiles besides is stored by one process at a time.
 """
 
+import contextlib
 import gc
 import os
 import signal
@@ -42,9 +43,19 @@ def pytest_configure(config):
     if shared and not numba.config.DISABLE_JIT and not done:
         asked = (True, [], True) if slow else (True, LEFT_TO_THE_SLOW, False)
         code = f"from sweeps.run import warmup; warmup.compile_kernels(*{asked})"
-        subprocess.run([sys.executable, "-c", code], check=True)
+        with byte_code_made_beside(config.args):
+            subprocess.run([sys.executable, "-c", code], check=True)
         (folder / "compiled").write_text(fingerprint() + "\n")
         (everything if slow else most).touch()
+
+
+@contextlib.contextmanager
+def byte_code_made_beside(arguments):
+    """Collects once, in a process beside, without kernels: tests' processes, which begin together, would each do it."""
+    plain = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
+    command = [sys.executable, "-m", "pytest", "--collect-only", "-q", "-n", "0", "-p", "no:cacheprovider", *arguments]
+    with subprocess.Popen(command, env=plain, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL):
+        yield
 
 
 def pytest_collection_modifyitems(config, items):

@@ -718,7 +718,7 @@ def drawn_here(helper):
     """In the place of the process that draws half of a map's pictures: its start takes longer than all else."""
 
     class Here(helper.Helper):
-        def __init__(self, path):
+        def __init__(self, path, *_, **how):
             self.path, self.cut = str(path), {}
 
         def draw(self, *what):

@@ -5,10 +5,16 @@
 Each mutation is one change of the kind that a slip of the hand makes: another sign, another comparison, a term left
 out, a number one off. It is made in a copy of the tree, in FOLDER; there the tests run that pass through the changed
 line (`coverage` says which, once), the quick ones first, and one that fails, or does not end, has caught it. Kernels
-run as plain Python; `--compiled` asks compiled ones about what those let pass. Every module gets about as many
-mutations as every other. FOLDER/log.txt has a line for each: who breaks off goes on from there. `--ask` asks all tests
-of some files, as they are today, about what the log calls not caught. What changes nothing that anybody could see
-stands in `equivalent_mutations.txt`, each with its reason, and is not counted.
+run as plain Python; `--compiled` asks compiled ones about what those let pass: all quick tests of the files that know
+the changed line, up to ten minutes a mutation. Every module gets about as many mutations as every other.
+FOLDER/log.txt has a line for each: who breaks off goes on from there. `--ask` asks all tests of some files, as they
+are today, about what the log calls not caught. What changes nothing that anybody could see stands in
+`equivalent_mutations.txt`, each with its reason, and is not counted.
+
+Of 200 drawn with the seed 1 (`--only '^sweeps' --count 68` and `--only '^kernels/(?!flows)' --count 132`) 24 change
+nothing, and 171 of the other 176 are caught: 53 of 56 in the rooms, 118 of 120 in the kernels. 143 were before tests
+were written for what was let pass. Five are let pass still: three bounds of what is taken or counted, the interval of
+the largest state by which oscillations are certified, and the slack of a cosine's box beyond 10^8 turns.
 """
 
 import argparse
@@ -25,10 +31,11 @@ import re
 import resource
 import shutil
 import signal
+import subprocess
 import sys
 import textwrap
 import time
-from collections import defaultdict
+from collections import Counter, defaultdict
 from pathlib import Path
 from types import CodeType, FunctionType
 from typing import NamedTuple
@@ -40,9 +47,9 @@ COPIED = ("kernels", "sweeps", "tests", "results/README.md", "README.md", "Snake
 ROOMS = ("kernels", "sweeps/shards", "sweeps/maps")
 PLAIN = {"__init__", "options", "write_taylor_steps", "write_turning"}  # nothing in them computes
 ONLY_COMPILED = {"kernels/flows"}  # what calls it is generated, and minutes to compile
-COMPILING = ("fingerprint", "stored")  # kernels/: what is done with compiled ones, nothing without them
+COMPILING = ("fingerprint", "stored", "straight")  # kernels/: what is done with compiled ones, nothing without them
 ASKED = {  # whether kernels are plain: the tests that may be asked
-    True: ["tests/kernels", "tests/mechanics/test_line.py", "tests/mechanics/test_boxes.py"],
+    True: ["tests/kernels", *(f"tests/mechanics/test_{name}.py" for name in ("line", "boxes", "taylor"))],
     False: ["tests/shards", "tests/maps", *(f"tests/kernels/test_{name}.py" for name in COMPILING)],
 }
 OTHERS = {  # of what runs when a module is imported: tests of who uses it, beside those of its own name
@@ -55,7 +62,7 @@ OTHERS = {  # of what runs when a module is imported: tests of who uses it, besi
     "kernels/solution": ["tests/kernels/test_exact.py"],
     "kernels/statuses": ["tests/kernels/test_columns.py", "tests/kernels/test_oscillations.py"],
     "kernels/taylor_steps": ["tests/kernels/test_direct.py"],
-    "kernels/taylor_tapes": ["tests/kernels/test_oscillations.py"],
+    "kernels/taylor_tapes": ["tests/mechanics/test_taylor.py"],
     "kernels/turning": ["tests/kernels/test_attitude.py"],
     "kernels/uncertainty": ["tests/kernels/test_reduction.py", "tests/kernels/test_survey.py"],
     "sweeps/shards/content": ["tests/maps/test_storage.py"],
@@ -77,6 +84,7 @@ LOADED += [
     "rich.console",
 ]
 SURVIVES = "not caught"
+MOST_FILES = 4  # of tests that compiled kernels are asked about: each compiles what it needs
 COMPARISONS = {
     **{ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq},
     **{ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.In: ast.NotIn, ast.NotIn: ast.In},
@@ -89,17 +97,28 @@ NAMES = {"min": "max", "max": "min", "minimum": "maximum", "maximum": "minimum",
 
 
 class Mutation(NamedTuple):
-    """One change of a module: which of all there are, its line, what stood there and what stands there now."""
+    """One change of a module: which of all there are, its line, what stood there, what stands there now, and where."""
 
     module: str
     number: int
     line: int
     before: str
     after: str
+    source: str  # the line's text
+    column: int  # in that
+
+    @property
+    def place(self):
+        """What it changes, wherever in its module that line has moved to."""
+        return f"{self.module}.py: {self.source} [{self.column}]: {self._change}"
+
+    @property
+    def _change(self):
+        before, after = (textwrap.shorten(text, 120) for text in (self.before, self.after))
+        return f"{before}  →  {after}"
 
     def __str__(self):
-        before, after = (textwrap.shorten(text, 120) for text in (self.before, self.after))
-        return f"{self.module}.py:{self.line}: {before}  →  {after}"
+        return f"{self.module}.py:{self.line}: {self._change}"
 
 
 def changes(node):
@@ -163,8 +182,13 @@ def _every(tree):
 
 def mutations(module, text):
     """Every mutation of a module's text."""
-    found = enumerate(_every(ast.parse(text)))
-    return [Mutation(module, k, node.lineno, ast.unparse(node), ast.unparse(new)) for k, (node, new, _) in found]
+    lines, found = text.splitlines(), []
+    for k, (node, new, _) in enumerate(_every(ast.parse(text))):
+        line = lines[node.lineno - 1]
+        source, indent = line.partition("  #")[0].strip(), len(line) - len(line.lstrip())
+        change = (node.lineno, ast.unparse(node), ast.unparse(new))
+        found.append(Mutation(module, k, *change, source, node.col_offset - indent))
+    return found
 
 
 def mutated(mutation, text):
@@ -196,8 +220,8 @@ def drawn(folder, count, seed, only=""):
 class Watch:
     """A plugin of pytest: keeps the tests that are wanted, in their order; says what passed and through which lines."""
 
-    def __init__(self, wanted=None, coverage=None, session=None):
-        self.wanted, self.coverage, self.session = wanted, coverage, session
+    def __init__(self, wanted=None, coverage=None, session=None, patience=PATIENCE):
+        self.wanted, self.coverage, self.session, self.patience = wanted, coverage, session, patience
         self.seconds, self.failed, self.broken, self.begun = {}, [], [], 0.0
 
     def pytest_collection_finish(self, session):
@@ -222,7 +246,7 @@ class Watch:
             self.failed.append(report.nodeid)
         if report.failed:
             self.broken.append(report.nodeid)
-        if self.session and time.process_time() > 2 * PATIENCE:  # of tests that are many; of one the limit tells
+        if self.session and time.process_time() > 2 * self.patience:  # of tests that are many; of one the limit tells
             self.session.shouldstop = "asked long enough"
 
 
@@ -261,7 +285,8 @@ def _run(folder, plain, files, wanted, limit, mapped):
         watcher = coverage.Coverage(data_file=None, config_file=False, include=rooms)
         watcher.start()
     watch = Watch(wanted, watcher)
-    status = pytest.main([*_options(plain), *([] if mapped else ["-x"]), *files], plugins=[watch])
+    whole = not mapped and wanted is None
+    status = pytest.main([*_options(plain, whole), *([] if mapped else ["-x"]), *files], plugins=[watch])
     if mapped:
         signal.setitimer(signal.ITIMER_VIRTUAL, 0)
         watcher.stop()
@@ -272,8 +297,9 @@ def _run(folder, plain, files, wanted, limit, mapped):
     os._exit(int(status))
 
 
-def _options(plain):
-    marks = "not faults" if plain else "not faults and not slow"  # what is slow to compile is not, as it stands
+def _options(plain, whole=False):
+    """Of pytest; slow tests too where files are asked as a whole, or where there is nothing to compile."""
+    marks = "not faults" if plain or whole else "not faults and not slow"
     left_out = [f"--ignore=tests/kernels/test_{name}.py" for name in COMPILING if plain]
     return [*left_out, "-q", "-n", "0", "-p", "no:cacheprovider", "--no-header", "-m", marks, "-k", AS_WRITTEN]
 
@@ -309,35 +335,36 @@ class Judge:
         """In place of running the tests."""
         items, functions = {item.nodeid: item for item in session.items}, _functions(self.folder)
         for name, module, text, asked in self.cases:
+            patience = PATIENCE if asked is not None else 10 * PATIENCE
             child = os.fork()
             if not child:
                 try:
-                    resource.setrlimit(resource.RLIMIT_CPU, (3 * PATIENCE, 3 * PATIENCE + 5))
+                    resource.setrlimit(resource.RLIMIT_CPU, (3 * patience, 3 * patience + 5))
                     session.items[:] = [items[test] for test in (items if asked is None else asked) if test in items]
-                    os._exit(self.judged(session, functions, module, text))
+                    os._exit(self.judged(session, functions, module, text, patience))
                 finally:
                     os._exit(2)
-            caught = self.ended(child)
+            caught = self.ended(child, patience)
             if caught is not None:
                 _note(self.folder.parent / "log.txt", name, caught)
         return True
 
-    def judged(self, session, functions, module, text):
+    def judged(self, session, functions, module, text, patience):
         """An exit status: whether no test failed (0), one did (1), or this mutation is not for us (2)."""
         from _pytest.main import pytest_runtestloop
 
         if not _swap(functions, self.folder / f"{module}.py", text):
             return 2
-        watch = Watch(session=session)
+        watch = Watch(session=session, patience=patience)
         session.config.pluginmanager.register(watch)
         with contextlib.suppress(session.Failed, session.Interrupted):
             pytest_runtestloop(session)
         (self.folder.parent / "caught.txt").write_text(watch.broken[0] if watch.broken else "")
         return int(bool(watch.broken))
 
-    def ended(self, child):
+    def ended(self, child, patience):
         """What caught the mutation that a fork judges; None where it cannot tell."""
-        end = time.monotonic() + 60 * PATIENCE
+        end = time.monotonic() + 60 * patience
         while (told := os.waitpid(child, os.WNOHANG))[0] == 0:
             time.sleep(0.02)
             if time.monotonic() > end:
@@ -394,7 +421,8 @@ def _serve(folder, plain, files, cases):
     import pytest
 
     _enter(folder, plain, None)
-    pytest.main([*_options(plain), "-x", *files], plugins=[Judge(folder, cases)])
+    whole = any(asked is None for *_, asked in cases)
+    pytest.main([*_options(plain, whole), "-x", *files], plugins=[Judge(folder, cases)])
 
 
 def _note(log, name, told):
@@ -485,16 +513,22 @@ class Copy:
                 process.join()
         return {line.rsplit("\t", 1)[0] for line in _lines_of(log)[before:]}
 
-    def judged(self, mutation, compiled=False):
+    def judged(self, mutation, compiled=False, files=()):
         """What caught a mutation; nothing if nothing did."""
-        plain = _is_plain(mutation.module)
-        asked = self.asked(mutation, plain)
+        plain, asked = _is_plain(mutation.module), None
         path = self.folder / f"{mutation.module}.py"
         before, dates = path.read_text(), path.stat()
+        if compiled and not files:
+            files = self.knowing(mutation, plain)
+        elif not files:
+            asked = self.asked(mutation, plain)
+            files = list(dict.fromkeys(test.partition("::")[0] for test in asked))
+        whole = self.cache() if compiled else None
         _put(path, mutated(mutation, before))
         try:
-            files = list(dict.fromkeys(test.partition("::")[0] for test in asked))
-            limit = 600 if compiled else 3 * PATIENCE
+            if compiled:
+                _keep(whole, self.cache(), self.folder, mutation.module)
+            limit = 600 if compiled or asked is None else 3 * PATIENCE
             status, told = self.run(plain and not compiled, files, asked, limit)
         finally:
             _put(path, before)
@@ -502,6 +536,35 @@ class Copy:
         if not told and status in (-signal.SIGXCPU, -signal.SIGKILL):
             return "no end"
         return (told.get("failed") or [f"status {status}"])[0] if status not in (0, 5) else ""
+
+    def knowing(self, mutation, plain):
+        """Files of tests that know a mutation's line: its module's own first, then those with most such tests."""
+        room, name = mutation.module.rsplit("/", 1)
+        own = [f"tests/{room.removeprefix('sweeps/')}/test_{name}.py", *OTHERS.get(mutation.module, ())]
+        passing = self.map(plain)["lines"].get(mutation.module, {}).get(str(mutation.line), ())
+        most = Counter(test.partition("::")[0] for test in passing).most_common()
+        found = dict.fromkeys([*own, *(file for file, _ in most)])
+        return [file for file in found if (self.folder / file).exists()][:MOST_FILES]
+
+    def cache(self):
+        """Where compiled kernels of the tree lie, as it stands."""
+        code = "from kernels.fingerprint import cache_folder; print(cache_folder())"
+        env = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
+        env |= {"PYTHONPATH": str(self.folder), "XDG_CACHE_HOME": str(self.folder.parent)}
+        run = subprocess.run([sys.executable, "-c", code], cwd=self.folder, env=env, capture_output=True, check=True)
+        return Path(run.stdout.decode().strip())
+
+
+def _keep(here, there, folder, module):
+    """Puts what was compiled of kernels that do not import a changed module to what is compiled with it."""
+    from kernels.fingerprint import sources  # of this tree, whose imports are the copy's
+
+    changed = Path(f"{module}.py").name
+    for path in (folder / "kernels").glob("*.py"):
+        if changed not in {file.name for file in sources(path.stem)}:
+            for file in here.glob(f"kernels_*/{path.stem}.*.nb[ic]"):
+                (there / file.parent.name).mkdir(exist_ok=True)
+                shutil.copy2(file, there / file.parent.name)
 
 
 def _is_plain(module):
@@ -522,7 +585,7 @@ def _lines_of(log):
 
 
 def equivalents():
-    """The mutations that change nothing that anybody could see, and why."""
+    """The places of mutations that change nothing that anybody could see, and why."""
     lines = (ROOT / "tests" / "equivalent_mutations.txt").read_text().splitlines()
     return dict(line.split("\t") for line in lines if line and not line.startswith("#"))
 
@@ -540,22 +603,21 @@ def main(arguments=None):
     copy, log = Copy(given.folder.resolve()), given.folder / "log.txt"
     chosen, reasons = drawn(copy.folder, given.count, given.seed, given.only), equivalents()
     copy.take(given.ask)
-    known = _known(log)
-    asked = [x for x in chosen if _name(x) not in known and _name(x) not in reasons]
-    if given.ask or given.compiled:
-        asked = [x for x in chosen if known.get(_name(x)) == SURVIVES and _name(x) not in reasons]
+    known, left = _known(log), [x for x in chosen if x.place not in reasons]
+    again = given.ask or given.compiled
+    asked = [x for x in left if (known.get(_name(x)) == SURVIVES if again else _name(x) not in known)]
     noted = set() if given.compiled else copy.judge(asked, given.ask)
     for mutation in asked:
-        if _name(mutation) not in noted and not given.ask:
-            _note(log, _name(mutation), copy.judged(mutation, given.compiled) or SURVIVES)
-    report([_name(mutation) for mutation in chosen], _known(log), reasons)
+        if _name(mutation) not in noted:
+            _note(log, _name(mutation), copy.judged(mutation, given.compiled, given.ask) or SURVIVES)
+    report(chosen, _known(log), reasons)
 
 
-def report(names, known, reasons):
+def report(chosen, known, reasons):
     """Prints what was not caught, what changes nothing, and how many there were of each."""
-    judged = {name: known[name] for name in names if name in known and name not in reasons}
+    judged = {_name(x): known[_name(x)] for x in chosen if _name(x) in known and x.place not in reasons}
     survivors = [name for name, told in judged.items() if told == SURVIVES]
-    equivalent = [f"{name}: {reasons[name]}" for name in names if name in reasons]
+    equivalent = [f"{x}: {reasons[x.place]}" for x in chosen if x.place in reasons]
     print(*survivors, f"{len(equivalent)} change nothing:", *equivalent, sep="\n")
     print(f"{len(judged) - len(survivors)} of {len(judged)} caught")
 

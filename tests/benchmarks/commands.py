@@ -2,11 +2,11 @@
 
     python tests/benchmarks/commands.py MAP [ROUNDS]
 
-Seconds of the processor (user and system, children included), which others at work on the machine change less than the
-wall clock, medians of fresh processes, everything warm, byte code kept as a person's Python keeps it. The floors are
-what the libraries below a command take to load, by themselves and together, loaded as commands load them
-(`sweeps.lean`), and what Numba takes until its first kernel answers from the cache on the disk. The last column is what
-a command takes above its own floor.
+Seconds of the processor (user and system, children included), which others at work on the machine change less than
+the wall clock, medians of fresh processes, everything warm, byte code kept as a person's Python keeps it. The floors
+are what the libraries below a command take to load, by themselves and together, loaded as commands load them, in
+processes that end as theirs do (`sweeps.lean`), and what Numba takes until its first kernel answers from the cache on
+the disk. The last column is what a command takes above its own floor.
 """
 
 import os
@@ -22,7 +22,7 @@ DRAWN = (
     "from matplotlib.figure import Figure; f = Figure(layout='constrained'); f.subplots(2, 2); "
     "f.savefig({out!r} + '.png')"
 )
-LEAN = "from sweeps import lean; lean.leave_out(alone=True); "
+LEAN = "from sweeps import lean; lean.leave_out(alone=True); {code}; lean.end_at_once()"
 MODEL = "import pydantic; type('Model', (pydantic.BaseModel,), dict())"  # the first model loads most of it
 DEFINITION = "NumPy, pydantic, YAML: any definition"
 MAP = "NumPy, h5py, Rich: any map"
@@ -45,7 +45,7 @@ BENEATH = {
     "slice": "NumPy, h5py, netCDF4",
     "body": DEFINITION,
     "figures": "Matplotlib, and four empty axes",
-    "report": "xarray",
+    "report": MAP,
 }
 KEPT = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
 COMMANDS = {
@@ -70,7 +70,7 @@ def took(words: list[str]) -> tuple[float, float]:
 def main(path: str, rounds: int = 5) -> None:
     """Prints a line a floor and a command."""
     with tempfile.TemporaryDirectory() as out:
-        rows = {name: [sys.executable, "-c", LEAN + code.format(out=out)] for name, code in FLOORS.items()}
+        rows = {name: [sys.executable, "-c", LEAN.format(code=code.format(out=out))] for name, code in FLOORS.items()}
         for name, words in COMMANDS.items():
             rows[name] = [sys.executable, "-m", "sweeps", *(word.format(map=path, out=f"{out}/made") for word in words)]
         print(f"{'':40s} {'cpu, s':>8s} {'wall, s':>8s} {'above its floor':>16s}")

@@ -7,9 +7,10 @@
 Direct integration, collapse off. Each shard and the merge run as processes of their own, as in the workflow; each size
 is made several times, and medians are printed. Nothing is asserted: absolute times move from machine to machine. Memory
 is the largest resident set of any one process. What a sweep of 1,200 points takes is start-up, and is printed first;
-the slope is that of processor time above the start-up of every process. Last come the stages of a shard and its merge,
-and how many points a second the cores could make if there were no other stage than those so far: the kernels' own bound
-is the first.
+the slope is that of processor time above the start-up of every process. Last come the stages of a shard and its merge:
+how many points a second the cores could make if there were no other stage than this one, and with those above it. The
+kernels alone set the first bound; with nothing but Ω² and its standard error they set one for whatever columns. Beside
+them stands what is asked of the pipeline.
 """
 
 import argparse
@@ -24,6 +25,7 @@ from pathlib import Path
 
 import numpy as np
 
+from sweeps.points.estimate import BLOCK_POINTS
 from sweeps.points.grid import Grid
 from sweeps.points.loading import read
 from sweeps.shards import merging
@@ -31,6 +33,7 @@ from sweeps.shards import shard as shards
 from sweeps.shards.chunkfile import ChunkFile
 
 SHARD_POINTS = 5_000_000
+BARE = ("omega_squared", "omega_squared_stderr")
 FEW = "omega_squared, omega_squared_stderr, regime, status, propagation_error"
 TEXT = """\
 title: {points} points
@@ -41,6 +44,7 @@ grid:
   I3: {{start: 0.8, stop: 1.2, num: 10}}
   omega0: {{start: 1.0, stop: 10.0, num: 10}}
 """
+BARS = {"few": 3e6, "all": 2e6}  # points a second, by the wall on two cores, that the pipeline is to come to
 COLUMNS = {"few": f"integration: {{variables: [{FEW}]}}\n", "all": ""}
 STAGES = {  # what no sweep can do without, in this order, and the function that does it
     "kernels": (shards, "columns"),
@@ -173,6 +177,35 @@ def stages(points, columns, folder):
     return {name: seconds / points * 1e9 for name, seconds in spent.items()}
 
 
+def bare(points, folder):
+    """Ns of one core a point of the kernels where they measure Ω² and its error and no more."""
+    from kernels import survey  # loaded before, it would count as memory of every process that is started
+
+    definition, points = written(points, "few", folder)
+    sweep = read(definition)
+    run = sweep.definition.integration
+    settings = run.rotations, run.samples_per_rotation, run.tolerance
+    blocks = [sweep.grid.points(low, min(low + BLOCK_POINTS, points)) for low in range(0, points, BLOCK_POINTS)]
+    survey.measured(blocks[-1], *settings, wanted=BARE)
+    begun = time.thread_time()
+    for block in blocks:
+        survey.measured(block, *settings, wanted=BARE)
+    return (time.thread_time() - begun) / points * 1e9
+
+
+def print_bounds(told, least, cores, columns):
+    """A line a stage: what it takes, and how fast the cores were if it were all, or it and those above it."""
+    bar = BARS[columns]
+    print(f"asked: {bar:,.0f} points/s on two cores by the wall, {2e9 / bar:.0f} ns of a core a point")
+    print(f"| stage | ns of a core a point | alone at most, points/s on {cores} cores | with those above |")
+    print("|" + "---|" * 4)
+    print(f"| kernels, Ω² and its error alone | {least:.0f} | {cores * 1e9 / least:,.0f} | |")
+    total = 0.0
+    for name, spent in told.items():
+        total += spent
+        print(f"| {name} | {spent:.0f} | {cores * 1e9 / max(spent, 1.0):,.0f} | {cores * 1e9 / total:,.0f} |")
+
+
 def main(arguments=None):
     """Prints the table, the slope and the stages, each with the bound that it sets."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
@@ -193,11 +226,8 @@ def main(arguments=None):
         if len(found) > 1:
             print(f"slope of processor time above start-up against points: {slope(start_up, found):.3f}")
         told = stages(min(args.points[-1], 1e6), args.columns, folder)
-    total = 0.0
-    for name, spent in told.items():
-        total += spent
-        bound = f"{args.cores * 1e9 / total:,.0f} points/s on {args.cores} cores"
-        print(f"{name}: {spent:.0f} ns of a core a point; with what stands above at most {bound}")
+        least = bare(min(args.points[-1], 1e6), folder)
+    print_bounds(told, least, args.cores, args.columns)
 
 
 if __name__ == "__main__":
