@@ -2,11 +2,13 @@
 
     python tests/benchmarks/waiting.py [NAME …]
 
-Wall clock of `run` on one core, from typing to the report, in a folder of its own, and the processor's time, which
-others at work on the machine change less: side by side they share caches. What a sweep calls is compiled beforehand.
+Each sweep is run twice, from typing to the report, on one core and in a folder of its own: first with a cache that holds
+what the sweeps before it have compiled (nothing, before the first), then warm. The processor's time is what is compared,
+which others at work on the machine change less than the wall clock; what compiling takes is said for one process.
 """
 
 import json
+import os
 import resource
 import subprocess
 import sys
@@ -31,13 +33,16 @@ def waited(name: str) -> tuple[float, float]:
 
 
 def main(names: list[str]) -> None:
-    """Prints a line a sweep."""
-    print(f"{'sweep':20s} {'said, s':>8s} {'wall, s':>8s} {'cpu, s':>8s} {'said/cpu':>8s}")
-    for name in names or asked("check", "--list"):
-        subprocess.run([*POLHODE, "compile", name], capture_output=True, check=True)
-        said = asked("check", name)["wait_seconds"]
-        wall, cpu = waited(name)
-        print(f"{name:20s} {said:8.1f} {wall:8.1f} {cpu:8.1f} {said / cpu:8.2f}", flush=True)
+    """Prints a line a run."""
+    print(f"{'sweep':25s} {'':6s} {'said, s':>8s} {'wall, s':>8s} {'cpu, s':>8s} {'said/cpu':>8s} {'compiling said':>14s}")
+    with tempfile.TemporaryDirectory() as cache:
+        os.environ["XDG_CACHE_HOME"] = cache
+        for name in names or asked("check", "--list"):
+            for when in ("first", "again"):
+                needs = asked("check", name)
+                wall, cpu = waited(name)
+                figures = f"{needs['wait_seconds']:8.1f} {wall:8.1f} {cpu:8.1f} {needs['wait_seconds'] / cpu:8.2f}"
+                print(f"{name:25s} {when:6s} {figures} {needs['compile_seconds']:14.1f}", flush=True)
 
 
 if __name__ == "__main__":

@@ -40,15 +40,17 @@ def compiled():
     return njit("void(float64[::1], int64)")(_advance), njit("void(float64[::1])")(_energy)
 
 
-def run(k, *, start=1.0, speed=0.0, intervals=64, spacing=0.4, size=1e-6):
-    """The raw result of linear oscillators with these k, scale 1."""
+def run(k, *, start=1.0, speed=0.0, intervals=64, spacing=0.4, size=1e-6, advance=None):
+    """The raw result of linear oscillators with these k, scale 1, or of what else advances them."""
     k = np.atleast_1d(np.asarray(k, dtype=np.float64))
     rows = np.zeros((k.size, STATES + 3))
     rows[:, 0], rows[:, 1], rows[:, STATES], rows[:, STATES + 2] = start, speed, size, k
     ones = np.ones(k.size)
     twice = np.zeros(k.size, dtype=np.int64)
+    exact, energy = compiled()
     return oscillations.run(
-        *compiled(),
+        advance or exact,
+        energy,
         STATES,
         np.stack([rows] * 6),
         ones[:, None].copy(),
@@ -113,6 +115,40 @@ def test_log_slope_is_that_of_the_logarithms_in_its_window():
     assert np.isnan(raw[2, [oscillations.RAW.log_slope, oscillations.RAW.e_folds]]).all()
     capped = run([-1.0], intervals=120, size=1e-4)[0]  # 0.01 of the system's size is 100 times the nudge
     assert math.log(100.0 / 2.0) - 0.8 <= capped[oscillations.RAW.e_folds] <= math.log(100.0 / 2.0)
+
+
+def test_halving_is_tried_where_the_motion_is_largest():
+    """A step that gives the speed h² x³ / 1000 too much: what halving changes goes with the cube of the size."""
+
+    def step(x, v, h):
+        return math.cos(h) * x + math.sin(h) * v, math.cos(h) * v - math.sin(h) * x + 1e-3 * h * h * x**3
+
+    @njit("void(float64[::1], int64)")
+    def faulty(S, steps):
+        for _ in range(steps):
+            for lane in range(32):
+                x, v, h = S[lane], S[32 + lane], S[160 + lane]
+                c, s = math.cos(h), math.sin(h)
+                S[lane], S[32 + lane] = c * x + s * v, c * v - s * x + 1e-3 * h * h * x * x * x
+
+    raw = run([1.0], speed=2.0, advance=faulty)[0]
+    number = int(raw[oscillations.RAW.steps])
+
+    def interval(state, number):
+        for _ in range(number):
+            state = step(*state, 0.4 / number)
+        return state
+
+    def expected(state):
+        return math.dist(interval(state, number), interval(state, 2 * number)) / abs(largest[0])
+
+    states = [(1.0, 2.0)]  # of every sample
+    while len(states) <= 64:
+        states.append(interval(states[-1], number))
+    largest = max(states, key=lambda state: abs(state[0]))
+    # rounding of the steps, 1e-14, over what halving changes
+    assert raw[oscillations.RAW.halving] == pytest.approx(expected(largest), rel=1e-7)
+    assert expected(largest) > 2.0 * expected(states[0])
 
 
 def test_another_mode_that_grows_ends_the_window():
