@@ -4,7 +4,8 @@ Numba makes of every function that a kernel calls what Python could call as well
 run it in. Whoever calls it from a kernel takes none of that: it links the intermediate code and makes machine code of
 all together. A good third of all compiling is for nothing. Here a function that Python calls is compiled whole, and
 what it calls as a part, which is stored in a folder of its own, where nothing but compiling looks: a part that Python
-asks for by itself, a test or a command, is compiled whole then.
+asks for by itself, a test or a command, is compiled whole then. A function that is declared with its signature is
+compiled whole at once: Numba compiles it at no other time.
 """
 
 import threading
@@ -102,9 +103,10 @@ def _compiled(self, sig, ours, made):
     """As `Dispatcher.compile` does it, but for its watches of who waits for the compiler."""
     for_python, _now.asked = self is _now.asked, None
     is_kernel, is_passed = isinstance(self._cache, FunctionCache), not self.targetoptions.get("no_cfunc_wrapper", False)
-    part = not (for_python or (is_kernel and (is_passed or not ours)))
+    arguments, return_type = sigutils.normalize_signature(sig)
+    declared = return_type is not None
+    part = not (for_python or declared or (is_kernel and (is_passed or not ours)))
     with global_compiler_lock, self._compiling_counter:
-        arguments, return_type = sigutils.normalize_signature(sig)
         existing = self.overloads.get(tuple(arguments))
         if existing is not None and (part or not _is_part(existing)):
             return existing.entry_point

@@ -34,6 +34,11 @@ def squares(n):
         out[i] = square(i + 0.5)
     return out
 """
+DECLARED = """
+@njit("float64(float64)", cache=True, no_cfunc_wrapper=True)
+def cube(x):
+    return x * square(x)
+"""
 COUNT = itertools.count()
 
 
@@ -68,6 +73,16 @@ def test_what_python_calls_is_whole_and_the_rest_a_part_until_python_calls_it(co
     assert stored() == [("square", False), ("square", True), ("squares", False)]
     with pytest.raises(ValueError, match="no number"):
         first.square(np.nan)
+
+
+@pytest.mark.compiled
+def test_what_is_declared_with_its_signature_is_whole(compiling, tmp_path):
+    again, stored = compiling
+    (tmp_path / "squared.py").write_text(SOURCE + DECLARED)
+    with parts_for_the_linker():
+        first = again()
+    assert stored() == [("cube", False), ("square", True)]
+    assert first.cube(2.0) == 8.0
 
 
 @pytest.mark.compiled
