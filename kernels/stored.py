@@ -102,6 +102,11 @@ def note(folder: Path) -> None:
         return
 
 
+def holds(folder: Path, module: str) -> bool:
+    """Whether some kernel of a module of ``kernels`` is there that Python can call."""
+    return any(folder.glob(f"*/{module}.*.nbi"))
+
+
 def is_whole(folder: Path) -> bool:
     """Whether nothing was removed that has not been made again."""
     return GONE not in _ledger(folder).values()

@@ -4,6 +4,8 @@ import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
+from kernels import stored
+from kernels.fingerprint import cache_folder
 from sweeps import memory, processors, systems
 from sweeps.points.sweep import Sweep
 from sweeps.schema.refusals import DefinitionError
@@ -16,13 +18,11 @@ FILE_BYTES = 30_000  # of a netCDF file besides
 PAGE_BYTES = 10_000_000  # report and pictures together, at most about
 
 # On one core of a machine of 2024 with its files at hand, s.
-COMPILE_SECONDS = 27.0  # the default system's kernels, once per machine …
-SHARED_BY_TWO = 0.75  # … and what is left of it where two processes share it
-OTHER_SECONDS = 15.0  # kernels that another system shares with its like, besides what is generated for it alone
+SHARED_BY_TWO = 0.75  # what is left of compiling the default system's kernels where two processes share it
 MEASURE_SECONDS = 0.5  # to open shards and map
-MEASURE_FACTOR = 2.0  # writing, hashing and merging take about as long as the integration itself
+MEASURE_FACTOR = 1.5  # writing, hashing and merging take about half as long as the integration itself
 REPORT_SECONDS = 0.6
-REPORT_SECONDS_PER_POINT = 2.5e-6
+REPORT_SECONDS_PER_POINT = 1e-6
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ def estimate(sweep: Sweep, bytes_per_point: int | None = None) -> Estimate:
     beside = 8 * (scattered + sum(v.size for _, v in grid.auxiliary.values()))  # made a part at a time
     headers = FILE_BYTES + VARIABLE_BYTES * len(sweep.variables | system.coordinates(definition))
     seconds = grid.size * system.samples(definition) / system.samples_per_second
-    compiling = compile_seconds(system)
+    compiling = sum(compile_seconds(sweep))
     return Estimate(
         points=grid.size,
         shards=sweep.shards,
@@ -80,21 +80,17 @@ def estimate(sweep: Sweep, bytes_per_point: int | None = None) -> Estimate:
     )
 
 
-def compile_seconds(system: systems.Dynamics) -> float:
-    """What compiling takes that this machine still lacks for a system, s, about."""
-    return default_seconds(system) + (0.0 if system.compiled().exists() else _own_seconds(system))
+def compile_seconds(sweep: Sweep) -> tuple[float, float]:
+    """What compiling takes that this machine still lacks for a sweep, s, about.
 
-
-def default_seconds(system: systems.Dynamics) -> float:
-    """That of the default system's kernels, 0 where they are there or the system calls none of them."""
-    default = systems.resolve(systems.DEFAULT_SYSTEM)
-    if default.compiled().exists() or not systems.calls_the_defaults(system):
-        return 0.0
-    return COMPILE_SECONDS * (SHARED_BY_TWO if processors.cores() > 1 else 1.0)
-
-
-def _own_seconds(system: systems.Dynamics) -> float:
-    return system.compile_seconds + (0.0 if systems.calls_the_defaults(system) else OTHER_SECONDS)
+    Returns:
+        Of the default system's kernels, and of all others, what is generated for the sweep's system included.
+    """
+    system = sweep.system
+    others = {name: s for name, s in system.called(sweep.definition).items() if not stored.holds(cache_folder(), name)}
+    default = others.pop(systems.resolve(systems.DEFAULT_SYSTEM).kernels[0], 0.0)
+    own = 0.0 if system.compiled().exists() else system.compile_seconds
+    return default * (SHARED_BY_TWO if processors.cores() > 1 else 1.0), sum(others.values()) + own
 
 
 def refuse_if_too_large(sweep: Sweep, results_dir: str | Path, bytes_per_point: int | None = None) -> None:

@@ -55,7 +55,7 @@ def _made(planned: Plan, folder: Path, workers: int, again: bool, helper) -> Ite
     is_needed = not helper and (is_old or _is_older(folder / "figures", path))
     with _helping(path, workers) if is_needed else nullcontext(helper) as helper:
         if is_old:
-            _compile(planned.sweep.system)
+            _compile(planned.sweep)
             count = planned.sweep.shards
             shards = [folder / "shards" / f"{k}-of-{count}.nc" for k in range(1, count + 1)]
             _measure(planned.sweep, shards, workers, again)
@@ -115,14 +115,15 @@ def _report(path: Path, file: Path) -> None:
         report.write(ds, file)
 
 
-def _compile(system: systems.Dynamics) -> None:
-    """Compiles what the system calls, alone, where no workflow or earlier run has: the cache bears one writer."""
-    compiled = cache_folder() / "compiled"
+def _compile(sweep: Sweep) -> None:
+    """Compiles what its system calls, alone, where no workflow or earlier run has: the cache bears one writer."""
+    system, compiled = sweep.system, cache_folder() / "compiled"
+    default, others = estimate.compile_seconds(sweep)
     if not compiled.exists() and systems.calls_the_defaults(system):
-        _say(f"compiling the kernels, once per machine, about {estimate.default_seconds(system):.0f} s")
+        _say(f"compiling the kernels, once per machine, about {default:.0f} s")
         warmup.compile_kernels()
     if not system.compiled().exists():
-        _say(f"compiling {system.name}, once per machine, about {estimate.compile_seconds(system):.0f} s")
+        _say(f"compiling {system.name}, once per machine, about {others:.0f} s")
         warmup.compile_system(system)
     warmup.compile_missing(system)
 

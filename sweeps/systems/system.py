@@ -98,7 +98,7 @@ class Dynamics(ABC):
         point_seconds: for what is worked out of each point beside its run (equilibria, theory), s, about.
         start_seconds: until a command has read and checked such a definition, s, about.
         picture_seconds: for all pictures of a map, s, about.
-        compile_seconds: for what is compiled for this system alone, once per machine, s, about.
+        compile_seconds: for what is generated and compiled for this system alone, once per machine, s, about.
         look: how flags and parameters look in pictures, terminal and page.
         kernels: modules of `kernels` that :meth:`columns` imports; a map's fingerprint covers them and what they
             import. With none, it covers every kernel.
@@ -110,8 +110,8 @@ class Dynamics(ABC):
     caption: str
     samples_per_second: int = 64_000_000
     point_seconds: float = 0.0
-    start_seconds: float = 2.5
-    picture_seconds: float = 2.0
+    start_seconds: float = 1.5
+    picture_seconds: float = 1.5
     compile_seconds: float = 0.0
     look: Look = Look()
     kernels: tuple[str, ...] = ()
@@ -199,6 +199,10 @@ class Dynamics(ABC):
     @abstractmethod
     def compile(self) -> None:
         """Compiles, and stores in the cache, every kernel that :meth:`columns` calls."""
+
+    def called(self, definition: "Definition") -> dict[str, float]:
+        """Each module of `kernels` that is compiled for such a definition, once per machine → how long, s, about."""
+        return {}
 
     def compilations(self) -> tuple[Callable[[], None], ...]:
         """What :meth:`compile` does, in parts that processes may do side by side."""

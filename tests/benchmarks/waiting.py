@@ -2,9 +2,10 @@
 
     python tests/benchmarks/waiting.py [NAME …]
 
-Each sweep is run twice, from typing to the report, on one core and in a folder of its own: first with a cache that holds
-what the sweeps before it have compiled (nothing, before the first), then warm. The processor's time is what is compared,
-which others at work on the machine change less than the wall clock; what compiling takes is said for one process.
+Each sweep is run twice, from typing to the report, on one core and in a folder of its own: first with a cache that
+holds what the sweeps before it have compiled (nothing, before the first), then warm. What is compared is the
+processor's time, which others at work on the machine change less than the wall clock. Pin it to one core (`taskset`),
+for where there are two, two processes compile.
 """
 
 import json
@@ -34,7 +35,7 @@ def waited(name: str) -> tuple[float, float]:
 
 def main(names: list[str]) -> None:
     """Prints a line a run."""
-    print(f"{'sweep':25s} {'':6s} {'said, s':>8s} {'wall, s':>8s} {'cpu, s':>8s} {'said/cpu':>8s} {'compiling said':>14s}")
+    print(f"{'sweep':25s} {'':6s} {'said, s':>8s} {'wall, s':>8s} {'cpu, s':>8s} {'said/cpu':>8s} {'compiling':>10s}")
     with tempfile.TemporaryDirectory() as cache:
         os.environ["XDG_CACHE_HOME"] = cache
         for name in names or asked("check", "--list"):
@@ -42,7 +43,7 @@ def main(names: list[str]) -> None:
                 needs = asked("check", name)
                 wall, cpu = waited(name)
                 figures = f"{needs['wait_seconds']:8.1f} {wall:8.1f} {cpu:8.1f} {needs['wait_seconds'] / cpu:8.2f}"
-                print(f"{name:25s} {when:6s} {figures} {needs['compile_seconds']:14.1f}", flush=True)
+                print(f"{name:25s} {when:6s} {figures} {needs['compile_seconds']:10.1f}", flush=True)
 
 
 if __name__ == "__main__":

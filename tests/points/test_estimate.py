@@ -61,14 +61,25 @@ def test_no_map_that_ships_is_larger_than_said(name, tmp_path):
     assert (tmp_path / "map.nc").stat().st_size <= found.disk_bytes / 2
 
 
-def test_the_wait_holds_more_than_the_integration(monkeypatch, tmp_path):
-    found = estimate(sweep_of(100))
-    assert found.wait_seconds > 2 * found.seconds + 5  # start, pictures and report
-    default = type(sweep_of(100).system)
-    monkeypatch.setattr(default, "compiled", lambda self: tmp_path / "compiled")  # nothing is compiled yet
-    cold = estimate(sweep_of(100))
-    assert module.COMPILE_SECONDS * module.SHARED_BY_TWO <= cold.compile_seconds <= module.COMPILE_SECONDS
-    assert cold.wait_seconds >= cold.compile_seconds + found.wait_seconds - found.compile_seconds
+@pytest.mark.parametrize(
+    ("integration", "besides"),
+    [({}, set()), ({"flips": True}, {"flips"}), ({"flips": True, "attitude": True}, {"flips", "in_space"})],
+)
+def test_the_wait_holds_more_than_the_integration(monkeypatch, integration, besides):
+    sweep, there = sweep_of(100, integration=integration), {"survey", "flips", "in_space"}
+    monkeypatch.setattr(module.stored, "holds", lambda folder, name: name in there)
+    found = estimate(sweep)
+    assert found.wait_seconds > module.MEASURE_FACTOR * found.seconds + 5  # start, pictures and report
+    assert found.compile_seconds == 0.0
+    seconds = sweep.system.called(sweep.definition)
+    assert seconds.keys() == {"survey"} | besides
+    for name in sorted(seconds):
+        there.remove(name)
+        cold, shared = estimate(sweep), name == "survey" and module.processors.cores() > 1
+        one = seconds[name] * (module.SHARED_BY_TWO if shared else 1.0)
+        assert cold.compile_seconds - found.compile_seconds == pytest.approx(one, rel=1e-12)  # sums, rounded
+        assert cold.wait_seconds - found.wait_seconds == pytest.approx(one, rel=1e-12)
+        found = cold
 
 
 def test_what_fits_is_not_refused(monkeypatch, tmp_path):

@@ -31,9 +31,9 @@ class RelativeEquilibrium(Described):
     """The full equations of a described system near each of its relative equilibria, by their eigenvalues."""
 
     samples_per_second = 2_000_000  # all that is worked out of a point included
-    start_seconds = 4.5
+    start_seconds = 2.5
     picture_seconds = 2.5
-    compile_seconds = 30.0
+    compile_seconds = 2.0
     look = LOOK
     kernels = ("flows",)
     library = MECHANICS / "library" / "relative"
@@ -56,6 +56,10 @@ class RelativeEquilibrium(Described):
     def holds(ds: "xr.Dataset") -> bool:
         """Whether a map is one of relative equilibria, by its dimensions."""
         return "eigenvalue" in ds.dims
+
+    def called(self, definition: FlowDefinition) -> dict[str, float]:
+        """Flows, with the eigenvalues that come before and after them."""
+        return {"flows": 45.0}
 
     def derive(self) -> "FlowModel":
         """The flow, its Jacobian and what is conserved."""

@@ -27,6 +27,7 @@ class SymmetricTop(Dynamics):
     model = SymmetricTopDefinition
     references = "Landau and Lifshitz, Mechanics, sections 33 and 36"
     caption = "measured precession of the free symmetric top about its figure axis, beside the closed form"
+    picture_seconds = 2.5
     samples_per_second = 18_000_000  # two motions each, angles and cones
 
     def dimensions(self, definition: SymmetricTopDefinition) -> dict[str, Range | np.ndarray]:
@@ -59,6 +60,10 @@ class SymmetricTop(Dynamics):
     def method(self, definition: SymmetricTopDefinition) -> str:
         """How the motion was computed."""
         return "direct integration of Euler's equations"
+
+    def called(self, definition) -> dict[str, float]:
+        """Its own module."""
+        return {"symmetric_top": 4.0}
 
     def compile(self) -> None:
         """Compiles the kernels of the precession."""

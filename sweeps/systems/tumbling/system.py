@@ -30,7 +30,7 @@ class Tumbling(MeasuredOnce):
     question = "How does a body tumble, how soon does it come round, and how sure are we?"
     references = "Landau and Lifshitz, Mechanics, section 37; Kaasalainen, Astronomy and Astrophysics 376 (2001) 302"
     caption = "measured mode and periods of tumbling bodies, beside the closed form"
-    samples_per_second = 80_000
+    samples_per_second = 160_000
 
     def reference(self) -> Reference:
         """The period in the body by SciPy and by the closed form."""
@@ -52,6 +52,10 @@ class Tumbling(MeasuredOnce):
                 apart |= np.abs(columns[name] - columns[f"{name}_exact"]) > columns[f"{name}_error"]
             columns["status"] = np.where(apart, statuses.NOT_CONVERGED, statuses.OK).astype(np.int8)
         return columns
+
+    def called(self, definition) -> dict[str, float]:
+        """Its own module."""
+        return {"tumbling": 4.0}
 
     def compile(self) -> None:
         """Compiles the kernels of the periods."""
