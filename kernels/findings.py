@@ -269,6 +269,14 @@ def _tell_log_slope(S):
 
 
 @njit(**OPTIONS)
+def _tell_no_log_slope(S):
+    """Where no lane was ever in the window: two logarithms spared, which are most of it."""
+    for row in (AT.e_folds, AT.growth_rate_logslope, AT.growth_rate_logslope_error):
+        for lane in range(W):
+            S[row + lane] = math.nan
+
+
+@njit(**OPTIONS)
 def _tell_drifts(S):
     for lane in range(W):
         S[AT.energy_drift + lane] = S[lanes.ED + lane] / S[lanes.E0 + lane]
@@ -305,8 +313,10 @@ def tell(S, certified, invariants, logged, rated, reduced, exactly, rounded, tol
         if rated:
             _tell_rates(S)
             _tell_reduced_rates(S)
-        if logged:
+        if logged and lanes.were_logged(S):
             _tell_log_slope(S)
+        elif logged:
+            _tell_no_log_slope(S)
     if invariants:
         _tell_drifts(S)
 
@@ -317,5 +327,5 @@ PARTS = (  # as of kernels.lanes
     (_forgive_growth, (float64[::1], float64)),
     *((loop, (float64[::1],)) for loop in (_tell_rates, _tell_reduced_rates, _squares_beyond)),
     (_squares, (float64[::1], boolean)),
-    *((loop, (float64[::1],)) for loop in (_tell_log_slope, _tell_drifts)),
+    *((loop, (float64[::1],)) for loop in (_tell_log_slope, _tell_no_log_slope, _tell_drifts)),
 )

@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 from kernels import columns, linear, rigid_body
-from kernels.options import EXACT
+from kernels.options import EXACT, EXACT_INLINE
 
 REALS = ("omega_squared_theory", "growth_rate_theory", "frequency_theory", "growing_fraction", "triangle_margin")
 KINDS = ("regime_theory", "shape")
@@ -34,54 +34,51 @@ def fill(I1, I2, I3, axis, omega0, cosine, sine, reals, kinds):
         The result, float64 and int8.
     """
     shared = cosine.size == 1
+    x_part, y_part = cosine[0] if shared else 0.0, sine[0] if shared else 0.0
     for i in range(I1.size):
         a, b, c = rigid_body.relabel(I1[i], I2[i], I3[i], axis[i])
         omega = omega0[i]
-        spin, square = abs(omega), (a - b) / c * ((a - c) / b)
-        regime, rate = _regime(a, b, c), math.sqrt(abs(square))
+        spin, cc, minus_cb = abs(omega), (a - b) / c, (a - c) / b
+        square = cc * minus_cb
+        rate, regime = math.sqrt(abs(square)), _regime(a, b, c)
         stable = (regime == linear.STABLE_MINOR) | (regime == linear.STABLE_MAJOR)
-        k = 0 if shared else i
         reals[REAL.omega_squared_theory, i] = square * omega * omega
         reals[REAL.growth_rate_theory, i] = (rate if regime == linear.UNSTABLE else 0.0) * spin
         reals[REAL.frequency_theory, i] = (rate if stable else 0.0) * spin
-        reals[REAL.growing_fraction, i] = _growing_fraction(a, b, c, omega, cosine[k], sine[k])
+        x, y = x_part if shared else cosine[i], y_part if shared else sine[i]
+        reals[REAL.growing_fraction, i] = _growing_fraction(-minus_cb, cc, omega, x, y)
         reals[REAL.triangle_margin, i], kinds[KIND.shape, i] = _body(I1[i], I2[i], I3[i])
         kinds[KIND.regime_theory, i] = regime
 
 
-@njit(**EXACT)
+@njit(**EXACT_INLINE)
 def _regime(a, b, c):
-    if (a == b) | (a == c):
-        return linear.SPHERE if b == c else linear.MARGINAL
-    if (a < b) != (a < c):
-        return linear.UNSTABLE
-    return linear.STABLE_MINOR if a < b else linear.STABLE_MAJOR
+    stable = linear.STABLE_MINOR if a < b else linear.STABLE_MAJOR
+    kind = linear.UNSTABLE if (a < b) != (a < c) else stable
+    equal = linear.SPHERE if b == c else linear.MARGINAL
+    return equal if (a == b) | (a == c) else kind
 
 
-@njit(**EXACT)
-def _growing_fraction(a, b, c, omega, cosine, sine):
-    cb, cc = (c - a) / b, (a - b) / c
-    if not ((cb > 0.0) & (cc > 0.0)) | ((cb < 0.0) & (cc < 0.0)):
-        return 0.0
+@njit(**EXACT_INLINE)
+def _growing_fraction(cb, cc, omega, cosine, sine):
+    unstable = ((cb > 0.0) & (cc > 0.0)) | ((cb < 0.0) & (cc < 0.0))
     x, y = cosine * math.sqrt(abs(cc)), sine * math.sqrt(abs(cb))
     along = x + y if (cb > 0.0) == (omega > 0.0) else x - y
-    return 0.5 * along * along / (x * x + y * y)
+    share = 0.5 * along * along / (x * x + y * y)
+    return share if unstable else 0.0
 
 
-@njit(**EXACT)
+@njit(**EXACT_INLINE)
 def _body(I1, I2, I3):
     """Triangle margin and shape."""
-    if (I1 != I1) | (I2 != I2) | (I3 != I3):
-        return math.nan, rigid_body.ASYMMETRIC
+    missing = (I1 != I1) | (I2 != I2) | (I3 != I3)
     low, high = min(I1, I2), max(I1, I2)
     least, middle, greatest = min(low, I3), max(low, min(high, I3)), max(high, I3)
     margin = (least / greatest - (greatest - middle) / greatest) / (1.0 + middle / greatest + least / greatest)
     oblate, prolate = least == middle, middle == greatest
-    if oblate & prolate:
-        return margin, rigid_body.SPHERE
-    if oblate:
-        return margin, rigid_body.OBLATE
-    return margin, rigid_body.PROLATE if prolate else rigid_body.ASYMMETRIC
+    one = rigid_body.OBLATE if oblate else (rigid_body.PROLATE if prolate else rigid_body.ASYMMETRIC)
+    shape = rigid_body.SPHERE if oblate & prolate else one
+    return math.nan if missing else margin, rigid_body.ASYMMETRIC if missing else shape
 
 
 def columns_of(I1, I2, I3, axis, omega0, phase):

@@ -424,19 +424,25 @@ def watch_invariants(S):
     for lane in range(W):
         inside = S[OPEN + lane] > 0.0
         J, scale = rigid_body.perturbation_invariant(S[B + lane], S[C + lane], S[CB + lane], S[CC + lane])
-        jd = abs(J - S[J0 + lane])
-        S[JD + lane] = jd if inside & (jd > S[JD + lane]) else S[JD + lane]
-        S[JS + lane] = scale if inside & (scale > S[JS + lane]) else S[JS + lane]
         a, b, c = S[A + lane], S[EPSILON + lane] * S[B + lane], S[EPSILON + lane] * S[C + lane]
-        ed = abs(rigid_body.twice_energy(a, b, c, S[JA + lane], S[JB + lane], S[JC + lane]) - S[E0 + lane])
-        S[ED + lane] = ed if inside & (ed > S[ED + lane]) else S[ED + lane]
-        ld = abs(rigid_body.squared_momentum(a, b, c, S[JA + lane], S[JB + lane], S[JC + lane]) - S[L0 + lane])
-        S[LD + lane] = ld if inside & (ld > S[LD + lane]) else S[LD + lane]
+        energy = rigid_body.twice_energy(a, b, c, S[JA + lane], S[JB + lane], S[JC + lane])
+        momentum = rigid_body.squared_momentum(a, b, c, S[JA + lane], S[JB + lane], S[JC + lane])
+        jd, ed, ld = abs(J - S[J0 + lane]), abs(energy - S[E0 + lane]), abs(momentum - S[L0 + lane])
+        jd, scale = jd if inside else 0.0, scale if inside else 0.0  # outside none is larger
+        ed, ld = ed if inside else 0.0, ld if inside else 0.0
+        S[JD + lane] = jd if jd > S[JD + lane] else S[JD + lane]
+        S[JS + lane] = scale if scale > S[JS + lane] else S[JS + lane]
+        S[ED + lane] = ed if ed > S[ED + lane] else S[ED + lane]
+        S[LD + lane] = ld if ld > S[LD + lane] else S[LD + lane]
 
 
 @njit(**OPTIONS)
 def log_sample(S):
-    """Add a sample to the log slope of every lane that is inside its window; those inside follow each other."""
+    """Add a sample to the log slope of every lane that is inside its window; those inside follow each other.
+
+    Returns whether any lane is inside its window still.
+    """
+    going = 0  # a whole number: its or-reduction stays packed
     for lane in range(W):
         size = S[B + lane] * S[B + lane] + S[C + lane] * S[C + lane]
         grown = size >= measure.LOG_FROM * measure.LOG_FROM * S[START + lane]
@@ -444,6 +450,7 @@ def log_sample(S):
         # once entered, the window closes at either end; it can be entered only while the main window is open
         stays = (size <= S[LCAP + lane]) & (grown | ~begun) & ((S[OPEN + lane] > 0.0) | begun)
         inside = grown & stays & (S[LOPEN + lane] > 0.0)
+        going |= 1 if inside else 0
         S[LOPEN + lane] = S[LOPEN + lane] if stays else 0.0
         S[LFIRST + lane] = size if inside & ~begun else S[LFIRST + lane]
         S[LLAST + lane] = size if inside else S[LLAST + lane]
@@ -452,6 +459,7 @@ def log_sample(S):
         newP, new_up, newQ, new_over = measure.multiply_products(P, up, Q, over, size)
         S[LP + lane], S[LPE + lane] = newP if inside else P, new_up if inside else up
         S[LQ + lane], S[LQE + lane] = newQ if inside else Q, new_over if inside else over
+    return going > 0
 
 
 @njit(**OPTIONS)
@@ -464,15 +472,12 @@ def have_grown(S):
 
 
 @njit(**OPTIONS)
-def watch(S):
-    """Whether any lane's window is open, and whether any lane is inside the log slope's window or may now enter it."""
-    opened, logging = 0, 0  # whole numbers: their or-reduction stays packed
-    for lane in range(W):
-        size = S[B + lane] * S[B + lane] + S[C + lane] * S[C + lane]
-        grown = size >= measure.LOG_FROM * measure.LOG_FROM * S[START + lane]
-        opened |= 1 if S[OPEN + lane] > 0.0 else 0
-        logging |= 1 if (S[LOPEN + lane] > 0.0) & (grown | (S[LN + lane] > 0.0)) else 0
-    return opened > 0, logging > 0
+def were_logged(S):
+    """Whether some lane's window of the log slope holds a sample."""
+    logged = 0
+    for lane in range(min(W, S.size)):  # as in :func:`have_grown`
+        logged |= 1 if S[LN + lane] > 0.0 else 0
+    return logged > 0
 
 
 @njit(**OPTIONS)
@@ -534,10 +539,8 @@ def follow(S, order, steps, intervals, certified, invariants, logged, reduced):
                 certify_near(S)
             if invariants:
                 watch_invariants(S)
-        else:
-            opened, logging = watch(S)
-        if logged and logging:
-            log_sample(S)
+        if logging:
+            logging = log_sample(S) or opened
         elif not opened:
             break
 
@@ -551,5 +554,8 @@ PARTS = (
     *((loop, (float64[::1],)) for loop in (begin_exact, begin, begin_invariants, note_excess, guess, begin_reduction)),
     *((loop, (float64[::1],)) for loop in (begin_recurrence, _advance_exact, _advance_recurrence)),
     *((loop, (float64[::1],)) for loop in (_exact_samples, _exact_sample_alone)),
-    *((loop, (float64[::1],)) for loop in (certify, certify_near, watch_invariants, have_grown, watch, log_sample)),
+    *(
+        (loop, (float64[::1],))
+        for loop in (certify, certify_near, watch_invariants, have_grown, were_logged, log_sample)
+    ),
 )

@@ -10,6 +10,7 @@ more; its columns are made elsewhere (:mod:`kernels.linear`).
 """
 
 import math
+from itertools import chain
 
 import numpy as np
 from numba import float64, int64, njit
@@ -42,7 +43,7 @@ PITCH, GATHERED = TILE + 72, 8
 _A, _B, _C, _SPIN, _EPSILON, _RATE, _PHASE, _SPACING, _BOUND = (PITCH * row for row in range(GATHERED + 1))
 
 POINT = ("I1", "I2", "I3", "axis", "omega0", "epsilon", "phase")
-AT = columns.numbers(MEASURED)
+TYPES = (np.float64, np.int32, np.int8)
 POWERS = columns.powers(COLUMNS, flips.COLUMNS)
 
 
@@ -181,21 +182,23 @@ def _run(T, keys, blocks, intervals, tolerance, exactly, rounded, groups, rows, 
 
 
 @njit(nogil=True, **OPTIONS)
-def _sort_back(rows, kept, at, low, size, out):
+def _sort_back(first, kept, at, low, size, out):
     """Columns of ``size`` points in their order, from number ``low`` on, from those in the order of the blocks.
 
-    One column at a time, written as it lies: a point's columns are far apart in memory, and to write them point by
-    point takes three times as long.
+    Those of one type are a table of their own; its first is number ``first`` of what is kept. One column at a time,
+    written as it lies: a point's columns are far apart in memory, and to write them point by point takes three times
+    as long.
     """
-    for k in range(rows.size):
-        column, own = kept[k * W :], out[rows[k]][low : low + size]  # both known to be contiguous
+    for k in range(out.shape[0]):
+        column, own = kept[(first + k) * W :], out[k][low : low + size]  # both known to be contiguous
         for i in range(size):
             own[i] = column[at[i]]
 
 
 @njit(nogil=True, **OPTIONS)
-def _measure(arrays, spacing, intervals, tolerance, exactly, rounded, groups, rows, out):
-    """Measure tile after tile into the given rows of ``out``; the others are left as they are."""
+def _measure(arrays, spacing, intervals, tolerance, exactly, rounded, groups, rows, tables):
+    """Measure tile after tile into tables of one type each; ``rows`` are their columns' numbers, table after table."""
+    reals, counts, kinds = tables
     I1, I2, I3, axis, omega0, epsilon, phase = arrays
     room = min(I1.size, TILE)
     T, keys = np.empty(PITCH * (GATHERED + 1)), np.empty(room, dtype=np.int64)
@@ -212,7 +215,10 @@ def _measure(arrays, spacing, intervals, tolerance, exactly, rounded, groups, ro
         if starts.size - 1 > kept.shape[0]:
             kept = np.empty((starts.size - 1, kept.shape[1], W))
         _run(T, own, (order, starts), intervals, tolerance, exactly, rounded, groups, rows, kept, at)
-        _sort_back(rows, kept.ravel(), at, low, size, out)
+        flat = kept.ravel()
+        _sort_back(0, flat, at, low, size, reals)
+        _sort_back(reals.shape[0], flat, at, low, size, counts)
+        _sort_back(reals.shape[0] + counts.shape[0], flat, at, low, size, kinds)
 
 
 def _point_arrays(points):
@@ -267,21 +273,20 @@ def measured(
     arrays = _point_arrays(points)
     n, intervals = arrays[0].size, round(rotations * samples_per_rotation)
     needed = {"omega_squared", "status"} if nonlinear else set()
-    rows = np.flatnonzero([name in wanted or name in needed for name in MEASURED])
-    out = np.empty((len(MEASURED), n))
+    asked = [column for column in COLUMNS if column.name in wanted or column.name in needed]
+    asked.sort(key=lambda column: TYPES.index(column.dtype))
+    rows = np.array([MEASURED.index(column.name) for column in asked], dtype=np.int64)
+    tables = tuple(np.empty((sum(column.dtype is dtype for column in asked), n), dtype=dtype) for dtype in TYPES)
     work = {column.work for column in COLUMNS if column.name in wanted}
     rated = bool(work & {findings.RATES, findings.LOG_SLOPE})
     certified = propagator == "direct" and (rated or bool(work & {findings.CERTIFICATE, findings.ERRORS}))
     reducing = rated or bool(work & {findings.REDUCTION, findings.ERRORS})
     groups = (certified, findings.INVARIANTS in work, findings.LOG_SLOPE in work, reducing, rated)
     spacing = 2.0 * np.pi / samples_per_rotation
-    _measure(arrays, spacing, intervals, tolerance, propagator == "exact", rounded, groups, rows, out)
-    found = _nonlinear(arrays, out, tolerance) if nonlinear else {}
-    return found | {
-        column.name: values.astype(column.dtype, copy=False)
-        for column, values in zip(COLUMNS, out, strict=True)
-        if column.name in wanted
-    }
+    _measure(arrays, spacing, intervals, tolerance, propagator == "exact", rounded, groups, rows, tables)
+    found = {column.name: values for column, values in zip(asked, chain(*tables), strict=True)}
+    followed = _nonlinear(arrays, found, tolerance) if nonlinear else {}
+    return followed | {name: found[name] for name in MEASURED if name in wanted}
 
 
 def flipped(points, tolerance=1e-10):
@@ -301,16 +306,16 @@ def flipped(points, tolerance=1e-10):
     return dict(zip(flips.MEASURED, found, strict=True))
 
 
-def _nonlinear(arrays, out, tolerance):
+def _nonlinear(arrays, measured, tolerance):
     """Columns of kernels.flips; a search that was given up is a window too short."""
-    n, omega0 = arrays[0].size, arrays[4]
+    n, omega0, status = arrays[0].size, arrays[4], measured["status"]
     found, given_up = np.empty((len(flips.COLUMNS), n)), np.zeros(n, dtype=bool)
-    sound = np.flatnonzero(out[AT.status] != NON_FINITE)
-    found[:, out[AT.status] == NON_FINITE] = np.nan
-    rate2 = out[AT.omega_squared, sound] / omega0[sound] / omega0[sound]
+    sound = np.flatnonzero(status != NON_FINITE)
+    found[:, status == NON_FINITE] = np.nan
+    rate2 = measured["omega_squared"][sound] / omega0[sound] / omega0[sound]
     order = sound[np.argsort(np.abs(rate2))]  # of like duration together
     flips.fill(*arrays, order, tolerance, found, given_up)
-    out[AT.status, given_up & (out[AT.status] == OK)] = SHORT_WINDOW
+    status[given_up & (status == OK)] = SHORT_WINDOW
     return dict(zip(flips.MEASURED, found, strict=True))
 
 

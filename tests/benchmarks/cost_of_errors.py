@@ -87,7 +87,7 @@ def pieces(settings, points):
     size = min(count, survey.TILE)
     kept, at = np.empty((math.ceil(size / W), more.size | 1, W)), np.random.default_rng(1).permutation(size)
     at = (at // W * kept.shape[1] * W + at % W).astype(np.uint32)
-    out, tiles = np.empty((len(findings.MEASURED), size)), count / size
+    out, tiles = np.empty((more.size, size)), count / size
     return {
         "all columns": (lambda: survey.measured(points, *settings, wanted=ALL), 1),
         "without errors": (lambda: survey.measured(points, *settings, wanted=FEW), 1),
@@ -97,7 +97,7 @@ def pieces(settings, points):
         "terms of errors": (lambda: told(S, blocks), 1),
         "rates": (lambda: rated(S, blocks), 1),
         "columns kept": (lambda: stored(S, kept, more), tiles),
-        "columns sorted back": (lambda: survey._sort_back(more, kept.ravel(), at, 0, size, out), tiles),
+        "columns sorted back": (lambda: survey._sort_back(0, kept.ravel(), at, 0, size, out), tiles),
     }
 
 

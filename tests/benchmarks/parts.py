@@ -84,7 +84,7 @@ def parts(count):
     order, _ = cut(keys, survey.LEVELS)
     rows = np.flatnonzero([name in contenders.WANTED for name in findings.MEASURED])
     kept, at = np.empty((blocks, rows.size | 1, W)), np.arange(size, dtype=np.uint32)
-    out = np.empty((len(findings.MEASURED), size))
+    out = np.empty((rows.size, size))
     loops = {
         "constants of the recurrence": (lanes.begin_recurrence, 1),
         "state, sums, windows": (lanes.begin, 1),
@@ -100,7 +100,7 @@ def parts(count):
         "gathered": (lambda: gathered(S.copy(), T, order), size),
         **{name: (lambda loop=loop, n=n: repeated(loop, S, blocks * n), size) for name, (loop, n) in loops.items()},
         "columns kept": (lambda: stored(S, rows, kept), size),
-        "columns sorted back": (lambda: survey._sort_back(rows, kept.ravel(), at, 0, size, out), size),
+        "columns sorted back": (lambda: survey._sort_back(0, kept.ravel(), at, 0, size, out), size),
     }
 
 
