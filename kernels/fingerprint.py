@@ -8,13 +8,17 @@ files alone that its own kernels import.
 
 import ast
 import hashlib
+import json
 import os
+import platform
 import re
 import sys
 import tempfile
 import warnings
 from collections.abc import Iterable
+from contextlib import suppress
 from functools import cache
+from importlib.machinery import PathFinder
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -29,6 +33,7 @@ WHOLE = {
     *("icelake-client", "icelake-server", "tigerlake", "rocketlake"),
     *("sapphirerapids", "emeraldrapids", "graniterapids", "graniterapids-d"),
 }
+PROCESSOR = ("vendor_id", "cpu family", "model", "model name", "stepping", "flags", "Features", "CPU part")  # Linux's
 WIDE, NARROW = ",-prefer-256-bit", ",+prefer-256-bit"  # ends of the features, by which they are known as set here
 IMPORTS = re.compile(r"(?:^|[:;])[ \t]*((?:from|import)\b(?:\\\n|[^\n(;#])*(?:\([^)]*\))?)", re.MULTILINE)
 OURS = re.compile("[0-9a-f]{16}-[0-9a-f]{8}")  # names of our folders of compiled kernels
@@ -48,16 +53,12 @@ def fingerprint(*modules: str) -> str:
     str
         64 hexadecimal digits (SHA-256). Equal fingerprints on one machine mean equal bits in every result.
     """
-    from importlib.metadata import version
-
-    import llvmlite.binding as llvm
-
     _settle_vectors()
     digest = hashlib.sha256()
     for name in ("numba", "llvmlite", "numpy"):
-        digest.update(f"{name} {version(name)}\n".encode())
-    features = sorted(k for k, has in llvm.get_host_cpu_features().items() if has)
-    digest.update(f"{llvm.get_host_cpu_name()} {features}\n".encode())
+        digest.update(f"{name} {_version(name)}\n".encode())
+    host, features = _host()
+    digest.update(f"{host} {_present(features)}\n".encode())
     for name in CODE_SETTINGS:
         digest.update(f"{name}={os.environ.get(name, '')}\n".encode())
     if os.path.isfile(SETTINGS_FILE):
@@ -65,6 +66,69 @@ def fingerprint(*modules: str) -> str:
     for path in sources(*modules):
         digest.update(path.name.encode() + b"\n" + path.read_bytes())
     return digest.hexdigest()
+
+
+def _version(name: str) -> str:
+    """A package's version, by the name of what its installer left beside it: Python's own way takes 20 ms to load."""
+    spec = PathFinder.find_spec(name)  # which does not set up the cache, as to look for Numba otherwise does
+    left = list(Path(spec.origin).parents[1].glob(f"{name}-[0-9]*.dist-info")) if spec and spec.origin else []
+    if len(left) == 1:
+        return left[0].name.removeprefix(f"{name}-").removesuffix(".dist-info")
+    from importlib.metadata import version
+
+    return version(name)
+
+
+def _host() -> tuple[str, str]:
+    """LLVM's name of this processor, and its features as LLVM writes them, +one,-other.
+
+    To load LLVM takes 40 ms: a process that has not, and will call no kernel, believes what one that had has noted of
+    the same processor by the same library.
+    """
+    basis = hashlib.sha256("\n".join(_known_of_the_host()).encode()).hexdigest()
+    note, noted = _home() / f"processor.{basis[:16]}.json", None
+    with suppress(OSError, ValueError, TypeError, KeyError):
+        noted = json.loads(note.read_text()) if _is_safe(note.parent) else {}
+        if "llvmlite.binding" not in sys.modules and noted["basis"] == basis:
+            return str(noted["name"]), str(noted["features"])
+    import llvmlite.binding as llvm
+
+    features = ",".join(f"{'+' if has else '-'}{name}" for name, has in sorted(llvm.get_host_cpu_features().items()))
+    told = {"basis": basis, "name": llvm.get_host_cpu_name(), "features": features}
+    if noted != told:
+        _write_note(note, told)
+    return told["name"], told["features"]
+
+
+def _known_of_the_host() -> list[str]:
+    """What tells this processor from one of another kind, and LLVM from another, without LLVM; changes with either."""
+    spec = PathFinder.find_spec("llvmlite")
+    library = [file for file in Path(spec.origin).parent.glob("binding/*llvmlite.*")] if spec and spec.origin else []
+    weights = [(str(file), (status := file.stat()).st_size, status.st_mtime_ns) for file in library]
+    return [str(weights), *processor()]
+
+
+def processor() -> list[str]:
+    """What the system says of this processor that tells it from one of another kind."""
+    try:
+        first = Path("/proc/cpuinfo").read_text().split("\n\n", 1)[0].splitlines()
+    except OSError:
+        return [platform.machine(), platform.node()]
+    return [line for line in first if line.partition(":")[0].strip() in PROCESSOR] or [platform.node()]
+
+
+def _present(features: str) -> list[str]:
+    return sorted(feature[1:] for feature in features.split(",") if feature.startswith("+"))
+
+
+def _write_note(note: Path, told: dict) -> None:
+    """Writes it where the user has a folder of caches already, and may."""
+    with suppress(OSError):
+        if _is_safe(note.parent):
+            handle, temporary = tempfile.mkstemp(prefix=f".{note.name}.", dir=note.parent)
+            with os.fdopen(handle, "w") as file:
+                json.dump(told, file)
+            os.replace(temporary, note)
 
 
 def sources(*modules: str) -> list[Path]:
@@ -124,8 +188,7 @@ def cache_folder() -> Path:
     checkout = hashlib.sha256(str(Path(__file__).resolve().parent).encode()).hexdigest()[:8]
     name = f"{fingerprint()[:16]}-{checkout}"
     chosen = _chosen()
-    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    for base in (chosen, Path(home) / "polhode", Path(tempfile.gettempdir()) / "polhode"):
+    for base in (chosen, _home(), Path(tempfile.gettempdir()) / "polhode"):
         if base is None:
             continue
         folder = base / name
@@ -138,6 +201,11 @@ def cache_folder() -> Path:
     folder = Path(tempfile.mkdtemp(prefix="polhode-")) / name
     folder.mkdir()
     return folder
+
+
+def _home() -> Path:
+    """The user's own folder of caches of ours, which may not be there."""
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "polhode"
 
 
 def _chosen() -> Path | None:
@@ -165,21 +233,19 @@ def use_whole_vectors() -> None:
     Where the user has set any, theirs hold. Features that a parent process set are formed anew: this may be another
     machine. Where Numba has begun to compile, what it has holds, and a warning says so.
     """
-    import llvmlite.binding as llvm
-
     set_here = os.environ.get("NUMBA_CPU_FEATURES", "")
     narrow = set_here.endswith(NARROW)
     if set_here and (_has_begun() or not (narrow or set_here.endswith(WIDE))):
         return
     os.environ.pop("NUMBA_CPU_FEATURES", None)
-    host, features = llvm.get_host_cpu_name(), llvm.get_host_cpu_features()
-    if host not in WHOLE or not features.get("avx512f") or _settings_of_the_processor():
+    host, features = _host()
+    if host not in WHOLE or "avx512f" not in _present(features) or _settings_of_the_processor():
         return
     if not narrow and _has_begun():
         narrow = True
         message = "Numba compiled before Polhode was imported: kernels use half of each vector. Import Polhode first."
         warnings.warn(message, RuntimeWarning, stacklevel=2)
-    os.environ["NUMBA_CPU_FEATURES"] = features.flatten() + (NARROW if narrow else WIDE)
+    os.environ["NUMBA_CPU_FEATURES"] = features + (NARROW if narrow else WIDE)
     if "numba" in sys.modules and not _has_begun():
         sys.modules["numba"].config.CPU_FEATURES = os.environ["NUMBA_CPU_FEATURES"]
 
@@ -225,6 +291,8 @@ def use_cache_with_numba() -> None:
 
 def use_cache() -> None:
     """Point Numba at :func:`cache_folder`, and leave nothing there that has changed on the disk."""
+    import llvmlite.binding  # noqa: F401  (Numba loads it: what holds for code is asked of LLVM, and of no note)
+
     from kernels import stored
 
     use_whole_vectors()

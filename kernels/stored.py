@@ -13,7 +13,6 @@ import tempfile
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from importlib.metadata import version
 from io import BytesIO
 from pathlib import Path
 
@@ -120,6 +119,8 @@ def _is_sound(file: Path, content: bytes, noted: bool) -> bool:
     """
     if file.suffix == ".nbc":
         return not noted
+    from importlib.metadata import version  # takes 20 ms to load, and is seldom asked
+
     index = BytesIO(content)
     try:
         if pickle.load(index) != version("numba"):

@@ -5,6 +5,7 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib import import_module
 from importlib.util import find_spec
 from types import ModuleType
 
@@ -12,6 +13,7 @@ from sweeps.awaited import once_asked, once_loaded, while_loaded
 
 SELDOM = 10_000  # new objects between two looks for rings of dead ones; start-up makes many, and no dead ones
 MANUAL = ("numpy._core._add_newdocs", "numpy._core._add_newdocs_scalars")  # what `help` says of compiled functions
+METADATA = "importlib.metadata"
 BLAS = "scipy.linalg.cython_blas"
 _is_alone = False  # whether this process is for one thing, which knows what it calls
 
@@ -40,13 +42,15 @@ def leave_out(alone: bool = False) -> None:
 def _start_lightly() -> None:
     """Of a process that is for one thing, which NumPy's threads of linear algebra start with: matrices here are small.
 
-    The table of glyphs' names is TeX's alone. Numba looks for SciPy's linear algebra as it loads, and again where
-    compiled code is to call it, which no kernel does.
+    The table of glyphs' names is TeX's alone. What packages say of themselves, pydantic looks up for plugins, which are
+    left out. Numba looks for SciPy's linear algebra as it loads, and again where compiled code is to call it, which no
+    kernel does.
     """
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     gc.set_threshold(SELDOM)
     once_asked("fontTools.agl")
     while_loaded("numba.np.arraymath", _with_blas_unloaded)
+    while_loaded("pydantic.plugin._loader", _with_metadata_unloaded)
     for name in MANUAL:
         sys.modules.setdefault(name, ModuleType(name))
 
@@ -62,6 +66,20 @@ def _with_blas_unloaded() -> Iterator[None]:
         yield
     finally:
         del sys.modules[BLAS]
+
+
+@contextmanager
+def _with_metadata_unloaded() -> Iterator[None]:
+    """Shows an `importlib.metadata` that is loaded when it is called: it takes 15 ms, most of them for e-mail."""
+    if METADATA in sys.modules:
+        yield
+        return
+    shown = sys.modules[METADATA] = ModuleType(METADATA)
+    shown.entry_points = lambda **group: import_module(METADATA).entry_points(**group)
+    try:
+        yield
+    finally:
+        del sys.modules[METADATA]
 
 
 def end_at_once() -> None:

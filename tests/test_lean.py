@@ -20,3 +20,22 @@ assert not is_dask_collection(0)
 def test_dask_stays_where_xarray_has_found_it():
     done = subprocess.run([sys.executable, "-c", CODE], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+
+
+METADATA = """
+import sys
+from sweeps import lean
+lean.leave_out(alone=True)
+import pydantic
+Model = type("Model", (pydantic.BaseModel,), {"__annotations__": {"a": int}})
+assert Model(a=1).a == 1
+assert "importlib.metadata" not in sys.modules
+from pydantic.plugin._loader import entry_points
+from importlib import metadata
+assert len(entry_points(group="console_scripts")) == len(metadata.entry_points(group="console_scripts")) > 1
+"""
+
+
+def test_what_packages_say_of_themselves_is_looked_up_when_asked_for():
+    done = subprocess.run([sys.executable, "-c", METADATA], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr

@@ -9,13 +9,13 @@ way would find. A definition that names files of its own has no note: whatever i
 import hashlib
 import json
 import os
-import platform
 import sys
 from collections.abc import Iterable, Iterator
-from importlib.util import find_spec
+from importlib.machinery import PathFinder
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from kernels.fingerprint import processor
 from sweeps.run import claims
 
 if TYPE_CHECKING:
@@ -26,7 +26,6 @@ MADE = ("stability_map.nc", "figures", "report.html")  # of a run, in the order 
 DECIDING = ("numba", "llvmlite", "numpy", "scipy", "sympy")  # packages
 SETTINGS = ".numba_config.yaml"  # in the folder where a process starts
 CACHE = "NUMBA_CACHE_DIR"
-PROCESSOR = ("vendor_id", "cpu family", "model", "model name", "stepping", "flags", "Features", "CPU part")
 
 
 def basis(definition: str | Path) -> str:
@@ -36,7 +35,7 @@ def basis(definition: str | Path) -> str:
     except (OSError, ValueError):
         return ""
     digest = hashlib.sha256(content)
-    told = [os.path.realpath(definition), sys.version, *_processor(), *_settings(), *map(_weight, _sources())]
+    told = [os.path.realpath(definition), sys.version, *processor(), *_settings(), *map(_weight, _sources())]
     digest.update(json.dumps(told).encode())
     return digest.hexdigest()
 
@@ -94,7 +93,7 @@ def _sources() -> Iterator[str | Path]:
             inner.sort()
             yield from (os.path.join(folder, name) for name in sorted(files) if name.endswith(".py"))
     for name in DECIDING:
-        spec = find_spec(name)
+        spec = PathFinder.find_spec(name)
         yield (spec.origin if spec else None) or name
 
 
@@ -105,12 +104,3 @@ def _settings() -> Iterator[str]:
         yield Path(SETTINGS).read_text()
     except (OSError, ValueError):
         yield ""
-
-
-def _processor() -> list[str]:
-    """What tells this processor from one of another kind."""
-    try:
-        first = Path("/proc/cpuinfo").read_text().split("\n\n", 1)[0].splitlines()
-    except OSError:
-        return [platform.machine(), platform.node()]
-    return [line for line in first if line.partition(":")[0].strip() in PROCESSOR] or [platform.node()]

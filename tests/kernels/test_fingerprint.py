@@ -1,10 +1,12 @@
 import hashlib
+import json
 import os
 import stat
 import subprocess
 import sys
 from importlib import metadata
 from pathlib import Path
+from types import SimpleNamespace
 
 import llvmlite.binding as llvm
 import numba
@@ -16,8 +18,9 @@ from kernels import fingerprint as fp
 
 @pytest.fixture(autouse=True)
 def afresh(monkeypatch):
-    """Let every call compute its hash, and none leave it behind."""
+    """Let every call compute its hash, and none leave it, or what it found of the processor, behind."""
     monkeypatch.setattr(fp, "fingerprint", fp.fingerprint.__wrapped__)
+    monkeypatch.setattr(fp, "_write_note", lambda note, told: None)
 
 
 @pytest.fixture
@@ -99,9 +102,23 @@ def test_where_the_checkout_lies_does_not_count(checkout, tmp_path, monkeypatch)
 
 @pytest.mark.parametrize("package", ["numba", "llvmlite", "numpy"])
 def test_versions_count(package, monkeypatch):
-    before, known = fp.fingerprint(), metadata.version
-    monkeypatch.setattr(metadata, "version", lambda name: "0.0" if name == package else known(name))
+    before, known = fp.fingerprint(), fp._version
+    monkeypatch.setattr(fp, "_version", lambda name: "0.0" if name == package else known(name))
     assert fp.fingerprint() != before
+
+
+@pytest.mark.parametrize("package", ["numba", "llvmlite", "numpy"])
+def test_a_version_is_what_the_packages_metadata_say(package, tmp_path, monkeypatch):
+    assert fp._version(package) == metadata.version(package)
+    found = SimpleNamespace(origin=str(tmp_path / package / "__init__.py"))
+    monkeypatch.setattr(fp.PathFinder, "find_spec", lambda name: found)
+    monkeypatch.setattr(metadata, "version", lambda name: "of the metadata")
+    assert fp._version(package) == "of the metadata"  # nothing lies beside it
+    (tmp_path / f"{package}-1.2rc3.dist-info").mkdir()
+    (tmp_path / f"{package}-extras-9.dist-info").mkdir()  # of another
+    assert fp._version(package) == "1.2rc3"
+    (tmp_path / f"{package}-1.1.dist-info").mkdir()  # left by an installer that failed
+    assert fp._version(package) == "of the metadata"
 
 
 def test_the_processor_counts(monkeypatch):
@@ -336,9 +353,8 @@ def host(monkeypatch):
     """Has the processor be of one name, with Numba imported and begun, or not; says the features that hold then."""
 
     def vectors(name, begun=False, inherited=None, **features):
-        found = type("Features", (dict,), {"flatten": lambda self: ",".join(self)})({"avx512f": True} | features)
         monkeypatch.setattr(llvm, "get_host_cpu_name", lambda: name)
-        monkeypatch.setattr(llvm, "get_host_cpu_features", lambda: found)
+        monkeypatch.setattr(llvm, "get_host_cpu_features", lambda: {"avx512f": True} | features)
         monkeypatch.setattr(fp, "_has_begun", lambda: begun)
         monkeypatch.setattr(numba.config, "CPU_FEATURES", None)
         monkeypatch.delenv("NUMBA_CPU_FEATURES", raising=False)
@@ -353,7 +369,7 @@ def host(monkeypatch):
 
 
 def test_whole_vectors_where_llvm_takes_half_of_them_and_the_clock_stays(host):
-    assert host("sapphirerapids") == ("avx512f,-prefer-256-bit",) * 2
+    assert host("sapphirerapids") == ("+avx512f,-prefer-256-bit",) * 2
     for other in ("skylake-avx512", "znver4", "apple-m1"):
         assert host(other) == (None, None)
     assert host("sapphirerapids", avx512f=False) == (None, None)
@@ -365,13 +381,56 @@ def test_whole_vectors_are_left_to_a_user_who_has_settings_of_the_processor(host
 
 
 def test_features_of_a_parent_process_are_formed_anew_and_a_users_own_hold(host):
-    assert host("icelake-server", inherited="of another,-prefer-256-bit", fma=True)[0] == "avx512f,fma,-prefer-256-bit"
+    assert (
+        host("icelake-server", inherited="of another,-prefer-256-bit", fma=True)[0] == "+avx512f,+fma,-prefer-256-bit"
+    )
     assert host("skylake-avx512", inherited="of another,-prefer-256-bit") == (None, None)
     assert host("icelake-server", inherited="+avx2") == ("+avx2", None)
 
 
 def test_numba_that_has_begun_keeps_its_vectors_and_says_so(host):
     with pytest.warns(RuntimeWarning, match="Import Polhode first"):
-        assert host("rocketlake", begun=True) == ("avx512f,+prefer-256-bit", None)
+        assert host("rocketlake", begun=True) == ("+avx512f,+prefer-256-bit", None)
     assert host("rocketlake", begun=True, inherited="x,+prefer-256-bit") == ("x,+prefer-256-bit", None)
-    assert host("rocketlake", inherited="x,+prefer-256-bit")[0] == "avx512f,+prefer-256-bit"
+    assert host("rocketlake", inherited="x,+prefer-256-bit")[0] == "+avx512f,+prefer-256-bit"
+
+
+HOST = (
+    "import sys; from kernels import fingerprint as fp; fp.fingerprint(); print(*fp._host()); "
+    "print('llvmlite.binding' in sys.modules)"
+)
+
+
+def asked(cache, code=HOST):
+    """What another process says of the processor, and whether it has loaded LLVM for that."""
+    environment = {**os.environ, "XDG_CACHE_HOME": str(cache)}
+    words, root = [sys.executable, "-c", code], Path(fp.__file__).parents[1]
+    told = subprocess.run(words, cwd=root, env=environment, capture_output=True, text=True, check=True)
+    return told.stdout.splitlines()
+
+
+def test_llvm_is_asked_of_a_processor_once(tmp_path):
+    name, features = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
+    assert asked(tmp_path) == [f"{name} {features}", "True"]
+    assert not any(tmp_path.iterdir())  # no folder is made for a note
+    (folder := tmp_path / "polhode").mkdir()
+    assert asked(tmp_path) == [f"{name} {features}", "True"]
+    assert asked(tmp_path) == [f"{name} {features}", "False"]
+    (note,) = folder.glob("processor.*.json")
+    right = json.loads(note.read_text())
+    for wrong in ({**right, "basis": "another", "name": "abacus"}, {"basis": right["basis"]}, [], None):
+        note.write_text(json.dumps(wrong) if wrong is not None else "{")
+        assert asked(tmp_path) == [f"{name} {features}", "True"]
+        assert json.loads(note.read_text()) == right
+    assert list(folder.iterdir()) == [note]
+
+
+def test_where_code_is_compiled_the_note_is_not_believed(tmp_path):
+    (tmp_path / "polhode").mkdir()
+    asked(tmp_path)
+    (note,) = (tmp_path / "polhode").glob("processor.*.json")
+    right = json.loads(note.read_text())
+    note.write_text(json.dumps({**right, "name": "abacus"}))
+    assert asked(tmp_path)[0].startswith("abacus ")
+    asked(tmp_path, "import kernels, numba")
+    assert json.loads(note.read_text()) == right

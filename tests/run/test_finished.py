@@ -77,7 +77,7 @@ def test_settings_processor_and_sources_count(mine, monkeypatch):
         patched.setenv("NUMBA_CACHE_DIR", "/elsewhere")
         assert finished.basis(mine) == basis
     with monkeypatch.context() as patched:
-        patched.setattr(finished, "_processor", lambda: ["another"])
+        patched.setattr(finished, "processor", lambda: ["another"])
         assert finished.basis(mine) != basis
     sources = [*map(str, finished._sources())]
     assert {str(ROOT / name) for name in ("kernels/exact.py", "sweeps/mechanics/library/pendulum.py")} <= {*sources}

@@ -11,7 +11,6 @@ Source: Landau and Lifshitz, Mechanics, section 32. Volume integrals over a mesh
 "Polyhedral mass properties".
 """
 
-import logging
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -242,6 +241,8 @@ def _made_consistent(mesh) -> tuple[str, ...]:
 @contextmanager
 def _silent(library: str) -> Iterator[None]:
     """Keeps a library's log from the terminal: what is wrong with a file is said once, by us."""
+    import logging
+
     log, before = logging.getLogger(library), logging.getLogger(library).disabled
     log.disabled = True
     try:
