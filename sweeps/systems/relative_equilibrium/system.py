@@ -33,7 +33,7 @@ class RelativeEquilibrium(Described):
     samples_per_second = 2_000_000  # all that is worked out of a point included
     start_seconds = 2.5
     picture_seconds = 2.5
-    compile_seconds = 2.0
+    compile_seconds = 1.0
     look = LOOK
     kernels = ("flows",)
     library = MECHANICS / "library" / "relative"

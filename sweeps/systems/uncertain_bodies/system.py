@@ -101,8 +101,8 @@ class UncertainBodies(RigidBody):
         return found
 
     def called(self, definition: UncertainDefinition) -> dict[str, float]:
-        """As :meth:`compile` does."""
-        bodies = {"survey": 22.0, "flips": 6.0, "principal": 2.0}
+        """The rigid body's, flips' too, and those of twists unless nobody asks for them."""
+        bodies = {"survey": 22.0, "flips": 6.0}
         return bodies | (TWIST.called(definition) if definition.twist else {})
 
     def compile(self) -> None:
