@@ -323,9 +323,9 @@ def tell(S, certified, invariants, logged, rated, reduced, exactly, rounded, tol
 
 PARTS = (  # as of kernels.lanes
     (_tell_errors, (float64[::1], boolean, boolean, boolean)),
+    *((loop, (float64[::1],)) for loop in (_tell_log_slope, _tell_rates, _tell_reduced_rates)),
     (_tell_square, (float64[::1], boolean, float64)),
-    (_forgive_growth, (float64[::1], float64)),
-    *((loop, (float64[::1],)) for loop in (_tell_rates, _tell_reduced_rates, _squares_beyond)),
     (_squares, (float64[::1], boolean)),
-    *((loop, (float64[::1],)) for loop in (_tell_log_slope, _tell_no_log_slope, _tell_drifts)),
+    *((loop, (float64[::1],)) for loop in (_squares_beyond, _tell_no_log_slope, _tell_drifts)),
+    (_forgive_growth, (float64[::1], float64)),
 )

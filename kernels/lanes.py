@@ -545,17 +545,15 @@ def follow(S, order, steps, intervals, certified, invariants, logged, reduced):
             break
 
 
-# What a survey's kernel is made of, with the types it calls each by: compiled one by one, processes can share them.
+# Its loops, with the types they are called by, the longest to compile first.
 PARTS = (
+    *((loop, (float64[::1],)) for loop in (begin_exact, _exact_samples)),
     *((loop, (float64[::1], boolean)) for loop in (_sample_whole, _sample_first_order)),
+    *((loop, (float64[::1],)) for loop in (guess, begin_recurrence, log_sample, _exact_sample_alone)),
+    *((loop, (float64[::1],)) for loop in (begin_invariants, begin, watch_invariants, begin_reduction, certify)),
     *((loop, (float64[::1], int64)) for loop in (_advance_12, _advance_10, _advance_8)),
     *((loop, (float64[::1], int64)) for loop in (_advance_near_12, _advance_near_10, _advance_near_8)),
     *((loop, (float64[::1], int64)) for loop in (_advance_nearest_12, _advance_nearest_10, _advance_nearest_8)),
-    *((loop, (float64[::1],)) for loop in (begin_exact, begin, begin_invariants, note_excess, guess, begin_reduction)),
-    *((loop, (float64[::1],)) for loop in (begin_recurrence, _advance_exact, _advance_recurrence)),
-    *((loop, (float64[::1],)) for loop in (_exact_samples, _exact_sample_alone)),
-    *(
-        (loop, (float64[::1],))
-        for loop in (certify, certify_near, watch_invariants, have_grown, were_logged, log_sample)
-    ),
+    *((loop, (float64[::1],)) for loop in (_advance_recurrence, _advance_exact, certify_near)),
+    *((loop, (float64[::1],)) for loop in (have_grown, were_logged, note_excess)),
 )

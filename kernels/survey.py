@@ -13,7 +13,8 @@ import math
 from itertools import chain
 
 import numpy as np
-from numba import float64, int64, njit
+from numba import boolean, float64, int8, int32, int64, njit, uint32
+from numba.types import UniTuple
 
 from kernels import (
     circular,
@@ -56,12 +57,12 @@ def _copy(T, row, values):
 @njit(nogil=True, **OPTIONS)
 def _lay_out(T, I1, I2, I3, omega0, epsilon, phase):
     """Points of a tile side by side in its rows, as they are given, but for phases too far to be brought back later."""
-    _copy(T, _A, I1)
-    _copy(T, _B, I2)
-    _copy(T, _C, I3)
-    _copy(T, _RATE, omega0)
-    _copy(T, _EPSILON, epsilon)
-    _copy(T, _PHASE, phase)
+    _copy(T, np.int64(_A), I1)  # no literal, or each row would have a copy of its own
+    _copy(T, np.int64(_B), I2)
+    _copy(T, np.int64(_C), I3)
+    _copy(T, np.int64(_RATE), omega0)
+    _copy(T, np.int64(_EPSILON), epsilon)
+    _copy(T, np.int64(_PHASE), phase)
     far = 0
     for i in range(phase.size):
         far |= 0 if abs(phase[i]) <= circular.FAR else 1
@@ -138,18 +139,6 @@ def _gather(S, T, points, steps):
         S[lanes.COSINE + lane], S[lanes.SINE + lane] = circular.cosine_sine(S[lanes.SINE + lane])
 
 
-_TILE, _KEYS = float64[::1], int64[::1]
-PARTS = (
-    (cut, (int64[::1], int64)),
-    (_lay_out, (_TILE, *(float64[::1],) * 6)),
-    (_plan, (_TILE, int64[::1], float64, int64, _KEYS)),
-    (_choose, (_TILE, int64, float64, _KEYS)),
-    (_gather, (float64[::1], _TILE, int64[::1], int64)),
-    *lanes.PARTS,
-    *findings.PARTS,
-)
-
-
 @njit(nogil=True, **OPTIONS)
 def _keep(S, rows, kept):
     """Some columns of a block, whole rows of lanes at once."""
@@ -195,6 +184,25 @@ def _sort_back(first, kept, at, low, size, out):
             own[i] = column[at[i]]
 
 
+_ROW, _INTS, _FLAGS = float64[::1], int64[::1], (boolean, boolean, UniTuple(boolean, 5))
+# What a survey's kernel is made of, with the types it calls each by, in the order in which two processes share them:
+# what calls others after them, and of what can be done at one time the longest first.
+PARTS = (
+    *lanes.PARTS,
+    (lanes.follow, (_ROW, *(int64,) * 3, *(boolean,) * 3, int64)),
+    *findings.PARTS,
+    (findings.tell, (_ROW, *(boolean,) * 4, int64, boolean, boolean, float64)),
+    (cut, (_INTS, int64)),
+    (_gather, (_ROW, _ROW, _INTS, int64)),
+    (_keep, (_ROW, _INTS, float64[:, ::1])),
+    (_run, (_ROW, _INTS, UniTuple(_INTS, 2), int64, float64, *_FLAGS, _INTS, float64[:, :, ::1], uint32[::1])),
+    (_choose, (_ROW, int64, float64, _INTS)),
+    (_plan, (_ROW, _INTS, float64, int64, _INTS)),
+    (_lay_out, (_ROW,) * 7),
+    *((_sort_back, (int64, _ROW, uint32[::1], int64, int64, out[:, ::1])) for out in (float64, int32, int8)),
+)
+
+
 @njit(nogil=True, **OPTIONS)
 def _measure(arrays, spacing, intervals, tolerance, exactly, rounded, groups, rows, tables):
     """Measure tile after tile into tables of one type each; ``rows`` are their columns' numbers, table after table."""
@@ -216,7 +224,7 @@ def _measure(arrays, spacing, intervals, tolerance, exactly, rounded, groups, ro
             kept = np.empty((starts.size - 1, kept.shape[1], W))
         _run(T, own, (order, starts), intervals, tolerance, exactly, rounded, groups, rows, kept, at)
         flat = kept.ravel()
-        _sort_back(0, flat, at, low, size, reals)
+        _sort_back(np.int64(0), flat, at, low, size, reals)
         _sort_back(reals.shape[0], flat, at, low, size, counts)
         _sort_back(reals.shape[0] + counts.shape[0], flat, at, low, size, kinds)
 

@@ -35,6 +35,7 @@ _original = {
         (_DispatcherBase, "_compile_for_args"),
         (Dispatcher, "compile"),
         (BaseNativeLowering, "run_pass"),
+        (CPUCodeLibrary, "_optimize_final_module"),
         (CPUCodeLibrary, "_finalize_final_module"),
         (CPUCodeLibrary, "serialize_using_object_code"),
         (JITCPUCodegen, "set_env"),
@@ -48,10 +49,11 @@ class _Part:
 
 
 class _Now(threading.local):
-    """Compilations of a thread, each inside of the one before: whether they are parts; and whom Python calls next."""
+    """Compilations of a thread, each inside the one before: whether it is a part, and calls; and whom Python calls."""
 
     def __init__(self) -> None:
         self.parts: list[bool] = []
+        self.call: list[bool] = []  # kernels that are not inlined
         self.asked: Dispatcher | None = None
 
 
@@ -73,6 +75,7 @@ def parts_for_the_linker(ours: bool = True) -> Iterator[None]:
         _compiled_for_python,
         lambda self, sig: _compiled(self, sig, ours, made),
         _lowered,
+        _optimized_here_or_there,
         _left_to_the_linker,
         _serialized,
         _with_environment,
@@ -106,16 +109,20 @@ def _compiled(self, sig, ours, made):
     arguments, return_type = sigutils.normalize_signature(sig)
     declared = return_type is not None
     part = not (for_python or declared or (is_kernel and (is_passed or not ours)))
+    if _now.call and is_kernel and not self.targetoptions.get("forceinline", False):
+        _now.call[-1] = True
     with global_compiler_lock, self._compiling_counter:
         existing = self.overloads.get(tuple(arguments))
         if existing is not None and (part or not _is_part(existing)):
             return existing.entry_point
         self.targetctx.refresh()  # what it compiles for itself is whole
         _now.parts.append(part)
+        _now.call.append(False)
         try:
             found = _found(self, sig, arguments, return_type, part)
         finally:
             _now.parts.pop()
+            _now.call.pop()
     if part:
         made.append((self, tuple(found.signature.args)))
     return found.entry_point
@@ -161,6 +168,12 @@ def _lowered(self, state):
     if _now.parts and _now.parts[-1]:
         state.flags.no_cpython_wrapper = state.flags.no_cfunc_wrapper = True
     return _original[BaseNativeLowering, "run_pass"](self, state)
+
+
+def _optimized_here_or_there(self):
+    """Of a library: a part that calls others is optimised with them where it is linked, and not here as well."""
+    if not (_now.parts and _now.parts[-1] and _now.call[-1]):
+        _original[CPUCodeLibrary, "_optimize_final_module"](self)
 
 
 def _left_to_the_linker(self):

@@ -2,8 +2,8 @@
 
 Numba's disk cache is not safe when several processes compile at once, so the workflow compiles in jobs of their own:
 what the default system calls in one, and what another one calls, generated for it or not, in a second. Such a job has
-two processes, which begin at the two ends of the list of what there is to compile, take from it what the other has not
-begun, and store one at a time.
+two processes, which both go through the list of what there is to compile, take from it what the other has not begun,
+and store one at a time.
 """
 
 import fcntl
@@ -70,13 +70,12 @@ def compile_kernels(everything: bool = False, without: Sequence[str] = (), seldo
         _say_compiled(systems.resolve(name))
 
 
-def _compile(asked: tuple[bool, Sequence[str], bool], taken: str, from_the_end: bool = False) -> None:
-    if from_the_end:  # the second process, whose work is of use to the first alone
+def _compile(asked: tuple[bool, Sequence[str], bool], taken: str, second: bool = False) -> None:
+    if second:  # its work is of use to the first alone
         interrupts.end_with_the_parent()
     stored.store_in_turn()
-    found = list(enumerate(systems.compilations(*asked)))
     # tests call from Python whatever there is
-    _run(_left(reversed(found) if from_the_end else found, Path(taken)), parts=not asked[0])
+    _run(_left(enumerate(systems.compilations(*asked)), Path(taken)), parts=not asked[0])
 
 
 DONE = ".done"

@@ -39,6 +39,11 @@ DECLARED = """
 def cube(x):
     return x * square(x)
 """
+SUMMED = """
+@njit(cache=True, no_cfunc_wrapper=True)
+def total(n):
+    return squares(n).sum()
+"""
 COUNT = itertools.count()
 
 
@@ -99,6 +104,19 @@ def test_a_part_is_found_where_it_is_stored(compiling):
     third = again()
     np.testing.assert_array_equal(third.squares(2), [0.25, 2.25])
     assert sum(third.squares.stats.cache_hits.values()) == 1
+
+
+@pytest.mark.compiled
+def test_a_part_that_calls_another_is_optimised_where_it_is_linked_alone(compiling, monkeypatch, tmp_path):
+    (tmp_path / "squared.py").write_text(SOURCE + SUMMED)
+    key, optimised = (CPUCodeLibrary, "_optimize_final_module"), []
+    optimise = linked_parts._original[key]
+    monkeypatch.setitem(
+        linked_parts._original, key, lambda library: (optimised.append(library.name), optimise(library))
+    )
+    with parts_for_the_linker():
+        assert compiling[0]().total(3) == 8.75
+    assert [name for name in optimised if name in {"square", "squares", "total"}] == ["square", "total"]
 
 
 @pytest.mark.compiled

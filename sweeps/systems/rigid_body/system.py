@@ -136,14 +136,14 @@ class RigidBody(Dynamics):
             compilation()
 
     def compilations(self) -> tuple[Callable[[], None], ...]:
-        """What is measured near an axis, and theory; before and after them parts of the first, to be shared."""
+        """What is measured near an axis, after the parts of it, and theory."""
         from kernels import survey
         from sweeps.systems.rigid_body.definition import RigidBodyIntegration
 
         points, integration = _a_point(), RigidBodyIntegration()
         whole = partial(self.columns, points, integration), partial(survey.theory, points)
         parts = [partial(_compile, part, types) for part, types in survey.PARTS if hasattr(part, "compile")]
-        return *parts[0::2], *whole, *parts[1::2]
+        return *parts, *whole
 
     def sometimes(self) -> tuple[Callable[[], None], ...]:
         """What follows a motion on to its flips."""
