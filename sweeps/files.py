@@ -105,6 +105,17 @@ def _remove_dead(parts: Iterable[Path]) -> None:
                 part.unlink(missing_ok=True)
 
 
+def temporary_folder(path: Path) -> tempfile.TemporaryDirectory:
+    """A folder beside `path`, whose own folder is made, for what goes there.
+
+    What a process that was killed left of one is removed by whoever next makes one for `path`.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    remove_leftovers(path)
+    prefix = f".{path.name}.{living.mark()}."
+    return tempfile.TemporaryDirectory(prefix=prefix, suffix=".part", dir=path.parent, ignore_cleanup_errors=True)
+
+
 @contextmanager
 def replaced_folder(path: str | Path) -> Iterator[Path]:
     """Gives a temporary folder beside `path`; once the block has ended well, its files take their places in `path`.
@@ -112,9 +123,7 @@ def replaced_folder(path: str | Path) -> Iterator[Path]:
     A folder that was not there appears whole. What a process that was killed left of it is removed first.
     """
     path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    remove_leftovers(path)
-    with tempfile.TemporaryDirectory(prefix=f".{path.name}.{living.mark()}.", suffix=".part", dir=path.parent) as name:
+    with temporary_folder(path) as name:
         made = Path(name) / "made"
         made.mkdir()
         yield made

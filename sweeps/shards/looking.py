@@ -33,17 +33,23 @@ def told(look: Callable[[], dict], size: int) -> dict | None:
     if sys.platform != "linux":  # elsewhere a fork does not bear the threads of a parent
         return look()
     reading, writing = os.pipe()
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)  # of threads: the child starts none and takes no lock
-        child = os.fork()
-    if not child:
-        _look_and_tell(look, writing, SECONDS + size / 2**30)
-    os.close(writing)
+    # blocked: what Ctrl-C raises as a fork begins or ends, Python tells of and forgets
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
-        answer = _read_all(reading)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", DeprecationWarning)  # of threads: the child starts none and takes no lock
+            child = os.fork()
+        if not child:
+            _look_and_tell(look, writing, SECONDS + size / 2**30)
+        os.close(writing)
+        try:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+            answer = _read_all(reading)
+        finally:
+            os.close(reading)
+            _end(child)
     finally:
-        os.close(reading)
-        _end(child)
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
     try:
         return json.loads(answer)
     except ValueError:

@@ -3,7 +3,6 @@
 import multiprocessing
 import os
 import sys
-import tempfile
 import threading
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
@@ -12,9 +11,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sweeps import interrupts, lean
+from sweeps.files import temporary_folder
 
 if TYPE_CHECKING:
     from sweeps.points.sweep import Sweep
+
+EARLY = "made"  # folder, in one for temporary files, of what is drawn before there is a map
 
 
 class Helper:
@@ -29,7 +31,7 @@ class Helper:
     def __init__(self, path: str | Path, sweep: "Sweep | None" = None, alike: bool = False):
         self.path, self.cut = str(path), {}
         os.stat(os.getcwd())  # where the process begins: refused here in words, or there in none of ours
-        self._early = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
+        self._early = None
         copied = alike and _can_be_copied()
         if copied:
             _get_ready()
@@ -38,6 +40,11 @@ class Helper:
         with interrupts.left_to_the_parent(is_copied=copied):
             self._pool.submit(_get_ready)
         if sweep and not sweep.grid.scattered:
+            self._foresee(sweep)
+
+    def _foresee(self, sweep: "Sweep") -> None:
+        with suppress(OSError):  # which is said by those who must write there
+            self._early = temporary_folder(Path(self.path).with_name("figures"))
             self._pool.submit(_foresee, sweep, self._early.name)
 
     def draw(self, names: Sequence[str], folder: Path, *how) -> Future:
@@ -46,7 +53,8 @@ class Helper:
 
     def draw_foreseen(self, folder: Path) -> Future:
         """The same for all of them, some of which may be drawn by now."""
-        return self._pool.submit(_draw_foreseen, self.path, self._early.name, folder)
+        early = Path(self._early.name) / EARLY if self._early else None
+        return self._pool.submit(_draw_foreseen, self.path, early, folder)
 
     def end(self, is_done: bool) -> None:
         """Ends the process, at once where its work is not wanted any more."""
@@ -54,7 +62,8 @@ class Helper:
             self._pool.shutdown(cancel_futures=True)
         else:
             interrupts.abandon(self._pool)
-        self._early.cleanup()
+        if self._early:
+            self._early.cleanup()
 
 
 def _can_be_copied() -> bool:
@@ -82,7 +91,7 @@ def _foresee(sweep: "Sweep", folder: str) -> None:
     from sweeps.maps.foreseen import UnmeasuredError, foreseen
     from sweeps.views import figures
 
-    made = Path(folder) / "figures"
+    made = Path(folder) / EARLY
     made.mkdir()
     ds = figures.drawn_plainly(foreseen(sweep))
     for name in reversed([*figures.pictures(ds), *figures.animations(ds)]) if ds else ():
@@ -97,8 +106,8 @@ def _draw(path: str, cut: Mapping[str, slice], names: Sequence[str], folder: Pat
         return figures.draw_some(ds.isel(cut), names, folder, *how, from_the_end=True)
 
 
-def _draw_foreseen(path: str, early: str, folder: Path) -> list[str]:
+def _draw_foreseen(path: str, early: Path | None, folder: Path) -> list[str]:
     from sweeps.views import figures
 
-    taken = figures.take(Path(early) / "figures", folder)
+    taken = figures.take(early, folder) if early else []
     return [*taken, *_draw(path, {}, (), folder)]

@@ -1,15 +1,20 @@
 """Ctrl-C reaches every process of a terminal: those that a program started leave it to the program, and end with it."""
 
+import json
 import os
 import signal
 import subprocess
 import sys
+import time
+from pathlib import Path
 
 import psutil
 import pytest
 from houses import wait_for
 
+import sweeps
 from sweeps import __main__
+from sweeps.maps import storage
 
 PROGRAM = """\
 import multiprocessing, os, time
@@ -67,3 +72,77 @@ def test_ctrl_c_while_the_commands_are_imported_is_no_traceback(monkeypatch, cap
     monkeypatch.setattr(__main__, "_parser", interrupted)
     assert __main__.main(["show", "map.nc"]) == 130
     assert capsys.readouterr().err == "interrupted; what was finished stays\n"
+
+
+LOOK = """\
+import os, signal
+from sweeps.shards import looking
+
+os.register_at_fork(after_in_parent=lambda: os.kill(os.getpid(), signal.SIGINT))
+try:
+    looking.told(lambda: {}, 1)
+except KeyboardInterrupt:
+    print("heard")
+print(signal.pthread_sigmask(signal.SIG_BLOCK, ()))
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere nothing is forked")
+def test_ctrl_c_is_heard_where_a_process_has_just_forked_to_look_at_a_map():
+    done = subprocess.run([sys.executable, "-c", LOOK], capture_output=True, text=True, check=True)
+    assert (done.stdout, done.stderr) == ("heard\nset()\n", "")
+
+
+ROOT = Path(sweeps.__file__).parents[1]
+MADE = ("stability_map.nc", "figures", "report.html")
+MINE = {"grid": {"I1": {"start": 0.5, "stop": 1.5, "num": 6}, "I2": [0.6, 0.75, 0.9], "I3": 1.0, "omega0": 1.0}}
+
+
+def command(folder, *words):
+    """A command in a folder and a group of its own, as a terminal starts it, with a folder for temporary files."""
+    (temporary := folder / "temporary").mkdir(exist_ok=True)
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "TMPDIR": str(temporary)}
+    options = {"cwd": folder, "env": environment, "start_new_session": True, "text": True}
+    options |= {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    return subprocess.Popen([sys.executable, "-m", "sweeps", *words], **options)
+
+
+def helpers(process):
+    """The processes that a command has started."""
+    return [child.pid for child in psutil.Process(process.pid).children(recursive=True)]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere nothing is copied")
+@pytest.mark.parametrize("seconds", [0.0, 0.1, 0.7])
+def test_ctrl_c_ends_both_processes_that_draw_and_leaves_nothing(tmp_path, seconds):
+    storage.write_map(sweeps.survey(MINE), tmp_path / "map.nc")
+    drawing = command(tmp_path, "figures", "map.nc", "-o", "drawn")
+    assert wait_for(lambda: helpers(drawing), drawing)
+    both = [drawing.pid, *helpers(drawing)]
+    time.sleep(seconds)
+    os.killpg(drawing.pid, signal.SIGINT)
+    out, said = drawing.communicate(timeout=60)
+    assert (out, said) == ("", "interrupted; what was finished stays\n")
+    assert drawing.returncode in (130, -signal.SIGINT)  # the same to a shell; Python's own where it made a class
+    assert wait_for(lambda: all(map(is_over, both)))
+    assert {path.name for path in tmp_path.iterdir()} == {"map.nc", "temporary"}
+    assert not any((tmp_path / "temporary").iterdir())
+
+
+@pytest.mark.slow
+def test_early_pictures_of_a_run_that_was_killed_go_with_the_next(tmp_path):
+    (tmp_path / "mine.yaml").write_text(json.dumps(MINE))
+    folder = tmp_path / "results/mine"
+    killed = command(tmp_path, "run", "mine.yaml", "--cores", "2")
+    assert wait_for(lambda: list(folder.glob(".figures.*/made/*")), killed)
+    started = helpers(killed)
+    killed.kill()
+    killed.communicate()
+    assert wait_for(lambda: all(map(is_over, started)))
+    assert list(folder.glob(".figures.*"))
+    assert not list(tmp_path.glob("temporary/**/taken-*"))
+    again = command(tmp_path, "run", "mine.yaml", "--cores", "2")
+    again.communicate(timeout=300)
+    assert again.returncode == 0
+    assert {path.name for path in folder.iterdir()} == {*MADE, ".finished", ".running"}
