@@ -6,7 +6,9 @@ Seconds of the processor (user and system, children included), which others at w
 the wall clock, medians of fresh processes, everything warm, byte code kept as a person's Python keeps it. The floors
 are what the libraries below a command take to load, by themselves and together, loaded as commands load them, in
 processes that end as theirs do (`sweeps.lean`), and what Numba takes until its first kernel answers from the cache on
-the disk. The last column is what a command takes above its own floor.
+the disk. That of `figures` is its libraries, and all of its pictures drawn by Matplotlib and written once more: as they
+stand, laid out and measured, of the animation the file alone; by the wall, the drawing is halved between two processes.
+The last column is what a command takes above its own floor.
 """
 
 import os
@@ -18,13 +20,33 @@ import tempfile
 import time
 
 KERNEL = "from kernels import exact; exact.flip_period(1.0, 2.0, 3.0, 1e-6, 1.0, 1e-6)"
-DRAWN = (
-    "from matplotlib.figure import Figure; f = Figure(layout='constrained'); f.subplots(2, 2); "
-    "f.savefig({out!r} + '.png')"
-)
+DRAWING = """\
+import sys, time
+from pathlib import Path
+import numpy as np
+from sweeps.views import figures, gif, png
+
+at, spent = Path(sys.argv[2] + ".one"), 0.0
+with figures.opened(sys.argv[1]) as ds, np.errstate(all="ignore"):
+    for draw in figures.pictures(ds).values():
+        if figure := draw():
+            figures.save(figure, at, "png")
+            figure.set_layout_engine("none")
+            begun = time.process_time()
+            figure.canvas.draw()
+            png.write(np.asarray(figure.canvas.buffer_rgba()), at, figure.dpi)
+            spent += time.process_time() - begun
+    for frames in figures.animations(ds).values():
+        pictures = frames()
+        begun = time.process_time()
+        gif.write(pictures, at, 60)
+        spent += time.process_time() - begun
+print(spent)
+"""
 LEAN = "from sweeps import lean; lean.leave_out(alone=True); {code}; lean.end_at_once()"
 MODEL = "import pydantic; type('Model', (pydantic.BaseModel,), dict())"  # the first model loads most of it
 DEFINITION = "NumPy, pydantic, YAML: any definition"
+LIBRARIES, BARE = "Matplotlib, h5py, Pillow: any picture", "figures, drawn bare"
 MAP = "NumPy, h5py, Rich: any map"
 FLOORS = {
     "Python and `sweeps.lean`": "pass",
@@ -37,14 +59,14 @@ FLOORS = {
     "Numba": "import numba",
     "Numba, and a kernel from the disk": KERNEL,
     "xarray": "import xarray",
-    "Matplotlib, and four empty axes": DRAWN,
+    LIBRARIES: "from matplotlib.figure import Figure; import h5py, PIL.GifImagePlugin",
 }
 BENEATH = {
     "check": DEFINITION,
     "show": MAP,
     "slice": "NumPy, h5py, netCDF4",
     "body": DEFINITION,
-    "figures": "Matplotlib, and four empty axes",
+    "figures": BARE,
     "report": MAP,
 }
 KEPT = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
@@ -67,6 +89,12 @@ def took(words: list[str]) -> tuple[float, float]:
     return wall, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
+def drawn_bare(path: str, at: str) -> float:
+    """Processor time of drawing the pictures of a map alone, s, in a process of its own."""
+    words = [sys.executable, "-c", LEAN.format(code=f"exec({DRAWING!r})"), path, at]
+    return float(subprocess.run(words, capture_output=True, check=True, env=KEPT, text=True).stdout)
+
+
 def main(path: str, rounds: int = 5) -> None:
     """Prints a line a floor and a command."""
     with tempfile.TemporaryDirectory() as out:
@@ -75,12 +103,19 @@ def main(path: str, rounds: int = 5) -> None:
             rows[name] = [sys.executable, "-m", "sweeps", *(word.format(map=path, out=f"{out}/made") for word in words)]
         print(f"{'':40s} {'cpu, s':>8s} {'wall, s':>8s} {'above its floor':>16s}")
         found = {}
+
+        def tell(name, wall, cpu):
+            found[name] = cpu
+            above = f"{cpu - found[BENEATH[name]]:16.2f}" if name in BENEATH else ""
+            print(f"{name:40s} {cpu:8.2f} {wall:8.2f} {above}".rstrip(), flush=True)
+
         for name, words in rows.items():
             took(words)
             walls, cpus = zip(*(took(words) for _ in range(rounds)), strict=True)
-            found[name] = statistics.median(cpus)
-            above = f"{found[name] - found[BENEATH[name]]:16.2f}" if name in BENEATH else ""
-            print(f"{name:40s} {found[name]:8.2f} {statistics.median(walls):8.2f} {above}".rstrip(), flush=True)
+            tell(name, statistics.median(walls), statistics.median(cpus))
+            if name == LIBRARIES:
+                bare = statistics.median(drawn_bare(path, f"{out}/bare") for _ in range(rounds))
+                tell(BARE, statistics.median(walls) + bare / 2, found[name] + bare)
 
 
 if __name__ == "__main__":
