@@ -73,7 +73,7 @@ class Definition(Strict):
     )
     grid: Strict = Field(description="what is varied")
     integration: Integration = Field(
-        Integration(),
+        Integration.model_construct(),
         description="how each run is made: a mapping with " + keys_of(Integration),
     )
     sample: Sample = Field(

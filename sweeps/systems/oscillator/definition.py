@@ -38,7 +38,7 @@ class OscillatorDefinition(Definition):
     """A sweep of small oscillations; each system's own model has its parameters in `grid`."""
 
     integration: OscillatorIntegration = Field(
-        OscillatorIntegration(),
+        OscillatorIntegration.model_construct(),
         description="how each run is made: a mapping with " + keys_of(OscillatorIntegration),
     )
     moved: ClassVar[tuple[str, ...]] = ()  # names of the coordinates

@@ -28,6 +28,6 @@ class FlowDefinition(Definition):
     """A sweep of relative equilibria; each system's own model has its parameters in `grid`."""
 
     integration: FlowIntegration = Field(
-        FlowIntegration(),
+        FlowIntegration.model_construct(),
         description="how each run is made: a mapping with " + keys_of(FlowIntegration),
     )

@@ -249,12 +249,14 @@ class RigidBodyDefinition(Definition):
     axes: Annotated[
         tuple[Axis, ...], AfterValidator(not_empty), AfterValidator(different), AfterValidator(ascending)
     ] = Field((1, 2, 3), description="spin axes to survey: a list of 1, 2, 3, each once")
-    grid: GridEntries = Field(GridEntries(), description="what is varied: a mapping with " + keys_of(GridEntries))
+    grid: GridEntries = Field(
+        GridEntries.model_construct(), description="what is varied: a mapping with " + keys_of(GridEntries)
+    )
     bodies: Annotated[tuple[Body, ...], AfterValidator(not_empty), AfterValidator(named_once)] = Field(
         default=(), description="a list of bodies, names unique, in place of I1, I2 and I3 in grid"
     )
     integration: RigidBodyIntegration = Field(
-        RigidBodyIntegration(),
+        RigidBodyIntegration.model_construct(),
         description="how each run is made: a mapping with " + keys_of(RigidBodyIntegration),
     )
 

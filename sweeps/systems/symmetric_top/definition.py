@@ -27,6 +27,6 @@ class SymmetricTopDefinition(Definition):
 
     grid: TopGrid = Field(description="what is varied: a mapping with " + keys_of(TopGrid))
     integration: TopIntegration = Field(
-        TopIntegration(),
+        TopIntegration.model_construct(),
         description="how each run is made: a mapping with " + keys_of(TopIntegration),
     )

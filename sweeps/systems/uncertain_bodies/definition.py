@@ -137,7 +137,7 @@ class UncertainDefinition(RigidBodyDefinition):
         default=(), description="a list of bodies, names unique, each as for rigid bodies, with uncertainty and draws"
     )
     integration: UncertainIntegration = Field(
-        UncertainIntegration(),
+        UncertainIntegration.model_construct(),
         description="how each draw is measured: a mapping with " + keys_of(UncertainIntegration),
     )
     uncertainty: Known = Field(default=None, description=f"of all bodies that give none of their own: {UNCERTAIN}")
