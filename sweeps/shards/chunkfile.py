@@ -141,21 +141,12 @@ class ChunkFile:
             whole[at : at + values.size] = values.reshape(-1)
             values = whole
         content = as_bytes(values)
-        return isal_zlib.compress(_shuffled(content, values.itemsize), 1) if spec.deflated else content
+        return isal_zlib.compress(content, DEFLATED["complevel"]) if spec.deflated else content
 
     def decode(self, name: str, number: int, first: int, after: int, stored: bytes) -> np.ndarray:
         """The values of the points first … after − 1 of a chunk as it lies in a file, one after the other."""
         spec, width = self._variables[name], self._widths[name]
         dtype = np.dtype(spec.dtype).newbyteorder("<")
-        content = _unshuffled(isal_zlib.decompress(stored), dtype.itemsize) if spec.deflated else stored
+        content = isal_zlib.decompress(stored) if spec.deflated else stored
         start = self.chunks.bounds(number)[0]
         return np.frombuffer(content, dtype)[(first - start) * width : (after - start) * width]
-
-
-def _shuffled(content: bytes | memoryview, width: int) -> np.ndarray:
-    """The first byte of every value, then the second of every value, and so on: HDF5's shuffle filter."""
-    return np.ascontiguousarray(np.frombuffer(content, np.uint8).reshape(-1, width).T)
-
-
-def _unshuffled(content: bytes, width: int) -> bytes:
-    return np.ascontiguousarray(np.frombuffer(content, np.uint8).reshape(width, -1).T).tobytes()

@@ -261,6 +261,9 @@ class Shard:
         own = {name: sweep.shape_at(name) for name in variables}
         if any(found[name] != (grid.shape + own[name], chunks.shape + own[name]) for name in variables):
             raise DamagedError(self.path, "holds another number of points than it says")
+        for name, spec in variables.items():  # a merge copies chunks as they lie
+            if (self._file[name].compression, self._file[name].shuffle) != ("gzip" if spec.deflated else None, False):
+                raise DamagedError(self.path, f"{name}: is packed in another way")
         self._chunked = ChunkFile(self._file, variables, chunks)
         self._checks = _Checks(tuple(variables), pieces(chunks, self.first, self.after))
         self._checks.checksums[:] = self._file[CHECKSUMS][:]

@@ -327,6 +327,14 @@ def test_an_opened_map_can_be_written_again(tiny_map, tiny, tmp_path):
         assert storage.write_map(ds, tmp_path / "again.nc") == tiny.attrs["content_hash"]
 
 
+def test_a_shard_packed_in_another_way_is_refused(tmp_path, monkeypatch):
+    with monkeypatch.context() as patch:
+        patch.setattr(chunkfile, "DEFLATED", chunkfile.DEFLATED | {"shuffle": True})
+        (path,) = write_shards(tmp_path, TINY, 1)
+    with pytest.raises(sharding.DamagedError, match="growth_rate_theory: is packed in another way"):
+        sharding.Shard(path, TINY)
+
+
 def test_both_writers_deflate_the_same_variables(tiny_map, tiny, tmp_path):
     storage.write_map(tiny, tmp_path / "map.nc")
     with netCDF4.Dataset(tiny_map) as one, netCDF4.Dataset(tmp_path / "map.nc") as other:
