@@ -23,6 +23,7 @@ from kernels.fingerprint import cache_folder, fingerprint
 from sweeps import interrupts, processors, systems
 from sweeps.files import replaced
 from sweeps.run import claims, progress
+from sweeps.run.done_once import done_once
 from sweeps.run.linked_parts import parts_for_the_linker
 from sweeps.run.typing_once import operators_typed_once
 
@@ -97,7 +98,7 @@ def _done(taken: str) -> int:
 
 def _run(compilations: Iterable[Callable[[], None]], parts: bool = True) -> None:
     """One after the other, in whichever process, without Numba's remarks; what only kernels call as parts or whole."""
-    with warnings.catch_warnings(), operators_typed_once(), parts_for_the_linker(parts):
+    with warnings.catch_warnings(), operators_typed_once(), done_once(), parts_for_the_linker(parts):
         # kernels take a system's compiled step as an argument, which Numba calls an experiment
         warnings.simplefilter("ignore", NumbaExperimentalFeatureWarning)
         for compilation in compilations:
