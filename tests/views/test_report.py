@@ -1022,7 +1022,7 @@ def test_eigenvalues_stand_in_the_plane_as_in_the_map(visit, folder):
     said = opened.page.locator("#say").inner_text()
     assert parsed(said.split("e times every ")[1]) == pytest.approx(1 / float(point.growth_rate.max()), rel=1e-3)
     opened.page.locator("#spectrum-table summary").click()
-    assert opened.page.locator("#spectrum-table tbody tr").count() == 4
+    opened.until("document.querySelectorAll('#spectrum-table tbody tr').length === 4")  # an event fills it
 
 
 @pytest.mark.slow
