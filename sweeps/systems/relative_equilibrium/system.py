@@ -31,9 +31,8 @@ class RelativeEquilibrium(Described):
     """The full equations of a described system near each of its relative equilibria, by their eigenvalues."""
 
     samples_per_second = 2_000_000  # all that is worked out of a point included
-    start_seconds = 2.5
     picture_seconds = 2.5
-    compile_seconds = 1.0
+    compile_seconds = 0.5
     look = LOOK
     kernels = ("flows",)
     library = MECHANICS / "library" / "relative"
