@@ -4,6 +4,7 @@ Written out it would be compiled for minutes. The tape grows with the graph alon
 compiled in two seconds, whatever its size.
 """
 
+from kernels import stored
 from kernels import taylor_tapes as kernel
 from kernels.fingerprint import cache_folder
 from sweeps.mechanics.graph import ADD, DIV, FUNCTION, MUL, V, X
@@ -49,7 +50,7 @@ class TapedCode(Code):
     @property
     def compile_seconds(self) -> float:
         """Of the module, and of the kernel that reads the tape where no other system's has compiled it, s, about."""
-        known = any(cache_folder().rglob("taylor_tapes.advance*.nbi"))
+        known = stored.holds(cache_folder(), "taylor_tapes")
         return MODULE_SECONDS + (0.0 if known else KERNEL_SECONDS)
 
     @property

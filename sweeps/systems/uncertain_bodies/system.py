@@ -9,8 +9,8 @@ import numpy as np
 
 from sweeps.schema.layout import Layout
 from sweeps.schema.variables import Variable
+from sweeps.systems.rigid_body.system import COMPILE_SECONDS, RigidBody
 from sweeps.systems.rigid_body.system import SYSTEM as RIGID_BODY
-from sweeps.systems.rigid_body.system import RigidBody
 from sweeps.systems.rigid_body.variables import SHAREABLE
 from sweeps.systems.system import Dynamics, Opening, Page, Reference
 from sweeps.systems.twist.system import SYSTEM as TWIST
@@ -102,7 +102,7 @@ class UncertainBodies(RigidBody):
 
     def called(self, definition: UncertainDefinition) -> dict[str, float]:
         """The rigid body's, flips' too, and those of twists unless nobody asks for them."""
-        bodies = {"survey": 22.0, "flips": 6.0}
+        bodies = {name: COMPILE_SECONDS[name] for name in ("survey", "flips")}
         return bodies | (TWIST.called(definition) if definition.twist else {})
 
     def compile(self) -> None:
