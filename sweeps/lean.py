@@ -43,12 +43,13 @@ def _start_lightly() -> None:
     """Of a process that is for one thing, which NumPy's threads of linear algebra start with: matrices here are small.
 
     The table of glyphs' names is TeX's alone. What packages say of themselves, pydantic looks up for plugins, which are
-    left out. Numba looks for SciPy's linear algebra as it loads, and again where compiled code is to call it, which no
-    kernel does.
+    left out. NumPy's types for annotations are loaded for its linear algebra's alone. Numba looks for SciPy's linear
+    algebra as it loads, and again where compiled code is to call it, which no kernel does.
     """
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     gc.set_threshold(SELDOM)
     once_asked("fontTools.agl")
+    while_loaded("numpy.linalg._linalg", _with_types_unloaded)
     while_loaded("numba.np.arraymath", _with_blas_unloaded)
     while_loaded("pydantic.plugin._loader", _with_metadata_unloaded)
     for name in MANUAL:
@@ -58,6 +59,11 @@ def _start_lightly() -> None:
 def _with_blas_unloaded() -> AbstractContextManager:
     """Shows a SciPy that is installed to whoever looks for its linear algebra, which takes 0.2 s to load."""
     return nullcontext() if find_spec("scipy") is None else _with_unloaded(BLAS)
+
+
+def _with_types_unloaded() -> AbstractContextManager:
+    """Lets annotations of NumPy's results name what is not loaded, which takes 20 ms: nobody reads them here."""
+    return _with_unloaded("numpy._typing", __getattr__=lambda name: list)
 
 
 def _with_metadata_unloaded() -> AbstractContextManager:

@@ -39,3 +39,20 @@ assert len(entry_points(group="console_scripts")) == len(metadata.entry_points(g
 def test_what_packages_say_of_themselves_is_looked_up_when_asked_for():
     done = subprocess.run([sys.executable, "-c", METADATA], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+
+
+TYPES = """
+import sys
+from sweeps import lean
+lean.leave_out(alone=True)
+import numpy as np
+assert "numpy._typing" not in sys.modules
+assert np.linalg.eigh(np.diag([2.0, 1.0])).eigenvalues.tolist() == [1.0, 2.0]
+from numpy.typing import NDArray
+assert NDArray[np.float64].__origin__ is np.ndarray
+"""
+
+
+def test_numpys_types_are_loaded_when_asked_for():
+    done = subprocess.run([sys.executable, "-c", TYPES], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr

@@ -57,7 +57,7 @@ def estimate(sweep: Sweep, bytes_per_point: int | None = None) -> Estimate:
     coordinates = 8 * (sum(grid.shape) - scattered)
     beside = 8 * (scattered + sum(v.size for _, v in grid.auxiliary.values()))  # made a part at a time
     headers = FILE_BYTES + VARIABLE_BYTES * len(sweep.variables | system.coordinates(definition))
-    seconds = grid.size * system.samples(definition) / system.samples_per_second
+    seconds = measure_seconds(sweep)
     compiling = sum(compile_seconds(sweep))
     return Estimate(
         points=grid.size,
@@ -78,6 +78,11 @@ def estimate(sweep: Sweep, bytes_per_point: int | None = None) -> Estimate:
         + REPORT_SECONDS
         + REPORT_SECONDS_PER_POINT * grid.size,
     )
+
+
+def measure_seconds(sweep: Sweep) -> float:
+    """What integrating all motions of a sweep takes on one core, s, about."""
+    return sweep.grid.size * sweep.system.samples(sweep.definition) / sweep.system.samples_per_second
 
 
 def compile_seconds(sweep: Sweep) -> tuple[float, float]:

@@ -27,6 +27,8 @@ from sweeps.run import claims, progress, warmup
 from sweeps.shards import merging
 from sweeps.shards.shard import holds_shard, write_shard
 
+FEW_SECONDS = 1.0  # of integrating on one core: what takes less is done before another process has loaded the kernels
+
 _done = None  # in a process of ours: the queue that it tells how many points it has just done
 
 
@@ -137,7 +139,7 @@ def _say(text: str) -> None:
 
 
 def _measure(sweep: Sweep, shards: list[Path], workers: int, again: bool) -> None:
-    """Writes those shards that are not there yet, several at a time, each by a process of its own."""
+    """Writes those shards that are not there yet: long ones several at a time, each by a process of its own."""
     count, bounds = len(shards), sweep.grid.shard_bounds(len(shards))
     numbers = range(1, count + 1)
     missing = [k for k in numbers if again or not holds_shard(shards[k - 1], sweep, k, count)]
@@ -146,7 +148,7 @@ def _measure(sweep: Sweep, shards: list[Path], workers: int, again: bool) -> Non
     points = sum(stop - start for start, stop in (bounds[k - 1] for k in missing))
     jobs = [(sweep, k, count, shards[k - 1]) for k in missing]
     with progress.points(points, sweep.name) as advance:
-        if len(jobs) == 1 or workers == 1:
+        if len(jobs) == 1 or workers == 1 or estimate.measure_seconds(sweep) < FEW_SECONDS:
             for job in jobs:
                 write_shard(*job, workers, advance)
         elif jobs:
