@@ -3,8 +3,9 @@
 A shard under Snakemake, a chunk under Dask and a call in a notebook all go through `columns`.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from itertools import pairwise
 
 import numpy as np
@@ -23,19 +24,42 @@ def columns(points: Mapping[str, np.ndarray], sweep: Sweep, threads: int = 1) ->
     Returns:
         Each of the sweep's variables → values, shape (n,) and those of its further dimensions, in its type.
     """
-    size = next(iter(points.values())).size
-
-    def part(bounds):
-        own = {name: values[slice(*bounds)] for name, values in points.items()}
-        return sweep.system.columns(own, sweep.definition.integration)
-
-    threads = max(1, min(threads, size))  # a part without points has no columns to join
     if threads == 1:
-        parts = [part((0, size))]
-    else:
-        bounds = list(pairwise(np.linspace(0, size, threads + 1).astype(int)))
-        with ThreadPoolExecutor(threads) as pool:
-            parts = list(pool.map(part, bounds))
+        return _typed([part(points, sweep)], sweep)
+    with measurers(threads) as pool:
+        return begun(points, sweep, pool, threads)()
+
+
+def part(points: Mapping[str, np.ndarray], sweep: Sweep) -> dict[str, np.ndarray]:
+    """The same in this thread, as the system gives them."""
+    return sweep.system.columns(points, sweep.definition.integration)
+
+
+@contextmanager
+def measurers(threads: int) -> Iterator[ThreadPoolExecutor]:
+    """Threads that measure, while the block lasts; what they have not begun when it fails, they leave."""
+    with ThreadPoolExecutor(threads) as pool:
+        try:
+            yield pool
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+def begun(
+    points: Mapping[str, np.ndarray], sweep: Sweep, pool: ThreadPoolExecutor, parts: int
+) -> Callable[[], dict[str, np.ndarray]]:
+    """Has a pool's threads begin to measure points, in parts; what it gives waits for them, and gives the columns."""
+    size = next(iter(points.values())).size
+    parts = max(1, min(parts, size))  # one without points has no columns to join
+    bounds = pairwise(np.linspace(0, size, parts + 1).astype(int))
+    asked = [
+        pool.submit(part, {name: values[low:high] for name, values in points.items()}, sweep) for low, high in bounds
+    ]
+    return lambda: _typed([future.result() for future in asked], sweep)
+
+
+def _typed(parts: list[dict[str, np.ndarray]], sweep: Sweep) -> dict[str, np.ndarray]:
     return {
         name: _joined([columns[name] for columns in parts]).astype(variable.dtype, copy=False)
         for name, variable in sweep.variables.items()

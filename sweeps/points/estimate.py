@@ -11,7 +11,8 @@ from sweeps.points.sweep import Sweep
 from sweeps.schema.refusals import DefinitionError
 
 BLOCK_POINTS = 2**17  # measured at once
-BLOCKS = 4  # in memory together: what one is measured from and into, and what is written meanwhile
+BLOCKS_BEGUN = 2  # measured at once, so that no thread waits for the end of one
+BLOCKS = 2 * BLOCKS_BEGUN + 2  # in memory: what these are measured from and into, what is joined, and what is written
 PROCESS_BYTES = 400_000_000  # interpreter, compiled kernels and libraries
 VARIABLE_BYTES = 6_000  # of a netCDF file, for each variable: its attributes, its chunks' index
 FILE_BYTES = 30_000  # of a netCDF file besides
@@ -57,7 +58,7 @@ def estimate(sweep: Sweep, bytes_per_point: int | None = None) -> Estimate:
     coordinates = 8 * (sum(grid.shape) - scattered)
     beside = 8 * (scattered + sum(v.size for _, v in grid.auxiliary.values()))  # made a part at a time
     headers = FILE_BYTES + VARIABLE_BYTES * len(sweep.variables | system.coordinates(definition))
-    seconds = measure_seconds(sweep)
+    seconds = integration_seconds(sweep, grid.size)
     compiling = sum(compile_seconds(sweep))
     return Estimate(
         points=grid.size,
@@ -80,9 +81,9 @@ def estimate(sweep: Sweep, bytes_per_point: int | None = None) -> Estimate:
     )
 
 
-def measure_seconds(sweep: Sweep) -> float:
-    """What integrating all motions of a sweep takes on one core, s, about."""
-    return sweep.grid.size * sweep.system.samples(sweep.definition) / sweep.system.samples_per_second
+def integration_seconds(sweep: Sweep, points: int) -> float:
+    """What integrating the motions of so many points takes on one core, s, about."""
+    return points * sweep.system.samples(sweep.definition) / sweep.system.samples_per_second
 
 
 def compile_seconds(sweep: Sweep) -> tuple[float, float]:

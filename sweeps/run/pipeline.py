@@ -4,20 +4,16 @@ What is finished stays and is not made again: a shard or a map of the same defin
 and a report that are younger than their map.
 """
 
-import multiprocessing
 import os
-import queue
 import shutil
 import sys
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 
-from kernels import stored
 from kernels.fingerprint import cache_folder
-from sweeps import interrupts, systems
+from sweeps import systems
 from sweeps.files import replaced_folder
 from sweeps.maps import admission
 from sweeps.points import estimate
@@ -26,10 +22,6 @@ from sweeps.points.sweep import Sweep
 from sweeps.run import claims, progress, warmup
 from sweeps.shards import merging
 from sweeps.shards.shard import holds_shard, write_shard
-
-FEW_SECONDS = 1.0  # of integrating on one core: what takes less is done before another process has loaded the kernels
-
-_done = None  # in a process of ours: the queue that it tells how many points it has just done
 
 
 def make(
@@ -58,12 +50,7 @@ def _made(planned: Plan, folder: Path, workers: int, again: bool, helper) -> Ite
     with _helping(path, workers) if is_needed else nullcontext(helper) as helper:
         if is_old:
             _compile(planned.sweep)
-            count = planned.sweep.shards
-            shards = [folder / "shards" / f"{k}-of-{count}.nc" for k in range(1, count + 1)]
-            _measure(planned.sweep, shards, workers, again)
-            _say(f"merging {len(shards)} shards" if len(shards) > 1 else "writing the map")
-            merging.merge(planned.sweep, shards, path, workers)
-            shutil.rmtree(folder / "shards")
+            measure(planned.sweep, path, workers, again)
         yield path
         yield from _shown(path, again, helper)
 
@@ -135,62 +122,30 @@ def _say(text: str) -> None:
 
 
 # ---------------------------------------------------------------------------------------------------------
-# Shards
+# The map
 
 
-def _measure(sweep: Sweep, shards: list[Path], workers: int, again: bool) -> None:
-    """Writes those shards that are not there yet: long ones several at a time, each by a process of its own."""
+def measure(sweep: Sweep, path: Path, workers: int, again: bool) -> None:
+    """Writes the map: at once, or from shards, of which those that are there already are not measured again."""
+    count, folder = sweep.shards, path.with_name("shards")
+    shards = [folder / f"{k}-of-{count}.nc" for k in range(1, count + 1)]
+    missing = [k for k in range(1, count + 1) if again or not holds_shard(shards[k - 1], sweep, k, count)]
+    if count == len(missing) == 1:
+        with progress.points(sweep.grid.size, sweep.name) as advance:
+            merging.measure_whole(sweep, path, workers, advance)
+    else:
+        _write(sweep, shards, missing, workers)
+        _say(f"merging {count} shards")
+        merging.merge(sweep, shards, path, workers)
+    shutil.rmtree(folder, ignore_errors=True)
+
+
+def _write(sweep: Sweep, shards: list[Path], missing: list[int], workers: int) -> None:
+    """Writes those shards that are not there yet, one after the other: what is finished is kept."""
     count, bounds = len(shards), sweep.grid.shard_bounds(len(shards))
-    numbers = range(1, count + 1)
-    missing = [k for k in numbers if again or not holds_shard(shards[k - 1], sweep, k, count)]
     if count > len(missing):
         _say(f"{count - len(missing)} of {count} shards are there already")
     points = sum(stop - start for start, stop in (bounds[k - 1] for k in missing))
-    jobs = [(sweep, k, count, shards[k - 1]) for k in missing]
     with progress.points(points, sweep.name) as advance:
-        if len(jobs) == 1 or workers == 1 or estimate.measure_seconds(sweep) < FEW_SECONDS:
-            for job in jobs:
-                write_shard(*job, workers, advance)
-        elif jobs:
-            _share(jobs, workers, advance)
-
-
-def _share(jobs: list[tuple], workers: int, advance: Callable[[int], None]) -> None:
-    """Lets processes write the shards; netCDF bears one thread a process."""
-    spawn = multiprocessing.get_context("spawn")  # a fork would copy the locks of running threads
-    told = spawn.Queue()
-    processes = min(workers, len(jobs))
-    with ProcessPoolExecutor(processes, spawn, _begin, (told,)) as pool:
-        with interrupts.left_to_the_parent():
-            running = [pool.submit(_write, *job, max(1, workers // processes)) for job in jobs]
-        try:
-            _follow(running, told, advance)
-        except BaseException:
-            interrupts.abandon(pool)
-            raise
-
-
-def _follow(running: list[Future], told, advance: Callable[[int], None]) -> None:
-    while True:
-        over = all(future.done() for future in running)
-        try:
-            while True:
-                advance(told.get(timeout=0.1))
-        except queue.Empty:
-            pass
-        for future in running:
-            if future.done():
-                future.result()
-        if over:
-            return
-
-
-def _begin(told) -> None:
-    global _done
-    _done = told
-    stored.store_in_turn()  # what few sweeps call is compiled by whoever needs it first
-    interrupts.end_with_the_parent()
-
-
-def _write(sweep: Sweep, number: int, count: int, path: Path, threads: int) -> None:
-    write_shard(sweep, number, count, path, threads, _done.put)
+        for k in missing:
+            write_shard(sweep, k, count, shards[k - 1], workers, advance)

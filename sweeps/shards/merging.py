@@ -1,8 +1,11 @@
-"""Shards → map: chunks are copied as they lie in the files, and only those that two shards share are put together."""
+"""Shards → map: chunks are copied as they lie in the files, and only those that two shards share are put together.
+
+A map that is not cut into shards is written as it is measured.
+"""
 
 import re
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import zip_longest
 from pathlib import Path
@@ -27,6 +30,8 @@ from sweeps.shards.shard import (
     Shard,
     chunks_of,
     further,
+    measure,
+    pieces,
     write_shard,
 )
 
@@ -67,6 +72,37 @@ def merge(sweep: Sweep, shards: Iterable[str | Path], path: str | Path, threads:
                 remove_leftovers(shard)
             return told
     raise MapError(f"{path}: shards are damaged faster than they can be measured; allowed: a disk that keeps them")
+
+
+def measure_whole(
+    sweep: Sweep, path: str | Path, threads: int = 1, progress: Callable[[int], None] = lambda points: None
+) -> str:
+    """Measures all points of a sweep and writes its map, without shards: what is broken off is lost.
+
+    Args:
+        sweep: the sweep.
+        path: the map to write.
+        threads: threads for the kernel.
+        progress: called with the number of points after each block.
+
+    Returns:
+        The map's content hash.
+    """
+    with written(path) as temporary:
+        digest = _create(temporary, sweep)
+        with h5py.File(temporary, "r+") as hdf, Flusher(temporary) as flusher:
+            file = ChunkFile(hdf, sweep.variables, chunks_of(sweep))
+
+            def put(_: int, piece: Piece, columns: Mapping[str, np.ndarray]) -> None:
+                for name, values in columns.items():
+                    stored = file.encode(name, piece.chunk, piece.first, values)
+                    file.put(name, piece.chunk, stored)
+                    digest.update(name, values)
+                    flusher.wrote(len(stored))
+
+            motions = measure(sweep, pieces(file.chunks, 0, sweep.grid.size), put, threads, progress)
+        _finish(temporary, digest, motions)
+    return digest.hexdigest()
 
 
 def _files(path: Path, sweep: Sweep) -> list[Path]:

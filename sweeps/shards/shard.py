@@ -6,9 +6,11 @@ the content hash is made of. So what was cut short or changed on the disk is fou
 copies.
 """
 
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
+from math import ceil
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,8 +20,8 @@ import numpy as np
 from isal import isal_zlib
 
 from sweeps import memory
-from sweeps.points.columns import columns
-from sweeps.points.estimate import BLOCK_POINTS
+from sweeps.points.columns import begun, measurers
+from sweeps.points.estimate import BLOCK_POINTS, BLOCKS_BEGUN, integration_seconds
 from sweeps.points.sweep import Sweep
 from sweeps.schema.refusals import MapError
 from sweeps.shards import looking
@@ -33,6 +35,7 @@ CHECKSUMS, DIGESTS = f"{GROUP}/checksums", f"{GROUP}/digests"
 TOLD = ("first_point", "point_after_last", "motions_integrated")
 TABLE = ("variable", "piece", "byte")
 DIGEST_BYTES = 32
+PART_SECONDS = 1.0  # at most about what a thread measures at once: who breaks off waits for its end
 
 
 class DamagedError(MapError):
@@ -115,7 +118,7 @@ def write_shard(
     threads: int = 1,
     progress: Callable[[int], None] = lambda points: None,
 ) -> None:
-    """Measures shard `number` (from 1) of `count` and writes it to `path`; one block is written as the next computes.
+    """Measures shard `number` (from 1) of `count` and writes it to `path`, each block while the next are measured.
 
     Args:
         sweep: the sweep.
@@ -125,22 +128,23 @@ def write_shard(
         threads: threads for the kernel.
         progress: called with the number of points after each block.
     """
-    memory.keep_freed()
     start, stop = sweep.grid.shard_bounds(count)[number - 1]
     chunks, variables = chunks_of(sweep), sweep.variables
-    checks, motions = _Checks(tuple(variables), pieces(chunks, start, stop)), 0
+    checks = _Checks(tuple(variables), pieces(chunks, start, stop))
     with written(path, flush=False) as temporary:
         _create(temporary, sweep, checks)
-        with h5py.File(temporary, "r+") as hdf, ThreadPoolExecutor(1) as writer:
-            file, pending = ChunkFile(hdf, variables, chunks), None
-            for block in _blocks(checks.pieces):
-                low, high = checks.pieces[block[0]].first, checks.pieces[block[-1]].after
-                measured, integrated = _measure(sweep, low, high, threads)
-                motions += integrated
-                if pending:
-                    progress(pending.result())
-                pending = writer.submit(_write, file, checks, block, low, measured)
-            progress(pending.result())
+        with h5py.File(temporary, "r+") as hdf:
+            file = ChunkFile(hdf, variables, chunks)
+
+            def put(index: int, piece: Piece, columns: Mapping[str, np.ndarray]) -> None:
+                for row, (name, values) in enumerate(columns.items()):
+                    stored = file.encode(name, piece.chunk, piece.first, values)
+                    checks.checksums[row, index] = isal_zlib.crc32(stored)
+                    if piece.whole:
+                        checks.digests[row, index] = np.frombuffer(run_digest(values), np.uint8)
+                    file.put(name, piece.chunk, stored)
+
+            motions = measure(sweep, checks.pieces, put, threads, progress)
             # as text: a grid may have more points than an attribute's integer
             told = dict(zip(TOLD, map(str, (start, stop, motions)), strict=True))
             hdf.attrs.update(told | {"seal": str(checks.seal(told.values()))} | identity(sweep))
@@ -156,6 +160,44 @@ def _create(path: Path, sweep: Sweep, checks: _Checks) -> None:
         file[GROUP].createVariable("digests", "u1", TABLE, fill_value=False)
 
 
+def measure(
+    sweep: Sweep,
+    pieces: Sequence[Piece],
+    put: Callable[[int, Piece, Mapping[str, np.ndarray]], None],
+    threads: int = 1,
+    progress: Callable[[int], None] = lambda points: None,
+) -> int:
+    """Measures pieces a block at a time, each of which is put where it belongs while the next are measured.
+
+    Args:
+        sweep: the sweep.
+        pieces: its chunks' shares, one after the other.
+        put: called, in one other thread, with the number of each piece in turn, the piece, and its columns.
+        threads: threads for the kernel.
+        progress: called with the number of points after each block.
+
+    Returns:
+        How many motions were integrated.
+    """
+    memory.keep_freed()
+    motions, pending = 0, None
+
+    def put_all(block: range, low: int, columns: Mapping[str, np.ndarray]) -> int:
+        for index in block:
+            piece = pieces[index]
+            put(index, piece, {name: values[piece.first - low : piece.after - low] for name, values in columns.items()})
+        return pieces[block[-1]].after - low
+
+    with ThreadPoolExecutor(1) as putting, measurers(threads) as pool:
+        for block, low, columns, integrated in _measured(sweep, pieces, pool, threads):
+            motions += integrated
+            if pending:
+                progress(pending.result())
+            pending = putting.submit(put_all, block, low, columns)
+        progress(pending.result())
+    return motions
+
+
 def _blocks(pieces: Sequence[Piece]) -> Iterator[range]:
     """Runs of pieces that are measured at once: of at most `BLOCK_POINTS` points together, or one."""
     begin = 0
@@ -166,24 +208,25 @@ def _blocks(pieces: Sequence[Piece]) -> Iterator[range]:
     yield range(begin, len(pieces))
 
 
-def _measure(sweep: Sweep, low: int, high: int, threads: int) -> tuple[dict, int]:
-    points = sweep.grid.points(low, high)
-    motions = sweep.system.motions(points, sweep.definition.integration)
-    return columns(points, sweep, threads), motions
+def _measured(
+    sweep: Sweep, pieces: Sequence[Piece], pool: ThreadPoolExecutor, threads: int
+) -> Iterator[tuple[range, int, dict, int]]:
+    """Block after block, its first point, columns and number of motions; no thread waits for the end of a block."""
+    waiting = deque()
+    for block in _blocks(pieces):
+        low, high = pieces[block[0]].first, pieces[block[-1]].after
+        points = sweep.grid.points(low, high)
+        motions = sweep.system.motions(points, sweep.definition.integration)
+        parts = max(threads, ceil(integration_seconds(sweep, high - low) / PART_SECONDS))
+        waiting.append((block, low, begun(points, sweep, pool, parts), motions))
+        if len(waiting) == BLOCKS_BEGUN:
+            yield _ended(*waiting.popleft())
+    for asked in waiting:
+        yield _ended(*asked)
 
 
-def _write(file: ChunkFile, checks: _Checks, block: range, low: int, measured: Mapping[str, np.ndarray]) -> int:
-    """Encodes and writes a block of pieces, of whose points `low` is the first; returns how many points those are."""
-    for index in block:
-        piece = checks.pieces[index]
-        for row, name in enumerate(checks.names):
-            values = measured[name][piece.first - low : piece.after - low]
-            stored = file.encode(name, piece.chunk, piece.first, values)
-            checks.checksums[row, index] = isal_zlib.crc32(stored)
-            if piece.whole:
-                checks.digests[row, index] = np.frombuffer(run_digest(values), np.uint8)
-            file.put(name, piece.chunk, stored)
-    return checks.pieces[block[-1]].after - low
+def _ended(block: range, low: int, columns: Callable[[], dict], motions: int) -> tuple[range, int, dict, int]:
+    return block, low, columns(), motions
 
 
 # ---------------------------------------------------------------------------------------------------------

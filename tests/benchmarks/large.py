@@ -25,6 +25,7 @@ from pathlib import Path
 
 import numpy as np
 
+from sweeps.points import columns
 from sweeps.points.estimate import BLOCK_POINTS
 from sweeps.points.grid import Grid
 from sweeps.points.loading import read
@@ -47,7 +48,7 @@ grid:
 BARS = {"few": 3e6, "all": 2e6}  # points a second, by the wall on two cores, that the pipeline is to come to
 COLUMNS = {"few": f"integration: {{variables: [{FEW}]}}\n", "all": ""}
 STAGES = {  # what no sweep can do without, in this order, and the function that does it
-    "kernels": (shards, "columns"),
+    "kernels": (columns, "part"),
     "points": (Grid, "points"),
     "compressing": (ChunkFile, "encode"),
     "hashing": (shards, "run_digest"),

@@ -37,14 +37,14 @@ def test_an_estimate_counts_points_bytes_and_seconds():
     names = sweep.variables | sweep.system.coordinates(sweep.definition)
     headers = module.FILE_BYTES + module.VARIABLE_BYTES * len(names)
     assert found.disk_bytes == 2 * (2_000_000 * 200 + coordinates) + 2 * headers  # of one shard and the map
-    assert found.memory_bytes == 400_000_000 + 4 * 131_072 * 200 + coordinates
+    assert found.memory_bytes == 400_000_000 + 6 * 131_072 * 200 + coordinates
     assert found.seconds == 4.0  # 2e6 runs of 128 samples at 64e6 samples/s
 
 
 def test_a_small_sweep_holds_no_full_block():
     columns = (rigid_body.VARIABLES | rigid_body.CERTIFICATE).values()
     point = sum(np.dtype(variable.dtype).itemsize for variable in columns)
-    assert estimate(sweep_of(2)).memory_bytes == 400_000_000 + 4 * 16 * point + 8 * (2 + 6 + 3)
+    assert estimate(sweep_of(2)).memory_bytes == 400_000_000 + 6 * 16 * point + 8 * (2 + 6 + 3)
 
 
 def test_any_size_is_estimated_without_making_the_grid():

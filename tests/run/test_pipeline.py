@@ -63,16 +63,29 @@ def test_run_makes_what_the_workflow_makes(mine, capsys):
 @pytest.mark.slow
 def test_processes_change_no_bit(mine, monkeypatch):
     monkeypatch.setattr(pipeline, "_shown", lambda path, again, helper: iter(()))
-    monkeypatch.setattr(pipeline, "FEW_SECONDS", 0.0)  # each shard in a process of its own, however short
     paths = made(mine, workers=2)
     with sweeps.open_map(paths[0]) as ds:
         assert ds.attrs["content_hash"] == sweeps.survey("mine.yaml").attrs["content_hash"]
 
 
-def test_a_short_sweep_is_measured_without_another_process(mine, measured, monkeypatch):
-    monkeypatch.setattr(pipeline, "_share", lambda *_: pytest.fail("it starts processes"))
-    made(mine, workers=2)
-    assert measured == [1, 2, 3]
+def test_what_is_not_cut_is_written_at_once_unless_its_shard_is_there(mine, measured):
+    mine.write_text(json.dumps({"grid": GRID}))
+    sweep = catalogue.plan(mine).sweep
+    path, *_ = made(mine, workers=2)
+    assert measured == []
+    held = path.read_bytes()
+    path.unlink()
+    shards.write_shard(sweep, 1, 1, Path("results/mine/shards/1-of-1.nc"))
+    path, *_ = made(mine)
+    assert measured == []  # not again
+    assert not Path("results/mine/shards").exists()
+    with sweeps.open_map(path) as merged:
+        told = merged.attrs
+    path.write_bytes(held)
+    with sweeps.open_map(path) as ds:
+        for name in ("content_hash", "motions_integrated"):
+            assert ds.attrs[name] == told[name]
+        assert ds.attrs["content_hash"] == sweeps.survey("mine.yaml").attrs["content_hash"]
 
 
 def test_what_is_finished_is_not_made_again(mine, measured):
