@@ -10,7 +10,8 @@ is the largest resident set of any one process. What a sweep of 1,200 points tak
 the slope is that of processor time above the start-up of every process. Last come the stages of a shard and its merge:
 how many points a second the cores could make if there were no other stage than this one, and with those above it. The
 kernels alone set the first bound; with nothing but Ω² and its standard error they set one for whatever columns. Beside
-them stands what is asked of the pipeline.
+them stands what is asked of the pipeline. Above them stands the same size as `run` makes it, in one process with its
+kernels in memory, from the first shard's start to the closed map.
 """
 
 import argparse
@@ -136,6 +137,39 @@ def row(points, columns, cores, rounds, folder):
     return points, found[0][0], measuring.busy, merging.busy
 
 
+WHOLE = """\
+import sys, time
+from pathlib import Path
+from sweeps.points.loading import read
+from sweeps.run import pipeline
+
+small, large, cores, rounds = *map(read, sys.argv[1:3]), *map(int, sys.argv[3:])
+path = Path(sys.argv[1]).with_name("made") / "map.nc"
+pipeline.measure(small, path, cores, True)  # kernels into memory
+for _ in range(rounds):
+    path.unlink()
+    begun, busy = time.perf_counter(), time.process_time()
+    pipeline.measure(large, path, cores, True)
+    print(time.perf_counter() - begun, time.process_time() - busy, large.grid.size)
+"""
+
+
+def print_run(points, columns, cores, rounds, folder):
+    """A line: how `run` makes about so many points in one process, medians."""
+    definitions = []
+    for name, size in (("small", 1200), ("large", points)):
+        definition, _ = written(size, columns, folder)
+        definitions.append(definition.rename(folder / f"{name}.of.yaml"))
+    command = [sys.executable, "-c", WHOLE, *map(str, definitions), str(cores), str(rounds or 5)]
+    told = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, check=True).stdout
+    walls, busy, sizes = zip(*(map(float, line.split()) for line in told.splitlines()), strict=True)
+    wall = statistics.median(walls)
+    print(
+        f"as `run` makes {sizes[0]:.3g} points, in one process: {wall:.2f} s by the wall ({min(walls):.2f} to "
+        f"{max(walls):.2f}), {statistics.median(busy):.2f} s of the processor, {sizes[0] / wall:,.0f} points/s"
+    )
+
+
 def slope(start_up, found):
     """Slope of the processor time above start-up against the points, in log-log."""
     _, _, shard, merge = start_up
@@ -226,6 +260,7 @@ def main(arguments=None):
         found = [row(round(points), args.columns, args.cores, args.rounds, folder) for points in args.points]
         if len(found) > 1:
             print(f"slope of processor time above start-up against points: {slope(start_up, found):.3f}")
+        print_run(round(args.points[-1]), args.columns, args.cores, args.rounds, folder)
         told = stages(min(args.points[-1], 1e6), args.columns, folder)
         least = bare(min(args.points[-1], 1e6), folder)
     print_bounds(told, least, args.cores, args.columns)
