@@ -4,6 +4,7 @@ import os
 import resource
 import shutil
 import struct
+import threading
 
 import h5py
 import netCDF4
@@ -15,7 +16,7 @@ import xarray as xr
 import sweeps
 from sweeps import files
 from sweeps.maps import dataset, parts, storage
-from sweeps.points import catalogue
+from sweeps.points import catalogue, columns, estimate
 from sweeps.points.loading import read
 from sweeps.schema.reading import plain, read_text
 from sweeps.shards import chunkfile, chunks, content, merging
@@ -500,3 +501,48 @@ def test_a_folder_of_more_shards_than_a_process_may_open_is_merged(tmp_path, tin
     (folder / "7-of-24.nc").unlink()
     with pytest.raises(storage.MapError, match="7-of-24"):
         merging.merge(definition, [folder], tmp_path / "map.nc")
+
+
+def test_small_parts_change_no_bit(tmp_path, monkeypatch):
+    sizes, part = [], columns.part
+    monkeypatch.setattr(columns, "part", lambda points, sweep: sizes.append(points["I1"].size) or part(points, sweep))
+    monkeypatch.setattr(sharding, "PART_SECONDS", estimate.integration_seconds(TINY, 10))
+    monkeypatch.setattr(sharding, "BLOCK_POINTS", 100)
+    (path,) = write_shards(tmp_path, TINY, 1, threads=2)
+    assert sum(sizes) == TINY.grid.size
+    assert max(sizes) <= 10  # who breaks off waits for no more
+    told = merging.merge(TINY, [path], tmp_path / "map.nc")
+    assert told == sweeps.survey("tiny").attrs["content_hash"]
+
+
+def test_a_map_that_is_not_cut_is_written_as_one_that_is(tmp_path):
+    for sweep in (TINY, BODIES):
+        whole, merged = tmp_path / "whole.nc", tmp_path / "merged.nc"
+        done = []
+        told = merging.measure_whole(sweep, whole, 2, done.append)
+        assert sum(done) == sweep.grid.size
+        assert told == merging.merge(sweep, write_shards(tmp_path, sweep, 1), merged)
+        with h5py.File(whole) as one, h5py.File(merged) as other:
+            assert set(one) == set(other)
+            for key in set(one.attrs) - {"history"}:
+                assert str(one.attrs[key]) == str(other.attrs[key])
+
+
+def test_threads_leave_what_they_have_not_begun_when_it_is_broken_off():
+    begun, release, run = threading.Event(), threading.Event(), []
+
+    def busy():
+        begun.set()
+        assert release.wait(60)
+
+    def broken_off():
+        with columns.measurers(1) as pool:
+            pool.submit(busy)
+            pool.submit(run.append, 1)
+            assert begun.wait(60)
+            threading.Timer(0.1, release.set).start()
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        broken_off()
+    assert run == []
