@@ -37,8 +37,8 @@ def part(points: Mapping[str, np.ndarray], sweep: Sweep) -> dict[str, np.ndarray
 
 @contextmanager
 def measurers(threads: int) -> Iterator[ThreadPoolExecutor]:
-    """Threads that measure, while the block lasts; what they have not begun when it fails, they leave."""
-    with ThreadPoolExecutor(threads) as pool:
+    """Threads that measure, one at least, while the block lasts; what they have not begun when it fails, they leave."""
+    with ThreadPoolExecutor(max(1, threads)) as pool:
         try:
             yield pool
         except BaseException:
