@@ -1,6 +1,6 @@
 """Points in, columns out: the one way to a measured value. A column is one variable's values, one a point.
 
-A shard under Snakemake, a chunk under Dask and a call in a notebook all go through `columns`.
+A shard under Snakemake, a chunk under Dask and a call in a notebook all go through `part`.
 """
 
 from collections.abc import Callable, Iterator, Mapping
