@@ -137,7 +137,8 @@ def measure(sweep: Sweep, path: Path, workers: int, again: bool) -> None:
         _write(sweep, shards, missing, workers)
         _say(f"merging {count} shards")
         merging.merge(sweep, shards, path, workers)
-    shutil.rmtree(folder, ignore_errors=True)
+    if folder.exists():
+        shutil.rmtree(folder)
 
 
 def _write(sweep: Sweep, shards: list[Path], missing: list[int], workers: int) -> None:

@@ -88,21 +88,18 @@ def measure_whole(
     Returns:
         The map's content hash.
     """
-    with written(path) as temporary:
-        digest = _create(temporary, sweep)
-        with h5py.File(temporary, "r+") as hdf, Flusher(temporary) as flusher:
-            file = ChunkFile(hdf, sweep.variables, chunks_of(sweep))
 
-            def put(_: int, piece: Piece, columns: Mapping[str, np.ndarray]) -> None:
-                for name, values in columns.items():
-                    stored = file.encode(name, piece.chunk, piece.first, values)
-                    file.put(name, piece.chunk, stored)
-                    digest.update(name, values)
-                    flusher.wrote(len(stored))
+    def fill(file: ChunkFile, digest: ContentHash, flusher: Flusher) -> int:
+        def put(_: int, piece: Piece, columns: Mapping[str, np.ndarray]) -> None:
+            for name, values in columns.items():
+                stored = file.encode(name, piece.chunk, piece.first, values)
+                file.put(name, piece.chunk, stored)
+                digest.update(name, values)
+                flusher.wrote(len(stored))
 
-            motions = measure(sweep, pieces(file.chunks, 0, sweep.grid.size), put, threads, progress)
-        _finish(temporary, digest, motions)
-    return digest.hexdigest()
+        return measure(sweep, pieces(file.chunks, 0, sweep.grid.size), put, threads, progress)
+
+    return _filled(sweep, path, fill)
 
 
 def _files(path: Path, sweep: Sweep) -> list[Path]:
@@ -114,17 +111,26 @@ def _files(path: Path, sweep: Sweep) -> list[Path]:
 def _merge_once(sweep: Sweep, paths: Sequence[Path], path: str | Path) -> str:
     shards = sorted(_extents(sweep, paths))
     _check_coverage(shards, sweep.grid)
+
+    def fill(file: ChunkFile, digest: ContentHash, flusher: Flusher) -> int:
+        target, motions = _Target(file, digest, flusher, not sweep.grid.further), 0
+        for first, after, source in shards:
+            with Shard(source, sweep) as shard:  # one open file at a time: there may be thousands
+                if (shard.first, shard.after) != (first, after):
+                    raise DamagedError(source, "was changed while it was read")
+                motions += shard.motions
+                target.take(shard)
+        return motions
+
+    return _filled(sweep, path, fill)
+
+
+def _filled(sweep: Sweep, path: str | Path, fill: Callable[[ChunkFile, ContentHash, Flusher], int]) -> str:
+    """Writes a map whose chunks `fill` puts into it and hashes, saying how many motions they took; its content hash."""
     with written(path) as temporary:
-        digest, motions = _create(temporary, sweep), 0
+        digest = _create(temporary, sweep)
         with h5py.File(temporary, "r+") as hdf, Flusher(temporary) as flusher:
-            file = ChunkFile(hdf, sweep.variables, chunks_of(sweep))
-            target = _Target(file, digest, flusher, not sweep.grid.further)
-            for first, after, source in shards:
-                with Shard(source, sweep) as shard:  # one open file at a time: there may be thousands
-                    if (shard.first, shard.after) != (first, after):
-                        raise DamagedError(source, "was changed while it was read")
-                    motions += shard.motions
-                    target.take(shard)
+            motions = fill(ChunkFile(hdf, sweep.variables, chunks_of(sweep)), digest, flusher)
         _finish(temporary, digest, motions)
     return digest.hexdigest()
 

@@ -189,8 +189,8 @@ def measure(
         return pieces[block[-1]].after - low
 
     with ThreadPoolExecutor(1) as putting, measurers(threads) as pool:
-        for block, low, columns, integrated in _measured(sweep, pieces, pool, threads):
-            motions += integrated
+        for block, low, integrated, waited_for in _begun(sweep, pieces, pool, threads):
+            motions, columns = motions + integrated, waited_for()
             if pending:
                 progress(pending.result())
             pending = putting.submit(put_all, block, low, columns)
@@ -208,25 +208,20 @@ def _blocks(pieces: Sequence[Piece]) -> Iterator[range]:
     yield range(begin, len(pieces))
 
 
-def _measured(
+def _begun(
     sweep: Sweep, pieces: Sequence[Piece], pool: ThreadPoolExecutor, threads: int
-) -> Iterator[tuple[range, int, dict, int]]:
-    """Block after block, its first point, columns and number of motions; no thread waits for the end of a block."""
+) -> Iterator[tuple[range, int, int, Callable[[], dict]]]:
+    """Block after block, its first point, number of motions, and what waits for its columns: the next is begun then."""
     waiting = deque()
     for block in _blocks(pieces):
         low, high = pieces[block[0]].first, pieces[block[-1]].after
         points = sweep.grid.points(low, high)
         motions = sweep.system.motions(points, sweep.definition.integration)
         parts = max(threads, ceil(integration_seconds(sweep, high - low) / PART_SECONDS))
-        waiting.append((block, low, begun(points, sweep, pool, parts), motions))
+        waiting.append((block, low, motions, begun(points, sweep, pool, parts)))
         if len(waiting) == BLOCKS_BEGUN:
-            yield _ended(*waiting.popleft())
-    for asked in waiting:
-        yield _ended(*asked)
-
-
-def _ended(block: range, low: int, columns: Callable[[], dict], motions: int) -> tuple[range, int, dict, int]:
-    return block, low, columns(), motions
+            yield waiting.popleft()
+    yield from waiting
 
 
 # ---------------------------------------------------------------------------------------------------------

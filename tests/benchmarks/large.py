@@ -137,7 +137,7 @@ def row(points, columns, cores, rounds, folder):
     return points, found[0][0], measuring.busy, merging.busy
 
 
-WHOLE = """\
+RUN = """\
 import sys, time
 from pathlib import Path
 from sweeps.points.loading import read
@@ -160,7 +160,7 @@ def print_run(points, columns, cores, rounds, folder):
     for name, size in (("small", 1200), ("large", points)):
         definition, _ = written(size, columns, folder)
         definitions.append(definition.rename(folder / f"{name}.of.yaml"))
-    command = [sys.executable, "-c", WHOLE, *map(str, definitions), str(cores), str(rounds or 5)]
+    command = [sys.executable, "-c", RUN, *map(str, definitions), str(cores), str(rounds or 5)]
     told = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, check=True).stdout
     walls, busy, sizes = zip(*(map(float, line.split()) for line in told.splitlines()), strict=True)
     wall = statistics.median(walls)

@@ -61,7 +61,7 @@ def test_run_makes_what_the_workflow_makes(mine, capsys):
 
 
 @pytest.mark.slow
-def test_processes_change_no_bit(mine, monkeypatch):
+def test_threads_change_no_bit(mine, monkeypatch):
     monkeypatch.setattr(pipeline, "_shown", lambda path, again, helper: iter(()))
     paths = made(mine, workers=2)
     with sweeps.open_map(paths[0]) as ds:
