@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from importlib import import_module
 from io import TextIOWrapper
 from pathlib import Path
-from threading import current_thread, main_thread
+from threading import Timer, current_thread, main_thread
 from typing import Any
 
 import sweeps
@@ -48,6 +48,7 @@ half-written); 130 interrupted;
 """
 
 
+MOMENT = 0.005  # s, in which an object is disposed of
 MACHINE = "a machine with room, and files that may be read and written"
 NUMBAS_SETTINGS = os.path.join("numba", "core", "config.py")
 
@@ -86,7 +87,7 @@ def main(arguments: list[str] | None = None) -> int:
         raise KeyboardInterrupt
 
     # while modules are imported Ctrl-C ends the process at once: some of theirs make a panic of the exception
-    with _answering(signal.SIGINT, signal.SIG_DFL) as answer, _without_words_of_h5py():
+    with _answering(signal.SIGINT, signal.SIG_DFL) as answer, _without_words_of_h5py(), _heard_again(heard):
         try:
             _write_what_can_be()
             if arguments is None:  # this process is this command's alone
@@ -121,6 +122,26 @@ def _answering(number: int, first: Any) -> Iterator[Callable]:
         atexit.unregister(signal.signal)
         if is_ours:  # from the end on, what is left is Python's own: no word of that
             atexit.register(signal.signal, number, signal.SIG_DFL)
+
+
+@contextmanager
+def _heard_again(heard: list) -> Iterator[None]:
+    """Where Ctrl-C comes while Python disposes of an object, what it raises ends there: it is raised again."""
+    unraised = sys.unraisablehook
+
+    def raise_again(told):
+        if heard and issubclass(told.exc_type, KeyboardInterrupt):
+            later = Timer(MOMENT, signal.pthread_kill, (main_thread().ident, signal.SIGINT))
+            later.daemon = True
+            later.start()
+        else:
+            unraised(told)
+
+    sys.unraisablehook = raise_again
+    try:
+        yield
+    finally:
+        sys.unraisablehook = unraised
 
 
 @contextmanager

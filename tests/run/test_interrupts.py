@@ -93,6 +93,33 @@ def test_ctrl_c_is_heard_where_a_process_has_just_forked_to_look_at_a_map():
     assert (done.stdout, done.stderr) == ("heard\nset()\n", "")
 
 
+LOST = """\
+import os, signal, time
+from sweeps import __main__
+
+class Disposed:
+    def __del__(self):
+        os.kill(os.getpid(), signal.SIGINT)
+
+class Parser:
+    def parse_args(self, words):
+        return self
+
+    def run(self, args):
+        Disposed()
+        time.sleep(20)
+        print("not heard")
+
+__main__._parser = lambda *words: Parser()
+print(__main__.main([]))
+"""
+
+
+def test_ctrl_c_is_heard_while_python_disposes_of_an_object():
+    done = subprocess.run([sys.executable, "-c", LOST], capture_output=True, text=True, check=True)
+    assert (done.stdout, done.stderr) == ("130\n", "interrupted; what was finished stays\n")
+
+
 ROOT = Path(sweeps.__file__).parents[1]
 MADE = ("stability_map.nc", "figures", "report.html")
 MINE = {"grid": {"I1": {"start": 0.5, "stop": 1.5, "num": 6}, "I2": [0.6, 0.75, 0.9], "I3": 1.0, "omega0": 1.0}}
