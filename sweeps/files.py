@@ -4,7 +4,6 @@ import errno
 import glob
 import os
 import shutil
-import tempfile
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -36,14 +35,12 @@ def replaced(path: str | Path, flush: bool = True) -> Iterator[Path]:
         raise OSError(errno.EINVAL, "is a folder or a device, not a file", str(path))
     path.parent.mkdir(parents=True, exist_ok=True)
     remove_leftovers(path)
-    handle, name = tempfile.mkstemp(prefix=f".{path.name}.{living.mark()}.", suffix=".part", dir=path.parent)
-    os.close(handle)
-    temporary = Path(name)
+    temporary = _beside(path)
     try:
+        temporary.touch(exist_ok=False)
         yield temporary
         if flush:
             _flush(temporary)
-        temporary.chmod(0o666 & ~_umask())
         temporary.replace(path)
         if flush:
             _flush(path.parent)
@@ -105,15 +102,25 @@ def _remove_dead(parts: Iterable[Path]) -> None:
                 part.unlink(missing_ok=True)
 
 
-def temporary_folder(path: Path) -> tempfile.TemporaryDirectory:
-    """A folder beside `path`, whose own folder is made, for what goes there.
+def _beside(path: Path) -> Path:
+    """A name for what goes to `path`: there before anything is made by it, so that no Ctrl-C comes between the two."""
+    return path.with_name(f".{path.name}.{living.mark()}.{os.urandom(8).hex()}.part")
+
+
+@contextmanager
+def temporary_folder(path: Path) -> Iterator[Path]:
+    """A folder beside `path`, whose own folder is made, for what goes there, while the block lasts.
 
     What a process that was killed left of one is removed by whoever next makes one for `path`.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     remove_leftovers(path)
-    prefix = f".{path.name}.{living.mark()}."
-    return tempfile.TemporaryDirectory(prefix=prefix, suffix=".part", dir=path.parent, ignore_cleanup_errors=True)
+    folder = _beside(path)
+    try:
+        folder.mkdir()
+        yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 @contextmanager
@@ -123,8 +130,8 @@ def replaced_folder(path: str | Path) -> Iterator[Path]:
     A folder that was not there appears whole. What a process that was killed left of it is removed first.
     """
     path = Path(path)
-    with temporary_folder(path) as name:
-        made = Path(name) / "made"
+    with temporary_folder(path) as folder:
+        made = folder / "made"
         made.mkdir()
         yield made
         try:
@@ -133,12 +140,6 @@ def replaced_folder(path: str | Path) -> Iterator[Path]:
             path.mkdir(exist_ok=True)
             for file in made.iterdir():
                 file.replace(path / file.name)
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
 
 
 def _flush(path: Path) -> None:

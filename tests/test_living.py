@@ -71,3 +71,40 @@ def test_leftovers_of_dead_processes_go_and_those_of_living_ones_stay(tmp_path, 
     files.remove_all_leftovers(tmp_path)
     assert not single.exists()
     assert [part.exists() for part in parts] == [False, True, True]
+
+
+@pytest.mark.parametrize("way", [files.replaced, files.replaced_folder])
+def test_ctrl_c_at_any_line_of_making_a_place_for_a_file_leaves_nothing(way, tmp_path):
+    """Each line of ours and of the library that runs until the block begins is broken off once."""
+    path, lines = tmp_path / "made", 0
+    assert not broken_off(way, path, 10_000)  # what the library remembers, it need not find out again
+    while broken_off(way, path, lines):
+        assert not list(tmp_path.iterdir())
+        lines += 1
+    assert lines > 50
+
+
+def broken_off(way, path, line):
+    """Whether a block begun for a path was broken off before a line of this number, counted from its first."""
+
+    def trace(frame, event, _):
+        nonlocal line
+        if event == "line":
+            line -= 1
+            if line < 0:
+                sys.settrace(None)
+                raise KeyboardInterrupt
+        return trace
+
+    before = sys.gettrace()
+    sys.settrace(trace)
+    try:
+        with way(path):
+            sys.settrace(before)
+            raise NotImplementedError
+    except KeyboardInterrupt:
+        return True
+    except NotImplementedError:
+        return False
+    finally:
+        sys.settrace(before)

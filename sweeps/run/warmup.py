@@ -9,7 +9,6 @@ and store one at a time.
 import fcntl
 import multiprocessing
 import os
-import tempfile
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -21,7 +20,7 @@ from numba import NumbaExperimentalFeatureWarning
 from kernels import stored
 from kernels.fingerprint import cache_folder, fingerprint
 from sweeps import interrupts, processors, systems
-from sweeps.files import replaced
+from sweeps.files import replaced, temporary_folder
 from sweeps.run import claims, progress
 from sweeps.run.done_once import done_once
 from sweeps.run.linked_parts import parts_for_the_linker
@@ -53,7 +52,8 @@ def compile_kernels(everything: bool = False, without: Sequence[str] = (), seldo
     """
     asked = everything, without, seldom
     pieces = len(systems.compilations(*asked))
-    with _alone(), tempfile.TemporaryDirectory() as taken, progress.pieces(pieces, "compiling", partial(_done, taken)):
+    compiled = cache_folder() / "compiled"
+    with _alone(), temporary_folder(compiled) as taken, progress.pieces(pieces, "compiling", partial(_done, taken)):
         second = None
         if processors.cores() > 1:
             second = multiprocessing.get_context("spawn").Process(
@@ -71,12 +71,12 @@ def compile_kernels(everything: bool = False, without: Sequence[str] = (), seldo
         _say_compiled(systems.resolve(name))
 
 
-def _compile(asked: tuple[bool, Sequence[str], bool], taken: str, second: bool = False) -> None:
+def _compile(asked: tuple[bool, Sequence[str], bool], taken: Path, second: bool = False) -> None:
     if second:  # its work is of use to the first alone
         interrupts.end_with_the_parent()
     stored.store_in_turn()
     # tests call from Python whatever there is
-    _run(_left(enumerate(systems.compilations(*asked)), Path(taken)), parts=not asked[0])
+    _run(_left(enumerate(systems.compilations(*asked)), taken), parts=not asked[0])
 
 
 DONE = ".done"
@@ -91,7 +91,7 @@ def _left(numbered: Iterable[tuple[int, Callable[[], None]]], taken: Path) -> It
             (taken / f"{number}{DONE}").touch()
 
 
-def _done(taken: str) -> int:
+def _done(taken: Path) -> int:
     """How many compilations are done, by either process."""
     return sum(name.endswith(DONE) for name in os.listdir(taken))
 

@@ -6,7 +6,7 @@ import sys
 import threading
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -24,11 +24,10 @@ class Helper:
 
     Args:
         path: of the map, which it opens for itself.
-        sweep: whose map that will be: the other process draws, before there is a map, what shows no measured value.
         alike: whether this process loads the same libraries in any case: first, where the other can be its copy.
     """
 
-    def __init__(self, path: str | Path, sweep: "Sweep | None" = None, alike: bool = False):
+    def __init__(self, path: str | Path, alike: bool = False):
         self.path, self.cut = str(path), {}
         os.stat(os.getcwd())  # where the process begins: refused here in words, or there in none of ours
         self._early = None
@@ -39,13 +38,11 @@ class Helper:
         self._pool = ProcessPoolExecutor(1, way, interrupts.end_with_the_parent)
         with interrupts.left_to_the_parent(is_copied=copied):
             self._pool.submit(_get_ready)
-        if sweep and not sweep.grid.scattered:
-            self._foresee(sweep)
 
-    def _foresee(self, sweep: "Sweep") -> None:
-        with suppress(OSError):  # which is said by those who must write there
-            self._early = temporary_folder(Path(self.path).with_name("figures"))
-            self._pool.submit(_foresee, sweep, self._early.name)
+    def foresee(self, sweep: "Sweep", folder: Path) -> None:
+        """Draws, before there is a map, what shows no measured value; that sweep's map it will be."""
+        self._early = folder / EARLY
+        self._pool.submit(_foresee, sweep, self._early)
 
     def draw(self, names: Sequence[str], folder: Path, *how) -> Future:
         """Draws what nobody has begun of pictures and animations; see `sweeps.views.figures.draw_some`."""
@@ -53,8 +50,7 @@ class Helper:
 
     def draw_foreseen(self, folder: Path) -> Future:
         """The same for all of them, some of which may be drawn by now."""
-        early = Path(self._early.name) / EARLY if self._early else None
-        return self._pool.submit(_draw_foreseen, self.path, early, folder)
+        return self._pool.submit(_draw_foreseen, self.path, self._early, folder)
 
     def end(self, is_done: bool) -> None:
         """Ends the process, at once where its work is not wanted any more."""
@@ -62,8 +58,6 @@ class Helper:
             self._pool.shutdown(cancel_futures=True)
         else:
             interrupts.abandon(self._pool)
-        if self._early:
-            self._early.cleanup()
 
 
 def _can_be_copied() -> bool:
@@ -73,13 +67,23 @@ def _can_be_copied() -> bool:
 
 @contextmanager
 def helping(path: str | Path, sweep: "Sweep | None" = None, alike: bool = False) -> Iterator[Helper]:
-    """A helper for a map's pictures, while the block lasts; see `Helper`."""
-    helper, is_done = Helper(path, sweep, alike), False
-    try:
-        yield helper
-        is_done = True
-    finally:
-        helper.end(is_done)
+    """A helper for a map's pictures, while the block lasts; see `Helper`.
+
+    Args:
+        path: of the map.
+        sweep: whose map that will be, where there is none yet.
+        alike: whether this process loads the same libraries in any case.
+    """
+    with ExitStack() as stack:
+        helper, is_done = Helper(path, alike), False
+        try:
+            if sweep and not sweep.grid.scattered:
+                with suppress(OSError):  # which is said by those who must write there
+                    helper.foresee(sweep, stack.enter_context(temporary_folder(Path(path).with_name("figures"))))
+            yield helper
+            is_done = True
+        finally:
+            helper.end(is_done)
 
 
 def _get_ready() -> None:
@@ -87,11 +91,10 @@ def _get_ready() -> None:
     from sweeps.views import figures  # noqa: F401
 
 
-def _foresee(sweep: "Sweep", folder: str) -> None:
+def _foresee(sweep: "Sweep", made: Path) -> None:
     from sweeps.maps.foreseen import UnmeasuredError, foreseen
     from sweeps.views import figures
 
-    made = Path(folder) / EARLY
     made.mkdir()
     ds = figures.drawn_plainly(foreseen(sweep))
     for name in reversed([*figures.pictures(ds), *figures.animations(ds)]) if ds else ():

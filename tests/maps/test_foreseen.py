@@ -47,7 +47,7 @@ def test_it_gives_no_measured_value(sweep):
 def test_pictures_drawn_early_are_those_of_the_map_bit_for_bit(sweep, path, tmp_path):
     folders = tmp_path / "early" / helper.EARLY, tmp_path / "late"
     folders[0].parent.mkdir()
-    helper._foresee(sweep, str(folders[0].parent))
+    helper._foresee(sweep, folders[0])
     folders[1].mkdir(parents=True)
     assert figures.take(folders[0], folders[1]) == ["polhodes.png"]  # nothing on this grid is a tennis racket
     early = (folders[1] / "polhodes.png").read_bytes()
