@@ -14,7 +14,7 @@ from importlib import import_module
 from io import TextIOWrapper
 from pathlib import Path
 from threading import Timer, current_thread, main_thread
-from typing import Any
+from typing import Any, NoReturn
 
 import sweeps
 from sweeps import lean
@@ -101,8 +101,15 @@ def main(arguments: list[str] | None = None) -> int:
                 raise
             print("interrupted; what was finished stays", file=sys.stderr)
             return 130
-        finally:
-            lean.end_at_once()
+
+
+def command() -> NoReturn:
+    """What a shell starts: the command of this process, and its end."""
+    try:
+        status = main()
+    except SystemExit as ended:  # words that are no command, or a question for help
+        status = ended.code
+    lean.end_at_once(status)
 
 
 @contextmanager
@@ -213,4 +220,4 @@ def _write_what_can_be() -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    command()

@@ -1,5 +1,6 @@
 """What a process that a command is, or starts, does without: parts of libraries, and words that are for nobody."""
 
+import atexit
 import gc
 import os
 import sys
@@ -8,6 +9,7 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from importlib import import_module
 from importlib.util import find_spec
 from types import ModuleType
+from typing import NoReturn
 
 from sweeps.awaited import once_asked, once_loaded, while_loaded
 
@@ -16,6 +18,7 @@ MANUAL = ("numpy._core._add_newdocs", "numpy._core._add_newdocs_scalars")  # wha
 METADATA = "importlib.metadata"
 BLAS = "scipy.linalg.cython_blas"
 _is_alone = False  # whether this process is for one thing, which knows what it calls
+_status: int | None = None  # what this process ends with at once; None where it is to end in Python's way
 
 
 def leave_out(alone: bool = False) -> None:
@@ -28,8 +31,8 @@ def leave_out(alone: bool = False) -> None:
         alone: whether the process is for one thing, which may leave out the compiler too.
     """
     global _is_alone
-    _is_alone = _is_alone or alone
-    if alone:
+    if alone and not _is_alone:
+        _is_alone = True
         _start_lightly()
     if "xarray" not in sys.modules:  # which remembers what it has once found
         for name in ("dask", "dask.array"):  # a command computes all that it shows, and nothing later
@@ -46,6 +49,7 @@ def _start_lightly() -> None:
     left out. NumPy's types for annotations are loaded for its linear algebra's alone. Numba looks for SciPy's linear
     algebra as it loads, and again where compiled code is to call it, which no kernel does.
     """
+    atexit.register(_end)  # first, and so done last: what is loaded from now on has its own ends before
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     gc.set_threshold(SELDOM)
     once_asked("fontTools.agl")
@@ -85,14 +89,32 @@ def _with_unloaded(name: str, **shown) -> Iterator[None]:
         del sys.modules[name]
 
 
-def end_at_once() -> None:
-    """Lets a process end without looking, at its end, for rings of dead objects among all that it has loaded.
+def end_at_once(status: int) -> NoReturn:
+    """Ends this command's process, with all that is to be done at its end, but does not take down what it has loaded.
 
-    Python looks twice, a fifth of what a short command takes: the system has the memory back in any case. Not where
-    Numba is loaded, whose code and its engine are taken down in an order of their own.
+    That is a fifth of what a short command takes, and half a second where kernels were compiled: the system has the
+    memory back in any case.
     """
-    if _is_alone and "numba" not in sys.modules:
-        gc.freeze()
+    ends_with(status)
+    sys.exit(status)
+
+
+def ends_with(status: int) -> None:
+    """Has a process that is for one thing end in that way, when it ends, with this status."""
+    global _status
+    _status = status
+
+
+def _end() -> None:
+    """The last of what is done at a process's end."""
+    if _status is None:
+        return
+    try:
+        sys.stdout.flush()
+        sys.stderr.flush()
+    except OSError:  # which Python tells of, as it ends
+        return
+    os._exit(_status)
 
 
 def is_alone() -> bool:

@@ -1,5 +1,6 @@
 """What commands leave out is missed by nobody."""
 
+import os
 import subprocess
 import sys
 
@@ -56,3 +57,42 @@ assert NDArray[np.float64].__origin__ is np.ndarray
 def test_numpys_types_are_loaded_when_asked_for():
     done = subprocess.run([sys.executable, "-c", TYPES], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+
+
+END = """
+import atexit, sys, threading, time
+from sweeps import lean
+lean.leave_out(alone=True)
+class Loaded:
+    def __del__(self):
+        print("taken down")
+loaded = Loaded()
+atexit.register(print, "done at the end")
+threading.Thread(target=lambda: (time.sleep(0.1), print("waited for"))).start()
+sys.stdout.write("said ")
+lean.end_at_once(3)
+"""
+
+
+def test_a_command_ends_with_all_that_is_to_be_done_and_takes_nothing_down():
+    done = subprocess.run([sys.executable, "-c", END], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (3, "said waited for\ndone at the end\n", "")
+
+
+UNWRITABLE = """
+import sys
+from sweeps import lean
+lean.leave_out(alone=True)
+sys.stdout.write("said ")
+lean.end_at_once(3)
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="no device that is always full")
+def test_words_that_cannot_be_written_are_told_of_as_ever():
+    kept = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+    with open("/dev/full", "w") as full:
+        words = [sys.executable, "-c", UNWRITABLE]
+        done = subprocess.run(words, stdout=full, stderr=subprocess.PIPE, text=True, env=kept, check=False)
+    assert done.returncode == 120  # Python's own
+    assert "No space left" in done.stderr

@@ -43,7 +43,7 @@ with figures.opened(sys.argv[1]) as ds, np.errstate(all="ignore"):
         spent += time.process_time() - begun
 print(spent)
 """
-LEAN = "from sweeps import lean; lean.leave_out(alone=True); {code}; lean.end_at_once()"
+LEAN = "from sweeps import lean; lean.leave_out(alone=True); {code}; lean.end_at_once(0)"
 MODEL = "import pydantic; type('Model', (pydantic.BaseModel,), dict())"  # the first model loads most of it
 DEFINITION = "NumPy, pydantic, YAML: any definition"
 LIBRARIES, BARE = "Matplotlib, h5py, Pillow: any picture", "figures, drawn bare"

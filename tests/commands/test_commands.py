@@ -15,7 +15,7 @@ from maps import BODIES, TOP, write
 from scipy.special import ellipk
 
 import sweeps
-from sweeps.__main__ import main
+from sweeps.__main__ import command, main
 
 
 @pytest.fixture(scope="module")
@@ -330,7 +330,7 @@ def test_every_command_has_help(name, capsys):
 def test_polhode_is_the_same_command(capsys):
     """The console script calls what `python -m sweeps` calls; each names itself in its help."""
     scripts = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())["project"]["scripts"]
-    assert EntryPoint("polhode", scripts["polhode"], "console_scripts").load() is main
+    assert EntryPoint("polhode", scripts["polhode"], "console_scripts").load() is command
     assert sweeps.__version__ == version("polhode")
     with pytest.raises(SystemExit) as left:
         main(["--version"])
