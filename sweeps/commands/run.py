@@ -42,11 +42,15 @@ def _run(args):
 
 
 def _helping(sweep, workers: int):
-    """A second process for the pictures, which begins with them while this one measures; None where there is none."""
+    """A second process for the pictures, which begins with them while this one measures; None where there is none.
+
+    Where kernels must be compiled, by two processes, it begins when one of them is done.
+    """
     from contextlib import nullcontext
 
     if workers == 1:
         return nullcontext()
     from sweeps.views.helper import helping
 
-    return helping(f"results/{sweep.name}/stability_map.nc", sweep)
+    path, is_compiled = f"results/{sweep.name}/stability_map.nc", sweep.system.compiled().exists()
+    return helping(path, sweep, at_once=is_compiled)

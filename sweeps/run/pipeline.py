@@ -49,7 +49,7 @@ def _made(planned: Plan, folder: Path, workers: int, again: bool, helper) -> Ite
     is_needed = not helper and (is_old or _is_older(folder / "figures", path))
     with _helping(path, workers) if is_needed else nullcontext(helper) as helper:
         if is_old:
-            _compile(planned.sweep)
+            _compile(planned.sweep, helper.begin if helper else lambda: None)
             measure(planned.sweep, path, workers, again)
         yield path
         yield from _shown(path, again, helper)
@@ -104,13 +104,19 @@ def _report(path: Path, file: Path) -> None:
         report.write(ds, file)
 
 
-def _compile(sweep: Sweep) -> None:
-    """Compiles what its system calls, alone, where no workflow or earlier run has: the cache bears one writer."""
+def _compile(sweep: Sweep, idle: Callable[[], None]) -> None:
+    """Compiles what its system calls, alone, where no workflow or earlier run has: the cache bears one writer.
+
+    Args:
+        sweep: the sweep.
+        idle: called once there is a processor that does not compile, if there are several; more than once, maybe.
+    """
     system, compiled = sweep.system, cache_folder() / "compiled"
     default, others = estimate.compile_seconds(sweep)
     if not compiled.exists() and systems.calls_the_defaults(system):
         _say(f"compiling the kernels, once per machine, about {default:.0f} s")
-        warmup.compile_kernels()
+        warmup.compile_kernels(idle=idle)
+    idle()
     if not system.compiled().exists():
         _say(f"compiling {system.name}, once per machine, about {others:.0f} s")
         warmup.compile_system(system)

@@ -9,22 +9,19 @@ and store one at a time.
 import fcntl
 import multiprocessing
 import os
+import threading
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import partial
+from multiprocessing.connection import wait
 from pathlib import Path
-
-from numba import NumbaExperimentalFeatureWarning
 
 from kernels import stored
 from kernels.fingerprint import cache_folder, fingerprint
-from sweeps import interrupts, processors, systems
+from sweeps import interrupts, lean, processors, systems
 from sweeps.files import replaced, temporary_folder
 from sweeps.run import claims, progress
-from sweeps.run.done_once import done_once
-from sweeps.run.linked_parts import parts_for_the_linker
-from sweeps.run.typing_once import operators_typed_once
 
 
 @contextmanager
@@ -42,41 +39,53 @@ def _alone() -> Iterator[None]:
         os.close(handle)
 
 
-def compile_kernels(everything: bool = False, without: Sequence[str] = (), seldom: bool = True) -> None:
+def compile_kernels(
+    everything: bool = False,
+    without: Sequence[str] = (),
+    seldom: bool = True,
+    idle: Callable[[], None] = lambda: None,
+) -> None:
     """Compiles, and stores in the cache, what the default system calls, or all systems; one process at once.
 
     Args:
         everything: the kernels of every system.
         without: modules of `systems.DESCRIBED` whose shared kernels are left to those that need them.
         seldom: also what few definitions ask for, where everything is compiled.
+        idle: called once one of two processes has nothing more to compile, in whichever thread; twice, maybe.
     """
-    asked = everything, without, seldom
-    pieces = len(systems.compilations(*asked))
-    compiled = cache_folder() / "compiled"
-    with _alone(), temporary_folder(compiled) as taken, progress.pieces(pieces, "compiling", partial(_done, taken)):
+    asked, compiled = (everything, without, seldom), cache_folder() / "compiled"
+    with _alone(), temporary_folder(compiled) as taken:
         second = None
-        if processors.cores() > 1:
+        if processors.cores() > 1:  # before this one loads Numba: they do so side by side
             second = multiprocessing.get_context("spawn").Process(
-                target=_compile, args=(asked, taken, True), daemon=True
+                target=_compile_as_the_second, args=(asked, taken), daemon=True
             )
             with interrupts.left_to_the_parent():
                 second.start()
-        _compile(asked, taken)
-        if second:
-            second.join()
-            if second.exitcode:  # what it had taken is done here
-                _run(systems.compilations(*asked), parts=not everything)
+            threading.Thread(target=lambda: (wait([second.sentinel]), idle()), daemon=True).start()
+        with progress.pieces(len(systems.compilations(*asked)), "compiling", partial(_done, taken)):
+            _compile(asked, taken)
+            if second:
+                idle()
+                second.join()
+                if second.exitcode:  # what it had taken is done here
+                    _run(systems.compilations(*asked), parts=not everything)
         stored.note(cache_folder())
     for name in systems.MODULES if everything else (systems.DEFAULT_SYSTEM,):
         _say_compiled(systems.resolve(name))
 
 
-def _compile(asked: tuple[bool, Sequence[str], bool], taken: Path, second: bool = False) -> None:
-    if second:  # its work is of use to the first alone
-        interrupts.end_with_the_parent()
+def _compile(asked: tuple[bool, Sequence[str], bool], taken: Path) -> None:
     stored.store_in_turn()
     # tests call from Python whatever there is
     _run(_left(enumerate(systems.compilations(*asked)), taken), parts=not asked[0])
+
+
+def _compile_as_the_second(asked: tuple[bool, Sequence[str], bool], taken: Path) -> None:
+    interrupts.end_with_the_parent()  # its work is of use to the first alone
+    lean.leave_out(alone=True)
+    _compile(asked, taken)
+    lean.ends_with(0)
 
 
 DONE = ".done"
@@ -98,6 +107,12 @@ def _done(taken: Path) -> int:
 
 def _run(compilations: Iterable[Callable[[], None]], parts: bool = True) -> None:
     """One after the other, in whichever process, without Numba's remarks; what only kernels call as parts or whole."""
+    from numba import NumbaExperimentalFeatureWarning
+
+    from sweeps.run.done_once import done_once
+    from sweeps.run.linked_parts import parts_for_the_linker
+    from sweeps.run.typing_once import operators_typed_once
+
     with warnings.catch_warnings(), operators_typed_once(), done_once(), parts_for_the_linker(parts):
         # kernels take a system's compiled step as an argument, which Numba calls an experiment
         warnings.simplefilter("ignore", NumbaExperimentalFeatureWarning)

@@ -30,34 +30,46 @@ class Helper:
     def __init__(self, path: str | Path, alike: bool = False):
         self.path, self.cut = str(path), {}
         os.stat(os.getcwd())  # where the process begins: refused here in words, or there in none of ours
-        self._early = None
-        copied = alike and _can_be_copied()
-        if copied:
+        self._is_copied, self._is_begun, self._lock = alike and _can_be_copied(), False, threading.Lock()
+        self._foreseen = None
+        if self._is_copied:
             _get_ready()
-        way = multiprocessing.get_context("fork" if copied else "spawn")
-        self._pool = ProcessPoolExecutor(1, way, interrupts.end_with_the_parent)
-        with interrupts.left_to_the_parent(is_copied=copied):
-            self._pool.submit(_get_ready)
+        way = multiprocessing.get_context("fork" if self._is_copied else "spawn")
+        self._pool = ProcessPoolExecutor(1, way, _begin)
 
     def foresee(self, sweep: "Sweep", folder: Path) -> None:
-        """Draws, before there is a map, what shows no measured value; that sweep's map it will be."""
-        self._early = folder / EARLY
-        self._pool.submit(_foresee, sweep, self._early)
+        """Has it draw, before there is a map, what shows no measured value; that sweep's map it will be."""
+        self._foreseen = sweep, folder / EARLY
+
+    def begin(self) -> None:
+        """Starts the process, where that is not done."""
+        with self._lock:
+            if self._is_begun:
+                return
+            self._is_begun = True
+            with interrupts.left_to_the_parent(is_copied=self._is_copied):
+                self._pool.submit(_get_ready)
+            if self._foreseen:
+                self._pool.submit(_foresee, *self._foreseen)
 
     def draw(self, names: Sequence[str], folder: Path, *how) -> Future:
         """Draws what nobody has begun of pictures and animations; see `sweeps.views.figures.draw_some`."""
+        self.begin()
         return self._pool.submit(_draw, self.path, self.cut, names, folder, *how)
 
     def draw_foreseen(self, folder: Path) -> Future:
         """The same for all of them, some of which may be drawn by now."""
-        return self._pool.submit(_draw_foreseen, self.path, self._early, folder)
+        self.begin()
+        return self._pool.submit(_draw_foreseen, self.path, self._foreseen and self._foreseen[1], folder)
 
     def end(self, is_done: bool) -> None:
-        """Ends the process, at once where its work is not wanted any more."""
-        if is_done:
-            self._pool.shutdown(cancel_futures=True)
-        else:
-            interrupts.abandon(self._pool)
+        """Ends the process, at once where its work is not wanted any more; it does not begin any more."""
+        with self._lock:
+            self._is_begun = True
+            if is_done:
+                self._pool.shutdown(cancel_futures=True)
+            else:
+                interrupts.abandon(self._pool)
 
 
 def _can_be_copied() -> bool:
@@ -66,13 +78,16 @@ def _can_be_copied() -> bool:
 
 
 @contextmanager
-def helping(path: str | Path, sweep: "Sweep | None" = None, alike: bool = False) -> Iterator[Helper]:
+def helping(
+    path: str | Path, sweep: "Sweep | None" = None, alike: bool = False, at_once: bool = True
+) -> Iterator[Helper]:
     """A helper for a map's pictures, while the block lasts; see `Helper`.
 
     Args:
         path: of the map.
         sweep: whose map that will be, where there is none yet.
         alike: whether this process loads the same libraries in any case.
+        at_once: whether it begins now, or when it is told to or asked for something.
     """
     with ExitStack() as stack:
         helper, is_done = Helper(path, alike), False
@@ -80,14 +95,21 @@ def helping(path: str | Path, sweep: "Sweep | None" = None, alike: bool = False)
             if sweep and not sweep.grid.scattered:
                 with suppress(OSError):  # which is said by those who must write there
                     helper.foresee(sweep, stack.enter_context(temporary_folder(Path(path).with_name("figures"))))
+            if at_once:
+                helper.begin()
             yield helper
             is_done = True
         finally:
             helper.end(is_done)
 
 
-def _get_ready() -> None:
+def _begin() -> None:
+    interrupts.end_with_the_parent()
     lean.leave_out(alone=True)
+    lean.ends_with(0)
+
+
+def _get_ready() -> None:
     from sweeps.views import figures  # noqa: F401
 
 

@@ -79,7 +79,7 @@ def test_two_processes_share_the_list_and_what_one_fails_in_the_other_does(folde
         return run
 
     class Played(threading.Thread):
-        exitcode = 0
+        exitcode, sentinel = 0, None
 
         def __init__(self, target, args, daemon):
             super().__init__(target=target, args=args, daemon=daemon)
@@ -94,6 +94,10 @@ def test_two_processes_share_the_list_and_what_one_fails_in_the_other_does(folde
     monkeypatch.setattr(warmup.multiprocessing, "get_context", lambda kind: context)
     monkeypatch.setattr(warmup.os, "sched_getaffinity", lambda process: {0, 1})
     monkeypatch.setattr(warmup.interrupts, "end_with_the_parent", lambda: None)
+    monkeypatch.setattr(
+        warmup, "lean", types.SimpleNamespace(leave_out=lambda alone: None, ends_with=lambda status: None)
+    )
+    monkeypatch.setattr(warmup, "wait", lambda sentinels: None)
     monkeypatch.setattr(warmup.systems, "compilations", lambda *_: [compilation(number) for number in range(9)])
     said = []
     monkeypatch.setattr(warmup, "_say_compiled", lambda system: said.append((system.name, len(set(done)))))
