@@ -125,10 +125,18 @@ def _write_note(note: Path, told: dict) -> None:
     """Writes it where the user has a folder of caches already, and may."""
     with suppress(OSError):
         if _is_safe(note.parent):
-            handle, temporary = tempfile.mkstemp(prefix=f".{note.name}.", dir=note.parent)
-            with os.fdopen(handle, "w") as file:
-                json.dump(told, file)
-            os.replace(temporary, note)
+            write_whole(note, told)
+
+
+def write_whole(path: Path, told: dict) -> None:
+    """Writes a JSON file, of which no other process sees a half."""
+    temporary = path.with_name(f".{path.name}.{os.urandom(8).hex()}")
+    try:
+        with temporary.open("x") as file:
+            json.dump(told, file)
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
 
 
 def sources(*modules: str) -> list[Path]:

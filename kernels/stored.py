@@ -9,12 +9,13 @@ import json
 import os
 import pickle
 import sys
-import tempfile
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from io import BytesIO
 from pathlib import Path
+
+from kernels.fingerprint import write_whole
 
 try:
     import fcntl
@@ -78,7 +79,7 @@ def remove_damaged(folder: Path) -> None:
             _remove(folder, found)
             now = {name: GONE for name, checksum in noted.items() if checksum is GONE} | found
             if now != noted:
-                _write(folder, now)
+                write_whole(folder / LEDGER, now)
     except OSError:
         return
 
@@ -96,7 +97,8 @@ def note(folder: Path) -> None:
     remove_damaged(folder)
     try:
         with _locked(folder):
-            _write(folder, {name: checksum for name, checksum in _ledger(folder).items() if checksum is not GONE})
+            kept = {name: checksum for name, checksum in _ledger(folder).items() if checksum is not GONE}
+            write_whole(folder / LEDGER, kept)
     except OSError:
         return
 
@@ -159,13 +161,6 @@ def _ledger(folder: Path) -> dict[str, int | None]:
     except (OSError, ValueError):
         return {}
     return ledger if isinstance(ledger, dict) else {}
-
-
-def _write(folder: Path, ledger: dict[str, int | None]) -> None:
-    handle, temporary = tempfile.mkstemp(prefix=f".{LEDGER}.", dir=folder)
-    with os.fdopen(handle, "w") as file:
-        json.dump(ledger, file)
-    os.replace(temporary, folder / LEDGER)
 
 
 @contextmanager
