@@ -123,20 +123,11 @@ def _present(features: str) -> list[str]:
 
 def _write_note(note: Path, told: dict) -> None:
     """Writes it where the user has a folder of caches already, and may."""
+    from kernels import stored
+
     with suppress(OSError):
         if _is_safe(note.parent):
-            write_whole(note, told)
-
-
-def write_whole(path: Path, told: dict) -> None:
-    """Writes a JSON file, of which no other process sees a half."""
-    temporary = path.with_name(f".{path.name}.{os.urandom(8).hex()}")
-    try:
-        with temporary.open("x") as file:
-            json.dump(told, file)
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
+            stored.write_whole(note, told)
 
 
 def sources(*modules: str) -> list[Path]:

@@ -15,8 +15,6 @@ from contextlib import contextmanager, suppress
 from io import BytesIO
 from pathlib import Path
 
-from kernels.fingerprint import write_whole
-
 try:
     import fcntl
 except ImportError:  # there is none on Windows
@@ -161,6 +159,17 @@ def _ledger(folder: Path) -> dict[str, int | None]:
     except (OSError, ValueError):
         return {}
     return ledger if isinstance(ledger, dict) else {}
+
+
+def write_whole(path: Path, told: dict) -> None:
+    """Writes a JSON file, of which no other process sees a half."""
+    temporary = path.with_name(f".{path.name}.{os.urandom(8).hex()}")
+    try:
+        with temporary.open("x") as file:
+            json.dump(told, file)
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
 
 
 @contextmanager
