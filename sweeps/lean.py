@@ -13,7 +13,7 @@ from typing import NoReturn
 
 from sweeps.awaited import once_asked, once_loaded, while_loaded
 
-SELDOM = 10_000  # new objects between two looks for rings of dead ones; start-up makes many, and no dead ones
+SELDOM = 100_000  # new objects between two looks for rings of dead ones; start-up makes many, and no dead ones
 MANUAL = ("numpy._core._add_newdocs", "numpy._core._add_newdocs_scalars")  # what `help` says of compiled functions
 METADATA = "importlib.metadata"
 BLAS = "scipy.linalg.cython_blas"
