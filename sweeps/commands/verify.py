@@ -20,4 +20,10 @@ def add(commands) -> None:
 def _run(args):
     from sweeps.maps import verify
 
-    return verify.command(args.map, args.points, args.seed, args.definition, args.any_kernels)
+    return verify.command(args.map, args.points, args.seed, args.definition, args.any_kernels, _compile)
+
+
+def _compile(system) -> None:
+    from sweeps.run import warmup
+
+    warmup.compile_missing(system)

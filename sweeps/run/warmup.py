@@ -141,8 +141,16 @@ def _say_compiled(system: systems.Dynamics) -> None:
 
 def compile_missing(system: systems.Dynamics) -> None:
     """Compiles, alone, what one system calls, unless it lies in the cache whole: call it before work that is shared."""
-    if not (stored.is_whole(cache_folder()) and _says_compiled(system)):
+    if _is_compiled(system):
+        return
+    if systems.calls_the_defaults(system) and not _is_compiled(systems.resolve(systems.DEFAULT_SYSTEM)):
+        compile_kernels()
+    if not _is_compiled(system):
         compile_system(system)
+
+
+def _is_compiled(system: systems.Dynamics) -> bool:
+    return stored.is_whole(cache_folder()) and _says_compiled(system)
 
 
 def _says_compiled(system: systems.Dynamics) -> bool:

@@ -15,6 +15,8 @@ from sweeps.run import progress, warmup
 class System:
     """One that counts how often it is compiled."""
 
+    kernels = ()
+
     def __init__(self, folder):
         self.mark = folder / "compiled"
         self.times = 0
@@ -61,6 +63,17 @@ def test_what_was_damaged_is_compiled_once(system, folder):
     warmup.compile_missing(system)
     assert system.times == 2
     assert stored.is_whole(folder)
+
+
+def test_what_calls_the_defaults_has_them_compiled_first_and_by_two_processes(system, folder, monkeypatch):
+    done = []
+    default = types.SimpleNamespace(kernels=("survey",), compiled=lambda: folder / "default")
+    monkeypatch.setattr(warmup.systems, "resolve", lambda name: default)
+    monkeypatch.setattr(warmup, "compile_kernels", lambda: (done.append("kernels"), warmup._say_compiled(default)))
+    system.kernels = ("survey", "twist")
+    warmup.compile_missing(system)
+    warmup.compile_missing(default)
+    assert (done, system.times) == (["kernels"], 1)
 
 
 @pytest.mark.parametrize("fails", [False, True])
