@@ -9,6 +9,8 @@ from concurrent.futures import Executor
 from contextlib import contextmanager
 from multiprocessing import resource_tracker
 
+PATIENCE = 2.0  # s for a process to end that was told to
+
 
 @contextmanager
 def left_to_the_parent(is_copied: bool = False) -> Iterator[None]:
@@ -39,10 +41,21 @@ def end_with_the_parent() -> None:
 
 
 def abandon(pool: Executor) -> None:
-    """Ends a pool and what this process has started by `multiprocessing`; what was half-written, the next run removes.
+    """Ends a pool and what this process has started by `multiprocessing`.
 
     The processes first: one that is only starting would miss what it shares with the pool, and say so.
     """
-    for child in multiprocessing.active_children():
-        child.terminate()
+    abandon_processes()
     pool.shutdown(wait=False, cancel_futures=True)
+
+
+def abandon_processes() -> None:
+    """Ends what this process has started by `multiprocessing`: where they wrote, nothing more comes.
+
+    What was half-written, who shared the place with them removes, or the next run.
+    """
+    children = multiprocessing.active_children()
+    for child in children:
+        child.terminate()
+    for child in children:
+        child.join(PATIENCE)

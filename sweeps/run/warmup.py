@@ -12,7 +12,7 @@ import os
 import threading
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from functools import partial
 from multiprocessing.connection import wait
 from pathlib import Path
@@ -55,15 +55,8 @@ def compile_kernels(
     """
     asked, compiled = (everything, without, seldom), cache_folder() / "compiled"
     with _alone(), temporary_folder(compiled) as taken:
-        second = None
-        if processors.cores() > 1:  # before this one loads Numba: they do so side by side
-            second = multiprocessing.get_context("spawn").Process(
-                target=_compile_as_the_second, args=(asked, taken), daemon=True
-            )
-            with interrupts.left_to_the_parent():
-                second.start()
-            threading.Thread(target=lambda: (wait([second.sentinel]), idle()), daemon=True).start()
-        with progress.pieces(len(systems.compilations(*asked)), "compiling", partial(_done, taken)):
+        other = _second(asked, taken, idle) if processors.cores() > 1 else nullcontext()
+        with other as second, progress.pieces(len(systems.compilations(*asked)), "compiling", partial(_done, taken)):
             _compile(asked, taken)
             if second:
                 idle()
@@ -79,6 +72,27 @@ def _compile(asked: tuple[bool, Sequence[str], bool], taken: Path) -> None:
     stored.store_in_turn()
     # tests call from Python whatever there is
     _run(_left(enumerate(systems.compilations(*asked)), taken), parts=not asked[0])
+
+
+@contextmanager
+def _second(asked: tuple[bool, Sequence[str], bool], taken: Path, idle: Callable[[], None]) -> Iterator:
+    """The other process, begun before this one loads Numba: they do so side by side. It is over where the block fails.
+
+    Args:
+        asked: what is to be compiled.
+        taken: the folder that both share.
+        idle: called when it has ended, in a thread.
+    """
+    way = multiprocessing.get_context("spawn")
+    second = way.Process(target=_compile_as_the_second, args=(asked, taken), daemon=True)
+    try:
+        with interrupts.left_to_the_parent():
+            second.start()
+        threading.Thread(target=lambda: (wait([second.sentinel]), idle()), daemon=True).start()
+        yield second
+    except BaseException:
+        interrupts.abandon_processes()
+        raise
 
 
 def _compile_as_the_second(asked: tuple[bool, Sequence[str], bool], taken: Path) -> None:

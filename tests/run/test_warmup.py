@@ -1,6 +1,8 @@
 import functools
 import io
 import json
+import multiprocessing.connection
+import signal
 import threading
 import time
 import types
@@ -118,6 +120,14 @@ def test_two_processes_share_the_list_and_what_one_fails_in_the_other_does(folde
     assert said == [("rigid_body", 9)]
     assert set(done) == set(range(9))
     assert fails or len(done) == 9
+
+
+def test_the_second_process_is_over_before_their_folder_goes(monkeypatch):
+    waits = multiprocessing.connection.wait  # for nothing, ten minutes long: what a new process can find by its name
+    monkeypatch.setattr(warmup, "_compile_as_the_second", waits)
+    with pytest.raises(KeyboardInterrupt), warmup._second([], 600.0, lambda: None) as second:
+        raise KeyboardInterrupt
+    assert second.exitcode == -signal.SIGTERM
 
 
 def test_a_bar_on_a_terminal_counts_what_either_process_has_done(monkeypatch, tmp_path):
