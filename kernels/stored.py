@@ -165,8 +165,8 @@ def write_whole(path: Path, told: dict) -> None:
     """Writes a JSON file, of which no other process sees a half."""
     temporary = path.with_name(f".{path.name}.{os.urandom(8).hex()}")
     try:
-        with temporary.open("x") as file:
-            json.dump(told, file)
+        temporary.touch(0o600, exist_ok=False)
+        temporary.write_text(json.dumps(told))
         temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)

@@ -19,9 +19,7 @@ to the next, and the hash is part of a map's `kernel_fingerprint`.
 
 import hashlib
 import importlib.util
-import os
 import sys
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cached_property
@@ -35,6 +33,7 @@ except ImportError:  # no such locks on Windows
 from kernels.blocks import W
 from kernels.fingerprint import cache_folder
 from kernels.oscillations import ORDER
+from sweeps.files import replaced
 from sweeps.mechanics.graph import ADD, CONSTANT, DIV, FUNCTION, MUL, Graph, V, X
 
 HEADER = '''"""{title}: one Taylor step of order {order}, and the energy above the equilibrium, for {W} lanes."""
@@ -385,12 +384,10 @@ def _alone(path: Path) -> Iterator[None]:
 
 
 def _written(folder: Path, name: str, text: str) -> Path:
-    """The path of a file with this text: written beside and renamed, so that no process sees half of it."""
-    folder.mkdir(parents=True, exist_ok=True)
+    """The path of a file with this text, which is the user's alone; no process sees half of it."""
     path = folder / f"{name}.py"
     if not path.is_file() or path.read_text() != text:
-        handle, temporary = tempfile.mkstemp(dir=folder, suffix=".tmp")
-        with os.fdopen(handle, "w") as file:
-            file.write(text)
-        os.replace(temporary, path)
+        with replaced(path, flush=False) as temporary:
+            temporary.chmod(0o600)
+            temporary.write_text(text)
     return path
