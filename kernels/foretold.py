@@ -2,7 +2,7 @@
 
 The same formulas as :func:`kernels.linear.omega_squared`, :func:`kernels.linear.regime`, :func:`kernels.linear.rates`,
 :func:`kernels.linear.growing_fraction`, :func:`kernels.rigid_body.shape` and
-:func:`kernels.rigid_body.triangle_margin`, term by term and rounding by rounding: those make an array of each
+:func:`kernels.triangle.triangle_margin`, term by term and rounding by rounding: those make an array of each
 intermediate value, which takes ten times as long.
 """
 
@@ -13,6 +13,7 @@ from numba import njit
 
 from kernels import columns, linear, rigid_body
 from kernels.options import EXACT, EXACT_INLINE
+from kernels.triangle import FLAT
 
 REALS = ("omega_squared_theory", "growth_rate_theory", "frequency_theory", "growing_fraction", "triangle_margin")
 KINDS = ("regime_theory", "shape")
@@ -75,6 +76,7 @@ def _body(I1, I2, I3):
     low, high = min(I1, I2), max(I1, I2)
     least, middle, greatest = min(low, I3), max(low, min(high, I3)), max(high, I3)
     margin = (least / greatest - (greatest - middle) / greatest) / (1.0 + middle / greatest + least / greatest)
+    margin = 0.0 if (margin < 0.0) & (margin >= -FLAT) else margin
     oblate, prolate = least == middle, middle == greatest
     one = rigid_body.OBLATE if oblate else (rigid_body.PROLATE if prolate else rigid_body.ASYMMETRIC)
     shape = rigid_body.SPHERE if oblate & prolate else one

@@ -22,6 +22,7 @@ import numpy as np
 from numba import njit
 
 from kernels.options import INLINE
+from kernels.triangle import ascending
 
 ASYMMETRIC, OBLATE, PROLATE, SPHERE = range(4)
 
@@ -105,12 +106,6 @@ def perturbation_invariant(wb, wc, cb, cc):
     return p - q, abs(p) + abs(q)
 
 
-def _ascending(I1, I2, I3):
-    """Three arrays in ascending order, element by element; NaN in all three where one is NaN."""
-    low, high = np.minimum(I1, I2), np.maximum(I1, I2)
-    return np.minimum(low, I3), np.maximum(low, np.minimum(high, I3)), np.maximum(high, I3)
-
-
 def shape(I1, I2, I3):
     """Kind of body by its moments: ASYMMETRIC, OBLATE (the two least equal), PROLATE (the two greatest) or SPHERE.
 
@@ -123,29 +118,7 @@ def shape(I1, I2, I3):
     -------
     numpy.ndarray of int8
     """
-    least, middle, greatest = _ascending(I1, I2, I3)
+    least, middle, greatest = ascending(I1, I2, I3)
     oblate, prolate = least == middle, middle == greatest
     kind = np.select([oblate & prolate, oblate, prolate], [SPHERE, OBLATE, PROLATE], ASYMMETRIC)
     return kind.astype(np.int8)
-
-
-def triangle_margin(I1, I2, I3):
-    """How far the body is from what cannot exist: min over axes of (I_b + I_c - I_a)/(I1 + I2 + I3).
-
-    A body made of mass has I_a <= I_b + I_c about every axis; equality (0) is a flat plate or a rod, a negative margin
-    cannot exist as a rigid body.
-
-    Parameters
-    ----------
-    I1, I2, I3 : array_like
-        Moments of inertia in a common unit; broadcast together.
-
-    Returns
-    -------
-    numpy.ndarray of float64
-        Dimensionless, at most 1/3 (the sphere).
-    """
-    least, middle, greatest = _ascending(I1, I2, I3)
-    # as ratios to the greatest, and the difference first: no overflow, and a plate's zero stays a zero
-    excess = least / greatest - (greatest - middle) / greatest
-    return excess / (1.0 + middle / greatest + least / greatest)

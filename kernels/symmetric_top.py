@@ -41,7 +41,7 @@ import math
 import numpy as np
 from numba import njit
 
-from kernels import rigid_body, taylor_steps
+from kernels import rigid_body, taylor_steps, triangle
 from kernels.blocks import W, cut
 from kernels.columns import arrays, numbers
 from kernels.options import INLINE, OPTIONS
@@ -573,7 +573,7 @@ def theory(points):
         "period_theory": _period(ratio - 1.0) / np.abs(omega3),
         "momentum_cone_theory": np.degrees(momentum),
         "space_cone_theory": np.degrees(space),
-        "triangle_margin": rigid_body.triangle_margin(one, one, ratio),
+        "triangle_margin": triangle.triangle_margin(one, one, ratio),
         "shape": rigid_body.shape(one, one, ratio),
     }
 

@@ -2,7 +2,7 @@
 
 from sweeps.commands import parser
 
-UNCERTAIN = ("draws", "seed", "method", "turns", "twist", "axis", "picture")
+UNCERTAIN = ("draws", "seed", "method", "turns", "picture")
 
 EPILOG = """\
 NAME may be a part of a name: `body racket`. Without NAME the bodies are listed. Or give a body of your own:
@@ -16,11 +16,12 @@ NAME may be a part of a name: `body racket`. Without NAME the bodies are listed.
 
 With --uncertainty the body is drawn, and each draw measured: how likely each spin is unstable, and how fast it would
 go. X is a share of the moments, or of the tensor's entries where that is given (5%), or a mapping as in a definition:
-"{moments: [5 %, 2 %, 1 %], omega0: 10 %, phase: any}".
+"{moments: [5 %, 2 %, 1 %], omega0: 10 %, phase: any}". A share of an entry that is 0 is 0: for a sigma of such an
+off-diagonal entry give {covariance: …}, 6 rows of 6, in kg2 m4.
 
 The moments of a tensor or a mesh come out ascending, with their principal axes in the coordinates of the tensor or
-the mesh. Off-diagonal entries of a tensor are minus the products of inertia. --json says all in SI units, angles
-(max_tilt) in rad, as maps do.
+the mesh; --moments and --ratios keep the order given. Off-diagonal entries of a tensor are minus the products of
+inertia. --json says all in SI units, angles (max_tilt) in rad, as maps do.
 """
 
 
@@ -38,17 +39,26 @@ def add(commands) -> None:
     command.add_argument("--mass", type=float, metavar="M", help="of the mesh, kg, in place of its density")
     command.add_argument("--unit", default="m", help="of the mesh's lengths: m (default), cm, mm, in, ft")
     command.add_argument("--omega0", type=float, metavar="W", help="spin rate, rad s-1 (default the body's own, or 1)")
-    command.add_argument("--epsilon", type=float, metavar="E", help="size of the nudge, relative (default 1e-6)")
+    command.add_argument("--epsilon", type=float, metavar="E", help="size of the perturbation, relative (default 1e-6)")
     command.add_argument(
-        "--phase", type=float, metavar="P", help="its direction in the (b, c) plane, rad (default 0.6)"
+        "--phase",
+        type=float,
+        metavar="P",
+        help="direction of the perturbation in the transverse plane, rad (default 0.6)",
     )
-    command.add_argument("--uncertainty", metavar="X", help="how well it is known: 5%%, or a mapping")
-    command.add_argument("--draws", type=int, metavar="N", help="bodies to draw (default 10,000)")
-    command.add_argument("--seed", type=int, metavar="S", help="of the draws (default 1)")
+    command.add_argument(
+        "--uncertainty", metavar="X", help="1-sigma uncertainty of the moments, e.g. 5%%, or a mapping"
+    )
+    command.add_argument("--draws", type=parser.number, metavar="N", help="bodies to draw, 64 to 4e6 (default 10,000)")
+    command.add_argument("--seed", type=parser.number, metavar="S", help="of the draws (default 1)")
     command.add_argument("--method", metavar="M", help="how they are spread: sobol (default), latin, random")
-    command.add_argument("--turns", type=float, metavar="T", help="turns in which it flips or does not (default 100)")
-    command.add_argument("--twist", action="store_const", const=True, help="measure the twist about the handle too")
-    command.add_argument("--axis", type=int, metavar="A", help="the one axis to spin it about (default all three)")
+    command.add_argument(
+        "--turns", type=parser.number, metavar="T", help="count a flip if it occurs within T turns (default 100)"
+    )
+    command.add_argument("--twist", action="store_const", const=True, help="state the twist about the handle too")
+    command.add_argument(
+        "--axis", type=parser.number, metavar="A", help="the one axis to spin it about (default all three)"
+    )
     command.add_argument("--picture", metavar="FILE", help="draw the bodies on the triangle of inertia, as PNG")
     parser.add_json(command)
 
@@ -67,20 +77,20 @@ def _run(args):
         printing.print_json(names) if args.json else print("\n".join(names))
         return
     body = _own(args, given) if given else _known(args)
-    spun = asked.setting(body, vars(args))
+    spun, axis = asked.setting(body, vars(args)), asked.axis_of(args.axis)
     if args.uncertainty is not None:
-        _uncertain(args, body, spun, given)
+        _uncertain(args, body, spun, given, axis)
     elif beside := [f"--{name}" for name in UNCERTAIN if getattr(args, name) is not None]:
         from sweeps.schema.refusals import DefinitionError
 
         raise DefinitionError(f"body: {', '.join(beside)}: is given without --uncertainty; allowed: both, or neither")
     elif args.json:
-        printing.print_json(asked.facts(body, spun))
+        printing.print_json(asked.facts(body, spun, axis, bool(args.twist)))
     else:
-        _print(printing.console(), body.name, *asked.answer(body, spun))
+        _print(printing.console(), body.name, *asked.answer(body, spun, axis, bool(args.twist)))
 
 
-def _uncertain(args, body, spun: dict, given: list[str]) -> None:
+def _uncertain(args, body, spun: dict, given: list[str], axis: int | None) -> None:
     """The same of a body that is not known exactly."""
     from sweeps import memory, processors
     from sweeps.points.loading import load
@@ -98,11 +108,11 @@ def _uncertain(args, body, spun: dict, given: list[str]) -> None:
     if args.picture:
         _draw(found, args.picture)
     if args.json:
-        facts, more = asked.facts(body, spun), uncertain.facts(found)
+        facts, more = asked.facts(body, spun, axis), uncertain.facts(found)
         spins = [spin | more["axes"][spin["axis"]] for spin in facts["axes"] if spin["axis"] in more["axes"]]
         printing.print_json(facts | more | {"axes": spins})
         return
-    lines, rows, known = asked.answer(body, spun)
+    lines, rows, known = asked.answer(body, spun, axis)
     lines += uncertain.lines(found)
     _print(printing.console(), body.name, lines, [(f"{name}, as given", text) for name, text in rows], [])
     _print(printing.console(), "", [], uncertain.rows(found), known)

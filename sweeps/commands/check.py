@@ -35,14 +35,17 @@ def _facts(planned) -> dict:
     from dataclasses import asdict
 
     from sweeps.points.estimate import estimate, lacking
+    from sweeps.points.existence import impossible
 
     grid, definition = planned.sweep.grid, planned.sweep.definition
-    needs = estimate(planned.sweep)
+    needs, (count, counted) = estimate(planned.sweep), impossible(planned.sweep)
     return {
         "definition": str(planned.path),
         "title": definition.title,
         "dimensions": dict(zip(grid.dims, grid.shape, strict=True)),
         **asdict(needs),
+        "impossible": count,
+        "impossible_counted": counted,
         "lacking_here": lacking(planned.sweep, needs, "results"),
         **planned.sweep.system.facts(definition),
     }
@@ -50,6 +53,7 @@ def _facts(planned) -> dict:
 
 def _rows(planned):
     from sweeps.points.estimate import PAGE_BYTES, estimate, in_words, lacking
+    from sweeps.points.existence import impossible
 
     grid, definition = planned.sweep.grid, planned.sweep.definition
     needs = estimate(planned.sweep)
@@ -57,6 +61,10 @@ def _rows(planned):
     yield "title", definition.title
     dimensions = " × ".join(f"{n:,} {d}" for d, n in zip(grid.dims, grid.shape, strict=True))
     yield "points", f"{needs.points:,} = {dimensions}"
+    count, counted = impossible(planned.sweep)
+    if count:
+        share = f"{count:,}" if counted else f"about {100 * count / needs.points:.2g} % of the"
+        yield "impossible", f"{share} points violate the triangle inequality of moments; the map flags them"
     yield "shards", f"{needs.shards:,}"
     yield "memory", f"about {in_words(needs.memory_bytes)} a process"
     yield "disk", f"at most {in_words(needs.disk_bytes)} for shards and map, {PAGE_BYTES // 10**6} MB for the rest"

@@ -69,6 +69,15 @@ def add(commands, name: str, help_text: str, run, epilog: str | None = None) -> 
     return parser
 
 
+def number(text: str) -> int | float | str:
+    """Return a whole number, "1e6" too, else a number; what is none stays text, for the definition's own check."""
+    try:
+        value = float(text)
+    except ValueError:
+        return text
+    return int(value) if value.is_integer() else value
+
+
 def add_definition(parser: Parser, **options) -> None:
     """The argument DEFINITION."""
     text = "a sweep that ships, or the path of a YAML file"

@@ -72,7 +72,7 @@ class Grid:
         """
         own = {name: ((dim,), values) for name, (dim, values) in self.system.auxiliary(self.definition).items()}
         columns = scattered.columns(self.scattered) if self.scattered else {}
-        follows = self.following.coordinates(dict(zip(self.dims, self.shape, strict=True)), self._values)
+        follows = self.following.coordinates(dict(zip(self.dims, self.shape, strict=True)), self.values)
         return own | {name: ((POINT,), values) for name, values in columns.items()} | follows
 
     @cached_property
@@ -132,7 +132,7 @@ class Grid:
         if name in own:
             values = own[name]
         else:
-            values = self._values(name, index) if name in runs else self.auxiliary[name][1][index]
+            values = self.values(name, index) if name in runs else self.auxiliary[name][1][index]
         values = values if counts is None else np.repeat(values, counts)
         return values.astype(np.int64) if values.dtype.kind == "i" else values
 
@@ -179,7 +179,8 @@ class Grid:
         lengths = zip(self._along.items(), self.shape, strict=True)
         return {dim: _spelled_out(v) for (dim, v), n in lengths if n <= SPELLED_OUT and dim != POINT}
 
-    def _values(self, dim: str, index: np.ndarray) -> np.ndarray:
+    def values(self, dim: str, index: np.ndarray) -> np.ndarray:
+        """Return the values of a dimension at these numbers along it."""
         if dim in self._tables:
             return self._tables[dim][index]
         along = self._along[dim]

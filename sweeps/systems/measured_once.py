@@ -1,5 +1,6 @@
 """What systems share whose points are a body, listed or in the grid, and whose motions are measured once round."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING
@@ -10,6 +11,7 @@ from sweeps.schema.layout import Layout
 from sweeps.schema.parameters import Range
 from sweeps.schema.variables import Variable
 from sweeps.systems import listed
+from sweeps.systems.shapes import RATIOS
 from sweeps.systems.system import Dynamics, Page
 
 if TYPE_CHECKING:
@@ -32,6 +34,7 @@ class MeasuredOnce(Dynamics):
     shareable: tuple[str, ...]
     closed: str
     question: str
+    existence = listed.MOMENTS
 
     def dimensions(self, definition) -> dict[str, Range | np.ndarray]:
         """The arguments, or (body, …) and what no body gives itself."""
@@ -53,6 +56,10 @@ class MeasuredOnce(Dynamics):
         """Name → variable: the closed form alone where nothing is followed."""
         followed = definition is not None and definition.integration.measured
         return self.tables.VARIABLES if followed else self.tables.EXACT
+
+    def impossible(self, points: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return where one moment exceeds the sum of the others."""
+        return RATIOS.impossible(points)
 
     def layout(self) -> Layout:
         """What any of its maps may hold."""

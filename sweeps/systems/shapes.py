@@ -15,18 +15,28 @@ maps the unit square of (x, t) onto the triangle, one to one but for x = 0. Poin
 evenly: x² is drawn evenly, then t.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from pydantic import Field
 
+from kernels.triangle import triangle_margin
 from sweeps.schema.parameters import Quantity, Range, entry, range_model
 from sweeps.schema.refusals import UnreadableError, display
 from sweeps.schema.strict import Strict
 from sweeps.systems.shape_coordinates import LEAST, OVER, RATIO, ROOM, Ratio, Room
 
-TRIANGLE = 1e-9  # of the moments' sum: a flat plate has exactly 0, but for its digits
+POSSIBLE = "moments each at most the sum of the other two"
+
+
+def violation(moments: Sequence[float]) -> str:
+    """Return how three moments violate the triangle inequality, "I3 = 5 > I1 + I2 = 3"; "" for possible ones."""
+    if not triangle_margin(*moments) < 0:
+        return ""
+    k = int(np.argmax(moments))
+    i, j = sorted({0, 1, 2} - {k})
+    return f"I{k + 1} = {moments[k]:.10g} > I{i + 1} + I{j + 1} = {moments[i] + moments[j]:.10g}"
 
 
 class Shapes(Strict):
@@ -92,9 +102,7 @@ class _Ratios:
         """Where one moment is above the sum of the others."""
         if not {"I1", "I2", "I3"} <= set(columns):
             return None
-        moments = np.stack(np.broadcast_arrays(*(np.asarray(columns[name]) for name in ("I1", "I2", "I3"))))
-        total = (moments / moments.max(axis=0)).sum(axis=0)
-        return total - 2.0 < -TRIANGLE * total
+        return triangle_margin(*(columns[name] for name in ("I1", "I2", "I3"))) < 0
 
 
 def _ends(entry: object, most: float, else_: tuple[float, float]) -> tuple[float, float]:

@@ -102,6 +102,7 @@ class Dynamics(ABC):
         look: how flags and parameters look in pictures, terminal and page.
         kernels: modules of `kernels` that :meth:`columns` imports; a map's fingerprint covers them and what they
             import. With none, it covers every kernel.
+        existence: names of the arguments that decide whether a point is physically possible; () where all points are.
     """
 
     name: str
@@ -115,6 +116,7 @@ class Dynamics(ABC):
     compile_seconds: float = 0.0
     look: Look = Look()
     kernels: tuple[str, ...] = ()
+    existence: tuple[str, ...] = ()
 
     @abstractmethod
     def dimensions(self, definition: "Definition") -> "dict[str, Range | np.ndarray]":
@@ -165,6 +167,10 @@ class Dynamics(ABC):
             Each of :meth:`variables` → values, shape (n,) and those of its further dimensions; a value depends on
             its own point alone.
         """
+
+    def impossible(self, points: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return which points are physically impossible, from the arguments in :attr:`existence`."""
+        raise NotImplementedError
 
     def motions(self, points: Mapping[str, np.ndarray], integration: "Integration") -> int:
         """How many motions :meth:`columns` integrates for these points."""

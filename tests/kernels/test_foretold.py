@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from kernels import foretold, linear, rigid_body
+from kernels import foretold, linear, rigid_body, triangle
 
 
 def some_bodies(alike):
@@ -30,7 +30,7 @@ def test_columns_are_those_of_the_formulas(alike):
             "growth_rate_theory": growth_rate * np.abs(omega0),
             "frequency_theory": frequency * np.abs(omega0),
             "growing_fraction": linear.growing_fraction(I1, I2, I3, omega0, axis, phase),
-            "triangle_margin": rigid_body.triangle_margin(I1, I2, I3),
+            "triangle_margin": triangle.triangle_margin(I1, I2, I3),
             "regime_theory": regime,
             "shape": rigid_body.shape(I1, I2, I3),
         }

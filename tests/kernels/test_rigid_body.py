@@ -1,3 +1,5 @@
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import assume, given
@@ -5,7 +7,7 @@ from hypothesis import strategies as st
 from naive import fractions, seen_from
 from strategies import moment_triples
 
-from kernels import rigid_body
+from kernels import rigid_body, triangle
 
 ULP = 2.0**-52
 RATES = st.tuples(*[st.floats(-1e3, 1e3).map(lambda x: x if abs(x) > 1e-3 else 1e-3)] * 3)
@@ -150,22 +152,33 @@ def test_shapes_one_ulp_apart():
 def test_triangle_margin_against_fractions(moments):
     I1, I2, I3 = exact = fractions(*moments)
     margin = min(I2 + I3 - I1, I3 + I1 - I2, I1 + I2 - I3) / sum(exact)
-    ours = rigid_body.triangle_margin(*moments)
+    ours = triangle.triangle_margin(*moments)
+    margin = 0 if -triangle.FLAT <= margin < 0 else margin
     # ratios to the greatest moment, each rounded once, over a sum between 1 and 3
     assert float(ours) == pytest.approx(float(margin), rel=4 * ULP, abs=2 * ULP)
-    assert ours == rigid_body.triangle_margin(moments[2], moments[0], moments[1])
-    assert ours == rigid_body.triangle_margin(*(2.0**300 * m for m in moments))
+    assert ours == triangle.triangle_margin(moments[2], moments[0], moments[1])
+    assert ours == triangle.triangle_margin(*(2.0**300 * m for m in moments))
 
 
 @given(st.integers(1, 2**50), st.integers(1, 2**50))
 def test_a_plate_has_no_margin_and_a_rod_neither(p, q):
     assume(p != q)
-    assert rigid_body.triangle_margin(float(p), float(q), float(p + q)) == 0.0
-    assert rigid_body.triangle_margin(float(p), float(p + q), float(q)) == 0.0
-    assert rigid_body.triangle_margin(float(p + q), float(q), float(p) + 1.0) > 0.0
-    assert rigid_body.triangle_margin(float(p + q + 1), float(q), float(p)) < 0.0
+    assert triangle.triangle_margin(float(p), float(q), float(p + q)) == 0.0
+    assert triangle.triangle_margin(float(p), float(p + q), float(q)) == 0.0
+    assert triangle.triangle_margin(float(p + q), float(q), float(p) + 1.0) > 0.0
+    assert triangle.triangle_margin(1.00001 * (p + q), float(q), float(p)) < 0.0
+
+
+@pytest.mark.parametrize(
+    "plate", [(0.1, 0.2, 0.3), (0.1, 0.7, 0.8), (1 / 3, 2 / 3, 1.0), (0.333333333, 0.666666667, 1.0)]
+)
+@pytest.mark.parametrize("scale", [1e-300, 1.0, 1e300])
+def test_rounded_moments_of_a_plate_make_no_impossible_body(plate, scale):
+    """In doubles 0.1 + 0.7 < 0.8: the margin of a body that is flat but for its digits is 0, not negative."""
+    for order in itertools.permutations(range(3)):
+        assert triangle.triangle_margin(*(scale * plate[k] for k in order)) >= 0.0
 
 
 @pytest.mark.parametrize("scale", [1e-300, 1.0, 1e160, 1e307])
 def test_the_sphere_has_the_greatest_margin_at_any_scale(scale):
-    assert rigid_body.triangle_margin(scale, scale, scale) == pytest.approx(1 / 3, rel=1e-15, abs=0)
+    assert triangle.triangle_margin(scale, scale, scale) == pytest.approx(1 / 3, rel=1e-15, abs=0)

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from pydantic import BaseModel, ValidationError
 from strategies import ranges, sweeps
 
-from kernels import rigid_body
+from kernels import triangle
 from sweeps import systems as registry
 from sweeps.points import catalogue
 from sweeps.points.loading import load, read
@@ -755,7 +755,7 @@ def test_the_racket_stands_on_its_grid():
 
 def test_every_point_of_the_racket_map_is_a_body():
     points = default_points()
-    assert rigid_body.triangle_margin(points["I1"], points["I2"], points["I3"]).min() > 0
+    assert triangle.triangle_margin(points["I1"], points["I2"], points["I3"]).min() > 0
 
 
 def test_the_boundary_crosses_the_racket_map():

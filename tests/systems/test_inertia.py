@@ -70,7 +70,7 @@ def test_moments_equal_but_for_rounding_are_made_equal_and_said():
         ([[1, 0.1, 0], [0, 1, 0], [0, 0, 1]], "is not symmetric: 0.1 against 0.0"),
         ([[1, 2, 0], [2, 1, 0], [0, 0, 1]], "has the principal moments -1, 1, 3"),
         ([[0, 0, 0], [0, 0, 0], [0, 0, 0]], "principal moments > 0"),
-        ([[1, 0, 0], [0, 1, 0], [0, 0, 3]], "1, 1, 3, the last above the sum of the others"),
+        ([[1, 0, 0], [0, 1, 0], [0, 0, 3]], "belong to no rigid body: I3 = 3 > I1 + I2 = 2"),
         ([[1, 0, 0], [0, math.nan, 0], [0, 0, 3]], "is no tensor"),
     ],
 )
@@ -129,12 +129,49 @@ def test_an_open_mesh_says_how_open(tmp_path):
         ("empty.obj", b"", "holds no body"),
         ("words.obj", b"v 1 2\nf 1 2 3 4 5\n", "mesh"),
         ("nan.off", b"OFF\n4 4 0\nnan 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n", "holds no body"),
-        ("brick.step", b"ISO-10303-21;", "is no mesh by its name"),
+        (
+            "brick.step",
+            b"ISO-10303-21;",
+            "is of the unsupported format .step; allowed: .stl, .obj, .ply, .off (export the part as STL",
+        ),
     ],
 )
 def test_a_file_that_is_no_mesh_is_refused_in_words(tmp_path, name, content, words):
     (tmp_path / name).write_bytes(content)
     assert words in refused(lambda: inertia.solid(tmp_path / name, mass=1.0))
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("robot.urdf", "give the mesh file of one link, which the file names"),
+        ("sat.STEP", "export the part as STL"),
+        ("mesh", "is of the unsupported format (none); allowed: .stl, .obj, .ply, .off"),
+    ],
+)
+def test_the_format_is_refused_before_the_density_is_asked_for(name, words):
+    with pytest.raises(DefinitionError) as error:
+        load({"bodies": [{"name": "A", "omega0": 1.0, "mesh": {"file": name}}]})
+    assert words in str(error.value)
+    assert "density" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("edges", "given", "unit", "note"),
+    [
+        ((71.5, 146.7, 7.4), {"mass": 0.172}, "m", "its density is 2.22e-06 kg/m³: is it in mm (--unit mm)?"),
+        ((7.15, 14.67, 0.74), {"mass": 0.172}, "m", "its density is 0.00222 kg/m³: is it in cm (--unit cm)?"),
+        ((0.0715, 0.1467, 0.0074), {"mass": 0.172}, "mm", "its density is 2.22e+12 kg/m³: is it in m (--unit m)?"),
+        ((699.0, 100.0, 100.0), {"density": 1000.0}, "m", "it is 699 m long: is it in mm (--unit mm)?"),
+        ((71.5, 146.7, 7.4), {"mass": 0.172}, "mm", ""),
+        ((2.0, 2.0, 3.0), {"mass": 30.0}, "m", ""),
+        ((3.0, 2.0, 1.0), {"density": 600.0}, "m", ""),
+    ],
+)
+def test_lengths_in_another_unit_are_doubted(tmp_path, edges, given, unit, note):
+    trimesh.creation.box(edges).export(tmp_path / "box.obj")
+    notes = inertia.solid(tmp_path / "box.obj", unit=unit, **given).principal.notes
+    assert notes == ((note,) if note else ())
 
 
 def test_a_missing_and_a_truncated_mesh_are_refused(tmp_path):

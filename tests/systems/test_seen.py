@@ -224,7 +224,11 @@ def test_the_herpolhode_stays_between_its_circles():
 
 @pytest.mark.parametrize(
     ("name", "told"),
-    [("earth", "(0.9967 of a turn)"), ("plate", "(0.5 of a turn)"), ("racket", "0.927 of half a turn")],
+    [
+        ("earth", "(inertial frame; 0.9967 of a turn)"),
+        ("plate", "(inertial frame; 0.5 of a turn)"),
+        ("racket", "0.927 of half a turn"),
+    ],
 )
 def test_a_body_is_told_as_seen_from_space(capsys, name, told):
     assert told in " ".join(said(capsys, "body", name).split())

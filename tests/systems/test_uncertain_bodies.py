@@ -365,7 +365,7 @@ def test_body_answers_in_numbers_words_and_a_picture(tmp_path, capsys):
     picture = tmp_path / "cloud.png"
     assert main([*call, "--omega0", "0.1", "--axis", "2", "--picture", str(picture)]) == 0
     out = capsys.readouterr().out
-    assert "axis 2  unstable with probability" in out
+    assert "axis 2  P(unstable) " in out
     assert "matters most" in out
     assert picture.read_bytes().startswith(b"\x89PNG")
 
@@ -409,7 +409,7 @@ def test_a_sweep_says_what_memory_its_draws_take(tmp_path):
 def test_twist_is_told_where_it_is_asked_for(capsys):
     call = ["body", "--ratios", "0.3", "0.9", "1", "--uncertainty", "5%", "--draws", "64", "--axis", "2"]
     assert main([*call, "--twist"]) == 0
-    assert "while its handle comes round once it twists by " in " ".join(capsys.readouterr().out.split())
+    assert "thrown with ε = 1e-06, it twists by " in " ".join(capsys.readouterr().out.split())
     assert main([*call, "--json"]) == 0
     assert "twist_quantile" not in json.loads(capsys.readouterr().out)["axes"][0]
 
@@ -435,7 +435,7 @@ BODY = {"name": "A", "I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": 1.0}
         ({"uncertainty": "5 %", "draws": 10}, "draws: 10 is out of range"),
         ({"uncertainty": "5 %", "seed": -1}, "seed: -1 is out of range"),
         ({"uncertainty": "5 %", "method": "halton"}, "method: 'halton' is not available"),
-        ({"uncertainty": "5 %", "bodies": [BODY | {"I3": 3.5}]}, "are no body's moments"),
+        ({"uncertainty": "5 %", "bodies": [BODY | {"I3": 3.5}]}, "belong to no rigid body: I3 = 3.5 > I1 + I2 = 3"),
         (
             {"bodies": [BODY | {"uncertainty": "5 %"}, BODY | {"name": "B"}]},
             "bodies[1].uncertainty: (nothing) is missing",

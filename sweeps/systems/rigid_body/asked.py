@@ -5,10 +5,11 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict
 
 from sweeps.schema.definition import Definition
-from sweeps.schema.refusals import DefinitionError
+from sweeps.schema.refusals import DefinitionError, display
+from sweeps.systems import shapes
 from sweeps.systems.rigid_body import wording
 from sweeps.systems.rigid_body.definition import Body, RigidBodyDefinition
-from sweeps.systems.rigid_body.spins import Spin, in_words, spins
+from sweeps.systems.rigid_body.spins import Spin, in_words, spins, twist_of
 from sweeps.systems.rigid_body.variables import MOMENTS
 
 DEFAULTS = {"omega0": 1.0, "epsilon": 1e-6, "phase": 0.6}  # rad s-1, relative, rad
@@ -35,7 +36,7 @@ def entry(asked: Mapping[str, object]) -> dict:
         asked: one of `WAYS` → three, three or nine numbers or a file's name; density, mass (or None) and unit of a
             mesh.
     """
-    values: dict = {"name": asked["mesh"] or "the body given"}
+    values: dict = {"name": asked["mesh"] or "your body"}
     if asked["moments"]:
         return values | dict(zip(MOMENTS, asked["moments"], strict=True))
     if asked["ratios"]:
@@ -50,9 +51,13 @@ def checked(values: Mapping, asked: Mapping[str, object], load: Callable[[Mappin
     """A body by the rules of a definition, with what is asked of its spin; refusals name the key of the definition."""
     own = {name: asked[name] for name in DEFAULTS if asked[name] is not None}
     try:
-        return load({"bodies": [values | own], "grid": {} if "omega0" in own else {"omega0": 1.0}}).bodies[0]
+        body = load({"bodies": [values | own], "grid": {} if "omega0" in own else {"omega0": 1.0}}).bodies[0]
     except DefinitionError as refused:
         raise DefinitionError(str(refused).replace("definition: bodies[0].", "body: ")) from None
+    if broken := shapes.violation(body.moments):
+        shown = ", ".join(f"{moment:.6g}" for moment in body.moments)
+        raise DefinitionError(f"body: moments: {shown} belong to no rigid body: {broken}; allowed: {shapes.POSSIBLE}")
+    return body
 
 
 def check_spin(name: str, asked: Mapping[str, object], load: Callable[[Mapping], Definition]) -> None:
@@ -66,26 +71,68 @@ def setting(body: Body, asked: Mapping[str, object]) -> dict[str, float]:
     return {name: next(value for value in values if value is not None) for name, values in ways.items()}
 
 
-def facts(body: Body, spun: Mapping[str, float]) -> dict:
-    """The answer for machines: SI units, angles in rad."""
+def facts(body: Body, spun: Mapping[str, float], axis: int | None = None, thrown: bool = False) -> dict:
+    """Return the answer for machines: SI units, angles in rad; see :func:`answer`."""
     said = {"name": body.name, "moments": body.moments, "moments_are_ratios": body.ratios is not None, **spun}
     if body.principal is not None:
         said |= {"principal_axes": body.principal.axes, "notes": body.principal.notes}
     if body.solid is not None:
         said |= {name: getattr(body.solid, name) for name in ("mass", "volume", "centre", "extents", "faces")}
-    axes = [asdict(spin) | {"max_tilt": math.radians(spin.max_tilt)} for spin in spins(body.moments, **spun)]
+    axes = [asdict(spin) | {"max_tilt": math.radians(spin.max_tilt)} for spin in _chosen(body, spun, axis)]
+    if thrown:
+        axes = [spin | {"twist_thrown": twist_of(body.moments, spin["axis"], **_nudge(spun))} for spin in axes]
     return said | {"axes": axes}
 
 
-def answer(body: Body, spun: Mapping[str, float]) -> tuple[list[str], list[tuple[str, str]], list[str]]:
-    """The answer for people: lines about the body, (axis, what becomes of it) of each spin, and what is known."""
-    found = spins(body.moments, **spun)
-    rows = [(f"axis {one.axis}" + (", its own" if body.axis == one.axis else ""), _becomes(one)) for one in found]
+def answer(
+    body: Body, spun: Mapping[str, float], axis: int | None = None, thrown: bool = False
+) -> tuple[list[str], list[tuple[str, str]], list[str]]:
+    """Return the answer for people: lines about the body, (axis, outcome) of each spin, and what is known.
+
+    Args:
+        body: the body.
+        spun: omega0, epsilon and phase.
+        axis: the one axis to spin it about; left out, all three.
+        thrown: whether to add the twist of the throw with this perturbation.
+    """
+    found = _chosen(body, spun, axis)
+    rows = [
+        (
+            f"axis {one.axis}" + (", its own" if body.axis == one.axis else ""),
+            in_words(one, wording.duration) + (_thrown(body, spun, one.axis) if thrown else ""),
+        )
+        for one in found
+    ]
     return [*_described(body), *_spun(spun, found)], rows, list(_known(body))
 
 
-def _becomes(spin: Spin) -> str:
-    return in_words(spin, wording.duration)
+def axis_of(value: object) -> int | None:
+    """Return the one axis that is asked for, None for all three.
+
+    Raises:
+        DefinitionError: for what is no axis.
+    """
+    if value not in (None, 1, 2, 3):
+        raise DefinitionError(f"body: --axis: {display(value)} is out of range; allowed: 1, 2 or 3")
+    return None if value is None else int(value)
+
+
+def _chosen(body: Body, spun: Mapping[str, float], axis: int | None) -> list[Spin]:
+    return [spin for spin in spins(body.moments, **spun) if axis in (None, spin.axis)]
+
+
+def _nudge(spun: Mapping[str, float]) -> dict[str, float]:
+    return {name: spun[name] for name in ("epsilon", "phase")}
+
+
+def _thrown(body: Body, spun: Mapping[str, float], axis: int) -> str:
+    """The twist of this throw; nothing about the handle, whose direction then stays near L."""
+    twist = twist_of(body.moments, axis, **_nudge(spun))
+    if twist is None:
+        return ""
+    return (
+        f"; thrown with ε = {spun['epsilon']:.3g}, it twists by {math.degrees(twist):.3g}° per revolution of its handle"
+    )
 
 
 def _described(body: Body) -> Iterator[str]:
@@ -93,16 +140,21 @@ def _described(body: Body) -> Iterator[str]:
         yield wording.solid_in_words(body.solid)
     if body.principal is not None:
         yield from wording.principal_axes(body.principal)
+        yield "axes 1, 2, 3 in the order of ascending moments"
         return
     unit = "(ratios)" if body.ratios is not None else "kg m²"
-    yield f"{', '.join(MOMENTS)} = {', '.join(f'{moment:.6g}' for moment in body.moments)} {unit}"
+    typed = "" if list(body.moments) == sorted(body.moments) else "; axes 1, 2, 3 in the order given"
+    yield f"{', '.join(MOMENTS)} = {', '.join(f'{moment:.6g}' for moment in body.moments)} {unit}{typed}"
+    if broken := shapes.violation(body.moments):
+        yield f"no rigid body has these moments: {broken}"
 
 
 def _spun(spun: Mapping[str, float], found: list[Spin]) -> Iterator[str]:
     turn = wording.duration(2 * math.pi / abs(spun["omega0"]))
-    yield f"spin {spun['omega0']:.6g} rad s⁻¹ (one turn in {turn}), nudged by {spun['epsilon']:.2g} of it"
+    size = f"{spun['epsilon']:.2g}"
+    yield f"spin {spun['omega0']:.6g} rad s⁻¹ (one turn in {turn}), perturbed by ε = {size} (transverse ω over ω₀)"
     if any(spin.flip_period is not None for spin in found):
-        yield "A larger nudge flips sooner: each flip time below is for this nudge and the axis of its line."
+        yield f"flip times are for ε = {size}; larger perturbations flip sooner"
 
 
 def _known(body: Body) -> Iterator[str]:

@@ -64,10 +64,16 @@ def _tensor(value: object) -> tuple[tuple[float, ...], ...]:
     return tuple(tuple(finite(entry, _ROWS) for entry in row) for row in rows)
 
 
+def _mesh_name(name: str) -> str:
+    if wrong := inertia.unsupported(name):
+        raise refusal(*wrong)
+    return name
+
+
 class Mesh(Strict):
     """A body as the closed surface that bounds it, evenly filled."""
 
-    file: Annotated[str, line_of_text(1000)] = Field(
+    file: Annotated[str, line_of_text(1000), AfterValidator(_mesh_name)] = Field(
         description="an STL, OBJ, PLY or OFF file, its path relative to the definition's"
     )
     density: Positive = Field(default=None, description="density, kg m-3: finite, > 0")

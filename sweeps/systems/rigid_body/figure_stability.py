@@ -12,7 +12,8 @@ from matplotlib.path import Path as Outline
 from matplotlib.text import Annotation
 
 from kernels import linear
-from kernels.rigid_body import cyclic, triangle_margin
+from kernels.rigid_body import cyclic
+from kernels.triangle import triangle_margin
 from sweeps import colors, style
 from sweeps.boxes import along
 from sweeps.systems.rigid_body.fits import signed_rate

@@ -20,14 +20,22 @@ from pathlib import Path
 import numpy as np
 
 from sweeps.schema.refusals import display
+from sweeps.systems import shapes
 from sweeps.systems.rigid_body import outline, shells
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254, "ft": 0.3048}  # metres
 SUFFIXES = (".stl", ".obj", ".ply", ".off")
 MAX_MESH_BYTES = 2**28
+CAD = " (export the part as STL from your CAD program, in its own unit, and give that by --unit)"
+ROBOT = " (give the mesh file of one link, which the file names)"
+EXPORTS = dict.fromkeys((".step", ".stp", ".iges", ".igs", ".sldprt", ".fcstd", ".3mf", ".glb", ".gltf"), CAD)
+EXPORTS |= dict.fromkeys((".urdf", ".xacro", ".sdf", ".xml", ".mjcf"), ROBOT)
 
+DENSITIES = (1.0, 25_000.0)  # kg m-3: below aerogel, above osmium; beyond them another unit is likelier
+FITTING = (20.0, 25_000.0)  # of what is built
+LARGE = 100.0  # m
+LIKELY = ("mm", "cm", "m", "in", "ft")
 SYMMETRY = 1e-9  # of the largest entry: tables print some ten digits
-TRIANGLE = 1e-9  # of the sum of the moments: a flat plate has exactly 0, but for its digits
 TENSOR_ROUNDING = 1e-14  # of the largest moment: some tens of roundings of a 3 by 3 eigenproblem
 MESH_ROUNDING = 1e-7  # of the largest moment: coordinates in STL files are single precision
 
@@ -86,10 +94,9 @@ def principal(tensor: Sequence[Sequence[float]], rounding: float = TENSOR_ROUNDI
         raise InertiaError(
             display(matrix.tolist()), f"has the principal moments {shown}", "three principal moments > 0"
         )
-    margin = (values[0] + values[1] - values[2]) / values.sum()
-    if margin < -TRIANGLE:
-        wrong = f"has the principal moments {_listed(values * unit)}, the last above the sum of the others"
-        allowed = "moments of a body that can exist (off-diagonal entries are minus the products of inertia)"
+    if broken := shapes.violation((values * unit).tolist()):
+        wrong = f"has principal moments that belong to no rigid body: {broken}"
+        allowed = f"{shapes.POSSIBLE} (off-diagonal entries are minus the products of inertia)"
         raise InertiaError(display(matrix.tolist()), wrong, allowed)
     moments, notes = _equal_within_rounding(values, rounding)
     return Principal(tuple((moments * unit).tolist()), _right_handed(vectors.T), notes)
@@ -159,6 +166,14 @@ class Solid:
     surface: tuple[np.ndarray, np.ndarray] = field(compare=False, repr=False)
 
 
+def unsupported(path: str | Path) -> tuple[str, str] | None:
+    """Return what is wrong with a file's format and what is allowed; None for a format that is read."""
+    suffix = Path(path).suffix.lower()
+    if suffix in SUFFIXES:
+        return None
+    return f"is of the unsupported format {suffix or '(none)'}", ", ".join(SUFFIXES) + EXPORTS.get(suffix, "")
+
+
 def solid(path: str | Path, density: float | None = None, mass: float | None = None, unit: str = "m") -> Solid:
     """The body that a closed mesh bounds, filled evenly.
 
@@ -189,11 +204,33 @@ def solid(path: str | Path, density: float | None = None, mass: float | None = N
     density = mass / volume if density is None else density
     mesh.density = density
     found = principal(mesh.moment_inertia, MESH_ROUNDING)
+    notes += _doubts(mesh.extents, density, None if mass is None else mass / volume, scale)
     found = Principal(found.moments, found.axes, notes + found.notes)
     centre = tuple((mesh.center_mass + middle * scale).tolist())
     along = (np.asarray(mesh.vertices) - mesh.center_mass) @ np.array(found.axes).T
     surface = outline.simplified(along, np.asarray(mesh.faces))
     return Solid(found, density * volume, volume, centre, tuple(mesh.extents.tolist()), len(mesh.faces), surface)
+
+
+def _doubts(extents: np.ndarray, density: float, found: float | None, scale: float) -> tuple[str, ...]:
+    """Return a note where the lengths may be in another unit: by a density that follows from a mass, or by the size.
+
+    Args:
+        extents: edges of the box around the body, m.
+        density: kg m-3.
+        found: the same where it follows from a mass.
+        scale: metres in the unit taken.
+    """
+    longest = float(np.max(extents))
+    if found is not None and not DENSITIES[0] <= found <= DENSITIES[1]:
+        doubt = f"its density is {density:.3g} kg/m³"
+        for name in LIKELY:
+            if FITTING[0] <= density * (scale / UNITS[name]) ** 3 <= FITTING[1]:
+                return (f"{doubt}: is it in {name} (--unit {name})?",)
+        return (doubt,)
+    if longest > LARGE and scale == 1.0:
+        return (f"it is {longest:.4g} m long: is it in mm (--unit mm)?",)
+    return ()
 
 
 def _closed(path: str | Path):
@@ -254,8 +291,8 @@ def _silent(library: str) -> Iterator[None]:
 def _read(path: str | Path):
     path, allowed = Path(path), f"a readable {', '.join(s[1:].upper() for s in SUFFIXES)} file of triangles"
     shown = display(str(path))
-    if path.suffix.lower() not in SUFFIXES:
-        raise InertiaError(shown, "is no mesh by its name", f"a file that ends in {', '.join(SUFFIXES)}")
+    if wrong := unsupported(path):
+        raise InertiaError(shown, *wrong)
     if not path.is_file():
         raise InertiaError(shown, "is not there, or is no file", allowed)
     if path.stat().st_size > MAX_MESH_BYTES:

@@ -90,29 +90,47 @@ def _space_rate(regime: str, spin: float, rate: float) -> float:
     return spin + rate if regime == "stable_major" else abs(spin - rate)
 
 
+@np.errstate(all="ignore")
+def twist_of(moments: tuple[float, float, float], axis: int, epsilon: float, phase: float) -> float | None:
+    """Return the twist about the handle per revolution of the handle about L, rad, in closed form.
+
+    The body is spun about `axis` and perturbed. None about the axis of least moment, the handle: its direction stays
+    near L, and nobody counts its revolutions; and where another moment is as small, for then no axis is the handle.
+    """
+    order = np.argsort(moments, kind="stable")
+    if order[0] == axis - 1 or moments[order[0]] == moments[order[1]]:
+        return None
+    body = dict(zip(("I1", "I2", "I3"), moments, strict=True))
+    values, omega = motion.start(body | {"axis": axis, "omega0": 1.0, "epsilon": epsilon, "phase": phase})
+    along, second, third = (values / values.max() * omega)[order]
+    angles = {"chi": math.atan2(third, second), "theta": math.atan2(math.hypot(second, third), along)}
+    points = body | angles | {"omega0": 1.0}
+    return abs(float(twist.survey(points, 1e-10, measured=False)["twist_exact"][0]))
+
+
 def _in_space(spin: Spin, duration) -> str:
-    """How the axis moves seen from space."""
+    """Return how the axis moves in the inertial frame."""
     if spin.space_period is None:
         return ""
     turns = f"{spin.space_turns:.4g} of a turn" if spin.space_turns < 1.5 else f"{spin.space_turns:.4g} turns"
-    return f"; seen from space its axis goes round the angular momentum in {duration(spin.space_period)} ({turns})"
+    return f"; precession period about L {duration(spin.space_period)} (inertial frame; {turns})"
 
 
 def in_words(spin: Spin, duration) -> str:
     """What becomes of a spin, one sentence or two; `duration` says seconds in words."""
     if spin.regime == "unstable":
-        text = f"unstable: a nudge grows e-fold in {duration(spin.e_folding_time)}"
+        text = f"unstable: perturbations grow e-fold in {duration(spin.e_folding_time)}"
         if spin.flip_period is None:
             return f"{text}, yet it never turns over"
         share = f"up to {spin.twist:.3f}" if spin.twist >= 1e-3 else "less than 0.001"
-        seen = f"; thrown, it twists by {share} of half a turn while its least axis comes round once"
+        seen = f"; thrown at the best ε, it twists by {share} of half a turn per revolution of its handle"
         return f"{text}, and the body flips every {duration(spin.flip_period)}{seen}"
     if spin.euler_period is not None:
         end = "least" if spin.regime == "stable_minor" else "greatest"
-        text = f"stable ({end} moment): a small nudge turns about it in {duration(spin.euler_period)}"
+        text = f"stable ({end} moment): wobble period {duration(spin.euler_period)} (body frame)"
         if spin.flip_period is not None:
-            return f"{text}; this one is too large, and the body flips every {duration(spin.flip_period)}"
+            return f"{text}; this perturbation is too large, and the body flips every {duration(spin.flip_period)}"
         return f"{text}, and the spin never tilts beyond {spin.max_tilt:.2g}°{_in_space(spin, duration)}"
     if spin.regime == "sphere":
-        return "neither: to its moments the body is a sphere, and a nudge just stays"
-    return "marginal: two moments are equal, and a nudge grows in proportion to time, not exponentially"
+        return "neutral (I1 = I2 = I3): perturbations neither grow nor oscillate"
+    return "marginal: two moments are equal, and perturbations grow in proportion to time, not exponentially"

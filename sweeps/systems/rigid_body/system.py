@@ -36,6 +36,7 @@ class RigidBody(Dynamics):
     name = "rigid_body"
     look = LOOK
     kernels = ("survey", "in_space")
+    existence = MOMENTS
     references = "Landau and Lifshitz, Mechanics, sections 36 and 37"
     caption = "measured rates of small perturbations about each principal axis, beside linear theory"
     picture_seconds = 4.5
@@ -109,6 +110,12 @@ class RigidBody(Dynamics):
         if integration.attitude:
             columns |= _in_space(points, settings, columns, integration.table)
         return columns
+
+    def impossible(self, points: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return where one moment exceeds the sum of the others."""
+        from sweeps.systems.shapes import RATIOS
+
+        return RATIOS.impossible(points)
 
     def motions(self, points: Mapping[str, np.ndarray], integration: "RigidBodyIntegration") -> int:
         """Points, or with `collapse` the distinct motions among them."""

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from kernels.triangle import triangle_margin
 from sweeps.schema.layout import Layout
 from sweeps.schema.parameters import Range, spread
 from sweeps.schema.variables import Variable
@@ -24,6 +25,7 @@ class SymmetricTop(Dynamics):
     name = "symmetric_top"
     look = LOOK
     kernels = ("symmetric_top",)
+    existence = ("ratio",)
     model = SymmetricTopDefinition
     references = "Landau and Lifshitz, Mechanics, sections 33 and 36"
     caption = "measured precession of the free symmetric top about its figure axis, beside the closed form"
@@ -56,6 +58,10 @@ class SymmetricTop(Dynamics):
 
         settings = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
         return symmetric_top.survey(points, *settings)
+
+    def impossible(self, points: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return where I3 exceeds the sum of the two other moments."""
+        return triangle_margin(1.0, 1.0, points["ratio"]) < 0
 
     def method(self, definition: SymmetricTopDefinition) -> str:
         """How the motion was computed."""

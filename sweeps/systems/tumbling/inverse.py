@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from kernels import rigid_body, tumbling
+from kernels import triangle, tumbling
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems.tumbling.variables import MODES
 
@@ -116,7 +116,7 @@ def over_the_triangle(seen: SeenPeriods, steps: int = STEPS) -> xr.Dataset:
     """
     along = np.arange(1, steps + 1) / (steps + 1)
     low, middle = np.meshgrid(along, along, indexing="ij")
-    body = (low <= middle) & (rigid_body.triangle_margin(low, middle, np.ones_like(low)) >= 0)
+    body = (low <= middle) & (triangle.triangle_margin(low, middle, np.ones_like(low)) >= 0)
     solved = {name: np.full((2, *low.shape), np.nan) for name in ("energy", "energy_error", "m")}
     for name, values in _solved(seen, low[body], middle[body]).items():
         solved[name][:, body] = values

@@ -22,7 +22,7 @@ class Tumbling(MeasuredOnce):
 
     name = "tumbling"
     look = LOOK
-    kernels = ("tumbling", "statuses", "rigid_body")
+    kernels = ("tumbling", "statuses", "triangle")
     model = TumblingDefinition
     tables = variables
     shareable = SHAREABLE
@@ -40,12 +40,12 @@ class Tumbling(MeasuredOnce):
 
     def columns(self, points: Mapping[str, np.ndarray], integration: Once) -> dict[str, np.ndarray]:
         """The closed form beside what is measured; see `kernels.tumbling`."""
-        from kernels import rigid_body, statuses, tumbling
+        from kernels import statuses, triangle, tumbling
 
         columns = tumbling.survey(points, integration.tolerance, integration.measured)
         columns["period_ratio"] = columns["period_psi_exact"] / columns["period_phi_long_axis_exact"]
         columns |= tumbling.tilts(points)
-        columns["triangle_margin"] = rigid_body.triangle_margin(points["I1"], points["I2"], points["I3"])
+        columns["triangle_margin"] = triangle.triangle_margin(points["I1"], points["I2"], points["I3"])
         if integration.measured:
             apart = np.zeros(columns["mode"].shape, dtype=bool)
             for name in variables.PERIODS:

@@ -22,7 +22,7 @@ class Twist(MeasuredOnce):
 
     name = "twist"
     look = LOOK
-    kernels = ("twist", "statuses", "rigid_body")
+    kernels = ("twist", "statuses", "triangle")
     model = TwistDefinition
     tables = variables
     shareable = SHAREABLE
@@ -40,10 +40,10 @@ class Twist(MeasuredOnce):
 
     def columns(self, points: Mapping[str, np.ndarray], integration: Once) -> dict[str, np.ndarray]:
         """The closed form beside what is measured; see `kernels.twist`."""
-        from kernels import rigid_body, statuses, twist
+        from kernels import statuses, triangle, twist
 
         columns = twist.survey(points, integration.tolerance, integration.measured)
-        columns["triangle_margin"] = rigid_body.triangle_margin(points["I1"], points["I2"], points["I3"])
+        columns["triangle_margin"] = triangle.triangle_margin(points["I1"], points["I2"], points["I3"])
         if integration.measured:
             apart = np.abs(columns["twist"] - columns["twist_exact"]) > columns["twist_error"]
             columns["status"] = np.where(apart, statuses.NOT_CONVERGED, statuses.OK).astype(np.int8)

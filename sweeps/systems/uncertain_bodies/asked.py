@@ -13,7 +13,7 @@ from sweeps.systems.rigid_body.definition import Body
 from sweeps.systems.rigid_body.variables import MOMENTS
 from sweeps.systems.uncertain_bodies import designs, measuring
 from sweeps.systems.uncertain_bodies.definition import UncertainDefinition
-from sweeps.systems.uncertain_bodies.known import Known
+from sweeps.systems.uncertain_bodies.known import ENTRIES, Known
 from sweeps.systems.uncertain_bodies.variables import OUTLOOKS
 
 OPTIONS = ("draws", "seed", "turns", "method", "twist")  # of the command line, and keys of a definition
@@ -134,34 +134,44 @@ def _outlook(summary: Mapping) -> dict:
 
 def rows(found: Answer) -> list[tuple[str, str]]:
     """(axis, what becomes of it) for people."""
-    return [(f"axis {axis}", _becomes(summary, found)) for axis, (summary, _) in found.axes.items()]
+    return [(f"axis {axis}", _becomes(axis, summary, found)) for axis, (summary, _) in found.axes.items()]
 
 
-def _becomes(summary: Mapping, found: Answer) -> str:
-    text = f"unstable with probability {_probability(summary, 'unstable')}"
-    text += f", the middle axis with {_probability(summary, 'middle')}"
+def _becomes(axis: int, summary: Mapping, found: Answer) -> str:
+    text = f"P(unstable) {_probability(summary, 'unstable', summary['draws'])}"
+    text += f"; P(intermediate axis) {_probability(summary, 'middle', summary['draws'])}"
     theory = summary["probability_middle_theory"]
     text += f" (normal distribution: {theory:.4g})" if math.isfinite(theory) else ""
     fast = summary["growth_rate_quantile"]
     if fast[-1] > 0:
-        text += f"; a nudge grows e-fold in {wording.duration(1 / fast[3])} or less with 5 %" if fast[3] > 0 else ""
+        text += (
+            f"; perturbations grow e-fold in {wording.duration(1 / fast[3])} or less with 5 %" if fast[3] > 0 else ""
+        )
         text += f"{',' if fast[3] > 0 else ';'} in {wording.duration(1 / fast[4])} or less with 1 %"
-    text += f"; flips within every {found.asked.turns:g} turns with {_probability(summary, 'flip')}"
+    text += f"; P(flips within {found.asked.turns:g} turns) {_probability(summary, 'flip', summary['draws_followed'])}"
     sooner = summary["flip_period_quantile"]
     if np.isfinite(sooner[2]):
         text += f", half of all draws every {wording.duration(sooner[2])} or sooner"
-    if "twist_quantile" in summary and np.isfinite(summary["twist_quantile"]).all():
+    is_handle = found.body.moments[axis - 1] == min(found.body.moments)  # whose own direction stays near L
+    if "twist_quantile" in summary and not is_handle and np.isfinite(summary["twist_quantile"]).all():
         low, middle, high = np.degrees(summary["twist_quantile"][1:4])
-        text += f"; while its handle comes round once it twists by {middle:.3g}° (90 % of all draws: {low:.3g}° to"
-        text += f" {high:.3g}°)"
+        text += (
+            f"; thrown with ε = {found.spun['epsilon']:.3g}, it twists by {middle:.3g}° per revolution of its handle"
+        )
+        text += f" (90 % of all draws: {low:.3g}° to {high:.3g}°)"
     return text + _matters(summary, found.known)
 
 
-def _probability(summary: Mapping, what: str) -> str:
-    """A probability and its standard error: "0.4758 ± 0.0009"."""
+def _probability(summary: Mapping, what: str, draws: int) -> str:
+    """Return a probability with its standard error, "= 0.4758 ± 0.0009"; of no hit or no miss, its bound."""
     value, error = summary[f"probability_{what}"], summary[f"probability_{what}_error"]
-    digits = min(6, max(2, 1 - math.floor(math.log10(error)))) if error > 0 else 4
-    return f"{value:.{digits}f} ± {error:.{digits}f}"
+    if value in (0.0, 1.0):  # the other end of the interval of 95 %
+        bound = designs.wilson_end(draws)
+        return (
+            f"< {bound:.2g} (95 %)" if value == 0.0 else f"> {1 - bound:.{2 - math.floor(math.log10(bound))}g} (95 %)"
+        )
+    digits = max(2, 1 - math.floor(math.log10(error)))
+    return f"= {value:.{digits}f} ± {error:.{digits}f}"
 
 
 def _matters(summary: Mapping, known: Known) -> str:
@@ -177,6 +187,9 @@ def lines(found: Answer) -> Iterator[str]:
     made = designs.made(found.asked.draws)
     what = ", ".join(found.known.inputs)
     yield f"{made:,} bodies drawn ({found.asked.method}, seed {found.asked.seed}); uncertain: {what or 'nothing'}"
+    zero = [name for name, entry in zip(ENTRIES, found.known.entries, strict=False) if entry == 0]
+    if exact := [name for name in zero if not any(name in each.split("+") for each in found.known.inputs)]:
+        yield f"taken as exactly 0: {', '.join(exact)} (a share of 0 is 0; covariance gives them a sigma)"
     first = next(iter(found.axes.values()))[0]
     if first["impossible_naive"] > 0:
         yield (

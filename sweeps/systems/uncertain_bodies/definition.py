@@ -11,13 +11,13 @@ from sweeps.schema.definition import Integration
 from sweeps.schema.refusals import Problem, display, keys_of, refusal, refusals
 from sweeps.schema.strict import Strict
 from sweeps.schema.values import Positive, choice, finite, not_empty, number, whole
+from sweeps.systems import shapes
 from sweeps.systems.rigid_body.definition import Body, RigidBodyDefinition, named_once
 from sweeps.systems.uncertain_bodies import designs, known
 from sweeps.systems.uncertain_bodies.measuring import Asked
 
 SHARE = "a share from 0 to below 1, as a number (0.05) or in per cent (5 %)"
 COVARIANCE = "3 rows of 3 numbers (of I1, I2, I3), or 6 of 6 (of the tensor's xx, yy, zz, xy, xz, yz), kg2 m4"
-TRIANGLE = 1e-9  # of the sum of the moments: a flat plate has exactly 0, but for its digits
 MOST_SEED = 2**63 - 1
 
 
@@ -188,9 +188,9 @@ def _known(body: UncertainBody, given: Uncertainty) -> known.Known:
         KnownError: where its moments are no body's, and where uncertainty and body do not go together.
     """
     moments = np.array(body.moments)
-    if (moments.sum() - 2 * moments).min() < -TRIANGLE * moments.sum():
+    if broken := shapes.violation(body.moments):
         shown = ", ".join(f"{moment:.6g}" for moment in moments)
-        raise known.KnownError(shown, "are no body's moments", "each at most the sum of the other two")
+        raise known.KnownError(shown, f"belong to no rigid body: {broken}", shapes.POSSIBLE)
     axes = np.array(body.principal.axes) if body.principal is not None else np.eye(3)
     tensor = None if body.tensor is None else np.array(body.tensor)
     wants_tensor = given.tensor is not None or (given.covariance is not None and len(given.covariance) == 6)
@@ -204,6 +204,11 @@ def _known(body: UncertainBody, given: Uncertainty) -> known.Known:
     entries = (
         np.array([(tensor[i, j] + tensor[j, i]) / 2 for i, j in known.possible.ENTRIES]) if use_tensor else moments
     )
+    if use_tensor and given.tensor is not None and len(set(given.tensor)) > 1:
+        for name, entry, share in zip(known.ENTRIES, entries, given.tensor, strict=True):
+            if entry == 0 and share > 0:
+                wrong = f"is the share of an entry that is 0 ({name}): it would have no effect"
+                raise known.KnownError(f"{100 * share:.4g} %", wrong, "0, or covariance: 6 rows of 6, kg2 m4")
     if given.covariance is not None:
         covariance = known.checked_covariance(np.array(given.covariance), entries)
     else:

@@ -19,6 +19,7 @@ from sweeps.systems.uncertain_bodies import nets
 METHODS = ("sobol", "latin", "random")
 LEAST, MOST = 64, 4 * 10**6  # draws: of more, a tensor's would take more than a gigabyte
 REPLICATES = 16  # at least; fewer than twice as many, and one
+NORMAL_95 = 1.959963984540054  # standard deviations on either side that hold 95 % of a normal distribution
 HALF_CELL = 2.0**-31  # of SciPy's Sobol numbers, multiples of 2^-30: no draw lies at infinity
 INSIDE = (2.0**-54, 1.0 - 2.0**-53)  # where other uniform numbers are kept, for the same reason
 
@@ -86,9 +87,21 @@ def mean(parts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def share(parts: np.ndarray, draws: int) -> tuple[np.ndarray, np.ndarray]:
-    """A probability from the replicates' shares: its error is never below the one draw that would change it."""
+    """Return a probability from the replicates' shares, and its standard error.
+
+    The error is never below the one draw that would change the share. Where all replicates agree, as with no hit or no
+    miss, their scatter says nothing: there it is the far end of Wilson's interval of 95 %, over 1.96.
+    """
     value, error = mean(parts)
-    return value, np.hypot(error, 1.0 / draws)
+    return value, np.where(error > 0.0, np.hypot(error, 1.0 / draws), wilson_end(draws) / NORMAL_95)
+
+
+def wilson_end(draws: int) -> float:
+    """Return the upper end of Wilson's interval of 95 % for no hit in so many draws (1 - that for no miss).
+
+    Source: Wilson (1927), Journal of the American Statistical Association 22, 209; z^2/(n + z^2) where no draw hits.
+    """
+    return NORMAL_95**2 / (draws + NORMAL_95**2)
 
 
 def quantiles(values: np.ndarray, levels: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:

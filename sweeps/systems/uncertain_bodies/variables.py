@@ -8,7 +8,8 @@ from sweeps.systems.rigid_body.variables import REGIMES
 
 OUTLOOKS = ("stable", "doubtful", "unstable")
 STATUSES = ("ok", "undecided")
-_ERROR = "standard error of the sampling, from independent replicates; with one draw more or less at least"
+_ERROR = "standard error of the sampling, from independent replicates"
+_OF_PROBABILITY = "; at least one draw, and where all draws agree the far end of Wilson's interval of 95 % over 1.96"
 _ALL = "over all draws: {}"
 _FIRST = "share of the variance of the signed square of the rate that goes with this input alone"
 _TOTAL = "share of that variance that would be left if all other inputs were known"
@@ -16,7 +17,8 @@ _TOTAL = "share of that variance that would be left if all other inputs were kno
 
 def _with_error(name: str, units: str, long_name: str, comment: str = "", **more) -> tuple[Variable, Variable]:
     value = Variable(name, units, long_name, comment=comment, **more)
-    error = Variable(f"{name}_error", units, f"standard error of: {long_name}", comment=_ERROR, over=value.over)
+    how = _ERROR + (_OF_PROBABILITY if name.startswith("probability") else "")
+    error = Variable(f"{name}_error", units, f"standard error of: {long_name}", comment=how, over=value.over)
     return value, error
 
 

@@ -125,8 +125,11 @@ function fillDrawnWords(found, axis, onTriangle, at) {
   document.getElementById("drawn-chosen").textContent = `Draw ${drawnName(found, at)}: ${told}`;
 }
 
-/** A probability in per cent with as many digits as its error has one of: "75.0 ± 0.6 %". */
+/** A probability in per cent with as many digits as its error has one of, "75.0 ± 0.6 %"; of no hit or no miss, its bound of 95 %. */
 function shareText(value, error) {
+  const bound = 100 * 1.96 * error;
+  if (value === 0) return `less than ${numberText(bound, 2)} % (95 % confidence)`;
+  if (value === 1) return `more than ${(100 - bound).toFixed(Math.max(0, Math.min(6, 1 - Math.floor(Math.log10(bound)))))} % (95 % confidence)`;
   const decimals = error > 0 ? Math.max(0, Math.min(6, -Math.floor(Math.log10(100 * error)))) : 2;
   return `${(100 * value).toFixed(decimals)} ± ${(100 * error).toFixed(decimals)} %`;
 }
