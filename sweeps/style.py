@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from copy import copy
-from functools import cache
 from typing import NamedTuple
 
 import matplotlib
@@ -16,7 +15,6 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import ListedColormap, to_rgb
 from matplotlib.figure import Figure
-from matplotlib.font_manager import fontManager
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
@@ -57,7 +55,6 @@ STYLE = {
     "pdf.fonttype": 42,  # the font goes with the file
 }
 
-NUMBER = re.compile(r"\$(?:\\mathdefault\{)?([-−]?)([\d.]+?)??(?:\\times)?(?:10\^\{([-−]?\d+)\})?\}?\$")
 _SUPERSCRIPTS = str.maketrans("-−0123456789", "⁻⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -93,21 +90,10 @@ def drawn_for(sheet: Sheet) -> Iterator[None]:
     """Pictures begun in this block are for that sheet, and in the style of all of them."""
     token = _sheet.set(sheet)
     try:
-        with matplotlib.rc_context(STYLE), _fonts_found_once():
+        with matplotlib.rc_context(STYLE):
             yield
     finally:
         _sheet.reset(token)
-
-
-@contextmanager
-def _fonts_found_once() -> Iterator[None]:
-    """Remembers which files hold the letters of a text, which Matplotlib finds anew for each: a tenth of its time."""
-    find = fontManager._find_fonts_by_props
-    fontManager._find_fonts_by_props = cache(find)
-    try:
-        yield
-    finally:
-        fontManager._find_fonts_by_props = find
 
 
 def _fitted(width: float, height: float, sheet: Sheet) -> tuple[float, float, float]:
@@ -293,53 +279,6 @@ def plain_log_ticks(axis) -> None:
 def power(exponent: int) -> str:
     """A power of ten, as mathtext."""
     return f"$10^{{{exponent}}}$"
-
-
-def plain_ticks(figure: Figure) -> None:
-    """Writes the numbers along a figure's axes as plain text, which takes a tenth of a formula's time to set."""
-    for ax in figure.axes:
-        for axis in (ax.xaxis, ax.yaxis):
-            formatter = axis.get_major_formatter()
-            written = formatter.format_ticks
-            formatter.format_ticks = lambda values, written=written: [in_text(text) for text in written(values)]
-
-
-def measured_once(figure: Figure) -> None:
-    """Lets a figure that is to be drawn, and changes no more, place and measure its axes' numbers once a layout.
-
-    Finding the panels' places asks for them ten times over: a third of the time that a picture takes.
-    """
-    for ax in figure.axes:
-        for axis in (ax.xaxis, ax.yaxis):
-            for name in ("_update_ticks", "_get_ticklabel_bboxes"):  # places, boxes
-                setattr(axis, name, _remembered(axis, getattr(axis, name)))
-
-
-def _remembered(axis, measure: Callable) -> Callable:
-    """A function of an axis that gives what it gave before, while the axis stays where it is."""
-    place, known = None, {}
-
-    def remembered(ticks=None, renderer=None):
-        nonlocal place
-        now = (*axis.axes.bbox.bounds, *axis.get_view_interval())
-        if now != place:
-            known.clear()
-            place = now
-        if id(ticks) not in known:  # with the ticks, or another list may come to have their id
-            known[id(ticks)] = ticks, measure() if ticks is None else measure(ticks, renderer)
-        return known[id(ticks)][1]
-
-    return remembered
-
-
-def in_text(text: str) -> str:
-    """A number in mathtext as plain text, powers by raised digits; whatever else as it is."""
-    found = NUMBER.fullmatch(text)
-    if not found:
-        return text
-    sign, mantissa, exponent = found.groups()
-    raised = f"10{exponent.translate(_SUPERSCRIPTS)}" if exponent else ""
-    return (sign + "×".join(part for part in (mantissa, raised) if part)).replace("-", "−")
 
 
 def legend(figure: Figure | Borrowed, handles: Sequence = (), columns: int = 9) -> None:

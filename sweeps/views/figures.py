@@ -16,7 +16,7 @@ from sweeps.files import replaced, replaced_folder
 from sweeps.maps import admission
 from sweeps.maps.plain import PlainMap
 from sweeps.schema.refusals import RefusedError, hint, shortened
-from sweeps.views import films, gif, png, svg, themes
+from sweeps.views import films, svg, themes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -226,7 +226,8 @@ def _animate(frames: Callable[[], list[Image.Image]], path: Path, theme: str) ->
     if not pictures:
         return False
     with replaced(path) as temporary:
-        gif.write(pictures, temporary, FRAME_MILLISECONDS)
+        first, *others = pictures
+        first.save(temporary, format="GIF", save_all=True, append_images=others, duration=FRAME_MILLISECONDS, loop=0)
     return True
 
 
@@ -238,7 +239,6 @@ def _write(draw: Callable[[], Figure | None], path: Path, theme: str) -> bool:
         if figure is None:
             return False
         _raster(figure)
-        style.plain_ticks(figure)
         themes.apply(figure, theme)
         with replaced(path) as temporary:
             save(figure, temporary, path.suffix[1:])
@@ -248,21 +248,21 @@ def _write(draw: Callable[[], Figure | None], path: Path, theme: str) -> bool:
 def save(figure: Figure, path: Path, kind: str) -> None:
     """Writes a picture as large as it is wanted, with the fonts that it needs."""
     scale = getattr(figure, "scale", 1.0)
-    if kind == "pdf" and scale != 1.0:
-        from sweeps.views.pdf import ScaledPages  # with the library that puts fonts into files
-
-        with ScaledPages(path, scale) as pages:
-            figure.savefig(pages, format="pdf")
-        return
     if kind == "png":  # laid out and drawn at once: `savefig` draws twice
         figure.dpi = style.dots() * scale
-        style.measured_once(figure)
         figure.canvas.draw()
-        png.write(np.asarray(figure.canvas.buffer_rgba()), path, figure.dpi)
+        pixels = Image.fromarray(np.asarray(figure.canvas.buffer_rgba()))
+        pixels.save(path, format="PNG", dpi=(figure.dpi, figure.dpi))
         return
     figure.savefig(path, format=kind)
     if kind == "svg":
         svg.embed(path, scale)
+    elif scale != 1.0:
+        from pypdf import PdfWriter
+
+        scaled = PdfWriter(clone_from=path)
+        scaled.pages[0].scale_by(scale)
+        scaled.write(path)
 
 
 def _raster(figure: Figure) -> None:

@@ -24,7 +24,8 @@ DRAWING = """\
 import sys, time
 from pathlib import Path
 import numpy as np
-from sweeps.views import figures, gif, png
+from PIL import Image
+from sweeps.views import figures
 
 at, spent = Path(sys.argv[2] + ".one"), 0.0
 with figures.opened(sys.argv[1]) as ds, np.errstate(all="ignore"):
@@ -34,12 +35,12 @@ with figures.opened(sys.argv[1]) as ds, np.errstate(all="ignore"):
             figure.set_layout_engine("none")
             begun = time.process_time()
             figure.canvas.draw()
-            png.write(np.asarray(figure.canvas.buffer_rgba()), at, figure.dpi)
+            Image.fromarray(np.asarray(figure.canvas.buffer_rgba())).save(at, format="PNG")
             spent += time.process_time() - begun
     for frames in figures.animations(ds).values():
         pictures = frames()
         begun = time.process_time()
-        gif.write(pictures, at, 60)
+        pictures[0].save(at, format="GIF", save_all=True, append_images=pictures[1:], duration=60, loop=0)
         spent += time.process_time() - begun
 print(spent)
 """

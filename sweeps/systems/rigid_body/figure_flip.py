@@ -230,7 +230,6 @@ def _stage(point, moments, omegas, times):
     trace.legend(ncols=3, loc="lower right", bbox_to_anchor=(1.0, 0.98), borderaxespad=0.0, handlelength=1.2)
     for side in ("top", "right"):
         trace.spines[side].set_visible(False)
-    style.plain_ticks(figure)
     return figure, scene, dots
 
 
