@@ -6,9 +6,12 @@ ds = sweeps.open_map("results/tiny/stability_map.nc")
 ax = sweeps.plot.stability(ds, axis=2)  # or ds.polhode.stability(axis=2)
 """
 
-from sweeps import accessor, plot  # noqa: F401  (neither loads xarray or matplotlib)
+import sys
 
-accessor.register()
+from sweeps import plot
+
+if "xarray" in sys.modules:  # else `survey`, `open_map` and `plot` register it: `import sweeps` loads no library
+    plot.register()
 
 
 def __getattr__(name: str) -> str:
@@ -43,6 +46,7 @@ def survey(definition, *, chunks=None, threads: int = 1):
     from sweeps.points.loading import read
     from sweeps.shards import content
 
+    plot.register()
     source = definition if isinstance(definition, Mapping) else catalogue.resolve(str(definition))
     ds = dataset.survey_grid(read(source), chunks, threads)
     return ds if chunks is not None else ds.assign_attrs(content_hash=content.content_hash(ds))
@@ -75,6 +79,7 @@ def open_map(path, **options):
     """Opens a map with checks that say what is wrong; see `sweeps.maps.storage.open_map`."""
     from sweeps.maps import storage
 
+    plot.register()
     return storage.open_map(path, **options)
 
 

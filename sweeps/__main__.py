@@ -17,7 +17,7 @@ from threading import Timer, current_thread, main_thread
 from typing import Any, NoReturn
 
 import sweeps
-from sweeps import lean
+from sweeps import startup
 
 DESCRIPTION = """\
 Stability maps of rotating rigid bodies, measured from integrated motion.
@@ -90,8 +90,6 @@ def main(arguments: list[str] | None = None) -> int:
     with _answering(signal.SIGINT, signal.SIG_DFL) as answer, _without_words_of_h5py(), _heard_again(heard):
         try:
             _write_what_can_be()
-            if arguments is None:  # this process is this command's alone
-                lean.leave_out(alone=True)
             words = sys.argv[1:] if arguments is None else arguments
             parser = _parser(*words[:1])
             answer(hear)
@@ -104,12 +102,9 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def command() -> NoReturn:
-    """What a shell starts: the command of this process, and its end."""
-    try:
-        status = main()
-    except SystemExit as ended:  # words that are no command, or a question for help
-        status = ended.code
-    lean.end_at_once(status)
+    """Run the command of this process and exit with its status."""
+    startup.configure()
+    sys.exit(main())
 
 
 @contextmanager
@@ -174,7 +169,6 @@ def _without_words_of_h5py() -> Iterator[None]:
 def _answered(args: Namespace) -> int:
     from sweeps.schema.refusals import RefusedError
 
-    os.environ["MPLBACKEND"] = "agg"  # pictures go to files; matplotlib does not even start with one that it lacks
     try:
         return args.run(args) or 0
     except RefusedError as refused:

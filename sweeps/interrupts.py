@@ -13,16 +13,12 @@ PATIENCE = 2.0  # s for a process to end that was told to
 
 
 @contextmanager
-def left_to_the_parent(is_copied: bool = False) -> Iterator[None]:
+def left_to_the_parent() -> Iterator[None]:
     """Processes started in this block do not hear Ctrl-C, which a terminal sends to all; nor do threads.
 
     They are blocked from their first instruction on, where nothing of ours could yet ignore it.
-
-    Args:
-        is_copied: whether they are copies of this one (forks), which share nothing that must be kept track of.
     """
-    if not is_copied:
-        resource_tracker.ensure_running()  # which unblocks it where it is started later
+    resource_tracker.ensure_running()  # which unblocks it where it is started later
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield

@@ -152,6 +152,7 @@ def draw(
     """
     from sweeps.views import figures
 
+    register()
     part = figures.literal(_cut(ds, {**(at or {}), **(also or {})}))
     known = figures.pictures(part)
     found = next((known[one] for one in known if one == name or one.startswith(f"{name}_axis_")), None)
@@ -194,3 +195,54 @@ def _panel(drawn, name: str, ax: "Axes | None") -> "Axes":
     if made is None:
         _refuse(f"{name}: this map has nothing to show there; allowed: another place, or another map")
     return made.axes[0]
+
+
+class Polhode:
+    """The accessor `ds.polhode`: pictures and a summary of a map; each picture is the function of that name here.
+
+    ds.polhode.stability(axis=2, at={"I3": 0.0175})
+    print(ds.polhode.summary())
+    """
+
+    def __init__(self, ds: "xr.Dataset"):
+        self._ds = ds
+
+    def __dir__(self):
+        return [*super().__dir__(), *NAMES]
+
+    def __getattr__(self, name: str):
+        if name not in NAMES:
+            raise AttributeError(f"'polhode' has no {name!r}; it has summary, pictures, {', '.join(NAMES)}")
+        from functools import partial
+
+        return partial(globals()[name], self._ds)
+
+    def pictures(self) -> list[str]:
+        """Return the names of this map's pictures."""
+        from sweeps.views import figures
+
+        return list(figures.pictures(self._ds))
+
+    def summary(self) -> str:
+        """Return the text that `polhode show` prints for this map."""
+        from io import StringIO
+
+        from rich.console import Console
+
+        from sweeps.maps import selection, summary
+        from sweeps.views import textmap, told
+
+        ds = summary.pointwise(self._ds)
+        written = StringIO()
+        console = Console(file=written, width=120)
+        selection.nearest(ds, {})
+        told.write(console, ds, summary.summarise(ds), textmap.draw(ds, {}, console.width))
+        return written.getvalue()
+
+
+def register() -> None:
+    """Register the accessor `polhode` with xarray, once."""
+    import xarray as xr
+
+    if getattr(xr.Dataset, "polhode", None) is None:
+        xr.register_dataset_accessor("polhode")(Polhode)

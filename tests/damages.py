@@ -24,7 +24,6 @@ import sys
 import tempfile
 import traceback
 from collections import Counter
-from concurrent.futures import Future
 from functools import cache, partial
 from pathlib import Path
 
@@ -714,32 +713,13 @@ def bases(folder, definitions=BASES):
     return {name: write(folder, definition, f"{name}.nc") for name, definition in definitions.items()}
 
 
-def drawn_here(helper):
-    """In the place of the process that draws half of a map's pictures: its start takes longer than all else."""
-
-    class Here(helper.Helper):
-        def __init__(self, path, *_, **how):
-            self.path, self.cut = str(path), {}
-
-        def draw(self, *what):
-            found = Future()
-            found.set_result(helper._draw(self.path, self.cut, *what))
-            return found
-
-        def end(self, is_done):
-            pass
-
-    return Here
-
-
 def make_light():
     """Makes pictures of few dots and few frames, of which nothing is missing, and the commands' descriptions once."""
-    from sweeps import __main__, lean, style
+    from sweeps import __main__, style
     from sweeps.systems.rigid_body import figure_flip
-    from sweeps.views import helper
+    from sweeps.views import drawing
 
-    helper.Helper = drawn_here(helper)
-    lean.leave_out()  # as a process of a command's own does
+    drawing.worker = contextlib.nullcontext  # pictures are drawn in this process
     __main__._parser = cache(__main__._parser)
     style.DPI = style.STYLE["figure.dpi"] = style.STYLE["savefig.dpi"] = 40
     figure_flip.FRAMES, figure_flip.DOTS = 8, 40

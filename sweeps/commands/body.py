@@ -64,10 +64,10 @@ def add(commands) -> None:
 
 
 def _run(args):
-    from sweeps import lean
+    from sweeps import startup
 
     if args.uncertainty is None:  # a few formulas: loading the compiler takes longer than all of them
-        lean.leave_out_the_compiler()
+        startup.leave_out_the_compiler()
     from sweeps.systems.rigid_body import asked
     from sweeps.views import printing
 

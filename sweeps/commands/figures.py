@@ -33,27 +33,28 @@ def add(commands) -> None:
 
 
 def _run(args):
-    from sweeps.views.helper import helping
+    from contextlib import nullcontext
+
+    from sweeps.views import drawing
 
     sheet = _sheet(args.size)
-    if args.only:  # few: done before another process is ready
-        return _draw(args, sheet, None)
-    with helping(args.map, alike=True) as helper:
-        return _draw(args, sheet, helper)
+    with nullcontext() if args.only else drawing.worker() as worker:  # few are drawn before a worker is ready
+        return _draw(args, sheet, worker)
 
 
-def _draw(args, sheet, helper):
+def _draw(args, sheet, worker):
+    from functools import partial
+
     from sweeps.maps import selection
-    from sweeps.views import figures
+    from sweeps.views import drawing, figures
 
     with figures.opened(args.map) as ds:
         asked = args.coordinates | dict(selection.assigned(text) for text in args.at)
         places = selection.nearest(ds, asked)
         chosen = [places[name] for name in asked]
         cut = {place.dim: slice(place.index, place.index + 1) for place in chosen}
-        if helper:
-            helper.cut = cut
-        wish = (args.format, args.only, args.theme, sheet, helper)
+        submit = partial(worker.submit, drawing.draw, args.map, cut) if worker else None
+        wish = (args.format, args.only, args.theme, sheet, submit)
         for path in figures.draw_all(ds.isel(cut), Path(args.output), *wish):
             print(path)
     for place in chosen:

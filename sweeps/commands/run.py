@@ -33,24 +33,8 @@ def _run(args):
     workers = args.cores or processors.cores()
     with waiting.said(f"{path}: deriving its equations and looking at its points"):
         planned = catalogue.plan(path)
-    with _helping(planned.sweep, workers) as helper:
-        from sweeps.run import pipeline
+    from sweeps.run import pipeline
 
-        for file in pipeline.make(planned, workers=workers, again=args.again, helper=helper):
-            print(file)
+    for file in pipeline.make(planned, workers=workers, again=args.again):
+        print(file)
     finished.keep(planned.sweep, basis)
-
-
-def _helping(sweep, workers: int):
-    """A second process for the pictures, which begins with them while this one measures; None where there is none.
-
-    Where kernels must be compiled, by two processes, it begins when one of them is done.
-    """
-    from contextlib import nullcontext
-
-    if workers == 1:
-        return nullcontext()
-    from sweeps.views.helper import helping
-
-    path, is_compiled = f"results/{sweep.name}/stability_map.nc", sweep.system.compiled().exists()
-    return helping(path, sweep, at_once=is_compiled)

@@ -8,13 +8,13 @@ import os
 import shutil
 import sys
 from collections.abc import Callable, Iterator
+from concurrent.futures import Executor
 from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 
 from kernels.fingerprint import cache_folder
 from sweeps import systems
-from sweeps.files import replaced_folder
 from sweeps.maps import admission
 from sweeps.points import estimate
 from sweeps.points.catalogue import Plan
@@ -22,11 +22,10 @@ from sweeps.points.sweep import Sweep
 from sweeps.run import claims, progress, warmup
 from sweeps.shards import merging
 from sweeps.shards.shard import holds_shard, write_shard
+from sweeps.views import drawing
 
 
-def make(
-    planned: Plan, results: str | Path = "results", workers: int = 1, again: bool = False, helper=None
-) -> Iterator[Path]:
+def make(planned: Plan, results: str | Path = "results", workers: int = 1, again: bool = False) -> Iterator[Path]:
     """Makes the map of a sweep, its pictures and its report.
 
     Args:
@@ -34,65 +33,52 @@ def make(
         results: the folder for results; the sweep's own is below it.
         workers: processors to use; they change no bit.
         again: whether to make everything again, finished or not.
-        helper: a `sweeps.views.helper.Helper` for this map that is there already; left out, one is begun where needed.
 
     Yields:
         Each file or folder once it is there.
     """
     with claims.claimed([planned.sweep.name], results):
-        yield from _made(planned, Path(results) / planned.sweep.name, workers, again, helper)
+        yield from _made(planned, Path(results) / planned.sweep.name, workers, again)
 
 
-def _made(planned: Plan, folder: Path, workers: int, again: bool, helper) -> Iterator[Path]:
+def _made(planned: Plan, folder: Path, workers: int, again: bool) -> Iterator[Path]:
     path = folder / "stability_map.nc"
     is_old = again or not admission.holds_map(path, planned.sweep)
-    is_needed = not helper and (is_old or _is_older(folder / "figures", path))
-    with _helping(path, workers) if is_needed else nullcontext(helper) as helper:
+    if is_old:
+        _compile(planned.sweep)
+    draws = workers > 1 and (is_old or _is_older(folder / "figures", path))
+    with drawing.worker() if draws else nullcontext() as worker:  # loads Matplotlib while this process measures
         if is_old:
-            _compile(planned.sweep, helper.begin if helper else lambda: None)
             measure(planned.sweep, path, workers, again)
         yield path
-        yield from _shown(path, again, helper)
-
-
-def _helping(path: Path, workers: int):
-    """A second process for the pictures, which loads what it needs while the map is made; None where there is none."""
-    if workers == 1:
-        return nullcontext()
-    from sweeps.views.helper import helping
-
-    return helping(path)
+        yield from _shown(path, again, worker)
 
 
 def _is_older(made: Path, path: Path) -> bool:
     return not made.exists() or made.stat().st_mtime < path.stat().st_mtime
 
 
-def _shown(path: Path, again: bool, helper) -> Iterator[Path]:
-    """Pictures and report of a map, side by side where a second process helps."""
+def _shown(path: Path, again: bool, worker: Executor | None) -> Iterator[Path]:
+    """Make the pictures and the report of a map, side by side where there is a worker."""
     folder, page = path.parent / "figures", path.parent / "report.html"
     report = partial(_report, path, page) if again or _is_older(page, path) else lambda: None
     if again or _is_older(folder, path):
-        _draw(path, folder, helper, report)
+        _draw(path, folder, worker, report)
     else:
         report()
     yield folder
     yield page
 
 
-def _draw(path: Path, folder: Path, helper, meanwhile: Callable[[], None]) -> None:
-    """Draws the pictures of a map; what the helper has not begun once something else is done, here."""
+def _draw(path: Path, folder: Path, worker: Executor | None, meanwhile: Callable[[], None]) -> None:
+    """Draw the pictures of a map, and call `meanwhile` once the worker, if there is one, has begun."""
+    from sweeps.views import figures
+
     _say(f"making {folder}")
     shutil.rmtree(folder, ignore_errors=True)
-    with replaced_folder(folder) as temporary:
-        asked = helper.draw_foreseen(temporary) if helper else None
-        meanwhile()
-        from sweeps.views import figures
-
-        with figures.opened(path) as ds:
-            figures.draw_some(ds, (), temporary)
-        if asked:
-            asked.result()
+    with figures.opened(path) as ds:
+        submit = partial(worker.submit, drawing.draw, path, {}) if worker else None
+        list(figures.draw_all(ds, folder, submit=submit, meanwhile=meanwhile))
     os.utime(folder)
 
 
@@ -104,19 +90,13 @@ def _report(path: Path, file: Path) -> None:
         report.write(ds, file)
 
 
-def _compile(sweep: Sweep, idle: Callable[[], None]) -> None:
-    """Compiles what its system calls, alone, where no workflow or earlier run has: the cache bears one writer.
-
-    Args:
-        sweep: the sweep.
-        idle: called once there is a processor that does not compile, if there are several; more than once, maybe.
-    """
+def _compile(sweep: Sweep) -> None:
+    """Compiles what its system calls, alone, where no workflow or earlier run has: the cache bears one writer."""
     system, compiled = sweep.system, cache_folder() / "compiled"
     default, others = estimate.compile_seconds(sweep)
     if not compiled.exists() and systems.calls_the_defaults(system):
         _say(f"compiling the kernels, once per machine, about {default:.0f} s")
-        warmup.compile_kernels(idle=idle)
-    idle()
+        warmup.compile_kernels()
     if not system.compiled().exists():
         _say(f"compiling {system.name}, once per machine, about {others:.0f} s")
         warmup.compile_system(system)

@@ -9,17 +9,15 @@ and store one at a time.
 import fcntl
 import multiprocessing
 import os
-import threading
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext, suppress
 from functools import partial
-from multiprocessing.connection import wait
 from pathlib import Path
 
 from kernels import stored
 from kernels.fingerprint import cache_folder, fingerprint
-from sweeps import interrupts, lean, processors, systems
+from sweeps import interrupts, processors, startup, systems
 from sweeps.files import replaced, temporary_folder
 from sweeps.run import claims, progress
 
@@ -43,7 +41,6 @@ def compile_kernels(
     everything: bool = False,
     without: Sequence[str] = (),
     seldom: bool = True,
-    idle: Callable[[], None] = lambda: None,
 ) -> None:
     """Compiles, and stores in the cache, what the default system calls, or all systems; one process at once.
 
@@ -51,15 +48,13 @@ def compile_kernels(
         everything: the kernels of every system.
         without: modules of `systems.DESCRIBED` whose shared kernels are left to those that need them.
         seldom: also what few definitions ask for, where everything is compiled.
-        idle: called once one of two processes has nothing more to compile, in whichever thread; twice, maybe.
     """
     asked, compiled = (everything, without, seldom), cache_folder() / "compiled"
     with _alone(), temporary_folder(compiled) as taken:
-        other = _second(asked, taken, idle) if processors.cores() > 1 else nullcontext()
+        other = _second(asked, taken) if processors.cores() > 1 else nullcontext()
         with other as second, progress.pieces(len(systems.compilations(*asked)), "compiling", partial(_done, taken)):
             _compile(asked, taken)
             if second:
-                idle()
                 second.join()
                 if second.exitcode:  # what it had taken is done here
                     _run(systems.compilations(*asked), parts=not everything)
@@ -75,20 +70,18 @@ def _compile(asked: tuple[bool, Sequence[str], bool], taken: Path) -> None:
 
 
 @contextmanager
-def _second(asked: tuple[bool, Sequence[str], bool], taken: Path, idle: Callable[[], None]) -> Iterator:
+def _second(asked: tuple[bool, Sequence[str], bool], taken: Path) -> Iterator:
     """The other process, begun before this one loads Numba: they do so side by side. It is over where the block fails.
 
     Args:
         asked: what is to be compiled.
         taken: the folder that both share.
-        idle: called when it has ended, in a thread.
     """
     way = multiprocessing.get_context("spawn")
     second = way.Process(target=_compile_as_the_second, args=(asked, taken), daemon=True)
     try:
         with interrupts.left_to_the_parent():
             second.start()
-        threading.Thread(target=lambda: (wait([second.sentinel]), idle()), daemon=True).start()
         yield second
     except BaseException:
         interrupts.abandon_processes()
@@ -97,9 +90,8 @@ def _second(asked: tuple[bool, Sequence[str], bool], taken: Path, idle: Callable
 
 def _compile_as_the_second(asked: tuple[bool, Sequence[str], bool], taken: Path) -> None:
     interrupts.end_with_the_parent()  # its work is of use to the first alone
-    lean.leave_out(alone=True)
+    startup.configure()
     _compile(asked, taken)
-    lean.ends_with(0)
 
 
 DONE = ".done"

@@ -1,9 +1,8 @@
 """Pictures of a map: what it shows at a glance, how far it agrees with theory, where theory ends, and the flip."""
 
-import shutil
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
+from concurrent.futures import Future
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from PIL import Image
 
-from sweeps import lean, style, systems
+from sweeps import startup, style, systems
 from sweeps.files import replaced, replaced_folder
 from sweeps.maps import admission
 from sweeps.maps.plain import PlainMap
@@ -46,7 +45,7 @@ def drawn_plainly(found: PlainMap) -> PlainMap | None:
     """A plain map where that will do for all of its pictures; then nothing more is loaded for them."""
     if not systems.of_map(found).draws_plainly(found):
         return None
-    lean.leave_out_the_compiler()
+    startup.leave_out_the_compiler()
     return found
 
 
@@ -90,11 +89,13 @@ def draw_all(
     only: Sequence[str] = (),
     theme: str = "light",
     sheet: style.Sheet = style.ITS_OWN,
-    helper=None,
+    submit: Callable[..., Future] | None = None,
+    meanwhile: Callable[[], None] = lambda: None,
 ) -> Iterator[Path]:
-    """Draws the pictures of a map, and its animations as GIF, and as MP4 and WebM where ffmpeg is at hand.
+    """Draw the pictures of a map, and its animations as GIF, and as MP4 and WebM where ffmpeg is at hand.
 
-    Reads only what they show, so a map larger than memory will do.
+    Reads only what they show, so a map larger than memory will do. With a worker, which begins at the end of the list,
+    this process begins at its front and draws what the worker has not begun.
 
     Args:
         ds: a map, from `sweeps.open_map` or `sweeps.survey`.
@@ -103,7 +104,8 @@ def draw_all(
         only: names of pictures and animations, or how they begin; all where there is none.
         theme: of `sweeps.views.themes`.
         sheet: what the pictures are for.
-        helper: a `sweeps.views.helper.Helper`, which draws those that are not begun here.
+        submit: passes the arguments of `draw_one` behind its first to a worker; see `sweeps.views.drawing`.
+        meanwhile: called once the worker has been given its work, before this process draws.
 
     Yields:
         The path of each file, once all are written.
@@ -111,67 +113,48 @@ def draw_all(
     Raises:
         RefusedError: for a name that no picture of this map has, and for a film where there is none to be made.
     """
-    folder = Path(folder)
+    folder, ds = Path(folder), literal(ds)
     still, moving = pictures(ds), animations(ds)
     if kind in films.KINDS:
         films.refuse_unless_made(kind, moving)
         still = {}
-    wanted = _named([*still, *moving], only)
-    names = [name for name in (*still, *moving) if name in wanted]
+    names = _named([*still, *moving], only)
     with replaced_folder(folder) as temporary:
-        how = (names, temporary, kind, theme, sheet)
-        asked = helper.draw(*how) if helper and len(names) >= LEAST_SHARED else None
-        found = {*draw_some(ds, *how), *(asked.result() if asked else ())}
-    yield from (folder / file for name in names for file in sorted(found) if Path(file).stem == name)
+        how = (temporary, kind, theme, sheet)
+        is_shared = submit and len(names) >= LEAST_SHARED
+        given = {name: submit(name, *how) for name in reversed(names)} if is_shared else {}
+        meanwhile()
+        found = []
+        for name in names:
+            found += draw_one(ds, name, *how) if name not in given or given[name].cancel() else given[name].result()
+    yield from (folder / file for file in found)
 
 
-def draw_some(
+def draw_one(
     ds: "xr.Dataset | PlainMap",
-    names: Sequence[str],
+    name: str,
     folder: Path,
     kind: str = "png",
     theme: str = "light",
     sheet: style.Sheet = style.ITS_OWN,
-    from_the_end: bool = False,
 ) -> list[str]:
-    """Draws pictures and animations of a map that no other process has begun; gives the files' names.
-
-    Processes that draw into one folder begin at the two ends of the list: what takes longest is the last.
+    """Draw one picture or animation; return the names of its files, none where there is nothing to show.
 
     Args:
-        ds: the map.
-        names: of the pictures and animations; all where there is none.
-        folder: where the files go, itself in a folder of its own, where a file `taken-NAME` says what is begun.
+        ds: the map, `literal`.
+        name: of the picture or animation.
+        folder: where the files go.
         kind: as of `draw_all`.
         theme: likewise.
         sheet: likewise.
-        from_the_end: whether the last is begun first.
     """
-    ds = literal(ds)
-    still, moving = pictures(ds), animations(ds)
-    names, drawn = names or [*still, *moving], []
+    still = pictures(ds)
     with style.drawn_for(sheet):
-        for name in reversed(names) if from_the_end else names:
-            try:
-                (folder.parent / f"taken-{name}").touch(exist_ok=False)
-            except FileExistsError:
-                continue
-            if name in still and kind not in films.KINDS:
-                path = folder / f"{name}.{kind}"
-                drawn += [path.name] if _write(still[name], path, theme) else []
-            elif name in moving and _animate(moving[name], folder / f"{name}.gif", theme):
-                drawn += _moving(folder / f"{name}.gif", kind)
-    return drawn
-
-
-def take(early: Path, folder: Path) -> list[str]:
-    """Moves pictures, drawn by `draw_some` beforehand, to where nobody has begun them; gives the files' names."""
-    taken = []
-    for name in sorted({file.stem for file in early.glob("[!.]*")}):
-        with suppress(FileExistsError):
-            (folder.parent / f"taken-{name}").touch(exist_ok=False)
-            taken += [shutil.move(file, folder / file.name).name for file in sorted(early.glob(f"{name}.*"))]
-    return taken
+        if name in still:
+            path = folder / f"{name}.{kind}"
+            return [path.name] if _write(still[name], path, theme) else []
+        animation = folder / f"{name}.gif"
+        return sorted(_moving(animation, kind)) if _animate(animations(ds)[name], animation, theme) else []
 
 
 def _moving(animation: Path, kind: str) -> list[str]:
@@ -185,13 +168,13 @@ def _moving(animation: Path, kind: str) -> list[str]:
     return made
 
 
-def _named(names: Sequence[str], only: Sequence[str]) -> set[str]:
-    """Those of some names that are asked for, by their beginning."""
+def _named(names: Sequence[str], only: Sequence[str]) -> list[str]:
+    """Return those of some names that begin with one of `only`; all where there is none."""
     for asked in only:
         if not any(name.startswith(asked) for name in names):
             what = f"{shortened(repr(asked))} is no picture of this map{hint(asked, names)}"
             raise RefusedError(f"--only: {what}; allowed: {', '.join(names)}")
-    return {name for name in names if not only or name.startswith(tuple(only))}
+    return [name for name in names if not only or name.startswith(tuple(only))]
 
 
 def literal(ds: "xr.Dataset | PlainMap") -> "xr.Dataset | PlainMap":

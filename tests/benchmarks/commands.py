@@ -5,7 +5,7 @@
 Seconds of the processor (user and system, children included), which others at work on the machine change less than
 the wall clock, medians of fresh processes, everything warm, byte code kept as a person's Python keeps it. The floors
 are what the libraries below a command take to load, by themselves and together, loaded as commands load them, in
-processes that end as theirs do (`sweeps.lean`), and what Numba takes until its first kernel answers from the cache on
+processes set up as theirs are (`sweeps.startup`), and what Numba takes until its first kernel answers from the cache on
 the disk. That of `figures` is its libraries, and all of its pictures drawn by Matplotlib and written once more: as they
 stand, laid out and measured, of the animation the file alone; by the wall, the drawing is halved between two processes.
 The last column is what a command takes above its own floor.
@@ -44,13 +44,13 @@ with figures.opened(sys.argv[1]) as ds, np.errstate(all="ignore"):
         spent += time.process_time() - begun
 print(spent)
 """
-LEAN = "from sweeps import lean; lean.leave_out(alone=True); {code}; lean.end_at_once(0)"
+OWN = "from sweeps import startup; startup.configure(); {code}"
 MODEL = "import pydantic; type('Model', (pydantic.BaseModel,), dict())"  # the first model loads most of it
 DEFINITION = "NumPy, pydantic, YAML: any definition"
 LIBRARIES, BARE = "Matplotlib, h5py, Pillow: any picture", "figures, drawn bare"
 MAP = "NumPy, h5py, Rich: any map"
 FLOORS = {
-    "Python and `sweeps.lean`": "pass",
+    "Python and `sweeps.startup`": "pass",
     "NumPy": "import numpy",
     "pydantic, and a model": MODEL,
     "YAML": "import ruamel.yaml",
@@ -92,14 +92,14 @@ def took(words: list[str]) -> tuple[float, float]:
 
 def drawn_bare(path: str, at: str) -> float:
     """Processor time of drawing the pictures of a map alone, s, in a process of its own."""
-    words = [sys.executable, "-c", LEAN.format(code=f"exec({DRAWING!r})"), path, at]
+    words = [sys.executable, "-c", OWN.format(code=f"exec({DRAWING!r})"), path, at]
     return float(subprocess.run(words, capture_output=True, check=True, env=KEPT, text=True).stdout)
 
 
 def main(path: str, rounds: int = 5) -> None:
     """Prints a line a floor and a command."""
     with tempfile.TemporaryDirectory() as out:
-        rows = {name: [sys.executable, "-c", LEAN.format(code=code.format(out=out))] for name, code in FLOORS.items()}
+        rows = {name: [sys.executable, "-c", OWN.format(code=code.format(out=out))] for name, code in FLOORS.items()}
         for name, words in COMMANDS.items():
             rows[name] = [sys.executable, "-m", "sweeps", *(word.format(map=path, out=f"{out}/made") for word in words)]
         print(f"{'':40s} {'cpu, s':>8s} {'wall, s':>8s} {'above its floor':>16s}")

@@ -1,6 +1,5 @@
 """Ctrl-C reaches every process of a terminal: those that a program started leave it to the program, and end with it."""
 
-import json
 import os
 import signal
 import subprocess
@@ -140,7 +139,6 @@ def helpers(process):
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere nothing is copied")
 @pytest.mark.parametrize("seconds", [0.0, 0.1, 0.7])
 def test_ctrl_c_ends_both_processes_that_draw_and_leaves_nothing(tmp_path, seconds):
     storage.write_map(sweeps.survey(MINE), tmp_path / "map.nc")
@@ -155,21 +153,3 @@ def test_ctrl_c_ends_both_processes_that_draw_and_leaves_nothing(tmp_path, secon
     assert wait_for(lambda: all(map(is_over, both)))
     assert {path.name for path in tmp_path.iterdir()} == {"map.nc", "temporary"}
     assert not any((tmp_path / "temporary").iterdir())
-
-
-@pytest.mark.slow
-def test_early_pictures_of_a_run_that_was_killed_go_with_the_next(tmp_path):
-    (tmp_path / "mine.yaml").write_text(json.dumps(MINE))
-    folder = tmp_path / "results/mine"
-    killed = command(tmp_path, "run", "mine.yaml", "--cores", "2")
-    assert wait_for(lambda: list(folder.glob(".figures.*/made/*")), killed)
-    started = helpers(killed)
-    killed.kill()
-    killed.communicate()
-    assert wait_for(lambda: all(map(is_over, started)))
-    assert list(folder.glob(".figures.*"))
-    assert not list(tmp_path.glob("temporary/**/taken-*"))
-    again = command(tmp_path, "run", "mine.yaml", "--cores", "2")
-    again.communicate(timeout=300)
-    assert again.returncode == 0
-    assert {path.name for path in folder.iterdir()} == {*MADE, ".finished", ".running"}

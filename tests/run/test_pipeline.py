@@ -43,7 +43,7 @@ def measured(monkeypatch):
         write(definition, number, *rest)
 
     monkeypatch.setattr(pipeline, "write_shard", counting)
-    monkeypatch.setattr(pipeline, "_shown", lambda path, again, helper: iter(()))  # pictures take seconds
+    monkeypatch.setattr(pipeline, "_shown", lambda path, again, worker: iter(()))  # pictures take seconds
     return numbers
 
 
@@ -62,7 +62,7 @@ def test_run_makes_what_the_workflow_makes(mine, capsys):
 
 @pytest.mark.slow
 def test_threads_change_no_bit(mine, monkeypatch):
-    monkeypatch.setattr(pipeline, "_shown", lambda path, again, helper: iter(()))
+    monkeypatch.setattr(pipeline, "_shown", lambda path, again, worker: iter(()))
     paths = made(mine, workers=2)
     with sweeps.open_map(paths[0]) as ds:
         assert ds.attrs["content_hash"] == sweeps.survey("mine.yaml").attrs["content_hash"]

@@ -109,10 +109,7 @@ def test_two_processes_share_the_list_and_what_one_fails_in_the_other_does(folde
     monkeypatch.setattr(warmup.multiprocessing, "get_context", lambda kind: context)
     monkeypatch.setattr(warmup.os, "sched_getaffinity", lambda process: {0, 1})
     monkeypatch.setattr(warmup.interrupts, "end_with_the_parent", lambda: None)
-    monkeypatch.setattr(
-        warmup, "lean", types.SimpleNamespace(leave_out=lambda alone: None, ends_with=lambda status: None)
-    )
-    monkeypatch.setattr(warmup, "wait", lambda sentinels: None)
+    monkeypatch.setattr(warmup, "startup", types.SimpleNamespace(configure=lambda: None))
     monkeypatch.setattr(warmup.systems, "compilations", lambda *_: [compilation(number) for number in range(9)])
     said = []
     monkeypatch.setattr(warmup, "_say_compiled", lambda system: said.append((system.name, len(set(done)))))
@@ -125,7 +122,7 @@ def test_two_processes_share_the_list_and_what_one_fails_in_the_other_does(folde
 def test_the_second_process_is_over_before_their_folder_goes(monkeypatch):
     waits = multiprocessing.connection.wait  # for nothing, ten minutes long: what a new process can find by its name
     monkeypatch.setattr(warmup, "_compile_as_the_second", waits)
-    with pytest.raises(KeyboardInterrupt), warmup._second([], 600.0, lambda: None) as second:
+    with pytest.raises(KeyboardInterrupt), warmup._second([], 600.0) as second:
         raise KeyboardInterrupt
     assert second.exitcode == -signal.SIGTERM
 

@@ -1,0 +1,29 @@
+"""Settings of the processes that Polhode starts itself: commands and their workers. Importing Polhode sets nothing."""
+
+import logging
+import os
+
+SETTINGS = {
+    "MPLBACKEND": "agg",  # pictures go to files
+    "OPENBLAS_NUM_THREADS": "1",  # matrices here are small
+    "PYDANTIC_DISABLE_PLUGINS": "__all__",  # else pydantic searches all installed packages for them
+}
+_is_own = False
+
+
+def configure() -> None:
+    """Apply the settings to this process, which is a command or a worker of one."""
+    global _is_own
+    _is_own = True
+    os.environ["MPLBACKEND"] = SETTINGS["MPLBACKEND"]  # whatever it was: a backend that is missing stops Matplotlib
+    for name, value in SETTINGS.items():
+        os.environ.setdefault(name, value)
+    # Matplotlib warns where the user has no folder for its list of fonts: pictures are the same
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
+
+
+def leave_out_the_compiler() -> bool:
+    """Run kernels as plain Python in a command that calls few of them; return whether this process does so."""
+    from kernels import plain
+
+    return _is_own and plain.leave_out_numba()

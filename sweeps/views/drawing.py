@@ -1,0 +1,42 @@
+"""One worker process that draws pictures of a map while the command itself draws others, or writes the report."""
+
+import multiprocessing
+from collections.abc import Iterator, Mapping
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import contextmanager
+from pathlib import Path
+
+from sweeps import interrupts, startup
+
+
+@contextmanager
+def worker() -> Iterator[Executor]:
+    """Start a worker process, which loads Matplotlib at once; end it with the block, by force where the block fails."""
+    pool, is_done = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), _begin), False
+    try:
+        with interrupts.left_to_the_parent():
+            pool.submit(_load)
+        yield pool
+        is_done = True
+    finally:
+        if is_done:
+            pool.shutdown(cancel_futures=True)
+        else:
+            interrupts.abandon(pool)
+
+
+def draw(path: str | Path, cut: Mapping[str, slice], *what) -> list[str]:
+    """Draw one picture or animation of the map at `path`, cut by dimension → slice; see `figures.draw_one`."""
+    from sweeps.views import figures
+
+    with figures.opened(path) as ds:
+        return figures.draw_one(figures.literal(ds.isel(cut)), *what)
+
+
+def _begin() -> None:
+    interrupts.end_with_the_parent()
+    startup.configure()
+
+
+def _load() -> None:
+    from sweeps.views import figures  # noqa: F401
