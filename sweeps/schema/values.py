@@ -1,13 +1,11 @@
-"""Checked values: numbers and text that refuse in words what they may not hold.
-
-Nothing here loads pydantic, whose models are made of these types: what a map holds is held against them as well.
-"""
+"""Checked values: numbers and text that refuse in words what they may not hold."""
 
 import math
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BeforeValidator
 
 from sweeps.schema.refusals import display, hint, refusal
 
@@ -15,39 +13,6 @@ MAX_SHARDS = 10_000
 MAX_SAMPLES = 10**9
 MIN_MOMENT = sys.float_info.min
 MAX_SPIN_RATE, MIN_SPIN_RATE = 1e150, 1e-150
-
-
-@dataclass(frozen=True)
-class HeldAgainst:
-    """A part of a type, by which a value is checked before pydantic looks at it; gives the value that is meant.
-
-    Attributes:
-        func: takes a value and returns one, or raises a refusal.
-        written: the type of what may be written, for a JSON schema; left out, the checked one.
-    """
-
-    func: Callable[[Any], Any]
-    written: Any = None
-
-    def __get_pydantic_core_schema__(self, source, handler):
-        """What pydantic asks of a part of a type."""
-        from pydantic import BeforeValidator
-
-        written = {} if self.written is None else {"json_schema_input_type": self.written}
-        return BeforeValidator(self.func, **written).__get_pydantic_core_schema__(source, handler)
-
-
-@dataclass(frozen=True)
-class HeldAfterwards:
-    """The same, once pydantic has seen that the value is of the type."""
-
-    func: Callable[[Any], Any]
-
-    def __get_pydantic_core_schema__(self, source, handler):
-        """What pydantic asks of a part of a type."""
-        from pydantic import AfterValidator
-
-        return AfterValidator(self.func).__get_pydantic_core_schema__(source, handler)
 
 
 def finite(value: Any, allowed: str) -> float:
@@ -65,7 +30,7 @@ def finite(value: Any, allowed: str) -> float:
     return number
 
 
-def number(holds: Callable[[float], bool], allowed: str) -> HeldAgainst:
+def number(holds: Callable[[float], bool], allowed: str) -> BeforeValidator:
     """Finite numbers for which `holds`."""
 
     def check(value: Any) -> float:
@@ -74,10 +39,10 @@ def number(holds: Callable[[float], bool], allowed: str) -> HeldAgainst:
             raise refusal("is out of range", allowed)
         return number
 
-    return HeldAgainst(check)
+    return BeforeValidator(check)
 
 
-def whole(least: int, most: int, allowed: str) -> HeldAgainst:
+def whole(least: int, most: int, allowed: str) -> BeforeValidator:
     """Whole numbers from `least` to `most`."""
 
     def check(value: Any) -> int:
@@ -87,10 +52,10 @@ def whole(least: int, most: int, allowed: str) -> HeldAgainst:
             raise refusal("is out of range", allowed)
         return value
 
-    return HeldAgainst(check)
+    return BeforeValidator(check)
 
 
-def choice(options: tuple[str, ...]) -> HeldAgainst:
+def choice(options: tuple[str, ...]) -> BeforeValidator:
     """One of some words."""
 
     def check(value: Any) -> str:
@@ -98,10 +63,10 @@ def choice(options: tuple[str, ...]) -> HeldAgainst:
             return value
         raise refusal("is not available" + hint(value, options), ", ".join(options))
 
-    return HeldAgainst(check, Literal[options])
+    return BeforeValidator(check, json_schema_input_type=Literal[options])
 
 
-def line_of_text(most: int) -> HeldAfterwards:
+def line_of_text(most: int) -> AfterValidator:
     """One line of printable text."""
     allowed = f"one line of printable text, 1 to {most} characters"
 
@@ -110,7 +75,7 @@ def line_of_text(most: int) -> HeldAfterwards:
             raise refusal("is empty, too long or not printable", allowed)
         return text
 
-    return HeldAfterwards(check)
+    return AfterValidator(check)
 
 
 def _prose(text: str) -> str:
@@ -171,7 +136,7 @@ Epsilon = Annotated[float, number(lambda x: 0 < x < 1, "a number with 0 < epsilo
 Phase = Annotated[float, number(lambda x: True, "any finite number, in rad")]
 Positive = Annotated[float, number(lambda x: x > 0, "a finite number > 0")]
 Tolerance = Annotated[float, number(lambda x: 1e-13 <= x <= 1e-3, "a number from 1e-13 to 1e-3")]
-Prose = Annotated[str, HeldAfterwards(_prose)]
+Prose = Annotated[str, AfterValidator(_prose)]
 Axis = Annotated[int, whole(1, 3, "1, 2 or 3")]
 Count = Annotated[int, whole(1, 2**53, "a whole number ≥ 1 (and ≤ 2^53)")]
 SamplesPerRotation = Annotated[int, whole(4, MAX_SAMPLES, f"a whole number from 4 to {MAX_SAMPLES:,}")]

@@ -71,11 +71,18 @@ def test_it_draws_into_an_axes_of_somebody_else(tiny):
 @pytest.mark.slow
 def test_the_accessor_is_there_without_matplotlib():
     code = (
-        "import sys, sweeps; assert not {'xarray', 'matplotlib', 'pydantic'} & set(sys.modules);"
-        "import xarray as xr; ds = xr.Dataset(); assert 'stability' in dir(ds.polhode);"
+        "import sys, sweeps; assert not {'xarray', 'matplotlib', 'pydantic', 'numpy'} & set(sys.modules);"
+        "import sweeps.accessor, xarray as xr; ds = xr.Dataset(); assert 'stability' in dir(ds.polhode);"
         "assert 'matplotlib' not in sys.modules; import importlib; importlib.reload(sweeps); ds.polhode"
     )
     subprocess.run([sys.executable, "-W", "error", "-c", code], check=True, capture_output=True)
+
+
+@pytest.mark.parametrize("then", ["import sweeps", "sweeps.survey('tiny')", "sweeps.open_map(sys.argv[1])"])
+def test_the_accessor_is_registered_where_a_dataset_comes_from(path, then):
+    first = "import xarray" if then == "import sweeps" else "import sweeps"
+    code = f"import sys; {first}; {then}; import xarray; xarray.Dataset().polhode"
+    subprocess.run([sys.executable, "-W", "error", "-c", code, path], check=True, capture_output=True)
 
 
 def test_the_accessor_has_the_functions_and_a_summary(tiny):
@@ -124,7 +131,7 @@ def test_a_picture_is_as_large_as_it_is_asked_for(path, tmp_path, size):
     svg = (tmp_path / "stability_axis_2.svg").read_text()
     points = [float(x) for x in re.search(r'width="([\d.]+)pt" height="([\d.]+)pt"', svg).groups()]
     np.testing.assert_allclose(points, np.array(size) / 25.4 * 72, rtol=1e-4)
-    box = re.search(rb"/MediaBox \[ ?0 0 ([\d.]+) ([\d.]+)", (tmp_path / "stability_axis_2.pdf").read_bytes())
+    box = re.search(rb"/MediaBox \[ ?[0.]+ [0.]+ ([\d.]+) ([\d.]+)", (tmp_path / "stability_axis_2.pdf").read_bytes())
     np.testing.assert_allclose([float(x) for x in box.groups()], np.array(size) / 25.4 * 72, rtol=1e-4)
 
 
