@@ -25,7 +25,7 @@ def straight(function: Callable) -> Callable:
     Parameters
     ----------
     function : function
-        Of positional arguments; assignments ``name = …`` of +, -, *, /, abs, numbers, and names of arguments, of what
+        Of positional arguments; assignments ``name = …`` of ``+ - * /``, abs, numbers, and names of arguments, of what
         was assigned before and of numbers in its module, then the return of a tuple.
     """
     if config.DISABLE_JIT:
@@ -66,9 +66,9 @@ def lines(text: str) -> Callable:
     Parameters
     ----------
     text : str
-        Assignments ``name = …`` and ``S[row + lane] = …`` of +, -, *, /, abs, numbers, names that were assigned before,
-        and ``S[row + lane]``, row a whole number; S is an array of doubles in one piece, and is not asked for its
-        length.
+        Assignments ``name = …`` and ``S[row + lane] = …`` of ``+ - * /``, abs, numbers, names that were assigned
+        before, and ``S[row + lane]``, row a whole number; S is an array of doubles in one piece, and is not asked for
+        its length.
     """
     if config.DISABLE_JIT:  # nothing is compiled, and Python reads them itself
         code = compile(text, "lines", "exec")

@@ -5,6 +5,7 @@ import os
 import shutil
 import subprocess
 import sys
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -13,12 +14,14 @@ HERE = Path(__file__).parent
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Makes maps, numbers, pictures and pages; returns the exit status."""
+    """Make maps, numbers, pictures and pages. Return the exit status."""
     parser = argparse.ArgumentParser(prog="python -m sweeps.handbook", description=__doc__, allow_abbrev=False)
     parser.add_argument("-o", "--output", metavar="FOLDER", type=Path, default=Path("results/handbook"))
     parser.add_argument("--work", metavar="FOLDER", type=Path, default=Path("results/.handbook"), help="for its maps")
+    numbers = "measure the numbers of the pages, write them into sweeps/handbook/text, and stop"
+    parser.add_argument("--numbers", action="store_true", help=numbers)
     args = parser.parse_args(arguments)
-    if missing := [name for module, name in NEEDED.items() if find_spec(module) is None]:
+    if missing := [name for module, name in NEEDED.items() if not args.numbers and find_spec(module) is None]:
         what = f"handbook: needs {', '.join(missing)}, which this Python has not"
         print(f"{what}; allowed: pip install -c constraints.txt -e '.[docs]'", file=sys.stderr)
         return 2
@@ -28,6 +31,8 @@ def main(arguments: list[str] | None = None) -> int:
     work = args.work.resolve()
     work.mkdir(parents=True, exist_ok=True)
     try:
+        if args.numbers:
+            return _write_numbers(work)
         _make(work)
     except (RefusedError, ValueError) as refused:
         print(f"handbook: {refused}", file=sys.stderr)
@@ -35,19 +40,35 @@ def main(arguments: list[str] | None = None) -> int:
     return _html(work, args.output.resolve())
 
 
+def _say(line: str) -> None:
+    print(line, flush=True)
+
+
+def _write_numbers(work: Path) -> int:
+    from sweeps.handbook import asked, evidence
+
+    facts = evidence.measured_numbers(evidence.measured_maps(work, _say), _say)
+    for page, text in asked.pages().items():
+        filled = asked.with_numbers(text, partial(evidence.as_markdown, facts))
+        if filled != text:
+            (asked.TEXT / f"{page}.md").write_text(filled, encoding="utf-8")
+            _say(f"{page}: numbers written")
+    return 0
+
+
 def _make(work: Path) -> None:
-    from sweeps.handbook import evidence, gallery, generated
+    from sweeps.handbook import asked, evidence, gallery, generated
 
-    def say(line: str) -> None:
-        print(line, flush=True)
-
-    evidence.make(work, say)
+    facts = evidence.make(work, _say)
     source = work / "source"
     shutil.rmtree(source, ignore_errors=True)
-    shutil.copytree(HERE / "text", source)
+    shutil.copytree(asked.TEXT, source)
+    for page, text in asked.pages().items():
+        filled = asked.with_numbers(text, partial(evidence.as_html, facts))
+        (source / f"{page}.md").write_text(filled, encoding="utf-8")
     shutil.copytree(HERE / "static", source / "static")
     shutil.copy2(HERE / "conf.py", source)
-    gallery.draw(work, say)
+    gallery.draw(work, _say)
     generated.write(source, work)
     shutil.copytree(work / "pictures", source / "pictures")
 

@@ -1,13 +1,13 @@
-"""What the pages ask for: numbers, pictures of maps, files for the reader, and what commands and Python print."""
+"""What the pages contain: measured numbers, pictures of maps, files for the reader, output of commands and Python."""
 
 import re
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 TEXT = Path(__file__).parent / "text"
-NUMBER = re.compile(r"\{measured\}`([a-z0-9_]+)(?: ([^`]+))?`")
+NUMBER = re.compile(r"([-−\d.,%×\u202f⁰¹²³⁴⁵⁶⁷⁸⁹⁻]*)<!--([a-z]\w*)(?: ([^ >]+))?-->")
 BLOCK = re.compile(r"^([ ]*)(`{3,})\{(picture|file|run|python)\}[ ]*(.*?)\n(.*?)^\1\2[ ]*$", re.MULTILINE | re.DOTALL)
 OPTION = re.compile(r"^:([a-z-]+):[ ]*(.*)$")
 
@@ -33,9 +33,17 @@ def pages(folder: Path = TEXT) -> dict[str, str]:
     return {str(path.relative_to(folder).with_suffix("")): path.read_text(encoding="utf-8") for path in paths}
 
 
-def numbers(text: str) -> list[str]:
-    """Names of the numbers that a page asks for."""
-    return [name for name, _ in NUMBER.findall(text)]
+def numbers(text: str) -> list[tuple[str, str, str]]:
+    """Return (text on the page, name, format) of each measured number of a page.
+
+    A page says ``1.9<!--racket_growth .2g-->``: Markdown shows the number and hides its name and format.
+    """
+    return [(shown, name, form or ".3g") for shown, name, form in NUMBER.findall(text)]
+
+
+def with_numbers(text: str, write: Callable[[str, str], str]) -> str:
+    """Return a page with each measured number and its comment replaced by what `write` makes of name and format."""
+    return NUMBER.sub(lambda mark: write(mark[2], mark[3] or ".3g"), text)
 
 
 def asked_blocks(text: str) -> Iterator[Wanted]:

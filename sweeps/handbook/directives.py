@@ -1,47 +1,20 @@
-"""Sphinx's part: the role and the blocks by which pages show what was made for them, and formulas as MathML.
-
-MathML (by docutils) needs no script and no font from elsewhere: a page reads the same on a disk without a network.
-"""
+"""Sphinx's part: the blocks by which pages show what was made for them, and formulas as MathML."""
 
 import html
 import json
-import re
 from pathlib import Path
-from xml.etree import ElementTree
 
 from docutils import nodes
 from docutils.utils.math import MathError
-from docutils.utils.math.latex2mathml import tex2mathml
 from sphinx.application import Sphinx
 from sphinx.util import logging
-from sphinx.util.docutils import SphinxDirective, SphinxRole
+from sphinx.util.docutils import SphinxDirective
 
-from sweeps.handbook import asked, numbers
+from sweeps.handbook import asked
 from sweeps.handbook.evidence import picture_file
+from sweeps.handbook.formulas import mathml
 
-LARGE = re.compile(r"\\([bB]ig)(?![a-zA-Z])")
-SHORT_FRACTION = re.compile(r"\\[td]?frac\s*(\d)\s*(\d)")
-MATHML = "http://www.w3.org/1998/Math/MathML"
 LOGGER = logging.getLogger(__name__)
-ElementTree.register_namespace("", MATHML)
-
-
-def _facts(config, name: str) -> dict:
-    return json.loads((Path(config.handbook_work) / name).read_text(encoding="utf-8"))
-
-
-class Measured(SphinxRole):
-    """A number by its name, with what it is and where it comes from under the pointer."""
-
-    def run(self) -> tuple[list[nodes.Node], list]:
-        """The number, as text that says its source."""
-        name, _, form = self.text.partition(" ")
-        fact = _facts(self.config, "numbers.json").get(name)
-        if fact is None:
-            return [], [self.inliner.reporter.error(f"no number is named {name!r}", line=self.lineno)]
-        told = html.escape(f"{fact['meaning']} (map {fact['map']}, content hash {fact['content_hash'][:12]})")
-        text = numbers.shown(fact["value"], form or ".3g")
-        return [nodes.raw("", f'<span class="measured" title="{told}">{text}</span>', format="html")], []
 
 
 class Picture(SphinxDirective):
@@ -86,7 +59,8 @@ class Printed(SphinxDirective):
         body = "\n".join(self.content)
         kind = self.name
         block = asked.Wanted(kind, "", body)
-        printed = _facts(self.config, "printed.json").get(asked.key(self.env.docname, block))
+        facts = json.loads((Path(self.config.handbook_work) / "printed.json").read_text(encoding="utf-8"))
+        printed = facts.get(asked.key(self.env.docname, block))
         if printed is None:
             return [self.state.document.reporter.error(f"was not run: {body}", line=self.lineno)]
         lines = nodes.literal_block(body, body, language="python" if kind == "python" else "sh")
@@ -100,25 +74,11 @@ class Printed(SphinxDirective):
 
 
 def _mathml(tex: str, block: bool, where: nodes.Node) -> str:
-    braced = SHORT_FRACTION.sub(r"\\frac{\1}{\2}", tex)  # docutils asks for the braces
-    braced = LARGE.sub(r"\\\1l", braced)  # and knows large signs as left or right ones
     try:
-        return _accents_first(tex2mathml(braced, as_block=block))
+        return mathml(tex, block)
     except MathError as error:
         LOGGER.warning("%s: %s", error, tex, location=where)
         return f"<code>{html.escape(tex)}</code>"
-
-
-def _accents_first(mathml: str) -> str:
-    r"""`\dot q_i` as q̇ with an index; docutils writes that below the q where an accent stands above it."""
-    root = ElementTree.fromstring(mathml)
-    for both in root.iter(f"{{{MATHML}}}munderover"):
-        base, index, over = both
-        if over.get("stretchy") == "false":
-            accented = ElementTree.Element(f"{{{MATHML}}}mover", accent="true")
-            accented.extend((base, over))
-            both.tag, both[:] = f"{{{MATHML}}}msub", (accented, index)
-    return ElementTree.tostring(root, encoding="unicode")
 
 
 def _inline(translator, node: nodes.math) -> None:
@@ -143,7 +103,6 @@ def _plain_docstring(app, what, name, thing, options, lines: list[str]) -> None:
 def setup(app: Sphinx) -> dict:
     """Enters all of it."""
     app.add_config_value("handbook_work", "", "env")
-    app.add_role("measured", Measured())
     app.add_directive("picture", Picture)
     app.add_directive("file", File)
     app.add_directive("run", Printed)

@@ -6,6 +6,7 @@ same, a picture that is younger than its map and than the code that draws.
 
 import ast
 import contextlib
+import html
 import io
 import json
 import os
@@ -30,11 +31,11 @@ def definitions() -> dict[str, Path]:
     return {path.stem: path for path in sorted(MAPS.glob("*.yaml"))}
 
 
-def make(work: Path, say: Callable[[str], None] = print) -> None:
-    """Makes all that the pages ask for.
+def make(work: Path, say: Callable[[str], None] = print) -> dict[str, dict]:
+    """Make all that the pages ask for, and return their measured numbers by name.
 
     Args:
-        work: the folder it goes to: `maps/`, `pictures/`, `numbers.json` and `printed.json`.
+        work: the folder it goes to: `maps/`, `pictures/` and `printed.json`.
         say: what takes each line of progress.
 
     Raises:
@@ -42,8 +43,10 @@ def make(work: Path, say: Callable[[str], None] = print) -> None:
         ValueError: for a command or a line of Python on a page that fails.
     """
     pages = asked.pages()
-    maps = {name: measured(path, work / "maps", say) for name, path in definitions().items()}
-    _write(work / "numbers.json", _numbers(pages.values(), maps, say))
+    maps = measured_maps(work, say)
+    facts = measured_numbers(maps, say)
+    if unknown := {name for text in pages.values() for _, name, _ in asked.numbers(text)} - set(facts):
+        raise ValueError(f"no number of that name: {', '.join(sorted(unknown))}")
     for text in pages.values():
         for block in asked.asked_blocks(text):
             if block.kind == "picture":
@@ -53,7 +56,13 @@ def make(work: Path, say: Callable[[str], None] = print) -> None:
         keys = [asked.key(page, block) for block in asked.asked_blocks(text) if block.kind in ("run", "python")]
         same = all(key in before for key in keys)
         printed |= {key: before[key] for key in keys} if same else _printed(page, text, work / "desk", done, say)
-    _write(work / "printed.json", printed)
+    (work / "printed.json").write_text(json.dumps(printed, indent=1, ensure_ascii=False), encoding="utf-8")
+    return facts
+
+
+def measured_maps(work: Path, say: Callable[[str], None]) -> dict[str, Path]:
+    """Return the file of each map of the handbook by its name; measure those that are not there or out of date."""
+    return {name: measured(path, work / "maps", say) for name, path in definitions().items()}
 
 
 def _still_true(path: Path) -> dict[str, str]:
@@ -61,10 +70,6 @@ def _still_true(path: Path) -> dict[str, str]:
     if path.exists() and path.stat().st_mtime > _youngest(ROOMS):
         return json.loads(path.read_text(encoding="utf-8"))
     return {}
-
-
-def _write(path: Path, facts: dict) -> None:
-    path.write_text(json.dumps(facts, indent=1, ensure_ascii=False), encoding="utf-8")
 
 
 def measured(definition: Path, folder: Path, say: Callable[[str], None]) -> Path:
@@ -88,22 +93,32 @@ def measured(definition: Path, folder: Path, say: Callable[[str], None]) -> Path
     return path
 
 
-def _numbers(texts: Iterable[str], maps: dict[str, Path], say: Callable[[str], None]) -> dict:
-    """Each number that a page asks for, with what it is and the map and the hash behind it."""
+def measured_numbers(maps: dict[str, Path], say: Callable[[str], None]) -> dict[str, dict]:
+    """Return value, meaning, map and content hash of each measured number by its name."""
     import sweeps
 
     say("reading the numbers")
-    wanted = {name for text in texts for name in asked.numbers(text)}
     found = {}
-    for source in dict.fromkeys(number.source for number in numbers.NUMBERS.values()):
-        with sweeps.open_map(maps[source]) as ds:
+    for source, path in maps.items():
+        with sweeps.open_map(path) as ds:
             for name, number in numbers.NUMBERS.items():
-                if number.source == source and name in wanted:
+                if number.source == source:
                     told = {"meaning": number.meaning, "map": source, "content_hash": ds.attrs["content_hash"]}
                     found[name] = {"value": float(number.value(ds.load().squeeze())), **told}
-    if unknown := wanted - set(found):
-        raise ValueError(f"no number of that name: {', '.join(sorted(unknown))}")
     return found
+
+
+def as_html(facts: dict[str, dict], name: str, form: str) -> str:
+    """Return a measured number for a page of HTML, with its meaning, map and hash under the pointer."""
+    fact = facts[name]
+    source = f"{fact['meaning']} (map {fact['map']}, content hash {fact['content_hash'][:12]})"
+    shown = numbers.shown(fact["value"], form)
+    return f'<span class="measured" title="{html.escape(source)}">{shown}</span>'
+
+
+def as_markdown(facts: dict[str, dict], name: str, form: str) -> str:
+    """Return a measured number for a page of Markdown, with its name and format in a comment."""
+    return f"{numbers.shown(facts[name]['value'], form)}<!--{name}{'' if form == '.3g' else ' ' + form}-->"
 
 
 def picture_file(argument: str) -> str:
@@ -165,6 +180,8 @@ def _run(block: asked.Wanted, names: dict) -> str:
                 _python(block.body, names)
             else:
                 _commands(block.body)
+    except ValueError as error:
+        raise ValueError(f"{error}\n{out.getvalue()}".strip()) from error
     finally:
         os.environ.pop("COLUMNS")
         os.environ |= {} if before is None else {"COLUMNS": before}

@@ -38,7 +38,7 @@ INCLUDED = {  # pages of the repository that parts of the handbook are taken fro
 
 
 def modules() -> dict[str, Path]:
-    """Name → file of each module that has public names; those that begin with _ are nobody's business."""
+    """Name → file of each module that has public names; those that begin with _ are private."""
     found = {}
     for package in PACKAGES:
         for path in sorted((ROOT / package).rglob("*.py")):
@@ -102,10 +102,9 @@ def _without_links(text: str) -> str:
 
 def _api_index() -> str:
     listed = "\n".join(_file(name) for name in ROOMS)
-    return f"""# Python, by room
+    return f"""# Python API
 
-Every public function and class of `kernels` and `sweeps`: what is not listed here is nobody else's business. Names that
-begin with an underscore are private.
+Every public function and class of `kernels` and `sweeps`. Names that begin with an underscore are private.
 
 ```{{toctree}}
 {listed}

@@ -1,6 +1,7 @@
 """Every number of the pages, by name: what it is, and how it is read from which map.
 
-A page says {measured}`name .3g`; the name is that of a function here, its docstring what readers see beside it.
+A page says 1.9<!--name .2g-->: the number as it was measured, and a comment, which Markdown hides, with the name of a
+function here and a format. The function's docstring is what readers of the HTML see under the pointer.
 """
 
 from collections.abc import Callable

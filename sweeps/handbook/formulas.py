@@ -1,0 +1,40 @@
+"""Formulas as MathML, by docutils. MathML needs no script and no font from elsewhere."""
+
+import html
+import re
+from xml.etree import ElementTree
+
+from docutils.utils.math.latex2mathml import tex2mathml
+
+LARGE = re.compile(r"\\([bB]ig)(?![a-zA-Z])")
+SHORT_FRACTION = re.compile(r"\\[td]?frac\s*(\d)\s*(\d)")
+NAMED_BY_HTML = re.compile(r"&(?!(?:lt|gt|amp|quot|apos);)\w+;")  # XML itself defines the five
+MATHML = "http://www.w3.org/1998/Math/MathML"
+ElementTree.register_namespace("", MATHML)
+
+
+def mathml(tex: str, block: bool = False) -> str:
+    """Return a TeX formula as MathML.
+
+    Args:
+        tex: the formula.
+        block: True for a formula on lines of its own.
+
+    Raises:
+        MathError: for TeX that docutils does not know.
+    """
+    braced = SHORT_FRACTION.sub(r"\\frac{\1}{\2}", tex)  # docutils asks for the braces
+    braced = LARGE.sub(r"\\\1l", braced)  # and knows large signs as left or right ones
+    return _accents_first(tex2mathml(braced, as_block=block))
+
+
+def _accents_first(text: str) -> str:
+    r"""Write `\dot q_i` as q̇ with an index; docutils writes the index below the q and the accent above it."""
+    root = ElementTree.fromstring(NAMED_BY_HTML.sub(lambda name: html.unescape(name[0]), text))
+    for both in root.iter(f"{{{MATHML}}}munderover"):
+        base, index, over = both
+        if over.get("stretchy") == "false":
+            accented = ElementTree.Element(f"{{{MATHML}}}mover", accent="true")
+            accented.extend((base, over))
+            both.tag, both[:] = f"{{{MATHML}}}msub", (accented, index)
+    return ElementTree.tostring(root, encoding="unicode")
