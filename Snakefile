@@ -8,7 +8,7 @@ import shlex
 import sys
 from pathlib import Path
 
-from kernels.fingerprint import cache_folder
+from kernels.cache import cache_folder
 from sweeps.points import catalogue
 from sweeps.run import claims
 from sweeps.schema.refusals import DefinitionError

@@ -46,11 +46,10 @@ Comput. 30 (2008) 2084, with the signs derived anew; the step is not found in pr
 import math
 
 import numpy as np
-from numba import njit
 
 from kernels import solution
 from kernels.elliptic import RUNGS, climb, jacobi_short, ladder, separatrix_functions
-from kernels.options import EXACT, EXACT_INLINE, INLINE
+from kernels.jit import EXACT, EXACT_INLINE, INLINE, njit
 
 FAR = 700.0  # beyond it sech underflows; what arg needs there is a ratio that no longer changes
 SETTLED_TANH = 20.0  # tanh is one to rounding

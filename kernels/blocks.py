@@ -6,9 +6,8 @@ order points are taken, and which of them share a block, changes no bit of any p
 """
 
 import numpy as np
-from numba import njit
 
-from kernels.options import OPTIONS
+from kernels.jit import OPTIONS, njit
 
 W = 32
 LINE = 64  # bytes of a line of cache, and of the longest vector

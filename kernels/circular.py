@@ -11,9 +11,8 @@ Microsystems, 1993), e_rem_pio2.c, k_sin.c and k_cos.c, for the constants.
 import math
 
 import numpy as np
-from numba import njit
 
-from kernels.options import INLINE
+from kernels.jit import INLINE, njit
 
 FAR = 1e5  # rad, to which an angle is brought exactly: 33 bits of pi/2 times 17 of the multiple are 50
 FIRST, SECOND, THIRD = 1.57079632673412561417, 6.07710050630396597660e-11, 2.02226624879595063154e-21

@@ -12,10 +12,9 @@ integration of one of them gives all of them.
 import math
 
 import numpy as np
-from numba import njit
 
 from kernels import rigid_body
-from kernels.options import INLINE, OPTIONS
+from kernels.jit import INLINE, OPTIONS, njit
 
 FREE = np.int32(-1)
 

@@ -7,9 +7,8 @@ step) and 9.3 (exponential).
 import math
 
 import numpy as np
-from numba import boolean, float64, int64, njit, void
 
-from kernels.options import OPTIONS
+from kernels.jit import OPTIONS, boolean, float64, int64, njit, void, whole_vectors
 
 EPSILON = float(np.finfo(np.float64).eps)
 
@@ -59,6 +58,7 @@ def _multiply(A, B, C, n):
 @njit(**OPTIONS)
 def product_in_lanes(A, B, C, n):
     """Write A B into C, lane by lane; rows i n + j."""
+    whole_vectors()
     lanes = A.shape[1]
     for i in range(n):
         for j in range(n):

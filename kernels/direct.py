@@ -32,9 +32,8 @@ equations above. Not validated: bodies with max|c_i| omega0 h above 1 a step.
 import math
 
 import numpy as np
-from numba import njit
 
-from kernels.options import OPTIONS
+from kernels.jit import OPTIONS, njit
 from kernels.rigid_body import euler_coefficients
 from kernels.taylor_steps import step_12
 from kernels.turning import turn_12

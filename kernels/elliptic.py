@@ -20,9 +20,8 @@ double-double and so is ``a_N u``: large arguments lose nothing to the rounding 
 import math
 
 import numpy as np
-from numba import njit
 
-from kernels.options import EXACT, EXACT_INLINE, INLINE, OPTIONS
+from kernels.jit import EXACT, EXACT_INLINE, INLINE, OPTIONS, njit
 
 HALF_PI = 0.5 * math.pi
 SPLITTER = 134217729.0  # 2**27 + 1 cuts a double into two halves of 26 bits (Veltkamp)

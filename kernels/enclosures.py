@@ -19,7 +19,8 @@ Source: Moore, Kearfott and Cloud, Introduction to Interval Analysis, chapters 2
 import math
 
 import numpy as np
-from numba import float64, int64, njit, void
+
+from kernels.jit import float64, int64, njit, void, whole_vectors
 
 OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True}
 INLINE = {"cache": True, "error_model": "numpy"}
@@ -353,6 +354,7 @@ def curves(tape, outputs, constants, owner, low, high, values, states):
     states : int64 array, shape (boxes,)
         Written: SOUND, POLE or OUTSIDE.
     """
+    whole_vectors()
     R = np.empty((len(tape), 6, W))
     for first in range(0, owner.size, W):
         lanes = min(W, owner.size - first)
@@ -443,6 +445,7 @@ def slopes(tape, outputs, constants, owner, low, high, count, values, states):
     states : int64 array, shape (boxes,)
         Written: SOUND, POLE or OUTSIDE.
     """
+    whole_vectors()
     rows = 2 + 2 * count
     R = np.empty((len(tape), rows, W))
     for first in range(0, owner.size, W):

@@ -71,7 +71,6 @@ from importlib import import_module
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from kernels.elliptic import (
     RUNGS,
@@ -83,7 +82,7 @@ from kernels.elliptic import (
     ladder,
     separatrix_functions,
 )
-from kernels.options import EXACT, EXACT_INLINE, INLINE
+from kernels.jit import EXACT, EXACT_INLINE, INLINE, njit
 from kernels.solution import (
     advance,
     by_role,

@@ -8,12 +8,11 @@ an eighth of them does alone.
 import math
 
 import numpy as np
-from numba import boolean, float64, njit
 
 from kernels import columns, lanes, linear, measure, reduction, uncertainty
 from kernels.blocks import W
 from kernels.columns import Column
-from kernels.options import INLINE, OPTIONS
+from kernels.jit import INLINE, OPTIONS, boolean, float64, njit, whole_vectors
 from kernels.statuses import NON_FINITE, NOT_CONVERGED, OK, SHORT_WINDOW
 
 # Work that is done where it is asked for; ERRORS stand on the certificate and on the reduction, RATES and LOG_SLOPE on
@@ -80,6 +79,7 @@ def _turn(S, lane):
 @njit(**OPTIONS)
 def _squares(S, followed):
     """Rates² and their slopes by D, the reduced ones where they were followed; whether some lane's D is beyond."""
+    whole_vectors()
     beyond = 0
     for lane in range(W):
         spacing, D = S[lanes.SPACING + lane], _turn(S, lane)
@@ -98,6 +98,7 @@ def _squares(S, followed):
 @njit(**OPTIONS)
 def _squares_beyond(S):
     """The same lane by lane, for a D of any size."""
+    whole_vectors()
     for lane in range(W):
         spacing, D, reduced = S[lanes.SPACING + lane], _turn(S, lane), _reduced_turn(S, lane)
         if not abs(D) <= measure.TURN:
@@ -122,6 +123,7 @@ def _tell_square(S, certified, tolerance):
     :func:`_forgive_growth`. Rounding in either solution also shifts the phase of a motion of n samples by less than
     1e-16 n^{3/2}.
     """
+    whole_vectors()
     for lane in range(W):
         used, spacing, spin = S[lanes.USED + lane], S[lanes.SPACING + lane], S[MORE.spin_rate + lane]
         rx, rr, xx = S[lanes.RX + lane], S[lanes.RR + lane], S[lanes.XX + lane]
@@ -146,6 +148,7 @@ def _tell_square(S, certified, tolerance):
 @njit(**OPTIONS)
 def _forgive_growth(S, tolerance):
     """Statuses of growing motions, whose rounding at the start has grown with them."""
+    whole_vectors()
     for lane in range(W):
         growth = -S[MORE.rate2 + lane]
         if S[AT.status + lane] == NOT_CONVERGED and growth > 0.0:
@@ -162,6 +165,7 @@ def _tell_errors(S, exactly, rounded, whole):
     ``exactly``: the motion is the exact solution, rounded; ``rounded``: the moments are ratios, rounded once each;
     ``whole``: the reduction was done to its last order.
     """
+    whole_vectors()
     for lane in range(W):
         used, spacing, spin = S[lanes.USED + lane], S[lanes.SPACING + lane], S[MORE.spin_rate + lane]
         rate2 = S[MORE.rate2 + lane]
@@ -210,8 +214,9 @@ def _rates_of(reduced):
         (AT.frequency_reduced, AT.frequency_reduced_error) if reduced else (AT.frequency, AT.frequency_error)
     )
 
-    @njit(**OPTIONS)
+    @njit(name="tell_reduced_rates" if reduced else "tell_rates", **OPTIONS)
     def tell_rates(S):
+        whole_vectors()
         for lane in range(W):
             spin, regime = S[MORE.spin_rate + lane], S[AT.regime + lane]
             square, error = S[square_of + lane], S[error_of + lane]
@@ -253,6 +258,7 @@ def _tell_log_slope(S):
     Its error is its distance from the reduced rate, which stands on more samples and knows the amplitude, and that
     rate's own error: a line through a logarithm cannot see what its transient bends.
     """
+    whole_vectors()
     for lane in range(W):
         n, spin = S[lanes.LN + lane], S[MORE.spin_rate + lane]
         held = (S[AT.regime + lane] == linear.UNSTABLE) & (n >= 2.0)
@@ -271,6 +277,7 @@ def _tell_log_slope(S):
 @njit(**OPTIONS)
 def _tell_no_log_slope(S):
     """Where no lane was ever in the window: two logarithms spared, which are most of it."""
+    whole_vectors()
     for row in (AT.e_folds, AT.growth_rate_logslope, AT.growth_rate_logslope_error):
         for lane in range(W):
             S[row + lane] = math.nan
@@ -278,6 +285,7 @@ def _tell_no_log_slope(S):
 
 @njit(**OPTIONS)
 def _tell_drifts(S):
+    whole_vectors()
     for lane in range(W):
         S[AT.energy_drift + lane] = S[lanes.ED + lane] / S[lanes.E0 + lane]
         S[AT.momentum_drift + lane] = S[lanes.LD + lane] / S[lanes.L0 + lane]

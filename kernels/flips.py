@@ -20,12 +20,11 @@ Lanes as in :mod:`kernels.blocks`, in radians of spin and units of the nudge.
 import math
 
 import numpy as np
-from numba import njit
 
 from kernels import columns, direct, exact, rigid_body, solution, taylor_steps
 from kernels.blocks import W
 from kernels.columns import Column
-from kernels.options import OPTIONS
+from kernels.jit import OPTIONS, njit, whole_vectors
 
 MOST_ROTATIONS, MOST_STEPS = 20_000, 2_000_000
 
@@ -64,6 +63,7 @@ def most_steps(c_a, c_b, c_c, h):
 @njit(**OPTIONS)
 def _begin(S, direction):
     """Put every lane at its start, to run forward (1) or backward (-1)."""
+    whole_vectors()
     for lane in range(W):
         S[A + lane], S[B + lane], S[C + lane] = S[A0 + lane], S[B0 + lane], S[C0 + lane]
         S[KA + lane] *= direction
@@ -74,6 +74,7 @@ def _begin(S, direction):
 @njit(**OPTIONS)
 def _stride(S):
     """One step of every lane; whether a component changed sign in any that is still active."""
+    whole_vectors()
     events = 0
     for lane in range(W):
         a0, b0, c0 = S[A + lane], S[B + lane], S[C + lane]
@@ -141,6 +142,7 @@ def _note(S, lane, before, turning):
 @njit(**OPTIONS)
 def _walk(S, turning):
     """Step until no lane is active; each is given up at its own limit."""
+    whole_vectors()
     n = 0
     limit = _next_limit(S, n)
     while n < limit:
@@ -157,6 +159,7 @@ def _walk(S, turning):
 @njit(**OPTIONS)
 def _next_limit(S, n):
     """Give up the lanes whose limit is n steps or less; the least limit of those that are active, or 0."""
+    whole_vectors()
     limit = 0.0
     for lane in range(W):
         if S[ACTIVE + lane] > 0.0 and not n < S[LIMIT + lane]:
@@ -169,6 +172,7 @@ def _next_limit(S, n):
 @njit(**OPTIONS)
 def _search(S):
     """Find the events of a block: forward for all lanes, backward for those that flipped."""
+    whole_vectors()
     for lane in range(W):
         moving = (S[KA + lane] != 0.0) | (S[KB + lane] != 0.0) | (S[KC + lane] != 0.0)
         S[ACTIVE + lane] = 1.0 if moving else 0.0
@@ -224,6 +228,7 @@ def fill(I1, I2, I3, axis, omega0, epsilon, phase, order, tolerance, out, given_
     given_up : numpy.ndarray of bool, shape (n,)
         Set where the search reached its bound.
     """
+    whole_vectors()
     S = np.zeros(ROWS * W)
     for first in range(0, order.size, W):
         count = min(W, order.size - first)

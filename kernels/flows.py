@@ -24,11 +24,10 @@ Lanes are as in :mod:`kernels.blocks`, and a point's bits depend on the point al
 import math
 
 import numpy as np
-from numba import float64, int64, njit, void
 
 from kernels import direct, measure, spectrum
 from kernels.blocks import W, cut, rows_of, scratch
-from kernels.options import OPTIONS
+from kernels.jit import OPTIONS, float64, int64, njit, void, whole_vectors
 from kernels.oscillations import ADVANCE, ENERGY, MOST_HALVINGS, ORDER
 from kernels.statuses import NON_FINITE, NOT_CONVERGED, NOT_MOVED, OK, SHORT_WINDOW
 
@@ -48,6 +47,7 @@ FIRST = 4
 @njit(**OPTIONS)
 def _follow(advance, check, P, M, K, Y, weight, project, first, n, N, quantities, states, steps, pair, count, told):
     """Follow one run of every lane through its samples; told gets the used samples, largest size and drifts."""
+    whole_vectors()
     lanes = weight.shape[1]
     for k in range(count):
         if k > 0:
@@ -80,6 +80,7 @@ START, LARGEST, USED, SIZE, OPEN, QUANTITY = range(6)
 @njit(**OPTIONS)
 def _window(P, K, Y, weight, first, k, n, quantities, states, told):
     """Close the windows of lanes that have grown tenfold; keep the largest state in K; whether any window is open."""
+    whole_vectors()
     lanes = weight.shape[1]
     for lane in range(lanes):
         told[SIZE, lane] = 0.0
@@ -123,6 +124,7 @@ def _window(P, K, Y, weight, first, k, n, quantities, states, told):
 @njit(**OPTIONS)
 def _halve(advance, P, M, K, project, n, N, states, steps, change):
     """The interval that begins at each lane's largest state, with steps and with twice as many: the largest change."""
+    whole_vectors()
     lanes = change.size
     coarse = rows_of(n)
     for turn in range(2):
@@ -149,6 +151,7 @@ def _take_means(Y, weight, runs, count, n, used, h, kept):
 
     A mean's model is the samples' own with M², its error as their bound. Other lanes keep their first samples.
     """
+    whole_vectors()
     lanes = used.size
     for r in range(runs):
         for k in range(kept):
@@ -218,6 +221,7 @@ def _run_blocks(
 
     starts, shape (points, 2 runs, rows): rows of each run from +ε, then of each from -ε.
     """
+    whole_vectors()
     rows = starts.shape[2]
     P, M, K = scratch(rows), scratch(rows), scratch(states)
     Y, weight = rows_of(runs * count * n), rows_of(runs * count)

@@ -9,10 +9,9 @@ intermediate value, which takes ten times as long.
 import math
 
 import numpy as np
-from numba import njit
 
 from kernels import columns, linear, rigid_body
-from kernels.options import EXACT, EXACT_INLINE
+from kernels.jit import EXACT, EXACT_INLINE, njit
 from kernels.triangle import FLAT
 
 REALS = ("omega_squared_theory", "growth_rate_theory", "frequency_theory", "growing_fraction", "triangle_margin")

@@ -19,11 +19,10 @@ integral, from what Montgomery's theorem makes of energy, period and a solid ang
 import math
 
 import numpy as np
-from numba import njit
 
 from kernels import attitude, direct, exact, measure, rigid_body, solution, tumbling
 from kernels.blocks import W, cut, scratch
-from kernels.options import INLINE, OPTIONS
+from kernels.jit import INLINE, OPTIONS, njit, whole_vectors
 from kernels.series import arctangent
 from kernels.turning import turn_12
 
@@ -97,6 +96,7 @@ def _load(S, lane, Ia, Ib, Ic, spin, epsilon, phase, h, steps):
 @njit(**OPTIONS)
 def _advance(S, steps):
     """One sample interval of direct steps."""
+    whole_vectors()
     for _ in range(steps):
         for lane in range(W):
             a, b, c, w, x, y, z = turn_12(
@@ -111,6 +111,7 @@ def _advance(S, steps):
 @njit(**OPTIONS)
 def _advance_exact(S):
     """One exact step of every lane; its landing is left to :func:`_compare`, so that both loops stay short."""
+    whole_vectors()
     for lane in range(W):
         m_d, m_j, m_k = S[MD + lane], S[MJ + lane], S[MK + lane]
         r0, rd, rj, rk = attitude.step(
@@ -126,6 +127,7 @@ def _advance_exact(S):
 @njit(**OPTIONS)
 def _compare(S):
     """The angle between every lane's two attitudes, and the heading's turn since the last sample."""
+    whole_vectors()
     opened = 0
     for lane in range(W):
         e0, ed, ej, ek, S[SIZE + lane] = attitude.land(
@@ -177,6 +179,7 @@ def _exactly(Ia, Ib, Ic, spin, epsilon, phase, out, i):
 @njit(nogil=True, **OPTIONS)
 def fill(I1, I2, I3, axis, omega0, epsilon, phase, spacing, intervals, tolerance, out):
     """Fill the columns of IN_SPACE, (6, n): rad, rad s-1 (three), rad, one; NaN where missing."""
+    whole_vectors()
     n = I1.size
     steps, spacings = np.empty(n, dtype=np.int64), np.empty(n)
     for i in range(n):

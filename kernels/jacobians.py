@@ -15,11 +15,10 @@ Source: Horn and Johnson, Matrix Analysis, sections 5.6 (Gelfand's formula), 8.1
 import math
 
 import numpy as np
-from numba import complex128, float64, njit, void
 
 from kernels.blocks import W, rows_of, scratch
 from kernels.dense import product_in_lanes
-from kernels.options import OPTIONS
+from kernels.jit import OPTIONS, complex128, float64, njit, void, whole_vectors
 
 COUPLED = 0.01  # of S, that every state is taken to feel of every other
 HALVED = 6  # times, the logarithm of a power's size, for the Perron root
@@ -36,6 +35,7 @@ def _square(power, into, n, largest):
 @njit(**OPTIONS)
 def _scale(rows, into, count, largest):
     """Write rows over their largest element, which is not negative, and NaN where one is, into ``into``."""
+    whole_vectors()
     lanes = largest.size
     largest[:] = 0.0
     for at in range(count):
@@ -50,6 +50,7 @@ def _scale(rows, into, count, largest):
 @njit(**OPTIONS)
 def _roots(G, n, power, into, largest, found):
     """Perron's roots of G, rows i n + j, to some per cent; NaN where one is not finite or vanishes."""
+    whole_vectors()
     lanes = found.size
     _scale(G, power, n * n, largest)
     for lane in range(lanes):
@@ -66,6 +67,7 @@ def _roots(G, n, power, into, largest, found):
 @njit(void(float64[:, :, ::1], float64[::1]), nogil=True, **OPTIONS)
 def roots(matrices, found):
     """Perron's roots of matrices of absolute values, shape (points, n, n), into ``found``."""
+    whole_vectors()
     points, n, _ = matrices.shape
     G, power, into, largest, root = rows_of(n * n), rows_of(n * n), rows_of(n * n), scratch(1), scratch(1)
     for first in range(0, points, W):
@@ -81,6 +83,7 @@ def roots(matrices, found):
 @njit(**OPTIONS)
 def _bound(G, power, n, u, total, most):
     """Sums u of the power's rows, 1 at most, and the largest (G u)/u into ``most``; total: scratch."""
+    whole_vectors()
     lanes = most.size
     u[:] = 0.0
     for i in range(n):
@@ -106,6 +109,7 @@ def scales(terms, sizes, S, scaled):
     terms, shape (points, n, n): absolute values, s-1 in units of the states. S is at least the root, by Collatz and
     Wielandt.
     """
+    whole_vectors()
     points, n, _ = terms.shape
     G, power, into, u = rows_of(n * n), rows_of(n * n), rows_of(n * n), rows_of(n)
     largest, root = scratch(1), scratch(1)

@@ -16,11 +16,9 @@ direct one. The distance of the two in the transverse plane, relative to the lar
 what the direct integration may be trusted to.
 """
 
-from numba import boolean, float64, int64, njit
-
 from kernels import exact, measure, recurrence, reduction, rigid_body, taylor_steps
 from kernels.blocks import W
-from kernels.options import INLINE, OPTIONS
+from kernels.jit import INLINE, OPTIONS, boolean, float64, int64, njit, whole_vectors
 
 EXACT = 1  # stands where a Taylor step has its order
 
@@ -55,6 +53,7 @@ NONE, FIRST_ORDER, WHOLE = range(3)  # how much of the reduction is done: see :m
 @njit(**OPTIONS)
 def begin(S):
     """Take sample 0 of every lane: set up state, steps and invariants, clear the sums and open the windows."""
+    whole_vectors()
     for lane in range(W):
         e2 = S[EPSILON + lane] * S[EPSILON + lane]
         ca, cb, cc = rigid_body.euler_coefficients(S[MA + lane], S[MB + lane], S[MC + lane])
@@ -80,6 +79,7 @@ def begin(S):
 @njit(**OPTIONS)
 def begin_exact(S):
     """Set up the exact state and the coefficients of its step, one sample interval long."""
+    whole_vectors()
     for lane in range(W):
         a, b, c, e = S[SPIN + lane], S[COSINE + lane], S[SINE + lane], S[EPSILON + lane]
         S[XA + lane], S[XB + lane], S[XC + lane] = a, b, c
@@ -92,6 +92,7 @@ def begin_exact(S):
 @njit(**OPTIONS)
 def begin_recurrence(S):
     """As :func:`begin_exact` where the motion is small: its recurrence in place of its step."""
+    whole_vectors()
     for lane in range(W):
         a, b, c = S[SPIN + lane], S[COSINE + lane], S[SINE + lane]
         S[XB + lane], S[XC + lane] = b, c
@@ -111,6 +112,7 @@ def begin_recurrence(S):
 @njit(**OPTIONS)
 def begin_invariants(S):
     """Note the invariants of every lane at its start."""
+    whole_vectors()
     for lane in range(W):
         greatest = max(S[MA + lane], max(S[MB + lane], S[MC + lane]))
         ja, jb, jc = S[MA + lane] / greatest, S[MB + lane] / greatest, S[MC + lane] / greatest
@@ -125,8 +127,9 @@ def begin_invariants(S):
 def _advance_of(step):
     """Steps of one kind for all lanes."""
 
-    @njit(**OPTIONS)
+    @njit(name=f"advance_{step.__name__}", **OPTIONS)
     def advance(S, steps):
+        whole_vectors()
         for _ in range(steps):
             for lane in range(W):
                 S[A + lane], S[B + lane], S[C + lane] = step(
@@ -149,6 +152,7 @@ _advance_nearest_8, _advance_nearest_10, _advance_nearest_12 = map(
 
 @njit(**OPTIONS)
 def _advance_exact(S):
+    whole_vectors()
     for lane in range(W):
         S[A + lane], S[B + lane], S[C + lane] = exact.step(
             S[A + lane], S[B + lane], S[C + lane], S[QA + lane], S[QB + lane], S[QC + lane]
@@ -157,6 +161,7 @@ def _advance_exact(S):
 
 @njit(**OPTIONS)
 def _advance_recurrence(S):
+    whole_vectors()
     for lane in range(W):
         a, b, c = S[A + lane] + S[DA + lane], S[B + lane] + S[DB + lane], S[C + lane] + S[DC + lane]
         bend = recurrence.bend(b, S[BEND + lane])
@@ -196,6 +201,7 @@ def advance(S, order, steps):
 @njit(**OPTIONS)
 def note_excess(S):
     """Leave the spin's excess at the second sample to :func:`guess`, in U1."""
+    whole_vectors()
     for lane in range(W):
         S[U1 + lane] = S[A + lane] * S[SPIN + lane] - 1.0
 
@@ -207,6 +213,7 @@ def guess(S):
     A motion that surely turns has no log slope, and its ellipse is not followed as if it grew. Returns whether some
     lane may have one. Products of βγ are left to :func:`begin_reduction` in HALF, OWN and ACROSS.
     """
+    whole_vectors()
     growing = 0
     for lane in range(W):
         b, c, b1, c1 = S[B + lane], S[C + lane], S[B1 + lane], S[C1 + lane]
@@ -226,6 +233,7 @@ def guess(S):
 @njit(**OPTIONS)
 def begin_reduction(S):
     """Set what the reduction of every lane takes from the first guess and the samples that it stands on."""
+    whole_vectors()
     for lane in range(W):
         a1, middle, over, twice_over = S[U1 + lane], S[HALF + lane], S[OWN + lane], S[ACROSS + lane]
         quadrature, first, second, third, along, slope = reduction.constants(S[GUESS + lane], S[DRIVE + lane])
@@ -265,8 +273,9 @@ def _sample_of(reduced):
     """
     followed, whole = reduced != NONE, reduced == WHOLE
 
-    @njit(**OPTIONS)
+    @njit(name=f"sample_{reduced}", **OPTIONS)
     def sample(S, triple):
+        whole_vectors()
         opened = 0  # a whole number: its or-reduction stays packed
         for lane in range(W):
             b, c = S[B + lane], S[C + lane]
@@ -339,8 +348,9 @@ def _exact_samples_of(count):
     The spin is not followed: no rate is told from it. What lies in registers goes to memory and back once.
     """
 
-    @njit(**OPTIONS)
+    @njit(name=f"exact_samples_{count}", **OPTIONS)
     def samples(S):
+        whole_vectors()
         opened = 0
         for lane in range(W):
             b1, c1, b2, c2 = S[B1 + lane], S[C1 + lane], S[B2 + lane], S[C2 + lane]
@@ -400,6 +410,7 @@ def _compare(S, lane, b, c):
 @njit(**OPTIONS)
 def certify(S):
     """Take one exact step of every lane and compare; after :func:`sample`, whose window counts."""
+    whole_vectors()
     for lane in range(W):
         a, b, c = exact.step(S[XA + lane], S[XB + lane], S[XC + lane], S[QA + lane], S[QB + lane], S[QC + lane])
         S[XA + lane], S[XB + lane], S[XC + lane] = a, b, c
@@ -409,6 +420,7 @@ def certify(S):
 @njit(**OPTIONS)
 def certify_near(S):
     """As :func:`certify` where the motion is small: one step of its recurrence."""
+    whole_vectors()
     for lane in range(W):
         b, c = S[XB + lane] + S[DB + lane], S[XC + lane] + S[DC + lane]
         bend = recurrence.bend(b, S[BEND + lane])
@@ -421,6 +433,7 @@ def certify_near(S):
 @njit(**OPTIONS)
 def watch_invariants(S):
     """Compare the invariants of every lane with their start; after :func:`sample`, whose window counts."""
+    whole_vectors()
     for lane in range(W):
         inside = S[OPEN + lane] > 0.0
         J, scale = rigid_body.perturbation_invariant(S[B + lane], S[C + lane], S[CB + lane], S[CC + lane])
@@ -442,6 +455,7 @@ def log_sample(S):
 
     Returns whether any lane is inside its window still.
     """
+    whole_vectors()
     going = 0  # a whole number: its or-reduction stays packed
     for lane in range(W):
         size = S[B + lane] * S[B + lane] + S[C + lane] * S[C + lane]
@@ -465,6 +479,7 @@ def log_sample(S):
 @njit(**OPTIONS)
 def have_grown(S):
     """Whether some lane has been large enough for the log slope."""
+    whole_vectors()
     grown = 0
     for lane in range(min(W, S.size)):  # so many that LLVM does not know: it would unroll so short a loop, not pack it
         grown |= 1 if S[LARGEST + lane] >= measure.LOG_FROM * measure.LOG_FROM * S[START + lane] else 0
@@ -474,6 +489,7 @@ def have_grown(S):
 @njit(**OPTIONS)
 def were_logged(S):
     """Whether some lane's window of the log slope holds a sample."""
+    whole_vectors()
     logged = 0
     for lane in range(min(W, S.size)):  # as in :func:`have_grown`
         logged |= 1 if S[LN + lane] > 0.0 else 0

@@ -8,11 +8,10 @@ steps begin anew from it, every 64 of them, and where m1 is below NEAR before 2/
 """
 
 import numpy as np
-from numba import njit
 
 from kernels import attitude, exact, solution
 from kernels.elliptic import RUNGS
-from kernels.options import EXACT
+from kernels.jit import EXACT, njit
 
 MOST = 64  # steps between two beginnings
 NEAR, APART = 1e-3, 2.0  # m1 below which rounding grows, and p t between two beginnings then

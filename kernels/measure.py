@@ -28,9 +28,8 @@ Analysis, section 9.4).
 import math
 
 import numpy as np
-from numba import njit
 
-from kernels.options import INLINE, OPTIONS
+from kernels.jit import INLINE, OPTIONS, njit
 
 WINDOW = 10.0  # samples count until the transverse size exceeds this many times its start
 LOG_FROM, LOG_TO, LOG_BELOW = 2.0, 1000.0, 1e-2  # the log slope's window: times the start; and relative to the spin

@@ -41,12 +41,11 @@ Source: Landau and Lifshitz, Mechanics, sections 21 and 23 (normal coordinates).
 import math
 
 import numpy as np
-from numba import float64, int64, njit, types, void
 
 from kernels import direct, measure, reduction
 from kernels.blocks import W, cut
 from kernels.columns import numbers
-from kernels.options import INLINE, OPTIONS
+from kernels.jit import INLINE, OPTIONS, float64, int64, njit, types, void, whole_vectors
 from kernels.statuses import NON_FINITE, NOT_CONVERGED, OK, SHORT_WINDOW
 
 STABLE, UNSTABLE, MARGINAL = range(3)
@@ -98,6 +97,7 @@ ENERGY = types.FunctionType(void(float64[::1]))
 @njit(**OPTIONS)
 def _project(Q, P, M, n, twice):
     """Mode coordinates: of the nudged mode into row XI, the largest of the others' sizes into row OTHER."""
+    whole_vectors()
     for lane in range(W):
         Q[OTHER + lane] = 0.0
     for k in range(n):
@@ -118,6 +118,7 @@ def _project(Q, P, M, n, twice):
 @njit(**OPTIONS)
 def _project_own(Q, P, M, n, twice, row):
     """Coordinate of the nudged mode, into one row."""
+    whole_vectors()
     for lane in range(W):
         Q[row + lane] = 0.0
     for j in range(n):
@@ -131,6 +132,7 @@ def _project_own(Q, P, M, n, twice, row):
 @njit(**OPTIONS)
 def _begin(Q, P, n):
     """Take sample 0: clear the sums, open the windows, note the energy; row XI holds the sample."""
+    whole_vectors()
     for lane in range(W):
         Q[XI1 + lane], Q[XI2 + lane] = Q[XI + lane], Q[XI + lane]
         Q[GUESS + lane], Q[RX + lane], Q[RR + lane], Q[XX + lane] = 0.0, 0.0, 0.0, 0.0
@@ -149,6 +151,7 @@ def _begin(Q, P, n):
 @njit(**OPTIONS)
 def _guess(Q):
     """Set the first guess of every lane from its first three samples."""
+    whole_vectors()
     for lane in range(W):
         Q[GUESS + lane] = measure.first_guess(Q[XI + lane], 0.0, Q[XI1 + lane], 0.0, Q[XI2 + lane], 0.0)
 
@@ -165,6 +168,7 @@ def _sample(Q, P, K, n, states, triple):
 
     Returns whether any lane's window is open, and whether any lane is inside the log slope's window or may now enter.
     """
+    whole_vectors()
     opened, logging = 0, 0  # whole numbers: their or-reduction stays packed
     for lane in range(W):
         x, x1, x2 = Q[XI + lane], Q[XI1 + lane], Q[XI2 + lane]
@@ -215,6 +219,7 @@ def _sample(Q, P, K, n, states, triple):
 @njit(**OPTIONS)
 def _log_sample(Q, k):
     """Add sample k to the log slope of every lane that is inside its window."""
+    whole_vectors()
     for lane in range(W):
         size = abs(Q[XI + lane])
         grown = size >= measure.LOG_FROM * Q[START + lane]
@@ -246,6 +251,7 @@ def _own(Q, P, n, lane):
 @njit(**OPTIONS)
 def _halve(advance, Q, P, K, n, states, step_row, steps):
     """Run the interval that begins at each lane's largest state twice, with steps and with twice as many."""
+    whole_vectors()
     for i in range(states * W):
         P[i] = K[i]
     advance(P, steps)
@@ -367,6 +373,7 @@ def _run_blocks(
     raw,
 ):
     """Integrate and measure block after block: order[starts[j]:starts[j + 1]] are the points of block j."""
+    whole_vectors()
     rows = begin.shape[2]
     R, K = np.empty((6, rows * W)), np.empty(states * W)
     Q = np.empty(PROJECTION + n * n * W)

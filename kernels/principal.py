@@ -19,9 +19,8 @@ Source: Golub and Van Loan, Matrix Computations, section 8.5; Press et al., Nume
 import math
 
 import numpy as np
-from numba import float64, njit, void
 
-from kernels.options import INLINE, OPTIONS
+from kernels.jit import INLINE, OPTIONS, float64, njit, void
 
 MOST_SWEEPS = 12
 DONE = 2.0**-60  # of the diagonal: what is left off it moves no moment and turns no axis by a rounding

@@ -35,9 +35,7 @@ Sources: DLMF 23.9.2-23.9.5 (Laurent series), 22.8 and 23.10 (addition theorems)
 
 import math
 
-from numba import njit
-
-from kernels.options import INLINE
+from kernels.jit import INLINE, njit
 from kernels.solution import coefficients
 
 

@@ -53,10 +53,8 @@ Source: derived here. Not validated: spacings of more than half a radian.
 
 import math
 
-from numba import njit
-
 from kernels import measure
-from kernels.options import INLINE
+from kernels.jit import INLINE, njit
 
 ROUNDS = 2  # by which the first guess is corrected for the amplitude of its own three samples
 WANDER = 1.0 / 32.0  # the window ends where the spin has wandered by more than this part of itself …

@@ -19,9 +19,8 @@ Source: Landau and Lifshitz, Mechanics, section 36, equations (36.5) and 37.1.
 """
 
 import numpy as np
-from numba import njit
 
-from kernels.options import INLINE
+from kernels.jit import INLINE, njit
 from kernels.triangle import ascending
 
 ASYMMETRIC, OBLATE, PROLATE, SPHERE = range(4)

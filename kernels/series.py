@@ -1,8 +1,6 @@
 """Functions of libraries as series in plain arithmetic: a loop over lanes that calls them stays packed."""
 
-from numba import njit
-
-from kernels.options import INLINE
+from kernels.jit import INLINE, njit
 
 
 @njit(**INLINE)

@@ -7,10 +7,9 @@ Equations, symbols, scales and sources: :mod:`kernels.exact`, which makes rotati
 import math
 
 import numpy as np
-from numba import njit
 
 from kernels.elliptic import double_product, two_product, two_sum
-from kernels.options import EXACT, EXACT_INLINE, INLINE
+from kernels.jit import EXACT, EXACT_INLINE, INLINE, njit
 
 
 @njit(**EXACT_INLINE)

@@ -37,11 +37,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import boolean, float64, int64, njit, types, void
 
 from kernels.blocks import W, rows_of, scratch
 from kernels.dense import eigenvalues, logarithm, order, product_in_lanes
-from kernels.options import OPTIONS, PASSED
+from kernels.jit import OPTIONS, PASSED, boolean, float64, int64, njit, types, void, whole_vectors
 
 MOST_STATES = 12
 STEPS = 4  # of Gauss-Newton, at most
@@ -82,6 +81,7 @@ def _lanes(flat):
 @njit(void(ROWS, int64, ROWS, int64, int64, ROWS, int64, int64, int64, int64), **OPTIONS)
 def _add_inner(out, row, A, a, a_step, B, b, b_step, n, count):
     """Add the sum over i < n of rows a + i of A times rows b + i of B to a row of out; count times, a step on each."""
+    whole_vectors()
     left = n % 4
     for c in range(count):
         to, a_row, b_row = np.uint64((row + c) * W), (a + c * a_step) * W, (b + c * b_step) * W
@@ -101,6 +101,7 @@ def _add_inner(out, row, A, a, a_step, B, b, b_step, n, count):
 @njit(void(ROWS, ROWS, int64, int64, ROWS, int64, int64), **OPTIONS)
 def _add_outer(out, A, a, m, B, b, n):
     """Add row a + i of A times row b + j of B to row i n + j of out, for i < m and j < n."""
+    whole_vectors()
     left = n % 4
     for i in range(m):
         u = np.uint64((a + i) * W)
@@ -121,6 +122,7 @@ def _add_outer(out, A, a, m, B, b, n):
 @njit(**OPTIONS)
 def _moments(Y, weight, runs, count, n, XX, XD, y, d):
     """Sums of y yᵀ and of (y(t+h) - y(t)) yᵀ over neighbouring samples; y, d are scratch."""
+    whole_vectors()
     XX[:], XD[:] = 0.0, 0.0
     for r in range(runs):
         for k in range(count - 1):
@@ -142,6 +144,7 @@ def _solve_lanes(A, B, n, m, exchange, least, f):
 
     exchange: rows by the largest pivot; else A is definite, and no pivot is smaller than ``least``.
     """
+    whole_vectors()
     lanes = f.size
     for k in range(n):
         if exchange:
@@ -176,6 +179,7 @@ def _solve_lanes(A, B, n, m, exchange, least, f):
 @njit(**OPTIONS)
 def _exchange(A, i, k, f):
     """Exchange rows i and k in lanes where f is not 0."""
+    whole_vectors()
     for lane in range(f.size):
         x, y = A[i, lane], A[k, lane]
         A[i, lane] = y if f[lane] > 0.0 else x
@@ -191,6 +195,7 @@ def _spread(A, n, c, s, moved):
 
     A lane that has come to rest stays as it is, whatever its neighbours still need; c, s are scratch.
     """
+    whole_vectors()
     lanes = moved.size
     for _ in range(SWEEPS):
         going = 0.0
@@ -228,6 +233,7 @@ def _spread(A, n, c, s, moved):
 @njit(**OPTIONS)
 def _start(XX, XD, n, M, moved):
     """M of the dynamic mode decomposition, and the samples' smallest singular value over their largest."""
+    whole_vectors()
     A, f, g = rows_of(n * n), scratch(1), scratch(1)
     A[:] = XX
     _spread(A, n, f, g, moved)
@@ -248,6 +254,7 @@ def _sums(Y, weight, M, X0, runs, count, n, x, d, Z, XX, XR, XZ, HH, HR, RR):
 
     x and Z hold two samples, which take turns.
     """
+    whole_vectors()
     P = runs * n
     for rows in (XX, XR, XZ, HH, HR, RR):
         rows[:] = 0.0
@@ -281,6 +288,7 @@ def _sums(Y, weight, M, X0, runs, count, n, x, d, Z, XX, XR, XZ, HH, HR, RR):
 @njit(**OPTIONS)
 def _close(weight, used, before, x, Z):
     """Put an end to the model in lanes whose samples count no more: 0 stays 0; how many are open."""
+    whole_vectors()
     opened = 0
     for lane in range(W):
         opened += 1 if weight[used + lane] > 0.0 else 0
@@ -295,6 +303,7 @@ def _close(weight, used, before, x, Z):
 @njit(**OPTIONS)
 def _advance(M, X0, x, xs, new_xs, Z, Zs, new_Zs, P, n):
     """One sample on: M x, and M Z + X0 eᵀ x for every parameter, into the new rows."""
+    whole_vectors()
     for p in range(P):
         v = np.uint64((xs + p % n) * W)
         for i in range(n):
@@ -313,6 +322,7 @@ def _scaled_inverse(H, right, P, d, f):
 
     Rows p P + q of H, of which q ≤ p are read; d, f are scratch.
     """
+    whole_vectors()
     lanes = f.size
     for p in range(P):
         for lane in range(lanes):
@@ -340,6 +350,7 @@ def _scaled_inverse(H, right, P, d, f):
 @njit(**OPTIONS)
 def _normal(XX, XR, XZ, HH, HR, RR, runs, n, A, B, H, right, rest, f):
     """C projected out: minus its answers into B, the normal matrix into H, right sides into right, what is left."""
+    whole_vectors()
     P, nn = runs * n, n * n
     for at in range(nn):
         for lane in range(f.size):
@@ -361,6 +372,7 @@ def _normal(XX, XR, XZ, HH, HR, RR, runs, n, A, B, H, right, rest, f):
 @njit(**OPTIONS)
 def _taken(M, X0, A, U, right, left, on, P, covariance, rest, moved, change):
     """Take a step's results over in the lanes that are on, but where the algebra broke down; whether one goes on."""
+    whole_vectors()
     lanes = on.size
     for rows in (A, U):
         for at in range(rows.shape[0]):
@@ -393,6 +405,7 @@ def _step(M, X0, runs, n, XX, XR, XZ, HH, HR, RR, covariance, rest, moved, chang
 
     Besides: the inverse of the projected normal matrix, the sum of squares left, and the change of M.
     """
+    whole_vectors()
     P, nn = runs * n, n * n
     A, C, T, B, U = rows_of(nn), rows_of(nn), rows_of(nn), rows_of(nn * P + nn), rows_of(P)
     H, right, old, d = rows_of(P * P), rows_of(P * P + P), rows_of(P), rows_of(P)
@@ -442,6 +455,7 @@ def _logarithms(M, n, Y, T, U, Z, f):
 
     Where so many terms do not reach, as Z to the eighth tells, :func:`logarithm` does.
     """
+    whole_vectors()
     lanes = f.size
     for i in range(n):
         for j in range(n):  # transposed, for the factors commute, and rows of a product are its transpose's columns
@@ -485,6 +499,7 @@ def _logarithms(M, n, Y, T, U, Z, f):
 @njit(**OPTIONS)
 def _characteristics(A, n, N, c, T):
     """Coefficients c of det(λ - A), c[n] = 1, and the matrices N_k of adj(λ - A) = Σ λ^(n-1-k) N_k; T is scratch."""
+    whole_vectors()
     lanes, nn = A.shape[1], n * n
     c[:], N[:] = 0.0, 0.0
     for lane in range(lanes):
@@ -626,6 +641,7 @@ def _tell_lane(re, im, n, c, K, noise, spacing, parts, shifted, row):
 @njit(TOLD, **PASSED)
 def _tell(M, X0, runs, n, covariance, noise, spacing, lanes, raw):
     """What is told of lanes, into their raw rows; of those whose noise is NaN, and where the algebra fails, nothing."""
+    whole_vectors()
     nn = n * n
     Y, T, U, Z, K = rows_of(nn), rows_of(nn), rows_of(nn), rows_of(nn), rows_of(nn)
     N, c, f = rows_of(n * nn), rows_of(n + 1), scratch(1)
@@ -654,6 +670,7 @@ def fit_block(step, tell, Y, weight, runs, count, n, spacing, floor, trust, lane
     1 for a sample that counts, else 0, and Y too; a run's first ones. floor, shape (W,): error of a sample that its
     scatter does not show. trust: 0 for standard errors, else the multiple of the scatter in a bound (see `bound`).
     """
+    whole_vectors()
     P = runs * n
     Y, counts = Y.reshape(Y.size), weight.reshape(weight.size)
     XX, XR, M, X0 = scratch(n * n), scratch(n * n), scratch(n * n), scratch(P)
@@ -698,6 +715,7 @@ PARTS = (fit_block, _step, _tell)
 )
 def _fit_points(fit, step, tell, samples, spacing, used, trust, raw):
     """Points W at a time, each with its runs' samples, shape (points, runs, count, n); the last block is padded."""
+    whole_vectors()
     points, runs, count, n = samples.shape
     Y, weight = rows_of(runs * count * n), rows_of(runs * count)
     floor, h, part = np.zeros(W), np.empty(W), np.empty((W, raw.shape[1]))

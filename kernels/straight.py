@@ -12,15 +12,14 @@ from functools import cache
 from inspect import getsource, signature
 from textwrap import dedent
 
-from numba import config
-
 from kernels.blocks import LINE
+from kernels.jit import is_plain, widen
 
 
 def straight(function: Callable) -> Callable:
     """A function of doubles, for compiled code as for Python: it stays what it was, and compiled code gets its lines.
 
-    Its products and sums may contract, as those of :data:`kernels.options.OPTIONS`.
+    Its products and sums may contract, as those of :data:`kernels.jit.OPTIONS`.
 
     Parameters
     ----------
@@ -28,7 +27,7 @@ def straight(function: Callable) -> Callable:
         Of positional arguments; assignments ``name = …`` of ``+ - * /``, abs, numbers, and names of arguments, of what
         was assigned before and of numbers in its module, then the return of a tuple.
     """
-    if config.DISABLE_JIT:
+    if is_plain():
         return function
     from numba import float64, types
     from numba.extending import lower_builtin, type_callable
@@ -70,7 +69,7 @@ def lines(text: str) -> Callable:
         before, and ``S[row + lane]``, row a whole number; S is an array of doubles in one piece, and is not asked for
         its length.
     """
-    if config.DISABLE_JIT:  # nothing is compiled, and Python reads them itself
+    if is_plain():  # nothing is compiled, and Python reads them itself
         code = compile(text, "lines", "exec")
         return lambda S, lane: exec(code, {"S": S, "lane": lane})
     from numba import types
@@ -90,9 +89,10 @@ def lines(text: str) -> Callable:
 
 
 def _align(function):
-    """Let what does not fit into registers lie in whole lines of the cache."""
+    """Let what does not fit into registers lie in whole lines of the cache, and vectors be whole."""
     function.attributes.add("nounwind")  # the alignment is not written beside no attribute
     function.attributes.alignstack = LINE
+    widen(function)
 
 
 class _Writer:

@@ -13,8 +13,6 @@ import math
 from itertools import chain
 
 import numpy as np
-from numba import boolean, float64, int8, int32, int64, njit, uint32
-from numba.types import UniTuple
 
 from kernels import (
     circular,
@@ -33,7 +31,7 @@ from kernels import (
 )
 from kernels.blocks import W, cut, scratch
 from kernels.findings import COLUMNS, MEASURED
-from kernels.options import INLINE, OPTIONS
+from kernels.jit import INLINE, OPTIONS, UniTuple, boolean, float64, int8, int32, int64, njit, uint32, whole_vectors
 from kernels.statuses import NON_FINITE, OK, SHORT_WINDOW
 
 TILE = 4096  # points that are planned, sorted and measured together: their columns stay in a core's own cache
@@ -130,6 +128,7 @@ def _work(key, exactly):
 @njit(nogil=True, **OPTIONS)
 def _gather(S, T, points, steps):
     """Fill the rows of a block that are given; copies of the last point fill what its points leave."""
+    whole_vectors()
     for lane in range(W):
         i = np.uint64(points[min(lane, points.size - 1)])
         for row in range(GATHERED):
@@ -142,6 +141,7 @@ def _gather(S, T, points, steps):
 @njit(nogil=True, **OPTIONS)
 def _keep(S, rows, kept):
     """Some columns of a block, whole rows of lanes at once."""
+    whole_vectors()
     for k in range(rows.size):
         first = (findings.FIRST + rows[k]) * W
         row, own = S[first : first + W], kept[k]

@@ -39,12 +39,11 @@ derived above. Not validated: I3/I1 beyond 1e-150 to 1e150, half-angles below 1e
 import math
 
 import numpy as np
-from numba import njit
 
 from kernels import rigid_body, taylor_steps, triangle
 from kernels.blocks import W, cut
 from kernels.columns import arrays, numbers
-from kernels.options import INLINE, OPTIONS
+from kernels.jit import INLINE, OPTIONS, njit, whole_vectors
 from kernels.series import arctangent
 from kernels.statuses import NON_FINITE, NOT_CONVERGED, OK
 
@@ -195,6 +194,7 @@ def _load(S, lane, ratio, spin_sign, tangent, spacing, steps):
 @njit(**OPTIONS)
 def _begin(S):
     """Take sample 0: clear the sums, note invariants and angles at the start."""
+    whole_vectors()
     angles = (D, Y, SY, SXY, SYY, F, Z, SZ, SXZ, SZZ, AHEAD, AHEAD2, MOMENTUM_AHEAD, MOMENTUM_AHEAD2)
     for row in (APART, ED, LD, OUT, TURNED_VERSINE, TURNED_SINE, *angles):
         for lane in range(W):
@@ -218,11 +218,12 @@ def _tangents(a, b, c, p, q, r):
     return (b * b + c * c) / (a * a), (q / p) * (q / p) + (r / p) * (r / p), x * x + (y * y + z * z)
 
 
-def _advance_of(A, B, C, KA, KB, KC):
+def _advance_of(what, A, B, C, KA, KB, KC):
     """Steps of those rows in every lane, over one sample interval."""
 
-    @njit(**OPTIONS)
+    @njit(name=f"advance_{what}", **OPTIONS)
     def advance(S, steps):
+        whole_vectors()
         for _ in range(steps):
             for lane in range(W):
                 a, b, c = S[A + lane], S[B + lane], S[C + lane]
@@ -233,13 +234,14 @@ def _advance_of(A, B, C, KA, KB, KC):
     return advance
 
 
-_advance_omega = _advance_of(A, B, C, KA, KB, KC)
-_advance_momentum = _advance_of(P, Q, R, KP, KQ, KR)
+_advance_omega = _advance_of("omega", A, B, C, KA, KB, KC)
+_advance_momentum = _advance_of("momentum", P, Q, R, KP, KQ, KR)
 
 
 @njit(**OPTIONS)
 def _sample_angles(S, k, intervals):
     """Add sample k (1 to intervals) to the sums of both angles; numbers count from the middle of the run."""
+    whole_vectors()
     x, first = k - 0.5 * intervals, k == 1
     for lane in range(W):
         b, c, q, r = S[B + lane], S[C + lane], S[Q + lane], S[R + lane]
@@ -262,6 +264,7 @@ def _sample_angles(S, k, intervals):
 @njit(**OPTIONS)
 def _sample_state(S):
     """Compare one sample of every lane with the exact rotation, with the invariants and with the cones."""
+    whole_vectors()
     for lane in range(W):
         a, b, c, p, q, r = S[A + lane], S[B + lane], S[C + lane], S[P + lane], S[Q + lane], S[R + lane]
         v, s, xb, xc = S[VERSINE + lane], S[SINE + lane], S[XB + lane], S[XC + lane]
@@ -298,6 +301,7 @@ def _sample_state(S):
 @njit(**OPTIONS)
 def _halve(S, steps):
     """Run omega on over one interval twice, with steps and with twice as many."""
+    whole_vectors()
     for lane in range(W):
         S[B1 + lane], S[C1 + lane] = S[B + lane], S[C + lane]
     _advance_omega(S, steps)
@@ -358,6 +362,7 @@ def _unload(S, lane, intervals, spacing, steps, row):
 @njit(nogil=True, **OPTIONS)
 def _run_blocks(ratio, omega3, tangent, spacings, steps, order, starts, intervals, raw):
     """Integrate and measure block after block: order[starts[j]:starts[j + 1]] are the points of block j."""
+    whole_vectors()
     S = np.empty(ROWS * W)
     for j in range(starts.size - 1):
         first, count = starts[j], starts[j + 1] - starts[j]

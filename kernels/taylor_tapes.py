@@ -20,10 +20,9 @@ Source: as for the text (Griewank and Walther, Evaluating Derivatives, chapter 1
 """
 
 import numpy as np
-from numba import float64, int64, njit, types, void
 
 from kernels.blocks import W
-from kernels.options import OPTIONS
+from kernels.jit import OPTIONS, float64, int64, njit, types, void, whole_vectors
 from kernels.oscillations import ORDER
 
 PLACE, SPEED, SUM, PRODUCT, QUOTIENT, FUNCTION = range(6)
@@ -43,6 +42,7 @@ REAL = types.Array(float64, 1, "C", readonly=True)
 @njit(**OPTIONS)
 def _add_products(A, B, first, last, n, out):
     """Add A_k B_(n-k) for k = first … last; a loop of W lanes, were it known to be W, would be unrolled, not packed."""
+    whole_vectors()
     for k in range(first, last + 1):
         P, Q = A[k], B[n - k]
         for lane in range(out.size):
@@ -52,6 +52,7 @@ def _add_products(A, B, first, last, n, out):
 @njit(**OPTIONS)
 def _add_based(S, base, A, n, sign, out):
     """Add ± U A_n, where the row of U is one."""
+    whole_vectors()
     if base >= 0:
         for lane in range(out.size):
             out[lane] += sign * S[base * W + lane] * A[n, lane]
@@ -59,6 +60,7 @@ def _add_based(S, base, A, n, sign, out):
 
 @njit(**OPTIONS)
 def _sum(C, parts, weights, first, last, n, out):
+    whole_vectors()
     for k in range(first, last):
         A, weight = C[parts[k]], weights[k]
         for lane in range(out.size):
@@ -67,6 +69,7 @@ def _sum(C, parts, weights, first, last, n, out):
 
 @njit(**OPTIONS)
 def _product(C, S, row, n, epsilon, out):
+    whole_vectors()
     a, b = row[FIRST], row[SECOND]
     if (a >= 0) & (b >= 0):
         _add_products(C[a], C[b], 0, n, n, out)
@@ -80,6 +83,7 @@ def _product(C, S, row, n, epsilon, out):
 
 @njit(**OPTIONS)
 def _quotient(C, S, row, n, epsilon, own, over, out):
+    whole_vectors()
     a, b = row[FIRST], row[SECOND]
     if n == 0:
         for lane in range(out.size):
@@ -100,6 +104,7 @@ def _quotient(C, S, row, n, epsilon, own, over, out):
 @njit(**OPTIONS)
 def _function(C, S, row, n, epsilon, rest, out):
     """Its remainder's n-th term into rest, its own into out."""
+    whole_vectors()
     left = rest[n]
     if n == 0:
         for lane in range(out.size):
@@ -123,6 +128,7 @@ def _function(C, S, row, n, epsilon, rest, out):
 @njit(**OPTIONS)
 def _terms(tape, parts, weights, S, X, C, R, over, epsilon, n, highest):
     """The n-th term of every row of the tape."""
+    whole_vectors()
     size = len(X) // 2
     for k in range(len(tape)):
         row = tape[k]
@@ -148,6 +154,7 @@ def _terms(tape, parts, weights, S, X, C, R, over, epsilon, n, highest):
 @njit(**OPTIONS)
 def _gather(A, S, row):
     """The sum of a series into a row of S, smallest terms first."""
+    whole_vectors()
     for lane in range(W):
         total = A[ORDER, lane]
         for n in range(ORDER - 1, 0, -1):
@@ -174,6 +181,7 @@ def advance(tape, parts, weights, accelerations, states, S, steps):
     steps : int
         How many.
     """
+    whole_vectors()
     size, count, epsilon, step = accelerations.size, len(tape), states * W, (states + 1) * W
     X, C = np.empty((2 * size, ORDER + 1, W)), np.empty((count, ORDER + 1, W))
     R, over = np.zeros((count, ORDER + 1, W)), np.empty((count, W))
@@ -205,6 +213,7 @@ def advance(tape, parts, weights, accelerations, states, S, steps):
 @njit(**OPTIONS)
 def _second(row, parts, weights, S, C, rest, own, second, out):
     """What a row has of the second order in ε."""
+    whole_vectors()
     code, a, b = row[CODE], row[FIRST], row[SECOND]
     if code == SUM:
         for k in range(a, b):
@@ -241,6 +250,7 @@ def energy(tape, parts, weights, terms, masses, size, states, S):
     size : int
         Number of coordinates.
     """
+    whole_vectors()
     count, epsilon = len(tape), states * W
     X, C, over = np.empty((2 * size, 1, W)), np.empty((count, 1, W)), np.empty((count, W))
     R, second = np.empty((count, 1, W)), np.zeros((count, W))

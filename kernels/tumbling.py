@@ -34,12 +34,11 @@ Astronomy and Astrophysics 376 (2001) 302, for the modes and the names. The sing
 import math
 
 import numpy as np
-from numba import njit
 
 from kernels import attitude, direct, elliptic, solution
 from kernels.columns import arrays
 from kernels.elliptic import RUNGS, climb, ladder
-from kernels.options import EXACT, OPTIONS
+from kernels.jit import EXACT, OPTIONS, njit
 from kernels.turning import carry_12
 
 IMPOSSIBLE, SAM, LAM, SEPARATRIX, PRINCIPAL = range(-1, 4)

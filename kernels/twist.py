@@ -34,13 +34,12 @@ Physica D 338 (2017) 17, with their psi = chi + pi/2.
 import math
 
 import numpy as np
-from numba import njit
 
 from kernels import attitude, direct, elliptic, solution
 from kernels.blocks import W
 from kernels.columns import arrays
 from kernels.elliptic import RUNGS
-from kernels.options import EXACT, OPTIONS
+from kernels.jit import EXACT, OPTIONS, njit, whole_vectors
 from kernels.turning import carry_12
 
 EPSILON = float(np.finfo(np.float64).eps)
@@ -81,6 +80,7 @@ def step_length(I1, I2, I3, w1, w2, w3, tolerance):
 @njit(**OPTIONS)
 def _advance(S):
     """One step of every lane that is not done; whether any is not. A lane that has come round keeps its last step."""
+    whole_vectors()
     active = 0
     for lane in range(W):
         a0, b0, c0 = S[A + lane], S[B + lane], S[C + lane]
@@ -140,6 +140,7 @@ def _finish(S, lane, chi):
 @njit(**OPTIONS)
 def _run(S, moments, starts, chi, shrink, tolerance, out):
     """Follow one block; moments and starts are (3, W), out (2, W): twist and time of the turn."""
+    whole_vectors()
     for lane in range(W):
         I1, I2, I3 = moments[0, lane], moments[1, lane], moments[2, lane]
         w1, w2, w3 = starts[0, lane], starts[1, lane], starts[2, lane]
@@ -266,6 +267,7 @@ def fill_exact(I1, I2, I3, chi, theta, out):
 @njit(nogil=True, **OPTIONS)
 def fill(I1, I2, I3, chi, theta, tolerance, out):
     """Measured twist (rad) and time of the turn (in I_mid/L), each with its error, of points: (4, n) as TWISTS."""
+    whole_vectors()
     S, found = np.zeros(ROWS * W), np.empty((2, 2, W))
     moments, starts, angle = np.empty((3, W)), np.empty((3, W)), np.empty(W)
     for first in range(0, I1.size, W):

@@ -49,9 +49,7 @@ rules the residuals of a stable motion.
 
 import math
 
-from numba import njit
-
-from kernels.options import INLINE
+from kernels.jit import INLINE, njit
 
 UNIT = 2.0**-53
 FOLLOWED, BENT, STEEPER = 5.0, 4.0, 6.4

@@ -15,9 +15,8 @@ import numba
 import pytest
 from hypothesis import settings
 
-from kernels import stored
-from kernels.fingerprint import cache_folder, fingerprint
-from sweeps.run.typing_once import operators_typed_once
+from kernels.cache import cache_folder
+from kernels.fingerprint import fingerprint
 
 LEFT_TO_THE_SLOW = [
     "sweeps.systems.relative_equilibrium.system"
@@ -93,17 +92,9 @@ def _some(items):
     return [case for of_one in cases.values() for case in dict.fromkeys(of_one[k] for k in (0, len(of_one) // 2, -1))]
 
 
-stored.store_in_turn()
 if sys.prefix != sys.base_prefix:  # what pip left uncompiled, the tests' many processes compile once
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     sys.dont_write_bytecode = False
-
-
-@pytest.fixture(scope="session", autouse=True)
-def types_found_once():
-    """What a test compiles by itself takes less."""
-    with operators_typed_once():
-        yield
 
 
 @pytest.fixture

@@ -45,9 +45,14 @@ LONGEST = 4  # seconds of a processor that one test may take, to be asked
 PATIENCE = 8  # seconds of a processor, under the eyes of coverage, that the tests of one mutation may take
 COPIED = ("kernels", "sweeps", "tests", "results/README.md", "README.md", "Snakefile", ".slurm", "pyproject.toml")
 ROOMS = ("kernels", "sweeps/shards", "sweeps/maps")
-PLAIN = {"__init__", "options", "write_taylor_steps", "write_turning"}  # nothing in them computes
+PLAIN = {"__init__", "write_taylor_steps", "write_turning"}  # nothing in them computes
 ONLY_COMPILED = {"kernels/flows"}  # what calls it is generated, and minutes to compile
-COMPILING = ("fingerprint", "stored", "straight")  # kernels/: what is done with compiled ones, nothing without them
+COMPILING = (
+    "fingerprint",
+    "cache",
+    "jit",
+    "straight",
+)  # of kernels/: nothing without the compiler
 ASKED = {  # whether kernels are plain: the tests that may be asked
     True: ["tests/kernels", *(f"tests/mechanics/test_{name}.py" for name in ("line", "boxes", "taylor"))],
     False: ["tests/shards", "tests/maps", *(f"tests/kernels/test_{name}.py" for name in COMPILING)],
@@ -548,7 +553,7 @@ class Copy:
 
     def cache(self):
         """Where compiled kernels of the tree lie, as it stands."""
-        code = "from kernels.fingerprint import cache_folder; print(cache_folder())"
+        code = "from kernels.cache import cache_folder; print(cache_folder())"
         env = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
         env |= {"PYTHONPATH": str(self.folder), "XDG_CACHE_HOME": str(self.folder.parent)}
         run = subprocess.run([sys.executable, "-c", code], cwd=self.folder, env=env, capture_output=True, check=True)

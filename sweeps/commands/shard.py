@@ -26,12 +26,10 @@ def _run(args):
     if args.threads < 1:
         raise DefinitionError(f"--threads: {args.threads} is out of range; allowed: 1 or more")
 
-    from kernels import stored
     from sweeps.run import progress, warmup
     from sweeps.shards import shard as shards
 
     warmup.compile_missing(sweep.system)
-    stored.store_in_turn()  # beside other shards, what few sweeps call is compiled by whoever needs it first
     start, stop = sweep.grid.shard_bounds(args.count)[args.number - 1]
     with progress.points(stop - start, f"shard {args.number} of {args.count}") as advance:
         shards.write_shard(sweep, args.number, args.count, args.output, args.threads, advance)

@@ -15,9 +15,7 @@ from sweeps.mechanics.taylor import ADVANCE, TOLD, Code
 
 HEADER = '''"""{title}: one Taylor step of order {order}, and what is conserved, for {W} lanes."""
 
-from numba import njit
-
-from kernels.options import PASSED
+from kernels.jit import PASSED, njit
 from kernels.straight import lines
 
 STATES, ROWS = {states}, {rows}

@@ -4,9 +4,8 @@ Written out it would be compiled for minutes. The tape grows with the graph alon
 compiled in two seconds, whatever its size.
 """
 
-from kernels import stored
+from kernels import cache
 from kernels import taylor_tapes as kernel
-from kernels.fingerprint import cache_folder
 from sweeps.mechanics.graph import ADD, DIV, FUNCTION, MUL, V, X
 from sweeps.mechanics.taylor import Code
 
@@ -16,10 +15,9 @@ SAMPLES_TIMES_NODES = 5_000_000
 TEXT = '''"""{title}: a tape of Taylor steps, and of the energy above the equilibrium."""
 
 import numpy as np
-from numba import njit
 
 from kernels import taylor_tapes
-from kernels.options import PASSED
+from kernels.jit import PASSED, njit
 
 COORDINATES, STATES, ROWS = {n}, {states}, {rows}
 {tables}
@@ -50,7 +48,7 @@ class TapedCode(Code):
     @property
     def compile_seconds(self) -> float:
         """Of the module, and of the kernel that reads the tape where no other system's has compiled it, s, about."""
-        known = stored.holds(cache_folder(), "taylor_tapes")
+        known = cache.holds("taylor_tapes")
         return MODULE_SECONDS + (0.0 if known else KERNEL_SECONDS)
 
     @property

@@ -31,16 +31,14 @@ except ImportError:  # no such locks on Windows
     fcntl = None
 
 from kernels.blocks import W
-from kernels.fingerprint import cache_folder
+from kernels.cache import cache_folder
 from kernels.oscillations import ORDER
 from sweeps.files import replaced
 from sweeps.mechanics.graph import ADD, CONSTANT, DIV, FUNCTION, MUL, Graph, V, X
 
 HEADER = '''"""{title}: one Taylor step of order {order}, and the energy above the equilibrium, for {W} lanes."""
 
-from numba import njit
-
-from kernels.options import PASSED
+from kernels.jit import PASSED, njit
 from kernels.straight import lines
 
 COORDINATES, STATES, ROWS = {n}, {states}, {rows}

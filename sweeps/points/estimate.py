@@ -4,8 +4,7 @@ import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
-from kernels import stored
-from kernels.fingerprint import cache_folder
+from kernels import cache
 from sweeps import memory, processors, systems
 from sweeps.points.sweep import Sweep
 from sweeps.schema.refusals import DefinitionError
@@ -93,7 +92,7 @@ def compile_seconds(sweep: Sweep) -> tuple[float, float]:
         Of the default system's kernels, and of all others, what is generated for the sweep's system included.
     """
     system = sweep.system
-    others = {name: s for name, s in system.called(sweep.definition).items() if not stored.holds(cache_folder(), name)}
+    others = {name: s for name, s in system.called(sweep.definition).items() if not cache.holds(name)}
     default = others.pop(systems.resolve(systems.DEFAULT_SYSTEM).kernels[0], 0.0)
     own = 0.0 if system.compiled().exists() else system.compile_seconds
     return default * (SHARED_BY_TWO if processors.cores() > 1 else 1.0), sum(others.values()) + own

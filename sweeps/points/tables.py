@@ -23,7 +23,7 @@ import numpy as np
 from isal import isal_zlib
 from pydantic_core import PydanticCustomError
 
-from kernels.fingerprint import cache_folder
+from kernels.cache import cache_folder
 from sweeps import memory
 from sweeps.files import replaced
 from sweeps.points import units

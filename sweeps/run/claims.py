@@ -48,7 +48,7 @@ def claim(sweeps: Iterable[str], results: str | Path = "results") -> list[int]:
     Raises:
         DefinitionError: if a living process has claimed one of them, or the folder cannot be written.
     """
-    from kernels.fingerprint import cache_folder
+    from kernels.cache import cache_folder
 
     handles = []
     for name in sweeps:

@@ -13,7 +13,7 @@ from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 
-from kernels.fingerprint import cache_folder
+from kernels.cache import cache_folder
 from sweeps import systems
 from sweeps.maps import admission
 from sweeps.points import estimate

@@ -15,8 +15,8 @@ from contextlib import contextmanager, nullcontext, suppress
 from functools import partial
 from pathlib import Path
 
-from kernels import stored
-from kernels.fingerprint import cache_folder, fingerprint
+from kernels.cache import cache_folder
+from kernels.fingerprint import fingerprint
 from sweeps import interrupts, processors, startup, systems
 from sweeps.files import replaced, temporary_folder
 from sweeps.run import claims, progress
@@ -57,16 +57,13 @@ def compile_kernels(
             if second:
                 second.join()
                 if second.exitcode:  # what it had taken is done here
-                    _run(systems.compilations(*asked), parts=not everything)
-        stored.note(cache_folder())
+                    _run(systems.compilations(*asked))
     for name in systems.MODULES if everything else (systems.DEFAULT_SYSTEM,):
         _say_compiled(systems.resolve(name))
 
 
 def _compile(asked: tuple[bool, Sequence[str], bool], taken: Path) -> None:
-    stored.store_in_turn()
-    # tests call from Python whatever there is
-    _run(_left(enumerate(systems.compilations(*asked)), taken), parts=not asked[0])
+    _run(_left(enumerate(systems.compilations(*asked)), taken))
 
 
 @contextmanager
@@ -111,15 +108,11 @@ def _done(taken: Path) -> int:
     return sum(name.endswith(DONE) for name in os.listdir(taken))
 
 
-def _run(compilations: Iterable[Callable[[], None]], parts: bool = True) -> None:
-    """One after the other, in whichever process, without Numba's remarks; what only kernels call as parts or whole."""
+def _run(compilations: Iterable[Callable[[], None]]) -> None:
+    """One after the other, in whichever process, without Numba's remarks."""
     from numba import NumbaExperimentalFeatureWarning
 
-    from sweeps.run.done_once import done_once
-    from sweeps.run.linked_parts import parts_for_the_linker
-    from sweeps.run.typing_once import operators_typed_once
-
-    with warnings.catch_warnings(), operators_typed_once(), done_once(), parts_for_the_linker(parts):
+    with warnings.catch_warnings():
         # kernels take a system's compiled step as an argument, which Numba calls an experiment
         warnings.simplefilter("ignore", NumbaExperimentalFeatureWarning)
         for compilation in compilations:
@@ -134,7 +127,6 @@ def compile_system(system: systems.Dynamics) -> None:
     """
     with _alone():
         _run([system.compile])
-        stored.note(cache_folder())
     _say_compiled(system)
 
 
@@ -156,10 +148,6 @@ def compile_missing(system: systems.Dynamics) -> None:
 
 
 def _is_compiled(system: systems.Dynamics) -> bool:
-    return stored.is_whole(cache_folder()) and _says_compiled(system)
-
-
-def _says_compiled(system: systems.Dynamics) -> bool:
     try:
         return system.compiled().read_text().strip() == fingerprint()
     except (OSError, ValueError):

@@ -224,7 +224,7 @@ class Dynamics(ABC):
 
     def compiled(self) -> Path:
         """The file in the kernels' cache that says, once it is there, that :meth:`compile` has been done."""
-        from kernels.fingerprint import cache_folder
+        from kernels.cache import cache_folder
 
         return cache_folder() / "generated" / f"{self.name}.compiled"
 
@@ -235,7 +235,7 @@ class Dynamics(ABC):
     def draws_plainly(self, ds: "xr.Dataset") -> bool:
         """Whether the pictures of a map ask it for no more than a plain map answers, and kernels for a few numbers.
 
-        Then a process that draws loads neither xarray nor Numba (see `sweeps.maps.plain` and `kernels.plain`).
+        Then a process that draws loads neither xarray nor Numba (see `sweeps.maps.plain` and `kernels.jit`).
         """
         return False
 

@@ -15,7 +15,7 @@ from scipy.special import ellipj, ellipk, elliprf, elliprj
 
 from kernels import attitude, exact, tumbling
 from kernels.blocks import W
-from kernels.options import OPTIONS
+from kernels.jit import OPTIONS
 
 MOMENTS, START = (1.0, 2.0, 3.0), (0.1, 0.2, 1.0)
 STEP = 0.3

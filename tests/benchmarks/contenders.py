@@ -17,7 +17,7 @@ from bodies import END, SAMPLES, SPACING, TIMES, rate_of, rates_of
 from numba import carray, cfunc, njit, prange
 
 from kernels import direct, lanes, measure, rigid_body, survey
-from kernels.fingerprint import WIDE
+from kernels.jit import takes_whole_vectors
 
 TOLERANCES = tuple(10.0**-n for n in range(6, 13))
 SHARES = 4  # that every thread or process takes one after the other: what holds up one of them leaves more to the rest
@@ -26,7 +26,7 @@ WANTED = ("omega_squared", "omega_squared_stderr", "status")  # what the others 
 
 def whole_vectors():
     """Whether our kernels take vectors of 512 bits where LLVM by itself takes half: then whoever can does so too."""
-    return os.environ.get("NUMBA_CPU_FEATURES", "").endswith(WIDE)
+    return takes_whole_vectors()
 
 
 class Contender:

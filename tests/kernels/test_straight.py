@@ -5,7 +5,7 @@ import pytest
 from numba import njit
 from numba.core.errors import TypingError
 
-from kernels.options import EXACT, OPTIONS
+from kernels.jit import EXACT, OPTIONS
 from kernels.straight import lines, straight
 
 TEXT = """
@@ -22,7 +22,7 @@ THIRD = 1.0 / 3.0
 def test_lines_do_what_python_does():
     step = lines(TEXT)
 
-    @njit("void(float64[::1])", **(EXACT | {"cache": False}))
+    @njit("void(float64[::1])", **EXACT)
     def run(S):
         for lane in range(4):
             step(S, lane)
@@ -44,9 +44,9 @@ def step(a, b, k):
 
 @pytest.mark.compiled
 def test_a_straight_function_has_the_bits_that_numba_gives_it():
-    written, compiled = straight(step), njit(**(OPTIONS | {"cache": False}))(step)  # Numba compiles it as any other
+    written, compiled = straight(step), njit(**OPTIONS)(step)  # Numba compiles it as any other
 
-    @njit("void(float64[:, ::1], float64[:, :, ::1])", **(OPTIONS | {"cache": False}))
+    @njit("void(float64[:, ::1], float64[:, :, ::1])", **OPTIONS)
     def run(given, out):
         for i in range(len(given)):
             a, b, k = given[i]

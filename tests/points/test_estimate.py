@@ -67,7 +67,7 @@ def test_no_map_that_ships_is_larger_than_said(name, tmp_path):
 )
 def test_the_wait_holds_more_than_the_integration(monkeypatch, integration, besides):
     sweep, there = sweep_of(100, integration=integration), {"survey", "flips", "in_space"}
-    monkeypatch.setattr(module.stored, "holds", lambda folder, name: name in there)
+    monkeypatch.setattr(module.cache, "holds", lambda name: name in there)
     found = estimate(sweep)
     assert found.wait_seconds > module.MEASURE_FACTOR * found.seconds + 5  # start, pictures and report
     assert found.compile_seconds == 0.0

@@ -1,6 +1,5 @@
 import functools
 import io
-import json
 import multiprocessing.connection
 import signal
 import threading
@@ -10,7 +9,6 @@ import types
 import pytest
 import rich.console
 
-from kernels import stored
 from sweeps.run import progress, warmup
 
 
@@ -56,15 +54,6 @@ def test_what_is_missing_or_of_another_version_or_processor_is_compiled(system, 
     assert system.times == 1
     warmup.compile_missing(system)  # it is noted
     assert system.times == 1
-
-
-def test_what_was_damaged_is_compiled_once(system, folder):
-    warmup.compile_system(system)
-    (folder / stored.LEDGER).write_text(json.dumps({"kernels/f.1.nbc": stored.GONE}))
-    warmup.compile_missing(system)
-    warmup.compile_missing(system)
-    assert system.times == 2
-    assert stored.is_whole(folder)
 
 
 def test_what_calls_the_defaults_has_them_compiled_first_and_by_two_processes(system, folder, monkeypatch):

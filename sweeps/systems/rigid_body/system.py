@@ -169,7 +169,7 @@ class RigidBody(Dynamics):
 
     def compiled(self) -> Path:
         """The file that says so: the default system's kernels are compiled before any other's."""
-        from kernels.fingerprint import cache_folder
+        from kernels.cache import cache_folder
 
         return cache_folder() / "compiled"
 
@@ -326,9 +326,8 @@ def _in_space(points, settings, columns, wanted) -> dict[str, np.ndarray]:
 
     Its error is theirs, and what a wobble of the size seen moves either by, whether it was seen whole or not.
     """
-    from kernels import in_space, linear, stored, survey
+    from kernels import in_space, linear, survey
 
-    stored.store_in_turn()  # few definitions ask for this: shards may be the first to compile it, side by side
     found = in_space.survey(points, *settings)
     needed = {"frequency", "frequency_error", "regime"}
     wobble = columns if needed <= columns.keys() else survey.measured(points, *settings, wanted=needed)

@@ -1,0 +1,153 @@
+"""How kernels are compiled: :func:`njit` with a few sets of options, and a cache of our own (:mod:`kernels.cache`).
+
+This module and the cache hold all contact with Numba but for :mod:`kernels.straight`. Nothing of Numba's own settings
+is changed: a function that somebody else compiles in the same process is cached where Numba puts it.
+
+Division by zero gives an infinity as in NumPy. Multiplications and additions may contract into one rounding, but never
+in an error-free transformation, which counts its own roundings (EXACT). Nothing else is reordered.
+
+*Plain mode.* A process that asks so little of kernels that loading the compiler would take longer calls
+:func:`leave_out_compiler` before it imports one: kernels are then the Python functions of their files. Only a compiler
+may contract a product and a sum into one rounding, and divide by zero without a word.
+"""
+
+import sys
+from functools import cache
+from typing import Any
+
+from kernels.cache import KernelCache
+
+# only a function that is passed as an argument needs a form to be called by C
+EXACT = {"error_model": "numpy", "no_cfunc_wrapper": True}
+OPTIONS = {**EXACT, "fastmath": {"contract"}}
+PASSED = {**OPTIONS, "no_cfunc_wrapper": False}
+# a loop over lanes vectorises only what is inlined into it
+EXACT_INLINE = {**EXACT, "forceinline": True}
+INLINE = {**OPTIONS, "forceinline": True}
+
+# Processors for which LLVM takes 256 bits of 512, and that do not lower their clock for whole ones. (Skylake-X, Cascade
+# Lake, Cooper Lake and Cannon Lake do: they keep LLVM's choice.)
+WHOLE = {
+    *("icelake-client", "icelake-server", "tigerlake", "rocketlake"),
+    *("sapphirerapids", "emeraldrapids", "graniterapids", "graniterapids-d"),
+}
+NUMBA_TYPES = {"UniTuple", "boolean", "complex128", "float64", "int8", "int32", "int64", "types", "uint32", "void"}
+
+_plain = False  # whether kernels are left to Python
+
+
+def leave_out_compiler() -> bool:
+    """Let kernels imported from now on be Python functions, unless Numba is loaded; return whether they are."""
+    global _plain
+    _plain = _plain or "numba" not in sys.modules
+    return _plain
+
+
+def is_plain() -> bool:
+    """Return whether kernels are Python functions, by :func:`leave_out_compiler` or by NUMBA_DISABLE_JIT."""
+    if _plain:
+        return True
+    from numba import config
+
+    return bool(config.DISABLE_JIT)
+
+
+def njit(*signature, name: str = "", **options):
+    """Compile a function as ``numba.njit`` does, and keep its machine code in the cache of kernels.
+
+    Parameters
+    ----------
+    signature : Numba signature or str, optional
+        Compiled at once, and the only one allowed; left out, each is compiled at its first call.
+    name : str
+        The function's name, which a closure must have: two of one factory would otherwise share the name of their code.
+    options : dict
+        As for ``numba.njit``.
+    """
+
+    def compiled(function):
+        if name:
+            function.__name__ = function.__qualname__ = name
+        elif function.__closure__:
+            raise ValueError(f"{function.__qualname__} is a closure; allowed: njit(name=…), a name for each")
+        if is_plain():
+            return function
+        import numba
+
+        _tell_numba()
+        kernel = numba.njit(**options)(function)
+        kernel._cache = KernelCache(function)
+        for one in signature:
+            kernel.compile(one)
+            kernel.disable_compile()
+        return kernel
+
+    return compiled
+
+
+def whole_vectors() -> None:
+    """Have the kernel that calls this use vectors of 512 bits where LLVM would take half; called first thing in it.
+
+    Elsewhere, and in Python, it does nothing. It changes no bit.
+    """
+
+
+@cache
+def takes_whole_vectors() -> bool:
+    """Return whether :func:`whole_vectors` has an effect: on some processors (WHOLE), by rule and without a user's own.
+
+    Rates alone are measured a quarter faster there.
+    """
+    import llvmlite.binding as llvm
+    from numba import config
+
+    name = config.CPU_NAME or llvm.get_host_cpu_name()
+    return name in WHOLE and not config.CPU_FEATURES and bool(llvm.get_host_cpu_features().get("avx512f"))
+
+
+def widen(function) -> None:
+    """Do what :func:`whole_vectors` does to a function of LLVM's."""
+    if takes_whole_vectors():  # llvmlite's own set of attributes refuses those with a value
+        set.add(function.attributes, '"prefer-vector-width"="512"')
+
+
+@cache
+def _tell_numba() -> None:
+    """Make :func:`whole_vectors` known to compiled code."""
+    from numba import types
+    from numba.extending import lower_builtin, type_callable
+
+    @type_callable(whole_vectors)
+    def find_type(_):
+        return lambda: types.none
+
+    @lower_builtin(whole_vectors)
+    def generate(context, builder, signature, arguments):
+        widen(builder.function)
+        return context.get_dummy_value()
+
+
+def __getattr__(name: str) -> Any:
+    """Return Numba's type of that name, for signatures; in plain mode something in its place that nobody reads."""
+    if name not in NUMBA_TYPES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    if _plain:
+        return _UnreadType()
+    import numba
+
+    return getattr(numba if name == "types" else numba.types, name)
+
+
+class _UnreadType:
+    """A type, or a signature made of types, in plain mode."""
+
+    def __getattr__(self, name: str) -> "_UnreadType":
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return self
+
+    def __getitem__(self, key) -> "_UnreadType":
+        return self
+
+    def __call__(self, *arguments, **options) -> "_UnreadType":
+        return self

@@ -1,0 +1,284 @@
+"""The cache of kernels, filled by processes of their own: stale and damaged code is found."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from kernels import cache, fingerprint
+
+ROOT = Path(cache.__file__).parents[1]
+SOURCE = """\
+from kernels import statuses
+from kernels.jit import OPTIONS, njit
+
+@njit(**OPTIONS)
+def double(x):
+    return x + x
+
+def times(factor):
+    @njit(name=f"times_{factor}", **OPTIONS)
+    def multiplied(x):
+        return factor * x
+    return multiplied
+
+twice, thrice = times(2.0), times(3.0)
+
+@njit(**OPTIONS)
+def both(x):
+    return twice(x) + 100.0 * thrice(x)
+"""
+CALL = """
+import doubled
+print(doubled.{function}({argument}), sum(doubled.{function}.stats.cache_hits.values()))
+"""
+
+
+class Cache:
+    """Calls in processes of their own, which keep what they compile in one folder."""
+
+    def __init__(self, folder):
+        (folder / "doubled.py").write_text(SOURCE)
+        path = os.pathsep.join([str(ROOT), str(folder)])
+        self.environment = {**os.environ, "XDG_CACHE_HOME": str(folder / "cache"), "PYTHONPATH": path}
+        for name in ("NUMBA_DISABLE_JIT", "NUMBA_CACHE_DIR"):
+            self.environment.pop(name, None)
+        self.call("1")
+        (self.folder,) = (folder / "cache" / "polhode").glob("*-*")
+
+    def begin(self, code):
+        pipe = subprocess.PIPE
+        return subprocess.Popen([sys.executable, "-c", code], env=self.environment, cwd=ROOT, stdout=pipe, text=True)
+
+    def call(self, argument, function="double"):
+        """What a function gives in a new process, and how many of its codes were loaded."""
+        process = self.begin(CALL.format(function=function, argument=argument))
+        said, _ = process.communicate()
+        assert process.returncode == 0
+        value, loaded = said.split()
+        return value, int(loaded)
+
+    def files(self):
+        return sorted((self.folder / "code").iterdir())
+
+
+@pytest.fixture(scope="module")
+def filled(tmp_path_factory):
+    """A cache as a first call leaves it, and a copy to put in its place again."""
+    cache = Cache(tmp_path_factory.mktemp("cache"))
+    return cache, shutil.copytree(cache.folder, cache.folder.parent.with_name("kept"))
+
+
+@pytest.fixture
+def stored(filled):
+    cache, kept = filled
+    shutil.rmtree(cache.folder)
+    shutil.copytree(kept, cache.folder)
+    return cache
+
+
+def flip(path, at):
+    content = bytearray(path.read_bytes())
+    content[at] ^= 1
+    path.write_bytes(content)
+
+
+pytestmark = pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="nothing is stored uncompiled")
+
+
+def test_what_is_sound_is_loaded_and_stays(stored):
+    (file,) = stored.files()
+    before = file.stat().st_mtime_ns
+    assert stored.call("2") == ("4", 1)
+    assert file.stat().st_mtime_ns == before
+    assert file.stat().st_mode & 0o777 == 0o600
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("damage", ["checksum", "middle", "end", "half", "empty", "noise"])
+def test_code_that_has_changed_is_not_run_but_made_again(stored, damage):
+    (file,) = stored.files()
+    content = file.read_bytes()
+    places = {"checksum": 0, "middle": len(content) // 2, "end": len(content) - 1}
+    if damage in places:
+        flip(file, places[damage])
+    else:
+        file.write_bytes({"half": content[: len(content) // 2], "empty": b"", "noise": b"noise" * 99}[damage])
+    assert stored.call("21") == ("42", 0)
+    assert stored.call("21") == ("42", 1)
+
+
+@pytest.mark.slow
+def test_code_of_another_signature_in_its_place_is_not_run(stored):
+    (whole,) = stored.files()
+    stored.call("1.5")
+    (real,) = set(stored.files()) - {whole}
+    shutil.copy(whole, real)
+    assert stored.call("1.5") == ("3.0", 0)
+
+
+@pytest.mark.slow
+def test_an_edit_of_an_imported_kernel_compiles_what_imports_it_and_nothing_else(tmp_path):
+    copied = tmp_path / "checkout"
+    shutil.copytree(ROOT / "kernels", copied / "kernels", ignore=shutil.ignore_patterns("__pycache__"))
+    (copied / "user.py").write_text(SOURCE)
+    (copied / "other.py").write_text(SOURCE.replace("from kernels import statuses\n", ""))
+    call = "import {0}; {0}.double(1); print(sum({0}.double.stats.cache_hits.values()))"
+    environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache"), "PYTHONPATH": str(copied)}
+    environment.pop("NUMBA_CACHE_DIR", None)
+
+    def loaded(name):
+        options = {"cwd": copied, "env": environment, "capture_output": True, "text": True, "check": True}
+        return int(subprocess.run([sys.executable, "-c", call.format(name)], **options).stdout)
+
+    assert [loaded("user"), loaded("other"), loaded("user"), loaded("other")] == [0, 0, 1, 1]
+    with (copied / "kernels" / "statuses.py").open("a") as file:
+        file.write("# edited\n")
+    assert [loaded("user"), loaded("other"), loaded("user")] == [0, 1, 1]
+
+
+def test_a_stamp_covers_the_file_and_what_it_imports_of_kernels(tmp_path):
+    folder = Path(cache.__file__).parent
+    found = {name: fingerprint._with_imports({folder / f"{name}.py"}) for name in ("lanes", "twist")}
+    stems = {name: {path.stem for path in paths} for name, paths in found.items()}
+    assert {"lanes", "measure", "jit", "exact"} <= stems["lanes"]
+    assert "twist" not in stems["lanes"]
+    assert "lanes" not in stems["twist"]
+    (tmp_path / "generated.py").write_text("from kernels.straight import lines\n")
+    before = fingerprint.stamp(tmp_path / "generated.py")
+    (tmp_path / "generated.py").write_text("from kernels.straight import lines\n\n")
+    fingerprint.stamp.cache_clear()
+    assert fingerprint.stamp(tmp_path / "generated.py") != before
+
+
+@pytest.mark.slow
+def test_closures_of_one_place_that_several_processes_compiled_are_not_taken_for_each_other(stored):
+    found = [float(stored.call("1.0", function)[0]) for function in ("twice", "thrice", "both")]
+    assert found == [2.0, 3.0, 302.0]
+
+
+@pytest.mark.slow
+def test_what_processes_store_at_one_moment_is_all_there(stored):
+    arguments = ("1.0", "1j", "True", "1.0", "1j", "True")
+    for process in [stored.begin(CALL.format(function="double", argument=argument)) for argument in arguments]:
+        assert process.wait() == 0
+    assert len(stored.files()) == 4
+    for argument in ("1", *arguments):
+        assert stored.call(argument)[1] == 1
+
+
+SLOWLY = """
+from pathlib import Path
+write = Path.write_bytes
+def write_slowly(self, content):
+    with self.open("wb") as file:
+        file.write(content[:999])
+        file.flush()
+        print("half", flush=True)
+        import time; time.sleep(60)
+Path.write_bytes = write_slowly
+import doubled; doubled.double(1.0)
+"""
+
+
+@pytest.mark.slow
+def test_a_process_killed_while_it_stores_leaves_nothing_that_is_run(stored):
+    process = stored.begin(SLOWLY)
+    assert process.stdout.readline() == "half\n"
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    assert stored.call("1.0") == ("2.0", 0)
+    assert stored.call("1.0") == ("2.0", 1)
+
+
+@pytest.mark.slow
+def test_where_nothing_can_be_written_code_is_compiled_for_the_process_alone(stored):
+    shutil.rmtree(stored.folder / "code")
+    (stored.folder / "code").write_text("a file stands where the folder should")
+    assert stored.call("1j") == ("2j", 0)
+
+
+USERS = """
+import sys; sys.path.insert(0, {folder!r})
+import kernels.exact, users, numba
+users.triple(1.0)
+print(users.triple._cache.cache_path)
+"""
+
+
+@pytest.mark.slow
+def test_a_users_kernel_stays_where_numba_puts_it(stored, tmp_path):
+    (tmp_path / "users.py").write_text("import numba\n@numba.njit(cache=True)\ndef triple(x):\n    return 3 * x\n")
+    said, _ = stored.begin(USERS.format(folder=str(tmp_path))).communicate()
+    assert said.strip() == str(tmp_path / "__pycache__")
+    assert {file.suffix for file in (tmp_path / "__pycache__").glob("users.triple*")} == {".nbi", ".nbc"}
+
+
+# The folder
+
+
+@pytest.fixture
+def home(tmp_path, monkeypatch):
+    """A user's cache folder of our own, and a folder for temporary files beside it."""
+    cache._folder.cache_clear()
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setattr(cache.tempfile, "tempdir", str(tmp_path))
+    yield tmp_path / "cache"
+    cache._folder.cache_clear()
+
+
+def test_a_machine_and_a_checkout_have_a_folder(home, tmp_path):
+    folder = cache.cache_folder()
+    assert folder.parent == home / "polhode"
+    assert folder.is_dir()
+    assert folder.name.startswith(fingerprint.machine()[:16])
+    other = cache._folder("", fingerprint.home(), tmp_path / "another" / "kernels")
+    assert other.parent == folder.parent
+    assert other != folder
+
+
+def test_without_a_named_cache_it_is_the_home_folders(tmp_path, home, monkeypatch):
+    for given in (None, ""):
+        if given is None:
+            monkeypatch.delenv("XDG_CACHE_HOME")
+        else:
+            monkeypatch.setenv("XDG_CACHE_HOME", given)
+        monkeypatch.setattr(Path, "home", lambda: tmp_path / "home")
+        assert cache.cache_folder().parent == tmp_path / "home" / ".cache" / "polhode"
+
+
+def test_a_chosen_folder_is_any_that_can_be_written(home, tmp_path, monkeypatch):
+    for given in (str(tmp_path / "chosen"), os.path.relpath(tmp_path / "chosen")):
+        monkeypatch.setenv("NUMBA_CACHE_DIR", given)
+        assert cache.cache_folder().parent == tmp_path / "chosen"
+    (tmp_path / "file").write_text("a file stands where the folder should")
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file"))
+    assert cache.cache_folder().parent == home / "polhode"
+
+
+def test_a_cache_that_cannot_be_made_gives_way_to_the_temporary_folder(home, tmp_path):
+    home.write_text("a file stands where the folder should")
+    assert cache.cache_folder().parent == tmp_path / "polhode"
+
+
+def test_a_cache_of_somebody_elses_is_not_used(home, tmp_path, monkeypatch):
+    ours, uid = cache.cache_folder(), os.getuid()
+    assert fingerprint.is_safe(ours)
+    monkeypatch.setattr(os, "getuid", lambda: uid + 1)
+    cache._folder.cache_clear()
+    folder = cache.cache_folder()
+    assert folder.parent.parent == tmp_path
+    assert folder.parent.name.startswith("polhode-")
+    assert folder.name == ours.name
+    assert folder.parent.stat().st_mode & 0o777 == 0o700
+
+
+def test_a_folder_that_cannot_be_written_is_not_safe(tmp_path, monkeypatch):
+    assert fingerprint.is_safe(tmp_path)
+    monkeypatch.setattr(os, "access", lambda path, mode: mode != os.W_OK)
+    assert not fingerprint.is_safe(tmp_path)

@@ -1,0 +1,109 @@
+"""Kernels are compiled by our own `njit`, with nothing of Numba's changed for others."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numba
+import pytest
+
+from kernels import jit
+
+ROOT = Path(jit.__file__).parents[1]
+
+
+def test_a_closure_needs_a_name_of_its_own():
+    factor = 2.0
+    with pytest.raises(ValueError, match=r"doubled is a closure; allowed: njit\(name=…\)"):
+
+        @jit.njit()
+        def doubled(x):
+            return factor * x
+
+    @jit.njit(name="double")
+    def doubled(x):
+        return factor * x
+
+    assert doubled.__name__ == "double"
+    assert doubled(3.0) == 6.0
+
+
+@pytest.mark.compiled
+def test_a_function_with_a_signature_is_compiled_at_once_and_for_no_other():
+    @jit.njit("float64(float64)", **jit.OPTIONS)
+    def half(x):
+        return x / 2
+
+    assert [str(one) for one in half.signatures] == ["(float64,)"]
+    assert half(3) == 1.5
+    with pytest.raises(TypeError):
+        half("a")
+
+
+def test_only_numbas_types_are_given_for_signatures():
+    assert jit.float64 is numba.float64
+    assert jit.types is numba.types
+    with pytest.raises(AttributeError, match="nothing"):
+        jit.nothing  # noqa: B018
+
+
+PLAIN = """
+import sys
+from kernels import jit
+assert jit.leave_out_compiler() and jit.is_plain()
+from kernels import {}
+assert "numba" not in sys.modules and "llvmlite" not in sys.modules
+"""
+
+
+def test_plain_kernels_load_no_compiler():
+    modules = "enclosures, spectrum, survey, tumbling, twist, taylor_tapes, jacobians, principal"
+    subprocess.run([sys.executable, "-c", PLAIN.format(modules)], cwd=ROOT, check=True)
+
+
+VECTORS = """
+import numpy as np
+from kernels import jit
+
+@jit.njit("void(float64[::1])", **jit.OPTIONS)
+def doubled(S):
+    {}
+    for lane in range(S.size):
+        S[lane] = 2.0 * S[lane] + 1.0
+
+print(jit.takes_whole_vectors(), next(iter(doubled.inspect_asm().values())).count("zmm"))
+"""
+
+
+def vectors(tmp_path, line="jit.whole_vectors()", **settings):
+    """Whether vectors are whole by rule in another process, and how often its code names one."""
+    import llvmlite.binding as llvm
+
+    if not llvm.get_host_cpu_features().get("avx512f"):
+        pytest.skip("no vectors of 512 bits here")
+    (tmp_path / "lanes_of_this_test.py").write_text(VECTORS.format(line))
+    path = os.pathsep.join([str(ROOT), str(tmp_path)])
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
+    environment |= {"PYTHONPATH": path, "XDG_CACHE_HOME": str(tmp_path)} | settings
+    command = [sys.executable, "-m", "lanes_of_this_test"]
+    said = subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
+    by_rule, count = said.split()
+    return by_rule == "True", int(count)
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+def test_vectors_are_whole_where_llvm_takes_half_of_them_and_the_clock_stays(tmp_path):
+    by_rule, count = vectors(tmp_path, NUMBA_CPU_NAME="icelake-server")
+    assert by_rule
+    assert count > 0
+    assert vectors(tmp_path, line="pass", NUMBA_CPU_NAME="icelake-server") == (True, 0)
+    assert vectors(tmp_path, NUMBA_CPU_NAME="skylake-avx512") == (False, 0)
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+def test_a_users_features_of_the_processor_hold(tmp_path):
+    found = vectors(tmp_path, NUMBA_CPU_NAME="icelake-server", NUMBA_CPU_FEATURES="+avx512f,+avx512vl,+prefer-256-bit")
+    assert found == (False, 0)
