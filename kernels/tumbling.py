@@ -356,10 +356,14 @@ def _ratio(I1, I2, I3, m, short):
 
 @njit(**EXACT)
 def _limit(I1, I2, I3, short):
-    """The ratio's limit as the wobble vanishes."""
+    """Return the ratio's limit as the wobble vanishes; infinite where the body has no such mode."""
     if short:
         return math.sqrt(I1 / (I3 - I1) * I2 / (I3 - I2)) if I3 > I2 else math.inf
-    return math.sqrt(I2 / (I3 - I1) * I3 / (I2 - I1)) - 1.0 if I2 > I1 else math.inf
+    if not I2 > I1:
+        return math.inf
+    # sqrt(q) - 1 with q = I2 I3/((I3 - I1)(I2 - I1)): for needles both are near 1
+    more = I1 / (I3 - I1) * ((I2 + (I3 - I1)) / (I2 - I1))
+    return more / (math.sqrt(1.0 + more) + 1.0)
 
 
 @njit(**EXACT)
@@ -371,6 +375,10 @@ def _solve(I1, I2, I3, ratio, short):
     """
     if not ratio > _limit(I1, I2, I3, short):
         return math.nan, math.nan
+    if (I1 == I2) if short else (I2 == I3):  # a symmetric top: the ratio gives the cosine of the angle of L to its axis
+        cosine = 1.0 / ((1.0 + ratio) * (1.0 - I1 / I3)) if short else I1 / (I3 - I1) / ratio
+        about, across = (1.0, I3 / I1) if short else (I3 / I1, 1.0)
+        return 0.0, across + cosine * cosine * (about - across)
     low, high = 0.0, 600.0
     for _ in range(200):
         middle = 0.5 * (low + high)
@@ -391,6 +399,33 @@ def fill_inverse(I1, I2, I3, ratio, out):
         low, middle = I1[i] / I3[i], I2[i] / I3[i]
         out[2, i], out[0, i] = _solve(low, middle, 1.0, ratio[i], True)
         out[3, i], out[1, i] = _solve(low, middle, 1.0, ratio[i], False)
+
+
+@njit(nogil=True, **EXACT)
+def fill_least_ratio(I1, I2, I3, out):
+    """Fill the least ratio of periods of bodies, rows SAM and LAM."""
+    for i in range(I1.size):
+        low, middle = I1[i] / I3[i], I2[i] / I3[i]
+        out[0, i], out[1, i] = _limit(low, middle, 1.0, True), _limit(low, middle, 1.0, False)
+
+
+def least_ratio(I1, I2, I3):
+    """Return the least ratio P_psi/P_phi (long axis) of each mode, that of the vanishing wobble.
+
+    Parameters
+    ----------
+    I1, I2, I3 : array_like
+        Ascending moments in a common unit.
+
+    Returns
+    -------
+    numpy.ndarray, shape (2, n)
+        Rows SAM and LAM, as :func:`inverse`; infinite where the body has no such mode.
+    """
+    I1, I2, I3 = arrays(I1, I2, I3)
+    out = np.empty((2, I1.size))
+    fill_least_ratio(I1, I2, I3, out)
+    return out
 
 
 def inverse(I1, I2, I3, ratio):

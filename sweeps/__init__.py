@@ -95,14 +95,14 @@ def tumbler(P_psi, P_phi, *, unit="h", sigma_psi=0.0, sigma_phi=0.0, ratios=None
         ratios: (I1/I3, I2/I3) of one body; left out, every body that can exist.
 
     Returns:
-        With `ratios`, a list of the motions that have both periods, each {mode, energy, energy_error, m, omega0}, the
-        energy 2T I3/L^2 and omega0 = L/I3 in rad s-1; else an `xarray.Dataset` of energy, energy_error and m over
-        (mode, I1_over_I3, I2_over_I3).
+        With `ratios`, for each mode {mode, verdict, sigma, least_ratio} and, where a motion has both periods, {energy,
+        energy_stderr, m, omega0}: the energy 2T I3/L^2 and omega0 = L/I3 in rad s-1. Else the map of the system
+        `observed_periods` over all shapes of bodies, as `survey` gives it.
 
     Raises:
-        DefinitionError: for periods that no body has, and for numbers out of range.
+        DefinitionError: for ratios of no rigid body, and for numbers out of range.
     """
-    from sweeps.systems.tumbling import inverse
+    from sweeps.systems.observed_periods import answers
 
-    seen = inverse.SeenPeriods(P_psi, P_phi, sigma_psi, sigma_phi, unit)
-    return inverse.over_the_triangle(seen) if ratios is None else inverse.of_body(seen, *ratios)
+    periods = answers.TwoPeriods(P_psi, P_phi, sigma_psi, sigma_phi, unit)
+    return survey(periods.definition) if ratios is None else answers.of_body(periods, *ratios)

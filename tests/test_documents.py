@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import sweeps
+from sweeps.systems.observed_periods import variables as observed_periods
 from sweeps.systems.oscillator import variables as oscillator
 from sweeps.systems.relative_equilibrium import variables as relative
 from sweeps.systems.rigid_body import variables as rigid_body
@@ -38,6 +39,8 @@ def table(marker):
         ("twist, variables", twist.VARIABLES),
         ("tumbling, coordinates", tumbling.COORDINATES),
         ("tumbling, variables", tumbling.VARIABLES),
+        ("observed periods, coordinates", observed_periods.COORDINATES),
+        ("observed periods, variables", observed_periods.VARIABLES),
         ("uncertain bodies, coordinates", uncertain.COORDINATES),
         ("uncertain bodies, variables", uncertain.VARIABLES),
         ("uncertain bodies, twists", uncertain.TWISTS),

@@ -9,12 +9,15 @@ angular momentum (the long-axis convention). With --ratios the answer is one bod
   polhode tumbler --P-psi 368.7 --P-phi 67.27 --unit h --ratios 0.36 0.96
   polhode tumbler --P-psi 6.58 --P-phi 8.67 --sigma-phi 0.34 -o oumuamua.nc --figure oumuamua.png
 
-The energy is 2T I3/L^2: 1 for a spin about axis 3, I3/I2 on the separatrix, I3/I1 for a spin about axis 1.
+The energy is 2T I3/L^2: 1 for a spin about axis 3, I3/I2 on the separatrix, I3/I1 for a spin about axis 1. A mode is
+excluded where the ratio of both periods is below the least that the mode has, by more than 3 standard errors; without
+--sigma-psi and --sigma-phi the periods count as exact. The file of -o is a map like any other (`show`, `point`,
+`report`, `figures`, `verify`) of the system observed_periods.
 """
 
 
 def add(commands) -> None:
-    """Describes the command."""
+    """Describe the command."""
     command = parser.add(commands, "tumbler", "find the energy of a tumbling body from its two periods", _run, EPILOG)
     command.add_argument("--P-psi", dest="P_psi", type=float, required=True, metavar="P", help="period in the body")
     command.add_argument("--P-phi", dest="P_phi", type=float, required=True, metavar="P", help="period about L")
@@ -29,40 +32,42 @@ def add(commands) -> None:
 
 def _run(args):
     from sweeps.schema.refusals import DefinitionError
-    from sweeps.systems.tumbling import inverse, wording
+    from sweeps.systems.observed_periods import answers
 
-    seen = inverse.SeenPeriods(args.P_psi, args.P_phi, args.sigma_psi, args.sigma_phi, args.unit)
+    periods = answers.TwoPeriods(args.P_psi, args.P_phi, args.sigma_psi, args.sigma_phi, args.unit)
     if args.ratios and (args.output or args.figure):
         raise DefinitionError("--ratios: is given beside a map over all bodies; allowed: one of them")
     if args.ratios:
-        _say(args, inverse.of_body(seen, *args.ratios))
+        _print(args, periods, answers.of_body(periods, *args.ratios))
         return
-    ds = inverse.over_the_triangle(seen)
+    import sweeps
+
+    ds = sweeps.survey(periods.definition)
     _write(args, ds)
-    _say(args, wording.shares(ds))
+    _print(args, periods, answers.of_all(periods, ds))
 
 
 def _write(args, ds) -> None:
     if args.output:
-        from sweeps.maps import parts
+        from sweeps.maps import storage
 
-        parts.write_part(ds, args.output, "tumbler")
+        storage.write_map(ds, args.output)
     if args.figure:
         from sweeps import style
         from sweeps.files import replaced
-        from sweeps.systems.tumbling import figure_inverse
+        from sweeps.systems.observed_periods import figure_energies
 
         with style.drawn_for(style.ITS_OWN), replaced(args.figure) as temporary:
-            figure_inverse.draw(ds).savefig(temporary, format="png")
+            figure_energies.draw(ds).savefig(temporary, format="png")
 
 
-def _say(args, found: list[dict]) -> None:
-    from sweeps.systems.tumbling import wording
+def _print(args, periods, rows: list[dict]) -> None:
+    from sweeps.systems.observed_periods import answers
     from sweeps.views import printing
 
     if args.json:
-        printing.print_json(found)
+        printing.print_json(rows)
         return
     console = printing.console()
-    for row in found:
-        console.print(wording.in_words(row))
+    for row in rows:
+        console.print(answers.in_words(row, periods))

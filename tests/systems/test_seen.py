@@ -1,6 +1,5 @@
-"""Throws and tumbling bodies: their maps, refusals, motions, the way back from two periods, and what `body` says."""
+"""Throws and tumbling bodies: their maps, refusals, motions, and what `body` says."""
 
-import json
 import math
 
 import numpy as np
@@ -109,59 +108,6 @@ def said(capsys, *arguments, status=0):
     assert main([str(argument) for argument in arguments]) == status
     captured = capsys.readouterr()
     return captured.err if status else captured.out
-
-
-@pytest.mark.slow  # its kernel takes seconds to compile
-def test_krylov_on_the_command_line_and_in_python(capsys):
-    wanted = ("tumbler", "--P-psi", 368.7, "--P-phi", 67.27, "--unit", "h", "--ratios", 0.36, 0.96, "--sigma-phi", 0.1)
-    told = json.loads(said(capsys, *wanted, "--json"))
-    found = sweeps.tumbler(368.7, 67.27, ratios=(0.36, 0.96), sigma_phi=0.1)
-    assert told == found
-    short = found[0]
-    assert {"mode", "energy", "energy_error", "m"} <= set(short)
-    assert (short["mode"], short["energy"]) == ("sam", pytest.approx(1.0338, abs=5e-5))
-    moved = [sweeps.tumbler(368.7, 67.27 + by, ratios=(0.36, 0.96))[0]["energy"] for by in (-0.1, 0.1)]
-    assert short["energy_error"] == pytest.approx(0.5 * abs(moved[1] - moved[0]), rel=0.02)
-    # the energy gives back both periods
-    back = sweeps.survey(
-        {
-            "system": "tumbling",
-            "grid": {"I1": 0.36, "I2": 0.96, "I3": 1.0, "energy": short["energy"], "omega0": short["omega0"]},
-        }
-    ).squeeze()
-    assert float(back["period_psi"]) / 3600 == pytest.approx(368.7, rel=1e-9)
-    assert float(back["period_phi_long_axis"]) / 3600 == pytest.approx(67.27, rel=1e-9)
-
-
-@pytest.mark.slow  # its kernel takes seconds to compile
-def test_a_short_period_excludes_the_short_axis_mode(capsys, tmp_path):
-    path, picture = tmp_path / "map.nc", tmp_path / "map.png"
-    words = said(capsys, "tumbler", "--P-psi", 6.58, "--P-phi", 8.67, "-o", path, "--figure", picture)
-    assert "short-axis mode: excluded" in words
-    assert "long-axis mode: " in words
-    assert picture.stat().st_size > 10_000
-    ds = sweeps.tumbler(6.58, 8.67, sigma_phi=0.34)
-    assert ds["energy"].dims == ("mode", "I1_over_I3", "I2_over_I3")
-    assert np.isnan(ds["energy"].sel(mode="sam")).all()
-    known = np.isfinite(ds["energy"].sel(mode="lam"))
-    assert (ds["energy_error"].sel(mode="lam").values[known.values] > 0).all()
-
-
-@pytest.mark.parametrize(
-    ("arguments", "told"),
-    [
-        (("--P-psi", -1, "--P-phi", 2), "--P-psi: -1.0 is out of range"),
-        (("--P-psi", 1, "--P-phi", 2, "--ratios", 0.4, 1.2), "I2/I3 1.2 is out of range; allowed: a number in (0, 1]"),
-        pytest.param(
-            ("--P-psi", 1, "--P-phi", 20, "--ratios", 0.5, 0.9),
-            "is no motion's of the body 0.5 : 0.9 : 1",
-            marks=pytest.mark.slow,
-        ),
-        (("--P-psi", 1, "--P-phi", 2, "--unit", "years"), "--unit: 'years' is not available; allowed: s, h, d"),
-    ],
-)
-def test_periods_and_ratios_that_cannot_be_are_named(capsys, arguments, told):
-    assert told in said(capsys, "tumbler", *arguments, status=2)
 
 
 def test_a_motion_holds_the_attitude_both_ways():

@@ -32,6 +32,7 @@ SMALL = {
     "rigid_body": {"axes": [1, 2], "grid": {"I1": [1.0, 2.0], "I2": 1.5, "I3": 3.0, "omega0": [1.0, -2.0]}},
     "twist": {"grid": {"I1": [0.3, 0.5], "I2": 1.0, "I3": 1.2, "chi": [0.1, -0.4], "omega0": [1.0, 3.0]}},
     "tumbling": {"grid": {"I1": 0.4, "I2": 0.7, "I3": 1.0, "energy": [1.1, 1.6, 2.0], "omega0": [1.0, 2.0]}},
+    "observed_periods": {"grid": {"I1": 0.4, "I2": [0.7, 0.9], "I3": 1.0, "P_psi": [0.5, 6.0], "P_phi": 2.0}},
     "uncertain_bodies": {
         "bodies": [{"name": "A", "I1": 1.0, "I2": 1.5, "I3": 2.2}, {"name": "B", "tensor": TENSOR}],
         "grid": {"omega0": [1.0, -2.0]},
@@ -272,14 +273,17 @@ print(*(name for name in sys.modules if name.startswith("kernels.")))
             for edited, foreign in (
                 ("survey", {"rigid_body", "uncertain_bodies"}),
                 ("exact", {"rigid_body", "uncertain_bodies"}),
-                ("solution", {"rigid_body", "uncertain_bodies", "twist", "tumbling"}),
-                ("tumbling", {"rigid_body", "tumbling"}),
+                ("solution", {"rigid_body", "uncertain_bodies", "twist", "tumbling", "observed_periods"}),
+                ("tumbling", {"rigid_body", "tumbling", "observed_periods"}),
                 ("symmetric_top", {"symmetric_top"}),
                 ("oscillations", {OSCILLATOR}),
                 ("measure", {"rigid_body", "uncertain_bodies", OSCILLATOR}),
             )
         ),
-        ("taylor_steps", {"rigid_body", "uncertain_bodies", "symmetric_top", "twist", "tumbling", OSCILLATOR}),
+        (
+            "taylor_steps",
+            {"rigid_body", "uncertain_bodies", "symmetric_top", "twist", "tumbling", "observed_periods", OSCILLATOR},
+        ),
     ],
 )
 def test_a_comment_in_a_kernel_makes_maps_of_its_own_systems_foreign(edited, foreign, tmp_path, monkeypatch):

@@ -1,0 +1,169 @@
+"""What a person asks of two observed periods, `polhode tumbler`: which bodies and energies have them."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from sweeps.schema.refusals import DefinitionError
+from sweeps.systems import shapes
+from sweeps.systems.observed_periods.variables import EXCLUDED, WORDS
+
+UNITS = {"s": 1.0, "h": 3600.0, "d": 86400.0}
+SHAPES = {"I1_over_I3": {"start": 0.01, "stop": 0.99, "num": 99}, "room": {"start": 0.0, "stop": 1.0, "num": 51}}
+LEAST = {"sam": 1.0, "lam": 0.0}  # ratio of periods over all bodies: of flat ones, of needles
+VERDICTS = ("possible", "within_errors", "excluded")
+
+
+@dataclass(frozen=True)
+class TwoPeriods:
+    """Two periods and their standard errors, in one unit.
+
+    Attributes:
+        P_psi, P_phi: period in the body, and about L in the long-axis convention.
+        sigma_psi, sigma_phi: their standard errors.
+        unit: s, h or d.
+    """
+
+    P_psi: float
+    P_phi: float
+    sigma_psi: float = 0.0
+    sigma_phi: float = 0.0
+    unit: str = "h"
+
+    def __post_init__(self):
+        for name, value in (("P-psi", self.P_psi), ("P-phi", self.P_phi)):
+            if not (math.isfinite(value) and value > 0):
+                raise DefinitionError(f"--{name}: {value!r} is out of range; allowed: a finite number > 0")
+        for name, value in (("sigma-psi", self.sigma_psi), ("sigma-phi", self.sigma_phi)):
+            if not (math.isfinite(value) and value >= 0):
+                raise DefinitionError(f"--{name}: {value!r} is out of range; allowed: a finite number, 0 or more")
+        if self.unit not in UNITS:
+            raise DefinitionError(f"--unit: {self.unit!r} is not available; allowed: {', '.join(UNITS)}")
+
+    @property
+    def seconds(self) -> dict[str, float]:
+        """Name → each period and error, s."""
+        names = ("P_psi", "P_phi", "sigma_psi", "sigma_phi")
+        return {name: getattr(self, name) * UNITS[self.unit] for name in names}
+
+    @property
+    def definition(self) -> dict:
+        """The definition of the map over all bodies."""
+        told = [
+            f"P_{name} = {period:g} {f'± {error:g} ' if error else ''}{self.unit}"
+            for name, period, error in (("psi", self.P_psi, self.sigma_psi), ("phi", self.P_phi, self.sigma_phi))
+        ]
+        return {
+            "title": f"Bodies with {' and '.join(told)}",
+            "system": "observed_periods",
+            "grid": {"ratios": SHAPES, **self.seconds},
+        }
+
+
+def of_body(periods: TwoPeriods, ratio1: float, ratio2: float) -> list[dict]:
+    """Return what the periods say of one body, for each mode.
+
+    Args:
+        periods: the observed ones.
+        ratio1: I1/I3, in (0, 1].
+        ratio2: I2/I3, in (0, 1].
+
+    Returns:
+        For each mode {mode, verdict, sigma, least_ratio}, and unless it is excluded energy, energy_stderr, m, omega0.
+
+    Raises:
+        DefinitionError: for ratios of no rigid body.
+    """
+    for name, value in (("I1/I3", ratio1), ("I2/I3", ratio2)):
+        if not (math.isfinite(value) and 0 < value <= 1):
+            raise DefinitionError(f"--ratios: {name} {value!r} is out of range; allowed: a number in (0, 1]")
+    moments = (*sorted((ratio1, ratio2)), 1.0)
+    if broken := shapes.violation(moments):
+        shown = ", ".join(f"{moment:g}" for moment in moments)
+        raise DefinitionError(f"--ratios: {shown} belong to no rigid body: {broken}; allowed: {shapes.POSSIBLE}")
+    from kernels import tumbling
+    from sweeps.systems.observed_periods.columns import MODES, columns
+
+    found = columns(
+        {
+            name: np.array([value])
+            for name, value in (dict(zip(("I1", "I2", "I3"), moments, strict=True)) | periods.seconds).items()
+        }
+    )
+    least = tumbling.least_ratio(*(np.array([moment]) for moment in moments))
+    rows = []
+    for mode, k in MODES.items():
+        sigma, energy = (float(found[f"{name}_{mode}"][0]) for name in ("exclusion", "energy"))
+        row = {"mode": mode, "verdict": verdict(sigma), "sigma": sigma, "least_ratio": float(least[k, 0])}
+        if math.isfinite(energy):
+            names = {"energy_stderr": "energy_{}_stderr", "m": "parameter_{}", "omega0": "momentum_rate_{}"}
+            row |= {"energy": energy} | {key: float(found[name.format(mode)][0]) for key, name in names.items()}
+        rows.append(row)
+    return rows
+
+
+def verdict(sigma: float) -> str:
+    """Return one of VERDICTS for an exclusion by so many standard errors."""
+    return VERDICTS[0] if sigma == 0 else VERDICTS[1] if sigma <= EXCLUDED else VERDICTS[2]
+
+
+def of_all(periods: TwoPeriods, ds) -> list[dict]:
+    """Return what the periods say of all bodies, for each mode.
+
+    The verdict is that over all physically possible bodies, not only those of the map: the least ratio of periods is 1
+    in the short-axis mode (flat bodies, least wobble) and 0 in the long-axis mode (needles).
+
+    Args:
+        periods: the observed ones.
+        ds: the map over all shapes.
+
+    Returns:
+        For each mode {mode, verdict, sigma, shapes (the share of the triangle that has both periods), and the least
+        and greatest energy of these}.
+    """
+    x, t = ds["I1_over_I3"].values, ds["room"].values
+    weights = np.outer(x, np.where((t == 0) | (t == 1), 0.5, 1.0))  # dx dy = x dx dt
+    rows = []
+    for mode, least in LEAST.items():
+        energy = ds[f"energy_{mode}"].transpose("I1_over_I3", "room", ...).values.reshape(weights.shape)
+        below = least * periods.P_phi - periods.P_psi
+        error = math.hypot(periods.sigma_psi, least * periods.sigma_phi)
+        sigma = 0.0 if below < 0 else below / error if error else math.inf
+        known = np.isfinite(energy)
+        ends = (
+            {"least_energy": float(energy[known].min()), "greatest_energy": float(energy[known].max())}
+            if known.any()
+            else {}
+        )
+        share = float(weights[known].sum() / weights.sum())
+        rows.append({"mode": mode, "verdict": verdict(sigma), "sigma": sigma, "shapes": share, **ends})
+    return rows
+
+
+def in_words(row: dict, periods: TwoPeriods) -> str:
+    """Return one mode's answer as a sentence."""
+    return f"{WORDS[row['mode']]}: {_answer(row, periods)}"
+
+
+def _answer(row: dict, periods: TwoPeriods) -> str:
+    one = "least_ratio" in row
+    if row["verdict"] == "excluded":
+        if one and math.isinf(row["least_ratio"]):
+            return "excluded: a symmetric body has no such mode"
+        least = row["least_ratio"] if one else LEAST[row["mode"]]
+        sure = "" if math.isinf(row["sigma"]) else f" at {row['sigma']:.2g}σ"
+        whose = "this body's are" if one else "those of all bodies are"
+        return f"excluded{sure}: P_psi/P_phi = {periods.P_psi / periods.P_phi:.6g}, {whose} above {least:.6g}"
+    if row["verdict"] == "within_errors":
+        where = "" if one else " (a flat body's)"
+        return f"possible within the errors: {row['sigma']:.2g}σ from the least wobble{where}"
+    if one:
+        error = f" ± {row['energy_stderr']:.2g}" if row["energy_stderr"] else ""
+        return f"2T I3/L² = {row['energy']:.6g}{error}, m = {row['m']:.6g}, L/I3 = {row['omega0']:.6g} rad s⁻¹"
+    if "least_energy" not in row:
+        ratio = periods.P_psi / periods.P_phi
+        needles = f"needles alone, I1/I3 below {ratio / (1 + ratio):.3g}"
+        return f"possible for {needles if row['mode'] == 'lam' else 'nearly flat bodies alone'}"
+    between = f"from {row['least_energy']:.4g} to {row['greatest_energy']:.4g}"
+    return f"possible for {100 * row['shapes']:.2g} % of all shapes, 2T I3/L² {between}"

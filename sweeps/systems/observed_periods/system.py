@@ -1,0 +1,70 @@
+"""Observed periods of tumbling bodies: their definition, columns and picture."""
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sweeps.systems.measured_once import MeasuredOnce
+from sweeps.systems.observed_periods import variables
+from sweeps.systems.observed_periods.definition import Nothing, ObservedPeriodsDefinition
+from sweeps.systems.observed_periods.look import LOOK
+from sweeps.systems.system import Page, Reference
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+
+class ObservedPeriods(MeasuredOnce):
+    """The way back from two periods: in each mode the energy that gives a body both, or by how much it is excluded."""
+
+    name = "observed_periods"
+    look = LOOK
+    kernels = ("tumbling", "statuses", "triangle")
+    model = ObservedPeriodsDefinition
+    tables = variables
+    shareable = ()
+    closed = "tumbling periods, solved for the energy"
+    question = "Which bodies have both periods, in which mode, and how surely?"
+    references = "Kaasalainen, Astronomy and Astrophysics 376 (2001) 302; Landau and Lifshitz, Mechanics, section 37"
+    caption = "energies of tumbling bodies that give two observed periods"
+    samples_per_second = 5_000
+
+    def samples(self, definition: ObservedPeriodsDefinition) -> int:
+        """Return 1: nothing is sampled."""
+        return 1
+
+    def reference(self) -> Reference:
+        """Return the energy of the long-axis mode by SciPy, and that of the short-axis mode."""
+        from sweeps.systems.observed_periods.references import REFERENCE
+
+        return REFERENCE
+
+    def columns(self, points: Mapping[str, np.ndarray], integration: Nothing) -> dict[str, np.ndarray]:
+        """Return what the periods say of each body."""
+        from sweeps.systems.observed_periods.columns import columns
+
+        return columns(points)
+
+    def called(self, definition: ObservedPeriodsDefinition) -> dict[str, float]:
+        """Return its kernels' module and its seconds of compiling."""
+        return {"tumbling": 4.0}
+
+    def compile(self) -> None:
+        """Compile the kernels of the periods and of the way back."""
+        point = {"I1": 1.0, "I2": 2.0, "I3": 3.0, "P_psi": 3.0, "P_phi": 1.0, "sigma_psi": 0.1, "sigma_phi": 0.0}
+        self.columns({name: np.array([value]) for name, value in point.items()}, Nothing())
+
+    def page(self, ds: "xr.Dataset") -> Page:
+        """Return the map alone: there is no motion to show."""
+        return Page((), self.question)
+
+    def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
+        """Return the energies over the inertia triangle."""
+        from sweeps.systems.observed_periods import figure_energies
+
+        return {"energies": lambda ax=None: figure_energies.draw(ds, ax)}
+
+
+SYSTEM = ObservedPeriods()

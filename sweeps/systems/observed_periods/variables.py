@@ -1,0 +1,121 @@
+"""What a map of observed periods holds: its variables, its coordinates, and the parameters that they vary."""
+
+from typing import Annotated
+
+from kernels import statuses
+from sweeps.schema import quantities
+from sweeps.schema.layout import Layout
+from sweeps.schema.quantities import Parameter, Quantity
+from sweeps.schema.values import Moment, number
+from sweeps.schema.variables import Role, Variable, table
+from sweeps.systems import shape_coordinates
+from sweeps.systems.rigid_body.variables import MOMENTS_ARE_RATIOS
+
+MOMENTS = ("I1", "I2", "I3")
+ARGUMENTS = (*MOMENTS, "P_psi", "P_phi", "sigma_psi", "sigma_phi")
+POSSIBLE = ("none", "sam", "lam", "both")
+STATUSES = statuses.STATUSES[: statuses.NOT_CONVERGED + 1]
+EXCLUDED = 3.0  # standard errors beyond which a mode counts as excluded
+
+WORDS = {"sam": "short-axis mode", "lam": "long-axis mode"}
+_MISSING = "missing where no motion of that mode has the observed ratio of periods"
+
+
+def _mode(mode: str) -> tuple[Variable, ...]:
+    words = WORDS[mode]
+    return (
+        Variable(
+            f"exclusion_{mode}",
+            "1",
+            f"standard errors by which the observed ratio of periods is below the least of the {words}",
+            comment="0 where it is not; infinite where the body has no such mode, and where the periods have no errors",
+        ),
+        Variable(f"energy_{mode}", "1", f"energy that gives both periods in the {words}, 2T I3/L^2", comment=_MISSING),
+        Variable(
+            f"energy_{mode}_stderr",
+            "1",
+            f"standard error of energy_{mode}, from those of the periods",
+            comment="the farther of the energies at one standard error of the ratio; of the one that exists, where the "
+            "other is below the mode's least ratio",
+        ),
+        Variable(
+            f"parameter_{mode}",
+            "1",
+            f"parameter m of the elliptic functions of that motion in the {words}",
+            comment="0 for the least wobble and for symmetric bodies, 1 on the separatrix",
+        ),
+        Variable(f"momentum_rate_{mode}", "rad s-1", f"L/I3 that gives P_psi in the {words}"),
+    )
+
+
+VARIABLES = table(
+    Variable(
+        "modes",
+        None,
+        "modes in which the body may have both periods",
+        "i1",
+        POSSIBLE,
+        f"a mode counts unless it is excluded by more than {EXCLUDED:g} standard errors; sam: short-axis mode; lam: "
+        "long-axis mode",
+        role=Role.HEADLINE,
+    ),
+    Variable(
+        "status",
+        None,
+        "whether the closed form gives the observed ratio back from each energy",
+        "i1",
+        STATUSES,
+        "not_converged: so near the separatrix that the energy, a double, does not hold the ratio to 1e-6",
+        role=Role.STATUS,
+    ),
+    *_mode("sam"),
+    *_mode("lam"),
+    Variable(
+        "triangle_margin",
+        "1",
+        "least of (Ib + Ic - Ia)/(I1 + I2 + I3) over the axes; negative where no body can exist",
+        "f4",
+        role=Role.EXISTENCE,
+    ),
+)
+EXACT = VARIABLES  # nothing is followed
+
+Period = Annotated[float, number(lambda x: x > 0, "a number > 0, in s")]
+Error = Annotated[float, number(lambda x: x >= 0, "a number, 0 or more, in s")]
+MOMENT = Quantity("moment", "kg m2", "finite, > 0", Moment)
+PERIOD = Quantity("period", "s", "finite, > 0", Period)
+ERROR = Quantity("error", "s", "finite, 0 or more", Error)
+
+PARAMETERS = (
+    *(
+        Parameter(f"I{i}", MOMENT, f"principal moment of inertia {i}", description=f"moment of inertia {i}, kg m2, > 0")
+        for i in (1, 2, 3)
+    ),
+    Parameter("P_psi", PERIOD, "observed period of the angular velocity in the body", required=True),
+    Parameter(
+        "P_phi",
+        PERIOD,
+        "observed mean period of the axis of least moment about L (long-axis convention)",
+        required=True,
+    ),
+    Parameter("sigma_psi", ERROR, "standard error of P_psi", 0.0),
+    Parameter("sigma_phi", ERROR, "standard error of P_phi", 0.0),
+)
+
+COORDINATES = (
+    table(Variable("body", None, "body", "str"))
+    | shape_coordinates.COORDINATES
+    | quantities.coordinates(PARAMETERS)
+    | table(MOMENTS_ARE_RATIOS)
+)
+
+LAYOUT = Layout(
+    {"body": COORDINATES["body"], **COORDINATES},
+    VARIABLES,
+    tuple(VARIABLES),
+    shape_coordinates.VALUES | {parameter.name: parameter.quantity.item for parameter in PARAMETERS},
+    along="body",
+    beside=("moments_are_ratios",),
+    spare=tuple(shape_coordinates.COORDINATES),
+    over=shape_coordinates.OVER,
+)

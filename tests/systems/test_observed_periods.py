@@ -1,0 +1,270 @@
+"""The way back from two periods, with their errors: against mpmath over the triangle, and as a map like any other."""
+
+import json
+import math
+
+import mpmath
+import numpy as np
+import pytest
+from scipy.special import ndtr
+
+import sweeps
+from kernels import tumbling
+from sweeps.__main__ import main
+from sweeps.systems.observed_periods import references
+from sweeps.systems.observed_periods.columns import exclusion
+
+HOUR = 3600.0
+
+
+def said(capsys, *arguments, status=0):
+    assert main([str(argument) for argument in arguments]) == status
+    captured = capsys.readouterr()
+    return captured.err if status else captured.out
+
+
+def bodies(count, seed=7):
+    """Bodies evenly over the triangle I1 <= I2 <= I3 = 1, and its corners and sides nearly."""
+    rng = np.random.default_rng(seed)
+    x = 1.0 - np.sqrt(rng.random(count)) * 0.999
+    y = 1.0 - x * rng.random(count)
+    found = np.sort([x, y], axis=0).T.tolist()
+    return [*found, [1e-6, 1.0 - 5e-7], [0.5, 0.5 + 1e-9], [0.3, 1.0 - 1e-9], [0.5, 0.5001], [0.9999, 0.99995]]
+
+
+def ratio_of(low, middle, energy):
+    """P_psi/P_phi of the long axis by mpmath: Landau and Lifshitz, section 37, and the azimuth's mean by quadrature."""
+    with mpmath.workdps(30):
+        I1, I2, I3, T2 = mpmath.mpf(low), mpmath.mpf(middle), mpmath.mpf(1), mpmath.mpf(energy)
+        long = T2 * I2 > 1
+        Ia, Ic = (I3, I1) if long else (I1, I3)
+        p = mpmath.sqrt((Ic - I2) * (1 - T2 * Ia) / (I1 * I2 * I3))
+        m = (I2 - Ia) * (T2 * Ic - 1) / ((Ic - I2) * (1 - T2 * Ia))
+        La, Lb, Lc = Ia * (T2 * Ic - 1) / (Ic - Ia), I2 * (T2 * Ic - 1) / (Ic - I2), Ic * (1 - T2 * Ia) / (Ic - Ia)
+
+        def rate(angle):  # the amplitude of Jacobi's functions, in which the integrand is smooth
+            s2 = mpmath.sin(angle) ** 2
+            second, third = Lb * s2, La * (1 - s2) if long else Lc * (1 - m * s2)
+            return (second / I2 + third / I3) / (second + third) / mpmath.sqrt(1 - m * s2)
+
+        turn = 4 * mpmath.quad(rate, mpmath.linspace(0, mpmath.pi / 2, 9)) / p
+        return float(turn / (2 * mpmath.pi))
+
+
+@pytest.mark.parametrize("times", [1.0 + 1e-6, 1.3, 7.0])
+def test_the_energy_gives_mpmaths_ratio_back(times):
+    seen = 0
+    for low, middle in bodies(12):
+        least = tumbling.least_ratio(low, middle, 1.0)[:, 0]
+        for k in (tumbling.SAM, tumbling.LAM):
+            ratio = times * least[k]
+            energy = float(tumbling.inverse(low, middle, 1.0, ratio)["energy"][k, 0])
+            separatrix, end = 1.0 / middle, (1.0, 1.0 / low)[k]
+            near = abs(energy - separatrix) / energy
+            if near < 1e-6 or abs(energy - end) < 1e-10 * energy or min(middle - low, 1.0 - middle) < 1e-6:
+                continue  # where the digits of the energy itself do not hold the ratio
+            seen += 1
+            # 8 roundings of the energy, as the ratio takes them up beside the separatrix and the least wobble
+            allowed = 1e-12 + 16 * 2.2e-16 / near + 16 * 2.2e-16 * energy / abs(energy - end) * (times - 1)
+            assert ratio_of(low, middle, energy) == pytest.approx(ratio, rel=max(allowed, 1e-10)), (low, middle, k)
+    assert seen > 12
+
+
+def test_the_least_ratio_is_that_of_small_oscillations_by_mpmath():
+    for low, middle in bodies(60):
+        with mpmath.workdps(40):
+            a, b, c = mpmath.mpf(low), mpmath.mpf(middle), mpmath.mpf(1)
+            wobble3 = mpmath.sqrt((c - a) * (c - b) / (a * b)) / c  # at L = 1, over the spin L/I3
+            wobble1 = mpmath.sqrt((c - a) * (b - a) / (b * c)) / a
+            # about axis 3 the long axis goes round with spin and wobble; about axis 1 it precesses alone
+            short, long = (1 / c) / wobble3, (1 / a - wobble1) / wobble1
+        found = tumbling.least_ratio(low, middle, 1.0)[:, 0]
+        # doubles near a symmetric body hold the differences of its moments to that
+        allowed = 1e-13 + 1e-15 / min(middle - low, 1.0 - middle)
+        assert found == pytest.approx([float(short), float(long)], rel=allowed)
+
+
+@pytest.mark.parametrize(
+    ("low", "middle"), [(0.6, 0.6), (0.5, 0.5), (0.999, 0.999), (0.2, 1.0), (1e-6, 1.0), (0.999, 1.0)]
+)
+def test_a_symmetric_body_has_the_one_mode_of_its_cone(low, middle):
+    """Of a top P_psi and P_phi are elementary: nutation angle theta, P_phi = 2 pi I/L of the equatorial moment."""
+    oblate = low == middle
+    least = tumbling.least_ratio(low, middle, 1.0)[:, 0]
+    mode, other = (tumbling.SAM, tumbling.LAM) if oblate else (tumbling.LAM, tumbling.SAM)
+    assert math.isinf(least[other])
+    for times in (1.0 + 1e-9, 1.5, 40.0):
+        ratio = times * least[mode]
+        found = tumbling.inverse(low, middle, 1.0, ratio)
+        energy = float(found["energy"][mode, 0])
+        assert math.isnan(found["energy"][other, 0])
+        axial, equatorial = (1.0, low) if oblate else (low, 1.0)
+        cosine2 = (energy - 1.0 / equatorial) / (1.0 / axial - 1.0 / equatorial)
+        psi = math.sqrt(cosine2) / axial * abs(axial / equatorial - 1.0)  # rate of omega in the body, L = 1
+        # what the digits of the energy leave of the angle, and of its small difference from 0 at the least ratio
+        allowed = 1e-7 if times < 1.1 else 1e-11 + 1e-15 / (cosine2 * abs(1.0 / axial - 1.0 / equatorial))
+        # the long axis of an oblate body lies in its equator: it goes round with the cone, less the wobble
+        about = 1.0 / equatorial - psi if oblate else 1.0 / equatorial
+        assert about / psi == pytest.approx(ratio, rel=allowed)
+
+
+def test_sigma_is_that_of_drawn_periods():
+    """The share of Gaussian periods that a mode allows is the normal tail of the exclusion: nothing is linearised."""
+    rng = np.random.default_rng(11)
+    for least, *seen in (
+        (1.0, 6.58, 8.67, 2.0, 3.0),
+        (2.5, 4.0, 2.0, 1.0, 0.0),
+        (3.0, 4.0, 2.0, 0.0, 0.5),
+        (0.2, 1.0, 9.0, 0.3, 2.0),
+    ):
+        psi, phi = (rng.normal(seen[k], seen[k + 2], 400_000) for k in (0, 1))
+        sigma = float(exclusion(np.float64(least), *seen))
+        allowed = np.mean(psi > least * phi)
+        assert sigma > 0
+        assert allowed == pytest.approx(ndtr(-sigma), abs=5 * math.sqrt(0.25 / 400_000))
+
+
+@pytest.mark.parametrize(
+    ("least", "seen", "sigma"),
+    [
+        (1.0, (2.0, 1.0, 0.0, 0.0), 0.0),
+        (1.0, (1.0, 2.0, 0.0, 0.0), math.inf),
+        (1.0, (1.0, 2.0, 0.5, 0.0), 2.0),
+        (1.0, (1.0, 2.0, 0.0, 0.5), 2.0),
+        (2.0, (1.0, 2.0, 0.0, 0.5), 3.0),
+        (math.inf, (1.0, 2.0, 0.5, 0.5), math.inf),
+        (math.inf, (1.0, 2.0, 0.5, 0.0), math.inf),
+    ],
+)
+def test_one_sigma_or_none(least, seen, sigma):
+    assert float(exclusion(np.float64(least), *map(np.float64, seen))) == sigma
+
+
+# ---------------------------------------------------------------------------------------------------------
+# On the command line
+
+
+OUMUAMUA = ("--P-psi", 6.58, "--P-phi", 8.67)
+VERDICTS = [
+    ((), "short-axis mode: excluded: P_psi/P_phi = 0.758939, those of all bodies are above 1"),
+    (("--sigma-phi", 0.34), "short-axis mode: excluded at 6.1σ: "),
+    (("--sigma-psi", 0.34), "short-axis mode: excluded at 6.1σ: "),
+    (("--sigma-psi", 2, "--sigma-phi", 3), "short-axis mode: possible within the errors: 0.58σ from the least wobble"),
+    (("--ratios", 0.3, 0.9), "long-axis mode: 2T I3/L² = "),
+    (("--ratios", 0.5, 0.9), "long-axis mode: excluded: P_psi/P_phi = 0.758939, this body's are above 1.12132"),
+    (("--ratios", 0.5, 0.9, "--sigma-psi", 1), "long-axis mode: excluded at 3.1σ: "),
+    (
+        ("--ratios", 0.5, 0.9, "--sigma-psi", 2),
+        "long-axis mode: possible within the errors: 1.6σ from the least wobble",
+    ),
+    (
+        ("--ratios", 0.5, 0.9, "--sigma-phi", 1),
+        "long-axis mode: possible within the errors: 2.8σ from the least wobble",
+    ),
+    (("--ratios", 0.3, 1.0), "short-axis mode: excluded: a symmetric body has no such mode"),
+]
+
+
+@pytest.mark.parametrize(("given", "words"), VERDICTS)
+def test_the_verdict_uses_the_errors(capsys, given, words):
+    assert words in said(capsys, "tumbler", *OUMUAMUA, *given)
+
+
+def test_krylov_on_the_command_line_and_in_python(capsys):
+    wanted = ("tumbler", "--P-psi", 368.7, "--P-phi", 67.27, "--unit", "h", "--ratios", 0.96, 0.36, "--sigma-phi", 0.1)
+    told = json.loads(said(capsys, *wanted, "--json"))
+    found = sweeps.tumbler(368.7, 67.27, ratios=(0.36, 0.96), sigma_phi=0.1)
+    assert told == found
+    short = found[0]
+    assert (short["mode"], short["verdict"], short["sigma"]) == ("sam", "possible", 0.0)
+    assert short["energy"] == pytest.approx(1.0338, abs=5e-5)
+    moved = [sweeps.tumbler(368.7, 67.27 + by, ratios=(0.36, 0.96))[0]["energy"] for by in (-0.1, 0.1)]
+    assert short["energy_stderr"] == pytest.approx(0.5 * abs(moved[1] - moved[0]), rel=0.02)
+    # the energy gives back both periods
+    grid = {"I1": 0.36, "I2": 0.96, "I3": 1.0, "energy": short["energy"], "omega0": short["omega0"]}
+    back = sweeps.survey({"system": "tumbling", "grid": grid}).squeeze()
+    assert float(back["period_psi"]) / HOUR == pytest.approx(368.7, rel=1e-9)
+    assert float(back["period_phi_long_axis"]) / HOUR == pytest.approx(67.27, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (("--P-psi", -1, "--P-phi", 2), "--P-psi: -1.0 is out of range"),
+        (("--P-psi", 1, "--P-phi", 2, "--sigma-psi", -1), "--sigma-psi: -1.0 is out of range"),
+        (("--P-psi", 1, "--P-phi", 2, "--ratios", 0.4, 1.2), "I2/I3 1.2 is out of range; allowed: a number in (0, 1]"),
+        (("--P-psi", 1, "--P-phi", 2, "--ratios", 0.1, 0.3), "no rigid body: I3 = 1 > I1 + I2 = 0.4; allowed: moments"),
+        (("--P-psi", 1, "--P-phi", 2, "--ratios", 0.5, 0.3), "no rigid body: I3 = 1 > I1 + I2 = 0.8; allowed: moments"),
+        (("--P-psi", 1, "--P-phi", 2, "--unit", "years"), "--unit: 'years' is not available; allowed: s, h, d"),
+        (("--P-psi", 1, "--P-phi", 2, "--ratios", 0.5, 0.9, "-o", "x.nc"), "--ratios: is given beside a map"),
+    ],
+)
+def test_periods_and_ratios_that_cannot_be_are_named(capsys, arguments, told):
+    assert told in said(capsys, "tumbler", *arguments, status=2)
+
+
+def test_a_flat_body_is_asked_of_like_any_other(capsys):
+    for ratios in ((0.3, 0.7), (0.1, 0.9), (0.333333333, 0.666666667)):
+        assert "short-axis mode: 2T I3/L²" in said(capsys, "tumbler", "--P-psi", 4, "--P-phi", 2, "--ratios", *ratios)
+
+
+# ---------------------------------------------------------------------------------------------------------
+# A map like any other
+
+
+def test_the_file_is_a_map_like_any_other(capsys, tmp_path):
+    path, picture = tmp_path / "map.nc", tmp_path / "map.png"
+    words = said(capsys, "tumbler", *OUMUAMUA, "--sigma-phi", 0.34, "-o", path, "--figure", picture)
+    assert "long-axis mode: possible for 30 % of all shapes" in words
+    assert picture.stat().st_size > 10_000
+    assert "lam     2,542" in said(capsys, "show", path)
+    at = ("--I1_over_I3", 0.2, "--room", 0.5)
+    point = json.loads(said(capsys, "point", path, *at, "--json"))["variables"]
+    (row,) = [row for row in sweeps.tumbler(6.58, 8.67, sigma_phi=0.34, ratios=(0.2, 0.9)) if row["mode"] == "lam"]
+    assert point["modes"]["value"] == "lam"
+    assert point["energy_lam"]["value"] == pytest.approx(row["energy"], rel=1e-12)
+    assert point["exclusion_sam"]["value"] > 3
+    said(capsys, "slice", path, "--I3", 1, "-o", tmp_path / "slice.nc")
+    said(capsys, "figures", path, "-o", tmp_path / "figures")
+    assert [one.name for one in (tmp_path / "figures").iterdir()] == ["energies.png"]
+    said(capsys, "report", path, "-o", tmp_path / "report.html")
+    checks = said(capsys, "verify", path, "--points", 40)
+    assert "differs" not in checks
+    with sweeps.open_map(path) as ds:
+        assert ds.attrs["system"] == "observed_periods"
+        assert ds["P_psi"].item() == 6.58 * HOUR
+        np.testing.assert_array_equal(ds["energy_lam"], sweeps.tumbler(6.58, 8.67, sigma_phi=0.34)["energy_lam"])
+
+
+def test_a_definition_of_observed_periods_is_swept(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = "system: observed_periods\nbodies: [{name: Krylov, ratios: {I1: 0.36, I2: 0.96, I3: 1.0}}]\n"
+    (tmp_path / "mine.yaml").write_text(
+        text + "grid: {P_psi: [1.0e+5, 1.32732e+6], P_phi: 242172.0, sigma_psi: [0, 1.8e+4]}\n"
+    )
+    ds = sweeps.survey("mine.yaml").squeeze()
+    assert ds["modes"].sel(P_psi=1e5).values.tolist() == [0, 2]  # the long-axis mode at 2.3 sigma
+    assert ds["modes"].sel(P_psi=1.32732e6).values.tolist() == [3, 3]
+    energy = sweeps.tumbler(368.7, 67.27, ratios=(0.36, 0.96))[0]["energy"]
+    assert float(ds["energy_sam"].sel(P_psi=1.32732e6, sigma_psi=0)) == pytest.approx(energy, rel=1e-12)
+    assert float(ds["energy_sam_stderr"].sel(P_psi=1.32732e6, sigma_psi=0)) == 0.0
+    assert float(ds["energy_sam_stderr"].sel(P_psi=1.32732e6, sigma_psi=1.8e4)) > 0.0
+    (tmp_path / "none.yaml").write_text("system: observed_periods\ngrid: {I1: 1, I2: 2, I3: 2.5, P_phi: 1}\n")
+    assert "grid.P_psi: (nothing) is missing" in said(capsys, "check", "none.yaml", status=2)
+
+
+def test_scipy_finds_the_same_energies():
+    found = sweeps.tumbler(368.7, 67.27)
+    chosen = found.isel(I1_over_I3=slice(5, None, 18), room=slice(5, None, 20)).squeeze()
+    compared = 0
+    for i in range(chosen.sizes["I1_over_I3"]):
+        for j in range(chosen.sizes["room"]):
+            one = chosen.isel(I1_over_I3=i, room=j)
+            point = {name: float(one[name]) for name in ("I1", "I2", "I3", "P_psi", "P_phi")}
+            for mode in ("sam", "lam"):
+                energy = references.energy_of(point, mode)
+                if math.isfinite(energy):
+                    compared += 1
+                    # of the reference's quadrature and root
+                    assert float(one[f"energy_{mode}"]) == pytest.approx(energy, rel=1e-9)
+    assert compared > 10
