@@ -1,7 +1,8 @@
 """A map in a few numbers: counts by flag, how far from theory, the worst of its checks and where.
 
 One rule says which points are compared with theory: those whose status is ok, whose measured flag is theory's, and
-that are not marginal (their rate is nothing but rounding). How many that are is said beside what was found.
+that are not marginal (their rate is nothing but rounding). How many that are is said beside what was found. A rate
+whose 0 means that there is none is compared where it is not 0; an error is held against the variable that it names.
 """
 
 import math
@@ -176,9 +177,11 @@ class Summary:
         for name, worst in self.checks.items():
             worst.take(np.abs(whole[name]), box)
         for (reference, name), deviation in self.deviations.items():
-            error = whole.get(self._specs[name].error)
+            spec = self._specs[name]
+            error = whole.get(spec.error) if reference == spec.truth else None  # of another it says nothing
             scale = whole[deviation.scale or reference]
-            deviation.take(sound, whole[name], whole[reference], error, scale, box)
+            comparable = sound & (whole[name] != 0.0) if spec.zero_is_none else sound
+            deviation.take(comparable, whole[name], whole[reference], error, scale, box)
         for name in (name for name, spec in self._specs.items() if spec.role == Role.EXISTENCE):
             self.impossible += int(np.count_nonzero(whole[name] < 0))
 

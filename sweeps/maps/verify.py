@@ -426,18 +426,18 @@ def _apart_after_a_rotation(system, point: dict, tolerance: float) -> dict[str, 
 
 
 def _by_errors(sweep: Sweep, sample: _Sample) -> Iterator[Check]:
-    """Whether errors cover: each measured value that has an error, against its closed form, else against theory.
+    """Whether errors cover: each measured value that has an error, against theory, else against its closed form.
 
     Errors cover 999 of 1,000 points, and none is missed by more than twice: that is what is asked.
     """
     columns, status = sample.columns, _of_role(sweep, Role.STATUS)
-    specs = [s for s in sweep.variables.values() if s.error in columns and (s.exact or s.theory) in columns]
+    specs = [s for s in sweep.variables.values() if s.error in columns and s.truth in columns]
     if not status or not specs:
         return
     sound = columns[status] == 0
     findings, compared = [], 0
     for spec in specs:
-        beside = spec.exact or spec.theory
+        beside = spec.truth
         value, error, truth = columns[spec.name], columns[spec.error], columns[beside]
         judged = sound & np.isfinite(error) & np.isfinite(truth)
         compared += int(judged.sum())

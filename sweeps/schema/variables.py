@@ -43,6 +43,8 @@ class Variable:
         role: what readers take it for, see `Role`.
         sparse: whether most of its values are zero, missing or repeated, so that deflating them pays.
         over: names of further dimensions, after those of the points, that it has at every point.
+        zero_is_none: whether 0 stands for "no such rate": there it is compared with nothing.
+        aside: whether it is left out of printed comparisons: a second estimate, biased where the first is not.
     """
 
     name: str
@@ -59,6 +61,8 @@ class Variable:
     scale: str = ""
     role: Role = Role.NONE
     over: tuple[str, ...] = ()
+    zero_is_none: bool = False
+    aside: bool = False
 
     @property
     def deflated(self) -> bool:
@@ -73,7 +77,12 @@ class Variable:
     @property
     def references(self) -> tuple[str, ...]:
         """Names of the variables that it is compared with."""
-        return tuple(name for name in (self.theory, self.exact) if name)
+        return () if self.aside else tuple(name for name in (self.theory, self.exact) if name)
+
+    @property
+    def truth(self) -> str:
+        """Name of the variable whose distance its error bounds: theory where it has one, else the exact solution."""
+        return self.theory or self.exact
 
     @property
     def attributes(self) -> dict:

@@ -192,6 +192,7 @@ def _variable(ds, column: Packed, k: int) -> dict:
     described = {key: value for key, value in asdict(column).items() if key != "text"}
     spec = known(ds).get(column.name)
     relations = {kind: getattr(spec, kind, "") for kind in ("role", "theory", "exact", "error")}
+    relations |= {} if spec is None or spec.references else {"theory": "", "exact": ""}
     relations |= {"role": "coordinate"} if column.name in ds.coords else {}
     return (
         described

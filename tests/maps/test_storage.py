@@ -287,7 +287,10 @@ def test_open_map_refuses_another_contract_and_missing_variables(tmp_path, tiny)
 
 def test_open_map_looks_for_what_its_own_system_makes(tmp_path, tiny):
     tiny.assign_attrs(system="pendulums").to_netcdf(tmp_path / "other.nc")
-    with pytest.raises(storage.MapError, match=r"other\.nc: system: 'pendulums' is not available; allowed: rigid_body"):
+    with pytest.raises(
+        storage.MapError,
+        match=r"other\.nc: system: 'pendulums' is not available; allowed: observed_periods, rigid_body",
+    ):
         sweeps.open_map(tmp_path / "other.nc")
     without = tiny.copy()
     del without.attrs["system"]

@@ -4,8 +4,9 @@ import xarray as xr
 from maps import BODIES, DEFINITION, TOP
 
 import sweeps
+from sweeps import systems
 from sweeps.boxes import blocks, dimensions
-from sweeps.maps import summary
+from sweeps.maps import storage, summary, verify
 from sweeps.maps.selection import nearest
 from sweeps.systems.relative_equilibrium.variables import REGIMES
 from sweeps.systems.rigid_body.look import LOOK
@@ -154,3 +155,38 @@ def test_rates_that_may_be_rounding_are_told_over_their_scale():
     found = summary.summarise(ds.drop_vars("rate_scale")).deviations["eigenvalue_real_theory", "eigenvalue_real"]
     assert found.scale == ""
     assert found.worst.value == pytest.approx(4.0)
+
+
+FLIPPING = {
+    "bodies": [
+        {"name": "racket", "I1": 0.00121, "I2": 0.01638, "I3": 0.01748},
+        {"name": "book", "ratios": {"I1": 1.0, "I2": 2.0, "I3": 2.5}},
+    ],
+    "grid": {"omega0": [1.0, -3.0], "epsilon": [1e-4, 1e-2]},
+    "integration": {"flips": True},
+}
+
+
+def test_a_rate_of_nought_is_compared_with_nothing(tmp_path):
+    """About the intermediate axis `frequency` is 0, for there is none, and the motion has a frequency all the same."""
+    ds = sweeps.survey(FLIPPING)
+    found = summary.summarise(ds).deviations["frequency_exact", "frequency"]
+    stable = int((ds["frequency"] > 0).sum())
+    assert 0 < stable < ds["frequency"].size
+    assert found.total == stable
+    assert found.worst.value < 1e-3  # what an amplitude of 1e-2 makes of the measured frequency
+    assert found.judged == 0  # its error is that against linear theory
+    assert summary.summarise(ds).deviations["frequency_theory", "frequency"].judged == stable
+    storage.write_map(ds, tmp_path / "map.nc")
+    (check,) = (check for check in verify.verify(tmp_path / "map.nc", points=24) if check.name == "errors")
+    assert not check.findings
+    assert not check.skipped
+
+
+def test_no_second_estimate_and_no_other_motions_law_is_shown_as_theory():
+    """The slope of the logarithm is biased by design; the twist's law holds on the separatrix alone."""
+    tables = [systems.resolve(name).layout().variables for name in ("rigid_body", "twist", "pendulum")]
+    shown = {(variable.name, one) for table in tables for variable in table.values() for one in variable.references}
+    assert ("growth_rate", "growth_rate_theory") in shown
+    assert ("twist", "twist_exact") in shown
+    assert not [pair for pair in shown if "logslope" in pair[0] or "defect" in pair[0]]

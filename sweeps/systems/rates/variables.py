@@ -39,6 +39,7 @@ def columns(
             "e-folds",
             theory="growth_rate_theory",
             error="growth_rate_logslope_error",
+            aside=True,
             **grows,
         ),
         Variable(
@@ -54,7 +55,7 @@ def columns(
 def _measured(name, units, long_name, unless, reduced, by, sparse=False, exact="", role=Role.NONE):
     """A rate as measured, its scatter and error, and the same reduced."""
     theory, short = f"{name}_theory", long_name.removeprefix("signed ")
-    of = {"theory": theory, "sparse": sparse}
+    of = {"theory": theory, "sparse": sparse, "zero_is_none": bool(unless)}
     return (
         Variable(name, units, f"{long_name}, measured{unless}", error=f"{name}_error", exact=exact, role=role, **of),
         Variable(

@@ -54,7 +54,6 @@ MEASURED = table(
         "twist_defect",
         "rad",
         "what the measured twist lacks of half a turn: pi - abs(twist)",
-        theory="twist_defect_theory",
     ),
     Variable(
         "time_of_turn",
