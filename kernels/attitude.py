@@ -189,6 +189,22 @@ def product(a0, a1, a2, a3, b0, b1, b2, b3):
 
 
 @njit(**INLINE)
+def heading(q0, qa, qb, qc, n_a, n_b, n_c, m_a, m_b, m_c):
+    """Cosine and sine of psi/2, to a positive factor: ``P(n) q P(m)*`` with the axis a on the side of L.
+
+    n is the direction of L in the body at the start, m now, with n_a and m_a > 0; axes in the cyclic order (a, b, c).
+    """
+    P, N = 1.0 + m_a, 1.0 + n_a
+    # q times P(m)* = (P, 0, -m_c, m_b)
+    t0 = q0 * P + qb * m_c - qc * m_b
+    ta = qa * P + qb * m_b + qc * m_c
+    tb = qb * P - q0 * m_c - qa * m_b
+    tc = qc * P + q0 * m_b - qa * m_c
+    # P(n) = (N, 0, n_c, -n_b) times that
+    return N * t0 - n_c * tb + n_b * tc, N * ta + n_c * tc + n_b * tb
+
+
+@njit(**INLINE)
 def lifted(n_d, n_j, n_k, x, y):
     """``P(n)* (x + y e_d)`` as a quaternion (scalar, d, j, k), n the direction of L in the body at the start."""
     N = 1.0 + n_d

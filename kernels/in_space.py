@@ -22,7 +22,7 @@ import numpy as np
 
 from kernels import attitude, direct, exact, measure, rigid_body, solution, tumbling
 from kernels.blocks import W, cut, scratch
-from kernels.jit import INLINE, OPTIONS, njit, whole_vectors
+from kernels.jit import OPTIONS, njit, whole_vectors
 from kernels.series import arctangent
 from kernels.turning import turn_12
 
@@ -46,22 +46,6 @@ def steps_of(x, size, intervals, tolerance):
     total = max(x * intervals, 1.0)
     rate = (total * direct.truncation(size, 12) / (0.1 * tolerance)) ** (1.0 / 12.0)
     return int(max(1.0, math.ceil(x * max(rate, 1.0))))
-
-
-@njit(**INLINE)
-def _heading(q0, qa, qb, qc, n_a, n_b, n_c, m_a, m_b, m_c):
-    """Cosine and sine of psi/2, to a positive factor: ``P(n) q P(m)*`` with the axis a on the side of L.
-
-    n is the direction of L in the body at the start and m now, with n_a and m_a > 0.
-    """
-    P, N = 1.0 + m_a, 1.0 + n_a
-    # q times P(m)* = (P, 0, -m_c, m_b)
-    t0 = q0 * P + qb * m_c - qc * m_b
-    ta = qa * P + qb * m_b + qc * m_c
-    tb = qb * P - q0 * m_c - qa * m_b
-    tc = qc * P + q0 * m_b - qa * m_c
-    # P(n) = (N, 0, n_c, -n_b) times that
-    return N * t0 - n_c * tb + n_b * tc, N * ta + n_c * tc + n_b * tb
 
 
 @njit(**OPTIONS)
@@ -149,7 +133,7 @@ def _compare(S):
         S[USED + lane] += 1.0 if inside else 0.0
         S[APART + lane] = apart if inside & (not (apart <= S[APART + lane])) else S[APART + lane]
         sign = 1.0 if S[MA + lane] > 0.0 else -1.0
-        x, y = _heading(
+        x, y = attitude.heading(
             *(q0, qa * sign, qb, qc * sign),
             *(S[NA + lane], S[NB + lane], S[NC + lane]),
             *(S[MA + lane] * a, S[MB + lane] * b, S[MC + lane] * c),

@@ -22,6 +22,16 @@ def unit_of(x1, x2, x3):
 
 
 @njit(**EXACT_INLINE)
+def unit_of_moments(low, middle, high, own):
+    """``own``, or the power of two next above it where two of three ascending moments agree to 1/32.
+
+    A division by that rounds nothing, so that the small difference keeps its digits.
+    """
+    close = min(middle - low, high - middle) < 0.03125 * high
+    return unit_of(own, own, own) if close else own
+
+
+@njit(**EXACT_INLINE)
 def scaled(x1, x2, x3):
     """Three numbers in a unit that is their own, and the unit: ``(x1/unit, x2/unit, x3/unit, unit)``."""
     unit = unit_of(x1, x2, x3)

@@ -45,6 +45,9 @@ from kernels.turning import carry_12
 EPSILON = float(np.finfo(np.float64).eps)
 TWO_PI = 2.0 * math.pi
 MOST_STEPS = 100_000
+MOST_STRIDES = 10_000  # half turns of the closed form: only impossible bodies need more than four
+ARRIVED = 1e-9  # rad that a turn may be off by when the closed form's search has ended
+NEAR_HANDLE = 0.01  # squared sine of L's angle to the handle, below which the handle's components about L cancel
 
 # Rows of the scratch array, W long each: state, fixed vector, step, moments, azimuth's state, and what was kept.
 A, B, C, X, Y, Z, KA, KB, KC, H = (W * r for r in range(10))
@@ -166,18 +169,40 @@ def _run(S, moments, starts, chi, shrink, tolerance, out):
 
 
 @njit(**EXACT)
-def _azimuth(q0, q1, q2, q3, n1, n2, n3, along):
-    """Azimuth of the handle about L since the start, in (-pi, pi]; q its attitude, n the start's L, along = m_1 now."""
-    v1 = q0 * q0 + q1 * q1 - q2 * q2 - q3 * q3
-    v2, v3 = 2.0 * (q1 * q2 + q0 * q3), 2.0 * (q1 * q3 - q0 * q2)
-    return math.atan2(n3 * v2 - n2 * v3, v1 - n1 * along)
+def _azimuth(q0, q1, q2, q3, n1, n2, n3, m1, m2, m3, frame):
+    """Azimuth of the handle about L since the start, rad, but for whole turns; q the attitude, n and m L's direction.
+
+    Far from L, that of the handle turned by q. Near L its two components would cancel: there it is psi of
+    :mod:`kernels.attitude` and the azimuths about the axis d that the shortest arcs from n and m to d give the handle.
+    """
+    if n2 * n2 + n3 * n3 > NEAR_HANDLE:
+        v1 = q0 * q0 + q1 * q1 - q2 * q2 - q3 * q3
+        v2, v3 = 2.0 * (q1 * q2 + q0 * q3), 2.0 * (q1 * q3 - q0 * q2)
+        return math.atan2(n3 * v2 - n2 * v3, v1 - n1 * m1)
+    d, turned, _, _, _ = frame
+    qd, qj, qk = attitude.oriented(d, q1, q2, q3)
+    n_d, n_j, n_k = attitude.oriented(d, n1, n2, n3)
+    m_d, m_j, m_k = attitude.oriented(d, m1, m2, m3)
+    n_d, n_k, m_d, m_k = turned * n_d, turned * n_k, turned * m_d, turned * m_k
+    x, y = attitude.heading(q0, turned * qd, qj, turned * qk, n_d, n_j, n_k, m_d, m_j, m_k)
+    psi = 2.0 * math.atan2(y, x)
+    if d == 1:
+        return psi + math.atan2(n_j * m_k - n_k * m_j, n_j * m_j + n_k * m_k)
+    return psi + _bent(m_d, m_j, m_k) - _bent(n_d, n_j, n_k)
+
+
+@njit(**EXACT)
+def _bent(m_d, m_j, m_k):
+    """Azimuth about d of the axis j after the shortest arc that takes m to d: of ``1 - m_j^2/(1 + m_d)`` and so on."""
+    return math.atan2(-m_j * m_k, m_d + (m_d * m_d + m_k * m_k))
 
 
 @njit(**EXACT)
 def exact_turn(moments, begin, chi, rungs, rungs1):
     """Twist and time of the first full turn of the handle about L, from the closed form; NaN along the handle.
 
-    phi grows between L/I_3 and L/I_2 a second, so 2 pi I_2/L is before the turn's end; from there Newton's method.
+    phi grows between L/I_3 and L/I_2 a second, so 2 pi I_2/L is before the turn's end; from there Newton's method. A
+    stride forward is at most half a turn and one back a quarter, which tells how much phi has grown from where it is.
     """
     n1, n2, n3 = moments[0] * begin[0], moments[1] * begin[1], moments[2] * begin[2]
     square = n2 * n2 + n3 * n3
@@ -189,20 +214,22 @@ def exact_turn(moments, begin, chi, rungs, rungs1):
     if steady:
         return 0.0, TWO_PI / math.sqrt(begin[0] ** 2 + begin[1] ** 2 + begin[2] ** 2)
     motion, turning, frame, ladders = attitude.prepare(moments, begin, rungs, rungs1)
-    pieces = 2 if moments[2] <= 2.0 * moments[1] else 2 * math.ceil(moments[2] / moments[1])
-    t, phi, last = 0.0, 0.0, 0.0
+    half = math.pi * moments[1] / L
+    t, phi, last, left = 0.0, 0.0, 0.0, TWO_PI
     stride = TWO_PI * moments[1] / L / 2.0
-    for _ in range(pieces + 12):
+    for _ in range(int(min(2.0 * math.ceil(moments[2] / moments[1]), MOST_STRIDES)) + 12):
         t += stride
         q0, q1, q2, q3, m1, m2, m3 = attitude.at(t, motion, turning, frame, ladders, rungs, rungs1)
-        now = _azimuth(q0, q1, q2, q3, n1, n2, n3, m1)
-        phi += (now - last) - TWO_PI * math.floor((now - last) / TWO_PI + 0.5)
+        now = _azimuth(q0, q1, q2, q3, n1, n2, n3, m1, m2, m3, frame)
+        phi += (now - last) - TWO_PI * math.floor((now - last) / TWO_PI + 1.0 / 3.0)
         last = now
         rate = L * (m2 * m2 / moments[1] + m3 * m3 / moments[2]) / (m2 * m2 + m3 * m3)
         left = TWO_PI - phi
-        stride = min(left / rate, math.pi * moments[1] / L)
+        stride = max(min(left / rate, half), -0.5 * half)
         if abs(left) < 1e-14:  # some ten roundings of a turn
             break
+    if not abs(left) < ARRIVED:
+        return math.nan, math.nan
     return _unwound(math.atan2(m3, m2) - chi, t, motion, frame), t
 
 
@@ -251,17 +278,31 @@ def ascending(x1, x2, x3):
     return min(low, x3), max(low, min(high, x3)), max(high, x3)
 
 
+@njit(**EXACT)
+def scaled(I1, I2, I3):
+    """Moments in ascending order, in a unit in which the middle one is 1 or a little less."""
+    low, middle, high = ascending(I1, I2, I3)
+    unit = solution.unit_of_moments(low, middle, high, middle)
+    return low / unit, middle / unit, high / unit
+
+
+@njit(**EXACT)
+def within(chi):
+    """An angle as it is from -pi to pi, rad; one beyond, brought there."""
+    return chi if abs(chi) <= math.pi else math.atan2(math.sin(chi), math.cos(chi))
+
+
 @njit(nogil=True, **EXACT)
 def fill_exact(I1, I2, I3, chi, theta, out):
     """Twist (rad), time of the turn (in I_mid/L) and the law's defect (rad) of points, in closed form: (3, n)."""
     rungs, rungs1 = np.empty((2, RUNGS)), np.empty((2, RUNGS))
     moments, begin = np.empty(3), np.empty(3)
     for i in range(I1.size):
-        low, middle, high = ascending(I1[i], I2[i], I3[i])
-        moments[0], moments[1], moments[2] = low / middle, 1.0, high / middle
-        begin[0], begin[1], begin[2] = start(moments[0], 1.0, moments[2], chi[i], theta[i])
-        out[0, i], out[1, i] = exact_turn(moments, begin, chi[i], rungs, rungs1)
-        out[2, i] = defect_theory(moments[0], 1.0, moments[2])
+        low, middle, high = scaled(I1[i], I2[i], I3[i])
+        moments[0], moments[1], moments[2] = low, middle, high
+        begin[0], begin[1], begin[2] = start(low, middle, high, chi[i], theta[i])
+        out[0, i], out[1, i] = exact_turn(moments, begin, within(chi[i]), rungs, rungs1)
+        out[2, i] = defect_theory(low, middle, high)
 
 
 @njit(nogil=True, **OPTIONS)
@@ -274,12 +315,10 @@ def fill(I1, I2, I3, chi, theta, tolerance, out):
         count = min(W, I1.size - first)
         for lane in range(W):
             i = first + min(lane, count - 1)
-            low, middle, high = ascending(I1[i], I2[i], I3[i])
-            moments[0, lane], moments[1, lane], moments[2, lane] = low / middle, 1.0, high / middle
-            starts[0, lane], starts[1, lane], starts[2, lane] = start(
-                moments[0, lane], 1.0, moments[2, lane], chi[i], theta[i]
-            )
-            angle[lane] = chi[i]
+            low, middle, high = scaled(I1[i], I2[i], I3[i])
+            moments[0, lane], moments[1, lane], moments[2, lane] = low, middle, high
+            starts[0, lane], starts[1, lane], starts[2, lane] = start(low, middle, high, chi[i], theta[i])
+            angle[lane] = within(chi[i])
         _run(S, moments, starts, angle, 1.0, tolerance, found[0])
         _run(S, moments, starts, angle, 0.77, tolerance, found[1])
         for lane in range(count):

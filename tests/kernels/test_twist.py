@@ -2,11 +2,15 @@
 
 import math
 
+import mpmath as mp
 import numpy as np
+import precise
 import pytest
 from scipy.integrate import solve_ivp
 
-from kernels import twist
+from kernels import statuses, twist
+from sweeps.systems.once import Once
+from sweeps.systems.twist.system import SYSTEM
 
 WILSON, PHONE, PLAIN, LONG = (1.21, 16.38, 17.48), (7.418, 30.975, 38.236), (1.0, 2.0, 3.0), (1.0, 5.0, 5.5)
 
@@ -113,3 +117,54 @@ def test_no_turn_along_the_handle_and_no_law_for_a_symmetric_body():
     assert np.isnan(found["twist"][0])
     assert np.isnan(found["twist_exact"][0])
     assert np.isnan(thrown((1.0, 2.0, 2.0), 0.3)["twist_defect_theory"][0])
+
+
+BODIES = [
+    (1.0, 2.0, 3.0),
+    (0.3, 0.7, 1.0 - 1e-13),  # flat
+    (0.6, 0.61 * (1.0 - 1e-12), 0.61),
+    (0.61 * (1.0 - 1e-12), 0.61, 0.9),
+    (0.7, 0.7 + 3e-12, 0.7 + 5e-12),  # a sphere but for 12 digits
+    (0.01, 0.7, 0.705),  # a rod
+]
+
+
+def compare(bodies, chi, theta, digits):
+    """Hold both twists and times against a Taylor integration; chi from 1e-12 to pi/2, of both signs."""
+    I = np.resize(bodies, (chi.size, 3)).T  # noqa: E741
+    twist_, time_ = precise.turns(*I, chi, np.full(chi.size, theta), digits).astype(float)
+    points = dict(zip(("I1", "I2", "I3"), I, strict=True)) | {"chi": chi, "theta": theta, "omega0": 1.0}
+    found = twist.survey(points, 1e-10)
+    # a rod turns many times about its handle meanwhile: rounding moves the time by as much, and the twist by that often
+    spins = 1.0 + I[1] / I[0] * abs(math.cos(theta))
+    np.testing.assert_array_less(np.abs(found["twist_exact"] - twist_), 2e-14 * spins**2)
+    np.testing.assert_array_less(np.abs(found["time_of_turn_exact"] - time_), 2e-14 * spins)
+    assert (np.abs(found["twist"] - twist_) <= found["twist_error"]).all()
+    assert (np.abs(found["time_of_turn"] - time_) <= found["time_of_turn_error"]).all()
+
+
+def test_a_throw_across_the_handle_is_that_of_22_digits():
+    """With L next to axis 2 half a turn takes pi I2/L to rounding: phi counted modulo 2 pi may then lose a turn."""
+    with mp.workdps(25):
+        compare(BODIES, np.geomspace(1e-12, 0.5 * math.pi, 12) * np.tile([1.0, -1.0], 6), 0.5 * math.pi, 22)
+
+
+@pytest.mark.skipif(np.finfo(np.longdouble).eps > 2e-19, reason="long doubles are no longer than doubles here")
+@pytest.mark.parametrize("theta", [0.5 * math.pi + 1e-11, 1.1, 1e-9, math.pi - 1e-3])
+def test_a_throw_at_any_angle_is_that_of_19_digits(theta):
+    """Near the handle its components about L are differences of numbers near 1."""
+    compare(BODIES, np.geomspace(1e-12, 0.5 * math.pi, 30) * np.tile([1.0, -1.0], 15), theta, None)
+
+
+def test_a_nudge_of_many_turns_is_the_nudge_within_one():
+    far, near = thrown(PLAIN, 7e5), thrown(PLAIN, math.atan2(math.sin(7e5), math.cos(7e5)))
+    for name in far:
+        np.testing.assert_array_equal(far[name], near[name])
+
+
+def test_a_throw_that_takes_too_many_steps_is_missing_and_has_a_status():
+    """A needle that turns a million times about its handle; along the handle nothing is there to measure."""
+    points = {"I1": 1e-6, "I2": 1.0, "I3": 1.0, "chi": 0.1, "theta": np.array([1.0, 0.0]), "omega0": 1.0}
+    columns = SYSTEM.columns(points, Once())
+    assert np.isnan(columns["twist"]).all()
+    assert columns["status"].tolist() == [statuses.NOT_CONVERGED, statuses.OK]
