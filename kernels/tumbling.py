@@ -47,6 +47,9 @@ EPSILON = float(np.finfo(np.float64).eps)
 LOST = 0.1  # share of a period that rounding moves it by: on the separatrix for all that can be seen
 NEAR = 8.0 * EPSILON  # of the greater term of L^2 - 2T I_mid: rounding of the start makes as much
 
+SMALL = 2e-4  # share of I3 below which I3 - E I1 is formed from the exact product
+SLOW = 400.0  # period, in I3/L, beyond which a body is slow by itself and not for being near the separatrix
+
 PERIODS = ("period_psi", "period_phi_long_axis", "period_phi_encircled")
 
 
@@ -60,13 +63,18 @@ def possible(least, energy):
 def start(I1, I2, I3, energy):
     """Angular velocity (w1, 0, w3) of a body of ascending moments with the energy ``2T I3/L^2``, at L/I3 = 1.
 
-    ``m_1^2 = (E - 1) I1/(I3 - I1)`` and ``m_3^2 = (I3 - E I1)/(I3 - I1)``; for a sphere a spin about axis 3.
+    ``m_1^2 = (E - 1) I1/(I3 - I1)`` and ``m_3^2 = (I3 - E I1)/(I3 - I1)``; for a sphere a spin about axis 3. A small
+    numerator of m_3^2 is formed from the exact product: where I2 is near I1, the period goes with 1/m_3.
     """
     gap = I3 - I1
     if gap == 0.0:
         return 0.0, 0.0, 1.0
     m1 = math.sqrt(max(0.0, energy - 1.0) * I1 / gap)
-    m3 = math.sqrt(max(0.0, I3 - energy * I1) / gap)
+    left = I3 - energy * I1
+    if left < SMALL * I3:
+        product, rest = elliptic.two_product(energy, I1)
+        left = (I3 - product) - rest
+    m3 = math.sqrt(max(0.0, left) / gap)
     return m1 * (I3 / I1), 0.0, m3
 
 
@@ -150,13 +158,20 @@ def _quarter_area(a, m, m1, K):
     return total * K / nodes
 
 
+@njit(**EXACT)
+def scaled(I1, I2, I3):
+    """Ascending moments in a unit in which the greatest is 1 or a little less."""
+    unit = solution.unit_of_moments(I1, I2, I3, I3)
+    return I1 / unit, I2 / unit, I3 / unit
+
+
 @njit(nogil=True, **EXACT)
 def fill_exact(I1, I2, I3, energy, modes, out):
     """Modes and periods in closed form, in units of I3/L: rows of ``out`` (3, n) as PERIODS, NaN where missing."""
     for i in range(I1.size):
-        a, b, c = I1[i] / I3[i], I2[i] / I3[i], 1.0
+        a, b, c = scaled(I1[i], I2[i], I3[i])
         w1, w2, w3 = start(a, b, c, energy[i])
-        modes[i] = mode_of(a, b, c, w1, w3) if possible(a, energy[i]) else IMPOSSIBLE
+        modes[i] = mode_of(a, b, c, w1, w3) if possible(a / c, energy[i]) else IMPOSSIBLE
         out[0, i], out[1, i], out[2, i] = math.nan, math.nan, math.nan
         if modes[i] == SAM or modes[i] == LAM:
             period, rate, sigma = periods(a, b, c, w1, w2, w3)
@@ -255,10 +270,10 @@ def _phi(period, turn, axis):
 
 @njit(**OPTIONS)
 def measure_one(I1, I2, I3, energy, tolerance):
-    """Mode, then periods as PERIODS, then their errors, measured from two runs; in units of I3/L, I3 = 1."""
+    """Mode, then periods as PERIODS, then their errors, measured from two runs; in units of I3/L."""
     missing = math.nan
     w1, w2, w3 = start(I1, I2, I3, energy)
-    if not possible(I1, energy):
+    if not possible(I1 / I3, energy):
         return IMPOSSIBLE, missing, missing, missing, missing, missing, missing
     if solution.is_stationary(I1, I2, I3, w1, w2, w3):
         return PRINCIPAL, missing, missing, missing, missing, missing, missing
@@ -273,7 +288,7 @@ def measure_one(I1, I2, I3, energy, tolerance):
     # rounding moves the state to a neighbouring polhode, which near the separatrix has another period: of the turn
     # about L, which goes on at the rate 2T/L while w stands still, most of that takes no share
     rounding = 8.0 * EPSILON * (4.0 + math.sqrt(period / h))
-    share = rounding * (1.0 + growth * growth / period)
+    share = rounding * (1.0 + growth * growth / min(period, SLOW))
     if not share < LOST:
         return SEPARATRIX, missing, missing, missing, missing, missing, missing
     about = rounding + share * (0.05 + abs(1.0 - energy * period / turn))
@@ -295,7 +310,7 @@ def fill(I1, I2, I3, energy, tolerance, modes, out):
     """Measured modes and periods, in units of I3/L: rows of ``out`` (6, n) as PERIODS, then their errors."""
     for i in range(I1.size):
         modes[i], out[0, i], out[1, i], out[2, i], out[3, i], out[4, i], out[5, i] = measure_one(
-            I1[i] / I3[i], I2[i] / I3[i], 1.0, energy[i], tolerance
+            *scaled(I1[i], I2[i], I3[i]), energy[i], tolerance
         )
 
 
@@ -458,12 +473,12 @@ def fill_tilts(I1, I2, I3, energy, out):
     rungs = np.empty((2, RUNGS))
     for i in range(I1.size):
         out[0, i], out[1, i], out[2, i] = math.nan, math.nan, math.nan
-        least, middle = I1[i] / I3[i], I2[i] / I3[i]
-        if not possible(least, energy[i]):
+        least, middle, most = scaled(I1[i], I2[i], I3[i])
+        if not possible(least / most, energy[i]):
             continue
-        w1, w2, w3 = start(least, middle, 1.0, energy[i])
-        p, m, m1, s, c, d = solution.constants(least, middle, 1.0, w1, w2, w3)
-        I_s, I_c, I_d = solution.by_role(s, c, d, least, middle, 1.0)
+        w1, w2, w3 = start(least, middle, most, energy[i])
+        p, m, m1, s, c, d = solution.constants(least, middle, most, w1, w2, w3)
+        I_s, I_c, I_d = solution.by_role(s, c, d, least, middle, most)
         w_s, w_c, w_d = solution.by_role(s, c, d, w1, w2, w3)
         _, _, a, mu_c, mu_s, _, _, _, _, _ = attitude.constants(I_s, I_c, I_d, w_s, w_c, w_d, p, m, m1)
         out[1, i] = math.atan2(mu_c, a)

@@ -47,7 +47,7 @@ class Tumbling(MeasuredOnce):
         columns |= tumbling.tilts(points)
         columns["triangle_margin"] = triangle.triangle_margin(points["I1"], points["I2"], points["I3"])
         if integration.measured:
-            apart = np.zeros(columns["mode"].shape, dtype=bool)
+            apart = columns["mode"] != columns["mode_exact"]
             for name in variables.PERIODS:
                 apart |= np.abs(columns[name] - columns[f"{name}_exact"]) > columns[f"{name}_error"]
             columns["status"] = np.where(apart, statuses.NOT_CONVERGED, statuses.OK).astype(np.int8)
