@@ -35,8 +35,7 @@ import numpy as np
 
 from kernels.jit import OPTIONS, njit
 from kernels.rigid_body import euler_coefficients
-from kernels.taylor_steps import step_12
-from kernels.turning import turn_12
+from kernels.taylor import step_12, turn_12
 
 ORDERS = (8, 10, 12)
 MOST_STEPS = 10_000
@@ -219,7 +218,7 @@ def rotation(moments, omega_start, times, tolerance=1e-10):
 def attitude(moments, omega_start, times, tolerance=1e-10, attitude_start=(1.0, 0.0, 0.0, 0.0)):
     """Attitude of one free body at given times, by the direct integrator.
 
-    The quaternion goes through the same Taylor series as the angular velocity (:mod:`kernels.turning`).
+    The quaternion goes through the same Taylor series as the angular velocity (:mod:`kernels.taylor`).
 
     Parameters
     ----------

@@ -21,7 +21,7 @@ import math
 
 import numpy as np
 
-from kernels import columns, direct, exact, rigid_body, solution, taylor_steps
+from kernels import columns, direct, exact, rigid_body, solution, taylor
 from kernels.blocks import W
 from kernels.columns import Column
 from kernels.jit import OPTIONS, njit, whole_vectors
@@ -78,7 +78,7 @@ def _stride(S):
     events = 0
     for lane in range(W):
         a0, b0, c0 = S[A + lane], S[B + lane], S[C + lane]
-        a, b, c = taylor_steps.step_12(a0, b0, c0, S[KA + lane], S[KB + lane], S[KC + lane])
+        a, b, c = taylor.step_12(a0, b0, c0, S[KA + lane], S[KB + lane], S[KC + lane])
         S[PA + lane], S[PB + lane], S[PC + lane] = a0, b0, c0
         S[A + lane], S[B + lane], S[C + lane] = a, b, c
         changed = ((a0 > 0.0) != (a > 0.0)) | ((b0 > 0.0) != (b > 0.0)) | ((c0 > 0.0) != (c > 0.0))
@@ -96,7 +96,7 @@ def _crossing(S, lane, component):
     share = before / (before - after) if before != after else 0.0
     a, b, c = a0, b0, c0
     for _ in range(8):
-        a, b, c = taylor_steps.step_12(a0, b0, c0, ka * share, kb * share, kc * share)
+        a, b, c = taylor.step_12(a0, b0, c0, ka * share, kb * share, kc * share)
         da, db, dc = rigid_body.derivative(a, b, c, ka, kb, kc)
         value = a if component == 0 else (b if component == 1 else c)
         slope = da if component == 0 else (db if component == 1 else dc)

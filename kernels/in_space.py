@@ -2,7 +2,7 @@ r"""A nudged spin seen from space: the attitude step by step beside its closed f
 
 Points are those of :mod:`kernels.survey`; samples count until the perturbation has grown tenfold. In radians of spin.
 
-*Certificate.* The direct integrator carries the quaternion beside the angular velocity (:mod:`kernels.turning`). Beside
+*Certificate.* The direct integrator carries the quaternion beside the angular velocity (:mod:`kernels.taylor`). Beside
 it runs the exact attitude step (:mod:`kernels.attitude`) on the exact step of the angular velocity; the two share no
 code. ``attitude_error`` is the largest angle between them.
 
@@ -24,7 +24,7 @@ from kernels import attitude, direct, exact, measure, rigid_body, solution, tumb
 from kernels.blocks import W, cut, scratch
 from kernels.jit import OPTIONS, njit, whole_vectors
 from kernels.series import arctangent
-from kernels.turning import turn_12
+from kernels.taylor import turn_12
 
 IN_SPACE = ("attitude_error", "psi_rate", "psi_rate_error", "space_rate_exact", "geometric_phase_residual", "swing")
 EPSILON = float(np.finfo(np.float64).eps)

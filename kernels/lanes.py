@@ -16,7 +16,7 @@ direct one. The distance of the two in the transverse plane, relative to the lar
 what the direct integration may be trusted to.
 """
 
-from kernels import exact, measure, recurrence, reduction, rigid_body, taylor_steps
+from kernels import exact, measure, recurrence, reduction, rigid_body, taylor
 from kernels.blocks import W
 from kernels.jit import INLINE, OPTIONS, boolean, float64, int64, njit, whole_vectors
 
@@ -139,14 +139,12 @@ def _advance_of(step):
     return advance
 
 
-_advance_8, _advance_10, _advance_12 = map(
-    _advance_of, (taylor_steps.step_8, taylor_steps.step_10, taylor_steps.step_12)
-)
+_advance_8, _advance_10, _advance_12 = map(_advance_of, (taylor.step_8, taylor.step_10, taylor.step_12))
 _advance_near_8, _advance_near_10, _advance_near_12 = map(
-    _advance_of, (taylor_steps.near_step_8, taylor_steps.near_step_10, taylor_steps.near_step_12)
+    _advance_of, (taylor.near_step_8, taylor.near_step_10, taylor.near_step_12)
 )
 _advance_nearest_8, _advance_nearest_10, _advance_nearest_12 = map(
-    _advance_of, (taylor_steps.nearest_step_8, taylor_steps.nearest_step_10, taylor_steps.nearest_step_12)
+    _advance_of, (taylor.nearest_step_8, taylor.nearest_step_10, taylor.nearest_step_12)
 )
 
 

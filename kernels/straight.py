@@ -7,56 +7,58 @@ compiles.
 """
 
 import ast
-from collections.abc import Callable
-from functools import cache
-from inspect import getsource, signature
-from textwrap import dedent
+from collections.abc import Callable, Mapping, Sequence
+from inspect import signature
+from textwrap import indent
 
 from kernels.blocks import LINE
 from kernels.jit import is_plain, widen
 
 
-def straight(function: Callable) -> Callable:
-    """A function of doubles, for compiled code as for Python: it stays what it was, and compiled code gets its lines.
+def straight(name: str, arguments: Sequence[str], text: str, numbers: Mapping[str, float]) -> Callable:
+    """Return a function of doubles that does what lines of text say, for compiled code as for Python.
 
     Its products and sums may contract, as those of :data:`kernels.jit.OPTIONS`.
 
     Parameters
     ----------
-    function : function
-        Of positional arguments; assignments ``name = …`` of ``+ - * /``, abs, numbers, and names of arguments, of what
-        was assigned before and of numbers in its module, then the return of a tuple.
+    name : str
+        The function's name.
+    arguments : sequence of str
+        Its positional arguments.
+    text : str
+        Assignments ``name = …`` of ``+ - * /``, abs, numbers, and names of arguments, of numbers, and of what was
+        assigned before, then the return of a tuple.
+    numbers : mapping
+        Name → value of further numbers that the text names.
     """
+    scope = {"__name__": __name__, **numbers}
+    body = ast.parse(f"def {name}({', '.join(arguments)}):\n{indent(text, ' ')}")
+    exec(compile(body, name, "exec"), scope)
+    function, statements = scope[name], body.body[0].body
     if is_plain():
         return function
     from numba import float64, types
     from numba.extending import lower_builtin, type_callable
 
-    called_by = signature(function)
-    arguments = [float64] * len(called_by.parameters)
+    given, called_by = [float64] * len(arguments), signature(function)
 
     @type_callable(function)
     def find_type(_):
-        def typed(*given):
-            if all(isinstance(each, types.Number) for each in given):
-                return types.UniTuple(float64, len(_lines(function)[-1].value.elts))(*arguments)
+        def typed(*called):
+            if all(isinstance(each, types.Number) for each in called):
+                return types.UniTuple(float64, len(statements[-1].value.elts))(*given)
 
         typed.__signature__ = called_by
         return typed
 
-    @lower_builtin(function, *arguments)
+    @lower_builtin(function, *given)
     def generate(context, builder, kind, values):
-        writer = _Writer(builder, names=function.__globals__, flags=("contract",))
-        writer.known.update(zip(called_by.parameters, values, strict=True))
-        return context.make_tuple(builder, kind.return_type, writer.write(_lines(function)))
+        writer = _Writer(builder, names=numbers, flags=("contract",))
+        writer.known.update(zip(arguments, values, strict=True))
+        return context.make_tuple(builder, kind.return_type, writer.write(statements))
 
     return function
-
-
-@cache
-def _lines(function: Callable) -> list[ast.stmt]:
-    """Statements of a function, after what it says of itself."""
-    return ast.parse(dedent(getsource(function))).body[0].body[1:]
 
 
 def lines(text: str) -> Callable:

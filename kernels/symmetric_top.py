@@ -15,7 +15,7 @@ it: L, omega and the figure axis stay in one plane. With theta and gamma the ang
 omega lies on two fixed cones: the body cone about the figure axis, of half-angle theta, and the space cone about L
 (which is fixed in space), of half-angle |theta - gamma|. Seen from the body, L lies on a cone of half-angle gamma.
 
-*Measuring.* Two motions are integrated, each by the direct integrator (:func:`kernels.taylor_steps.step_10`): omega by
+*Measuring.* Two motions are integrated, each by the direct integrator (:func:`kernels.taylor.step_10`): omega by
 Euler's equations, and L by its own, :math:`\dot L_a = (1/I_c - 1/I_b) L_b L_c` and cyclic. The integrator knows
 nothing of the above. In units of |omega3| and of I1 |omega3|, time in radians of spin, every spin rate takes the same
 work and gives the same bits. From sample to sample the transverse part turns by :math:`\delta_k`, with
@@ -40,7 +40,7 @@ import math
 
 import numpy as np
 
-from kernels import rigid_body, taylor_steps, triangle
+from kernels import rigid_body, taylor, triangle
 from kernels.blocks import W, cut
 from kernels.columns import arrays, numbers
 from kernels.jit import INLINE, OPTIONS, njit, whole_vectors
@@ -227,7 +227,7 @@ def _advance_of(what, A, B, C, KA, KB, KC):
         for _ in range(steps):
             for lane in range(W):
                 a, b, c = S[A + lane], S[B + lane], S[C + lane]
-                S[A + lane], S[B + lane], S[C + lane] = taylor_steps.step_10(
+                S[A + lane], S[B + lane], S[C + lane] = taylor.step_10(
                     a, b, c, S[KA + lane], S[KB + lane], S[KC + lane]
                 )
 

@@ -18,7 +18,7 @@ papers use: 1/f for SAM, 1/f_d for LAM.
 *Start.* The energy is given as ``E = 2T I_3/L^2`` with :math:`I_1\le I_2\le I_3`, from 1 (spin about axis 3) to I_3/I_1
 (about axis 1); SAM where E < I_3/I_2. The motion starts at L_2 = 0, in units of L/I_3 = 1.
 
-*Measuring.* The direct integrator carries the angular velocity and one vector fixed in space (:mod:`kernels.turning`).
+*Measuring.* The direct integrator carries the angular velocity and one vector fixed in space (:mod:`kernels.taylor`).
 P_psi is the time until L_2 vanishes for the second time, found by Newton's method on the last step; which axis is
 encircled is seen from the component that has kept its sign; the turn about L in that time is the angle of the fixed
 vector seen from the axis d, with its windings counted on the way. A second run with other steps gives the error: three
@@ -39,7 +39,7 @@ from kernels import attitude, direct, elliptic, solution
 from kernels.columns import arrays
 from kernels.elliptic import RUNGS, climb, ladder
 from kernels.jit import EXACT, OPTIONS, njit
-from kernels.turning import carry_12
+from kernels.taylor import carry_12
 
 IMPOSSIBLE, SAM, LAM, SEPARATRIX, PRINCIPAL = range(-1, 4)
 MOST_STEPS = 200_000

@@ -19,7 +19,7 @@ the growth rate about axis 2 in units of the spin. On the separatrix (c = 0) a r
 
 so the defect from half a turn, 2 eps, falls with :math:`e^{-\pi\sigma/\omega_0}`.
 
-*Measuring.* The direct integrator carries the angular velocity and one vector fixed in space (:mod:`kernels.turning`);
+*Measuring.* The direct integrator carries the angular velocity and one vector fixed in space (:mod:`kernels.taylor`);
 phi is the handle's azimuth against it. Its return is found by Newton's method on the last step. chi is unwound by its
 crossings on the way. A second run with other steps gives the error: three times the difference, and what rounding grows
 to, the ratio of the fastest to the slowest change of w on the way.
@@ -40,7 +40,7 @@ from kernels.blocks import W
 from kernels.columns import arrays
 from kernels.elliptic import RUNGS
 from kernels.jit import EXACT, OPTIONS, njit, whole_vectors
-from kernels.turning import carry_12
+from kernels.taylor import carry_12
 
 EPSILON = float(np.finfo(np.float64).eps)
 TWO_PI = 2.0 * math.pi

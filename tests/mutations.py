@@ -45,7 +45,7 @@ LONGEST = 4  # seconds of a processor that one test may take, to be asked
 PATIENCE = 8  # seconds of a processor, under the eyes of coverage, that the tests of one mutation may take
 COPIED = ("kernels", "sweeps", "tests", "results/README.md", "README.md", "Snakefile", ".slurm", "pyproject.toml")
 ROOMS = ("kernels", "sweeps/shards", "sweeps/maps")
-PLAIN = {"__init__", "write_taylor_steps", "write_turning"}  # nothing in them computes
+PLAIN = {"__init__"}  # nothing in them computes
 ONLY_COMPILED = {"kernels/flows"}  # what calls it is generated, and minutes to compile
 COMPILING = (
     "fingerprint",
@@ -66,7 +66,7 @@ OTHERS = {  # of what runs when a module is imported: tests of who uses it, besi
     "kernels/series": ["tests/kernels/test_measure.py", "tests/kernels/test_symmetric_top.py"],
     "kernels/solution": ["tests/kernels/test_exact.py"],
     "kernels/statuses": ["tests/kernels/test_columns.py", "tests/kernels/test_oscillations.py"],
-    "kernels/taylor_steps": ["tests/kernels/test_direct.py"],
+    "kernels/taylor": ["tests/kernels/test_direct.py", "tests/kernels/test_attitude.py"],
     "kernels/taylor_tapes": ["tests/mechanics/test_taylor.py"],
     "kernels/turning": ["tests/kernels/test_attitude.py"],
     "kernels/uncertainty": ["tests/kernels/test_reduction.py", "tests/kernels/test_survey.py"],

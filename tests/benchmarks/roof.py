@@ -4,7 +4,7 @@ import numpy as np
 from contenders import Direct
 from numba import njit
 
-from kernels import direct, taylor_steps
+from kernels import direct, taylor
 
 CHAINS, LINKS, LANES, PASSES = 12, 64, 256, 64
 FLOPS = 2 * CHAINS * LINKS * LANES * PASSES  # of one call of multiply_adds
@@ -74,7 +74,7 @@ class Counted:
 def step_flops(order):
     """Multiplications and additions of one Taylor step, of an order as direct.choose tells it: counted by running."""
     kind = "" if order > 0 else ("near_" if order > -direct.NEAREST else "nearest_")
-    step = getattr(taylor_steps, f"{kind}step_{abs(order) % direct.NEAREST}")
+    step = getattr(taylor, f"{kind}step_{abs(order) % direct.NEAREST}")
     Counted.operations = 0
     step(*(Counted() for _ in range(6)))
     return Counted.operations

@@ -42,9 +42,16 @@ def step(a, b, k):
     return -a1 * b + abs(b1) / 3, (a + 2 * b1) - a1
 
 
+STEP = (
+    "step",
+    ("a", "b", "k"),
+    "a1 = (k * THIRD) * (a * b + a * a)\nb1 = k * (a * a1 - b * a)\nreturn -a1 * b + abs(b1) / 3, (a + 2 * b1) - a1",
+)
+
+
 @pytest.mark.compiled
 def test_a_straight_function_has_the_bits_that_numba_gives_it():
-    written, compiled = straight(step), njit(**OPTIONS)(step)  # Numba compiles it as any other
+    written, compiled = straight(*STEP, {"THIRD": THIRD}), njit(**OPTIONS)(step)  # Numba compiles it as any other
 
     @njit("void(float64[:, ::1], float64[:, :, ::1])", **OPTIONS)
     def run(given, out):
@@ -63,7 +70,7 @@ def test_a_straight_function_has_the_bits_that_numba_gives_it():
 
 @pytest.mark.compiled
 def test_a_straight_function_is_called_with_its_own_arguments():
-    written = straight(step)
+    written = straight(*STEP, {"THIRD": THIRD})
     with pytest.raises(TypingError, match="missing a required argument"):
         njit(lambda a, b: written(a, b))(1.0, 2.0)
     with pytest.raises(TypingError, match="No implementation"):

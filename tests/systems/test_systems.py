@@ -281,7 +281,7 @@ print(*(name for name in sys.modules if name.startswith("kernels.")))
             )
         ),
         (
-            "taylor_steps",
+            "taylor",
             {"rigid_body", "uncertain_bodies", "symmetric_top", "twist", "tumbling", "observed_periods", OSCILLATOR},
         ),
     ],
