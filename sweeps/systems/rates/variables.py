@@ -9,9 +9,7 @@ _SCATTER = "scatter of the samples only: it does not know the bias of a finite a
 _AMPLITUDES = "as omega_squared_error, with what the {} leaves of the amplitude's bias"
 
 
-def columns(
-    reduced: str, by: str, size: str, window: str, sparse: bool = False, exact: str = ""
-) -> dict[str, Variable]:
+def columns(reduced: str, by: str, size: str, window: str, sparse: bool = False) -> dict[str, Variable]:
     """Name → variable, from the square of the rate to the slope of the logarithm.
 
     Args:
@@ -20,7 +18,6 @@ def columns(
         size: what grows, of which the logarithm is taken.
         window: below 0.01 of what that is done.
         sparse: whether most points of its maps do not grow.
-        exact: name of the closed form's frequency; "" for none.
     """
     grows = {"sparse": sparse}
     return table(
@@ -30,7 +27,7 @@ def columns(
         Variable("growth_rate_theory", "s-1", "growth rate, linear theory; 0 where not unstable", **grows),
         *_measured("growth_rate", "s-1", "growth rate", "; 0 where not unstable", reduced, by, **grows),
         Variable("frequency_theory", "rad s-1", "angular frequency, linear theory; 0 where not stable"),
-        *_measured("frequency", "rad s-1", "angular frequency", "; 0 where not stable", reduced, by, exact=exact),
+        *_measured("frequency", "rad s-1", "angular frequency", "; 0 where not stable", reduced, by),
         Variable(
             "growth_rate_logslope",
             "s-1",
@@ -52,12 +49,12 @@ def columns(
     )
 
 
-def _measured(name, units, long_name, unless, reduced, by, sparse=False, exact="", role=Role.NONE):
+def _measured(name, units, long_name, unless, reduced, by, sparse=False, role=Role.NONE):
     """A rate as measured, its scatter and error, and the same reduced."""
     theory, short = f"{name}_theory", long_name.removeprefix("signed ")
     of = {"theory": theory, "sparse": sparse, "zero_is_none": bool(unless)}
     return (
-        Variable(name, units, f"{long_name}, measured{unless}", error=f"{name}_error", exact=exact, role=role, **of),
+        Variable(name, units, f"{long_name}, measured{unless}", error=f"{name}_error", role=role, **of),
         Variable(
             f"{name}_stderr", units, f"standard error of the measured {long_name}", comment=_SCATTER, sparse=sparse
         ),

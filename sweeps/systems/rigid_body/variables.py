@@ -32,7 +32,6 @@ VARIABLES = rates.columns(
     size="the transverse size",
     window="omega0",
     sparse=True,
-    exact="frequency_exact",
 ) | table(
     Variable("e_folds", "1", "e-folds of growth inside the window of the log slope", "f4"),
     Variable("euler_period", "s", "period of the nudge's turn about the spin axis, measured; missing where not stable"),
