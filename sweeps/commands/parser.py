@@ -86,7 +86,7 @@ def add_definition(parser: Parser, **options) -> None:
 
 def add_map(parser: Parser) -> None:
     """The argument MAP."""
-    parser.add_argument("map", metavar="MAP", help="a map, results/<sweep>/stability_map.nc")
+    parser.add_argument("map", metavar="MAP", help="a map, or the folder it lies in, results/<sweep>")
 
 
 def add_json(parser: Parser) -> None:

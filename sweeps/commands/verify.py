@@ -10,7 +10,7 @@ exit status: 0 the map is whole; 1 it differs, and lines say in what; 2 it is no
 def add(commands) -> None:
     """Describes the command."""
     command = parser.add(commands, "verify", "say whether a map is what its definition makes", _run, EPILOG)
-    command.add_argument("map", metavar="MAP", help="a map, or the folder it lies in, results/<sweep>")
+    parser.add_map(command)
     command.add_argument("--definition", metavar="DEFINITION", help="what the map should have been made from")
     command.add_argument("--points", type=int, default=100, metavar="N", help="points to measure again (default 100)")
     command.add_argument("--seed", type=int, default=0, metavar="S", help="seed of their choice (default 0)")

@@ -1,7 +1,7 @@
 """A file held against the one description of its system's maps; what is admitted may be trusted."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -38,6 +38,7 @@ class _UnlikeError(Exception):
 
 def opened(path: str | Path) -> PlainMap:
     """A map, for what needs no Dataset and should not wait for one; as `sweeps.open_map`, and refused as there."""
+    path = door.map_of(path)
     ds = admitted(path, door.look(path))
     try:
         check_complete(path, ds)
@@ -69,7 +70,7 @@ def admitted(path: str | Path, found: Contents, any_flags: bool = False) -> Plai
     """
     try:
         attributes = _global(found.attributes)
-        layout = _layout(attributes)
+        layout = _layout(attributes, found.variables)
         parts = _Parts(layout, found.variables)
         _check(parts)
         return _plain(parts, RawFile(path), attributes, any_flags)
@@ -134,10 +135,10 @@ def _printable(where: str, text: str, beside: str | None) -> str:
     return text
 
 
-def _layout(attributes: Mapping[str, str]) -> Layout:
-    """The description of the maps of a file's system."""
+def _layout(attributes: Mapping[str, str], variables: Collection[str]) -> Layout:
+    """Return the description of the maps of a file's system, from its attributes and its variables' names."""
     try:
-        layout = systems.of_map(PlainMap({}, {}, attributes)).layout()
+        layout = systems.of_contents(attributes, variables).layout()
     except KeyError:
         name = shortened(repr(attributes["system"]))
         raise _UnlikeError(f"system: {name} is not available; allowed: {', '.join(systems.names())}") from None
@@ -291,27 +292,29 @@ def _plain(parts: _Parts, file: RawFile, attributes: dict[str, str], any_flags: 
     for name, held in parts.variables.items():
         spec = parts.specs[name]
         ends = (spec.first_flag, spec.first_flag + len(spec.flags) - 1) if spec.flags and not any_flags else None
-        variables[name] = PlainVariable(held.dims, RawValues(file, name, held, ends), _attributes(parts, name, held))
+        values = RawValues(file, name, held, ends)
+        variables[name] = PlainVariable(held.dims, values, spec.attributes, encoding=_encoding(name, held))
     return PlainMap(variables, coordinates, attributes, parts.others, file.close)
 
 
 def _coordinate(parts: _Parts, file: RawFile, name: str, held: Held) -> PlainVariable:
     """A coordinate, checked: read, or one of many values read when it is asked for and checked a part at a time."""
-    raw, dims, attributes = RawValues(file, name, held), _own_dims(parts, name), _attributes(parts, name, held)
+    raw, dims = RawValues(file, name, held), _own_dims(parts, name)
+    attributes, encoding = parts.specs[name].attributes, _encoding(name, held)
     if dims != (name,) and held.dtype != "str" and math.prod(held.shape) > MOST_WHOLE:
         for box in runs(held.shape, MOST_WHOLE):
             _check_values(parts, name, raw.read(box))
-        return PlainVariable(dims, raw, attributes)
+        return PlainVariable(dims, raw, attributes, encoding=encoding)
     values = _texts(file, name, held) if parts.specs[name].dtype == "str" else raw.whole()
     _check_values(parts, name, values)
-    return PlainVariable(dims, values, attributes)
+    return PlainVariable(dims, values, attributes, encoding=encoding)
 
 
-def _attributes(parts: _Parts, name: str, held: Held) -> dict:
-    own = parts.specs[name].attributes
+def _encoding(name: str, held: Held) -> dict[str, str]:
+    """Return the hash that the file states for a variable's values; what is computed from these has another."""
     if "sha256" not in held.attributes:
-        return own
-    return own | {"sha256": _printable(f"{name}:sha256", _said(held.attributes["sha256"])[:MOST_WORDS], "")}
+        return {}
+    return {"sha256": _printable(f"{name}:sha256", _said(held.attributes["sha256"])[:MOST_WORDS], "")}
 
 
 def _texts(file: RawFile, name: str, held: Held) -> np.ndarray:

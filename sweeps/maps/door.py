@@ -21,6 +21,7 @@ from sweeps.schema.refusals import MapError
 from sweeps.shards import looking
 
 ALLOWED = "a netCDF-4 file that Polhode wrote"
+MAP = "stability_map.nc"  # a sweep's map in its folder results/<sweep>
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 MOST_OBJECTS = 1000
 MOST_ATTRIBUTES = 200
@@ -66,6 +67,20 @@ class Contents:
 
     attributes: dict[str, Any]
     variables: dict[str, Held]
+
+
+def map_of(path: str | Path) -> Path:
+    """Return the file that a user means: the path itself, or the map in a sweep's folder results/<sweep>.
+
+    Raises:
+        MapError: for a folder without a map.
+    """
+    path = Path(path)
+    if not path.is_dir():
+        return path
+    if not (path / MAP).exists():
+        raise MapError(f"{path}: this folder holds no {MAP}; allowed: a map, or the folder results/<sweep> of one")
+    return path / MAP
 
 
 def look(path: str | Path) -> Contents:
@@ -118,7 +133,7 @@ def _check_superblock(path: str | Path, size: int) -> None:
     if head[:3] == b"CDF":
         raise MapError(f"{unreadable}-4 (it is netCDF-3, the classic format); allowed: {ALLOWED}")
     if head[:8] != SIGNATURE or len(head) < 64 or head[8] not in SUPERBLOCK_END:
-        raise MapError(f"{unreadable} (it begins as no such file); allowed: {ALLOWED}")
+        raise MapError(f"{unreadable} (its first bytes are not those of netCDF-4); allowed: {ALLOWED}")
     width, end = SUPERBLOCK_END[head[8]]
     stated = int.from_bytes(head[end : end + head[width]], "little")
     if head[width] != 8 or stated > size:

@@ -21,10 +21,19 @@ class PlainVariable:
         data: its values, in memory or in a file.
         attrs: its attributes.
         chosen: of each of the data's own dimensions a number, or a range of numbers; left out, all of it.
+        encoding: what holds of the variable in its file alone: `sha256`, the hash of its values.
     """
 
-    def __init__(self, dims: Sequence[str], data: np.ndarray | RawValues, attrs: Mapping, chosen: Sequence = ()):
+    def __init__(
+        self,
+        dims: Sequence[str],
+        data: np.ndarray | RawValues,
+        attrs: Mapping,
+        chosen: Sequence = (),
+        encoding: Mapping | None = None,
+    ):
         self._own, self.data, self.attrs, self.dtype = tuple(dims), data, attrs, data.dtype
+        self.encoding = dict(encoding or {})
         self._chosen = tuple(chosen or map(range, data.shape))
         left = [(dim, len(part)) for dim, part in zip(self._own, self._chosen, strict=True) if isinstance(part, range)]
         self.sizes = dict(left)

@@ -169,15 +169,8 @@ def named(text: str, names: list[str], where: str) -> str:
     if found:
         raise SelectionError(f"{where}: {shortened(repr(text))} may be several; allowed: {', '.join(found)}")
     raise SelectionError(
-        f"{where}: {shortened(repr(text))} is not among the names{_near(text, names)}; allowed: {', '.join(names)}"
+        f"{where}: {shortened(repr(text))} is not among the names{hint(text, names)}; allowed: {', '.join(names)}"
     )
-
-
-def _near(text: str, names: list[str]) -> str:
-    """A near name, of whole names or of their words, for a name may be longer than what people call it."""
-    words = {word.lower(): name for name in names for word in (name, *name.split())}
-    question = hint(text.strip().lower(), words)
-    return f" (did you mean {words[question[len(' (did you mean ') : -2]]}?)" if question else ""
 
 
 def left(ds: "xr.Dataset", places: Mapping[str, Place]) -> list[str]:

@@ -117,8 +117,8 @@ def as_dataset(found: PlainMap) -> xr.Dataset:
 
     def variable(one):
         if isinstance(one.data, RawValues):
-            return xr.Variable(one.dims, indexing.LazilyIndexedArray(_Lazy(one.data)), one.attrs)
-        return one.dims, one.data, one.attrs
+            return xr.Variable(one.dims, indexing.LazilyIndexedArray(_Lazy(one.data)), one.attrs, one.encoding)
+        return xr.Variable(one.dims, one.data, one.attrs, one.encoding)
 
     variables, coordinates = ({name: variable(v) for name, v in of.items()} for of in (found.data_vars, found.coords))
     ds = xr.Dataset(variables, coordinates, found.attrs)
@@ -131,10 +131,11 @@ def open_map(path: str | Path, **options) -> xr.Dataset:
     """Opens a map, lazily, with checks that say what is wrong; what it returns may be trusted.
 
     Names, types, dimensions, flags and units are those of the system's own tables, and no attribute of the file
-    decides how its numbers are read.
+    decides how its numbers are read. The attribute `content_hash` and each variable's `encoding["sha256"]` are those
+    that the file states of its own values; `polhode verify` computes them again.
 
     Args:
-        path: results/<sweep>/stability_map.nc, or any file of that contract.
+        path: results/<sweep>/stability_map.nc, its folder, or any file of that contract.
         options: passed on to `xarray.open_dataset` (say, `chunks={}` for Dask arrays).
 
     Returns:
@@ -144,6 +145,7 @@ def open_map(path: str | Path, **options) -> xr.Dataset:
         MapError: for a file that is missing, not netCDF, or not a map of this contract; of the Dataset, where values
             that are read are damaged.
     """
+    path = door.map_of(path)
     ds = xr.open_dataset(path, engine=_Door, **options)
     try:
         admission.check_complete(path, ds)

@@ -17,7 +17,7 @@ import xarray as xr
 
 from sweeps import systems
 from sweeps.boxes import runs
-from sweeps.maps import dataset, storage
+from sweeps.maps import dataset, door, storage
 from sweeps.points.loading import read
 from sweeps.points.sweep import Sweep
 from sweeps.schema import carried
@@ -28,7 +28,6 @@ from sweeps.schema.variables import Role
 from sweeps.shards import content, contract
 from sweeps.systems.system import Dynamics, Reference
 
-MAP = "stability_map.nc"
 BLOCK_POINTS = 2**18
 SHOWN = 3  # findings of one kind that are spelled out
 MOST_POINTS = 100_000  # of a sample
@@ -51,12 +50,6 @@ class Check:
     covers: str
     findings: tuple[str, ...] = ()
     skipped: str = ""
-
-
-def map_of(path: str | Path) -> Path:
-    """The map that a person means: a file, or the one in the folder results/<sweep>."""
-    path = Path(path)
-    return path / MAP if path.is_dir() else path
 
 
 def verify(
@@ -83,7 +76,7 @@ def verify(
     Raises:
         MapError: for a file that is no map.
     """
-    with storage.open_map(map_of(path), any_flags=True) as ds:
+    with storage.open_map(path, any_flags=True) as ds:
         checks = [_content(ds)]
         sweep, check = _definition(ds, against)
         checks.append(check)
@@ -108,7 +101,7 @@ def _shown(findings: list[str]) -> tuple[str, ...]:
 def _content(ds: xr.Dataset) -> Check:
     """Whether each variable still holds the bytes that were written."""
     digest = content.hashed(ds, BLOCK_POINTS)
-    promised = {name: str(variable.attrs.get("sha256", "")) for name, variable in ds.variables.items()}
+    promised = {name: str(variable.encoding.get("sha256", "")) for name, variable in ds.variables.items()}
     findings = [
         f"{name}: holds other values than were written"
         for name, own in digest.digests().items()
@@ -473,7 +466,7 @@ def _expected(path: str, definition: str | None) -> Sweep | None:
     """The sweep of that definition; left out, the one that ships and whose folder the map lies in."""
     from sweeps.points import catalogue
 
-    folder = Path(os.path.realpath(map_of(path))).parent
+    folder = Path(os.path.realpath(door.map_of(path))).parent
     known = catalogue.shipped() if folder.parent.name == "results" else {}
     source = catalogue.resolve(definition) if definition is not None else known.get(folder.name)
     return None if source is None else read(source)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from sweeps.schema.refusals import DefinitionError
+from sweeps.schema.refusals import DefinitionError, hint
 
 if TYPE_CHECKING:
     from sweeps.points.sweep import Sweep
@@ -46,11 +46,8 @@ def resolve(text: str) -> Path:
 
 
 def _unknown(where: str, name: str, known: Iterable[str], otherwise: str) -> str:
-    import difflib
-
-    near = difflib.get_close_matches(name[:100], known, n=1)
-    hint = f" (did you mean {near[0]}?)" if near else ""
-    return f"{where}: {name[:100]!r} is not the name of a sweep{hint}; allowed: {', '.join(known)}, {otherwise}"
+    wrong = f"{name[:100]!r} is not the name of a sweep{hint(name[:100], known)}"
+    return f"{where}: {wrong}; allowed: {', '.join(known)}, {otherwise}"
 
 
 @dataclass(frozen=True)

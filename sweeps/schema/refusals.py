@@ -19,6 +19,7 @@ TAGS = ("\0number", "\0list", "\0range")  # forms of a grid's entry; no key is o
 _TOP = "(top level)"
 _MAX_PROBLEMS_SHOWN = 10
 _SHOWN_CHARACTERS = 60
+WORD = 4  # letters of the shortest word of a name that is compared with what was typed
 
 
 class RefusedError(ValueError):
@@ -130,10 +131,17 @@ def hint(key: Any, options: Any) -> str:
     """A question, " (did you mean …?)", where an option is near; else nothing."""
     if not isinstance(key, str) or len(key) > 100:
         return ""
+    near = _near(key, list(options))
+    return f" (did you mean {near}?)" if near else ""
+
+
+def _near(key: str, options: list[str]) -> str:
+    """Return the option whose name, or one word of it, is most like the key; "" where none is."""
     import difflib
 
-    matches = difflib.get_close_matches(key, list(options), n=1)
-    return f" (did you mean {matches[0]}?)" if matches else ""
+    words = {word.lower(): option for option in options for word in re.split(r"[\s_-]+", option) if len(word) >= WORD}
+    words |= {option.lower(): option for option in options}
+    return next((words[word] for word in difflib.get_close_matches(key.strip().lower(), words, n=1)), "")
 
 
 def keys_of(model: "type[BaseModel]") -> str:

@@ -6,11 +6,11 @@ what several of them share. A folder here is found by itself; a package of
 somebody else names its module in an entry point of the group `polhode.systems`, and edits nothing.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import cache, partial
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from sweeps.schema.carried import DEFAULT_SYSTEM
 from sweeps.systems.system import Dynamics
@@ -92,17 +92,26 @@ def resolve(name: str, folder: str = "") -> Dynamics:
 def of_map(ds: "xr.Dataset") -> Dynamics:
     """The system of a map, with all that a reader of maps needs: the one way to it from a file.
 
-    A Python file that a map names is never run, for its author may be anybody: what such a map holds is read as any
-    oscillator's is.
+    Raises:
+        KeyError: for a name that is no system's.
+    """
+    return of_contents(ds.attrs, ds.variables)
+
+
+def of_contents(attributes: Mapping[str, Any], variables: Collection[str]) -> Dynamics:
+    """Return the system of a map, from its attributes and the names of its variables and coordinates.
+
+    A Python file that a map names is never run, for its author may be anybody: the names of the map's variables say
+    whether it holds small oscillations or relative equilibria.
 
     Raises:
         KeyError: for a name that is no system's.
     """
-    name = str(ds.attrs.get("system", DEFAULT_SYSTEM))
+    name = str(attributes.get("system", DEFAULT_SYSTEM))
     if is_file(name):
         from sweeps.systems import described
 
-        return described.unread(next(kind for kind in kinds() if kind.holds(ds)), name)
+        return described.unread(next(kind for kind in kinds() if kind.holds(variables)), name)
     return resolve(name)
 
 

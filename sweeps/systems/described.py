@@ -9,7 +9,7 @@ import importlib.util
 import threading
 import traceback
 from abc import abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from functools import cache, cached_property
 from importlib import import_module
 from pathlib import Path
@@ -106,8 +106,8 @@ class Described(Dynamics):
 
     @staticmethod
     @abstractmethod
-    def holds(ds: "xr.Dataset") -> bool:
-        """Whether a map of a description is one of this kind, by what it holds."""
+    def holds(variables: Collection[str]) -> bool:
+        """Return whether a map of a description is one of this kind, from the names of its variables."""
 
     @cached_property
     def description(self) -> "mechanics.System":

@@ -16,6 +16,7 @@ from scipy.special import ellipk
 
 import sweeps
 from sweeps.__main__ import command, main
+from sweeps.schema.refusals import MapError
 
 
 @pytest.fixture(scope="module")
@@ -57,6 +58,30 @@ def refused(capsys, *arguments):
     assert "Traceback" not in captured.err
     assert "allowed: " in captured.err
     return captured.err
+
+
+def test_a_results_folder_stands_for_its_map(path, tmp_path, monkeypatch, capsys):
+    folder = tmp_path / "results" / "mine"
+    folder.mkdir(parents=True)
+    shutil.copy(path, folder / "stability_map.nc")
+    monkeypatch.chdir(tmp_path)
+    place = ["--axis", "2", "--I1", "1", "--I2", "1", "--omega0", "1", "--epsilon", "1e-6"]
+    assert said(capsys, "show", folder) == said(capsys, "show", folder / "stability_map.nc")
+    assert said(capsys, "point", folder, *place) == said(capsys, "point", folder / "stability_map.nc", *place)
+    said(capsys, "slice", folder, "--axis", "2", "--omega0", "1", "--epsilon", "1e-6", "-o", "slice.nc")
+    said(capsys, "figures", folder, "-o", "figures", "--only", "stability_axis_1")
+    said(capsys, "report", folder, "-o", "report.html")
+    said(capsys, "verify", folder, "--points", "1")
+    with sweeps.open_map(folder) as ds, sweeps.open_map(path) as same:
+        assert ds.identical(same)
+    (tmp_path / "empty").mkdir()
+    for typed in (["show"], ["point"], ["slice", "-o", "x.nc"], ["figures", "-o", "x"], ["report", "-o", "x.html"]):
+        message = refused(capsys, *typed, tmp_path / "empty")
+        assert message.startswith(f"{tmp_path / 'empty'}: this folder holds no stability_map.nc; allowed: a map")
+    with pytest.raises(MapError, match=r"holds no stability_map\.nc"):
+        sweeps.open_map(tmp_path / "empty")
+    (tmp_path / "README.md").write_text("# Words\n" * 20)
+    assert "(its first bytes are not those of netCDF-4)" in refused(capsys, "show", "README.md")
 
 
 @pytest.mark.parametrize("command", ["show", "point", "slice"])

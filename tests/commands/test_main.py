@@ -6,6 +6,7 @@ import pytest
 
 import sweeps
 from sweeps.__main__ import main
+from sweeps.schema.refusals import DefinitionError
 
 GOOD = "grid: {I1: 1.0, I2: 2.0, I3: [2.5, 3.0], omega0: 1.0}\n"
 BAD = {
@@ -112,7 +113,10 @@ def test_hundreds_of_bodies_are_checked_in_a_page(folder, capsys):
 
 
 def test_an_unknown_name_suggests_a_near_one(folder, capsys):
-    assert "did you mean tennis_racket?" in refused(capsys, "check", "tenis_racket")
+    for text in ("tenis_racket", "tenis", "raket"):
+        assert "did you mean tennis_racket?" in refused(capsys, "check", text)
+        with pytest.raises(DefinitionError, match=r"did you mean tennis_racket\?"):
+            sweeps.survey(text)
     far = refused(capsys, "check", "zzz")
     assert "did you mean" not in far
     assert "tiny, tumblers, tumbling, twist, viscous_slug, or the path of a YAML file" in far

@@ -10,6 +10,7 @@ import pytest
 import repeated
 import xarray as xr
 
+import sweeps
 from sweeps.__main__ import main
 from sweeps.maps import verify
 from sweeps.points import catalogue
@@ -258,6 +259,25 @@ HOSTILE = {
     "version of another type": (2, lambda ds: ds.assign_attrs(contract_version=[2.0, 3.0])),
     "own hash of another type": (1, lambda ds: ds.assign(regime=ds.regime.assign_attrs(sha256=[1, 2]))),
 }
+
+
+def test_what_is_computed_from_a_map_carries_no_hash_that_certifies_it(tiny, tmp_path, capsys):
+    """xarray's arithmetic keeps attributes, and not the encoding; what it writes anew keeps `content_hash`."""
+    with sweeps.open_map(tiny) as ds:
+        assert len(ds.growth_rate.encoding["sha256"]) == 64
+        assert all("sha256" not in variable.attrs for variable in ds.variables.values())
+        rate = ds.growth_rate
+        for changed in (ds * 2, rate * 2, -rate, np.abs(rate), rate**2, ds.mean("I1"), ds.where(ds.status > 9)):
+            variables = changed.data_vars.values() if isinstance(changed, xr.Dataset) else [changed]
+            assert all("sha256" not in variable.attrs | variable.encoding for variable in variables)
+        ds.assign(growth_rate=ds.growth_rate * 2).to_netcdf(tmp_path / "changed.nc")
+        ds.to_netcdf(tmp_path / "same.nc")
+    assert main(["verify", str(tmp_path / "changed.nc"), "--points", "0"]) == 1
+    assert "content_hash: is not that of what the file holds" in capsys.readouterr().out
+    assert main(["verify", str(tmp_path / "same.nc"), "--points", "0"]) == 0
+    for path in ("changed.nc", "same.nc"):
+        with netCDF4.Dataset(tmp_path / path) as file:
+            assert all("sha256" not in variable.ncattrs() for variable in file.variables.values())
 
 
 QUICK = ("no coordinate", "NaN everywhere", "definition of script")

@@ -3,7 +3,7 @@
 One `Oscillator` a description: those of `sweeps/mechanics/library`, and any Python file that a definition names.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -55,7 +55,7 @@ class Oscillator(Described):
         return True
 
     @staticmethod
-    def holds(ds: "xr.Dataset") -> bool:
+    def holds(variables: Collection[str]) -> bool:
         """Any map of a description that is no other kind's."""
         return True
 

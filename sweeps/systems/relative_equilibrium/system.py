@@ -4,7 +4,7 @@ One `RelativeEquilibrium` a description: those of `sweeps/mechanics/library/rela
 definition names and whose equations are of first order (see `sweeps.mechanics.flow.is_flow`).
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -52,9 +52,9 @@ class RelativeEquilibrium(Described):
         return is_flow(description)
 
     @staticmethod
-    def holds(ds: "xr.Dataset") -> bool:
-        """Whether a map is one of relative equilibria, by its dimensions."""
-        return "eigenvalue" in ds.dims
+    def holds(variables: Collection[str]) -> bool:
+        """Return whether a map is one of relative equilibria: no other kind has a coordinate `eigenvalue`."""
+        return "eigenvalue" in variables
 
     def called(self, definition: FlowDefinition) -> dict[str, float]:
         """Flows, with the eigenvalues that come before and after them."""

@@ -1,0 +1,93 @@
+"""A user's own system outside the tree: every command, for each of the three forms that eigenvalues describe."""
+
+import json
+
+import numpy as np
+import own_systems
+import pytest
+import xarray as xr
+
+import sweeps
+from sweeps import systems
+from sweeps.__main__ import main
+from sweeps.maps import dataset, storage
+from sweeps.points.loading import read
+from sweeps.shards import contract
+from sweeps.systems.relative_equilibrium import system as relative
+
+NAMES = list(own_systems.SYSTEMS)
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    systems.resolve.cache_clear()
+    return tmp_path
+
+
+def unmeasured(sweep):
+    """A sweep's map with zeros and ones in place of what the kernels measure: these take a minute to compile."""
+    shapes = {name: (*sweep.grid.shape, *sweep.shape_at(name)) for name in sweep.variables}
+    variables = {
+        name: (sweep.grid.dims, np.full(shapes[name], 0 if name == "status" else 1, v.dtype), v.attributes)
+        for name, v in sweep.variables.items()
+    }
+    return xr.Dataset(variables, dataset.grid_coordinates(sweep), contract.provenance(sweep))
+
+
+def chosen(ds, names):
+    """Options --NAME VALUE at the first place of some dimensions."""
+    return [text for name in names for text in (f"--{name}", str(ds[name].values[0]))]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_map_of_a_users_own_system_is_read_by_every_command(folder, name, capsys):
+    path = folder / "results" / name / "stability_map.nc"
+    path.parent.mkdir(parents=True)
+    storage.write_map(unmeasured(read(own_systems.write(folder, name))), path)
+    with sweeps.open_map(path.parent) as ds:
+        assert type(systems.of_map(ds)) is relative.RelativeEquilibrium
+        long = [dim for dim in ds["regime"].dims if ds.sizes[dim] > 1]
+        point, plane = chosen(ds, long), chosen(ds, long[2:])
+    for given in (path, path.parent):
+        given = str(given)
+        for command in (
+            ["show", given],
+            ["show", given, "--json"],
+            ["point", given, *point],
+            ["slice", given, *plane, "-o", "slice.nc"],
+            ["figures", given, "-o", "figures", "--only", "stability"],
+            ["report", given, "-o", "report.html"],
+            ["verify", given],
+        ):
+            assert main(command) == 0, capsys.readouterr()
+    assert main(["show", "slice.nc", "--json"]) == 0
+    said = capsys.readouterr()
+    assert said.err == ""
+    assert json.loads(said.out[said.out.rindex("\n{") :])["system"] == f"{name}.py"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NAMES)
+def test_a_users_own_system_from_its_definition_to_its_report(folder, name, capsys):
+    """By the commands that a user types; the map is the same whether it is run, or merged from shards."""
+    definition, result = str(own_systems.write(folder, name)), f"results/{name}"
+    for command in (
+        ["check", definition],
+        ["run", definition],
+        ["show", result],
+        ["figures", result, "-o", "figures"],
+        ["report", result, "-o", "report.html"],
+        ["verify", result, "--definition", definition],
+        ["shard", definition, "1", "2", "-o", "1.nc"],
+        ["shard", definition, "2", "2", "-o", "2.nc"],
+        ["merge", definition, "1.nc", "2.nc", "-o", "merged.nc"],
+        ["verify", "merged.nc", "--definition", definition],
+    ):
+        assert main(command) == 0, capsys.readouterr()
+    with sweeps.open_map(result) as ds, sweeps.open_map("merged.nc") as merged:
+        assert ds.attrs["content_hash"] == merged.attrs["content_hash"]
+        assert (ds["status"] == 0).mean() > 0.5
+        gap = abs(ds["growth_rate"] - ds["growth_rate_theory"]).where(ds["status"] == 0)
+        assert (gap <= ds["growth_rate_error"]).where(gap.notnull(), True).all()
+    assert {"stability.png", "theory_against_measured.png"} <= {p.name for p in (folder / "figures").iterdir()}
