@@ -33,6 +33,7 @@ from sweeps.schema.refusals import UnreadableError, display, hint, shortened
 PART_ROWS = 2**17  # of a file that are in memory at once
 BLOCK_ROWS = 2**14  # of the cache that share a checksum
 BLOCK_BYTES = 2**22  # of a CSV file that one thread parses at once
+TRUTH_VALUE = re.compile(rb"(?i)\b(true|false)\b")
 LONGEST_LINE = 2**16  # bytes: of a file with longer ones no block is parsed by itself
 PARSERS = 2  # threads; the memory they take does not grow with the file
 SUFFIXES = {".csv": "csv", ".parquet": "parquet", ".nc": "netcdf"}
@@ -342,21 +343,25 @@ class _Csv(_Source):
         self.path = path
         try:
             with path.open(encoding="utf-8-sig", newline="") as file:
-                line = file.readline(2**16)
+                line, below = file.readline(2**16), file.readline(2**16)
         except UnicodeDecodeError:
             raise _refused("", display(path.name), "is not UTF-8 text", "a CSV file in UTF-8") from None
         self._between = next((sign for sign in ",;\t" if sign in line), ",")
-        names = next(csv.reader([line], delimiter=self._between), [])
+        names, first = (next(csv.reader([text], delimiter=self._between), []) for text in (line, below))
+        width = max(len(names), len(first))  # spreadsheets end lines with separators for columns that are empty
+        while names and not names[-1].strip():
+            names.pop()
         if not any(name.strip() for name in names):
             raise _refused("", display(path.name), "has no first line of names", "names of columns in the first line")
         self.headings = [units.heading(name) for name in names]
+        self._spare = [str(place) for place in range(len(names), width)]
 
     def _read(self, what, dtype, **options):
         import pandas as pd
 
         if tuple(map(int, pd.__version__.split(".")[:2])) < (3, 1):  # before, its own floats were not always nearest
             options["float_precision"] = "round_trip"
-        names = [str(k) for k in range(len(self.headings))]
+        names = [*map(str, range(len(self.headings))), *self._spare]
         settings = {"sep": self._between, "names": names, "encoding": "utf-8-sig", "engine": "c"}
         return pd.read_csv(what, dtype=dtype, **settings, **options)
 
@@ -381,11 +386,14 @@ class _Csv(_Source):
         def parsed(block: bytes) -> np.ndarray | None:
             import pandas as pd
 
+            if any(letter in block for letter in b"uUlL"):  # pandas reads a column of true and false as 1 and 0
+                return None
             try:
                 part = self._read(BytesIO(block), "f8", header=None, low_memory=False)
             except ValueError:  # pandas' own errors are among them
                 return None
-            return part[order].to_numpy() if isinstance(part.index, pd.RangeIndex) else None
+            is_sound = isinstance(part.index, pd.RangeIndex) and not part[self._spare].notna().any(axis=None)
+            return part[order].to_numpy() if is_sound else None
 
         waiting: deque[Future] = deque()
         with ThreadPoolExecutor(PARSERS) as pool:
@@ -418,9 +426,11 @@ class _Csv(_Source):
 
         order = [str(place) for place in places]
         number = 0
+        if self._has_truth_values():
+            raise self._text(0)
         try:
             for part in self._read(self.path, "f8", header=0, chunksize=PART_ROWS):
-                if not isinstance(part.index, pd.RangeIndex):
+                if not isinstance(part.index, pd.RangeIndex) or part[self._spare].notna().any(axis=None):
                     raise _refused("", display(self.path.name), "has more values in a row than names", "as many")
                 yield part[order].to_numpy()
                 number += 1
@@ -433,6 +443,12 @@ class _Csv(_Source):
         except ValueError:
             raise self._text(number) from None
 
+    def _has_truth_values(self) -> bool:
+        """Return whether a value of the file is the word true or false."""
+        with self.path.open("rb") as file:
+            file.readline()
+            return any(TRUTH_VALUE.search(line) for line in file)
+
     def _text(self, number: int) -> UnreadableError:
         """What is no number in a part of the file."""
         import pandas as pd
@@ -441,13 +457,20 @@ class _Csv(_Source):
         for k, part in enumerate(text):
             if k < number:
                 continue
-            bad = np.stack([pd.to_numeric(part[name], errors="coerce").isna().to_numpy() for name in part.columns])
+            bad = np.stack(
+                [
+                    pd.to_numeric(part[name], errors="coerce").isna().to_numpy()
+                    for name in part.columns[: len(self.headings)]
+                ]
+            )
             if not bad.any():
                 break
             row = int(np.argmax(bad.any(axis=0)))
             place = int(np.argmax(bad[:, row]))
             shown = f"row {number * PART_ROWS + row + 1:,} ({display(str(part.iat[row, place]))})"
-            return _refused(self.headings[place][0], shown, "is no number", "a number in every row")
+            return _refused(
+                self.headings[place][0], shown, "is no number", "a number in every row, with a decimal point"
+            )
         return _refused("", display(self.path.name), "holds what is no number", "numbers in every row")
 
 

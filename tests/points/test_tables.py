@@ -179,6 +179,8 @@ def test_parts_are_evened(monkeypatch):
         ),
         ("1,2,1e7,4", "table: row 3 (4 values) is no row of the table; allowed: 3 values in every row"),
         ("1,2", "table.I2: row 3 is missing"),
+        ("True,2,1e7", "table.I1: row 3 ('True') is no number; allowed: a number in every row"),
+        ("1,2,false", "table.I2: row 3 ('false') is no number"),
     ],
 )
 def test_a_bad_row_is_named_and_nothing_is_kept(tmp_path, row, words):
@@ -188,6 +190,49 @@ def test_a_bad_row_is_named_and_nothing_is_kept(tmp_path, row, words):
         read(path)
     assert words in str(refused.value)
     assert not [file for file in (tmp_path / "cache").rglob("*") if file.is_file()]
+
+
+@pytest.mark.parametrize("word", ["True", "false", "TRUE"])
+def test_a_column_of_truth_values_is_refused(tmp_path, word):
+    with pytest.raises(DefinitionError, match=rf"table.omega0: row 1 \('{word}'\) is no number"):
+        read(write(tmp_path, f"I1,omega0,I2\n1,{word},1\n1,{word},1\n"))
+
+
+PLAIN = "I1,omega0,I2\n1.5,2,1\n0.5,-3,1.25\n"
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        PLAIN.replace("\n", ",,\n"),
+        PLAIN.replace("\n", ",\n").replace("I2,", "I2"),
+        "\ufeff" + PLAIN.replace("\n", "\r\n") + "\r\n\r\n",
+        PLAIN.replace(",", ";"),
+        PLAIN.replace(",", '","').replace("\n", '"\n"').join(['"', ""]).removesuffix('"'),
+        PLAIN.removesuffix("\n"),
+    ],
+    ids=["trailing commas", "trailing in rows", "BOM and CRLF and blank lines", "semicolons", "quotes", "no last end"],
+)
+def test_what_spreadsheets_write_is_read(tmp_path, content):
+    table = read(write(tmp_path, content)).definition.rows
+    rows = table.rows(0, table.num)
+    assert {name: values.tolist() for name, values in rows.items()} == {
+        "I1": [1.5, 0.5],
+        "I2": [1.0, 1.25],
+        "omega0": [2.0, -3.0],
+    }
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (PLAIN.replace(",", ";").replace(".", ","), r"row 1 \('1,5'\) is no number; .* with a decimal point"),
+        (PLAIN.replace("\n", ",\n").replace("-3,1.25,", "-3,1.25,7"), "has more values in a row than names"),
+    ],
+)
+def test_what_would_be_misread_is_refused(tmp_path, content, words):
+    with pytest.raises(DefinitionError, match=words):
+        read(write(tmp_path, content))
 
 
 def test_a_bad_row_is_named_however_far_down(tmp_path, monkeypatch):
