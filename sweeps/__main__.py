@@ -103,8 +103,40 @@ def main(arguments: list[str] | None = None) -> int:
 
 def command() -> NoReturn:
     """Run the command of this process and exit with its status."""
+    _open_closed_streams()
     startup.configure()
-    sys.exit(main())
+    try:
+        status = main()
+    except SystemExit as ended:  # words that are no command, or a question for help
+        status = ended.code
+    except OSError as error:  # of what the parser prints
+        status = _unwritten(error)
+    sys.exit(_flushed(status))
+
+
+def _open_closed_streams() -> None:
+    """Open the null device for each standard stream that the shell closed, so that no file gets its number."""
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            stream = open(os.devnull, mode, encoding="utf-8")  # noqa: SIM115
+            os.set_inheritable(stream.fileno(), True)
+            setattr(sys, name, stream)
+
+
+def _flushed(status: int) -> int:
+    """Flush what was printed and return the exit status: 1 for a reader that has gone, 2 for a full disk."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except OSError as error:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())  # for what is still in its buffer
+            status = status or _unwritten(error)
+    return status
+
+
+def _unwritten(error: OSError) -> int:
+    """Return the exit status where output cannot be written: 1, quietly, if its reader has gone, else 2."""
+    return 1 if isinstance(error, BrokenPipeError) else _refused(f"output: {error.strerror}; allowed: {MACHINE}")
 
 
 @contextmanager
@@ -180,6 +212,12 @@ def _answered(args: Namespace) -> int:
     except MemoryError:
         return _refused(f"memory: is full; allowed: {MACHINE}")
     except RuntimeError as error:
+        from concurrent.futures import BrokenExecutor
+
+        if isinstance(error, BrokenExecutor):
+            told = "a process that this command started was ended from outside (killed, or the memory was full)"
+            print(f"{told}; the same command goes on from what is finished", file=sys.stderr)
+            return 1
         if "NetCDF" not in str(error):
             raise
         return _refused(f"{error}: a file is damaged; allowed: a whole file that Polhode wrote")

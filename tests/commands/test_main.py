@@ -1,10 +1,16 @@
 import json
+import multiprocessing
+import os
+import shlex
 import subprocess
 import sys
+from concurrent.futures import ProcessPoolExecutor
+from types import SimpleNamespace
 
 import pytest
 
 import sweeps
+from sweeps import __main__
 from sweeps.__main__ import main
 from sweeps.schema.refusals import DefinitionError
 
@@ -175,3 +181,59 @@ def test_a_call_that_is_none_leaves_with_2(arguments, capsys):
         main(arguments)
     assert left.value.code == 2
     assert "Traceback" not in capsys.readouterr().err
+
+
+PIPED = """\
+import os, sys
+number = int(sys.argv[1])
+reader, writer = os.pipe()
+os.close(reader)
+os.dup2(writer, number)
+sys.argv[1:] = sys.argv[2:]
+os.execv(sys.executable, [sys.executable, "-m", "sweeps", *sys.argv[1:]])
+"""
+WORDS = [["--completion", "bash"], ["--version"], ["check", "tiny"], ["check", "none"], ["body", "racket"]]
+
+
+@pytest.mark.parametrize("words", WORDS, ids=" ".join)
+def test_a_reader_that_has_gone_ends_a_command_quietly(words):
+    """With its output closed a command that prints ends with 1; what is refused ends with its own status."""
+    done = subprocess.run([sys.executable, "-c", PIPED, "1", *words], stderr=subprocess.PIPE, check=False)
+    assert (done.returncode, b"Traceback" in done.stderr) == (2 if "none" in words else 1, False)
+    assert done.stderr.count(b"\n") == ("none" in words)
+
+
+@pytest.mark.parametrize("closed", ["2>&-", ">&-", "<&-", "<&- >&- 2>&-"])
+@pytest.mark.parametrize(("words", "status"), [("check tiny", 0), ("check none", 2), ("--version", 0)])
+def test_closed_streams_change_no_exit_status(closed, words, status):
+    command = f"{shlex.quote(sys.executable)} -m sweeps {words}"
+    lines = (command, f"{command} {closed}")
+    whole, done = (subprocess.run(["sh", "-c", line], capture_output=True, check=False) for line in lines)
+    assert done.returncode == whole.returncode == status
+    assert done.stdout == (b"" if " >&-" in f" {closed}" else whole.stdout)
+    assert done.stderr == (b"" if "2>&-" in closed else whole.stderr)
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no device that is always full")
+@pytest.mark.parametrize("words", [["--version"], ["check", "tiny"]])
+def test_output_that_finds_no_room_is_said(words):
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "sweeps", *words], stdout=full, stderr=subprocess.PIPE, text=True, check=False
+        )
+    assert done.returncode == 2
+    assert "No space left on device; allowed: " in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_a_process_that_is_killed_while_it_draws_is_one_message(monkeypatch, capsys):
+    def die(args):
+        with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
+            pool.submit(os._exit, 9).result()
+
+    parsed = SimpleNamespace(parse_args=lambda words: SimpleNamespace(run=die))
+    monkeypatch.setattr(__main__, "_parser", lambda *words: parsed)
+    assert __main__.main(["figures", "map.nc"]) == 1
+    told = capsys.readouterr().err
+    assert told.startswith("a process that this command started was ended from outside (killed")
+    assert told.count("\n") == 1
