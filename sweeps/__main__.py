@@ -97,7 +97,7 @@ def main(arguments: list[str] | None = None) -> int:
         except BaseException as error:
             if not (heard or isinstance(error, KeyboardInterrupt)):
                 raise
-            print("interrupted; what was finished stays", file=sys.stderr)
+            print(": ".join(["interrupted", *getattr(error, "__notes__", ())]), file=sys.stderr)
             return 130
 
 

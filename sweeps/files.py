@@ -15,7 +15,7 @@ FLUSHED_BYTES = 2**27  # that a disk is given at once, while more is written
 
 
 @contextmanager
-def replaced(path: str | Path, flush: bool = True) -> Iterator[Path]:
+def replaced(path: str | Path, flush: bool = True, kept: Path | None = None) -> Iterator[Path]:
     """Gives a temporary path beside `path`; once the block has ended well, what it wrote takes that place.
 
     Where the block fails, the temporary file is removed and whatever stood at `path` is as it was. A link stays one:
@@ -26,6 +26,7 @@ def replaced(path: str | Path, flush: bool = True) -> Iterator[Path]:
         path: the file to write.
         flush: whether the content must reach the disk before the name does. Files that carry checksums and can be
             made again need not wait for it.
+        kept: a temporary path on the same file system, in place of one of its own; it stays where the block fails.
 
     Raises:
         OSError: where something stands at `path` that is no file.
@@ -35,7 +36,7 @@ def replaced(path: str | Path, flush: bool = True) -> Iterator[Path]:
         raise OSError(errno.EINVAL, "is a folder or a device, not a file", str(path))
     path.parent.mkdir(parents=True, exist_ok=True)
     remove_leftovers(path)
-    temporary = _beside(path)
+    temporary = kept or _beside(path)
     try:
         temporary.touch(exist_ok=False)
         yield temporary
@@ -45,7 +46,8 @@ def replaced(path: str | Path, flush: bool = True) -> Iterator[Path]:
         if flush:
             _flush(path.parent)
     finally:
-        temporary.unlink(missing_ok=True)
+        if not kept:
+            temporary.unlink(missing_ok=True)
 
 
 class Flusher:

@@ -5,8 +5,8 @@ from sweeps.schema.refusals import DefinitionError
 
 EPILOG = """\
 Writes what the workflow (snakemake) writes: results/<sweep>/stability_map.nc, figures/ and report.html. Broken off
-and called again, it goes on: finished shards of the same definition and kernels are used as they are. What is finished
-and unchanged is named, and nothing is loaded.
+and called again, it goes on: what was measured for the same definition by the same kernels is used as it is, but for
+the last seconds of work, or the shard that was begun. What is finished and unchanged is named, and nothing is loaded.
 """
 
 

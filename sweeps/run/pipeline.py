@@ -9,7 +9,7 @@ import shutil
 import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
-from contextlib import nullcontext
+from contextlib import contextmanager, nullcontext
 from functools import partial
 from pathlib import Path
 
@@ -23,6 +23,8 @@ from sweeps.run import claims, progress, warmup
 from sweeps.shards import merging
 from sweeps.shards.shard import holds_shard, write_shard
 from sweeps.views import drawing
+
+LOST_SECONDS = 2.0  # of work: a shorter sweep that is broken off is measured again from the start
 
 
 def make(planned: Plan, results: str | Path = "results", workers: int = 1, again: bool = False) -> Iterator[Path]:
@@ -112,13 +114,19 @@ def _say(text: str) -> None:
 
 
 def measure(sweep: Sweep, path: Path, workers: int, again: bool) -> None:
-    """Writes the map: at once, or from shards, of which those that are there already are not measured again."""
+    """Writes the map: at once, or from shards. What a run that was broken off has measured is not measured again."""
     count, folder = sweep.shards, path.with_name("shards")
     shards = [folder / f"{k}-of-{count}.nc" for k in range(1, count + 1)]
     missing = [k for k in range(1, count + 1) if again or not holds_shard(shards[k - 1], sweep, k, count)]
     if count == len(missing) == 1:
-        with progress.points(sweep.grid.size, sweep.name) as advance:
-            merging.measure_whole(sweep, path, workers, advance)
+        if again and folder.exists():
+            shutil.rmtree(folder)
+        is_long = estimate.integration_seconds(sweep, sweep.grid.size) > LOST_SECONDS
+        with (
+            progress.points(sweep.grid.size, sweep.name) as advance,
+            _noting_finished(advance, sweep.grid.size, "points") as advance,
+        ):
+            merging.measure_whole(sweep, path, workers, advance, folder if is_long else None)
     else:
         _write(sweep, shards, missing, workers)
         _say(f"merging {count} shards")
@@ -127,12 +135,30 @@ def measure(sweep: Sweep, path: Path, workers: int, again: bool) -> None:
         shutil.rmtree(folder)
 
 
+@contextmanager
+def _noting_finished(advance: Callable[[int], None], total: int, what: str, done: int = 0) -> Iterator[Callable]:
+    """Count what is finished on the way to `advance`, and note it on the exception that ends the block."""
+
+    def count(more: int) -> None:
+        nonlocal done
+        done += more
+        advance(more)
+
+    try:
+        yield count
+    except BaseException as error:
+        error.add_note(f"{done:,} of {total:,} {what} finished")
+        raise
+
+
 def _write(sweep: Sweep, shards: list[Path], missing: list[int], workers: int) -> None:
     """Writes those shards that are not there yet, one after the other: what is finished is kept."""
     count, bounds = len(shards), sweep.grid.shard_bounds(len(shards))
     if count > len(missing):
         _say(f"{count - len(missing)} of {count} shards are there already")
     points = sum(stop - start for start, stop in (bounds[k - 1] for k in missing))
-    with progress.points(points, sweep.name) as advance:
+    noting = _noting_finished(lambda more: None, count, "shards", count - len(missing))
+    with progress.points(points, sweep.name) as advance, noting as finish:
         for k in missing:
             write_shard(sweep, k, count, shards[k - 1], workers, advance)
+            finish(1)

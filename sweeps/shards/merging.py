@@ -5,6 +5,7 @@ A map that is not cut into shards is written as it is measured.
 
 import re
 import sys
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import zip_longest
@@ -13,13 +14,14 @@ from pathlib import Path
 import h5py
 import netCDF4
 import numpy as np
+from isal import isal_zlib
 
 from sweeps.boxes import runs
 from sweeps.files import Flusher, remove_leftovers
 from sweeps.points.grid import Grid
 from sweeps.points.scattered import PART_POINTS
 from sweeps.points.sweep import Sweep
-from sweeps.shards import contract
+from sweeps.shards import contract, journal
 from sweeps.shards.chunkfile import ChunkFile, define, written
 from sweeps.shards.content import ContentHash
 from sweeps.shards.shard import (
@@ -75,31 +77,60 @@ def merge(sweep: Sweep, shards: Iterable[str | Path], path: str | Path, threads:
 
 
 def measure_whole(
-    sweep: Sweep, path: str | Path, threads: int = 1, progress: Callable[[int], None] = lambda points: None
+    sweep: Sweep,
+    path: str | Path,
+    threads: int = 1,
+    progress: Callable[[int], None] = lambda points: None,
+    folder: Path | None = None,
 ) -> str:
-    """Measures all points of a sweep and writes its map, without shards: what is broken off is lost.
+    """Measures all points of a sweep and writes its map, without shards.
 
     Args:
         sweep: the sweep.
         path: the map to write.
         threads: threads for the kernel.
         progress: called with the number of points after each block.
+        folder: where what is measured stays if this is broken off, and is continued from; left out, it is lost.
 
     Returns:
         The map's content hash.
     """
 
     def fill(file: ChunkFile, digest: ContentHash, flusher: Flusher) -> int:
-        def put(_: int, piece: Piece, columns: Mapping[str, np.ndarray]) -> None:
+        motions, shares = 0, deque(pieces(file.chunks, 0, sweep.grid.size))
+
+        def put(index: int, piece: Piece, columns: Mapping[str, np.ndarray], taken: int) -> None:
+            stored = {name: file.encode(name, piece.chunk, piece.first, own) for name, own in columns.items()}
+            keep(piece, columns, stored, taken)
+
+        def keep(piece: Piece, columns: Mapping[str, np.ndarray], stored: Mapping[str, bytes], taken: int) -> None:
             for name, values in columns.items():
-                stored = file.encode(name, piece.chunk, piece.first, values)
-                file.put(name, piece.chunk, stored)
+                file.put(name, piece.chunk, stored[name])
                 digest.update(name, values)
-                flusher.wrote(len(stored))
+                flusher.wrote(len(stored[name]))
+            if notes:
+                places = {n: (*file.place(n, piece.chunk), isal_zlib.crc32(chunk)) for n, chunk in stored.items()}
+                notes.add(journal.Entry(piece.after, taken, places))
 
-        return measure(sweep, pieces(file.chunks, 0, sweep.grid.size), put, threads, progress)
+        for block in journal.chunks(*before) if before else ():
+            if block[-1][0].after != shares[len(block) - 1].after:
+                break
+            for entry, stored in block:
+                piece = shares.popleft()
+                bounds = piece.chunk, piece.first, piece.after
+                keep(piece, {n: file.decode(n, *bounds, chunk) for n, chunk in stored.items()}, stored, entry.motions)
+                motions += entry.motions
+                progress(piece.after - piece.first)
+        if folder:
+            journal.remove(folder, but=notes.path)
+        return motions + (measure(sweep, list(shares), put, threads, progress) if shares else 0)
 
-    return _filled(sweep, path, fill)
+    if not folder:
+        before = notes = None
+        return _filled(sweep, path, fill)
+    before = journal.longest(sweep, folder)
+    with journal.Journal(sweep, folder) as notes:
+        return _filled(sweep, path, fill, notes.path)
 
 
 def _files(path: Path, sweep: Sweep) -> list[Path]:
@@ -125,9 +156,14 @@ def _merge_once(sweep: Sweep, paths: Sequence[Path], path: str | Path) -> str:
     return _filled(sweep, path, fill)
 
 
-def _filled(sweep: Sweep, path: str | Path, fill: Callable[[ChunkFile, ContentHash, Flusher], int]) -> str:
+def _filled(
+    sweep: Sweep,
+    path: str | Path,
+    fill: Callable[[ChunkFile, ContentHash, Flusher], int],
+    kept: Path | None = None,
+) -> str:
     """Writes a map whose chunks `fill` puts into it and hashes, saying how many motions they took; its content hash."""
-    with written(path) as temporary:
+    with written(path, kept=kept) as temporary:
         digest = _create(temporary, sweep)
         with h5py.File(temporary, "r+") as hdf, Flusher(temporary) as flusher:
             motions = fill(ChunkFile(hdf, sweep.variables, chunks_of(sweep)), digest, flusher)
