@@ -177,11 +177,13 @@ def _tell_errors(S, exactly, rounded, whole):
         squares = max(ss - sx * sx * inverse, 0.0) * inverse
         scatter = uncertainty.scatter(S[MORE.reduced_slope + lane], squares, used, reduced, spacing)
         rate = math.sqrt(abs(reduced))
-        integration = uncertainty.integration(reduced, rate, apart, per, spacing)
+        growth = S[lanes.LARGEST + lane] / S[lanes.START + lane]
+        integration = uncertainty.integration(reduced, rate, apart, per, spacing, growth, apart if exactly else 0.0)
         part = reduction.rms_part(S[lanes.RR + lane], ss, inverse, samples)
-        left = uncertainty.amplitude(reduced, part, S[lanes.WANDER + lane], spacing)
-        left = left if whole else part * reduction.SMALL_WANDER
         Ia, Ib, Ic = S[lanes.MA + lane], S[lanes.MB + lane], S[lanes.MC + lane]
+        bound = max(abs(Ib - Ic) / Ia, max(abs(S[lanes.CB + lane]), abs(S[lanes.CC + lane])))
+        left = uncertainty.amplitude(reduced, part, S[lanes.WANDER + lane], spacing, per, bound)
+        left = left if whole else part * reduction.SMALL_WANDER
         moved = uncertainty.of_moments(reduced, Ia, Ib, Ic, rounded)
         S[MORE.rate + lane] = rate
         rounding = uncertainty.rounding(rate, samples, used) + moved

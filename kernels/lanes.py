@@ -281,6 +281,7 @@ def _sample_of(reduced):
             size = b * b + c * c
             start = S[START + lane]
             inside = (S[OPEN + lane] > 0.0) & (size <= measure.WINDOW * measure.WINDOW * start)
+            inside = inside & (size >= measure.DECAYED * measure.DECAYED * start)
             if whole:
                 excess = S[A + lane] * S[SPIN + lane] - 1.0
                 wander = abs(excess)
@@ -325,12 +326,12 @@ def _exact_sample(state, sums, constants):
     """The next step of the recurrence and its sample, of one lane, in registers."""
     b1, c1, back_b, back_c, xx, db, dc = state
     weight, used, sum_rx, sum_rr, sum_xx = sums
-    gb, gc, q, two_guess, most = constants
+    gb, gc, q, two_guess, least, most = constants
     b, c = b1 + db, c1 + dc
     bend = recurrence.bend(b, q)
     db, dc = recurrence.bent(db, b, gb, bend), recurrence.bent(dc, c, gc, bend)
     size = b * b + c * c
-    inside = (weight > 0.0) & (size <= most)
+    inside = (weight > 0.0) & (size <= most) & (size >= least)
     weight = 1.0 if inside else 0.0
     ahead_b, ahead_c = b - b1, c - c1  # of the samples as they are rounded
     rb, rc = (ahead_b - back_b) + two_guess * b1, (ahead_c - back_c) + two_guess * c1
@@ -354,8 +355,9 @@ def _exact_samples_of(count):
             b1, c1, b2, c2 = S[B1 + lane], S[C1 + lane], S[B2 + lane], S[C2 + lane]
             state = (b1, c1, b1 - b2, c1 - c2, b1 * b1 + c1 * c1, S[DB + lane], S[DC + lane])
             sums = (S[OPEN + lane], S[USED + lane], S[RX + lane], S[RR + lane], S[XX + lane])
+            least = measure.DECAYED * measure.DECAYED * S[START + lane]
             most = measure.WINDOW * measure.WINDOW * S[START + lane]
-            constants = (S[GB + lane], S[GC + lane], S[BEND + lane], 2.0 * S[GUESS + lane], most)
+            constants = (S[GB + lane], S[GC + lane], S[BEND + lane], 2.0 * S[GUESS + lane], least, most)
             if count == 4:
                 state, sums = _exact_sample(state, sums, constants)
                 state, sums = _exact_sample(state, sums, constants)

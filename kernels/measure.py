@@ -32,6 +32,7 @@ import numpy as np
 from kernels.jit import INLINE, OPTIONS, njit
 
 WINDOW = 10.0  # samples count until the transverse size exceeds this many times its start
+DECAYED = 1e-6  # … or is below this part of it: squared, what it weighs in the sums is below the roundings of the start
 LOG_FROM, LOG_TO, LOG_BELOW = 2.0, 1000.0, 1e-2  # the log slope's window: times the start; and relative to the spin
 LEAST_EFOLDS = 2.0
 # D of three samples above which no motion small enough for the log slope grows: their bias is below 1e-5

@@ -44,6 +44,7 @@ _A, _B, _C, _SPIN, _EPSILON, _RATE, _PHASE, _SPACING, _BOUND = (PITCH * row for 
 POINT = ("I1", "I2", "I3", "axis", "omega0", "epsilon", "phase")
 TYPES = (np.float64, np.int32, np.int8)
 POWERS = columns.powers(COLUMNS, flips.COLUMNS)
+LEAST_SPIN = 1e-143  # s-1, below which the error of Ω², at least 5e-21 of its square, may be no normal double
 
 
 @njit(**INLINE)
@@ -294,7 +295,25 @@ def measured(
     _measure(arrays, spacing, intervals, tolerance, propagator == "exact", rounded, groups, rows, tables)
     found = {column.name: values for column, values in zip(asked, chain(*tables), strict=True)}
     followed = _nonlinear(arrays, found, tolerance) if nonlinear else {}
+    _leave_out_unrepresentable(found, arrays[4])
     return followed | {name: found[name] for name in MEASURED if name in wanted}
+
+
+def _leave_out_unrepresentable(found, omega0):
+    """Mark as missing what is in s-2 where doubles cannot hold it and its error; the status is then NON_FINITE."""
+    spin = np.abs(omega0)
+    lost = spin < LEAST_SPIN
+    squares = [values for name, values in found.items() if POWERS[name] == 2]
+    if spin.size and spin.max() > 1.0 / LEAST_SPIN:
+        for values in squares:
+            lost |= np.isinf(values)
+    if not lost.any():
+        return
+    for values in squares:
+        values[lost] = np.nan
+    if "status" in found:
+        status = found["status"]
+        status[lost & (status == OK)] = NON_FINITE
 
 
 def flipped(points, tolerance=1e-10):
@@ -329,7 +348,7 @@ def _nonlinear(arrays, measured, tolerance):
 
 @np.errstate(divide="ignore", invalid="ignore")  # a point that is no body gives NaN, and no noise
 def theory(points):
-    """Columns of linear theory and of the body's shape, in units.
+    """Columns of linear theory, of the body's shape and of the axis that its motion encircles, in units.
 
     Parameters
     ----------
@@ -340,10 +359,9 @@ def theory(points):
     -------
     dict of str to numpy.ndarray, shape (n,)
         omega_squared_theory (s-2), growth_rate_theory (s-1), frequency_theory (rad s-1), growing_fraction,
-        triangle_margin (1), regime_theory, shape (int8).
+        triangle_margin (1), regime_theory, shape, encircles (int8).
     """
-    I1, I2, I3, axis, omega0, _, phase = _point_arrays(points)
-    return foretold.columns_of(I1, I2, I3, axis, omega0, phase)
+    return foretold.columns_of(*_point_arrays(points))
 
 
 def motions(points):
@@ -370,7 +388,9 @@ def collapsed(points, *settings, **options):
     motions = as_motions({name: values[first] for name, values in arrays.items()})
     found = measured(motions | {"omega0": np.sign(motions["omega0"])}, *settings, rounded=True, **options)
     spin = np.abs(arrays["omega0"])
-    return {name: _expanded(values, motion, spin, POWERS[name]) for name, values in found.items()}
+    expanded = {name: _expanded(values, motion, spin, POWERS[name]) for name, values in found.items()}
+    _leave_out_unrepresentable(expanded, arrays["omega0"])
+    return expanded
 
 
 @njit(nogil=True, **OPTIONS)

@@ -16,7 +16,7 @@ Time is in radians of spin, rates² in spin². h is the spacing of the samples, 
   σ counts it as :math:`\sqrt{m/2}\,s_{rms}\varepsilon_{rms}`: hence :math:`g = q\sqrt{2/m}/\sin x`, m = n - 2, and
   :math:`\sin^2x \ge x^2(1 - x^2/3)`. It is below 1 only where the window holds a turn. The rounding of samples, which
   is noise, has a part of its own below.
-* **integration**, :math:`\delta\left[\frac5T\sqrt{|\Omega^2| + 1/T^2} + (4 + 6.4\lambda h)\lambda^2\right]`. An error
+* **integration**, :math:`\delta\left[\frac5T\sqrt{|\Omega^2| + 1/T^2} + f(4 + 6.4\lambda h)\lambda^2\right]`. An error
   of the perturbation that grows to the relative size δ over the window is a rate off by δ/T, which moves Ω² by
   :math:`2\Omega\,\delta/T`; below :math:`\Omega T = 1` a bend by δ moves it by :math:`2\delta/T^2`. The factor is 5,
   not 2, because an early error and a later one may cancel in δ. A growing motion puts all weight on its last
@@ -24,17 +24,34 @@ Time is in radians of spin, rates² in spin². h is the spacing of the samples, 
   of the perturbation, :math:`d = \delta e^{3\lambda t}`, whose second difference is
   :math:`2(\cosh 3x - \cosh x)\,d` beside the motion's, :math:`x = \lambda h`; over the samples that makes
   :math:`2(\cosh 3x - \cosh x)/(1 + e^{-2x})\,\delta/h^2`, 4λ²δ for small x, and below (4 + 6.4x)λ²δ up to
-  :math:`x = \frac12`, which no spacing exceeds. δ is the point's certificate; where there is none, the motion being
-  the exact one, the rounding of its steps, n u.
-* **amplitude**, :math:`p\,w\left[C x^4 + D x^2 w + \tfrac12w^3\right]`, what the reduction leaves: p is the root mean
-  square of what it took off, w the largest wandering of the spin over the window, both from the samples, and
-  :math:`x^2 = |\Omega^2|h^2`. The first term is the clock's end correction at the second order of the amplitude (its
-  parts at twice the frequency: 16 x² of a fourth derivative, over 60·4), the second and third the orders that were left
-  out of p. C = 1/4 and D = 3/10 hold growing motions, where errors add up; about an oscillation they average out over
-  a turn, and C = 1/1000, D = 1/250 hold (over 10^5 random bodies, see tests/benchmarks/error_bars.py). Where the
-  reduction stopped at the first order, because no spin can wander by more than a w of its own, the term is p w.
+  :math:`x = \frac12`, which no spacing exceeds. A motion that decays puts all weight on its first samples, where the
+  same error is :math:`d = d_0(e^{-3\lambda t} - e^{-\lambda t})`, for it starts at 0: seen is only its largest value,
+  :math:`\delta = \frac{2}{3\sqrt3}d_0`. So :math:`f = \frac32\sqrt3` unless the motion has grown; f = 1 where the
+  largest size squared is 40 times that of the start, a window that its size has closed. δ is the point's certificate;
+  where there is none, the motion being the exact one, the rounding of its steps, n u, and :math:`n\,u|\Omega^2|` more:
+  the spin's own rounding, at most u/2 a step and all in one sense, is a wandering that the reduction takes off by
+  :math:`2|\Omega^2|` of its mean although the small motion's recurrence never saw it.
+* **amplitude**, :math:`p\left[w\left(C x^4 + D x^2 w + w^3\right) + x^{12}/40000\right] + 2uc/h`, what the reduction
+  leaves: p is the root mean square of what it took off, w the largest wandering of the spin over the window, both from
+  the samples, c the largest :math:`|c_i|`, and :math:`x^2 = |\Omega^2|h^2`. The first term is the clock's end
+  correction at the second order of the amplitude (its parts at twice the frequency: 16 x² of a fourth derivative, over
+  60·4), the second and third the orders that were left out of p. C = 1/4 and D = 3/10 hold growing motions, where
+  errors add up; about an oscillation they average out over a turn, and C = 3/2000, D = 3/500 hold. Within a turn they
+  do not: :math:`\min(1, 1/|\Omega^2|T^2)` and 6/5 of it are added to C and D. These constants and that of the third
+  term are held by experiment (10^5 points of random definitions, tests/benchmarks/error_bars.py; half of what is added
+  within a turn leaves 1 point in 10^4 outside). The fourth is the series of x² (:func:`kernels.reduction.square`),
+  whose first term left out is x¹²/84084 of it. The last is the rounding of the spin's excess, u, which moves p by
+  :math:`u|\varepsilon_+ - \varepsilon_-| \le 2uch|\varepsilon|`. Where the spin wanders by more than half of itself
+  (within the seven samples that every window has) nothing here is small, and the error is
+  :math:`|\Omega^2| + c^2`, for no rate exceeds c: the amplitude does not allow to decide, and the point is marginal.
+  Where the reduction stopped at the first order, because no spin can wander by more than a w of its own, the term is
+  p w.
 * **rounding**, :math:`8u|\Omega^2| + 6u\sqrt{|\Omega^2|}/h + 0.4\,u/(h^2\sqrt{n-2})`: of the Euler coefficients and the
   step; of the state once a sample, all in one sense; and of the samples over h², at random.
+
+A decaying perturbation ends in the growing one that rounding has put beside it, and whose two components know nothing
+of each other. The window closes where the size is below 10⁻⁶ of the start: squared, as it weighs in the sums, that is
+10⁻¹², and what grows beside it no more than u/10⁻⁶ of it.
 
 The measured rate² itself is off by the reduction's shift besides; its amplitude term holds that whole.
 
@@ -53,9 +70,14 @@ from kernels.jit import INLINE, njit
 
 UNIT = 2.0**-53
 FOLLOWED, BENT, STEEPER = 5.0, 4.0, 6.4
+HARDLY_GROWN = 1.5 * math.sqrt(3.0)  # 1/max(e^-s - e^-3s)
+GROWN = 40.0  # of the size squared
 GROWING = (0.25, 0.3)
-TURNING = (0.001, 0.004)
-BEYOND = 0.5
+TURNING = (0.0015, 0.006)
+WITHIN_A_TURN = (1.0, 1.2)
+BEYOND = 1.0
+SERIES = 1.0 / 40000.0
+MOST_WANDER = 0.5
 NEAR_NONE = 4.0
 HARMONIC = 2.0 * (1.0 + 0.5 / math.cos(0.5)) ** 2  # 2 q²
 
@@ -73,19 +95,29 @@ def scatter(slope, squares, used, rate2, spacing):
 
 
 @njit(**INLINE)
-def integration(rate2, rate, apart, per, spacing):
-    """The integration's term from the perturbation's largest relative error ``apart``; rate is √|Ω²|, ``per`` 1/T."""
+def integration(rate2, rate, apart, per, spacing, growth, drift):
+    """The integration's term from the perturbation's largest relative error ``apart``; rate is √|Ω²|, ``per`` 1/T.
+
+    ``growth`` is the largest size squared over that of the start, ``drift`` n u of an exact motion and else 0.
+    """
     bent = (BENT + STEEPER * rate * spacing) * max(-rate2, 0.0)
-    return apart * (FOLLOWED * per * math.sqrt(abs(rate2) + per * per) + bent)
+    bent = bent if growth >= GROWN else bent * HARDLY_GROWN
+    return apart * (FOLLOWED * per * math.sqrt(abs(rate2) + per * per) + bent) + drift * abs(rate2)
 
 
 @njit(**INLINE)
-def amplitude(rate2, part, wander, spacing):
-    """What the reduction to zero amplitude leaves, from the rms ``part`` it took off and the spin's ``wander``."""
+def amplitude(rate2, part, wander, spacing, per, bound):
+    """What the reduction to zero amplitude leaves, from the rms ``part`` it took off and the spin's ``wander``.
+
+    ``per`` is 1/T, ``bound`` the largest Euler coefficient's size, which no rate exceeds.
+    """
     x2 = abs(rate2) * spacing * spacing
-    fourth = GROWING[0] if rate2 < 0.0 else TURNING[0]
-    second = GROWING[1] if rate2 < 0.0 else TURNING[1]
-    return part * wander * (fourth * x2 * x2 + wander * (second * x2 + BEYOND * wander * wander))
+    within = min(1.0, per * per / max(abs(rate2), 1e-300))
+    fourth = (GROWING[0] if rate2 < 0.0 else TURNING[0]) + WITHIN_A_TURN[0] * within
+    second = (GROWING[1] if rate2 < 0.0 else TURNING[1]) + WITHIN_A_TURN[1] * within
+    x4 = x2 * x2
+    left = wander * (fourth * x4 + wander * (second * x2 + BEYOND * wander * wander)) + SERIES * x4 * x4 * x4
+    return part * left + 2.0 * UNIT * bound / spacing if wander <= MOST_WANDER else abs(rate2) + bound * bound
 
 
 @njit(**INLINE)

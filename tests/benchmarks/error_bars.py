@@ -1,6 +1,7 @@
 """How true the error bars are: coverage, sharpness and marginal points, cell by cell, as a table.
 
-    python tests/benchmarks/error_bars.py [--bodies 1000] [--points 300] [--out results/benchmarks]
+    python tests/benchmarks/error_bars.py [--bodies 1000] [--points 300] [--definitions 2000] [--out results/benchmarks]
+    python tests/benchmarks/error_bars.py --only-definitions
 
 Random bodies that can exist (second moments of mass uniform in 0.05-1), bodies with two moments 1e-1 to 1e-9 apart,
 needles and plates (two of three lengths as small as 1e-8), about each axis, with the nudge in two directions, at each
@@ -10,20 +11,28 @@ mode; the symmetric top. A cell is judged against linear theory, and the top's a
 * cover: share of points whose deviation is within the error; worst: largest deviation over error;
 * sharp: median of error over deviation, where the deviation exceeds 1e-14 of the value (of small oscillations: of the
   rate scale's square, for a mode that nothing holds has the value 0); a dash where none does.
+
+Then random definitions of the rigid body, each parameter drawn over its whole allowed range, with random points: every
+column that has an error, against linear theory in 40 digits. Each column has its coverage and its largest deviation
+over error, of all points and of the worst tenth (or kind) by any parameter; what is missing must have a status that is
+not ``ok``, and a regime that is not ``marginal`` must be that of the moments.
 """
 
 import argparse
 import sys
 from functools import cache
+from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
 
+import mpmath
 import numpy as np
 
 sys.path[:0] = [str(Path(__file__).parents[1]), str(Path(__file__).parents[2])]
 
 from kernels import linear, survey, symmetric_top  # noqa: E402
 from kernels.oscillations import MARGINAL  # noqa: E402
+from kernels.statuses import OK  # noqa: E402
 
 SETTINGS = (4.0, 16, 1e-10)
 DECADES = (1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 0.3)
@@ -32,6 +41,14 @@ GAPS = tuple(10.0**-k for k in range(1, 10))
 PHASES = (0.6, 2.1)
 DEFAULT = "default sweep"
 SEEN = 1e-14  # relative deviation that is more than the rounding of the theory itself
+
+
+# Of random definitions: columns by what theory has of them, how bodies are made, and how the nudge is directed.
+RATES = {"omega_squared": 0, "growth_rate": 1, "frequency": 2}
+COLUMNS = (*(f"{name}{end}" for name in RATES for end in ("", "_reduced")), "growth_rate_logslope")
+BODIES = ("random", "near-symmetric", "flat", "rod", "symmetric", "sphere", "near a sphere", "impossible")
+DIRECTIONS = ("any", "decaying", "growing", "along an axis", "far")
+LEAST_NORMAL = sys.float_info.min
 
 
 class Cell(NamedTuple):
@@ -111,6 +128,151 @@ def rigid(kind, count, epsilon, **options):
         deviation = np.abs(columns["omega_squared_reduced"] / theory - 1.0)
     wrong = (regime != columns["regime_theory"]) & (regime != linear.MARGINAL)
     return cells, float(np.mean(regime == linear.MARGINAL)), int(wrong.sum()), float(np.nanmedian(deviation))
+
+
+def random_bodies(random, count):
+    """Kind (a number of BODIES), relative gap or thickness, and moments (3, count) in any unit."""
+    kind = random.choice(len(BODIES), count, p=(0.3, 0.2, 0.12, 0.12, 0.08, 0.02, 0.08, 0.08))
+    masses = random.uniform(0.05, 1.0, (3, count))
+    gaps = 10.0 ** random.uniform(-16, -0.5, (2, count))
+    signed = gaps * random.choice([-1, 1], (2, count))
+    thin = np.where(random.random((2, count)) < 0.2, 0.0, gaps) * masses[1:]
+    x, y, z = masses
+    known = [BODIES.index(name) for name in ("near-symmetric", "symmetric", "sphere", "near a sphere", "rod")]
+    y = np.select([kind == k for k in known], [x * (1 + signed[0]), x, x, x * (1 + signed[0]), thin[0]], y)
+    z = np.select([kind == k for k in known[2:]], [x, x * (1 + signed[1]), gaps[1] * z], z)
+    z = np.where(kind == BODIES.index("flat"), thin[1], z)
+    masses = random.permuted(np.stack([x, y, z]), axis=0)
+    possible = np.roll(masses, -1, axis=0) + np.roll(masses, -2, axis=0)
+    moments = np.where(kind == BODIES.index("impossible"), 10.0 ** random.uniform(-3, 3, (3, count)), possible)
+    return kind, gaps[0], moments * np.where(random.random(count) < 0.5, 1.0, 10.0 ** random.uniform(-290, 290, count))
+
+
+def random_points(random, count):
+    """Points over the whole allowed range, and what their bodies and directions are."""
+    kind, gap, three = random_bodies(random, count)
+    axis, share = random.integers(1, 4, count), random.random(count)
+    spread = (10.0 ** random.uniform(-12, np.log10(0.9), count), random.uniform(0.02, 0.9, count))
+    epsilon = np.select([share < 0.45, share < 0.9], spread, 10.0 ** random.uniform(-300, -12, count))
+    powers = np.where(random.random(count) < 0.5, random.uniform(-1, 1, count), random.uniform(-150, 150, count))
+    omega0 = random.choice([-1, 1], count) * 10.0**powers
+    a, b, c = linear.seen_from(*three, axis)
+    cb, rate = (c - a) / b, np.sqrt(np.maximum((c - a) / b * ((a - b) / c), 0.0))
+    towards = random.choice(len(DIRECTIONS), count, p=(0.4, 0.3, 0.1, 0.1, 0.1))
+    slope = [np.arctan2(side * rate, cb * np.sign(omega0)) for side in (-1, 1)]
+    along = random.integers(0, 4, count) * np.pi / 2
+    ways = (random.uniform(0, 2 * np.pi, count), *slope, along, 10.0 ** random.uniform(0, 15, count))
+    points = dict(zip(("I1", "I2", "I3"), three, strict=True)) | {"axis": axis, "omega0": omega0, "epsilon": epsilon}
+    points["phase"] = np.choose(towards, ways)
+    return points, {"body": kind, "gap": gap, "direction": towards, "unit": three.max(axis=0)}
+
+
+def random_integration(random, most):
+    """How runs are made: any of the contract's ranges, with at most so many samples."""
+    from sweeps.systems.rigid_body.definition import PROPAGATORS, RigidBodyIntegration
+
+    few, many = np.log([4, 40]), np.log([4, 1e3 if random.random() < 0.7 else 1e9])
+    per_rotation = int(np.exp(random.uniform(*(few if random.random() < 0.6 else many))))
+    samples = round(np.exp(random.uniform(np.log(8), np.log(most))))
+    return RigidBodyIntegration(
+        rotations=samples / per_rotation,
+        samples_per_rotation=per_rotation,
+        tolerance=10.0 ** random.uniform(-13, -3),
+        propagator=str(random.choice(PROPAGATORS)),
+        collapse=bool(random.random() < 0.2),
+    )
+
+
+def linear_theory(points):
+    """Ω², growth rate and frequency as (double, what it leaves over) pairs, from 40 digits; shape (3, 2, n)."""
+    three = np.stack([points[name] for name in ("I1", "I2", "I3")])
+    found = np.empty((3, 2, three.shape[1]))
+    with mpmath.workdps(40):
+        for i, (axis, omega0) in enumerate(zip(points["axis"], points["omega0"], strict=True)):
+            a, b, c = (mpmath.mpf(float(three[(axis - 1 + k) % 3, i])) for k in range(3))
+            square = (a - b) * (a - c) / (b * c)
+            rate = mpmath.sqrt(abs(square)) * abs(float(omega0))
+            for row, value in enumerate(
+                (square * mpmath.mpf(float(omega0)) ** 2, rate * (square < 0), rate * (square > 0))
+            ):
+                found[row, :, i] = float(value), float(value - float(value))
+    return found
+
+
+def random_definitions(count, points=50, seed=1, most=2e4):
+    """Table of all points of random definitions: what was drawn, what was measured, and per column how many errors off.
+
+    A deviation over error is NaN where the value or its error is missing.
+    """
+    from sweeps.systems.rigid_body.system import SYSTEM
+
+    random, parts = np.random.default_rng(seed), []
+    for _ in range(count):
+        integration = random_integration(random, most)
+        drawn, made = random_points(random, points)
+        columns = SYSTEM.columns(drawn, integration)
+        theory = linear_theory(drawn)
+        given = ("rotations", "samples_per_rotation", "tolerance", "propagator", "collapse")
+        row = drawn | made | {name: np.full(points, getattr(integration, name)) for name in given}
+        row |= {name: columns[name] for name in ("regime", "regime_theory", "status", "samples_used", "encircles")}
+        for name in COLUMNS:
+            truth, rest = theory[RATES[name.removesuffix("_reduced").removesuffix("_logslope")]]
+            with np.errstate(all="ignore"):
+                row[name] = np.abs((columns[name] - truth) - rest) / columns[f"{name}_error"]
+            row[f"{name} lost"] = ~np.isfinite(columns[name]) | ~(columns[f"{name}_error"] >= LEAST_NORMAL)
+        parts.append(row)
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+
+def wrong_regimes(table):
+    """Which points have a regime that is neither left open nor that of the moments."""
+    return ~np.isin(table["regime"], (-1, linear.MARGINAL)) & (table["regime"] != table["regime_theory"])
+
+
+def lost_in_silence(table):
+    """Which points have status ok and no Ω², measured or reduced, or no normal double as its error."""
+    return (table["status"] == OK) & (table["omega_squared lost"] | table["omega_squared_reduced lost"])
+
+
+def tenths(values):
+    """The tenth (0 to 9) that each value lies in; of words and few numbers, the number of the value."""
+    different, numbers = np.unique(values, return_inverse=True)
+    if different.size <= 10:
+        return numbers
+    return np.clip(np.searchsorted(np.quantile(values, np.linspace(0, 1, 11)), values, side="right") - 1, 0, 9)
+
+
+PARAMETERS = (
+    *("rotations", "samples_per_rotation", "tolerance", "propagator", "collapse", "epsilon", "phase", "direction"),
+    *("omega0", "spin", "axis", "body", "gap", "unit", "samples_used"),
+)
+
+
+def of_definitions(table):
+    """Lines of the table of random definitions: each column, whole and in its worst tenth by any parameter."""
+    yield "| column | points | within the error | worst | least within, of a tenth | its worst |"
+    yield "|---|---|---|---|---|---|"
+    table = table | {"spin": np.abs(table["omega0"])}
+    for name in COLUMNS:
+        off = table[name]
+        told = np.isfinite(off)
+        parts = [
+            (parameter, tenth, told & (tenths(table[parameter]) == tenth))
+            for parameter in PARAMETERS
+            for tenth in range(10)
+        ]
+        parts = [(p, t, off[some]) for p, t, some in parts if some.any()]
+        parameter, tenth, least = min(parts, key=lambda part: np.mean(part[2] <= 1.0))
+        yield (
+            f"| {name} | {told.sum():,} | {100 * np.mean(off[told] <= 1.0):.3f} % | {off[told].max():.2f} | "
+            f"{100 * np.mean(least <= 1.0):.2f} % ({parameter}, {tenth + 1}) | {least.max():.2f} |"
+        )
+    marginal, lost = np.mean(table["regime"] == linear.MARGINAL), table["status"] != OK
+    yield ""
+    yield (
+        f"{lost.size:,} points: {wrong_regimes(table).sum()} wrong regimes, {100 * marginal:.1f} % marginal, "
+        f"{lost_in_silence(table).sum()} missing with status ok, {100 * lost.mean():.2f} % with another status"
+    )
 
 
 def oscillations(name, count, epsilon):
@@ -196,11 +358,15 @@ def main(argv=None):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--bodies", type=int, default=1000, help="bodies of a kind, each about three axes, twice")
     parser.add_argument("--points", type=int, default=300, help="places of each system of small oscillations")
+    parser.add_argument("--definitions", type=int, default=2000, help="random definitions, 50 points each")
+    parser.add_argument("--only-definitions", action="store_true", help="leave out the other tables")
+    parser.add_argument("--seed", type=int, default=1, help="of the random definitions")
     parser.add_argument("--out", type=Path, help="folder for coverage.md")
     given = parser.parse_args(argv)
     lines = []
     print("each cell: cover, worst, sharp")
-    for line in rows(given.bodies, given.points):
+    every = iter(()) if given.only_definitions else chain(rows(given.bodies, given.points), ("",))
+    for line in chain(every, of_definitions(random_definitions(given.definitions, seed=given.seed))):
         print(line, flush=True)
         lines.append(line)
     if given.out:

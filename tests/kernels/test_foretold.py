@@ -1,7 +1,12 @@
-"""Linear theory's columns in one pass are, bit for bit, what the formulas of kernels.linear make of arrays."""
+"""Linear theory's columns in one pass are, bit for bit, what the formulas of kernels.linear make of arrays.
 
+The axis that is encircled is that of a difference in 60 digits, and whose component of SciPy's motion keeps its sign.
+"""
+
+import mpmath
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from kernels import foretold, linear, rigid_body, triangle
 
@@ -21,7 +26,8 @@ def some_bodies(alike):
 @pytest.mark.parametrize("alike", [True, False])
 def test_columns_are_those_of_the_formulas(alike):
     I1, I2, I3, axis, omega0, phase = some_bodies(alike)
-    found = foretold.columns_of(I1, I2, I3, axis, omega0, phase)
+    found = foretold.columns_of(I1, I2, I3, axis, omega0, np.full(phase.size, 1e-3), phase)
+    assert found.pop("encircles").dtype == np.int8
     with np.errstate(all="ignore"):
         regime = linear.regime(I1, I2, I3, axis)
         growth_rate, frequency = linear.rates(linear.omega_squared(I1, I2, I3, 1.0, axis), regime)
@@ -39,3 +45,68 @@ def test_columns_are_those_of_the_formulas(alike):
         assert found[name].dtype == values.dtype, name
         np.testing.assert_array_equal(found[name], values, err_msg=name)
         assert (np.signbit(found[name]) == np.signbit(values)).all(), name
+
+
+def starts(random, n):
+    """Points of any size and direction of the nudge, a third of them within 1e-16 to 1e-2 of the separatrix."""
+    masses = random.uniform(0.05, 1.0, (3, n))
+    masses[1] = np.where(random.random(n) < 0.3, masses[0] * (1 + 10.0 ** random.uniform(-16, -1, n)), masses[1])
+    moments = (masses.sum(axis=0) - masses) * 10.0 ** random.uniform(-200, 200, n)
+    axis, omega0 = random.integers(1, 4, n), random.choice([-1.0, 1.0], n) * random.uniform(0.1, 10.0, n)
+    a, b, c = linear.seen_from(*moments, axis)
+    size = np.where(random.random(n) < 0.5, random.uniform(0.0, 0.99, n), 10.0 ** random.uniform(-300, 0, n))
+    with np.errstate(divide="ignore"):
+        slope = np.sqrt(np.abs((a - b) / c / ((c - a) / b)))
+    near = (random.random(n) < 0.3) & ((a < b) != (a < c))
+    by = 1 + 10.0 ** random.uniform(-17, -2, n)
+    phase = np.where(near, np.arctan2(random.choice([-1, 1], n) * slope * by, 1.0), random.uniform(-9, 9, n))
+    return *moments, axis, omega0, size, phase
+
+
+def test_the_axis_encircled_is_that_of_the_difference_in_60_digits():
+    start = starts(np.random.default_rng(4), 3000)
+    found = foretold.columns_of(*start)["encircles"]
+    undecided = 0
+    for I1, I2, I3, axis, _, epsilon, phase, flag in zip(*start, found, strict=True):
+        with mpmath.workdps(60):
+            moments = [mpmath.mpf(float(x)) for x in (I1, I2, I3)]
+            w = [mpmath.mpf(0)] * 3
+            w[axis - 1], angle = mpmath.mpf(1), mpmath.mpf(float(phase))
+            w[axis % 3] = float(epsilon) * mpmath.cos(angle)
+            w[(axis + 1) % 3] = float(epsilon) * mpmath.sin(angle)
+            terms = [i * (i - sorted(moments)[1]) * x * x for i, x in zip(moments, w, strict=True)]
+            N, size = sum(terms), sum(map(abs, terms))
+        if flag == foretold.SEPARATRIX:
+            undecided += 1
+            assert abs(N) < 40 * 2.0**-52 * size
+        else:
+            assert flag == (foretold.GREATEST_AXIS if N > 0 else foretold.LEAST_AXIS)
+    assert 10 < undecided < 300  # some are as near the separatrix as doubles can tell, and few
+
+
+@pytest.mark.parametrize("moments", [(1.0, 1.7, 2.3), (2.3, 1.0, 1.7), (1.7, 2.3, 1.0)])
+def test_the_axis_encircled_is_the_one_whose_component_keeps_its_sign(moments):
+    random, n = np.random.default_rng(5), 12
+    a, b, c = moments
+    axis, epsilon, phase = random.integers(1, 4, n), random.uniform(0.1, 0.95, n), random.uniform(0, 7, n)
+    one = [np.full(n, x) for x in moments]
+    found = foretold.columns_of(*one, axis, np.ones(n), epsilon, phase)["encircles"]
+    assert set(found) == {foretold.LEAST_AXIS, foretold.GREATEST_AXIS}
+    for i in range(n):
+        start = np.roll([1.0, epsilon[i] * np.cos(phase[i]), epsilon[i] * np.sin(phase[i])], axis[i] - 1)
+        rates = lambda t, w: [(b - c) / a * w[1] * w[2], (c - a) / b * w[2] * w[0], (a - b) / c * w[0] * w[1]]  # noqa: E731
+        motion = solve_ivp(rates, (0, 150), start, method="DOP853", rtol=1e-11, atol=1e-13).y
+        keeps = {k for k in range(3) if np.ptp(np.sign(motion[k])) == 0}
+        assert keeps == {int(np.argmin(moments) if found[i] == foretold.LEAST_AXIS else np.argmax(moments))}
+
+
+def test_symmetric_bodies_encircle_their_own_axis_and_spheres_none():
+    moments = np.array([[1.0, 1.0, 1.5], [1.0, 1.5, 1.5], [1.0, 1.0, 1.0]]).T
+    for axis in (1, 2, 3):
+        for phase in (0.6, 2.1):
+            one = np.full(3, 1e-300), np.full(3, phase)
+            found = foretold.columns_of(*moments, np.full(3, axis), np.ones(3), *one)["encircles"]
+            assert found.tolist() == [foretold.GREATEST_AXIS, foretold.LEAST_AXIS, foretold.NO_AXIS]
+    # about axis 1 with the nudge along axis 2: in the plane of two equal moments, a steady spin
+    steady = foretold.columns_of(*moments[:, :1], np.array([1]), np.ones(1), np.full(1, 0.3), np.zeros(1))
+    assert steady["encircles"].tolist() == [foretold.NO_AXIS]

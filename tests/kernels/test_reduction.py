@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kernels import exact, linear, reduction, survey, uncertainty
+from kernels import exact, linear, measure, reduction, survey, uncertainty
 
 SETTINGS = (4.0, 16, 1e-10)
 
@@ -104,18 +104,32 @@ def test_the_error_of_a_rate_reaches_the_farther_end_and_no_farther(square, erro
 def test_what_a_run_gathers_moves_the_rate_of_a_spin_that_turns_by_no_more_than_is_told(turns):
     """A frequency off by δ/T moves Ω² by 2Ωδ/T; within a small part of a turn a bend by δ moves it by 2δ/T²."""
     omega, T, delta = 0.3, 2 * np.pi * turns / 0.3, 1e-10
-    told = uncertainty.integration(omega**2, omega, delta, 1 / T, 0.4)
+    told = uncertainty.integration(omega**2, omega, delta, 1 / T, 0.4, 1.0, 0.0)
     assert told >= max(2 * omega * delta / T, 2 * delta / T**2)
-    assert told == pytest.approx(1e3 * uncertainty.integration(omega**2, omega, 1e-3 * delta, 1 / T, 0.4))
+    assert told == pytest.approx(1e3 * uncertainty.integration(omega**2, omega, 1e-3 * delta, 1 / T, 0.4, 1.0, 0.0))
 
 
-@pytest.mark.parametrize(("rate2", "fourth", "second"), [(-0.3, 1 / 4, 3 / 10), (0.3, 1 / 1000, 1 / 250)])
-def test_what_the_reduction_leaves_goes_with_the_powers_of_its_documentation(rate2, fourth, second):
-    x2 = 0.3 * 0.4**2
-    assert uncertainty.amplitude(rate2, 1e-3, 1e-9, 0.4) == pytest.approx(1e-12 * fourth * x2**2, rel=1e-5)
-    assert uncertainty.amplitude(rate2 * 1e-20, 1e-3, 0.1, 0.4) == pytest.approx(0.5 * 1e-3 * 0.1**4)
-    whole = 1e-3 * 0.1 * (fourth * x2**2 + second * x2 * 0.1 + 0.5 * 0.1**3)
-    assert uncertainty.amplitude(rate2, 1e-3, 0.1, 0.4) == pytest.approx(whole)
+@pytest.mark.parametrize("x", [0.02, 0.2, 0.5])
+def test_an_error_at_the_start_of_a_decay_is_held_from_what_is_seen_of_it(x):
+    """d = d0 (e^{-3λt} - e^{-λt}) beside e^{-λt}: what it moves by least squares, from its largest value alone."""
+    t, d0 = x * np.arange(60 / x), 1e-9
+    motion = np.exp(-t) + d0 * (np.exp(-3 * t) - np.exp(-t))
+    rate2, _ = measure.signed_rate(np.stack([motion, 0 * t], axis=1), x)
+    seen = d0 * np.abs(np.exp(-3 * t) - np.exp(-t)).max()
+    told = uncertainty.integration(-1.0, 1.0, seen, 1 / t[-1], x, 1.0, 0.0)
+    assert 0.3 * told < abs(rate2 + 1) < told  # what grows is steeper over wide spacings, and holds both
+
+
+@pytest.mark.parametrize(("rate2", "fourth", "second"), [(-0.3, 1 / 4, 3 / 10), (0.3, 3 / 2000, 3 / 500)])
+@pytest.mark.parametrize("T", [1e9, 1.0])
+def test_what_the_reduction_leaves_goes_with_the_powers_of_its_documentation(rate2, fourth, second, T):
+    x2, within = 0.3 * 0.4**2, min(1.0, 1 / (0.3 * T * T))
+    fourth, second = fourth + within, second + 1.2 * within
+    whole = 1e-3 * (0.1 * (fourth * x2**2 + second * x2 * 0.1 + 0.1**3) + x2**6 / 40000)
+    rounded = 2 * 2.0**-53 * 0.9 / 0.4
+    assert uncertainty.amplitude(rate2, 1e-3, 0.1, 0.4, 1 / T, 0.9) == pytest.approx(whole + rounded)
+    assert uncertainty.amplitude(rate2 * 1e-20, 1e-3, 0.1, 0.4, 1 / T, 0.9) == pytest.approx(1e-3 * 0.1**4)
+    assert uncertainty.amplitude(rate2, 1e-3, 0.6, 0.4, 1 / T, 0.9) == abs(rate2) + 0.9**2  # no rate² is beyond
 
 
 @pytest.mark.compiled

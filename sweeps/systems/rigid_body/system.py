@@ -346,8 +346,9 @@ def _compare_with_some_in_full(columns, points, settings, options):
     of the body's own moments.
 
     Raises:
-        ArithmeticError: where a column is another, or Ω² by more than 1e-12 of ω0² (times the square of the moments'
-            ratio, by which the rounding of a needle's moments grows): the collapse is wrong, and no map is written.
+        ArithmeticError: where a column is another, or Ω² by more than its error and 1e-12 of ω0² (times the square of
+            the moments' ratio, by which the rounding of a needle's moments grows): the collapse is wrong, and no map is
+            written.
     """
     from kernels import survey
 
@@ -360,7 +361,8 @@ def _compare_with_some_in_full(columns, points, settings, options):
             raise ArithmeticError(f"{name}: collapsed, it does not go with the spin rate as it is integrated")
     if "omega_squared" not in columns:
         return
-    full = survey.measured(chosen, *settings, **options | {"nonlinear": False, "wanted": {"omega_squared"}})
+    wanted = {"omega_squared", "omega_squared_error"}
+    full = survey.measured(chosen, *settings, **options | {"nonlinear": False, "wanted": wanted})
     moments = np.stack([chosen[name] for name in MOMENTS])
     with np.errstate(over="ignore"):  # an infinite ratio allows anything: nothing of such a body is a number
         allowed = 1e-12 * np.square(moments.max(axis=0) / moments.min(axis=0))
@@ -368,6 +370,7 @@ def _compare_with_some_in_full(columns, points, settings, options):
     ours, theirs = columns["omega_squared"][some], full["omega_squared"]
     same = (ours == theirs) | (np.isnan(ours) & np.isnan(theirs))  # infinite or missing in both
     apart = np.abs(np.subtract(ours, theirs, out=np.zeros_like(ours), where=~same)) / spin / spin
+    allowed += np.nan_to_num(full["omega_squared_error"]) / spin / spin
     if not (apart <= allowed).all():
         raise ArithmeticError(f"collapsed and integrated points differ by {(apart / allowed).max():.2g}e-12")
 

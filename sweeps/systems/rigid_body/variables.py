@@ -23,6 +23,7 @@ MOMENTS_ARE_RATIOS = Variable(
 )
 
 REGIMES = ("undetermined", "stable_minor", "stable_major", "unstable", "marginal", "sphere")
+ENCIRCLED = ("none", "least_axis", "greatest_axis", "separatrix")
 SHAPES = ("asymmetric", "oblate", "prolate", "sphere")
 STATUSES = statuses.STATUSES[: statuses.NON_FINITE + 1]
 
@@ -41,6 +42,15 @@ VARIABLES = rates.columns(
     ),
     Variable("shape", None, "kind of body by its moments", "i1", SHAPES),
     Variable("growing_fraction", "1", "share of the start that lies on the growing mode", "f4"),
+    Variable(
+        "encircles",
+        None,
+        "axis of the body that the angular momentum encircles at the motion's own amplitude, exact",
+        "i1",
+        ENCIRCLED,
+        comment="by the sign of L^2 - 2T Imid of the start: that axis keeps its component's sign; separatrix where "
+        "rounding hides the sign, none where the spin is steady (a sphere, or in the plane of two equal moments)",
+    ),
     Variable("samples_used", "1", "number of samples inside the measurement window", "i4"),
     Variable("window_end", "s", "time of the last sample inside the measurement window", sparse=True),
     Variable("steps_per_sample", "1", "integration steps between two samples", "i4"),
