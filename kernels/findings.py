@@ -181,9 +181,10 @@ def _tell_errors(S, exactly, rounded, whole):
         integration = uncertainty.integration(reduced, rate, apart, per, spacing, growth, apart if exactly else 0.0)
         part = reduction.rms_part(S[lanes.RR + lane], ss, inverse, samples)
         Ia, Ib, Ic = S[lanes.MA + lane], S[lanes.MB + lane], S[lanes.MC + lane]
-        bound = max(abs(Ib - Ic) / Ia, max(abs(S[lanes.CB + lane]), abs(S[lanes.CC + lane])))
-        left = uncertainty.amplitude(reduced, part, S[lanes.WANDER + lane], spacing, per, bound)
-        left = left if whole else part * reduction.SMALL_WANDER
+        left = part * reduction.SMALL_WANDER
+        if whole:
+            bound = max(abs(Ib - Ic) / Ia, max(abs(S[lanes.CB + lane]), abs(S[lanes.CC + lane])))
+            left = uncertainty.amplitude(reduced, part, S[lanes.WANDER + lane], spacing, per, bound)
         moved = uncertainty.of_moments(reduced, Ia, Ib, Ic, rounded)
         S[MORE.rate + lane] = rate
         rounding = uncertainty.rounding(rate, samples, used) + moved

@@ -346,7 +346,7 @@ def _compare_with_some_in_full(columns, points, settings, options):
     of the body's own moments.
 
     Raises:
-        ArithmeticError: where a column is another, or Ω² by more than its error and 1e-12 of ω0² (times the square of
+        ArithmeticError: where a column is another, or Ω² by more than both errors and 1e-12 of ω0² (times the square of
             the moments' ratio, by which the rounding of a needle's moments grows): the collapse is wrong, and no map is
             written.
     """
@@ -355,9 +355,10 @@ def _compare_with_some_in_full(columns, points, settings, options):
     size = next(iter(points.values())).size
     some = np.random.default_rng(size).integers(0, size, min(size, COMPARED))
     chosen = {name: values[some] for name, values in points.items()}
-    at_their_spin = survey.measured(survey.as_motions(chosen), *settings, rounded=True, **options)
-    for name, values in at_their_spin.items():
-        if not np.array_equal(values, columns[name][some], equal_nan=True):
+    both = {"wanted": {*options["wanted"], "omega_squared_error"}}
+    at_their_spin = survey.measured(survey.as_motions(chosen), *settings, rounded=True, **options | both)
+    for name in columns.keys() & at_their_spin.keys():
+        if not np.array_equal(at_their_spin[name], columns[name][some], equal_nan=True):
             raise ArithmeticError(f"{name}: collapsed, it does not go with the spin rate as it is integrated")
     if "omega_squared" not in columns:
         return
@@ -370,7 +371,8 @@ def _compare_with_some_in_full(columns, points, settings, options):
     ours, theirs = columns["omega_squared"][some], full["omega_squared"]
     same = (ours == theirs) | (np.isnan(ours) & np.isnan(theirs))  # infinite or missing in both
     apart = np.abs(np.subtract(ours, theirs, out=np.zeros_like(ours), where=~same)) / spin / spin
-    allowed += np.nan_to_num(full["omega_squared_error"]) / spin / spin
+    errors = full["omega_squared_error"] + at_their_spin["omega_squared_error"]
+    allowed += np.nan_to_num(errors) / spin / spin
     if not (apart <= allowed).all():
         raise ArithmeticError(f"collapsed and integrated points differ by {(apart / allowed).max():.2g}e-12")
 
