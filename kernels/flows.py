@@ -37,6 +37,7 @@ EPSILON = float(np.finfo(np.float64).eps)
 TRUST = 3.0  # multiples of the scatter in the bound
 ROUNDINGS = 16.0  # of the largest sample, a square root of a step
 MEANS_FROM = 4  # times the samples that a run needs: where it has more, means of two serve as well as both
+LINEAR = 0.25  # largest error of the samples by the amplitude, over their least singular value
 CURVED = 4.0  # relative size of quadratic (or, of pairs, cubic) terms per relative size of the motion
 
 # Columns of a raw result before those of `spectrum`; after these follow the drifts of the conserved quantities.
@@ -365,3 +366,35 @@ def status(raw, quantities, n, intervals, tolerance, runs):
         ~converged(raw, intervals, tolerance),
     ]
     return np.select(cases, [NON_FINITE, SHORT_WINDOW, NOT_MOVED, NON_FINITE, NOT_CONVERGED], OK).astype(np.int8)
+
+
+def is_too_wide(raw, quantities, n, size, scale, twice, paired):
+    """Return whether the amplitude leaves no error of the eigenvalues that can be relied on.
+
+    Errors are carried from the samples to the eigenvalues in first order. That holds while what the amplitude can do to
+    all samples together is small beside their least singular value; where it is not, or the fit contradicts what holds
+    for every motion of the equations (no rate above ``scale``; odd coefficients of the characteristic polynomial vanish
+    where eigenvalues come in pairs ±μ), nothing is known.
+
+    Parameters
+    ----------
+    raw : numpy.ndarray
+        As of :func:`run`.
+    quantities, n : int
+        Numbers of conserved quantities and of eigenvalues.
+    size, scale : numpy.ndarray
+        As of :func:`run`.
+    twice, paired : numpy.ndarray of bool
+        Whether runs from both sides are made; where the equations make eigenvalues come in pairs ±μ.
+
+    Returns
+    -------
+    numpy.ndarray of bool
+    """
+    told = raw[:, FIRST + quantities :]
+    re, im, re_error, im_error = (told[:, spectrum.HEAD + i * n : spectrum.HEAD + (i + 1) * n] for i in range(4))
+    with np.errstate(invalid="ignore", over="ignore"):
+        reach = size * raw[:, AMPLITUDE]
+        bent = CURVED * np.where(twice, reach * reach, reach) * np.sqrt(told[:, spectrum.EQUATIONS])
+        impossible = (np.hypot(re, im) > scale[:, None] + np.hypot(re_error, im_error)).any(axis=1)
+        return (bent > LINEAR * told[:, spectrum.MOVED]) | impossible | (paired & (told[:, spectrum.ODD] > 1.0))

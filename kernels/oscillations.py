@@ -61,6 +61,9 @@ BOTH = 5.0 / 3.0  # what comes together of two runs' errors in their extrapolati
 # In what the extrapolation leaves (see errors): of the fourth order, and how fast orders fall; of the sixth, of whose
 # residuals so much at least is unknown; by how much a third harmonic's residual counts.
 NEXT, GROWING, SIXTH, UNKNOWN, HARMONIC = 2.0, 3.0, 2.0, 0.2, 9.0
+SHORT = 4.0  # added to SIXTH in a window of less than a turn, whose residuals show less of the sixth order
+SEEN = 10.0  # times the rounding: residuals that are more are no rounding
+CONVERGED = 0.003  # largest sixth order, relative to the rate² or 1/T², with which the extrapolation counts
 
 # Rows of the measurement's scratch array, each W long; the projections follow from PROJECTION on.
 XI, XI1, XI2, OTHER, GUESS, RX, RR, XX, USED, OPEN, START, LARGEST = (W * r for r in range(12))
@@ -531,7 +534,8 @@ def errors(raw, scale, spacing):
       the part :math:`\frac12s^4(\Phi t/T)^2` of a, and nine times as much of its third harmonic, is that phase and
       no power of the rate²: in the root mean square :math:`k = \frac{\Phi^2}{128\sqrt5}\sqrt{d^2 + (9r)^2}`, r that
       of the residuals of the whole nudge's run. So :math:`e = \max(\frac15s, s - 2k)` of a window of a turn or more,
-      over which k is a mean; else s;
+      over which k is a mean; else s, and 6e in place of 2e as far as e exceeds ten times
+      the rounding below: over less than a turn a change of the amplitude hides in that of the rate²;
     * scatter, :math:`e\sqrt{n/(n - 4)}/\sqrt{n - 3}`: the standard error of such residuals;
     * rounding, :math:`8u(|\omega^2| + 4S^2) + 6u|\omega|/h + 0.4u/(h^2\sqrt{n - 2})`, and 5/3 of it: S² for the second
       derivatives of V, whose terms may cancel.
@@ -568,9 +572,10 @@ def errors(raw, scale, spacing):
         falling = np.minimum(15.0 * beyond / np.maximum(shift, np.finfo(float).tiny), 10.0)
         sixth = _sixth(raw, square, shift, span, S2)
         scatter = sixth * np.sqrt(n / np.maximum(n - 4.0, 0.25) / np.maximum(n - 3.0, 1.0))
-        left = beyond * (NEXT + GROWING * falling) + SIXTH * sixth
         rounding = 8.0 * (np.abs(square) + 4.0) + 6.0 * np.sqrt(np.abs(square)) / spacing
         rounding = unit * (rounding + 0.4 / (spacing**2 * np.sqrt(np.maximum(n - 2.0, 1.0))))
+        left = beyond * (NEXT + GROWING * falling) + SIXTH * sixth
+        left += np.where(_turned(square, span), 0.0, SHORT * np.maximum(sixth - SEEN * rounding, 0.0))
         reduced = scatter + BOTH * (integration + rounding) + left
     return (reduced + shift) * S2, reduced * S2
 
@@ -582,7 +587,36 @@ def _sixth(raw, square, shift, span, S2):
     rate = np.sqrt(np.maximum(square, 0.0))
     phase = 0.5 * shift * span / rate
     known = np.hypot(shift, HARMONIC * residual) * (phase * phase / (128.0 * math.sqrt(5.0)))
-    return np.where(rate * span >= 2.0 * math.pi, np.maximum(UNKNOWN * seen, seen - 2.0 * known), seen)
+    return np.where(_turned(square, span), np.maximum(UNKNOWN * seen, seen - 2.0 * known), seen)
+
+
+def _turned(square, span):
+    """Return whether the window holds a whole turn."""
+    return np.sqrt(np.maximum(square, 0.0)) * span >= 2.0 * math.pi
+
+
+def is_too_wide(raw, scale, spacing):
+    """Return whether the extrapolation to zero amplitude does not converge, so that no error can be given.
+
+    Where the motion saturates within its window at all three sizes of the perturbation, their rates² agree with one
+    another and not with that of zero amplitude. Residuals of the samples extrapolated twice then are no small part of
+    the rate² (or of 1/T², T the window's length, where the rate² is smaller).
+
+    Parameters
+    ----------
+    raw, scale, spacing
+        As of :func:`errors`.
+
+    Returns
+    -------
+    numpy.ndarray of bool
+    """
+    S2 = scale * scale
+    with np.errstate(all="ignore"):
+        n, square = raw[:, RAW.samples], raw[:, RAW.reduced] / S2
+        span = (n - 1.0) * spacing
+        seen = raw[:, RAW.spread] * np.sqrt(np.maximum(n - 3.0, 1.0)) / S2
+        return seen > CONVERGED * np.maximum(np.abs(square), 1.0 / span**2)
 
 
 def regime(rate_squared, error):

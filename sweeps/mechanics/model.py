@@ -178,6 +178,8 @@ class Model:
                 part, nudge = part[nudged], {name: values[nudged] for name, values in nudge.items()}
             raw[part] = self._run(points, theory, part, nudge, intervals, spacing, tolerance)
             status[part] = kernel.status(raw[part], intervals, tolerance)
+        wide = (status == statuses.OK) & kernel.is_too_wide(raw, theory["scale"], spacing)
+        raw[wide], status[wide] = np.nan, statuses.NUDGE_TOO_WIDE
         return {"raw": raw, "status": status, "intervals": intervals, "spacing": spacing, "reach": reach}
 
     def _too_wide(self, points, theory, which):

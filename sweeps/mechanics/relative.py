@@ -23,6 +23,8 @@ from sweeps.mechanics.graph import Values
 CHUNK = 4096
 RANK = 1e-9  # singular values of the conserved quantities' gradients below it are none
 PAIR_FROM = 1e-9  # a nudge larger than this is made from both sides
+TIED = (1e-6, 3e-6)  # of the scale: imaginary parts nearer than the first are one where eigenvalues are ordered
+ORDERED = 1e-7  # of the scale: imaginary parts known to less are in the order of theory's
 ROUNDINGS = 256 * np.finfo(np.float64).eps  # of the scale: what theory's own eigenvalues are known to
 
 
@@ -120,7 +122,8 @@ class FlowModel:
             changes = self._changes(parameters, place, sizes, gradients)
             bent = self._bent(parameters, place, inverse, terms, sizes, S)
         found = _eigen(matrix, S) | (_vectors(matrix, S) if vectors else {})
-        told = {"place": place, "scale": S, "sizes": sizes, "basis": basis, "matrix": matrix}
+        paired = self._paired(parameters, place)
+        told = {"place": place, "scale": S, "sizes": sizes, "basis": basis, "matrix": matrix, "paired": paired}
         return told | found | {"parameters": parameters, "changes": changes, "bent": bent}
 
     def _jacobian(self, parameters, place):
@@ -166,6 +169,26 @@ class FlowModel:
         most = change.sum(2).max(1) / S
         return np.where(np.isfinite(most), np.maximum(1.0, most), 1.0)
 
+    def _paired(self, parameters, place):
+        """Return where the equations' own symmetry makes eigenvalues come in pairs ±μ.
+
+        Coordinates: forces of a potential and gyroscopic ones alone, so that the slopes of the forces by the places are
+        symmetric and those by the velocities antisymmetric (Hamilton's equations). States: the Jacobian couples each
+        state of one class with states of another class only, so that changing the sign of one class reverses time. Then
+        no closed walk in the graph of its entries has an odd length.
+        """
+        if self.flow.rest and self.flow.conservative:
+            return np.ones(len(place), dtype=bool)
+        slopes, terms = self.landscape.slopes(parameters, list(place.T))
+        if self.flow.rest:
+            m = self.flow.rest
+            turned = np.concatenate([-slopes[:, :, :m], slopes[:, :, m:]], axis=2).reshape(-1, m, 2, m)
+            size = terms.reshape(-1, m, 2, m)
+            odd = np.abs(slopes.reshape(-1, m, 2, m) + np.swapaxes(turned, 1, 3))
+            return (odd <= ROUNDINGS * (size + np.swapaxes(size, 1, 3))).all((1, 2, 3))
+        joined = (terms + np.swapaxes(terms, 1, 2) > 0.0).astype(np.float64)
+        return np.einsum("pii->p", np.linalg.matrix_power(joined, self.N | 1)) == 0.0
+
     def _changes(self, parameters, place, sizes, gradients):
         """What each conserved quantity could change by in a motion of the states' sizes, and of which order in it."""
         x = list(place.T)
@@ -193,9 +216,9 @@ class FlowModel:
         from kernels import spectrum
 
         intervals, spacing = round(cycles * samples_per_cycle), min(2.0 * np.pi / samples_per_cycle, 0.5)
-        size, quantities = len(points["epsilon"]), len(self.quantities)
-        raw = np.full((size, kernel.FIRST + quantities + spectrum.HEAD + 4 * self.n), np.nan)
-        status = np.full(size, statuses.NO_EQUILIBRIUM, dtype=np.int8)
+        count, quantities = len(points["epsilon"]), len(self.quantities)
+        raw = np.full((count, kernel.FIRST + quantities + spectrum.HEAD + 4 * self.n), np.nan)
+        status = np.full(count, statuses.NO_EQUILIBRIUM, dtype=np.int8)
         here = ~np.isnan(theory["place"]).any(axis=1)
         sound = here & np.isfinite(theory["scale"]) & np.isfinite(theory["matrix"]).all(axis=(1, 2))
         status[here & ~sound] = statuses.NON_FINITE
@@ -204,6 +227,10 @@ class FlowModel:
             part = which[start : start + CHUNK]
             raw[part] = self._run(points, theory, part, intervals, spacing, tolerance, runs)
             status[part] = kernel.status(raw[part], quantities, self.n, intervals, tolerance, runs)
+        size = np.asarray(points["epsilon"], dtype=np.float64) * theory["bent"]
+        wide = kernel.is_too_wide(raw, quantities, self.n, size, theory["scale"], _twice(points), theory["paired"])
+        wide &= status == statuses.OK
+        status[wide], raw[wide, kernel.FIRST + quantities :] = statuses.NUDGE_TOO_WIDE, np.nan
         return {"raw": raw, "status": status, "spacing": spacing}
 
     def _run(self, points, theory, part, intervals, spacing, tolerance, runs):
@@ -212,7 +239,7 @@ class FlowModel:
         parameters = [p[part] for p in theory["parameters"]]
         epsilon = np.asarray(points["epsilon"], dtype=np.float64)[part]
         sizes, basis = theory["sizes"][part], theory["basis"][part]
-        twice = (epsilon > PAIR_FROM).astype(np.int64)
+        twice = _twice(points)[part].astype(np.int64)
         starts = np.zeros((part.size, 2 * runs, self.code.rows))
         x0 = list(theory["place"][part].T) + [np.zeros(part.size)] * self.flow.rest
         with np.errstate(all="ignore"):
@@ -271,9 +298,10 @@ class FlowModel:
         re, im, e_re, e_im = (told[:, spectrum.HEAD + i * n : spectrum.HEAD + (i + 1) * n] for i in range(4))
         true = theory["eigenvalues"]
         columns = {}
+        wider = _exchanged(re, im, e_re, e_im, S)
         for name, exact, value, error in (
-            ("eigenvalue_real", true.real, re, e_re),
-            ("eigenvalue_imag", true.imag, im, e_im),
+            ("eigenvalue_real", true.real, re, wider[0]),
+            ("eigenvalue_imag", true.imag, im, wider[1]),
         ):
             columns |= {f"{name}_theory": exact, name: value, f"{name}_error": error}
         growth, error = _growth(re, e_re)
@@ -289,10 +317,9 @@ class FlowModel:
             for (name, value), exact in zip(invariants.items(), predicted, strict=True):
                 columns |= {f"{name}_theory": exact, name: value[:, 0], f"{name}_error": value[:, 1]}
         slack = (ROUNDINGS * S)[:, None] * np.maximum(1.0, theory["condition"])
-        pairs = None if n != 4 else _even(theory["matrix"], S)
+        pairs = theory["paired"]
         exact = None if n != 4 else [(v, ROUNDINGS * S**k) for v, k in zip(predicted, (2, 4, 4), strict=True)]
         columns["regime_theory"] = regimes(true.real, true.imag, slack, slack, exact, pairs)
-        pairs = None if n != 4 else told[:, spectrum.ODD] <= 1.0
         found = None if n != 4 else [(v[:, 0], v[:, 1]) for v in invariants.values()]
         columns["regime"] = regimes(re, im, e_re, e_im, found, pairs)
         amplitude = raw[:, kernel.AMPLITUDE]
@@ -309,6 +336,11 @@ class FlowModel:
             "status": status,
             **{f"{p.name}_equilibrium": theory["place"][:, i] for i, p in enumerate(self.flow.places)},
         }
+
+
+def _twice(points):
+    """Return where runs from both sides are made."""
+    return np.asarray(points["epsilon"], dtype=np.float64) > PAIR_FROM
 
 
 def directions(n: int, runs: int) -> np.ndarray:
@@ -411,12 +443,23 @@ def _invariants(matrix):
     return S, D, S * S - 4.0 * D
 
 
-def _even(matrix, S):
-    """Whether eigenvalues come in pairs ±μ: the odd coefficients vanish but for rounding."""
-    trace = np.einsum("pii->p", matrix)
-    cube = np.einsum("pij,pji->p", matrix @ matrix, matrix)
+def _exchanged(re, im, re_error, im_error, S):
+    """Return errors that cover eigenvalues which may have changed places.
+
+    Eigenvalues are ordered by imaginary part, and by real part where those count as one. Where errors leave open which
+    of the two decides, the errors of both eigenvalues reach the other one.
+    """
+    re_error, im_error = re_error.copy(), im_error.copy()
     with np.errstate(invalid="ignore"):
-        return (np.abs(trace) <= ROUNDINGS * S) & (np.abs(cube) <= ROUNDINGS * S**3)
+        rows = np.flatnonzero((im_error > ORDERED * S[:, None]).any(axis=1))
+        least, most = (k * S[rows, None, None] for k in TIED)
+        x, y, u, v = (values[rows] for values in (re, im, re_error, im_error))
+        apart, open_ = np.abs(y[:, :, None] - y[:, None]), v[:, :, None] + v[:, None]
+        exchanged = (apart + open_ > least) & (apart - open_ < most)
+        for error, value, part in ((re_error, x, u), (im_error, y, v)):
+            reach = np.abs(value[:, :, None] - value[:, None]) + part[:, None]
+            error[rows] = np.maximum(part, np.where(exchanged, reach, 0.0).max(axis=2, initial=0.0))
+    return re_error, im_error
 
 
 def _growth(re, error):
@@ -437,19 +480,24 @@ def regimes(re, im, re_error, im_error, invariants=None, pairs=None):
         re_error: errors of the real parts.
         im_error: errors of the imaginary parts.
         invariants: for four eigenvalues (S, its error), (D, …), (S² - 4D, …), shape (points,) each.
-        pairs: where they come in pairs ±μ, as far as errors tell: there the invariants decide.
+        pairs: where the equations make them come in pairs ±μ: there alone an eigenvalue is known to lie on the axis,
+            and the invariants decide.
     """
     from kernels import flows as kernel
 
     with np.errstate(invalid="ignore"):
-        k = re.argmax(1)[:, None]
         grows = (re - re_error > 0).any(1)
-        turns = np.take_along_axis(np.abs(im) > im_error, k, 1)[:, 0]
+        rival = re + re_error >= (re - re_error).max(1)[:, None]  # any of these may grow fastest
+        turning = np.abs(im) > im_error
+        turns, straight = ((kind | ~rival).all(1) for kind in (turning, ~turning))
         decays = (re + re_error < 0).all(1)
         level = (np.abs(re) <= re_error).all(1) & (np.abs(im) > im_error).all(1)
-        asked = np.flatnonzero(level if pairs is None else level & ~pairs)
-        level[asked] = _told_apart(re[asked], im[asked], np.hypot(re_error, im_error)[asked])
-        cases = [grows & turns, grows, decays, level]
+        if pairs is not None:
+            level &= pairs  # without the symmetry an eigenvalue may lie beside the axis, within its error
+        if invariants is None:
+            asked = np.flatnonzero(level)
+            level[asked] = _told_apart(re[asked], im[asked], np.hypot(re_error, im_error)[asked])
+        cases = [grows & turns, grows & straight, decays & ~grows, level & ~grows]
         values = [kernel.FLUTTER, kernel.UNSTABLE, kernel.ASYMPTOTICALLY_STABLE, kernel.STABLE]
         found = np.select(cases, values, kernel.MARGINAL)
         if invariants is not None:

@@ -1,0 +1,98 @@
+"""Errors and regimes of described systems at every size of the perturbation: held, or missing with a status."""
+
+import numpy as np
+import oscillators
+import pytest
+import relative
+
+from kernels import flows, spectrum
+from kernels.statuses import NUDGE_TOO_WIDE, OK
+from sweeps.mechanics.model import Model
+from sweeps.mechanics.relative import FlowModel, _exchanged, regimes
+
+
+def at(name, **values):
+    """Theory of a relative equilibrium at one point."""
+    model = FlowModel(relative.shipped(name))
+    point = {k: np.array([values.get(k, p.default)]) for k, p in model.system.parameters.items()}
+    return model.theory(point | {"equilibrium": np.array([0])})
+
+
+def test_a_double_pendulum_that_saturates_is_refused_or_within_its_error():
+    """Upright, with a heavy lower mass: at 0.1 the fast mode saturates within the window at all three sizes."""
+    system = oscillators.shipped("double_pendulum")
+    model, worst = Model(system), 0.0
+    for epsilon in (1e-8, 1e-4, 1e-2, 0.1, 0.5):
+        points = oscillators.points(system, 2, 40, {"mass2": (10.0, 50.0), "length2": (0.5, 5.0)}, 5, epsilon)
+        found = model.survey(points | {"phase": np.linspace(-3.0, 3.0, len(points["phase"]))})
+        known = found["status"] == OK
+        assert known.mean() > (0.8 if epsilon < 0.01 else 0.3)
+        for name in ("omega_squared", "omega_squared_reduced"):
+            missing = np.isnan(found[name]) & np.isnan(found[f"{name}_error"])
+            assert missing[found["status"] == NUDGE_TOO_WIDE].all()
+            off = np.abs(found[name] - found["omega_squared_theory"])[known]
+            # theory's own rounding, of a kinetic matrix with a condition of 50: 1e-14 of the scale
+            off -= 1e-14 * found["rate_scale"][known] ** 2
+            worst = max(worst, (off / found[f"{name}_error"][known]).max())
+        wrong = (found["regime"] != found["regime_theory"]) & (found["regime"] < 2)
+        assert not (wrong & known).any()
+    assert worst <= 1.0
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "paired"),
+    [
+        ("foucault", {"drag": 0.0}, True),
+        ("foucault", {"drag": 1e-3}, False),
+        ("rotating_saddle", {"drag": 0.0}, True),
+        ("rotating_saddle", {"drag": 0.02}, False),
+        ("rotor", {}, False),
+        ("lagrange_points", {}, True),
+        ("sleeping_top", {}, True),
+        ("viscous_slug", {}, False),
+    ],
+)
+def test_eigenvalues_are_paired_where_the_equations_are_symmetric(name, values, paired):
+    theory = at(name, **values)
+    assert theory["paired"][0] == paired
+    found = theory["eigenvalues"][0]
+    apart = np.abs(found[:, None] + found).min(1).max() / theory["scale"][0]
+    assert (apart < 1e-6) == paired  # 1e-12 to the power of a half, where two eigenvalues meet
+
+
+def test_without_the_symmetry_no_motion_is_called_stable():
+    re, im = np.array([[-1e-9, -1e-9, 1e-9, 1e-9]]), np.array([[-2.0, -1.0, 1.0, 2.0]])
+    error = np.full((1, 4), 1e-3)
+    told = [regimes(re, im, error, error, None, np.array([paired]))[0] for paired in (True, False)]
+    assert told == [flows.STABLE, flows.MARGINAL]
+
+
+def test_a_rival_of_the_other_kind_leaves_growth_open():
+    """A real eigenvalue and a pair, whose real parts are the same within their errors."""
+    re, im = np.array([[0.5, 0.5 + 1e-4, 0.5, -1.0]]), np.array([[-2.0, 0.0, 2.0, 0.0]])
+    for error, regime in ((1e-3, flows.MARGINAL), (1e-6, flows.UNSTABLE)):
+        assert regimes(re, im, *2 * (np.full((1, 4), error),))[0] == regime
+
+
+def test_errors_reach_an_eigenvalue_that_may_have_changed_places():
+    """A quartet ±a ± ib: which of +a and -a comes first hangs on imaginary parts that are known to 1e-5."""
+    re, im = np.array([[0.3, -0.3, 0.3, -0.3]]), np.array([[-1.0 - 1e-6, -1.0 + 1e-6, 1.0 - 1e-6, 1.0 + 1e-6]])
+    error = np.full((1, 4), 1e-5)
+    real, imaginary = _exchanged(re, im, error, error, np.ones(1))
+    assert (real >= 0.6).all()
+    assert (imaginary < 2e-5).all()
+    small = np.full((1, 4), 1e-9)
+    assert all(np.array_equal(x, small) for x in _exchanged(re, im, small, small, np.ones(1)))
+
+
+def test_an_amplitude_that_bends_the_samples_beyond_their_least_singular_value_is_refused():
+    raw = np.zeros((4, flows.FIRST + spectrum.HEAD + 8))
+    raw[:, flows.AMPLITUDE] = 1.0
+    told = raw[:, flows.FIRST :]
+    told[:, spectrum.EQUATIONS], told[:, spectrum.MOVED] = 100.0, 0.1
+    told[2, spectrum.HEAD] = 2.0  # a rate above every possible one
+    told[3, spectrum.ODD] = 2.0
+    size, ones = np.array([1e-4, 1e-1, 1e-4, 1e-4]), np.ones(4)
+    found = flows.is_too_wide(raw, 0, 2, size, ones, ones > 0, ones > 0)
+    assert found.tolist() == [False, True, True, True]
+    assert flows.is_too_wide(raw, 0, 2, size, ones, ones > 0, ones < 0).tolist() == [False, True, True, False]
