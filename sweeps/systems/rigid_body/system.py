@@ -324,7 +324,9 @@ def _put_back(parts: list[slice | np.ndarray], columns: list[np.ndarray]) -> np.
 def _in_space(points, settings, columns, wanted) -> dict[str, np.ndarray]:
     """Columns of the body seen from space; the rate of the spin axis is that of psi and of the wobble together.
 
-    Its error is theirs, and what a wobble of the size seen moves either by, whether it was seen whole or not.
+    Its error is theirs, and what the wobble moves either by. Where two moments are nearly equal a run shows the slow
+    wobble's beginning only: its size is then that of the ellipse ``b' = c_b c, c' = c_c b`` through the start at the
+    measured frequency, of squared half-axes ``b^2 + (c_b c/Omega)^2`` and ``c^2 + (c_c b/Omega)^2``.
     """
     from kernels import in_space, linear, survey
 
@@ -333,7 +335,14 @@ def _in_space(points, settings, columns, wanted) -> dict[str, np.ndarray]:
     wobble = columns if needed <= columns.keys() else survey.measured(points, *settings, wanted=needed)
     senses = {linear.STABLE_MAJOR: 1.0, linear.STABLE_MINOR: -1.0}
     sense = np.select([wobble["regime"] == flag for flag in senses], list(senses.values()), np.nan)
-    amplitude = AMPLITUDE * found.pop("swing") * np.abs(points["omega0"])
+    moments, first = np.stack([points[name] for name in MOMENTS]), points["axis"] - 1
+    Ia, Ib, Ic = (np.take_along_axis(moments, (first + k)[None] % 3, axis=0)[0] for k in range(3))
+    b, c = (points["epsilon"] * f(points["phase"]) for f in (np.cos, np.sin))
+    c_b, c_c = (Ic - Ia) / Ib, (Ia - Ib) / Ic
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        slow = np.abs(points["omega0"]) / wobble["frequency"]
+        whole = np.maximum(b * b + np.square(c_b * c * slow), c * c + np.square(c_c * b * slow))
+    amplitude = AMPLITUDE * np.fmax(found.pop("swing"), whole) * np.abs(points["omega0"])
     found["space_rate"] = found.pop("psi_rate") + sense * wobble["frequency"]
     found["space_rate_error"] = found.pop("psi_rate_error") + np.abs(sense) * (wobble["frequency_error"] + amplitude)
     return {name: values for name, values in found.items() if name in wanted}
