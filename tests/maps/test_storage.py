@@ -259,7 +259,7 @@ def test_a_replaced_file_has_the_usual_permissions(tmp_path):
 def test_open_map_refuses_what_is_missing_or_foreign(tmp_path, shards, small):
     with pytest.raises(storage.MapError, match=r"nowhere\.nc: there is no such file"):
         sweeps.open_map(tmp_path / "nowhere.nc")
-    with pytest.raises(storage.MapError, match="there is no such file"):
+    with pytest.raises(storage.MapError, match=r"this folder holds no stability_map\.nc"):
         sweeps.open_map(tmp_path)
     text = tmp_path / "text.nc"
     text.write_text("title: not a map")
