@@ -1,6 +1,6 @@
 """From a definition to its stability map and pictures:  snakemake --cores 2
 
-compile → shards → stability_map.nc → figures and report.html, all below results/<sweep>/.
+kernels → shards → stability_map.nc → figures and report.html, all below results/<sweep>/.
 A sweep of your own:  snakemake --cores 2 --config definition=PATH
 """
 
@@ -8,7 +8,6 @@ import shlex
 import sys
 from pathlib import Path
 
-from kernels.cache import cache_folder
 from sweeps.points import catalogue
 from sweeps.run import claims
 from sweeps.schema.refusals import DefinitionError
@@ -17,6 +16,7 @@ from sweeps.run.targets import (
     on_command_line,
     refuse_unmade,
     threads_of_shard,
+    to_compile,
 )
 
 # the interpreter that runs this workflow also runs its jobs; one that Ctrl-C ends says nothing more
@@ -31,20 +31,7 @@ except DefinitionError as refused:
     sys.exit(2)
 
 
-# what says that a sweep's kernels are in the cache: a file of `compile`, or of `compile_equations`
-COMPILED = {name: plan.sweep.system.compiled() for name, plan in PLANS.items()}
-# Those to be made: what is there is an input that no rule makes. Were the text of its rule another than the one that
-# made it, Snakemake would run that rule alone, stop at `ancient` and forget the missing map behind it.
-SHARED = cache_folder() / "compiled"
-UNMADE = {
-    path
-    for path in (SHARED, *COMPILED.values())
-    if not (workflow.is_main_process and path.exists())
-}
-
-
 wildcard_constraints:
-    code="|".join(path.stem for path in UNMADE - {SHARED}) or "(?!)",
     sweep="|".join(re.escape(name) for name in PLANS),
     k=r"[1-9]\d*",
     n=r"[1-9]\d*",
@@ -64,51 +51,26 @@ rule all:
 
 rule compile:
     output:
-        list(UNMADE & {SHARED}),
+        temp("results/{sweep}/.compiled"),
     log:
-        "results/.logs/compile.log",
+        "results/{sweep}/logs/compile.log",
     benchmark:
-        "results/.benchmarks/compile.tsv"
-    threads: 1
+        "results/{sweep}/benchmarks/compile.tsv"
+    threads: 2
     resources:
         mem_mb=1000,
     params:
-        path=SHARED,
+        path=lambda wildcards: PLANS[wildcards.sweep].path,
     message:
-        "Compiling the kernels, once per machine"
+        "Compiling the kernels of {wildcards.sweep}, once per machine"
     shell:
-        "python -m sweeps compile --output {params.path:q} > {log:q} 2>&1 || {{ tail -n 20 {log:q} >&2; exit 1; }}"
-
-
-rule compile_equations:
-    input:
-        definition=ancient(
-            lambda wildcards: next(
-                plan.path
-                for name, plan in PLANS.items()
-                if COMPILED[name].stem == wildcards.code
-            )
-        ),
-        kernels=ancient(SHARED),
-    output:
-        cache_folder() / "generated" / "{code}.compiled",
-    log:
-        "results/.logs/compile-{code}.log",
-    benchmark:
-        "results/.benchmarks/compile-{code}.tsv"
-    threads: 1
-    resources:
-        mem_mb=1000,
-    message:
-        "Compiling the equations of {input.definition}, once per machine"
-    shell:
-        "python -m sweeps compile {input.definition:q} --output {output:q}"
+        "python -m sweeps compile {params.path:q} --output {output:q}"
         " > {log:q} 2>&1 || {{ tail -n 20 {log:q} >&2; exit 1; }}"
 
 
 rule shard:
     input:
-        kernels=ancient(lambda wildcards: COMPILED[wildcards.sweep]),
+        lambda wildcards: to_compile(PLANS[wildcards.sweep].sweep),
     output:
         temp("results/{sweep}/shards/{k}-of-{n}.nc"),
     log:
@@ -214,7 +176,6 @@ rule report:
 
 rule handbook:
     input:
-        kernels=ancient(SHARED),
         pages=[
             path
             for path in sorted(Path("sweeps/handbook").rglob("*"))

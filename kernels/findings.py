@@ -12,7 +12,7 @@ import numpy as np
 from kernels import columns, lanes, linear, measure, reduction, uncertainty
 from kernels.blocks import W
 from kernels.columns import Column
-from kernels.jit import INLINE, OPTIONS, boolean, float64, njit, whole_vectors
+from kernels.jit import INLINE, OPTIONS, njit, whole_vectors
 from kernels.statuses import NON_FINITE, NOT_CONVERGED, OK, SHORT_WINDOW
 
 # Work that is done where it is asked for; ERRORS stand on the certificate and on the reduction, RATES and LOG_SLOPE on
@@ -330,13 +330,3 @@ def tell(S, certified, invariants, logged, rated, reduced, exactly, rounded, tol
             _tell_no_log_slope(S)
     if invariants:
         _tell_drifts(S)
-
-
-PARTS = (  # as of kernels.lanes
-    (_tell_errors, (float64[::1], boolean, boolean, boolean)),
-    *((loop, (float64[::1],)) for loop in (_tell_log_slope, _tell_rates, _tell_reduced_rates)),
-    (_tell_square, (float64[::1], boolean, float64)),
-    (_squares, (float64[::1], boolean)),
-    *((loop, (float64[::1],)) for loop in (_squares_beyond, _tell_no_log_slope, _tell_drifts)),
-    (_forgive_growth, (float64[::1], float64)),
-)

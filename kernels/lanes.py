@@ -18,7 +18,7 @@ what the direct integration may be trusted to.
 
 from kernels import exact, measure, recurrence, reduction, rigid_body, taylor
 from kernels.blocks import W
-from kernels.jit import INLINE, OPTIONS, boolean, float64, int64, njit, whole_vectors
+from kernels.jit import INLINE, OPTIONS, njit, whole_vectors
 
 EXACT = 1  # stands where a Taylor step has its order
 
@@ -559,17 +559,3 @@ def follow(S, order, steps, intervals, certified, invariants, logged, reduced):
             logging = log_sample(S) or opened
         elif not opened:
             break
-
-
-# Its loops, with the types they are called by, the longest to compile first.
-PARTS = (
-    *((loop, (float64[::1],)) for loop in (begin_exact, _exact_samples)),
-    *((loop, (float64[::1], boolean)) for loop in (_sample_whole, _sample_first_order)),
-    *((loop, (float64[::1],)) for loop in (guess, begin_recurrence, log_sample, _exact_sample_alone)),
-    *((loop, (float64[::1],)) for loop in (begin_invariants, begin, watch_invariants, begin_reduction, certify)),
-    *((loop, (float64[::1], int64)) for loop in (_advance_12, _advance_10, _advance_8)),
-    *((loop, (float64[::1], int64)) for loop in (_advance_near_12, _advance_near_10, _advance_near_8)),
-    *((loop, (float64[::1], int64)) for loop in (_advance_nearest_12, _advance_nearest_10, _advance_nearest_8)),
-    *((loop, (float64[::1],)) for loop in (_advance_recurrence, _advance_exact, certify_near)),
-    *((loop, (float64[::1],)) for loop in (have_grown, were_logged, note_excess)),
-)

@@ -31,7 +31,7 @@ from kernels import (
 )
 from kernels.blocks import W, cut, scratch
 from kernels.findings import COLUMNS, MEASURED
-from kernels.jit import INLINE, OPTIONS, UniTuple, boolean, float64, int8, int32, int64, njit, uint32, whole_vectors
+from kernels.jit import INLINE, OPTIONS, njit, whole_vectors
 from kernels.statuses import NON_FINITE, OK, SHORT_WINDOW
 
 TILE = 4096  # points that are planned, sorted and measured together: their columns stay in a core's own cache
@@ -183,25 +183,6 @@ def _sort_back(first, kept, at, low, size, out):
         column, own = kept[(first + k) * W :], out[k][low : low + size]  # both known to be contiguous
         for i in range(size):
             own[i] = column[at[i]]
-
-
-_ROW, _INTS, _FLAGS = float64[::1], int64[::1], (boolean, boolean, UniTuple(boolean, 5))
-# What a survey's kernel is made of, with the types it calls each by, in the order in which two processes share them:
-# what calls others after them, and of what can be done at one time the longest first.
-PARTS = (
-    *lanes.PARTS,
-    (lanes.follow, (_ROW, *(int64,) * 3, *(boolean,) * 3, int64)),
-    *findings.PARTS,
-    (findings.tell, (_ROW, *(boolean,) * 4, int64, boolean, boolean, float64)),
-    (cut, (_INTS, int64)),
-    (_gather, (_ROW, _ROW, _INTS, int64)),
-    (_keep, (_ROW, _INTS, float64[:, ::1])),
-    (_run, (_ROW, _INTS, UniTuple(_INTS, 2), int64, float64, *_FLAGS, _INTS, float64[:, :, ::1], uint32[::1])),
-    (_choose, (_ROW, int64, float64, _INTS)),
-    (_plan, (_ROW, _INTS, float64, int64, _INTS)),
-    (_lay_out, (_ROW,) * 7),
-    *((_sort_back, (int64, _ROW, uint32[::1], int64, int64, out[:, ::1])) for out in (float64, int32, int8)),
-)
 
 
 @njit(nogil=True, **OPTIONS)

@@ -15,12 +15,10 @@ import numba
 import pytest
 from hypothesis import settings
 
-from kernels.cache import cache_folder
-from kernels.fingerprint import fingerprint
+from sweeps import systems
+from sweeps.points import compile
 
-LEFT_TO_THE_SLOW = [
-    "sweeps.systems.relative_equilibrium.system"
-]  # whose kernels no quick test needs, nor what is seldom
+LEFT_TO_THE_SLOW = {"spectrum", "jacobians", "flows", "in_space", "taylor_tapes"}  # kernels that no quick test needs
 
 settings.register_profile("fixed", derandomize=True, deadline=None, max_examples=15)
 settings.register_profile("without_jit", derandomize=True, deadline=None, max_examples=5)
@@ -35,17 +33,11 @@ def pytest_configure(config):
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # in a shell's background; tests interrupt what they start
         signal.signal(signal.SIGINT, signal.default_int_handler)
     slow = "slow" in config.option.markexpr and "not slow" not in config.option.markexpr
-    folder = cache_folder()
-    everything, most = folder / "everything", folder / "most"
-    done = everything.exists() or (most.exists() and not slow)
+    kernels = [kernel for kernel in systems.all_kernels() if slow or kernel.module not in LEFT_TO_THE_SLOW]
     shared = not hasattr(config, "workerinput") and getattr(config.option, "numprocesses", None)
-    if shared and not numba.config.DISABLE_JIT and not done:
-        asked = (True, [], True) if slow else (True, LEFT_TO_THE_SLOW, False)
-        code = f"from sweeps.run import warmup; warmup.compile_kernels(*{asked})"
+    if shared and not numba.config.DISABLE_JIT and compile.missing(kernels):
         with byte_code_made_beside(config.args):
-            subprocess.run([sys.executable, "-c", code], check=True)
-        (folder / "compiled").write_text(fingerprint() + "\n")
-        (everything if slow else most).touch()
+            compile.compile_kernels(kernels)
 
 
 @contextlib.contextmanager

@@ -93,8 +93,8 @@ def _run(args):
 def _uncertain(args, body, spun: dict, given: list[str], axis: int | None) -> None:
     """The same of a body that is not known exactly."""
     from sweeps import memory, processors
+    from sweeps.points import compile
     from sweeps.points.loading import load
-    from sweeps.run import warmup
     from sweeps.systems import resolve
     from sweeps.systems.rigid_body import asked
     from sweeps.systems.uncertain_bodies import asked as uncertain
@@ -102,7 +102,7 @@ def _uncertain(args, body, spun: dict, given: list[str], axis: int | None) -> No
 
     entry = asked.entry(vars(args)) if given else uncertain.entry_of(body)
     definition = uncertain.definition(entry, vars(args), spun, load)
-    warmup.compile_missing(resolve("rigid_body"))
+    compile.compile_kernels(resolve("uncertain_bodies").kernels_of(definition))
     memory.keep_freed()
     found = uncertain.answer(definition, processors.cores())
     if args.picture:

@@ -1,29 +1,26 @@
-"""`compile`: the kernels, once per machine, and what is generated for a sweep's system."""
+"""`compile`: the kernels of a sweep, once per machine."""
 
 from sweeps.commands import parser
 
 
 def add(commands) -> None:
     """Describes the command."""
-    command = parser.add(commands, "compile", "compile the kernels, once per machine", _run)
+    command = parser.add(commands, "compile", "compile the kernels of a sweep, once per machine", _run)
     parser.add_definition(command, nargs="?", default=None)
     command.add_argument("--all", action="store_true", help="compile the kernels of every system")
     command.add_argument("-o", "--output", metavar="FILE", help="write the kernels' fingerprint to FILE")
-    command.epilog = "With DEFINITION, compiles what its system's equations are generated into besides."
+    command.epilog = "Without DEFINITION, those of the default sweep."
 
 
 def _run(args):
     from kernels.fingerprint import fingerprint
+    from sweeps import systems
     from sweeps.files import replaced
-    from sweeps.points import catalogue
+    from sweeps.points import catalogue, compile
     from sweeps.points.loading import read
-    from sweeps.run import warmup
 
-    # a definition that is wrong is refused before any work
-    system = read(catalogue.resolve(args.definition)).system if args.definition else None
-    warmup.compile_kernels(args.all)
-    if system:
-        warmup.compile_system(system)
+    sweep = read(catalogue.resolve(args.definition or catalogue.DEFAULT))  # refused before any work
+    compile.compile_kernels([*sweep.system.kernels_of(sweep.definition), *(systems.all_kernels() if args.all else ())])
     if args.output:
         with replaced(args.output) as temporary:
             temporary.write_text(fingerprint() + "\n")

@@ -26,10 +26,9 @@ def _run(args):
     if args.threads < 1:
         raise DefinitionError(f"--threads: {args.threads} is out of range; allowed: 1 or more")
 
-    from sweeps.run import progress, warmup
+    from sweeps import progress
     from sweeps.shards import shard as shards
 
-    warmup.compile_missing(sweep.system)
     start, stop = sweep.grid.shard_bounds(args.count)[args.number - 1]
     with progress.points(stop - start, f"shard {args.number} of {args.count}") as advance:
         shards.write_shard(sweep, args.number, args.count, args.output, args.threads, advance)

@@ -20,10 +20,4 @@ def add(commands) -> None:
 def _run(args):
     from sweeps.maps import verify
 
-    return verify.command(args.map, args.points, args.seed, args.definition, args.any_kernels, _compile)
-
-
-def _compile(system) -> None:
-    from sweeps.run import warmup
-
-    warmup.compile_missing(system)
+    return verify.command(args.map, args.points, args.seed, args.definition, args.any_kernels)

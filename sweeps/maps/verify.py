@@ -8,7 +8,7 @@ a file of somebody's own describes is never run.
 import math
 import os
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -26,7 +26,7 @@ from sweeps.schema.definition import DEFAULT_NAME, Definition
 from sweeps.schema.refusals import DefinitionError, UnreadableError, shortened
 from sweeps.schema.variables import Role
 from sweeps.shards import content, contract
-from sweeps.systems.system import Dynamics, Reference
+from sweeps.systems.system import Reference
 
 BLOCK_POINTS = 2**18
 SHOWN = 3  # findings of one kind that are spelled out
@@ -58,7 +58,6 @@ def verify(
     seed: int = 0,
     against: Sweep | None = None,
     any_kernels: bool = False,
-    ready: Callable[[Dynamics], None] = lambda system: None,
 ) -> list[Check]:
     """Looks at all that a map promises.
 
@@ -68,7 +67,6 @@ def verify(
         seed: of their choice.
         against: a sweep that the map should have been made from; left out, the one in the file is taken.
         any_kernels: whether a map that other kernels, or this code on another machine, made is right.
-        ready: called with the map's system before its points are measured again, if they are.
 
     Returns:
         The checks, in order; the map is whole where none has findings.
@@ -86,7 +84,7 @@ def verify(
         checks += [_kernels(ds, sweep, any_kernels), _grid(ds, sweep)]
         if checks[-1].findings:
             return [*checks, *(Check(name, "", skipped="its grid is another") for name in ("values", "sample"))]
-        return [*checks, _values(ds, sweep), *_sample(ds, sweep, points, seed, ready)]
+        return [*checks, _values(ds, sweep), *_sample(ds, sweep, points, seed)]
 
 
 def _shown(findings: list[str]) -> tuple[str, ...]:
@@ -259,11 +257,11 @@ class _Sample:
         return {name: values[i] for name, values in self.points.items()}
 
 
-def _sample(ds: xr.Dataset, sweep: Sweep, count: int, seed: int, ready: Callable) -> Iterator[Check]:
+def _sample(ds: xr.Dataset, sweep: Sweep, count: int, seed: int) -> Iterator[Check]:
     if count < 1:
         return
     sample = _drawn(ds, sweep, count, seed)
-    yield _by_own_kernels(ds, sweep, sample, seed, ready)
+    yield _by_own_kernels(ds, sweep, sample, seed)
     yield from _by_references(sweep, sample)
     if sweep.system.follows_attitude(sweep.definition):
         yield _by_attitude(sweep, sample)
@@ -293,7 +291,7 @@ def _held(variable: xr.Variable, numbers: np.ndarray, points: int) -> np.ndarray
     return np.concatenate(found)
 
 
-def _by_own_kernels(ds: xr.Dataset, sweep: Sweep, sample: _Sample, seed: int, ready: Callable) -> Check:
+def _by_own_kernels(ds: xr.Dataset, sweep: Sweep, sample: _Sample, seed: int) -> Check:
     """The same bits, where the same kernels made the map."""
     from kernels.blocks import W
 
@@ -306,7 +304,6 @@ def _by_own_kernels(ds: xr.Dataset, sweep: Sweep, sample: _Sample, seed: int, re
     samples, rate = sweep.system.samples(sweep.definition), sweep.system.samples_per_second
     if W * samples > MOST_SECONDS * rate:  # a point takes as long as a block of them
         return Check(name, covers, skipped=f"a run of {samples:,} samples takes more than {MOST_SECONDS:g} s")
-    ready(sweep.system)
     findings, done = [], 0
     step = max(W, int(rate / samples))  # a second's work
     for chosen in _while_patient([range(at, min(at + step, count)) for at in range(0, count, step)]):
@@ -446,7 +443,7 @@ def _by_errors(sweep: Sweep, sample: _Sample) -> Iterator[Check]:
 # The command
 
 
-def command(path: str, points: int, seed: int, definition: str | None, any_kernels: bool, ready: Callable) -> int:
+def command(path: str, points: int, seed: int, definition: str | None, any_kernels: bool) -> int:
     """Prints the checks as a table and what differs below it; 0 for a map that is whole, else 1; see `verify`.
 
     Raises:
@@ -457,7 +454,7 @@ def command(path: str, points: int, seed: int, definition: str | None, any_kerne
         raise DefinitionError(f"--points: {points} is out of range; allowed: 0 to {MOST_POINTS:,}")
     if seed < 0:
         raise DefinitionError(f"--seed: {seed} is out of range; allowed: 0 or more")
-    checks = verify(path, points, seed, _expected(path, definition), any_kernels, ready)
+    checks = verify(path, points, seed, _expected(path, definition), any_kernels)
     _print(checks)
     return 1 if any(check.findings for check in checks) else 0
 

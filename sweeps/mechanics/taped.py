@@ -4,12 +4,11 @@ Written out it would be compiled for minutes. The tape grows with the graph alon
 compiled in two seconds, whatever its size.
 """
 
-from kernels import cache
 from kernels import taylor_tapes as kernel
 from sweeps.mechanics.graph import ADD, DIV, FUNCTION, MUL, V, X
 from sweeps.mechanics.taylor import Code
 
-MODULE_SECONDS, KERNEL_SECONDS = 2.0, 10.0
+MODULE_SECONDS = 2.0
 SAMPLES_TIMES_NODES = 5_000_000
 
 TEXT = '''"""{title}: a tape of Taylor steps, and of the energy above the equilibrium."""
@@ -47,9 +46,8 @@ class TapedCode(Code):
 
     @property
     def compile_seconds(self) -> float:
-        """Of the module, and of the kernel that reads the tape where no other system's has compiled it, s, about."""
-        known = cache.holds("taylor_tapes")
-        return MODULE_SECONDS + (0.0 if known else KERNEL_SECONDS)
+        """What its module takes to be compiled, s, about."""
+        return MODULE_SECONDS
 
     @property
     def samples_per_second(self) -> int:

@@ -20,15 +20,8 @@ to the next, and the hash is part of a map's `kernel_fingerprint`.
 import hashlib
 import importlib.util
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from functools import cached_property
 from pathlib import Path
-
-try:
-    import fcntl
-except ImportError:  # no such locks on Windows
-    fcntl = None
 
 from kernels.blocks import W
 from kernels.cache import cache_folder
@@ -119,11 +112,6 @@ class Code:
     def name(self) -> str:
         """Name of the module."""
         return f"oscillator_{self.digest[:24]}"
-
-    @property
-    def compiled(self) -> Path:
-        """The file that says, once it is there, that the module has been compiled into the kernels' cache."""
-        return cache_folder() / "generated" / f"{self.name}.compiled"
 
     # -- names in the text
 
@@ -354,31 +342,27 @@ class Code:
         header = HEADER.format(title=self.graph.equations.system.title, order=ORDER, W=W, **numbers)
         return "\n\n".join([header, advance, energy])
 
+    @property
+    def path(self) -> Path:
+        """The module's file, written where it is not there."""
+        return _written(cache_folder() / "generated", self.name, self.text)
+
     def module(self):
-        """The compiled module: functions `advance(S, steps)` and `energy(S)`; written at first use."""
-        name = self.name
-        if name in sys.modules:
-            return sys.modules[name]
-        path = _written(cache_folder() / "generated", name, self.text)
-        spec = importlib.util.spec_from_file_location(name, path)
-        module = importlib.util.module_from_spec(spec)
-        sys.modules[name] = module
-        try:
-            with _alone(path):
-                spec.loader.exec_module(module)
-        except BaseException:
-            del sys.modules[name]
-            raise
-        return module
+        """Return the compiled module: functions `advance(S, steps)` and `energy(S)`."""
+        return sys.modules.get(self.name) or load(self.path)
 
 
-@contextmanager
-def _alone(path: Path) -> Iterator[None]:
-    """One process at a time compiles a file: Numba's disk cache is not safe with several."""
-    with path.with_suffix(".lock").open("w") as lock:
-        if fcntl is not None:
-            fcntl.flock(lock, fcntl.LOCK_EX)  # let go of when the file is closed, or its process ends
-        yield
+def load(path: Path):
+    """Import a generated file, which compiles it or finds it in the cache of kernels."""
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[path.stem] = module
+    try:
+        spec.loader.exec_module(module)
+    except BaseException:
+        del sys.modules[path.stem]
+        raise
+    return module
 
 
 def _written(folder: Path, name: str, text: str) -> Path:

@@ -10,6 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from sweeps.points import compile
 from sweeps.points.sweep import Sweep
 
 
@@ -25,6 +26,7 @@ def columns(points: Mapping[str, np.ndarray], sweep: Sweep, threads: int = 1) ->
         Each of the sweep's variables → values, shape (n,) and those of its further dimensions, in its type.
     """
     if threads == 1:
+        compile.ensure(sweep)
         return _typed([part(points, sweep)], sweep)
     with measurers(threads) as pool:
         return begun(points, sweep, pool, threads)()
@@ -50,6 +52,7 @@ def begun(
     points: Mapping[str, np.ndarray], sweep: Sweep, pool: ThreadPoolExecutor, parts: int
 ) -> Callable[[], dict[str, np.ndarray]]:
     """Has a pool's threads begin to measure points, in parts; what it gives waits for them, and gives the columns."""
+    compile.ensure(sweep)
     size = next(iter(points.values())).size
     parts = max(1, min(parts, size))  # one without points has no columns to join
     bounds = pairwise(np.linspace(0, size, parts + 1).astype(int))

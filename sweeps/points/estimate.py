@@ -4,8 +4,8 @@ import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
-from kernels import cache
-from sweeps import memory, processors, systems
+from sweeps import memory
+from sweeps.points import compile
 from sweeps.points.sweep import Sweep
 from sweeps.schema.refusals import DefinitionError
 
@@ -18,7 +18,6 @@ FILE_BYTES = 30_000  # of a netCDF file besides
 PAGE_BYTES = 10_000_000  # report and pictures together, at most about
 
 # On one core of a machine of 2024 with its files at hand, s.
-SHARED_BY_TWO = 0.75  # what is left of compiling the default system's kernels where two processes share it
 MEASURE_SECONDS = 0.5  # to open shards and map
 MEASURE_FACTOR = 1.5  # writing, hashing and merging take about half as long as the integration itself
 REPORT_SECONDS = 0.6
@@ -58,7 +57,7 @@ def estimate(sweep: Sweep, bytes_per_point: int | None = None) -> Estimate:
     beside = 8 * (scattered + sum(v.size for _, v in grid.auxiliary.values()))  # made a part at a time
     headers = FILE_BYTES + VARIABLE_BYTES * len(sweep.variables | system.coordinates(definition))
     seconds = integration_seconds(sweep, grid.size)
-    compiling = sum(compile_seconds(sweep))
+    compiling = compile.seconds(system.kernels_of(definition))
     return Estimate(
         points=grid.size,
         shards=sweep.shards,
@@ -83,19 +82,6 @@ def estimate(sweep: Sweep, bytes_per_point: int | None = None) -> Estimate:
 def integration_seconds(sweep: Sweep, points: int) -> float:
     """What integrating the motions of so many points takes on one core, s, about."""
     return points * sweep.system.samples(sweep.definition) / sweep.system.samples_per_second
-
-
-def compile_seconds(sweep: Sweep) -> tuple[float, float]:
-    """What compiling takes that this machine still lacks for a sweep, s, about.
-
-    Returns:
-        Of the default system's kernels, and of all others, what is generated for the sweep's system included.
-    """
-    system = sweep.system
-    others = {name: s for name, s in system.called(sweep.definition).items() if not cache.holds(name)}
-    default = others.pop(systems.resolve(systems.DEFAULT_SYSTEM).kernels[0], 0.0)
-    own = 0.0 if system.compiled().exists() else system.compile_seconds
-    return default * (SHARED_BY_TWO if processors.cores() > 1 else 1.0), sum(others.values()) + own
 
 
 def refuse_if_too_large(sweep: Sweep, results_dir: str | Path, bytes_per_point: int | None = None) -> None:

@@ -48,8 +48,6 @@ def claim(sweeps: Iterable[str], results: str | Path = "results") -> list[int]:
     Raises:
         DefinitionError: if a living process has claimed one of them, or the folder cannot be written.
     """
-    from kernels.cache import cache_folder
-
     handles = []
     for name in sweeps:
         path = Path(results) / name / CLAIM
@@ -63,7 +61,6 @@ def claim(sweeps: Iterable[str], results: str | Path = "results") -> list[int]:
         _forget_the_future(path.parent)
         files.remove_all_leftovers(path.parent)
         handles.append(handle)
-    _forget_the_future(cache_folder())  # whose files are inputs of the workflow as well
     return handles
 
 

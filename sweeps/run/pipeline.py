@@ -13,13 +13,12 @@ from contextlib import contextmanager, nullcontext
 from functools import partial
 from pathlib import Path
 
-from kernels.cache import cache_folder
-from sweeps import systems
+from sweeps import progress
 from sweeps.maps import admission
-from sweeps.points import estimate
+from sweeps.points import compile, estimate
 from sweeps.points.catalogue import Plan
 from sweeps.points.sweep import Sweep
-from sweeps.run import claims, progress, warmup
+from sweeps.run import claims
 from sweeps.shards import merging
 from sweeps.shards.shard import holds_shard, write_shard
 from sweeps.views import drawing
@@ -93,16 +92,10 @@ def _report(path: Path, file: Path) -> None:
 
 
 def _compile(sweep: Sweep) -> None:
-    """Compiles what its system calls, alone, where no workflow or earlier run has: the cache bears one writer."""
-    system, compiled = sweep.system, cache_folder() / "compiled"
-    default, others = estimate.compile_seconds(sweep)
-    if not compiled.exists() and systems.calls_the_defaults(system):
-        _say(f"compiling the kernels, once per machine, about {default:.0f} s")
-        warmup.compile_kernels()
-    if not system.compiled().exists():
-        _say(f"compiling {system.name}, once per machine, about {others:.0f} s")
-        warmup.compile_system(system)
-    warmup.compile_missing(system)
+    """Compile what its system calls, where no earlier run has."""
+    if left := compile.seconds(sweep.system.kernels_of(sweep.definition)):
+        _say(f"compiling the kernels of {sweep.system.name}, once per machine, about {left:.0f} s")
+        compile.ensure(sweep)
 
 
 def _say(text: str) -> None:

@@ -12,6 +12,8 @@ from pathlib import Path
 
 from snakemake.cli import get_argument_parser
 
+from sweeps.points import compile
+from sweeps.points.sweep import Sweep
 from sweeps.schema.refusals import DefinitionError, shortened
 
 # options of Snakemake that make none of the workflow's files
@@ -57,6 +59,12 @@ def need_slurm() -> None:
 def threads_of_shard(workflow, count: int) -> int:
     """Threads for each of `count` shards: what they leave free on this machine, and one each on a cluster."""
     return max(1, workflow.cores // count) if workflow.local_exec else 1
+
+
+def to_compile(sweep: Sweep) -> list[str]:
+    """Return what the rule `compile` makes of a sweep some of whose kernels are missing; else nothing."""
+    missing = compile.missing(sweep.system.kernels_of(sweep.definition))
+    return [f"results/{sweep.name}/.compiled"] if missing else []
 
 
 def refuse_unmade(targets: Iterable[str], rules: Iterable, sweeps: Iterable[str]) -> None:

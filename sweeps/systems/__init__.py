@@ -6,13 +6,14 @@ what several of them share. A folder here is found by itself; a package of
 somebody else names its module in an entry point of the group `polhode.systems`, and edits nothing.
 """
 
-from collections.abc import Callable, Collection, Mapping, Sequence
-from functools import cache, partial
+from collections.abc import Collection, Mapping
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sweeps.schema.carried import DEFAULT_SYSTEM
+from sweeps.systems.kernel import Kernel
 from sweeps.systems.system import Dynamics
 
 if TYPE_CHECKING:
@@ -115,28 +116,10 @@ def of_contents(attributes: Mapping[str, Any], variables: Collection[str]) -> Dy
     return resolve(name)
 
 
-def compilations(everything: bool, without: Sequence[str] = (), seldom: bool = True) -> list[Callable[[], None]]:
-    """What compiles the kernels of the default system, or all that is not generated for one sweep's system alone.
-
-    No sweep waits for kernels that it does not need. Processes may do these side by side.
-
-    Args:
-        everything: the kernels of every system.
-        without: modules of DESCRIBED whose shared kernels are left to those that need them.
-        seldom: whether everything is all, or what few definitions ask for is left to those that need it.
-    """
-    named = MODULES if everything else (DEFAULT_SYSTEM,)
-    found = [compilation for name in named for compilation in resolve(name).compilations()]
-    found += [compilation for name in named for compilation in resolve(name).sometimes() if everything]
-    found += [compilation for name in named for compilation in resolve(name).seldom() if everything and seldom]
-    known = [kind for kind in kinds() if everything and kind.__module__ not in without]
-    shared = [kernel for kind in known for kernel in (*(kind.seldom_shared if seldom else ()), *kind.shared)]
-    return found + [partial(import_module, kernel) for kernel in shared]
-
-
-def calls_the_defaults(system: Dynamics) -> bool:
-    """Whether a system calls the kernels that the default one compiles; if not, they need not be there for it."""
-    return resolve(DEFAULT_SYSTEM).kernels[0] in system.kernels
+def all_kernels() -> list[Kernel]:
+    """Return what all systems call, but for what is generated for one."""
+    tables = [*(resolve(name).compiled for name in MODULES), *(kind.compiled for kind in kinds())]
+    return list(dict.fromkeys(kernel for table in tables for kernel in table))
 
 
 def moving() -> tuple[str, ...]:

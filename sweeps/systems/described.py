@@ -25,6 +25,7 @@ from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.refusals import keys_of
 from sweeps.schema.values import number
 from sweeps.schema.variables import Variable
+from sweeps.systems.kernel import Kernel
 from sweeps.systems.system import Dynamics, Opening, Points
 
 if TYPE_CHECKING:
@@ -56,8 +57,6 @@ class Described(Dynamics):
         reserved: names of columns, which no description may take.
         literature: where the theory stands, if the description does not say it.
         shown: what its map shows.
-        shared: modules of kernels that all generated code of this kind calls.
-        seldom_shared: and what some of it calls besides.
     """
 
     library: ClassVar[Path]
@@ -67,8 +66,6 @@ class Described(Dynamics):
     reserved: ClassVar[frozenset[str]]
     literature: ClassVar[str]
     shown: ClassVar[str]
-    shared: ClassVar[tuple[str, ...]]
-    seldom_shared: ClassVar[tuple[str, ...]] = ()
 
     def __init__(self, name: str, load: "Callable[[], mechanics.System]", source: bytes, folder: str = ""):
         self.name, self.folder, self.source = name, folder, source
@@ -225,15 +222,10 @@ class Described(Dynamics):
             digest.update(path.read_bytes())
         return digest.hexdigest()
 
-    def compile(self) -> None:
-        """Compiles what all of this kind share, and the code that was generated for this one."""
-        for kernel in self.shared:
-            import_module(kernel)  # importing it does
-        self._compiled()
-
-    def compiled(self) -> Path:
-        """The file that says that this system's generated code is in the cache."""
-        return self._code().compiled
+    def kernels_of(self, definition: Definition | None = None) -> tuple[Kernel, ...]:
+        """Return what all of this kind share, and the code that is generated for this one."""
+        code = self._code()
+        return *super().kernels_of(definition), Kernel(str(code.path), seconds=code.compile_seconds)
 
     def _code(self) -> "Code":
         """The generated kernel.

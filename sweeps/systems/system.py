@@ -11,6 +11,7 @@ import numpy as np
 
 from sweeps.schema.layout import Layout
 from sweeps.schema.variables import Variable
+from sweeps.systems.kernel import Kernel
 from sweeps.systems.look import Look
 
 if TYPE_CHECKING:
@@ -98,11 +99,11 @@ class Dynamics(ABC):
         point_seconds: for what is worked out of each point beside its run (equilibria, theory), s, about.
         start_seconds: until a command has read and checked such a definition, s, about.
         picture_seconds: for all pictures of a map, s, about.
-        compile_seconds: for what is generated and compiled for this system alone, once per machine, s, about.
         look: how flags and parameters look in pictures, terminal and page.
         kernels: modules of `kernels` that :meth:`columns` imports; a map's fingerprint covers them and what they
             import. With none, it covers every kernel.
         existence: names of the arguments that decide whether a point is physically possible; () where all points are.
+        compiled: what :meth:`columns` calls of them, some for some definitions only.
     """
 
     name: str
@@ -113,10 +114,10 @@ class Dynamics(ABC):
     point_seconds: float = 0.0
     start_seconds: float = 1.5
     picture_seconds: float = 1.5
-    compile_seconds: float = 0.0
     look: Look = Look()
     kernels: tuple[str, ...] = ()
     existence: tuple[str, ...] = ()
+    compiled: tuple[Kernel, ...] = ()
 
     @abstractmethod
     def dimensions(self, definition: "Definition") -> "dict[str, Range | np.ndarray]":
@@ -202,31 +203,9 @@ class Dynamics(ABC):
     def method(self, definition: "Definition") -> str:
         """How the motion was computed, for a map's `source`: "direct integration of Euler's equations"."""
 
-    @abstractmethod
-    def compile(self) -> None:
-        """Compiles, and stores in the cache, every kernel that :meth:`columns` calls."""
-
-    def called(self, definition: "Definition") -> dict[str, float]:
-        """Each module of `kernels` that is compiled for such a definition, once per machine → how long, s, about."""
-        return {}
-
-    def compilations(self) -> tuple[Callable[[], None], ...]:
-        """What :meth:`compile` does, in parts that processes may do side by side."""
-        return (self.compile,)
-
-    def sometimes(self) -> tuple[Callable[[], None], ...]:
-        """What compiles what a definition may ask for: done where all is compiled, else by whoever needs it first."""
-        return ()
-
-    def seldom(self) -> tuple[Callable[[], None], ...]:
-        """As :meth:`sometimes`, for what few definitions ask for: no quick test does."""
-        return ()
-
-    def compiled(self) -> Path:
-        """The file in the kernels' cache that says, once it is there, that :meth:`compile` has been done."""
-        from kernels.cache import cache_folder
-
-        return cache_folder() / "generated" / f"{self.name}.compiled"
+    def kernels_of(self, definition: "Definition | None" = None) -> tuple[Kernel, ...]:
+        """Return what is compiled before points of a definition are measured; without one, before any could be."""
+        return tuple(kernel for kernel in self.compiled if definition is None or kernel.when(definition))
 
     @abstractmethod
     def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":

@@ -588,13 +588,6 @@ def test_a_sphere_is_a_sphere(moment, exponent, phase, omega0, axis):
     assert columns["status"] == survey.OK
 
 
-def test_parts_are_compiled_for_the_types_that_the_survey_calls_them_by():
-    survey.survey(bodies(2), *SETTINGS)
-    for part, types in survey.PARTS:
-        declared = {own for other, own in survey.PARTS if other is part}
-        assert set(getattr(part, "signatures", [types])) <= declared, part
-
-
 @pytest.mark.parametrize("collapse", [False, True])
 def test_what_doubles_cannot_hold_is_missing_and_said(collapse):
     points = bodies(200, seed=8) | {"epsilon": np.full(200, 1e-3)}

@@ -109,11 +109,10 @@ class Series:
     def forget_compiled(self):
         """The cache says no more that it is whole; and the code of one file is gone, once a round."""
         cache = next((self.house.folder / ".cache/polhode").glob("*-*"))
-        (cache / "compiled").unlink(missing_ok=True)
+        shutil.rmtree(cache / "ready", ignore_errors=True)
         if self.is_compiled:
-            for path in cache.glob("kernels_*/linear.*.nb[ic]"):
+            for path in cache.glob("code/linear.*"):
                 path.unlink()
-            (cache / "checksums.json").unlink(missing_ok=True)
         self.is_compiled = False
 
     def kill(self, entry, stage, number, scope):

@@ -12,6 +12,7 @@ from sweeps.schema.definition import Definition, Integration
 from sweeps.schema.layout import Layout
 from sweeps.schema.variables import Variable, table
 from sweeps.systems.described import MECHANICS, Described
+from sweeps.systems.kernel import Kernel
 from sweeps.systems.oscillator.definition import OscillatorDefinition
 from sweeps.systems.oscillator.look import LOOK
 from sweeps.systems.oscillator.variables import COORDINATES, DEGENERATE, FOLLOWED, LAYOUT, NUDGE, VARIABLES
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 
 ANIMATED = ("bead_on_hoop", "double_pendulum", "pendulum")
 
+TAPES = Kernel("taylor_tapes", seconds=10.0)  # called by the code of large systems alone
+
 
 class Oscillator(Described):
     """The full equations of motion of a described system, near each of its equilibria, mode by mode."""
@@ -35,6 +38,11 @@ class Oscillator(Described):
     start_seconds = 3.5  # its equations are derived
     look = LOOK
     kernels = ("oscillations", "enclosures")
+    compiled = (
+        Kernel("oscillations", seconds=3.0),
+        Kernel("enclosures", seconds=0.0),  # compiled before anything of a definition can be told
+        TAPES,
+    )
     library = MECHANICS / "library"
     asked = OscillatorDefinition
     nudge = NUDGE
@@ -42,8 +50,6 @@ class Oscillator(Described):
     reserved = frozenset({*VARIABLES, *DEGENERATE, *FOLLOWED, "equilibrium", "mode", "point"})
     literature = "Landau and Lifshitz, Mechanics, section 23"
     shown = "measured rates of small oscillations about each equilibrium, beside theory"
-    shared = ("kernels.oscillations", "kernels.enclosures")
-    seldom_shared = ("kernels.taylor_tapes",)
 
     def __init__(self, name: str, load: "Callable[[], mechanics.System]", source: bytes, folder: str = ""):
         super().__init__(name, load, source, folder)
@@ -59,9 +65,10 @@ class Oscillator(Described):
         """Any map of a description that is no other kind's."""
         return True
 
-    def called(self, definition: OscillatorDefinition) -> dict[str, float]:
-        """Oscillations; to enclose equilibria is compiled before anything of a definition can be told."""
-        return {"oscillations": 3.0}
+    def kernels_of(self, definition: OscillatorDefinition | None = None) -> tuple[Kernel, ...]:
+        """Return what its generated code calls, and that code."""
+        found = super().kernels_of(definition)
+        return found if TAPES.module in self._code().kernels else tuple(kernel for kernel in found if kernel != TAPES)
 
     def derive(self) -> "Model":
         """Lagrange's equations, and V's landscape."""
@@ -73,11 +80,6 @@ class Oscillator(Described):
     def samples_per_second(self) -> int:
         """By how long its generated code is."""
         return self._code().samples_per_second
-
-    @property
-    def compile_seconds(self) -> float:
-        """Of its generated code, by how long that is."""
-        return self._code().compile_seconds
 
     def constants(self) -> dict[str, Any]:
         """Names of the coordinates, of which `direction` has a number each."""

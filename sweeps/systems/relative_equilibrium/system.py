@@ -13,6 +13,7 @@ from sweeps.schema.definition import Definition, Integration
 from sweeps.schema.layout import Layout
 from sweeps.schema.variables import Role, Variable, table
 from sweeps.systems.described import MECHANICS, Described
+from sweeps.systems.kernel import Kernel
 from sweeps.systems.relative_equilibrium.definition import FlowDefinition
 from sweeps.systems.relative_equilibrium.look import LOOK
 from sweeps.systems.relative_equilibrium.variables import COORDINATES, INVARIANTS, LAYOUT, NUDGE, VARIABLES
@@ -32,9 +33,13 @@ class RelativeEquilibrium(Described):
 
     samples_per_second = 2_000_000  # all that is worked out of a point included
     picture_seconds = 2.5
-    compile_seconds = 0.5
     look = LOOK
     kernels = ("flows",)
+    compiled = (
+        Kernel("spectrum", seconds=25.0),
+        Kernel("jacobians", seconds=10.0),
+        Kernel("flows", seconds=10.0, links=True),
+    )
     library = MECHANICS / "library" / "relative"
     asked = FlowDefinition
     nudge = NUDGE
@@ -42,7 +47,6 @@ class RelativeEquilibrium(Described):
     reserved = frozenset({*VARIABLES, *INVARIANTS, *COORDINATES, "point"})
     literature = "Merkin, Introduction to the Theory of Stability, chapter 6"
     shown = "measured eigenvalues of motions about each equilibrium, beside theory"
-    shared = ("kernels.flows",)
 
     @staticmethod
     def describes(description: "mechanics.System") -> bool:
@@ -55,10 +59,6 @@ class RelativeEquilibrium(Described):
     def holds(variables: Collection[str]) -> bool:
         """Return whether a map is one of relative equilibria: no other kind has a coordinate `eigenvalue`."""
         return "eigenvalue" in variables
-
-    def called(self, definition: FlowDefinition) -> dict[str, float]:
-        """Flows, with the eigenvalues that come before and after them."""
-        return {"flows": 45.0}
 
     def derive(self) -> "FlowModel":
         """The flow, its Jacobian and what is conserved."""

@@ -1,14 +1,14 @@
 """The free rigid body, spun about a principal axis and nudged: its definition, columns, motion and pictures."""
 
 from collections.abc import Callable, Mapping
-from functools import cached_property, partial
-from pathlib import Path
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sweeps.schema.layout import Layout
 from sweeps.schema.variables import Variable
+from sweeps.systems.rigid_body.kernels import KERNELS
 from sweeps.systems.rigid_body.look import LOOK
 from sweeps.systems.rigid_body.spread import SHAPE, is_grid, is_of_shapes
 from sweeps.systems.rigid_body.variables import ARGUMENTS, COORDINATES, LAYOUT, MOMENTS, SHAREABLE, VARIABLES
@@ -26,7 +26,6 @@ MOST_BODIES = 10  # of which `check` prints the axes
 UNCERTAIN = "uncertain_bodies"
 COMPARED = 32  # points of a block that a collapsed sweep also integrates as themselves
 LEAST_NUDGES = 6  # the picture of a power law in epsilon wants that many
-COMPILE_SECONDS = {"survey": 22.0, "flips": 6.0, "in_space": 8.0}  # of modules of `kernels`, once per machine, about
 AMPLITUDE = 3.0  # times the wobble's sine squared, and the spin: what it moves a mean rate by; up to 2.1 was seen
 
 
@@ -37,6 +36,7 @@ class RigidBody(Dynamics):
     look = LOOK
     kernels = ("survey", "in_space")
     existence = MOMENTS
+    compiled = KERNELS
     references = "Landau and Lifshitz, Mechanics, sections 36 and 37"
     caption = "measured rates of small perturbations about each principal axis, beside linear theory"
     picture_seconds = 4.5
@@ -132,46 +132,6 @@ class RigidBody(Dynamics):
         if definition.integration.propagator == "exact":
             return "exact steps of the closed-form rotation"
         return "direct integration of Euler's equations, certified by the closed form"
-
-    def called(self, definition: "RigidBodyDefinition") -> dict[str, float]:
-        """The survey, and what follows flips and the attitude where that is asked for."""
-        asked = {"survey": True, "flips": definition.integration.flips, "in_space": definition.integration.attitude}
-        return {name: seconds for name, seconds in COMPILE_SECONDS.items() if asked[name]}
-
-    def compile(self) -> None:
-        """Compiles the survey's kernels."""
-        for compilation in self.compilations():
-            compilation()
-
-    def compilations(self) -> tuple[Callable[[], None], ...]:
-        """What is measured near an axis, after the parts of it, and theory."""
-        from kernels import survey
-        from sweeps.systems.rigid_body.definition import RigidBodyIntegration
-
-        points, integration = _a_point(), RigidBodyIntegration()
-        whole = partial(self.columns, points, integration), partial(survey.theory, points)
-        parts = [partial(_compile, part, types) for part, types in survey.PARTS if hasattr(part, "compile")]
-        return *parts, *whole
-
-    def sometimes(self) -> tuple[Callable[[], None], ...]:
-        """What follows a motion on to its flips."""
-        from kernels import survey
-        from sweeps.systems.rigid_body.definition import RigidBodyIntegration
-
-        return (partial(survey.flipped, _a_point(), RigidBodyIntegration().tolerance),)
-
-    def seldom(self) -> tuple[Callable[[], None], ...]:
-        """What follows the attitude, beside what is measured of a body near an axis."""
-        from kernels import in_space
-        from sweeps.systems.rigid_body.definition import RigidBodyIntegration
-
-        return (partial(in_space.survey, _a_point(), *_settings(RigidBodyIntegration())),)
-
-    def compiled(self) -> Path:
-        """The file that says so: the default system's kernels are compiled before any other's."""
-        from kernels.cache import cache_folder
-
-        return cache_folder() / "compiled"
 
     def reference(self) -> Reference:
         """Ω² by SciPy and by the closed form."""
@@ -283,16 +243,6 @@ class RigidBody(Dynamics):
 def _settings(integration: "RigidBodyIntegration") -> tuple[float, int, float]:
     """What kernels are told of a run: rotations, samples in one, tolerance."""
     return integration.rotations, integration.samples_per_rotation, integration.tolerance
-
-
-def _compile(kernel, types: tuple) -> None:
-    """Compiles a kernel as it is compiled at that time, which may be as a part of others."""
-    kernel.compile(types)
-
-
-def _a_point() -> dict[str, np.ndarray]:
-    point = {"I1": 1.0, "I2": 2.0, "I3": 3.0, "axis": 2, "omega0": 1.0, "epsilon": 1e-6, "phase": 0.6}
-    return {name: np.array([value]) for name, value in point.items()}
 
 
 def _by_axis(axis: np.ndarray) -> list[slice | np.ndarray]:

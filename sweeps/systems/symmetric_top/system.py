@@ -9,6 +9,7 @@ from kernels.triangle import triangle_margin
 from sweeps.schema.layout import Layout
 from sweeps.schema.parameters import Range, spread
 from sweeps.schema.variables import Variable
+from sweeps.systems.kernel import Kernel
 from sweeps.systems.symmetric_top.definition import SymmetricTopDefinition, TopIntegration
 from sweeps.systems.symmetric_top.look import LOOK
 from sweeps.systems.symmetric_top.variables import ARGUMENTS, COORDINATES, LAYOUT, VARIABLES
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+A_POINT = {"ratio": 1.5, "omega3": 1.0, "half_angle": 30.0}
+
 
 class SymmetricTop(Dynamics):
     """Euler's equations without torque for I1 = I2, at any angle to the figure axis."""
@@ -26,6 +29,14 @@ class SymmetricTop(Dynamics):
     look = LOOK
     kernels = ("symmetric_top",)
     existence = ("ratio",)
+    compiled = (
+        Kernel(
+            "symmetric_top",
+            "survey",
+            example=(A_POINT, 1.0, 16, 1e-9),
+            seconds=4.0,
+        ),
+    )
     model = SymmetricTopDefinition
     references = "Landau and Lifshitz, Mechanics, sections 33 and 36"
     caption = "measured precession of the free symmetric top about its figure axis, beside the closed form"
@@ -66,15 +77,6 @@ class SymmetricTop(Dynamics):
     def method(self, definition: SymmetricTopDefinition) -> str:
         """How the motion was computed."""
         return "direct integration of Euler's equations"
-
-    def called(self, definition) -> dict[str, float]:
-        """Its own module."""
-        return {"symmetric_top": 4.0}
-
-    def compile(self) -> None:
-        """Compiles the kernels of the precession."""
-        point = {"ratio": 1.5, "omega3": 1.0, "half_angle": 30.0}
-        self.columns({name: np.array([value]) for name, value in point.items()}, TopIntegration())
 
     def motion(self, point, duration, samples, tolerance) -> "xr.Dataset":
         """ω(t) in closed form."""

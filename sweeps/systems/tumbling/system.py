@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sweeps.systems.kernel import Kernel
 from sweeps.systems.measured_once import MeasuredOnce
 from sweeps.systems.once import Once
 from sweeps.systems.system import Reference
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+A_POINT = {"I1": 1.0, "I2": 2.0, "I3": 3.0, "energy": 1.2, "omega0": 1.0}
+
 
 class Tumbling(MeasuredOnce):
     """A free body at any energy: mode, period in the body, periods about the angular momentum."""
@@ -23,6 +26,10 @@ class Tumbling(MeasuredOnce):
     name = "tumbling"
     look = LOOK
     kernels = ("tumbling", "statuses", "triangle")
+    compiled = (
+        Kernel("tumbling", "survey", example=(A_POINT, 1e-9), seconds=4.0),
+        Kernel("tumbling", "tilts", example=(A_POINT,)),
+    )
     model = TumblingDefinition
     tables = variables
     shareable = SHAREABLE
@@ -52,15 +59,6 @@ class Tumbling(MeasuredOnce):
                 apart |= np.abs(columns[name] - columns[f"{name}_exact"]) > columns[f"{name}_error"]
             columns["status"] = np.where(apart, statuses.NOT_CONVERGED, statuses.OK).astype(np.int8)
         return columns
-
-    def called(self, definition) -> dict[str, float]:
-        """Its own module."""
-        return {"tumbling": 4.0}
-
-    def compile(self) -> None:
-        """Compiles the kernels of the periods."""
-        point = {"I1": 1.0, "I2": 2.0, "I3": 3.0, "energy": 1.2, "omega0": 1.0}
-        self.columns({name: np.array([value]) for name, value in point.items()}, Once())
 
     def motion(self, point, duration, samples, tolerance) -> "xr.Dataset":
         """ω(t) and q(t), from the closed form and step by step."""

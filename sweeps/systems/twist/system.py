@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sweeps.systems.kernel import Kernel
 from sweeps.systems.measured_once import MeasuredOnce
 from sweeps.systems.once import Once
 from sweeps.systems.system import Reference
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+A_POINT = {"I1": 1.0, "I2": 2.0, "I3": 3.0, "chi": 0.1, "theta": 1.5, "omega0": 1.0}
+
 
 class Twist(MeasuredOnce):
     """A body thrown near its middle axis: what it has turned about its handle when that has come round."""
@@ -23,6 +26,7 @@ class Twist(MeasuredOnce):
     name = "twist"
     look = LOOK
     kernels = ("twist", "statuses", "triangle")
+    compiled = (Kernel("twist", "survey", example=(A_POINT, 1e-9), seconds=7.0),)
     model = TwistDefinition
     tables = variables
     shareable = SHAREABLE
@@ -50,15 +54,6 @@ class Twist(MeasuredOnce):
             certified = nothing_to_measure | within
             columns["status"] = np.where(certified, statuses.OK, statuses.NOT_CONVERGED).astype(np.int8)
         return columns
-
-    def called(self, definition) -> dict[str, float]:
-        """Its own module."""
-        return {"twist": 7.0}
-
-    def compile(self) -> None:
-        """Compiles the kernels of the twist."""
-        point = {"I1": 1.0, "I2": 2.0, "I3": 3.0, "chi": 0.1, "theta": 1.5, "omega0": 1.0}
-        self.columns({name: np.array([value]) for name, value in point.items()}, Once())
 
     def motion(self, point, duration, samples, tolerance) -> "xr.Dataset":
         """ω(t) and q(t), from the closed form and step by step."""

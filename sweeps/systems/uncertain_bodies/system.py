@@ -1,16 +1,16 @@
 """Bodies as they are known, drawn and measured: their definition, variables and pictures."""
 
+import dataclasses
 from collections.abc import Callable, Mapping
-from functools import partial
-from importlib import import_module
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sweeps.schema.layout import Layout
 from sweeps.schema.variables import Variable
-from sweeps.systems.rigid_body.system import COMPILE_SECONDS, RigidBody
-from sweeps.systems.rigid_body.system import SYSTEM as RIGID_BODY
+from sweeps.systems.kernel import Kernel
+from sweeps.systems.rigid_body.kernels import FLIPS, SURVEY
+from sweeps.systems.rigid_body.system import RigidBody
 from sweeps.systems.rigid_body.variables import SHAREABLE
 from sweeps.systems.system import Dynamics, Opening, Page, Reference
 from sweeps.systems.twist.system import SYSTEM as TWIST
@@ -35,6 +35,7 @@ class UncertainBodies(RigidBody):
     name = "uncertain_bodies"
     look = LOOK
     kernels = ("survey", "principal", "twist")
+    compiled = (*SURVEY, dataclasses.replace(FLIPS, when=lambda definition: True), Kernel("principal"))
     model = UncertainDefinition
     references = "Saltelli et al. (2010), Computer Physics Communications 181, 259; Owen (1995) on scrambled nets"
     caption = "how likely each spin of bodies that are not known exactly is unstable, and how fast it goes"
@@ -100,25 +101,9 @@ class UncertainBodies(RigidBody):
                 _put(found, number, summary, draws, [list(further["input"]).index(i) for i in known.inputs])
         return found
 
-    def called(self, definition: UncertainDefinition) -> dict[str, float]:
-        """The rigid body's, flips' too, and those of twists unless nobody asks for them."""
-        bodies = {name: COMPILE_SECONDS[name] for name in ("survey", "flips")}
-        return bodies | (TWIST.called(definition) if definition.twist else {})
-
-    def compile(self) -> None:
-        """The rigid body's kernels, flips' too, principal axes', and those of twists unless nobody asks for them."""
-        followed = self._definition is None or self._definition.twist
-        bodies = (*RIGID_BODY.compilations(), *RIGID_BODY.sometimes())
-        for compilation in (*bodies, *self.compilations(), *([TWIST.compile] if followed else [])):
-            compilation()
-
-    def compilations(self) -> tuple[Callable[[], None], ...]:
-        """Principal axes, beside the rigid body's own: importing them does."""
-        return (partial(import_module, "kernels.principal"),)
-
-    def seldom(self) -> tuple[Callable[[], None], ...]:
-        """None."""
-        return ()
+    def kernels_of(self, definition: UncertainDefinition | None = None) -> tuple[Kernel, ...]:
+        """Return the rigid body's, those of flips and of principal axes, and those of twists if measured."""
+        return self.compiled + (TWIST.compiled if definition is None or definition.twist else ())
 
     def follows_attitude(self, definition: UncertainDefinition) -> bool:
         """No: what is told is of many draws."""

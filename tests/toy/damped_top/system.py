@@ -106,9 +106,6 @@ class DampedTop(Dynamics):
     def method(self, definition):
         return "Runge and Kutta's steps"
 
-    def compile(self):
-        """Nothing is compiled."""
-
     def reference(self):
         def by_scipy(point, integration):
             from scipy.integrate import solve_ivp

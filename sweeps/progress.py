@@ -1,7 +1,6 @@
 """Progress of long work: a bar on a terminal, in a log a line now and then."""
 
 import sys
-import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -18,7 +17,6 @@ from rich.progress import (
 )
 
 SECONDS_BETWEEN_LINES = 10.0
-SECONDS_BETWEEN_LOOKS = 0.3
 
 
 class _Speed(ProgressColumn):
@@ -65,32 +63,18 @@ def _lines(total: int, label: str) -> Iterator[Callable[[int], None]]:
 
 
 @contextmanager
-def pieces(total: int, label: str, done: Callable[[], int]) -> Iterator[None]:
-    """A bar, on a terminal only, for work in pieces that several processes do.
+def pieces(total: int, label: str) -> Iterator[Callable[[], None]]:
+    """Give a function to be called when a piece of work is done, which moves a bar on a terminal or in a notebook.
 
     Args:
         total: number of pieces.
         label: what the work is called.
-        done: says how many are finished; asked for again and again, in a thread.
     """
     console = Console(stderr=True)
-    if not console.is_terminal:
-        yield
+    if not (console.is_terminal or console.is_jupyter):
+        yield lambda: None
         return
     columns = (TextColumn(label), BarColumn(), TextColumn("{task.completed} of {task.total}"), TimeElapsedColumn())
-    finished = threading.Event()
     with Progress(*columns, console=console) as bar:
         task = bar.add_task(label, total=total)
-
-        def look():
-            while not finished.wait(SECONDS_BETWEEN_LOOKS):
-                bar.update(task, completed=done())
-
-        watching = threading.Thread(target=look, daemon=True)
-        watching.start()
-        try:
-            yield
-        finally:
-            finished.set()
-            watching.join()
-            bar.update(task, completed=done())
+        yield lambda: bar.advance(task)

@@ -1,0 +1,181 @@
+"""Compiling what a sweep's system calls, before it is measured: once per machine, by as many processes as processors.
+
+`ensure` is called by `sweeps.points.columns`, the one way to the kernels, so that a command, a shard, a Dask worker and
+a notebook all find them compiled. The processes are those of a program of its own (`python -m sweeps.points.compile`):
+a process that may have no children can call it, and a script is not run again.
+"""
+
+import hashlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import warnings
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import contextmanager, suppress
+from importlib import import_module
+from itertools import groupby
+from multiprocessing import get_context
+from pathlib import Path
+
+try:
+    import fcntl
+except ImportError:  # there is none on Windows
+    fcntl = None
+
+from kernels import jit
+from kernels.cache import cache_folder, replace
+from kernels.fingerprint import stamp
+from sweeps import interrupts, processors, progress, startup
+from sweeps.points.sweep import Sweep
+from sweeps.systems.kernel import Kernel
+
+ROOT = Path(__file__).parents[2]
+SHARED = 0.65  # of the seconds of all kernels, what is left where two processes share them
+_ensured: set[Kernel] = set()
+
+
+def ensure(sweep: Sweep) -> None:
+    """Compile the kernels of a sweep that are not compiled yet, with a bar on a terminal or in a notebook.
+
+    Raises:
+        OSError: where another process cannot be started.
+        RuntimeError: where a kernel cannot be compiled.
+    """
+    kernels = sweep.system.kernels_of(sweep.definition)
+    if not _ensured.issuperset(kernels) and not jit.is_plain():
+        compile_kernels(kernels)
+        _ensured.update(kernels)
+
+
+def missing(kernels: Iterable[Kernel]) -> list[Kernel]:
+    """Return those kernels that are not compiled on this machine, or were before an edit."""
+    return [kernel for kernel in kernels if _read(_mark(kernel)) != stamp(_file(kernel))]
+
+
+def seconds(kernels: Iterable[Kernel]) -> float:
+    """Return how long it takes to compile those of the kernels that are missing, s, about."""
+    taken = sum(kernel.seconds for kernel in missing(kernels))
+    return taken * SHARED if processors.cores() > 1 else taken
+
+
+def compile_kernels(kernels: Iterable[Kernel]) -> None:
+    """Compile those of the kernels that are missing; one program at a time does so. For errors see `ensure`."""
+    kernels = list(kernels)
+    if not missing(kernels):
+        return
+    with _alone():
+        if left := missing(kernels):
+            _run(left)
+            for kernel in left:
+                with suppress(OSError):  # where nothing can be written, nothing is kept either
+                    replace(_mark(kernel), stamp(_file(kernel)).encode())
+
+
+def _mark(kernel: Kernel) -> Path:
+    """Return the file that holds, once a kernel is compiled, the stamp of its source."""
+    types = hashlib.sha256(kernel.types.encode()).hexdigest()[:8]
+    return cache_folder() / "ready" / f"{Path(kernel.module).stem}.{kernel.name}-{types}"
+
+
+def _file(kernel: Kernel) -> Path:
+    return Path(kernel.module) if kernel.module.endswith(".py") else ROOT / "kernels" / f"{kernel.module}.py"
+
+
+def _read(path: Path) -> str:
+    try:
+        return path.read_text()
+    except (OSError, ValueError):
+        return ""
+
+
+def _run(kernels: list[Kernel]) -> None:
+    """Have the program compile kernels, and follow it."""
+    path = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
+    with tempfile.TemporaryFile("w+") as said:
+        program = subprocess.Popen(
+            [sys.executable, "-P", "-m", "sweeps.points.compile"],
+            env={**os.environ, "PYTHONPATH": path},
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=said,
+            text=True,
+        )
+        try:
+            with progress.pieces(len(kernels), "compiling") as advance:
+                program.stdin.write(json.dumps([kernel.call for kernel in kernels]))
+                program.stdin.close()
+                for _ in program.stdout:
+                    advance()
+            status = program.wait()
+        finally:
+            program.terminate()
+            program.wait()
+        if status:
+            said.seek(0)
+            raise RuntimeError(f"the kernels cannot be compiled: {said.read().strip()[-2000:]}")
+
+
+def main() -> None:
+    """Compile the kernels that the standard input lists, and print a line for each."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # who started this program hears it, and ends it
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
+    calls = json.load(sys.stdin)
+    with ProcessPoolExecutor(processors.cores(), get_context("spawn"), _begin) as pool:
+        try:
+            for _, together in groupby(calls, key=lambda call: call[-1]):
+                for done in as_completed([pool.submit(_compile, *call) for call in together]):
+                    done.result()
+                    print(flush=True)
+        except BaseException:
+            interrupts.abandon(pool)
+            raise
+
+
+def _begin() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    interrupts.end_with_the_parent()
+    startup.configure()
+
+
+def _compile(module: str, name: str, types: str, example: list, _links: bool) -> None:
+    """Compile one kernel: a function for types, or whatever a call or an import of its module compiles."""
+    with warnings.catch_warnings():
+        # kernels take a system's compiled step as an argument, which Numba calls an experiment
+        warnings.filterwarnings("ignore", category=_experiments())
+        if module.endswith(".py"):
+            from sweeps.mechanics.taylor import load
+
+            load(Path(module))
+            return
+        loaded = import_module(f"kernels.{module}")
+        if types:
+            getattr(loaded, name).compile(types)
+        elif name:
+            getattr(loaded, name)(*example)
+
+
+def _experiments() -> type[Warning]:
+    from numba import NumbaExperimentalFeatureWarning
+
+    return NumbaExperimentalFeatureWarning
+
+
+@contextmanager
+def _alone() -> Iterator[None]:
+    """One process at once, where the file system has locks."""
+    handle = os.open(cache_folder() / ".compiling", os.O_RDWR | os.O_CREAT, 0o600)
+    try:
+        if fcntl is not None:
+            with suppress(OSError):
+                fcntl.flock(handle, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(handle)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,36 @@
+"""The table of what a system calls of compiled code, which `sweeps.points.compile` compiles before it measures."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from sweeps.schema.definition import Definition
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """Something to compile.
+
+    Attributes:
+        module: name of a module of `kernels`, or the path of a generated file.
+        name: a compiled function of the module; "" where importing the module compiles all of it.
+        types: the types of the function's arguments, as Numba writes them; "" for a Python function, which is called.
+        example: what a Python function is called with, which compiles all that it calls.
+        seconds: how long it takes on one core of 2024, s, about.
+        links: whether it links what other kernels of the table are: it is compiled after them.
+        when: whether a definition needs it.
+    """
+
+    module: str
+    name: str = ""
+    types: str = ""
+    example: tuple = field(default=(), compare=False)
+    seconds: float = 1.0
+    links: bool = False
+    when: "Callable[[Definition], bool]" = field(default=lambda definition: True, compare=False)
+
+    @property
+    def call(self) -> tuple:
+        """What another process needs to know to compile it."""
+        return self.module, self.name, self.types, self.example, self.links

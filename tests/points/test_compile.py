@@ -1,0 +1,198 @@
+"""Kernels are compiled before a sweep is measured, whoever measures it, and once."""
+
+import functools
+import io
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import psutil
+import pytest
+import rich.console
+
+from kernels import fingerprint
+from sweeps import progress, systems
+from sweeps.points import columns, compile
+from sweeps.points.loading import read
+from sweeps.systems.kernel import Kernel
+
+ROOT = compile.ROOT
+ONE, OTHER, LAST = Kernel("exact", "one"), Kernel("exact", "other", "float64"), Kernel("linear", "last", links=True)
+
+
+@pytest.fixture
+def compiled(tmp_path, monkeypatch):
+    """A cache of our own and, in the place of the program that compiles, a list of what it was asked for."""
+    asked = []
+    monkeypatch.setattr(compile, "cache_folder", lambda: tmp_path)
+    monkeypatch.setattr(compile, "_ensured", set())
+    monkeypatch.setattr(compile, "_run", asked.append)
+    return asked
+
+
+def test_what_is_missing_is_compiled_once(compiled):
+    compile.compile_kernels([ONE, LAST])
+    compile.compile_kernels([ONE, OTHER, LAST])
+    compile.compile_kernels([ONE, OTHER, LAST])
+    assert compiled == [[ONE, LAST], [OTHER]]
+
+
+@pytest.mark.parametrize("said", [b"", b"another stamp", b"\xff"])
+def test_what_is_of_an_edited_source_or_damaged_is_compiled(compiled, said):
+    compile.compile_kernels([ONE, LAST])
+    compile._mark(LAST).write_bytes(said)
+    assert compile.missing([ONE, LAST]) == [LAST]
+    compile.compile_kernels([ONE, LAST])
+    assert compiled == [[ONE, LAST], [LAST]]
+
+
+def test_an_edit_misses_what_imports_it_and_nothing_else(compiled, monkeypatch):
+    kernels = systems.all_kernels()
+    compile.compile_kernels(kernels)
+    assert not compile.missing(kernels)
+    read_whole, edited = fingerprint._read, Path(fingerprint.__file__).with_name("flips.py")
+    stamp = fingerprint.stamp.__wrapped__
+
+    def read_edited(path):
+        content, names = read_whole(path)
+        return content + b"# edited\n" * (path == edited), names
+
+    monkeypatch.setattr(fingerprint, "_read", read_edited)
+    monkeypatch.setattr(compile, "stamp", stamp)
+    missing = {kernel.module for kernel in compile.missing(kernels)}
+    assert "survey" in missing
+    assert not missing & {"lanes", "findings", "oscillations", "flows", "tumbling", "symmetric_top"}
+
+
+def test_several_that_need_kernels_at_once_have_them_compiled_once(compiled, monkeypatch):
+    def slowly(kernels):
+        time.sleep(0.2)
+        compiled.append(kernels)
+
+    monkeypatch.setattr(compile, "_run", slowly)
+    threads = [threading.Thread(target=compile.compile_kernels, args=([ONE],)) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert compiled == [[ONE]]
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("threads", [1, 2])
+def test_the_door_to_the_kernels_has_them_compiled(compiled, threads):
+    sweep = read({"grid": {"I1": 1.0, "I2": 2.0, "I3": [3.0, 2.5], "omega0": 1.0}})
+    columns.columns(sweep.grid.points(0, 4), sweep, threads)
+    assert compiled == [list(sweep.system.kernels_of(sweep.definition))]
+
+
+def test_what_few_definitions_ask_for_is_compiled_for_them():
+    grid = {"grid": {"I1": 1.0, "I2": 2.0, "I3": 3.0, "omega0": 1.0}}
+    usual, flips = read(grid), read(grid | {"integration": {"flips": True}})
+    more = set(flips.system.kernels_of(flips.definition)) - set(usual.system.kernels_of(usual.definition))
+    assert {kernel.name for kernel in more} == {"flipped"}
+    described = read({"system": "pendulum", "grid": {"length": 1.0}})
+    *shared, own = described.system.kernels_of(described.definition)
+    assert {kernel.module for kernel in shared} == {"oscillations", "enclosures"}
+    assert Path(own.module).read_text() == described.system._code().text
+
+
+def test_two_processes_take_less_than_one(compiled, monkeypatch):
+    kernels = [Kernel("exact", "one", seconds=4.0), Kernel("exact", "other", seconds=6.0)]
+    monkeypatch.setattr(compile.processors, "cores", lambda: 1)
+    assert compile.seconds(kernels) == 10.0
+    monkeypatch.setattr(compile.processors, "cores", lambda: 2)
+    assert compile.seconds(kernels) == pytest.approx(10.0 * compile.SHARED)
+
+
+# The program
+
+
+DAEMON = """
+from multiprocessing import get_context
+def measure():
+    import sweeps
+    print(sweeps.survey("tiny").attrs["content_hash"])
+{call}
+"""
+
+
+def program(code, **environment):
+    """A script in a process of its own, which has a cache to fill."""
+    path = {"PYTHONPATH": str(ROOT)}
+    return subprocess.run(code, env={**os.environ, **path, **environment}, capture_output=True, text=True, check=False)
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+def test_a_script_that_is_not_to_be_run_again_and_a_process_that_may_have_no_children_find_kernels(tmp_path):
+    (tmp_path / "script.py").write_text(DAEMON.format(call="measure()"))
+    daemon = "p = get_context('fork').Process(target=measure, daemon=True); p.start(); p.join()"
+    (tmp_path / "daemon.py").write_text(DAEMON.format(call=daemon))
+    said = []
+    for name in ("script", "daemon"):
+        done = program([sys.executable, tmp_path / f"{name}.py"], XDG_CACHE_HOME=str(tmp_path / name))
+        assert done.returncode == 0, done.stderr
+        assert done.stderr == ""  # no terminal, no bar
+        said.append(done.stdout)
+    assert said[0] == said[1]
+    assert len(said[0].split()) == 1  # the script was run once
+
+
+def test_a_kernel_that_cannot_be_compiled_is_said(monkeypatch):
+    with pytest.raises(RuntimeError, match="nowhere"):
+        compile._run([Kernel("nowhere")])
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+@pytest.mark.parametrize("signals", [signal.SIGKILL, signal.SIGINT, signal.SIGTERM])
+def test_whoever_is_killed_while_kernels_are_compiled_leaves_no_process(tmp_path, signals):
+    (tmp_path / "script.py").write_text(DAEMON.format(call="measure()"))
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "XDG_CACHE_HOME": str(tmp_path)}
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    script = psutil.Popen([sys.executable, tmp_path / "script.py"], env=environment, **quiet)
+    end = time.monotonic() + 60
+    while not list(tmp_path.glob("polhode/*/code/*")) and time.monotonic() < end:
+        time.sleep(0.1)
+    begun = script.children(recursive=True)
+    assert len(begun) >= 2
+    script.send_signal(signals)
+    script.wait()
+    _, alive = psutil.wait_procs(begun, timeout=60)
+    assert not alive
+    assert program([sys.executable, tmp_path / "script.py"], XDG_CACHE_HOME=str(tmp_path)).returncode == 0
+
+
+def test_a_bar_on_a_terminal_or_in_a_notebook_counts_pieces(monkeypatch):
+    shown = io.StringIO()
+    terminal = functools.partial(rich.console.Console, file=shown, force_terminal=True, width=80)
+    monkeypatch.setattr(progress, "Console", lambda stderr: terminal())
+    with progress.pieces(3, "compiling") as advance:
+        advance()
+        advance()
+    assert "2 of 3" in shown.getvalue()
+    quiet = io.StringIO()
+    monkeypatch.setattr(progress, "Console", lambda stderr: rich.console.Console(file=quiet))
+    with progress.pieces(3, "compiling") as advance:
+        advance()
+    assert quiet.getvalue() == ""
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+def test_types_in_the_table_are_those_that_kernels_are_called_by():
+    code = "import sys; from sweeps import systems; from sweeps.points import compile\n"
+    code += "for k in systems.resolve('rigid_body').kernels_of(): compile._compile(*k.call)\n"
+    code += "from kernels import lanes, findings, survey\n"
+    code += "for m in (lanes, findings, survey):\n"
+    code += "    for n, f in vars(m).items():\n"
+    code += (
+        "        if hasattr(f, 'signatures') and f.__module__ == m.__name__ and n not in ('_sort_back', '_expanded'):\n"
+    )
+    code += "            assert len(f.signatures) <= 1, (n, f.signatures)\n"
+    subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True)
