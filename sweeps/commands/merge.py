@@ -1,5 +1,7 @@
 """`merge`: all shards of a sweep into its map."""
 
+from pathlib import Path
+
 from sweeps.commands import parser
 
 
@@ -21,8 +23,11 @@ def add(commands) -> None:
 
 def _run(args):
     from sweeps.points import catalogue
-    from sweeps.shards import merging
+    from sweeps.shards import journal, merging
 
     planned = catalogue.plan(catalogue.resolve(args.definition))
     told = merging.merge(planned.sweep, args.shards, args.output, args.threads, args.renew)
+    if args.renew:
+        for folder in args.shards:
+            journal.remove(Path(folder))  # what a `run` that was broken off has left
     print(f"content_hash {told}")

@@ -184,6 +184,14 @@ def test_what_another_definition_has_left_is_not_used(mine, encoded, monkeypatch
     assert_measured()
 
 
+def test_a_workflow_removes_what_a_run_has_left(mine, encoded, monkeypatch):
+    break_off(mine, monkeypatch, 32)
+    folder = Path("results/mine/shards")
+    shards.write_shard(catalogue.plan(mine).sweep, 1, 1, folder / "1-of-1.nc")
+    assert main(["merge", "--renew", "mine.yaml", str(folder), "-o", "map.nc"]) == 0
+    assert [path.name for path in folder.iterdir()] == ["1-of-1.nc"]
+
+
 def test_everything_is_measured_again_where_that_is_asked(mine, encoded, monkeypatch):
     break_off(mine, monkeypatch, 32)
     encoded.clear()
