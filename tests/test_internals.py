@@ -1,0 +1,82 @@
+"""Other projects' internals that Polhode uses: few, each with its reason, and nothing else."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+INTERNAL = (
+    "numba.core",
+    "llvmlite.ir",
+    "numpy._",
+    "matplotlib._",
+    "xarray.core",
+    "snakemake.",
+)  # modules, by how they begin
+PUBLIC = {"_exit"}  # of os, documented for processes that were forked
+OURS = ("kernels", "sweeps")
+REASONS = {
+    "kernels/jit.py: kernel._cache": "Numba has no public way to give a dispatcher a cache",
+    "kernels/cache.py: numba.core.compiler": "what is stored is Numba's result of compiling",
+    "kernels/cache.py: CompileResult._rebuild": "made again from what its _reduce gave, as Numba's own cache does",
+    "kernels/cache.py: numba.core.serialize": "as Numba's own cache writes it",
+    "kernels/cache.py: numba.core.sigutils": "a signature is given as a text or as types",
+    "kernels/straight.py: llvmlite.ir": "writes instructions for LLVM: Numba's documented way to extend it",
+    "kernels/straight.py: numba.core": "cgutils, the helpers of that way",
+    "sweeps/commands/completion.py: argparse._SubParsersAction": "argparse tells its commands to nobody",
+    "sweeps/maps/storage.py: xarray.core": "indexing.LazilyIndexedArray, documented for authors of backends",
+    "sweeps/run/claims.py: workflow._prepare_dag": "Snakemake has no setting against its lock that a Snakefile reaches",
+    "sweeps/run/targets.py: snakemake.cli": "Snakemake tells a Snakefile its config, but not its targets",
+}
+
+
+def uses(path):
+    """Internal modules that a file imports, and private names that it imports or assigns of what is not its own."""
+    tree, name = ast.parse(path.read_text(encoding="utf-8")), path.relative_to(ROOT).as_posix()
+    imported = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and node.module and not node.level and not node.module.startswith(OURS):
+            imported |= {alias.asname or alias.name for alias in node.names}
+            if node.module.startswith(INTERNAL):
+                yield f"{name}: {node.module}"
+            yield from (f"{name}: {node.module}.{a.name}" for a in node.names if is_private(a.name))
+            yield from (f"{name}: llvmlite.ir" for a in node.names if (node.module, a.name) == ("llvmlite", "ir"))
+        elif isinstance(node, ast.Import):
+            imported |= {(alias.asname or alias.name).partition(".")[0] for alias in node.names}
+            yield from (f"{name}: {alias.name}" for alias in node.names if alias.name.startswith(INTERNAL))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Attribute) and is_private(node.attr) and isinstance(node.value, ast.Name):
+            own = node.value.id in ("self", "cls", "super", "other")
+            stored = isinstance(node.ctx, ast.Store) and not own
+            if stored or node.value.id in imported:
+                yield f"{name}: {node.value.id}.{node.attr}"
+
+
+def is_private(name):
+    return name.startswith("_") and not name.startswith("__") and name not in PUBLIC
+
+
+def test_internals_of_other_projects_are_these_and_each_has_a_reason():
+    files = [path for part in OURS for path in sorted((ROOT / part).rglob("*.py"))]
+    found = {use for path in files for use in uses(path)}
+    assert found == set(REASONS)
+    assert len(REASONS) <= 12
+
+
+@pytest.mark.parametrize(
+    ("line", "found"),
+    [
+        ("from numba.core import cgutils", ["numba.core"]),
+        ("import matplotlib._mathtext", ["matplotlib._mathtext"]),
+        ("from matplotlib import _pylab_helpers", ["matplotlib._pylab_helpers"]),
+        ("import numpy\nnumpy._core", ["numpy._core"]),
+        ("def f(theirs):\n    theirs._private = 1", ["theirs._private"]),
+        ("class A:\n    def f(self):\n        self._own = 1", []),
+        ("from kernels import lanes\nlanes._own", []),
+    ],
+)
+def test_each_kind_is_seen(line, found, tmp_path, monkeypatch):
+    monkeypatch.setitem(globals(), "ROOT", tmp_path)
+    (tmp_path / "file.py").write_text(line)
+    assert [use.removeprefix("file.py: ") for use in uses(tmp_path / "file.py")] == found

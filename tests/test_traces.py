@@ -1,0 +1,85 @@
+"""Polhode leaves the process of whoever imports it as it was: a fresh process for each entry, beside one without it."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+# What Polhode loads of others: importing these changes a process, and is no trace of ours.
+OTHERS = "dask.array h5py matplotlib.figure netCDF4 numba pandas pydantic rich.progress ruamel.yaml scipy.stats xarray"
+SEEN = f"""
+import gc, importlib, json, os, signal, sys, threading, warnings
+for other in {OTHERS.split()!r}:
+    importlib.import_module(other)
+import matplotlib, multiprocessing, numba, numpy
+
+seen = {{
+    "finders": [str(finder) for finder in sys.meta_path],
+    "path hooks": [str(hook).split(" at ")[0] for hook in sys.path_hooks],
+    "no modules": sorted(n for n, m in sys.modules.items() if m is None or getattr(m, "__spec__", 0) is None),
+    "environment": dict(os.environ),
+    "Numba": {{name: str(value) for name, value in vars(numba.config).items() if name.isupper()}},
+    "warnings": sorted(str(one) for one in warnings.filters),
+    # Python settles on its first method itself once it has spawned a process
+    "start method": multiprocessing.get_start_method(allow_none=True) or multiprocessing.get_all_start_methods()[0],
+    "Matplotlib": {{name: str(value) for name, value in matplotlib.rcParams.copy().items()}},
+    "NumPy": [str(numpy.geterr()), str(numpy.get_printoptions())],
+    "garbage": [gc.isenabled(), gc.get_threshold(), gc.get_freeze_count()],
+    "signals": [str(signal.getsignal(number)) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)],
+    "hooks": [str(hook).split(" at ")[0] for hook in (sys.excepthook, sys.unraisablehook, threading.excepthook)],
+}}
+print("SEEN" + json.dumps(seen))
+"""
+GRID = {"I1": 1.0, "I2": [2.0, 2.5], "I3": [3.0, 3.2], "omega0": 1.0}
+SURVEY = f"import sweeps; ds = sweeps.survey({{'grid': {GRID!r}}})\n"
+ENTRIES = {
+    "import kernels": "import kernels",
+    "a kernel": "from kernels import linear, exact, survey; exact.rotation",
+    "import sweeps": "import sweeps",
+    "the accessor": "import sweeps.accessor",
+    "survey": SURVEY,
+    "open_map": SURVEY + "ds.to_netcdf('map.nc'); sweeps.open_map('map.nc').close()",
+    "plot": SURVEY + "sweeps.plot.stability(ds, axis=2)",
+    "tumbler": "import sweeps; sweeps.tumbler(10.0, 12.0)",
+    "main": "from sweeps.__main__ import main; main(['check', 'tiny'])",
+    "main, body": "from sweeps.__main__ import main; main(['body', 'racket'])",
+    "main, run": "from sweeps.__main__ import main; main(['run', 'tiny'])",
+}
+
+
+def seen(code, folder):
+    """What a fresh process looks like after some code, once all that Polhode loads of others is loaded."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "MPLCONFIGDIR": str(folder)}
+    environment.pop("PYTEST_CURRENT_TEST", None)
+    command = [sys.executable, "-c", code + "\n" + SEEN]
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    told = done.stdout.rpartition("SEEN")[2].replace(str(folder), "FOLDER")
+    return json.loads(re.sub(r"0x[0-9a-f]+", "ADDRESS", told))
+
+
+@pytest.fixture(scope="module")
+def untouched(tmp_path_factory):
+    """What a process looks like that never heard of Polhode."""
+    return seen("", tmp_path_factory.mktemp("untouched"))
+
+
+def changed(before, after):
+    """What was there and is not, and what is there now."""
+    if isinstance(before, dict):
+        before, after = ([f"{name}={value}" for name, value in of.items()] for of in (before, after))
+    return [str(one) for one in before if one not in after], [str(one) for one in after if one not in before]
+
+
+QUICK = ("import kernels", "import sweeps")
+
+
+@pytest.mark.parametrize("entry", [pytest.param(e, marks=() if e in QUICK else pytest.mark.slow) for e in ENTRIES])
+def test_nothing_is_left_in_the_process(entry, untouched, tmp_path):
+    found = seen(ENTRIES[entry], tmp_path)
+    assert {name: changed(untouched[name], value) for name, value in found.items() if value != untouched[name]} == {}
