@@ -489,14 +489,17 @@ def regimes(re, im, re_error, im_error, invariants=None, pairs=None):
         grows = (re - re_error > 0).any(1)
         rival = re + re_error >= (re - re_error).max(1)[:, None]  # any of these may grow fastest
         turning = np.abs(im) > im_error
-        turns, straight = ((kind | ~rival).all(1) for kind in (turning, ~turning))
+        real = im == 0.0  # and not one that meets another within the errors, for the two may be a complex pair
+        asked = np.flatnonzero((grows[:, None] & rival & real).any(1))
+        real[asked] &= _told_apart(re[asked], im[asked], np.hypot(re_error, im_error)[asked])
+        turns, straight = ((kind | ~rival).all(1) for kind in (turning, real))
         decays = (re + re_error < 0).all(1)
         level = (np.abs(re) <= re_error).all(1) & (np.abs(im) > im_error).all(1)
         if pairs is not None:
             level &= pairs  # without the symmetry an eigenvalue may lie beside the axis, within its error
         if invariants is None:
             asked = np.flatnonzero(level)
-            level[asked] = _told_apart(re[asked], im[asked], np.hypot(re_error, im_error)[asked])
+            level[asked] = _told_apart(re[asked], im[asked], np.hypot(re_error, im_error)[asked]).all(1)
         cases = [grows & turns, grows & straight, decays & ~grows, level & ~grows]
         values = [kernel.FLUTTER, kernel.UNSTABLE, kernel.ASYMPTOTICALLY_STABLE, kernel.STABLE]
         found = np.select(cases, values, kernel.MARGINAL)
@@ -506,9 +509,9 @@ def regimes(re, im, re_error, im_error, invariants=None, pairs=None):
 
 
 def _told_apart(re, im, errors):
-    """Whether no two eigenvalues may be one."""
+    """Return which eigenvalues, shape (points, n), differ from all others by more than the errors of both."""
     apart = np.hypot(re[:, :, None] - re[:, None], im[:, :, None] - im[:, None])
-    return ((apart > errors[:, :, None] + errors[:, None]) | np.eye(re.shape[1], dtype=bool)).all((1, 2))
+    return ((apart > errors[:, :, None] + errors[:, None]) | np.eye(re.shape[1], dtype=bool)).all(2)
 
 
 def _by_pairs(total, product, discriminant):

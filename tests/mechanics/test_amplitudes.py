@@ -74,6 +74,19 @@ def test_a_rival_of_the_other_kind_leaves_growth_open():
         assert regimes(re, im, *2 * (np.full((1, 4), error),))[0] == regime
 
 
+def test_growth_of_two_eigenvalues_that_may_be_a_pair_is_left_open():
+    """On the real axis stays what is alone there: two that meet within their errors may part into a pair, and back."""
+    error = np.full((1, 4), 1e-3)
+    for first, regime in (
+        ((0.5 + 1e-4j, 0.5 - 1e-4j), flows.MARGINAL),  # flutter within the errors
+        ((0.5, 0.5 + 1e-4), flows.MARGINAL),
+        ((0.5, 0.3), flows.UNSTABLE),
+        ((0.5 + 2e-3j, 0.5 - 2e-3j), flows.FLUTTER),
+    ):
+        values = np.array([[*first, -1.0 - 1.0j, -1.0 + 1.0j]])
+        assert regimes(values.real, values.imag, error, error)[0] == regime, first
+
+
 def test_errors_reach_an_eigenvalue_that_may_have_changed_places():
     """A quartet ±a ± ib: which of +a and -a comes first hangs on imaginary parts that are known to 1e-5."""
     re, im = np.array([[0.3, -0.3, 0.3, -0.3]]), np.array([[-1.0 - 1e-6, -1.0 + 1e-6, 1.0 - 1e-6, 1.0 + 1e-6]])
