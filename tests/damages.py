@@ -554,10 +554,10 @@ def one_by_one(chosen):
     """Runs commands in this process: what went wrong with each, and the most seconds and bytes that one took."""
     told = {"wrong": {}, "seconds": 0.0, "bytes": 0}
     for name, words in chosen.items():
-        begun = processor_seconds()
+        begun, before = processor_seconds(), _children()
         _forget_peak()
         status, out, err = run(words)
-        seconds, size = processor_seconds() - begun, _peak()
+        seconds, size = processor_seconds() - begun, _peak(before)
         what = wrong(name, status, out, err)
         what = what or (f"took {seconds:.0f} s" if seconds > PATIENCE else "")
         what = what or (f"took {size / 2**30:.2f} GiB" if size > MOST_BYTES else "")
@@ -577,10 +577,15 @@ def _forget_peak():
         Path("/proc/self/clear_refs").write_text("5")
 
 
-def _peak():
-    """Most bytes that were resident since, here or in a child."""
+def _children():
+    """Most KiB that a child was resident with, of all that this process has ever waited for."""
+    return resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
+
+
+def _peak(before):
+    """Most bytes that were resident since, here or in a child; `before` is what `_children` gave then."""
     held = Path("/proc/self/status").read_text().partition("VmHWM:")[2].split()[0]
-    return 1024 * max(int(held), resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
+    return 1024 * max(int(held), _children() if _children() > before else 0)
 
 
 # ---------------------------------------------------------------------------------------------------------
