@@ -35,12 +35,10 @@ import numpy as np
 
 from kernels.jit import OPTIONS, njit
 from kernels.rigid_body import euler_coefficients
-from kernels.taylor import step_12, turn_12
+from kernels.taylor import ORDERS, step_12, turn_12
 
-ORDERS = (8, 10, 12)
 MOST_STEPS = 10_000
 NEAR_SHARE = 0.15  # of the tolerance, that a step near the axis may leave out
-NEAREST = 100  # stands before the order of the nearest steps
 
 
 @njit(**OPTIONS)
@@ -100,43 +98,43 @@ def choose(x, size, coefficients, samples, tolerance):
 
     Returns
     -------
-    order, steps : int
-        One of ORDERS, negative for the near step, and below -NEAREST for the nearest (-108, -110, -112); between 1 and
-        MOST_STEPS (which the certificate then shows to be too few).
+    number, steps : int
+        Of the step, in :data:`kernels.taylor.STEPS`; of steps, between 1 and MOST_STEPS (which the certificate then
+        shows to be too few).
     """
     near = is_near(x, size, samples, tolerance)
     # x <= 1/2, so all the terms after the first one left out add less than x/(10 - x) of it
     share = 1.06 * samples / (tolerance * (1.0 - NEAR_SHARE) if near else tolerance)
     power = x * x * x
     power *= power * power  # x to the ninth; two more for every order
-    order, steps = _one_step(share * power, x * x, coefficients)
-    if order == 0:
-        order, steps = _several_steps(share * power, x * x, coefficients)
+    i, steps = _one_step(share * power, x * x, coefficients)
+    if steps == 0:
+        i, steps = _several_steps(share * power, x * x, coefficients)
     if near and is_nearest(x, size, samples, tolerance):
-        return -order - NEAREST, steps
-    return (-order if near else order), steps
+        return 3 * i + 2, steps
+    return 3 * i + (1 if near else 0), steps
 
 
 @njit(**OPTIONS)
 def _one_step(excess, square, coefficients):
-    """The lowest order of which one step is enough, or 0; two steps of a lower one would be more work."""
+    """Number in ORDERS of the lowest of which one step is enough, and 1; else 0, 0. Two of a lower are more work."""
     for i in range(3):
         if not excess * coefficients[i] > 1.0:
-            return ORDERS[i], 1
+            return i, 1
         excess *= square
     return 0, 0
 
 
 @njit(**OPTIONS)
 def _several_steps(excess, square, coefficients):
-    """The order, and number of its steps, that take the least work; excess is that of order 8 over the tolerance."""
-    best, fewest, least = ORDERS[0], 1, math.inf
+    """Number in ORDERS, and how many of its steps take the least work; excess is order 8's over the tolerance."""
+    best, fewest, least = 0, 1, math.inf
     for i in range(3):
         order = ORDERS[i]
         steps = min(np.ceil((excess * coefficients[i]) ** (1.0 / order)), float(MOST_STEPS))
         work = steps * (order * (order + 1) + 40.0)  # 40: loads, stores and the sum of the terms
         if work < least:
-            best, fewest, least = order, int(steps), work
+            best, fewest, least = i, int(steps), work
         excess *= square
     return best, fewest
 

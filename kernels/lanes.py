@@ -20,7 +20,7 @@ from kernels import exact, measure, recurrence, reduction, rigid_body, taylor
 from kernels.blocks import W
 from kernels.jit import INLINE, OPTIONS, njit, whole_vectors
 
-EXACT = 1  # stands where a Taylor step has its order
+EXACT, RECURRENCE = 9, 10  # the exact solution by its map or its recurrence, where a Taylor step has its number
 
 # Rows of the scratch array, each W long. Given: the moments in a unit near the greatest, the nudge and the run.
 MA, MB, MC, SPIN, EPSILON, COSINE, SINE, SPACING, STEPS = (W * r for r in range(9))
@@ -139,12 +139,8 @@ def _advance_of(step):
     return advance
 
 
-_advance_8, _advance_10, _advance_12 = map(_advance_of, (taylor.step_8, taylor.step_10, taylor.step_12))
-_advance_near_8, _advance_near_10, _advance_near_12 = map(
-    _advance_of, (taylor.near_step_8, taylor.near_step_10, taylor.near_step_12)
-)
-_advance_nearest_8, _advance_nearest_10, _advance_nearest_12 = map(
-    _advance_of, (taylor.nearest_step_8, taylor.nearest_step_10, taylor.nearest_step_12)
+_taylor_0, _taylor_1, _taylor_2, _taylor_3, _taylor_4, _taylor_5, _taylor_6, _taylor_7, _taylor_8 = map(
+    _advance_of, taylor.STEPS
 )
 
 
@@ -170,27 +166,27 @@ def _advance_recurrence(S):
 
 
 @njit(**OPTIONS)
-def advance(S, order, steps):
-    """Advance every lane by a sample interval: Taylor steps or an exact one; near ones where the order is negative."""
-    if order == -108:
-        _advance_nearest_8(S, steps)
-    elif order == -110:
-        _advance_nearest_10(S, steps)
-    elif order == -112:
-        _advance_nearest_12(S, steps)
-    elif order == -8:
-        _advance_near_8(S, steps)
-    elif order == -10:
-        _advance_near_10(S, steps)
-    elif order == -12:
-        _advance_near_12(S, steps)
-    elif order == 8:
-        _advance_8(S, steps)
-    elif order == 10:
-        _advance_10(S, steps)
-    elif order == 12:
-        _advance_12(S, steps)
-    elif order == EXACT:
+def advance(S, number, steps):
+    """Advance every lane by a sample interval: by Taylor steps (their number in taylor.STEPS), EXACT or RECURRENCE."""
+    if number == 0:
+        _taylor_0(S, steps)
+    elif number == 1:
+        _taylor_1(S, steps)
+    elif number == 2:
+        _taylor_2(S, steps)
+    elif number == 3:
+        _taylor_3(S, steps)
+    elif number == 4:
+        _taylor_4(S, steps)
+    elif number == 5:
+        _taylor_5(S, steps)
+    elif number == 6:
+        _taylor_6(S, steps)
+    elif number == 7:
+        _taylor_7(S, steps)
+    elif number == 8:
+        _taylor_8(S, steps)
+    elif number == EXACT:
         _advance_exact(S)
     else:
         _advance_recurrence(S)
@@ -507,16 +503,16 @@ def _follow_recurrence(S, left):
 
 
 @njit(**OPTIONS)
-def follow(S, order, steps, intervals, certified, invariants, logged, reduced):
+def follow(S, number, steps, intervals, certified, invariants, logged, reduced):
     """Follow every lane through the run, or until the last window of the block has closed.
 
     Parameters
     ----------
     S : numpy.ndarray, shape (ROWS * W,)
         Scratch, with the rows MA ... STEPS filled.
-    order, steps : int
-        Of the Taylor step (8, 10, 12) or EXACT, and steps a sample interval; one for the whole block. Negative for
-        the near ones; of EXACT, where and only where ``reduced`` is not WHOLE.
+    number, steps : int
+        Of the Taylor step in :data:`kernels.taylor.STEPS`, or EXACT, or RECURRENCE (where and only where ``reduced`` is
+        not WHOLE); and steps a sample interval. One for the whole block.
     intervals : int
         Number of sample intervals.
     certified, invariants, logged : bool
@@ -526,7 +522,7 @@ def follow(S, order, steps, intervals, certified, invariants, logged, reduced):
         first order is enough (:func:`kernels.reduction.is_small`).
     """
     begin(S)
-    if certified or abs(order) == EXACT:
+    if certified or number >= EXACT:
         if reduced == WHOLE:
             begin_exact(S)
         else:
@@ -534,12 +530,12 @@ def follow(S, order, steps, intervals, certified, invariants, logged, reduced):
     if invariants:
         begin_invariants(S)
     opened, growing, logging = True, False, False
-    at_once = order == -EXACT and reduced == NONE and not invariants
+    at_once = number == RECURRENCE and reduced == NONE and not invariants
     for k in range(1, intervals + 1):
         if at_once and k > 2:
             _follow_recurrence(S, intervals - 2)
             break
-        advance(S, order, steps)
+        advance(S, number, steps)
         if k == 2:
             growing = guess(S)
             if reduced != NONE:

@@ -107,23 +107,18 @@ def _choose(T, intervals, tolerance, keys):
                 direct.truncation(size, direct.ORDERS[2]),
             )
         x = T[_BOUND + i] * T[_SPACING + i] * whole
-        order, steps = direct.choose(x, size, coefficients, intervals, tolerance)
-        nearest = order < -direct.NEAREST
-        kind = (abs(order) - (direct.NEAREST if nearest else 0) - 8) // 2 * 3
-        kind += 2 if nearest else (1 if order < 0 else 0)  # 0 to 8
-        keys[i] += (9 * (steps - 1) + kind) * 2 * LEVELS
+        number, steps = direct.choose(x, size, coefficients, intervals, tolerance)
+        keys[i] += (9 * (steps - 1) + number) * 2 * LEVELS
 
 
 @njit(**INLINE)
 def _work(key, exactly):
-    """Order, steps a sample and reduction of a block, from the key of any of its points."""
+    """Return a block's number of step, steps a sample and reduction, from the key of any of its points."""
     number = key // LEVELS
     depth = lanes.FIRST_ORDER if number % 2 == 0 else lanes.WHOLE
     if exactly:
-        return (lanes.EXACT if depth == lanes.WHOLE else -lanes.EXACT), 1, depth
-    kind, steps = number // 2 % 9, number // 18 + 1
-    order, near = 8 + 2 * (kind // 3), kind % 3
-    return (order if near == 0 else (-order if near == 1 else -order - direct.NEAREST)), steps, depth
+        return (lanes.EXACT if depth == lanes.WHOLE else lanes.RECURRENCE), 1, depth
+    return number // 2 % 9, number // 18 + 1, depth
 
 
 @njit(nogil=True, **OPTIONS)

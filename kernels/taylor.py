@@ -94,8 +94,12 @@ def step(name: str, equations: Equations, order: int, spin: tuple[int, int] | No
     return straight(name, [*(f"{x}0" for x in equations), *scales], lines(equations, order, spin), numbers)
 
 
-step_8, step_10, step_12 = (step(f"step_{n}", EULER, n) for n in ORDERS)
-near_step_8, near_step_10, near_step_12 = (step(f"near_step_{n}", EULER, n, NEAR) for n in ORDERS)
-nearest_step_8, nearest_step_10, nearest_step_12 = (step(f"nearest_step_{n}", EULER, n, NEAREST) for n in ORDERS)
+# number → step of Euler's equations: 3 i + k has order ORDERS[i] and is whole (k = 0), near (1) or nearest (2)
+STEPS = tuple(
+    step(f"{kind}step_{order}", EULER, order, spin)
+    for order in ORDERS
+    for kind, spin in (("", WHOLE), ("near_", NEAR), ("nearest_", NEAREST))
+)
+step_10, step_12 = STEPS[3], STEPS[6]
 turn_12 = step("turn_12", EULER | QUATERNION, 12)  # (a, b, c, w, x, y, z, ka, kb, kc, half), half = h/2
 carry_12 = step("carry_12", EULER | VECTOR, 12)  # (a, b, c, x, y, z, ka, kb, kc, h)

@@ -99,7 +99,7 @@ def _sampled(row, order, steps, samples):
     for r in range(row.size):
         S[lanes.W * r : lanes.W * (r + 1)] = row[r]
     lanes.begin(S)
-    if order == -lanes.EXACT:
+    if order == lanes.RECURRENCE:
         lanes.begin_recurrence(S)
     for k in range(samples.shape[0]):
         if k > 0:
@@ -131,7 +131,7 @@ class Exact(Polhode):
     name, propagator, settings = "Polhode exact", "exact", (0.0,)
     size = 400_000  # a run as long as the others': the bodies are taken several times
     mode = "addition theorem of the closed form, one step a sample, 32 lanes, a thread per core"
-    step = staticmethod(lambda body, tolerance: (-lanes.EXACT, 1))
+    step = staticmethod(lambda body, tolerance: (lanes.RECURRENCE, 1))
 
     def measured(self, bodies, part, tolerance, wanted):
         return super().measured(bodies, part, 1e-10, wanted)

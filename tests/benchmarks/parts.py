@@ -58,7 +58,7 @@ def filled(body):
     for row, value in enumerate(contenders._row(body, 1)):
         S[W * row : W * (row + 1)] = value
     S[findings.MORE.spin_rate : findings.MORE.spin_rate + W] = 1.0
-    lanes.follow(S, -lanes.EXACT, 1, task.SAMPLES, False, False, False, lanes.NONE)
+    lanes.follow(S, lanes.RECURRENCE, 1, task.SAMPLES, False, False, False, lanes.NONE)
     return S
 
 

@@ -4,7 +4,7 @@ import numpy as np
 from contenders import Direct
 from numba import njit
 
-from kernels import direct, taylor
+from kernels import taylor
 
 CHAINS, LINKS, LANES, PASSES = 12, 64, 256, 64
 FLOPS = 2 * CHAINS * LINKS * LANES * PASSES  # of one call of multiply_adds
@@ -71,10 +71,8 @@ class Counted:
     __mul__ = __rmul__ = __add__ = __radd__ = __sub__ = __rsub__ = _count
 
 
-def step_flops(order):
-    """Multiplications and additions of one Taylor step, of an order as direct.choose tells it: counted by running."""
-    kind = "" if order > 0 else ("near_" if order > -direct.NEAREST else "nearest_")
-    step = getattr(taylor, f"{kind}step_{abs(order) % direct.NEAREST}")
+def step_flops(step):
+    """Multiplications and additions of one Taylor step, counted by running it."""
     Counted.operations = 0
     step(*(Counted() for _ in range(6)))
     return Counted.operations
@@ -82,9 +80,8 @@ def step_flops(order):
 
 def run_flops(bodies, tolerance, intervals):
     """Operations of the Taylor steps of all bodies' runs: nothing of samples, padding and reduction is counted."""
-    kinds = [kind for order in direct.ORDERS for kind in (order, -order, -order - direct.NEAREST)]
-    flops, total = {kind: step_flops(kind) for kind in kinds}, 0
+    flops, total = [step_flops(step) for step in taylor.STEPS], 0
     for i in range(len(bodies)):
-        order, steps = Direct.step(bodies[i : i + 1], tolerance)
-        total += flops[order] * steps * intervals
+        number, steps = Direct.step(bodies[i : i + 1], tolerance)
+        total += flops[number] * steps * intervals
     return total

@@ -14,9 +14,7 @@ from scipy.integrate import solve_ivp
 from kernels import direct, exact, rigid_body, taylor
 
 ULP = 2.0**-52
-STEPS = {8: taylor.step_8, 10: taylor.step_10, 12: taylor.step_12}
-NEAR = {8: taylor.near_step_8, 10: taylor.near_step_10, 12: taylor.near_step_12}
-NEAREST = {8: taylor.nearest_step_8, 10: taylor.nearest_step_10, 12: taylor.nearest_step_12}
+STEPS, NEAR, NEAREST = (dict(zip(direct.ORDERS, taylor.STEPS[k::3], strict=True)) for k in range(3))
 KINDS = [(NEAR, 7, 4, direct.is_near), (NEAREST, 5, 2, direct.is_nearest)]  # the spin's terms: summed, and taking part
 FEWER = 10 if config.DISABLE_JIT else 1  # steps in plain Python are slow
 # nought, or large enough that no term of a series underflows
@@ -102,7 +100,7 @@ def test_step_has_the_symmetries_of_the_equations(step, state, k):
     assert step(2 * x, 2 * y, 2 * z, *(0.5 * x for x in k)) == (2 * a, 2 * b, 2 * c)
 
 
-@pytest.mark.parametrize("step", [taylor.step_10, taylor.near_step_10, taylor.nearest_step_10])
+@pytest.mark.parametrize("step", [STEPS[10], NEAR[10], NEAREST[10]])
 @given(spin=st.floats(0.1, 1.0), k=COEFFICIENTS, exponent=st.floats(-700, -20))
 def test_a_small_perturbation_keeps_its_relative_digits(step, spin, k, exponent):
     small = math.exp(exponent)
@@ -228,11 +226,10 @@ def test_the_choice_keeps_the_tolerance_with_the_least_work(x, size, samples, ex
     tolerance = 10**exponent
     coefficients = tuple(direct.truncation(size, order) for order in direct.ORDERS)
     chosen, steps = direct.choose(x, size, coefficients, samples, tolerance)
-    assert (chosen < 0) == direct.is_near(x, size, samples, tolerance)
-    allowed = tolerance * (1 - direct.NEAR_SHARE) if chosen < 0 else tolerance
-    nearest = chosen < -direct.NEAREST
-    assert nearest == (chosen < 0 and direct.is_nearest(x, size, samples, tolerance))
-    chosen = abs(chosen) % direct.NEAREST
+    near = direct.is_near(x, size, samples, tolerance)
+    assert chosen % 3 == (2 if near and direct.is_nearest(x, size, samples, tolerance) else near)
+    allowed = tolerance * (1 - direct.NEAR_SHARE) if near else tolerance
+    chosen = direct.ORDERS[chosen // 3]
     assert left_out(chosen, steps, x, size, samples) <= allowed * (1 + 1e-12)
     work = steps * (chosen * (chosen + 1) + 40)
     for order in direct.ORDERS:
@@ -244,11 +241,11 @@ def test_the_choice_at_the_ends_of_its_range():
     small = tuple(direct.truncation(1e-3, order) for order in direct.ORDERS)
     large = tuple(direct.truncation(1.0, order) for order in direct.ORDERS)
     border = left_out(12, 1, 0.5, 1e-3, 64)
-    assert direct.choose(0.5, 1e-3, small, 64, border * (1 + 1e-12)) == (12, 1)
-    assert direct.choose(0.5, 1e-3, small, 64, border * (1 - 1e-6)) == (10, 2)
-    assert direct.choose(0.5, 1.0, large, 64, 4e-11) == (10, 5)  # 5 of 110 + 40, beside 4 of 156 + 40 and 10 of 72 + 40
-    assert direct.choose(0.0, 1e-6, small, 64, 1e-10) == (-108, 1)
-    assert direct.choose(math.nan, 1e-3, small, 64, 1e-10) == (8, 1)
+    assert direct.choose(0.5, 1e-3, small, 64, border * (1 + 1e-12)) == (6, 1)
+    assert direct.choose(0.5, 1e-3, small, 64, border * (1 - 1e-6)) == (3, 2)
+    assert direct.choose(0.5, 1.0, large, 64, 4e-11) == (3, 5)  # 5 of 110 + 40, beside 4 of 156 + 40 and 10 of 72 + 40
+    assert direct.choose(0.0, 1e-6, small, 64, 1e-10) == (2, 1)
+    assert direct.choose(math.nan, 1e-3, small, 64, 1e-10) == (0, 1)
     assert direct.choose(0.5, 1.0, large, 64, 1e-60)[1] == 10_000
     assert direct.choose(1e20, 1.0, large, 64, 1e-10)[1] == 10_000
 

@@ -90,16 +90,7 @@ class RigidBody(Dynamics):
         return LAYOUT
 
     def columns(self, points: Mapping[str, np.ndarray], integration: "RigidBodyIntegration") -> dict[str, np.ndarray]:
-        """Linear theory beside what is measured; see `kernels.survey`. Points of one axis are taken together."""
-        parts = [slice(None)] if integration.collapse else _by_axis(points["axis"])
-        if len(parts) == 1:
-            return self._columns(points, integration)
-        # contiguous, for each is read more than once
-        own = ({name: np.ascontiguousarray(values[part]) for name, values in points.items()} for part in parts)
-        measured = [self._columns(of_one, integration) for of_one in own]
-        return {name: _put_back(parts, [columns[name] for columns in measured]) for name in measured[0]}
-
-    def _columns(self, points: Mapping[str, np.ndarray], integration: "RigidBodyIntegration") -> dict[str, np.ndarray]:
+        """Return linear theory beside what is measured; see `kernels.survey`."""
         from kernels import in_space, survey  # noqa: F401  (what a map's fingerprint covers is imported with it)
 
         settings = _settings(integration)
@@ -243,32 +234,6 @@ class RigidBody(Dynamics):
 def _settings(integration: "RigidBodyIntegration") -> tuple[float, int, float]:
     """What kernels are told of a run: rotations, samples in one, tolerance."""
     return integration.rotations, integration.samples_per_rotation, integration.tolerance
-
-
-def _by_axis(axis: np.ndarray) -> list[slice | np.ndarray]:
-    """Which points have each axis, as slices where they are so many apart; all of them where there is one axis.
-
-    Selecting moments point by point takes longer than the theory that is made of them.
-    """
-    if (axis == axis[:1]).all():
-        return [slice(None)]
-    parts: list[slice | np.ndarray] = []
-    for one in (1, 2, 3):
-        numbers = np.flatnonzero(axis == one)
-        if not numbers.size:
-            continue
-        step = int(numbers[1] - numbers[0]) if numbers.size > 1 else 1
-        even = numbers[-1] - numbers[0] == step * (numbers.size - 1) and (np.diff(numbers) == step).all()
-        parts.append(slice(int(numbers[0]), int(numbers[-1]) + 1, step) if even else numbers)
-    return parts
-
-
-def _put_back(parts: list[slice | np.ndarray], columns: list[np.ndarray]) -> np.ndarray:
-    """One column of all points, from those of parts of them: a column at a time, which stays in a core's own cache."""
-    whole = np.empty(sum(column.size for column in columns), columns[0].dtype)
-    for part, column in zip(parts, columns, strict=True):
-        whole[part] = column
-    return whole
 
 
 def _in_space(points, settings, columns, wanted) -> dict[str, np.ndarray]:
