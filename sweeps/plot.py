@@ -5,9 +5,10 @@
     ax = sweeps.plot.stability(ds, axis=2, at={"I3": 0.0175})
     ax.figure.savefig("racket.pdf")
 
-Each takes a map, the places at which to cut it (`at`: dimension → value, the grid's nearest is taken) and the Axes to
-draw in (`ax`; left out, a figure of its own, with title and legend). A picture of several panels stands in the place of
-`ax`, whose figure must have it on a grid (`subplots`). What comes back is the picture's first panel; `.figure` is all.
+Each takes a map, or a slice of one by `isel` or `sel`, the places at which to cut it (`at`: dimension → value, the
+grid's nearest is taken) and the Axes to draw in (`ax`; left out, a figure of its own, with title and legend). A picture
+of several panels stands in the place of `ax`, whose figure must have it on a grid (`subplots`). What comes back is the
+picture's first panel; `.figure` is all.
 """
 
 import sys
@@ -30,6 +31,7 @@ def stability(ds: "xr.Dataset", axis: int | None = None, at: Mapping | None = No
         at: dimension → value.
         ax: where to draw.
     """
+    ds = _whole(ds)
     has_axes = "axis" in ds.dims
     if has_axes:
         axis = (2 if 2 in ds["axis"].values else int(ds["axis"].values[0])) if axis is None else axis
@@ -138,7 +140,7 @@ def draw(
     """Any picture of a map by its name, those of other packages' systems too.
 
     Args:
-        ds: a map.
+        ds: a map, or a slice of one by `isel` or `sel`.
         name: as `figures` names its file; "stability" also where that has the axis behind it.
         at: dimension → value, at which the map is cut: the grid's nearest.
         ax: where to draw; left out, on a figure of its own.
@@ -148,12 +150,12 @@ def draw(
         The picture's first panel.
 
     Raises:
-        RefusedError: for a picture that this map has not, and a place that it has not.
+        RefusedError: for what is no map, a picture that this map has not, and a place that it has not.
     """
     from sweeps.views import figures
 
     register()
-    part = figures.literal(_cut(ds, {**(at or {}), **(also or {})}))
+    part = figures.literal(_cut(_whole(ds), {**(at or {}), **(also or {})}))
     known = figures.pictures(part)
     found = next((known[one] for one in known if one == name or one.startswith(f"{name}_axis_")), None)
     if found is None:
@@ -169,6 +171,14 @@ def _refuse(message: str):
     from sweeps.schema.refusals import RefusedError
 
     raise RefusedError(message)
+
+
+def _whole(ds):
+    """Return a map, or a slice of one, with all dimensions of the map; refuse what is none."""
+    from sweeps.maps import slices
+
+    slices.check_is_map(ds)
+    return slices.with_all_dimensions(ds)
 
 
 def _cut(ds, at: Mapping):
@@ -221,7 +231,7 @@ class Polhode:
         """Return the names of this map's pictures."""
         from sweeps.views import figures
 
-        return list(figures.pictures(self._ds))
+        return list(figures.pictures(_whole(self._ds)))
 
     def summary(self) -> str:
         """Return the text that `polhode show` prints for this map."""
@@ -232,7 +242,7 @@ class Polhode:
         from sweeps.maps import selection, summary
         from sweeps.views import textmap, told
 
-        ds = summary.pointwise(self._ds)
+        ds = summary.pointwise(_whole(self._ds))
         written = StringIO()
         console = Console(file=written, width=120)
         selection.nearest(ds, {})

@@ -12,7 +12,7 @@ from PIL import Image
 
 from sweeps import startup, style, systems
 from sweeps.files import replaced, replaced_folder
-from sweeps.maps import admission
+from sweeps.maps import admission, slices
 from sweeps.maps.plain import PlainMap
 from sweeps.schema.refusals import RefusedError, hint, shortened
 from sweeps.views import films, svg, themes
@@ -43,7 +43,8 @@ def opened(path: str | Path) -> "xr.Dataset | PlainMap":
 
 def drawn_plainly(found: PlainMap) -> PlainMap | None:
     """A plain map where that will do for all of its pictures; then nothing more is loaded for them."""
-    if not systems.of_map(found).draws_plainly(found):
+    is_slice = not all(coordinate.ndim for coordinate in found.coords.values())
+    if is_slice or not systems.of_map(found).draws_plainly(found):
         return None
     startup.leave_out_the_compiler()
     return found
@@ -53,8 +54,9 @@ def pictures(ds: "xr.Dataset | PlainMap") -> dict[str, Callable[[], Figure | Non
     """Name of each picture of a map → what draws it (None where there is nothing to show).
 
     Args:
-        ds: a map, from `sweeps.open_map` or `sweeps.survey`.
+        ds: a map, from `sweeps.open_map` or `sweeps.survey`, or a slice of one.
     """
+    ds = slices.with_all_dimensions(ds)
     system = systems.of_map(ds)
     own = system.pictures_of_points if "point" in ds.dims else system.pictures
     return {name: _without(ds, draw, None) for name, draw in own(ds).items()}
@@ -62,6 +64,7 @@ def pictures(ds: "xr.Dataset | PlainMap") -> dict[str, Callable[[], Figure | Non
 
 def animations(ds: "xr.Dataset | PlainMap") -> dict[str, Callable[[], list[Image.Image]]]:
     """Name of each animation of a map → what draws its frames (none where there is nothing to show)."""
+    ds = slices.with_all_dimensions(ds)
     if "point" in ds.dims:  # whose motion `point` writes
         return {}
     return {name: _without(ds, frames, []) for name, frames in systems.of_map(ds).animations(ds).items()}

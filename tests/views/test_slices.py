@@ -1,0 +1,174 @@
+"""Pictures of slices: whatever `isel` and `sel` leave of a map is drawn, or refused in words."""
+
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+
+import sweeps
+from sweeps import plot
+from sweeps.__main__ import main
+from sweeps.maps import slices, storage
+from sweeps.schema.refusals import RefusedError
+from sweeps.views import figures
+
+MAPS = {
+    "rigid_body": {
+        "grid": {"I1": [0.5, 1.0, 1.5], "I2": [0.75, 1.4], "I3": 1.0, "omega0": [-3.0, 1.0], "epsilon": [1e-6, 1e-2]}
+    },
+    "shapes": {
+        "grid": {"ratios": {"I1_over_I3": [0.2, 0.5, 0.9], "room": [0.0, 0.5]}, "I3": [1.0, 2.0], "omega0": 1.0}
+    },
+    "bodies": {
+        "bodies": [
+            {"name": "Tennis racket", "I1": 0.00121, "I2": 0.01638, "I3": 0.01748, "omega0": 3.0},
+            {"name": "Plate", "ratios": {"I1": 1.0, "I2": 1.0, "I3": 2.0}, "omega0": 1.0},
+        ],
+        "grid": {"epsilon": [1e-6, 1e-3, 1e-2]},
+    },
+    "draws": {
+        "grid": {"I1": {"start": 0.5, "stop": 1.0}, "I2": 1.2, "I3": 1.4, "omega0": 1.0, "epsilon": 1e-3},
+        "sample": {"num": 7},
+    },
+    "symmetric_top": {
+        "system": "symmetric_top",
+        "grid": {"ratio": [0.5, 1.5, 2.5], "omega3": [-1.0, 10.0], "half_angle": [10.0, 30.0]},
+    },
+    "twist": {"system": "twist", "grid": {"I1": [0.2, 0.5], "I2": 1.0, "I3": [1.0, 1.4], "chi": [1e-3, 0.1]}},
+    "tumbling": {"system": "tumbling", "grid": {"I1": [0.2, 0.5], "I2": [0.6, 0.8], "I3": 1.0, "energy": [1.1, 1.5]}},
+    "pendulum": {"system": "pendulum", "grid": {"length": [0.5, 1.0, 2.0], "gravity": [1.6, 9.8], "epsilon": 1e-6}},
+}
+
+FAST = ("rigid_body", "bodies", "draws")  # whose kernels every test has; the others compile theirs
+SOME = [*FAST, *(pytest.param(name, marks=pytest.mark.slow) for name in MAPS if name not in FAST)]
+
+
+@pytest.fixture(scope="module")
+def maps():
+    """Maps of several systems, each measured when it is first asked for."""
+    made = {}
+
+    def of(name):
+        if name not in made:
+            made[name] = sweeps.survey(MAPS[name])
+        return made[name]
+
+    return of
+
+
+def choices(ds, count):
+    """Yield random choices along the dimensions: all of one, one place, or some in any order, some of them twice."""
+    random = np.random.default_rng(29)
+    for _ in range(count):
+        chosen = {}
+        for dim, size in ds.sizes.items():
+            kind = random.integers(3)
+            if kind:
+                places = random.integers(size, size=random.integers(1, 4)).tolist()
+                chosen[dim] = places if kind == 1 else places[0]
+        yield chosen
+
+
+def stored(ds, dim, places):
+    """Return places along a dimension as a slice has them: ascending or descending numbers, names in any order."""
+    if not isinstance(places, list):
+        return [places]
+    is_text = ds[dim].dtype.kind in "OU"
+    return places if is_text or places == sorted({*places}, reverse=True) else sorted({*places})
+
+
+@pytest.mark.parametrize("name", SOME)
+def test_a_slice_has_the_dimensions_and_the_values_of_its_map(maps, name):
+    ds = maps(name)
+    for chosen in choices(ds, 12):
+        expected = ds.isel({dim: stored(ds, dim, places) for dim, places in chosen.items()})
+        for part in (ds.isel(chosen), ds.isel(chosen).transpose()):
+            found = slices.with_all_dimensions(part)
+            if isinstance(chosen.get("point", chosen.get("body")), int):  # own numbers and the grid's look alike
+                found, expected = found.squeeze(), expected.squeeze()
+            for variable in ds.data_vars:
+                assert found[variable].dims == expected[variable].dims
+                np.testing.assert_array_equal(found[variable].values, expected[variable].values)
+
+
+@pytest.mark.parametrize("name", SOME)
+def test_a_whole_map_is_returned_as_it_is(maps, name):
+    assert slices.with_all_dimensions(maps(name)) is maps(name)
+
+
+def draw_all_of(ds):
+    """Draw every picture of a map that it has something for; each is refused in words where it has not."""
+    drawn = 0
+    for name in figures.pictures(ds):
+        try:
+            drawn += isinstance(plot.draw(ds, name).figure, Figure)
+        except RefusedError as refused:
+            assert "nothing to show" in str(refused)  # noqa: PT017
+    return drawn
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", MAPS)
+def test_every_picture_of_a_random_slice_is_drawn_or_refused_in_words(maps, name):
+    for chosen in choices(maps(name), 8):
+        draw_all_of(maps(name).isel(chosen))
+
+
+def test_a_slice_by_label_is_drawn_as_its_place_in_the_map(maps):
+    ds = maps("rigid_body")
+    one = plot.stability(ds, axis=2, at={"omega0": 1.0, "epsilon": 1e-6})
+    for part in (
+        ds.sel(axis=2, omega0=1.0).sel(epsilon=1e-6),
+        ds.sel(axis=[2], omega0=[1.0], epsilon=[1e-6]),
+        ds.isel(axis=1).sel(omega0=1.0).isel(epsilon=[0]),
+    ):
+        for other in (plot.stability(part), part.polhode.stability()):
+            meshes = [[a.get_array() for a in ax.collections if a.get_array() is not None] for ax in (one, other)]
+            np.testing.assert_array_equal(meshes[0][0], meshes[1][0])
+            assert [text.get_text() for text in one.figure.texts] == [text.get_text() for text in other.figure.texts]
+    with pytest.raises(RefusedError, match="1 is not in this map; allowed: 2"):
+        plot.stability(ds.sel(axis=2), axis=1)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (
+            lambda ds: xr.Dataset({"t": ("x", [1.0])}),
+            "ds: its attribute contract_version is missing; allowed: a Dataset",
+        ),
+        (lambda ds: ds.growth_rate, "ds: is of type DataArray; allowed: a Dataset"),
+        (lambda ds: ds.isel(axis=0, drop=True), "ds: the coordinate axis is missing; allowed: a slice that keeps"),
+        (lambda ds: ds.isel(I1=[]), "ds: has no points along I1; allowed: a slice with one point"),
+        (lambda ds: ds.assign_attrs(system="other"), "ds: its system 'other' is not available; allowed: "),
+        (lambda ds: ds[[]], "ds: holds no variable; allowed: a Dataset"),
+    ],
+)
+def test_what_is_no_map_is_refused_in_words(maps, change, said):
+    ds = change(maps("rigid_body"))
+    for call in (plot.stability, plot.theory_against_measured, lambda one: xr.Dataset.polhode(one).summary()):
+        with pytest.raises(RefusedError) as refused:
+            call(ds)
+        assert str(refused.value).startswith(said)
+
+
+def test_a_point_has_a_summary(maps):
+    ds = maps("rigid_body")
+    assert "1 point" in ds.isel(dict.fromkeys(ds.dims, 0)).polhode.summary()
+
+
+@pytest.mark.parametrize("name", ["rigid_body", pytest.param("pendulum", marks=pytest.mark.slow)])
+def test_pictures_of_a_file_that_slice_wrote(maps, name, tmp_path, capsys):
+    storage.write_map(maps(name), tmp_path / "map.nc")
+    ds = maps(name)
+    long = [dim for dim in ds["status"].dims if ds.sizes[dim] > 1]
+    place = [text for dim in long[2:] for text in (f"--{dim}", str(ds[dim].values[0]))]
+    assert main(["slice", str(tmp_path / "map.nc"), *place, "-o", str(tmp_path / "slice.nc")]) == 0
+    with netCDF4.Dataset(tmp_path / "slice.nc") as file:
+        assert len(file["status"].dimensions) == 2
+    only = ["--only", next(iter(figures.pictures(ds)))[:9]]
+    assert main(["figures", str(tmp_path / "slice.nc"), "-o", str(tmp_path / "figures"), *only]) == 0, (
+        capsys.readouterr()
+    )
+    assert list((tmp_path / "figures").glob("*.png"))
