@@ -164,12 +164,12 @@ def _heard_again(heard: list) -> Iterator[None]:
     unraised = sys.unraisablehook
 
     def raise_again(told):
-        if heard and issubclass(told.exc_type, KeyboardInterrupt):
+        if not heard:
+            unraised(told)
+        elif issubclass(told.exc_type, KeyboardInterrupt):  # other errors: of objects that were only half made
             later = Timer(MOMENT, signal.pthread_kill, (main_thread().ident, signal.SIGINT))
             later.daemon = True
             later.start()
-        else:
-            unraised(told)
 
     sys.unraisablehook = raise_again
     try:

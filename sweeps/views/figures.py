@@ -1,6 +1,8 @@
 """Pictures of a map: what it shows at a glance, how far it agrees with theory, where theory ends, and the flip."""
 
+import threading
 import warnings
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
 from pathlib import Path
@@ -125,12 +127,45 @@ def draw_all(
     with replaced_folder(folder) as temporary:
         how = (temporary, kind, theme, sheet)
         is_shared = submit and len(names) >= LEAST_SHARED
-        given = {name: submit(name, *how) for name in reversed(names)} if is_shared else {}
+        shared = _Shared(names, (lambda name: submit(name, *how)) if is_shared else None)
         meanwhile()
-        found = []
-        for name in names:
-            found += draw_one(ds, name, *how) if name not in given or given[name].cancel() else given[name].result()
-    yield from (folder / file for file in found)
+        found = {name: draw_one(ds, name, *how) for name in shared.left_here()}
+        found |= {name: future.result() for name, future in shared.given.items()}
+    yield from (folder / file for name in names for file in found[name])
+
+
+class _Shared:
+    """Names that this process takes from the front and a worker from the end, one when the one before is done.
+
+    No future is cancelled: Python 3.11 prints a traceback where a worker is killed while one is.
+
+    Attributes:
+        given: name → future of what the worker was given.
+    """
+
+    def __init__(self, names: Sequence[str], submit: Callable[[str], Future] | None):
+        self.given: dict[str, Future] = {}
+        self._left, self._submit, self._lock = deque(names), submit, threading.RLock()
+        if submit:
+            self._give()
+
+    def _give(self, done: Future | None = None) -> None:
+        if done and (done.cancelled() or done.exception()):
+            return  # which whoever waits for the result is told
+        with self._lock:
+            if self._left:
+                future = self.given[self._left[-1]] = self._submit(self._left[-1])
+                self._left.pop()
+                future.add_done_callback(self._give)
+
+    def left_here(self) -> Iterator[str]:
+        """Yield what the worker has not been given."""
+        while True:
+            with self._lock:
+                if not self._left:
+                    return
+                name = self._left.popleft()
+            yield name
 
 
 def draw_one(

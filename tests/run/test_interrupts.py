@@ -13,6 +13,7 @@ from houses import wait_for
 
 import sweeps
 from sweeps import __main__
+from sweeps.__main__ import main
 from sweeps.maps import storage
 
 PROGRAM = """\
@@ -136,6 +137,31 @@ def command(folder, *words):
 def helpers(process):
     """The processes that a command has started."""
     return [child.pid for child in psutil.Process(process.pid).children(recursive=True)]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seconds", [0.0, 1.0, 2.0])
+def test_a_drawing_process_that_is_killed_is_one_message_and_the_next_call_goes_on(tmp_path, seconds):
+    storage.write_map(sweeps.survey(MINE), tmp_path / "map.nc")
+    drawing = command(tmp_path, "figures", "map.nc", "-o", "drawn")
+
+    def worker():
+        return [
+            child
+            for child in psutil.Process(drawing.pid).children()
+            if any("spawn_main" in word for word in child.cmdline())
+        ]
+
+    assert wait_for(worker, drawing)
+    time.sleep(seconds)
+    for child in worker():
+        child.kill()
+    _, said = drawing.communicate(timeout=60)
+    assert (drawing.returncode, said.count("\n")) in ((1, 1), (0, 0)), said  # 0: it had drawn its last picture
+    assert not said or said.startswith("a process that this command started was ended from outside")
+    assert not list(tmp_path.glob(".drawn*"))
+    assert main(["figures", str(tmp_path / "map.nc"), "-o", str(tmp_path / "drawn")]) == 0
+    assert list((tmp_path / "drawn").glob("*.png"))
 
 
 @pytest.mark.slow
