@@ -23,7 +23,7 @@ import roof
 import searching
 from scipy.integrate import solve_ivp
 
-from kernels import direct, exact, survey
+from kernels import direct, exact, survey, taylor
 
 SCRIPT = Path(race.__file__)
 
