@@ -1,6 +1,5 @@
 import math
 import os
-import pickle
 import platform
 import re
 import shutil
@@ -14,9 +13,8 @@ from numba import config
 
 from kernels import direct, exact, findings, lanes, linear, measure, rigid_body, statuses, survey, taylor
 from kernels.blocks import W
-from kernels.cache import CHECKSUM
-from sweeps.systems.rigid_body.kernels import KERNELS
 
+ROOT = Path(survey.__file__).parents[1]
 FEWER = 40 if config.DISABLE_JIT else 1  # lanes in plain Python are slow
 STEPS = taylor.STEPS
 
@@ -123,7 +121,7 @@ def test_an_integrator_broken_by_1e_9_is_told_by_the_certificate(defect, status)
     # in a process of its own and in plain Python, for the compiler freezes what it has inlined
     told = subprocess.run(
         [sys.executable, "-W", "ignore", "-c", BROKEN.replace("DEFECT", repr(defect))],
-        cwd=Path(survey.__file__).parents[1],
+        cwd=ROOT,
         env=os.environ | {"NUMBA_DISABLE_JIT": "1"},
         capture_output=True,
         text=True,
@@ -183,24 +181,36 @@ ARITHMETIC = r"\tv?(?:add|sub|mul|div|sqrt|max|min|cmp\w*|fn?m(?:add|sub)\d*)"
 SCALAR = {"note_excess"}  # one product a lane of the second sample: too short for LLVM not to unroll it
 
 
+COMPILED = """
+import pickle, sys
+from pathlib import Path
+from kernels import lanes
+from kernels.cache import CHECKSUM
+from sweeps.systems.rigid_body.kernels import KERNELS
+for kernel in KERNELS:
+    if kernel.module == "lanes":
+        getattr(lanes, kernel.name).compile(kernel.types)
+for part in vars(lanes).values():
+    if getattr(part, "signatures", ()) and "whole_vectors" in part.py_func.__code__.co_names:
+        # what lies in the cache, for Numba shows no assembly of what it has loaded
+        path, _ = part._cache._place(part.signatures[0], part.targetctx.codegen())
+        (_, _, (code, *_)), *_ = pickle.loads(path.read_bytes()[CHECKSUM:])
+        Path(sys.argv[1], part.__name__ + ".o").write_bytes(code)
+"""
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled")
 @pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads x86 instructions")
 @pytest.mark.skipif(not shutil.which("objdump"), reason="takes compiled code apart by objdump")
 def test_every_loop_over_lanes_is_packed(tmp_path):
-    for kernel in KERNELS:
-        if kernel.module == "lanes":
-            getattr(lanes, kernel.name).compile(kernel.types)
-    kernels = [part for part in vars(lanes).values() if getattr(part, "signatures", ())]
-    loops = [part for part in kernels if "whole_vectors" in part.py_func.__code__.co_names]
-    assert len(loops) > 20
-    for i, part in enumerate(loops):  # what lies in the cache, for Numba shows no assembly of what it has loaded
-        path, _ = part._cache._place(part.signatures[0], part.targetctx.codegen())
-        (_, _, (code, *_)), *_ = pickle.loads(path.read_bytes()[CHECKSUM:])
-        (tmp_path / f"{i:02d}.o").write_bytes(code)
-    files = sorted(map(str, tmp_path.glob("*.o")))
+    # with an empty cache: Numba loads what it finds there whole, and not the parts that it calls
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    subprocess.run([sys.executable, "-c", COMPILED, tmp_path], env=environment, check=True, cwd=ROOT)
+    files = sorted(tmp_path.glob("*.o"))
+    assert len(files) > 20
     told = subprocess.run(["objdump", "-d", "--no-show-raw-insn", *files], capture_output=True, text=True, check=True)
     texts = re.split(r"^.*file format.*$", told.stdout, flags=re.M)[1:]
-    for part, text in zip(loops, texts, strict=True):
+    for file, text in zip(files, texts, strict=True):
         packed, scalar = (len(re.findall(ARITHMETIC + kind + r"\b", text)) for kind in ("pd", "sd"))
-        assert (packed > scalar) != (part.__name__ in SCALAR), (part, packed, scalar)
+        assert (packed > scalar) != (file.stem in SCALAR), (file.stem, packed, scalar)
