@@ -19,6 +19,7 @@ import pandas
 import parts
 import pytest
 import race
+import random_motions
 import roof
 import searching
 from scipy.integrate import solve_ivp
@@ -204,6 +205,27 @@ def test_errors_cover_in_random_definitions():
         assert np.mean(off > 1.0 + 1e-9) <= 1e-3, name
         assert off.max() <= 2.0, name
     assert sum(line.startswith("|") for line in error_bars.of_definitions(table)) == 2 + len(error_bars.COLUMNS)
+
+
+@pytest.mark.parametrize(
+    ("name", "definitions", "points"),
+    [
+        ("tumbling", 25, 4),
+        ("symmetric_top", 60, 10),
+    ],
+)
+def test_errors_cover_in_random_definitions_of(name, definitions, points):
+    """A sample of `random_motions.py`; of so few points the promise of 999 in 1,000 allows one outside."""
+    table = random_motions.random_definitions(name, definitions, points, seed=29, most=500)
+    assert not random_motions.lost_in_silence(name, table).any()
+    assert table["asked"].mean() > 0.3
+    for column in random_motions.COLUMNS[name]:
+        off = table[column][~np.isnan(table[column]) & (table["status"] == 0)]
+        assert np.sum(off > 1.0 + 1e-9) <= 1, column
+        assert off.max() <= 2.0, column
+    assert sum(line.startswith("|") for line in random_motions.lines(name, table)) == 2 + len(
+        random_motions.COLUMNS[name]
+    )
 
 
 def test_the_table_of_coverage_is_whole():

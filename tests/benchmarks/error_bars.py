@@ -248,17 +248,16 @@ PARAMETERS = (
 )
 
 
-def of_definitions(table):
-    """Lines of the table of random definitions: each column, whole and in its worst tenth by any parameter."""
+def of_columns(table, columns, parameters):
+    """Lines of a table of random definitions: each column, whole and in its worst tenth by any parameter."""
     yield "| column | points | within the error | worst | least within, of a tenth | its worst |"
     yield "|---|---|---|---|---|---|"
-    table = table | {"spin": np.abs(table["omega0"])}
-    for name in COLUMNS:
+    for name in columns:
         off = table[name]
-        told = np.isfinite(off)
+        told = ~np.isnan(off)
         parts = [
             (parameter, tenth, told & (tenths(table[parameter]) == tenth))
-            for parameter in PARAMETERS
+            for parameter in parameters
             for tenth in range(10)
         ]
         parts = [(p, t, off[some]) for p, t, some in parts if some.any()]
@@ -267,6 +266,11 @@ def of_definitions(table):
             f"| {name} | {told.sum():,} | {100 * np.mean(off[told] <= 1.0):.3f} % | {off[told].max():.2f} | "
             f"{100 * np.mean(least <= 1.0):.2f} % ({parameter}, {tenth + 1}) | {least.max():.2f} |"
         )
+
+
+def of_definitions(table):
+    """Lines of the table of random definitions of the rigid body: its columns, regimes and statuses."""
+    yield from of_columns(table | {"spin": np.abs(table["omega0"])}, COLUMNS, PARAMETERS)
     marginal, lost = np.mean(table["regime"] == linear.MARGINAL), table["status"] != OK
     yield ""
     yield (
