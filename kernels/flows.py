@@ -28,7 +28,7 @@ import numpy as np
 from kernels import direct, measure, spectrum
 from kernels.blocks import W, cut, rows_of, scratch
 from kernels.jit import OPTIONS, float64, int64, njit, void, whole_vectors
-from kernels.oscillations import ADVANCE, ENERGY, MOST_HALVINGS, ORDER
+from kernels.oscillations import ADVANCE, ENERGY, LEAST_SPAN, MOST_HALVINGS, ORDER
 from kernels.statuses import NON_FINITE, NOT_CONVERGED, NOT_MOVED, OK, SHORT_WINDOW
 
 ASYMPTOTICALLY_STABLE, STABLE, UNSTABLE, FLUTTER, MARGINAL = range(5)
@@ -350,17 +350,18 @@ def converged(raw, intervals, tolerance):
     return (raw[:, HALVING] - rounding) * intervals <= tolerance
 
 
-def status(raw, quantities, n, intervals, tolerance, runs):
+def status(raw, quantities, n, intervals, tolerance, runs, spacing):
     """Status of each row: OK, SHORT_WINDOW, NOT_CONVERGED, NON_FINITE or NOT_MOVED.
 
-    A window is short where all runs together hold too few samples to tell n modes and how they scatter.
+    A window is short where all runs together hold too few samples to tell n modes and how they scatter, or where it is
+    shorter than LEAST_SPAN, in 1/scale as ``spacing`` is: then the normal equations have no digits left.
     """
     told = raw[:, FIRST + quantities :]
     moved = told[:, spectrum.MOVED]
     least = n / runs + 2.0
     cases = [
         ~np.isfinite(raw[:, HALVING]) | ~np.isfinite(moved),
-        raw[:, SAMPLES] < least,
+        (raw[:, SAMPLES] < least) | ((raw[:, SAMPLES] - 1.0) * spacing < LEAST_SPAN),
         moved < spectrum.LEAST_MOVED,
         ~np.isfinite(told[:, spectrum.HEAD]),
         ~converged(raw, intervals, tolerance),

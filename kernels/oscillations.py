@@ -54,6 +54,7 @@ ORDER = 12  # of the generated Taylor steps
 EPSILON = float(np.finfo(np.float64).eps)
 OTHERS = 0.1  # the window ends where another mode exceeds this part of the nudged one
 MOST_HALVINGS = 6
+LEAST_SPAN = 1.0  # of 1/S: a shorter window shows too little of a motion, and of what its amplitude does
 LARGE = 0.3  # the window ends beyond this part of the system's own size, but not before seven samples
 
 THIRD = 1.0 / 3.0
@@ -509,9 +510,10 @@ def converged(raw, intervals, tolerance):
     return (raw[:, RAW.halving] - rounding) * intervals <= tolerance
 
 
-def status(raw, intervals, tolerance):
-    """Status of each row: OK, SHORT_WINDOW, NOT_CONVERGED or NON_FINITE."""
-    short = raw[:, RAW.samples] < measure.LEAST_SAMPLES
+def status(raw, intervals, tolerance, spacing):
+    """Status of each row: OK, SHORT_WINDOW, NOT_CONVERGED or NON_FINITE; spacing in 1/S."""
+    n = raw[:, RAW.samples]
+    short = (n < measure.LEAST_SAMPLES) | ((n - 1.0) * spacing < LEAST_SPAN)
     unmeasured = ~np.isfinite(raw[:, RAW.rate2]) & ~short | ~np.isfinite(raw[:, RAW.halving])
     cases = [unmeasured, short, ~converged(raw, intervals, tolerance)]
     return np.select(cases, [NON_FINITE, SHORT_WINDOW, NOT_CONVERGED], OK).astype(np.int8)

@@ -10,6 +10,7 @@ import bodies as task
 import contenders
 import cost_of_errors
 import error_bars
+import error_bars_described
 import history
 import kernel
 import large
@@ -25,6 +26,7 @@ import searching
 from scipy.integrate import solve_ivp
 
 from kernels import direct, exact, survey, taylor
+from kernels.statuses import OK
 
 SCRIPT = Path(race.__file__)
 
@@ -189,6 +191,21 @@ def test_errors_cover(kind):
             assert cell.cover == 1.0, (name, cell)
             assert cell.worst <= 1.0 + 1e-9, (name, cell)
         assert kind != "random" or marginal <= {1e-1: 0.03}.get(epsilon, 0.005)
+
+
+@pytest.mark.parametrize("name", ["pendulum", "rotating_saddle"])
+def test_errors_cover_in_random_definitions_of_described_systems(name):
+    """A sample of `error_bars.py --only-described`."""
+    drawn = error_bars_described.described(6, 6, 3, most=200, names=[name], integrations=error_bars.random_integration)
+    ((_, table),) = drawn
+    ok = table["status"] == OK
+    assert 0.3 < ok.mean() < 1.0
+    assert not (table["wrong"] & ok).any()
+    assert not (table["missing"] & ok).any()
+    for column in error_bars_described.columns_of(table):
+        off = table[column][ok]
+        # the error of a rate that holds the amplitude's shift is met at large amplitudes: one, and its rounding
+        assert (off[np.isfinite(off)] <= 1.0 + 1e-6).all(), column
 
 
 def test_errors_cover_in_random_definitions():

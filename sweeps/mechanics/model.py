@@ -177,7 +177,7 @@ class Model:
             if not nudged.all():
                 part, nudge = part[nudged], {name: values[nudged] for name, values in nudge.items()}
             raw[part] = self._run(points, theory, part, nudge, intervals, spacing, tolerance)
-            status[part] = kernel.status(raw[part], intervals, tolerance)
+            status[part] = kernel.status(raw[part], intervals, tolerance, spacing)
         wide = (status == statuses.OK) & kernel.is_too_wide(raw, theory["scale"], spacing)
         raw[wide], status[wide] = np.nan, statuses.NUDGE_TOO_WIDE
         return {"raw": raw, "status": status, "intervals": intervals, "spacing": spacing, "reach": reach}

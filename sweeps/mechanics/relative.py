@@ -226,7 +226,7 @@ class FlowModel:
         for start in range(0, which.size, CHUNK):
             part = which[start : start + CHUNK]
             raw[part] = self._run(points, theory, part, intervals, spacing, tolerance, runs)
-            status[part] = kernel.status(raw[part], quantities, self.n, intervals, tolerance, runs)
+            status[part] = kernel.status(raw[part], quantities, self.n, intervals, tolerance, runs, spacing)
         size = np.asarray(points["epsilon"], dtype=np.float64) * theory["bent"]
         wide = kernel.is_too_wide(raw, quantities, self.n, size, theory["scale"], _twice(points), theory["paired"])
         wide &= status == statuses.OK

@@ -2,6 +2,7 @@
 
     python tests/benchmarks/error_bars.py [--bodies 1000] [--points 300] [--definitions 2000] [--out results/benchmarks]
     python tests/benchmarks/error_bars.py --only-definitions
+    python tests/benchmarks/error_bars.py --only-described
 
 Random bodies that can exist (second moments of mass uniform in 0.05-1), bodies with two moments 1e-1 to 1e-9 apart,
 needles and plates (two of three lengths as small as 1e-8), about each axis, with the nudge in two directions, at each
@@ -16,6 +17,8 @@ Then random definitions of the rigid body, each parameter drawn over its whole a
 column that has an error, against linear theory in 40 digits. Each column has its coverage and its largest deviation
 over error, of all points and of the worst tenth (or kind) by any parameter; what is missing must have a status that is
 not ``ok``, and a regime that is not ``marginal`` must be that of the moments.
+
+Last, the same of each described system that ships: error_bars_described.py.
 """
 
 import argparse
@@ -358,19 +361,35 @@ def _oscillation_rows(count, decades, systems):
                 yield f"| {name} | {epsilon:.0e} | {mode} | {' | '.join(map(str, cells.values()))} | {wrong} |"
 
 
+def of_described(count, points=25, seed=1, names=None):
+    """Lines of the tables of described systems: so many random definitions of each, of so many places."""
+    import error_bars_described
+
+    yield from error_bars_described.lines(
+        error_bars_described.described(count, points, seed, names=names, integrations=random_integration)
+    )
+
+
 def main(argv=None):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--bodies", type=int, default=1000, help="bodies of a kind, each about three axes, twice")
     parser.add_argument("--points", type=int, default=300, help="places of each system of small oscillations")
     parser.add_argument("--definitions", type=int, default=2000, help="random definitions, 50 points each")
     parser.add_argument("--only-definitions", action="store_true", help="leave out the other tables")
+    parser.add_argument("--only-described", action="store_true", help="random definitions of described systems alone")
     parser.add_argument("--seed", type=int, default=1, help="of the random definitions")
     parser.add_argument("--out", type=Path, help="folder for coverage.md")
     given = parser.parse_args(argv)
     lines = []
     print("each cell: cover, worst, sharp")
-    every = iter(()) if given.only_definitions else chain(rows(given.bodies, given.points), ("",))
-    for line in chain(every, of_definitions(random_definitions(given.definitions, seed=given.seed))):
+    every = []
+    if not (given.only_definitions or given.only_described):
+        every += [rows(given.bodies, given.points), ("",)]
+    if not given.only_described:
+        every.append(of_definitions(random_definitions(given.definitions, seed=given.seed)))
+    if not given.only_definitions:
+        every += [("",), of_described(max(1, given.definitions // 60), seed=given.seed)]
+    for line in chain.from_iterable(every):
         print(line, flush=True)
         lines.append(line)
     if given.out:

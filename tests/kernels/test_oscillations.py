@@ -72,7 +72,7 @@ def test_signed_rates_of_exact_motions(speed):
     raw = run(k, speed=speed)
     # rounding of a sample, 1e-16, over the second difference k h²
     assert np.abs(raw[:, oscillations.RAW.rate2] - k).max() <= 1e-13
-    assert (oscillations.status(raw, 64, 1e-10) == statuses.OK).all()
+    assert (oscillations.status(raw, 64, 1e-10, 0.4) == statuses.OK).all()
 
 
 def test_window_ends_where_the_motion_has_grown_tenfold():
@@ -97,9 +97,9 @@ def test_padding_and_neighbours_change_no_bit():
 
 def test_fast_growth_is_a_short_window_and_overflow_is_said():
     raw = run([-40.0], spacing=0.5)
-    assert oscillations.status(raw, 64, 1e-10).tolist() == [statuses.SHORT_WINDOW]
+    assert oscillations.status(raw, 64, 1e-10, 0.4).tolist() == [statuses.SHORT_WINDOW]
     raw = run([1.0], start=np.nan)
-    assert oscillations.status(raw, 64, 1e-10).tolist() == [statuses.NON_FINITE]
+    assert oscillations.status(raw, 64, 1e-10, 0.4).tolist() == [statuses.NON_FINITE]
 
 
 def test_log_slope_is_that_of_the_logarithms_in_its_window():

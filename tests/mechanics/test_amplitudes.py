@@ -6,7 +6,7 @@ import pytest
 import relative
 
 from kernels import flows, spectrum
-from kernels.statuses import NUDGE_TOO_WIDE, OK
+from kernels.statuses import NUDGE_TOO_WIDE, OK, SHORT_WINDOW
 from sweeps.mechanics.model import Model
 from sweeps.mechanics.relative import FlowModel, _exchanged, regimes
 
@@ -96,6 +96,17 @@ def test_errors_reach_an_eigenvalue_that_may_have_changed_places():
     assert (imaginary < 2e-5).all()
     small = np.full((1, 4), 1e-9)
     assert all(np.array_equal(x, small) for x in _exchanged(re, im, small, small, np.ones(1)))
+
+
+def test_a_window_shorter_than_the_scale_is_refused():
+    """Much less than a cycle: no digits are left of the normal equations, and the sixth order does not show."""
+    system = oscillators.shipped("double_pendulum")
+    points = oscillators.points(system, 2, 5, {"mass2": (5.0, 20.0), "length2": (5.0, 20.0)}, 1, 0.45)
+    found = Model(system).survey(points, 0.001, 24000)
+    assert np.isin(found["status"], (SHORT_WINDOW, NUDGE_TOO_WIDE)).all()
+    system = relative.shipped("viscous_slug")
+    points = relative.points(system, 5, 20, relative.RANGES["viscous_slug"])
+    assert (FlowModel(system).survey(points, 0.04, 500)["status"] == SHORT_WINDOW).all()
 
 
 def test_an_amplitude_that_bends_the_samples_beyond_their_least_singular_value_is_refused():

@@ -1,0 +1,300 @@
+"""How true the errors of described systems are: random definitions of each one that ships, against 40 digits.
+
+    python tests/benchmarks/error_bars.py --only-described [--definitions 2000]
+
+Called by error_bars.py. Parameters are drawn over ten times the ranges of the shipped sweeps and more, some of them at
+values where eigenvalues meet; rotations, samples, tolerance, runs and the perturbation's direction over what the
+contract allows, its size from 1e-30 to 0.5. Theory's own eigenvalues decide where their rounding cannot matter; else
+the description's matrix is evaluated and its eigenvalues are found in 40 digits by mpmath.
+"""
+
+from functools import cached_property
+
+import mpmath
+import numpy as np
+import oscillators
+import relative
+import sympy as sp
+from scipy.optimize import linear_sum_assignment
+
+from kernels import flows
+from kernels.oscillations import MARGINAL
+from kernels.statuses import OK
+from sweeps.mechanics.description import DescriptionError
+from sweeps.mechanics.model import Model
+from sweeps.mechanics.relative import ROUNDINGS, FlowModel, regimes
+
+DIGITS = 40
+VANISHING = 1e-18  # of the scale: what 40 digits leave of a vanishing part, of two eigenvalues that meet
+DECADES = (1e-30, 1e-12, 1e-9, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 0.5)
+CLOSED = {"mass_ratio": (1e-6, 0.5), "k1": (-0.999, 0.999), "k3": (-0.999, 0.999), "tilt": (0.01, 3.13)}
+CLOSED |= {"exponent": (-1.95, 8.0), "axial_moment": (0.02, 1.98), "stiffness": (1.0, 2e4)}
+OSCILLATOR = ("omega_squared", "growth_rate", "frequency")
+OF_RATES = (*(f"{name}{end}" for name in OSCILLATOR for end in ("", "_reduced")), "growth_rate_logslope")
+OF_EIGENVALUES = ("eigenvalue_real", "eigenvalue_imag")
+INVARIANTS = {"sum_of_squares": 2, "product_of_squares": 4, "discriminant": 4}
+
+
+class Exact:
+    """The matrix of a description in 40 digits, from its own expressions.
+
+    Args:
+        model: of its equations the expressions, and doubles near the equilibria.
+    """
+
+    def __init__(self, model):
+        self.model = model
+        self.flow = getattr(model, "flow", None)
+
+    @cached_property
+    def written(self):
+        """Functions of the parameters and the place: what vanishes there, its slopes, the matrices; the labels."""
+        if self.flow is None:
+            equations = self.model.equations
+            symbols, vanishing = equations.q, list(equations.gradient)
+            matrices = [equations.hessian, equations.a]
+        else:
+            flow = self.flow
+            symbols, vanishing = [place.symbol for place in flow.places], list(flow.pulls)
+            matrices = [flow.jacobian.subs(flow.still)]
+        parameters = [p.symbol for p in self.model.system.parameters.values()]
+        slopes = sp.Matrix([[e.diff(x) for x in symbols] for e in vanishing])
+        labels = [[label.get(x) for x in symbols] for label in self.model.system.labels.values()]
+        labels = [label for label in labels if None not in label]
+        arguments = (*parameters, *symbols)
+        return (
+            *(sp.lambdify(arguments, e, "mpmath") for e in (vanishing, slopes)),
+            [sp.lambdify(arguments, matrix, "mpmath") for matrix in matrices],
+            [sp.lambdify(parameters, label, "mpmath") for label in labels],
+        )
+
+    def place(self, parameters, near):
+        """The equilibrium in 40 digits: a label's, where that is one, else by Newton's steps."""
+        vanishing, slopes, _, labels = self.written
+        for label in labels:
+            x = [mpmath.mpf(v) if not isinstance(v, mpmath.mpc) else v.real for v in label(*parameters)]
+            if all(abs(a - b) < 1e-9 * (1 + abs(b)) for a, b in zip(x, near, strict=True)):
+                size = max(abs(v) for v in slopes(*parameters, *x)) or 1
+                if max(abs(v) for v in vanishing(*parameters, *x)) < 1e-34 * size * (1 + max(abs(v) for v in x)):
+                    return x
+        x = mpmath.matrix([mpmath.mpf(float(v)) for v in near])
+        for _ in range(5):
+            x -= mpmath.lu_solve(mpmath.matrix(slopes(*parameters, *x)), mpmath.matrix(vanishing(*parameters, *x)))
+        return list(x)
+
+    def eigenvalues(self, parameters, near):
+        """Eigenvalues of a relative equilibrium, less one zero for each conserved quantity; ω² of an oscillator."""
+        with mpmath.workdps(DIGITS):
+            parameters = [mpmath.mpf(float(p)) for p in parameters]
+            x = self.place(parameters, near)
+            matrices = [mpmath.matrix(matrix(*parameters, *x)) for matrix in self.written[2]]
+            if self.flow is None:
+                inverse = mpmath.cholesky(matrices[1]) ** -1
+                return sorted(mpmath.eigsy(inverse * matrices[0] * inverse.T, eigvals_only=True))
+            values = mpmath.eig(matrices[0], left=False, right=False)
+            return sorted(values, key=abs)[len(values) - self.model.n :]
+
+
+def _drawn(random, system, varied, count):
+    """Values of each parameter, shape (count,): far beyond the shipped ranges, and some where eigenvalues meet."""
+    columns = {name: np.full(count, p.default) for name, p in system.parameters.items()}
+    for name, (low, high) in varied.items():
+        least = max(low, 0.0) if system.parameters[name].positive or low >= 0.0 else -np.inf
+        if name in CLOSED:
+            values = random.uniform(*CLOSED[name], count)
+        elif low > 0.0:
+            values = np.exp(random.uniform(np.log(low / 10.0), np.log(high * 10.0), count))
+        else:
+            values = random.uniform(3.0 * low if least < 0.0 else 0.0, 3.0 * high, count)
+        special = random.random(count)
+        values = np.where((special < 0.05) & (least <= 0.0) & (low <= 0.0), 0.0, values)
+        columns[name] = np.where((special > 0.9) & (name not in CLOSED), float(system.parameters[name].default), values)
+    return columns
+
+
+def _amplitudes(random, count):
+    share = random.random(count)
+    ways = (10.0 ** random.uniform(-12, np.log10(0.5), count), random.uniform(0.005, 0.5, count))
+    return np.select([share < 0.5, share < 0.8], ways, 10.0 ** random.uniform(-30, -12, count))
+
+
+def _points(random, system, numbers, varied, count):
+    """Each equilibrium and mode or eigenvalue at random places."""
+    slots = system.most * numbers
+    columns = _drawn(random, system, varied, count) | {"epsilon": _amplitudes(random, count)}
+    columns["phase"] = random.uniform(-np.pi, np.pi, count)
+    columns = {name: np.repeat(values, slots) for name, values in columns.items()}
+    columns["equilibrium"] = np.tile(np.repeat(np.arange(system.most), numbers), count)
+    columns["number"] = np.tile(np.arange(1, numbers + 1), count * system.most)
+    return columns
+
+
+def _ratios(value, error, truth, unsure, exact):
+    """Deviations over errors; where what theory may be off by could decide, from `exact(i)` in 40 digits."""
+    with np.errstate(all="ignore"):
+        found = np.abs(value - truth) / error
+        close = np.flatnonzero(np.isfinite(value + error) & ~(np.abs(value - truth) + unsure <= error))
+    found[np.isnan(found) & (value == truth) & (error == 0.0)] = 0.0
+    for i in close:
+        true = exact(i)
+        off = abs(mpmath.mpf(float(value[i])) - true)
+        found[i] = float(off / error[i]) if error[i] > 0.0 else (np.inf if off else 0.0)
+    return found
+
+
+def oscillator(name, model, exact, random, integration, count):
+    """Of random points of an oscillator: parameters, status, wrong regimes, deviation over error of each column."""
+    points = _points(random, model.system, model.n, oscillators.LIBRARY[name], count)
+    points["mode"] = points.pop("number")
+    given = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
+    direction = random.uniform(-1, 1, model.n) if random.random() < 0.2 else None
+    columns = model.survey(points, *given, direction)
+    theory = model.theory(points)
+    condition = np.ones(len(points["mode"]))
+    sound = np.isfinite(theory["a"]).all((1, 2))
+    condition[sound] = np.linalg.cond(theory["a"][sound])
+    unsure = ROUNDINGS * condition * theory["scale"] ** 2
+    known = {}
+
+    def square(i):
+        key = (*(float(p[i]) for p in theory["parameters"]), int(points["equilibrium"][i]))
+        if key not in known:
+            known[key] = exact.eigenvalues([points[n][i] for n in model.names], theory["place"][i])
+        return known[key][int(points["mode"][i]) - 1]
+
+    def rate(i, sign):
+        with mpmath.workdps(DIGITS):
+            return mpmath.sqrt(max(sign * square(i), mpmath.mpf(0)))
+
+    truth = columns["omega_squared_theory"]
+    truths = {"omega_squared": (truth, unsure, square)}
+    for rated, sign in (("growth_rate", -1), ("frequency", 1)):
+        with np.errstate(invalid="ignore"):
+            low, middle, high = (np.sqrt(np.maximum(sign * x, 0.0)) for x in (truth - unsure, truth, truth + unsure))
+            off = np.maximum(np.abs(middle - low), np.abs(high - middle))
+        truths[rated] = (middle, off, lambda i, sign=sign: rate(i, sign))
+    row = {"status": columns["status"], "regime": columns["regime"], "epsilon": points["epsilon"]}
+    for column in OF_RATES:
+        truth, unsure, true = truths[column.removesuffix("_reduced").removesuffix("_logslope")]
+        row[column] = _ratios(columns[column], columns[f"{column}_error"], truth, unsure, true)
+    told = np.isin(columns["regime"], (0, 1))
+    differs = np.flatnonzero(told & (columns["regime"] != columns["regime_theory"]))
+    wrong = np.zeros(told.size, dtype=bool)
+    wrong[differs] = [(columns["regime"][i] == 0) != (square(i) > 0) for i in differs]
+    missing = ~np.isfinite(columns["omega_squared"] + columns["omega_squared_reduced_error"])
+    return row | {"wrong": wrong, "marginal": columns["regime"] == MARGINAL, "missing": missing, "points": points}
+
+
+def flow(name, model, exact, random, integration, count):
+    """Of random points of a relative equilibrium: parameters, status, wrong regimes, deviations over errors."""
+    n = model.n
+    points = _points(random, model.system, 1, relative.RANGES[name], count)
+    runs = int(random.integers(1, 5)) if random.random() < 0.5 else model.runs
+    theory = model.theory(points)
+    given = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
+    columns = model._columns(theory, model.measured(points, theory, *given, runs))
+    values, S = theory["eigenvalues"], theory["scale"]
+    unsure = (ROUNDINGS * S)[:, None] * np.maximum(1.0, theory["condition"])
+    unsure = np.where(np.isfinite(unsure), unsure, np.inf)
+    known = {}
+
+    def spectrum(i):
+        """Eigenvalues in 40 digits, in the order of theory's."""
+        if i not in known:
+            found = exact.eigenvalues([points[p][i] for p in model.names], theory["place"][i])
+            apart = np.abs(values[i][:, None] - np.array([complex(v) for v in found]))
+            known[i] = [found[k] for k in linear_sum_assignment(apart)[1]]
+        return known[i]
+
+    def invariant(i, which):
+        with mpmath.workdps(DIGITS):
+            total = sum(v * v for v in spectrum(i)).real / 2
+            product = mpmath.fprod(spectrum(i)).real
+            return {"sum_of_squares": total, "product_of_squares": product}.get(which, total**2 - 4 * product)
+
+    row = {"status": columns["status"], "regime": columns["regime"], "epsilon": points["epsilon"]}
+    for column in OF_EIGENVALUES:
+        part = column.split("_")[1]
+        flat = [x.ravel() for x in (columns[column], columns[f"{column}_error"], getattr(values, part), unsure)]
+        found = _ratios(*flat, lambda i, part=part: getattr(mpmath.mpmathify(spectrum(i // n)[i % n]), part))
+        row[column] = found.reshape(-1, n)
+    fastest = _ratios(
+        columns["growth_rate"],
+        columns["growth_rate_error"],
+        values.real.max(1),
+        unsure.max(1),
+        lambda i: max(mpmath.mpmathify(v).real for v in spectrum(i)),
+    )
+    row["growth_rate"] = fastest
+    for which, power in INVARIANTS.items() if n == 4 else ():
+        given = (columns[which], columns[f"{which}_error"], columns[f"{which}_theory"], ROUNDINGS * S**power)
+        row[which] = _ratios(*given, lambda i, which=which: invariant(i, which))
+    told = (columns["regime"] >= 0) & (columns["regime"] != flows.MARGINAL)
+    wrong = np.zeros(told.size, dtype=bool)
+    for i in np.flatnonzero(told & (columns["regime"] != columns["regime_theory"])):
+        found = np.array([[complex(v) for v in spectrum(i)]])
+        nothing = np.full((1, n), VANISHING * S[i])
+        found.imag[np.abs(found.imag) < VANISHING * S[i]] = 0.0
+        true = regimes(found.real, found.imag, nothing, nothing, None, theory["paired"][[i]])
+        wrong[i] = columns["regime"][i] != true[0]
+    missing = ~np.isfinite(columns["eigenvalue_real"] + columns["eigenvalue_real_error"]).all(1)
+    row |= {"wrong": wrong, "marginal": columns["regime"] == flows.MARGINAL, "missing": missing, "points": points}
+    return row
+
+
+def described(count, points=20, seed=1, most=400, names=None, integrations=None):
+    """Yield the name of each system that ships, and the table of its random definitions: arrays over their points."""
+    for name in (*oscillators.LIBRARY, *relative.RANGES) if names is None else names:
+        kind, room = (oscillator, oscillators) if name in oscillators.LIBRARY else (flow, relative)
+        random = np.random.default_rng([seed, sum(map(ord, name))])
+        model = (Model if kind is oscillator else FlowModel)(room.shipped(name))
+        exact, parts = Exact(model), []
+        for _ in range(count):
+            integration = integrations(random, most)
+            try:
+                parts.append(kind(name, model, exact, random, integration, points))
+            except DescriptionError:
+                continue  # no point of this definition has an equilibrium
+            part = parts[-1]
+            drawn = part.pop("points")
+            extra = {"rotations": integration.rotations, "samples": integration.samples_per_rotation}
+            extra |= {"tolerance": integration.tolerance}
+            part |= {f"drawn {k}": v for k, v in drawn.items()} | {
+                f"drawn {k}": np.full(len(part["status"]), v) for k, v in extra.items()
+            }
+        yield name, {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
+
+
+def columns_of(table):
+    """Names of the columns that have an error."""
+    return [name for name in table if name in (*OF_RATES, *OF_EIGENVALUES, *INVARIANTS)]
+
+
+def lines(tables):
+    """Lines of the tables: each column whole and in its worst decade of ε; then what is missing, marginal or wrong."""
+    yield "| system | column | points | within the error | worst | least within, of a decade of ε | its worst |"
+    yield "|---|---|---|---|---|---|---|"
+    notes = []
+    for name, table in tables:
+        decade = np.searchsorted(DECADES, table["epsilon"], side="right") - 1
+        for column in columns_of(table):
+            off = table[column].reshape(len(decade), -1)
+            sound = np.isfinite(off) & (table["status"] == OK)[:, None]
+            parts = [(k, off[decade == k][sound[decade == k]]) for k in np.unique(decade)]
+            parts = [(k, part) for k, part in parts if part.size]
+            if not parts:
+                continue
+            k, least = min(parts, key=lambda part: (np.mean(part[1] <= 1.0), -part[1].max()))
+            yield (
+                f"| {name} | {column} | {sound.sum():,} | {100 * np.mean(off[sound] <= 1.0):.3f} % | "
+                f"{off[sound].max():.2f} | {100 * np.mean(least <= 1.0):.2f} % (from {DECADES[k]:.0e}) | "
+                f"{least.max():.2f} |"
+            )
+        ok = table["status"] == OK
+        notes.append(
+            f"{name}: {ok.size:,} points, {100 * ok.mean():.1f} % ok, {(table['wrong'] & ok).sum()} wrong regimes, "
+            f"{100 * table['marginal'][ok].mean():.1f} % marginal, "
+            f"{(table['missing'] & ok).sum()} missing with status ok"
+        )
+    yield ""
+    yield from notes
