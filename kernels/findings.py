@@ -207,6 +207,22 @@ def _tell_errors(S, exactly, rounded, whole):
         S[AT.omega_squared_error_rounding + lane] = rounding * spin * spin
 
 
+@njit(**OPTIONS)
+def _widen_within_a_turn(S):
+    """Errors and regimes where the spin wanders far within few samples: see :mod:`kernels.uncertainty`."""
+    for lane in range(W):
+        spin, reduced = S[MORE.spin_rate + lane], S[MORE.reduced + lane]
+        more = uncertainty.well_within_a_turn(reduced, S[lanes.WANDER + lane], S[lanes.USED + lane] - 1.0)
+        if more > 0.0:
+            for row in (MORE.error, MORE.left):
+                S[row + lane] += more
+            S[AT.omega_squared_error_amplitude + lane] += more * spin * spin
+            S[AT.omega_squared_error + lane] = S[MORE.error + lane] * spin * spin
+            S[AT.omega_squared_reduced_error + lane] = S[MORE.left + lane] * spin * spin
+            if S[AT.regime + lane] >= 0.0 and abs(reduced) <= S[MORE.left + lane]:
+                S[AT.regime + lane] = linear.MARGINAL
+
+
 def _rates_of(reduced):
     """Rates of Ω² as measured, or of the reduced one; decided when it is compiled."""
     square_of, error_of = (MORE.reduced, MORE.left) if reduced else (MORE.rate2, MORE.error)
@@ -321,6 +337,8 @@ def tell(S, certified, invariants, logged, rated, reduced, exactly, rounded, tol
         _forgive_growth(S, tolerance)
     if reduced != lanes.NONE:
         _tell_errors(S, exactly, rounded, reduced == lanes.WHOLE)
+        if reduced == lanes.WHOLE:
+            _widen_within_a_turn(S)
         if rated:
             _tell_rates(S)
             _tell_reduced_rates(S)

@@ -41,8 +41,17 @@ Time is in radians of spin, rates² in spin². h is the spacing of the samples, 
   term are held by experiment (10^5 points of random definitions, tests/benchmarks/error_bars.py; half of what is added
   within a turn leaves 1 point in 10^4 outside). The fourth is the series of x² (:func:`kernels.reduction.square`),
   whose first term left out is x¹²/84084 of it. The last is the rounding of the spin's excess, u, which moves p by
-  :math:`u|\varepsilon_+ - \varepsilon_-| \le 2uch|\varepsilon|`. Where the spin wanders by more than half of itself
-  (within the seven samples that every window has) nothing here is small, and the error is
+  :math:`u|\varepsilon_+ - \varepsilon_-| \le 2uch|\varepsilon|`. Well within a turn w is less than the orders that
+  it stands for, and :math:`\frac12|\Omega^2|(wh^2/T^2)^2` is added: the spin's excess obeys
+  :math:`a'' = K + (4\kappa + K)a + 6\kappa a^2 + 2\kappa a^3` with :math:`\kappa = -\Omega^2` and
+  :math:`K = c_a\varepsilon^2(c_b\gamma_0^2 + c_c\beta_0^2)`, but the clock's end correction knows of 4κ alone. By
+  Euler and Maclaurin it leaves :math:`\frac{h^3}{720}(a''' - 4\kappa a')|_0^h = \frac{h^4}{720}[Ka'' +
+  12\kappa(aa')' + \dots]` of μ, and of Ω² twice that. Over a span that is short beside a turn
+  :math:`a = vt + \frac12Kt^2`, which turns back where v is of the other sign; yet :math:`w \ge \frac1{12}|K|T^2`
+  whatever v (of seven samples; of more the bound is higher). So :math:`\frac2{720}K^2h^4 \le \frac25(wh^2/T^2)^2`,
+  at the v of the least w the second part is :math:`\frac35|\Omega^2|T^2` of the first, and half holds both until the
+  terms above are larger. It is left out where it is below the rounding u|Ω²|. Where the spin wanders by more than
+  half of itself (within the seven samples that every window has) nothing here is small, and the error is
   :math:`|\Omega^2| + c^2`, for no rate exceeds c: the amplitude does not allow to decide, and the point is marginal.
   Where the reduction stopped at the first order, because no spin can wander by more than a w of its own, the term is
   p w.
@@ -118,6 +127,14 @@ def amplitude(rate2, part, wander, spacing, per, bound):
     x4 = x2 * x2
     left = wander * (fourth * x4 + wander * (second * x2 + BEYOND * wander * wander)) + SERIES * x4 * x4 * x4
     return part * left + 2.0 * UNIT * bound / spacing if wander <= MOST_WANDER else abs(rate2) + bound * bound
+
+
+@njit(**INLINE)
+def well_within_a_turn(rate2, wander, intervals):
+    """What the clock's end correction leaves besides over a window of so many intervals that is short beside a turn."""
+    bent = wander / (intervals * intervals)
+    left = 0.5 * bent * bent
+    return abs(rate2) * left if left > UNIT else 0.0
 
 
 @njit(**INLINE)
