@@ -131,7 +131,7 @@ NAMES = (
     "herpolhode",
     "outlook",
 )
-__all__ = [*NAMES, "draw"]
+__all__ = [*NAMES, "draw", "Polhode", "register"]
 
 
 def draw(

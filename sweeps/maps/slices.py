@@ -96,7 +96,10 @@ def _in_order(ds: "xr.Dataset", layout: Layout) -> "xr.Dataset":
     unsorted = {}
     for dim in ds.dims:
         values = ds[dim].values
-        if values.dtype.kind in "iuf" and not ((np.diff(values) > 0).all() or (np.diff(values) < 0).all()):
+        if values.dtype.kind in "OU":
+            if len(set(values)) < values.size:
+                unsorted[dim] = np.sort(np.unique(values.astype(str), return_index=True)[1])
+        elif values.dtype.kind in "iuf" and not ((np.diff(values) > 0).all() or (np.diff(values) < 0).all()):
             unsorted[dim] = np.unique(values, return_index=True)[1]
     ds = ds.isel(unsorted) if unsorted else ds
     for name, variable in ds.variables.items():

@@ -5,11 +5,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sweeps.systems.kernel import Kernel
 from sweeps.systems.measured_once import MeasuredOnce
 from sweeps.systems.observed_periods import variables
 from sweeps.systems.observed_periods.definition import Nothing, ObservedPeriodsDefinition
 from sweeps.systems.observed_periods.look import LOOK
 from sweeps.systems.system import Page, Reference
+from sweeps.systems.tumbling.system import A_POINT
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,6 +24,11 @@ class ObservedPeriods(MeasuredOnce):
     name = "observed_periods"
     look = LOOK
     kernels = ("tumbling", "statuses", "triangle")
+    compiled = (
+        Kernel("tumbling", "inverse", example=(1.0, 2.0, 3.0, 3.0), seconds=3.0),
+        Kernel("tumbling", "least_ratio", example=(1.0, 2.0, 3.0)),
+        Kernel("tumbling", "survey", example=(A_POINT, 1e-10, False)),
+    )
     model = ObservedPeriodsDefinition
     tables = variables
     shareable = ()
@@ -46,15 +53,6 @@ class ObservedPeriods(MeasuredOnce):
         from sweeps.systems.observed_periods.columns import columns
 
         return columns(points)
-
-    def called(self, definition: ObservedPeriodsDefinition) -> dict[str, float]:
-        """Return its kernels' module and its seconds of compiling."""
-        return {"tumbling": 4.0}
-
-    def compile(self) -> None:
-        """Compile the kernels of the periods and of the way back."""
-        point = {"I1": 1.0, "I2": 2.0, "I3": 3.0, "P_psi": 3.0, "P_phi": 1.0, "sigma_psi": 0.1, "sigma_phi": 0.0}
-        self.columns({name: np.array([value]) for name, value in point.items()}, Nothing())
 
     def page(self, ds: "xr.Dataset") -> Page:
         """Return the map alone: there is no motion to show."""

@@ -214,14 +214,17 @@ def _few_dots(rows, columns):
 
 def _lines(ax, one, x):
     """Measured signed ω² as dots on theory's line, where one parameter varies."""
-    at = one[x].values
+    at, (theory, measured, regime) = (
+        one[x].values,
+        (one[name].values.ravel() for name in ("theory", "measured", "regime")),
+    )
     ax.axhline(0.0, color=colors.FAINT, linewidth=0.8)
-    ax.plot(at, one["theory"].values, color=colors.INK, linewidth=0.9, gid="theory", label="theory")
+    ax.plot(at, theory, color=colors.INK, linewidth=0.9, gid="theory", label="theory")
     for k, name in enumerate(REGIMES[1:]):
-        chosen = one["regime"].values == k
+        chosen = regime == k
         look = {"linestyle": "none", "marker": "o", "markersize": 3.0, "markeredgewidth": 0.0}
         if chosen.any():
-            ax.plot(at[chosen], one["measured"].values[chosen], color=COLORS[name], gid=name, label=name, **look)
+            ax.plot(at[chosen], measured[chosen], color=COLORS[name], gid=name, label=name, **look)
     _scale(ax.xaxis, at)
     ax.set(xlabel=_label(one, x), ylabel=r"$\omega^2$ / rate scale$^2$")
     return None
