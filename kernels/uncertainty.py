@@ -46,7 +46,7 @@ Time is in radians of spin, rates² in spin². h is the spacing of the samples, 
   :math:`a'' = K + (4\kappa + K)a + 6\kappa a^2 + 2\kappa a^3` with :math:`\kappa = -\Omega^2` and
   :math:`K = c_a\varepsilon^2(c_b\gamma_0^2 + c_c\beta_0^2)`, but the clock's end correction knows of 4κ alone. By
   Euler and Maclaurin it leaves :math:`\frac{h^3}{720}(a''' - 4\kappa a')|_0^h = \frac{h^4}{720}[Ka'' +
-  12\kappa(aa')' + \dots]` of μ, and of Ω² twice that. Over a span that is short beside a turn
+  12\kappa(aa')' + \cdots]` of μ, and of Ω² twice that. Over a span that is short beside a turn
   :math:`a = vt + \frac12Kt^2`, which turns back where v is of the other sign; yet :math:`w \ge \frac1{12}|K|T^2`
   whatever v (of seven samples; of more the bound is higher). So :math:`\frac2{720}K^2h^4 \le \frac25(wh^2/T^2)^2`,
   at the v of the least w the second part is :math:`\frac35|\Omega^2|T^2` of the first, and half holds both until the

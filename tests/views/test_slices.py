@@ -71,11 +71,13 @@ def choices(ds, count):
 
 
 def stored(ds, dim, places):
-    """Return places along a dimension as a slice has them: ascending or descending numbers, names in any order."""
+    """Return places along a dimension as a slice has them, once each: numbers up or down, names as they are given."""
     if not isinstance(places, list):
         return [places]
     is_text = ds[dim].dtype.kind in "OU"
-    return places if is_text or places == sorted({*places}, reverse=True) else sorted({*places})
+    if is_text:
+        return list(dict.fromkeys(places))
+    return places if places == sorted({*places}, reverse=True) else sorted({*places})
 
 
 @pytest.mark.parametrize("name", SOME)
