@@ -17,7 +17,7 @@ from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
-from kernels.fingerprint import home, is_safe, machine, stamp
+from kernels.fingerprint import home, is_safe, machine, replace, stamp
 
 CHECKSUM = 32  # bytes
 
@@ -56,7 +56,7 @@ def holds(module: str) -> bool:
 
 
 class KernelCache:
-    """What a dispatcher of Numba asks for compiled code of one function, and gives it to.
+    """The cache of one function's compiled code, as a dispatcher of Numba calls it.
 
     Parameters
     ----------
@@ -118,15 +118,3 @@ class KernelCache:
 
 def _checksum(key: str, code: bytes) -> bytes:
     return hashlib.sha256(key.encode() + code).digest()
-
-
-def replace(path: Path, content: bytes) -> None:
-    """Write a file that is the user's alone, of which no other process sees a half."""
-    path.parent.mkdir(exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{os.urandom(8).hex()}")
-    try:
-        temporary.touch(0o600, exist_ok=False)
-        temporary.write_bytes(content)
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)

@@ -134,12 +134,21 @@ def _present(features: str) -> list[str]:
 
 def _write_note(note: Path, told: dict) -> None:
     """Write it where the user has a folder of caches already, and may."""
-    temporary = note.with_name(f".{note.name}.{os.urandom(8).hex()}")
     with suppress(OSError):
         if is_safe(note.parent):
-            temporary.touch(0o600, exist_ok=False)
-            temporary.write_text(json.dumps(told))
-            temporary.replace(note)
+            replace(note, json.dumps(told).encode())
+
+
+def replace(path: Path, content: bytes) -> None:
+    """Write a file that is the user's alone, of which no other process sees a half."""
+    path.parent.mkdir(exist_ok=True)
+    temporary = path.with_name(f".{path.name}.{os.urandom(8).hex()}")
+    try:
+        temporary.touch(0o600, exist_ok=False)
+        temporary.write_bytes(content)
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
 
 
 def sources(*modules: str) -> list[Path]:

@@ -46,7 +46,7 @@ class TapedCode(Code):
 
     @property
     def compile_seconds(self) -> float:
-        """What its module takes to be compiled, s, about."""
+        """Return about how long its module takes to compile, s."""
         return MODULE_SECONDS
 
     @property

@@ -27,8 +27,8 @@ except ImportError:  # there is none on Windows
     fcntl = None
 
 from kernels import jit
-from kernels.cache import cache_folder, replace
-from kernels.fingerprint import stamp
+from kernels.cache import cache_folder
+from kernels.fingerprint import replace, stamp
 from sweeps import interrupts, processors, progress, startup
 from sweeps.points.sweep import Sweep
 from sweeps.systems.kernel import Kernel

@@ -32,5 +32,5 @@ class Kernel:
 
     @property
     def call(self) -> tuple:
-        """What another process needs to know to compile it."""
+        """Return the arguments of `sweeps.points.compile._compile` for this kernel."""
         return self.module, self.name, self.types, self.example, self.links

@@ -1,4 +1,4 @@
-"""What a definition of observed periods may say."""
+"""The definition of a sweep of observed periods: its grid, its bodies."""
 
 from pydantic import Field, model_validator
 

@@ -1,4 +1,4 @@
-"""What a map of observed periods holds: its variables, its coordinates, and the parameters that they vary."""
+"""A map of observed periods: its variables, its coordinates, and the parameters that they vary."""
 
 from typing import Annotated
 

@@ -1,4 +1,4 @@
-"""What a rigid body's survey calls of compiled code, in the order in which processes take it: the longest first."""
+"""The compiled functions that a survey of a rigid body calls, in the order of compiling: the longest first."""
 
 from sweeps.systems.kernel import Kernel
 
