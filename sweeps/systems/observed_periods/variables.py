@@ -3,13 +3,10 @@
 from typing import Annotated
 
 from kernels import statuses
-from sweeps.schema import quantities
-from sweeps.schema.layout import Layout
 from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.values import Moment, number
 from sweeps.schema.variables import Role, Variable, table
-from sweeps.systems import shape_coordinates
-from sweeps.systems.rigid_body.variables import MOMENTS_ARE_RATIOS
+from sweeps.systems.rigid_body.variables import layout_of_bodies
 
 MOMENTS = ("I1", "I2", "I3")
 ARGUMENTS = (*MOMENTS, "P_psi", "P_phi", "sigma_psi", "sigma_phi")
@@ -102,20 +99,5 @@ PARAMETERS = (
     Parameter("sigma_phi", ERROR, "standard error of P_phi", 0.0),
 )
 
-COORDINATES = (
-    table(Variable("body", None, "body", "str"))
-    | shape_coordinates.COORDINATES
-    | quantities.coordinates(PARAMETERS)
-    | table(MOMENTS_ARE_RATIOS)
-)
-
-LAYOUT = Layout(
-    {"body": COORDINATES["body"], **COORDINATES},
-    VARIABLES,
-    tuple(VARIABLES),
-    shape_coordinates.VALUES | {parameter.name: parameter.quantity.item for parameter in PARAMETERS},
-    along="body",
-    beside=("moments_are_ratios",),
-    spare=tuple(shape_coordinates.COORDINATES),
-    over=shape_coordinates.OVER,
-)
+LAYOUT = layout_of_bodies(PARAMETERS, VARIABLES, tuple(VARIABLES))
+COORDINATES = LAYOUT.coordinates

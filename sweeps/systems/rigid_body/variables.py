@@ -1,5 +1,7 @@
 """What a map of rigid bodies holds: its variables, its coordinates, and the parameters that they vary."""
 
+from collections.abc import Mapping
+
 from kernels import statuses
 from sweeps.schema import quantities
 from sweeps.schema.layout import Layout
@@ -206,3 +208,24 @@ LAYOUT = Layout(
     spare=tuple(shape_coordinates.COORDINATES),
     over=shape_coordinates.OVER,
 )
+
+
+def layout_of_bodies(parameters: tuple[Parameter, ...], variables: Mapping[str, Variable], needed: tuple) -> Layout:
+    """Return the description of maps whose points are bodies, from a grid of moments or shapes or from a list.
+
+    Args:
+        parameters: what the definition varies.
+        variables: as of `Layout`.
+        needed: likewise.
+    """
+    coordinates = table(Variable("body", None, "body", "str")) | shape_coordinates.COORDINATES
+    return Layout(
+        coordinates | quantities.coordinates(parameters) | table(MOMENTS_ARE_RATIOS),
+        variables,
+        needed,
+        shape_coordinates.VALUES | {parameter.name: parameter.quantity.item for parameter in parameters},
+        along="body",
+        beside=("moments_are_ratios",),
+        spare=tuple(shape_coordinates.COORDINATES),
+        over=shape_coordinates.OVER,
+    )

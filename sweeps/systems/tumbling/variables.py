@@ -3,13 +3,10 @@
 from typing import Annotated
 
 from kernels import statuses
-from sweeps.schema import quantities
-from sweeps.schema.layout import Layout
 from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.values import MAX_SPIN_RATE, MIN_SPIN_RATE, Moment, number
 from sweeps.schema.variables import Role, Variable, table
-from sweeps.systems import shape_coordinates
-from sweeps.systems.rigid_body.variables import MOMENTS_ARE_RATIOS
+from sweeps.systems.rigid_body.variables import layout_of_bodies
 
 MOMENTS = ("I1", "I2", "I3")
 ARGUMENTS = (*MOMENTS, "energy", "omega0")
@@ -81,20 +78,5 @@ PARAMETERS = (
     ),
 )
 
-COORDINATES = (
-    table(Variable("body", None, "body", "str"))
-    | shape_coordinates.COORDINATES
-    | quantities.coordinates(PARAMETERS)
-    | table(MOMENTS_ARE_RATIOS)
-)
-
-LAYOUT = Layout(
-    {"body": COORDINATES["body"], **COORDINATES},
-    VARIABLES,
-    tuple(EXACT),
-    shape_coordinates.VALUES | {parameter.name: parameter.quantity.item for parameter in PARAMETERS},
-    along="body",
-    beside=("moments_are_ratios",),
-    spare=tuple(shape_coordinates.COORDINATES),
-    over=shape_coordinates.OVER,
-)
+LAYOUT = layout_of_bodies(PARAMETERS, VARIABLES, tuple(EXACT))
+COORDINATES = LAYOUT.coordinates
