@@ -113,7 +113,7 @@ LOCAL = (
     *("_Netcdf4Coordinates", "_Netcdf4Dimid", "_Unsigned", "dtype", "_ChunkSizes", "comment"),
 )
 PATIENCE = 10.0  # s of processor that a command may take,
-MOST_BYTES = 2**30  # and memory
+MOST_BYTES = 2**30  # and memory, beside what the process held before
 SLOW = ("figures", "report")  # seconds each, of a map that is let in
 LOCAL_WORDS = ("control", "script", "number", "array", "compound", "long", "zero", "bytes")
 
@@ -551,13 +551,14 @@ def tried(folder, base, damage, turn):
 
 
 def one_by_one(chosen):
-    """Runs commands in this process: what went wrong with each, and the most seconds and bytes that one took."""
+    """Run commands in this process. Return each one's fault, and the most seconds and additional bytes of any."""
     told = {"wrong": {}, "seconds": 0.0, "bytes": 0}
     for name, words in chosen.items():
-        begun, before = processor_seconds(), _children()
+        begun, children = processor_seconds(), _children()
         _forget_peak()
+        resident = _peak_here()
         status, out, err = run(words)
-        seconds, size = processor_seconds() - begun, _peak(before)
+        seconds, size = processor_seconds() - begun, _peak(children) - resident
         what = wrong(name, status, out, err)
         what = what or (f"took {seconds:.0f} s" if seconds > PATIENCE else "")
         what = what or (f"took {size / 2**30:.2f} GiB" if size > MOST_BYTES else "")
@@ -578,14 +579,18 @@ def _forget_peak():
 
 
 def _children():
-    """Most KiB that a child was resident with, of all that this process has ever waited for."""
+    """Return the largest resident size in KiB of all children that this process has ever waited for."""
     return resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
 
 
-def _peak(before):
-    """Most bytes that were resident since, here or in a child; `before` is what `_children` gave then."""
-    held = Path("/proc/self/status").read_text().partition("VmHWM:")[2].split()[0]
-    return 1024 * max(int(held), _children() if _children() > before else 0)
+def _peak_here():
+    """Return the largest resident size of this process in bytes since `_forget_peak`."""
+    return 1024 * int(Path("/proc/self/status").read_text().partition("VmHWM:")[2].split()[0])
+
+
+def _peak(children):
+    """Return the largest resident size since `_forget_peak`, here or in a child; `children` is `_children()` then."""
+    return max(_peak_here(), 1024 * _children() if _children() > children else 0)
 
 
 # ---------------------------------------------------------------------------------------------------------
