@@ -5,8 +5,8 @@ added at the end. Nothing is imported here, so that the names can be read before
 """
 
 STATUSES = (
-    *("ok", "short_window", "not_converged", "non_finite", "no_equilibrium", "flat", "not_nudged"),
-    *("too_many_equilibria", "kinetic_energy_not_positive", "nudge_too_wide", "not_moved"),
+    *("ok", "short_window", "not_converged", "non_finite", "no_equilibrium", "flat", "not_perturbed"),
+    *("too_many_equilibria", "kinetic_energy_not_positive", "perturbation_too_large", "not_excited"),
 )
 
 OK, SHORT_WINDOW, NOT_CONVERGED, NON_FINITE, NO_EQUILIBRIUM, FLAT, NOT_NUDGED = range(7)

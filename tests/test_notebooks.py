@@ -26,7 +26,7 @@ def test_the_first_map_is_what_its_words_say(tmp_path, monkeypatch):
     monkeypatch.setenv("MPLBACKEND", "module://matplotlib_inline.backend_inline")
     outputs = executed("first_map.ipynb", tmp_path)
     said = "\n".join(outputs)
-    assert "'axis': 3, 'I1_over_I3': 48, 'room': 48, 'I3': 6, 'omega0': 8" in said
+    assert "'axis': 3, 'I1_over_I3': 48, 'thickness': 48, 'I3': 6, 'omega0': 8" in said
     assert "{1: 'stable_minor', 2: 'unstable', 3: 'stable_major'}" in said
     table = next(text for text in outputs if "growth_rate_theory" in text and "<table" in text)
     assert "epsilon" not in table  # rates, and no coordinates but the axis

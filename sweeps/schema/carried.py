@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from sweeps.schema.reading import MAX_FILE_BYTES, plain, read_text
 from sweeps.schema.refusals import DefinitionError, UnreadableError
 
-CONTRACT_VERSION = "1.0"
+CONTRACT_VERSION = "2.0"
 DEFAULT_SYSTEM = "rigid_body"  # of a definition, or a map, that names none
 
 

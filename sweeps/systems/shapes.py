@@ -1,13 +1,13 @@
-r"""Shapes of bodies in place of moments: a square of numbers, every one of which is a body that can exist.
+r"""Shapes of bodies in place of moments: a unit square in which every point is a physically possible body.
 
 A free body's motion depends on its moments by their ratios alone. With I3 the greatest, :math:`x = I_1/I_3` and
-:math:`y = I_2/I_3`, a body can exist where no second moment :math:`J_i = (I_j + I_k - I_i)/2` is negative, that is, in
-the triangle
+:math:`y = I_2/I_3`, a body is possible where no second moment :math:`J_i = (I_j + I_k - I_i)/2` is negative, that is,
+in the triangle
 
 .. math:: 0 < x \le 1, \qquad 1 - x \le y \le 1
 
-of flat bodies (:math:`x + y = 1`), :math:`I_1 = I_3` and :math:`I_2 = I_3`. At a given x the room for y is x wide, so
-with its share t, the `room`,
+of flat bodies (:math:`x + y = 1`), :math:`I_1 = I_3` and :math:`I_2 = I_3`. At a given x the interval of y
+is x wide, so with the relative `thickness` t
 
 .. math:: y = 1 - x\,(1 - t), \qquad dx\,dy = x\,dx\,dt
 
@@ -25,7 +25,7 @@ from kernels.triangle import triangle_margin
 from sweeps.schema.parameters import Quantity, Range, entry, range_model
 from sweeps.schema.refusals import UnreadableError, display
 from sweeps.schema.strict import Strict
-from sweeps.systems.shape_coordinates import LEAST, OVER, RATIO, ROOM, Ratio, Room
+from sweeps.systems.shape_coordinates import LEAST, OF_I2, OVER, RATIO, THICKNESS, Ratio, Thickness
 
 POSSIBLE = "moments each at most the sum of the other two"
 
@@ -40,13 +40,13 @@ def violation(moments: Sequence[float]) -> str:
 
 
 class Shapes(Strict):
-    """Shapes of bodies whose greatest moment is I3, each of which can exist."""
+    """Shapes of physically possible bodies whose greatest moment is I3."""
 
     I1_over_I3: entry(Ratio, range_model(Quantity("ratio", "1", RATIO, Ratio))) = Field(
         description=f"I1/I3: {RATIO}, a list, or a range"
     )
-    room: entry(Room, range_model(Quantity("room", "1", ROOM, Room))) = Field(
-        description=f"where I2/I3 stands between 1 - I1/I3 and 1: {ROOM}, a list, or a range"
+    thickness: entry(Thickness, range_model(Quantity("thickness", "1", THICKNESS, Thickness))) = Field(
+        description=f"relative thickness, {OF_I2}: {THICKNESS}, a list, or a range"
     )
 
 
@@ -55,8 +55,8 @@ class _Ratios:
 
     key = "ratios"
     description = (
-        "shapes of bodies in place of I1 and I2, each of which can exist: a mapping with I1_over_I3 and room, the "
-        "share of the way of I2/I3 from 1 - I1/I3 to 1"
+        "shapes of physically possible bodies in place of I1 and I2: a mapping with I1_over_I3 and thickness, where "
+        f"{OF_I2}"
     )
     model = Shapes
     names, over = tuple(OVER), OVER
@@ -71,8 +71,8 @@ class _Ratios:
         grid = {"I3": 1.0} | grid
         (least, most), (low, high) = (_ends(given.get(name), 1.0, (0.5, 0.5)) for name in Shapes.model_fields)
         if 1 - most * (1 - low) < LEAST:
-            allowed = "room above 0 where I1_over_I3 reaches 1: that needle has no I2"
-            raise UnreadableError((*where, "room"), display(given.get("room")), "reaches 0", allowed)
+            allowed = "thickness above 0 where I1_over_I3 reaches 1: that needle has no I2"
+            raise UnreadableError((*where, "thickness"), display(given.get("thickness")), "reaches 0", allowed)
         for at, entries in ((where, given), (("grid",), {"I3": grid["I3"]})):
             self._refuse_lists(values, at, entries)
         ends = {"I1": (max(least, LEAST), most), "I2": (1 - most * (1 - low), 1 - least * (1 - high))}
@@ -96,7 +96,7 @@ class _Ratios:
     def given(self, name: str, values: Mapping[str, Any]) -> np.ndarray:
         """I1 or I2, in the unit of I3."""
         ratio, greatest = values["I1_over_I3"], values["I3"]
-        return ratio * greatest if name == "I1" else (1.0 - ratio * (1.0 - values["room"])) * greatest
+        return ratio * greatest if name == "I1" else (1.0 - ratio * (1.0 - values["thickness"])) * greatest
 
     def impossible(self, columns: Mapping[str, Any]) -> np.ndarray | None:
         """Where one moment is above the sum of the others."""

@@ -74,7 +74,7 @@ def by_fractions():
         ({"system": "twist", "grid": LISTS | {"chi": [0.1, 0.2]}}, 2 * by_fractions()),
         ({"system": "tumbling", "grid": LISTS | {"energy": [1.0, 1.1]}}, 2 * by_fractions()),
         ({"system": "symmetric_top", "grid": {"ratio": [0.5, 2.0, 2.1], "omega3": 1.0, "half_angle": [1.0, 2.0]}}, 2),
-        ({"grid": {"ratios": {"I1_over_I3": [0.1, 0.3, 0.9], "room": [0.0, 0.3, 1.0]}, "omega0": 1.0}}, 0),
+        ({"grid": {"ratios": {"I1_over_I3": [0.1, 0.3, 0.9], "thickness": [0.0, 0.3, 1.0]}, "omega0": 1.0}}, 0),
         (
             {
                 "bodies": [

@@ -65,7 +65,7 @@ FLAGS = {
         3: "marginal",
         4: "sphere",
     },
-    "encircles": {0: "none", 1: "least_axis", 2: "greatest_axis", 3: "separatrix"},
+    "encircles": {0: "none", 1: "minor_axis", 2: "major_axis", 3: "separatrix"},
     "shape": {0: "asymmetric", 1: "oblate", 2: "prolate", 3: "sphere"},
     "status": {0: "ok", 1: "short_window", 2: "not_converged", 3: "non_finite"},
 }

@@ -171,7 +171,7 @@ def test_the_pictures_are_of_points(path, tmp_path):
 def test_the_triangle_has_every_point_and_the_named_bodies(folder):
     from sweeps.systems.rigid_body import figure_triangle
 
-    ends = {"I1_over_I3": {"start": 0.1, "stop": 0.9, "num": 6}, "room": {"start": 0.1, "stop": 0.9, "num": 6}}
+    ends = {"I1_over_I3": {"start": 0.1, "stop": 0.9, "num": 6}, "thickness": {"start": 0.1, "stop": 0.9, "num": 6}}
     ds = sweeps.survey({"grid": {"ratios": ends, "omega0": 1.0}})
     large = figure_triangle.draw(ds).axes[0]
     cells = next(c for c in large.images if c.get_gid() == "cells").get_array()
@@ -190,7 +190,7 @@ def test_the_triangle_has_every_point_and_the_named_bodies(folder):
 SHAPES = {
     "axes": [2],
     "grid": {
-        "ratios": {"I1_over_I3": [0.2, 0.6, 0.9], "room": {"start": 0.1, "stop": 0.7, "num": 4}},
+        "ratios": {"I1_over_I3": [0.2, 0.6, 0.9], "thickness": {"start": 0.1, "stop": 0.7, "num": 4}},
         "I3": [1.0, 2.0],
         "omega0": 1.0,
     },
@@ -212,7 +212,7 @@ def shapes(tmp_path_factory):
 def test_a_grid_of_shapes_has_moments_along_its_dimensions(shapes):
     made = sweeps.survey(SHAPES)
     with sweeps.open_map(shapes) as ds:
-        assert (ds["I1"].dims, ds["I2"].dims) == (("I1_over_I3", "I3"), ("I1_over_I3", "room", "I3"))
+        assert (ds["I1"].dims, ds["I2"].dims) == (("I1_over_I3", "I3"), ("I1_over_I3", "thickness", "I3"))
         xr.testing.assert_equal(ds.load(), made.load())
         assert ds.attrs["content_hash"] == content.hashed(made).hexdigest()
         assert float((ds.I1 + ds.I2 - ds.I3).min()) > 0  # every point is a body
@@ -226,16 +226,16 @@ def test_a_shape_is_found_by_its_moments(shapes, capsys):
     asked = ["--I1", "1.21", "--I2", "1.5", "--I3", "1.9"]  # x = 0.6, y = 0.76: room 0.6
     assert main(["point", str(shapes), "--json", *asked]) == 0
     point = json.loads(capsys.readouterr().out)["point"]
-    found = [point[name]["value"] for name in ("I1_over_I3", "room", "I1", "I2", "I3")]
+    found = [point[name]["value"] for name in ("I1_over_I3", "thickness", "I1", "I2", "I3")]
     assert found == pytest.approx([0.6, 0.5, 1.2, 1.4, 2.0])
     assert main(["point", str(shapes), "--I1", "1.21"]) == 2
-    assert "--room 0.1, 0.3, 0.5, 0.7, or --I2" in capsys.readouterr().err
+    assert "--thickness 0.1, 0.3, 0.5, 0.7, or --I2" in capsys.readouterr().err
 
 
 def test_moments_of_shapes_along_other_dimensions_are_refused(shapes, tmp_path):
     with xr.open_dataset(shapes, engine="netcdf4") as ds:
         ds = ds.load()
-    for name, dims in (("I1", ("room", "I3")), ("I2", ("room", "I1_over_I3", "I3"))):
+    for name, dims in (("I1", ("thickness", "I3")), ("I2", ("thickness", "I1_over_I3", "I3"))):
         sizes = [ds.sizes[dim] for dim in dims]
         ds.assign_coords({name: (dims, np.ones(sizes))}).to_netcdf(tmp_path / f"{name}.nc", engine="netcdf4")
         with pytest.raises(MapError, match=f"{name}: lies along {' × '.join(dims)}; allowed"):
@@ -296,7 +296,7 @@ def test_the_definitions_of_the_readme_run(tmp_path):
     drawn, listed, shaped = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)[:3]
     (tmp_path / "bodies.csv").write_text("I1 (kg m2),I2 (kg m2),omega0 (rpm)\n0.5,0.9,60\n0.7,0.9,30\n")
     ends = "grid: {I1: {start: 0.5, stop: 0.9}, I2: 0.8, I3: 1.0, omega0: 1.0}\n"
-    of_shapes = ("axis", "I1_over_I3", "room")
+    of_shapes = ("axis", "I1_over_I3", "thickness")
     for text, dims, shape in (
         (drawn + ends, ("point", "axis"), (1_000_000, 3)),
         (listed, ("point", "axis"), (2, 3)),

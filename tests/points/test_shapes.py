@@ -5,7 +5,7 @@ from sweeps.points import catalogue
 from sweeps.points.loading import read
 from sweeps.schema.refusals import DefinitionError
 
-SQUARE = {"I1_over_I3": {"start": 0.1, "stop": 0.9, "num": 5}, "room": {"start": 0.0, "stop": 1.0, "num": 3}}
+SQUARE = {"I1_over_I3": {"start": 0.1, "stop": 0.9, "num": 5}, "thickness": {"start": 0.0, "stop": 1.0, "num": 3}}
 
 
 def shaped(ratios=SQUARE, more=None, **others):
@@ -19,10 +19,10 @@ def points(sweep):
 
 def test_a_square_becomes_the_triangle_of_all_bodies():
     grid = shaped(more={"I3": 2.0}).grid
-    assert grid.dims == ("axis", "I1_over_I3", "room", "I3", "omega0", "epsilon", "phase")
+    assert grid.dims == ("axis", "I1_over_I3", "thickness", "I3", "omega0", "epsilon", "phase")
     assert grid.shape == (1, 5, 3, 1, 1, 1, 1)
     (over_I1, I1), (over_I2, I2) = grid.auxiliary["I1"], grid.auxiliary["I2"]
-    assert (over_I1, over_I2) == (("I1_over_I3", "I3"), ("I1_over_I3", "room", "I3"))
+    assert (over_I1, over_I2) == (("I1_over_I3", "I3"), ("I1_over_I3", "thickness", "I3"))
     I1, I2 = np.asarray(I1), np.asarray(I2)
     assert np.array_equal(I1[:, 0], 2 * np.linspace(0.1, 0.9, 5))
     flat, middle, round_ = I2[..., 0].T
@@ -61,7 +61,7 @@ def test_every_point_is_a_body_and_any_part_is_that_part():
 
 
 def test_drawn_shapes_fill_the_triangle_evenly():
-    ends = {"I1_over_I3": {"start": 1e-6, "stop": 1.0}, "room": {"start": 1e-6, "stop": 1.0}}
+    ends = {"I1_over_I3": {"start": 1e-6, "stop": 1.0}, "thickness": {"start": 1e-6, "stop": 1.0}}
     sweep = shaped(ends, sample={"num": 4096, "seed": 2})
     x, y, _ = points(sweep)
     # moments of a triangle with corners (0, 1), (1, 0), (1, 1): its centroid, and variances of 1/18
@@ -71,7 +71,7 @@ def test_drawn_shapes_fill_the_triangle_evenly():
 
 
 def test_shapes_and_another_range_are_drawn_together():
-    sweep = shaped(SQUARE | {"room": 0.5}, {"omega0": {"start": 1.0, "stop": 2.0}}, sample={"num": 64})
+    sweep = shaped(SQUARE | {"thickness": 0.5}, {"omega0": {"start": 1.0, "stop": 2.0}}, sample={"num": 64})
     I1, I2, _ = points(sweep)
     np.testing.assert_allclose(I2, 1 - 0.5 * I1, rtol=1e-15)
     assert np.unique(sweep.grid.points(0, 64)["omega0"]).size == 64
@@ -89,18 +89,24 @@ def test_shapes_are_drawn_with_sizes():
     ("values", "words"),
     [
         (
-            {"ratios": {"I1_over_I3": 1.2, "room": 0.5}},
+            {"ratios": {"I1_over_I3": 1.2, "thickness": 0.5}},
             "grid.ratios.I1_over_I3: 1.2 is out of range; allowed: a number",
         ),
-        ({"ratios": {"I1_over_I3": 0.2, "room": -1.0}}, "grid.ratios.room: -1.0 is out of range"),
-        ({"ratios": {"room": 0.5}}, "grid.ratios.I1_over_I3: (nothing) is missing"),
+        ({"ratios": {"I1_over_I3": 0.2, "thickness": -1.0}}, "grid.ratios.thickness: -1.0 is out of range"),
+        ({"ratios": {"thickness": 0.5}}, "grid.ratios.I1_over_I3: (nothing) is missing"),
         ({"ratios": 5}, "grid.ratios: 5 is not a mapping; allowed: shapes of bodies"),
-        ({"ratios": {"I1_over_I3": 1.0, "room": 0.0}}, "grid.ratios.room: 0.0 reaches 0; allowed: room above 0"),
+        (
+            {"ratios": {"I1_over_I3": 1.0, "thickness": 0.0}},
+            "grid.ratios.thickness: 0.0 reaches 0; allowed: thickness above 0",
+        ),
         ({"more": {"I1": 1.0}}, "is given beside I1; allowed: ratios (and I3), or moments"),
         ({"more": {"I3": [1.0, 2.0]}, "sample": {"num": 3}}, "grid.I3: [1.0, 2.0] is a list beside sample"),
         ({"more": {"I3": -1.0}}, "grid.I3: -1.0"),
         ({"bodies": [{"name": "A", "I1": 1.0, "I2": 1.0, "I3": 1.0}]}, "is given beside bodies"),
-        ({"ratios": SQUARE | {"room": [0.1, 0.2]}, "sample": {"num": 3}}, "grid.ratios.room: [0.1, 0.2] is a list"),
+        (
+            {"ratios": SQUARE | {"thickness": [0.1, 0.2]}, "sample": {"num": 3}},
+            "grid.ratios.thickness: [0.1, 0.2] is a list",
+        ),
     ],
 )
 def test_what_is_no_shape_is_refused(values, words):

@@ -218,7 +218,7 @@ def test_the_file_is_a_map_like_any_other(capsys, tmp_path):
     assert "long-axis mode: possible for 30 % of all shapes" in words
     assert picture.stat().st_size > 10_000
     assert "lam     2,542" in said(capsys, "show", path)
-    at = ("--I1_over_I3", 0.2, "--room", 0.5)
+    at = ("--I1_over_I3", 0.2, "--thickness", 0.5)
     point = json.loads(said(capsys, "point", path, *at, "--json"))["variables"]
     (row,) = [row for row in sweeps.tumbler(6.58, 8.67, sigma_phi=0.34, ratios=(0.2, 0.9)) if row["mode"] == "lam"]
     assert point["modes"]["value"] == "lam"
@@ -255,11 +255,11 @@ def test_a_definition_of_observed_periods_is_swept(capsys, tmp_path, monkeypatch
 
 def test_scipy_finds_the_same_energies():
     found = sweeps.tumbler(368.7, 67.27)
-    chosen = found.isel(I1_over_I3=slice(5, None, 18), room=slice(5, None, 20)).squeeze()
+    chosen = found.isel(I1_over_I3=slice(5, None, 18), thickness=slice(5, None, 20)).squeeze()
     compared = 0
     for i in range(chosen.sizes["I1_over_I3"]):
-        for j in range(chosen.sizes["room"]):
-            one = chosen.isel(I1_over_I3=i, room=j)
+        for j in range(chosen.sizes["thickness"]):
+            one = chosen.isel(I1_over_I3=i, thickness=j)
             point = {name: float(one[name]) for name in ("I1", "I2", "I3", "P_psi", "P_phi")}
             for mode in ("sam", "lam"):
                 energy = references.energy_of(point, mode)

@@ -360,7 +360,7 @@ def test_the_default_picture_is_the_triangle_with_each_body_in_its_place(shapes,
 def test_the_default_shows_its_racket(shapes):
     assert figure_flip.racket(shapes)["body"] == "Tennis racket"
     opening = rigid_body.SYSTEM.opening(shapes)
-    assert opening.plane == ("I1_over_I3", "room")
+    assert opening.plane == ("I1_over_I3", "thickness")
     at = shapes.sel(opening.at)
     assert [float(at[name]) for name in ("I1", "I2", "I3")] == pytest.approx([0.00121, 0.01638, 0.01748], rel=1e-14)
     assert int(at["axis"]) == 2

@@ -1088,7 +1088,10 @@ def test_a_page_prints_on_one_sheet(visit, plane_path, folder):
 
 DRAWN = {
     "axes": [1, 2],
-    "grid": {"ratios": {"I1_over_I3": {"start": 0.3, "stop": 0.9}, "room": {"start": 0.2, "stop": 0.7}}, "omega0": 1.0},
+    "grid": {
+        "ratios": {"I1_over_I3": {"start": 0.3, "stop": 0.9}, "thickness": {"start": 0.2, "stop": 0.7}},
+        "omega0": 1.0,
+    },
     "sample": {"num": 6},
 }
 OPEN_ALL = "document.querySelectorAll('details').forEach((details) => (details.open = true))"
@@ -1204,7 +1207,10 @@ def test_the_body_is_seen_from_space_and_from_itself(opened):
 SHAPES = {
     "axes": [1, 2],
     "grid": {
-        "ratios": {"I1_over_I3": {"start": 0.1, "stop": 0.9, "num": 9}, "room": {"start": 0.1, "stop": 0.9, "num": 9}},
+        "ratios": {
+            "I1_over_I3": {"start": 0.1, "stop": 0.9, "num": 9},
+            "thickness": {"start": 0.1, "stop": 0.9, "num": 9},
+        },
         "I3": [1.0, 2.0],
         "omega0": 1.0,
     },
@@ -1238,7 +1244,7 @@ def test_shapes_are_drawn_on_their_triangle(visit, shapes, folder):
     opened = visit(folder / "shapes.html", "#axis=1&I1=1.6&I2=1.04&I3=2")  # x = 0.8, y = 0.52: room 0.4
     page = opened.page
     assert "no I₁" not in page.locator("#link-notice").inner_text()
-    values = [float(opened.row(name)[0]) for name in ("axis", "I1_over_I3", "room", "I1", "I2", "I3")]
+    values = [float(opened.row(name)[0]) for name in ("axis", "I1_over_I3", "thickness", "I1", "I2", "I3")]
     assert values == pytest.approx([1, 0.8, 0.4, 1.6, 1.04, 2.0], rel=1e-15)
     assert page.evaluate("document.getElementById('map')._fullLayout.yaxis.title.text") == "I₂/I₃"
     x, y, cells = page.evaluate(
@@ -1254,7 +1260,7 @@ def test_shapes_are_drawn_on_their_triangle(visit, shapes, folder):
             room = 1 - (1 - up) / across
             assert exists == (0 <= room <= 1)
             if value is not None and math.isfinite(value):
-                nearest = int(np.abs(shapes.room.values - room).argmin())
+                nearest = int(np.abs(shapes.thickness.values - room).argmin())
                 assert (place[1], value) == (i, pytest.approx(signed[i, nearest], rel=1e-12))
                 assert place[2] == nearest
     up = int(np.abs(np.array(y) - 0.95).argmin())

@@ -10,7 +10,7 @@ from sweeps.systems import shapes
 from sweeps.systems.observed_periods.variables import EXCLUDED, WORDS
 
 UNITS = {"s": 1.0, "h": 3600.0, "d": 86400.0}
-SHAPES = {"I1_over_I3": {"start": 0.01, "stop": 0.99, "num": 99}, "room": {"start": 0.0, "stop": 1.0, "num": 51}}
+SHAPES = {"I1_over_I3": {"start": 0.01, "stop": 0.99, "num": 99}, "thickness": {"start": 0.0, "stop": 1.0, "num": 51}}
 LEAST = {"sam": 1.0, "lam": 0.0}  # ratio of periods over all bodies: of flat ones, of needles
 VERDICTS = ("possible", "within_errors", "excluded")
 
@@ -122,11 +122,11 @@ def of_all(periods: TwoPeriods, ds) -> list[dict]:
         For each mode {mode, verdict, sigma, shapes (the share of the triangle that has both periods), and the least
         and greatest energy of these}.
     """
-    x, t = ds["I1_over_I3"].values, ds["room"].values
+    x, t = ds["I1_over_I3"].values, ds["thickness"].values
     weights = np.outer(x, np.where((t == 0) | (t == 1), 0.5, 1.0))  # dx dy = x dx dt
     rows = []
     for mode, least in LEAST.items():
-        energy = ds[f"energy_{mode}"].transpose("I1_over_I3", "room", ...).values.reshape(weights.shape)
+        energy = ds[f"energy_{mode}"].transpose("I1_over_I3", "thickness", ...).values.reshape(weights.shape)
         below = least * periods.P_phi - periods.P_psi
         error = math.hypot(periods.sigma_psi, least * periods.sigma_phi)
         sigma = 0.0 if below < 0 else below / error if error else math.inf

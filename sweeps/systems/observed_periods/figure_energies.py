@@ -9,7 +9,7 @@ from matplotlib.patches import Patch, Polygon
 from sweeps import colors, style
 from sweeps.systems.observed_periods.variables import EXCLUDED, WORDS
 
-SHAPE = ("I1_over_I3", "room")
+SHAPE = ("I1_over_I3", "thickness")
 
 
 def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:

@@ -24,22 +24,22 @@ def _mode(mode: str) -> tuple[Variable, ...]:
         Variable(
             f"exclusion_{mode}",
             "1",
-            f"standard errors by which the observed ratio of periods is below the least of the {words}",
-            comment="0 where it is not; infinite where the body has no such mode, and where the periods have no errors",
+            f"standard errors by which the observed ratio of periods is below the minimum of the {words}",
+            comment="0 where not below; infinite where the body has no such mode, or the periods have no errors",
         ),
         Variable(f"energy_{mode}", "1", f"energy that gives both periods in the {words}, 2T I3/L^2", comment=_MISSING),
         Variable(
             f"energy_{mode}_stderr",
             "1",
             f"standard error of energy_{mode}, from those of the periods",
-            comment="the farther of the energies at one standard error of the ratio; of the one that exists, where the "
-            "other is below the mode's least ratio",
+            comment="the larger deviation of the energies at one standard error of the ratio either way; of one "
+            "alone where the other ratio is below the minimum of the mode",
         ),
         Variable(
             f"parameter_{mode}",
             "1",
             f"parameter m of the elliptic functions of that motion in the {words}",
-            comment="0 for the least wobble and for symmetric bodies, 1 on the separatrix",
+            comment="0 in the limit of small wobbles and for symmetric bodies, 1 on the separatrix",
         ),
         Variable(f"momentum_rate_{mode}", "rad s-1", f"L/I3 that gives P_psi in the {words}"),
     )
@@ -49,20 +49,20 @@ VARIABLES = table(
     Variable(
         "modes",
         None,
-        "modes in which the body may have both periods",
+        "modes that allow both observed periods",
         "i1",
         POSSIBLE,
-        f"a mode counts unless it is excluded by more than {EXCLUDED:g} standard errors; sam: short-axis mode; lam: "
+        f"a mode is listed unless it is excluded by more than {EXCLUDED:g} standard errors; sam: short-axis mode; lam: "
         "long-axis mode",
         role=Role.HEADLINE,
     ),
     Variable(
         "status",
         None,
-        "whether the closed form gives the observed ratio back from each energy",
+        "whether the closed form reproduces the observed ratio from each energy",
         "i1",
         STATUSES,
-        "not_converged: so near the separatrix that the energy, a double, does not hold the ratio to 1e-6",
+        "not_converged: so near the separatrix that the energy, a double, fixes the ratio only to 1e-6 or worse",
         role=Role.STATUS,
     ),
     *_mode("sam"),
@@ -70,7 +70,7 @@ VARIABLES = table(
     Variable(
         "triangle_margin",
         "1",
-        "least of (Ib + Ic - Ia)/(I1 + I2 + I3) over the axes; negative where no body can exist",
+        "least of (Ib + Ic - Ia)/(I1 + I2 + I3) over the axes; negative where physically impossible",
         "f4",
         role=Role.EXISTENCE,
     ),
@@ -92,7 +92,7 @@ PARAMETERS = (
     Parameter(
         "P_phi",
         PERIOD,
-        "observed mean period of the axis of least moment about L (long-axis convention)",
+        "observed mean precession period of the axis of least inertia about L (long-axis convention)",
         required=True,
     ),
     Parameter("sigma_psi", ERROR, "standard error of P_psi", 0.0),

@@ -15,12 +15,12 @@ CERTIFIED = ("proved", "undecided", "searched")  # the numbers of sweeps.mechani
 BRANCHES = ("decided", "undecided")
 
 VARIABLES = rates.columns(
-    reduced="extrapolated from half of it and a quarter",
+    reduced="extrapolated from a half and a quarter of it",
     by="extrapolation",
-    size="the mode's size",
-    window="of the system's own size",
+    size="the amplitude of the mode",
+    window="of the size of the system",
 ) | table(
-    Variable("e_folds", "1", "e-folds of growth inside the window of the log slope"),
+    Variable("e_folds", "1", "e-folds of growth within the window of the log slope"),
     Variable("regime_theory", None, "regime, linear theory", "i1", REGIMES, first_flag=-1),
     Variable(
         "regime", None, "regime, measured", "i1", REGIMES, first_flag=-1, theory="regime_theory", role=Role.HEADLINE
@@ -28,7 +28,7 @@ VARIABLES = rates.columns(
     Variable(
         "amplitude",
         "1",
-        "amplitude a of a cos(w t + alpha), relative to the system's own size; missing where not stable",
+        "amplitude a of a cos(w t + alpha), relative to the size of the system; missing where not stable",
         comment="from the start of the run and the measured frequency",
     ),
     Variable(
@@ -41,7 +41,7 @@ VARIABLES = rates.columns(
         "rate_scale",
         "s-1",
         "bound on every possible rate at the equilibrium, which sets the length of the run",
-        comment="from the absolute values of the terms of the second derivatives of V: it knows no theory",
+        comment="from the absolute values of the terms of the second derivatives of V, not from predicted rates",
     ),
     Variable("samples_used", "1", "number of samples inside the measurement window", "i4"),
     Variable("window_end", "s", "time of the last sample inside the measurement window"),
@@ -50,16 +50,16 @@ VARIABLES = rates.columns(
     Variable(
         "equilibria_certified",
         None,
-        "whether the point's equilibria are all that are there",
+        "whether all equilibria of the point are found",
         "i1",
         CERTIFIED,
-        comment="proved by enclosures; undecided where rounding hides whether one is single, several or none; searched "
-        "where subdivision did not end",
+        comment="proved: by interval arithmetic; undecided: rounding hides whether one is single, several or none; "
+        "searched: the subdivision did not end",
     ),
     Variable(
         "energy_drift",
         "1",
-        "largest change of the energy above the equilibrium, relative to its absolute terms",
+        "largest change of the energy above the equilibrium, relative to the sum of its absolute terms",
         role=Role.CHECK,
     ),
 )
@@ -68,34 +68,34 @@ DEGENERATE = table(
     Variable(
         "degenerate_frequency",
         "rad s-1",
-        "angular frequency at the amplitude of the nudge where V'' vanishes and a higher term of V holds the motion",
-        comment="closed form of the leading term (sweeps/mechanics/degenerate.py); goes with the amplitude to the "
-        "power of half the order less one; missing elsewhere",
+        "angular frequency at the amplitude of the perturbation where V'' = 0 and a higher-order term of V confines",
+        comment="closed form of the leading term (sweeps/mechanics/degenerate.py), proportional to the amplitude to "
+        "the power order/2 - 1; missing elsewhere",
         error="degenerate_frequency_error",
     ),
     Variable(
         "degenerate_frequency_error",
         "rad s-1",
-        "error of the frequency at the amplitude of the nudge",
-        comment="what the other terms of V, and a changing mass, can add at that amplitude",
+        "error of the frequency at the amplitude of the perturbation",
+        comment="bounds the effect of the other terms of V and of a varying mass at that amplitude",
     ),
     Variable(
         "degenerate_amplitude",
         "1",
-        "turning point of that motion, relative to the system's own size",
+        "turning point of that motion, relative to the size of the system",
     ),
-    Variable("degenerate_order", "1", "order of the term of V that holds it; 0 where none does", "i1"),
+    Variable("degenerate_order", "1", "order of the term of V that confines the motion; 0 where none does", "i1"),
 )
 
 FOLLOWED = table(
     Variable(
         "branches_decided",
         None,
-        "whether it is known which equilibrium of the point is which branch",
+        "whether the branches are identified at this point",
         "i1",
         BRANCHES,
-        comment="decided where each is carried on from the defaults with a proof, or led straight through what it "
-        "meets; undecided where two are led to one place nearly as well, or one comes or goes alone",
+        comment="decided: each equilibrium is followed from the default parameters with a proof, or straight through a "
+        "bifurcation; undecided: two branches fit one equilibrium nearly as well, or one appears or ends alone",
     ),
 )
 
@@ -103,22 +103,22 @@ NUDGE = (
     Parameter(
         "epsilon",
         Quantity("size", "1", "0 < epsilon < 1", Epsilon),
-        "size of the nudge relative to the system's own size",
+        "size of the perturbation relative to the size of the system",
         1e-6,
-        "size of the nudge along the mode, relative to the system's own size, 0 < epsilon < 1",
+        "size of the perturbation along the mode, relative to the size of the system, 0 < epsilon < 1",
     ),
     Parameter(
         "phase",
         Quantity("direction", "rad", "finite", Phase),
-        "direction of the nudge in the plane of place and velocity over the rate scale",
+        "direction of the perturbation in the plane of position and velocity over the rate scale",
         0.6,
-        "direction of the nudge: cos(phase) in place, -sin(phase) in velocity over the rate scale, rad",
+        "direction of the perturbation: cos(phase) in position, -sin(phase) in velocity over the rate scale, rad",
     ),
 )
 
 COORDINATES = quantities.coordinates(NUDGE) | table(  # beside the parameters
     Variable("equilibrium", None, "equilibrium", "str"),
-    Variable("mode", "1", "normal mode, by ascending signed square of its rate", "i1"),
+    Variable("mode", "1", "normal mode, by ascending Ω²", "i1"),
 )
 
 LAYOUT = Layout(

@@ -3,10 +3,10 @@
 from sweeps.schema.variables import Role, Variable, table
 
 _ERROR = (
-    "holds the distance to linear theory: scatter, the integration's error, the finite amplitude's bias and rounding"
+    "bounds the distance from linear theory: scatter, integration error, bias of the finite amplitude, and rounding"
 )
-_SCATTER = "scatter of the samples only: it does not know the bias of a finite amplitude"
-_AMPLITUDES = "as omega_squared_error, with what the {} leaves of the amplitude's bias"
+_SCATTER = "scatter of the samples only, without the bias of a finite amplitude"
+_AMPLITUDES = "as omega_squared_error, with the amplitude bias that the {} leaves"
 
 
 def columns(reduced: str, by: str, size: str, window: str, sparse: bool = False) -> dict[str, Variable]:
@@ -21,9 +21,9 @@ def columns(reduced: str, by: str, size: str, window: str, sparse: bool = False)
     """
     grows = {"sparse": sparse}
     return table(
-        Variable("omega_squared_theory", "s-2", "signed square of the rate, linear theory"),
-        *_measured("omega_squared", "s-2", "signed square of the rate", "", reduced, by, role=Role.MEASUREMENT),
-        Variable("amplitude_shift", "s-2", "what the finite amplitude adds to the measured square of the rate"),
+        Variable("omega_squared_theory", "s-2", "Ω² (negative: unstable), linear theory"),
+        *_measured("omega_squared", "s-2", "Ω²", "", reduced, by, role=Role.MEASUREMENT),
+        Variable("amplitude_shift", "s-2", "finite-amplitude shift of Ω²"),
         Variable("growth_rate_theory", "s-1", "growth rate, linear theory; 0 where not unstable", **grows),
         *_measured("growth_rate", "s-1", "growth rate", "; 0 where not unstable", reduced, by, **grows),
         Variable("frequency_theory", "rad s-1", "angular frequency, linear theory; 0 where not stable"),
@@ -31,9 +31,9 @@ def columns(reduced: str, by: str, size: str, window: str, sparse: bool = False)
         Variable(
             "growth_rate_logslope",
             "s-1",
-            f"growth rate by the slope of the logarithm of {size}",
-            comment=f"missing where its window (2 to 1000 times the start, below 0.01 {window}) holds under two "
-            "e-folds",
+            f"growth rate from the slope of the logarithm of {size} (naive method)",
+            comment=f"missing where its window (2 to 1000 times the start, below 0.01 {window}) holds fewer "
+            "than two e-folds",
             theory="growth_rate_theory",
             error="growth_rate_logslope_error",
             aside=True,
@@ -42,8 +42,8 @@ def columns(reduced: str, by: str, size: str, window: str, sparse: bool = False)
         Variable(
             "growth_rate_logslope_error",
             "s-1",
-            "error of the growth rate by the log slope",
-            comment="its distance from the reduced growth rate, and that rate's own error",
+            "error of the growth rate from the log slope",
+            comment="its distance from the extrapolated growth rate, and the error of that rate",
             **grows,
         ),
     )
@@ -51,10 +51,10 @@ def columns(reduced: str, by: str, size: str, window: str, sparse: bool = False)
 
 def _measured(name, units, long_name, unless, reduced, by, sparse=False, role=Role.NONE):
     """A rate as measured, its scatter and error, and the same reduced."""
-    theory, short = f"{name}_theory", long_name.removeprefix("signed ")
+    theory, sign = f"{name}_theory", " (negative: unstable)" if long_name == "Ω²" else ""
     of = {"theory": theory, "sparse": sparse, "zero_is_none": bool(unless)}
     return (
-        Variable(name, units, f"{long_name}, measured{unless}", error=f"{name}_error", role=role, **of),
+        Variable(name, units, f"{long_name}{sign}, measured{unless}", error=f"{name}_error", role=role, **of),
         Variable(
             f"{name}_stderr", units, f"standard error of the measured {long_name}", comment=_SCATTER, sparse=sparse
         ),
@@ -62,15 +62,15 @@ def _measured(name, units, long_name, unless, reduced, by, sparse=False, role=Ro
         Variable(
             f"{name}_reduced",
             units,
-            f"{short}, reduced to zero amplitude",
-            comment=f"what the measurement would be for an infinitesimal nudge: {reduced}",
+            f"{long_name} extrapolated to zero amplitude",
+            comment=f"the measurement for an infinitesimal perturbation: {reduced}",
             error=f"{name}_reduced_error",
             **of,
         ),
         Variable(
             f"{name}_reduced_error",
             units,
-            f"error of the reduced {short}",
+            f"error of the extrapolated {long_name}",
             comment=_AMPLITUDES.format(by),
             sparse=sparse,
         ),

@@ -1,4 +1,4 @@
-"""How the flags and the nudge of relative equilibria look."""
+"""Words, characters, colours and symbols of relative equilibria."""
 
 from sweeps import colors
 from sweeps.systems.look import Look, Mark, Symbol
@@ -8,7 +8,7 @@ LOOK = Look(
         "asymptotically_stable": Mark("stable, decays", "-", colors.SERIES_COLORS[2]),
         "flutter": Mark("flutter", "~", colors.SERIES_COLORS[3]),
         "no_equilibrium": Mark("no equilibrium", " ", ""),
-        "not_moved": Mark("a mode not moved", "m", ""),
+        "not_excited": Mark("a mode not excited", "m", ""),
     },
     symbols={"epsilon": Symbol(r"$\varepsilon$", "ε")},
 )

@@ -11,11 +11,8 @@ from sweeps.schema.variables import Role, Variable, table
 
 REGIMES = ("undetermined", "asymptotically_stable", "stable", "unstable", "flutter", "marginal")
 
-_BOUND = (
-    "a bound: scatter of the samples, rounding, the integrator's error and that of a finite nudge, each at its worst"
-)
-_ROOTS = "grows like a root of the noise where eigenvalues meet"
-_PAIRS = "half the sum of the squares of four eigenvalues; of pairs ±a, ±b it is a² + b²"
+_BOUND = "bound of scatter, rounding, integration error and the effect of the finite perturbation, each at its worst"
+_ROOTS = "grows as a root of the noise where eigenvalues meet"
 
 
 def _measured(name, units, long_name, comment=_BOUND, role=Role.NONE, scale="") -> tuple[Variable, ...]:
@@ -24,7 +21,7 @@ def _measured(name, units, long_name, comment=_BOUND, role=Role.NONE, scale="") 
     return (
         Variable(theory, units, f"{long_name}, linear theory"),
         Variable(name, units, f"{long_name}, measured", theory=theory, error=error, scale=scale, role=role),
-        Variable(error, units, f"error of the measured {long_name}", comment=comment),
+        Variable(error, units, f"error of the measured {name}", comment=comment),
     )
 
 
@@ -32,21 +29,21 @@ VARIABLES = table(
     *_measured(
         "eigenvalue_real",
         "s-1",
-        "real part of the eigenvalue: growth, or decay below 0",
+        "real part of the eigenvalue (positive: growth, negative: decay)",
         f"{_BOUND}; {_ROOTS}",
         scale="rate_scale",
     ),
     *_measured(
         "eigenvalue_imag",
         "s-1",
-        "imaginary part of the eigenvalue: turning",
+        "imaginary part of the eigenvalue (angular frequency)",
         f"{_BOUND}; {_ROOTS}",
         scale="rate_scale",
     ),
     *_measured(
         "growth_rate",
         "s-1",
-        "largest real part of all eigenvalues; decay is negative",
+        "largest real part of all eigenvalues (negative: decay)",
         f"{_BOUND}; {_ROOTS}",
         Role.MEASUREMENT,
         "rate_scale",
@@ -58,7 +55,7 @@ VARIABLES = table(
         "regime, measured",
         "i1",
         REGIMES,
-        "as far as the errors tell; marginal where they do not",
+        "marginal where the errors leave the regime open",
         first_flag=-1,
         theory="regime_theory",
         role=Role.HEADLINE,
@@ -66,20 +63,21 @@ VARIABLES = table(
     Variable(
         "eigenvalue_condition",
         "1",
-        "condition number of the eigenvalue, linear theory: how many times a disturbance of the equations moves it",
-        comment="product of the sizes of its left and right vectors, in units of the states; infinite where two meet",
+        "condition number of the eigenvalue, linear theory: sensitivity to changes of the equations",
+        comment="product of the norms of its left and right eigenvectors, in units of the states; infinite where two "
+        "meet",
     ),
     Variable(
         "smallest_singular_value",
         "1",
-        "smallest singular value of the samples over the largest",
-        comment="below 1e-4 a mode was not moved, and nothing is told",
+        "ratio of the smallest singular value of the samples to the largest",
+        comment="below 1e-4 a mode was not excited, and nothing is reported",
     ),
     Variable(
         "rate_scale",
         "s-1",
         "bound on every possible rate at the equilibrium, which sets the length of the run",
-        comment="from the absolute values of the terms of the Jacobian: it knows no theory",
+        comment="from the absolute values of the terms of the Jacobian, not from predicted rates",
     ),
     Variable("samples_used", "1", "number of samples inside the measurement window, of the shortest run", "i4"),
     Variable("window_end", "s", "time of the last sample inside the measurement window"),
@@ -88,19 +86,19 @@ VARIABLES = table(
 )
 
 INVARIANTS = table(  # of four eigenvalues
-    *_measured("sum_of_squares", "s-2", "half the sum of the squares of the eigenvalues", f"{_BOUND}; {_PAIRS}"),
-    *_measured("product_of_squares", "s-4", "product of the eigenvalues: of pairs ±a, ±b it is a² b²"),
-    *_measured("discriminant", "s-4", "sum_of_squares² - 4 product_of_squares: of pairs it is (a² - b²)²"),
+    *_measured("sum_of_squares", "s-2", "half the sum of the squared eigenvalues (pairs ±a, ±b: a² + b²)"),
+    *_measured("product_of_squares", "s-4", "product of the eigenvalues (pairs ±a, ±b: a² b²)"),
+    *_measured("discriminant", "s-4", "sum_of_squares² - 4 product_of_squares (pairs ±a, ±b: (a² - b²)²)"),
 )
 
 NUDGE = (
     Parameter(
         "epsilon",
         Quantity("size", "1", "0 < epsilon < 1", Epsilon),
-        "size of the nudges relative to the system's own size",
+        "size of the perturbation relative to the size of the system",
         1e-30,
-        "size of the nudges relative to the system's own size, 0 < epsilon < 1; motions are carried in units of it, so "
-        "that none is too small",
+        "size of the perturbation relative to the size of the system, 0 < epsilon < 1; motions are carried in units "
+        "of it, so that none is too small",
     ),
 )
 

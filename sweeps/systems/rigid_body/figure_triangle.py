@@ -96,21 +96,21 @@ def fixed_at(ds: "xr.Dataset") -> dict[str, int]:
 
 
 def _numbers(ds: "xr.Dataset", x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Numbers along I1_over_I3 and room of the points of a grid whose cells hold shapes; -1 where none does."""
+    """Numbers along I1_over_I3 and thickness of the points of a grid whose cells hold shapes; -1 where none does."""
     t = 1.0 - (1.0 - y) / x
     found = []
     for name, place in zip(SHAPE, np.broadcast_arrays(x, t), strict=True):
         values = ds[name].values
         order = np.argsort(values, kind="stable")
         edges = style.edges(values[order])
-        edges = np.clip(edges, 0.0, 1.0) if name == "room" else edges
+        edges = np.clip(edges, 0.0, 1.0) if name == "thickness" else edges
         at = np.clip(np.searchsorted(edges, place) - 1, 0, values.size - 1)
         found.append(np.where((edges[0] <= place) & (place <= edges[-1]), order[at], -1))
     return found[0], found[1]
 
 
 def _of_axis(ds: "xr.Dataset", name: str, axis: int) -> np.ndarray:
-    """A variable of a grid of shapes about an axis, over (I1_over_I3, room)."""
+    """A variable of a grid of shapes about an axis, over (I1_over_I3, thickness)."""
     at = fixed_at(ds) | {"axis": int(np.flatnonzero(ds["axis"].values == axis)[0])}
     return along(ds[name].isel({dim: i for dim, i in at.items() if dim in ds[name].dims}), SHAPE)
 
@@ -129,7 +129,7 @@ def _mark_untrusted(ax: Axes, ds: "xr.Dataset", axis: int) -> list:
     for number, mark in ((1, "."), (2, "x"), (3, "+")):
         i, j = np.nonzero(status == number)
         if i.size:
-            x, t = ds["I1_over_I3"].values[i], ds["room"].values[j]
+            x, t = ds["I1_over_I3"].values[i], ds["thickness"].values[j]
             look = {"linestyle": "none", "marker": mark, "markersize": 4, "color": colors.INK, "alpha": 0.8}
             label = f"{LOOK.words(STATUSES[number])} ({i.size:,})"
             handles += ax.plot(x, 1.0 - x * (1.0 - t), gid=f"status {number}", label=label, zorder=5, **look)

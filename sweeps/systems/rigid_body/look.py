@@ -1,4 +1,4 @@
-"""How the rigid body's regimes and parameters look."""
+"""Words, characters, colours and symbols of the rigid body's regimes and parameters."""
 
 from collections.abc import Mapping
 
@@ -8,13 +8,13 @@ from sweeps.systems.rigid_body.variables import COORDINATES
 
 LOOK = Look(
     marks={
-        "stable_minor": Mark("stable, least moment", "-", colors.LIGHT_BLUE),
-        "stable_major": Mark("stable, greatest moment", "+", colors.STABLE),
+        "stable_minor": Mark("stable, least inertia", "-", colors.LIGHT_BLUE),
+        "stable_major": Mark("stable, greatest inertia", "+", colors.STABLE),
         "sphere": Mark("sphere", "o", colors.LIGHT_GREY),
     },
     symbols={
         "I1_over_I3": Symbol("$I_1/I_3$", "I₁/I₃"),
-        "room": Symbol("room of $I_2/I_3$", "room of I₂/I₃"),
+        "thickness": Symbol("thickness $t$", "thickness t"),
         "I1": Symbol("$I_1$", "I₁"),
         "I2": Symbol("$I_2$", "I₂"),
         "I3": Symbol("$I_3$", "I₃"),

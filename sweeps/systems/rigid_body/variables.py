@@ -25,32 +25,32 @@ MOMENTS_ARE_RATIOS = Variable(
 )
 
 REGIMES = ("undetermined", "stable_minor", "stable_major", "unstable", "marginal", "sphere")
-ENCIRCLED = ("none", "least_axis", "greatest_axis", "separatrix")
+ENCIRCLED = ("none", "minor_axis", "major_axis", "separatrix")
 SHAPES = ("asymmetric", "oblate", "prolate", "sphere")
 STATUSES = statuses.STATUSES[: statuses.NON_FINITE + 1]
 
 VARIABLES = rates.columns(
-    reduced="the spin's wandering taken off, from the samples",
-    by="reduction",
+    reduced="the variation of the spin is removed, from the samples",
+    by="correction",
     size="the transverse size",
     window="omega0",
     sparse=True,
 ) | table(
-    Variable("e_folds", "1", "e-folds of growth inside the window of the log slope", "f4"),
-    Variable("euler_period", "s", "period of the nudge's turn about the spin axis, measured; missing where not stable"),
+    Variable("e_folds", "1", "e-folds of growth within the window of the log slope", "f4"),
+    Variable("euler_period", "s", "wobble period in the body frame, measured; missing where not stable"),
     Variable("regime_theory", None, "regime, linear theory", "i1", REGIMES[1:]),
     Variable(
         "regime", None, "regime, measured", "i1", REGIMES, first_flag=-1, theory="regime_theory", role=Role.HEADLINE
     ),
-    Variable("shape", None, "kind of body by its moments", "i1", SHAPES),
-    Variable("growing_fraction", "1", "share of the start that lies on the growing mode", "f4"),
+    Variable("shape", None, "symmetry class", "i1", SHAPES),
+    Variable("growing_fraction", "1", "projection of the initial perturbation on the growing mode", "f4"),
     Variable(
         "encircles",
         None,
-        "axis of the body that the angular momentum encircles at the motion's own amplitude, exact",
+        "principal axis that the angular momentum encircles at the amplitude of the motion, exact",
         "i1",
         ENCIRCLED,
-        comment="by the sign of L^2 - 2T Imid of the start: that axis keeps its component's sign; separatrix where "
+        comment="from the sign of L^2 - 2T Imid: the component along that axis keeps its sign; separatrix where "
         "rounding hides the sign, none where the spin is steady (a sphere, or in the plane of two equal moments)",
     ),
     Variable("samples_used", "1", "number of samples inside the measurement window", "i4"),
@@ -60,7 +60,7 @@ VARIABLES = rates.columns(
     Variable(
         "triangle_margin",
         "1",
-        "least of (Ib + Ic - Ia)/(I1 + I2 + I3) over the axes; negative where no body can exist",
+        "least of (Ib + Ic - Ia)/(I1 + I2 + I3) over the axes; negative where physically impossible",
         "f4",
         role=Role.EXISTENCE,
     ),
@@ -69,16 +69,16 @@ VARIABLES = rates.columns(
     Variable(
         "perturbation_drift",
         "1",
-        "largest change of the perturbation's own invariant, relative to its absolute terms",
+        "largest change of the invariant of the perturbation, relative to the sum of its absolute terms",
         "f4",
-        comment="Ib (Ib - Ia) wb^2 + Ic (Ic - Ia) wc^2, which sees errors that energy and momentum do not",
+        comment="Ib (Ib - Ia) wb^2 + Ic (Ic - Ia) wc^2: sensitive to errors that energy and momentum hide",
         role=Role.CHECK,
     ),
 )
 
 TERMS = table(
-    Variable("omega_squared_error_scatter", "s-2", "term of omega_squared_error: scatter of the reduced samples"),
-    Variable("omega_squared_error_integration", "s-2", "term of omega_squared_error: error of the integration"),
+    Variable("omega_squared_error_scatter", "s-2", "term of omega_squared_error: scatter of the corrected samples"),
+    Variable("omega_squared_error_integration", "s-2", "term of omega_squared_error: integration error"),
     Variable("omega_squared_error_amplitude", "s-2", "term of omega_squared_error: bias of the finite amplitude"),
     Variable("omega_squared_error_rounding", "s-2", "term of omega_squared_error: rounding"),
 )
@@ -87,10 +87,10 @@ CERTIFICATE = table(
     Variable(
         "propagation_error",
         "1",
-        "largest distance of the direct solution from the exact one, relative to the largest transverse size so far",
+        "maximum integration error, relative to the running maximum of the perturbation",
         "f4",
-        comment="the certificate: over the samples used, across the spin axis, by an exact step that shares no code "
-        "with the direct integrator",
+        comment="certificate: distance from the exact solution at the samples used, by an exact step that shares no "
+        "code with the direct integrator",
         role=Role.CERTIFICATE,
     )
 )
@@ -99,23 +99,23 @@ FLIPS = table(
     Variable(
         "flip_period",
         "s",
-        "time between two changes of sign of the spin, measured; missing where it keeps its sign",
+        "time between two flips (changes of sign of the spin), measured; missing where the spin keeps its sign",
         comment="from the start forward to the first change and backward to the last one",
         exact="flip_period_exact",
     ),
-    Variable("flip_period_exact", "s", "time between two changes of sign of the spin, closed form: 2 K/p"),
+    Variable("flip_period_exact", "s", "time between two flips (changes of sign of the spin), closed form: 2 K/p"),
     Variable(
         "max_tilt",
         "rad",
-        "largest angle of the angular velocity from the end of the axis it starts near, measured",
+        "largest angle of the angular velocity from the direction of the axis near which it starts, measured",
         exact="max_tilt_exact",
     ),
-    Variable("max_tilt_exact", "rad", "largest angle of the angular velocity from that end, closed form"),
+    Variable("max_tilt_exact", "rad", "largest angle of the angular velocity from that direction, closed form"),
     Variable(
         "frequency_exact",
         "rad s-1",
-        "angular frequency of the motion at its own amplitude, closed form: pi p/(2 K)",
-        comment="tends to frequency_theory about a stable axis as the nudge gets small",
+        "angular frequency at the amplitude of the motion, closed form: pi p/(2 K)",
+        comment="tends to frequency_theory about a stable axis as epsilon tends to 0",
     ),
 )
 
@@ -123,30 +123,30 @@ IN_SPACE = table(
     Variable(
         "attitude_error",
         "rad",
-        "largest angle between the direct integration's attitude and the exact one",
+        "largest angle between the integrated attitude and the exact one",
         "f4",
-        comment="the attitude's certificate: over the samples used, by an exact step that shares no code with the "
+        comment="certificate of the attitude: at the samples used, by an exact step that shares no code with the "
         "direct integrator",
         role=Role.CERTIFICATE,
     ),
     Variable(
         "space_rate",
         "rad s-1",
-        "mean rate at which the spin axis goes round the angular momentum in space, measured; missing where not stable",
+        "mean precession rate of the spin axis about L (inertial frame), measured; missing where not stable",
         exact="space_rate_exact",
         error="space_rate_error",
     ),
-    Variable("space_rate_error", "rad s-1", "error of the measured rate of the spin axis in space"),
+    Variable("space_rate_error", "rad s-1", "error of the measured precession rate about L"),
     Variable(
         "space_rate_exact",
         "rad s-1",
-        "mean rate at which the spin axis goes round the angular momentum in space, closed form; missing where the "
-        "polhode does not encircle it",
+        "mean precession rate of the spin axis about L (inertial frame), closed form; missing where the polhode does "
+        "not encircle the axis",
     ),
     Variable(
         "geometric_phase_residual",
         "rad",
-        "distance of the turn about the angular momentum in one polhode period from what its solid angle makes of it",
+        "residual of the geometric phase over one polhode period",
         "f4",
         comment="Montgomery's theorem: 2T P/L less the signed solid angle, by the trapezoidal rule",
         role=Role.CHECK,
@@ -178,16 +178,16 @@ PARAMETERS = (
     Parameter(
         "epsilon",
         SIZE,
-        "size of the nudge relative to the spin rate",
+        "size of the perturbation relative to the spin rate",
         1e-6,
-        "size of the nudge relative to omega0, 0 < epsilon < 1",
+        "size of the perturbation relative to omega0, 0 < epsilon < 1",
     ),
     Parameter(
         "phase",
         DIRECTION,
-        "direction of the nudge in the (b, c) plane",
+        "direction of the perturbation in the transverse (b, c) plane",
         0.6,
-        "direction of the nudge in the (b, c) plane, rad, from b towards c",
+        "direction of the perturbation in the transverse (b, c) plane, rad, from b towards c",
     ),
 )
 

@@ -14,20 +14,20 @@ SHAPES = ("asymmetric", "oblate", "prolate", "sphere")
 STATUSES = statuses.STATUSES[: statuses.NON_FINITE + 1]
 
 _SCATTER = "scatter of the samples only"
-_ERROR = "holds the distance to the closed form: scatter, the integration's error and rounding"
-_RESOLVED = "0 where it does not stand out of the rounding of doubles"
+_ERROR = "bounds the distance from the closed form: scatter, integration error and rounding"
+_RESOLVED = "0 where it cannot be distinguished from rounding"
 
 VARIABLES = table(
     Variable(
         "precession_rate_theory",
         "rad s-1",
-        "rate at which the angular velocity turns about the figure axis, closed form",
+        "precession rate of the angular velocity about the figure axis, closed form",
         comment="(I3/I1 - 1) omega3; positive turns from axis 1 towards axis 2",
     ),
     Variable(
         "precession_rate",
         "rad s-1",
-        "rate at which the angular velocity turns about the figure axis, measured",
+        "precession rate of the angular velocity about the figure axis, measured",
         comment=_RESOLVED,
         theory="precession_rate_theory",
         error="precession_rate_error",
@@ -38,21 +38,21 @@ VARIABLES = table(
     Variable(
         "momentum_precession_rate",
         "rad s-1",
-        "rate at which the angular momentum turns about the figure axis, measured",
-        comment=f"from a motion of its own; {_RESOLVED}",
+        "precession rate of the angular momentum about the figure axis, measured",
+        comment=f"integrated independently; {_RESOLVED}",
         theory="precession_rate_theory",
         error="momentum_precession_rate_error",
     ),
     Variable(
         "momentum_precession_rate_stderr",
         "rad s-1",
-        "standard error of the angular momentum's measured precession rate",
+        "standard error of the measured precession rate of the angular momentum",
         comment=_SCATTER,
     ),
     Variable(
         "momentum_precession_rate_error",
         "rad s-1",
-        "error of the angular momentum's measured precession rate",
+        "error of the measured precession rate of the angular momentum",
         comment=_ERROR,
     ),
     Variable("period_theory", "s", "period of the precession, closed form; missing where the rate is 0"),
@@ -66,46 +66,46 @@ VARIABLES = table(
         first_flag=-1,
         role=Role.HEADLINE,
     ),
-    Variable("shape", None, "kind of body by its moments", "i1", SHAPES),
-    Variable("body_cone", "degree", "angle of the angular velocity to the figure axis, measured"),
-    Variable("momentum_cone_theory", "degree", "angle of the angular momentum to the figure axis, closed form"),
+    Variable("shape", None, "symmetry class", "i1", SHAPES),
+    Variable("body_cone", "degree", "angle between the angular velocity and the figure axis, measured"),
+    Variable("momentum_cone_theory", "degree", "angle between the angular momentum and the figure axis, closed form"),
     Variable(
         "momentum_cone",
         "degree",
-        "angle of the angular momentum to the figure axis, measured",
+        "angle between the angular momentum and the figure axis, measured",
         theory="momentum_cone_theory",
     ),
-    Variable("space_cone_theory", "degree", "angle of the angular velocity to the angular momentum, closed form"),
+    Variable("space_cone_theory", "degree", "angle between the angular velocity and the angular momentum, closed form"),
     Variable(
         "space_cone",
         "degree",
-        "angle of the angular velocity to the angular momentum, measured",
+        "angle between the angular velocity and the angular momentum, measured",
         theory="space_cone_theory",
     ),
     Variable(
         "half_angle_drift",
         "degree",
-        "largest change of the angular velocity's angle to the figure axis",
+        "largest change of the angle between the angular velocity and the figure axis",
         role=Role.CHECK,
     ),
     Variable(
         "coplanarity",
         "1",
-        "how far the angular momentum leaves the plane of angular velocity and figure axis",
-        comment="largest abs((L x omega) . e3)/(abs(L) abs(omega)) in the run, each vector from a motion of its own",
+        "largest distance of the angular momentum from the plane of angular velocity and figure axis",
+        comment="abs((L x omega) . e3)/(abs(L) abs(omega)), each vector integrated independently",
     ),
     Variable(
         "energy_drift",
         "1",
         "largest relative change of twice the kinetic energy",
-        comment="L . omega, L and omega each from a motion of its own",
+        comment="L . omega, with L and omega integrated independently",
         role=Role.CHECK,
     ),
     Variable("momentum_drift", "1", "largest relative change of the squared angular momentum", role=Role.CHECK),
     Variable(
         "propagation_error",
         "1",
-        "largest distance of the integrated transverse part from the closed form, relative to its size",
+        "maximum integration error of the transverse part, relative to its size",
         role=Role.CERTIFICATE,
     ),
     Variable("steps_per_sample", "1", "integration steps between two samples", "i4"),
@@ -113,7 +113,7 @@ VARIABLES = table(
     Variable(
         "triangle_margin",
         "1",
-        "least of (Ib + Ic - Ia)/(I1 + I2 + I3) over the axes; negative where no body can exist",
+        "least of (Ib + Ic - Ia)/(I1 + I2 + I3) over the axes; negative where physically impossible",
         role=Role.EXISTENCE,
     ),
 )
@@ -145,9 +145,9 @@ HALF_ANGLE = Quantity(
 )
 
 PARAMETERS = (
-    Parameter("ratio", RATIO, "ratio I3/I1 of the moments about the figure axis and across it", required=True),
+    Parameter("ratio", RATIO, "ratio I3/I1: moment about the figure axis over the transverse moment", required=True),
     Parameter("omega3", SPIN, "spin rate about the figure axis", required=True),
-    Parameter("half_angle", HALF_ANGLE, "angle of the angular velocity to the figure axis", required=True),
+    Parameter("half_angle", HALF_ANGLE, "angle between the angular velocity and the figure axis", required=True),
 )
 ARGUMENTS = tuple(parameter.name for parameter in PARAMETERS)
 COORDINATES = quantities.coordinates(PARAMETERS)

@@ -14,27 +14,32 @@ STATUSES = statuses.STATUSES[: statuses.NON_FINITE + 1]
 MODES = ("impossible", "sam", "lam", "separatrix", "principal")
 
 _MODES = (
-    "sam: short-axis mode, the polhode encircles the axis of greatest moment; lam: long-axis mode, that of least; "
-    "principal: nothing moves in the body; impossible: no motion of this body has the energy"
+    "sam: short-axis mode, the polhode encircles the axis of greatest inertia; lam: long-axis mode, that of least "
+    "inertia; principal: rotation about a principal axis; impossible: energy outside the range of this body"
 )
-_ERROR = "three times the difference of two runs of unequal steps, and what rounding makes of the motion"
+_ERROR = "three times the difference of two runs with different steps, and the effect of rounding"
 PERIODS = {
     "period_psi": "period of the angular velocity in the body, P_psi",
-    "period_phi_long_axis": "mean period about L of the axis of least moment, P_phi in the long-axis convention",
-    "period_phi_encircled": "mean period about L of the axis that the polhode encircles",
+    "period_phi_long_axis": "mean precession period about L of the axis of least inertia, P_phi (long-axis convention)",
+    "period_phi_encircled": "mean precession period about L of the axis that the polhode encircles",
 }
 
 EXACT = table(
     Variable("mode_exact", None, "mode of the motion, from its energy", "i1", MODES, _MODES, -1),
     *(Variable(f"{name}_exact", "s", f"{text}, closed form") for name, text in PERIODS.items()),
     Variable("period_ratio", "1", "P_psi over P_phi in the long-axis convention, closed form"),
-    Variable("tilt_mean", "rad", "mean over a period of the angle of L to the encircled axis, closed form", "f4"),
-    Variable("tilt_least", "rad", "least angle of L to the encircled axis, closed form", "f4"),
-    Variable("tilt_greatest", "rad", "greatest angle of L to the encircled axis, closed form", "f4"),
+    Variable(
+        "tilt_mean",
+        "rad",
+        "mean nutation angle: angle between L and the encircled axis, mean over a period, closed form",
+        "f4",
+    ),
+    Variable("tilt_least", "rad", "least angle between L and the encircled axis, closed form", "f4"),
+    Variable("tilt_greatest", "rad", "greatest angle between L and the encircled axis, closed form", "f4"),
     Variable(
         "triangle_margin",
         "1",
-        "least of (Ib + Ic - Ia)/(I1 + I2 + I3) over the axes; negative where no body can exist",
+        "least of (Ib + Ic - Ia)/(I1 + I2 + I3) over the axes; negative where physically impossible",
         "f4",
         role=Role.EXISTENCE,
     ),
@@ -68,12 +73,12 @@ PARAMETERS = (
     Parameter(
         "energy",
         Quantity("energy", "1", "1 to I_max/I_min", Energy),
-        "energy over the least that this angular momentum allows: 2T I3/L^2, axes in ascending moments",
+        "energy over its minimum at this angular momentum: 2T I3/L^2, moments ascending",
     ),
     Parameter(
         "omega0",
         Quantity("spin rate", "rad s-1", "1e-150 ≤ omega0 ≤ 1e150", Spin),
-        "spin rate about the axis of greatest moment that has this L: L/I3",
+        "L/I3, the spin rate about the axis of greatest inertia with this L",
         1.0,
     ),
 )

@@ -14,24 +14,24 @@ ARGUMENTS = (*MOMENTS, "chi", "theta", "omega0")
 STATUSES = statuses.STATUSES[: statuses.NON_FINITE + 1]
 ENDS = ("undetermined", "same_side", "reversed")
 
-_MISSING = "missing where L lies along the handle, which then has no azimuth"
-_ERROR = "three times the difference of two runs of unequal steps, and what rounding grows to"
+_MISSING = "missing where L is parallel to the handle"
+_ERROR = "three times the difference of two runs with different steps, and the effect of rounding"
 
 EXACT = table(
-    Variable("twist_exact", "rad", "signed change of chi in one turn of the handle about L, closed form"),
-    Variable("time_of_turn_exact", "s", "time in which the handle comes round L once, closed form"),
+    Variable("twist_exact", "rad", "twist per revolution of the handle about L (signed change of chi), closed form"),
+    Variable("time_of_turn_exact", "s", "time of one revolution of the handle about L, closed form"),
     Variable(
         "twist_defect_theory",
         "rad",
-        "what the twist lacks of half a turn on the separatrix, where chi starts and ends equally far from it",
-        comment="twice eps of artanh(sqrt(a) cos(eps)/sqrt(a + b sin(eps)^2)) = growth (pi + arcsin(cos(eps) "
+        "shortfall of the twist from a half turn on the separatrix, symmetric start and end",
+        comment="2 eps with artanh(sqrt(a) cos(eps)/sqrt(a + b sin(eps)^2)) = growth (pi + arcsin(cos(eps) "
         "sqrt(b/(a + b)))), a = I2/I1 - 1, b = 1 - I2/I3; falls with exp(-pi growth)",
     ),
-    Variable("growth", "1", "growth rate about the middle axis in units of the spin, linear theory: sqrt(a b)"),
+    Variable("growth", "1", "growth rate about the intermediate axis over the spin rate, linear theory: sqrt(a b)"),
     Variable(
         "triangle_margin",
         "1",
-        "least of (Ib + Ic - Ia)/(I1 + I2 + I3) over the axes; negative where no body can exist",
+        "least of (Ib + Ic - Ia)/(I1 + I2 + I3) over the axes; negative where physically impossible",
         "f4",
         role=Role.EXISTENCE,
     ),
@@ -41,7 +41,7 @@ MEASURED = table(
     Variable(
         "twist",
         "rad",
-        "signed change of chi in one turn of the handle about L, measured",
+        "twist per revolution of the handle about L (signed change of chi), measured",
         comment=_MISSING,
         exact="twist_exact",
         error="twist_error",
@@ -50,18 +50,26 @@ MEASURED = table(
     Variable(
         "twist_defect",
         "rad",
-        "what the measured twist lacks of half a turn: pi - abs(twist)",
+        "shortfall of the twist from a half turn, measured: pi - abs(twist)",
     ),
     Variable(
         "time_of_turn",
         "s",
-        "time in which the handle comes round L once, measured",
+        "time of one revolution of the handle about L, measured",
         comment=_MISSING,
         exact="time_of_turn_exact",
         error="time_of_turn_error",
     ),
-    Variable("time_of_turn_error", "s", "error of the measured time of the turn", comment=_ERROR),
-    Variable("ends_reversed", None, "which side L is on after the turn", "i1", ENDS, first_flag=-1, role=Role.HEADLINE),
+    Variable("time_of_turn_error", "s", "error of the measured time of the revolution", comment=_ERROR),
+    Variable(
+        "ends_reversed",
+        None,
+        "side of the handle on which L lies after the revolution",
+        "i1",
+        ENDS,
+        first_flag=-1,
+        role=Role.HEADLINE,
+    ),
     Variable("status", None, "whether the measurement can be trusted", "i1", STATUSES, role=Role.STATUS),
 )
 
@@ -81,16 +89,16 @@ PARAMETERS = (
     Parameter(
         "chi",
         Quantity("side", "rad", "finite", Phase),
-        "where L lies about the handle at the start: atan2(L3, L2), axes in ascending moments",
+        "initial angle of L about the handle: atan2(L3, L2), moments ascending",
         required=True,
     ),
     Parameter(
-        "theta", Quantity("tilt", "rad", "0 to pi", Tilt), "angle of L to the handle at the start", 0.5 * math.pi
+        "theta", Quantity("tilt", "rad", "0 to pi", Tilt), "initial angle between L and the handle", 0.5 * math.pi
     ),
     Parameter(
         "omega0",
         Quantity("spin rate", "rad s-1", "1e-150 ≤ omega0 ≤ 1e150", Spin),
-        "spin rate about the middle axis that has this L: L/I2",
+        "L/I2, the spin rate about the intermediate axis with this L",
         1.0,
     ),
 )

@@ -14,7 +14,7 @@ from sweeps.systems.rigid_body.variables import MOMENTS
 from sweeps.systems.uncertain_bodies import designs, measuring
 from sweeps.systems.uncertain_bodies.definition import UncertainDefinition
 from sweeps.systems.uncertain_bodies.known import ENTRIES, Known
-from sweeps.systems.uncertain_bodies.variables import OUTLOOKS
+from sweeps.systems.uncertain_bodies.variables import STABILITIES
 
 OPTIONS = ("draws", "seed", "turns", "method", "twist")  # of the command line, and keys of a definition
 
@@ -121,15 +121,15 @@ def facts(found: Answer) -> dict:
     how = {"draws": designs.made(found.asked.draws), "seed": found.asked.seed, "method": found.asked.method}
     how |= {"turns": found.asked.turns, "quantile": list(measuring.QUANTILES), "input": list(found.known.inputs)}
     how["impossible_naive"] = next(iter(found.axes.values()))[0]["impossible_naive"]
-    return how | {"axes": {axis: _plain(summary) | _outlook(summary) for axis, (summary, _) in found.axes.items()}}
+    return how | {"axes": {axis: _plain(summary) | _stability(summary) for axis, (summary, _) in found.axes.items()}}
 
 
 def _plain(summary: Mapping) -> dict:
-    return {name: np.asarray(value).tolist() for name, value in summary.items() if name not in ("outlook", "status")}
+    return {name: np.asarray(value).tolist() for name, value in summary.items() if name not in ("stability", "status")}
 
 
-def _outlook(summary: Mapping) -> dict:
-    return {"outlook": OUTLOOKS[summary["outlook"]]}
+def _stability(summary: Mapping) -> dict:
+    return {"stability": STABILITIES[summary["stability"]]}
 
 
 def rows(found: Answer) -> list[tuple[str, str]]:
@@ -197,8 +197,12 @@ def lines(found: Answer) -> Iterator[str]:
             "as flat ones, their axes and the order of their moments kept"
         )
     for axis, (summary, _) in found.axes.items():
-        moved = summary["moment_mean"] / summary["moment_mean_asked"] - 1
-        spread = summary["moment_spread"] / summary["moment_spread_asked"] - 1 if summary["moment_spread_asked"] else 0
+        moved = summary["moment_mean"] / summary["moment_mean_requested"] - 1
+        spread = (
+            summary["moment_spread"] / summary["moment_spread_requested"] - 1
+            if summary["moment_spread_requested"]
+            else 0
+        )
         if abs(moved) > 1e-3 or abs(spread) > 1e-2:
             off = f"{100 * moved:+.2f} % off that asked for, its spread {100 * spread:+.1f} %"
             yield f"the mean moment about axis {axis} is {off}"

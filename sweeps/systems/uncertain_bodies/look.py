@@ -1,4 +1,4 @@
-"""How the outlook of uncertain bodies looks."""
+"""Words, characters and colours of the stability of uncertain bodies."""
 
 from sweeps import colors
 from sweeps.systems.look import Look, Mark
@@ -7,7 +7,7 @@ from sweeps.systems.rigid_body.look import LOOK as OF_RIGID_BODIES
 LOOK = Look(
     marks={
         **OF_RIGID_BODIES.marks,
-        "doubtful": Mark("doubtful", "?", colors.GREY),
+        "uncertain": Mark("uncertain", "?", colors.GREY),
         "undecided": Mark("many draws undecided", "u", ""),
     },
     symbols=OF_RIGID_BODIES.symbols,

@@ -23,7 +23,7 @@ TILE = 2**14  # draws that one thread measures at once
 DRAW_BYTES = 450  # of memory that a draw takes while its body is measured
 RATE_NUDGE = 1e-6  # rates belong to small nudges: where a tilt makes a larger one, the rate is that of this
 STABLE, UNSTABLE = (0, 1), 2  # regimes of the kernels
-CLEAR = 0.01  # probability below which (or above its complement) the outlook is clear
+CLEAR = 0.01  # probability below which (or above its complement) the stability is certain
 RATES = ("omega_squared_reduced", "growth_rate_reduced", "frequency_reduced")
 COLUMNS = dict.fromkeys(RATES, np.float64) | {"regime": np.int8, "status": np.int8}  # of a draw, with their types
 
@@ -236,7 +236,7 @@ def _summary(shape, moments, impossible, draws, spin: Spun, run: Callable) -> di
         "impossible_naive": float(np.mean(impossible)),
         "undecided": undecided,
         "draws": math.prod(shape),
-        "outlook": 0 if likely < CLEAR else 2 if likely > 1 - CLEAR else 1,
+        "stability": 0 if likely < CLEAR else 2 if likely > 1 - CLEAR else 1,
         "status": 0 if undecided < CLEAR else 1,
     }
 
@@ -271,10 +271,10 @@ def _moments(known: Known, moments, shape, axis: int) -> dict:
     else:
         asked = math.sqrt(float(known.covariance[axis - 1, axis - 1]))
     return {
-        "moment_mean_asked": float(known.moments[axis - 1]),
+        "moment_mean_requested": float(known.moments[axis - 1]),
         "moment_mean": float(middle),
         "moment_mean_error": float(error),
-        "moment_spread_asked": asked,
+        "moment_spread_requested": asked,
         "moment_spread": float(drawn.std()),
     }
 

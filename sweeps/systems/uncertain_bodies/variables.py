@@ -6,19 +6,19 @@ from sweeps.systems.rigid_body.variables import COORDINATES as OF_ANY
 from sweeps.systems.rigid_body.variables import LAYOUT as OF_RIGID_BODIES
 from sweeps.systems.rigid_body.variables import REGIMES
 
-OUTLOOKS = ("stable", "doubtful", "unstable")
+STABILITIES = ("stable", "uncertain", "unstable")
 STATUSES = ("ok", "undecided")
-_ERROR = "standard error of the sampling, from independent replicates"
-_OF_PROBABILITY = "; at least one draw, and where all draws agree the far end of Wilson's interval of 95 % over 1.96"
+_ERROR = "from independent replicates"
+_OF_PROBABILITY = "; at least one draw; where all draws agree, the far end of the 95 % Wilson interval over 1.96"
 _ALL = "over all draws: {}"
-_FIRST = "share of the variance of the signed square of the rate that goes with this input alone"
-_TOTAL = "share of that variance that would be left if all other inputs were known"
+_FIRST = "fraction of the variance of Ω² that this input alone explains"
+_TOTAL = "fraction of the variance of Ω² that is left if all other inputs are known"
 
 
 def _with_error(name: str, units: str, long_name: str, comment: str = "", **more) -> tuple[Variable, Variable]:
     value = Variable(name, units, long_name, comment=comment, **more)
     how = _ERROR + (_OF_PROBABILITY if name.startswith("probability") else "")
-    error = Variable(f"{name}_error", units, f"standard error of: {long_name}", comment=how, over=value.over)
+    error = Variable(f"{name}_error", units, f"sampling standard error of {name}", comment=how, over=value.over)
     return value, error
 
 
@@ -30,84 +30,91 @@ VARIABLES = table(
     *_with_error(
         "probability_unstable",
         "1",
-        "probability that the spin is unstable, measured draw by draw",
+        "probability that the spin is unstable, from the measured draws",
         role=Role.MEASUREMENT,
     ),
     *_with_error(
         "probability_middle",
         "1",
-        "probability that the moment about the axis is the middle one",
+        "probability that the axis is the intermediate axis",
     ),
     Variable(
         "probability_middle_theory",
         "1",
-        "the same by the normal distribution of the moments; missing where principal axes tilt",
+        "probability that the axis is the intermediate axis, for normally distributed moments; missing where the "
+        "principal axes tilt",
     ),
     *_with_error(
         "probability_flip",
         "1",
-        "probability that the spin turns over in every so many turns, measured",
-        "how many is the definition's `turns`; of the draws that were followed that far",
+        "probability that the body flips within `turns` turns of the spin, from the measured draws",
+        "`turns` is a key of the definition; over the draws that were followed to their flips",
     ),
     Variable(
-        "outlook",
+        "stability",
         None,
-        "stable or unstable with a probability above 0.99, else doubtful",
+        "stable or unstable with a probability above 0.99, otherwise uncertain",
         "i1",
-        OUTLOOKS,
+        STABILITIES,
         role=Role.HEADLINE,
     ),
+    Variable("status", None, "whether fewer than 1 % of the draws are undecided", "i1", STATUSES, role=Role.STATUS),
     Variable(
-        "status", None, "whether fewer than 1 % of the draws were left undecided", "i1", STATUSES, role=Role.STATUS
+        "undecided", "1", "fraction of the draws whose regime is marginal or undetermined, or whose status is not ok"
     ),
-    Variable("undecided", "1", "share of the draws whose regime was marginal, undetermined or not measured well"),
-    Variable("impossible_naive", "1", "share of plain Gaussian draws that would have been no body"),
-    Variable("moment_mean_asked", "kg m2", "mean of the moment about the axis, as asked for"),
-    *_with_error("moment_mean", "kg m2", "mean of the moment about the axis, of the bodies drawn"),
-    Variable("moment_spread_asked", "kg m2", "standard deviation of that moment, as asked for"),
-    Variable("moment_spread", "kg m2", "standard deviation of that moment, of the bodies drawn"),
-    Variable("draws", "1", "number of bodies drawn", "i4"),
-    Variable("draws_followed", "1", "number of these that were followed on to their flips", "i4"),
+    Variable("impossible_naive", "1", "fraction of Gaussian samples that violate the triangle inequality of moments"),
+    Variable("moment_mean_requested", "kg m2", "mean of the moment about the axis, requested"),
+    *_with_error("moment_mean", "kg m2", "mean of the moment about the axis, sampled"),
+    Variable("moment_spread_requested", "kg m2", "standard deviation of the moment about the axis, requested"),
+    Variable("moment_spread", "kg m2", "standard deviation of the moment about the axis, sampled"),
+    Variable("draws", "1", "number of draws", "i4"),
+    Variable("draws_followed", "1", "number of draws that were followed to their flips", "i4"),
     *_quantile("growth_rate", "s-1", "quantile of the measured growth rate", "0 where not unstable"),
     *_quantile("frequency", "rad s-1", "quantile of the measured angular frequency", "0 where not stable"),
     *_quantile(
         "flip_period",
         "s",
-        "quantile of the time between two flips, measured; missing for never",
-        "a spin that keeps its sign counts as later than any",
+        "quantile of the time between two flips, measured; missing where the spin keeps its sign",
+        "a spin that keeps its sign counts as infinitely long",
     ),
     *_quantile(
         "max_tilt",
         "rad",
-        "quantile of the largest angle of the angular velocity from the end of the axis it starts near, measured",
-        "from the axis of the body drawn",
+        "quantile of the largest angle of the angular velocity from the direction of the axis near which it starts, "
+        "measured",
+        "from the axis of the drawn body",
     ),
-    *_with_error("sensitivity_first", "1", "first-order Sobol index of the rate squared", _FIRST, over=("input",)),
-    *_with_error("sensitivity_total", "1", "total Sobol index of the rate squared", _TOTAL, over=("input",)),
+    *_with_error("sensitivity_first", "1", "first-order Sobol index of Ω²", _FIRST, over=("input",)),
+    *_with_error("sensitivity_total", "1", "total Sobol index of Ω²", _TOTAL, over=("input",)),
 )
 
 TWISTS = table(
     *_quantile(
         "twist",
         "rad",
-        "quantile of the size of the twist about the axis of least moment while that comes round once, measured",
-        "half a turn, near pi, is a thrown racket's; missing for a spin along that axis",
+        "quantile of the absolute twist per revolution of the axis of least inertia about L, measured",
+        "near pi, a half turn, for a thrown racket; missing for a spin about that axis",
     ),
 )
 
 KEPT = table(
-    *(Variable(f"I{i}_draw", "kg m2", f"moment about axis {i} of a body drawn", over=("draw",)) for i in (1, 2, 3)),
-    Variable("growth_rate_draw", "s-1", "growth rate of a body drawn, measured", over=("draw",)),
-    Variable("frequency_draw", "rad s-1", "angular frequency of a body drawn, measured", over=("draw",)),
-    Variable("regime_draw", None, "regime of a body drawn, measured", "i1", REGIMES, first_flag=-1, over=("draw",)),
-    Variable("flip_period_draw", "s", "time between two flips of a body drawn; missing for never", over=("draw",)),
-    Variable("max_tilt_draw", "rad", "largest tilt of a body drawn", over=("draw",)),
-    Variable("twist_draw", "rad", "size of the twist of a body drawn, where `twist` is true", over=("draw",)),
+    *(Variable(f"I{i}_draw", "kg m2", f"moment about axis {i} of a draw", over=("draw",)) for i in (1, 2, 3)),
+    Variable("growth_rate_draw", "s-1", "growth rate of a draw, measured", over=("draw",)),
+    Variable("frequency_draw", "rad s-1", "angular frequency of a draw, measured", over=("draw",)),
+    Variable("regime_draw", None, "regime of a draw, measured", "i1", REGIMES, first_flag=-1, over=("draw",)),
+    Variable(
+        "flip_period_draw",
+        "s",
+        "time between two flips of a draw; missing where the spin keeps its sign",
+        over=("draw",),
+    ),
+    Variable("max_tilt_draw", "rad", "largest tilt of a draw", over=("draw",)),
+    Variable("twist_draw", "rad", "absolute twist of a draw, where `twist` is true", over=("draw",)),
 )
 
 FURTHER = table(
-    Variable("quantile", "1", "share of the draws that do not exceed the value"),
-    Variable("input", None, "what is uncertain", "str"),
+    Variable("quantile", "1", "fraction of the draws that do not exceed the value"),
+    Variable("input", None, "uncertain input", "str"),
     Variable("draw", "1", "number of the draw", "i4"),
 )
 OF_BODIES = {name: one for name, one in OF_ANY.items() if name not in OF_RIGID_BODIES.spare}

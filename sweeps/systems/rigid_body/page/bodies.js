@@ -23,7 +23,7 @@ function cellColor(column, value, regime) {
 
 function drawBodies() {
   const column = chosenColumn();
-  const regime = theMap.columns.regime ?? theMap.columns.outlook;
+  const regime = theMap.columns.regime ?? theMap.columns.stability;
   const [kb, ka] = ["body", "axis"].map((name) => theMap.order.indexOf(name));
   const axes = ka >= 0 ? theMap.coordinates.axis.values : [null];
   const head = element("tr", {}, element("th", { scope: "col", textContent: "body" }));

@@ -12,15 +12,15 @@ function bodyStart(place) {
 function boundaries(xEdges, yEdges) {
   if (theMap.table || [state.x, state.y].includes("axis")) return [];
   const axis = coordinateAt("axis", state.place);
-  if (theMap.order.includes("room")) return axis === 3 ? [] : equalLesserMoments(xEdges);
+  if (theMap.order.includes("thickness")) return axis === 3 ? [] : equalLesserMoments(xEdges);
   const a = MOMENTS[axis - 1];
   const partners = MOMENTS.filter((name) => name !== a);
   return partners.flatMap((partner) => boundary([a, partner], xEdges, yEdges));
 }
 
-/** On a grid of shapes, I1 = I2: where x = I1/I3 and room t have x (2 - t) = 1; the other boundaries are its edges. */
+/** On a grid of shapes, I1 = I2: where x = I1/I3 and thickness t have x (2 - t) = 1; the other boundaries are its edges. */
 function equalLesserMoments(xEdges) {
-  const curves = { I1_over_I3: (x) => 2 - 1 / x, room: (t) => 1 / (2 - t) }; // the other of the two, on the boundary
+  const curves = { I1_over_I3: (x) => 2 - 1 / x, thickness: (t) => 1 / (2 - t) }; // the other of the two, on the boundary
   if (!(state.x in curves)) return [];
   const ends = [xEdges[0], xEdges[xEdges.length - 1]];
   const along = Array.from({ length: 101 }, (_, i) => ends[0] + ((ends[1] - ends[0]) * i) / 100);
@@ -33,7 +33,7 @@ function equalLesserMoments(xEdges) {
 
 /** On a grid of shapes I2/I3 is upwards, so that the plane is the triangle of all bodies. */
 function slanted() {
-  if (state.x !== "I1_over_I3" || state.y !== "room") return null;
+  if (state.x !== "I1_over_I3" || state.y !== "thickness") return null;
   const clip = (value) => Math.max(0, Math.min(1, value));
   return { label: "I₂/I₃", up: (x, t) => 1 - x * (1 - t), down: (x, y) => 1 - (1 - y) / x, clip, clipAcross: clip };
 }
