@@ -183,6 +183,8 @@ rule handbook:
         ],
         definitions=sorted(Path("sweeps/definitions").glob("*.yaml")),
         told=[
+            "CITATION.cff",
+            "CONTRIBUTING.md",
             "results/README.md",
             "sweeps/mechanics/README.md",
             "tests/benchmarks/README.md",

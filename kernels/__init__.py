@@ -1,1 +1,1 @@
-"""The compiled floor of Polhode: floats and arrays in, floats and arrays out, NumPy and Numba only."""
+"""Compiled numerics: floats and arrays in, floats and arrays out; NumPy and Numba only."""

@@ -1,4 +1,4 @@
-"""The command line, `polhode …` or `python -m sweeps …`: what the Snakefile calls, and a person can too.
+"""The command line, `polhode …` or `python -m sweeps …`.
 
 Each command is a module of `sweeps.commands`: it reads, calls one function and writes.
 """
@@ -22,34 +22,33 @@ from sweeps import startup
 DESCRIPTION = """\
 Stability maps of rotating rigid bodies, measured from integrated motion.
 
-A DEFINITION is the name of a sweep that ships (see `check --list`) or the path of a YAML file. A MAP is what `run`
-writes, results/<sweep>/stability_map.nc.
+A DEFINITION is the name of a shipped sweep (see `check --list`) or the path of a YAML file. A MAP is the file that
+`run` writes, results/<sweep>/stability_map.nc.
 """
 
 EPILOG = """\
-a sweep of your own:
-  polhode check my.yaml                      is it right, how large is it
-  polhode run my.yaml                        its map, pictures and report, in results/my
-  polhode show results/my/stability_map.nc   what came out
-  polhode verify results/my                  is it what its definition makes
-the same by the workflow:
+your own sweep:
+  polhode check my.yaml                      validate it, and predict its size and time
+  polhode run my.yaml                        write its map, figures and report to results/my
+  polhode show results/my/stability_map.nc   summarise the map
+  polhode verify results/my                  compare the map with its definition
+the same with the workflow:
   snakemake --cores 2 --config definition=my.yaml
 and by hand:
-  polhode compile                            once per machine
+  polhode compile                            compile the kernels, once per machine
   polhode shard my.yaml 1 2 -o a.nc          first half of the points
   polhode shard my.yaml 2 2 -o b.nc          second half
   polhode merge my.yaml a.nc b.nc -o map.nc
   polhode figures map.nc -o figures
   polhode report map.nc -o report.html
 
-exit status: 0 done; 2 what was given is wrong, or the machine has no room for it, and a message said what (no file is
-half-written); 130 interrupted;
-1 anything else (of `verify`: the map differs)
+exit status: 0 done; 2 invalid input, or not enough memory or disk (see message; no file is half-written);
+130 interrupted; 1 anything else (of `verify`: the map differs)
 """
 
 
 MOMENT = 0.005  # s, in which an object is disposed of
-MACHINE = "a machine with room, and files that may be read and written"
+MACHINE = "enough disk space, and files that can be read and written"
 NUMBAS_SETTINGS = os.path.join("numba", "core", "config.py")
 
 
@@ -210,13 +209,15 @@ def _answered(args: Namespace) -> int:
     except OSError as error:
         return _refused(f"{error.filename or _where(error)}: {error.strerror or error}; allowed: {MACHINE}")
     except MemoryError:
-        return _refused(f"memory: is full; allowed: {MACHINE}")
+        return _refused(
+            "memory: not enough for this sweep; allowed: fewer points or variables, or a machine with more memory"
+        )
     except RuntimeError as error:
         from concurrent.futures import BrokenExecutor
 
         if isinstance(error, BrokenExecutor):
-            told = "a process that this command started was ended from outside (killed, or the memory was full)"
-            print(f"{told}; the same command goes on from what is finished", file=sys.stderr)
+            ended = "a process that this command started was ended from outside (killed, or out of memory)"
+            print(f"{ended}; the same command resumes from the finished work", file=sys.stderr)
             return 1
         if "NetCDF" not in str(error):
             raise
@@ -227,7 +228,9 @@ def _answered(args: Namespace) -> int:
         if not any(frame.filename.endswith(NUMBAS_SETTINGS) for frame in extract_tb(error.__traceback__)):
             raise
         what = " ".join(str(error).split())
-        return _refused(f"Numba's settings (NUMBA_… or .numba_config.yaml): {what}; allowed: what Numba can read")
+        return _refused(
+            f"Numba's settings (NUMBA_… or .numba_config.yaml): {what}; allowed: settings that Numba can read"
+        )
 
 
 def _where(error: OSError) -> str:

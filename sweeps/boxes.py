@@ -1,4 +1,4 @@
-"""A map's shape and how it is read: dimensions, boxes of bounded size that cover them, the meanings of flags."""
+"""Dimensions of a map, boxes of bounded size that cover it, and meanings of flags."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import product

@@ -1,4 +1,4 @@
-"""Colours of pictures, terminal and page."""
+"""Colours of figures, terminal and report."""
 
 INK, QUIET, FAINT = "#1a1a1a", "#5f6368", "#c9ccd1"
 

@@ -1,4 +1,4 @@
-"""Files that a reader never sees half of: written under another name beside their place, then renamed."""
+"""Output files that appear complete or not at all: written under a temporary name, then renamed."""
 
 import errno
 import glob

@@ -1,4 +1,4 @@
-"""Processes that a program starts beside itself: Ctrl-C is for the program to answer, and they end with it."""
+"""Child processes that leave Ctrl-C to their parent and end with it."""
 
 import multiprocessing
 import os

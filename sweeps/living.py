@@ -1,4 +1,4 @@
-"""Which process made something, and whether it still lives: on this machine, in this container, since this start.
+"""Identity of processes, and whether one is still alive.
 
 A process's number alone says little: it is given to another program later, and means another process in a container or
 on another machine that shares the folder.

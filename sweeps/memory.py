@@ -1,4 +1,4 @@
-"""Memory: how much is free here, and what is freed and asked for again, block after block."""
+"""Free memory of this machine, and memory that is reused block after block."""
 
 import ctypes
 from contextlib import suppress

@@ -1,4 +1,4 @@
-"""Pictures of maps as functions that return Matplotlib's Axes: those that `figures` and the workflow draw.
+"""Figures of maps as functions that return Matplotlib's Axes.
 
     import sweeps
     ds = sweeps.open_map("results/tennis_racket/stability_map.nc")
@@ -161,9 +161,9 @@ def draw(
     if found is None:
         from sweeps.schema.refusals import hint
 
-        _refuse(f"{name}: is no picture of this map{hint(name, known)}; allowed: {', '.join(known)}")
+        _refuse(f"{name}: is not a figure of this map{hint(name, known)}; allowed: {', '.join(known)}")
     if ax is not None and ax.get_subplotspec() is None:
-        _refuse("ax: stands on no grid; allowed: an Axes of `subplots`, or none")
+        _refuse("ax: has no grid specification; allowed: an Axes of `subplots`, or none")
     return _panel(found, name, ax)
 
 
@@ -203,7 +203,7 @@ def _panel(drawn, name: str, ax: "Axes | None") -> "Axes":
         with style.drawn_for(sheet), np.errstate(all="ignore"):
             made = drawn(None)
     if made is None:
-        _refuse(f"{name}: this map has nothing to show there; allowed: another place, or another map")
+        _refuse(f"{name}: this map has nothing to show there; allowed: another position, or another map")
     return made.axes[0]
 
 

@@ -1,4 +1,4 @@
-"""How much of the machine there is for this process."""
+"""Number of processors available to this process."""
 
 import os
 

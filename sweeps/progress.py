@@ -1,4 +1,4 @@
-"""Progress of long work: a bar on a terminal, in a log a line now and then."""
+"""Progress of long work: a bar on a terminal, lines in a log."""
 
 import sys
 import time

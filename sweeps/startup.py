@@ -1,4 +1,4 @@
-"""Settings of the processes that Polhode starts itself: commands and their workers. Importing Polhode sets nothing."""
+"""Settings of the processes that Polhode starts; importing Polhode sets nothing."""
 
 import logging
 import os

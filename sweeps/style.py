@@ -1,4 +1,4 @@
-"""One look for all pictures: size, type, colours, and how names, numbers and units are written."""
+"""Style of all figures: size, type, colours, and how names, numbers and units are written."""
 
 import math
 import re

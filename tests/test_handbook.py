@@ -148,7 +148,7 @@ def test_every_public_name_stands_in_the_reference():
         if path.name != "__main__.py"
     }
     assert found == there
-    listed = "\n".join(generated._api(room) for room in generated.ROOMS)
+    listed = "\n".join(generated._api(package) for package in generated.PACKAGES)
     assert sorted(re.findall(r"automodule:: (\S+)", listed)) == sorted(generated.modules())
 
 

@@ -1,4 +1,4 @@
-"""The commands of `polhode`, one module each; a module imports what is heavy only when its command runs.
+"""Commands of `polhode`, one module each. Heavy modules are imported only when a command runs.
 
 Each module has `add(commands)`, which describes the command to argparse, and the function that runs it.
 """

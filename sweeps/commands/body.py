@@ -14,26 +14,26 @@ NAME may be a part of a name: `body racket`. Without NAME the bodies are listed.
 
   polhode body --tensor 2 -0.5 0  -0.5 2 0.1  0 0.1 3 --uncertainty 5% --omega0 0.1 --axis 3
 
-With --uncertainty the body is drawn, and each draw measured: how likely each spin is unstable, and how fast it would
-go. X is a share of the moments, or of the tensor's entries where that is given (5%), or a mapping as in a definition:
-"{moments: [5 %, 2 %, 1 %], omega0: 10 %, phase: any}". A share of an entry that is 0 is 0: for a sigma of such an
-off-diagonal entry give {covariance: …}, 6 rows of 6, in kg2 m4.
+With --uncertainty bodies are sampled and each is measured: the probability that each spin is unstable, and the growth
+rates. X is a fraction of the moments, or of the tensor's entries where that is given (5%), or a mapping as in a
+definition: "{moments: [5 %, 2 %, 1 %], omega0: 10 %, phase: any}". A fraction of an entry that is 0 is 0: for a sigma
+of such an off-diagonal entry give {covariance: …}, 6 rows of 6, in kg2 m4.
 
 The moments of a tensor or a mesh come out ascending, with their principal axes in the coordinates of the tensor or
 the mesh; --moments and --ratios keep the order given. Off-diagonal entries of a tensor are minus the products of
-inertia. --json says all in SI units, angles (max_tilt) in rad, as maps do.
+inertia. --json prints SI units, angles (max_tilt) in rad, as in maps.
 """
 
 
 def add(commands) -> None:
     """Describes the command."""
-    command = parser.add(commands, "body", "say what becomes of a body's spin about each axis", _run, EPILOG)
+    command = parser.add(commands, "body", "predict whether a spin about each principal axis is stable", _run, EPILOG)
     command.add_argument("name", metavar="NAME", nargs="?", help="a body of the sweep `bodies`, or of --definition")
-    command.add_argument("--definition", metavar="DEFINITION", default="bodies", help="where NAME stands")
+    command.add_argument("--definition", metavar="DEFINITION", default="bodies", help="the definition that lists NAME")
     numbers = {"type": float, "metavar": "X"}
     command.add_argument("--moments", nargs=3, help="I1 I2 I3 in kg m2", **numbers)
     command.add_argument("--ratios", nargs=3, help="I1 I2 I3 in any one unit", **numbers)
-    command.add_argument("--tensor", nargs=9, help="the whole tensor of inertia, row by row, in kg m2", **numbers)
+    command.add_argument("--tensor", nargs=9, help="tensor of inertia, row by row, in kg m2", **numbers)
     command.add_argument("--mesh", metavar="FILE", help="a closed surface: STL, OBJ, PLY or OFF")
     command.add_argument("--density", type=float, metavar="D", help="of the mesh, kg m-3")
     command.add_argument("--mass", type=float, metavar="M", help="of the mesh, kg, in place of its density")
@@ -49,17 +49,15 @@ def add(commands) -> None:
     command.add_argument(
         "--uncertainty", metavar="X", help="1-sigma uncertainty of the moments, e.g. 5%%, or a mapping"
     )
-    command.add_argument("--draws", type=parser.number, metavar="N", help="bodies to draw, 64 to 4e6 (default 10,000)")
+    command.add_argument("--draws", type=parser.number, metavar="N", help="number of draws, 64 to 4e6 (default 10,000)")
     command.add_argument("--seed", type=parser.number, metavar="S", help="of the draws (default 1)")
-    command.add_argument("--method", metavar="M", help="how they are spread: sobol (default), latin, random")
+    command.add_argument("--method", metavar="M", help="sampling: sobol (default), latin, random")
     command.add_argument(
         "--turns", type=parser.number, metavar="T", help="count a flip if it occurs within T turns (default 100)"
     )
     command.add_argument("--twist", action="store_const", const=True, help="state the twist about the handle too")
-    command.add_argument(
-        "--axis", type=parser.number, metavar="A", help="the one axis to spin it about (default all three)"
-    )
-    command.add_argument("--picture", metavar="FILE", help="draw the bodies on the triangle of inertia, as PNG")
+    command.add_argument("--axis", type=parser.number, metavar="A", help="spin axis (default all three)")
+    command.add_argument("--figure", metavar="FILE", help="draw the sampled bodies on the triangle of inertia (PNG)")
     parser.add_json(command)
 
 
@@ -91,7 +89,7 @@ def _run(args):
 
 
 def _uncertain(args, body, spun: dict, given: list[str], axis: int | None) -> None:
-    """The same of a body that is not known exactly."""
+    """Print the answer for a body with uncertain moments."""
     from sweeps import memory, processors
     from sweeps.points import compile
     from sweeps.points.loading import load
@@ -105,8 +103,8 @@ def _uncertain(args, body, spun: dict, given: list[str], axis: int | None) -> No
     compile.compile_kernels(resolve("uncertain_bodies").kernels_of(definition))
     memory.keep_freed()
     found = uncertain.answer(definition, processors.cores())
-    if args.picture:
-        _draw(found, args.picture)
+    if args.figure:
+        _draw(found, args.figure)
     if args.json:
         facts, more = asked.facts(body, spun, axis), uncertain.facts(found)
         spins = [spin | more["axes"][spin["axis"]] for spin in facts["axes"] if spin["axis"] in more["axes"]]
@@ -114,7 +112,7 @@ def _uncertain(args, body, spun: dict, given: list[str], axis: int | None) -> No
         return
     lines, rows, known = asked.answer(body, spun, axis)
     lines += uncertain.lines(found)
-    _print(printing.console(), body.name, lines, [(f"{name}, as given", text) for name, text in rows], [])
+    _print(printing.console(), body.name, lines, [(f"{name}, nominal", text) for name, text in rows], [])
     _print(printing.console(), "", [], uncertain.rows(found), known)
 
 
@@ -168,7 +166,7 @@ def _print(console, name: str, lines: list[str], rows: list[tuple[str, str]], kn
     for line in lines:
         console.print(line)
     console.print()
-    made = table("about", "what becomes of it")
+    made = table("spin about", "outcome")
     for row in rows:
         made.add_row(*row)
     console.print(made)

@@ -7,9 +7,9 @@ from sweeps.commands import parser
 
 def add(commands) -> None:
     """Describes the command."""
-    command = parser.add(commands, "check", "validate a definition and say what it will take", _run)
+    command = parser.add(commands, "check", "validate a definition, and predict memory, disk and time", _run)
     parser.add_definition(command, nargs="?")
-    command.add_argument("--list", action="store_true", help="list the sweeps that ship, and stop")
+    command.add_argument("--list", action="store_true", help="list the shipped sweeps, and stop")
     parser.add_json(command)
 
 
@@ -22,7 +22,7 @@ def _run(args):
         print(json.dumps(titles, indent=1) if args.json else "\n".join(f"{n:16s} {t}" for n, t in titles.items()))
         return
     path = catalogue.resolve(args.definition or catalogue.DEFAULT)
-    with waiting.said(f"{path}: deriving its equations and looking at its points"):
+    with waiting.said(f"{path}: deriving its equations and checking its points"):
         planned = catalogue.plan(path, anywhere=True)
     if args.json:
         print(json.dumps(_facts(planned), indent=1))
@@ -66,11 +66,14 @@ def _rows(planned):
         share = f"{count:,}" if counted else f"about {100 * count / needs.points:.2g} % of the"
         yield "impossible", f"{share} points violate the triangle inequality of moments; the map flags them"
     yield "shards", f"{needs.shards:,}"
-    yield "memory", f"about {in_words(needs.memory_bytes)} a process"
-    yield "disk", f"at most {in_words(needs.disk_bytes)} for shards and map, {PAGE_BYTES // 10**6} MB for the rest"
+    yield "memory", f"about {in_words(needs.memory_bytes)} per process"
+    yield (
+        "disk",
+        f"at most {in_words(needs.disk_bytes)} for shards and map, {PAGE_BYTES // 10**6} MB for figures and report",
+    )
     yield "time", f"about {_time(needs.wait_seconds)} on one core, {_parts(needs)}"
     for line in lacking(planned.sweep, needs, "results"):
-        yield "not here", f"{line} (`run` and the workflow would refuse it on this machine)"
+        yield "not here", f"{line} (`run` and the workflow refuse it on this machine)"
     yield from planned.sweep.system.told(definition)
 
 
@@ -84,4 +87,4 @@ def _time(seconds: float) -> str:
 
 def _parts(needs) -> str:
     compiled = f" and {_time(needs.compile_seconds)} of compiling, once" if needs.compile_seconds else ""
-    return f"pictures and report included; {_time(needs.seconds)} of it integration{compiled}"
+    return f"figures and report included; {_time(needs.seconds)} of it integration{compiled}"

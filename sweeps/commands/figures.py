@@ -8,10 +8,10 @@ FORMATS = ("png", "svg", "pdf", "mp4", "webm")
 THEMES = ("light", "dark", "print")
 LEAST_MM, MOST_MM = 30, 2000
 EPILOG = """\
-All of them, or those that --only names; at the places that --at, or --DIMENSION VALUE, chooses (the grid's nearest is
-taken, and said). SVG and PDF are for slides and papers: their text can be searched and edited, and the fonts are in
-the file. MP4 and WebM are for what moves, where ffmpeg is at hand; beside the other formats it is a GIF. SIZE is in
-mm, 160x100, or a width alone, 160, or where the picture goes: slide (338.7x190.5), page (178), column (86).
+Draws all figures, or those named by --only, at the values given by --at or --DIMENSION VALUE (the nearest grid value is
+used and reported). SVG and PDF are for slides and papers: their text can be searched and edited, and the fonts are in
+the file. MP4 and WebM are for animations and need ffmpeg; with the other formats animations are GIF. SIZE is in mm,
+160x100, or a width alone, 160, or a name: slide (338.7x190.5), page (178), column (86).
 
   python -m sweeps figures results/tennis_racket/stability_map.nc -o slides --format pdf --only stability --axis 2
 """
@@ -19,16 +19,20 @@ mm, 160x100, or a width alone, 160, or where the picture goes: slide (338.7x190.
 
 def add(commands) -> None:
     """Describes the command."""
-    command = parser.add(commands, "figures", "draw a map's pictures", _run, EPILOG)
+    command = parser.add(commands, "figures", "draw the figures of a map", _run, EPILOG)
     command.takes_coordinates = True
     parser.add_map(command)
     command.add_argument("-o", "--output", metavar="FOLDER", required=True, help="the folder to write")
-    command.add_argument("--format", choices=FORMATS, default="png", help="of the pictures; mp4, webm: of what moves")
-    command.add_argument("--theme", choices=THEMES, default="light", help="print: told apart in a grey copy too")
-    command.add_argument("--size", metavar="SIZE", help="in mm, 160x100mm, or slide, page, column (default its own)")
-    text = "a picture's name or how it begins; may be given several times"
+    command.add_argument(
+        "--format", choices=FORMATS, default="png", help="format of the figures; mp4, webm: of animations"
+    )
+    command.add_argument("--theme", choices=THEMES, default="light", help="print: distinguishable in greyscale")
+    command.add_argument(
+        "--size", metavar="SIZE", help="in mm, 160x100mm, or slide, page, column (default: set by the figure)"
+    )
+    text = "name of a figure or its beginning; may be given several times"
     command.add_argument("--only", metavar="NAME", action="append", default=[], help=text)
-    text = "where to cut the map; may be given several times"
+    text = "value at which to cut the map; may be given several times"
     command.add_argument("--at", metavar="DIMENSION=VALUE", action="append", default=[], help=text)
 
 
@@ -74,5 +78,5 @@ def _sheet(text: str | None):
     sides = [float(side) for side in found.groups() if side] if found else []
     if not sides or not all(LEAST_MM <= side <= MOST_MM for side in sides):
         allowed = f"160x100mm or 160, {LEAST_MM} to {MOST_MM} a side, or {', '.join(style.SHEETS)}"
-        raise RefusedError(f"--size: {shortened(repr(text))} is no size; allowed: {allowed}")
+        raise RefusedError(f"--size: {shortened(repr(text))} is not a size; allowed: {allowed}")
     return style.Sheet(*sides)

@@ -9,8 +9,10 @@ def add(commands) -> None:
     """Describes the command."""
     command = parser.add(commands, "merge", "merge all shards of a sweep into its map", _run)
     parser.add_definition(command)
-    command.add_argument("shards", nargs="+", metavar="SHARD", help="the files that `shard` wrote, or their folder")
-    command.add_argument("--renew", action="store_true", help="measure shards of another definition or kernels again")
+    command.add_argument("shards", nargs="+", metavar="SHARD", help="files written by `shard`, or their folder")
+    command.add_argument(
+        "--renew", action="store_true", help="measure shards of another definition or other kernels again"
+    )
     command.add_argument("-o", "--output", metavar="FILE", required=True, help="the map to write")
     command.add_argument(
         "--threads",

@@ -33,13 +33,13 @@ class Parser(argparse.ArgumentParser):
         if rest:
             options = getattr(namespace, "options", self._option_string_actions)
             near = hint(rest[0].strip().partition("=")[0], options)
-            self.error(f"{shortened(rest[0].strip())} is not understood{near}; allowed: {', '.join(options)}")
+            self.error(f"{shortened(rest[0].strip())} is an unknown option{near}; allowed: {', '.join(options)}")
         return namespace
 
     def _check_value(self, action, value):
         if action.choices is None or value in action.choices:
             return
-        what = f"{shortened(repr(value))} is not known{hint(value, action.choices)}"
+        what = f"{shortened(repr(value))} is unknown{hint(value, action.choices)}"
         raise argparse.ArgumentError(action, f"{what}; allowed: {', '.join(action.choices)}")
 
     def _without_coordinates(self, arguments: list[str]) -> tuple[list[str], dict[str, str]]:
@@ -80,7 +80,7 @@ def number(text: str) -> int | float | str:
 
 def add_definition(parser: Parser, **options) -> None:
     """The argument DEFINITION."""
-    text = "a sweep that ships, or the path of a YAML file"
+    text = "name of a shipped sweep, or path of a YAML file"
     parser.add_argument("definition", metavar="DEFINITION", help=text, **options)
 
 
@@ -91,4 +91,4 @@ def add_map(parser: Parser) -> None:
 
 def add_json(parser: Parser) -> None:
     """The option --json."""
-    parser.add_argument("--json", action="store_true", help="print JSON, for machines (a missing number is null)")
+    parser.add_argument("--json", action="store_true", help="print JSON (a missing number is null)")

@@ -3,25 +3,25 @@
 from sweeps.commands import parser
 
 EPILOG = """\
-Give each dimension that is longer than one a value, --DIMENSION VALUE; the grid's nearest is taken, and said.
+Give each dimension longer than one a value, --DIMENSION VALUE; the nearest grid value is used and reported.
 
   python -m sweeps point results/tennis_racket/stability_map.nc \\
       --axis 2 --I1 0.00121 --I2 0.01638 --I3 0.01748 --omega0 10 --trajectory racket.csv
 
---trajectory writes omega(t) in the body's axes and the attitude (a unit quaternion, scalar first, from body to space),
-from the closed form (omega1 … omega3, q0 … q3) and, but for a symmetric top, step by step (omega1_direct …, q0_direct
-…), over two flips or two turns of the nudge unless --duration says else.
+--trajectory writes omega(t) in body axes and the attitude (a unit quaternion, scalar first, from body to inertial
+frame), from the closed form (omega1 … omega3, q0 … q3) and, except for a symmetric top, from direct integration
+(omega1_direct …, q0_direct …), over two flips or two wobble periods unless --duration is given.
 """
 
 
 def add(commands) -> None:
     """Describes the command."""
-    command = parser.add(commands, "point", "say all that a map knows of one point", _run, EPILOG)
+    command = parser.add(commands, "point", "print every variable at one grid point", _run, EPILOG)
     command.takes_coordinates = True
     parser.add_map(command)
-    command.add_argument("--trajectory", metavar="FILE", help="write its motion, as FILE.nc or FILE.csv")
-    command.add_argument("--duration", type=float, metavar="SECONDS", help="length of that motion")
-    command.add_argument("--samples", type=int, metavar="N", help="instants in that motion, both ends included")
+    command.add_argument("--trajectory", metavar="FILE", help="write the motion of the point, as FILE.nc or FILE.csv")
+    command.add_argument("--duration", type=float, metavar="SECONDS", help="length of the motion")
+    command.add_argument("--samples", type=int, metavar="N", help="number of instants, both ends included")
     parser.add_json(command)
 
 

@@ -5,7 +5,7 @@ from sweeps.commands import parser
 
 def add(commands) -> None:
     """Describes the command."""
-    command = parser.add(commands, "report", "write a map's report, one HTML file to explore", _run)
+    command = parser.add(commands, "report", "write the report of a map, one HTML file to explore", _run)
     parser.add_map(command)
     command.add_argument("-o", "--output", metavar="FILE", required=True, help="the HTML file to write")
 

@@ -4,18 +4,22 @@ from sweeps.commands import parser
 from sweeps.schema.refusals import DefinitionError
 
 EPILOG = """\
-Writes what the workflow (snakemake) writes: results/<sweep>/stability_map.nc, figures/ and report.html. Broken off
-and called again, it goes on: what was measured for the same definition by the same kernels is used as it is, but for
-the last seconds of work, or the shard that was begun. What is finished and unchanged is named, and nothing is loaded.
+Writes what the workflow (snakemake) writes: results/<sweep>/stability_map.nc, figures/ and report.html. After an
+interruption the same command resumes: points measured for the same definition by the same kernels are kept, except for
+the last seconds of work or the unfinished shard. Finished and unchanged results are listed, and nothing is computed.
 """
 
 
 def add(commands) -> None:
     """Describes the command."""
-    command = parser.add(commands, "run", "make a sweep's map, pictures and report in results/<sweep>", _run, EPILOG)
+    command = parser.add(
+        commands, "run", "write the map, figures and report of a sweep to results/<sweep>", _run, EPILOG
+    )
     parser.add_definition(command, nargs="?")
-    command.add_argument("--cores", type=int, metavar="N", help="processors to use (default all); change no result")
-    command.add_argument("--again", action="store_true", help="make everything again, finished or not")
+    command.add_argument(
+        "--cores", type=int, metavar="N", help="number of processors (default all); does not change results"
+    )
+    command.add_argument("--again", action="store_true", help="compute everything again, finished or not")
 
 
 def _run(args):
@@ -31,7 +35,7 @@ def _run(args):
         print(*made, sep="\n")
         return
     workers = args.cores or processors.cores()
-    with waiting.said(f"{path}: deriving its equations and looking at its points"):
+    with waiting.said(f"{path}: deriving its equations and checking its points"):
         planned = catalogue.plan(path)
     from sweeps.run import pipeline
 

@@ -11,18 +11,16 @@ Editors with a YAML language server complete keys and mark mistakes from it:
   polhode schema -o polhode.schema.json
   # yaml-language-server: $schema=polhode.schema.json      (the first line of my.yaml)
 
-Of the systems that a file describes, name those you need: their grid has their own parameters.
+For a system described in a Python file, give its name or file: its grid has its own parameters.
 """
 
 
 def add(commands) -> None:
     """Describes the command."""
-    command = parser.add(
-        commands, "schema", "print what a definition may say, as JSON Schema for editors", _run, EPILOG
-    )
-    text = "a system that ships, or the path of the Python file that describes one"
+    command = parser.add(commands, "schema", "print the JSON Schema of definitions, for editors", _run, EPILOG)
+    text = "a shipped system, or the path of a Python file that describes one"
     command.add_argument("systems", metavar="SYSTEM", nargs="*", help=text)
-    command.add_argument("-o", "--output", metavar="FILE", help="write it to FILE")
+    command.add_argument("-o", "--output", metavar="FILE", help="write the schema to FILE")
 
 
 def _run(args):

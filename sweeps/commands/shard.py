@@ -6,12 +6,14 @@ from sweeps.schema.refusals import DefinitionError
 
 def add(commands) -> None:
     """Describes the command."""
-    command = parser.add(commands, "shard", "measure one part of a sweep's points", _run)
+    command = parser.add(commands, "shard", "measure one part of the points of a sweep", _run)
     parser.add_definition(command)
-    command.add_argument("number", type=int, metavar="K", help="which part, from 1")
-    command.add_argument("count", type=int, metavar="N", help="into how many parts the points are cut")
+    command.add_argument("number", type=int, metavar="K", help="number of the part, from 1")
+    command.add_argument("count", type=int, metavar="N", help="number of parts")
     command.add_argument("-o", "--output", metavar="FILE", required=True, help="the shard to write")
-    command.add_argument("--threads", type=int, default=1, metavar="T", help="threads (default 1); change no result")
+    command.add_argument(
+        "--threads", type=int, default=1, metavar="T", help="number of threads (default 1); does not change results"
+    )
 
 
 def _run(args):

@@ -3,14 +3,14 @@
 from sweeps.commands import parser
 
 EPILOG = """\
-The small map stands at the middle of the dimensions that it does not show; --DIMENSION VALUE puts it elsewhere
-(nearest on the grid). The numbers above it are of the whole map.
+The map in characters is drawn at the middle of the dimensions that it does not show, or at --DIMENSION VALUE (the
+nearest grid value). The numbers above it are of the whole map.
 """
 
 
 def add(commands) -> None:
     """Describes the command."""
-    command = parser.add(commands, "show", "say what a map holds, with a small map in characters", _run, EPILOG)
+    command = parser.add(commands, "show", "summarise a map, with a small map in characters", _run, EPILOG)
     command.takes_coordinates = True
     parser.add_map(command)
     parser.add_json(command)

@@ -3,8 +3,8 @@
 from sweeps.commands import parser
 
 EPILOG = """\
-Give each dimension but two a value, --DIMENSION VALUE; the grid's nearest is taken, and said. Dimensions of length
-one need none. CDO, NCO, ncview and Panoply open the file.
+Give all dimensions but two a value, --DIMENSION VALUE; the nearest grid value is used and reported. Dimensions of
+length one need none. CDO, NCO, ncview and Panoply open the file.
 
   python -m sweeps slice results/tennis_racket/stability_map.nc --axis 2 --I3 0.01748 --omega0 10 -o slice.nc
 """
@@ -26,12 +26,12 @@ def _run(args):
         places = selection.nearest(ds, args.coordinates)
         dims = selection.left(ds, places)
         if selection.POINT in dims:
-            what = "its points are drawn or listed, and make no plane"
+            what = "its points are sampled or listed and form no plane"
             allowed = "--point N where two other dimensions are left; `report` and `figures` show all points"
             raise selection.SelectionError(f"{args.map}: {what}; allowed: {allowed}")
         if len(dims) != 2:
             what = f"{len(dims)} dimensions are left ({', '.join(dims) or 'none'})"
-            choose = selection.how_to_choose(ds, dims) if len(dims) > 2 else "fewer values: two dimensions stay"
+            choose = selection.how_to_choose(ds, dims) if len(dims) > 2 else "fewer values: two dimensions must remain"
             raise selection.SelectionError(f"{args.map}: {what}; allowed: {choose}")
         parts.write_part(selection.at(ds, places), args.output, "slice")
     for place in places.values():

@@ -3,15 +3,15 @@
 from sweeps.commands import parser
 
 EPILOG = """\
-P_psi is the period of the angular velocity in the body, P_phi the mean period of its axis of least moment about the
-angular momentum (the long-axis convention). With --ratios the answer is one body's, else that of every body:
+P_psi is the period of the angular velocity in the body, P_phi the mean period of its axis of least inertia about the
+angular momentum (the long-axis convention). With --ratios the answer is for one body, otherwise for all bodies:
 
   polhode tumbler --P-psi 368.7 --P-phi 67.27 --unit h --ratios 0.36 0.96
   polhode tumbler --P-psi 6.58 --P-phi 8.67 --sigma-phi 0.34 -o oumuamua.nc --figure oumuamua.png
 
 The energy is 2T I3/L^2: 1 for a spin about axis 3, I3/I2 on the separatrix, I3/I1 for a spin about axis 1. A mode is
-excluded where the ratio of both periods is below the least that the mode has, by more than 3 standard errors; without
---sigma-psi and --sigma-phi the periods count as exact. The file of -o is a map like any other (`show`, `point`,
+excluded where the ratio of both periods is below the minimum of the mode by more than 3 standard errors; without
+--sigma-psi and --sigma-phi the periods are exact. The file written by -o is a map like any other (`show`, `point`,
 `report`, `figures`, `verify`) of the system observed_periods.
 """
 
@@ -23,10 +23,10 @@ def add(commands) -> None:
     command.add_argument("--P-phi", dest="P_phi", type=float, required=True, metavar="P", help="period about L")
     command.add_argument("--sigma-psi", type=float, default=0.0, metavar="S", help="standard error of P_psi")
     command.add_argument("--sigma-phi", type=float, default=0.0, metavar="S", help="standard error of P_phi")
-    command.add_argument("--unit", default="h", metavar="UNIT", help="of the periods: s, h (default) or d")
+    command.add_argument("--unit", default="h", metavar="UNIT", help="unit of the periods: s, h (default) or d")
     command.add_argument("--ratios", nargs=2, type=float, metavar="R", help="I1/I3 and I2/I3 of one body")
     command.add_argument("-o", "--output", metavar="FILE", help="write the map over all bodies (netCDF)")
-    command.add_argument("--figure", metavar="FILE", help="draw it (PNG)")
+    command.add_argument("--figure", metavar="FILE", help="draw the energies over all bodies (PNG)")
     parser.add_json(command)
 
 
@@ -36,7 +36,9 @@ def _run(args):
 
     periods = answers.TwoPeriods(args.P_psi, args.P_phi, args.sigma_psi, args.sigma_phi, args.unit)
     if args.ratios and (args.output or args.figure):
-        raise DefinitionError("--ratios: is given beside a map over all bodies; allowed: one of them")
+        raise DefinitionError(
+            "--ratios: is given together with --output or --figure, which need all bodies; allowed: one of them"
+        )
     if args.ratios:
         _print(args, periods, answers.of_body(periods, *args.ratios))
         return

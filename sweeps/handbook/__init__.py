@@ -1,4 +1,4 @@
-"""The handbook: its pages, the maps that its numbers and pictures come from, and what makes HTML of them.
+"""The handbook: pages, the maps behind its numbers and figures, and the HTML build.
 
 `text/` holds the pages (MyST Markdown), `maps/` the definitions of its own maps. No number of a page is typed:
 `python -m sweeps.handbook --numbers` measures it and writes it there, beside a comment with its name (`numbers`). The

@@ -101,15 +101,15 @@ def picture(name: str, path: Path) -> str:
 def page(work: Path) -> str:
     """The page, once its pictures are drawn."""
     texts = ["# Gallery", "", (
-        "Every sweep that ships. Pictures here are drawn from a map with fewer points than the sweep has; the command"
-        " makes the whole one, with all its pictures and its report, in `results/`."
+        "All shipped sweeps. The figures here are drawn from maps with fewer points; the command writes the full "
+        "map, with all its figures and its report, to `results/`."
     ), ""]  # fmt: skip
     for name in names():
         text = file_text(catalogue.shipped()[name])
         file = evidence.picture_file(f"{name} {picture(name, work / 'gallery' / f'{name}.nc')}")
         title = plain(read_text(text)).get("title", name)
         texts += [f"## {title}", "", _prose(story(text)), "", "```sh", f"polhode run {name}", "```", ""]
-        texts += [f"![{title}: the picture of this sweep](/pictures/{file})", ""]
+        texts += [f"![{title}: figure of this sweep](/pictures/{file})", ""]
     return "\n".join(texts)
 
 

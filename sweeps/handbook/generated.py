@@ -1,4 +1,4 @@
-"""Pages that are written from the code: the reference and the gallery, and the parts of results/README.md."""
+"""Pages that are written from the code: the reference, the gallery, and included parts of other documents."""
 
 import argparse
 import ast
@@ -15,32 +15,34 @@ from sweeps import systems
 from sweeps.handbook import gallery
 
 ROOT = Path(__file__).parents[2]
-PACKAGES = ("kernels", "sweeps")
-ROOMS = {  # what each room is for, in the order in which one meets them
-    "sweeps": "The front door",
-    "sweeps.points": "From a definition to points",
-    "sweeps.schema": "What a definition and a map may hold",
+TREES = ("kernels", "sweeps")
+PACKAGES = {  # titles of the packages, in the order of the reference
+    "sweeps": "Public functions",
+    "sweeps.points": "Points and columns",
+    "sweeps.schema": "Contents of definitions and maps",
     "sweeps.systems": "Systems of equations of motion",
-    "sweeps.mechanics": "Systems of one's own",
+    "sweeps.mechanics": "Described systems",
     "sweeps.shards": "Shards and merging",
     "sweeps.maps": "Maps",
-    "sweeps.views": "Pictures and the report",
+    "sweeps.views": "Figures and the report",
     "sweeps.run": "Running",
     "sweeps.commands": "Commands",
-    "sweeps.handbook": "This handbook",
+    "sweeps.handbook": "Handbook",
     "kernels": "Kernels",
 }
-INCLUDED = {  # pages of the repository that parts of the handbook are taken from
+INCLUDED = {  # files of the repository that the handbook includes
     "maps.md": "results/README.md",
     "system.md": "sweeps/mechanics/README.md",
     "speed.md": "tests/benchmarks/README.md",
+    "contributing.md": "CONTRIBUTING.md",
+    "CITATION.cff": "CITATION.cff",
 }
 
 
 def modules() -> dict[str, Path]:
-    """Name → file of each module that has public names; those that begin with _ are private."""
+    """Return name → file of each public module; names that begin with _ are private."""
     found = {}
-    for package in PACKAGES:
+    for package in TREES:
         for path in sorted((ROOT / package).rglob("*.py")):
             parts = path.relative_to(ROOT).with_suffix("").parts
             if not any(part.startswith("_") and part != "__init__" for part in parts):
@@ -49,14 +51,14 @@ def modules() -> dict[str, Path]:
 
 
 def public(path: Path) -> list[str]:
-    """Functions and classes that a module defines for others."""
+    """Return the names of the public functions and classes of a module."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
     kinds = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
     return [node.name for node in tree.body if isinstance(node, kinds) and not node.name.startswith("_")]
 
 
 def unlisted(inventory: bytes) -> list[str]:
-    """Public names that a built reference does not have.
+    """Return the public names that a built reference does not have.
 
     Args:
         inventory: what Sphinx writes to `objects.inv`: four lines, then a compressed one for each object.
@@ -67,20 +69,20 @@ def unlisted(inventory: bytes) -> list[str]:
     return [name for name in names if name not in listed]
 
 
-def room(module: str) -> str:
-    """The room that a module belongs to."""
-    return max((name for name in ROOMS if f"{module}.".startswith(f"{name}.")), key=len)
+def package_of(module: str) -> str:
+    """Return the package of the reference to which a module belongs."""
+    return max((name for name in PACKAGES if f"{module}.".startswith(f"{name}.")), key=len)
 
 
 def write(folder: Path, work: Path) -> None:
-    """Writes all generated pages below a folder of pages; the work's folder has the maps of the gallery."""
+    """Write all generated pages below a folder of pages; `work` holds the maps of the gallery."""
     pages = {
         "reference/definitions": _definitions(),
         "reference/variables": _variables(),
         "gallery": gallery.page(work),
     }
     pages |= {"reference/commands": _commands(), "reference/api": _api_index()}
-    pages |= {f"reference/{_file(name)}": _api(name) for name in ROOMS}
+    pages |= {f"reference/{_file(name)}": _api(name) for name in PACKAGES}
     for name, text in pages.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).with_suffix(".md").write_text(text, encoding="utf-8")
@@ -90,18 +92,18 @@ def write(folder: Path, work: Path) -> None:
         (folder / "included" / name).write_text(text, encoding="utf-8")
 
 
-def _file(room: str) -> str:
-    return "api-" + room.replace(".", "-")
+def _file(package: str) -> str:
+    return "api-" + package.replace(".", "-")
 
 
 def _without_links(text: str) -> str:
-    """A page of the repository with its links to files beside it as words: they lead nowhere from here."""
+    """Return a page of the repository with its relative links as words: their targets are not part of the handbook."""
     text = re.sub(r"!\[[^\]]*\]\((?!http)[^)]*\)\n*", "", text)
     return re.sub(r"\[([^\]]+)\]\((?!http)[^)]*\)", r"\1", text)
 
 
 def _api_index() -> str:
-    listed = "\n".join(_file(name) for name in ROOMS)
+    listed = "\n".join(_file(name) for name in PACKAGES)
     return f"""# Python API
 
 Every public function and class of `kernels` and `sweeps`. Names that begin with an underscore are private.
@@ -113,10 +115,10 @@ Every public function and class of `kernels` and `sweeps`. Names that begin with
 
 
 def _api(of: str) -> str:
-    """Every module of a room, with its public names."""
-    lines = [f"# {ROOMS[of]}: `{of}`", ""]
+    """Return the page of a package: every module with its public names."""
+    lines = [f"# {PACKAGES[of]}: `{of}`", ""]
     for name in modules():
-        if room(name) == of:
+        if package_of(name) == of:
             options = "   :members:\n   :show-inheritance:" if of != "kernels" else "   :members:"
             lines += [f"## `{name}`", "", "```{eval-rst}", f".. automodule:: {name}", options, "```", ""]
     return "\n".join(lines)
@@ -133,10 +135,10 @@ def _table(heads: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
 
 
 def keys(model: type[BaseModel], before: str = "") -> Iterator[tuple[str, str, str]]:
-    """(key, what it means and allows, default) of a model of definitions, those within it included."""
+    """Yield (key, meaning, default) of each key of a model of definitions and of the models within it."""
     for name, field in model.model_fields.items():
         default = "required" if field.is_required() else _default(field.default)
-        if before + name == "title":  # which whoever reads the file fills in
+        if before + name == "title":  # filled in by the reader of the file
             default = "left out"
         yield before + name, field.description or "", default
         for kind in (field.annotation, *typing.get_args(field.annotation)):
@@ -153,11 +155,11 @@ def _default(value: object) -> str:
 
 
 def _definitions() -> str:
-    text = ["# What a definition may say", "", (
-        "One section a system (`system:`, `rigid_body` if left out), from the models that read definitions. Whatever is"
-        " a number may be a list, or a range `{start, stop, num, spacing}`, where it says so. `polhode schema -o"
-        " polhode.schema.json` writes the same as JSON Schema, from which editors complete keys"
-        " ([how](../tutorials/own-system.md))."
+    text = ["# Definitions", "", (
+        "One section per system (`system:`, default `rigid_body`), from the models that read definitions. A number "
+        "may be a list, or a range `{start, stop, num, spacing}`, where stated. `polhode schema -o "
+        "polhode.schema.json` writes the same as JSON Schema, from which editors complete keys "
+        "([how](../tutorials/own-system.md))."
     ), ""]  # fmt: skip
     for name in systems.names():
         system = systems.resolve(name)
@@ -167,9 +169,9 @@ def _definitions() -> str:
 
 
 def _variables() -> str:
-    text = ["# What a map holds", "", (
+    text = ["# Variables", "", (
         "Every coordinate and variable of every system, from the tables that write the files. A missing number is NaN;"
-        " flags are whole numbers whose words stand in `flag_meanings`."
+        " flags are integers with `flag_meanings`."
     ), ""]  # fmt: skip
     for name in systems.names():
         system = systems.resolve(name)
@@ -195,7 +197,7 @@ def _told(variable) -> tuple[str, str]:
 
 
 def _commands() -> str:
-    """What `polhode COMMAND --help` prints, of each."""
+    """Return the page of all commands, each with the text of its --help."""
     from sweeps.commands import NAMES
     from sweeps.commands.parser import Parser
 
@@ -206,7 +208,7 @@ def _commands() -> str:
     text = [
         "# Commands",
         "",
-        "Exit status of every command: 0 done; 2 what was given is wrong, and a message said what;",
+        "Exit status of every command: 0 done; 2 invalid input, or not enough memory or disk (see message);",
     ]
     text += ["130 interrupted; 1 anything else (of `verify`: the map differs).", ""]
     for name in NAMES:

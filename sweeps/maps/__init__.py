@@ -1,1 +1,1 @@
-"""Maps as `xarray` Datasets: made, opened, selected, summed up, verified."""
+"""Maps as xarray Datasets: read, checked, selected, summarised, verified."""

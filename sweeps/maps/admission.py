@@ -122,8 +122,8 @@ def _global(attributes: Mapping[str, Any]) -> dict[str, str]:
             found[name] = text if len(text) <= most else text[: most - 1] + "…"
     version = found.get("contract_version", "")
     if version.split(".")[0] != CONTRACT_VERSION.split(".")[0]:
-        shown = _shown(version) or "nothing"
-        raise _UnlikeError(f"contract_version: is {shown}; allowed: {CONTRACT_VERSION}, a map of Polhode")
+        shown = _shown(version) or "missing"
+        raise _UnlikeError(f"contract_version: is {shown}; allowed: {CONTRACT_VERSION}, the version of Polhode's maps")
     return found
 
 
@@ -194,7 +194,7 @@ class _Parts:
 
 def _check(parts: _Parts) -> None:
     if not parts.variables:
-        raise _UnlikeError("(variables): (nothing) is missing; allowed: every variable of a map")
+        raise _UnlikeError("(variables): none; allowed: every variable of a map")
     for name, held in parts.coordinates.items():
         _check_coordinate(parts, name, held)
     _check_dimensions(parts)

@@ -47,7 +47,9 @@ def of(
 def check_format(path: str | Path) -> None:
     """Refuses a name that ends in none of `FORMATS`, before any work."""
     if Path(path).suffix not in FORMATS:
-        raise MotionError(f"--trajectory: {str(path)!r} is of no known kind; allowed: a name in {' or '.join(FORMATS)}")
+        raise MotionError(
+            f"--trajectory: {str(path)!r} has an unknown format; allowed: a name ending in {' or '.join(FORMATS)}"
+        )
 
 
 def write(motion: xr.Dataset, path: str | Path) -> None:

@@ -264,9 +264,8 @@ def place(ds: "xr.Dataset", at: Mapping[str, int]) -> dict[str, float | int | st
 
 
 def rule(summary: Summary) -> str:
-    """The rule of this module in words, with how many points it leaves."""
-    share_of = f"{summary.compared:,} of {summary.points:,} points"
-    return f"of {share_of}: status ok, flags as theory has them, not marginal"
+    """Return which points are compared, in words, with their number."""
+    return f"{summary.compared:,} of {summary.points:,} points, with status ok, regime as predicted, not marginal"
 
 
 def share(part: int, whole: int) -> str:

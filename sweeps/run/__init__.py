@@ -1,1 +1,1 @@
-"""What drives the way from a definition to its files: compiling, claims, progress."""
+"""From a definition to its files: compiling, claims, progress."""

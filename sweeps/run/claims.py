@@ -93,7 +93,7 @@ def _refuse(handle: int, folder: Path) -> None:
     os.close(handle)
     where = "" if living.is_here(told) or not host else f" on {host}"
     raise DefinitionError(
-        f"{folder}: another run is at work there (process {number or 'unknown'}{where}); allowed: one at a time"
+        f"{folder}: another run is active there (process {number or 'unknown'}{where}); allowed: one at a time"
     )
 
 

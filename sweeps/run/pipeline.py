@@ -75,7 +75,7 @@ def _draw(path: Path, folder: Path, worker: Executor | None, meanwhile: Callable
     """Draw the pictures of a map, and call `meanwhile` once the worker, if there is one, has begun."""
     from sweeps.views import figures
 
-    _say(f"making {folder}")
+    _say(f"writing {folder}")
     shutil.rmtree(folder, ignore_errors=True)
     with figures.opened(path) as ds:
         submit = partial(worker.submit, drawing.draw, path, {}) if worker else None
@@ -86,7 +86,7 @@ def _draw(path: Path, folder: Path, worker: Executor | None, meanwhile: Callable
 def _report(path: Path, file: Path) -> None:
     from sweeps.views import figures, report
 
-    _say(f"making {file}")
+    _say(f"writing {file}")
     with figures.opened(path) as ds:
         report.write(ds, file)
 
@@ -148,7 +148,7 @@ def _write(sweep: Sweep, shards: list[Path], missing: list[int], workers: int) -
     """Writes those shards that are not there yet, one after the other: what is finished is kept."""
     count, bounds = len(shards), sweep.grid.shard_bounds(len(shards))
     if count > len(missing):
-        _say(f"{count - len(missing)} of {count} shards are there already")
+        _say(f"{count - len(missing)} of {count} shards exist already")
     points = sum(stop - start for start, stop in (bounds[k - 1] for k in missing))
     noting = _noting_finished(lambda more: None, count, "shards", count - len(missing))
     with progress.points(points, sweep.name) as advance, noting as finish:

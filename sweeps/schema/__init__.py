@@ -1,1 +1,1 @@
-"""What a definition may hold: values, parameters, variables, and what is said of wrong ones."""
+"""Contents of definitions and maps: values, parameters, variables, messages about invalid input."""

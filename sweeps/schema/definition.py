@@ -38,8 +38,8 @@ class Integration(Strict):
     )
     tolerance: Tolerance = Field(
         1e-10,
-        description="relative error allowed on the perturbation, 1e-13 to 1e-3: below 1e-13 the rounding of "
-        "doubles over a run is larger than the request, above 1e-3 the error hides what is measured",
+        description="relative error allowed on the perturbation, 1e-13 to 1e-3: below 1e-13 rounding "
+        "dominates, above 1e-3 the error hides the measured effect",
     )
 
     @property
@@ -65,11 +65,11 @@ class Definition(Strict):
     """
 
     title: Annotated[str, line_of_text(200)] = Field(
-        description="what people read above maps and figures: one line of text; left out, the sweep's name"
+        description="title of maps and figures: one line of text; default the sweep's name"
     )
     system: str = Field(
         DEFAULT_SYSTEM,
-        description="the equations of motion: a system's name, or a .py file's path from this file's folder",
+        description="the equations of motion: name of a system, or path of a .py file relative to this file's folder",
     )
     grid: Strict = Field(description="what is varied")
     integration: Integration = Field(
@@ -158,9 +158,12 @@ class Definition(Strict):
         if getattr(self, "bodies", ()):
             wrong, allowed = "is given beside bodies", "sample over ranges in grid, or bodies"
         elif not self.drawn:
-            wrong, allowed = "has nothing to draw", "a range {start, stop} in grid, with two ends that differ"
+            wrong, allowed = "has no range to sample", "a range {start, stop} in grid, with two ends that differ"
         elif self.sample.method == "sobol" and self.sample.num > MOST_SOBOL:
-            wrong, allowed = "draws more than there are", f"at most {MOST_SOBOL:,} points by sobol; latin or random"
+            wrong, allowed = (
+                "requests more points than exist",
+                f"at most {MOST_SOBOL:,} points with sobol; or latin or random",
+            )
         if wrong:
             raise refusals([Problem(("sample",), shown, wrong, allowed)])
         return self

@@ -36,7 +36,14 @@ class MapError(RefusedError):
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing wrong: the key's path, the value there, what is wrong with it, what is allowed."""
+    """One invalid value.
+
+    Attributes:
+        where: path of the key.
+        shown: the value as text; "" where none is given.
+        wrong: what is wrong with it.
+        allowed: what is allowed.
+    """
 
     where: tuple
     shown: str
@@ -44,7 +51,7 @@ class Problem:
     allowed: str
 
     def __str__(self):
-        return f"{key_path(self.where)}: {self.shown} {self.wrong}; allowed: {self.allowed}"
+        return f"{key_path(self.where)}: {f'{self.shown} ' if self.shown else ''}{self.wrong}; allowed: {self.allowed}"
 
 
 class UnreadableError(Exception):
@@ -178,11 +185,11 @@ def validation_problems(error: "ValidationError", root: "type[BaseModel]") -> li
 def _built_in_problem(item: dict, where: tuple, root: "type[BaseModel]", with_hint: bool) -> Problem:
     model, key = _model_and_key(where, root)
     if item["type"] == "extra_forbidden":
-        wrong = "is under an unknown key" + (hint(where[-1], model.model_fields) if with_hint else "")
-        return Problem(where, display(item["input"]), wrong, "the keys " + keys_of(model))
+        wrong = "unknown key" + (hint(where[-1], model.model_fields) if with_hint else "")
+        return Problem(where, "", wrong, "the keys " + keys_of(model))
     allowed = description_of(model, key)
     if item["type"] == "missing":
-        return Problem(where, "(nothing)", "is missing", allowed)
+        return Problem(where, "", "is missing", allowed)
     wrong = _WORDS.get(item["type"], f"is refused ({item['msg']})")
     return Problem(where, display(item["input"]), wrong, allowed)
 

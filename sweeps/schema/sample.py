@@ -23,10 +23,10 @@ class Sample(Strict):
         description="sobol (scrambled; most even, best with num a power of two), latin (Latin hypercube) or random",
     )
     num: Annotated[int, whole(1, MOST_DRAWN, f"a whole number from 1 to {MOST_DRAWN:,}; sobol: {MOST_SOBOL:,}")] = (
-        Field(description="how many points: a whole number ≥ 1")
+        Field(description="number of points: a whole number ≥ 1")
     )
     seed: Annotated[int, whole(0, 2**63 - 1, "a whole number ≥ 0")] = Field(
-        0, description="which draw: a whole number ≥ 0; equal seeds draw equal points"
+        0, description="seed: a whole number ≥ 0; equal seeds give equal points"
     )
 
 

@@ -129,7 +129,7 @@ Moment = Annotated[
     float,
     number(
         lambda x: x >= MIN_MOMENT,
-        f"a finite number > 0 (and no denormal: at least {MIN_MOMENT!r}), a moment in kg m2 or a ratio",
+        "a positive number, a moment in kg m2 or a ratio",
     ),
 ]
 Epsilon = Annotated[float, number(lambda x: 0 < x < 1, "a number with 0 < epsilon < 1")]

@@ -46,7 +46,7 @@ def _document(parsed: Iterator) -> Any:
     next(parsed)  # the stream's start
     start = next(parsed)
     if isinstance(start, events.StreamEndEvent):
-        raise UnreadableError((), "(nothing)", "is an empty file", "a mapping with the keys of a definition")
+        raise UnreadableError((), "", "is an empty file", "a mapping with the keys of a definition")
     if start.version not in (None, (1, 2)):
         shown = "%YAML " + ".".join(map(str, start.version))
         raise UnreadableError((f"line {_line(start)}",), shown, "is another YAML", "YAML 1.2")

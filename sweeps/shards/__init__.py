@@ -1,1 +1,1 @@
-"""Points measured into files, and files merged into a map: chunks, hashes and checksums."""
+"""Files of measured points (shards), merged into a map: chunks, hashes, checksums."""

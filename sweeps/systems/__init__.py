@@ -1,4 +1,4 @@
-"""The systems of equations of motion that a definition can name, each imported when it is asked for.
+"""Systems of equations of motion that a definition can name.
 
 A system is one folder: the model of its definition, its variables, columns, pictures, motion, references and its part
 of the page (see `Dynamics`), and a module `system` whose `SYSTEM` it is. Folders without one (`rates`, `turning`) are

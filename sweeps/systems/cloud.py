@@ -40,7 +40,7 @@ def draw(ds: xr.Dataset, specs: Mapping[str, Variable], look: "Look", ax: Axes |
     part, along, panels = _panels(ds[chosen].isel(point=slice(None, None, stride)))
     subtitle = f"{ds.attrs.get('title', '')}:  {_drawn(ds.sizes['point'], stride)}".strip()
     width = 0.8 + 2.9 * len(panels)
-    figure = style.canvas(width, 6.4 if measured else 4.2, "Point by point", subtitle, footer=0.36, ax=ax)
+    figure = style.canvas(width, 6.4 if measured else 4.2, "Sampled points", subtitle, footer=0.36, ax=ax)
     heights = (1.6, 1.0) if measured else (1.0,)
     axes = figure.subplots(len(heights), len(panels), squeeze=False, height_ratios=heights)
     colored = {value: look.color(meaning) or colors.GREY for value, meaning in flags(ds[flag]).items()}
@@ -67,7 +67,7 @@ def _of_role(ds: xr.Dataset, specs: Mapping[str, Variable], role: Role) -> str:
 
 
 def _drawn(points: int, stride: int) -> str:
-    return f"{points:,} points, " + ("all drawn" if stride == 1 else f"one in {stride:,} drawn")
+    return f"{points:,} points, " + ("all shown" if stride == 1 else f"one in {stride:,} shown")
 
 
 def _panels(part: xr.Dataset) -> tuple[xr.Dataset, str, list[xr.Dataset]]:

@@ -209,7 +209,7 @@ class Described(Dynamics):
     @staticmethod
     def nowhere(values: list[np.ndarray]) -> str:
         """That no equilibrium was found at these points."""
-        return f"there is none within the bounds, at {len(values[0])} points of the grid; allowed: bounds that hold one"
+        return f"none within the bounds, at {len(values[0])} points of the grid; allowed: bounds that contain one"
 
     def fingerprint(self) -> str:
         """Hash of the kernels, of the generated code, of what derived it and of the description."""
@@ -355,5 +355,5 @@ def _run(path: Path) -> "mechanics.System":
         ) from None
     system = getattr(module, "system", None)
     if not isinstance(system, System):
-        raise DescriptionError(f"system: {path}: makes no `system`; allowed: a file with system = System(…)")
+        raise DescriptionError(f"system: {path}: defines no `system`; allowed: a file with system = System(…)")
     return system

@@ -32,8 +32,8 @@ class ListedBody(Strict):
     I2: Moment = Field(default=None, description="moment of inertia about axis 2, kg m2: finite, > 0")
     I3: Moment = Field(default=None, description="moment of inertia about axis 3, kg m2: finite, > 0")
     ratios: ListedRatios = Field(default=None, description="{I1, I2, I3} in place of moments, in any one unit")
-    source: Prose = Field(default=None, description="where the numbers come from: text")
-    note: Prose = Field(default=None, description="what a reader should know: text")
+    source: Prose = Field(default=None, description="source of the numbers: text")
+    note: Prose = Field(default=None, description="remark for the reader: text")
 
     @property
     def moments(self) -> tuple[float, float, float]:
@@ -48,7 +48,7 @@ class ListedBody(Strict):
         if self.ratios is not None:
             wrong = [(name, display(getattr(self, name)), "is given beside ratios") for name in given]
         else:
-            wrong = [(name, "(nothing)", "is missing") for name in MOMENTS if name not in given]
+            wrong = [(name, "", "is missing") for name in MOMENTS if name not in given]
         if wrong:
             raise refusals([Problem((name,), shown, what, allowed) for name, shown, what in wrong])
         return self
@@ -80,7 +80,7 @@ def problems(definition: Any, shareable: Iterable[str]) -> list[Problem]:
             allowed = "moments in bodies or in grid, not both"
             found.append(Problem(("grid", name), display(entry), "is given beside bodies", allowed))
         elif not definition.bodies and entry is None:
-            found.append(Problem(("grid", name), "(nothing)", "is missing", f"{name} in kg m2, or bodies"))
+            found.append(Problem(("grid", name), "", "is missing", f"{name} in kg m2, or bodies"))
     for name in shareable:
         entry, giving = getattr(definition.grid, name), [b for b in definition.bodies if getattr(b, name) is not None]
         if giving and len(giving) < len(definition.bodies):
@@ -91,7 +91,7 @@ def problems(definition: Any, shareable: Iterable[str]) -> list[Problem]:
             found.append(Problem(("grid", name), display(entry), wrong, f"{name} in grid or in every body, not both"))
         elif not giving and entry is None:
             allowed = f"{name} in grid, or in every body" if definition.bodies else f"{name} in grid"
-            found.append(Problem(("grid", name), "(nothing)", "is missing", allowed))
+            found.append(Problem(("grid", name), "", "is missing", allowed))
     return found
 
 

@@ -15,13 +15,12 @@ class Once(Strict):
 
     propagator: Annotated[str, choice(PROPAGATORS)] = Field(
         "direct",
-        description="what is made: direct (measured step by step, beside the closed form) or exact (the closed form "
-        "alone)",
+        description="direct (integrated and measured, with the closed form beside it) or exact (the closed form alone)",
     )
     tolerance: Tolerance = Field(
         1e-10,
-        description="error that the steps of the measurement may make, 1e-13 to 1e-3: below 1e-13 the rounding of "
-        "doubles over a run is larger than the request, above 1e-3 the error hides what is measured",
+        description="integration error allowed in the measurement, 1e-13 to 1e-3: below 1e-13 rounding dominates, "
+        "above 1e-3 the error hides the measured effect",
     )
 
     @property

@@ -58,7 +58,7 @@ def draw(ax: Axes, ratio: np.ndarray, epsilon: np.ndarray, color: str) -> None:
     share = ax.twinx()
     ordered = np.sort(ratio[at])
     share.plot(ordered, np.arange(1, ordered.size + 1) / ordered.size, color=colors.INK, lw=1.0, gid="cumulative")
-    share.set(ylim=(0.0, 1.05), ylabel="share below")
+    share.set(ylim=(0.0, 1.05), ylabel="cumulative fraction")
     for count in MARKED:
         ax.axvline(count, color=colors.QUIET, lw=0.8, ls=":", zorder=1, gid=f"error {count}")
     ax.text(0.62, 0.4, f"{100 * inside:.4g} % inside", transform=ax.transAxes, ha="right", color=colors.QUIET)

@@ -70,7 +70,7 @@ class Page:
     """
 
     files: tuple[Path, ...] = ()
-    question: str = "What happens, how fast, and how sure are we?"
+    question: str = "What is stable, with which rates, and how accurate are they?"
     keys: str = ""
     table: bool = False
     facts: Mapping = field(default_factory=dict)

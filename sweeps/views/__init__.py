@@ -1,1 +1,1 @@
-"""What people look at: pictures, the report, a map in text."""
+"""Figures, the report, and maps as text."""

@@ -202,7 +202,9 @@ def _moving(animation: Path, kind: str) -> list[str]:
     made = [film.name for film in films.made(animation, (kind,))]
     animation.unlink()
     if not made:
-        raise RefusedError(f"--format: {kind} cannot be made by the ffmpeg at hand; allowed: gif (any other format)")
+        raise RefusedError(
+            f"--format: {kind} cannot be written by the installed ffmpeg; allowed: gif (any other format)"
+        )
     return made
 
 
@@ -210,7 +212,7 @@ def _named(names: Sequence[str], only: Sequence[str]) -> list[str]:
     """Return those of some names that begin with one of `only`; all where there is none."""
     for asked in only:
         if not any(name.startswith(asked) for name in names):
-            what = f"{shortened(repr(asked))} is no picture of this map{hint(asked, names)}"
+            what = f"{shortened(repr(asked))} is not a figure of this map{hint(asked, names)}"
             raise RefusedError(f"--only: {what}; allowed: {', '.join(names)}")
     return [name for name in names if not only or name.startswith(tuple(only))]
 

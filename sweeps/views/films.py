@@ -27,10 +27,10 @@ def refuse_unless_made(kind: str, animations: Collection[str]) -> None:
         RefusedError: for a map without animations, and where ffmpeg is not at hand.
     """
     if not animations:
-        raise RefusedError(f"--format: {kind} is for what moves, and this map has no animation; allowed: png, svg, pdf")
+        raise RefusedError(f"--format: {kind} is for animations, and this map has none; allowed: png, svg, pdf")
     if encoder() is None:
-        allowed = "gif (any other format makes it), or a machine where ffmpeg can be called"
-        raise RefusedError(f"--format: {kind} needs ffmpeg, which is not at hand; allowed: {allowed}")
+        allowed = "gif (written with any other format), or a machine with ffmpeg"
+        raise RefusedError(f"--format: {kind} needs ffmpeg, which was not found; allowed: {allowed}")
 
 
 def made(animation: Path, kinds: Sequence[str] = tuple(KINDS)) -> Iterator[Path]:

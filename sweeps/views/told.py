@@ -1,8 +1,8 @@
-"""What a map says in a terminal: counts, the worst of each check, a small map in characters."""
+"""Summary of a map in a terminal: counts, the worst of each check, a small map in characters."""
 
 
 def write(console, ds, found, drawn) -> None:
-    """Prints what a map holds, its worst points and, where it has one, its small map in characters."""
+    """Print the counts, the worst points and the small map in characters of a map."""
     from sweeps.boxes import dimensions
     from sweeps.maps.summary import leading_flag, rule
 
@@ -13,9 +13,9 @@ def write(console, ds, found, drawn) -> None:
     if found.table:
         console.print(_counts(found, leading_flag(ds)))
     for name, number in found.unlike.items():
-        console.print(f"measured {name} unlike theory at {number:,} of {found.points:,} points")
+        console.print(f"{name} differs from theory at {number:,} of {found.points:,} points")
     if found.impossible:
-        console.print(f"what cannot exist: {found.impossible:,} points")
+        console.print(f"physically impossible: {found.impossible:,} points")
     console.print()
     worst = _worst(ds, found, {dim for dim, size in dimensions(ds).items() if size > 1})
     if worst.row_count:
@@ -66,7 +66,7 @@ def _draw(console, drawn) -> None:
     from sweeps.maps.selection import in_words
 
     at = ", ".join(f"{dim} = {in_words(value)}" for dim, value in drawn.fixed.items())
-    axes = f"{drawn.y} upwards" + (f", {drawn.x} along" if drawn.x else "")
+    axes = f"y axis {drawn.y}" + (f", x axis {drawn.x}" if drawn.x else "")
     console.print(f"{drawn.flag}: {axes}" + (f"; {at}" if at else ""))
     label = max(len(name) for name, _ in drawn.panels[0].rows)
     wide = [max(len(panel.rows[0][1]), len(panel.title), len(" … ".join(panel.ends))) for panel in drawn.panels]

@@ -93,7 +93,7 @@ def test_shapes_are_drawn_with_sizes():
             "grid.ratios.I1_over_I3: 1.2 is out of range; allowed: a number",
         ),
         ({"ratios": {"I1_over_I3": 0.2, "thickness": -1.0}}, "grid.ratios.thickness: -1.0 is out of range"),
-        ({"ratios": {"thickness": 0.5}}, "grid.ratios.I1_over_I3: (nothing) is missing"),
+        ({"ratios": {"thickness": 0.5}}, "grid.ratios.I1_over_I3: is missing"),
         ({"ratios": 5}, "grid.ratios: 5 is not a mapping; allowed: shapes of bodies"),
         (
             {"ratios": {"I1_over_I3": 1.0, "thickness": 0.0}},

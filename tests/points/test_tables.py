@@ -260,7 +260,7 @@ def test_a_bad_row_is_named_however_far_down(tmp_path, monkeypatch):
         ({"content": ""}, "'bodies.csv' has no first line of names"),
         ({"content": text(), "more": "sample: {num: 3}"}, "is given beside sample"),
         ({"content": text(), "more": "bodies: [{name: A}]"}, "is given beside bodies"),
-        ({"content": text(), "grid": "{}"}, "grid.I3: (nothing) is missing"),
+        ({"content": text(), "grid": "{}"}, "grid.I3: is missing"),
         ({"content": text(), "name": "bodies.xls"}, "is no table by its name"),
         ({"content": "no parquet", "name": "bodies.parquet"}, "table: 'bodies.parquet'"),
         ({"content": "no netcdf", "name": "bodies.nc"}, "is no netCDF file"),

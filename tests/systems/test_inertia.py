@@ -233,7 +233,7 @@ def test_moments_of_a_tensor_land_ascending_in_the_map(tmp_path):
         ("tensor: [[1, 0, 0], [0, 1, 0], [0, 0, 1]], I1: 2.0", "bodies[0].I1: 2.0 is given beside tensor"),
         ("ratios: {I1: 1, I2: 1, I3: 1}, mesh: {file: a.stl, mass: 1}", "is given beside ratios"),
         ("mesh: {file: none.stl, mass: 1.0}", "bodies[0].mesh.file: 'none.stl' is not there"),
-        ("mesh: {file: none.stl}", "bodies[0].mesh.density: (nothing) is missing"),
+        ("mesh: {file: none.stl}", "bodies[0].mesh.density: is missing"),
         ("mesh: {file: none.stl, mass: 1.0, density: 1.0}", "is given beside mass"),
         ("mesh: {file: none.stl, mass: 1.0, unit: yard}", "bodies[0].mesh.unit: 'yard' is not available"),
         ("mesh: {file: none.stl, mass: -1.0}", "bodies[0].mesh.mass: -1.0 is out of range"),

@@ -9,7 +9,7 @@ from sweeps.mechanics import System
 
 system = System("Bead on a rotating hoop", references="Goldstein, Classical Mechanics, section 2.7")
 m = system.parameter("mass", "kg", default=1.0, positive=True)
-g = system.parameter("gravity", "m s-2", default=9.80665, positive=True, meaning="acceleration of free fall")
+g = system.parameter("gravity", "m s-2", default=9.80665, positive=True, meaning="gravitational acceleration g")
 R = system.parameter("radius", "m", default=1.0, positive=True, meaning="radius of the hoop")
 spin = system.parameter("spin_rate", "rad s-1", default=5.0, meaning="spin rate of the hoop")
 

@@ -11,7 +11,7 @@ from sweeps.mechanics import System
 system = System("Bead on a parabolic wire", references="Landau and Lifshitz, Mechanics, section 21")
 m = system.parameter("mass", "kg", default=1.0, positive=True)
 length = system.parameter("length", "m", default=1.0, positive=True, meaning="radius of curvature at the bottom")
-g = system.parameter("gravity", "m s-2", default=9.80665, positive=True, meaning="acceleration of free fall")
+g = system.parameter("gravity", "m s-2", default=9.80665, positive=True, meaning="gravitational acceleration g")
 spin = system.parameter("spin_rate", "rad s-1", default=0.0, meaning="spin rate of the wire about its axis")
 
 x = system.coordinate("x", "m", bounds=(-3 * length, 4 * length), size=length, meaning="distance from the axis")

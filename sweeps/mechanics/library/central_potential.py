@@ -11,9 +11,11 @@ from sweeps.mechanics import System
 
 system = System("Circular motion in a central potential", references="Landau and Lifshitz, Mechanics, section 14")
 m = system.parameter("mass", "kg", default=1.0, positive=True)
-k = system.parameter("strength", "1", default=1.0, positive=True, meaning="k of V = k r^s/s, in J m-s")
-s = system.parameter("exponent", "1", default=-1.0, least=-1.95, most=12.0, meaning="s of V = k r^s/s; not 0")
-L = system.parameter("angular_momentum", "kg m2 s-1", default=1.0, positive=True, meaning="momentum of the azimuth")
+k = system.parameter("strength", "1", default=1.0, positive=True, meaning="coefficient k of V = k rˢ/s, in J m-s")
+s = system.parameter("exponent", "1", default=-1.0, least=-1.95, most=12.0, meaning="exponent s of V = k rˢ/s; not 0")
+L = system.parameter(
+    "angular_momentum", "kg m2 s-1", default=1.0, positive=True, meaning="azimuthal angular momentum p_φ"
+)
 
 circle = (L**2 / (m * k)) ** (1 / (s + 2))
 r = system.coordinate("r", "m", bounds=(circle / 4, circle * 4), positive=True, size=circle, meaning="distance")

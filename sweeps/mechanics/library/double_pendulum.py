@@ -9,7 +9,7 @@ m1 = system.parameter("mass1", "kg", default=1.0, positive=True, meaning="upper 
 m2 = system.parameter("mass2", "kg", default=1.0, positive=True, meaning="lower mass")
 l1 = system.parameter("length1", "m", default=1.0, positive=True, meaning="length of the upper rod")
 l2 = system.parameter("length2", "m", default=1.0, positive=True, meaning="length of the lower rod")
-g = system.parameter("gravity", "m s-2", default=9.80665, positive=True, meaning="acceleration of free fall")
+g = system.parameter("gravity", "m s-2", default=9.80665, positive=True, meaning="gravitational acceleration g")
 
 upper = system.coordinate("theta1", "rad", bounds=(-pi, pi), periodic=True, meaning="angle of the upper rod")
 lower = system.coordinate("theta2", "rad", bounds=(-pi, pi), periodic=True, meaning="angle of the lower rod")

@@ -15,9 +15,9 @@ k = system.parameter("stiffness", "N m-1", default=1600.0, positive=True, meanin
 b = system.parameter("bond", "m", default=1.16e-10, positive=True, meaning="length of a bond")
 depth = system.parameter("depth", "J", default=8.8e-19, positive=True, meaning="energy that breaks a bond")
 
-x1 = system.coordinate("x1", "m", bounds=(-b, b), size=b, hold=0, meaning="place of the first atom A")
-x2 = system.coordinate("x2", "m", bounds=(b / 2, 3 * b / 2), size=b, meaning="place of the atom B")
-x3 = system.coordinate("x3", "m", bounds=(3 * b / 2, 5 * b / 2), size=b, meaning="place of the second atom A")
+x1 = system.coordinate("x1", "m", bounds=(-b, b), size=b, hold=0, meaning="position of the first atom A")
+x2 = system.coordinate("x2", "m", bounds=(b / 2, 3 * b / 2), size=b, meaning="position of the atom B")
+x3 = system.coordinate("x3", "m", bounds=(3 * b / 2, 5 * b / 2), size=b, meaning="position of the second atom A")
 for mass, place in ((outer, x1), (inner, x2), (outer, x3)):
     system.particle(mass, (place,))
 width = sqrt(k / (2 * depth))

@@ -7,7 +7,7 @@ from sweeps.mechanics import System
 system = System("Pendulum", references="Landau and Lifshitz, Mechanics, sections 5 and 21")
 m = system.parameter("mass", "kg", default=1.0, positive=True)
 length = system.parameter("length", "m", default=1.0, positive=True, meaning="length of the rod")
-g = system.parameter("gravity", "m s-2", default=9.80665, positive=True, meaning="acceleration of free fall")
+g = system.parameter("gravity", "m s-2", default=9.80665, positive=True, meaning="gravitational acceleration g")
 
 theta = system.coordinate("theta", "rad", bounds=(-pi, pi), periodic=True, meaning="angle from the downward vertical")
 system.particle(m, (length * sin(theta), -length * cos(theta)))

@@ -11,8 +11,10 @@ from sweeps.mechanics import System
 system = System("Conical motion of a spherical pendulum", references="Landau and Lifshitz, Mechanics, section 14")
 m = system.parameter("mass", "kg", default=1.0, positive=True)
 length = system.parameter("length", "m", default=1.0, positive=True, meaning="length of the rod")
-g = system.parameter("gravity", "m s-2", default=9.80665, positive=True, meaning="acceleration of free fall")
-L = system.parameter("angular_momentum", "kg m2 s-1", default=1.0, positive=True, meaning="momentum of the azimuth")
+g = system.parameter("gravity", "m s-2", default=9.80665, positive=True, meaning="gravitational acceleration g")
+L = system.parameter(
+    "angular_momentum", "kg m2 s-1", default=1.0, positive=True, meaning="azimuthal angular momentum p_φ"
+)
 
 theta = system.coordinate("theta", "rad", bounds=(0.001, pi - 0.001), meaning="angle from the downward vertical")
 phi = system.coordinate("phi", "rad", momentum=L, meaning="azimuth")

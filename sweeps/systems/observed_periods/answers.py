@@ -153,17 +153,18 @@ def _answer(row: dict, periods: TwoPeriods) -> str:
             return "excluded: a symmetric body has no such mode"
         least = row["least_ratio"] if one else LEAST[row["mode"]]
         sure = "" if math.isinf(row["sigma"]) else f" at {row['sigma']:.2g}σ"
-        whose = "this body's are" if one else "those of all bodies are"
-        return f"excluded{sure}: P_psi/P_phi = {periods.P_psi / periods.P_phi:.6g}, {whose} above {least:.6g}"
+        whose = "this body" if one else "any body"
+        observed = f"P_psi/P_phi = {periods.P_psi / periods.P_phi:.6g}"
+        return f"excluded{sure}: {observed}, but for {whose} this ratio exceeds {least:.6g}"
     if row["verdict"] == "within_errors":
-        where = "" if one else " (a flat body's)"
-        return f"possible within the errors: {row['sigma']:.2g}σ from the least wobble{where}"
+        where = "" if one else " of a flat body"
+        return f"possible within the errors: {row['sigma']:.2g}σ from the limit of small wobbles{where}"
     if one:
         error = f" ± {row['energy_stderr']:.2g}" if row["energy_stderr"] else ""
         return f"2T I3/L² = {row['energy']:.6g}{error}, m = {row['m']:.6g}, L/I3 = {row['omega0']:.6g} rad s⁻¹"
     if "least_energy" not in row:
         ratio = periods.P_psi / periods.P_phi
-        needles = f"needles alone, I1/I3 below {ratio / (1 + ratio):.3g}"
-        return f"possible for {needles if row['mode'] == 'lam' else 'nearly flat bodies alone'}"
+        needles = f"needles only, I1/I3 below {ratio / (1 + ratio):.3g}"
+        return f"possible for {needles if row['mode'] == 'lam' else 'nearly flat bodies only'}"
     between = f"from {row['least_energy']:.4g} to {row['greatest_energy']:.4g}"
     return f"possible for {100 * row['shapes']:.2g} % of all shapes, 2T I3/L² {between}"

@@ -29,7 +29,7 @@ class ObservedPeriodsDefinition(Definition):
     bodies: listed.bodies_of(listed.ListedBody) = Field(
         default=(), description="a list of bodies, names unique, in place of I1, I2 and I3 in grid"
     )
-    integration: Nothing = Field(Nothing(), description="an empty mapping: energies are solved for in closed form")
+    integration: Nothing = Field(Nothing(), description="an empty mapping: energies are computed in closed form")
 
     @model_validator(mode="after")
     def _check_grid(self) -> "ObservedPeriodsDefinition":

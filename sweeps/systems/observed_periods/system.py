@@ -32,8 +32,8 @@ class ObservedPeriods(MeasuredOnce):
     model = ObservedPeriodsDefinition
     tables = variables
     shareable = ()
-    closed = "tumbling periods, solved for the energy"
-    question = "Which bodies have both periods, in which mode, and how surely?"
+    closed = "energies from tumbling periods, in closed form"
+    question = "Which bodies have both periods, in which mode, and with which certainty?"
     references = "Kaasalainen, Astronomy and Astrophysics 376 (2001) 302; Landau and Lifshitz, Mechanics, section 37"
     caption = "energies of tumbling bodies that give two observed periods"
     samples_per_second = 5_000

@@ -13,7 +13,7 @@ Component = Annotated[float, number(lambda x: True, "any finite number")]
 
 def _not_zero(values: tuple[float, ...]) -> tuple[float, ...]:
     if not any(values):
-        raise refusal("points nowhere", "a list of numbers that are not all 0")
+        raise refusal("has no direction: all numbers are 0", "a list of numbers that are not all 0")
     return values
 
 
@@ -24,13 +24,13 @@ class OscillatorIntegration(Integration):
     tolerance: Tolerance = Field(1e-10, description="relative error allowed on the motion, 1e-13 to 1e-3")
     direction: Annotated[tuple[Component, ...], AfterValidator(_not_zero)] = Field(
         None,
-        description="direction of the nudge: a list of one number a coordinate, in the coordinates' units, not all 0; "
-        "left out, along each mode",
+        description="direction of the perturbation: a list of one number per coordinate, in the coordinates' units, "
+        "not all 0; default along each mode",
     )
     degenerate: bool = Field(
         False,
-        description="true or false: of a system of one coordinate, whether to tell the frequency at the nudge's "
-        "amplitude where V'' vanishes and a higher term holds the motion",
+        description="true or false: for a system of one coordinate, whether to compute the frequency at the "
+        "amplitude of the perturbation where V'' = 0 and a higher-order term confines the motion",
     )
 
 

@@ -251,7 +251,7 @@ def _places(ax, part, name, x, y):
                 look |= {"color": COLORS[regime], "gid": regime, "label": regime}
                 ax.plot(one[x].values[chosen], one[name].values[chosen], **look)
     _scale(ax.xaxis, row[x].values)
-    title = "places" if not y else f"places, {_fixed(part, y)}"
+    title = "places" if not y else f"equilibria, {_fixed(part, y)}"
     ax.set_title(title, loc="left")
     unit = style.units(part[name].attrs.get("units", "1"))
     ax.set(xlabel=_label(part, x), ylabel=name.removesuffix("_equilibrium") + (f"  ({unit})" if unit else ""))

@@ -49,7 +49,7 @@ class Oscillator(Described):
     own = COORDINATES
     reserved = frozenset({*VARIABLES, *DEGENERATE, *FOLLOWED, "equilibrium", "mode", "point"})
     literature = "Landau and Lifshitz, Mechanics, section 23"
-    shown = "measured rates of small oscillations about each equilibrium, beside theory"
+    shown = "measured rates of small oscillations about each equilibrium, compared with linear theory"
 
     def __init__(self, name: str, load: "Callable[[], mechanics.System]", source: bytes, folder: str = ""):
         super().__init__(name, load, source, folder)

@@ -12,7 +12,7 @@ function signedRate() {
     return Math.sign(value) * Math.sqrt(Math.abs(value));
   };
   const text = (value) => withUnit(value, "rad s-1", square.digits);
-  return [{ name: "signed_rate", longName: "signed rate, measured (below 0 it grows, above 0 it oscillates)", units: "s-1", at, text, flags: [] }];
+  return [{ name: "signed_rate", longName: "measured rate (positive: frequency, negative: growth rate)", units: "s-1", at, text, flags: [] }];
 }
 
 const LEAST_NUDGES = 6;
@@ -52,7 +52,7 @@ function drawNudges() {
   const target = document.getElementById("nudges-plot");
   const narrow = target.clientWidth < 520;
   const legend = narrow ? { orientation: "h", y: -0.3 } : {};
-  const layout = plotLayout({ height: narrow ? 480 : 420, showlegend: true, legend, hovermode: "closest", dragmode: matchMedia("(pointer: coarse)").matches ? false : "zoom", xaxis: { type: "log", title: { text: "size of the nudge, ε" }, exponentformat: "power" }, yaxis: { type: "log", title: { text: "|rate/theory − 1|" }, exponentformat: "power", range: [-16, 0.5] } });
+  const layout = plotLayout({ height: narrow ? 480 : 420, showlegend: true, legend, hovermode: "closest", dragmode: matchMedia("(pointer: coarse)").matches ? false : "zoom", xaxis: { type: "log", title: { text: "perturbation ε" }, exponentformat: "power" }, yaxis: { type: "log", title: { text: "|rate/theory − 1|" }, exponentformat: "power", range: [-16, 0.5] } });
   Plotly.react(target, [...curves, law], layout, PLOT_CONFIG);
   document.getElementById("nudges-summary").textContent = nudgesInWords(curves);
 }
@@ -61,7 +61,7 @@ function nudgesInWords(curves) {
   const parts = curves.map((curve) => {
     const at = curve.y.findIndex((value) => value > 0.01);
     const name = curve.name.replace(/&lt;/g, "<").replace(/&gt;/g, ">").replace(/&amp;/g, "&");
-    return at >= 0 ? `${name}: one per cent off from ε = ${numberText(curve.x[at], 2)}` : `${name}: within one per cent throughout`;
+    return at >= 0 ? `${name}: deviates by 1 % from ε = ${numberText(curve.x[at], 2)}` : `${name}: within 1 % everywhere`;
   });
   return parts.join("; ") + ".";
 }

@@ -19,8 +19,8 @@ class FlowIntegration(Integration):
     tolerance: Tolerance = Field(1e-12, description="relative error allowed on the motion, 1e-13 to 1e-3")
     runs: Annotated[int | None, BeforeValidator(lambda runs: runs if runs is None else NUMBER.func(runs))] = Field(
         None,
-        description=f"runs of each point, in different directions: 1 to {MOST_RUNS}; equal modes need one each; left "
-        "out, one for every two eigenvalues, from two to four",
+        description=f"runs of each point, in different directions: 1 to {MOST_RUNS}; equal modes need one each; "
+        "default one for every two eigenvalues, from two to four",
     )
 
 

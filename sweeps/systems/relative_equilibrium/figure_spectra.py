@@ -183,7 +183,7 @@ def _kinds(figure, part):
     handles = [Patch(facecolor=LOOK.color(name), label=LOOK.words(name)) for name in REGIMES[1:] if name in drawn]
     if any(np.ma.getmaskarray(mesh).any() for mesh in codes):
         nowhere = part["status"].values[part["regime"].values < 0] == STATUSES.index("no_equilibrium")
-        handles.append(Patch(facecolor=MISSING, label="no such equilibrium" if nowhere.all() else "not told"))
+        handles.append(Patch(facecolor=MISSING, label="no such equilibrium" if nowhere.all() else "no measured value"))
     return handles
 
 
@@ -212,10 +212,10 @@ def draw_agreement(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
             look |= {"color": LOOK.color(name), "gid": name, "label": LOOK.words(name), "rasterized": True}
             ax.plot(error[chosen], np.maximum(off[chosen], LEAST_DRAWN), **look)
     ends = (error[known].min() / 2, error[known].max() * 2)
-    ax.plot(ends, ends, color=colors.INK, linewidth=1.0, linestyle=(0, (4, 2)), gid="bar", label="the error told")
+    ax.plot(ends, ends, color=colors.INK, linewidth=1.0, linestyle=(0, (4, 2)), gid="bar", label="reported error")
     ax.set(xscale="log", yscale="log", xlim=ends, ylim=(LEAST_DRAWN / 2, max(ends[1], 1e-12)))
-    ax.set_xlabel("error told / rate scale  (dimensionless)")
-    ax.set_ylabel("distance from theory / scale  (dimensionless)")
+    ax.set_xlabel("reported error / rate scale  (dimensionless)")
+    ax.set_ylabel("distance from theory / rate scale  (dimensionless)")
     ax.grid(axis="y", color=colors.FAINT, linewidth=0.5, alpha=0.7)
     ax.set_axisbelow(True)
     style.legend(figure)

@@ -46,7 +46,7 @@ class RelativeEquilibrium(Described):
     own = COORDINATES
     reserved = frozenset({*VARIABLES, *INVARIANTS, *COORDINATES, "point"})
     literature = "Merkin, Introduction to the Theory of Stability, chapter 6"
-    shown = "measured eigenvalues of motions about each equilibrium, beside theory"
+    shown = "measured eigenvalues of motions about each equilibrium, compared with linear theory"
 
     @staticmethod
     def describes(description: "mechanics.System") -> bool:

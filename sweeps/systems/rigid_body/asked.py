@@ -25,7 +25,7 @@ def bodies(definition: Definition, path: object) -> dict[str, Body]:
     found = definition.bodies if isinstance(definition, RigidBodyDefinition) else ()
     if not found:
         allowed = "a definition of rigid bodies with bodies"
-        raise DefinitionError(f"{path}: bodies: (nothing) is missing; allowed: {allowed}")
+        raise DefinitionError(f"{path}: bodies: is missing; allowed: {allowed}")
     return {body.name: body for body in found}
 
 
@@ -98,7 +98,7 @@ def answer(
     found = _chosen(body, spun, axis)
     rows = [
         (
-            f"axis {one.axis}" + (", its own" if body.axis == one.axis else ""),
+            f"axis {one.axis}" + (" (usual spin)" if body.axis == one.axis else ""),
             in_words(one, wording.duration) + (_thrown(body, spun, one.axis) if thrown else ""),
         )
         for one in found

@@ -60,7 +60,7 @@ _ROWS = "3 rows of 3 finite numbers: [[Ixx, Ixy, Ixz], [Iyx, Iyy, Iyz], [Izx, Iz
 def _tensor(value: object) -> tuple[tuple[float, ...], ...]:
     rows = value if isinstance(value, tuple | list) else ()
     if len(rows) != 3 or not all(isinstance(row, tuple | list) and len(row) == 3 for row in rows):
-        raise refusal("is no tensor of inertia", _ROWS)
+        raise refusal("is not a tensor of inertia", _ROWS)
     return tuple(tuple(finite(entry, _ROWS) for entry in row) for row in rows)
 
 
@@ -79,14 +79,14 @@ class Mesh(Strict):
     density: Positive = Field(default=None, description="density, kg m-3: finite, > 0")
     mass: Positive = Field(default=None, description="mass of the whole body, kg, in place of density: finite, > 0")
     unit: Annotated[str, choice(tuple(inertia.UNITS))] = Field(
-        "m", description="what the file's lengths are in: " + ", ".join(inertia.UNITS)
+        "m", description="unit of length of the file: " + ", ".join(inertia.UNITS)
     )
 
     @model_validator(mode="after")
     def _check_density(self) -> "Mesh":
         if (self.density is None) == (self.mass is None):
             wrong = "is missing" if self.density is None else "is given beside mass"
-            shown = "(nothing)" if self.density is None else display(self.density)
+            shown = "" if self.density is None else display(self.density)
             raise refusals([Problem(("density",), shown, wrong, "density (kg m-3) or mass (kg), one of them")])
         return self
 
@@ -95,7 +95,7 @@ class Observed(Strict):
     """What people measured of a body's motion: for comparison only, nothing is computed from it."""
 
     period_days: Positive = Field(description="observed period, days of 86,400 s: > 0")
-    what: Annotated[str, line_of_text(100)] = Field(description="what has that period: one line of text")
+    what: Annotated[str, line_of_text(100)] = Field(description="the motion that has this period: one line of text")
 
 
 class Body(Strict):
@@ -110,17 +110,19 @@ class Body(Strict):
     ratios: Ratios = Field(default=None, description="{I1, I2, I3} in place of moments, in any one unit")
     tensor: Annotated[tuple, BeforeValidator(_tensor)] = Field(
         default=None,
-        description="the whole tensor of inertia about the centre of mass, kg m2, in place of moments, symmetric, "
+        description="tensor of inertia about the centre of mass, kg m2, in place of moments, symmetric, "
         f"off-diagonal entries minus the products of inertia; {_ROWS}",
     )
     mesh: Mesh = Field(default=None, description="{file, density or mass, unit} in place of moments")
-    omega0: SpinRate = Field(default=None, description="the body's own spin rate, rad s-1: 1e-150 ≤ |omega0| ≤ 1e150")
-    epsilon: Epsilon = Field(default=None, description="the body's own size of the nudge, relative: 0 < epsilon < 1")
-    phase: Phase = Field(default=None, description="the body's own direction of the nudge, rad: finite")
+    omega0: SpinRate = Field(default=None, description="spin rate of this body, rad s-1: 1e-150 ≤ |omega0| ≤ 1e150")
+    epsilon: Epsilon = Field(
+        default=None, description="size of the perturbation of this body, relative: 0 < epsilon < 1"
+    )
+    phase: Phase = Field(default=None, description="direction of the perturbation of this body, rad: finite")
     axis: Axis = Field(default=None, description="the axis it spins about in nature: 1, 2 or 3")
-    source: Prose = Field(default=None, description="where the numbers come from: text")
-    note: Prose = Field(default=None, description="what a reader should know: text")
-    observed: Observed = Field(default=None, description="what people measured: {period_days, what}")
+    source: Prose = Field(default=None, description="source of the numbers: text")
+    note: Prose = Field(default=None, description="remark for the reader: text")
+    observed: Observed = Field(default=None, description="observed motion: {period_days, what}")
 
     _principal: inertia.Principal | None = PrivateAttr(None)
     _solid: inertia.Solid | None = PrivateAttr(None)
@@ -159,7 +161,7 @@ class Body(Strict):
                 (name, display(getattr(self, name)), f"is given beside {others[0]}") for name in given + others[1:]
             ]
         else:
-            wrong = [(name, "(nothing)", "is missing") for name in MOMENTS if name not in given]
+            wrong = [(name, "", "is missing") for name in MOMENTS if name not in given]
         if wrong:
             raise refusals([Problem((name,), shown, what, either) for name, shown, what in wrong])
         self._find_principal((info.context or {}).get("folder", ""))
@@ -185,8 +187,8 @@ class RigidBodyIntegration(Integration):
 
     propagator: Annotated[str, choice(PROPAGATORS)] = Field(
         "direct",
-        description="how the motion is computed: direct (step by step, each point certified by the closed form) or "
-        "exact (the closed form's own step)",
+        description="integration method: direct (Taylor steps, each point certified by the closed form) or exact "
+        "(steps of the closed form)",
     )
     collapse: bool = Field(
         False,
@@ -226,7 +228,7 @@ class RigidBodyIntegration(Integration):
         names = self._possible
         wrong = [
             Problem(
-                ("variables", i), display(name), "is no variable of this sweep" + hint(name, names), ", ".join(names)
+                ("variables", i), display(name), "is not a variable of this sweep" + hint(name, names), ", ".join(names)
             )
             for i, name in enumerate(self.variables or ())
             if name not in names
@@ -297,19 +299,19 @@ class RigidBodyDefinition(Definition):
             allowed = "moments in bodies or in grid, not both"
             yield _grid_problem(name, display(entry), "is given beside bodies", allowed)
         if not self.bodies and entry is None:
-            yield _grid_problem(name, "(nothing)", "is missing", description_of(GridEntries, name))
+            yield _grid_problem(name, "", "is missing", description_of(GridEntries, name))
 
     def _shared_problems(self, name: str) -> Iterator[Problem]:
         entry = getattr(self.grid, name)
         giving = [body for body in self.bodies if getattr(body, name) is not None]
         if giving and len(giving) == len(self.bodies):
             if name in self.grid.model_fields_set:
-                wrong = "is given although every body gives its own"
+                wrong = "is given although every body has its own"
                 yield _grid_problem(name, display(entry), wrong, f"{name} in grid or in every body, not both")
         elif entry is None:
-            yield _grid_problem(name, "(nothing)", "is missing", description_of(GridEntries, name))
+            yield _grid_problem(name, "", "is missing", description_of(GridEntries, name))
         elif giving and not isinstance(entry, float):
-            wrong = f"makes a dimension, but {len(giving)} of {len(self.bodies)} bodies give their own {name}"
+            wrong = f"is a dimension, but {len(giving)} of {len(self.bodies)} bodies have their own {name}"
             allowed = f"a single number here, or {name} in no body, or in every body and not here"
             yield _grid_problem(name, display(entry), wrong, allowed)
 

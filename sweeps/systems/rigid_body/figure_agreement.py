@@ -20,7 +20,7 @@ IMPOSSIBLE = "#a6a9ad"
 MOST_ERROR_POINTS = 3000  # beyond, their middle 90 % as a band
 BINS = 48
 WORDS = {  # group of points → what the legend says of it; of the others nothing
-    "impossible": "body cannot exist",
+    "impossible": "physically impossible",
     "short_window": LOOK.words("short_window"),
     "not_converged": LOOK.words("not_converged"),
     "opposite": "sign differs from theory",
@@ -50,7 +50,7 @@ def _subtitle(ds: "xr.Dataset", found: Agreement) -> str:
     thinned = "all drawn" if found.stride == 1 else f"every {_ordinal(found.stride)} drawn"
     points = style.count(found.points, "point", "points")
     left_out = rf";  {found.marginal:,} with $\Omega^2 = 0$ in theory left out" if found.marginal else ""
-    worst = f";  largest relative deviation of what is ok and can exist: {style.number(found.worst, 2)}"
+    worst = f";  largest relative deviation, status ok: {style.number(found.worst, 2)}"
     return (
         f"{ds.attrs.get('title', '')}:  {points}, {thinned}{left_out}\n"
         f"Measured regime:  {_counts(found.regimes)}\n"
@@ -64,8 +64,8 @@ def _certificate(found: Agreement) -> str:
     if np.isnan(found.certificate):
         return ""
     return (
-        f"\nCertificate:  largest distance from the exact solution {style.number(found.certificate, 2)} of the nudge's "
-        f"size so far;  {found.statuses['not_converged']:,} not converged"
+        f"\nCertificate:  largest integration error {style.number(found.certificate, 2)}, relative to the "
+        f"perturbation;  {found.statuses['not_converged']:,} not converged"
     )
 
 

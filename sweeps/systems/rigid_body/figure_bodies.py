@@ -72,7 +72,7 @@ def _subtitle(ds: xr.Dataset, part: xr.Dataset) -> str:
     bodies = style.count(ds.sizes["body"], "body", "bodies")
     if part.sizes["body"] < ds.sizes["body"]:
         bodies = f"{part.sizes['body']} of {bodies}"
-    text = settings(fixed) + (f";  each body its own {', '.join(own)}" if own else "")
+    text = settings(fixed) + (f";  {', '.join(own)} differ by body" if own else "")
     return f"{ds.attrs.get('title', '')}:  {bodies};  {text}"
 
 
@@ -94,7 +94,7 @@ def _rates(ax: Axes, part: xr.Dataset) -> None:
     ax.set(xlim=(zero / 1.7, max(2.0, 1.6 * np.nanmax(np.append(rates, 1.0)))), ylim=(rows - 0.42, -0.58))
     ax.set_yticks(range(rows), [_row_label(part.isel(body=i)) for i in range(rows)], fontsize=9)
     ax.set_xlabel(r"measured rate relative to the spin, $\sqrt{|\Omega^2|}\,/\,|\omega_0|$  (dimensionless)")
-    ax.set_title("Rates; in each mark its spin axis", loc="left", fontweight="bold", fontsize=9.5)
+    ax.set_title("Rates (numerals: spin axis)", loc="left", fontweight="bold", fontsize=9.5)
     _zero_column(ax, zero, low, rows)
 
 
@@ -113,7 +113,7 @@ def _histogram(ax: Axes, ds: xr.Dataset) -> None:
         look = {"histtype": "step", "linewidth": 1.6, "color": colors.SERIES_COLORS[axis - 1], "linestyle": LINES[axis]}
         ax.hist(row.values[np.isfinite(row.values)], bins, label=f"about axis {axis}", gid="histogram", **look)
     ax.axvline(0.0, color=colors.QUIET, linewidth=0.8)
-    ax.set(xlabel=r"measured rate $/\,|\omega_0|$: below 0 it grows  (dimensionless)", ylabel="bodies")
+    ax.set(xlabel=r"measured rate $/\,|\omega_0|$ (negative: growth)  (dimensionless)", ylabel="bodies")
     ax.set_title(f"All {ds.sizes['body']:,} bodies", loc="left", fontweight="bold", fontsize=9.5)
     ax.legend(loc="best")
 
@@ -122,7 +122,7 @@ def _times(ax: Axes, part: xr.Dataset) -> None:
     """Beside each row its unstable axis, how soon a nudge of it grows by a factor e, and how often the spin flips."""
     look = {"va": "center", "fontsize": 8.5, "color": LOOK.color("unstable")}
     flips = "flip_period" in part
-    nudge = f"nudged by {style.number(float(part['epsilon']), 2)}" if part["epsilon"].ndim == 0 else "by its own nudge"
+    nudge = f"ε = {style.number(float(part['epsilon']), 2)}" if part["epsilon"].ndim == 0 else "own ε"
     heads = {AXIS: "spun\nabout", GROWS: "grows\ne-fold in"} | ({FLIPS: f"{nudge},\nflips every"} if flips else {})
     for inches, head in heads.items():
         _beside(ax, None, inches, head, va="bottom", fontsize=8, color=colors.QUIET)

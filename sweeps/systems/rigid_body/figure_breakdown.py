@@ -35,8 +35,8 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     _panel(left, found, found["theory"] > 0, lit)
     _panel(right, found, found["theory"] < 0, lit)
     left.set_ylabel(r"$|\,\Omega^2_{\rm measured}\,/\,\Omega^2_{\rm theory} - 1\,|$  (dimensionless)")
-    left.set_title("oscillates in theory", loc="left", color=colors.STABLE, fontweight="bold")
-    right.set_title("grows in theory", loc="left", color=colors.UNSTABLE, fontweight="bold")
+    left.set_title("stable (linear theory)", loc="left", color=colors.STABLE, fontweight="bold")
+    right.set_title("unstable (linear theory)", loc="left", color=colors.UNSTABLE, fontweight="bold")
     right.tick_params(labelleft=False)
     _table(table, found, lit)
     return figure
@@ -51,8 +51,8 @@ def _subtitle(ds: xr.Dataset, total: int, found: xr.Dataset) -> str:
     low, high = (style.power(round(np.log10(bound))) for bound in (FIT_ABOVE, FIT_BELOW))
     return (
         f"{ds.attrs.get('title', '')}:  {shown};  {fitted if slopes.size else 'no exponent can be fitted'}\n"
-        f"Fitted over the shaded range, {low} to {high}, where a deviation is at least ten times what it is at the "
-        "least nudges (fainter where it is not)"
+        f"Fitted over the shaded range, {low} to {high}, where a deviation is at least ten times its value for "
+        "the smallest perturbations (fainter elsewhere)"
     )
 
 
@@ -95,7 +95,7 @@ def _look(body: int, lit: list[int]) -> dict:
 
 
 def _panel(ax: Axes, found: xr.Dataset, belongs: xr.DataArray, lit: list[int]) -> None:
-    ax.set(xscale="log", yscale="log", xlabel=r"nudge $\varepsilon$, relative to $\omega_0$  (dimensionless)")
+    ax.set(xscale="log", yscale="log", xlabel=r"perturbation $\varepsilon$, relative to $\omega_0$  (dimensionless)")
     epsilon = found["epsilon"].values
     ax.axhspan(FIT_ABOVE, FIT_BELOW, color="#f3f4f6", zorder=0, linewidth=0)
     for i, j in np.argwhere(belongs.transpose("body", "axis").values):
@@ -158,7 +158,7 @@ def _table(ax: Axes, found: xr.Dataset, lit: list[int]) -> None:
             ax.text(x, i, text, ha="center", va="center", fontsize=8.5, color=color)
     ax.axhline(rows - 0.45, color=colors.FAINT, linewidth=0.8)
     if "no law" in {text.get_text() for text in ax.texts}:
-        ax.text(0.0, rows + 0.1, "no law: too few deviations stand above the floor", **(head | {"fontsize": 7.8}))
+        ax.text(0.0, rows + 0.1, "no law: too few deviations above rounding", **(head | {"fontsize": 7.8}))
 
 
 def _clipped(name: str, most: int = 29) -> str:

@@ -173,10 +173,10 @@ def _subtitle(ds: "xr.Dataset", body: AsymmetricBody) -> str:
         f"${name[0]}_{name[1]}$ = {style.number(x, 4)}" for name, x in zip(MOMENTS, body.moments, strict=True)
     )
     known = f" {body.units}" if body.units else "  (ratios)"
-    which = f"{body.name}:  " if body.name else "the body of this map whose moments differ most:  "
+    which = f"{body.name}:  " if body.name else "the most asymmetric body of this map:    "
     return (
         f"{ds.attrs.get('title', '')};  {which}{values}{known}\n"
-        r"The curves that $\omega$ traces in the body: where its ellipsoids of energy and momentum meet, one energy"
+        "Polhodes: intersections of the energy ellipsoid with momentum ellipsoids"
     )
 
 
@@ -313,8 +313,8 @@ def _axis_label(ax: Axes, tip: np.ndarray, along: np.ndarray, text: str, tall: b
 
 def _legend(figure: Figure) -> None:
     words = {
-        "stable_minor": "about the axis of least moment",
-        "stable_major": "about the axis of greatest moment",
+        "stable_minor": "about the axis of least inertia",
+        "stable_major": "about the axis of greatest inertia",
         "unstable": "separatrix",
     }
     handles = [

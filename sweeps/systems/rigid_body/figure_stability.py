@@ -208,7 +208,7 @@ def _hatch(ax: Axes, x, y, part: Mapping[str, np.ndarray], third: float) -> None
     outline = Outline.make_compound_path(*parts)
     ax.add_patch(PathPatch(outline, facecolor="white", alpha=0.55, linewidth=0))
     look = {"facecolor": "none", "edgecolor": "#55585c", "linewidth": 0.0, "hatch": "/////"}
-    label = "cannot exist: a moment above the others' sum"
+    label = "impossible: one moment exceeds the sum of the others"
     ax.add_patch(PathPatch(outline, gid="impossible", label=label, **look))
     line = {"color": "#55585c", "linewidth": 0.9, "gid": "triangle"}
     for edge in (low, high):
@@ -382,8 +382,8 @@ def _color_bar(figure: Figure, ax: Axes, mesh) -> None:
     bar.set_ticks(ticks, labels=[f"{abs(t):.{decimals}f}" if decimals <= 4 else style.number(abs(t), 3) for t in ticks])
     bar.outline.set_linewidth(0.8)
     look = {"xycoords": "axes fraction", "textcoords": "offset points", "rotation": 90, "ha": "left", "va": "center"}
-    bar.ax.annotate(r"grows:  rate / $|\omega_0|$", (1.0, 0.25), (36, 0), color=colors.UNSTABLE, **look)
-    bar.ax.annotate(r"oscillates:  $\Omega$ / $|\omega_0|$", (1.0, 0.75), (36, 0), color=colors.STABLE, **look)
+    bar.ax.annotate(r"growth rate / $|\omega_0|$", (1.0, 0.25), (36, 0), color=colors.UNSTABLE, **look)
+    bar.ax.annotate(r"frequency $\Omega$ / $|\omega_0|$", (1.0, 0.75), (36, 0), color=colors.STABLE, **look)
 
 
 def _curve(figure, part, axis, shown, fixed) -> Figure:
@@ -405,7 +405,7 @@ def _curve(figure, part, axis, shown, fixed) -> Figure:
         span = ax.axvspan(
             cells[row[1]], cells[row[2]], facecolor="none", edgecolor="#9a9da1", hatch="/////", linewidth=0, zorder=0
         )
-        span.set(gid="impossible", label="cannot exist")
+        span.set(gid="impossible", label="physically impossible")
     for pair, line in boundaries(axis, {name: (cells[0], cells[-1])}, fixed).items():
         ax.axvline(line[name][0], color=colors.INK, linewidth=1.2, gid=_pair_text(pair))
         _outside(ax, pair, (line[name][0], 1.0), ax.get_xaxis_transform(), (0, 3), ha="center", va="bottom")

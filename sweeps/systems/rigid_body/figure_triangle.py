@@ -39,7 +39,7 @@ def draw(ds: "xr.Dataset", ax: Axes | None = None) -> Figure | None:
     spun = ds["axis"].values.tolist()
     large = 2 if 2 in spun else spun[0]
     others = [axis for axis in spun if axis != large]
-    title = "All bodies there can be" if "ratios" in str(ds.attrs.get("definition", "")) else "Bodies by their shape"
+    title = "All possible rigid bodies" if "ratios" in str(ds.attrs.get("definition", "")) else "Bodies by shape"
     figure = style.canvas(8.6 if others else 5.6, 5.9, title, _subtitle(ds), footer=0.05, ax=ax)
     grid = figure.add_gridspec(2, 2 if others else 1, width_ratios=(1.9, 1.0) if others else (1.0,))
     axes = {large: figure.add_subplot(grid[:, 0])}
@@ -85,8 +85,8 @@ def _is_on_triangle(ds: "xr.Dataset") -> bool:
 
 def _subtitle(ds: "xr.Dataset") -> str:
     bodies = math.prod(ds.sizes[dim] for dim in ("point", *SHAPE) if dim in ds.sizes)
-    points = f"{bodies:,} bodies, each spun about each axis, nudged and measured"
-    return f"{points}.  Colour: the nudge's measured rate, in units of the spin"
+    points = f"{bodies:,} bodies, spun about each axis, perturbed and measured"
+    return f"{points}.  Colour: measured rate of the perturbation over the spin rate"
 
 
 def fixed_at(ds: "xr.Dataset") -> dict[str, int]:
@@ -204,7 +204,7 @@ def _words(ax: Axes, axis: int, is_large: bool) -> None:
         return
     quiet = {"color": colors.QUIET, "fontsize": 8.5, "ha": "center", "va": "center"}
     ax.text(0.70, 0.25, r"flat:  $I_1 + I_2 = I_3$", rotation=-45, rotation_mode="anchor", **quiet)
-    ax.text(0.25, 0.30, "no body has\nthese moments", **quiet)
+    ax.text(0.25, 0.30, "physically\nimpossible", **quiet)
     ax.annotate(
         r"$I_1 = I_2$",
         (0.6, 0.6),
@@ -231,5 +231,5 @@ def _color_bar(figure: Figure, ax: Axes, mesh) -> None:
     bar.set_ticks([-1, -0.5, 0, 0.5, 1], labels=["1", "0.5", "0", "0.5", "1"])
     bar.outline.set_linewidth(0.8)
     look = {"transform": bar.ax.transAxes, "va": "top", "fontsize": 9}
-    bar.ax.text(0.0, -2.25, r"grows:  rate / $\omega_0$", color=colors.UNSTABLE, ha="left", **look)
-    bar.ax.text(1.0, -2.25, r"oscillates:  $\Omega$ / $\omega_0$", color=colors.STABLE, ha="right", **look)
+    bar.ax.text(0.0, -2.25, r"growth rate / $\omega_0$", color=colors.UNSTABLE, ha="left", **look)
+    bar.ax.text(1.0, -2.25, r"frequency $\Omega$ / $\omega_0$", color=colors.STABLE, ha="right", **look)

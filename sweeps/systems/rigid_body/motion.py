@@ -58,4 +58,4 @@ def motion(point: Mapping[str, float], duration: float | None, samples: int | No
     moments, omega = start(point)
     rotation = 2 * math.pi / np.abs(omega).max()
     times = instants(_span(point, rotation) if duration is None else duration, samples, rotation)
-    return xr.Dataset(columns(moments, omega, times, tolerance), {"time": time(times, "the nudge")})
+    return xr.Dataset(columns(moments, omega, times, tolerance), {"time": time(times, "the perturbation")})

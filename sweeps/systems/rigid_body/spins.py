@@ -117,20 +117,20 @@ def _in_space(spin: Spin, duration) -> str:
 
 
 def in_words(spin: Spin, duration) -> str:
-    """What becomes of a spin, one sentence or two; `duration` says seconds in words."""
+    """Return the outcome of a perturbed spin in one sentence or two; `duration` formats seconds."""
     if spin.regime == "unstable":
         text = f"unstable: perturbations grow e-fold in {duration(spin.e_folding_time)}"
         if spin.flip_period is None:
-            return f"{text}, yet it never turns over"
-        share = f"up to {spin.twist:.3f}" if spin.twist >= 1e-3 else "less than 0.001"
-        seen = f"; thrown at the best ε, it twists by {share} of half a turn per revolution of its handle"
+            return f"{text}, but the body never flips (separatrix)"
+        twist = f"up to {180 * spin.twist:.3g}°" if spin.twist >= 1e-3 else "less than 0.2°"
+        seen = f"; thrown at the best ε, it twists by {twist} per revolution of its handle"
         return f"{text}, and the body flips every {duration(spin.flip_period)}{seen}"
     if spin.euler_period is not None:
         end = "least" if spin.regime == "stable_minor" else "greatest"
-        text = f"stable ({end} moment): wobble period {duration(spin.euler_period)} (body frame)"
+        text = f"stable ({end} inertia): wobble period {duration(spin.euler_period)} (body frame)"
         if spin.flip_period is not None:
             return f"{text}; this perturbation is too large, and the body flips every {duration(spin.flip_period)}"
-        return f"{text}, and the spin never tilts beyond {spin.max_tilt:.2g}°{_in_space(spin, duration)}"
+        return f"{text}, tilt at most {spin.max_tilt:.2g}°{_in_space(spin, duration)}"
     if spin.regime == "sphere":
         return "neutral (I1 = I2 = I3): perturbations neither grow nor oscillate"
     return "marginal: two moments are equal, and perturbations grow in proportion to time, not exponentially"

@@ -38,7 +38,7 @@ class RigidBody(Dynamics):
     existence = MOMENTS
     compiled = KERNELS
     references = "Landau and Lifshitz, Mechanics, sections 36 and 37"
-    caption = "measured rates of small perturbations about each principal axis, beside linear theory"
+    caption = "measured rates of small perturbations about each principal axis, compared with linear theory"
     picture_seconds = 4.5
 
     @cached_property
@@ -171,7 +171,7 @@ class RigidBody(Dynamics):
 
         bodies, rows = [body for body in definition.bodies if body.principal], []
         for body in bodies[:MOST_BODIES]:
-            rows.append(("body", f"{body.name}: principal moments and axes, in the coordinates it is given in"))
+            rows.append(("body", f"{body.name}: principal moments and axes, in the coordinates of the input"))
             rows += [("", line) for line in principal_axes(body.principal)]
         if len(bodies) > MOST_BODIES:
             rows.append(("body", f"and {len(bodies) - MOST_BODIES:,} more (--json has all of them)"))

@@ -17,8 +17,8 @@ class TopIntegration(Integration):
     rotations: Positive = Field(4.0, description="length of a run in rotations, 2π/|omega3|: > 0")
     tolerance: Tolerance = Field(
         1e-12,
-        description="relative error allowed on the transverse part, 1e-13 to 1e-3: below 1e-13 the rounding of "
-        "doubles over a run is larger than the request, above 1e-3 the error hides what is measured",
+        description="relative error allowed on the transverse part, 1e-13 to 1e-3: below 1e-13 "
+        "rounding dominates, above 1e-3 the error hides the measured effect",
     )
 
 

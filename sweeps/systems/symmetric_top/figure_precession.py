@@ -69,7 +69,7 @@ def _rates(ax: Axes, part: xr.Dataset) -> list:
     if beyond:
         look = {"facecolor": "none", "edgecolor": "#9a9da1", "hatch": "/////", "linewidth": 0}
         ax.axvspan(max(2.0, low), high, gid="impossible", **look)
-        handles.append(Patch(label="cannot exist: $I_3 > 2 I_1$", **look))
+        handles.append(Patch(label="impossible: $I_3 > 2 I_1$", **look))
     ax.set(xlim=(low, high), xlabel=r"$I_3/I_1$  (dimensionless)")
     ax.set_ylabel(r"measured precession rate $\Omega/\omega_3$  (dimensionless)")
     halo = {"transform": ax.transAxes, "path_effects": style.halo(), "fontweight": "bold"}
@@ -81,7 +81,7 @@ def _rates(ax: Axes, part: xr.Dataset) -> list:
 
 
 def _deviations(ax: Axes, part: xr.Dataset) -> list:
-    """The largest relative deviation of the rate at each half-angle, and what is promised; single ones are rounding."""
+    """The largest relative deviation of the rate at each half-angle, and the tolerance; single ones are rounding."""
     angle = part["half_angle"].values
     deviation = part["deviation"].transpose("half_angle", "ratio", "omega3").values.reshape(angle.size, -1)
     drawn = np.maximum(deviation, LEAST_DRAWN)
@@ -92,8 +92,8 @@ def _deviations(ax: Axes, part: xr.Dataset) -> list:
         line = {"color": colors.INK, "linewidth": 1.4, "marker": "o", "markersize": 3.0, "gid": "worst"}
         handles += ax.plot(angle[known], worst, label="largest deviation at each half-angle", **line)
     dashes = {"color": colors.UNSTABLE, "linewidth": 1.0, "linestyle": (0, (4, 2))}
-    ax.axhline(PROMISED, gid="promised", **dashes)
-    handles.append(Line2D([], [], label=f"promised: {style.number(PROMISED)}", **dashes))
+    ax.axhline(PROMISED, gid="tolerance", **dashes)
+    handles.append(Line2D([], [], label=f"tolerance: {style.number(PROMISED)}", **dashes))
     ax.set(yscale="log", ylim=(LEAST_DRAWN / 2, 1e-8), xlim=(0, 90), xticks=range(0, 91, 15))
     ticks = 10.0 ** np.arange(-16, -7, 2)
     ax.set_yticks([LEAST_DRAWN, *ticks], ["0", *(style.power(round(np.log10(t))) for t in ticks)])

@@ -39,7 +39,7 @@ class SymmetricTop(Dynamics):
     )
     model = SymmetricTopDefinition
     references = "Landau and Lifshitz, Mechanics, sections 33 and 36"
-    caption = "measured precession of the free symmetric top about its figure axis, beside the closed form"
+    caption = "measured precession of the free symmetric top about its figure axis, compared with the closed form"
     picture_seconds = 2.5
     samples_per_second = 18_000_000  # two motions each, angles and cones
 

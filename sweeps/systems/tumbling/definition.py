@@ -18,14 +18,14 @@ SHAREABLE = ("energy", "omega0")
 class Tumbler(listed.ListedBody):
     """One body that tumbles."""
 
-    energy: Energy = Field(default=None, description="the body's own energy 2T I3/L2: from 1 to I_max/I_min")
-    omega0: Spin = Field(default=None, description="the body's own L/I3, rad s-1: 1e-150 ≤ omega0 ≤ 1e150")
+    energy: Energy = Field(default=None, description="energy of this body, 2T I3/L2: from 1 to I_max/I_min")
+    omega0: Spin = Field(default=None, description="L/I3 of this body, rad s-1: 1e-150 ≤ omega0 ≤ 1e150")
 
     @model_validator(mode="after")
     def _check_energy(self) -> "Tumbler":
         most = max(self.moments) / min(self.moments)
         if self.energy is not None and self.energy > most:
-            wrong = "is above all that the body can have"
+            wrong = "is above the maximum of this body"
             allowed = f"1 to I_max/I_min = {most:.6g}"
             raise refusals([Problem(("energy",), display(self.energy), wrong, allowed)])
         return self
@@ -38,7 +38,7 @@ class TumblingDefinition(Definition):
     bodies: listed.bodies_of(Tumbler) = Field(
         default=(), description="a list of bodies, names unique, in place of I1, I2 and I3 in grid"
     )
-    integration: Once = Field(Once(), description="how each motion is followed: a mapping with " + keys_of(Once))
+    integration: Once = Field(Once(), description="how each motion is integrated: a mapping with " + keys_of(Once))
 
     @model_validator(mode="after")
     def _check_grid(self) -> "TumblingDefinition":
@@ -59,7 +59,7 @@ class TumblingDefinition(Definition):
         least, greatest = _ends(self.grid.energy)
         if greatest <= most:
             return []
-        wrong = f"reaches {greatest:.6g}, which no body of the sweep can have"
+        wrong = f"reaches {greatest:.6g}, above the maximum of every body of the sweep"
         shown = display(self.grid.energy) if isinstance(self.grid.energy, float) else f"{least:g} … {greatest:g}"
         return [Problem(("grid", "energy"), shown, wrong, f"1 to I_max/I_min, at most {most:.6g} here")]
 

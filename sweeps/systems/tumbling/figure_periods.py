@@ -10,7 +10,7 @@ from matplotlib.patches import Patch
 from sweeps import colors, style
 
 PANELS = 4
-SEPARATRIX = "separatrix: there the ratio has no bound"
+SEPARATRIX = "separatrix (ratio diverges)"
 
 
 def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
@@ -39,8 +39,8 @@ def _planes(ds: xr.Dataset, place: Axes | None) -> Figure:
         ax.set_ylabel("$I_2/I_3$")
     hatched = {"facecolor": "none", "edgecolor": colors.QUIET, "linewidth": 0}
     handles = [
-        Patch(hatch="////", label="cannot exist", **hatched),
-        Patch(facecolor=colors.FAINT, label="the body cannot have this energy"),
+        Patch(hatch="////", label="physically impossible", **hatched),
+        Patch(facecolor=colors.FAINT, label="energy outside the range of the body"),
         Patch(facecolor="none", edgecolor=colors.UNSTABLE, label=r"separatrix: short-axis mode below, long-axis above"),
     ]
     style.legend(figure, handles)

@@ -9,7 +9,7 @@ LOOK = Look(
         "lam": Mark("long-axis mode", "-", colors.LIGHT_BLUE),
         "separatrix": Mark("separatrix", "#", colors.UNSTABLE),
         "principal": Mark("principal spin", "o", colors.LIGHT_GREY),
-        "impossible": Mark("no such energy", "x", colors.GREY),
+        "impossible": Mark("energy out of range", "x", colors.GREY),
     },
     symbols={
         "I1": Symbol("$I_1$", "I₁"),

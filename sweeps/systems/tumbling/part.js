@@ -2,9 +2,9 @@
 
 const TUMBLING = { sam: ["short-axis mode", "greatest"], lam: ["long-axis mode", "least"] }; // mode → words, moment encircled
 const RESTING = {
-  impossible: "No motion of this body has that energy.",
-  principal: "It spins about a principal axis: nothing moves in the body.",
-  separatrix: "It is on the separatrix: it turns towards its middle axis for ever.",
+  impossible: "This energy is outside the range of the body.",
+  principal: "It rotates about a principal axis.",
+  separatrix: "It is on the separatrix and approaches rotation about the intermediate axis for ever.",
 };
 
 /** A number as it was measured, else as the closed form has it. */
@@ -21,8 +21,8 @@ function tumblingInWords(place) {
   if (!words || !Number.isFinite(round) || !Number.isFinite(body)) return RESTING[meaning] ?? sentenceOf(place);
   const name = theMap.coordinates.body ? coordinateAt("body", place) : "This body";
   const tilt = theMap.columns.tilt_mean?.at(place);
-  const off = Number.isFinite(tilt) ? `, ${numberText((180 * tilt) / Math.PI, 3)}° off it` : "";
-  return `${name} tumbles in ${words}: its axis of ${moment} moment comes round the angular momentum${off}, every ${timeText(round)} on the mean, and the spin comes round in the body every ${timeText(body)}.`;
+  const off = Number.isFinite(tilt) ? ` (mean nutation angle ${numberText((180 * tilt) / Math.PI, 3)}°)` : "";
+  return `${name} tumbles in ${words}: its axis of ${moment} inertia precesses about L${off} with mean period ${timeText(round)}; the angular velocity has period ${timeText(body)} in the body.`;
 }
 
 const part = { say: tumblingInWords, coordinates: addRatios, guides: triangle };

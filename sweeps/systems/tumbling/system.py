@@ -34,9 +34,9 @@ class Tumbling(MeasuredOnce):
     tables = variables
     shareable = SHAREABLE
     closed = "periods"
-    question = "How does a body tumble, how soon does it come round, and how sure are we?"
+    question = "How does a body tumble, with which periods, and how accurate are they?"
     references = "Landau and Lifshitz, Mechanics, section 37; Kaasalainen, Astronomy and Astrophysics 376 (2001) 302"
-    caption = "measured mode and periods of tumbling bodies, beside the closed form"
+    caption = "measured mode and periods of tumbling bodies, compared with the closed form"
     samples_per_second = 160_000
 
     def reference(self) -> Reference:

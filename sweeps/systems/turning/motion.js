@@ -35,12 +35,12 @@ function span(trajectory, { axis, omega0 }) {
   return { flips, end };
 }
 
-const RANKS = ["least", "middle", "greatest"];
+const RANKS = ["least", "intermediate", "greatest"];
 
-/** "its middle axis", or the axis by its number where two moments are the same. */
+/** "its intermediate axis", or the axis by its number where two moments are the same. */
 function axisInWords(moments, axis) {
   const same = moments.some((I, i) => moments.some((other, k) => i !== k && Math.abs(I - other) < 1e-9 * I));
-  return same ? `axis ${axis}` : `its ${RANKS[orderOfMoments(moments).indexOf(axis - 1)]} axis`;
+  return same ? `axis ${axis}` : `its axis of ${RANKS[orderOfMoments(moments).indexOf(axis - 1)]} inertia`;
 }
 
 function subjectInWords({ moments }) {
@@ -54,11 +54,11 @@ function motionInWords(shown) {
   const period = trajectory.flipPeriod;
   const spun = `Spun about ${axisInWords(moments, axis)}, ${subjectInWords(shown)}`;
   const turns = (time) => `${numberText(time / rotation, 3)} rotations`;
-  if (trajectory.isStationary) return `${spun} keeps spinning as it started: nothing changes.`;
-  if (!Number.isFinite(period)) return trajectory.p > 0 ? `${spun} turns over once and never again: it stands on the separatrix.` : `${spun} neither comes back nor flips: the nudge stays, or grows in proportion to time.`;
-  const nudged = shown.nudged ?? `nudged by ${numberText(shown.epsilon, 2)}`;
-  if (flips) return `Unstable. ${spun} turns over every ${timeText(period)} (${turns(period)}; ${nudged}).`;
-  return `Stable. ${spun} keeps its axis and only wobbles, once round in ${timeText(2 * period)} (${turns(2 * period)}; ${nudged}).`;
+  if (trajectory.isStationary) return `${spun} keeps its steady rotation.`;
+  if (!Number.isFinite(period)) return trajectory.p > 0 ? `${spun} flips once and never again: it is on the separatrix.` : `${spun} neither oscillates nor flips: the perturbation stays constant or grows in proportion to time.`;
+  const nudged = shown.nudged ?? `ε = ${numberText(shown.epsilon, 2)}`;
+  if (flips) return `Unstable. ${spun} flips every ${timeText(period)} (${turns(period)}; ${nudged}).`;
+  return `Stable. ${spun} keeps its axis and wobbles with period ${timeText(2 * period)} (${turns(2 * period)}; ${nudged}).`;
 }
 
 /** First time, s, at which the spin about its axis passes zero, or nothing. */
@@ -93,12 +93,12 @@ function showMotion() {
   motion.polhode.show(motion.trajectory, motion.axis);
   motion.herpolhode.show(motion);
   document.getElementById("motion-where").textContent = placeText(state.place);
-  motion.words = motionInWords(motion) + (possible ? "" : " No rigid body has these moments; the shape drawn is the nearest that exists.");
+  motion.words = motionInWords(motion) + (possible ? "" : " Physically impossible moments: the body shown is the nearest possible one.");
   document.getElementById("motion-words").textContent = motion.words;
   document.getElementById("say").textContent = motion.words;
   showFlipPeriod();
   document.getElementById("to-flip").hidden = motion.flip === null;
-  document.getElementById("polhode-note").textContent = motion.polhode.tiny ? "The nudge is so small that the polhode is a point to the eye: choose a larger nudge to see it." : "";
+  document.getElementById("polhode-note").textContent = motion.polhode.tiny ? "At this ε the polhode is too small to see: choose a larger perturbation." : "";
   setSpeed();
   motion.drawTraces();
   seek(motion.flip === null ? 0 : Math.max(0, motion.flip - 2 * motion.rotation));
@@ -258,7 +258,7 @@ function playBySpace(event) {
 
 function fillMotionControls() {
   const speed = document.getElementById("speed");
-  for (const one of SPEEDS) speed.append(element("option", { value: String(one), textContent: `${numberText(one, 3)} rotations a second` }));
+  for (const one of SPEEDS) speed.append(element("option", { value: String(one), textContent: `${numberText(one, 3)} rotations per second` }));
   speed.onchange = () => (speed.dataset.chosen = "yes");
   const nudge = document.getElementById("nudge");
   nudge.append(element("option", { value: "", textContent: "as in the map" }));
@@ -275,7 +275,7 @@ function fillMotionControls() {
 
 function showFrame() {
   const inSpace = document.getElementById("frame").value === "space";
-  document.getElementById("body-note").textContent = inSpace ? "The body in space: L stays, the line is the trail of its handle." : "Seen from the body: L goes round, the line is its trail.";
+  document.getElementById("body-note").textContent = inSpace ? "Inertial frame: L fixed, line = path of the handle." : "Body frame: line = path of L.";
   motion.scene.render();
 }
 
@@ -324,6 +324,6 @@ async function copyLink() {
     said.textContent = "copied";
   } catch {
     location.hash = link();
-    said.textContent = "the link is in the address line";
+    said.textContent = "the link is in the address bar";
   }
 }

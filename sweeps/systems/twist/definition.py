@@ -17,7 +17,7 @@ SHAREABLE = ("omega0",)
 class Racket(listed.ListedBody):
     """One body that is thrown."""
 
-    omega0: Spin = Field(default=None, description="the body's own L/I2, rad s-1: 1e-150 ≤ omega0 ≤ 1e150")
+    omega0: Spin = Field(default=None, description="L/I2 of this body, rad s-1: 1e-150 ≤ omega0 ≤ 1e150")
 
 
 class TwistDefinition(Definition):
@@ -27,7 +27,7 @@ class TwistDefinition(Definition):
     bodies: listed.bodies_of(Racket) = Field(
         default=(), description="a list of bodies, names unique, in place of I1, I2 and I3 in grid"
     )
-    integration: Once = Field(Once(), description="how each throw is followed: a mapping with " + keys_of(Once))
+    integration: Once = Field(Once(), description="how each throw is integrated: a mapping with " + keys_of(Once))
 
     @model_validator(mode="after")
     def _check_grid(self) -> "TwistDefinition":

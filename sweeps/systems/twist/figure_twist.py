@@ -27,10 +27,10 @@ def draw_map(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     chi = float(part["chi"])
     subtitle = (
         f"{ds.attrs.get('title', '')}\n"
-        f"thrown at χ = {style.number(chi, 3)} rad from the middle axis, "
+        f"thrown at χ = {style.number(chi, 3)} rad from the intermediate axis, "
         f"θ = {style.number(float(part['theta']), 4)} rad; closed form"
     )
-    figure = style.canvas(7.6, 6.0, "Twist in one turn of the handle", subtitle, footer=0.36, ax=ax)
+    figure = style.canvas(7.6, 6.0, "Twist per revolution of the handle", subtitle, footer=0.36, ax=ax)
     ax = figure.subplots()
     x, y = part["I1"].values / float(part["I2"]), part["I3"].values / float(part["I2"])
     margin = part["triangle_margin"].transpose("I3", "I1").values
@@ -45,10 +45,10 @@ def draw_map(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     for name, (across, along) in THROWN.items():
         ax.plot(across, along, marker="*", color=colors.UNSTABLE, markeredgecolor="white", markersize=12, gid=name)
         ax.annotate(name, (across, along), (7, 5), textcoords="offset points", path_effects=style.halo(), fontsize=8.5)
-    ax.set(xlabel="$I_1/I_2$  (handle over middle axis)", ylabel="$I_3/I_2$", xlim=(0, 1), ylim=(y[0], y[-1]))
+    ax.set(xlabel="$I_1/I_2$  (handle over intermediate axis)", ylabel="$I_3/I_2$", xlim=(0, 1), ylim=(y[0], y[-1]))
     handles = [
-        Line2D([], [], color=colors.QUIET, linewidth=0.9, label=r"theory: equal growth rate $\sigma/\omega_0$ (white)"),
-        Patch(facecolor="none", edgecolor=colors.QUIET, hatch="////", linewidth=0, label="cannot exist"),
+        Line2D([], [], color=colors.QUIET, linewidth=0.9, label=r"white: growth rate $\sigma/\omega_0$, linear theory"),
+        Patch(facecolor="none", edgecolor=colors.QUIET, hatch="////", linewidth=0, label="physically impossible"),
     ]
     style.legend(figure, handles)
     return figure
@@ -71,7 +71,7 @@ def draw_defect(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     figure = style.canvas(
         7.2,
         5.2,
-        "What the twist lacks of half a turn",
+        "Shortfall of the twist from a half turn",
         f"{ds.attrs.get('title', '')}\neach point a body",
         footer=0.62,
         ax=ax,
@@ -84,7 +84,7 @@ def draw_defect(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     dot = look | {"markersize": 6.0 if few else 2.4, "markeredgewidth": 0.0}
     ring = look | ({"markersize": 9.0, "markerfacecolor": "none", "markeredgewidth": 1.6} if few else dot)
     best = defect.min("chi").values if "chi" in defect.dims else defect.values
-    known = "least over the nudges"
+    known = r"minimum over $\chi$"
     handles = ax.plot(x, best, color=colors.STABLE, gid="best", label=f"{_twist(part)}: {known}", **dot)
     law = part["twist_defect_theory"].values
     handles += ax.plot(x, law, color=colors.UNSTABLE, gid="law", label="on the separatrix, exact", **ring)

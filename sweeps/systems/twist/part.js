@@ -9,8 +9,8 @@ function twistInWords(place) {
   const name = theMap.coordinates.body ? coordinateAt("body", place) : "this body";
   const degrees = Math.abs((180 * twist) / Math.PI);
   const turned = Math.round(degrees / 180) % 2 === 1;
-  const face = turned ? "it comes down with its other face up" : "it comes down on the face that it was thrown from";
-  return `While its handle comes round once${Number.isFinite(time) ? `, in ${timeText(time)},` : ""} ${name} twists by ${numberText(degrees, 4)}°: ${face}.`;
+  const face = turned ? "the other face is up" : "the same face is up";
+  return `Per revolution of its handle${Number.isFinite(time) ? `, in ${timeText(time)},` : ""} ${name} twists by ${numberText(degrees, 4)}°: ${face}.`;
 }
 
 const part = { say: twistInWords, coordinates: addRatios, guides: triangle };

@@ -31,9 +31,9 @@ class Twist(MeasuredOnce):
     tables = variables
     shareable = SHAREABLE
     closed = "attitude"
-    question = "How does a thrown body come down, and how sure are we?"
+    question = "How far does a thrown body twist?"
     references = "Landau and Lifshitz, Mechanics, section 37; Van Damme, Mardesic and Sugny, Physica D 338 (2017) 17"
-    caption = "measured twist of a thrown body in one turn of its handle, beside the closed form"
+    caption = "measured twist of a thrown body per revolution of its handle, compared with the closed form"
     samples_per_second = 400_000
 
     def reference(self) -> Reference:

@@ -63,7 +63,7 @@ def _of_numbers(numbers: object) -> dict:
         return dict(zip(MOMENTS, values.tolist(), strict=True))
     if values.shape == (3, 3):
         return {"tensor": values.tolist()}
-    raise DefinitionError(f"bodies: {display(numbers)} is no body; allowed: {allowed}")
+    raise DefinitionError(f"bodies: {display(numbers)} is not a body; allowed: {allowed}")
 
 
 def entry_of(body: Body) -> dict:
@@ -144,21 +144,21 @@ def _becomes(axis: int, summary: Mapping, found: Answer) -> str:
     text += f" (normal distribution: {theory:.4g})" if math.isfinite(theory) else ""
     fast = summary["growth_rate_quantile"]
     if fast[-1] > 0:
-        text += (
-            f"; perturbations grow e-fold in {wording.duration(1 / fast[3])} or less with 5 %" if fast[3] > 0 else ""
-        )
-        text += f"{',' if fast[3] > 0 else ';'} in {wording.duration(1 / fast[4])} or less with 1 %"
+        for number, chance in ((3, 5), (4, 1)):
+            if fast[number] > 0:
+                time = wording.duration(1 / fast[number])
+                text += f"; with {chance} % probability perturbations grow e-fold in {time} or less"
     text += f"; P(flips within {found.asked.turns:g} turns) {_probability(summary, 'flip', summary['draws_followed'])}"
     sooner = summary["flip_period_quantile"]
     if np.isfinite(sooner[2]):
-        text += f", half of all draws every {wording.duration(sooner[2])} or sooner"
+        text += f", median time between flips {wording.duration(sooner[2])}"
     is_handle = found.body.moments[axis - 1] == min(found.body.moments)  # whose own direction stays near L
     if "twist_quantile" in summary and not is_handle and np.isfinite(summary["twist_quantile"]).all():
         low, middle, high = np.degrees(summary["twist_quantile"][1:4])
         text += (
             f"; thrown with ε = {found.spun['epsilon']:.3g}, it twists by {middle:.3g}° per revolution of its handle"
         )
-        text += f" (90 % of all draws: {low:.3g}° to {high:.3g}°)"
+        text += f" (90 % of the draws: {low:.3g}° to {high:.3g}°)"
     return text + _matters(summary, found.known)
 
 
@@ -179,7 +179,7 @@ def _matters(summary: Mapping, known: Known) -> str:
     if not shares.size or shares.max() <= 0:
         return ""
     most = int(shares.argmax())
-    return f"; {known.inputs[most]} matters most (total Sobol index {shares[most]:.2f})"
+    return f"; most of the variance of Ω² comes from {known.inputs[most]} (total Sobol index {shares[most]:.2f})"
 
 
 def lines(found: Answer) -> Iterator[str]:
@@ -189,12 +189,12 @@ def lines(found: Answer) -> Iterator[str]:
     yield f"{made:,} bodies drawn ({found.asked.method}, seed {found.asked.seed}); uncertain: {what or 'nothing'}"
     zero = [name for name, entry in zip(ENTRIES, found.known.entries, strict=False) if entry == 0]
     if exact := [name for name in zero if not any(name in each.split("+") for each in found.known.inputs)]:
-        yield f"taken as exactly 0: {', '.join(exact)} (a share of 0 is 0; covariance gives them a sigma)"
+        yield f"taken as exactly 0: {', '.join(exact)} (a fraction of 0 is 0; covariance gives them a sigma)"
     first = next(iter(found.axes.values()))[0]
     if first["impossible_naive"] > 0:
         yield (
-            f"{100 * first['impossible_naive']:.3g} % of plain Gaussian draws would be no body: those are drawn "
-            "as flat ones, their axes and the order of their moments kept"
+            f"{100 * first['impossible_naive']:.3g} % of Gaussian samples violate the triangle inequality and are "
+            "projected to nearly flat bodies"
         )
     for axis, (summary, _) in found.axes.items():
         moved = summary["moment_mean"] / summary["moment_mean_requested"] - 1
@@ -204,5 +204,8 @@ def lines(found: Answer) -> Iterator[str]:
             else 0
         )
         if abs(moved) > 1e-3 or abs(spread) > 1e-2:
-            off = f"{100 * moved:+.2f} % off that asked for, its spread {100 * spread:+.1f} %"
-            yield f"the mean moment about axis {axis} is {off}"
+            mean, sigma = (
+                f"sampled mean {100 * moved:+.2f} % from the requested one",
+                f"sigma {1 + spread:.3g} x the requested",
+            )
+            yield f"moment about axis {axis}: {mean}, {sigma} one"

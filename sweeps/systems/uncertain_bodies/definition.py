@@ -16,7 +16,7 @@ from sweeps.systems.rigid_body.definition import Body, RigidBodyDefinition, name
 from sweeps.systems.uncertain_bodies import designs, known
 from sweeps.systems.uncertain_bodies.measuring import Asked
 
-SHARE = "a share from 0 to below 1, as a number (0.05) or in per cent (5 %)"
+SHARE = "a fraction from 0 to below 1, as a number (0.05) or in per cent (5 %)"
 COVARIANCE = "3 rows of 3 numbers (of I1, I2, I3), or 6 of 6 (of the tensor's xx, yy, zz, xy, xz, yz), kg2 m4"
 MOST_SEED = 2**63 - 1
 
@@ -28,7 +28,7 @@ def share(value: Any) -> float:
         try:
             value = float(found[1]) / 100
         except ValueError:
-            raise refusal("is no share", SHARE) from None
+            raise refusal("is not a fraction", SHARE) from None
     amount = finite(value, SHARE)
     if not 0 <= amount < 1:
         raise refusal(f"is {100 * amount:.6g} %" if amount > 0 else "is negative", SHARE)
@@ -42,7 +42,7 @@ def _shares(count: int):
     def check(value: Any) -> tuple[float, ...]:
         if isinstance(value, tuple | list):
             if len(value) != count:
-                raise refusal(f"has {len(value)} shares", f"{count} of them, or one for all")
+                raise refusal(f"has {len(value)} fractions", f"{count} of them, or one for all")
             return tuple(map(share, value))
         return (share(value),) * count
 
@@ -53,7 +53,7 @@ def _covariance(value: Any) -> tuple[tuple[float, ...], ...]:
     rows = value if isinstance(value, tuple | list) else ()
     sizes = {len(row) if isinstance(row, tuple | list) else 0 for row in rows}
     if len(rows) not in (3, 6) or sizes != {len(rows)}:
-        raise refusal("is no covariance", COVARIANCE)
+        raise refusal("is not a covariance", COVARIANCE)
     return tuple(tuple(finite(entry, COVARIANCE) for entry in row) for row in rows)
 
 
@@ -71,20 +71,20 @@ class Uncertainty(Strict):
     """How well a body and its spin are known: standard deviations."""
 
     moments: Annotated[tuple[float, ...], _shares(3)] = Field(
-        default=None, description=f"of I1, I2 and I3, each on its own, relative: {SHARE}, or a list of three"
+        default=None, description=f"of I1, I2 and I3 independently, relative: {SHARE}, or a list of three"
     )
     tensor: Annotated[tuple[float, ...], _shares(6)] = Field(
         default=None,
-        description="of the tensor's entries xx, yy, zz, xy, xz, yz, each on its own, relative: "
+        description="of the tensor's entries xx, yy, zz, xy, xz, yz independently, relative: "
         f"{SHARE}, or a list of six",
     )
     covariance: Annotated[tuple[tuple[float, ...], ...], BeforeValidator(_covariance)] = Field(
         default=None, description=f"the whole covariance: {COVARIANCE}"
     )
     omega0: Share = Field(default=None, description=f"of the spin rate, relative: {SHARE}")
-    epsilon: Share = Field(default=None, description=f"of the size of the nudge, relative: {SHARE}")
+    epsilon: Share = Field(default=None, description=f"of the size of the perturbation, relative: {SHARE}")
     phase: Annotated[float | str, BeforeValidator(_phase)] = Field(
-        default=None, description=f"of the direction of the nudge, rad: ≥ 0, or {known.ANY}"
+        default=None, description=f"of the direction of the perturbation, rad: ≥ 0, or {known.ANY}"
     )
     inertia: Share = Field(default=None, description=f"of the moments, or of the tensor where that is given: {SHARE}")
 
@@ -95,7 +95,7 @@ class Uncertainty(Strict):
             shown = display(getattr(self, given[1]))
             raise refusals([Problem((given[1],), shown, f"is given beside {given[0]}", "one of them")])
         if not self.model_fields_set:
-            raise refusal("says nothing", "a mapping with " + keys_of(Uncertainty))
+            raise refusal("is empty", "a mapping with " + keys_of(Uncertainty))
         return self
 
     @property
@@ -110,7 +110,7 @@ def _uncertainty(value: Any) -> Any:
     return value if isinstance(value, dict | Uncertainty) else {"inertia": share(value)}
 
 
-UNCERTAIN = "a share (5 %), or a mapping with " + ", ".join(name for name in Uncertainty.model_fields)
+UNCERTAIN = "a fraction (5 %), or a mapping with  " + ", ".join(name for name in Uncertainty.model_fields)
 Known = Annotated[Uncertainty, BeforeValidator(_uncertainty, json_schema_input_type=Uncertainty | float | str)]
 Draws = Annotated[int, whole(designs.LEAST, designs.MOST, f"a whole number from {designs.LEAST} to {designs.MOST:,}")]
 Seed = Annotated[int, whole(0, MOST_SEED, "a whole number, 0 or more")]
@@ -120,8 +120,8 @@ Turns = Annotated[float, number(lambda x: x > 0, "a finite number > 0")]
 class UncertainBody(Body):
     """One body, and how well it is known."""
 
-    uncertainty: Known = Field(default=None, description=f"the body's own uncertainty: {UNCERTAIN}")
-    draws: Draws = Field(default=None, description="the body's own number of draws")
+    uncertainty: Known = Field(default=None, description=f"uncertainty of this body: {UNCERTAIN}")
+    draws: Draws = Field(default=None, description="number of draws of this body")
 
 
 class UncertainIntegration(Integration):
@@ -140,17 +140,17 @@ class UncertainDefinition(RigidBodyDefinition):
         UncertainIntegration.model_construct(),
         description="how each draw is measured: a mapping with " + keys_of(UncertainIntegration),
     )
-    uncertainty: Known = Field(default=None, description=f"of all bodies that give none of their own: {UNCERTAIN}")
-    draws: Draws = Field(10_000, description="how many bodies are drawn of each, at least")
-    seed: Seed = Field(1, description="of the draws: whole, ≥ 0")
+    uncertainty: Known = Field(default=None, description=f"of all bodies without their own: {UNCERTAIN}")
+    draws: Draws = Field(10_000, description="least number of draws of each body")
+    seed: Seed = Field(1, description="seed of the draws: whole, ≥ 0")
     method: Annotated[str, choice(designs.METHODS)] = Field(
-        "sobol", description="how draws are spread: " + ", ".join(designs.METHODS)
+        "sobol", description="sampling of the draws: " + ", ".join(designs.METHODS)
     )
-    turns: Turns = Field(100.0, description="turns of the spin in which a body flips or does not: > 0")
+    turns: Turns = Field(100.0, description="turns of the spin within which a flip is counted: > 0")
     twist: bool = Field(
-        False, description="true or false: whether the twist of the draws is measured too, and its quantiles told"
+        False, description="true or false: whether to measure the twist of the draws too, and write its quantiles"
     )
-    keep: bool = Field(False, description="true or false: whether every draw stands in the map")
+    keep: bool = Field(False, description="true or false: whether to write every draw into the map")
 
     def asked(self, body: UncertainBody) -> Asked:
         """How a body is drawn."""
@@ -164,13 +164,13 @@ class UncertainDefinition(RigidBodyDefinition):
     @model_validator(mode="after")
     def _check_known(self) -> "UncertainDefinition":
         if not self.bodies:
-            raise refusals([Problem(("bodies",), "(nothing)", "is missing", "a list of bodies, each with its moments")])
+            raise refusals([Problem(("bodies",), "", "is missing", "a list of bodies, each with its moments")])
         wrong = []
         for i, body in enumerate(self.bodies):
             given = body.uncertainty or self.uncertainty
             where = ("bodies", i, "uncertainty") if body.uncertainty or not self.uncertainty else ("uncertainty",)
             if given is None:
-                wrong.append(Problem(where, "(nothing)", "is missing", f"{UNCERTAIN}, here or for all bodies"))
+                wrong.append(Problem(where, "", "is missing", f"{UNCERTAIN}, here or for all bodies"))
                 continue
             try:
                 _known(body, given)
@@ -197,7 +197,7 @@ def _known(body: UncertainBody, given: Uncertainty) -> known.Known:
     if wants_tensor and tensor is None:
         raise known.KnownError(
             "(six entries)",
-            "are uncertain of a body without a tensor",
+            "are given for a body without a tensor",
             f"uncertainty of its moments, or a tensor of {body.name}",
         )
     use_tensor = wants_tensor or (given.inertia is not None and tensor is not None)
@@ -207,7 +207,7 @@ def _known(body: UncertainBody, given: Uncertainty) -> known.Known:
     if use_tensor and given.tensor is not None and len(set(given.tensor)) > 1:
         for name, entry, share in zip(known.ENTRIES, entries, given.tensor, strict=True):
             if entry == 0 and share > 0:
-                wrong = f"is the share of an entry that is 0 ({name}): it would have no effect"
+                wrong = f"is a fraction of an entry that is 0 ({name}): it has no effect"
                 raise known.KnownError(f"{100 * share:.4g} %", wrong, "0, or covariance: 6 rows of 6, kg2 m4")
     if given.covariance is not None:
         covariance = known.checked_covariance(np.array(given.covariance), entries)

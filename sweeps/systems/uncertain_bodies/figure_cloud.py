@@ -20,7 +20,7 @@ def draw(name: str, subtitle: str, axes: dict[int, tuple[dict, dict]]) -> Figure
         subtitle: a line of how it was drawn.
         axes: axis → its summary and its draws, from `sweeps.systems.uncertain_bodies.measuring.measured`.
     """
-    figure = style.canvas(1.0 + 3.6 * len(axes), 4.6, f"{name}, as it is known", subtitle, footer=0.36)
+    figure = style.canvas(1.0 + 3.6 * len(axes), 4.6, f"{name} with inertia uncertainty", subtitle, footer=0.36)
     panels = np.atleast_1d(figure.subplots(1, len(axes), sharex=True, sharey=True))
     for ax, (axis, (summary, draws)) in zip(panels, axes.items(), strict=True):
         x, y = draws["I1"] / draws["I3"], draws["I2"] / draws["I3"]
@@ -31,11 +31,11 @@ def draw(name: str, subtitle: str, axes: dict[int, tuple[dict, dict]]) -> Figure
         ax.set_title(f"spun about axis {axis}: unstable {100 * p:.2f} ± {100 * error:.2f} %")
         ax.set(xlabel="$I_1/I_3$", xlim=(0, most), ylim=(0, most), aspect="equal")
     panels[0].set_ylabel("$I_2/I_3$")
-    figure.colorbar(mesh, ax=list(panels), label=r"growth rate by theory, $\sigma/\omega_0$", shrink=0.8)
+    figure.colorbar(mesh, ax=list(panels), label=r"growth rate, linear theory, $\sigma/\omega_0$", shrink=0.8)
     handles = [
-        Patch(facecolor="none", edgecolor=colors.QUIET, hatch="////", linewidth=0, label="cannot exist"),
-        Patch(facecolor=colors.UNSTABLE, label="drawn, measured unstable"),
-        Patch(facecolor=colors.STABLE, label="drawn, measured otherwise"),
+        Patch(facecolor="none", edgecolor=colors.QUIET, hatch="////", linewidth=0, label="physically impossible"),
+        Patch(facecolor=colors.UNSTABLE, label="sampled, unstable"),
+        Patch(facecolor=colors.STABLE, label="sampled, not unstable"),
     ]
     style.legend(figure, handles, columns=3)
     return figure

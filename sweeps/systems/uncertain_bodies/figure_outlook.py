@@ -17,9 +17,10 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     bodies = part.sizes["body"]
     part = part.isel(body=slice(MOST_BODIES)).load()
     more = f"; the first {MOST_BODIES} of {bodies:,} bodies" if bodies > MOST_BODIES else ""
-    subtitle = f"{ds.attrs.get('title', '')}\nmeasured draw by draw; bars: standard errors, and 5 to 95 %{more}"
+    bars = "bars: standard errors (left), 5 to 95 % of the draws (right)"
+    subtitle = f"{ds.attrs.get('title', '')}\neach draw measured; {bars}{more}"
     figure = style.canvas(
-        9.6, 1.9 + 0.42 * part.sizes["body"], "How likely each spin is unstable", subtitle, 0.3, ax=ax
+        9.6, 1.9 + 0.42 * part.sizes["body"], "Probability that each spin is unstable", subtitle, 0.3, ax=ax
     )
     likely, rates = figure.subplots(1, 2, sharey=True)
     handles = [_axis(likely, rates, part.sel(axis=axis), axis) for axis in part["axis"].values.tolist()]
@@ -41,4 +42,4 @@ def _axis(likely, rates, part: xr.Dataset, axis: int):
     quantiles = part["growth_rate_quantile"] / np.abs(part["omega0"])
     low, middle, high = (quantiles.sel(quantile=level).values for level in (0.05, 0.5, 0.95))
     rates.hlines(rows, low, high, color=color, linewidth=2)
-    return rates.plot(middle, rows, "o", ms=4, color=color, label=f"about axis {axis}: median and range")[0]
+    return rates.plot(middle, rows, "o", ms=4, color=color, label=f"about axis {axis}")[0]

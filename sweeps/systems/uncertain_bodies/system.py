@@ -38,7 +38,7 @@ class UncertainBodies(RigidBody):
     compiled = (*SURVEY, dataclasses.replace(FLIPS, when=lambda definition: True), Kernel("principal"))
     model = UncertainDefinition
     references = "Saltelli et al. (2010), Computer Physics Communications 181, 259; Owen (1995) on scrambled nets"
-    caption = "how likely each spin of bodies that are not known exactly is unstable, and how fast it goes"
+    caption = "probability that each spin of bodies with uncertain moments is unstable, and its growth rates"
     picture_seconds = 2.5
 
     def __init__(self, definition: UncertainDefinition | None = None):

@@ -97,7 +97,7 @@ function buildControls() {
 
 function planeControl(side, able) {
   const other = { x: "y", y: "x" };
-  const label = side === "x" ? "across" : "up";
+  const label = side === "x" ? "x axis" : "y axis";
   const control = selectBox(label, able.map((name) => [name, symbolText(name)]), state[side], (name) => {
     const swapped = name === state[other[side]] ? { [other[side]]: state[side] } : {};
     choose({ [side]: name, ...swapped });
@@ -109,7 +109,7 @@ function planeControl(side, able) {
 /** What a column is, as a heading over its like. */
 function groupOf(column) {
   const columns = Object.values(theMap.columns);
-  if (!theMap.columns[column.name]) return "in brief";
+  if (!theMap.columns[column.name]) return "main variables";
   if (columns.some((one) => one.error === column.name)) return "errors";
   if (columns.some((one) => one.theory === column.name || one.exact === column.name)) return "theory";
   if (column.isFlag) return "regimes and statuses";

@@ -156,7 +156,7 @@ function tooltip(column, cell) {
     const [measured, theory] = headlineTexts(one, cell.place);
     if (one !== column) lines.push(`${one.name} = ${measured}${theory ? ` (theory ${theory})` : ""}`);
   }
-  return [...lines, ...(cell.exists ? [] : ["cannot exist"])].map(plain).join("<br>");
+  return [...lines, ...(cell.exists ? [] : ["physically impossible"])].map(plain).join("<br>");
 }
 
 /** Hatching over the cells of what cannot exist: runs of cells of each row, one outline each. */
@@ -222,7 +222,7 @@ function planeSummary({ cells, column }) {
   const where = fixed.map(({ name }) => `${symbolText(name)} = ${coordinateText(name, coordinateAt(name, state.place))}`).join(", ");
   const impossible = flat.filter((cell) => !cell.exists).length;
   const possible = impossible < flat.length ? flat.filter((cell) => cell.exists) : flat;
-  const also = impossible ? ` ${impossible} more points, hatched, cannot exist.` : "";
+  const also = impossible ? ` ${impossible} more points, hatched, are physically impossible.` : "";
   return `${column.longName}: ${valuesInWords(column, possible)}${where ? ` (${where})` : ""}.${also}`;
 }
 

@@ -170,7 +170,7 @@ function remarks(said) {
     const beside = askedBeside(said).find(([column]) => column.name === name);
     if (beside) return remarkOn(name, text, beside[0].at(state.place), beside[0].text(beside[0].at(state.place)));
     const at = theMap.order.includes(name) ? nearest(theMap.coordinates[name], text) : null;
-    if (at === null) return [`${name} = ${text} is not in this map and was left out.`];
+    if (at === null) return [`${name} = ${text} is not in this map and was ignored.`];
     const value = theMap.coordinates[name].values[at];
     return remarkOn(name, text, value, coordinateText(name, value));
   });

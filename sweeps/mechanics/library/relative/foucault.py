@@ -12,12 +12,16 @@ from sweeps.mechanics import System
 system = System("Foucault's pendulum", references="Landau and Lifshitz, Mechanics, section 39, problem 3")
 m = system.parameter("mass", "kg", default=1.0, positive=True)
 length = system.parameter("length", "m", default=1.0, positive=True, meaning="length of the rod")
-g = system.parameter("gravity", "m s-2", default=9.80665, positive=True, meaning="acceleration of free fall")
-c = system.parameter("drag", "kg s-1", default=0.0, least=0.0, meaning="drag against the turning axes")
-W = system.parameter("spin_rate", "rad s-1", default=1.0, meaning="rate at which the axes turn about the vertical")
+g = system.parameter("gravity", "m s-2", default=9.80665, positive=True, meaning="gravitational acceleration g")
+c = system.parameter("drag", "kg s-1", default=0.0, least=0.0, meaning="drag relative to the rotating frame")
+W = system.parameter("spin_rate", "rad s-1", default=1.0, meaning="rotation rate of the frame about the vertical")
 
-x = system.coordinate("x", "m", bounds=(-length / 2, length / 2), size=length, meaning="place along x, turning")
-y = system.coordinate("y", "m", bounds=(-length / 2, length / 2), size=length, meaning="place along y, turning")
+x = system.coordinate(
+    "x", "m", bounds=(-length / 2, length / 2), size=length, meaning="position x in the rotating frame"
+)
+y = system.coordinate(
+    "y", "m", bounds=(-length / 2, length / 2), size=length, meaning="position y in the rotating frame"
+)
 vx, vy = system.velocity(x), system.velocity(y)
 depth = sqrt(length**2 - x**2 - y**2)
 fall = (x * vx + y * vy) / depth

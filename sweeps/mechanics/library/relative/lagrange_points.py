@@ -12,8 +12,8 @@ system = System("Lagrange points L4 and L5", references="Routh, Proc. London Mat
 mu = system.parameter("mass_ratio", "1", default=0.01, least=1e-6, most=0.5, meaning="smaller mass over the total")
 n = system.parameter("orbital_rate", "rad s-1", default=1.0, positive=True, meaning="rate of the circular orbit")
 
-x = system.coordinate("x", bounds=(-2, 2), meaning="place along the line of the bodies, from their centre of mass")
-y = system.coordinate("y", bounds=(-2, 2), meaning="place across it, in the plane of the orbit")
+x = system.coordinate("x", bounds=(-2, 2), meaning="position along the line of the bodies, from their centre of mass")
+y = system.coordinate("y", bounds=(-2, 2), meaning="position across that line, in the plane of the orbit")
 vx, vy = system.velocity(x), system.velocity(y)
 system.kinetic_energy(((vx - n * y) ** 2 + (vy + n * x) ** 2) / 2)
 first, second = sqrt((x + mu) ** 2 + y**2), sqrt((x - 1 + mu) ** 2 + y**2)

@@ -1,7 +1,7 @@
 """A particle on a surface that turns: a saddle holds it if it turns fast enough, and not if the air resists.
 
 In axes that turn at W, T = m [(x' − W y)² + (y' + W x)²]/2 and V = (kx x² + ky y²)/2. Without drag it is stable for
-kx, ky > m W², and again where both are less and the saddle is not too steep; drag against the air at rest takes the
+kx, ky > m W², and again where both are less and the saddle is not too steep; drag relative to the air at rest takes the
 second, gyroscopic, region away (Thomson and Tait).
 """
 
@@ -11,11 +11,11 @@ system = System("Rotating saddle", references="Thompson, Can. J. Phys. 80 (2002)
 m = system.parameter("mass", "kg", default=1.0, positive=True)
 kx = system.parameter("stiffness_x", "N m-1", default=1.0, meaning="curvature of the potential along x")
 ky = system.parameter("stiffness_y", "N m-1", default=-1.0, meaning="curvature of the potential along y")
-c = system.parameter("drag", "kg s-1", default=0.0, least=0.0, meaning="drag against the air at rest")
+c = system.parameter("drag", "kg s-1", default=0.0, least=0.0, meaning="drag relative to the air at rest")
 W = system.parameter("spin_rate", "rad s-1", default=2.0, meaning="spin rate of the surface")
 
-x = system.coordinate("x", "m", bounds=(-1, 1), meaning="place along x, in the turning axes")
-y = system.coordinate("y", "m", bounds=(-1, 1), meaning="place along y, in the turning axes")
+x = system.coordinate("x", "m", bounds=(-1, 1), meaning="position x in the rotating frame")
+y = system.coordinate("y", "m", bounds=(-1, 1), meaning="position y in the rotating frame")
 vx, vy = system.velocity(x) - W * y, system.velocity(y) + W * x
 system.kinetic_energy(m * (vx**2 + vy**2) / 2)
 system.potential((kx * x**2 + ky * y**2) / 2)

@@ -14,8 +14,8 @@ outer = system.parameter("bearing_damping", "kg s-1", default=0.05, least=0.0, m
 inner = system.parameter("internal_damping", "kg s-1", default=0.02, least=0.0, meaning="damping within the shaft")
 W = system.parameter("spin_rate", "rad s-1", default=2.0, meaning="spin rate of the shaft")
 
-x = system.coordinate("x", "m", bounds=(-1, 1), meaning="place of the disc along x")
-y = system.coordinate("y", "m", bounds=(-1, 1), meaning="place of the disc along y")
+x = system.coordinate("x", "m", bounds=(-1, 1), meaning="position of the disc along x")
+y = system.coordinate("y", "m", bounds=(-1, 1), meaning="position of the disc along y")
 vx, vy = system.velocity(x), system.velocity(y)
 system.kinetic_energy(m * (vx**2 + vy**2) / 2)
 system.potential((kx * x**2 + ky * y**2) / 2)

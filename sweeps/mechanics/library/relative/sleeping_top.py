@@ -11,7 +11,7 @@ system = System("Sleeping top", references="Landau and Lifshitz, Mechanics, sect
 I1 = system.parameter("I1", "kg m2", default=1.0, positive=True, meaning="moment of inertia about axis 1")
 I2 = system.parameter("I2", "kg m2", default=1.0, positive=True, meaning="moment of inertia about axis 2")
 I3 = system.parameter("I3", "kg m2", default=0.6, positive=True, meaning="moment of inertia about the spin axis")
-P = system.parameter("moment_of_weight", "N m", default=2.0, meaning="m g l: weight times height of its centre")
+P = system.parameter("moment_of_weight", "N m", default=2.0, meaning="m g l: weight times height of the centre of mass")
 W = system.parameter("spin_rate", "rad s-1", default=3.0, meaning="spin rate about the vertical")
 
 turn = 3 * abs(W) + 1  # how far the search for the equilibrium may look

@@ -9,7 +9,7 @@ from sympy import cos, pi, sin, sqrt
 from sweeps.mechanics import System
 
 system = System("Steady precession of a top", references="Goldstein, Classical Mechanics, section 5.7")
-I1 = system.parameter("I1", "kg m2", default=1.0, positive=True, meaning="moment across the figure axis")
+I1 = system.parameter("I1", "kg m2", default=1.0, positive=True, meaning="transverse moment")
 I3 = system.parameter("I3", "kg m2", default=0.6, positive=True, meaning="moment about the figure axis")
 P = system.parameter("moment_of_weight", "N m", default=2.0, positive=True, meaning="m g l")
 tilt = system.parameter(

@@ -11,8 +11,8 @@ from sweeps.mechanics import System
 system = System(
     "Free body with a viscous slug", references="Likins, JPL TR 32-860; Hughes, Spacecraft Attitude Dynamics"
 )
-It = system.parameter("transverse_moment", "kg m2", default=1.0, positive=True, meaning="moment across the axis")
-Is = system.parameter("axial_moment", "kg m2", default=0.3, positive=True, meaning="moment about the axis")
+It = system.parameter("transverse_moment", "kg m2", default=1.0, positive=True, meaning="transverse moment")
+Is = system.parameter("axial_moment", "kg m2", default=0.3, positive=True, meaning="axial moment")
 J = system.parameter("slug_moment", "kg m2", default=0.01, positive=True, meaning="moment of the slug")
 kappa = system.parameter("drag", "N m s", default=0.005, positive=True, meaning="viscous coefficient of the slug")
 h = system.parameter("rotor_momentum", "kg m2 s-1", default=0.0, meaning="momentum of a rotor along the axis")

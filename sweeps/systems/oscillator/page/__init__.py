@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 _HERE = Path(__file__).parent
 _OWN = tuple(_HERE / name for name in ("first.html", "places.html", "followed.js", "mode.js", "places.js"))
 FILES = (*_OWN, *rates.FILES, _HERE / "part.js")
-QUESTION = "Where does it rest, does it stay there, and how sure are we?"
+QUESTION = "Where are the equilibria, are they stable, and how accurate are the rates?"
 
 
 def page(ds: "xr.Dataset", system: "System | None") -> Page:

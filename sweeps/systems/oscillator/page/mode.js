@@ -8,11 +8,11 @@ const OUT = 40; // sizes from the equilibrium: farther is not followed
 /** Displacement over its start by linear theory, cos Ωt, or cosh λt where Ω² < 0, and how long to look. */
 function linearMotion(square, nudge) {
   const rate = Math.sqrt(Math.abs(square));
-  if (square > 0) return { end: (6 * Math.PI) / rate, x: (t) => Math.cos(rate * t), words: `It oscillates: one period takes ${timeText((2 * Math.PI) / rate)}.` };
+  if (square > 0) return { end: (6 * Math.PI) / rate, x: (t) => Math.cos(rate * t), words: `Perturbations oscillate with period ${timeText((2 * Math.PI) / rate)}.` };
   const long = theMap.equations ? 3 * Math.log(2 / nudge) + 4 : Math.log(1 / nudge);
-  if (square < 0) return { end: long / rate, x: (t) => Math.cosh(rate * t), words: `It runs away: e times as far every ${timeText(1 / rate)}.` };
+  if (square < 0) return { end: long / rate, x: (t) => Math.cosh(rate * t), words: `Perturbations grow by a factor e in ${timeText(1 / rate)}.` };
   const scale = theMap.columns.rate_scale?.at(state.place);
-  return { end: scale > 0 ? (12 * Math.PI) / scale : 1, x: () => 1, words: "It neither oscillates nor grows: it stays where it is put, or drifts in proportion to time." };
+  return { end: scale > 0 ? (12 * Math.PI) / scale : 1, x: () => 1, words: "Perturbations stay constant or grow in proportion to time." };
 }
 
 /** Ω² of the chosen point; zero where the map calls it marginal, for then its sign means nothing. */
@@ -26,7 +26,7 @@ function modeMotion(square) {
   const nudge = state.nudge ?? 0.01;
   const linear = linearMotion(square, nudge);
   const times = Array.from({ length: MODE_POINTS + 1 }, (_, i) => (i * linear.end) / MODE_POINTS);
-  if (!theMap.equations) return { ...linear, nudge, times, followed: null, theory: [times.map(linear.x)], coordinates: [{ name: "displacement over its start", unit: "" }] };
+  if (!theMap.equations) return { ...linear, nudge, times, followed: null, theory: [times.map(linear.x)], coordinates: [{ name: "displacement / initial value", unit: "" }] };
   const equations = new Equations(theMap.equations, state.place);
   const { rest, sizes, coordinates } = equations;
   const shape = equations.shape(square).map((x) => nudge * x);
@@ -39,13 +39,13 @@ function modeMotion(square) {
 }
 
 function followedInWords({ followed, times, rest, coordinates, end }, square) {
-  if (!followed) return square < 0 ? " Drawn by linear theory, as far as that holds: this page has no equations of a system of one's own." : "";
+  if (!followed) return square < 0 ? " Linear theory, within its range: the equations of this system are not part of the page." : "";
   const gone = followed[0].length < times.length;
-  if (gone) return ` Followed by its full equations it leaves for good: after ${timeText(times[followed[0].length - 1])} it is out of the picture.`;
+  if (gone) return ` With the full equations it leaves the plotted range after ${timeText(times[followed[0].length - 1])}.`;
   if (!(square < 0)) return "";
   const far = followed.map((x, i) => x.reduce((most, q) => Math.max(most, Math.abs(q - rest[i])), 0));
   const k = far.indexOf(Math.max(...far));
-  return ` Followed by its full equations for ${timeText(end)} it goes ${withUnit(far[k], coordinates[k].unit, 3)} away and no farther.`;
+  return ` With the full equations it moves, within ${timeText(end)}, at most ${withUnit(far[k], coordinates[k].unit, 3)} away.`;
 }
 
 /** What is said of a mode, after the name of its equilibrium where a map has several. */
@@ -63,7 +63,7 @@ function modeTraces({ times, followed, theory, coordinates }) {
     const own = symbolText(name);
     const theories = line(times, theory[i], `${own}, linear theory`, pageColor("quiet"), "dash", 1.3);
     const first = { ...theories, name: "linear theory", showlegend: i === 0 };
-    return followed ? [first, line(times.slice(0, followed[i].length), followed[i], several ? own : `${own}, followed`, color, "solid", 2.2)] : [{ ...theories, line: { color, width: 2 } }];
+    return followed ? [first, line(times.slice(0, followed[i].length), followed[i], several ? own : `${own}, integrated`, color, "solid", 2.2)] : [{ ...theories, line: { color, width: 2 } }];
   });
 }
 
@@ -98,7 +98,7 @@ function drawMode() {
 
 function fillModeTable() {
   const { times, followed, theory, coordinates } = theMap.mode;
-  const heads = ["time (s)", ...coordinates.flatMap(({ name }) => [...(followed ? [`${symbolText(name)}, followed`] : []), `${symbolText(name)}, linear theory`])];
+  const heads = ["time (s)", ...coordinates.flatMap(({ name }) => [...(followed ? [`${symbolText(name)}, integrated`] : []), `${symbolText(name)}, linear theory`])];
   const rows = fewOf(times.length, 21).map((i) => [times[i], ...coordinates.flatMap((_, k) => [...(followed ? [followed[k][i]] : []), theory[k][i]])]);
   fillTable(document.querySelector("#mode-table table"), heads, rows.map((row) => row.map((value) => numberText(value, 4))));
 }

@@ -6,4 +6,4 @@ from sweeps.systems.system import Page
 
 _HERE = Path(__file__).parent
 FILES = tuple(_HERE / name for name in ("first.html", "spectrum.js", "part.js"))
-PAGE = Page(FILES, "What is stable, what flutters, and how sure are we?")
+PAGE = Page(FILES, "Which equilibria are stable, which flutter, and how accurate are the eigenvalues?")

@@ -30,9 +30,9 @@ function spectrumInWords(values) {
   const word = FATES[meaning] ?? (meaning ? flagText(meaning) : "");
   const named = theMap.coordinates.equilibrium?.values.length > 1 ? namedPlace("equilibrium", state.place) : "equilibrium";
   const [growth, turning] = known.reduce((top, { measured }) => (measured[0] > top[0] ? measured : top), [-Infinity, 0]);
-  const round = Math.abs(turning) > 1e-9 * Math.abs(growth) ? `, turning once in ${timeText((2 * Math.PI) / Math.abs(turning))}` : "";
+  const round = Math.abs(turning) > 1e-9 * Math.abs(growth) ? `, oscillating with period ${timeText((2 * Math.PI) / Math.abs(turning))}` : "";
   const slow = Math.max(...known.map(({ measured }) => Math.hypot(...measured))) * 1e-9;
-  const fate = Math.abs(growth) <= slow ? "a nudge neither grows nor decays" : growth > 0 ? `a nudge grows e times every ${timeText(1 / growth)}${round}` : `the slowest nudge decays e times every ${timeText(-1 / growth)}${round}`;
+  const fate = Math.abs(growth) <= slow ? "perturbations neither grow nor decay" : growth > 0 ? `perturbations grow by a factor e in ${timeText(1 / growth)}${round}` : `the slowest mode decays by a factor e in ${timeText(-1 / growth)}${round}`;
   return `${word ? `The ${named} is ${word}` : "Here"}: ${fate}.`;
 }
 
@@ -44,7 +44,7 @@ function spectrumTraces(values) {
   const bars = (k) => ({ type: "data", array: pick("error", k).map((e) => (Number.isFinite(e) ? e : 0)), color, thickness: 1.2, width: 4 });
   const text = values.map(({ number, measured, error, theory }) => plain(`${number}: ${complexText(measured)}\n± ${numberText(error[0], 2)}, ± ${numberText(error[1], 2)}\ntheory ${complexText(theory)}`).replaceAll("\n", "<br>"));
   const rings = { type: "scatter", mode: "markers", name: "theory", x: pick("theory", 0), y: pick("theory", 1), marker: { symbol: "circle-open", size: 16, color: pageColor("ink"), line: { width: 1.6 } }, hoverinfo: "skip" };
-  const dots = { type: "scatter", mode: "markers", name: "measured, with its error", x: pick("measured", 0), y: pick("measured", 1), error_x: bars(0), error_y: bars(1), marker: { color, size: 8 }, text, hovertemplate: "%{text}<extra></extra>" };
+  const dots = { type: "scatter", mode: "markers", name: "measured, with error", x: pick("measured", 0), y: pick("measured", 1), error_x: bars(0), error_y: bars(1), marker: { color, size: 8 }, text, hovertemplate: "%{text}<extra></extra>" };
   return [rings, dots];
 }
 

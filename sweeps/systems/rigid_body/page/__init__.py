@@ -13,9 +13,9 @@ if TYPE_CHECKING:
 
 _OWN = tuple(Path(__file__).parent / name for name in ("bodies.css", "bodies.js", "triangle.js", "part.js"))
 FILES = (*turning.FILES, *rates.FILES, *_OWN)
-QUESTION = "If this body spins about a principal axis and is nudged: what happens, how fast, and how sure are we?"
-ON_PLANE = "Space plays it. Black lines: where theory has Ω² = 0. Hatched: no rigid body has these moments."
-IN_TABLE = "★ marks the axis that the definition names for a body."
+QUESTION = "Is a spin about each principal axis stable, with which rates, and how accurate are they?"
+ON_PLANE = "Space: play or pause. Black lines: Ω² = 0 in linear theory. Hatched: physically impossible."
+IN_TABLE = "★ marks the usual spin axis of a body."
 
 
 def page(ds: "xr.Dataset") -> Page:

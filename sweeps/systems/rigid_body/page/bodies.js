@@ -37,7 +37,7 @@ function drawBodies() {
       const color = regime && regime.isFlag ? cellColor(regime, regime.at(place)) : null;
       const cell = element("td", {}, bodyCell(column, place, color));
       if (place.every((at, k) => at === state.place[k])) cell.firstChild.setAttribute("aria-current", "true");
-      if (theMap.nature[body] === axis) cell.append(element("span", { className: "nature", title: "the axis that the definition names", textContent: "★" }));
+      if (theMap.nature[body] === axis) cell.append(element("span", { className: "nature", title: "usual spin axis", textContent: "★" }));
       line.append(cell);
     });
     return line;

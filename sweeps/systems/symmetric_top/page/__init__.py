@@ -5,4 +5,4 @@ from pathlib import Path
 from sweeps.systems import turning
 from sweeps.systems.system import Page
 
-PAGE = Page((*turning.FILES, Path(__file__).parent / "part.js"), keys="Space plays it.")
+PAGE = Page((*turning.FILES, Path(__file__).parent / "part.js"), keys="Space: play or pause.")

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 SHARED = tuple(path for path in OF_RIGID_BODIES if path.stem in ("bodies", "triangle"))
 _OWN = ("first.html", "spread.html", "drawn.css", "drawn.js", "spread.js", "part.js")
 FILES = (*SHARED, *(Path(__file__).parent / name for name in _OWN))
-QUESTION = "How likely is a spin unstable, as well as the body is known?"
-KEYS = "★ marks the axis that the definition names."
+QUESTION = "With which probability is each spin unstable?"
+KEYS = "★ marks the usual spin axis."
 
 
 def page(ds: "xr.Dataset") -> Page:

@@ -117,9 +117,9 @@ function fillDrawnWords(found, axis, onTriangle, at) {
   const { body, columns } = found;
   const few = body.shown < body.of ? `${body.shown.toLocaleString("en")} of the ${body.of.toLocaleString("en")} draws` : `All ${body.of.toLocaleString("en")} draws`;
   const source = theMap.drawn.measured
-    ? `${few}, as they were measured${columns.regime ? ": each in the colour of its regime" : ""}.`
-    : `${body.shown.toLocaleString("en")} bodies drawn again as the definition says (${body.of.toLocaleString("en")} were measured): the map keeps no draws, so nothing is measured of these.`;
-  const ground = onTriangle ? ` Ground: by theory the spin about axis ${axis} is ${regionWord(true)} where its moment is the middle one (orange), ${regionWord(false)} elsewhere (blue). Hatched: no body.` : "";
+    ? `${few}, as measured${columns.regime ? ", coloured by regime" : ""}.`
+    : `${body.shown.toLocaleString("en")} samples regenerated for display (${body.of.toLocaleString("en")} were measured).`;
+  const ground = onTriangle ? ` Shading: linear theory, spin about axis ${axis}; orange: ${regionWord(true)} (intermediate axis), blue: ${regionWord(false)}. Hatched: physically impossible.` : "";
   document.getElementById("drawn-note").textContent = `${source}${ground} Click a dot, or use the arrow keys, to mark a draw.`;
   const told = Object.values(columns).map((column) => `${symbolText(column.name)} = ${column.text(column.values[at])}`).join(", ");
   document.getElementById("drawn-chosen").textContent = `Draw ${drawnName(found, at)}: ${told}`;
@@ -142,7 +142,7 @@ function outlookInWords(place) {
   const draws = theMap.columns.draws?.at(place);
   const of = draws ? ` (${draws.toLocaleString("en")} draws)` : "";
   const body = coordinateAt("body", place);
-  const also = Number.isFinite(flips[0]) && flips[0] > 0 ? `, and turns over in the course of it with ${shareText(...flips)}` : "";
+  const also = Number.isFinite(flips[0]) && flips[0] > 0 ? `, and the body flips with a probability of ${shareText(...flips)}` : "";
   return `Spun about axis ${coordinateAt("axis", place)}, ${body} is unstable with a probability of ${shareText(...unstable)}${also}${of}.`;
 }
 

@@ -32,17 +32,17 @@ function drawSpread() {
     const array = values.map((_, i) => errors[i] ?? 0);
     return { type: "scatter", mode: "lines+markers", name: `axis ${axes[j]}`, x: values, y: theMap.levels.map((level) => 100 * level), error_x: { type: "data", array, color, thickness: 1.2, width: 4 }, line: { color, width: j === place[k] ? 2 : 1.5, dash: DASHES_OF_AXES[j % 3] }, marker: { color, size: 7 } };
   });
-  const layout = plotLayout({ xaxis: { title: { text: spreadWords(chosen) }, exponentformat: "power" }, yaxis: { title: { text: "share of the draws (%)" }, range: [0, 100] }, height: 300, showlegend: true, legend: { orientation: "h", y: 1.15 } });
+  const layout = plotLayout({ xaxis: { title: { text: spreadWords(chosen) }, exponentformat: "power" }, yaxis: { title: { text: "fraction of the draws (%)" }, range: [0, 100] }, height: 300, showlegend: true, legend: { orientation: "h", y: 1.15 } });
   Plotly.react("spread-plot", traces, layout, PLOT_CONFIG);
   const cell = ([values, errors], i) => (values[i] === null || values[i] === undefined ? "–" : `${numberText(values[i], 4)}${errors[i] === null || errors[i] === undefined ? "" : ` ± ${numberText(errors[i], 2)}`}`);
   const rows = spreadNames().map((name) => [spreadWords(name), ...theMap.levels.map((_, i) => cell(spreadAt(name, state.place), i))]);
-  fillTable(document.getElementById("spread-table"), [`spun about axis ${coordinateAt("axis", state.place)}`, ...theMap.levels.map((level) => `${100 * level} % are below`)], rows);
+  fillTable(document.getElementById("spread-table"), [`spun about axis ${coordinateAt("axis", state.place)}`, ...theMap.levels.map((level) => `${100 * level} % quantile`)], rows);
 }
 
 const DASHES_OF_AXES = ["solid", "dash", "dot"];
 
 function drawMatters() {
-  const kinds = { sensitivity_first: "by itself", sensitivity_total: "with others" };
+  const kinds = { sensitivity_first: "first order", sensitivity_total: "total" };
   const all = Object.keys(kinds).map((name) => spreadAt(name, state.place));
   const at = theMap.inputs.map((_, i) => i).filter((i) => all.some(([values]) => values[i] !== null && values[i] !== undefined));
   document.getElementById("matters").hidden = at.length === 0;
@@ -53,7 +53,7 @@ function drawMatters() {
     const color = inkOf(theMap.seriesColors[k]);
     return { type: "bar", name, x: inputs, y: values, marker: { color, pattern: { shape: k ? "/" : "" } }, error_y: { type: "data", array: errors, color: pageColor("ink"), thickness: 1.2, width: 4 } };
   });
-  const layout = plotLayout({ xaxis: {}, yaxis: { title: { text: "share of the variance" } }, height: 260, barmode: "group", showlegend: true, legend: { orientation: "h", y: 1.18 } });
+  const layout = plotLayout({ xaxis: {}, yaxis: { title: { text: "fraction of the variance" } }, height: 260, barmode: "group", showlegend: true, legend: { orientation: "h", y: 1.18 } });
   Plotly.react("matters-plot", traces, layout, PLOT_CONFIG);
   const cell = (k, i) => `${numberText(all[k][0][i], 3)} ± ${numberText(all[k][1][i], 2)}`;
   fillTable(document.getElementById("matters-table"), ["input", ...Object.values(kinds)], at.map((i) => [symbolText(theMap.inputs[i]), cell(0, i), cell(1, i)]));

@@ -1,0 +1,120 @@
+"""CONTRIBUTING.md against the code: its list of packages, the names on it, and its recipes followed literally."""
+
+import ast
+import re
+import shutil
+import sys
+import tomllib
+from importlib.util import find_spec
+from pathlib import Path
+
+import dask
+import pytest
+
+import sweeps
+from sweeps import systems
+from sweeps.__main__ import main
+from sweeps.maps import verify
+
+ROOT = Path(__file__).parents[1]
+PAGE = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+TOY = """\
+title: Tops in honey
+system: damped_top
+grid:
+  spin: [1.0, 20.0]
+  tau: {start: 1.0, stop: 400.0, num: 12, spacing: log}
+"""
+
+
+def blocks(heading, language="python"):
+    """The code blocks of one section."""
+    section = PAGE.split(f"## {heading}\n")[1].split("\n## ")[0]
+    return re.findall(rf"```{language}\n(.*?)```", section, re.DOTALL)
+
+
+def packages():
+    """The packages in the order of their imports, each with the first line of its docstring."""
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
+    layers = next(contract["layers"] for contract in contracts if contract["type"] == "layers")
+    for name in (name for layer in layers for name in layer.split(" | ")):
+        path = ROOT / name.replace(".", "/")
+        text = (path / "__init__.py" if path.is_dir() else path.with_suffix(".py")).read_text(encoding="utf-8")
+        yield f"{name:18s} {ast.get_docstring(ast.parse(text)).splitlines()[0]}"
+
+
+def test_the_packages_are_those_of_the_code():
+    """On failure, copy the list that pytest prints into CONTRIBUTING.md."""
+    assert blocks("Packages, in the order of their imports", "text")[0].splitlines() == list(packages())
+
+
+def test_every_module_on_the_page_exists():
+    names = set(re.findall(r"`((?:kernels|sweeps)(?:\.\w+)*)`", PAGE))
+    assert len(names) > 15
+    for name in names:
+        parent, _, last = name.rpartition(".")
+        there = find_spec(name) if not parent or find_spec(parent).submodule_search_locations else None
+        source = "" if there else Path(find_spec(parent).origin).read_text(encoding="utf-8")
+        assert there or re.search(rf"^(def|class) {last}\b", source, re.MULTILINE), name
+
+
+@pytest.fixture
+def toy(tmp_path, monkeypatch):
+    """A copy of the toy system that can be changed and then imported, in a folder with its definition."""
+    shutil.copytree(ROOT / "tests/toy", tmp_path / "toy")
+    (tmp_path / "my.yaml").write_text(TOY)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path / "toy")
+    modules = dict(sys.modules)
+    for name in [name for name in sys.modules if name.startswith("damped_top")]:
+        monkeypatch.delitem(sys.modules, name)
+    systems.forget()
+    yield tmp_path / "toy/damped_top/system.py"
+    for name in [name for name in sys.modules if name.startswith("damped_top") and name not in modules]:
+        del sys.modules[name]
+    systems.forget()
+
+
+def change(path, old, new):
+    """Replace a text that occurs once in a file."""
+    text = path.read_text(encoding="utf-8")
+    assert text.count(old) == 1
+    path.write_text(text.replace(old, new), encoding="utf-8")
+
+
+def test_a_new_measured_column(toy):
+    variable, column = blocks("Recipe: a new measured column", "text")
+    change(toy, "VARIABLES = table(\n", f"VARIABLES = table(\n{variable}")
+    change(
+        toy, '        return {\n            "decay_theory"', f'        return {{\n{column}            "decay_theory"'
+    )
+    ds = sweeps.survey("my.yaml")
+    assert abs(ds.half_life / (ds.tau * 0.6931471805599453) - 1).max() < 1e-6  # h = 1/64: h^4 = 6e-8
+    assert ds.half_life.attrs["units"] == "s"
+
+
+def test_another_integrator(toy):
+    (code,) = blocks("Recipe: another integrator")
+    before = sweeps.survey("my.yaml").stray.max()
+    for name in [name for name in sys.modules if name.startswith("damped_top")]:
+        del sys.modules[name]
+    systems.forget()
+    old = re.search(r"def stepped\(.*?\n\n\n", toy.read_text(encoding="utf-8"), re.DOTALL)[0]
+    change(toy, old, f"{code}\n\n")
+    assert main(["run", "my.yaml"]) == 0
+    ds = sweeps.open_map("results/my")
+    assert 0 < ds.stray.max() < before / 3  # of order four as well; its error constant is 1/720 in place of 1/120
+    assert not [check for check in verify.verify(Path("results/my"), points=20) if check.findings]
+
+
+def test_another_executor(toy):
+    (code,), (lines,) = blocks("Recipe: another executor"), blocks("Recipe: another executor", "sh")
+    found = {}
+    exec(code, found)
+    for line in lines.splitlines():
+        assert main(line.split()[1:]) == 0
+    assert dask.is_dask_collection(found["ds"].decay) is False
+    expected = sweeps.survey("my.yaml")
+    for ds in (found["ds"], sweeps.open_map("map.nc")):
+        assert ds.decay.equals(expected.decay)
+    assert sweeps.open_map("map.nc").attrs["content_hash"] == expected.attrs["content_hash"]
