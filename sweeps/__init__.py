@@ -15,7 +15,7 @@ if "xarray" in sys.modules:  # else `survey`, `open_map` and `plot` register it:
 
 
 def __getattr__(name: str) -> str:
-    """`sweeps.__version__`, looked up when it is asked for."""
+    """Return `sweeps.__version__` when it is first used."""
     if name != "__version__":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib.metadata import version
@@ -24,7 +24,7 @@ def __getattr__(name: str) -> str:
 
 
 def survey(definition, *, chunks=None, threads: int = 1):
-    """Measures a sweep and returns its map as an `xarray.Dataset`.
+    """Measure a sweep and return its map as an `xarray.Dataset`.
 
     Args:
         definition: the path of a definition, the name of one that ships, or a mapping with its keys.
@@ -53,7 +53,7 @@ def survey(definition, *, chunks=None, threads: int = 1):
 
 
 def uncertainty(bodies, uncertainty, *, omega0: float = 1.0, chunks=None, threads: int = 1, **more):
-    """Draws bodies that are not known exactly, measures every draw, and returns probabilities and quantiles.
+    """Sample bodies with uncertain moments, measure every draw, and return probabilities and quantiles.
 
     Args:
         bodies: (I1, I2, I3); a tensor of inertia, 3 by 3; a body's mapping as in a definition (`bodies:`); or a list of
@@ -76,7 +76,7 @@ def uncertainty(bodies, uncertainty, *, omega0: float = 1.0, chunks=None, thread
 
 
 def open_map(path, **options):
-    """Opens a map with checks that say what is wrong; see `sweeps.maps.storage.open_map`."""
+    """Open a map after checking it; see `sweeps.maps.storage.open_map`."""
     from sweeps.maps import storage
 
     plot.register()
@@ -84,7 +84,7 @@ def open_map(path, **options):
 
 
 def tumbler(P_psi, P_phi, *, unit="h", sigma_psi=0.0, sigma_phi=0.0, ratios=None):
-    """From the two observed periods of a tumbling body to the energy that gives both.
+    """Return the energies of a tumbling body that give two observed periods.
 
     Args:
         P_psi: period of the angular velocity in the body.

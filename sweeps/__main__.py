@@ -78,7 +78,7 @@ def _parser(first: str = "") -> ArgumentParser:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Runs one command; returns the exit status."""
+    """Run one command and return its exit status."""
     heard = []
 
     def hear(*_):

@@ -11,31 +11,31 @@ if TYPE_CHECKING:
 
 
 def dimensions(ds: "xr.Dataset") -> dict[str, int]:
-    """Name → length of the dimensions of a map's variables, in the order of the one that has most."""
+    """Return name → length of the dimensions of a map's variables, in the order of the variable that has most."""
     largest = max(ds.data_vars.values(), key=lambda variable: variable.ndim)
     others = [dim for variable in ds.data_vars.values() for dim in variable.dims]
     return {dim: ds.sizes[dim] for dim in dict.fromkeys([*largest.dims, *others])}
 
 
 def along(variable: "xr.DataArray", dims: Sequence[str]) -> np.ndarray:
-    """Values of a variable, of a Dataset or a plain map, along dimensions in that order: length 1 for what it lacks."""
+    """Return the values of a variable with the given dimensions in order, of length 1 where it lacks one."""
     own = [dim for dim in dims if dim in variable.dims]
     return variable.transpose(*own).values.reshape([variable.sizes[dim] if dim in own else 1 for dim in dims])
 
 
 def own_of_points(ds: "xr.Dataset") -> list[str]:
-    """Names of the coordinates that points have of their own, along `point`."""
+    """Return the names of the coordinates that vary along `point`."""
     return [str(name) for name, c in ds.coords.items() if c.dims == ("point",) and c.dtype.kind == "f"]
 
 
 def placing(ds: "xr.Dataset") -> list[str]:
-    """Names of the coordinates that are no dimension, and whose numbers tell points: not those of named bodies."""
+    """Return the names of numeric coordinates that identify points but are no dimensions."""
     found = (name for name, c in ds.coords.items() if c.ndim and name not in ds.dims and c.dtype.kind == "f")
     return [str(name) for name in found if all(ds[dim].dtype.kind not in "OU" for dim in ds[name].dims)]
 
 
 def nearest_by(ds: "xr.Dataset", asked: Mapping[str, float], at: Mapping[str, int]) -> dict[str, int]:
-    """Dimension → number along it, where coordinates that lie along several are nearest to what is asked.
+    """Return dimension → index of the point nearest to values of coordinates that lie along several dimensions.
 
     Args:
         ds: a map.
@@ -51,19 +51,19 @@ def nearest_by(ds: "xr.Dataset", asked: Mapping[str, float], at: Mapping[str, in
 
 
 def spreads_by_ratio(values: np.ndarray) -> bool:
-    """Whether most values are small beside the greatest: then a logarithmic axis tells them apart."""
+    """Return True if most values are small compared with the greatest, so that a logarithmic axis separates them."""
     return bool(values.min() > 0 and values.max() > 30 * values.min() and np.median(values) < 0.2 * values.max())
 
 
 def flags(variable: "xr.DataArray") -> dict[int, str]:
-    """Value → meaning of a flag variable by the CF conventions; {} for any other."""
+    """Return value → meaning of a flag variable (CF conventions); {} for any other variable."""
     words = str(variable.attrs.get("flag_meanings", "")).split()
     values = np.atleast_1d(variable.attrs.get("flag_values", [])).tolist()
     return dict(zip(values, words, strict=False)) if variable.dtype.kind in "iub" else {}
 
 
 def runs(shape: Sequence[int], most: int) -> Iterator[tuple[slice, ...]]:
-    """Boxes of at most `most` values (or one) that hold an array's values in C order, one run after the other."""
+    """Yield boxes of at most `most` values (or one) that cover an array in C order."""
     box, left = [], most
     for size in reversed(shape):
         box.append(max(1, min(size, left)))
@@ -74,13 +74,13 @@ def runs(shape: Sequence[int], most: int) -> Iterator[tuple[slice, ...]]:
 
 
 def blocks(sizes: Mapping[str, int], most: int) -> Iterator[dict[str, slice]]:
-    """Boxes that cover a grid once, in storage order, each of at most `most` points (or of one): dimension → slice."""
+    """Yield boxes (dimension → slice) of at most `most` points (or one) that cover a grid once, in storage order."""
     for box in runs(tuple(sizes.values()), most):
         yield dict(zip(sizes, box, strict=True))
 
 
 def changed(before: np.ndarray | None, after: np.ndarray) -> tuple[slice, slice]:
-    """The rows and the columns among which two planes differ: all where there is none before, one where nothing does.
+    """Return the rows and columns in which two planes differ: all without an earlier plane, none if equal.
 
     Args:
         before: shape (rows, columns), or None.

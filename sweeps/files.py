@@ -16,7 +16,7 @@ FLUSHED_BYTES = 2**27  # that a disk is given at once, while more is written
 
 @contextmanager
 def replaced(path: str | Path, flush: bool = True, kept: Path | None = None) -> Iterator[Path]:
-    """Gives a temporary path beside `path`; once the block has ended well, what it wrote takes that place.
+    """Yield a temporary path beside `path`, and rename it to `path` when the block has ended without error.
 
     Where the block fails, the temporary file is removed and whatever stood at `path` is as it was. A link stays one:
     the file that it names is replaced. What a process that
@@ -62,7 +62,7 @@ class Flusher:
         self._pool = ThreadPoolExecutor(1)
 
     def wrote(self, size: int) -> None:
-        """So many bytes have been written.
+        """Note that so many bytes have been written.
 
         Raises:
             OSError: where the disk did not take what was written before.
@@ -86,12 +86,12 @@ class Flusher:
 
 
 def remove_leftovers(path: Path) -> None:
-    """Removes the temporary files and folders of `path` whose process is no more."""
+    """Remove the temporary files and folders of `path` whose process has ended."""
     _remove_dead(path.parent.glob(f".{glob.escape(path.name)}.*.part"))
 
 
 def remove_all_leftovers(folder: Path) -> None:
-    """Removes all that processes that are no more have left in a folder and those below."""
+    """Remove all temporary files of ended processes in a folder and below."""
     _remove_dead(folder.rglob(".*.part"))
 
 
@@ -111,7 +111,7 @@ def _beside(path: Path) -> Path:
 
 @contextmanager
 def temporary_folder(path: Path) -> Iterator[Path]:
-    """A folder beside `path`, whose own folder is made, for what goes there, while the block lasts.
+    """Yield a temporary folder beside `path` for the block, and create its parent.
 
     What a process that was killed left of one is removed by whoever next makes one for `path`.
     """
@@ -127,7 +127,7 @@ def temporary_folder(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def replaced_folder(path: str | Path) -> Iterator[Path]:
-    """Gives a temporary folder beside `path`; once the block has ended well, its files take their places in `path`.
+    """Yield a temporary folder beside `path`, and move its files to `path` when the block has ended without error.
 
     A folder that was not there appears whole. What a process that was killed left of it is removed first.
     """

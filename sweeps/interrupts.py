@@ -14,7 +14,7 @@ PATIENCE = 2.0  # s for a process to end that was told to
 
 @contextmanager
 def left_to_the_parent() -> Iterator[None]:
-    """Processes started in this block do not hear Ctrl-C, which a terminal sends to all; nor do threads.
+    """Let processes started in this block ignore Ctrl-C, which a terminal sends to all of them.
 
     They are blocked from their first instruction on, where nothing of ours could yet ignore it.
     """
@@ -27,7 +27,7 @@ def left_to_the_parent() -> Iterator[None]:
 
 
 def end_with_the_parent() -> None:
-    """Lets this process, which another started, end when that one has ended, however that ended."""
+    """Let this child process end when its parent has ended, for whatever reason."""
 
     def wait():
         multiprocessing.parent_process().join()
@@ -37,7 +37,7 @@ def end_with_the_parent() -> None:
 
 
 def abandon(pool: Executor) -> None:
-    """Ends a pool and what this process has started by `multiprocessing`.
+    """End a pool and the processes that this process has started by `multiprocessing`.
 
     The processes first: one that is only starting would miss what it shares with the pool, and say so.
     """
@@ -46,7 +46,7 @@ def abandon(pool: Executor) -> None:
 
 
 def abandon_processes() -> None:
-    """Ends what this process has started by `multiprocessing`: where they wrote, nothing more comes.
+    """End the processes that this process has started by `multiprocessing`.
 
     What was half-written, who shared the place with them removes, or the next run.
     """

@@ -16,12 +16,12 @@ _FORM = re.compile(r"([A-Za-z0-9]{1,32})-([0-9a-f]{1,12})-([0-9]+)-([0-9]+)-([0-
 
 
 def mark() -> str:
-    """What tells this process from all others: host, start of the machine, container, number, start."""
+    """Return a mark that identifies this process: host, boot, container, number, start time."""
     return f"{host()}-{_world()}-{os.getpid()}-{_begun(os.getpid()) or 0}"
 
 
 def host() -> str:
-    """The machine's name, in letters and digits."""
+    """Return the name of the machine, in letters and digits."""
     return re.sub(r"[^A-Za-z0-9]", "", platform.node())[:32] or "host"
 
 
@@ -59,7 +59,7 @@ def _exists(process: int) -> int | None:
 
 
 def is_over(made_by: str, untouched: float, patience: float = DAY) -> bool:
-    """Whether the process of a mark has ended.
+    """Return True if the process of a mark has ended.
 
     Args:
         made_by: its mark, or any text that holds one.
@@ -75,7 +75,7 @@ def is_over(made_by: str, untouched: float, patience: float = DAY) -> bool:
 
 
 def age(path: Path) -> float:
-    """For how many seconds a file, or what lies in a folder, has not been touched; 0 where it is gone."""
+    """Return the seconds since a file, or the contents of a folder, last changed; 0 if it does not exist."""
     try:
         return time.time() - max(p.lstat().st_mtime for p in (path, *path.rglob("*")))
     except OSError:
@@ -83,12 +83,12 @@ def age(path: Path) -> float:
 
 
 def of_number(made_by: str) -> tuple[str, str]:
-    """(Number of the process of a mark, its host), "" where there is none."""
+    """Return (process number, host) of a mark, "" where there is none."""
     found = _FORM.search(made_by)
     return (found[4], found[1]) if found else ("", "")
 
 
 def is_here(made_by: str) -> bool:
-    """Whether a mark is of this machine and container."""
+    """Return True if a mark is of this machine and container."""
     found = _FORM.search(made_by)
     return found is not None and f"{found[2]}-{found[3]}" == _world()

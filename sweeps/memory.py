@@ -8,7 +8,7 @@ TRIM_THRESHOLD, MMAP_THRESHOLD = -1, -3  # of glibc's mallopt(3)
 
 
 def keep_freed() -> None:
-    """Lets this process keep what it frees, up to a quarter of a gibibyte, where the C library knows how.
+    """Let this process keep freed memory, up to a quarter of a gibibyte, where the C library allows it.
 
     glibc gives large blocks back to the system at once. Columns of the next block then cost a page fault for every
     4 KiB, on which threads wait for each other: a tenth of a sweep's time.
@@ -22,7 +22,7 @@ def keep_freed() -> None:
 
 
 def available() -> int:
-    """Bytes that processes can have without any being moved to a disk."""
+    """Return the bytes of memory that are available without swapping."""
     with suppress(OSError, ValueError), open("/proc/meminfo") as file:  # there is no need to load what reads it too
         told = dict(line.split(":", 1) for line in file)
         if "MemAvailable" in told:

@@ -23,7 +23,7 @@ ANY_AXIS = "stability_axis_"
 
 
 def stability(ds: "xr.Dataset", axis: int | None = None, at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
-    """What becomes of a spin about an axis, over two parameters, under theory's boundaries.
+    """Draw the regime of a spin about an axis over two parameters, with theory's boundaries.
 
     Args:
         ds: a map over a grid of moments, or of relative equilibria.
@@ -41,7 +41,7 @@ def stability(ds: "xr.Dataset", axis: int | None = None, at: Mapping | None = No
 
 
 def theory_against_measured(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
-    """How far what is measured deviates from theory, beside its errors."""
+    """Draw the deviations of measured values from theory, and their errors."""
     return draw(ds, "theory_against_measured", at, ax)
 
 
@@ -49,67 +49,67 @@ deviations = theory_against_measured
 
 
 def bodies(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
-    """Real bodies side by side: their rates, how soon they flip, and observed periods."""
+    """Draw real bodies side by side: rates, times between flips, and observed periods."""
     return draw(ds, "bodies", at, ax)
 
 
 def breakdown(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
-    """How the measured rate leaves linear theory as the nudge grows."""
+    """Draw the deviation of measured rates from linear theory against the size of the perturbation."""
     return draw(ds, "breakdown", at, ax)
 
 
 def polhodes(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
-    """The curves of the angular velocity in a body, on the ellipsoid of one energy."""
+    """Draw polhodes: curves of the angular velocity on the energy ellipsoid of a body."""
     return draw(ds, "polhodes", at, ax)
 
 
 def triangle(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
-    """Bodies by their shape, on the triangle of inertia."""
+    """Draw bodies by shape on the triangle of inertia."""
     return draw(ds, "triangle", at, ax)
 
 
 def points(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
-    """Points that are drawn or listed, over two of their coordinates, and a histogram of what is measured."""
+    """Draw sampled or listed points over two coordinates, and a histogram of a measured variable."""
     return draw(ds, "points", at, ax)
 
 
 def precession(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
-    """Precession of the free symmetric top, over I3/I1 and over the half-angle."""
+    """Draw the precession rate of the free symmetric top over I3/I1 and over the half-angle."""
     return draw(ds, "precession", at, ax)
 
 
 def cones(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
-    """Body cone and space cone of a symmetric top."""
+    """Draw body cone and space cone of a symmetric top."""
     return draw(ds, "cones", at, ax)
 
 
 def oscillations(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
-    """Small oscillations: frequencies of every equilibrium and mode, and where the equilibria are."""
+    """Draw rates of small oscillations for every equilibrium and mode, and the positions of the equilibria."""
     return draw(ds, "oscillations", at, ax)
 
 
 def twist(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
-    """How far a thrown body turns about its handle."""
+    """Draw the twist of a thrown body about its handle."""
     return draw(ds, "twist", at, ax)
 
 
 def defect(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
-    """What the twist lacks of half a turn, beside the law."""
+    """Draw the shortfall of the twist from a half turn, with the law."""
     return draw(ds, "defect", at, ax)
 
 
 def tumbling(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
-    """The ratio of both periods of a tumbling body."""
+    """Draw the ratio of both periods of a tumbling body."""
     return draw(ds, "periods", at, ax)
 
 
 def herpolhode(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
-    """The curve of the angular velocity across the angular momentum."""
+    """Draw the herpolhode: the curve of the angular velocity in the plane normal to the angular momentum."""
     return draw(ds, "herpolhode", at, ax)
 
 
 def outlook(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
-    """How likely each spin of bodies that are not known exactly is unstable."""
+    """Draw the probability that each spin of bodies with uncertain moments is unstable."""
     return draw(ds, "outlook", at, ax)
 
 
@@ -137,7 +137,7 @@ __all__ = [*NAMES, "draw", "Polhode", "register"]
 def draw(
     ds: "xr.Dataset", name: str, at: Mapping | None = None, ax: "Axes | None" = None, also: Mapping | None = None
 ) -> "Axes":
-    """Any picture of a map by its name, those of other packages' systems too.
+    """Draw a figure of a map by its name, including those of other packages' systems.
 
     Args:
         ds: a map, or a slice of one by `isel` or `sel`.

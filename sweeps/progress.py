@@ -28,7 +28,7 @@ class _Speed(ProgressColumn):
 
 @contextmanager
 def points(total: int, label: str) -> Iterator[Callable[[int], None]]:
-    """Gives a function to be called with the number of points just done; reports on the error stream.
+    """Yield a function that takes the number of points just done, and report progress on the error stream.
 
     Args:
         total: number of points in all.
@@ -64,7 +64,7 @@ def _lines(total: int, label: str) -> Iterator[Callable[[int], None]]:
 
 @contextmanager
 def pieces(total: int, label: str) -> Iterator[Callable[[], None]]:
-    """Give a function to be called when a piece of work is done, which moves a bar on a terminal or in a notebook.
+    """Yield a function to be called after each piece of work, which moves a bar on a terminal or in a notebook.
 
     Args:
         total: number of pieces.

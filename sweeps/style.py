@@ -87,7 +87,7 @@ _sheet: ContextVar[Sheet] = ContextVar("sheet", default=ITS_OWN)
 
 @contextmanager
 def drawn_for(sheet: Sheet) -> Iterator[None]:
-    """Pictures begun in this block are for that sheet, and in the style of all of them."""
+    """Draw figures of this block for one sheet, in Polhode's style."""
     token = _sheet.set(sheet)
     try:
         with matplotlib.rc_context(STYLE):
@@ -113,21 +113,21 @@ class Borrowed:
         self.ax, self.axes, self.figure = ax, [], ax.figure
 
     def __getattr__(self, name: str):
-        """All else is the figure's."""
+        """Return any other attribute from the figure."""
         return getattr(self.figure, name)
 
     def add_gridspec(self, *shape: int, **options):
-        """A grid within the place, which is then no Axes any more."""
+        """Return a grid specification within the given Axes, which are removed."""
         self.ax.set_axis_off()
         return self.ax.get_subplotspec().subgridspec(*shape, **options)
 
     def add_subplot(self, at=None, **options) -> Axes:
-        """The place itself, or a part of its grid."""
+        """Return the given Axes, or a part of their grid."""
         self.axes.append(self.ax if at is None else self.figure.add_subplot(at, **options))
         return self.axes[-1]
 
     def subplots(self, rows: int = 1, columns: int = 1, *, sharex=False, sharey=False, squeeze=True, **options):
-        """Panels in rows and columns; the place itself where there is one."""
+        """Return panels in rows and columns; the given Axes for one panel."""
         if rows == columns == 1:
             made = np.array([[self.add_subplot()]])
         else:
@@ -139,7 +139,7 @@ class Borrowed:
 def canvas(
     width: float, height: float, title: str, subtitle: str, footer: float = 0.0, ax: Axes | None = None
 ) -> Figure | Borrowed:
-    """A figure drawn by Agg, with title and subtitle in its upper left corner, or the place that somebody gives.
+    """Return a figure drawn by Agg, with title and subtitle in its upper left corner, or the given Axes.
 
     Args:
         width: in inches.
@@ -170,30 +170,30 @@ def canvas(
 
 
 def on_paper(figure: Figure, draw: Callable[[], None]) -> None:
-    """Keeps what a picture draws besides where it is printed: there colours say little, and hatches more."""
+    """Mark artists that only a greyscale print shows, such as hatches."""
     figure.on_paper = [*getattr(figure, "on_paper", ()), draw]
 
 
 def wrapped(text: str, width: float) -> str:
-    """A subtitle in lines that a canvas of so many inches holds, broken between words, but in no `name = value`."""
+    """Return a subtitle wrapped to a canvas of so many inches, never within `name = value`."""
     most = int((width - 0.24) * SUBTITLE_LETTERS)
     whole = VALUE.sub(lambda value: value[0].replace(" ", "\u00a0"), text)  # where textwrap breaks nothing
     return "\n".join(part for line in whole.split("\n") for part in textwrap.wrap(line, most) or [""])
 
 
 def units(text: str) -> str:
-    """UDUNITS text as people write it: "rad s-1" becomes "rad s⁻¹", and "1" nothing."""
+    """Return UDUNITS text with superscripts: "rad s-1" becomes "rad s⁻¹", and "1" nothing."""
     return "" if text == "1" else re.sub(r"(?<=[A-Za-z])-?\d+", lambda m: m[0].translate(_SUPERSCRIPTS), text)
 
 
 def with_unit(text: str, unit: str, form: str = " {}") -> str:
-    """Text and a unit (UDUNITS) behind it, in some form; the text alone where the unit is "1"."""
+    """Return text followed by its unit (UDUNITS); the text alone where the unit is "1"."""
     unit = units(unit)
     return text + form.format(unit) if unit else text
 
 
 def number(value: float, digits: int = 6) -> str:
-    """A number as people write it: 1e-06 becomes 10⁻⁶, 0.0174799999 becomes 0.01748."""
+    """Return a number as text: 1e-06 becomes 10⁻⁶, 0.0174799999 becomes 0.01748."""
     text = f"{value:.{digits}g}".replace("-", "−", 1) if value < 0 else f"{value:.{digits}g}"
     if "e" not in text:
         return text
@@ -203,12 +203,12 @@ def number(value: float, digits: int = 6) -> str:
 
 
 def count(n: int, noun: str, plural: str) -> str:
-    """How many of something: "1 body", "1,200 bodies"."""
+    """Return a count with its noun: "1 body", "1,200 bodies"."""
     return f"{n:,} {noun if n == 1 else plural}"
 
 
 def dots() -> float:
-    """Dots an inch of what is written now."""
+    """Return the dots per inch of the file being written."""
     dpi = matplotlib.rcParams["savefig.dpi"]
     return DPI if dpi == "figure" else float(dpi)
 
@@ -232,18 +232,18 @@ class Shades(ListedColormap):
         super().__init__([tuple(towards + share * (base - towards)) for base in full for share in shares], "shades")
 
     def recolored(self, other: Callable) -> "Shades":
-        """The same shades of other colours: `other` says what a colour becomes."""
+        """Return the same shades with each colour replaced by `other`."""
         made = Shades([other(base) for base in self.bases], self.number, other(self.paper))
         return made.with_extremes(bad=other(tuple(self.get_bad())))
 
 
 def halo(width: float = 2.5, color: str = "white"):
-    """Outline that keeps text and lines readable on any colour."""
+    """Return an outline that keeps text and lines readable on any colour."""
     return [withStroke(linewidth=width, foreground=color)]
 
 
 def is_logarithmic(values) -> bool:
-    """Whether values spread more evenly by ratio than by difference, over a factor of ten or more."""
+    """Return True if values spread more evenly by ratio than by difference, over a factor of ten or more."""
     values = np.sort(np.asarray(values, float))
     if values.size < 3 or values[0] <= 0 or values[-1] < 10 * values[0]:
         return False
@@ -252,7 +252,7 @@ def is_logarithmic(values) -> bool:
 
 
 def edges(values) -> np.ndarray:
-    """Cell edges halfway between ascending values (by ratio where they are logarithmic), shape (n + 1,)."""
+    """Return cell edges halfway between ascending values (by ratio where they are logarithmic), shape (n + 1,)."""
     values = np.asarray(values, float)
     if values.size == 1:
         return values[0] * np.array([0.95, 1.05])
@@ -268,7 +268,7 @@ def _halfway(values: np.ndarray) -> np.ndarray:
 
 
 def plain_log_ticks(axis) -> None:
-    """Ticks at 1, 2 and 5 in plain numbers where a logarithmic axis spans under two decades; else powers of ten."""
+    """Set ticks at 1, 2 and 5 in plain numbers on a logarithmic axis of under two decades, else at powers of ten."""
     low, high = axis.get_view_interval()
     if high < 100 * low:
         axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)) if high > 10 * low else MaxNLocator(5))
@@ -277,12 +277,12 @@ def plain_log_ticks(axis) -> None:
 
 
 def power(exponent: int) -> str:
-    """A power of ten, as mathtext."""
+    """Return a power of ten as mathtext."""
     return f"$10^{{{exponent}}}$"
 
 
 def legend(figure: Figure | Borrowed, handles: Sequence = (), columns: int = 9) -> None:
-    """A legend, in the footer of a figure, of what stands in it with a label: each label once, in order of drawing.
+    """Draw a legend in the footer of a figure, with each label once in order of drawing.
 
     In somebody's figure there is none: its Axes know the labels, `ax.legend()` makes one.
 
@@ -337,5 +337,5 @@ def _seen(artist):
 
 
 def few(length: int, most: int) -> list[int]:
-    """At most `most` indices of a dimension, evenly strided."""
+    """Return at most `most` indices of a dimension, evenly spaced."""
     return list(range(0, length, max(1, math.ceil(length / most))))

@@ -2,7 +2,7 @@
 
 from sweeps.commands import parser
 
-UNCERTAIN = ("draws", "seed", "method", "turns", "picture")
+UNCERTAIN = ("draws", "seed", "method", "turns", "figure")
 
 EPILOG = """\
 NAME may be a part of a name: `body racket`. Without NAME the bodies are listed. Or give a body of your own:
@@ -26,7 +26,7 @@ inertia. --json prints SI units, angles (max_tilt) in rad, as in maps.
 
 
 def add(commands) -> None:
-    """Describes the command."""
+    """Add the command to the parser."""
     command = parser.add(commands, "body", "predict whether a spin about each principal axis is stable", _run, EPILOG)
     command.add_argument("name", metavar="NAME", nargs="?", help="a body of the sweep `bodies`, or of --definition")
     command.add_argument("--definition", metavar="DEFINITION", default="bodies", help="the definition that lists NAME")

@@ -6,7 +6,7 @@ from sweeps.commands import parser
 
 
 def add(commands) -> None:
-    """Describes the command."""
+    """Add the command to the parser."""
     command = parser.add(commands, "check", "validate a definition, and predict memory, disk and time", _run)
     parser.add_definition(command, nargs="?")
     command.add_argument("--list", action="store_true", help="list the shipped sweeps, and stop")

@@ -4,7 +4,7 @@ from sweeps.commands import parser
 
 
 def add(commands) -> None:
-    """Describes the command."""
+    """Add the command to the parser."""
     command = parser.add(commands, "compile", "compile the kernels of a sweep, once per machine", _run)
     parser.add_definition(command, nargs="?", default=None)
     command.add_argument("--all", action="store_true", help="compile the kernels of every system")

@@ -6,7 +6,7 @@ SHELLS = ("bash", "zsh", "tcsh")
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Describes the option."""
+    """Add the option to the parser."""
     text = "print a script that completes commands and options in this shell, and stop (needs the extra `completion`)"
     parser.add_argument("--completion", choices=SHELLS, action=_Completion, help=text)
 

@@ -18,7 +18,7 @@ the file. MP4 and WebM are for animations and need ffmpeg; with the other format
 
 
 def add(commands) -> None:
-    """Describes the command."""
+    """Add the command to the parser."""
     command = parser.add(commands, "figures", "draw the figures of a map", _run, EPILOG)
     command.takes_coordinates = True
     parser.add_map(command)

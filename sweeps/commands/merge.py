@@ -6,7 +6,7 @@ from sweeps.commands import parser
 
 
 def add(commands) -> None:
-    """Describes the command."""
+    """Add the command to the parser."""
     command = parser.add(commands, "merge", "merge all shards of a sweep into its map", _run)
     parser.add_definition(command)
     command.add_argument("shards", nargs="+", metavar="SHARD", help="files written by `shard`, or their folder")

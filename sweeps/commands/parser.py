@@ -18,7 +18,7 @@ class Parser(argparse.ArgumentParser):
     takes_coordinates = False
 
     def parse_known_args(self, args=None, namespace=None):
-        """As argparse has it; `namespace.coordinates` where they are taken."""
+        """Parse arguments as argparse does, with options `--DIMENSION VALUE` in `namespace.coordinates`."""
         arguments, coordinates = self._without_coordinates(list(args or ()))
         # a blank in front keeps argparse from taking -1e-3 for an option
         arguments = [f" {text}" if _NEGATIVE.fullmatch(text) else text for text in arguments]
@@ -28,7 +28,7 @@ class Parser(argparse.ArgumentParser):
         return namespace, rest
 
     def parse_args(self, args=None, namespace=None):
-        """As argparse has it; an option that is none is refused with a near one, where there is one."""
+        """Parse arguments as argparse does; refuse an unknown option with the nearest known one."""
         namespace, rest = self.parse_known_args(args, namespace)
         if rest:
             options = getattr(namespace, "options", self._option_string_actions)
@@ -56,7 +56,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def add(commands, name: str, help_text: str, run, epilog: str | None = None) -> Parser:
-    """Adds a command that calls `run` with its arguments, and returns its parser."""
+    """Add a command that calls `run` with its arguments, and return its parser."""
     parser = commands.add_parser(
         name,
         help=help_text,
@@ -79,16 +79,16 @@ def number(text: str) -> int | float | str:
 
 
 def add_definition(parser: Parser, **options) -> None:
-    """The argument DEFINITION."""
+    """Add the argument DEFINITION."""
     text = "name of a shipped sweep, or path of a YAML file"
     parser.add_argument("definition", metavar="DEFINITION", help=text, **options)
 
 
 def add_map(parser: Parser) -> None:
-    """The argument MAP."""
+    """Add the argument MAP."""
     parser.add_argument("map", metavar="MAP", help="a map, or the folder it lies in, results/<sweep>")
 
 
 def add_json(parser: Parser) -> None:
-    """The option --json."""
+    """Add the option --json."""
     parser.add_argument("--json", action="store_true", help="print JSON (a missing number is null)")

@@ -15,7 +15,7 @@ frame), from the closed form (omega1 … omega3, q0 … q3) and, except for a sy
 
 
 def add(commands) -> None:
-    """Describes the command."""
+    """Add the command to the parser."""
     command = parser.add(commands, "point", "print every variable at one grid point", _run, EPILOG)
     command.takes_coordinates = True
     parser.add_map(command)

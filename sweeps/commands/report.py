@@ -4,7 +4,7 @@ from sweeps.commands import parser
 
 
 def add(commands) -> None:
-    """Describes the command."""
+    """Add the command to the parser."""
     command = parser.add(commands, "report", "write the report of a map, one HTML file to explore", _run)
     parser.add_map(command)
     command.add_argument("-o", "--output", metavar="FILE", required=True, help="the HTML file to write")

@@ -11,7 +11,7 @@ the last seconds of work or the unfinished shard. Finished and unchanged results
 
 
 def add(commands) -> None:
-    """Describes the command."""
+    """Add the command to the parser."""
     command = parser.add(
         commands, "run", "write the map, figures and report of a sweep to results/<sweep>", _run, EPILOG
     )

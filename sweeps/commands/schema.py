@@ -16,7 +16,7 @@ For a system described in a Python file, give its name or file: its grid has its
 
 
 def add(commands) -> None:
-    """Describes the command."""
+    """Add the command to the parser."""
     command = parser.add(commands, "schema", "print the JSON Schema of definitions, for editors", _run, EPILOG)
     text = "a shipped system, or the path of a Python file that describes one"
     command.add_argument("systems", metavar="SYSTEM", nargs="*", help=text)

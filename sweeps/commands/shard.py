@@ -5,7 +5,7 @@ from sweeps.schema.refusals import DefinitionError
 
 
 def add(commands) -> None:
-    """Describes the command."""
+    """Add the command to the parser."""
     command = parser.add(commands, "shard", "measure one part of the points of a sweep", _run)
     parser.add_definition(command)
     command.add_argument("number", type=int, metavar="K", help="number of the part, from 1")

@@ -9,7 +9,7 @@ nearest grid value). The numbers above it are of the whole map.
 
 
 def add(commands) -> None:
-    """Describes the command."""
+    """Add the command to the parser."""
     command = parser.add(commands, "show", "summarise a map, with a small map in characters", _run, EPILOG)
     command.takes_coordinates = True
     parser.add_map(command)

@@ -11,7 +11,7 @@ length one need none. CDO, NCO, ncview and Panoply open the file.
 
 
 def add(commands) -> None:
-    """Describes the command."""
+    """Add the command to the parser."""
     command = parser.add(commands, "slice", "cut a map down to two dimensions", _run, EPILOG)
     command.takes_coordinates = True
     parser.add_map(command)

@@ -17,7 +17,7 @@ excluded where the ratio of both periods is below the minimum of the mode by mor
 
 
 def add(commands) -> None:
-    """Describe the command."""
+    """Add the command to the parser."""
     command = parser.add(commands, "tumbler", "find the energy of a tumbling body from its two periods", _run, EPILOG)
     command.add_argument("--P-psi", dest="P_psi", type=float, required=True, metavar="P", help="period in the body")
     command.add_argument("--P-phi", dest="P_phi", type=float, required=True, metavar="P", help="period about L")

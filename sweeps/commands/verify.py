@@ -8,7 +8,7 @@ exit status: 0 the map is whole; 1 it differs (the differences are listed); 2 th
 
 
 def add(commands) -> None:
-    """Describes the command."""
+    """Add the command to the parser."""
     command = parser.add(
         commands, "verify", "compare a map with its definition, and measure random points again", _run, EPILOG
     )

@@ -28,7 +28,7 @@ class Wanted:
 
 
 def pages(folder: Path = TEXT) -> dict[str, str]:
-    """Name of each page (its path without `.md`) → its text, in order."""
+    """Return the name of each page (its path without `.md`) → its text, in order."""
     paths = sorted(folder.rglob("*.md"))
     return {str(path.relative_to(folder).with_suffix("")): path.read_text(encoding="utf-8") for path in paths}
 
@@ -47,7 +47,7 @@ def with_numbers(text: str, write: Callable[[str, str], str]) -> str:
 
 
 def asked_blocks(text: str) -> Iterator[Wanted]:
-    """What else a page asks for, in order."""
+    """Yield the other blocks of a page (pictures, files, output), in order."""
     for _, _, kind, argument, inside in BLOCK.findall(text):
         lines = textwrap.dedent(inside).splitlines()
         while lines and OPTION.match(lines[0]):
@@ -56,5 +56,5 @@ def asked_blocks(text: str) -> Iterator[Wanted]:
 
 
 def key(page: str, asked: Wanted) -> str:
-    """Under which what a block prints is kept: the same lines on two pages may print two things."""
+    """Return the key of the output of a block: the same lines on two pages may print different output."""
     return f"{page}\n{asked.body}"

@@ -23,7 +23,7 @@ class Picture(SphinxDirective):
     required_arguments, optional_arguments, has_content = 2, 0, True
 
     def run(self) -> list[nodes.Node]:
-        """The figure; its caption is the text, and its words for those who do not see it are too."""
+        """Return the figure, with its text as caption and as description for screen readers."""
         name = " ".join(self.arguments)
         image = nodes.image(uri="/pictures/" + picture_file(name), alt=" ".join(self.content), classes=["map"])
         figure = nodes.figure("", image)
@@ -40,7 +40,7 @@ class File(SphinxDirective):
     required_arguments, has_content = 1, True
 
     def run(self) -> list[nodes.Node]:
-        """The file's text, its name above."""
+        """Return the text of the file, with its name above."""
         language = {".yaml": "yaml", ".py": "python", ".csv": "text"}[Path(self.arguments[0]).suffix]
         block = nodes.literal_block("\n".join(self.content), "\n".join(self.content), language=language)
         outside = nodes.container("", literal_block=True, classes=["literal-block-wrapper"])
@@ -55,7 +55,7 @@ class Printed(SphinxDirective):
     option_spec = {"answer": lambda _: True, "quiet": lambda _: True}  # noqa: RUF012 (docutils' own way)
 
     def run(self) -> list[nodes.Node]:
-        """The lines, and below them what they print: folded away where it is an answer."""
+        """Return the lines with their output below, folded if it is an answer."""
         body = "\n".join(self.content)
         kind = self.name
         block = asked.Wanted(kind, "", body)
@@ -101,7 +101,7 @@ def _plain_docstring(app, what, name, thing, options, lines: list[str]) -> None:
 
 
 def setup(app: Sphinx) -> dict:
-    """Enters all of it."""
+    """Register the directives."""
     app.add_config_value("handbook_work", "", "env")
     app.add_directive("picture", Picture)
     app.add_directive("file", File)

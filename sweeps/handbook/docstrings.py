@@ -7,7 +7,7 @@ SIGNS = re.compile(r"\|(?=\S)|(?<=\S)\||(?<=\w)_(?=\W|$)")
 
 
 def as_restructured(lines: list[str]) -> list[str]:
-    """Lines in which a bar begins no substitution and a name that ends in _ no link; formulas and code stay."""
+    """Return lines of a docstring as reStructuredText, with bars and trailing underscores escaped."""
     made, words, inside = [], [], None
     for line in lines:
         indent = len(line) - len(line.lstrip())

@@ -27,7 +27,7 @@ COLUMNS = "84"  # letters in a line of what commands print
 
 
 def definitions() -> dict[str, Path]:
-    """Name → definition of each map of the handbook; those of its gallery begin with `gallery_`."""
+    """Return name → definition of each map of the handbook; those of its gallery begin with `gallery_`."""
     return {path.stem: path for path in sorted(MAPS.glob("*.yaml"))}
 
 
@@ -73,7 +73,7 @@ def _still_true(path: Path) -> dict[str, str]:
 
 
 def measured(definition: Path, folder: Path, say: Callable[[str], None]) -> Path:
-    """The map of a definition, measured unless there is one of the same definition and kernels."""
+    """Return the map of a definition, measured unless one of the same definition and kernels exists."""
     import sweeps
     from sweeps.maps import storage
     from sweeps.points import loading
@@ -122,12 +122,12 @@ def as_markdown(facts: dict[str, dict], name: str, form: str) -> str:
 
 
 def picture_file(argument: str) -> str:
-    """The file of a picture that a page names as "map picture"."""
+    """Return the file of a picture that a page names as "map picture"."""
     return argument.replace(" ", "-") + ".png"
 
 
 def draw(argument: str, maps: dict[str, Path], folder: Path, say: Callable[[str], None] = print) -> Path:
-    """Draws one picture of a map, "map picture", unless it is younger than the map and the code; returns its file."""
+    """Draw one picture, "map picture", unless it is newer than the map and the code, and return its file."""
     source, _, name = argument.partition(" ")
     path = folder / picture_file(argument)
     if path.exists() and path.stat().st_mtime > max(maps[source].stat().st_mtime, _youngest(("systems", "views"))):

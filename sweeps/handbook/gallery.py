@@ -29,12 +29,12 @@ FIRST = ("tennis_racket", "shapes", "bodies", "breakdown", "symmetric", "twist",
 
 
 def names() -> list[str]:
-    """Names of the sweeps that ship, in the order of the page."""
+    """Return the names of the shipped sweeps, in the order of the page."""
     return sorted(catalogue.shipped(), key=lambda name: (FIRST.index(name) if name in FIRST else len(FIRST), name))
 
 
 def reduced(values: dict) -> dict:
-    """A definition with so few points that it takes seconds: its longest ranges are cut, one after the other."""
+    """Return a definition with so few points that it takes seconds: its longest ranges are cut."""
     grid = values.get("grid", {})
     ranges = list(_ranges(grid))
     most = MANY.get(values.get("system", DEFAULT_SYSTEM), MOST)
@@ -53,7 +53,7 @@ def _ranges(entries: dict) -> Iterator[dict]:
 
 
 def story(text: str) -> str:
-    """The first paragraph of a definition's comment, or its title where it says no more."""
+    """Return the first paragraph of a definition's comment, or its title."""
     comments = []
     for line in text.splitlines():
         if line.startswith("#"):
@@ -68,7 +68,7 @@ def story(text: str) -> str:
 
 
 def draw(work: Path, say: Callable[[str], None]) -> None:
-    """Measures and draws every sweep that ships, with fewer points, into `pictures/` of the work's folder."""
+    """Measure and draw every shipped sweep, with fewer points, into `pictures/` below `work`."""
     for name, path in _definitions(work):
         map_path = evidence.measured(path, work / "gallery", say)
         evidence.draw(f"{name} {picture(name, map_path)}", {name: map_path}, work / "pictures", say)
@@ -90,7 +90,7 @@ def _definitions(work: Path) -> Iterator[tuple[str, Path]]:
 
 
 def picture(name: str, path: Path) -> str:
-    """Name of the picture that shows a sweep best."""
+    """Return the name of the figure that represents a sweep."""
     import sweeps
     from sweeps.views import figures
 
@@ -99,7 +99,7 @@ def picture(name: str, path: Path) -> str:
 
 
 def page(work: Path) -> str:
-    """The page, once its pictures are drawn."""
+    """Return the page, once its pictures are drawn."""
     texts = ["# Gallery", "", (
         "All shipped sweeps. The figures here are drawn from maps with fewer points; the command writes the full "
         "map, with all its figures and its report, to `results/`."

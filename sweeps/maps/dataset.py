@@ -13,7 +13,7 @@ from sweeps.shards import contract
 
 
 def evaluate(coordinates: Mapping[str, xr.DataArray], sweep: Sweep, threads: int = 1) -> xr.Dataset:
-    """Measures the points of some coordinates.
+    """Measure the points of some coordinates and return their Dataset.
 
     Args:
         coordinates: a `DataArray` for each of the system's arguments (for the rigid body I1, I2, I3, axis, omega0,
@@ -58,7 +58,7 @@ def _columns(*arrays: np.ndarray, sweep: Sweep, threads: int) -> tuple[np.ndarra
 
 
 def grid_coordinates(sweep: Sweep) -> dict[str, xr.DataArray]:
-    """Coordinates of a whole grid, each along its own dimension (or, if auxiliary, along others), with attributes."""
+    """Return the coordinates of a whole grid with attributes, each along its dimensions."""
     found = {}
     for name, (dims, values, attributes) in contract.coordinates(sweep).items():
         values = np.asarray(values)
@@ -68,7 +68,7 @@ def grid_coordinates(sweep: Sweep) -> dict[str, xr.DataArray]:
 
 
 def survey_grid(sweep: Sweep, chunks=None, threads: int = 1) -> xr.Dataset:
-    """The map of a sweep as a Dataset over the grid's dimensions; lazy where `chunks` is given."""
+    """Return the map of a sweep as a Dataset over the grid's dimensions; lazy where `chunks` is given."""
     grid = sweep.grid
     coordinates = grid_coordinates(sweep)
     arrays = {name: coordinates[name] for name in grid.arguments}

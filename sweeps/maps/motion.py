@@ -22,7 +22,7 @@ class MotionError(RefusedError):
 def of(
     system: systems.Dynamics, point: Mapping[str, float], duration: float | None, samples: int | None, tolerance: float
 ) -> xr.Dataset:
-    """The motion at a point of a map of one of the systems that have one (see `sweeps.systems.Dynamics.motion`).
+    """Return the motion at a point of a map (see `sweeps.systems.Dynamics.motion`).
 
     Raises:
         MotionError: for a system that has none, for a duration or a number of samples out of range, and for a motion
@@ -45,7 +45,7 @@ def of(
 
 
 def check_format(path: str | Path) -> None:
-    """Refuses a name that ends in none of `FORMATS`, before any work."""
+    """Refuse a file name that ends in none of `FORMATS`."""
     if Path(path).suffix not in FORMATS:
         raise MotionError(
             f"--trajectory: {str(path)!r} has an unknown format; allowed: a name ending in {' or '.join(FORMATS)}"
@@ -53,7 +53,7 @@ def check_format(path: str | Path) -> None:
 
 
 def write(motion: xr.Dataset, path: str | Path) -> None:
-    """Writes a motion as netCDF or as CSV (with its units in the headings), whole or not at all."""
+    """Write a motion as netCDF or as CSV (with its units in the headings), complete or not at all."""
     check_format(path)
     if Path(path).suffix == ".nc":
         parts.write_part(motion, path, "point --trajectory")

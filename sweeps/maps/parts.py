@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def write_part(ds: "PlainMap | xr.Dataset", path: str | Path, command: str) -> str:
-    """Writes what `command` made of a map, and returns its content hash.
+    """Write a part of a map made by `command`, and return its content hash.
 
     What is no dimension any more stays as a scalar coordinate; text becomes characters, which CDO and ncview can read.
     """

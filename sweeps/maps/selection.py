@@ -55,12 +55,12 @@ class Place:
 
 
 def in_words(value: float | int | str) -> str:
-    """A coordinate's value as people write it."""
+    """Return the value of a coordinate as text."""
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 def nearest(ds: "xr.Dataset", chosen: Mapping[str, str]) -> dict[str, Place]:
-    """The place nearest to what was chosen along each dimension, and the only place of dimensions of length one.
+    """Return the index nearest to the chosen value of each dimension, and that of dimensions of length one.
 
     Args:
         ds: a map.
@@ -107,7 +107,7 @@ def _nearest_by(ds: "xr.Dataset", own: Mapping[str, str], places: Mapping[str, P
 
 
 def assigned(text: str) -> tuple[str, str]:
-    """Dimension and value of "I3=0.0175".
+    """Return dimension and value of "I3=0.0175".
 
     Raises:
         SelectionError: where there is no name, no sign of equality or no value.
@@ -147,7 +147,7 @@ def _number(dim: str, text: str, values: np.ndarray) -> float:
 
 
 def span(values: np.ndarray) -> str:
-    """What values a coordinate has, in a few words."""
+    """Return the range of a coordinate's values in a few words."""
     values = np.ravel(values)
     if values.size <= _LISTED or values.dtype.kind in "OU":
         return ", ".join(in_words(value if isinstance(value, str) else value.item()) for value in values)
@@ -156,7 +156,7 @@ def span(values: np.ndarray) -> str:
 
 
 def named(text: str, names: list[str], where: str) -> str:
-    """The one name that a person means: the name itself, in any case, or a part that only one has.
+    """Return the one name that matches a text: the name itself, in any case, or a unique part of it.
 
     Raises:
         SelectionError: where there is none, with a near name, or more than one.
@@ -174,17 +174,17 @@ def named(text: str, names: list[str], where: str) -> str:
 
 
 def left(ds: "xr.Dataset", places: Mapping[str, Place]) -> list[str]:
-    """Dimensions at which no place is chosen yet."""
+    """Return the dimensions without a chosen value."""
     return [dim for dim in dimensions(ds) if dim not in places]
 
 
 def at(ds: "xr.Dataset", places: Mapping[str, Place]) -> "xr.Dataset":
-    """The part of a map at some places; their dimensions become scalar coordinates."""
+    """Return the part of a map at chosen indices; their dimensions become scalar coordinates."""
     return ds.isel({dim: place.index for dim, place in places.items()})
 
 
 def how_to_choose(ds: "xr.Dataset", dims: list[str]) -> str:
-    """What may be chosen along some dimensions: "--I1 VALUE (0.5 to 1.5, 24 values), …"."""
+    """Return the possible values of some dimensions: "--I1 VALUE (0.5 to 1.5, 24 values), …"."""
     own = dict.fromkeys(dims, "")
     for name in placing(ds):
         first = next((dim for dim in ds[name].dims if dim in own), None)

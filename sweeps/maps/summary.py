@@ -39,7 +39,7 @@ class Worst:
     points: int = 0
 
     def take(self, sizes: np.ndarray, box: Mapping[str, slice]) -> None:
-        """Takes in magnitudes over a box; what is not finite is left out."""
+        """Add magnitudes over a box; non-finite values are left out."""
         known = np.isfinite(sizes)
         self.points += int(known.sum())
         if not known.any():
@@ -79,7 +79,7 @@ class Deviation:
         return self.equal + int(self.counts.sum())
 
     def quantile(self, share: float) -> float:
-        """Relative deviation that `share` of the points do not exceed, to the upper end of its bin."""
+        """Return the relative deviation that `share` of the points do not exceed, to the upper end of its bin."""
         if self.total == 0:
             return math.nan
         reached = self.equal + np.cumsum(self.counts)
@@ -89,7 +89,7 @@ class Deviation:
         return min(self.worst.value, 10.0 ** (LEAST_DECADE + (at + 1) / PER_DECADE))
 
     def take(self, sound, values, reference, error, scale, box: Mapping[str, slice]) -> None:
-        """Takes in a box: which points to compare, values, theory's, their errors or None, what all is told over."""
+        """Add a box: the points to compare, measured values, theory, errors or None, and the denominators."""
         known = sound & np.isfinite(values) & np.isfinite(reference) & (scale != 0.0)
         with np.errstate(all="ignore"):
             gap = np.abs(values - reference)
@@ -154,17 +154,17 @@ class Summary:
         return [name for name in self._held if name in wanted]
 
     def role(self, name: str) -> Role:
-        """What a variable is taken for (see `sweeps.schema.variables`)."""
+        """Return the role of a variable (see `sweeps.schema.variables`)."""
         return self._specs[name].role
 
     def agreed(self, reference: str, name: str) -> int:
-        """Number of points at which two flag variables mean the same."""
+        """Return the number of points at which two flag variables have equal meanings."""
         rows, columns = (list(self._flags[which].values()) for which in (reference, name))
         table = self.confusion[reference, name]
         return sum(int(table[i, columns.index(word)]) for i, word in enumerate(rows) if word in columns)
 
     def add(self, box: Mapping[str, slice], values: Mapping[str, np.ndarray]) -> None:
-        """Takes in one box: name → values over all dimensions, of length one where a variable has them not."""
+        """Add one box: name → values over all dimensions, of length one where a variable lacks one."""
         shape = [s.stop - s.start for s in box.values()]
         whole = {name: np.broadcast_to(array, shape) for name, array in values.items()}
         self.points += math.prod(shape)
@@ -216,13 +216,13 @@ def _values(meanings: Mapping[int, str], word: str) -> list[int]:
 
 
 def known(ds: "xr.Dataset") -> dict[str, Variable]:
-    """The variables of a map that its system knows, as the system's table has them."""
+    """Return the variables of a map that its system's table contains."""
     table = systems.of_map(ds).layout().variables
     return {name: table[name] for name in ds.data_vars if name in table}
 
 
 def pointwise(ds: "xr.Dataset") -> "xr.Dataset":
-    """A map without the variables that have further dimensions at each point, and without those dimensions."""
+    """Return a map without the variables that have further dimensions at each point, and without those dimensions."""
     further = {dim for spec in known(ds).values() for dim in spec.over}
     return ds.drop_dims(further & set(ds.dims))
 
@@ -232,13 +232,13 @@ def _of_role(specs: Mapping[str, Variable], role: Role) -> str:
 
 
 def leading_flag(ds: "xr.Dataset") -> str:
-    """The flag variable that says most: what was measured of the motion, else any; "" where there is none."""
+    """Return the flag variable that describes the motion, else any flag; "" without one."""
     lead = _of_role(known(ds), Role.HEADLINE)
     return lead or next((str(name) for name in ds.data_vars if flags(ds[name])), "")
 
 
 def summarise(ds: "xr.Dataset") -> Summary:
-    """Goes over a map once, a block at a time, so that a map larger than memory will do."""
+    """Summarise a map block by block, so that it may exceed the memory."""
     ds = pointwise(ds)
     summary = Summary(ds)
     sizes = dimensions(ds)
@@ -248,7 +248,7 @@ def summarise(ds: "xr.Dataset") -> Summary:
 
 
 def read(ds: "xr.Dataset", name: str, box: Mapping[str, slice]) -> np.ndarray:
-    """A variable's values in one box, over all dimensions of the map (of length one where it has them not)."""
+    """Return the values of a variable in one box, over all dimensions of the map."""
     variable = ds[name]
     values = variable.isel({dim: part for dim, part in box.items() if dim in variable.dims}).transpose(
         *(dim for dim in box if dim in variable.dims)
@@ -258,7 +258,7 @@ def read(ds: "xr.Dataset", name: str, box: Mapping[str, slice]) -> np.ndarray:
 
 
 def place(ds: "xr.Dataset", at: Mapping[str, int]) -> dict[str, float | int | str]:
-    """Dimension → coordinate of a point given by its numbers along the dimensions."""
+    """Return dimension → coordinate of a point given by its indices."""
     values = {dim: ds[dim].values[i] if dim in ds.coords else i for dim, i in at.items()}
     return {dim: v.item() if hasattr(v, "item") else v if isinstance(v, int) else str(v) for dim, v in values.items()}
 
@@ -269,7 +269,7 @@ def rule(summary: Summary) -> str:
 
 
 def share(part: int, whole: int) -> str:
-    """A share in per cent that is 0 or 100 only where it is exactly that."""
+    """Return a fraction in per cent that is 0 or 100 only where it is exactly that."""
     if part in (0, whole):
         return "0 %" if part == 0 else "100 %"
     percent = min(max(100 * part / whole, 0.1), 99.9)

@@ -15,7 +15,7 @@ from sweeps.points.sweep import Sweep
 
 
 def columns(points: Mapping[str, np.ndarray], sweep: Sweep, threads: int = 1) -> dict[str, np.ndarray]:
-    """Measures points.
+    """Measure points and return their columns.
 
     Args:
         points: each of the system's arguments → values, shape (n,).
@@ -33,13 +33,13 @@ def columns(points: Mapping[str, np.ndarray], sweep: Sweep, threads: int = 1) ->
 
 
 def part(points: Mapping[str, np.ndarray], sweep: Sweep) -> dict[str, np.ndarray]:
-    """The same in this thread, as the system gives them."""
+    """Measure points in this thread and return the columns of the system."""
     return sweep.system.columns(points, sweep.definition.integration)
 
 
 @contextmanager
 def measurers(threads: int) -> Iterator[ThreadPoolExecutor]:
-    """Threads that measure, one at least, while the block lasts; what they have not begun when it fails, they leave."""
+    """Yield a pool of at least one measuring thread for the block; cancel pending work if the block fails."""
     with ThreadPoolExecutor(max(1, threads)) as pool:
         try:
             yield pool
@@ -51,7 +51,7 @@ def measurers(threads: int) -> Iterator[ThreadPoolExecutor]:
 def begun(
     points: Mapping[str, np.ndarray], sweep: Sweep, pool: ThreadPoolExecutor, parts: int
 ) -> Callable[[], dict[str, np.ndarray]]:
-    """Has a pool's threads begin to measure points, in parts; what it gives waits for them, and gives the columns."""
+    """Submit points to the thread pool in parts, and return a function that waits for them and returns the columns."""
     compile.ensure(sweep)
     size = next(iter(points.values())).size
     parts = max(1, min(parts, size))  # one without points has no columns to join

@@ -39,7 +39,7 @@ class Draw:
         self._sample, self._dimensions = sample, dimensions
 
     def shares(self, start: int, stop: int) -> np.ndarray:
-        """Points numbered start … stop − 1 (from 0), float64 of shape (stop − start, dimensions), each in [0, 1)."""
+        """Return the points start … stop − 1 (from 0), float64 of shape (stop − start, dimensions), each in [0, 1)."""
         ways = {"sobol": self._sobol, "latin": self._latin, "random": self._random}
         return ways[self._sample.method](start, stop)
 

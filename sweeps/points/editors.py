@@ -13,7 +13,7 @@ DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 
 def schema(described: Sequence[str] = ()) -> dict:
-    """JSON Schema of the definitions of every system of a folder, and of those of some described ones.
+    """Return the JSON Schema of the definitions of every system of a folder, and of some described systems.
 
     A definition that names a system, or none for the default one, may have the keys of any system whose model goes on
     from that one's.

@@ -48,7 +48,7 @@ class Estimate:
 
 
 def estimate(sweep: Sweep, bytes_per_point: int | None = None) -> Estimate:
-    """What `sweep` will take; nothing of the grid is made, so grids of any size are answered at once."""
+    """Estimate memory, disk and time of `sweep` without making its grid."""
     definition, system, grid = sweep.definition, sweep.system, sweep.grid
     if bytes_per_point is None:
         bytes_per_point = system.bytes_per_point(definition)
@@ -80,12 +80,12 @@ def estimate(sweep: Sweep, bytes_per_point: int | None = None) -> Estimate:
 
 
 def integration_seconds(sweep: Sweep, points: int) -> float:
-    """What integrating the motions of so many points takes on one core, s, about."""
+    """Return an estimate of the time, s, in which one core integrates the motions of so many points."""
     return points * sweep.system.samples(sweep.definition) / sweep.system.samples_per_second
 
 
 def refuse_if_too_large(sweep: Sweep, results_dir: str | Path, bytes_per_point: int | None = None) -> None:
-    """Refuses a sweep that this machine's disk or memory would not hold.
+    """Refuse a sweep that exceeds the disk or memory of this machine.
 
     Args:
         sweep: the sweep.
@@ -101,7 +101,7 @@ def refuse_if_too_large(sweep: Sweep, results_dir: str | Path, bytes_per_point: 
 
 
 def lacking(sweep: Sweep, needed: Estimate, results_dir: str | Path) -> list[str]:
-    """What this machine has too little of for `sweep`, which takes what is `needed`, one line each."""
+    """Return one line for each resource of this machine that is too small for `sweep`, which takes `needed`."""
     limits = (
         ("disk", needed.disk_bytes, shutil.disk_usage(_existing(Path(results_dir))).free),
         ("memory", needed.memory_bytes, memory.available()),
@@ -121,7 +121,7 @@ def _existing(folder: Path) -> Path:
 
 
 def in_words(size: int) -> str:
-    """A number of bytes for people: "2.5 GB (2,500,000,000 bytes)"."""
+    """Return a number of bytes in words: "2.5 GB (2,500,000,000 bytes)"."""
     exact = f"{size:,} bytes"
     for power, unit in ((18, "EB"), (15, "PB"), (12, "TB"), (9, "GB"), (6, "MB"), (3, "kB")):
         if size >= 10**power:

@@ -25,17 +25,17 @@ class Following:
         self.needed = tuple(dict.fromkeys(one for name in self.names for one in self._derived.over[name]))
 
     def dimensions(self, own: Mapping[str, Any]) -> dict[str, Range | np.ndarray]:
-        """A system's dimensions, with those of the pair in the places of what follows from it."""
+        """Return the dimensions of a system, with the pair in place of the parameters derived from it."""
         instead = dict(zip(self.names, self._pair.items(), strict=True))
         along = (instead.get(name, (name, values)) for name, values in own.items())
         return {name: spread(values) if name in self._pair else values for name, values in along}
 
     def at(self, values: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """Each of them, from values of all that is needed."""
+        """Compute each derived parameter from the values it depends on."""
         return {name: self._derived.given(name, values) for name in self.names}
 
     def coordinates(self, shape: Mapping[str, int], values: Any) -> dict[str, tuple[tuple[str, ...], OnDemand]]:
-        """Each of them → (its dimensions, its values).
+        """Return name → (dimensions, values) of each derived coordinate.
 
         Args:
             shape: dimension → its length.

@@ -104,7 +104,7 @@ class Grid:
         return points | {dim: values for dim, values in own.items() if dim not in self.scattered.names}
 
     def points(self, start: int, stop: int) -> dict[str, np.ndarray]:
-        """Coordinates of the points start … stop − 1.
+        """Return the coordinates of the points start … stop − 1.
 
         Args:
             start: number of the first point.
@@ -144,7 +144,7 @@ class Grid:
         return {name: np.ascontiguousarray(values) for name, values in rows.items()}
 
     def shard_bounds(self, count: int) -> list[tuple[int, int]]:
-        """Cuts the points into `count` runs [start, stop), in order, whose sizes differ by one at most."""
+        """Cut the points into `count` consecutive ranges [start, stop) whose sizes differ by at most one."""
         if not 1 <= count <= self.size:
             raise ValueError(f"count: {count} is out of range; allowed: 1 to {self.size}, one a point")
         cuts = [self.size * k // count for k in range(count + 1)]

@@ -35,7 +35,7 @@ class Scattered(Protocol):
     num: int
 
     def rows(self, start: int, stop: int) -> Mapping[str, np.ndarray]:
-        """Name → values at the points start … stop − 1 (from 0), float64 of shape (stop − start,)."""
+        """Return name → values at the points start … stop − 1 (from 0), float64 of shape (stop − start,)."""
 
 
 class Drawn:
@@ -53,7 +53,7 @@ class Drawn:
         self._others = follows - {*self._pair}
 
     def rows(self, start: int, stop: int) -> Mapping[str, np.ndarray]:
-        """Name → values at the points start … stop − 1."""
+        """Return name → values at the points start … stop − 1 (from 0), float64 of shape (stop − start,)."""
         shares = self._draw.shares(start, stop)
         found = {}
         for k, (name, spaced) in enumerate(self._ranges.items()):
@@ -74,14 +74,14 @@ def _first(entry: object) -> float:
 
 
 def of(definition: Definition) -> Scattered | None:
-    """The points of a definition along `point`; None where its points are a grid."""
+    """Return the points of a definition along `point`, None where its points form a grid."""
     if definition.rows is not None:
         return definition.rows
     return Drawn(definition) if definition.sample is not None else None
 
 
 def completed(values: Mapping, model: type[Definition], folder: str) -> "tuple[dict, Table | None]":
-    """A definition's plain values with ranges in its grid from end to end of what is drawn or listed, and its table.
+    """Return the plain values of a definition with ranges over the sampled or listed points, and its table.
 
     So whatever is asked of the values of a grid is asked of those of scattered points as well.
 
@@ -110,12 +110,12 @@ def completed(values: Mapping, model: type[Definition], folder: str) -> "tuple[d
 
 
 def numbers(num: int) -> OnDemand:
-    """The coordinate `point`: 1 … num."""
+    """Return the coordinate `point`: 1 … num."""
     return OnDemand((num,), "i8", lambda part: np.arange(part.start + 1, part.stop + 1))
 
 
 def columns(source: Scattered) -> dict[str, OnDemand]:
-    """Each parameter at all points. Of a part of them, asked for name after name, the rows are read once."""
+    """Return each parameter at all points; a table's rows are read once for all parameters."""
     last = lru_cache(maxsize=1)(source.rows)
 
     def values(name: str, part: slice) -> np.ndarray:

@@ -45,15 +45,15 @@ class Sweep:
         return max(1, min(worthwhile, size, MAX_SHARDS))
 
     def shape_at(self, name: str) -> tuple[int, ...]:
-        """Shape of a variable's value at one point: () but for further dimensions."""
+        """Return the shape of a variable's value at one point: () without further dimensions."""
         return tuple(self.grid.further[dim].size for dim in self.variables[name].over)
 
     def __reduce__(self):
-        """Travels between processes as its definition."""
+        """Pickle a sweep as its definition."""
         return of, (self.definition,)
 
 
 def of(definition: Definition, system: systems.Dynamics | None = None) -> Sweep:
-    """The sweep of a definition and its system, which is looked up where it is left out."""
+    """Return the sweep of a definition and its system, which is looked up if not given."""
     system = (system or systems.resolve(definition.system, definition.folder)).bound(definition)
     return Sweep(definition, system, Grid(definition, system), system.variables(definition))

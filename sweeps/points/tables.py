@@ -313,7 +313,9 @@ def _check_existence(derived: Derived | None, columns: Mapping[str, Any], names:
             f"{name} {float(np.broadcast_to(columns[name], impossible.shape)[row]):.6g}" for name in names
         )
         shown = f"row {before + row + 1:,} ({shown})"
-        raise _refused("", shown, "is no body: one moment is above the sum of the others", "moments of possible bodies")
+        raise _refused(
+            "", shown, "is not a possible body: one moment is above the sum of the others", "moments of possible bodies"
+        )
 
 
 # ---------------------------------------------------------------------------------------------------------

@@ -23,7 +23,7 @@ PATIENCE = 600.0  # s after which a claim of another machine that nobody renews 
 
 @contextmanager
 def claimed(sweeps: Iterable[str], results: str | Path = "results") -> Iterator[None]:
-    """Claims the folders of some sweeps for the time of a block; see `claim`."""
+    """Claim the folders of some sweeps for the time of a block; see `claim`."""
     handles = claim(sweeps, results)
     try:
         yield
@@ -33,7 +33,7 @@ def claimed(sweeps: Iterable[str], results: str | Path = "results") -> Iterator[
 
 
 def claim(sweeps: Iterable[str], results: str | Path = "results") -> list[int]:
-    """Claims the folders of some sweeps for this process, until it ends or closes them.
+    """Claim the folders of some sweeps for this process, until it ends or closes them.
 
     The system itself gives a claim back when a process dies, so nothing is left to be unlocked by a person. What dead
     runs have left half-written in the folders is removed.
@@ -65,7 +65,7 @@ def claim(sweeps: Iterable[str], results: str | Path = "results") -> list[int]:
 
 
 def is_claimed(folder: Path) -> bool:
-    """Whether another run is at work in a sweep's folder, or that cannot be told."""
+    """Return True if another run is active in a sweep's folder, or may be."""
     try:
         with open(folder / CLAIM) as file:
             fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
@@ -132,7 +132,7 @@ def _forget_the_future(folder: Path) -> None:
 
 
 def replace_locks(workflow) -> None:
-    """Lets a workflow of Snakemake go on by itself after a kill; call it where its sweeps are claimed.
+    """Let a Snakemake workflow resume after a kill without unlocking; call it where its sweeps are claimed.
 
     Snakemake's own lock, and its marks at files whose jobs were running, wait for a person once it is killed. A claim
     ends with its process, and a file of this workflow takes its place when it is whole: it is finished, or not there.

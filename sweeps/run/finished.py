@@ -29,7 +29,7 @@ CACHE = "NUMBA_CACHE_DIR"
 
 
 def basis(definition: str | Path) -> str:
-    """What a run of a definition stands on, as a hash; "" where its file cannot be read. Ask before Numba is loaded."""
+    """Return a hash of the inputs of a run, "" where its definition cannot be read. Call before loading Numba."""
     try:
         content = Path(definition).read_bytes()
     except (OSError, ValueError):
@@ -41,7 +41,7 @@ def basis(definition: str | Path) -> str:
 
 
 def found(definition: str | Path, basis: str, results: str | Path = "results") -> list[Path]:
-    """Files and folders of a finished sweep, where they are what a run from this basis left; else none."""
+    """Return the files and folders of a finished sweep if unchanged since a run from this basis; else none."""
     folder = Path(results) / Path(definition).stem
     made = [folder / name for name in MADE]
     try:
@@ -53,7 +53,7 @@ def found(definition: str | Path, basis: str, results: str | Path = "results") -
 
 
 def keep(sweep: "Sweep", basis: str, results: str | Path = "results") -> None:
-    """Notes that a sweep is finished, where its definition names no other file."""
+    """Note that a sweep is finished, where its definition names no other file."""
     from sweeps.files import replaced
 
     folder = Path(results) / sweep.name

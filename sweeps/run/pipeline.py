@@ -27,7 +27,7 @@ LOST_SECONDS = 2.0  # of work: a shorter sweep that is broken off is measured ag
 
 
 def make(planned: Plan, results: str | Path = "results", workers: int = 1, again: bool = False) -> Iterator[Path]:
-    """Makes the map of a sweep, its pictures and its report.
+    """Make the map of a sweep, its figures and its report, and yield each.
 
     Args:
         planned: the sweep.
@@ -107,7 +107,7 @@ def _say(text: str) -> None:
 
 
 def measure(sweep: Sweep, path: Path, workers: int, again: bool) -> None:
-    """Writes the map: at once, or from shards. What a run that was broken off has measured is not measured again."""
+    """Write the map, at once or from shards, continuing what an interrupted run has measured."""
     count, folder = sweep.shards, path.with_name("shards")
     shards = [folder / f"{k}-of-{count}.nc" for k in range(1, count + 1)]
     missing = [k for k in range(1, count + 1) if again or not holds_shard(shards[k - 1], sweep, k, count)]

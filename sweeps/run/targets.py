@@ -25,7 +25,7 @@ LOOKING = (
 
 
 def on_command_line() -> list[str]:
-    """Targets of the running `snakemake` command; none where it was not started from a command line."""
+    """Return the targets of the running `snakemake` command; none outside of a command line."""
     if not Path(sys.argv[0]).name.startswith(("snakemake", "__main__")):
         return []
     try:
@@ -36,7 +36,7 @@ def on_command_line() -> list[str]:
 
 
 def is_to_run() -> bool:
-    """Whether the running `snakemake` command is to make files, rather than to show or to plan something."""
+    """Return True if the running `snakemake` command makes files, rather than showing or planning."""
     if not Path(sys.argv[0]).name.startswith(("snakemake", "__main__")):
         return True
     try:
@@ -47,7 +47,7 @@ def is_to_run() -> bool:
 
 
 def need_slurm() -> None:
-    """Ends the program, in words and with status 2, where Snakemake's plugin for Slurm is missing.
+    """End the program with a message and status 2 where Snakemake's plugin for Slurm is missing.
 
     Called from the profile: Snakemake itself would only list the executors it knows.
     """
@@ -57,7 +57,7 @@ def need_slurm() -> None:
 
 
 def threads_of_shard(workflow, count: int) -> int:
-    """Threads for each of `count` shards: what they leave free on this machine, and one each on a cluster."""
+    """Return the threads for each of `count` shards: their part of this machine, or one each on a cluster."""
     return max(1, workflow.cores // count) if workflow.local_exec else 1
 
 
@@ -68,7 +68,7 @@ def to_compile(sweep: Sweep) -> list[str]:
 
 
 def refuse_unmade(targets: Iterable[str], rules: Iterable, sweeps: Iterable[str]) -> None:
-    """Refuses files below results/ that no rule makes.
+    """Refuse files below results/ that no rule makes.
 
     Args:
         targets: what was asked for on the command line.

@@ -10,7 +10,7 @@ SECONDS_ON_A_TERMINAL, SECONDS_IN_A_LOG = 2.0, 10.0
 
 @contextmanager
 def said(what: str) -> Iterator[None]:
-    """Says on the error stream what is done, where it takes more than two seconds; in a log, more than ten.
+    """Print a line on the error stream if the block takes more than two seconds; in a log, more than ten.
 
     Args:
         what: the work, in words.

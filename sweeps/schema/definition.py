@@ -97,11 +97,11 @@ class Definition(Strict):
     _rows: Any = PrivateAttr(None)
 
     def read_by(self, reader: Callable[[str, str, str], "Definition"], text: str, name: str, folder: str) -> None:
-        """Keeps what the definition was read from, and who reads it again from (text, name, folder) elsewhere."""
+        """Keep the text, name and folder of the definition, and the function that reads it again in another process."""
         self._reader, self._text, self._name, self._folder = reader, text, name, folder
 
     def take(self, rows: Any) -> None:
-        """Keeps the rows of its table (see `sweeps.points.tables`)."""
+        """Keep the rows of its table (see `sweeps.points.tables`)."""
         self._rows = rows
 
     @property
@@ -169,5 +169,5 @@ class Definition(Strict):
         return self
 
     def __reduce__(self):
-        """Travels between processes as its text: the models of a system need not be importable by name."""
+        """Pickle a definition as its text: the models of a system need not be importable by name."""
         return self._reader, (self._text, self._name, self._folder)

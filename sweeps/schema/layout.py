@@ -36,7 +36,7 @@ class Layout:
     over: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def wrong(self, name: str, value: float | str) -> str:
-        """What a value of a coordinate should be; "" for one that is right."""
+        """Return the allowed values of a coordinate as text, "" for a valid value."""
         try:
             for check in get_args(self.values.get(name))[1:]:
                 check.func(value)

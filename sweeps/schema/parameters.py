@@ -40,7 +40,7 @@ class Range(Strict):
     spacing: Annotated[str, choice(SPACINGS)] = Field("linear", description="linear, or log (geometric)")
 
     def values(self, index: np.ndarray) -> np.ndarray:
-        """Values at the numbers `index` (0 ≤ index < num; any shape), float64 of the same shape."""
+        """Return the values at the numbers `index` (0 ≤ index < num; any shape), float64 of the same shape."""
         index = np.asarray(index)
         if self.num == 1:
             return np.full(index.shape, self.start)
@@ -48,7 +48,7 @@ class Range(Strict):
         return np.where(index == 0, self.start, np.where(index == self.num - 1, self.stop, spaced(index)))
 
     def drawn(self, share: np.ndarray) -> np.ndarray:
-        """Values at shares 0 ≤ share < 1 of the way from end to end; of the logarithm's, where spacing is log."""
+        """Return the values at fractions 0 ≤ share < 1 between the ends, of the logarithm where spacing is log."""
         if self.spacing == "log":
             e_folds = math.log(abs(self.stop)) - math.log(abs(self.start))
             # one by one: NumPy's exp may round a number otherwise alone than in an array
@@ -130,7 +130,7 @@ def _listed(item: Any) -> Any:
 
 
 def entry(item: Any, spaced: type[Range]) -> Any:
-    """A grid's entry: a number, a list of numbers, or a range."""
+    """Return the type of an entry of a grid: a number, a list of numbers, or a range."""
     number = Annotated[item, Tag(TAGS[0])]
     return Annotated[number | _listed(item) | Annotated[spaced, Tag(TAGS[2])], Discriminator(_kind)]
 
@@ -157,20 +157,20 @@ class Derived(Protocol):
     over: Mapping[str, tuple[str, ...]]
 
     def completed(self, values: Mapping) -> dict:
-        """A definition's plain grid with ranges of `names` from end to end.
+        """Return the plain grid of a definition with ranges of `names` from end to end.
 
         Raises:
             UnreadableError: for what cannot stand beside it.
         """
 
     def drawn(self, name: str, spaced: Range, share: np.ndarray) -> np.ndarray:
-        """Values of one of the two at shares of its range, so that the points drawn are spread evenly."""
+        """Return values of one of the two at fractions of its range, so that the points are spread evenly."""
 
     def given(self, name: str, values: Mapping[str, Any]) -> np.ndarray:
-        """One of `names`, from what it follows from: arrays (that broadcast together) and numbers."""
+        """Compute one of `names` from the values it depends on: arrays (that broadcast together) and numbers."""
 
     def impossible(self, columns: Mapping[str, Any]) -> np.ndarray | None:
-        """Which points cannot exist, by their parameters (arrays and numbers); None where these do not say."""
+        """Return which points are physically impossible, by their parameters; None where these do not decide it."""
 
 
 class GridOf(Strict):
@@ -181,7 +181,7 @@ class GridOf(Strict):
 
 
 def grid_model(name: str, parameters: Iterable[Parameter], module: str, derived: Derived | None = None) -> type[GridOf]:
-    """The model of a definition's `grid`: each key a number, a list, or a range.
+    """Return the model of a definition's `grid`: each key a number, a list, or a range.
 
     Args:
         name: the model's name.
@@ -213,7 +213,7 @@ def _description(parameter: Parameter) -> str:
 
 
 def range_model(quantity: Quantity) -> type[Range]:
-    """Ranges whose ends, and so all of whose values, are of a quantity."""
+    """Return a model of ranges whose values belong to a quantity."""
     units = "dimensionless" if quantity.units == "1" else quantity.units
     ends = {"start": f"first {quantity.noun}, {units}", "stop": f"last {quantity.noun}, {units}, itself included"}
     fields = {end: (quantity.item, Field(description=f"{text}: {quantity.bounds}")) for end, text in ends.items()}
@@ -238,5 +238,5 @@ def _nonzero(quantity: Quantity) -> type[Range]:
 
 
 def spread(entry: Any) -> Range | np.ndarray:
-    """A grid's entry as values along a dimension: the range itself, or a one-dimensional array of float64."""
+    """Return an entry of a grid as values along a dimension: the range itself, or an array of float64."""
     return entry if isinstance(entry, Range) else np.atleast_1d(np.array(entry, np.float64))

@@ -48,5 +48,5 @@ class Parameter:
 
 
 def coordinates(parameters: Iterable[Parameter]) -> dict[str, Variable]:
-    """Name → coordinate of each parameter."""
+    """Return name → coordinate of each parameter."""
     return {p.name: Variable(p.name, p.quantity.units, p.long_name) for p in parameters}

@@ -63,14 +63,14 @@ class UnreadableError(Exception):
 
 
 def refusal(wrong: str, allowed: str) -> "PydanticCustomError":
-    """What a validator raises about the value it was given."""
+    """Return the error that a validator raises about its value."""
     from pydantic_core import PydanticCustomError
 
     return PydanticCustomError("refused", "{wrong}; allowed: {allowed}", {"wrong": wrong, "allowed": allowed})
 
 
 def refusals(problems: list[Problem]) -> "PydanticCustomError":
-    """What a validator raises about several keys below the value it was given."""
+    """Return the error that a validator raises about several keys below its value."""
     from pydantic_core import PydanticCustomError
 
     text = "\n".join(map(str, problems))
@@ -78,7 +78,7 @@ def refusals(problems: list[Problem]) -> "PydanticCustomError":
 
 
 def key_path(where: tuple) -> str:
-    """A key's path as people write it: grid.I1[2]."""
+    """Return the path of a key as in grid.I1[2]."""
     text = ""
     for part in where:
         if isinstance(part, int):
@@ -93,12 +93,12 @@ def _plain_or_quoted(text: str) -> str:
 
 
 def shortened(text: str) -> str:
-    """Text cut to what fits into a message."""
+    """Return text shortened to the length of a message."""
     return text if len(text) <= _SHOWN_CHARACTERS else text[: _SHOWN_CHARACTERS - 1] + "…"
 
 
 def display(value: Any) -> str:
-    """The value as YAML flow text, shortened; never fails and never prints a control character."""
+    """Return the value as YAML flow text, shortened, without control characters; never raise."""
     return shortened(_flow(value))
 
 
@@ -126,7 +126,7 @@ def _first(items: Any) -> Iterator:
 
 
 def message(label: str, problems: list[Problem]) -> str:
-    """The whole message, one line a problem, each line with the file's label."""
+    """Return the whole message, one line per problem, each with the file's label."""
     label = _plain_or_quoted(label) if len(label) <= 120 else _plain_or_quoted("…" + label[-100:])
     lines = [f"{label}: {problem}" for problem in problems[:_MAX_PROBLEMS_SHOWN]]
     if len(problems) > _MAX_PROBLEMS_SHOWN:
@@ -135,7 +135,7 @@ def message(label: str, problems: list[Problem]) -> str:
 
 
 def hint(key: Any, options: Any) -> str:
-    """A question, " (did you mean …?)", where an option is near; else nothing."""
+    """Return " (did you mean …?)" for the nearest option, "" where none is near."""
     if not isinstance(key, str) or len(key) > 100:
         return ""
     near = _near(key, list(options))
@@ -152,7 +152,7 @@ def _near(key: str, options: list[str]) -> str:
 
 
 def keys_of(model: "type[BaseModel]") -> str:
-    """A model's keys, as a refusal names them."""
+    """Return the keys of a model, separated by commas."""
     return ", ".join(model.model_fields)
 
 
@@ -168,7 +168,7 @@ _WORDS = {
 
 
 def validation_problems(error: "ValidationError", root: "type[BaseModel]") -> list[Problem]:
-    """What pydantic found wrong with a value for the model `root`, in words."""
+    """Return pydantic's findings about a value for the model `root` as problems."""
     problems = []
     for item in error.errors(include_url=False):
         where = tuple(part for part in item["loc"] if part not in TAGS)
@@ -185,7 +185,7 @@ def validation_problems(error: "ValidationError", root: "type[BaseModel]") -> li
 def _built_in_problem(item: dict, where: tuple, root: "type[BaseModel]", with_hint: bool) -> Problem:
     model, key = _model_and_key(where, root)
     if item["type"] == "extra_forbidden":
-        wrong = "unknown key" + (hint(where[-1], model.model_fields) if with_hint else "")
+        wrong = "is an unknown key" + (hint(where[-1], model.model_fields) if with_hint else "")
         return Problem(where, "", wrong, "the keys " + keys_of(model))
     allowed = description_of(model, key)
     if item["type"] == "missing":
@@ -207,7 +207,7 @@ def _model_and_key(where: tuple, root: "type[BaseModel]") -> "tuple[type[BaseMod
 
 
 def models_in(annotation: Any) -> "Iterator[type[BaseModel]]":
-    """The models that a field's annotation names."""
+    """Yield the models that a field's annotation names."""
     from pydantic import BaseModel
 
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
@@ -217,6 +217,6 @@ def models_in(annotation: Any) -> "Iterator[type[BaseModel]]":
 
 
 def description_of(model: "type[BaseModel]", key: str) -> str:
-    """What a model says a key may hold."""
+    """Return the description of a key in a model."""
     field = model.model_fields.get(key)
     return field.description if field else "a mapping with the keys " + keys_of(model)

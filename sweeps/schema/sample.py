@@ -31,7 +31,7 @@ class Sample(Strict):
 
 
 def ends_alone(values: Mapping) -> dict:
-    """A definition's plain values, with a `num` in those ranges of its grid that have none: to draw needs the ends."""
+    """Return the plain values of a definition with `num` added to the ranges of its grid that lack it."""
     grid = values.get("grid")
     if "sample" not in values or not isinstance(grid, dict):
         return dict(values)

@@ -16,7 +16,7 @@ MAX_SPIN_RATE, MIN_SPIN_RATE = 1e150, 1e-150
 
 
 def finite(value: Any, allowed: str) -> float:
-    """A finite double; booleans and text are no numbers."""
+    """Return a finite double; refuse booleans and text."""
     if isinstance(value, str):
         raise refusal("is text, not a number", allowed)
     if isinstance(value, bool) or not isinstance(value, int | float):
@@ -31,7 +31,7 @@ def finite(value: Any, allowed: str) -> float:
 
 
 def number(holds: Callable[[float], bool], allowed: str) -> BeforeValidator:
-    """Finite numbers for which `holds`."""
+    """Return a validator of finite numbers for which `holds` is true."""
 
     def check(value: Any) -> float:
         number = finite(value, allowed)
@@ -43,7 +43,7 @@ def number(holds: Callable[[float], bool], allowed: str) -> BeforeValidator:
 
 
 def whole(least: int, most: int, allowed: str) -> BeforeValidator:
-    """Whole numbers from `least` to `most`."""
+    """Return a validator of whole numbers from `least` to `most`."""
 
     def check(value: Any) -> int:
         if isinstance(value, bool) or not isinstance(value, int):
@@ -56,7 +56,7 @@ def whole(least: int, most: int, allowed: str) -> BeforeValidator:
 
 
 def choice(options: tuple[str, ...]) -> BeforeValidator:
-    """One of some words."""
+    """Return a validator of one of several words."""
 
     def check(value: Any) -> str:
         if value in options:
@@ -67,7 +67,7 @@ def choice(options: tuple[str, ...]) -> BeforeValidator:
 
 
 def line_of_text(most: int) -> AfterValidator:
-    """One line of printable text."""
+    """Return a validator of one line of printable text."""
     allowed = f"one line of printable text, 1 to {most} characters"
 
     def check(text: str) -> str:
@@ -86,7 +86,7 @@ def _prose(text: str) -> str:
 
 
 def file_count(value: Any) -> int | str:
-    """A number of files, or auto."""
+    """Return a number of files, or "auto"."""
     allowed = f"auto, or a whole number from 1 to {MAX_SHARDS:,} (each is a file and a job)"
     if value == "auto":
         return "auto"
@@ -98,14 +98,14 @@ def file_count(value: Any) -> int | str:
 
 
 def not_empty(values: tuple) -> tuple:
-    """A list of one value or more."""
+    """Return a list, refused if empty."""
     if not values:
         raise refusal("is empty", "a list of at least one value")
     return values
 
 
 def different(values: tuple) -> tuple:
-    """A list without repetition."""
+    """Return a list, refused if a value occurs twice."""
     seen = set()
     for value in values:
         if value in seen:
@@ -115,12 +115,12 @@ def different(values: tuple) -> tuple:
 
 
 def ascending(axes: tuple[int, ...]) -> tuple[int, ...]:
-    """The list, sorted."""
+    """Return the list, sorted."""
     return tuple(sorted(axes))
 
 
 def spin_rate(name: str) -> Any:
-    """Spin rates in rad s-1, of either sign and not 0; `name` is the key's."""
+    """Return the type of spin rates in rad s-1, of either sign and not 0; `name` is the key."""
     allowed = f"a number with 1e-150 ≤ |{name}| ≤ 1e150 in rad s-1; negative spins the other way"
     return Annotated[float, number(lambda x: MIN_SPIN_RATE <= abs(x) <= MAX_SPIN_RATE, allowed)]
 

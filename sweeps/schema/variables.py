@@ -99,7 +99,7 @@ class Variable:
 
 
 def table(*variables: Variable) -> dict[str, Variable]:
-    """Name → variable, in order."""
+    """Return name → variable, in order."""
     return {variable.name: variable for variable in variables}
 
 

@@ -29,7 +29,7 @@ UNREADABLE = (OSError, RuntimeError, ValueError, KeyError, OverflowError, zlib.e
 
 @contextmanager
 def written(path: str | Path, flush: bool = True, kept: Path | None = None) -> Iterator[Path]:
-    """A temporary path for a netCDF-4 file, which takes its place once it is whole (see `sweeps.files.replaced`).
+    """Yield a temporary path for a netCDF-4 file, which is renamed when complete (see `sweeps.files.replaced`).
 
     Raises:
         OSError: where the disk is full or fails, with the system's reason: netCDF itself says "HDF error".
@@ -69,7 +69,7 @@ def define(
     attributes: Mapping[str, str] | None = None,
     further: Mapping[str, int] | None = None,
 ) -> None:
-    """Defines the dimensions of a map and its variables, whose chunks a `ChunkFile` will fill.
+    """Define the dimensions of a map and its variables, whose chunks a `ChunkFile` writes.
 
     Args:
         file: the file, open for writing.
@@ -93,7 +93,7 @@ def define(
 
 
 def cut(shape: tuple[int, ...], shapes_at: Mapping[str, tuple[int, ...]]) -> Chunks:
-    """How a grid of this shape is cut, so that no variable's chunk is large; `shapes_at` one point, by name."""
+    """Return the chunks of a grid of this shape, none too large; `shapes_at` one point, by name."""
     return Chunks(shape, max(map(math.prod, shapes_at.values()), default=1))
 
 
@@ -117,11 +117,11 @@ class ChunkFile:
         self._widths = {name: math.prod(shape) for name, shape in self._own.items()}
 
     def put(self, name: str, number: int, stored: bytes | memoryview) -> None:
-        """Writes a chunk as it will lie in the file."""
+        """Write a chunk as it is stored in the file."""
         self._ids[name].write_direct_chunk(self._offset(name, number), stored)
 
     def take(self, name: str, number: int) -> bytes:
-        """A chunk as it lies in the file; read past HDF5, which lets no other thread work meanwhile."""
+        """Read a chunk as it is stored in the file, without HDF5, whose lock stops other threads."""
         place, size = self.place(name, number)
         return os.pread(self._handle, size, place)
 
@@ -138,7 +138,7 @@ class ChunkFile:
         return (*self.chunks.offset(number), *(0 for _ in self._own[name]))
 
     def encode(self, name: str, number: int, first: int, values: np.ndarray) -> bytes | memoryview:
-        """A chunk, as it will lie in a file, that holds values from the one numbered `first` on, and zeros beside."""
+        """Return a chunk as stored in a file, holding values from the one numbered `first` on, and zeros elsewhere."""
         spec, width = self._variables[name], self._widths[name]
         if values.size < self.chunks.points * width:
             whole = np.zeros(self.chunks.points * width, dtype=spec.dtype)
@@ -149,7 +149,7 @@ class ChunkFile:
         return isal_zlib.compress(content, DEFLATED["complevel"]) if spec.deflated else content
 
     def decode(self, name: str, number: int, first: int, after: int, stored: bytes) -> np.ndarray:
-        """The values of the points first … after − 1 of a chunk as it lies in a file, one after the other."""
+        """Return the values of the points first … after − 1 of a chunk as stored in a file."""
         spec, width = self._variables[name], self._widths[name]
         dtype = np.dtype(spec.dtype).newbyteorder("<")
         content = isal_zlib.decompress(stored) if spec.deflated else stored

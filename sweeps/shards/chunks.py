@@ -14,7 +14,7 @@ CHUNK_POINTS = 2**16
 
 
 def chunk_shape(shape: Sequence[int], width: int = 1) -> tuple[int, ...]:
-    """Shape of the chunks of an array, of at most `CHUNK_POINTS` values, where each counts for `width`."""
+    """Return the shape of the chunks of an array, of at most `CHUNK_POINTS` values that count for `width` each."""
     room, chunk = CHUNK_POINTS // width, []
     for size in reversed(shape):
         parts = -(-size // max(room, 1))
@@ -46,18 +46,18 @@ class Chunks:
         return math.prod(self.shape)
 
     def bounds(self, number: int) -> tuple[int, int]:
-        """First value of a chunk, and the one after its last, as numbers in C order."""
+        """Return the first value of a chunk and the one after its last, numbered in C order."""
         line, part = divmod(number, self._parts)
         first = line * self._line + part * self.points
         return first, min(first + self.points, (line + 1) * self._line)
 
     def holding(self, point: int) -> int:
-        """Number of the chunk that holds a value."""
+        """Return the number of the chunk that holds a value."""
         line, place = divmod(point, self._line)
         return line * self._parts + place // self.points
 
     def between(self, first: int, after: int) -> Iterator[tuple[int, int, int]]:
-        """(Chunk, first value, value after the last) of each chunk's share of the values first … after − 1."""
+        """Yield (chunk, first value, value after the last) for each chunk that holds values first … after − 1."""
         while first < after:
             number = self.holding(first)
             end = min(self.bounds(number)[1], after)
@@ -65,7 +65,7 @@ class Chunks:
             first = end
 
     def offset(self, number: int) -> tuple[int, ...]:
-        """Index of a chunk's first value."""
+        """Return the index of a chunk's first value."""
         index = []
         for parts, length in zip(reversed(self._along), reversed(self.shape), strict=True):
             number, place = divmod(number, parts)

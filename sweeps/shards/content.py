@@ -43,11 +43,11 @@ class ContentHash:
         self._bodies[name].add(digest)
 
     def digests(self) -> dict[str, str]:
-        """Name → hash of the variable's own values, 64 hexadecimal digits."""
+        """Return name → hash of the variable's values, 64 hexadecimal digits."""
         return {name: body.total.hexdigest() for name, body in self._bodies.items()}
 
     def hexdigest(self) -> str:
-        """The content hash, 64 hexadecimal digits."""
+        """Return the content hash, 64 hexadecimal digits."""
         total = hashlib.sha256()
         for name in sorted(self._heads):
             total.update(self._heads[name].encode() + self._bodies[name].total.digest())
@@ -78,12 +78,12 @@ class _VariableHash:
 
 
 def run_digest(values: np.ndarray) -> bytes:
-    """SHA-256 of one run of values, 32 bytes."""
+    """Return the SHA-256 of one run of values, 32 bytes."""
     return hashlib.sha256(as_bytes(values)).digest()
 
 
 def as_bytes(values: np.ndarray) -> bytes | memoryview:
-    """Values in C order as little-endian bytes; text as UTF-8, each item ended by a zero byte."""
+    """Return values in C order as little-endian bytes; text as UTF-8, each item ended by a zero byte."""
     values = np.asarray(values)
     if values.dtype.kind in "UOST":
         return b"".join(str(item).encode() + b"\0" for item in values.reshape(-1))
@@ -92,12 +92,12 @@ def as_bytes(values: np.ndarray) -> bytes | memoryview:
 
 
 def content_hash(ds: "xr.Dataset") -> str:
-    """Content hash of a Dataset (see `ContentHash`); lazy variables are computed one at a time."""
+    """Return the content hash of a Dataset (see `ContentHash`); lazy variables are computed one at a time."""
     return hashed(ds).hexdigest()
 
 
 def hashed(ds: "xr.Dataset", room: int | None = None) -> ContentHash:
-    """The hashes of a Dataset's content.
+    """Return the hashes of a Dataset's content.
 
     Args:
         ds: what to hash.

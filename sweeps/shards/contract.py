@@ -35,7 +35,7 @@ class MapCoordinate(NamedTuple):
 
 
 def coordinates(sweep: "Sweep") -> dict[str, MapCoordinate]:
-    """Name → each coordinate of a map: the dimensions' own, then the auxiliary ones."""
+    """Return name → each coordinate of a map: the dimensions, then the auxiliary ones."""
     grid, table = sweep.grid, {POINT.name: POINT} | sweep.system.coordinates(sweep.definition)
     own = {dim: MapCoordinate((dim,), values, table[dim].attributes) for dim, values in grid.coordinates.items()}
     for name, (dims, values) in grid.auxiliary.items():
@@ -46,7 +46,7 @@ def coordinates(sweep: "Sweep") -> dict[str, MapCoordinate]:
 
 
 def provenance(sweep: "Sweep") -> dict[str, str]:
-    """Global attributes of a map, but for its history and content hash, which who writes it adds."""
+    """Return the global attributes of a map, without its history and content hash."""
     from importlib.metadata import version
 
     definition, system = sweep.definition, sweep.system
@@ -64,11 +64,11 @@ def provenance(sweep: "Sweep") -> dict[str, str]:
 
 
 def identity(sweep: "Sweep") -> dict[str, str]:
-    """Attributes that say of which definition, files beside it and kernels a shard or a map is."""
+    """Return the attributes that identify the definition, its files and the kernels of a shard or a map."""
     definition, kernels = sweep.definition, sweep.system.fingerprint()
     return {"definition": definition.text, "inputs": definition.inputs, "kernel_fingerprint": kernels}
 
 
 def history(command: str = "") -> str:
-    """A line of the attribute `history`, of now."""
+    """Return a line of the attribute `history` with the current time."""
     return f"{datetime.now(UTC):%Y-%m-%dT%H:%M:%SZ} python -m sweeps {command}".rstrip()

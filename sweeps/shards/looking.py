@@ -24,7 +24,7 @@ PATIENCE = 60.0  # s, where a disk is slow
 
 
 def told(look: Callable[[], dict], size: int) -> dict | None:
-    """What a function tells in a child process; None where the child died, or took too long or too much.
+    """Run a function in a child process and return its result; None where it died, or took too long or too much.
 
     Args:
         look: what is called; its answer is of JSON's types.

@@ -39,7 +39,7 @@ from sweeps.shards.shard import (
 
 
 def merge(sweep: Sweep, shards: Iterable[str | Path], path: str | Path, threads: int = 1, renew: bool = False) -> str:
-    """Writes the map of a sweep from its shards, a chunk at a time.
+    """Write the map of a sweep from its shards, one chunk at a time, and return its content hash.
 
     A shard that was cut short or changed on the disk is measured again, where its name says which it is
     (`2-of-7.nc`).
@@ -83,7 +83,7 @@ def measure_whole(
     progress: Callable[[int], None] = lambda points: None,
     folder: Path | None = None,
 ) -> str:
-    """Measures all points of a sweep and writes its map, without shards.
+    """Measure all points of a sweep, write its map without shards, and return its content hash.
 
     Args:
         sweep: the sweep.

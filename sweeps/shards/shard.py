@@ -91,18 +91,18 @@ class _Checks:
 
 
 def pieces(chunks: Chunks, first: int, after: int) -> list[Piece]:
-    """The chunks' shares of the points first … after − 1."""
+    """Return the overlaps of the chunks with the points first … after − 1."""
     shares = chunks.between(first, after)
     return [Piece(number, low, high, (low, high) == chunks.bounds(number)) for number, low, high in shares]
 
 
 def chunks_of(sweep: Sweep) -> Chunks:
-    """How the points of a sweep are cut."""
+    """Return the chunks of the points of a sweep."""
     return cut(sweep.grid.shape, {name: sweep.shape_at(name) for name in sweep.variables})
 
 
 def further(sweep: Sweep) -> dict[str, int]:
-    """Name → length of the dimensions that its variables have beside those of the points."""
+    """Return name → length of the dimensions of its variables other than those of the points."""
     return {dim: values.size for dim, values in sweep.grid.further.items()}
 
 
@@ -118,7 +118,7 @@ def write_shard(
     threads: int = 1,
     progress: Callable[[int], None] = lambda points: None,
 ) -> None:
-    """Measures shard `number` (from 1) of `count` and writes it to `path`, each block while the next are measured.
+    """Measure shard `number` (from 1) of `count` and write it to `path`, each block while the next is measured.
 
     Args:
         sweep: the sweep.
@@ -167,7 +167,7 @@ def measure(
     threads: int = 1,
     progress: Callable[[int], None] = lambda points: None,
 ) -> int:
-    """Measures pieces a block at a time, each of which is put where it belongs while the next are measured.
+    """Measure pieces block by block, and store each block while the next is measured.
 
     Args:
         sweep: the sweep.
@@ -231,7 +231,7 @@ def _begun(
 
 
 def holds_shard(path: str | Path, sweep: Sweep, number: int, count: int) -> bool:
-    """Whether a file holds shard `number` of `count` of a sweep, as these kernels measure it."""
+    """Return True if a file holds shard `number` of `count` of a sweep, as these kernels measure it."""
     try:
         with Shard(path, sweep) as shard:
             return (shard.first, shard.after) == sweep.grid.shard_bounds(count)[number - 1]
@@ -316,7 +316,7 @@ class Shard:
             raise DamagedError(self.path, f"{name}: is missing")
 
     def pieces(self) -> Iterator[tuple[Piece, dict[str, bytes]]]:
-        """Each piece, in order, with its chunk of every variable as it lies in the file.
+        """Yield each piece, in order, with its chunk of every variable as stored in the file.
 
         Raises:
             DamagedError: where a chunk's checksum is another.
@@ -333,12 +333,12 @@ class Shard:
             yield piece, stored
 
     def digests(self, piece: Piece) -> dict[str, bytes]:
-        """Name → hash of a whole piece's values."""
+        """Return name → hash of a whole piece's values."""
         index = piece.chunk - self._checks.pieces[0].chunk
         return {name: self._checks.digests[row, index].tobytes() for row, name in enumerate(self._checks.names)}
 
     def close(self) -> None:
-        """Closes the file."""
+        """Close the file."""
         self._file.close()
 
     def __enter__(self):

@@ -33,7 +33,7 @@ DESCRIPTIONS = Path(__file__).parents[1] / "mechanics" / "library"
 
 @cache
 def names() -> tuple[str, ...]:
-    """Names of the systems: of the folders here, of what is described, and of other packages."""
+    """Return the names of the systems: shipped, described, and of other packages."""
     described = sorted(path.stem for path in DESCRIPTIONS.rglob("*.py") if path.stem != "__init__")
     ours = (*MODULES, *described)
     return (*ours, *(name for name in sorted(_brought()) if name not in ours))
@@ -48,24 +48,24 @@ def _brought() -> dict[str, str]:
 
 
 def kinds() -> "list[type[Described]]":
-    """What a description can make, the choosier first."""
+    """Return the kinds of systems that a description can make, the more specific first."""
     return [import_module(module).KIND for module in DESCRIBED]
 
 
 def forget() -> None:
-    """Looks for the systems of other packages again."""
+    """Forget the systems of other packages, so that they are looked up again."""
     for remembered in (names, _brought, resolve):
         remembered.cache_clear()
 
 
 def is_file(name: object) -> bool:
-    """Whether a definition's `system` means a Python file that describes a system."""
+    """Return True if a definition's `system` names a Python file that describes a system."""
     return isinstance(name, str) and name.endswith(".py")
 
 
 @cache
 def resolve(name: str, folder: str = "") -> Dynamics:
-    """The system of a name, or of the Python file of that path, which is run.
+    """Return the system of a name, or of a Python file, which is run.
 
     Args:
         name: what a definition's `system` says.
@@ -91,7 +91,7 @@ def resolve(name: str, folder: str = "") -> Dynamics:
 
 
 def of_map(ds: "xr.Dataset") -> Dynamics:
-    """The system of a map, with all that a reader of maps needs: the one way to it from a file.
+    """Return the system of a map for its readers, without running a file that the map names.
 
     Raises:
         KeyError: for a name that is no system's.
@@ -123,5 +123,5 @@ def all_kernels() -> list[Kernel]:
 
 
 def moving() -> tuple[str, ...]:
-    """Names of the systems whose maps have a motion at each point."""
+    """Return the names of the systems whose maps have a motion at each point."""
     return tuple(name for name in (*MODULES, *_brought()) if type(resolve(name)).motion is not Dynamics.motion)

@@ -15,12 +15,12 @@ LAID = "unit quaternion, scalar first, from the body's axes to axes fixed in spa
 
 
 def quaternion(part: int, how: str) -> dict[str, str]:
-    """Attributes of one component (0 to 3) of the attitude."""
+    """Return the attributes of one component (0 to 3) of the attitude."""
     return {"units": "1", "long_name": f"attitude, {PARTS[part]}, {how}", "comment": LAID}
 
 
 def columns(moments, omega, times, tolerance: float) -> dict[str, tuple]:
-    """omega1 … omega3 and q0 … q3 from the closed form, and both with _direct step by step; each over `time`."""
+    """Return omega1 … omega3 and q0 … q3 over `time`, in closed form and (suffix _direct) by direct integration."""
     ways = {
         "": (exact.rotation(moments, omega, times), exact.attitude(moments, omega, times), "closed form"),
         "_direct": (
@@ -39,7 +39,7 @@ def columns(moments, omega, times, tolerance: float) -> dict[str, tuple]:
 
 
 def motion_of(moments, omega, duration: float, samples: int | None, tolerance: float, rotation: float) -> "xr.Dataset":
-    """A motion over `duration` (s); `rotation` (s) is what 32 samples are taken of unless their number is given."""
+    """Return the motion over `duration` (s), with 32 samples per `rotation` (s) unless their number is given."""
     import xarray as xr
 
     times = instants(duration, samples, rotation)

@@ -22,7 +22,7 @@ BINS = 60
 
 
 def draw(ds: xr.Dataset, specs: Mapping[str, Variable], look: "Look", ax: Axes | None = None) -> Figure | None:
-    """A row of scatter plots coloured by the leading flag, and below each the histogram of what is measured.
+    """Draw scatter plots coloured by the leading flag, and below each the histogram of a measured variable.
 
     Args:
         ds: a map with a dimension `point`.

@@ -74,7 +74,7 @@ class Described(Dynamics):
 
     @abstractmethod
     def derive(self) -> "Model | FlowModel":
-        """The derived equations and what runs points through them.
+        """Derive the equations and return the model that measures points.
 
         Raises:
             DescriptionError: for what is wrong with the description.
@@ -82,15 +82,15 @@ class Described(Dynamics):
 
     @abstractmethod
     def numbers(self) -> dict[str, np.ndarray]:
-        """The last dimension: what an equilibrium has several of."""
+        """Return the last dimension: modes or eigenvalues of an equilibrium."""
 
     def constants(self) -> dict[str, Any]:
-        """What the model of its definitions knows of the description, as class attributes."""
+        """Return the class attributes that the model of its definitions takes from the description."""
         return {}
 
     @abstractmethod
     def refuse(self, values: list[np.ndarray]) -> str:
-        """What forbids equilibria at all of these points, each parameter's values given; nothing if one has some.
+        """Return why none of these points can have an equilibrium, "" if one can.
 
         Raises:
             DescriptionError: for what is wrong with all points alike.
@@ -99,7 +99,7 @@ class Described(Dynamics):
     @staticmethod
     @abstractmethod
     def describes(description: "mechanics.System") -> bool:
-        """Whether a description makes a system of this kind."""
+        """Return True if a description makes a system of this kind."""
 
     @staticmethod
     @abstractmethod
@@ -165,27 +165,27 @@ class Described(Dynamics):
         )
 
     def dimensions(self, definition: Definition) -> dict[str, Range | np.ndarray]:
-        """(the parameters, the nudge, equilibrium, what each has several of)."""
+        """Return the dimensions: parameters, perturbation, equilibrium, and modes or eigenvalues."""
         varied = {p.name: spread(getattr(definition.grid, p.name)) for p in self.parameters}
         return varied | {"equilibrium": np.array(self.description.names)} | self.numbers()
 
     def arguments(self, definition: Definition) -> tuple[str, ...]:
-        """Names of what a point consists of."""
+        """Return the names of the arguments of a point."""
         return (*(p.name for p in self.parameters), "equilibrium", *self.numbers())
 
     def coordinates(self, definition: Definition) -> dict[str, Variable]:
-        """Name → coordinate."""
+        """Return name → coordinate."""
         return quantities.coordinates(self.parameters) | dict(self.own)
 
     def slots(self, points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """Points whose equilibria have numbers in place of their names, in the order of the description's."""
+        """Return the numbered equilibria of points, in the order of the description."""
         found = np.zeros(len(points["equilibrium"]), dtype=np.int64)
         for slot, name in enumerate(self.description.names):
             found[points["equilibrium"] == name] = slot
         return {**points, "equilibrium": found}
 
     def check(self, definition: Definition, grid: Points) -> None:
-        """Derives the equations, and looks for equilibria at some points of the grid.
+        """Derive the equations, and search for equilibria at some points of the grid.
 
         Raises:
             DescriptionError: for what is wrong with the description, and where no point has an equilibrium, or every
@@ -208,11 +208,11 @@ class Described(Dynamics):
 
     @staticmethod
     def nowhere(values: list[np.ndarray]) -> str:
-        """That no equilibrium was found at these points."""
+        """Return the message that no equilibrium was found at these points."""
         return f"none within the bounds, at {len(values[0])} points of the grid; allowed: bounds that contain one"
 
     def fingerprint(self) -> str:
-        """Hash of the kernels, of the generated code, of what derived it and of the description."""
+        """Return a hash of the kernels, the generated code, its generator and the description."""
         from kernels.fingerprint import fingerprint
 
         code = self._code()
@@ -240,7 +240,7 @@ class Described(Dynamics):
             self._code().module()
 
     def opening(self, ds: "xr.Dataset") -> Opening:
-        """The least nudge."""
+        """Return an opening at the smallest perturbation."""
         return Opening(at={"epsilon": float(ds["epsilon"].min())} if "epsilon" in ds.dims else {})
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -261,13 +261,13 @@ def _parameter(p: "mechanics.description.DescribedParameter") -> Parameter:
 
 
 def shipped(kind: type[Described]) -> tuple[str, ...]:
-    """Names of the systems of a kind that ship."""
+    """Return the names of the shipped systems of a kind."""
     return tuple(sorted(path.stem for path in kind.library.glob("*.py") if path.stem != "__init__"))
 
 
 @cache
 def of_library(kind: type[Described], name: str) -> Described:
-    """A system that ships."""
+    """Return a shipped system."""
     path = kind.library / f"{name}.py"
     module = ".".join(("sweeps.mechanics", *path.relative_to(MECHANICS).with_suffix("").parts))
     return kind(name, lambda: import_module(module).system, path.read_bytes())
@@ -275,7 +275,7 @@ def of_library(kind: type[Described], name: str) -> Described:
 
 @cache
 def of_file(kind: type[Described], name: str, folder: str = "") -> Described:
-    """The system that a Python file describes, in what it is of this kind.
+    """Return the system of this kind that a Python file describes.
 
     Raises:
         DescriptionError: if the file cannot be read.
@@ -285,7 +285,7 @@ def of_file(kind: type[Described], name: str, folder: str = "") -> Described:
 
 
 def unread(kind: type[Described], name: str) -> Described:
-    """The system of a map that a Python file describes, which is not run: good for what a map alone is enough for."""
+    """Return the system of a map whose Python file is not run, sufficient for reading the map."""
 
     def refuse():
         from sweeps.mechanics import DescriptionError

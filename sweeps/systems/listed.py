@@ -67,12 +67,12 @@ def _named_once(bodies: tuple[ListedBody, ...]) -> tuple[ListedBody, ...]:
 
 
 def bodies_of(model: type[ListedBody]) -> Any:
-    """The type of a definition's `bodies`: a list, names unique."""
+    """Return the type of a definition's `bodies`: a list with unique names."""
     return Annotated[tuple[model, ...], AfterValidator(not_empty), AfterValidator(_named_once)]
 
 
 def problems(definition: Any, shareable: Iterable[str]) -> list[Problem]:
-    """What is wrong between `bodies` and `grid`: moments in one of them, the rest in each body or in the grid."""
+    """Return the conflicts between `bodies` and `grid`: moments in one of them, other values in one of them."""
     found = []
     for name in MOMENTS:
         entry = getattr(definition.grid, name)
@@ -96,21 +96,21 @@ def problems(definition: Any, shareable: Iterable[str]) -> list[Problem]:
 
 
 def own(definition: Any, shareable: Iterable[str]) -> tuple[str, ...]:
-    """Names of what every body gives itself, the moments included; () without bodies."""
+    """Return the names of the values that every body has, moments included; () without bodies."""
     if not definition.bodies:
         return ()
     return (*MOMENTS, *(name for name in shareable if getattr(definition.bodies[0], name) is not None))
 
 
 def dimensions_of(definition: Any, arguments: Iterable[str], shareable: Iterable[str]) -> dict[str, Range | np.ndarray]:
-    """Each dimension in storage order: (body, …) where bodies are listed, else the arguments."""
+    """Return each dimension in storage order: (body, …) where bodies are listed, else the arguments."""
     along = own(definition, shareable)
     bodies = {"body": np.array([body.name for body in definition.bodies])} if definition.bodies else {}
     return bodies | {name: spread(getattr(definition.grid, name)) for name in arguments if name not in along}
 
 
 def auxiliary(definition: Any, shareable: Iterable[str]) -> dict[str, tuple[str, np.ndarray]]:
-    """Along `body`: moments, and what else bodies give themselves."""
+    """Return the coordinates along `body`: moments, and other values of the bodies."""
     if not definition.bodies:
         return {}
     moments = np.array([body.moments for body in definition.bodies]).T

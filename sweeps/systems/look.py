@@ -58,19 +58,19 @@ class Look:
     symbols: Mapping[str, Symbol] = field(default_factory=dict)
 
     def mark(self, meaning: str) -> Mark | None:
-        """How a meaning looks; None where nothing is said of it."""
+        """Return the words, character and colour of a meaning; None where it has none."""
         return self.marks.get(meaning) or COMMON.get(meaning)
 
     def words(self, meaning: str) -> str:
-        """A meaning as people read it."""
+        """Return a meaning in words."""
         mark = self.mark(meaning)
         return mark.words if mark else meaning.replace("_", " ")
 
     def color(self, meaning: str) -> str:
-        """A meaning's colour, "" where it has none of its own."""
+        """Return the colour of a meaning, "" where it has none."""
         mark = self.mark(meaning)
         return mark.color if mark else ""
 
     def symbol(self, name: str) -> str:
-        """A parameter's symbol, as mathtext; its name where it has none."""
+        """Return the symbol of a parameter as mathtext; its name where it has none."""
         return self.symbols[name].tex if name in self.symbols else name.replace("_", " ")

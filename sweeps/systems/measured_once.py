@@ -37,23 +37,23 @@ class MeasuredOnce(Dynamics):
     existence = listed.MOMENTS
 
     def dimensions(self, definition) -> dict[str, Range | np.ndarray]:
-        """The arguments, or (body, …) and what no body gives itself."""
+        """Return the arguments, or (body, …) and the values that bodies do not have individually."""
         return listed.dimensions_of(definition, self.tables.ARGUMENTS, self.shareable)
 
     def auxiliary(self, definition) -> dict[str, tuple[str, np.ndarray]]:
-        """Along `body`: what bodies give themselves."""
+        """Return the coordinates along `body`."""
         return listed.auxiliary(definition, self.shareable)
 
     def arguments(self, definition) -> tuple[str, ...]:
-        """Names of what a point consists of."""
+        """Return the names of the arguments of a point."""
         return self.tables.ARGUMENTS
 
     def coordinates(self, definition) -> dict[str, Variable]:
-        """Name → coordinate."""
+        """Return name → coordinate."""
         return self.tables.COORDINATES
 
     def variables(self, definition=None) -> dict[str, Variable]:
-        """Name → variable: the closed form alone where nothing is followed."""
+        """Return name → variable: the closed form alone where nothing is integrated."""
         followed = definition is not None and definition.integration.measured
         return self.tables.VARIABLES if followed else self.tables.EXACT
 
@@ -62,19 +62,19 @@ class MeasuredOnce(Dynamics):
         return RATIOS.impossible(points)
 
     def layout(self) -> Layout:
-        """What any of its maps may hold."""
+        """Return the layout of its maps."""
         return self.tables.LAYOUT
 
     def follows_attitude(self, definition) -> bool:
-        """Wherever a body is followed round."""
+        """Return True where the motion is integrated."""
         return definition.integration.measured
 
     def page(self, ds: "xr.Dataset") -> Page:
-        """The motion in one sentence, and the inertia triangle beneath points that are bodies."""
+        """Return the page: the motion in one sentence, over the inertia triangle."""
         return Page((TRIANGLE, Path(str(self.tables.__file__)).parent / "part.js"), self.question)
 
     def method(self, definition) -> str:
-        """How the motion was computed."""
+        """Return the method of computation."""
         if definition.integration.measured:
             return "direct integration of angular velocity and attitude, certified by the closed form"
         return f"closed form of the {self.closed}"

@@ -12,7 +12,7 @@ MOST_NUDGES = 5  # sizes of the nudge that have a colour each; more are put toge
 
 
 def nudges(epsilon: np.ndarray) -> list[tuple[str, np.ndarray]]:
-    """Label and mask of each size of the nudge, or of each range of sizes where they are many, ascending."""
+    """Return label and mask of each size of the perturbation, or of ranges of sizes where they are many, ascending."""
     sizes = np.unique(epsilon)
     parts = np.array_split(sizes, min(MOST_NUDGES, sizes.size))
     return [
@@ -25,7 +25,7 @@ def nudges(epsilon: np.ndarray) -> list[tuple[str, np.ndarray]]:
 
 
 def draw(ax: Axes, ratio: np.ndarray, epsilon: np.ndarray, color: str) -> None:
-    """Histogram of deviation over error, its sizes of the nudge stacked, and the cumulative share of all.
+    """Draw a histogram of deviation over error, stacked by ε, and the cumulative fraction.
 
     Args:
         ax: where.

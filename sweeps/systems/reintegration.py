@@ -16,17 +16,17 @@ ROUNDING = 1e-12  # of what the references find, relative
 
 
 def coefficients(moments: np.ndarray) -> np.ndarray:
-    """Euler coefficients (I_j - I_k)/I_i of moments in cyclic order; dimensionless."""
+    """Return the Euler coefficients (I_j - I_k)/I_i of moments in cyclic order; dimensionless."""
     return (np.roll(moments, -1) - np.roll(moments, -2)) / moments
 
 
 def spacing(bound: float, samples_per_rotation: int) -> float:
-    """Time between two samples in radians of spin, for a bound on every possible rate in units of the spin."""
+    """Return the time between samples in radians of spin, from a bound on every possible rate over the spin rate."""
     return min(2.0 * math.pi / samples_per_rotation, RADIANS / max(1.0, bound))
 
 
 def squared_rate(transverse: np.ndarray, h: float, spin: np.ndarray | None = None) -> float:
-    """Signed rate² of samples, shape (n, 2), `h` apart, up to tenfold growth; in units of 1/h².
+    """Return the signed rate² of samples, shape (n, 2), `h` apart, up to tenfold growth; in units of 1/h².
 
     `spin`, shape (n,), is the component along the spin axis in units of its start: the window ends where it wanders.
 

@@ -82,7 +82,7 @@ class Points(Protocol):
     size: int
 
     def points(self, start: int, stop: int) -> dict[str, np.ndarray]:
-        """Argument → values at the points start … stop − 1, shape (stop − start,)."""
+        """Return argument → values at the points start … stop − 1, shape (stop − start,)."""
 
 
 class Dynamics(ABC):
@@ -121,44 +121,44 @@ class Dynamics(ABC):
 
     @abstractmethod
     def dimensions(self, definition: "Definition") -> "dict[str, Range | np.ndarray]":
-        """Each dimension, in storage order → its values: a range, or a one-dimensional array."""
+        """Return each dimension, in storage order → its values: a range, or a one-dimensional array."""
 
     def auxiliary(self, definition: "Definition") -> dict[str, tuple[str, np.ndarray]]:
-        """Each coordinate that is no dimension → (the dimension it lies along, its values)."""
+        """Return each coordinate that is not a dimension → (the dimension it lies along, its values)."""
         return {}
 
     def further(self, definition: "Definition") -> dict[str, np.ndarray]:
-        """Each dimension that variables have at every point (`Variable.over`) → the values along it."""
+        """Return each further dimension of variables at a point (`Variable.over`) → the values along it."""
         return {}
 
     def bound(self, definition: "Definition") -> "Dynamics":
-        """The system that measures a definition; another than itself where points are not all that it needs to know."""
+        """Return the system that measures a definition: itself, unless its points alone are not sufficient."""
         return self
 
     def samples(self, definition: "Definition") -> int:
-        """Samples of runs that a point takes."""
+        """Return the samples of runs per point."""
         return definition.integration.samples
 
     @abstractmethod
     def arguments(self, definition: "Definition") -> tuple[str, ...]:
-        """Names of the dimensions and auxiliary coordinates that a point of :meth:`columns` consists of."""
+        """Return the names of the dimensions and auxiliary coordinates that a point of :meth:`columns` consists of."""
 
     @abstractmethod
     def coordinates(self, definition: "Definition") -> dict[str, Variable]:
-        """Name → each coordinate that a map of this definition may have, the auxiliary ones included."""
+        """Return name → each coordinate that a map of this definition may have, including auxiliary ones."""
 
     @abstractmethod
     def variables(self, definition: "Definition | None" = None) -> dict[str, Variable]:
-        """Name → each variable of a map of this definition; without one, those that every map has."""
+        """Return name → each variable of a map of this definition; without one, those that every map has."""
 
     def layout(self) -> Layout:
-        """What any map of this system may hold; of a system that says nothing, also what only its definition knows."""
+        """Return the layout of all maps of this system; open where only a definition knows their names."""
         variables = self.variables()
         return Layout({}, variables, tuple(variables), is_open=True)
 
     @abstractmethod
     def columns(self, points: Mapping[str, np.ndarray], integration: "Integration") -> dict[str, np.ndarray]:
-        """Measures points.
+        """Measure points and return their columns.
 
         Args:
             points: each of :meth:`arguments` → values, shape (n,), in the units of :meth:`coordinates`.
@@ -174,11 +174,11 @@ class Dynamics(ABC):
         raise NotImplementedError
 
     def motions(self, points: Mapping[str, np.ndarray], integration: "Integration") -> int:
-        """How many motions :meth:`columns` integrates for these points."""
+        """Return how many motions :meth:`columns` integrates for these points."""
         return next(iter(points.values())).size
 
     def check(self, definition: "Definition", grid: "Points") -> None:
-        """Looks for what is wrong with a definition beyond its values.
+        """Check a definition beyond its values.
 
         Args:
             definition: the definition, its values all checked.
@@ -190,18 +190,18 @@ class Dynamics(ABC):
         return None
 
     def fingerprint(self) -> str:
-        """Which code makes the columns: 64 hexadecimal digits; other systems' kernels do not count."""
+        """Return a hash of the code that makes the columns, 64 hexadecimal digits."""
         from kernels.fingerprint import fingerprint
 
         return fingerprint(*self.kernels)
 
     def follows_attitude(self, definition: "Definition") -> bool:
-        """Whether a map tells of the attitude, so that quaternions are part of what is verified."""
+        """Return True if the map holds the attitude, so that quaternions are verified too."""
         return False
 
     @abstractmethod
     def method(self, definition: "Definition") -> str:
-        """How the motion was computed, for a map's `source`: "direct integration of Euler's equations"."""
+        """Return the method of computation, for a map's `source`: "direct integration of Euler's equations"."""
 
     def kernels_of(self, definition: "Definition | None" = None) -> tuple[Kernel, ...]:
         """Return what is compiled before points of a definition are measured; without one, before any could be."""
@@ -209,17 +209,17 @@ class Dynamics(ABC):
 
     @abstractmethod
     def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
-        """Name of each picture of a map → what draws it (None where there is nothing to show)."""
+        """Return name → drawing function of each figure of a map."""
 
     def draws_plainly(self, ds: "xr.Dataset") -> bool:
-        """Whether the pictures of a map ask it for no more than a plain map answers, and kernels for a few numbers.
+        """Return True if all figures of a map can be drawn from a plain map, without loading xarray or Numba.
 
         Then a process that draws loads neither xarray nor Numba (see `sweeps.maps.plain` and `kernels.jit`).
         """
         return False
 
     def pictures_of_points(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
-        """The same for a map whose points are drawn or listed, and make no grid."""
+        """Return name → drawing function of the figures of a map of sampled or listed points."""
         from sweeps.systems import cloud
 
         return {"points": lambda ax=None: cloud.draw(ds, self.layout().variables, self.look, ax)}
@@ -227,7 +227,7 @@ class Dynamics(ABC):
     def motion(
         self, point: Mapping[str, float], duration: float | None, samples: int | None, tolerance: float
     ) -> "xr.Dataset | None":
-        """The motion at one point of a map; None where the system has none to show.
+        """Return the motion at one point of a map; None where the system has none to show.
 
         Args:
             point: the point's coordinates, in the units of :meth:`coordinates`.
@@ -241,47 +241,47 @@ class Dynamics(ABC):
         return None
 
     def reference(self) -> Reference | None:
-        """What `verify` measures again by other ways; None where the system has none."""
+        """Return the independent measurements for `verify`; None where the system has none."""
         return None
 
     def needs_files(self, values: Mapping) -> str:
-        """Why a definition (its plain values) cannot be read without files that it names; "" where it can."""
+        """Return why a definition (plain values) needs files that it names; "" where it does not."""
         return ""
 
     def reading(self, values: Mapping) -> str:
-        """Name of the system that reads a definition (its plain values) in which this one is named."""
+        """Return the name of the system that reads a definition (plain values) that names this one."""
         return self.name
 
     def own_bits(self, definition: "Definition") -> str:
-        """Why a point measured alone has other bits than in a map of this definition; "" where it has the same."""
+        """Return why a point measured alone has other bits than in a map; "" where it has the same."""
         return ""
 
     def opening(self, ds: "xr.Dataset") -> Opening:
-        """Where the page of a map begins."""
+        """Return the initial view of the page of a map."""
         return Opening()
 
     def page(self, ds: "xr.Dataset") -> Page:
-        """Its part of the page of a map."""
+        """Return the system's part of the page of a map."""
         return Page()
 
     def told(self, definition: "Definition") -> list[tuple[str, str]]:
-        """What `check` says of a definition beside its size: (heading or "", line)."""
+        """Return further lines of `check` for a definition: (heading or "", line)."""
         return []
 
     def facts(self, definition: "Definition") -> dict:
-        """The same for machines, as JSON knows it."""
+        """Return further facts of `check --json` for a definition."""
         return {}
 
     def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], list[Image]]]":
-        """Name of each animation of a map → what draws its frames (none where there is nothing to show)."""
+        """Return name → function that draws the frames of each animation of a map."""
         return {}
 
     def working_bytes(self, definition: "Definition") -> int:
-        """Memory of one process while it measures, bytes, beside what its points and their columns take."""
+        """Return the memory of one process while it measures, bytes, besides its points and columns."""
         return 0
 
     def bytes_per_point(self, definition: "Definition") -> int:
-        """Uncompressed bytes of a map, a point."""
+        """Return the uncompressed bytes of a map per point."""
         sizes = {name: values.size for name, values in self.further(definition).items()}
         table = self.variables(definition).values()
         return sum(np.dtype(v.dtype).itemsize * math.prod(sizes[dim] for dim in v.over) for v in table)

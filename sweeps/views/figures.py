@@ -29,7 +29,7 @@ MOST_PARTS = 20_000  # of one artist that SVG and PDF draw each by itself
 
 
 def opened(path: str | Path) -> "xr.Dataset | PlainMap":
-    """A map, as its pictures need it: plain where that will do, for which nothing is loaded.
+    """Open a map for drawing, without loading a library where its figures need none.
 
     Raises:
         MapError: as of `sweeps.open_map`.
@@ -44,7 +44,7 @@ def opened(path: str | Path) -> "xr.Dataset | PlainMap":
 
 
 def drawn_plainly(found: PlainMap) -> PlainMap | None:
-    """A plain map where that will do for all of its pictures; then nothing more is loaded for them."""
+    """Return a plain map where all of its figures can be drawn from one, otherwise None."""
     is_slice = not all(coordinate.ndim for coordinate in found.coords.values())
     if is_slice or not systems.of_map(found).draws_plainly(found):
         return None
@@ -53,7 +53,7 @@ def drawn_plainly(found: PlainMap) -> PlainMap | None:
 
 
 def pictures(ds: "xr.Dataset | PlainMap") -> dict[str, Callable[[], Figure | None]]:
-    """Name of each picture of a map → what draws it (None where there is nothing to show).
+    """Return name → drawing function of each figure of a map (which returns None where there is nothing to show).
 
     Args:
         ds: a map, from `sweeps.open_map` or `sweeps.survey`, or a slice of one.
@@ -65,7 +65,7 @@ def pictures(ds: "xr.Dataset | PlainMap") -> dict[str, Callable[[], Figure | Non
 
 
 def animations(ds: "xr.Dataset | PlainMap") -> dict[str, Callable[[], list[Image.Image]]]:
-    """Name of each animation of a map → what draws its frames (none where there is nothing to show)."""
+    """Return name → function that draws the frames of each animation of a map."""
     ds = slices.with_all_dimensions(ds)
     if "point" in ds.dims:  # whose motion `point` writes
         return {}
@@ -218,7 +218,7 @@ def _named(names: Sequence[str], only: Sequence[str]) -> list[str]:
 
 
 def literal(ds: "xr.Dataset | PlainMap") -> "xr.Dataset | PlainMap":
-    """The map with text that matplotlib draws as it stands: a dollar sign begins no formula."""
+    """Return the map with dollar signs escaped, so that Matplotlib draws its text literally."""
     title = _plain(_one_line(ds.attrs.get("title", "")))
     if isinstance(ds, PlainMap):
         return ds.reworded(ds.attrs | {"title": title}, _plain)
@@ -269,7 +269,7 @@ def _write(draw: Callable[[], Figure | None], path: Path, theme: str) -> bool:
 
 
 def save(figure: Figure, path: Path, kind: str) -> None:
-    """Writes a picture as large as it is wanted, with the fonts that it needs."""
+    """Write a figure at the requested size, with the fonts that it needs."""
     scale = getattr(figure, "scale", 1.0)
     if kind == "png":  # laid out and drawn at once: `savefig` draws twice
         figure.dpi = style.dots() * scale

@@ -16,12 +16,12 @@ KINDS = {
 
 
 def encoder() -> str | None:
-    """Where ffmpeg is; None where it is not."""
+    """Return the path of ffmpeg, None where it is not installed."""
     return shutil.which("ffmpeg")
 
 
 def refuse_unless_made(kind: str, animations: Collection[str]) -> None:
-    """Says in one message why there can be no film.
+    """Refuse to make a film with one message where it cannot be made.
 
     Raises:
         RefusedError: for a map without animations, and where ffmpeg is not at hand.
@@ -34,7 +34,7 @@ def refuse_unless_made(kind: str, animations: Collection[str]) -> None:
 
 
 def made(animation: Path, kinds: Sequence[str] = tuple(KINDS)) -> Iterator[Path]:
-    """The same as films beside a GIF, in those kinds that an ffmpeg at hand knows how to make."""
+    """Write the film of a GIF in each format that the installed ffmpeg can write, and yield the paths."""
     called = encoder()
     for kind in kinds if called else ():
         film = animation.with_suffix(f".{kind}")

@@ -10,7 +10,7 @@ STANDARD_OUTPUT_WIDTH = 100  # where it is no terminal
 
 
 def console() -> Console:
-    """The standard output."""
+    """Return a console on the standard output."""
     found = Console(highlight=False, emoji=False, markup=False)
     if not found.is_terminal:
         found.width = STANDARD_OUTPUT_WIDTH
@@ -18,7 +18,7 @@ def console() -> Console:
 
 
 def table(*headings: str, right: tuple[int, ...] = ()) -> Table:
-    """An empty table; columns of the numbers `right` are aligned to the right."""
+    """Return an empty table; columns numbered in `right` are aligned to the right."""
     made = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="bold")
     for number, heading in enumerate(headings):
         made.add_column(heading, justify="right" if number in right else "left", overflow="fold")
@@ -26,7 +26,7 @@ def table(*headings: str, right: tuple[int, ...] = ()) -> Table:
 
 
 def print_json(value) -> None:
-    """Prints a value as JSON; numbers that JSON does not know become null."""
+    """Print a value as JSON; NaN and infinities become null."""
     print(json.dumps(_known(value), indent=1, ensure_ascii=False, allow_nan=False))
 
 

@@ -49,7 +49,7 @@ SCRIPTS = ("numbers.js", "data.js", "state.js", "colors.js", "controls.js", "row
 
 
 def write(ds: "xr.Dataset | PlainMap", path: str | Path, limit: int = LIMIT) -> None:
-    """Writes the report of a map; the map is read once, box by box, so one larger than memory will do.
+    """Write the report of a map, which is read once, box by box, so that it may exceed the memory.
 
     Args:
         ds: a map, from `sweeps.open_map`, `sweeps.survey` or `sweeps.views.figures.opened`.
@@ -144,7 +144,7 @@ def _fewer(ds, columns, kept, points: int):
 
 
 def payload(ds: "xr.Dataset | PlainMap", page: Page, packed: list[Packed], kept: Mapping[str, np.ndarray]) -> dict:
-    """A map for the page's scripts, as JSON: everything but the packed bytes."""
+    """Return the map as JSON for the page's scripts, without the packed bytes."""
     return {
         "title": str(ds.attrs.get("title", "")),
         "dims": [{"name": dim, "size": len(kept[dim]), "of": ds.sizes[dim]} for dim in kept],

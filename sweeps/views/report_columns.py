@@ -42,12 +42,12 @@ class PageColumn:
 
 
 def is_number(variable: "xr.DataArray | PlainVariable") -> bool:
-    """Whether a variable is a column of real numbers, flags or booleans."""
+    """Return True if a variable is a column of real numbers, flags or booleans."""
     return variable.dtype.kind in "fiub"
 
 
 def thinned(sizes: Mapping[str, int], numeric: set[str], most: int) -> dict[str, np.ndarray]:
-    """Which values of each dimension to keep so that at most `most` points are left, ends included.
+    """Return the indices to keep along each dimension so that at most `most` points are left, ends included.
 
     The longest numeric dimensions lose values first; others only when no numeric one is longer than `FEWEST`. The
     two longest of all make the page's plane and keep more of theirs than those that become sliders.
@@ -63,7 +63,7 @@ def thinned(sizes: Mapping[str, int], numeric: set[str], most: int) -> dict[str,
 
 
 def within(box: slice, kept: np.ndarray) -> tuple[np.ndarray, slice]:
-    """Kept values of one dimension inside a box: where they stand in the box, and where among those kept."""
+    """Return the kept indices of one dimension inside a box, and their slice among all kept indices."""
     low, high = np.searchsorted(kept, [box.start, box.stop])
     return kept[low:high] - box.start, slice(low, high)
 
@@ -79,7 +79,7 @@ class Gatherer:
             self.columns[name] = np.empty(shape, ds[name].dtype)
 
     def add(self, box: Mapping[str, slice], name: str, values: np.ndarray) -> None:
-        """Takes over the kept points of one column in one box, as `read` gives them."""
+        """Add the kept points of one column in one box, as `read` returns them."""
         target = self.columns[name]
         source, into = values, []
         for k, (dim, kept) in enumerate(self.kept.items()):
@@ -91,7 +91,7 @@ class Gatherer:
 
 
 def reduced(name: str, values: np.ndarray, scales: Mapping[str, np.ndarray | None], exact: bool = False) -> PageColumn:
-    """A column without the dimensions along which it only scales.
+    """Return a column without the dimensions along which it only scales.
 
     Args:
         name: the variable.
@@ -156,7 +156,7 @@ class Packed:
 
 
 def pack(column: PageColumn, bits: int = 53) -> Packed:
-    """Packs a column, its floats with `bits` of mantissa (53: as they are)."""
+    """Pack a column, its floats with `bits` bits of mantissa (53: unchanged)."""
     values, exponent, digits = column.values, 0, 6
     if values.dtype.kind == "f" and bits < 53:
         values, exponent = _single(np.asarray(values, "f8"), bits)
@@ -196,7 +196,7 @@ def _narrow(values: np.ndarray) -> np.ndarray:
 
 
 def pack_within(columns: list[PageColumn], budget: int) -> list[Packed] | None:
-    """Packs columns with as many digits as `budget` (characters) allows; None where they do not fit."""
+    """Pack columns with as many digits as `budget` (characters) allows; return None where they do not fit."""
     raw = sum(column.values.nbytes for column in columns)
     for bits in (53, *MANTISSA_BITS) if raw <= EXACT_BYTES else MANTISSA_BITS:
         if raw * bits / 64 / 4 > budget:  # no column deflates to a quarter of its noise

@@ -16,7 +16,7 @@ _SIZE = re.compile(r'(<svg[^>]*?) width="([\d.]+)pt" height="([\d.]+)pt"', re.DO
 
 
 def embed(path: Path, scale: float = 1.0) -> None:
-    """Puts those letters of each font that a picture needs into its file, and makes it larger or smaller.
+    """Embed the letters that a figure needs from each font into its file, and scale it.
 
     Args:
         path: an SVG that matplotlib wrote with its text as text.

@@ -17,7 +17,7 @@ EMPTY = " "
 
 
 def draw(ds: "xr.Dataset", flag: str, fixed: dict[str, int], beside: str | None, width: int, glyphs) -> TextMap | None:
-    """Draws a flag over the first two coordinates of the points; None where they have none that varies.
+    """Draw a flag over the first two varying coordinates of the points; return None without any.
 
     Args:
         ds: a map with a dimension `point`.

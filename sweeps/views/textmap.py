@@ -21,7 +21,7 @@ NARROWEST = 4
 
 
 def draw(ds: "xr.Dataset", places: dict[str, Place], width: int = 80) -> TextMap | None:
-    """Draws the leading flag over two dimensions, a panel for each spin axis or mode; None where nothing can be drawn.
+    """Draw the leading flag over two dimensions, one panel per spin axis or mode; return None where impossible.
 
     Names (of bodies, of equilibria) stand upwards; of numbers, the two dimensions that are longest make the plane.
 

@@ -61,7 +61,7 @@ _chosen: ContextVar[str] = ContextVar("theme", default="light")
 
 @contextmanager
 def drawing(theme: str) -> Iterator[None]:
-    """Animations drawn in this block may ask for the theme."""
+    """Let animations that are drawn in this block use the theme."""
     token = _chosen.set(theme)
     try:
         yield
@@ -70,7 +70,7 @@ def drawing(theme: str) -> Iterator[None]:
 
 
 def apply(figure: Figure, theme: str) -> None:
-    """Gives a picture, and all that stands in it, the colours of a theme."""
+    """Apply the colours of a theme to a figure and everything in it."""
     table = THEMES[theme]
     for draw in getattr(figure, "on_paper", ()) if theme == "print" else ():
         draw()
@@ -79,7 +79,7 @@ def apply(figure: Figure, theme: str) -> None:
 
 
 def recolor(artists: Iterable, table: Mapping[str, str], one_way: bool = False) -> None:
-    """Replaces the colours of some artists, those in a table by what stands there.
+    """Replace the colours of artists by a table of colours.
 
     Args:
         artists: of matplotlib.
@@ -152,10 +152,10 @@ def _one_way(colormap: Colormap) -> Colormap:
 
 
 def shown(theme: str, names: Iterable[str]) -> np.ndarray:
-    """Colours "#rrggbb" of the light theme as a theme shows them, red, green and blue from 0 to 1, shape (n, 3)."""
+    """Return colours "#rrggbb" of the light theme as red, green and blue of a theme, from 0 to 1, shape (n, 3)."""
     return to_rgba_array([THEMES[theme].get(name, name) for name in names])[:, :3]
 
 
 def colormap(name: str, theme: str) -> Colormap:
-    """A map of colours as a theme shows it."""
+    """Return a colour map in the colours of a theme."""
     return _one_way(colormaps[name]) if theme == "print" else colormaps[name]

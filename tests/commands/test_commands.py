@@ -134,7 +134,7 @@ def test_show_takes_maps_of_other_systems(path, capsys):
     top = write(path.parent, TOP, "top.nc")
     out = said(capsys, "show", top)
     assert "against spin" in out
-    assert "ratio along" in out or "ratio upwards" in out
+    assert "x axis ratio" in out or "y axis ratio" in out
 
 
 # ---------------------------------------------------------------------------------------------------------
@@ -246,7 +246,7 @@ def test_point_writes_a_motion_whose_flips_are_scipys(bodies, tmp_path, capsys):
     ("arguments", "words"),
     [
         (["--axis", "2"], "4 dimensions are left (I1, I2, omega0, epsilon)"),
-        (["--trajectory", "motion.txt"], "'motion.txt' is of no known kind; allowed: a name in .nc or .csv"),
+        (["--trajectory", "motion.txt"], "'motion.txt' has an unknown format; allowed: a name ending in .nc or .csv"),
     ],
 )
 def test_point_refuses_what_is_no_point(path, capsys, arguments, words):
@@ -366,9 +366,9 @@ def test_polhode_is_the_same_command(capsys):
 @pytest.mark.parametrize(
     ("line", "words"),
     [
-        ("chek", "'chek' is not known (did you mean check?); allowed: check, run"),
-        ("check --jsn", "--jsn is not understood (did you mean --json?); allowed: -h, --help, --list, --json"),
-        ("check tiny extra", "extra is not understood; allowed: "),
+        ("chek", "'chek' is unknown (did you mean check?); allowed: check, run"),
+        ("check --jsn", "--jsn is an unknown option (did you mean --json?); allowed: -h, --help, --list, --json"),
+        ("check tiny extra", "extra is an unknown option; allowed: "),
     ],
 )
 def test_a_word_that_is_none_is_refused_with_a_near_one(line, words, capsys):

@@ -122,7 +122,7 @@ def test_one_axis_and_the_twist_need_no_uncertainty(capsys):
     out = said(capsys, "body", "racket", "--axis", 3, "--twist", "--epsilon", 0.1)
     assert "axis 3" in out
     assert "axis 1 " not in out
-    assert "axis 2" not in out.split("about what becomes")[1].split("note:")[0]
+    assert "axis 2" not in out.split("outcome")[1].split("note:")[0]
     assert "thrown with ε = 0.1, it twists by " in out
     facts = json.loads(said(capsys, "body", "racket", "--twist", "--epsilon", 0.1, "--json"))
     assert [axis["axis"] for axis in facts["axes"]] == [1, 2, 3]
@@ -191,7 +191,7 @@ TENSOR = ("--tensor", 1, 0, 0, 0, 2, 0, 0, 0, 2.5, "--draws", 64)
 def test_the_sigma_of_an_entry_that_is_0_is_not_ignored(capsys):
     shares = "{tensor: [1 %, 1 %, 1 %, 10 %, 0, 0]}"
     told = said(capsys, "body", *TENSOR, "--uncertainty", shares, status=2)
-    assert "10 % is the share of an entry that is 0 (Ixy): it would have no effect; allowed: 0, or covariance" in told
+    assert "10 % is a fraction of an entry that is 0 (Ixy): it has no effect; allowed: 0, or covariance" in told
     assert "taken as exactly 0: Ixy, Ixz, Iyz (a share of 0 is 0" in said(
         capsys, "body", *TENSOR, "--uncertainty", "1%"
     )

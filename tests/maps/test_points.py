@@ -143,7 +143,7 @@ def test_show_draws_a_cloud(path, capsys):
     assert main(["show", path]) == 0
     said = capsys.readouterr().out
     assert "200 point × 2 axis" in said
-    assert "I2 upwards, I1 along" in said
+    assert "y axis I2, x axis I1" in said
     assert "axis 1" in said
 
 
@@ -249,7 +249,7 @@ def test_the_report_holds_the_points(path, tmp_path):
         report.write(ds, tmp_path / "report.html")
     page = (tmp_path / "report.html").read_text()
     assert '"cloud": ["I1", "I2", "omega0"]' in page
-    assert "Point at a dot for its row" in page
+    assert "Hover for values" in page
 
 
 def test_the_hash_of_a_table_stands_in_its_map(tmp_path, capsys):
@@ -275,7 +275,7 @@ def test_the_hash_of_a_table_stands_in_its_map(tmp_path, capsys):
         (["point", "--axis", "2", "--point", "201"], "--point: 201 is not in this map"),
         (["point", "--axis", "2", "--point", "2", "--I1", "1"], "along point, which is chosen already"),
         (["point", "--axis", "2", "--I1", "one"], "--I1: 'one' is no number"),
-        (["slice", "-o", "slice.nc", "--axis", "2"], "make no plane"),
+        (["slice", "-o", "slice.nc", "--axis", "2"], "form no plane"),
     ],
 )
 def test_what_points_cannot_do_is_said(path, arguments, words, capsys, tmp_path, monkeypatch):

@@ -94,7 +94,7 @@ def test_shapes_are_drawn_with_sizes():
         ),
         ({"ratios": {"I1_over_I3": 0.2, "thickness": -1.0}}, "grid.ratios.thickness: -1.0 is out of range"),
         ({"ratios": {"thickness": 0.5}}, "grid.ratios.I1_over_I3: is missing"),
-        ({"ratios": 5}, "grid.ratios: 5 is not a mapping; allowed: shapes of bodies"),
+        ({"ratios": 5}, "grid.ratios: 5 is not a mapping; allowed: shapes of physically possible bodies"),
         (
             {"ratios": {"I1_over_I3": 1.0, "thickness": 0.0}},
             "grid.ratios.thickness: 0.0 reaches 0; allowed: thickness above 0",

@@ -171,11 +171,11 @@ def test_parts_are_evened(monkeypatch):
         ("1,,1e7", "table.omega0: row 3 is missing, or no finite number"),
         ("1,nan,1e7", "table.omega0: row 3 is missing"),
         ("1,-inf,1e7", "table.omega0: row 3 is missing, or no finite number"),
-        ("-1,2,1e7", "table.I1: row 3 (-1.0) is out of range; allowed: a finite number > 0"),
+        ("-1,2,1e7", "table.I1: row 3 (-1.0) is out of range; allowed: a positive number"),
         ("1,0,1e7", "table.omega0: row 3 (0.0) is out of range"),
         (
             "0.5,2,0.2e7",
-            "table: row 3 (I1 0.5, I2 0.2, omega0 0.20944) is no body: one moment is above the sum of the others",
+            "table: row 3 (I1 0.5, I2 0.2, omega0 0.20944) is not a possible body: one moment is above the sum",
         ),
         ("1,2,1e7,4", "table: row 3 (4 values) is no row of the table; allowed: 3 values in every row"),
         ("1,2", "table.I2: row 3 is missing"),

@@ -59,9 +59,9 @@ def test_a_second_run_says_so_and_stops(house):
     first.send_signal(signal.SIGCONT)
     firsts, _ = first.communicate()
     assert status == 2
-    assert_words(said, f"another run is at work there (process {first.pid})", "allowed: one at a time")
+    assert_words(said, f"another run is active there (process {first.pid})", "allowed: one at a time")
     assert other.returncode == 2
-    assert_words(others, "another run is at work there")
+    assert_words(others, "another run is active there")
     assert first.returncode == 0, firsts
     assert_whole(house)
 

@@ -56,7 +56,7 @@ def test_a_claim_holds_in_another_container_and_ends_with_it(folder):
     assert other.stdout.readline() == "claimed\n"
     part = folder / "results/a" / f".figures.{(folder / 'results/a/.running').read_text().strip()}.x.part"
     part.mkdir()
-    with pytest.raises(DefinitionError, match=r"another run is at work there \(process \d+ on other\)"):
+    with pytest.raises(DefinitionError, match=r"another run is active there \(process \d+ on other\)"):
         claims.claim(["a"])
     assert part.exists()
     other.kill()
@@ -104,7 +104,7 @@ def test_without_locks_a_claim_holds_by_its_word_while_it_is_renewed(without_loc
     without_locks.write_text(mark(**parts))
     os.utime(without_locks, (time.time() - ago,) * 2)
     if not is_free:
-        with pytest.raises(DefinitionError, match="another run is at work there"):
+        with pytest.raises(DefinitionError, match="another run is active there"):
             claims.claim(["a"])
         return
     for handle in claims.claim(["a"]):

@@ -227,7 +227,7 @@ def test_moments_of_a_tensor_land_ascending_in_the_map(tmp_path):
 @pytest.mark.parametrize(
     ("body", "words"),
     [
-        ("tensor: [[1, 0, 0], [0, 1, 0]]", "bodies[0].tensor: [[1, 0, 0], [0, 1, 0]] is no tensor of inertia"),
+        ("tensor: [[1, 0, 0], [0, 1, 0]]", "bodies[0].tensor: [[1, 0, 0], [0, 1, 0]] is not a tensor of inertia"),
         ("tensor: [[1, 0, 0], [0, yes, 0], [0, 0, 1]]", "is text, not a number"),
         ("tensor: [[1, 0, 0], [0, 1, 0], [0, 0, 3]]", "bodies[0].tensor: [[1.0, 0.0, 0.0]"),
         ("tensor: [[1, 0, 0], [0, 1, 0], [0, 0, 1]], I1: 2.0", "bodies[0].I1: 2.0 is given beside tensor"),

@@ -146,20 +146,26 @@ def test_one_sigma_or_none(least, seen, sigma):
 
 OUMUAMUA = ("--P-psi", 6.58, "--P-phi", 8.67)
 VERDICTS = [
-    ((), "short-axis mode: excluded: P_psi/P_phi = 0.758939, those of all bodies are above 1"),
+    ((), "short-axis mode: excluded: P_psi/P_phi = 0.758939, but for any body this ratio exceeds 1"),
     (("--sigma-phi", 0.34), "short-axis mode: excluded at 6.1σ: "),
     (("--sigma-psi", 0.34), "short-axis mode: excluded at 6.1σ: "),
-    (("--sigma-psi", 2, "--sigma-phi", 3), "short-axis mode: possible within the errors: 0.58σ from the least wobble"),
+    (
+        ("--sigma-psi", 2, "--sigma-phi", 3),
+        "short-axis mode: possible within the errors: 0.58σ from the limit of small wobbles",
+    ),
     (("--ratios", 0.3, 0.9), "long-axis mode: 2T I3/L² = "),
-    (("--ratios", 0.5, 0.9), "long-axis mode: excluded: P_psi/P_phi = 0.758939, this body's are above 1.12132"),
+    (
+        ("--ratios", 0.5, 0.9),
+        "long-axis mode: excluded: P_psi/P_phi = 0.758939, but for this body this ratio exceeds 1.12132",
+    ),
     (("--ratios", 0.5, 0.9, "--sigma-psi", 1), "long-axis mode: excluded at 3.1σ: "),
     (
         ("--ratios", 0.5, 0.9, "--sigma-psi", 2),
-        "long-axis mode: possible within the errors: 1.6σ from the least wobble",
+        "long-axis mode: possible within the errors: 1.6σ from the limit of small wobbles",
     ),
     (
         ("--ratios", 0.5, 0.9, "--sigma-phi", 1),
-        "long-axis mode: possible within the errors: 2.8σ from the least wobble",
+        "long-axis mode: possible within the errors: 2.8σ from the limit of small wobbles",
     ),
     (("--ratios", 0.3, 1.0), "short-axis mode: excluded: a symmetric body has no such mode"),
 ]
@@ -196,7 +202,7 @@ def test_krylov_on_the_command_line_and_in_python(capsys):
         (("--P-psi", 1, "--P-phi", 2, "--ratios", 0.1, 0.3), "no rigid body: I3 = 1 > I1 + I2 = 0.4; allowed: moments"),
         (("--P-psi", 1, "--P-phi", 2, "--ratios", 0.5, 0.3), "no rigid body: I3 = 1 > I1 + I2 = 0.8; allowed: moments"),
         (("--P-psi", 1, "--P-phi", 2, "--unit", "years"), "--unit: 'years' is not available; allowed: s, h, d"),
-        (("--P-psi", 1, "--P-phi", 2, "--ratios", 0.5, 0.9, "-o", "x.nc"), "--ratios: is given beside a map"),
+        (("--P-psi", 1, "--P-phi", 2, "--ratios", 0.5, 0.9, "-o", "x.nc"), "--ratios: is given together with"),
     ],
 )
 def test_periods_and_ratios_that_cannot_be_are_named(capsys, arguments, told):

@@ -128,7 +128,7 @@ def test_fingerprint_changes_with_the_description(tmp_path):
     [
         ("k * x**2 / 2 + __import__('sympy').Symbol('g') * x", "V: unbound symbol g"),
         ("k * x**2 * system.time", "V: depends on time"),
-        ("k * x", "equilibria: there is none within the bounds"),
+        ("k * x", "equilibria: none within the bounds"),
         ("0 * x", "equilibria: V is flat"),
         ("1 / 0", r"cannot be run \(ZeroDivisionError: division by zero\)"),
         ("k * x**2)\nsystem = (3", r"makes no `system`"),
@@ -185,7 +185,7 @@ def test_exit_status_two_and_one_line(tmp_path, capsys):
     assert main(["check", str(tmp_path / "mine.yaml")]) == 2
     said = capsys.readouterr().err
     assert said.count("\n") == 1
-    assert "there is none within the bounds" in said
+    assert "none within the bounds" in said
 
 
 @pytest.mark.parametrize(

@@ -88,7 +88,7 @@ system.equilibrium("rest", {x: 0})
 
 
 def test_no_equilibrium_within_the_bounds_is_said():
-    with pytest.raises(DefinitionError, match="there is none within the bounds"):
+    with pytest.raises(DefinitionError, match="none within the bounds"):
         load({"system": "steady_precession", "grid": {"tilt": 0.1, "spin_rate": [0.1, 0.2]}})
 
 

@@ -363,7 +363,7 @@ def test_body_answers_in_numbers_words_and_a_picture(tmp_path, capsys):
     assert said["input"] == ["Ixx", "Iyy", "Izz", "Ixy", "Iyz"]
     assert said["draws"] == 64
     picture = tmp_path / "cloud.png"
-    assert main([*call, "--omega0", "0.1", "--axis", "2", "--picture", str(picture)]) == 0
+    assert main([*call, "--omega0", "0.1", "--axis", "2", "--figure", str(picture)]) == 0
     out = capsys.readouterr().out
     assert "axis 2  P(unstable) " in out
     assert "matters most" in out
@@ -420,18 +420,18 @@ BODY = {"name": "A", "I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": 1.0}
 @pytest.mark.parametrize(
     ("changed", "said"),
     [
-        ({"uncertainty": "100 %"}, "uncertainty: '100 %' is 100 %; allowed: a share from 0 to below 1"),
+        ({"uncertainty": "100 %"}, "uncertainty: '100 %' is 100 %; allowed: a fraction from 0 to below 1"),
         ({"uncertainty": 5}, "uncertainty: 5 is 500 %"),
         ({"uncertainty": "many"}, "is text, not a number"),
         ({"uncertainty": -0.1}, "is negative"),
         (
             {"uncertainty": {"moment": "5 %"}},
-            "uncertainty.moment: '5 %' is under an unknown key (did you mean moments?)",
+            "uncertainty.moment: is an unknown key (did you mean moments?)",
         ),
         ({"uncertainty": {"covariance": np.diag([1, -1, 1]).tolist()}}, "is not positive"),
         ({"uncertainty": {"covariance": [[1, 0.5, 0], [0, 1, 0], [0, 0, 1]]}}, "is not symmetric"),
         ({"uncertainty": {"covariance": np.diag([1.1, 0, 0]).tolist()}}, "uncertainty of 104.9 %, entry 1"),
-        ({"uncertainty": {"tensor": "5 %"}}, "of a body without a tensor"),
+        ({"uncertainty": {"tensor": "5 %"}}, "for a body without a tensor"),
         ({"uncertainty": "5 %", "draws": 10}, "draws: 10 is out of range"),
         ({"uncertainty": "5 %", "seed": -1}, "seed: -1 is out of range"),
         ({"uncertainty": "5 %", "method": "halton"}, "method: 'halton' is not available"),

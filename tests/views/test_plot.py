@@ -65,7 +65,7 @@ def test_it_draws_into_an_axes_of_somebody_else(tiny):
     assert inside.x0 < x < inside.x1
     assert inside.y0 < y < inside.y1
     assert not right.axison
-    assert "cannot" in " ".join(left.get_legend_handles_labels()[1]) or not (tiny.triangle_margin < 0).any()
+    assert "impossible" in " ".join(left.get_legend_handles_labels()[1]) or not (tiny.triangle_margin < 0).any()
 
 
 @pytest.mark.slow
@@ -98,8 +98,8 @@ def test_the_accessor_has_the_functions_and_a_summary(tiny):
 @pytest.mark.parametrize(
     ("call", "said"),
     [
-        (lambda ds: plot.draw(ds, "stabilty"), "no picture of this map"),
-        (lambda ds: plot.cones(ds), "no picture of this map"),
+        (lambda ds: plot.draw(ds, "stabilty"), "not a figure of this map"),
+        (lambda ds: plot.cones(ds), "not a figure of this map"),
         (lambda ds: plot.stability(ds, at={"I9": 1.0}), "no dimension"),
         (lambda ds: plot.stability(ds, ax=Figure().add_axes((0, 0, 1, 1))), "no grid"),
     ],
@@ -148,8 +148,8 @@ def test_the_text_of_an_svg_is_text_and_its_fonts_are_in_it(path, tmp_path):
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        (["--size", "10x20"], "is no size"),
-        (["--size", "wide"], "is no size"),
+        (["--size", "10x20"], "is not a size"),
+        (["--size", "wide"], "is not a size"),
         (["--format", "mp4"], "needs ffmpeg"),
         (["--format", "webm", "--only", "stability"], "needs ffmpeg"),
     ],

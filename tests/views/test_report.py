@@ -654,7 +654,7 @@ def test_axis_slider_plane_and_color_change_the_map(opened, plane):
     order = plane.regime.flag_values.tolist()
     expected = [order.index(v) for v in regime.transpose("I2", "I1").values.reshape(-1).tolist()]
     assert heat(opened) == expected
-    page.get_by_label("across").select_option("omega0")
+    page.get_by_label("x axis").select_option("omega0")
     assert page.evaluate("document.getElementById('map').layout.xaxis.title.text").startswith("ω₀")
     assert page.evaluate("polhode.map.plane.x") == [2.0, 10.0]
 
@@ -878,7 +878,7 @@ def test_the_picture_has_a_table_and_words(opened, plane):
     first = plane.omega_squared.sel({n: float(opened.row(n)[0]) for n in ("axis", "I3", "omega0")}).squeeze()
     true = float(first.sel(I1=plane.I1[0], I2=plane.I2[-1]))
     assert parsed(cells.first.inner_text()) == pytest.approx(true, rel=6e-3)  # three digits
-    assert "square of the rate, measured" in page.locator("#map-summary").inner_text()
+    assert "Ω² (negative: unstable), measured" in page.locator("#map-summary").inner_text()
     assert page.locator("canvas:not([aria-label])").count() == 0
 
 
@@ -1269,4 +1269,4 @@ def test_shapes_are_drawn_on_their_triangle(visit, shapes, folder):
     page.locator("#map-table summary").click()
     opened.until("document.querySelectorAll('#map-table tbody td').length === 81")
     assert "81 points" in page.locator("#map-summary").inner_text()
-    assert "cannot exist" not in page.locator("#map-summary").inner_text()
+    assert "physically impossible" not in page.locator("#map-summary").inner_text()

@@ -60,7 +60,7 @@ class Run:
 
 
 def frames(ds: xr.Dataset, name: str, model: "Model") -> list[Image.Image]:
-    """The pictures of the animation; none where no equilibrium is stable and none unstable.
+    """Return the frames of the animation; none without a stable and an unstable equilibrium.
 
     Args:
         ds: a map of the system.

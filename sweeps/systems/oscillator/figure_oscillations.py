@@ -34,7 +34,7 @@ LEAST_WIDTH = 5.4  # inches, for the title
 
 
 def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
-    """A panel for every equilibrium and mode, and for one coordinate the equilibria's places."""
+    """Draw a panel for every equilibrium and mode, and for one coordinate the positions of the equilibria."""
     x, y = _axes_of(ds)
     part = _thinned(ds, x, y)
     panels = [(e, m) for e in part["equilibrium"].values for m in part["mode"].values][:MOST_PANELS]
@@ -266,7 +266,7 @@ def _missing(figure):
 
 
 def draw_agreement(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
-    """Deviations of the measured ω² from theory: over their errors above, relative ones below; None without a point.
+    """Draw deviations of the measured ω² from theory: over their errors (top), relative (bottom); None without a point.
 
     Below over the size of ω² beside the scale, each with its error as a dash.
     """

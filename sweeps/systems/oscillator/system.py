@@ -57,12 +57,12 @@ class Oscillator(Described):
 
     @staticmethod
     def describes(description: "mechanics.System") -> bool:
-        """Any description that no other kind is for."""
+        """Return True for any description of no other kind."""
         return True
 
     @staticmethod
     def holds(variables: Collection[str]) -> bool:
-        """Any map of a description that is no other kind's."""
+        """Return True for any map of a description of no other kind."""
         return True
 
     def kernels_of(self, definition: OscillatorDefinition | None = None) -> tuple[Kernel, ...]:
@@ -71,7 +71,7 @@ class Oscillator(Described):
         return found if TAPES.module in self._code().kernels else tuple(kernel for kernel in found if kernel != TAPES)
 
     def derive(self) -> "Model":
-        """Lagrange's equations, and V's landscape."""
+        """Derive Lagrange's equations and the landscape of V."""
         from sweeps.mechanics.model import Model
 
         return Model(self.description)
@@ -82,15 +82,15 @@ class Oscillator(Described):
         return self._code().samples_per_second
 
     def constants(self) -> dict[str, Any]:
-        """Names of the coordinates, of which `direction` has a number each."""
+        """Return the names of the coordinates, for which `direction` has one number each."""
         return {"moved": tuple(c.name for c in self.description.kept)}
 
     def numbers(self) -> dict[str, np.ndarray]:
-        """The modes of an equilibrium."""
+        """Return the modes of an equilibrium."""
         return {"mode": np.arange(1, len(self.description.kept) + 1, dtype=np.int8)}
 
     def variables(self, definition: Definition | None = None) -> dict[str, Variable]:
-        """Name → variable; each coordinate's place at the equilibrium beside what every map has."""
+        """Return name → variable, including the position of the equilibrium along each coordinate."""
         if definition is None:
             return VARIABLES
         places = (
@@ -101,17 +101,17 @@ class Oscillator(Described):
         return VARIABLES | table(*places) | degenerate | followed
 
     def layout(self) -> Layout:
-        """What any of its maps may hold: parameters and places by names that its description knows."""
+        """Return the layout of its maps: parameters and positions by the names of the description."""
         return LAYOUT
 
     def columns(self, points: Mapping[str, np.ndarray], integration: Integration) -> dict[str, np.ndarray]:
-        """Linear theory beside what is measured; see `sweeps.mechanics.model`."""
+        """Return linear theory and the measured columns; see `sweeps.mechanics.model`."""
         self._compiled()
         settings = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
         return self.mechanism.survey(self.slots(points), *settings, integration.direction, integration.degenerate)
 
     def refuse(self, values: list[np.ndarray]) -> str:
-        """Nowhere one within bounds, a line of them, or more than there is room for."""
+        """Return why no equilibrium is usable: none within bounds, a line of them, or too many."""
         from sweeps.mechanics.equilibria import refuse_crowded
 
         found = self.mechanism.equilibria(values)
@@ -122,17 +122,17 @@ class Oscillator(Described):
         return "" if found.counts.any() else self.nowhere(values)
 
     def method(self, definition: Definition) -> str:
-        """How the motion was computed."""
+        """Return the method of computation."""
         return "direct integration of the full Euler-Lagrange equations"
 
     def page(self, ds: "xr.Dataset") -> Page:
-        """The motion of one mode, and where equilibria are."""
+        """Return the page: the motion of one mode, and the equilibria."""
         from sweeps.systems.oscillator.page import page
 
         return page(ds, None if self.name.endswith(".py") else self.description)
 
     def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
-        """The map, and theory against measurement; a map is all they need."""
+        """Return the map and the agreement with theory."""
         from sweeps.systems.oscillator import figure_oscillations
 
         return {
@@ -141,7 +141,7 @@ class Oscillator(Described):
         }
 
     def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], list[Image]]]":
-        """Of the bead on a hoop and of pendulums, how they move beside a stable and an unstable place."""
+        """Return animations of the bead on a hoop and of pendulums near a stable and an unstable equilibrium."""
         if self.name not in ANIMATED:
             return {}
         from sweeps.systems.oscillator import figure_motion

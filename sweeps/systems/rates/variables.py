@@ -10,7 +10,7 @@ _AMPLITUDES = "as omega_squared_error, with the amplitude bias that the {} leave
 
 
 def columns(reduced: str, by: str, size: str, window: str, sparse: bool = False) -> dict[str, Variable]:
-    """Name → variable, from the square of the rate to the slope of the logarithm.
+    """Return name → variable, from Ω² to the slope of the logarithm.
 
     Args:
         reduced: how the measurement is reduced to an infinitesimal nudge.

@@ -28,7 +28,7 @@ TOWARDS = np.array([0.75, -0.5, 0.45])  # where the viewer stands
 
 
 def frames(ds: xr.Dataset) -> list[Image.Image]:
-    """The pictures of the animation; none where no slender body without a rotor grows.
+    """Return the frames of the animation; none where no slender body without a rotor grows.
 
     Args:
         ds: a map of `viscous_slug`.
@@ -41,7 +41,7 @@ def frames(ds: xr.Dataset) -> list[Image.Image]:
 
 
 def fastest(ds: xr.Dataset) -> dict[str, float] | None:
-    """The slender body without a rotor whose measured nutation grows fastest for its spin; None where there is none."""
+    """Return the slender body without a rotor whose measured nutation grows fastest for its spin; None without one."""
     part = ds["growth_rate"].isel(eigenvalue=0, equilibrium=0, epsilon=0)
     part = part.where((part["axial_moment"] < part["transverse_moment"]) & (part["rotor_momentum"] == 0.0))
     rate = (part / np.abs(part["spin_rate"])).transpose(*NAMES)
@@ -53,7 +53,7 @@ def fastest(ds: xr.Dataset) -> dict[str, float] | None:
 
 
 def followed(point: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
-    """The full motion from a tilt of L by TILT until the spin is flat.
+    """Integrate the full motion from a tilt of L by TILT until the spin is flat.
 
     Args:
         point: the parameters, and `growth_rate`.
@@ -87,7 +87,7 @@ def followed(point: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def angle(momenta: np.ndarray) -> np.ndarray:
-    """Angle of L from the spin axis, rad."""
+    """Return the angle of L from the spin axis, rad."""
     return np.arctan2(np.hypot(momenta[:, 0], momenta[:, 1]), np.abs(momenta[:, 2]))
 
 

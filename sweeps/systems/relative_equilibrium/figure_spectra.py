@@ -27,7 +27,7 @@ STEADY = ("asymptotically_stable", "stable", "marginal")  # regimes inside theor
 
 
 def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
-    """A panel for every equilibrium and, where a third parameter is varied, for the ends of its range."""
+    """Draw a panel for every equilibrium and for the ends of the range of a third parameter."""
     x, y, third = _axes_of(ds)
     part = _thinned(ds, x, y, third)
     others = part[third].values if third else [None]
@@ -188,7 +188,7 @@ def _kinds(figure, part):
 
 
 def draw_agreement(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
-    """Distance of measured eigenvalues from theory's beside their errors, both over the scale; None without a point."""
+    """Draw the distance of measured eigenvalues from theory against their errors; None without a point."""
     names = ("eigenvalue_real", "eigenvalue_imag")
     stride = max(1, math.ceil(ds["regime"].size / MOST_POINTS))
     at = {n: ds[n].values.ravel()[::stride] for m in names for n in (m, f"{m}_theory", f"{m}_error")}

@@ -67,7 +67,7 @@ class Linearised:
         )
 
     def rates(self, parameters: list, x: np.ndarray) -> np.ndarray:
-        """The rates of one state."""
+        """Return the rates of one state."""
         forces, mass, _ = self._written
         rates, rest = np.array(forces(*parameters, *x)), self.model.flow.rest
         if mass is not None:
@@ -75,7 +75,7 @@ class Linearised:
         return rates
 
     def at(self, point: Mapping[str, object]) -> tuple[Solved, Solved]:
-        """What a differenced Jacobian and what motions say of a point."""
+        """Return eigenvalues at a point from a differenced Jacobian and from motions."""
         names = self.model.names
         slot = self.model.system.names.index(str(point["equilibrium"]))
         key = (*(float(point[name]) for name in names), slot)
@@ -189,7 +189,7 @@ def _invariant(equations: Linearised, name: str) -> tuple[Callable, Callable]:
 
 
 def reference(model: "FlowModel") -> Reference:
-    """What `verify` finds again of a flow's maps: theory by LAPACK, what was measured by SciPy, within its errors."""
+    """Return what `verify` measures again: theory with LAPACK, measured values with SciPy, within their errors."""
     equations, found = Linearised(model), []
     for part in ("real", "imag"):
         name = f"eigenvalue_{part}"

@@ -50,7 +50,7 @@ class RelativeEquilibrium(Described):
 
     @staticmethod
     def describes(description: "mechanics.System") -> bool:
-        """Whether a description's equations are of first order."""
+        """Return True if a description's equations are of first order."""
         from sweeps.mechanics.flow import is_flow
 
         return is_flow(description)
@@ -61,17 +61,17 @@ class RelativeEquilibrium(Described):
         return "eigenvalue" in variables
 
     def derive(self) -> "FlowModel":
-        """The flow, its Jacobian and what is conserved."""
+        """Derive the flow, its Jacobian and the conserved quantities."""
         from sweeps.mechanics.relative import FlowModel
 
         return FlowModel(self.description)
 
     def numbers(self) -> dict[str, np.ndarray]:
-        """The eigenvalues of an equilibrium."""
+        """Return the eigenvalues of an equilibrium."""
         return {"eigenvalue": np.arange(1, self.mechanism.n + 1, dtype=np.int8)}
 
     def variables(self, definition: Definition | None = None) -> dict[str, Variable]:
-        """Name → variable; for four eigenvalues their invariants, and what this system conserves and where it rests."""
+        """Return name → variable, with invariants of four eigenvalues, drifts and equilibrium states."""
         if definition is None:
             return VARIABLES
         model = self.mechanism
@@ -90,43 +90,43 @@ class RelativeEquilibrium(Described):
         return VARIABLES | (INVARIANTS if model.n == 4 else {}) | table(*drifts, *places)
 
     def layout(self) -> Layout:
-        """What any of its maps may hold: parameters, places and drifts by names that its description knows."""
+        """Return the layout of its maps: parameters, positions and drifts by the names of the description."""
         return LAYOUT
 
     def columns(self, points: Mapping[str, np.ndarray], integration: Integration) -> dict[str, np.ndarray]:
-        """Linear theory beside what is measured; see `sweeps.mechanics.relative`."""
+        """Return linear theory and the measured columns; see `sweeps.mechanics.relative`."""
         self._compiled()
         settings = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
         return self.mechanism.survey(self.slots(points), *settings, integration.runs)
 
     def motions(self, points: Mapping[str, np.ndarray], integration: Integration) -> int:
-        """Runs of each equilibrium, which all its eigenvalues share."""
+        """Return the number of runs of each equilibrium, which all its eigenvalues share."""
         runs = integration.runs or self.mechanism.runs
         return next(iter(points.values())).size * runs // self.mechanism.n
 
     def refuse(self, values: list[np.ndarray]) -> str:
-        """Nowhere one within bounds."""
+        """Return why there is no equilibrium within the bounds."""
         found = self.mechanism.equilibria(values)
         return self.nowhere(values) if np.isnan(found).any(axis=-1).all() else ""
 
     def reference(self) -> Reference:
-        """What `verify` finds again, by LAPACK and by SciPy."""
+        """Return what `verify` measures again, with LAPACK and with SciPy."""
         from sweeps.systems.relative_equilibrium import references
 
         return references.reference(self.mechanism)
 
     def method(self, definition: Definition) -> str:
-        """How the motion was computed."""
+        """Return the method of computation."""
         return "direct integration of the full equations of motion"
 
     def page(self, ds: "xr.Dataset") -> Page:
-        """The eigenvalues of the point chosen."""
+        """Return the page: the eigenvalues of the selected point."""
         from sweeps.systems.relative_equilibrium.page import PAGE
 
         return PAGE
 
     def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
-        """The map, and theory against measurement; a map is all they need."""
+        """Return the map and the agreement with theory."""
         from sweeps.systems.relative_equilibrium import figure_spectra
 
         return {
@@ -135,7 +135,7 @@ class RelativeEquilibrium(Described):
         }
 
     def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], list[Image]]]":
-        """Of the slug that damps, what growth comes to."""
+        """Return the animation of the flat spin of a body with a viscous slug."""
         from sweeps.systems.relative_equilibrium import figure_flat_spin
 
         return {"flat_spin": lambda: figure_flat_spin.frames(ds)} if self.name == "viscous_slug" else {}

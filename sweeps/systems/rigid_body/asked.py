@@ -17,7 +17,7 @@ WAYS = ("moments", "ratios", "tensor", "mesh")
 
 
 def bodies(definition: Definition, path: object) -> dict[str, Body]:
-    """Name → body of a definition; `path` says where it stands.
+    """Return name → body of a definition; `path` is used in messages.
 
     Raises:
         DefinitionError: where it has none.
@@ -30,7 +30,7 @@ def bodies(definition: Definition, path: object) -> dict[str, Body]:
 
 
 def entry(asked: Mapping[str, object]) -> dict:
-    """The entry of a definition for the body that is given by its numbers or its mesh.
+    """Return the entry of a definition for a body given by its numbers or its mesh.
 
     Args:
         asked: one of `WAYS` → three, three or nine numbers or a file's name; density, mass (or None) and unit of a
@@ -48,7 +48,7 @@ def entry(asked: Mapping[str, object]) -> dict:
 
 
 def checked(values: Mapping, asked: Mapping[str, object], load: Callable[[Mapping], Definition]) -> Body:
-    """A body by the rules of a definition, with what is asked of its spin; refusals name the key of the definition."""
+    """Return a body checked by the rules of a definition, with its requested spin; refusals name the key."""
     own = {name: asked[name] for name in DEFAULTS if asked[name] is not None}
     try:
         body = load({"bodies": [values | own], "grid": {} if "omega0" in own else {"omega0": 1.0}}).bodies[0]
@@ -61,12 +61,12 @@ def checked(values: Mapping, asked: Mapping[str, object], load: Callable[[Mappin
 
 
 def check_spin(name: str, asked: Mapping[str, object], load: Callable[[Mapping], Definition]) -> None:
-    """Checks what is asked of the spin of a body that is known."""
+    """Check the requested spin of a named body."""
     checked({"name": name, "ratios": dict.fromkeys(MOMENTS, 1.0)}, asked, load)
 
 
 def setting(body: Body, asked: Mapping[str, object]) -> dict[str, float]:
-    """Spin rate and nudge: as asked, else the body's own, else `DEFAULTS`."""
+    """Return spin rate and perturbation: as requested, else the body's own, else `DEFAULTS`."""
     ways = {name: (asked[name], getattr(body, name), default) for name, default in DEFAULTS.items()}
     return {name: next(value for value in values if value is not None) for name, values in ways.items()}
 

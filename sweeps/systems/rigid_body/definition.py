@@ -239,7 +239,7 @@ class RigidBodyIntegration(Integration):
 
 
 def named_once(bodies: tuple["Body", ...]) -> tuple["Body", ...]:
-    """The bodies, whose names all differ."""
+    """Return the bodies, refused if two have the same name."""
     names = [body.name for body in bodies]
     problems = [
         Problem((number, "name"), display(name), "is an earlier body's name", "names that all differ")
@@ -280,7 +280,7 @@ class RigidBodyDefinition(Definition):
         return outline.written(solids)
 
     def is_per_body(self, parameter: str) -> bool:
-        """Whether `parameter` (I1 … phase) is a coordinate on `body` rather than a dimension."""
+        """Return True if `parameter` (I1 … phase) is a coordinate along `body` rather than a dimension."""
         if parameter in MOMENTS:
             return bool(self.bodies)
         return any(getattr(body, parameter) is not None for body in self.bodies)

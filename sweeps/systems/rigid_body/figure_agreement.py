@@ -28,7 +28,7 @@ WORDS = {  # group of points → what the legend says of it; of the others nothi
 
 
 def draw(ds: "xr.Dataset", ax: Axes | None = None) -> Figure:
-    """Oscillations left, growth right; deviations over errors above, relative ones below."""
+    """Draw oscillations (left) and growth (right); deviations over errors (top), relative ones (bottom)."""
     found = agreement(ds)
     figure = style.canvas(8.6, 6.8, "Measured against linear theory", _subtitle(ds, found), footer=0.36, ax=ax)
     axes = figure.subplots(2, 2, height_ratios=(1.0, 1.35))
@@ -79,7 +79,7 @@ def _ordinal(n: int) -> str:
 
 
 def groups(found: Agreement) -> dict[str, np.ndarray]:
-    """Masks of the kept points, each point in one: "ok", "impossible", "opposite" (sign), and two statuses.
+    """Return masks of the kept points, each point in one: "ok", "impossible", "opposite" (sign), and two statuses.
 
     What is not finite, or has Ω² = 0 in theory, is in none.
     """

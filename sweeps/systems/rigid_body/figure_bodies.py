@@ -33,7 +33,7 @@ OFFSETS = {1: -0.24, 2: 0.0, 3: 0.24}
 
 
 def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
-    """Rates relative to the spin for each body and axis, times to grow and flip, and observed periods in days."""
+    """Draw rates over the spin rate for each body and axis, growth and flip times, and observed periods in days."""
     part = _selected(ds)
     known = periods(ds.sel(body=part["body"].values))
     observed = [known[i] for i in style.few(len(known), MOST_PERIODS)]
@@ -240,7 +240,7 @@ def _days(value: float) -> str:
 
 
 def gist(note: str) -> str:
-    """The last sentence of a note: where it says what to conclude."""
+    """Return the last sentence of a note, its conclusion."""
     return re.split(r"(?<=[.!?])\s+(?=[A-Z])", " ".join(note.split()))[-1]
 
 

@@ -22,7 +22,7 @@ OTHERS = "#b5b9bf"
 
 
 def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
-    """|Ω²/Ω²_theory − 1| against ε for each body and axis: oscillating, growing, and a table of fitted exponents."""
+    """Draw |Ω²/Ω²_theory − 1| against ε for each body and axis, with a table of fitted exponents."""
     chosen, total = bodies(ds)
     found = breakdown(chosen).assign(theory=chosen["omega_squared_theory"].isel(epsilon=0))
     rows = chosen.sizes["body"]
@@ -57,7 +57,7 @@ def _subtitle(ds: xr.Dataset, total: int, found: xr.Dataset) -> str:
 
 
 def bodies(ds: xr.Dataset) -> tuple[xr.Dataset, int]:
-    """At most `MOST_BODIES` bodies of a map over (body, axis, epsilon), evenly strided, and how many it has.
+    """Return at most `MOST_BODIES` bodies of a map over (body, axis, epsilon), evenly spaced, and how many it has.
 
     omega0 and phase, where they are dimensions, are taken at their middle. On a grid each triple of moments
     is a body, named by it.

@@ -45,7 +45,7 @@ INDICES = "₁₂₃"
 
 
 def most_unstable(ds: "xr.Dataset") -> dict[str, float] | None:
-    """The point whose nudge grows fastest for its spin rate, among bodies that can exist.
+    """Return the physically possible point whose perturbation grows fastest for its spin rate.
 
     Args:
         ds: a map with I1, I2, I3, axis, omega0, epsilon and phase.
@@ -67,7 +67,7 @@ def most_unstable(ds: "xr.Dataset") -> dict[str, float] | None:
 
 
 def racket(ds: "xr.Dataset") -> dict[str, float] | None:
-    """The point of a tennis racket thrown about its own axis 2; None where none stands on the grid."""
+    """Return the point of a tennis racket thrown about its axis 2; None where none is on the grid."""
     at = racket_at(ds)
     if at is None:
         return None
@@ -76,7 +76,7 @@ def racket(ds: "xr.Dataset") -> dict[str, float] | None:
 
 
 def racket_at(ds: "xr.Dataset") -> dict[str, int] | None:
-    """Dimension → number along it of that point."""
+    """Return dimension → index of that point."""
     if "body" in ds.dims or not {*PARAMETERS} <= set(ds.coords) or not all(ds[name].ndim for name in PARAMETERS):
         return None
     wanted = RACKET | {"omega0": THROW}
@@ -88,7 +88,7 @@ def racket_at(ds: "xr.Dataset") -> dict[str, int] | None:
 
 
 def start(point: dict[str, float]) -> np.ndarray:
-    """Angular velocity at time zero, rad/s: ω0 (1, ε cos φ, ε sin φ) on the axes a, b, c."""
+    """Return the angular velocity at time zero, rad/s: ω0 (1, ε cos φ, ε sin φ) on the axes a, b, c."""
     omega = np.empty(3)
     a, b, c = cyclic(int(point["axis"]))
     nudge = point["epsilon"] * point["omega0"]
@@ -97,7 +97,7 @@ def start(point: dict[str, float]) -> np.ndarray:
 
 
 def attitudes(moments: np.ndarray, omega: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Attitudes at some times as matrices body → space, shape (n, 3, 3), with the angular momentum along z.
+    """Return attitudes at some times as matrices body → space, shape (n, 3, 3), with the angular momentum along z.
 
     Args:
         moments: principal moments, kg m2, shape (3,).
@@ -124,7 +124,7 @@ def _upright(L: np.ndarray) -> np.ndarray:
 
 
 def frames(ds: "xr.Dataset") -> list[Image.Image]:
-    """The pictures of the animation: one flip of the racket, or of the most unstable body; none where nothing flips.
+    """Return the frames of one flip of the racket, or of the most unstable body; none where nothing flips.
 
     Args:
         ds: a map of rigid bodies.

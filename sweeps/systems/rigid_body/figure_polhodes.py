@@ -67,7 +67,7 @@ class Scene:
 
     @classmethod
     def of(cls, moments: np.ndarray) -> "Scene":
-        """The scene of a body with three different moments."""
+        """Return the scene of a body with three different moments."""
         least, middle, greatest = (int(axis) for axis in np.argsort(moments))
         axes = (least, middle, greatest) if (middle - least) % 3 == 1 else (greatest, middle, least)
         ordered = moments[list(axes)] / moments[middle]
@@ -81,7 +81,7 @@ class Scene:
         return KINDS if self.moments[0] < self.moments[2] else KINDS[::-1]
 
     def crossing(self) -> float:
-        """Where the separatrix meets the ellipse (semi_x cos θ, 0, semi_z sin θ): the eccentric angle θ.
+        """Return the eccentric angle θ at which the separatrix meets the ellipse (semi_x cos θ, 0, semi_z sin θ).
 
         There I_max (I_max − I_mid) ω_max² = I_min (I_mid − I_min) ω_min², the condition L² = 2E·I_mid.
         """
@@ -89,21 +89,21 @@ class Scene:
         return float(np.arctan2(weight[0], weight[2]))
 
     def facing(self, points: np.ndarray) -> np.ndarray:
-        """Cosine of the angle between the ellipsoid's normal at points, shape (n, 3), and the line of sight."""
+        """Return the cosine of the angle between the ellipsoid's normal at points (n, 3) and the line of sight."""
         normal = points * self.moments
         return normal @ self.view[2] / np.linalg.norm(normal, axis=1)
 
     def form(self) -> np.ndarray:
-        """The matrix F of the ellipsoid x·F·x = 1 in the reader's directions, shape (3, 3)."""
+        """Return the matrix F of the ellipsoid x·F·x = 1 in the reader's directions, shape (3, 3)."""
         return (self.view * self.moments) @ self.view.T
 
     def shadow(self) -> np.ndarray:
-        """The matrix S of its outline x·S·x = 1, shape (2, 2)."""
+        """Return the matrix S of its outline x·S·x = 1, shape (2, 2)."""
         form = self.form()
         return form[:2, :2] - np.outer(form[:2, 2], form[2, :2]) / form[2, 2]
 
     def half(self) -> np.ndarray:
-        """Half its width and half its height on the page."""
+        """Return half its width and half its height on the page."""
         return np.sqrt(np.diag(np.linalg.inv(self.shadow())))
 
     @property
@@ -113,7 +113,7 @@ class Scene:
 
 
 def draw(ds: "xr.Dataset", ax: Axes | None = None) -> Figure | None:
-    """The polhodes of the most asymmetric body of a map that can exist; None where each has two equal moments."""
+    """Draw the polhodes of the most asymmetric possible body of a map; None where all have two equal moments."""
     body = chosen(ds)
     if body is None:
         return None
@@ -132,7 +132,7 @@ def draw(ds: "xr.Dataset", ax: Axes | None = None) -> Figure | None:
 
 
 def chosen(ds: "xr.Dataset") -> AsymmetricBody | None:
-    """The body of a map whose moments differ most, as `asymmetry` has it; None where none has three different ones."""
+    """Return the body of a map with the greatest `asymmetry`; None where none has three different moments."""
     if "body" in ds.dims:
         table = np.column_stack([ds[name].values for name in MOMENTS])
         names, ratios = ds["body"].values.tolist(), ds["moments_are_ratios"].values
@@ -156,7 +156,7 @@ def _some_moments(ds: "xr.Dataset") -> np.ndarray:
 
 
 def asymmetry(moments: np.ndarray) -> np.ndarray:
-    """The smaller of I_mid/I_min and I_max/I_mid: 1 for a symmetric top, 0 where no body can exist.
+    """Return the smaller of I_mid/I_min and I_max/I_mid: 1 for a symmetric top, 0 where physically impossible.
 
     Args:
         moments: principal moments in any one unit, shape (n, 3).
@@ -185,7 +185,7 @@ def _subtitle(ds: "xr.Dataset", body: AsymmetricBody) -> str:
 
 
 def polhodes(scene: Scene) -> list[tuple[str, np.ndarray]]:
-    """Evenly spaced polhodes about both ends of both stable axes, and the two branches of the separatrix.
+    """Return evenly spaced polhodes about both ends of both stable axes, and the two branches of the separatrix.
 
     Returns:
         (regime, closed curve of shape (POINTS, 3)) of each; the separatrix last.

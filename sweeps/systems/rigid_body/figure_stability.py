@@ -33,7 +33,7 @@ MISSING = "#8f8f8f"
 
 
 def planes(ds: "xr.Dataset") -> tuple[tuple[str, ...], dict[str, float]]:
-    """Which moments a map's stability pictures show, and where the other parameters are fixed.
+    """Return the moments that a map's stability figures show, and the fixed values of the other parameters.
 
     Args:
         ds: a map over a grid of moments.
@@ -80,7 +80,7 @@ def _rarest_share(moments: Mapping[str, np.ndarray], axes: np.ndarray) -> float:
 
 
 def boundaries(axis: int, window: Mapping[str, tuple[float, float]], fixed: Mapping[str, float]) -> dict:
-    """Where linear theory has Ω² = 0 about an axis: I_a = I_b and I_a = I_c.
+    """Return the curves on which linear theory has Ω² = 0 about an axis: I_a = I_b and I_a = I_c.
 
     Args:
         axis: the spin axis a, 1, 2 or 3.
@@ -113,7 +113,7 @@ def boundaries(axis: int, window: Mapping[str, tuple[float, float]], fixed: Mapp
 
 
 def draw(ds: "xr.Dataset", axis: int, ax: Axes | None = None) -> Figure | None:
-    """The stability picture about one axis: a map over two moments, a curve over one, None where none varies.
+    """Draw the stability about one axis: a map over two moments, a curve over one, None where none varies.
 
     Args:
         ds: a map over a grid of moments.
@@ -187,7 +187,7 @@ def _set_axes(ax: Axes, part: Mapping[str, np.ndarray], shown, x, y) -> None:
 
 
 def runs(mask: np.ndarray) -> list[tuple[int, int, int]]:
-    """Horizontal runs of a mask of shape (rows, columns): (row, first column, column after the last)."""
+    """Return the horizontal runs of a mask of shape (rows, columns): (row, first column, column after the last)."""
     padded = np.pad(mask.astype(np.int8), ((0, 0), (1, 1)))
     change = np.diff(padded, axis=1)
     rows, first = np.nonzero(change == 1)

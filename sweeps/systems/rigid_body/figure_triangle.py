@@ -28,7 +28,7 @@ BEYOND = 1e-9  # of a ratio: rounding
 
 
 def draw(ds: "xr.Dataset", ax: Axes | None = None) -> Figure | None:
-    """A panel for each axis, the middle one's the largest; None where I3 is not the greatest moment of all points.
+    """Draw a panel for each axis, that of axis 2 largest; None where I3 is not the greatest moment of all points.
 
     Args:
         ds: a map over a grid of shapes, or with a dimension `point`.
@@ -52,7 +52,7 @@ def draw(ds: "xr.Dataset", ax: Axes | None = None) -> Figure | None:
 
 
 def draw_axis(ds: "xr.Dataset", axis: int, ax: Axes | None = None) -> Figure | None:
-    """The stability picture about one axis.
+    """Draw the stability about one axis.
 
     Args:
         ds: a map over a grid of shapes.
@@ -90,7 +90,7 @@ def _subtitle(ds: "xr.Dataset") -> str:
 
 
 def fixed_at(ds: "xr.Dataset") -> dict[str, int]:
-    """Where pictures of a grid of shapes stand along its other dimensions: the least nudge, the middle of others."""
+    """Return the indices at which figures of a grid of shapes cut its other dimensions: least ε, middle of others."""
     middle = {dim: (n - 1) // 2 for dim, n in dimensions(ds).items() if dim not in (*SHAPE, "axis")}
     return middle | {"epsilon": int(np.argmin(ds["epsilon"].values))}
 

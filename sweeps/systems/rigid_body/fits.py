@@ -29,7 +29,7 @@ LEAST_FITTED = 4
 
 
 def signed_rate(omega_squared, omega0):
-    r"""Signed rate in units of the spin, sign(Ω²)·√|Ω²|/|ω0|: positive oscillates, negative grows.
+    r"""Return the signed rate over the spin rate, sign(Ω²)·√|Ω²|/|ω0|: positive oscillates, negative grows.
 
     Args:
         omega_squared: Ω² in s-2.
@@ -42,7 +42,7 @@ def signed_rate(omega_squared, omega0):
 
 
 def rate_deviation(measured, theory):
-    r"""Relative deviation of the signed rate from theory, |r/r_theory − 1| with r = sign(Ω²)·√|Ω²|.
+    r"""Return the relative deviation of the signed rate from theory, |r/r_theory − 1| with r = sign(Ω²)·√|Ω²|.
 
     Args:
         measured: measured Ω² in s-2.
@@ -101,7 +101,7 @@ class Agreement:
 
 
 def agreement(ds: "xr.Dataset", most: int = MOST_DRAWN) -> Agreement:
-    """Compares measured with predicted rates, reading a map once, in blocks of `BLOCK_POINTS`.
+    """Compare measured with predicted rates, reading a map once, in blocks of `BLOCK_POINTS`.
 
     Args:
         ds: a map.
@@ -170,7 +170,7 @@ def _count(result: Agreement, columns: Mapping[str, np.ndarray]) -> None:
 
 
 def even_stride(shape, most: int) -> int:
-    """Least stride that keeps `most` points at most and shares no factor with any dimension's length.
+    """Return the least stride that keeps at most `most` points and shares no factor with any dimension's length.
 
     A common factor would see some values of that dimension only.
     """
@@ -187,7 +187,7 @@ def even_stride(shape, most: int) -> int:
 
 
 def power_law(x, y, low: float = FIT_ABOVE, high: float = FIT_BELOW) -> tuple[float, float, int]:
-    r"""Exponent of y ∝ x^p by least squares of ln y against ln x, over the points with low ≤ y ≤ high.
+    r"""Fit the exponent of y ∝ x^p by least squares of ln y against ln x, over the points with low ≤ y ≤ high.
 
     Args:
         x: positive values, shape (n,).
@@ -211,7 +211,7 @@ def power_law(x, y, low: float = FIT_ABOVE, high: float = FIT_BELOW) -> tuple[fl
 
 
 def deviation_floor(epsilon, deviation, error) -> float:
-    """Deviation below which a series shows no law: ten times what it shows where ε is least, or may show.
+    """Return the deviation below which a series shows no law: ten times its value at the least ε.
 
     Args:
         epsilon: size of the nudge, ascending, shape (n,).
@@ -231,7 +231,7 @@ def deviation_floor(epsilon, deviation, error) -> float:
 
 
 def breakdown(ds: "xr.Dataset") -> "xr.Dataset":
-    r"""How the measured Ω² leaves linear theory as ε grows: the exponent of |Ω²/Ω²_theory − 1| ∝ ε^p.
+    r"""Fit the exponent p of |Ω²/Ω²_theory − 1| ∝ ε^p for each body and axis.
 
     The fit uses points with status ok whose deviation lies between 1e-11 and 1e-2 and above `deviation_floor`.
     Second-order perturbation theory has p = 2 wherever Ω² ≠ 0 (the leading correction is quadratic by the symmetry of
@@ -298,7 +298,7 @@ class Period:
 
 
 def periods(ds: "xr.Dataset") -> list[Period]:
-    """Predicted, measured and observed periods of the bodies of a map that have an `observed` entry and an axis.
+    """Return predicted, measured and observed periods of the bodies of a map with an `observed` entry and an axis.
 
     Args:
         ds: a map over bodies; of omega0, epsilon and phase it has one value each, or the least epsilon and else the

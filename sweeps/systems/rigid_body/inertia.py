@@ -71,7 +71,7 @@ class Principal:
 
 
 def principal(tensor: Sequence[Sequence[float]], rounding: float = TENSOR_ROUNDING) -> Principal:
-    """Diagonalises a tensor of inertia.
+    """Diagonalise a tensor of inertia.
 
     Args:
         tensor: 3 rows of 3 finite numbers, symmetric, kg m2 (or any one unit).
@@ -175,7 +175,7 @@ def unsupported(path: str | Path) -> tuple[str, str] | None:
 
 
 def solid(path: str | Path, density: float | None = None, mass: float | None = None, unit: str = "m") -> Solid:
-    """The body that a closed mesh bounds, filled evenly.
+    """Return the solid of constant density that a closed mesh bounds.
 
     Args:
         path: an STL, OBJ, PLY or OFF file.

@@ -26,14 +26,14 @@ LOOK = Look(
 
 
 def axis_label(name: str) -> str:
-    """A parameter's symbol with its unit, for an axis of a plot."""
+    """Return the symbol of a parameter with its unit, for an axis of a plot."""
     from sweeps import style
 
     return style.with_unit(LOOK.symbol(name), COORDINATES[name].units, "  ({})")
 
 
 def settings(values: Mapping[str, float]) -> str:
-    """Fixed parameters in one line, with units: "I3 = 0.01748 kg m², ω0 = 10 rad s⁻¹"."""
+    """Return fixed parameters in one line, with units: "I3 = 0.01748 kg m², ω0 = 10 rad s⁻¹"."""
     from sweeps import style
 
     return ",  ".join(

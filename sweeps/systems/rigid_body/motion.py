@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def start(point: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
-    """Moments and angular velocity at time 0 of a point of the rigid body.
+    """Return moments and angular velocity at time 0 of a point of the rigid body.
 
     ω_a = ω0, ω_b = ε ω0 cos φ, ω_c = ε ω0 sin φ, with (a, b, c) cyclic and a the spin axis.
 
@@ -41,7 +41,7 @@ def _span(point: Mapping[str, float], rotation: float) -> float:
 
 
 def motion(point: Mapping[str, float], duration: float | None, samples: int | None, tolerance: float) -> "xr.Dataset":
-    """ω(t) and q(t) of a free rigid body from a point of a map.
+    """Return ω(t) and q(t) of a free rigid body from a point of a map.
 
     Args:
         point: I1, I2, I3 (kg m2), axis, omega0 (rad s-1), epsilon, phase (rad).

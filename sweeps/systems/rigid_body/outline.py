@@ -40,7 +40,7 @@ WHOLE = 32767  # a coordinate of one, as a number of 16 bits
 
 
 def simplified(vertices: np.ndarray, faces: np.ndarray, most: int = MOST_FACES) -> tuple[np.ndarray, np.ndarray]:
-    """A surface with at most so many faces.
+    """Return a surface simplified to at most so many faces.
 
     Args:
         vertices: shape (n, 3).
@@ -74,7 +74,7 @@ def _first_least(faces: np.ndarray) -> np.ndarray:
 
 
 def packed(vertices: np.ndarray, faces: np.ndarray) -> str:
-    """A surface as text: base64 of the number of vertices, the vertices and the faces, 16 bits each, little-endian.
+    """Return a surface as base64 of the number of vertices, the vertices and the faces, 16 bits each.
 
     Args:
         vertices: about the centre of mass along the principal axes, in any unit: the farthest becomes 32767.
@@ -86,7 +86,7 @@ def packed(vertices: np.ndarray, faces: np.ndarray) -> str:
 
 
 def unpacked(text: str) -> dict[str, list[int]] | None:
-    """The surface that a text holds, {"vertices": x, y, z of each, "faces": three indices of each}; None if none."""
+    """Return the surface in a text, {"vertices": x, y, z of each, "faces": three indices of each}; None without one."""
     try:
         raw = np.frombuffer(base64.b64decode(text, validate=True), "<u2")
     except (ValueError, binascii.Error):
@@ -100,7 +100,7 @@ def unpacked(text: str) -> dict[str, list[int]] | None:
 
 
 def written(surfaces: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> str:
-    """The surfaces of a map's bodies as its attribute `outlines`, each with its share of the faces; "" without one.
+    """Return the surfaces of a map's bodies as its attribute `outlines`, with at most so many faces; "" without one.
 
     Args:
         surfaces: body → vertices about its centre along its principal axes, and faces.
@@ -116,7 +116,7 @@ def written(surfaces: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> str:
 
 
 def read(attributes: Mapping) -> dict[str, dict[str, list[int]]]:
-    """Body → its surface, of those that a map carries whole; what is no surface is left out."""
+    """Return body → surface for the complete surfaces of a map; invalid ones are left out."""
     try:
         texts = json.loads(str(attributes.get("outlines", "") or "{}"))
     except ValueError:

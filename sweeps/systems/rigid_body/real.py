@@ -32,7 +32,7 @@ def _listed(file: str) -> tuple[dict, ...]:
 
 
 def real_bodies(*files: str) -> Iterator[tuple[str, tuple[float, float, float], tuple, str]]:
-    """Name, moments in units of the third, offset and alignment of each real body, of some definitions or of all."""
+    """Yield name, moments in units of the third, offset and alignment of real bodies, of some or all definitions."""
     for file, named in NAMED.items():
         if files and file not in files:
             continue

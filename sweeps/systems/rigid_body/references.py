@@ -32,7 +32,7 @@ def _times(point, integration) -> np.ndarray:
 
 
 def rotation_by_scipy(point: Mapping[str, float], integration) -> float:
-    """Ω² of a nudged rotation in s-2, by DOP853; NaN for runs of more than `MOST_STEPPED` samples."""
+    """Return Ω² of a perturbed rotation in s-2, by DOP853; NaN for runs of more than `MOST_STEPPED` samples."""
     if integration.samples > MOST_STEPPED:
         return math.nan
     ca, cb, cc = coefficients(_seen_from_axis(point))
@@ -57,7 +57,7 @@ def rotation_by_scipy(point: Mapping[str, float], integration) -> float:
 
 
 def rotation_in_closed_form(point: Mapping[str, float], integration) -> float:
-    """Ω² of a nudged rotation in s-2, by Jacobi's functions; NaN for runs of more than `MOST_SOLVED` samples."""
+    """Return Ω² of a perturbed rotation in s-2, by Jacobi's functions; NaN for too many samples."""
     if integration.samples > MOST_SOLVED:
         return math.nan
     epsilon, phase, axis = point["epsilon"], point["phase"], int(point["axis"])
@@ -69,7 +69,7 @@ def rotation_in_closed_form(point: Mapping[str, float], integration) -> float:
 
 
 def allowed(point: Mapping[str, float], integration) -> float:
-    """How far a measured Ω² may lie from a reference, s-2.
+    """Return the allowed distance of a measured Ω² from a reference, s-2.
 
     Samples that are wrong by δ, relative to the largest so far, move D by 2δ, hence Ω² by 4δ/h². Both ways may be wrong
     by the tolerance, and the references by `ROUNDING`.

@@ -41,7 +41,7 @@ class Arrangement:
 
 
 def arrangement(surfaces: list[np.ndarray]) -> Arrangement:
-    """Compares closed surfaces pair by pair.
+    """Compare closed surfaces pair by pair.
 
     Args:
         surfaces: of each its triangles, shape (faces, 3, 3), each of one sense throughout.

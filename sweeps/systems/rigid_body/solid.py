@@ -24,19 +24,19 @@ class Face(NamedTuple):
 
 
 def mean_squares(moments: np.ndarray) -> np.ndarray:
-    """S_i in units of the largest, at least a thousandth of it."""
+    """Return S_i in units of the largest, at least a thousandth of it."""
     squares = np.maximum(moments.sum() - 2.0 * moments, 1e-3 * moments.max())
     return squares / squares.max()
 
 
 def looks_like_racket(squares: np.ndarray) -> bool:
-    """Whether the body is so flat and long that a racket is what one would take it for."""
+    """Return True if the body is flat and long like a racket."""
     thin, wide, long = np.sort(squares)
     return bool(thin < 0.12 * wide and wide < 0.3 * long)
 
 
 def solid(moments: np.ndarray) -> list[Face]:
-    """The faces of the body, the farthest corner at the distance one."""
+    """Return the faces of the body, its farthest corner at distance one."""
     squares = mean_squares(moments)
     faces = _racket(squares) if looks_like_racket(squares) else _box(squares)
     reach = max(np.linalg.norm(face.corners, axis=1).max() for face in faces)

@@ -51,7 +51,7 @@ class Spin:
 
 @np.errstate(all="ignore")  # plain kernels say what compiled ones leave unsaid: infinities are known here
 def spins(moments: tuple[float, float, float], omega0: float, epsilon: float, phase: float) -> list[Spin]:
-    """The three spins of a body.
+    """Return the perturbed spins of a body about its three axes.
 
     Args:
         moments: (I1, I2, I3) > 0, kg m2 or any one unit.

@@ -13,16 +13,16 @@ SHAPE = tuple(COORDINATES)
 
 
 def is_of_shapes(ds: "xr.Dataset") -> bool:
-    """Whether a map is a grid of shapes."""
+    """Return True if a map is a grid of shapes."""
     return {*SHAPE} <= {*ds.dims}
 
 
 def is_grid(ds: "xr.Dataset") -> bool:
-    """Whether a map is a grid of moments or of shapes."""
+    """Return True if a map is a grid of moments or of shapes."""
     return {*MOMENTS} <= {*ds.dims} or is_of_shapes(ds)
 
 
 def moments_over(ds: "xr.Dataset") -> tuple[str, ...]:
-    """The dimensions that the moments of a map lie along."""
+    """Return the dimensions that the moments of a map lie along."""
     own = {dim for name in MOMENTS for dim in ds[name].dims}
     return tuple(dim for dim in dimensions(ds) if dim in own)

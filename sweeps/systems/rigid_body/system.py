@@ -49,7 +49,7 @@ class RigidBody(Dynamics):
         return RigidBodyDefinition
 
     def dimensions(self, definition: "RigidBodyDefinition") -> "dict[str, Range | np.ndarray]":
-        """(axis, I1, I2, I3, omega0, epsilon, phase), or (body, axis) and what no body gives itself."""
+        """Return (axis, I1, I2, I3, omega0, epsilon, phase), or (body, axis) and the values that bodies do not have."""
         from sweeps.schema.parameters import spread
 
         bodies = {"body": np.array([body.name for body in definition.bodies])} if definition.bodies else {}
@@ -58,7 +58,7 @@ class RigidBody(Dynamics):
         return bodies | axes | {name: spread(getattr(definition.grid, name)) for name in shared}
 
     def auxiliary(self, definition: "RigidBodyDefinition") -> dict[str, tuple[str, np.ndarray]]:
-        """Along `body`: I1 … I3, what bodies give, `moments_are_ratios`; {} without bodies."""
+        """Return the coordinates along `body`: I1 … I3, other values of bodies, `moments_are_ratios`."""
         bodies = definition.bodies
         if not bodies:
             return {}
@@ -72,21 +72,21 @@ class RigidBody(Dynamics):
         return {name: ("body", values) for name, values in columns.items()}
 
     def arguments(self, definition: "RigidBodyDefinition") -> tuple[str, ...]:
-        """Names of what a point consists of."""
+        """Return the names of the arguments of a point."""
         return ARGUMENTS
 
     def coordinates(self, definition: "RigidBodyDefinition") -> dict[str, Variable]:
-        """Name → coordinate."""
+        """Return name → coordinate."""
         return COORDINATES
 
     def variables(self, definition: "RigidBodyDefinition | None" = None) -> dict[str, Variable]:
-        """Name → variable: the certificate where the integration is direct, the flips where they are asked for."""
+        """Return name → variable: the certificate of direct integration, and flips and attitude on request."""
         if definition is None:
             return VARIABLES
         return definition.integration.table
 
     def layout(self) -> Layout:
-        """What any of its maps may hold."""
+        """Return the layout of its maps."""
         return LAYOUT
 
     def columns(self, points: Mapping[str, np.ndarray], integration: "RigidBodyIntegration") -> dict[str, np.ndarray]:
@@ -109,48 +109,48 @@ class RigidBody(Dynamics):
         return RATIOS.impossible(points)
 
     def motions(self, points: Mapping[str, np.ndarray], integration: "RigidBodyIntegration") -> int:
-        """Points, or with `collapse` the distinct motions among them."""
+        """Return the number of points, or with `collapse` of distinct motions."""
         from kernels import survey
 
         return survey.motions(points) if integration.collapse else super().motions(points, integration)
 
     def follows_attitude(self, definition: "RigidBodyDefinition") -> bool:
-        """Where its definition asks for it."""
+        """Return True if the definition requests the attitude."""
         return definition.integration.attitude
 
     def method(self, definition: "RigidBodyDefinition") -> str:
-        """How the motion was computed."""
+        """Return the method of computation."""
         if definition.integration.propagator == "exact":
             return "exact steps of the closed-form rotation"
         return "direct integration of Euler's equations, certified by the closed form"
 
     def reference(self) -> Reference:
-        """Ω² by SciPy and by the closed form."""
+        """Return Ω² by SciPy and by the closed form."""
         from sweeps.systems.rigid_body.references import REFERENCE
 
         return REFERENCE
 
     def needs_files(self, values: Mapping) -> str:
-        """Whether bodies are meshes."""
+        """Return why mesh files are needed, "" where no body is a mesh."""
         bodies = values.get("bodies")
         if isinstance(bodies, tuple) and any(isinstance(body, dict) and "mesh" in body for body in bodies):
             return "its bodies are mesh files, read only where --definition names them"
         return ""
 
     def reading(self, values: Mapping) -> str:
-        """Bodies that are not known exactly are another system's."""
+        """Return the system that reads a definition: uncertain bodies have their own."""
         bodies = values.get("bodies")
         listed = bodies if isinstance(bodies, tuple | list) else ()
         asked = any("uncertainty" in each for each in (values, *listed) if isinstance(each, Mapping))
         return UNCERTAIN if asked else self.name
 
     def own_bits(self, definition: "RigidBodyDefinition") -> str:
-        """Whether points that differ by units alone are integrated once."""
+        """Return why single points have other bits: `collapse` integrates equivalent points once."""
         wrong = "a collapsed map holds other points' motions in its own units"
         return wrong if definition.integration.collapse else ""
 
     def opening(self, ds: "xr.Dataset") -> Opening:
-        """The plane of the stability pictures, or of bodies their least nudge."""
+        """Return the plane of the stability figures, or for bodies their least ε."""
         if is_grid(ds):
             from sweeps.systems.rigid_body.figure_flip import racket_at
             from sweeps.systems.rigid_body.figure_stability import planes
@@ -160,13 +160,13 @@ class RigidBody(Dynamics):
         return Opening(at={"epsilon": float(ds["epsilon"].min())} if "epsilon" in ds.dims else {})
 
     def page(self, ds: "xr.Dataset") -> Page:
-        """Bodies in a table, the body turning, and how far linear theory holds."""
+        """Return the page: bodies in a table, the body turning, and the limit of linear theory."""
         from sweeps.systems.rigid_body.page import page
 
         return page(ds)
 
     def told(self, definition: "RigidBodyDefinition") -> list[tuple[str, str]]:
-        """Principal moments and axes of the first bodies that are given by a tensor or a mesh, and how many more."""
+        """Return the principal moments and axes of the first bodies given by a tensor or a mesh."""
         from sweeps.systems.rigid_body.wording import principal_axes
 
         bodies, rows = [body for body in definition.bodies if body.principal], []
@@ -178,13 +178,13 @@ class RigidBody(Dynamics):
         return rows
 
     def facts(self, definition: "RigidBodyDefinition") -> dict:
-        """The same for machines."""
+        """Return the principal moments and axes of all such bodies for JSON."""
         given = [body for body in definition.bodies if body.principal]
         facts = {b.name: {"moments": b.moments, "axes": b.principal.axes, "notes": b.principal.notes} for b in given}
         return {"bodies": facts}
 
     def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
-        """Stability maps, over moments or the triangle, or the bodies in a row, and what else there is to see."""
+        """Return the figures: stability over moments or the triangle, or bodies in a row, and more."""
         from sweeps.systems.rigid_body import figure_agreement, figure_polhodes, figure_stability, figure_triangle
 
         found: dict[str, Callable[[], Figure | None]] = {}
@@ -207,11 +207,11 @@ class RigidBody(Dynamics):
         return found
 
     def draws_plainly(self, ds: "xr.Dataset") -> bool:
-        """The pictures of a grid, but for the breakdown."""
+        """Return True for all figures of a grid except the breakdown."""
         return is_grid(ds) and ds.sizes.get("epsilon", 0) < LEAST_NUDGES
 
     def pictures_of_points(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
-        """The inertia triangle, the points over two coordinates, and theory against measurement."""
+        """Return the inertia triangle, the points over two coordinates, and the agreement with theory."""
         from sweeps.systems.rigid_body import figure_agreement, figure_triangle
 
         found: dict[str, Callable[[], Figure | None]] = {"triangle": lambda ax=None: figure_triangle.draw(ds, ax)}
@@ -219,13 +219,13 @@ class RigidBody(Dynamics):
         return found | {"theory_against_measured": lambda ax=None: figure_agreement.draw(ds, ax)}
 
     def motion(self, point, duration, samples, tolerance) -> "xr.Dataset":
-        """ω(t), from the closed form and step by step."""
+        """Return ω(t), in closed form and by direct integration."""
         from sweeps.systems.rigid_body.motion import motion
 
         return motion(point, duration, samples, tolerance)
 
     def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], list[Image]]]":
-        """One flip of the most unstable body that can exist."""
+        """Return the animation of one flip of the most unstable possible body."""
         from sweeps.systems.rigid_body import figure_flip
 
         return {"flip": lambda: figure_flip.frames(ds)}

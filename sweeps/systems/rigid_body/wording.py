@@ -10,7 +10,7 @@ YEAR = 365.25 * DAY
 
 
 def duration(seconds: float) -> str:
-    """A time span in the unit that fits it: "0.853 s", "7.29 hours", "303.7 days", "never"."""
+    """Return a time span in a suitable unit: "0.853 s", "7.29 hours", "303.7 days", "never"."""
     if math.isinf(seconds):
         return "never"
     if seconds < 2 * HOUR:
@@ -23,7 +23,7 @@ def duration(seconds: float) -> str:
 
 
 def brief_duration(seconds: float) -> str:
-    """The same in three digits and an abbreviated unit, for pictures: "0.853 s", "7.29 h", "304 d"."""
+    """Return a time span in three digits and an abbreviated unit, for figures: "0.853 s", "7.29 h", "304 d"."""
     from sweeps import style
 
     unit, name = (1.0, "s") if seconds < 2 * HOUR else (HOUR, "h") if seconds < 2 * DAY else (DAY, "d")
@@ -32,7 +32,7 @@ def brief_duration(seconds: float) -> str:
 
 
 def axis_in_words(row: tuple[float, float, float]) -> str:
-    """A direction: "x", "−z" along a coordinate axis, else its three components."""
+    """Return a direction: "x", "−z" along a coordinate axis, else its three components."""
     for value, name in zip(row, "xyz", strict=True):
         if abs(value) > 1 - 1e-12:
             return name if value > 0 else f"−{name}"
@@ -40,7 +40,7 @@ def axis_in_words(row: tuple[float, float, float]) -> str:
 
 
 def principal_axes(principal: Principal) -> Iterator[str]:
-    """A line for each principal moment and its axis, and for each note."""
+    """Yield a line for each principal moment and its axis, and for each note."""
     for number, (moment, row) in enumerate(zip(principal.moments, principal.axes, strict=True), 1):
         yield f"I{number} = {moment:.6g} kg m²  about {axis_in_words(row)}"
     for note in principal.notes:
@@ -48,6 +48,6 @@ def principal_axes(principal: Principal) -> Iterator[str]:
 
 
 def solid_in_words(solid: Solid) -> str:
-    """Mass, volume and size of a mesh: "0.34 kg, 0.00057 m³, 0.27 × 0.2 × 0.01 m, 1,204 faces"."""
+    """Return mass, volume and size of a mesh: "0.34 kg, 0.00057 m³, 0.27 × 0.2 × 0.01 m, 1,204 faces"."""
     size = " × ".join(f"{edge:.4g}" for edge in solid.extents)
     return f"{solid.mass:.4g} kg, {solid.volume:.4g} m³, {size} m, {solid.faces:,} faces"

@@ -18,7 +18,7 @@ BODY, SPACE = colors.STABLE, colors.UNSTABLE
 
 
 def cones(ratio: float, half_angle: float) -> tuple[float, float]:
-    """Angle of the figure axis to L, and of the angular velocity to L, on the side away from the axis positive, rad.
+    """Return the angles of the figure axis and of the angular velocity to L, positive away from the axis, rad.
 
     ``tan(theta) = tan(half_angle) I1/I3``: L is on the far side of the angular velocity from the axis for I3 < I1.
     """
@@ -27,7 +27,7 @@ def cones(ratio: float, half_angle: float) -> tuple[float, float]:
 
 
 def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
-    """Both cones of a long and of a flat top; None where no such top is in the map."""
+    """Draw both cones of a long and of a flat top; None where no such top is in the map."""
     tops = _tops(ds)
     if not tops:
         return None
@@ -57,7 +57,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
 
 
 def draw_one(ax: Axes, ds: xr.Dataset) -> None:
-    """The cones of the flattest top of those to be shown, or of the long one, as a panel of another picture."""
+    """Draw the cones of the flattest top, or of the long one, as a panel of another figure."""
     tops = _tops(ds)
     ax.axis("off")
     if not tops:

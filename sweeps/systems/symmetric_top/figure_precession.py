@@ -19,7 +19,7 @@ PROLATE, OBLATE = colors.UNSTABLE, colors.STABLE
 
 
 def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
-    """The measured rate over I3/I1 with the formula on top, and its relative deviation over the half-angle."""
+    """Draw the measured rate over I3/I1 with the formula, and its relative deviation over the half-angle."""
     part = thinned(ds)
     figure = style.canvas(12.4, 4.9, "Precession of the free symmetric top", _subtitle(ds, part), footer=0.36, ax=ax)
     left, right, cones = figure.subplots(1, 3, width_ratios=(1.0, 0.9, 0.75))
@@ -31,7 +31,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
 
 
 def thinned(ds: xr.Dataset) -> xr.Dataset:
-    """What is drawn: at most `MOST` values a dimension, with `relative` rate and `deviation` from the formula."""
+    """Return at most `MOST` values per dimension, with `relative` rate and `deviation` from the formula."""
     names = ["precession_rate", "precession_rate_theory", "status", "triangle_margin"]
     keep = {name: style.few(ds.sizes[name], most) for name, most in MOST.items()}
     part = ds[names].isel(keep).load().sortby(list(keep)).transpose("omega3", "half_angle", "ratio")

@@ -13,7 +13,7 @@ from sweeps.systems.motion import angular_velocity, instants, span, time
 
 
 def motion(point: Mapping[str, float], duration: float | None, samples: int | None) -> xr.Dataset:
-    """ω(t) and q(t) of a free symmetric top from a point of a map, in closed form.
+    """Return ω(t) and q(t) of a free symmetric top from a point of a map, in closed form.
 
     Args:
         point: ratio, omega3 (rad s-1), half_angle (degrees).

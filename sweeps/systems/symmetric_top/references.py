@@ -12,7 +12,7 @@ from sweeps.systems.system import Reference
 
 
 def precession_by_scipy(point: Mapping[str, float], integration: TopIntegration) -> float:
-    """Rate of the precession about the figure axis in rad s-1, by DOP853: slope of the transverse part's angle."""
+    """Return the precession rate about the figure axis in rad s-1, by DOP853, from the transverse angle."""
     if integration.samples > MOST_STEPPED:
         return math.nan
     c = point["ratio"] - 1.0
@@ -33,12 +33,12 @@ def precession_by_scipy(point: Mapping[str, float], integration: TopIntegration)
 
 
 def precession_in_closed_form(point: Mapping[str, float], integration: TopIntegration) -> float:
-    """Rate of the precession about the figure axis in rad s-1: (I3/I1 - 1) ω3."""
+    """Return the precession rate about the figure axis in rad s-1: (I3/I1 - 1) ω3."""
     return (point["ratio"] - 1.0) * point["omega3"]
 
 
 def allowed(point: Mapping[str, float], integration: TopIntegration) -> float:
-    """How far a measured rate may lie from a reference, rad s-1.
+    """Return the allowed distance of a measured rate from a reference, rad s-1.
 
     Samples that are wrong by δ, relative to the largest so far, move the slope of an angle by 2δ/h. Both ways may be
     wrong by the tolerance, and the references by `ROUNDING`.

@@ -44,27 +44,27 @@ class SymmetricTop(Dynamics):
     samples_per_second = 18_000_000  # two motions each, angles and cones
 
     def dimensions(self, definition: SymmetricTopDefinition) -> dict[str, Range | np.ndarray]:
-        """(ratio, omega3, half_angle)."""
+        """Return the dimensions (ratio, omega3, half_angle)."""
         return {name: spread(getattr(definition.grid, name)) for name in ARGUMENTS}
 
     def arguments(self, definition: SymmetricTopDefinition) -> tuple[str, ...]:
-        """Names of what a point consists of."""
+        """Return the names of the arguments of a point."""
         return ARGUMENTS
 
     def coordinates(self, definition: SymmetricTopDefinition) -> dict[str, Variable]:
-        """Name → coordinate."""
+        """Return name → coordinate."""
         return COORDINATES
 
     def variables(self, definition: SymmetricTopDefinition | None = None) -> dict[str, Variable]:
-        """Name → variable."""
+        """Return name → variable."""
         return VARIABLES
 
     def layout(self) -> Layout:
-        """What any of its maps may hold."""
+        """Return the layout of its maps."""
         return LAYOUT
 
     def columns(self, points: Mapping[str, np.ndarray], integration: TopIntegration) -> dict[str, np.ndarray]:
-        """The closed form beside what is measured; see `kernels.symmetric_top`."""
+        """Return the closed form and the measured columns; see `kernels.symmetric_top`."""
         from kernels import symmetric_top
 
         settings = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
@@ -75,29 +75,29 @@ class SymmetricTop(Dynamics):
         return triangle_margin(1.0, 1.0, points["ratio"]) < 0
 
     def method(self, definition: SymmetricTopDefinition) -> str:
-        """How the motion was computed."""
+        """Return the method of computation."""
         return "direct integration of Euler's equations"
 
     def motion(self, point, duration, samples, tolerance) -> "xr.Dataset":
-        """ω(t) in closed form."""
+        """Return ω(t) in closed form."""
         from sweeps.systems.symmetric_top.motion import motion
 
         return motion(point, duration, samples)
 
     def reference(self) -> Reference:
-        """The rate of precession by SciPy and by its formula."""
+        """Return the precession rate by SciPy and by its formula."""
         from sweeps.systems.symmetric_top.references import REFERENCE
 
         return REFERENCE
 
     def page(self, ds: "xr.Dataset") -> Page:
-        """The top turning."""
+        """Return the page: the top turning."""
         from sweeps.systems.symmetric_top.page import PAGE
 
         return PAGE
 
     def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
-        """Precession over I3/I1, and how far it keeps to the closed form over the half-angle; body and space cone."""
+        """Return the precession over I3/I1, its deviation over the half-angle, and the cones."""
         from sweeps.systems.symmetric_top import figure_cones, figure_precession
 
         return {

@@ -15,7 +15,7 @@ PERIODS, POINTS = 5, 6000
 
 
 def herpolhode(moments, omega, times) -> np.ndarray:
-    """Angular velocity in space, in a plane at right angles to L, shape (n, 2), in the unit of omega.
+    """Return the angular velocity in the inertial frame, in the plane normal to L, shape (n, 2), in the unit of omega.
 
     The component along L stays 2T/L; the first axis of the plane is that of the angular velocity at time 0.
     """
@@ -31,7 +31,7 @@ def herpolhode(moments, omega, times) -> np.ndarray:
 
 
 def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
-    """The herpolhodes of one body in both modes; None where the map has no such motion."""
+    """Draw the herpolhodes of one body in both modes; None where the map has no such motion."""
     chosen = [place for place in (_place(ds, "sam"), _place(ds, "lam")) if place is not None]
     if not chosen:
         return None

@@ -14,7 +14,7 @@ SEPARATRIX = "separatrix (ratio diverges)"
 
 
 def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
-    """P_psi over P_phi (long-axis convention) as a plane over two ratios of moments, or as curves of bodies."""
+    """Draw P_psi over P_phi (long-axis convention) as a plane over two ratios of moments, or as curves of bodies."""
     if "body" in ds.dims:
         return _curves(ds, ax)
     if min(ds.sizes.get(name, 1) for name in ("I1", "I2")) < 2 or ds.sizes["I3"] > 1:

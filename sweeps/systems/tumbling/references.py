@@ -16,7 +16,7 @@ GROWN = 100.0  # by which the steps' errors grow in a period
 
 
 def period_by_scipy(point: Mapping[str, float], integration: Once) -> float:
-    """Period of ω of a tumbling body in s, by DOP853; NaN where it takes over a hundred turns or there is none."""
+    """Return the period of ω of a tumbling body in s, by DOP853; NaN beyond a hundred turns or without one."""
     moments, omega = start({**point, "omega0": 1.0})
     c, whole = coefficients(moments), exact.period(*moments, *omega)
     if not whole < 200.0 * math.pi or moments[2] < float(point["energy"]) * moments[0]:
@@ -33,7 +33,7 @@ def period_by_scipy(point: Mapping[str, float], integration: Once) -> float:
 
 
 def period_in_closed_form(point: Mapping[str, float], integration: Once) -> float:
-    """Period of ω of a tumbling body in s, 4 K/p; NaN where there is none."""
+    """Return the period of ω of a tumbling body in s, 4 K/p; NaN without one."""
     moments, omega = start(point)
     impossible = moments[2] < float(point["energy"]) * moments[0]
     whole = exact.period(*moments, *omega)
@@ -41,7 +41,7 @@ def period_in_closed_form(point: Mapping[str, float], integration: Once) -> floa
 
 
 def allowed(point: Mapping[str, float], integration: Once) -> float:
-    """How far a measured period may lie from a reference, s; near the separatrix it moves by 1/N as the energy does."""
+    """Return the allowed distance of a measured period from a reference, s."""
     moments = np.sort([point["I1"], point["I2"], point["I3"]])
     near = max(abs(1.0 - point["energy"] * moments[1] / moments[2]), ROUNDING)
     return (GROWN * (integration.tolerance + ROUNDING) + ROUNDING / near) * period_in_closed_form(point, integration)

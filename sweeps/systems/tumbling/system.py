@@ -40,13 +40,13 @@ class Tumbling(MeasuredOnce):
     samples_per_second = 160_000
 
     def reference(self) -> Reference:
-        """The period in the body by SciPy and by the closed form."""
+        """Return the period in the body by SciPy and by the closed form."""
         from sweeps.systems.tumbling.references import REFERENCE
 
         return REFERENCE
 
     def columns(self, points: Mapping[str, np.ndarray], integration: Once) -> dict[str, np.ndarray]:
-        """The closed form beside what is measured; see `kernels.tumbling`."""
+        """Return the closed form and the measured columns; see `kernels.tumbling`."""
         from kernels import statuses, triangle, tumbling
 
         columns = tumbling.survey(points, integration.tolerance, integration.measured)
@@ -61,13 +61,13 @@ class Tumbling(MeasuredOnce):
         return columns
 
     def motion(self, point, duration, samples, tolerance) -> "xr.Dataset":
-        """ω(t) and q(t), from the closed form and step by step."""
+        """Return ω(t) and q(t), in closed form and by direct integration."""
         from sweeps.systems.tumbling.motion import motion
 
         return motion(point, duration, samples, tolerance)
 
     def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
-        """The map of period ratios, and the herpolhode of one body."""
+        """Return the map of period ratios, and the herpolhode of one body."""
         from sweeps.systems.tumbling import figure_herpolhode, figure_periods
 
         return {

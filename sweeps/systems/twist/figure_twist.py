@@ -20,7 +20,7 @@ FEW = 20  # bodies: so many are named, and drawn large
 
 
 def draw_map(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
-    """|twist| over I1/I2 and I3/I2 at one nudge, with lines of equal growth rate; None without such a plane."""
+    """Draw |twist| over I1/I2 and I3/I2 at one chi, with lines of equal growth rate; None without such a plane."""
     if "body" in ds.dims or min(ds.sizes.get(name, 1) for name in ("I1", "I3")) < 2 or ds.sizes["I2"] > 1:
         return None
     part = _plane(ds)
@@ -64,7 +64,7 @@ def _plane(ds: xr.Dataset) -> xr.Dataset:
 
 
 def draw_defect(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
-    """Least defect of each body's throws, and the separatrix's, against exp(-pi sigma/omega0)."""
+    """Draw the least defect of each body's throws, and that of the separatrix, against exp(-pi sigma/omega0)."""
     part = _bodies(ds)
     if part["growth"].size == 0:
         return None
@@ -114,7 +114,7 @@ def draw_defect(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
 
 
 def asymptotic(part: xr.Dataset) -> np.ndarray:
-    """The law of the defect where it is small, rad: ``4 sqrt(a/(a+b)) exp(-(pi + arctan sqrt(b/a)) growth)``."""
+    """Return the small-defect law, rad: ``4 sqrt(a/(a+b)) exp(-(pi + arctan sqrt(b/a)) growth)``."""
     low, middle, high = np.sort(np.broadcast_arrays(*(part[name].values for name in ("I1", "I2", "I3"))), axis=0)
     a, b = middle / low - 1.0, 1.0 - middle / high
     return 4.0 * np.sqrt(a / (a + b)) * np.exp(-(np.pi + np.arctan(np.sqrt(b / a))) * part["growth"].values)

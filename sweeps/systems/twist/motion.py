@@ -11,7 +11,7 @@ from sweeps.systems.attitude import motion_of
 
 
 def start(point: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
-    """Moments (ascending, kg m2) and angular velocity at time 0 (rad s-1) of a point: L = I2 omega0."""
+    """Return moments (ascending, kg m2) and angular velocity at time 0 (rad s-1) of a point: L = I2 omega0."""
     moments = np.sort([float(point[f"I{i}"]) for i in (1, 2, 3)])
     unit = moments / moments[1]
     omega = np.array(twist.start(*unit, float(point["chi"]), float(point["theta"])))
@@ -19,7 +19,7 @@ def start(point: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def motion(point: Mapping[str, float], duration: float | None, samples: int | None, tolerance: float) -> xr.Dataset:
-    """ω(t) and q(t) of a throw; left out, the duration is two turns of the handle about L."""
+    """Return ω(t) and q(t) of a throw; the default duration is two revolutions of the handle about L."""
     moments, omega = start(point)
     rotation = 2 * math.pi / float(point["omega0"])
     return motion_of(moments, omega, 2 * rotation if duration is None else duration, samples, tolerance, rotation)

@@ -16,7 +16,7 @@ GROWN = 100.0  # by which the steps' errors grow about the middle axis
 
 
 def turn_by_scipy(point: Mapping[str, float], integration: Once) -> float:
-    """Time of a throw's turn in s, by DOP853: the handle's azimuth about L grows by 2π; NaN along the handle."""
+    """Return the time of one revolution of the handle about L in s, by DOP853; NaN along the handle."""
     moments, omega = start({**point, "omega0": 1.0})
     c, L = coefficients(moments), float(np.linalg.norm(moments * omega))
     if not omega[1:].any():
@@ -37,12 +37,12 @@ def turn_by_scipy(point: Mapping[str, float], integration: Once) -> float:
 
 
 def turn_in_closed_form(point: Mapping[str, float], integration: Once) -> float:
-    """Time of a throw's turn in s, from the closed form of the attitude; NaN along the handle."""
+    """Return the time of a revolution in s, from the closed form of the attitude; NaN along the handle."""
     return float(twist.survey(point, integration.tolerance, False)["time_of_turn_exact"][0])
 
 
 def allowed(point: Mapping[str, float], integration: Once) -> float:
-    """How far a measured time may lie from a reference, s."""
+    """Return the allowed distance of a measured time from a reference, s."""
     return GROWN * (integration.tolerance + ROUNDING) * turn_in_closed_form(point, integration)
 
 

@@ -37,13 +37,13 @@ class Twist(MeasuredOnce):
     samples_per_second = 400_000
 
     def reference(self) -> Reference:
-        """The time of the turn by SciPy and by the closed form."""
+        """Return the time of the revolution by SciPy and by the closed form."""
         from sweeps.systems.twist.references import REFERENCE
 
         return REFERENCE
 
     def columns(self, points: Mapping[str, np.ndarray], integration: Once) -> dict[str, np.ndarray]:
-        """The closed form beside what is measured; see `kernels.twist`."""
+        """Return the closed form and the measured columns; see `kernels.twist`."""
         from kernels import statuses, triangle, twist
 
         columns = twist.survey(points, integration.tolerance, integration.measured)
@@ -56,13 +56,13 @@ class Twist(MeasuredOnce):
         return columns
 
     def motion(self, point, duration, samples, tolerance) -> "xr.Dataset":
-        """ω(t) and q(t), from the closed form and step by step."""
+        """Return ω(t) and q(t), in closed form and by direct integration."""
         from sweeps.systems.twist.motion import motion
 
         return motion(point, duration, samples, tolerance)
 
     def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
-        """The map of twists, and the defect against the growth rate with the law."""
+        """Return the map of twists, and the defect against the growth rate with the law."""
         from sweeps.systems.twist import figure_twist
 
         return {

@@ -39,7 +39,7 @@ class Answer:
 
 
 def definition_of(bodies: object, uncertainty: object, omega0: float, more: Mapping) -> dict:
-    """The mapping of a definition from what `sweeps.uncertainty` is given."""
+    """Return the mapping of a definition from the arguments of `sweeps.uncertainty`."""
     listed = [bodies] if isinstance(bodies, Mapping) else bodies
     if not (isinstance(listed, list | tuple) and listed and all(isinstance(body, Mapping) for body in listed)):
         listed = [{"name": "body"} | _of_numbers(bodies)]
@@ -67,7 +67,7 @@ def _of_numbers(numbers: object) -> dict:
 
 
 def entry_of(body: Body) -> dict:
-    """The entry of a definition that stands for a body that is known by name."""
+    """Return the entry of a definition for a named body."""
     named = {"name": body.name}
     if body.tensor is not None:
         return named | {"tensor": [list(row) for row in body.tensor]}
@@ -81,7 +81,7 @@ def definition(
     spun: Mapping[str, float],
     load: Callable[[Mapping], UncertainDefinition],
 ) -> UncertainDefinition:
-    """The definition of one body; refusals name the option.
+    """Return the definition of one body; refusals name the option.
 
     Args:
         entry: the body, as in a definition.
@@ -107,7 +107,7 @@ def definition(
 
 
 def answer(found: UncertainDefinition, threads: int = 1) -> Answer:
-    """Draws and measures the one body of a definition."""
+    """Sample and measure the one body of a definition."""
     body = found.bodies[0]
     spun = {name: getattr(body, name) for name in ("omega0", "epsilon", "phase")}
     known, asked = found.known[body.name], found.asked(body)
@@ -117,7 +117,7 @@ def answer(found: UncertainDefinition, threads: int = 1) -> Answer:
 
 
 def facts(found: Answer) -> dict:
-    """The answer for machines, beside what is said of the body: numbers by axis under the names of a map."""
+    """Return the answer for JSON: numbers by axis under the names of a map."""
     how = {"draws": designs.made(found.asked.draws), "seed": found.asked.seed, "method": found.asked.method}
     how |= {"turns": found.asked.turns, "quantile": list(measuring.QUANTILES), "input": list(found.known.inputs)}
     how["impossible_naive"] = next(iter(found.axes.values()))[0]["impossible_naive"]
@@ -133,7 +133,7 @@ def _stability(summary: Mapping) -> dict:
 
 
 def rows(found: Answer) -> list[tuple[str, str]]:
-    """(axis, what becomes of it) for people."""
+    """Return (axis, outcome) in words."""
     return [(f"axis {axis}", _becomes(axis, summary, found)) for axis, (summary, _) in found.axes.items()]
 
 
@@ -183,7 +183,7 @@ def _matters(summary: Mapping, known: Known) -> str:
 
 
 def lines(found: Answer) -> Iterator[str]:
-    """How it was drawn, and what the draws are."""
+    """Yield lines on the sampling and the draws."""
     made = designs.made(found.asked.draws)
     what = ", ".join(found.known.inputs)
     yield f"{made:,} bodies drawn ({found.asked.method}, seed {found.asked.seed}); uncertain: {what or 'nothing'}"

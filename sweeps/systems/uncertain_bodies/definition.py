@@ -22,7 +22,7 @@ MOST_SEED = 2**63 - 1
 
 
 def share(value: Any) -> float:
-    """A relative standard deviation: 0.05, or "5 %"."""
+    """Return a relative standard deviation from 0.05 or "5 %"."""
     found = re.fullmatch(r"\s*([0-9.eE+-]+)\s*%\s*", value) if isinstance(value, str) else None
     if found:
         try:
@@ -153,7 +153,7 @@ class UncertainDefinition(RigidBodyDefinition):
     keep: bool = Field(False, description="true or false: whether to write every draw into the map")
 
     def asked(self, body: UncertainBody) -> Asked:
-        """How a body is drawn."""
+        """Return the sampling of a body."""
         return Asked(body.draws or self.draws, self.seed, self.method, self.turns, self.twist)
 
     @cached_property

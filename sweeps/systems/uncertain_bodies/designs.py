@@ -25,19 +25,19 @@ INSIDE = (2.0**-54, 1.0 - 2.0**-53)  # where other uniform numbers are kept, for
 
 
 def replicates(draws: int) -> tuple[int, int]:
-    """Number of replicates and draws in each: at least `draws` together, and at most a sixteenth more."""
+    """Return the number of replicates and of draws in each: at least `draws` in all, at most a sixteenth more."""
     size = 2 ** int(math.log2(draws / REPLICATES))
     return -(-draws // size), size
 
 
 def made(draws: int) -> int:
-    """How many draws are made where so many are asked for."""
+    """Return the number of draws that are made for a requested number."""
     return math.prod(replicates(draws))
 
 
 @lru_cache(maxsize=4)
 def normals(method: str, dimension: int, draws: int, seed: int, stream: int = 0, threads: int = 1) -> np.ndarray:
-    """Standard normals, independent between columns.
+    """Return standard normals, independent between columns.
 
     Args:
         method: one of `METHODS`.
@@ -82,7 +82,7 @@ def _latin(dimension: int, size: int, rng: np.random.Generator) -> np.ndarray:
 
 
 def mean(parts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Mean over replicates, the first dimension, and its standard error."""
+    """Return the mean over replicates, the first dimension, and its standard error."""
     return parts.mean(axis=0), parts.std(axis=0, ddof=1) / math.sqrt(len(parts))
 
 
@@ -105,7 +105,7 @@ def wilson_end(draws: int) -> float:
 
 
 def quantiles(values: np.ndarray, levels: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Quantiles over all draws, and standard errors from those of the replicates; what is infinite stays so.
+    """Return quantiles over all draws, and their standard errors from the replicates; infinities are kept.
 
     Args:
         values: shape (replicates, size), no NaN.
@@ -137,7 +137,7 @@ def sobol_indices(
     method: str = "sobol",
     run: Callable = map,
 ) -> dict[str, np.ndarray]:
-    r"""First-order and total Sobol indices of a function of independent standard normals, by Saltelli's design.
+    r"""Estimate first-order and total Sobol indices of a function of independent standard normals (Saltelli's design).
 
     .. math:: S_i = \frac{E[f(B)(f(A_B^i) - f(A))]}{V}, \qquad T_i = \frac{E[(f(A) - f(A_B^i))^2]}{2V}
 

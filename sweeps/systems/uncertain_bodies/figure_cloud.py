@@ -13,7 +13,7 @@ STEPS = 220
 
 
 def draw(name: str, subtitle: str, axes: dict[int, tuple[dict, dict]]) -> Figure:
-    """One panel for each axis: possible bodies over I1/I3 and I2/I3, theory's growth rate, the draws on top.
+    """Draw possible bodies over I1/I3 and I2/I3 with linear growth rates and the draws, one panel per axis.
 
     Args:
         name: the body's.

@@ -12,7 +12,7 @@ OFFSETS = {1: -0.22, 2: 0.0, 3: 0.22}
 
 
 def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
-    """Probability of instability with its error, and the 5 to 95 % range of the growth rate, for each body and axis."""
+    """Draw the probability of instability and the range of the growth rate, per body and axis."""
     part = ds.isel({dim: 0 for dim in ("omega0", "epsilon", "phase") if dim in ds.dims})
     bodies = part.sizes["body"]
     part = part.isel(body=slice(MOST_BODIES)).load()

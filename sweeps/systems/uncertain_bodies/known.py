@@ -91,7 +91,7 @@ class Known:
         return possible.softness(self.covariance, self.moments) if self._blocks else 0.0
 
     def inertia(self, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-        """Possible bodies from standard normals, shape (n, dimension).
+        """Return possible bodies from standard normals, shape (n, dimension).
 
         Returns:
             Moments, shape (n, 3); which Gaussian draws were no body; and rotations from the body's axes to the draws',
@@ -110,7 +110,7 @@ class Known:
         return *possible.from_moments(entries, self.delta), None
 
     def spun(self, normals: np.ndarray, omega0: float, epsilon: float, phase: float) -> tuple[np.ndarray, ...]:
-        """Spin rate, size and direction of the nudge of each draw; rates and sizes are log-normal."""
+        """Return spin rate, size and direction of the perturbation of each draw; rates and sizes are log-normal."""
         columns = dict(zip(self.inputs, self.groups, strict=True))
         z = {name: normals[:, columns[name][0]] for name in SPIN if name in self.spin}
         rate = np.full(len(normals), omega0) * self._scattered("omega0", z)
@@ -128,7 +128,7 @@ class Known:
         return np.exp(math.sqrt(variance) * z[name] - variance / 2)
 
     def middle_theory(self, axis: int) -> float:
-        """Probability that an axis is the middle one, by the normal distribution; NaN of a tensor whose axes tilt."""
+        """Return the probability that an axis is intermediate for normal moments; NaN for a tensor whose axes tilt."""
         if self.is_tilted or not self._blocks:
             return math.nan
         return possible.middle_probability(self.moments, self.covariance, axis)
@@ -141,7 +141,7 @@ def _whole_turn(z: np.ndarray) -> np.ndarray:
 
 
 def relative(values: np.ndarray, shares: np.ndarray | float) -> np.ndarray:
-    """Covariance of independent entries of relative standard deviations.
+    """Return the covariance of independent entries with relative standard deviations.
 
     Raises:
         KnownError: where a variance would be no double: one of 0 would make what is uncertain exact.
@@ -153,7 +153,7 @@ def relative(values: np.ndarray, shares: np.ndarray | float) -> np.ndarray:
 
 
 def checked_covariance(covariance: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """A covariance that is one, of entries that are known better than by 100 %.
+    """Return a valid covariance of entries with uncertainties below 100 %.
 
     Raises:
         KnownError: in words.

@@ -60,7 +60,7 @@ class Spun:
 def measured(
     known: Known, spins: Iterable[Spun], asked: Asked, integration: Integration, threads: int = 1
 ) -> Iterator[tuple[dict[str, np.ndarray], dict[str, np.ndarray]]]:
-    """Of each spin of a body, one after the other: (its variables, its draws).
+    """Yield (variables, draws) of each spin of a body.
 
     Variables are floats, or arrays over `quantile` (of `QUANTILES`) or over the body's own inputs; draws are columns of
     shape (n,): I1, I2, I3, growth_rate, frequency, regime, flip_period, max_tilt, the last two NaN where a draw was not

@@ -38,7 +38,7 @@ MOST_DIMENSIONS = 1 + len(DIRECTIONS)
 
 
 def sobol(dimension: int, size: int, rng: np.random.Generator) -> np.ndarray:
-    """The first `size` scrambled points, a power of two of them, shape (size, dimension), multiples of 2^-30 below 1.
+    """Return the first `size` scrambled Sobol points, a power of two, shape (size, dimension).
 
     Args:
         dimension: of the cube, 1 to `MOST_DIMENSIONS`.

@@ -33,12 +33,12 @@ ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 
 def second_moments(moments: np.ndarray) -> np.ndarray:
-    """J_i = (I_j + I_k − I_i)/2 of moments, along the last dimension."""
+    """Return J_i = (I_j + I_k − I_i)/2 of moments, along the last dimension."""
     return moments.sum(axis=-1, keepdims=True) / 2 - moments
 
 
 def softness(covariance: np.ndarray, moments: np.ndarray) -> float:
-    """δ of a body: from the covariance of its moments, or of the six entries of its tensor, and its moments."""
+    """Return δ of a body from the covariance of its moments, or of the six entries of its tensor, and its moments."""
     if len(covariance) == 3:
         rows = 0.5 - np.eye(3)
     else:  # of entries, the variance of a second moment along each coordinate axis will do
@@ -50,7 +50,7 @@ def softness(covariance: np.ndarray, moments: np.ndarray) -> float:
 
 
 def kept_possible(second: np.ndarray, delta: float) -> np.ndarray:
-    """G of second moments."""
+    """Return G of second moments."""
     low = second < delta
     if not low.any():
         return second
@@ -58,7 +58,7 @@ def kept_possible(second: np.ndarray, delta: float) -> np.ndarray:
 
 
 def from_moments(moments: np.ndarray, delta: float) -> tuple[np.ndarray, np.ndarray]:
-    """Moments of possible bodies from Gaussian ones, shape (n, 3), and which of these were no body."""
+    """Return moments of possible bodies from Gaussian ones, shape (n, 3), and which of these were impossible."""
     columns = moments.T
     half = (columns[0] + columns[1] + columns[2]) / 2
     second = [half - column for column in columns]
@@ -71,7 +71,7 @@ def from_moments(moments: np.ndarray, delta: float) -> tuple[np.ndarray, np.ndar
 
 
 def from_entries(entries: np.ndarray, delta: float, axes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The same from the six entries of tensors, with the principal axes.
+    """Return moments of possible bodies, which were impossible, and principal axes, from the six entries of tensors.
 
     Args:
         entries: shape (n, 6), in the order of `ENTRIES`.
@@ -91,7 +91,7 @@ def from_entries(entries: np.ndarray, delta: float, axes: np.ndarray) -> tuple[n
 
 
 def middle_probability(moments: np.ndarray, covariance: np.ndarray, axis: int) -> float:
-    r"""Probability that a moment is the middle one of three of a normal distribution: of X = I_s − I_a, Y = I_s − I_b.
+    r"""Return the probability that a normal moment is the middle one of three, from X = I_s − I_a and Y = I_s − I_b.
 
     They have opposite signs with
 

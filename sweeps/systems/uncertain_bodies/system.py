@@ -45,46 +45,46 @@ class UncertainBodies(RigidBody):
         self._definition = definition
 
     def bound(self, definition: UncertainDefinition) -> "UncertainBodies":
-        """The system that knows the definition's bodies."""
+        """Return the system with the definition's bodies."""
         return UncertainBodies(definition)
 
     def further(self, definition: UncertainDefinition) -> dict[str, np.ndarray]:
-        """Levels of the quantiles, the inputs of all bodies, and the draws where they are kept."""
+        """Return the levels of the quantiles, the inputs of all bodies, and the draws if they are kept."""
         found = {"quantile": np.array(measuring.QUANTILES), "input": np.array(_inputs(definition))}
         if definition.keep:
             found["draw"] = np.arange(_most(definition), dtype=np.int32)
         return found
 
     def samples(self, definition: UncertainDefinition) -> int:
-        """Samples of all draws, of the body that has most of them."""
+        """Return the samples of all draws, of the body that has most of them."""
         most = _most(definition)
         return (WORK * most + FOLLOWING * min(most, measuring.FOLLOWED)) * definition.integration.samples
 
     def working_bytes(self, definition: UncertainDefinition) -> int:
-        """Memory for the draws of one body."""
+        """Return the memory for the draws of one body."""
         return measuring.DRAW_BYTES * _most(definition)
 
     def arguments(self, definition: UncertainDefinition) -> tuple[str, ...]:
-        """Names of what a point consists of."""
+        """Return the names of the arguments of a point."""
         return ("body", "axis", *SHAREABLE)
 
     def coordinates(self, definition: UncertainDefinition) -> dict[str, Variable]:
-        """Name → coordinate."""
+        """Return name → coordinate."""
         return COORDINATES
 
     def variables(self, definition: UncertainDefinition | None = None) -> dict[str, Variable]:
-        """Name → variable; twists where they are asked for, the draws themselves where they are kept."""
+        """Return name → variable, with twists and single draws on request."""
         if definition is None:
             return VARIABLES
         kept = KEPT if definition.twist else {name: v for name, v in KEPT.items() if name != "twist_draw"}
         return VARIABLES | (TWISTS if definition.twist else {}) | (kept if definition.keep else {})
 
     def layout(self) -> Layout:
-        """What any of its maps may hold."""
+        """Return the layout of its maps."""
         return LAYOUT
 
     def columns(self, points: Mapping[str, np.ndarray], integration) -> dict[str, np.ndarray]:
-        """Probabilities, quantiles and sensitivities; a body's spins share its draws."""
+        """Return probabilities, quantiles and sensitivities; the spins of a body share its draws."""
         definition = self._definition
         size, table, further = points["axis"].size, self.variables(definition), self.further(definition)
         found = {n: _missing(v, size, tuple(further[dim].size for dim in v.over)) for n, v in table.items()}
@@ -106,19 +106,19 @@ class UncertainBodies(RigidBody):
         return self.compiled + (TWIST.compiled if definition is None or definition.twist else ())
 
     def follows_attitude(self, definition: UncertainDefinition) -> bool:
-        """No: what is told is of many draws."""
+        """Return False: values are statistics of many draws."""
         return False
 
     def motions(self, points: Mapping[str, np.ndarray], integration) -> int:
-        """Spins of bodies; each has its draws."""
+        """Return the number of spins of bodies; each has its draws."""
         return points["axis"].size
 
     def method(self, definition: UncertainDefinition) -> str:
-        """How the numbers were made."""
+        """Return the method of computation."""
         return f"draws ({definition.method}, seed {definition.seed}), each by direct integration of Euler's equations"
 
     def reference(self) -> Reference | None:
-        """The probability of the middle axis by the normal distribution."""
+        """Return the probability of the intermediate axis for normal moments."""
         definition = self._definition
         if definition is None:
             return None
@@ -134,25 +134,25 @@ class UncertainBodies(RigidBody):
         return Reference("probability_middle", {"normal distribution": normal}, allowed)
 
     def own_bits(self, definition: UncertainDefinition) -> str:
-        """A spin's draws are its own, wherever it stands."""
+        """Return "": the draws of a spin do not depend on its point."""
         return ""
 
     def opening(self, ds: "xr.Dataset") -> Opening:
-        """Bodies and axes."""
+        """Return bodies and axes as the first plane."""
         return Opening()
 
     def page(self, ds: "xr.Dataset") -> Page:
-        """Bodies and axes in a table."""
+        """Return the page: bodies and axes in a table."""
         from sweeps.systems.uncertain_bodies.page import page
 
         return page(ds)
 
     def reading(self, values: Mapping) -> str:
-        """Its own."""
+        """Return the name of this system."""
         return self.name
 
     def told(self, definition: UncertainDefinition) -> list[tuple[str, str]]:
-        """How the bodies are drawn, beside what is said of rigid bodies."""
+        """Return the sampling of the bodies, besides the lines of rigid bodies."""
         made = sorted({designs.made(definition.asked(body).draws) for body in definition.bodies})
         counts = f"{made[0]:,}" if len(made) == 1 else f"{made[0]:,} to {made[-1]:,}"
         line = (
@@ -161,13 +161,13 @@ class UncertainBodies(RigidBody):
         return [("draws", line), *super().told(definition)]
 
     def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
-        """Probabilities and quantiles of the bodies, and which input matters."""
+        """Return the figure of probabilities and quantiles of the bodies."""
         from sweeps.systems.uncertain_bodies import figure_outlook
 
         return {"outlook": lambda ax=None: figure_outlook.draw(ds, ax)}
 
     def animations(self, ds: "xr.Dataset") -> dict:
-        """None."""
+        """Return no animations."""
         return {}
 
     motion = Dynamics.motion

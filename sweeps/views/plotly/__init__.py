@@ -16,13 +16,13 @@ SHA256 = "79542150855a52c567260e3137095dbe2b744e6d702a5cabe67da246942fba7a"  # o
 
 @cache
 def deflated() -> str:
-    """The script, deflated, as base64."""
+    """Return the script, deflated, as base64."""
     return base64.b64encode(_file()).decode("ascii")
 
 
 @cache
 def digest() -> str:
-    """The script's SHA-256, as base64.
+    """Return the SHA-256 of the script as base64.
 
     Raises:
         ValueError: where the file is not the one that was taken.

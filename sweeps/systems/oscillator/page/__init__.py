@@ -19,7 +19,7 @@ QUESTION = "Where are the equilibria, are they stable, and how accurate are the 
 
 
 def page(ds: "xr.Dataset", system: "System | None") -> Page:
-    """The part of the page of one map.
+    """Return the system's part of the page of a map.
 
     Args:
         ds: the map.

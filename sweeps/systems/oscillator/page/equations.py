@@ -20,7 +20,7 @@ class UnwrittenError(Exception):
 
 @cache
 def facts(system: "System") -> dict | None:
-    """Equations a_ij q̈_j + f_i = 0 of a system; None where they hold what a page does not know.
+    """Return the equations a_ij q̈_j + f_i = 0 of a system for the page; None where it cannot evaluate them.
 
     Args:
         system: the description.
@@ -60,7 +60,7 @@ def _size(coordinate) -> "sp.Expr":
 
 
 def tree(expression: "sp.Expr") -> float | str | list:
-    """An expression as a tree.
+    """Return an expression as a tree.
 
     Raises:
         UnwrittenError: for a function that is none of `FUNCTIONS`, and for what is not real.

@@ -19,14 +19,14 @@ IN_TABLE = "★ marks the usual spin axis of a body."
 
 
 def page(ds: "xr.Dataset") -> Page:
-    """The part of the page of one map."""
+    """Return the system's part of the page of a map."""
     table = "body" in ds.dims
     facts = {"nature": natural_axes(ds), "outlines": outline.read(ds.attrs)}
     return Page(FILES, QUESTION, IN_TABLE if table else ON_PLANE, table, facts)
 
 
 def natural_axes(ds: "xr.Dataset") -> dict[str, int]:
-    """Body → the axis about which it spins in nature, as the definition that a map carries has it."""
+    """Return body → usual spin axis, from the definition that a map carries."""
     bodies = definition_of(ds.attrs).get("bodies")
     found = {}
     for body in bodies if isinstance(bodies, tuple) else ():

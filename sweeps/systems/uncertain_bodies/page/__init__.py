@@ -19,5 +19,5 @@ KEYS = "★ marks the usual spin axis."
 
 
 def page(ds: "xr.Dataset") -> Page:
-    """The part of the page of one map."""
+    """Return the system's part of the page of a map."""
     return Page(FILES, QUESTION, KEYS, True, {"nature": natural_axes(ds), **facts(ds)})

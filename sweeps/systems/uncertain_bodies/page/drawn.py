@@ -39,7 +39,7 @@ MEANT = (
 
 
 def facts(ds: "xr.Dataset") -> dict:
-    """What the scripts are told: `drawn`, `spread` and `inputs`, each empty where there is nothing to show."""
+    """Return `drawn`, `spread` and `inputs` for the scripts, each empty where there is nothing to show."""
     own = {dim for spec in (VARIABLES | TWISTS | KEPT).values() for dim in spec.over} & set(ds.dims)
     points = dimensions(ds.drop_dims(own))
     drawn = _kept(ds, points) if "draw" in ds.dims else _again(ds)

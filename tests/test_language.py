@@ -1,0 +1,76 @@
+"""The language of what people read: docstrings begin with a verb, and no text uses the listed phrases."""
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+TO_DO = (  # packages and modules whose docstrings are still to be rewritten; take them off the list, never add one
+    *("kernels", "sweeps/mechanics", "sweeps/reading", "sweeps/points/catalogue", "sweeps/points/loading"),
+    *("sweeps/points/tables", "sweeps/points/units", "sweeps/schema/carried", "sweeps/schema/limits"),
+    *("sweeps/schema/reading", "sweeps/schema/yaml_text", "sweeps/maps/admission", "sweeps/maps/door"),
+    *("sweeps/maps/plain", "sweeps/maps/raw", "sweeps/maps/slices", "sweeps/maps/storage", "sweeps/maps/verify"),
+    "sweeps/handbook/numbers",  # there a docstring is the meaning of a number, a noun
+)
+VERBS = frozenset(
+    """Add Announce Append Apply Check Claim Close Collect Compare Compile Compute Cut Define Delete Derive
+    Diagonalise Draw Embed End Estimate Fit Forget Format Integrate Keep Let Make Mark Measure Note Open Pack
+    Parse Pickle Print Read Refuse Register Remove Replace Return Run Sample Set Start Submit Summarise Write
+    Yield""".split()  # noqa: SIM905
+)
+PHRASES = re.compile(
+    r"as theory has it|as theory has them|as it is known|not sure|is no body|can exist|cannot exist|what was given is"
+    r" wrong|\bnudg(e|ed|es)\b|seen from space|goes round|square of the rate|reduced to zero|the finite amplitude adds"
+    r"|share of the start|kind of body|room of|share of the way|lacks of half|and said\b|what was finished stays"
+    r"|under an unknown key|\(nothing\)|denormal|free fall|where it rests|its motion, followed|what moves|by room"
+    r"|where it comes from|nobody else|what becomes|the error told|told apart|as it was asked|the house\b",
+    re.IGNORECASE,
+)
+
+
+def docstrings():
+    """Yield (module, name, docstring) of each public function, but for those still to be done."""
+    for path in sorted(p for tree in ("kernels", "sweeps") for p in (ROOT / tree).rglob("*.py")):
+        module = str(path.relative_to(ROOT).with_suffix(""))
+        if not any(f"{module}/".startswith(f"{name}/") for name in TO_DO):
+            yield from ((module, name, text) for name, text in of(ast.parse(path.read_text(encoding="utf-8"))))
+
+
+def of(node):
+    """Yield (name, docstring) of the public functions and methods below a node of a syntax tree."""
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.FunctionDef | ast.ClassDef) and not re.match("_[^_]", child.name):
+            is_property = any("property" in ast.unparse(decorator) for decorator in child.decorator_list)
+            if isinstance(child, ast.FunctionDef) and not is_property and ast.get_docstring(child):
+                yield child.name, ast.get_docstring(child)
+            yield from of(child)
+
+
+def texts():
+    """Yield (file, text) of what people read: documents, pages, definitions, and texts in the code."""
+    for path in (*ROOT.glob("*.md"), ROOT / "results/README.md", *(ROOT / "sweeps").rglob("*")):
+        if path.suffix in (".md", ".html", ".yaml", ".ipynb") and path.name != "glossary.md":
+            yield path, re.sub(r'(id|for|by|describedby)="[^"]*"', "", path.read_text(encoding="utf-8"))
+        elif path.suffix == ".py":
+            tree = ast.parse(path.read_text(encoding="utf-8"))
+            quiet = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+            strings = (n for n in ast.walk(tree) if isinstance(n, ast.Constant) and id(n) not in quiet)
+            yield path, "\n".join(n.value for n in strings if isinstance(n.value, str) and " " in n.value)
+
+
+def test_docstrings_begin_with_an_imperative_sentence():
+    found = [(module, name, text.splitlines()[0]) for module, name, text in docstrings()]
+    assert len(found) > 400
+    assert [each for each in found if each[2].split()[0] not in VERBS or len(each[2].split()) < 3] == []
+
+
+@pytest.mark.parametrize(("text", "bad"), [("a small nudge turns about it", 1), ("perturbed by ε = 1e-6", 0)])
+def test_a_listed_phrase_is_seen(text, bad):
+    assert bool(PHRASES.search(text)) == bad
+
+
+def test_no_listed_phrase_is_used():
+    found = {(str(path.relative_to(ROOT)), hit[0]) for path, text in texts() for hit in PHRASES.finditer(text)}
+    assert found == set()
