@@ -147,7 +147,7 @@ rule figures:
     resources:
         mem_mb=1000,
     message:
-        "Drawing the pictures of {wildcards.sweep}"
+        "Drawing the figures of {wildcards.sweep}"
     shell:
         "python -m sweeps figures {input:q} --output {output:q} > {log:q} 2>&1 || {{ tail -n 20 {log:q} >&2; exit 1; }}"
 

@@ -5,10 +5,10 @@
     ax = sweeps.plot.stability(ds, axis=2, at={"I3": 0.0175})
     ax.figure.savefig("racket.pdf")
 
-Each takes a map, or a slice of one by `isel` or `sel`, the places at which to cut it (`at`: dimension → value, the
-grid's nearest is taken) and the Axes to draw in (`ax`; left out, a figure of its own, with title and legend). A picture
-of several panels stands in the place of `ax`, whose figure must have it on a grid (`subplots`). What comes back is the
-picture's first panel; `.figure` is all.
+Each takes a map, or a slice of one by `isel` or `sel`, the values at which to cut it (`at`: dimension → value; the
+nearest grid value is used) and the Axes to draw in (`ax`; by default a new figure, with title and legend). A figure of
+several panels takes the place of `ax`, whose figure must have a grid specification (`subplots`). The first panel is
+returned; its attribute `figure` is the whole figure.
 """
 
 import sys

@@ -35,9 +35,9 @@ def add(commands) -> None:
     command.add_argument("--ratios", nargs=3, help="I1 I2 I3 in any one unit", **numbers)
     command.add_argument("--tensor", nargs=9, help="tensor of inertia, row by row, in kg m2", **numbers)
     command.add_argument("--mesh", metavar="FILE", help="a closed surface: STL, OBJ, PLY or OFF")
-    command.add_argument("--density", type=float, metavar="D", help="of the mesh, kg m-3")
-    command.add_argument("--mass", type=float, metavar="M", help="of the mesh, kg, in place of its density")
-    command.add_argument("--unit", default="m", help="of the mesh's lengths: m (default), cm, mm, in, ft")
+    command.add_argument("--density", type=float, metavar="D", help="density of the mesh, kg m-3")
+    command.add_argument("--mass", type=float, metavar="M", help="mass of the mesh, kg, in place of its density")
+    command.add_argument("--unit", default="m", help="unit of length of the mesh: m (default), cm, mm, in, ft")
     command.add_argument("--omega0", type=float, metavar="W", help="spin rate, rad s-1 (default the body's own, or 1)")
     command.add_argument("--epsilon", type=float, metavar="E", help="size of the perturbation, relative (default 1e-6)")
     command.add_argument(
@@ -50,7 +50,7 @@ def add(commands) -> None:
         "--uncertainty", metavar="X", help="1-sigma uncertainty of the moments, e.g. 5%%, or a mapping"
     )
     command.add_argument("--draws", type=parser.number, metavar="N", help="number of draws, 64 to 4e6 (default 10,000)")
-    command.add_argument("--seed", type=parser.number, metavar="S", help="of the draws (default 1)")
+    command.add_argument("--seed", type=parser.number, metavar="S", help="seed of the draws (default 1)")
     command.add_argument("--method", metavar="M", help="sampling: sobol (default), latin, random")
     command.add_argument(
         "--turns", type=parser.number, metavar="T", help="count a flip if it occurs within T turns (default 100)"

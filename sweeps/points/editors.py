@@ -47,5 +47,5 @@ def _model(name: str) -> type[BaseModel]:
         return systems.resolve(name).model
     except KeyError:
         known = systems.names()
-        what = f"{shortened(repr(name))} is no system{hint(name, known)}"
+        what = f"{shortened(repr(name))} is not a system{hint(name, known)}"
         raise RefusedError(f"SYSTEM: {what}; allowed: {', '.join(known)}, or path/to/file.py") from None

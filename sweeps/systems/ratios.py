@@ -1,4 +1,4 @@
-"""How true error bars are, in a picture: the distribution of deviation over error, over sizes of the nudge."""
+"""How true error bars are, in a picture: the distribution of deviation over error, over sizes of the perturbation."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -30,7 +30,7 @@ def draw(ax: Axes, ratio: np.ndarray, epsilon: np.ndarray, color: str) -> None:
     Args:
         ax: where.
         ratio: |deviation| / error, shape (n,); what is not finite is left out.
-        epsilon: sizes of the nudge, shape (n,).
+        epsilon: sizes of the perturbation, shape (n,).
         color: of the bars.
     """
     at = np.isfinite(ratio)

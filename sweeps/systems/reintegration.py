@@ -1,7 +1,7 @@
 r"""What points measured again by others share: when samples are taken, and NumPy's least squares over them.
 
 Nothing here shares code with the integrators and the estimator of a sweep, so agreement is evidence. Runs are made in
-radians of spin and in units of the nudge, as the sweep's are.
+radians of spin and in units of the perturbation, as the sweep's are.
 """
 
 import math

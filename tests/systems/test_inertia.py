@@ -70,8 +70,8 @@ def test_moments_equal_but_for_rounding_are_made_equal_and_said():
         ([[1, 0.1, 0], [0, 1, 0], [0, 0, 1]], "is not symmetric: 0.1 against 0.0"),
         ([[1, 2, 0], [2, 1, 0], [0, 0, 1]], "has the principal moments -1, 1, 3"),
         ([[0, 0, 0], [0, 0, 0], [0, 0, 0]], "principal moments > 0"),
-        ([[1, 0, 0], [0, 1, 0], [0, 0, 3]], "belong to no rigid body: I3 = 3 > I1 + I2 = 2"),
-        ([[1, 0, 0], [0, math.nan, 0], [0, 0, 3]], "is no tensor"),
+        ([[1, 0, 0], [0, 1, 0], [0, 0, 3]], "principal moments of no rigid body: I3 = 3 > I1 + I2 = 2"),
+        ([[1, 0, 0], [0, math.nan, 0], [0, 0, 3]], "is not a tensor"),
     ],
 )
 def test_a_tensor_of_no_body_is_refused(tensor, words):

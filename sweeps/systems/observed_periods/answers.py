@@ -81,7 +81,9 @@ def of_body(periods: TwoPeriods, ratio1: float, ratio2: float) -> list[dict]:
     moments = (*sorted((ratio1, ratio2)), 1.0)
     if broken := shapes.violation(moments):
         shown = ", ".join(f"{moment:g}" for moment in moments)
-        raise DefinitionError(f"--ratios: {shown} belong to no rigid body: {broken}; allowed: {shapes.POSSIBLE}")
+        raise DefinitionError(
+            f"--ratios: {shown} are not the moments of any rigid body: {broken}; allowed: {shapes.POSSIBLE}"
+        )
     from kernels import tumbling
     from sweeps.systems.observed_periods.columns import MODES, columns
 

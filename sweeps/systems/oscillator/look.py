@@ -1,4 +1,4 @@
-"""How the flags and the nudge of small oscillations look."""
+"""Words, characters, colours and symbols of small oscillations."""
 
 from sweeps.systems.look import Look, Symbol
 

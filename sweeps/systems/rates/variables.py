@@ -13,7 +13,7 @@ def columns(reduced: str, by: str, size: str, window: str, sparse: bool = False)
     """Return name → variable, from Ω² to the slope of the logarithm.
 
     Args:
-        reduced: how the measurement is reduced to an infinitesimal nudge.
+        reduced: how the measurement is reduced to an infinitesimal perturbation.
         by: the same in one word.
         size: what grows, of which the logarithm is taken.
         window: below 0.01 of what that is done.

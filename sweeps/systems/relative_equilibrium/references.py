@@ -113,7 +113,7 @@ class Linearised:
         return vh[int((singular > RANK * singular.max()).sum()) :].T
 
     def _moved(self, parameters, x, sizes, basis, duration):
-        """Where nudges in each direction of the basis have got after a time, over their size; from both sides."""
+        """Return perturbations in each direction of the basis after a time, over their size; from both sides."""
         from scipy.integrate import solve_ivp
 
         starts = np.concatenate([basis.T, -basis.T]) * (NUDGE * sizes)

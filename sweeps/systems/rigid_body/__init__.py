@@ -1,1 +1,1 @@
-"""The free rigid body, spun about a principal axis and nudged."""
+"""The free rigid body, spun about a principal axis and perturbed."""

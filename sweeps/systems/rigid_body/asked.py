@@ -56,7 +56,9 @@ def checked(values: Mapping, asked: Mapping[str, object], load: Callable[[Mappin
         raise DefinitionError(str(refused).replace("definition: bodies[0].", "body: ")) from None
     if broken := shapes.violation(body.moments):
         shown = ", ".join(f"{moment:.6g}" for moment in body.moments)
-        raise DefinitionError(f"body: moments: {shown} belong to no rigid body: {broken}; allowed: {shapes.POSSIBLE}")
+        raise DefinitionError(
+            f"body: moments: {shown} are not the moments of any rigid body: {broken}; allowed: {shapes.POSSIBLE}"
+        )
     return body
 
 

@@ -119,7 +119,7 @@ def _histogram(ax: Axes, ds: xr.Dataset) -> None:
 
 
 def _times(ax: Axes, part: xr.Dataset) -> None:
-    """Beside each row its unstable axis, how soon a nudge of it grows by a factor e, and how often the spin flips."""
+    """Write the unstable axis, its e-folding time and the time between flips beside each row."""
     look = {"va": "center", "fontsize": 8.5, "color": LOOK.color("unstable")}
     flips = "flip_period" in part
     nudge = f"ε = {style.number(float(part['epsilon']), 2)}" if part["epsilon"].ndim == 0 else "own ε"

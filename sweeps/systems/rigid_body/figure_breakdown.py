@@ -1,4 +1,4 @@
-"""Where linear theory breaks down: the deviation of the measured Ω² as the nudge grows, with its fitted exponent."""
+"""Breakdown of linear theory: the deviation of the measured Ω² against ε, with its fitted exponent."""
 
 from itertools import product
 

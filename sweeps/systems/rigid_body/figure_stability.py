@@ -40,7 +40,7 @@ def planes(ds: "xr.Dataset") -> tuple[tuple[str, ...], dict[str, float]]:
 
     Returns:
         The moments that vary in the pictures (two, one or none, the longest dimensions first, in order), and the
-        values of the other parameters: the least epsilon (theory is about small nudges), the middle omega0 and
+        values of the other parameters: the least epsilon (theory is about small perturbations), the middle omega0 and
         phase, and the third moment where the bodies that can exist are shared most evenly among the regimes.
     """
     longest = sorted(MOMENTS, key=lambda name: -ds.sizes[name])[:2]

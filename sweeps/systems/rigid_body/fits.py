@@ -76,7 +76,7 @@ class Agreement:
         deviation: `rate_deviation` of each kept point.
         error: relative error of the rate, error(Ω²)/(2|Ω²|), of each kept point.
         ratio: |Ω² − theory| over the error of Ω², of each kept point.
-        epsilon: size of the nudge of each kept point.
+        epsilon: size of the perturbation of each kept point.
         possible: whether a body with those moments can exist.
         status: number of the status of each kept point.
         worst: largest deviation over all points that can exist and are ok; NaN where there is none.
@@ -214,7 +214,7 @@ def deviation_floor(epsilon, deviation, error) -> float:
     """Return the deviation below which a series shows no law: ten times its value at the least ε.
 
     Args:
-        epsilon: size of the nudge, ascending, shape (n,).
+        epsilon: size of the perturbation, ascending, shape (n,).
         deviation: |Ω²/Ω²_theory − 1| there, shape (n,).
         error: the relative error of the reduced Ω², shape (n,): what no amplitude makes.
 

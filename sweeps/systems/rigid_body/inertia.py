@@ -95,7 +95,7 @@ def principal(tensor: Sequence[Sequence[float]], rounding: float = TENSOR_ROUNDI
             display(matrix.tolist()), f"has the principal moments {shown}", "three principal moments > 0"
         )
     if broken := shapes.violation((values * unit).tolist()):
-        wrong = f"has principal moments that belong to no rigid body: {broken}"
+        wrong = f"has principal moments of no rigid body: {broken}"
         allowed = f"{shapes.POSSIBLE} (off-diagonal entries are minus the products of inertia)"
         raise InertiaError(display(matrix.tolist()), wrong, allowed)
     moments, notes = _equal_within_rounding(values, rounding)
@@ -104,7 +104,7 @@ def principal(tensor: Sequence[Sequence[float]], rounding: float = TENSOR_ROUNDI
 
 def _check_symmetry(matrix: np.ndarray) -> None:
     if matrix.shape != (3, 3) or not np.isfinite(matrix).all():
-        raise InertiaError(display(matrix.tolist()), "is no tensor of inertia", "3 rows of 3 finite numbers")
+        raise InertiaError(display(matrix.tolist()), "is not a tensor of inertia", "3 rows of 3 finite numbers")
     gaps = np.abs(matrix - matrix.T)
     if gaps.max() > SYMMETRY * np.abs(matrix).max():
         row, column = np.unravel_index(int(gaps.argmax()), gaps.shape)

@@ -34,7 +34,7 @@ def start(point: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _span(point: Mapping[str, float], rotation: float) -> float:
-    """Two flips, or two turns of the nudge, s; four rotations where neither ends within MOST_ROTATIONS."""
+    """Two flips, or two wobble periods, s; four rotations where neither ends within MOST_ROTATIONS."""
     moments, omega = start(point)
     flips = exact.max_tilt(*moments, *omega, int(point["axis"])) > 0.5 * math.pi
     return span((1 if flips else 2) * exact.period(*moments, *omega), rotation)
@@ -45,7 +45,8 @@ def motion(point: Mapping[str, float], duration: float | None, samples: int | No
 
     Args:
         point: I1, I2, I3 (kg m2), axis, omega0 (rad s-1), epsilon, phase (rad).
-        duration: s; left out, two flips or two turns of the nudge, or four rotations where that takes over 10,000.
+        duration: s; left out, two flips or two turns of the perturbation, or four rotations where that takes over
+        10,000.
         samples: how many instants, both ends included; left out, 32 a rotation, 400 to 100,000.
         tolerance: of the direct integration, relative.
 

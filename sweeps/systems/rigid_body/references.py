@@ -1,4 +1,4 @@
-"""Ω² of a nudged rotation, measured again by SciPy's DOP853 and by Jacobi's functions."""
+"""Ω² of a perturbed rotation, measured again by SciPy's DOP853 and by Jacobi's functions."""
 
 import math
 from collections.abc import Mapping

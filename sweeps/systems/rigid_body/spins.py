@@ -1,7 +1,8 @@
 r"""A body's three axes: which spins last, how fast the others are lost, how long their flips and wobbles take.
 
 Linear theory gives the e-folding time :math:`1/\sqrt{-\Omega^2}` and the Euler period :math:`2\pi/\sqrt{\Omega^2}` of a
-small nudge; the closed form gives the time between flips, 2K/p, and the largest tilt of a nudge of given size.
+small perturbation; the closed form gives the time between flips, 2K/p, and the largest tilt of a perturbation of given
+size.
 
 Source: Landau and Lifshitz, Mechanics, section 37; see `kernels.linear` and `kernels.exact`.
 """
@@ -19,19 +20,19 @@ REGIMES = ("stable_minor", "stable_major", "unstable", "marginal", "sphere")
 
 @dataclass(frozen=True)
 class Spin:
-    """A spin about one principal axis, nudged.
+    """A spin about one principal axis, perturbed.
 
     Attributes:
         axis: 1, 2 or 3.
         moment: moment about it, kg m2 (or the unit of the ratios).
         regime: one of `REGIMES`.
-        e_folding_time: s, in which a small nudge grows by a factor e; None where it does not.
+        e_folding_time: s, in which a small perturbation grows by a factor e; None where it does not.
         flip_period: s between two changes of sign of the spin; None where it keeps its sign.
-        euler_period: s in which a small nudge turns about the axis; None where it does not.
+        euler_period: s in which a small perturbation turns about the axis; None where it does not.
         max_tilt: degrees, largest angle of the angular velocity from the axis.
-        space_period: s in which the axis goes round the angular momentum, seen from space, at a small nudge: the spin
-            rate and that of the nudge's turn in the body add about the greatest moment and subtract about the least;
-            None where it does not.
+        space_period: s in which the axis goes round the angular momentum, seen from space, at a small perturbation:
+            the spin rate and that of the perturbation's turn in the body add about the greatest moment and subtract
+            about the least; None where it does not.
         space_turns: that period in turns of the spin.
         twist: largest share of half a turn that the body twists about its least axis while that comes round once,
             thrown on the separatrix; None about the other axes.
@@ -56,7 +57,7 @@ def spins(moments: tuple[float, float, float], omega0: float, epsilon: float, ph
     Args:
         moments: (I1, I2, I3) > 0, kg m2 or any one unit.
         omega0: spin rate, rad s-1, of either sign.
-        epsilon: size of the nudge relative to omega0.
+        epsilon: size of the perturbation relative to omega0.
         phase: its direction in the (b, c) plane, rad.
     """
     return [_spin(moments, axis, omega0, epsilon, phase) for axis in (1, 2, 3)]

@@ -1,4 +1,4 @@
-"""The free rigid body, spun about a principal axis and nudged: its definition, columns, motion and pictures."""
+"""The free rigid body, spun about a principal axis and perturbed: its definition, columns, motion and pictures."""
 
 from collections.abc import Callable, Mapping
 from functools import cached_property

@@ -55,7 +55,7 @@ def draw_map(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
 
 
 def _plane(ds: xr.Dataset) -> xr.Dataset:
-    """The plane over I1 and I3 at the nudge nearest to `NUDGE`, at the first of all else, thinned to what is seen."""
+    """Return the plane over I1 and I3 at the chi nearest to `NUDGE` and the first of all else, thinned for drawing."""
     chi = ds["chi"].values
     chosen = {"chi": int(np.argmin(np.abs(np.abs(chi) - NUDGE))), "I2": 0, "theta": 0, "omega0": 0}
     keep = {name: style.few(ds.sizes[name], 2 * MOST) for name in ("I1", "I3")}

@@ -27,7 +27,7 @@ class Answer:
         body: as it was given.
         known: as it is known.
         asked: how it was drawn.
-        spun: spin rate and nudge.
+        spun: spin rate and perturbation.
         axes: axis → its summary and its draws, see `sweeps.systems.uncertain_bodies.measuring.measured`.
     """
 

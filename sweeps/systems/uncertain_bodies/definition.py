@@ -190,7 +190,7 @@ def _known(body: UncertainBody, given: Uncertainty) -> known.Known:
     moments = np.array(body.moments)
     if broken := shapes.violation(body.moments):
         shown = ", ".join(f"{moment:.6g}" for moment in moments)
-        raise known.KnownError(shown, f"belong to no rigid body: {broken}", shapes.POSSIBLE)
+        raise known.KnownError(shown, f"are not the moments of any rigid body: {broken}", shapes.POSSIBLE)
     axes = np.array(body.principal.axes) if body.principal is not None else np.eye(3)
     tensor = None if body.tensor is None else np.array(body.tensor)
     wants_tensor = given.tensor is not None or (given.covariance is not None and len(given.covariance) == 6)

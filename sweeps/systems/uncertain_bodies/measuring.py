@@ -49,7 +49,7 @@ class Asked:
 
 @dataclass(frozen=True)
 class Spun:
-    """What is spun: about which axis, how fast, nudged how."""
+    """What is spun: about which axis, how fast, perturbed how."""
 
     axis: int
     omega0: float
@@ -120,7 +120,7 @@ def _bodies(known: Known, normals: np.ndarray, run: Callable):
 
 
 def _points(known: Known, moments, turned, normals, spin: Spun) -> dict[str, np.ndarray]:
-    """Points of the kernels: a spin that starts along the body's own axis, nudged, as the draw's axes see it."""
+    """Points of the kernels: a spin that starts along the body's own axis, perturbed, as the draw's axes see it."""
     rate, size, phase = known.spun(normals, spin.omega0, spin.epsilon, spin.phase)
     if turned is not None:
         a, b, c = spin.axis - 1, spin.axis % 3, (spin.axis + 1) % 3

@@ -26,8 +26,8 @@ def facts(system: "System") -> dict | None:
         system: the description.
 
     Returns:
-        `coordinates` (name, `velocity`, `unit`, and `size`, the tree of what is drawn as a nudge of one), `shared`
-        (name and tree of what stands in several), `a` (rows of trees) and `forces` (trees of f_i).
+        `coordinates` (name, `velocity`, `unit`, and `size`, the tree of what is drawn as a perturbation of one),
+        `shared` (name and tree of what stands in several), `a` (rows of trees) and `forces` (trees of f_i).
     """
     import sympy as sp
 
@@ -50,7 +50,7 @@ def facts(system: "System") -> dict | None:
 
 
 def _size(coordinate) -> "sp.Expr":
-    """What a nudge of one is in a picture: as described, a radian, or an eighth of the bounds."""
+    """Size of a perturbation of 1 in a picture: as described, a radian, or an eighth of the bounds."""
     import sympy as sp
 
     if coordinate.size is not None:

@@ -153,7 +153,7 @@ function fillDrawnTable() {
   fillTable(document.querySelector("#drawn-table table"), ["draw", ...columns.map((column) => column.longName)], rows);
 }
 
-const DRAWN_SIDES = { across: ["across", "drawn-controls"], up: ["up", "drawn-controls"], told: ["of", "histogram-controls"] };
+const DRAWN_SIDES = { across: ["x axis", "drawn-controls"], up: ["y axis", "drawn-controls"], told: ["of", "histogram-controls"] };
 
 function showDrawnControls(choice) {
   for (const [key, [label, bar]] of Object.entries(DRAWN_SIDES)) {
