@@ -25,8 +25,9 @@ PHRASES = re.compile(
     r" wrong|\bnudg(e|ed|es)\b|seen from space|goes round|square of the rate|reduced to zero|the finite amplitude adds"
     r"|share of the start|kind of body|room of|share of the way|lacks of half|and said\b|what was finished stays"
     r"|under an unknown key|\(nothing\)|denormal|free fall|where it rests|its motion, followed|what moves|by room"
-    r"|where it comes from|nobody else|what becomes|the error told|told apart|as it was asked|the house\b",
-    re.IGNORECASE,
+    r"|where it comes from|nobody else|what becomes|the error told|told apart|as it was asked|grid's nearest"
+    r"|its least axis|distance of the direct solution|what the twist lacks|\bDoors\b|^## (Two lines|Your own)$",
+    re.IGNORECASE | re.MULTILINE,
 )
 
 

@@ -265,7 +265,7 @@ def place(ds: "xr.Dataset", at: Mapping[str, int]) -> dict[str, float | int | st
 
 def rule(summary: Summary) -> str:
     """Return which points are compared, in words, with their number."""
-    return f"{summary.compared:,} of {summary.points:,} points, with status ok, regime as predicted, not marginal"
+    return f"{summary.compared:,} of {summary.points:,} points (status ok, regime as predicted, not marginal)"
 
 
 def share(part: int, whole: int) -> str:

@@ -266,7 +266,7 @@ def test_body_says_what_the_racket_does(capsys):
     assert "the body flips every" in out
     assert "flip times are for ε = 1e-06; larger perturbations flip sooner" in " ".join(out.split())
     assert "perturbed by ε = 1e-06 (transverse ω over ω₀)" in out
-    assert "axis 2, its own" in out
+    assert "axis 2 (usual spin)" in out
 
 
 def test_body_says_what_people_observed(capsys):

@@ -101,7 +101,7 @@ def test_a_gigantic_grid_is_refused_with_its_bytes(folder, capsys):
     checked = capsys.readouterr().out
     assert "not here    huge: grid: 3,000,000,000,000,000,000 points need " in checked
     assert "refuse it on this machine" in checked
-    assert "years on one core, pictures and report included" in checked
+    assert "years on one core, figures and report included" in checked
     assert main(["check", "huge.yaml", "--json"]) == 0
     assert "of disk" in json.loads(capsys.readouterr().out)["lacking_here"][0]
     assert not (folder / "results").exists()

@@ -267,7 +267,7 @@ def test_open_map_refuses_what_is_missing_or_foreign(tmp_path, shards, small):
         sweeps.open_map(text)
     other = tmp_path / "other.nc"
     small.to_netcdf(other)
-    with pytest.raises(storage.MapError, match="contract_version: is nothing"):
+    with pytest.raises(storage.MapError, match="contract_version: is missing"):
         sweeps.open_map(other)
     with pytest.raises(storage.MapError, match="contract_version"):
         sweeps.open_map(shards[0])

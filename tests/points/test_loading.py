@@ -340,10 +340,10 @@ def test_numbers_elsewhere(value):
 @pytest.mark.parametrize(
     ("name", "value", "allowed"),
     [
-        ("I1", 0.0, "> 0"),
-        ("I1", -1.0, "> 0"),
-        ("I1", 2.2e-308, "denormal: at least 2.2250738585072014e-308"),
-        ("I1", 5e-324, "denormal"),
+        ("I1", 0.0, "a positive number"),
+        ("I1", -1.0, "a positive number"),
+        ("I1", 2.2e-308, "a positive number"),
+        ("I1", 5e-324, "a positive number"),
         ("omega0", 0.0, "1e-150 ≤ |omega0| ≤ 1e150"),
         ("omega0", 9e-151, "1e-150 ≤ |omega0| ≤ 1e150"),
         ("omega0", -2e150, "1e-150 ≤ |omega0| ≤ 1e150"),
@@ -521,7 +521,7 @@ def test_bodies_and_grid_share_the_work():
     assert "grid.omega0: is missing" in refusal({"bodies": [one, two]})
     assert "grid.omega0: is missing" in refusal({"bodies": [spinning[0], two]})
     some = {"bodies": [spinning[0], two], "grid": {"omega0": [1.0, 2.0]}}
-    assert "grid.omega0: [1.0, 2.0] makes a dimension, but 1 of 2 bodies give their own" in refusal(some)
+    assert "grid.omega0: [1.0, 2.0] is a dimension, but 1 of 2 bodies have their own" in refusal(some)
     assert "bodies[0].I2: is missing" in refusal({"bodies": [{"name": "a", "I1": 1.0}], "grid": {"omega0": 1}})
     twice = {"bodies": [spinning[0], spinning[0]]}
     assert "bodies[1].name: 'a' is an earlier body's name" in refusal(twice)

@@ -112,5 +112,7 @@ def test_a_film_stands_beside_it_where_an_encoder_can_make_one(ds, tmp_path, mon
     assert [path.name for path in drawn] == names
     assert sorted(path.name for path in (tmp_path / "figures").iterdir()) == names
     if status:
-        with pytest.raises(RefusedError, match="--format: webm cannot be made by the ffmpeg at hand; allowed: gif"):
+        with pytest.raises(
+            RefusedError, match="--format: webm cannot be written by the installed ffmpeg; allowed: gif"
+        ):
             list(figures.draw_all(ds, tmp_path / "films", "webm"))
