@@ -258,7 +258,7 @@ function playBySpace(event) {
 
 function fillMotionControls() {
   const speed = document.getElementById("speed");
-  for (const one of SPEEDS) speed.append(element("option", { value: String(one), textContent: `${numberText(one, 3)} rotations per second` }));
+  for (const one of SPEEDS) speed.append(element("option", { value: String(one), textContent: `${numberText(one, 3)} rotation${one === 1 ? "" : "s"} per second` }));
   speed.onchange = () => (speed.dataset.chosen = "yes");
   const nudge = document.getElementById("nudge");
   nudge.append(element("option", { value: "", textContent: "as in the map" }));

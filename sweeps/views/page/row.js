@@ -37,7 +37,7 @@ function headlineTexts(column, place) {
 function showHeadlines(place) {
   const lines = headlines().map((column) => {
     const [measured, theory] = headlineTexts(column, place);
-    const head = element("th", { scope: "row", textContent: column.longName, title: column.comment });
+    const head = element("th", { scope: "row", textContent: column.longName.replace(/, measured\b/, ""), title: column.comment });
     return element("tr", {}, head, element("td", { className: "n", textContent: measured }), element("td", { className: "n", textContent: theory }));
   });
   document.querySelector("#headline tbody").replaceChildren(...lines);
