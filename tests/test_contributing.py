@@ -44,7 +44,7 @@ def packages():
 
 
 def test_the_packages_are_those_of_the_code():
-    """On failure, copy the list that pytest prints into CONTRIBUTING.md."""
+    """`python tests/test_contributing.py` writes the list again."""
     assert blocks("Packages, in the order of their imports", "text")[0].splitlines() == list(packages())
 
 
@@ -118,3 +118,9 @@ def test_another_executor(toy):
     for ds in (found["ds"], sweeps.open_map("map.nc")):
         assert ds.decay.equals(expected.decay)
     assert sweeps.open_map("map.nc").attrs["content_hash"] == expected.attrs["content_hash"]
+
+
+if __name__ == "__main__":
+    before, old = PAGE.split("```text\n", 1)
+    text = before + "```text\n" + "".join(f"{line}\n" for line in packages()) + old[old.index("```") :]
+    (ROOT / "CONTRIBUTING.md").write_text(text, encoding="utf-8")

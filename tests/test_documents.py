@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import sweeps
+from sweeps.handbook import generated
 from sweeps.systems.observed_periods import variables as observed_periods
 from sweeps.systems.oscillator import variables as oscillator
 from sweeps.systems.relative_equilibrium import variables as relative
@@ -15,53 +16,45 @@ from sweeps.systems.twist import variables as twist
 from sweeps.systems.uncertain_bodies import variables as uncertain
 
 ROOT = Path(__file__).parents[1]
+CONTRACT = ROOT / "results" / "README.md"
+TABLES = [  # marker in results/README.md, and the variables of the code    ("coordinates", rigid_body.COORDINATES),
+    ("variables", rigid_body.VARIABLES),
+    ("terms", rigid_body.TERMS),
+    ("certificate", rigid_body.CERTIFICATE),
+    ("flips", rigid_body.FLIPS),
+    ("in space", rigid_body.IN_SPACE),
+    ("symmetric top, coordinates", symmetric_top.COORDINATES),
+    ("symmetric top, variables", symmetric_top.VARIABLES),
+    ("twist, coordinates", twist.COORDINATES),
+    ("twist, variables", twist.VARIABLES),
+    ("tumbling, coordinates", tumbling.COORDINATES),
+    ("tumbling, variables", tumbling.VARIABLES),
+    ("observed periods, coordinates", observed_periods.COORDINATES),
+    ("observed periods, variables", observed_periods.VARIABLES),
+    ("uncertain bodies, coordinates", uncertain.COORDINATES),
+    ("uncertain bodies, variables", uncertain.VARIABLES),
+    ("uncertain bodies, twists", uncertain.TWISTS),
+    ("uncertain bodies, kept", uncertain.KEPT),
+    ("oscillator coordinates", oscillator.COORDINATES),
+    ("oscillator variables", oscillator.VARIABLES),
+    ("oscillator degenerate", oscillator.DEGENERATE),
+    ("oscillator followed", oscillator.FOLLOWED),
+    ("relative equilibrium coordinates", relative.COORDINATES),
+    ("relative equilibrium variables", relative.VARIABLES),
+    ("relative equilibrium invariants", relative.INVARIANTS),
+]
 
 
-def table(marker):
-    """Rows {first cell: (second, third)} of the Markdown table behind a comment."""
-    text = (ROOT / "results" / "README.md").read_text(encoding="utf-8").split(f"<!-- {marker}:")[1].split("\n\n")[1]
-    cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines()[2:]]
-    return {name: (units, meaning) for name, units, meaning in cells}
+def rows(truth):
+    """Lines of a table: name, units and meaning of each variable."""
+    return [f"| {name} | {' | '.join(generated.meaning(variable))} |" for name, variable in truth.items()]
 
 
-@pytest.mark.parametrize(
-    ("marker", "truth"),
-    [
-        ("coordinates", rigid_body.COORDINATES),
-        ("variables", rigid_body.VARIABLES),
-        ("terms", rigid_body.TERMS),
-        ("certificate", rigid_body.CERTIFICATE),
-        ("flips", rigid_body.FLIPS),
-        ("in space", rigid_body.IN_SPACE),
-        ("symmetric top, coordinates", symmetric_top.COORDINATES),
-        ("symmetric top, variables", symmetric_top.VARIABLES),
-        ("twist, coordinates", twist.COORDINATES),
-        ("twist, variables", twist.VARIABLES),
-        ("tumbling, coordinates", tumbling.COORDINATES),
-        ("tumbling, variables", tumbling.VARIABLES),
-        ("observed periods, coordinates", observed_periods.COORDINATES),
-        ("observed periods, variables", observed_periods.VARIABLES),
-        ("uncertain bodies, coordinates", uncertain.COORDINATES),
-        ("uncertain bodies, variables", uncertain.VARIABLES),
-        ("uncertain bodies, twists", uncertain.TWISTS),
-        ("uncertain bodies, kept", uncertain.KEPT),
-        ("oscillator coordinates", oscillator.COORDINATES),
-        ("oscillator variables", oscillator.VARIABLES),
-        ("oscillator degenerate", oscillator.DEGENERATE),
-        ("oscillator followed", oscillator.FOLLOWED),
-        ("relative equilibrium coordinates", relative.COORDINATES),
-        ("relative equilibrium variables", relative.VARIABLES),
-        ("relative equilibrium invariants", relative.INVARIANTS),
-    ],
-)
+@pytest.mark.parametrize(("marker", "truth"), TABLES)
 def test_data_contract_for_readers_is_the_table_of_the_code(marker, truth):
-    told = table(marker)
-    assert list(told) == list(truth)
-    for name, variable in truth.items():
-        units, meaning = told[name]
-        assert units == (variable.units or ("flags" if variable.flags else "text"))
-        assert meaning.startswith(variable.long_name)
-        assert all(flag in meaning for flag in variable.flags)
+    """`python tests/test_documents.py` writes the tables again."""
+    table = CONTRACT.read_text(encoding="utf-8").split(f"<!-- {marker}:")[1].split("\n\n")[1]
+    assert table.splitlines()[2:] == rows(truth)
 
 
 def test_readme_names_the_two_lines():
@@ -104,3 +97,11 @@ def test_what_leads_out_of_the_documents_is_a_whole_address():
     for path in pages:
         for target in re.findall(r"(?:\]\(|href=\"|src=\")(\w+:[^)\"\s]*)", path.read_text(encoding="utf-8")):
             assert re.fullmatch(r"https://[\w-]+(\.[\w-]+)+(/\S*)?", target), (path.name, target)
+
+
+if __name__ == "__main__":
+    text = CONTRACT.read_text(encoding="utf-8")
+    for marker, truth in TABLES:
+        lines = "".join(f"{row}\n" for row in rows(truth))
+        text = re.sub(rf"(<!-- {marker}:.*\n\n.*\n.*\n)(?:\|.*\n)*", lambda m, lines=lines: m[1] + lines, text)
+    CONTRACT.write_text(text, encoding="utf-8")

@@ -177,7 +177,7 @@ def _variables() -> str:
         system = systems.resolve(name)
         text += [f"## `{name}`", "", f"{system.caption}.", ""]
         for heading, found in (("coordinate", _coordinates(system)), ("variable", _all_variables(system))):
-            rows = [(f"`{key}`", *_told(variable)) for key, variable in found.items()]
+            rows = [(f"`{key}`", *meaning(variable)) for key, variable in found.items()]
             text += [_table((heading, "units", "meaning"), rows)]
     return "\n".join(text)
 
@@ -190,7 +190,8 @@ def _all_variables(system) -> dict:
     return {**system.variables(), **system.layout().variables}
 
 
-def _told(variable) -> tuple[str, str]:
+def meaning(variable) -> tuple[str, str]:
+    """Return the units of a variable ("flags" or "text" without any) and its meaning, with flags and comment."""
     flags = ": " + ", ".join(variable.flags) if variable.flags else ""
     comment = f" ({variable.comment})" if variable.comment else ""
     return variable.units or ("flags" if variable.flags else "text"), variable.long_name + flags + comment

@@ -30,7 +30,7 @@ class Number:
 
 
 def of(source: str) -> Callable:
-    """Register a function of a map among the numbers, under its name."""
+    """Enters a function of a map among the numbers, by its own name."""
 
     def enter(function: Callable[[xr.Dataset], float]) -> Callable[[xr.Dataset], float]:
         NUMBERS[function.__name__] = Number(source, (function.__doc__ or "").strip(), function)
@@ -40,7 +40,7 @@ def of(source: str) -> Callable:
 
 
 def shown(value: float, form: str = ".3g") -> str:
-    """Format a number as on the pages: 1e-13 becomes 1 × 10⁻¹³.
+    """A number as the pages write it: 1e-13 becomes 1 × 10⁻¹³.
 
     Args:
         value: the number.
@@ -128,7 +128,7 @@ def wobble_worst_bar(ds):
 
 @of("bodies")
 def least_epsilon(ds):
-    """Smallest perturbation, relative to the spin."""
+    """Smallest nudge, relative to the spin."""
     return ds.epsilon.min()
 
 
@@ -225,13 +225,13 @@ def racket_spin(ds):
 
 @of("racket")
 def racket_epsilon(ds):
-    """Size of the perturbation over the spin."""
+    """Size of the nudge over the spin."""
     return ds.epsilon
 
 
 @of("racket")
 def racket_epsilon_squared(ds):
-    """Square of the size of the perturbation."""
+    """Square of the size of the nudge."""
     return ds.epsilon**2
 
 
@@ -261,7 +261,7 @@ def racket_growth(ds):
 
 @of("racket")
 def racket_tenfold(ds):
-    """Time in which the racket's perturbation grows tenfold, s."""
+    """Time in which the racket's nudge grows tenfold, s."""
     return np.log(10.0) / _racket(ds, 2).growth_rate
 
 
@@ -291,13 +291,13 @@ def racket_worst_bar(ds):
 
 @of("racket")
 def racket_wrong(ds):
-    """Points whose measured regime differs from theory."""
+    """Points whose measured regime is not theory's."""
     return _otherwise(ds).sum()
 
 
 @of("racket")
 def racket_marginal(ds):
-    """Points that are marginal."""
+    """Points that are called marginal."""
     return _word(ds.regime, "marginal").sum()
 
 
@@ -317,7 +317,7 @@ def bodies_points(ds):
 
 @of("bodies")
 def greatest_epsilon(ds):
-    """Largest perturbation, relative to the spin."""
+    """Largest nudge, relative to the spin."""
     return ds.epsilon.max()
 
 
@@ -329,19 +329,19 @@ def certificate_worst(ds):
 
 @of("bodies")
 def racket_flip_small(ds):
-    """Time between two flips of the racket after the smallest perturbation, s."""
+    """Time between two flips of the racket after the smallest nudge, s."""
     return _nudged(ds, "Racket", 2).flip_period.isel(epsilon=0)
 
 
 @of("bodies")
 def racket_flip_large(ds):
-    """Time between two flips of the racket after the largest perturbation, s."""
+    """Time between two flips of the racket after the largest nudge, s."""
     return _nudged(ds, "Racket", 2).flip_period.isel(epsilon=-1)
 
 
 @of("bodies")
 def racket_flip_delay(ds):
-    """Increase by a ten times smaller perturbation of the time between two flips of the racket, s, at the small end."""
+    """What a ten times smaller nudge adds to the time between two flips of the racket, s, at the small end."""
     flips = _nudged(ds, "Racket", 2).isel(epsilon=slice(0, 2))
     return -flips.flip_period.diff("epsilon").item() / np.log10(flips.epsilon[1] / flips.epsilon[0])
 
@@ -360,13 +360,13 @@ def flip_worst(ds):
 
 @of("bodies")
 def racket_tilt(ds):
-    """Largest tilt of the racket about its intermediate axis after the smallest perturbation, degrees."""
+    """Largest tilt of the racket about its middle axis after the smallest nudge, degrees."""
     return np.degrees(_nudged(ds, "Racket", 2).max_tilt.isel(epsilon=0))
 
 
 @of("bodies")
 def earth_tilt(ds):
-    """Largest tilt of the Earth about its axis of greatest inertia after the smallest perturbation, degrees."""
+    """Largest tilt of the Earth about its axis of greatest moment after the smallest nudge, degrees."""
     return np.degrees(_nudged(ds, "Earth", 3).max_tilt.isel(epsilon=0))
 
 
@@ -376,25 +376,25 @@ def _brick(ds: xr.Dataset) -> xr.Dataset:
 
 @of("bodies")
 def brick_epsilon(ds):
-    """A perturbation of the brick, relative to the spin."""
+    """A nudge of the brick, relative to the spin."""
     return _brick(ds).epsilon
 
 
 @of("bodies")
 def brick_shift(ds):
-    """Distance of the brick's measured squared rate from linear theory at that perturbation, over the spin's square."""
+    """Distance of the brick's measured squared rate from linear theory at that nudge, over the spin's square."""
     return abs(_brick(ds).omega_squared - _brick(ds).omega_squared_theory) / _brick(ds).omega0 ** 2
 
 
 @of("bodies")
 def brick_shift_scaled(ds):
-    """The same in units of the perturbation's square."""
+    """The same in units of the nudge's square."""
     return brick_shift(ds) / _brick(ds).epsilon ** 2
 
 
 @of("bodies")
 def brick_shift_left(ds):
-    """Distance of the brick's reduced squared rate from linear theory at that perturbation, over the spin's square."""
+    """Distance of the brick's reduced squared rate from linear theory at that nudge, over the spin's square."""
     return abs(_brick(ds).omega_squared_reduced - _brick(ds).omega_squared_theory) / _brick(ds).omega0 ** 2
 
 
@@ -420,7 +420,7 @@ def throws_points(ds):
 
 @of("throws")
 def throw_chi(ds):
-    """Angle of the momentum to the intermediate axis at the start of the throw, rad."""
+    """Angle of the momentum to the middle axis at the start of the throw, rad."""
     return _throw(ds, "Racket").chi
 
 
@@ -432,7 +432,7 @@ def throw_twist(ds):
 
 @of("throws")
 def careful_chi(ds):
-    """Angle of the momentum to the intermediate axis in the most careful throw of the map, rad."""
+    """Angle of the momentum to the middle axis in the most careful throw of the map, rad."""
     return ds.chi.min()
 
 
@@ -450,13 +450,13 @@ def throw_seconds(ds):
 
 @of("throws")
 def phone_defect(ds):
-    """Angle by which the telephone's twist falls short of a half turn in the same throw, rad."""
+    """What the telephone's twist lacks of half a turn in the same throw, rad."""
     return abs(_throw(ds, "Telephone").twist_defect)
 
 
 @of("throws")
 def poor_defect(ds):
-    """Angle by which the twist of a body of moments 1, 2, 3 falls short of a half turn in the same throw, rad."""
+    """What the twist of a body of moments 1, 2, 3 lacks of half a turn in the same throw, rad."""
     return abs(_throw(ds, "Moments 1, 2, 3").twist_defect)
 
 
@@ -597,13 +597,13 @@ def hoop_missing(ds):
 
 @of("hoop")
 def hoop_marginal(ds):
-    """Points of the hoop's map that are marginal."""
+    """Points of the hoop's map that are called marginal."""
     return _word(ds.regime, "marginal").sum()
 
 
 @of("hoop")
 def hoop_wrong(ds):
-    """Points of the hoop's map whose measured regime differs from theory."""
+    """Points of the hoop's map whose measured regime is not theory's."""
     return _otherwise(ds).sum()
 
 
@@ -656,7 +656,7 @@ def top_flutters(ds):
 
 @of("top")
 def top_wrong(ds):
-    """Tops whose measured regime differs from theory."""
+    """Tops whose measured regime is not theory's."""
     return _otherwise(_motions(ds)).sum()
 
 
