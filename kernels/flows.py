@@ -29,7 +29,7 @@ from kernels import direct, measure, spectrum
 from kernels.blocks import W, cut, rows_of, scratch
 from kernels.jit import OPTIONS, float64, int64, njit, void, whole_vectors
 from kernels.oscillations import ADVANCE, ENERGY, LEAST_SPAN, MOST_HALVINGS, ORDER
-from kernels.statuses import NON_FINITE, NOT_CONVERGED, NOT_MOVED, OK, SHORT_WINDOW
+from kernels.statuses import NON_FINITE, NOT_CONVERGED, NOT_EXCITED, OK, SHORT_WINDOW
 
 ASYMPTOTICALLY_STABLE, STABLE, UNSTABLE, FLUTTER, MARGINAL = range(5)
 
@@ -351,7 +351,7 @@ def converged(raw, intervals, tolerance):
 
 
 def status(raw, quantities, n, intervals, tolerance, runs, spacing):
-    """Status of each row: OK, SHORT_WINDOW, NOT_CONVERGED, NON_FINITE or NOT_MOVED.
+    """Status of each row: OK, SHORT_WINDOW, NOT_CONVERGED, NON_FINITE or NOT_EXCITED.
 
     A window is short where all runs together hold too few samples to tell n modes and how they scatter, or where it is
     shorter than LEAST_SPAN, in 1/scale as ``spacing`` is: then the normal equations have no digits left.
@@ -366,7 +366,7 @@ def status(raw, quantities, n, intervals, tolerance, runs, spacing):
         ~np.isfinite(told[:, spectrum.HEAD]),
         ~converged(raw, intervals, tolerance),
     ]
-    return np.select(cases, [NON_FINITE, SHORT_WINDOW, NOT_MOVED, NON_FINITE, NOT_CONVERGED], OK).astype(np.int8)
+    return np.select(cases, [NON_FINITE, SHORT_WINDOW, NOT_EXCITED, NON_FINITE, NOT_CONVERGED], OK).astype(np.int8)
 
 
 def is_too_wide(raw, quantities, n, size, scale, twice, paired):

@@ -165,7 +165,7 @@ class Model:
         unbound = np.where(theory["positive"], statuses.NON_FINITE, statuses.KINETIC_ENERGY_NOT_POSITIVE)
         status[unsound] = unbound[unsound]
         wide = self._too_wide(points, theory, np.flatnonzero(here & ~unsound))
-        status[wide], unsound[wide] = statuses.NUDGE_TOO_WIDE, True
+        status[wide], unsound[wide] = statuses.PERTURBATION_TOO_LARGE, True
         which = np.flatnonzero(here & ~unsound)
         reach = np.ones(size)
         for start in range(0, which.size, CHUNK):
@@ -173,13 +173,13 @@ class Model:
             nudge = self._nudge(points, theory, part, direction)
             reach[part] = nudge["reach"]
             nudged = nudge["start"] >= LEAST_SHARE
-            status[part[~nudged]] = statuses.NOT_NUDGED
+            status[part[~nudged]] = statuses.NOT_PERTURBED
             if not nudged.all():
                 part, nudge = part[nudged], {name: values[nudged] for name, values in nudge.items()}
             raw[part] = self._run(points, theory, part, nudge, intervals, spacing, tolerance)
             status[part] = kernel.status(raw[part], intervals, tolerance, spacing)
         wide = (status == statuses.OK) & kernel.is_too_wide(raw, theory["scale"], spacing)
-        raw[wide], status[wide] = np.nan, statuses.NUDGE_TOO_WIDE
+        raw[wide], status[wide] = np.nan, statuses.PERTURBATION_TOO_LARGE
         return {"raw": raw, "status": status, "intervals": intervals, "spacing": spacing, "reach": reach}
 
     def _too_wide(self, points, theory, which):

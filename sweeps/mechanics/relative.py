@@ -230,7 +230,7 @@ class FlowModel:
         size = np.asarray(points["epsilon"], dtype=np.float64) * theory["bent"]
         wide = kernel.is_too_wide(raw, quantities, self.n, size, theory["scale"], _twice(points), theory["paired"])
         wide &= status == statuses.OK
-        status[wide], raw[wide, kernel.FIRST + quantities :] = statuses.NUDGE_TOO_WIDE, np.nan
+        status[wide], raw[wide, kernel.FIRST + quantities :] = statuses.PERTURBATION_TOO_LARGE, np.nan
         return {"raw": raw, "status": status, "spacing": spacing}
 
     def _run(self, points, theory, part, intervals, spacing, tolerance, runs):

@@ -6,7 +6,7 @@ import pytest
 import relative
 
 from kernels import flows, spectrum
-from kernels.statuses import NUDGE_TOO_WIDE, OK, SHORT_WINDOW
+from kernels.statuses import OK, PERTURBATION_TOO_LARGE, SHORT_WINDOW
 from sweeps.mechanics.model import Model
 from sweeps.mechanics.relative import FlowModel, _exchanged, regimes
 
@@ -29,7 +29,7 @@ def test_a_double_pendulum_that_saturates_is_refused_or_within_its_error():
         assert known.mean() > (0.8 if epsilon < 0.01 else 0.3)
         for name in ("omega_squared", "omega_squared_reduced"):
             missing = np.isnan(found[name]) & np.isnan(found[f"{name}_error"])
-            assert missing[found["status"] == NUDGE_TOO_WIDE].all()
+            assert missing[found["status"] == PERTURBATION_TOO_LARGE].all()
             off = np.abs(found[name] - found["omega_squared_theory"])[known]
             # theory's own rounding, of a kinetic matrix with a condition of 50: 1e-14 of the scale
             off -= 1e-14 * found["rate_scale"][known] ** 2
@@ -103,7 +103,7 @@ def test_a_window_shorter_than_the_scale_is_refused():
     system = oscillators.shipped("double_pendulum")
     points = oscillators.points(system, 2, 5, {"mass2": (5.0, 20.0), "length2": (5.0, 20.0)}, 1, 0.45)
     found = Model(system).survey(points, 0.001, 24000)
-    assert np.isin(found["status"], (SHORT_WINDOW, NUDGE_TOO_WIDE)).all()
+    assert np.isin(found["status"], (SHORT_WINDOW, PERTURBATION_TOO_LARGE)).all()
     system = relative.shipped("viscous_slug")
     points = relative.points(system, 5, 20, relative.RANGES["viscous_slug"])
     assert (FlowModel(system).survey(points, 0.04, 500)["status"] == SHORT_WINDOW).all()

@@ -295,7 +295,7 @@ def test_a_mode_without_a_share_of_the_direction_is_said(models):
     columns = hanging(model)
     first = model.theory(columns)["modes"][0, :, 0]
     found = model.survey(columns, direction=first)
-    assert found["status"].tolist() == [statuses.OK, statuses.NOT_NUDGED]
+    assert found["status"].tolist() == [statuses.OK, statuses.NOT_PERTURBED]
     assert np.isnan(found["omega_squared"]).tolist() == [False, True]
     assert found["regime"].tolist() == [kernel.STABLE, -1]
     assert found["omega_squared"][0] == pytest.approx(model.survey(columns)["omega_squared"][0], rel=1e-12)

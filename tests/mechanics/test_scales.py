@@ -128,7 +128,7 @@ def test_the_size_that_is_left_out_follows_from_the_potential():
 def test_a_nudge_that_leaves_the_neighbourhood_is_said(size, epsilon):
     model = argon(size=size)
     found = model.survey(points(model, epsilon=epsilon))
-    assert found["status"].tolist() == [statuses.NUDGE_TOO_WIDE]
+    assert found["status"].tolist() == [statuses.PERTURBATION_TOO_LARGE]
     assert np.isnan(found["omega_squared"]).all()
 
 
