@@ -552,7 +552,7 @@ def second(browser, plane_path):
     """Another reader's page, which links are sent to: opened by one, and followed by others."""
     page = Opened(browser, plane_path, "#axis=1&I1=0.8&_color=frequency&_nudge=0.05")
     page.first = (page.row("axis")[0], page.row("I1")[0], page.page.get_by_label("colour by").input_value())
-    page.first_nudge = page.page.get_by_label("nudge drawn").input_value()
+    page.first_nudge = page.page.get_by_label("perturbation shown").input_value()
     yield page
     assert page.said == []
     page.context.close()
@@ -751,7 +751,7 @@ def test_the_link_restores_the_state(opened, second):
     page = opened.page
     page.get_by_label("1", exact=True).check()
     page.get_by_label("colour by").select_option("frequency")
-    page.get_by_label("nudge drawn").select_option("0.1")
+    page.get_by_label("perturbation shown").select_option("0.1")
     page.mouse.click(*opened.center(2, 5))
     opened.until("location.hash.includes('frequency') && location.hash === polhode.link()")
     link = page.evaluate("location.hash")
@@ -930,11 +930,11 @@ def test_another_system_draws_with_its_mode(visit, folder):
     assert parsed(opened.row("omega_squared")[1]) == pytest.approx(float(point.omega_squared), rel=1e-5)
     assert parsed(opened.row("angle")[1]) == pytest.approx(float(point.angle), rel=1e-5)
     assert page.locator("#motion").is_hidden()
-    assert "runs away" in page.locator("#mode-words").inner_text()
+    assert "grow by a factor e" in page.locator("#mode-words").inner_text()
     page.get_by_label("hanging").check()
-    assert "period takes" in page.locator("#mode-words").inner_text()
+    assert "oscillate with period" in page.locator("#mode-words").inner_text()
     page.evaluate("location.hash = '#length=0.56&spin=0.1&equilibrium=hanging&mode=1'")
-    opened.until("document.getElementById('mode-words').textContent.includes('drifts')")
+    opened.until("document.getElementById('mode-words').textContent.includes('stay constant')")
 
 
 @pytest.mark.slow
@@ -966,7 +966,7 @@ def test_a_symmetric_top_turns_about_its_figure_axis(visit, folder):
     spin = opened.page.evaluate("polhode.motion.omega")
     assert math.degrees(math.atan2(math.hypot(spin[0], spin[1]), abs(spin[2]))) == pytest.approx(40.0, rel=1e-14)
     assert "Stable" in opened.page.locator("#motion-words").inner_text()
-    assert "inclined by" in opened.page.locator("#motion-words").inner_text()
+    assert "angle between ω and the figure axis" in opened.page.locator("#motion-words").inner_text()
 
 
 @pytest.mark.slow
@@ -998,7 +998,7 @@ def test_an_unstable_motion_is_followed_by_its_full_equations(visit, folder):
     np.testing.assert_allclose(theta, true, atol=1e-7)
     assert max(theta) > 1
     words = opened.page.locator("#mode-words").inner_text()
-    assert parsed(re.search(r"it goes ([\d.]+)", words)[1]) == pytest.approx(max(true), rel=5e-3)  # three digits
+    assert parsed(re.search(r"at most ([\d.]+)", words)[1]) == pytest.approx(max(true), rel=5e-3)  # three digits
     tilt = math.acos(9.80665 / 36.0)
     drawn = opened.page.evaluate(
         "document.getElementById('places-plot').data.filter(({ mode }) => mode === 'markers')"
@@ -1020,7 +1020,7 @@ def test_eigenvalues_stand_in_the_plane_as_in_the_map(visit, folder):
     np.testing.assert_array_equal(rings[:2], [point.eigenvalue_real_theory, point.eigenvalue_imag_theory])
     assert dots[2] == [0.02] * 4
     said = opened.page.locator("#say").inner_text()
-    assert parsed(said.split("e times every ")[1]) == pytest.approx(1 / float(point.growth_rate.max()), rel=1e-3)
+    assert parsed(said.split("by a factor e in ")[1]) == pytest.approx(1 / float(point.growth_rate.max()), rel=1e-3)
     opened.page.locator("#spectrum-table summary").click()
     opened.until("document.querySelectorAll('#spectrum-table tbody tr').length === 4")  # an event fills it
 
@@ -1193,7 +1193,7 @@ def test_the_body_is_seen_from_space_and_from_itself(opened):
     seen = {}
     for frame in ("body", "space"):
         page.locator("#frame").select_option(frame)
-        assert ("from the body" in page.locator("#body-note").inner_text()) == (frame == "body")
+        assert ("Body frame" in page.locator("#body-note").inner_text()) == (frame == "body")
         seen[frame] = page.evaluate("document.getElementById('body-canvas').toDataURL()")
     assert seen["body"] != seen["space"]
     drawn = page.evaluate("document.getElementById('herpolhode-canvas').toDataURL()")
