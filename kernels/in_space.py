@@ -8,9 +8,8 @@ code. ``attitude_error`` is the largest angle between them.
 
 *Rate in space.* With psi the turn that is left when the shortest arc from L to the spin axis is taken off the attitude,
 the axis of a stable spin goes about L at the mean rate :math:`\langle\psi'\rangle \pm \Omega`: plus about the axis of
-greatest moment, minus about that of least. The mean of psi' is that of the samples, and its error what it wanders by;
-the frequency of the wobble in the body is the survey's, and so is its error. ``swing`` is the square of the largest
-sine of the wobble seen, by which a mean over a piece of it differs from that over the whole.
+greatest moment, minus about that of least. The mean of psi' is that of the samples, the frequency of the wobble in the
+body that of the survey. A run may show a piece of the wobble alone; :func:`wandering` bounds what the rest changes.
 
 *Second witness.* ``geometric_phase_residual`` is the distance of psi's growth over one polhode period, by the elliptic
 integral, from what Montgomery's theorem makes of energy, period and a solid angle (:mod:`kernels.tumbling`).
@@ -26,7 +25,7 @@ from kernels.jit import OPTIONS, njit, whole_vectors
 from kernels.series import arctangent
 from kernels.taylor import turn_12
 
-IN_SPACE = ("attitude_error", "psi_rate", "psi_rate_error", "space_rate_exact", "geometric_phase_residual", "swing")
+IN_SPACE = ("attitude_error", "psi_rate", "psi_rate_error", "space_rate_exact", "geometric_phase_residual")
 EPSILON = float(np.finfo(np.float64).eps)
 
 # Rows of the scratch array, W long each. The direct state: angular velocity, quaternion, steps.
@@ -36,8 +35,9 @@ MD, MJ, MK, SD, SJ, SK, R0, RD, RJ, RK, SIZE = (W * r for r in range(11, 22))
 EX0, EXD, EXDD, EXJK, EY0, EYD, EYDD, EYJK, AXIS, TURNED = (W * r for r in range(22, 32))
 # Moments over L, the start's direction of L, window, and what is found.
 MA, MB, MC, NA, NB, NC, START, OPEN, APART, USED = (W * r for r in range(32, 42))
-ZR, ZI, PSI, LEAST, MOST, SPACING, SWING = (W * r for r in range(42, 49))
-ROWS = 49
+# psi's turn in the first interval, and the sum of what those of the others differ from it.
+ZR, ZI, FIRST, PSI, SPACING = (W * r for r in range(42, 47))
+ROWS = 47
 
 
 @njit(**OPTIONS)
@@ -73,8 +73,7 @@ def _load(S, lane, Ia, Ib, Ic, spin, epsilon, phase, h, steps):
     S[NA + lane], S[NB + lane], S[NC + lane] = S[MA + lane] * a, S[MB + lane] * b, S[MC + lane] * c
     S[START + lane] = b * b + c * c
     S[OPEN + lane], S[USED + lane], S[APART + lane], S[PSI + lane] = 1.0, 0.0, 0.0, 0.0
-    S[ZR + lane], S[ZI + lane], S[LEAST + lane], S[MOST + lane] = 1.0, 0.0, math.inf, -math.inf
-    S[SPACING + lane], S[SWING + lane] = h, S[START + lane]
+    S[ZR + lane], S[ZI + lane], S[FIRST + lane], S[SPACING + lane] = 1.0, 0.0, 0.0, h
 
 
 @njit(**OPTIONS)
@@ -128,8 +127,8 @@ def _compare(S):
         apart = u * u + v * v + w * w
         across = b * b + c * c
         inside = (S[OPEN + lane] > 0.0) & (across <= measure.WINDOW * measure.WINDOW * S[START + lane])
-        S[SWING + lane] = across if inside & (across > S[SWING + lane]) else S[SWING + lane]
         S[OPEN + lane] = 1.0 if inside else 0.0
+        fresh = S[USED + lane] == 0.0
         S[USED + lane] += 1.0 if inside else 0.0
         S[APART + lane] = apart if inside & (not (apart <= S[APART + lane])) else S[APART + lane]
         sign = 1.0 if S[MA + lane] > 0.0 else -1.0
@@ -142,9 +141,9 @@ def _compare(S):
         sine, cosine = x0 * y - y0 * x, x0 * x + y0 * y
         t = sine / (cosine + math.sqrt(sine * sine + cosine * cosine))
         turned = 4.0 * arctangent(t)
-        S[PSI + lane] += turned if inside else 0.0
-        S[LEAST + lane] = turned if inside & (turned < S[LEAST + lane]) else S[LEAST + lane]
-        S[MOST + lane] = turned if inside & (turned > S[MOST + lane]) else S[MOST + lane]
+        first = turned if fresh else S[FIRST + lane]
+        S[PSI + lane] += turned - first if inside else 0.0
+        S[FIRST + lane] = first
         S[ZR + lane], S[ZI + lane] = x, y
         opened |= 1 if inside else 0
     return opened > 0
@@ -162,7 +161,7 @@ def _exactly(Ia, Ib, Ic, spin, epsilon, phase, out, i):
 
 @njit(nogil=True, **OPTIONS)
 def fill(I1, I2, I3, axis, omega0, epsilon, phase, spacing, intervals, tolerance, out):
-    """Fill the columns of IN_SPACE, (6, n): rad, rad s-1 (three), rad, one; NaN where missing."""
+    """Fill the columns of IN_SPACE, (5, n): rad, rad s-1 (three), rad; NaN where missing."""
     whole_vectors()
     n = I1.size
     steps, spacings = np.empty(n, dtype=np.int64), np.empty(n)
@@ -203,13 +202,45 @@ def fill(I1, I2, I3, axis, omega0, epsilon, phase, spacing, intervals, tolerance
 def _unload(S, lane, spin, out, i):
     """What one lane has measured: the angle between both attitudes, and psi's mean rate with its error."""
     used, h = S[USED + lane], S[SPACING + lane]
-    out[0, i], out[5, i] = 2.0 * math.sqrt(S[APART + lane]), S[SWING + lane]
+    out[0, i] = 2.0 * math.sqrt(S[APART + lane])
     if used < 2.0:
         out[1, i], out[2, i] = math.nan, math.nan
         return
-    wander = S[MOST + lane] - S[LEAST + lane]
-    out[1, i] = S[PSI + lane] / (used * h) * spin
-    out[2, i] = (wander + 8.0 * EPSILON * (1.0 + math.sqrt(used)) + out[0, i] / used) / h * spin
+    out[1, i] = (S[FIRST + lane] + S[PSI + lane] / used) / h * spin
+    out[2, i] = (8.0 * EPSILON + 2.0 * out[0, i] / used) / h * spin
+
+
+def wandering(Ia, Ib, Ic, b, c):
+    r"""Return by how much psi' and the spin change over a whole wobble, in units of the spin at the start.
+
+    The spin w is least and greatest where one transverse component vanishes: from 2T and L²,
+    :math:`w^2 = 1 + b^2 I_b(I_b - I_c)/[I_a(I_a - I_c)]` for the one and that with b and c exchanged for the other.
+    As :math:`\psi' = (2T/L + w)/(1 + m_a)` with :math:`m_a = I_aw/L`, its values at both differ by
+    :math:`(w_1 - w_2)(1 - 2T I_a/L^2)/[(1 + m_{a1})(1 + m_{a2})]`, and no mean of psi' by more. The wobble is linear in
+    the clock of w, so that its frequency is that of zero amplitude times a mean of w, which lies between w_1 and w_2.
+
+    Parameters
+    ----------
+    Ia, Ib, Ic : array_like
+        Moments in any unit, the spin's first.
+    b, c : array_like
+        Transverse angular velocity at the start, in units of the spin.
+
+    Returns
+    -------
+    psi_spread, spin_spread : numpy.ndarray
+        Difference of the extremes of psi'; largest distance of w from 1. NaN where the motion does not encircle the
+        axis.
+    """
+    with np.errstate(all="ignore"):
+        Ib, Ic, gap_b, gap_c, gap = Ib / Ia, Ic / Ia, (Ib - Ia) / Ia, (Ic - Ia) / Ia, (Ib - Ic) / Ia
+        more = np.stack([-b * b * Ib * gap / gap_c, c * c * Ic * gap / gap_b])
+        w = np.sqrt(1.0 + more)
+        L2 = 1.0 + (Ib * b) ** 2 + (Ic * c) ** 2
+        change = more / (1.0 + w)
+        share = np.abs(Ib * gap_b * b * b + Ic * gap_c * c * c) / L2
+        spread = np.abs(change[0] - change[1]) * share / np.prod(1.0 + w / np.sqrt(L2), axis=0)
+        return spread, np.where(np.all(w > 0.0, axis=0), np.abs(change).max(axis=0), np.nan)
 
 
 def survey(points, rotations, samples_per_rotation, tolerance):
@@ -225,8 +256,7 @@ def survey(points, rotations, samples_per_rotation, tolerance):
     Returns
     -------
     dict of str to numpy.ndarray, shape (n,)
-        attitude_error (rad), psi_rate, psi_rate_error, space_rate_exact (rad s-1), geometric_phase_residual (rad),
-        swing (one).
+        attitude_error (rad), psi_rate, psi_rate_error, space_rate_exact (rad s-1), geometric_phase_residual (rad).
     """
     names = ("I1", "I2", "I3", "axis", "omega0", "epsilon", "phase")
     arrays = np.broadcast_arrays(*(np.atleast_1d(points[name]) for name in names))

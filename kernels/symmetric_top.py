@@ -432,73 +432,26 @@ def _resolved(rate, stderr, floor):
     return np.where(np.abs(rate) <= np.fmax(5.0 * stderr, floor), 0.0, rate)
 
 
-def _rounded(x, tangent, number):
-    r"""How far a line through the angles is off by the rounding of steps, in units of :math:`u = 2^{-53}` a step.
+def _error(raw, ahead, rate, resolved, stderr, intervals):
+    r"""Return the error of a measured rate, in units of the spin: what a reader may rely on, a sum.
 
-    A step rounds each component by half a unit in its last place, an angle by 0.58 u in the root mean square at most.
-    At random, the line through such a walk of N steps is off by :math:`0.58\sqrt{6/5N}`; 3.1 of them are taken. But
-    slow precession is not rounded at random: what a step adds to a component b changes by
-    :math:`s = x^2b/\mathrm{ulp}(b)` units, x the step's angle, nearly the same for :math:`K = \sqrt{2u/x^3}` steps.
-    Then roundings fill their range evenly, an angle of 0.6 units is left of them, and the line is off by 3/N of it,
-    times :math:`\sqrt{N/K}` where there are so many such stretches. Where s is near a fraction of a small denominator
-    q, however, every q-th step is rounded alike, and they go through their range once in 1/|qs| steps (to the nearest
-    whole number): an eighth of that is left. It is never more than u a step, nor than 3K/N of it.
-
-    Parameters
-    ----------
-    x : numpy.ndarray
-        Angle of a step, rad.
-    tangent : numpy.ndarray
-        Size of the transverse part.
-    number : numpy.ndarray
-        Steps of the run.
-    """
-    with np.errstate(all="ignore"):
-        stretch = np.minimum(number, np.sqrt(EPSILON / x**3))
-        stretch = np.where(x > 0.0, stretch, number)
-        walk = np.minimum(1.8 * np.sqrt(1.2 / number), 3.6 * np.sqrt(number / np.minimum(stretch, number)) / number)
-        alike = np.zeros_like(x)
-        for along, across in ((math.cos(PHASE), math.sin(PHASE)), (math.sin(PHASE), math.cos(PHASE))):
-            size = tangent * along
-            unit = np.spacing(size)
-            change, most = x * x * (size / unit), np.zeros_like(x)
-            for q in (1, 2, 3):
-                turns = np.abs(q * change - np.round(q * change)) / q
-                most = np.maximum(most, np.minimum(1.0, 0.75 / (turns * number)) / q)
-            alike += most * (across * unit / (EPSILON * tangent))
-    return walk + np.minimum(alike, 3.0 * stretch / number)
-
-
-def _error(raw, ahead, rate, resolved, stderr, intervals, tangent):
-    r"""Error of a measured rate, in units of the spin: what a reader may rely on, a sum.
-
-    Scatter, :math:`\sigma\sqrt{n/(n - 2)}` of n samples, the rounding of coefficients, :math:`4u|\Omega|` with the unit
-    :math:`u = 2^{-53}`, and of steps, N of h in the run of length :math:`T = Nh`, the less of two bounds:
-
-    * by the certificate. Angles that are ahead of the exact motion by :math:`e_k` are a line off by
-      :math:`\sum x_ke_k/\sum x_k^2`, x counted from the middle, and by Cauchy and Schwarz by no more than
-      :math:`\sqrt{12}\,s/T`, s the standard deviation of e: an angle that all share turns no line. The exact motion is
-      itself rounded, by 0.41 u in the root mean square of an angle at most (0.6 u are taken), and its turn by Φ in all
-      by :math:`u\sqrt n\min(\Phi, 4)`. This knows how roundings fell, which is far from at random where a precession
-      is slow.
-    * by the steps: :math:`Ru/h`, with R of :func:`_rounded`, and :math:`3\max(\delta - w, \min(\delta, \tau))/T`, for
-      angles off by ±δ are a line off by 3δ/T. δ is the certificate; :math:`w = 2RNu` of it is rounding, but for what
-      the series leaves out, :math:`\tau = 1.05\,N(\Omega h)^{11}/11!`.
+    Scatter, :math:`\sigma\sqrt{n/(n - 2)}` of n samples; the rounding of coefficients, :math:`4u|\Omega|` with the unit
+    :math:`u = 2^{-53}`; and what the certificate allows over the run's length T. Angles that are ahead of the exact
+    motion by :math:`e_k` are a line off by :math:`\sum x_ke_k/\sum x_k^2`, x counted from the middle, and by Cauchy and
+    Schwarz by no more than :math:`\sqrt{12}\,s/T`, s the standard deviation of e: an angle that all share turns no
+    line. The exact motion is itself rounded, by 0.41 u in the root mean square of an angle at most (0.6 u are taken),
+    and its turn by Φ in all by :math:`u\sqrt n\min(\Phi, 4)`. No guess at how steps are rounded can replace e: where a
+    precession is slow, many in a row are rounded alike.
 
     Where a rate is reported as 0, what was measured. The motion is linear at any amplitude: no bias of a finite one.
     """
-    n, steps = intervals + 1.0, raw[:, RAW.steps]
-    unit, per_sample = 0.5 * EPSILON, raw[:, RAW.floor] / (2.0 * EPSILON * steps)
-    number, x = intervals * steps, np.abs(rate) / per_sample / steps
-    rounded = unit * _rounded(x, tangent, number)
-    left_out = 1.05 * number * x ** (ORDER + 1) / FACTORIAL
-    apart = raw[:, RAW.distance]
-    beyond = np.maximum(apart - 2.0 * number * rounded, np.minimum(apart, left_out))
-    by_steps = rounded * steps * per_sample + 3.0 * beyond / intervals * per_sample
-    exact = unit * (0.6 + math.sqrt(n) * np.minimum(x * number, 4.0))
+    n, unit = intervals + 1.0, 0.5 * EPSILON
+    per_sample = raw[:, RAW.floor] / (2.0 * EPSILON * raw[:, RAW.steps])
+    turned = np.abs(rate) / per_sample * intervals
+    exact = unit * (0.6 + math.sqrt(n) * np.minimum(turned, 4.0))
     certified = math.sqrt(12.0) * (ahead + exact) / intervals * per_sample
     scatter = stderr * math.sqrt(n / max(n - 2.0, 1.0))
-    return scatter + 4.0 * unit * np.abs(rate) + np.minimum(by_steps, certified) + np.abs(rate - resolved)
+    return scatter + 4.0 * unit * np.abs(rate) + certified + np.abs(rate - resolved)
 
 
 def _period(rate):
@@ -523,8 +476,8 @@ def measured(points, rotations, samples_per_rotation, tolerance):
         propagation_error (1); steps_per_sample (int32); sense, status (int8). NaN where missing.
     """
     raw = run(points, rotations, samples_per_rotation, tolerance)
-    _, omega3, half_angle = _point_arrays(points)
-    spin, tangent = np.abs(omega3), np.tan(np.radians(half_angle))
+    _, omega3, _ = _point_arrays(points)
+    spin = np.abs(omega3)
     intervals = round(rotations * samples_per_rotation)
     told, stderr = raw[:, RAW.rate], raw[:, RAW.stderr]
     rate = _resolved(told, stderr, raw[:, RAW.floor])
@@ -534,11 +487,11 @@ def measured(points, rotations, samples_per_rotation, tolerance):
     return {
         "precession_rate": rate * spin,
         "precession_rate_stderr": stderr * spin,
-        "precession_rate_error": _error(raw, raw[:, RAW.ahead], told, rate, stderr, intervals, tangent) * spin,
+        "precession_rate_error": _error(raw, raw[:, RAW.ahead], told, rate, stderr, intervals) * spin,
         "momentum_precession_rate": momentum_rate * spin,
         "momentum_precession_rate_stderr": momentum_stderr * spin,
         "momentum_precession_rate_error": _error(
-            raw, raw[:, RAW.momentum_ahead], momentum_told, momentum_rate, momentum_stderr, intervals, tangent
+            raw, raw[:, RAW.momentum_ahead], momentum_told, momentum_rate, momentum_stderr, intervals
         )
         * spin,
         "period": _period(rate) / spin,

@@ -21,7 +21,7 @@ sys.path[:0] = [str(Path(__file__).parents[k]) for k in range(3)]
 import error_bars  # noqa: E402
 import precise  # noqa: E402
 
-from kernels import statuses, tumbling  # noqa: E402
+from kernels import linear, statuses, tumbling  # noqa: E402
 
 PERIODS = tumbling.PERIODS
 COLUMNS = {
@@ -180,7 +180,7 @@ def attitude_theory(table, known):
     """The mean rate of the spin axis about L, where the motion encircles it."""
     found = np.full((2, known.size), np.nan)
     with mp.workdps(50):
-        for i in np.flatnonzero(known):
+        for i in np.flatnonzero(known | np.isin(table["regime"], (linear.STABLE_MAJOR, linear.STABLE_MINOR))):
             spin, epsilon, phase = (mp.mpf(float(table[name][i])) for name in ("omega0", "epsilon", "phase"))
             three = [mp.mpf(float(table[f"I{k}"][i])) for k in (1, 2, 3)]
             unit, axis = max(three), int(table["axis"][i]) - 1
@@ -260,6 +260,8 @@ def lost_in_silence(name, table):
     lost = np.any([table[f"{column} lost"] for column in COLUMNS[name]], axis=0)
     if name == "tumbling":  # modes say where there is no period
         lost &= np.isin(table["mode"], (tumbling.SAM, tumbling.LAM))
+    if name == "attitude":  # the spin axis goes round L where the motion encircles it
+        lost &= np.isfinite(table["space_rate truth"])
     if name == "twist":  # along the handle there is no turn
         lost &= table["theta"] > 0.0
     return lost & (table["status"] == statuses.OK)

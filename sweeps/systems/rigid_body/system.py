@@ -26,7 +26,6 @@ MOST_BODIES = 10  # of which `check` prints the axes
 UNCERTAIN = "uncertain_bodies"
 COMPARED = 32  # points of a block that a collapsed sweep also integrates as themselves
 LEAST_NUDGES = 6  # the picture of a power law in epsilon wants that many
-AMPLITUDE = 3.0  # times the wobble's sine squared, and the spin: what it moves a mean rate by; up to 2.1 was seen
 
 
 class RigidBody(Dynamics):
@@ -237,11 +236,10 @@ def _settings(integration: "RigidBodyIntegration") -> tuple[float, int, float]:
 
 
 def _in_space(points, settings, columns, wanted) -> dict[str, np.ndarray]:
-    """Columns of the body seen from space; the rate of the spin axis is that of psi and of the wobble together.
+    """Return the columns of the body seen from space.
 
-    Its error is theirs, and what the wobble moves either by. Where two moments are nearly equal a run shows the slow
-    wobble's beginning only: its size is then that of the ellipse ``b' = c_b c, c' = c_c b`` through the start at the
-    measured frequency, of squared half-axes ``b^2 + (c_b c/Omega)^2`` and ``c^2 + (c_c b/Omega)^2``.
+    The rate of the spin axis is that of psi and of the wobble together; its error is theirs, and what the part of a
+    wobble that the run does not show may change. Both are missing where the motion does not encircle the axis.
     """
     from kernels import in_space, linear, survey
 
@@ -253,13 +251,14 @@ def _in_space(points, settings, columns, wanted) -> dict[str, np.ndarray]:
     moments, first = np.stack([points[name] for name in MOMENTS]), points["axis"] - 1
     Ia, Ib, Ic = (np.take_along_axis(moments, (first + k)[None] % 3, axis=0)[0] for k in range(3))
     b, c = (points["epsilon"] * f(points["phase"]) for f in (np.cos, np.sin))
-    c_b, c_c = (Ic - Ia) / Ib, (Ia - Ib) / Ic
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        slow = np.abs(points["omega0"]) / wobble["frequency"]
-        whole = np.maximum(b * b + np.square(c_b * c * slow), c * c + np.square(c_c * b * slow))
-    amplitude = AMPLITUDE * np.fmax(found.pop("swing"), whole) * np.abs(points["omega0"])
-    found["space_rate"] = found.pop("psi_rate") + sense * wobble["frequency"]
-    found["space_rate_error"] = found.pop("psi_rate_error") + np.abs(sense) * (wobble["frequency_error"] + amplitude)
+    spin = np.abs(points["omega0"])
+    psi_spread, spin_spread = in_space.wandering(Ia, Ib, Ic, b, c)
+    sense[np.isnan(spin_spread)] = np.nan
+    slow, off = wobble["frequency"], wobble["frequency_error"]
+    found["space_rate"] = found.pop("psi_rate") + sense * slow
+    found["space_rate_error"] = found.pop("psi_rate_error") + np.abs(sense) * (
+        psi_spread * spin + off + (slow + off) * spin_spread
+    )
     return {name: values for name, values in found.items() if name in wanted}
 
 
