@@ -469,7 +469,7 @@ def test_the_worst_certificate_is_written(tiny):
     ds["propagation_error"].values[1, 1, 1, 1] = np.nan
     ds["status"].values[0, 0, 0, 0] = 2
     text = figure_agreement.draw(ds).texts[1].get_text()
-    assert "exact solution 3.2×10⁻⁹ of" in text
+    assert "integration error 3.2×10⁻⁹," in text
     assert "6 not converged" in text.splitlines()[-1]
     exact = sweeps.survey(
         {"grid": {"I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": 1.0}, "integration": {"propagator": "exact"}}
