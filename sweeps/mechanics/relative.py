@@ -295,7 +295,10 @@ class FlowModel:
         q, n, S = len(self.quantities), self.n, theory["scale"]
         raw, status = measured["raw"], measured["status"]
         told = raw[:, kernel.FIRST + q :]
-        re, im, e_re, e_im = (told[:, spectrum.HEAD + i * n : spectrum.HEAD + (i + 1) * n] for i in range(4))
+        parts = np.stack([told[:, spectrum.HEAD + i * n : spectrum.HEAD + (i + 1) * n] for i in range(4)])
+        # the samples' spacing tells which imaginary parts count as one there: here the scale, as for theory's
+        number = _ordered(parts[0] + 1j * parts[1], S)[1]
+        re, im, e_re, e_im = np.take_along_axis(parts, number[None], axis=2)
         true = theory["eigenvalues"]
         columns = {}
         wider = _exchanged(re, im, e_re, e_im, S)

@@ -89,7 +89,8 @@ class Exact:
             x = self.place(parameters, near)
             matrices = [mpmath.matrix(matrix(*parameters, *x)) for matrix in self.written[2]]
             if self.flow is None:
-                inverse = mpmath.cholesky(matrices[1]) ** -1
+                unit = mpmath.diag([1 / mpmath.sqrt(matrices[1][i, i]) for i in range(len(x))])  # whatever the units
+                inverse = mpmath.cholesky(unit * matrices[1] * unit) ** -1 * unit
                 return sorted(mpmath.eigsy(inverse * matrices[0] * inverse.T, eigvals_only=True))
             values = mpmath.eig(matrices[0], left=False, right=False)
             return sorted(values, key=abs)[len(values) - self.model.n :]

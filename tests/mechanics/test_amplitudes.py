@@ -120,3 +120,16 @@ def test_an_amplitude_that_bends_the_samples_beyond_their_least_singular_value_i
     found = flows.is_too_wide(raw, 0, 2, size, ones, ones > 0, ones > 0)
     assert found.tolist() == [False, True, True, True]
     assert flows.is_too_wide(raw, 0, 2, size, ones, ones > 0, ones < 0).tolist() == [False, True, True, False]
+
+
+def test_eigenvalues_are_in_the_order_of_theorys_however_close_the_samples():
+    """Pairs whose imaginary parts are 8e-6 of the scale apart, at a 16th and a 198th of a cycle between samples."""
+    system = relative.shipped("gravity_gradient_damped")
+    points = relative.points(system, 9, 1, {}, epsilon=3.1e-6)
+    for name, value in {"k1": -0.4656, "k3": -0.8553, "slug": 0.0022, "drag": 0.0135}.items():
+        points[name][:] = value
+    for samples in (16, 198):
+        found = FlowModel(system).survey(points, 1.182, samples)
+        for part in ("real", "imag"):
+            value, theory, error = (found[f"eigenvalue_{part}{end}"] for end in ("", "_theory", "_error"))
+            assert (np.abs(value - theory) <= error).all()
