@@ -25,15 +25,14 @@ import math
 
 import numpy as np
 
-from kernels import direct, measure, spectrum
-from kernels.blocks import W, cut, rows_of, scratch
+from kernels import measure, spectrum
+from kernels.blocks import W, rows_of, scratch
 from kernels.jit import OPTIONS, float64, int64, njit, void, whole_vectors
-from kernels.oscillations import ADVANCE, ENERGY, LEAST_SPAN, MOST_HALVINGS, ORDER
+from kernels.runs import ADVANCE, CHECK, EPSILON, LEAST_SPAN, RUNS, planned, refined
 from kernels.statuses import NON_FINITE, NOT_CONVERGED, NOT_EXCITED, OK, SHORT_WINDOW
 
 ASYMPTOTICALLY_STABLE, STABLE, UNSTABLE, FLUTTER, MARGINAL = range(5)
 
-EPSILON = float(np.finfo(np.float64).eps)
 TRUST = 3.0  # multiples of the scatter in the bound
 ROUNDINGS = 16.0  # of the largest sample, a square root of a step
 MEANS_FROM = 4  # times the samples that a run needs: where it has more, means of two serve as well as both
@@ -171,59 +170,23 @@ def _take_means(Y, weight, runs, count, n, used, h, kept):
         h[lane] *= 2.0 if used[lane] > kept else 1.0
 
 
-RUN = void(
-    ADVANCE,
-    ENERGY,
-    spectrum.FIT,
-    spectrum.STEP,
-    spectrum.TELL,
-    float64[:, :, ::1],
-    float64[:, ::1],
-    float64[::1],
-    float64[::1],
-    int64[::1],
-    int64[::1],
-    int64[::1],
-    int64[::1],
-    int64,
-    int64,
-    int64,
-    int64,
-    int64,
-    int64,
-    float64[:, ::1],
+@njit(
+    void(
+        *(ADVANCE, CHECK, spectrum.FIT, spectrum.STEP, spectrum.TELL),
+        *(RUNS, int64[::1], int64[::1], int64[::1], int64, int64, float64, int64, float64[:, ::1]),
+    ),
+    nogil=True,
+    **OPTIONS,
 )
-
-
-@njit(RUN, nogil=True, **OPTIONS)
-def _run_blocks(
-    advance,
-    check,
-    fit,
-    step,
-    tell,
-    starts,
-    project,
-    spacing,
-    size,
-    steps,
-    twice,
-    order,
-    bounds,
-    n,
-    N,
-    quantities,
-    states,
-    runs,
-    count,
-    raw,
-):
+def _run_blocks(advance, check, fit, step, tell, points, steps, order, bounds, states, runs, spacing, count, raw):
     """Integrate and measure block after block: order[bounds[j]:bounds[j + 1]] are the points of block j.
 
-    starts, shape (points, 2 runs, rows): rows of each run from +ε, then of each from -ε.
+    points.starts: each run from +ε, then, where a point needs them, from -ε.
     """
     whole_vectors()
-    rows = starts.shape[2]
+    _, n, N = points.project.shape
+    rows, other = points.starts.shape[2], points.starts.shape[1] - runs  # other: 0 where no point has runs from -ε
+    quantities = raw.shape[1] - FIRST - spectrum.HEAD - 4 * n
     P, M, K = scratch(rows), scratch(rows), scratch(states)
     Y, weight = rows_of(runs * count * n), rows_of(runs * count)
     basis, told = rows_of(n * N), rows_of(QUANTITY + 2 * quantities)
@@ -232,21 +195,22 @@ def _run_blocks(
     kept = count // 2 if count >= MEANS_FROM * (n // runs + 2) else count
     for b in range(bounds.size - 1):
         first, lanes = bounds[b], bounds[b + 1] - bounds[b]
-        number, pair = steps[order[first]], twice[order[first]] > 0
+        number, pair = steps[order[first]], points.twice[order[first]] > 0
         told[:] = 0.0
         used[:] = math.inf
         for lane in range(W):
             i = order[first + min(lane, lanes - 1)]
-            h[lane] = spacing[i]
-            for r in range(n * N):
-                basis[r, lane] = project[i, r]
+            h[lane] = spacing / points.scale[i]
+            for r in range(n):
+                for c in range(N):
+                    basis[r * N + c, lane] = points.project[i, r, c]
         for run in range(runs):
             for lane in range(W):
                 i = order[first + min(lane, lanes - 1)]
                 for r in range(rows):
-                    P[r * W + lane], M[r * W + lane] = starts[i, run, r], starts[i, runs + run, r]
-                P[(states + 1) * W + lane] = spacing[i] / number
-                M[(states + 1) * W + lane] = spacing[i] / number
+                    P[r * W + lane], M[r * W + lane] = points.starts[i, run, r], points.starts[i, other + run, r]
+                P[(states + 1) * W + lane] = h[lane] / number
+                M[(states + 1) * W + lane] = h[lane] / number
             args = (basis, run * count, n, N, quantities, states, number, pair, count, told)
             _follow(advance, check, P, M, K, Y, weight, *args)
             for lane in range(W):
@@ -257,7 +221,7 @@ def _run_blocks(
         for lane in range(W):
             i = order[first + min(lane, lanes - 1)]
             largest = told[LARGEST, lane]
-            reach = size[i] * largest
+            reach = points.size[i] * largest
             floor[lane] = ROUNDINGS * EPSILON * math.sqrt(number * count) * largest
             floor[lane] += CURVED * (reach * reach if pair else reach) * largest
             rounding = 4.0 * EPSILON * math.sqrt(number) * largest
@@ -273,48 +237,20 @@ def _run_blocks(
                 row[FIRST + quantities + j] = part[lane, j]
 
 
-def _planned(spacing, size, intervals, tolerance):
-    """Steps per sample: a linear motion's series is cut after ORDER, a large nudge's is cut as its own integrator's."""
-    sizes, number = np.unique(np.minimum(1.0, measure.WINDOW * size), return_inverse=True)
-    left_out = np.array([direct.truncation(a, ORDER) for a in sizes.tolist()])[number]
-    cut = spacing ** (ORDER + 1) * np.maximum(left_out, 1.0 / math.factorial(ORDER + 1))
-    excess = np.maximum(intervals * cut / tolerance, 1e-300)
-    return np.clip(np.ceil(excess ** (1.0 / ORDER)), 1, direct.MOST_STEPS).astype(np.int64)
-
-
-def _blocks(steps, twice, family):
-    """Order of the points and bounds of the blocks: points of equal work together, W at a time."""
-    key = (2 * steps + twice) * (family.max(initial=0) + 1) + family
-    return cut(np.unique(key, return_inverse=True)[1], 1)
-
-
-def run(advance, check, states, quantities, starts, project, scale, size, twice, family, intervals, spacing, tolerance):
+def run(integrator, points, runs, quantities, sampling):
     """Integrate and measure points; the raw result before anything is named.
 
     Parameters
     ----------
-    advance, check : compiled functions
-        ``advance(S, steps)`` and ``check(S)`` of a system, over a scratch array of rows W long: states, epsilon, the
-        step in s, the conserved quantities' deviations (written by ``check``), constants.
-    states, quantities : int
-        Numbers of rows that are state and of conserved quantities.
-    starts : numpy.ndarray, shape (points, 2 runs, rows)
-        Rows at the start of the runs from +epsilon, then of those from -epsilon (not read where ``twice`` is 0).
-    project : numpy.ndarray, shape (points, n, N)
-        P: from the N states' deviations to the n that are measured.
-    scale : numpy.ndarray, shape (points,)
-        A bound on every possible rate, in s-1.
-    size : numpy.ndarray, shape (points,)
-        Relative size of the nudge.
-    twice, family : numpy.ndarray of int64, shape (points,)
-        Whether runs from -epsilon are made; which points are of one kind (changes the time only).
-    intervals : int
-        Number of sample intervals.
-    spacing : float
-        Spacing of the samples, in 1/scale; at most 1/2.
-    tolerance : float
-        Relative error allowed over the run; points that fail the halving test are run again with twice the steps,
-        MOST_HALVINGS times at most.
+    integrator : runs.Integrator
+        What is watched are the conserved quantities' deviations.
+    points : runs.Runs
+        starts: the runs from +epsilon, then, if ``twice`` is 1 anywhere, those from -epsilon. project: P, from the N
+        states' deviations to the n that are measured.
+    runs, quantities : int
+        Numbers of runs from one side and of conserved quantities.
+    sampling : runs.Sampling
+        How the runs are sampled.
 
     Returns
     -------
@@ -322,26 +258,19 @@ def run(advance, check, states, quantities, starts, project, scale, size, twice,
         Columns SAMPLES, HALVING, STEPS, AMPLITUDE, the largest change of each conserved quantity's deviation, and
         those of :mod:`kernels.spectrum`, in units of s; its errors are bounds.
     """
-    points, n, N = project.shape
-    runs = starts.shape[1] // 2
-    raw = np.full((points, FIRST + quantities + spectrum.HEAD + 4 * n), np.nan)
-    steps = _planned(spacing, size, intervals, tolerance)
-    flat = np.ascontiguousarray(project.reshape(points, n * N))
-    spacings = spacing / scale
-    left = np.arange(points)
-    for _ in range(MOST_HALVINGS + 1):
-        if left.size == 0:
-            break
-        order, bounds = _blocks(steps[left], twice[left], family[left])
-        part = np.full((left.size, raw.shape[1]), np.nan)
-        arrays = [np.ascontiguousarray(x[left]) if left.size < points else x for x in (starts, flat)]
-        arrays += [np.ascontiguousarray(x[left]) for x in (spacings, size, steps, twice)]
-        numbers = (n, N, quantities, states, runs, intervals + 1)
-        _run_blocks(advance, check, *spectrum.PARTS, *arrays, order, bounds, *numbers, part)
-        raw[left] = part
-        left = left[~converged(part, intervals, tolerance) & np.isfinite(part[:, HALVING])]
-        steps[left] *= 2
-    return raw
+    intervals, spacing, tolerance = sampling
+    columns = FIRST + quantities + spectrum.HEAD + 4 * points.project.shape[1]
+
+    def kernel(chosen, _, *plan):
+        raw = np.full((len(chosen.scale), columns), np.nan)
+        numbers = (integrator.states, runs, spacing, intervals + 1)
+        _run_blocks(*integrator[:2], *spectrum.PARTS, chosen, *plan, *numbers, raw)
+        return raw
+
+    def is_done(raw):
+        return converged(raw, intervals, tolerance) | ~np.isfinite(raw[:, HALVING])
+
+    return refined(points, planned(points.size, sampling), kernel, is_done)
 
 
 def converged(raw, intervals, tolerance):

@@ -2,7 +2,7 @@ r"""Small oscillations: full motions from a nudge, many side by side, measured m
 
 A point is a system with numbers in it, an equilibrium q0 and one of its modes. Its motion is carried as the deviation
 :math:`x = (q - q_0)/\varepsilon` in the rows of a scratch array, and advanced by functions that were written for the
-system (`advance`, `energy`): they come in as arguments, so that this module is compiled once for all systems.
+system (`advance`, `check`): they come in as arguments, so that this module is compiled once for all systems.
 
 With :math:`v_k` the modes (:math:`v^{\mathsf T} a v = 1`) and :math:`a` the kinetic matrix at the equilibrium, the
 mode coordinates are
@@ -42,19 +42,16 @@ import math
 
 import numpy as np
 
-from kernels import direct, measure, reduction
-from kernels.blocks import W, cut
+from kernels import measure, reduction
+from kernels.blocks import W
 from kernels.columns import numbers
-from kernels.jit import INLINE, OPTIONS, float64, int64, njit, types, void, whole_vectors
+from kernels.jit import INLINE, OPTIONS, float64, int64, njit, void, whole_vectors
+from kernels.runs import ADVANCE, CHECK, EPSILON, LEAST_SPAN, RUNS, planned, refined
 from kernels.statuses import NON_FINITE, NOT_CONVERGED, OK, SHORT_WINDOW
 
 STABLE, UNSTABLE, MARGINAL = range(3)
 
-ORDER = 12  # of the generated Taylor steps
-EPSILON = float(np.finfo(np.float64).eps)
 OTHERS = 0.1  # the window ends where another mode exceeds this part of the nudged one
-MOST_HALVINGS = 6
-LEAST_SPAN = 1.0  # of 1/S: a shorter window shows too little of a motion, and of what its amplitude does
 LARGE = 0.3  # the window ends beyond this part of the system's own size, but not before seven samples
 
 THIRD = 1.0 / 3.0
@@ -94,9 +91,6 @@ RAW = numbers(
     )
 )
 
-ADVANCE = types.FunctionType(void(float64[::1], int64))
-ENERGY = types.FunctionType(void(float64[::1]))
-
 
 @njit(**OPTIONS)
 def _project(Q, P, M, n, twice):
@@ -134,7 +128,7 @@ def _project_own(Q, P, M, n, twice, row):
 
 
 @njit(**OPTIONS)
-def _begin(Q, P, n):
+def _begin(Q, P, states):
     """Take sample 0: clear the sums, open the windows, note the energy; row XI holds the sample."""
     whole_vectors()
     for lane in range(W):
@@ -143,8 +137,8 @@ def _begin(Q, P, n):
         Q[USED + lane], Q[OPEN + lane] = 1.0, 1.0
         Q[LARGEST + lane] = abs(Q[XI + lane])
         Q[LOPEN + lane] = 1.0
-        Q[E0 + lane], Q[ED + lane] = P[2 * n * W + lane], 0.0
-        Q[ES + lane] = P[(2 * n + 1) * W + lane]
+        Q[E0 + lane], Q[ED + lane] = P[(states + 2) * W + lane], 0.0
+        Q[ES + lane] = P[(states + 3) * W + lane]
         Q[HALF1 + lane], Q[HALF2 + lane] = Q[HALF + lane], Q[HALF + lane]
         Q[QUARTER1 + lane], Q[QUARTER2 + lane] = Q[QUARTER + lane], Q[QUARTER + lane]
     for row in (LN, LK, LKK, LY, LKY, LFIRST, LLAST, HRX, HXX, QRX, QXX, ZRX, ZRR, ZXX):
@@ -167,7 +161,7 @@ def _extrapolated(quarter, half, whole):
 
 
 @njit(**OPTIONS)
-def _sample(Q, P, K, n, states, triple):
+def _sample(Q, P, K, states, triple):
     """Take one sample of every lane: window, recurrence sums, energy; keep the largest state in K.
 
     Returns whether any lane's window is open, and whether any lane is inside the log slope's window or may now enter.
@@ -203,8 +197,8 @@ def _sample(Q, P, K, n, states, triple):
         Q[ZXX + lane] += zz if inside & triple else 0.0
         Q[HALF2 + lane], Q[HALF1 + lane] = y1, y
         Q[QUARTER2 + lane], Q[QUARTER1 + lane] = u1, u
-        drift = abs(P[2 * n * W + lane] - Q[E0 + lane])
-        scale = P[(2 * n + 1) * W + lane]
+        drift = abs(P[(states + 2) * W + lane] - Q[E0 + lane])
+        scale = P[(states + 3) * W + lane]
         Q[ED + lane] = drift if inside & (drift > Q[ED + lane]) else Q[ED + lane]
         Q[ES + lane] = scale if inside & (scale > Q[ES + lane]) else Q[ES + lane]
         larger = inside & (size > Q[LARGEST + lane])
@@ -307,20 +301,20 @@ def _unload(Q, lane, steps, spacing, scale, row):
 
 
 @njit(**OPTIONS)
-def _follow(advance, energy, R, K, Q, n, states, steps, pair, intervals):
+def _follow(advance, check, R, K, Q, n, states, steps, pair, intervals):
     """Follow every lane through the run, or until the last window of the block has closed; R (6, rows * W) are runs."""
     P = R[0]
-    energy(P)
+    check(P)
     _project_all(Q, R, n, pair)
-    _begin(Q, P, n)
+    _begin(Q, P, states)
     for k in range(1, intervals + 1):
         for run in range(0, 6, 1 if pair else 2):
             advance(R[run], steps)
-        energy(P)
+        check(P)
         _project_all(Q, R, n, pair)
         if k == 2:
             _guess(Q)
-        opened, logging = _sample(Q, P, K, n, states, k >= 2)
+        opened, logging = _sample(Q, P, K, states, k >= 2)
         if logging:
             _log_sample(Q, float(k))
         elif not opened:
@@ -335,146 +329,58 @@ def _project_all(Q, R, n, pair):
     _project_own(Q, R[4], R[5], n, pair, QUARTER)
 
 
-RUN = void(
-    ADVANCE,
-    ENERGY,
-    float64[:, :, ::1],
-    float64[:, ::1],
-    float64[::1],
-    float64[::1],
-    float64[::1],
-    float64[::1],
-    float64[::1],
-    int64[::1],
-    int64[::1],
-    int64[::1],
-    int64[::1],
-    int64,
-    int64,
-    int64,
-    float64[:, ::1],
+@njit(
+    void(ADVANCE, CHECK, RUNS, float64[:, ::1], *(int64[::1],) * 3, int64, float64, int64, float64[:, ::1]),
+    nogil=True,
+    **OPTIONS,
 )
-
-
-@njit(RUN, nogil=True, **OPTIONS)
-def _run_blocks(
-    advance,
-    energy,
-    begin,
-    projection,
-    start,
-    allowed,
-    scale,
-    size,
-    spacing,
-    steps,
-    twice,
-    order,
-    starts,
-    n,
-    states,
-    intervals,
-    raw,
-):
-    """Integrate and measure block after block: order[starts[j]:starts[j + 1]] are the points of block j."""
+def _run_blocks(advance, check, runs, nudge, steps, order, bounds, states, spacing, intervals, raw):
+    """Integrate and measure block after block: order[bounds[j]:bounds[j + 1]] are the points of block j."""
     whole_vectors()
-    rows = begin.shape[2]
+    rows, n = runs.starts.shape[2], runs.project.shape[1]
     R, K = np.empty((6, rows * W)), np.empty(states * W)
     Q = np.empty(PROJECTION + n * n * W)
-    for j in range(starts.size - 1):
-        first, count = starts[j], starts[j + 1] - starts[j]
-        pair = twice[order[first]] > 0
+    for j in range(bounds.size - 1):
+        first, count = bounds[j], bounds[j + 1] - bounds[j]
+        pair = runs.twice[order[first]] > 0
         number = steps[order[first]]
         for lane in range(W):
             i = order[first + min(lane, count - 1)]
             for run in range(6):
                 for r in range(rows):
-                    R[run, r * W + lane] = begin[run, i, r]
-                R[run, (states + 1) * W + lane] = spacing[i] / number
-            for r in range(n * n):
-                Q[PROJECTION + r * W + lane] = projection[i, r]
-            Q[START + lane], Q[ALLOWED + lane], Q[LIMIT + lane] = start[i], allowed[i], LARGE / size[i]
-            Q[LCAP + lane] = min(measure.LOG_TO * start[i], measure.LOG_BELOW / size[i])
+                    R[run, r * W + lane] = runs.starts[i, run, r]
+                R[run, (states + 1) * W + lane] = spacing / runs.scale[i] / number
+            for k in range(n):
+                for r in range(n):
+                    Q[PROJECTION + (k * n + r) * W + lane] = runs.project[i, k, r]
+            start = nudge[i, 0]
+            Q[START + lane], Q[ALLOWED + lane], Q[LIMIT + lane] = start, nudge[i, 1], LARGE / runs.size[i]
+            Q[LCAP + lane] = min(measure.LOG_TO * start, measure.LOG_BELOW / runs.size[i])
         for r in range(states * W):
             K[r] = R[0, r]
-        _follow(advance, energy, R, K, Q, n, states, number, pair, intervals)
+        _follow(advance, check, R, K, Q, n, states, number, pair, intervals)
         _halve(advance, Q, R[0], K, n, states, states + 1, number)
         for lane in range(count):
             i = order[first + lane]
-            _unload(Q, lane, number, spacing[i], scale[i], raw[i])
+            _unload(Q, lane, number, spacing / runs.scale[i], runs.scale[i], raw[i])
 
 
-@njit(void(float64, float64[::1], int64, float64, int64[::1]), **OPTIONS)
-def _plan(spacing, size, intervals, tolerance, steps):
-    """Steps per sample of each point, from the bound on every possible rate and the size of the nudge.
-
-    Energies turn twice as fast as the motion but are a part of it only: 1.5 holds both to the tolerance.
-    """
-    x = 1.5 * spacing
-    for i in range(size.size):
-        left_out = x ** (ORDER + 1) * direct.truncation(min(1.0, measure.WINDOW * size[i]), ORDER)
-        excess = intervals * left_out / tolerance
-        steps[i] = int(min(np.ceil(excess ** (1.0 / ORDER)), direct.MOST_STEPS)) if excess > 1.0 else 1
-
-
-def _blocks(steps, twice, family):
-    """Order of the points and starts of the blocks: points of equal work together.
-
-    A block ends with its last open window, so points of one family, which may all run away, share blocks too.
-    """
-    key = (2 * steps + twice) * (family.max(initial=0) + 1) + family
-    return cut(np.unique(key, return_inverse=True)[1], 1)
-
-
-def run(
-    advance,
-    energy,
-    states,
-    begin,
-    projection,
-    start,
-    allowed,
-    scale,
-    size,
-    twice,
-    family,
-    intervals,
-    spacing,
-    tolerance,
-):
+def run(integrator, runs, nudge, sampling):
     """Integrate and measure points; the raw result before anything is named.
 
     Parameters
     ----------
-    advance, energy : compiled functions
-        ``advance(S, steps)`` and ``energy(S)`` of a system, over a scratch array of rows W long: x and v (n each),
-        energy, its absolute terms, further states; then epsilon, the step in s, constants.
-    states : int
-        Number of rows that are state; row ``states`` is epsilon and row ``states + 1`` the step (set here).
-    begin : numpy.ndarray, shape (6, points, rows)
-        Rows at the start of the runs from +epsilon, -epsilon, and the same of its half and quarter; those from the
-        other side are not used where ``twice`` is 0.
-    projection : numpy.ndarray, shape (points, n*n)
-        v_k^T a of the nudged mode, then of the others, in units of the whole nudge.
-    start : numpy.ndarray, shape (points,)
-        Size of the nudged mode's coordinate at the start; the window ends at 10 times it.
-    allowed : numpy.ndarray, shape (points,)
-        Size that every other mode may have, whatever the nudged one has; 0 where they are to stay at rest.
-    scale : numpy.ndarray, shape (points,)
-        S, a bound on every possible rate, in s-1.
-    size : numpy.ndarray, shape (points,)
-        Relative size of the nudge.
-    twice : numpy.ndarray, shape (points,)
-        Whether both runs are made.
-    family : numpy.ndarray of int64, shape (points,)
-        Which points are of one kind (an equilibrium and a mode); changes no result, only the time.
-    intervals : int
-        Number of sample intervals.
-    spacing : float
-        Spacing of the samples, in 1/S; at most 1/2.
-    tolerance : float
-        Relative error allowed over the run; points that fail the halving test are run again with twice the steps,
-        MOST_HALVINGS times at most.
+    integrator : runs.Integrator
+        What is watched is the energy and the sum of its absolute terms.
+    runs : runs.Runs
+        starts: the runs from +epsilon, -epsilon, and the same of its half and quarter; those from the other side are
+        not read where ``twice`` is 0. project: v_k^T a of the nudged mode, then of the others, in units of the whole
+        nudge.
+    nudge : numpy.ndarray, shape (points, 2)
+        Size of the nudged mode's coordinate at the start (the window ends at 10 times it); size that every other mode
+        may have, whatever the nudged one has, 0 where they are to stay at rest.
+    sampling : runs.Sampling
+        How the runs are sampled.
 
     Returns
     -------
@@ -483,25 +389,18 @@ def run(
         samples' rate²; s-2), samples, energy_drift, halving, steps, log_slope (s-1) and e_folds; the last two NaN where
         their window held no two samples.
     """
-    n = round(math.sqrt(projection.shape[1]))
-    raw = np.full((start.size, len(RAW)), np.nan)
-    steps = np.empty(start.size, dtype=np.int64)
-    _plan(spacing, size, intervals, tolerance, steps)
-    spacings = spacing / scale
-    left = np.arange(start.size)
-    for _ in range(MOST_HALVINGS + 1):
-        if left.size == 0:
-            break
-        order, starts = _blocks(steps[left], twice[left], family[left])
-        part = np.empty((left.size, len(RAW)))
-        few = left.size < start.size
-        arrays = [np.ascontiguousarray(begin[:, left]), projection[left]] if few else [begin, projection]
-        arrays += [np.ascontiguousarray(x[left]) for x in (start, allowed, scale, size, spacings, steps, twice)]
-        _run_blocks(advance, energy, *arrays, order, starts, n, states, intervals, part)
-        raw[left] = part
-        left = left[~converged(part, intervals, tolerance) & np.isfinite(part[:, RAW.rate2])]
-        steps[left] *= 2
-    return raw
+    intervals, spacing, tolerance = sampling
+
+    def kernel(runs, which, *plan):
+        raw = np.empty((which.size, len(RAW)))
+        _run_blocks(*integrator[:2], runs, nudge[which], *plan, integrator.states, spacing, intervals, raw)
+        return raw
+
+    def is_done(raw):
+        return converged(raw, intervals, tolerance) | ~np.isfinite(raw[:, RAW.rate2])
+
+    # energies turn twice as fast as the motion but are a part of it only: 1.5 holds both to the tolerance
+    return refined(runs, planned(runs.size, sampling, 1.5), kernel, is_done)
 
 
 def converged(raw, intervals, tolerance):

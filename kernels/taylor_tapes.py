@@ -5,7 +5,7 @@ compiler would work on for minutes. One row an operation, in an order in which e
 series is the loop outside, lanes the one inside. With :math:`u = U + \varepsilon\hat u` and the n-th term
 :math:`\hat u_n` of :math:`\hat u(t + h)`,
 
-.. math:: \hat x_n = \tfrac hn \hat v_{n-1}, \quad \hat v_n = \tfrac hn \hat a_{n-1}, \quad
+.. math:: \hat x_n = \tfrac hn \hat f_{n-1}, \quad
           \widehat{(uv)}_n = U\hat v_n + V\hat u_n + \varepsilon\sum_k \hat u_k \hat v_{n-k}, \quad
           \widehat{(u/v)}_n = \frac{\hat u_n - Q\hat v_n - \varepsilon\sum_{k>0}\hat v_k\hat q_{n-k}}
           {V + \varepsilon\hat v_0}
@@ -13,8 +13,8 @@ series is the loop outside, lanes the one inside. With :math:`u = U + \varepsilo
 and a function :math:`w = f(u)` keeps its remainder, :math:`\hat w_n = f'(U)\hat u_n + \varepsilon\tilde w_n`,
 :math:`\tilde w_n = \tfrac1n \sum_k k\,\hat u_k\,\widehat{f'(u)}_{n-k}`. Energies go one order of ε further.
 
-The scratch array S has rows W long: x and v of every coordinate, energy and its absolute terms, the functions'
-remainders; then ε, the step, and constants (the values at the equilibrium).
+The scratch array S has rows W long: the states, the functions' remainders; then ε, the step, what is watched, and
+constants (the values at the equilibrium).
 
 Source: as for the text (Griewank and Walther, Evaluating Derivatives, chapter 13).
 """
@@ -23,11 +23,12 @@ import numpy as np
 
 from kernels.blocks import W
 from kernels.jit import OPTIONS, float64, int64, njit, types, void, whole_vectors
-from kernels.oscillations import ORDER
+from kernels.runs import ORDER
 
-PLACE, SPEED, SUM, PRODUCT, QUOTIENT, FUNCTION = range(6)
+STATE, SUM, PRODUCT, QUOTIENT, FUNCTION = range(5)
+FIRST_ORDER, SECOND_ORDER, ABSOLUTE = range(3)  # of what is watched
 
-# Columns of a row of the tape. FIRST and SECOND are rows above (-1: does not move), the coordinate's number, or where a
+# Columns of a row of the tape. FIRST and SECOND are rows above (-1: does not move), the state's number, or where a
 # sum's parts begin and end; BASE1, BASE2 and OWN rows of S with values at the equilibrium (-1: it is 0): of the parts
 # and of the row itself, or of f′(U); REMAINDER a function's row of S, SLOPE the row that is f′(u); LAST is 1 where the
 # highest order is wanted too.
@@ -129,13 +130,12 @@ def _function(C, S, row, n, epsilon, rest, out):
 def _terms(tape, parts, weights, S, X, C, R, over, epsilon, n, highest):
     """The n-th term of every row of the tape."""
     whole_vectors()
-    size = len(X) // 2
     for k in range(len(tape)):
         row = tape[k]
         if (n < highest) | (row[LAST] > 0):
             code, out = row[CODE], C[k, n]
-            if code in (PLACE, SPEED):
-                A = X[row[FIRST] + (size if code == SPEED else 0)]
+            if code == STATE:
+                A = X[row[FIRST]]
                 for lane in range(W):
                     out[lane] = A[n, lane]
                 continue
@@ -163,7 +163,7 @@ def _gather(A, S, row):
 
 
 @njit(void(ROWS, WHOLE, REAL, WHOLE, int64, float64[::1], int64), **OPTIONS)
-def advance(tape, parts, weights, accelerations, states, S, steps):
+def advance(tape, parts, weights, rates, states, S, steps):
     """Advance every lane by so many steps of order ORDER.
 
     Parameters
@@ -172,33 +172,31 @@ def advance(tape, parts, weights, accelerations, states, S, steps):
         The operations.
     parts, weights : int64 and float64 arrays
         Rows of the tape that the sums are made of, and what each counts.
-    accelerations : int64 array, shape (coordinates,)
-        Rows of the tape that are the accelerations; -1 for one that is 0.
+    rates : int64 array
+        Rows of the tape that are the rates of the states; -1 for one that is 0.
     states : int
-        Rows of S that are state; ε and the step follow.
+        Rows of S that are state or remainder; ε and the step follow.
     S : float64 array
         Read and written: see the top of this file.
     steps : int
         How many.
     """
     whole_vectors()
-    size, count, epsilon, step = accelerations.size, len(tape), states * W, (states + 1) * W
-    X, C = np.empty((2 * size, ORDER + 1, W)), np.empty((count, ORDER + 1, W))
+    size, count, epsilon, step = rates.size, len(tape), states * W, (states + 1) * W
+    X, C = np.empty((size, ORDER + 1, W)), np.empty((count, ORDER + 1, W))
     R, over = np.zeros((count, ORDER + 1, W)), np.empty((count, W))
     for _ in range(steps):
-        for i in range(2 * size):
+        for i in range(size):
             for lane in range(W):
                 X[i, 0, lane] = S[i * W + lane]
         for n in range(ORDER + 1):
             if n > 0:
                 for i in range(size):
-                    a = accelerations[i]
+                    a = rates[i]
                     for lane in range(W):
-                        h = S[step + lane] / n
-                        X[i, n, lane] = h * X[size + i, n - 1, lane]
-                        X[size + i, n, lane] = h * C[a, n - 1, lane] if a >= 0 else 0.0
+                        X[i, n, lane] = S[step + lane] / n * C[a, n - 1, lane] if a >= 0 else 0.0
             _terms(tape, parts, weights, S, X, C, R, over, epsilon, n, ORDER)
-        for i in range(2 * size):
+        for i in range(size):
             _gather(X[i], S, i)
         for k in range(count):
             if tape[k, CODE] == FUNCTION:
@@ -235,44 +233,37 @@ def _second(row, parts, weights, S, C, rest, own, second, out):
             out[lane] = value / (S[row[BASE2] * W + lane] if row[BASE2] >= 0 else 0.0)
 
 
-@njit(void(ROWS, WHOLE, REAL, WHOLE, ROWS, int64, int64, float64[::1]), **OPTIONS)
-def energy(tape, parts, weights, terms, masses, size, states, S):
-    """Write energy above the equilibrium and the sum of its absolute terms, over ε².
+@njit(void(ROWS, WHOLE, REAL, ROWS, int64, float64[::1]), **OPTIONS)
+def check(tape, parts, weights, watched, states, S):
+    """Write the deviations of what is watched, over ε or ε².
 
     Parameters
     ----------
     tape, parts, weights, states, S
         As of :func:`advance`.
-    terms : int64 array
-        Rows of the tape whose sum is V.
-    masses : int64 array, shape (entries, 4)
-        i, j, row of the tape (-1: does not move) and row of S (-1: it is 0) of each a_ij, i ≤ j.
-    size : int
-        Number of coordinates.
+    watched : int64 array, shape (terms, 3)
+        Of each term: to which row below the step it is added, its order or ABSOLUTE, and its row of the tape (-1: it
+        does not move).
     """
     whole_vectors()
     count, epsilon = len(tape), states * W
-    X, C, over = np.empty((2 * size, 1, W)), np.empty((count, 1, W)), np.empty((count, W))
+    X, C, over = np.empty((states, 1, W)), np.empty((count, 1, W)), np.empty((count, W))
     R, second = np.empty((count, 1, W)), np.zeros((count, W))
-    for i in range(2 * size):
+    for i in range(states):
         for lane in range(W):
             X[i, 0, lane] = S[i * W + lane]
     _terms(tape, parts, weights, S, X, C, R, over, epsilon, 0, 1)
     for k in range(count):
         _second(tape[k], parts, weights, S, C, R[k, 0], C[k, 0], second, second[k])
-    total, absolute = S[2 * size * W : (2 * size + 1) * W], S[(2 * size + 1) * W : (2 * size + 2) * W]
-    for lane in range(W):
-        total[lane] = 0.0
-    for k in range(len(masses)):
-        i, j, a, base = masses[k]
-        factor = 0.5 if i == j else 1.0
+    for k in range(len(watched)):
+        row = (states + 2 + watched[k, 0]) * W
         for lane in range(W):
-            full = S[base * W + lane] if base >= 0 else 0.0
-            full += S[epsilon + lane] * C[a, 0, lane] if a >= 0 else 0.0
-            total[lane] += factor * full * X[size + i, 0, lane] * X[size + j, 0, lane]
-    for lane in range(W):
-        absolute[lane] = abs(total[lane])
-    for k in terms:
+            S[row + lane] = 0.0
+    for k in range(len(watched)):
+        to, kind, at = watched[k]
+        if at < 0:
+            continue
+        row = (states + 2 + to) * W
         for lane in range(W):
-            total[lane] += second[k, lane]
-            absolute[lane] += abs(second[k, lane])
+            term = C[at, 0, lane] if kind == FIRST_ORDER else second[at, lane]
+            S[row + lane] += abs(term) if kind == ABSOLUTE else term

@@ -28,6 +28,7 @@ import sympy as sp
 
 from sweeps.mechanics import modes
 from sweeps.mechanics.description import DescriptionError, System
+from sweeps.mechanics.graph import ABSOLUTE, SECOND
 
 SHORT = 400  # operations: longer expressions are not expanded,
 SIMPLE = 80  # and longer ones not simplified
@@ -100,6 +101,39 @@ class Equations:
             )
             rows.append(expanded(sp.Add(*terms)))
         return sp.Matrix(rows)
+
+    kinds = (SECOND, ABSOLUTE)
+
+    @property
+    def rest(self) -> int:
+        """How many of the states (the last ones) are velocities."""
+        return self.n
+
+    @property
+    def states(self) -> tuple[sp.Symbol, ...]:
+        """Symbols of all that moves: coordinates, then velocities."""
+        return (*self.q, *self.v)
+
+    @property
+    def still(self) -> tuple[sp.Symbol, ...]:
+        """The states that vanish at an equilibrium."""
+        return self.v
+
+    @cached_property
+    def f(self) -> tuple[sp.Expr, ...]:
+        """Velocities, then forces a q̈."""
+        return (*self.v, *(-self.gradient - self.velocity_terms))
+
+    @property
+    def spelled(self) -> tuple[sp.Expr, ...]:
+        """All expressions that a run needs."""
+        return (*self.f, self.V)
+
+    @property
+    def energy_terms(self) -> tuple[sp.Expr, ...]:
+        """The terms of the energy: the kinetic one, and those of V."""
+        v = sp.Matrix(self.v)
+        return ((v.T * self.a * v)[0] / 2, *sp.Add.make_args(expanded(self.V)))
 
     @property
     def accelerations(self) -> sp.Matrix:

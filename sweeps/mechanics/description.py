@@ -189,6 +189,7 @@ class System:
         velocity = sp.Symbol(f"{name}_dot", real=True)
         low, high = (sp.sympify(bound) for bound in bounds or (0, 0))
         hold, size = (None if value is None else sp.sympify(value) for value in (hold, size))
+        self._check_size(name, size)
         self.coordinates[name] = Coordinate(
             symbol, velocity, unit, (low, high), periodic, size, hold, momentum, meaning or name
         )
@@ -231,6 +232,7 @@ class System:
         symbol = sp.Symbol(name, positive=True) if positive else sp.Symbol(name, real=True)
         low, high = (sp.sympify(bound) for bound in bounds)
         size = (high - low) / 4 if size is None else sp.sympify(size)
+        self._check_size(name, size)
         self.states[name] = State(symbol, unit, (low, high), size, meaning or name)
         return symbol
 
@@ -254,6 +256,10 @@ class System:
         """A name for the equilibrium nearest to a place (expressions in the parameters); it is still looked for."""
         if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,31}", label) or label in self.labels:
             raise DescriptionError(f"equilibrium {label!r}: allowed: words of letters, digits and _, each once")
+        known = {c.symbol for c in (*self.coordinates.values(), *self.states.values())}
+        if unknown := sorted(str(x) for x in place if x not in known):
+            allowed = ", ".join(sorted(map(str, known))) or "there are none yet"
+            raise DescriptionError(f"equilibrium {label}: {unknown[0]} is no coordinate or state; allowed: {allowed}")
         self.labels[label] = {symbol: sp.sympify(value) for symbol, value in place.items()}
 
     @property
@@ -270,6 +276,11 @@ class System:
     def kept(self) -> tuple[Coordinate, ...]:
         """The coordinates that are not cyclic, in their order."""
         return tuple(c for c in self.coordinates.values() if c.momentum is None)
+
+    @staticmethod
+    def _check_size(name, size):
+        if size is not None and size.is_number and not (size.is_finite and size.is_positive):
+            raise DescriptionError(f"size of {name}: {size}; allowed: a finite number > 0, or an expression")
 
     def _check_name(self, name):
         taken = name in {*self.parameters, *self.coordinates, *self.states, *RESERVED}

@@ -22,6 +22,7 @@ import sympy as sp
 
 from sweeps.mechanics import derivation
 from sweeps.mechanics.description import DescriptionError, System
+from sweeps.mechanics.graph import SECOND
 
 DIGITS = 40
 TRIALS = 6  # random places at which what is conserved, and R, are looked at
@@ -49,7 +50,7 @@ class Flow:
     V: sp.Expr
     conservative: bool
 
-    v: tuple = ()  # the graph knows states only
+    kinds = (SECOND,)
 
     @property
     def n(self) -> int:
@@ -60,6 +61,21 @@ class Flow:
     def parameters(self) -> tuple[sp.Symbol, ...]:
         """Symbols of the parameters, in the description's order."""
         return tuple(p.symbol for p in self.system.parameters.values())
+
+    @property
+    def states(self) -> tuple[sp.Symbol, ...]:
+        """Symbols of all that moves."""
+        return self.q
+
+    @property
+    def spelled(self) -> tuple[sp.Expr, ...]:
+        """All expressions that a run needs."""
+        return (*self.f, self.V, *self.system.conserved_quantities.values())
+
+    @property
+    def energy_terms(self) -> tuple[sp.Expr, ...]:
+        """The energy of coordinates, where it is conserved."""
+        return (self.energy,) if self.conservative else ()
 
     @property
     def places(self) -> tuple:
@@ -183,10 +199,7 @@ def _check_forces(system, R):
     known = {p.symbol for p in system.parameters.values()}
     known |= {x for c in system.kept for x in (c.symbol, c.velocity)}
     for where, e in [("R", R)] + [(f"force on {x}", e) for x, e in system.forces.items()]:
-        unbound = sorted(map(str, e.free_symbols - known))
-        if unbound:
-            names = ", ".join(sorted(map(str, known)))
-            raise DescriptionError(f"{where}: unbound symbol {', '.join(unbound)}; allowed: {names}")
+        _check_expression(where, e, known)
     if cyclic := [x for x in system.forces if x not in {c.symbol for c in system.kept}]:
         raise DescriptionError(f"force: {cyclic[0]} has a momentum that is kept; allowed: the other coordinates")
     v = [c.velocity for c in system.kept]
@@ -196,6 +209,15 @@ def _check_forces(system, R):
         if float(sp.re(R.subs(values).evalf())) < -1e-12:
             told = ", ".join(f"{x} = {float(y):.3g}" for x, y in values.items() if x in R.free_symbols)
             raise DescriptionError(f"R: negative at {told}; allowed: R ≥ 0 everywhere, for it takes energy away")
+
+
+def _check_expression(where, e, known):
+    """Refuse symbols that are not known, and what is complex or infinite."""
+    if e.has(sp.nan, sp.zoo, sp.oo, -sp.oo, sp.I):
+        raise DescriptionError(f"{where}: {e} is complex or infinite; allowed: real, finite expressions")
+    if unbound := sorted(map(str, e.free_symbols - known)):
+        names = ", ".join(sorted(map(str, known)))
+        raise DescriptionError(f"{where}: unbound symbol {', '.join(unbound)}; allowed: {names}")
 
 
 def _trials(system, known):
@@ -234,10 +256,7 @@ def _of_states(system):
     for label, place in system.labels.items():
         found += [(f"equilibrium {label}", e, parameters) for e in place.values()]
     for where, e, allowed in found:
-        unbound = sorted(map(str, e.free_symbols - allowed))
-        if unbound:
-            names = ", ".join(sorted(map(str, allowed)))
-            raise DescriptionError(f"{where}: unbound symbol {', '.join(unbound)}; allowed: {names}")
+        _check_expression(where, e, allowed)
     symbols = tuple(s.symbol for s in system.states.values())
     f = tuple(system.rates[x] for x in symbols)
     return Flow(system, symbols, 0, f, None, sp.Integer(0), False)

@@ -10,27 +10,31 @@ so that no nudge is too small: nothing is ever subtracted that has the size of q
 
 *Functions.* A function :math:`w = f(u)` keeps its remainder :math:`\tilde w`,
 :math:`\hat w = f'(U)\,\hat u + \varepsilon\tilde w`, which obeys
-:math:`\dot{\tilde w} = \widehat{f'(u)}\;\dot{\hat u}` and is integrated beside q and q̇. So the integrator needs no
+:math:`\dot{\tilde w} = \widehat{f'(u)}\;\dot{\hat u}` and is integrated beside the states. So the integrator needs no
 sine and no power: sums, products and quotients are all that is left, whatever the system.
 
 *Energy.* One order further, :math:`u = U + \varepsilon\,\nabla u\cdot x + \varepsilon^2\tilde u`, with
 :math:`\widetilde{uv} = U\tilde v + V\tilde u + \hat u\hat v` and so on. For V the gradient vanishes at the equilibrium,
 so :math:`\tilde V` is its rise above the equilibrium in units of :math:`\varepsilon^2`, to all digits.
 
+*Few products of series.* With :math:`d = B^{-1/2}`, where that occurs, every inverse power of B is one of d, whose
+slope is -d³/2; in products tan u is sin u / cos u where these occur; and a product is divided factor by factor, the
+longest one first, so that what has the same divisor is divided once.
+
 Source: the recurrences are those of automatic differentiation (Griewank and Walther, Evaluating Derivatives, chapter
 13); working them in deviations was derived here.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 import sympy as sp
 from scipy import special
 
-from sweeps.mechanics.derivation import Equations, expanded
 from sweeps.mechanics.description import DescriptionError
 
-CONSTANT, X, V, ADD, MUL, DIV, FUNCTION = "constant", "x", "v", "add", "mul", "div", "function"
+CONSTANT, X, ADD, MUL, DIV, FUNCTION = "constant", "x", "add", "mul", "div", "function"
+FIRST, SECOND, ABSOLUTE = range(3)
 MOST_POWER = 16  # whole powers up to this one are products
 REMAINDER_NODES = 8  # exact to a rounding where the nudge is half as far as the nearest pole of f
 
@@ -40,8 +44,8 @@ class Node:
     """One node.
 
     Attributes:
-        kind: CONSTANT (of parameters and q0), X, V, ADD, MUL, DIV or FUNCTION.
-        parts: numbers of the nodes it is made of; the coordinate's number for X and V.
+        kind: CONSTANT (of parameters), X (a state), ADD, MUL, DIV or FUNCTION.
+        parts: numbers of the nodes it is made of; the state's number for X.
         weights: for ADD one number a part; for CONSTANT its expression; for FUNCTION its second derivative.
         zero: whether its value at the equilibrium is 0 for a reason.
     """
@@ -52,27 +56,31 @@ class Node:
     zero: bool = False
 
 
-@dataclass
 class Graph:
     """Nodes in an order in which each follows its parts; what the functions' derivatives are; and the outputs.
 
+    Args:
+        equations: what has `parameters`, `states` (all symbols that move; velocities are states too), `still` (those
+            that vanish at an equilibrium) and `spelled` (all expressions that will be built).
+
     Attributes:
         slopes: FUNCTION node → the node that is f′(u); it may come later, for only earlier orders of it are needed.
-        accelerations: nodes of q̈_i.
-        energy_terms: nodes whose sum is V.
-        masses: nodes of a_ij, i ≤ j.
+        rates: nodes of ẋ_i.
+        watched: (FIRST, SECOND or ABSOLUTE, nodes) of each quantity that a run watches: the deviation of their sum in
+            units of ε, or of ε², or the sum of the absolute values of the latter.
     """
 
-    equations: Equations
-    nodes: list[Node] = field(default_factory=list)
-    slopes: dict[int, int] = field(default_factory=dict)
-    accelerations: tuple[int, ...] = ()
-    energy_terms: tuple[int, ...] = ()
-    masses: dict[tuple[int, int], int] = field(default_factory=dict)
-
-    def __post_init__(self):
+    def __init__(self, equations):
+        self.equations = equations
+        self.nodes: list[Node] = []
+        self.slopes: dict[int, int] = {}
+        self.rates: tuple[int, ...] = ()
+        self.watched: tuple[tuple[int, tuple[int, ...]], ...] = ()
         self._numbers: dict[Node, int] = {}
         self._expressions: dict[sp.Expr, int] = {}
+        self._moving, spelled = {*equations.states}, sp.Tuple(*equations.spelled)
+        self._roots = {p.base for p in spelled.atoms(sp.Pow) if p.exp.is_Rational and p.exp.q == 2 and p.exp < 0}
+        self._turns = {e.args[0] for e in spelled.atoms(sp.sin, sp.cos)}
 
     @property
     def functions(self) -> tuple[int, ...]:
@@ -93,18 +101,17 @@ class Graph:
     # -- building
 
     def build(self, expression: sp.Expr) -> int:
-        """The node of an expression in coordinates, velocities and parameters."""
+        """The node of an expression in states and parameters."""
         expression = sp.sympify(expression)
         if expression not in self._expressions:
             self._expressions[expression] = self._build(expression)
         return self._expressions[expression]
 
     def _build(self, e):
-        q, v = self.equations.q, self.equations.v
-        if not e.free_symbols & {*q, *v}:
+        if not e.free_symbols & self._moving:
             return self.add(Node(CONSTANT, (), (e,), e == 0))
         if e.is_Symbol:
-            return self.add(Node(X, (q.index(e),)) if e in q else Node(V, (v.index(e),), (), True))
+            return self.add(Node(X, (self.equations.states.index(e),), (), e in self.equations.still))
         if e.is_Add:
             return self._sum(e.args)
         if e.is_Mul:
@@ -145,7 +152,7 @@ class Graph:
         numbers, weights, fixed = [], [], []
         for term in terms:
             weight, rest = term.as_coeff_Mul()
-            if rest.free_symbols & {*self.equations.q, *self.equations.v}:
+            if rest.free_symbols & self._moving:
                 numbers.append(self.build(rest))
                 weights.append(float(weight))
             else:
@@ -156,18 +163,47 @@ class Graph:
         return self.sum(numbers, weights)
 
     def _product(self, e):
-        above, below = e.as_numer_denom()
-        if below.free_symbols & {*self.equations.q, *self.equations.v}:
-            return self.quotient(self.build(above), self.build(below))
-        moving = {*self.equations.q, *self.equations.v}
-        fixed = [f for f in e.args if not f.free_symbols & moving]
-        numbers = [self.build(f) for f in sorted((f for f in e.args if f.free_symbols & moving), key=str)]
-        result = numbers[0]
-        for number in numbers[1:]:
-            result = self.product(result, number)
+        turned = {sp.tan(u): sp.sin(u) / sp.cos(u) for u in self._turns}
+        factors = [part for f in e.args for part in sp.Mul.make_args(turned.get(f, f))]
+        fixed = [f for f in factors if not f.free_symbols & self._moving]
+        moved = [f for f in factors if f.free_symbols & self._moving]  # of which tan u may leave one twice
+        above, below = [], []
+        for factor in sorted(moved, key=lambda f: (-f.count_ops(), str(f))):
+            base, exponent = factor.as_base_exp()
+            divides = exponent.is_Integer and exponent < 0 and self._root(base) is None
+            (below if divides else above).append(1 / factor if divides else factor)
+        result = self.build(above[0]) if above else self.constant(sp.Integer(1))
+        for factor in below:
+            result = self.quotient(result, self.build(factor))
+        for factor in above[1:]:
+            result = self.product(result, self.build(factor))
         return self.product(self.build(sp.Mul(*fixed)), result) if fixed else result
 
+    def _root(self, base):
+        """(B, sign) of a base that is ±B, B one whose inverse root occurs; None of another."""
+        for root in self._roots if base.free_symbols & self._moving else ():
+            for sign in (1, -1):
+                if sp.expand(root - sign * base) == 0:
+                    return root, sign
+        return None
+
     def _power(self, base, exponent):
+        found = self._root(base) if exponent.is_Rational and (exponent.q == 2 or exponent < 0) else None
+        if found is None or exponent.q > 2 or abs(exponent) > MOST_POWER:
+            return self._plain_power(base, exponent)
+        (B, sign), whole = found, exponent.q == 1
+        e = B ** sp.Rational(-1, 2)
+        d = self._expressions[e] if e in self._expressions else self._function(e, B)
+        if exponent == e.exp:
+            return d
+        if exponent > 0:
+            return self.product(d, self._whole(self.build(B), int(exponent + sp.Rational(1, 2))))
+        power = self._whole(self.product(d, d), int(-exponent))
+        if whole:
+            return power if sign ** int(exponent) == 1 else self.sum((power,), (-1.0,))
+        return self.product(d, power)
+
+    def _plain_power(self, base, exponent):
         if exponent.is_Integer and abs(exponent) <= MOST_POWER:
             if exponent < 0:
                 return self.quotient(self.build(sp.Integer(1)), self._power(base, -exponent))
@@ -176,10 +212,18 @@ class Graph:
                 return half
             square = self.product(half, half)
             return square if exponent % 2 == 0 else self.product(square, self.build(base))
-        if exponent.free_symbols & {*self.equations.q, *self.equations.v}:
+        if exponent.free_symbols & self._moving:
             wrong = f"{base**exponent} has a coordinate in its exponent"
             raise DescriptionError(f"power: {wrong}; allowed: exp(…) in its place")
         return self._function(base**exponent, base)
+
+    def _whole(self, number, exponent):
+        """A node's power."""
+        if exponent == 1:
+            return number
+        half = self._whole(number, exponent // 2)
+        square = self.product(half, half)
+        return self.product(square, number) if exponent % 2 else square
 
     def _function(self, e, argument):
         u = sp.Dummy("u", positive=True)
@@ -193,6 +237,8 @@ class Graph:
         return number
 
     def _slope(self, e, f, u, argument, number, inner):
+        if e.is_Pow and e.base in self._roots:
+            return self.product(self.constant(sp.Rational(-1, 2)), self.product(number, self.product(number, number)))
         if e.is_Pow and e.base != sp.E:
             return self.quotient(self.product(self.constant(e.exp), number), inner)
         if f.func in (sp.tan, sp.tanh):
@@ -209,45 +255,6 @@ _INTEGRATED = (
     *(sp.sin, sp.cos, sp.exp, sp.log, sp.sinh, sp.cosh, sp.atan, sp.asin, sp.acos),
     *(sp.asinh, sp.acosh, sp.atanh, sp.erf),
 )
-
-
-def graph(equations: Equations) -> Graph:
-    """The graph of q̈ (by elimination in a, whose pivots are positive) and of the energy."""
-    g = Graph(equations)
-    n = range(equations.n)
-    masses = {(i, j): g.build(equations.a[i, j]) for i in n for j in n if i <= j}
-    gradient = [g.build(e) for e in equations.gradient]
-    forces = []
-    for i in n:
-        force = g.sum((gradient[i],), (-1.0,), zero=True)
-        moving = g.build(equations.velocity_terms[i])
-        forces.append(force if g.nodes[moving].zero and not g.moves(moving) else g.sum((force, moving), (1.0, -1.0)))
-    g.accelerations = tuple(solved(g, {**masses}, forces))
-    g.masses = masses
-    g.energy_terms = tuple(g.build(t) for t in sp.Add.make_args(expanded(equations.V)))
-    return g
-
-
-def solved(g: Graph, a: dict, right: list[int]) -> list[int]:
-    """Nodes of a⁻¹ right, by elimination without exchange: a is symmetric and positive."""
-    n = len(right)
-    for k in range(n):
-        for i in range(k + 1, n):
-            if g.nodes[a[k, i]].zero:
-                continue
-            factor = g.quotient(a[k, i], a[k, k])
-            for j in range(i, n):
-                if not g.nodes[a[k, j]].zero:
-                    a[i, j] = g.sum((a[i, j], g.product(factor, a[k, j])), (1.0, -1.0))
-            right[i] = g.sum((right[i], g.product(factor, right[k])), (1.0, -1.0))
-    found = [0] * n
-    for i in reversed(range(n)):
-        rest = right[i]
-        for j in range(i + 1, n):
-            if not g.nodes[a[i, j]].zero:
-                rest = g.sum((rest, g.product(a[i, j], found[j])), (1.0, -1.0))
-        found[i] = g.quotient(rest, a[i, i])
-    return found
 
 
 # -- values in NumPy: one array element a point
@@ -308,14 +315,14 @@ class Values:
                 U[number], slopes[number] = self._derivatives[number](U[node.parts[0]], *parameters)
         return U, slopes
 
-    def deviations(self, U, slopes, parameters, epsilon, x, v):
-        """û of every node and the remainders of the functions, for deviations x and velocities v."""
+    def deviations(self, U, slopes, parameters, epsilon, x):
+        """û of every node and the remainders of the functions, for deviations x of the states."""
         hat, remainders = [None] * len(self.graph.nodes), {}
         for number, node in enumerate(self.graph.nodes):
             if node.kind == CONSTANT:
                 hat[number] = np.zeros_like(x[0])
-            elif node.kind in (X, V):
-                hat[number] = (x if node.kind == X else v)[node.parts[0]]
+            elif node.kind == X:
+                hat[number] = x[node.parts[0]]
             elif node.kind == ADD:
                 hat[number] = sum(w * hat[k] for w, k in zip(node.weights, node.parts, strict=True))
             elif node.kind == MUL:

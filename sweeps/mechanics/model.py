@@ -8,11 +8,12 @@ import numpy as np
 from kernels import measure, statuses
 from kernels import oscillations as kernel
 from kernels.blocks import W
+from kernels.runs import Runs, Sampling
 from sweeps.mechanics import equilibria, modes, scales
 from sweeps.mechanics.degenerate import Degenerate
 from sweeps.mechanics.derivation import derive
 from sweeps.mechanics.description import System
-from sweeps.mechanics.graph import CONSTANT, Graph, Values, graph
+from sweeps.mechanics.first_order import code
 from sweeps.mechanics.landscape import Landscape
 from sweeps.mechanics.taylor import Code
 
@@ -20,17 +21,6 @@ CHUNK = 16384
 EVEN = 1e-9  # third derivatives smaller than this, in the system's own units, make no second run
 FINE = 0.05  # of 1/S: a step of a motion that goes far
 LEAST_SHARE = 1e-6  # of a nudge: a mode with less of it is left to rounding and to the others' cubes
-
-MOST_WRITTEN = 120  # nodes that move: more of them are read from a tape
-
-
-def code(graph: Graph) -> Code:
-    """The code of a system: written out, or a tape where it is large."""
-    if sum(node.kind != CONSTANT for node in graph.nodes) <= MOST_WRITTEN:
-        return Code(graph)
-    from sweeps.mechanics.taped import TapedCode  # its kernel is compiled where it is imported
-
-    return TapedCode(graph)
 
 
 class Model:
@@ -57,12 +47,7 @@ class Model:
     @cached_property
     def code(self) -> Code:
         """The generated kernel."""
-        return code(graph(self.equations))
-
-    @cached_property
-    def values(self) -> Values:
-        """The graph in NumPy."""
-        return Values(self.code.graph)
+        return code(self.equations)
 
     @cached_property
     def degenerate(self) -> Degenerate:
@@ -176,7 +161,7 @@ class Model:
             status[part[~nudged]] = statuses.NOT_PERTURBED
             if not nudged.all():
                 part, nudge = part[nudged], {name: values[nudged] for name, values in nudge.items()}
-            raw[part] = self._run(points, theory, part, nudge, intervals, spacing, tolerance)
+            raw[part] = self._run(points, theory, part, nudge, Sampling(intervals, spacing, tolerance))
             status[part] = kernel.status(raw[part], intervals, tolerance, spacing)
         wide = (status == statuses.OK) & kernel.is_too_wide(raw, theory["scale"], spacing)
         raw[wide], status[wide] = np.nan, statuses.PERTURBATION_TOO_LARGE
@@ -214,37 +199,20 @@ class Model:
         reach = share * norm / unit
         return {"along": along, "projection": projection, "start": np.abs(share), "reach": reach, "allowed": allowed}
 
-    def _run(self, points, theory, part, nudge, intervals, spacing, tolerance):
+    def _run(self, points, theory, part, nudge, sampling):
         parameters = [p[part] for p in theory["parameters"]]
         epsilon = np.asarray(points["epsilon"], dtype=np.float64)[part]
         phase = np.asarray(points["phase"], dtype=np.float64)[part]
         S, mode = theory["scale"][part], np.asarray(points["mode"])[part] - 1
-        x = (nudge["along"] * np.cos(phase)[:, None]).T
-        v = (nudge["along"] * (-S * np.sin(phase))[:, None]).T
-        begin, pair = np.empty((2 * len(kernel.SIZES), part.size, self.code.rows)), theory["twice"][part].any()
-        for run, size in enumerate(kernel.SIZES):
-            begin[2 * run] = self._rows(parameters, theory["place"][part], size * epsilon, x, v)
-            other = self._rows(parameters, theory["place"][part], size * epsilon, x, v, -1.0) if pair else 0.0
-            begin[2 * run + 1] = other
-        projection = np.ascontiguousarray(nudge["projection"].reshape(part.size, -1))
+        x = np.concatenate([nudge["along"] * np.cos(phase)[:, None], nudge["along"] * (-S * np.sin(phase))[:, None]], 1)
+        signs = (1.0, -1.0) if theory["twice"][part].any() else (1.0, 1.0)  # the second is not read
+        motions = [(size * epsilon, sign * x.T) for size in kernel.SIZES for sign in signs]
+        begin = self.code.starts(parameters, theory["place"][part], motions)
         twice = theory["twice"][part].astype(np.int64)
-        module = self.code.module()
-        return kernel.run(
-            module.advance,
-            module.energy,
-            self.code.states,
-            begin,
-            projection,
-            nudge["start"],
-            nudge["allowed"],
-            S,
-            epsilon,
-            twice,
-            self.n * np.asarray(points["equilibrium"], dtype=np.int64)[part] + mode,
-            intervals,
-            spacing,
-            tolerance,
-        )
+        family = self.n * np.asarray(points["equilibrium"], dtype=np.int64)[part] + mode
+        runs = Runs(begin, np.ascontiguousarray(nudge["projection"]), S, epsilon, twice, family)
+        sizes = np.stack([nudge["start"], nudge["allowed"]], axis=1)
+        return kernel.run(self.code.integrator(), runs, sizes, sampling)
 
     def motion(self, parameters: list[float], place, shift, duration: float, frames: int) -> np.ndarray:
         """The full motion from rest at some places, however far from an equilibrium.
@@ -261,7 +229,7 @@ class Model:
         """
         runs, code = len(place), self.code
         given = [np.full(runs, value) for value in parameters] or [np.zeros(runs)]
-        start = self._rows(given, place, np.ones(runs), shift.T, np.zeros(shift.T.shape))
+        start = code.starts(given, place, [(np.ones(runs), [*shift.T, *np.zeros(shift.T.shape)])])[:, 0]
         q = np.empty((runs, frames + 1, self.n))
         q[:, 0] = place + shift
         terms = self.landscape.hessian_terms(given, list(place.T))
@@ -284,22 +252,6 @@ class Model:
         others = np.broadcast_to(np.arange(n), (mode.size, n))
         order = np.argsort(np.where(others == mode[:, None], -1, others), axis=1, kind="stable")
         return np.take_along_axis(vectors, order[:, None, :], axis=2)
-
-    def _rows(self, parameters, place, epsilon, x, v, sign=1.0):
-        """Rows of the scratch array at the start of a run, shape (points, rows)."""
-        code, q0 = self.code, list(place.T)
-        with np.errstate(all="ignore"):
-            U, slopes = self.values.bases(parameters, q0)
-            rows = np.zeros((epsilon.size, code.rows))
-            _, remainders = self.values.deviations(U, slopes, parameters, epsilon, sign * x, sign * v)
-            for i in range(self.n):
-                rows[:, i], rows[:, self.n + i] = sign * x[i], sign * v[i]
-            for number, row in code.remainders.items():
-                rows[:, row] = remainders[number]
-            rows[:, code.epsilon_row] = epsilon
-            for (kind, number), row in code.constants.items():
-                rows[:, row] = (U if kind == "U" else slopes)[number]
-        return rows
 
     # -- both
 

@@ -1,7 +1,7 @@
 r"""Linear theory: the normal modes about an equilibrium, and a bound on every possible rate.
 
-:math:`V'' v = \omega^2 a v` with :math:`v^{\mathsf T} a v = 1`, signed :math:`\omega^2` in ascending order (LAPACK's
-generalised symmetric eigenproblem, by `scipy.linalg.eigh`).
+:math:`V'' v = \omega^2 a v` with :math:`v^{\mathsf T} a v = 1`, signed :math:`\omega^2` in ascending order, from
+the symmetric eigenproblem of :math:`L^{-1}V''L^{-\mathsf T}`, :math:`a = LL^{\mathsf T}`.
 
 The scale S of a point is no theory: :math:`S^2 = \lVert M\rVert / \lambda_{\min}(\bar a)`, M the sums of the absolute
 values of the terms of V″ with each coordinate in units of :math:`a_{ii}^{-1/2}`, :math:`\bar a` the matrix a in the
@@ -12,7 +12,6 @@ Source: Landau and Lifshitz, Mechanics, section 23.
 """
 
 import numpy as np
-from scipy.linalg import LinAlgError, eigh
 
 
 def normal_modes(hessian, a):
@@ -29,16 +28,31 @@ def normal_modes(hessian, a):
     points, n = hessian.shape[:2]
     if n == 1:
         with np.errstate(all="ignore"):
-            positive = np.where(a > 0.0, a, np.nan)
-            return hessian[:, 0] / positive[:, 0], 1.0 / np.sqrt(positive)
+            mass = np.where(a > 0.0, a, np.nan)
+            return hessian[:, 0] / mass[:, 0], 1.0 / np.sqrt(mass)
     squares, vectors = np.full((points, n), np.nan), np.full((points, n, n), np.nan)
-    for i in np.flatnonzero(np.isfinite(hessian).all(axis=(1, 2)) & np.isfinite(a).all(axis=(1, 2))):
-        try:
-            squares[i], vectors[i] = eigh(hessian[i], a[i], check_finite=False)
-        except LinAlgError:
-            continue
+    which = np.flatnonzero(np.isfinite(hessian).all(axis=(1, 2)) & positive(a))
+    unit = 1.0 / np.sqrt(np.einsum("pii->pi", a[which]))
+    pair = unit[:, :, None] * unit[:, None, :]
+    inverse = _inverse_factors(a[which] * pair)
+    sound = np.isfinite(inverse).all(axis=(1, 2))
+    which, unit, inverse = which[sound], unit[sound], inverse[sound]
+    turned = np.swapaxes(inverse, 1, 2)
+    squares[which], found = np.linalg.eigh(inverse @ (hessian[which] * pair[sound]) @ turned)
+    vectors[which] = unit[:, :, None] * (turned @ found)
     largest = np.take_along_axis(vectors, np.abs(vectors).argmax(axis=1)[:, None, :], axis=1)
     return squares, vectors * np.where(largest < 0.0, -1.0, 1.0)
+
+
+def _inverse_factors(a):
+    """Inverses of Cholesky's factors; NaN where rounding leaves none."""
+    try:
+        return np.linalg.inv(np.linalg.cholesky(a))
+    except np.linalg.LinAlgError:
+        if len(a) == 1:
+            return np.full(a.shape, np.nan)
+        half = len(a) // 2
+        return np.concatenate([_inverse_factors(a[:half]), _inverse_factors(a[half:])])
 
 
 def scale(hessian_terms, a):

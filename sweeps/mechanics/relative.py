@@ -14,11 +14,12 @@ from functools import cached_property
 import numpy as np
 
 from kernels import statuses
+from kernels.runs import Runs, Sampling
 from sweeps.mechanics import rest
 from sweeps.mechanics.description import DescriptionError, System
-from sweeps.mechanics.first_order import FlowCode, graph
+from sweeps.mechanics.first_order import code
 from sweeps.mechanics.flow import derive
-from sweeps.mechanics.graph import Values
+from sweeps.mechanics.taylor import Code
 
 CHUNK = 4096
 RANK = 1e-9  # singular values of the conserved quantities' gradients below it are none
@@ -50,14 +51,9 @@ class FlowModel:
         return rest.Forces(self.flow)
 
     @cached_property
-    def code(self) -> FlowCode:
+    def code(self) -> Code:
         """The generated kernel."""
-        return FlowCode(graph(self.flow))
-
-    @cached_property
-    def values(self) -> Values:
-        """The graph in NumPy."""
-        return Values(self.code.graph)
+        return code(self.flow)
 
     @cached_property
     def quantities(self) -> tuple[str, ...]:
@@ -225,7 +221,7 @@ class FlowModel:
         which = np.flatnonzero(sound)
         for start in range(0, which.size, CHUNK):
             part = which[start : start + CHUNK]
-            raw[part] = self._run(points, theory, part, intervals, spacing, tolerance, runs)
+            raw[part] = self._run(points, theory, part, runs, Sampling(intervals, spacing, tolerance))
             status[part] = kernel.status(raw[part], quantities, self.n, intervals, tolerance, runs, spacing)
         size = np.asarray(points["epsilon"], dtype=np.float64) * theory["bent"]
         wide = kernel.is_too_wide(raw, quantities, self.n, size, theory["scale"], _twice(points), theory["paired"])
@@ -233,45 +229,20 @@ class FlowModel:
         status[wide], raw[wide, kernel.FIRST + quantities :] = statuses.PERTURBATION_TOO_LARGE, np.nan
         return {"raw": raw, "status": status, "spacing": spacing}
 
-    def _run(self, points, theory, part, intervals, spacing, tolerance, runs):
+    def _run(self, points, theory, part, runs, sampling):
         from kernels import flows as kernel
 
         parameters = [p[part] for p in theory["parameters"]]
         epsilon = np.asarray(points["epsilon"], dtype=np.float64)[part]
         sizes, basis = theory["sizes"][part], theory["basis"][part]
         twice = _twice(points)[part].astype(np.int64)
-        starts = np.zeros((part.size, 2 * runs, self.code.rows))
-        x0 = list(theory["place"][part].T) + [np.zeros(part.size)] * self.flow.rest
-        with np.errstate(all="ignore"):
-            U, slopes = self.values.bases(parameters, x0)
-            for r, direction in enumerate(directions(self.n, runs)):
-                x = sizes * (basis @ direction)
-                for sign in (1.0, -1.0) if twice.any() else (1.0,):
-                    rows = starts[:, r if sign > 0 else runs + r]
-                    _, remainders = self.values.deviations(U, slopes, parameters, epsilon, list(sign * x.T), ())
-                    rows[:, : self.N] = sign * x
-                    for number, row in self.code.remainders.items():
-                        rows[:, row] = remainders[number]
-                    rows[:, self.code.epsilon_row] = epsilon
-                    for (kind, number), row in self.code.constants.items():
-                        rows[:, row] = (U if kind == "U" else slopes)[number]
+        x = [sizes * (basis @ direction) for direction in directions(self.n, runs)]
+        signs = (1.0, -1.0) if twice.any() else (1.0,)
+        starts = self.code.starts(parameters, theory["place"][part], [(epsilon, s * y.T) for s in signs for y in x])
         project = np.ascontiguousarray(np.swapaxes(basis, 1, 2) / sizes[:, None, :])
-        module = self.code.module()
-        return kernel.run(
-            module.advance,
-            module.check,
-            self.code.states,
-            len(self.quantities),
-            starts,
-            project,
-            theory["scale"][part],
-            epsilon * theory["bent"][part],
-            twice,
-            np.asarray(points["equilibrium"], dtype=np.int64)[part],
-            intervals,
-            spacing,
-            tolerance,
-        )
+        family = np.asarray(points["equilibrium"], dtype=np.int64)[part]
+        chosen = Runs(starts, project, theory["scale"][part], epsilon * theory["bent"][part], twice, family)
+        return kernel.run(self.code.integrator(), chosen, runs, len(self.quantities), sampling)
 
     # -- both
 

@@ -5,34 +5,34 @@ compiled in two seconds, whatever its size.
 """
 
 from kernels import taylor_tapes as kernel
-from sweeps.mechanics.graph import ADD, DIV, FUNCTION, MUL, V, X
+from sweeps.mechanics.graph import ADD, DIV, FUNCTION, MUL, X
 from sweeps.mechanics.taylor import Code
 
 MODULE_SECONDS = 2.0
 SAMPLES_TIMES_NODES = 5_000_000
 
-TEXT = '''"""{title}: a tape of Taylor steps, and of the energy above the equilibrium."""
+TEXT = '''"""{title}: a tape of Taylor steps, and of what is conserved."""
 
 import numpy as np
 
 from kernels import taylor_tapes
 from kernels.jit import PASSED, njit
 
-COORDINATES, STATES, ROWS = {n}, {states}, {rows}
-{tables}
+STATES, ROWS = {states}, {rows}
+TABLES
 
 @njit("void(float64[::1], int64)", **PASSED)
 def advance(S, steps):
     """Advance every lane by so many steps."""
-    taylor_tapes.advance(STEP, STEP_PARTS, STEP_WEIGHTS, ACCELERATIONS, STATES, S, steps)
+    taylor_tapes.advance(STEP, STEP_PARTS, STEP_WEIGHTS, RATES, STATES, S, steps)
 
 
 @njit("void(float64[::1])", **PASSED)
-def energy(S):
-    """Write energy above the equilibrium and the sum of its absolute terms, over epsilon²."""
-    taylor_tapes.energy(ENERGY, ENERGY_PARTS, ENERGY_WEIGHTS, TERMS, MASSES, COORDINATES, STATES, S)
+def check(S):
+    """Write the conserved quantities' deviations."""
+    taylor_tapes.check(CHECK, CHECK_PARTS, CHECK_WEIGHTS, WATCHED, STATES, S)
 '''
-CODES = {X: kernel.PLACE, V: kernel.SPEED, ADD: kernel.SUM, MUL: kernel.PRODUCT, DIV: kernel.QUOTIENT}
+CODES = {X: kernel.STATE, ADD: kernel.SUM, MUL: kernel.PRODUCT, DIV: kernel.QUOTIENT}
 
 
 class TapedCode(Code):
@@ -57,14 +57,12 @@ class TapedCode(Code):
     def _text(self):
         functions, g = self.graph.functions, self.graph
         last = set(self._inner([g.nodes[f].parts[0] for f in functions]))
-        slots, tables = self._tables("STEP", self._needed([*g.accelerations, *functions]), last)
-        tables += [_table("ACCELERATIONS", [slots.get(k, -1) for k in g.accelerations])]
-        slots, more = self._tables("ENERGY", self._inner([*g.energy_terms, *g.masses.values()]), set())
-        more += [_table("TERMS", [slots[k] for k in g.energy_terms if k in slots])]
-        more += [_table("MASSES", [[i, j, slots.get(k, -1), self._base_row(k)] for (i, j), k in g.masses.items()], 4)]
-        tables = "\n".join([*tables, *more])
-        title = g.equations.system.title
-        return TEXT.format(title=title, n=self.n, states=self.states, rows=self.rows, tables=tables)
+        slots, tables = self._tables("STEP", self._needed([*g.rates, *functions]), last)
+        tables += [_table("RATES", [slots.get(k, -1) for k in g.rates])]
+        slots, more = self._tables("CHECK", self._inner([k for _, terms in g.watched for k in terms]), set())
+        watched = [[row, kind, slots.get(k, -1)] for row, (kind, terms) in enumerate(g.watched) for k in terms]
+        tables = "\n".join([*tables, *more, _table("WATCHED", watched, 3)])
+        return self._header(TEXT).replace("TABLES", tables)
 
     def _tables(self, name, nodes, last):
         """Row of the tape of each node, and the text of the tape."""
@@ -76,7 +74,7 @@ class TapedCode(Code):
                 pairs = [(slots[k], w) for w, k in zip(node.weights, node.parts, strict=True) if k in slots]
                 row[kernel.FIRST], row[kernel.SECOND] = len(parts), len(parts) + len(pairs)
                 parts, weights = parts + [k for k, _ in pairs], weights + [w for _, w in pairs]
-            elif node.kind in (X, V):
+            elif node.kind == X:
                 (row[kernel.FIRST],) = node.parts
             elif node.kind == FUNCTION:
                 self._function_row(number, node, row, slots)

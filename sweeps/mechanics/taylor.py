@@ -8,9 +8,12 @@ each node of the graph gives its n-th term from the ones before it,
           \tilde w_n = \frac1n\sum_{k=1}^n k\,u_k\,g_{n-k}
 
 (all in deviations; g = f'(u), and :math:`w_n = f'(U)u_n + \varepsilon\tilde w_n`), and
-:math:`x_{n+1} = h v_n/(n+1)`, :math:`v_{n+1} = h a_n/(n+1)`. A Taylor step was preferred to a Runge-Kutta one of
+:math:`x_{n+1} = h f_n/(n+1)`, f_n the n-th term of the rate's node. A Taylor step was preferred to a Runge-Kutta one of
 order 8: it needs no sine or power inside the loop over lanes, its terms are relative to the nudge, and for Euler's
 equations it is the very step that the rigid body takes.
+
+Beside `advance` stands `check`, which writes what a run watches: the deviation of a conserved quantity over ε or,
+where its gradient vanishes at the equilibria, as an energy's does, over ε².
 
 The code is a Python module of its own, whose straight lines :mod:`kernels.straight` hands to LLVM: a file that
 is named by the hash of its text, in the cache folder of the kernels, so that Numba's disk cache holds from one process
@@ -23,18 +26,20 @@ import sys
 from functools import cached_property
 from pathlib import Path
 
+import numpy as np
+
 from kernels.blocks import W
 from kernels.cache import cache_folder
-from kernels.oscillations import ORDER
+from kernels.runs import ORDER, Integrator
 from sweeps.files import replaced
-from sweeps.mechanics.graph import ADD, CONSTANT, DIV, FUNCTION, MUL, Graph, V, X
+from sweeps.mechanics.graph import ABSOLUTE, ADD, CONSTANT, DIV, FIRST, FUNCTION, MUL, Graph, Values, X
 
-HEADER = '''"""{title}: one Taylor step of order {order}, and the energy above the equilibrium, for {W} lanes."""
+HEADER = '''"""{title}: one Taylor step of order {order}, and what is conserved, for {W} lanes."""
 
 from kernels.jit import PASSED, njit
 from kernels.straight import lines
 
-COORDINATES, STATES, ROWS = {n}, {states}, {rows}
+STATES, ROWS = {states}, {rows}
 '''
 
 ADVANCE = '''STEP = lines("""
@@ -49,14 +54,14 @@ def advance(S, steps):
         for lane in range({W}):
             STEP(S, lane)
 '''
-TOLD = '''TOLD = lines("""
+CHECK = '''TOLD = lines("""
 {lines}
 """)
 
 
 @njit("void(float64[::1])", **PASSED)
-def {name}(S):
-    """Write {what}."""
+def check(S):
+    """Write the conserved quantities' deviations."""
     for lane in range({W}):
         TOLD(S, lane)
 '''
@@ -68,8 +73,8 @@ SAMPLES_TIMES_CHARACTERS = 4e10
 class Code:
     """The rows of the scratch array and the text of the module.
 
-    Rows, each W long: x and v of every coordinate, energy and its absolute terms, the functions' remainders, epsilon,
-    the step, and what is constant along a run.
+    Rows, each W long: the states, the functions' remainders, epsilon, the step, what is watched, and what is constant
+    along a run.
 
     Args:
         graph: the system's graph.
@@ -79,11 +84,10 @@ class Code:
 
     def __init__(self, graph: Graph):
         self.graph = graph
-        self.n = graph.equations.n
-        self.energy_row = 2 * self.n
-        self.remainders = {number: 2 * self.n + 2 + k for k, number in enumerate(graph.functions)}
-        self.states = 2 * self.n + 2 + len(self.remainders)
-        self.epsilon_row, self.step_row = self.states, self.states + 1
+        self.n = len(graph.rates)
+        self.remainders = {number: self.n + k for k, number in enumerate(graph.functions)}
+        self.states = self.n + len(self.remainders)
+        self.epsilon_row, self.step_row, self.watched_row = self.states, self.states + 1, self.states + 2
         self.constants: dict[tuple[str, int], int] = {}
         self._used: set = set()
         self.text = self._text()
@@ -91,7 +95,7 @@ class Code:
     @property
     def rows(self) -> int:
         """Number of rows of the scratch array."""
-        return self.states + 2 + len(self.constants)
+        return self.watched_row + len(self.graph.watched) + len(self.constants)
 
     @property
     def compile_seconds(self) -> float:
@@ -111,7 +115,35 @@ class Code:
     @property
     def name(self) -> str:
         """Name of the module."""
-        return f"oscillator_{self.digest[:24]}"
+        return f"system_{self.digest[:24]}"
+
+    @cached_property
+    def values(self) -> Values:
+        """The graph in NumPy."""
+        return Values(self.graph)
+
+    def starts(self, parameters, place, motions) -> np.ndarray:
+        """Rows of the scratch array at the start of motions, shape (points, motions, rows); the step is left open.
+
+        Args:
+            parameters: a list of arrays (points,).
+            place: the equilibria, shape (points, places); velocities vanish there.
+            motions: of each motion (epsilon (points,), deviations of the states over epsilon (states, points)).
+        """
+        still = [np.zeros(len(place))] * (self.n - place.shape[1])
+        rows = np.zeros((len(place), len(motions), self.rows))
+        with np.errstate(all="ignore"):
+            U, slopes = self.values.bases(parameters, [*place.T, *still])
+            for k, (epsilon, x) in enumerate(motions):
+                row = rows[:, k]
+                _, remainders = self.values.deviations(U, slopes, parameters, epsilon, x)
+                row[:, : self.n] = np.transpose(x)
+                for number, at in self.remainders.items():
+                    row[:, at] = remainders[number]
+                row[:, self.epsilon_row] = epsilon
+                for (kind, number), at in self.constants.items():
+                    row[:, at] = (U if kind == "U" else slopes)[number]
+        return rows
 
     # -- names in the text
 
@@ -125,7 +157,7 @@ class Code:
         return self._constant("U", number)
 
     def _constant(self, kind, number):
-        self.constants.setdefault((kind, number), self.states + 2 + len(self.constants))
+        self.constants.setdefault((kind, number), self.rows)
         self._used.add((kind, number))
         return f"{kind}{number}"
 
@@ -164,8 +196,9 @@ class Code:
         """Lines that give the n-th term of a node."""
         node = self.graph.nodes[number]
         name = f"u{number}_{n}"
-        if node.kind in (X, V):
-            return [f"{name} = {self._state_term(node, n)}"]
+        if node.kind == X:
+            (i,) = node.parts
+            return [f"{name} = {f'x{i}' if n == 0 else self._rate(i, n)}"]
         if node.kind == ADD:
             return [f"{name} = {self._sum(node, n)}"]
         if node.kind == MUL:
@@ -174,17 +207,9 @@ class Code:
             return self._quotient(number, node, n, name)
         return self._function(number, node, n, name)
 
-    def _state_term(self, node, n):
-        (i,) = node.parts
-        if n == 0:
-            return ("x" if node.kind == X else "v") + str(i)
-        return self._rate(node.kind, i, n)
-
-    def _rate(self, kind, i, n):
-        if kind == X:
-            return f"h{n} * v{i}_{n - 1}" if n > 1 else f"h1 * v{i}"
-        acceleration = self._hat(self.graph.accelerations[i], n - 1)
-        return f"h{n} * {acceleration}" if acceleration else "0.0"
+    def _rate(self, i, n):
+        rate = self._hat(self.graph.rates[i], n - 1)
+        return f"h{n} * {rate}" if rate else "0.0"
 
     def _sum(self, node, n):
         text = ""
@@ -247,63 +272,51 @@ class Code:
         return f"{1.0 / n!r} * ({' + '.join(terms)})" if n > 1 else terms[0]
 
     def _step_lines(self):
-        functions, accelerations = self.graph.functions, self.graph.accelerations
-        nodes = self._needed([*accelerations, *functions])
+        functions = self.graph.functions
+        nodes = self._needed([*self.graph.rates, *functions])
         last = self._inner([self.graph.nodes[f].parts[0] for f in functions])
         lines = [f"h{n} = h * {1.0 / n!r}" for n in range(2, ORDER + 1)]
         for n in range(ORDER + 1):
-            for i in range(self.n):
-                if n:
-                    lines += [f"x{i}_{n} = {self._rate(X, i, n)}", f"v{i}_{n} = {self._rate(V, i, n)}"]
+            if n:
+                lines += [f"x{i}_{n} = {self._rate(i, n)}" for i in range(self.n)]
             for number in last if n == ORDER else nodes:
                 node = self.graph.nodes[number]
-                if node.kind in (X, V) and n:
-                    lines.append(f"u{number}_{n} = {'x' if node.kind == X else 'v'}{node.parts[0]}_{n}")
+                if node.kind == X and n:
+                    lines.append(f"u{number}_{n} = x{node.parts[0]}_{n}")
                 else:
                     lines += self._term(number, n)
         for number in functions:
             if number not in last:
-                inner = self.graph.nodes[number].parts[0]
-                lines.append(f"w{number}_{ORDER} = {self._remainder(number, inner, ORDER)}")
+                lines.append(f"w{number}_{ORDER} = {self._remainder(number, self.graph.nodes[number].parts[0], ORDER)}")
         return lines
 
     def _sums(self):
-        names = [f"{kind}{i}" for kind in "xv" for i in range(self.n)] + [f"w{k}" for k in self.remainders]
-        rows = [*range(2 * self.n), *self.remainders.values()]
-        for name, row in zip(names, rows, strict=True):
+        names = [f"x{i}" for i in range(self.n)] + [f"w{k}" for k in self.remainders]
+        for name, row in zip(names, [*range(self.n), *self.remainders.values()], strict=True):
             text = f"{name}_{ORDER}"
             for n in reversed(range(1, ORDER)):
                 text = f"({text} + {name}_{n})"
-            start = f"{name}_0" if name[0] == "w" else name
-            yield f"S[{row * W} + lane] = {text} + {start}"
+            yield f"S[{row * W} + lane] = {text} + {name + '_0' if name[0] == 'w' else name}"
 
-    # -- the energy
+    # -- what is watched
 
-    def _energy_lines(self):
-        """K + Ṽ and K + Σ|terms of Ṽ|, both over ε²."""
-        terms, masses = self.graph.energy_terms, self.graph.masses
+    def _check_lines(self):
+        watched, moves = self.graph.watched, self.graph.moves
         lines = []
-        for number in self._inner([*terms, *masses.values()]):
+        for number in self._inner([k for _, terms in watched for k in terms]):
             lines += self._term(number, 0)
-        for number in self._inner(terms):
+        for number in self._inner([k for kind, terms in watched if kind != FIRST for k in terms]):
             lines.append(f"t{number} = {self._second(number)}")
-        kinetic = []
-        for (i, j), number in masses.items():
-            base, hat = self._base(number), self._hat(number, 0)
-            full = " + ".join(filter(None, (base, f"epsilon * {hat}" if hat else None)))
-            if full:
-                kinetic.append(f"{'0.5 * ' if i == j else ''}({full}) * v{i} * v{j}")
-        lines.append(f"kinetic = {' + '.join(kinetic)}")
-        moving = [f"t{k}" for k in terms if self.graph.moves(k)]
-        lines.append(f"S[{self.energy_row * W} + lane] = {' + '.join(['kinetic', *moving])}")
-        absolute = " + ".join(["abs(kinetic)", *(f"abs({t})" for t in moving)])
-        lines.append(f"S[{(self.energy_row + 1) * W} + lane] = {absolute}")
+        for row, (kind, terms) in enumerate(watched, self.watched_row):
+            names = [f"{'u' if kind == FIRST else 't'}{k}{'_0' if kind == FIRST else ''}" for k in terms if moves(k)]
+            text = " + ".join(f"abs({name})" if kind == ABSOLUTE else name for name in names)
+            lines.append(f"S[{row * W} + lane] = {text or '0.0'}")
         return lines
 
     def _second(self, number):
         node = self.graph.nodes[number]
         moves, parts = self.graph.moves, node.parts
-        if node.kind in (X, V):
+        if node.kind == X:
             return "0.0"
         if node.kind == ADD:
             pairs = zip(node.weights, parts, strict=True)
@@ -328,7 +341,6 @@ class Code:
     def _loads(self):
         used = sorted(self._used, key=lambda key: self.constants[key])
         loads = [f"x{i} = S[{i * W} + lane]" for i in range(self.n)]
-        loads += [f"v{i} = S[{(self.n + i) * W} + lane]" for i in range(self.n)]
         loads += [f"w{k} = S[{row * W} + lane]" for k, row in self.remainders.items()]
         loads += [f"epsilon = S[{self.epsilon_row * W} + lane]", f"h = S[{self.step_row * W} + lane]", "h1 = h"]
         return loads + [f"{kind}{k} = S[{self.constants[kind, k] * W} + lane]" for kind, k in used]
@@ -336,11 +348,12 @@ class Code:
     def _text(self):
         advance = ADVANCE.format(lines=self._straight([*self._step_lines(), *self._sums()]), W=W)
         self._used = set()
-        what = "energy above the equilibrium and the sum of its absolute terms, over epsilon²"
-        energy = TOLD.format(lines=self._straight(self._energy_lines()), name="energy", what=what, W=W)
-        numbers = {"n": self.n, "states": self.states, "rows": self.rows}
-        header = HEADER.format(title=self.graph.equations.system.title, order=ORDER, W=W, **numbers)
-        return "\n\n".join([header, advance, energy])
+        check = CHECK.format(lines=self._straight(self._check_lines()), W=W)
+        return "\n\n".join([self._header(HEADER), advance, check])
+
+    def _header(self, text):
+        title = self.graph.equations.system.title
+        return text.format(title=title, order=ORDER, W=W, states=self.states, rows=self.rows)
 
     @property
     def path(self) -> Path:
@@ -348,8 +361,13 @@ class Code:
         return _written(cache_folder() / "generated", self.name, self.text)
 
     def module(self):
-        """Return the compiled module: functions `advance(S, steps)` and `energy(S)`."""
+        """Return the compiled module: functions `advance(S, steps)` and `check(S)`."""
         return sys.modules.get(self.name) or load(self.path)
+
+    def integrator(self) -> Integrator:
+        """Return the compiled functions and the number of states, as kernels take them."""
+        module = self.module()
+        return Integrator(module.advance, module.check, self.states)
 
 
 def load(path: Path):

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from sweeps.mechanics.taylor import Code
 
 MECHANICS = Path(__file__).parents[1] / "mechanics"
+TAPES = Kernel("taylor_tapes", seconds=10.0)  # called by the code of large systems alone
 LOOKED_AT = 256  # points of a grid at which a check looks for equilibria
 
 
@@ -223,9 +224,11 @@ class Described(Dynamics):
         return digest.hexdigest()
 
     def kernels_of(self, definition: Definition | None = None) -> tuple[Kernel, ...]:
-        """Return what all of this kind share, and the code that is generated for this one."""
+        """Return what all of this kind share, what its generated code calls, and that code."""
         code = self._code()
-        return *super().kernels_of(definition), Kernel(str(code.path), seconds=code.compile_seconds)
+        tapes = (TAPES,) if TAPES.module in code.kernels else ()
+        shared = (kernel for kernel in super().kernels_of(definition) if kernel != TAPES)
+        return *shared, *tapes, Kernel(str(code.path), seconds=code.compile_seconds)
 
     def _code(self) -> "Code":
         """The generated kernel.
@@ -344,7 +347,7 @@ def _run(path: Path) -> "mechanics.System":
         spec.loader.exec_module(module)
     except DescriptionError as error:
         raise DescriptionError(f"system: {path}: {error}") from None
-    except Exception as error:
+    except (Exception, SystemExit) as error:  # a file that ends the program would end it with its own exit status
         said = " ".join(str(error).split())[:200]
         lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(path)]
         where = f"{path}, line {lines[-1]}" if lines else str(path)

@@ -59,12 +59,12 @@ def measure(name):
     names = {label: k for k, label in enumerate(system.description.names)}
     points["equilibrium"] = np.array([names[str(label)] for label in points["equilibrium"]])
     arguments = captured(system.mechanism, points)
-    count = arguments[5].size
+    count = arguments[1].scale.size
     one = seconds(lambda: oscillations.run(*arguments))
     with ThreadPoolExecutor(2) as pool:
         two = seconds(lambda: list(pool.map(lambda _: oscillations.run(*arguments), range(2))))
     raw = oscillations.run(*arguments)
-    runs = 3 * (1 + arguments[9])  # of the nudge, its half and quarter, from one side or both
+    runs = 3 * (1 + arguments[1].twice)  # of the nudge, its half and quarter, from one side or both
     steps = float(((raw[:, oscillations.RAW.samples] - 1) * runs * raw[:, oscillations.RAW.steps]).sum())
     work = operations(system.mechanism.code.text)
     print(f"{name:20s} kernel, one core {count / one:10,.0f} points/s; two cores {2 * count / two:10,.0f} points/s")

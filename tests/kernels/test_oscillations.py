@@ -6,15 +6,16 @@ import pytest
 from numba import njit
 
 from kernels import oscillations, statuses
+from kernels.runs import Integrator, Runs, Sampling
 
-STATES = 4  # x, v, energy and its terms
+STATES = 2  # x, v; then epsilon, the step, energy and its terms, k
 
 
 def _advance(S, steps):
     """x'' = -k x with k in the last row, exactly."""
     for _ in range(steps):
         for lane in range(32):
-            x, v, h, k = S[lane], S[32 + lane], S[160 + lane], S[192 + lane]
+            x, v, h, k = S[lane], S[32 + lane], S[96 + lane], S[192 + lane]
             w = math.sqrt(abs(k))
             if k > 0:
                 c, s = math.cos(w * h), math.sin(w * h)
@@ -30,8 +31,8 @@ def _energy(S):
     """Kinetic and potential energy."""
     for lane in range(32):
         kinetic, potential = 0.5 * S[32 + lane] ** 2, 0.5 * S[192 + lane] * S[lane] ** 2
-        S[64 + lane] = kinetic + potential
-        S[96 + lane] = kinetic + abs(potential)
+        S[128 + lane] = kinetic + potential
+        S[160 + lane] = kinetic + abs(potential)
 
 
 @cache
@@ -43,26 +44,15 @@ def compiled():
 def run(k, *, start=1.0, speed=0.0, intervals=64, spacing=0.4, size=1e-6, advance=None):
     """The raw result of linear oscillators with these k, scale 1, or of what else advances them."""
     k = np.atleast_1d(np.asarray(k, dtype=np.float64))
-    rows = np.zeros((k.size, STATES + 3))
-    rows[:, 0], rows[:, 1], rows[:, STATES], rows[:, STATES + 2] = start, speed, size, k
+    rows = np.zeros((k.size, 6, 7))
+    rows[:, :, 0], rows[:, :, 1], rows[:, :, STATES], rows[:, :, 6] = start, speed, size, k[:, None]
     ones = np.ones(k.size)
     twice = np.zeros(k.size, dtype=np.int64)
     exact, energy = compiled()
+    runs = Runs(rows, ones.reshape(-1, 1, 1), ones, size * ones, twice, twice)
+    nudge = np.stack([ones, 0.0 * ones], axis=1)
     return oscillations.run(
-        advance or exact,
-        energy,
-        STATES,
-        np.stack([rows] * 6),
-        ones[:, None].copy(),
-        ones,
-        0.0 * ones,
-        ones,
-        size * ones,
-        twice,
-        twice,
-        intervals,
-        spacing,
-        1e-10,
+        Integrator(advance or exact, energy, STATES), runs, nudge, Sampling(intervals, spacing, 1e-10)
     )
 
 
@@ -127,7 +117,7 @@ def test_halving_is_tried_where_the_motion_is_largest():
     def faulty(S, steps):
         for _ in range(steps):
             for lane in range(32):
-                x, v, h = S[lane], S[32 + lane], S[160 + lane]
+                x, v, h = S[lane], S[32 + lane], S[96 + lane]
                 c, s = math.cos(h), math.sin(h)
                 S[lane], S[32 + lane] = c * x + s * v, c * v - s * x + 1e-3 * h * h * x * x * x
 
@@ -158,7 +148,7 @@ def test_another_mode_that_grows_ends_the_window():
     def pair(S, steps):
         for _ in range(steps):
             for lane in range(32):
-                h = S[7 * 32 + lane]
+                h = S[5 * 32 + lane]
                 x, v = S[lane], S[64 + lane]
                 c, s = math.cos(h), math.sin(h)
                 S[lane], S[64 + lane] = c * x + s * v, c * v - s * x
@@ -167,16 +157,14 @@ def test_another_mode_that_grows_ends_the_window():
     @njit("void(float64[::1])")
     def still(S):
         for lane in range(32):
-            S[128 + lane], S[160 + lane] = 1.0, 1.0
+            S[192 + lane], S[224 + lane] = 1.0, 1.0
 
-    rows = np.zeros((1, 8))
-    rows[0, 0], rows[0, 1] = 1.0, 1e-3
-    one = np.ones(1)
-    projection = np.eye(2).reshape(1, 4)
-    none = np.zeros(1, dtype=np.int64)
-    rest = (one, one * 1e-6, none, none, 64, 0.4, 1e-10)
-    raw = oscillations.run(pair, still, 6, np.stack([rows] * 6), projection, one, 0 * one, *rest)
-    assert raw[0, oscillations.RAW.samples] == int(math.log(100.0) / 0.4) + 1
-    assert raw[0, oscillations.RAW.rate2] == pytest.approx(1.0, abs=1e-12)
-    raw = oscillations.run(pair, still, 6, np.stack([rows] * 6), projection, one, 10 * one, *rest)
-    assert raw[0, oscillations.RAW.samples] == int(math.log(1e4) / 0.4) + 1
+    rows = np.zeros((1, 6, 8))
+    rows[:, :, 0], rows[:, :, 1] = 1.0, 1e-3
+    one, none = np.ones(1), np.zeros(1, dtype=np.int64)
+    runs = Runs(rows, np.eye(2)[None], one, one * 1e-6, none, none)
+    for allowed, most in ((0.0, 100.0), (10.0, 1e4)):  # the other mode grows to a tenth; to ten
+        nudge = np.array([[1.0, allowed]])
+        (raw,) = oscillations.run(Integrator(pair, still, 4), runs, nudge, Sampling(64, 0.4, 1e-10))
+        assert raw[oscillations.RAW.samples] == int(math.log(most) / 0.4) + 1
+        assert raw[oscillations.RAW.rate2] == pytest.approx(1.0, abs=1e-12)

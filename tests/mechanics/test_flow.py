@@ -104,6 +104,8 @@ def test_conserved_quantities_take_their_zeros_out():
         (lambda: spinning(rates=False), "rate of w1: is missing"),
         (lambda: spinning(energy=lambda w, _: w[0] ** 2 + w[1] ** 2), "conserved energy: its rate of change"),
         (lambda: spinning(mass=lambda w, _: w[0] * sp.Symbol("weight")), "conserved mass: unbound symbol weight"),
+        (lambda: spinning(mass=lambda w, _: sp.I * w[0]), "conserved mass: .* is complex or infinite"),
+        (lambda: spinning(mass=lambda w, _: w[0] / sp.Integer(0)), "conserved mass: .* is complex or infinite"),
     ],
 )
 def test_what_is_wrong_with_states_is_named(made, told):

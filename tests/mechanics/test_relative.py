@@ -299,26 +299,19 @@ def test_full_motions_of_all_systems_are_scipys(name):
 
 
 def check_motion(name, epsilon=0.01):
-    from kernels.oscillations import W
+    from kernels.blocks import W
 
     m, columns = motions(name, 1, seed=5)
     one = {k: v[:1] for k, v in columns.items()} | {"epsilon": np.array([epsilon])}
     theory = m.theory(one)
     place = np.concatenate([theory["place"][0], np.zeros(m.flow.rest)])
-    code, values = m.code, m.values
-    parameters = [one[k] for k in m.names]
-    U, slopes = values.bases(parameters, [np.array([x]) for x in place])
+    code = m.code
     x = theory["sizes"][0] * (theory["basis"][0] @ np.ones(m.n))
-    _, remainders = values.deviations(U, slopes, parameters, one["epsilon"], [np.array([y]) for y in x], ())
-    S = np.zeros(code.rows * W)
+    start = code.starts([one[k] for k in m.names], theory["place"], [(one["epsilon"], x[:, None])])[0, 0]
+    S = np.repeat(start, W)
     rows = S.reshape(code.rows, W)
-    rows[: m.N] = x[:, None]
-    for number, row in code.remainders.items():
-        rows[row] = remainders[number]
-    for (kind, number), row in code.constants.items():
-        rows[row] = (U if kind == "U" else slopes)[number]
     h = 0.25 / theory["scale"][0]
-    rows[code.epsilon_row], rows[code.step_row] = epsilon, h / 4
+    rows[code.step_row] = h / 4
     times = h * np.arange(21)
     reference = by_scipy(m, {k: v[0] for k, v in one.items()})(place + epsilon * x, times)
     module = code.module()

@@ -13,8 +13,8 @@ from scipy.special import ellipj, ellipk
 from kernels.cache import cache_folder
 from sweeps.mechanics import System, taylor
 from sweeps.mechanics.derivation import derive
-from sweeps.mechanics.graph import graph
-from sweeps.mechanics.model import Model, code
+from sweeps.mechanics.first_order import code
+from sweeps.mechanics.model import Model
 
 W = taylor.W
 QUICK = ("pendulum",)  # what others generate is compiled for ten seconds
@@ -26,7 +26,7 @@ def scratch(model, columns, x, v, epsilon):
     theory = model.theory(columns)
     place = theory["place"][:1]
     parameters = [p[:1] for p in theory["parameters"]]
-    rows = model._rows(parameters, place, np.array([epsilon]), np.reshape(x, (-1, 1)), np.reshape(v, (-1, 1)))
+    rows = model.code.starts(parameters, place, [(np.array([epsilon]), np.reshape([*x, *v], (-1, 1)))])[:, 0]
     S = np.empty(model.code.rows * W)
     S.reshape(-1, W)[:] = rows[0][:, None]
     return S, place[0], theory["scale"][0]
@@ -88,7 +88,7 @@ def test_energy_is_that_of_the_symbols(name):
     x, v = rng.uniform(-1, 1, n) * theory["sizes"][0], rng.uniform(-1, 1, n) * theory["sizes"][0] * theory["scale"][0]
     epsilon = 1e-3
     S, place, _ = scratch(model, columns, x, v, epsilon)
-    model.code.module().energy(S)
+    model.code.module().check(S)
     e = model.equations
     numbers = {p.symbol: sp.Float(columns[p.name][0], 60) for p in model.system.parameters.values()}
     # the place to 60 digits: in doubles its rounding alone moves V by 1e-16 ε
@@ -103,7 +103,7 @@ def test_energy_is_that_of_the_symbols(name):
     rise = e.V.subs(numbers).subs(moved) - e.V.subs(numbers).subs(start)
     kinetic = (speed.T * e.a.subs(numbers).subs(moved) * speed)[0] / 2
     # some tens of roundings; the doubles of the place are ε⁻¹ 1e-16 off in units of the nudge
-    assert S[2 * n * W] == pytest.approx(float(kinetic + rise / sp.Float(epsilon, 60) ** 2), rel=1e-11)
+    assert S[model.code.watched_row * W] == pytest.approx(float(kinetic + rise / sp.Float(epsilon, 60) ** 2), rel=1e-11)
 
 
 @pytest.mark.slow
@@ -178,8 +178,8 @@ def test_code_of_many_rods_grows_with_the_graph_and_is_not_written_out(n):
     equations = derive(rods(n))
     m, length, _ = equations.parameters
     assert equations.a[0, 1] == (n - 1) * m * length**2 * sp.cos(equations.q[0] - equations.q[1])
-    g = graph(equations)
-    made = code(g)
+    made = code(equations)
+    g = made.graph
     assert isinstance(made, taped.TapedCode)
     assert len(g.nodes) < 14 * n * n
     assert len(made.text) < 70 * len(g.nodes)
@@ -201,8 +201,8 @@ def test_a_tape_gives_what_the_text_gives(name):
         sizes, scale = (model.theory(columns)[key][0] for key in ("sizes", "scale"))
         S, _, _ = scratch(model, columns, x * sizes, v * sizes * scale, 0.1)
         S = advanced(model, S, 0.2 / scale, 30)
-        model.code.module().energy(S)
-        ends.append(S.reshape(-1, W)[: model.code.states])
+        model.code.module().check(S)
+        ends.append(S.reshape(-1, W)[: model.code.watched_row + 2])
     # six units of time from an unstable place: e^6 of what rounding leaves of each order's sums
     assert ends[1] == pytest.approx(ends[0], rel=1e-11, abs=1e-11 * np.abs(ends[0][: 2 * n]).max())
 

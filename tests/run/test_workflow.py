@@ -140,7 +140,7 @@ def test_an_edited_definition_runs_its_sweep_again(made):
 def test_generated_kernels_are_compiled_before_any_shard(made):
     own = {"system": "pendulum", "grid": {"length": [0.5, 1.0]}, "shards": 2}
     (made / "swing.json").write_text(json.dumps(own))
-    for mark in (made / ".cache").rglob("ready/flow_*"):  # what other tests have compiled of described systems
+    for mark in (made / ".cache").rglob("ready/system_*"):  # what other tests have compiled of described systems
         mark.unlink()
     for mark in (made / ".cache").rglob("ready/oscillat*"):
         mark.unlink()

@@ -143,6 +143,12 @@ def test_fingerprint_changes_with_the_description(tmp_path):
         ("k * x**2 + __import__('sympy').zoo", "V: .* is complex or infinite"),
         ("k * __import__('sympy').floor(x)", r"V: floor\(x\) jumps"),
         ("k * __import__('sympy').gamma(x + 3)", "cannot be integrated"),
+        ("k * x**2)\n__import__('sys').exit(0", "line 10: cannot be run .SystemExit"),
+        (
+            "k * x**2)\nsystem.equilibrium('high', {k: 0}",
+            "high: stiffness is no coordinate or state; allowed: x",
+        ),
+        ("k * x**2)\nsystem.coordinate('y', bounds=(-1, 1), size=0", "size of y: 0; allowed"),
     ],
 )
 def test_what_is_wrong_with_a_description_is_said_before_any_work(tmp_path, V, wrong):

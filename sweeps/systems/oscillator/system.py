@@ -11,7 +11,7 @@ import numpy as np
 from sweeps.schema.definition import Definition, Integration
 from sweeps.schema.layout import Layout
 from sweeps.schema.variables import Variable, table
-from sweeps.systems.described import MECHANICS, Described
+from sweeps.systems.described import MECHANICS, TAPES, Described
 from sweeps.systems.kernel import Kernel
 from sweeps.systems.oscillator.definition import OscillatorDefinition
 from sweeps.systems.oscillator.look import LOOK
@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from sweeps.mechanics.model import Model
 
 ANIMATED = ("bead_on_hoop", "double_pendulum", "pendulum")
-
-TAPES = Kernel("taylor_tapes", seconds=10.0)  # called by the code of large systems alone
 
 
 class Oscillator(Described):
@@ -64,11 +62,6 @@ class Oscillator(Described):
     def holds(variables: Collection[str]) -> bool:
         """Return True for any map of a description of no other kind."""
         return True
-
-    def kernels_of(self, definition: OscillatorDefinition | None = None) -> tuple[Kernel, ...]:
-        """Return what its generated code calls, and that code."""
-        found = super().kernels_of(definition)
-        return found if TAPES.module in self._code().kernels else tuple(kernel for kernel in found if kernel != TAPES)
 
     def derive(self) -> "Model":
         """Derive Lagrange's equations and the landscape of V."""
