@@ -1,7 +1,8 @@
 """The rates of a system's states, and what a run watches, as one graph: of coordinates or of states.
 
 Rates vanish at the equilibrium for a reason, so their bases are 0 and not what rounding leaves. Accelerations are
-solved for by elimination in a_ij, whose pivots are positive, or by its inverse in symbols, where that is shorter.
+solved for by elimination in a_ij, whose pivots are positive, or by its inverse in symbols, where that makes a
+long code shorter.
 """
 
 import sympy as sp
@@ -12,6 +13,7 @@ from sweeps.mechanics.graph import CONSTANT, FIRST, SECOND, Graph
 from sweeps.mechanics.taylor import Code
 
 MOST_INVERTED, MOST_OPERATIONS = 3, 1000  # coordinates, and operations of their equations, up to which a is inverted
+SHORT = 50_000  # characters of a code that is compiled in two seconds: no shorter one is looked for
 MOST_WRITTEN = 120  # nodes that move: more of them are read from a tape
 
 
@@ -33,11 +35,13 @@ def graph(equations: Equations | Flow) -> Graph:
         quantities = zip(equations.system.conserved_quantities.values(), equations.second, strict=True)
         g.watched = tuple((SECOND if curved else FIRST, (g.build(e),)) for e, curved in quantities)
         return g
-    found = [_by_elimination(equations)]
+    found = _by_elimination(equations)
+    length = len(Code(found).text)
     operations = sum(e.count_ops() for e in (*equations.a, *equations.f))
-    if equations.a.shape[0] <= MOST_INVERTED and operations <= MOST_OPERATIONS:
-        found.append(_by_inverse(equations))
-    return min(found, key=lambda g: len(Code(g).text))
+    if length <= SHORT or equations.a.shape[0] > MOST_INVERTED or operations > MOST_OPERATIONS:
+        return found
+    other = _by_inverse(equations)
+    return other if len(Code(other).text) < length else found
 
 
 def _by_elimination(equations):
