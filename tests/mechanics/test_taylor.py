@@ -5,6 +5,7 @@ import sys
 
 import numpy as np
 import pytest
+import relative
 import sympy as sp
 from oscillators import LIBRARY, points, shipped
 from scipy.integrate import solve_ivp
@@ -15,6 +16,7 @@ from sweeps.mechanics import System, taylor
 from sweeps.mechanics.derivation import derive
 from sweeps.mechanics.first_order import code
 from sweeps.mechanics.model import Model
+from sweeps.mechanics.relative import FlowModel
 
 W = taylor.W
 QUICK = ("pendulum",)  # what others generate is compiled for ten seconds
@@ -212,3 +214,23 @@ def test_a_damaged_generated_file_is_written_again(tmp_path):
     path.write_text("half")
     assert taylor._written(tmp_path, "name", "text").read_text() == "text"
     assert [p.name for p in tmp_path.iterdir()] == ["name.py"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["sleeping_top", "foucault"])  # conserved quantities of both orders; a root
+def test_a_tape_of_first_order_gives_what_the_text_gives(name):
+    from sweeps.mechanics import taped  # compiles its kernel where it is imported
+
+    model = FlowModel(relative.shipped(name))
+    points = relative.points(model.system, 1, 1, {})
+    theory, written = model.theory(points), model.code
+    ends = []
+    for made in (written, taped.TapedCode(written.graph)):
+        motion = (np.array([0.1]), (theory["sizes"][0] * 0.3)[:, None])
+        S = np.repeat(made.starts(theory["parameters"], theory["place"][:1], [motion])[0, 0], W)
+        S.reshape(-1, W)[made.step_row] = 0.2 / theory["scale"][0]
+        made.module().advance(S, 30)
+        made.module().check(S)
+        ends.append(S.reshape(-1, W)[: made.watched_row + len(made.graph.watched)])
+    # rounding of each order's sums, over six units of time
+    assert ends[1] == pytest.approx(ends[0], rel=1e-11, abs=1e-11 * np.abs(ends[0][: made.n]).max())
