@@ -9,7 +9,7 @@ import signal
 import sys
 from argparse import Action, ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from importlib import import_module
 from io import TextIOWrapper
 from pathlib import Path
@@ -86,9 +86,8 @@ def main(arguments: list[str] | None = None) -> int:
         raise KeyboardInterrupt
 
     # while modules are imported Ctrl-C ends the process at once: some of theirs make a panic of the exception
-    with _answering(signal.SIGINT, signal.SIG_DFL) as answer, _without_words_of_h5py(), _heard_again(heard):
+    with _answering(signal.SIGINT, signal.SIG_DFL) as answer, _without_words_of_h5py(), _heard_again(heard), _writing():
         try:
-            _write_what_can_be()
             words = sys.argv[1:] if arguments is None else arguments
             parser = _parser(*words[:1])
             answer(hear)
@@ -110,6 +109,7 @@ def command() -> NoReturn:
         status = ended.code
     except OSError as error:  # of what the parser prints
         status = _unwritten(error)
+    atexit.register(signal.signal, signal.SIGINT, signal.SIG_DFL)  # what is left is Python's own: no word of that
     sys.exit(_flushed(status))
 
 
@@ -152,9 +152,6 @@ def _answering(number: int, first: Any) -> Iterator[Callable]:
         yield answer
     finally:
         answer(signal.default_int_handler)
-        atexit.unregister(signal.signal)
-        if is_ours:  # from the end on, what is left is Python's own: no word of that
-            atexit.register(signal.signal, number, signal.SIG_DFL)
 
 
 @contextmanager
@@ -247,11 +244,18 @@ def _refused(message: str) -> int:
     return 2
 
 
-def _write_what_can_be() -> None:
-    """Lets characters that the terminal's locale does not know appear as their numbers."""
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, TextIOWrapper):
-            stream.reconfigure(errors="backslashreplace")
+@contextmanager
+def _writing() -> Iterator[None]:
+    """Let characters that the terminal's locale does not know appear as their numbers."""
+    streams = [(s, s.errors) for s in (sys.stdout, sys.stderr) if isinstance(s, TextIOWrapper)]
+    for stream, _ in streams:
+        stream.reconfigure(errors="backslashreplace")
+    try:
+        yield
+    finally:
+        for stream, before in streams:
+            with suppress(OSError):  # of what is still to be written: see `_flushed`
+                stream.reconfigure(errors=before)
 
 
 if __name__ == "__main__":

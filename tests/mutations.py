@@ -44,7 +44,7 @@ ROOT = Path(__file__).parents[1]
 LONGEST = 4  # seconds of a processor that one test may take, to be asked
 PATIENCE = 8  # seconds of a processor, under the eyes of coverage, that the tests of one mutation may take
 COPIED = ("kernels", "sweeps", "tests", "results/README.md", "README.md", "Snakefile", ".slurm", "pyproject.toml")
-ROOMS = ("kernels", "sweeps/shards", "sweeps/maps")
+ROOMS = ("kernels", "sweeps/reading", "sweeps/shards", "sweeps/maps")
 PLAIN = {"__init__"}  # nothing in them computes
 ONLY_COMPILED = {"kernels/flows"}  # what calls it is generated, and minutes to compile
 COMPILING = (
@@ -72,9 +72,9 @@ OTHERS = {  # of what runs when a module is imported: tests of who uses it, besi
     "kernels/uncertainty": ["tests/kernels/test_reduction.py", "tests/kernels/test_survey.py"],
     "sweeps/shards/content": ["tests/maps/test_storage.py"],
     "sweeps/shards/contract": ["tests/maps/test_dataset.py"],
-    "sweeps/shards/looking": ["tests/maps/test_door.py"],
+    "sweeps/reading/sandbox": ["tests/maps/test_door.py"],
     "sweeps/maps/admission": ["tests/maps/test_door.py"],
-    "sweeps/maps/raw": ["tests/maps/test_door.py"],
+    "sweeps/reading/stored_values": ["tests/maps/test_door.py"],
 }
 AS_WRITTEN = "not as_written and not script_writes"  # a generated text is not to be caught by its letters
 LOADED = ["numpy", "numba", "xarray", "netCDF4", "pytest", "hypothesis", "coverage", "scipy.integrate", "mpmath"]

@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 import sweeps
 from sweeps.__main__ import main
 from sweeps.points import estimate, loading
+from sweeps.reading import definitions
 from sweeps.run import claims
-from sweeps.schema import reading
 from sweeps.schema.refusals import DefinitionError, RefusedError
 
 FIELDS = {
@@ -184,7 +184,7 @@ def test_a_variance_that_is_no_double_is_refused(size, uncertainty):
 
 
 def test_more_values_than_yaml_is_read_for_are_refused(folder, monkeypatch):
-    monkeypatch.setattr(reading, "MAX_EVENTS", 100)
+    monkeypatch.setattr(definitions, "MAX_EVENTS", 100)
     (folder / "many.yaml").write_text("axes: [" + "1," * 100 + "]")
     with pytest.raises(DefinitionError, match=r"line 1: \(too much\) is too large; allowed: 100 values in YAML"):
         loading.read(folder / "many.yaml")

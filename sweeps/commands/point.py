@@ -48,7 +48,7 @@ def _run(args):
 def _write_motion(row, args) -> None:
     from sweeps import systems
     from sweeps.maps import motion
-    from sweeps.schema.carried import definition_of
+    from sweeps.reading.definitions import definition_of
 
     point = {name: row[name].item() for name in row.coords if row[name].ndim == 0}
     integration = definition_of(row.attrs).get("integration")

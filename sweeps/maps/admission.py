@@ -10,13 +10,14 @@ import numpy as np
 
 from sweeps import systems
 from sweeps.boxes import runs
-from sweeps.maps import door
-from sweeps.maps.door import MOST_TEXT, Contents, Held
 from sweeps.maps.plain import PlainMap, PlainVariable
-from sweeps.maps.raw import RawFile, RawValues
-from sweeps.schema.carried import CONTRACT_VERSION, definition_of
+from sweeps.reading.definitions import definition_of
+from sweeps.reading.files import FileBytes
+from sweeps.reading.hdf5 import ALLOWED, MOST_TEXT, StoredVariable, Structure, read_structure
+from sweeps.reading.limits import MAX_FILE_BYTES
+from sweeps.reading.stored_values import StoredValues
+from sweeps.schema.carried import CONTRACT_VERSION
 from sweeps.schema.layout import Layout
-from sweeps.schema.reading import MAX_FILE_BYTES
 from sweeps.schema.refusals import MapError, shortened
 from sweeps.schema.variables import POINT, Variable
 from sweeps.shards import contract
@@ -24,6 +25,7 @@ from sweeps.shards import contract
 if TYPE_CHECKING:
     from sweeps.points.sweep import Sweep
 
+MAP = "stability_map.nc"  # a sweep's map in its folder results/<sweep>
 WHOLE = ("definition", "inputs", "outlines")  # attributes that are compared or drawn, and never cut
 DESCRIBING = ("long_name", "units", "comment")  # of what only its own system's description knows
 MOST_WORDS = 200  # characters of these
@@ -36,10 +38,36 @@ class _UnlikeError(Exception):
     """In what a file is unlike a map: the message but for the file's name."""
 
 
+def map_of(path: str | Path) -> Path:
+    """Return the file that a user means: the path itself, or the map in a sweep's folder results/<sweep>.
+
+    Raises:
+        MapError: for a folder without a map.
+    """
+    path = Path(path)
+    if not path.is_dir():
+        return path
+    if not (path / MAP).exists():
+        raise MapError(f"{path}: this folder holds no {MAP}; allowed: a map, or the folder results/<sweep> of one")
+    return path / MAP
+
+
+def read(path: str | Path, any_flags: bool = False) -> PlainMap:
+    """Return what a file holds that is a map, complete or not; see `admitted`."""
+    try:
+        file = FileBytes(path)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        there_is_none = not isinstance(error, PermissionError)
+        wrong = "there is no such file" if there_is_none else f"cannot be opened ({reason})"
+        raise MapError(f"{path}: {wrong}; allowed: {ALLOWED}") from None
+    return admitted(path, file, read_structure(file), any_flags)
+
+
 def opened(path: str | Path) -> PlainMap:
     """A map, for what needs no Dataset and should not wait for one; as `sweeps.open_map`, and refused as there."""
-    path = door.map_of(path)
-    ds = admitted(path, door.look(path))
+    path = map_of(path)
+    ds = read(path)
     try:
         check_complete(path, ds)
     except MapError:
@@ -57,11 +85,12 @@ def holds_map(path: str | Path, sweep: "Sweep") -> bool:
         return False
 
 
-def admitted(path: str | Path, found: Contents, any_flags: bool = False) -> PlainMap:
+def admitted(path: str | Path, file: FileBytes, found: Structure, any_flags: bool = False) -> PlainMap:
     """What a file holds that is a map; numbers are read when they are asked for.
 
     Args:
-        path: the file.
+        path: the file's name, for messages.
+        file: the file, open.
         found: what it holds.
         any_flags: whether flags without a meaning are read as they are; else they are refused as they are read.
 
@@ -73,7 +102,7 @@ def admitted(path: str | Path, found: Contents, any_flags: bool = False) -> Plai
         layout = _layout(attributes, found.variables)
         parts = _Parts(layout, found.variables)
         _check(parts)
-        return _plain(parts, RawFile(path), attributes, any_flags)
+        return _plain(parts, file, attributes, any_flags)
     except _UnlikeError as unlike:
         raise MapError(f"{path}: {unlike}") from None
 
@@ -162,7 +191,7 @@ class _Parts:
         further: those that variables have beside them.
     """
 
-    def __init__(self, layout: Layout, held: Mapping[str, Held]):
+    def __init__(self, layout: Layout, held: Mapping[str, StoredVariable]):
         self.layout = layout
         self.coordinates = {name: held[name] for name in layout.coordinates if name in held}
         self.variables = {name: held[name] for name in layout.variables if name in held}
@@ -174,7 +203,7 @@ class _Parts:
         self.dims = max(points, key=len, default=())
         self.further = tuple(dict.fromkeys(dim for name in self.variables for dim in self.specs[name].over))
 
-    def _take_own(self, held: Mapping[str, Held]) -> None:
+    def _take_own(self, held: Mapping[str, StoredVariable]) -> None:
         """Takes the parameters and places that only the description of the system knows: they are doubles."""
         own = {}
         for name, one in held.items():
@@ -228,7 +257,7 @@ def _own_dims(parts: _Parts, name: str) -> tuple[str, ...]:
     return held.dims[:-1] if held.dtype == "|S1" and held.dims else held.dims
 
 
-def _check_coordinate(parts: _Parts, name: str, held: Held) -> None:
+def _check_coordinate(parts: _Parts, name: str, held: StoredVariable) -> None:
     spec, dims = parts.specs[name], _own_dims(parts, name)
     over = tuple(dim for dim in parts.layout.over.get(name, ()) if dim in dims)
     if dims not in ((), (name,), (parts.layout.along,), (POINT.name,), over):
@@ -246,7 +275,7 @@ def _check_coordinate(parts: _Parts, name: str, held: Held) -> None:
         raise _UnlikeError(f"{name}: has no values; allowed: one value or more")
 
 
-def _check_type(name: str, held: Held, spec: Variable) -> None:
+def _check_type(name: str, held: StoredVariable, spec: Variable) -> None:
     if not held.dtype or held.dtype == "str" or np.dtype(held.dtype).newbyteorder("=") != np.dtype(spec.dtype):
         shown = {"": "unknown", "str": "text"}.get(held.dtype, held.dtype)
         raise _UnlikeError(f"{name}: is of type {shown}; allowed: {np.dtype(spec.dtype)}")
@@ -267,7 +296,7 @@ def _flag_values(spec: Variable) -> list[int]:
     return list(range(spec.first_flag, spec.first_flag + len(spec.flags)))
 
 
-def _check_variable(parts: _Parts, name: str, held: Held) -> None:
+def _check_variable(parts: _Parts, name: str, held: StoredVariable) -> None:
     spec = parts.specs[name]
     dims = (*parts.dims, *spec.over)
     if held.dims != dims:
@@ -286,20 +315,20 @@ def _check_variable(parts: _Parts, name: str, held: Held) -> None:
 # The map
 
 
-def _plain(parts: _Parts, file: RawFile, attributes: dict[str, str], any_flags: bool) -> PlainMap:
+def _plain(parts: _Parts, file: FileBytes, attributes: dict[str, str], any_flags: bool) -> PlainMap:
     coordinates = {name: _coordinate(parts, file, name, held) for name, held in parts.coordinates.items()}
     variables = {}
     for name, held in parts.variables.items():
         spec = parts.specs[name]
         ends = (spec.first_flag, spec.first_flag + len(spec.flags) - 1) if spec.flags and not any_flags else None
-        values = RawValues(file, name, held, ends)
+        values = StoredValues(file, name, held, ends)
         variables[name] = PlainVariable(held.dims, values, spec.attributes, encoding=_encoding(name, held))
     return PlainMap(variables, coordinates, attributes, parts.others, file.close)
 
 
-def _coordinate(parts: _Parts, file: RawFile, name: str, held: Held) -> PlainVariable:
+def _coordinate(parts: _Parts, file: FileBytes, name: str, held: StoredVariable) -> PlainVariable:
     """A coordinate, checked: read, or one of many values read when it is asked for and checked a part at a time."""
-    raw, dims = RawValues(file, name, held), _own_dims(parts, name)
+    raw, dims = StoredValues(file, name, held), _own_dims(parts, name)
     attributes, encoding = parts.specs[name].attributes, _encoding(name, held)
     if dims != (name,) and held.dtype != "str" and math.prod(held.shape) > MOST_WHOLE:
         for box in runs(held.shape, MOST_WHOLE):
@@ -310,19 +339,19 @@ def _coordinate(parts: _Parts, file: RawFile, name: str, held: Held) -> PlainVar
     return PlainVariable(dims, values, attributes, encoding=encoding)
 
 
-def _encoding(name: str, held: Held) -> dict[str, str]:
+def _encoding(name: str, held: StoredVariable) -> dict[str, str]:
     """Return the hash that the file states for a variable's values; what is computed from these has another."""
     if "sha256" not in held.attributes:
         return {}
     return {"sha256": _printable(f"{name}:sha256", _said(held.attributes["sha256"])[:MOST_WORDS], "")}
 
 
-def _texts(file: RawFile, name: str, held: Held) -> np.ndarray:
+def _texts(file: FileBytes, name: str, held: StoredVariable) -> np.ndarray:
     """A coordinate's text, however it is stored: of any length, of one length, or character by character."""
     if held.dtype == "str":
         items, shape = held.texts, held.shape
     else:
-        values = np.ascontiguousarray(RawValues(file, name, held).whole())
+        values = np.ascontiguousarray(StoredValues(file, name, held).whole())
         shape = held.shape[:-1] if held.dtype == "|S1" and held.dims else held.shape
         width = values.nbytes // max(math.prod(shape), 1)
         joined = np.frombuffer(values.tobytes(), f"S{max(width, 1)}")

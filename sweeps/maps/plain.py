@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from sweeps.maps.raw import RawValues
+from sweeps.reading.stored_values import StoredValues
 
 
 class PlainVariable:
@@ -27,7 +27,7 @@ class PlainVariable:
     def __init__(
         self,
         dims: Sequence[str],
-        data: np.ndarray | RawValues,
+        data: np.ndarray | StoredValues,
         attrs: Mapping,
         chosen: Sequence = (),
         encoding: Mapping | None = None,
@@ -51,7 +51,7 @@ class PlainVariable:
         """The values, shape as `shape`."""
         if self._read is None:
             key = tuple(part if isinstance(part, int) else _slice(part) for part in self._chosen)
-            read = self.data.read if isinstance(self.data, RawValues) else self.data.__getitem__
+            read = self.data.read if isinstance(self.data, StoredValues) else self.data.__getitem__
             self._read = np.asarray(read(key))
         return self._read
 

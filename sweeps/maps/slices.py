@@ -6,7 +6,8 @@ import numpy as np
 
 from sweeps import systems
 from sweeps.maps.plain import PlainMap
-from sweeps.schema.carried import CONTRACT_VERSION, definition_of
+from sweeps.reading.definitions import definition_of
+from sweeps.schema.carried import CONTRACT_VERSION
 from sweeps.schema.layout import Layout
 from sweeps.schema.refusals import RefusedError, shortened
 from sweeps.schema.variables import POINT

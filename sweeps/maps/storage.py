@@ -11,10 +11,10 @@ from xarray.core import indexing
 
 from sweeps import systems
 from sweeps.files import replaced
-from sweeps.maps import admission, door
+from sweeps.maps import admission
 from sweeps.maps.plain import PlainMap
-from sweeps.maps.raw import RawValues
 from sweeps.processors import cores
+from sweeps.reading.stored_values import StoredValues
 from sweeps.schema.refusals import MapError
 from sweeps.schema.variables import DEFLATED, Variable
 from sweeps.shards import contract
@@ -91,21 +91,21 @@ def _sealed(path: Path, digest: ContentHash) -> str:
     return digest.hexdigest()
 
 
-class _Door(xr.backends.BackendEntrypoint):
-    """The way by which `xarray` opens maps: through the door, which trusts nothing that a file says."""
+class _Backend(xr.backends.BackendEntrypoint):
+    """The way by which `xarray` opens maps: nothing that a file says is trusted."""
 
     open_dataset_parameters = ("filename_or_obj", "drop_variables", "any_flags")
 
     def open_dataset(self, filename_or_obj, *, drop_variables=None, any_flags=False) -> xr.Dataset:
         """The map at a path; see `open_map`."""
-        ds = as_dataset(admission.admitted(filename_or_obj, door.look(filename_or_obj), any_flags))
+        ds = as_dataset(admission.read(filename_or_obj, any_flags))
         return ds.drop_vars(drop_variables or ())
 
 
 class _Lazy(xr.backends.BackendArray):
     """Values of a file for `xarray`, read when they are asked for."""
 
-    def __init__(self, raw: RawValues):
+    def __init__(self, raw: StoredValues):
         self._raw, self.shape, self.dtype = raw, raw.shape, raw.dtype
 
     def __getitem__(self, key: indexing.ExplicitIndexer):
@@ -116,7 +116,7 @@ def as_dataset(found: PlainMap) -> xr.Dataset:
     """A plain map as a Dataset."""
 
     def variable(one):
-        if isinstance(one.data, RawValues):
+        if isinstance(one.data, StoredValues):
             return xr.Variable(one.dims, indexing.LazilyIndexedArray(_Lazy(one.data)), one.attrs, one.encoding)
         return xr.Variable(one.dims, one.data, one.attrs, one.encoding)
 
@@ -145,8 +145,8 @@ def open_map(path: str | Path, **options) -> xr.Dataset:
         MapError: for a file that is missing, not netCDF, or not a map of this contract; of the Dataset, where values
             that are read are damaged.
     """
-    path = door.map_of(path)
-    ds = xr.open_dataset(path, engine=_Door, **options)
+    path = admission.map_of(path)
+    ds = xr.open_dataset(path, engine=_Backend, **options)
     try:
         admission.check_complete(path, ds)
     except MapError:

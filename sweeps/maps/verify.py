@@ -17,10 +17,10 @@ import xarray as xr
 
 from sweeps import systems
 from sweeps.boxes import runs
-from sweeps.maps import dataset, door, storage
+from sweeps.maps import admission, dataset, storage
 from sweeps.points.loading import read
 from sweeps.points.sweep import Sweep
-from sweeps.schema import carried
+from sweeps.reading.definitions import mapping_of
 from sweeps.schema.carried import DEFAULT_SYSTEM
 from sweeps.schema.definition import DEFAULT_NAME, Definition
 from sweeps.schema.refusals import DefinitionError, UnreadableError, shortened
@@ -119,7 +119,7 @@ def _definition(ds: xr.Dataset, against: Sweep | None) -> tuple[Sweep | None, Ch
         changed = str(ds.attrs.get("inputs", "")) != against.definition.inputs
         return against, Check(name, covers, ("inputs: a file of its bodies or points was another",) if changed else ())
     try:
-        values = carried.mapping_of(text)
+        values = mapping_of(text)
         if (elsewhere := _needs_files(values)) is not None:
             return None, Check(name, covers, skipped=elsewhere)
         sweep = read(values, against.name if against else DEFAULT_NAME)
@@ -463,7 +463,7 @@ def _expected(path: str, definition: str | None) -> Sweep | None:
     """The sweep of that definition; left out, the one that ships and whose folder the map lies in."""
     from sweeps.points import catalogue
 
-    folder = Path(os.path.realpath(door.map_of(path))).parent
+    folder = Path(os.path.realpath(admission.map_of(path))).parent
     known = catalogue.shipped() if folder.parent.name == "results" else {}
     source = catalogue.resolve(definition) if definition is not None else known.get(folder.name)
     return None if source is None else read(source)

@@ -22,6 +22,7 @@ to the next, and the hash is part of a map's `kernel_fingerprint`.
 
 import hashlib
 import importlib.util
+import json
 import sys
 from functools import cached_property
 from pathlib import Path
@@ -68,6 +69,11 @@ def check(S):
 
 COMPILE_SECONDS, COMPILE_SECONDS_PER_CHARACTER = 0.3, 4e-5
 SAMPLES_TIMES_CHARACTERS = 4e10
+
+
+def in_quotes(text: str) -> str:
+    """Return text as it stands between quotes in Python, which then says that text, whatever is in it."""
+    return json.dumps(text, ensure_ascii=False)[1:-1].encode("utf-8", "replace").decode()
 
 
 class Code:
@@ -352,7 +358,7 @@ class Code:
         return "\n\n".join([self._header(HEADER), advance, check])
 
     def _header(self, text):
-        title = self.graph.equations.system.title
+        title = in_quotes(self.graph.equations.system.title)
         return text.format(title=title, order=ORDER, W=W, states=self.states, rows=self.rows)
 
     @property

@@ -25,7 +25,7 @@ def shipped() -> dict[str, Path]:
 
 def titles() -> dict[str, str]:
     """Name → title of each definition in sweeps/definitions, read without its system, whose equations take seconds."""
-    from sweeps.schema.reading import file_text, plain, read_text
+    from sweeps.reading.definitions import file_text, plain, read_text
 
     texts = {name: file_text(path) for name, path in shipped().items()}
     return {name: str(plain(read_text(text)).get("title", name)) for name, text in texts.items()}

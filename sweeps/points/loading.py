@@ -14,9 +14,9 @@ from pydantic import ValidationError
 from sweeps import systems
 from sweeps.points import scattered
 from sweeps.points.sweep import Sweep, of
+from sweeps.reading.definitions import as_yaml, file_text, plain, read_text
 from sweeps.schema.carried import DEFAULT_SYSTEM
 from sweeps.schema.definition import DEFAULT_NAME, NAME_PATTERN, Definition
-from sweeps.schema.reading import as_yaml, file_text, plain, read_text
 from sweeps.schema.refusals import (
     DefinitionError,
     Problem,

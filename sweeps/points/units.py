@@ -18,13 +18,6 @@ _ALIKE = {
     "degree": {"degree": 1.0, "deg": 1.0, "°": 1.0, "rad": 180 / math.pi},
     "1": {"1": 1.0, "-": 1.0, "%": 0.01},
 }
-_HEADING = re.compile(r"\s*(?P<name>[^\s(\[]+)\s*(?:[(\[]\s*(?P<unit>.*?)\s*[)\]])?\s*")
-
-
-def heading(text: str) -> tuple[str, str]:
-    """Name and unit ("" for none) of a heading: "I1", "I1 (kg m2)", "I1 [kg m^2]"."""
-    found = _HEADING.fullmatch(text)
-    return (found["name"], found["unit"] or "") if found else (text.strip(), "")
 
 
 def factor(unit: str, wanted: str) -> float | None:

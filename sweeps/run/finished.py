@@ -6,6 +6,7 @@ settings and the processor that the kernels' fingerprint covers: where all of th
 way would find. A definition that names files of its own has no note: whatever it names would have to be read.
 """
 
+import codecs
 import hashlib
 import json
 import os
@@ -16,6 +17,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from kernels.fingerprint import processor
+from sweeps.reading.files import content
+from sweeps.reading.limits import MAX_FILE_BYTES
 from sweeps.run import claims
 
 if TYPE_CHECKING:
@@ -31,13 +34,15 @@ CACHE = "NUMBA_CACHE_DIR"
 def basis(definition: str | Path) -> str:
     """Return a hash of the inputs of a run, "" where its definition cannot be read. Call before loading Numba."""
     try:
-        content = Path(definition).read_bytes()
+        text = content(definition, MAX_FILE_BYTES)
     except (OSError, ValueError):
         return ""
-    digest = hashlib.sha256(content)
     told = [os.path.realpath(definition), sys.version, *processor(), *_settings(), *map(_weight, _sources())]
-    digest.update(json.dumps(told).encode())
-    return digest.hexdigest()
+    return hashlib.sha256(json.dumps(told).encode()).hexdigest() + _hash(text.removeprefix(codecs.BOM_UTF8))
+
+
+def _hash(text: bytes) -> str:
+    return hashlib.sha256(text).hexdigest()
 
 
 def found(definition: str | Path, basis: str, results: str | Path = "results") -> list[Path]:
@@ -53,18 +58,21 @@ def found(definition: str | Path, basis: str, results: str | Path = "results") -
 
 
 def keep(sweep: "Sweep", basis: str, results: str | Path = "results") -> None:
-    """Note that a sweep is finished, where its definition names no other file."""
+    """Note that a sweep is finished, where its definition names no other file.
+
+    Nor where its file was edited between the reading for `basis` and that for the sweep.
+    """
     from sweeps.files import replaced
 
     folder = Path(results) / sweep.name
-    if basis and not _names_files(sweep):
+    if basis.endswith(_hash(sweep.definition.text.encode())) and not _names_files(sweep):
         with replaced(folder / NOTE, flush=False) as temporary:
             temporary.write_text(_note(basis, [folder / name for name in MADE]))
 
 
 def _names_files(sweep: "Sweep") -> bool:
     """Whether a definition, or its system, is more than its own text and the sources here."""
-    from sweeps.schema.carried import definition_of
+    from sweeps.reading.definitions import definition_of
 
     ours = type(sweep.system).__module__.startswith("sweeps.") and not sweep.definition.system.endswith(".py")
     text = sweep.definition.text

@@ -10,6 +10,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
+from functools import partial
 from math import ceil
 from pathlib import Path
 from typing import NamedTuple
@@ -23,8 +24,9 @@ from sweeps import memory
 from sweeps.points.columns import begun, measurers
 from sweeps.points.estimate import BLOCK_POINTS, BLOCKS_BEGUN, integration_seconds
 from sweeps.points.sweep import Sweep
-from sweeps.schema.refusals import MapError
-from sweeps.shards import looking
+from sweeps.reading import sandbox
+from sweeps.reading.files import FileBytes
+from sweeps.schema.refusals import MapError, shortened
 from sweeps.shards.chunkfile import UNREADABLE, ChunkFile, cut, define, written
 from sweeps.shards.chunks import Chunks
 from sweeps.shards.content import run_digest
@@ -239,9 +241,17 @@ def holds_shard(path: str | Path, sweep: Sweep, number: int, count: int) -> bool
         return False
 
 
-def _walked(path: Path) -> dict:
-    """Reads what a merge reads of a shard but for its values: in a child, to see whether the library survives it."""
-    with suppress(*UNREADABLE), h5py.File(path) as file:
+def _walked(opened: FileBytes) -> dict:
+    """Read what a merge reads of a shard but for its values, in a child, to see whether the library survives it.
+
+    Return the names of what lies in other files.
+    """
+    elsewhere = []
+    with suppress(*UNREADABLE), h5py.File(opened, "r") as file:
+        for holder in (file, file.get(GROUP, {}) if _is_inside(file, GROUP) else {}):
+            elsewhere += [name for name in holder if not _is_inside(holder, name)]
+        if elsewhere:
+            return {"elsewhere": elsewhere}
         dict(file.attrs)
         for holder in (file, file.get(GROUP, {})):
             for name in holder:
@@ -250,7 +260,21 @@ def _walked(path: Path) -> dict:
                         found.id.chunk_iter(lambda chunk: None)
                     elif holder is not file:
                         found[()]
-    return {}
+    return {"elsewhere": elsewhere}
+
+
+def _is_inside(holder: h5py.Group, name: str) -> bool:
+    """Whether a member, if there is one, is no link to elsewhere and has its values in this file."""
+    encoded = name.encode("utf-8", "surrogateescape")
+    if not holder.id.links.exists(encoded):
+        return True
+    if holder.id.links.get_info(encoded).type != h5py.h5l.TYPE_HARD:
+        return False
+    found = h5py.h5o.open(holder.id, encoded)
+    if not isinstance(found, h5py.h5d.DatasetID):
+        return True
+    properties = found.get_create_plist()
+    return properties.get_layout() != h5py.h5d.VIRTUAL and not properties.get_external_count()
 
 
 class Shard:
@@ -265,10 +289,16 @@ class Shard:
 
     def __init__(self, path: str | Path, sweep: Sweep):
         self.path = Path(path)
-        if not self.path.is_file():
-            raise MapError(f"{path}: there is no such file; allowed: a file of `python -m sweeps shard`")
-        if looking.told(lambda: _walked(self.path), self.path.stat().st_size) is None:
+        try:
+            opened = FileBytes(path)
+        except (OSError, ValueError):
+            allowed = "a file of `python -m sweeps shard`"
+            raise MapError(f"{path}: there is no such file; allowed: {allowed}") from None
+        found = sandbox.run_in_child(partial(_walked, opened), opened.size)
+        if found is None:
             raise DamagedError(path, "cannot be read as netCDF (reading it took too long or failed)")
+        if found["elsewhere"]:
+            raise DamagedError(path, f"{shortened(repr(found['elsewhere'][0]))}: lies in other files")
         try:
             self._file = h5py.File(self.path)
         except UNREADABLE as error:

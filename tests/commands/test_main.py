@@ -1,12 +1,15 @@
+import contextlib
 import json
 import multiprocessing
 import os
 import shlex
+import signal
 import subprocess
 import sys
 from concurrent.futures import ProcessPoolExecutor
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 import sweeps
@@ -237,3 +240,36 @@ def test_a_process_that_is_killed_while_it_draws_is_one_message(monkeypatch, cap
     told = capsys.readouterr().err
     assert told.startswith("a process that this command started was ended from outside (killed")
     assert told.count("\n") == 1
+
+
+def settings_of_the_process():
+    """What a program that calls `main` shares with it."""
+    import gc
+    import logging
+    import threading
+    import warnings
+
+    import matplotlib as mpl
+
+    numbers = [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM, signal.SIGPIPE)]
+    streams = [(s.errors, s.encoding, s.line_buffering) for s in (sys.__stdout__, sys.__stderr__)]
+    hooks = sys.excepthook, sys.unraisablehook, threading.excepthook
+    others = gc.isenabled(), gc.get_threshold(), np.geterr(), dict(mpl.rcParams), logging.root.level
+    return numbers, streams, hooks, others, list(warnings.filters), dict(os.environ), os.getcwd(), os.umask(os.umask(0))
+
+
+@pytest.mark.parametrize(
+    "words",
+    [["check", "tiny"], ["check", "nowhere.yaml"], ["show", "nowhere.nc"], ["body", "--moments", "1", "2", "2.5"], []],
+)
+def test_a_program_that_calls_main_keeps_its_settings(words, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    with contextlib.suppress(SystemExit):
+        main(words)  # what is imported registers its own
+    with (tmp_path / "said").open("w", encoding="ascii") as said:
+        monkeypatch.setattr(sys, "stdout", said)
+        monkeypatch.setattr(sys, "__stdout__", said)
+        before = settings_of_the_process()
+        with contextlib.suppress(SystemExit):
+            main(words)
+        assert settings_of_the_process() == before

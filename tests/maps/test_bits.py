@@ -16,8 +16,10 @@ import pytest
 from maps import DEFINITION, write
 
 import sweeps
-from sweeps.maps import admission, door, storage
+from sweeps.maps import admission, storage
 from sweeps.points.loading import read
+from sweeps.reading import hdf5
+from sweeps.reading.files import FileBytes
 from sweeps.schema.refusals import RefusedError
 from sweeps.shards import content, shard
 
@@ -56,7 +58,7 @@ LONG = [pytest.mark.slow, pytest.mark.faults]
 @pytest.mark.parametrize("flips", [60, pytest.param(MANY * 7 // 10, marks=LONG)])
 def test_a_bit_of_a_maps_numbers_is_noticed_or_changes_none(whole, tmp_path, flips):
     """Where numbers lie is told by other bytes, so the file is looked at once; equal content has equal hashes."""
-    path, told = shutil.copy(whole, tmp_path / "flipped.nc"), door.look(whole)
+    path, told = shutil.copy(whole, tmp_path / "flipped.nc"), hdf5.read_structure(FileBytes(whole))
     rng, ends = random.Random(flips), Counter()
     pieces = [(one.filters, *place[-2:]) for one in told.variables.values() for place in one.places.tolist()]
     for _ in range(flips):
@@ -64,7 +66,9 @@ def test_a_bit_of_a_maps_numbers_is_noticed_or_changes_none(whole, tmp_path, fli
         bit = 8 * address + rng.randrange(8 * size)
         flipped(path, bit)
         # what is told and not found is the same as before: definitions, names and attributes were not touched
-        end = outcome(lambda: storage.as_dataset(admission.admitted(path, told, any_flags=True)), lambda: True)
+        end = outcome(
+            lambda: storage.as_dataset(admission.admitted(path, FileBytes(path), told, any_flags=True)), lambda: True
+        )
         ends[end, "deflated" if filters else "plain"] += 1
         flipped(path, bit)
     print(dict(ends))

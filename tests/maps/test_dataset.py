@@ -9,7 +9,7 @@ from kernels import survey as kernel
 from sweeps.maps.dataset import _chunk_sizes
 from sweeps.points import catalogue, columns
 from sweeps.points.loading import read
-from sweeps.schema.reading import plain, read_text
+from sweeps.reading.definitions import plain, read_text
 from sweeps.shards import content
 from sweeps.systems.rigid_body import variables as rigid_body
 

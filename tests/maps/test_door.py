@@ -22,8 +22,9 @@ from maps import DEFINITION, write
 
 import sweeps
 from sweeps.__main__ import main
-from sweeps.maps import door, raw, storage
-from sweeps.shards import content, looking
+from sweeps.maps import storage
+from sweeps.reading import files, hdf5, sandbox
+from sweeps.shards import content
 
 TRIED = 45  # damages of each system's map; `python tests/damages.py` tries them all
 FIRST = 2  # of which so many are quick
@@ -45,7 +46,7 @@ def path(tmp_path_factory):
 @pytest.mark.parametrize("base", damages.FEWER)
 def test_strange_files_end_well_or_are_refused_in_words(few, tmp_path, monkeypatch, base, part):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(looking, "told", looking.told)
+    monkeypatch.setattr(sandbox, "run_in_child", sandbox.run_in_child)
     damages.look_once()
     found = list(damages.table(few[base]).items())
     random.Random(base).shuffle(found)
@@ -104,16 +105,16 @@ END = [
 
 @pytest.mark.parametrize("how", END)
 def test_a_library_that_comes_down_is_a_refusal(path, monkeypatch, how, capfd):
-    monkeypatch.setattr(door, "_looked", ENDS[how])
-    monkeypatch.setattr(looking, "SECONDS", 0.5)
+    monkeypatch.setattr(hdf5, "_structure_or_refusal", ENDS[how])
+    monkeypatch.setattr(sandbox, "SECONDS", 0.5)
     with pytest.raises(storage.MapError, match="cannot be read as netCDF"):
         sweeps.open_map(path)
     assert capfd.readouterr().err == ""
 
 
 def test_a_child_that_sleeps_is_not_waited_for_for_ever(path, monkeypatch):
-    monkeypatch.setattr(door, "_looked", lambda path: time.sleep(1000))
-    monkeypatch.setattr(looking, "PATIENCE", 0.2)
+    monkeypatch.setattr(hdf5, "_structure_or_refusal", lambda path: time.sleep(1000))
+    monkeypatch.setattr(sandbox, "PATIENCE", 0.2)
     with pytest.raises(storage.MapError, match="cannot be read as netCDF"):
         sweeps.open_map(path)
 
@@ -236,7 +237,7 @@ def test_a_disk_that_fails_is_said_with_the_files_name(path, monkeypatch, capsys
     def failing(*_):
         raise OSError(errno.EIO, "Input/output error")
 
-    monkeypatch.setattr(raw.os, "pread", failing)
+    monkeypatch.setattr(files.os, "pread", failing)
     assert main(["show", str(path)]) == 2
     assert f"{path}: Input/output error; allowed: " in capsys.readouterr().err
 
@@ -248,7 +249,7 @@ def test_a_file_that_may_not_be_opened_any_more_is_said_in_one_line(path, monkey
     def failing(*_):
         raise PermissionError(errno.EACCES, "Permission denied", str(path))
 
-    monkeypatch.setattr(raw.os, "open", failing)
+    monkeypatch.setattr(files.os, "open", failing)
     assert main(["show", str(path)]) == 2
     assert capsys.readouterr().err.count("\n") == 1
     assert not beside
@@ -258,9 +259,9 @@ def test_an_error_of_the_system_without_a_file_says_where_it_came_from(path, mon
     def failing(self, *_):
         raise OSError(errno.ENOENT, "No such file or directory")
 
-    monkeypatch.setattr(storage.admission.RawFile, "read", failing)
+    monkeypatch.setattr(files.FileBytes, "read_at", failing)
     assert main(["show", str(path)]) == 2
-    assert "system (at raw.py, line " in capsys.readouterr().err
+    assert "system (at hdf5.py, line " in capsys.readouterr().err
 
 
 def test_a_flag_without_a_meaning_is_refused_as_it_is_read(path, tmp_path):
@@ -311,11 +312,12 @@ def test_only_files_are_written_in_the_place_of_files(path, tmp_path, capsys):
 
 def test_a_value_that_lies_beyond_all_files_is_refused(tmp_path, monkeypatch):
     path = write(tmp_path, DEFINITION)
-    told = looking.told(lambda: door._looked(path), path.stat().st_size)
+    file = files.FileBytes(path)
+    told = sandbox.run_in_child(lambda: hdf5._structure_or_refusal(file), file.size)
     told["variables"]["status"]["places"][0][-1] = 2**64
-    monkeypatch.setattr(door.looking, "told", lambda *_: told)
+    monkeypatch.setattr(sandbox, "run_in_child", lambda *_: told)
     with pytest.raises(storage.MapError, match="lies where no file reaches"):
-        door.look(path)
+        hdf5.read_structure(files.FileBytes(path))
 
 
 @pytest.mark.parametrize("filters", [(), (1,)])
@@ -325,12 +327,12 @@ def test_one_chunk_of_another_size_than_the_others_is_refused(filters):
         places = np.array([[k, 0, 1000 + 5000 * k, 8] for k in range(3)])
         if odd is not None:
             places[odd, -1] = 2000
-        held = door.Held(("x",), (3,), "<f8", {}, (1,), filters, places)
+        held = hdf5.StoredVariable(("x",), (3,), "<f8", {}, (1,), filters, places)
         if odd is None:
-            door._check_places("map.nc", "x", held, 10**6)
+            hdf5._check_places("map.nc", "x", held, 10**6)
             continue
         with pytest.raises(storage.MapError, match="x: has chunks of another size than it declares"):
-            door._check_places("map.nc", "x", held, 10**6)
+            hdf5._check_places("map.nc", "x", held, 10**6)
 
 
 def test_values_that_tell_of_all_are_the_ends_on_both_sides_of_zero():

@@ -14,7 +14,7 @@ from sweeps.__main__ import main
 from sweeps.maps import storage
 from sweeps.points import catalogue
 from sweeps.points.loading import read
-from sweeps.schema.reading import file_text, plain, read_text
+from sweeps.reading.definitions import file_text, plain, read_text
 from sweeps.schema.refusals import MapError
 from sweeps.shards import content, merging
 from sweeps.shards.shard import write_shard

@@ -18,7 +18,7 @@ from sweeps import files
 from sweeps.maps import dataset, parts, storage
 from sweeps.points import catalogue, columns, estimate
 from sweeps.points.loading import read
-from sweeps.schema.reading import plain, read_text
+from sweeps.reading.definitions import plain, read_text
 from sweeps.shards import chunkfile, chunks, content, merging
 from sweeps.shards import shard as sharding
 from sweeps.systems.rigid_body import variables as rigid_body

@@ -15,7 +15,7 @@ from sweeps.__main__ import main
 from sweeps.maps import verify
 from sweeps.points import catalogue
 from sweeps.points.loading import read
-from sweeps.schema.reading import plain, read_text
+from sweeps.reading.definitions import plain, read_text
 from sweeps.shards import content, merging
 from sweeps.shards import shard as shards
 

@@ -7,6 +7,7 @@ import xarray as xr
 
 from sweeps.points import tables, units
 from sweeps.points.loading import read
+from sweeps.reading import tables as formats
 from sweeps.schema.refusals import DefinitionError
 
 ROWS = np.random.default_rng(0).uniform([0.5, 0.5, 0.1], [1.5, 1.0, 9.0], (40_000, 3))  # more than a block of rows
@@ -83,7 +84,7 @@ def test_blocks_side_by_side_say_what_one_reading_says(tmp_path, monkeypatch, wh
     """Rows, and refusals with their row's number, are those of the file read from its beginning."""
 
     def told(folder, size):
-        monkeypatch.setattr(tables, "BLOCK_BYTES", size)
+        monkeypatch.setattr(formats, "BLOCK_BYTES", size)
         monkeypatch.setattr(tables, "cache_folder", lambda: folder / "cache")
         folder.mkdir()
         path = write(folder, "")
@@ -94,10 +95,10 @@ def test_blocks_side_by_side_say_what_one_reading_says(tmp_path, monkeypatch, wh
             return str(refused).replace(str(folder), "")
 
     def in_turn(source, places):
-        return source._in_turn(places)
+        return formats._rows_in_child(source, places)
 
     small = told(tmp_path / "small", 200)
-    monkeypatch.setattr(tables._Csv, "parts", in_turn)
+    monkeypatch.setattr(formats._Csv, "parts", in_turn)
     whole = told(tmp_path / "whole", 200)
     assert small == whole if isinstance(whole, str) else np.array_equal(small, whole)
     assert isinstance(whole, str) or what in ("nothing", "an empty line", "quotes", "a line end in quotes")
@@ -236,7 +237,7 @@ def test_what_would_be_misread_is_refused(tmp_path, content, words):
 
 
 def test_a_bad_row_is_named_however_far_down(tmp_path, monkeypatch):
-    monkeypatch.setattr(tables, "PART_ROWS", 2**14)
+    monkeypatch.setattr(formats, "PART_ROWS", 2**14)
     lines = text(ROWS).splitlines()
     lines[35_001] = "1,two,1e7"
     with pytest.raises(DefinitionError, match=r"row 35,001 \('two'\)"):

@@ -87,6 +87,27 @@ def test_settings_processor_and_sources_count(mine, monkeypatch):
     assert finished.basis(mine) != basis
 
 
+EDITS = {
+    "edited": lambda path: path.write_text(json.dumps(MINE | {"title": "other"})),
+    "replaced": lambda path: Path(path.rename("old.yaml")) and path.write_text(json.dumps(MINE | {"shards": 2})),
+    "a comment more": lambda path: path.write_text(f"# a comment\n{json.dumps(MINE)}"),
+    "of another layout": lambda path: path.write_text(json.dumps(MINE, indent=1)),
+    "one number": lambda path: path.write_text(json.dumps(MINE).replace("0.75", "0.76")),
+}
+
+
+@pytest.mark.parametrize("how", EDITS)
+def test_a_definition_that_was_edited_between_its_readings_is_not_noted(mine, how):
+    """Put back as it was, it would be served the other's map."""
+    Path("results/mine/.finished").unlink()
+    before, basis = mine.read_text(), finished.basis(mine)
+    EDITS[how](mine)
+    sweep = read(mine)
+    mine.write_text(before)
+    finished.keep(sweep, basis)
+    assert not found(mine)
+
+
 def test_a_folder_where_another_run_is_at_work_is_not_finished(mine):
     with open(f"results/mine/{claims.CLAIM}") as claim:
         fcntl.flock(claim, fcntl.LOCK_EX)
@@ -95,22 +116,24 @@ def test_a_folder_where_another_run_is_at_work_is_not_finished(mine):
 
 
 def test_a_definition_that_names_files_has_no_note(mine):
-    note, basis = Path("results/mine/.finished"), finished.basis(mine)
+    note = Path("results/mine/.finished")
     note.unlink()
     Path("rows.csv").write_text("I3\n1.0\n1.1\n")
     mine.write_text(json.dumps({"grid": {"I1": 0.5, "I2": 0.75, "omega0": 1.0}, "table": "rows.csv"}))
-    finished.keep(read(mine), basis)
+    finished.keep(read(mine), finished.basis(mine))
     system = read(MINE).system
     for own in ({"system": "swing.py"}, {"text": "bodies: [{name: A, mesh: {file: a.stl}}]"}, {"inputs": "a.csv 0"}):
         told = {"system": "rigid_body", "text": "", "inputs": ""} | own
+        basis = finished._hash(told["text"].encode())
         finished.keep(SimpleNamespace(name="mine", system=system, definition=SimpleNamespace(**told)), basis)
     assert not note.exists()
 
 
 def test_nothing_is_loaded_for_what_is_finished(mine):
-    finished.keep(read(mine), "known")
+    known = finished._hash(mine.read_bytes())
+    finished.keep(read(mine), known)
     code = (
-        "import sys; from sweeps.run import finished; finished.basis = lambda path: 'known'\n"
+        f"import sys; from sweeps.run import finished; finished.basis = lambda path: {known!r}\n"
         "from sweeps.__main__ import main; assert main(['run', 'mine.yaml']) == 0\n"
         "print(*sys.modules, file=sys.stderr)"
     )

@@ -76,11 +76,11 @@ def test_ctrl_c_while_the_commands_are_imported_is_no_traceback(monkeypatch, cap
 
 LOOK = """\
 import os, signal
-from sweeps.shards import looking
+from sweeps.reading import sandbox
 
 os.register_at_fork(after_in_parent=lambda: os.kill(os.getpid(), signal.SIGINT))
 try:
-    looking.told(lambda: {}, 1)
+    sandbox.run_in_child(lambda: {}, 1)
 except KeyboardInterrupt:
     print("heard")
 print(signal.pthread_sigmask(signal.SIG_BLOCK, ()))

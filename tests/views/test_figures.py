@@ -14,7 +14,7 @@ from kernels import linear
 from sweeps import style as figure_style
 from sweeps.maps.storage import open_map, write_map
 from sweeps.points import catalogue
-from sweeps.schema.reading import read_text
+from sweeps.reading.definitions import read_text
 from sweeps.systems import ratios
 from sweeps.systems.rigid_body import (
     figure_agreement,

@@ -1,6 +1,5 @@
 """What a definition of rigid bodies may say: which axes, which moments or bodies, and how each run is made."""
 
-import hashlib
 from collections.abc import Iterator
 from functools import cached_property
 from pathlib import Path
@@ -175,7 +174,7 @@ class Body(Strict):
                 path = Path(folder) / self.mesh.file
                 self._solid = inertia.solid(path, self.mesh.density, self.mesh.mass, self.mesh.unit)
                 self._principal = self._solid.principal
-                self._digest = hashlib.sha256(path.read_bytes()).hexdigest()
+                self._digest = self._solid.digest
         except inertia.InertiaError as error:
             where = ("tensor",) if self.mesh is None else ("mesh", "file")
             shown = error.shown if self.mesh is None else display(self.mesh.file)

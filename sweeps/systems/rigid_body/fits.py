@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sweeps.boxes import along, blocks
-from sweeps.schema.carried import definition_of
+from sweeps.reading.definitions import definition_of
 from sweeps.systems.rigid_body.variables import REGIMES, STATUSES
 
 if TYPE_CHECKING:

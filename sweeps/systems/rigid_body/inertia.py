@@ -11,21 +11,18 @@ Source: Landau and Lifshitz, Mechanics, section 32. Volume integrals over a mesh
 "Polyhedral mass properties".
 """
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 
+from sweeps.reading.mesh import SUFFIXES, MeshError, read
 from sweeps.schema.refusals import display
 from sweeps.systems import shapes
 from sweeps.systems.rigid_body import outline, shells
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254, "ft": 0.3048}  # metres
-SUFFIXES = (".stl", ".obj", ".ply", ".off")
-MAX_MESH_BYTES = 2**28
 CAD = " (export the part as STL from your CAD program, in its own unit, and give that by --unit)"
 ROBOT = " (give the mesh file of one link, which the file names)"
 EXPORTS = dict.fromkeys((".step", ".stp", ".iges", ".igs", ".sldprt", ".fcstd", ".3mf", ".glb", ".gltf"), CAD)
@@ -155,6 +152,7 @@ class Solid:
         extents: edges of the box around it, m.
         faces: number of triangles.
         surface: its vertices about the centre along the principal axes, m, and its faces: few enough to be drawn.
+        digest: SHA-256 of the file.
     """
 
     principal: Principal
@@ -164,6 +162,7 @@ class Solid:
     extents: tuple[float, float, float]
     faces: int
     surface: tuple[np.ndarray, np.ndarray] = field(compare=False, repr=False)
+    digest: str
 
 
 def unsupported(path: str | Path) -> tuple[str, str] | None:
@@ -190,7 +189,7 @@ def solid(path: str | Path, density: float | None = None, mass: float | None = N
     Raises:
         InertiaError: for a file that is no mesh, or a mesh that is not closed.
     """
-    mesh, notes = _closed(path)
+    mesh, notes, digest = _closed(path)
     notes += _made_separate(mesh, path)
     scale = UNITS[unit]
     middle = mesh.bounds.mean(axis=0)
@@ -209,7 +208,9 @@ def solid(path: str | Path, density: float | None = None, mass: float | None = N
     centre = tuple((mesh.center_mass + middle * scale).tolist())
     along = (np.asarray(mesh.vertices) - mesh.center_mass) @ np.array(found.axes).T
     surface = outline.simplified(along, np.asarray(mesh.faces))
-    return Solid(found, density * volume, volume, centre, tuple(mesh.extents.tolist()), len(mesh.faces), surface)
+    return Solid(
+        found, density * volume, volume, centre, tuple(mesh.extents.tolist()), len(mesh.faces), surface, digest
+    )
 
 
 def _doubts(extents: np.ndarray, density: float, found: float | None, scale: float) -> tuple[str, ...]:
@@ -234,10 +235,18 @@ def _doubts(extents: np.ndarray, density: float, found: float | None, scale: flo
 
 
 def _closed(path: str | Path):
-    """The mesh of a file, with faces that close it, and notes."""
-    mesh = _read(path)
+    """The mesh of a file, with faces that close it, notes, and the file's SHA-256."""
+    if wrong := unsupported(path):
+        raise InertiaError(display(str(path)), *wrong)
+    try:
+        vertices, faces, digest = read(path)
+    except MeshError as error:
+        raise InertiaError(display(str(path)), error.wrong, error.allowed) from None
+    import trimesh
+
+    mesh = trimesh.Trimesh(vertices, faces, process=False)
     if mesh.is_watertight:
-        return mesh, () if mesh.is_winding_consistent else _made_consistent(mesh)
+        return mesh, () if mesh.is_winding_consistent else _made_consistent(mesh), digest
     edges, uses = np.unique(mesh.edges_sorted, axis=0, return_counts=True)
     open_edges = int(np.count_nonzero(uses != 2))
     wrong = f"is not watertight: {open_edges:,} of its {len(edges):,} edges do not join two faces"
@@ -253,6 +262,9 @@ def _made_separate(mesh, path: str | Path) -> tuple[str, ...]:
     count, part = connected_components(joined, directed=False)
     if count == 1:
         return ()
+    if count > shells.MOST_SURFACES:
+        wrong = f"holds {count:,} closed surfaces"
+        raise InertiaError(display(str(path)), wrong, f"at most {shells.MOST_SURFACES:,}")
     found = shells.arrangement([mesh.triangles[part == k] for k in range(count)])
     if found.twice:
         involved = len({k for pair in found.twice for k in pair})
@@ -273,42 +285,3 @@ def _made_consistent(mesh) -> tuple[str, ...]:
 
     fix_winding(mesh)
     return ("its faces looked both ways and were turned",)
-
-
-@contextmanager
-def _silent(library: str) -> Iterator[None]:
-    """Keeps a library's log from the terminal: what is wrong with a file is said once, by us."""
-    import logging
-
-    log, before = logging.getLogger(library), logging.getLogger(library).disabled
-    log.disabled = True
-    try:
-        yield
-    finally:
-        log.disabled = before
-
-
-def _read(path: str | Path):
-    path, allowed = Path(path), f"a readable {', '.join(s[1:].upper() for s in SUFFIXES)} file of triangles"
-    shown = display(str(path))
-    if wrong := unsupported(path):
-        raise InertiaError(shown, *wrong)
-    if not path.is_file():
-        raise InertiaError(shown, "is not there, or is no file", allowed)
-    if path.stat().st_size > MAX_MESH_BYTES:
-        raise InertiaError(shown, "is too large", f"at most {MAX_MESH_BYTES:,} bytes")
-    try:
-        import trimesh
-    except ImportError:
-        raise InertiaError(shown, "needs trimesh, which is not here", "pip install -e '.[mesh]'") from None
-    try:
-        with np.errstate(all="ignore"), _silent("trimesh"):
-            # of the bytes, without a path: textures and materials that the file names are not looked for
-            mesh = trimesh.load_mesh(BytesIO(path.read_bytes()), file_type=path.suffix[1:].lower())
-        sound = isinstance(mesh, trimesh.Trimesh) and len(mesh.faces) >= 4 and bool(np.isfinite(mesh.vertices).all())
-    except Exception as error:  # its readers let errors of every class through
-        reason = "".join(c if c.isprintable() else " " for c in str(error)[:100]) or type(error).__name__
-        raise InertiaError(shown, f"cannot be read as a mesh ({reason})", allowed) from None
-    if not sound:
-        raise InertiaError(shown, "holds no body: fewer than four triangles, or points that are no numbers", allowed)
-    return mesh

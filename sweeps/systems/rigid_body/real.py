@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
-from sweeps.schema.reading import file_text, plain, read_text
+from sweeps.reading.definitions import file_text, plain, read_text
 
 DEFINITIONS = Path(__file__).parents[2] / "definitions"
 # Body in the definitions that ship → its name here, and where that stands: offset in points, alignment.

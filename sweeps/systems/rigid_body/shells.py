@@ -15,11 +15,12 @@ Source: van Oosterom and Strackee (1983), IEEE Trans. Biomed. Eng. 30, 125; Jaco
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import combinations
 
 import numpy as np
 
-MOST_PAIRS = 3e8  # of an edge or a point and a triangle: some half a minute
+MOST_PAIRS = 1e8  # of an edge or a point and a triangle, over all surfaces: some ten seconds
+MOST_SURFACES = 10_000
+LEAST_PAIRS = 2e4  # that a comparison of two surfaces counts for, however small they are
 _BLOCK = 2**21  # of them at once: some 200 MB
 _TOUCH = 1e-6  # of an edge: coordinates may be of single precision
 _INWARDS = 1e-6  # of the mesh: how far inside its surface a face's middle is looked at
@@ -51,14 +52,15 @@ def arrangement(surfaces: list[np.ndarray]) -> Arrangement:
     """
     size = float(np.ptp(np.concatenate([one.reshape(-1, 3) for one in surfaces]), axis=0).max())
     around = [[] for _ in surfaces]  # which others enclose it
-    twice, unseen = [], 0
-    for one, other in combinations(range(len(surfaces)), 2):
+    twice, unseen, left = [], 0, MOST_PAIRS
+    for one, other in _whose_boxes_meet(surfaces):
         pair = surfaces[one], surfaces[other]
-        if not _boxes_meet(*pair):
-            continue
-        if 8.0 * len(pair[0]) * len(pair[1]) > MOST_PAIRS:
+        work = max(8.0 * len(pair[0]) * len(pair[1]), LEAST_PAIRS)
+        if work > left:
             unseen += 1
-        elif _pierces(*pair) or _pierces(*reversed(pair)):
+            continue
+        left -= work
+        if _pierces(*pair) or _pierces(*reversed(pair)):
             twice.append((one, other))
         elif (inner := _inside(*pair, size)).all():
             around[one].append(other)
@@ -79,9 +81,13 @@ def _volume(triangles: np.ndarray) -> float:
     return float(np.einsum("ij,ij->", first, np.cross(second, third)) / 6)
 
 
-def _boxes_meet(one: np.ndarray, other: np.ndarray) -> bool:
-    ends = [(part.min(axis=(0, 1)), part.max(axis=(0, 1))) for part in (one, other)]
-    return bool((ends[0][0] < ends[1][1]).all() and (ends[1][0] < ends[0][1]).all())
+def _whose_boxes_meet(surfaces: list[np.ndarray]) -> Iterator[tuple[int, int]]:
+    """Yield the numbers of each two surfaces whose boxes share a volume."""
+    low, high = (np.array([end(one, axis=(0, 1)) for one in surfaces]) for end in (np.min, np.max))
+    for one in range(len(surfaces)):
+        after = slice(one + 1, None)
+        meet = ((low[one] < high[after]) & (low[after] < high[one])).all(axis=1)
+        yield from ((one, one + 1 + int(other)) for other in np.flatnonzero(meet))
 
 
 def _inside(one: np.ndarray, other: np.ndarray, size: float) -> np.ndarray:

@@ -132,8 +132,8 @@ IN_SPACE = table(
     Variable(
         "space_rate",
         "rad s-1",
-        "mean precession rate of the spin axis about L (inertial frame), measured; missing where not stable or L is not "
-        "encircled",
+        "mean precession rate of the spin axis about L (inertial frame), measured; missing where not stable or L is "
+        "not encircled",
         exact="space_rate_exact",
         error="space_rate_error",
     ),

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sweeps.schema.reading import plain, read_text
+from sweeps.reading.definitions import plain, read_text
 from sweeps.schema.refusals import DefinitionError, UnreadableError, display
 from sweeps.systems.rigid_body import wording
 from sweeps.systems.rigid_body.definition import Body

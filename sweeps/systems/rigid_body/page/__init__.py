@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from sweeps.schema.carried import definition_of
+from sweeps.reading.definitions import definition_of
 from sweeps.systems import rates, turning
 from sweeps.systems.rigid_body import outline
 from sweeps.systems.system import Page

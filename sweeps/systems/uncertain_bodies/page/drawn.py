@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sweeps.boxes import dimensions, flags
-from sweeps.schema.carried import definition_of
+from sweeps.reading.definitions import definition_of
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems.uncertain_bodies import designs
 from sweeps.systems.uncertain_bodies.variables import KEPT, TWISTS, VARIABLES

@@ -9,7 +9,7 @@ from typing import Any
 
 from ruamel.yaml import YAML, events
 
-from sweeps.schema.limits import MAX_DEPTH, Pairs, whole_number
+from sweeps.reading.limits import MAX_DEPTH, Pairs, whole_number
 from sweeps.schema.refusals import UnreadableError, display, key_path
 
 

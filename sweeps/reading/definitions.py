@@ -1,10 +1,9 @@
 """A definition's text or mapping → plain values: dict, tuple, str, int, float, bool, None; bounded in depth and number.
 
-Files are read by the YAML 1.2 core schema; see `sweeps.schema.yaml_text`.
+Files are read by the YAML 1.2 core schema; see `sweeps.reading.yaml_text`.
 """
 
 import json
-import stat
 from collections.abc import Mapping
 from io import StringIO
 from pathlib import Path
@@ -12,20 +11,22 @@ from typing import Any
 
 import numpy as np
 
-from sweeps.schema.limits import MAX_DEPTH, Pairs, whole_number
-from sweeps.schema.refusals import UnreadableError, display
+from sweeps.reading.files import content
+from sweeps.reading.limits import MAX_DEPTH, MAX_FILE_BYTES, Pairs, whole_number
+from sweeps.schema.refusals import DefinitionError, MapError, UnreadableError, display
 
-MAX_FILE_BYTES = 2**20
 MAX_NODES = 200_000
+MAX_CHARACTERS = 4 * MAX_FILE_BYTES  # of texts and keys in all, aliases expanded
 MAX_EVENTS = 100_000  # of YAML, values and ends of lists and mappings: five seconds of its parser; JSON's is quick
 
 
 def plain(value: Any, where: tuple = (), left: list[int] | None = None) -> Any:
     """The value with NumPy's numbers and arrays, ranges and lists made plain; bounded, so cycles end."""
-    left = [MAX_NODES] if left is None else left
+    left = [MAX_NODES, MAX_CHARACTERS] if left is None else left
     left[0] -= 1
-    if left[0] < 0 or (isinstance(value, np.ndarray) and value.size > left[0]):
-        allowed = f"{MAX_NODES:,} values in all, aliases expanded"
+    left[1] -= len(value) if isinstance(value, str) else 0
+    if min(left) < 0 or (isinstance(value, np.ndarray) and value.size > left[0]):
+        allowed = f"{MAX_NODES:,} values and {MAX_CHARACTERS:,} characters in all, aliases expanded"
         raise UnreadableError(where, "(too much)", "is too large", allowed)
     if len(where) > MAX_DEPTH:
         raise UnreadableError(where[:1], "(deep)", "is nested too deeply", f"at most {MAX_DEPTH} levels")
@@ -43,6 +44,7 @@ def plain(value: Any, where: tuple = (), left: list[int] | None = None) -> Any:
 def _plain_mapping(pairs: Pairs, where: tuple, left: list[int]) -> dict:
     mapping = {}
     for key, item in pairs:
+        left[1] -= len(key) if isinstance(key, str) else 0
         if not isinstance(key, str) or not key.isprintable():
             raise UnreadableError(where, display(key), "is a key that is no word", "keys that are words")
         if key in mapping:
@@ -72,6 +74,32 @@ def as_yaml(value: dict) -> str:
     return stream.getvalue()
 
 
+def definition_of(attributes: Mapping) -> dict:
+    """Return the plain values of the definition among a map's attributes; none where it carries none to be read.
+
+    Nothing that it names is followed, and nothing is run.
+    """
+    try:
+        return mapping_of(attributes.get("definition", ""))
+    except (DefinitionError, UnreadableError):
+        return {}
+
+
+def mapping_of(text: object) -> dict:
+    """Return the plain values of a definition's text, which may be anything.
+
+    Raises:
+        DefinitionError: for what is no text of a reasonable length, or no mapping.
+        UnreadableError: for what cannot be read as YAML.
+    """
+    if not isinstance(text, str) or len(text) > MAX_FILE_BYTES:
+        raise DefinitionError("is no text of a definition")
+    values = plain(read_text(text))
+    if not isinstance(values, dict):
+        raise DefinitionError("is no mapping")
+    return values
+
+
 # ---------------------------------------------------------------------------------------------------------
 # Reading a file
 
@@ -81,17 +109,13 @@ def file_text(path: Path) -> str:
     allowed = f"a readable YAML file of at most {MAX_FILE_BYTES:,} bytes, in UTF-8"
     where = ("(file)",)
     try:
-        if path.exists() and not stat.S_ISREG(path.stat().st_mode):
-            raise UnreadableError(where, display(str(path)), "is not a regular file", allowed)
-        with path.open("rb") as file:
-            content = file.read(MAX_FILE_BYTES + 1)
-    except (OSError, ValueError) as error:
+        found = content(path, MAX_FILE_BYTES)
+    except (OSError, ValueError, MapError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        raise UnreadableError(where, display(str(path)), f"cannot be opened ({reason})", allowed) from None
-    if len(content) > MAX_FILE_BYTES:
-        raise UnreadableError(where, display(str(path)), "is too large", allowed)
+        wrong = reason if reason.startswith("is ") else f"cannot be opened ({reason})"
+        raise UnreadableError(where, display(str(path)), wrong, allowed) from None
     try:
-        return content.decode("utf-8-sig")
+        return found.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise UnreadableError(where, f"byte {error.start}", "is not UTF-8 text", allowed) from None
 
@@ -103,7 +127,7 @@ def read_text(text: str) -> Any:
             return _read_json(text)
         except json.JSONDecodeError:
             pass  # a YAML flow mapping
-    from sweeps.schema import yaml_text  # loaded for a text that is there, not for limits and refusals
+    from sweeps.reading import yaml_text  # loaded for a text that is there, not for limits and refusals
 
     return yaml_text.read(text, MAX_EVENTS)
 

@@ -3,25 +3,23 @@
 The library that reads HDF5 was not made for files that mean harm: damaged ones bring it down, or keep it busy for
 ever. So it reads in a child process, of bounded time and memory, whose death is a refusal. The child tells names,
 types, shapes, attributes as bounded text, and where in the file each value lies; values themselves are then read from
-those places (see `sweeps.maps.raw`), and the library never sees the file in this process.
+those places (see `sweeps.reading.stored_values`), and the library never sees the file in this process.
 """
 
 import math
-import os
-import stat
 from dataclasses import dataclass
-from pathlib import Path
+from functools import partial
 from typing import Any
 
 import h5py
 import numpy as np
 
-from sweeps.schema.reading import MAX_FILE_BYTES
+from sweeps.reading import sandbox
+from sweeps.reading.files import FileBytes
+from sweeps.reading.limits import MAX_FILE_BYTES
 from sweeps.schema.refusals import MapError
-from sweeps.shards import looking
 
 ALLOWED = "a netCDF-4 file that Polhode wrote"
-MAP = "stability_map.nc"  # a sweep's map in its folder results/<sweep>
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 MOST_OBJECTS = 1000
 MOST_ATTRIBUTES = 200
@@ -31,13 +29,15 @@ MOST_NAMES_BYTES = 2**24
 MOST_CHUNK_BYTES = 2**26
 DEFLATE, SHUFFLE, FLETCHER = h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_FLETCHER32
 TOLD = ("CLASS", "NAME", "_Netcdf4Dimid", "_Netcdf4Coordinates", "long_name", "units", "comment")
-TOLD += ("flag_values", "flag_meanings", "sha256")  # attributes of a variable that matter
+TOLD += ("flag_values", "flag_meanings", "sha256")  # attributes of a variable that matter, and of a table's columns:
+TOLD += ("_FillValue", "missing_value", "scale_factor", "add_offset")
+TOLD += ("_Unsigned", "valid_min", "valid_max", "valid_range")
 MOST_DEFLATED = 1040  # how many times deflated bytes can swell
 SUPERBLOCK_END = {0: (13, 40), 1: (13, 44), 2: (9, 28), 3: (9, 28)}  # version → places of a size's length, and the end
 
 
 @dataclass(frozen=True)
-class Held:
+class StoredVariable:
     """One variable of a file.
 
     Attributes:
@@ -62,43 +62,29 @@ class Held:
 
 
 @dataclass(frozen=True)
-class Contents:
+class Structure:
     """What a file holds: attributes, and name → variable."""
 
     attributes: dict[str, Any]
-    variables: dict[str, Held]
+    variables: dict[str, StoredVariable]
 
 
-def map_of(path: str | Path) -> Path:
-    """Return the file that a user means: the path itself, or the map in a sweep's folder results/<sweep>.
-
-    Raises:
-        MapError: for a folder without a map.
-    """
-    path = Path(path)
-    if not path.is_dir():
-        return path
-    if not (path / MAP).exists():
-        raise MapError(f"{path}: this folder holds no {MAP}; allowed: a map, or the folder results/<sweep> of one")
-    return path / MAP
-
-
-def look(path: str | Path) -> Contents:
-    """What a file holds, as it says itself.
+def read_structure(file: FileBytes) -> Structure:
+    """Return what a file holds, as it says itself, but for its numbers.
 
     Raises:
         MapError: for what is no netCDF-4 file, and for one that is cut short, damaged, or points outside of itself.
     """
-    size = _regular(path)
-    _check_superblock(path, size)
-    told = looking.told(lambda: _looked(path), size)
-    if told is None:
+    path, size = file.name, file.size
+    _check_superblock(file)
+    found = sandbox.run_in_child(partial(_structure_or_refusal, file), size)
+    if found is None:
         wrong = "cannot be read as netCDF (it is damaged: reading it took too long or failed)"
         raise MapError(f"{path}: {wrong}; allowed: {ALLOWED}")
-    if "refused" in told:
-        raise MapError(f"{path}: {told['refused']}")
-    held = {}
-    for name, values in told["variables"].items():
+    if "refused" in found:
+        raise MapError(f"{path}: {found['refused']}")
+    variables = {}
+    for name, values in found["variables"].items():
         try:
             places = np.array(values.pop("places"), dtype=np.int64)
         except OverflowError:
@@ -106,41 +92,27 @@ def look(path: str | Path) -> Contents:
             raise MapError(f"{path}: {wrong}; allowed: {ALLOWED}") from None
         lists = {key: tuple(values.pop(key)) for key in ("dims", "shape", "filters", "texts")}
         chunk = values.pop("chunk")
-        held[name] = Held(**lists, **values, chunk=None if chunk is None else tuple(chunk), places=places)
-        _check_places(path, name, held[name], size)
-    return Contents(told["attributes"], held)
+        chunk = None if chunk is None else tuple(chunk)
+        variables[name] = StoredVariable(**lists, **values, chunk=chunk, places=places)
+        _check_places(path, name, variables[name], size)
+    return Structure(found["attributes"], variables)
 
 
-def _regular(path: str | Path) -> int:
-    """Size of a file; refused is what is no file."""
-    try:
-        status = os.stat(path)
-    except (OSError, ValueError):
-        status = None
-    if status is None or not stat.S_ISREG(status.st_mode):
-        raise MapError(f"{path}: there is no such file; allowed: {ALLOWED}")
-    return status.st_size
-
-
-def _check_superblock(path: str | Path, size: int) -> None:
-    """Whether the file begins as HDF5 and is as long as it says."""
-    try:
-        with open(path, "rb") as file:
-            head = file.read(64)
-    except OSError as error:
-        raise MapError(f"{path}: cannot be opened ({error.strerror}); allowed: {ALLOWED}") from None
-    unreadable = f"{path}: cannot be read as netCDF"
+def _check_superblock(file: FileBytes) -> None:
+    """Refuse a file that does not begin as HDF5, or is shorter than it says."""
+    head = file.read_at(0, min(64, file.size))
+    unreadable = f"{file.name}: cannot be read as netCDF"
     if head[:3] == b"CDF":
         raise MapError(f"{unreadable}-4 (it is netCDF-3, the classic format); allowed: {ALLOWED}")
     if head[:8] != SIGNATURE or len(head) < 64 or head[8] not in SUPERBLOCK_END:
         raise MapError(f"{unreadable} (its first bytes are not those of netCDF-4); allowed: {ALLOWED}")
     width, end = SUPERBLOCK_END[head[8]]
     stated = int.from_bytes(head[end : end + head[width]], "little")
-    if head[width] != 8 or stated > size:
-        raise MapError(f"{unreadable} (cut short: {size:,} of {stated:,} bytes); allowed: {ALLOWED}")
+    if head[width] != 8 or stated > file.size:
+        raise MapError(f"{unreadable} (cut short: {file.size:,} of {stated:,} bytes); allowed: {ALLOWED}")
 
 
-def _check_places(path: str | Path, name: str, held: Held, size: int) -> None:
+def _check_places(path: str, name: str, held: StoredVariable, size: int) -> None:
     """Whether every value that a variable declares is there, inside the file, in pieces of the size it says."""
     where = f"{path}: {name}"
     if not held.dtype or held.dtype == "str":
@@ -172,9 +144,9 @@ class _RefusedError(Exception):
     """Why a file is refused."""
 
 
-def _looked(path: str | Path) -> dict:
+def _structure_or_refusal(opened: FileBytes) -> dict:
     try:
-        with h5py.File(path, "r", locking=False) as file:
+        with h5py.File(opened, "r") as file:
             return {"attributes": _attributes(file, ""), "variables": _variables(file)}
     except _RefusedError as refused:
         return {"refused": str(refused)}
@@ -222,9 +194,18 @@ def _held(name: str, dataset: h5py.Dataset, numbered: dict, attributes: dict) ->
     told |= {"dims": _dims(dataset, numbered, attributes), "chunk": None, "filters": []}
     if str(attributes.get("NAME", "")).startswith("This is a netCDF dimension but not a netCDF variable"):
         return told | {"dtype": ""}
+    if dtype:
+        _check_layout(name, dataset.id.get_create_plist())
     if dtype == "str":
         return told | {"texts": _texts(name, dataset)}
     return told | (_places(name, dataset) if dtype else {})
+
+
+def _check_layout(name: str, properties: h5py.h5p.PropDCID) -> None:
+    """Refuse a variable whose values do not lie in the file, before any is read."""
+    layout = properties.get_layout()
+    if layout == h5py.h5d.VIRTUAL or (layout == h5py.h5d.CONTIGUOUS and properties.get_external_count()):
+        raise _RefusedError(f"{name}: lies in other files; allowed: values inside the file")
 
 
 def _type(dataset: h5py.Dataset) -> str:
@@ -251,8 +232,10 @@ def _dims(dataset: h5py.Dataset, numbered: dict, attributes: dict) -> list[str]:
 
 def _attached(dataset: h5py.Dataset, k: int) -> str:
     """Name of the one dimension that is attached to a dataset's dimension k, as libraries other than netCDF's do."""
-    scales = dataset.dims[k]
-    return scales[0].name.rpartition("/")[2] if len(scales) == 1 else ""
+    names = []
+    if h5py.h5ds.get_num_scales(dataset.id, k) == 1:
+        h5py.h5ds.iterate(dataset.id, k, lambda scale: names.append(_text(h5py.h5i.get_name(scale))))
+    return names[0].rpartition("/")[2] if names else ""
 
 
 def _texts(name: str, dataset: h5py.Dataset) -> list[str]:
@@ -269,8 +252,6 @@ def _places(name: str, dataset: h5py.Dataset) -> dict:
     properties = dataset.id.get_create_plist()
     layout = properties.get_layout()
     if layout == h5py.h5d.CONTIGUOUS:
-        if properties.get_external_count():
-            raise _RefusedError(f"{name}: lies in other files; allowed: values inside the file")
         address, size = dataset.id.get_offset(), dataset.id.get_storage_size()
         return {"places": [[0, address, size]] if address is not None else []}
     if layout != h5py.h5d.CHUNKED:

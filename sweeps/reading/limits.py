@@ -3,6 +3,7 @@
 from sweeps.schema.refusals import UnreadableError, shortened
 
 MAX_DEPTH = 20
+MAX_FILE_BYTES = 2**20  # of a definition, and of an attribute
 
 
 class Pairs(tuple):

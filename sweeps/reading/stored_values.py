@@ -1,71 +1,18 @@
-"""Values of a map from their places in its file, chunk by chunk: bounded in memory, and no decoding but our own."""
+"""Values of a file from their places in it, chunk by chunk: bounded in memory, and no decoding but our own."""
 
 import math
-import os
 from collections.abc import Sequence
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 from isal import isal_zlib
 
-from sweeps.maps.door import DEFLATE, FLETCHER, SHUFFLE, Held
+from sweeps.reading.files import FileBytes
+from sweeps.reading.hdf5 import DEFLATE, FLETCHER, SHUFFLE, StoredVariable
 from sweeps.schema.refusals import MapError
 
 
-class RawFile:
-    """A file whose bytes are read by their places; travels between processes by its path."""
-
-    def __init__(self, path: str | Path):
-        self._handle = None  # where it cannot be opened there is nothing to close
-        self.path = os.path.abspath(path)
-        self._handle = os.open(self.path, os.O_RDONLY | getattr(os, "O_CLOEXEC", 0))
-        self._known = self._state()
-
-    def _state(self) -> tuple[int, int]:
-        status = os.fstat(self._handle)
-        return status.st_size, status.st_mtime_ns
-
-    def read(self, address: int, size: int) -> bytes:
-        """Bytes from a place on.
-
-        Raises:
-            MapError: where the file has become shorter.
-        """
-        if self._handle is None:
-            raise ValueError(f"{self.path}: is closed")
-        try:
-            content = os.pread(self._handle, size, address)
-            while content and len(content) < size:
-                more = os.pread(self._handle, size - len(content), address + len(content))
-                content = content + more if more else b""
-        except OSError as error:  # which names no file
-            raise OSError(error.errno, error.strerror, self.path) from None
-        if len(content) != size:
-            raise MapError(f"{self.path}: was changed while it was read; allowed: a file that stays as it is")
-        return content
-
-    def close(self) -> None:
-        """Closes the file."""
-        if self._handle is not None:
-            os.close(self._handle)
-            self._handle = None
-
-    def __del__(self):
-        self.close()
-
-    def __getstate__(self) -> tuple:
-        return self.path, self._known
-
-    def __setstate__(self, state: tuple) -> None:
-        self._handle = None
-        self.path, self._known = state
-        self._handle = os.open(self.path, os.O_RDONLY | getattr(os, "O_CLOEXEC", 0))
-        if self._state() != self._known:
-            raise MapError(f"{self.path}: was changed since it was opened; allowed: a file that stays as it is")
-
-
-class RawValues:
+class StoredValues:
     """A variable's values, read when they are asked for.
 
     Args:
@@ -75,7 +22,7 @@ class RawValues:
         flags: the least and the greatest value that a flag may have; None for other variables, and where any may be.
     """
 
-    def __init__(self, file: RawFile, name: str, held: Held, flags: tuple[int, int] | None = None):
+    def __init__(self, file: FileBytes, name: str, held: StoredVariable, flags: tuple[int, int] | None = None):
         self._file, self._name, self._flags = file, name, flags
         self._held = held
         self._stored = np.dtype(held.dtype)
@@ -127,10 +74,10 @@ class RawValues:
         """The box, from the bytes between its first value and its last."""
         if not self.shape:
             address, size = self._held.places[0, -2:].tolist()
-            return self._checked(np.frombuffer(self._file.read(address, size), self._stored)[0])
+            return self._checked(np.frombuffer(self._file.read_at(address, size), self._stored)[0])
         line = math.prod(self.shape[1:]) * self._stored.itemsize
         low, high = box[0]
-        content = self._file.read(int(self._held.places[0, -2]) + low * line, (high - low) * line)
+        content = self._file.read_at(int(self._held.places[0, -2]) + low * line, (high - low) * line)
         values = np.frombuffer(content, self._stored).reshape(high - low, *self.shape[1:])
         return self._checked(values[(slice(None), *(slice(*ends) for ends in box[1:]))].astype(self.dtype))
 
@@ -139,7 +86,7 @@ class RawValues:
         if corner not in self._place:
             raise self._damaged()
         size = math.prod(self._chunk) * self._stored.itemsize
-        content = self._file.read(*self._place[corner])
+        content = self._file.read_at(*self._place[corner])
         filters = self._held.filters
         for place, code in reversed(list(enumerate(filters))):
             if code == FLETCHER:

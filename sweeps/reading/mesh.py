@@ -1,0 +1,90 @@
+"""Meshes in STL, OBJ, PLY and OFF: points and triangles, and nothing else that such files hold or name.
+
+trimesh parses in a child process (see `sweeps.reading.sandbox`); textures, materials and colours are left there.
+"""
+
+import hashlib
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from sweeps.reading import sandbox
+from sweeps.reading.files import FileBytes
+from sweeps.schema.refusals import MapError, RefusedError
+
+SUFFIXES = (".stl", ".obj", ".ply", ".off")
+MAX_MESH_BYTES = 2**28
+SECONDS_PER_BYTE = 2.0**-21  # of processor, beside `sandbox.SECONDS`
+ROOM_PER_BYTE = 12  # of memory, beside `sandbox.ROOM`
+LARGEST = 1e30  # coordinate: products of five do not overflow
+ALLOWED = f"a readable {', '.join(s[1:].upper() for s in SUFFIXES)} file of triangles"
+
+
+class MeshError(RefusedError):
+    """What is wrong with a file that should be a mesh.
+
+    Attributes:
+        wrong: what is wrong.
+        allowed: what would be right.
+    """
+
+    def __init__(self, wrong: str, allowed: str = ALLOWED):
+        super().__init__(f"{wrong}; allowed: {allowed}")
+        self.wrong, self.allowed = wrong, allowed
+
+
+def read(path: str | Path) -> tuple[np.ndarray, np.ndarray, str]:
+    """Return vertices, shape (points, 3), faces as numbers of vertices, shape (faces, 3), and the file's SHA-256.
+
+    Raises:
+        MeshError: for a file that is none, and a mesh of fewer than four triangles.
+    """
+    try:
+        with FileBytes(path) as file:
+            return _read(file)
+    except (OSError, ValueError, MapError) as error:
+        if isinstance(error, MeshError):
+            raise
+        raise MeshError("is not there, or is no file, or cannot be read") from None
+
+
+def _read(file: FileBytes) -> tuple[np.ndarray, np.ndarray, str]:
+    if file.size > MAX_MESH_BYTES:
+        raise MeshError("is too large", f"at most {MAX_MESH_BYTES:,} bytes")
+    try:
+        import PIL.ImageFile  # noqa: F401
+        import trimesh  # noqa: F401 -- here, since the child can open no file
+    except ImportError:
+        raise MeshError("needs trimesh, which is not here", "pip install -e '.[mesh]'") from None
+    digest = hashlib.file_digest(file, "sha256").hexdigest()
+    seconds, room = sandbox.SECONDS + file.size * SECONDS_PER_BYTE, sandbox.ROOM + file.size * ROOM_PER_BYTE
+    try:
+        reason, *found = sandbox.parts_from_child(partial(_parsed, file), seconds, room)
+    except sandbox.ChildError:
+        reason, found = b"it is damaged, or takes too much time or memory", []
+    if not found:
+        reason = "".join(c if c.isprintable() else " " for c in reason.decode("utf-8", "replace")[:100])
+        raise MeshError(f"cannot be read as a mesh ({reason})")
+    vertices = np.frombuffer(found[0], "f8").reshape(-1, 3).copy()
+    faces = np.frombuffer(found[1], "i8").reshape(-1, 3).copy()
+    if len(faces) < 4 or not np.abs(vertices).max() <= LARGEST:  # NaN is not
+        wrong = f"holds no body: fewer than four triangles, or points that are no numbers or beyond {LARGEST:g}"
+        raise MeshError(wrong)
+    return vertices, faces, digest
+
+
+def _parsed(file: FileBytes):
+    """In the child: an empty part, vertices and faces; or one part, why there are none."""
+    import trimesh
+
+    try:
+        file.seek(0)
+        with np.errstate(all="ignore"):
+            # of a stream, without a path: textures and materials that the file names are not looked for
+            mesh = trimesh.load_mesh(file, file_type=Path(file.path).suffix[1:].lower(), skip_materials=True)
+        return [b"", np.array(mesh.vertices, "f8").tobytes(), np.array(mesh.faces, "i8").tobytes()]
+    except MemoryError:
+        raise
+    except Exception as error:  # its readers let errors of every class through
+        return [str(error).encode("utf-8", "replace") or type(error).__name__.encode()]

@@ -1,0 +1,410 @@
+"""Tables in CSV, Parquet and netCDF-4: headings, and rows as doubles, a part at a time.
+
+CSV is parsed here, in blocks of bounded size. Whatever else has to be read, Parquet and rows of a CSV file that are
+anything but numbers, a child process reads (see `sweeps.reading.sandbox`). Of netCDF-4 a child finds where the numbers
+lie, as of a map.
+"""
+
+import csv
+import json
+import re
+from collections import deque
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import astuple
+from functools import partial
+from io import BytesIO
+
+import numpy as np
+
+from sweeps.reading import hdf5, sandbox
+from sweeps.reading.files import FileBytes
+from sweeps.reading.stored_values import StoredValues
+from sweeps.schema.refusals import MapError, UnreadableError, display, shortened
+
+PART_ROWS = 2**17  # of a file that are in memory at once
+BLOCK_BYTES = 2**22  # of a CSV file that one thread parses at once
+TRUTH_VALUE = re.compile(rb"(?i)\b(true|false)\b")
+LONGEST_LINE = 2**16  # bytes
+MOST_COLUMNS = 1000
+MOST_ROWS = 10**9
+SMALL = 2**26  # bytes that a table may swell to,
+MOST_SWOLLEN = 100  # or so many times its file's
+SECONDS_PER_BYTE = 2.0**-20  # of processor, beside `sandbox.SECONDS`
+PARSERS = 2  # threads; the memory they take does not grow with the file
+HEADING = re.compile(r"\s*(?P<name>[^\s(\[]+)\s*(?:[(\[]\s*(?P<unit>.*?)\s*[)\]])?\s*")
+NETCDF_PACKING = ("_Unsigned", "valid_min", "valid_max", "valid_range")
+
+
+def refusal(column: str, shown: str, wrong: str, allowed: str) -> UnreadableError:
+    """Return what is raised about a table, or one of its columns."""
+    return UnreadableError(("table", column) if column else ("table",), shown, wrong, allowed)
+
+
+def heading(text: str) -> tuple[str, str]:
+    """Name and unit ("" for none) of a heading: "I1", "I1 (kg m2)", "I1 [kg m^2]"."""
+    found = HEADING.fullmatch(text[:LONGEST_LINE])
+    return (found["name"], found["unit"] or "") if found else (text.strip(), "")
+
+
+def opened(file: FileBytes, suffix: str) -> "Source":
+    """Return the columns of a file of the kind that its name's end says.
+
+    Raises:
+        UnreadableError: for a file that is none of this kind.
+        OSError: where the disk fails.
+    """
+    source = SUFFIXES[suffix](file)
+    if len(source.headings) > MOST_COLUMNS:
+        raise refusal("", display(source.name), f"has {len(source.headings):,} columns", f"at most {MOST_COLUMNS:,}")
+    return source
+
+
+class Source:
+    """A file of columns.
+
+    Attributes:
+        name: the file's, for messages.
+        headings: name and unit ("" for none) of each column.
+    """
+
+    headings: list[tuple[str, str]]
+
+    def __init__(self, file: FileBytes):
+        self._file, self.name = file, file.name.rpartition("/")[2]
+
+    def parts(self, places: Sequence[int]) -> Iterator[np.ndarray]:
+        """The rows of some columns, `PART_ROWS` at a time, float64 of shape (rows, columns); NaN for what is none."""
+        raise NotImplementedError
+
+    def _refuse_swollen(self, values: int) -> None:
+        """Refuse a table of more values than a file of its size holds."""
+        if 8 * values > max(SMALL, MOST_SWOLLEN * self._file.size):
+            wrong = f"declares {values:,} values, {MOST_SWOLLEN} times what it holds"
+            raise refusal("", display(self.name), wrong, "a table whose numbers are in the file")
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Rows from a child process
+
+
+def _rows_in_child(source: Source, places: Sequence[int]) -> Iterator[np.ndarray]:
+    """The parts of `source.read_rows`, which runs in a child process."""
+    seconds = sandbox.SECONDS + source._file.size * SECONDS_PER_BYTE
+    try:
+        for part in sandbox.parts_from_child(partial(_answers, source, places), seconds):
+            if part[:1] == b"r":
+                raise UnreadableError(*_problem(part[1:]))
+            yield np.frombuffer(part, "<f8", offset=8).reshape(-1, len(places)).copy()
+    except sandbox.ChildError:
+        wrong = "cannot be read (it is damaged, or takes too much time or memory)"
+        raise refusal("", display(source.name), wrong, "a whole table") from None
+
+
+def _problem(part: bytes) -> tuple:
+    where, *words = json.loads(part)
+    return tuple(where), *words
+
+
+def _answers(source: Source, places: Sequence[int]) -> Iterator[bytes]:
+    """In the child: rows, each part behind eight bytes, or a refusal."""
+    try:
+        for part in source.read_rows(places):
+            yield bytes(8) + np.ascontiguousarray(part, "<f8").tobytes()
+    except UnreadableError as refused:
+        yield b"r" + json.dumps(astuple(refused.problem)).encode()
+    except MemoryError:
+        raise
+    except Exception as error:
+        wrong = f"is damaged ({_printable(error)})"
+        yield b"r" + json.dumps([("table",), display(source.name), wrong, "a whole table"]).encode()
+
+
+def _printable(error: Exception) -> str:
+    return shortened("".join(c if c.isprintable() else " " for c in str(error)[:200]))
+
+
+# ---------------------------------------------------------------------------------------------------------
+# CSV
+
+
+class _Csv(Source):
+    """Text with a line of names, then a line a row; commas (or semicolons, or tabs) between values."""
+
+    def __init__(self, file: FileBytes):
+        super().__init__(file)
+        try:
+            line, below = (self._line(number).decode("utf-8-sig") for number in (0, 1))
+        except UnicodeDecodeError:
+            raise refusal("", display(self.name), "is not UTF-8 text", "a CSV file in UTF-8") from None
+        self._between = next((sign for sign in ",;\t" if sign in line), ",")
+        names, first = (next(csv.reader([text], delimiter=self._between), []) for text in (line, below))
+        width = max(len(names), len(first))  # spreadsheets end lines with separators for columns that are empty
+        if width > MOST_COLUMNS:
+            raise refusal("", display(self.name), f"has {width:,} columns", f"at most {MOST_COLUMNS:,}")
+        while names and not names[-1].strip():
+            names.pop()
+        if not any(name.strip() for name in names):
+            raise refusal("", display(self.name), "has no first line of names", "names of columns in the first line")
+        self.headings = [heading(name) for name in names]
+        self._spare = [str(place) for place in range(len(names), width)]
+
+    def _line(self, number: int) -> bytes:
+        """One of the first lines."""
+        lines = self._file.read_at(0, min(self._file.size, 2 * LONGEST_LINE + 2)).splitlines()
+        line = lines[number] if number < len(lines) else b""
+        if len(line) > LONGEST_LINE:
+            raise self._too_long(number)
+        return line
+
+    def _too_long(self, row: int | None = None) -> UnreadableError:
+        shown = display(self.name) if not row else f"row {row:,}"
+        return refusal("", shown, f"has a line of more than {LONGEST_LINE:,} bytes", "lines that are shorter")
+
+    def _read(self, what, dtype, **options):
+        import pandas as pd
+
+        if tuple(map(int, pd.__version__.split(".")[:2])) < (3, 1):  # before, its own floats were not always nearest
+            options["float_precision"] = "round_trip"
+        names = [*map(str, range(len(self.headings))), *self._spare]
+        settings = {"sep": self._between, "names": names, "encoding": "utf-8-sig", "engine": "c"}
+        return pd.read_csv(what, dtype=dtype, **settings, **options)
+
+    def parts(self, places: Sequence[int]) -> Iterator[np.ndarray]:
+        """The rows; see `Source`. Blocks of lines are parsed side by side, up to one that is strange."""
+        import pandas  # noqa: F401 -- here, since the child can open no file
+
+        done = 0
+        for part in self._side_by_side(places):
+            if part is None:
+                break
+            yield part
+            done += len(part)
+        else:
+            return
+        for part in _rows_in_child(self, places):  # which says what is wrong, and in which row
+            yield part[done:]
+            done = max(0, done - len(part))
+
+    def _side_by_side(self, places: Sequence[int]) -> Iterator[np.ndarray | None]:
+        """Rows of blocks of lines, in order; None, and no more, where one is anything but rows of numbers."""
+        order = [str(place) for place in places]
+
+        def parsed(block: bytes) -> np.ndarray | None:
+            import pandas as pd
+
+            if any(letter in block for letter in b"uUlL"):  # pandas reads a column of true and false as 1 and 0
+                return None
+            try:
+                part = self._read(BytesIO(block), "f8", header=None, low_memory=False)
+            except ValueError:  # pandas' own errors are among them
+                return None
+            is_sound = isinstance(part.index, pd.RangeIndex) and not part[self._spare].notna().any(axis=None)
+            return part[order].to_numpy() if is_sound else None
+
+        waiting: deque[Future] = deque()
+        with ThreadPoolExecutor(PARSERS) as pool:
+            for block in self._blocks():
+                if block is None:
+                    yield from (future.result() for future in waiting)
+                    yield None
+                    return
+                waiting.append(pool.submit(parsed, block))
+                if len(waiting) > PARSERS:
+                    yield waiting.popleft().result()
+            while waiting:
+                yield waiting.popleft().result()
+
+    def _blocks(self) -> Iterator[bytes | None]:
+        """Whole lines below the first, some megabytes at a time; None where lines do not end as they should."""
+        head = self._file.read_at(0, min(self._file.size, LONGEST_LINE + 2))
+        first = head.partition(b"\n")[0]
+        if b"\r" in first.removesuffix(b"\r"):
+            yield None
+        at = len(first) + 1
+        while at < self._file.size:
+            block = self._file.read_at(at, min(BLOCK_BYTES + LONGEST_LINE, self._file.size - at))
+            if len(block) > BLOCK_BYTES:
+                end = block.find(b"\n", BLOCK_BYTES - 1)
+                if end < 0:
+                    raise self._too_long()
+                block = block[: end + 1]
+            at += len(block)
+            yield block
+
+    def read_rows(self, places: Sequence[int]) -> Iterator[np.ndarray]:
+        """The rows, one part after the other."""
+        import pandas as pd
+
+        order = [str(place) for place in places]
+        number = 0
+        if self._has_truth_values():
+            raise self._text(0)
+        try:
+            for part in self._read(self._stream(), "f8", header=0, chunksize=PART_ROWS):
+                if not isinstance(part.index, pd.RangeIndex) or part[self._spare].notna().any(axis=None):
+                    raise refusal("", display(self.name), "has more values in a row than names", "as many")
+                yield part[order].to_numpy()
+                number += 1
+        except pd.errors.ParserError as error:
+            found = re.search(r"line (\d+), saw (\d+)", str(error))
+            shown = f"row {int(found[1]) - 1:,} ({found[2]} values)" if found else display(self.name)
+            raise refusal("", shown, "is no row of the table", f"{len(order)} values in every row") from None
+        except UnicodeDecodeError:
+            raise refusal("", display(self.name), "is not UTF-8 text", "a CSV file in UTF-8") from None
+        except ValueError:
+            raise self._text(number) from None
+
+    def _stream(self) -> FileBytes:
+        """The file from its beginning on."""
+        self._file.seek(0)
+        return self._file
+
+    def _has_truth_values(self) -> bool:
+        """Return whether a value of the file is the word true or false."""
+        return any(block and TRUTH_VALUE.search(block) for block in self._blocks())
+
+    def _text(self, number: int) -> UnreadableError:
+        """What is no number in a part of the file."""
+        import pandas as pd
+
+        text = self._read(self._stream(), "str", header=0, chunksize=PART_ROWS, keep_default_na=False)
+        for k, part in enumerate(text):
+            if k < number:
+                continue
+            bad = np.stack(
+                [
+                    pd.to_numeric(part[name], errors="coerce").isna().to_numpy()
+                    for name in part.columns[: len(self.headings)]
+                ]
+            )
+            if not bad.any():
+                break
+            row = int(np.argmax(bad.any(axis=0)))
+            place = int(np.argmax(bad[:, row]))
+            shown = f"row {number * PART_ROWS + row + 1:,} ({display(str(part.iat[row, place]))})"
+            return refusal(
+                self.headings[place][0], shown, "is no number", "a number in every row, with a decimal point"
+            )
+        return refusal("", display(self.name), "holds what is no number", "numbers in every row")
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Parquet
+
+
+class _Parquet(Source):
+    """A Parquet file; units stand in the names, as in CSV."""
+
+    def __init__(self, file: FileBytes):
+        super().__init__(file)
+        try:
+            import pyarrow.parquet  # noqa: F401 -- here, since the child can open no file
+        except ImportError:
+            wrong, allowed = "needs pyarrow, which is not here", "pip install -e '.[table]'"
+            raise refusal("", display(self.name), wrong, allowed) from None
+        found = sandbox.run_in_child(self._described, file.size)
+        if found is None or "refused" in found:
+            reason = found["refused"] if found else "reading it failed, or took too much"
+            raise refusal("", display(self.name), "is no Parquet file", reason)
+        self.headings = [heading(name) for name in found["names"]]
+        for (name, _), kind in zip(self.headings, found["kinds"], strict=True):
+            if kind:
+                raise refusal(name, display(kind), "is no type of numbers", "numbers in every row")
+        self._rows = found["rows"]
+
+    def _opened(self):
+        from pyarrow import PythonFile, parquet
+
+        self._file.seek(0)
+        return parquet.ParquetFile(PythonFile(self._file, "r"), pre_buffer=False)
+
+    def _described(self) -> dict:
+        """In the child: names, what is no number (else ""), and how many rows there are."""
+        from pyarrow import types
+
+        try:
+            opened = self._opened()
+            schema = opened.schema_arrow
+            kinds = ["" if types.is_floating(f.type) or types.is_integer(f.type) else str(f.type) for f in schema]
+            return {"names": list(schema.names), "kinds": kinds, "rows": opened.metadata.num_rows}
+        except Exception as error:
+            return {"refused": _printable(error)}
+
+    def parts(self, places: Sequence[int]) -> Iterator[np.ndarray]:
+        """The rows; see `Source`."""
+        self._refuse_swollen(self._rows * len(places))
+        left = self._rows
+        for part in _rows_in_child(self, places):
+            if len(part) > left:
+                raise refusal("", display(self.name), "holds more rows than it declares", "a whole table")
+            left -= len(part)
+            yield part
+
+    def read_rows(self, places: Sequence[int]) -> Iterator[np.ndarray]:
+        """In the child: the rows."""
+        opened = self._opened()
+        names = [opened.schema_arrow.names[k] for k in places]
+        for batch in opened.iter_batches(PART_ROWS, columns=names, use_threads=False):
+            columns = [batch.column(name).to_numpy(zero_copy_only=False) for name in names]
+            yield np.column_stack([column.astype("f8") for column in columns])
+
+
+# ---------------------------------------------------------------------------------------------------------
+# netCDF-4
+
+
+class _Netcdf(Source):
+    """A netCDF-4 file with variables along one dimension, their units as attributes."""
+
+    def __init__(self, file: FileBytes):
+        super().__init__(file)
+        try:
+            held = hdf5.read_structure(file).variables
+        except MapError as refused:
+            reason = str(refused).removeprefix(f"{file.name}: ").partition("; allowed")[0]
+            allowed = "a netCDF-4 file (nccopy -k nc4 makes one of other netCDF)"
+            raise refusal("", display(self.name), f"is no netCDF file that can be read ({reason})", allowed) from None
+        dims = {dim for one in held.values() for dim in one.dims}
+        columns = {name: one for name, one in held.items() if name not in dims}
+        of_rows = next((one.dims for one in columns.values()), ())
+        wrong = [name for name, one in columns.items() if len(one.dims) != 1 or one.dims != of_rows]
+        if wrong or not columns:
+            shown = display(wrong[0] if wrong else self.name)
+            raise refusal("", shown, "does not lie along the one dimension of rows", "variables along one dimension")
+        self._columns = list(columns.items())
+        self.headings = [(name, str(one.attributes.get("units", ""))) for name, one in self._columns]
+        for name, one in self._columns:
+            if one.dtype == "str" or np.dtype(one.dtype or "V").kind not in "iuf":
+                raise refusal(name, one.dtype or "unknown", "is no type of numbers", "numbers in every row")
+            if packed := [word for word in NETCDF_PACKING if word in one.attributes]:
+                raise refusal(name, packed[0], "is an attribute that changes its numbers", "plain numbers")
+
+    def parts(self, places: Sequence[int]) -> Iterator[np.ndarray]:
+        """The rows; see `Source`."""
+        chosen = [self._columns[k] for k in places]
+        rows = chosen[0][1].shape[0]
+        self._refuse_swollen(rows * len(places))
+        columns = [(StoredValues(self._file, name, one), one.attributes) for name, one in chosen]
+        for start in range(0, rows, PART_ROWS):
+            part = (slice(start, min(start + PART_ROWS, rows)),)
+            yield np.column_stack([_unpacked(values.read(part), attributes) for values, attributes in columns])
+
+
+def _unpacked(values: np.ndarray, attributes: dict) -> np.ndarray:
+    """Numbers as netCDF's conventions store them: NaN for what is missing, scaled and shifted."""
+    from netCDF4 import default_fillvals  # of what was never written
+
+    kind = values.dtype.str[1:]
+    missing = [n for key in ("_FillValue", "missing_value") for n in _numbers(attributes, key)]
+    missing += [default_fillvals[kind]] if kind in default_fillvals and values.itemsize > 1 else []
+    found = np.where(np.isin(values, np.array(missing).astype(values.dtype)), np.nan, values.astype("f8"))
+    return found * [*_numbers(attributes, "scale_factor"), 1.0][0] + [*_numbers(attributes, "add_offset"), 0.0][0]
+
+
+def _numbers(attributes: dict, name: str) -> list:
+    """The numbers of an attribute; none for one that is text."""
+    return found if isinstance(found := attributes.get(name), list) else []
+
+
+SUFFIXES = {".csv": _Csv, ".parquet": _Parquet, ".nc": _Netcdf}

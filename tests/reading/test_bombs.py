@@ -1,0 +1,182 @@
+"""Definitions, meshes and tables that are small and would become large, and text that would become code."""
+
+import ast
+import json
+import os
+
+import h5py
+import numpy as np
+import pytest
+
+from sweeps import living
+from sweeps.mechanics import taylor
+from sweeps.points import tables
+from sweeps.points.loading import read
+from sweeps.reading import definitions
+from sweeps.reading import tables as formats
+from sweeps.run import finished
+from sweeps.schema.refusals import DefinitionError, UnreadableError
+from sweeps.systems.rigid_body import inertia
+
+LONG = "x" * 90_000
+ALIASES = {
+    "a text": f"a: &a {LONG}\nb: [{', '.join(['*a'] * 90)}]",
+    "a key": f"b: [{{? &a {LONG} : 1}}, {', '.join(['{? *a : 1}'] * 90)}]",
+    "a list": f"a: &a [{LONG}]\nb: [{', '.join(['*a'] * 90)}]",
+    "a mapping": f"a: &a {{c: {LONG}}}\nb: [{', '.join(['*a'] * 90)}]",
+    "lists of lists": f"a: &a [{LONG}, {LONG}]\nb: &b [{', '.join(['*a'] * 9)}]\nc: [{', '.join(['*b'] * 9)}]",
+}
+
+
+@pytest.mark.parametrize("what", ALIASES)
+def test_aliases_are_counted_in_characters(what):
+    with pytest.raises(UnreadableError) as refused:
+        definitions.plain(definitions.read_text(ALIASES[what]))
+    assert "4,194,304 characters in all, aliases expanded" in refused.value.problem.allowed
+    assert definitions.definition_of({"definition": ALIASES[what]}) == {}  # in a map
+
+
+@pytest.mark.parametrize("place", ["/dev/zero", "/dev/stdin", "fifo", "folder", "loop"])
+def test_what_a_finished_run_stands_on_is_no_device(tmp_path, place):
+    if not place.startswith("/"):
+        {"fifo": os.mkfifo, "folder": os.mkdir, "loop": lambda p: os.symlink(p, p)}[place](tmp_path / place)
+    assert finished.basis(tmp_path / place) == ""
+    with pytest.raises(UnreadableError, match=r"is not a regular file|cannot be opened"):
+        definitions.file_text(tmp_path / place)
+
+
+TITLES = ['"""', 'a"', "\\", "a\nimport os", '"""\nopen("owned", "w")\n"""', "{0}", "\udcff", "\0", "\\N{x}", "é '"]
+
+
+@pytest.mark.parametrize("title", TITLES)
+def test_a_title_is_text_in_generated_code(title):
+    for quote in ('"""', '"'):
+        (node,) = ast.parse(f"{quote}{taylor.in_quotes(title)}: a step.{quote}").body
+        assert node.value.value == title.encode("utf-8", "replace").decode() + ": a step."
+
+
+SQUARE = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+FACES = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
+
+
+def off(vertices, faces):
+    lines = ["OFF", f"{len(vertices)} {len(faces)} 0", *(" ".join(map(str, v)) for v in vertices)]
+    return "\n".join([*lines, *(f"3 {a} {b} {c}" for a, b, c in faces)]) + "\n"
+
+
+def textured(name):
+    head = f"ply\nformat ascii 1.0\ncomment TextureFile {name}\nelement vertex 4\n"
+    head += "".join(f"property float {k}\n" for k in ("x", "y", "z", "s", "t"))
+    head += "element face 4\nproperty list uchar int vertex_indices\nend_header\n"
+    rows = [f"{x} {y} {z} 0 0" for x, y, z in SQUARE] + [f"3 {a} {b} {c}" for a, b, c in FACES]
+    return head + "\n".join(rows) + "\n"
+
+
+def shells(number):
+    """Many small bodies, each through all others."""
+    moved = [(x + 1e-3 * k, y, z) for k in range(number) for x, y, z in SQUARE]
+    return off(moved, [(a + 4 * k, b + 4 * k, c + 4 * k) for k in range(number) for a, b, c in FACES])
+
+
+def scaled(by):
+    return off([tuple(by * x for x in v) for v in SQUARE], FACES)
+
+
+MESHES = {
+    "a texture that is a file": ("a.ply", textured("/etc/passwd"), None),
+    "a texture that is a FIFO": ("a.ply", textured("fifo.png"), None),
+    "coordinates of 1e308": ("a.off", scaled(1e308), r"beyond 1e\+30"),
+    "coordinates of 1e200": ("a.off", scaled(1e200), r"beyond 1e\+30"),
+    "no number": ("a.off", scaled(float("nan")), "no numbers|cannot be read as a mesh"),
+    "overlapping shells": ("a.off", shells(300), "holds solids that overlap"),
+    "shells beyond number": ("a.off", shells(10_001), "holds 10,001 closed surfaces; allowed: at most 10,000"),
+}
+
+
+@pytest.mark.parametrize("what", MESHES)
+def test_a_mesh_is_its_points_and_triangles(tmp_path, what, recwarn):
+    pytest.importorskip("trimesh")
+    name, content, words = MESHES[what]
+    (tmp_path / name).write_text(content)
+    if words is None:
+        assert inertia.solid(tmp_path / name, 1.0).volume == pytest.approx(1 / 6)
+    else:
+        with pytest.raises(inertia.InertiaError, match=words):
+            inertia.solid(tmp_path / name, 1.0)
+    assert not [w for w in recwarn if issubclass(w.category, RuntimeWarning)]
+
+
+def of_parquet(path):
+    pyarrow = pytest.importorskip("pyarrow")
+    from pyarrow import parquet
+
+    parquet.write_table(pyarrow.table({"I1": np.ones(20_000_000)}), path)
+
+
+def of_netcdf(path, **options):
+    with h5py.File(path, "w") as file:
+        file.create_dataset("I1", (20_000_000,), "f8", **options)
+
+
+def flipped(path):
+    of_parquet(path)
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 0xFF
+    path.write_bytes(content[:-9] + b"\xff" + content[-8:])
+
+
+TABLES = {
+    "Parquet that swells": ("a.parquet", of_parquet, "times what it holds"),
+    "Parquet with flipped bytes": ("a.parquet", flipped, "is no Parquet file|is damaged|times what"),
+    "netCDF that swells": (
+        "a.nc",
+        lambda p: of_netcdf(p, chunks=(10**6,), compression="gzip", fillvalue=1.0),
+        "netCDF|times",
+    ),
+    "netCDF of texts": (
+        "a.nc",
+        lambda p: h5py.File(p, "w").create_dataset("I1", data=["a"], dtype=h5py.string_dtype()),
+        "is no type of numbers",
+    ),
+    "netCDF of lists": (
+        "a.nc",
+        lambda p: h5py.File(p, "w").create_dataset("I1", (3,), h5py.vlen_dtype("f8")),
+        "is no type of numbers",
+    ),
+    "netCDF of bytes": (
+        "a.nc",
+        lambda p: h5py.File(p, "w").create_dataset("I1", data=[b"\xff\xfe"]),
+        "is no type of numbers",
+    ),
+    "CSV of many columns": ("a.csv", lambda p: p.write_text("I1," * 1001 + "\n1"), "has 1,002 columns; allowed"),
+    "CSV of one long line": ("a.csv", lambda p: p.write_bytes(b"I1\n" + b"1" * 5_000_000), "has a line of more than"),
+    "CSV of a long heading": ("a.csv", lambda p: p.write_bytes(b"I" * 100_000), "has a line of more than"),
+    "CSV of an open quote": ("a.csv", lambda p: p.write_bytes(b'I1\n"' + b"1\n" * 9_000_000), "I1|a.csv"),
+}
+
+
+@pytest.mark.parametrize("what", TABLES)
+def test_a_table_is_of_the_size_of_its_file(tmp_path, monkeypatch, what):
+    monkeypatch.setattr(tables, "cache_folder", lambda: tmp_path / "cache")
+    monkeypatch.setattr(formats, "SMALL", 2**20)
+    name, make, words = TABLES[what]
+    made = make(tmp_path / name)
+    if isinstance(made, h5py.Dataset):
+        made.file.close()
+    (tmp_path / "my.json").write_text(json.dumps({"table": name, "grid": {"I2": 1.0, "I3": 1.0, "omega0": 1.0}}))
+    with pytest.raises(DefinitionError, match=words):
+        read(tmp_path / "my.json")
+    assert not [file for file in (tmp_path / "cache").rglob("*") if file.is_file()]
+
+
+def test_what_a_killed_conversion_left_is_removed_by_the_next_reading(tmp_path, monkeypatch):
+    monkeypatch.setattr(tables, "cache_folder", lambda: tmp_path / "cache")
+    (tmp_path / "a.csv").write_text("I1\n1.0\n1.1\n")
+    (tmp_path / "my.json").write_text(json.dumps({"table": "a.csv", "grid": {"I2": 1.0, "I3": 1.0, "omega0": 1.0}}))
+    folder = tmp_path / "cache" / "tables"
+    folder.mkdir(parents=True)
+    mark = living.mark().rsplit("-", 2)[0]
+    for number, name in enumerate(("another", "seen-another", "third", "seen-third", "a" * 40)):
+        (folder / f".{name}.{mark}-{2**22 + 1 + number}-1.0123456789abcdef.part").write_bytes(b"x")
+    read(tmp_path / "my.json")
+    assert not list(folder.glob(".*.part"))
