@@ -1,1 +1,1 @@
-"""Read files that anybody may have written: bytes in, plain values out, or a refusal in words. See README.md here."""
+"""Files from outside: bytes in, plain values out, or a refusal. Its README.md is the threat model."""
