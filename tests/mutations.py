@@ -59,10 +59,11 @@ ASKED = {  # whether kernels are plain: the tests that may be asked
 }
 OTHERS = {  # of what runs when a module is imported: tests of who uses it, beside those of its own name
     "kernels/circular": ["tests/kernels/test_attitude.py"],
-    "kernels/enclosures": ["tests/mechanics/test_boxes.py", "tests/mechanics/test_line.py"],
+    "kernels/enclosures": ["tests/mechanics/test_roots.py"],
     "kernels/findings": ["tests/kernels/test_lanes.py", "tests/kernels/test_survey.py"],
     "kernels/lanes": ["tests/kernels/test_survey.py"],
     "kernels/marching": ["tests/kernels/test_attitude.py"],
+    "kernels/roots": ["tests/mechanics/test_roots.py"],
     "kernels/series": ["tests/kernels/test_measure.py", "tests/kernels/test_symmetric_top.py"],
     "kernels/solution": ["tests/kernels/test_exact.py"],
     "kernels/statuses": ["tests/kernels/test_columns.py", "tests/kernels/test_oscillations.py"],

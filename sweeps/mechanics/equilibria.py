@@ -1,42 +1,56 @@
-"""All equilibria of many points within bounds: where every ∂V/∂q vanishes.
+"""All equilibria of many points within bounds, F(x) = 0: each proved, or undecided with the reason.
 
-They are looked for by enclosures (`line` for one coordinate, `boxes` for several), so that "there are k" is proved, or
-it is said that it is not:
+A branch and prune with Krawczyk's operator (`kernels.roots`) looks at all of the bounds. So "there are k" is proved, or
+it is said why it is not:
 
 * PROVED: each place is alone in a box, and nothing else of the bounds holds one.
-* UNDECIDED: some place (a double root, a triple one, a pitchfork on the spot, a line that is held) is there as far as
-  numbers can tell, but rounding hides whether it is one, several or none; all else is proved.
-* SEARCHED: subdivision did not end. Newton's method from the boxes that were left and from the places that the
-  description names found what is given; that it is all cannot be proved.
+* ROUNDING: some place (a double root, a pitchfork on the spot, two roots closer than numbers can tell) is there as far
+  as numbers show, but rounding hides whether it is one, several or none; or F is beyond all numbers in a part of the
+  bounds. All else is proved.
+* TOO_LARGE: the subdivision did not end within its number of boxes. Newton's method from what was left and from the
+  places that the description names found what is given, each proved where it can be; there may be others.
+* FAMILY: equilibria form a line or more (a spin of any rate, a neutral angle). Where the description names a place and
+  F is not a potential's slope, the family's member nearest to the name is given, else none: the point is flat.
 
-Where V stays flat along a line through an equilibrium there is no single place: such a point is FLAT and has none,
-unless the description holds a coordinate there. A point with more equilibria than `most`, or with one that is near no
-name where no room is left, is CROWDED and has none either.
+A point with more equilibria than `most`, or with one that is near no name where no room is left, is CROWDED and has
+none; but where named places of a flow are asked for, others are none of them, and are only counted.
 
-Nothing here knows a unit: places are compared over their bounds, forces over what they amount to near the place.
+Nothing here knows a unit: places are compared over their bounds, and F vanishes where its enclosure within some
+roundings of a place holds 0.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse.csgraph import connected_components
 
-from sweeps.mechanics import boxes, branches, line
+from kernels import enclosures, roots
+from sweeps.mechanics import branches
 from sweeps.mechanics.description import DescriptionError
-from sweeps.mechanics.landscape import Landscape
+from sweeps.mechanics.problem import Problem
 
-PROVED, UNDECIDED, SEARCHED = range(3)
+PROVED, ROUNDING, TOO_LARGE, FAMILY = range(4)
+REASONS = {
+    ROUNDING: "rounding hides whether equilibria are one, several or none",
+    TOO_LARGE: "the bounds are too large to be searched to the end",
+    FAMILY: "equilibria form a family",
+}
 
 OFFSET = 0.3819660112501051  # a search of a periodic coordinate starts off the round numbers
-SAME = 1e-7  # of the range: names nearer to each other than this fall together
+EDGE = 2.0**-20  # of the range: as far beyond the bounds is searched, so that places at a bound are inside
+BOUND = 1e-12  # of the range: a place so far outside is at the bound
+NARROWEST = (2.0**-50, 2.0**-32)  # boxes of one unknown and of several, over the range
+WORK, LEAST = 2_000_000, 500  # operations of a search, and boxes
+ROUNDINGS, TINY = 16.0 * enclosures.UNIT, 0.01 * enclosures.UNIT  # of a place, of the range: F vanishes within
+SAME = 1e-7  # of the range: places nearer to each other than this fall together
 STARTS = 128  # of a point whose subdivision did not end
 ITERATIONS = 60
-NEAR = 1e-3  # of the range: within this of a place its force is measured
-STILL = 1e-8  # of that force
-BOUND = 1e-12  # of the range: a place so far outside is at the bound
-CHUNK = 1 << 12  # points at a time; a search of several coordinates takes fewer
-CHUNK_SEVERAL = 256
+PARTS = (1e-4, 1e-7, 1e-10)  # of the range: boxes about a place that Newton's method found
+SINGULAR = 1e-9  # singular values below it, relative, are a family's
+ASIDE = 0.01  # of the range: a family has members so far off
 FAR = 0.25  # of the range: no name reaches farther
+CHUNK = 1 << 12  # points at a time
 
 
 @dataclass(frozen=True)
@@ -44,20 +58,26 @@ class Found:
     """Equilibria of points.
 
     Attributes:
-        places: q0, shape (points, most, n); NaN where a point has no such equilibrium.
-        flat: shape (points,), whether the equilibria form a line.
-        certified: shape (points,), PROVED, UNDECIDED or SEARCHED.
+        places: shape (points, most, m); NaN where a point has no such equilibrium.
+        dimension: shape (points, most), of the family that each lies in; 0 for one that is alone.
+        certified: shape (points,), PROVED, ROUNDING, TOO_LARGE or FAMILY.
+        flat: shape (points,), whether they form a family of which no member is named.
+        direction: shape (points, m), along which a flat point's family goes, over the ranges; NaN elsewhere.
         counts: shape (points,), how many there are, of which a crowded point shows none.
         crowded: shape (points,), whether they are more than there is room for.
         decided: shape (points,), whether it is known which of them is which branch, where branches are followed.
+        undecided: shape (points, m, 2), a box about all that could not be decided; NaN where all is proved.
     """
 
     places: np.ndarray
-    flat: np.ndarray
+    dimension: np.ndarray
     certified: np.ndarray
+    flat: np.ndarray
+    direction: np.ndarray
     counts: np.ndarray
     crowded: np.ndarray
     decided: np.ndarray
+    undecided: np.ndarray
 
     def __getitem__(self, index) -> "Found":
         """Some of the points."""
@@ -69,38 +89,62 @@ def joined(parts: Sequence[Found]) -> Found:
     return Found(*(np.concatenate([getattr(p, name) for p in parts]) for name in Found.__dataclass_fields__))
 
 
-def _size(parameters):
-    return parameters[0].size
-
-
-def find(landscape: Landscape, parameters) -> Found:
+def find(problem: Problem, parameters) -> Found:
     """All equilibria of points, of which one array (points,) a parameter is given, in the description's order."""
     given = [np.atleast_1d(np.asarray(p, dtype=np.float64)) for p in parameters] or [np.zeros(1)]
-    pairs = zip(landscape.canonical, given, strict=True)
+    pairs = zip(problem.canonical, given, strict=True)
     rows = [p if default is None else np.full_like(p, default) for default, p in pairs]
     first, inverse = _points(rows)
     rows = [p[first] for p in rows]
-    asked, known, found = b"".join(p.tobytes() for p in rows), *landscape.last
+    asked, known, found = b"".join(p.tobytes() for p in rows), *problem.last
     if asked != known:
-        found = _find(landscape, rows)
-        landscape.last = asked, found
+        chunks = [[p[start : start + CHUNK] for p in rows] for start in range(0, first.size, CHUNK)]
+        found = joined([_found(problem, chunk) for chunk in chunks])
+        problem.last = asked, found
     return found[inverse]
 
 
-def refuse_crowded(landscape: Landscape, found: Found, parameters) -> None:
-    """Refuses points that have more equilibria than there is room for.
+def refusal(problem: Problem, found: Found, parameters) -> str:
+    """Why none of some points has an equilibrium to begin from; nothing where one has.
 
     Raises:
-        DescriptionError: for the first of them.
+        DescriptionError: where every point has more equilibria than there is room for.
     """
-    if not found.crowded.any():
-        return
-    system, point = landscape.equations.system, int(np.argmax(found.crowded))
+    if found.crowded.all():
+        raise DescriptionError(_crowded(problem, found, parameters))
+    if found.crowded.any() or not np.isnan(found.places).all():
+        return ""
+    if found.flat.any():
+        return _symmetry(problem, found.direction[found.flat.argmax()])
+    points, open_ = found.counts.size, np.flatnonzero(found.certified != PROVED)
+    if open_.size:
+        reason = REASONS[int(found.certified[open_].max())]
+        return (
+            f"none is found and none excluded at {open_.size} of {points} points of the grid: {reason}; allowed: "
+            + ("narrower bounds, or a name near one")
+        )
+    return f"there is none within the bounds, at {points} points of the grid; allowed: bounds that hold one"
+
+
+def _symmetry(problem, direction):
+    """Along what the equilibria of a flat point form a line, and what chooses one of them."""
+    moved = np.abs(direction) > SINGULAR
+    names = [place.name for place, part in zip(problem.places, moved, strict=True) if part]
+    shares = " : ".join(f"{part:.3g}" for part in direction[moved])
+    along = ", ".join(names) + (f" (in the ratio {shares} of their ranges)" if len(names) > 1 else "")
+    mend = "a name for one of them" if problem.takes_members else f"a coordinate to hold (hold=…), {' or '.join(names)}"
+    what = "F vanishes" if problem.takes_members else "V is flat"
+    return f"{what} along a line of them, which goes along {along}; allowed: {mend}"
+
+
+def _crowded(problem, found, parameters):
+    """What is wrong with the first of the points that have more equilibria than there is room for."""
+    system, point = problem.system, int(np.argmax(found.crowded))
     count = found.counts[point]
     wrong = f"there are {count}" if count > system.most else "one is near no name, and there is no room left"
     values = ", ".join(f"{name}={p[point]:g}" for name, p in zip(system.parameters, parameters, strict=False))
     allowed = f"at most {system.most} (`most`, or their names)"
-    raise DescriptionError(f"equilibria: {wrong}, at {values or 'the only point'}; allowed: {allowed}")
+    return f"equilibria: {wrong}, at {values or 'the only point'}; allowed: {allowed}"
 
 
 def _points(rows):
@@ -114,310 +158,378 @@ def _points(rows):
     return first, inverse
 
 
-def _find(landscape, parameters):
-    several = len(landscape.free) > 1
-    chunk, parts = CHUNK_SEVERAL if several else CHUNK, []
-    for start in range(0, _size(parameters), chunk):
-        part = tuple(p[start : start + chunk] for p in parameters)
-        with np.errstate(all="ignore"):
-            places, flat, certified = (_space if several else _line)(landscape, part)
-            places[flat] = np.nan
-            places = _sorted(landscape, part, places)
-            decided = np.ones(_size(part), dtype=bool)
-            if landscape.equations.system.follow:
-                slots, crowded, decided = _followed(landscape, part, places)
-            else:
-                slots, crowded = _arranged(landscape, part, places)
+def _found(problem, parameters):
+    with np.errstate(all="ignore"):
+        all_ = _All(problem, parameters)
+        places, dimension = all_.table()
+        decided = np.ones(all_.size, dtype=bool)
         counts = (~np.isnan(places).any(axis=-1)).sum(axis=1)
-        parts.append(Found(slots, flat, certified.astype(np.int8), counts, crowded, decided))
-    return joined(parts)
+        most = problem.system.most
+        if problem.system.follow:
+            index, decided = branches.followed(_way(problem, parameters, places), most)
+            crowded = counts > most
+        else:
+            index, crowded = _arranged(problem, parameters, places)
+        index[crowded] = -1
+        taken = np.maximum(index, 0)
+        slots = np.where(index[..., None] >= 0, np.take_along_axis(places, taken[..., None], axis=1), np.nan)
+        dimension = np.where(index >= 0, np.take_along_axis(dimension, taken, axis=1), 0).astype(np.int8)
+    certified = all_.certified.astype(np.int8)
+    return Found(slots, dimension, certified, all_.flat, all_.direction, counts, crowded, decided, all_.undecided)
 
 
-def _searched(landscape, parameters):
-    """Bounds of the free coordinates, shape (points, free, 2): one turn of a periodic one, off the round numbers."""
-    bounds = landscape.bounds(parameters)[:, landscape.free].copy()
-    for k, i in enumerate(landscape.free):
-        if landscape.equations.system.kept[i].periodic:
-            bounds[:, k] += OFFSET * (bounds[:, k, 1] - bounds[:, k, 0])[:, None]
-    return bounds
+class _All:
+    """All equilibria of some points, and what could not be decided.
 
-
-def _held(landscape, parameters):
-    return [h for i, h in enumerate(landscape.holds(parameters).T) if i not in landscape.free]
-
-
-def _constants(landscape, parameters):
-    return landscape.tape.constants([*parameters, *_held(landscape, parameters)])
-
-
-def _full(landscape, parameters, places):
-    """Places of all coordinates from those of the free ones: (points, count, free) → (points, count, n), wrapped."""
-    bounds, holds = landscape.bounds(parameters), landscape.holds(parameters)
-    full = np.broadcast_to(holds[:, None, :], (*places.shape[:2], landscape.n)).copy()
-    for k, i in enumerate(landscape.free):
-        low, high = bounds[:, None, i, 0], bounds[:, None, i, 1]
-        x = places[..., k]
-        if landscape.equations.system.kept[i].periodic:
-            x = np.where(x > high, x - (high - low), x)
-            x = np.where(x - low < 1e-12 * (high - low), high - np.maximum(low - x, 0.0), x)
-        full[..., i] = x
-    full[np.isnan(places).any(axis=-1)] = np.nan
-    return full
-
-
-# -- one coordinate
-
-
-def _line(landscape, parameters):
-    constants, bounds = _constants(landscape, parameters), _searched(landscape, parameters)[:, 0]
-    fixed = [*parameters, *_held(landscape, parameters)]
-    bounds = np.broadcast_to(bounds, (_size(parameters), 2))
-
-    def curve(owner, low, high):
-        values, states = landscape.tape.curves(constants, owner, low, high)
-        return values[:, 0], states
-
-    def slope(owner, low, high):
-        values, states = landscape.tape.slopes(constants, owner, low[:, None], high[:, None])
-        return values[:, 0], states
-
-    def plain(owner, x):
-        return landscape.force([p[owner] for p in fixed], x)
-
-    zeros = line.zeros(curve, bounds[:, 0], bounds[:, 1], plain, slope)
-    table = _table(zeros.owner, zeros.place, bounds.shape[0])
-    places = _full(landscape, parameters, table[..., None])
-    certified = np.where(zeros.exhausted, SEARCHED, np.where(zeros.proved, PROVED, UNDECIDED))
-    return _still(landscape, parameters, places), zeros.flat, certified
-
-
-def _table(rows, values, points):
-    """Ragged (row, value) pairs as an array (points, longest), NaN beyond each row's own."""
-    order = np.lexsort((values, rows))
-    rows, values = rows[order], values[order]
-    table = np.full((points, max(np.bincount(rows, minlength=points).max(initial=0), 1)), np.nan)
-    table[rows, _positions(rows, points)] = values
-    return table
-
-
-def _positions(rows, points):
-    """The position of each item in its row, for rows in ascending order."""
-    counts = np.bincount(rows, minlength=points)
-    return np.arange(rows.size) - np.repeat(np.cumsum(counts) - counts, counts)
-
-
-# -- several coordinates
-
-
-def _space(landscape, parameters):
-    constants, bounds = _constants(landscape, parameters), _searched(landscape, parameters)
-    points = _size(parameters)
-    low, high = np.ascontiguousarray(bounds[..., 0]), np.ascontiguousarray(bounds[..., 1])
-
-    def slopes(owner, a, b):
-        return landscape.tape.slopes(constants, owner, a, b)
-
-    zeros = boxes.zeros(slopes, low, high)
-    certified = np.full(points, PROVED)
-    owner, place, hidden = zeros.owner, zeros.place, np.zeros(zeros.owner.size, dtype=bool)
-    if zeros.left[0].size:
-        more, covered = _left(landscape, parameters, slopes, zeros, low, high)
-        wide = ((zeros.left[2] - zeros.left[1]) > 2.0 * boxes.NARROWEST * (high - low)[zeros.left[0]]).any(axis=1)
-        certified[zeros.left[0][~covered]] = UNDECIDED
-        certified[zeros.left[0][wide & ~covered]] = SEARCHED
-        owner, place = np.concatenate([owner, more[0]]), np.concatenate([place, more[1]])
-        hidden = np.concatenate([hidden, more[2]])
-    order = np.argsort(owner, kind="stable")
-    owner, place, hidden = owner[order], place[order], hidden[order]
-    count = max(np.bincount(owner, minlength=points).max(initial=0), 1)
-    table, doubt = np.full((points, count, low.shape[1]), np.nan), np.zeros((points, count), dtype=bool)
-    positions = _positions(owner, points)
-    table[owner, positions], doubt[owner, positions] = place, hidden
-    places = _full(landscape, parameters, table)
-    flat = _flat(landscape, parameters, places, doubt)
-    return _still(landscape, parameters, places), flat, certified
-
-
-def _left(landscape, parameters, slopes, zeros, low, high):
-    """Zeros that Newton's method finds from the boxes that were left.
-
-    Returns:
-        (owner, place, whether no box proves it), and for each box that was left whether it lies in one that does.
+    Attributes:
+        owner, place, dimension: of each equilibrium its point, the free unknowns, and the dimension of its family.
+        certified, flat, direction, undecided: of each point, as of :class:`Found`.
     """
-    owner, place = _descended(slopes, *_starts(landscape, parameters, zeros.left, low, high), low, high)
-    wide = (high - low)[owner]
-    inside = ((place >= low[owner] - BOUND * wide) & (place <= high[owner] + BOUND * wide)).all(axis=1)
-    owner, place, wide = owner[inside], place[inside], wide[inside]
-    proved, a, b = _proved(slopes, owner, place, wide)
-    still = _resting(slopes, owner, place, NEAR * wide, low, high)
-    place = np.clip(place, low[owner], high[owner])  # one at a bound, but for a rounding
-    kept = np.flatnonzero(still | proved)
-    kept = kept[np.lexsort((~proved[kept], owner[kept]))]
-    reach = np.where(proved[:, None], 0.5 * (b - a), 0.0) + SAME * wide
-    chosen: dict[int, list] = {}
-    for j in kept:
-        known = np.flatnonzero(zeros.owner == owner[j])
-        near = (place[j] >= zeros.low[known] - SAME * wide[j]) & (place[j] <= zeros.high[known] + SAME * wide[j])
-        mine = chosen.setdefault(owner[j], [])
-        if not near.all(axis=1).any() and not any((np.abs(place[k] - place[j]) <= reach[k]).all() for k in mine):
-            mine.append(j)
-    rows = np.array([j for mine in chosen.values() for j in mine], dtype=np.int64)
-    covered = np.zeros(zeros.left[0].size, dtype=bool)
-    for j in rows[proved[rows]]:
-        inside = (zeros.left[1] >= a[j]) & (zeros.left[2] <= b[j])
-        covered |= (zeros.left[0] == owner[j]) & inside.all(axis=1)
-    return (owner[rows], place[rows], ~proved[rows]), covered
 
+    def __init__(self, problem, parameters):
+        self.problem, self.parameters = problem, parameters
+        self.size = parameters[0].size
+        self.constants = problem.constants(parameters)
+        bounds = np.broadcast_to(problem.bounds(parameters), (self.size, problem.m, 2))[:, problem.free].copy()
+        self.periodic = problem.periodic[problem.free]
+        bounds += (OFFSET * self.periodic * (bounds[..., 1] - bounds[..., 0]))[..., None]
+        self.low, self.high = np.ascontiguousarray(bounds[..., 0]), np.ascontiguousarray(bounds[..., 1])
+        self.width = self.high - self.low
+        self.n = len(problem.free)
+        self.owner, self.place = np.empty(0, dtype=np.int64), np.empty((0, self.n))
+        self.dimension, self.reach = np.empty(0, dtype=np.int64), np.empty((0, self.n))
+        self.certified, self.flat = np.zeros(self.size, dtype=np.int64), np.zeros(self.size, dtype=bool)
+        self.direction = np.full((self.size, problem.m), np.nan)
+        self.undecided = np.full((self.size, problem.m, 2), np.nan)
+        members = self._members() if problem.takes_members and problem.system.labels else np.empty(0, dtype=np.int64)
+        self._search(np.setdiff1d(np.arange(self.size), members))
 
-def _resting(slopes, owner, place, near, low, high):
-    """Whether the force at places is nothing beside what it amounts to nearby."""
-    about = slopes(owner, np.maximum(place - near, low[owner]), np.minimum(place + near, high[owner]))[0]
-    force = np.abs(slopes(owner, place, place)[0][:, :, 0]).max(axis=-1)
-    return (force <= STILL * np.abs(about[:, :, 0]).max(axis=-1)).all(axis=1)
+    # -- what is asked of F
 
+    def slopes(self, owner, low, high):
+        """Enclosures (boxes, n, 1 + n, 2) of F and J in boxes, and states."""
+        return self.problem.tape.slopes(self.constants, owner, low, high)
 
-def _starts(landscape, parameters, left, low, high):
-    """Places to start from: evenly many of the boxes that were left, and what the description names."""
-    owner, place = [], []
-    free = landscape.free
-    for point in np.unique(left[0]):
-        rows = np.flatnonzero(left[0] == point)
-        rows = rows[np.linspace(0, rows.size - 1, min(rows.size, STARTS)).astype(np.int64)]
-        place.append(0.5 * (left[1][rows] + left[2][rows]))
-        owner.append(np.full(rows.size, point))
-        names = landscape.labels(tuple(p[point : point + 1] for p in parameters))[0][:, free]
-        names = names[np.isfinite(names).all(axis=1)]
-        for k, i in enumerate(free):
-            if landscape.equations.system.kept[i].periodic:
-                names[:, k] = low[point, k] + np.mod(names[:, k] - low[point, k], (high - low)[point, k])
-        place.append(names)
-        owner.append(np.full(len(names), point))
-    return np.concatenate(owner), np.concatenate(place)
+    def run(self, owner, low, high, most):
+        """Search boxes: for each record the box, its kind, the box it stands for, and one about the zero."""
+        bounds = np.ascontiguousarray(np.stack([low, high], axis=-1))
+        constants, tape, progress = (
+            np.ascontiguousarray(self.constants[owner]),
+            self.problem.tape,
+            np.zeros(2, dtype=np.int64),
+        )
+        room, parts = 4 * len(owner) + 1000, []
+        while progress[0] < len(owner):
+            before, records, boxes = progress[0], np.empty((room, 2), dtype=np.int64), np.empty((room, 2, self.n, 2))
+            narrowest = NARROWEST[self.n > 1]
+            arguments = constants, bounds, narrowest, most, records, boxes, progress
+            count = roots.search(enclosures.enclose, tape.rows, tape.outputs, *arguments)
+            parts.append((records[:count, 0].copy(), records[:count, 1].copy(), boxes[:count].copy()))
+            room *= 1 if progress[0] > before else 4
+        return (
+            tuple(np.concatenate(x) for x in zip(*parts, strict=True))
+            if parts
+            else (owner, owner, np.empty((0, 2, self.n, 2)))
+        )
 
+    def still(self, owner, place, near=TINY):
+        """Whether F vanishes within some roundings of places, or within a part of the ranges."""
+        near = np.maximum(ROUNDINGS * np.abs(place), near * self.width[owner])
+        values, states = self.slopes(owner, place - near, place + near)
+        F = values[:, :, 0]
+        about = self.slopes(owner, place - EDGE * self.width[owner], place + EDGE * self.width[owner])[0][:, :, 0]
+        faint = (about[..., 0] < about[..., 1]) & (np.abs(about).max(axis=-1) < roots.FAINT)
+        return ((F[..., 0] <= 0.0) & (F[..., 1] >= 0.0) & ~faint).all(axis=1) & (states < enclosures.POLE)
 
-def _descended(slopes, owner, place, low, high):
-    """Newton's method with steps of a fifth of the bounds at most; where J is singular, its least step."""
-    place, width = place.copy(), (high - low)[owner]
-    active = np.arange(owner.size)
-    for _ in range(ITERATIONS):
-        if active.size == 0:
-            break
-        values = slopes(owner[active], place[active], place[active])[0].mean(axis=-1)
-        F, J = values[:, :, 0], values[:, :, 1:] * width[active][:, None, :]
+    def jacobian(self, owner, place):
+        """F and J in ranges, each row over its largest element; 0 for what is lost in its own rounding."""
+        values = self.slopes(owner, place, place)[0]
+        J = values[:, :, 1:].mean(axis=-1) * self.width[owner][:, None, :]
+        J[(values[:, :, 1:, 0] <= 0.0) & (values[:, :, 1:, 1] >= 0.0)] = 0.0
         rows = np.abs(J).max(axis=2)
         rows = np.where(rows > 0.0, rows, 1.0)
-        F, J = F / rows, J / rows[:, :, None]
-        sound = np.isfinite(F).all(axis=1) & np.isfinite(J).all(axis=(1, 2))
-        step = np.full(F.shape, np.nan)
-        step[sound] = -(np.linalg.pinv(J[sound], rcond=1e-13) @ F[sound][:, :, None])[..., 0]
-        step *= np.minimum(1.0, 0.2 / np.maximum(np.linalg.norm(step, axis=1), 1e-300))[:, None]
-        place[active] += step * width[active]
-        active = active[np.abs(step).max(axis=1) > 1e-15]
-    return owner, place
+        return values[:, :, 0].mean(axis=-1) / rows, J / rows[:, :, None]
+
+    def descended(self, owner, place):
+        """Newton's method with steps of a fifth of the bounds at most; where J is singular, its least step."""
+        place = place.copy()
+        active = np.flatnonzero(~self.still(owner, place))
+        for _ in range(ITERATIONS):
+            if active.size == 0:
+                break
+            F, J = self.jacobian(owner[active], place[active])
+            sound = np.isfinite(F).all(axis=1) & np.isfinite(J).all(axis=(1, 2))
+            step = np.full(F.shape, np.nan)
+            step[sound] = -(np.linalg.pinv(J[sound], rcond=1e-13) @ F[sound][:, :, None])[..., 0]
+            step *= np.minimum(1.0, 0.2 / np.maximum(np.linalg.norm(step, axis=1), 1e-300))[:, None]
+            place[active] += step * self.width[owner[active]]
+            active = active[np.abs(step).max(axis=1) > 1e-15]
+        return place
+
+    def inside(self, owner, place):
+        """Whether places lie within the bounds, or at them but for a rounding."""
+        slack = BOUND * self.width[owner]
+        return ((place >= self.low[owner] - slack) & (place <= self.high[owner] + slack)).all(axis=1)
+
+    def null(self, owner, place):
+        """For each place the directions, shape (places, n, n), and which of them J loses: (places, n)."""
+        _, J = self.jacobian(owner, place)
+        J[~np.isfinite(J).all(axis=(1, 2))] = np.eye(self.n)
+        _, values, vectors = np.linalg.svd(J)
+        return vectors, values <= SINGULAR
+
+    def family(self, owner, place):
+        """Dimension of the family that each place lies in, and one direction of it."""
+        vectors, lost = self.null(owner, place)
+        dimension, direction = np.zeros(owner.size, dtype=np.int64), np.full(place.shape, np.nan)
+        for k in range(self.n):
+            rows = np.flatnonzero(lost[:, k])
+            both = np.ones(rows.size, dtype=bool)
+            for step in (-ASIDE, ASIDE):
+                start = place[rows] + step * vectors[rows, k] * self.width[owner[rows]]
+                there = self.descended(owner[rows], start)
+                far = np.abs(there - place[rows]) / self.width[owner[rows]]
+                both &= self.still(owner[rows], there) & (far.max(axis=1) > 0.5 * ASIDE / np.sqrt(self.n))
+            dimension[rows[both]] += 1
+            direction[rows[both]] = vectors[rows[both], k]
+        return dimension, direction
+
+    # -- the search
+
+    def _names(self, points):
+        """Places that the description names: their points and the free unknowns."""
+        labels = self.problem.labels([p[points] for p in self.parameters])[:, :, self.problem.free]
+        owner, place = np.repeat(points, labels.shape[1]), labels.reshape(-1, self.n).copy()
+        turned = self.low[owner] + np.mod(place - self.low[owner], self.width[owner])
+        place = np.where(self.periodic, turned, place)
+        good = np.isfinite(place).all(axis=1)
+        return owner[good], place[good]
+
+    def _members(self):
+        """Take the members of families that are nearest to names; return the points that have one."""
+        owner, name = self._names(np.arange(self.size))
+        place = self.descended(owner, name)
+        near = (np.abs(place - name) <= FAR * self.width[owner]).all(axis=1) & self.inside(owner, place)
+        near &= self.still(owner, place)
+        owner, place = owner[near], place[near]
+        dimension, _ = self.family(owner, place)
+        points = np.unique(owner[dimension > 0])
+        chosen = np.isin(owner, points)
+        self.certified[points] = FAMILY
+        self._note(owner[chosen], place[chosen], dimension[chosen], np.zeros((chosen.sum(), self.n)))
+        return points
+
+    def _search(self, points):
+        """Look for all equilibria of points, and say what could not be decided."""
+        edge = EDGE * self.width[points]
+        most = max(LEAST, WORK // (len(self.problem.tape.rows) * (1 + self.n)))
+        which, kind, boxes = self.run(points, self.low[points] - edge, self.high[points] + edge, most)
+        owner, zero = points[which], kind == roots.ZERO
+        place, reach = boxes[:, 1].mean(axis=-1), 0.5 * (boxes[:, 1, :, 1] - boxes[:, 1, :, 0])
+        self._note(owner[zero], place[zero], np.zeros(zero.sum(), dtype=np.int64), reach[zero])
+        low, high = boxes[:, 0, :, 0], boxes[:, 0, :, 1]
+        doubt = ~zero & ((high >= self.low[owner]) & (low <= self.high[owner])).all(axis=1)
+        doubt[doubt] = ~self._poles(owner[doubt], kind[doubt], low[doubt], high[doubt])
+        if doubt.any():
+            self._decide(owner[doubt], kind[doubt], low[doubt], high[doubt])
+
+    def _note(self, owner, place, dimension, reach):
+        """Note equilibria within the bounds; one at a bound but for a rounding is at it."""
+        slack = np.where(self.periodic, 0.0, BOUND * self.width[owner] + reach)
+        inside = ((place >= self.low[owner] - slack) & (place <= self.high[owner] + slack)).all(axis=1)
+        place = np.clip(place, self.low[owner], self.high[owner])
+        old, new = (self.owner, self.place, self.dimension, self.reach), (owner, place, dimension, reach)
+        pairs = zip(old, new, strict=True)
+        self.owner, self.place, self.dimension, self.reach = (np.concatenate([a, b[inside]]) for a, b in pairs)
+
+    def _poles(self, owner, kind, low, high):
+        """Whether boxes hold nothing but a pole: a row of F grows towards it from all sides within the bounds."""
+        poles = kind == roots.BROKEN
+        rows = np.flatnonzero(poles)
+        owner, middle = owner[rows], 0.5 * (low[rows] + high[rows])
+        half = np.maximum(0.5 * (high - low)[rows], 4.0 * enclosures.UNIT * np.abs(middle))
+        steady, grows = np.ones((rows.size, self.n), dtype=bool), np.zeros((rows.size, self.n), dtype=bool)
+        for j in range(self.n):
+            for sign in (-1.0, 1.0):
+                sizes = []
+                for far in (4.0, 32.0):
+                    place = middle.copy()
+                    place[:, j] += sign * far * half[:, j]
+                    values, states = self.slopes(owner, place, place)
+                    inside = ((place >= self.low[owner]) & (place <= self.high[owner])).all(axis=1)
+                    size = np.abs(values[:, :, 0].mean(axis=-1))
+                    sizes.append(np.where((inside & (states < enclosures.POLE))[:, None], size, np.nan))
+                ratio = np.nan_to_num(sizes[0] / sizes[1], nan=1.0)
+                steady &= ratio > 0.999
+                grows |= ratio > 1.001
+        poles[rows] = (steady & grows).any(axis=1)
+        return poles
+
+    def _decide(self, owner, kind, low, high):
+        """Find what Newton's method finds from boxes that could not be decided; note it, and why they could not be."""
+        at, start = self._starts(owner, kind, low, high)
+        place = self.descended(at, start)
+        inside = self.inside(at, place)
+        at, place = at[inside], place[inside]
+        proved, a, b, reach = self._alone(at, place)
+        place = np.where(proved[:, None], 0.5 * (a[1] + b[1]), place)
+        kept = np.flatnonzero(proved | self.still(at, place, 2.0 * NARROWEST[self.n > 1]))
+        kept = kept[np.lexsort((~proved[kept], at[kept]))]
+        dimension, direction = np.zeros(at.size, dtype=np.int64), np.full(place.shape, np.nan)
+        open_ = kept[~proved[kept]]
+        dimension[open_], direction[open_] = self.family(at[open_], place[open_])
+        order, found = np.argsort(self.owner, kind="stable"), []
+        known = self.owner[order]
+        for point in np.unique(owner):
+            mine = slice(*np.searchsorted(owner, [point, point + 1]))
+            rows = kept[slice(*np.searchsorted(at[kept], [point, point + 1]))]
+            zeros = order[slice(*np.searchsorted(known, [point, point + 1]))]
+            boxes, width = (low[mine], high[mine], kind[mine]), SAME * self.width[point]
+            alone, hidden = rows[proved[rows]], rows[~proved[rows]]
+            if dimension[hidden].any():
+                self.certified[point] = FAMILY
+                if not (self.problem.takes_members and self.problem.system.labels):
+                    j = hidden[dimension[hidden].argmax()]
+                    self.flat[point], self.direction[point, self.problem.free] = (
+                        True,
+                        direction[j] / np.abs(direction[j]).max(),
+                    )
+                hidden = hidden[dimension[hidden] == 0]
+            centers, reaches = [*self.place[zeros]], [*self.reach[zeros]]
+            for j in alone:
+                if not any((np.abs(c - place[j]) <= r + reach[j]).all() for c, r in zip(centers, reaches, strict=True)):
+                    found.append((point, place[j], reach[j]))
+                centers.append(place[j])
+                reaches.append(reach[j])
+            covered = np.zeros(len(boxes[2]), dtype=bool)
+            for j in alone:
+                covered |= ((boxes[0] >= a[0][j]) & (boxes[1] <= b[0][j])).all(axis=1)
+            boxes = tuple(x[~covered] for x in boxes)
+            found += [(point, c, 0.0 * c) for c in self._clusters(point, place[hidden], boxes, centers, reaches, width)]
+            if boxes[2].size:
+                reason = TOO_LARGE if (boxes[2] == roots.LEFT).any() else ROUNDING
+                self.certified[point] = max(self.certified[point], reason)
+                ends = np.stack([boxes[0].min(axis=0), boxes[1].max(axis=0)], axis=-1)
+                self.undecided[point, self.problem.free] = ends
+        if found:
+            owners, places, reaches = (np.array(x) for x in zip(*found, strict=True))
+            self._note(owners, places, np.zeros(len(found), dtype=np.int64), reaches)
+
+    def _starts(self, owner, kind, low, high):
+        """Places to start from: evenly many of the boxes that could not be decided, and what the description names."""
+        points, owners, places = np.unique(owner), [], []
+        named = self.problem.takes_members and self.problem.system.labels
+        usable = (kind == roots.LOST) | (kind == roots.NARROW) | ((kind == roots.LEFT) & (not named))
+        for point in points:
+            rows = slice(*np.searchsorted(owner, [point, point + 1]))
+            rows = rows.start + np.flatnonzero(usable[rows])
+            rows = rows[np.linspace(0, rows.size - 1, min(rows.size, STARTS)).astype(np.int64)]
+            owners.append(np.full(rows.size, point))
+            places.append(0.5 * (low[rows] + high[rows]))
+        more, names = self._names(points)
+        return np.concatenate([*owners, more]), np.concatenate([*places, names])
+
+    def _alone(self, owner, place):
+        """Whether a box about each place holds one zero; its ends (and the zero's), and half-widths of the latter."""
+        proved, a, b = np.zeros(owner.size, dtype=bool), np.stack([place] * 2), np.stack([place] * 2)
+        for part in PARTS:
+            rows = np.flatnonzero(~proved)
+            if not rows.size:
+                break
+            wide = part * self.width[owner[rows]]
+            which, kind, boxes = self.run(owner[rows], place[rows] - wide, place[rows] + wide, 1)
+            one = kind == roots.ZERO
+            chosen = rows[which[one]]
+            proved[chosen] = True
+            a[:, chosen], b[:, chosen] = boxes[one, :, :, 0].swapaxes(0, 1), boxes[one, :, :, 1].swapaxes(0, 1)
+        return proved, a, b, 0.5 * (b[1] - a[1])
+
+    def _clusters(self, point, places, boxes, centers, reaches, width):
+        """One place of each group of boxes in which Newton's method found that F vanishes, unless it is known."""
+        low, high, kind = boxes
+        if not len(places) or not kind.size:
+            return []
+        near = ((low[:, None] <= high + width) & (high[:, None] >= low - width)).all(axis=2)
+        _, group = connected_components(near)
+        chosen = {}
+        for place in places:
+            usable = (kind != roots.OVERFLOW) & (kind != roots.BROKEN)
+            inside = np.flatnonzero(((place >= low - width) & (place <= high + width)).all(axis=1) & usable)
+            known = any((np.abs(c - place) <= r + width).all() for c, r in zip(centers, reaches, strict=True))
+            if not inside.size or known:
+                continue
+            rows = group == group[inside[0]]
+            a, b = low[rows].min(axis=0), high[rows].max(axis=0)
+            middle = np.where((a <= 0.0) & (b >= 0.0), 0.0, 0.5 * (a + b))
+            if (kind[rows] == roots.LEFT).any():  # a group of boxes that may hold many
+                if not any((np.abs(other - place) <= width).all() for other in chosen.values()):
+                    chosen[len(group) + len(chosen)] = place
+            elif group[inside[0]] not in chosen:
+                owner = np.array([point])
+                resting = self.still(owner, middle[None], 2.0 * NARROWEST[self.n > 1])[0]
+                chosen[group[inside[0]]] = middle if resting else place
+        return list(chosen.values())
+
+    # -- what is found
+
+    def table(self):
+        """Places of all coordinates or states, sorted, shape (points, count, m), and dimensions of their families."""
+        problem, points = self.problem, self.owner
+        holds = np.broadcast_to(problem.holds(self.parameters), (self.size, problem.m))
+        bounds = np.broadcast_to(problem.bounds(self.parameters), (self.size, problem.m, 2))
+        place, reach = holds[points].copy(), np.zeros((points.size, problem.m))
+        low, high = bounds[points, :, 0], bounds[points, :, 1]
+        place[:, problem.free] = self.place
+        reach[:, problem.free] = np.maximum(self.reach, ROUNDINGS * np.abs(self.place))
+        place = np.where(problem.periodic & (place > high), place - (high - low), place)
+        at_low = problem.periodic & (place - low < 1e-12 * (high - low))
+        place = np.where(at_low, high - np.maximum(low - place, 0.0), place)
+        held = [i for i in range(problem.m) if i not in problem.free]
+        if held:
+            F = problem.enclosed([p[points] for p in self.parameters], place - reach, place + reach)[0][:, held, 0]
+            still = ((F[..., 0] <= 0.0) & (F[..., 1] >= 0.0)).all(axis=1)
+        else:
+            still = np.ones(points.size, dtype=bool)
+        kept = np.flatnonzero(still & ~self.flat[points])
+        part = np.round((place - low) / (high - low), 9)[kept]
+        kept = kept[np.lexsort((place[kept, 0], *part.T[::-1], points[kept]))]
+        counts = np.bincount(points[kept], minlength=self.size)
+        position = np.arange(kept.size) - np.repeat(np.cumsum(counts) - counts, counts)
+        places = np.full((self.size, max(counts.max(initial=0), 1), problem.m), np.nan)
+        dimension = np.zeros(places.shape[:2], dtype=np.int64)
+        places[points[kept], position], dimension[points[kept], position] = place[kept], self.dimension[kept]
+        return places, dimension
 
 
-def _proved(slopes, owner, place, wide):
-    """Whether a box about each place holds one zero, and such a box."""
-    proved = np.zeros(owner.size, dtype=bool)
-    a, b = place.copy(), place.copy()
-    for part in (1e-4, 1e-7, 1e-10):
-        rows = np.flatnonzero(~proved & np.isfinite(place).all(axis=1))
-        if not rows.size:
-            break
-        x, y = place[rows] - part * wide[rows], place[rows] + part * wide[rows]
-        one = boxes.alone(slopes, owner[rows], x, y)
-        proved[rows[one]], a[rows[one]], b[rows[one]] = True, x[one], y[one]
-    return proved, a, b
+# -- slots
 
 
-def _flat(landscape, parameters, places, doubt):
-    """Whether V″ of a place that is not proved has a null direction along which ∂V/∂q stays zero."""
-    point, slot = np.nonzero(doubt & ~np.isnan(places).any(axis=-1))
-    flat = np.zeros(places.shape[0], dtype=bool)
-    if not point.size:
-        return flat
-    q, chosen = places[point, slot], [p[point] for p in parameters]
-    width = landscape.bounds(chosen)[:, landscape.free]
-    width = width[..., 1] - width[..., 0]
-    free = np.ix_(landscape.free, landscape.free)
-    hessian = landscape.hessian(chosen, list(q.T))[:, free[0], free[1]] * width[:, :, None] * width[:, None, :]
-    terms = landscape.hessian_terms(chosen, list(q.T))[:, free[0], free[1]] * width[:, :, None] * width[:, None, :]
-    scale = terms.max(axis=(1, 2))
-    good = np.isfinite(hessian).all(axis=(1, 2))
-    values, vectors = np.linalg.eigh(np.where(good[:, None, None], hessian, 0.0))
-    for k in range(len(landscape.free)):
-        still = good & (np.abs(values[:, k]) <= 1e-9 * scale)
-        for step in (-0.01, 0.01):
-            moved = q.copy()
-            moved[:, landscape.free] += step * vectors[:, :, k] * width
-            force = landscape.enclosed(chosen, moved, moved)[0][:, landscape.free, 0]
-            blur = np.abs(force).max(axis=2) * width <= 1e-9 * scale[:, None]
-            still &= blur.all(axis=1)
-        flat[point[still]] = True
-    return flat
-
-
-# -- both
-
-
-def _still(landscape, parameters, places):
-    """Places at which ∂V/∂q vanishes also by the coordinates that are held; NaN in place of others."""
-    held = [i for i in range(landscape.n) if i not in landscape.free]
-    point, slot = np.nonzero(~np.isnan(places).any(axis=-1))
-    if not held or not point.size:
-        return places
-    q, chosen = places[point, slot], [p[point] for p in parameters]
-    bounds = landscape.bounds(chosen)
-    wide = NEAR * (bounds[..., 1] - bounds[..., 0])
-    force = np.abs(landscape.enclosed(chosen, q, q)[0][:, held, 0]).max(axis=-1)
-    near = np.abs(landscape.enclosed(chosen, q - wide, q + wide)[0][:, held, 0]).max(axis=-1)
-    moving = ~(force <= STILL * near).all(axis=1)
-    places = places.copy()
-    places[point[moving], slot[moving]] = np.nan
-    return places
-
-
-def _followed(landscape, parameters, places):
-    """Places in the slots of their branches, which points have more than there is room for, and which are decided."""
-    system = landscape.equations.system
-    held, decided = branches.followed(_way(landscape, parameters, places), system.most)
-    slots = np.take_along_axis(places, np.maximum(held, 0)[..., None], axis=1)
-    slots = np.where(held[..., None] >= 0, slots, np.nan)
-    crowded = (~np.isnan(places).any(axis=-1)).sum(axis=1) > system.most
-    slots[crowded] = np.nan
-    return slots, crowded, decided
-
-
-def _way(landscape, parameters, places):
+def _way(problem, parameters, places):
     """The way from the parameters' defaults to points whose places are found already."""
-    free, kept = landscape.free, landscape.equations.system.kept
-    defaults = [p.default for p in landscape.equations.system.parameters.values()] or [0.0]
+    free, size = problem.free, parameters[0].size
+    defaults = [p.default for p in problem.system.parameters.values()] or [0.0]
 
     def at(share, points=slice(None)):
         return [_between(d, p[points], share) for d, p in zip(defaults, parameters, strict=True)]
 
     def search(share):
         if share == 1.0:
-            return places[..., free], np.ones(_size(parameters), dtype=bool)  # of which `certified` tells
-        there = at(share) if share else [p[:1] for p in at(share)]
-        found, flat, certified = (_space if len(free) > 1 else _line)(landscape, tuple(there))
-        found[flat] = np.nan
-        found = _sorted(landscape, there, found)[..., free]
-        sure = certified != SEARCHED
-        return found.repeat(1 if share else _size(parameters), axis=0), sure & np.ones(_size(parameters), dtype=bool)
+            return places[..., free], np.ones(size, dtype=bool)  # of which `certified` tells
+        there = _All(problem, at(share) if share else [p[:1] for p in at(share)])
+        sure = there.certified < TOO_LARGE
+        return there.table()[0][..., free].repeat(1 if share else size, axis=0), sure & np.ones(size, dtype=bool)
 
     def slopes(low, high):
-        numbers, owner = landscape.followed.constants([]), np.zeros(len(low), dtype=np.int64)
-        return landscape.followed.slopes(numbers, owner, low, high)
+        numbers, owner = problem.followed.constants([]), np.zeros(len(low), dtype=np.int64)
+        return problem.followed.slopes(numbers, owner, low, high)
 
     def along(points, share):
-        count = len(landscape.equations.parameters)
-        return np.stack(at(share, points), axis=-1)[:, :count]
+        return np.stack(at(share, points), axis=-1)[:, : len(problem.parameters)]
 
     def bounds(share):
-        return np.broadcast_to(landscape.bounds(at(share)), (_size(parameters), landscape.n, 2))[:, free]
+        return np.broadcast_to(problem.bounds(at(share)), (size, problem.m, 2))[:, free]
 
-    return branches.Way(search, slopes, along, bounds, np.array([kept[i].periodic for i in free]))
+    return branches.Way(search, slopes, along, bounds, problem.periodic[free])
 
 
 def _between(default, values, share):
@@ -429,57 +541,45 @@ def _between(default, values, share):
     return np.where(share == 1.0, values, np.where(share == 0.0, default, between))
 
 
-def _distances(landscape, a, b, bounds):
+def _distances(problem, a, b, bounds):
     """Largest distance by any coordinate between places, over its range; periodic ones the short way."""
     width = bounds[..., 1] - bounds[..., 0]
     apart = np.abs(a - b) / np.where(width > 0.0, width, 1.0)
-    periodic = np.array([c.periodic for c in landscape.equations.system.kept])
-    apart = np.where(periodic, np.abs(apart - np.round(apart)), apart)
+    apart = np.where(problem.periodic, np.abs(apart - np.round(apart)), apart)
     return np.where(np.isnan(b), 0.0, apart).max(axis=-1)
 
 
-def _sorted(landscape, parameters, places):
-    """Places in the order of their coordinates, NaN last."""
-    bounds = landscape.bounds(parameters)
-    part = (places - bounds[:, None, :, 0]) / (bounds[..., 1] - bounds[..., 0])[:, None]
-    keys = [np.where(np.isnan(places[..., 0]), np.inf, np.round(part[..., i], 9)) for i in range(places.shape[2])]
-    order = np.lexsort([places[..., 0], *keys[::-1]], axis=1)
-    return np.take_along_axis(places, order[..., None], axis=1)
-
-
-def _arranged(landscape, parameters, places):
-    """Places in the slots of the dimension `equilibrium`, and which points have more than there is room for.
+def _arranged(problem, parameters, places):
+    """Which place each slot of the dimension `equilibrium` holds, -1 for none, and which points are crowded.
 
     Those with names come first, each nearest to its name.
     """
-    system = landscape.equations.system
-    points, count, n = places.shape
-    labels, bounds = landscape.labels(parameters), landscape.bounds(parameters)
-    slots = np.full((points, system.most, n), np.nan)
-    here = ~np.isnan(places).any(axis=-1)
-    left = here.copy()
+    system = problem.system
+    points, count, _ = places.shape
+    labels, bounds = problem.labels(parameters), problem.bounds(parameters)
+    slots = np.full((points, system.most), -1)
+    left = ~np.isnan(places).any(axis=-1)
     cost = np.full((points, labels.shape[1], count), np.inf)
     for k in range(labels.shape[1]):
         named = ~np.isnan(labels[:, k]).all(axis=1)
-        d = _distances(landscape, places, labels[:, k : k + 1], bounds[:, None])
+        d = _distances(problem, places, labels[:, k : k + 1], bounds[:, None])
         d = np.round(d / SAME) * SAME  # where names fall together the first of them is meant
         cost[:, k] = np.where(left & named[:, None] & (d < FAR), d, np.inf)
     rows = np.arange(points)
     for _ in range(labels.shape[1]):
         k, j = np.divmod(cost.reshape(points, -1).argmin(axis=1), count)
         chosen = np.isfinite(cost[rows, k, j])
-        slots[rows[chosen], k[chosen]] = places[rows[chosen], j[chosen]]
+        slots[rows[chosen], k[chosen]] = j[chosen]
         left[rows[chosen], j[chosen]] = False
         cost[rows[chosen], k[chosen], :] = np.inf
         cost[rows[chosen], :, j[chosen]] = np.inf
-    free = np.isnan(slots[..., 0]) & (np.arange(system.most) >= labels.shape[1])
+    if problem.takes_members and system.labels:
+        left[:] &= system.most > labels.shape[1]
+    free = (slots < 0) & (np.arange(system.most) >= labels.shape[1])
     room, rank = free.cumsum(axis=1), left.cumsum(axis=1)  # the k-th that is left goes into the k-th slot that is free
     put = left & (rank <= room[:, -1:])
     for j in np.flatnonzero(put.any(axis=0)):
         chosen = np.flatnonzero(put[:, j])
         slot = (room[chosen] == rank[chosen, j, None]).argmax(axis=1)
-        slots[chosen, slot] = places[chosen, j]
-    left &= ~put
-    crowded = left.any(axis=1)
-    slots[crowded] = np.nan
-    return slots, crowded
+        slots[chosen, slot] = j
+    return slots, (left & ~put).any(axis=1)

@@ -15,7 +15,7 @@ import numpy as np
 
 from kernels import statuses
 from kernels.runs import Runs, Sampling
-from sweeps.mechanics import rest
+from sweeps.mechanics import equilibria, rest
 from sweeps.mechanics.description import DescriptionError, System
 from sweeps.mechanics.first_order import code
 from sweeps.mechanics.flow import derive
@@ -85,9 +85,9 @@ class FlowModel:
         """
         return min(max(2, -(-self.n // 2)), 4)
 
-    def equilibria(self, parameters: list[np.ndarray]) -> np.ndarray:
-        """Equilibria of points, shape (points, most, places)."""
-        return rest.find(self.landscape, parameters)
+    def equilibria(self, parameters: list[np.ndarray]) -> equilibria.Found:
+        """All equilibria of points, of which each parameter's values are given."""
+        return equilibria.find(self.landscape, parameters)
 
     # -- theory
 
@@ -106,8 +106,10 @@ class FlowModel:
         """
         parameters = [np.asarray(points[name], dtype=np.float64) for name in self.names]
         first, inverse = _runs(parameters)
-        places = self.equilibria([p[first] for p in parameters])
-        place = places[inverse, np.asarray(points["equilibrium"])]
+        found = self.equilibria([p[first] for p in parameters])
+        slot = np.asarray(points["equilibrium"])
+        place, certified = found.places[inverse, slot], found.certified[inverse]
+        told = {"dimension": found.dimension[inverse, slot], "certified": certified}
         with np.errstate(all="ignore"):
             J, terms, sizes, inverse = self._jacobian(parameters, place)
             S, sizes = _scales(terms, sizes)
@@ -119,7 +121,7 @@ class FlowModel:
             bent = self._bent(parameters, place, inverse, terms, sizes, S)
         found = _eigen(matrix, S) | (_vectors(matrix, S) if vectors else {})
         paired = self._paired(parameters, place)
-        told = {"place": place, "scale": S, "sizes": sizes, "basis": basis, "matrix": matrix, "paired": paired}
+        told |= {"place": place, "scale": S, "sizes": sizes, "basis": basis, "matrix": matrix, "paired": paired}
         return told | found | {"parameters": parameters, "changes": changes, "bent": bent}
 
     def _jacobian(self, parameters, place):
@@ -308,6 +310,7 @@ class FlowModel:
             "window_end": (raw[:, kernel.SAMPLES] - 1.0) * measured["spacing"] / S,
             "steps_per_sample": np.nan_to_num(raw[:, kernel.STEPS]).astype(np.int32),
             "status": status,
+            "equilibria_certified": theory["certified"],
             **{f"{p.name}_equilibrium": theory["place"][:, i] for i, p in enumerate(self.flow.places)},
         }
 

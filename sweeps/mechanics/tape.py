@@ -55,14 +55,6 @@ class Tape:
         """Enclosures of the constants, shape (points, constants, 2), for one array (points,) a parameter."""
         return self._fixed(parameters)
 
-    def curves(self, constants, owner, low, high):
-        """Ends of f, f′ and f″/2, shape (boxes, functions, 3, 2), and the boxes' states; one variable."""
-        values = np.empty((owner.size, self.outputs.size, 3, 2))
-        states = np.empty(owner.size, dtype=np.int64)
-        arrays = _plain(constants), _plain(owner, np.int64), _plain(low), _plain(high)
-        enclosures.curves(self.rows, self.outputs, *arrays, values, states)
-        return values, states
-
     def slopes(self, constants, owner, low, high, count=None):
         """Ends of f and its first derivatives, shape (boxes, functions, 1 + count, 2), and the boxes' states."""
         count = len(self.variables) if count is None else count

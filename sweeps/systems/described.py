@@ -89,14 +89,6 @@ class Described(Dynamics):
         """Return the class attributes that the model of its definitions takes from the description."""
         return {}
 
-    @abstractmethod
-    def refuse(self, values: list[np.ndarray]) -> str:
-        """Return why none of these points can have an equilibrium, "" if one can.
-
-        Raises:
-            DescriptionError: for what is wrong with all points alike.
-        """
-
     @staticmethod
     @abstractmethod
     def describes(description: "mechanics.System") -> bool:
@@ -196,8 +188,18 @@ class Described(Dynamics):
 
         values = self._named(lambda: self._looked_at(grid))
         self._named(self._code)  # what cannot be integrated is refused here
-        if wrong := self._named(lambda: self.refuse(values)):
+        if wrong := self._named(lambda: self.refusal(values)):
             raise DescriptionError(f"{self.name}: equilibria: {wrong}")
+
+    def refusal(self, values: list[np.ndarray]) -> str:
+        """Return why no equilibrium of these points is usable; nothing if one is.
+
+        Raises:
+            DescriptionError: where every point has more equilibria than there is room for.
+        """
+        from sweeps.mechanics.equilibria import refusal
+
+        return refusal(self.mechanism.landscape, self.mechanism.equilibria(values), values)
 
     def _looked_at(self, grid: Points) -> list[np.ndarray]:
         """Each parameter's values at some points of a grid, from end to end."""
@@ -206,11 +208,6 @@ class Described(Dynamics):
         parts = [grid.points(k * slots, k * slots + 1) for k in chosen]
         values = [np.concatenate([part[name] for part in parts]) for name in self.description.parameters]
         return values or [np.zeros(len(chosen))]
-
-    @staticmethod
-    def nowhere(values: list[np.ndarray]) -> str:
-        """Return the message that no equilibrium was found at these points."""
-        return f"none within the bounds, at {len(values[0])} points of the grid; allowed: bounds that contain one"
 
     def fingerprint(self) -> str:
         """Return a hash of the kernels, the generated code, its generator and the description."""

@@ -36,7 +36,7 @@ def prepared(name, worker):
     columns = [np.asarray(columns[p][::slots], dtype=np.float64) for p in system.description.parameters]
     landscape = Landscape(system.mechanism.equations)
     chosen = tuple(np.resize(c, COUNT) for c in columns)
-    equilibria._find(landscape, tuple(c[:64] for c in chosen))  # compiled
+    equilibria._found(landscape, [c[:64] for c in chosen])  # compiled
     return landscape, chosen
 
 
@@ -45,7 +45,7 @@ def search(name, worker=0, at=0.0):
     landscape, columns = prepared(name, worker)
     time.sleep(max(0.0, at - time.monotonic()))
     begun, own = time.monotonic(), time.thread_time()
-    equilibria._find(landscape, columns)
+    equilibria._found(landscape, columns)
     return time.thread_time() - own, begun, time.monotonic()
 
 

@@ -137,6 +137,9 @@ def test_flat_directions_are_said():
     found, flat = places(free)
     assert flat.tolist() == [True]
     assert np.isnan(found).all()
+    landscape = landscape_of(free)
+    told = equilibria.refusal(landscape, equilibria.find(landscape, [np.ones(1)]), [np.ones(1)])
+    assert "along x, y (in the ratio 1 : 1 of their ranges)" in told
 
 
 def test_a_held_coordinate_finds_the_molecule():
@@ -164,14 +167,23 @@ def test_more_equilibria_than_said_are_said_and_spoil_no_other_point():
     assert found.crowded.tolist() == [True, False, True]
     assert np.isnan(found.places[::2]).all()
     assert found.places[1, 0, 0] == pytest.approx(0.0, abs=1e-15)
+    assert equilibria.refusal(landscape, found, columns) == ""  # one point has some
     with pytest.raises(DescriptionError, match=r"there are 3, at mass=1, c=1; allowed: at most 2"):
-        equilibria.refuse_crowded(landscape, found, columns)
+        equilibria.refusal(landscape, found[:1], columns)
 
 
 def test_no_equilibrium_is_none():
-    found, flat = places(bead(lambda x: x))
-    assert np.isnan(found).all()
-    assert not flat.any()
+    landscape = landscape_of(bead(lambda x: x))
+    found = equilibria.find(landscape, [np.ones(1)])
+    assert np.isnan(found.places).all()
+    assert not found.flat.any()
+    assert "there is none within the bounds" in equilibria.refusal(landscape, found, [np.ones(1)])
+
+
+def test_none_is_not_said_where_the_search_was_undecided(monkeypatch):
+    landscape = Landscape(derive(bead(lambda x: sp.exp(-x), bounds=(0, 800))))  # underflows
+    found = equilibria.find(landscape, [np.ones(1)])
+    assert "none is found and none excluded at 1 of 1" in equilibria.refusal(landscape, found, [np.ones(1)])
 
 
 def test_a_point_does_not_depend_on_its_neighbours():

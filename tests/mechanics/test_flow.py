@@ -1,10 +1,13 @@
 """Equations of first order from descriptions: what is derived, and what is refused, each before any work."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 import sympy as sp
 
-from sweeps.mechanics import DescriptionError, System
+from sweeps.mechanics import DescriptionError, System, equilibria
+from sweeps.mechanics.equilibria import FAMILY, PROVED
 from sweeps.mechanics.flow import derive, is_flow
 from sweeps.mechanics.relative import FlowModel as Model
 
@@ -159,5 +162,83 @@ def test_an_equilibrium_is_looked_for_near_its_name():
     system.equilibrium("leaning", {x: 0.2})
     found = Model(system).equilibria([np.array([0.3, 0.5, 5.0])])
     root = [np.real(r[np.abs(r.imag) < 1e-9][0]) for r in map(np.roots, ([1, 0, 1, -0.3], [1, 0, 1, -0.5]))]
-    np.testing.assert_allclose(found[:2, 0, 0], root, rtol=1e-14)
-    assert np.isnan(found[2]).all()
+    np.testing.assert_allclose(found.places[:2, 0, 0], root, rtol=1e-14)
+    assert np.isnan(found.places[2]).all()
+    assert (found.certified == PROVED).all()
+
+
+def flow_of(system, **values):
+    """Equilibria of a system of first order, and what its search is of."""
+    model = Model(system)
+    columns = [np.array([values.get(name, p.default)]) for name, p in system.parameters.items()]
+    return model.landscape, equilibria.find(model.landscape, columns)
+
+
+@pytest.mark.parametrize("metre", [1e-12, 1.0, 1e9])
+def test_a_damped_pendulum_stands_upright_in_any_unit(metre):
+    """The sine of π is not 0 in doubles, nor is its place: both are known to a rounding."""
+    system = System("Damped pendulum")
+    length = system.parameter("length", "m", default=metre, positive=True)
+    theta = system.coordinate("theta", "rad", bounds=(-sp.pi, sp.pi), periodic=True)
+    system.particle(1, (length * sp.sin(theta), -length * sp.cos(theta)))
+    system.potential(-sp.Float(9.80665) * metre * length * sp.cos(theta))
+    system.dissipation(sp.Float(0.1) * length**2 * system.velocity(theta) ** 2)
+    system.equilibrium("hanging", {theta: 0})
+    system.equilibrium("upright", {theta: sp.pi})
+    _, found = flow_of(system)
+    assert found.places[0, :, 0] == pytest.approx([0.0, np.pi], abs=1e-15)
+    assert found.certified[0] == PROVED
+
+
+def damped(count, most=None):
+    """Pendulums beside each other, tied by weak springs and damped."""
+    system = System("Damped pendulums", most=most)
+    q = [system.coordinate(f"q{i}", "rad", bounds=(-sp.pi, sp.pi), periodic=True) for i in range(count)]
+    for x in q:
+        system.kinetic_energy(system.velocity(x) ** 2 / 2)
+        system.potential(-sp.cos(x))
+        system.dissipation(system.velocity(x) ** 2)
+    system.potential(sum(sp.Rational(1, 50) * (1 - sp.cos(a - b)) for a, b in pairwise(q)))
+    return system
+
+
+@pytest.mark.parametrize("count", [2, 3])
+def test_several_angles_have_all_combinations(count):
+    _, found = flow_of(damped(count, most=100))  # more than 64 are room for no IndexError
+    assert found.counts[0] == 2**count
+    assert found.certified[0] == PROVED
+    whole = np.abs(found.places[0, : 2**count] / np.pi)
+    assert whole == pytest.approx(np.round(whole), abs=1e-14)
+
+
+def test_places_close_together_in_a_wide_range_are_all_found():
+    system = System("Close", most=4)
+    x = system.state("x", "1", bounds=(-10000, 10000))
+    system.rate(x, -((x - 1) ** 2 - sp.Rational(1, 10**8)) * (x + 7))
+    _, found = flow_of(system)
+    assert found.places[0, :3, 0] == pytest.approx([-7.0, 1 - 1e-4, 1 + 1e-4], rel=1e-13)
+    assert found.certified[0] == PROVED
+
+
+def test_a_near_miss_is_no_equilibrium():
+    system = System("Miss")
+    x = system.state("x", "1", bounds=(-3, 5))
+    system.rate(x, (x - 1) ** 2 + sp.Float("1e-12"))
+    landscape, found = flow_of(system)
+    assert found.counts[0] == 0
+    assert "there is none within the bounds" in equilibria.refusal(landscape, found, [])
+
+
+def test_a_family_gives_the_member_nearest_to_its_name_and_its_dimension():
+    """Spins about the middle axis at any rate; without a name the family is said with its direction."""
+    _, found = flow_of(spinning(energy=energy))
+    assert found.places[0, 0].tolist() == [0.0, 1.0, 0.0]
+    assert found.dimension[0, 0] == 1
+    assert found.certified[0] == FAMILY
+    system = System("Rest of a slider")
+    x, v = (system.state(name, "1", bounds=(-1, 2)) for name in "xv")
+    system.rate(x, v)
+    system.rate(v, -v)
+    landscape, found = flow_of(system)
+    assert found.flat.tolist() == [True]
+    assert "along x; allowed: a name" in equilibria.refusal(landscape, found, [])

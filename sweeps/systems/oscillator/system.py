@@ -35,10 +35,11 @@ class Oscillator(Described):
     point_seconds = 4e-5  # 1e-5 to 1e-4, by how hard its equilibria are to enclose
     start_seconds = 3.5  # its equations are derived
     look = LOOK
-    kernels = ("oscillations", "enclosures")
+    kernels = ("oscillations", "enclosures", "roots")
     compiled = (
         Kernel("oscillations", seconds=3.0),
         Kernel("enclosures", seconds=0.0),  # compiled before anything of a definition can be told
+        Kernel("roots", seconds=0.0),
         TAPES,
     )
     library = MECHANICS / "library"
@@ -102,17 +103,6 @@ class Oscillator(Described):
         self._compiled()
         settings = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
         return self.mechanism.survey(self.slots(points), *settings, integration.direction, integration.degenerate)
-
-    def refuse(self, values: list[np.ndarray]) -> str:
-        """Return why no equilibrium is usable: none within bounds, a line of them, or too many."""
-        from sweeps.mechanics.equilibria import refuse_crowded
-
-        found = self.mechanism.equilibria(values)
-        if found.crowded.all():  # some of many are their status
-            refuse_crowded(self.mechanism.landscape, found, values)
-        if found.flat.all():
-            return "V is flat along a line of them; allowed: a coordinate to hold (hold=…)"
-        return "" if found.counts.any() else self.nowhere(values)
 
     def method(self, definition: Definition) -> str:
         """Return the method of computation."""

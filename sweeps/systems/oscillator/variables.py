@@ -8,10 +8,10 @@ from sweeps.schema.layout import Layout
 from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.values import Epsilon, Phase, whole
 from sweeps.schema.variables import Role, Variable, table
+from sweeps.systems.certified import CERTIFIED
 from sweeps.systems.rates import variables as rates
 
 REGIMES = ("undetermined", "stable", "unstable", "marginal")
-CERTIFIED = ("proved", "undecided", "searched")  # the numbers of sweeps.mechanics.equilibria
 BRANCHES = ("decided", "undecided")
 
 VARIABLES = rates.columns(
@@ -47,15 +47,7 @@ VARIABLES = rates.columns(
     Variable("window_end", "s", "time of the last sample inside the measurement window"),
     Variable("steps_per_sample", "1", "integration steps between two samples", "i4"),
     Variable("status", None, "whether the measurement can be trusted", "i1", STATUSES, role=Role.STATUS),
-    Variable(
-        "equilibria_certified",
-        None,
-        "whether all equilibria of the point are found",
-        "i1",
-        CERTIFIED,
-        comment="proved: by interval arithmetic; undecided: rounding hides whether one is single, several or none; "
-        "searched: the subdivision did not end",
-    ),
+    CERTIFIED,
     Variable(
         "energy_drift",
         "1",

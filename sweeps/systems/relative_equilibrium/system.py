@@ -34,8 +34,10 @@ class RelativeEquilibrium(Described):
     samples_per_second = 2_000_000  # all that is worked out of a point included
     picture_seconds = 2.5
     look = LOOK
-    kernels = ("flows",)
+    kernels = ("flows", "enclosures", "roots")
     compiled = (
+        Kernel("enclosures", seconds=0.0),  # compiled while the definition is checked
+        Kernel("roots", seconds=0.0),
         Kernel("spectrum", seconds=25.0),
         Kernel("jacobians", seconds=10.0),
         Kernel("flows", seconds=10.0, links=True),
@@ -103,11 +105,6 @@ class RelativeEquilibrium(Described):
         """Return the number of runs of each equilibrium, which all its eigenvalues share."""
         runs = integration.runs or self.mechanism.runs
         return next(iter(points.values())).size * runs // self.mechanism.n
-
-    def refuse(self, values: list[np.ndarray]) -> str:
-        """Return why there is no equilibrium within the bounds."""
-        found = self.mechanism.equilibria(values)
-        return self.nowhere(values) if np.isnan(found).any(axis=-1).all() else ""
 
     def reference(self) -> Reference:
         """Return what `verify` measures again, with LAPACK and with SciPy."""

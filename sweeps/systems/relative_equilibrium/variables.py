@@ -8,6 +8,7 @@ from sweeps.schema.layout import Layout
 from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.values import Epsilon, whole
 from sweeps.schema.variables import Role, Variable, table
+from sweeps.systems.certified import CERTIFIED
 
 REGIMES = ("undetermined", "asymptotically_stable", "stable", "unstable", "flutter", "marginal")
 
@@ -83,6 +84,7 @@ VARIABLES = table(
     Variable("window_end", "s", "time of the last sample inside the measurement window"),
     Variable("steps_per_sample", "1", "integration steps between two samples", "i4"),
     Variable("status", None, "whether the measurement can be trusted", "i1", STATUSES, role=Role.STATUS),
+    CERTIFIED,
 )
 
 INVARIANTS = table(  # of four eigenvalues

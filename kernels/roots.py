@@ -1,0 +1,459 @@
+r"""All zeros of n functions of n variables in a box, each proved, and what could not be decided.
+
+A box is dropped where a function, or its mean value form :math:`F_i(m) + J_i(X)(X - m)`, cannot be zero. In units of
+the box's half-widths, with Y near the inverse of the middle of J(X), Krawczyk's operator
+
+.. math:: K(X) = m - Y F(m) + (I - Y J(X))(X - m)
+
+holds every zero of X: where it lies inside X there is exactly one, where it misses X there is none, and else X is cut
+to it or in two. Each row of the mean value form, solved for each variable that it rises or falls with, cuts X too
+(Hansen and Sengupta). Rows and columns are scaled by the box itself, so that no unit counts.
+
+X is a little larger than the box that it stands for, so that a zero on a cut is inside one of both. Where K lies inside
+X, :math:`x - Y F(x)` is a contraction: it (or Newton's method, where that is better) leads to the zero, and Krawczyk's
+operator shows once more how near it is. What cannot be decided is handed back with the reason (kinds of boxes below).
+
+Source: Moore, Kearfott and Cloud, Introduction to Interval Analysis, chapter 8; Neumaier, Interval Methods for Systems
+of Equations, chapter 5.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from kernels.enclosures import OUTSIDE, POLE, UNIT
+from kernels.jit import float64, int64, njit, types
+
+OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True}
+ENCLOSE = types.FunctionType(
+    int64(
+        int64[:, ::1], int64[::1], float64[:, ::1], float64[::1], float64[::1], int64, float64[:, ::1],
+        float64[:, :, ::1],
+    )
+)  # fmt: skip
+
+ZERO = 0  # a box that holds exactly one zero
+LOST = 1  # F changes by less than the rounding of F itself
+NARROW = 2  # as narrow as a box may be
+BROKEN = 3  # as narrow, and F is not defined, or unbounded, in a part of it
+OVERFLOW = 4  # F is beyond all numbers, or underflows
+LEFT = 5  # the number of boxes was used up
+
+INFLATED = 0.05  # of a box, on each side
+CUT = 0.4871  # of a box: zeros at round places are seldom cut through
+SHRUNK = 0.6  # of a box's volume: less is looked at again before it is cut in two
+ROUNDINGS = 8.0
+FAINT = 1e-280
+SLACK = 1.0 + 1e-14
+MOST_LEFT = 400  # boxes of a point that cannot be decided
+DEPTH = 64  # halvings of a variable
+STEPS, WIDENED = 100, 16  # towards a zero; and of the box about it
+
+
+A, B, X, Y, MIDDLE, HALF, SIZE = range(7)  # rows of a box's ends
+
+
+class Box(NamedTuple):
+    """A box with what is known of F in it.
+
+    Attributes:
+        ends: shape (7, n). A and B, ends of the box that is decided; X and Y, of the box X that the operator is applied
+            to, its MIDDLE and HALF widths; SIZE, the largest element of each row of J(X) in units of the half-widths.
+        values: enclosures of F and J in X, shape (n, 1 + n, 2).
+        at: those at one place.
+        linear: F at the middle and J(X) in these units, each row over its size, shape (n, 1 + n, 2).
+        u: what is left of X, in half-widths from the middle, shape (n, 2).
+        inverse: the inverse of the middle of J(X), scratch, and that inverse in plain units, shape (3, n, n).
+        rows: scratch of the tape.
+    """
+
+    ends: np.ndarray
+    values: np.ndarray
+    at: np.ndarray
+    linear: np.ndarray
+    u: np.ndarray
+    inverse: np.ndarray
+    rows: np.ndarray
+
+
+class Formulas(NamedTuple):
+    """The functions: tape, its outputs, and the constants of the point."""
+
+    tape: np.ndarray
+    outputs: np.ndarray
+    constants: np.ndarray
+
+
+@njit(**OPTIONS)
+def _invert(M, Y):
+    """Write the inverse of M, which is overwritten, into Y; return False where there is none."""
+    n = len(M)
+    for i in range(n):
+        for j in range(n):
+            Y[i, j] = 1.0 if i == j else 0.0
+    for k in range(n):
+        best = k
+        for i in range(k + 1, n):
+            if abs(M[i, k]) > abs(M[best, k]):
+                best = i
+        pivot = M[best, k]
+        if not 1e-300 < abs(pivot) < math.inf:
+            return False
+        for j in range(n):
+            M[k, j], M[best, j] = M[best, j] / pivot, M[k, j]
+            Y[k, j], Y[best, j] = Y[best, j] / pivot, Y[k, j]
+            if best == k:
+                M[k, j], Y[k, j] = M[k, j] / pivot, Y[k, j] / pivot
+        for i in range(n):
+            factor = M[i, k]
+            if i != k and factor != 0.0:
+                for j in range(n):
+                    M[i, j] -= factor * M[k, j]
+                    Y[i, j] -= factor * Y[k, j]
+    return True
+
+
+@njit(**OPTIONS)
+def _product(a, b, c, d):
+    """Ends of [a, b] [c, d], but for a rounding."""
+    p, q, r, s = a * c, a * d, b * c, b * d
+    return min(min(p, q), min(r, s)), max(max(p, q), max(r, s))
+
+
+@njit(**OPTIONS)
+def _enclosed(enclose, F, box):
+    """Enclose F and J in X, and F at its middle, in the box's units; return the state, -1 where one is infinite."""
+    n = len(box.u)
+    state = enclose(F.tape, F.outputs, F.constants, box.ends[X], box.ends[Y], n, box.rows, box.values)
+    for j in range(n):
+        box.ends[MIDDLE, j] = 0.5 * (box.ends[X, j] + box.ends[Y, j])
+        box.ends[HALF, j] = SLACK * max(box.ends[Y, j] - box.ends[MIDDLE, j], box.ends[MIDDLE, j] - box.ends[X, j])
+        box.u[j, 0], box.u[j, 1] = -1.0, 1.0
+    if state >= POLE:
+        return state
+    enclose(F.tape, F.outputs, F.constants, box.ends[MIDDLE], box.ends[MIDDLE], 0, box.rows, box.at)
+    for i in range(n):
+        size, slopes = 0.0, box.values[i, 1:]
+        for j in range(n):
+            size = max(size, max(abs(slopes[j, 0]), abs(slopes[j, 1])) * box.ends[HALF, j])
+        size = size if size > 0.0 else 1.0
+        box.ends[SIZE, i] = size
+        box.linear[i, 0, 0], box.linear[i, 0, 1] = box.at[i, 0, 0] / size, box.at[i, 0, 1] / size
+        if not (size < math.inf and box.linear[i, 0, 1] - box.linear[i, 0, 0] < math.inf):
+            return -1
+        for j in range(n):
+            c, d = slopes[j, 0] * box.ends[HALF, j] / size, slopes[j, 1] * box.ends[HALF, j] / size
+            box.linear[i, 1 + j, 0], box.linear[i, 1 + j, 1] = c - abs(c) * 2.0 * UNIT, d + abs(d) * 2.0 * UNIT
+    return state
+
+
+@njit(**OPTIONS)
+def _cut_by_rows(box):
+    """Cut u by each row of f + A u = 0, solved for each variable; return False where nothing is left."""
+    L, u, n = box.linear, box.u, len(box.u)
+    for i in range(n):
+        low, high = box.linear[i, 0, 0], box.linear[i, 0, 1]
+        slack = 4.0 * (n + 1) * UNIT * (max(abs(low), abs(high)) + n)  # rows are of size 1
+        for k in range(n):
+            p, q = _product(L[i, 1 + k, 0], L[i, 1 + k, 1], u[k, 0], u[k, 1])
+            low, high = low + p, high + q
+        if low > slack or high < -slack:
+            return False
+        for j in range(n):
+            c, d = L[i, 1 + j, 0], L[i, 1 + j, 1]
+            if c > 0.0 or d < 0.0:
+                p, q = _product(c, d, u[j, 0], u[j, 1])
+                a, b = low - p - slack, high - q + slack
+                p, q = min(min(-a / c, -a / d), min(-b / c, -b / d)), max(max(-a / c, -a / d), max(-b / c, -b / d))
+                u[j, 0], u[j, 1] = max(u[j, 0], p - abs(p) * 2.0 * UNIT), min(u[j, 1], q + abs(q) * 2.0 * UNIT)
+                if u[j, 0] > u[j, 1]:
+                    return False
+    return True
+
+
+@njit(**OPTIONS)
+def _cut_by_operator(box):
+    """Cut u to K; return 1 where K lies inside X, -1 where nothing is left, 0 else."""
+    L, Y, n = box.linear, box.inverse[0], len(box.u)
+    for i in range(n):
+        for j in range(n):
+            box.inverse[1, i, j] = 0.5 * (L[i, 1 + j, 0] + L[i, 1 + j, 1])
+    if not _invert(box.inverse[1], Y):
+        return 0
+    inside, few = True, (n + 8) * UNIT
+    for i in range(n):
+        center, radius = 0.0, 0.0
+        for k in range(n):
+            middle = 0.5 * (L[k, 0, 0] + L[k, 0, 1])
+            center -= Y[i, k] * middle
+            radius += abs(Y[i, k]) * (0.5 * (L[k, 0, 1] - L[k, 0, 0]) + few * abs(middle))
+        for j in range(n):
+            middle, spread, total = 1.0 if i == j else 0.0, 0.0, 1.0
+            for k in range(n):
+                x = Y[i, k] * 0.5 * (L[k, 1 + j, 0] + L[k, 1 + j, 1])
+                middle -= x
+                spread += abs(Y[i, k]) * 0.5 * (L[k, 1 + j, 1] - L[k, 1 + j, 0])
+                total += abs(x)
+            radius += abs(middle) + spread + few * total
+        low, high = center - SLACK * radius, center + SLACK * radius
+        if not high - low < math.inf:
+            return 0
+        inside &= low > -1.0 and high < 1.0
+        box.u[i, 0], box.u[i, 1] = max(box.u[i, 0], low), min(box.u[i, 1], high)
+        if box.u[i, 0] > box.u[i, 1]:
+            return -1
+    return 1 if inside else 0
+
+
+@njit(**OPTIONS)
+def _is_lost(box):
+    """Whether each row of F changes in X by less than some roundings of F at its middle."""
+    for i in range(len(box.u)):
+        total = 0.0
+        for j in range(len(box.u)):
+            total += max(abs(box.linear[i, 1 + j, 0]), abs(box.linear[i, 1 + j, 1]))
+        if not total <= ROUNDINGS * 0.5 * (box.linear[i, 0, 1] - box.linear[i, 0, 0]):
+            return False
+    return True
+
+
+@njit(**OPTIONS)
+def _range(values):
+    """Return -1 where a row of F has no zero, 1 where one underflows, 2 where one is infinite, 0 else."""
+    kind = 0
+    for i in range(len(values)):
+        low, high = values[i, 0, 0], values[i, 0, 1]
+        if low > 0.0 or high < 0.0:
+            return -1
+        kind = max(kind, 2 if not high - low < math.inf else 1 if low < high and max(-low, high) < FAINT else 0)
+    return kind
+
+
+@njit(**OPTIONS)
+def _residual(enclose, F, box, place, step):
+    """Write P F(place) over h into step, with J there into ``at``; return its largest element."""
+    n, most = box.ends[HALF].size, 0.0
+    enclose(F.tape, F.outputs, F.constants, place, place, n, box.rows, box.at)
+    for i in range(n):
+        step[i] = 0.0
+        for k in range(n):
+            step[i] += box.inverse[2, i, k] * 0.5 * (box.at[k, 0, 0] + box.at[k, 0, 1]) / box.ends[HALF, i]
+        most = max(most, abs(step[i]))
+    return most
+
+
+@njit(**OPTIONS)
+def _refine(enclose, F, box):
+    """Narrow X, which holds one zero, to a box about it as small as numbers allow; False where that fails."""
+    n = len(box.u)
+    place, step, other = box.ends[MIDDLE].copy(), np.empty(n), np.empty(n)
+    low, high, h = box.ends[X].copy(), box.ends[Y].copy(), box.ends[HALF].copy()
+    for i in range(n):
+        for k in range(n):
+            box.inverse[2, i, k] = box.ends[HALF, i] * box.inverse[0, i, k] / box.ends[SIZE, k]
+    size, best = _residual(enclose, F, box, place, step), math.inf
+    for _ in range(STEPS):
+        if not size < best:
+            break
+        best = size
+        for i in range(n):
+            for j in range(n):
+                box.inverse[1, i, j] = 0.0
+                for k in range(n):
+                    slope = 0.5 * (box.at[k, 1 + j, 0] + box.at[k, 1 + j, 1])
+                    box.inverse[1, i, j] += box.inverse[2, i, k] * slope * h[j] / h[i]
+        inside = _invert(box.inverse[1], box.inverse[0])
+        for i in range(n):
+            other[i] = place[i]
+            for k in range(n):
+                other[i] -= h[i] * box.inverse[0, i, k] * step[k]
+            inside &= low[i] <= other[i] <= high[i]
+            place[i] -= h[i] * step[i]
+        size = _residual(enclose, F, box, place, step)
+        if inside:
+            newton = _residual(enclose, F, box, other, step)
+            if newton < size:
+                place[:], size = other, newton
+            else:
+                size = _residual(enclose, F, box, place, step)
+    _residual(enclose, F, box, place, step)
+    for i in range(n):
+        step[i] = max(UNIT * abs(place[i]), UNIT * UNIT * (high[i] - low[i]))
+        for k in range(n):
+            step[i] += abs(box.inverse[2, i, k]) * (box.at[k, 0, 1] - box.at[k, 0, 0])  # what rounding hides
+    for _ in range(WIDENED):
+        for j in range(n):
+            step[j] *= 4.0
+            box.ends[X, j], box.ends[Y, j] = place[j] - step[j], place[j] + step[j]
+        if _enclosed(enclose, F, box) >= 0 and _cut_by_operator(box) == 1:
+            return True
+    box.ends[X][:], box.ends[Y][:] = low, high
+    return False
+
+
+@njit(**OPTIONS)
+def _verdict(enclose, F, box, narrow):
+    """Return the kind of a box, -1 where it holds no zero, -2 where it is to be cut; u holds what is left of X then."""
+    state = _enclosed(enclose, F, box)
+    size = _range(box.values)
+    if state == OUTSIDE or size < 0:
+        return -1
+    if size == 1:
+        return OVERFLOW
+    if state == POLE:
+        return BROKEN if narrow else -2
+    if state == -1:
+        if _range(box.at) == 2:
+            infinite = True
+            for end in (box.ends[A], box.ends[B]):
+                enclose(F.tape, F.outputs, F.constants, end, end, 0, box.rows, box.at)
+                infinite &= _range(box.at) == 2
+            if infinite:
+                return OVERFLOW
+        return NARROW if narrow else -2
+    if not _cut_by_rows(box):
+        return -1
+    inside = _cut_by_operator(box)
+    if inside != 0:
+        return -1 if inside < 0 else ZERO
+    return LOST if _is_lost(box) else NARROW if narrow else -2
+
+
+@njit(**OPTIONS)
+def _shrink(box, floor):
+    """Cut the box to what is left of X; return what is left of its volume, -1 for nothing."""
+    volume = 1.0
+    for j in range(len(box.u)):
+        a, b, blur = box.ends[A, j], box.ends[B, j], 2.0 * UNIT * (abs(box.ends[MIDDLE, j]) + box.ends[HALF, j])
+        low = max(a, box.ends[MIDDLE, j] + box.ends[HALF, j] * box.u[j, 0] - blur) if box.u[j, 0] > -1.0 else a
+        high = min(b, box.ends[MIDDLE, j] + box.ends[HALF, j] * box.u[j, 1] + blur) if box.u[j, 1] < 1.0 else b
+        if low > high:  # what is left lies beside the box that this one stands for
+            return -1.0
+        more = max(0.0, 0.5 * (floor[j] - (high - low)))
+        box.ends[A, j], box.ends[B, j] = max(a, low - more), min(b, high + more)
+        volume *= (box.ends[B, j] - box.ends[A, j]) / (b - a) if b > a else 1.0
+    return volume
+
+
+@njit(**OPTIONS)
+def _axis(box, bounds, floor):
+    """The variable that F changes most with in the box."""
+    axis, best, n = 0, -1.0, len(box.u)
+    for j in range(n):
+        width, share = box.ends[B, j] - box.ends[A, j], 0.0
+        for i in range(n):
+            slope = max(abs(box.values[i, 1 + j, 0]), abs(box.values[i, 1 + j, 1]))
+            slope *= box.ends[HALF, j] / box.ends[SIZE, i]
+            share = max(share, slope if slope < math.inf else 1.0)
+        share = (share + 1e-3) * (width / (box.ends[Y, j] - box.ends[X, j]) if box.ends[Y, j] > box.ends[X, j] else 0.0)
+        share += 1e-3 * width / (bounds[j, 1] - bounds[j, 0])
+        if width > 2.0 * floor[j] and share > best:
+            best, axis = share, j
+    return axis
+
+
+@njit(
+    int64(ENCLOSE, int64[:, ::1], int64[::1], float64[:, :, ::1], float64[:, :, ::1], float64, int64,
+          int64[:, ::1], float64[:, :, :, ::1], int64[::1]), **OPTIONS
+)  # fmt: skip
+def search(enclose, tape, outputs, constants, bounds, narrowest, most, records, boxes, progress):
+    """Find all zeros of points, one after the other, until the records are full.
+
+    Parameters
+    ----------
+    enclose : function
+        :func:`kernels.enclosures.enclose`.
+    tape, outputs, constants
+        As of :func:`kernels.enclosures.slopes`; as many functions as variables.
+    bounds : numpy.ndarray, shape (points, n, 2)
+        Where zeros are looked for.
+    narrowest : float
+        Width of the narrowest boxes, over that of the bounds.
+    most : int
+        Number of boxes that a point may take.
+    records : int64 array, shape (records, 2)
+        Written: the point of each record, and ZERO, LOST, NARROW, BROKEN, OVERFLOW or LEFT.
+    boxes : numpy.ndarray, shape (records, 2, n, 2)
+        Written: the box in which a zero is alone, and a box about the zero as small as numbers allow; else a box twice.
+    progress : int64 array, shape (2,)
+        In: the first point. Out: the first point that is not finished, and the number of boxes of all that are.
+
+    Returns
+    -------
+    int
+        Number of records.
+    """
+    n, count = outputs.size, 0
+    stack, floor, near = np.empty((DEPTH * n + 1, n, 2)), np.empty(n), np.empty((2, n))
+    values, at, linear = np.empty((n, 1 + n, 2)), np.empty((n, 1 + n, 2)), np.empty((n, 1 + n, 2))
+    rows, inverse = np.empty((len(tape), 2 + 2 * n)), np.empty((3, n, n))
+    box = Box(np.empty((7, n)), values, at, linear, np.empty((n, 2)), inverse, rows)
+    for point in range(progress[0], len(bounds)):
+        F, within = Formulas(tape, outputs, constants[point]), bounds[point]
+        begin, used, undecided, top = count, 0, 0, 1
+        stack[0] = within
+        while top > 0:
+            top, used, narrow = top - 1, used + 1, True
+            for j in range(n):
+                a, b = stack[top, j, 0], stack[top, j, 1]
+                box.ends[A, j], box.ends[B, j] = a, b
+                floor[j] = max(narrowest * (within[j, 1] - within[j, 0]), 4.0 * UNIT * max(abs(a), abs(b)))
+                box.ends[X, j] = max(a - INFLATED * (b - a), within[j, 0])
+                box.ends[Y, j] = min(b + INFLATED * (b - a), within[j, 1])
+                narrow &= b - a <= 2.0 * floor[j]
+            known = False
+            for r in range(begin, count):
+                inside = records[r, 1] == ZERO
+                for j in range(n):
+                    inside &= box.ends[A, j] >= boxes[r, 0, j, 0] and box.ends[B, j] <= boxes[r, 0, j, 1]
+                known |= inside
+            if known:
+                continue
+            if used > most or undecided > MOST_LEFT or top + 2 > len(stack):
+                kind = LEFT
+            else:
+                kind = _verdict(enclose, F, box, narrow)
+            if kind == -1:
+                continue
+            if kind == ZERO:
+                near[0], near[1] = box.ends[X], box.ends[Y]
+                if not _refine(enclose, F, box):  # the zero is far from the middle: a smaller box will do
+                    kind = NARROW if narrow else -2
+                    _enclosed(enclose, F, box)
+            if kind == -2:
+                volume = _shrink(box, floor)
+                if volume < 0.0:
+                    continue
+                if volume > SHRUNK:
+                    axis = _axis(box, within, floor)
+                    place, end = box.ends[A][axis] + CUT * (box.ends[B][axis] - box.ends[A][axis]), box.ends[B][axis]
+                    for low, high in ((place, end), (box.ends[A][axis], place)):
+                        box.ends[A][axis], box.ends[B][axis] = low, high
+                        stack[top, :, 0], stack[top, :, 1] = box.ends[A], box.ends[B]
+                        top += 1
+                else:
+                    stack[top, :, 0], stack[top, :, 1] = box.ends[A], box.ends[B]
+                    top += 1
+                continue
+            if count == len(records):
+                progress[0] = point
+                return begin
+            undecided += kind != ZERO and kind != LEFT
+            if kind == ZERO:
+                boxes[count, 0, :, 0], boxes[count, 0, :, 1] = near[0], near[1]
+                boxes[count, 1, :, 0], boxes[count, 1, :, 1] = box.ends[X], box.ends[Y]
+                for r in range(begin, count):
+                    same = records[r, 1] == ZERO
+                    for j in range(n):
+                        same &= box.ends[X, j] <= boxes[r, 1, j, 1] and box.ends[Y, j] >= boxes[r, 1, j, 0]
+                    known |= same
+            else:
+                for k in range(2):
+                    boxes[count, k, :, 0], boxes[count, k, :, 1] = box.ends[A], box.ends[B]
+            if not known:
+                records[count, 0], records[count, 1] = point, kind
+                count += 1
+        progress[1] += used
+    progress[0] = len(bounds)
+    return count

@@ -1,0 +1,144 @@
+"""What vanishes at a system's equilibria, F(x) = 0 with parameters, and where to look for it."""
+
+from functools import cached_property
+
+import numpy as np
+import sympy as sp
+
+from sweeps.mechanics.description import DescriptionError
+from sweeps.mechanics.graph import lambdified
+from sweeps.mechanics.tape import Tape
+
+MOST_FACTORED = 60  # operations
+
+
+class Problem:
+    """F(x) = 0 of a system: ∂V/∂q, forces at rest or rates, as functions of the coordinates or states x.
+
+    Args:
+        system: the description.
+        places: the coordinates or states.
+        F: what vanishes at an equilibrium, as many expressions.
+        parameters: symbols of the parameters.
+
+    Attributes:
+        free: numbers of the unknowns: of the coordinates that are not held.
+        periodic: which of the coordinates close on themselves.
+        takes_members: whether the member nearest to a name is taken where equilibria form a family.
+    """
+
+    takes_members = False
+
+    def __init__(self, system, places, F, parameters):
+        self.system, self.places, self.F, self.parameters = system, places, tuple(F), tuple(parameters)
+        self.symbols = tuple(place.symbol for place in places)
+        self.m = len(places)
+        self.last: tuple = (None, None)  # the points that were searched last, and what was found
+        held = [getattr(place, "hold", None) for place in places]
+        self.held = [0 if hold is None else hold for hold in held]
+        self.free = [i for i, hold in enumerate(held) if hold is None]
+        self.periodic = np.array([getattr(place, "periodic", False) for place in places])
+        self._bounds = lambdified(self.parameters, [bound for place in places for bound in place.bounds])
+        self._holds = lambdified(self.parameters, self.held)
+        labels, unknowns = system.labels.values(), list(zip(self.symbols, places, strict=True))
+        names = [label.get(x, self._unnamed(place)) for label in labels for x, place in unknowns]
+        self._labels = lambdified(self.parameters, [sp.sympify(name) for name in names])
+        if system.follow and system.labels:
+            raise DescriptionError("follow: is for equilibria without names; allowed: such a system, or none of it")
+
+    def _unnamed(self, place):
+        """Where a name that does not speak of a coordinate or state puts it: anywhere, NaN."""
+        return sp.nan
+
+    @cached_property
+    def whole(self) -> Tape:
+        """F by all coordinates or states."""
+        return Tape([sp.factor_terms(e) for e in self.F], self.symbols, self.parameters)
+
+    @cached_property
+    def tape(self) -> Tape:
+        """F of the free coordinates, of which the held ones are parameters."""
+        if len(self.free) == self.m:
+            return self.whole
+        held = [x for i, x in enumerate(self.symbols) if i not in self.free]
+        forces = [sp.factor_terms(self.F[i]) for i in self.free]
+        return Tape(forces, [self.symbols[i] for i in self.free], (*self.parameters, *held))
+
+    @cached_property
+    def followed(self) -> Tape:
+        """F of the free coordinates, as functions of these and of the parameters, which the held ones go with."""
+        held = {x: hold for i, (x, hold) in enumerate(zip(self.symbols, self.held, strict=True)) if i not in self.free}
+        forces = [sp.factor_terms(self.F[i].subs(held)) for i in self.free]
+        return Tape(forces, [*(self.symbols[i] for i in self.free), *self.parameters], ())
+
+    def constants(self, parameters):
+        """The constants of `tape`, for one array (points,) a parameter."""
+        held = [h for i, h in enumerate(self.holds(parameters).T) if i not in self.free]
+        constants = self.tape.constants([*parameters, *held])
+        return np.array(np.broadcast_to(constants, (parameters[0].size, *constants.shape[1:])))
+
+    def enclosed(self, parameters, low, high):
+        """Enclosures of F and its slopes in boxes (points, m): shape (points, m, 1 + m, 2), and states (points,)."""
+        constants = self.whole.constants(parameters)
+        return self.whole.slopes(constants, np.arange(low.shape[0]), low, high)
+
+    @cached_property
+    def canonical(self) -> tuple[float | None, ...]:
+        """For each parameter that no equilibrium depends on its default, for each other None.
+
+        A factor of F_i that is free of x and never 0 (the mass and the length of a pendulum) moves no root.
+        """
+        told = set()
+        for e in self.F:
+            factor, rest = _factored(e).as_independent(*self.symbols, as_Add=False)
+            told |= rest.free_symbols | (set() if factor.is_nonzero else factor.free_symbols)
+        for place, hold in zip(self.places, self.held, strict=True):
+            told |= set().union(*(sp.sympify(e).free_symbols for e in (*place.bounds, hold)))
+        for place in self.system.labels.values():
+            told |= set().union(*(e.free_symbols for e in place.values()))
+        return tuple(None if p.symbol in told else p.default for p in self.system.parameters.values()) or (0.0,)
+
+    def bounds(self, parameters):
+        """(low, high) of each coordinate or state, shape (points, m, 2)."""
+        return self._spread(self._bounds, parameters).reshape(-1, self.m, 2)
+
+    def holds(self, parameters):
+        """Values of the coordinates that are held, shape (points, m)."""
+        return self._spread(self._holds, parameters)
+
+    def labels(self, parameters):
+        """Places that the description names, shape (points, labels, m); NaN where there is none."""
+        count = len(self.system.labels)
+        if not count:
+            return np.empty((parameters[0].size, 0, self.m))
+        return self._spread(self._labels, parameters).reshape(-1, count, self.m)
+
+    def _spread(self, function, parameters):
+        values = function(*parameters[: len(self.parameters)])
+        return np.stack([np.broadcast_to(value, parameters[0].size) for value in values], axis=-1)
+
+
+def magnitude(e: sp.Expr) -> sp.Expr:
+    """What the terms of an expression amount to: sums of absolute values, products of sums, nothing expanded.
+
+    It stays put where terms cancel, and bounds the expression.
+    """
+    known: dict = {}
+
+    def of(e):
+        if e not in known:
+            if e.is_Add:
+                known[e] = sp.Add(*map(of, e.args))
+            elif e.is_Mul:
+                known[e] = sp.Mul(*map(of, e.args))
+            elif e.is_Pow and e.exp.is_Integer and e.exp.is_positive:
+                known[e] = of(e.base) ** e.exp
+            else:
+                known[e] = sp.Abs(e)
+        return known[e]
+
+    return of(e)
+
+
+def _factored(e):
+    return sp.factor(e) if e.count_ops() < MOST_FACTORED else sp.factor_terms(e)

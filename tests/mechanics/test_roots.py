@@ -1,0 +1,291 @@
+"""All zeros of F(x) = 0 in a box, against closed forms, SciPy, NumPy's roots and mpmath."""
+
+from fractions import Fraction
+
+import mpmath
+import numpy as np
+import pytest
+import sympy as sp
+from potentials import FAINT, KNOWN, MULTIPLE, x
+from scipy.optimize import fsolve
+
+from kernels import enclosures
+from sweeps.mechanics import System, equilibria
+from sweeps.mechanics.equilibria import FAMILY, PROVED, ROUNDING, TOO_LARGE
+from sweeps.mechanics.problem import Problem
+from sweeps.mechanics.tape import FUNCTIONS, Tape
+
+q = x, y, z, w = (x, *sp.symbols("y z w", real=True))
+
+
+def search(F, bounds, most=200, order=None):
+    """What is found of F(q) = 0 within bounds; `order` permutes the unknowns."""
+    system, n = System("F", most=most), len(bounds)
+    order = range(n) if order is None else order
+    names = [system.state(str(q[i]), bounds=bounds[i]) for i in order]
+    F = [sp.sympify(F[i]).subs({q[k]: name for k, name in zip(order, names, strict=True)}) for i in order]
+    found = equilibria.find(Problem(system, tuple(system.states.values()), F, ()), [])
+    assert not found.crowded.any()
+    return found
+
+
+def places(found):
+    """The places that are found, shape (count, n)."""
+    return found.places[0, : found.counts[0]]
+
+
+def slope(V, n=1):
+    return [V.diff(s) for s in q[:n]]
+
+
+def test_there_are_sixty():
+    assert len(KNOWN) + len(MULTIPLE) >= 60
+
+
+@pytest.mark.parametrize("name", KNOWN)
+def test_all_equilibria_of_a_known_potential_are_found_and_proved(name):
+    V, bounds, expected = KNOWN[name]
+    found = search(slope(V), [bounds], most=400)
+    # the closed forms' own rounding, over their distance from 0
+    assert places(found)[:, 0] == pytest.approx(np.sort(np.array(expected, dtype=float)), rel=1e-13, abs=1e-14)
+    assert found.certified[0] == PROVED
+
+
+@pytest.mark.parametrize("name", MULTIPLE)
+def test_multiple_zeros_are_found_and_undecided(name):
+    V, bounds, expected = MULTIPLE[name]
+    found = search(slope(V), [bounds])
+    # a double zero of terms of size 1 is known to the root of a rounding, a triple one to its cube root
+    assert places(found)[:, 0] == pytest.approx(np.sort(np.array(expected, dtype=float)), abs=1e-7)
+    assert found.certified[0] == ROUNDING
+    assert np.isfinite(found.undecided).all()
+
+
+@pytest.mark.parametrize("name", FAINT)
+def test_where_numbers_end_nothing_is_invented(name):
+    V, bounds, expected = FAINT[name]
+    found = search(slope(V), [bounds])
+    assert places(found)[:, 0] == pytest.approx(np.array(expected, dtype=float), rel=1e-13, abs=1e-14)
+    assert not found.flat.any()
+    assert found.certified[0] == ROUNDING
+
+
+def test_a_line_of_zeros_is_flat():
+    found = search([0 * x], [(-1, 2)])
+    assert found.flat.all()
+    assert found.certified[0] == FAMILY
+
+
+def test_a_search_that_is_cut_short_says_so(monkeypatch):
+    monkeypatch.setattr(equilibria, "WORK", 0)
+    monkeypatch.setattr(equilibria, "LEAST", 100)
+    found = search(slope(-sp.cos(200 * x)), [(-3, 3)], most=400)
+    assert found.certified[0] == TOO_LARGE
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("unit", [1e-12, 1.0, 1e15])
+def test_polynomials_have_their_roots_in_any_unit(unit, seed):
+    """Roots at random, some in close pairs; the polynomial is a product, so that they are known exactly."""
+    rng = np.random.default_rng(seed)
+    roots = rng.uniform(-1, 1, rng.integers(3, 9))
+    roots = np.sort(np.concatenate([roots, roots[:2] + 10.0 ** rng.uniform(-9, -3, 2)])) * unit
+    F = 1e-7 / unit**3 * sp.Mul(*[x - sp.Float(root, 17) for root in roots])
+    found = search([F], [(-1.5 * unit, 1.5 * unit)])
+    assert places(found)[:, 0] == pytest.approx(roots, rel=1e-14, abs=1e-15 * unit)
+    assert found.certified[0] == PROVED
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_trigonometric_polynomials_have_the_roots_of_their_companions(seed):
+    """Σ a_k cos kx + b_k sin kx is a polynomial in exp(ix): NumPy's roots on the unit circle are its zeros."""
+    rng = np.random.default_rng(seed)
+    degree = int(rng.integers(2, 7))
+    c = rng.normal(size=degree + 1) + 1j * rng.normal(size=degree + 1)
+    c[0] = c[0].real / 2
+    F = sum(float(c[k].real) * sp.cos(k * x) - float(c[k].imag) * sp.sin(k * x) for k in range(degree + 1))
+    series = np.concatenate([np.conj(c[:0:-1]), [2 * c[0].real], c[1:]]) / 2
+    series[degree] = c[0].real
+    circle = np.roots(series[::-1])
+    angles = np.sort(np.angle(circle[np.abs(np.abs(circle) - 1) < 1e-9]))
+    found = search([F], [(-sp.pi, sp.pi)])
+    assert places(found)[:, 0] == pytest.approx(angles, abs=1e-11)
+    assert found.certified[0] == PROVED
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_neither_order_nor_units_of_unknowns_change_what_is_found(seed):
+    """Coupled cubics in units from 1e-12 to 1e12, and their permutations."""
+    rng = np.random.default_rng(seed)
+    A, c = rng.normal(size=(3, 3)) * 0.3, rng.normal(size=3) * 0.2
+
+    def built(scales):
+        unknowns = [s / u for s, u in zip((x, y, z), scales, strict=True)]
+        rows = [u**3 - u + sum(float(a) * v for a, v in zip(row, unknowns, strict=True)) + float(b)
+                for u, row, b in zip(unknowns, A, c, strict=True)]  # fmt: skip
+        return rows, [(-1.7 * u, 1.8 * u) for u in scales]
+
+    plain = search(*built([1.0] * 3))
+    scales = 2.0 ** rng.integers(-40, 40, 3)
+    scaled = search(*built(scales.tolist()))
+    turned = search(*built([1.0] * 3), order=(2, 0, 1))
+    assert plain.certified[0] == scaled.certified[0] == turned.certified[0] == PROVED
+    assert places(scaled) / scales == pytest.approx(places(plain), abs=1e-13)
+    other = places(turned)[:, [1, 2, 0]]
+    assert other[np.lexsort(other.T[::-1])] == pytest.approx(places(plain), abs=1e-13)
+    for place in places(plain):
+        assert place**3 - place + A @ place + c == pytest.approx(np.zeros(3), abs=1e-13)
+
+
+@pytest.mark.parametrize(("lift", "count"), [(1e-12, 0), (0.0, 1), (-1e-12, 2)])
+def test_a_near_miss_is_none_and_a_near_pair_is_two(lift, count):
+    found = search([(x - 1) ** 2 + sp.Float(lift, 17)], [(-3, 5)])
+    assert found.counts[0] == count
+    assert (found.certified[0] == PROVED) == (lift != 0.0)
+    assert np.abs(places(found)[:, 0] - 1) == pytest.approx(np.full(count, np.sqrt(max(-lift, 0.0))), rel=1e-9)
+
+
+def test_a_near_miss_that_rounding_hides_is_undecided():
+    found = search([x**2 - 2 * x + 1 + sp.Float(1e-18, 17)], [(-3, 5)])
+    assert found.certified[0] == ROUNDING
+
+
+def mueller_brown():
+    """Müller and Brown, Theoretica Chimica Acta 53 (1979) 75: three minima and two saddles."""
+    A, a, b = (-200, -100, -170, 15), (-1, -1, -6.5, 0.7), (0, 0, 11, 0.6)
+    c, X, Y = (-10, -10, -6.5, 0.7), (1, 0, -0.5, -1), (0, 0.5, 1.5, 1)
+    parts = zip(A, a, b, c, X, Y, strict=True)
+    return sum(A * sp.exp(a * (x - X) ** 2 + b * (x - X) * (y - Y) + c * (y - Y) ** 2) for A, a, b, c, X, Y in parts)
+
+
+TURN = (-3.3, -3.3 + 2 * np.pi)  # one turn, off the round numbers
+SEVERAL = {
+    "torus 1 × 1": (sp.cos(x) + sp.cos(y), [TURN] * 2, 4),
+    "torus 3 × 5": (sp.cos(3 * x) + sp.cos(5 * y), [TURN] * 2, 60),
+    "torus 6 × 6": (sp.cos(6 * x) + sp.cos(6 * y), [TURN] * 2, 144),
+    "torus 6 × 6, coupled": (sp.cos(6 * x) + sp.cos(6 * y) + sp.cos(x - y) / 10, [TURN] * 2, 144),
+    "sixteen wells": (sum((s**2 - 1) ** 2 for s in q), [(-2, 2.1)] * 4, 81),
+    "sixteen wells, coupled": (sum((s**2 - 1) ** 2 for s in q) + x * y / 10 + z * w / 7, [(-2, 2.1)] * 4, 81),
+    "Müller-Brown": (mueller_brown(), [(-1.5, 1.2), (-0.5, 2)], 5),
+    "Hénon-Heiles": ((x**2 + y**2) / 2 + x**2 * y - y**3 / 3, [(-1.5, 1.6)] * 2, 4),
+    "coupled quartics": ((x**4 + y**4) / 4 - (x**2 + y**2) / 2 + x * y / 10, [(-3, 3)] * 2, 9),
+    "coupled quartics, single": ((x**4 + y**4) / 4 + (x**2 + y**2) / 2 + x * y / 10, [(-3, 3)] * 2, 1),
+    "Himmelblau": ((x**2 + y - 11) ** 2 + (x + y**2 - 7) ** 2, [(-6, 6)] * 2, 9),
+    "six-hump camel": ((4 - 2.1 * x**2 + x**4 / 3) * x**2 + x * y + (4 * y**2 - 4) * y**2, [(-3, 3), (-2, 2)], 15),
+    "magnetic pendulum": (  # over three magnets
+        (x**2 + y**2) / 10
+        - sum(
+            1 / sp.sqrt((x - sp.cos(a)) ** 2 + (y - sp.sin(a)) ** 2 + sp.Rational(1, 10))
+            for a in (0, 2 * sp.pi / 3, 4 * sp.pi / 3)
+        ),
+        [(-2, 2.1)] * 2,
+        7,
+    ),
+    "sine-Gordon chain": (
+        -sp.cos(x) - sp.cos(y) - sp.cos(z) + ((x - y) ** 2 + (y - z) ** 2) / 40,
+        [(-3.5, 3.6)] * 3,
+        17,
+    ),
+    "Duffing pair": ((x**2 - 1) ** 2 / 4 + (y**2 - 1) ** 2 / 4 + (x - y) ** 2, [(-2, 2.1)] * 2, 3),
+    "three rods": (-3 * sp.cos(x) - 2 * sp.cos(y) - sp.cos(z), [TURN] * 3, 8),
+}
+
+
+@pytest.mark.parametrize("name", SEVERAL)
+def test_all_equilibria_of_several_coordinates_are_found_and_proved(name, monkeypatch):
+    monkeypatch.setattr(equilibria, "WORK", 10**8)
+    V, bounds, count = SEVERAL[name]
+    found = search(slope(V, len(bounds)), bounds)
+    assert found.certified[0] == PROVED
+    assert found.counts[0] == count
+    gradient = sp.lambdify(q[: len(bounds)], slope(V, len(bounds)))
+    for place in places(found):
+        assert fsolve(lambda at: gradient(*at), place, xtol=1e-12) == pytest.approx(place, abs=1e-8)  # MINPACK's
+
+
+@pytest.mark.parametrize("power", [4, 8, 12])
+def test_a_stiff_direction_hides_no_soft_one(power):
+    """Rotated by 45°, so that no coordinate is soft."""
+    V = (x + y - 1) ** 2 / 2 + 10**power * (x - y - sp.Rational(1, 5)) ** 2 / 2
+    found = search(slope(V, 2), [(-1, 2)] * 2)
+    assert found.certified[0] == PROVED
+    # Y is good to the ratio times a rounding
+    assert places(found) == pytest.approx(np.array([[0.6, 0.4]]), abs=1e-15 * 10**power + 1e-14)
+
+
+def test_a_degenerate_place_is_undecided_and_no_more():
+    found = search(slope(x**4 + y**4 + (x - 1) ** 2 * y**2, 2), [(-1, 2)] * 2)
+    assert found.certified[0] == ROUNDING
+    assert np.abs(found.undecided).max() < 1e-5
+    assert np.abs(places(found)).max() < 1e-5
+
+
+ARGUMENTS = {sp.asin: (-0.9, 0.9), sp.acos: (-0.9, 0.9), sp.atanh: (-0.9, 0.9), sp.acosh: (1.1, 4), sp.log: (0.1, 4)}
+
+
+POWERS = [lambda u: u**5, lambda u: u**-3, lambda u: (u + 5) ** sp.Rational(17, 10)]
+
+
+@pytest.mark.parametrize("function", [*FUNCTIONS, *POWERS], ids=lambda f: f.__name__)
+def test_enclosures_hold_what_mpmath_gives_anywhere_in_the_box(function):
+    rng = np.random.default_rng(5)
+    tape = Tape([function(x)], [x], [])
+    low, high = ARGUMENTS.get(function, (-4, 4))
+    a = rng.uniform(low, high, 100)
+    b = np.minimum(a + rng.choice([0.0, 1e-12, 1e-3, 0.3], 100), high)
+    values, states = tape.slopes(tape.constants([]), np.zeros(100, dtype=np.int64), a[:, None], b[:, None])
+    exact = [sp.lambdify(x, f, "mpmath") for f in (function(x), function(x).diff(x))]
+    with mpmath.workdps(40):
+        for i in np.flatnonzero(states == enclosures.SOUND):
+            for place in (a[i], b[i], a[i] + 0.37 * (b[i] - a[i])):
+                for k, f in enumerate(exact):
+                    assert values[i, 0, k, 0] <= f(mpmath.mpf(place)) <= values[i, 0, k, 1]
+    thin = np.flatnonzero((a == b) & (states == enclosures.SOUND))
+    width = values[thin, 0, 0, 1] - values[thin, 0, 0, 0]
+    assert (width <= 40 * enclosures.UNIT * (np.abs(values[thin, 0, 0]).max(axis=1) + 1e-300)).all()
+
+
+def test_sums_and_products_hold_the_exact_ones():
+    rng = np.random.default_rng(6)
+    for a, b in rng.normal(size=(300, 2)) * 10.0 ** rng.uniform(-3, 3, (300, 2)):
+        exact = {enclosures._add: Fraction(a) + Fraction(b), enclosures._mul: Fraction(a) * Fraction(b)}
+        for operation, value in exact.items():
+            low, high = operation(a, a, b, b)
+            assert Fraction(low) <= value <= Fraction(high)
+
+
+@pytest.mark.parametrize("function", [sp.sin, sp.cos])
+def test_boxes_that_hold_a_crest_or_a_trough_reach_it(function):
+    """Up to 10^11, where a place is known to a ten thousandth of a turn; crests lie right at an end, or within."""
+    rng, tape = np.random.default_rng(8), Tape([function(x)], [x], [])
+    turns = np.floor(10.0 ** rng.uniform(0, 10.2, 500))
+    for height, quarter in zip((1.0, -1.0), (1, 3) if function is sp.sin else (0, 2), strict=True):
+        with mpmath.workdps(40):
+            exact = [mpmath.pi / 2 * (4 * int(k) + quarter) for k in turns]
+            places = np.array([float(place) for place in exact])
+            above = np.array([place > there for place, there in zip(places.tolist(), exact, strict=True)])
+        before = np.where(above, np.nextafter(places, 0.0), places)
+        beyond = np.where(above, places, np.nextafter(places, np.inf))
+        for a, b in ((beyond - 0.3, beyond), (before, before + 0.3), (before - 0.2, beyond + 0.2)):
+            values, _ = tape.slopes(tape.constants([]), np.zeros(500, dtype=np.int64), a[:, None], b[:, None])
+            assert (values[:, 0, 0] == height).any(axis=1).all()
+
+
+def test_a_box_is_said_to_hold_a_pole_or_to_lie_outside():
+    boxes = np.array([[-2.0], [-1.0], [0.5]]), np.array([[-1.5], [1.0], [0.6]])
+    states = {}
+    for f in (sp.log(x), 1 / x, sp.sqrt(x)):
+        tape = Tape([f], [x], [])
+        states[f] = tape.slopes(tape.constants([]), np.zeros(3, dtype=np.int64), *boxes)[1].tolist()
+    assert states[sp.log(x)] == states[sp.sqrt(x)] == [enclosures.OUTSIDE, enclosures.POLE, enclosures.SOUND]
+    assert states[1 / x] == [enclosures.SOUND, enclosures.POLE, enclosures.SOUND]
+
+
+def test_constants_are_enclosed():
+    p = sp.Symbol("p", positive=True)
+    tape = Tape([sp.pi * sp.sqrt(p) * x / 3], [x], [p])
+    low, high = tape.constants([np.array([2.0, 7.0])])[:, 0].T
+    for k, value in enumerate((2, 7)):
+        with mpmath.workdps(40):
+            assert low[k] <= mpmath.pi * mpmath.sqrt(value) / 3 <= high[k]
+        assert high[k] - low[k] < 1e-13
