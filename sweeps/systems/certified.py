@@ -10,6 +10,6 @@ CERTIFIED = Variable(
     "whether all equilibria of the point are found",
     "i1",
     REASONS,
-    comment="proved: by interval arithmetic; undecided where rounding hides whether one is single, several or none, where "
-    "the bounds are too large to be searched to the end, and where equilibria form a family",
+    comment="proved: by interval arithmetic; undecided where rounding hides whether one is single, several or none, "
+    "where the bounds are too large to be searched to the end, and where equilibria form a family",
 )
