@@ -41,7 +41,7 @@ OFFSET = 0.3819660112501051  # a search of a periodic coordinate starts off the 
 EDGE = 2.0**-20  # of the range: as far beyond the bounds is searched, so that places at a bound are inside
 BOUND = 1e-12  # of the range: a place so far outside is at the bound
 NARROWEST = (2.0**-50, 2.0**-32)  # boxes of one unknown and of several, over the range
-WORK, LEAST = 2_000_000, 500  # operations of a search, and boxes
+WORK, LEAST = 1_200_000, 100  # operations of a search, times the unknowns, and boxes
 ROUNDINGS, TINY = 16.0 * enclosures.UNIT, 0.01 * enclosures.UNIT  # of a place, of the range: F vanishes within
 SAME = 1e-7  # of the range: places nearer to each other than this fall together
 STARTS = 128  # of a point whose subdivision did not end
@@ -322,7 +322,7 @@ class _All:
     def _search(self, points):
         """Look for all equilibria of points, and say what could not be decided."""
         edge = EDGE * self.width[points]
-        most = max(LEAST, WORK // (len(self.problem.tape.rows) * (1 + self.n)))
+        most = max(LEAST, WORK // (len(self.problem.tape.rows) * (1 + self.n) * self.n))
         which, kind, boxes = self.run(points, self.low[points] - edge, self.high[points] + edge, most)
         owner, zero = points[which], kind == roots.ZERO
         place, reach = boxes[:, 1].mean(axis=-1), 0.5 * (boxes[:, 1, :, 1] - boxes[:, 1, :, 0])
