@@ -28,7 +28,7 @@ from scipy.sparse.csgraph import connected_components
 from kernels import enclosures, roots
 from sweeps.mechanics import branches
 from sweeps.mechanics.description import DescriptionError
-from sweeps.mechanics.problem import Problem
+from sweeps.mechanics.problem import RootProblem
 
 PROVED, ROUNDING, TOO_LARGE, FAMILY = range(4)
 REASONS = {
@@ -89,7 +89,7 @@ def joined(parts: Sequence[Found]) -> Found:
     return Found(*(np.concatenate([getattr(p, name) for p in parts]) for name in Found.__dataclass_fields__))
 
 
-def find(problem: Problem, parameters) -> Found:
+def find(problem: RootProblem, parameters) -> Found:
     """All equilibria of points, of which one array (points,) a parameter is given, in the description's order."""
     given = [np.atleast_1d(np.asarray(p, dtype=np.float64)) for p in parameters] or [np.zeros(1)]
     pairs = zip(problem.canonical, given, strict=True)
@@ -104,7 +104,7 @@ def find(problem: Problem, parameters) -> Found:
     return found[inverse]
 
 
-def refusal(problem: Problem, found: Found, parameters) -> str:
+def refusal(problem: RootProblem, found: Found, parameters) -> str:
     """Why none of some points has an equilibrium to begin from; nothing where one has.
 
     Raises:

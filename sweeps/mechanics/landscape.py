@@ -5,10 +5,10 @@ import sympy as sp
 
 from sweeps.mechanics.derivation import Equations
 from sweeps.mechanics.graph import lambdified
-from sweeps.mechanics.problem import Problem, magnitude
+from sweeps.mechanics.problem import RootProblem, magnitude
 
 
-class Landscape(Problem):
+class Landscape(RootProblem):
     """V's derivatives and a_ij of a system as functions of arrays.
 
     Each takes parameters (a tuple of arrays) and q (a sequence of n arrays), all of one shape.

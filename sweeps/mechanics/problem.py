@@ -12,7 +12,7 @@ from sweeps.mechanics.tape import Tape
 MOST_FACTORED = 60  # operations
 
 
-class Problem:
+class RootProblem:
     """F(x) = 0 of a system: ∂V/∂q, forces at rest or rates, as functions of the coordinates or states x.
 
     Args:

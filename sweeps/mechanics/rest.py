@@ -5,10 +5,10 @@ import numpy as np
 from sweeps.mechanics.first_order import magnitude
 from sweeps.mechanics.flow import Flow
 from sweeps.mechanics.graph import lambdified
-from sweeps.mechanics.problem import Problem
+from sweeps.mechanics.problem import RootProblem
 
 
-class Forces(Problem):
+class Forces(RootProblem):
     """A flow's forces, slopes and scales as functions of arrays: parameters (a list), then places, all of one shape."""
 
     takes_members = True

@@ -12,7 +12,7 @@ from scipy.optimize import fsolve
 from kernels import enclosures
 from sweeps.mechanics import System, equilibria
 from sweeps.mechanics.equilibria import FAMILY, PROVED, ROUNDING, TOO_LARGE
-from sweeps.mechanics.problem import Problem
+from sweeps.mechanics.problem import RootProblem
 from sweeps.mechanics.tape import FUNCTIONS, Tape
 
 q = x, y, z, w = (x, *sp.symbols("y z w", real=True))
@@ -24,7 +24,7 @@ def search(F, bounds, most=200, order=None):
     order = range(n) if order is None else order
     names = [system.state(str(q[i]), bounds=bounds[i]) for i in order]
     F = [sp.sympify(F[i]).subs({q[k]: name for k, name in zip(order, names, strict=True)}) for i in order]
-    found = equilibria.find(Problem(system, tuple(system.states.values()), F, ()), [])
+    found = equilibria.find(RootProblem(system, tuple(system.states.values()), F, ()), [])
     assert not found.crowded.any()
     return found
 
