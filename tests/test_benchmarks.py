@@ -8,7 +8,6 @@ from pathlib import Path
 import attitude
 import bodies as task
 import contenders
-import cost_of_errors
 import error_bars
 import error_bars_described
 import history
@@ -284,12 +283,6 @@ def test_a_ratio_that_has_dropped_is_told_in_red(tmp_path):
 def test_parts_of_an_exact_run_are_told_beside_the_whole(capsys):
     parts.main(["--tiny"])
     assert "the whole over steps and samples" in capsys.readouterr().out
-
-
-@pytest.mark.slow
-def test_what_errors_cost_is_told_piece_by_piece(capsys):
-    cost_of_errors.main(["--tiny"])
-    assert "with errors over without" in capsys.readouterr().out
 
 
 @pytest.mark.slow
