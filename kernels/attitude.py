@@ -44,6 +44,7 @@ Comput. 30 (2008) 2084, with the signs derived anew; the step is not found in pr
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -112,23 +113,83 @@ def complete(complement, nu):
     return 0.5 * math.pi * (b + a * em) / (em * (em + p))
 
 
-@njit(**EXACT_INLINE)
-def constants(I_s, I_c, I_d, w_s, w_c, w_d, p, m, m1):
-    """Constants of the attitude of one trajectory, by role; straight-line code for loops over lanes.
+class Turning(NamedTuple):
+    """Constants of the attitude of one trajectory, with the symbols of the module's docstring.
 
-    Moments and angular velocity near one, and w not constant; p, m and m1 from :func:`kernels.solution.constants`.
-
-    Returns
-    -------
+    Attributes
+    ----------
     L, T2 : float
         Momentum, and twice the energy.
     a, mu_c, mu_s : float
         Greatest m_d, m_c and m_s.
     R, Q, k1, nu : float
-        Of Psi: rates R and (with p > 0) ``Q`` as in the module's docstring, modulus and characteristic.
+        Of Psi: rates R and (with p > 0) ``Q``, modulus and characteristic.
     sigma : float
         +1 where d is the axis of greatest moment, -1 where it is the least.
     """
+
+    L: float
+    T2: float
+    a: float
+    mu_c: float
+    mu_s: float
+    R: float
+    Q: float
+    k1: float
+    nu: float
+    sigma: float
+
+
+class Ladder(NamedTuple):
+    """Means of one modulus, as :func:`kernels.elliptic.ladder` returns them."""
+
+    rungs: np.ndarray
+    n: int
+    ah: float
+    al: float
+
+
+class Frame(NamedTuple):
+    """The axes (d, j, k) from which a motion is seen, in cyclic order.
+
+    Attributes
+    ----------
+    d : int
+        The axis that the polhode encircles.
+    turned : float
+        -1 where w_d is negative and half a turn about j makes it positive, else 1.
+    on_j : bool
+        Whether sn runs on j.
+    g, m : tuple of 3 float
+        ``I/L``, and the direction of L at the start.
+    """
+
+    d: int
+    turned: float
+    on_j: bool
+    g: tuple
+    m: tuple
+
+
+class Attitude(NamedTuple):
+    """One motion, set up by :func:`prepare` for :func:`at`; ``complete`` is J(K) of the second modulus, k1."""
+
+    motion: solution.Motion
+    turning: Turning
+    frame: Frame
+    ladder: Ladder
+    second: Ladder
+    complete: float
+
+
+@njit(**EXACT_INLINE)
+def constants(moments, omega, p, m, m1):
+    """Return the :class:`Turning` of one trajectory, by role; straight-line code for loops over lanes.
+
+    Moments and angular velocity near one, and w not constant; p, m and m1 from :func:`kernels.solution.constants`.
+    """
+    I_s, I_c, I_d = moments
+    w_s, w_c, w_d = omega
     L_s, L_c, L_d = I_s * w_s, I_c * w_c, I_d * w_d
     L2 = L_s * L_s + L_c * L_c + L_d * L_d
     L, T2 = math.sqrt(L2), L_s * w_s + L_c * w_c + L_d * w_d
@@ -145,41 +206,50 @@ def constants(I_s, I_c, I_d, w_s, w_c, w_d, p, m, m1):
     one = (1.0 + a) * (1.0 + a)
     Q = sigma * 2.0 * k1 * (1.0 + k1) * A_d * (mu_c2 * (gap / I_c)) / one
     Q = Q / p if p > 0.0 else 0.0
-    return L, T2, a, math.sqrt(mu_c2), math.sqrt(mu_s2), R, Q, k1, k1 * mu_c2 / one, sigma
+    return Turning(L, T2, a, math.sqrt(mu_c2), math.sqrt(mu_s2), R, Q, k1, k1 * mu_c2 / one, sigma)
 
 
 @njit(**INLINE)
-def middle_shift(a, mu_c, mu_s, sn, cn, dn):
+def middle_shift(turning, sn, cn, dn):
     """The complex zeta of the module's docstring; (sn, cn, dn) are those of half the step."""
+    a, mu_c, mu_s = turning.a, turning.mu_c, turning.mu_s
     below = a * a + mu_c * mu_c * (sn * sn)
     scale = a / (below if below > 0.0 else 1.0)
     return (scale * (a * dn) if below > 0.0 else 1.0), scale * (mu_c * mu_s * (sn * cn))
 
 
+@njit(**EXACT_INLINE)
+def _climb(u, m, means):
+    return climb(u, m, means.rungs, means.n, means.ah, means.al)
+
+
 @njit(**EXACT)
-def third_kind(v, nu, k1, m1, rungs, n, ah, al, period):
-    """J(v) of the module's docstring for any v; ladder and ``period`` = J(K) of the modulus k1, m1 = 1 - m."""
-    if m1 <= 0.0:
+def third_kind(v, top):
+    """J(v) of the module's docstring for any v."""
+    nu, k1 = top.turning.nu, top.turning.k1
+    if top.motion.m1 <= 0.0:
         if abs(v) > SETTLED_TANH:
             root = math.sqrt(nu)
             bent = math.atan(root * math.tanh(v)) / root if root > 0.0 else math.tanh(v)
             return (v - bent) / (1.0 + nu)
         s, c, d = separatrix_functions(v)
         return s * s * s / 3.0 * carlson_rj(c * c, d * d, 1.0, 1.0 + nu * s * s)
-    s, c, d = climb(v, k1 * k1, rungs, n, ah, al)
-    turns = math.floor(v * ah / math.pi + 0.5)
+    s, c, d = _climb(v, k1 * k1, top.second)
+    turns = math.floor(v * top.second.ah / math.pi + 0.5)
     if turns % 2.0 != 0.0:
         s, c = -s, -c
     if c < 0.0:  # v/2K was rounded across a half
         turns += math.copysign(1.0, s)
         s, c = -s, -c
     rest = s * s * s / 3.0 * carlson_rj(min(c * c, d * d), d * d, 1.0, 1.0 + nu * s * s)
-    return rest + 2.0 * turns * period
+    return rest + 2.0 * turns * top.complete
 
 
 @njit(**EXACT)
-def product(a0, a1, a2, a3, b0, b1, b2, b3):
+def product(a, b):
     """Product of two quaternions, scalar first: the turn b, then the turn a."""
+    a0, a1, a2, a3 = a
+    b0, b1, b2, b3 = b
     return (
         a0 * b0 - a1 * b1 - a2 * b2 - a3 * b3,
         a0 * b1 + a1 * b0 + a2 * b3 - a3 * b2,
@@ -189,11 +259,14 @@ def product(a0, a1, a2, a3, b0, b1, b2, b3):
 
 
 @njit(**INLINE)
-def heading(q0, qa, qb, qc, n_a, n_b, n_c, m_a, m_b, m_c):
+def heading(q, n, m):
     """Cosine and sine of psi/2, to a positive factor: ``P(n) q P(m)*`` with the axis a on the side of L.
 
     n is the direction of L in the body at the start, m now, with n_a and m_a > 0; axes in the cyclic order (a, b, c).
     """
+    q0, qa, qb, qc = q
+    n_a, n_b, n_c = n
+    m_a, m_b, m_c = m
     P, N = 1.0 + m_a, 1.0 + n_a
     # q times P(m)* = (P, 0, -m_c, m_b)
     t0 = q0 * P + qb * m_c - qc * m_b
@@ -205,108 +278,81 @@ def heading(q0, qa, qb, qc, n_a, n_b, n_c, m_a, m_b, m_c):
 
 
 @njit(**INLINE)
-def lifted(n_d, n_j, n_k, x, y):
+def lifted(n, x, y):
     """``P(n)* (x + y e_d)`` as a quaternion (scalar, d, j, k), n the direction of L in the body at the start."""
+    n_d, n_j, n_k = n
     N = 1.0 + n_d
     return N * x, N * y, n_j * y - n_k * x, n_j * x + n_k * y
 
 
 @njit(**EXACT)
-def oriented_start(moments, start):
-    """A start seen from the axis d: unit of w, p, m, m1, d, turned, whether sn is on j; moments and w by (d, j, k).
-
-    Where w_d is negative, half a turn about j makes it positive, and ``turned`` is -1.
-    """
+def prepare(moments, start, rungs, rungs1):
+    """Return the :class:`Attitude` of a motion; ``rungs`` and ``rungs1`` (2, RUNGS) are overwritten and kept in it."""
     I1, I2, I3, _ = solution.scaled(moments[0], moments[1], moments[2])
     w1, w2, w3, unit = solution.scaled(start[0], start[1], start[2])
-    p, m, m1, s, _, d = solution.constants(I1, I2, I3, w1, w2, w3)
-    I_d, I_j, I_k = oriented(d, I1, I2, I3)
-    w_d, w_j, w_k = oriented(d, w1, w2, w3)
+    top = solution.set_up_near_one(I1, I2, I3, w1, w2, w3)
+    s, c, d = top.axes
+    on_j = s == d % 3 + 1
+    w_s, w_c, w_d = top.w
     turned = -1.0 if w_d < 0.0 else 1.0
-    return unit, p, m, m1, d, turned, s == d % 3 + 1, (I_d, I_j, I_k), (turned * w_d, w_j, turned * w_k)
-
-
-@njit(**EXACT_INLINE)
-def swapped(as_is, x_d, x_j, x_k):
-    """Values (d, j, k) in the order (s, c, d), and back: whether sn is on j decides. Returns the last two, then d."""
-    return (x_j, x_k, x_d) if as_is else (x_k, x_j, x_d)
-
-
-@njit(**EXACT)
-def prepare(moments, start, rungs, rungs1):
-    """What :func:`at` needs of one motion, computed once; ``rungs`` and ``rungs1`` (2, RUNGS) are overwritten."""
-    unit, p, m, m1, d, turned, on_j, I, w = oriented_start(moments, start)  # noqa: E741
-    I_s, I_c, I_d = swapped(on_j, *I)
-    w_s, w_c, w_d = swapped(on_j, *w)
-    side = 1.0 if on_j else -1.0  # whether (s, c, d) is cyclic
-    c = side * (I_c - I_d) / I_s, side * (I_d - I_s) / I_c, side * (I_s - I_c) / I_d
-    L, _, a, mu_c, mu_s, R, Q, k1, nu, sigma = constants(I_s, I_c, I_d, w_s, w_c, w_d, p, m, m1)
-    g = I[0] / L, I[1] / L, I[2] / L
-    motion = unit, p, m, m1, (w_s, w_c, w_d), c
-    turning = a, mu_c, mu_s, R, Q, k1, nu, sigma
-    frame = d, turned, on_j, g, (g[0] * w[0], g[1] * w[1], g[2] * w[2])
-    return motion, turning, frame, _ladders(m, m1, k1, nu, rungs, rungs1)
+    w = (w_s, turned * w_c, turned * w_d) if on_j else (turned * w_s, w_c, turned * w_d)
+    turning = constants(solution.by_role(s, c, d, I1, I2, I3), w, top.p, top.m, top.m1)
+    I_d, I_j, I_k = oriented(d, I1, I2, I3)
+    w_d, w_j, w_k = (w[2], w[0], w[1]) if on_j else (w[2], w[1], w[0])
+    g = I_d / turning.L, I_j / turning.L, I_k / turning.L
+    motion = solution.Motion(top.p, top.m, top.m1, top.axes, top.c, w, unit)
+    frame = Frame(d, turned, on_j, g, (g[0] * w_d, g[1] * w_j, g[2] * w_k))
+    n, ah, al, n1, ah1, al1, whole = 0, 0.0, 0.0, 0, 0.0, 0.0, 0.0
+    if top.m1 > 0.0:  # on the separatrix there are no ladders
+        complement = landen_complement(top.m1)
+        n, ah, al = ladder(top.m, top.m1, rungs)
+        n1, ah1, al1 = ladder(turning.k1 * turning.k1, complement * complement, rungs1)
+        whole = complete(complement, turning.nu)
+    return Attitude(motion, turning, frame, Ladder(rungs, n, ah, al), Ladder(rungs1, n1, ah1, al1), whole)
 
 
 @njit(**EXACT)
-def half_turn(t, motion, turning, g_d, ladders, rungs, rungs1):
+def half_turn(t, top):
     """Half of psi, rad, at the time t (in the motion's own unit)."""
-    _, p, m, m1, w, c = motion
-    a, mu_c, mu_s, R, Q, k1, nu, sigma = turning
-    n, ah, al, n1, ah1, al1, period = ladders
+    p, m, m1, _, c, w, _ = top.motion
+    turning, g_d = top.turning, top.frame.g[0]
     half, short = 0.5 * p * t, 0.5 * t
-    J = third_kind(half / (1.0 + k1), nu, k1, m1, rungs1, n1, ah1, al1, period)
+    J = third_kind(half / (1.0 + turning.k1), top)
     if m1 <= 0.0 and abs(half) > FAR:
         half, short = math.copysign(FAR, half), short * (FAR / abs(half))
-    sn, cn, dn = climb(half, m, rungs, n, ah, al) if m1 > 0.0 else separatrix_functions(half)
-    zr, zi = middle_shift(a, mu_c, mu_s, sn, cn, dn)
+    sn, cn, dn = _climb(half, m, top.ladder) if m1 > 0.0 else separatrix_functions(half)
+    zr, zi = middle_shift(turning, sn, cn, dn)
     _, _, x_d = solution.advance(w, c, p, short, sn, cn, dn)
-    return 0.5 * R * t + Q * J + sigma * (math.atan2(zi, g_d * x_d + zr) - math.atan2(zi, a + zr))
+    bend = math.atan2(zi, g_d * x_d + zr) - math.atan2(zi, turning.a + zr)
+    return 0.5 * turning.R * t + turning.Q * J + turning.sigma * bend
 
 
 @njit(**EXACT)
-def at(t, motion, turning, frame, ladders, rungs, rungs1):
+def at(t, top):
     """Attitude since the start (unit quaternion) and direction m of L in the body, a time t (s) after it."""
-    unit, p, m, m1, w, c = motion
-    d, turned, on_j, g, begin = frame
-    n, ah, al, _, _, _, _ = ladders
+    p, m, m1, _, c, w, unit = top.motion
+    d, turned, on_j, g, begin = top.frame
     t *= unit
-    angle = half_turn(t, motion, turning, g[0], ladders, rungs, rungs1)
-    sn, cn, dn = climb(p * t, m, rungs, n, ah, al) if m1 > 0.0 else separatrix_functions(p * t)
+    angle = half_turn(t, top)
+    sn, cn, dn = _climb(p * t, m, top.ladder) if m1 > 0.0 else separatrix_functions(p * t)
     x_s, x_c, x_d = solution.advance(w, c, p, t, sn, cn, dn)
     x_j, x_k = (x_s, x_c) if on_j else (x_c, x_s)
-    r0, rd, rj, rk = lifted(begin[0], begin[1], begin[2], math.cos(angle), math.sin(angle))
     m_d, m_j, m_k = g[0] * x_d, g[1] * x_j, g[2] * x_k
-    q0, qd, qj, qk, _ = land(m_d, m_j, m_k, r0, rd, rj, rk)
-    q1, q2, q3 = by_axis(d, turned * qd, qj, turned * qk)
-    m1_, m2_, m3_ = by_axis(d, turned * m_d, m_j, turned * m_k)
-    return q0, q1, q2, q3, m1_, m2_, m3_
+    q0, qd, qj, qk, _ = land((m_d, m_j, m_k), lifted(begin, math.cos(angle), math.sin(angle)))
+    return (q0, *by_axis(d, turned * qd, qj, turned * qk)), by_axis(d, turned * m_d, m_j, turned * m_k)
 
 
 @njit(**EXACT)
 def fill(moments, start, times, q_start, out):
     """Attitude at every one of ``times`` (n,), into ``out`` (n, 4); what is constant is computed once."""
-    if solution.is_stationary(moments[0], moments[1], moments[2], start[0], start[1], start[2]):
+    if solution.is_stationary(solution.coefficients(moments[0], moments[1], moments[2]), start):
         _fill_steady(start, times, q_start, out)
         return
-    rungs, rungs1 = np.empty((2, RUNGS)), np.empty((2, RUNGS))
-    motion, turning, frame, ladders = prepare(moments, start, rungs, rungs1)
+    top = prepare(moments, start, np.empty((2, RUNGS)), np.empty((2, RUNGS)))
+    begin = q_start[0], q_start[1], q_start[2], q_start[3]
     for i in range(times.shape[0]):
-        q0, q1, q2, q3, _, _, _ = at(times[i], motion, turning, frame, ladders, rungs, rungs1)
-        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = product(
-            q_start[0], q_start[1], q_start[2], q_start[3], q0, q1, q2, q3
-        )
-
-
-@njit(**EXACT)
-def _ladders(m, m1, k1, nu, rungs, rungs1):
-    """Means of both moduli, and the complete integral J(K) of the second; nothing on the separatrix."""
-    if m1 <= 0.0:
-        return 0, 0.0, 0.0, 0, 0.0, 0.0, 0.0
-    n, ah, al = ladder(m, m1, rungs)
-    complement = landen_complement(m1)
-    n1, ah1, al1 = ladder(k1 * k1, complement * complement, rungs1)
-    return n, ah, al, n1, ah1, al1, complete(complement, nu)
+        q, _ = at(times[i], top)
+        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = product(begin, q)
 
 
 @njit(**EXACT_INLINE)
@@ -331,12 +377,12 @@ def _fill_steady(start, times, q_start, out):
     w1, w2, w3, unit = solution.scaled(start[0], start[1], start[2])
     size = math.sqrt(w1 * w1 + w2 * w2 + w3 * w3)
     safe = size if size > 0.0 else 1.0
+    begin = q_start[0], q_start[1], q_start[2], q_start[3]
     for i in range(times.shape[0]):
         angle = 0.5 * size * (times[i] * unit)
         sine = math.sin(angle) / safe
-        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = product(
-            q_start[0], q_start[1], q_start[2], q_start[3], math.cos(angle), sine * w1, sine * w2, sine * w3
-        )
+        turn = math.cos(angle), sine * w1, sine * w2, sine * w3
+        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = product(begin, turn)
 
 
 @njit(**EXACT_INLINE)
@@ -371,47 +417,50 @@ def oriented(d, x1, x2, x3):
     )
 
 
-@njit(**EXACT_INLINE)
-def short_step_constants(I1, I2, I3, w1, w2, w3, h):
-    """Constants of the exact attitude step for ``p |h| <= 1``, with neither branch nor loop, for loops over lanes.
+class Steps(NamedTuple):
+    """Constants of the exact attitude step of one length.
 
-    Moments and angular velocities near one. Axes in the cyclic order (d, j, k), with two of them turned round where
-    w_d is negative.
-
-    Returns
-    -------
+    Attributes
+    ----------
     d : int
-        The axis that the polhode encircles.
+        The axis that the polhode encircles; axes are in the cyclic order (d, j, k).
     turned : float
-        -1 where the axes d and k have been turned round, else 1.
-    g_d, g_j, g_k : float
+        -1 where the axes d and k have been turned round (w_d is negative), else 1.
+    g : tuple of 3 float
         ``I/L``: m = g w.
-    x0, xd, xdd, xjk, y0, yd, ydd, yjk : float
-        ``exp(i psi/2)`` grows by a positive multiple of x + iy a step, with ``x = x0 + (xd + xdd m_d) m_d + xjk m_j
-        m_k`` of the m at its beginning, and y likewise: ``e [m_d(t + h/2) + zeta] D`` of the module's docstring, with
+    x, y : tuple of 4 float
+        ``exp(i psi/2)`` grows by a positive multiple of X + iY a step, with ``X = x0 + (x1 + x2 m_d) m_d + x3 m_j m_k``
+        of the m at its beginning, and Y likewise: ``e [m_d(t + h/2) + zeta] D`` of the module's docstring, with
         ``m_d(t + h/2) D = dn m_d + [(I_j - I_k) L/(I_j I_k)] S cn m_j m_k`` and D that of the half step.
     """
-    p, m, m1, s, c, d = solution.constants(I1, I2, I3, w1, w2, w3)
-    I_s, I_c, I_d = solution.by_role(s, c, d, I1, I2, I3)
-    w_s, w_c, w_d = solution.by_role(s, c, d, w1, w2, w3)
-    L, T2, a, mu_c, mu_s, _, _, _, _, sigma = constants(I_s, I_c, I_d, w_s, w_c, w_d, p, m, m1)
-    delta = 0.5 * p * h
-    sn, cn, dn = jacobi_short(delta, m)
-    half = h * short_turn(delta, m, a * L / I_d, a, T2 / L)
-    constants_ = _step_constants(I1, I2, I3, d, w_d, L, a, mu_c, mu_s, sigma, p, h, sn, cn, dn, half)
-    return d, *constants_
+
+    d: int
+    turned: float
+    g: tuple
+    x: tuple
+    y: tuple
 
 
 @njit(**EXACT_INLINE)
-def _step_constants(I1, I2, I3, d, w_d, L, a, mu_c, mu_s, sigma, p, h, sn, cn, dn, half):
-    """What both kinds of step constants share; ``half`` is Psi over half a step, sn, cn and dn those of p h/2."""
+def short_step_constants(moments, omega, h):
+    """Return the :class:`Steps` for ``p |h| <= 1``, with neither branch nor loop, for loops over lanes.
+
+    Moments and angular velocities near one.
+    """
+    p, m, m1, s, c, d = solution.constants(*moments, *omega)
+    _, _, w_d = solution.by_role(s, c, d, *omega)
+    turning = constants(solution.by_role(s, c, d, *moments), solution.by_role(s, c, d, *omega), p, m, m1)
+    L, a = turning.L, turning.a
+    delta = 0.5 * p * h
+    sn, cn, dn = jacobi_short(delta, m)
+    I_d, I_j, I_k = oriented(d, *moments)
+    half = h * short_turn(delta, m, a * L / I_d, a, turning.T2 / L)
     turned = -1.0 if w_d < 0.0 else 1.0
-    I_d, I_j, I_k = oriented(d, I1, I2, I3)
     S = sn / p if p > 0.0 else 0.5 * h
     across = ((I_j - I_k) / I_j) * (L / I_k) * (S * cn)
     square = abs(((I_d - I_j) / I_k) * ((I_k - I_d) / I_j)) * (S * S) * (L / I_d) * (L / I_d)
-    zr, zi = middle_shift(a, mu_c, mu_s, sn, cn, dn)
-    zi *= sigma
+    zr, zi = middle_shift(turning, sn, cn, dn)
+    zi *= turning.sigma
     x, y = a + zr, -zi
     size = math.sqrt(x * x + y * y)
     cosine, sine = math.cos(half), math.sin(half)
@@ -419,26 +468,30 @@ def _step_constants(I1, I2, I3, d, w_d, L, a, mu_c, mu_s, sigma, p, h, sn, cn, d
     f_r, f_i = e_r * zr - e_i * zi, e_r * zi + e_i * zr
     real = f_r * (cn * cn), e_r * dn, f_r * square, e_r * across
     imaginary = f_i * (cn * cn), e_i * dn, f_i * square, e_i * across
-    return turned, I_d / L, I_j / L, I_k / L, *real, *imaginary
+    return Steps(d, turned, (I_d / L, I_j / L, I_k / L), real, imaginary)
 
 
 @njit(**EXACT_INLINE)
-def of_direction(q_d, q_j, q_k, g_d, g_j, g_k):
+def of_direction(q, g):
     """Coefficients by which :func:`kernels.exact.step` takes m = g w, from those by which it takes w."""
+    q_d, q_j, q_k = q
+    g_d, g_j, g_k = g
     return q_d * (g_d / (g_j * g_k)), q_j * (g_j / (g_k * g_d)), q_k * (g_k / (g_d * g_j))
 
 
 @njit(**INLINE)
-def step(m_d, m_j, m_k, r0, rd, rj, rk, size, x0, xd, xdd, xjk, y0, yd, ydd, yjk):
-    """One exact step of ``R = P(m(0))* exp(i psi/2)`` from the direction of L at its beginning, up to a factor.
+def step(m, R, size, x, y):
+    """One exact step of ``R = P(m(0))* exp(i psi/2)`` from the direction m of L at its beginning, up to a factor.
 
-    ``size`` is the factor that the last landing found: R is brought back to its size a step late, so that nothing waits
-    for a root.
+    x and y are those of :class:`Steps`, ``size`` is the factor that the last landing found: R is brought back to its
+    size a step late, so that nothing waits for a root.
     """
+    m_d, m_j, m_k = m
+    r0, rd, rj, rk = R
     across = m_j * m_k
-    x = (x0 + ((xd + xdd * m_d) * m_d + xjk * across)) * size
-    y = (y0 + ((yd + ydd * m_d) * m_d + yjk * across)) * size
-    return r0 * x - rd * y, r0 * y + rd * x, rj * x + rk * y, rk * x - rj * y
+    X = (x[0] + ((x[1] + x[2] * m_d) * m_d + x[3] * across)) * size
+    Y = (y[0] + ((y[1] + y[2] * m_d) * m_d + y[3] * across)) * size
+    return r0 * X - rd * Y, r0 * Y + rd * X, rj * X + rk * Y, rk * X - rj * Y
 
 
 @njit(**INLINE)
@@ -453,11 +506,13 @@ def _reciprocal_root(x):
 
 
 @njit(**INLINE)
-def land(m_d, m_j, m_k, r0, rd, rj, rk):
+def land(m, R):
     """Attitude ``R P(m)`` as a unit quaternion (scalar, d, j, k), and the factor that made it one.
 
     Its size is the product of those of R and P(m).
     """
+    m_d, m_j, m_k = m
+    r0, rd, rj, rk = R
     P = 1.0 + m_d
     size = _reciprocal_root(((r0 * r0 + rd * rd) + (rj * rj + rk * rk)) * (P * P + (m_j * m_j + m_k * m_k)))
     # times (P, 0, m_k, -m_j) from the right

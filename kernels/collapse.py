@@ -36,13 +36,13 @@ def _hash(x, y, z, u, v):
 
 
 @njit(nogil=True, **OPTIONS)
-def distinct(I1, I2, I3, axis, omega0, epsilon, phase):
+def distinct(points):
     """The distinct motions of points, and the motion of each point; one that is no number has a motion of its own.
 
     Parameters
     ----------
-    I1, I2, I3, axis, omega0, epsilon, phase : numpy.ndarray, shape (n,)
-        Points, as for :func:`kernels.survey.measured`.
+    points : kernels.rigid_body.Points
+        Perturbed spins, n of them.
 
     Returns
     -------
@@ -51,6 +51,7 @@ def distinct(I1, I2, I3, axis, omega0, epsilon, phase):
     motion : numpy.ndarray of int32, shape (n,)
         The number of each point's motion, 0 to m - 1.
     """
+    I1, I2, I3, axis, omega0, epsilon, phase = points
     n = I1.size
     room = 1
     while room < 2 * n:

@@ -68,7 +68,6 @@ Hirota and Kimura, J. Phys. Soc. Jpn 69 (2000) 627.
 
 import math
 from importlib import import_module
-from typing import NamedTuple
 
 import numpy as np
 
@@ -83,126 +82,12 @@ from kernels.elliptic import (
     separatrix_functions,
 )
 from kernels.jit import EXACT, EXACT_INLINE, INLINE, njit
-from kernels.solution import (
-    advance,
-    by_role,
-    checked,
-    coefficients,
-    constants,
-    is_stationary,
-    pick,
-    scaled,
-)
-
-
-@njit(**EXACT_INLINE)
-def by_axis(axes, x_s, x_c, x_d):
-    """Values of the roles sn, cn, dn, which run on ``axes``, in the order of the axes 1, 2, 3."""
-    sn_axis, cn_axis, _ = axes
-    x1 = x_s if sn_axis == 1 else (x_c if cn_axis == 1 else x_d)
-    x2 = x_s if sn_axis == 2 else (x_c if cn_axis == 2 else x_d)
-    x3 = x_s if sn_axis == 3 else (x_c if cn_axis == 3 else x_d)
-    return x1, x2, x3
-
-
-class Motion(NamedTuple):
-    """One trajectory, set up: what every closed form here starts from.
-
-    Attributes
-    ----------
-    p, m, m1 : float
-        Elliptic frequency, parameter and complement, as :func:`trajectory` has them; p in the unit of w.
-    axes : tuple of 3 int
-        Axes (1, 2, 3) in the order of the roles sn, cn, dn.
-    c, w : tuple of 3 float
-        Euler coefficients and angular velocity at the start, in the order of the roles.
-    unit : float
-        What p and w are to be multiplied by, rad/s: a power of two.
-    """
-
-    p: float
-    m: float
-    m1: float
-    axes: tuple
-    c: tuple
-    w: tuple
-    unit: float
-
-
-@njit(**EXACT_INLINE)
-def set_up_near_one(I1, I2, I3, w1, w2, w3):
-    """:func:`set_up` for moments and angular velocities near one, as for :func:`constants`, whose unit is one."""
-    p, m, m1, sn_axis, cn_axis, dn_axis = constants(I1, I2, I3, w1, w2, w3)
-    c1, c2, c3 = coefficients(I1, I2, I3)
-    c = by_role(sn_axis, cn_axis, dn_axis, c1, c2, c3)
-    w = by_role(sn_axis, cn_axis, dn_axis, w1, w2, w3)
-    return Motion(p, m, m1, (sn_axis, cn_axis, dn_axis), c, w, 1.0)
-
-
-@njit(**EXACT)
-def set_up(I1, I2, I3, w1, w2, w3):
-    """The :class:`Motion` of a body (kg m2, > 0) from a start (rad/s), each in a unit of its own."""
-    I1, I2, I3, _ = scaled(I1, I2, I3)
-    w1, w2, w3, unit = scaled(w1, w2, w3)
-    p, m, m1, axes, c, w, _ = set_up_near_one(I1, I2, I3, w1, w2, w3)
-    return Motion(p, m, m1, axes, c, w, unit)
-
-
-@njit(**EXACT)
-def trajectory(I1, I2, I3, w1, w2, w3):
-    """Constants of a trajectory: elliptic frequency, parameter and the roles of the axes.
-
-    Parameters
-    ----------
-    I1, I2, I3 : float
-        Principal moments of inertia, kg m2, > 0.
-    w1, w2, w3 : float
-        Angular velocity at the start, rad/s.
-
-    Returns
-    -------
-    p : float
-        Elliptic frequency, rad/s: the arguments of sn, cn and dn advance by ``p t``.
-    m, m1 : float
-        Parameter and complement ``1 - m``, each with its own relative precision.  Where p = 0, m = 0.
-    sn_axis, cn_axis, dn_axis : int
-        Axes (1, 2, 3) on which sn, cn and dn run: sn on the middle axis, dn on the one the polhode goes round.
-    """
-    top = set_up(I1, I2, I3, w1, w2, w3)
-    sn_axis, cn_axis, dn_axis = top.axes
-    return top.p * top.unit, top.m, top.m1, sn_axis, cn_axis, dn_axis
-
-
-@njit(**EXACT)
-def at_time(I1, I2, I3, w1, w2, w3, t):
-    """Angular velocity a time t after the start.
-
-    Parameters
-    ----------
-    I1, I2, I3 : float
-        Principal moments of inertia, kg m2, > 0.
-    w1, w2, w3 : float
-        Angular velocity at the start, rad/s.
-    t : float
-        Time, s, of any sign.
-
-    Returns
-    -------
-    w1, w2, w3 : float
-        Angular velocity, rad/s.  Error at most ``1e-15 (1 + |w| |t| + p |t|) max|w|``, or a few roundings of the
-        inputs times the solution's sensitivity to them where that is more.  Each transverse component of a
-        perturbed spin is right relative to the transverse size.
-    """
-    p, m, m1, axes, c, w, unit = set_up(I1, I2, I3, w1, w2, w3)
-    t *= unit
-    sn, cn, dn = jacobi(p * t, m, m1)
-    w1, w2, w3 = by_axis(axes, *advance(w, c, p, t, sn, cn, dn))
-    return w1 * unit, w2 * unit, w3 * unit
+from kernels.solution import advance, by_axis, checked, is_stationary, pick, set_up, set_up_near_one
 
 
 @njit(**EXACT)
 def fill_rotation(moments, start, times, out):
-    """``at_time`` at every one of ``times`` (n,), into ``out`` (n, 3); what is constant is computed once."""
+    """Angular velocity at every one of ``times`` (n,), into ``out`` (n, 3); what is constant is computed once."""
     p, m, m1, axes, c, w, unit = set_up(moments[0], moments[1], moments[2], start[0], start[1], start[2])
     rungs = np.empty((2, RUNGS))
     n, ah, al = ladder(m, m1, rungs) if m1 > 0.0 else (0, 0.0, 0.0)
@@ -230,7 +115,9 @@ def rotation(moments, omega_start, times):
     Returns
     -------
     numpy.ndarray, shape (n, 3)
-        Angular velocity, rad/s; errors as for ``at_time``.
+        Angular velocity, rad/s.  Error at most ``1e-15 (1 + |w| |t| + p |t|) max|w|``, or a few roundings of the
+        inputs times the solution's sensitivity to them where that is more.  Each transverse component of a
+        perturbed spin is right relative to the transverse size.
 
     Raises
     ------
@@ -258,39 +145,26 @@ def step_coefficients(c, p, h, sn, cn, dn):
 
 
 @njit(**EXACT)
-def step_constants(I1, I2, I3, w1, w2, w3, h):
-    """Coefficients of the exact step of one length, for the trajectory of one start.
+def step_constants(top, h):
+    """Coefficients ``q1, q2, q3`` (s) of the exact step of one length h (s, of any sign), for :func:`step`.
 
-    Parameters
-    ----------
-    I1, I2, I3 : float
-        Principal moments of inertia, kg m2, > 0.
-    w1, w2, w3 : float
-        Angular velocity anywhere on the trajectory, rad/s.
-    h : float
-        Length of the step, s, of any sign.  Keep ``p |h|/2`` below 0.9 K; at K the coefficients are infinite.
-
-    Returns
-    -------
-    q1, q2, q3 : float
-        What ``step`` asks for, s.
+    Keep ``p |h|/2`` below 0.9 K; at K the coefficients are infinite.
     """
-    p, m, m1, axes, c, _, unit = set_up(I1, I2, I3, w1, w2, w3)
-    h *= unit
-    sn, cn, dn = jacobi(0.5 * p * h, m, m1)
-    q1, q2, q3 = by_axis(axes, *step_coefficients(c, p, h, sn, cn, dn))
-    return q1 / unit, q2 / unit, q3 / unit
+    h *= top.unit
+    sn, cn, dn = jacobi(0.5 * top.p * h, top.m, top.m1)
+    q1, q2, q3 = by_axis(top.axes, *step_coefficients(top.c, top.p, h, sn, cn, dn))
+    return q1 / top.unit, q2 / top.unit, q3 / top.unit
 
 
 @njit(**EXACT_INLINE)
-def short_step_constants(I1, I2, I3, w1, w2, w3, h):
+def short_step_constants(moments, omega, h):
     """``step_constants`` for ``p |h| <= 1``, with neither branch nor loop, for loops over lanes.
 
     Moments and angular velocities near one (the largest of each between 1e-50 and 1e50).
     """
-    p, m, _, axes, c, _, _ = set_up_near_one(I1, I2, I3, w1, w2, w3)
-    sn, cn, dn = jacobi_short(0.5 * p * h, m)
-    return by_axis(axes, *step_coefficients(c, p, h, sn, cn, dn))
+    top = set_up_near_one(*moments, *omega)
+    sn, cn, dn = jacobi_short(0.5 * top.p * h, top.m)
+    return by_axis(top.axes, *step_coefficients(top.c, top.p, h, sn, cn, dn))
 
 
 @njit(**INLINE)
@@ -325,20 +199,12 @@ def step(w1, w2, w3, q1, q2, q3):
 
 
 @njit(**EXACT)
-def amplitudes(I1, I2, I3, w1, w2, w3):
-    """Amplitudes ``(A_s, A_c, A_d)``, rad/s, with ``A_c >= 0``, A_d of the sign of w_d, A_s of that of c_s A_d.
+def amplitudes(top):
+    """Amplitudes ``(A_s, A_c, A_d)`` in ``top.unit``, ``A_c >= 0``, A_d of the sign of w_d, A_s of that of c_s A_d.
 
     ``A_s^2 = w_s^2 + |c_s/c_c| w_c^2``, ``A_c^2 = w_c^2 + |c_c/c_s| w_s^2``, ``A_d^2 = w_d^2 + |c_d/c_s| w_s^2``.
-    For a sphere, whose ratios are 0/0, ``|c_c/c_s|`` counts as one.  Moments in kg m2, start in rad/s.
+    For a sphere, whose ratios are 0/0, ``|c_c/c_s|`` counts as one.
     """
-    top = set_up(I1, I2, I3, w1, w2, w3)
-    A_s, A_c, A_d = amplitudes_of(top)
-    return A_s * top.unit, A_c * top.unit, A_d * top.unit
-
-
-@njit(**EXACT)
-def amplitudes_of(top):
-    """:func:`amplitudes` of a motion that is set up, in its unit."""
     c_s, c_c, c_d = top.c
     w_s, w_c, w_d = top.w
     turning = (c_s != 0.0) & (c_c != 0.0)
@@ -350,14 +216,13 @@ def amplitudes_of(top):
 
 
 @njit(**EXACT)
-def phase(I1, I2, I3, w1, w2, w3):
+def phase(top):
     """Starting argument u0 in [-2K, 2K]: ``w_s = A_s sn(p t + u0)``, w_c and w_d likewise with cn and dn.
 
-    Amplitudes as ``amplitudes`` has them.  Zero for an exact spin about the least or greatest axis, infinite for
-    one about the middle axis, the far end of its separatrix.  Moments in kg m2, start in rad/s.
+    Zero for an exact spin about the least or greatest axis, infinite for one about the middle axis, the far end of
+    its separatrix.
     """
-    top = set_up(I1, I2, I3, w1, w2, w3)
-    A_s, A_c, _ = amplitudes_of(top)
+    A_s, A_c, _ = amplitudes(top)
     w_s, w_c, _ = top.w
     sn = w_s / A_s if A_s != 0.0 else 0.0
     cn = w_c / A_c if A_c != 0.0 else 1.0
@@ -365,122 +230,73 @@ def phase(I1, I2, I3, w1, w2, w3):
 
 
 @njit(**EXACT)
-def frequency(I1, I2, I3, w1, w2, w3):
+def frequency(top):
     """Angular frequency ``pi p/(2 K)``, rad/s, of the motion of the angular velocity in the body.
 
     About a stable axis it tends to sqrt(Omega^2) as the perturbation does to zero, and has that value at zero.
     Zero on the separatrix, for an exact spin about the middle axis, and where p = 0 (a sphere; a symmetric top
-    spinning about a transverse axis).  Moments in kg m2, start in rad/s.
+    spinning about a transverse axis).
     """
-    return frequency_of(set_up(I1, I2, I3, w1, w2, w3))
-
-
-@njit(**EXACT)
-def frequency_of(top):
-    """:func:`frequency`, rad/s, of a motion that is set up."""
     return 0.5 * math.pi / K(top.m, top.m1) * (top.p * top.unit)
 
 
 @njit(**EXACT)
-def flip_period(I1, I2, I3, w1, w2, w3):
+def flip_period(top):
     """Time ``2 K/p``, s, after which the sn and the cn component have changed sign.
 
     For a start about the middle axis, the time between two flips of the spin; for one about a stable axis, half
     a turn of the perturbation.  Infinite, never NaN, where ``frequency`` is zero: on the separatrix, for an exact
-    spin about the middle axis, and where p = 0.  Moments in kg m2, start in rad/s.
+    spin about the middle axis, and where p = 0.
     """
-    return flip_period_of(set_up(I1, I2, I3, w1, w2, w3))
-
-
-@njit(**EXACT)
-def flip_period_of(top):
-    """:func:`flip_period`, s, of a motion that is set up."""
     p = top.p * top.unit
     return 2.0 * K(top.m, top.m1) / p if p > 0.0 else np.inf
 
 
 @njit(**EXACT)
-def period(I1, I2, I3, w1, w2, w3):
+def period(top):
     """Period ``4 K/p``, s, of the angular velocity in the body; infinite where ``frequency`` is zero.
 
-    On a symmetric top this is the turn about its own axis.  Moments in kg m2, start in rad/s.
+    On a symmetric top this is the turn about its own axis.
     """
-    return 2.0 * flip_period(I1, I2, I3, w1, w2, w3)
+    return 2.0 * flip_period(top)
 
 
 @njit(**EXACT)
-def extremes(I1, I2, I3, w1, w2, w3):
-    """Least and greatest value of each component over all time, past and to come.
+def extremes(top):
+    """Least and greatest value of each component over all time: min1, max1, min2, max2, min3, max3, rad/s.
 
     The sn and cn components run over ``[-|A|, |A|]``, the dn component over ``A_d [sqrt(m1), 1]``.  On the
     separatrix cn keeps its sign and the ends are limits.  What stands still has its own value twice.
-
-    Parameters
-    ----------
-    I1, I2, I3 : float
-        Principal moments of inertia, kg m2, > 0.
-    w1, w2, w3 : float
-        Angular velocity at the start, rad/s.
-
-    Returns
-    -------
-    min1, max1, min2, max2, min3, max3 : float
-        Angular velocity, rad/s.
     """
-    if is_stationary(I1, I2, I3, w1, w2, w3):
-        return w1, w1, w2, w2, w3, w3
-    top = set_up(I1, I2, I3, w1, w2, w3)
-    A_s, A_c, A_d = amplitudes_of(top)
-    _, w_c, w_d = top.w
+    w_s, w_c, w_d = top.w
+    A_s, A_c, A_d = amplitudes(top)
     A_s, near, far = abs(A_s), math.sqrt(top.m1) * abs(A_d), abs(A_d)
+    s_low, s_high = -A_s, A_s
     c_low = 0.0 if (top.m1 == 0.0) & (w_c > 0.0) else -A_c
     c_high = 0.0 if (top.m1 == 0.0) & (w_c < 0.0) else A_c
     d_low, d_high = (near, far) if w_d >= 0.0 else (-far, -near)
-    min1, min2, min3 = by_axis(top.axes, -A_s, c_low, d_low)
-    max1, max2, max3 = by_axis(top.axes, A_s, c_high, d_high)
+    if is_stationary(top.c, top.w):
+        s_low, s_high, c_low, c_high, d_low, d_high = w_s, w_s, w_c, w_c, w_d, w_d
+    min1, min2, min3 = by_axis(top.axes, s_low, c_low, d_low)
+    max1, max2, max3 = by_axis(top.axes, s_high, c_high, d_high)
     unit = top.unit
     return min1 * unit, max1 * unit, min2 * unit, max2 * unit, min3 * unit, max3 * unit
 
 
 @njit(**EXACT)
-def max_tilt(I1, I2, I3, w1, w2, w3, axis):
-    """Largest angle over all time between the angular velocity and the end of an axis that it starts near.
+def max_tilt(top, axis):
+    """Largest angle (rad, 0 to pi) over all time between the angular velocity and the end of an axis (1, 2 or 3).
 
     That end is the positive one where ``w_axis >= 0``, else the negative one.  ``tan^2`` of the angle is a ratio
     of two linear functions of X (module's docstring), so its extremes stand at sn = 0 and at cn = 0.  On the
     separatrix it is a limit; where nothing moves, the angle itself, and 0 where nothing turns.
-
-    Parameters
-    ----------
-    I1, I2, I3 : float
-        Principal moments of inertia, kg m2, > 0.
-    w1, w2, w3 : float
-        Angular velocity at the start, rad/s.
-    axis : int
-        1, 2 or 3.
-
-    Returns
-    -------
-    float
-        Angle, rad, from 0 to pi.
     """
-    if is_stationary(I1, I2, I3, w1, w2, w3):
-        return tilt_at_rest(w1, w2, w3, axis)
-    return max_tilt_of(set_up(I1, I2, I3, w1, w2, w3), axis)
-
-
-@njit(**EXACT)
-def tilt_at_rest(w1, w2, w3, axis):
-    """Angle, rad, between an angular velocity (rad/s) and the end of an axis that it is nearer to."""
-    across = pick(axis, math.hypot(w2, w3), math.hypot(w3, w1), math.hypot(w1, w2))
-    return math.atan2(across, abs(pick(axis, w1, w2, w3)))
-
-
-@njit(**EXACT)
-def max_tilt_of(top, axis):
-    """:func:`max_tilt`, rad, of a motion that is set up and moves."""
+    if is_stationary(top.c, top.w):
+        w1, w2, w3 = by_axis(top.axes, *top.w)
+        across = pick(axis, math.hypot(w2, w3), math.hypot(w3, w1), math.hypot(w1, w2))
+        return math.atan2(across, abs(pick(axis, w1, w2, w3)))
     sn_axis, cn_axis, _ = top.axes
-    A_s, A_c, A_d = amplitudes_of(top)
+    A_s, A_c, A_d = amplitudes(top)
     A_s, near, far = abs(A_s), math.sqrt(top.m1) * abs(A_d), abs(A_d)
     if axis == sn_axis:
         return math.pi - math.atan2(near, A_s)
@@ -532,18 +348,17 @@ def polhode(moments, omega_start, n):
     moments, start = checked(moments, omega_start)
     if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 2:
         raise ValueError(f"n must be a whole number, at least 2, not {n!r}")
-    out = np.tile(start, (n, 1))
-    if not is_stationary(*moments, *start):
-        _fill_polhode(moments, start, out)
+    out, top = np.tile(start, (n, 1)), set_up(*moments, *start)
+    if not is_stationary(top.c, top.w):
+        _fill_polhode(top, out)
         out[0] = out[-1] = start
     return out
 
 
-def _fill_polhode(moments, start, out):
+def _fill_polhode(top, out):
     """Points of a polhode that is no point, at equal steps of ``am u``, into ``out`` (n, 3)."""
-    top = set_up(*moments, *start)
     s, c, d = (axis - 1 for axis in top.axes)
-    A_s, A_c, A_d = amplitudes_of(top)
+    A_s, A_c, A_d = amplitudes(top)
     w_s, w_c, _ = top.w
     begin = math.atan2(w_s / A_s if A_s else 0.0, w_c / A_c if A_c else 1.0)
     phi = begin + np.linspace(0.0, 2.0 * math.pi, out.shape[0])

@@ -313,7 +313,7 @@ def _tell_drifts(S):
 
 
 @njit(**OPTIONS)
-def tell(S, certified, invariants, logged, rated, reduced, exactly, rounded, tolerance):
+def tell(S, work, reduced, exactly, rounded, tolerance):
     """Turn every lane's sums into its columns, in units of s.
 
     Parameters
@@ -321,15 +321,14 @@ def tell(S, certified, invariants, logged, rated, reduced, exactly, rounded, tol
     S : numpy.ndarray, shape (ROWS * W,)
         Scratch after :func:`kernels.lanes.follow`, with the row spin_rate filled. Column k of lane l goes to
         ``S[(FIRST + k) * W + l]``; those of work that was not done hold no sense.
-    certified, invariants, logged, reduced
+    work, reduced
         As of :func:`kernels.lanes.follow`.
-    rated : bool
-        Whether rates are told beside their squares; the log slope needs them.
     exactly, rounded : bool
         Whether the motion is the exact solution; whether the moments are ratios that were rounded once each.
     tolerance : float
         That the certificate may reach.
     """
+    certified, invariants, logged, _, rated = work
     if _squares(S, reduced != lanes.NONE):
         _squares_beyond(S)
     _tell_square(S, certified, tolerance)

@@ -21,7 +21,7 @@ import math
 
 import numpy as np
 
-from kernels import columns, direct, exact, rigid_body, solution, taylor
+from kernels import columns, direct, exact, rigid_body, taylor
 from kernels.blocks import W
 from kernels.columns import Column
 from kernels.jit import OPTIONS, njit, whole_vectors
@@ -199,26 +199,24 @@ def _largest_tilt(S, lane):
 
 
 @njit(**OPTIONS)
-def _exact_columns(moments, a, b, c, spin, out, i):
+def _exact_columns(moments, omega, spin, out, i):
     """The same three quantities from the closed form; missing where they are infinite or do not exist."""
-    Ia, Ib, Ic = moments
-    top = exact.set_up(Ia, Ib, Ic, a, b, c)
-    period = exact.flip_period_of(top)
+    top = exact.set_up(*moments, *omega)
+    period = exact.flip_period(top)
     flips = top.axes[2] != 1 and math.isfinite(period)
     out[AT.flip_period_exact, i] = period / spin if flips else math.nan
-    still = solution.is_stationary(Ia, Ib, Ic, a, b, c)
-    out[AT.max_tilt_exact, i] = exact.tilt_at_rest(a, b, c, 1) if still else exact.max_tilt_of(top, 1)
-    out[AT.frequency_exact, i] = exact.frequency_of(top) * spin
+    out[AT.max_tilt_exact, i] = exact.max_tilt(top, 1)
+    out[AT.frequency_exact, i] = exact.frequency(top) * spin
 
 
 @njit(nogil=True, **OPTIONS)
-def fill(I1, I2, I3, axis, omega0, epsilon, phase, order, tolerance, out, given_up):
+def fill(points, order, tolerance, out, given_up):
     """Fill COLUMNS for points taken W at a time in the given order.
 
     Parameters
     ----------
-    I1, I2, I3, axis, omega0, epsilon, phase : numpy.ndarray, shape (n,)
-        Points, as for :func:`kernels.survey.measured`.
+    points : kernels.rigid_body.Points
+        Perturbed spins, n of them.
     order : numpy.ndarray of int64, shape (n,)
         In which order points are taken; it changes no result.
     tolerance : float
@@ -229,6 +227,7 @@ def fill(I1, I2, I3, axis, omega0, epsilon, phase, order, tolerance, out, given_
         Set where the search reached its bound.
     """
     whole_vectors()
+    I1, I2, I3, axis, omega0, epsilon, phase = points
     S = np.zeros(ROWS * W)
     for first in range(0, order.size, W):
         count = min(W, order.size - first)
@@ -250,4 +249,4 @@ def fill(I1, I2, I3, axis, omega0, epsilon, phase, order, tolerance, out, given_
             out[AT.flip_period, i] = S[FLIP + lane] / spin if S[FLIP + lane] > 0.0 and not given_up[i] else math.nan
             out[AT.max_tilt, i] = _largest_tilt(S, lane) if not given_up[i] else math.nan
             moments = rigid_body.relabel(I1[i], I2[i], I3[i], axis[i])
-            _exact_columns(moments, S[A0 + lane], e * S[B0 + lane], e * S[C0 + lane], spin, out, i)
+            _exact_columns(moments, (S[A0 + lane], e * S[B0 + lane], e * S[C0 + lane]), spin, out, i)

@@ -38,20 +38,19 @@ UNDECIDED = 20.0 * 2.0**-52  # of the sum of the terms of N
 
 
 @njit(nogil=True, **EXACT)
-def fill(I1, I2, I3, axis, omega0, epsilon, cosine, sine, reals, kinds):
+def fill(points, cosine, sine, reals, kinds):
     """Fill the columns of points.
 
     Parameters
     ----------
-    I1, I2, I3, axis, omega0 : numpy.ndarray, shape (n,)
-        As for :func:`kernels.linear.omega_squared`.
-    epsilon : numpy.ndarray, shape (n,)
-        Size of the nudge relative to omega0.
+    points : kernels.rigid_body.Points
+        Perturbed spins, n of them.
     cosine, sine : numpy.ndarray, shape (n,) or (1,)
         Of the nudge's direction; one where all points share theirs.
     reals, kinds : numpy.ndarray, shapes (len(REALS), n) and (len(KINDS), n)
         The result, float64 and int8.
     """
+    I1, I2, I3, axis, omega0, epsilon, _ = points
     shared = cosine.size == 1
     x_part, y_part = cosine[0] if shared else 0.0, sine[0] if shared else 0.0
     for i in range(I1.size):
@@ -116,10 +115,11 @@ def _body(I1, I2, I3):
     return math.nan if missing else margin, rigid_body.ASYMMETRIC if missing else shape
 
 
-def columns_of(I1, I2, I3, axis, omega0, epsilon, phase):
-    """Columns of REALS and KINDS by name, of arrays of one length as of :func:`kernels.columns.arrays`."""
+def columns_of(points):
+    """Columns of REALS and KINDS by name, of :class:`kernels.rigid_body.Points`."""
+    phase = points.phase
     if phase.size and (phase == phase[0]).all():  # a block of a grid mostly has one
         phase = phase[:1]
-    reals, kinds = np.empty((len(REALS), I1.size)), np.empty((len(KINDS), I1.size), dtype=np.int8)
-    fill(I1, I2, I3, axis, omega0, epsilon, np.cos(phase), np.sin(phase), reals, kinds)
+    reals, kinds = np.empty((len(REALS), points.I1.size)), np.empty((len(KINDS), points.I1.size), dtype=np.int8)
+    fill(points, np.cos(phase), np.sin(phase), reals, kinds)
     return dict(zip(REALS, reals, strict=True)) | dict(zip(KINDS, kinds, strict=True))

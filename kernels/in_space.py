@@ -16,6 +16,7 @@ integral, from what Montgomery's theorem makes of energy, period and a solid ang
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -49,27 +50,29 @@ def steps_of(x, size, intervals, tolerance):
 
 
 @njit(**OPTIONS)
-def _load(S, lane, Ia, Ib, Ic, spin, epsilon, phase, h, steps):
-    """Set up one lane; moments in a unit near the greatest, spin +1 or -1."""
-    a, b, c = spin, epsilon * math.cos(phase), epsilon * math.sin(phase)
+def _load(S, lane, moments, omega, h, steps):
+    """Set up one lane; moments in a unit near the greatest, angular velocity in that of the spin, +1 or -1."""
+    Ia, Ib, Ic = moments
+    a, b, c = omega
     ca, cb, cc = rigid_body.euler_coefficients(Ia, Ib, Ic)
     step = h / steps
     S[A + lane], S[B + lane], S[C + lane] = a, b, c
     S[Q0 + lane], S[QA + lane], S[QB + lane], S[QC + lane] = 1.0, 0.0, 0.0, 0.0
     S[KA + lane], S[KB + lane], S[KC + lane], S[HALF + lane] = ca * step, cb * step, cc * step, 0.5 * step
-    d, turned, g_d, g_j, g_k, x0, xd, xdd, xjk, y0, yd, ydd, yjk = attitude.short_step_constants(Ia, Ib, Ic, a, b, c, h)
-    s_d, s_j, s_k = attitude.oriented(d, *exact.short_step_constants(Ia, Ib, Ic, a, b, c, h))
-    S[SD + lane], S[SJ + lane], S[SK + lane] = attitude.of_direction(s_d, s_j, s_k, g_d, g_j, g_k)
+    d, turned, g, x, y = attitude.short_step_constants(moments, omega, h)
+    q = attitude.oriented(d, *exact.short_step_constants(moments, omega, h))
+    S[SD + lane], S[SJ + lane], S[SK + lane] = attitude.of_direction(q, g)
+    g_d, g_j, g_k = g
     w_d, w_j, w_k = attitude.oriented(d, a, b, c)
     m_d, m_j, m_k = g_d * (turned * w_d), g_j * w_j, g_k * (turned * w_k)
     S[MD + lane], S[MJ + lane], S[MK + lane] = m_d, m_j, m_k
-    S[EX0 + lane], S[EXD + lane], S[EXDD + lane], S[EXJK + lane] = x0, xd, xdd, xjk
-    S[EY0 + lane], S[EYD + lane], S[EYDD + lane], S[EYJK + lane] = y0, yd, ydd, yjk
+    S[EX0 + lane], S[EXD + lane], S[EXDD + lane], S[EXJK + lane] = x
+    S[EY0 + lane], S[EYD + lane], S[EYDD + lane], S[EYJK + lane] = y
     S[AXIS + lane], S[TURNED + lane], S[SIZE + lane] = d, turned, 0.5
-    S[R0 + lane], S[RD + lane], S[RJ + lane], S[RK + lane] = attitude.lifted(m_d, m_j, m_k, 1.0, 0.0)
+    S[R0 + lane], S[RD + lane], S[RJ + lane], S[RK + lane] = attitude.lifted((m_d, m_j, m_k), 1.0, 0.0)
     L = math.sqrt((Ia * a) ** 2 + (Ib * b) ** 2 + (Ic * c) ** 2)
     # seen from the end of the spin axis on the side of L: for a spin the other way, half a turn about b
-    S[MA + lane], S[MB + lane], S[MC + lane] = Ia / L * spin, Ib / L, Ic / L * spin
+    S[MA + lane], S[MB + lane], S[MC + lane] = Ia / L * a, Ib / L, Ic / L * a
     S[NA + lane], S[NB + lane], S[NC + lane] = S[MA + lane] * a, S[MB + lane] * b, S[MC + lane] * c
     S[START + lane] = b * b + c * c
     S[OPEN + lane], S[USED + lane], S[APART + lane], S[PSI + lane] = 1.0, 0.0, 0.0, 0.0
@@ -98,10 +101,11 @@ def _advance_exact(S):
     for lane in range(W):
         m_d, m_j, m_k = S[MD + lane], S[MJ + lane], S[MK + lane]
         r0, rd, rj, rk = attitude.step(
-            *(m_d, m_j, m_k),
-            *(S[R0 + lane], S[RD + lane], S[RJ + lane], S[RK + lane], S[SIZE + lane]),
-            *(S[EX0 + lane], S[EXD + lane], S[EXDD + lane], S[EXJK + lane]),
-            *(S[EY0 + lane], S[EYD + lane], S[EYDD + lane], S[EYJK + lane]),
+            (m_d, m_j, m_k),
+            (S[R0 + lane], S[RD + lane], S[RJ + lane], S[RK + lane]),
+            S[SIZE + lane],
+            (S[EX0 + lane], S[EXD + lane], S[EXDD + lane], S[EXJK + lane]),
+            (S[EY0 + lane], S[EYD + lane], S[EYDD + lane], S[EYJK + lane]),
         )
         S[R0 + lane], S[RD + lane], S[RJ + lane], S[RK + lane] = r0, rd, rj, rk
         S[MD + lane], S[MJ + lane], S[MK + lane] = exact.step(m_d, m_j, m_k, S[SD + lane], S[SJ + lane], S[SK + lane])
@@ -114,8 +118,7 @@ def _compare(S):
     opened = 0
     for lane in range(W):
         e0, ed, ej, ek, S[SIZE + lane] = attitude.land(
-            *(S[MD + lane], S[MJ + lane], S[MK + lane]),
-            *(S[R0 + lane], S[RD + lane], S[RJ + lane], S[RK + lane]),
+            (S[MD + lane], S[MJ + lane], S[MK + lane]), (S[R0 + lane], S[RD + lane], S[RJ + lane], S[RK + lane])
         )
         f, d = S[TURNED + lane], S[AXIS + lane]
         ea, eb, ec = attitude.by_axis(d, f * ed, ej, f * ek)
@@ -133,9 +136,9 @@ def _compare(S):
         S[APART + lane] = apart if inside & (not (apart <= S[APART + lane])) else S[APART + lane]
         sign = 1.0 if S[MA + lane] > 0.0 else -1.0
         x, y = attitude.heading(
-            *(q0, qa * sign, qb, qc * sign),
-            *(S[NA + lane], S[NB + lane], S[NC + lane]),
-            *(S[MA + lane] * a, S[MB + lane] * b, S[MC + lane] * c),
+            (q0, qa * sign, qb, qc * sign),
+            (S[NA + lane], S[NB + lane], S[NC + lane]),
+            (S[MA + lane] * a, S[MB + lane] * b, S[MC + lane] * c),
         )
         x0, y0 = S[ZR + lane], S[ZI + lane]
         sine, cosine = x0 * y - y0 * x, x0 * x + y0 * y
@@ -150,19 +153,37 @@ def _compare(S):
 
 
 @njit(**OPTIONS)
-def _exactly(Ia, Ib, Ic, spin, epsilon, phase, out, i):
+def _exactly(moments, omega, out, i):
     """Rate of the spin axis about L and residual of the geometric phase, from the closed form, in units of the spin."""
-    b, c = epsilon * math.cos(phase), epsilon * math.sin(phase)
-    _, _, _, _, _, d = solution.constants(Ia, Ib, Ic, spin, b, c)
-    period, rate, sigma = tumbling.periods(Ia, Ib, Ic, spin, b, c)
+    _, _, _, _, _, d = solution.constants(*moments, *omega)
+    period, rate, sigma = tumbling.periods(*moments, *omega)
     out[3, i] = rate + sigma * (2.0 * math.pi / period) if d == 1 else math.nan
-    out[4, i] = tumbling.phase_residual(Ia, Ib, Ic, spin, b, c)
+    out[4, i] = tumbling.phase_residual(*moments, *omega)
+
+
+class Run(NamedTuple):
+    """How long points are followed: samples ``spacing`` radians of spin apart, and the error allowed, rad."""
+
+    spacing: float
+    intervals: int
+    tolerance: float
+
+
+@njit(**OPTIONS)
+def _seen_from_the_axis(points, i):
+    """Moments of point i by (a, b, c), in a unit near the greatest, and its angular velocity in that of the spin."""
+    Ia, Ib, Ic = rigid_body.relabel(points.I1[i], points.I2[i], points.I3[i], points.axis[i])
+    unit, epsilon, phase = solution.unit_of(Ia, Ib, Ic), points.epsilon[i], points.phase[i]
+    spin = 1.0 if points.omega0[i] > 0.0 else -1.0
+    return (Ia / unit, Ib / unit, Ic / unit), (spin, epsilon * math.cos(phase), epsilon * math.sin(phase))
 
 
 @njit(nogil=True, **OPTIONS)
-def fill(I1, I2, I3, axis, omega0, epsilon, phase, spacing, intervals, tolerance, out):
+def fill(points, run, out):
     """Fill the columns of IN_SPACE, (5, n): rad, rad s-1 (three), rad; NaN where missing."""
     whole_vectors()
+    I1, I2, I3, axis, omega0, epsilon, _ = points
+    spacing, intervals, tolerance = run
     n = I1.size
     steps, spacings = np.empty(n, dtype=np.int64), np.empty(n)
     for i in range(n):
@@ -180,10 +201,8 @@ def fill(I1, I2, I3, axis, omega0, epsilon, phase, spacing, intervals, tolerance
         number = steps[order[first]]
         for lane in range(W):
             i = order[first + min(lane, count - 1)]
-            Ia, Ib, Ic = rigid_body.relabel(I1[i], I2[i], I3[i], axis[i])
-            unit = solution.unit_of(Ia, Ib, Ic)
-            spin = 1.0 if omega0[i] > 0.0 else -1.0
-            _load(S, lane, Ia / unit, Ib / unit, Ic / unit, spin, epsilon[i], phase[i], spacings[i], number)
+            moments, omega = _seen_from_the_axis(points, i)
+            _load(S, lane, moments, omega, spacings[i], number)
         for _ in range(intervals):
             _advance(S, number)
             _advance_exact(S)
@@ -192,9 +211,8 @@ def fill(I1, I2, I3, axis, omega0, epsilon, phase, spacing, intervals, tolerance
         for lane in range(count):
             i = order[first + lane]
             _unload(S, lane, abs(omega0[i]), out, i)
-            Ia, Ib, Ic = rigid_body.relabel(I1[i], I2[i], I3[i], axis[i])
-            unit = solution.unit_of(Ia, Ib, Ic)
-            _exactly(Ia / unit, Ib / unit, Ic / unit, 1.0 if omega0[i] > 0.0 else -1.0, epsilon[i], phase[i], out, i)
+            moments, omega = _seen_from_the_axis(points, i)
+            _exactly(moments, omega, out, i)
             out[3, i] *= abs(omega0[i])
 
 
@@ -258,12 +276,9 @@ def survey(points, rotations, samples_per_rotation, tolerance):
     dict of str to numpy.ndarray, shape (n,)
         attitude_error (rad), psi_rate, psi_rate_error, space_rate_exact (rad s-1), geometric_phase_residual (rad).
     """
-    names = ("I1", "I2", "I3", "axis", "omega0", "epsilon", "phase")
-    arrays = np.broadcast_arrays(*(np.atleast_1d(points[name]) for name in names))
-    kinds = (np.int64 if name == "axis" else np.float64 for name in names)
-    arrays = tuple(np.ascontiguousarray(x, dtype=kind) for x, kind in zip(arrays, kinds, strict=True))
-    out = np.full((len(IN_SPACE), arrays[0].size), np.nan)
-    if arrays[0].size:
-        spacing = 2.0 * np.pi / samples_per_rotation
-        fill(*arrays, spacing, round(rotations * samples_per_rotation), tolerance, out)
+    points = rigid_body.points_of(points)
+    out = np.full((len(IN_SPACE), points.I1.size), np.nan)
+    if points.I1.size:
+        run = Run(2.0 * np.pi / samples_per_rotation, round(rotations * samples_per_rotation), tolerance)
+        fill(points, run, out)
     return dict(zip(IN_SPACE, out, strict=True))

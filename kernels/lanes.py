@@ -16,6 +16,8 @@ direct one. The distance of the two in the transverse plane, relative to the lar
 what the direct integration may be trusted to.
 """
 
+from typing import NamedTuple
+
 from kernels import exact, measure, recurrence, reduction, rigid_body, taylor
 from kernels.blocks import W
 from kernels.jit import INLINE, OPTIONS, njit, whole_vectors
@@ -48,6 +50,24 @@ APART_OVER = W * 80
 ROWS = 81
 
 NONE, FIRST_ORDER, WHOLE = range(3)  # how much of the reduction is done: see :mod:`kernels.reduction`
+
+
+class Work(NamedTuple):
+    """What is done beside the measurement itself. Compiled code takes it as a plain tuple, whose type has a name.
+
+    Attributes
+    ----------
+    certified, invariants, logged : bool
+        Whether to compare with the exact solution, to watch the invariants, and to take the log slope.
+    reducing, rated : bool
+        Whether to reduce to zero amplitude; whether rates are reported beside their squares (the log slope needs them).
+    """
+
+    certified: bool
+    invariants: bool
+    logged: bool
+    reducing: bool
+    rated: bool
 
 
 @njit(**OPTIONS)
@@ -83,9 +103,8 @@ def begin_exact(S):
     for lane in range(W):
         a, b, c, e = S[SPIN + lane], S[COSINE + lane], S[SINE + lane], S[EPSILON + lane]
         S[XA + lane], S[XB + lane], S[XC + lane] = a, b, c
-        qa, qb, qc = exact.short_step_constants(
-            S[MA + lane], S[MB + lane], S[MC + lane], a, e * b, e * c, S[SPACING + lane]
-        )
+        moments = S[MA + lane], S[MB + lane], S[MC + lane]
+        qa, qb, qc = exact.short_step_constants(moments, (a, e * b, e * c), S[SPACING + lane])
         S[QA + lane], S[QB + lane], S[QC + lane] = qa * (e * e), qb, qc
 
 
@@ -105,7 +124,7 @@ def begin_recurrence(S):
             S[GC + lane],
             S[BEND + lane],
         ) = recurrence.constants(
-            S[MA + lane], S[MB + lane], S[MC + lane], S[EPSILON + lane], a, b, c, S[SPACING + lane]
+            (S[MA + lane], S[MB + lane], S[MC + lane]), S[EPSILON + lane], (a, b, c), S[SPACING + lane]
         )
 
 
@@ -503,7 +522,7 @@ def _follow_recurrence(S, left):
 
 
 @njit(**OPTIONS)
-def follow(S, number, steps, intervals, certified, invariants, logged, reduced):
+def follow(S, number, steps, intervals, work, reduced):
     """Follow every lane through the run, or until the last window of the block has closed.
 
     Parameters
@@ -515,12 +534,13 @@ def follow(S, number, steps, intervals, certified, invariants, logged, reduced):
         not WHOLE); and steps a sample interval. One for the whole block.
     intervals : int
         Number of sample intervals.
-    certified, invariants, logged : bool
-        Whether to compare with the exact solution, to watch the invariants, and to take the log slope.
+    work : tuple of 5 bool
+        Of :class:`Work`.
     reduced : int
         How much of the reduction to zero amplitude is done: NONE, FIRST_ORDER or WHOLE; the first two only where the
         first order is enough (:func:`kernels.reduction.is_small`).
     """
+    certified, invariants, logged, _, _ = work
     begin(S)
     if certified or number >= EXACT:
         if reduced == WHOLE:

@@ -20,30 +20,30 @@ NEAR, APART = 1e-3, 2.0  # m1 below which rounding grows, and p t between two be
 @njit(**EXACT)
 def fill(moments, start, h, out):
     """Attitude at the times 0, h, 2h … of a start that is not steady, into ``out`` (n, 4), from (1, 0, 0, 0) on."""
-    unit, p, _, m1, d, f, _, _, _ = attitude.oriented_start(moments, start)
-    rungs, rungs1 = np.empty((2, RUNGS)), np.empty((2, RUNGS))
-    motion, turning, frame, ladders = attitude.prepare(moments, start, rungs, rungs1)
+    top = attitude.prepare(moments, start, np.empty((2, RUNGS)), np.empty((2, RUNGS)))
+    d, f = top.frame.d, top.frame.turned
     I1, I2, I3, _ = solution.scaled(moments[0], moments[1], moments[2])
-    w1, w2, w3, _ = solution.scaled(start[0], start[1], start[2])
-    _, _, g_d, g_j, g_k, x0, xd, xdd, xjk, y0, yd, ydd, yjk = attitude.short_step_constants(
-        I1, I2, I3, w1, w2, w3, h * unit
-    )
-    s_d, s_j, s_k = attitude.oriented(d, *exact.short_step_constants(I1, I2, I3, w1, w2, w3, h * unit))
-    s_d, s_j, s_k = attitude.of_direction(s_d, s_j, s_k, g_d, g_j, g_k)
+    w1, w2, w3, unit = solution.scaled(start[0], start[1], start[2])
+    own, omega = (I1, I2, I3), (w1, w2, w3)
+    steps = attitude.short_step_constants(own, omega, h * unit)
+    q = attitude.oriented(d, *exact.short_step_constants(own, omega, h * unit))
+    s_d, s_j, s_k = attitude.of_direction(q, steps.g)
+    p, m1 = top.motion.p, top.motion.m1
     every = MOST if m1 >= NEAR else max(1, int(min(float(MOST), APART / abs(p * (h * unit)))))
+    m, R, size = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0), 0.0
     for i in range(out.shape[0]):
         if i % every == 0:
-            q0, q1, q2, q3, m1_, m2_, m3_ = attitude.at(i * h, motion, turning, frame, ladders, rungs, rungs1)
+            (q0, q1, q2, q3), (m1_, m2_, m3_) = attitude.at(i * h, top)
             m_d, m_j, m_k = attitude.oriented(d, f * m1_, f * m2_, f * m3_)
             qd, qj, qk = attitude.oriented(d, f * q1, f * q2, f * q3)
             m_j, qj = f * m_j, f * qj
             P = 1.0 + m_d
-            r0, rd, rj, rk = attitude.product(q0, qd, qj, qk, P, 0.0, -m_k, m_j)
+            m, R = (m_d, m_j, m_k), attitude.product((q0, qd, qj, qk), (P, 0.0, -m_k, m_j))
             size = 0.5 / P
         else:
-            r0, rd, rj, rk = attitude.step(m_d, m_j, m_k, r0, rd, rj, rk, size, x0, xd, xdd, xjk, y0, yd, ydd, yjk)
-            m_d, m_j, m_k = exact.step(m_d, m_j, m_k, s_d, s_j, s_k)
-            q0, qd, qj, qk, size = attitude.land(m_d, m_j, m_k, r0, rd, rj, rk)
+            R = attitude.step(m, R, size, steps.x, steps.y)
+            m = exact.step(*m, s_d, s_j, s_k)
+            q0, qd, qj, qk, size = attitude.land(m, R)
             q1, q2, q3 = attitude.by_axis(d, f * qd, qj, f * qk)
         out[i, 0], out[i, 1], out[i, 2], out[i, 3] = q0, q1, q2, q3
 
@@ -74,9 +74,10 @@ def attitudes(moments, omega_start, spacing, n):
         If a value is none of these.
     """
     moments, start = solution.checked(moments, omega_start)
-    if solution.is_stationary(*moments, *start):
+    if solution.is_stationary(solution.coefficients(*moments), start):
         raise ValueError("omega_start must turn: a steady spin needs no steps")
-    p = exact.trajectory(*moments, *start)[0]
+    top = exact.set_up(*moments, *start)
+    p = top.p * top.unit
     if not (np.isfinite(spacing) and spacing != 0.0 and p * abs(spacing) <= 1.0):
         raise ValueError(f"spacing must be at most {1.0 / p if p > 0.0 else np.inf:.3g} s in size and not 0: {spacing}")
     out = np.empty((n, 4))

@@ -61,16 +61,16 @@ def weierstrass(e1, e2, e3):
 
 
 @njit(**INLINE)
-def constants(Ia, Ib, Ic, epsilon, a, b, c, h):
+def constants(moments, epsilon, start, h):
     """Constants of the recurrence, and the first differences of its first step.
 
     Parameters
     ----------
-    Ia, Ib, Ic : float
+    moments : tuple of 3 float
         Moments in cyclic order, of the spin axis first, in any common unit near one.
     epsilon : float
         The nudge; transverse components count in units of it.
-    a, b, c : float
+    start : tuple of 3 float
         Start, in units of the spin (a = 1 or -1).
     h : float
         Spacing, radians of spin: ``h max(1, max|c_i|) <= 1/2``, which keeps ``(p h)^2`` below a half.
@@ -82,7 +82,8 @@ def constants(Ia, Ib, Ic, epsilon, a, b, c, h):
     ga, gb, gc, q : float
         The recurrence's g of each component, and q.
     """
-    ca, cb, cc = coefficients(Ia, Ib, Ic)
+    a, b, c = start
+    ca, cb, cc = coefficients(*moments)
     e2, h2 = epsilon * epsilon, h * h
     of_b = cc * ca * e2 * h2
     xa, xb, xc = cb * cc * h2 * (a * a), of_b * (b * b), ca * cb * e2 * h2 * (c * c)

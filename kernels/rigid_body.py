@@ -18,12 +18,45 @@ Conserved along every solution:
 Source: Landau and Lifshitz, Mechanics, section 36, equations (36.5) and 37.1.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
+from kernels import columns
 from kernels.jit import INLINE, njit
 from kernels.triangle import ascending
 
 ASYMMETRIC, OBLATE, PROLATE, SPHERE = range(4)
+
+
+class Points(NamedTuple):
+    """Perturbed spins, arrays of shape (n,) in the one form that kernels are compiled for (:func:`points_of`).
+
+    Attributes
+    ----------
+    I1, I2, I3 : numpy.ndarray
+        Principal moments in a common unit, > 0.
+    axis : numpy.ndarray of int64
+        Spin axis, 1, 2 or 3.
+    omega0 : numpy.ndarray
+        Spin, rad s-1, not 0.
+    epsilon, phase : numpy.ndarray
+        Size of the perturbation relative to the spin, between 0 and 1, and its direction in the (b, c) plane, rad.
+    """
+
+    I1: np.ndarray
+    I2: np.ndarray
+    I3: np.ndarray
+    axis: np.ndarray
+    omega0: np.ndarray
+    epsilon: np.ndarray
+    phase: np.ndarray
+
+
+def points_of(points):
+    """Return the :class:`Points` of a mapping of its names to numbers or arrays, which are broadcast."""
+    dtypes = [np.int64 if name == "axis" else np.float64 for name in Points._fields]
+    return Points(*columns.arrays(*(points[name] for name in Points._fields), dtypes=dtypes))
 
 
 def cyclic(axis):

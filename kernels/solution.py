@@ -5,6 +5,7 @@ Equations, symbols, scales and sources: :mod:`kernels.exact`, which makes rotati
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -84,7 +85,7 @@ def separatrix_offset(I_min, I_mid, I_max, w_min, w_max):
 
 @njit(**EXACT_INLINE)
 def constants(I1, I2, I3, w1, w2, w3):
-    """Constants of a trajectory as ``trajectory`` has them, straight-line code for loops over lanes.
+    """Constants p, m, m1 and axes of a trajectory as :class:`Motion` has them, straight-line code for loops over lanes.
 
     For moments and angular velocities near one (the largest of each between 1e-50 and 1e50), p in the unit of w.
     """
@@ -101,6 +102,61 @@ def constants(I1, I2, I3, w1, w2, w3):
     m = min(1.0, b_d * (b_c * (w_s * w_s) + b_s * (w_c * w_c)) / safe) if p2 > 0.0 else 0.0
     m1 = min(1.0, b_s * ((abs(N) / I_min) / I_max) / safe) if p2 > 0.0 else 1.0
     return math.sqrt(p2), m, m1, sn_axis, (least if above else greatest), (greatest if above else least)
+
+
+@njit(**EXACT_INLINE)
+def by_axis(axes, x_s, x_c, x_d):
+    """Values of the roles sn, cn, dn, which run on ``axes``, in the order of the axes 1, 2, 3."""
+    sn_axis, cn_axis, _ = axes
+    x1 = x_s if sn_axis == 1 else (x_c if cn_axis == 1 else x_d)
+    x2 = x_s if sn_axis == 2 else (x_c if cn_axis == 2 else x_d)
+    x3 = x_s if sn_axis == 3 else (x_c if cn_axis == 3 else x_d)
+    return x1, x2, x3
+
+
+class Motion(NamedTuple):
+    """One trajectory, set up by :func:`set_up`: every closed form here starts from it.
+
+    Attributes
+    ----------
+    p : float
+        Elliptic frequency: the arguments of sn, cn and dn advance by ``p t``.
+    m, m1 : float
+        Parameter and complement ``1 - m``, each with its own relative precision.  Where p = 0, m = 0.
+    axes : tuple of 3 int
+        Axes (1, 2, 3) on which sn, cn and dn run: sn on the middle axis, dn on the one the polhode goes round.
+    c, w : tuple of 3 float
+        Euler coefficients and angular velocity at the start, in the order of the roles.
+    unit : float
+        What p and w are to be multiplied by, rad/s: a power of two.
+    """
+
+    p: float
+    m: float
+    m1: float
+    axes: tuple
+    c: tuple
+    w: tuple
+    unit: float
+
+
+@njit(**EXACT_INLINE)
+def set_up_near_one(I1, I2, I3, w1, w2, w3):
+    """:func:`set_up` for moments and angular velocities near one, as for :func:`constants`, whose unit is one."""
+    p, m, m1, sn_axis, cn_axis, dn_axis = constants(I1, I2, I3, w1, w2, w3)
+    c1, c2, c3 = coefficients(I1, I2, I3)
+    c = by_role(sn_axis, cn_axis, dn_axis, c1, c2, c3)
+    w = by_role(sn_axis, cn_axis, dn_axis, w1, w2, w3)
+    return Motion(p, m, m1, (sn_axis, cn_axis, dn_axis), c, w, 1.0)
+
+
+@njit(**EXACT)
+def set_up(I1, I2, I3, w1, w2, w3):
+    """Return the :class:`Motion` of a body (principal moments, kg m2, > 0) from an angular velocity (rad/s)."""
+    I1, I2, I3, _ = scaled(I1, I2, I3)
+    w1, w2, w3, unit = scaled(w1, w2, w3)
+    p, m, m1, axes, c, w, _ = set_up_near_one(I1, I2, I3, w1, w2, w3)
+    return Motion(p, m, m1, axes, c, w, unit)
 
 
 @njit(**INLINE)
@@ -128,12 +184,12 @@ def advance(w, c, p, t, sn, cn, dn):
 
 
 @njit(**EXACT)
-def is_stationary(I1, I2, I3, w1, w2, w3):
-    """Whether every ``dw_i/dt = (I_j - I_k) w_j w_k/I_i`` is exactly zero."""
+def is_stationary(c, w):
+    """Return whether every ``dw_i/dt = c_i w_j w_k`` is exactly zero, the axes in any one order."""
     return (
-        ((I2 == I3) | (w2 == 0.0) | (w3 == 0.0))
-        & ((I3 == I1) | (w3 == 0.0) | (w1 == 0.0))
-        & ((I1 == I2) | (w1 == 0.0) | (w2 == 0.0))
+        ((c[0] == 0.0) | (w[1] == 0.0) | (w[2] == 0.0))
+        & ((c[1] == 0.0) | (w[2] == 0.0) | (w[0] == 0.0))
+        & ((c[2] == 0.0) | (w[0] == 0.0) | (w[1] == 0.0))
     )
 
 

@@ -11,6 +11,7 @@ more; its columns are made elsewhere (:mod:`kernels.linear`).
 
 import math
 from itertools import chain
+from typing import NamedTuple
 
 import numpy as np
 
@@ -41,10 +42,31 @@ LEVELS = 16  # of growth, by which points of one kind are sorted
 PITCH, GATHERED = TILE + 72, 8
 _A, _B, _C, _SPIN, _EPSILON, _RATE, _PHASE, _SPACING, _BOUND = (PITCH * row for row in range(GATHERED + 1))
 
-POINT = ("I1", "I2", "I3", "axis", "omega0", "epsilon", "phase")
 TYPES = (np.float64, np.int32, np.int8)
 POWERS = columns.powers(COLUMNS, flips.COLUMNS)
 LEAST_SPIN = 1e-143  # s-1, below which the error of Ω², at least 5e-21 of its square, may be no normal double
+
+
+class Run(NamedTuple):
+    """How every point is followed.
+
+    Attributes
+    ----------
+    spacing : float
+        Between samples, radians of spin, where no rate asks for less.
+    intervals : int
+        Number of sample intervals.
+    tolerance : float
+        Relative error of the perturbation allowed over the run.
+    exactly, rounded : bool
+        Whether the motion is the exact solution; whether the moments are ratios that were rounded once each.
+    """
+
+    spacing: float
+    intervals: int
+    tolerance: float
+    exactly: bool
+    rounded: bool
 
 
 @njit(**INLINE)
@@ -54,8 +76,9 @@ def _copy(T, row, values):
 
 
 @njit(nogil=True, **OPTIONS)
-def _lay_out(T, I1, I2, I3, omega0, epsilon, phase):
+def _lay_out(T, values):
     """Points of a tile side by side in its rows, as they are given, but for phases too far to be brought back later."""
+    I1, I2, I3, omega0, epsilon, phase = values
     _copy(T, np.int64(_A), I1)  # no literal, or each row would have a copy of its own
     _copy(T, np.int64(_B), I2)
     _copy(T, np.int64(_C), I3)
@@ -146,21 +169,24 @@ def _keep(S, rows, kept):
 
 
 @njit(nogil=True, **OPTIONS)
-def _run(T, keys, blocks, intervals, tolerance, exactly, rounded, groups, rows, kept, at):
+def _run(T, keys, blocks, run, work, out):
     """Integrate and measure block after block: order[starts[j]:starts[j + 1]] are the points of block j.
 
-    Columns go to ``kept``, shape (blocks, rows, W); ``at`` tells where a point's lane lies in it.
+    ``out`` holds the numbers ``rows`` of those wanted; ``kept``, shape (blocks, rows, W), where they go; and ``at``,
+    where in it each point's lane lies.
     """
     order, starts = blocks
-    certified, invariants, logged, reducing, rated = groups
+    rows, kept, at = out
+    _, intervals, tolerance, exactly, rounded = run
+    reducing = work[3]
     S = scratch(findings.ROWS)
     for j in range(starts.size - 1):
         points = order[starts[j] : starts[j + 1]]
         taken, steps, depth = _work(keys[points[0]], exactly)
         depth = depth if reducing or depth == lanes.WHOLE else lanes.NONE
         _gather(S, T, points, steps)
-        lanes.follow(S, taken, steps, intervals, certified, invariants, logged, depth)
-        findings.tell(S, certified, invariants, logged, rated, depth, exactly, rounded, tolerance)
+        lanes.follow(S, taken, steps, intervals, work, depth)
+        findings.tell(S, work, depth, exactly, rounded, tolerance)
         _keep(S, rows, kept[j])
         for lane in range(points.size):
             at[points[lane]] = j * kept.shape[1] * W + lane
@@ -181,10 +207,10 @@ def _sort_back(first, kept, at, low, size, out):
 
 
 @njit(nogil=True, **OPTIONS)
-def _measure(arrays, spacing, intervals, tolerance, exactly, rounded, groups, rows, tables):
+def _measure(points, run, work, rows, tables):
     """Measure tile after tile into tables of one type each; ``rows`` are their columns' numbers, table after table."""
     reals, counts, kinds = tables
-    I1, I2, I3, axis, omega0, epsilon, phase = arrays
+    I1, I2, I3, axis, omega0, epsilon, phase = points
     room = min(I1.size, TILE)
     T, keys = np.empty(PITCH * (GATHERED + 1)), np.empty(room, dtype=np.int64)
     # an odd number of rows: blocks that begin at multiples of half a page would share few lines of the cache
@@ -192,24 +218,18 @@ def _measure(arrays, spacing, intervals, tolerance, exactly, rounded, groups, ro
     for low in range(0, I1.size, TILE):
         size = min(I1.size - low, TILE)
         part, own = slice(low, low + size), keys[:size]
-        _lay_out(T, I1[part], I2[part], I3[part], omega0[part], epsilon[part], phase[part])
-        _plan(T, axis[part], spacing, intervals, own)
-        if not exactly:
-            _choose(T, intervals, tolerance, own)
+        _lay_out(T, (I1[part], I2[part], I3[part], omega0[part], epsilon[part], phase[part]))
+        _plan(T, axis[part], run.spacing, run.intervals, own)
+        if not run.exactly:
+            _choose(T, run.intervals, run.tolerance, own)
         order, starts = cut(own, np.int64(LEVELS))
         if starts.size - 1 > kept.shape[0]:
             kept = np.empty((starts.size - 1, kept.shape[1], W))
-        _run(T, own, (order, starts), intervals, tolerance, exactly, rounded, groups, rows, kept, at)
+        _run(T, own, (order, starts), run, work, (rows, kept, at))
         flat = kept.ravel()
         _sort_back(np.int64(0), flat, at, low, size, reals)
         _sort_back(reals.shape[0], flat, at, low, size, counts)
         _sort_back(reals.shape[0] + counts.shape[0], flat, at, low, size, kinds)
-
-
-def _point_arrays(points):
-    """Arrays of one length for the seven coordinates of the points, in the one form that is compiled for."""
-    dtypes = [np.int64 if name == "axis" else np.float64 for name in POINT]
-    return columns.arrays(*(points[name] for name in POINT), dtypes=dtypes)
 
 
 def measured(
@@ -255,8 +275,8 @@ def measured(
         If ``nonlinear``, flip_period, flip_period_exact (s), max_tilt, max_tilt_exact (rad), frequency_exact (rad s-1).
         NaN where missing, -1 for a regime that could not be measured. Nothing is checked and nothing raised.
     """
-    arrays = _point_arrays(points)
-    n, intervals = arrays[0].size, round(rotations * samples_per_rotation)
+    points = rigid_body.points_of(points)
+    n = points.I1.size
     needed = {"omega_squared", "status"} if nonlinear else set()
     asked = [column for column in COLUMNS if column.name in wanted or column.name in needed]
     asked.sort(key=lambda column: TYPES.index(column.dtype))
@@ -266,12 +286,13 @@ def measured(
     rated = bool(work & {findings.RATES, findings.LOG_SLOPE})
     certified = propagator == "direct" and (rated or bool(work & {findings.CERTIFICATE, findings.ERRORS}))
     reducing = rated or bool(work & {findings.REDUCTION, findings.ERRORS})
-    groups = (certified, findings.INVARIANTS in work, findings.LOG_SLOPE in work, reducing, rated)
-    spacing = 2.0 * np.pi / samples_per_rotation
-    _measure(arrays, spacing, intervals, tolerance, propagator == "exact", rounded, groups, rows, tables)
+    done = lanes.Work(certified, findings.INVARIANTS in work, findings.LOG_SLOPE in work, reducing, rated)
+    spacing, intervals = 2.0 * np.pi / samples_per_rotation, round(rotations * samples_per_rotation)
+    run = Run(spacing, intervals, tolerance, propagator == "exact", rounded)
+    _measure(points, run, tuple(done), rows, tables)
     found = {column.name: values for column, values in zip(asked, chain(*tables), strict=True)}
-    followed = _nonlinear(arrays, found, tolerance) if nonlinear else {}
-    _leave_out_unrepresentable(found, arrays[4])
+    followed = _nonlinear(points, found, tolerance) if nonlinear else {}
+    _leave_out_unrepresentable(found, points.omega0)
     return followed | {name: found[name] for name in MEASURED if name in wanted}
 
 
@@ -302,22 +323,22 @@ def flipped(points, tolerance=1e-10):
     tolerance : float
         Relative error allowed in the measured columns.
     """
-    arrays = _point_arrays(points)
-    n = arrays[0].size
+    points = rigid_body.points_of(points)
+    n = points.I1.size
     found = np.empty((len(flips.COLUMNS), n))
-    flips.fill(*arrays, np.arange(n), tolerance, found, np.zeros(n, dtype=bool))
+    flips.fill(points, np.arange(n), tolerance, found, np.zeros(n, dtype=bool))
     return dict(zip(flips.MEASURED, found, strict=True))
 
 
-def _nonlinear(arrays, measured, tolerance):
+def _nonlinear(points, measured, tolerance):
     """Columns of kernels.flips; a search that was given up is a window too short."""
-    n, omega0, status = arrays[0].size, arrays[4], measured["status"]
+    n, omega0, status = points.I1.size, points.omega0, measured["status"]
     found, given_up = np.empty((len(flips.COLUMNS), n)), np.zeros(n, dtype=bool)
     sound = np.flatnonzero(status != NON_FINITE)
     found[:, status == NON_FINITE] = np.nan
     rate2 = measured["omega_squared"][sound] / omega0[sound] / omega0[sound]
     order = sound[np.argsort(np.abs(rate2))]  # of like duration together
-    flips.fill(*arrays, order, tolerance, found, given_up)
+    flips.fill(points, order, tolerance, found, given_up)
     status[given_up & (status == OK)] = SHORT_WINDOW
     return dict(zip(flips.MEASURED, found, strict=True))
 
@@ -337,12 +358,12 @@ def theory(points):
         omega_squared_theory (s-2), growth_rate_theory (s-1), frequency_theory (rad s-1), growing_fraction,
         triangle_margin (1), regime_theory, shape, encircles (int8).
     """
-    return foretold.columns_of(*_point_arrays(points))
+    return foretold.columns_of(rigid_body.points_of(points))
 
 
 def motions(points):
     """Number of distinct motions among points: see :mod:`kernels.collapse`."""
-    first, _ = collapse.distinct(*_point_arrays(points))
+    first, _ = collapse.distinct(rigid_body.points_of(points))
     return first.size
 
 
@@ -359,13 +380,13 @@ def collapsed(points, *settings, **options):
     spin of one, so that a point's bits depend on the point alone; they agree with those of :func:`measured` to the
     rounding of the two ratios.
     """
-    arrays = dict(zip(POINT, _point_arrays(points), strict=True))
-    first, motion = collapse.distinct(*arrays.values())
-    motions = as_motions({name: values[first] for name, values in arrays.items()})
+    points = rigid_body.points_of(points)
+    first, motion = collapse.distinct(points)
+    motions = as_motions({name: values[first] for name, values in points._asdict().items()})
     found = measured(motions | {"omega0": np.sign(motions["omega0"])}, *settings, rounded=True, **options)
-    spin = np.abs(arrays["omega0"])
+    spin = np.abs(points.omega0)
     expanded = {name: _expanded(values, motion, spin, POWERS[name]) for name, values in found.items()}
-    _leave_out_unrepresentable(expanded, arrays["omega0"])
+    _leave_out_unrepresentable(expanded, points.omega0)
     return expanded
 
 

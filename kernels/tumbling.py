@@ -83,7 +83,7 @@ def start(I1, I2, I3, energy):
 @njit(**EXACT)
 def mode_of(I1, I2, I3, w1, w3):
     """SAM, LAM, SEPARATRIX or PRINCIPAL (nothing moves in the body) of a start with w2 = 0, ascending moments."""
-    if solution.is_stationary(I1, I2, I3, w1, 0.0, w3):
+    if solution.is_stationary(solution.coefficients(I1, I2, I3), (w1, 0.0, w3)):
         return PRINCIPAL
     greater = max(I3 * (I3 - I2) * w3 * w3, I1 * (I2 - I1) * w1 * w1)
     N = solution.separatrix_offset(I1, I2, I3, w1, w3)
@@ -101,11 +101,13 @@ def periods(I1, I2, I3, w1, w2, w3):
     p, m, m1, s, c, d = solution.constants(I1, I2, I3, w1, w2, w3)
     I_s, I_c, I_d = solution.by_role(s, c, d, I1, I2, I3)
     w_s, w_c, w_d = solution.by_role(s, c, d, w1, w2, w3)
-    _, _, _, _, _, R, Q, _, nu, sigma = attitude.constants(I_s, I_c, I_d, w_s, w_c, w_d, p, m, m1)
+    turning = attitude.constants((I_s, I_c, I_d), (w_s, w_c, w_d), p, m, m1)
+    sigma = turning.sigma
     if not (p > 0.0 and m1 > 0.0):
         return math.nan, math.nan, sigma
     K = elliptic.K(m, m1)
-    return 4.0 * K / p, R + Q * p * (attitude.complete(attitude.landen_complement(m1), nu) / K), sigma
+    whole = attitude.complete(attitude.landen_complement(m1), turning.nu)
+    return 4.0 * K / p, turning.R + turning.Q * p * (whole / K), sigma
 
 
 @njit(**EXACT)
@@ -120,7 +122,7 @@ def geometric_phase(I1, I2, I3, w1, w2, w3):
     p, m, m1, s, c, d = solution.constants(I1, I2, I3, w1, w2, w3)
     I_s, I_c, I_d = solution.by_role(s, c, d, I1, I2, I3)
     w_s, w_c, w_d = solution.by_role(s, c, d, w1, w2, w3)
-    L, T2, a, mu_c, mu_s, _, _, _, _, sigma = attitude.constants(I_s, I_c, I_d, w_s, w_c, w_d, p, m, m1)
+    L, T2, a, mu_c, mu_s, _, _, _, _, sigma = attitude.constants((I_s, I_c, I_d), (w_s, w_c, w_d), p, m, m1)
     if not (p > 0.0 and m1 > 0.0):
         return math.nan
     K = elliptic.K(m, m1)
@@ -137,7 +139,7 @@ def phase_residual(I1, I2, I3, w1, w2, w3):
     p, m, m1, s, c, d = solution.constants(I1, I2, I3, w1, w2, w3)
     I_s, I_c, I_d = solution.by_role(s, c, d, I1, I2, I3)
     w_s, w_c, w_d = solution.by_role(s, c, d, w1, w2, w3)
-    L, _, a, mu_c, mu_s, _, Q, _, nu, sigma = attitude.constants(I_s, I_c, I_d, w_s, w_c, w_d, p, m, m1)
+    L, _, a, mu_c, mu_s, _, Q, _, nu, sigma = attitude.constants((I_s, I_c, I_d), (w_s, w_c, w_d), p, m, m1)
     if not (p > 0.0 and m1 > 0.0):
         return math.nan
     K = elliptic.K(m, m1)
@@ -191,12 +193,14 @@ def _step_length(c1, c2, c3, size, tolerance):
 
 
 @njit(**OPTIONS)
-def _heading(m1, m2, m3, x, y, z, axis):
+def _heading(m, n, axis):
     """Cosine and sine, to a positive factor, of psi about ``axis`` (1 or 3): where the space-fixed vector points.
 
     The shortest arc from m to the axis e takes a vector n at right angles to m to ``n - n_e (m + e)/(1 + m_e)``, and
     psi is minus its azimuth in the plane of the two other axes. The end of the axis is the one that m is nearer to.
     """
+    m1, m2, m3 = m
+    x, y, z = n
     if axis == 3:
         e, side = (m3, 1.0) if m3 >= 0.0 else (-m3, -1.0)
         bend = z * side / (1.0 + e)
@@ -220,7 +224,7 @@ def _whole_turn(roughly, c0, s0, c1, s1):
 
 
 @njit(**OPTIONS)
-def follow(I1, I2, I3, w1, w2, w3, h):
+def follow(moments, omega, h):
     """Follow a start with w2 = 0 through one period of w; moments ascending, all near one.
 
     Returns
@@ -234,23 +238,26 @@ def follow(I1, I2, I3, w1, w2, w3, h):
     growth : float
         Ratio of the fastest to the slowest change of w on the way.
     """
+    I1, I2, I3 = moments
+    w1, w2, w3 = omega
     k1, k2, k3 = (I2 - I3) / I1 * h, (I3 - I1) / I2 * h, (I1 - I2) / I3 * h
     a, b, c, x, y, z = w1, w2, w3, 0.0, 1.0, 0.0
     kept1, kept3, zeros = True, True, 0
     about1, about3 = 0.0, 0.0
     slowest, fastest = math.inf, 0.0
     L = math.sqrt((I1 * a) ** 2 + (I2 * b) ** 2 + (I3 * c) ** 2)
-    p1, q1 = _heading(I1 * a / L, 0.0, I3 * c / L, x, y, z, 1)
-    p3, q3 = _heading(I1 * a / L, 0.0, I3 * c / L, x, y, z, 3)
+    m, n = (I1 * a / L, 0.0, I3 * c / L), (x, y, z)
+    p1, q1 = _heading(m, n, 1)
+    p3, q3 = _heading(m, n, 3)
     first1, first3 = (p1, q1), (p3, q3)
-    for n in range(MOST_STEPS):
+    for k in range(MOST_STEPS):
         a0, b0, c0, x0, y0, z0 = a, b, c, x, y, z
         speed = (k1 * b * c) ** 2 + (k2 * c * a) ** 2 + (k3 * a * b) ** 2
         slowest, fastest = min(slowest, speed), max(fastest, speed)
         a, b, c, x, y, z = carry_12(a, b, c, x, y, z, k1, k2, k3, h)
         share = 1.0
         last = False
-        if n > 0 and (b0 > 0.0) != (b > 0.0):
+        if k > 0 and (b0 > 0.0) != (b > 0.0):
             zeros += 1
             if zeros == 2:
                 last = True
@@ -260,15 +267,16 @@ def follow(I1, I2, I3, w1, w2, w3, h):
                     share -= b / (k2 * c * a)
         kept1 &= a * w1 > 0.0
         kept3 &= c * w3 > 0.0
-        r1, s1 = _heading(I1 * a / L, I2 * b / L, I3 * c / L, x, y, z, 1)
-        r3, s3 = _heading(I1 * a / L, I2 * b / L, I3 * c / L, x, y, z, 3)
+        m, n = (I1 * a / L, I2 * b / L, I3 * c / L), (x, y, z)
+        r1, s1 = _heading(m, n, 1)
+        r3, s3 = _heading(m, n, 3)
         about1 += _turned(p1, q1, r1, s1)
         about3 += _turned(p3, q3, r3, s3)
         p1, q1, p3, q3 = r1, s1, r3, s3
         if last:
             axis = (3 if kept3 else 1) if kept1 != kept3 else 0
             turn = _whole_turn(about3, *first3, p3, q3) if axis == 3 else _whole_turn(about1, *first1, p1, q1)
-            return (n + share) * h, turn, axis, math.sqrt(fastest / slowest)
+            return (k + share) * h, turn, axis, math.sqrt(fastest / slowest)
     return math.nan, math.nan, 0, math.nan
 
 
@@ -286,12 +294,12 @@ def measure_one(I1, I2, I3, energy, tolerance):
     w1, w2, w3 = start(I1, I2, I3, energy)
     if not possible(I1 / I3, energy):
         return IMPOSSIBLE, missing, missing, missing, missing, missing, missing
-    if solution.is_stationary(I1, I2, I3, w1, w2, w3):
+    if solution.is_stationary(solution.coefficients(I1, I2, I3), (w1, w2, w3)):
         return PRINCIPAL, missing, missing, missing, missing, missing, missing
     c1, c2, c3 = (I2 - I3) / I1, (I3 - I1) / I2, (I1 - I2) / I3
     h = _step_length(c1, c2, c3, math.hypot(w1, w3), tolerance)
-    period, turn, axis, growth = follow(I1, I2, I3, w1, w2, w3, h)
-    other, other_turn, other_axis, _ = follow(I1, I2, I3, w1, w2, w3, 0.71 * h)
+    period, turn, axis, growth = follow((I1, I2, I3), (w1, w2, w3), h)
+    other, other_turn, other_axis, _ = follow((I1, I2, I3), (w1, w2, w3), 0.71 * h)
     if axis == 0 or axis != other_axis:
         return SEPARATRIX, missing, missing, missing, missing, missing, missing
     long, encircled = _phi(period, turn, axis)
@@ -317,8 +325,9 @@ def measure_one(I1, I2, I3, energy, tolerance):
 
 
 @njit(nogil=True, **OPTIONS)
-def fill(I1, I2, I3, energy, tolerance, modes, out):
+def fill(bodies, tolerance, modes, out):
     """Measured modes and periods, in units of I3/L: rows of ``out`` (6, n) as PERIODS, then their errors."""
+    I1, I2, I3, energy = bodies
     for i in range(I1.size):
         modes[i], out[0, i], out[1, i], out[2, i], out[3, i], out[4, i], out[5, i] = measure_one(
             *scaled(I1[i], I2[i], I3[i]), energy[i], tolerance
@@ -352,7 +361,7 @@ def survey(points, tolerance, measured=True):
     columns = {"mode_exact": modes} | {f"{name}_exact": out[k] / omega0 for k, name in enumerate(PERIODS)}
     if measured:
         seen, found = np.empty(energy.size, dtype=np.int8), np.empty((6, energy.size))
-        fill(*bodies, tolerance, seen, found)
+        fill(bodies, tolerance, seen, found)
         columns |= {"mode": seen}
         columns |= {name: found[k] / omega0 for k, name in enumerate(PERIODS)}
         columns |= {f"{name}_error": found[k + 3] / omega0 for k, name in enumerate(PERIODS)}
@@ -491,7 +500,8 @@ def fill_tilts(I1, I2, I3, energy, out):
         p, m, m1, s, c, d = solution.constants(least, middle, most, w1, w2, w3)
         I_s, I_c, I_d = solution.by_role(s, c, d, least, middle, most)
         w_s, w_c, w_d = solution.by_role(s, c, d, w1, w2, w3)
-        _, _, a, mu_c, mu_s, _, _, _, _, _ = attitude.constants(I_s, I_c, I_d, w_s, w_c, w_d, p, m, m1)
+        turning = attitude.constants((I_s, I_c, I_d), (w_s, w_c, w_d), p, m, m1)
+        a, mu_c, mu_s = turning.a, turning.mu_c, turning.mu_s
         out[1, i] = math.atan2(mu_c, a)
         out[2, i] = math.atan2(mu_s, a * math.sqrt(m1))
         if m1 > 0.0:

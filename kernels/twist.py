@@ -32,6 +32,7 @@ Physica D 338 (2017) 17, with their psi = chi + pi/2.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -51,11 +52,28 @@ NEAR_HANDLE = 0.01  # squared sine of L's angle to the handle, below which the h
 
 # Rows of the scratch array, W long each: state, fixed vector, step, moments, azimuth's state, and what was kept.
 A, B, C, X, Y, Z, KA, KB, KC, H = (W * r for r in range(10))
-M1, M2, M3, HALF, DONE, WRAPS, STEP = (W * r for r in range(10, 17))
-PA, PB, PC, PX, PY, PZ, PWRAPS, SLOW, FAST = (W * r for r in range(17, 26))
-ROWS = 26
+M1, M2, M3, HALF, DONE, WRAPS, STEP, SLOW, FAST = (W * r for r in range(10, 19))
+ROWS = 19
 
 TWISTS = ("twist", "time_of_turn", "twist_error", "time_of_turn_error")
+
+
+class Throws(NamedTuple):
+    """Bodies of moments in any order, and how each is thrown; arrays of shape (n,)."""
+
+    I1: np.ndarray
+    I2: np.ndarray
+    I3: np.ndarray
+    chi: np.ndarray
+    theta: np.ndarray
+
+
+class Block(NamedTuple):
+    """W throws side by side: moments (3, W), angular velocity at the start (3, W) and chi (W,)."""
+
+    moments: np.ndarray
+    omega: np.ndarray
+    chi: np.ndarray
 
 
 @njit(**EXACT)
@@ -68,11 +86,13 @@ def start(I1, I2, I3, chi, theta):
 
 
 @njit(**OPTIONS)
-def step_length(I1, I2, I3, w1, w2, w3, tolerance):
+def step_length(moments, omega, tolerance):
     """Step, in units of I2/L, whose error over one turn, some thirty steps of G_12(1) x^13, is a tenth of tolerance.
 
     |w| never exceeds sqrt(2T/I1), and no rate exceeds it.
     """
+    I1, I2, I3 = moments
+    w1, w2, w3 = omega
     bound = math.sqrt(w1 * w1 + (I2 / I1) * w2 * w2 + (I3 / I1) * w3 * w3)
     rate = max(1.0, (I3 - I2) / I1, (I3 - I1) / I2)
     size = math.sqrt(w1 * w1 + w2 * w2 + w3 * w3)
@@ -141,13 +161,13 @@ def _finish(S, lane, chi):
 
 
 @njit(**OPTIONS)
-def _run(S, moments, starts, chi, shrink, tolerance, out):
-    """Follow one block; moments and starts are (3, W), out (2, W): twist and time of the turn."""
+def _run(S, block, shrink, tolerance, out):
+    """Follow one block; out is (2, W): twist and time of the turn."""
     whole_vectors()
     for lane in range(W):
-        I1, I2, I3 = moments[0, lane], moments[1, lane], moments[2, lane]
-        w1, w2, w3 = starts[0, lane], starts[1, lane], starts[2, lane]
-        h = shrink * step_length(I1, I2, I3, w1, w2, w3, tolerance)
+        I1, I2, I3 = block.moments[0, lane], block.moments[1, lane], block.moments[2, lane]
+        w1, w2, w3 = block.omega[0, lane], block.omega[1, lane], block.omega[2, lane]
+        h = shrink * step_length((I1, I2, I3), (w1, w2, w3), tolerance)
         S[A + lane], S[B + lane], S[C + lane] = w1, w2, w3
         S[KA + lane], S[KB + lane], S[KC + lane] = (I2 - I3) / I1 * h, (I3 - I1) / I2 * h, (I1 - I2) / I3 * h
         S[M1 + lane], S[M2 + lane], S[M3 + lane], S[H + lane] = I1, I2, I3, h
@@ -163,28 +183,31 @@ def _run(S, moments, starts, chi, shrink, tolerance, out):
         if not _advance(S):
             break
     for lane in range(W):
-        out[0, lane], out[1, lane] = _finish(S, lane, chi[lane])
+        out[0, lane], out[1, lane] = _finish(S, lane, block.chi[lane])
         if not (S[HALF + lane] > 0.0 and S[DONE + lane] > 0.0):
             out[0, lane], out[1, lane] = math.nan, math.nan
 
 
 @njit(**EXACT)
-def _azimuth(q0, q1, q2, q3, n1, n2, n3, m1, m2, m3, frame):
+def _azimuth(q, n, m, frame):
     """Azimuth of the handle about L since the start, rad, but for whole turns; q the attitude, n and m L's direction.
 
     Far from L, that of the handle turned by q. Near L its two components would cancel: there it is psi of
     :mod:`kernels.attitude` and the azimuths about the axis d that the shortest arcs from n and m to d give the handle.
     """
+    q0, q1, q2, q3 = q
+    n1, n2, n3 = n
+    m1, m2, m3 = m
     if n2 * n2 + n3 * n3 > NEAR_HANDLE:
         v1 = q0 * q0 + q1 * q1 - q2 * q2 - q3 * q3
         v2, v3 = 2.0 * (q1 * q2 + q0 * q3), 2.0 * (q1 * q3 - q0 * q2)
         return math.atan2(n3 * v2 - n2 * v3, v1 - n1 * m1)
-    d, turned, _, _, _ = frame
+    d, turned = frame.d, frame.turned
     qd, qj, qk = attitude.oriented(d, q1, q2, q3)
     n_d, n_j, n_k = attitude.oriented(d, n1, n2, n3)
     m_d, m_j, m_k = attitude.oriented(d, m1, m2, m3)
     n_d, n_k, m_d, m_k = turned * n_d, turned * n_k, turned * m_d, turned * m_k
-    x, y = attitude.heading(q0, turned * qd, qj, turned * qk, n_d, n_j, n_k, m_d, m_j, m_k)
+    x, y = attitude.heading((q0, turned * qd, qj, turned * qk), (n_d, n_j, n_k), (m_d, m_j, m_k))
     psi = 2.0 * math.atan2(y, x)
     if d == 1:
         return psi + math.atan2(n_j * m_k - n_k * m_j, n_j * m_j + n_k * m_k)
@@ -210,17 +233,18 @@ def exact_turn(moments, begin, chi, rungs, rungs1):
         return math.nan, math.nan
     L = math.sqrt(n1 * n1 + square)
     n1, n2, n3 = n1 / L, n2 / L, n3 / L
-    steady = solution.is_stationary(moments[0], moments[1], moments[2], begin[0], begin[1], begin[2])
+    steady = solution.is_stationary(solution.coefficients(moments[0], moments[1], moments[2]), begin)
     if steady:
         return 0.0, TWO_PI / math.sqrt(begin[0] ** 2 + begin[1] ** 2 + begin[2] ** 2)
-    motion, turning, frame, ladders = attitude.prepare(moments, begin, rungs, rungs1)
+    top = attitude.prepare(moments, begin, rungs, rungs1)
     half = math.pi * moments[1] / L
     t, phi, last, left = 0.0, 0.0, 0.0, TWO_PI
     stride = TWO_PI * moments[1] / L / 2.0
     for _ in range(int(min(2.0 * math.ceil(moments[2] / moments[1]), MOST_STRIDES)) + 12):
         t += stride
-        q0, q1, q2, q3, m1, m2, m3 = attitude.at(t, motion, turning, frame, ladders, rungs, rungs1)
-        now = _azimuth(q0, q1, q2, q3, n1, n2, n3, m1, m2, m3, frame)
+        q, m = attitude.at(t, top)
+        _, m2, m3 = m
+        now = _azimuth(q, (n1, n2, n3), m, top.frame)
         phi += (now - last) - TWO_PI * math.floor((now - last) / TWO_PI + 1.0 / 3.0)
         last = now
         rate = L * (m2 * m2 / moments[1] + m3 * m3 / moments[2]) / (m2 * m2 + m3 * m3)
@@ -230,14 +254,14 @@ def exact_turn(moments, begin, chi, rungs, rungs1):
             break
     if not abs(left) < ARRIVED:
         return math.nan, math.nan
-    return _unwound(math.atan2(m3, m2) - chi, t, motion, frame), t
+    return _unwound(math.atan2(m3, m2) - chi, t, top), t
 
 
 @njit(**EXACT)
-def _unwound(change, t, motion, frame):
+def _unwound(change, t, top):
     """The change of chi with its whole turns: half a turn for every half period, where the handle is encircled."""
-    unit, p, m, m1, _, _ = motion
-    d, turned, _, _, _ = frame
+    p, m, m1, unit = top.motion.p, top.motion.m, top.motion.m1, top.motion.unit
+    d, turned = top.frame.d, top.frame.turned
     change -= TWO_PI * math.floor(change / TWO_PI + 0.5)
     if d != 1 or m1 <= 0.0:
         return change
@@ -293,10 +317,11 @@ def within(chi):
 
 
 @njit(nogil=True, **EXACT)
-def fill_exact(I1, I2, I3, chi, theta, out):
+def fill_exact(throws, out):
     """Twist (rad), time of the turn (in I_mid/L) and the law's defect (rad) of points, in closed form: (3, n)."""
     rungs, rungs1 = np.empty((2, RUNGS)), np.empty((2, RUNGS))
     moments, begin = np.empty(3), np.empty(3)
+    I1, I2, I3, chi, theta = throws
     for i in range(I1.size):
         low, middle, high = scaled(I1[i], I2[i], I3[i])
         moments[0], moments[1], moments[2] = low, middle, high
@@ -306,11 +331,13 @@ def fill_exact(I1, I2, I3, chi, theta, out):
 
 
 @njit(nogil=True, **OPTIONS)
-def fill(I1, I2, I3, chi, theta, tolerance, out):
+def fill(throws, tolerance, out):
     """Measured twist (rad) and time of the turn (in I_mid/L), each with its error, of points: (4, n) as TWISTS."""
     whole_vectors()
     S, found = np.zeros(ROWS * W), np.empty((2, 2, W))
     moments, starts, angle = np.empty((3, W)), np.empty((3, W)), np.empty(W)
+    block = Block(moments, starts, angle)
+    I1, I2, I3, chi, theta = throws
     for first in range(0, I1.size, W):
         count = min(W, I1.size - first)
         for lane in range(W):
@@ -319,8 +346,8 @@ def fill(I1, I2, I3, chi, theta, tolerance, out):
             moments[0, lane], moments[1, lane], moments[2, lane] = low, middle, high
             starts[0, lane], starts[1, lane], starts[2, lane] = start(low, middle, high, chi[i], theta[i])
             angle[lane] = within(chi[i])
-        _run(S, moments, starts, angle, 1.0, tolerance, found[0])
-        _run(S, moments, starts, angle, 0.77, tolerance, found[1])
+        _run(S, block, 1.0, tolerance, found[0])
+        _run(S, block, 0.77, tolerance, found[1])
         for lane in range(count):
             i = first + lane
             growth = math.sqrt(S[FAST + lane] / S[SLOW + lane]) if S[SLOW + lane] > 0.0 else 1.0
@@ -351,10 +378,10 @@ def survey(points, tolerance, measured=True):
         twist, twist_error, twist_defect (rad), time_of_turn, time_of_turn_error (s), ends_reversed (int8; -1 missing).
     """
     names = ("I1", "I2", "I3", "chi", "theta", "omega0")
-    I1, I2, I3, chi, theta, omega0 = arrays(*(points[name] for name in names))
-    out = np.empty((3, I1.size))
-    fill_exact(I1, I2, I3, chi, theta, out)
-    low, middle, high = np.sort([I1, I2, I3], axis=0)
+    *values, omega0 = arrays(*(points[name] for name in names))
+    throws, out = Throws(*values), np.empty((3, omega0.size))
+    fill_exact(throws, out)
+    low, middle, high = np.sort(throws[:3], axis=0)
     columns = {
         "twist_exact": out[0],
         "time_of_turn_exact": out[1] / omega0,
@@ -362,8 +389,8 @@ def survey(points, tolerance, measured=True):
         "growth": np.sqrt((middle - low) / low) * np.sqrt((high - middle) / high),
     }
     if measured:
-        found = np.empty((4, I1.size))
-        fill(I1, I2, I3, chi, theta, tolerance, found)
+        found = np.empty((4, omega0.size))
+        fill(throws, tolerance, found)
         columns |= {
             "twist": found[0],
             "twist_error": found[2],

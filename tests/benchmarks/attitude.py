@@ -44,25 +44,28 @@ def step_attitudes(S, n):
         for i in range(W):
             m_d, m_j, m_k = S[MD + i], S[MJ + i], S[MK + i]
             r0, rd, rj, rk = attitude.step(
-                *(m_d, m_j, m_k, S[R0 + i], S[RD + i], S[RJ + i], S[RK + i], S[SIZE + i]),
-                *(S[X0 + i], S[XD + i], S[XDD + i], S[XJK + i], S[Y0 + i], S[YD + i], S[YDD + i], S[YJK + i]),
+                (m_d, m_j, m_k),
+                (S[R0 + i], S[RD + i], S[RJ + i], S[RK + i]),
+                S[SIZE + i],
+                (S[X0 + i], S[XD + i], S[XDD + i], S[XJK + i]),
+                (S[Y0 + i], S[YD + i], S[YDD + i], S[YJK + i]),
             )
             S[R0 + i], S[RD + i], S[RJ + i], S[RK + i] = r0, rd, rj, rk
             S[MD + i], S[MJ + i], S[MK + i] = exact.step(m_d, m_j, m_k, S[CD + i], S[CJ + i], S[CK + i])
         for i in range(W):
             S[Q0 + i], S[QD + i], S[QJ + i], S[QK + i], S[SIZE + i] = attitude.land(
-                *(S[MD + i], S[MJ + i], S[MK + i]), *(S[R0 + i], S[RD + i], S[RJ + i], S[RK + i])
+                (S[MD + i], S[MJ + i], S[MK + i]), (S[R0 + i], S[RD + i], S[RJ + i], S[RK + i])
             )
 
 
 def prepared():
     """The array of both loops."""
-    d, turned, *rest = attitude.short_step_constants(*MOMENTS, *START, STEP)
-    g, e = rest[:3], rest[3:]
-    c = attitude.of_direction(*attitude.oriented(d, *exact.step_constants(*MOMENTS, *START, STEP)), *g)
+    d, turned, g, x, y = attitude.short_step_constants(MOMENTS, START, STEP)
+    q = exact.step_constants(exact.set_up(*MOMENTS, *START), STEP)
+    c = attitude.of_direction(attitude.oriented(d, *q), g)
     m = np.array(attitude.oriented(d, *START)) * [turned, 1.0, turned] * g
-    r = attitude.lifted(*m, 1.0, 0.0)
-    return np.repeat(np.array([*m, *c, *r, 0.5, *e, *r]), W)
+    r = attitude.lifted(tuple(m), 1.0, 0.0)
+    return np.repeat(np.array([*m, *c, *r, 0.5, *x, *y, *r]), W)
 
 
 def by_carlson(times):

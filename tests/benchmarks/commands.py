@@ -19,7 +19,7 @@ import sys
 import tempfile
 import time
 
-KERNEL = "from kernels import exact; exact.flip_period(1.0, 2.0, 3.0, 1e-6, 1.0, 1e-6)"
+KERNEL = "from kernels import exact; exact.flip_period(exact.set_up(1.0, 2.0, 3.0, 1e-6, 1.0, 1e-6))"
 DRAWING = """\
 import sys, time
 from pathlib import Path

@@ -15,7 +15,7 @@ import contenders
 import numpy as np
 from numba import njit
 
-from kernels import findings, lanes, survey
+from kernels import findings, lanes, rigid_body, survey
 from kernels.blocks import W, cut, scratch
 
 
@@ -35,7 +35,7 @@ def steps_and_samples(S):
 @njit(error_model="numpy")
 def told(S):
     """Columns from sums, without errors."""
-    findings.tell(S, False, False, False, False, lanes.NONE, True, False, 1e-10)
+    findings.tell(S, (False, False, False, False, False), lanes.NONE, True, False, 1e-10)
 
 
 @njit(error_model="numpy")
@@ -58,17 +58,17 @@ def filled(body):
     for row, value in enumerate(contenders._row(body, 1)):
         S[W * row : W * (row + 1)] = value
     S[findings.MORE.spin_rate : findings.MORE.spin_rate + W] = 1.0
-    lanes.follow(S, lanes.RECURRENCE, 1, task.SAMPLES, False, False, False, lanes.NONE)
+    lanes.follow(S, lanes.RECURRENCE, 1, task.SAMPLES, (False,) * 5, lanes.NONE)
     return S
 
 
 def laid_out(bodies):
     """A tile's rows and keys, planned; and what plans them anew."""
-    I1, I2, I3, axis, omega0, epsilon, phase = survey._point_arrays(bodies.points)
+    I1, I2, I3, axis, omega0, epsilon, phase = rigid_body.points_of(bodies.points)
     T, keys = np.empty(survey.PITCH * (survey.GATHERED + 1)), np.zeros(len(bodies), dtype=np.int64)
 
     def plan():
-        survey._lay_out(T, I1, I2, I3, omega0, epsilon, phase)
+        survey._lay_out(T, (I1, I2, I3, omega0, epsilon, phase))
         survey._plan(T, axis, task.SPACING, task.SAMPLES, keys)
 
     plan()

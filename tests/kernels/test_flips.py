@@ -11,9 +11,8 @@ FEWER = 20 if config.DISABLE_JIT else 1  # lanes in plain Python are slow
 def columns(points, tolerance=1e-10):
     """Columns of flips for points given as a mapping, with whether the search was given up."""
     n = np.broadcast(*points.values()).size
-    arrays = [np.broadcast_to(points[name], n).astype(np.int64 if name == "axis" else float) for name in NAMES]
     out, given_up = np.empty((len(flips.MEASURED), n)), np.zeros(n, dtype=bool)
-    flips.fill(*map(np.ascontiguousarray, arrays), np.arange(n), tolerance, out, given_up)
+    flips.fill(rigid_body.points_of(points), np.arange(n), tolerance, out, given_up)
     return dict(zip(flips.MEASURED, out, strict=True)) | {"given_up": given_up}
 
 
@@ -180,5 +179,7 @@ def test_the_closed_form_has_the_axis_it_is_asked_for():
     told = columns(dict(zip(NAMES, (1.0, 2.0, 2.7, np.array([1, 2, 3]), 1.5, 1e-2, 0.6), strict=True)))
     for axis in (1, 2, 3):
         start = np.roll([1.5, 1.5e-2 * np.cos(0.6), 1.5e-2 * np.sin(0.6)], axis - 1)
-        assert told["max_tilt_exact"][axis - 1] == pytest.approx(exact.max_tilt(1.0, 2.0, 2.7, *start, axis), rel=1e-14)
+        assert told["max_tilt_exact"][axis - 1] == pytest.approx(
+            exact.max_tilt(exact.set_up(1.0, 2.0, 2.7, *start), axis), rel=1e-14
+        )
     assert np.isfinite(told["flip_period_exact"]).tolist() == [False, True, False]

@@ -84,7 +84,7 @@ def test_the_rate_is_that_of_the_axis_followed_for_many_turns(axis):
     point = {"I1": 0.5, "I2": 0.8, "I3": 1.0, "axis": axis, "omega0": -3.0, "epsilon": 0.05, "phase": 0.6}
     columns = SYSTEM.columns({name: np.array([value]) for name, value in point.items()}, ATTITUDE)
     moments, omega = start(point)
-    times = np.linspace(0.0, 100 * exact.period(*moments, *omega), 40_001)
+    times = np.linspace(0.0, 100 * exact.period(exact.set_up(*moments, *omega)), 40_001)
     w, x, y, z = exact.attitude(moments, omega, times).T
     ends = (
         np.stack([1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)]),
@@ -104,10 +104,11 @@ def test_the_rate_is_that_of_the_axis_followed_for_many_turns(axis):
 def test_a_coefficient_of_the_direct_step_bent_by_1e9_is_seen(row):
     """About the middle axis at a nudge of 0.3, where every coefficient turns the body."""
     scratch = np.zeros(in_space.ROWS * in_space.W)
+    omega = 1.0, 0.3 * math.cos(0.6), 0.3 * math.sin(0.6)
 
     def apart(bend):
         for lane in range(in_space.W):
-            in_space._load(scratch, lane, 2 / 3, 1.0, 1 / 3, 1.0, 0.3, 0.6, 0.4, 2)
+            in_space._load(scratch, lane, (2 / 3, 1.0, 1 / 3), omega, 0.4, 2)
         scratch[row : row + in_space.W] *= 1.0 + bend
         for _ in range(64):
             in_space._advance(scratch, 2)

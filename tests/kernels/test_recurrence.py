@@ -22,7 +22,7 @@ def test_the_series_is_weierstrass_function(middle):
 
 def recurred(moments, epsilon, start, h, n):
     """Samples (n + 1, 3), the transverse ones in units of epsilon."""
-    *steps, ga, gb, gc, q = recurrence.constants(*moments, epsilon, *start, h)
+    *steps, ga, gb, gc, q = recurrence.constants(moments, epsilon, start, h)
     state, found = start, [start]
     for _ in range(n):
         state = tuple(x + dx for x, dx in zip(state, steps, strict=True))

@@ -64,7 +64,7 @@ def test_the_shift_of_a_stable_spin_is_that_of_its_own_frequency():
     moments, epsilon = (1.0, 1.7, 2.3), 0.05
     points = dict(zip(("I1", "I2", "I3"), moments, strict=True)) | {"axis": 3, "omega0": 1.0, "phase": 0.6}
     columns = survey.survey(points | {"epsilon": epsilon}, 200.0, 16, 1e-12)
-    own = exact.frequency(*moments, epsilon * math.cos(0.6), epsilon * math.sin(0.6), 1.0)
+    own = exact.frequency(exact.set_up(*moments, epsilon * math.cos(0.6), epsilon * math.sin(0.6), 1.0))
     linear_rate = math.sqrt(linear.omega_squared(*moments, 1.0, 3))
     told = columns["frequency"][0] - columns["frequency_reduced"][0]
     # the least squares weigh samples by their squares, which makes a few percent of the shift

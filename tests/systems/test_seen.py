@@ -149,7 +149,7 @@ def test_no_herpolhode_of_a_body_that_can_exist_has_an_inflexion(count):
 def _inflects(moments, start):
     from kernels import exact
 
-    period = exact.period(*moments, *start)
+    period = exact.period(exact.set_up(*moments, *start))
     w = exact.rotation(moments, start, np.linspace(0.0, period, 256))
     c = (np.roll(moments, -1) - np.roll(moments, -2)) / moments
     d = c * np.roll(w, -1, axis=1) * np.roll(w, -2, axis=1)
@@ -162,8 +162,8 @@ def test_the_herpolhode_stays_between_its_circles():
     moments, omega = np.array([0.4, 0.8, 1.0]), np.array([0.3, 0.0, 1.0])
     from kernels import exact
 
-    curve = herpolhode(moments, omega, np.linspace(0, 3 * exact.period(*moments, *omega), 500))
-    w = exact.rotation(moments, omega, np.linspace(0, 3 * exact.period(*moments, *omega), 500))
+    curve = herpolhode(moments, omega, np.linspace(0, 3 * exact.period(exact.set_up(*moments, *omega)), 500))
+    w = exact.rotation(moments, omega, np.linspace(0, 3 * exact.period(exact.set_up(*moments, *omega)), 500))
     along = (moments * omega * omega).sum() / np.linalg.norm(moments * omega)
     np.testing.assert_allclose((curve**2).sum(axis=1), (w**2).sum(axis=1) - along**2, atol=1e-13)
 

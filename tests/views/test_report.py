@@ -694,7 +694,7 @@ def test_a_click_shows_the_motion_of_the_point(opened, plane):
         point = shown_point(opened, plane)
         assert float(point.I1) == plane.I1.values[cell[0]]
         shown = float(page.locator("#flip-period").get_attribute("value"))
-        true = exact.flip_period(*moments_of(plane, point), *start_of(point))
+        true = exact.flip_period(exact.set_up(*moments_of(plane, point), *start_of(point)))
         assert shown == pytest.approx(true, rel=1e-12)  # both carry all digits; the bar is 1e-6
         assert parsed(page.locator("#flip-period").text_content()) == pytest.approx(true, rel=1e-6)
         flips.add(shown)
@@ -802,7 +802,7 @@ def test_only_what_flips_has_a_flip_period(opened, plane):
     for axis in (1, 2, 3):
         page.get_by_label(str(axis), exact=True).check()
         point = shown_point(opened, plane)
-        flips = exact.max_tilt(*moments_of(plane, point), *start_of(point), axis) > math.pi / 2
+        flips = exact.max_tilt(exact.set_up(*moments_of(plane, point), *start_of(point)), axis) > math.pi / 2
         assert page.locator("#flip-line").is_visible() == flips
         seen.add(bool(flips))
     assert seen == {True, False}
@@ -910,7 +910,7 @@ def test_bodies_have_a_table_and_nudges_a_plot(visit, breaking, folder):
     assert opened.row("axis")[0] == "3"
     earth = breaking.sel(body="Earth", axis=3, epsilon=float(opened.row("epsilon")[0])).squeeze()
     assert parsed(opened.row("omega_squared")[1]) == pytest.approx(float(earth.omega_squared), rel=1e-5)
-    true = exact.flip_period(*moments_of(breaking, earth), *start_of(earth))
+    true = exact.flip_period(exact.set_up(*moments_of(breaking, earth), *start_of(earth)))
     assert float(page.locator("#flip-period").get_attribute("value")) == pytest.approx(true, rel=1e-12)
     curve = page.evaluate("[...document.getElementById('nudges-plot').data.find((t) => t.name === 'axis 3').y]")
     every = breaking.sel(body="Earth", axis=3).squeeze().sortby("epsilon")

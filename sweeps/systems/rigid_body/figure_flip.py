@@ -133,7 +133,7 @@ def frames(ds: "xr.Dataset") -> list[Image.Image]:
     if point is None:
         return []
     moments, omega = np.array([point[name] for name in ("I1", "I2", "I3")]), start(point)
-    period = exact.flip_period(*moments, *omega)
+    period = exact.flip_period(exact.set_up(*moments, *omega))
     if not np.isfinite(period):
         return []
     try:

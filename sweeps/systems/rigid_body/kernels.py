@@ -4,7 +4,7 @@ from sweeps.systems.kernel import Kernel
 
 A_POINT = {"I1": 1.0, "I2": 2.0, "I3": 3.0, "axis": 2, "omega0": 1.0, "epsilon": 1e-6, "phase": 0.6}
 RUN = (1.0, 16, 1e-9)
-ROW, NUMBERS, FLAGS = "float64[::1]", "int64[::1]", "boolean, boolean, boolean"
+ROW, NUMBERS, WORK = "float64[::1]", "int64[::1]", "UniTuple(boolean, 5)"
 SURVEY = (  # what can be compiled side by side, before what links it
     Kernel("lanes", "advance", f"{ROW}, int64, int64", seconds=2.0),
     Kernel("lanes", "sample", f"{ROW}, int64, int64", seconds=2.0),
@@ -14,11 +14,11 @@ SURVEY = (  # what can be compiled side by side, before what links it
         for name in ("_exact_samples", "guess", "begin_recurrence", "log_sample", "begin", "begin_invariants")
     ),
     *(Kernel("lanes", name, f"{ROW},", seconds=0.3) for name in ("watch_invariants", "certify", "begin_reduction")),
-    Kernel("findings", "tell", f"{ROW}, {FLAGS}, boolean, int64, boolean, boolean, float64", seconds=4.0),
-    Kernel("survey", "_lay_out", ", ".join([ROW] * 7), seconds=0.8),
+    Kernel("findings", "tell", f"{ROW}, {WORK}, int64, boolean, boolean, float64", seconds=4.0),
+    Kernel("survey", "_lay_out", f"{ROW}, UniTuple({ROW}, 6)", seconds=0.8),
     Kernel("survey", "_choose", f"{ROW}, int64, float64, {NUMBERS}", seconds=0.8),
     Kernel("survey", "_plan", f"{ROW}, {NUMBERS}, float64, int64, {NUMBERS}", seconds=0.6),
-    Kernel("lanes", "follow", f"{ROW}, int64, int64, int64, {FLAGS}, int64", seconds=2.0),
+    Kernel("lanes", "follow", f"{ROW}, int64, int64, int64, {WORK}, int64", seconds=2.0),
     *(
         Kernel("survey", "_sort_back", f"int64, {ROW}, uint32[::1], int64, int64, {kind}[:, ::1]", seconds=0.2)
         for kind in ("float64", "int32", "int8")

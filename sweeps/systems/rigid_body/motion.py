@@ -36,8 +36,9 @@ def start(point: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
 def _span(point: Mapping[str, float], rotation: float) -> float:
     """Two flips, or two wobble periods, s; four rotations where neither ends within MOST_ROTATIONS."""
     moments, omega = start(point)
-    flips = exact.max_tilt(*moments, *omega, int(point["axis"])) > 0.5 * math.pi
-    return span((1 if flips else 2) * exact.period(*moments, *omega), rotation)
+    top = exact.set_up(*moments, *omega)
+    flips = exact.max_tilt(top, int(point["axis"])) > 0.5 * math.pi
+    return span((1 if flips else 2) * exact.period(top), rotation)
 
 
 def motion(point: Mapping[str, float], duration: float | None, samples: int | None, tolerance: float) -> "xr.Dataset":

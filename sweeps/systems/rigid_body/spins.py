@@ -67,15 +67,15 @@ def _spin(moments, axis: int, omega0: float, epsilon: float, phase: float) -> Sp
     regime = REGIMES[int(linear.regime(*moments, axis))]
     rate = math.sqrt(abs(float(linear.omega_squared(*moments, omega0, axis))))
     point = dict(zip(("I1", "I2", "I3"), moments, strict=True), axis=axis, omega0=omega0, epsilon=epsilon, phase=phase)
-    start = (*moments, *motion.start(point)[1])
-    tilt = math.degrees(exact.max_tilt(*start, axis))
+    top = exact.set_up(*moments, *motion.start(point)[1])
+    tilt = math.degrees(exact.max_tilt(top, axis))
     space = _space_rate(regime, abs(omega0), rate)
     return Spin(
         axis=axis,
         moment=moments[axis - 1],
         regime=regime,
         e_folding_time=1 / rate if regime == "unstable" and rate > 0 else None,
-        flip_period=float(exact.flip_period(*start)) if tilt > 90 else None,
+        flip_period=float(exact.flip_period(top)) if tilt > 90 else None,
         euler_period=2 * math.pi / rate if regime.startswith("stable") and rate > 0 else None,
         max_tilt=tilt,
         space_period=2 * math.pi / space if space else None,

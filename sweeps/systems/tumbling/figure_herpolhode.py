@@ -45,7 +45,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     )
     for ax, (mode, point) in zip(np.atleast_1d(figure.subplots(1, len(chosen))), chosen, strict=True):
         moments, omega = start(point)
-        times = np.linspace(0.0, PERIODS * exact.period(*moments, *omega), POINTS)
+        times = np.linspace(0.0, PERIODS * exact.period(exact.set_up(*moments, *omega)), POINTS)
         curve = herpolhode(moments, omega, times) / float(point["omega0"])
         radius = np.hypot(*curve.T)
         ax.plot(*curve.T, color=colors.STABLE, linewidth=0.9, gid="herpolhode")

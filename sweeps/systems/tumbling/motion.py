@@ -22,5 +22,5 @@ def motion(point: Mapping[str, float], duration: float | None, samples: int | No
     """Return ω(t) and q(t) of a tumbling body; the default duration is two periods of ω in the body."""
     moments, omega = start(point)
     rotation = 2 * math.pi / float(point["omega0"])
-    whole = span(2 * exact.period(*moments, *omega), rotation)
+    whole = span(2 * exact.period(exact.set_up(*moments, *omega)), rotation)
     return motion_of(moments, omega, whole if duration is None else duration, samples, tolerance, rotation)

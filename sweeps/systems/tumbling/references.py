@@ -18,7 +18,7 @@ GROWN = 100.0  # by which the steps' errors grow in a period
 def period_by_scipy(point: Mapping[str, float], integration: Once) -> float:
     """Return the period of ω of a tumbling body in s, by DOP853; NaN beyond a hundred turns or without one."""
     moments, omega = start({**point, "omega0": 1.0})
-    c, whole = coefficients(moments), exact.period(*moments, *omega)
+    c, whole = coefficients(moments), exact.period(exact.set_up(*moments, *omega))
     if not whole < 200.0 * math.pi or moments[2] < float(point["energy"]) * moments[0]:
         return math.nan
 
@@ -36,7 +36,7 @@ def period_in_closed_form(point: Mapping[str, float], integration: Once) -> floa
     """Return the period of ω of a tumbling body in s, 4 K/p; NaN without one."""
     moments, omega = start(point)
     impossible = moments[2] < float(point["energy"]) * moments[0]
-    whole = exact.period(*moments, *omega)
+    whole = exact.period(exact.set_up(*moments, *omega))
     return whole if math.isfinite(whole) and not impossible else math.nan
 
 
