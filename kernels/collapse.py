@@ -41,7 +41,7 @@ def distinct(points):
 
     Parameters
     ----------
-    points : kernels.rigid_body.Points
+    points : kernels.rigid_body.Spins
         Perturbed spins, n of them.
 
     Returns

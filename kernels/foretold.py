@@ -43,7 +43,7 @@ def fill(points, cosine, sine, reals, kinds):
 
     Parameters
     ----------
-    points : kernels.rigid_body.Points
+    points : kernels.rigid_body.Spins
         Perturbed spins, n of them.
     cosine, sine : numpy.ndarray, shape (n,) or (1,)
         Of the nudge's direction; one where all points share theirs.
@@ -116,7 +116,7 @@ def _body(I1, I2, I3):
 
 
 def columns_of(points):
-    """Columns of REALS and KINDS by name, of :class:`kernels.rigid_body.Points`."""
+    """Columns of REALS and KINDS by name, of :class:`kernels.rigid_body.Spins`."""
     phase = points.phase
     if phase.size and (phase == phase[0]).all():  # a block of a grid mostly has one
         phase = phase[:1]

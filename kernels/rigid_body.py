@@ -29,7 +29,7 @@ from kernels.triangle import ascending
 ASYMMETRIC, OBLATE, PROLATE, SPHERE = range(4)
 
 
-class Points(NamedTuple):
+class Spins(NamedTuple):
     """Perturbed spins, arrays of shape (n,) in the one form that kernels are compiled for (:func:`points_of`).
 
     Attributes
@@ -54,9 +54,9 @@ class Points(NamedTuple):
 
 
 def points_of(points):
-    """Return the :class:`Points` of a mapping of its names to numbers or arrays, which are broadcast."""
-    dtypes = [np.int64 if name == "axis" else np.float64 for name in Points._fields]
-    return Points(*columns.arrays(*(points[name] for name in Points._fields), dtypes=dtypes))
+    """Return the :class:`Spins` of a mapping of its names to numbers or arrays, which are broadcast."""
+    dtypes = [np.int64 if name == "axis" else np.float64 for name in Spins._fields]
+    return Spins(*columns.arrays(*(points[name] for name in Spins._fields), dtypes=dtypes))
 
 
 def cyclic(axis):

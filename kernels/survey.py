@@ -47,7 +47,7 @@ POWERS = columns.powers(COLUMNS, flips.COLUMNS)
 LEAST_SPIN = 1e-143  # s-1, below which the error of Ω², at least 5e-21 of its square, may be no normal double
 
 
-class Run(NamedTuple):
+class RunSettings(NamedTuple):
     """How every point is followed.
 
     Attributes
@@ -288,7 +288,7 @@ def measured(
     reducing = rated or bool(work & {findings.REDUCTION, findings.ERRORS})
     done = lanes.Work(certified, findings.INVARIANTS in work, findings.LOG_SLOPE in work, reducing, rated)
     spacing, intervals = 2.0 * np.pi / samples_per_rotation, round(rotations * samples_per_rotation)
-    run = Run(spacing, intervals, tolerance, propagator == "exact", rounded)
+    run = RunSettings(spacing, intervals, tolerance, propagator == "exact", rounded)
     _measure(points, run, tuple(done), rows, tables)
     found = {column.name: values for column, values in zip(asked, chain(*tables), strict=True)}
     followed = _nonlinear(points, found, tolerance) if nonlinear else {}

@@ -7,7 +7,7 @@ from kernels import collapse, flips, rigid_body, survey
 
 # without the compiler NumPy's scalars warn of the wrap-around that a hash is made of
 pytestmark = pytest.mark.filterwarnings("ignore:overflow encountered:RuntimeWarning")
-NAMES = rigid_body.Points._fields
+NAMES = rigid_body.Spins._fields
 
 
 def grid(**values):
@@ -27,7 +27,7 @@ def motion(point):
 
 def first_of_each(points):
     """The first point of each point's motion, as the two arrays tell it."""
-    first, motion = collapse.distinct(rigid_body.Points(*points))
+    first, motion = collapse.distinct(rigid_body.Spins(*points))
     assert (np.diff(first) > 0).all()
     assert motion[first].tolist() == list(range(first.size))
     return first[motion].tolist()

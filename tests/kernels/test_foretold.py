@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from kernels import foretold, linear, rigid_body, triangle
-from kernels.rigid_body import Points
+from kernels.rigid_body import Spins
 
 
 def some_bodies(alike):
@@ -27,7 +27,7 @@ def some_bodies(alike):
 @pytest.mark.parametrize("alike", [True, False])
 def test_columns_are_those_of_the_formulas(alike):
     I1, I2, I3, axis, omega0, phase = some_bodies(alike)
-    found = foretold.columns_of(Points(I1, I2, I3, axis, omega0, np.full(phase.size, 1e-3), phase))
+    found = foretold.columns_of(Spins(I1, I2, I3, axis, omega0, np.full(phase.size, 1e-3), phase))
     assert found.pop("encircles").dtype == np.int8
     with np.errstate(all="ignore"):
         regime = linear.regime(I1, I2, I3, axis)
@@ -66,7 +66,7 @@ def starts(random, n):
 
 def test_the_axis_encircled_is_that_of_the_difference_in_60_digits():
     start = starts(np.random.default_rng(4), 3000)
-    found = foretold.columns_of(Points(*start))["encircles"]
+    found = foretold.columns_of(Spins(*start))["encircles"]
     undecided = 0
     for I1, I2, I3, axis, _, epsilon, phase, flag in zip(*start, found, strict=True):
         with mpmath.workdps(60):
@@ -91,7 +91,7 @@ def test_the_axis_encircled_is_the_one_whose_component_keeps_its_sign(moments):
     a, b, c = moments
     axis, epsilon, phase = random.integers(1, 4, n), random.uniform(0.1, 0.95, n), random.uniform(0, 7, n)
     one = [np.full(n, x) for x in moments]
-    found = foretold.columns_of(Points(*one, axis, np.ones(n), epsilon, phase))["encircles"]
+    found = foretold.columns_of(Spins(*one, axis, np.ones(n), epsilon, phase))["encircles"]
     assert set(found) == {foretold.LEAST_AXIS, foretold.GREATEST_AXIS}
     for i in range(n):
         start = np.roll([1.0, epsilon[i] * np.cos(phase[i]), epsilon[i] * np.sin(phase[i])], axis[i] - 1)
@@ -106,8 +106,8 @@ def test_symmetric_bodies_encircle_their_own_axis_and_spheres_none():
     for axis in (1, 2, 3):
         for phase in (0.6, 2.1):
             one = np.full(3, 1e-300), np.full(3, phase)
-            found = foretold.columns_of(Points(*moments, np.full(3, axis), np.ones(3), *one))["encircles"]
+            found = foretold.columns_of(Spins(*moments, np.full(3, axis), np.ones(3), *one))["encircles"]
             assert found.tolist() == [foretold.GREATEST_AXIS, foretold.LEAST_AXIS, foretold.NO_AXIS]
     # about axis 1 with the nudge along axis 2: in the plane of two equal moments, a steady spin
-    steady = foretold.columns_of(Points(*moments[:, :1], np.array([1]), np.ones(1), np.full(1, 0.3), np.zeros(1)))
+    steady = foretold.columns_of(Spins(*moments[:, :1], np.array([1]), np.ones(1), np.full(1, 0.3), np.zeros(1)))
     assert steady["encircles"].tolist() == [foretold.NO_AXIS]
