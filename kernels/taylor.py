@@ -57,23 +57,28 @@ def lines(equations: Equations, order: int, spin: tuple[int, int] | None = WHOLE
     """
     last = {x: spin[0] if spin and x == "a" else order for x in equations}
     terms = [_term(x, n, *equations[x], spin) for n in range(1, order + 1) for x in equations if n <= last[x]]
-    return "\n".join([*terms, f"return {', '.join(_total(x, last[x]) for x in equations)}"])
+    return "\n".join([*terms, f"return {', '.join(total(x, last[x]) for x in equations)}"])
 
 
 def _term(x: str, n: int, scale: str, products: tuple, spin: tuple[int, int] | None) -> str:
     """Return the line of the term x_n."""
-    pairs = sorted(((i, n - 1 - i) for i in range(n)), key=max)
     if spin and n > spin[1] and x != "a":
         ((_, u, v),) = products
         other = u if v == "a" else v
         text = "".join(f" + {other}{n - 1 - i} * a{i}" for i in range(spin[1], -1, -1))
     else:
-        text = "".join(f" {sign} {u}{i} * {v}{j}" for i, j in pairs for sign, u, v in products)
+        text = convolution(products, n - 1)
     text = text.removeprefix(" + ").replace(" - ", "-", 1) if text.startswith(" - ") else text.removeprefix(" + ")
     return f"{x}{n} = {f'({scale} * R{n})' if n > 1 else scale} * ({text})"
 
 
-def _total(x: str, last: int) -> str:
+def convolution(products: tuple, n: int) -> str:
+    """Return the n-th term of a sum of products, the newest factors last, with a sign before each."""
+    pairs = sorted(((i, n - i) for i in range(n + 1)), key=max)
+    return "".join(f" {sign} {u}{i} * {v}{j}" for i, j in pairs for sign, u, v in products)
+
+
+def total(x: str, last: int) -> str:
     """Return the sum of the terms 0 to last of a component."""
     first, *terms = (f"{x}{n}" for n in (3, 2, *range(4, last + 1), 1, 0))
     return "(" * (last - 1) + first + ")".join(f" + {term}" for term in terms)

@@ -1,0 +1,216 @@
+r"""Multipliers, exponents and stability of linear periodic motion, from monodromy matrices and their errors.
+
+Over a period T a small perturbation changes by the monodromy matrix M; the multipliers mu are its eigenvalues, and the
+exponents ln(mu)/T. Where two multipliers meet, they move like the root of what moves M, and half of the digits are
+lost; traces and determinants are smooth. So regimes are decided by these, and multipliers are found from them:
+
+* two by two: :math:`\mu^2 - t\mu + d = 0`, t the trace, d the determinant (1 where M is symplectic);
+* four by four and symplectic: with :math:`a = \mathrm{tr} M,\ b = (a^2 - \mathrm{tr} M^2)/2` each
+  :math:`s = \mu + 1/\mu` solves :math:`s^2 - a s + b - 2 = 0`, whose discriminant is Krein's, D = a^2 - 4b + 8, and
+
+  .. math:: \det(M - 1) = (2 - s_1)(2 - s_2),\qquad \det(M + 1) = (2 + s_1)(2 + s_2)
+
+  All multipliers lie on the unit circle, and apart, where both determinants and D are positive and :math:`|a| < 4`.
+
+Errors: the invariants' are linear in those of M's entries, with a bound on the squares; multipliers, exponents and
+regimes are worked out again at the ends of the invariants' intervals, which is right where multipliers meet, too. A
+regime that is not the same at all ends is marginal.
+
+*Branch.* The logarithm leaves the exponent's imaginary part open by multiples of 2 pi/T. Of a two by two matrix with
+determinant 1 the number of half turns that any perturbation made in the period decides it: between two of them no
+multiplier is real, and there all perturbations have made the same number of whole half turns. So it is continuous from
+small modulation on. Elsewhere it is given between -pi/T and pi/T.
+
+Source: Yakubovich and Starzhinskii, Linear Differential Equations with Periodic Coefficients (1975); Broucke, AIAA
+Journal 7 (1969) 1003, for the classes of four multipliers. Derived again.
+"""
+
+from itertools import product
+
+import numpy as np
+
+REGIMES = (*("undetermined", "stable", "asymptotically_stable", "unstable", "period_doubling", "flutter", "marginal"),)
+STABLE, ASYMPTOTICALLY_STABLE, UNSTABLE, PERIOD_DOUBLING, FLUTTER, MARGINAL = range(6)
+UNDETERMINED = -1
+ROUNDING = 4.0 * float(np.finfo(np.float64).eps)
+INVARIANTS = ("first_invariant", "second_invariant", "krein_discriminant", "det_minus_identity", "det_plus_identity")
+
+
+def columns(M, error, period, reciprocal=True, half_turns=None):
+    """Return the columns of monodromy matrices.
+
+    Parameters
+    ----------
+    M, error : numpy.ndarray, shape (n, d, d)
+        Matrices and the errors of their entries; d = 2, or d = 4 where they are reciprocal.
+    period : numpy.ndarray, shape (n,)
+        s.
+    reciprocal : bool
+        Whether the equations are proved to be Hamiltonian: multipliers in pairs mu, 1/mu.
+    half_turns : numpy.ndarray, shape (n,), optional
+        Whole half turns of a perturbation in the period, floor(angle/pi), for d = 2 and determinant 1.
+
+    Returns
+    -------
+    dict of str to numpy.ndarray
+        multiplier_real, multiplier_imag (1), exponent_real, exponent_imag (s-1), shape (n, d), by falling modulus,
+        then argument; growth_rate (s-1, the largest real part), growth_per_period, trace and for d = 4 those of
+        INVARIANTS, shape (n,); each with its error as name_error; regime (number in REGIMES, less 1).
+
+    Raises
+    ------
+    ValueError
+        For matrices of another size.
+    """
+    d = M.shape[-1]
+    if M.shape[1:] not in ((2, 2), (4, 4)) or (d == 4 and not reciprocal):
+        raise ValueError(f"matrices must be 2 x 2, or 4 x 4 and reciprocal, not {M.shape[1:]}")
+    with np.errstate(all="ignore"):
+        found = invariants(M, error)
+        smooth = [found[name] for name in (INVARIANTS if d == 4 else ("trace", "determinant"))]
+        spreads = [found[f"{name}_error"] for name in (INVARIANTS if d == 4 else ("trace", "determinant"))]
+        if d == 2 and reciprocal:
+            smooth[1], spreads[1] = np.ones_like(smooth[1]), np.zeros_like(smooth[1])
+        centre = _spectrum(smooth, period, half_turns)
+        regime, worst = _regime(smooth), {name: np.zeros_like(values) for name, values in centre.items()}
+        for signs in product((-1.0, 1.0), repeat=len(smooth)):
+            ends = [value + sign * spread for value, sign, spread in zip(smooth, signs, spreads, strict=True)]
+            regime = np.where(_regime(ends) == regime, regime, MARGINAL)
+            if d == 2 or signs[1:3] == signs[3:]:  # multipliers of d = 4 follow from the first two alone
+                for name, apart in _distances(_spectrum(ends, period, half_turns), centre).items():
+                    worst[name] = np.maximum(worst[name], apart)
+        for name, values in centre.items():
+            found[name], found[f"{name}_error"] = values, worst[name] + ROUNDING * np.abs(values)
+        sound = np.isfinite(found["growth_rate"] + found["growth_rate_error"])
+    found["regime"] = np.where(sound, regime, UNDETERMINED).astype(np.int8)
+    return found
+
+
+def residuals(M, determinant=1.0):
+    """Return how far det M is from what it should be, and a Hamiltonian's characteristic polynomial from a palindrome.
+
+    Each is relative to the product of the rows' lengths, which bounds the terms of a determinant.
+
+    Parameters
+    ----------
+    M : numpy.ndarray, shape (n, d, d)
+        Monodromy matrices, d = 2 or 4.
+    determinant : float or numpy.ndarray, shape (n,)
+        Exponential of the integral of the trace of the equations over the period (Liouville).
+    """
+    lengths = np.linalg.norm(M, axis=2)
+    scale = lengths.prod(axis=1)
+    off = np.abs(np.linalg.det(M) - determinant) / scale
+    if M.shape[-1] == 2:
+        return off, off
+    third = np.einsum("nii->n", _cofactors(M))  # coefficient of mu, which is that of mu^3 of a Hamiltonian
+    uneven = np.abs(third - np.einsum("nii->n", M)) / (scale[:, None] / lengths).sum(axis=1)
+    return off, np.maximum(off, uneven)
+
+
+def invariants(M, error):
+    """Return trace and determinant (d = 2), or trace and INVARIANTS (d = 4), of matrices, each with its error."""
+    identity = np.eye(M.shape[-1])
+    trace, trace_error = np.einsum("nii->n", M), np.einsum("nii->n", error)
+    found = {"trace": trace, "trace_error": trace_error}
+    size = np.linalg.norm(error, axis=(1, 2))
+
+    def put(name, value, gradient, squares):
+        found[name] = value
+        found[f"{name}_error"] = (np.abs(gradient) * error).sum(axis=(1, 2)) + squares
+
+    if M.shape[-1] == 2:
+        put("determinant", np.linalg.det(M), _adjugate_2(M).swapaxes(1, 2), size**2)
+        return found
+    put("first_invariant", trace, np.broadcast_to(identity, M.shape), 0.0)
+    second = 0.5 * (trace**2 - np.einsum("nij,nji->n", M, M))
+    leading = trace[:, None, None] * identity
+    put("second_invariant", second, leading - M.swapaxes(1, 2), 2.0 * size**2)
+    put("krein_discriminant", trace**2 - 4.0 * second + 8.0, 4.0 * M.swapaxes(1, 2) - 2.0 * leading, 8.0 * size**2)
+    for name, sign in (("det_minus_identity", -1.0), ("det_plus_identity", 1.0)):
+        shifted = M + sign * identity
+        squares = 6.0 * size**2 * (np.linalg.norm(shifted, axis=(1, 2)) + size) ** 2
+        put(name, np.linalg.det(shifted), _cofactors(shifted), squares)
+    return found
+
+
+def _adjugate_2(M):
+    return np.stack([np.stack([M[:, 1, 1], -M[:, 0, 1]], -1), np.stack([-M[:, 1, 0], M[:, 0, 0]], -1)], 1)
+
+
+def _cofactors(M):
+    """Return the gradients of det M with respect to its entries, shape (n, d, d)."""
+    d = M.shape[-1]
+    others = np.array([[j for j in range(d) if j != i] for i in range(d)])
+    minors = M[:, others[:, None, :, None], others[None, :, None, :]]
+    return np.linalg.det(minors) * (-1.0) ** np.add.outer(np.arange(d), np.arange(d))
+
+
+def _pair(s, d):
+    """Return both solutions of ``mu^2 - s mu + d = 0``, the larger first, or that of the lesser argument."""
+    half = 0.5 * s.astype(complex)
+    root = np.sqrt(half * half - d)
+    root = np.where((half.conj() * root).real < 0.0, -root, root)
+    on_circle = (half.imag == 0.0) & (root.real == 0.0)
+    big = np.where(on_circle, half - 1j * np.abs(root.imag), half + root)
+    return big, np.where(on_circle, big.conj(), d / big)
+
+
+def _spectrum(smooth, period, half_turns):
+    """Return multipliers, exponents and growth of smooth invariants: (trace, determinant) or INVARIANTS."""
+    if len(smooth) == 2:
+        trace, d = smooth
+        mu = np.stack(_pair(trace, d), axis=1)
+        is_real = (mu.imag == 0.0).all(axis=1)
+        sizes = np.where(is_real[:, None], np.log(np.abs(mu)), 0.5 * np.log(d)[:, None])
+    else:
+        root = np.sqrt(smooth[2].astype(complex))
+        mu = np.stack([*_pair(0.5 * (smooth[0] + root), 1.0), *_pair(0.5 * (smooth[0] - root), 1.0)], axis=1)
+        sizes = np.log(np.abs(mu))
+        sizes = np.where(np.abs(sizes) < ROUNDING, 0.0, sizes)  # on the circle: the argument decides the order
+        sizes[:, 1::2] = -sizes[:, ::2]
+        double = smooth[2] < 0.0  # mu, 1/mu and their conjugates
+        sizes[:, 2:] = np.where(double[:, None], sizes[:, :2], sizes[:, 2:])
+        mu[:, 2:] = np.where(double[:, None], mu[:, :2].conj(), mu[:, 2:])
+        order = np.lexsort((np.angle(mu), -sizes), axis=1)
+        mu, sizes = np.take_along_axis(mu, order, axis=1), np.take_along_axis(sizes, order, axis=1)
+    angles = np.angle(mu)
+    if half_turns is not None:
+        odd = half_turns % 2.0 != 0.0
+        locked = np.pi * np.where(odd == (trace < 0.0), half_turns, half_turns + 1.0)
+        between = np.where(odd, np.pi * (half_turns + 1.0), -np.pi * half_turns) - np.abs(angles[:, 0])
+        angles = np.where(is_real, locked, between)[:, None] * np.array([1.0, -1.0])
+    exponents = sizes / period[:, None]
+    return {
+        "multiplier_real": mu.real,
+        "multiplier_imag": mu.imag,
+        "exponent_real": exponents,
+        "exponent_imag": angles / period[:, None],
+        "growth_rate": exponents.max(axis=1),
+        "growth_per_period": sizes.max(axis=1),
+    }
+
+
+def _distances(ends, centre):
+    """Return name → distance of two spectra; where multipliers have met in between, their branches may have swapped."""
+    found = {name: np.abs(ends[name] - values) for name, values in centre.items()}
+    met = (ends["multiplier_imag"] == 0.0) != (centre["multiplier_imag"] == 0.0)
+    swapped = np.abs(ends["exponent_imag"] + centre["exponent_imag"])
+    found["exponent_imag"] = np.maximum(found["exponent_imag"], np.where(met, swapped, 0.0))
+    return found
+
+
+def _regime(smooth):
+    """Return the regime of smooth invariants: of several kinds of growth the fastest; MARGINAL on a boundary."""
+    if len(smooth) == 2:
+        trace, d = smooth
+        minus, plus = 1.0 - trace + d, 1.0 + trace + d
+        growing = np.where(trace * trace < 4.0 * d, FLUTTER, np.where(trace > 0.0, UNSTABLE, PERIOD_DOUBLING))
+        inside = np.select([d < 1.0, d == 1.0], [ASYMPTOTICALLY_STABLE, STABLE], growing)
+        kinds = [MARGINAL, UNSTABLE, PERIOD_DOUBLING]
+        return np.select([minus * plus == 0.0, minus < 0.0, plus < 0.0], kinds, inside)
+    a, _, D, minus, plus = smooth
+    positive = np.where(a > 0.0, UNSTABLE, PERIOD_DOUBLING)
+    conditions = [minus * plus * D == 0.0, D < 0.0, (minus < 0.0) & (plus < 0.0), minus < 0.0, plus < 0.0]
+    kinds = [MARGINAL, FLUTTER, positive, UNSTABLE, PERIOD_DOUBLING]
+    return np.select([*conditions, np.abs(a) == 4.0, np.abs(a) > 4.0], [*kinds, MARGINAL, positive], STABLE)
