@@ -7,23 +7,23 @@ With the moments :math:`I_i(t)` prescribed along fixed axes of the body and no t
 
 so |L| is constant, and a spin about a principal axis a is a solution whatever the moments do. To first order its
 perturbation obeys Hill's equations :math:`\dot L_b = -\alpha L_c,\ \dot L_c = \beta L_b` with
-:math:`\alpha = L(1/I_c - 1/I_a),\ \beta = L(1/I_b - 1/I_a)`, which have no trace: the monodromy matrix has determinant 1.
+:math:`\alpha = L(1/I_c - 1/I_a),\ \beta = L(1/I_b - 1/I_a)`, which have no trace: the determinant is 1.
 
 *Time* is u = nu t, from 0 to 2 pi; kappa = omega0/nu, and L is in units of :math:`I_a\omega_0`. The moments are
-:math:`I_i(1 + d_i\cos(u + l_i))`, or their inverses are. *Coordinates*: the perturbation in units of epsilon, so that none
-is too small, with :math:`L_b` in units of rho times :math:`L_c`, where :math:`\rho^2` is the ratio of the bounds on
-alpha and beta: then neither is larger than the other, and errors of all entries of the matrix are alike.
+:math:`I_i(1 + d_i\cos(u + l_i))`, or their inverses are. *Coordinates*: the perturbation in units of epsilon, so that
+none is too small, with :math:`L_b` in units of rho times :math:`L_c`, where :math:`\rho^2` is the ratio of the bounds
+on alpha and beta: then neither is larger than the other, and errors of all entries of the matrix are alike.
 
-*Measuring.* Two motions of the full equations start at right angles, along ``phase`` and across it, and are followed for
-one period by Taylor steps (:mod:`kernels.taylor`); cos u and sin u are two more components. What they have become gives
-the monodromy matrix. The equations are even under a half turn about a, so a motion from the opposite start is the same
-but for its sign, to the last bit: no even order is left to cancel. Two more motions, an eighth as large, start where the
+*Measuring.* Two motions of the full equations start at right angles, along ``phase`` and across it, and are followed
+for one period by Taylor steps (:mod:`kernels.taylor`); cos u and sin u are two more components. Their ends give the
+monodromy matrix. The equations are even under a half turn about a, so a motion from the opposite start is the same but
+for its sign, to the last bit: no even order is left to cancel. Two more motions, an eighth as large, start where the
 period ends and are followed backwards by shorter steps: they give the inverse matrix. The difference of both results
-holds the finite amplitude, the truncation and a part of the rounding; the rest of the rounding is bounded by the largest
-product of what the motions have grown to at an instant and what grows from there to the end.
+holds the finite amplitude, the truncation and a part of the rounding; the rest of the rounding is bounded by the
+largest product of what the motions have grown to at an instant and what grows from there to the end.
 
-*Certificate.* The variational flow, with other terms, order and steps; begun at another phase of the period it must give
-the same trace.
+*Certificate.* The variational flow, with other terms, order and steps; begun at another phase of the period it must
+give the same trace.
 
 Source: derived from Euler's equations; Magnus and Winkler, Hill's Equation (1966), for the theory.
 """
@@ -147,7 +147,7 @@ def _steps(inverse):
 
 @njit(**OPTIONS)
 def _load(S, table, first, count, finer, end):
-    """Load the settings of a block, at the period's start or (end) backwards from its end, in so many times the steps."""
+    """Load the settings of a block with ``finer`` times the steps, at the period's start or, backwards, at its end."""
     for lane in range(W):
         i = first + min(lane, count - 1)
         for row in range(len(SETTINGS)):
@@ -398,7 +398,8 @@ def survey(points, inverse=False, tolerance=1e-12):
         "epsilon",
         "phase",
     ]
-    points = dict(zip(names, arrays(*(points[name] for name in names)), strict=True)) | {"axis": points["axis"]}
+    given, points = points, dict(zip(names, arrays(*(points[name] for name in names)), strict=True))
+    points["axis"] = np.broadcast_to(given["axis"], points["I1"].shape)
     period = TWO_PI / points["frequency"]
     settings, terms = table(points, inverse, tolerance)
     found = np.empty((len(FOUND), period.size))

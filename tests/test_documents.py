@@ -8,6 +8,7 @@ import sweeps
 from sweeps.handbook import generated
 from sweeps.systems.observed_periods import variables as observed_periods
 from sweeps.systems.oscillator import variables as oscillator
+from sweeps.systems.pumped_body import variables as pumped_body
 from sweeps.systems.relative_equilibrium import variables as relative
 from sweeps.systems.rigid_body import variables as rigid_body
 from sweeps.systems.symmetric_top import variables as symmetric_top
@@ -31,6 +32,8 @@ TABLES = [  # marker in results/README.md, and the variables of the code    ("co
     ("tumbling, variables", tumbling.VARIABLES),
     ("observed periods, coordinates", observed_periods.COORDINATES),
     ("observed periods, variables", observed_periods.VARIABLES),
+    ("pumped body, coordinates", pumped_body.COORDINATES),
+    ("pumped body, variables", pumped_body.VARIABLES),
     ("uncertain bodies, coordinates", uncertain.COORDINATES),
     ("uncertain bodies, variables", uncertain.VARIABLES),
     ("uncertain bodies, twists", uncertain.TWISTS),

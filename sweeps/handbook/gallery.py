@@ -25,7 +25,10 @@ BEST = {  # where the first picture is not what one comes for
     "symmetric": "precession",
     "rackets": "defect",
 }
-FIRST = ("tennis_racket", "shapes", "bodies", "breakdown", "symmetric", "twist", "rackets", "tumbling", "tumblers")
+FIRST = (
+    *("tennis_racket", "kapitzas_racket", "shapes", "bodies", "breakdown", "symmetric", "twist", "rackets"),
+    *("tumbling", "tumblers"),
+)
 
 
 def names() -> list[str]:

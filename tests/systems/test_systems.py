@@ -41,6 +41,10 @@ SMALL = {
         "keep": True,
         "twist": True,
     },
+    "pumped_body": {
+        "axes": [1, 3],
+        "grid": {"I1": 1.0, "I2": [1.5, 2.0], "I3": 2.2, "depth2": 0.2, "frequency": [0.5, 2.0], "omega0": -1.0},
+    },
     "symmetric_top": {"grid": {"ratio": [0.5, 1.0, 1.2], "omega3": [-1.0, 2.0], "half_angle": [10.0, 40.0]}},
 }
 TOP = SMALL["symmetric_top"]["grid"]
@@ -280,7 +284,7 @@ print(*(name for name in sys.modules if name.startswith("kernels.")))
         ),
         (
             "taylor",
-            {"rigid_body", "uncertain_bodies", "symmetric_top", "twist", "tumbling", "observed_periods", OSCILLATOR},
+            {*systems.MODULES, OSCILLATOR},
         ),
     ],
 )

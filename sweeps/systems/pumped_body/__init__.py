@@ -1,0 +1,1 @@
+"""A free rigid body whose moments of inertia change periodically in time."""

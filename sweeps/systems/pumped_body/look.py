@@ -1,0 +1,21 @@
+"""How the regimes and parameters of pumped bodies look."""
+
+from sweeps import colors
+from sweeps.systems.look import Look, Mark, Symbol
+
+LOOK = Look(
+    marks={
+        "asymptotically_stable": Mark("stable, decays", "-", colors.SERIES_COLORS[2]),
+        "period_doubling": Mark("unstable, sign changes each period", "2", colors.SERIES_COLORS[4]),
+        "flutter": Mark("flutter", "~", colors.SERIES_COLORS[3]),
+        "nudge_too_wide": Mark("perturbation too large", "n", ""),
+    },
+    symbols={
+        **{f"I{i}": Symbol(f"$I_{i}$", f"I{s}") for i, s in zip("123", "₁₂₃", strict=True)},
+        **{f"depth{i}": Symbol(f"$d_{i}$", f"d{s}") for i, s in zip("123", "₁₂₃", strict=True)},
+        "omega0": Symbol(r"$\omega_0$", "ω₀"),
+        "frequency": Symbol(r"$\nu$", "ν"),
+        "epsilon": Symbol(r"$\varepsilon$", "ε"),
+        "phase": Symbol(r"$\varphi$", "φ"),
+    },
+)

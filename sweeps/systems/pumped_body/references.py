@@ -1,0 +1,46 @@
+"""The trace of a pumped body's monodromy matrix, found again by SciPy's DOP853."""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from sweeps.systems.pumped_body.definition import Period
+from sweeps.systems.system import Reference
+
+MOST_TURNS = 1000.0  # of the fastest rate in a period, rad
+
+
+def trace_by_scipy(point: Mapping[str, float], inverse: bool) -> float:
+    """Return the trace by DOP853 on the linear equations; NaN where a period is too long."""
+    L, nu = point["omega0"] * point[f"I{int(point['axis'])}"], point["frequency"]
+    axes = [(int(point["axis"]) + k - 1) % 3 + 1 for k in range(3)]
+
+    def inverses(t):
+        for i in axes:
+            factor = 1.0 + point[f"depth{i}"] * math.cos(nu * t + point[f"lag{i}"])
+            yield (factor if inverse else 1.0 / factor) / point[f"I{i}"]
+
+    def rates(t, y):
+        a, b, c = inverses(t)
+        return [-L * (c - a) * y[1], L * (b - a) * y[0], -L * (c - a) * y[3], L * (b - a) * y[2]]
+
+    period = 2.0 * math.pi / nu
+    sizes = [abs(L * value) * period for t in np.linspace(0.0, period, 9) for value in inverses(t)]
+    if max(sizes) > MOST_TURNS:
+        return math.nan
+    y = solve_ivp(rates, (0.0, period), [1.0, 0.0, 0.0, 1.0], "DOP853", rtol=1e-13, atol=1e-15).y[:, -1]
+    return float(y[0] + y[3])
+
+
+def reference(inverse: bool) -> Reference:
+    """Return what `verify` measures again."""
+
+    def by_scipy(point, integration: Period) -> float:
+        return trace_by_scipy(point, inverse)
+
+    def allowed(point, integration: Period) -> float:
+        return 1e-9 * max(1.0, abs(trace_by_scipy(point, inverse)))
+
+    return Reference("trace", {"SciPy DOP853": by_scipy}, allowed, told=True)

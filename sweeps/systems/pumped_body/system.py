@@ -1,0 +1,117 @@
+"""A free body whose moments of inertia change periodically: its definition, columns and pictures."""
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sweeps.schema.layout import Layout
+from sweeps.schema.parameters import Range, spread
+from sweeps.schema.variables import Variable
+from sweeps.systems.kernel import Kernel
+from sweeps.systems.pumped_body.definition import Period, PumpedDefinition
+from sweeps.systems.pumped_body.look import LOOK
+from sweeps.systems.pumped_body.variables import ARGUMENTS, CHANGING, COORDINATES, LAYOUT, PARAMETERS, VARIABLES
+from sweeps.systems.system import Dynamics, Reference
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+
+TABLES = "float64[:, ::1], float64[:, ::1]"
+
+
+class PumpedBody(Dynamics):
+    """A free body with moments that change with time, by its Floquet multipliers.
+
+    Args:
+        inverse: whether the inverses of the moments are modulated.
+    """
+
+    name = "pumped_body"
+    look = LOOK
+    kernels = ("pumped", "floquet", "statuses", "triangle")
+    existence = CHANGING
+    compiled = (
+        Kernel("pumped", "fill_moment", TABLES, seconds=7.0, when=lambda d: not is_inverse(d)),
+        Kernel("pumped", "fill_inverse", TABLES, seconds=7.0, when=lambda d: is_inverse(d)),
+    )
+    model = PumpedDefinition
+    references = "Yakubovich and Starzhinskii, Linear Differential Equations with Periodic Coefficients (1975)"
+    caption = "measured multipliers of a spin whose moments of inertia change periodically, beside linear theory"
+    samples_per_second = 100_000
+
+    def __init__(self, inverse: bool = False):
+        self.inverse = inverse
+
+    def bound(self, definition: PumpedDefinition) -> "PumpedBody":
+        """Return the system with the definition's kind of modulation."""
+        return PumpedBody(is_inverse(definition))
+
+    def dimensions(self, definition: PumpedDefinition) -> dict[str, Range | np.ndarray]:
+        """(axis, I1, I2, I3, depths, lags, frequency, omega0, epsilon, phase)."""
+        axes = {"axis": np.array(definition.axes, np.int8)}
+        return axes | {p.name: spread(getattr(definition.grid, p.name)) for p in PARAMETERS}
+
+    def further(self, definition: PumpedDefinition) -> dict[str, np.ndarray]:
+        """Return the two multipliers of a point."""
+        return {"multiplier": np.array([1, 2], np.int8)}
+
+    def arguments(self, definition: PumpedDefinition) -> tuple[str, ...]:
+        """Names of what a point consists of."""
+        return ARGUMENTS
+
+    def coordinates(self, definition: PumpedDefinition) -> dict[str, Variable]:
+        """Name → coordinate."""
+        return COORDINATES
+
+    def variables(self, definition: PumpedDefinition | None = None) -> dict[str, Variable]:
+        """Name → variable."""
+        return VARIABLES
+
+    def layout(self) -> Layout:
+        """What any of its maps may hold."""
+        return LAYOUT
+
+    def columns(self, points: Mapping[str, np.ndarray], integration: Period) -> dict[str, np.ndarray]:
+        """The variational flow beside what is measured; see `kernels.pumped`."""
+        from kernels import pumped
+        from sweeps.systems.pumped_body.existence import least_margin
+
+        columns = pumped.survey(points, self.inverse, integration.tolerance)
+        columns["triangle_margin"] = least_margin(points, self.inverse)
+        return {name: columns[name] for name in VARIABLES}
+
+    def impossible(self, points: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return where one moment exceeds the sum of the others at some time of the period."""
+        from sweeps.systems.pumped_body.existence import least_margin
+
+        return least_margin(points, self.inverse) < 0
+
+    def reference(self) -> Reference:
+        """The trace by SciPy."""
+        from sweeps.systems.pumped_body.references import reference
+
+        return reference(self.inverse)
+
+    def method(self, definition: PumpedDefinition) -> str:
+        """How the motion was computed."""
+        return "direct integration of the angular momentum over one period, certified by the variational flow"
+
+    def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
+        """The regimes over two parameters, for each axis, with the exact boundary."""
+        from sweeps.systems.pumped_body import figure_tongues
+
+        return {
+            f"tongues_axis_{axis}": lambda ax=None, axis=axis: figure_tongues.draw(ds, axis, ax)
+            for axis in ds["axis"].values.tolist()
+        }
+
+
+def is_inverse(definition: PumpedDefinition) -> bool:
+    """Return whether a definition modulates the inverses of the moments."""
+    return definition.modulation == "inverse"
+
+
+SYSTEM = PumpedBody()

@@ -1,0 +1,132 @@
+"""Multipliers, exponents and regimes against mpmath, on matrices whose spectrum is planted."""
+
+import mpmath
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from kernels import floquet
+
+NAMES = dict(zip(floquet.REGIMES, range(-1, 6), strict=True))
+
+
+def planted(rng, pairs):
+    """Return a symplectic matrix with given pairs, each (kind, size, angle), in mpmath's 40 digits, and its class.
+
+    J = [[0, 1], [-1, 0]]; the planted normal form is turned by a random symplectic matrix exp(J S).
+    """
+    blocks = mpmath.zeros(4)
+    if len(pairs) == 1:  # a quadruple: r times a turn, and its inverse transposed
+        _, r, angle = pairs[0]
+        turn = mpmath.matrix([[mpmath.cos(angle), -mpmath.sin(angle)], [mpmath.sin(angle), mpmath.cos(angle)]])
+        blocks[:2, :2], blocks[2:, 2:] = r * turn, turn / r
+    else:
+        for k, (kind, r, angle) in enumerate(pairs):
+            c, s = (mpmath.cos(angle), mpmath.sin(angle)) if kind == "turn" else (0, 0)
+            sign = -1 if kind == "flip" else 1
+            entries = ((c, -s), (s, c)) if kind == "turn" else ((sign * r, 0), (0, sign / mpmath.mpf(r)))
+            for i in range(2):
+                for j in range(2):
+                    blocks[k + 2 * i, k + 2 * j] = entries[i][j]
+    symmetric = rng.normal(size=(4, 4)) * 0.3
+    J = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.eye(2), np.zeros((2, 2))]])
+    change = mpmath.expm(mpmath.matrix((J @ (symmetric + symmetric.T)).tolist()))
+    return change * blocks * change**-1
+
+
+CLASSES = [
+    ([("turn", 1, 0.7), ("turn", 1, 2.1)], "stable"),
+    ([("turn", 1, 0.7), ("turn", 1, -0.9)], "stable"),
+    ([("real", 1.7, 0), ("turn", 1, 1.0)], "unstable"),
+    ([("flip", 1.7, 0), ("turn", 1, 1.0)], "period_doubling"),
+    ([("real", 3.0, 0), ("flip", 2.0, 0)], "unstable"),
+    ([("real", 2.0, 0), ("flip", 3.0, 0)], "period_doubling"),
+    ([("real", 2.0, 0), ("real", 1.5, 0)], "unstable"),
+    ([("flip", 2.0, 0), ("flip", 1.5, 0)], "period_doubling"),
+    ([("four", 1.2, 0.8)], "flutter"),
+]
+
+
+@pytest.mark.parametrize(("pairs", "regime"), CLASSES)
+def test_four_multipliers_of_every_class_are_those_of_forty_digits(pairs, regime):
+    rng = np.random.default_rng(3)
+    with mpmath.workdps(40):
+        exact = [planted(rng, pairs) for _ in range(20)]
+        mus = [[complex(m) for m in mpmath.eig(one)[0]] for one in exact]
+    M = np.array([[[float(one[i, j]) for j in range(4)] for i in range(4)] for one in exact])
+    error = np.full(M.shape, 2e-16) * np.abs(M).max(axis=(1, 2))[:, None, None]
+    found = floquet.columns(M, error, np.full(20, 2.0))
+    assert (found["regime"] == NAMES[regime]).all()
+    for k, expected in enumerate(mus):
+        ours = found["multiplier_real"][k] + 1j * found["multiplier_imag"][k]
+        allowed = found["multiplier_real_error"][k] + found["multiplier_imag_error"][k]
+        for mu, near in zip(ours, allowed, strict=True):
+            assert min(abs(mu - other) for other in expected) <= near
+        assert (
+            abs(found["growth_per_period"][k] - np.log(np.abs(expected).max()))
+            <= found["growth_per_period_error"][k] + 1e-14
+        )
+        assert (np.diff(np.abs(ours)) <= 1e-9 * np.abs(ours[:-1])).all()
+    residuals = floquet.residuals(M)
+    assert max(r.max() for r in residuals) < 1e-14
+
+
+def test_the_fourth_condition_is_needed():
+    """Real pairs of one sign have both determinants and D positive: only |a| > 4 tells them."""
+    M = np.diag([2.0, 1.5, 0.5, 1 / 1.5])[None]
+    found = floquet.columns(M, np.full(M.shape, 1e-15), np.ones(1))
+    assert all(found[name][0] > 0 for name in ("krein_discriminant", "det_minus_identity", "det_plus_identity"))
+    assert found["regime"] == NAMES["unstable"]
+
+
+def test_errors_of_invariants_hold_for_random_changes_of_the_entries():
+    """200 matrices, entries moved within their errors: each column moves within its own."""
+    rng = np.random.default_rng(5)
+    for d in (2, 4):
+        J = np.kron(np.array([[0, 1], [-1, 0]]), np.eye(d // 2))
+        S = rng.normal(size=(200, d, d)) * 0.6
+        M = expm(J @ (S + S.swapaxes(1, 2)))
+        error = 10.0 ** rng.uniform(-12, -3, (200, 1, 1)) * np.ones((d, d))
+        found, names = floquet.invariants(M, error), floquet.INVARIANTS if d == 4 else ("trace", "determinant")
+        moved = floquet.invariants(M + error * rng.uniform(-1, 1, M.shape), error)
+        for name in names:
+            assert (np.abs(moved[name] - found[name]) <= found[f"{name}_error"] + 1e-12 * np.abs(found[name])).all(), (
+                name
+            )
+
+
+@pytest.mark.parametrize(
+    ("entries", "regime"),
+    [
+        ([[0.5, -0.5], [0.5, 0.5]], "asymptotically_stable"),
+        ([[1.1, -0.5], [0.5, 1.1]], "flutter"),
+        ([[1.5, 0.0], [0.0, 0.2]], "unstable"),
+        ([[-1.5, 0.0], [0.0, -0.2]], "period_doubling"),
+        ([[1.5, 0.0], [0.0, 1.2]], "unstable"),
+        ([[1.0, 0.0], [0.0, 0.5]], "marginal"),
+        ([[np.nan, 0.0], [0.0, 0.5]], "undetermined"),
+    ],
+)
+def test_regimes_with_damping(entries, regime):
+    M = np.array([entries])
+    found = floquet.columns(M, np.full(M.shape, 1e-14), np.ones(1), reciprocal=False)
+    assert found["regime"] == NAMES[regime]
+    if regime != "undetermined":
+        expected = np.sort_complex(np.linalg.eigvals(M[0]))
+        ours = np.sort_complex(found["multiplier_real"][0] + 1j * found["multiplier_imag"][0])
+        np.testing.assert_allclose(ours, expected, atol=1e-14)
+
+
+def test_exponents_of_a_turn_lie_on_the_branch_of_its_half_turns():
+    for angle in (0.3, 2.9, 3.3, 6.0, 6.5, -0.4, -3.5, 20.0):
+        c, s = np.cos(angle), np.sin(angle)
+        M = np.array([[[c, -s], [s, c]]])
+        found = floquet.columns(M, np.full(M.shape, 1e-15), np.full(1, 2.0), half_turns=np.floor([angle / np.pi]))
+        np.testing.assert_allclose(np.abs(found["exponent_imag"][0]), abs(angle) / 2.0, rtol=1e-13)
+        turned = np.exp(2j * found["exponent_imag"][0])
+        np.testing.assert_allclose(turned, found["multiplier_real"][0] + 1j * found["multiplier_imag"][0], atol=1e-14)
+
+
+def test_matrices_of_another_size_are_refused():
+    with pytest.raises(ValueError, match="must be 2 x 2, or 4 x 4"):
+        floquet.columns(np.zeros((1, 3, 3)), np.zeros((1, 3, 3)), np.ones(1))

@@ -1,0 +1,217 @@
+"""A body whose moments change with time: against Mathieu's equation in 30 digits and SciPy's DOP853."""
+
+import math
+
+import mpmath
+import numpy as np
+import pytest
+
+from kernels import floquet, pumped, statuses
+from sweeps.systems.pumped_body.references import trace_by_scipy
+
+STABLE, UNSTABLE, PERIOD_DOUBLING = floquet.STABLE, floquet.UNSTABLE, floquet.PERIOD_DOUBLING
+AT_REST = {f"{name}{i}": 0.0 for name in ("depth", "lag") for i in (1, 2, 3)}
+
+
+def points(**values):
+    """Return points about axis 3 at epsilon 1e-9, all else as given."""
+    given = (
+        AT_REST | {"axis": 3, "I1": 1.0, "I2": 2.0, "I3": 2.0, "omega0": 0.5, "epsilon": 1e-9, "phase": 0.6} | values
+    )
+    names, columns = list(given), np.broadcast_arrays(*(np.atleast_1d(value) for value in given.values()))
+    return {
+        name: np.array(column, np.int64 if name == "axis" else float)
+        for name, column in zip(names, columns, strict=True)
+    }
+
+
+def mathieu(a, q, **values):
+    """Return the points whose perturbation obeys y'' + (a - 2 q cos 2 tau) y = 0: L = 1, c = 1/2, nu = 0.3."""
+    square = 0.09
+    mean, depth = np.asarray(a) * square / 2.0, np.asarray(q) * square
+    I2 = 1.0 / (0.5 + mean)
+    return points(I2=I2, depth2=depth * I2, frequency=0.3, **values)
+
+
+def exact_trace(a, q):
+    """Return the trace of Mathieu's equation over pi in 30 digits, by Taylor series."""
+    with mpmath.workdps(30):
+        a, q = mpmath.mpf(float(a)), mpmath.mpf(float(q))
+        sol = mpmath.odefun(
+            lambda t, y: [y[1], -(a - 2 * q * mpmath.cos(2 * t)) * y[0]], 0, [1, 0], tol=mpmath.mpf(10) ** -24
+        )
+        return float(2 * sol(mpmath.pi)[0])  # q(t) is even: both diagonal entries are equal
+
+
+TRACES = [
+    (1.0, 0.1, -2.024666915416),
+    (1.0, 0.5, -2.612418906625),
+    (1.0, 1.0, -4.396667734799),
+    (4.0, 1.0, 2.021314397417),
+    (2.0, 1.0, -1.554649354177),
+    (0.0, 0.9, -1.930617777201),
+    (0.0, 0.92, -2.104134363645),
+]
+
+
+@pytest.mark.parametrize(("a", "q", "trace"), TRACES)
+def test_traces_of_mathieus_equation(a, q, trace):
+    found = pumped.survey(mathieu(a, q), True)
+    assert found["status"] == statuses.OK
+    assert abs(found["trace"][0] - trace) <= 1e-12 + found["trace_error"][0]
+    assert found["trace_error"][0] < 1e-9
+    assert abs(found["trace_theory"][0] - trace) <= 2e-12  # the last digit of the table
+    assert abs(found["trace_theory"][0] - exact_trace(a, q)) <= 1e-13 * abs(trace)
+    assert (
+        found["regime"]
+        == found["regime_theory"]
+        == (STABLE if abs(trace) < 2 else UNSTABLE if trace > 2 else PERIOD_DOUBLING)
+    )
+
+
+def characteristic(q, kind, count=4, size=40):
+    """Return Mathieu's characteristic values of a class by the tridiagonal eigenvalue problem in 30 digits."""
+    with mpmath.workdps(30):
+        q = mpmath.mpf(str(q))
+        T = mpmath.zeros(size)
+        for k in range(size):
+            T[k, k] = {"a even": (2 * k) ** 2, "b even": (2 * k + 2) ** 2}.get(kind, (2 * k + 1) ** 2)
+            if k:
+                T[k, k - 1] = T[k - 1, k] = q
+        if kind == "a even":
+            T[0, 1] = T[1, 0] = q * mpmath.sqrt(2)
+        elif kind != "b even":
+            T[0, 0] += q if kind == "a odd" else -q
+        return [float(value) for value in mpmath.eigsy(T, eigvals_only=True)[:count]]
+
+
+@pytest.mark.parametrize("q", [0.1, 0.5, 1.0, 5.0])
+def test_the_trace_is_two_on_mathieus_characteristic_curves(q):
+    """At a_n(q) and b_n(q) the trace is 2 (period pi) or -2, to the slope of the trace times rounding."""
+    for kind, side in (("a even", 2.0), ("b even", 2.0), ("a odd", -2.0), ("b odd", -2.0)):
+        a = np.array(characteristic(q, kind)[:2])
+        a = a[np.abs(2.0 * q / a) < 40]
+        a = a[a > -1.0 / 0.09]  # I2 > 0
+        body = mathieu(a, q)
+        sound = np.abs(body["depth2"]) < 0.99
+        body = {name: values[sound] for name, values in body.items()}
+        if body["I1"].size:
+            found = pumped.survey(body, True)
+            np.testing.assert_allclose(found["trace_theory"], side, atol=1e-10)
+            assert (np.abs(found["trace"] - side) <= found["trace_error"] + 1e-10).all()
+
+
+def test_pumped_stable_axis():
+    rate = math.sqrt(0.5 / 6.0)  # 0.288675134595
+    found = pumped.survey(points(I2=1.5, depth2=0.05, frequency=2.0 * rate), True)
+    assert found["growth_rate"][0] / rate == pytest.approx(0.0499415701984, abs=1e-12)
+    assert found["regime"] == PERIOD_DOUBLING
+
+
+def test_kapitzas_racket_is_stable_and_without_modulation_is_not():
+    I2 = 1.0 / (0.5 - 0.0045)
+    found = pumped.survey(points(I2=I2, depth2=0.045 * I2, frequency=0.3), True)
+    assert found["regime"] == STABLE
+    assert np.abs(found["exponent_imag"]) == pytest.approx(0.156844738313 * 0.15, abs=1e-12)
+    assert np.hypot(found["multiplier_real"], found["multiplier_imag"]) == pytest.approx(1.0, abs=1e-14)
+    still = pumped.survey(points(I2=I2, frequency=0.3), True)
+    assert still["growth_rate"][0] == pytest.approx(0.047434, abs=1e-6)
+    again = pumped.survey(mathieu(-0.2, 0.5), True)
+    assert again["growth_rate"][0] / 0.15 == pytest.approx(0.295611078056, abs=1e-11)
+
+
+def test_small_growth_beside_frequencies_of_order_one_and_multipliers_of_1e8():
+    width = 1e-4 * 4.0 / math.pi  # in the first tongue growth per period is pi q/2
+    found = pumped.survey(mathieu(1.0, width / 2.0, epsilon=1e-20), True)
+    with mpmath.workdps(30):
+        expected = float(mpmath.acosh(abs(exact_trace(1.0, width / 2.0)) / 2))
+    assert 0.9e-4 < expected < 1.1e-4
+    assert found["growth_per_period"][0] == pytest.approx(expected, rel=0.01)
+    assert found["growth_per_period_error"][0] < 0.01 * expected
+    large = pumped.survey(points(I1=1.0, I2=3.0, I3=2.0, depth1=0.1, omega0=4.0, frequency=0.9, epsilon=1e-20), True)
+    trace = trace_by_scipy(
+        {
+            name: values[0]
+            for name, values in points(I1=1.0, I2=3.0, I3=2.0, depth1=0.1, omega0=4.0, frequency=0.9).items()
+        },
+        True,
+    )
+    assert abs(trace) > 1e3
+    assert large["multiplier_real"][0] == pytest.approx([trace, 1 / trace], rel=1e-6)
+    assert large["multiplier_real"][0] == pytest.approx(large["multiplier_real_theory"][0], rel=1e-9)
+
+
+def bodies(seed, n, epsilon=None):
+    """Return random possible bodies about all axes, with moments of three depths and lags."""
+    rng = np.random.default_rng(seed)
+    second = rng.uniform(0.05, 1.0, (3, n))
+    given = dict(zip(("I1", "I2", "I3"), second.sum(axis=0) - second, strict=True))
+    given |= {f"depth{i}": rng.uniform(-0.6, 0.6, n) * (rng.random(n) < 0.7) for i in (1, 2, 3)}
+    given |= {f"lag{i}": rng.uniform(-4.0, 4.0, n) for i in (1, 2, 3)}
+    given |= {"frequency": 10 ** rng.uniform(-0.7, 1.0, n), "omega0": rng.uniform(0.3, 3.0, n) * rng.choice([-1, 1], n)}
+    size = 10 ** rng.uniform(-12, -1, n) if epsilon is None else np.full(n, epsilon)
+    return points(**given, axis=rng.integers(1, 4, n), epsilon=size, phase=rng.uniform(-4.0, 4.0, n))
+
+
+@pytest.mark.parametrize("inverse", [False, True])
+def test_random_bodies_are_those_of_scipy(inverse):
+    given = bodies(1, 40, 1e-10)
+    found = pumped.survey(given, inverse)
+    for k in range(40):
+        expected = trace_by_scipy({name: values[k] for name, values in given.items()}, inverse)
+        scale = max(1.0, abs(expected))
+        assert abs(found["trace_theory"][k] - expected) <= 1e-11 * scale  # DOP853 at 1e-13, some hundred steps
+        if found["status"][k] == statuses.OK:
+            assert abs(found["trace"][k] - expected) <= found["trace_error"][k] + 1e-11 * scale
+    assert (found["status"] == statuses.OK).sum() > 30
+
+
+@pytest.mark.parametrize("inverse", [False, True])
+def test_every_error_holds_and_no_regime_is_wrong(inverse):
+    """20,000 bodies, perturbations from 1e-12 to 0.1: at least 99.9 % within the error."""
+    found = pumped.survey(bodies(2, 20_000), inverse)
+    measured = np.isfinite(found["trace"])
+    assert measured.mean() > 0.5
+    assert (found["status"] == statuses.OK).sum() >= 0.999 * measured.sum()
+    for name in [
+        name.removesuffix("_theory") for name in found if name.endswith("_theory") and f"{name[:-7]}_error" in found
+    ]:
+        apart = np.abs(found[name] - found[f"{name}_theory"])[measured]
+        within = apart <= found[f"{name}_error"][measured]
+        assert within.mean() >= 0.999, (name, within.mean())
+    decided = (found["regime"] != floquet.MARGINAL) & (found["regime_theory"] != floquet.MARGINAL) & measured
+    assert (found["regime"] == found["regime_theory"])[decided].all()
+    assert decided.sum() > 0.8 * measured.sum()
+
+
+def test_a_large_perturbation_has_no_number_and_says_so():
+    found = pumped.survey(points(I2=2.5, I3=2.0, depth2=0.1, frequency=0.1, omega0=1.0, epsilon=0.3), True)
+    assert found["status"] == statuses.NUDGE_TOO_WIDE
+    assert np.isnan(found["trace"]).all()
+    assert found["regime"] == floquet.UNDETERMINED
+    assert np.isfinite(found["trace_theory"]).all()
+
+
+def test_no_measured_bit_depends_on_the_variational_flow(monkeypatch):
+    given = bodies(4, 50)
+    whole = pumped.survey(given)
+    fill = pumped.fill_moment
+
+    def nonsense(settings, out):
+        fill(settings, out)
+        out[pumped.FOUND.linear11 :] = 7.0
+
+    monkeypatch.setattr(pumped, "fill_moment", nonsense)
+    other = pumped.survey(given)
+    for name in whole:
+        if "theory" not in name and name not in ("status", "propagation_error", "phase_residual"):
+            np.testing.assert_array_equal(whole[name], other[name], err_msg=name)
+
+
+def test_a_point_alone_has_the_bits_that_it_has_among_others():
+    given = bodies(6, 70)
+    whole = pumped.survey(given)
+    for k in (0, 33, 69):
+        alone = pumped.survey({name: values[k : k + 1] for name, values in given.items()})
+        for name in whole:
+            assert alone[name][0].tobytes() == whole[name][k].tobytes(), name
