@@ -36,7 +36,7 @@ ROUNDING = 4.0 * float(np.finfo(np.float64).eps)
 INVARIANTS = ("first_invariant", "second_invariant", "krein_discriminant", "det_minus_identity", "det_plus_identity")
 
 
-def columns(M, error, period, reciprocal=True, half_turns=None):
+def columns(M, error, period, reciprocal=True, half_turns=None, with_errors=True):
     """Return the columns of monodromy matrices.
 
     Parameters
@@ -49,6 +49,8 @@ def columns(M, error, period, reciprocal=True, half_turns=None):
         Whether the equations are proved to be Hamiltonian: multipliers in pairs mu, 1/mu.
     half_turns : numpy.ndarray, shape (n,), optional
         Whole half turns of a perturbation in the period, floor(angle/pi), for d = 2 and determinant 1.
+    with_errors : bool
+        Whether errors are found of more than the invariants.
 
     Returns
     -------
@@ -73,15 +75,20 @@ def columns(M, error, period, reciprocal=True, half_turns=None):
             smooth[1], spreads[1] = np.ones_like(smooth[1]), np.zeros_like(smooth[1])
         centre = _spectrum(smooth, period, half_turns)
         regime, worst = _regime(smooth), {name: np.zeros_like(values) for name, values in centre.items()}
-        for signs in product((-1.0, 1.0), repeat=len(smooth)):
-            ends = [value + sign * spread for value, sign, spread in zip(smooth, signs, spreads, strict=True)]
+        corners = [
+            [value + sign * spread for value, sign, spread in zip(smooth, signs, spreads, strict=True)]
+            for signs in product((-1.0, 1.0), repeat=len(smooth))
+            if not (d == 2 and reciprocal and signs[1] < 0.0)  # the determinant has no error
+        ]
+        for ends in corners:
             regime = np.where(_regime(ends) == regime, regime, MARGINAL)
-            if d == 2 or signs[1:3] == signs[3:]:  # multipliers of d = 4 follow from the first two alone
-                for name, apart in _distances(_spectrum(ends, period, half_turns), centre).items():
-                    worst[name] = np.maximum(worst[name], apart)
-        for name, values in centre.items():
-            found[name], found[f"{name}_error"] = values, worst[name] + ROUNDING * np.abs(values)
-        sound = np.isfinite(found["growth_rate"] + found["growth_rate_error"])
+        for ends in [*corners, *_meetings(smooth, spreads)] if with_errors else []:
+            for name, apart in _distances(_spectrum(ends, period, half_turns), centre).items():
+                worst[name] = np.maximum(worst[name], apart)
+        found |= centre
+        if with_errors:
+            found |= {f"{name}_error": worst[name] + ROUNDING * np.abs(values) for name, values in centre.items()}
+        sound = np.isfinite(found["growth_rate"] + found["trace_error"])
     found["regime"] = np.where(sound, regime, UNDETERMINED).astype(np.int8)
     return found
 
@@ -100,9 +107,10 @@ def residuals(M, determinant=1.0):
     """
     lengths = np.linalg.norm(M, axis=2)
     scale = lengths.prod(axis=1)
-    off = np.abs(np.linalg.det(M) - determinant) / scale
     if M.shape[-1] == 2:
+        off = np.abs(M[:, 0, 0] * M[:, 1, 1] - M[:, 0, 1] * M[:, 1, 0] - determinant) / scale
         return off, off
+    off = np.abs(np.linalg.det(M) - determinant) / scale
     third = np.einsum("nii->n", _cofactors(M))  # coefficient of mu, which is that of mu^3 of a Hamiltonian
     uneven = np.abs(third - np.einsum("nii->n", M)) / (scale[:, None] / lengths).sum(axis=1)
     return off, np.maximum(off, uneven)
@@ -120,7 +128,9 @@ def invariants(M, error):
         found[f"{name}_error"] = (np.abs(gradient) * error).sum(axis=(1, 2)) + squares
 
     if M.shape[-1] == 2:
-        put("determinant", np.linalg.det(M), _adjugate_2(M).swapaxes(1, 2), size**2)
+        (m11, m12), (m21, m22) = M.transpose(1, 2, 0)
+        gradient = np.stack([m22, -m21, -m12, m11], axis=1).reshape(-1, 2, 2)
+        put("determinant", m11 * m22 - m12 * m21, gradient, size**2)
         return found
     put("first_invariant", trace, np.broadcast_to(identity, M.shape), 0.0)
     second = 0.5 * (trace**2 - np.einsum("nij,nji->n", M, M))
@@ -132,10 +142,6 @@ def invariants(M, error):
         squares = 6.0 * size**2 * (np.linalg.norm(shifted, axis=(1, 2)) + size) ** 2
         put(name, np.linalg.det(shifted), _cofactors(shifted), squares)
     return found
-
-
-def _adjugate_2(M):
-    return np.stack([np.stack([M[:, 1, 1], -M[:, 0, 1]], -1), np.stack([-M[:, 1, 0], M[:, 0, 0]], -1)], 1)
 
 
 def _cofactors(M):
@@ -189,6 +195,16 @@ def _spectrum(smooth, period, half_turns):
         "growth_rate": exponents.max(axis=1),
         "growth_per_period": sizes.max(axis=1),
     }
+
+
+def _meetings(smooth, spreads):
+    """Return the invariants where, within their errors, multipliers meet: there their parts have turning points."""
+    first, second, *rest = smooth
+    if not rest:
+        places = [sign * 2.0 * np.sqrt(np.maximum(second, 0.0)) for sign in (-1.0, 1.0)]
+        return [[np.clip(place, first - spreads[0], first + spreads[0]), second] for place in places]
+    ends = [first - spreads[0], first, first + spreads[0]]
+    return [[a, second, np.clip(0.0, smooth[2] - spreads[2], smooth[2] + spreads[2]), *smooth[3:]] for a in ends]
 
 
 def _distances(ends, centre):

@@ -47,6 +47,7 @@ MOST_STEPS = 100_000
 BINS = 16  # parts of a period, in each of which the largest size is kept
 SMALLER, FINER = 0.125, 1.3  # size, and steps, of the backward motions
 ELSEWHERE = 0.381966  # of a period: where the variational flow begins again
+TOGETHER = 2048  # points, a multiple of W
 TOO_WIDE = 0.1  # of the matrix, that the finite amplitude may change
 
 STATES = ("C", "S", "a", "b", "c", "d", "e", "f")  # cos u, sin u, and two motions: L_a, L_b, L_c of each
@@ -400,6 +401,15 @@ def survey(points, inverse=False, tolerance=1e-12):
     ]
     given, points = points, dict(zip(names, arrays(*(points[name] for name in names)), strict=True))
     points["axis"] = np.broadcast_to(given["axis"], points["I1"].shape)
+    parts = []
+    for first in range(0, points["I1"].size, TOGETHER):
+        part = {name: values[first : first + TOGETHER] for name, values in points.items()}
+        parts.append(_measured(part, inverse, tolerance))
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+
+def _measured(points, inverse, tolerance):
+    """Return the columns of some points, few enough for the cache."""
     period = TWO_PI / points["frequency"]
     settings, terms = table(points, inverse, tolerance)
     found = np.empty((len(FOUND), period.size))
@@ -419,8 +429,8 @@ def survey(points, inverse=False, tolerance=1e-12):
     measured[lost], linear[~followed] = np.nan, np.nan
     columns = floquet.columns(measured, error, period, half_turns=found[FOUND.half_turns])
     exact = np.broadcast_to(rounding[:, None, None], linear.shape)
-    theory = floquet.columns(linear, exact, period, half_turns=found[FOUND.linear_half_turns])
-    columns |= {f"{name}_theory": values for name, values in theory.items() if f"{name}_error" in theory}
+    theory = floquet.columns(linear, exact, period, half_turns=found[FOUND.linear_half_turns], with_errors=False)
+    columns |= {f"{name}_theory": values for name, values in theory.items() if f"{name}_error" in columns}
     columns["regime_theory"] = theory["regime"]
     columns["determinant_residual"], columns["reciprocity_residual"] = floquet.residuals(measured)
     size = np.abs(linear).max(axis=(1, 2))

@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from scipy.interpolate import CubicSpline
 from scipy.linalg import eigvalsh_tridiagonal
 
 from sweeps import colors, style
@@ -103,8 +104,9 @@ def _curves(ds: xr.Dataset, one: xr.Dataset, axis: int, depth: str) -> list | No
     scale, mean = 4.0 * (spin * Ik) ** 2 * (1.0 / Ii - 1.0 / Ik), 1.0 / Ij - 1.0 / Ik
     found = []
     for sign in (1.0, -1.0):
-        q = sign * np.geomspace(1e-4, 1e4, 600)
-        for a in characteristic(np.abs(q)):
+        few, many = np.geomspace(1e-3, 1e3, 300), np.geomspace(1e-3, 1e3, 20_000)
+        q = sign * many
+        for a in CubicSpline(np.log(few), characteristic(few), axis=1)(np.log(many)):
             with np.errstate(invalid="ignore", divide="ignore"):
                 square = scale * mean / a
                 frequency, at = np.sqrt(square), 2.0 * q * square * Ij / scale
