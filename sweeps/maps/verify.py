@@ -429,11 +429,12 @@ def _by_errors(sweep: Sweep, sample: _Sample) -> Iterator[Check]:
     for spec in specs:
         beside = spec.truth
         value, error, truth = columns[spec.name], columns[spec.error], columns[beside]
-        judged = sound & np.isfinite(error) & np.isfinite(truth)
+        own = sound.reshape(-1, *(1,) * (value.ndim - 1))  # of all that a variable has at a point
+        judged = own & np.isfinite(error) & np.isfinite(truth)
         compared += int(judged.sum())
-        for i in np.flatnonzero(judged & ~(np.abs(value - truth) <= 2.0 * error)):
+        for i in zip(*np.nonzero(judged & ~(np.abs(value - truth) <= 2.0 * error)), strict=True):
             findings.append(
-                f"{spec.name} at {sample.name(i)}: the map holds {value[i]:.15g} with an error of {error[i]:.2g}, "
+                f"{spec.name} at {sample.name(i[0])}: the map holds {value[i]:.15g} with an error of {error[i]:.2g}, "
                 f"{beside} is {truth[i]:.15g}"
             )
     yield Check("errors", f"{compared} errors against closed forms and theory", _shown(findings))

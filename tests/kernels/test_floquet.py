@@ -51,11 +51,11 @@ CLASSES = [
 def test_four_multipliers_of_every_class_are_those_of_forty_digits(pairs, regime):
     rng = np.random.default_rng(3)
     with mpmath.workdps(40):
-        exact = [planted(rng, pairs) for _ in range(20)]
+        exact = [planted(rng, pairs) for _ in range(8)]
         mus = [[complex(m) for m in mpmath.eig(one)[0]] for one in exact]
     M = np.array([[[float(one[i, j]) for j in range(4)] for i in range(4)] for one in exact])
     error = np.full(M.shape, 2e-16) * np.abs(M).max(axis=(1, 2))[:, None, None]
-    found = floquet.columns(M, error, np.full(20, 2.0))
+    found = floquet.columns(M, error, np.full(8, 2.0))
     assert (found["regime"] == NAMES[regime]).all()
     for k, expected in enumerate(mus):
         ours = found["multiplier_real"][k] + 1j * found["multiplier_imag"][k]

@@ -1,0 +1,99 @@
+"""Pumped bodies from a definition to a picture: refusals, what is impossible, Mathieu's curves, verification."""
+
+import numpy as np
+import pytest
+
+import sweeps
+from sweeps.maps import verify
+from sweeps.points import existence as counted
+from sweeps.points.loading import read
+from sweeps.schema.refusals import DefinitionError
+from sweeps.systems.pumped_body import existence, figure_tongues
+from sweeps.systems.pumped_body.variables import REGIMES
+
+GRID = {"I1": 1.0, "I2": 1.9, "I3": 2.0, "frequency": 0.3, "omega0": 0.5}
+RACKET = {
+    "system": "pumped_body",
+    "modulation": "inverse",
+    "axes": [3],
+    "grid": GRID
+    | {"depth2": {"start": 0.0, "stop": 0.3, "num": 31}, "frequency": {"start": 0.1, "stop": 0.5, "num": 41}},
+}
+
+
+@pytest.mark.parametrize(
+    ("grid", "said"),
+    [
+        (
+            {"depth1": 1.0},
+            "grid.depth1: 1.0 is out of range; allowed: a number from -0.99 to 0.99: no moment reaches 0",
+        ),
+        ({"depth2": [0.1, -1.5]}, r"grid.depth2\[1\]: -1.5 is out of range"),
+        ({"frequency": 0.0}, "grid.frequency: 0.0 is out of range"),
+        ({"omega0": 0.0}, "grid.omega0: 0.0 is out of range"),
+    ],
+)
+def test_what_no_body_can_do_is_refused(grid, said):
+    with pytest.raises(DefinitionError, match=said):
+        read({"system": "pumped_body", "grid": GRID | grid})
+
+
+def test_another_modulation_is_refused():
+    with pytest.raises(DefinitionError, match=r"modulation: 'speed' is not available; allowed: moment, inverse"):
+        read({"system": "pumped_body", "modulation": "speed", "grid": GRID})
+
+
+@pytest.mark.parametrize("inverse", [False, True])
+def test_the_triangle_inequality_is_held_against_the_whole_period(inverse):
+    """Against 200,000 phases: the least margin to 1e-8, more than which a parabola leaves of a sine."""
+    rng = np.random.default_rng(8)
+    second = rng.uniform(0.0, 1.0, (3, 200))
+    points = dict(zip(("I1", "I2", "I3"), second.sum(axis=0) - second, strict=True))
+    points |= {f"depth{i}": rng.uniform(-0.9, 0.9, 200) for i in (1, 2, 3)}
+    points |= {f"lag{i}": rng.uniform(-9.0, 9.0, 200) for i in (1, 2, 3)}
+    least = existence.least_margin(points, inverse)
+    for k in range(200):
+        u = np.linspace(0.0, 2.0 * np.pi, 200_001)
+        factors = [1.0 + points[f"depth{i}"][k] * np.cos(u + points[f"lag{i}"][k]) for i in (1, 2, 3)]
+        moments = np.array([points[f"I{i}"][k] * (1 / f if inverse else f) for i, f in enumerate(factors, 1)])
+        margin = (1.0 - 2.0 * moments.max(axis=0) / moments.sum(axis=0)).min()
+        assert least[k] == pytest.approx(margin, abs=1e-8)
+
+
+def test_impossible_points_are_counted():
+    sweep = read({"system": "pumped_body", "axes": [3], "grid": GRID | {"depth3": [0.0, 0.3, 0.6]}})
+    assert counted.impossible(sweep) == (1, True)  # 3.2 > 2.9
+
+
+def test_the_measured_boundary_is_mathieus_curve():
+    ds = sweeps.survey(RACKET)
+    part = ds.sel(axis=3).squeeze()
+    curves = figure_tongues._curves(ds, part, 3, "depth2")
+    frequency, depth = part["frequency"].values, part["depth2"].values
+    crossings = 0
+    for row, at in zip(part["trace"].transpose("depth2", "frequency").values, depth, strict=True):
+        for side in (-2.0, 2.0):
+            for i in np.flatnonzero(np.diff(np.sign(row - side))):
+                places = np.concatenate([_at(f, d, at) for f, d in curves])
+                assert min(np.abs(places - frequency[i : i + 2].mean())) <= 0.5 * np.diff(frequency)[0] + 1e-9
+                crossings += 1
+    assert crossings > 40
+
+
+def _at(f, d, at):
+    """Return the frequencies at which a curve has a depth."""
+    with np.errstate(invalid="ignore"):
+        k = np.flatnonzero((np.diff(np.sign(d - at)) != 0) & np.isfinite(np.diff(d)))
+    return f[k] + (f[k + 1] - f[k]) * (at - d[k]) / (d[k + 1] - d[k])
+
+
+def test_the_map_is_verified_and_drawn(tmp_path):
+    ds = sweeps.survey(RACKET)
+    assert (ds["regime"] == REGIMES.index("stable") - 1).any()
+    ds.to_netcdf(tmp_path / "map.nc")
+    checks = verify.verify(tmp_path / "map.nc", points=10)
+    assert {"SciPy DOP853"} <= {check.name for check in checks}
+    assert not [check for check in checks if check.findings or check.skipped]
+    figure = figure_tongues.draw(ds, 3)
+    gids = {artist.get_gid() for ax in figure.axes for artist in (*ax.lines, *ax.collections)}
+    assert gids >= {"mathieu", "measured"}
