@@ -168,7 +168,7 @@ def _spectrum(smooth, period, half_turns):
         trace, d = smooth
         mu = np.stack(_pair(trace, d), axis=1)
         is_real = (mu.imag == 0.0).all(axis=1)
-        sizes = np.where(is_real[:, None], np.log(np.abs(mu)), 0.5 * np.log(d)[:, None])
+        sizes = np.where(is_real[:, None], np.log(np.abs(mu)), 0.5 * np.log(d)[:, None] + 0.0 * mu.real)  # NaN stays
     else:
         root = np.sqrt(smooth[2].astype(complex))
         mu = np.stack([*_pair(0.5 * (smooth[0] + root), 1.0), *_pair(0.5 * (smooth[0] - root), 1.0)], axis=1)

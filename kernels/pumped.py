@@ -421,20 +421,21 @@ def _measured(points, inverse, tolerance):
     rounding = EPSILON * (8.0 + 2.0 * np.sqrt(steps) + terms) * found[FOUND.growth]
     apart = np.abs(measured - back)
     shared = apart.max(axis=(1, 2))
-    error = 2.0 * apart + 0.1 * shared[:, None, None] + (rounding * np.maximum(settings[_RHO], 1.0))[:, None, None]
+    error = 1.5 * apart + 0.6 * shared[:, None, None] + (rounding * np.maximum(settings[_RHO], 1.0))[:, None, None]
     with np.errstate(all="ignore"):
         wide = ~(shared <= TOO_WIDE * np.abs(measured).max(axis=(1, 2)))
     followed, sound = steps > 0.0, np.isfinite(found).all(axis=0)
     lost = ~followed | ~sound | wide
-    measured[lost], linear[~followed] = np.nan, np.nan
+    measured[lost], error[lost], linear[~followed] = np.nan, np.nan, np.nan
     columns = floquet.columns(measured, error, period, half_turns=found[FOUND.half_turns])
-    exact = np.broadcast_to(rounding[:, None, None], linear.shape)
+    elsewhere = np.abs(found[FOUND.linear_elsewhere] - np.trace(linear, axis1=1, axis2=2))
+    exact = np.broadcast_to((rounding + elsewhere)[:, None, None], linear.shape)
     theory = floquet.columns(linear, exact, period, half_turns=found[FOUND.linear_half_turns], with_errors=False)
     columns |= {f"{name}_theory": values for name, values in theory.items() if f"{name}_error" in columns}
     columns["regime_theory"] = theory["regime"]
     columns["determinant_residual"], columns["reciprocity_residual"] = floquet.residuals(measured)
     size = np.abs(linear).max(axis=(1, 2))
-    columns["phase_residual"] = np.abs(found[FOUND.linear_elsewhere] - columns["trace_theory"]) / size
+    columns["phase_residual"] = elsewhere / size
     columns["propagation_error"] = np.abs(measured - linear).max(axis=(1, 2)) / size
     with np.errstate(invalid="ignore"):
         certified = (np.abs(measured - linear) <= error + exact).all(axis=(1, 2))
