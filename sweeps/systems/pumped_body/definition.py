@@ -16,7 +16,7 @@ MODULATIONS = ("moment", "inverse")
 PumpedGrid = grid_model("PumpedGrid", PARAMETERS, __name__, RATIOS)
 
 
-class Period(Strict):
+class OnePeriod(Strict):
     """How each period is followed."""
 
     tolerance: Tolerance = Field(
@@ -39,4 +39,6 @@ class PumpedDefinition(Definition):
         "moment", description="what is I (1 + depth cos(frequency t + lag)): each moment, or its inverse"
     )
     grid: PumpedGrid = Field(description="what is varied: a mapping with " + keys_of(PumpedGrid))
-    integration: Period = Field(Period(), description="how each period is followed: a mapping with " + keys_of(Period))
+    integration: OnePeriod = Field(
+        OnePeriod(), description="how each period is followed: a mapping with " + keys_of(OnePeriod)
+    )

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from sweeps.systems.pumped_body.definition import Period
+from sweeps.systems.pumped_body.definition import OnePeriod
 from sweeps.systems.system import Reference
 
 MOST_TURNS = 1000.0  # of the fastest rate in a period, rad
@@ -37,10 +37,10 @@ def trace_by_scipy(point: Mapping[str, float], inverse: bool) -> float:
 def reference(inverse: bool) -> Reference:
     """Return what `verify` measures again."""
 
-    def by_scipy(point, integration: Period) -> float:
+    def by_scipy(point, integration: OnePeriod) -> float:
         return trace_by_scipy(point, inverse)
 
-    def allowed(point, integration: Period) -> float:
+    def allowed(point, integration: OnePeriod) -> float:
         return 1e-9 * max(1.0, abs(trace_by_scipy(point, inverse)))
 
     return Reference("trace", {"SciPy DOP853": by_scipy}, allowed, told=True)

@@ -9,7 +9,7 @@ from sweeps.schema.layout import Layout
 from sweeps.schema.parameters import Range, spread
 from sweeps.schema.variables import Variable
 from sweeps.systems.kernel import Kernel
-from sweeps.systems.pumped_body.definition import Period, PumpedDefinition
+from sweeps.systems.pumped_body.definition import OnePeriod, PumpedDefinition
 from sweeps.systems.pumped_body.look import LOOK
 from sweeps.systems.pumped_body.variables import ARGUMENTS, CHANGING, COORDINATES, LAYOUT, PARAMETERS, VARIABLES
 from sweeps.systems.system import Dynamics, Reference
@@ -74,7 +74,7 @@ class PumpedBody(Dynamics):
         """What any of its maps may hold."""
         return LAYOUT
 
-    def columns(self, points: Mapping[str, np.ndarray], integration: Period) -> dict[str, np.ndarray]:
+    def columns(self, points: Mapping[str, np.ndarray], integration: OnePeriod) -> dict[str, np.ndarray]:
         """The variational flow beside what is measured; see `kernels.pumped`."""
         from kernels import pumped
         from sweeps.systems.pumped_body.existence import least_margin
