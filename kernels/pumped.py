@@ -442,7 +442,9 @@ def _measured(points, inverse, tolerance):
     columns["steps"] = steps.astype(np.int32)
     status = np.where(certified, statuses.OK, statuses.NOT_CONVERGED)
     status = np.select(
-        [~followed, ~sound, wide], [statuses.NOT_CONVERGED, statuses.NON_FINITE, statuses.NUDGE_TOO_WIDE], status
+        [~followed, ~sound, wide],
+        [statuses.NOT_CONVERGED, statuses.NON_FINITE, statuses.PERTURBATION_TOO_LARGE],
+        status,
     )
     columns["status"] = status.astype(np.int8)
     return columns

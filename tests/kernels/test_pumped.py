@@ -186,7 +186,7 @@ def test_every_error_holds_and_no_regime_is_wrong(inverse):
 
 def test_a_large_perturbation_has_no_number_and_says_so():
     found = pumped.survey(points(I2=2.5, I3=2.0, depth2=0.1, frequency=0.1, omega0=1.0, epsilon=0.3), True)
-    assert found["status"] == statuses.NUDGE_TOO_WIDE
+    assert found["status"] == statuses.PERTURBATION_TOO_LARGE
     assert np.isnan(found["trace"]).all()
     assert found["regime"] == floquet.UNDETERMINED
     assert np.isfinite(found["trace_theory"]).all()

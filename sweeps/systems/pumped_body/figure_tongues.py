@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline
 from scipy.linalg import eigvalsh_tridiagonal
 
 from sweeps import colors, style
-from sweeps.schema import carried
+from sweeps.reading.definitions import mapping_of
 from sweeps.systems.pumped_body.look import LOOK
 from sweeps.systems.pumped_body.variables import REGIMES
 
@@ -93,7 +93,7 @@ def _curves(ds: xr.Dataset, one: xr.Dataset, axis: int, depth: str) -> list | No
     """
     others = [i for i in (1, 2, 3) if i != axis]
     modulated = {f"depth{i}" for i in (1, 2, 3) if one[f"depth{i}"].values.any()}
-    inverse = carried.mapping_of(ds.attrs["definition"]).get("modulation") == "inverse"
+    inverse = mapping_of(ds.attrs["definition"]).get("modulation") == "inverse"
     if not inverse or modulated != {depth} or depth == f"depth{axis}":
         return None
     j = int(depth[-1])

@@ -8,7 +8,7 @@ LOOK = Look(
         "asymptotically_stable": Mark("stable, decays", "-", colors.SERIES_COLORS[2]),
         "period_doubling": Mark("unstable, sign changes each period", "2", colors.SERIES_COLORS[4]),
         "flutter": Mark("flutter", "~", colors.SERIES_COLORS[3]),
-        "nudge_too_wide": Mark("perturbation too large", "n", ""),
+        "perturbation_too_large": Mark("perturbation too large", "n", ""),
     },
     symbols={
         **{f"I{i}": Symbol(f"$I_{i}$", f"I{s}") for i, s in zip("123", "₁₂₃", strict=True)},
