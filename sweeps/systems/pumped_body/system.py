@@ -50,7 +50,7 @@ class PumpedBody(Dynamics):
         return PumpedBody(is_inverse(definition))
 
     def dimensions(self, definition: PumpedDefinition) -> dict[str, Range | np.ndarray]:
-        """(axis, I1, I2, I3, depths, lags, frequency, omega0, epsilon, phase)."""
+        """Return (axis, I1, I2, I3, depths, lags, frequency, omega0, epsilon, phase)."""
         axes = {"axis": np.array(definition.axes, np.int8)}
         return axes | {p.name: spread(getattr(definition.grid, p.name)) for p in PARAMETERS}
 
@@ -59,23 +59,23 @@ class PumpedBody(Dynamics):
         return {"multiplier": np.array([1, 2], np.int8)}
 
     def arguments(self, definition: PumpedDefinition) -> tuple[str, ...]:
-        """Names of what a point consists of."""
+        """Return the names of what a point consists of."""
         return ARGUMENTS
 
     def coordinates(self, definition: PumpedDefinition) -> dict[str, Variable]:
-        """Name → coordinate."""
+        """Return name → coordinate."""
         return COORDINATES
 
     def variables(self, definition: PumpedDefinition | None = None) -> dict[str, Variable]:
-        """Name → variable."""
+        """Return name → variable."""
         return VARIABLES
 
     def layout(self) -> Layout:
-        """What any of its maps may hold."""
+        """Return what any of its maps may hold."""
         return LAYOUT
 
     def columns(self, points: Mapping[str, np.ndarray], integration: OnePeriod) -> dict[str, np.ndarray]:
-        """The variational flow beside what is measured; see `kernels.pumped`."""
+        """Return the variational flow beside what is measured; see `kernels.pumped`."""
         from kernels import pumped
         from sweeps.systems.pumped_body.existence import least_margin
 
@@ -90,17 +90,17 @@ class PumpedBody(Dynamics):
         return least_margin(points, self.inverse) < 0
 
     def reference(self) -> Reference:
-        """The trace by SciPy."""
+        """Return the trace by SciPy."""
         from sweeps.systems.pumped_body.references import reference
 
         return reference(self.inverse)
 
     def method(self, definition: PumpedDefinition) -> str:
-        """How the motion was computed."""
+        """Return how the motion was computed."""
         return "direct integration of the angular momentum over one period, certified by the variational flow"
 
     def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
-        """The regimes over two parameters, for each axis, with the exact boundary."""
+        """Return the regimes over two parameters, for each axis, with the exact boundary."""
         from sweeps.systems.pumped_body import figure_tongues
 
         return {
