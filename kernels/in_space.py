@@ -161,8 +161,8 @@ def _exactly(moments, omega, out, i):
     out[4, i] = tumbling.phase_residual(*moments, *omega)
 
 
-class Sampling(NamedTuple):
-    """How long points are followed: samples ``spacing`` radians of spin apart, and the error allowed, rad."""
+class SpinSampling(NamedTuple):
+    """Sampling of an attitude: ``intervals``, each ``spacing`` radians of spin long, and the error allowed, rad."""
 
     spacing: float
     intervals: int
@@ -279,6 +279,6 @@ def survey(points, rotations, samples_per_rotation, tolerance):
     points = rigid_body.points_of(points)
     out = np.full((len(IN_SPACE), points.I1.size), np.nan)
     if points.I1.size:
-        run = Sampling(2.0 * np.pi / samples_per_rotation, round(rotations * samples_per_rotation), tolerance)
+        run = SpinSampling(2.0 * np.pi / samples_per_rotation, round(rotations * samples_per_rotation), tolerance)
         fill(points, run, out)
     return dict(zip(IN_SPACE, out, strict=True))

@@ -71,12 +71,12 @@ def _otherwise(ds: xr.Dataset) -> xr.DataArray:
     return told & ~xr.concat(same, "word").any("word")
 
 
-def _nudged(ds: xr.Dataset, body: str, axis: int) -> xr.Dataset:
+def _about(ds: xr.Dataset, body: str, axis: int) -> xr.Dataset:
     return ds.sel(body=body, axis=axis)
 
 
 def _brick(ds: xr.Dataset) -> xr.Dataset:
-    return _nudged(ds, "Brick", 2).sel(epsilon=1e-2, method="nearest")
+    return _about(ds, "Brick", 2).sel(epsilon=1e-2, method="nearest")
 
 
 def _brick_shift(ds: xr.Dataset) -> xr.DataArray:
@@ -123,7 +123,7 @@ def _earth_days(ds: xr.Dataset) -> float:
 
 
 def _racket_flip_delay(ds: xr.Dataset) -> float:
-    flips = _nudged(ds, "Racket", 2).isel(epsilon=slice(0, 2))
+    flips = _about(ds, "Racket", 2).isel(epsilon=slice(0, 2))
     return -flips.flip_period.diff("epsilon").item() / np.log10(flips.epsilon[1] / flips.epsilon[0])
 
 
@@ -174,7 +174,7 @@ NUMBERS = {
         "Largest distance of a measured precession rate from the closed form, over its error bar.",
         lambda ds: (abs(ds.precession_rate - ds.precession_rate_theory) / ds.precession_rate_error).max(),
     ),
-    "least_epsilon": Number("bodies", "Smallest nudge, relative to the spin.", lambda ds: ds.epsilon.min()),
+    "least_epsilon": Number("bodies", "Smallest perturbation, relative to the spin.", lambda ds: ds.epsilon.min()),
     "earth_three_days": Number(
         "bodies",
         "Measured period of the wobble of an Earth with three moments, days of 86,400 s.",
@@ -213,8 +213,8 @@ NUMBERS = {
     "racket_points": Number("racket", "Points of the map around the racket.", lambda ds: ds.regime.size),
     "racket_side": Number("racket", "Values of each moment in the map around the racket.", lambda ds: ds.sizes["I1"]),
     "racket_spin": Number("racket", "Spin rate, rad/s.", lambda ds: ds.omega0),
-    "racket_epsilon": Number("racket", "Size of the nudge over the spin.", lambda ds: ds.epsilon),
-    "racket_epsilon_squared": Number("racket", "Square of the size of the nudge.", lambda ds: ds.epsilon**2),
+    "racket_epsilon": Number("racket", "Size of the perturbation over the spin.", lambda ds: ds.epsilon),
+    "racket_epsilon_squared": Number("racket", "Square of the size of the perturbation.", lambda ds: ds.epsilon**2),
     "energy_drift_worst": Number(
         "racket", "Largest relative change of the energy in a run.", lambda ds: ds.energy_drift.max()
     ),
@@ -235,7 +235,7 @@ NUMBERS = {
     ),
     "racket_tenfold": Number(
         "racket",
-        "Time in which the racket's nudge grows tenfold, s.",
+        "Time in which the racket's perturbation grows tenfold, s.",
         lambda ds: np.log(10.0) / _racket(ds, 2).growth_rate,
     ),
     "racket_frequency_1": Number(
@@ -260,9 +260,9 @@ NUMBERS = {
     "racket_marginal": Number(
         "racket", "Points that are called marginal.", lambda ds: _word(ds.regime, "marginal").sum()
     ),
-    # The three bodies that are nudged harder and harder
+    # The three bodies with larger and larger perturbations
     "bodies_points": Number("bodies", "Motions of the three bodies.", lambda ds: ds.regime.size),
-    "greatest_epsilon": Number("bodies", "Largest nudge, relative to the spin.", lambda ds: ds.epsilon.max()),
+    "greatest_epsilon": Number("bodies", "Largest perturbation, relative to the spin.", lambda ds: ds.epsilon.max()),
     "certificate_worst": Number(
         "bodies",
         "Largest distance of the direct integration from the closed form, relative to the perturbation.",
@@ -270,23 +270,23 @@ NUMBERS = {
     ),
     "racket_flip_small": Number(
         "bodies",
-        "Time between two flips of the racket after the smallest nudge, s.",
-        lambda ds: _nudged(ds, "Racket", 2).flip_period.isel(epsilon=0),
+        "Time between two flips of the racket after the smallest perturbation, s.",
+        lambda ds: _about(ds, "Racket", 2).flip_period.isel(epsilon=0),
     ),
     "racket_flip_large": Number(
         "bodies",
-        "Time between two flips of the racket after the largest nudge, s.",
-        lambda ds: _nudged(ds, "Racket", 2).flip_period.isel(epsilon=-1),
+        "Time between two flips of the racket after the largest perturbation, s.",
+        lambda ds: _about(ds, "Racket", 2).flip_period.isel(epsilon=-1),
     ),
     "racket_flip_delay": Number(
         "bodies",
-        "What a ten times smaller nudge adds to the time between two flips of the racket, s, at the small end.",
+        "What a ten times smaller perturbation adds to the time between two flips of the racket, s, at the small end.",
         _racket_flip_delay,
     ),
     "racket_flip_delay_theory": Number(
         "bodies",
         "The same by linear theory: 2 ln 10 over the growth rate, s.",
-        lambda ds: 2.0 * np.log(10.0) / _nudged(ds, "Racket", 2).growth_rate_theory.isel(epsilon=0),
+        lambda ds: 2.0 * np.log(10.0) / _about(ds, "Racket", 2).growth_rate_theory.isel(epsilon=0),
     ),
     "flip_worst": Number(
         "bodies",
@@ -295,26 +295,30 @@ NUMBERS = {
     ),
     "racket_tilt": Number(
         "bodies",
-        "Largest tilt of the racket about its middle axis after the smallest nudge, degrees.",
-        lambda ds: np.degrees(_nudged(ds, "Racket", 2).max_tilt.isel(epsilon=0)),
+        "Largest tilt of the racket about its middle axis after the smallest perturbation, degrees.",
+        lambda ds: np.degrees(_about(ds, "Racket", 2).max_tilt.isel(epsilon=0)),
     ),
     "earth_tilt": Number(
         "bodies",
-        "Largest tilt of the Earth about its axis of greatest moment after the smallest nudge, degrees.",
-        lambda ds: np.degrees(_nudged(ds, "Earth", 3).max_tilt.isel(epsilon=0)),
+        "Largest tilt of the Earth about its axis of greatest moment after the smallest perturbation, degrees.",
+        lambda ds: np.degrees(_about(ds, "Earth", 3).max_tilt.isel(epsilon=0)),
     ),
-    "brick_epsilon": Number("bodies", "A nudge of the brick, relative to the spin.", lambda ds: _brick(ds).epsilon),
+    "brick_epsilon": Number(
+        "bodies", "A perturbation of the brick, relative to the spin.", lambda ds: _brick(ds).epsilon
+    ),
     "brick_shift": Number(
         "bodies",
-        "Distance of the brick's measured squared rate from linear theory at that nudge, over the spin's square.",
+        "Distance of the brick's measured squared rate from linear theory there, over the spin's square.",
         _brick_shift,
     ),
     "brick_shift_scaled": Number(
-        "bodies", "The same in units of the nudge's square.", lambda ds: _brick_shift(ds) / _brick(ds).epsilon ** 2
+        "bodies",
+        "The same in units of the perturbation's square.",
+        lambda ds: _brick_shift(ds) / _brick(ds).epsilon ** 2,
     ),
     "brick_shift_left": Number(
         "bodies",
-        "Distance of the brick's reduced squared rate from linear theory at that nudge, over the spin's square.",
+        "Distance of the brick's reduced squared rate from linear theory at that perturbation, over the spin's square.",
         lambda ds: abs(_brick(ds).omega_squared_reduced - _brick(ds).omega_squared_theory) / _brick(ds).omega0 ** 2,
     ),
     "attitude_worst": Number(
@@ -351,12 +355,12 @@ NUMBERS = {
     ),
     "phone_defect": Number(
         "throws",
-        "What the telephone's twist lacks of half a turn in the same throw, rad.",
+        "Shortfall of the telephone's twist from a half turn in the same throw, rad.",
         lambda ds: abs(_throw(ds, "Telephone").twist_defect),
     ),
     "poor_defect": Number(
         "throws",
-        "What the twist of a body of moments 1, 2, 3 lacks of half a turn in the same throw, rad.",
+        "Shortfall of the twist of a body of moments 1, 2, 3 from a half turn in the same throw, rad.",
         lambda ds: abs(_throw(ds, "Moments 1, 2, 3").twist_defect),
     ),
     "twist_worst": Number(

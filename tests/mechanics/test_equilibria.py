@@ -177,7 +177,7 @@ def test_no_equilibrium_is_none():
     found = equilibria.find(landscape, [np.ones(1)])
     assert np.isnan(found.places).all()
     assert not found.flat.any()
-    assert "there is none within the bounds" in equilibria.refusal(landscape, found, [np.ones(1)])
+    assert "none within the bounds" in equilibria.refusal(landscape, found, [np.ones(1)])
 
 
 def test_none_is_not_said_where_the_search_was_undecided(monkeypatch):

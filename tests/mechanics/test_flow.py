@@ -226,7 +226,7 @@ def test_a_near_miss_is_no_equilibrium():
     system.rate(x, (x - 1) ** 2 + sp.Float("1e-12"))
     landscape, found = flow_of(system)
     assert found.counts[0] == 0
-    assert "there is none within the bounds" in equilibria.refusal(landscape, found, [])
+    assert "none within the bounds" in equilibria.refusal(landscape, found, [])
 
 
 def test_a_family_gives_the_member_nearest_to_its_name_and_its_dimension():

@@ -5,7 +5,6 @@ import pickle
 import re
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -290,7 +289,7 @@ def test_a_file_without_permission(tmp_path, monkeypatch):
         raise PermissionError(13, "Permission denied")
 
     path = written(tmp_path, GRID)
-    monkeypatch.setattr(Path, "open", denied)  # root opens whatever it likes
+    monkeypatch.setattr(os, "open", denied)  # root opens whatever it likes
     assert "cannot be opened (Permission denied)" in refusal(path)
 
 
