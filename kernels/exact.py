@@ -82,6 +82,7 @@ from kernels.elliptic import (
     separatrix_functions,
 )
 from kernels.jit import EXACT, EXACT_INLINE, INLINE, njit
+from kernels.series import hypot
 from kernels.solution import advance, by_axis, checked, is_stationary, pick, set_up, set_up_near_one
 
 
@@ -210,9 +211,9 @@ def amplitudes(top):
     turning = (c_s != 0.0) & (c_c != 0.0)
     ratio = math.sqrt(abs(c_c / c_s)) if turning else 1.0
     nod = math.sqrt(abs(c_d / c_s)) if turning else 0.0
-    A_d = math.copysign(math.hypot(w_d, nod * w_s), w_d)
-    A_s = math.copysign(math.hypot(w_s, w_c / ratio), c_s * A_d)
-    return A_s, math.hypot(w_c, ratio * w_s), A_d
+    A_d = math.copysign(hypot(w_d, nod * w_s), w_d)
+    A_s = math.copysign(hypot(w_s, w_c / ratio), c_s * A_d)
+    return A_s, hypot(w_c, ratio * w_s), A_d
 
 
 @njit(**EXACT)
@@ -293,7 +294,7 @@ def max_tilt(top, axis):
     """
     if is_stationary(top.c, top.w):
         w1, w2, w3 = by_axis(top.axes, *top.w)
-        across = pick(axis, math.hypot(w2, w3), math.hypot(w3, w1), math.hypot(w1, w2))
+        across = pick(axis, hypot(w2, w3), hypot(w3, w1), hypot(w1, w2))
         return math.atan2(across, abs(pick(axis, w1, w2, w3)))
     sn_axis, cn_axis, _ = top.axes
     A_s, A_c, A_d = amplitudes(top)

@@ -1,6 +1,23 @@
-"""Functions of libraries as series in plain arithmetic: a loop over lanes that calls them stays packed."""
+"""Functions of libraries in plain arithmetic: a loop over lanes that calls them stays packed."""
 
-from kernels.jit import INLINE, njit
+import math
+
+from kernels.jit import EXACT_INLINE, INLINE, njit
+
+
+@njit(**EXACT_INLINE)
+def hypot(x, y):
+    """Return sqrt(x² + y²) without overflow, to two units in the last place.
+
+    Numba compiles ``math.hypot`` with the options of whoever calls it first, so that its last bit, and with it that of
+    every later caller, would depend on the order of compiling.
+    """
+    x, y = abs(x), abs(y)
+    large, small = (x, y) if x >= y else (y, x)
+    if large == 0.0:
+        return large + small
+    ratio = small / large if small != large else 1.0
+    return large * math.sqrt(1.0 + ratio * ratio)
 
 
 @njit(**INLINE)

@@ -40,6 +40,7 @@ from kernels import attitude, direct, elliptic, solution
 from kernels.columns import arrays
 from kernels.elliptic import RUNGS, climb, ladder
 from kernels.jit import EXACT, OPTIONS, njit
+from kernels.series import hypot
 from kernels.taylor import carry_12
 
 IMPOSSIBLE, SAM, LAM, SEPARATRIX, PRINCIPAL = range(-1, 4)
@@ -297,7 +298,7 @@ def measure_one(I1, I2, I3, energy, tolerance):
     if solution.is_stationary(solution.coefficients(I1, I2, I3), (w1, w2, w3)):
         return PRINCIPAL, missing, missing, missing, missing, missing, missing
     c1, c2, c3 = (I2 - I3) / I1, (I3 - I1) / I2, (I1 - I2) / I3
-    h = _step_length(c1, c2, c3, math.hypot(w1, w3), tolerance)
+    h = _step_length(c1, c2, c3, hypot(w1, w3), tolerance)
     period, turn, axis, growth = follow((I1, I2, I3), (w1, w2, w3), h)
     other, other_turn, other_axis, _ = follow((I1, I2, I3), (w1, w2, w3), 0.71 * h)
     if axis == 0 or axis != other_axis:
@@ -511,7 +512,7 @@ def fill_tilts(I1, I2, I3, energy, out):
             total = 0.5 * (out[1, i] + out[2, i])
             for k in range(1, nodes):
                 sn, cn, dn = climb(K * k / nodes, m, rungs, n, ah, al)
-                total += math.atan2(math.hypot(mu_c * cn, mu_s * sn), a * dn)
+                total += math.atan2(hypot(mu_c * cn, mu_s * sn), a * dn)
             out[0, i] = total / nodes
 
 
