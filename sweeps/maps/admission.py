@@ -16,7 +16,7 @@ from sweeps.reading.files import FileBytes
 from sweeps.reading.hdf5 import ALLOWED, MOST_TEXT, StoredVariable, Structure, read_structure
 from sweeps.reading.limits import MAX_FILE_BYTES
 from sweeps.reading.stored_values import StoredValues
-from sweeps.schema.carried import CONTRACT_VERSION
+from sweeps.schema.carried import CONTRACT_VERSION, is_readable
 from sweeps.schema.layout import Layout
 from sweeps.schema.refusals import MapError, shortened
 from sweeps.schema.variables import POINT, Variable
@@ -150,7 +150,7 @@ def _global(attributes: Mapping[str, Any]) -> dict[str, str]:
             most = MAX_FILE_BYTES if name in WHOLE else MOST_TEXT
             found[name] = text if len(text) <= most else text[: most - 1] + "…"
     version = found.get("contract_version", "")
-    if version.split(".")[0] != CONTRACT_VERSION.split(".")[0]:
+    if not is_readable(version):
         shown = _shown(version) or "missing"
         raise _UnlikeError(f"contract_version: is {shown}; allowed: {CONTRACT_VERSION}, the version of Polhode's maps")
     return found

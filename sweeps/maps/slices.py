@@ -7,7 +7,7 @@ import numpy as np
 from sweeps import systems
 from sweeps.maps.plain import PlainMap
 from sweeps.reading.definitions import definition_of
-from sweeps.schema.carried import CONTRACT_VERSION
+from sweeps.schema.carried import is_readable
 from sweeps.schema.layout import Layout
 from sweeps.schema.refusals import RefusedError, shortened
 from sweeps.schema.variables import POINT
@@ -27,7 +27,7 @@ def check_is_map(ds: Any) -> None:
     if not hasattr(ds, "data_vars"):
         raise RefusedError(f"ds: is of type {type(ds).__name__}; allowed: {ALLOWED}")
     version = str(ds.attrs.get("contract_version", ""))
-    if version.split(".")[0] != CONTRACT_VERSION.split(".")[0]:
+    if not is_readable(version):
         wrong = f"is {shortened(version)!r}" if version else "is missing"
         raise RefusedError(f"ds: its attribute contract_version {wrong}; allowed: {ALLOWED}")
     try:

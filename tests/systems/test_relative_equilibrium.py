@@ -87,8 +87,8 @@ system.equilibrium("rest", {x: 0})
     assert type(again) is relative.RelativeEquilibrium
 
 
-def test_no_equilibrium_within_the_bounds_is_said():
-    with pytest.raises(DefinitionError, match="none within the bounds"):
+def test_a_search_that_found_none_and_could_not_exclude_any_says_so():
+    with pytest.raises(DefinitionError, match="none is found and none excluded"):
         load({"system": "steady_precession", "grid": {"tilt": 0.1, "spin_rate": [0.1, 0.2]}})
 
 

@@ -634,7 +634,7 @@ def test_many_bodies_fit_a_page(of_bodies):
     values = [t.get_window_extent() for t in periods.texts if t.get_text().endswith(" d")]
     assert all(periods.bbox.x0 <= box.x0 < box.x1 <= periods.bbox.x1 for box in values)
     assert {text.get_text() for text in rates.texts if text.get_gid() == "about"} == {"axis 2"}
-    assert "nudged by 10⁻⁶,\nflips every" in {text.get_text() for text in rates.texts}
+    assert "ε = 10⁻⁶,\nflips every" in {text.get_text() for text in rates.texts}
 
 
 def test_the_period_drawn_is_the_measured_one(breaking):
