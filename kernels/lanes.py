@@ -53,7 +53,7 @@ NONE, FIRST_ORDER, WHOLE = range(3)  # how much of the reduction is done: see :m
 
 
 class Work(NamedTuple):
-    """What is done beside the measurement itself. Compiled code takes it as a plain tuple, whose type has a name.
+    """Groups of columns computed beside the measurement; compiled code takes it as a plain tuple of bool.
 
     Attributes
     ----------

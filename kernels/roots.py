@@ -22,10 +22,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kernels.enclosures import OUTSIDE, POLE, UNIT
+from kernels.enclosures import OPTIONS, OUTSIDE, POLE, UNIT
 from kernels.jit import float64, int64, njit, types
 
-OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True}
 ENCLOSE = types.FunctionType(
     int64(
         int64[:, ::1], int64[::1], float64[:, ::1], float64[::1], float64[::1], int64, float64[:, ::1],
@@ -208,7 +207,7 @@ def _cut_by_operator(box):
 
 @njit(**OPTIONS)
 def _is_lost(box):
-    """Whether each row of F changes in X by less than some roundings of F at its middle."""
+    """Return whether each row of F changes in X by less than ROUNDINGS roundings of F at the middle."""
     for i in range(len(box.u)):
         total = 0.0
         for j in range(len(box.u)):

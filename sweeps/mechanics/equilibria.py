@@ -138,7 +138,7 @@ def _symmetry(problem, direction):
 
 
 def _crowded(problem, found, parameters):
-    """What is wrong with the first of the points that have more equilibria than there is room for."""
+    """Return the message about the first point that has more equilibria than the dimension holds."""
     system, point = problem.system, int(np.argmax(found.crowded))
     count = found.counts[point]
     wrong = f"there are {count}" if count > system.most else "one is near no name, and there is no room left"
@@ -233,7 +233,7 @@ class _All:
         )
 
     def still(self, owner, place, near=TINY):
-        """Whether F vanishes within some roundings of places, or within a part of the ranges."""
+        """Return whether F vanishes within some roundings of places, or within a fraction of the ranges."""
         near = np.maximum(ROUNDINGS * np.abs(place), near * self.width[owner])
         values, states = self.slopes(owner, place - near, place + near)
         F = values[:, :, 0]
@@ -267,7 +267,7 @@ class _All:
         return place
 
     def inside(self, owner, place):
-        """Whether places lie within the bounds, or at them but for a rounding."""
+        """Return whether places lie within the bounds, or outside by a rounding at most."""
         slack = BOUND * self.width[owner]
         return ((place >= self.low[owner] - slack) & (place <= self.high[owner] + slack)).all(axis=1)
 
@@ -343,7 +343,7 @@ class _All:
         self.owner, self.place, self.dimension, self.reach = (np.concatenate([a, b[inside]]) for a, b in pairs)
 
     def _poles(self, owner, kind, low, high):
-        """Whether boxes hold nothing but a pole: a row of F grows towards it from all sides within the bounds."""
+        """Return whether boxes hold only a pole, towards which a row of F grows from all sides within the bounds."""
         poles = kind == roots.BROKEN
         rows = np.flatnonzero(poles)
         owner, middle = owner[rows], 0.5 * (low[rows] + high[rows])
@@ -430,7 +430,7 @@ class _All:
         return np.concatenate([*owners, more]), np.concatenate([*places, names])
 
     def _alone(self, owner, place):
-        """Whether a box about each place holds one zero; its ends (and the zero's), and half-widths of the latter."""
+        """Return whether a box about each place holds one zero, the ends of both boxes, and the zero's half-widths."""
         proved, a, b = np.zeros(owner.size, dtype=bool), np.stack([place] * 2), np.stack([place] * 2)
         for part in PARTS:
             rows = np.flatnonzero(~proved)

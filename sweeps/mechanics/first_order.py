@@ -123,14 +123,3 @@ def _in_common(e, moving):
     inside = sp.Add(*(term / most for term, f in zip(terms, factors, strict=True) if most in f))
     outside = sp.Add(*(term for term, f in zip(terms, factors, strict=True) if most not in f))
     return sp.Mul(most, _in_common(inside, moving), evaluate=False) + _in_common(outside, moving)
-
-
-def magnitude(e: sp.Expr) -> sp.Expr:
-    """A bound on |e| in which nothing cancels: sums of the absolute values of terms, whatever they are made of."""
-    if e.is_Add:
-        return sp.Add(*map(magnitude, e.args))
-    if e.is_Mul:
-        return sp.Mul(*map(magnitude, e.args))
-    if e.is_Pow and e.exp.is_Integer and e.exp > 0:
-        return magnitude(e.base) ** e.exp
-    return sp.Abs(e)

@@ -1,4 +1,4 @@
-"""What vanishes at a system's equilibria, F(x) = 0 with parameters, and where to look for it."""
+"""The equations F(x) = 0 of a system's equilibria, with parameters, and the bounds of their search."""
 
 from functools import cached_property
 
@@ -119,9 +119,9 @@ class RootProblem:
 
 
 def magnitude(e: sp.Expr) -> sp.Expr:
-    """What the terms of an expression amount to: sums of absolute values, products of sums, nothing expanded.
+    """Return the sum of the absolute values of an expression's terms, with products of sums left as they are.
 
-    It stays put where terms cancel, and bounds the expression.
+    It does not become small where terms cancel, and bounds the expression.
     """
     known: dict = {}
 

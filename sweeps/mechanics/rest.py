@@ -2,10 +2,9 @@
 
 import numpy as np
 
-from sweeps.mechanics.first_order import magnitude
 from sweeps.mechanics.flow import Flow
 from sweeps.mechanics.graph import lambdified
-from sweeps.mechanics.problem import RootProblem
+from sweeps.mechanics.problem import RootProblem, magnitude
 
 
 class Forces(RootProblem):

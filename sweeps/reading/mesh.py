@@ -22,7 +22,7 @@ ALLOWED = f"a readable {', '.join(s[1:].upper() for s in SUFFIXES)} file of tria
 
 
 class MeshError(RefusedError):
-    """What is wrong with a file that should be a mesh.
+    """Report invalid content of a mesh file.
 
     Attributes:
         wrong: what is wrong.

@@ -265,7 +265,7 @@ class _Csv(Source):
         return any(block and TRUTH_VALUE.search(block) for block in self._blocks())
 
     def _text(self, number: int) -> UnreadableError:
-        """What is no number in a part of the file."""
+        """Return the error that names the first text, in a part of the file, that is not a number."""
         import pandas as pd
 
         text = self._read(self._stream(), "str", header=0, chunksize=PART_ROWS, keep_default_na=False)
