@@ -50,13 +50,13 @@ import numpy as np
 
 from kernels import solution
 from kernels.elliptic import RUNGS, climb, jacobi_short, ladder, separatrix_functions
-from kernels.jit import EXACT, EXACT_INLINE, INLINE, njit
+from kernels.jit import INLINE, OPTIONS, njit
 
 FAR = 700.0  # beyond it sech underflows; what arg needs there is a ratio that no longer changes
 SETTLED_TANH = 20.0  # tanh is one to rounding
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def carlson_rj(x, y, z, p):
     """Carlson's symmetric integral of the third kind R_J for 0 <= x <= y <= z <= p, at most x zero.
 
@@ -89,7 +89,7 @@ def carlson_rj(x, y, z, p):
     return power * (1.0 + series) / (mean * math.sqrt(mean)) + 6.0 * total
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def complete(complement, nu):
     """``int_0^K s^2/(1 + nu s^2) dv`` with s = sn(v), for a modulus of complement k' > 0 and nu >= 0.
 
@@ -182,7 +182,7 @@ class Attitude(NamedTuple):
     complete: float
 
 
-@njit(**EXACT_INLINE)
+@njit(**INLINE)
 def constants(moments, omega, p, m, m1):
     """Return the :class:`Turning` of one trajectory, by role; straight-line code for loops over lanes.
 
@@ -218,12 +218,12 @@ def middle_shift(turning, sn, cn, dn):
     return (scale * (a * dn) if below > 0.0 else 1.0), scale * (mu_c * mu_s * (sn * cn))
 
 
-@njit(**EXACT_INLINE)
+@njit(**INLINE)
 def _climb(u, m, means):
     return climb(u, m, means.rungs, means.n, means.ah, means.al)
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def third_kind(v, top):
     """J(v) of the module's docstring for any v."""
     nu, k1 = top.turning.nu, top.turning.k1
@@ -245,7 +245,7 @@ def third_kind(v, top):
     return rest + 2.0 * turns * top.complete
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def product(a, b):
     """Product of two quaternions, scalar first: the turn b, then the turn a."""
     a0, a1, a2, a3 = a
@@ -285,7 +285,7 @@ def lifted(n, x, y):
     return N * x, N * y, n_j * y - n_k * x, n_j * x + n_k * y
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def prepare(moments, start, rungs, rungs1):
     """Return the :class:`Attitude` of a motion; ``rungs`` and ``rungs1`` (2, RUNGS) are overwritten and kept in it."""
     I1, I2, I3, _ = solution.scaled(moments[0], moments[1], moments[2])
@@ -311,7 +311,7 @@ def prepare(moments, start, rungs, rungs1):
     return Attitude(motion, turning, frame, Ladder(rungs, n, ah, al), Ladder(rungs1, n1, ah1, al1), whole)
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def half_turn(t, top):
     """Half of psi, rad, at the time t (in the motion's own unit)."""
     p, m, m1, _, c, w, _ = top.motion
@@ -327,7 +327,7 @@ def half_turn(t, top):
     return 0.5 * turning.R * t + turning.Q * J + turning.sigma * bend
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def at(t, top):
     """Attitude since the start (unit quaternion) and direction m of L in the body, a time t (s) after it."""
     p, m, m1, _, c, w, unit = top.motion
@@ -342,7 +342,7 @@ def at(t, top):
     return (q0, *by_axis(d, turned * qd, qj, turned * qk)), by_axis(d, turned * m_d, m_j, turned * m_k)
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def fill(moments, start, times, q_start, out):
     """Attitude at every one of ``times`` (n,), into ``out`` (n, 4); what is constant is computed once."""
     if solution.is_stationary(solution.coefficients(moments[0], moments[1], moments[2]), start):
@@ -355,14 +355,14 @@ def fill(moments, start, times, q_start, out):
         out[i, 0], out[i, 1], out[i, 2], out[i, 3] = product(begin, q)
 
 
-@njit(**EXACT_INLINE)
+@njit(**INLINE)
 def landen_complement(m1):
     """``sqrt(1 - k1^2) = 2 sqrt(k')/(1 + k')`` with ``k' = sqrt(m1)``."""
     complement = math.sqrt(m1)
     return 2.0 * math.sqrt(complement) / (1.0 + complement)
 
 
-@njit(**EXACT_INLINE)
+@njit(**INLINE)
 def by_axis(d, x_d, x_j, x_k):
     """Values of the axes (d, j, k) in the order of the axes 1, 2, 3."""
     x1 = x_d if d == 1 else (x_k if d == 2 else x_j)
@@ -371,7 +371,7 @@ def by_axis(d, x_d, x_j, x_k):
     return x1, x2, x3
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def _fill_steady(start, times, q_start, out):
     """Attitude under a constant angular velocity: one turn about it."""
     w1, w2, w3, unit = solution.scaled(start[0], start[1], start[2])
@@ -385,14 +385,14 @@ def _fill_steady(start, times, q_start, out):
         out[i, 0], out[i, 1], out[i, 2], out[i, 3] = product(begin, turn)
 
 
-@njit(**EXACT_INLINE)
+@njit(**INLINE)
 def _rate(u, m, A_d, a, mean):
     """The rate of psi at the argument u, at most 0.5 in size; ``mean`` is 2T/L."""
     _, _, dn = jacobi_short(u, m)
     return (A_d * dn + mean) / (1.0 + a * dn)
 
 
-@njit(**EXACT_INLINE)
+@njit(**INLINE)
 def short_turn(delta, m, A_d, a, mean):
     """``Psi/h`` over half a step, delta = p h/2 at most 0.5: Gauss and Legendre's rule of eight nodes, error 1e-17."""
     return 0.5 * (
@@ -407,7 +407,7 @@ def short_turn(delta, m, A_d, a, mean):
     )
 
 
-@njit(**EXACT_INLINE)
+@njit(**INLINE)
 def oriented(d, x1, x2, x3):
     """Values of the axes 1, 2, 3 in the cyclic order (d, j, k)."""
     return (
@@ -441,7 +441,7 @@ class Steps(NamedTuple):
     y: tuple
 
 
-@njit(**EXACT_INLINE)
+@njit(**INLINE)
 def short_step_constants(moments, omega, h):
     """Return the :class:`Steps` for ``p |h| <= 1``, with neither branch nor loop, for loops over lanes.
 
@@ -471,7 +471,7 @@ def short_step_constants(moments, omega, h):
     return Steps(d, turned, (I_d / L, I_j / L, I_k / L), real, imaginary)
 
 
-@njit(**EXACT_INLINE)
+@njit(**INLINE)
 def of_direction(q, g):
     """Coefficients by which :func:`kernels.exact.step` takes m = g w, from those by which it takes w."""
     q_d, q_j, q_k = q

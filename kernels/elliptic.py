@@ -21,7 +21,8 @@ import math
 
 import numpy as np
 
-from kernels.jit import EXACT, EXACT_INLINE, INLINE, OPTIONS, njit
+from kernels.jit import INLINE, OPTIONS, njit
+from kernels.straight import formula
 
 HALF_PI = 0.5 * math.pi
 SPLITTER = 134217729.0  # 2**27 + 1 cuts a double into two halves of 26 bits (Veltkamp)
@@ -30,7 +31,7 @@ SETTLED = 1e-18  # relative gap a_n - b_n below which the next mean changes noth
 TINY_ARGUMENT = 1e-8  # below it the first two terms of each Maclaurin series are exact to rounding
 
 
-@njit(**EXACT_INLINE)
+@njit(**INLINE)
 def two_sum(x, y):
     """Sum of two doubles and its rounding error: ``x + y = s + e`` exactly (Knuth, TAOCP 4.2.2)."""
     s = x + y
@@ -38,7 +39,7 @@ def two_sum(x, y):
     return s, (x - (s - t)) + (y - t)
 
 
-@njit(**EXACT_INLINE)
+@njit(**INLINE)
 def two_product(x, y):
     """Product of two doubles and its rounding error, ``x y = r + e`` exactly (Dekker 1971).
 
@@ -54,7 +55,7 @@ def two_product(x, y):
     return r, ((xh * yh - r) + xh * yl + xl * yh) + xl * yl
 
 
-@njit(**EXACT_INLINE)
+@njit(**INLINE)
 def double_product(xh, xl, yh, yl):
     """Product of two double-doubles, relative error about 1e-31."""
     r, e = two_product(xh, yh)
@@ -62,7 +63,7 @@ def double_product(xh, xl, yh, yl):
     return two_sum(r, e)
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def double_sqrt(xh, xl):
     """Square root of a positive double-double, one Newton step from the double root."""
     root = math.sqrt(xh)
@@ -70,7 +71,7 @@ def double_sqrt(xh, xl):
     return two_sum(root, ((xh - square) - e + xl) / (2.0 * root))
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def ladder(m, m1, rungs):
     """Means ``a_n = rungs[0, n]``, ``b_n = rungs[1, n]`` for m1 > 0; returns N and a_N in double-double.
 
@@ -93,7 +94,7 @@ def ladder(m, m1, rungs):
     return n, ah, al
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def climb(u, m, rungs, n, ah, al):
     """(sn, cn, dn) of ``u`` from a finished ladder: the recurrence of the module's docstring."""
     if abs(u) < TINY_ARGUMENT:
@@ -114,7 +115,7 @@ def climb(u, m, rungs, n, ah, al):
     return sn, C * sn, dn
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def separatrix_functions(u):
     """(sn, cn, dn) at m = 1: ``(tanh u, sech u, sech u)``, without overflow."""
     e = math.exp(-abs(u))
@@ -122,7 +123,7 @@ def separatrix_functions(u):
     return math.tanh(u), sech, sech
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def jacobi(u, m, m1):
     """Jacobi's sn, cn and dn of a real argument.
 
@@ -149,7 +150,7 @@ def jacobi(u, m, m1):
     return climb(u, m, rungs, n, ah, al)
 
 
-@njit(**INLINE)
+@formula
 def duplicate(sn, cn, dn, m):
     """(sn, cn, dn) of twice the argument: DLMF 22.6.5-7, with cn and dn as one minus a rest."""
     ss, sd, sc = sn * sn, sn * dn, sn * cn
@@ -157,7 +158,7 @@ def duplicate(sn, cn, dn, m):
     return sc * dn * D, 1.0 - sd * sd * D, 1.0 - m * sc * sc * D
 
 
-@njit(**INLINE)
+@formula
 def jacobi_short(u, m):
     """Jacobi's sn, cn and dn for |u| <= 0.5, straight-line arithmetic for loops over lanes.
 
@@ -178,7 +179,7 @@ def jacobi_short(u, m):
     return duplicate(s, c, d, m)
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def K(m, m1):
     """Complete integral of the first kind, the quarter period: ``K = pi/(2 agm(1, sqrt(m1)))``.
 
@@ -222,7 +223,7 @@ def carlson_rf(x, y, z):
     return (1.0 + series) / math.sqrt(mean)
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def argument(sn, cn, m, m1):
     """Inverse Jacobi functions: the argument with the given sn and cn.
 
@@ -251,7 +252,7 @@ def argument(sn, cn, m, m1):
     return math.copysign(u, sn)
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def F(phi, m, m1):
     """Incomplete integral of the first kind, ``F(phi|m)``: ``sn(F) = sin(phi)``.
 

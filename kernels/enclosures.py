@@ -19,10 +19,7 @@ import math
 
 import numpy as np
 
-from kernels.jit import float64, int64, njit, void
-
-OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True}
-INLINE = {"cache": True, "error_model": "numpy"}
+from kernels.jit import OPTIONS, PASSED, float64, int64, njit, void
 
 SOUND, POLE, OUTSIDE = range(3)
 
@@ -37,19 +34,19 @@ HALF_PI = 0.5 * math.pi
 INF = math.inf
 
 
-@njit(**INLINE)
+@njit(**OPTIONS)
 def _down(x, part):
     y = x - (abs(x) * part + TINY)
     return y if y == y else -INF
 
 
-@njit(**INLINE)
+@njit(**OPTIONS)
 def _up(x, part):
     y = x + (abs(x) * part + TINY)
     return y if y == y else INF
 
 
-@njit(**INLINE)
+@njit(**OPTIONS)
 def _add(a, b, c, d):
     """[a, b] + [c, d]; sums lose nothing to underflow, and exact zeros stay."""
     low, high = a + c, b + d
@@ -57,7 +54,7 @@ def _add(a, b, c, d):
     return (low if low == low else -INF), (high if high == high else INF)
 
 
-@njit(**INLINE)
+@njit(**OPTIONS)
 def _mul(a, b, c, d):
     """[a, b] [c, d]; a product of what is not negative is not."""
     p, q, r, s = a * c, a * d, b * c, b * d
@@ -71,7 +68,7 @@ def _mul(a, b, c, d):
     return (low if told | zero else -INF), (high if told | zero else INF)
 
 
-@njit(**INLINE)
+@njit(**OPTIONS)
 def _whole(x, k):
     """x^k for a whole k ≥ 0, by squaring: good to k - 1 roundings."""
     result = 1.0
@@ -83,7 +80,7 @@ def _whole(x, k):
     return result
 
 
-@njit(**INLINE)
+@njit(**OPTIONS)
 def _power(a, b, k):
     """[a, b]^k for a whole k ≥ 0."""
     if k == 0:
@@ -99,7 +96,7 @@ def _power(a, b, k):
     return max(0.0, _down(min(p, q), part)), high
 
 
-@njit(**INLINE)
+@njit(**OPTIONS)
 def _inverse(a, b):
     """1/[a, b]; the whole line where 0 is inside, half of it where 0 is an end."""
     if a > 0.0 or b < 0.0:
@@ -111,7 +108,7 @@ def _inverse(a, b):
     return -INF, INF
 
 
-@njit(**INLINE)
+@njit(**OPTIONS)
 def _signed_power(a, b, k):
     """[a, b]^k for any whole k; a state that is POLE where k < 0 and 0 is inside."""
     if k >= 0:
@@ -132,7 +129,7 @@ def _signed_power(a, b, k):
     return c, d, SOUND
 
 
-@njit(**INLINE)
+@njit(**OPTIONS)
 def _real_power(a, b, p, q):
     """[a, b]^[p, q] for a ≥ 0: extreme at its corners."""
     low, high = INF, -INF
@@ -143,7 +140,7 @@ def _real_power(a, b, p, q):
     return max(0.0, _down(low, LIBRARY)), _up(high, LIBRARY)
 
 
-@njit(**INLINE)
+@njit(**OPTIONS)
 def _cosine(a, b):
     """Cosine of [a, b]."""
     if not (b - a < 6.28) or abs(a) > 1e12 or abs(b) > 1e12:
@@ -158,7 +155,7 @@ def _cosine(a, b):
     return max(low, -1.0), min(high, 1.0)
 
 
-@njit(**INLINE)
+@njit(**OPTIONS)
 def _sine(a, b):
     """Sine of [a, b]."""
     if not (b - a < 6.28) or abs(a) > 1e12 or abs(b) > 1e12:
@@ -173,18 +170,18 @@ def _sine(a, b):
     return max(low, -1.0), min(high, 1.0)
 
 
-@njit(**INLINE)
+@njit(**OPTIONS)
 def _rising(p, q):
     """Ends of a function of the C library that rises."""
     return _down(p, LIBRARY), _up(q, LIBRARY)
 
 
-@njit(**INLINE)
+@njit(**OPTIONS)
 def _scaled(c, a, b):
     return _mul(c, c, a, b)
 
 
-@njit(**INLINE)
+@njit(**OPTIONS)
 def _tangent(a, b):
     low, high = _cosine(a, b)
     if low <= 0.0 <= high:
@@ -193,7 +190,7 @@ def _tangent(a, b):
     return low, high, SOUND
 
 
-@njit(**INLINE)
+@njit(**OPTIONS)
 def _function(code, a, b, p, q):
     """Enclose f and f′ on [a, b]: four ends, and a state; [p, q] is the exponent of POWER, p the one of WHOLE_POWER."""
     state = SOUND
@@ -307,7 +304,7 @@ def _function(code, a, b, p, q):
         int64[:, ::1], int64[::1], float64[:, ::1], float64[::1], float64[::1], int64, float64[:, ::1],
         float64[:, :, ::1],
     ),
-    **OPTIONS,
+    nogil=True, **PASSED,
 )  # fmt: skip
 def enclose(tape, outputs, constants, low, high, count, R, values):
     r"""Enclose functions of several variables in one box, with their first ``count`` partial derivatives.
@@ -380,7 +377,7 @@ def enclose(tape, outputs, constants, low, high, count, R, values):
         int64[:, ::1], int64[::1], float64[:, :, ::1], int64[::1], float64[:, ::1], float64[:, ::1], int64,
         float64[:, :, :, ::1], int64[::1],
     ),
-    **OPTIONS,
+    nogil=True, **PASSED,
 )  # fmt: skip
 def slopes(tape, outputs, constants, owner, low, high, count, values, states):
     """Enclose functions in many boxes, shape (boxes, variables), of points whose constants are given.

@@ -81,12 +81,12 @@ from kernels.elliptic import (
     ladder,
     separatrix_functions,
 )
-from kernels.jit import EXACT, EXACT_INLINE, INLINE, njit
-from kernels.series import hypot
+from kernels.jit import INLINE, OPTIONS, njit
 from kernels.solution import advance, by_axis, checked, is_stationary, pick, set_up, set_up_near_one
+from kernels.straight import formula
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def fill_rotation(moments, start, times, out):
     """Angular velocity at every one of ``times`` (n,), into ``out`` (n, 3); what is constant is computed once."""
     p, m, m1, axes, c, w, unit = set_up(moments[0], moments[1], moments[2], start[0], start[1], start[2])
@@ -134,7 +134,7 @@ def rotation(moments, omega_start, times):
     return out
 
 
-@njit(**INLINE)
+@formula
 def step_coefficients(c, p, h, sn, cn, dn):
     """``q = g c h/2`` of the exact step, by role; (sn, cn, dn) are those of ``p h/2``.
 
@@ -145,7 +145,7 @@ def step_coefficients(c, p, h, sn, cn, dn):
     return c_s * S / (cn * dn), c_c * S * dn / cn, c_d * S * cn / dn
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def step_constants(top, h):
     """Coefficients ``q1, q2, q3`` (s) of the exact step of one length h (s, of any sign), for :func:`step`.
 
@@ -157,7 +157,7 @@ def step_constants(top, h):
     return q1 / top.unit, q2 / top.unit, q3 / top.unit
 
 
-@njit(**EXACT_INLINE)
+@njit(**INLINE)
 def short_step_constants(moments, omega, h):
     """``step_constants`` for ``p |h| <= 1``, with neither branch nor loop, for loops over lanes.
 
@@ -168,7 +168,7 @@ def short_step_constants(moments, omega, h):
     return by_axis(top.axes, *step_coefficients(top.c, top.p, h, sn, cn, dn))
 
 
-@njit(**INLINE)
+@formula
 def step(w1, w2, w3, q1, q2, q3):
     """One exact step, ``w_i + 2 [w_i (A_j + A_k) + q_i w_j w_k (1 + A_i)]/(1 - A_1 - A_2 - A_3 - 2 Q)``.
 
@@ -199,7 +199,7 @@ def step(w1, w2, w3, q1, q2, q3):
     )
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def amplitudes(top):
     """Amplitudes ``(A_s, A_c, A_d)`` in ``top.unit``, ``A_c >= 0``, A_d of the sign of w_d, A_s of that of c_s A_d.
 
@@ -211,12 +211,12 @@ def amplitudes(top):
     turning = (c_s != 0.0) & (c_c != 0.0)
     ratio = math.sqrt(abs(c_c / c_s)) if turning else 1.0
     nod = math.sqrt(abs(c_d / c_s)) if turning else 0.0
-    A_d = math.copysign(hypot(w_d, nod * w_s), w_d)
-    A_s = math.copysign(hypot(w_s, w_c / ratio), c_s * A_d)
-    return A_s, hypot(w_c, ratio * w_s), A_d
+    A_d = math.copysign(math.hypot(w_d, nod * w_s), w_d)
+    A_s = math.copysign(math.hypot(w_s, w_c / ratio), c_s * A_d)
+    return A_s, math.hypot(w_c, ratio * w_s), A_d
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def phase(top):
     """Starting argument u0 in [-2K, 2K]: ``w_s = A_s sn(p t + u0)``, w_c and w_d likewise with cn and dn.
 
@@ -230,7 +230,7 @@ def phase(top):
     return argument(sn, cn, top.m, top.m1)
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def frequency(top):
     """Angular frequency ``pi p/(2 K)``, rad/s, of the motion of the angular velocity in the body.
 
@@ -241,7 +241,7 @@ def frequency(top):
     return 0.5 * math.pi / K(top.m, top.m1) * (top.p * top.unit)
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def flip_period(top):
     """Time ``2 K/p``, s, after which the sn and the cn component have changed sign.
 
@@ -253,7 +253,7 @@ def flip_period(top):
     return 2.0 * K(top.m, top.m1) / p if p > 0.0 else np.inf
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def period(top):
     """Period ``4 K/p``, s, of the angular velocity in the body; infinite where ``frequency`` is zero.
 
@@ -262,7 +262,7 @@ def period(top):
     return 2.0 * flip_period(top)
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def extremes(top):
     """Least and greatest value of each component over all time: min1, max1, min2, max2, min3, max3, rad/s.
 
@@ -284,7 +284,7 @@ def extremes(top):
     return min1 * unit, max1 * unit, min2 * unit, max2 * unit, min3 * unit, max3 * unit
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def max_tilt(top, axis):
     """Largest angle (rad, 0 to pi) over all time between the angular velocity and the end of an axis (1, 2 or 3).
 
@@ -294,7 +294,7 @@ def max_tilt(top, axis):
     """
     if is_stationary(top.c, top.w):
         w1, w2, w3 = by_axis(top.axes, *top.w)
-        across = pick(axis, hypot(w2, w3), hypot(w3, w1), hypot(w1, w2))
+        across = pick(axis, math.hypot(w2, w3), math.hypot(w3, w1), math.hypot(w1, w2))
         return math.atan2(across, abs(pick(axis, w1, w2, w3)))
     sn_axis, cn_axis, _ = top.axes
     A_s, A_c, A_d = amplitudes(top)

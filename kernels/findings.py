@@ -14,6 +14,7 @@ from kernels.blocks import W
 from kernels.columns import Column
 from kernels.jit import INLINE, OPTIONS, njit, whole_vectors
 from kernels.statuses import NON_FINITE, NOT_CONVERGED, OK, SHORT_WINDOW
+from kernels.straight import formula
 
 # Work that is done where it is asked for; ERRORS stand on the certificate and on the reduction, RATES and LOG_SLOPE on
 # the errors.
@@ -107,7 +108,7 @@ def _squares_beyond(S):
             S[MORE.reduced + lane], S[MORE.reduced_slope + lane] = measure.rate_squared(reduced, spacing)
 
 
-@njit(**INLINE)
+@formula
 def _standard_error(slope, sum_rx, sum_rr, sum_xx, used):
     """As of :func:`kernels.measure.estimate`."""
     scatter = max(sum_rr - sum_rx * sum_rx / sum_xx, 0.0)

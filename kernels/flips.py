@@ -25,7 +25,6 @@ from kernels import columns, direct, exact, rigid_body, taylor
 from kernels.blocks import W
 from kernels.columns import Column
 from kernels.jit import OPTIONS, njit, whole_vectors
-from kernels.series import hypot
 
 MOST_ROTATIONS, MOST_STEPS = 20_000, 2_000_000
 
@@ -113,7 +112,7 @@ def _crossing(S, lane, component):
 @njit(**OPTIONS)
 def _tilt(a, b, c, sense, epsilon):
     """Angle between (a, epsilon b, epsilon c) and the end of the axis that has the sign of ``sense``."""
-    return math.atan2(epsilon * hypot(b, c), a if sense > 0.0 else -a)
+    return math.atan2(epsilon * math.hypot(b, c), a if sense > 0.0 else -a)
 
 
 @njit(**OPTIONS)

@@ -25,7 +25,7 @@ import math
 import numpy as np
 
 from kernels import columns, linear, rigid_body, solution
-from kernels.jit import EXACT, EXACT_INLINE, njit
+from kernels.jit import INLINE, OPTIONS, njit
 from kernels.triangle import FLAT
 
 REALS = ("omega_squared_theory", "growth_rate_theory", "frequency_theory", "growing_fraction", "triangle_margin")
@@ -37,7 +37,7 @@ NO_AXIS, LEAST_AXIS, GREATEST_AXIS, SEPARATRIX = range(4)
 UNDECIDED = 20.0 * 2.0**-52  # of the sum of the terms of N
 
 
-@njit(nogil=True, **EXACT)
+@njit(nogil=True, **OPTIONS)
 def fill(points, cosine, sine, reals, kinds):
     """Fill the columns of points.
 
@@ -70,7 +70,7 @@ def fill(points, cosine, sine, reals, kinds):
         kinds[KIND.encircles, i] = _encircles(a, b, c, epsilon[i], x, y)
 
 
-@njit(**EXACT_INLINE)
+@njit(**INLINE)
 def _regime(a, b, c):
     stable = linear.STABLE_MINOR if a < b else linear.STABLE_MAJOR
     kind = linear.UNSTABLE if (a < b) != (a < c) else stable
@@ -78,7 +78,7 @@ def _regime(a, b, c):
     return equal if (a == b) | (a == c) else kind
 
 
-@njit(**EXACT_INLINE)
+@njit(**INLINE)
 def _growing_fraction(cb, cc, omega, cosine, sine):
     unstable = ((cb > 0.0) & (cc > 0.0)) | ((cb < 0.0) & (cc < 0.0))
     x, y = cosine * math.sqrt(abs(cc)), sine * math.sqrt(abs(cb))
@@ -87,7 +87,7 @@ def _growing_fraction(cb, cc, omega, cosine, sine):
     return share if unstable else 0.0
 
 
-@njit(**EXACT_INLINE)
+@njit(**INLINE)
 def _encircles(a, b, c, epsilon, cosine, sine):
     """NO_AXIS, LEAST_AXIS, GREATEST_AXIS or SEPARATRIX; moments in cyclic order, of the spin axis first."""
     a, b, c, _ = solution.scaled(a, b, c)
@@ -101,7 +101,7 @@ def _encircles(a, b, c, epsilon, cosine, sine):
     return (decided if abs(N) > UNDECIDED * terms else SEPARATRIX) if terms > 0.0 else NO_AXIS
 
 
-@njit(**EXACT_INLINE)
+@njit(**INLINE)
 def _body(I1, I2, I3):
     """Triangle margin and shape."""
     missing = (I1 != I1) | (I2 != I2) | (I3 != I3)

@@ -22,8 +22,8 @@ import numpy as np
 
 from kernels import attitude, direct, exact, measure, rigid_body, solution, tumbling
 from kernels.blocks import W, cut, scratch
+from kernels.circular import arctangent
 from kernels.jit import OPTIONS, njit, whole_vectors
-from kernels.series import arctangent
 from kernels.taylor import turn_12
 
 IN_SPACE = ("attitude_error", "psi_rate", "psi_rate_error", "space_rate_exact", "geometric_phase_residual")

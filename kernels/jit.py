@@ -3,12 +3,13 @@
 This module and the cache hold all contact with Numba but for :mod:`kernels.straight`. Nothing of Numba's own settings
 is changed: a function that somebody else compiles in the same process is cached where Numba puts it.
 
-Division by zero gives an infinity as in NumPy. Multiplications and additions may contract into one rounding, but never
-in an error-free transformation, which counts its own roundings (EXACT). Nothing else is reordered.
+Division by zero gives an infinity as in NumPy. Every operation rounds by itself and in the order written, so that the
+last bits of a kernel depend neither on where it is inlined nor on what was compiled before it. Products and sums with
+one rounding stand in formulas alone (:mod:`kernels.straight`), which say where.
 
 *Plain mode.* A process that asks so little of kernels that loading the compiler would take longer calls
-:func:`leave_out_compiler` before it imports one: kernels are then the Python functions of their files. Only a compiler
-may contract a product and a sum into one rounding, and divide by zero without a word.
+:func:`leave_out_compiler` before it imports one: kernels are then the Python functions of their files. Only compiled
+code rounds a product and a sum once, and divides by zero without a word.
 """
 
 import sys
@@ -18,12 +19,9 @@ from typing import Any
 from kernels.cache import KernelCache
 
 # only a function that is passed as an argument needs a form to be called by C
-EXACT = {"error_model": "numpy", "no_cfunc_wrapper": True}
-OPTIONS = {**EXACT, "fastmath": {"contract"}}
+OPTIONS = {"error_model": "numpy", "no_cfunc_wrapper": True}
 PASSED = {**OPTIONS, "no_cfunc_wrapper": False}
-# a loop over lanes vectorises only what is inlined into it
-EXACT_INLINE = {**EXACT, "forceinline": True}
-INLINE = {**OPTIONS, "forceinline": True}
+INLINE = {**OPTIONS, "forceinline": True}  # a loop over lanes vectorises only what is inlined into it
 
 # Processors for which LLVM takes 256 bits of 512, and that do not lower their clock for whole ones. (Skylake-X, Cascade
 # Lake, Cooper Lake and Cannon Lake do: they keep LLVM's choice.)

@@ -21,6 +21,7 @@ from typing import NamedTuple
 from kernels import exact, measure, recurrence, reduction, rigid_body, taylor
 from kernels.blocks import W
 from kernels.jit import INLINE, OPTIONS, njit, whole_vectors
+from kernels.straight import formula
 
 EXACT, RECURRENCE = 9, 10  # the exact solution by its map or its recurrence, where a Taylor step has its number
 
@@ -83,7 +84,7 @@ def begin(S):
         a, b, c = S[SPIN + lane], S[COSINE + lane], S[SINE + lane]
         S[A + lane], S[B + lane], S[C + lane] = a, b, c
         S[B1 + lane], S[C1 + lane], S[B2 + lane], S[C2 + lane] = b, c, b, c
-        size = b * b + c * c
+        size = measure.dot(b, c, b, c)
         S[START + lane], S[LARGEST + lane] = size, size
         S[USED + lane], S[OPEN + lane], S[LOPEN + lane] = 1.0, 1.0, 1.0
         below = measure.LOG_BELOW / S[EPSILON + lane]
@@ -271,12 +272,23 @@ def _take_part(S, lane, excess):
     return factors
 
 
+@formula
+def _line(x, slope, start):
+    return x * slope + start
+
+
 @njit(**INLINE)
 def _take_first_order(S, lane):
     """Both factors to the first order."""
     own = S[OWN + lane]
-    S[OWN + lane] = S[A + lane] * S[OWN_BY + lane] + S[OWN_FROM + lane]
+    S[OWN + lane] = _line(S[A + lane], S[OWN_BY + lane], S[OWN_FROM + lane])
     return own, S[ACROSS + lane] * (S[B1 + lane] * S[C1 + lane])
+
+
+@formula
+def _less_amplitude(r, own, across, x, x1, x2):
+    """A component's residual without the amplitude's part of its triple."""
+    return (r - own * x1) - across * ((x - x1) + (x1 - x2))
 
 
 def _sample_of(reduced):
@@ -293,7 +305,7 @@ def _sample_of(reduced):
         for lane in range(W):
             b, c = S[B + lane], S[C + lane]
             b1, c1, b2, c2 = S[B1 + lane], S[C1 + lane], S[B2 + lane], S[C2 + lane]
-            size = b * b + c * c
+            size = measure.dot(b, c, b, c)
             start = S[START + lane]
             inside = (S[OPEN + lane] > 0.0) & (size <= measure.WINDOW * measure.WINDOW * start)
             inside = inside & (size >= measure.DECAYED * measure.DECAYED * start)
@@ -306,10 +318,10 @@ def _sample_of(reduced):
             S[OPEN + lane] = weight
             S[USED + lane] += weight
             rb, rc = measure.residual(b, c, b1, c1, b2, c2, S[GUESS + lane])
-            xx = b1 * b1 + c1 * c1
+            xx = measure.dot(b1, c1, b1, c1)
             counts = inside & triple
-            S[RX + lane] += rb * b1 + rc * c1 if counts else 0.0
-            S[RR + lane] += rb * rb + rc * rc if counts else 0.0
+            S[RX + lane] += measure.dot(rb, rc, b1, c1) if counts else 0.0
+            S[RR + lane] += measure.dot(rb, rc, rb, rc) if counts else 0.0
             S[XX + lane] += xx if counts else 0.0
             if followed:
                 if whole:
@@ -317,11 +329,11 @@ def _sample_of(reduced):
                     S[SW + lane] += xx * (mu * (2.0 + mu)) if counts else 0.0
                 else:
                     own, across = _take_first_order(S, lane)
-                sb = (rb - own * b1) - across * ((b - b1) + (b1 - b2))
-                sc = (rc - own * c1) - across * ((c - c1) + (c1 - c2))
-                S[SX + lane] += sb * b1 + sc * c1 if counts else 0.0
-                S[SS + lane] += sb * sb + sc * sc if counts else 0.0
-                turn = b1 * c - c1 * b
+                sb = _less_amplitude(rb, own, across, b, b1, b2)
+                sc = _less_amplitude(rc, own, across, c, c1, c2)
+                S[SX + lane] += measure.dot(sb, sc, b1, c1) if counts else 0.0
+                S[SS + lane] += measure.dot(sb, sc, sb, sc) if counts else 0.0
+                turn = measure.dot(b1, c1, c, -b)
                 turn = turn * (1.0 + excess) if whole else turn
                 S[TURN + lane] += turn if inside else 0.0
             S[LARGEST + lane] = size if inside & (size > S[LARGEST + lane]) else S[LARGEST + lane]
@@ -336,6 +348,12 @@ def _sample_of(reduced):
 _sample_alone, _sample_first_order, _sample_whole = (_sample_of(reduced) for reduced in (NONE, FIRST_ORDER, WHOLE))
 
 
+@formula
+def _left(ahead, back, two_guess, x):
+    """What two successive differences leave over after D_0."""
+    return (ahead - back) + two_guess * x
+
+
 @njit(**INLINE)
 def _exact_sample(state, sums, constants):
     """The next step of the recurrence and its sample, of one lane, in registers."""
@@ -345,13 +363,13 @@ def _exact_sample(state, sums, constants):
     b, c = b1 + db, c1 + dc
     bend = recurrence.bend(b, q)
     db, dc = recurrence.bent(db, b, gb, bend), recurrence.bent(dc, c, gc, bend)
-    size = b * b + c * c
+    size = measure.dot(b, c, b, c)
     inside = (weight > 0.0) & (size <= most) & (size >= least)
     weight = 1.0 if inside else 0.0
     ahead_b, ahead_c = b - b1, c - c1  # of the samples as they are rounded
-    rb, rc = (ahead_b - back_b) + two_guess * b1, (ahead_c - back_c) + two_guess * c1
-    sum_rx += rb * b1 + rc * c1 if inside else 0.0
-    sum_rr += rb * rb + rc * rc if inside else 0.0
+    rb, rc = _left(ahead_b, back_b, two_guess, b1), _left(ahead_c, back_c, two_guess, c1)
+    sum_rx += measure.dot(rb, rc, b1, c1) if inside else 0.0
+    sum_rr += measure.dot(rb, rc, rb, rc) if inside else 0.0
     sum_xx += xx if inside else 0.0
     return (b, c, ahead_b, ahead_c, size, db, dc), (weight, used + weight, sum_rx, sum_rr, sum_xx)
 
@@ -368,7 +386,7 @@ def _exact_samples_of(count):
         opened = 0
         for lane in range(W):
             b1, c1, b2, c2 = S[B1 + lane], S[C1 + lane], S[B2 + lane], S[C2 + lane]
-            state = (b1, c1, b1 - b2, c1 - c2, b1 * b1 + c1 * c1, S[DB + lane], S[DC + lane])
+            state = (b1, c1, b1 - b2, c1 - c2, measure.dot(b1, c1, b1, c1), S[DB + lane], S[DC + lane])
             sums = (S[OPEN + lane], S[USED + lane], S[RX + lane], S[RR + lane], S[XX + lane])
             least = measure.DECAYED * measure.DECAYED * S[START + lane]
             most = measure.WINDOW * measure.WINDOW * S[START + lane]
@@ -415,7 +433,7 @@ def sample(S, k, reduced):
 def _compare(S, lane, b, c):
     """Note how far the direct solution is from the exact one."""
     db, dc = S[B + lane] - b, S[C + lane] - c
-    apart, largest = db * db + dc * dc, S[LARGEST + lane]
+    apart, largest = measure.dot(db, dc, db, dc), S[LARGEST + lane]
     # a ratio of two rows: no division; written so that a distance that is no number stays
     keeps = (S[OPEN + lane] == 0.0) | (apart * S[APART_OVER + lane] <= S[APART + lane] * largest)
     S[APART + lane] = S[APART + lane] if keeps else apart
@@ -473,7 +491,7 @@ def log_sample(S):
     whole_vectors()
     going = 0  # a whole number: its or-reduction stays packed
     for lane in range(W):
-        size = S[B + lane] * S[B + lane] + S[C + lane] * S[C + lane]
+        size = measure.dot(S[B + lane], S[C + lane], S[B + lane], S[C + lane])
         grown = size >= measure.LOG_FROM * measure.LOG_FROM * S[START + lane]
         begun = S[LN + lane] > 0.0
         # once entered, the window closes at either end; it can be entered only while the main window is open

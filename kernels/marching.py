@@ -11,13 +11,13 @@ import numpy as np
 
 from kernels import attitude, exact, solution
 from kernels.elliptic import RUNGS
-from kernels.jit import EXACT, njit
+from kernels.jit import OPTIONS, njit
 
 MOST = 64  # steps between two beginnings
 NEAR, APART = 1e-3, 2.0  # m1 below which rounding grows, and p t between two beginnings then
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def fill(moments, start, h, out):
     """Attitude at the times 0, h, 2h … of a start that is not steady, into ``out`` (n, 4), from (1, 0, 0, 0) on."""
     top = attitude.prepare(moments, start, np.empty((2, RUNGS)), np.empty((2, RUNGS)))

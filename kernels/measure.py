@@ -30,6 +30,7 @@ import math
 import numpy as np
 
 from kernels.jit import INLINE, OPTIONS, njit
+from kernels.straight import formula
 
 WINDOW = 10.0  # samples count until the transverse size exceeds this many times its start
 DECAYED = 1e-6  # … or is below this part of it: squared, what it weighs in the sums is below the roundings of the start
@@ -43,26 +44,32 @@ TURN = 0.13  # 1 - cosh of the half radian that a motion may turn between sample
 TURNS = tuple(2.0 ** (n + 1) / (n * n * math.comb(2 * n, n)) for n in range(1, 15))
 
 
-@njit(**INLINE)
+@formula
 def second_difference(x, x1, x2):
     """Second difference x - 2 x1 + x2 of successive samples x2, x1, x; as two differences, small rates keep digits."""
     return (x - x1) - (x1 - x2)
 
 
-@njit(**INLINE)
+@formula
 def first_guess(b, c, b1, c1, b2, c2):
     """D_0 of three successive samples (b2, c2), (b1, c1), (b, c): dimensionless; NaN where (b1, c1) vanishes."""
     projection = second_difference(b, b1, b2) * b1 + second_difference(c, c1, c2) * c1
     return -0.5 * projection / (b1 * b1 + c1 * c1)
 
 
-@njit(**INLINE)
+@formula
 def residual(b, c, b1, c1, b2, c2, guess):
     """What three successive samples leave over after D_0, of each component (the samples' unit)."""
     return second_difference(b, b1, b2) + 2.0 * guess * b1, second_difference(c, c1, c2) + 2.0 * guess * c1
 
 
-@njit(**INLINE)
+@formula
+def dot(b, c, b1, c1):
+    """Scalar product of two vectors in the transverse plane."""
+    return b * b1 + c * c1
+
+
+@formula
 def leftover(b, c, b1, c1, b2, c2, guess):
     """Contributions of three successive samples to the sums of r x, r r and x x (squares of the samples' unit)."""
     rb, rc = residual(b, c, b1, c1, b2, c2, guess)
@@ -97,7 +104,7 @@ def rate_squared(D, spacing):
     return value / spacing / spacing, slope / spacing / spacing
 
 
-@njit(**INLINE)
+@formula
 def rate_squared_of_turn(D):
     r"""As :func:`rate_squared` for h = 1 and \|D| up to TURN, in plain arithmetic: a loop over lanes stays packed.
 
@@ -137,7 +144,7 @@ def estimate(guess, sum_rx, sum_rr, sum_xx, triples, spacing, weight=0.0):
     return value, slope * math.sqrt(scatter / ((2.0 * triples - 1.0) * 4.0 * sum_xx))
 
 
-@njit(**INLINE)
+@formula
 def add_to_line(n, sum_k, sum_kk, sum_y, sum_ky, k, y, inside):
     """The sums of :func:`line_slope` with (k, y) added if it is inside: by selection, so that lanes stay packed."""
     return (

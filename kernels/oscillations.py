@@ -47,7 +47,6 @@ from kernels.blocks import W
 from kernels.columns import numbers
 from kernels.jit import INLINE, OPTIONS, float64, int64, njit, void, whole_vectors
 from kernels.runs import ADVANCE, CHECK, EPSILON, LEAST_SPAN, RUNS, planned, refined
-from kernels.series import hypot
 from kernels.statuses import NON_FINITE, NOT_CONVERGED, OK, SHORT_WINDOW
 
 STABLE, UNSTABLE, MARGINAL = range(3)
@@ -292,7 +291,7 @@ def _unload(Q, lane, steps, spacing, scale, row):
     row[RAW.samples], row[RAW.steps] = Q[USED + lane], steps
     row[RAW.energy_drift] = Q[ED + lane] / Q[ES + lane] if Q[ES + lane] > 0.0 else 0.0
     # at its largest a mode turns: what a step leaves out, of odd order, is there in its speed, in units of the scale
-    apart = hypot(Q[COARSE + lane] - Q[XI + lane], (Q[COARSE_SPEED + lane] - Q[XI1 + lane]) / scale)
+    apart = math.hypot(Q[COARSE + lane] - Q[XI + lane], (Q[COARSE_SPEED + lane] - Q[XI1 + lane]) / scale)
     row[RAW.halving] = apart / Q[LARGEST + lane]
     row[RAW.log_slope], row[RAW.e_folds] = math.nan, math.nan
     if Q[LN + lane] >= 2.0:

@@ -98,7 +98,7 @@ def _text(order, inverse):
         for a, b, c, *products in motions:
             for name, u, v in zip(products, (b, c, a), (c, a, b), strict=True):
                 lines.append(f"{name}{n} = {convolution((('+', u, v),), n).removeprefix(' + ')}")
-    return "\n".join([*lines, f"return {', '.join(total(x, order) for x in STATES)}"])
+    return "\n".join([*lines, f"return {', '.join(total([f'{x}{n}' for n in range(order + 1)]) for x in STATES)}"])
 
 
 def _linear_text(order, inverse):

@@ -35,11 +35,11 @@ Sources: DLMF 23.9.2-23.9.5 (Laurent series), 22.8 and 23.10 (addition theorems)
 
 import math
 
-from kernels.jit import INLINE, njit
 from kernels.solution import coefficients
+from kernels.straight import formula
 
 
-@njit(**INLINE)
+@formula
 def weierstrass(e1, e2, e3):
     """``wp(1)`` less 1 for lattice values e_i that add up to zero, of sizes below 1/3: relative error of wp 1e-16.
 
@@ -60,7 +60,7 @@ def weierstrass(e1, e2, e3):
     return ((a12 + a11 + a10) + (a9 + a8) + (a7 + a6)) + ((a5 + a4) + a3) + a2
 
 
-@njit(**INLINE)
+@formula
 def constants(moments, epsilon, start, h):
     """Constants of the recurrence, and the first differences of its first step.
 
@@ -101,14 +101,14 @@ def constants(moments, epsilon, start, h):
     return da, db, dc, yc - yb, gb, gc, of_b * per_P
 
 
-@njit(**INLINE)
+@formula
 def bend(b, q):
     """``e/(1 - e)`` but for e^3: of a small motion, by which differences grow as ``[g + (2 + g) e/(1 - e)] x``."""
     e = q * (b * b)
     return e + e * e
 
 
-@njit(**INLINE)
+@formula
 def bent(dx, x, g, bend):
     """A component's next first difference, from this one and the component between them."""
     return dx + x * (g + (2.0 + g) * bend)

@@ -55,6 +55,7 @@ import math
 
 from kernels import measure
 from kernels.jit import INLINE, njit
+from kernels.straight import formula
 
 ROUNDS = 2  # by which the first guess is corrected for the amplitude of its own three samples
 WANDER = 1.0 / 32.0  # the window ends where the spin has wandered by more than this part of itself …
@@ -68,7 +69,7 @@ def is_small(ca, epsilon, span):
     return 0.5 * abs(ca) * (epsilon * epsilon) * (measure.WINDOW * measure.WINDOW) * span <= SMALL_WANDER
 
 
-@njit(**INLINE)
+@formula
 def square(guess):
     """x² of D_0 = 1 - cosh x, by its series; dimensionless."""
     G = -2.0 * guess
@@ -76,7 +77,7 @@ def square(guess):
     return G * (1.0 - G * (1 / 12 - G * (1 / 90 - series)))
 
 
-@njit(**INLINE)
+@formula
 def constants(guess, drive):
     """Constants of a lane from D_0 (dimensionless) and the spin's drive c_a epsilon² h, its sign that of the spin.
 
@@ -93,7 +94,7 @@ def constants(guess, drive):
     return 0.25 * c * drive, 2.0 * x2 * s, x2 * (1.0 + 0.5 * G), x2 * x2 * s / 3.0, 1.0 + x2 * c, -1.0 / (s * s)
 
 
-@njit(**INLINE)
+@formula
 def first_order(guess, drive, a1, products):
     """Constants of a lane for small nudges: z, (1 - z) times the spin's mean excess, and of ηx coth x the factor of βγ.
 
@@ -106,7 +107,7 @@ def first_order(guess, drive, a1, products):
     return z, part * (0.5 * drive / z * products - x2 * a1), 0.5 * z * drive
 
 
-@njit(**INLINE)
+@formula
 def amplitude_part(u, u1, first, second, third, along, slope):
     """Factors of (β, γ) and of (β_+ - β_-, γ_+ - γ_-) in p, and μ; u1 and u are η's ∓: a over the two intervals."""
     mu, eta = 0.5 * (u + u1), 0.5 * (u - u1)
@@ -134,7 +135,7 @@ def corrected_guess(raw, a1, a, b, c, b1, c1, b2, c2, drive):
     return guess
 
 
-@njit(**INLINE)
+@formula
 def rms_part(sum_rr, sum_ss, inverse, samples):
     """Root mean square of p relative to the motion, as a rate²: what the amplitude moved; 1/Σxx and 1/h are given."""
     return math.sqrt(max(sum_rr - sum_ss, 0.0) * inverse) * samples * samples

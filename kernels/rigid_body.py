@@ -24,6 +24,7 @@ import numpy as np
 
 from kernels import columns
 from kernels.jit import INLINE, njit
+from kernels.straight import formula
 from kernels.triangle import ascending
 
 ASYMMETRIC, OBLATE, PROLATE, SPHERE = range(4)
@@ -94,7 +95,7 @@ def relabel(I1, I2, I3, axis):
     return I3, I1, I2
 
 
-@njit(**INLINE)
+@formula
 def euler_coefficients(Ia, Ib, Ic):
     r"""Euler coefficients c_i = (I_j - I_k)/I_i, the difference formed before the ratio.
 
@@ -111,26 +112,26 @@ def euler_coefficients(Ia, Ib, Ic):
     return (Ib - Ic) / Ia, (Ic - Ia) / Ib, (Ia - Ib) / Ic
 
 
-@njit(**INLINE)
+@formula
 def derivative(wa, wb, wc, ca, cb, cc):
     """Right-hand side of Euler's equations: (c_a w_b w_c, c_b w_c w_a, c_c w_a w_b), in rad s-2."""
     return ca * (wb * wc), cb * (wc * wa), cc * (wa * wb)
 
 
-@njit(**INLINE)
+@formula
 def twice_energy(wa, wb, wc, Ia, Ib, Ic):
     """Twice the kinetic energy, 2E = sum I_i w_i^2 (kg m2 s-2 for moments in kg m2)."""
     return Ia * (wa * wa) + (Ib * (wb * wb) + Ic * (wc * wc))
 
 
-@njit(**INLINE)
+@formula
 def squared_momentum(wa, wb, wc, Ia, Ib, Ic):
     """Squared angular momentum, L^2 = sum (I_i w_i)^2 (kg2 m4 s-2 for moments in kg m2)."""
     La, Lb, Lc = Ia * wa, Ib * wb, Ic * wc
     return La * La + (Lb * Lb + Lc * Lc)
 
 
-@njit(**INLINE)
+@formula
 def perturbation_invariant(wb, wc, cb, cc):
     """J/(I_b I_c) = c_b w_c^2 - c_c w_b^2, with the sum of its absolute terms as its scale (both s-2)."""
     p = cb * (wc * wc)

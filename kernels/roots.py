@@ -22,8 +22,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kernels.enclosures import OPTIONS, OUTSIDE, POLE, UNIT
-from kernels.jit import float64, int64, njit, types
+from kernels.enclosures import OUTSIDE, POLE, UNIT
+from kernels.jit import OPTIONS, float64, int64, njit, types
 
 ENCLOSE = types.FunctionType(
     int64(
@@ -354,7 +354,7 @@ def _axis(box, bounds, floor):
 
 @njit(
     int64(ENCLOSE, int64[:, ::1], int64[::1], float64[:, :, ::1], float64[:, :, ::1], float64, int64,
-          int64[:, ::1], float64[:, :, :, ::1], int64[::1]), **OPTIONS
+          int64[:, ::1], float64[:, :, :, ::1], int64[::1]), nogil=True, **OPTIONS
 )  # fmt: skip
 def search(enclose, tape, outputs, constants, bounds, narrowest, most, records, boxes, progress):
     """Find all zeros of points, one after the other, until the records are full.

@@ -10,10 +10,11 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.elliptic import double_product, two_product, two_sum
-from kernels.jit import EXACT, EXACT_INLINE, INLINE, njit
+from kernels.jit import INLINE, OPTIONS, njit
+from kernels.straight import formula
 
 
-@njit(**EXACT_INLINE)
+@njit(**INLINE)
 def unit_of(x1, x2, x3):
     """The power of two next above the largest of three magnitudes, 2^-1022 to 2^1023; 1 where all are zero."""
     largest = max(abs(x1), abs(x2), abs(x3))
@@ -22,7 +23,7 @@ def unit_of(x1, x2, x3):
     return unit if largest != 0.0 else 1.0
 
 
-@njit(**EXACT_INLINE)
+@njit(**INLINE)
 def unit_of_moments(low, middle, high, own):
     """``own``, or the power of two next above it where two of three ascending moments agree to 1/32.
 
@@ -32,32 +33,32 @@ def unit_of_moments(low, middle, high, own):
     return unit_of(own, own, own) if close else own
 
 
-@njit(**EXACT_INLINE)
+@njit(**INLINE)
 def scaled(x1, x2, x3):
     """Three numbers in a unit that is their own, and the unit: ``(x1/unit, x2/unit, x3/unit, unit)``."""
     unit = unit_of(x1, x2, x3)
     return x1 / unit, x2 / unit, x3 / unit, unit
 
 
-@njit(**EXACT_INLINE)
+@formula
 def coefficients(I1, I2, I3):
     """``c_i = (I_j - I_k)/I_i`` of Euler's equations, dimensionless; the differences before the ratios."""
     return (I2 - I3) / I1, (I3 - I1) / I2, (I1 - I2) / I3
 
 
-@njit(**EXACT_INLINE)
+@njit(**INLINE)
 def pick(axis, x1, x2, x3):
     """The value that belongs to ``axis`` (1, 2 or 3)."""
     return x1 if axis == 1 else (x2 if axis == 2 else x3)
 
 
-@njit(**EXACT_INLINE)
+@njit(**INLINE)
 def by_role(sn_axis, cn_axis, dn_axis, x1, x2, x3):
     """Values of the axes 1, 2, 3 in the order of the roles sn, cn, dn."""
     return pick(sn_axis, x1, x2, x3), pick(cn_axis, x1, x2, x3), pick(dn_axis, x1, x2, x3)
 
 
-@njit(**EXACT_INLINE)
+@njit(**INLINE)
 def order(I1, I2, I3):
     """Axes (1, 2, 3) of the least, the middle and the greatest moment; three different ones, ties or not."""
     greatest = 1 if (I1 >= I2) & (I1 >= I3) else (2 if I2 >= I3 else 3)
@@ -65,11 +66,11 @@ def order(I1, I2, I3):
     return least, 6 - least - greatest, greatest
 
 
-@njit(**EXACT_INLINE)
+@njit(**INLINE)
 def separatrix_offset(I_min, I_mid, I_max, w_min, w_max):
     """``L^2 - 2 E I_mid = I_max (I_max - I_mid) w_max^2 - I_min (I_mid - I_min) w_min^2``, in double-double.
 
-    Error 1e-30 of the greater term.  Must not be compiled with contraction: the error terms depend on it.
+    Error 1e-30 of the greater term.
     """
     gap, e = two_sum(I_max, -I_mid)
     ah, al = double_product(gap, e, I_max, 0.0)
@@ -83,7 +84,7 @@ def separatrix_offset(I_min, I_mid, I_max, w_min, w_max):
     return difference + (e + (al - bl))
 
 
-@njit(**EXACT_INLINE)
+@njit(**INLINE)
 def constants(I1, I2, I3, w1, w2, w3):
     """Constants p, m, m1 and axes of a trajectory as :class:`Motion` has them, straight-line code for loops over lanes.
 
@@ -104,7 +105,7 @@ def constants(I1, I2, I3, w1, w2, w3):
     return math.sqrt(p2), m, m1, sn_axis, (least if above else greatest), (greatest if above else least)
 
 
-@njit(**EXACT_INLINE)
+@njit(**INLINE)
 def by_axis(axes, x_s, x_c, x_d):
     """Values of the roles sn, cn, dn, which run on ``axes``, in the order of the axes 1, 2, 3."""
     sn_axis, cn_axis, _ = axes
@@ -140,7 +141,7 @@ class Motion(NamedTuple):
     unit: float
 
 
-@njit(**EXACT_INLINE)
+@njit(**INLINE)
 def set_up_near_one(I1, I2, I3, w1, w2, w3):
     """:func:`set_up` for moments and angular velocities near one, as for :func:`constants`, whose unit is one."""
     p, m, m1, sn_axis, cn_axis, dn_axis = constants(I1, I2, I3, w1, w2, w3)
@@ -150,7 +151,7 @@ def set_up_near_one(I1, I2, I3, w1, w2, w3):
     return Motion(p, m, m1, (sn_axis, cn_axis, dn_axis), c, w, 1.0)
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def set_up(I1, I2, I3, w1, w2, w3):
     """Return the :class:`Motion` of a body (principal moments, kg m2, > 0) from an angular velocity (rad/s)."""
     I1, I2, I3, _ = scaled(I1, I2, I3)
@@ -183,7 +184,7 @@ def advance(w, c, p, t, sn, cn, dn):
     )
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def is_stationary(c, w):
     """Return whether every ``dw_i/dt = c_i w_j w_k`` is exactly zero, the axes in any one order."""
     return (

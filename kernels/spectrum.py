@@ -41,7 +41,6 @@ import numpy as np
 from kernels.blocks import W, rows_of, scratch
 from kernels.dense import eigenvalues, logarithm, order, product_in_lanes
 from kernels.jit import OPTIONS, PASSED, boolean, float64, int64, njit, types, void, whole_vectors
-from kernels.series import hypot
 
 MOST_STATES = 12
 STEPS = 4  # of Gauss-Newton, at most
@@ -569,7 +568,7 @@ def _eigenvalue_error(c, K, n, x, y, gap, noise, most, shifted, a, b, u, v):
         turned = power * inverse
         a[k], b[k], u[k], v[k] = turned.real, turned.imag, power.real, power.imag
         power *= point
-    rounding, power, size = 0.0, 1.0, hypot(x, y)
+    rounding, power, size = 0.0, 1.0, math.hypot(x, y)
     for k in range(n + 1):
         rounding += ROUNDINGS * EPSILON * abs(c[k]) * power
         power *= size
@@ -578,7 +577,7 @@ def _eigenvalue_error(c, K, n, x, y, gap, noise, most, shifted, a, b, u, v):
         real, imaginary = noise * _form(K, a, n) + lost, noise * _form(K, b, n) + lost
         if max(real, imaginary) < 0.05 * gap:
             return real, imaginary
-    off = noise * hypot(_form(K, u, n), _form(K, v, n)) + rounding
+    off = noise * math.hypot(_form(K, u, n), _form(K, v, n)) + rounding
     radius, binomial = math.inf, 1.0
     for k in range(1, n + 1):
         binomial *= (n - k + 1.0) / k
@@ -623,7 +622,7 @@ def _tell_lane(re, im, n, c, K, noise, spacing, parts, shifted, row):
         _tell_invariants(re, im, c, K, a, noise, spacing, row)
     most = 0.0
     for i in range(n):
-        most = max(most, hypot(re[i], im[i]))
+        most = max(most, math.hypot(re[i], im[i]))
     for i in range(n):
         gap, twin = math.inf, -1
         for j in range(n):

@@ -1,24 +1,52 @@
-"""Straight lines of arithmetic, compiled without Numba's own look at each of them.
+"""Formulas on doubles, compiled without Numba's own look at each of their operations.
 
 A Taylor step, written for Euler's equations or for a system of somebody's own, is up to thousands of statements on
 numbers. Numba finds the type of each and lowers each by itself, which takes several times as long as all that LLVM does
-afterwards. Here they become LLVM's instructions at once, the very ones that Numba makes of them, in a loop that Numba
-compiles.
+afterwards. Here they become LLVM's instructions at once, where the function that calls them is compiled.
+
+A product and a sum or difference become one operation with one rounding where the processor has it (a b + c, and of
+a b + c d the last product). Which ones do is read from the formula alone: the last bits of a formula do not depend on
+where it is called, nor on what was compiled before.
 """
 
 import ast
+import inspect
+import math
 from collections.abc import Callable, Mapping, Sequence
-from inspect import signature
-from textwrap import indent
+from textwrap import dedent, indent
+
+import numpy as np
 
 from kernels.blocks import LINE
 from kernels.jit import is_plain, widen
 
+FUNCTIONS = {  # what formulas may call beside each other, as LLVM names it
+    **{abs: "llvm.fabs.f64", math.sqrt: "llvm.sqrt.f64", np.sqrt: "llvm.sqrt.f64"},
+    **{np.floor: "llvm.floor.f64", math.copysign: "llvm.copysign.f64"},
+}
+COMPARISONS = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
+_formulas = {}  # function → names of its arguments, statements, values of its global names
+
+
+def formula(function: Callable) -> Callable:
+    """Let a function of doubles be written out where compiled code calls it; in Python it stays what it is.
+
+    Parameters
+    ----------
+    function : callable
+        Assignments to names, then the return of a value or a tuple. On the right stand ``+ - * /``, numbers (also as
+        names of the module), comparisons, ``& | ~``, ``a if c else b``, abs, min, max, the functions of FUNCTIONS, and
+        other formulas, defined before. Its positional arguments are doubles, tuples of them, or
+        truth values.
+    """
+    if is_plain():
+        return function
+    (definition,) = ast.parse(dedent(inspect.getsource(function))).body
+    return _written_out(function, definition)
+
 
 def straight(name: str, arguments: Sequence[str], text: str, numbers: Mapping[str, float]) -> Callable:
-    """Return a function of doubles that does what lines of text say, for compiled code as for Python.
-
-    Its products and sums may contract, as those of :data:`kernels.jit.OPTIONS`.
+    """Return a :func:`formula` from lines of text.
 
     Parameters
     ----------
@@ -27,38 +55,66 @@ def straight(name: str, arguments: Sequence[str], text: str, numbers: Mapping[st
     arguments : sequence of str
         Its positional arguments.
     text : str
-        Assignments ``name = …`` of ``+ - * /``, abs, numbers, and names of arguments, of numbers, and of what was
-        assigned before, then the return of a tuple.
+        Its statements.
     numbers : mapping
         Name → value of further numbers that the text names.
     """
     scope = {"__name__": __name__, **numbers}
     body = ast.parse(f"def {name}({', '.join(arguments)}):\n{indent(text, ' ')}")
     exec(compile(body, name, "exec"), scope)
-    function, statements = scope[name], body.body[0].body
-    if is_plain():
-        return function
+    return scope[name] if is_plain() else _written_out(scope[name], body.body[0])
+
+
+def _written_out(function, definition):
+    """Make a function known to Numba by its statements."""
     from numba import float64, types
     from numba.extending import lower_builtin, type_callable
 
-    given, called_by = [float64] * len(arguments), signature(function)
+    arguments = [argument.arg for argument in definition.args.args]
+    statements = [s for s in definition.body if not isinstance(s, ast.Expr)]  # without the docstring
+    _formulas[function] = arguments, statements, function.__globals__
+    called_by, count = inspect.signature(function), _count(function)
+    result = types.UniTuple(float64, count) if count else float64
+
+    def as_doubles(kind):
+        if isinstance(kind, types.BaseTuple):
+            return types.UniTuple(float64, len(kind))
+        return kind if kind == types.boolean else float64 if isinstance(kind, types.Number) else None
 
     @type_callable(function)
     def find_type(_):
         def typed(*called):
-            if all(isinstance(each, types.Number) for each in called):
-                return types.UniTuple(float64, len(statements[-1].value.elts))(*given)
+            given = [as_doubles(kind) for kind in called]
+            return None if None in given else result(*given)
 
         typed.__signature__ = called_by
         return typed
 
-    @lower_builtin(function, *given)
-    def generate(context, builder, kind, values):
-        writer = _Writer(builder, names=numbers, flags=("contract",))
-        writer.known.update(zip(arguments, values, strict=True))
-        return context.make_tuple(builder, kind.return_type, writer.write(statements))
+    @lower_builtin(function, types.VarArg(types.Any))
+    def generate(context, builder, kind, called):
+        from numba.core.cgutils import unpack_tuple
+
+        pairs = zip(kind.args, called, strict=True)
+        given = [unpack_tuple(builder, v) if isinstance(t, types.BaseTuple) else v for t, v in pairs]
+        value = _Writer(builder).call(function, given)
+        return context.make_tuple(builder, kind.return_type, value) if count else value
 
     return function
+
+
+def _count(function):
+    """Length of the tuple that a formula returns; 0 where it is a number."""
+    _, statements, scope = _formulas[function]
+    value = statements[-1].value
+    if isinstance(value, ast.Tuple):
+        return len(value.elts)
+    called = _named(value.func, scope) if isinstance(value, ast.Call) else None
+    return _count(called) if called in _formulas else 0
+
+
+def _named(e, scope):
+    """What an expression of names of the module stands for."""
+    return eval(compile(ast.Expression(e), "formula", "eval"), scope)
 
 
 def lines(text: str) -> Callable:
@@ -82,7 +138,7 @@ def lines(text: str) -> Callable:
         def generate(context, builder, signature, arguments):
             data = context.make_array(S)(context, builder, arguments[0]).data
             _align(builder.function)
-            _Writer(builder, data, arguments[1]).write(ast.parse(text).body)
+            _Writer(builder, data=data, lane=arguments[1]).write(ast.parse(text).body)
             return context.get_dummy_value()
 
         return types.none(S, lane), generate
@@ -97,49 +153,115 @@ def _align(function):
     widen(function)
 
 
-class _Writer:
-    """Writes instructions where a builder stands, of doubles that `known` holds by name."""
+def _allowed():
+    return ["min", "max", *(function.__name__ for function in FUNCTIONS)]
 
-    def __init__(self, builder, data=None, lane=None, names=None, flags=()):
+
+class _Writer:
+    """Writes instructions where a builder stands, of doubles that `known` holds by name; others are in `scope`."""
+
+    def __init__(self, builder, known=None, scope=None, data=None, lane=None):
         from llvmlite import ir
 
-        self.builder, self.data, self.lane, self.names, self.flags = builder, data, lane, names or {}, flags
-        self.known, self.double, self.long = {}, ir.DoubleType(), ir.IntType(64)
-        binary = {ast.Add: builder.fadd, ast.Sub: builder.fsub, ast.Mult: builder.fmul, ast.Div: builder.fdiv}
-        self._binary = {operator: (lambda a, b, of=of: of(a, b, flags=flags)) for operator, of in binary.items()}
+        self.builder, self.known, self.scope, self.data, self.lane = builder, known or {}, scope or {}, data, lane
+        self.double, self.bit, self.long = ir.DoubleType(), ir.IntType(1), ir.IntType(64)
+        self._binary = {
+            **{ast.Add: builder.fadd, ast.Sub: builder.fsub, ast.Mult: builder.fmul, ast.Div: builder.fdiv},
+            **{ast.BitAnd: builder.and_, ast.BitOr: builder.or_},
+        }
+
+    def call(self, function, values):
+        """Value of a formula."""
+        arguments, statements, scope = _formulas[function]
+        return _Writer(self.builder, dict(zip(arguments, values, strict=True)), scope).write(statements)
 
     def write(self, statements):
-        """Values of the tuple that is returned, if one is."""
+        """Value that is returned, if one is."""
         for statement in statements:
-            if isinstance(statement, ast.Return):
-                return [self._value(e) for e in statement.value.elts]
-            (target,) = statement.targets
             value = self._value(statement.value)
-            if isinstance(target, ast.Name):
-                self.known[target.id] = value
-            else:
-                self.builder.store(value, self._place(target))
+            if isinstance(statement, ast.Return):
+                return value
+            for target in statement.targets:
+                self._assign(target, value)
+
+    def _assign(self, target, value):
+        if isinstance(target, ast.Tuple):
+            for one, own in zip(target.elts, value, strict=True):
+                self._assign(one, own)
+        elif isinstance(target, ast.Name):
+            self.known[target.id] = value
+        else:
+            self.builder.store(value, self._place(target))
 
     def _value(self, e):
-        if isinstance(e, ast.BinOp):
-            return self._binary[type(e.op)](self._value(e.left), self._value(e.right))
-        if isinstance(e, ast.Name):
-            return self.known[e.id] if e.id in self.known else self.double(float(self.names[e.id]))
-        if isinstance(e, ast.Constant):
-            return self.double(float(e.value))
-        if isinstance(e, ast.UnaryOp):
-            return self.builder.fsub(self.double(-0.0), self._value(e.operand), flags=self.flags)
-        if isinstance(e, ast.Call):
-            return self.builder.call(self._fabs(), [self._value(e.args[0])])
+        if isinstance(e, ast.Tuple):
+            return [self._value(each) for each in e.elts]
+        if not any(isinstance(part, ast.Name) and (part.id in self.known or part.id == "S") for part in ast.walk(e)):
+            return self._constant(_named(e, self.scope))
+        return getattr(self, f"_{type(e).__name__.lower()}")(e)
+
+    def _constant(self, value):
+        if isinstance(value, tuple):
+            return [self._constant(each) for each in value]
+        return self.bit(value) if isinstance(value, bool) else self.double(float(value))
+
+    def _name(self, e):
+        return self.known[e.id]
+
+    def _binop(self, e):
+        if isinstance(e.op, ast.Add | ast.Sub):
+            for product, other in ((e.right, e.left), (e.left, e.right)):
+                if isinstance(product, ast.BinOp) and isinstance(product.op, ast.Mult):
+                    a, b, c = (self._value(each) for each in (product.left, product.right, other))
+                    if isinstance(e.op, ast.Sub):  # c - a b, or a b - c
+                        a, c = (self.builder.fneg(a), c) if product is e.right else (a, self.builder.fneg(c))
+                    return self._intrinsic("llvm.fmuladd.f64", a, b, c)
+        return self._binary[type(e.op)](self._value(e.left), self._value(e.right))
+
+    def _unaryop(self, e):
+        value = self._value(e.operand)
+        return self.builder.not_(value) if isinstance(e.op, ast.Invert) else self.builder.fneg(value)
+
+    def _compare(self, e):
+        (operator,), (right,) = e.ops, e.comparators
+        compare = self.builder.fcmp_unordered if isinstance(operator, ast.NotEq) else self.builder.fcmp_ordered
+        return compare(COMPARISONS[type(operator)], self._value(e.left), self._value(right))
+
+    def _ifexp(self, e):
+        return self._select(self._value(e.test), self._value(e.body), self._value(e.orelse))
+
+    def _select(self, test, yes, no):
+        if isinstance(yes, list):
+            return [self._select(test, *pair) for pair in zip(yes, no, strict=True)]
+        return self.builder.select(test, yes, no)
+
+    def _call(self, e):
+        function = _named(e.func, self.scope)
+        values = []
+        for argument in e.args:
+            starred = isinstance(argument, ast.Starred)
+            values += self._value(argument.value) if starred else [self._value(argument)]
+        if function in (min, max):
+            a, b = values
+            return self.builder.select(self.builder.fcmp_ordered("<" if function is min else ">", b, a), b, a)
+        if function in FUNCTIONS:
+            return self._intrinsic(FUNCTIONS[function], *values)
+        if function not in _formulas:
+            raise NotImplementedError(f"{ast.unparse(e)}: a formula calls {', '.join(_allowed())} and formulas")
+        return self.call(function, values)
+
+    def _subscript(self, e):
+        if isinstance(e.slice, ast.Constant):
+            return self._value(e.value)[e.slice.value]
         return self.builder.load(self._place(e))
 
     def _place(self, e):
         """Pointer to S[row + lane]."""
         return self.builder.gep(self.data, [self.builder.add(self.long(e.slice.left.value), self.lane)])
 
-    def _fabs(self):
+    def _intrinsic(self, name, *values):
         from llvmlite import ir
         from numba.core import cgutils
 
-        kind = ir.FunctionType(self.double, [self.double])
-        return cgutils.get_or_insert_function(self.builder.module, kind, "llvm.fabs.f64")
+        kind = ir.FunctionType(self.double, [self.double] * len(values))
+        return self.builder.call(cgutils.get_or_insert_function(self.builder.module, kind, name), values)

@@ -206,7 +206,6 @@ def _sort_back(first, kept, at, low, size, out):
             own[i] = column[at[i]]
 
 
-@njit(nogil=True, **OPTIONS)
 def _measure(points, run, work, rows, tables):
     """Measure tile after tile into tables of one type each; ``rows`` are their columns' numbers, table after table."""
     reals, counts, kinds = tables
@@ -222,12 +221,12 @@ def _measure(points, run, work, rows, tables):
         _plan(T, axis[part], run.spacing, run.intervals, own)
         if not run.exactly:
             _choose(T, run.intervals, run.tolerance, own)
-        order, starts = cut(own, np.int64(LEVELS))
+        order, starts = cut(own, LEVELS)
         if starts.size - 1 > kept.shape[0]:
             kept = np.empty((starts.size - 1, kept.shape[1], W))
         _run(T, own, (order, starts), run, work, (rows, kept, at))
         flat = kept.ravel()
-        _sort_back(np.int64(0), flat, at, low, size, reals)
+        _sort_back(0, flat, at, low, size, reals)
         _sort_back(reals.shape[0], flat, at, low, size, counts)
         _sort_back(reals.shape[0] + counts.shape[0], flat, at, low, size, kinds)
 

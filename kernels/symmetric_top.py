@@ -42,9 +42,9 @@ import numpy as np
 
 from kernels import rigid_body, taylor, triangle
 from kernels.blocks import W, cut
+from kernels.circular import arctangent
 from kernels.columns import arrays, numbers
 from kernels.jit import INLINE, OPTIONS, njit, whole_vectors
-from kernels.series import arctangent, hypot
 from kernels.statuses import NON_FINITE, NOT_CONVERGED, OK
 
 UNDETERMINED, NONE, WITH_SPIN, AGAINST_SPIN = range(-1, 3)
@@ -354,8 +354,8 @@ def _unload(S, lane, intervals, spacing, steps, row):
     row[RAW.body], row[RAW.body_spread] = _angles(S[BODY_LOW + lane], S[BODY_HIGH + lane])
     row[RAW.momentum], _ = _angles(S[MOMENTUM_LOW + lane], S[MOMENTUM_HIGH + lane])
     row[RAW.space], _ = _angles(S[SPACE_LOW + lane], S[SPACE_HIGH + lane])
-    size = hypot(S[BH + lane], S[CH + lane])
-    row[RAW.halving] = hypot(S[BH + lane] - S[B + lane], S[CH + lane] - S[C + lane]) / size
+    size = math.hypot(S[BH + lane], S[CH + lane])
+    row[RAW.halving] = math.hypot(S[BH + lane] - S[B + lane], S[CH + lane] - S[C + lane]) / size
     row[RAW.steps] = steps
 
 

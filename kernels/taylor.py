@@ -20,7 +20,7 @@ Truncation of the quaternion at order N is about :math:`(|\omega|h/2)^{N+1}/(N+1
 Source: Jorba and Zou, Experimental Mathematics 14 (2005) 99, for the method.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 from kernels.straight import straight
 
@@ -56,20 +56,26 @@ def lines(equations: Equations, order: int, spin: tuple[int, int] | None = WHOLE
         The last term of component a that is summed, and the last that takes part in the others; left out, all.
     """
     last = {x: spin[0] if spin and x == "a" else order for x in equations}
-    terms = [_term(x, n, *equations[x], spin) for n in range(1, order + 1) for x in equations if n <= last[x]]
-    return "\n".join([*terms, f"return {', '.join(total(x, last[x]) for x in equations)}"])
+    used = {x: spin[1] if spin and x == "a" else order - 1 for x in equations}  # the last term that others stand on
+    terms, summed = [], {x: [f"{x}0"] for x in equations}
+    for n in range(1, order + 1):
+        for x in (x for x in equations if n <= last[x]):
+            term = _term(n, *equations[x], spin if x != "a" else WHOLE)
+            terms += [f"{x}{n} = {term}"] if n <= used[x] else []
+            summed[x].append(f"{x}{n}" if n <= used[x] else term)
+    return "\n".join([*terms, f"return {', '.join(map(total, summed.values()))}"])
 
 
-def _term(x: str, n: int, scale: str, products: tuple, spin: tuple[int, int] | None) -> str:
-    """Return the line of the term x_n."""
-    if spin and n > spin[1] and x != "a":
+def _term(n: int, scale: str, products: tuple, spin: tuple[int, int] | None) -> str:
+    """Return the n-th term of a component."""
+    if spin and n > spin[1]:
         ((_, u, v),) = products
         other = u if v == "a" else v
         text = "".join(f" + {other}{n - 1 - i} * a{i}" for i in range(spin[1], -1, -1))
     else:
         text = convolution(products, n - 1)
     text = text.removeprefix(" + ").replace(" - ", "-", 1) if text.startswith(" - ") else text.removeprefix(" + ")
-    return f"{x}{n} = {f'({scale} * R{n})' if n > 1 else scale} * ({text})"
+    return f"{f'({scale} * R{n})' if n > 1 else scale} * ({text})"
 
 
 def convolution(products: tuple, n: int) -> str:
@@ -78,10 +84,10 @@ def convolution(products: tuple, n: int) -> str:
     return "".join(f" {sign} {u}{i} * {v}{j}" for i, j in pairs for sign, u, v in products)
 
 
-def total(x: str, last: int) -> str:
-    """Return the sum of the terms 0 to last of a component."""
-    first, *terms = (f"{x}{n}" for n in (3, 2, *range(4, last + 1), 1, 0))
-    return "(" * (last - 1) + first + ")".join(f" + {term}" for term in terms)
+def total(terms: Sequence[str]) -> str:
+    """Return the sum of the terms 0, 1, 2, … of a component."""
+    first, *others = (terms[n] for n in (3, 2, *range(4, len(terms)), 1, 0))
+    return "(" * (len(others) - 1) + first + ")".join(f" + {term}" for term in others)
 
 
 def step(name: str, equations: Equations, order: int, spin: tuple[int, int] | None = WHOLE) -> Callable:

@@ -39,8 +39,7 @@ import numpy as np
 from kernels import attitude, direct, elliptic, solution
 from kernels.columns import arrays
 from kernels.elliptic import RUNGS, climb, ladder
-from kernels.jit import EXACT, OPTIONS, njit
-from kernels.series import hypot
+from kernels.jit import OPTIONS, njit
 from kernels.taylor import carry_12
 
 IMPOSSIBLE, SAM, LAM, SEPARATRIX, PRINCIPAL = range(-1, 4)
@@ -55,13 +54,13 @@ SLOW = 400.0  # period, in I3/L, beyond which a body is slow by itself and not f
 PERIODS = ("period_psi", "period_phi_long_axis", "period_phi_encircled")
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def possible(least, energy):
     """Whether a body with ``I_min/I_max = least`` can have the energy ``2T I_max/L^2``: from 1 to 1/least."""
     return (energy >= 1.0) & (energy * least <= 1.0 + EPSILON)
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def start(I1, I2, I3, energy):
     """Angular velocity (w1, 0, w3) of a body of ascending moments with the energy ``2T I3/L^2``, at L/I3 = 1.
 
@@ -81,7 +80,7 @@ def start(I1, I2, I3, energy):
     return m1 * (I3 / I1), 0.0, m3
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def mode_of(I1, I2, I3, w1, w3):
     """SAM, LAM, SEPARATRIX or PRINCIPAL (nothing moves in the body) of a start with w2 = 0, ascending moments."""
     if solution.is_stationary(solution.coefficients(I1, I2, I3), (w1, 0.0, w3)):
@@ -93,7 +92,7 @@ def mode_of(I1, I2, I3, w1, w3):
     return SAM if N > 0.0 else LAM
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def periods(I1, I2, I3, w1, w2, w3):
     """P_psi, the mean rate <psi'> about L, and sigma (+1 SAM, -1 LAM); NaN where the motion has no period.
 
@@ -111,7 +110,7 @@ def periods(I1, I2, I3, w1, w2, w3):
     return 4.0 * K / p, turning.R + turning.Q * p * (whole / K), sigma
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def geometric_phase(I1, I2, I3, w1, w2, w3):
     """Turn about L in one period of w by Montgomery's theorem, ``2T P_psi/L - A``, rad; NaN where there is no period.
 
@@ -130,7 +129,7 @@ def geometric_phase(I1, I2, I3, w1, w2, w3):
     return T2 / L * (4.0 * K / p) - sigma * (4.0 * mu_s * mu_c * _quarter_area(a, m, m1, K))
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def phase_residual(I1, I2, I3, w1, w2, w3):
     """How far the turn ``rate P_psi`` of :func:`periods` is from :func:`geometric_phase`, rad; NaN without a period.
 
@@ -149,7 +148,7 @@ def phase_residual(I1, I2, I3, w1, w2, w3):
     return abs(by_integral + sigma * (4.0 * mu_s * mu_c * _quarter_area(a, m, m1, K)))
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def _quarter_area(a, m, m1, K):
     """``int_0^K dn/(1 + a dn) du`` by the trapezoidal rule, which converges geometrically on a periodic function."""
     rungs = np.empty((2, RUNGS))
@@ -163,14 +162,14 @@ def _quarter_area(a, m, m1, K):
     return total * K / nodes
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def scaled(I1, I2, I3):
     """Return ascending moments in a unit in which the greatest is between 1/2 and 1, without a rounding."""
     unit = solution.unit_of(I3, I3, I3)
     return I1 / unit, I2 / unit, I3 / unit
 
 
-@njit(nogil=True, **EXACT)
+@njit(nogil=True, **OPTIONS)
 def fill_exact(I1, I2, I3, energy, modes, out):
     """Modes and periods in closed form, in units of I3/L: rows of ``out`` (3, n) as PERIODS, NaN where missing."""
     for i in range(I1.size):
@@ -298,7 +297,7 @@ def measure_one(I1, I2, I3, energy, tolerance):
     if solution.is_stationary(solution.coefficients(I1, I2, I3), (w1, w2, w3)):
         return PRINCIPAL, missing, missing, missing, missing, missing, missing
     c1, c2, c3 = (I2 - I3) / I1, (I3 - I1) / I2, (I1 - I2) / I3
-    h = _step_length(c1, c2, c3, hypot(w1, w3), tolerance)
+    h = _step_length(c1, c2, c3, math.hypot(w1, w3), tolerance)
     period, turn, axis, growth = follow((I1, I2, I3), (w1, w2, w3), h)
     other, other_turn, other_axis, _ = follow((I1, I2, I3), (w1, w2, w3), 0.71 * h)
     if axis == 0 or axis != other_axis:
@@ -369,7 +368,7 @@ def survey(points, tolerance, measured=True):
     return columns
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def _ratio(I1, I2, I3, m, short):
     """P_psi/P_phi (long axis) of the motion of the parameter m in one mode, and its energy 2T I3/L^2.
 
@@ -390,7 +389,7 @@ def _ratio(I1, I2, I3, m, short):
     return (turn if short else turn - 2.0 * math.pi) / (2.0 * math.pi), twice_energy * I3
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def _limit(I1, I2, I3, short):
     """Return the ratio's limit as the wobble vanishes; infinite where the body has no such mode."""
     if short:
@@ -402,7 +401,7 @@ def _limit(I1, I2, I3, short):
     return more / (math.sqrt(1.0 + more) + 1.0)
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def _solve(I1, I2, I3, ratio, short):
     """The parameter m and the energy of one mode that give the ratio; NaN where it is below the mode's limit.
 
@@ -428,7 +427,7 @@ def _solve(I1, I2, I3, ratio, short):
     return -math.expm1(-high), energy
 
 
-@njit(nogil=True, **EXACT)
+@njit(nogil=True, **OPTIONS)
 def fill_inverse(I1, I2, I3, ratio, out):
     """Energy (rows 0: SAM, 1: LAM) and m (rows 2, 3) that give each body its ratio of periods; NaN where none does."""
     for i in range(I1.size):
@@ -437,7 +436,7 @@ def fill_inverse(I1, I2, I3, ratio, out):
         out[3, i], out[1, i] = _solve(low, middle, 1.0, ratio[i], False)
 
 
-@njit(nogil=True, **EXACT)
+@njit(nogil=True, **OPTIONS)
 def fill_least_ratio(I1, I2, I3, out):
     """Fill the least ratio of periods of bodies, rows SAM and LAM."""
     for i in range(I1.size):
@@ -488,7 +487,7 @@ def inverse(I1, I2, I3, ratio):
     return {"energy": out[:2], "m": out[2:]}
 
 
-@njit(nogil=True, **EXACT)
+@njit(nogil=True, **OPTIONS)
 def fill_tilts(I1, I2, I3, energy, out):
     """Mean, least and greatest angle of L to the encircled axis, rad: (3, n), NaN where there is none."""
     rungs = np.empty((2, RUNGS))
@@ -512,7 +511,7 @@ def fill_tilts(I1, I2, I3, energy, out):
             total = 0.5 * (out[1, i] + out[2, i])
             for k in range(1, nodes):
                 sn, cn, dn = climb(K * k / nodes, m, rungs, n, ah, al)
-                total += math.atan2(hypot(mu_c * cn, mu_s * sn), a * dn)
+                total += math.atan2(math.hypot(mu_c * cn, mu_s * sn), a * dn)
             out[0, i] = total / nodes
 
 

@@ -40,7 +40,7 @@ from kernels import attitude, direct, elliptic, solution
 from kernels.blocks import W
 from kernels.columns import arrays
 from kernels.elliptic import RUNGS
-from kernels.jit import EXACT, OPTIONS, njit, whole_vectors
+from kernels.jit import OPTIONS, njit, whole_vectors
 from kernels.taylor import carry_12
 
 EPSILON = float(np.finfo(np.float64).eps)
@@ -76,7 +76,7 @@ class Block(NamedTuple):
     chi: np.ndarray
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def start(I1, I2, I3, chi, theta):
     """Angular velocity at L/I2 = 1: ``L = (cos theta, sin theta cos chi, sin theta sin chi)``."""
     sine = math.sin(theta)
@@ -188,7 +188,7 @@ def _run(S, block, shrink, tolerance, out):
             out[0, lane], out[1, lane] = math.nan, math.nan
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def _azimuth(q, n, m, frame):
     """Azimuth of the handle about L since the start, rad, but for whole turns; q the attitude, n and m L's direction.
 
@@ -214,13 +214,13 @@ def _azimuth(q, n, m, frame):
     return psi + _bent(m_d, m_j, m_k) - _bent(n_d, n_j, n_k)
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def _bent(m_d, m_j, m_k):
     """Azimuth about d of the axis j after the shortest arc that takes m to d: of ``1 - m_j^2/(1 + m_d)`` and so on."""
     return math.atan2(-m_j * m_k, m_d + (m_d * m_d + m_k * m_k))
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def exact_turn(moments, begin, chi, rungs, rungs1):
     """Twist and time of the first full turn of the handle about L, from the closed form; NaN along the handle.
 
@@ -257,7 +257,7 @@ def exact_turn(moments, begin, chi, rungs, rungs1):
     return _unwound(math.atan2(m3, m2) - chi, t, top), t
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def _unwound(change, t, top):
     """The change of chi with its whole turns: half a turn for every half period, where the handle is encircled."""
     p, m, m1, unit = top.motion.p, top.motion.m, top.motion.m1, top.motion.unit
@@ -272,7 +272,7 @@ def _unwound(change, t, top):
     return sense * (math.pi * halves + (rest - TWO_PI if rest > 1.5 * math.pi else rest))
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def defect_theory(I1, I2, I3):
     """Defect 2 eps on the separatrix, rad, of a body of ascending moments; NaN for a symmetric one.
 
@@ -295,14 +295,14 @@ def defect_theory(I1, I2, I3):
     return 2.0 * math.asin(math.exp(low))
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def ascending(x1, x2, x3):
     """Three numbers in ascending order."""
     low, high = min(x1, x2), max(x1, x2)
     return min(low, x3), max(low, min(high, x3)), max(high, x3)
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def scaled(I1, I2, I3):
     """Moments in ascending order, in a unit in which the middle one is 1 or a little less."""
     low, middle, high = ascending(I1, I2, I3)
@@ -310,13 +310,13 @@ def scaled(I1, I2, I3):
     return low / unit, middle / unit, high / unit
 
 
-@njit(**EXACT)
+@njit(**OPTIONS)
 def within(chi):
     """An angle as it is from -pi to pi, rad; one beyond, brought there."""
     return chi if abs(chi) <= math.pi else math.atan2(math.sin(chi), math.cos(chi))
 
 
-@njit(nogil=True, **EXACT)
+@njit(nogil=True, **OPTIONS)
 def fill_exact(throws, out):
     """Twist (rad), time of the turn (in I_mid/L) and the law's defect (rad) of points, in closed form: (3, n)."""
     rungs, rungs1 = np.empty((2, RUNGS)), np.empty((2, RUNGS))

@@ -75,7 +75,7 @@ rules the residuals of a stable motion.
 
 import math
 
-from kernels.jit import INLINE, njit
+from kernels.straight import formula
 
 UNIT = 2.0**-53
 FOLLOWED, BENT, STEEPER = 5.0, 4.0, 6.4
@@ -91,7 +91,7 @@ NEAR_NONE = 4.0
 HARMONIC = 2.0 * (1.0 + 0.5 / math.cos(0.5)) ** 2  # 2 q²
 
 
-@njit(**INLINE)
+@formula
 def scatter(slope, squares, used, rate2, spacing):
     """The scatter term of n = ``used`` samples, from the slope by D and the residuals' sum of squares by that of ε.
 
@@ -103,7 +103,7 @@ def scatter(slope, squares, used, rate2, spacing):
     return slope * math.sqrt(squares * used * HARMONIC / below) if used >= 4.0 else math.nan
 
 
-@njit(**INLINE)
+@formula
 def integration(rate2, rate, apart, per, spacing, growth, drift):
     """The integration's term from the perturbation's largest relative error ``apart``; rate is √|Ω²|, ``per`` 1/T.
 
@@ -114,7 +114,7 @@ def integration(rate2, rate, apart, per, spacing, growth, drift):
     return apart * (FOLLOWED * per * math.sqrt(abs(rate2) + per * per) + bent) + drift * abs(rate2)
 
 
-@njit(**INLINE)
+@formula
 def amplitude(rate2, part, wander, spacing, per, bound):
     """What the reduction to zero amplitude leaves, from the rms ``part`` it took off and the spin's ``wander``.
 
@@ -129,7 +129,7 @@ def amplitude(rate2, part, wander, spacing, per, bound):
     return part * left + 2.0 * UNIT * bound / spacing if wander <= MOST_WANDER else abs(rate2) + bound * bound
 
 
-@njit(**INLINE)
+@formula
 def well_within_a_turn(rate2, wander, intervals):
     """What the clock's end correction leaves besides over a window of so many intervals that is short beside a turn."""
     bent = wander / (intervals * intervals)
@@ -137,21 +137,21 @@ def well_within_a_turn(rate2, wander, intervals):
     return abs(rate2) * left if left > UNIT else 0.0
 
 
-@njit(**INLINE)
+@formula
 def rounding(rate, samples, used):
     """The rounding of coefficients, steps and samples, from √|Ω²| and 1/h."""
     own = rate * (8.0 * rate + 6.0 * samples)
     return UNIT * (own + 0.4 * samples * samples / math.sqrt(max(used - 2.0, 1.0)))
 
 
-@njit(**INLINE)
+@formula
 def of_moments(rate2, Ia, Ib, Ic, rounded):
     """What one rounding of each moment moves Ω² by, where it counts: see the module's docstring."""
     moved = UNIT * (abs(Ic - Ia) * (Ia + Ib) + abs(Ia - Ib) * (Ia + Ic)) / (Ib * Ic)
     return moved if rounded | (abs(rate2) <= NEAR_NONE * moved) else 0.0
 
 
-@njit(**INLINE)
+@formula
 def farther(square, error, rate, low, high):
     """Distance of rate = sqrt(square), square >= 0, from the farther end of its interval: roots of the square's ends.
 
@@ -161,7 +161,7 @@ def farther(square, error, rate, low, high):
     return max(high - rate, below if rate > 0.0 else 0.0)
 
 
-@njit(**INLINE)
+@formula
 def of_rate(square, error):
     """Error of sqrt(max(square, 0)) where the square is off by at most ``error``: to the farther end.
 

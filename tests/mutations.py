@@ -64,7 +64,6 @@ OTHERS = {  # of what runs when a module is imported: tests of who uses it, besi
     "kernels/lanes": ["tests/kernels/test_survey.py"],
     "kernels/marching": ["tests/kernels/test_attitude.py"],
     "kernels/roots": ["tests/mechanics/test_roots.py"],
-    "kernels/series": ["tests/kernels/test_measure.py", "tests/kernels/test_symmetric_top.py"],
     "kernels/solution": ["tests/kernels/test_exact.py"],
     "kernels/statuses": ["tests/kernels/test_columns.py", "tests/kernels/test_oscillations.py"],
     "kernels/taylor": ["tests/kernels/test_direct.py", "tests/kernels/test_attitude.py"],
