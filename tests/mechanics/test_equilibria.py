@@ -1,5 +1,6 @@
 from functools import cache
 
+import mpmath
 import numpy as np
 import pytest
 import sympy as sp
@@ -76,6 +77,15 @@ def test_spherical_pendulum_against_brentq():
             return 9.80665 * np.sin(theta) ** 4 - momentum**2 * np.cos(theta)
 
         assert place == pytest.approx(brentq(force, 1e-4, np.pi / 2, xtol=1e-15), abs=1e-13)
+
+
+def test_places_are_known_to_rounding_whatever_shape_the_box_has():
+    """Its box in θ is so narrow that θ's rounding, in half-widths, once stopped the steps towards r at 9e-12."""
+    s, L = (x.ravel() for x in np.meshgrid([-1.9, -1.75, -1.3, 3.0], [0.1, 3.0]))
+    found, _ = places(shipped("central_potential"), exponent=s, angular_momentum=L)
+    radii = [mpmath.mpf(b) ** (2 / (mpmath.mpf(a) + 2)) for a, b in zip(s, L, strict=True)]
+    # rounding of the force, some units, over s + 2
+    assert found[:, 0, 0] == pytest.approx(np.array(radii, dtype=float), rel=2e-13)
 
 
 def test_roots_in_one_cell_are_seen_apart_and_none_twice():
