@@ -88,6 +88,27 @@ def test_places_are_known_to_rounding_whatever_shape_the_box_has():
     assert found[:, 0, 0] == pytest.approx(np.array(radii, dtype=float), rel=2e-13)
 
 
+def test_the_error_of_a_place_covers_its_distance_from_the_closed_form():
+    rng, landscape = np.random.default_rng(4), landscape_of(shipped("central_potential"))
+    s, L = rng.uniform(-1.95, 8.0, 200), np.exp(rng.uniform(-4, 4, 200))
+    parameters = [np.ones(200), np.ones(200), s, L]
+    found = equilibria.find(landscape, parameters).places[:, 0]
+    error = landscape.place_error(parameters, found)[:, 0]
+    with mpmath.workdps(40):
+        off = [
+            abs(float(x) - mpmath.mpf(b) ** (2 / (mpmath.mpf(a) + 2)))
+            for a, b, x in zip(s, L, found[:, 0], strict=True)
+        ]
+    off = np.array(off, dtype=float)
+    assert (off <= error).all()
+    assert np.median(error[off > 0] / off[off > 0]) < 10  # the bar of an error's sharpness
+
+
+def test_named_places_are_taken_to_the_last_bit():
+    found, _ = places(shipped("double_pendulum"), gravity=np.linspace(1, 20, 7))
+    assert np.isin(found, [0.0, np.pi]).all()
+
+
 def test_roots_in_one_cell_are_seen_apart_and_none_twice():
     # V′ = Π (x − x_i): five roots, four of them within one cell of the scan
     roots = [-1.0, 0.5, 0.51, 0.52, 0.54]
