@@ -142,7 +142,9 @@ def _real_power(a, b, p, q):
 
 @njit(**OPTIONS)
 def _cosine(a, b):
-    """Cosine of [a, b]."""
+    """Cosine of [a, b]; 1 to the last bit at 0, where many equilibria lie."""
+    if a == 0.0 == b:
+        return 1.0, 1.0
     if not (b - a < 6.28) or abs(a) > 1e12 or abs(b) > 1e12:
         return -1.0, 1.0
     p, q = math.cos(a), math.cos(b)

@@ -231,14 +231,19 @@ def _range(values):
 
 @njit(**OPTIONS)
 def _residual(enclose, F, box, place, step):
-    """Write P F(place) over h into step, with J there into ``at``; return its largest element."""
+    """Write P F(place) over h into step, with J there into ``at``; return its largest element over its own rounding.
+
+    A box may be wide in one variable and narrow in another, so h is no measure of how near the zero is.
+    """
     n, most = box.ends[HALF].size, 0.0
     enclose(F.tape, F.outputs, F.constants, place, place, n, box.rows, box.at)
     for i in range(n):
-        step[i] = 0.0
+        step[i], rounding = 0.0, UNIT * (abs(place[i]) / box.ends[HALF, i] + UNIT)
         for k in range(n):
-            step[i] += box.inverse[2, i, k] * 0.5 * (box.at[k, 0, 0] + box.at[k, 0, 1]) / box.ends[HALF, i]
-        most = max(most, abs(step[i]))
+            scaled = box.inverse[2, i, k] / box.ends[HALF, i]
+            step[i] += scaled * 0.5 * (box.at[k, 0, 0] + box.at[k, 0, 1])
+            rounding += abs(scaled) * (box.at[k, 0, 1] - box.at[k, 0, 0])
+        most = max(most, abs(step[i]) / rounding)
     return most
 
 

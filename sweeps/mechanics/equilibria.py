@@ -28,7 +28,7 @@ from scipy.sparse.csgraph import connected_components
 from kernels import enclosures, roots
 from sweeps.mechanics import branches
 from sweeps.mechanics.description import DescriptionError
-from sweeps.mechanics.problem import RootProblem
+from sweeps.mechanics.problem import SINGULAR, RootProblem
 
 PROVED, ROUNDING, TOO_LARGE, FAMILY = range(4)
 REASONS = {
@@ -47,7 +47,6 @@ SAME = 1e-7  # of the range: places nearer to each other than this fall together
 STARTS = 128  # of a point whose subdivision did not end
 ITERATIONS = 60
 PARTS = (1e-4, 1e-7, 1e-10)  # of the range: boxes about a place that Newton's method found
-SINGULAR = 1e-9  # singular values below it, relative, are a family's
 ASIDE = 0.01  # of the range: a family has members so far off
 FAR = 0.25  # of the range: no name reaches farther
 CHUNK = 1 << 12  # points at a time
@@ -173,9 +172,23 @@ def _found(problem, parameters):
         index[crowded] = -1
         taken = np.maximum(index, 0)
         slots = np.where(index[..., None] >= 0, np.take_along_axis(places, taken[..., None], axis=1), np.nan)
+        _take_names(problem, parameters, slots)
         dimension = np.where(index >= 0, np.take_along_axis(dimension, taken, axis=1), 0).astype(np.int8)
     certified = all_.certified.astype(np.int8)
     return Found(slots, dimension, certified, all_.flat, all_.direction, counts, crowded, decided, all_.undecided)
+
+
+def _take_names(problem, parameters, slots):
+    """Take named places in place of those found, where F may be 0 there or is no farther from it: π to the last bit."""
+    names, width = problem.labels(parameters), BOUND * np.ptp(problem.bounds(parameters), axis=-1)
+    for k in range(names.shape[1]):
+        near = (np.abs(names[:, k] - slots[:, k]) <= width).all(axis=1)
+        rows = np.flatnonzero(near & (names[:, k] != slots[:, k]).any(axis=1))
+        chosen = [p[rows] for p in parameters]
+        named, found = (problem.enclosed(chosen, x[rows, k], x[rows, k])[0][:, :, 0] for x in (names, slots))
+        zero = (named[..., 0] <= 0.0) & (named[..., 1] >= 0.0)
+        rows = rows[(zero | (np.abs(named).max(axis=-1) <= np.abs(found).max(axis=-1))).all(axis=1)]
+        slots[rows, k] = names[rows, k]
 
 
 class _All:

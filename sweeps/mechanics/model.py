@@ -15,6 +15,7 @@ from sweeps.mechanics.derivation import derive
 from sweeps.mechanics.description import System
 from sweeps.mechanics.first_order import code
 from sweeps.mechanics.landscape import Landscape
+from sweeps.mechanics.problem import changed
 from sweeps.mechanics.taylor import Code
 
 CHUNK = 16384
@@ -68,8 +69,9 @@ class Model:
 
         Returns:
             `place` (points, n), `flat`, `crowded`, `certified`, `decided`, `omega_squared` (s-2), `modes` (points, n,
-            n), `a` (points, n, n), `terms` (points, n, n), `sizes` (points, n), `scale` (s-1), `parameters` (a list of
-            arrays); NaN where there is no equilibrium.
+            n), `a` (points, n, n), `terms` (points, n, n), `sizes` (points, n), `scale` (s-1), `uncertain` (by how much
+            rounding of the place moves ω², over S²), `parameters` (a list of arrays); NaN where there is no
+            equilibrium.
         """
         rows = len(points["equilibrium"])
         parameters = [np.asarray(points[name], dtype=np.float64) for name in self.names] or [np.zeros(rows)]
@@ -81,7 +83,9 @@ class Model:
         linear = self._linear(chosen, place)
         linear = {name: array[back] for name, array in linear.items()}
         mode = np.asarray(points["mode"]) - 1
-        squares = np.take_along_axis(linear.pop("squares"), mode[:, None], axis=1)[:, 0]
+        squares, uncertain = (
+            np.take_along_axis(linear.pop(name), mode[:, None], axis=1)[:, 0] for name in ("squares", "uncertain")
+        )
         return linear | {
             "place": place[back],
             "flat": found.flat[inverse],
@@ -89,6 +93,7 @@ class Model:
             "certified": found.certified[inverse],
             "decided": found.decided[inverse],
             "omega_squared": squares,
+            "uncertain": uncertain,
             "parameters": parameters,
         }
 
@@ -103,8 +108,15 @@ class Model:
             terms, vanished = scales.bounding_terms(self.landscape, parameters, place, terms, sizes)
             hessian[vanished] = 0.0  # a place is known to a rounding, and V″ there to no better
             third = self._third(parameters, q)
+            error = self.landscape.place_error(parameters, place)
         squares, vectors = modes.normal_modes(hessian, a)
         S = modes.scale(terms, a)
+        pulled, heavier = (
+            changed(lambda x, matrix=matrix: matrix(parameters, list(x.T)), place, error)
+            for matrix in (self.landscape.hessian, self.landscape.a)
+        )
+        changes = pulled / (S * S)[:, None, None] + heavier
+        uncertain = np.nan_to_num(np.einsum("pik,pij,pjk->pk", np.abs(vectors), changes, np.abs(vectors)))
         # in units of the sizes: V‴ beside V″, a' beside a
         unit = sizes.max(axis=1, initial=0.0)
         count = third.shape[1] - self._first_of_a
@@ -113,7 +125,7 @@ class Model:
             bent = third[:, -count:].max(axis=1, initial=0.0) * unit / np.abs(a).max(axis=(1, 2)) if count else 0.0
         twice = ~(np.maximum(np.nan_to_num(cubic), bent) <= EVEN)
         linear = {"squares": squares, "modes": vectors, "a": a, "scale": S, "sizes": sizes, "twice": twice}
-        return linear | {"terms": terms, "positive": modes.positive(a)}
+        return linear | {"terms": terms, "positive": modes.positive(a), "uncertain": uncertain}
 
     def _third(self, parameters, q):
         third = self.landscape.third(parameters, q)
@@ -210,7 +222,8 @@ class Model:
         begin = self.code.starts(parameters, theory["place"][part], motions)
         twice = theory["twice"][part].astype(np.int64)
         family = self.n * np.asarray(points["equilibrium"], dtype=np.int64)[part] + mode
-        runs = Runs(begin, np.ascontiguousarray(nudge["projection"]), S, epsilon, twice, family)
+        project, uncertain = np.ascontiguousarray(nudge["projection"]), theory["uncertain"][part]
+        runs = Runs(begin, project, S, epsilon, uncertain, twice, family)
         sizes = np.stack([nudge["start"], nudge["allowed"]], axis=1)
         return kernel.run(self.code.integrator(), runs, sizes, sampling)
 
@@ -287,9 +300,11 @@ class Model:
         epsilon, phase = (np.asarray(points[name], dtype=np.float64) for name in ("epsilon", "phase"))
         known = np.isfinite(raw[:, kernel.RAW.rate2])
         with np.errstate(invalid="ignore"):
-            error, left = kernel.errors(raw, S, measured["spacing"])
+            uncertain = theory["uncertain"] * S * S
+            share = np.minimum(np.abs(measured["reach"]), 1.0)
+            error, left = (x + uncertain for x in kernel.errors(raw, S, measured["spacing"], share))
             regime = kernel.regime(reduced, left)
-            predicted = kernel.regime(theory["omega_squared"], 32.0 * kernel.EPSILON * S * S)
+            predicted = kernel.regime(theory["omega_squared"], 32.0 * kernel.EPSILON * S * S + uncertain)
         regime = np.where(known, regime, -1).astype(np.int8)
         predicted = np.where(np.isfinite(theory["omega_squared"]), predicted, -1).astype(np.int8)
         columns = {

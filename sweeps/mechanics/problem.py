@@ -10,6 +10,8 @@ from sweeps.mechanics.graph import lambdified
 from sweeps.mechanics.tape import Tape
 
 MOST_FACTORED = 60  # operations
+SINGULAR = 1e-9  # singular values below it, relative, are a family's
+APART = 1024.0  # errors of a place, over which a matrix is taken to change evenly
 
 
 class RootProblem:
@@ -82,6 +84,21 @@ class RootProblem:
         constants = self.whole.constants(parameters)
         return self.whole.slopes(constants, np.arange(low.shape[0]), low, high)
 
+    def place_error(self, parameters, place):
+        """Return how far each coordinate of an equilibrium may be from its place, shape (points, m), to first order.
+
+        From an enclosure of F at the place and the slopes there; along a family nothing is uncertain.
+        """
+        values, width = self.enclosed(parameters, place, place)[0], np.ptp(self.bounds(parameters), axis=-1)
+        F, J = np.abs(values[:, :, 0]).max(axis=-1), values[:, :, 1:].mean(axis=-1) * width[:, None, :]
+        size = np.abs(J).max(axis=2)
+        size[size == 0.0] = 1.0
+        sound = np.isfinite(J).all(axis=(1, 2)) & np.isfinite(F).all(axis=1)
+        inverse = np.abs(np.linalg.pinv(J[sound] / size[sound][:, :, None], rcond=SINGULAR))
+        error = np.zeros(place.shape)
+        error[sound] = width[sound] * np.einsum("pij,pj->pi", inverse, F[sound] / size[sound])
+        return error
+
     @cached_property
     def canonical(self) -> tuple[float | None, ...]:
         """For each parameter that no equilibrium depends on its default, for each other None.
@@ -116,6 +133,23 @@ class RootProblem:
     def _spread(self, function, parameters):
         values = function(*parameters[: len(self.parameters)])
         return np.stack([np.broadcast_to(value, parameters[0].size) for value in values], axis=-1)
+
+
+def changed(f, place, error):
+    """Return how much a matrix f(place) changes where each coordinate of the place is off by its error, to first order.
+
+    Args:
+        f: matrices, shape (points, n, n), of places.
+        place: shape (points, m).
+        error: of each coordinate, shape (points, m).
+    """
+    here = f(place)
+    change = np.zeros(here.shape)
+    for k in np.flatnonzero((error > 0.0).any(axis=0)):
+        aside = place.copy()
+        aside[:, k] += APART * error[:, k]
+        change += np.nan_to_num(np.abs(f(aside) - here) / APART)
+    return change
 
 
 def magnitude(e: sp.Expr) -> sp.Expr:

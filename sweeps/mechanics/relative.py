@@ -19,6 +19,7 @@ from sweeps.mechanics import equilibria, rest
 from sweeps.mechanics.description import DescriptionError, System
 from sweeps.mechanics.first_order import code
 from sweeps.mechanics.flow import derive
+from sweeps.mechanics.problem import changed
 from sweeps.mechanics.taylor import Code
 
 CHUNK = 4096
@@ -101,7 +102,8 @@ class FlowModel:
         Returns:
             `place`; `eigenvalues` (s-1, complex, ordered), `condition`, `left` and `right` vectors (last axis: the
             eigenvalue; in units of the states' sizes, within what is conserved), shape (points, n[, n]); `scale`
-            (s-1), `sizes` (points, N), `basis` (points, N, n), `matrix` (points, n, n): the Jacobian in that basis.
+            (s-1), `sizes` (points, N), `basis` (points, N, n), `matrix` (points, n, n): the Jacobian in that basis;
+            `uncertain`: by how much rounding of the place changes the Jacobian, over the scale.
             NaN where there is no equilibrium.
         """
         parameters = [np.asarray(points[name], dtype=np.float64) for name in self.names]
@@ -119,10 +121,14 @@ class FlowModel:
             matrix = np.swapaxes(basis, 1, 2) @ scaled @ basis
             changes = self._changes(parameters, place, sizes, gradients)
             bent = self._bent(parameters, place, inverse, terms, sizes, S)
+            error = self.landscape.place_error(parameters, place)
+            change = changed(lambda x: self._jacobian(parameters, x)[0], place, error)
+            uncertain = np.linalg.norm(change * sizes[:, None, :] / sizes[:, :, None], axis=(1, 2)) / S
         found = _eigen(matrix, S) | (_vectors(matrix, S) if vectors else {})
         paired = self._paired(parameters, place)
         told |= {"place": place, "scale": S, "sizes": sizes, "basis": basis, "matrix": matrix, "paired": paired}
-        return told | found | {"parameters": parameters, "changes": changes, "bent": bent}
+        told |= {"parameters": parameters, "changes": changes, "bent": bent, "uncertain": np.nan_to_num(uncertain)}
+        return told | found
 
     def _jacobian(self, parameters, place):
         """The Jacobian, its terms' absolute values, the states' sizes (of velocities: of size in 1/S), and a⁻¹."""
@@ -243,7 +249,8 @@ class FlowModel:
         starts = self.code.starts(parameters, theory["place"][part], [(epsilon, s * y.T) for s in signs for y in x])
         project = np.ascontiguousarray(np.swapaxes(basis, 1, 2) / sizes[:, None, :])
         family = np.asarray(points["equilibrium"], dtype=np.int64)[part]
-        chosen = Runs(starts, project, theory["scale"][part], epsilon * theory["bent"][part], twice, family)
+        size, uncertain = epsilon * theory["bent"][part], theory["uncertain"][part]
+        chosen = Runs(starts, project, theory["scale"][part], size, uncertain, twice, family)
         return kernel.run(self.code.integrator(), chosen, runs, len(self.quantities), sampling)
 
     # -- both
@@ -292,9 +299,10 @@ class FlowModel:
             predicted = _invariants(theory["matrix"])
             for (name, value), exact in zip(invariants.items(), predicted, strict=True):
                 columns |= {f"{name}_theory": exact, name: value[:, 0], f"{name}_error": value[:, 1]}
-        slack = (ROUNDINGS * S)[:, None] * np.maximum(1.0, theory["condition"])
+        rounding = ROUNDINGS + theory["uncertain"]
+        slack = (rounding * S)[:, None] * np.maximum(1.0, theory["condition"])
         pairs = theory["paired"]
-        exact = None if n != 4 else [(v, ROUNDINGS * S**k) for v, k in zip(predicted, (2, 4, 4), strict=True)]
+        exact = None if n != 4 else [(v, rounding * S**k) for v, k in zip(predicted, (2, 4, 4), strict=True)]
         columns["regime_theory"] = regimes(true.real, true.imag, slack, slack, exact, pairs)
         found = None if n != 4 else [(v[:, 0], v[:, 1]) for v in invariants.values()]
         columns["regime"] = regimes(re, im, e_re, e_im, found, pairs)
@@ -354,7 +362,7 @@ def _scales(terms, sizes):
 def _free(gradients, n):
     """An orthonormal basis of what the gradients leave free, shape (points, N, n)."""
     points, count, N = gradients.shape
-    if not count:
+    if n == N:  # nothing is conserved to first order: gradients that vanish have no direction but their rounding's
         return np.broadcast_to(np.eye(N), (points, N, N))
     sound = np.isfinite(gradients).all((1, 2))
     basis = np.full((points, N, n), np.nan)

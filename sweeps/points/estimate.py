@@ -32,6 +32,7 @@ class Estimate:
         points: number of grid points.
         shards: number of files the work is cut into.
         memory_bytes: memory of one process, bytes.
+        working_bytes: as much of it as samples or draws take while points are measured.
         disk_bytes: disk for shards and map, which exist at the same time, uncompressed, bytes.
         seconds: integration time on one core, s.
         compile_seconds: time for compiling what is not compiled yet on this machine, s.
@@ -41,6 +42,7 @@ class Estimate:
     points: int
     shards: int
     memory_bytes: int
+    working_bytes: int
     disk_bytes: int
     seconds: float
     compile_seconds: float
@@ -58,13 +60,12 @@ def estimate(sweep: Sweep, bytes_per_point: int | None = None) -> Estimate:
     headers = FILE_BYTES + VARIABLE_BYTES * len(sweep.variables | system.coordinates(definition))
     seconds = integration_seconds(sweep, grid.size)
     compiling = compile.seconds(system.kernels_of(definition))
+    working = system.working_bytes(definition)
     return Estimate(
         points=grid.size,
         shards=sweep.shards,
-        memory_bytes=PROCESS_BYTES
-        + BLOCKS * min(grid.size, BLOCK_POINTS) * bytes_per_point
-        + coordinates
-        + system.working_bytes(definition),
+        memory_bytes=PROCESS_BYTES + BLOCKS * min(grid.size, BLOCK_POINTS) * bytes_per_point + coordinates + working,
+        working_bytes=working,
         disk_bytes=2 * (grid.size * bytes_per_point + coordinates) + beside + (sweep.shards + 1) * headers,
         seconds=seconds,
         compile_seconds=compiling,
@@ -106,14 +107,13 @@ def lacking(sweep: Sweep, needed: Estimate, results_dir: str | Path) -> list[str
         ("disk", needed.disk_bytes, shutil.disk_usage(_existing(Path(results_dir))).free),
         ("memory", needed.memory_bytes, memory.available()),
     )
-    return [_too_large(sweep, needed.points, *limit) for limit in limits if limit[1] > limit[2]]
+    return [_too_large(sweep, needed, *limit) for limit in limits if limit[1] > limit[2]]
 
 
-def _too_large(sweep: Sweep, points: int, what: str, needed: int, available: int) -> str:
-    return (
-        f"{sweep.name}: grid: {points:,} points need {in_words(needed)} of {what}; "
-        f"allowed: {in_words(available)}, what is free here"
-    )
+def _too_large(sweep: Sweep, estimate: Estimate, what: str, needed: int, available: int) -> str:
+    mostly = what == "memory" and 2 * estimate.working_bytes > needed
+    wrong = "samples or draws of the points in work" if mostly else f"grid: {estimate.points:,} points"
+    return f"{sweep.name}: {wrong} need {in_words(needed)} of {what}; allowed: {in_words(available)}, what is free here"
 
 
 def _existing(folder: Path) -> Path:

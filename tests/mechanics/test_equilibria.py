@@ -1,5 +1,6 @@
 from functools import cache
 
+import mpmath
 import numpy as np
 import pytest
 import sympy as sp
@@ -76,6 +77,36 @@ def test_spherical_pendulum_against_brentq():
             return 9.80665 * np.sin(theta) ** 4 - momentum**2 * np.cos(theta)
 
         assert place == pytest.approx(brentq(force, 1e-4, np.pi / 2, xtol=1e-15), abs=1e-13)
+
+
+def test_places_are_known_to_rounding_whatever_shape_the_box_has():
+    """Its box in θ is so narrow that θ's rounding, in half-widths, once stopped the steps towards r at 9e-12."""
+    s, L = (x.ravel() for x in np.meshgrid([-1.9, -1.75, -1.3, 3.0], [0.1, 3.0]))
+    found, _ = places(shipped("central_potential"), exponent=s, angular_momentum=L)
+    radii = [mpmath.mpf(b) ** (2 / (mpmath.mpf(a) + 2)) for a, b in zip(s, L, strict=True)]
+    # rounding of the force, some units, over s + 2
+    assert found[:, 0, 0] == pytest.approx(np.array(radii, dtype=float), rel=2e-13)
+
+
+def test_the_error_of_a_place_covers_its_distance_from_the_closed_form():
+    rng, landscape = np.random.default_rng(4), landscape_of(shipped("central_potential"))
+    s, L = rng.uniform(-1.95, 8.0, 200), np.exp(rng.uniform(-4, 4, 200))
+    parameters = [np.ones(200), np.ones(200), s, L]
+    found = equilibria.find(landscape, parameters).places[:, 0]
+    error = landscape.place_error(parameters, found)[:, 0]
+    with mpmath.workdps(40):
+        off = [
+            abs(float(x) - mpmath.mpf(b) ** (2 / (mpmath.mpf(a) + 2)))
+            for a, b, x in zip(s, L, found[:, 0], strict=True)
+        ]
+    off = np.array(off, dtype=float)
+    assert (off <= error).all()
+    assert np.median(error[off > 0] / off[off > 0]) < 10  # the bar of an error's sharpness
+
+
+def test_named_places_are_taken_to_the_last_bit():
+    found, _ = places(shipped("double_pendulum"), gravity=np.linspace(1, 20, 7))
+    assert np.isin(found, [0.0, np.pi]).all()
 
 
 def test_roots_in_one_cell_are_seen_apart_and_none_twice():

@@ -1,3 +1,4 @@
+import mpmath
 import numpy as np
 import pytest
 from oscillators import LIBRARY, points, shipped
@@ -54,6 +55,45 @@ def test_errors_hold_the_distance_to_linear_theory(models, name):
             assert not seen.any() or np.median(error[seen] / off[seen]) <= bar
         wrong = columns["regime"] != columns["regime_theory"]
         assert (columns["regime"][sound & wrong] == kernel.MARGINAL).all()
+
+
+@pytest.mark.slow
+def test_errors_hold_the_rounding_of_an_equilibrium_near_which_the_force_hardly_changes(models):
+    """Of r^s with s near -2 the circle's radius is known to some roundings over s + 2."""
+    model, s = models["central_potential"], np.linspace(-1.95, -1.75, 150)
+    drawn = points(model.system, 2, 150, {"angular_momentum": (0.05, 5.0)}, epsilon=1e-12)
+    drawn["exponent"] = np.repeat(s, 2)
+    columns = model.survey(drawn)
+    with mpmath.workdps(30):
+        exact = []
+        for s, L, mode in zip(drawn["exponent"], drawn["angular_momentum"], drawn["mode"], strict=True):
+            orbit = mpmath.mpf(L) ** ((2 * mpmath.mpf(s) - 4) / (mpmath.mpf(s) + 2))
+            exact.append(float((mpmath.mpf(s) + 2 if mode == (1 if s < -1 else 2) else 1) * orbit))
+    for name in ("omega_squared", "omega_squared_reduced"):
+        off = np.abs(columns[name] - np.array(exact)) / columns[f"{name}_error"]
+        assert off.max() <= 1.0
+
+
+# other modes move by more than the one that is measured: rounding of the whole motion; phases of both modes
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("mass", "length", "epsilon", "phase", "place", "along", "run"),
+    [
+        (17.16344234189973, 19.65584977499387, 1.0879752652875257e-08, -2.1158244285821226, (2, 1),
+         (-0.24113894658841284, -0.3466588157763155), (7.25, 4, 7.893156105532374e-13)),
+        (1.0, 3.9494144483073987, 0.42515502662441207, -2.9888618081822664, (0, 2),
+         (0.24894104195814948, 0.44987435052199887), (1.9, 10, 7.001503330207384e-10)),
+    ],
+)  # fmt: skip
+def test_errors_hold_where_other_modes_move_too(models, mass, length, epsilon, phase, place, along, run):
+    model = models["double_pendulum"]
+    drawn = {p.name: np.array([float(p.default)]) for p in model.system.parameters.values()}
+    drawn |= {"mass2": np.array([mass]), "length2": np.array([length]), "epsilon": np.array([epsilon])}
+    drawn |= {"phase": np.array([phase]), "equilibrium": np.array([place[0]]), "mode": np.array([place[1]])}
+    columns = model.survey(drawn, *run, direction=along)
+    off = np.abs(columns["omega_squared_reduced"] - columns["omega_squared_theory"])
+    assert columns["status"][0] == statuses.OK
+    assert off[0] <= columns["omega_squared_reduced_error"][0]
 
 
 def test_a_swing_reduced_to_zero_amplitude_is_the_small_one(models):

@@ -185,6 +185,15 @@ def test_measured_growth_begins_at_the_threshold(name, edge, values):
     assert x[at] - 1e-7 < edge < x[at + 1] + 1e-7
 
 
+def test_an_energy_whose_gradient_vanishes_chooses_no_direction():
+    """Its gradient's rounding once turned the basis in which motions are measured, and a named place was 8 ulp off."""
+    m, columns = motions("gravity_gradient", 20)
+    theory = m.theory({k: v[:: m.n] for k, v in columns.items()})
+    assert (theory["place"][:, 1] == -columns["orbital_rate"][:: m.n]).all()
+    assert (theory["basis"] == np.eye(6)).all()
+    assert theory["uncertain"].max() < 1e-15  # the place is exact: some roundings of the enclosure's sums
+
+
 def test_the_gravity_gradients_corners():
     """k1 = k3 = (√45 - 7)/2 along the diagonal, and -0.0505102572 along k3 = -1 (approached)."""
 

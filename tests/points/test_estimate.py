@@ -95,6 +95,14 @@ def test_what_does_not_fit_is_refused_with_both_sizes(monkeypatch, tmp_path, sho
     assert len(message.splitlines()) == 1
 
 
+def test_runs_whose_samples_do_not_fit_are_refused(tmp_path):
+    """A spectrum needs all samples of a run at once: it filled the memory until the process was killed."""
+    grid, runs = {"spin_rate": [1.0]}, {"rotations": 5e7, "samples_per_rotation": 20}
+    sweep = read({"system": "gyrostat", "grid": grid, "integration": runs})
+    with pytest.raises(DefinitionError, match=r"samples or draws of the points in work need .* of memory; allowed"):
+        refuse_if_too_large(sweep, tmp_path)
+
+
 def test_the_real_machine_refuses_the_impossible(tmp_path):
     with pytest.raises(DefinitionError, match=r"of disk.*\n.*of memory"):
         refuse_if_too_large(sweep_of(10**15), tmp_path)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sweeps.processors import cores
 from sweeps.schema.definition import Definition, Integration
 from sweeps.schema.layout import Layout
 from sweeps.schema.variables import Role, Variable, table
@@ -26,6 +27,9 @@ if TYPE_CHECKING:
 
     from sweeps import mechanics
     from sweeps.mechanics.relative import FlowModel
+
+
+SAMPLE_BYTES = 256  # one number of each motion of a block
 
 
 class RelativeEquilibrium(Described):
@@ -105,6 +109,11 @@ class RelativeEquilibrium(Described):
         """Return the number of runs of each equilibrium, which all its eigenvalues share."""
         runs = integration.runs or self.mechanism.runs
         return next(iter(points.values())).size * runs // self.mechanism.n
+
+    def working_bytes(self, definition: Definition) -> int:
+        """Return the memory for all samples of the points in work, a block of them on each processor."""
+        runs, states = definition.integration.runs or self.mechanism.runs, self.mechanism.n
+        return cores() * SAMPLE_BYTES * runs * definition.integration.samples * (states + 1)
 
     def reference(self) -> Reference:
         """Return what `verify` measures again, with LAPACK and with SciPy."""
