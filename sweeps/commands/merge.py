@@ -31,5 +31,6 @@ def _run(args):
     told = merging.merge(planned.sweep, args.shards, args.output, args.threads, args.renew)
     if args.renew:
         for folder in args.shards:
-            journal.remove(Path(folder))  # what a `run` that was broken off has left
+            journal.remove(Path(folder))  # what a `run` that was broken off has left, and a workflow as it compiled
+        Path(args.output).with_name(".compiled").unlink(missing_ok=True)
     print(f"content_hash {told}")

@@ -6,13 +6,16 @@ from typing import TYPE_CHECKING
 import netCDF4
 import numpy as np
 
+from sweeps.boxes import runs
 from sweeps.files import replaced
 from sweeps.maps.plain import PlainMap
 from sweeps.shards import contract
-from sweeps.shards.content import hashed
+from sweeps.shards.content import ContentHash
 
 if TYPE_CHECKING:
     import xarray as xr
+
+PART_VALUES = 2**21  # of a variable in memory at a time
 
 
 def write_part(ds: "PlainMap | xr.Dataset", path: str | Path, command: str) -> str:
@@ -20,35 +23,40 @@ def write_part(ds: "PlainMap | xr.Dataset", path: str | Path, command: str) -> s
 
     What is no dimension any more stays as a scalar coordinate; text becomes characters, which CDO and ncview can read.
     """
-    digest = hashed(ds)
+    digest = ContentHash()
     history = f"{contract.history(command)}\n{ds.attrs.get('history', '')}".strip()
     with replaced(path) as temporary, netCDF4.Dataset(temporary, "w", format="NETCDF4") as file:
         file.set_auto_maskandscale(False)
         for dim, size in ds.sizes.items():
             file.createDimension(dim, size)
-        own = digest.digests()
         for name in (*ds.data_vars, *ds.coords):
-            _put(file, name, ds, {"sha256": own[name]})
+            _put(file, name, ds, digest)
+        for name, own in digest.digests().items():
+            file[name].sha256 = own
         file.setncatts(ds.attrs | {"history": history, "content_hash": digest.hexdigest()})
     return digest.hexdigest()
 
 
-def _put(file: netCDF4.Dataset, name: str, ds: "PlainMap | xr.Dataset", more: dict) -> None:
-    """Writes one variable or coordinate."""
+def _put(file: netCDF4.Dataset, name: str, ds: "PlainMap | xr.Dataset", digest: ContentHash) -> None:
+    """Write one variable or coordinate part by part, and hash each part."""
     variable, is_data = ds.variables[name], name in ds.data_vars
-    values, dims, missing = variable.values, variable.dims, None
-    if values.dtype.kind in "OU":
-        values, more = _characters(values), {"_Encoding": "utf-8"} | more
-        dims = (*dims, f"string{values.shape[-1]}")
+    dtype, dims, missing, more = variable.dtype, variable.dims, None, {}
+    text = _characters(variable.values) if dtype.kind in "OU" else None
+    if text is not None:
+        dtype, dims, more = text.dtype, (*dims, f"string{text.shape[-1]}"), {"_Encoding": "utf-8"}
         if dims[-1] not in file.dimensions:
-            file.createDimension(dims[-1], values.shape[-1])
-    elif values.dtype.kind == "f" and is_data:
+            file.createDimension(dims[-1], text.shape[-1])
+    elif dtype.kind == "f" and is_data:
         missing = np.nan
     if is_data and (beside := _beside(ds, variable.dims)):
-        more = more | {"coordinates": beside}
-    made = file.createVariable(name, values.dtype, dims, fill_value=missing)
+        more["coordinates"] = beside
+    made = file.createVariable(name, dtype, dims, fill_value=missing)
     made.setncatts(dict(variable.attrs) | more)
-    made[...] = values
+    digest.declare(name, variable.dims, variable.shape, variable.dtype)
+    for box in runs(variable.shape, PART_VALUES):
+        part = variable[box].values
+        digest.update(name, part)
+        made[box] = part if text is None else text[box]
 
 
 def _characters(values: np.ndarray) -> np.ndarray:

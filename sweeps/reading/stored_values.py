@@ -7,9 +7,17 @@ from itertools import product
 import numpy as np
 from isal import isal_zlib
 
+from sweeps.boxes import runs
 from sweeps.reading.files import FileBytes
 from sweeps.reading.hdf5 import DEFLATE, FLETCHER, SHUFFLE, StoredVariable
 from sweeps.schema.refusals import MapError
+
+PART_VALUES = 2**18  # of a variable in one piece that are read at a time, at most
+
+
+def _part_of(shape: Sequence[int]) -> tuple[int, ...]:
+    """Return the shape of the parts in which a variable in one piece is read: each in one piece itself."""
+    return tuple(part.stop for part in next(runs([max(1, n) for n in shape], PART_VALUES)))
 
 
 class StoredValues:
@@ -27,8 +35,7 @@ class StoredValues:
         self._held = held
         self._stored = np.dtype(held.dtype)
         self.shape, self.dtype = held.shape, self._stored.newbyteorder("=")
-        steps = held.shape if held.chunk is None else held.chunk
-        self._chunk = tuple(max(1, n) for n in steps)
+        self._chunk = tuple(max(1, n) for n in held.chunk or _part_of(held.shape))
         self._place = {tuple(place[:-3]): tuple(place[-2:]) for place in held.places.tolist()} if held.chunk else {}
 
     def whole(self) -> np.ndarray:
@@ -58,8 +65,6 @@ class StoredValues:
         found = np.empty([high - low for low, high in box], dtype=self.dtype)
         if not found.size:
             return found
-        if self._held.chunk is None:
-            return self._in_one_piece(box)
         corners = [range(low // n * n, high, n) for (low, high), n in zip(box, self._chunk, strict=True)]
         for corner in product(*corners):
             here, there = [], []
@@ -67,19 +72,17 @@ class StoredValues:
                 first, after = max(at, low), min(at + n, high)
                 here.append(slice(first - at, after - at))
                 there.append(slice(first - low, after - low))
-            found[tuple(there)] = self._decoded(corner)[tuple(here)]
+            chunk = self._decoded(corner) if self._held.chunk else self._from_one_piece(corner)
+            found[tuple(there)] = chunk[tuple(here)]
         return self._checked(found)
 
-    def _in_one_piece(self, box: Sequence[tuple[int, int]]) -> np.ndarray:
-        """The box, from the bytes between its first value and its last."""
-        if not self.shape:
-            address, size = self._held.places[0, -2:].tolist()
-            return self._checked(np.frombuffer(self._file.read_at(address, size), self._stored)[0])
-        line = math.prod(self.shape[1:]) * self._stored.itemsize
-        low, high = box[0]
-        content = self._file.read_at(int(self._held.places[0, -2]) + low * line, (high - low) * line)
-        values = np.frombuffer(content, self._stored).reshape(high - low, *self.shape[1:])
-        return self._checked(values[(slice(None), *(slice(*ends) for ends in box[1:]))].astype(self.dtype))
+    def _from_one_piece(self, corner: tuple[int, ...]) -> np.ndarray:
+        """Return a part of values that stand one after the other in the file."""
+        shape = [min(n, size - at) for at, n, size in zip(corner, self._chunk, self.shape, strict=True)]
+        first = int(np.ravel_multi_index(corner, self.shape)) if corner else 0
+        width = self._stored.itemsize
+        address = int(self._held.places[0, -2]) + first * width
+        return np.frombuffer(self._file.read_at(address, math.prod(shape) * width), self._stored).reshape(shape)
 
     def _decoded(self, corner: tuple[int, ...]) -> np.ndarray:
         """A whole chunk."""

@@ -51,8 +51,16 @@ def _made(planned: Plan, folder: Path, workers: int, again: bool) -> Iterator[Pa
     with drawing.worker() if draws else nullcontext() as worker:  # loads Matplotlib while this process measures
         if is_old:
             measure(planned.sweep, path, workers, again)
+        _remove_parts(folder)
         yield path
         yield from _shown(path, again, worker)
+
+
+def _remove_parts(folder: Path) -> None:
+    """Remove what a map needs no more: its shards, and the mark of a workflow that was killed as it compiled."""
+    if (folder / "shards").exists():
+        shutil.rmtree(folder / "shards")
+    (folder / ".compiled").unlink(missing_ok=True)
 
 
 def _is_older(made: Path, path: Path) -> bool:
@@ -124,8 +132,6 @@ def measure(sweep: Sweep, path: Path, workers: int, again: bool) -> None:
         _write(sweep, shards, missing, workers)
         _say(f"merging {count} shards")
         merging.merge(sweep, shards, path, workers)
-    if folder.exists():
-        shutil.rmtree(folder)
 
 
 @contextmanager

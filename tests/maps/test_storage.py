@@ -15,9 +15,11 @@ import xarray as xr
 
 import sweeps
 from sweeps import files
-from sweeps.maps import dataset, parts, storage
+from sweeps.maps import admission, dataset, parts, storage
 from sweeps.points import catalogue, columns, estimate
 from sweeps.points.loading import read
+from sweeps.maps.storage import open_map
+from sweeps.reading import stored_values
 from sweeps.reading.definitions import plain, read_text
 from sweeps.shards import chunkfile, chunks, content, merging
 from sweeps.shards import shard as sharding
@@ -357,6 +359,25 @@ def test_text_of_a_part_is_read_as_it_was(small, tmp_path):
         assert np.isnan(ds["value"].encoding["_FillValue"])
         assert "_FillValue" not in ds["x"].encoding
         assert ds.attrs["content_hash"] == told == content.content_hash(whole)
+
+
+@pytest.mark.parametrize("chunked", [True, False])
+def test_a_part_is_written_and_read_a_few_values_at_a_time(chunked, tiny, tmp_path, monkeypatch):
+    """However the map is stored: of a map of 3 GB a plane may be a tenth."""
+    tiny.drop_encoding().to_netcdf(
+        tmp_path / "map.nc", encoding={name: {"chunksizes": (1,) * v.ndim} for name, v in tiny.items() if chunked}
+    )
+    monkeypatch.setattr(parts, "PART_VALUES", 3)
+    monkeypatch.setattr(stored_values, "PART_VALUES", 3)
+    sizes = []
+    box = stored_values.StoredValues._box
+    monkeypatch.setattr(stored_values.StoredValues, "_box", lambda *args: sizes.append(box(*args).size) or box(*args))
+    with admission.opened(tmp_path / "map.nc") as plain:
+        sizes.clear()
+        told = parts.write_part(plain, tmp_path / "part.nc", "slice")
+    assert max(sizes) <= 3
+    with open_map(tmp_path / "part.nc") as ds:
+        assert ds.attrs["content_hash"] == told == content.content_hash(ds) == content.content_hash(tiny)
 
 
 # The content hash

@@ -45,8 +45,8 @@ function drawCloud() {
   const target = document.getElementById("map");
   const touch = matchMedia("(pointer: coarse)").matches;
   const axes = { xaxis: cloudAxis(state.x), yaxis: state.y ? cloudAxis(state.y) : { visible: false } };
-  const layout = plotLayout({ ...axes, height: mapHeight(target), showlegend: false, hovermode: "closest", uirevision: [state.x, state.y].join(), dragmode: touch ? false : "zoom" });
-  Plotly.react(target, [points, ...(part.guides?.() ?? []), chosen], layout, PLOT_CONFIG);
+  const layout = { ...axes, height: mapHeight(target), showlegend: false, hovermode: "closest", uirevision: [state.x, state.y].join(), dragmode: touch ? false : "zoom" };
+  draw(target, [points, ...(part.guides?.() ?? []), chosen], layout);
   const few = shown.length < dots.length ? ` ${shown.length} of the ${dots.length} points, chosen at random, are drawn.` : "";
   document.getElementById("map-summary").textContent = `${column.longName}: ${cloudInWords(column, dots)}${few}`;
   drawLegend({ cells: [dots], column, scale });
@@ -73,8 +73,8 @@ function drawHistogram(column, dots, target, what) {
   const words = column.longName.replace(/ \([^)]*\)$/, ""); // what explains it stands in the list of colours
   const title = column.isFlag ? words : `${words}${column.units ? ` (${unitText(column.units)})` : ""}`;
   const trace = { type: "bar", x, y, marker: { color: color ?? pageColor("accent") }, hovertemplate: `%{y} ${what}<extra></extra>` };
-  const xaxis = { title: { text: plain(title) }, exponentformat: "power", showgrid: false };
-  Plotly.react(target, [trace], plotLayout({ xaxis, yaxis: { title: { text: what } }, height: 220, bargap: column.isFlag ? 0.3 : 0, showlegend: false }), PLOT_CONFIG);
+  const xaxis = { title: { text: title }, exponentformat: "power", showgrid: false };
+  draw(target, [trace], { xaxis, yaxis: { title: { text: what } }, height: 220, bargap: column.isFlag ? 0.3 : 0, showlegend: false });
 }
 
 function flagBars(column, values) {

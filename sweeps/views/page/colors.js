@@ -81,6 +81,23 @@ function pageColor(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 }
 
+/** A text for Plotly, which reads a little HTML in all its texts: line breaks stay, all else is shown as it stands. */
+function plain(text) {
+  return text.replace(/&/g, "&amp;").replace(/<(?!br>|\/?extra>)/g, "&lt;");
+}
+
+/** The same of all texts in traces or a layout. */
+function plainly(value) {
+  if (typeof value === "string") return plain(value);
+  if (Array.isArray(value)) return value.map(plainly);
+  return value?.constructor === Object ? Object.fromEntries(Object.entries(value).map(([key, one]) => [key, plainly(one)])) : value;
+}
+
+/** Draw traces by Plotly, in the page's colours: the one place where texts of the file come to it. */
+function draw(target, traces, layout, config = {}) {
+  Plotly.react(target, plainly(traces), plainly(plotLayout(layout)), { ...PLOT_CONFIG, ...config });
+}
+
 /** Plotly's layout in the page's colours. */
 function plotLayout(more) {
   const ink = pageColor("ink");

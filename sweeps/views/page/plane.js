@@ -60,13 +60,11 @@ function drawPlane() {
   const target = document.getElementById("map");
   theMap.brief = headlines();
   const drawn = state.y ? heatmap(plane, own) : curve(plane);
-  plane.text = drawn.text;
   plane.scale = drawn.scale;
   const size = { height: mapHeight(target) };
   const view = [state.x, state.y].join();
   const touch = matchMedia("(pointer: coarse)").matches;
-  const layout = plotLayout({ ...drawn.layout, ...size, showlegend: false, hovermode: "closest", uirevision: view, dragmode: touch ? false : "zoom" });
-  Plotly.react(target, drawn.traces, layout, PLOT_CONFIG);
+  draw(target, drawn.traces, { ...drawn.layout, ...size, showlegend: false, hovermode: "closest", uirevision: view, dragmode: touch ? false : "zoom" });
   document.getElementById("map-summary").textContent = planeSummary(own);
   drawLegend(plane);
   if (document.getElementById("map-table").open) fillPlaneTable(own);
@@ -95,7 +93,7 @@ function heatmap({ cells, x, y, column }, own) {
   layout.yaxis.range = rangeOf(yEdges, layout.yaxis.type);
   const lines = part.boundaries?.(xEdges, yEdges) ?? [];
   layout.annotations = [...regionNames(cells, x, y), ...lines.map((line) => line.label)];
-  return { text, scale, traces: [{ ...base, ...colors }, ...hatch(cells, xEdges, yEdges), ...lines.flatMap((line) => line.traces), mark(own)], layout };
+  return { scale, traces: [{ ...base, ...colors }, ...hatch(cells, xEdges, yEdges), ...lines.flatMap((line) => line.traces), mark(own)], layout };
 }
 
 const MOST_LOOKED_AT = 2500; // cells, more tell no better where a name has room
@@ -119,7 +117,7 @@ function regionNames(all, xs, ys) {
   const log = (values, value) => (isLogarithmic(values) ? Math.log10(value) : value);
   const least = 0.06 * Math.min(cells.length, cells[0].length);
   return [...best].filter(([, at]) => at.free > least).map(([value, { i, j }]) => {
-    const text = plain(flagText(flag.meanings.get(value) ?? "")).replace(", ", "<br>");
+    const text = flagText(flag.meanings.get(value) ?? "").replace(", ", "<br>");
     const xanchor = i < 0.15 * x.length ? "left" : i > 0.85 * x.length ? "right" : "center";
     return { x: log(x, x[i]), y: log(y, y[j]), xanchor, text, showarrow: false, font: { size: 12, color: "#1a1a1a" }, bgcolor: "rgba(255,255,255,0.72)", borderpad: 2 };
   });
@@ -143,11 +141,6 @@ function roomOf(values) {
   return room;
 }
 
-/** Plotly reads a little HTML in its texts: what comes from the file is shown as it is. */
-function plain(text) {
-  return String(text).replace(/&/g, "&amp;").replace(/</g, "&lt;").replace(/>/g, "&gt;");
-}
-
 function tooltip(column, cell) {
   const sides = [state.x, state.y].filter(Boolean).map((name) => `${symbolText(name)} = ${coordinateText(name, coordinateAt(name, cell.place))}`);
   if (theMap.slant) sides.push(`${theMap.slant.label} = ${numberText(theMap.slant.up(...[state.x, state.y].map((name) => coordinateAt(name, cell.place))), 6)}`);
@@ -156,7 +149,7 @@ function tooltip(column, cell) {
     const [measured, theory] = headlineTexts(one, cell.place);
     if (one !== column) lines.push(`${one.name} = ${measured}${theory ? ` (theory ${theory})` : ""}`);
   }
-  return [...lines, ...(cell.exists ? [] : ["physically impossible"])].map(plain).join("<br>");
+  return [...lines, ...(cell.exists ? [] : ["physically impossible"])].join("<br>");
 }
 
 /** Hatching over the cells of what cannot exist: runs of cells of each row, one outline each. */
@@ -327,11 +320,12 @@ function listenForTaps(target) {
 
 /** Writes the tooltip of the cell under the pointer, just before Plotly shows it: all of them would take a slider's time. */
 function tellUnderPointer(event) {
-  const { cells, column, text } = theMap.plane;
-  const cell = text ? cellAt(event) : null;
+  const { cells, column } = theMap.plane;
+  const cell = state.y ? cellAt(event) : null;
   if (!cell) return;
+  const { text } = document.getElementById("map").data[0];
   const j = cells.findIndex((row) => row.includes(cell));
-  text[j][cells[j].indexOf(cell)] ||= tooltip(column, cell);
+  text[j][cells[j].indexOf(cell)] ||= plain(tooltip(column, cell));
 }
 
 function cellOf(point) {

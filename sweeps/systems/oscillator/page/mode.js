@@ -56,7 +56,7 @@ function sentenceOfMode(words) {
 }
 
 function modeTraces({ times, followed, theory, coordinates }) {
-  const line = (x, y, name, color, dash, width) => ({ type: "scatter", mode: "lines", x, y, name, line: { color, dash, width }, hovertemplate: `${plain(name)}: %{y:.4g}<br>t = %{x:.4g} s<extra></extra>` });
+  const line = (x, y, name, color, dash, width) => ({ type: "scatter", mode: "lines", x, y, name, line: { color, dash, width }, hovertemplate: `${name}: %{y:.4g}<br>t = %{x:.4g} s<extra></extra>` });
   const several = coordinates.length > 1;
   return coordinates.flatMap(({ name }, i) => {
     const color = several ? inkOf(theMap.seriesColors[i % theMap.seriesColors.length]) : pageColor("accent");
@@ -90,9 +90,9 @@ function drawMode() {
   words.textContent = shown.words + followedInWords(shown, square);
   const [{ name, unit }] = shown.coordinates;
   const title = shown.coordinates.length > 1 ? "coordinates" : symbolText(name);
-  const yaxis = { title: { text: plain(unit ? `${title} (${unitText(unit)})` : title) }, range: modeRange(shown), exponentformat: "power" };
+  const yaxis = { title: { text: unit ? `${title} (${unitText(unit)})` : title }, range: modeRange(shown), exponentformat: "power" };
   const layout = { height: 300, margin: { l: 64, r: 12, t: 8, b: 44 }, showlegend: true, legend: { orientation: "h", y: -0.28 }, dragmode: false, xaxis: { title: { text: "time (s)" }, exponentformat: "power", range: [0, shown.end] }, yaxis };
-  Plotly.react("mode-plot", modeTraces(shown), plotLayout(layout), { ...PLOT_CONFIG, displayModeBar: false });
+  draw("mode-plot", modeTraces(shown), layout, { displayModeBar: false });
   if (document.getElementById("mode-table").open) fillModeTable();
 }
 

@@ -46,7 +46,7 @@ function placesTraces(resting) {
   const { regime } = theMap.columns;
   const dots = regime.flags.map((flag, i) => {
     const points = resting.flatMap(({ slot, points }) => points.filter((point) => point.measured === flag.meaning && Number.isFinite(point.rests)).map((point) => ({ ...point, slot })));
-    return { type: "scatter", mode: "markers", name: plain(flagText(flag.meaning)), x: points.map((point) => point.x), y: points.map((point) => point.rests), customdata: points.map((point) => point.place), text: points.map((point) => plain(`${point.slot}: ${flagText(point.measured)}, theory ${flagText(point.theory)}`)), hovertemplate: "%{text}<br>%{x:.4g}: %{y:.4g}<extra></extra>", marker: { color: inkOf(flagColor(flag.meaning, i)), size: 6 } };
+    return { type: "scatter", mode: "markers", name: flagText(flag.meaning), x: points.map((point) => point.x), y: points.map((point) => point.rests), customdata: points.map((point) => point.place), text: points.map((point) => `${point.slot}: ${flagText(point.measured)}, theory ${flagText(point.theory)}`), hovertemplate: "%{text}<br>%{x:.4g}: %{y:.4g}<extra></extra>", marker: { color: inkOf(flagColor(flag.meaning, i)), size: 6 } };
   }).filter(({ x }) => x.length > 0);
   return [...lines, ...dots];
 }
@@ -66,9 +66,9 @@ function drawPlaces() {
   const here = { type: "scatter", mode: "markers", name: "chosen", showlegend: false, x: [coordinateAt(state.x, state.place)], y: [chosen.at(state.place)], marker: { size: 15, symbol: "circle-open", color: pageColor("ink"), line: { width: 2.5 } }, hoverinfo: "skip" };
   const unit = unitText(chosen.units);
   const named = symbolText(chosen.name.replace(/_equilibrium$/, ""));
-  const yaxis = { title: { text: plain(unit ? `${named} (${unit})` : named) }, exponentformat: "power" };
+  const yaxis = { title: { text: unit ? `${named} (${unit})` : named }, exponentformat: "power" };
   const layout = { height: 380, showlegend: true, legend: { orientation: "h", y: -0.25 }, hovermode: "closest", dragmode: false, xaxis: axisOf(state.x, theMap.coordinates[state.x].values), yaxis };
-  Plotly.react("places-plot", [...placesTraces(resting), here], plotLayout(layout), PLOT_CONFIG);
+  draw("places-plot", [...placesTraces(resting), here], layout);
   if (document.getElementById("places-table").open) fillPlacesTable();
 }
 
@@ -89,13 +89,13 @@ function buildPlaces() {
   const { regime_theory: theory, regime } = theMap.columns;
   if (!theory || !regime || !theMap.order.includes("equilibrium") || !state.x) return;
   const target = document.getElementById("places-plot");
-  const draw = whenSeen(document.getElementById("part"), () => {
+  const late = whenSeen(document.getElementById("part"), () => {
     drawPlaces();
     target.removeAllListeners?.("plotly_click");
     target.on?.("plotly_click", ({ points }) => points[0].customdata && choose({ place: points[0].customdata }));
   });
   document.getElementById("places-of").onchange = drawPlaces;
   document.getElementById("places-table").addEventListener("toggle", () => theMap.resting && fillPlacesTable());
-  draw();
-  onChange(draw);
+  late();
+  onChange(late);
 }

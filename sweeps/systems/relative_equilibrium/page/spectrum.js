@@ -42,7 +42,7 @@ function spectrumTraces(values) {
   const color = regime ? inkOf(flagColor(regime.meanings.get(at), regime.flags.findIndex(({ value }) => value === at))) : pageColor("accent");
   const pick = (kind, k) => values.map((one) => one[kind][k]);
   const bars = (k) => ({ type: "data", array: pick("error", k).map((e) => (Number.isFinite(e) ? e : 0)), color, thickness: 1.2, width: 4 });
-  const text = values.map(({ number, measured, error, theory }) => plain(`${number}: ${complexText(measured)}\n± ${numberText(error[0], 2)}, ± ${numberText(error[1], 2)}\ntheory ${complexText(theory)}`).replaceAll("\n", "<br>"));
+  const text = values.map(({ number, measured, error, theory }) => `${number}: ${complexText(measured)}<br>± ${numberText(error[0], 2)}, ± ${numberText(error[1], 2)}<br>theory ${complexText(theory)}`);
   const rings = { type: "scatter", mode: "markers", name: "theory", x: pick("theory", 0), y: pick("theory", 1), marker: { symbol: "circle-open", size: 16, color: pageColor("ink"), line: { width: 1.6 } }, hoverinfo: "skip" };
   const dots = { type: "scatter", mode: "markers", name: "measured, with error", x: pick("measured", 0), y: pick("measured", 1), error_x: bars(0), error_y: bars(1), marker: { color, size: 8 }, text, hovertemplate: "%{text}<extra></extra>" };
   return [rings, dots];
@@ -68,7 +68,7 @@ function drawSpectrum() {
   const label = { x: 1, y: 1, xref: "paper", yref: "paper", xanchor: "right", yanchor: "top", text: "grows", showarrow: false, font: { size: 12 } };
   const layout = { height: 320, margin: { l: 64, r: 12, t: 8, b: 44 }, showlegend: true, legend: { orientation: "h", y: -0.26 }, hovermode: "closest", dragmode: false, shapes: [side], annotations: [label] };
   const axes = { xaxis: { title: { text: `real part (${unit})` }, range: x, ...zero }, yaxis: { title: { text: `imaginary part (${unit})` }, range: y, ...zero } };
-  Plotly.react("spectrum-plot", spectrumTraces(values), plotLayout({ ...layout, ...axes }), { ...PLOT_CONFIG, displayModeBar: false });
+  draw("spectrum-plot", spectrumTraces(values), { ...layout, ...axes }, { displayModeBar: false });
   if (document.getElementById("spectrum-table").open) fillSpectrumTable();
 }
 

@@ -75,9 +75,9 @@ function drawDrawn() {
   const touch = matchMedia("(pointer: coarse)").matches;
   const side = (column, range) => ({ title: { text: drawnLabel(column) }, range, showgrid: false, zeroline: false, exponentformat: "power" });
   const yaxis = { ...side(y, ranges[1]), ...(onTriangle ? { scaleanchor: "x", constrain: "domain" } : {}) };
-  const layout = plotLayout({ xaxis: { ...side(x, ranges[0]), constrain: "domain" }, yaxis, height: innerWidth > 860 ? 380 : 340, showlegend: false, hovermode: "closest", dragmode: touch ? false : "zoom", uirevision: [coordinateAt("body", state.place), x.name, y.name].join() });
+  const layout = { xaxis: { ...side(x, ranges[0]), constrain: "domain" }, yaxis, height: innerWidth > 860 ? 380 : 340, showlegend: false, hovermode: "closest", dragmode: touch ? false : "zoom", uirevision: [coordinateAt("body", state.place), x.name, y.name].join() };
   const under = onTriangle ? stabilityRegions(axis, Math.max(...ranges.flat())) : [];
-  Plotly.react(target, [drawnDots(columns, x, y), ...under, ring], layout, PLOT_CONFIG);
+  draw(target, [drawnDots(columns, x, y), ...under, ring], layout);
   fillDrawnWords(found, axis, onTriangle, at);
   drawDistribution(columns[choice.told]);
   if (document.getElementById("drawn-table").open) fillDrawnTable();
@@ -99,7 +99,7 @@ function drawnDots(columns, x, y) {
   const tint = (value) => inkOf(flagColor(regime.meanings.get(value), 0));
   const color = regime ? Array.from(regime.values, tint) : pageColor("ink");
   const lines = (i) => Object.values(columns).map((column) => `${column.name} = ${column.text(column.values[i])}`);
-  const text = Array.from(x.values, (_, i) => lines(i).map(plain).join("<br>"));
+  const text = Array.from(x.values, (_, i) => lines(i).join("<br>"));
   return { type: "scatter", mode: "markers", name: "draws", x: Array.from(x.values), y: Array.from(y.values), marker: { size: 4, color, opacity: 0.75 }, text, hovertemplate: "%{text}<extra></extra>" };
 }
 

@@ -32,8 +32,8 @@ function drawSpread() {
     const array = values.map((_, i) => errors[i] ?? 0);
     return { type: "scatter", mode: "lines+markers", name: `axis ${axes[j]}`, x: values, y: theMap.levels.map((level) => 100 * level), error_x: { type: "data", array, color, thickness: 1.2, width: 4 }, line: { color, width: j === place[k] ? 2 : 1.5, dash: DASHES_OF_AXES[j % 3] }, marker: { color, size: 7 } };
   });
-  const layout = plotLayout({ xaxis: { title: { text: spreadWords(chosen) }, exponentformat: "power" }, yaxis: { title: { text: "fraction of the draws (%)" }, range: [0, 100] }, height: 300, showlegend: true, legend: { orientation: "h", y: 1.15 } });
-  Plotly.react("spread-plot", traces, layout, PLOT_CONFIG);
+  const layout = { xaxis: { title: { text: spreadWords(chosen) }, exponentformat: "power" }, yaxis: { title: { text: "fraction of the draws (%)" }, range: [0, 100] }, height: 300, showlegend: true, legend: { orientation: "h", y: 1.15 } };
+  draw("spread-plot", traces, layout);
   const cell = ([values, errors], i) => (values[i] === null || values[i] === undefined ? "–" : `${numberText(values[i], 4)}${errors[i] === null || errors[i] === undefined ? "" : ` ± ${numberText(errors[i], 2)}`}`);
   const rows = spreadNames().map((name) => [spreadWords(name), ...theMap.levels.map((_, i) => cell(spreadAt(name, state.place), i))]);
   fillTable(document.getElementById("spread-table"), [`spun about axis ${coordinateAt("axis", state.place)}`, ...theMap.levels.map((level) => `${100 * level} % quantile`)], rows);
@@ -47,14 +47,14 @@ function drawMatters() {
   const at = theMap.inputs.map((_, i) => i).filter((i) => all.some(([values]) => values[i] !== null && values[i] !== undefined));
   document.getElementById("matters").hidden = at.length === 0;
   if (at.length === 0) return;
-  const inputs = at.map((i) => plain(symbolText(theMap.inputs[i])));
+  const inputs = at.map((i) => symbolText(theMap.inputs[i]));
   const traces = Object.values(kinds).map((name, k) => {
     const [values, errors] = all[k].map((row) => at.map((i) => row[i] ?? 0));
     const color = inkOf(theMap.seriesColors[k]);
     return { type: "bar", name, x: inputs, y: values, marker: { color, pattern: { shape: k ? "/" : "" } }, error_y: { type: "data", array: errors, color: pageColor("ink"), thickness: 1.2, width: 4 } };
   });
-  const layout = plotLayout({ xaxis: {}, yaxis: { title: { text: "fraction of the variance" } }, height: 260, barmode: "group", showlegend: true, legend: { orientation: "h", y: 1.18 } });
-  Plotly.react("matters-plot", traces, layout, PLOT_CONFIG);
+  const layout = { xaxis: {}, yaxis: { title: { text: "fraction of the variance" } }, height: 260, barmode: "group", showlegend: true, legend: { orientation: "h", y: 1.18 } };
+  draw("matters-plot", traces, layout);
   const cell = (k, i) => `${numberText(all[k][0][i], 3)} ± ${numberText(all[k][1][i], 2)}`;
   fillTable(document.getElementById("matters-table"), ["input", ...Object.values(kinds)], at.map((i) => [symbolText(theMap.inputs[i]), cell(0, i), cell(1, i)]));
 }
@@ -64,8 +64,8 @@ function buildSpread() {
   if (names.length === 0) return;
   for (const id of ["spread", "matters"]) document.getElementById(id).hidden = false;
   document.getElementById("spread-controls").append(selectBox("of", names.map((name) => [name, spreadWords(name)]), names[0], drawSpread));
-  for (const [id, draw] of [["spread", drawSpread], ["matters", drawMatters]]) {
-    const late = whenSeen(document.getElementById(id), draw);
+  for (const [id, drawn] of [["spread", drawSpread], ["matters", drawMatters]]) {
+    const late = whenSeen(document.getElementById(id), drawn);
     late();
     onChange(late);
   }
