@@ -223,8 +223,7 @@ class Model:
         begin = self.code.starts(parameters, theory["place"][part], motions)
         twice = theory["twice"][part].astype(np.int64)
         family = self.n * np.asarray(points["equilibrium"], dtype=np.int64)[part] + mode
-        project, uncertain = np.ascontiguousarray(nudge["projection"]), theory["uncertain"][part]
-        runs = Runs(begin, project, S, epsilon, uncertain, twice, family)
+        runs = Runs(begin, np.ascontiguousarray(nudge["projection"]), S, epsilon, twice, family)
         sizes = np.stack([nudge["start"], nudge["allowed"]], axis=1)
         return kernel.run(self.code.integrator(), runs, sizes, sampling)
 
