@@ -19,7 +19,6 @@ from sweeps.mechanics import equilibria, rest
 from sweeps.mechanics.description import DescriptionError, System
 from sweeps.mechanics.first_order import code
 from sweeps.mechanics.flow import derive
-from sweeps.mechanics.problem import changed
 from sweeps.mechanics.taylor import Code
 
 CHUNK = 4096
@@ -102,8 +101,7 @@ class FlowModel:
         Returns:
             `place`; `eigenvalues` (s-1, complex, ordered), `condition`, `left` and `right` vectors (last axis: the
             eigenvalue; in units of the states' sizes, within what is conserved), shape (points, n[, n]); `scale`
-            (s-1), `sizes` (points, N), `basis` (points, N, n), `matrix` (points, n, n): the Jacobian in that basis;
-            `uncertain`: by how much rounding of the place changes the Jacobian, over the scale.
+            (s-1), `sizes` (points, N), `basis` (points, N, n), `matrix` (points, n, n): the Jacobian in that basis.
             NaN where there is no equilibrium.
         """
         parameters = [np.asarray(points[name], dtype=np.float64) for name in self.names]
@@ -121,14 +119,10 @@ class FlowModel:
             matrix = np.swapaxes(basis, 1, 2) @ scaled @ basis
             changes = self._changes(parameters, place, sizes, gradients)
             bent = self._bent(parameters, place, inverse, terms, sizes, S)
-            error = self.landscape.place_error(parameters, place)
-            change = changed(lambda x: self._jacobian(parameters, x)[0], place, error)
-            uncertain = np.linalg.norm(change * sizes[:, None, :] / sizes[:, :, None], axis=(1, 2)) / S
         found = _eigen(matrix, S) | (_vectors(matrix, S) if vectors else {})
         paired = self._paired(parameters, place)
         told |= {"place": place, "scale": S, "sizes": sizes, "basis": basis, "matrix": matrix, "paired": paired}
-        told |= {"parameters": parameters, "changes": changes, "bent": bent, "uncertain": np.nan_to_num(uncertain)}
-        return told | found
+        return told | found | {"parameters": parameters, "changes": changes, "bent": bent}
 
     def _jacobian(self, parameters, place):
         """The Jacobian, its terms' absolute values, the states' sizes (of velocities: of size in 1/S), and a⁻¹."""
@@ -249,8 +243,7 @@ class FlowModel:
         starts = self.code.starts(parameters, theory["place"][part], [(epsilon, s * y.T) for s in signs for y in x])
         project = np.ascontiguousarray(np.swapaxes(basis, 1, 2) / sizes[:, None, :])
         family = np.asarray(points["equilibrium"], dtype=np.int64)[part]
-        size, uncertain = epsilon * theory["bent"][part], theory["uncertain"][part]
-        chosen = Runs(starts, project, theory["scale"][part], size, uncertain, twice, family)
+        chosen = Runs(starts, project, theory["scale"][part], epsilon * theory["bent"][part], twice, family)
         return kernel.run(self.code.integrator(), chosen, runs, len(self.quantities), sampling)
 
     # -- both
@@ -299,10 +292,9 @@ class FlowModel:
             predicted = _invariants(theory["matrix"])
             for (name, value), exact in zip(invariants.items(), predicted, strict=True):
                 columns |= {f"{name}_theory": exact, name: value[:, 0], f"{name}_error": value[:, 1]}
-        rounding = ROUNDINGS + theory["uncertain"]
-        slack = (rounding * S)[:, None] * np.maximum(1.0, theory["condition"])
+        slack = (ROUNDINGS * S)[:, None] * np.maximum(1.0, theory["condition"])
         pairs = theory["paired"]
-        exact = None if n != 4 else [(v, rounding * S**k) for v, k in zip(predicted, (2, 4, 4), strict=True)]
+        exact = None if n != 4 else [(v, ROUNDINGS * S**k) for v, k in zip(predicted, (2, 4, 4), strict=True)]
         columns["regime_theory"] = regimes(true.real, true.imag, slack, slack, exact, pairs)
         found = None if n != 4 else [(v[:, 0], v[:, 1]) for v in invariants.values()]
         columns["regime"] = regimes(re, im, e_re, e_im, found, pairs)
