@@ -92,7 +92,7 @@ ALL = [*product(damages.BASES, CUTS, CHANGES)]
 
 
 def marked():
-    """Yield each system with each cut and change: some of the pendulum, a twentieth as slow ones, the rest as faults."""
+    """Yield each system with each cut and change: some of the pendulum, a twentieth as slow ones, others as faults."""
     for k, (base, *how) in enumerate(ALL):
         quick = base == "pendulum" and tuple(how) in QUICK
         mark = () if quick else pytest.mark.slow if k % 20 == 0 else pytest.mark.faults
