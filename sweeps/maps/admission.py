@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 MAP = "stability_map.nc"  # a sweep's map in its folder results/<sweep>
 WHOLE = ("definition", "inputs", "outlines")  # attributes that are compared or drawn, and never cut
 DESCRIBING = ("long_name", "units", "comment")  # of what only its own system's description knows
-MOST_WORDS = 200  # characters of these
+MOST_WORDS = 200  # characters of these, and of a name
 MOST_SWOLLEN = 100  # how many times its own size on disk a column of digits may have
 MOST_WHOLE = 2**20  # values of a coordinate beside the dimensions' own that are read at once
 SMALL = 2**26  # bytes that may be swollen as they like
@@ -367,7 +367,8 @@ def _check_values(parts: _Parts, name: str, values: np.ndarray) -> None:
     along = bool(parts.coordinates[name].shape) and _own_dims(parts, name) == (name,)
     if values.dtype == object:
         for text in values.tolist():
-            _printable(name, text, "")
+            if len(_printable(name, text, "")) > MOST_WORDS:
+                raise _UnlikeError(f"{name}: holds a text of {len(text):,} characters; allowed: at most {MOST_WORDS}")
         if along and len(set(values.tolist())) != values.size:
             raise _UnlikeError(f"{name}: holds a name twice; allowed: names that all differ")
         return

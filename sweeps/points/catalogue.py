@@ -63,16 +63,18 @@ class Plan:
     sweep: "Sweep"
 
 
-def plan(source: str | Path, results: str | Path = "results", anywhere: bool = False) -> Plan:
+def plan(source: str | Path, results: str | Path = "results", anywhere: bool = False, digest: str = "") -> Plan:
     """Validates a definition and sees whether this machine has room for it.
 
     Args:
         source: the definition's path.
         results: folder that the results go to.
         anywhere: whether it is to run on some other machine, and this one's room does not matter.
+        digest: of the definition that was planned, where that was another process; left out, any will do.
 
     Raises:
-        DefinitionError: for a definition that is wrong, too large for disk or memory, or named like one that ships.
+        DefinitionError: for a definition that is wrong, too large for disk or memory, or named like one that ships, and
+            for another than was planned.
     """
     from sweeps.points.estimate import refuse_if_too_large
     from sweeps.points.loading import read
@@ -86,6 +88,9 @@ def plan(source: str | Path, results: str | Path = "results", anywhere: bool = F
         )
     if sweep.name == TAKEN:
         raise DefinitionError(f"{path}: (file name): results/{TAKEN} is the handbook's; allowed: any other name")
+    if digest not in ("", sweep.definition.digest):
+        wrong = "the definition, or a file that it names, was changed while the workflow ran"
+        raise DefinitionError(f"{path}: {wrong}; allowed: the same until the end (start the workflow again)")
     if not anywhere:
         refuse_if_too_large(sweep, results)
     return Plan(path, sweep)

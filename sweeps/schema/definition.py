@@ -4,6 +4,7 @@ The models here and in `sweeps.systems` are the only truth about what a definiti
 and allowed values stand in its `Field(description=...)`, and a refusal quotes them. `sweeps.points.loading` reads them.
 """
 
+import hashlib
 import math
 from collections.abc import Callable
 from typing import Annotated, Any
@@ -128,6 +129,11 @@ class Definition(Strict):
     def inputs(self) -> str:
         """The files that the definition names, one a line with the SHA-256 of its content; empty without any."""
         return self._rows.input if self._rows is not None else ""
+
+    @property
+    def digest(self) -> str:
+        """The SHA-256 of its text and of the files that it names, 64 hexadecimal digits."""
+        return hashlib.sha256(f"{self.text}\0{self.inputs}".encode("utf-8", "surrogatepass")).hexdigest()
 
     @property
     def outlines(self) -> str:

@@ -86,16 +86,19 @@ def _nearest(values: xr.DataArray, wanted: float) -> float:
 
 def _run(here: xr.Dataset, names: tuple[str, ...], regime: str, model: "Model") -> Run | None:
     """The motion beside the first of these equilibria that has this regime."""
-    for name in names:
+    for name in (name for name in names if name in here["equilibrium"].values):
         one = here.sel(equilibrium=name)
         told = {REGIMES[1 + int(code)] for code in one["regime"].values}
         if regime not in told or not told <= {"stable", "unstable"} or (regime == "stable" and len(told) > 1):
             continue
         place = np.array([float(one[f"{c.name}_equilibrium"].values[0]) for c in model.system.kept])
+        rate = float(one["frequency"].min() if regime == "stable" else one["growth_rate"].max())
+        if not (0.0 < rate < math.inf and np.isfinite(place).all()):
+            continue
         signs = (-1.0) ** np.arange(place.size) if regime == "unstable" else 1.0 + 0.4 * np.arange(place.size)
         if regime == "stable":
-            return Run(name, regime, place, FAR * signs, PERIODS * 2.0 * math.pi / float(one["frequency"].min()))
-        duration = 2.0 * math.log(ROUND / NEAR) / float(one["growth_rate"].max())
+            return Run(name, regime, place, FAR * signs, PERIODS * 2.0 * math.pi / rate)
+        duration = 2.0 * math.log(ROUND / NEAR) / rate
         return Run(name, regime, place, NEAR * signs, duration)
     return None
 
