@@ -5,7 +5,7 @@ and allowed values stand in its `Field(description=...)`, and a refusal quotes t
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, PrivateAttr, model_validator
@@ -133,6 +133,31 @@ class Definition(Strict):
     def outlines(self) -> str:
         """What pictures need of the files that the definition names; empty without any."""
         return ""
+
+    @classmethod
+    def needs_files(cls, values: Mapping) -> str:
+        """Return why a definition (plain values) needs files that it names; "" where it does not."""
+        return ""
+
+    @property
+    def follows_attitude(self) -> bool:
+        """Whether the map holds the attitude, so that quaternions are verified too."""
+        return False
+
+    @property
+    def differing_bits(self) -> str:
+        """Why a point measured alone has other bits than in a map; "" where it has the same."""
+        return ""
+
+    @property
+    def remarks(self) -> list[tuple[str, str]]:
+        """Further lines of `check`: (heading or "", line)."""
+        return []
+
+    @property
+    def facts(self) -> dict:
+        """Further facts of `check --json`."""
+        return {}
 
     @property
     def pair(self) -> Strict | None:

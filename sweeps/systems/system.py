@@ -1,10 +1,10 @@
 """What a system of equations of motion says of itself: all that the way from a definition to a map asks for."""
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -76,6 +76,19 @@ class Page:
     facts: Mapping = field(default_factory=dict)
 
 
+@dataclass(frozen=True)
+class Cost:
+    """The work of one point and the memory of one process, for estimates.
+
+    Attributes:
+        samples: samples of runs per point.
+        working_bytes: memory of one process while it measures, bytes, besides its points and columns.
+    """
+
+    samples: int
+    working_bytes: int = 0
+
+
 class Points(Protocol):
     """The points of a definition, by number (`sweeps.points.grid.Grid`)."""
 
@@ -104,6 +117,8 @@ class Dynamics(ABC):
             import. With none, it covers every kernel.
         existence: names of the arguments that decide whether a point is physically possible; () where all points are.
         compiled: what :meth:`columns` calls of them, some for some definitions only.
+        tables: module with ARGUMENTS (names of the arguments of a point), VARIABLES and LAYOUT.
+        variants: key of a definition, or of one of its bodies → name of the system that reads such definitions.
     """
 
     name: str
@@ -118,10 +133,14 @@ class Dynamics(ABC):
     kernels: tuple[str, ...] = ()
     existence: tuple[str, ...] = ()
     compiled: tuple[Kernel, ...] = ()
+    tables: ModuleType
+    variants: Mapping[str, str] = {}
 
-    @abstractmethod
     def dimensions(self, definition: "Definition") -> "dict[str, Range | np.ndarray]":
         """Return each dimension, in storage order → its values: a range, or a one-dimensional array."""
+        from sweeps.schema.parameters import spread
+
+        return {name: spread(getattr(definition.grid, name)) for name in self.arguments(definition)}
 
     def auxiliary(self, definition: "Definition") -> dict[str, tuple[str, np.ndarray]]:
         """Return each coordinate that is not a dimension → (the dimension it lies along, its values)."""
@@ -131,30 +150,29 @@ class Dynamics(ABC):
         """Return each further dimension of variables at a point (`Variable.over`) → the values along it."""
         return {}
 
+    def cost(self, definition: "Definition") -> "Cost":
+        """Return the work of a point and the memory of one process."""
+        return Cost(definition.integration.samples)
+
     def bound(self, definition: "Definition") -> "Dynamics":
         """Return the system that measures a definition: itself, unless its points alone are not sufficient."""
         return self
 
-    def samples(self, definition: "Definition") -> int:
-        """Return the samples of runs per point."""
-        return definition.integration.samples
-
-    @abstractmethod
     def arguments(self, definition: "Definition") -> tuple[str, ...]:
         """Return the names of the dimensions and auxiliary coordinates that a point of :meth:`columns` consists of."""
+        return self.tables.ARGUMENTS
 
-    @abstractmethod
     def coordinates(self, definition: "Definition") -> dict[str, Variable]:
         """Return name → each coordinate that a map of this definition may have, including auxiliary ones."""
+        return dict(self.layout().coordinates)
 
-    @abstractmethod
     def variables(self, definition: "Definition | None" = None) -> dict[str, Variable]:
         """Return name → each variable of a map of this definition; without one, those that every map has."""
+        return self.tables.VARIABLES
 
     def layout(self) -> Layout:
         """Return the layout of all maps of this system; open where only a definition knows their names."""
-        variables = self.variables()
-        return Layout({}, variables, tuple(variables), is_open=True)
+        return self.tables.LAYOUT
 
     @abstractmethod
     def columns(self, points: Mapping[str, np.ndarray], integration: "Integration") -> dict[str, np.ndarray]:
@@ -194,10 +212,6 @@ class Dynamics(ABC):
         from kernels.fingerprint import fingerprint
 
         return fingerprint(*self.kernels)
-
-    def follows_attitude(self, definition: "Definition") -> bool:
-        """Return True if the map holds the attitude, so that quaternions are verified too."""
-        return False
 
     @abstractmethod
     def method(self, definition: "Definition") -> str:
@@ -244,18 +258,6 @@ class Dynamics(ABC):
         """Return the independent measurements for `verify`; None where the system has none."""
         return None
 
-    def needs_files(self, values: Mapping) -> str:
-        """Return why a definition (plain values) needs files that it names; "" where it does not."""
-        return ""
-
-    def reading(self, values: Mapping) -> str:
-        """Return the name of the system that reads a definition (plain values) that names this one."""
-        return self.name
-
-    def own_bits(self, definition: "Definition") -> str:
-        """Return why a point measured alone has other bits than in a map; "" where it has the same."""
-        return ""
-
     def opening(self, ds: "xr.Dataset") -> Opening:
         """Return the initial view of the page of a map."""
         return Opening()
@@ -264,24 +266,6 @@ class Dynamics(ABC):
         """Return the system's part of the page of a map."""
         return Page()
 
-    def told(self, definition: "Definition") -> list[tuple[str, str]]:
-        """Return further lines of `check` for a definition: (heading or "", line)."""
-        return []
-
-    def facts(self, definition: "Definition") -> dict:
-        """Return further facts of `check --json` for a definition."""
-        return {}
-
     def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], list[Image]]]":
         """Return name → function that draws the frames of each animation of a map."""
         return {}
-
-    def working_bytes(self, definition: "Definition") -> int:
-        """Return the memory of one process while it measures, bytes, besides its points and columns."""
-        return 0
-
-    def bytes_per_point(self, definition: "Definition") -> int:
-        """Return the uncompressed bytes of a map per point."""
-        sizes = {name: values.size for name, values in self.further(definition).items()}
-        table = self.variables(definition).values()
-        return sum(np.dtype(v.dtype).itemsize * math.prod(sizes[dim] for dim in v.over) for v in table)

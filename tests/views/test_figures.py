@@ -16,6 +16,7 @@ from sweeps.maps.storage import open_map, write_map
 from sweeps.points import catalogue
 from sweeps.reading.definitions import read_text
 from sweeps.systems import ratios
+from sweeps.systems.bodies import wording
 from sweeps.systems.rigid_body import (
     figure_agreement,
     figure_bodies,
@@ -24,7 +25,6 @@ from sweeps.systems.rigid_body import (
     figure_stability,
     figure_triangle,
     fits,
-    wording,
 )
 from sweeps.systems.rigid_body import system as rigid_body
 from sweeps.views import figures, films

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sweeps.systems.bodies.family import MeasuredOnce
 from sweeps.systems.kernel import Kernel
-from sweeps.systems.measured_once import MeasuredOnce
 from sweeps.systems.observed_periods import variables
 from sweeps.systems.observed_periods.definition import Nothing, ObservedPeriodsDefinition
 from sweeps.systems.observed_periods.look import LOOK
@@ -31,16 +31,11 @@ class ObservedPeriods(MeasuredOnce):
     )
     model = ObservedPeriodsDefinition
     tables = variables
-    shareable = ()
     closed = "energies from tumbling periods, in closed form"
     question = "Which bodies have both periods, in which mode, and with which certainty?"
     references = "Kaasalainen, Astronomy and Astrophysics 376 (2001) 302; Landau and Lifshitz, Mechanics, section 37"
     caption = "energies of tumbling bodies that give two observed periods"
     samples_per_second = 5_000
-
-    def samples(self, definition: ObservedPeriodsDefinition) -> int:
-        """Return 1: nothing is sampled."""
-        return 1
 
     def reference(self) -> Reference:
         """Return the energy of the long-axis mode by SciPy, and that of the short-axis mode."""

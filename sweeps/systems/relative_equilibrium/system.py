@@ -18,7 +18,7 @@ from sweeps.systems.kernel import Kernel
 from sweeps.systems.relative_equilibrium.definition import FlowDefinition
 from sweeps.systems.relative_equilibrium.look import LOOK
 from sweeps.systems.relative_equilibrium.variables import COORDINATES, INVARIANTS, LAYOUT, NUDGE, VARIABLES
-from sweeps.systems.system import Page, Reference
+from sweeps.systems.system import Cost, Page, Reference
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -110,10 +110,11 @@ class RelativeEquilibrium(Described):
         runs = integration.runs or self.mechanism.runs
         return next(iter(points.values())).size * runs // self.mechanism.n
 
-    def working_bytes(self, definition: Definition) -> int:
-        """Return the memory for all samples of the points in work, a block of them on each processor."""
+    def cost(self, definition: Definition) -> Cost:
+        """Return the samples, and the memory for all of them in work, a block of points on each processor."""
         runs, states = definition.integration.runs or self.mechanism.runs, self.mechanism.n
-        return cores() * SAMPLE_BYTES * runs * definition.integration.samples * (states + 1)
+        samples = definition.integration.samples
+        return Cost(samples, cores() * SAMPLE_BYTES * runs * samples * (states + 1))
 
     def reference(self) -> Reference:
         """Return what `verify` measures again, with LAPACK and with SciPy."""

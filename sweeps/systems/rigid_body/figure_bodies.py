@@ -10,10 +10,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from sweeps import colors, style
+from sweeps.systems.bodies.wording import brief_duration
 from sweeps.systems.rigid_body.fits import Period, periods, signed_rate
 from sweeps.systems.rigid_body.look import LOOK, settings
 from sweeps.systems.rigid_body.variables import REGIMES
-from sweeps.systems.rigid_body.wording import brief_duration
 
 MOST_BODIES, MOST_PERIODS = 30, 10
 PERIOD_INCHES, LINE_INCHES, NOTE_WIDTH = 1.28, 0.145, 54

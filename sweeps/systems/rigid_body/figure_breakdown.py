@@ -9,9 +9,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from sweeps import colors, style
+from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.rigid_body.fits import FIT_ABOVE, FIT_BELOW, breakdown
 from sweeps.systems.rigid_body.spread import moments_over
-from sweeps.systems.rigid_body.variables import MOMENTS
 
 MOST_BODIES = 14
 EXPECTED, TOLERANCE = 2.0, 0.1

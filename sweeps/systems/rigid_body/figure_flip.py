@@ -21,9 +21,9 @@ from kernels import exact
 from kernels.rigid_body import cyclic
 from sweeps import colors, style
 from sweeps.boxes import along, blocks, changed, dimensions, nearest_by
+from sweeps.systems.bodies.solid import Face
+from sweeps.systems.bodies.solid import solid as solid_of
 from sweeps.systems.rigid_body.look import settings
-from sweeps.systems.rigid_body.solid import Face
-from sweeps.systems.rigid_body.solid import solid as solid_of
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,9 +12,9 @@ from matplotlib.lines import Line2D
 from kernels import exact
 from sweeps import colors, style
 from sweeps.boxes import along
+from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.rigid_body.look import LOOK
 from sweeps.systems.rigid_body.spread import moments_over
-from sweeps.systems.rigid_body.variables import MOMENTS
 
 if TYPE_CHECKING:
     import xarray as xr

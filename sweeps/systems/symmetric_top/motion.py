@@ -8,7 +8,7 @@ import xarray as xr
 
 from kernels import exact
 from kernels import symmetric_top as top
-from sweeps.systems.attitude import quaternion
+from sweeps.systems.bodies.attitude import quaternion
 from sweeps.systems.motion import angular_velocity, instants, span, time
 
 

@@ -6,13 +6,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kernels.triangle import triangle_margin
-from sweeps.schema.layout import Layout
-from sweeps.schema.parameters import Range, spread
-from sweeps.schema.variables import Variable
 from sweeps.systems.kernel import Kernel
+from sweeps.systems.symmetric_top import variables
 from sweeps.systems.symmetric_top.definition import SymmetricTopDefinition, TopIntegration
 from sweeps.systems.symmetric_top.look import LOOK
-from sweeps.systems.symmetric_top.variables import ARGUMENTS, COORDINATES, LAYOUT, VARIABLES
 from sweeps.systems.system import Dynamics, Page, Reference
 
 if TYPE_CHECKING:
@@ -38,30 +35,11 @@ class SymmetricTop(Dynamics):
         ),
     )
     model = SymmetricTopDefinition
+    tables = variables
     references = "Landau and Lifshitz, Mechanics, sections 33 and 36"
     caption = "measured precession of the free symmetric top about its figure axis, compared with the closed form"
     picture_seconds = 2.5
     samples_per_second = 18_000_000  # two motions each, angles and cones
-
-    def dimensions(self, definition: SymmetricTopDefinition) -> dict[str, Range | np.ndarray]:
-        """Return the dimensions (ratio, omega3, half_angle)."""
-        return {name: spread(getattr(definition.grid, name)) for name in ARGUMENTS}
-
-    def arguments(self, definition: SymmetricTopDefinition) -> tuple[str, ...]:
-        """Return the names of the arguments of a point."""
-        return ARGUMENTS
-
-    def coordinates(self, definition: SymmetricTopDefinition) -> dict[str, Variable]:
-        """Return name → coordinate."""
-        return COORDINATES
-
-    def variables(self, definition: SymmetricTopDefinition | None = None) -> dict[str, Variable]:
-        """Return name → variable."""
-        return VARIABLES
-
-    def layout(self) -> Layout:
-        """Return the layout of its maps."""
-        return LAYOUT
 
     def columns(self, points: Mapping[str, np.ndarray], integration: TopIntegration) -> dict[str, np.ndarray]:
         """Return the closed form and the measured columns; see `kernels.symmetric_top`."""

@@ -5,12 +5,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sweeps.systems.bodies.family import MeasuredOnce
+from sweeps.systems.bodies.once import Once
 from sweeps.systems.kernel import Kernel
-from sweeps.systems.measured_once import MeasuredOnce
-from sweeps.systems.once import Once
 from sweeps.systems.system import Reference
 from sweeps.systems.tumbling import variables
-from sweeps.systems.tumbling.definition import SHAREABLE, TumblingDefinition
+from sweeps.systems.tumbling.definition import TumblingDefinition
 from sweeps.systems.tumbling.look import LOOK
 
 if TYPE_CHECKING:
@@ -32,7 +32,6 @@ class Tumbling(MeasuredOnce):
     )
     model = TumblingDefinition
     tables = variables
-    shareable = SHAREABLE
     closed = "periods"
     question = "How does a body tumble, with which periods, and how accurate are they?"
     references = "Landau and Lifshitz, Mechanics, section 37; Kaasalainen, Astronomy and Astrophysics 376 (2001) 302"

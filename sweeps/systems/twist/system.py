@@ -5,12 +5,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sweeps.systems.bodies.family import MeasuredOnce
+from sweeps.systems.bodies.once import Once
 from sweeps.systems.kernel import Kernel
-from sweeps.systems.measured_once import MeasuredOnce
-from sweeps.systems.once import Once
 from sweeps.systems.system import Reference
 from sweeps.systems.twist import variables
-from sweeps.systems.twist.definition import SHAREABLE, TwistDefinition
+from sweeps.systems.twist.definition import TwistDefinition
 from sweeps.systems.twist.look import LOOK
 
 if TYPE_CHECKING:
@@ -29,7 +29,6 @@ class Twist(MeasuredOnce):
     compiled = (Kernel("twist", "survey", example=(A_POINT, 1e-9), seconds=7.0),)
     model = TwistDefinition
     tables = variables
-    shareable = SHAREABLE
     closed = "attitude"
     question = "How far does a thrown body twist?"
     references = "Landau and Lifshitz, Mechanics, section 37; Van Damme, Mardesic and Sugny, Physica D 338 (2017) 17"

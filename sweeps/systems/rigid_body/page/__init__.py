@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from sweeps.reading.definitions import definition_of
 from sweeps.systems import rates, turning
-from sweeps.systems.rigid_body import outline
+from sweeps.systems.bodies import outline
 from sweeps.systems.system import Page
 
 if TYPE_CHECKING:

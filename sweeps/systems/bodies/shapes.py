@@ -25,7 +25,7 @@ from kernels.triangle import triangle_margin
 from sweeps.schema.parameters import Quantity, Range, entry, range_model
 from sweeps.schema.refusals import UnreadableError, display
 from sweeps.schema.strict import Strict
-from sweeps.systems.shape_coordinates import LEAST, OF_I2, OVER, RATIO, THICKNESS, Ratio, Thickness
+from sweeps.systems.bodies.shape_coordinates import LEAST, OF_I2, OVER, RATIO, THICKNESS, Ratio, Thickness
 
 POSSIBLE = "moments each at most the sum of the other two"
 

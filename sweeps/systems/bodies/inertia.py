@@ -19,8 +19,7 @@ import numpy as np
 
 from sweeps.reading.mesh import SUFFIXES, MeshError, read
 from sweeps.schema.refusals import display
-from sweeps.systems import shapes
-from sweeps.systems.rigid_body import outline, shells
+from sweeps.systems.bodies import outline, shapes, shells
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254, "ft": 0.3048}  # metres
 CAD = " (export the part as STL from your CAD program, in its own unit, and give that by --unit)"

@@ -1,4 +1,4 @@
-"""The two coordinates of a grid of shapes, I1/I3 and the relative thickness; see `sweeps.systems.shapes`."""
+"""The two coordinates of a grid of shapes, I1/I3 and the relative thickness; see `sweeps.systems.bodies.shapes`."""
 
 from typing import Annotated
 

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator
 
-from sweeps.systems.rigid_body.inertia import Principal, Solid
+from sweeps.systems.bodies.inertia import Principal, Solid
 
 HOUR, DAY = 3600.0, 86_400.0
 YEAR = 365.25 * DAY

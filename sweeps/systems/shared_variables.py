@@ -1,0 +1,45 @@
+"""Variables that the tables of several systems share: status, regime, and quantities with theory and error."""
+
+from kernels import statuses
+from sweeps.schema.variables import Role, Variable
+
+TRUSTED = "whether the measurement can be trusted"
+
+
+def status(last: int = len(statuses.STATUSES) - 1, long_name: str = TRUSTED, comment: str = "") -> Variable:
+    """Return the variable `status`, whose meanings are the statuses of the kernels up to number `last`."""
+    return Variable("status", None, long_name, "i1", statuses.STATUSES[: last + 1], comment, role=Role.STATUS)
+
+
+def regime(regimes: tuple[str, ...], comment: str = "", known: bool = False) -> tuple[Variable, Variable]:
+    """Return the regime by linear theory and as measured.
+
+    Args:
+        regimes: the meanings, that of -1 (undetermined) first.
+        comment: on the measured regime.
+        known: whether linear theory determines every regime, so that its flags begin at 0.
+    """
+    by_theory = Variable("regime_theory", None, "regime, linear theory", "i1", regimes[known:], first_flag=known - 1)
+    measured = Variable(
+        "regime", None, "regime, measured", "i1", regimes, comment, -1, theory="regime_theory", role=Role.HEADLINE
+    )
+    return by_theory, measured
+
+
+def with_theory(name: str, units: str, long_name: str, error: str = "", comment: str = "", **more) -> tuple:
+    """Return a quantity by linear theory, as measured, and its error.
+
+    Args:
+        name: name of the measured quantity.
+        units: UDUNITS text.
+        long_name: what it means.
+        error: comment on the error.
+        comment: comment on the measured quantity.
+        more: further attributes of the measured quantity.
+    """
+    theory, over = f"{name}_theory", more.get("over", ())
+    return (
+        Variable(theory, units, f"{long_name}, linear theory", over=over),
+        Variable(name, units, f"{long_name}, measured", comment=comment, theory=theory, error=f"{name}_error", **more),
+        Variable(f"{name}_error", units, f"error of the measured {long_name}", comment=error, over=over),
+    )
