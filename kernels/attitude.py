@@ -51,6 +51,7 @@ import numpy as np
 from kernels import solution
 from kernels.elliptic import RUNGS, climb, jacobi_short, ladder, separatrix_functions
 from kernels.jit import INLINE, OPTIONS, njit
+from kernels.rigid_body import checked_times, unit_quaternion
 
 FAR = 700.0  # beyond it sech underflows; what arg needs there is a ratio that no longer changes
 SETTLED_TANH = 20.0  # tanh is one to rounding
@@ -531,20 +532,3 @@ def attitude(moments, omega_start, times, attitude_start=(1.0, 0.0, 0.0, 0.0)):
     out = np.empty((checked_times(times).size, 4))
     fill(moments, start, checked_times(times), unit_quaternion(attitude_start), out)
     return out
-
-
-def checked_times(times):
-    """Times as an array, refused unless one-dimensional and finite."""
-    times = np.asarray(times, dtype=np.float64, order="C")
-    if times.ndim != 1 or not np.isfinite(times).all():
-        raise ValueError("times must be a one-dimensional array of finite numbers")
-    return times
-
-
-def unit_quaternion(attitude):
-    """Four numbers, scalar first, as a unit quaternion; refused unless finite and not all zero."""
-    q = np.asarray(attitude, dtype=np.float64)
-    if q.shape != (4,) or not np.isfinite(q).all() or not q.any():
-        raise ValueError(f"attitude_start must be four finite numbers, scalar first and not all zero, not {attitude!r}")
-    q = q / np.abs(q).max()
-    return q / np.sqrt(q @ q)

@@ -34,7 +34,7 @@ import math
 import numpy as np
 
 from kernels.jit import OPTIONS, njit
-from kernels.rigid_body import euler_coefficients
+from kernels.rigid_body import checked_times, euler_coefficients, unit_quaternion
 from kernels.taylor import ORDERS, step_12, turn_12
 
 MOST_STEPS = 10_000
@@ -238,7 +238,7 @@ def attitude(moments, omega_start, times, tolerance=1e-10, attitude_start=(1.0, 
         As for :func:`rotation`.
     """
     omega, times, coefficients = _checked(moments, omega_start, times, tolerance)
-    spin, q = np.abs(omega).max(), _unit_quaternion(attitude_start)
+    spin, q = np.abs(omega).max(), unit_quaternion(attitude_start)
     if spin == 0:
         raise ValueError("omega_start must not be zero: nothing turns")
     out, bound = np.empty((times.size, 4)), max(1.0, np.abs(coefficients).max()) * np.linalg.norm(omega / spin)
@@ -253,23 +253,12 @@ def attitude(moments, omega_start, times, tolerance=1e-10, attitude_start=(1.0, 
 def _checked(moments, omega_start, times, tolerance):
     """Angular velocity, times and Euler coefficients of a body, refused in words unless they can be followed."""
     moments, omega = _three(moments, "moments"), _three(omega_start, "omega_start")
-    times = np.asarray(times, dtype=np.float64)
+    times = checked_times(times)
     if not (moments > 0).all():
         raise ValueError(f"moments must be positive, not {moments!r}")
-    if times.ndim != 1 or not np.isfinite(times).all():
-        raise ValueError("times must be a one-dimensional array of finite numbers")
     if not 1e-13 <= tolerance < 1:
         raise ValueError(f"tolerance must lie in [1e-13, 1), not {tolerance!r}")
     return omega, times, np.array(euler_coefficients(*moments))
-
-
-def _unit_quaternion(attitude):
-    """Four numbers, scalar first, as a unit quaternion; refused unless finite and not all zero."""
-    q = np.asarray(attitude, dtype=np.float64)
-    if q.shape != (4,) or not np.isfinite(q).all() or not q.any():
-        raise ValueError(f"attitude_start must be four finite numbers, scalar first and not all zero, not {attitude!r}")
-    q = q / np.abs(q).max()
-    return q / np.sqrt(q @ q)
 
 
 def _walks(times, spin):

@@ -260,10 +260,8 @@ def F(phi, m, m1):
 
     Parameters
     ----------
-    phi : float
-        Amplitude, rad.
-    m, m1 : float
-        Parameter in [0, 1] and its complement ``1 - m``.
+    phi, m, m1 : float
+        Amplitude, rad; parameter in [0, 1] and its complement ``1 - m``.
 
     Returns
     -------

@@ -216,7 +216,7 @@ def fill(points, order, tolerance, out, given_up):
     Parameters
     ----------
     points : kernels.rigid_body.Spins
-        Perturbed spins, n of them.
+        n spins.
     order : numpy.ndarray of int64, shape (n,)
         In which order points are taken; it changes no result.
     tolerance : float

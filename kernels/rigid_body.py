@@ -155,3 +155,20 @@ def shape(I1, I2, I3):
     oblate, prolate = least == middle, middle == greatest
     kind = np.select([oblate & prolate, oblate, prolate], [SPHERE, OBLATE, PROLATE], ASYMMETRIC)
     return kind.astype(np.int8)
+
+
+def checked_times(times):
+    """Times as an array, refused unless one-dimensional and finite."""
+    times = np.asarray(times, dtype=np.float64, order="C")
+    if times.ndim != 1 or not np.isfinite(times).all():
+        raise ValueError("times must be a one-dimensional array of finite numbers")
+    return times
+
+
+def unit_quaternion(attitude):
+    """Four numbers, scalar first, as a unit quaternion; refused unless finite and not all zero."""
+    q = np.asarray(attitude, dtype=np.float64)
+    if q.shape != (4,) or not np.isfinite(q).all() or not q.any():
+        raise ValueError(f"attitude_start must be four finite numbers, scalar first and not all zero, not {attitude!r}")
+    q = q / np.abs(q).max()
+    return q / np.sqrt(q @ q)

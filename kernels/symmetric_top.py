@@ -510,18 +510,10 @@ def measured(points, rotations, samples_per_rotation, tolerance):
 
 
 def theory(points):
-    """Columns of the closed form and of the body's shape, in units.
+    """Return the columns of the closed form and of the body's shape, in units, of points as for :func:`run`.
 
-    Parameters
-    ----------
-    points : mapping of str to array_like, shape (n,)
-        As for :func:`run`.
-
-    Returns
-    -------
-    dict of str to numpy.ndarray, shape (n,)
-        precession_rate_theory (rad s-1), period_theory (s), momentum_cone_theory, space_cone_theory (degrees),
-        triangle_margin (1), shape (int8).
+    precession_rate_theory (rad s-1), period_theory (s), momentum_cone_theory, space_cone_theory (degrees),
+    triangle_margin (1), shape (int8).
     """
     ratio, omega3, half_angle = _point_arrays(points)
     momentum, space = cones(ratio, np.radians(half_angle))

@@ -93,15 +93,20 @@ def mode_of(I1, I2, I3, w1, w3):
 
 
 @njit(**OPTIONS)
+def _constants(I1, I2, I3, w1, w2, w3):
+    """Return (p, m, 1 - m), the moments by role (s, c, d), and the constants of the attitude."""
+    p, m, m1, s, c, d = solution.constants(I1, I2, I3, w1, w2, w3)
+    moments = solution.by_role(s, c, d, I1, I2, I3)
+    return (p, m, m1), moments, attitude.constants(moments, solution.by_role(s, c, d, w1, w2, w3), p, m, m1)
+
+
+@njit(**OPTIONS)
 def periods(I1, I2, I3, w1, w2, w3):
     """P_psi, the mean rate <psi'> about L, and sigma (+1 SAM, -1 LAM); NaN where the motion has no period.
 
     Moments and angular velocity near one, in any order; s and rad/s where they are in kg m2 and rad/s.
     """
-    p, m, m1, s, c, d = solution.constants(I1, I2, I3, w1, w2, w3)
-    I_s, I_c, I_d = solution.by_role(s, c, d, I1, I2, I3)
-    w_s, w_c, w_d = solution.by_role(s, c, d, w1, w2, w3)
-    turning = attitude.constants((I_s, I_c, I_d), (w_s, w_c, w_d), p, m, m1)
+    (p, m, m1), _, turning = _constants(I1, I2, I3, w1, w2, w3)
     sigma = turning.sigma
     if not (p > 0.0 and m1 > 0.0):
         return math.nan, math.nan, sigma
@@ -119,10 +124,7 @@ def geometric_phase(I1, I2, I3, w1, w2, w3):
 
     Source: Montgomery, American Journal of Physics 59 (1991) 394.
     """
-    p, m, m1, s, c, d = solution.constants(I1, I2, I3, w1, w2, w3)
-    I_s, I_c, I_d = solution.by_role(s, c, d, I1, I2, I3)
-    w_s, w_c, w_d = solution.by_role(s, c, d, w1, w2, w3)
-    L, T2, a, mu_c, mu_s, _, _, _, _, sigma = attitude.constants((I_s, I_c, I_d), (w_s, w_c, w_d), p, m, m1)
+    (p, m, m1), _, (L, T2, a, mu_c, mu_s, _, _, _, _, sigma) = _constants(I1, I2, I3, w1, w2, w3)
     if not (p > 0.0 and m1 > 0.0):
         return math.nan
     K = elliptic.K(m, m1)
@@ -136,10 +138,7 @@ def phase_residual(I1, I2, I3, w1, w2, w3):
     What both hold alike, ``2T P_psi/L``, is taken out by hand, so that thousands of turns leave no rounding:
     ``R - 2T/L = -sigma A_d mu_c^2 |I_d - I_c|/(I_c (1 + a))``.
     """
-    p, m, m1, s, c, d = solution.constants(I1, I2, I3, w1, w2, w3)
-    I_s, I_c, I_d = solution.by_role(s, c, d, I1, I2, I3)
-    w_s, w_c, w_d = solution.by_role(s, c, d, w1, w2, w3)
-    L, _, a, mu_c, mu_s, _, Q, _, nu, sigma = attitude.constants((I_s, I_c, I_d), (w_s, w_c, w_d), p, m, m1)
+    (p, m, m1), (_, I_c, I_d), (L, _, a, mu_c, mu_s, _, Q, _, nu, sigma) = _constants(I1, I2, I3, w1, w2, w3)
     if not (p > 0.0 and m1 > 0.0):
         return math.nan
     K = elliptic.K(m, m1)
@@ -342,10 +341,8 @@ def survey(points, tolerance, measured=True):
     points : mapping of str to array_like, shape (n,)
         I1, I2, I3 (common unit, > 0, in any order: the axes are those of ascending moments), energy (2T I_max/L^2, from
         1 to I_max/I_min), omega0 (rad s-1, > 0: L = I_max omega0).
-    tolerance : float
-        Error allowed in the measured periods, before what the motion makes of it.
-    measured : bool
-        Whether to follow the motion, or to leave it at the closed form.
+    tolerance, measured : float, bool
+        As for :func:`kernels.twist.survey`, of the periods.
 
     Returns
     -------

@@ -90,6 +90,21 @@ if sys.prefix != sys.base_prefix:  # what pip left uncompiled, the tests' many p
 
 
 @pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """An empty folder in which the test runs."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture(scope="module")
+def tiny():
+    """The map of the smallest sweep that ships."""
+    import sweeps
+
+    return sweeps.survey("tiny")
+
+
+@pytest.fixture
 def few_frames(monkeypatch):
     """Animations of three frames, and no film of them: they have tests of their own."""
     from sweeps.systems.oscillator import figure_motion

@@ -18,6 +18,7 @@ from sweeps.schema.strict import Strict
 from sweeps.schema.values import (
     MAX_SAMPLES,
     MAX_SHARDS,
+    TOLERANCE,
     Positive,
     SamplesPerRotation,
     Tolerance,
@@ -36,11 +37,7 @@ class Integration(Strict):
     samples_per_rotation: SamplesPerRotation = Field(
         16, description="samples in a rotation: whole, ≥ 4; rotations × samples_per_rotation from 8 to 1e9"
     )
-    tolerance: Tolerance = Field(
-        1e-10,
-        description="relative error allowed on the perturbation, 1e-13 to 1e-3: below 1e-13 rounding "
-        "dominates, above 1e-3 the error hides the measured effect",
-    )
+    tolerance: Tolerance = Field(1e-10, description=f"relative error allowed on the perturbation, {TOLERANCE}")
 
     @property
     def samples(self) -> int:

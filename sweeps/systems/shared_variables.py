@@ -43,3 +43,20 @@ def with_theory(name: str, units: str, long_name: str, error: str = "", comment:
         Variable(name, units, f"{long_name}, measured", comment=comment, theory=theory, error=f"{name}_error", **more),
         Variable(f"{name}_error", units, f"error of the measured {long_name}", comment=error, over=over),
     )
+
+
+def with_exact(name: str, units: str, long_name: str, noun: str, error: str, comment: str = "") -> tuple:
+    """Return a measured quantity, compared with the closed form's `NAME_exact`, and its error.
+
+    Args:
+        name: name of the measured quantity.
+        units: UDUNITS text.
+        long_name: what it means.
+        noun: what the error is of.
+        error: comment on the error.
+        comment: comment on the measured quantity.
+    """
+    return (
+        Variable(name, units, f"{long_name}, measured", comment=comment, exact=f"{name}_exact", error=f"{name}_error"),
+        Variable(f"{name}_error", units, f"error of the measured {noun}", comment=error),
+    )

@@ -43,14 +43,7 @@ OTHERS = {
         "energy": {"start": 1.05, "stop": 1.4},
         "omega0": 1.0,
     },
-    "twist": {
-        "I1": {"start": 0.3, "stop": 0.5},
-        "I2": {"start": 0.8, "stop": 0.9},
-        "I3": 1.0,
-        "chi": 0.1,
-        "theta": 1.5,
-        "omega0": 1.0,
-    },
+    "twist": {"I1": {"start": 0.3, "stop": 0.5}, "I2": 0.85, "I3": 1.0, "chi": 0.1, "theta": 1.5, "omega0": 1.0},
     "double_well": {},
     "rotating_saddle": {},
 }

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pytest
+from calls import said
 from scipy.spatial.transform import Rotation
 
 import sweeps
-from sweeps.__main__ import main
 from sweeps.maps import verify
 from sweeps.points.loading import load
 from sweeps.schema.refusals import DefinitionError
@@ -102,12 +102,6 @@ def test_what_is_wrong_is_named(definition, told):
     with pytest.raises(DefinitionError) as refused:
         load(definition)
     assert told in str(refused.value)
-
-
-def said(capsys, *arguments, status=0):
-    assert main([str(argument) for argument in arguments]) == status
-    captured = capsys.readouterr()
-    return captured.err if status else captured.out
 
 
 def test_a_motion_holds_the_attitude_both_ways():

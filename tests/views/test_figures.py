@@ -63,11 +63,6 @@ COARSE = 50  # dots an inch
 SOME = [0, 3, 6]  # bodies: observed, flipping, symmetric
 
 
-@pytest.fixture(scope="module")
-def tiny():
-    return sweeps.survey("tiny")
-
-
 AROUND_A_RACKET = {
     "title": "Around a tennis racket",
     "grid": {

@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import Field
 
 from sweeps.schema.strict import Strict
-from sweeps.schema.values import Tolerance, choice
+from sweeps.schema.values import TOLERANCE, Tolerance, choice
 
 PROPAGATORS = ("direct", "exact")
 
@@ -17,11 +17,7 @@ class Once(Strict):
         "direct",
         description="direct (integrated and measured, with the closed form beside it) or exact (the closed form alone)",
     )
-    tolerance: Tolerance = Field(
-        1e-10,
-        description="integration error allowed in the measurement, 1e-13 to 1e-3: below 1e-13 rounding dominates, "
-        "above 1e-3 the error hides the measured effect",
-    )
+    tolerance: Tolerance = Field(1e-10, description=f"integration error allowed in the measurement, {TOLERANCE}")
 
     @property
     def measured(self) -> bool:

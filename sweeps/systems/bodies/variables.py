@@ -66,6 +66,11 @@ STEPS = Variable("steps_per_sample", "1", "integration steps between two samples
 TWO_RUNS = "three times the difference of two runs with different steps, and the effect of rounding"
 
 
+def spin(long_name: str) -> Parameter:
+    """Return the parameter `omega0`, positive and 1 by default, of that meaning."""
+    return Parameter("omega0", SPIN, long_name, 1.0)
+
+
 def layout(
     parameters: Iterable[Parameter],
     variables: Mapping[str, Variable],

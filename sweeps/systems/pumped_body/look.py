@@ -1,6 +1,7 @@
 """How the regimes and parameters of pumped bodies look."""
 
 from sweeps import colors
+from sweeps.systems.bodies.look import SYMBOLS
 from sweeps.systems.look import Look, Mark, Symbol
 
 LOOK = Look(
@@ -10,12 +11,9 @@ LOOK = Look(
         "flutter": Mark("flutter", "~", colors.SERIES_COLORS[3]),
         "perturbation_too_large": Mark("perturbation too large", "n", ""),
     },
-    symbols={
-        **{f"I{i}": Symbol(f"$I_{i}$", f"I{s}") for i, s in zip("123", "₁₂₃", strict=True)},
+    symbols=SYMBOLS
+    | {
         **{f"depth{i}": Symbol(f"$d_{i}$", f"d{s}") for i, s in zip("123", "₁₂₃", strict=True)},
-        "omega0": Symbol(r"$\omega_0$", "ω₀"),
         "frequency": Symbol(r"$\nu$", "ν"),
-        "epsilon": Symbol(r"$\varepsilon$", "ε"),
-        "phase": Symbol(r"$\varphi$", "φ"),
     },
 )

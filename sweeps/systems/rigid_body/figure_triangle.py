@@ -52,13 +52,7 @@ def draw(ds: "xr.Dataset", ax: Axes | None = None) -> Figure | None:
 
 
 def draw_axis(ds: "xr.Dataset", axis: int, ax: Axes | None = None) -> Figure | None:
-    """Draw the stability about one axis.
-
-    Args:
-        ds: a map over a grid of shapes.
-        axis: spin axis, 1, 2 or 3.
-        ax: where; left out, on a figure of its own.
-    """
+    """Draw the stability about one axis, as `figure_stability.draw`, of a map over a grid of shapes."""
     fixed = {
         name: float(ds[name].values[i]) for name, i in fixed_at(ds).items() if name in ("omega0", "epsilon", "phase")
     }

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from sweeps import colors
+from sweeps.systems.bodies.look import SYMBOLS
 from sweeps.systems.look import Look, Mark, Symbol
 from sweeps.systems.rigid_body.variables import COORDINATES
 
@@ -12,15 +13,10 @@ LOOK = Look(
         "stable_major": Mark("stable, greatest inertia", "+", colors.STABLE),
         "sphere": Mark("sphere", "o", colors.LIGHT_GREY),
     },
-    symbols={
+    symbols=SYMBOLS
+    | {
         "I1_over_I3": Symbol("$I_1/I_3$", "I₁/I₃"),
         "thickness": Symbol("thickness $t$", "thickness t"),
-        "I1": Symbol("$I_1$", "I₁"),
-        "I2": Symbol("$I_2$", "I₂"),
-        "I3": Symbol("$I_3$", "I₃"),
-        "omega0": Symbol(r"$\omega_0$", "ω₀"),
-        "epsilon": Symbol(r"$\varepsilon$", "ε"),
-        "phase": Symbol(r"$\varphi$", "φ"),
     },
 )
 

@@ -8,7 +8,7 @@ from sweeps.schema.values import number
 from sweeps.schema.variables import Role, Variable, table
 from sweeps.systems.bodies import variables as bodies
 from sweeps.systems.bodies.variables import MOMENTS
-from sweeps.systems.shared_variables import status
+from sweeps.systems.shared_variables import status, with_exact
 
 ARGUMENTS = (*MOMENTS, "energy", "omega0")
 MODES = ("impossible", "sam", "lam", "separatrix", "principal")
@@ -38,15 +38,15 @@ EXACT = table(
     bodies.TRIANGLE_MARGIN,
 )
 
+_PERIODS, _ERRORS = zip(
+    *(with_exact(name, "s", text, name, bodies.TWO_RUNS) for name, text in PERIODS.items()), strict=True
+)
 MEASURED = table(
     Variable(
         "mode", None, "mode of the motion, measured", "i1", MODES, _MODES, -1, exact="mode_exact", role=Role.HEADLINE
     ),
-    *(
-        Variable(name, "s", f"{text}, measured", exact=f"{name}_exact", error=f"{name}_error")
-        for name, text in PERIODS.items()
-    ),
-    *(Variable(f"{name}_error", "s", f"error of the measured {name}", comment=bodies.TWO_RUNS) for name in PERIODS),
+    *_PERIODS,
+    *_ERRORS,
     status(statuses.NON_FINITE),
 )
 
@@ -61,12 +61,7 @@ PARAMETERS = (
         Quantity("energy", "1", "1 to I_max/I_min", Energy),
         "energy over its minimum at this angular momentum: 2T I3/L^2, moments ascending",
     ),
-    Parameter(
-        "omega0",
-        bodies.SPIN,
-        "L/I3, the spin rate about the axis of greatest inertia with this L",
-        1.0,
-    ),
+    bodies.spin("L/I3, the spin rate about the axis of greatest inertia with this L"),
 )
 
 LAYOUT = bodies.layout(PARAMETERS, VARIABLES, EXACT)

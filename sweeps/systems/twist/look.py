@@ -1,6 +1,7 @@
 """How the flags and parameters of throws look."""
 
 from sweeps import colors
+from sweeps.systems.bodies.look import SYMBOLS
 from sweeps.systems.look import Look, Mark, Symbol
 
 LOOK = Look(
@@ -8,12 +9,9 @@ LOOK = Look(
         "reversed": Mark("reversed", "#", colors.UNSTABLE),
         "same_side": Mark("same side", "+", colors.STABLE),
     },
-    symbols={
-        "I1": Symbol("$I_1$", "I₁"),
-        "I2": Symbol("$I_2$", "I₂"),
-        "I3": Symbol("$I_3$", "I₃"),
+    symbols=SYMBOLS
+    | {
         "chi": Symbol(r"$\chi$", "χ"),
         "theta": Symbol(r"$\theta$", "θ"),
-        "omega0": Symbol(r"$\omega_0$", "ω₀"),
     },
 )

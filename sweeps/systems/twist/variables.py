@@ -9,16 +9,19 @@ from sweeps.schema.values import Phase, number
 from sweeps.schema.variables import Role, Variable, table
 from sweeps.systems.bodies import variables as bodies
 from sweeps.systems.bodies.variables import MOMENTS
-from sweeps.systems.shared_variables import status
+from sweeps.systems.shared_variables import status, with_exact
 
 ARGUMENTS = (*MOMENTS, "chi", "theta", "omega0")
 ENDS = ("undetermined", "same_side", "reversed")
 
 _MISSING = "missing where L is parallel to the handle"
 
+_TWIST = "twist per revolution of the handle about L (signed change of chi)"
+_TURN = "time of one revolution of the handle about L"
+
 EXACT = table(
-    Variable("twist_exact", "rad", "twist per revolution of the handle about L (signed change of chi), closed form"),
-    Variable("time_of_turn_exact", "s", "time of one revolution of the handle about L, closed form"),
+    Variable("twist_exact", "rad", f"{_TWIST}, closed form"),
+    Variable("time_of_turn_exact", "s", f"{_TURN}, closed form"),
     Variable(
         "twist_defect_theory",
         "rad",
@@ -31,29 +34,9 @@ EXACT = table(
 )
 
 MEASURED = table(
-    Variable(
-        "twist",
-        "rad",
-        "twist per revolution of the handle about L (signed change of chi), measured",
-        comment=_MISSING,
-        exact="twist_exact",
-        error="twist_error",
-    ),
-    Variable("twist_error", "rad", "error of the measured twist", comment=bodies.TWO_RUNS),
-    Variable(
-        "twist_defect",
-        "rad",
-        "shortfall of the twist from a half turn, measured: pi - abs(twist)",
-    ),
-    Variable(
-        "time_of_turn",
-        "s",
-        "time of one revolution of the handle about L, measured",
-        comment=_MISSING,
-        exact="time_of_turn_exact",
-        error="time_of_turn_error",
-    ),
-    Variable("time_of_turn_error", "s", "error of the measured time of the revolution", comment=bodies.TWO_RUNS),
+    *with_exact("twist", "rad", _TWIST, "twist", bodies.TWO_RUNS, _MISSING),
+    Variable("twist_defect", "rad", "shortfall of the twist from a half turn, measured: pi - abs(twist)"),
+    *with_exact("time_of_turn", "s", _TURN, "time of the revolution", bodies.TWO_RUNS, _MISSING),
     Variable(
         "ends_reversed",
         None,
@@ -81,12 +64,7 @@ PARAMETERS = (
     Parameter(
         "theta", Quantity("tilt", "rad", "0 to pi", Tilt), "initial angle between L and the handle", 0.5 * math.pi
     ),
-    Parameter(
-        "omega0",
-        bodies.SPIN,
-        "L/I2, the spin rate about the intermediate axis with this L",
-        1.0,
-    ),
+    bodies.spin("L/I2, the spin rate about the intermediate axis with this L"),
 )
 
 LAYOUT = bodies.layout(PARAMETERS, VARIABLES, EXACT)
