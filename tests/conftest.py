@@ -107,9 +107,9 @@ def tiny():
 @pytest.fixture
 def few_frames(monkeypatch):
     """Animations of three frames, and no film of them: they have tests of their own."""
-    from sweeps.systems.oscillator import figure_motion
-    from sweeps.systems.relative_equilibrium import figure_flat_spin
-    from sweeps.systems.rigid_body import figure_flip
+    from sweeps.systems.oscillator.presentation import figure_motion
+    from sweeps.systems.relative_equilibrium.presentation import figure_flat_spin
+    from sweeps.systems.rigid_body.presentation import figure_flip
     from sweeps.views import films
 
     for module in (figure_flip, figure_motion, figure_flat_spin):

@@ -2,8 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from pathlib import Path
+from dataclasses import dataclass
 from types import ModuleType
 from typing import TYPE_CHECKING, Protocol
 
@@ -12,12 +11,9 @@ import numpy as np
 from sweeps.schema.layout import Layout
 from sweeps.schema.variables import Variable
 from sweeps.systems.kernel import Kernel
-from sweeps.systems.look import Look
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
-    from PIL.Image import Image
 
     from sweeps.schema.definition import Definition, Integration
     from sweeps.schema.parameters import Range
@@ -41,39 +37,6 @@ class Reference:
     allowed: Callable[[Mapping[str, float], "Integration"], float]
     more: tuple["Reference", ...] = ()
     told: bool = False
-
-
-@dataclass(frozen=True)
-class Opening:
-    """Where the page of a map begins.
-
-    Attributes:
-        plane: names of the two dimensions that it shows first; () for the longest.
-        at: dimension → value at which to stand; others stand in their middle.
-    """
-
-    plane: tuple[str, ...] = ()
-    at: Mapping[str, float] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class Page:
-    """A system's part of the page.
-
-    Attributes:
-        files: its own sections (.html), styles (.css) and scripts (.js), each kind in order. The last script defines
-            `part`, whose members `sweeps/views/page/part.js` lists; () for a page with no part of its own.
-        question: what the page asks, below its title.
-        keys: what to know of the picture, after how it is steered.
-        table: whether the map is shown as a table, which `part` builds, and not as a plane.
-        facts: what the scripts are told beside the map, as JSON knows it.
-    """
-
-    files: tuple[Path, ...] = ()
-    question: str = "What is stable, with which rates, and how accurate are they?"
-    keys: str = ""
-    table: bool = False
-    facts: Mapping = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -112,7 +75,7 @@ class Dynamics(ABC):
         point_seconds: for what is worked out of each point beside its run (equilibria, theory), s, about.
         start_seconds: until a command has read and checked such a definition, s, about.
         picture_seconds: for all pictures of a map, s, about.
-        look: how flags and parameters look in pictures, terminal and page.
+        presentation: name of the module whose PRESENTATION shows its maps (see `sweeps.systems.presentation`).
         kernels: modules of `kernels` that :meth:`columns` imports; a map's fingerprint covers them and what they
             import. With none, it covers every kernel.
         existence: names of the arguments that decide whether a point is physically possible; () where all points are.
@@ -129,7 +92,7 @@ class Dynamics(ABC):
     point_seconds: float = 0.0
     start_seconds: float = 1.5
     picture_seconds: float = 1.5
-    look: Look = Look()
+    presentation: str = "sweeps.systems.presentation"
     kernels: tuple[str, ...] = ()
     existence: tuple[str, ...] = ()
     compiled: tuple[Kernel, ...] = ()
@@ -221,23 +184,6 @@ class Dynamics(ABC):
         """Return what is compiled before points of a definition are measured; without one, before any could be."""
         return tuple(kernel for kernel in self.compiled if definition is None or kernel.when(definition))
 
-    @abstractmethod
-    def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
-        """Return name → drawing function of each figure of a map."""
-
-    def draws_plainly(self, ds: "xr.Dataset") -> bool:
-        """Return True if all figures of a map can be drawn from a plain map, without loading xarray or Numba.
-
-        Then a process that draws loads neither xarray nor Numba (see `sweeps.maps.plain` and `kernels.jit`).
-        """
-        return False
-
-    def pictures_of_points(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
-        """Return name → drawing function of the figures of a map of sampled or listed points."""
-        from sweeps.systems import cloud
-
-        return {"points": lambda ax=None: cloud.draw(ds, self.layout().variables, self.look, ax)}
-
     def motion(
         self, point: Mapping[str, float], duration: float | None, samples: int | None, tolerance: float
     ) -> "xr.Dataset | None":
@@ -257,15 +203,3 @@ class Dynamics(ABC):
     def reference(self) -> Reference | None:
         """Return the independent measurements for `verify`; None where the system has none."""
         return None
-
-    def opening(self, ds: "xr.Dataset") -> Opening:
-        """Return the initial view of the page of a map."""
-        return Opening()
-
-    def page(self, ds: "xr.Dataset") -> Page:
-        """Return the system's part of the page of a map."""
-        return Page()
-
-    def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], list[Image]]]":
-        """Return name → function that draws the frames of each animation of a map."""
-        return {}

@@ -162,7 +162,7 @@ def test_the_pictures_are_of_points(path, tmp_path):
 
 
 def test_the_triangle_has_every_point_and_the_named_bodies(folder):
-    from sweeps.systems.rigid_body import figure_triangle
+    from sweeps.systems.rigid_body.presentation import figure_triangle
 
     ends = {"I1_over_I3": {"start": 0.1, "stop": 0.9, "num": 6}, "thickness": {"start": 0.1, "stop": 0.9, "num": 6}}
     ds = sweeps.survey({"grid": {"ratios": ends, "omega0": 1.0}})

@@ -18,8 +18,8 @@ from sweeps import colors, plot, style
 from sweeps.__main__ import main
 from sweeps.maps.storage import write_map
 from sweeps.schema.refusals import RefusedError
-from sweeps.systems.relative_equilibrium import figure_spectra
-from sweeps.systems.relative_equilibrium.look import LOOK
+from sweeps.systems.relative_equilibrium.presentation import figure_spectra
+from sweeps.systems.relative_equilibrium.presentation.look import LOOK
 from sweeps.views import figures, films, themes
 
 

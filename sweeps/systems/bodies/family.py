@@ -1,7 +1,6 @@
 """Properties that all systems of free bodies share: bodies in a list or in the grid, and motions measured once."""
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,14 +8,10 @@ import numpy as np
 from sweeps.schema.parameters import Range, spread
 from sweeps.schema.variables import Variable
 from sweeps.systems.bodies.variables import MOMENTS
-from sweeps.systems.system import Dynamics, Page
+from sweeps.systems.system import Dynamics
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from sweeps.systems.bodies.body import BodiesDefinition
-
-TRIANGLE = Path(__file__).parents[1] / "rigid_body" / "page" / "triangle.js"
 
 
 class FreeBody(Dynamics):
@@ -59,20 +54,14 @@ class MeasuredOnce(FreeBody):
     Attributes:
         tables: also has EXACT, the variables of the closed form.
         closed: what the closed form is of, for a map's `source`.
-        question: what its page asks.
     """
 
     closed: str
-    question: str
 
     def variables(self, definition: "BodiesDefinition | None" = None) -> dict[str, Variable]:
         """Return name → variable: the closed form alone where nothing is integrated."""
         followed = definition is not None and definition.integration.measured
         return self.tables.VARIABLES if followed else self.tables.EXACT
-
-    def page(self, ds: "xr.Dataset") -> Page:
-        """Return the page: the motion in one sentence, over the inertia triangle."""
-        return Page((TRIANGLE, Path(str(self.tables.__file__)).parent / "part.js"), self.question)
 
     def method(self, definition: "BodiesDefinition") -> str:
         """Return the method of computation."""

@@ -22,15 +22,6 @@ def duration(seconds: float) -> str:
     return text if days < 1000 else f"{text} ({seconds / YEAR:.4g} years)"
 
 
-def brief_duration(seconds: float) -> str:
-    """Return a time span in three digits and an abbreviated unit, for figures: "0.853 s", "7.29 h", "304 d"."""
-    from sweeps import style
-
-    unit, name = (1.0, "s") if seconds < 2 * HOUR else (HOUR, "h") if seconds < 2 * DAY else (DAY, "d")
-    value = seconds / unit
-    return f"{value:,.0f} {name}" if 100 <= value < 1e6 else f"{style.number(value, 3)} {name}"
-
-
 def axis_in_words(row: tuple[float, float, float]) -> str:
     """Return a direction: "x", "−z" along a coordinate axis, else its three components."""
     for value, name in zip(row, "xyz", strict=True):

@@ -1,6 +1,6 @@
 """Observed periods of tumbling bodies: their definition, columns and picture."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,20 +9,18 @@ from sweeps.systems.bodies.family import MeasuredOnce
 from sweeps.systems.kernel import Kernel
 from sweeps.systems.observed_periods import variables
 from sweeps.systems.observed_periods.definition import Nothing, ObservedPeriodsDefinition
-from sweeps.systems.observed_periods.look import LOOK
-from sweeps.systems.system import Page, Reference
+from sweeps.systems.system import Reference
 from sweeps.systems.tumbling.system import A_POINT
 
 if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
+    pass
 
 
 class ObservedPeriods(MeasuredOnce):
     """The way back from two periods: in each mode the energy that gives a body both, or by how much it is excluded."""
 
     name = "observed_periods"
-    look = LOOK
+    presentation = "sweeps.systems.observed_periods.presentation"
     kernels = ("tumbling", "statuses", "triangle")
     compiled = (
         Kernel("tumbling", "inverse", example=(1.0, 2.0, 3.0, 3.0), seconds=3.0),
@@ -32,7 +30,6 @@ class ObservedPeriods(MeasuredOnce):
     model = ObservedPeriodsDefinition
     tables = variables
     closed = "energies from tumbling periods, in closed form"
-    question = "Which bodies have both periods, in which mode, and with which certainty?"
     references = "Kaasalainen, Astronomy and Astrophysics 376 (2001) 302; Landau and Lifshitz, Mechanics, section 37"
     caption = "energies of tumbling bodies that give two observed periods"
     samples_per_second = 5_000
@@ -48,16 +45,6 @@ class ObservedPeriods(MeasuredOnce):
         from sweeps.systems.observed_periods.columns import columns
 
         return columns(points)
-
-    def page(self, ds: "xr.Dataset") -> Page:
-        """Return the map alone: there is no motion to show."""
-        return Page((), self.question)
-
-    def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
-        """Return the energies over the inertia triangle."""
-        from sweeps.systems.observed_periods import figure_energies
-
-        return {"energies": lambda ax=None: figure_energies.draw(ds, ax)}
 
 
 SYSTEM = ObservedPeriods()

@@ -1,6 +1,6 @@
 """A free body whose moments of inertia change periodically: its definition, columns and pictures."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,12 +9,10 @@ from sweeps.schema.parameters import Range, spread
 from sweeps.systems.kernel import Kernel
 from sweeps.systems.pumped_body import variables
 from sweeps.systems.pumped_body.definition import OnePeriod, PumpedDefinition
-from sweeps.systems.pumped_body.look import LOOK
 from sweeps.systems.system import Dynamics, Reference
 
 if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
+    pass
 
 
 TABLES = "float64[:, ::1], float64[:, ::1]"
@@ -28,7 +26,7 @@ class PumpedBody(Dynamics):
     """
 
     name = "pumped_body"
-    look = LOOK
+    presentation = "sweeps.systems.pumped_body.presentation"
     kernels = ("pumped", "floquet", "statuses", "triangle")
     existence = variables.CHANGING
     compiled = (
@@ -81,15 +79,6 @@ class PumpedBody(Dynamics):
     def method(self, definition: PumpedDefinition) -> str:
         """Return how the motion was computed."""
         return "direct integration of the angular momentum over one period, certified by the variational flow"
-
-    def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
-        """Return the regimes over two parameters, for each axis, with the exact boundary."""
-        from sweeps.systems.pumped_body import figure_tongues
-
-        return {
-            f"tongues_axis_{axis}": lambda ax=None, axis=axis: figure_tongues.draw(ds, axis, ax)
-            for axis in ds["axis"].values.tolist()
-        }
 
 
 def is_inverse(definition: PumpedDefinition) -> bool:

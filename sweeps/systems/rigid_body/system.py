@@ -1,6 +1,6 @@
 """The free rigid body, spun about a principal axis and perturbed: its definition, columns, motion and pictures."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar
 
@@ -11,14 +11,10 @@ from sweeps.systems.bodies.family import FreeBody
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.rigid_body import variables
 from sweeps.systems.rigid_body.kernels import KERNELS
-from sweeps.systems.rigid_body.look import LOOK
-from sweeps.systems.rigid_body.spread import SHAPE, is_grid, is_of_shapes
-from sweeps.systems.system import Opening, Page, Reference
+from sweeps.systems.system import Reference
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
-    from PIL.Image import Image
 
     from sweeps.systems.rigid_body.definition import RigidBodyDefinition, RigidBodyIntegration
 
@@ -30,7 +26,7 @@ class RigidBody(FreeBody):
     """Euler's equations without torque, near each principal axis."""
 
     name = "rigid_body"
-    look = LOOK
+    presentation = "sweeps.systems.rigid_body.presentation"
     kernels = ("survey", "in_space")
     compiled = KERNELS
     tables = variables
@@ -81,68 +77,11 @@ class RigidBody(FreeBody):
 
         return REFERENCE
 
-    def opening(self, ds: "xr.Dataset") -> Opening:
-        """Return the plane of the stability figures, or for bodies their least ε."""
-        if is_grid(ds):
-            from sweeps.systems.rigid_body.figure_flip import racket_at
-            from sweeps.systems.rigid_body.figure_stability import planes
-
-            plane, at = (SHAPE, {"epsilon": float(ds["epsilon"].values.min())}) if is_of_shapes(ds) else planes(ds)
-            return Opening(plane, at | {dim: ds[dim].values[i].item() for dim, i in (racket_at(ds) or {}).items()})
-        return Opening(at={"epsilon": float(ds["epsilon"].min())} if "epsilon" in ds.dims else {})
-
-    def page(self, ds: "xr.Dataset") -> Page:
-        """Return the page: bodies in a table, the body turning, and the limit of linear theory."""
-        from sweeps.systems.rigid_body.page import page
-
-        return page(ds)
-
-    def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
-        """Return the figures: stability over moments or the triangle, or bodies in a row, and more."""
-        from sweeps.systems.rigid_body import figure_agreement, figure_polhodes, figure_stability, figure_triangle
-
-        found: dict[str, Callable[[], Figure | None]] = {}
-        if "body" in ds.dims:
-            from sweeps.systems.rigid_body import figure_bodies
-
-            found["bodies"] = lambda ax=None: figure_bodies.draw(ds, ax)
-        else:
-            one = figure_triangle.draw_axis if is_of_shapes(ds) else figure_stability.draw
-            for axis in ds["axis"].values.tolist():
-                found[f"stability_axis_{axis}"] = lambda ax=None, axis=axis: one(ds, axis, ax)
-        if is_of_shapes(ds):
-            found = {"triangle": lambda ax=None: figure_triangle.draw(ds, ax)} | found
-        found["theory_against_measured"] = lambda ax=None: figure_agreement.draw(ds, ax)
-        if ds.sizes.get("epsilon", 0) >= LEAST_NUDGES:
-            from sweeps.systems.rigid_body import figure_breakdown
-
-            found["breakdown"] = lambda ax=None: figure_breakdown.draw(ds, ax)
-        found["polhodes"] = lambda ax=None: figure_polhodes.draw(ds, ax)
-        return found
-
-    def draws_plainly(self, ds: "xr.Dataset") -> bool:
-        """Return True for all figures of a grid except the breakdown."""
-        return is_grid(ds) and ds.sizes.get("epsilon", 0) < LEAST_NUDGES
-
-    def pictures_of_points(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
-        """Return the inertia triangle, the points over two coordinates, and the agreement with theory."""
-        from sweeps.systems.rigid_body import figure_agreement, figure_triangle
-
-        found: dict[str, Callable[[], Figure | None]] = {"triangle": lambda ax=None: figure_triangle.draw(ds, ax)}
-        found |= super().pictures_of_points(ds)
-        return found | {"theory_against_measured": lambda ax=None: figure_agreement.draw(ds, ax)}
-
     def motion(self, point, duration, samples, tolerance) -> "xr.Dataset":
         """Return ω(t), in closed form and by direct integration."""
         from sweeps.systems.rigid_body.motion import motion
 
         return motion(point, duration, samples, tolerance)
-
-    def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], list[Image]]]":
-        """Return the animation of one flip of the most unstable possible body."""
-        from sweeps.systems.rigid_body import figure_flip
-
-        return {"flip": lambda: figure_flip.frames(ds)}
 
 
 def _settings(integration: "RigidBodyIntegration") -> tuple[float, int, float]:

@@ -1,6 +1,6 @@
 """The free symmetric top, spun at any angle to its figure axis: its definition, its columns and its pictures."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,12 +9,10 @@ from kernels.triangle import triangle_margin
 from sweeps.systems.kernel import Kernel
 from sweeps.systems.symmetric_top import variables
 from sweeps.systems.symmetric_top.definition import SymmetricTopDefinition, TopIntegration
-from sweeps.systems.symmetric_top.look import LOOK
-from sweeps.systems.system import Dynamics, Page, Reference
+from sweeps.systems.system import Dynamics, Reference
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
 A_POINT = {"ratio": 1.5, "omega3": 1.0, "half_angle": 30.0}
 
@@ -23,7 +21,7 @@ class SymmetricTop(Dynamics):
     """Euler's equations without torque for I1 = I2, at any angle to the figure axis."""
 
     name = "symmetric_top"
-    look = LOOK
+    presentation = "sweeps.systems.symmetric_top.presentation"
     kernels = ("symmetric_top",)
     existence = ("ratio",)
     compiled = (
@@ -67,21 +65,6 @@ class SymmetricTop(Dynamics):
         from sweeps.systems.symmetric_top.references import REFERENCE
 
         return REFERENCE
-
-    def page(self, ds: "xr.Dataset") -> Page:
-        """Return the page: the top turning."""
-        from sweeps.systems.symmetric_top.page import PAGE
-
-        return PAGE
-
-    def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
-        """Return the precession over I3/I1, its deviation over the half-angle, and the cones."""
-        from sweeps.systems.symmetric_top import figure_cones, figure_precession
-
-        return {
-            "precession": lambda ax=None: figure_precession.draw(ds, ax),
-            "cones": lambda ax=None: figure_cones.draw(ds, ax),
-        }
 
 
 SYSTEM = SymmetricTop()

@@ -1,6 +1,6 @@
 """Tumbling bodies: their definition, columns, motion and pictures."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,11 +11,9 @@ from sweeps.systems.kernel import Kernel
 from sweeps.systems.system import Reference
 from sweeps.systems.tumbling import variables
 from sweeps.systems.tumbling.definition import TumblingDefinition
-from sweeps.systems.tumbling.look import LOOK
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
 A_POINT = {"I1": 1.0, "I2": 2.0, "I3": 3.0, "energy": 1.2, "omega0": 1.0}
 
@@ -24,7 +22,7 @@ class Tumbling(MeasuredOnce):
     """A free body at any energy: mode, period in the body, periods about the angular momentum."""
 
     name = "tumbling"
-    look = LOOK
+    presentation = "sweeps.systems.tumbling.presentation"
     kernels = ("tumbling", "statuses", "triangle")
     compiled = (
         Kernel("tumbling", "survey", example=(A_POINT, 1e-9), seconds=4.0),
@@ -33,7 +31,6 @@ class Tumbling(MeasuredOnce):
     model = TumblingDefinition
     tables = variables
     closed = "periods"
-    question = "How does a body tumble, with which periods, and how accurate are they?"
     references = "Landau and Lifshitz, Mechanics, section 37; Kaasalainen, Astronomy and Astrophysics 376 (2001) 302"
     caption = "measured mode and periods of tumbling bodies, compared with the closed form"
     samples_per_second = 160_000
@@ -64,15 +61,6 @@ class Tumbling(MeasuredOnce):
         from sweeps.systems.tumbling.motion import motion
 
         return motion(point, duration, samples, tolerance)
-
-    def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
-        """Return the map of period ratios, and the herpolhode of one body."""
-        from sweeps.systems.tumbling import figure_herpolhode, figure_periods
-
-        return {
-            "periods": lambda ax=None: figure_periods.draw(ds, ax),
-            "herpolhode": lambda ax=None: figure_herpolhode.draw(ds, ax),
-        }
 
 
 SYSTEM = Tumbling()

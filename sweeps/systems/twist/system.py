@@ -1,6 +1,6 @@
 """The tennis racket's twist: its definition, columns, motion and pictures."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,11 +11,9 @@ from sweeps.systems.kernel import Kernel
 from sweeps.systems.system import Reference
 from sweeps.systems.twist import variables
 from sweeps.systems.twist.definition import TwistDefinition
-from sweeps.systems.twist.look import LOOK
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
 A_POINT = {"I1": 1.0, "I2": 2.0, "I3": 3.0, "chi": 0.1, "theta": 1.5, "omega0": 1.0}
 
@@ -24,13 +22,12 @@ class Twist(MeasuredOnce):
     """A body thrown near its middle axis: what it has turned about its handle when that has come round."""
 
     name = "twist"
-    look = LOOK
+    presentation = "sweeps.systems.twist.presentation"
     kernels = ("twist", "statuses", "triangle")
     compiled = (Kernel("twist", "survey", example=(A_POINT, 1e-9), seconds=7.0),)
     model = TwistDefinition
     tables = variables
     closed = "attitude"
-    question = "How far does a thrown body twist?"
     references = "Landau and Lifshitz, Mechanics, section 37; Van Damme, Mardesic and Sugny, Physica D 338 (2017) 17"
     caption = "measured twist of a thrown body per revolution of its handle, compared with the closed form"
     samples_per_second = 400_000
@@ -59,15 +56,6 @@ class Twist(MeasuredOnce):
         from sweeps.systems.twist.motion import motion
 
         return motion(point, duration, samples, tolerance)
-
-    def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
-        """Return the map of twists, and the defect against the growth rate with the law."""
-        from sweeps.systems.twist import figure_twist
-
-        return {
-            "twist": lambda ax=None: figure_twist.draw_map(ds, ax),
-            "defect": lambda ax=None: figure_twist.draw_defect(ds, ax),
-        }
 
 
 SYSTEM = Twist()

@@ -1,6 +1,6 @@
 """Bodies as they are known, drawn and measured: their definition, variables and pictures."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -10,16 +10,14 @@ from sweeps.schema.variables import Variable
 from sweeps.systems.bodies.family import FreeBody
 from sweeps.systems.kernel import Kernel
 from sweeps.systems.rigid_body.kernels import FLIPS, SURVEY
-from sweeps.systems.system import Cost, Page, Reference
+from sweeps.systems.system import Cost, Reference
 from sweeps.systems.twist.system import SYSTEM as TWIST
 from sweeps.systems.uncertain_bodies import designs, measuring, variables
 from sweeps.systems.uncertain_bodies.definition import UncertainDefinition
-from sweeps.systems.uncertain_bodies.look import LOOK
 from sweeps.systems.uncertain_bodies.variables import ARGUMENTS, KEPT, TWISTS, VARIABLES
 
 if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
+    pass
 
 WORK, FOLLOWING = 2, 10  # of a draw's rate, and of a draw that is followed to its flips, over the work of one point
 
@@ -31,7 +29,7 @@ class UncertainBodies(FreeBody):
     """
 
     name = "uncertain_bodies"
-    look = LOOK
+    presentation = "sweeps.systems.uncertain_bodies.presentation"
     kernels = ("survey", "principal", "twist")
     existence = ()
     compiled = (
@@ -110,18 +108,6 @@ class UncertainBodies(FreeBody):
             return 6 * np.sqrt(p * (1 - p) / draws) + 6 / draws  # of plain draws, which scatter more
 
         return Reference("probability_middle", {"normal distribution": normal}, allowed)
-
-    def page(self, ds: "xr.Dataset") -> Page:
-        """Return the page: bodies and axes in a table."""
-        from sweeps.systems.uncertain_bodies.page import page
-
-        return page(ds)
-
-    def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
-        """Return the figure of probabilities and quantiles of the bodies."""
-        from sweeps.systems.uncertain_bodies import figure_outlook
-
-        return {"outlook": lambda ax=None: figure_outlook.draw(ds, ax)}
 
 
 def _most(definition: UncertainDefinition) -> int:

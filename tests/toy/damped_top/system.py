@@ -20,9 +20,8 @@ from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.refusals import keys_of
 from sweeps.schema.values import number
 from sweeps.schema.variables import Role, Variable, table
-from sweeps.systems.look import Look, Mark, Symbol
 from sweeps.systems.motion import angular_velocity, instants, time
-from sweeps.systems.system import Dynamics, Page, Reference
+from sweeps.systems.system import Dynamics, Reference
 
 FATES = ("slows", "lasts")
 ABOVE_ZERO = Annotated[float, number(lambda x: 1e-9 <= x <= 1e9, "a number from 1e-9 to 1e9")]
@@ -72,10 +71,7 @@ class DampedTop(Dynamics):
     tables = sys.modules[__name__]
     references = "Landau and Lifshitz, Mechanics, section 25"
     caption = "measured decay of a damped top's spin"
-    look = Look(
-        marks={"slows": Mark("slows down", "v", "#d55e00"), "lasts": Mark("lasts", "^", "#0072b2")},
-        symbols={"spin": Symbol(r"$\omega$", "ω"), "tau": Symbol(r"$\tau$", "τ")},
-    )
+    presentation = "damped_top.presentation"
 
     def columns(self, points, integration: Integration):
         spin, tau = points["spin"], points["tau"]
@@ -119,19 +115,6 @@ class DampedTop(Dynamics):
         return xr.Dataset(
             {"omega": ("time", values, angular_velocity(3, "closed form"))}, {"time": time(times, "the start")}
         )
-
-    def pictures(self, ds):
-        from sweeps import style
-
-        def draw():
-            figure = style.canvas(4.0, 3.0, "Damped top", ds.attrs.get("title", ""))
-            figure.subplots().plot(ds["tau"].values, ds["decay"].isel(spin=0).values)
-            return figure
-
-        return {"decay": draw}
-
-    def page(self, ds):
-        return Page((Path(__file__).parent / "page" / "part.js",), "When does it stop?", facts={"drag": "viscous"})
 
 
 SYSTEM = DampedTop()
