@@ -140,4 +140,5 @@ def all_kernels() -> list[Kernel]:
 
 def moving() -> tuple[str, ...]:
     """Return the names of the systems whose maps have a motion at each point."""
-    return tuple(name for name in (*MODULES, *_brought()) if type(resolve(name)).motion is not Dynamics.motion)
+    every = {name: resolve(name) for name in (*MODULES, *_brought())}
+    return tuple(name for name, one in every.items() if one.motion_in or type(one).motion is not Dynamics.motion)

@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from importlib import import_module
 from types import ModuleType
 from typing import TYPE_CHECKING, Protocol
 
@@ -62,7 +63,7 @@ class Points(Protocol):
 
 
 class Dynamics(ABC):
-    """A system of equations of motion, with its parameters, its columns and its pictures.
+    """A system of equations of motion, with its parameters and its columns.
 
     Nothing here imports a kernel, xarray or matplotlib before it is called for.
 
@@ -76,6 +77,8 @@ class Dynamics(ABC):
         start_seconds: until a command has read and checked such a definition, s, about.
         picture_seconds: for all pictures of a map, s, about.
         presentation: name of the module whose PRESENTATION shows its maps (see `sweeps.systems.presentation`).
+        references_in: name of the module whose REFERENCE :meth:`reference` returns; "" for none.
+        motion_in: name of the module whose function `motion` :meth:`motion` calls; "" for none.
         kernels: modules of `kernels` that :meth:`columns` imports; a map's fingerprint covers them and what they
             import. With none, it covers every kernel.
         existence: names of the arguments that decide whether a point is physically possible; () where all points are.
@@ -93,6 +96,8 @@ class Dynamics(ABC):
     start_seconds: float = 1.5
     picture_seconds: float = 1.5
     presentation: str = "sweeps.systems.presentation"
+    references_in: str = ""
+    motion_in: str = ""
     kernels: tuple[str, ...] = ()
     existence: tuple[str, ...] = ()
     compiled: tuple[Kernel, ...] = ()
@@ -198,8 +203,8 @@ class Dynamics(ABC):
         Returns:
             Variables over `time` (s), each with its units.
         """
-        return None
+        return import_module(self.motion_in).motion(point, duration, samples, tolerance) if self.motion_in else None
 
     def reference(self) -> Reference | None:
         """Return the independent measurements for `verify`; None where the system has none."""
-        return None
+        return import_module(self.references_in).REFERENCE if self.references_in else None

@@ -12,6 +12,7 @@ from sweeps.systems.system import Dynamics
 
 if TYPE_CHECKING:
     from sweeps.systems.bodies.body import BodiesDefinition
+    from sweeps.systems.bodies.once import Once
 
 
 class FreeBody(Dynamics):
@@ -62,6 +63,25 @@ class MeasuredOnce(FreeBody):
         """Return name → variable: the closed form alone where nothing is integrated."""
         followed = definition is not None and definition.integration.measured
         return self.tables.VARIABLES if followed else self.tables.EXACT
+
+    def survey(self, points: Mapping[str, np.ndarray], integration: "Once") -> dict[str, np.ndarray]:
+        """Return the columns of the closed form and, where the motion is followed, the measured ones."""
+        raise NotImplementedError
+
+    def agrees(self, points: Mapping[str, np.ndarray], columns: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return where the measured columns are the closed form's within their errors."""
+        raise NotImplementedError
+
+    def columns(self, points: Mapping[str, np.ndarray], integration: "Once") -> dict[str, np.ndarray]:
+        """Return the closed form and the measured columns, with the status by their agreement."""
+        from kernels import statuses, triangle
+
+        columns = self.survey(points, integration)
+        columns["triangle_margin"] = triangle.triangle_margin(*(points[name] for name in MOMENTS))
+        if integration.measured:
+            agrees = self.agrees(points, columns)
+            columns["status"] = np.where(agrees, statuses.OK, statuses.NOT_CONVERGED).astype(np.int8)
+        return columns
 
     def method(self, definition: "BodiesDefinition") -> str:
         """Return the method of computation."""

@@ -1,7 +1,6 @@
-"""Observed periods of tumbling bodies: their definition, columns and picture."""
+"""Observed periods of tumbling bodies: their definition and columns."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -9,11 +8,7 @@ from sweeps.systems.bodies.family import MeasuredOnce
 from sweeps.systems.kernel import Kernel
 from sweeps.systems.observed_periods import variables
 from sweeps.systems.observed_periods.definition import Nothing, ObservedPeriodsDefinition
-from sweeps.systems.system import Reference
 from sweeps.systems.tumbling.system import A_POINT
-
-if TYPE_CHECKING:
-    pass
 
 
 class ObservedPeriods(MeasuredOnce):
@@ -21,6 +16,7 @@ class ObservedPeriods(MeasuredOnce):
 
     name = "observed_periods"
     presentation = "sweeps.systems.observed_periods.presentation"
+    references_in = "sweeps.systems.observed_periods.references"
     kernels = ("tumbling", "statuses", "triangle")
     compiled = (
         Kernel("tumbling", "inverse", example=(1.0, 2.0, 3.0, 3.0), seconds=3.0),
@@ -33,12 +29,6 @@ class ObservedPeriods(MeasuredOnce):
     references = "Kaasalainen, Astronomy and Astrophysics 376 (2001) 302; Landau and Lifshitz, Mechanics, section 37"
     caption = "energies of tumbling bodies that give two observed periods"
     samples_per_second = 5_000
-
-    def reference(self) -> Reference:
-        """Return the energy of the long-axis mode by SciPy, and that of the short-axis mode."""
-        from sweeps.systems.observed_periods.references import REFERENCE
-
-        return REFERENCE
 
     def columns(self, points: Mapping[str, np.ndarray], integration: Nothing) -> dict[str, np.ndarray]:
         """Return what the periods say of each body."""

@@ -1,4 +1,4 @@
-"""Small oscillations of a described mechanical system: what its definition, its columns and its pictures are.
+"""Small oscillations of a described mechanical system: what its definition, and its columns are.
 
 One `Oscillator` a description: those of `sweeps/mechanics/library`, and any Python file that a definition names.
 """

@@ -1,7 +1,6 @@
-"""A free body whose moments of inertia change periodically: its definition, columns and pictures."""
+"""A free body whose moments of inertia change periodically: its definition and columns."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,10 +9,6 @@ from sweeps.systems.kernel import Kernel
 from sweeps.systems.pumped_body import variables
 from sweeps.systems.pumped_body.definition import OnePeriod, PumpedDefinition
 from sweeps.systems.system import Dynamics, Reference
-
-if TYPE_CHECKING:
-    pass
-
 
 TABLES = "float64[:, ::1], float64[:, ::1]"
 

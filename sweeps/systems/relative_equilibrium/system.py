@@ -1,4 +1,4 @@
-"""Relative equilibria of a described system: what its definition, its columns and its pictures are.
+"""Relative equilibria of a described system: what its definition, and its columns are.
 
 One `RelativeEquilibrium` a description: those of `sweeps/mechanics/library/relative`, and any Python file that a
 definition names and whose equations are of first order (see `sweeps.mechanics.flow.is_flow`).

@@ -1,4 +1,4 @@
-"""The free rigid body, spun about a principal axis and perturbed: its definition, columns, motion and pictures."""
+"""The free rigid body, spun about a principal axis and perturbed: its definition, columns, motion and references."""
 
 from collections.abc import Mapping
 from functools import cached_property
@@ -11,15 +11,11 @@ from sweeps.systems.bodies.family import FreeBody
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.rigid_body import variables
 from sweeps.systems.rigid_body.kernels import KERNELS
-from sweeps.systems.system import Reference
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from sweeps.systems.rigid_body.definition import RigidBodyDefinition, RigidBodyIntegration
 
 COMPARED = 32  # points of a block that a collapsed sweep also integrates as themselves
-LEAST_NUDGES = 6  # the picture of a power law in epsilon wants that many
 
 
 class RigidBody(FreeBody):
@@ -27,6 +23,8 @@ class RigidBody(FreeBody):
 
     name = "rigid_body"
     presentation = "sweeps.systems.rigid_body.presentation"
+    references_in = "sweeps.systems.rigid_body.references"
+    motion_in = "sweeps.systems.rigid_body.motion"
     kernels = ("survey", "in_space")
     compiled = KERNELS
     tables = variables
@@ -70,18 +68,6 @@ class RigidBody(FreeBody):
         if definition.integration.propagator == "exact":
             return "exact steps of the closed-form rotation"
         return "direct integration of Euler's equations, certified by the closed form"
-
-    def reference(self) -> Reference:
-        """Return Ω² by SciPy and by the closed form."""
-        from sweeps.systems.rigid_body.references import REFERENCE
-
-        return REFERENCE
-
-    def motion(self, point, duration, samples, tolerance) -> "xr.Dataset":
-        """Return ω(t), in closed form and by direct integration."""
-        from sweeps.systems.rigid_body.motion import motion
-
-        return motion(point, duration, samples, tolerance)
 
 
 def _settings(integration: "RigidBodyIntegration") -> tuple[float, int, float]:

@@ -1,7 +1,6 @@
-"""The free symmetric top, spun at any angle to its figure axis: its definition, its columns and its pictures."""
+"""The free symmetric top, spun at any angle to its figure axis: its definition, its columns and its references."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -9,10 +8,7 @@ from kernels.triangle import triangle_margin
 from sweeps.systems.kernel import Kernel
 from sweeps.systems.symmetric_top import variables
 from sweeps.systems.symmetric_top.definition import SymmetricTopDefinition, TopIntegration
-from sweeps.systems.system import Dynamics, Reference
-
-if TYPE_CHECKING:
-    import xarray as xr
+from sweeps.systems.system import Dynamics
 
 A_POINT = {"ratio": 1.5, "omega3": 1.0, "half_angle": 30.0}
 
@@ -22,6 +18,8 @@ class SymmetricTop(Dynamics):
 
     name = "symmetric_top"
     presentation = "sweeps.systems.symmetric_top.presentation"
+    references_in = "sweeps.systems.symmetric_top.references"
+    motion_in = "sweeps.systems.symmetric_top.motion"
     kernels = ("symmetric_top",)
     existence = ("ratio",)
     compiled = (
@@ -53,18 +51,3 @@ class SymmetricTop(Dynamics):
     def method(self, definition: SymmetricTopDefinition) -> str:
         """Return the method of computation."""
         return "direct integration of Euler's equations"
-
-    def motion(self, point, duration, samples, tolerance) -> "xr.Dataset":
-        """Return ω(t) in closed form."""
-        from sweeps.systems.symmetric_top.motion import motion
-
-        return motion(point, duration, samples)
-
-    def reference(self) -> Reference:
-        """Return the precession rate by SciPy and by its formula."""
-        from sweeps.systems.symmetric_top.references import REFERENCE
-
-        return REFERENCE
-
-
-SYSTEM = SymmetricTop()

@@ -1,8 +1,7 @@
-"""Bodies as they are known, drawn and measured: their definition, variables and pictures."""
+"""Bodies as they are known, drawn and measured: their definition and columns."""
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,9 +14,6 @@ from sweeps.systems.twist.system import SYSTEM as TWIST
 from sweeps.systems.uncertain_bodies import designs, measuring, variables
 from sweeps.systems.uncertain_bodies.definition import UncertainDefinition
 from sweeps.systems.uncertain_bodies.variables import ARGUMENTS, KEPT, TWISTS, VARIABLES
-
-if TYPE_CHECKING:
-    pass
 
 WORK, FOLLOWING = 2, 10  # of a draw's rate, and of a draw that is followed to its flips, over the work of one point
 
