@@ -194,11 +194,7 @@ NUMBERS = {
     "disc_angle": Number(
         "wobble", "Angle of the disc's angular velocity to its axis, degrees.", lambda ds: _disc(ds).half_angle
     ),
-    "disc_momentum_cone": Number(
-        "wobble",
-        "Angle of the disc's angular momentum to its axis, measured, degrees.",
-        lambda ds: _disc(ds).momentum_cone,
-    ),
+    "disc_momentum_cone": Number("wobble", "Momentum cone of the disc, degrees.", lambda ds: _disc(ds).momentum_cone),
     "disc_momentum_cone_theory": Number(
         "wobble",
         "Angle of the disc's angular momentum to its axis, closed form, degrees.",

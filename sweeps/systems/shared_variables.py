@@ -1,8 +1,12 @@
 """Variables that the tables of several systems share: status, regime, and quantities with theory and error."""
 
 from kernels import statuses
+from sweeps.schema.quantities import Quantity
+from sweeps.schema.values import Epsilon
 from sweeps.schema.variables import Role, Variable
 
+SIZE = Quantity("size", "1", "0 < epsilon < 1", Epsilon)  # of a perturbation, relative
+STEPS = Variable("steps_per_sample", "1", "integration steps between two samples", "i4")
 TRUSTED = "whether the measurement can be trusted"
 
 

@@ -6,9 +6,10 @@ from typing import Annotated
 from sweeps.schema import quantities
 from sweeps.schema.layout import Layout
 from sweeps.schema.quantities import Parameter, Quantity
-from sweeps.schema.values import MAX_SPIN_RATE, MIN_SPIN_RATE, Axis, Epsilon, Moment, Phase, number, spin_rate
+from sweeps.schema.values import MAX_SPIN_RATE, MIN_SPIN_RATE, Axis, Moment, Phase, number, spin_rate
 from sweeps.schema.variables import Role, Variable, table
 from sweeps.systems.bodies import shape_coordinates
+from sweeps.systems.shared_variables import SIZE
 
 MOMENTS = ("I1", "I2", "I3")
 SHAPES = ("asymmetric", "oblate", "prolate", "sphere")
@@ -22,7 +23,7 @@ SPIN = Quantity("spin rate", "rad s-1", "1e-150 ≤ omega0 ≤ 1e150", Spin)
 SIGNED_SPIN = Quantity("spin rate", "rad s-1", "1e-150 ≤ |omega0| ≤ 1e150", SignedSpin, least=MIN_SPIN_RATE)
 EPSILON = Parameter(
     "epsilon",
-    Quantity("size", "1", "0 < epsilon < 1", Epsilon),
+    SIZE,
     "size of the perturbation relative to the spin rate",
     1e-6,
     "size of the perturbation relative to omega0, 0 < epsilon < 1",
@@ -62,7 +63,6 @@ TRIANGLE_MARGIN = Variable(
     role=Role.EXISTENCE,
 )
 SHAPE = Variable("shape", None, "symmetry class", "i1", SHAPES)
-STEPS = Variable("steps_per_sample", "1", "integration steps between two samples", "i4")
 TWO_RUNS = "three times the difference of two runs with different steps, and the effect of rounding"
 
 

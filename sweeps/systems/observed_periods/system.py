@@ -15,20 +15,20 @@ class ObservedPeriods(MeasuredOnce):
     """The way back from two periods: in each mode the energy that gives a body both, or by how much it is excluded."""
 
     name = "observed_periods"
+    samples_per_second = 5_000
     presentation = "sweeps.systems.observed_periods.presentation"
     references_in = "sweeps.systems.observed_periods.references"
+    model = ObservedPeriodsDefinition
     kernels = ("tumbling", "statuses", "triangle")
     compiled = (
         Kernel("tumbling", "inverse", example=(1.0, 2.0, 3.0, 3.0), seconds=3.0),
         Kernel("tumbling", "least_ratio", example=(1.0, 2.0, 3.0)),
         Kernel("tumbling", "survey", example=(A_POINT, 1e-10, False)),
     )
-    model = ObservedPeriodsDefinition
     tables = variables
     closed = "energies from tumbling periods, in closed form"
     references = "Kaasalainen, Astronomy and Astrophysics 376 (2001) 302; Landau and Lifshitz, Mechanics, section 37"
     caption = "energies of tumbling bodies that give two observed periods"
-    samples_per_second = 5_000
 
     def columns(self, points: Mapping[str, np.ndarray], integration: Nothing) -> dict[str, np.ndarray]:
         """Return what the periods say of each body."""

@@ -6,7 +6,7 @@ from sweeps.schema.variables import Role, Variable, table
 from sweeps.systems.bodies import variables as bodies
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.rates import variables as rates
-from sweeps.systems.shared_variables import regime, status
+from sweeps.systems.shared_variables import STEPS, regime, status
 
 SHAREABLE = ("omega0", "epsilon", "phase")  # what a body may give, and the grid gives where it does not
 ARGUMENTS = ("axis", *MOMENTS, *SHAREABLE)
@@ -38,7 +38,7 @@ VARIABLES = rates.columns(
     ),
     Variable("samples_used", "1", "number of samples inside the measurement window", "i4"),
     Variable("window_end", "s", "time of the last sample inside the measurement window", sparse=True),
-    bodies.STEPS,
+    STEPS,
     status(statuses.NON_FINITE),
     bodies.TRIANGLE_MARGIN,
     Variable("energy_drift", "1", "largest relative change of twice the kinetic energy", "f4", role=Role.CHECK),

@@ -51,3 +51,6 @@ class SymmetricTop(Dynamics):
     def method(self, definition: SymmetricTopDefinition) -> str:
         """Return the method of computation."""
         return "direct integration of Euler's equations"
+
+
+SYSTEM = SymmetricTop()

@@ -10,7 +10,7 @@ from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.values import MIN_SPIN_RATE, number, spin_rate
 from sweeps.schema.variables import Role, Variable, table
 from sweeps.systems.bodies import variables as bodies
-from sweeps.systems.shared_variables import status
+from sweeps.systems.shared_variables import STEPS, status
 
 SENSES = ("undetermined", "none", "with_spin", "against_spin")
 
@@ -97,7 +97,7 @@ VARIABLES = table(
         "maximum integration error of the transverse part, relative to its size",
         role=Role.CERTIFICATE,
     ),
-    bodies.STEPS,
+    STEPS,
     status(statuses.NON_FINITE),
     replace(bodies.TRIANGLE_MARGIN, dtype="f8"),
 )

@@ -104,27 +104,13 @@ def _subtitle(ds, part):
 
 
 def _fixed(ds, dim):
-    value = float(ds[dim].values[ds.sizes[dim] // 2])
-    unit = style.units(ds[dim].attrs.get("units", "1"))
-    return f"{dim.replace('_', ' ')} = {style.number(value, 4)}" + (f" {unit}" if unit else "")
+    return style.fixed_at(ds, dim, ds[dim].values[ds.sizes[dim] // 2])
 
 
 def _name(part, equilibrium, mode):
     name = str(equilibrium).replace("_", " ")
     name = f"equilibrium {name}" if name.isdigit() else name
     return name if part.sizes["mode"] == 1 else f"{name}, mode {mode}"
-
-
-def _label(ds, name):
-    unit = style.units(ds[name].attrs.get("units", "1"))
-    text = ds[name].attrs.get("long_name", name)
-    return f"{text}  ({unit})" if unit else text
-
-
-def _scale(axis, values):
-    if style.is_logarithmic(values):
-        getattr(axis.axes, f"set_{axis.axis_name}scale")("log")
-        style.plain_log_ticks(axis)
 
 
 def _map(ax, one, x, y):
@@ -143,9 +129,9 @@ def _map(ax, one, x, y):
     look = {"linestyle": "none", "marker": "o", "markersize": 2.0, "color": colors.INK, "markeredgewidth": 0.0}
     if rows.size:
         ax.plot(one[x].values[columns], one[y].values[rows], gid="marginal", label="marginal", **look)
-    _scale(ax.xaxis, one[x].values)
-    _scale(ax.yaxis, one[y].values)
-    ax.set(xlabel=_label(one, x), ylabel=_label(one, y))
+    style.scale_as_spread(ax.xaxis, one[x].values)
+    style.scale_as_spread(ax.yaxis, one[y].values)
+    ax.set(xlabel=style.label_of(one, x), ylabel=style.label_of(one, y))
     return image
 
 
@@ -192,8 +178,8 @@ def _law(ax, one, x, y):
     if logarithmic:
         ax.set(yscale="log")
     ax.margins(y=0.12)
-    _scale(ax.xaxis, one[x].values)
-    ax.set(xlabel=_label(one, x), ylabel=f"measured rate  ({style.units('rad s-1')})")
+    style.scale_as_spread(ax.xaxis, one[x].values)
+    ax.set(xlabel=style.label_of(one, x), ylabel=f"measured rate  ({style.units('rad s-1')})")
 
 
 def _crowded(values, number, logarithmic):
@@ -225,8 +211,8 @@ def _lines(ax, one, x):
         look = {"linestyle": "none", "marker": "o", "markersize": 3.0, "markeredgewidth": 0.0}
         if chosen.any():
             ax.plot(at[chosen], measured[chosen], color=COLORS[name], gid=name, label=name, **look)
-    _scale(ax.xaxis, at)
-    ax.set(xlabel=_label(one, x), ylabel=r"$\omega^2$ / rate scale$^2$")
+    style.scale_as_spread(ax.xaxis, at)
+    ax.set(xlabel=style.label_of(one, x), ylabel=r"$\omega^2$ / rate scale$^2$")
     return None
 
 
@@ -250,11 +236,11 @@ def _places(ax, part, name, x, y):
             if chosen.any():
                 look |= {"color": COLORS[regime], "gid": regime, "label": regime}
                 ax.plot(one[x].values[chosen], one[name].values[chosen], **look)
-    _scale(ax.xaxis, row[x].values)
+    style.scale_as_spread(ax.xaxis, row[x].values)
     title = "places" if not y else f"equilibria, {_fixed(part, y)}"
     ax.set_title(title, loc="left")
     unit = style.units(part[name].attrs.get("units", "1"))
-    ax.set(xlabel=_label(part, x), ylabel=name.removesuffix("_equilibrium") + (f"  ({unit})" if unit else ""))
+    ax.set(xlabel=style.label_of(part, x), ylabel=name.removesuffix("_equilibrium") + (f"  ({unit})" if unit else ""))
 
 
 def _missing(figure):

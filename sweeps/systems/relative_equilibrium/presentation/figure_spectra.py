@@ -42,7 +42,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
         one = part.sel(equilibrium=e)
         one = one.sel({third: z}) if third else one
         told = [str(e).replace("_", " ")] if part.sizes["equilibrium"] > 1 else []
-        told += [_setting(ds, third, z)] if third else []
+        told += [style.fixed_at(ds, third, z)] if third else []
         ax.set_title(",  ".join(told), loc="left")
         if y:
             _map(ax, one, x, y)
@@ -83,25 +83,9 @@ def _subtitle(ds, part, third):
     counts = np.bincount(motions.values.ravel(), minlength=len(STATUSES))
     words = " · ".join(f"{n:,} {LOOK.words(name)}" for name, n in zip(STATUSES, counts, strict=True) if n)
     fixed = [d for d in ds["growth_rate"].dims if d not in part.dims and d != "eigenvalue"]
-    values = ", ".join(_setting(ds, d, float(ds[d].values[ds.sizes[d] // 2])) for d in fixed if d != "epsilon")
+    values = ", ".join(style.fixed_at(ds, d, float(ds[d].values[ds.sizes[d] // 2])) for d in fixed if d != "epsilon")
     text = f"{style.count(int(motions.size), 'equilibrium', 'equilibria')}:  {words}"
     return f"{text}\nDrawn at  {values}" if values else text
-
-
-def _setting(ds, dim, value):
-    return style.with_unit(
-        f"{dim.replace('_', ' ')} = {style.number(float(value), 4)}", ds[dim].attrs.get("units", "1")
-    )
-
-
-def _label(ds, name):
-    return style.with_unit(ds[name].attrs.get("long_name", name), ds[name].attrs.get("units", "1"), "  ({})")
-
-
-def _scale(axis, values):
-    if style.is_logarithmic(values):
-        getattr(axis.axes, f"set_{axis.axis_name}scale")("log")
-        style.plain_log_ticks(axis)
 
 
 def _map(ax, one, x, y):
@@ -125,9 +109,9 @@ def _map(ax, one, x, y):
             line = ax.contour(one[x].values, one[y].values, margin, **look)
             line.set(gid="theory", path_effects=style.halo(2.2))
             ax.plot([], [], color=colors.INK, linewidth=1.1, label="theory's boundary")
-    _scale(ax.xaxis, one[x].values)
-    _scale(ax.yaxis, one[y].values)
-    ax.set(xlabel=_label(one, x), ylabel=_label(one, y))
+    style.scale_as_spread(ax.xaxis, one[x].values)
+    style.scale_as_spread(ax.yaxis, one[y].values)
+    ax.set(xlabel=style.label_of(one, x), ylabel=style.label_of(one, y))
 
 
 def _hatch(ax, x, y, regime):
@@ -171,8 +155,8 @@ def _lines(ax, one, x):
         if chosen.any():
             look |= {"color": LOOK.color(name), "gid": name, "label": LOOK.words(name)}
             ax.plot(at[chosen], one["growth_rate"].values[chosen], **look)
-    _scale(ax.xaxis, at)
-    ax.set(xlabel=_label(one, x), ylabel=f"growth rate, below 0 decay  ({style.units('s-1')})")
+    style.scale_as_spread(ax.xaxis, at)
+    ax.set(xlabel=style.label_of(one, x), ylabel=f"growth rate, below 0 decay  ({style.units('s-1')})")
 
 
 def _kinds(figure, part):
