@@ -59,7 +59,7 @@ def verify(
     against: Sweep | None = None,
     any_kernels: bool = False,
 ) -> list[Check]:
-    """Looks at all that a map promises.
+    """Check everything that a map promises.
 
     Args:
         path: a map, or the folder it lies in.
@@ -445,7 +445,7 @@ def _by_errors(sweep: Sweep, sample: _Sample) -> Iterator[Check]:
 
 
 def command(path: str, points: int, seed: int, definition: str | None, any_kernels: bool) -> int:
-    """Prints the checks as a table and what differs below it; 0 for a map that is whole, else 1; see `verify`.
+    """Print the checks as a table and the findings below it; return 0 for a sound map, else 1; see `verify`.
 
     Raises:
         MapError: for a file that is no map.

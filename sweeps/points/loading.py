@@ -38,7 +38,7 @@ class _InvalidError(Exception):
 
 
 def read(source: str | Path | Mapping, name: str | None = None, *, check: bool = True) -> Sweep:
-    """The sweep of a definition, which is validated.
+    """Return the sweep of a definition, which is validated.
 
     Args:
         source: path of a YAML (or JSON) file, or a mapping with the same keys; in a mapping NumPy's
@@ -67,7 +67,7 @@ def read(source: str | Path | Mapping, name: str | None = None, *, check: bool =
 
 
 def load(source: str | Path | Mapping, name: str | None = None, *, check: bool = True) -> Definition:
-    """The validated definition alone; see `read`."""
+    """Return the validated definition alone; see `read`."""
     return read(source, name, check=check).definition
 
 
