@@ -262,7 +262,7 @@ def is_logarithmic(values) -> bool:
 
 
 def scale_as_spread(axis, values) -> None:
-    """Scale an axis logarithmically where its values spread by ratio."""
+    """Set the scale of an axis: logarithmic where its values spread by ratio."""
     if is_logarithmic(values):
         getattr(axis.axes, f"set_{axis.axis_name}scale")("log")
         plain_log_ticks(axis)
