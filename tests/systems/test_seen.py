@@ -85,6 +85,21 @@ def test_verify_sees_quaternions_that_are_another_motions(throws, tmp_path, monk
     assert "the closed form is" in wrong.findings[0]
 
 
+def test_every_system_takes_a_body_by_its_tensor_and_names_its_axes():
+    turned = Rotation.from_euler("xyz", (0.3, -0.8, 1.1)).as_matrix()
+    tensor = turned @ np.diag([0.3, 0.8, 1.0]) @ turned.T
+    bodies = [{"name": "turned", "tensor": ((tensor + tensor.T) / 2).tolist()}]
+    for definition, name in ((THROWS, "twist_exact"), (TUMBLES, "period_psi_exact")):
+        grid = {key: value for key, value in definition["grid"].items() if key not in ("I1", "I2", "I3", "energy")}
+        grid |= {"energy": 1.1} if "energy" in definition["grid"] else {}
+        given = {"system": definition["system"], "grid": grid}
+        ratios = {"I1": 0.3, "I2": 0.8, "I3": 1.0}
+        found = sweeps.survey(given | {"bodies": [*bodies, {"name": "straight", "ratios": ratios}]})
+        values = found[name].values.reshape(2, -1)
+        np.testing.assert_allclose(values[0], values[1], rtol=1e-13)  # the eigenproblem's rounding
+        assert "principal moments and axes" in load(given | {"bodies": bodies}).remarks[0][1]
+
+
 @pytest.mark.parametrize(
     ("definition", "told"),
     [
