@@ -399,9 +399,7 @@ NUMBERS = {
         lambda ds: _pendulum(ds).frequency,
     ),
     "pendulum_theory": Number(
-        "pendulums",
-        "Angular frequency of that pendulum by linear theory, rad/s.",
-        lambda ds: _pendulum(ds).frequency_theory,
+        "pendulums", "The same by linear theory, rad/s.", lambda ds: _pendulum(ds).frequency_theory
     ),
     "pendulum_worst": Number(
         "pendulums",

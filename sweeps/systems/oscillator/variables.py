@@ -8,6 +8,7 @@ from sweeps.systems.rates import variables as rates
 from sweeps.systems.shared_variables import SIZE, STEPS, regime, status
 
 REGIMES = ("undetermined", "stable", "unstable", "marginal")
+_START = "from the start of the run and the measured frequency"
 BRANCHES = ("decided", "undecided")
 
 VARIABLES = rates.columns(
@@ -22,14 +23,9 @@ VARIABLES = rates.columns(
         "amplitude",
         "1",
         "amplitude a of a cos(w t + alpha), relative to the size of the system; missing where not stable",
-        comment="from the start of the run and the measured frequency",
+        comment=_START,
     ),
-    Variable(
-        "initial_phase",
-        "rad",
-        "phase alpha of a cos(w t + alpha); missing where not stable",
-        comment="from the start of the run and the measured frequency",
-    ),
+    Variable("initial_phase", "rad", "phase alpha of a cos(w t + alpha); missing where not stable", comment=_START),
     rate_scale("the second derivatives of V"),
     Variable("samples_used", "1", "number of samples inside the measurement window", "i4"),
     Variable("window_end", "s", "time of the last sample inside the measurement window"),
