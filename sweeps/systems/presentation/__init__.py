@@ -54,10 +54,12 @@ class Presentation:
     Attributes:
         look: how flags and parameters look in figures, terminal and page.
         part: the system's part of the page.
+        least: names of the dimensions at whose least value the page begins.
     """
 
     look: Look = Look()
     part: Page = Page()
+    least: tuple[str, ...] = ()
 
     def __init__(self, system: Dynamics):
         self.system = system
@@ -84,8 +86,8 @@ class Presentation:
         return False
 
     def opening(self, ds: "xr.Dataset") -> Opening:
-        """Return the initial view of the page of a map: at the smallest perturbation."""
-        return Opening(at={"epsilon": float(ds["epsilon"].values.min())} if "epsilon" in ds.dims else {})
+        """Return the initial view of the page of a map."""
+        return Opening(at={name: float(ds[name].values.min()) for name in self.least if name in ds.dims})
 
     def page(self, ds: "xr.Dataset") -> Page:
         """Return the system's part of the page of a map."""

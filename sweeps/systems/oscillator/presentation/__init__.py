@@ -18,6 +18,7 @@ class OscillatorPresentation(Presentation):
     """Figures, animations and page of small oscillations."""
 
     look = LOOK
+    least = ("epsilon",)
 
     def page(self, ds: "xr.Dataset") -> Page:
         """Return the motion of one mode, and the equilibria."""

@@ -21,6 +21,7 @@ class RelativeEquilibriumPresentation(Presentation):
     """Figures and animation of relative equilibria; a page with the eigenvalues of the chosen point in the plane."""
 
     look = LOOK
+    least = ("epsilon",)
     part = Page(
         tuple(_PAGE / name for name in ("first.html", "spectrum.js", "part.js")),
         "Which equilibria are stable, which flutter, and how accurate are the eigenvalues?",

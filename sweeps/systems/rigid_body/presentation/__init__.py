@@ -21,6 +21,7 @@ class RigidBodyPresentation(Presentation):
     """Figures, animation and page of free rigid bodies."""
 
     look = LOOK
+    least = ("epsilon",)
 
     def opening(self, ds: "xr.Dataset") -> Opening:
         """Return the plane of the stability figures, or for bodies their least ε."""
