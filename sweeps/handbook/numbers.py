@@ -394,9 +394,7 @@ NUMBERS = {
     # Small oscillations and runaway
     "pendulum_length": Number("pendulums", "Length of a pendulum, m.", lambda ds: _pendulum(ds).length),
     "pendulum_frequency": Number(
-        "pendulums",
-        "Measured angular frequency of that pendulum on the Earth, rad/s.",
-        lambda ds: _pendulum(ds).frequency,
+        "pendulums", "Measured angular frequency on the Earth, rad/s.", lambda ds: _pendulum(ds).frequency
     ),
     "pendulum_theory": Number(
         "pendulums", "The same by linear theory, rad/s.", lambda ds: _pendulum(ds).frequency_theory

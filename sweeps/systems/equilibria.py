@@ -8,6 +8,7 @@ from sweeps.schema.layout import Layout
 from sweeps.schema.quantities import Parameter
 from sweeps.schema.values import whole
 from sweeps.schema.variables import Variable, table
+from sweeps.systems.shared_variables import STEPS, status
 
 REASONS = ("proved", "undecided_rounding", "undecided_too_large", "undecided_family")  # of sweeps.mechanics.equilibria
 
@@ -22,13 +23,25 @@ CERTIFIED = Variable(
 )
 
 
-def rate_scale(terms: str) -> Variable:
-    """Return the variable of the bound on rates, which comes from the absolute values of `terms`."""
-    return Variable(
-        "rate_scale",
-        "s-1",
-        "bound on every possible rate at the equilibrium, which sets the length of the run",
-        comment=f"from the absolute values of the terms of {terms}, not from predicted rates",
+def of_runs(terms: str, which: str = "") -> tuple[Variable, ...]:
+    """Return the variables of each run: bound on rates, window, steps, status, and whether all equilibria are found.
+
+    Args:
+        terms: what the bound on rates comes from.
+        which: which of several runs the number of samples is of.
+    """
+    return (
+        Variable(
+            "rate_scale",
+            "s-1",
+            "bound on every possible rate at the equilibrium, which sets the length of the run",
+            comment=f"from the absolute values of the terms of {terms}, not from predicted rates",
+        ),
+        Variable("samples_used", "1", f"number of samples inside the measurement window{which}", "i4"),
+        Variable("window_end", "s", "time of the last sample inside the measurement window"),
+        STEPS,
+        status(),
+        CERTIFIED,
     )
 
 

@@ -3,9 +3,9 @@
 from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.values import Phase
 from sweeps.schema.variables import Role, Variable, table
-from sweeps.systems.equilibria import CERTIFIED, layout, rate_scale
+from sweeps.systems.equilibria import layout, of_runs
 from sweeps.systems.rates import variables as rates
-from sweeps.systems.shared_variables import SIZE, STEPS, regime, status
+from sweeps.systems.shared_variables import SIZE, regime
 
 REGIMES = ("undetermined", "stable", "unstable", "marginal")
 _START = "from the start of the run and the measured frequency"
@@ -26,12 +26,7 @@ VARIABLES = rates.columns(
         comment=_START,
     ),
     Variable("initial_phase", "rad", "phase alpha of a cos(w t + alpha); missing where not stable", comment=_START),
-    rate_scale("the second derivatives of V"),
-    Variable("samples_used", "1", "number of samples inside the measurement window", "i4"),
-    Variable("window_end", "s", "time of the last sample inside the measurement window"),
-    STEPS,
-    status(),
-    CERTIFIED,
+    *of_runs("the second derivatives of V"),
     Variable(
         "energy_drift",
         "1",

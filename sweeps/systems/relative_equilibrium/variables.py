@@ -2,8 +2,8 @@
 
 from sweeps.schema.quantities import Parameter
 from sweeps.schema.variables import Role, Variable, table
-from sweeps.systems.equilibria import CERTIFIED, layout, rate_scale
-from sweeps.systems.shared_variables import SIZE, STEPS, regime, status
+from sweeps.systems.equilibria import layout, of_runs
+from sweeps.systems.shared_variables import SIZE, regime
 
 REGIMES = ("undetermined", "asymptotically_stable", "stable", "unstable", "flutter", "marginal")
 
@@ -58,12 +58,7 @@ VARIABLES = table(
         "ratio of the smallest singular value of the samples to the largest",
         comment="below 1e-4 a mode was not excited, and nothing is reported",
     ),
-    rate_scale("the Jacobian"),
-    Variable("samples_used", "1", "number of samples inside the measurement window, of the shortest run", "i4"),
-    Variable("window_end", "s", "time of the last sample inside the measurement window"),
-    STEPS,
-    status(),
-    CERTIFIED,
+    *of_runs("the Jacobian", ", of the shortest run"),
 )
 
 INVARIANTS = table(  # of four eigenvalues
