@@ -65,10 +65,11 @@ class Points(Protocol):
 class Dynamics(ABC):
     """A system of equations of motion, with its parameters and its columns.
 
-    Nothing here imports a kernel, xarray or matplotlib before it is called for.
+    Importing a system imports no kernel, no xarray and no Matplotlib. A whole one, of one module, is
+    `tests/toy/damped_top/system.py`.
 
     Attributes:
-        name: what a definition's `system` says.
+        name: value of a definition's key `system`.
         model: the model of its definitions.
         references: where the theory stands.
         caption: what its map shows, one line.

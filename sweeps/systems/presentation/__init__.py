@@ -51,6 +51,8 @@ class Page:
 class Presentation:
     """Presentation of the maps of one system; the base class draws maps of points alone.
 
+    That of the system in `tests/toy` is `tests/toy/damped_top/presentation.py`.
+
     Attributes:
         look: how flags and parameters look in figures, terminal and page.
         part: the system's part of the page.
