@@ -7,10 +7,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from kernels.statuses import STATUSES
 from sweeps import colors, style
 from sweeps.systems.symmetric_top.presentation import figure_cones
 from sweeps.systems.symmetric_top.presentation.look import LOOK
-from sweeps.systems.symmetric_top.variables import STATUSES
 
 MOST = {"ratio": 160, "omega3": 12, "half_angle": 90}  # values a dimension that are drawn
 PROMISED, NEAR_SPHERE = 1e-10, 1e-2  # what the measurement promises, relative, and how near a sphere no longer
