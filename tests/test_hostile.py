@@ -77,12 +77,6 @@ def changed(value, at, new):
 PLACES = [at for at in paths_of(FIELDS) if at]
 
 
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
 def judged(source):
     """Whether a definition is taken; a refusal is words of bounded length that no terminal obeys."""
     try:

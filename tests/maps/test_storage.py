@@ -51,11 +51,6 @@ def shards(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def tiny():
-    return sweeps.survey("tiny")
-
-
-@pytest.fixture(scope="module")
 def tiny_map(shards, tmp_path_factory):
     path = tmp_path_factory.mktemp("map") / "tiny.nc"
     merging.merge(TINY, shards, path)
