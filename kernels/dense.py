@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 
+from kernels.blocks import W
 from kernels.jit import OPTIONS, boolean, float64, int64, njit, void, whole_vectors
 
 EPSILON = float(np.finfo(np.float64).eps)
@@ -67,6 +68,98 @@ def product_in_lanes(A, B, C, n):
             for k in range(1, n):
                 for lane in range(lanes):
                     C[i * n + j, lane] += A[i * n + k, lane] * B[k * n + j, lane]
+
+
+# Rows of W lanes, flat: rows W apart of one array need one check for overlap, and unsigned places none for wrapping.
+
+
+@njit(void(float64[::1], int64, float64[::1], int64, int64, float64[::1], int64, int64, int64, int64), **OPTIONS)
+def add_inner(out, row, A, a, a_step, B, b, b_step, n, count):
+    """Add the sum over i < n of rows a + i of A times rows b + i of B to a row of out; count times, a step on each."""
+    whole_vectors()
+    left = n % 4
+    for c in range(count):
+        to, a_row, b_row = np.uint64((row + c) * W), (a + c * a_step) * W, (b + c * b_step) * W
+        for i in range(0, n - left, 4):
+            u, v = np.uint64(a_row + i * W), np.uint64(b_row + i * W)
+            for lane in range(W):
+                x, y = u + np.uint64(lane), v + np.uint64(lane)
+                first = A[x] * B[y] + A[x + np.uint64(W)] * B[y + np.uint64(W)]
+                second = A[x + np.uint64(2 * W)] * B[y + np.uint64(2 * W)]
+                out[to + np.uint64(lane)] += first + (second + A[x + np.uint64(3 * W)] * B[y + np.uint64(3 * W)])
+        for i in range(n - left, n):
+            u, v = np.uint64(a_row + i * W), np.uint64(b_row + i * W)
+            for lane in range(W):
+                out[to + np.uint64(lane)] += A[u + np.uint64(lane)] * B[v + np.uint64(lane)]
+
+
+@njit(void(float64[::1], float64[::1], int64, int64, float64[::1], int64, int64), **OPTIONS)
+def add_outer(out, A, a, m, B, b, n):
+    """Add row a + i of A times row b + j of B to row i n + j of out, for i < m and j < n."""
+    whole_vectors()
+    left = n % 4
+    for i in range(m):
+        u = np.uint64((a + i) * W)
+        for j in range(0, n - left, 4):
+            v, to = np.uint64((b + j) * W), np.uint64((i * n + j) * W)
+            for lane in range(W):
+                x, y, z = A[u + np.uint64(lane)], v + np.uint64(lane), to + np.uint64(lane)
+                out[z] += x * B[y]
+                out[z + np.uint64(W)] += x * B[y + np.uint64(W)]
+                out[z + np.uint64(2 * W)] += x * B[y + np.uint64(2 * W)]
+                out[z + np.uint64(3 * W)] += x * B[y + np.uint64(3 * W)]
+        for j in range(n - left, n):
+            v, to = np.uint64((b + j) * W), np.uint64((i * n + j) * W)
+            for lane in range(W):
+                out[to + np.uint64(lane)] += A[u + np.uint64(lane)] * B[v + np.uint64(lane)]
+
+
+@njit(**OPTIONS)
+def solve_in_lanes(A, B, n, m, exchange, least, f):
+    """Overwrite the columns c of B, its rows c n + j, by A⁻¹ times them, lane by lane; A is lost, f is scratch.
+
+    exchange: rows by the largest pivot; else A is definite, and no pivot is smaller than ``least``.
+    """
+    whole_vectors()
+    lanes = f.size
+    for k in range(n):
+        if exchange:
+            for i in range(k + 1, n):
+                for lane in range(lanes):
+                    f[lane] = 1.0 if abs(A[i * n + k, lane]) > abs(A[k * n + k, lane]) else 0.0
+                for j in range(k, n):
+                    _exchange(A, k * n + j, i * n + j, f)
+                for c in range(m):
+                    _exchange(B, c * n + k, c * n + i, f)
+        for lane in range(lanes):
+            pivot = A[k * n + k, lane]
+            A[k * n + k, lane] = 1.0 / (least if pivot < least else pivot)
+        for i in range(k + 1, n):
+            for lane in range(lanes):
+                f[lane] = A[i * n + k, lane] * A[k * n + k, lane]
+            for j in range(k + 1, n):
+                for lane in range(lanes):
+                    A[i * n + j, lane] -= f[lane] * A[k * n + j, lane]
+            for c in range(m):
+                for lane in range(lanes):
+                    B[c * n + i, lane] -= f[lane] * B[c * n + k, lane]
+    for k in range(n - 1, -1, -1):
+        for c in range(m):
+            for i in range(k + 1, n):
+                for lane in range(lanes):
+                    B[c * n + k, lane] -= A[k * n + i, lane] * B[c * n + i, lane]
+            for lane in range(lanes):
+                B[c * n + k, lane] *= A[k * n + k, lane]
+
+
+@njit(**OPTIONS)
+def _exchange(A, i, k, f):
+    """Exchange rows i and k in lanes where f is not 0."""
+    whole_vectors()
+    for lane in range(f.size):
+        x, y = A[i, lane], A[k, lane]
+        A[i, lane] = y if f[lane] > 0.0 else x
+        A[k, lane] = x if f[lane] > 0.0 else y
 
 
 @njit(**OPTIONS)

@@ -25,7 +25,7 @@ import math
 
 import numpy as np
 
-from kernels import measure, spectrum
+from kernels import invariants, measure, projection, spectrum
 from kernels.blocks import W, rows_of, scratch
 from kernels.jit import OPTIONS, float64, int64, njit, void, whole_vectors
 from kernels.runs import ADVANCE, CHECK, EPSILON, LEAST_SPAN, RUNS, planned, refined
@@ -172,7 +172,7 @@ def _take_means(Y, weight, runs, count, n, used, h, kept):
 
 @njit(
     void(
-        *(ADVANCE, CHECK, spectrum.FIT, spectrum.STEP, spectrum.TELL),
+        *(ADVANCE, CHECK, spectrum.FIT, projection.STEP, invariants.TELL),
         *(RUNS, int64[::1], int64[::1], int64[::1], int64, int64, float64, int64, float64[:, ::1]),
     ),
     nogil=True,
@@ -186,12 +186,12 @@ def _run_blocks(advance, check, fit, step, tell, points, steps, order, bounds, s
     whole_vectors()
     _, n, N = points.project.shape
     rows, other = points.starts.shape[2], points.starts.shape[1] - runs  # other: 0 where no point has runs from -ε
-    quantities = raw.shape[1] - FIRST - spectrum.HEAD - 4 * n
+    quantities = raw.shape[1] - FIRST - invariants.HEAD - 4 * n
     P, M, K = scratch(rows), scratch(rows), scratch(states)
     Y, weight = rows_of(runs * count * n), rows_of(runs * count)
     basis, told = rows_of(n * N), rows_of(QUANTITY + 2 * quantities)
     floor, h, change, used = scratch(1), scratch(1), scratch(1), scratch(1)
-    part = np.empty((W, spectrum.HEAD + 4 * n))
+    part = np.empty((W, invariants.HEAD + 4 * n))
     kept = count // 2 if count >= MEANS_FROM * (n // runs + 2) else count
     for b in range(bounds.size - 1):
         first, lanes = bounds[b], bounds[b + 1] - bounds[b]
@@ -254,12 +254,12 @@ def run(integrator, points, runs, quantities, sampling):
 
     Returns
     -------
-    numpy.ndarray, shape (points, FIRST + quantities + spectrum.HEAD + 4 n)
+    numpy.ndarray, shape (points, FIRST + quantities + invariants.HEAD + 4 n)
         Columns SAMPLES, HALVING, STEPS, AMPLITUDE, the largest change of each conserved quantity's deviation, and
         those of :mod:`kernels.spectrum`, in units of s; its errors are bounds.
     """
     intervals, spacing, tolerance = sampling
-    columns = FIRST + quantities + spectrum.HEAD + 4 * points.project.shape[1]
+    columns = FIRST + quantities + invariants.HEAD + 4 * points.project.shape[1]
 
     def kernel(chosen, _, *plan):
         raw = np.full((len(chosen.scale), columns), np.nan)
@@ -286,13 +286,13 @@ def status(raw, quantities, n, intervals, tolerance, runs, spacing):
     shorter than LEAST_SPAN, in 1/scale as ``spacing`` is: then the normal equations have no digits left.
     """
     told = raw[:, FIRST + quantities :]
-    moved = told[:, spectrum.MOVED]
+    moved = told[:, invariants.MOVED]
     least = n / runs + 2.0
     cases = [
         ~np.isfinite(raw[:, HALVING]) | ~np.isfinite(moved),
         (raw[:, SAMPLES] < least) | ((raw[:, SAMPLES] - 1.0) * spacing < LEAST_SPAN),
-        moved < spectrum.LEAST_MOVED,
-        ~np.isfinite(told[:, spectrum.HEAD]),
+        moved < projection.LEAST_MOVED,
+        ~np.isfinite(told[:, invariants.HEAD]),
         ~converged(raw, intervals, tolerance),
     ]
     return np.select(cases, [NON_FINITE, SHORT_WINDOW, NOT_EXCITED, NON_FINITE, NOT_CONVERGED], OK).astype(np.int8)
@@ -322,9 +322,9 @@ def is_too_wide(raw, quantities, n, size, scale, twice, paired):
     numpy.ndarray of bool
     """
     told = raw[:, FIRST + quantities :]
-    re, im, re_error, im_error = (told[:, spectrum.HEAD + i * n : spectrum.HEAD + (i + 1) * n] for i in range(4))
+    re, im, re_error, im_error = (told[:, invariants.HEAD + i * n : invariants.HEAD + (i + 1) * n] for i in range(4))
     with np.errstate(invalid="ignore", over="ignore"):
         reach = size * raw[:, AMPLITUDE]
-        bent = CURVED * np.where(twice, reach * reach, reach) * np.sqrt(told[:, spectrum.EQUATIONS])
+        bent = CURVED * np.where(twice, reach * reach, reach) * np.sqrt(told[:, invariants.EQUATIONS])
         impossible = (np.hypot(re, im) > scale[:, None] + np.hypot(re_error, im_error)).any(axis=1)
-        return (bent > LINEAR * told[:, spectrum.MOVED]) | impossible | (paired & (told[:, spectrum.ODD] > 1.0))
+        return (bent > LINEAR * told[:, invariants.MOVED]) | impossible | (paired & (told[:, invariants.ODD] > 1.0))

@@ -92,10 +92,10 @@ def _written_out(function, definition):
 
     @lower_builtin(function, types.VarArg(types.Any))
     def generate(context, builder, kind, called):
-        from numba.core.cgutils import unpack_tuple
+        from numba.core import cgutils
 
         pairs = zip(kind.args, called, strict=True)
-        given = [unpack_tuple(builder, v) if isinstance(t, types.BaseTuple) else v for t, v in pairs]
+        given = [cgutils.unpack_tuple(builder, v) if isinstance(t, types.BaseTuple) else v for t, v in pairs]
         value = _Writer(builder).call(function, given)
         return context.make_tuple(builder, kind.return_type, value) if count else value
 

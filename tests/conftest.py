@@ -18,7 +18,15 @@ from hypothesis import settings
 from sweeps import systems
 from sweeps.points import compile
 
-LEFT_TO_THE_SLOW = {"spectrum", "jacobians", "flows", "in_space", "taylor_tapes"}  # kernels that no quick test needs
+LEFT_TO_THE_SLOW = {
+    "spectrum",
+    "projection",
+    "invariants",
+    "jacobians",
+    "flows",
+    "in_space",
+    "taylor_tapes",
+}  # kernels that no quick test needs
 
 settings.register_profile("fixed", derandomize=True, deadline=None, max_examples=15)
 settings.register_profile("without_jit", derandomize=True, deadline=None, max_examples=5)

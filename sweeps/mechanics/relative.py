@@ -211,11 +211,11 @@ class FlowModel:
             `raw` (points, …) of `kernels.flows`, `status` (int8) and `spacing` (in 1/S).
         """
         from kernels import flows as kernel
-        from kernels import spectrum
+        from kernels import invariants
 
         intervals, spacing = round(cycles * samples_per_cycle), min(2.0 * np.pi / samples_per_cycle, 0.5)
         count, quantities = len(points["epsilon"]), len(self.quantities)
-        raw = np.full((count, kernel.FIRST + quantities + spectrum.HEAD + 4 * self.n), np.nan)
+        raw = np.full((count, kernel.FIRST + quantities + invariants.HEAD + 4 * self.n), np.nan)
         status = np.full(count, statuses.NO_EQUILIBRIUM, dtype=np.int8)
         here = ~np.isnan(theory["place"]).any(axis=1)
         sound = here & np.isfinite(theory["scale"]) & np.isfinite(theory["matrix"]).all(axis=(1, 2))
@@ -263,12 +263,12 @@ class FlowModel:
     def _columns(self, theory, measured):
         """Columns over the motions; those of eigenvalues have them along their last axis."""
         from kernels import flows as kernel
-        from kernels import spectrum
+        from kernels import invariants
 
         q, n, S = len(self.quantities), self.n, theory["scale"]
         raw, status = measured["raw"], measured["status"]
         told = raw[:, kernel.FIRST + q :]
-        parts = np.stack([told[:, spectrum.HEAD + i * n : spectrum.HEAD + (i + 1) * n] for i in range(4)])
+        parts = np.stack([told[:, invariants.HEAD + i * n : invariants.HEAD + (i + 1) * n] for i in range(4)])
         # the samples' spacing tells which imaginary parts count as one there: here the scale, as for theory's
         number = _ordered(parts[0] + 1j * parts[1], S)[1]
         re, im, e_re, e_im = np.take_along_axis(parts, number[None], axis=2)
@@ -285,9 +285,9 @@ class FlowModel:
         invariants, predicted = None, None
         if n == 4:
             invariants = {
-                "sum_of_squares": told[:, [spectrum.SUM, spectrum.SUM_ERROR]],
-                "product_of_squares": told[:, [spectrum.PRODUCT, spectrum.PRODUCT_ERROR]],
-                "discriminant": told[:, [spectrum.DISCRIMINANT, spectrum.DISCRIMINANT_ERROR]],
+                "sum_of_squares": told[:, [invariants.SUM, invariants.SUM_ERROR]],
+                "product_of_squares": told[:, [invariants.PRODUCT, invariants.PRODUCT_ERROR]],
+                "discriminant": told[:, [invariants.DISCRIMINANT, invariants.DISCRIMINANT_ERROR]],
             }
             predicted = _invariants(theory["matrix"])
             for (name, value), exact in zip(invariants.items(), predicted, strict=True):
@@ -304,7 +304,7 @@ class FlowModel:
                 columns[f"{name}_drift"] = raw[:, kernel.FIRST + k] / (size * amplitude**power)
         return columns | {
             "eigenvalue_condition": theory["condition"],
-            "smallest_singular_value": told[:, spectrum.MOVED],
+            "smallest_singular_value": told[:, invariants.MOVED],
             "rate_scale": S,
             "samples_used": np.nan_to_num(raw[:, kernel.SAMPLES]).astype(np.int32),
             "window_end": (raw[:, kernel.SAMPLES] - 1.0) * measured["spacing"] / S,
@@ -382,11 +382,11 @@ def _eigen(matrix, S):
 
 def _ordered(values, S):
     """Eigenvalues in order, and which of the unsorted each is."""
-    from kernels import dense, spectrum
+    from kernels import dense, invariants
 
     re, im = np.ascontiguousarray(values.real), np.ascontiguousarray(values.imag)
     number = np.zeros(values.shape, dtype=np.int64)
-    dense.order_all(re, im, 2.0 * spectrum.SAME * np.nan_to_num(S), number)
+    dense.order_all(re, im, 2.0 * invariants.SAME * np.nan_to_num(S), number)
     return re + 1j * im, number
 
 

@@ -27,8 +27,8 @@ SPACING, NOISE, DRAWS = 0.25, 1e-8, 150  # noise far above rounding, far below w
 @pytest.fixture(scope="module", autouse=True)
 def compiled():
     """The kernels, imported for the tests that are chosen alone: importing compiles them."""
-    global dense, spectrum
-    from kernels import dense, spectrum
+    global dense, invariants, projection, spectrum
+    from kernels import dense, invariants, projection, spectrum
 
 
 def generator(values, seed=1):
@@ -48,7 +48,7 @@ def motions(A, count, runs, seed=2):
 def ordered(A):
     values = linalg.eigvals(A)
     re, im = values.real.copy(), values.imag.copy()
-    dense.order(re, im, len(A), spectrum.SAME / SPACING)
+    dense.order(re, im, len(A), invariants.SAME / SPACING)
     return re + 1j * im
 
 
@@ -124,7 +124,7 @@ def test_invariants_are_smooth_through_a_collision(gap):
     nu = (p + np.array([1, -1]) * np.sqrt(complex(gap))) / 2
     true = np.array([1j, -1j])[:, None] * nu
     re, im = true.real.ravel().copy(), true.imag.ravel().copy()
-    dense.order(re, im, 4, spectrum.SAME / SPACING)
+    dense.order(re, im, 4, invariants.SAME / SPACING)
     off = np.abs(found.invariants - [S, D, S * S - 4 * D])
     assert (np.median(off, axis=0) < 1e-11).all()
     assert (off < 5 * found.invariant_errors).all()  # standard errors, 60 draws
@@ -150,7 +150,7 @@ def test_a_mode_that_was_not_moved_is_said():
     start = clean[0, 0] - (right[:, np.abs(values.imag) > 2] @ share).real
     still = np.array([[linalg.expm(A * SPACING * k) @ start for k in range(80)]])
     found = spectrum.measure(still, SPACING)
-    assert found.moved < spectrum.LEAST_MOVED
+    assert found.moved < projection.LEAST_MOVED
     assert np.isnan(found.eigenvalues).all()
 
 

@@ -5,7 +5,7 @@ import oscillators
 import pytest
 import relative
 
-from kernels import flows, spectrum
+from kernels import flows, invariants
 from kernels.statuses import OK, PERTURBATION_TOO_LARGE, SHORT_WINDOW
 from sweeps.mechanics.model import Model
 from sweeps.mechanics.relative import FlowModel, _exchanged, regimes
@@ -110,12 +110,12 @@ def test_a_window_shorter_than_the_scale_is_refused():
 
 
 def test_an_amplitude_that_bends_the_samples_beyond_their_least_singular_value_is_refused():
-    raw = np.zeros((4, flows.FIRST + spectrum.HEAD + 8))
+    raw = np.zeros((4, flows.FIRST + invariants.HEAD + 8))
     raw[:, flows.AMPLITUDE] = 1.0
     told = raw[:, flows.FIRST :]
-    told[:, spectrum.EQUATIONS], told[:, spectrum.MOVED] = 100.0, 0.1
-    told[2, spectrum.HEAD] = 2.0  # a rate above every possible one
-    told[3, spectrum.ODD] = 2.0
+    told[:, invariants.EQUATIONS], told[:, invariants.MOVED] = 100.0, 0.1
+    told[2, invariants.HEAD] = 2.0  # a rate above every possible one
+    told[3, invariants.ODD] = 2.0
     size, ones = np.array([1e-4, 1e-1, 1e-4, 1e-4]), np.ones(4)
     found = flows.is_too_wide(raw, 0, 2, size, ones, ones > 0, ones > 0)
     assert found.tolist() == [False, True, True, True]

@@ -37,9 +37,11 @@ class RelativeEquilibrium(Described):
     compiled = (
         Kernel("enclosures", seconds=0.0),  # compiled while the definition is checked
         Kernel("roots", seconds=0.0),
-        Kernel("spectrum", seconds=25.0),
+        Kernel("projection", seconds=9.0),
+        Kernel("invariants", seconds=9.0),
         Kernel("jacobians", seconds=10.0),
-        Kernel("flows", seconds=10.0, links=True),
+        Kernel("spectrum", seconds=7.0, links=True),
+        Kernel("flows", seconds=7.0, links=True),
     )
     library = MECHANICS / "library" / "relative"
     asked = FlowDefinition

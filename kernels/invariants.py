@@ -1,0 +1,259 @@
+r"""From the matrix M of a linear motion and its covariance to eigenvalues, invariants and their errors.
+
+*Errors.* From the last step, :math:`\mathrm{Cov}\,\Theta = s^2\tilde H^{-1}`, :math:`\tilde H` the projected normal
+matrix: the Cramér-Rao bound for white noise. The coefficients of
+:math:`p(\lambda) = \det(\lambda - A)` follow by Faddeev and Le Verrier,
+:math:`\mathrm dc_{n-1-k} = -\operatorname{tr}(N_k\,\mathrm dA)` with polynomials :math:`N_k` in A, so that
+:math:`\mathrm dA` may be :math:`M^{-1}\mathrm dM/h`. An eigenvalue's error is :math:`|\delta p/p'|` while that is far
+below the distance of the next one, else the radius within which a root of the disturbed polynomial must lie,
+:math:`\min_k \bigl(\tbinom nk\,|\delta p|\,/\,|p^{(k)}/k!|\bigr)^{1/k}`.
+
+*Invariants.* For four eigenvalues :math:`S = \tfrac12\sum\lambda^2`, :math:`D = \prod\lambda` and S² - 4D with errors:
+of two pairs ±μ1, ±μ2 they are μ1² + μ2², μ1² μ2² and (μ1² - μ2²)², and smooth through any collision.
+
+Symbols: :mod:`kernels.spectrum`.
+
+Source: Marden, Geometry of Polynomials, section 33 (radii).
+"""
+
+import math
+
+import numpy as np
+
+from kernels.blocks import rows_of, scratch
+from kernels.dense import add_inner, eigenvalues, logarithm, order, product_in_lanes, solve_in_lanes
+from kernels.jit import OPTIONS, PASSED, float64, int64, njit, types, void, whole_vectors
+
+SAME = 1e-6  # of the spacing's inverse: imaginary parts nearer than this are one where eigenvalues are ordered
+EPSILON = float(np.finfo(np.float64).eps)
+ROUNDINGS = 8.0  # of the logarithm and what follows it, beside the largest eigenvalue
+ARTANH = 20  # terms of artanh's series for a logarithm: of Z², where the rates bound |Z| by tan π/8
+REACHED = 2e-6  # square of the size of Z to the eighth, below which what these terms leave is below rounding
+# Roundings that a term of a covariance may hold, which a large sum of terms cancels down to: at least, and over the
+# least pivot, which bounds them (a thirtieth of that bound, in an error, holds those of the benchmark).
+LOST, PIVOTED = 1e4, 1e-3
+
+ROWS, LANES = float64[::1], float64[:, ::1]
+TOLD = void(LANES, LANES, int64, int64, LANES, ROWS, ROWS, int64, LANES)
+TELL = types.FunctionType(TOLD)
+
+# Columns of a raw result; after HEAD follow real parts, imaginary parts, their errors (n each).
+EQUATIONS, SCATTER, MOVED, ODD, SUM, SUM_ERROR, PRODUCT, PRODUCT_ERROR, DISCRIMINANT, DISCRIMINANT_ERROR = range(10)
+HEAD = 10
+
+
+@njit(**OPTIONS)
+def _logarithms(M, n, Y, T, U, Z, f):
+    """Write the logarithm of M into Y, 2 artanh (M - 1)(M + 1)⁻¹ by its series, lane by lane; T, U, Z, f are scratch.
+
+    Where so many terms do not reach, as Z to the eighth tells, :func:`logarithm` does.
+    """
+    whole_vectors()
+    lanes = f.size
+    for i in range(n):
+        for j in range(n):  # transposed, for the factors commute, and rows of a product are its transpose's columns
+            one = 1.0 if i == j else 0.0
+            for lane in range(lanes):
+                T[i * n + j, lane] = M[j * n + i, lane] + one
+                Z[i * n + j, lane] = M[i * n + j, lane] - one
+    solve_in_lanes(T, Z, n, n, True, -math.inf, f)
+    product_in_lanes(Z, Z, U, n)
+    Y[:] = 0.0
+    for k in range(ARTANH, -1, -1):  # Horner: Y = 1/(2k + 1) + Z² Y
+        if k < ARTANH:
+            product_in_lanes(U, Y, T, n)
+            Y[:] = T
+        for i in range(n):
+            for lane in range(lanes):
+                Y[i * n + i, lane] += 1.0 / (2 * k + 1)
+    product_in_lanes(Z, Y, T, n)
+    for at in range(n * n):
+        for lane in range(lanes):
+            Y[at, lane] = 2.0 * T[at, lane]
+    product_in_lanes(U, U, T, n)
+    product_in_lanes(T, T, U, n)
+    f[:] = 0.0
+    for at in range(n * n):
+        for lane in range(lanes):
+            f[lane] += U[at, lane] * U[at, lane]
+    a, b = np.empty((n, n)), np.empty((n, n))
+    for lane in range(lanes):
+        if f[lane] < REACHED:
+            continue
+        for i in range(n):
+            for j in range(n):
+                a[i, j] = M[i * n + j, lane]
+        sound = logarithm(a, n, b)
+        for i in range(n):
+            for j in range(n):
+                Y[i * n + j, lane] = b[i, j] if sound else math.nan
+
+
+@njit(**OPTIONS)
+def _characteristics(A, n, N, c, T):
+    """Coefficients c of det(λ - A), c[n] = 1, and the matrices N_k of adj(λ - A) = Σ λ^(n-1-k) N_k; T is scratch."""
+    whole_vectors()
+    lanes, nn = A.shape[1], n * n
+    c[:], N[:] = 0.0, 0.0
+    for lane in range(lanes):
+        c[n, lane] = 1.0
+        for i in range(n):
+            N[i * n + i, lane] = 1.0
+    for k in range(1, n + 1):
+        product_in_lanes(A, N[(k - 1) * nn : k * nn], T, n)
+        for i in range(n):
+            for lane in range(lanes):
+                c[n - k, lane] -= T[i * n + i, lane] / k
+        if k < n:
+            N[k * nn : (k + 1) * nn] = T
+            for i in range(n):
+                for lane in range(lanes):
+                    N[k * nn + i * n + i, lane] += c[n - k, lane]
+
+
+@njit(**OPTIONS)
+def _coefficient_covariances(M, N, X0, runs, n, covariance, K, A, f):
+    """Covariance of the coefficients for noise of one: dc_{n-1-k} = -N_k M⁻¹ x0_s by Θ_s; A, f are scratch."""
+    P, nn = runs * n, n * n
+    V, G, T = rows_of(P), rows_of(n * P), rows_of(n * P)
+    A[:], V[:], K[:] = M, X0, 0.0
+    solve_in_lanes(A, V, n, runs, True, -math.inf, f)
+    adjugates, starts, slopes, turned = N.reshape(N.size), V.reshape(V.size), G.reshape(G.size), T.reshape(T.size)
+    inverse, into = covariance.reshape(covariance.size), K.reshape(K.size)  # of which the last row is not read
+    for k in range(n):  # the sign of G cancels
+        for s in range(runs):
+            add_inner(slopes, (n - 1 - k) * P + s * n, adjugates, k * nn, n, starts, s * n, 0, n, n)
+    for k in range(n):
+        add_inner(turned, k * P, inverse, 0, P, slopes, k * P, 0, P, P)
+    for k in range(n):
+        add_inner(into, k * n, slopes, 0, P, turned, k * P, 0, P, n)
+
+
+@njit(**OPTIONS)
+def _form(K, a, n, lost):
+    """Standard deviation of Σ a_k c_k for noise of one, and what its own terms may have lost by cancelling.
+
+    ``lost``: relative error of a term.
+    """
+    total, absolute = 0.0, 0.0
+    for k in range(n):
+        for m in range(n):
+            term = a[k] * K[k, m] * a[m]
+            total += term
+            absolute += abs(term)
+    return math.sqrt(max(total, 0.0) + lost * absolute)
+
+
+@njit(**OPTIONS)
+def _eigenvalue_error(c, K, n, x, y, gap, noise, lost, most, shifted, a, b, u, v):
+    """Errors of the real and the imaginary part of the eigenvalue x + iy, the next one ``gap`` away.
+
+    ``most``: the largest eigenvalue, for what rounding leaves; shifted, a, b, u and v are scratch.
+    """
+    point = complex(x, y)
+    for k in range(n + 1):
+        shifted[k] = c[k]
+    for i in range(n):  # coefficients of p about the eigenvalue
+        for k in range(n - 1, i - 1, -1):
+            shifted[k] += point * shifted[k + 1]
+    power = complex(1.0, 0.0)
+    slope = shifted[1]
+    steep = abs(slope)
+    inverse = 1.0 / slope if steep > 0.0 else complex(0.0, 0.0)
+    for k in range(n):
+        turned = power * inverse
+        a[k], b[k], u[k], v[k] = turned.real, turned.imag, power.real, power.imag
+        power *= point
+    rounding, power, size = 0.0, 1.0, math.hypot(x, y)
+    for k in range(n + 1):
+        rounding += ROUNDINGS * EPSILON * abs(c[k]) * power
+        power *= size
+    if steep > 0.0:
+        rounded = rounding / steep + ROUNDINGS * EPSILON * most
+        real, imaginary = noise * _form(K, a, n, lost) + rounded, noise * _form(K, b, n, lost) + rounded
+        if max(real, imaginary) < 0.05 * gap:
+            return real, imaginary
+    off = noise * math.hypot(_form(K, u, n, lost), _form(K, v, n, lost)) + rounding
+    radius, binomial = math.inf, 1.0
+    for k in range(1, n + 1):
+        binomial *= (n - k + 1.0) / k
+        size = abs(shifted[k])
+        if size > 0.0:
+            radius = min(radius, (binomial * off / size) ** (1.0 / k))
+    return radius, radius
+
+
+@njit(**OPTIONS)
+def _tell_invariants(re, im, c, K, a, noise, lost, spacing, row):
+    """S, D and S² - 4D of four eigenvalues and their errors into a raw row; a: zeros, scratch."""
+    S, D = 0.5 * c[3] * c[3] - c[2], c[0]
+    a[3], a[2] = c[3], -1.0
+    s = _form(K, a, 4, lost)
+    a[3], a[2], a[0] = 2.0 * S * c[3], -2.0 * S, -4.0
+    both = _form(K, a, 4, lost)
+    s, d, both = noise * s, noise * math.sqrt(max(K[0, 0], 0.0)), noise * both + 4.0 * (noise * s) ** 2
+    two, four, size = spacing * spacing, spacing**4, 0.0  # (the slope of S² - 4D may vanish)
+    for i in range(4):
+        size += re[i] * re[i] + im[i] * im[i]
+    rounding = ROUNDINGS * EPSILON * size
+    row[SUM], row[SUM_ERROR] = S / two, (s + rounding) / two
+    row[PRODUCT], row[PRODUCT_ERROR] = D / four, (d + rounding * size) / four
+    row[DISCRIMINANT], row[DISCRIMINANT_ERROR] = (S * S - 4.0 * D) / four, (both + rounding * size) / four
+
+
+@njit(**OPTIONS)
+def _tell_lane(re, im, n, c, K, noise, lost, spacing, parts, shifted, row):
+    """Eigenvalues, invariants and their errors of one lane into its raw row; parts (4, n) and shifted are scratch."""
+    order(re, im, n, SAME)
+    a, b, u, v = parts[0], parts[1], parts[2], parts[3]
+    a[:] = 0.0
+    odd = 0.0
+    for k in range(n - 1, -1, -2):
+        a[k] = 1.0
+        error = noise * _form(K, a, n, lost)
+        a[k] = 0.0
+        odd = max(odd, abs(c[k]) / error) if error > 0.0 else math.inf
+    row[ODD] = odd
+    if n == 4:
+        _tell_invariants(re, im, c, K, a, noise, lost, spacing, row)
+    most = 0.0
+    for i in range(n):
+        most = max(most, math.hypot(re[i], im[i]))
+    for i in range(n):
+        gap, twin = math.inf, -1
+        for j in range(n):
+            if j != i:
+                gap = min(gap, (re[i] - re[j]) ** 2 + (im[i] - im[j]) ** 2)
+            if j < i and re[j] == re[i] and im[j] == -im[i]:
+                twin = j
+        if twin < 0:
+            errors = _eigenvalue_error(c, K, n, re[i], im[i], math.sqrt(gap), noise, lost, most, shifted, a, b, u, v)
+            row[HEAD + 2 * n + i], row[HEAD + 3 * n + i] = errors[0] / spacing, errors[1] / spacing
+        else:
+            row[HEAD + 2 * n + i], row[HEAD + 3 * n + i] = row[HEAD + 2 * n + twin], row[HEAD + 3 * n + twin]
+        row[HEAD + i], row[HEAD + n + i] = re[i] / spacing, im[i] / spacing
+
+
+@njit(TOLD, **PASSED)
+def tell(M, X0, runs, n, covariance, noise, spacing, lanes, raw):
+    """Write eigenvalues and invariants of lanes into their raw rows, where the noise is a number and the algebra ends."""
+    whole_vectors()
+    nn = n * n
+    Y, T, U, Z, K = rows_of(nn), rows_of(nn), rows_of(nn), rows_of(nn), rows_of(nn)
+    N, c, f = rows_of(n * nn), rows_of(n + 1), scratch(1)
+    _logarithms(M, n, Y, T, U, Z, f)
+    _characteristics(Y, n, N, c, T)
+    _coefficient_covariances(M, N, X0, runs, n, covariance, K, T, f)
+    y, k, parts = np.empty((n, n)), np.empty((n, n)), np.empty((4, n))
+    re, im, of_lane, shifted = np.empty(n), np.empty(n), np.empty(n + 1), np.empty(n + 1, dtype=np.complex128)
+    for lane in range(lanes):
+        if math.isnan(noise[lane]):
+            continue
+        for i in range(n):
+            of_lane[i] = c[i, lane]
+            for j in range(n):
+                y[i, j], k[i, j] = Y[i * n + j, lane], K[i * n + j, lane]
+        of_lane[n] = 1.0
+        if eigenvalues(y, n, re, im):
+            lost = min(1.0, EPSILON * max(LOST, PIVOTED * covariance[runs * n * runs * n, lane]))
+            _tell_lane(re, im, n, of_lane, k, noise[lane], lost, spacing[lane], parts, shifted, raw[lane])
