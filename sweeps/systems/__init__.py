@@ -81,7 +81,8 @@ def resolve(name: str, folder: str = "") -> Dynamics:
 
     if is_file(name):
         description = described.script(name, folder).system
-        return described.of_file(next(kind for kind in kinds() if kind.describes(description)), name, folder)
+        kind = described.named(f"system: {name}", lambda: next(k for k in kinds() if k.describes(description)))
+        return described.of_file(kind, name, folder)
     if name not in names():
         raise KeyError(name)
     for kind in kinds():

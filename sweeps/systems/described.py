@@ -24,7 +24,7 @@ from sweeps.schema.parameters import Range, grid_model, spread
 from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.refusals import keys_of
 from sweeps.schema.values import number
-from sweeps.schema.variables import Variable
+from sweeps.schema.variables import Variable, table
 from sweeps.systems.kernel import Kernel
 from sweeps.systems.system import Dynamics, Opening, Points
 
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 
     from sweeps import mechanics
     from sweeps.mechanics.model import Model
-    from sweeps.mechanics.relative import FlowModel
     from sweeps.mechanics.taylor import Code
 
 MECHANICS = Path(__file__).parents[1] / "mechanics"
@@ -74,14 +73,6 @@ class Described(Dynamics):
         self._lock = threading.RLock()
 
     @abstractmethod
-    def derive(self) -> "Model | FlowModel":
-        """Derive the equations and return the model that measures points.
-
-        Raises:
-            DescriptionError: for what is wrong with the description.
-        """
-
-    @abstractmethod
     def numbers(self) -> dict[str, np.ndarray]:
         """Return the last dimension: modes or eigenvalues of an equilibrium."""
 
@@ -111,20 +102,30 @@ class Described(Dynamics):
         return description
 
     @cached_property
-    def mechanism(self) -> "Model | FlowModel":
-        """The derived equations and what runs points through them."""
+    def mechanism(self) -> "Model":
+        """The derived equations and what runs points through them.
+
+        Raises:
+            DescriptionError: for what is wrong with the description.
+        """
         with self._lock:
-            return self._named(self.derive)
+            return self._named(self._model)
+
+    def _model(self):
+        from sweeps.mechanics import DescriptionError
+        from sweeps.mechanics.model import Model
+
+        model = Model(self.description)
+        if model.equations.timed:
+            raise DescriptionError(
+                "t: the equations hold the time, and no equilibrium is measured; allowed: equations without it, or "
+                "sweeps.motion"
+            )
+        return model
 
     def _named(self, work: Callable[[], Any]) -> Any:
         """What a piece of work returns; what it refuses names this system first."""
-        from sweeps.mechanics import DescriptionError
-
-        try:
-            return work()
-        except DescriptionError as error:
-            text = str(error)
-            raise DescriptionError(text if text.startswith(self.name) else f"{self.name}: {text}") from None
+        return named(self.name, work)
 
     @property
     def references(self) -> str:
@@ -169,6 +170,11 @@ class Described(Dynamics):
     def coordinates(self, definition: Definition) -> dict[str, Variable]:
         """Return name → coordinate."""
         return quantities.coordinates(self.parameters) | dict(self.own)
+
+    def places(self) -> dict[str, Variable]:
+        """Return name → variable of the position of an equilibrium along each coordinate or state."""
+        moving = self.description.kept or self.description.states.values()
+        return table(*(Variable(f"{p.name}_equilibrium", p.unit, f"{p.meaning}, at the equilibrium") for p in moving))
 
     def slots(self, points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         """Return the numbered equilibria of points, in the order of the description."""
@@ -260,6 +266,17 @@ def _parameter(p: "mechanics.description.DescribedParameter") -> Parameter:
 # Where descriptions come from
 
 
+def named(name: str, work: Callable[[], Any]) -> Any:
+    """Return what a piece of work on a system returns; what it refuses names the system first."""
+    from sweeps.mechanics import DescriptionError
+
+    try:
+        return work()
+    except DescriptionError as error:
+        text = str(error)
+        raise DescriptionError(text if text.startswith(name) else f"{name}: {text}") from None
+
+
 def shipped(kind: type[Described]) -> tuple[str, ...]:
     """Return the names of the shipped systems of a kind."""
     return tuple(sorted(path.stem for path in kind.library.glob("*.py") if path.stem != "__init__"))
@@ -342,12 +359,12 @@ def _run(path: Path) -> "mechanics.System":
     module = importlib.util.module_from_spec(spec)
     try:
         spec.loader.exec_module(module)
-    except DescriptionError as error:
-        raise DescriptionError(f"system: {path}: {error}") from None
     except (Exception, SystemExit) as error:  # a file that ends the program would end it with its own exit status
-        said = " ".join(str(error).split())[:200]
         lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(path)]
         where = f"{path}, line {lines[-1]}" if lines else str(path)
+        if isinstance(error, DescriptionError):
+            raise DescriptionError(f"system: {where}: {error}") from None
+        said = " ".join(str(error).split())[:200]
         numbers = "ufunc" in said or "to float" in said  # NumPy's or math's cos of a symbol
         allowed = "SymPy's functions (from sympy import cos)" if numbers else "Python that describes a system"
         raise DescriptionError(
