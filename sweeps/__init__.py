@@ -52,6 +52,28 @@ def survey(definition, *, chunks=None, threads: int = 1):
     return ds if chunks is not None else ds.assign_attrs(content_hash=content.content_hash(ds))
 
 
+def motion(system, start, times, *, parameters=None, tolerance: float = 1e-12):
+    """Integrate motions of a described system, near an equilibrium or far from any, from one start or many.
+
+    Args:
+        system: a `sweeps.mechanics.System`, the path of a Python file that makes one, or the name of one that ships.
+        start: state at the first time: name → number, or one number a run, of each coordinate or state, and of
+            velocities (`theta_dot`), which are 0 where they are not given.
+        times: where the motion is wanted, s, ascending; the first is the start.
+        parameters: name → number, or one number a run; left out, the description's defaults.
+        tolerance: largest change by halving the steps, relative to the largest size of each state; 1e-13 to 1e-3.
+
+    Returns:
+        A Dataset over (run, time), or (time) where all are numbers: each state, its `_error`, and `status`.
+
+    Raises:
+        DefinitionError: naming what is wrong and what is allowed.
+    """
+    from sweeps.systems.trajectories import trajectories
+
+    return trajectories(system, start, times, parameters or {}, tolerance)
+
+
 def uncertainty(bodies, uncertainty, *, omega0: float = 1.0, chunks=None, threads: int = 1, **more):
     """Sample bodies with uncertain moments, measure every draw, and return probabilities and quantiles.
 

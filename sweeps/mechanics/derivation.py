@@ -54,7 +54,10 @@ def derive(system: System) -> Equations:
     """
     if system.states and (system.coordinates or system.particles or system.kinetic_terms):
         raise DescriptionError("states: beside coordinates; allowed: equations of first order, or T and V, not both")
-    return _of_states(system) if system.states or system.rates else _of_coordinates(system)
+    equations = _of_states(system) if system.states or system.rates else _of_coordinates(system)
+    if system.given_period is not None:
+        _check_period(equations)
+    return equations
 
 
 def _of_states(system):
@@ -66,7 +69,7 @@ def _of_states(system):
         raise DescriptionError("states: beside a potential, R or a force; allowed: all forces within the rates")
     q = tuple(s.symbol for s in system.states.values())
     f = tuple(system.rates[x] for x in q)
-    equations = Equations(system, q, (), f, None, sp.Integer(0), natural=False, conservative=False)
+    equations = Equations(system, q, (), f, None, sp.Integer(0), natural=False, hamiltonian=False)
     _check_conserved(equations)
     return equations
 
@@ -91,9 +94,8 @@ def _of_coordinates(system):
     forces = [extra - V.diff(x) - terms for extra, x, terms in zip(other, q, inner, strict=True)]
     if V.has(t):  # what holds no coordinate makes no force
         V = sp.Add(*(term for term in sp.Add.make_args(expanded(V)) if term.free_symbols & set(q)))
-    conservative = R == 0 and not Q and not any(e.has(t) for e in (V, *forces, *a))
-    natural = conservative and not any(other)
-    return Equations(system, q, v, (*v, *forces), a, V, natural, conservative)
+    natural = not any(other) and not any(e.has(t) for e in (V, *forces, *a))
+    return Equations(system, q, v, (*v, *forces), a, V, natural, hamiltonian=R == 0 and not Q)
 
 
 def _velocity_terms(a, q, v):
@@ -314,6 +316,23 @@ def _trials(system):
                 values[place.velocity] = sp.Float(rng.normal(), DIGITS)
         values[system.time] = sp.Float(rng.normal(), DIGITS)
         yield values
+
+
+def _check_period(equations):
+    """The equations a period later, at random places and times, in 40 digits."""
+    system, t = equations.system, equations.system.time
+    for name, e in [(f"force {x}", e) for x, e in zip(equations.states, equations.f, strict=True)] + [
+        ("a_ij", e) for e in equations.a or ()
+    ]:
+        for values in _trials(system) if e.has(t) else ():
+            later = values | {t: values[t] + system.given_period.subs(values)}
+            with mpmath.workdps(DIGITS):
+                here, there = (complex(e.subs(at).evalf(DIGITS)) for at in (values, later))
+            if abs(there - here) > 1e-12 * max(abs(here), abs(there)):
+                raise DescriptionError(
+                    f"period: {name} is {here.real:.6g} at a time and {there.real:.6g} a period later; allowed: what "
+                    "leaves all equations the same"
+                )
 
 
 def _check_conserved(equations):

@@ -145,7 +145,8 @@ class System:
     def __init__(self, title: str, most: int | None = None, references: str = "", follow: bool = False):
         self.title, self.references = title, references
         self.given_most, self.follow = most, follow
-        self.time = sp.Symbol("t", real=True)
+        self.time = sp.Symbol("t", real=True)  # may stand in all expressions of the motion
+        self.given_period: sp.Expr | None = None
         self.parameters: dict[str, DescribedParameter] = {}
         self.coordinates: dict[str, Coordinate] = {}
         self.particles: list[tuple[sp.Expr, tuple[sp.Expr, ...]]] = []
@@ -262,6 +263,12 @@ class System:
         if name in self.conserved_quantities:
             raise DescriptionError(f"conserved {name}: given twice; allowed: names that all differ")
         self.conserved_quantities[name] = self._expression(f"conserved {name}", expression, self._moving())
+
+    def period(self, T) -> None:
+        """The period after which the equations are the same again, an expression of the parameters, in s."""
+        self.given_period = self._expression("period", T)
+        if self.given_period.is_positive is False:
+            raise DescriptionError(f"period: {T}; allowed: a finite time > 0, in s")
 
     def equilibrium(self, label: str, place: dict) -> None:
         """A name for the equilibrium nearest to a place (expressions in the parameters); it is still looked for."""

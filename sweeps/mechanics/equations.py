@@ -30,7 +30,7 @@ class Equations:
         a: kinetic matrix a_ij(q) of coordinates; None for states.
         V: effective potential of the coordinates, 0 for states.
         natural: whether all forces are those of V and of T = ½ a_ij q̇_i q̇_j, so that the motion is the same backwards.
-        conservative: whether the energy ½ a_ij q̇_i q̇_j + V of coordinates is conserved.
+        hamiltonian: whether nothing but T and V makes the forces of coordinates: Hamilton's equations.
     """
 
     system: System
@@ -40,7 +40,7 @@ class Equations:
     a: sp.Matrix | None
     V: sp.Expr
     natural: bool
-    conservative: bool
+    hamiltonian: bool
 
     @property
     def parameters(self) -> tuple[sp.Symbol, ...]:
@@ -72,10 +72,15 @@ class Equations:
         """The velocities, all zero."""
         return dict.fromkeys(self.v, sp.Integer(0))
 
-    @property
+    @cached_property
     def timed(self) -> bool:
         """Whether the time stands in the equations, so that nothing need be at rest."""
-        return any(e.has(self.system.time) for e in (*self.f, *(self.a or ())))
+        return any(e.has(self.system.time) for e in (*self.f, self.V, *(self.a or ())))
+
+    @property
+    def conservative(self) -> bool:
+        """Whether the energy ½ a_ij q̇_i q̇_j + V of coordinates is conserved."""
+        return self.hamiltonian and not self.timed
 
     @property
     def forces(self) -> tuple[sp.Expr, ...]:

@@ -2,17 +2,20 @@
 
 The generated Taylor steps carry deviations from where the last few steps began, so that functions are worked out afresh
 there and no rounding adds up in them. Each sample interval is cut into steps of equal length; they are halved until the
-samples change by less than the tolerance, or by rounding alone, and what the last halving changed is the error.
+samples change by less than the tolerance, or by rounding alone, and what the last halving changed is the error. Where
+the time stands in the equations it is known to a rounding; every other solution is later by that much.
 """
 
 import numpy as np
 
 from kernels.blocks import W
+from sweeps.mechanics.graph import lambdified
 from sweeps.mechanics.taylor import Code
 
 SEGMENT = 32  # steps from one place
 LEAST, MOST = 1, 1 << 14  # steps in an interval
 ROUNDING = 4.0 * float(np.finfo(np.float64).eps)  # of a state's largest size, whatever the halving shows
+SOON = 64  # steps from which on a motion that is not finite has left all numbers
 FALLING, ROUNDED = 0.25, 1e-7  # changes below ROUNDED that a halving does not make so much smaller are rounding
 
 
@@ -58,12 +61,15 @@ def solved(code: Code, parameters, start, times, tolerance: float) -> tuple[np.n
     states, error = (np.full((*times.shape, start.shape[1]), np.nan) for _ in range(2))
     converged = np.zeros(len(start), dtype=bool)
     left, steps, last = np.arange(len(start)), LEAST, np.full(len(start), np.inf)
-    coarse = follow(code, parameters, start, times, steps)
+    late = np.finfo(np.float64).eps * np.abs(times).max(axis=1, keepdims=True) * code.graph.equations.timed
+    with np.errstate(all="ignore"):
+        coarse = follow(code, parameters, start, times, steps)
     while left.size and steps < MOST:
         steps *= 2
         chosen = [p[left] for p in parameters]
         with np.errstate(all="ignore"):
-            fine = follow(code, chosen, start[left], times[left], steps)
+            late = -late  # 0 and one rounding in turn
+            fine = follow(code, chosen, start[left], times[left] + np.maximum(late[left], 0.0), steps)
             apart = np.maximum.accumulate(np.abs(fine - coarse), axis=1)
             size = np.abs(fine).max(axis=1)
             change = np.where(apart[:, -1] == 0.0, 0.0, apart[:, -1] / size).max(axis=1)
@@ -71,6 +77,30 @@ def solved(code: Code, parameters, start, times, tolerance: float) -> tuple[np.n
         converged[left] = change <= tolerance
         rounded = (change > FALLING * last[left]) & (change < ROUNDED)
         last[left] = change
-        going = ~(converged[left] | rounded)
+        hopeless = ~np.isfinite(change) & (steps >= SOON)
+        going = ~(converged[left] | rounded | hopeless)
         left, coarse = left[going], fine[going]
     return states, error + ROUNDING * np.maximum.accumulate(np.abs(states), axis=1), converged
+
+
+def monodromy(model, parameters, start, tolerance: float) -> dict[str, np.ndarray]:
+    """What the tangent flow of motions does in a period: the certificate of measured multipliers.
+
+    Args:
+        model: of a system with a period.
+        parameters: a list of arrays (runs,).
+        start: states at the time 0, shape (runs, n).
+        tolerance: as of :func:`solved`.
+
+    Returns:
+        `period` (runs,), s; `matrix` and `error` (runs, n, n), as `kernels.floquet.columns` takes them; `residual`
+        (runs, n), how far the motion is from where it began; `converged` (runs,).
+    """
+    runs, n = start.shape
+    (period,) = lambdified(model.equations.parameters, [model.system.given_period])(*parameters)
+    directions = np.broadcast_to(np.eye(n).ravel(), (runs, n * n))
+    times = np.stack([np.zeros(runs), period], axis=1)
+    states, error, converged = solved(model.tangent, parameters, np.hstack([start, directions]), times, tolerance)
+    matrix, error = (np.swapaxes(x[:, 1, n:].reshape(runs, n, n), 1, 2) for x in (states, error))
+    residual = np.abs(states[:, 1, :n] - start)
+    return {"period": period, "matrix": matrix, "error": error, "residual": residual, "converged": converged}

@@ -25,7 +25,7 @@ def search(F, bounds, most=200, order=None):
     order = range(n) if order is None else order
     names = [system.state(str(q[i]), bounds=bounds[i]) for i in order]
     F = [sp.sympify(F[i]).subs({q[k]: name for k, name in zip(order, names, strict=True)}) for i in order]
-    equations = Equations(system, tuple(names), (), tuple(F), None, sp.Integer(0), natural=False, conservative=False)
+    equations = Equations(system, tuple(names), (), tuple(F), None, sp.Integer(0), natural=False, hamiltonian=False)
     found = equilibria.find(RootProblem(equations), [])
     assert not found.crowded.any()
     return found
