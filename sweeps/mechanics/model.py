@@ -150,8 +150,8 @@ class Model:
             direction: of the nudge, one number a coordinate; None nudges along the mode.
 
         Returns:
-            `raw` (points, len(kernel.RAW)), `status` (int8), `intervals`, `spacing` and `reach` (the signed size of the
-            mode's part of the nudge, relative to the whole).
+            `raw` (points, len(kernel.RAW)), `status` (int8), `intervals`, `spacing`, `reach` (the signed size of the
+            mode's part of the nudge, relative to the whole) and `share` (of the norm that the kinetic matrix makes).
         """
         intervals, spacing = round(cycles * samples_per_cycle), min(2.0 * np.pi / samples_per_cycle, 0.5)
         size = len(points["epsilon"])
@@ -164,11 +164,11 @@ class Model:
         wide = self._too_wide(points, theory, np.flatnonzero(here & ~unsound))
         status[wide], unsound[wide] = statuses.PERTURBATION_TOO_LARGE, True
         which = np.flatnonzero(here & ~unsound)
-        reach = np.ones(size)
+        reach, share = np.ones(size), np.ones(size)
         for start in range(0, which.size, CHUNK):
             part = which[start : start + CHUNK]
             nudge = self._nudge(points, theory, part, direction)
-            reach[part] = nudge["reach"]
+            reach[part], share[part] = nudge["reach"], np.maximum(nudge["start"], LEAST_SHARE)
             nudged = nudge["start"] >= LEAST_SHARE
             status[part[~nudged]] = statuses.NOT_PERTURBED
             if not nudged.all():
@@ -177,7 +177,8 @@ class Model:
             status[part] = kernel.status(raw[part], intervals, tolerance, spacing)
         wide = (status == statuses.OK) & kernel.is_too_wide(raw, theory["scale"], spacing)
         raw[wide], status[wide] = np.nan, statuses.PERTURBATION_TOO_LARGE
-        return {"raw": raw, "status": status, "intervals": intervals, "spacing": spacing, "reach": reach}
+        found = {"raw": raw, "status": status, "intervals": intervals, "spacing": spacing}
+        return found | {"reach": reach, "share": share}
 
     def _too_wide(self, points, theory, which):
         """The points, of those given, whose nudge leaves the neighbourhood of their place."""
@@ -301,8 +302,7 @@ class Model:
         known = np.isfinite(raw[:, kernel.RAW.rate2])
         with np.errstate(invalid="ignore"):
             uncertain = theory["uncertain"] * S * S
-            share = np.minimum(np.abs(measured["reach"]), 1.0)
-            error, left = (x + uncertain for x in kernel.errors(raw, S, measured["spacing"], share))
+            error, left = (x + uncertain for x in kernel.errors(raw, S, measured["spacing"], measured["share"]))
             regime = kernel.regime(reduced, left)
             predicted = kernel.regime(theory["omega_squared"], 32.0 * kernel.EPSILON * S * S + uncertain)
         regime = np.where(known, regime, -1).astype(np.int8)
