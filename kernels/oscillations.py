@@ -60,7 +60,7 @@ BOTH = 5.0 / 3.0  # what comes together of two runs' errors in their extrapolati
 # residuals so much at least is unknown; by how much a third harmonic's residual counts.
 NEXT, GROWING, SIXTH, UNKNOWN, HARMONIC = 2.0, 3.0, 2.0, 0.2, 9.0
 SHORT = 4.0  # added to SIXTH in a window of less than a turn, whose residuals show less of the sixth order
-ALONE = 0.999  # least share of the perturbation with which a mode counts as the only one that moves
+ALONE = 1.0 - 1e-9  # least share of the perturbation with which a mode counts as the only one that moves
 SEEN = 10.0  # times the rounding: residuals that are more are no rounding
 CONVERGED = 0.003  # largest sixth order, relative to the rate² or 1/T², with which the extrapolation counts
 
@@ -437,8 +437,8 @@ def errors(raw, scale, spacing, share=1.0):
       no power of the rate²: in the root mean square :math:`k = \frac{\Phi^2}{128\sqrt5}\sqrt{d^2 + (9r)^2}`, r that
       of the residuals of the whole nudge's run. So :math:`e = \max(\frac15s, s - 2k)` of a window of a turn or more,
       over which k is a mean; else s, and 6e in place of 2e as far as e exceeds ten times
-      the rounding below: over less than a turn a change of the amplitude hides in that of the rate², and where other
-      modes move, so do their phases;
+      the rounding below: over less than a turn a change of the amplitude hides in that of the rate²; and 10e where
+      other modes move too, whose phases change as well;
     * scatter, :math:`e\sqrt{n/(n - 4)}/\sqrt{n - 3}`: the standard error of such residuals;
     * rounding, :math:`8u(|\omega^2| + 4S^2) + 6u|\omega|/h + 0.4u/(h^2\sqrt{n - 2})`, and 5/3 of it: S² for the second
       derivatives of V, whose terms may cancel; over the mode's share of the perturbation, for the whole motion rounds.
@@ -461,7 +461,7 @@ def errors(raw, scale, spacing, share=1.0):
     spacing : float
         Spacing of the samples, in 1/S.
     share : numpy.ndarray, shape (points,), or float
-        Size of the mode's part of the perturbation, over the whole.
+        Size of the mode's part of the perturbation, over the whole, in the norm that the kinetic matrix makes.
 
     Returns
     -------
@@ -475,13 +475,15 @@ def errors(raw, scale, spacing, share=1.0):
         integration = raw[:, RAW.halving] * (n - 1.0) * follow
         shift, beyond = np.abs(raw[:, RAW.rate2] / S2 - square), raw[:, RAW.beyond] / S2
         falling = np.minimum(15.0 * beyond / np.maximum(shift, np.finfo(float).tiny), 10.0)
-        clear = _turned(square, span) & (share > ALONE)
+        alone = np.asarray(share) > ALONE
+        clear = _turned(square, span) & alone
         sixth = _sixth(raw, square, shift, span, S2, clear)
         scatter = sixth * np.sqrt(n / np.maximum(n - 4.0, 0.25) / np.maximum(n - 3.0, 1.0))
         rounding = 8.0 * (np.abs(square) + 4.0) + 6.0 * np.sqrt(np.abs(square)) / spacing
         rounding = unit * (rounding + 0.4 / (spacing**2 * np.sqrt(np.maximum(n - 2.0, 1.0))))
         left = beyond * (NEXT + GROWING * falling) + SIXTH * sixth
-        left += np.where(clear, 0.0, SHORT * np.maximum(sixth - SEEN * rounding, 0.0))
+        hidden = np.where(clear, 0.0, np.where(alone, SHORT, 2.0 * SHORT))
+        left += hidden * np.maximum(sixth - SEEN * rounding, 0.0)
         reduced = scatter + BOTH * (integration + rounding / share) + left
     return (reduced + shift) * S2, reduced * S2
 

@@ -98,8 +98,8 @@ def measured(model, points, theory, cycles: float, samples_per_cycle: int, toler
         direction: of the nudge, one number a coordinate; None nudges along the mode.
 
     Returns:
-        `raw` (points, len(kernel.RAW)), `status` (int8), `intervals`, `spacing` and `reach` (the signed size of the
-        mode's part of the nudge, relative to the whole).
+        `raw` (points, len(kernel.RAW)), `status` (int8), `intervals`, `spacing`, `reach` (the signed size of the mode's
+        part of the nudge, relative to the whole) and `share` (of the norm that the kinetic matrix makes).
     """
     intervals, spacing = round(cycles * samples_per_cycle), min(2.0 * np.pi / samples_per_cycle, 0.5)
     size, status = len(points["epsilon"]), theory["status"].copy()
@@ -110,11 +110,11 @@ def measured(model, points, theory, cycles: float, samples_per_cycle: int, toler
     wide = _too_wide(model.landscape, points, theory, np.flatnonzero(here & ~unsound))
     status[wide], unsound[wide] = statuses.PERTURBATION_TOO_LARGE, True
     which = np.flatnonzero(here & ~unsound)
-    reach = np.ones(size)
+    reach, share = np.ones(size), np.ones(size)
     for start in range(0, which.size, CHUNK):
         part = which[start : start + CHUNK]
         nudge = _nudge(points, theory, part, direction)
-        reach[part] = nudge["reach"]
+        reach[part], share[part] = nudge["reach"], np.maximum(nudge["start"], LEAST_SHARE)
         nudged = nudge["start"] >= LEAST_SHARE
         status[part[~nudged]] = statuses.NOT_PERTURBED
         if not nudged.all():
@@ -123,7 +123,8 @@ def measured(model, points, theory, cycles: float, samples_per_cycle: int, toler
         status[part] = kernel.status(raw[part], intervals, tolerance, spacing)
     wide = (status == statuses.OK) & kernel.is_too_wide(raw, theory["scale"], spacing)
     raw[wide], status[wide] = np.nan, statuses.PERTURBATION_TOO_LARGE
-    return {"raw": raw, "status": status, "intervals": intervals, "spacing": spacing, "reach": reach}
+    found = {"raw": raw, "status": status, "intervals": intervals, "spacing": spacing}
+    return found | {"reach": reach, "share": share}
 
 
 def _too_wide(landscape, points, theory, which):
@@ -223,8 +224,7 @@ def _columns(model, points, theory, measured):
     known = np.isfinite(raw[:, kernel.RAW.rate2])
     with np.errstate(invalid="ignore"):
         uncertain = theory["uncertain"] * S * S
-        share = np.minimum(np.abs(measured["reach"]), 1.0)
-        error, left = (x + uncertain for x in kernel.errors(raw, S, measured["spacing"], share))
+        error, left = (x + uncertain for x in kernel.errors(raw, S, measured["spacing"], measured["share"]))
         regime = kernel.regime(reduced, left)
         predicted = kernel.regime(theory["omega_squared"], 32.0 * kernel.EPSILON * S * S + uncertain)
     regime = np.where(known, regime, -1).astype(np.int8)
