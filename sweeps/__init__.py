@@ -27,7 +27,8 @@ def survey(definition, *, chunks=None, threads: int = 1):
     """Measure a sweep and return its map as an `xarray.Dataset`.
 
     Args:
-        definition: the path of a definition, the name of one that ships, or a mapping with its keys.
+        definition: the path of a definition, the name of one that ships, or a mapping with its keys, whose `system`
+            may be a `sweeps.mechanics.System`.
         chunks: None computes at once. A mapping of dimension to length, a number of points, or "auto" makes the
             Dataset lazy (Dask), to be computed by whatever scheduler is active.
         threads: threads that share the work where it is not lazy.
@@ -48,6 +49,11 @@ def survey(definition, *, chunks=None, threads: int = 1):
 
     plot.register()
     source = definition if isinstance(definition, Mapping) else catalogue.resolve(str(definition))
+    if isinstance(definition, Mapping) and not isinstance(definition.get("system", ""), str):
+        from sweeps import mechanics, systems
+
+        if isinstance(definition["system"], mechanics.System):
+            source = {**definition, "system": systems.built(definition["system"])}
     ds = dataset.survey_grid(read(source), chunks, threads)
     return ds if chunks is not None else ds.assign_attrs(content_hash=content.content_hash(ds))
 

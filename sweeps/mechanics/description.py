@@ -29,6 +29,11 @@ from sweeps.schema.refusals import DefinitionError
 RESERVED = ("equilibrium", "mode", "eigenvalue", "epsilon", "phase", "t", "title", "system", "grid")
 MOST_COORDINATES, MOST_STATES = 10, 12
 
+UNIT = (  # SI units with their prefixes, and those that are used with them
+    "(da|[yzafpnuµmcdhkMGTPEZY])?(m|g|s|A|K|mol|cd|rad|sr|Hz|N|Pa|J|W|C|V|F|ohm|S|Wb|T|H|L|l|eV|bar)"
+    "|(kilo|centi|milli|micro|mega)?(met(re|er)|gram|second|radian|newton|joule|watt|pascal|hertz|kelvin|ampere|volt)s?"
+    "|deg|degrees?|°|min(ute)?|h(our)?|d(ay)?|year|yr|au|AU|rpm|cycles?|revolutions?|turns?|percent|%"
+)
 _KINK = ("has a kink, about which nothing is linear", "sqrt(u**2 + d**2) in place of |u|, with a small d")
 KINKED = {
     **dict.fromkeys((sp.Abs, sp.sign, sp.Max, sp.Min, sp.Heaviside, sp.Piecewise), _KINK),
@@ -161,7 +166,7 @@ class System:
 
     def parameter(self, name, unit="1", *, default, positive=False, least=None, most=None, meaning="") -> sp.Symbol:
         """A parameter's symbol; a sweep's `grid` gives its value, or several."""
-        self._check_name(name)
+        self._check_name(name, unit)
         symbol = sp.Symbol(name, positive=True) if positive else sp.Symbol(name, real=True)
         parameter = DescribedParameter(
             symbol, unit, float(default), positive, least, most, meaning or name.replace("_", " ")
@@ -189,7 +194,7 @@ class System:
 
         `bounds` may be left out for one with a momentum; `positive` says that it is a distance and no number below 0.
         """
-        self._check_name(name)
+        self._check_name(name, unit)
         if len(self.coordinates) >= MOST_COORDINATES:
             raise DescriptionError(f"coordinate {name}: there are {MOST_COORDINATES} already; allowed: no more")
         if bounds is None and momentum is None:
@@ -239,7 +244,7 @@ class System:
 
     def state(self, name, unit="1", *, bounds, size=None, positive=False, meaning="") -> sp.Symbol:
         """The symbol of a state of equations of first order; see `State`. Its rate is said by :meth:`rate`."""
-        self._check_name(name)
+        self._check_name(name, unit)
         if len(self.states) >= MOST_STATES:
             raise DescriptionError(f"state {name}: there are {MOST_STATES} already; allowed: no more")
         symbol = sp.Symbol(name, positive=True) if positive else sp.Symbol(name, real=True)
@@ -321,10 +326,13 @@ class System:
                 raise DescriptionError(f"{where}: {part} {wrong}; allowed: {allowed}")
         return e
 
-    def _check_name(self, name):
+    def _check_name(self, name, unit="1"):
         taken = name in {*self.parameters, *self.coordinates, *self.states, *RESERVED}
         if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,31}", name) or taken:
             raise DescriptionError(
                 f"name {name!r} is taken or no word; allowed: letters, digits and _, none twice, none of "
                 + ", ".join(RESERVED)
             )
+        for word in re.sub(r"[-+^*]*\d+", "", unit).replace("/", " ").replace(".", " ").split():
+            if not re.fullmatch(UNIT, word):
+                raise DescriptionError(f"unit of {name}: {unit!r} holds {word!r}; allowed: UDUNITS text such as m s-2")

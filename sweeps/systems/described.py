@@ -6,11 +6,14 @@ kind of system a description makes stands in the folders beside this module: sma
 
 import hashlib
 import importlib.util
+import math
+import pickle
+import re
 import threading
 import traceback
 from abc import abstractmethod
-from collections.abc import Callable, Collection, Mapping
-from functools import cache, cached_property
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from functools import cache, cached_property, partial
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
@@ -18,6 +21,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
+from sweeps.reading.sandbox import ChildError, parts_from_child
 from sweeps.schema import quantities
 from sweeps.schema.definition import Definition
 from sweeps.schema.parameters import Range, grid_model, spread
@@ -37,6 +41,7 @@ if TYPE_CHECKING:
 
 MECHANICS = Path(__file__).parents[1] / "mechanics"
 TAPES = Kernel("taylor_tapes", seconds=10.0)  # called by the code of large systems alone
+FILE_SECONDS = 60.0  # of processor that the file of a description may take
 LOOKED_AT = 256  # points of a grid at which a check looks for equilibria
 
 
@@ -351,26 +356,56 @@ script = cache(Script)
 
 
 def _run(path: Path) -> "mechanics.System":
-    """The `system` of a Python file."""
+    """The `system` of a Python file, which is run in a child process of bounded time."""
+    from sweeps.mechanics import DescriptionError
+
+    try:
+        (answer,) = parts_from_child(partial(_answered, path), FILE_SECONDS, math.inf)
+    except ChildError:
+        wrong = f"ended without an answer, or took more than {FILE_SECONDS:g} s"
+        raise DescriptionError(f"system: {path}: {wrong}; allowed: Python that describes a system") from None
+    system = pickle.loads(answer)
+    if isinstance(system, str):
+        raise DescriptionError(f"system: {system}")
+    return system
+
+
+def _answered(path: Path) -> Iterator[bytes]:
+    """Yield the `system` of a Python file, or what is wrong with it, pickled."""
     from sweeps.mechanics import DescriptionError, System
 
-    digest = hashlib.sha256(str(path.resolve()).encode()).hexdigest()[:16]
-    spec = importlib.util.spec_from_file_location(f"described_{digest}", path)
+    spec = importlib.util.spec_from_file_location("described", path)
     module = importlib.util.module_from_spec(spec)
     try:
         spec.loader.exec_module(module)
+        found = getattr(module, "system", None)
+        if not isinstance(found, System):
+            found = f"{path}: defines no `system`; allowed: a file with system = System(…)"
     except (Exception, SystemExit) as error:  # a file that ends the program would end it with its own exit status
         lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(path)]
-        where = f"{path}, line {lines[-1]}" if lines else str(path)
+        found = f"{path}, line {lines[-1]}: " if lines else f"{path}: "
         if isinstance(error, DescriptionError):
-            raise DescriptionError(f"system: {where}: {error}") from None
-        said = " ".join(str(error).split())[:200]
-        numbers = "ufunc" in said or "to float" in said  # NumPy's or math's cos of a symbol
-        allowed = "SymPy's functions (from sympy import cos)" if numbers else "Python that describes a system"
-        raise DescriptionError(
-            f"system: {where}: cannot be run ({type(error).__name__}: {said}); allowed: {allowed}"
-        ) from None
-    system = getattr(module, "system", None)
-    if not isinstance(system, System):
-        raise DescriptionError(f"system: {path}: defines no `system`; allowed: a file with system = System(…)")
-    return system
+            found += str(error)
+        else:
+            said = " ".join(str(error).split())[:200]
+            numbers = "ufunc" in said or "to float" in said  # NumPy's or math's cos of a symbol
+            allowed = "SymPy's functions (from sympy import cos)" if numbers else "Python that describes a system"
+            found += f"cannot be run ({type(error).__name__}: {said}); allowed: {allowed}"
+    yield pickle.dumps(found)
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Descriptions that are built by a program
+
+BUILT: dict[str, Described] = {}
+
+
+def built(description: "mechanics.System", kinds: Iterable[type[Described]]) -> str:
+    """Return the name under which a description that a program has built is known from now on, in this process."""
+    text = repr(sorted(vars(description).items(), key=lambda item: item[0])).encode()
+    word = re.sub(r"[^A-Za-z0-9]+", "_", description.title).strip("_")[:40] or "system"
+    name = f"{word}-{hashlib.sha256(text).hexdigest()[:12]}.py"
+    if name not in BUILT:
+        kind = named(description.title, lambda: next(kind for kind in kinds if kind.describes(description)))
+        BUILT[name] = kind(name, lambda: description, text)
+    return name

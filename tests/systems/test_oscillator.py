@@ -149,7 +149,10 @@ def test_fingerprint_changes_with_the_description(tmp_path):
             "k * x**2)\nsystem.equilibrium('high', {k: 0}",
             "high: stiffness is no coordinate or state; allowed: x",
         ),
-        ("k * x**2)\nsystem.coordinate('y', bounds=(-1, 1), size=0", "size of y: 0; allowed"),
+        ("k * x**2)\nsystem.coordinate('y', bounds=(-1, 1), size=0", "line 10: size of y: 0; allowed"),
+        ("k * x**2 * __import__('sympy').Symbol('y')", "line 9: V: unbound symbol y; allowed: mass"),
+        ("k * x**2)\nsystem.parameter('c', 'Nm-1', default=1", "line 10: unit of c: 'Nm-1' holds 'Nm'; allowed"),
+        ("k * x**2)\n__import__('os')._exit(0", "ended without an answer"),
     ],
 )
 def test_what_is_wrong_with_a_description_is_said_before_any_work(tmp_path, V, wrong):
@@ -158,6 +161,21 @@ def test_what_is_wrong_with_a_description_is_said_before_any_work(tmp_path, V, w
         read(small(name, stiffness=2.0))
     assert "\n" not in str(refused.value)
     assert name in str(refused.value)
+
+
+def test_a_file_that_does_not_end_is_ended(tmp_path, monkeypatch):
+    monkeypatch.setattr("sweeps.systems.described.FILE_SECONDS", 1.0)
+    name = described(tmp_path, "while True:\n    pass\n")
+    with pytest.raises(DefinitionError, match="took more than 1 s"):
+        read(small(name, stiffness=2.0))
+
+
+def test_a_system_built_by_a_program_gives_what_its_file_gives(tmp_path):
+    name, made = described(tmp_path, SPRING.format(V="k * x**2 / 2")), {}
+    exec(SPRING.format(V="k * x**2 / 2"), made)
+    of_file, of_object = (sweeps.survey(small(system, stiffness=[1.0, 4.0])) for system in (name, made["system"]))
+    for variable in of_file.data_vars:
+        np.testing.assert_array_equal(of_file[variable], of_object[variable])
 
 
 @pytest.mark.slow
