@@ -84,13 +84,12 @@ rule shard:
         kernels=lambda wildcards: PLANS[wildcards.sweep].sweep.system.fingerprint(),
         # a definition counts by its text, not by its date
         path=lambda wildcards: PLANS[wildcards.sweep].path,
-        definition=lambda wildcards: PLANS[wildcards.sweep].sweep.definition.text,
-        inputs=lambda wildcards: PLANS[wildcards.sweep].sweep.definition.inputs,
+        digest=lambda wildcards: PLANS[wildcards.sweep].sweep.definition.digest,
     message:
         "Measuring shard {wildcards.k} of {wildcards.n} of {wildcards.sweep}"
     shell:
         "python -m sweeps shard {params.path:q} {wildcards.k} {wildcards.n}"
-        " --threads {threads} --output {output:q}"
+        " --threads {threads} --digest {params.digest} --output {output:q}"
         " > {log:q} 2>&1 || {{ tail -n 20 {log:q} >&2; exit 1; }}"
 
 
@@ -119,13 +118,13 @@ rule merge:
         # the names of thousands of shards would be too long for one command
         folder="results/{sweep}/shards",
         path=lambda wildcards: PLANS[wildcards.sweep].path,
-        definition=lambda wildcards: PLANS[wildcards.sweep].sweep.definition.text,
+        digest=lambda wildcards: PLANS[wildcards.sweep].sweep.definition.digest,
         shows=lambda wildcards: PLANS[wildcards.sweep].sweep.system.caption,
     message:
         "Merging the shards of {wildcards.sweep} into its map"
     shell:
         "python -m sweeps merge --renew {params.path:q} {params.folder:q}"
-        " --threads {threads} --output {output:q}"
+        " --threads {threads} --digest {params.digest} --output {output:q}"
         " > {log:q} 2>&1 || {{ tail -n 20 {log:q} >&2; exit 1; }}"
 
 

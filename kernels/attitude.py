@@ -51,6 +51,7 @@ import numpy as np
 from kernels import solution
 from kernels.elliptic import RUNGS, climb, jacobi_short, ladder, separatrix_functions
 from kernels.jit import INLINE, OPTIONS, njit
+from kernels.rigid_body import checked_times, unit_quaternion
 
 FAR = 700.0  # beyond it sech underflows; what arg needs there is a ratio that no longer changes
 SETTLED_TANH = 20.0  # tanh is one to rounding
@@ -58,7 +59,7 @@ SETTLED_TANH = 20.0  # tanh is one to rounding
 
 @njit(**OPTIONS)
 def carlson_rj(x, y, z, p):
-    """Carlson's symmetric integral of the third kind R_J for 0 <= x <= y <= z <= p, at most x zero.
+    """Return Carlson's symmetric integral of the third kind R_J for 0 <= x <= y <= z <= p, at most x zero.
 
     Duplication until the spread is small, then the series to seventh order; relative error about 4e-16.
     Source: Carlson, Numer. Algorithms 10 (1995) 13, algorithm for R_J; DLMF 19.26.22, 19.36.2.
@@ -91,7 +92,7 @@ def carlson_rj(x, y, z, p):
 
 @njit(**OPTIONS)
 def complete(complement, nu):
-    """``int_0^K s^2/(1 + nu s^2) dv`` with s = sn(v), for a modulus of complement k' > 0 and nu >= 0.
+    """Return ``int_0^K s^2/(1 + nu s^2) dv``, s = sn(v), for a modulus of complement k' > 0 and nu >= 0.
 
     Bulirsch's ``cel(k', 1 + nu, 0, 1)``: arithmetic-geometric means, all terms positive; relative error 4e-16.
     """
@@ -211,7 +212,7 @@ def constants(moments, omega, p, m, m1):
 
 @njit(**INLINE)
 def middle_shift(turning, sn, cn, dn):
-    """The complex zeta of the module's docstring; (sn, cn, dn) are those of half the step."""
+    """Return the complex zeta of the module's docstring; (sn, cn, dn) are those of half the step."""
     a, mu_c, mu_s = turning.a, turning.mu_c, turning.mu_s
     below = a * a + mu_c * mu_c * (sn * sn)
     scale = a / (below if below > 0.0 else 1.0)
@@ -225,7 +226,7 @@ def _climb(u, m, means):
 
 @njit(**OPTIONS)
 def third_kind(v, top):
-    """J(v) of the module's docstring for any v."""
+    """Return J(v) of the module's docstring for any v."""
     nu, k1 = top.turning.nu, top.turning.k1
     if top.motion.m1 <= 0.0:
         if abs(v) > SETTLED_TANH:
@@ -247,7 +248,7 @@ def third_kind(v, top):
 
 @njit(**OPTIONS)
 def product(a, b):
-    """Product of two quaternions, scalar first: the turn b, then the turn a."""
+    """Return the product of two quaternions, scalar first: the turn b, then the turn a."""
     a0, a1, a2, a3 = a
     b0, b1, b2, b3 = b
     return (
@@ -260,7 +261,7 @@ def product(a, b):
 
 @njit(**INLINE)
 def heading(q, n, m):
-    """Cosine and sine of psi/2, to a positive factor: ``P(n) q P(m)*`` with the axis a on the side of L.
+    """Return cos and sin of psi/2, to a positive factor: ``P(n) q P(m)*`` with the axis a on the side of L.
 
     n is the direction of L in the body at the start, m now, with n_a and m_a > 0; axes in the cyclic order (a, b, c).
     """
@@ -279,7 +280,7 @@ def heading(q, n, m):
 
 @njit(**INLINE)
 def lifted(n, x, y):
-    """``P(n)* (x + y e_d)`` as a quaternion (scalar, d, j, k), n the direction of L in the body at the start."""
+    """Return ``P(n)* (x + y e_d)`` as a quaternion (scalar, d, j, k), n the direction of L in the body at first."""
     n_d, n_j, n_k = n
     N = 1.0 + n_d
     return N * x, N * y, n_j * y - n_k * x, n_j * x + n_k * y
@@ -313,7 +314,7 @@ def prepare(moments, start, rungs, rungs1):
 
 @njit(**OPTIONS)
 def half_turn(t, top):
-    """Half of psi, rad, at the time t (in the motion's own unit)."""
+    """Return half of psi, rad, at the time t (in the motion's own unit)."""
     p, m, m1, _, c, w, _ = top.motion
     turning, g_d = top.turning, top.frame.g[0]
     half, short = 0.5 * p * t, 0.5 * t
@@ -329,7 +330,7 @@ def half_turn(t, top):
 
 @njit(**OPTIONS)
 def at(t, top):
-    """Attitude since the start (unit quaternion) and direction m of L in the body, a time t (s) after it."""
+    """Return attitude since the start (unit quaternion) and direction m of L in the body, a time t (s) after it."""
     p, m, m1, _, c, w, unit = top.motion
     d, turned, on_j, g, begin = top.frame
     t *= unit
@@ -344,7 +345,7 @@ def at(t, top):
 
 @njit(**OPTIONS)
 def fill(moments, start, times, q_start, out):
-    """Attitude at every one of ``times`` (n,), into ``out`` (n, 4); what is constant is computed once."""
+    """Fill ``out`` (n, 4) with the attitude at every one of ``times`` (n,); what is constant is computed once."""
     if solution.is_stationary(solution.coefficients(moments[0], moments[1], moments[2]), start):
         _fill_steady(start, times, q_start, out)
         return
@@ -357,14 +358,14 @@ def fill(moments, start, times, q_start, out):
 
 @njit(**INLINE)
 def landen_complement(m1):
-    """``sqrt(1 - k1^2) = 2 sqrt(k')/(1 + k')`` with ``k' = sqrt(m1)``."""
+    """Return ``sqrt(1 - k1^2) = 2 sqrt(k')/(1 + k')`` with ``k' = sqrt(m1)``."""
     complement = math.sqrt(m1)
     return 2.0 * math.sqrt(complement) / (1.0 + complement)
 
 
 @njit(**INLINE)
 def by_axis(d, x_d, x_j, x_k):
-    """Values of the axes (d, j, k) in the order of the axes 1, 2, 3."""
+    """Return the values of the axes (d, j, k) in the order of the axes 1, 2, 3."""
     x1 = x_d if d == 1 else (x_k if d == 2 else x_j)
     x2 = x_j if d == 1 else (x_d if d == 2 else x_k)
     x3 = x_k if d == 1 else (x_j if d == 2 else x_d)
@@ -394,7 +395,7 @@ def _rate(u, m, A_d, a, mean):
 
 @njit(**INLINE)
 def short_turn(delta, m, A_d, a, mean):
-    """``Psi/h`` over half a step, delta = p h/2 at most 0.5: Gauss and Legendre's rule of eight nodes, error 1e-17."""
+    """Return ``Psi/h`` over half a step, delta = p h/2 <= 0.5, by Gauss and Legendre's eight nodes, error 1e-17."""
     return 0.5 * (
         0.05061426814518853 * _rate(0.019855071751231912 * delta, m, A_d, a, mean)
         + 0.11119051722668721 * _rate(0.10166676129318664 * delta, m, A_d, a, mean)
@@ -409,7 +410,7 @@ def short_turn(delta, m, A_d, a, mean):
 
 @njit(**INLINE)
 def oriented(d, x1, x2, x3):
-    """Values of the axes 1, 2, 3 in the cyclic order (d, j, k)."""
+    """Return the values of the axes 1, 2, 3 in the cyclic order (d, j, k)."""
     return (
         x1 if d == 1 else (x2 if d == 2 else x3),
         x2 if d == 1 else (x3 if d == 2 else x1),
@@ -473,7 +474,7 @@ def short_step_constants(moments, omega, h):
 
 @njit(**INLINE)
 def of_direction(q, g):
-    """Coefficients by which :func:`kernels.exact.step` takes m = g w, from those by which it takes w."""
+    """Return the coefficients by which :func:`kernels.exact.step` takes m = g w, from those for w."""
     q_d, q_j, q_k = q
     g_d, g_j, g_k = g
     return q_d * (g_d / (g_j * g_k)), q_j * (g_j / (g_k * g_d)), q_k * (g_k / (g_d * g_j))
@@ -481,7 +482,7 @@ def of_direction(q, g):
 
 @njit(**INLINE)
 def step(m, R, size, x, y):
-    """One exact step of ``R = P(m(0))* exp(i psi/2)`` from the direction m of L at its beginning, up to a factor.
+    """Return one exact step of ``R = P(m(0))* exp(i psi/2)`` from the direction m of L, up to a factor.
 
     x and y are those of :class:`Steps`, ``size`` is the factor that the last landing found: R is brought back to its
     size a step late, so that nothing waits for a root.
@@ -507,7 +508,7 @@ def _reciprocal_root(x):
 
 @njit(**INLINE)
 def land(m, R):
-    """Attitude ``R P(m)`` as a unit quaternion (scalar, d, j, k), and the factor that made it one.
+    """Return the attitude ``R P(m)`` as a unit quaternion (scalar, d, j, k), and the factor that made it one.
 
     Its size is the product of those of R and P(m).
     """
@@ -524,27 +525,10 @@ def land(m, R):
 
 
 def attitude(moments, omega_start, times, attitude_start=(1.0, 0.0, 0.0, 0.0)):
-    """Attitude of a free rigid body in closed form: see :func:`kernels.exact.attitude`."""
+    """Return the attitude of a free rigid body in closed form: see :func:`kernels.exact.attitude`."""
     moments, start = solution.checked(moments, omega_start)
     if not start.any():
         raise ValueError("omega_start must not be zero: nothing turns")
     out = np.empty((checked_times(times).size, 4))
     fill(moments, start, checked_times(times), unit_quaternion(attitude_start), out)
     return out
-
-
-def checked_times(times):
-    """Times as an array, refused unless one-dimensional and finite."""
-    times = np.asarray(times, dtype=np.float64, order="C")
-    if times.ndim != 1 or not np.isfinite(times).all():
-        raise ValueError("times must be a one-dimensional array of finite numbers")
-    return times
-
-
-def unit_quaternion(attitude):
-    """Four numbers, scalar first, as a unit quaternion; refused unless finite and not all zero."""
-    q = np.asarray(attitude, dtype=np.float64)
-    if q.shape != (4,) or not np.isfinite(q).all() or not q.any():
-        raise ValueError(f"attitude_start must be four finite numbers, scalar first and not all zero, not {attitude!r}")
-    q = q / np.abs(q).max()
-    return q / np.sqrt(q @ q)

@@ -15,7 +15,7 @@ LINE = 64  # bytes of a line of cache, and of the longest vector
 
 @njit(nogil=True, **OPTIONS)
 def scratch(rows):
-    """Zeros for so many rows of W lanes, (rows * W,), where no vector lies across two lines of the cache."""
+    """Return zeros for so many rows of W lanes, (rows * W,), where no vector lies across two lines of the cache."""
     S = np.zeros(rows * W + LINE // 8)
     first = (-S.ctypes.data) % LINE // 8
     return S[first : first + rows * W]
@@ -23,13 +23,13 @@ def scratch(rows):
 
 @njit(nogil=True, **OPTIONS)
 def rows_of(count):
-    """As :func:`scratch`, shape (count, W)."""
+    """Return zeros as :func:`scratch`, shape (count, W)."""
     return scratch(count).reshape(count, W)
 
 
 @njit(nogil=True, **OPTIONS)
 def cut(keys, levels):
-    """Order of the points and starts of the blocks: points of one kind together, sorted by key, W at a time.
+    """Return the order of the points and the starts of blocks: points of one kind, sorted by key, W at a time.
 
     A counting sort: equal keys keep the order of their points.
 

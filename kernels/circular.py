@@ -29,13 +29,13 @@ COSINES = (
 
 @njit(**INLINE)
 def within(angle):
-    """An angle (rad) that :func:`cosine_sine` takes: itself up to FAR, else the same direction within half a turn."""
+    """Return an angle (rad) for :func:`cosine_sine`: itself up to FAR, else its direction within half a turn."""
     return angle if abs(angle) <= FAR else math.atan2(math.sin(angle), math.cos(angle))
 
 
 @formula
 def cosine_sine(angle):
-    """Cosine and sine of an angle up to FAR, rad; NaN of NaN."""
+    """Return the cosine and sine of an angle up to FAR, rad; NaN of NaN."""
     turns = np.floor(angle * (2.0 / math.pi) + 0.5)
     above, part = angle - turns * FIRST, turns * SECOND
     near = above - part
@@ -57,7 +57,7 @@ def cosine_sine(angle):
 
 @formula
 def arctangent(t):
-    """Arctangent of at most a quarter, rad; the series in t² is cut after t^24, which leaves 2e-17 at the end."""
+    """Return the arctangent of at most a quarter, rad; the series in t² is cut after t^24, which leaves 2e-17."""
     z = t * t
     series = z * (1 / 25) - 1 / 23
     series = series * z + 1 / 21

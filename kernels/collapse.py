@@ -37,7 +37,7 @@ def _hash(x, y, z, u, v):
 
 @njit(nogil=True, **OPTIONS)
 def distinct(points):
-    """The distinct motions of points, and the motion of each point; one that is no number has a motion of its own.
+    """Return the distinct motions, and the motion of each point; one that is no number has a motion of its own.
 
     Parameters
     ----------

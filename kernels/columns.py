@@ -33,27 +33,27 @@ class Column(NamedTuple):
 
 
 def names(table):
-    """Names of a table's columns, in order."""
+    """Return the names of a table's columns, in order."""
     return tuple(column.name for column in table)
 
 
 def numbers(names):
-    """Named tuple of the numbers 0, 1, … of names."""
+    """Return a named tuple of the numbers 0, 1, … of names."""
     return namedtuple("Numbers", names)(*range(len(names)))
 
 
 def powers(*tables):
-    """Name → power of the spin rate in the unit, of each column of some tables."""
+    """Return name → power of the spin rate in the unit, of each column of some tables."""
     return {column.name: column.power for table in tables for column in table}
 
 
 def rows(names, first, width):
-    """Named tuple of where the rows of names begin in a scratch array of rows so wide, from row ``first`` on."""
+    """Return a named tuple of where the rows of names begin in a scratch array, from row ``first`` on."""
     return namedtuple("Rows", names)(*(width * (first + k) for k in range(len(names))))
 
 
 def arrays(*values, dtypes=None):
-    """Arrays of one length in the one form that kernels are compiled for: contiguous, writable, float64 (or dtypes).
+    """Return arrays of one length as kernels are compiled for: contiguous, writable, float64 (or dtypes).
 
     A kernel would be compiled again, for seconds and in silence, for values that are only read (a broadcast number).
     """

@@ -15,7 +15,7 @@ EPSILON = float(np.finfo(np.float64).eps)
 
 @njit(**OPTIONS)
 def solve(A, B, n, m):
-    """Overwrite B, shape (n, m), by A⁻¹B, elimination with row exchange; A is lost. Whether A was regular."""
+    """Overwrite B, shape (n, m), by A⁻¹B, elimination with row exchange; A is lost. Return True if A is regular."""
     for k in range(n):
         best = k
         for i in range(k + 1, n):
@@ -179,7 +179,7 @@ def _francis(H, lo, hi, turn):
 
 @njit(boolean(float64[:, ::1], int64, float64[::1], float64[::1]), **OPTIONS)
 def eigenvalues(A, n, re, im):
-    """Eigenvalues of A, real ones and conjugate pairs exactly so, into re and im; whether the iteration ended."""
+    """Fill re and im with the eigenvalues of A, conjugate pairs exactly so; return True if the iteration ended."""
     H = A[:n, :n].copy()
     _hessenberg(H, n, re)
     norm = 0.0

@@ -34,7 +34,7 @@ import math
 import numpy as np
 
 from kernels.jit import OPTIONS, njit
-from kernels.rigid_body import euler_coefficients
+from kernels.rigid_body import checked_times, euler_coefficients, unit_quaternion
 from kernels.taylor import ORDERS, step_12, turn_12
 
 MOST_STEPS = 10_000
@@ -43,7 +43,7 @@ NEAR_SHARE = 0.15  # of the tolerance, that a step near the axis may leave out
 
 @njit(**OPTIONS)
 def truncation(size, order):
-    """G_N(A): the relative coefficient of the first term left out, for a perturbation of relative size A (0 < A)."""
+    """Return G_N(A): the relative coefficient of the first term left out, for a perturbation of size A (0 < A)."""
     n = order + 1.0
     factorial = 1.0
     for i in range(2, order + 2):
@@ -59,7 +59,7 @@ def truncation(size, order):
 
 @njit(**OPTIONS)
 def is_near(x, size, samples, tolerance):
-    """Whether the near step leaves out less than NEAR_SHARE of the tolerance, over a run of one step a sample.
+    """Return True if the near step leaves out less than NEAR_SHARE of the tolerance, at one step a sample.
 
     x and ``samples`` as for :func:`choose`; ``size`` is the largest that the perturbation is followed to, relative to
     the spin. For x up to 0.6 the terms after the first ones left out add less than a fifth of them.
@@ -72,7 +72,7 @@ def is_near(x, size, samples, tolerance):
 
 @njit(**OPTIONS)
 def is_nearest(x, size, samples, tolerance):
-    """As :func:`is_near`, of the nearest step; for x up to 1/2."""
+    """Return True as :func:`is_near`, of the nearest step; for x up to 1/2."""
     z = 4.0 * x * x
     coupling = samples * z * z / 96.0
     spin = 0.5 * samples * samples * x * (z * z * z) / 1440.0
@@ -81,7 +81,7 @@ def is_nearest(x, size, samples, tolerance):
 
 @njit(**OPTIONS)
 def choose(x, size, coefficients, samples, tolerance):
-    """Order, and number of steps a sample interval is cut into, that keep the tolerance with the least work.
+    """Return order, and number of steps in a sample interval, that keep the tolerance with the least work.
 
     Parameters
     ----------
@@ -172,7 +172,7 @@ def _three(values, name):
 
 
 def rotation(moments, omega_start, times, tolerance=1e-10):
-    r"""Angular velocity of one free body at given times, by the direct integrator.
+    r"""Return the angular velocity of one free body at given times, by the direct integrator.
 
     Parameters
     ----------
@@ -214,7 +214,7 @@ def rotation(moments, omega_start, times, tolerance=1e-10):
 
 
 def attitude(moments, omega_start, times, tolerance=1e-10, attitude_start=(1.0, 0.0, 0.0, 0.0)):
-    """Attitude of one free body at given times, by the direct integrator.
+    """Return the attitude of one free body at given times, by the direct integrator.
 
     The quaternion goes through the same Taylor series as the angular velocity (:mod:`kernels.taylor`).
 
@@ -238,7 +238,7 @@ def attitude(moments, omega_start, times, tolerance=1e-10, attitude_start=(1.0, 
         As for :func:`rotation`.
     """
     omega, times, coefficients = _checked(moments, omega_start, times, tolerance)
-    spin, q = np.abs(omega).max(), _unit_quaternion(attitude_start)
+    spin, q = np.abs(omega).max(), unit_quaternion(attitude_start)
     if spin == 0:
         raise ValueError("omega_start must not be zero: nothing turns")
     out, bound = np.empty((times.size, 4)), max(1.0, np.abs(coefficients).max()) * np.linalg.norm(omega / spin)
@@ -253,23 +253,12 @@ def attitude(moments, omega_start, times, tolerance=1e-10, attitude_start=(1.0, 
 def _checked(moments, omega_start, times, tolerance):
     """Angular velocity, times and Euler coefficients of a body, refused in words unless they can be followed."""
     moments, omega = _three(moments, "moments"), _three(omega_start, "omega_start")
-    times = np.asarray(times, dtype=np.float64)
+    times = checked_times(times)
     if not (moments > 0).all():
         raise ValueError(f"moments must be positive, not {moments!r}")
-    if times.ndim != 1 or not np.isfinite(times).all():
-        raise ValueError("times must be a one-dimensional array of finite numbers")
     if not 1e-13 <= tolerance < 1:
         raise ValueError(f"tolerance must lie in [1e-13, 1), not {tolerance!r}")
     return omega, times, np.array(euler_coefficients(*moments))
-
-
-def _unit_quaternion(attitude):
-    """Four numbers, scalar first, as a unit quaternion; refused unless finite and not all zero."""
-    q = np.asarray(attitude, dtype=np.float64)
-    if q.shape != (4,) or not np.isfinite(q).all() or not q.any():
-        raise ValueError(f"attitude_start must be four finite numbers, scalar first and not all zero, not {attitude!r}")
-    q = q / np.abs(q).max()
-    return q / np.sqrt(q @ q)
 
 
 def _walks(times, spin):

@@ -33,7 +33,7 @@ TINY_ARGUMENT = 1e-8  # below it the first two terms of each Maclaurin series ar
 
 @njit(**INLINE)
 def two_sum(x, y):
-    """Sum of two doubles and its rounding error: ``x + y = s + e`` exactly (Knuth, TAOCP 4.2.2)."""
+    """Return the sum of two doubles and its rounding error: ``x + y = s + e`` exactly (Knuth, TAOCP 4.2.2)."""
     s = x + y
     t = s - x
     return s, (x - (s - t)) + (y - t)
@@ -41,7 +41,7 @@ def two_sum(x, y):
 
 @njit(**INLINE)
 def two_product(x, y):
-    """Product of two doubles and its rounding error, ``x y = r + e`` exactly (Dekker 1971).
+    """Return the product of two doubles and its rounding error, ``x y = r + e`` exactly (Dekker 1971).
 
     Holds while ``|x|, |y| < 1e300`` and the error term, some 1e-32 of the product, does not underflow.
     """
@@ -57,7 +57,7 @@ def two_product(x, y):
 
 @njit(**INLINE)
 def double_product(xh, xl, yh, yl):
-    """Product of two double-doubles, relative error about 1e-31."""
+    """Return the product of two double-doubles, relative error about 1e-31."""
     r, e = two_product(xh, yh)
     e += xh * yl + xl * yh
     return two_sum(r, e)
@@ -65,7 +65,7 @@ def double_product(xh, xl, yh, yl):
 
 @njit(**OPTIONS)
 def double_sqrt(xh, xl):
-    """Square root of a positive double-double, one Newton step from the double root."""
+    """Return the square root of a positive double-double, one Newton step from the double root."""
     root = math.sqrt(xh)
     square, e = two_product(root, root)
     return two_sum(root, ((xh - square) - e + xl) / (2.0 * root))
@@ -73,7 +73,7 @@ def double_sqrt(xh, xl):
 
 @njit(**OPTIONS)
 def ladder(m, m1, rungs):
-    """Means ``a_n = rungs[0, n]``, ``b_n = rungs[1, n]`` for m1 > 0; returns N and a_N in double-double.
+    """Return N and a_N in double-double; fill the means ``a_n = rungs[0, n]``, ``b_n = rungs[1, n]`` for m1 > 0.
 
     ``rungs`` is (2, RUNGS) and is overwritten up to column N.
     """
@@ -96,7 +96,7 @@ def ladder(m, m1, rungs):
 
 @njit(**OPTIONS)
 def climb(u, m, rungs, n, ah, al):
-    """(sn, cn, dn) of ``u`` from a finished ladder: the recurrence of the module's docstring."""
+    """Return (sn, cn, dn) of ``u`` from a finished ladder: the recurrence of the module's docstring."""
     if abs(u) < TINY_ARGUMENT:
         return u, 1.0 - 0.5 * u * u, 1.0 - 0.5 * m * u * u
     phi, tail = two_product(u, ah)
@@ -117,7 +117,7 @@ def climb(u, m, rungs, n, ah, al):
 
 @njit(**OPTIONS)
 def separatrix_functions(u):
-    """(sn, cn, dn) at m = 1: ``(tanh u, sech u, sech u)``, without overflow."""
+    """Return (sn, cn, dn) at m = 1: ``(tanh u, sech u, sech u)``, without overflow."""
     e = math.exp(-abs(u))
     sech = 2.0 * e / (1.0 + e * e)
     return math.tanh(u), sech, sech
@@ -125,7 +125,7 @@ def separatrix_functions(u):
 
 @njit(**OPTIONS)
 def jacobi(u, m, m1):
-    """Jacobi's sn, cn and dn of a real argument.
+    """Return Jacobi's sn, cn and dn of a real argument.
 
     Absolute error at most 4e-16 (1 + |u|), and in practice a few 1e-16 for any |u| < 1e15.  dn is right to
     1e-15 (1 + min(|u|, K)) of itself, cn to as much of dn, and sn, for |u| < K, to 1e-15 of itself.  At m1 = 0,
@@ -152,7 +152,7 @@ def jacobi(u, m, m1):
 
 @formula
 def duplicate(sn, cn, dn, m):
-    """(sn, cn, dn) of twice the argument: DLMF 22.6.5-7, with cn and dn as one minus a rest."""
+    """Return (sn, cn, dn) of twice the argument: DLMF 22.6.5-7, with cn and dn as one minus a rest."""
     ss, sd, sc = sn * sn, sn * dn, sn * cn
     D = 2.0 / (1.0 - m * ss * ss)
     return sc * dn * D, 1.0 - sd * sd * D, 1.0 - m * sc * sc * D
@@ -160,7 +160,7 @@ def duplicate(sn, cn, dn, m):
 
 @formula
 def jacobi_short(u, m):
-    """Jacobi's sn, cn and dn for |u| <= 0.5, straight-line arithmetic for loops over lanes.
+    """Return Jacobi's sn, cn and dn for |u| <= 0.5, straight-line arithmetic for loops over lanes.
 
     Maclaurin series of sn at u/8, then three duplications.  Relative error below 1e-15.
     Source: DLMF 22.10.1.
@@ -181,7 +181,7 @@ def jacobi_short(u, m):
 
 @njit(**OPTIONS)
 def K(m, m1):
-    """Complete integral of the first kind, the quarter period: ``K = pi/(2 agm(1, sqrt(m1)))``.
+    """Return the complete integral of the first kind, the quarter period: ``K = pi/(2 agm(1, sqrt(m1)))``.
 
     Parameters
     ----------
@@ -201,7 +201,7 @@ def K(m, m1):
 
 @njit(**OPTIONS)
 def carlson_rf(x, y, z):
-    """Carlson's symmetric integral of the first kind R_F, at most one argument zero, all >= 0.
+    """Return Carlson's symmetric integral of the first kind R_F, at most one argument zero, all >= 0.
 
     Duplication until the spread is small, then the series to seventh order; relative error 3e-16.
     Source: DLMF 19.26.18 and 19.36.1.
@@ -225,7 +225,7 @@ def carlson_rf(x, y, z):
 
 @njit(**OPTIONS)
 def argument(sn, cn, m, m1):
-    """Inverse Jacobi functions: the argument with the given sn and cn.
+    """Return the argument with the given sn and cn: inverse Jacobi functions.
 
     ``u = sn R_F(cn^2, dn^2, 1)`` with ``dn^2 = cn^2 + m1 sn^2``, carried past the quarter period by symmetry.
     Both values are asked for because each loses digits where the other is one.
@@ -254,16 +254,14 @@ def argument(sn, cn, m, m1):
 
 @njit(**OPTIONS)
 def F(phi, m, m1):
-    """Incomplete integral of the first kind, ``F(phi|m)``: ``sn(F) = sin(phi)``.
+    """Return the incomplete integral of the first kind, ``F(phi|m)``: ``sn(F) = sin(phi)``.
 
     Any real amplitude: ``F(phi + n pi) = F(phi) + 2 n K``.
 
     Parameters
     ----------
-    phi : float
-        Amplitude, rad.
-    m, m1 : float
-        Parameter in [0, 1] and its complement ``1 - m``.
+    phi, m, m1 : float
+        Amplitude, rad; parameter in [0, 1] and its complement ``1 - m``.
 
     Returns
     -------

@@ -88,7 +88,7 @@ from kernels.straight import formula
 
 @njit(**OPTIONS)
 def fill_rotation(moments, start, times, out):
-    """Angular velocity at every one of ``times`` (n,), into ``out`` (n, 3); what is constant is computed once."""
+    """Fill ``out`` (n, 3) with the angular velocity at every one of ``times`` (n,); constants are computed once."""
     p, m, m1, axes, c, w, unit = set_up(moments[0], moments[1], moments[2], start[0], start[1], start[2])
     rungs = np.empty((2, RUNGS))
     n, ah, al = ladder(m, m1, rungs) if m1 > 0.0 else (0, 0.0, 0.0)
@@ -100,7 +100,7 @@ def fill_rotation(moments, start, times, out):
 
 
 def rotation(moments, omega_start, times):
-    """Angular velocity of a free rigid body in its principal axes, in closed form.
+    """Return the angular velocity of a free rigid body in its principal axes, in closed form.
 
     Solves ``I_i dw_i/dt = (I_j - I_k) w_j w_k``, (i, j, k) cyclic, by Jacobi's elliptic functions.
 
@@ -136,7 +136,7 @@ def rotation(moments, omega_start, times):
 
 @formula
 def step_coefficients(c, p, h, sn, cn, dn):
-    """``q = g c h/2`` of the exact step, by role; (sn, cn, dn) are those of ``p h/2``.
+    """Return ``q = g c h/2`` of the exact step, by role; (sn, cn, dn) are those of ``p h/2``.
 
     ``q_s = c_s S/(cn dn), q_c = c_c S dn/cn, q_d = c_d S cn/dn`` with ``S = sn/p``, or h/2 where p = 0.
     """
@@ -147,7 +147,7 @@ def step_coefficients(c, p, h, sn, cn, dn):
 
 @njit(**OPTIONS)
 def step_constants(top, h):
-    """Coefficients ``q1, q2, q3`` (s) of the exact step of one length h (s, of any sign), for :func:`step`.
+    """Return the coefficients ``q1, q2, q3`` (s) of the exact step of one length h (s), for :func:`step`.
 
     Keep ``p |h|/2`` below 0.9 K; at K the coefficients are infinite.
     """
@@ -159,7 +159,7 @@ def step_constants(top, h):
 
 @njit(**INLINE)
 def short_step_constants(moments, omega, h):
-    """``step_constants`` for ``p |h| <= 1``, with neither branch nor loop, for loops over lanes.
+    """Return ``step_constants`` for ``p |h| <= 1``, with neither branch nor loop, for loops over lanes.
 
     Moments and angular velocities near one (the largest of each between 1e-50 and 1e50).
     """
@@ -170,7 +170,7 @@ def short_step_constants(moments, omega, h):
 
 @formula
 def step(w1, w2, w3, q1, q2, q3):
-    """One exact step, ``w_i + 2 [w_i (A_j + A_k) + q_i w_j w_k (1 + A_i)]/(1 - A_1 - A_2 - A_3 - 2 Q)``.
+    """Return ``w_i + 2 [w_i (A_j + A_k) + q_i w_j w_k (1 + A_i)]/(1 - A_1 - A_2 - A_3 - 2 Q)``, one exact step.
 
     ``A_i = q_j q_k w_i^2``, ``Q = q_1 q_2 q_3 w_1 w_2 w_3``: some 40 operations and one division, straight
     through.  A loop over lanes that calls it compiles to packed code.
@@ -201,7 +201,7 @@ def step(w1, w2, w3, q1, q2, q3):
 
 @njit(**OPTIONS)
 def amplitudes(top):
-    """Amplitudes ``(A_s, A_c, A_d)`` in ``top.unit``, ``A_c >= 0``, A_d of the sign of w_d, A_s of that of c_s A_d.
+    """Return ``(A_s, A_c, A_d)`` in ``top.unit``, ``A_c >= 0``, A_d of the sign of w_d, A_s of that of c_s A_d.
 
     ``A_s^2 = w_s^2 + |c_s/c_c| w_c^2``, ``A_c^2 = w_c^2 + |c_c/c_s| w_s^2``, ``A_d^2 = w_d^2 + |c_d/c_s| w_s^2``.
     For a sphere, whose ratios are 0/0, ``|c_c/c_s|`` counts as one.
@@ -218,7 +218,7 @@ def amplitudes(top):
 
 @njit(**OPTIONS)
 def phase(top):
-    """Starting argument u0 in [-2K, 2K]: ``w_s = A_s sn(p t + u0)``, w_c and w_d likewise with cn and dn.
+    """Return the argument u0 at the start, -2K to 2K: ``w_s = A_s sn(p t + u0)``, w_c, w_d likewise.
 
     Zero for an exact spin about the least or greatest axis, infinite for one about the middle axis, the far end of
     its separatrix.
@@ -232,7 +232,7 @@ def phase(top):
 
 @njit(**OPTIONS)
 def frequency(top):
-    """Angular frequency ``pi p/(2 K)``, rad/s, of the motion of the angular velocity in the body.
+    """Return the angular frequency ``pi p/(2 K)``, rad/s, of the motion of the angular velocity in the body.
 
     About a stable axis it tends to sqrt(Omega^2) as the perturbation does to zero, and has that value at zero.
     Zero on the separatrix, for an exact spin about the middle axis, and where p = 0 (a sphere; a symmetric top
@@ -243,7 +243,7 @@ def frequency(top):
 
 @njit(**OPTIONS)
 def flip_period(top):
-    """Time ``2 K/p``, s, after which the sn and the cn component have changed sign.
+    """Return the time ``2 K/p``, s, after which the sn and the cn component have changed sign.
 
     For a start about the middle axis, the time between two flips of the spin; for one about a stable axis, half
     a turn of the perturbation.  Infinite, never NaN, where ``frequency`` is zero: on the separatrix, for an exact
@@ -255,7 +255,7 @@ def flip_period(top):
 
 @njit(**OPTIONS)
 def period(top):
-    """Period ``4 K/p``, s, of the angular velocity in the body; infinite where ``frequency`` is zero.
+    """Return the period ``4 K/p``, s, of the angular velocity in the body; infinite where ``frequency`` is zero.
 
     On a symmetric top this is the turn about its own axis.
     """
@@ -264,7 +264,7 @@ def period(top):
 
 @njit(**OPTIONS)
 def extremes(top):
-    """Least and greatest value of each component over all time: min1, max1, min2, max2, min3, max3, rad/s.
+    """Return the least and greatest value of each component: min1, max1, min2, max2, min3, max3, rad/s.
 
     The sn and cn components run over ``[-|A|, |A|]``, the dn component over ``A_d [sqrt(m1), 1]``.  On the
     separatrix cn keeps its sign and the ends are limits.  What stands still has its own value twice.
@@ -286,7 +286,7 @@ def extremes(top):
 
 @njit(**OPTIONS)
 def max_tilt(top, axis):
-    """Largest angle (rad, 0 to pi) over all time between the angular velocity and the end of an axis (1, 2 or 3).
+    """Return the largest angle (rad, 0 to pi) between the angular velocity and the end of an axis (1, 2 or 3).
 
     That end is the positive one where ``w_axis >= 0``, else the negative one.  ``tan^2`` of the angle is a ratio
     of two linear functions of X (module's docstring), so its extremes stand at sn = 0 and at cn = 0.  On the
@@ -307,7 +307,7 @@ def max_tilt(top, axis):
 
 
 def polhode(moments, omega_start, n):
-    r"""The closed curve that the angular velocity traces in the body, from its start and in its own direction.
+    r"""Return the closed curve that the angular velocity traces in the body, from its start and in its own direction.
 
     The polhode is where the ellipsoids ``2 E = I_1 w_1^2 + I_2 w_2^2 + I_3 w_3^2`` and ``L^2 = (I_1 w_1)^2 +
     (I_2 w_2)^2 + (I_3 w_3)^2`` meet, as far as the motion reaches.  With the roles and amplitudes of the closed form
@@ -369,7 +369,7 @@ def _fill_polhode(top, out):
 
 
 def attitude(moments, omega_start, times, attitude_start=(1.0, 0.0, 0.0, 0.0)):
-    """Attitude of a free rigid body in closed form, any body, any start, any time.
+    """Return the attitude of a free rigid body in closed form, any body, any start, any time.
 
     Solves ``q' = q (0, w)/2`` beside Euler's equations (:mod:`kernels.attitude`).
 

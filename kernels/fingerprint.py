@@ -28,7 +28,7 @@ IMPORTS = re.compile(r"(?:^|[:;])[ \t]*((?:from|import)\b(?:\\\n|[^\n(;#])*(?:\(
 
 @cache
 def fingerprint(*modules: str) -> str:
-    """Hash of sources in ``kernels/``, of the versions and settings of Numba and LLVM, and of the processor.
+    """Return a hash of sources in ``kernels/``, of versions and settings of Numba and LLVM, and the processor.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ def _known_of_the_host() -> list[str]:
 
 
 def processor() -> list[str]:
-    """What the system says of this processor that tells it from one of another kind."""
+    """Return what the system reports of this processor that distinguishes it from another kind."""
     try:
         first = Path("/proc/cpuinfo").read_text().split("\n\n", 1)[0].splitlines()
     except OSError:
@@ -152,7 +152,7 @@ def replace(path: Path, content: bytes) -> None:
 
 
 def sources(*modules: str) -> list[Path]:
-    """The files of modules of ``kernels``, and of all that they import from it, by name; with none given, every file.
+    """Return the files of modules of ``kernels`` and of all that they import from it; with none given, every file.
 
     The package's own ``__init__`` is run before any of them, and is among them with what it imports. Found by reading:
     nothing is imported. An import counts wherever it stands in a file.
@@ -216,5 +216,5 @@ def home() -> Path:
 
 
 def is_safe(folder: Path) -> bool:
-    """Whether this user can write the folder and owns it: whoever else fills a cache runs code in our name."""
+    """Return True if this user owns and can write the folder: who else fills a cache runs code in our name."""
     return os.access(folder, os.W_OK) and (not hasattr(os, "getuid") or folder.stat().st_uid == os.getuid())

@@ -47,14 +47,14 @@ AT = columns.numbers(MEASURED)
 
 @njit(**OPTIONS)
 def step_length(bound, epsilon, tolerance):
-    """Step in radians of spin whose error over a flip, some twenty steps of G_12(1) x^13, is a tenth of tolerance."""
+    """Return the step, rad of spin, whose error over a flip, some twenty steps, is a tenth of tolerance."""
     x = (tolerance / (200.0 * direct.truncation(1.0, 12))) ** (1.0 / 13.0)
     return min(x, 0.25) / (bound * math.sqrt(1.0 + epsilon * epsilon)) if bound > 0.0 else 1.0
 
 
 @njit(**OPTIONS)
 def most_steps(c_a, c_b, c_c, h):
-    """Steps after which a search is given up; none where MOST_STEPS are no radian of the fastest turn there can be."""
+    """Return the steps after which a search is given up; 0 where MOST_STEPS are no radian of the fastest turn."""
     steps = np.ceil(2.0 * math.pi * MOST_ROTATIONS / h)
     fastest = math.sqrt(max(abs(c_a * c_b), max(abs(c_b * c_c), abs(c_c * c_a))))
     return min(steps, float(MOST_STEPS)) if fastest * h * MOST_STEPS >= 1.0 else 0.0
@@ -216,7 +216,7 @@ def fill(points, order, tolerance, out, given_up):
     Parameters
     ----------
     points : kernels.rigid_body.Spins
-        Perturbed spins, n of them.
+        n spins.
     order : numpy.ndarray of int64, shape (n,)
         In which order points are taken; it changes no result.
     tolerance : float

@@ -10,10 +10,10 @@ quantities leave free. They count until y has grown tenfold; :mod:`kernels.spect
 many, means of two neighbours in their place: half the work, for the model is the same with M², and an error that bounds
 every sample's bounds a mean's. Of what white noise leaves they lose (rate x spacing)²/12, some per cent at most.
 
-*Error.* A sample's error is bounded by TRUST times the scatter, rounding (of the equilibrium's place too, over the
-run), what halving the step changes, and what the size of the nudge can do; an error of that size in every sample, of
-whatever shape, moves a measured value by :math:`\sqrt{N}\,\sigma_1` times it at most, :math:`\sigma_1` the standard
-deviation for noise of one. So the errors are bounds, not standard errors.
+*Error.* A sample's error is bounded by TRUST times the scatter, rounding, what halving the step changes, and what the
+size of the nudge can do; an error of that size in every sample, of whatever shape, moves a measured value by
+:math:`\sqrt{N}\,\sigma_1` times it at most, :math:`\sigma_1` the standard deviation for noise of one. So the errors
+are bounds, not standard errors.
 
 *Blind.* Spacing, length and number of steps come from a bound on every possible rate; nothing here knows an eigenvalue
 of theory.
@@ -226,7 +226,6 @@ def _run_blocks(advance, check, fit, step, tell, points, steps, order, bounds, s
             floor[lane] += CURVED * (reach * reach if pair else reach) * largest
             rounding = 4.0 * EPSILON * math.sqrt(number) * largest
             floor[lane] += max(change[lane] - rounding, 0.0) * count
-            floor[lane] += points.uncertain[i] * (count - 1.0) * spacing * largest
         fit(step, tell, Y, weight, runs, kept, n, h, floor, TRUST, lanes, part)
         for lane in range(lanes):
             row = raw[order[first + lane]]

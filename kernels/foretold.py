@@ -116,7 +116,7 @@ def _body(I1, I2, I3):
 
 
 def columns_of(points):
-    """Columns of REALS and KINDS by name, of :class:`kernels.rigid_body.Spins`."""
+    """Return the columns of REALS and KINDS by name, of :class:`kernels.rigid_body.Spins`."""
     phase = points.phase
     if phase.size and (phase == phase[0]).all():  # a block of a grid mostly has one
         phase = phase[:1]

@@ -43,7 +43,7 @@ ROWS = 47
 
 @njit(**OPTIONS)
 def steps_of(x, size, intervals, tolerance):
-    """Steps of order 12 in a sample interval of x (radians at the largest rate), for a perturbation up to ``size``."""
+    """Return the steps of order 12 in a sample interval of x (rad at the largest rate), up to size ``size``."""
     total = max(x * intervals, 1.0)
     rate = (total * direct.truncation(size, 12) / (0.1 * tolerance)) ** (1.0 / 12.0)
     return int(max(1.0, math.ceil(x * max(rate, 1.0))))
@@ -262,7 +262,7 @@ def wandering(Ia, Ib, Ic, b, c):
 
 
 def survey(points, rotations, samples_per_rotation, tolerance):
-    """The columns of IN_SPACE of points, in units.
+    """Return the columns of IN_SPACE of points, in units.
 
     Parameters
     ----------

@@ -66,7 +66,7 @@ def _roots(G, n, power, into, largest, found):
 
 @njit(void(float64[:, :, ::1], float64[::1]), nogil=True, **OPTIONS)
 def roots(matrices, found):
-    """Perron's roots of matrices of absolute values, shape (points, n, n), into ``found``."""
+    """Fill ``found`` with Perron's roots of matrices of absolute values, shape (points, n, n)."""
     whole_vectors()
     points, n, _ = matrices.shape
     G, power, into, largest, root = rows_of(n * n), rows_of(n * n), rows_of(n * n), scratch(1), scratch(1)
@@ -104,7 +104,7 @@ def _bound(G, power, n, u, total, most):
 
 @njit(void(float64[:, :, ::1], float64[:, ::1], float64[::1], float64[:, ::1]), nogil=True, **OPTIONS)
 def scales(terms, sizes, S, scaled):
-    """A bound S on every rate, and the states' sizes, from the Jacobians' terms and what is said of the sizes.
+    """Return a bound S on every rate, and the states' sizes, from the Jacobians' terms and the stated sizes.
 
     terms, shape (points, n, n): absolute values, s-1 in units of the states. S is at least the root, by Collatz and
     Wielandt.
@@ -157,7 +157,7 @@ def _adjugates(A, scale, n, N, T):
 
 @njit(void(float64[:, :, ::1], complex128[:, ::1], float64[::1], float64[:, ::1]), nogil=True, **OPTIONS)
 def conditions(A, values, scale, found):
-    """Condition numbers of eigenvalues, shape (points, n); infinite where two are one, NaN where one is NaN."""
+    """Return the condition numbers of eigenvalues, (points, n); infinite where two are one, NaN where one is NaN."""
     n = A.shape[1]
     N, T = np.empty((n, n, n)), np.empty((n, n))
     for point in range(A.shape[0]):

@@ -111,7 +111,7 @@ def begin_exact(S):
 
 @njit(**OPTIONS)
 def begin_recurrence(S):
-    """As :func:`begin_exact` where the motion is small: its recurrence in place of its step."""
+    """Set up as :func:`begin_exact` where the motion is small: its recurrence in place of its step."""
     whole_vectors()
     for lane in range(W):
         a, b, c = S[SPIN + lane], S[COSINE + lane], S[SINE + lane]
@@ -452,7 +452,7 @@ def certify(S):
 
 @njit(**OPTIONS)
 def certify_near(S):
-    """As :func:`certify` where the motion is small: one step of its recurrence."""
+    """Take one step as :func:`certify` where the motion is small: of its recurrence."""
     whole_vectors()
     for lane in range(W):
         b, c = S[XB + lane] + S[DB + lane], S[XC + lane] + S[DC + lane]
@@ -511,7 +511,7 @@ def log_sample(S):
 
 @njit(**OPTIONS)
 def have_grown(S):
-    """Whether some lane has been large enough for the log slope."""
+    """Return True if some lane has been large enough for the log slope."""
     whole_vectors()
     grown = 0
     for lane in range(min(W, S.size)):  # so many that LLVM does not know: it would unroll so short a loop, not pack it
@@ -521,7 +521,7 @@ def have_grown(S):
 
 @njit(**OPTIONS)
 def were_logged(S):
-    """Whether some lane's window of the log slope holds a sample."""
+    """Return True if some lane's window of the log slope holds a sample."""
     whole_vectors()
     logged = 0
     for lane in range(min(W, S.size)):  # as in :func:`have_grown`

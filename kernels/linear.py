@@ -31,7 +31,7 @@ def seen_from(I1, I2, I3, axis):
 
 
 def omega_squared(I1, I2, I3, omega0, axis):
-    r"""Signed square of the rate of a small perturbation, Ω² = ω0² (I_a - I_b)(I_a - I_c)/(I_b I_c).
+    r"""Return Ω² = ω0² (I_a - I_b)(I_a - I_c)/(I_b I_c), the signed squared rate of a small perturbation.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def omega_squared(I1, I2, I3, omega0, axis):
 
 
 def regime(I1, I2, I3, axis):
-    """Regime that linear theory predicts, from the signs of the differences of the moments alone.
+    """Return the regime of linear theory, from the signs of the differences of the moments alone.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def regime(I1, I2, I3, axis):
 
 
 def rates(omega_squared, regime):
-    """Growth rate and frequency that belong to a signed Ω² in a regime.
+    """Return the growth rate and frequency that belong to a signed Ω² in a regime.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ def _cardinal(w2, t):
 
 
 def perturbation(I1, I2, I3, omega0, axis, epsilon, phase, times):
-    r"""Linear solution: transverse components of the angular velocity at given times.
+    r"""Return the transverse components of the angular velocity at given times, the linear solution.
 
     With :math:`\omega_b(0) = \varepsilon\omega_0\cos\varphi` and :math:`\omega_c(0) = \varepsilon\omega_0\sin\varphi`,
 
@@ -150,7 +150,7 @@ def perturbation(I1, I2, I3, omega0, axis, epsilon, phase, times):
 
 
 def growing_fraction(I1, I2, I3, omega0, axis, phase):
-    r"""Share of the start that lies on the growing mode.
+    r"""Return the projection of the initial perturbation on the growing mode.
 
     In the coordinates :math:`x = \omega_b/\sqrt{|c_b|}`, :math:`y = \omega_c/\sqrt{|c_c|}` the two modes are
     orthogonal: :math:`x \pm sy` grows/decays, s the sign of :math:`c_b\omega_0`. The share is

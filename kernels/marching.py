@@ -19,7 +19,7 @@ NEAR, APART = 1e-3, 2.0  # m1 below which rounding grows, and p t between two be
 
 @njit(**OPTIONS)
 def fill(moments, start, h, out):
-    """Attitude at the times 0, h, 2h … of a start that is not steady, into ``out`` (n, 4), from (1, 0, 0, 0) on."""
+    """Fill ``out`` (n, 4) with the attitude at 0, h, 2h … of a start that is not steady, from (1, 0, 0, 0) on."""
     top = attitude.prepare(moments, start, np.empty((2, RUNGS)), np.empty((2, RUNGS)))
     d, f = top.frame.d, top.frame.turned
     I1, I2, I3, _ = solution.scaled(moments[0], moments[1], moments[2])
@@ -49,7 +49,7 @@ def fill(moments, start, h, out):
 
 
 def attitudes(moments, omega_start, spacing, n):
-    """Attitude of a free rigid body at n equally spaced times, by exact steps.
+    """Return the attitude of a free rigid body at n equally spaced times, by exact steps.
 
     Parameters
     ----------

@@ -46,39 +46,39 @@ TURNS = tuple(2.0 ** (n + 1) / (n * n * math.comb(2 * n, n)) for n in range(1, 1
 
 @formula
 def second_difference(x, x1, x2):
-    """Second difference x - 2 x1 + x2 of successive samples x2, x1, x; as two differences, small rates keep digits."""
+    """Return x - 2 x1 + x2 of successive samples x2, x1, x; as two differences, small rates keep digits."""
     return (x - x1) - (x1 - x2)
 
 
 @formula
 def first_guess(b, c, b1, c1, b2, c2):
-    """D_0 of three successive samples (b2, c2), (b1, c1), (b, c): dimensionless; NaN where (b1, c1) vanishes."""
+    """Return D_0 of three samples (b2, c2), (b1, c1), (b, c): dimensionless; NaN where (b1, c1) vanishes."""
     projection = second_difference(b, b1, b2) * b1 + second_difference(c, c1, c2) * c1
     return -0.5 * projection / (b1 * b1 + c1 * c1)
 
 
 @formula
 def residual(b, c, b1, c1, b2, c2, guess):
-    """What three successive samples leave over after D_0, of each component (the samples' unit)."""
+    """Return the residual of three successive samples after D_0, of each component (the samples' unit)."""
     return second_difference(b, b1, b2) + 2.0 * guess * b1, second_difference(c, c1, c2) + 2.0 * guess * c1
 
 
 @formula
 def dot(b, c, b1, c1):
-    """Scalar product of two vectors in the transverse plane."""
+    """Return the scalar product of two vectors in the transverse plane."""
     return b * b1 + c * c1
 
 
 @formula
 def leftover(b, c, b1, c1, b2, c2, guess):
-    """Contributions of three successive samples to the sums of r x, r r and x x (squares of the samples' unit)."""
+    """Return the contributions of three samples to the sums of r x, r r and x x (squares of the samples' unit)."""
     rb, rc = residual(b, c, b1, c1, b2, c2, guess)
     return rb * b1 + rc * c1, rb * rb + rc * rc, b1 * b1 + c1 * c1
 
 
 @njit(**OPTIONS)
 def rate_squared(D, spacing):
-    """Signed rate² and its derivative by D, for D = 1 - cos(Omega h) or 1 - cosh(lambda h).
+    """Return the signed rate² and its derivative by D, for D = 1 - cos(Omega h) or 1 - cosh(lambda h).
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def rate_squared(D, spacing):
 
 @formula
 def rate_squared_of_turn(D):
-    r"""As :func:`rate_squared` for h = 1 and \|D| up to TURN, in plain arithmetic: a loop over lanes stays packed.
+    r"""Return :func:`rate_squared` for h = 1 and \|D| up to TURN, in plain arithmetic: a loop over lanes stays packed.
 
     :math:`4\arcsin^2\sqrt{D/2} = \sum 2^{n+1}D^n/(n^2\binom{2n}n)`, of either sign; what is cut off after n = 14 is
     below 1e-18 of it. Returns the value and its derivative.
@@ -129,7 +129,7 @@ def rate_squared_of_turn(D):
 
 @njit(**OPTIONS)
 def estimate(guess, sum_rx, sum_rr, sum_xx, triples, spacing, weight=0.0):
-    """Signed rate² and its standard error from the sums of :func:`leftover` over so many triples of samples.
+    """Return the signed rate² and its standard error from the sums of :func:`leftover` over so many triples of samples.
 
     Two triples or more give a standard error; with one it is NaN, and with none both are. ``weight`` is what
     the slope's weights sum up to beyond ``sum_xx`` (:mod:`kernels.reduction`).
@@ -146,7 +146,7 @@ def estimate(guess, sum_rx, sum_rr, sum_xx, triples, spacing, weight=0.0):
 
 @formula
 def add_to_line(n, sum_k, sum_kk, sum_y, sum_ky, k, y, inside):
-    """The sums of :func:`line_slope` with (k, y) added if it is inside: by selection, so that lanes stay packed."""
+    """Return the sums of :func:`line_slope` with (k, y) added if it is inside: by selection, so lanes stay packed."""
     return (
         n + (1.0 if inside else 0.0),
         sum_k + (k if inside else 0.0),
@@ -158,7 +158,7 @@ def add_to_line(n, sum_k, sum_kk, sum_y, sum_ky, k, y, inside):
 
 @njit(**OPTIONS)
 def line_slope(n, sum_k, sum_kk, sum_y, sum_ky):
-    """Least-squares slope of y against k from n points' sums; NaN for fewer than two points."""
+    """Return the least-squares slope of y against k from n points' sums; NaN for fewer than two points."""
     if n < 2.0:
         return math.nan
     return (n * sum_ky - sum_k * sum_y) / (n * sum_kk - sum_k * sum_k)
@@ -166,7 +166,7 @@ def line_slope(n, sum_k, sum_kk, sum_y, sum_ky):
 
 @njit(**INLINE)
 def multiply_products(P, up, Q, over, x):
-    """Products of :func:`slope_of_products` with x > 0 taken in; factors in [1, 2) and exponents of 2."""
+    """Return the products of :func:`slope_of_products` with x > 0 taken in; factors in [1, 2), exponents of 2."""
     bits = np.float64(P * x).view(np.int64)
     up = up + float((bits >> 52) - 1023)
     P = np.int64((bits & 0xFFFFFFFFFFFFF) | 0x3FF0000000000000).view(np.float64)
@@ -177,7 +177,7 @@ def multiply_products(P, up, Q, over, x):
 
 @njit(**INLINE)
 def slope_of_products(n, P, up, Q, over):
-    r"""Least-squares slope of ln x against the number of the sample, from products of n >= 2 successive x.
+    r"""Return the least-squares slope of ln x against the sample's number, from products of n >= 2 successive x.
 
     With :math:`2^{up}P = \prod x_j` and :math:`2^{over}Q = \prod_i\prod_{j\le i}x_j`, j from 0 to n - 1, the slope is
     :math:`[\tfrac12(n + 1)\ln P - \ln Q]\cdot12/(n(n^2 - 1))`: two logarithms a line in place of one a sample.
@@ -188,7 +188,7 @@ def slope_of_products(n, P, up, Q, over):
 
 @njit(**INLINE)
 def logarithm(x):
-    """Natural logarithm of a normal positive double, in plain arithmetic, so that a loop over lanes stays packed.
+    """Return the natural logarithm of a normal positive double, in plain arithmetic: a loop over lanes stays packed.
 
     With x = 2^e m, m in (sqrt(1/2), sqrt(2)], and s = (m - 1)/(m + 1): ln x = e ln 2 + 2 artanh s. The series in s² is
     cut after s^23, which leaves 3e-19 of 2 artanh s at the ends.
@@ -215,7 +215,7 @@ def logarithm(x):
 
 
 def signed_rate(samples, spacing):
-    """Signed rate² of one sampled perturbation, all of its samples used.
+    """Return the signed rate² of one sampled perturbation, all of its samples used.
 
     Parameters
     ----------

@@ -97,7 +97,7 @@ def _handedness(rows):
 
 @njit(void(float64[:, ::1], float64[:, ::1], float64[:, ::1], float64[:, :, ::1]), nogil=True, **OPTIONS)
 def axes_near(entries, axes, moments, turned):
-    """Principal moments and axes of tensors, numbered as the axes of a known body that they lie nearest to.
+    """Fill principal moments and axes of tensors, numbered as the nearest axes of a known body.
 
     Parameters
     ----------

@@ -41,7 +41,7 @@ from kernels.straight import formula
 
 @formula
 def weierstrass(e1, e2, e3):
-    """``wp(1)`` less 1 for lattice values e_i that add up to zero, of sizes below 1/3: relative error of wp 1e-16.
+    """Return ``wp(1) - 1`` for lattice values e_i of sum zero and sizes below 1/3: relative error of wp 1e-16.
 
     a_n goes as (2n - 1)/r^(2n), r the distance of the nearest pole but that at 0: where the square of the elliptic
     frequency is below 1/4, r is above 2 pi, and what is cut off below 1e-18.
@@ -62,7 +62,7 @@ def weierstrass(e1, e2, e3):
 
 @formula
 def constants(moments, epsilon, start, h):
-    """Constants of the recurrence, and the first differences of its first step.
+    """Return the constants of the recurrence, and the first differences of its first step.
 
     Parameters
     ----------
@@ -103,12 +103,12 @@ def constants(moments, epsilon, start, h):
 
 @formula
 def bend(b, q):
-    """``e/(1 - e)`` but for e^3: of a small motion, by which differences grow as ``[g + (2 + g) e/(1 - e)] x``."""
+    """Return ``e/(1 - e)`` but for e^3: small motions' differences grow as ``[g + (2 + g) e/(1 - e)] x``."""
     e = q * (b * b)
     return e + e * e
 
 
 @formula
 def bent(dx, x, g, bend):
-    """A component's next first difference, from this one and the component between them."""
+    """Return the next first difference of a component, from this one and the component between them."""
     return dx + x * (g + (2.0 + g) * bend)

@@ -65,13 +65,13 @@ SMALL_WANDER = 1e-8  # of which the first order is enough
 
 @njit(**INLINE)
 def is_small(ca, epsilon, span):
-    """Whether the first order is enough: no spin can wander by more than SMALL_WANDER in so many radians of spin."""
+    """Return True if the first order suffices: no spin wanders by more than SMALL_WANDER in these radians."""
     return 0.5 * abs(ca) * (epsilon * epsilon) * (measure.WINDOW * measure.WINDOW) * span <= SMALL_WANDER
 
 
 @formula
 def square(guess):
-    """x² of D_0 = 1 - cosh x, by its series; dimensionless."""
+    """Return x² of D_0 = 1 - cosh x, by its series; dimensionless."""
     G = -2.0 * guess
     series = G * (1 / 560 - G * (1 / 3150 - G * (1 / 16632)))
     return G * (1.0 - G * (1 / 12 - G * (1 / 90 - series)))
@@ -79,7 +79,7 @@ def square(guess):
 
 @formula
 def constants(guess, drive):
-    """Constants of a lane from D_0 (dimensionless) and the spin's drive c_a epsilon² h, its sign that of the spin.
+    """Return constants of a lane from D_0 (dimensionless) and the drive c_a epsilon² h, its sign the spin's.
 
     Returns
     -------
@@ -96,7 +96,7 @@ def constants(guess, drive):
 
 @formula
 def first_order(guess, drive, a1, products):
-    """Constants of a lane for small nudges: z, (1 - z) times the spin's mean excess, and of ηx coth x the factor of βγ.
+    """Return constants of a lane for small ε: z, (1 - z) times the mean excess, and the factor of βγ in ηx coth x.
 
     ``a1`` is the spin's excess in the middle of the first triple, ``products`` what βγ is more at its end than at its
     start.
@@ -109,7 +109,7 @@ def first_order(guess, drive, a1, products):
 
 @formula
 def amplitude_part(u, u1, first, second, third, along, slope):
-    """Factors of (β, γ) and of (β_+ - β_-, γ_+ - γ_-) in p, and μ; u1 and u are η's ∓: a over the two intervals."""
+    """Return factors of (β, γ) and (β_+ - β_-, γ_+ - γ_-) in p, and μ; u1 and u are η's ∓: a over two intervals."""
     mu, eta = 0.5 * (u + u1), 0.5 * (u - u1)
     square = mu * mu
     own = mu * first + (second * (u * u1) + third * (square * mu))  # μ² - η² = u u1
@@ -119,7 +119,7 @@ def amplitude_part(u, u1, first, second, third, along, slope):
 
 @njit(**INLINE)
 def corrected_guess(raw, a1, a, b, c, b1, c1, b2, c2, drive):
-    """D_0 of the first three samples, rid of its amplitude, from D_0 as measured (dimensionless).
+    """Return D_0 of the first three samples without the effect of its amplitude (dimensionless).
 
     a1 and a are the spin's excess at the second and third sample (0 at the first).
     """
@@ -137,5 +137,5 @@ def corrected_guess(raw, a1, a, b, c, b1, c1, b2, c2, drive):
 
 @formula
 def rms_part(sum_rr, sum_ss, inverse, samples):
-    """Root mean square of p relative to the motion, as a rate²: what the amplitude moved; 1/Σxx and 1/h are given."""
+    """Return the root mean square of p relative to the motion, as a rate²; 1/Σxx and 1/h are given."""
     return math.sqrt(max(sum_rr - sum_ss, 0.0) * inverse) * samples * samples

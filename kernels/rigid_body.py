@@ -87,7 +87,7 @@ def cyclic(axis):
 
 @njit(**INLINE)
 def relabel(I1, I2, I3, axis):
-    """Moments (I_a, I_b, I_c) as seen from spin axis ``axis`` (1, 2 or 3); scalars in, scalars out."""
+    """Return the moments (I_a, I_b, I_c) as seen from spin axis ``axis`` (1, 2 or 3); scalars in, scalars out."""
     if axis == 1:
         return I1, I2, I3
     if axis == 2:
@@ -97,7 +97,7 @@ def relabel(I1, I2, I3, axis):
 
 @formula
 def euler_coefficients(Ia, Ib, Ic):
-    r"""Euler coefficients c_i = (I_j - I_k)/I_i, the difference formed before the ratio.
+    r"""Return c_i = (I_j - I_k)/I_i of Euler's equations, the difference formed before the ratio.
 
     Parameters
     ----------
@@ -114,33 +114,33 @@ def euler_coefficients(Ia, Ib, Ic):
 
 @formula
 def derivative(wa, wb, wc, ca, cb, cc):
-    """Right-hand side of Euler's equations: (c_a w_b w_c, c_b w_c w_a, c_c w_a w_b), in rad s-2."""
+    """Return the right-hand side of Euler's equations: (c_a w_b w_c, c_b w_c w_a, c_c w_a w_b), in rad s-2."""
     return ca * (wb * wc), cb * (wc * wa), cc * (wa * wb)
 
 
 @formula
 def twice_energy(wa, wb, wc, Ia, Ib, Ic):
-    """Twice the kinetic energy, 2E = sum I_i w_i^2 (kg m2 s-2 for moments in kg m2)."""
+    """Return twice the kinetic energy, 2E = sum I_i w_i^2 (kg m2 s-2 for moments in kg m2)."""
     return Ia * (wa * wa) + (Ib * (wb * wb) + Ic * (wc * wc))
 
 
 @formula
 def squared_momentum(wa, wb, wc, Ia, Ib, Ic):
-    """Squared angular momentum, L^2 = sum (I_i w_i)^2 (kg2 m4 s-2 for moments in kg m2)."""
+    """Return the squared angular momentum, L^2 = sum (I_i w_i)^2 (kg2 m4 s-2 for moments in kg m2)."""
     La, Lb, Lc = Ia * wa, Ib * wb, Ic * wc
     return La * La + (Lb * Lb + Lc * Lc)
 
 
 @formula
 def perturbation_invariant(wb, wc, cb, cc):
-    """J/(I_b I_c) = c_b w_c^2 - c_c w_b^2, with the sum of its absolute terms as its scale (both s-2)."""
+    """Return J/(I_b I_c) = c_b w_c^2 - c_c w_b^2 and the sum of its absolute terms, its scale (both s-2)."""
     p = cb * (wc * wc)
     q = cc * (wb * wb)
     return p - q, abs(p) + abs(q)
 
 
 def shape(I1, I2, I3):
-    """Kind of body by its moments: ASYMMETRIC, OBLATE (the two least equal), PROLATE (the two greatest) or SPHERE.
+    """Return the symmetry class: ASYMMETRIC, OBLATE (two least equal), PROLATE (two greatest equal) or SPHERE.
 
     Parameters
     ----------
@@ -155,3 +155,20 @@ def shape(I1, I2, I3):
     oblate, prolate = least == middle, middle == greatest
     kind = np.select([oblate & prolate, oblate, prolate], [SPHERE, OBLATE, PROLATE], ASYMMETRIC)
     return kind.astype(np.int8)
+
+
+def checked_times(times):
+    """Return times as an array, refused unless one-dimensional and finite."""
+    times = np.asarray(times, dtype=np.float64, order="C")
+    if times.ndim != 1 or not np.isfinite(times).all():
+        raise ValueError("times must be a one-dimensional array of finite numbers")
+    return times
+
+
+def unit_quaternion(attitude):
+    """Return four numbers, scalar first, as a unit quaternion; refused unless finite and not all zero."""
+    q = np.asarray(attitude, dtype=np.float64)
+    if q.shape != (4,) or not np.isfinite(q).all() or not q.any():
+        raise ValueError(f"attitude_start must be four finite numbers, scalar first and not all zero, not {attitude!r}")
+    q = q / np.abs(q).max()
+    return q / np.sqrt(q @ q)

@@ -55,8 +55,6 @@ class Runs(NamedTuple):
         project: from the states' deviations to what is measured, shape (points, measured, states that count).
         scale: S, a bound on every possible rate, in s-1.
         size: relative size of the perturbation.
-        uncertain: by how much rounding of the equilibrium's place changes the rates, over S; not read for small
-            oscillations, whose rates² take it up after the run.
         twice: whether the runs from the other side are needed.
         family: which points are of one kind; changes no result, only the time.
     """
@@ -65,13 +63,12 @@ class Runs(NamedTuple):
     project: np.ndarray
     scale: np.ndarray
     size: np.ndarray
-    uncertain: np.ndarray
     twice: np.ndarray
     family: np.ndarray
 
 
 RUNS = types.NamedTuple(
-    [float64[:, :, ::1], float64[:, :, ::1], float64[::1], float64[::1], float64[::1], int64[::1], int64[::1]], Runs
+    [float64[:, :, ::1], float64[:, :, ::1], float64[::1], float64[::1], int64[::1], int64[::1]], Runs
 )
 
 

@@ -16,7 +16,7 @@ from kernels.straight import formula
 
 @njit(**INLINE)
 def unit_of(x1, x2, x3):
-    """The power of two next above the largest of three magnitudes, 2^-1022 to 2^1023; 1 where all are zero."""
+    """Return the power of two next above the largest of three magnitudes, 2^-1022 to 2^1023; 1 if all are zero."""
     largest = max(abs(x1), abs(x2), abs(x3))
     exponent = np.float64(largest).view(np.int64) >> 52  # as stored: of 1 it is 1023
     unit = np.int64(min(exponent + 1, 2046) << 52).view(np.float64)
@@ -25,7 +25,7 @@ def unit_of(x1, x2, x3):
 
 @njit(**INLINE)
 def unit_of_moments(low, middle, high, own):
-    """``own``, or the power of two next above it where two of three ascending moments agree to 1/32.
+    """Return ``own``, or the power of two next above it where two of three ascending moments agree to 1/32.
 
     A division by that rounds nothing, so that the small difference keeps its digits.
     """
@@ -35,32 +35,32 @@ def unit_of_moments(low, middle, high, own):
 
 @njit(**INLINE)
 def scaled(x1, x2, x3):
-    """Three numbers in a unit that is their own, and the unit: ``(x1/unit, x2/unit, x3/unit, unit)``."""
+    """Return three numbers in a unit of their own, and the unit: ``(x1/unit, x2/unit, x3/unit, unit)``."""
     unit = unit_of(x1, x2, x3)
     return x1 / unit, x2 / unit, x3 / unit, unit
 
 
 @formula
 def coefficients(I1, I2, I3):
-    """``c_i = (I_j - I_k)/I_i`` of Euler's equations, dimensionless; the differences before the ratios."""
+    """Return ``c_i = (I_j - I_k)/I_i`` of Euler's equations, dimensionless; the differences before the ratios."""
     return (I2 - I3) / I1, (I3 - I1) / I2, (I1 - I2) / I3
 
 
 @njit(**INLINE)
 def pick(axis, x1, x2, x3):
-    """The value that belongs to ``axis`` (1, 2 or 3)."""
+    """Return the value that belongs to ``axis`` (1, 2 or 3)."""
     return x1 if axis == 1 else (x2 if axis == 2 else x3)
 
 
 @njit(**INLINE)
 def by_role(sn_axis, cn_axis, dn_axis, x1, x2, x3):
-    """Values of the axes 1, 2, 3 in the order of the roles sn, cn, dn."""
+    """Return the values of the axes 1, 2, 3 in the order of the roles sn, cn, dn."""
     return pick(sn_axis, x1, x2, x3), pick(cn_axis, x1, x2, x3), pick(dn_axis, x1, x2, x3)
 
 
 @njit(**INLINE)
 def order(I1, I2, I3):
-    """Axes (1, 2, 3) of the least, the middle and the greatest moment; three different ones, ties or not."""
+    """Return the axes (1, 2, 3) of the least, the middle and the greatest moment; three different ones, ties or not."""
     greatest = 1 if (I1 >= I2) & (I1 >= I3) else (2 if I2 >= I3 else 3)
     least = 3 if (I3 <= I1) & (I3 <= I2) else (2 if I2 <= I1 else 1)
     return least, 6 - least - greatest, greatest
@@ -68,7 +68,7 @@ def order(I1, I2, I3):
 
 @njit(**INLINE)
 def separatrix_offset(I_min, I_mid, I_max, w_min, w_max):
-    """``L^2 - 2 E I_mid = I_max (I_max - I_mid) w_max^2 - I_min (I_mid - I_min) w_min^2``, in double-double.
+    """Return ``I_max (I_max - I_mid) w_max^2 - I_min (I_mid - I_min) w_min^2 = L^2 - 2 E I_mid``, in double-double.
 
     Error 1e-30 of the greater term.
     """
@@ -86,7 +86,7 @@ def separatrix_offset(I_min, I_mid, I_max, w_min, w_max):
 
 @njit(**INLINE)
 def constants(I1, I2, I3, w1, w2, w3):
-    """Constants p, m, m1 and axes of a trajectory as :class:`Motion` has them, straight-line code for loops over lanes.
+    """Return p, m, m1 and axes of a trajectory as :class:`Motion` has them, straight-line code for loops over lanes.
 
     For moments and angular velocities near one (the largest of each between 1e-50 and 1e50), p in the unit of w.
     """
@@ -107,7 +107,7 @@ def constants(I1, I2, I3, w1, w2, w3):
 
 @njit(**INLINE)
 def by_axis(axes, x_s, x_c, x_d):
-    """Values of the roles sn, cn, dn, which run on ``axes``, in the order of the axes 1, 2, 3."""
+    """Return the values of the roles sn, cn, dn, which run on ``axes``, in the order of the axes 1, 2, 3."""
     sn_axis, cn_axis, _ = axes
     x1 = x_s if sn_axis == 1 else (x_c if cn_axis == 1 else x_d)
     x2 = x_s if sn_axis == 2 else (x_c if cn_axis == 2 else x_d)
@@ -143,7 +143,7 @@ class Motion(NamedTuple):
 
 @njit(**INLINE)
 def set_up_near_one(I1, I2, I3, w1, w2, w3):
-    """:func:`set_up` for moments and angular velocities near one, as for :func:`constants`, whose unit is one."""
+    """Return :func:`set_up` for moments and angular velocities near one, as for :func:`constants`, of unit one."""
     p, m, m1, sn_axis, cn_axis, dn_axis = constants(I1, I2, I3, w1, w2, w3)
     c1, c2, c3 = coefficients(I1, I2, I3)
     c = by_role(sn_axis, cn_axis, dn_axis, c1, c2, c3)
@@ -162,7 +162,7 @@ def set_up(I1, I2, I3, w1, w2, w3):
 
 @njit(**INLINE)
 def advance(w, c, p, t, sn, cn, dn):
-    """The addition theorems: components w by role, a time t later; c by role, (sn, cn, dn) those of ``p t``.
+    """Return the components w by role, a time t later, by the addition theorems; (sn, cn, dn) those of ``p t``.
 
     Numerators and D are divided by the square of ``r = max(dn, |sn| D0)``, so that neither underflows near
     the separatrix, where cn and dn get as small as sqrt(m1).
@@ -195,7 +195,7 @@ def is_stationary(c, w):
 
 
 def checked(moments, omega_start):
-    """Moments and angular velocity as checked arrays of shape (3,)."""
+    """Return the moments and angular velocity as checked arrays of shape (3,)."""
     moments, start = (np.asarray(x, dtype=np.float64, order="C") for x in (moments, omega_start))
     if moments.shape != (3,) or not (np.isfinite(moments).all() and (moments > 0.0).all()):
         raise ValueError(f"moments must be three finite numbers above zero, not {moments}")

@@ -51,7 +51,9 @@ EPSILON = float(np.finfo(np.float64).eps)
 ROUNDINGS = 8.0  # of the logarithm and what follows it, beside the largest eigenvalue
 ARTANH = 20  # terms of artanh's series for a logarithm: of Z², where the rates bound |Z| by tan π/8
 REACHED = 2e-6  # square of the size of Z to the eighth, below which what these terms leave is below rounding
-LOST = 1e4  # roundings that a term of a covariance may hold, which a large sum of terms cancels down to
+# Roundings that a term of a covariance may hold, which a large sum of terms cancels down to: at least, and over the
+# least pivot, which bounds them (a thirtieth of that bound, in an error, holds those of the benchmark).
+LOST, PIVOTED = 1e4, 1e-3
 
 ROWS, LANES = float64[::1], float64[:, ::1]
 # Handed over as arguments: a function that calls another by its name compiles it once more.
@@ -357,7 +359,7 @@ def _normal(XX, XR, XZ, HH, HR, RR, runs, n, A, B, H, right, rest, f):
             A[at, lane] = -XX[at, lane]
     B[: nn * P], B[nn * P :] = XZ, XR
     _solve_lanes(A, B, n, n * P + n, False, -math.inf, f)
-    H[:], right[P * P :], rest[:] = HH, HR, RR[0]
+    H[:], right[P * P : P * P + P], rest[:] = HH, HR, RR[0]
     for p in range(P):  # by what rounding may have taken off: where M is of a special shape, some step changes nothing
         for lane in range(f.size):
             H[p * P + p, lane] += 16.0 * EPSILON * HH[p * P + p, lane]
@@ -393,6 +395,8 @@ def _taken(M, X0, A, U, right, left, on, P, covariance, rest, moved, change):
     for at in range(P * P):
         for lane in range(lanes):
             covariance[at, lane] = right[at, lane] if on[lane] > 0.0 else covariance[at, lane]
+    for lane in range(lanes):
+        covariance[P * P, lane] = right[P * P + P, lane] if on[lane] > 0.0 else covariance[P * P, lane]
     going = False
     for lane in range(lanes):
         going = going or (on[lane] > 0.0 and change[lane] >= CLOSE)
@@ -408,14 +412,18 @@ def _step(M, X0, runs, n, XX, XR, XZ, HH, HR, RR, covariance, rest, moved, chang
     whole_vectors()
     P, nn = runs * n, n * n
     A, C, T, B, U = rows_of(nn), rows_of(nn), rows_of(nn), rows_of(nn * P + nn), rows_of(P)
-    H, right, old, d = rows_of(P * P), rows_of(P * P + P), rows_of(P), rows_of(P)
+    H, right, old, d = rows_of(P * P), rows_of(P * P + P + 1), rows_of(P), rows_of(P)
     left, on, f = scratch(1), scratch(1), scratch(1)
     lanes = on.size
     for lane in range(lanes):  # a lane's steps are its own, whoever its neighbours are
         on[lane] = 1.0 if moved[lane] >= LEAST_MOVED and change[lane] >= CLOSE else 0.0
     _normal(XX, XR, XZ, HH, HR, RR, runs, n, A, B, H, right, left, f)
-    old[:] = right[P * P :]
+    old[:] = right[P * P : P * P + P]
     _scaled_inverse(H, right, P, d, f)
+    right[P * P + P] = 0.0
+    for p in range(P):  # the least pivot's inverse: so many roundings an element of the inverse may hold
+        for lane in range(lanes):
+            right[P * P + P, lane] = max(right[P * P + P, lane], H[p * P + p, lane])
     # what the step takes off the sum of squares: Θ·(right side)
     for p in range(P):
         for lane in range(lanes):
@@ -526,7 +534,7 @@ def _coefficient_covariances(M, N, X0, runs, n, covariance, K, A, f):
     A[:], V[:], K[:] = M, X0, 0.0
     _solve_lanes(A, V, n, runs, True, -math.inf, f)
     adjugates, starts, slopes, turned = N.reshape(N.size), V.reshape(V.size), G.reshape(G.size), T.reshape(T.size)
-    inverse, into = covariance.reshape(covariance.size), K.reshape(K.size)
+    inverse, into = covariance.reshape(covariance.size), K.reshape(K.size)  # of which the last row is not read
     for k in range(n):  # the sign of G cancels
         for s in range(runs):
             _add_inner(slopes, (n - 1 - k) * P + s * n, adjugates, k * nn, n, starts, s * n, 0, n, n)
@@ -537,19 +545,22 @@ def _coefficient_covariances(M, N, X0, runs, n, covariance, K, A, f):
 
 
 @njit(**OPTIONS)
-def _form(K, a, n):
-    """Standard deviation of Σ a_k c_k for noise of one, and what its own terms may have lost by cancelling."""
+def _form(K, a, n, lost):
+    """Standard deviation of Σ a_k c_k for noise of one, and what its own terms may have lost by cancelling.
+
+    ``lost``: relative error of a term.
+    """
     total, absolute = 0.0, 0.0
     for k in range(n):
         for m in range(n):
             term = a[k] * K[k, m] * a[m]
             total += term
             absolute += abs(term)
-    return math.sqrt(max(total, 0.0) + LOST * EPSILON * absolute)
+    return math.sqrt(max(total, 0.0) + lost * absolute)
 
 
 @njit(**OPTIONS)
-def _eigenvalue_error(c, K, n, x, y, gap, noise, most, shifted, a, b, u, v):
+def _eigenvalue_error(c, K, n, x, y, gap, noise, lost, most, shifted, a, b, u, v):
     """Errors of the real and the imaginary part of the eigenvalue x + iy, the next one ``gap`` away.
 
     ``most``: the largest eigenvalue, for what rounding leaves; shifted, a, b, u and v are scratch.
@@ -573,11 +584,11 @@ def _eigenvalue_error(c, K, n, x, y, gap, noise, most, shifted, a, b, u, v):
         rounding += ROUNDINGS * EPSILON * abs(c[k]) * power
         power *= size
     if steep > 0.0:
-        lost = rounding / steep + ROUNDINGS * EPSILON * most
-        real, imaginary = noise * _form(K, a, n) + lost, noise * _form(K, b, n) + lost
+        rounded = rounding / steep + ROUNDINGS * EPSILON * most
+        real, imaginary = noise * _form(K, a, n, lost) + rounded, noise * _form(K, b, n, lost) + rounded
         if max(real, imaginary) < 0.05 * gap:
             return real, imaginary
-    off = noise * math.hypot(_form(K, u, n), _form(K, v, n)) + rounding
+    off = noise * math.hypot(_form(K, u, n, lost), _form(K, v, n, lost)) + rounding
     radius, binomial = math.inf, 1.0
     for k in range(1, n + 1):
         binomial *= (n - k + 1.0) / k
@@ -588,13 +599,13 @@ def _eigenvalue_error(c, K, n, x, y, gap, noise, most, shifted, a, b, u, v):
 
 
 @njit(**OPTIONS)
-def _tell_invariants(re, im, c, K, a, noise, spacing, row):
+def _tell_invariants(re, im, c, K, a, noise, lost, spacing, row):
     """S, D and S² - 4D of four eigenvalues and their errors into a raw row; a: zeros, scratch."""
     S, D = 0.5 * c[3] * c[3] - c[2], c[0]
     a[3], a[2] = c[3], -1.0
-    s = _form(K, a, 4)
+    s = _form(K, a, 4, lost)
     a[3], a[2], a[0] = 2.0 * S * c[3], -2.0 * S, -4.0
-    both = _form(K, a, 4)
+    both = _form(K, a, 4, lost)
     s, d, both = noise * s, noise * math.sqrt(max(K[0, 0], 0.0)), noise * both + 4.0 * (noise * s) ** 2
     two, four, size = spacing * spacing, spacing**4, 0.0  # (the slope of S² - 4D may vanish)
     for i in range(4):
@@ -606,7 +617,7 @@ def _tell_invariants(re, im, c, K, a, noise, spacing, row):
 
 
 @njit(**OPTIONS)
-def _tell_lane(re, im, n, c, K, noise, spacing, parts, shifted, row):
+def _tell_lane(re, im, n, c, K, noise, lost, spacing, parts, shifted, row):
     """Eigenvalues, invariants and their errors of one lane into its raw row; parts (4, n) and shifted are scratch."""
     order(re, im, n, SAME)
     a, b, u, v = parts[0], parts[1], parts[2], parts[3]
@@ -614,12 +625,12 @@ def _tell_lane(re, im, n, c, K, noise, spacing, parts, shifted, row):
     odd = 0.0
     for k in range(n - 1, -1, -2):
         a[k] = 1.0
-        error = noise * _form(K, a, n)
+        error = noise * _form(K, a, n, lost)
         a[k] = 0.0
         odd = max(odd, abs(c[k]) / error) if error > 0.0 else math.inf
     row[ODD] = odd
     if n == 4:
-        _tell_invariants(re, im, c, K, a, noise, spacing, row)
+        _tell_invariants(re, im, c, K, a, noise, lost, spacing, row)
     most = 0.0
     for i in range(n):
         most = max(most, math.hypot(re[i], im[i]))
@@ -631,7 +642,7 @@ def _tell_lane(re, im, n, c, K, noise, spacing, parts, shifted, row):
             if j < i and re[j] == re[i] and im[j] == -im[i]:
                 twin = j
         if twin < 0:
-            errors = _eigenvalue_error(c, K, n, re[i], im[i], math.sqrt(gap), noise, most, shifted, a, b, u, v)
+            errors = _eigenvalue_error(c, K, n, re[i], im[i], math.sqrt(gap), noise, lost, most, shifted, a, b, u, v)
             row[HEAD + 2 * n + i], row[HEAD + 3 * n + i] = errors[0] / spacing, errors[1] / spacing
         else:
             row[HEAD + 2 * n + i], row[HEAD + 3 * n + i] = row[HEAD + 2 * n + twin], row[HEAD + 3 * n + twin]
@@ -659,7 +670,8 @@ def _tell(M, X0, runs, n, covariance, noise, spacing, lanes, raw):
                 y[i, j], k[i, j] = Y[i * n + j, lane], K[i * n + j, lane]
         of_lane[n] = 1.0
         if eigenvalues(y, n, re, im):
-            _tell_lane(re, im, n, of_lane, k, noise[lane], spacing[lane], parts, shifted, raw[lane])
+            lost = min(1.0, EPSILON * max(LOST, PIVOTED * covariance[runs * n * runs * n, lane]))
+            _tell_lane(re, im, n, of_lane, k, noise[lane], lost, spacing[lane], parts, shifted, raw[lane])
 
 
 @njit(FITTED, **PASSED)
@@ -676,7 +688,7 @@ def fit_block(step, tell, Y, weight, runs, count, n, spacing, floor, trust, lane
     XX, XR, M, X0 = scratch(n * n), scratch(n * n), scratch(n * n), scratch(P)
     x, d, Z = scratch(2 * n), scratch(n), scratch(2 * P * n)
     XZ, HH, HR, RR = scratch(P * n * n), scratch(P * P), scratch(P), scratch(1)
-    moved, rest, change, covariance, noise = scratch(1), scratch(1), scratch(1), rows_of(P * P), scratch(1)
+    moved, rest, change, covariance, noise = scratch(1), scratch(1), scratch(1), rows_of(P * P + 1), scratch(1)
     change[:], noise[:] = math.inf, math.nan
     _moments(Y, counts, runs, count, n, XX, XR, x, d)
     _start(_lanes(XX), _lanes(XR), n, _lanes(M), moved)

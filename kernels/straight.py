@@ -118,7 +118,7 @@ def _named(e, scope):
 
 
 def lines(text: str) -> Callable:
-    """A function of S and lane, for compiled code, that does what lines of text say.
+    """Return a function of S and lane, for compiled code, that does what lines of text say.
 
     Parameters
     ----------

@@ -241,7 +241,7 @@ def measured(
     nonlinear=False,
     rounded=False,
 ):
-    """Measured columns of points, in units.
+    """Return the measured columns of points, in units.
 
     Parameters
     ----------
@@ -313,7 +313,7 @@ def _leave_out_unrepresentable(found, omega0):
 
 
 def flipped(points, tolerance=1e-10):
-    """Columns of :mod:`kernels.flips` alone, the points taken as they come: name → values, shape (n,).
+    """Return the columns of :mod:`kernels.flips` alone, points in the given order: name → values, shape (n,).
 
     Parameters
     ----------
@@ -344,7 +344,7 @@ def _nonlinear(points, measured, tolerance):
 
 @np.errstate(divide="ignore", invalid="ignore")  # a point that is no body gives NaN, and no noise
 def theory(points):
-    """Columns of linear theory, of the body's shape and of the axis that its motion encircles, in units.
+    """Return the columns of linear theory, of the body's shape and of the axis that its motion encircles, in units.
 
     Parameters
     ----------
@@ -361,19 +361,19 @@ def theory(points):
 
 
 def motions(points):
-    """Number of distinct motions among points: see :mod:`kernels.collapse`."""
+    """Return the number of distinct motions among points: see :mod:`kernels.collapse`."""
     first, _ = collapse.distinct(rigid_body.points_of(points))
     return first.size
 
 
 def as_motions(points):
-    """The same motions by bodies of the moments (I_a/I_c, I_b/I_c, 1) that spin about axis 1, at their own rates."""
+    """Return the same motions by bodies of moments (I_a/I_c, I_b/I_c, 1) that spin about axis 1, at their own rates."""
     a, b, c = linear.seen_from(*(points[name] for name in ("I1", "I2", "I3", "axis")))
     return {**points, "I1": a / c, "I2": b / c, "I3": 1.0, "axis": 1}
 
 
 def collapsed(points, *settings, **options):
-    """The columns of :func:`measured`, each distinct motion integrated once and expanded to all its points.
+    """Return the columns of :func:`measured`, each distinct motion integrated once and expanded to its points.
 
     Takes the arguments of :func:`measured`. What is integrated is the motion itself, moments (I_a/I_c, I_b/I_c, 1) at a
     spin of one, so that a point's bits depend on the point alone; they agree with those of :func:`measured` to the
@@ -406,7 +406,7 @@ def _expanded(values, at, spin, power):
 
 
 def survey(points, *settings, collapse=False, **options):
-    """All columns of points: :func:`theory` beside :func:`measured` (or :func:`collapsed`), which does not know it.
+    """Return all columns of points: :func:`theory` beside :func:`measured` (or :func:`collapsed`), which ignores it.
 
     Theory is spared where columns are ``wanted`` and none of its own among them.
     """

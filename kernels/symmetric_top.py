@@ -83,7 +83,7 @@ RAW = numbers(
 
 
 def precession_rate(ratio, omega3):
-    r"""Rate at which omega and L turn about the figure axis, seen from the body: Omega = (I3/I1 - 1) omega3.
+    r"""Return Omega = (I3/I1 - 1) omega3, at which omega and L turn about the figure axis in the body frame.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def precession_rate(ratio, omega3):
 
 
 def cones(ratio, half_angle):
-    r"""Half-angles of the cone of L about the figure axis and of the space cone (omega about L).
+    r"""Return the half-angles of the cone of L about the figure axis and of the space cone (omega about L).
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def cones(ratio, half_angle):
 
 
 def rotation(ratio, omega_start, times):
-    """Angular velocity of a free symmetric top at given times, in closed form.
+    """Return the angular velocity of a free symmetric top at given times, in closed form.
 
     Parameters
     ----------
@@ -145,7 +145,7 @@ def rotation(ratio, omega_start, times):
 
 @njit(**INLINE)
 def turn(b1, c1, b, c):
-    """Angle from (b1, c1) to (b, c), rad, for at most half a radian, in plain arithmetic so that lanes stay packed.
+    """Return the angle from (b1, c1) to (b, c), rad, at most half, in plain arithmetic so that lanes stay packed.
 
     With t = tan(delta/2), delta = 2 arctan t. The cross product is formed from the difference of the two, so equal
     vectors turn by exactly nothing.
@@ -158,7 +158,7 @@ def turn(b1, c1, b, c):
 
 @njit(**OPTIONS)
 def steps_per_sample(x, samples, tolerance):
-    """Steps a sample interval is cut into; x = |r - 1| times the spacing in radians of spin.
+    """Return the steps in a sample interval; x = |r - 1| times the spacing in radians of spin.
 
     The equations are linear (c_3 = 0), so the first term left out is x^11/11! of the transverse part at any amplitude.
     """
@@ -461,7 +461,7 @@ def _period(rate):
 
 
 def measured(points, rotations, samples_per_rotation, tolerance):
-    """Measured columns of points, in units.
+    """Return the measured columns of points, in units.
 
     Parameters
     ----------
@@ -510,18 +510,10 @@ def measured(points, rotations, samples_per_rotation, tolerance):
 
 
 def theory(points):
-    """Columns of the closed form and of the body's shape, in units.
+    """Return the columns of the closed form and of the body's shape, in units, of points as for :func:`run`.
 
-    Parameters
-    ----------
-    points : mapping of str to array_like, shape (n,)
-        As for :func:`run`.
-
-    Returns
-    -------
-    dict of str to numpy.ndarray, shape (n,)
-        precession_rate_theory (rad s-1), period_theory (s), momentum_cone_theory, space_cone_theory (degrees),
-        triangle_margin (1), shape (int8).
+    precession_rate_theory (rad s-1), period_theory (s), momentum_cone_theory, space_cone_theory (degrees),
+    triangle_margin (1), shape (int8).
     """
     ratio, omega3, half_angle = _point_arrays(points)
     momentum, space = cones(ratio, np.radians(half_angle))
@@ -537,5 +529,5 @@ def theory(points):
 
 
 def survey(points, rotations, samples_per_rotation, tolerance):
-    """All columns of points: :func:`theory` beside :func:`measured`, which does not know it."""
+    """Return all columns of points: :func:`theory` beside :func:`measured`, which does not use it."""
     return theory(points) | measured(points, rotations, samples_per_rotation, tolerance)

@@ -56,13 +56,13 @@ PERIODS = ("period_psi", "period_phi_long_axis", "period_phi_encircled")
 
 @njit(**OPTIONS)
 def possible(least, energy):
-    """Whether a body with ``I_min/I_max = least`` can have the energy ``2T I_max/L^2``: from 1 to 1/least."""
+    """Return True if a body with ``I_min/I_max = least`` can have the energy ``2T I_max/L^2``: 1 to 1/least."""
     return (energy >= 1.0) & (energy * least <= 1.0 + EPSILON)
 
 
 @njit(**OPTIONS)
 def start(I1, I2, I3, energy):
-    """Angular velocity (w1, 0, w3) of a body of ascending moments with the energy ``2T I3/L^2``, at L/I3 = 1.
+    """Return (w1, 0, w3) of a body of ascending moments with the energy ``2T I3/L^2``, at L/I3 = 1.
 
     ``m_1^2 = (E - 1) I1/(I3 - I1)`` and ``m_3^2 = (I3 - E I1)/(I3 - I1)``; for a sphere a spin about axis 3. A small
     numerator of m_3^2 is formed from the exact product: where I2 is near I1, the period goes with 1/m_3. Above SMALL
@@ -82,7 +82,7 @@ def start(I1, I2, I3, energy):
 
 @njit(**OPTIONS)
 def mode_of(I1, I2, I3, w1, w3):
-    """SAM, LAM, SEPARATRIX or PRINCIPAL (nothing moves in the body) of a start with w2 = 0, ascending moments."""
+    """Return SAM, LAM, SEPARATRIX or PRINCIPAL (a steady rotation) of a start with w2 = 0, ascending moments."""
     if solution.is_stationary(solution.coefficients(I1, I2, I3), (w1, 0.0, w3)):
         return PRINCIPAL
     greater = max(I3 * (I3 - I2) * w3 * w3, I1 * (I2 - I1) * w1 * w1)
@@ -93,15 +93,20 @@ def mode_of(I1, I2, I3, w1, w3):
 
 
 @njit(**OPTIONS)
+def _constants(I1, I2, I3, w1, w2, w3):
+    """Return (p, m, 1 - m), the moments by role (s, c, d), and the constants of the attitude."""
+    p, m, m1, s, c, d = solution.constants(I1, I2, I3, w1, w2, w3)
+    moments = solution.by_role(s, c, d, I1, I2, I3)
+    return (p, m, m1), moments, attitude.constants(moments, solution.by_role(s, c, d, w1, w2, w3), p, m, m1)
+
+
+@njit(**OPTIONS)
 def periods(I1, I2, I3, w1, w2, w3):
-    """P_psi, the mean rate <psi'> about L, and sigma (+1 SAM, -1 LAM); NaN where the motion has no period.
+    """Return P_psi, the mean rate <psi'> about L, and sigma (+1 SAM, -1 LAM); NaN where there is no period.
 
     Moments and angular velocity near one, in any order; s and rad/s where they are in kg m2 and rad/s.
     """
-    p, m, m1, s, c, d = solution.constants(I1, I2, I3, w1, w2, w3)
-    I_s, I_c, I_d = solution.by_role(s, c, d, I1, I2, I3)
-    w_s, w_c, w_d = solution.by_role(s, c, d, w1, w2, w3)
-    turning = attitude.constants((I_s, I_c, I_d), (w_s, w_c, w_d), p, m, m1)
+    (p, m, m1), _, turning = _constants(I1, I2, I3, w1, w2, w3)
     sigma = turning.sigma
     if not (p > 0.0 and m1 > 0.0):
         return math.nan, math.nan, sigma
@@ -112,17 +117,14 @@ def periods(I1, I2, I3, w1, w2, w3):
 
 @njit(**OPTIONS)
 def geometric_phase(I1, I2, I3, w1, w2, w3):
-    """Turn about L in one period of w by Montgomery's theorem, ``2T P_psi/L - A``, rad; NaN where there is no period.
+    """Return the turn about L in one period, ``2T P_psi/L - A``, rad, by Montgomery's theorem; NaN without a period.
 
     It asks no elliptic integral of the third kind, and is the same turn as ``rate P_psi`` of :func:`periods`.
     A is the signed solid angle that the polhode's cone encloses about the axis d, by the trapezoidal rule.
 
     Source: Montgomery, American Journal of Physics 59 (1991) 394.
     """
-    p, m, m1, s, c, d = solution.constants(I1, I2, I3, w1, w2, w3)
-    I_s, I_c, I_d = solution.by_role(s, c, d, I1, I2, I3)
-    w_s, w_c, w_d = solution.by_role(s, c, d, w1, w2, w3)
-    L, T2, a, mu_c, mu_s, _, _, _, _, sigma = attitude.constants((I_s, I_c, I_d), (w_s, w_c, w_d), p, m, m1)
+    (p, m, m1), _, (L, T2, a, mu_c, mu_s, _, _, _, _, sigma) = _constants(I1, I2, I3, w1, w2, w3)
     if not (p > 0.0 and m1 > 0.0):
         return math.nan
     K = elliptic.K(m, m1)
@@ -131,15 +133,12 @@ def geometric_phase(I1, I2, I3, w1, w2, w3):
 
 @njit(**OPTIONS)
 def phase_residual(I1, I2, I3, w1, w2, w3):
-    """How far the turn ``rate P_psi`` of :func:`periods` is from :func:`geometric_phase`, rad; NaN without a period.
+    """Return the distance of ``rate P_psi`` of :func:`periods` from :func:`geometric_phase`, rad; NaN without a period.
 
     What both hold alike, ``2T P_psi/L``, is taken out by hand, so that thousands of turns leave no rounding:
     ``R - 2T/L = -sigma A_d mu_c^2 |I_d - I_c|/(I_c (1 + a))``.
     """
-    p, m, m1, s, c, d = solution.constants(I1, I2, I3, w1, w2, w3)
-    I_s, I_c, I_d = solution.by_role(s, c, d, I1, I2, I3)
-    w_s, w_c, w_d = solution.by_role(s, c, d, w1, w2, w3)
-    L, _, a, mu_c, mu_s, _, Q, _, nu, sigma = attitude.constants((I_s, I_c, I_d), (w_s, w_c, w_d), p, m, m1)
+    (p, m, m1), (_, I_c, I_d), (L, _, a, mu_c, mu_s, _, Q, _, nu, sigma) = _constants(I1, I2, I3, w1, w2, w3)
     if not (p > 0.0 and m1 > 0.0):
         return math.nan
     K = elliptic.K(m, m1)
@@ -171,7 +170,7 @@ def scaled(I1, I2, I3):
 
 @njit(nogil=True, **OPTIONS)
 def fill_exact(I1, I2, I3, energy, modes, out):
-    """Modes and periods in closed form, in units of I3/L: rows of ``out`` (3, n) as PERIODS, NaN where missing."""
+    """Fill modes, and ``out`` (3, n) with PERIODS, in closed form, in units of I3/L; NaN where missing."""
     for i in range(I1.size):
         a, b, c = scaled(I1[i], I2[i], I3[i])
         w1, w2, w3 = start(a, b, c, energy[i])
@@ -289,7 +288,7 @@ def _phi(period, turn, axis):
 
 @njit(**OPTIONS)
 def measure_one(I1, I2, I3, energy, tolerance):
-    """Mode, then periods as PERIODS, then their errors, measured from two runs; in units of I3/L."""
+    """Return mode, periods as PERIODS and their errors, measured from two runs; in units of I3/L."""
     missing = math.nan
     w1, w2, w3 = start(I1, I2, I3, energy)
     if not possible(I1 / I3, energy):
@@ -326,7 +325,7 @@ def measure_one(I1, I2, I3, energy, tolerance):
 
 @njit(nogil=True, **OPTIONS)
 def fill(bodies, tolerance, modes, out):
-    """Measured modes and periods, in units of I3/L: rows of ``out`` (6, n) as PERIODS, then their errors."""
+    """Fill measured modes, and ``out`` (6, n) with PERIODS and their errors, in units of I3/L."""
     I1, I2, I3, energy = bodies
     for i in range(I1.size):
         modes[i], out[0, i], out[1, i], out[2, i], out[3, i], out[4, i], out[5, i] = measure_one(
@@ -335,17 +334,15 @@ def fill(bodies, tolerance, modes, out):
 
 
 def survey(points, tolerance, measured=True):
-    """All columns of points, in units.
+    """Return all columns of points, in units.
 
     Parameters
     ----------
     points : mapping of str to array_like, shape (n,)
         I1, I2, I3 (common unit, > 0, in any order: the axes are those of ascending moments), energy (2T I_max/L^2, from
         1 to I_max/I_min), omega0 (rad s-1, > 0: L = I_max omega0).
-    tolerance : float
-        Error allowed in the measured periods, before what the motion makes of it.
-    measured : bool
-        Whether to follow the motion, or to leave it at the closed form.
+    tolerance, measured : float, bool
+        As for :func:`kernels.twist.survey`, of the periods.
 
     Returns
     -------
@@ -429,7 +426,7 @@ def _solve(I1, I2, I3, ratio, short):
 
 @njit(nogil=True, **OPTIONS)
 def fill_inverse(I1, I2, I3, ratio, out):
-    """Energy (rows 0: SAM, 1: LAM) and m (rows 2, 3) that give each body its ratio of periods; NaN where none does."""
+    """Fill energy (rows 0: SAM, 1: LAM) and m (rows 2, 3) that give bodies their ratio of periods; NaN where none."""
     for i in range(I1.size):
         low, middle = I1[i] / I3[i], I2[i] / I3[i]
         out[2, i], out[0, i] = _solve(low, middle, 1.0, ratio[i], True)
@@ -464,7 +461,7 @@ def least_ratio(I1, I2, I3):
 
 
 def inverse(I1, I2, I3, ratio):
-    """The one energy in each mode that gives a body its ratio of periods P_psi/P_phi (long axis), or none.
+    """Return the one energy in each mode that gives a body its ratio of periods P_psi/P_phi (long axis), or none.
 
     In either mode the ratio grows with the wobble from ``sqrt(I1 I2/((I3 - I1)(I3 - I2)))`` (SAM, at least 1 for a body
     that can exist) or ``sqrt(I2 I3/((I3 - I1)(I2 - I1))) - 1`` (LAM) to infinity at the separatrix.
@@ -489,7 +486,7 @@ def inverse(I1, I2, I3, ratio):
 
 @njit(nogil=True, **OPTIONS)
 def fill_tilts(I1, I2, I3, energy, out):
-    """Mean, least and greatest angle of L to the encircled axis, rad: (3, n), NaN where there is none."""
+    """Fill mean, least and greatest angle of L to the encircled axis, rad: (3, n), NaN where there is none."""
     rungs = np.empty((2, RUNGS))
     for i in range(I1.size):
         out[0, i], out[1, i], out[2, i] = math.nan, math.nan, math.nan
@@ -516,7 +513,7 @@ def fill_tilts(I1, I2, I3, energy, out):
 
 
 def tilts(points):
-    """Mean, least and greatest angle of L to the encircled axis over a period, rad, closed form; as :func:`survey`."""
+    """Return mean, least and greatest angle of L to the encircled axis, rad, in closed form; as :func:`survey`."""
     *moments, energy = arrays(*(points[name] for name in ("I1", "I2", "I3", "energy")))
     out = np.empty((3, energy.size))
     fill_tilts(*np.sort(moments, axis=0), energy, out)

@@ -78,7 +78,7 @@ class Block(NamedTuple):
 
 @njit(**OPTIONS)
 def start(I1, I2, I3, chi, theta):
-    """Angular velocity at L/I2 = 1: ``L = (cos theta, sin theta cos chi, sin theta sin chi)``."""
+    """Return the angular velocity at L/I2 = 1: ``L = (cos theta, sin theta cos chi, sin theta sin chi)``."""
     sine = math.sin(theta)
     # half a right angle's cosine is 6e-17 in doubles; a throw across the handle has none
     along = math.cos(theta) if theta != 0.5 * math.pi else 0.0
@@ -87,7 +87,7 @@ def start(I1, I2, I3, chi, theta):
 
 @njit(**OPTIONS)
 def step_length(moments, omega, tolerance):
-    """Step, in units of I2/L, whose error over one turn, some thirty steps of G_12(1) x^13, is a tenth of tolerance.
+    """Return the step, in units of I2/L, whose error over one turn, some thirty steps, is a tenth of tolerance.
 
     |w| never exceeds sqrt(2T/I1), and no rate exceeds it.
     """
@@ -222,7 +222,7 @@ def _bent(m_d, m_j, m_k):
 
 @njit(**OPTIONS)
 def exact_turn(moments, begin, chi, rungs, rungs1):
-    """Twist and time of the first full turn of the handle about L, from the closed form; NaN along the handle.
+    """Return twist and time of the first full turn of the handle about L, in closed form; NaN along the handle.
 
     phi grows between L/I_3 and L/I_2 a second, so 2 pi I_2/L is before the turn's end; from there Newton's method. A
     stride forward is at most half a turn and one back a quarter, which tells how much phi has grown from where it is.
@@ -274,7 +274,7 @@ def _unwound(change, t, top):
 
 @njit(**OPTIONS)
 def defect_theory(I1, I2, I3):
-    """Defect 2 eps on the separatrix, rad, of a body of ascending moments; NaN for a symmetric one.
+    """Return the defect 2 eps on the separatrix, rad, of a body of ascending moments; NaN for a symmetric one.
 
     The equation of the module's docstring, as ``ln sin(eps)`` equal to a function that hardly depends on it.
     """
@@ -297,14 +297,14 @@ def defect_theory(I1, I2, I3):
 
 @njit(**OPTIONS)
 def ascending(x1, x2, x3):
-    """Three numbers in ascending order."""
+    """Return three numbers in ascending order."""
     low, high = min(x1, x2), max(x1, x2)
     return min(low, x3), max(low, min(high, x3)), max(high, x3)
 
 
 @njit(**OPTIONS)
 def scaled(I1, I2, I3):
-    """Moments in ascending order, in a unit in which the middle one is 1 or a little less."""
+    """Return the moments in ascending order, in a unit in which the middle one is 1 or a little less."""
     low, middle, high = ascending(I1, I2, I3)
     unit = solution.unit_of_moments(low, middle, high, middle)
     return low / unit, middle / unit, high / unit
@@ -312,13 +312,13 @@ def scaled(I1, I2, I3):
 
 @njit(**OPTIONS)
 def within(chi):
-    """An angle as it is from -pi to pi, rad; one beyond, brought there."""
+    """Return an angle brought to -pi … pi, rad."""
     return chi if abs(chi) <= math.pi else math.atan2(math.sin(chi), math.cos(chi))
 
 
 @njit(nogil=True, **OPTIONS)
 def fill_exact(throws, out):
-    """Twist (rad), time of the turn (in I_mid/L) and the law's defect (rad) of points, in closed form: (3, n)."""
+    """Fill (3, n) with twist (rad), time of the turn (in I_mid/L) and the law's defect (rad), in closed form."""
     rungs, rungs1 = np.empty((2, RUNGS)), np.empty((2, RUNGS))
     moments, begin = np.empty(3), np.empty(3)
     I1, I2, I3, chi, theta = throws
@@ -332,7 +332,7 @@ def fill_exact(throws, out):
 
 @njit(nogil=True, **OPTIONS)
 def fill(throws, tolerance, out):
-    """Measured twist (rad) and time of the turn (in I_mid/L), each with its error, of points: (4, n) as TWISTS."""
+    """Fill (4, n) with measured twist (rad) and time of the turn (in I_mid/L), each with its error, as TWISTS."""
     whole_vectors()
     S, found = np.zeros(ROWS * W), np.empty((2, 2, W))
     moments, starts, angle = np.empty((3, W)), np.empty((3, W)), np.empty(W)
@@ -359,7 +359,7 @@ def fill(throws, tolerance, out):
 
 
 def survey(points, tolerance, measured=True):
-    """All columns of points, in units.
+    """Return all columns of points, in units.
 
     Parameters
     ----------

@@ -93,7 +93,7 @@ HARMONIC = 2.0 * (1.0 + 0.5 / math.cos(0.5)) ** 2  # 2 q²
 
 @formula
 def scatter(slope, squares, used, rate2, spacing):
-    """The scatter term of n = ``used`` samples, from the slope by D and the residuals' sum of squares by that of ε.
+    """Return the scatter term of n = ``used`` samples, from the slope by D and the residuals' sum of squares.
 
     The standard error squared, by what widens it: one root and one division. NaN for less than four samples.
     """
@@ -105,7 +105,7 @@ def scatter(slope, squares, used, rate2, spacing):
 
 @formula
 def integration(rate2, rate, apart, per, spacing, growth, drift):
-    """The integration's term from the perturbation's largest relative error ``apart``; rate is √|Ω²|, ``per`` 1/T.
+    """Return the integration's term from the largest relative error ``apart``; rate is √|Ω²|, ``per`` 1/T.
 
     ``growth`` is the largest size squared over that of the start, ``drift`` n u of an exact motion and else 0.
     """
@@ -116,7 +116,7 @@ def integration(rate2, rate, apart, per, spacing, growth, drift):
 
 @formula
 def amplitude(rate2, part, wander, spacing, per, bound):
-    """What the reduction to zero amplitude leaves, from the rms ``part`` it took off and the spin's ``wander``.
+    """Return the term of the reduction to zero amplitude, from the rms ``part`` it took off and the spin's ``wander``.
 
     ``per`` is 1/T, ``bound`` the largest Euler coefficient's size, which no rate exceeds.
     """
@@ -131,7 +131,7 @@ def amplitude(rate2, part, wander, spacing, per, bound):
 
 @formula
 def well_within_a_turn(rate2, wander, intervals):
-    """What the clock's end correction leaves besides over a window of so many intervals that is short beside a turn."""
+    """Return the clock's end correction over a window of so many intervals that is short beside a turn."""
     bent = wander / (intervals * intervals)
     left = 0.5 * bent * bent
     return abs(rate2) * left if left > UNIT else 0.0
@@ -139,21 +139,21 @@ def well_within_a_turn(rate2, wander, intervals):
 
 @formula
 def rounding(rate, samples, used):
-    """The rounding of coefficients, steps and samples, from √|Ω²| and 1/h."""
+    """Return the rounding of coefficients, steps and samples, from √|Ω²| and 1/h."""
     own = rate * (8.0 * rate + 6.0 * samples)
     return UNIT * (own + 0.4 * samples * samples / math.sqrt(max(used - 2.0, 1.0)))
 
 
 @formula
 def of_moments(rate2, Ia, Ib, Ic, rounded):
-    """What one rounding of each moment moves Ω² by, where it counts: see the module's docstring."""
+    """Return the change of Ω² by one rounding of each moment, where it counts: see the module's docstring."""
     moved = UNIT * (abs(Ic - Ia) * (Ia + Ib) + abs(Ia - Ib) * (Ia + Ic)) / (Ib * Ic)
     return moved if rounded | (abs(rate2) <= NEAR_NONE * moved) else 0.0
 
 
 @formula
 def farther(square, error, rate, low, high):
-    """Distance of rate = sqrt(square), square >= 0, from the farther end of its interval: roots of the square's ends.
+    """Return the distance of rate = sqrt(square), square >= 0, from the farther end of its interval.
 
     Of the lower end, at least 0, it is a difference of squares over a sum of roots: a few roundings keep their digits.
     """
@@ -163,7 +163,7 @@ def farther(square, error, rate, low, high):
 
 @formula
 def of_rate(square, error):
-    """Error of sqrt(max(square, 0)) where the square is off by at most ``error``: to the farther end.
+    """Return the error of sqrt(max(square, 0)) where the square is off by at most ``error``: to the farther end.
 
     error/(2 rate) where that is small; where the square's interval reaches below 0 it holds the rate 0 too.
     """

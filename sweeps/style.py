@@ -192,6 +192,16 @@ def with_unit(text: str, unit: str, form: str = " {}") -> str:
     return text + form.format(unit) if unit else text
 
 
+def label_of(ds, name: str) -> str:
+    """Return the long name of a coordinate of a map with its unit, for an axis of a plot."""
+    return with_unit(ds[name].attrs.get("long_name", name), ds[name].attrs.get("units", "1"), "  ({})")
+
+
+def fixed_at(ds, name: str, value: float) -> str:
+    """Return the value at which a coordinate of a map is fixed: "spin rate = 2 rad s⁻¹"."""
+    return with_unit(f"{name.replace('_', ' ')} = {number(float(value), 4)}", ds[name].attrs.get("units", "1"))
+
+
 def number(value: float, digits: int = 6) -> str:
     """Return a number as text: 1e-06 becomes 10⁻⁶, 0.0174799999 becomes 0.01748."""
     text = f"{value:.{digits}g}".replace("-", "−", 1) if value < 0 else f"{value:.{digits}g}"
@@ -249,6 +259,13 @@ def is_logarithmic(values) -> bool:
         return False
     steps = np.diff(values) / np.ptp(values), np.diff(np.log(values)) / np.log(values[-1] / values[0])
     return bool(np.std(steps[1]) < np.std(steps[0]))
+
+
+def scale_as_spread(axis, values) -> None:
+    """Set the scale of an axis: logarithmic where its values spread by ratio."""
+    if is_logarithmic(values):
+        getattr(axis.axes, f"set_{axis.axis_name}scale")("log")
+        plain_log_ticks(axis)
 
 
 def edges(values) -> np.ndarray:

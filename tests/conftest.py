@@ -90,11 +90,26 @@ if sys.prefix != sys.base_prefix:  # what pip left uncompiled, the tests' many p
 
 
 @pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """An empty folder in which the test runs."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture(scope="module")
+def tiny():
+    """The map of the smallest sweep that ships."""
+    import sweeps
+
+    return sweeps.survey("tiny")
+
+
+@pytest.fixture
 def few_frames(monkeypatch):
     """Animations of three frames, and no film of them: they have tests of their own."""
-    from sweeps.systems.oscillator import figure_motion
-    from sweeps.systems.relative_equilibrium import figure_flat_spin
-    from sweeps.systems.rigid_body import figure_flip
+    from sweeps.systems.oscillator.presentation import figure_motion
+    from sweeps.systems.relative_equilibrium.presentation import figure_flat_spin
+    from sweeps.systems.rigid_body.presentation import figure_flip
     from sweeps.views import films
 
     for module in (figure_flip, figure_motion, figure_flat_spin):

@@ -726,7 +726,7 @@ def bases(folder, definitions=BASES):
 def make_light():
     """Makes pictures of few dots and few frames, of which nothing is missing, and the commands' descriptions once."""
     from sweeps import __main__, style
-    from sweeps.systems.rigid_body import figure_flip
+    from sweeps.systems.rigid_body.presentation import figure_flip
     from sweeps.views import drawing
 
     drawing.worker = contextlib.nullcontext  # pictures are drawn in this process

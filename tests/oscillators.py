@@ -2,7 +2,7 @@
 
 import importlib
 
-import numpy as np
+import described
 
 LIBRARY = {  # name → what is varied, and between which values
     "pendulum": {"length": (0.1, 5.0), "gravity": (1.0, 20.0)},
@@ -23,10 +23,4 @@ def shipped(name):
 
 def points(system, modes, count, varied, seed=1, epsilon=1e-6, phase=0.6):
     """Every equilibrium and mode at ``count`` random places of the parameters."""
-    rng = np.random.default_rng(seed)
-    slots = system.most * modes
-    columns = {name: np.full(count * slots, p.default) for name, p in system.parameters.items()}
-    columns |= {name: np.repeat(rng.uniform(*ends, count), slots) for name, ends in varied.items()}
-    columns["equilibrium"] = np.tile(np.repeat(np.arange(system.most), modes), count)
-    columns["mode"] = np.tile(np.arange(1, modes + 1), count * system.most)
-    return columns | {"epsilon": np.full(count * slots, epsilon), "phase": np.full(count * slots, phase)}
+    return described.points(system, "mode", modes, count, varied, seed, epsilon=epsilon, phase=phase)

@@ -2,6 +2,7 @@
 
 import importlib
 
+import described
 import numpy as np
 
 RANGES = {  # name → what is varied, and between which values
@@ -54,13 +55,7 @@ def shipped(name):
 
 def points(system, eigenvalues, count, varied, seed=1, epsilon=1e-30):
     """Every equilibrium and eigenvalue at ``count`` random places of the parameters."""
-    rng = np.random.default_rng(seed)
-    slots = system.most * eigenvalues
-    columns = {name: np.full(count * slots, p.default) for name, p in system.parameters.items()}
-    columns |= {name: np.repeat(rng.uniform(*ends, count), slots) for name, ends in varied.items()}
-    columns["equilibrium"] = np.tile(np.repeat(np.arange(system.most), eigenvalues), count)
-    columns["eigenvalue"] = np.tile(np.arange(1, eigenvalues + 1), count * system.most)
-    return columns | {"epsilon": np.full(count * slots, epsilon)}
+    return described.points(system, "eigenvalue", eigenvalues, count, varied, seed, epsilon=epsilon)
 
 
 def _product(*factors):

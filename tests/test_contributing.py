@@ -18,13 +18,7 @@ from sweeps.maps import verify
 
 ROOT = Path(__file__).parents[1]
 PAGE = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
-TOY = """\
-title: Tops in honey
-system: damped_top
-grid:
-  spin: [1.0, 20.0]
-  tau: {start: 1.0, stop: 400.0, num: 12, spacing: log}
-"""
+TOY = (ROOT / "tests/toy/honey.yaml").read_text()
 
 
 def blocks(heading, language="python"):

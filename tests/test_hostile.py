@@ -77,12 +77,6 @@ def changed(value, at, new):
 PLACES = [at for at in paths_of(FIELDS) if at]
 
 
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
 def judged(source):
     """Whether a definition is taken; a refusal is words of bounded length that no terminal obeys."""
     try:
@@ -386,6 +380,37 @@ def test_a_file_that_a_map_names_is_run_by_no_door(folder, capsys):
         assert main(words("map.nc")) == (2 if door == "trajectory" else 0), (door, capsys.readouterr())
         assert "Traceback" not in capsys.readouterr().err
         assert not (folder / "owned").exists()
+
+
+LARGE = {
+    "one word": "x" * 1_000_000,
+    "words": "a " * 500_000,
+    "lines": "a\n" * 500_000,
+    "markup": "[b]<a>$x^{" * 100_000,
+    "wide": "\U0001f3be" * 250_000,
+    "201 characters": "x" * 201,
+}
+
+
+@pytest.mark.parametrize("what", LARGE)
+def test_a_name_of_a_megabyte_is_refused_in_a_line(folder, what, capsys):
+    named = {"bodies": [{"name": "A", "I1": 1.0, "I2": 2.0, "I3": 2.5}], "grid": {"omega0": 1.0}}
+    sweeps.survey(named).assign_coords(body=[LARGE[what]]).to_netcdf(folder / "map.nc")
+    for door in ("show", "report"):
+        assert main(DOORS[door]("map.nc")) == 2
+        said = capsys.readouterr().err
+        assert said.count("\n") == 1
+        assert len(said) < 300
+
+
+def test_a_message_lists_some_of_many_names(folder, capsys):
+    bodies = [{"name": f"{k:05d} {'x' * 90}", "I1": 1.0, "I2": 2.0, "I3": 2.5} for k in range(200)]
+    sweeps.survey({"bodies": bodies, "grid": {"omega0": 1.0}, "axes": [2]}).to_netcdf(folder / "map.nc")
+    for words in (["--body", "0"], ["--body", "nothing"], []):
+        assert main(["point", "map.nc", *words]) == 2
+        said = capsys.readouterr().err
+        assert "(200 names)" in said
+        assert len(said) < 11_000
 
 
 SHOWN = [door if door in ("show", "json") else pytest.param(door, marks=pytest.mark.slow) for door in DOORS]

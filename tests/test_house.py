@@ -166,7 +166,10 @@ def asked_for(path):
 def outside_of_systems():
     """Files of the rooms that every system passes through."""
     found = [path for room in ROOMS for path in (ROOT / "sweeps" / room).rglob("*") if path.is_file()]
-    found += [ROOT / "sweeps/systems" / name for name in ("__init__.py", "system.py", "look.py")]
+    found += [
+        ROOT / "sweeps/systems" / name
+        for name in ("__init__.py", "system.py", "presentation/__init__.py", "presentation/look.py")
+    ]
     return [p for p in found if p.suffix in (".py", ".js", ".html", ".css") and p.name not in OWN_COMMANDS]
 
 

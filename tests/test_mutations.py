@@ -14,7 +14,7 @@ import pytest
 
 from sweeps.points import catalogue, loading
 from sweeps.schema.refusals import DefinitionError
-from sweeps.systems.rigid_body import inertia
+from sweeps.systems.bodies import inertia
 
 SECONDS = float(os.environ.get("POLHODE_FUZZ_SECONDS", 0.5))  # of each test, of which there are six
 LEAST = 40  # mutations, however slow the machine

@@ -119,7 +119,8 @@ def _uncertain(args, body, spun: dict, given: list[str], axis: int | None) -> No
 def _draw(found, path: str) -> None:
     from sweeps import style
     from sweeps.files import replaced
-    from sweeps.systems.uncertain_bodies import asked, figure_cloud
+    from sweeps.systems.uncertain_bodies import asked
+    from sweeps.systems.uncertain_bodies.presentation import figure_cloud
 
     with style.drawn_for(style.ITS_OWN), replaced(path) as temporary:
         figure = figure_cloud.draw(found.body.name, next(asked.lines(found)), found.axes)

@@ -47,7 +47,7 @@ def _facts(planned) -> dict:
         "impossible": count,
         "impossible_counted": counted,
         "lacking_here": lacking(planned.sweep, needs, "results"),
-        **planned.sweep.system.facts(definition),
+        **definition.facts,
     }
 
 
@@ -74,7 +74,7 @@ def _rows(planned):
     yield "time", f"about {_time(needs.wait_seconds)} on one core, {_parts(needs)}"
     for line in lacking(planned.sweep, needs, "results"):
         yield "not here", f"{line} (`run` and the workflow refuse it on this machine)"
-    yield from planned.sweep.system.told(definition)
+    yield from definition.remarks
 
 
 def _time(seconds: float) -> str:

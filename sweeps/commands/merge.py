@@ -9,6 +9,7 @@ def add(commands) -> None:
     """Add the command to the parser."""
     command = parser.add(commands, "merge", "merge all shards of a sweep into its map", _run)
     parser.add_definition(command)
+    parser.add_digest(command)
     command.add_argument("shards", nargs="+", metavar="SHARD", help="files written by `shard`, or their folder")
     command.add_argument(
         "--renew", action="store_true", help="measure shards of another definition or other kernels again"
@@ -27,7 +28,7 @@ def _run(args):
     from sweeps.points import catalogue
     from sweeps.shards import journal, merging
 
-    planned = catalogue.plan(catalogue.resolve(args.definition))
+    planned = catalogue.plan(catalogue.resolve(args.definition), digest=args.digest)
     told = merging.merge(planned.sweep, args.shards, args.output, args.threads, args.renew)
     if args.renew:
         for folder in args.shards:

@@ -84,6 +84,12 @@ def add_definition(parser: Parser, **options) -> None:
     parser.add_argument("definition", metavar="DEFINITION", help=text, **options)
 
 
+def add_digest(parser: Parser) -> None:
+    """Add the option by which a workflow refuses a definition that is edited while the workflow runs."""
+    text = "refuse a definition whose text and files have another SHA-256"
+    parser.add_argument("--digest", default="", metavar="SHA256", help=text)
+
+
 def add_map(parser: Parser) -> None:
     """Add the argument MAP."""
     parser.add_argument("map", metavar="MAP", help="a map, or the folder it lies in, results/<sweep>")

@@ -8,6 +8,7 @@ def add(commands) -> None:
     """Add the command to the parser."""
     command = parser.add(commands, "shard", "measure one part of the points of a sweep", _run)
     parser.add_definition(command)
+    parser.add_digest(command)
     command.add_argument("number", type=int, metavar="K", help="number of the part, from 1")
     command.add_argument("count", type=int, metavar="N", help="number of parts")
     command.add_argument("-o", "--output", metavar="FILE", required=True, help="the shard to write")
@@ -19,7 +20,7 @@ def add(commands) -> None:
 def _run(args):
     from sweeps.points import catalogue
 
-    sweep = catalogue.plan(catalogue.resolve(args.definition)).sweep
+    sweep = catalogue.plan(catalogue.resolve(args.definition), digest=args.digest).sweep
     points = sweep.grid.size
     if not 1 <= args.count <= points:
         raise DefinitionError(f"N: {args.count} parts are out of range; allowed: 1 to {points}, the number of points")

@@ -57,7 +57,7 @@ def _write(args, ds) -> None:
     if args.figure:
         from sweeps import style
         from sweeps.files import replaced
-        from sweeps.systems.observed_periods import figure_energies
+        from sweeps.systems.observed_periods.presentation import figure_energies
 
         with style.drawn_for(style.ITS_OWN), replaced(args.figure) as temporary:
             figure_energies.draw(ds).savefig(temporary, format="png")

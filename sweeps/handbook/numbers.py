@@ -194,11 +194,7 @@ NUMBERS = {
     "disc_angle": Number(
         "wobble", "Angle of the disc's angular velocity to its axis, degrees.", lambda ds: _disc(ds).half_angle
     ),
-    "disc_momentum_cone": Number(
-        "wobble",
-        "Angle of the disc's angular momentum to its axis, measured, degrees.",
-        lambda ds: _disc(ds).momentum_cone,
-    ),
+    "disc_momentum_cone": Number("wobble", "Momentum cone of the disc, degrees.", lambda ds: _disc(ds).momentum_cone),
     "disc_momentum_cone_theory": Number(
         "wobble",
         "Angle of the disc's angular momentum to its axis, closed form, degrees.",
@@ -398,14 +394,10 @@ NUMBERS = {
     # Small oscillations and runaway
     "pendulum_length": Number("pendulums", "Length of a pendulum, m.", lambda ds: _pendulum(ds).length),
     "pendulum_frequency": Number(
-        "pendulums",
-        "Measured angular frequency of that pendulum on the Earth, rad/s.",
-        lambda ds: _pendulum(ds).frequency,
+        "pendulums", "Measured angular frequency on the Earth, rad/s.", lambda ds: _pendulum(ds).frequency
     ),
     "pendulum_theory": Number(
-        "pendulums",
-        "Angular frequency of that pendulum by linear theory, rad/s.",
-        lambda ds: _pendulum(ds).frequency_theory,
+        "pendulums", "The same by linear theory, rad/s.", lambda ds: _pendulum(ds).frequency_theory
     ),
     "pendulum_worst": Number(
         "pendulums",

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 MAP = "stability_map.nc"  # a sweep's map in its folder results/<sweep>
 WHOLE = ("definition", "inputs", "outlines")  # attributes that are compared or drawn, and never cut
 DESCRIBING = ("long_name", "units", "comment")  # of what only its own system's description knows
-MOST_WORDS = 200  # characters of these
+MOST_WORDS = 200  # characters of these, and of a name
 MOST_SWOLLEN = 100  # how many times its own size on disk a column of digits may have
 MOST_WHOLE = 2**20  # values of a coordinate beside the dimensions' own that are read at once
 SMALL = 2**26  # bytes that may be swollen as they like
@@ -65,7 +65,7 @@ def read(path: str | Path, any_flags: bool = False) -> PlainMap:
 
 
 def opened(path: str | Path) -> PlainMap:
-    """A map, for what needs no Dataset and should not wait for one; as `sweeps.open_map`, and refused as there."""
+    """Return a map, for what needs no Dataset and should not wait for one; checked as by `sweeps.open_map`."""
     path = map_of(path)
     ds = read(path)
     try:
@@ -77,7 +77,7 @@ def opened(path: str | Path) -> PlainMap:
 
 
 def holds_map(path: str | Path, sweep: "Sweep") -> bool:
-    """Whether a file holds the map of a sweep, as these kernels measure it."""
+    """Return True if a file holds the map of a sweep, as these kernels measure it."""
     try:
         with opened(path) as ds:
             return all(ds.attrs.get(name, "") == value for name, value in contract.identity(sweep).items())
@@ -86,7 +86,7 @@ def holds_map(path: str | Path, sweep: "Sweep") -> bool:
 
 
 def admitted(path: str | Path, file: FileBytes, found: Structure, any_flags: bool = False) -> PlainMap:
-    """What a file holds that is a map; numbers are read when they are asked for.
+    """Return the content of a file that is a map; numbers are read on their first use.
 
     Args:
         path: the file's name, for messages.
@@ -108,7 +108,7 @@ def admitted(path: str | Path, file: FileBytes, found: Structure, any_flags: boo
 
 
 def check_complete(path: str | Path, ds: Any) -> None:
-    """Whether a map has every variable that its definition chose, or that maps of its system have.
+    """Return True if a map has every variable that its definition chose, or that maps of its system have.
 
     Args:
         path: its file.
@@ -367,7 +367,8 @@ def _check_values(parts: _Parts, name: str, values: np.ndarray) -> None:
     along = bool(parts.coordinates[name].shape) and _own_dims(parts, name) == (name,)
     if values.dtype == object:
         for text in values.tolist():
-            _printable(name, text, "")
+            if len(_printable(name, text, "")) > MOST_WORDS:
+                raise _UnlikeError(f"{name}: holds a text of {len(text):,} characters; allowed: at most {MOST_WORDS}")
         if along and len(set(values.tolist())) != values.size:
             raise _UnlikeError(f"{name}: holds a name twice; allowed: names that all differ")
         return

@@ -56,19 +56,19 @@ class PlainVariable:
         return self._read
 
     def load(self) -> "PlainVariable":
-        """Itself, read."""
+        """Return the variable itself, once read."""
         _ = self.values
         return self
 
     def reworded(self, change: Callable[[object], object]) -> "PlainVariable":
-        """The same with its attributes, and names along one dimension, as a function has them."""
+        """Return the same with attributes, and names along one dimension, changed by a function."""
         attrs = {key: change(value) for key, value in self.attrs.items()}
         if self.dtype.kind not in "OU" or self.ndim != 1:
             return PlainVariable(self._own, self.data, attrs, self._chosen)
         return PlainVariable(self.dims, np.array([change(value) for value in self.values], self.dtype.kind), attrs)
 
     def isel(self, at: Mapping[str, int | slice]) -> "PlainVariable":
-        """A part of it: dimension → a number, and the dimension is gone, or a slice."""
+        """Return a part: dimension → a number, and the dimension is gone, or a slice."""
         kept = zip(self._own, self._chosen, strict=True)
         chosen = [part[at[dim]] if dim in at and isinstance(part, range) else part for dim, part in kept]
         return PlainVariable(self._own, self.data, self.attrs, chosen)
@@ -77,7 +77,7 @@ class PlainVariable:
         return self.isel(dict(zip(self.dims, box, strict=True)))
 
     def transpose(self, *dims: str) -> "PlainVariable":
-        """The same with its dimensions in another order."""
+        """Return the same with its dimensions in another order."""
         if dims == self.dims:
             return self
         return PlainVariable(dims, self.values.transpose([self.dims.index(dim) for dim in dims]), self.attrs)
@@ -123,15 +123,15 @@ class PlainMap:
         self.close()
 
     def isel(self, at: Mapping[str, int | slice] = {}, **more: int | slice) -> "PlainMap":
-        """A part of it; see `PlainVariable.isel`."""
+        """Return a part; see `PlainVariable.isel`."""
         return self._each(lambda one: one.isel({**at, **more}))
 
     def drop_dims(self, dims: set[str]) -> "PlainMap":
-        """All that lies along none of some dimensions."""
+        """Return the variables that lie along none of some dimensions."""
         return self._each(lambda one: one if dims.isdisjoint(one.dims) else None)
 
     def reworded(self, attrs: dict[str, Any], change: Callable[[object], object]) -> "PlainMap":
-        """The same with other attributes, and with those of its variables as a function has them."""
+        """Return the same with other attributes, and those of its variables changed by a function."""
         made = self._each(lambda one: one.reworded(change))
         made.attrs = attrs
         return made

@@ -13,7 +13,7 @@ from sweeps.schema.refusals import RefusedError, hint, shortened
 if TYPE_CHECKING:
     import xarray as xr
 
-_LISTED = 8
+_LISTED, _MOST_LISTED = 8, 100  # numbers, names
 POINT = "point"
 
 
@@ -149,10 +149,18 @@ def _number(dim: str, text: str, values: np.ndarray) -> float:
 def span(values: np.ndarray) -> str:
     """Return the range of a coordinate's values in a few words."""
     values = np.ravel(values)
-    if values.size <= _LISTED or values.dtype.kind in "OU":
-        return ", ".join(in_words(value if isinstance(value, str) else value.item()) for value in values)
+    if values.dtype.kind in "OU":
+        return _listed([*map(str, values)])
+    if values.size <= _LISTED:
+        return ", ".join(in_words(value.item()) for value in values)
     low, high = in_words(values.min().item()), in_words(values.max().item())
     return f"{low} to {high} ({values.size:,} values)"
+
+
+def _listed(names: list[str]) -> str:
+    """Return names separated by commas; of many, the first ones and their number."""
+    more = f", … ({len(names):,} names)" if len(names) > _MOST_LISTED else ""
+    return ", ".join(names[:_MOST_LISTED]) + more
 
 
 def named(text: str, names: list[str], where: str) -> str:
@@ -167,9 +175,9 @@ def named(text: str, names: list[str], where: str) -> str:
     if len(found) == 1:
         return found[0]
     if found:
-        raise SelectionError(f"{where}: {shortened(repr(text))} may be several; allowed: {', '.join(found)}")
+        raise SelectionError(f"{where}: {shortened(repr(text))} may be several; allowed: {_listed(found)}")
     raise SelectionError(
-        f"{where}: {shortened(repr(text))} is not among the names{hint(text, names)}; allowed: {', '.join(names)}"
+        f"{where}: {shortened(repr(text))} is not among the names{hint(text, names)}; allowed: {_listed(names)}"
     )
 
 

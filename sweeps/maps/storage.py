@@ -25,7 +25,7 @@ AS_IT_IS = "iufU"  # kinds of values that a file holds as memory does
 
 
 def write_map(ds: xr.Dataset, path: str | Path) -> str:
-    """Writes a Dataset from `sweeps.survey` as a map, and returns its content hash.
+    """Write a Dataset from `sweeps.survey` as a map, and return its content hash.
 
     What is in memory is hashed there. A lazy one is read again from the file for that, so that nothing is computed
     twice, or held as a whole.
@@ -113,7 +113,7 @@ class _Lazy(xr.backends.BackendArray):
 
 
 def as_dataset(found: PlainMap) -> xr.Dataset:
-    """A plain map as a Dataset."""
+    """Return a plain map as a Dataset."""
 
     def variable(one):
         if isinstance(one.data, StoredValues):
@@ -128,7 +128,7 @@ def as_dataset(found: PlainMap) -> xr.Dataset:
 
 
 def open_map(path: str | Path, **options) -> xr.Dataset:
-    """Opens a map, lazily, with checks that say what is wrong; what it returns may be trusted.
+    """Open a map, lazily, with checks that report any fault; the returned Dataset may be trusted.
 
     Names, types, dimensions, flags and units are those of the system's own tables, and no attribute of the file
     decides how its numbers are read. The attribute `content_hash` and each variable's `encoding["sha256"]` are those

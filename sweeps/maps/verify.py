@@ -59,7 +59,7 @@ def verify(
     against: Sweep | None = None,
     any_kernels: bool = False,
 ) -> list[Check]:
-    """Looks at all that a map promises.
+    """Check everything that a map promises.
 
     Args:
         path: a map, or the folder it lies in.
@@ -144,7 +144,7 @@ def _needs_files(values: dict) -> str | None:
         system = systems.resolve(str(values.get("system", DEFAULT_SYSTEM)))
     except KeyError:  # which reading it will refuse
         return None
-    return system.needs_files(values) or None
+    return system.model.needs_files(values) or None
 
 
 def _differing(one: Definition, other: Definition) -> list[str]:
@@ -263,7 +263,7 @@ def _sample(ds: xr.Dataset, sweep: Sweep, count: int, seed: int) -> Iterator[Che
     sample = _drawn(ds, sweep, count, seed)
     yield _by_own_kernels(ds, sweep, sample, seed)
     yield from _by_references(sweep, sample)
-    if sweep.system.follows_attitude(sweep.definition):
+    if sweep.definition.follows_attitude:
         yield _by_attitude(sweep, sample)
     yield from _by_errors(sweep, sample)
 
@@ -299,9 +299,9 @@ def _by_own_kernels(ds: xr.Dataset, sweep: Sweep, sample: _Sample, seed: int) ->
     covers = f"{count:,} points (seed {seed}), bit for bit"
     if not _same_kernels(ds, sweep):
         return Check(name, covers, skipped="other kernels make other bits")
-    if reason := sweep.system.own_bits(sweep.definition):
+    if reason := sweep.definition.differing_bits:
         return Check(name, covers, skipped=reason)
-    samples, rate = sweep.system.samples(sweep.definition), sweep.system.samples_per_second
+    samples, rate = sweep.system.cost(sweep.definition).samples, sweep.system.samples_per_second
     if W * samples > MOST_SECONDS * rate:  # a point takes as long as a block of them
         return Check(name, covers, skipped=f"a run of {samples:,} samples takes more than {MOST_SECONDS:g} s")
     findings, done = [], 0
@@ -445,7 +445,7 @@ def _by_errors(sweep: Sweep, sample: _Sample) -> Iterator[Check]:
 
 
 def command(path: str, points: int, seed: int, definition: str | None, any_kernels: bool) -> int:
-    """Prints the checks as a table and what differs below it; 0 for a map that is whole, else 1; see `verify`.
+    """Print the checks as a table and the findings below it; return 0 for a sound map, else 1; see `verify`.
 
     Raises:
         MapError: for a file that is no map.

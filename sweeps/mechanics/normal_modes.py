@@ -172,8 +172,7 @@ def _run(model, points, theory, part, nudge, sampling):
     begin = model.code.starts(parameters, theory["place"][part], motions)
     twice = theory["twice"][part].astype(np.int64)
     family = model.equations.m * np.asarray(points["equilibrium"], dtype=np.int64)[part] + mode
-    project, uncertain = np.ascontiguousarray(nudge["projection"]), theory["uncertain"][part]
-    runs = Runs(begin, project, S, epsilon, uncertain, twice, family)
+    runs = Runs(begin, np.ascontiguousarray(nudge["projection"]), S, epsilon, twice, family)
     sizes = np.stack([nudge["start"], nudge["allowed"]], axis=1)
     return kernel.run(model.code.integrator(), runs, sizes, sampling)
 

@@ -15,7 +15,6 @@ import numpy as np
 from kernels import statuses
 from kernels.runs import Runs, Sampling
 from sweeps.mechanics.equilibria import runs_of
-from sweeps.mechanics.problem import changed
 
 CHUNK = 4096
 PAIR_FROM = 1e-9  # a nudge larger than this is made from both sides
@@ -46,8 +45,7 @@ def theory(model, points: Mapping[str, np.ndarray], vectors: bool = False) -> di
     Returns:
         `place`; `eigenvalues` (s-1, complex, ordered), `condition`, `left` and `right` vectors (last axis: the
         eigenvalue; in units of the states' sizes, within what is conserved), shape (points, n[, n]); `scale`
-        (s-1), `sizes` (points, N), `basis` (points, N, n), `matrix` (points, n, n): the Jacobian in that basis;
-        `uncertain`: by how much rounding of the place changes the Jacobian, over the scale.
+        (s-1), `sizes` (points, N), `basis` (points, N, n), `matrix` (points, n, n): the Jacobian in that basis.
         NaN where there is no equilibrium.
     """
     slot = np.asarray(points["equilibrium"])
@@ -63,14 +61,10 @@ def theory(model, points: Mapping[str, np.ndarray], vectors: bool = False) -> di
         matrix = np.swapaxes(basis, 1, 2) @ scaled @ basis
         changes = _changes(model, parameters, place, sizes, gradients)
         bent = _bent(model, parameters, place, inverse, terms, sizes, S)
-        error = model.landscape.place_error(parameters, place)
-        change = changed(lambda x: _jacobian(model, parameters, x)[0], place, error)
-        uncertain = np.linalg.norm(change * sizes[:, None, :] / sizes[:, :, None], axis=(1, 2)) / S
     found = _eigen(matrix, S) | (_vectors(matrix, S) if vectors else {})
     paired = _paired(model, parameters, place)
     told |= {"place": place, "scale": S, "sizes": sizes, "basis": basis, "matrix": matrix, "paired": paired}
-    told |= {"parameters": parameters, "changes": changes, "bent": bent, "uncertain": np.nan_to_num(uncertain)}
-    return told | found
+    return told | found | {"parameters": parameters, "changes": changes, "bent": bent}
 
 
 def _jacobian(model, parameters, place):
@@ -199,8 +193,7 @@ def _run(model, points, theory, part, runs, sampling):
     starts = model.code.starts(parameters, theory["place"][part], [(epsilon, s * y.T) for s in signs for y in x])
     project = np.ascontiguousarray(np.swapaxes(basis, 1, 2) / sizes[:, None, :])
     family = np.asarray(points["equilibrium"], dtype=np.int64)[part]
-    size, uncertain = epsilon * theory["bent"][part], theory["uncertain"][part]
-    chosen = Runs(starts, project, theory["scale"][part], size, uncertain, twice, family)
+    chosen = Runs(starts, project, theory["scale"][part], epsilon * theory["bent"][part], twice, family)
     return kernel.run(model.code.integrator(), chosen, runs, len(model.quantities), sampling)
 
 
@@ -252,10 +245,9 @@ def _columns(model, theory, measured):
         predicted = _invariants(theory["matrix"])
         for (name, value), exact in zip(invariants.items(), predicted, strict=True):
             columns |= {f"{name}_theory": exact, name: value[:, 0], f"{name}_error": value[:, 1]}
-    rounding = ROUNDINGS + theory["uncertain"]
-    slack = (rounding * S)[:, None] * np.maximum(1.0, theory["condition"])
+    slack = (ROUNDINGS * S)[:, None] * np.maximum(1.0, theory["condition"])
     pairs = theory["paired"]
-    exact = None if n != 4 else [(v, rounding * S**k) for v, k in zip(predicted, (2, 4, 4), strict=True)]
+    exact = None if n != 4 else [(v, ROUNDINGS * S**k) for v, k in zip(predicted, (2, 4, 4), strict=True)]
     columns["regime_theory"] = regimes(true.real, true.imag, slack, slack, exact, pairs)
     found = None if n != 4 else [(v[:, 0], v[:, 1]) for v in invariants.values()]
     columns["regime"] = regimes(re, im, e_re, e_im, found, pairs)

@@ -17,14 +17,14 @@ TAKEN = "handbook"  # what results/ holds beside sweeps
 
 
 def shipped() -> dict[str, Path]:
-    """Name → file of each definition in sweeps/definitions."""
+    """Return name → file of each definition in sweeps/definitions."""
     here = Path.cwd()
     folder = FOLDER.relative_to(here) if FOLDER.is_relative_to(here) else FOLDER
     return {path.stem: path for path in sorted(folder.glob("*.yaml"))}
 
 
 def titles() -> dict[str, str]:
-    """Name → title of each definition in sweeps/definitions, read without its system, whose equations take seconds."""
+    """Return name → title of each shipped definition, read without its system, whose equations take seconds."""
     from sweeps.reading.definitions import file_text, plain, read_text
 
     texts = {name: file_text(path) for name, path in shipped().items()}
@@ -32,7 +32,7 @@ def titles() -> dict[str, str]:
 
 
 def resolve(text: str) -> Path:
-    """The file that a person means: the name of a sweep that ships, or a path.
+    """Return the file of a sweep that ships, by its name, or of a path.
 
     Raises:
         DefinitionError: for a name that is neither, with a near one where there is one.
@@ -63,16 +63,18 @@ class Plan:
     sweep: "Sweep"
 
 
-def plan(source: str | Path, results: str | Path = "results", anywhere: bool = False) -> Plan:
-    """Validates a definition and sees whether this machine has room for it.
+def plan(source: str | Path, results: str | Path = "results", anywhere: bool = False, digest: str = "") -> Plan:
+    """Check a definition, and that this machine has enough disk and memory for it.
 
     Args:
         source: the definition's path.
         results: folder that the results go to.
         anywhere: whether it is to run on some other machine, and this one's room does not matter.
+        digest: of the definition that was planned, where that was another process; left out, any will do.
 
     Raises:
-        DefinitionError: for a definition that is wrong, too large for disk or memory, or named like one that ships.
+        DefinitionError: for a definition that is wrong, too large for disk or memory, or named like one that ships, and
+            for another than was planned.
     """
     from sweeps.points.estimate import refuse_if_too_large
     from sweeps.points.loading import read
@@ -86,13 +88,16 @@ def plan(source: str | Path, results: str | Path = "results", anywhere: bool = F
         )
     if sweep.name == TAKEN:
         raise DefinitionError(f"{path}: (file name): results/{TAKEN} is the handbook's; allowed: any other name")
+    if digest not in ("", sweep.definition.digest):
+        wrong = "the definition, or a file that it names, was changed while the workflow ran"
+        raise DefinitionError(f"{path}: {wrong}; allowed: the same until the end (start the workflow again)")
     if not anywhere:
         refuse_if_too_large(sweep, results)
     return Plan(path, sweep)
 
 
 def requested(config: Mapping, targets: Iterable[str]) -> tuple[str, dict[str, Plan]]:
-    """The sweeps that a call of the workflow asks for.
+    """Return the sweeps that a call of the workflow requests.
 
     Args:
         config: Snakemake's config; `definition` names the file of a sweep.

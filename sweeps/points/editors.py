@@ -15,8 +15,7 @@ DIALECT = "https://json-schema.org/draft/2020-12/schema"
 def schema(described: Sequence[str] = ()) -> dict:
     """Return the JSON Schema of the definitions of every system of a folder, and of some described systems.
 
-    A definition that names a system, or none for the default one, may have the keys of any system whose model goes on
-    from that one's.
+    A definition that names a system, or none for the default one, may have the keys of its variants too.
 
     Args:
         described: names of systems that a file describes, or paths of such files.
@@ -30,8 +29,10 @@ def schema(described: Sequence[str] = ()) -> dict:
         own = whole["$defs"][places[models[name], "validation"]["$ref"].rpartition("/")[2]]
         own["required"] = [key for key in own.get("required", []) if key not in ("title", "system")]
     any_of = {
-        name: {"anyOf": [places[other, "validation"] for other in models.values() if issubclass(other, model)]}
-        for name, model in models.items()
+        name: {
+            "anyOf": [places[models[each], "validation"] for each in (name, *systems.resolve(name).variants.values())]
+        }
+        for name in models
     }
     named = {"required": ["system"]}
     rules = [

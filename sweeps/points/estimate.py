@@ -1,8 +1,11 @@
 """What a sweep will take, from its definition alone: points, files, memory, disk, time."""
 
+import math
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
+
+import numpy as np
 
 from sweeps import memory
 from sweeps.points import compile
@@ -53,14 +56,14 @@ def estimate(sweep: Sweep, bytes_per_point: int | None = None) -> Estimate:
     """Estimate memory, disk and time of `sweep` without making its grid."""
     definition, system, grid = sweep.definition, sweep.system, sweep.grid
     if bytes_per_point is None:
-        bytes_per_point = system.bytes_per_point(definition)
+        bytes_per_point = _bytes_per_point(sweep)
     scattered = grid.scattered.num if grid.scattered else 0
     coordinates = 8 * (sum(grid.shape) - scattered)
     beside = 8 * (scattered + sum(v.size for _, v in grid.auxiliary.values()))  # made a part at a time
     headers = FILE_BYTES + VARIABLE_BYTES * len(sweep.variables | system.coordinates(definition))
     seconds = integration_seconds(sweep, grid.size)
     compiling = compile.seconds(system.kernels_of(definition))
-    working = system.working_bytes(definition)
+    working = system.cost(definition).working_bytes
     return Estimate(
         points=grid.size,
         shards=sweep.shards,
@@ -82,7 +85,12 @@ def estimate(sweep: Sweep, bytes_per_point: int | None = None) -> Estimate:
 
 def integration_seconds(sweep: Sweep, points: int) -> float:
     """Return an estimate of the time, s, in which one core integrates the motions of so many points."""
-    return points * sweep.system.samples(sweep.definition) / sweep.system.samples_per_second
+    return points * sweep.system.cost(sweep.definition).samples / sweep.system.samples_per_second
+
+
+def _bytes_per_point(sweep: Sweep) -> int:
+    """Return the uncompressed bytes of a map per point."""
+    return sum(np.dtype(v.dtype).itemsize * math.prod(sweep.shape_at(name)) for name, v in sweep.variables.items())
 
 
 def refuse_if_too_large(sweep: Sweep, results_dir: str | Path, bytes_per_point: int | None = None) -> None:

@@ -38,7 +38,7 @@ class _InvalidError(Exception):
 
 
 def read(source: str | Path | Mapping, name: str | None = None, *, check: bool = True) -> Sweep:
-    """The sweep of a definition, which is validated.
+    """Return the sweep of a definition, which is validated.
 
     Args:
         source: path of a YAML (or JSON) file, or a mapping with the same keys; in a mapping NumPy's
@@ -67,7 +67,7 @@ def read(source: str | Path | Mapping, name: str | None = None, *, check: bool =
 
 
 def load(source: str | Path | Mapping, name: str | None = None, *, check: bool = True) -> Definition:
-    """The validated definition alone; see `read`."""
+    """Return the validated definition alone; see `read`."""
     return read(source, name, check=check).definition
 
 
@@ -98,7 +98,7 @@ def _text_and_values(source: Any) -> tuple[str | None, dict]:
 def _validated(text: str | None, values: dict, name: str, folder: str) -> Sweep:
     # Another system has other keys in its grid: to list them as unknown would mislead.
     system = _system(values.get("system", DEFAULT_SYSTEM), folder)
-    if (reads := system.reading(values)) != system.name:
+    if (reads := _variant(system, values)) is not None:
         system, values = _system(reads, folder), {**values, "system": reads}
     model = system.model
     try:
@@ -109,6 +109,14 @@ def _validated(text: str | None, values: dict, name: str, folder: str) -> Sweep:
     definition.take(table)
     definition.read_by(_from_text, as_yaml(values) if text is None else text, name, folder)
     return of(definition, system)
+
+
+def _variant(system: systems.Dynamics, values: Mapping) -> str | None:
+    """Return the name of the system that reads a definition in place of `system`, by the keys of it and its bodies."""
+    bodies = values.get("bodies")
+    listed = bodies if isinstance(bodies, tuple | list) else ()
+    keys = {key for each in (values, *listed) if isinstance(each, Mapping) for key in each}
+    return next((name for key, name in system.variants.items() if key in keys), None)
 
 
 def _from_text(text: str, name: str, folder: str) -> Definition:

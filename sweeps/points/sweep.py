@@ -41,7 +41,7 @@ class Sweep:
         size, definition = self.grid.size, self.definition
         if definition.shards != "auto":
             return min(definition.shards, size)
-        worthwhile = size * self.system.samples(definition) // (self.system.samples_per_second * SHARD_SECONDS)
+        worthwhile = size * self.system.cost(definition).samples // (self.system.samples_per_second * SHARD_SECONDS)
         return max(1, min(worthwhile, size, MAX_SHARDS))
 
     def shape_at(self, name: str) -> tuple[int, ...]:

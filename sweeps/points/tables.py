@@ -86,7 +86,7 @@ class Table:
         return _told(self.cached)["checksums"]
 
     def rows(self, start: int, stop: int) -> Mapping[str, np.ndarray]:
-        """Name → values at the rows start … stop − 1 (from 0), shape (stop − start,).
+        """Return name → values at the rows start … stop − 1 (from 0), shape (stop − start,).
 
         Raises:
             OSError: where the cache was damaged.
@@ -107,7 +107,7 @@ class Table:
 
 
 def read(file: str, folder: str, model: type[GridOf], grid: Mapping[str, Any]) -> Table:
-    """A table, checked.
+    """Return a table, checked.
 
     Args:
         file: its path, relative to the definition's folder.

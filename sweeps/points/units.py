@@ -21,7 +21,7 @@ _ALIKE = {
 
 
 def factor(unit: str, wanted: str) -> float | None:
-    """What a number in a unit is to be multiplied by; None for a unit that is not known.
+    """Return the factor of a number in a unit; None for an unknown unit.
 
     Args:
         unit: as written; "" for the wanted one.
@@ -33,7 +33,7 @@ def factor(unit: str, wanted: str) -> float | None:
 
 
 def allowed(wanted: str) -> str:
-    """The units that stand for a parameter's own, in words."""
+    """Return the units that stand for a parameter's own, in words."""
     return ", ".join(_ALIKE.get(wanted, {wanted: 1.0}))
 
 

@@ -76,7 +76,9 @@ def _names_files(sweep: "Sweep") -> bool:
 
     ours = type(sweep.system).__module__.startswith("sweeps.") and not sweep.definition.system.endswith(".py")
     text = sweep.definition.text
-    named = sweep.definition.inputs or sweep.system.needs_files(definition_of({"definition": text})) or "mesh" in text
+    named = (
+        sweep.definition.inputs or sweep.system.model.needs_files(definition_of({"definition": text})) or "mesh" in text
+    )
     return bool(named) or not ours
 
 

@@ -4,8 +4,9 @@ The models here and in `sweeps.systems` are the only truth about what a definiti
 and allowed values stand in its `Field(description=...)`, and a refusal quotes them. `sweeps.points.loading` reads them.
 """
 
+import hashlib
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, PrivateAttr, model_validator
@@ -18,6 +19,7 @@ from sweeps.schema.strict import Strict
 from sweeps.schema.values import (
     MAX_SAMPLES,
     MAX_SHARDS,
+    TOLERANCE,
     Positive,
     SamplesPerRotation,
     Tolerance,
@@ -36,11 +38,7 @@ class Integration(Strict):
     samples_per_rotation: SamplesPerRotation = Field(
         16, description="samples in a rotation: whole, ≥ 4; rotations × samples_per_rotation from 8 to 1e9"
     )
-    tolerance: Tolerance = Field(
-        1e-10,
-        description="relative error allowed on the perturbation, 1e-13 to 1e-3: below 1e-13 rounding "
-        "dominates, above 1e-3 the error hides the measured effect",
-    )
+    tolerance: Tolerance = Field(1e-10, description=f"relative error allowed on the perturbation, {TOLERANCE}")
 
     @property
     def samples(self) -> int:
@@ -130,9 +128,39 @@ class Definition(Strict):
         return self._rows.input if self._rows is not None else ""
 
     @property
+    def digest(self) -> str:
+        """The SHA-256 of its text and of the files that it names, 64 hexadecimal digits."""
+        return hashlib.sha256(f"{self.text}\0{self.inputs}".encode("utf-8", "surrogatepass")).hexdigest()
+
+    @property
     def outlines(self) -> str:
         """What pictures need of the files that the definition names; empty without any."""
         return ""
+
+    @classmethod
+    def needs_files(cls, values: Mapping) -> str:
+        """Return why a definition (plain values) needs files that it names; "" where it does not."""
+        return ""
+
+    @property
+    def follows_attitude(self) -> bool:
+        """Whether the map holds the attitude, so that quaternions are verified too."""
+        return False
+
+    @property
+    def differing_bits(self) -> str:
+        """Why a point measured alone has other bits than in a map; "" where it has the same."""
+        return ""
+
+    @property
+    def remarks(self) -> list[tuple[str, str]]:
+        """Further lines of `check`: (heading or "", line)."""
+        return []
+
+    @property
+    def facts(self) -> dict:
+        """Further facts of `check --json`."""
+        return {}
 
     @property
     def pair(self) -> Strict | None:

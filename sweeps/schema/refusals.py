@@ -138,7 +138,7 @@ def hint(key: Any, options: Any) -> str:
     """Return " (did you mean …?)" for the nearest option, "" where none is near."""
     if not isinstance(key, str) or len(key) > 100:
         return ""
-    near = _near(key, list(options))
+    near = _near(key, list(islice(options, 1000)))
     return f" (did you mean {near}?)" if near else ""
 
 

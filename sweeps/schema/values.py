@@ -136,6 +136,7 @@ Epsilon = Annotated[float, number(lambda x: 0 < x < 1, "a number with 0 < epsilo
 Phase = Annotated[float, number(lambda x: True, "any finite number, in rad")]
 Positive = Annotated[float, number(lambda x: x > 0, "a finite number > 0")]
 Tolerance = Annotated[float, number(lambda x: 1e-13 <= x <= 1e-3, "a number from 1e-13 to 1e-3")]
+TOLERANCE = "1e-13 to 1e-3: below 1e-13 rounding dominates, above 1e-3 the error hides the measured effect"
 Prose = Annotated[str, AfterValidator(_prose)]
 Axis = Annotated[int, whole(1, 3, "1, 2 or 3")]
 Count = Annotated[int, whole(1, 2**53, "a whole number ≥ 1 (and ≤ 2^53)")]

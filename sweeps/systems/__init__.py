@@ -1,9 +1,10 @@
 """Systems of equations of motion that a definition can name.
 
-A system is one folder: the model of its definition, its variables, columns, pictures, motion, references and its part
-of the page (see `Dynamics`), and a module `system` whose `SYSTEM` it is. Folders without one (`rates`, `turning`) are
-what several of them share. A folder here is found by itself; a package of
-somebody else names its module in an entry point of the group `polhode.systems`, and edits nothing.
+A system is one package: the model of its definition, its variables, columns, motion and references (see `Dynamics`), a
+module `system` whose `SYSTEM` it is, and beside them `presentation`: figures, page, words and colours (see
+`sweeps.systems.presentation`). Packages without `system` (`bodies`, `rates`) are what several of them share. A package
+here is found by itself; a package of somebody else names its module in an entry point of the group `polhode.systems`,
+and edits nothing.
 """
 
 from collections.abc import Collection, Mapping
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from sweeps.systems.described import Described
+    from sweeps.systems.presentation import Presentation
 
 GROUP = "polhode.systems"  # entry points by which other packages bring systems: name = module with a SYSTEM
 MODULES = {
@@ -109,6 +111,20 @@ def of_map(ds: "xr.Dataset") -> Dynamics:
     return of_contents(ds.attrs, ds.variables)
 
 
+def presentation_of(ds: "xr.Dataset") -> "Presentation":
+    """Return the presentation of a map's system: figures, page, words and colours.
+
+    Raises:
+        KeyError: for a name that is no system's.
+    """
+    return presented(of_map(ds))
+
+
+def presented(system: Dynamics) -> "Presentation":
+    """Return the presentation of a system."""
+    return import_module(system.presentation).PRESENTATION(system)
+
+
 def of_contents(attributes: Mapping[str, Any], variables: Collection[str]) -> Dynamics:
     """Return the system of a map, from its attributes and the names of its variables and coordinates.
 
@@ -134,4 +150,5 @@ def all_kernels() -> list[Kernel]:
 
 def moving() -> tuple[str, ...]:
     """Return the names of the systems whose maps have a motion at each point."""
-    return tuple(name for name in (*MODULES, *_brought()) if type(resolve(name)).motion is not Dynamics.motion)
+    every = {name: resolve(name) for name in (*MODULES, *_brought())}
+    return tuple(name for name, one in every.items() if one.motion_in or type(one).motion is not Dynamics.motion)

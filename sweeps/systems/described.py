@@ -30,11 +30,9 @@ from sweeps.schema.refusals import keys_of
 from sweeps.schema.values import number
 from sweeps.schema.variables import Variable, table
 from sweeps.systems.kernel import Kernel
-from sweeps.systems.system import Dynamics, Opening, Points
+from sweeps.systems.system import Dynamics, Points
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from sweeps import mechanics
     from sweeps.mechanics.model import Model
     from sweeps.mechanics.taylor import Code
@@ -249,10 +247,6 @@ class Described(Dynamics):
     def _compiled(self):
         with self._lock:
             self._code().module()
-
-    def opening(self, ds: "xr.Dataset") -> Opening:
-        """Return an opening at the smallest perturbation."""
-        return Opening(at={"epsilon": float(ds["epsilon"].min())} if "epsilon" in ds.dims else {})
 
     def __reduce__(self) -> tuple[Any, ...]:
         if self.name.endswith(".py"):

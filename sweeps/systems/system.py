@@ -1,10 +1,10 @@
 """What a system of equations of motion says of itself: all that the way from a definition to a map asks for."""
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from pathlib import Path
+from dataclasses import dataclass
+from importlib import import_module
+from types import ModuleType
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -12,12 +12,9 @@ import numpy as np
 from sweeps.schema.layout import Layout
 from sweeps.schema.variables import Variable
 from sweeps.systems.kernel import Kernel
-from sweeps.systems.look import Look
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
-    from PIL.Image import Image
 
     from sweeps.schema.definition import Definition, Integration
     from sweeps.schema.parameters import Range
@@ -44,36 +41,16 @@ class Reference:
 
 
 @dataclass(frozen=True)
-class Opening:
-    """Where the page of a map begins.
+class Cost:
+    """The work of one point and the memory of one process, for estimates.
 
     Attributes:
-        plane: names of the two dimensions that it shows first; () for the longest.
-        at: dimension → value at which to stand; others stand in their middle.
+        samples: samples of runs per point.
+        working_bytes: memory of one process while it measures, bytes, besides its points and columns.
     """
 
-    plane: tuple[str, ...] = ()
-    at: Mapping[str, float] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class Page:
-    """A system's part of the page.
-
-    Attributes:
-        files: its own sections (.html), styles (.css) and scripts (.js), each kind in order. The last script defines
-            `part`, whose members `sweeps/views/page/part.js` lists; () for a page with no part of its own.
-        question: what the page asks, below its title.
-        keys: what to know of the picture, after how it is steered.
-        table: whether the map is shown as a table, which `part` builds, and not as a plane.
-        facts: what the scripts are told beside the map, as JSON knows it.
-    """
-
-    files: tuple[Path, ...] = ()
-    question: str = "What is stable, with which rates, and how accurate are they?"
-    keys: str = ""
-    table: bool = False
-    facts: Mapping = field(default_factory=dict)
+    samples: int
+    working_bytes: int = 0
 
 
 class Points(Protocol):
@@ -86,12 +63,13 @@ class Points(Protocol):
 
 
 class Dynamics(ABC):
-    """A system of equations of motion, with its parameters, its columns and its pictures.
+    """A system of equations of motion, with its parameters and its columns.
 
-    Nothing here imports a kernel, xarray or matplotlib before it is called for.
+    Importing a system imports no kernel, no xarray and no Matplotlib. A whole one, of one module, is
+    `tests/toy/damped_top/system.py`.
 
     Attributes:
-        name: what a definition's `system` says.
+        name: value of a definition's key `system`.
         model: the model of its definitions.
         references: where the theory stands.
         caption: what its map shows, one line.
@@ -99,11 +77,15 @@ class Dynamics(ABC):
         point_seconds: for what is worked out of each point beside its run (equilibria, theory), s, about.
         start_seconds: until a command has read and checked such a definition, s, about.
         picture_seconds: for all pictures of a map, s, about.
-        look: how flags and parameters look in pictures, terminal and page.
+        presentation: name of the module whose PRESENTATION shows its maps (see `sweeps.systems.presentation`).
+        references_in: name of the module whose REFERENCE :meth:`reference` returns; "" for none.
+        motion_in: name of the module whose function `motion` :meth:`motion` calls; "" for none.
         kernels: modules of `kernels` that :meth:`columns` imports; a map's fingerprint covers them and what they
             import. With none, it covers every kernel.
         existence: names of the arguments that decide whether a point is physically possible; () where all points are.
         compiled: what :meth:`columns` calls of them, some for some definitions only.
+        tables: module with ARGUMENTS (names of the arguments of a point), VARIABLES and LAYOUT.
+        variants: key of a definition, or of one of its bodies → name of the system that reads such definitions.
     """
 
     name: str
@@ -114,14 +96,20 @@ class Dynamics(ABC):
     point_seconds: float = 0.0
     start_seconds: float = 1.5
     picture_seconds: float = 1.5
-    look: Look = Look()
+    presentation: str = "sweeps.systems.presentation"
+    references_in: str = ""
+    motion_in: str = ""
     kernels: tuple[str, ...] = ()
     existence: tuple[str, ...] = ()
     compiled: tuple[Kernel, ...] = ()
+    tables: ModuleType
+    variants: Mapping[str, str] = {}
 
-    @abstractmethod
     def dimensions(self, definition: "Definition") -> "dict[str, Range | np.ndarray]":
         """Return each dimension, in storage order → its values: a range, or a one-dimensional array."""
+        from sweeps.schema.parameters import spread
+
+        return {name: spread(getattr(definition.grid, name)) for name in self.arguments(definition)}
 
     def auxiliary(self, definition: "Definition") -> dict[str, tuple[str, np.ndarray]]:
         """Return each coordinate that is not a dimension → (the dimension it lies along, its values)."""
@@ -131,30 +119,29 @@ class Dynamics(ABC):
         """Return each further dimension of variables at a point (`Variable.over`) → the values along it."""
         return {}
 
+    def cost(self, definition: "Definition") -> "Cost":
+        """Return the work of a point and the memory of one process."""
+        return Cost(definition.integration.samples)
+
     def bound(self, definition: "Definition") -> "Dynamics":
         """Return the system that measures a definition: itself, unless its points alone are not sufficient."""
         return self
 
-    def samples(self, definition: "Definition") -> int:
-        """Return the samples of runs per point."""
-        return definition.integration.samples
-
-    @abstractmethod
     def arguments(self, definition: "Definition") -> tuple[str, ...]:
         """Return the names of the dimensions and auxiliary coordinates that a point of :meth:`columns` consists of."""
+        return self.tables.ARGUMENTS
 
-    @abstractmethod
     def coordinates(self, definition: "Definition") -> dict[str, Variable]:
         """Return name → each coordinate that a map of this definition may have, including auxiliary ones."""
+        return dict(self.layout().coordinates)
 
-    @abstractmethod
     def variables(self, definition: "Definition | None" = None) -> dict[str, Variable]:
         """Return name → each variable of a map of this definition; without one, those that every map has."""
+        return self.tables.VARIABLES
 
     def layout(self) -> Layout:
         """Return the layout of all maps of this system; open where only a definition knows their names."""
-        variables = self.variables()
-        return Layout({}, variables, tuple(variables), is_open=True)
+        return self.tables.LAYOUT
 
     @abstractmethod
     def columns(self, points: Mapping[str, np.ndarray], integration: "Integration") -> dict[str, np.ndarray]:
@@ -195,10 +182,6 @@ class Dynamics(ABC):
 
         return fingerprint(*self.kernels)
 
-    def follows_attitude(self, definition: "Definition") -> bool:
-        """Return True if the map holds the attitude, so that quaternions are verified too."""
-        return False
-
     @abstractmethod
     def method(self, definition: "Definition") -> str:
         """Return the method of computation, for a map's `source`: "direct integration of Euler's equations"."""
@@ -206,23 +189,6 @@ class Dynamics(ABC):
     def kernels_of(self, definition: "Definition | None" = None) -> tuple[Kernel, ...]:
         """Return what is compiled before points of a definition are measured; without one, before any could be."""
         return tuple(kernel for kernel in self.compiled if definition is None or kernel.when(definition))
-
-    @abstractmethod
-    def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
-        """Return name → drawing function of each figure of a map."""
-
-    def draws_plainly(self, ds: "xr.Dataset") -> bool:
-        """Return True if all figures of a map can be drawn from a plain map, without loading xarray or Numba.
-
-        Then a process that draws loads neither xarray nor Numba (see `sweeps.maps.plain` and `kernels.jit`).
-        """
-        return False
-
-    def pictures_of_points(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
-        """Return name → drawing function of the figures of a map of sampled or listed points."""
-        from sweeps.systems import cloud
-
-        return {"points": lambda ax=None: cloud.draw(ds, self.layout().variables, self.look, ax)}
 
     def motion(
         self, point: Mapping[str, float], duration: float | None, samples: int | None, tolerance: float
@@ -238,50 +204,8 @@ class Dynamics(ABC):
         Returns:
             Variables over `time` (s), each with its units.
         """
-        return None
+        return import_module(self.motion_in).motion(point, duration, samples, tolerance) if self.motion_in else None
 
     def reference(self) -> Reference | None:
         """Return the independent measurements for `verify`; None where the system has none."""
-        return None
-
-    def needs_files(self, values: Mapping) -> str:
-        """Return why a definition (plain values) needs files that it names; "" where it does not."""
-        return ""
-
-    def reading(self, values: Mapping) -> str:
-        """Return the name of the system that reads a definition (plain values) that names this one."""
-        return self.name
-
-    def own_bits(self, definition: "Definition") -> str:
-        """Return why a point measured alone has other bits than in a map; "" where it has the same."""
-        return ""
-
-    def opening(self, ds: "xr.Dataset") -> Opening:
-        """Return the initial view of the page of a map."""
-        return Opening()
-
-    def page(self, ds: "xr.Dataset") -> Page:
-        """Return the system's part of the page of a map."""
-        return Page()
-
-    def told(self, definition: "Definition") -> list[tuple[str, str]]:
-        """Return further lines of `check` for a definition: (heading or "", line)."""
-        return []
-
-    def facts(self, definition: "Definition") -> dict:
-        """Return further facts of `check --json` for a definition."""
-        return {}
-
-    def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], list[Image]]]":
-        """Return name → function that draws the frames of each animation of a map."""
-        return {}
-
-    def working_bytes(self, definition: "Definition") -> int:
-        """Return the memory of one process while it measures, bytes, besides its points and columns."""
-        return 0
-
-    def bytes_per_point(self, definition: "Definition") -> int:
-        """Return the uncompressed bytes of a map per point."""
-        sizes = {name: values.size for name, values in self.further(definition).items()}
-        table = self.variables(definition).values()
-        return sum(np.dtype(v.dtype).itemsize * math.prod(sizes[dim] for dim in v.over) for v in table)
+        return import_module(self.references_in).REFERENCE if self.references_in else None

@@ -46,7 +46,7 @@ def opened(path: str | Path) -> "xr.Dataset | PlainMap":
 def drawn_plainly(found: PlainMap) -> PlainMap | None:
     """Return a plain map where all of its figures can be drawn from one, otherwise None."""
     is_slice = not all(coordinate.ndim for coordinate in found.coords.values())
-    if is_slice or not systems.of_map(found).draws_plainly(found):
+    if is_slice or not systems.presentation_of(found).draws_plainly(found):
         return None
     startup.leave_out_the_compiler()
     return found
@@ -59,8 +59,8 @@ def pictures(ds: "xr.Dataset | PlainMap") -> dict[str, Callable[[], Figure | Non
         ds: a map, from `sweeps.open_map` or `sweeps.survey`, or a slice of one.
     """
     ds = slices.with_all_dimensions(ds)
-    system = systems.of_map(ds)
-    own = system.pictures_of_points if "point" in ds.dims else system.pictures
+    presentation = systems.presentation_of(ds)
+    own = presentation.figures_of_points if "point" in ds.dims else presentation.figures
     return {name: _without(ds, draw, None) for name, draw in own(ds).items()}
 
 
@@ -69,7 +69,7 @@ def animations(ds: "xr.Dataset | PlainMap") -> dict[str, Callable[[], list[Image
     ds = slices.with_all_dimensions(ds)
     if "point" in ds.dims:  # whose motion `point` writes
         return {}
-    return {name: _without(ds, frames, []) for name, frames in systems.of_map(ds).animations(ds).items()}
+    return {name: _without(ds, frames, []) for name, frames in systems.presentation_of(ds).animations(ds).items()}
 
 
 def _without(ds: "xr.Dataset | PlainMap", draw: Callable, nothing: list | None) -> Callable:

@@ -24,7 +24,7 @@ from sweeps.boxes import blocks, dimensions, flags, own_of_points
 from sweeps.files import replaced
 from sweeps.maps.summary import Summary, known, place, pointwise, read, rule
 from sweeps.schema.variables import Role
-from sweeps.systems.system import Page
+from sweeps.systems.presentation import Page
 from sweeps.views import plotly
 from sweeps.views.report_columns import (
     BLOCK_POINTS,
@@ -59,7 +59,7 @@ def write(ds: "xr.Dataset | PlainMap", path: str | Path, limit: int = LIMIT) -> 
     Raises:
         ValueError: where not even a thinned map fits into `limit`.
     """
-    part = systems.of_map(ds).page(ds)  # which may show what `pointwise` leaves out
+    part = systems.presentation_of(ds).page(ds)  # which may show what `pointwise` leaves out
     ds = pointwise(ds)
     summary, columns, kept = _gather(ds)
     packed, kept = _fitted(ds, part, summary, columns, kept, limit)
@@ -161,7 +161,7 @@ def payload(ds: "xr.Dataset | PlainMap", page: Page, packed: list[Packed], kept:
 
 def _look(ds) -> dict:
     """Meanings of flags in words and colours, and symbols of parameters, as the map's system has them."""
-    look = systems.of_map(ds).look
+    look = systems.presentation_of(ds).look
     words = {word for name in ds.variables for word in flags(ds[name]).values()}
     return {
         "words": {word: look.words(word) for word in sorted(words)},
@@ -221,7 +221,7 @@ def _number(value):
 
 def _start(ds, kept) -> dict:
     """Where the page begins: as the map's system has it, else amid real numbers and at the first of others."""
-    opening = systems.of_map(ds).opening(ds)
+    opening = systems.presentation_of(ds).opening(ds)
     middle = {dim: (len(values) - 1) // 2 if dim in _numeric(ds, kept) else 0 for dim, values in kept.items()}
     index = {dim: int(np.argmin(np.abs(ds[dim].values[kept[dim]] - v))) for dim, v in opening.at.items() if dim in kept}
     whole = all(len(values) == 1 or dim in opening.at for dim, values in kept.items())
@@ -261,7 +261,7 @@ def _page(ds, part: Page, summary: Summary, packed: list[Packed], kept) -> str:
     environment = jinja2.Environment(
         autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
     )
-    environment.filters |= {"number": _text, "percent": _percent, "words": systems.of_map(ds).look.words}
+    environment.filters |= {"number": _text, "percent": _percent, "words": systems.presentation_of(ds).look.words}
     own = _part(part, ".js") or [_asset("part.js")]
     program = '"use strict";\n' + "\n".join((*map(_asset, SCRIPTS), *own, _asset("main.js")))
     template = environment.from_string(_asset("report.html"))

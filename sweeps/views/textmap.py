@@ -9,7 +9,7 @@ from sweeps import systems
 from sweeps.boxes import dimensions, flags
 from sweeps.maps.selection import Place, in_words
 from sweeps.maps.summary import leading_flag
-from sweeps.systems.look import Look
+from sweeps.systems.presentation.look import Look
 from sweeps.views import textcloud
 from sweeps.views.textplane import Panel, TextMap
 
@@ -47,7 +47,7 @@ def draw(ds: "xr.Dataset", places: dict[str, Place], width: int = 80) -> TextMap
     panels = [values.isel({beside: number}) for number in range(count)] if beside else [values]
     room = (width - _label_width(ds, y) - 2 * (len(panels) - 1)) // len(panels)
     columns, lines = _few(sizes.get(x, 1), max(NARROWEST, room)), _few(sizes[y], MOST_ROWS)
-    glyphs = _glyphs(flags(ds[flag]), systems.of_map(ds).look)
+    glyphs = _glyphs(flags(ds[flag]), systems.presentation_of(ds).look)
     upwards = lines if ds[y].dtype.kind in "OU" else lines[::-1]
     read = (panel.transpose(y, *([x] if x else [])).values for panel in panels)
     drawn = [_panel(ds, values.reshape(sizes[y], -1), y, x, upwards, columns, glyphs) for values in read]
@@ -56,13 +56,13 @@ def draw(ds: "xr.Dataset", places: dict[str, Place], width: int = 80) -> TextMap
     occurs = {c for panel in drawn for _, text in panel.rows for c in text}
     legend = {glyphs[value]: meaning for value, meaning in flags(ds[flag]).items() if glyphs[value] in occurs}
     told = {dim: _value(ds, dim, index) for dim, index in fixed.items() if dimensions(ds)[dim] > 1}
-    look = systems.of_map(ds).look
+    look = systems.presentation_of(ds).look
     return TextMap(flag, x, y, told, drawn, legend, {glyph: look.color(meaning) for glyph, meaning in legend.items()})
 
 
 def _cloud(ds: "xr.Dataset", flag: str, places: dict[str, Place], beside: str | None, width: int) -> TextMap | None:
     """Points that are drawn or listed, over two of their coordinates."""
-    look = systems.of_map(ds).look
+    look = systems.presentation_of(ds).look
     fixed = {dim: (n - 1) // 2 for dim, n in dimensions(ds).items() if dim not in ("point", beside)}
     fixed |= {dim: place.index for dim, place in places.items()}
     drawn = textcloud.draw(ds, flag, fixed, beside, width, _glyphs(flags(ds[flag]), look))

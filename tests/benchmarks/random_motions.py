@@ -196,7 +196,7 @@ def attitude_theory(table, known):
 
 def integration_of(name, random, most):
     """How the motions of a definition are followed."""
-    from sweeps.systems.once import Once
+    from sweeps.systems.bodies.once import Once
     from sweeps.systems.rigid_body.definition import RigidBodyIntegration
     from sweeps.systems.symmetric_top.definition import TopIntegration
 

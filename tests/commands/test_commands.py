@@ -11,6 +11,7 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
+from calls import refused, said
 from maps import BODIES, TOP, write
 from scipy.special import ellipk
 
@@ -42,22 +43,6 @@ def damaged(path):
         ds.drop_vars("regime").to_netcdf(path.parent / "poor.nc")
     (path.parent / "folder.nc").mkdir()
     return [path.parent / name for name in (*made, "other.nc", "poor.nc", "folder.nc", "none.nc")]
-
-
-def said(capsys, *arguments):
-    assert main([str(argument) for argument in arguments]) == 0
-    captured = capsys.readouterr()
-    assert captured.err == ""
-    return captured.out
-
-
-def refused(capsys, *arguments):
-    assert main([str(argument) for argument in arguments]) == 2
-    captured = capsys.readouterr()
-    assert captured.out == ""
-    assert "Traceback" not in captured.err
-    assert "allowed: " in captured.err
-    return captured.err
 
 
 def test_a_results_folder_stands_for_its_map(path, tmp_path, monkeypatch, capsys):

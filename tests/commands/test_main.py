@@ -11,6 +11,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from calls import refused
 
 import sweeps
 from sweeps import __main__
@@ -33,16 +34,6 @@ def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "good.yaml").write_text(GOOD)
     return tmp_path
-
-
-def refused(capsys, *arguments):
-    """The one message of a refused call."""
-    assert main([str(argument) for argument in arguments]) == 2
-    said = capsys.readouterr()
-    assert said.out == ""
-    assert "Traceback" not in said.err
-    assert "allowed" in said.err
-    return said.err
 
 
 def test_check_says_what_a_good_definition_takes(folder, capsys):

@@ -5,13 +5,13 @@ import json
 import math
 from fractions import Fraction
 
+import calls
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.stats import binomtest
 
 import sweeps
-from sweeps.__main__ import main
 from sweeps.maps import summary
 from sweeps.points.existence import impossible
 from sweeps.points.loading import read
@@ -20,9 +20,7 @@ from sweeps.systems.uncertain_bodies import designs
 
 
 def said(capsys, *arguments, status=0):
-    assert main([str(argument) for argument in arguments]) == status
-    captured = capsys.readouterr()
-    return " ".join((captured.err if status else captured.out).split())
+    return " ".join(calls.said(capsys, *arguments, status=status).split())
 
 
 IMPOSSIBLE = [

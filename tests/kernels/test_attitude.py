@@ -9,7 +9,7 @@ import repeated
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from kernels import direct, exact, marching, tumbling
+from kernels import direct, exact, marching
 from kernels import taylor as steps_of
 
 ULP = 2.0**-52
@@ -271,15 +271,6 @@ def test_momentum_stands_still_in_space_and_a_start_turns_all():
     np.testing.assert_allclose(
         exact.attitude(moments, start, times, 3 * first), np.array(multiplied(first, q.T)).T, atol=1e-15
     )
-
-
-def test_geometric_phase_is_the_growth_of_psi():
-    rng = np.random.default_rng(5)
-    for _ in range(200):
-        moments, start = rng.uniform(0.3, 1.2, 3), rng.normal(size=3)
-        period, rate, _ = tumbling.periods(*moments, *start)
-        wanted = tumbling.geometric_phase(*moments, *start)
-        assert rate * period == pytest.approx(wanted, abs=1e-12, rel=1e-14)
 
 
 TURNING = [name for name in CASES if name not in ("sphere", "spin about 1", "spin about 2", "spin about 3")]

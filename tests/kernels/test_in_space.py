@@ -122,7 +122,7 @@ def test_a_coefficient_of_the_direct_step_bent_by_1e9_is_seen(row):
 
 def test_the_phase_residual_is_the_difference_of_its_two_sides():
     rng = np.random.default_rng(6)
-    for _ in range(100):
+    for _ in range(200):
         moments, omega = rng.uniform(0.3, 1.2, 3), rng.normal(size=3)
         period, rate, _ = tumbling.periods(*moments, *omega)
         residual = tumbling.phase_residual(*moments, *omega)

@@ -49,7 +49,7 @@ def run(k, *, start=1.0, speed=0.0, intervals=64, spacing=0.4, size=1e-6, advanc
     ones = np.ones(k.size)
     twice = np.zeros(k.size, dtype=np.int64)
     exact, energy = compiled()
-    runs = Runs(rows, ones.reshape(-1, 1, 1), ones, size * ones, 0.0 * ones, twice, twice)
+    runs = Runs(rows, ones.reshape(-1, 1, 1), ones, size * ones, twice, twice)
     nudge = np.stack([ones, 0.0 * ones], axis=1)
     return oscillations.run(
         Integrator(advance or exact, energy, STATES), runs, nudge, Sampling(intervals, spacing, 1e-10)
@@ -162,7 +162,7 @@ def test_another_mode_that_grows_ends_the_window():
     rows = np.zeros((1, 6, 8))
     rows[:, :, 0], rows[:, :, 1] = 1.0, 1e-3
     one, none = np.ones(1), np.zeros(1, dtype=np.int64)
-    runs = Runs(rows, np.eye(2)[None], one, one * 1e-6, 0.0 * one, none, none)
+    runs = Runs(rows, np.eye(2)[None], one, one * 1e-6, none, none)
     for allowed, most in ((0.0, 100.0), (10.0, 1e4)):  # the other mode grows to a tenth; to ten
         nudge = np.array([[1.0, allowed]])
         (raw,) = oscillations.run(Integrator(pair, still, 4), runs, nudge, Sampling(64, 0.4, 1e-10))

@@ -92,11 +92,6 @@ SHARED_SPIN = {
 }
 
 
-@pytest.fixture(scope="module")
-def tiny():
-    return sweeps.survey("tiny")
-
-
 def assert_same_bits(left, right):
     """Same names, dimensions, types and bytes, NaN and signed zeros included."""
     assert set(left.variables) == set(right.variables)

@@ -43,14 +43,7 @@ OTHERS = {
         "energy": {"start": 1.05, "stop": 1.4},
         "omega0": 1.0,
     },
-    "twist": {
-        "I1": {"start": 0.3, "stop": 0.5},
-        "I2": {"start": 0.8, "stop": 0.9},
-        "I3": 1.0,
-        "chi": 0.1,
-        "theta": 1.5,
-        "omega0": 1.0,
-    },
+    "twist": {"I1": {"start": 0.3, "stop": 0.5}, "I2": 0.85, "I3": 1.0, "chi": 0.1, "theta": 1.5, "omega0": 1.0},
     "double_well": {},
     "rotating_saddle": {},
 }
@@ -169,7 +162,7 @@ def test_the_pictures_are_of_points(path, tmp_path):
 
 
 def test_the_triangle_has_every_point_and_the_named_bodies(folder):
-    from sweeps.systems.rigid_body import figure_triangle
+    from sweeps.systems.rigid_body.presentation import figure_triangle
 
     ends = {"I1_over_I3": {"start": 0.1, "stop": 0.9, "num": 6}, "thickness": {"start": 0.1, "stop": 0.9, "num": 6}}
     ds = sweeps.survey({"grid": {"ratios": ends, "omega0": 1.0}})

@@ -16,9 +16,9 @@ import xarray as xr
 import sweeps
 from sweeps import files
 from sweeps.maps import admission, dataset, parts, storage
+from sweeps.maps.storage import open_map
 from sweeps.points import catalogue, columns, estimate
 from sweeps.points.loading import read
-from sweeps.maps.storage import open_map
 from sweeps.reading import stored_values
 from sweeps.reading.definitions import plain, read_text
 from sweeps.shards import chunkfile, chunks, content, merging
@@ -48,11 +48,6 @@ def write_shards(folder, definition, count, threads=1):
 @pytest.fixture(scope="module")
 def shards(tmp_path_factory):
     return write_shards(tmp_path_factory.mktemp("shards"), TINY, 3)
-
-
-@pytest.fixture(scope="module")
-def tiny():
-    return sweeps.survey("tiny")
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from sweeps.boxes import blocks, dimensions
 from sweeps.maps import storage, summary, verify
 from sweeps.maps.selection import nearest
 from sweeps.systems.relative_equilibrium.variables import REGIMES
-from sweeps.systems.rigid_body.look import LOOK
+from sweeps.systems.rigid_body.presentation.look import LOOK
 from sweeps.views import report, textmap
 
 

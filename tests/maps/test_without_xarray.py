@@ -18,7 +18,8 @@ from sweeps.maps import admission, parts, summary
 from sweeps.maps import plain as plain_maps
 from sweeps.schema.refusals import MapError
 from sweeps.shards import chunks
-from sweeps.systems.rigid_body import figure_flip, figure_stability, fits
+from sweeps.systems.rigid_body import fits
+from sweeps.systems.rigid_body.presentation import figure_flip, figure_stability
 from sweeps.views import figures, report, textmap
 
 POINTS = {
@@ -144,7 +145,7 @@ def test_pictures_read_of_it_what_they_read_of_a_dataset(both):
     for name, value in other.items():
         np.testing.assert_array_equal(one[name], value, err_msg=name)
     assert figure_flip.most_unstable(plain) == figure_flip.most_unstable(ds)
-    if systems.of_map(plain).draws_plainly(plain):
+    if systems.presentation_of(plain).draws_plainly(plain):
         shown, fixed = figure_stability.planes(plain)
         assert (shown, fixed) == figure_stability.planes(ds)
         one, other = (figure_stability._slice(each, 2, shown, fixed) for each in both)

@@ -186,13 +186,22 @@ def test_measured_growth_begins_at_the_threshold(name, edge, values):
     assert x[at] - 1e-7 < edge < x[at + 1] + 1e-7
 
 
+def test_errors_cover_where_the_normal_equations_have_few_digits():
+    """Of 36 parameters from a run of 2.6/S the least pivot is 1e-15: deviations were 19 errors."""
+    m, columns = motions("gravity_gradient_damped", 1, k1=0.7913281267534632, k3=0.02368196885735252, orbital_rate=1.0)
+    columns |= {k: np.full(m.n, v) for k, v in {"slug": 0.04619562923014334, "drag": 0.7525054740885597}.items()}
+    columns["epsilon"][:] = 7.04013138264527e-17
+    found = m.survey(columns, 0.4192139737991266, 458, 8.704447023205541e-11)
+    off = np.abs(found["eigenvalue_imag"] - found["eigenvalue_imag_theory"])
+    assert (off <= found["eigenvalue_imag_error"])[off > 1e-13].all()  # theory's own rounding
+
+
 def test_an_energy_whose_gradient_vanishes_chooses_no_direction():
     """Its gradient's rounding once turned the basis in which motions are measured, and a named place was 8 ulp off."""
     m, columns = motions("gravity_gradient", 20)
     theory = m.theory({k: v[:: m.n] for k, v in columns.items()})
     assert (theory["place"][:, 1] == -columns["orbital_rate"][:: m.n]).all()
     assert (theory["basis"] == np.eye(6)).all()
-    assert theory["uncertain"].max() < 1e-15  # the place is exact: some roundings of the enclosure's sums
 
 
 def test_the_gravity_gradients_corners():

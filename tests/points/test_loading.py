@@ -20,7 +20,7 @@ from sweeps.points import catalogue
 from sweeps.points.loading import load, read
 from sweeps.schema.definition import Definition
 from sweeps.schema.refusals import DefinitionError, models_in
-from sweeps.systems.rigid_body.definition import PROPAGATORS, Body, GridEntries
+from sweeps.systems.rigid_body.definition import PROPAGATORS, GridEntries, SpunBody
 
 SHIPPED = sorted(catalogue.FOLDER.glob("*.yaml"))
 MODELS = [registry.resolve(name).model for name in registry.names()]
@@ -702,7 +702,7 @@ def test_every_key_says_what_it_is_and_in_which_unit():
         assert issubclass(model, BaseModel)
         for name, field in model.model_fields.items():
             assert len(field.description) > 5, (model, name)
-    for model in (GridEntries, Body):
+    for model in (GridEntries, SpunBody):
         for name, unit in (("I1", "kg m2"), ("omega0", "rad s-1"), ("phase", "rad")):
             assert unit in model.model_fields[name].description
 

@@ -16,7 +16,7 @@ from sweeps.reading import definitions
 from sweeps.reading import tables as formats
 from sweeps.run import finished
 from sweeps.schema.refusals import DefinitionError, UnreadableError
-from sweeps.systems.rigid_body import inertia
+from sweeps.systems.bodies import inertia
 
 LONG = "x" * 90_000
 ALIASES = {

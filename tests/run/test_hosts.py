@@ -23,12 +23,6 @@ from sweeps.schema.refusals import DefinitionError
 CLAIM = "import sys; from sweeps.run import claims; claims.claim(['a']); print('claimed', flush=True); sys.stdin.read()"
 
 
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
 def is_free(name):
     """Whether a sweep can be claimed; gives it back at once."""
     try:

@@ -10,7 +10,8 @@ from scipy.spatial.transform import Rotation
 import sweeps
 from kernels import exact
 from sweeps.schema.refusals import RefusedError
-from sweeps.systems.rigid_body import figure_flip, solid
+from sweeps.systems.bodies import solid
+from sweeps.systems.rigid_body.presentation import figure_flip
 from sweeps.views import figures, report_columns
 
 GRID = {"grid": {"I1": {"start": 0.4, "stop": 1.6, "num": 5}, "I2": [0.7, 1.1, 2.5], "I3": [1.0, 1.3], "omega0": -5.0}}

@@ -10,7 +10,7 @@ from scipy.special import ellipj, ellipk
 import sweeps
 from sweeps import systems
 from sweeps.mechanics import motions
-from sweeps.systems.oscillator import figure_motion
+from sweeps.systems.oscillator.presentation import figure_motion
 from sweeps.systems.oscillator.system import ANIMATED
 
 GRIDS = {
@@ -32,7 +32,7 @@ def maps():
 
 def test_those_that_are_animated_are_those_that_are_shown():
     assert set(ANIMATED) == set(figure_motion.SHOWN) == set(GRIDS)
-    assert systems.resolve("double_well").animations(None) == {}
+    assert systems.presented(systems.resolve("double_well")).animations(None) == {}
 
 
 def test_a_pendulum_swings_far_as_elliptic_functions_say():
@@ -66,7 +66,7 @@ def test_a_double_pendulum_tumbles_as_another_integrator_says(maps):
 @pytest.mark.parametrize("name", ["pendulum", "bead_on_hoop", pytest.param("double_pendulum", marks=pytest.mark.slow)])
 def test_it_moves(maps, monkeypatch, name):
     monkeypatch.setattr(figure_motion, "FRAMES", 4)
-    pictures = systems.resolve(name).animations(maps(name))["motion"]()
+    pictures = systems.presented(systems.resolve(name)).animations(maps(name))["motion"]()
     assert len(pictures) == 4
     assert all(picture.size == pictures[0].size and picture.mode == "P" for picture in pictures)
     for one, other in pairwise(pictures):
@@ -86,5 +86,6 @@ def test_it_begins_beside_what_the_map_found_stable_and_unstable(maps):
 
 def test_nothing_is_drawn_where_no_equilibrium_tells(maps):
     ds, marginal = maps("pendulum"), 2
-    animation = systems.resolve("pendulum").animations(ds.assign(regime=0 * ds["regime"] + marginal))["motion"]
+    ds = ds.assign(regime=0 * ds["regime"] + marginal)
+    animation = systems.presented(systems.resolve("pendulum")).animations(ds)["motion"]
     assert animation() == []

@@ -6,7 +6,7 @@ import pytest
 import xarray as xr
 
 from sweeps import style
-from sweeps.systems.oscillator import figure_oscillations
+from sweeps.systems.oscillator.presentation import figure_oscillations
 from sweeps.systems.oscillator.variables import REGIMES
 
 STABLE, UNSTABLE, MARGINAL = (REGIMES.index(name) - 1 for name in ("stable", "unstable", "marginal"))

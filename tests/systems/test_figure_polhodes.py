@@ -4,9 +4,9 @@ import pytest
 
 import sweeps
 from sweeps.style import STYLE
-from sweeps.systems.rigid_body import figure_polhodes
-from sweeps.systems.rigid_body.figure_polhodes import Scene
-from sweeps.systems.rigid_body.look import LOOK
+from sweeps.systems.rigid_body.presentation import figure_polhodes
+from sweeps.systems.rigid_body.presentation.figure_polhodes import Scene
+from sweeps.systems.rigid_body.presentation.look import LOOK
 
 ORDERS = [(1.0, 1.5, 2.2), (2.2, 1.0, 1.5), (1.5, 2.2, 1.0), (2.2, 1.5, 1.0), (1.0, 2.2, 1.5), (1.5, 1.0, 2.2)]
 

@@ -5,8 +5,8 @@ from scipy.spatial.transform import Rotation
 
 import sweeps
 from sweeps.style import STYLE
-from sweeps.systems.symmetric_top import figure_cones, figure_precession
 from sweeps.systems.symmetric_top.motion import motion
+from sweeps.systems.symmetric_top.presentation import figure_cones, figure_precession
 from sweeps.views import figures
 
 TOPS = {

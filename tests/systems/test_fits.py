@@ -15,11 +15,6 @@ EPSILON = np.geomspace(1e-8, 0.3, 60)
 
 
 @pytest.fixture(scope="module")
-def tiny():
-    return sweeps.survey("tiny")
-
-
-@pytest.fixture(scope="module")
 def breaking():
     return sweeps.survey("breakdown")
 

@@ -5,7 +5,7 @@ import pytest
 
 from sweeps.points.loading import load
 from sweeps.schema.refusals import DefinitionError
-from sweeps.systems.rigid_body import inertia
+from sweeps.systems.bodies import inertia
 
 trimesh = pytest.importorskip("trimesh")
 

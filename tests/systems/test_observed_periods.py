@@ -6,21 +6,15 @@ import math
 import mpmath
 import numpy as np
 import pytest
+from calls import said
 from scipy.special import ndtr
 
 import sweeps
 from kernels import tumbling
-from sweeps.__main__ import main
 from sweeps.systems.observed_periods import references
 from sweeps.systems.observed_periods.columns import exclusion
 
 HOUR = 3600.0
-
-
-def said(capsys, *arguments, status=0):
-    assert main([str(argument) for argument in arguments]) == status
-    captured = capsys.readouterr()
-    return captured.err if status else captured.out
 
 
 def bodies(count, seed=7):

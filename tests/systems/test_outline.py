@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 
-from sweeps.systems.rigid_body import inertia, outline
+from sweeps.systems.bodies import inertia, outline
 
 trimesh = pytest.importorskip("trimesh")
 

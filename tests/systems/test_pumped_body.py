@@ -8,7 +8,8 @@ from sweeps.maps import verify
 from sweeps.points import existence as counted
 from sweeps.points.loading import read
 from sweeps.schema.refusals import DefinitionError
-from sweeps.systems.pumped_body import existence, figure_tongues
+from sweeps.systems.pumped_body import existence
+from sweeps.systems.pumped_body.presentation import figure_tongues
 from sweeps.systems.pumped_body.variables import REGIMES
 
 GRID = {"I1": 1.0, "I2": 1.9, "I3": 2.0, "frequency": 0.3, "omega0": 0.5}

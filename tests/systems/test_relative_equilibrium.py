@@ -13,8 +13,8 @@ from sweeps.points.loading import load
 from sweeps.schema.refusals import DefinitionError
 from sweeps.shards import content
 from sweeps.systems.described import shipped
-from sweeps.systems.relative_equilibrium import figure_flat_spin
 from sweeps.systems.relative_equilibrium import system as relative
+from sweeps.systems.relative_equilibrium.presentation import figure_flat_spin
 from sweeps.systems.relative_equilibrium.variables import INVARIANTS, REGIMES, VARIABLES
 
 pytestmark = pytest.mark.slow  # compiling what they need takes as long as all that the quick tests need
@@ -99,7 +99,7 @@ def test_what_is_wrong_with_a_definition_is_refused():
 
 
 def test_pictures(top):
-    drawn = systems.of_map(top.assign_attrs(system="sleeping_top")).pictures(top)
+    drawn = systems.presentation_of(top.assign_attrs(system="sleeping_top")).figures(top)
     assert set(drawn) == {"stability", "theory_against_measured"}
     for draw in drawn.values():
         assert isinstance(draw(), Figure)
@@ -121,6 +121,6 @@ def test_a_slender_bodys_spin_ends_flat():
 
 def test_the_flat_spin_is_drawn():
     ds = sweeps.survey({"system": "viscous_slug", "grid": {"axial_moment": [0.5, 1.5], "drag": 0.05}})
-    moving = systems.resolve("viscous_slug").animations(ds)
+    moving = systems.presented(systems.resolve("viscous_slug")).animations(ds)
     assert len(moving["flat_spin"]()) == figure_flat_spin.FRAMES + 1
     assert figure_flat_spin.frames(ds.sel(axial_moment=[1.5])) == []

@@ -4,15 +4,15 @@ import math
 
 import numpy as np
 import pytest
+from calls import said
 from scipy.spatial.transform import Rotation
 
 import sweeps
-from sweeps.__main__ import main
 from sweeps.maps import verify
 from sweeps.points.loading import load
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems import resolve
-from sweeps.systems.tumbling.figure_herpolhode import herpolhode
+from sweeps.systems.tumbling.presentation.figure_herpolhode import herpolhode
 
 RACKET = {"name": "racket", "I1": 0.00121, "I2": 0.01638, "I3": 0.01748}
 THROWS = {"system": "twist", "bodies": [RACKET], "grid": {"chi": [0.01, 0.13201, 0.5], "omega0": [1.0, 10.0]}}
@@ -85,6 +85,21 @@ def test_verify_sees_quaternions_that_are_another_motions(throws, tmp_path, monk
     assert "the closed form is" in wrong.findings[0]
 
 
+def test_every_system_takes_a_body_by_its_tensor_and_names_its_axes():
+    turned = Rotation.from_euler("xyz", (0.3, -0.8, 1.1)).as_matrix()
+    tensor = turned @ np.diag([0.3, 0.8, 1.0]) @ turned.T
+    bodies = [{"name": "turned", "tensor": ((tensor + tensor.T) / 2).tolist()}]
+    for definition, name in ((THROWS, "twist_exact"), (TUMBLES, "period_psi_exact")):
+        grid = {key: value for key, value in definition["grid"].items() if key not in ("I1", "I2", "I3", "energy")}
+        grid |= {"energy": 1.1} if "energy" in definition["grid"] else {}
+        given = {"system": definition["system"], "grid": grid}
+        ratios = {"I1": 0.3, "I2": 0.8, "I3": 1.0}
+        found = sweeps.survey(given | {"bodies": [*bodies, {"name": "straight", "ratios": ratios}]})
+        values = found[name].values.reshape(2, -1)
+        np.testing.assert_allclose(values[0], values[1], rtol=1e-13)  # the eigenproblem's rounding
+        assert "principal moments and axes" in load(given | {"bodies": bodies}).remarks[0][1]
+
+
 @pytest.mark.parametrize(
     ("definition", "told"),
     [
@@ -102,12 +117,6 @@ def test_what_is_wrong_is_named(definition, told):
     with pytest.raises(DefinitionError) as refused:
         load(definition)
     assert told in str(refused.value)
-
-
-def said(capsys, *arguments, status=0):
-    assert main([str(argument) for argument in arguments]) == status
-    captured = capsys.readouterr()
-    return captured.err if status else captured.out
 
 
 def test_a_motion_holds_the_attitude_both_ways():

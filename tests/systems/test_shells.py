@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sweeps.systems.rigid_body import inertia, shells
+from sweeps.systems.bodies import inertia, shells
 
 trimesh = pytest.importorskip("trimesh")
 

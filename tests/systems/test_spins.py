@@ -9,8 +9,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from kernels import jit
+from sweeps.systems.bodies.wording import duration
 from sweeps.systems.rigid_body.spins import in_words, spins
-from sweeps.systems.rigid_body.wording import duration
 
 ROOT = Path(jit.__file__).parents[1]
 RACKET = (0.00121, 0.01638, 0.01748)  # Brody (1985)

@@ -15,13 +15,7 @@ from sweeps.points import catalogue
 from sweeps.run import pipeline
 
 TOY = Path(__file__).parents[1] / "toy"
-TEXT = """\
-title: Tops in honey
-system: damped_top
-grid:
-  spin: [1.0, 20.0]
-  tau: {start: 1.0, stop: 400.0, num: 12, spacing: log}
-"""
+TEXT = (TOY / "honey.yaml").read_text()
 
 
 @pytest.fixture

@@ -2,8 +2,8 @@ import math
 
 import pytest
 
-from sweeps.systems.rigid_body import wording
-from sweeps.systems.rigid_body.inertia import Principal
+from sweeps.systems.bodies import wording
+from sweeps.systems.bodies.inertia import Principal
 
 
 @pytest.mark.parametrize(

@@ -12,21 +12,20 @@ import pytest
 import sweeps
 from kernels import linear
 from sweeps import style as figure_style
+from sweeps import systems
 from sweeps.maps.storage import open_map, write_map
 from sweeps.points import catalogue
 from sweeps.reading.definitions import read_text
-from sweeps.systems import ratios
-from sweeps.systems.rigid_body import (
+from sweeps.systems.presentation import ratios
+from sweeps.systems.rigid_body import fits
+from sweeps.systems.rigid_body.presentation import (
     figure_agreement,
     figure_bodies,
     figure_breakdown,
     figure_flip,
     figure_stability,
     figure_triangle,
-    fits,
-    wording,
 )
-from sweeps.systems.rigid_body import system as rigid_body
 from sweeps.views import figures, films
 
 GRIDS = {
@@ -61,11 +60,6 @@ GRIDS = {
 }
 COARSE = 50  # dots an inch
 SOME = [0, 3, 6]  # bodies: observed, flipping, symmetric
-
-
-@pytest.fixture(scope="module")
-def tiny():
-    return sweeps.survey("tiny")
 
 
 AROUND_A_RACKET = {
@@ -359,7 +353,7 @@ def test_the_default_picture_is_the_triangle_with_each_body_in_its_place(shapes,
 
 def test_the_default_shows_its_racket(shapes):
     assert figure_flip.racket(shapes)["body"] == "Tennis racket"
-    opening = rigid_body.SYSTEM.opening(shapes)
+    opening = systems.presentation_of(shapes).opening(shapes)
     assert opening.plane == ("I1_over_I3", "thickness")
     at = shapes.sel(opening.at)
     assert [float(at[name]) for name in ("I1", "I2", "I3")] == pytest.approx([0.00121, 0.01638, 0.01748], rel=1e-14)
@@ -584,7 +578,7 @@ def test_bodies_say_how_soon_they_grow_and_flip(of_bodies, breaking):
     ],
 )
 def test_durations_as_people_say_them(seconds, text):
-    assert wording.brief_duration(seconds) == text
+    assert figure_bodies.brief_duration(seconds) == text
 
 
 def labels_of(ax, renderer):

@@ -14,19 +14,13 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 from matplotlib.patches import Patch
 
-import sweeps
 from sweeps import colors, plot, style
 from sweeps.__main__ import main
 from sweeps.maps.storage import write_map
 from sweeps.schema.refusals import RefusedError
-from sweeps.systems.relative_equilibrium import figure_spectra
-from sweeps.systems.relative_equilibrium.look import LOOK
+from sweeps.systems.relative_equilibrium.presentation import figure_spectra
+from sweeps.systems.relative_equilibrium.presentation.look import LOOK
 from sweeps.views import figures, films, themes
-
-
-@pytest.fixture(scope="module")
-def tiny():
-    return sweeps.survey("tiny")
 
 
 @pytest.fixture(scope="module")

@@ -23,9 +23,9 @@ from sweeps.__main__ import main
 from sweeps.boxes import blocks
 from sweeps.maps import summary as maps_summary
 from sweeps.maps.storage import open_map, write_map
-from sweeps.systems.oscillator.page import equations
+from sweeps.systems.oscillator.presentation.page import equations
 from sweeps.systems.relative_equilibrium.variables import REGIMES
-from sweeps.systems.uncertain_bodies.page import drawn
+from sweeps.systems.uncertain_bodies.presentation.page import drawn
 from sweeps.views import plotly, report, report_columns
 
 HOSTILE = "</script><script>globalThis.hostile = 1</script><img src=x onerror='globalThis.hostile = 1'>"

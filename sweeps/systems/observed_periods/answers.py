@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sweeps.schema.refusals import DefinitionError
-from sweeps.systems import shapes
+from sweeps.systems.bodies import shapes
 from sweeps.systems.observed_periods.variables import EXCLUDED, WORDS
 
 UNITS = {"s": 1.0, "h": 3600.0, "d": 86400.0}

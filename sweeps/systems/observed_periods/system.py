@@ -1,68 +1,40 @@
-"""Observed periods of tumbling bodies: their definition, columns and picture."""
+"""Observed periods of tumbling bodies: their definition and columns."""
 
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
 
 import numpy as np
 
+from sweeps.systems.bodies.family import MeasuredOnce
 from sweeps.systems.kernel import Kernel
-from sweeps.systems.measured_once import MeasuredOnce
 from sweeps.systems.observed_periods import variables
 from sweeps.systems.observed_periods.definition import Nothing, ObservedPeriodsDefinition
-from sweeps.systems.observed_periods.look import LOOK
-from sweeps.systems.system import Page, Reference
 from sweeps.systems.tumbling.system import A_POINT
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 
 class ObservedPeriods(MeasuredOnce):
     """The way back from two periods: in each mode the energy that gives a body both, or by how much it is excluded."""
 
     name = "observed_periods"
-    look = LOOK
+    samples_per_second = 5_000
+    presentation = "sweeps.systems.observed_periods.presentation"
+    references_in = "sweeps.systems.observed_periods.references"
+    model = ObservedPeriodsDefinition
     kernels = ("tumbling", "statuses", "triangle")
     compiled = (
         Kernel("tumbling", "inverse", example=(1.0, 2.0, 3.0, 3.0), seconds=3.0),
         Kernel("tumbling", "least_ratio", example=(1.0, 2.0, 3.0)),
         Kernel("tumbling", "survey", example=(A_POINT, 1e-10, False)),
     )
-    model = ObservedPeriodsDefinition
     tables = variables
-    shareable = ()
     closed = "energies from tumbling periods, in closed form"
-    question = "Which bodies have both periods, in which mode, and with which certainty?"
     references = "Kaasalainen, Astronomy and Astrophysics 376 (2001) 302; Landau and Lifshitz, Mechanics, section 37"
     caption = "energies of tumbling bodies that give two observed periods"
-    samples_per_second = 5_000
-
-    def samples(self, definition: ObservedPeriodsDefinition) -> int:
-        """Return 1: nothing is sampled."""
-        return 1
-
-    def reference(self) -> Reference:
-        """Return the energy of the long-axis mode by SciPy, and that of the short-axis mode."""
-        from sweeps.systems.observed_periods.references import REFERENCE
-
-        return REFERENCE
 
     def columns(self, points: Mapping[str, np.ndarray], integration: Nothing) -> dict[str, np.ndarray]:
         """Return what the periods say of each body."""
         from sweeps.systems.observed_periods.columns import columns
 
         return columns(points)
-
-    def page(self, ds: "xr.Dataset") -> Page:
-        """Return the map alone: there is no motion to show."""
-        return Page((), self.question)
-
-    def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
-        """Return the energies over the inertia triangle."""
-        from sweeps.systems.observed_periods import figure_energies
-
-        return {"energies": lambda ax=None: figure_energies.draw(ds, ax)}
 
 
 SYSTEM = ObservedPeriods()

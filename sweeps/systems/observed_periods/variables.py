@@ -4,14 +4,14 @@ from typing import Annotated
 
 from kernels import statuses
 from sweeps.schema.quantities import Parameter, Quantity
-from sweeps.schema.values import Moment, number
+from sweeps.schema.values import number
 from sweeps.schema.variables import Role, Variable, table
-from sweeps.systems.rigid_body.variables import layout_of_bodies
+from sweeps.systems.bodies import variables as bodies
+from sweeps.systems.bodies.variables import MOMENTS
+from sweeps.systems.shared_variables import status
 
-MOMENTS = ("I1", "I2", "I3")
 ARGUMENTS = (*MOMENTS, "P_psi", "P_phi", "sigma_psi", "sigma_phi")
 POSSIBLE = ("none", "sam", "lam", "both")
-STATUSES = statuses.STATUSES[: statuses.NOT_CONVERGED + 1]
 EXCLUDED = 3.0  # standard errors beyond which a mode counts as excluded
 
 WORDS = {"sam": "short-axis mode", "lam": "long-axis mode"}
@@ -56,38 +56,24 @@ VARIABLES = table(
         "long-axis mode",
         role=Role.HEADLINE,
     ),
-    Variable(
-        "status",
-        None,
+    status(
+        statuses.NOT_CONVERGED,
         "whether the closed form reproduces the observed ratio from each energy",
-        "i1",
-        STATUSES,
         "not_converged: so near the separatrix that the energy, a double, fixes the ratio only to 1e-6 or worse",
-        role=Role.STATUS,
     ),
     *_mode("sam"),
     *_mode("lam"),
-    Variable(
-        "triangle_margin",
-        "1",
-        "least of (Ib + Ic - Ia)/(I1 + I2 + I3) over the axes; negative where physically impossible",
-        "f4",
-        role=Role.EXISTENCE,
-    ),
+    bodies.TRIANGLE_MARGIN,
 )
 EXACT = VARIABLES  # nothing is followed
 
 Period = Annotated[float, number(lambda x: x > 0, "a number > 0, in s")]
 Error = Annotated[float, number(lambda x: x >= 0, "a number, 0 or more, in s")]
-MOMENT = Quantity("moment", "kg m2", "finite, > 0", Moment)
 PERIOD = Quantity("period", "s", "finite, > 0", Period)
 ERROR = Quantity("error", "s", "finite, 0 or more", Error)
 
 PARAMETERS = (
-    *(
-        Parameter(f"I{i}", MOMENT, f"principal moment of inertia {i}", description=f"moment of inertia {i}, kg m2, > 0")
-        for i in (1, 2, 3)
-    ),
+    *bodies.PRINCIPAL,
     Parameter("P_psi", PERIOD, "observed period of the angular velocity in the body", required=True),
     Parameter(
         "P_phi",
@@ -99,5 +85,5 @@ PARAMETERS = (
     Parameter("sigma_phi", ERROR, "standard error of P_phi", 0.0),
 )
 
-LAYOUT = layout_of_bodies(PARAMETERS, VARIABLES, tuple(VARIABLES))
+LAYOUT = bodies.layout(PARAMETERS, VARIABLES, VARIABLES)
 COORDINATES = LAYOUT.coordinates

@@ -1,4 +1,4 @@
-"""Small oscillations of a described mechanical system: what its definition, its columns and its pictures are.
+"""Small oscillations of a described mechanical system: what its definition, and its columns are.
 
 One `Oscillator` a description: those of `sweeps/mechanics/library`, and any Python file that a definition names.
 """
@@ -14,15 +14,9 @@ from sweeps.schema.variables import Variable
 from sweeps.systems.described import MECHANICS, TAPES, Described
 from sweeps.systems.kernel import Kernel
 from sweeps.systems.oscillator.definition import OscillatorDefinition
-from sweeps.systems.oscillator.look import LOOK
 from sweeps.systems.oscillator.variables import COORDINATES, DEGENERATE, FOLLOWED, LAYOUT, NUDGE, VARIABLES
-from sweeps.systems.system import Page
 
 if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
-    from PIL.Image import Image
-
     from sweeps import mechanics
 
 ANIMATED = ("bead_on_hoop", "double_pendulum", "pendulum")
@@ -33,7 +27,7 @@ class Oscillator(Described):
 
     point_seconds = 4e-5  # 1e-5 to 1e-4, by how hard its equilibria are to enclose
     start_seconds = 3.5  # its equations are derived
-    look = LOOK
+    presentation = "sweeps.systems.oscillator.presentation"
     kernels = ("oscillations", "enclosures", "roots")
     compiled = (
         Kernel("oscillations", seconds=3.0),
@@ -97,29 +91,6 @@ class Oscillator(Described):
     def method(self, definition: Definition) -> str:
         """Return the method of computation."""
         return "direct integration of the full Euler-Lagrange equations"
-
-    def page(self, ds: "xr.Dataset") -> Page:
-        """Return the page: the motion of one mode, and the equilibria."""
-        from sweeps.systems.oscillator.page import page
-
-        return page(ds, None if self.name.endswith(".py") else self.description)
-
-    def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
-        """Return the map and the agreement with theory."""
-        from sweeps.systems.oscillator import figure_oscillations
-
-        return {
-            "oscillations": lambda ax=None: figure_oscillations.draw(ds, ax),
-            "theory_against_measured": lambda ax=None: figure_oscillations.draw_agreement(ds, ax),
-        }
-
-    def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], list[Image]]]":
-        """Return animations of the bead on a hoop and of pendulums near a stable and an unstable equilibrium."""
-        if self.name not in ANIMATED:
-            return {}
-        from sweeps.systems.oscillator import figure_motion
-
-        return {"motion": lambda: figure_motion.frames(ds, self.name, self.mechanism)}
 
 
 KIND = Oscillator

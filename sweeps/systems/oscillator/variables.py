@@ -1,17 +1,14 @@
 """What a map of small oscillations holds, beside the parameters of the system described."""
 
-from typing import Annotated
-
-from kernels.statuses import STATUSES
-from sweeps.schema import quantities
-from sweeps.schema.layout import Layout
 from sweeps.schema.quantities import Parameter, Quantity
-from sweeps.schema.values import Epsilon, Phase, whole
+from sweeps.schema.values import Phase
 from sweeps.schema.variables import Role, Variable, table
-from sweeps.systems.certified import CERTIFIED
+from sweeps.systems.equilibria import layout, of_runs
 from sweeps.systems.rates import variables as rates
+from sweeps.systems.shared_variables import SIZE, regime
 
 REGIMES = ("undetermined", "stable", "unstable", "marginal")
+_START = "from the start of the run and the measured frequency"
 BRANCHES = ("decided", "undecided")
 
 VARIABLES = rates.columns(
@@ -21,33 +18,15 @@ VARIABLES = rates.columns(
     window="of the size of the system",
 ) | table(
     Variable("e_folds", "1", "e-folds of growth within the window of the log slope"),
-    Variable("regime_theory", None, "regime, linear theory", "i1", REGIMES, first_flag=-1),
-    Variable(
-        "regime", None, "regime, measured", "i1", REGIMES, first_flag=-1, theory="regime_theory", role=Role.HEADLINE
-    ),
+    *regime(REGIMES),
     Variable(
         "amplitude",
         "1",
         "amplitude a of a cos(w t + alpha), relative to the size of the system; missing where not stable",
-        comment="from the start of the run and the measured frequency",
+        comment=_START,
     ),
-    Variable(
-        "initial_phase",
-        "rad",
-        "phase alpha of a cos(w t + alpha); missing where not stable",
-        comment="from the start of the run and the measured frequency",
-    ),
-    Variable(
-        "rate_scale",
-        "s-1",
-        "bound on every possible rate at the equilibrium, which sets the length of the run",
-        comment="from the absolute values of the terms of the second derivatives of V, not from predicted rates",
-    ),
-    Variable("samples_used", "1", "number of samples inside the measurement window", "i4"),
-    Variable("window_end", "s", "time of the last sample inside the measurement window"),
-    Variable("steps_per_sample", "1", "integration steps between two samples", "i4"),
-    Variable("status", None, "whether the measurement can be trusted", "i1", STATUSES, role=Role.STATUS),
-    CERTIFIED,
+    Variable("initial_phase", "rad", "phase alpha of a cos(w t + alpha); missing where not stable", comment=_START),
+    *of_runs("the second derivatives of V"),
     Variable(
         "energy_drift",
         "1",
@@ -94,7 +73,7 @@ FOLLOWED = table(
 NUDGE = (
     Parameter(
         "epsilon",
-        Quantity("size", "1", "0 < epsilon < 1", Epsilon),
+        SIZE,
         "size of the perturbation relative to the size of the system",
         1e-6,
         "size of the perturbation along the mode, relative to the size of the system, 0 < epsilon < 1",
@@ -108,16 +87,6 @@ NUDGE = (
     ),
 )
 
-COORDINATES = quantities.coordinates(NUDGE) | table(  # beside the parameters
-    Variable("equilibrium", None, "equilibrium", "str"),
-    Variable("mode", "1", "normal mode, by ascending Ω²", "i1"),
-)
-
-LAYOUT = Layout(
-    COORDINATES,
-    VARIABLES | DEGENERATE | FOLLOWED,
-    tuple(VARIABLES),
-    {parameter.name: parameter.quantity.item for parameter in NUDGE}
-    | {"mode": Annotated[int, whole(1, 100, "whole numbers from 1 to 100")], "equilibrium": str},
-    is_open=True,
-)
+_MODE = Variable("mode", "1", "normal mode, by ascending Ω²", "i1")
+LAYOUT = layout(NUDGE, _MODE, 100, VARIABLES | DEGENERATE | FOLLOWED, VARIABLES)
+COORDINATES = LAYOUT.coordinates  # beside the parameters

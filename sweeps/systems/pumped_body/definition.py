@@ -2,15 +2,16 @@
 
 from typing import Annotated
 
-from pydantic import AfterValidator, Field
+from pydantic import Field
 
 from sweeps.schema.definition import Definition
 from sweeps.schema.parameters import grid_model
 from sweeps.schema.refusals import keys_of
 from sweeps.schema.strict import Strict
-from sweeps.schema.values import Axis, Tolerance, ascending, choice, different, not_empty
+from sweeps.schema.values import Tolerance, choice
+from sweeps.systems.bodies.body import AXES, Axes
+from sweeps.systems.bodies.shapes import RATIOS
 from sweeps.systems.pumped_body.variables import PARAMETERS
-from sweeps.systems.shapes import RATIOS
 
 MODULATIONS = ("moment", "inverse")
 PumpedGrid = grid_model("PumpedGrid", PARAMETERS, __name__, RATIOS)
@@ -32,9 +33,7 @@ class OnePeriod(Strict):
 class PumpedDefinition(Definition):
     """A sweep of free bodies whose moments of inertia change periodically."""
 
-    axes: Annotated[
-        tuple[Axis, ...], AfterValidator(not_empty), AfterValidator(different), AfterValidator(ascending)
-    ] = Field((1, 2, 3), description="spin axes to survey: a list of 1, 2, 3, each once")
+    axes: Axes = Field((1, 2, 3), description=AXES)
     modulation: Annotated[str, choice(MODULATIONS)] = Field(
         "moment", description="what is I (1 + depth cos(frequency t + lag)): each moment, or its inverse"
     )

@@ -1,23 +1,14 @@
-"""A free body whose moments of inertia change periodically: its definition, columns and pictures."""
+"""A free body whose moments of inertia change periodically: its definition and columns."""
 
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
 
 import numpy as np
 
-from sweeps.schema.layout import Layout
 from sweeps.schema.parameters import Range, spread
-from sweeps.schema.variables import Variable
 from sweeps.systems.kernel import Kernel
+from sweeps.systems.pumped_body import variables
 from sweeps.systems.pumped_body.definition import OnePeriod, PumpedDefinition
-from sweeps.systems.pumped_body.look import LOOK
-from sweeps.systems.pumped_body.variables import ARGUMENTS, CHANGING, COORDINATES, LAYOUT, PARAMETERS, VARIABLES
 from sweeps.systems.system import Dynamics, Reference
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
-
 
 TABLES = "float64[:, ::1], float64[:, ::1]"
 
@@ -30,14 +21,15 @@ class PumpedBody(Dynamics):
     """
 
     name = "pumped_body"
-    look = LOOK
+    presentation = "sweeps.systems.pumped_body.presentation"
     kernels = ("pumped", "floquet", "statuses", "triangle")
-    existence = CHANGING
+    existence = variables.CHANGING
     compiled = (
         Kernel("pumped", "fill_moment", TABLES, seconds=7.0, when=lambda d: not is_inverse(d)),
         Kernel("pumped", "fill_inverse", TABLES, seconds=7.0, when=lambda d: is_inverse(d)),
     )
     model = PumpedDefinition
+    tables = variables
     references = "Yakubovich and Starzhinskii, Linear Differential Equations with Periodic Coefficients (1975)"
     caption = "measured multipliers of a spin whose moments of inertia change periodically, beside linear theory"
     samples_per_second = 100_000
@@ -51,28 +43,12 @@ class PumpedBody(Dynamics):
 
     def dimensions(self, definition: PumpedDefinition) -> dict[str, Range | np.ndarray]:
         """Return (axis, I1, I2, I3, depths, lags, frequency, omega0, epsilon, phase)."""
-        axes = {"axis": np.array(definition.axes, np.int8)}
-        return axes | {p.name: spread(getattr(definition.grid, p.name)) for p in PARAMETERS}
+        varied = (parameter.name for parameter in variables.PARAMETERS)
+        return {"axis": np.array(definition.axes, np.int8)} | {n: spread(getattr(definition.grid, n)) for n in varied}
 
     def further(self, definition: PumpedDefinition) -> dict[str, np.ndarray]:
         """Return the two multipliers of a point."""
         return {"multiplier": np.array([1, 2], np.int8)}
-
-    def arguments(self, definition: PumpedDefinition) -> tuple[str, ...]:
-        """Return the names of what a point consists of."""
-        return ARGUMENTS
-
-    def coordinates(self, definition: PumpedDefinition) -> dict[str, Variable]:
-        """Return name → coordinate."""
-        return COORDINATES
-
-    def variables(self, definition: PumpedDefinition | None = None) -> dict[str, Variable]:
-        """Return name → variable."""
-        return VARIABLES
-
-    def layout(self) -> Layout:
-        """Return what any of its maps may hold."""
-        return LAYOUT
 
     def columns(self, points: Mapping[str, np.ndarray], integration: OnePeriod) -> dict[str, np.ndarray]:
         """Return the variational flow beside what is measured; see `kernels.pumped`."""
@@ -81,7 +57,7 @@ class PumpedBody(Dynamics):
 
         columns = pumped.survey(points, self.inverse, integration.tolerance)
         columns["triangle_margin"] = least_margin(points, self.inverse)
-        return {name: columns[name] for name in VARIABLES}
+        return {name: columns[name] for name in variables.VARIABLES}
 
     def impossible(self, points: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return where one moment exceeds the sum of the others at some time of the period."""
@@ -98,15 +74,6 @@ class PumpedBody(Dynamics):
     def method(self, definition: PumpedDefinition) -> str:
         """Return how the motion was computed."""
         return "direct integration of the angular momentum over one period, certified by the variational flow"
-
-    def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
-        """Return the regimes over two parameters, for each axis, with the exact boundary."""
-        from sweeps.systems.pumped_body import figure_tongues
-
-        return {
-            f"tongues_axis_{axis}": lambda ax=None, axis=axis: figure_tongues.draw(ds, axis, ax)
-            for axis in ds["axis"].values.tolist()
-        }
 
 
 def is_inverse(definition: PumpedDefinition) -> bool:

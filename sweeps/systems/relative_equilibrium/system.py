@@ -1,10 +1,10 @@
-"""Relative equilibria of a described system: what its definition, its columns and its pictures are.
+"""Relative equilibria of a described system: what its definition, and its columns are.
 
 One `RelativeEquilibrium` a description: those of `sweeps/mechanics/library/relative`, and any Python file that a
 definition names and whose equations are of first order (see `sweeps.mechanics.equations`).
 """
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,15 +16,10 @@ from sweeps.schema.variables import Role, Variable, table
 from sweeps.systems.described import MECHANICS, Described
 from sweeps.systems.kernel import Kernel
 from sweeps.systems.relative_equilibrium.definition import FlowDefinition
-from sweeps.systems.relative_equilibrium.look import LOOK
 from sweeps.systems.relative_equilibrium.variables import COORDINATES, INVARIANTS, LAYOUT, NUDGE, VARIABLES
-from sweeps.systems.system import Page, Reference
+from sweeps.systems.system import Cost, Reference
 
 if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
-    from PIL.Image import Image
-
     from sweeps import mechanics
 
 
@@ -36,7 +31,7 @@ class RelativeEquilibrium(Described):
 
     samples_per_second = 2_000_000  # all that is worked out of a point included
     picture_seconds = 2.5
-    look = LOOK
+    presentation = "sweeps.systems.relative_equilibrium.presentation"
     kernels = ("flows", "enclosures", "roots")
     compiled = (
         Kernel("enclosures", seconds=0.0),  # compiled while the definition is checked
@@ -102,10 +97,11 @@ class RelativeEquilibrium(Described):
         runs = integration.runs or usual_runs(self.mechanism)
         return next(iter(points.values())).size * runs // self.mechanism.n
 
-    def working_bytes(self, definition: Definition) -> int:
-        """Return the memory for all samples of the points in work, a block of them on each processor."""
+    def cost(self, definition: Definition) -> Cost:
+        """Return the samples, and the memory for all of them in work, a block of points on each processor."""
         runs, states = definition.integration.runs or self.mechanism.runs, self.mechanism.n
-        return cores() * SAMPLE_BYTES * runs * definition.integration.samples * (states + 1)
+        samples = definition.integration.samples
+        return Cost(samples, cores() * SAMPLE_BYTES * runs * samples * (states + 1))
 
     def reference(self) -> Reference:
         """Return what `verify` measures again, with LAPACK and with SciPy."""
@@ -116,27 +112,6 @@ class RelativeEquilibrium(Described):
     def method(self, definition: Definition) -> str:
         """Return the method of computation."""
         return "direct integration of the full equations of motion"
-
-    def page(self, ds: "xr.Dataset") -> Page:
-        """Return the page: the eigenvalues of the selected point."""
-        from sweeps.systems.relative_equilibrium.page import PAGE
-
-        return PAGE
-
-    def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
-        """Return the map and the agreement with theory."""
-        from sweeps.systems.relative_equilibrium import figure_spectra
-
-        return {
-            "stability": lambda ax=None: figure_spectra.draw(ds, ax),
-            "theory_against_measured": lambda ax=None: figure_spectra.draw_agreement(ds, ax),
-        }
-
-    def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], list[Image]]]":
-        """Return the animation of the flat spin of a body with a viscous slug."""
-        from sweeps.systems.relative_equilibrium import figure_flat_spin
-
-        return {"flat_spin": lambda: figure_flat_spin.frames(ds)} if self.name == "viscous_slug" else {}
 
 
 KIND = RelativeEquilibrium

@@ -1,14 +1,9 @@
 """What a map of relative equilibria holds, beside the parameters and the places of the system described."""
 
-from typing import Annotated
-
-from kernels.statuses import STATUSES
-from sweeps.schema import quantities
-from sweeps.schema.layout import Layout
-from sweeps.schema.quantities import Parameter, Quantity
-from sweeps.schema.values import Epsilon, whole
+from sweeps.schema.quantities import Parameter
 from sweeps.schema.variables import Role, Variable, table
-from sweeps.systems.certified import CERTIFIED
+from sweeps.systems.equilibria import layout, of_runs
+from sweeps.systems.shared_variables import SIZE, regime
 
 REGIMES = ("undetermined", "asymptotically_stable", "stable", "unstable", "flutter", "marginal")
 
@@ -49,18 +44,7 @@ VARIABLES = table(
         Role.MEASUREMENT,
         "rate_scale",
     ),
-    Variable("regime_theory", None, "regime, linear theory", "i1", REGIMES, first_flag=-1),
-    Variable(
-        "regime",
-        None,
-        "regime, measured",
-        "i1",
-        REGIMES,
-        "marginal where the errors leave the regime open",
-        first_flag=-1,
-        theory="regime_theory",
-        role=Role.HEADLINE,
-    ),
+    *regime(REGIMES, "marginal where the errors leave the regime open"),
     Variable(
         "eigenvalue_condition",
         "1",
@@ -74,17 +58,7 @@ VARIABLES = table(
         "ratio of the smallest singular value of the samples to the largest",
         comment="below 1e-4 a mode was not excited, and nothing is reported",
     ),
-    Variable(
-        "rate_scale",
-        "s-1",
-        "bound on every possible rate at the equilibrium, which sets the length of the run",
-        comment="from the absolute values of the terms of the Jacobian, not from predicted rates",
-    ),
-    Variable("samples_used", "1", "number of samples inside the measurement window, of the shortest run", "i4"),
-    Variable("window_end", "s", "time of the last sample inside the measurement window"),
-    Variable("steps_per_sample", "1", "integration steps between two samples", "i4"),
-    Variable("status", None, "whether the measurement can be trusted", "i1", STATUSES, role=Role.STATUS),
-    CERTIFIED,
+    *of_runs("the Jacobian", ", of the shortest run"),
 )
 
 INVARIANTS = table(  # of four eigenvalues
@@ -96,7 +70,7 @@ INVARIANTS = table(  # of four eigenvalues
 NUDGE = (
     Parameter(
         "epsilon",
-        Quantity("size", "1", "0 < epsilon < 1", Epsilon),
+        SIZE,
         "size of the perturbation relative to the size of the system",
         1e-30,
         "size of the perturbation relative to the size of the system, 0 < epsilon < 1; motions are carried in units "
@@ -104,16 +78,6 @@ NUDGE = (
     ),
 )
 
-COORDINATES = quantities.coordinates(NUDGE) | table(  # beside the parameters
-    Variable("equilibrium", None, "equilibrium", "str"),
-    Variable("eigenvalue", "1", "eigenvalue, by ascending imaginary, then real part", "i1"),
-)
-
-LAYOUT = Layout(
-    COORDINATES,
-    VARIABLES | INVARIANTS,
-    tuple(VARIABLES),
-    {parameter.name: parameter.quantity.item for parameter in NUDGE}
-    | {"eigenvalue": Annotated[int, whole(1, 12, "whole numbers from 1 to 12")], "equilibrium": str},
-    is_open=True,
-)
+_EIGENVALUE = Variable("eigenvalue", "1", "eigenvalue, by ascending imaginary, then real part", "i1")
+LAYOUT = layout(NUDGE, _EIGENVALUE, 12, VARIABLES | INVARIANTS, VARIABLES)
+COORDINATES = LAYOUT.coordinates  # beside the parameters

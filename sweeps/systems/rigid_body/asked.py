@@ -6,23 +6,22 @@ from dataclasses import asdict
 
 from sweeps.schema.definition import Definition
 from sweeps.schema.refusals import DefinitionError, display
-from sweeps.systems import shapes
-from sweeps.systems.rigid_body import wording
-from sweeps.systems.rigid_body.definition import Body, RigidBodyDefinition
+from sweeps.systems.bodies import shapes, wording
+from sweeps.systems.bodies.variables import MOMENTS
+from sweeps.systems.rigid_body.definition import NearAxisDefinition, SpunBody
 from sweeps.systems.rigid_body.spins import Spin, in_words, spins, twist_of
-from sweeps.systems.rigid_body.variables import MOMENTS
 
 DEFAULTS = {"omega0": 1.0, "epsilon": 1e-6, "phase": 0.6}  # rad s-1, relative, rad
 WAYS = ("moments", "ratios", "tensor", "mesh")
 
 
-def bodies(definition: Definition, path: object) -> dict[str, Body]:
+def bodies(definition: Definition, path: object) -> dict[str, SpunBody]:
     """Return name → body of a definition; `path` is used in messages.
 
     Raises:
         DefinitionError: where it has none.
     """
-    found = definition.bodies if isinstance(definition, RigidBodyDefinition) else ()
+    found = definition.bodies if isinstance(definition, NearAxisDefinition) else ()
     if not found:
         allowed = "a definition of rigid bodies with bodies"
         raise DefinitionError(f"{path}: bodies: is missing; allowed: {allowed}")
@@ -47,7 +46,7 @@ def entry(asked: Mapping[str, object]) -> dict:
     return values | {"mesh": {key: value for key, value in mesh.items() if value is not None}}
 
 
-def checked(values: Mapping, asked: Mapping[str, object], load: Callable[[Mapping], Definition]) -> Body:
+def checked(values: Mapping, asked: Mapping[str, object], load: Callable[[Mapping], Definition]) -> SpunBody:
     """Return a body checked by the rules of a definition, with its requested spin; refusals name the key."""
     own = {name: asked[name] for name in DEFAULTS if asked[name] is not None}
     try:
@@ -67,13 +66,13 @@ def check_spin(name: str, asked: Mapping[str, object], load: Callable[[Mapping],
     checked({"name": name, "ratios": dict.fromkeys(MOMENTS, 1.0)}, asked, load)
 
 
-def setting(body: Body, asked: Mapping[str, object]) -> dict[str, float]:
+def setting(body: SpunBody, asked: Mapping[str, object]) -> dict[str, float]:
     """Return spin rate and perturbation: as requested, else the body's own, else `DEFAULTS`."""
     ways = {name: (asked[name], getattr(body, name), default) for name, default in DEFAULTS.items()}
     return {name: next(value for value in values if value is not None) for name, values in ways.items()}
 
 
-def facts(body: Body, spun: Mapping[str, float], axis: int | None = None, thrown: bool = False) -> dict:
+def facts(body: SpunBody, spun: Mapping[str, float], axis: int | None = None, thrown: bool = False) -> dict:
     """Return the answer for machines: SI units, angles in rad; see :func:`answer`."""
     said = {"name": body.name, "moments": body.moments, "moments_are_ratios": body.ratios is not None, **spun}
     if body.principal is not None:
@@ -87,7 +86,7 @@ def facts(body: Body, spun: Mapping[str, float], axis: int | None = None, thrown
 
 
 def answer(
-    body: Body, spun: Mapping[str, float], axis: int | None = None, thrown: bool = False
+    body: SpunBody, spun: Mapping[str, float], axis: int | None = None, thrown: bool = False
 ) -> tuple[list[str], list[tuple[str, str]], list[str]]:
     """Return the answer for people: lines about the body, (axis, outcome) of each spin, and what is known.
 
@@ -119,7 +118,7 @@ def axis_of(value: object) -> int | None:
     return None if value is None else int(value)
 
 
-def _chosen(body: Body, spun: Mapping[str, float], axis: int | None) -> list[Spin]:
+def _chosen(body: SpunBody, spun: Mapping[str, float], axis: int | None) -> list[Spin]:
     return [spin for spin in spins(body.moments, **spun) if axis in (None, spin.axis)]
 
 
@@ -127,7 +126,7 @@ def _nudge(spun: Mapping[str, float]) -> dict[str, float]:
     return {name: spun[name] for name in ("epsilon", "phase")}
 
 
-def _thrown(body: Body, spun: Mapping[str, float], axis: int) -> str:
+def _thrown(body: SpunBody, spun: Mapping[str, float], axis: int) -> str:
     """The twist of this throw; nothing about the handle, whose direction then stays near L."""
     twist = twist_of(body.moments, axis, **_nudge(spun))
     if twist is None:
@@ -137,7 +136,7 @@ def _thrown(body: Body, spun: Mapping[str, float], axis: int) -> str:
     )
 
 
-def _described(body: Body) -> Iterator[str]:
+def _described(body: SpunBody) -> Iterator[str]:
     if body.solid is not None:
         yield wording.solid_in_words(body.solid)
     if body.principal is not None:
@@ -159,7 +158,7 @@ def _spun(spun: Mapping[str, float], found: list[Spin]) -> Iterator[str]:
         yield f"flip times are for ε = {size}; larger perturbations flip sooner"
 
 
-def _known(body: Body) -> Iterator[str]:
+def _known(body: SpunBody) -> Iterator[str]:
     if body.observed is not None:
         yield f"observed: {wording.duration(body.observed.period_days * wording.DAY)}, {body.observed.what}"
     if body.note:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kernels import exact
-from sweeps.systems.attitude import columns
+from sweeps.systems.bodies.attitude import columns
 from sweeps.systems.motion import instants, span, time
 
 if TYPE_CHECKING:

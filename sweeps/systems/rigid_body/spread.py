@@ -3,8 +3,8 @@
 from typing import TYPE_CHECKING
 
 from sweeps.boxes import dimensions
-from sweeps.systems.rigid_body.variables import MOMENTS
-from sweeps.systems.shape_coordinates import COORDINATES
+from sweeps.systems.bodies.shape_coordinates import COORDINATES
+from sweeps.systems.bodies.variables import MOMENTS
 
 if TYPE_CHECKING:
     import xarray as xr

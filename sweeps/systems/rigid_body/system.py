@@ -1,41 +1,34 @@
-"""The free rigid body, spun about a principal axis and perturbed: its definition, columns, motion and pictures."""
+"""The free rigid body, spun about a principal axis and perturbed: its definition, columns, motion and references."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from sweeps.schema.layout import Layout
 from sweeps.schema.variables import Variable
+from sweeps.systems.bodies.family import FreeBody
+from sweeps.systems.bodies.variables import MOMENTS
+from sweeps.systems.rigid_body import variables
 from sweeps.systems.rigid_body.kernels import KERNELS
-from sweeps.systems.rigid_body.look import LOOK
-from sweeps.systems.rigid_body.spread import SHAPE, is_grid, is_of_shapes
-from sweeps.systems.rigid_body.variables import ARGUMENTS, COORDINATES, LAYOUT, MOMENTS, SHAREABLE, VARIABLES
-from sweeps.systems.system import Dynamics, Opening, Page, Reference
 
 if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
-    from PIL.Image import Image
-
-    from sweeps.schema.parameters import Range
     from sweeps.systems.rigid_body.definition import RigidBodyDefinition, RigidBodyIntegration
 
-MOST_BODIES = 10  # of which `check` prints the axes
-UNCERTAIN = "uncertain_bodies"
 COMPARED = 32  # points of a block that a collapsed sweep also integrates as themselves
-LEAST_NUDGES = 6  # the picture of a power law in epsilon wants that many
 
 
-class RigidBody(Dynamics):
+class RigidBody(FreeBody):
     """Euler's equations without torque, near each principal axis."""
 
     name = "rigid_body"
-    look = LOOK
+    presentation = "sweeps.systems.rigid_body.presentation"
+    references_in = "sweeps.systems.rigid_body.references"
+    motion_in = "sweeps.systems.rigid_body.motion"
     kernels = ("survey", "in_space")
-    existence = MOMENTS
     compiled = KERNELS
+    tables = variables
+    variants: ClassVar = {"uncertainty": "uncertain_bodies"}
     references = "Landau and Lifshitz, Mechanics, sections 36 and 37"
     caption = "measured rates of small perturbations about each principal axis, compared with linear theory"
     picture_seconds = 4.5
@@ -47,46 +40,9 @@ class RigidBody(Dynamics):
 
         return RigidBodyDefinition
 
-    def dimensions(self, definition: "RigidBodyDefinition") -> "dict[str, Range | np.ndarray]":
-        """Return (axis, I1, I2, I3, omega0, epsilon, phase), or (body, axis) and the values that bodies do not have."""
-        from sweeps.schema.parameters import spread
-
-        bodies = {"body": np.array([body.name for body in definition.bodies])} if definition.bodies else {}
-        shared = [name for name in (*MOMENTS, *SHAREABLE) if not definition.is_per_body(name)]
-        axes = {"axis": np.array(definition.axes, np.int8)}
-        return bodies | axes | {name: spread(getattr(definition.grid, name)) for name in shared}
-
-    def auxiliary(self, definition: "RigidBodyDefinition") -> dict[str, tuple[str, np.ndarray]]:
-        """Return the coordinates along `body`: I1 … I3, other values of bodies, `moments_are_ratios`."""
-        bodies = definition.bodies
-        if not bodies:
-            return {}
-        moments = np.array([body.moments for body in bodies]).T
-        columns = dict(zip(MOMENTS, map(np.ascontiguousarray, moments), strict=True))
-        for name in filter(definition.is_per_body, SHAREABLE):
-            own = [getattr(body, name) for body in bodies]
-            shared = getattr(definition.grid, name)
-            columns[name] = np.array([shared if value is None else value for value in own])
-        columns["moments_are_ratios"] = np.array([body.ratios is not None for body in bodies])
-        return {name: ("body", values) for name, values in columns.items()}
-
-    def arguments(self, definition: "RigidBodyDefinition") -> tuple[str, ...]:
-        """Return the names of the arguments of a point."""
-        return ARGUMENTS
-
-    def coordinates(self, definition: "RigidBodyDefinition") -> dict[str, Variable]:
-        """Return name → coordinate."""
-        return COORDINATES
-
     def variables(self, definition: "RigidBodyDefinition | None" = None) -> dict[str, Variable]:
         """Return name → variable: the certificate of direct integration, and flips and attitude on request."""
-        if definition is None:
-            return VARIABLES
-        return definition.integration.table
-
-    def layout(self) -> Layout:
-        """Return the layout of its maps."""
-        return LAYOUT
+        return variables.VARIABLES if definition is None else definition.integration.table
 
     def columns(self, points: Mapping[str, np.ndarray], integration: "RigidBodyIntegration") -> dict[str, np.ndarray]:
         """Return linear theory beside what is measured; see `kernels.survey`."""
@@ -101,133 +57,17 @@ class RigidBody(Dynamics):
             columns |= _in_space(points, settings, columns, integration.table)
         return columns
 
-    def impossible(self, points: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Return where one moment exceeds the sum of the others."""
-        from sweeps.systems.shapes import RATIOS
-
-        return RATIOS.impossible(points)
-
     def motions(self, points: Mapping[str, np.ndarray], integration: "RigidBodyIntegration") -> int:
         """Return the number of points, or with `collapse` of distinct motions."""
         from kernels import survey
 
         return survey.motions(points) if integration.collapse else super().motions(points, integration)
 
-    def follows_attitude(self, definition: "RigidBodyDefinition") -> bool:
-        """Return True if the definition requests the attitude."""
-        return definition.integration.attitude
-
     def method(self, definition: "RigidBodyDefinition") -> str:
         """Return the method of computation."""
         if definition.integration.propagator == "exact":
             return "exact steps of the closed-form rotation"
         return "direct integration of Euler's equations, certified by the closed form"
-
-    def reference(self) -> Reference:
-        """Return Ω² by SciPy and by the closed form."""
-        from sweeps.systems.rigid_body.references import REFERENCE
-
-        return REFERENCE
-
-    def needs_files(self, values: Mapping) -> str:
-        """Return why mesh files are needed, "" where no body is a mesh."""
-        bodies = values.get("bodies")
-        if isinstance(bodies, tuple) and any(isinstance(body, dict) and "mesh" in body for body in bodies):
-            return "its bodies are mesh files, read only where --definition names them"
-        return ""
-
-    def reading(self, values: Mapping) -> str:
-        """Return the system that reads a definition: uncertain bodies have their own."""
-        bodies = values.get("bodies")
-        listed = bodies if isinstance(bodies, tuple | list) else ()
-        asked = any("uncertainty" in each for each in (values, *listed) if isinstance(each, Mapping))
-        return UNCERTAIN if asked else self.name
-
-    def own_bits(self, definition: "RigidBodyDefinition") -> str:
-        """Return why single points have other bits: `collapse` integrates equivalent points once."""
-        wrong = "a collapsed map holds other points' motions in its own units"
-        return wrong if definition.integration.collapse else ""
-
-    def opening(self, ds: "xr.Dataset") -> Opening:
-        """Return the plane of the stability figures, or for bodies their least ε."""
-        if is_grid(ds):
-            from sweeps.systems.rigid_body.figure_flip import racket_at
-            from sweeps.systems.rigid_body.figure_stability import planes
-
-            plane, at = (SHAPE, {"epsilon": float(ds["epsilon"].values.min())}) if is_of_shapes(ds) else planes(ds)
-            return Opening(plane, at | {dim: ds[dim].values[i].item() for dim, i in (racket_at(ds) or {}).items()})
-        return Opening(at={"epsilon": float(ds["epsilon"].min())} if "epsilon" in ds.dims else {})
-
-    def page(self, ds: "xr.Dataset") -> Page:
-        """Return the page: bodies in a table, the body turning, and the limit of linear theory."""
-        from sweeps.systems.rigid_body.page import page
-
-        return page(ds)
-
-    def told(self, definition: "RigidBodyDefinition") -> list[tuple[str, str]]:
-        """Return the principal moments and axes of the first bodies given by a tensor or a mesh."""
-        from sweeps.systems.rigid_body.wording import principal_axes
-
-        bodies, rows = [body for body in definition.bodies if body.principal], []
-        for body in bodies[:MOST_BODIES]:
-            rows.append(("body", f"{body.name}: principal moments and axes, in the coordinates of the input"))
-            rows += [("", line) for line in principal_axes(body.principal)]
-        if len(bodies) > MOST_BODIES:
-            rows.append(("body", f"and {len(bodies) - MOST_BODIES:,} more (--json has all of them)"))
-        return rows
-
-    def facts(self, definition: "RigidBodyDefinition") -> dict:
-        """Return the principal moments and axes of all such bodies for JSON."""
-        given = [body for body in definition.bodies if body.principal]
-        facts = {b.name: {"moments": b.moments, "axes": b.principal.axes, "notes": b.principal.notes} for b in given}
-        return {"bodies": facts}
-
-    def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
-        """Return the figures: stability over moments or the triangle, or bodies in a row, and more."""
-        from sweeps.systems.rigid_body import figure_agreement, figure_polhodes, figure_stability, figure_triangle
-
-        found: dict[str, Callable[[], Figure | None]] = {}
-        if "body" in ds.dims:
-            from sweeps.systems.rigid_body import figure_bodies
-
-            found["bodies"] = lambda ax=None: figure_bodies.draw(ds, ax)
-        else:
-            one = figure_triangle.draw_axis if is_of_shapes(ds) else figure_stability.draw
-            for axis in ds["axis"].values.tolist():
-                found[f"stability_axis_{axis}"] = lambda ax=None, axis=axis: one(ds, axis, ax)
-        if is_of_shapes(ds):
-            found = {"triangle": lambda ax=None: figure_triangle.draw(ds, ax)} | found
-        found["theory_against_measured"] = lambda ax=None: figure_agreement.draw(ds, ax)
-        if ds.sizes.get("epsilon", 0) >= LEAST_NUDGES:
-            from sweeps.systems.rigid_body import figure_breakdown
-
-            found["breakdown"] = lambda ax=None: figure_breakdown.draw(ds, ax)
-        found["polhodes"] = lambda ax=None: figure_polhodes.draw(ds, ax)
-        return found
-
-    def draws_plainly(self, ds: "xr.Dataset") -> bool:
-        """Return True for all figures of a grid except the breakdown."""
-        return is_grid(ds) and ds.sizes.get("epsilon", 0) < LEAST_NUDGES
-
-    def pictures_of_points(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
-        """Return the inertia triangle, the points over two coordinates, and the agreement with theory."""
-        from sweeps.systems.rigid_body import figure_agreement, figure_triangle
-
-        found: dict[str, Callable[[], Figure | None]] = {"triangle": lambda ax=None: figure_triangle.draw(ds, ax)}
-        found |= super().pictures_of_points(ds)
-        return found | {"theory_against_measured": lambda ax=None: figure_agreement.draw(ds, ax)}
-
-    def motion(self, point, duration, samples, tolerance) -> "xr.Dataset":
-        """Return ω(t), in closed form and by direct integration."""
-        from sweeps.systems.rigid_body.motion import motion
-
-        return motion(point, duration, samples, tolerance)
-
-    def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], list[Image]]]":
-        """Return the animation of one flip of the most unstable possible body."""
-        from sweeps.systems.rigid_body import figure_flip
-
-        return {"flip": lambda: figure_flip.frames(ds)}
 
 
 def _settings(integration: "RigidBodyIntegration") -> tuple[float, int, float]:

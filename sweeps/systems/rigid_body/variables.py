@@ -1,32 +1,18 @@
 """What a map of rigid bodies holds: its variables, its coordinates, and the parameters that they vary."""
 
-from collections.abc import Mapping
-
 from kernels import statuses
-from sweeps.schema import quantities
-from sweeps.schema.layout import Layout
-from sweeps.schema.quantities import Parameter, Quantity
-from sweeps.schema.values import MIN_SPIN_RATE, Axis, Epsilon, Moment, Phase, spin_rate
+from sweeps.schema.quantities import Parameter
 from sweeps.schema.variables import Role, Variable, table
-from sweeps.systems import shape_coordinates
+from sweeps.systems.bodies import variables as bodies
+from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.rates import variables as rates
+from sweeps.systems.shared_variables import STEPS, regime, status
 
-MOMENTS = ("I1", "I2", "I3")
 SHAREABLE = ("omega0", "epsilon", "phase")  # what a body may give, and the grid gives where it does not
 ARGUMENTS = ("axis", *MOMENTS, *SHAREABLE)
 
-MOMENTS_ARE_RATIOS = Variable(
-    "moments_are_ratios",
-    None,
-    "whether the moments are known as ratios only",
-    "i1",
-    ("kilogram_square_metres", "ratios"),
-    "where 1, I1, I2 and I3 of the body are in a unit of their own",
-)
-
 REGIMES = ("undetermined", "stable_minor", "stable_major", "unstable", "marginal", "sphere")
 ENCIRCLED = ("none", "minor_axis", "major_axis", "separatrix")
-SHAPES = ("asymmetric", "oblate", "prolate", "sphere")
 STATUSES = statuses.STATUSES[: statuses.NON_FINITE + 1]
 
 VARIABLES = rates.columns(
@@ -38,11 +24,8 @@ VARIABLES = rates.columns(
 ) | table(
     Variable("e_folds", "1", "e-folds of growth within the window of the log slope", "f4"),
     Variable("euler_period", "s", "wobble period in the body frame, measured; missing where not stable"),
-    Variable("regime_theory", None, "regime, linear theory", "i1", REGIMES[1:]),
-    Variable(
-        "regime", None, "regime, measured", "i1", REGIMES, first_flag=-1, theory="regime_theory", role=Role.HEADLINE
-    ),
-    Variable("shape", None, "symmetry class", "i1", SHAPES),
+    *regime(REGIMES, known=True),
+    bodies.SHAPE,
     Variable("growing_fraction", "1", "projection of the initial perturbation on the growing mode", "f4"),
     Variable(
         "encircles",
@@ -55,15 +38,9 @@ VARIABLES = rates.columns(
     ),
     Variable("samples_used", "1", "number of samples inside the measurement window", "i4"),
     Variable("window_end", "s", "time of the last sample inside the measurement window", sparse=True),
-    Variable("steps_per_sample", "1", "integration steps between two samples", "i4"),
-    Variable("status", None, "whether the measurement can be trusted", "i1", STATUSES, role=Role.STATUS),
-    Variable(
-        "triangle_margin",
-        "1",
-        "least of (Ib + Ic - Ia)/(I1 + I2 + I3) over the axes; negative where physically impossible",
-        "f4",
-        role=Role.EXISTENCE,
-    ),
+    STEPS,
+    status(statuses.NON_FINITE),
+    bodies.TRIANGLE_MARGIN,
     Variable("energy_drift", "1", "largest relative change of twice the kinetic energy", "f4", role=Role.CHECK),
     Variable("momentum_drift", "1", "largest relative change of the squared angular momentum", "f4", role=Role.CHECK),
     Variable(
@@ -154,79 +131,17 @@ IN_SPACE = table(
     ),
 )
 
-SpinRate = spin_rate("omega0")
-MOMENT = Quantity("moment", "kg m2", "finite, > 0", Moment)
-SPIN = Quantity("spin rate", "rad s-1", "1e-150 ≤ |omega0| ≤ 1e150", SpinRate, least=MIN_SPIN_RATE)
-SIZE = Quantity("size", "1", "0 < epsilon < 1", Epsilon)
-DIRECTION = Quantity("direction", "rad", "finite", Phase)
-
 PARAMETERS = (
-    *(
-        Parameter(
-            f"I{i}",
-            MOMENT,
-            f"principal moment of inertia about axis {i}",
-            description=f"moment of inertia about axis {i}, kg m2, > 0",
-        )
-        for i in (1, 2, 3)
-    ),
+    *bodies.PRINCIPAL,
     Parameter(
         "omega0",
-        SPIN,
+        bodies.SIGNED_SPIN,
         "spin rate",
         description="spin rate, rad s-1, 1e-150 ≤ |omega0| ≤ 1e150, negative spins the other way",
     ),
-    Parameter(
-        "epsilon",
-        SIZE,
-        "size of the perturbation relative to the spin rate",
-        1e-6,
-        "size of the perturbation relative to omega0, 0 < epsilon < 1",
-    ),
-    Parameter(
-        "phase",
-        DIRECTION,
-        "direction of the perturbation in the transverse (b, c) plane",
-        0.6,
-        "direction of the perturbation in the transverse (b, c) plane, rad, from b towards c",
-    ),
+    bodies.EPSILON,
+    bodies.PHASE,
 )
 
-COORDINATES = (
-    table(Variable("axis", "1", "spin axis (1, 2 or 3)", "i1"), Variable("body", None, "body", "str"))
-    | shape_coordinates.COORDINATES
-    | quantities.coordinates(PARAMETERS)
-    | table(MOMENTS_ARE_RATIOS)
-)
-
-LAYOUT = Layout(
-    {"body": COORDINATES["body"], **COORDINATES},  # in storage order
-    VARIABLES | CERTIFICATE | FLIPS | IN_SPACE,
-    tuple(VARIABLES),
-    {"axis": Axis} | shape_coordinates.VALUES | {parameter.name: parameter.quantity.item for parameter in PARAMETERS},
-    along="body",
-    beside=("moments_are_ratios",),
-    spare=tuple(shape_coordinates.COORDINATES),
-    over=shape_coordinates.OVER,
-)
-
-
-def layout_of_bodies(parameters: tuple[Parameter, ...], variables: Mapping[str, Variable], needed: tuple) -> Layout:
-    """Return the description of maps whose points are bodies, from a grid of moments or shapes or from a list.
-
-    Args:
-        parameters: what the definition varies.
-        variables: as of `Layout`.
-        needed: likewise.
-    """
-    coordinates = table(Variable("body", None, "body", "str")) | shape_coordinates.COORDINATES
-    return Layout(
-        coordinates | quantities.coordinates(parameters) | table(MOMENTS_ARE_RATIOS),
-        variables,
-        needed,
-        shape_coordinates.VALUES | {parameter.name: parameter.quantity.item for parameter in parameters},
-        along="body",
-        beside=("moments_are_ratios",),
-        spare=tuple(shape_coordinates.COORDINATES),
-        over=shape_coordinates.OVER,
-    )
+LAYOUT = bodies.layout(PARAMETERS, VARIABLES | CERTIFICATE | FLIPS | IN_SPACE, VARIABLES, spun=True)
+COORDINATES = LAYOUT.coordinates

@@ -5,7 +5,7 @@ from pydantic import Field
 from sweeps.schema.definition import Definition, Integration
 from sweeps.schema.parameters import grid_model
 from sweeps.schema.refusals import keys_of
-from sweeps.schema.values import Positive, Tolerance
+from sweeps.schema.values import TOLERANCE, Positive, Tolerance
 from sweeps.systems.symmetric_top.variables import PARAMETERS
 
 TopGrid = grid_model("TopGrid", PARAMETERS, __name__)
@@ -15,11 +15,7 @@ class TopIntegration(Integration):
     """How each run of a symmetric top is made."""
 
     rotations: Positive = Field(4.0, description="length of a run in rotations, 2π/|omega3|: > 0")
-    tolerance: Tolerance = Field(
-        1e-12,
-        description="relative error allowed on the transverse part, 1e-13 to 1e-3: below 1e-13 "
-        "rounding dominates, above 1e-3 the error hides the measured effect",
-    )
+    tolerance: Tolerance = Field(1e-12, description=f"relative error allowed on the transverse part, {TOLERANCE}")
 
 
 class SymmetricTopDefinition(Definition):

@@ -8,17 +8,18 @@ import xarray as xr
 
 from kernels import exact
 from kernels import symmetric_top as top
-from sweeps.systems.attitude import quaternion
+from sweeps.systems.bodies.attitude import quaternion
 from sweeps.systems.motion import angular_velocity, instants, span, time
 
 
-def motion(point: Mapping[str, float], duration: float | None, samples: int | None) -> xr.Dataset:
+def motion(point: Mapping[str, float], duration: float | None, samples: int | None, tolerance: float) -> xr.Dataset:
     """Return ω(t) and q(t) of a free symmetric top from a point of a map, in closed form.
 
     Args:
         point: ratio, omega3 (rad s-1), half_angle (degrees).
         duration: s; left out, two turns of the precession, or four rotations where that takes over 10,000.
         samples: how many instants, both ends included; left out, 32 a rotation, 400 to 100,000.
+        tolerance: nothing is integrated.
 
     Returns:
         Over `time` (s): omega1 … omega3, rad s-1, and the attitude q0 … q3.

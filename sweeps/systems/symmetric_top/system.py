@@ -1,23 +1,14 @@
-"""The free symmetric top, spun at any angle to its figure axis: its definition, its columns and its pictures."""
+"""The free symmetric top, spun at any angle to its figure axis: its definition, its columns and its references."""
 
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
 
 import numpy as np
 
 from kernels.triangle import triangle_margin
-from sweeps.schema.layout import Layout
-from sweeps.schema.parameters import Range, spread
-from sweeps.schema.variables import Variable
 from sweeps.systems.kernel import Kernel
+from sweeps.systems.symmetric_top import variables
 from sweeps.systems.symmetric_top.definition import SymmetricTopDefinition, TopIntegration
-from sweeps.systems.symmetric_top.look import LOOK
-from sweeps.systems.symmetric_top.variables import ARGUMENTS, COORDINATES, LAYOUT, VARIABLES
-from sweeps.systems.system import Dynamics, Page, Reference
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
+from sweeps.systems.system import Dynamics
 
 A_POINT = {"ratio": 1.5, "omega3": 1.0, "half_angle": 30.0}
 
@@ -26,7 +17,9 @@ class SymmetricTop(Dynamics):
     """Euler's equations without torque for I1 = I2, at any angle to the figure axis."""
 
     name = "symmetric_top"
-    look = LOOK
+    presentation = "sweeps.systems.symmetric_top.presentation"
+    references_in = "sweeps.systems.symmetric_top.references"
+    motion_in = "sweeps.systems.symmetric_top.motion"
     kernels = ("symmetric_top",)
     existence = ("ratio",)
     compiled = (
@@ -38,30 +31,11 @@ class SymmetricTop(Dynamics):
         ),
     )
     model = SymmetricTopDefinition
+    tables = variables
     references = "Landau and Lifshitz, Mechanics, sections 33 and 36"
     caption = "measured precession of the free symmetric top about its figure axis, compared with the closed form"
     picture_seconds = 2.5
     samples_per_second = 18_000_000  # two motions each, angles and cones
-
-    def dimensions(self, definition: SymmetricTopDefinition) -> dict[str, Range | np.ndarray]:
-        """Return the dimensions (ratio, omega3, half_angle)."""
-        return {name: spread(getattr(definition.grid, name)) for name in ARGUMENTS}
-
-    def arguments(self, definition: SymmetricTopDefinition) -> tuple[str, ...]:
-        """Return the names of the arguments of a point."""
-        return ARGUMENTS
-
-    def coordinates(self, definition: SymmetricTopDefinition) -> dict[str, Variable]:
-        """Return name → coordinate."""
-        return COORDINATES
-
-    def variables(self, definition: SymmetricTopDefinition | None = None) -> dict[str, Variable]:
-        """Return name → variable."""
-        return VARIABLES
-
-    def layout(self) -> Layout:
-        """Return the layout of its maps."""
-        return LAYOUT
 
     def columns(self, points: Mapping[str, np.ndarray], integration: TopIntegration) -> dict[str, np.ndarray]:
         """Return the closed form and the measured columns; see `kernels.symmetric_top`."""
@@ -77,33 +51,6 @@ class SymmetricTop(Dynamics):
     def method(self, definition: SymmetricTopDefinition) -> str:
         """Return the method of computation."""
         return "direct integration of Euler's equations"
-
-    def motion(self, point, duration, samples, tolerance) -> "xr.Dataset":
-        """Return ω(t) in closed form."""
-        from sweeps.systems.symmetric_top.motion import motion
-
-        return motion(point, duration, samples)
-
-    def reference(self) -> Reference:
-        """Return the precession rate by SciPy and by its formula."""
-        from sweeps.systems.symmetric_top.references import REFERENCE
-
-        return REFERENCE
-
-    def page(self, ds: "xr.Dataset") -> Page:
-        """Return the page: the top turning."""
-        from sweeps.systems.symmetric_top.page import PAGE
-
-        return PAGE
-
-    def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
-        """Return the precession over I3/I1, its deviation over the half-angle, and the cones."""
-        from sweeps.systems.symmetric_top import figure_cones, figure_precession
-
-        return {
-            "precession": lambda ax=None: figure_precession.draw(ds, ax),
-            "cones": lambda ax=None: figure_cones.draw(ds, ax),
-        }
 
 
 SYSTEM = SymmetricTop()

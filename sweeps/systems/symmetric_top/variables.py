@@ -1,5 +1,6 @@
 """What a map of symmetric tops holds: its variables, its coordinates, and the parameters that they vary."""
 
+from dataclasses import replace
 from typing import Annotated
 
 from kernels import statuses
@@ -8,14 +9,26 @@ from sweeps.schema.layout import Layout
 from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.values import MIN_SPIN_RATE, number, spin_rate
 from sweeps.schema.variables import Role, Variable, table
+from sweeps.systems.bodies import variables as bodies
+from sweeps.systems.shared_variables import STEPS, status
 
 SENSES = ("undetermined", "none", "with_spin", "against_spin")
-SHAPES = ("asymmetric", "oblate", "prolate", "sphere")
-STATUSES = statuses.STATUSES[: statuses.NON_FINITE + 1]
 
 _SCATTER = "scatter of the samples only"
 _ERROR = "bounds the distance from the closed form: scatter, integration error and rounding"
 _RESOLVED = "0 where it cannot be distinguished from rounding"
+
+
+def _precession(name: str, vector: str, of: str, comment: str, role: Role = Role.NONE) -> tuple[Variable, ...]:
+    """Return the precession rate of a vector about the figure axis, measured, its scatter and its error."""
+    long_name = f"precession rate of the {vector} about the figure axis, measured"
+    more = {"theory": "precession_rate_theory", "error": f"{name}_error", "role": role}
+    return (
+        Variable(name, "rad s-1", long_name, comment=comment, **more),
+        Variable(f"{name}_stderr", "rad s-1", f"standard error of the measured precession rate{of}", comment=_SCATTER),
+        Variable(f"{name}_error", "rad s-1", f"error of the measured precession rate{of}", comment=_ERROR),
+    )
+
 
 VARIABLES = table(
     Variable(
@@ -24,36 +37,12 @@ VARIABLES = table(
         "precession rate of the angular velocity about the figure axis, closed form",
         comment="(I3/I1 - 1) omega3; positive turns from axis 1 towards axis 2",
     ),
-    Variable(
-        "precession_rate",
-        "rad s-1",
-        "precession rate of the angular velocity about the figure axis, measured",
-        comment=_RESOLVED,
-        theory="precession_rate_theory",
-        error="precession_rate_error",
-        role=Role.MEASUREMENT,
-    ),
-    Variable("precession_rate_stderr", "rad s-1", "standard error of the measured precession rate", comment=_SCATTER),
-    Variable("precession_rate_error", "rad s-1", "error of the measured precession rate", comment=_ERROR),
-    Variable(
+    *_precession("precession_rate", "angular velocity", "", _RESOLVED, Role.MEASUREMENT),
+    *_precession(
         "momentum_precession_rate",
-        "rad s-1",
-        "precession rate of the angular momentum about the figure axis, measured",
-        comment=f"integrated independently; {_RESOLVED}",
-        theory="precession_rate_theory",
-        error="momentum_precession_rate_error",
-    ),
-    Variable(
-        "momentum_precession_rate_stderr",
-        "rad s-1",
-        "standard error of the measured precession rate of the angular momentum",
-        comment=_SCATTER,
-    ),
-    Variable(
-        "momentum_precession_rate_error",
-        "rad s-1",
-        "error of the measured precession rate of the angular momentum",
-        comment=_ERROR,
+        "angular momentum",
+        " of the angular momentum",
+        f"integrated independently; {_RESOLVED}",
     ),
     Variable("period_theory", "s", "period of the precession, closed form; missing where the rate is 0"),
     Variable("period", "s", "period of the precession, measured; missing where the rate is 0", theory="period_theory"),
@@ -66,7 +55,7 @@ VARIABLES = table(
         first_flag=-1,
         role=Role.HEADLINE,
     ),
-    Variable("shape", None, "symmetry class", "i1", SHAPES),
+    bodies.SHAPE,
     Variable("body_cone", "degree", "angle between the angular velocity and the figure axis, measured"),
     Variable("momentum_cone_theory", "degree", "angle between the angular momentum and the figure axis, closed form"),
     Variable(
@@ -108,14 +97,9 @@ VARIABLES = table(
         "maximum integration error of the transverse part, relative to its size",
         role=Role.CERTIFICATE,
     ),
-    Variable("steps_per_sample", "1", "integration steps between two samples", "i4"),
-    Variable("status", None, "whether the measurement can be trusted", "i1", STATUSES, role=Role.STATUS),
-    Variable(
-        "triangle_margin",
-        "1",
-        "least of (Ib + Ic - Ia)/(I1 + I2 + I3) over the axes; negative where physically impossible",
-        role=Role.EXISTENCE,
-    ),
+    STEPS,
+    status(statuses.NON_FINITE),
+    replace(bodies.TRIANGLE_MARGIN, dtype="f8"),
 )
 
 RATIO = Quantity(

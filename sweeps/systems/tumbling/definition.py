@@ -1,21 +1,21 @@
 """What a definition of tumbling bodies may say."""
 
+from typing import ClassVar
+
 import numpy as np
 from pydantic import Field, model_validator
 
-from sweeps.schema.definition import Definition
 from sweeps.schema.parameters import grid_model, spread
 from sweeps.schema.refusals import Problem, display, keys_of, refusals
-from sweeps.systems import listed
-from sweeps.systems.once import Once
-from sweeps.systems.shapes import RATIOS
-from sweeps.systems.tumbling.variables import MOMENTS, PARAMETERS, Energy, Spin
+from sweeps.systems.bodies.body import BODIES, Body, FollowedDefinition, list_of
+from sweeps.systems.bodies.shapes import RATIOS
+from sweeps.systems.bodies.variables import MOMENTS, Spin
+from sweeps.systems.tumbling.variables import PARAMETERS, Energy
 
 TumblingGrid = grid_model("TumblingGrid", PARAMETERS, __name__, RATIOS)
-SHAREABLE = ("energy", "omega0")
 
 
-class Tumbler(listed.ListedBody):
+class Tumbler(Body):
     """One body that tumbles."""
 
     energy: Energy = Field(default=None, description="energy of this body, 2T I3/L2: from 1 to I_max/I_min")
@@ -31,21 +31,16 @@ class Tumbler(listed.ListedBody):
         return self
 
 
-class TumblingDefinition(Definition):
+class TumblingDefinition(FollowedDefinition):
     """A sweep of tumbling bodies."""
 
+    shareable: ClassVar = ("energy", "omega0")
     grid: TumblingGrid = Field(TumblingGrid(), description="what is varied: a mapping with " + keys_of(TumblingGrid))
-    bodies: listed.bodies_of(Tumbler) = Field(
-        default=(), description="a list of bodies, names unique, in place of I1, I2 and I3 in grid"
-    )
-    integration: Once = Field(Once(), description="how each motion is integrated: a mapping with " + keys_of(Once))
+    bodies: list_of(Tumbler) = Field(default=(), description=BODIES)
 
     @model_validator(mode="after")
-    def _check_grid(self) -> "TumblingDefinition":
-        wrong = listed.problems(self, SHAREABLE)
-        if not wrong and self.grid.energy is not None:
-            wrong = self._energy_problems()
-        if wrong:
+    def _check_energy(self) -> "TumblingDefinition":
+        if self.grid.energy is not None and (wrong := self._energy_problems()):
             raise refusals(wrong)
         return self
 

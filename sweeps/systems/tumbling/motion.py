@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from kernels import exact, tumbling
-from sweeps.systems.attitude import motion_of
+from sweeps.systems.bodies.attitude import motion_of
 from sweeps.systems.motion import span
 
 

@@ -1,21 +1,14 @@
-"""Tumbling bodies: their definition, columns, motion and pictures."""
+"""Tumbling bodies: their definition, columns, motion and references."""
 
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
 
 import numpy as np
 
+from sweeps.systems.bodies.family import MeasuredOnce
+from sweeps.systems.bodies.once import Once
 from sweeps.systems.kernel import Kernel
-from sweeps.systems.measured_once import MeasuredOnce
-from sweeps.systems.once import Once
-from sweeps.systems.system import Reference
 from sweeps.systems.tumbling import variables
-from sweeps.systems.tumbling.definition import SHAREABLE, TumblingDefinition
-from sweeps.systems.tumbling.look import LOOK
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
+from sweeps.systems.tumbling.definition import TumblingDefinition
 
 A_POINT = {"I1": 1.0, "I2": 2.0, "I3": 3.0, "energy": 1.2, "omega0": 1.0}
 
@@ -24,7 +17,9 @@ class Tumbling(MeasuredOnce):
     """A free body at any energy: mode, period in the body, periods about the angular momentum."""
 
     name = "tumbling"
-    look = LOOK
+    presentation = "sweeps.systems.tumbling.presentation"
+    references_in = "sweeps.systems.tumbling.references"
+    motion_in = "sweeps.systems.tumbling.motion"
     kernels = ("tumbling", "statuses", "triangle")
     compiled = (
         Kernel("tumbling", "survey", example=(A_POINT, 1e-9), seconds=4.0),
@@ -32,48 +27,25 @@ class Tumbling(MeasuredOnce):
     )
     model = TumblingDefinition
     tables = variables
-    shareable = SHAREABLE
     closed = "periods"
-    question = "How does a body tumble, with which periods, and how accurate are they?"
     references = "Landau and Lifshitz, Mechanics, section 37; Kaasalainen, Astronomy and Astrophysics 376 (2001) 302"
     caption = "measured mode and periods of tumbling bodies, compared with the closed form"
     samples_per_second = 160_000
 
-    def reference(self) -> Reference:
-        """Return the period in the body by SciPy and by the closed form."""
-        from sweeps.systems.tumbling.references import REFERENCE
-
-        return REFERENCE
-
-    def columns(self, points: Mapping[str, np.ndarray], integration: Once) -> dict[str, np.ndarray]:
+    def survey(self, points: Mapping[str, np.ndarray], integration: Once) -> dict[str, np.ndarray]:
         """Return the closed form and the measured columns; see `kernels.tumbling`."""
-        from kernels import statuses, triangle, tumbling
+        from kernels import tumbling
 
         columns = tumbling.survey(points, integration.tolerance, integration.measured)
         columns["period_ratio"] = columns["period_psi_exact"] / columns["period_phi_long_axis_exact"]
-        columns |= tumbling.tilts(points)
-        columns["triangle_margin"] = triangle.triangle_margin(points["I1"], points["I2"], points["I3"])
-        if integration.measured:
-            apart = columns["mode"] != columns["mode_exact"]
-            for name in variables.PERIODS:
-                apart |= np.abs(columns[name] - columns[f"{name}_exact"]) > columns[f"{name}_error"]
-            columns["status"] = np.where(apart, statuses.NOT_CONVERGED, statuses.OK).astype(np.int8)
-        return columns
+        return columns | tumbling.tilts(points)
 
-    def motion(self, point, duration, samples, tolerance) -> "xr.Dataset":
-        """Return ω(t) and q(t), in closed form and by direct integration."""
-        from sweeps.systems.tumbling.motion import motion
-
-        return motion(point, duration, samples, tolerance)
-
-    def pictures(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Figure | None]]":
-        """Return the map of period ratios, and the herpolhode of one body."""
-        from sweeps.systems.tumbling import figure_herpolhode, figure_periods
-
-        return {
-            "periods": lambda ax=None: figure_periods.draw(ds, ax),
-            "herpolhode": lambda ax=None: figure_herpolhode.draw(ds, ax),
-        }
+    def agrees(self, points: Mapping[str, np.ndarray], columns: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return where mode and periods are the closed form's, the periods within their errors."""
+        apart = columns["mode"] != columns["mode_exact"]
+        for name in variables.PERIODS:
+            apart |= np.abs(columns[name] - columns[f"{name}_exact"]) > columns[f"{name}_error"]
+        return ~apart
 
 
 SYSTEM = Tumbling()

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from kernels import twist
-from sweeps.systems.attitude import motion_of
+from sweeps.systems.bodies.attitude import motion_of
 
 
 def start(point: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:

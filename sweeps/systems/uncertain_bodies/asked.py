@@ -8,9 +8,9 @@ import numpy as np
 
 from sweeps.reading.definitions import plain, read_text
 from sweeps.schema.refusals import DefinitionError, UnreadableError, display
-from sweeps.systems.rigid_body import wording
-from sweeps.systems.rigid_body.definition import Body
-from sweeps.systems.rigid_body.variables import MOMENTS
+from sweeps.systems.bodies import wording
+from sweeps.systems.bodies.variables import MOMENTS
+from sweeps.systems.rigid_body.definition import SpunBody
 from sweeps.systems.uncertain_bodies import designs, measuring
 from sweeps.systems.uncertain_bodies.definition import UncertainDefinition
 from sweeps.systems.uncertain_bodies.known import ENTRIES, Known
@@ -31,7 +31,7 @@ class Answer:
         axes: axis → its summary and its draws, see `sweeps.systems.uncertain_bodies.measuring.measured`.
     """
 
-    body: Body
+    body: SpunBody
     known: Known
     asked: measuring.Asked
     spun: Mapping[str, float]
@@ -66,7 +66,7 @@ def _of_numbers(numbers: object) -> dict:
     raise DefinitionError(f"bodies: {display(numbers)} is not a body; allowed: {allowed}")
 
 
-def entry_of(body: Body) -> dict:
+def entry_of(body: SpunBody) -> dict:
     """Return the entry of a definition for a named body."""
     named = {"name": body.name}
     if body.tensor is not None:

@@ -5,14 +5,15 @@ from functools import cached_property
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from sweeps.schema.definition import Integration
 from sweeps.schema.refusals import Problem, display, keys_of, refusal, refusals
 from sweeps.schema.strict import Strict
-from sweeps.schema.values import Positive, choice, finite, not_empty, number, whole
-from sweeps.systems import shapes
-from sweeps.systems.rigid_body.definition import Body, RigidBodyDefinition, named_once
+from sweeps.schema.values import Positive, choice, finite, number, whole
+from sweeps.systems.bodies import shapes
+from sweeps.systems.bodies.body import list_of
+from sweeps.systems.rigid_body.definition import NearAxisDefinition, SpunBody
 from sweeps.systems.uncertain_bodies import designs, known
 from sweeps.systems.uncertain_bodies.measuring import Asked
 
@@ -117,7 +118,7 @@ Seed = Annotated[int, whole(0, MOST_SEED, "a whole number, 0 or more")]
 Turns = Annotated[float, number(lambda x: x > 0, "a finite number > 0")]
 
 
-class UncertainBody(Body):
+class UncertainBody(SpunBody):
     """One body, and how well it is known."""
 
     uncertainty: Known = Field(default=None, description=f"uncertainty of this body: {UNCERTAIN}")
@@ -130,10 +131,10 @@ class UncertainIntegration(Integration):
     rotations: Positive = Field(2.0, description="length of a run in rotations, 2π/|omega0|: > 0")
 
 
-class UncertainDefinition(RigidBodyDefinition):
+class UncertainDefinition(NearAxisDefinition):
     """A sweep of bodies that are not known exactly."""
 
-    bodies: Annotated[tuple[UncertainBody, ...], AfterValidator(not_empty), AfterValidator(named_once)] = Field(
+    bodies: list_of(UncertainBody) = Field(
         default=(), description="a list of bodies, names unique, each as for rigid bodies, with uncertainty and draws"
     )
     integration: UncertainIntegration = Field(
@@ -151,6 +152,20 @@ class UncertainDefinition(RigidBodyDefinition):
         False, description="true or false: whether to measure the twist of the draws too, and write its quantiles"
     )
     keep: bool = Field(False, description="true or false: whether to write every draw into the map")
+
+    @property
+    def remarks(self) -> list[tuple[str, str]]:
+        """The sampling of the bodies, besides their principal axes."""
+        made = sorted({designs.made(self.asked(body).draws) for body in self.bodies})
+        counts = f"{made[0]:,}" if len(made) == 1 else f"{made[0]:,} to {made[-1]:,}"
+        line = f"{counts} draws a body ({self.method}, seed {self.seed}) over {', '.join(self.inputs_of_draws)}"
+        return [("draws", line), *super().remarks]
+
+    @cached_property
+    def inputs_of_draws(self) -> tuple[str, ...]:
+        """Inputs of all bodies, each once, in the order of the first body that has it."""
+        names = dict.fromkeys(name for known in self.known.values() for name in known.inputs)
+        return tuple(names) or ("(none)",)
 
     def asked(self, body: UncertainBody) -> Asked:
         """Return the sampling of a body."""

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from sweeps.systems.rigid_body.variables import MOMENTS
+from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.uncertain_bodies import possible
 
 ENTRIES = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sweeps.schema.definition import Integration
-from sweeps.systems.rigid_body.variables import MOMENTS
+from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.uncertain_bodies import designs, possible
 from sweeps.systems.uncertain_bodies.known import Known
 

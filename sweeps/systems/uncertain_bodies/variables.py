@@ -4,7 +4,7 @@ from sweeps.schema.layout import Layout
 from sweeps.schema.variables import Role, Variable, table
 from sweeps.systems.rigid_body.variables import COORDINATES as OF_ANY
 from sweeps.systems.rigid_body.variables import LAYOUT as OF_RIGID_BODIES
-from sweeps.systems.rigid_body.variables import REGIMES
+from sweeps.systems.rigid_body.variables import REGIMES, SHAREABLE
 
 STABILITIES = ("stable", "uncertain", "unstable")
 STATUSES = ("ok", "undecided")
@@ -112,6 +112,7 @@ KEPT = table(
     Variable("twist_draw", "rad", "absolute twist of a draw, where `twist` is true", over=("draw",)),
 )
 
+ARGUMENTS = ("body", "axis", *SHAREABLE)
 FURTHER = table(
     Variable("quantile", "1", "fraction of the draws that do not exceed the value"),
     Variable("input", None, "uncertain input", "str"),

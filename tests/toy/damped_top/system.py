@@ -5,6 +5,7 @@ Linear theory is the whole theory here: the spin decays at the rate 1/τ (Landau
 
 import hashlib
 import math
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -13,14 +14,14 @@ from pydantic import Field
 
 from sweeps.schema import quantities
 from sweeps.schema.definition import Definition, Integration
-from sweeps.schema.parameters import grid_model, spread
+from sweeps.schema.layout import Layout
+from sweeps.schema.parameters import grid_model
 from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.refusals import keys_of
 from sweeps.schema.values import number
 from sweeps.schema.variables import Role, Variable, table
-from sweeps.systems.look import Look, Mark, Symbol
 from sweeps.systems.motion import angular_velocity, instants, time
-from sweeps.systems.system import Dynamics, Page, Reference
+from sweeps.systems.system import Dynamics, Reference
 
 FATES = ("slows", "lasts")
 ABOVE_ZERO = Annotated[float, number(lambda x: 1e-9 <= x <= 1e9, "a number from 1e-9 to 1e9")]
@@ -28,7 +29,7 @@ PARAMETERS = (
     Parameter("spin", Quantity("spin", "rad s-1", "1e-9 to 1e9", ABOVE_ZERO), "spin rate at the start", required=True),
     Parameter("tau", Quantity("time", "s", "1e-9 to 1e9", ABOVE_ZERO), "time constant of the drag", required=True),
 )
-COORDINATES = quantities.coordinates(PARAMETERS)
+ARGUMENTS = tuple(parameter.name for parameter in PARAMETERS)
 VARIABLES = table(
     Variable("decay_theory", "s-1", "rate at which the spin decays, in theory"),
     Variable(
@@ -45,6 +46,7 @@ VARIABLES = table(
     Variable("stray", "1", "largest distance from the closed form, relative", role=Role.CERTIFICATE),
     Variable("quality", None, "whether the measurement can be trusted", "i1", ("ok", "coarse"), role=Role.STATUS),
 )
+LAYOUT = Layout(quantities.coordinates(PARAMETERS), VARIABLES, tuple(VARIABLES))
 DampedTopGrid = grid_model("DampedTopGrid", PARAMETERS, __name__)
 
 
@@ -66,24 +68,10 @@ class DampedTop(Dynamics):
 
     name = "damped_top"
     model = DampedTopDefinition
+    tables = sys.modules[__name__]
     references = "Landau and Lifshitz, Mechanics, section 25"
     caption = "measured decay of a damped top's spin"
-    look = Look(
-        marks={"slows": Mark("slows down", "v", "#d55e00"), "lasts": Mark("lasts", "^", "#0072b2")},
-        symbols={"spin": Symbol(r"$\omega$", "ω"), "tau": Symbol(r"$\tau$", "τ")},
-    )
-
-    def dimensions(self, definition):
-        return {p.name: spread(getattr(definition.grid, p.name)) for p in PARAMETERS}
-
-    def arguments(self, definition):
-        return tuple(p.name for p in PARAMETERS)
-
-    def coordinates(self, definition):
-        return COORDINATES
-
-    def variables(self, definition=None):
-        return VARIABLES
+    presentation = "damped_top.presentation"
 
     def columns(self, points, integration: Integration):
         spin, tau = points["spin"], points["tau"]
@@ -127,19 +115,6 @@ class DampedTop(Dynamics):
         return xr.Dataset(
             {"omega": ("time", values, angular_velocity(3, "closed form"))}, {"time": time(times, "the start")}
         )
-
-    def pictures(self, ds):
-        from sweeps import style
-
-        def draw():
-            figure = style.canvas(4.0, 3.0, "Damped top", ds.attrs.get("title", ""))
-            figure.subplots().plot(ds["tau"].values, ds["decay"].isel(spin=0).values)
-            return figure
-
-        return {"decay": draw}
-
-    def page(self, ds):
-        return Page((Path(__file__).parent / "page" / "part.js",), "When does it stop?", facts={"drag": "viscous"})
 
 
 SYSTEM = DampedTop()

@@ -1,0 +1,269 @@
+"""The one model of a rigid body in definitions: its moments or their ratios, its tensor of inertia or its mesh."""
+
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, ClassVar
+
+from pydantic import AfterValidator, BeforeValidator, Field, PrivateAttr, ValidationInfo, model_validator
+
+from sweeps.schema.definition import Definition
+from sweeps.schema.refusals import Problem, description_of, display, keys_of, refusal, refusals
+from sweeps.schema.strict import Strict
+from sweeps.schema.values import (
+    Axis,
+    Moment,
+    Positive,
+    Prose,
+    ascending,
+    choice,
+    different,
+    finite,
+    line_of_text,
+    not_empty,
+)
+from sweeps.systems.bodies import inertia, outline
+from sweeps.systems.bodies.once import Once
+from sweeps.systems.bodies.variables import MOMENTS
+from sweeps.systems.bodies.wording import principal_axes
+
+Axes = Annotated[tuple[Axis, ...], AfterValidator(not_empty), AfterValidator(different), AfterValidator(ascending)]
+AXES = "spin axes to survey: a list of 1, 2, 3, each once"
+MOST_PRINTED = 10  # bodies of which `check` prints the axes
+BODIES = "a list of bodies, names unique, in place of I1, I2 and I3 in grid"
+
+
+class Ratios(Strict):
+    """Moments of a body of which only the ratios are known."""
+
+    I1: Moment = Field(description="I1 in any one unit (I3, M R2, …): finite, > 0")
+    I2: Moment = Field(description="I2 in the same unit: finite, > 0")
+    I3: Moment = Field(description="I3 in the same unit: finite, > 0")
+
+
+_ROWS = "3 rows of 3 finite numbers: [[Ixx, Ixy, Ixz], [Iyx, Iyy, Iyz], [Izx, Izy, Izz]]"
+
+
+def _tensor(value: object) -> tuple[tuple[float, ...], ...]:
+    rows = value if isinstance(value, tuple | list) else ()
+    if len(rows) != 3 or not all(isinstance(row, tuple | list) and len(row) == 3 for row in rows):
+        raise refusal("is not a tensor of inertia", _ROWS)
+    return tuple(tuple(finite(entry, _ROWS) for entry in row) for row in rows)
+
+
+def _mesh_name(name: str) -> str:
+    if wrong := inertia.unsupported(name):
+        raise refusal(*wrong)
+    return name
+
+
+class Mesh(Strict):
+    """A body as the closed surface that bounds it, evenly filled."""
+
+    file: Annotated[str, line_of_text(1000), AfterValidator(_mesh_name)] = Field(
+        description="an STL, OBJ, PLY or OFF file, its path relative to the definition's"
+    )
+    density: Positive = Field(default=None, description="density, kg m-3: finite, > 0")
+    mass: Positive = Field(default=None, description="mass of the whole body, kg, in place of density: finite, > 0")
+    unit: Annotated[str, choice(tuple(inertia.UNITS))] = Field(
+        "m", description="unit of length of the file: " + ", ".join(inertia.UNITS)
+    )
+
+    @model_validator(mode="after")
+    def _check_density(self) -> "Mesh":
+        if (self.density is None) == (self.mass is None):
+            wrong = "is missing" if self.density is None else "is given beside mass"
+            shown = "" if self.density is None else display(self.density)
+            raise refusals([Problem(("density",), shown, wrong, "density (kg m-3) or mass (kg), one of them")])
+        return self
+
+
+class Body(Strict):
+    """One real body: its moments, their ratios, its tensor or its mesh; a system adds what else a body may give."""
+
+    name: Annotated[str, line_of_text(100)] = Field(
+        description="the body's name, unique in the sweep: one line of text, at most 100 characters"
+    )
+    I1: Moment = Field(default=None, description="moment of inertia about axis 1, kg m2: finite, > 0")
+    I2: Moment = Field(default=None, description="moment of inertia about axis 2, kg m2: finite, > 0")
+    I3: Moment = Field(default=None, description="moment of inertia about axis 3, kg m2: finite, > 0")
+    ratios: Ratios = Field(default=None, description="{I1, I2, I3} in place of moments, in any one unit")
+    tensor: Annotated[tuple, BeforeValidator(_tensor)] = Field(
+        default=None,
+        description="tensor of inertia about the centre of mass, kg m2, in place of moments, symmetric, "
+        f"off-diagonal entries minus the products of inertia; {_ROWS}",
+    )
+    mesh: Mesh = Field(default=None, description="{file, density or mass, unit} in place of moments")
+    source: Prose = Field(default=None, description="source of the numbers: text")
+    note: Prose = Field(default=None, description="remark for the reader: text")
+
+    _principal: inertia.Principal | None = PrivateAttr(None)
+    _solid: inertia.Solid | None = PrivateAttr(None)
+    _digest: str = PrivateAttr("")
+
+    @property
+    def moments(self) -> tuple[float, float, float]:
+        """(I1, I2, I3): kg m2, or in the unit of `ratios` where only those are known; ascending from tensor or mesh."""
+        if self._principal is not None:
+            return self._principal.moments
+        given = self if self.ratios is None else self.ratios
+        return given.I1, given.I2, given.I3
+
+    @property
+    def principal(self) -> inertia.Principal | None:
+        """Principal moments and axes, where they come from a tensor or a mesh."""
+        return self._principal
+
+    @property
+    def solid(self) -> inertia.Solid | None:
+        """Mass properties, where they come from a mesh."""
+        return self._solid
+
+    @property
+    def input(self) -> str:
+        """The mesh's file as the definition names it, with the SHA-256 of its content; empty without a mesh."""
+        return f"{self.mesh.file} {self._digest}" if self.mesh else ""
+
+    @model_validator(mode="after")
+    def _check_moments(self, info: ValidationInfo) -> "Body":
+        either = "I1, I2 and I3 in kg m2, or ratios: {I1, I2, I3}, or tensor, or mesh: {file, …}, one of these"
+        given = [name for name in MOMENTS if getattr(self, name) is not None]
+        others = [name for name in ("ratios", "tensor", "mesh") if getattr(self, name) is not None]
+        if others:
+            wrong = [
+                (name, display(getattr(self, name)), f"is given beside {others[0]}") for name in given + others[1:]
+            ]
+        else:
+            wrong = [(name, "", "is missing") for name in MOMENTS if name not in given]
+        if wrong:
+            raise refusals([Problem((name,), shown, what, either) for name, shown, what in wrong])
+        self._find_principal((info.context or {}).get("folder", ""))
+        return self
+
+    def _find_principal(self, folder: str) -> None:
+        try:
+            if self.tensor is not None:
+                self._principal = inertia.principal(self.tensor)
+            elif self.mesh is not None:
+                path = Path(folder) / self.mesh.file
+                self._solid = inertia.solid(path, self.mesh.density, self.mesh.mass, self.mesh.unit)
+                self._principal = self._solid.principal
+                self._digest = self._solid.digest
+        except inertia.InertiaError as error:
+            where = ("tensor",) if self.mesh is None else ("mesh", "file")
+            shown = error.shown if self.mesh is None else display(self.mesh.file)
+            raise refusals([Problem(where, shown, error.wrong, error.allowed)]) from None
+
+
+def _named_once(bodies: tuple[Body, ...]) -> tuple[Body, ...]:
+    names = [body.name for body in bodies]
+    problems = [
+        Problem((number, "name"), display(name), "is an earlier body's name", "names that all differ")
+        for number, name in enumerate(names)
+        if name in names[:number]
+    ]
+    if problems:
+        raise refusals(problems)
+    return bodies
+
+
+def list_of(model: type[Body]) -> object:
+    """Return the type of a definition's `bodies`: a list with unique names."""
+    return Annotated[tuple[model, ...], AfterValidator(not_empty), AfterValidator(_named_once)]
+
+
+class BodiesDefinition(Definition):
+    """A sweep of rigid bodies, over moments in its grid or over a list.
+
+    Attributes:
+        shareable: names of the values that a body may give itself besides its moments; the grid gives them otherwise.
+    """
+
+    shareable: ClassVar[tuple[str, ...]] = ()
+    bodies: list_of(Body) = Field(default=(), description=BODIES)
+
+    @cached_property
+    def inputs(self) -> str:
+        """The meshes of the bodies, or the table of points, one a line with the SHA-256 of its content."""
+        return super().inputs or "\n".join(body.input for body in self.bodies if body.mesh is not None)
+
+    @property
+    def outlines(self) -> str:
+        """The surfaces of the bodies that are meshes, with few faces (see `sweeps.systems.bodies.outline`)."""
+        return outline.written({body.name: body.solid.surface for body in self.bodies if body.solid is not None})
+
+    def is_per_body(self, parameter: str) -> bool:
+        """Return True if `parameter` (I1 … phase) is a coordinate along `body` rather than a dimension."""
+        if parameter in MOMENTS:
+            return bool(self.bodies)
+        return any(getattr(body, parameter, None) is not None for body in self.bodies)
+
+    @classmethod
+    def needs_files(cls, values: Mapping) -> str:
+        """Return why mesh files are needed, "" where no body is a mesh."""
+        bodies = values.get("bodies")
+        if isinstance(bodies, tuple) and any(isinstance(body, dict) and "mesh" in body for body in bodies):
+            return "its bodies are mesh files, read only where --definition names them"
+        return ""
+
+    @property
+    def remarks(self) -> list[tuple[str, str]]:
+        """Principal moments and axes of the first bodies given by a tensor or a mesh."""
+        bodies, rows = [body for body in self.bodies if body.principal], []
+        for body in bodies[:MOST_PRINTED]:
+            rows.append(("body", f"{body.name}: principal moments and axes, in the coordinates of the input"))
+            rows += [("", line) for line in principal_axes(body.principal)]
+        if len(bodies) > MOST_PRINTED:
+            rows.append(("body", f"and {len(bodies) - MOST_PRINTED:,} more (--json has all of them)"))
+        return rows
+
+    @property
+    def facts(self) -> dict:
+        """Principal moments and axes of all such bodies."""
+        given = [(body.name, body.principal) for body in self.bodies if body.principal]
+        return {"bodies": {name: {"moments": p.moments, "axes": p.axes, "notes": p.notes} for name, p in given}}
+
+    @model_validator(mode="after")
+    def _check_bodies(self) -> "BodiesDefinition":
+        problems = [p for name in MOMENTS for p in self._moment_problems(name)]
+        problems += [p for name in self.shareable for p in self._shared_problems(name)]
+        if problems:
+            raise refusals(problems)
+        return self
+
+    def _grid_problem(self, name: str, wrong: str, allowed: str = "") -> Problem:
+        entry = getattr(self.grid, name)
+        shown = "" if entry is None else display(entry)
+        return Problem(("grid", name), shown, wrong, allowed or description_of(type(self.grid), name))
+
+    def _moment_problems(self, name: str) -> Iterator[Problem]:
+        entry = getattr(self.grid, name)
+        if self.bodies and entry is not None:
+            yield self._grid_problem(name, "is given beside bodies", "moments in bodies or in grid, not both")
+        if not self.bodies and entry is None:
+            yield self._grid_problem(name, "is missing")
+
+    def _shared_problems(self, name: str) -> Iterator[Problem]:
+        entry = getattr(self.grid, name)
+        giving = [body for body in self.bodies if getattr(body, name) is not None]
+        if giving and len(giving) == len(self.bodies):
+            if name in self.grid.model_fields_set:
+                wrong = "is given although every body has its own"
+                yield self._grid_problem(name, wrong, f"{name} in grid or in every body, not both")
+        elif entry is None:
+            yield self._grid_problem(name, "is missing")
+        elif giving and not isinstance(entry, float):
+            wrong = f"is a dimension, but {len(giving)} of {len(self.bodies)} bodies have their own {name}"
+            allowed = f"a single number here, or {name} in no body, or in every body and not here"
+            yield self._grid_problem(name, wrong, allowed)
+
+
+class FollowedDefinition(BodiesDefinition):
+    """A sweep of bodies that are followed once round."""
+
+    integration: Once = Field(Once(), description="how each motion is integrated: a mapping with " + keys_of(Once))
+
+    @property
+    def follows_attitude(self) -> bool:
+        """Whether the motion is integrated."""
+        return self.integration.measured

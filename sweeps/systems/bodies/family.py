@@ -1,0 +1,90 @@
+"""Properties that all systems of free bodies share: bodies in a list or in the grid, and motions measured once."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sweeps.schema.parameters import Range, spread
+from sweeps.schema.variables import Variable
+from sweeps.systems.bodies.variables import MOMENTS
+from sweeps.systems.system import Dynamics
+
+if TYPE_CHECKING:
+    from sweeps.systems.bodies.body import BodiesDefinition
+    from sweeps.systems.bodies.once import Once
+
+
+class FreeBody(Dynamics):
+    """A free body, from a grid of moments or from a list of bodies."""
+
+    existence = MOMENTS
+
+    def dimensions(self, definition: "BodiesDefinition") -> dict[str, Range | np.ndarray]:
+        """Return (body, axis, …): listed bodies, spin axes, and the values that bodies do not give themselves."""
+        bodies = {"body": np.array([body.name for body in definition.bodies])} if definition.bodies else {}
+        arguments = self.arguments(definition)
+        axes = {"axis": np.array(definition.axes, np.int8)} if "axis" in arguments else {}
+        shared = [name for name in arguments if name not in ("body", "axis") and not definition.is_per_body(name)]
+        return bodies | axes | {name: spread(getattr(definition.grid, name)) for name in shared}
+
+    def auxiliary(self, definition: "BodiesDefinition") -> dict[str, tuple[str, np.ndarray]]:
+        """Return the coordinates along `body`: I1 … I3, other values of bodies, `moments_are_ratios`."""
+        bodies = definition.bodies
+        if not bodies:
+            return {}
+        moments = np.array([body.moments for body in bodies]).T
+        columns = dict(zip(MOMENTS, map(np.ascontiguousarray, moments), strict=True))
+        for name in filter(definition.is_per_body, definition.shareable):
+            own = [getattr(body, name) for body in bodies]
+            shared = getattr(definition.grid, name)
+            columns[name] = np.array([shared if value is None else value for value in own])
+        columns["moments_are_ratios"] = np.array([body.ratios is not None for body in bodies])
+        return {name: ("body", values) for name, values in columns.items()}
+
+    def impossible(self, points: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return where one moment exceeds the sum of the others."""
+        from sweeps.systems.bodies.shapes import RATIOS
+
+        return RATIOS.impossible(points)
+
+
+class MeasuredOnce(FreeBody):
+    """A free body that is followed once round, or whose closed form alone is computed.
+
+    Attributes:
+        tables: also has EXACT, the variables of the closed form.
+        closed: what the closed form is of, for a map's `source`.
+    """
+
+    closed: str
+
+    def variables(self, definition: "BodiesDefinition | None" = None) -> dict[str, Variable]:
+        """Return name → variable: the closed form alone where nothing is integrated."""
+        followed = definition is not None and definition.integration.measured
+        return self.tables.VARIABLES if followed else self.tables.EXACT
+
+    def survey(self, points: Mapping[str, np.ndarray], integration: "Once") -> dict[str, np.ndarray]:
+        """Return the columns of the closed form and, where the motion is followed, the measured ones."""
+        raise NotImplementedError
+
+    def agrees(self, points: Mapping[str, np.ndarray], columns: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return where the measured columns are the closed form's within their errors."""
+        raise NotImplementedError
+
+    def columns(self, points: Mapping[str, np.ndarray], integration: "Once") -> dict[str, np.ndarray]:
+        """Return the closed form and the measured columns, with the status by their agreement."""
+        from kernels import statuses, triangle
+
+        columns = self.survey(points, integration)
+        columns["triangle_margin"] = triangle.triangle_margin(*(points[name] for name in MOMENTS))
+        if integration.measured:
+            agrees = self.agrees(points, columns)
+            columns["status"] = np.where(agrees, statuses.OK, statuses.NOT_CONVERGED).astype(np.int8)
+        return columns
+
+    def method(self, definition: "BodiesDefinition") -> str:
+        """Return the method of computation."""
+        if definition.integration.measured:
+            return "direct integration of angular velocity and attitude, certified by the closed form"
+        return f"closed form of the {self.closed}"

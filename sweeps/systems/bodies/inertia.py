@@ -1,0 +1,286 @@
+r"""Principal moments and axes of a body, from its tensor of inertia or from a mesh of its surface.
+
+The tensor of inertia about the centre of mass is, in the coordinates in which the body is given,
+
+.. math:: T_{ij} = \int (r^2\delta_{ij} - x_i x_j)\,dm, \qquad T = R^\mathsf{T}\,\mathrm{diag}(I_1, I_2, I_3)\,R
+
+so its off-diagonal entries are *minus* the products of inertia. The moments come out ascending, I1 ≤ I2 ≤ I3, and the
+rows of R are the principal axes, right-handed.
+
+Source: Landau and Lifshitz, Mechanics, section 32. Volume integrals over a mesh: trimesh, after Eberly (2002),
+"Polyhedral mass properties".
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from sweeps.reading.mesh import SUFFIXES, MeshError, read
+from sweeps.schema.refusals import display
+from sweeps.systems.bodies import outline, shapes, shells
+
+UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254, "ft": 0.3048}  # metres
+CAD = " (export the part as STL from your CAD program, in its own unit, and give that by --unit)"
+ROBOT = " (give the mesh file of one link, which the file names)"
+EXPORTS = dict.fromkeys((".step", ".stp", ".iges", ".igs", ".sldprt", ".fcstd", ".3mf", ".glb", ".gltf"), CAD)
+EXPORTS |= dict.fromkeys((".urdf", ".xacro", ".sdf", ".xml", ".mjcf"), ROBOT)
+
+DENSITIES = (1.0, 25_000.0)  # kg m-3: below aerogel, above osmium; beyond them another unit is likelier
+FITTING = (20.0, 25_000.0)  # of what is built
+LARGE = 100.0  # m
+LIKELY = ("mm", "cm", "m", "in", "ft")
+SYMMETRY = 1e-9  # of the largest entry: tables print some ten digits
+TENSOR_ROUNDING = 1e-14  # of the largest moment: some tens of roundings of a 3 by 3 eigenproblem
+MESH_ROUNDING = 1e-7  # of the largest moment: coordinates in STL files are single precision
+
+
+class InertiaError(ValueError):
+    """What is wrong with a tensor or a mesh.
+
+    Attributes:
+        shown: the value, as a refusal quotes it.
+        wrong: what is wrong with it.
+        allowed: what would be right.
+    """
+
+    def __init__(self, shown: str, wrong: str, allowed: str):
+        super().__init__(f"{shown} {wrong}; allowed: {allowed}")
+        self.shown, self.wrong, self.allowed = shown, wrong, allowed
+
+
+@dataclass(frozen=True)
+class Principal:
+    """Principal moments and axes.
+
+    Attributes:
+        moments: (I1, I2, I3), ascending, kg m2 (or the tensor's own unit).
+        axes: rotation matrix, 3 rows: principal axis i in the coordinates of the tensor or mesh. Where moments are
+            equal, any axes of their plane (or space) would do as well.
+        notes: what a person should know of how they came out, one sentence each.
+    """
+
+    moments: tuple[float, float, float]
+    axes: tuple[tuple[float, float, float], ...]
+    notes: tuple[str, ...] = ()
+
+
+def principal(tensor: Sequence[Sequence[float]], rounding: float = TENSOR_ROUNDING) -> Principal:
+    """Diagonalise a tensor of inertia.
+
+    Args:
+        tensor: 3 rows of 3 finite numbers, symmetric, kg m2 (or any one unit).
+        rounding: moments that differ by less, relative to the largest, count as equal.
+
+    Returns:
+        The principal moments, each right to some 1e-15 of the largest, and axes.
+
+    Raises:
+        InertiaError: for what is not symmetric, not positive, or breaks the triangle inequality.
+    """
+    matrix = np.array(tensor, dtype=np.float64)
+    _check_symmetry(matrix)
+    size = np.abs(matrix).max()
+    # a power of two is exact, and products neither over- nor underflow
+    unit = 2.0 ** np.floor(np.log2(size)) if size > 0 else 1.0
+    values, vectors = np.linalg.eigh((matrix / unit + (matrix / unit).T) / 2)
+    if not values[0] > 4 * np.finfo(float).eps * values[2]:
+        shown = _listed(values * unit)
+        raise InertiaError(
+            display(matrix.tolist()), f"has the principal moments {shown}", "three principal moments > 0"
+        )
+    if broken := shapes.violation((values * unit).tolist()):
+        wrong = f"has principal moments of no rigid body: {broken}"
+        allowed = f"{shapes.POSSIBLE} (off-diagonal entries are minus the products of inertia)"
+        raise InertiaError(display(matrix.tolist()), wrong, allowed)
+    moments, notes = _equal_within_rounding(values, rounding)
+    return Principal(tuple((moments * unit).tolist()), _right_handed(vectors.T), notes)
+
+
+def _check_symmetry(matrix: np.ndarray) -> None:
+    if matrix.shape != (3, 3) or not np.isfinite(matrix).all():
+        raise InertiaError(display(matrix.tolist()), "is not a tensor of inertia", "3 rows of 3 finite numbers")
+    gaps = np.abs(matrix - matrix.T)
+    if gaps.max() > SYMMETRY * np.abs(matrix).max():
+        row, column = np.unravel_index(int(gaps.argmax()), gaps.shape)
+        wrong = (
+            f"is not symmetric: {float(matrix[row, column])} against {float(matrix[column, row])} across its diagonal"
+        )
+        raise InertiaError(display(matrix.tolist()), wrong, "a symmetric tensor")
+
+
+def _listed(values: np.ndarray) -> str:
+    return ", ".join(f"{value:.6g}" for value in values)
+
+
+def _equal_within_rounding(values: np.ndarray, rounding: float) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Moments with those made equal that differ by rounding only: else a cube would flip, given 10^15 s."""
+    near = np.diff(values) <= rounding * values[2]
+    differ = np.diff(values) > 0
+    if near.all():
+        values, words = np.full(3, values.mean()), "I1, I2 and I3"
+    elif near[0]:
+        values, words = np.array([values[:2].mean(), values[:2].mean(), values[2]]), "I1 and I2"
+    elif near[1]:
+        values, words = np.array([values[0], values[1:].mean(), values[1:].mean()]), "I2 and I3"
+    made = bool((near & differ).any())
+    return values, (f"{words} differ by rounding only and count as equal",) if made else ()
+
+
+def _right_handed(rows: np.ndarray) -> tuple[tuple[float, float, float], ...]:
+    """Unit rows with the largest entry of the first two positive, and the third their cross product."""
+    first, second = (row * np.sign(row[np.abs(row).argmax()]) for row in rows[:2])
+    rounded = np.array([first, second, np.cross(first, second)]) + 0.0  # no negative zeros
+    return tuple(tuple(row) for row in rounded.tolist())
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Meshes
+
+
+@dataclass(frozen=True)
+class Solid:
+    """A body from a mesh, its density uniform.
+
+    Attributes:
+        principal: its principal moments and axes.
+        mass: kg.
+        volume: m3.
+        centre: centre of mass in the mesh's coordinates, m.
+        extents: edges of the box around it, m.
+        faces: number of triangles.
+        surface: its vertices about the centre along the principal axes, m, and its faces: few enough to be drawn.
+        digest: SHA-256 of the file.
+    """
+
+    principal: Principal
+    mass: float
+    volume: float
+    centre: tuple[float, float, float]
+    extents: tuple[float, float, float]
+    faces: int
+    surface: tuple[np.ndarray, np.ndarray] = field(compare=False, repr=False)
+    digest: str
+
+
+def unsupported(path: str | Path) -> tuple[str, str] | None:
+    """Return what is wrong with a file's format and what is allowed; None for a format that is read."""
+    suffix = Path(path).suffix.lower()
+    if suffix in SUFFIXES:
+        return None
+    return f"is of the unsupported format {suffix or '(none)'}", ", ".join(SUFFIXES) + EXPORTS.get(suffix, "")
+
+
+def solid(path: str | Path, density: float | None = None, mass: float | None = None, unit: str = "m") -> Solid:
+    """Return the solid of constant density that a closed mesh bounds.
+
+    Args:
+        path: an STL, OBJ, PLY or OFF file.
+        density: kg m-3; or
+        mass: kg, of the whole body.
+        unit: what the file's lengths are in, one of `UNITS`.
+
+    Returns:
+        Its mass properties about its centre of mass; relative errors some 1e-14, beside the file's own digits.
+        Moments that differ by less than 1e-7 of the largest count as equal.
+
+    Raises:
+        InertiaError: for a file that is no mesh, or a mesh that is not closed.
+    """
+    mesh, notes, digest = _closed(path)
+    notes += _made_separate(mesh, path)
+    scale = UNITS[unit]
+    middle = mesh.bounds.mean(axis=0)
+    mesh.vertices = (mesh.vertices - middle) * scale  # integrals about a point outside lose digits
+    if mesh.volume < 0:
+        mesh.invert()
+        notes += ("its faces looked inwards and were turned",)
+    volume = float(mesh.volume)
+    if not volume > 1e-12 * float(np.prod(mesh.extents)):
+        raise InertiaError(display(str(path)), "encloses no volume", "a mesh of a body with volume")
+    density = mass / volume if density is None else density
+    mesh.density = density
+    found = principal(mesh.moment_inertia, MESH_ROUNDING)
+    notes += _doubts(mesh.extents, density, None if mass is None else mass / volume, scale)
+    found = Principal(found.moments, found.axes, notes + found.notes)
+    centre = tuple((mesh.center_mass + middle * scale).tolist())
+    along = (np.asarray(mesh.vertices) - mesh.center_mass) @ np.array(found.axes).T
+    surface = outline.simplified(along, np.asarray(mesh.faces))
+    return Solid(
+        found, density * volume, volume, centre, tuple(mesh.extents.tolist()), len(mesh.faces), surface, digest
+    )
+
+
+def _doubts(extents: np.ndarray, density: float, found: float | None, scale: float) -> tuple[str, ...]:
+    """Return a note where the lengths may be in another unit: by a density that follows from a mass, or by the size.
+
+    Args:
+        extents: edges of the box around the body, m.
+        density: kg m-3.
+        found: the same where it follows from a mass.
+        scale: metres in the unit taken.
+    """
+    longest = float(np.max(extents))
+    if found is not None and not DENSITIES[0] <= found <= DENSITIES[1]:
+        doubt = f"its density is {density:.3g} kg/m³"
+        for name in LIKELY:
+            if FITTING[0] <= density * (scale / UNITS[name]) ** 3 <= FITTING[1]:
+                return (f"{doubt}: is it in {name} (--unit {name})?",)
+        return (doubt,)
+    if longest > LARGE and scale == 1.0:
+        return (f"it is {longest:.4g} m long: is it in mm (--unit mm)?",)
+    return ()
+
+
+def _closed(path: str | Path):
+    """The mesh of a file, with faces that close it, notes, and the file's SHA-256."""
+    if wrong := unsupported(path):
+        raise InertiaError(display(str(path)), *wrong)
+    try:
+        vertices, faces, digest = read(path)
+    except MeshError as error:
+        raise InertiaError(display(str(path)), error.wrong, error.allowed) from None
+    import trimesh
+
+    mesh = trimesh.Trimesh(vertices, faces, process=False)
+    if mesh.is_watertight:
+        return mesh, () if mesh.is_winding_consistent else _made_consistent(mesh), digest
+    edges, uses = np.unique(mesh.edges_sorted, axis=0, return_counts=True)
+    open_edges = int(np.count_nonzero(uses != 2))
+    wrong = f"is not watertight: {open_edges:,} of its {len(edges):,} edges do not join two faces"
+    raise InertiaError(display(str(path)), wrong, "a closed surface (repair it in your modeller, or with trimesh)")
+
+
+def _made_separate(mesh, path: str | Path) -> tuple[str, ...]:
+    """Notes on a mesh of several closed surfaces, of which none encloses a place twice; one inside out is turned."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    joined = coo_array((np.ones(len(mesh.face_adjacency)), mesh.face_adjacency.T), (len(mesh.faces),) * 2)
+    count, part = connected_components(joined, directed=False)
+    if count == 1:
+        return ()
+    if count > shells.MOST_SURFACES:
+        wrong = f"holds {count:,} closed surfaces"
+        raise InertiaError(display(str(path)), wrong, f"at most {shells.MOST_SURFACES:,}")
+    found = shells.arrangement([mesh.triangles[part == k] for k in range(count)])
+    if found.twice:
+        involved = len({k for pair in found.twice for k in pair})
+        wrong = f"holds solids that overlap ({involved:,} of its {count:,} surfaces): they would count twice"
+        allowed = "solids apart or united, hollows with their faces turned inwards"
+        raise InertiaError(display(str(path)), wrong, allowed)
+    notes = ()
+    if any(found.turned):
+        mesh.faces = np.where(np.array(found.turned)[part][:, None], mesh.faces[:, ::-1], mesh.faces)
+        notes = (f"{sum(found.turned):,} of its {count:,} surfaces looked inwards and were turned",)
+    if found.unseen:
+        notes += (f"{found.unseen:,} pairs of its surfaces are too fine to be compared: what overlaps counts twice",)
+    return notes
+
+
+def _made_consistent(mesh) -> tuple[str, ...]:
+    from trimesh.repair import fix_winding
+
+    fix_winding(mesh)
+    return ("its faces looked both ways and were turned",)

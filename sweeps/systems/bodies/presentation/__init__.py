@@ -1,0 +1,12 @@
+"""Presentation that systems of bodies share."""
+
+from pathlib import Path
+
+from sweeps.systems.presentation import Page
+
+TRIANGLE = Path(__file__).parent / "triangle.js"
+
+
+def on_triangle(question: str, script: Path) -> Page:
+    """Return a page that asks `question`, with the inertia triangle and a script of the system."""
+    return Page((TRIANGLE, script), question)

@@ -1,0 +1,117 @@
+r"""Shapes of bodies in place of moments: a unit square in which every point is a physically possible body.
+
+A free body's motion depends on its moments by their ratios alone. With I3 the greatest, :math:`x = I_1/I_3` and
+:math:`y = I_2/I_3`, a body is possible where no second moment :math:`J_i = (I_j + I_k - I_i)/2` is negative, that is,
+in the triangle
+
+.. math:: 0 < x \le 1, \qquad 1 - x \le y \le 1
+
+of flat bodies (:math:`x + y = 1`), :math:`I_1 = I_3` and :math:`I_2 = I_3`. At a given x the interval of y
+is x wide, so with the relative `thickness` t
+
+.. math:: y = 1 - x\,(1 - t), \qquad dx\,dy = x\,dx\,dt
+
+maps the unit square of (x, t) onto the triangle, one to one but for x = 0. Points that are *drawn* fill the triangle
+evenly: x² is drawn evenly, then t.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from pydantic import Field
+
+from kernels.triangle import triangle_margin
+from sweeps.schema.parameters import Quantity, Range, entry, range_model
+from sweeps.schema.refusals import UnreadableError, display
+from sweeps.schema.strict import Strict
+from sweeps.systems.bodies.shape_coordinates import LEAST, OF_I2, OVER, RATIO, THICKNESS, Ratio, Thickness
+
+POSSIBLE = "moments each at most the sum of the other two"
+
+
+def violation(moments: Sequence[float]) -> str:
+    """Return how three moments violate the triangle inequality, "I3 = 5 > I1 + I2 = 3"; "" for possible ones."""
+    if not triangle_margin(*moments) < 0:
+        return ""
+    k = int(np.argmax(moments))
+    i, j = sorted({0, 1, 2} - {k})
+    return f"I{k + 1} = {moments[k]:.10g} > I{i + 1} + I{j + 1} = {moments[i] + moments[j]:.10g}"
+
+
+class Shapes(Strict):
+    """Shapes of physically possible bodies whose greatest moment is I3."""
+
+    I1_over_I3: entry(Ratio, range_model(Quantity("ratio", "1", RATIO, Ratio))) = Field(
+        description=f"I1/I3: {RATIO}, a list, or a range"
+    )
+    thickness: entry(Thickness, range_model(Quantity("thickness", "1", THICKNESS, Thickness))) = Field(
+        description=f"relative thickness, {OF_I2}: {THICKNESS}, a list, or a range"
+    )
+
+
+class _Ratios:
+    """`ratios` in a grid of moments; see `sweeps.schema.parameters.Derived`."""
+
+    key = "ratios"
+    description = (
+        "shapes of physically possible bodies in place of I1 and I2: a mapping with I1_over_I3 and thickness, where "
+        f"{OF_I2}"
+    )
+    model = Shapes
+    names, over = tuple(OVER), OVER
+
+    def completed(self, values: Mapping) -> dict:
+        """The grid with I3, and I1 and I2 as ranges from end to end."""
+        grid = values["grid"]
+        where, given = ("grid", "ratios"), grid["ratios"]
+        allowed = "ratios (and I3), or moments, or bodies"
+        for other in [*(name for name in self.names if name in grid), *(["bodies"] if "bodies" in values else [])]:
+            raise UnreadableError(where, display(given), f"is given beside {other}", allowed)
+        grid = {"I3": 1.0} | grid
+        (least, most), (low, high) = (_ends(given.get(name), 1.0, (0.5, 0.5)) for name in Shapes.model_fields)
+        if 1 - most * (1 - low) < LEAST:
+            allowed = "thickness above 0 where I1_over_I3 reaches 1: that needle has no I2"
+            raise UnreadableError((*where, "thickness"), display(given.get("thickness")), "reaches 0", allowed)
+        for at, entries in ((where, given), (("grid",), {"I3": grid["I3"]})):
+            self._refuse_lists(values, at, entries)
+        ends = {"I1": (max(least, LEAST), most), "I2": (1 - most * (1 - low), 1 - least * (1 - high))}
+        smallest, greatest = _ends(grid["I3"], np.inf, (1.0, 1.0))
+        scaled = {name: (a * smallest, b * greatest) for name, (a, b) in ends.items()}
+        return grid | {n: {"start": a, "stop": b, "num": 2} if a < b else a for n, (a, b) in scaled.items()}
+
+    def _refuse_lists(self, values: Mapping, where: tuple[str, ...], entries: Mapping) -> None:
+        """What shapes follow from is drawn whole, or not at all."""
+        many = [name for name, one in entries.items() if isinstance(one, tuple) and len(one) > 1]
+        if "sample" in values and many:
+            allowed = "a number, or a range, over which points are drawn"
+            raise UnreadableError((*where, many[0]), display(entries[many[0]]), "is a list beside sample", allowed)
+
+    def drawn(self, name: str, spaced: Range, share: np.ndarray) -> np.ndarray:
+        """So that points fill the triangle evenly: the square of I1/I3 is drawn evenly."""
+        if name != "I1_over_I3" or spaced.spacing == "log":
+            return spaced.drawn(share)
+        return np.sqrt(spaced.start**2 + share * (spaced.stop**2 - spaced.start**2))
+
+    def given(self, name: str, values: Mapping[str, Any]) -> np.ndarray:
+        """I1 or I2, in the unit of I3."""
+        ratio, greatest = values["I1_over_I3"], values["I3"]
+        return ratio * greatest if name == "I1" else (1.0 - ratio * (1.0 - values["thickness"])) * greatest
+
+    def impossible(self, columns: Mapping[str, Any]) -> np.ndarray | None:
+        """Where one moment is above the sum of the others."""
+        if not {"I1", "I2", "I3"} <= set(columns):
+            return None
+        return triangle_margin(*(columns[name] for name in ("I1", "I2", "I3"))) < 0
+
+
+def _ends(entry: object, most: float, else_: tuple[float, float]) -> tuple[float, float]:
+    """Least and greatest value of an entry, from 0 to `most`; of one that will be refused, something."""
+    if isinstance(entry, dict):
+        entry = (entry.get("start"), entry.get("stop"))
+    entry = entry if isinstance(entry, tuple) else (entry,)
+    found = [v for v in entry if isinstance(v, int | float) and not isinstance(v, bool) and 0 <= v <= most]
+    return (float(min(found)), float(max(found))) if found else else_
+
+
+RATIOS = _Ratios()

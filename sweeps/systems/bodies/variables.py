@@ -1,0 +1,107 @@
+"""Parameters, coordinates and layouts that the maps of all systems of rigid bodies share."""
+
+from collections.abc import Iterable, Mapping
+from typing import Annotated
+
+from sweeps.schema import quantities
+from sweeps.schema.layout import Layout
+from sweeps.schema.quantities import Parameter, Quantity
+from sweeps.schema.values import MAX_SPIN_RATE, MIN_SPIN_RATE, Axis, Moment, Phase, number, spin_rate
+from sweeps.schema.variables import Role, Variable, table
+from sweeps.systems.bodies import shape_coordinates
+from sweeps.systems.shared_variables import SIZE
+
+MOMENTS = ("I1", "I2", "I3")
+SHAPES = ("asymmetric", "oblate", "prolate", "sphere")
+
+Spin = Annotated[
+    float, number(lambda x: MIN_SPIN_RATE <= x <= MAX_SPIN_RATE, "a number with 1e-150 ≤ omega0 ≤ 1e150 in rad s-1")
+]
+SignedSpin = spin_rate("omega0")
+MOMENT = Quantity("moment", "kg m2", "finite, > 0", Moment)
+SPIN = Quantity("spin rate", "rad s-1", "1e-150 ≤ omega0 ≤ 1e150", Spin)
+SIGNED_SPIN = Quantity("spin rate", "rad s-1", "1e-150 ≤ |omega0| ≤ 1e150", SignedSpin, least=MIN_SPIN_RATE)
+EPSILON = Parameter(
+    "epsilon",
+    SIZE,
+    "size of the perturbation relative to the spin rate",
+    1e-6,
+    "size of the perturbation relative to omega0, 0 < epsilon < 1",
+)
+PHASE = Parameter(
+    "phase",
+    Quantity("direction", "rad", "finite", Phase),
+    "direction of the perturbation in the transverse (b, c) plane",
+    0.6,
+    "direction of the perturbation in the transverse (b, c) plane, rad, from b towards c",
+)
+PRINCIPAL = tuple(
+    Parameter(
+        f"I{i}",
+        MOMENT,
+        f"principal moment of inertia about axis {i}",
+        description=f"moment of inertia about axis {i}, kg m2, > 0",
+    )
+    for i in (1, 2, 3)
+)
+
+AXIS = Variable("axis", "1", "spin axis (1, 2 or 3)", "i1")
+BODY = Variable("body", None, "body", "str")
+MOMENTS_ARE_RATIOS = Variable(
+    "moments_are_ratios",
+    None,
+    "whether the moments are known as ratios only",
+    "i1",
+    ("kilogram_square_metres", "ratios"),
+    "where 1, I1, I2 and I3 of the body are in a unit of their own",
+)
+TRIANGLE_MARGIN = Variable(
+    "triangle_margin",
+    "1",
+    "least of (Ib + Ic - Ia)/(I1 + I2 + I3) over the axes; negative where physically impossible",
+    "f4",
+    role=Role.EXISTENCE,
+)
+SHAPE = Variable("shape", None, "symmetry class", "i1", SHAPES)
+TWO_RUNS = "three times the difference of two runs with different steps, and the effect of rounding"
+
+
+def spin(long_name: str) -> Parameter:
+    """Return the parameter `omega0`, positive and 1 by default, of that meaning."""
+    return Parameter("omega0", SPIN, long_name, 1.0)
+
+
+def layout(
+    parameters: Iterable[Parameter],
+    variables: Mapping[str, Variable],
+    needed: Iterable[str],
+    spun: bool = False,
+    listed: bool = True,
+) -> Layout:
+    """Return the layout of maps whose points are bodies, from a grid of moments or shapes, or from a list.
+
+    Args:
+        parameters: the parameters that a definition varies.
+        variables: name → each variable that a map may have.
+        needed: names of the variables that every map has.
+        spun: whether the spin axis is a dimension.
+        listed: whether a definition may list bodies.
+    """
+    parameters = tuple(parameters)
+    coordinates = (
+        table(*[BODY] * listed, *[AXIS] * spun)
+        | shape_coordinates.COORDINATES
+        | quantities.coordinates(parameters)
+        | table(*[MOMENTS_ARE_RATIOS] * listed)
+    )
+    axis = {"axis": Axis} if spun else {}
+    return Layout(
+        coordinates,
+        variables,
+        tuple(needed),
+        axis | shape_coordinates.VALUES | {parameter.name: parameter.quantity.item for parameter in parameters},
+        along="body" if listed else "",
+        beside=("moments_are_ratios",) if listed else (),
+        spare=tuple(shape_coordinates.COORDINATES),
+        over=shape_coordinates.OVER,
+    )

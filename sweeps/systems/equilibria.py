@@ -1,0 +1,67 @@
+"""Variables and layouts that the maps of all described systems share."""
+
+from collections.abc import Iterable, Mapping
+from typing import Annotated
+
+from sweeps.schema import quantities
+from sweeps.schema.layout import Layout
+from sweeps.schema.quantities import Parameter
+from sweeps.schema.values import whole
+from sweeps.schema.variables import Variable, table
+from sweeps.systems.shared_variables import STEPS, status
+
+REASONS = ("proved", "undecided_rounding", "undecided_too_large", "undecided_family")  # of sweeps.mechanics.equilibria
+
+CERTIFIED = Variable(
+    "equilibria_certified",
+    None,
+    "whether all equilibria of the point are found",
+    "i1",
+    REASONS,
+    comment="proved: by interval arithmetic; undecided where rounding hides whether one is single, several or none, "
+    "where the bounds are too large to be searched to the end, and where equilibria form a family",
+)
+
+
+def of_runs(terms: str, which: str = "") -> tuple[Variable, ...]:
+    """Return the variables of each run: bound on rates, window, steps, status, and whether all equilibria are found.
+
+    Args:
+        terms: what the bound on rates comes from.
+        which: which of several runs the number of samples is of.
+    """
+    return (
+        Variable(
+            "rate_scale",
+            "s-1",
+            "bound on every possible rate at the equilibrium, which sets the length of the run",
+            comment=f"from the absolute values of the terms of {terms}, not from predicted rates",
+        ),
+        Variable("samples_used", "1", f"number of samples inside the measurement window{which}", "i4"),
+        Variable("window_end", "s", "time of the last sample inside the measurement window"),
+        STEPS,
+        status(),
+        CERTIFIED,
+    )
+
+
+def layout(
+    nudge: Iterable[Parameter], last: Variable, most: int, variables: Mapping[str, Variable], needed: Iterable[str]
+) -> Layout:
+    """Return the layout of maps of equilibria, beside the parameters of the system described.
+
+    Args:
+        nudge: parameters of the perturbation.
+        last: the coordinate that numbers modes or eigenvalues.
+        most: the largest number of these.
+        variables: name → each variable that a map may have.
+        needed: names of the variables that every map has.
+    """
+    numbers = Annotated[int, whole(1, most, f"whole numbers from 1 to {most}")]
+    return Layout(
+        quantities.coordinates(nudge) | table(Variable("equilibrium", None, "equilibrium", "str"), last),
+        variables,
+        tuple(needed),
+        {parameter.name: parameter.quantity.item for parameter in nudge} | {last.name: numbers, "equilibrium": str},
+        is_open=True,
+    )

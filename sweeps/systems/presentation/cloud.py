@@ -1,0 +1,113 @@
+"""Points that are drawn or listed, over two of their coordinates, and how a measured variable is distributed."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from sweeps import colors, style
+from sweeps.boxes import dimensions, flags, own_of_points, spreads_by_ratio
+from sweeps.schema.variables import Role, Variable
+
+if TYPE_CHECKING:
+    from sweeps.systems.presentation.look import Look
+
+MOST_DRAWN = 20_000  # points of a panel
+MOST_PANELS = 4
+BINS = 60
+
+
+def draw(ds: xr.Dataset, specs: Mapping[str, Variable], look: "Look", ax: Axes | None = None) -> Figure | None:
+    """Draw scatter plots coloured by the leading flag, and below each the histogram of a measured variable.
+
+    Args:
+        ds: a map with a dimension `point`.
+        specs: name → variable, of the map's system.
+        look: how the system's flags and parameters look.
+        ax: where; left out, on a figure of its own.
+    """
+    names = [name for name in own_of_points(ds) if np.ptp(ds[name].values) > 0][:2]
+    flag, measured = _of_role(ds, specs, Role.HEADLINE), _of_role(ds, specs, Role.MEASUREMENT)
+    flag = flag or next((str(name) for name in ds.data_vars if flags(ds[name])), "")
+    if not names or not flag:
+        return None
+    stride = _stride(ds.sizes["point"])
+    chosen = [flag, *([measured] if measured else [])]
+    part, along, panels = _panels(ds[chosen].isel(point=slice(None, None, stride)))
+    subtitle = f"{ds.attrs.get('title', '')}:  {_drawn(ds.sizes['point'], stride)}".strip()
+    width = 0.8 + 2.9 * len(panels)
+    figure = style.canvas(width, 6.4 if measured else 4.2, "Sampled points", subtitle, footer=0.36, ax=ax)
+    heights = (1.6, 1.0) if measured else (1.0,)
+    axes = figure.subplots(len(heights), len(panels), squeeze=False, height_ratios=heights)
+    colored = {value: look.color(meaning) or colors.GREY for value, meaning in flags(ds[flag]).items()}
+    for column, (number, panel) in zip(axes.T, enumerate(panels), strict=True):
+        _scatter(column[0], ds, panel, names, flag, colored, look)
+        if along:
+            column[0].set_title(f"{along} {ds[along].values[number]}", loc="left", fontweight="bold")
+        if measured:
+            _histogram(column[1], ds[measured], panel, flag, colored)
+    style.legend(figure, _legend(part[flag], flags(ds[flag]), colored, look))
+    return figure
+
+
+def _stride(points: int) -> int:
+    """One point in how many is drawn: a prime, so that a plane of points is not thinned to some of its columns."""
+    stride = -(-points // MOST_DRAWN)
+    while any(stride % k == 0 for k in range(2, int(stride**0.5) + 1)):
+        stride += 1
+    return stride
+
+
+def _of_role(ds: xr.Dataset, specs: Mapping[str, Variable], role: Role) -> str:
+    return next((name for name, spec in specs.items() if spec.role == role and name in ds.data_vars), "")
+
+
+def _drawn(points: int, stride: int) -> str:
+    return f"{points:,} points, " + ("all shown" if stride == 1 else f"one in {stride:,} shown")
+
+
+def _panels(part: xr.Dataset) -> tuple[xr.Dataset, str, list[xr.Dataset]]:
+    """The part in memory, the dimension that has a panel for each value ("" for none), and the panels."""
+    whole = [d for d, n in dimensions(part).items() if d != "point" and 1 < n <= MOST_PANELS]
+    along = next((d for d in whole if part[d].dtype.kind in "iuOU"), next(iter(whole), ""))
+    fixed = {d: (n - 1) // 2 for d, n in dimensions(part).items() if d not in ("point", along)}
+    part = part.isel(fixed).load()
+    return part, along, [part.isel({along: k}) for k in range(part.sizes[along])] if along else [part]
+
+
+def _scatter(ax: Axes, ds, panel: xr.Dataset, names, flag: str, colored, look: "Look") -> None:
+    """The points; later ones lie above earlier ones, in the order in which they stand."""
+    x = panel[names[0]].values
+    y = panel[names[1]].values if len(names) > 1 else np.zeros(x.shape)
+    tints = np.array([colored.get(int(value), colors.GREY) for value in panel[flag].values])
+    size = float(np.clip(30_000 / max(x.size, 1), 1.0, 16.0))
+    ax.scatter(x, y, s=size, c=tints, linewidths=0, alpha=0.8, rasterized=True, gid="points")
+    for side, values, name in zip("xy", (x, y), names, strict=False):
+        label = style.with_unit(look.symbol(name), str(ds[name].attrs.get("units", "1")), "  ({})")
+        ax.set(**{f"{side}label": label, f"{side}scale": "log" if spreads_by_ratio(values) else "linear"})
+    if len(names) == 1:
+        ax.set_yticks([])
+
+
+def _histogram(ax: Axes, described: xr.DataArray, panel: xr.Dataset, flag: str, colored) -> None:
+    """Points by the value of a variable, those of each flag on top of the last; the outermost hundredths left out."""
+    values = panel[described.name].values
+    known = np.isfinite(values)
+    if known.any():
+        low, high = np.percentile(values[known], (0.5, 99.5))
+        bins = np.linspace(low, high if high > low else low + (abs(low) or 1.0), BINS)
+        used = [value for value in colored if (panel[flag].values[known] == value).any()]
+        parts = [values[known & (panel[flag].values == value)] for value in used]
+        ax.hist(parts, bins, stacked=True, color=[colored[value] for value in used], gid="histogram")
+    name = str(described.name).replace("_", " ")
+    ax.set(xlabel=style.with_unit(name, str(described.attrs.get("units", "1")), "  ({})"), ylabel="points")
+
+
+def _legend(values: xr.DataArray, meanings: Mapping[int, str], colored, look: "Look") -> list:
+    used = set(np.unique(values.values).tolist())
+    dot = {"linestyle": "none", "marker": "o", "markersize": 4}
+    return [Line2D([], [], color=colored[v], label=look.words(m), **dot) for v, m in meanings.items() if v in used]

@@ -1,0 +1,86 @@
+"""Presentation of free rigid bodies."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING
+
+from sweeps.systems.presentation import Opening, Page, Presentation
+from sweeps.systems.rigid_body.presentation.look import LOOK
+from sweeps.systems.rigid_body.spread import SHAPE, is_grid, is_of_shapes
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+    from PIL.Image import Image
+
+
+LEAST_NUDGES = 6  # sizes of the perturbation that the figure of a power law needs
+
+
+class RigidBodyPresentation(Presentation):
+    """Figures, animation and page of free rigid bodies."""
+
+    look = LOOK
+    least = ("epsilon",)
+
+    def opening(self, ds: "xr.Dataset") -> Opening:
+        """Return the plane of the stability figures, or for bodies their least ε."""
+        if not is_grid(ds):
+            return super().opening(ds)
+        from sweeps.systems.rigid_body.presentation.figure_flip import racket_at
+        from sweeps.systems.rigid_body.presentation.figure_stability import planes
+
+        plane, at = (SHAPE, super().opening(ds).at) if is_of_shapes(ds) else planes(ds)
+        return Opening(plane, at | {dim: ds[dim].values[i].item() for dim, i in (racket_at(ds) or {}).items()})
+
+    def page(self, ds: "xr.Dataset") -> Page:
+        """Return bodies in a table, the body turning, and the limit of linear theory."""
+        from sweeps.systems.rigid_body.presentation.page import page
+
+        return page(ds)
+
+    def figures(self, ds: "xr.Dataset") -> "dict[str, Callable[..., Figure | None]]":
+        """Return the stability over moments or the triangle, or bodies in a row, and more."""
+        from sweeps.systems.rigid_body.presentation import (
+            figure_agreement,
+            figure_polhodes,
+            figure_stability,
+            figure_triangle,
+        )
+
+        found: dict[str, Callable[..., Figure | None]] = {}
+        if is_of_shapes(ds):
+            found["triangle"] = partial(figure_triangle.draw, ds)
+        if "body" in ds.dims:
+            from sweeps.systems.rigid_body.presentation import figure_bodies
+
+            found["bodies"] = partial(figure_bodies.draw, ds)
+        else:
+            one = figure_triangle.draw_axis if is_of_shapes(ds) else figure_stability.draw
+            found |= {f"stability_axis_{axis}": partial(one, ds, axis) for axis in ds["axis"].values.tolist()}
+        found["theory_against_measured"] = partial(figure_agreement.draw, ds)
+        if ds.sizes.get("epsilon", 0) >= LEAST_NUDGES:
+            from sweeps.systems.rigid_body.presentation import figure_breakdown
+
+            found["breakdown"] = partial(figure_breakdown.draw, ds)
+        return found | {"polhodes": partial(figure_polhodes.draw, ds)}
+
+    def draws_plainly(self, ds: "xr.Dataset") -> bool:
+        """Return True for all figures of a grid except the breakdown."""
+        return is_grid(ds) and ds.sizes.get("epsilon", 0) < LEAST_NUDGES
+
+    def figures_of_points(self, ds: "xr.Dataset") -> "dict[str, Callable[..., Figure | None]]":
+        """Return the inertia triangle, the points over two coordinates, and the agreement with theory."""
+        from sweeps.systems.rigid_body.presentation import figure_agreement, figure_triangle
+
+        triangle, agreement = partial(figure_triangle.draw, ds), partial(figure_agreement.draw, ds)
+        return {"triangle": triangle, **super().figures_of_points(ds), "theory_against_measured": agreement}
+
+    def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], list[Image]]]":
+        """Return the animation of one flip of the most unstable possible body."""
+        from sweeps.systems.rigid_body.presentation import figure_flip
+
+        return {"flip": partial(figure_flip.frames, ds)}
+
+
+PRESENTATION = RigidBodyPresentation

@@ -1,0 +1,271 @@
+"""Real bodies side by side: their measured rates, how soon they flip, and their periods beside the observed ones."""
+
+import re
+import textwrap
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from sweeps import colors, style
+from sweeps.systems.bodies.wording import DAY, HOUR
+from sweeps.systems.rigid_body.fits import Period, periods, signed_rate
+from sweeps.systems.rigid_body.presentation.look import LOOK, settings
+from sweeps.systems.rigid_body.variables import REGIMES
+
+MOST_BODIES, MOST_PERIODS = 30, 10
+PERIOD_INCHES, LINE_INCHES, NOTE_WIDTH = 1.28, 0.145, 54
+AXIS, GROWS, FLIPS = 0.3, 0.97, 1.87  # where those columns stand, inches from the right of the panel of rates
+NAME_LETTERS = 40  # of a period's heading
+MEASURED = {"label": "rigid body, measured", "marker": "o", "markersize": 7.5, "color": colors.STABLE}
+OBSERVED = {
+    "label": "observed",
+    "marker": "D",
+    "markersize": 6.5,
+    "color": "white",
+    "markeredgecolor": colors.INK,
+    "markeredgewidth": 1.3,
+}
+LINES = {1: "-", 2: (0, (5, 1.6)), 3: (0, (1.2, 1.2))}
+OFFSETS = {1: -0.24, 2: 0.0, 3: 0.24}
+
+
+def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
+    """Draw rates over the spin rate for each body and axis, growth and flip times, and observed periods in days."""
+    part = _selected(ds)
+    known = periods(ds.sel(body=part["body"].values))
+    observed = [known[i] for i in style.few(len(known), MOST_PERIODS)]
+    rows = part.sizes["body"]
+    height = 2.0 + max(0.46 * rows, PERIOD_INCHES * len(observed), 1.0)
+    many = ds.sizes["body"] > MOST_BODIES
+    width = 11.6 if observed or many else 7.8
+    some = f";  periods of {len(observed)} of {len(known)}" if len(observed) < len(known) else ""
+    figure = style.canvas(width, height, "Bodies: measured rates", _subtitle(ds, part) + some, footer=0.36, ax=ax)
+    axes = figure.subplots(1, 2, width_ratios=(1.0, 1.0)) if observed or many else [figure.subplots()]
+    _rates(axes[0], part)
+    _times(axes[0], part)
+    if observed:
+        _periods(axes[1], observed, (height - 2.0) / len(observed))
+    elif many:
+        _histogram(axes[1], ds)
+    _legend(figure, part)
+    return figure
+
+
+def _selected(ds: xr.Dataset) -> xr.Dataset:
+    """At most `MOST_BODIES` bodies at the least epsilon and the middle omega0 and phase, over (body, axis)."""
+    at = {dim: (ds.sizes[dim] - 1) // 2 for dim in ("omega0", "phase") if dim in ds.dims}
+    if "epsilon" in ds.dims:
+        at["epsilon"] = int(np.argmin(ds["epsilon"].values))
+    names = ["omega_squared", "omega_squared_theory", "regime", "regime_theory", "triangle_margin", "growth_rate"]
+    names += [name for name in ("flip_period",) if name in ds]
+    part = ds[names].isel(at | {"body": style.few(ds.sizes["body"], MOST_BODIES)}).load().transpose("body", "axis")
+    measured, theory = (signed_rate(part[name], part["omega0"]) for name in names[:2])
+    return part.assign(rate=abs(measured), rate_theory=abs(theory))
+
+
+def _subtitle(ds: xr.Dataset, part: xr.Dataset) -> str:
+    fixed = {name: float(part[name]) for name in ("omega0", "epsilon", "phase") if part[name].ndim == 0}
+    own = [LOOK.symbol(name) for name in ("omega0", "epsilon", "phase") if part[name].ndim]
+    bodies = style.count(ds.sizes["body"], "body", "bodies")
+    if part.sizes["body"] < ds.sizes["body"]:
+        bodies = f"{part.sizes['body']} of {bodies}"
+    text = settings(fixed) + (f";  {', '.join(own)} differ by body" if own else "")
+    return f"{ds.attrs.get('title', '')}:  {bodies};  {text}"
+
+
+def _rates(ax: Axes, part: xr.Dataset) -> None:
+    """Numbered markers at the measured rates over ticks at theory's; rates of zero stand in a column of their own."""
+    rates, theory = part["rate"].values, part["rate_theory"].values
+    trusted = ~np.isin(part["regime"].values, (3, 4))
+    positive = rates[trusted & (rates > 0)]
+    low = 10.0 ** (np.floor(np.log10(positive.min())) - 0.3) if positive.size else 0.1
+    zero = low / 2.2
+    ax.set_xscale("log")
+    for (i, j), rate in np.ndenumerate(rates):
+        axis = int(part["axis"].values[j])
+        y, word = i + OFFSETS[axis], REGIMES[int(part["regime"].values[i, j]) + 1]
+        ax.vlines(theory[i, j] if theory[i, j] else zero, y - 0.21, y + 0.21, color=colors.INK, linewidth=1.1, zorder=2)
+        if np.isfinite(rate):
+            _numbered(ax, rate if trusted[i, j] and rate > 0 else zero, y, axis, word)
+    rows = part.sizes["body"]
+    ax.set(xlim=(zero / 1.7, max(2.0, 1.6 * np.nanmax(np.append(rates, 1.0)))), ylim=(rows - 0.42, -0.58))
+    ax.set_yticks(range(rows), [_row_label(part.isel(body=i)) for i in range(rows)], fontsize=9)
+    ax.set_xlabel(r"measured rate relative to the spin, $\sqrt{|\Omega^2|}\,/\,|\omega_0|$  (dimensionless)")
+    ax.set_title("Rates (numerals: spin axis)", loc="left", fontweight="bold", fontsize=9.5)
+    _zero_column(ax, zero, low, rows)
+
+
+def _histogram(ax: Axes, ds: xr.Dataset) -> None:
+    """How the measured rates of all bodies are distributed, about each axis."""
+    at = {dim: (ds.sizes[dim] - 1) // 2 for dim in ("omega0", "phase") if dim in ds.dims}
+    if "epsilon" in ds.dims:
+        at["epsilon"] = int(np.argmin(ds["epsilon"].values))
+    part = ds[["omega_squared"]].isel(at).load()
+    rate = signed_rate(part["omega_squared"], part["omega0"]).transpose("axis", "body")
+    known = rate.values[np.isfinite(rate.values)]
+    ends = (float(known.min()), float(known.max())) if known.size else (-1.0, 1.0)
+    bins = np.linspace(*ends, 61) if ends[0] < ends[1] else np.linspace(ends[0] - 1, ends[0] + 1, 61)
+    for row in rate:
+        axis = int(row["axis"])
+        look = {"histtype": "step", "linewidth": 1.6, "color": colors.SERIES_COLORS[axis - 1], "linestyle": LINES[axis]}
+        ax.hist(row.values[np.isfinite(row.values)], bins, label=f"about axis {axis}", gid="histogram", **look)
+    ax.axvline(0.0, color=colors.QUIET, linewidth=0.8)
+    ax.set(xlabel=r"measured rate $/\,|\omega_0|$ (negative: growth)  (dimensionless)", ylabel="bodies")
+    ax.set_title(f"All {ds.sizes['body']:,} bodies", loc="left", fontweight="bold", fontsize=9.5)
+    ax.legend(loc="best")
+
+
+def _times(ax: Axes, part: xr.Dataset) -> None:
+    """Write the unstable axis, its e-folding time and the time between flips beside each row."""
+    look = {"va": "center", "fontsize": 8.5, "color": LOOK.color("unstable")}
+    flips = "flip_period" in part
+    nudge = f"ε = {style.number(float(part['epsilon']), 2)}" if part["epsilon"].ndim == 0 else "own ε"
+    heads = {AXIS: "spun\nabout", GROWS: "grows\ne-fold in"} | ({FLIPS: f"{nudge},\nflips every"} if flips else {})
+    for inches, head in heads.items():
+        _beside(ax, None, inches, head, va="bottom", fontsize=8, color=colors.QUIET)
+    for i in range(part.sizes["body"]):
+        unstable = np.flatnonzero(part["regime"].values[i] == REGIMES.index("unstable") - 1)
+        if unstable.size:
+            at = part.isel(body=i, axis=int(unstable[0]))
+            _beside(ax, i, AXIS, f"axis {int(at['axis'])}", gid="about", **look)
+            _beside(ax, i, GROWS, brief_duration(1.0 / float(at["growth_rate"])), gid="e-fold", **look)
+        if unstable.size and flips and np.isfinite(at["flip_period"]):
+            _beside(ax, i, FLIPS, brief_duration(float(at["flip_period"])), gid="flip", **look)
+
+
+def _beside(ax: Axes, row: int | None, inches: float, text: str, **look) -> None:
+    """A text so many inches to the right of a panel, in a row or (None) above all: at any size of the panel."""
+    at, kind = ((1.0, 1.0), ax.transAxes) if row is None else ((1.0, row), ax.get_yaxis_transform())
+    shift = (72 * inches, 4 if row is None else 0)
+    ax.annotate(text, at, shift, xycoords=kind, textcoords="offset points", ha="center", annotation_clip=False, **look)
+
+
+def _row_label(body: xr.Dataset) -> str:
+    name = textwrap.fill(str(body["body"].values), 30)
+    return name + ("" if float(body["triangle_margin"].min()) >= 0 else "\n(breaks the triangle inequality)")
+
+
+def _numbered(ax: Axes, x: float, y: float, axis: int, word: str) -> None:
+    hollow = word in ("sphere", "undetermined")
+    color = LOOK.color(word)
+    ax.plot(
+        [x],
+        [y],
+        marker="o",
+        markersize=9.6,
+        markerfacecolor="white" if hollow else color,
+        markeredgecolor=color,
+        markeredgewidth=0.9,
+        zorder=3,
+        gid=word,
+    )
+    ink = colors.INK if hollow or word == "stable_minor" else "white"
+    ax.annotate(
+        str(axis),
+        (x, y),
+        (0, -0.35),
+        textcoords="offset points",
+        ha="center",
+        va="center",
+        fontsize=7.6,
+        color=ink,
+        fontweight="bold",
+        zorder=4,
+    )
+
+
+def _zero_column(ax: Axes, zero: float, low: float, rows: int) -> None:
+    """Separates the column of zero rates, and rows from each other."""
+    exponents = range(int(np.ceil(np.log10(low))), int(np.floor(np.log10(ax.get_xlim()[1]))) + 1)
+    exponents = exponents[:: max(1, len(exponents) // 8)]
+    ax.set_xticks([zero, *(10.0**n for n in exponents)], ["0", *(style.power(n) for n in exponents)])
+    ax.minorticks_off()
+    ax.axvline(np.sqrt(zero * low) * 1.05, color=colors.FAINT, linewidth=0.8, linestyle=(0, (2, 2)))
+    ax.grid(axis="x", color=colors.FAINT, linewidth=0.5, alpha=0.6)
+    for i in range(1, rows):
+        ax.axhline(i - 0.5, color=colors.FAINT, linewidth=0.5)
+    ax.tick_params(axis="y", length=0)
+    ax.set_axisbelow(True)
+
+
+def _periods(ax: Axes, observed: list[Period], inches: float) -> None:
+    """Measured and observed periods as pairs on one axis of days, each with its note in a row of so many inches."""
+    days = [d for p in observed for d in (p.measured_days, p.observed_days) if np.isfinite(d)]
+    room = max(6.0, (max(days) / min(days)) ** 0.35)  # for the numbers beside the outermost marks
+    ax.set(xscale="log", xlim=(min(days) / room, max(days) * room), ylim=(len(observed), 0.0), yticks=[])
+    for row, period in enumerate(observed):
+        y = row + 0.42 / inches
+        pair = [period.measured_days, period.observed_days]
+        ax.plot(pair, [y, y], color=colors.FAINT, linewidth=2.5, zorder=1, solid_capstyle="butt")
+        for x, look in zip(pair, (MEASURED, OBSERVED), strict=True):
+            ax.plot(x, y, linestyle="none", zorder=3, gid=look["label"], **look)
+        _period_texts(ax, period, row, y, inches)
+        if row:
+            ax.axhline(row, color=colors.FAINT, linewidth=0.5)
+    style.plain_log_ticks(ax.xaxis)
+    ax.set_xlabel("period in the body's frame  (days of 86,400 s)")
+    ax.set_title("Periods", loc="left", fontweight="bold", fontsize=9.5)
+    handles = [Line2D([], [], linestyle="none", **look) for look in (MEASURED, OBSERVED)]
+    place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.1}
+    ax.legend(handles=handles, ncols=2, handletextpad=0.3, columnspacing=1.2, **place)
+    ax.grid(axis="x", color=colors.FAINT, linewidth=0.5, alpha=0.6)
+    ax.set_axisbelow(True)
+
+
+def _period_texts(ax: Axes, period: Period, row: int, y: float, inches: float) -> None:
+    def write(text, depth, **look):
+        ax.text(0.02, row + depth / inches, text, transform=ax.get_yaxis_transform(), va="top", **look)
+
+    head = f"{period.body}: {period.what}, axis {period.axis}"
+    write(textwrap.shorten(head, NAME_LETTERS, placeholder=" …"), 0.08, fontsize=9, fontweight="bold")
+    values = sorted(d for d in (period.measured_days, period.observed_days) if np.isfinite(d))
+    look = {"va": "center", "fontsize": 8.5, "textcoords": "offset points", "path_effects": style.halo(2.0)}
+    if len(values) > 1:
+        ax.annotate(_days(values[0]), (values[0], y), (-8, 0), ha="right", **look)
+    ax.annotate(_days(values[-1]), (values[-1], y), (8, 0), ha="left", **look)
+    note = textwrap.wrap(" ".join(period.note.split()), NOTE_WIDTH)
+    if len(note) * LINE_INCHES > inches - 0.64:
+        note = textwrap.wrap(gist(period.note), NOTE_WIDTH)
+    write("\n".join(note), 0.58, fontsize=7.8, color=colors.QUIET, linespacing=1.25)
+
+
+def _days(value: float) -> str:
+    if value < 0.01:
+        return f"{style.number(value, 3)} d"
+    text = f"{value:,.2f}" if value < 10_000 else f"{value:,.0f}"
+    return (text.rstrip("0").rstrip(".") if "." in text else text) + " d"
+
+
+def gist(note: str) -> str:
+    """Return the last sentence of a note, its conclusion."""
+    return re.split(r"(?<=[.!?])\s+(?=[A-Z])", " ".join(note.split()))[-1]
+
+
+def _legend(figure: Figure, part: xr.Dataset) -> None:
+    present = {REGIMES[int(code) + 1] for code in np.unique(part["regime"].values)}
+    handles = [
+        Line2D(
+            [],
+            [],
+            linestyle="none",
+            marker="o",
+            markersize=7,
+            markeredgecolor=LOOK.color(word),
+            markerfacecolor="white" if word in ("sphere", "undetermined") else LOOK.color(word),
+            label=LOOK.words(word),
+        )
+        for word in REGIMES
+        if word in present
+    ]
+    handles.append(Line2D([], [], linestyle="none", marker="|", markersize=9, color=colors.INK, label="linear theory"))
+    style.legend(figure, handles)
+
+
+def brief_duration(seconds: float) -> str:
+    """Return a time span in three digits and an abbreviated unit: "0.853 s", "7.29 h", "304 d"."""
+    unit, name = (1.0, "s") if seconds < 2 * HOUR else (HOUR, "h") if seconds < 2 * DAY else (DAY, "d")
+    value = seconds / unit
+    return f"{value:,.0f} {name}" if 100 <= value < 1e6 else f"{style.number(value, 3)} {name}"

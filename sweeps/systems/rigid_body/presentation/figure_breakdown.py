@@ -1,0 +1,175 @@
+"""Breakdown of linear theory: the deviation of the measured Ω² against ε, with its fitted exponent."""
+
+from itertools import product
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from sweeps import colors, style
+from sweeps.systems.bodies.variables import MOMENTS
+from sweeps.systems.rigid_body.fits import FIT_ABOVE, FIT_BELOW, breakdown
+from sweeps.systems.rigid_body.spread import moments_over
+
+MOST_BODIES = 14
+EXPECTED, TOLERANCE = 2.0, 0.1
+LOOKS = {1: "-", 2: (0, (5, 1.6)), 3: (0, (1.2, 1.2))}
+SMALLEST_DRAWN = 1e-16
+HIGHLIGHTED = 3  # bodies in colours; the others are grey
+OTHERS = "#b5b9bf"
+
+
+def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
+    """Draw |Ω²/Ω²_theory − 1| against ε for each body and axis, with a table of fitted exponents."""
+    chosen, total = bodies(ds)
+    found = breakdown(chosen).assign(theory=chosen["omega_squared_theory"].isel(epsilon=0))
+    rows = chosen.sizes["body"]
+    height = max(4.9, 2.4 + 0.27 * rows)
+    figure = style.canvas(11.8, height, "How far linear theory holds", _subtitle(ds, total, found), ax=ax)
+    left, right, table = figure.subplots(1, 3, width_ratios=(1.0, 1.0, 1.16))
+    right.sharey(left)
+    right.sharex(left)
+    lit = _highlighted(found)
+    _panel(left, found, found["theory"] > 0, lit)
+    _panel(right, found, found["theory"] < 0, lit)
+    left.set_ylabel(r"$|\,\Omega^2_{\rm measured}\,/\,\Omega^2_{\rm theory} - 1\,|$  (dimensionless)")
+    left.set_title("stable (linear theory)", loc="left", color=colors.STABLE, fontweight="bold")
+    right.set_title("unstable (linear theory)", loc="left", color=colors.UNSTABLE, fontweight="bold")
+    right.tick_params(labelleft=False)
+    _table(table, found, lit)
+    return figure
+
+
+def _subtitle(ds: xr.Dataset, total: int, found: xr.Dataset) -> str:
+    rows = found.sizes["body"]
+    shown = (f"{rows} of " if rows < total else "") + style.count(total, "body", "bodies")
+    slopes = found["slope"].values[np.isfinite(found["slope"].values)]
+    near = int(np.count_nonzero(np.abs(slopes - EXPECTED) <= TOLERANCE))
+    fitted = f"{near} of {slopes.size} fitted exponents lie within {EXPECTED} ± {TOLERANCE}"
+    low, high = (style.power(round(np.log10(bound))) for bound in (FIT_ABOVE, FIT_BELOW))
+    return (
+        f"{ds.attrs.get('title', '')}:  {shown};  {fitted if slopes.size else 'no exponent can be fitted'}\n"
+        f"Fitted over the shaded range, {low} to {high}, where a deviation is at least ten times its value for "
+        "the smallest perturbations (fainter elsewhere)"
+    )
+
+
+def bodies(ds: xr.Dataset) -> tuple[xr.Dataset, int]:
+    """Return at most `MOST_BODIES` bodies of a map over (body, axis, epsilon), evenly spaced, and how many it has.
+
+    omega0 and phase, where they are dimensions, are taken at their middle. On a grid each triple of moments
+    is a body, named by it.
+    """
+    middle = {dim: (ds.sizes[dim] - 1) // 2 for dim in ("omega0", "phase") if dim in ds.dims}
+    names = ["omega_squared", "omega_squared_theory", "omega_squared_reduced_error", "status"]
+    ds = ds[names].isel(middle).sortby("epsilon")
+    if "body" in ds.dims:
+        total = ds.sizes["body"]
+        return ds.isel(body=style.few(total, MOST_BODIES)), total
+    over, parts = moments_over(ds), []
+    places = list(product(*(range(ds.sizes[dim]) for dim in over)))
+    for place in (places[n] for n in style.few(len(places), MOST_BODIES)):
+        part = ds.isel(dict(zip(over, place, strict=True))).load()
+        label = ", ".join(style.number(float(part[name]), 3) for name in MOMENTS)
+        parts.append(part.drop_vars({*MOMENTS, *over}).assign_coords(body=f"({label}) kg m²"))
+    return xr.concat(parts, dim="body", coords="minimal", compat="override"), len(places)
+
+
+def _highlighted(found: xr.Dataset) -> list[int]:
+    """Numbers of the bodies in colours: some of those with most fitted exponents, far from each other in the list."""
+    fitted = np.isfinite(found["slope"].transpose("body", "axis").values).sum(axis=1)
+    best = np.flatnonzero(fitted == fitted.max())
+    return best[np.unique(np.linspace(0, best.size - 1, HIGHLIGHTED).round().astype(int))].tolist()
+
+
+def _look(body: int, lit: list[int]) -> dict:
+    if body not in lit:
+        return {"color": OTHERS, "marker": "none"}
+    index = lit.index(body)
+    return {
+        "color": colors.SERIES_COLORS[index % len(colors.SERIES_COLORS)],
+        "marker": style.SERIES_MARKERS[(index // len(colors.SERIES_COLORS) + index) % len(style.SERIES_MARKERS)],
+    }
+
+
+def _panel(ax: Axes, found: xr.Dataset, belongs: xr.DataArray, lit: list[int]) -> None:
+    ax.set(xscale="log", yscale="log", xlabel=r"perturbation $\varepsilon$, relative to $\omega_0$  (dimensionless)")
+    epsilon = found["epsilon"].values
+    ax.axhspan(FIT_ABOVE, FIT_BELOW, color="#f3f4f6", zorder=0, linewidth=0)
+    for i, j in np.argwhere(belongs.transpose("body", "axis").values):
+        _series(ax, found.isel(body=i, axis=j), int(i), lit)
+    _reference(ax, found.where(belongs), epsilon)
+    ax.set(ylim=(3e-15, 5.0), xlim=(epsilon[0] / 1.3, epsilon[-1] * 1.3))
+
+
+def _series(ax: Axes, at: xr.Dataset, index: int, lit: list[int]) -> None:
+    """One body about one axis: at full strength where the deviation stands above its floor."""
+    epsilon, deviation, axis = at["epsilon"].values, at["deviation"].values, int(at["axis"])
+    drawn = np.where(deviation > SMALLEST_DRAWN, deviation, np.nan)
+    above = np.where(drawn >= max(float(at["floor"]), FIT_ABOVE), drawn, np.nan)
+    look = _look(index, lit) | {"linestyle": LOOKS[axis], "zorder": 3 if index in lit else 2}
+    ax.plot(epsilon, drawn, linewidth=0.7, alpha=0.35, gid=f"{index} {axis}", **(look | {"marker": "none"}))
+    every = max(1, epsilon.size // 7)
+    marks = {"markersize": 3.8, "markeredgecolor": "white", "markeredgewidth": 0.4}
+    ax.plot(
+        epsilon,
+        above,
+        linewidth=1.6 if index in lit else 0.9,
+        markevery=((index * 3 + axis) % every, every),
+        **look,
+        **marks,
+    )
+
+
+def _reference(ax: Axes, found: xr.Dataset, epsilon: np.ndarray) -> None:
+    """A line of slope 2 below the curves, named."""
+    with np.errstate(invalid="ignore"):
+        above = found["deviation"].where(found["deviation"] >= found["floor"]) / found["epsilon"] ** 2
+    ratios = above.where(found["slope"].notnull()).median("epsilon").values
+    height = 0.2 * float(np.nanmin(ratios)) if np.isfinite(ratios).any() else 1e-2
+    ends = np.array([epsilon[0], epsilon[-1]])
+    ax.plot(ends, height * ends**2, color=colors.INK, linewidth=1.4, gid="slope 2")
+    at = float(np.clip(np.sqrt(1e-8 / height), ends[0], ends[-1] / 30))
+    place = {"textcoords": "offset points", "va": "top", "fontsize": 10}
+    ax.annotate(r"slope 2", (at, height * at**2), (9, -4), **place)
+
+
+def _table(ax: Axes, found: xr.Dataset, lit: list[int]) -> None:
+    """The fitted exponents, one row a body and one column an axis, coloured by what theory says."""
+    ax.set_axis_off()
+    axes, rows = found["axis"].values.tolist(), found.sizes["body"]
+    ax.set(xlim=(0, 1), ylim=(rows + 0.4, -2.4))
+    columns = np.linspace(0.69, 0.95, len(axes)) if len(axes) > 1 else [0.82]
+    head = {"va": "center", "fontsize": 8.5, "color": colors.QUIET}
+    ax.text(np.mean(columns), -2.05, "fitted exponent about axis", ha="center", **head)
+    for x, axis in zip(columns, axes, strict=True):
+        ax.text(x, -1.25, str(axis), ha="center", va="center", fontsize=9, fontweight="bold")
+        ax.add_line(
+            Line2D([x - 0.05, x + 0.05], [-0.72, -0.72], color=colors.INK, linewidth=1.1, linestyle=LOOKS[axis])
+        )
+    ax.axhline(-0.45, color=colors.FAINT, linewidth=0.8)
+    for i in range(rows):
+        ax.plot([0.0, 0.05], [i, i], linewidth=1.6, markersize=4.2, markevery=[1], **_look(i, lit))
+        ax.text(0.085, i, _clipped(str(found["body"].values[i])), va="center", fontsize=8.5)
+        for j, x in enumerate(columns):
+            text, color = _cell(found.isel(body=i, axis=j))
+            ax.text(x, i, text, ha="center", va="center", fontsize=8.5, color=color)
+    ax.axhline(rows - 0.45, color=colors.FAINT, linewidth=0.8)
+    if "no law" in {text.get_text() for text in ax.texts}:
+        ax.text(0.0, rows + 0.1, "no law: too few deviations above rounding", **(head | {"fontsize": 7.8}))
+
+
+def _clipped(name: str, most: int = 29) -> str:
+    return name if len(name) <= most else name[: most - 1] + "…"
+
+
+def _cell(at: xr.Dataset) -> tuple[str, str]:
+    theory, slope = float(at["theory"]), float(at["slope"])
+    if not theory:
+        return r"$\Omega^2=0$", colors.QUIET
+    color = colors.STABLE if theory > 0 else colors.UNSTABLE
+    if np.isfinite(slope):
+        return f"{slope:.3f}" + ("" if abs(slope - EXPECTED) <= TOLERANCE else " !"), color
+    return "no law", colors.QUIET

@@ -1,0 +1,324 @@
+"""Polhodes: the curves that the angular velocity traces in a body, on the ellipsoid of one energy, far side faint."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from kernels import exact
+from sweeps import colors, style
+from sweeps.boxes import along
+from sweeps.systems.bodies.variables import MOMENTS
+from sweeps.systems.rigid_body.presentation.look import LOOK
+from sweeps.systems.rigid_body.spread import moments_over
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MOST_MOMENTS = 48  # values a dimension among which the body is looked for
+POINTS = 721
+PIXELS = 600
+SPACING = 0.14  # between neighbouring polhodes, of the ellipsoid's size
+LEAST_CURVES, MOST_CURVES = 3, 10  # about one end of an axis
+WORDS = ("least", "middle", "greatest")
+KINDS = ("stable_minor", "unstable", "stable_major")  # the regimes about those axes
+# The octant of the three positive ends faces the reader, its middle axis most: there the separatrix crosses itself.
+AZIMUTH, ELEVATION = np.radians(64.0), np.radians(29.0)
+LIGHT = np.array([-0.42, 0.60, 0.68])  # where it comes from: right, up, towards the reader
+TINT = 0.20  # how much of a regime's colour the surface takes
+HEAD, REACH, MARGIN = 0.055, 0.16, 0.30  # an arrow's length, how far an axis stands out, room for names: of the size
+LEAST_FACING = 0.3  # arrows nearer to the outline would be seen from the side
+
+
+@dataclass(frozen=True)
+class AsymmetricBody:
+    """A body with three different moments.
+
+    Attributes:
+        name: what it is called; "" on a grid of moments.
+        moments: I1, I2, I3, shape (3,).
+        units: "kg m²", or "" where only their ratios are known.
+    """
+
+    name: str
+    moments: np.ndarray
+    units: str
+
+
+@dataclass(frozen=True)
+class Scene:
+    """An ellipsoid of energy and where it is seen from.
+
+    Attributes:
+        axes: the body's axes (0, 1, 2) along x, y and z: the middle one along y, right-handed as in the body.
+        moments: principal moments along x, y and z, shape (3,).
+        semi: semi-axes √(I_mid/I) along x, y and z, so that the middle one is 1, shape (3,).
+        view: rows point right, up and towards the reader, shape (3, 3).
+    """
+
+    axes: tuple[int, int, int]
+    moments: np.ndarray
+    semi: np.ndarray
+    view: np.ndarray
+
+    @classmethod
+    def of(cls, moments: np.ndarray) -> "Scene":
+        """Return the scene of a body with three different moments."""
+        least, middle, greatest = (int(axis) for axis in np.argsort(moments))
+        axes = (least, middle, greatest) if (middle - least) % 3 == 1 else (greatest, middle, least)
+        ordered = moments[list(axes)] / moments[middle]
+        (sa, ca), (se, ce) = ((np.sin(x), np.cos(x)) for x in (AZIMUTH, ELEVATION))
+        view = np.array([[-sa, ca, 0.0], [-se * ca, -se * sa, ce], [ce * ca, ce * sa, se]])
+        return cls(axes, ordered, 1.0 / np.sqrt(ordered), view)
+
+    @property
+    def kinds(self) -> tuple[str, str, str]:
+        """Regimes about x, y and z."""
+        return KINDS if self.moments[0] < self.moments[2] else KINDS[::-1]
+
+    def crossing(self) -> float:
+        """Return the eccentric angle θ at which the separatrix meets the ellipse (semi_x cos θ, 0, semi_z sin θ).
+
+        There I_max (I_max − I_mid) ω_max² = I_min (I_mid − I_min) ω_min², the condition L² = 2E·I_mid.
+        """
+        weight = self.semi * np.sqrt(self.moments * np.abs(self.moments - self.moments[1]))
+        return float(np.arctan2(weight[0], weight[2]))
+
+    def facing(self, points: np.ndarray) -> np.ndarray:
+        """Return the cosine of the angle between the ellipsoid's normal at points (n, 3) and the line of sight."""
+        normal = points * self.moments
+        return normal @ self.view[2] / np.linalg.norm(normal, axis=1)
+
+    def form(self) -> np.ndarray:
+        """Return the matrix F of the ellipsoid x·F·x = 1 in the reader's directions, shape (3, 3)."""
+        return (self.view * self.moments) @ self.view.T
+
+    def shadow(self) -> np.ndarray:
+        """Return the matrix S of its outline x·S·x = 1, shape (2, 2)."""
+        form = self.form()
+        return form[:2, :2] - np.outer(form[:2, 2], form[2, :2]) / form[2, 2]
+
+    def half(self) -> np.ndarray:
+        """Return half its width and half its height on the page."""
+        return np.sqrt(np.diag(np.linalg.inv(self.shadow())))
+
+    @property
+    def size(self) -> float:
+        """A length to measure others by: the mean of half width and half height."""
+        return float(self.half().mean())
+
+
+def draw(ds: "xr.Dataset", ax: Axes | None = None) -> Figure | None:
+    """Draw the polhodes of the most asymmetric possible body of a map; None where all have two equal moments."""
+    body = chosen(ds)
+    if body is None:
+        return None
+    figure = style.canvas(7.6, 6.3, "Polhodes", _subtitle(ds, body), footer=0.36, ax=ax)
+    ax = figure.subplots()
+    scene = Scene.of(body.moments)
+    ax.set_axis_off()
+    _surface(ax, scene)
+    _principal_axes(ax, scene, body)
+    for kind, curve in polhodes(scene):
+        _curve(ax, scene, kind, curve)
+    (right, up), room = scene.half(), MARGIN * scene.size
+    ax.set(aspect="equal", xlim=(-right - room, right + room), ylim=(-up - room, up + room))
+    _legend(figure)
+    return figure
+
+
+def chosen(ds: "xr.Dataset") -> AsymmetricBody | None:
+    """Return the body of a map with the greatest `asymmetry`; None where none has three different moments."""
+    if "body" in ds.dims:
+        table = np.column_stack([ds[name].values for name in MOMENTS])
+        names, ratios = ds["body"].values.tolist(), ds["moments_are_ratios"].values
+    else:
+        table = _some_moments(ds)
+        names, ratios = [""] * len(table), np.zeros(len(table), bool)
+    score = asymmetry(table)
+    best = int(np.argmax(score))
+    return AsymmetricBody(names[best], table[best], "" if ratios[best] else "kg m²") if score[best] > 1.0 else None
+
+
+def _some_moments(ds: "xr.Dataset") -> np.ndarray:
+    """Moments of bodies of a grid, thinned along each dimension that they have, shape (n, 3)."""
+    dims, columns = moments_over(ds), []
+    for name in MOMENTS:
+        values = along(ds[name], dims)
+        for k, size in enumerate(values.shape):
+            values = np.take(values, style.few(size, MOST_MOMENTS), axis=k)
+        columns.append(values)
+    return np.stack(np.broadcast_arrays(*columns), axis=-1).reshape(-1, 3)
+
+
+def asymmetry(moments: np.ndarray) -> np.ndarray:
+    """Return the smaller of I_mid/I_min and I_max/I_mid: 1 for a symmetric top, 0 where physically impossible.
+
+    Args:
+        moments: principal moments in any one unit, shape (n, 3).
+
+    Returns:
+        Shape (n,); at most the golden number, by the triangle inequality.
+    """
+    least, middle, greatest = np.sort(moments, axis=1).T
+    return np.where(greatest - middle <= least, np.minimum(middle / least, greatest / middle), 0.0)
+
+
+def _subtitle(ds: "xr.Dataset", body: AsymmetricBody) -> str:
+    values = ",  ".join(
+        f"${name[0]}_{name[1]}$ = {style.number(x, 4)}" for name, x in zip(MOMENTS, body.moments, strict=True)
+    )
+    known = f" {body.units}" if body.units else "  (ratios)"
+    which = f"{body.name}:  " if body.name else "the most asymmetric body of this map:    "
+    return (
+        f"{ds.attrs.get('title', '')};  {which}{values}{known}\n"
+        "Polhodes: intersections of the energy ellipsoid with momentum ellipsoids"
+    )
+
+
+# ---------------------------------------------------------------------------------------------------------
+# The curves
+
+
+def polhodes(scene: Scene) -> list[tuple[str, np.ndarray]]:
+    """Return evenly spaced polhodes about both ends of both stable axes, and the two branches of the separatrix.
+
+    Returns:
+        (regime, closed curve of shape (POINTS, 3)) of each; the separatrix last.
+    """
+    found = []
+    for kind, begin in ((scene.kinds[0], 0.0), (scene.kinds[2], np.pi / 2)):
+        for angle in _angles(scene, begin):
+            start = np.array([scene.semi[0] * np.cos(angle), 0.0, scene.semi[2] * np.sin(angle)])
+            found += [(kind, exact.polhode(scene.moments, end * start, POINTS)) for end in (1.0, -1.0)]
+    return found + [("unstable", branch) for branch in _separatrix(scene)]
+
+
+def _angles(scene: Scene, begin: float) -> np.ndarray:
+    """Eccentric angles from one axis towards the separatrix, at equal arcs of some `SPACING`, both ends left out."""
+    angles = np.linspace(begin, scene.crossing(), 2001)
+    arc = np.hypot(np.diff(scene.semi[0] * np.cos(angles)), np.diff(scene.semi[2] * np.sin(angles))).cumsum()
+    parts = int(np.clip(round(arc[-1] / (SPACING * scene.size)), LEAST_CURVES, MOST_CURVES))
+    return np.interp(arc[-1] * (np.arange(parts) + 0.5) / (parts + 0.1), arc, angles[1:])
+
+
+def _separatrix(scene: Scene) -> list[np.ndarray]:
+    """Its two branches, plane ellipses that cross at the ends of the middle axis."""
+    turn, at = np.linspace(0.0, 2 * np.pi, POINTS), scene.crossing()
+    x, z = scene.semi[0] * np.cos(at), scene.semi[2] * np.sin(at)
+    return [np.column_stack([x * np.cos(turn), np.sin(turn), side * z * np.cos(turn)]) for side in (1.0, -1.0)]
+
+
+def _curve(ax: Axes, scene: Scene, kind: str, curve: np.ndarray) -> None:
+    """One curve, its far side faint; an arrow where it comes nearest to the reader."""
+    facing = scene.facing(curve)
+    seen = facing >= 0.0
+    right, up, depth = scene.view @ curve.T
+    color, strong = LOOK.color(kind), kind == "unstable"
+    near, far = ({"linewidth": 2.0}, {"linewidth": 0.9}) if strong else ({"linewidth": 1.15}, {"linewidth": 0.55})
+    look = {"color": color, "solid_capstyle": "round"}
+    ax.plot(
+        np.where(seen, np.nan, right),
+        np.where(seen, np.nan, up),
+        alpha=0.30,
+        zorder=2,
+        gid=f"{kind} far",
+        **far,
+        **look,
+    )
+    order = {"zorder": 5 if strong else 4}
+    ax.plot(np.where(seen, right, np.nan), np.where(seen, up, np.nan), gid=f"{kind} near", **near, **look, **order)
+    nearest = int(np.argmax(depth[:-1]))
+    if not strong and facing[nearest] > LEAST_FACING and np.hypot(np.ptp(right), np.ptp(up)) > 5 * HEAD * scene.size:
+        _head(ax, right, up, nearest, color, HEAD * scene.size)
+
+
+def _head(ax: Axes, right: np.ndarray, up: np.ndarray, at: int, color: str, size: float) -> None:
+    """An arrow's head on a curve, in the direction of motion."""
+    ahead = (at + 1) % (len(right) - 1)
+    middle, along = np.array([right[at], up[at]]), np.array([right[ahead] - right[at], up[ahead] - up[at]])
+    along *= size / np.hypot(*along)
+    across = 0.36 * np.array([-along[1], along[0]])
+    corners = [middle + 0.5 * along, middle - 0.5 * along + across, middle - 0.5 * along - across]
+    ax.fill(*np.transpose(corners), facecolor=color, edgecolor="white", linewidth=0.4, zorder=4.5, gid="direction")
+
+
+# ---------------------------------------------------------------------------------------------------------
+# The ellipsoid and its axes
+
+
+def _surface(ax: Axes, scene: Scene) -> None:
+    """The near side of the ellipsoid, shaded, tinted by the regime of each point's polhode, with its outline."""
+    form, shadow, half = scene.form(), scene.shadow(), scene.half()
+    pixels = np.linspace(-1.0, 1.0, PIXELS)
+    right, up = np.meshgrid(half[0] * pixels, half[1] * pixels)
+    inside = 1.0 - (shadow[0, 0] * right**2 + 2 * shadow[0, 1] * right * up + shadow[1, 1] * up**2)
+    toward = (np.sqrt(np.maximum(inside, 0.0) * form[2, 2]) - form[2, 0] * right - form[2, 1] * up) / form[2, 2]
+    points = np.stack([right, up, toward], axis=-1) @ scene.view
+    image = np.dstack([_shaded(scene, points), np.clip(inside * 250.0, 0.0, 1.0)])
+    extent = (-half[0], half[0], -half[1], half[1])
+    ax.imshow(image, extent=extent, origin="lower", interpolation="bilinear", zorder=1, gid="surface")
+    outline = np.linalg.cholesky(np.linalg.inv(shadow)) @ _circle()
+    ax.plot(*outline, color=colors.QUIET, linewidth=0.8, zorder=3, gid="outline")
+
+
+def _circle() -> np.ndarray:
+    turn = np.linspace(0.0, 2 * np.pi, POINTS)
+    return np.array([np.cos(turn), np.sin(turn)])
+
+
+def _shaded(scene: Scene, points: np.ndarray) -> np.ndarray:
+    """Colours of points of the ellipsoid, shape (…, 3): soft daylight on paper, in the regime's tint."""
+    normal = (points * scene.moments) @ scene.view.T
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    light = np.clip(normal @ (LIGHT / np.linalg.norm(LIGHT)), 0.0, 1.0)[..., None]
+    excess = (points**2 * scene.moments * (scene.moments - scene.moments[1])).sum(axis=-1)
+    major, minor = (np.array(to_rgb(LOOK.color(name))) for name in ("stable_major", "stable_minor"))
+    tint = np.where((excess > 0)[..., None], major, minor)
+    return ((1 - TINT) + TINT * tint) * (0.80 + 0.20 * light)
+
+
+def _principal_axes(ax: Axes, scene: Scene, body: AsymmetricBody) -> None:
+    """Each axis from its far end, faint inside, to an arrow beyond the outline, with its name and moment."""
+    rank = {axis: WORDS[i] for i, axis in enumerate(np.argsort(body.moments).tolist())}
+    line = {"color": colors.INK, "solid_capstyle": "butt"}
+    for i, axis in enumerate(scene.axes):
+        along, end = scene.view[:2, i], scene.semi[i]
+        outline, out = 1.0 / np.sqrt(along @ scene.shadow() @ along), REACH * scene.size / np.hypot(*along)
+        ax.plot(*np.outer(along, [-outline - 0.5 * out, -end]), linewidth=0.9, zorder=0, **line)
+        ax.plot(*np.outer(along, [-end, end]), linewidth=0.6, alpha=0.3, linestyle=(0, (4, 3)), zorder=2, **line)
+        arrow = {"arrowstyle": "-|>", "linewidth": 1.1, "shrinkA": 0, "shrinkB": 0, "color": colors.INK}
+        ax.annotate("", along * (outline + out), along * end, arrowprops=arrow, zorder=6)
+        dot = {"marker": "o", "markersize": 6.0, "markeredgecolor": "white", "markeredgewidth": 0.9, "gid": "spin"}
+        ax.plot(*(along * end)[:, None], color=LOOK.color(scene.kinds[i]), zorder=7, **dot)
+        text = f"axis {axis + 1}: {rank[axis]}\n$I_{axis + 1}$ = {style.number(body.moments[axis], 4)}"
+        _axis_label(ax, along * (outline + out), along, text, tall=scene.half()[1] > scene.half()[0])
+
+
+def _axis_label(ax: Axes, tip: np.ndarray, along: np.ndarray, text: str, tall: bool) -> None:
+    """A text at an arrow's tip: to its right where it points up, else beyond it where the page has room, or below."""
+    if abs(along[0]) < 0.3 * abs(along[1]):
+        place, offset = {"ha": "left", "va": "center"}, (7, -2)
+    elif tall:
+        place, offset = {"ha": "left" if along[0] > 0 else "right", "va": "center"}, (5 * np.sign(along[0]), -4)
+    else:
+        place, offset = {"ha": "center", "va": "top"}, (0, -5)
+    look = {"fontsize": 9, "linespacing": 1.35, "zorder": 8, "path_effects": style.halo(2.0)}
+    ax.annotate(text, tip, offset, textcoords="offset points", **place, **look)
+
+
+def _legend(figure: Figure) -> None:
+    words = {
+        "stable_minor": "about the axis of least inertia",
+        "stable_major": "about the axis of greatest inertia",
+        "unstable": "separatrix",
+    }
+    handles = [
+        Line2D([], [], color=LOOK.color(kind), linewidth=2.0 if kind == "unstable" else 1.4, label=word)
+        for kind, word in words.items()
+    ]
+    style.legend(figure, handles)

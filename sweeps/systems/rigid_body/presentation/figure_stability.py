@@ -1,0 +1,439 @@
+"""Stability maps: the measured signed rate over two moments of inertia, under the boundaries of linear theory."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch, PathPatch
+from matplotlib.path import Path as Outline
+from matplotlib.text import Annotation
+
+from kernels import linear
+from kernels.rigid_body import cyclic
+from kernels.triangle import triangle_margin
+from sweeps import colors, style
+from sweeps.boxes import along
+from sweeps.systems.rigid_body.fits import signed_rate
+from sweeps.systems.rigid_body.presentation.look import LOOK, axis_label, settings
+from sweeps.systems.rigid_body.real import real_bodies
+from sweeps.systems.rigid_body.variables import REGIMES, STATUSES
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MOMENTS = ("I1", "I2", "I3")
+MOST_CELLS = 1200  # a side; more than a print can show
+MOST_COMPARED = 48  # values a dimension that the choice of the slice looks at
+COLOR_MAP = "RdBu"
+BESIDE = (6, -8)  # points: where a body's name stands
+MISSING = "#8f8f8f"
+
+
+def planes(ds: "xr.Dataset") -> tuple[tuple[str, ...], dict[str, float]]:
+    """Return the moments that a map's stability figures show, and the fixed values of the other parameters.
+
+    Args:
+        ds: a map over a grid of moments.
+
+    Returns:
+        The moments that vary in the pictures (two, one or none, the longest dimensions first, in order), and the
+        values of the other parameters: the least epsilon (theory is about small perturbations), the middle omega0 and
+        phase, and the third moment where the bodies that can exist are shared most evenly among the regimes.
+    """
+    longest = sorted(MOMENTS, key=lambda name: -ds.sizes[name])[:2]
+    shown = tuple(name for name in MOMENTS if name in longest and ds.sizes[name] > 1)
+    fixed = {name: _middle(ds[name].values) for name in (*MOMENTS, "omega0", "phase") if name not in shown}
+    fixed["epsilon"] = float(ds["epsilon"].values.min())
+    if len(shown) == 2:
+        (third,) = set(MOMENTS) - set(shown)
+        fixed[third] = _most_telling(ds, shown, third)
+    order = (*MOMENTS, "omega0", "epsilon", "phase")
+    return shown, {name: fixed[name] for name in order if name in fixed}
+
+
+def _middle(values: np.ndarray) -> float:
+    return float(np.sort(values)[(values.size - 1) // 2])
+
+
+def _most_telling(ds: "xr.Dataset", shown: tuple[str, str], third: str) -> float:
+    """Value of the third moment at which the rarest regime about any axis has the largest share of the bodies."""
+    values = np.sort(ds[third].values)
+    thinned = {name: ds[name].values[style.few(ds.sizes[name], MOST_COMPARED)] for name in shown}
+    candidates = values[style.few(values.size, MOST_COMPARED)]
+    shares = [_rarest_share(thinned | {third: value}, ds["axis"].values) for value in candidates]
+    if max(shares) == 0.0:
+        return _middle(values)
+    return float(candidates[int(np.argmax(shares))])
+
+
+def _rarest_share(moments: Mapping[str, np.ndarray], axes: np.ndarray) -> float:
+    I1, I2, I3 = (m.reshape(-1) for m in np.meshgrid(*(moments[name] for name in MOMENTS), indexing="ij"))
+    possible = triangle_margin(I1, I2, I3) >= 0
+    if not possible.any():
+        return 0.0
+    kinds = (linear.STABLE_MINOR, linear.STABLE_MAJOR, linear.UNSTABLE)
+    regimes = [linear.regime(I1[possible], I2[possible], I3[possible], int(axis)) for axis in axes]
+    return min(float(np.mean(regime == kind)) for regime in regimes for kind in kinds)
+
+
+def boundaries(axis: int, window: Mapping[str, tuple[float, float]], fixed: Mapping[str, float]) -> dict:
+    """Return the curves on which linear theory has Ω² = 0 about an axis: I_a = I_b and I_a = I_c.
+
+    Args:
+        axis: the spin axis a, 1, 2 or 3.
+        window: moment → (least, greatest) value shown, of two moments or of one (kg m2).
+        fixed: value of each moment that is not shown.
+
+    Returns:
+        Pair of moments ("I1", "I2") → moment → values along the boundary (a constant, or 200 points of a line), for
+        the boundaries that cross the window.
+    """
+    a, *partners = (MOMENTS[i] for i in cyclic(axis))
+    lines = {}
+    for partner in partners:
+        pair = (a, partner)
+        inside = [name for name in pair if name in window]
+        if len(inside) == 2:
+            low, high = (f(window[a][i], window[partner][i]) for i, f in enumerate((max, min)))
+            if low < high:
+                lines[pair] = dict.fromkeys(pair, np.linspace(low, high, 200))
+        elif len(inside) == 1:
+            (outside,) = set(pair) - set(inside)
+            low, high = window[inside[0]]
+            if low < fixed[outside] < high:
+                lines[pair] = {inside[0]: np.full(200, fixed[outside])}
+    return lines
+
+
+# ---------------------------------------------------------------------------------------------------------
+# The pictures
+
+
+def draw(ds: "xr.Dataset", axis: int, ax: Axes | None = None) -> Figure | None:
+    """Draw the stability about one axis: a map over two moments, a curve over one, None where none varies.
+
+    Args:
+        ds: a map over a grid of moments.
+        axis: spin axis, 1, 2 or 3.
+        ax: where; left out, on a figure of its own.
+    """
+    shown, fixed = planes(ds)
+    if not shown:
+        return None
+    part = _slice(ds, axis, shown, fixed)
+    title = f"Spin about axis {axis}: measured stability"
+    subtitle = f"{ds.attrs.get('title', '')}\n{settings(fixed)}".strip()
+    if len(shown) == 2:
+        figure = style.canvas(6.4, 5.9, title, subtitle, footer=0.36, ax=ax)
+        return _map(figure, part, axis, shown, fixed)
+    return _curve(style.canvas(6.4, 4.8, title, subtitle, footer=0.56, ax=ax), part, axis, shown, fixed)
+
+
+def _slice(ds: "xr.Dataset", axis: int, shown: tuple[str, ...], fixed: Mapping[str, float]) -> Mapping[str, np.ndarray]:
+    """The plane (or line) of a picture, thinned to `MOST_CELLS` a side, with its `signed_rate`; (…, x) last."""
+    at = {name: int(np.flatnonzero(ds[name].values == value)[0]) for name, value in fixed.items()}
+    at |= {"axis": int(np.flatnonzero(ds["axis"].values == axis)[0])}
+    at |= {name: slice(None, None, -(-ds.sizes[name] // MOST_CELLS)) for name in shown}
+    part = {name: ds[name].values[at[name]] for name in shown}
+    order = {name: np.argsort(values, kind="stable") for name, values in part.items()}
+    part = {name: values[order[name]] for name, values in part.items()}
+    for name in ("omega_squared", "triangle_margin", "status", "regime"):
+        variable = ds[name].isel({dim: at[dim] for dim in ds[name].dims if dim in at})
+        part[name] = along(variable, shown[::-1])[np.ix_(*(order[dim] for dim in reversed(shown)))]
+    return part | {"signed_rate": signed_rate(part["omega_squared"], fixed["omega0"])}
+
+
+def _map(figure, part, axis, shown, fixed) -> Figure:
+    ax = figure.add_subplot()
+    x, y = (style.edges(part[name]) for name in shown)
+    mesh = _paint(ax, x, y, part)
+    _set_axes(ax, part, shown, x, y)
+    (third,) = set(MOMENTS) - set(shown)
+    _hatch(ax, x, y, part, fixed[third])
+    _mark_untrusted(ax, part, shown)
+    window = {name: (e[0], e[-1]) for name, e in zip(shown, (x, y), strict=True)}
+    lines = boundaries(axis, window, fixed)
+    _draw_boundaries(ax, lines, shown)
+    taken = _mark_bodies(ax, shown, window, fixed[third])
+    _name_regions(ax, part, shown, lines, taken)
+    _color_bar(figure, ax, mesh)
+    style.legend(figure, _vanishing(part) + _missing(part))
+    return figure
+
+
+def _paint(ax: Axes, x, y, part: Mapping[str, np.ndarray]):
+    rate = np.ma.masked_invalid(part["signed_rate"])
+    possible = np.ma.masked_where(part["triangle_margin"] < 0, rate)
+    scale = possible if possible.count() else rate
+    limit = float(np.abs(scale).max()) if scale.count() else 1.0
+    limit = limit if limit > 0 else 1.0
+    ax.set_facecolor(MISSING)
+    return ax.pcolormesh(x, y, rate, cmap=COLOR_MAP, norm=Normalize(-limit, limit), rasterized=True)
+
+
+def _set_axes(ax: Axes, part: Mapping[str, np.ndarray], shown, x, y) -> None:
+    if style.is_logarithmic(part[shown[0]]):
+        ax.set_xscale("log")
+    if style.is_logarithmic(part[shown[1]]):
+        ax.set_yscale("log")
+    ax.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
+    ax.set(xlabel=axis_label(shown[0]), ylabel=axis_label(shown[1]))
+    for direction in (ax.xaxis, ax.yaxis):
+        if direction.get_scale() == "log":
+            style.plain_log_ticks(direction)
+
+
+def runs(mask: np.ndarray) -> list[tuple[int, int, int]]:
+    """Return the horizontal runs of a mask of shape (rows, columns): (row, first column, column after the last)."""
+    padded = np.pad(mask.astype(np.int8), ((0, 0), (1, 1)))
+    change = np.diff(padded, axis=1)
+    rows, first = np.nonzero(change == 1)
+    _, after = np.nonzero(change == -1)
+    return list(zip(rows.tolist(), first.tolist(), after.tolist(), strict=True))
+
+
+def _hatch(ax: Axes, x, y, part: Mapping[str, np.ndarray], third: float) -> None:
+    """Hatches what cannot exist, up to the line on which one moment is the sum of both others.
+
+    Of two moments p and q and a third, r: q below |p − r|, and q above p + r.
+    """
+    if not (part["triangle_margin"] < 0).any():
+        return
+    at = np.unique(np.append(_between(ax.get_xscale(), x[0], x[-1]), np.clip(third, x[0], x[-1])))
+    low, high = np.clip(np.abs(at - third), y[0], y[-1]), np.clip(at + third, y[0], y[-1])
+    parts = [_filled(at, np.full_like(at, y[0]), low), _filled(at, high, np.full_like(at, y[-1]))]
+    outline = Outline.make_compound_path(*parts)
+    ax.add_patch(PathPatch(outline, facecolor="white", alpha=0.55, linewidth=0))
+    look = {"facecolor": "none", "edgecolor": "#55585c", "linewidth": 0.0, "hatch": "/////"}
+    label = "impossible: one moment exceeds the sum of the others"
+    ax.add_patch(PathPatch(outline, gid="impossible", label=label, **look))
+    line = {"color": "#55585c", "linewidth": 0.9, "gid": "triangle"}
+    for edge in (low, high):
+        ax.plot(at, np.where((edge > y[0]) & (edge < y[-1]), edge, np.nan), **line)
+
+
+def _between(scale: str, low: float, high: float) -> np.ndarray:
+    return (np.geomspace if scale == "log" else np.linspace)(low, high, 400)
+
+
+def _filled(at: np.ndarray, low: np.ndarray, high: np.ndarray) -> Outline:
+    """The region between two curves."""
+    corners = np.column_stack([np.append(at, at[::-1]), np.append(low, high[::-1])])
+    return Outline(np.vstack([corners, corners[:1]]), closed=True)
+
+
+def _vanishing(part: Mapping[str, np.ndarray]) -> list:
+    if not np.isin(part["regime"], (linear.MARGINAL, linear.SPHERE)).any():
+        return []
+    return [Patch(facecolor="#f7f7f7", edgecolor=colors.QUIET, linewidth=0.7, label=r"marginal: $\Omega^2 = 0$")]
+
+
+def _missing(part: Mapping[str, np.ndarray]) -> list:
+    missing = int(np.count_nonzero(~np.isfinite(part["signed_rate"])))
+    return [Patch(facecolor=MISSING, label=f"no value ({missing:,})")] if missing else []
+
+
+def _mark_untrusted(ax: Axes, part: Mapping[str, np.ndarray], shown) -> None:
+    """Marks cells whose status is not ok, one kind of mark a status."""
+    for number, mark in ((1, "."), (2, "x"), (3, "+")):
+        at = part["status"] == number
+        if at.any():
+            rows, columns = np.nonzero(at)
+            label = f"{LOOK.words(STATUSES[number])} ({rows.size:,})"
+            xs, ys = part[shown[0]][columns], part[shown[1]][rows]
+            look = {"linestyle": "none", "marker": mark, "markersize": 4, "color": colors.INK, "alpha": 0.8}
+            ax.plot(xs, ys, gid=f"status {number}", label=label, **look)
+
+
+def _mark_bodies(ax: Axes, shown, window: Mapping[str, tuple[float, float]], third: float) -> list:
+    """Marks real bodies by name, each as large as has the third moment: for the rate in units of the spin, no matter.
+
+    Returns:
+        Where in the frame something is written now, as fractions.
+    """
+    at, (other,) = [MOMENTS.index(name) for name in shown], {0, 1, 2} - {MOMENTS.index(name) for name in shown}
+    taken = []
+    for name, ratios, *_ in real_bodies("bodies.yaml"):
+        xy = [third * ratios[k] / ratios[other] for k in at]
+        if not all(window[m][0] < v < window[m][1] for m, v in zip(shown, xy, strict=True)):
+            continue
+        dot = {"markersize": 5.0, "markeredgecolor": "white", "markeredgewidth": 0.9, "color": colors.INK}
+        ax.plot(*([v] for v in xy), marker="o", zorder=6, gid="body", **dot)
+        if name:
+            look = {"ha": "left", "fontsize": 8, "zorder": 7, "path_effects": style.halo(2.2), "gid": "body"}
+            ax.annotate(name, xy, BESIDE, textcoords="offset points", **look)
+        u, v = ax.transAxes.inverted().transform(ax.transData.transform(xy))
+        taken += [(u + step, v - 0.01) for step in np.linspace(0.0, 0.2 if name else 0.0, 5)]
+    return taken
+
+
+def _pair_text(pair: tuple[str, str]) -> str:
+    return " = ".join(LOOK.symbol(name) for name in sorted(pair))
+
+
+def _draw_boundaries(ax: Axes, lines: Mapping, shown) -> None:
+    """Draws each boundary with its name: a diagonal's along it, the others' where they leave the frame."""
+    for pair, line in lines.items():
+        upright, level = shown[1] not in line, shown[0] not in line
+        xs = line[shown[0]] if not level else np.linspace(*ax.get_xlim(), 200)
+        ys = line[shown[1]] if not upright else np.linspace(*ax.get_ylim(), 200)
+        ax.plot(xs, ys, color=colors.INK, linewidth=1.5, gid=_pair_text(pair), path_effects=style.halo(2.6))
+        if upright:
+            _outside(ax, pair, (xs[0], 1.0), ax.get_xaxis_transform(), (0, 3), ha="center", va="bottom")
+        elif level:
+            _outside(ax, pair, (1.0, ys[0]), ax.get_yaxis_transform(), (4, 0), ha="left", va="center")
+        else:
+            at = _clear_of(xs, [other for other in lines.values() if other is not line])
+            ax.add_artist(_Along(_pair_text(pair), xs[[at - 24, at]], ys[[at - 24, at]]))
+
+
+class _Along(Annotation):
+    """A text along a line through two points, that ends at the second: its angle is known once it is drawn."""
+
+    def __init__(self, text: str, xs: np.ndarray, ys: np.ndarray):
+        look = {"ha": "right", "va": "bottom", "rotation_mode": "anchor", "path_effects": style.halo()}
+        super().__init__(text, (xs[1], ys[1]), (-4, 4), textcoords="offset points", gid="along", **look)
+        self._line = np.column_stack([xs, ys])
+
+    def get_rotation(self) -> float:
+        """Degrees."""
+        if self.axes is None:
+            return 0.0
+        (x, y), (u, v) = self.axes.transData.transform(self._line)
+        return float(np.degrees(np.arctan2(v - y, u - x)))
+
+
+def _clear_of(diagonal: np.ndarray, others) -> int:
+    """Where along a slanting boundary its name stands: near the end, unless another boundary crosses there."""
+    crossings = [int(np.searchsorted(diagonal, next(iter(other.values()))[0])) for other in others]
+    return 176 if all(abs(at - 176) > 40 for at in crossings) else 80
+
+
+def _outside(ax: Axes, pair, xy, transform, offset, **alignment) -> None:
+    ax.annotate(_pair_text(pair), xy, offset, xycoords=transform, textcoords="offset points", **alignment)
+
+
+def _name_regions(ax: Axes, part: Mapping[str, np.ndarray], shown, lines: Mapping, taken: list) -> None:
+    """Writes each regime's name where its region has most room, if there is enough."""
+    keep = [style.few(part[name].size, 40) for name in shown]
+    u, v = np.meshgrid(*(_fractions(part[name])[at] for name, at in zip(shown, keep, strict=True)))
+    regimes = part["regime"][np.ix_(*reversed(keep))]
+    possible = part["triangle_margin"][np.ix_(*reversed(keep))] >= 0
+    points = np.column_stack([u.reshape(-1), v.reshape(-1)])
+    drawn = [_line_fractions(ax, line, shown) for line in lines.values()]
+    drawn += [np.array(taken)] if taken else []
+    for kind in (linear.STABLE_MINOR, linear.STABLE_MAJOR, linear.UNSTABLE):
+        inside = (possible & (regimes == kind)).reshape(-1)
+        if inside.any():
+            text = LOOK.words(REGIMES[kind + 1]).replace(", ", "\n")
+            _write_inside(ax, text, points[inside], np.concatenate([points[~inside], *drawn]))
+
+
+def _write_inside(ax: Axes, text: str, points: np.ndarray, others: np.ndarray) -> None:
+    lines = text.split("\n")
+    box = np.array([0.011 * max(map(len, lines)) + 0.012, 0.02 * len(lines) + 0.02])  # half width and height
+    room = _room(points, others, box)
+    best = int(np.argmax(room))
+    if room[best] >= 1.0:
+        ax.text(
+            *points[best],
+            text,
+            transform=ax.transAxes,
+            ha="center",
+            va="center",
+            fontsize=8.5,
+            fontweight="bold",
+            path_effects=style.halo(2.2),
+            linespacing=1.15,
+            gid="region",
+        )
+
+
+def _fractions(values: np.ndarray) -> np.ndarray:
+    """Values as fractions of the axis between their outer edges."""
+    cells = style.edges(values)
+    if style.is_logarithmic(values):
+        cells, values = np.log(cells), np.log(values)
+    return (values - cells[0]) / (cells[-1] - cells[0])
+
+
+def _line_fractions(ax: Axes, line: Mapping[str, np.ndarray], shown) -> np.ndarray:
+    """Points of a boundary as fractions of the frame, shape (n, 2)."""
+    ends = (ax.get_xlim(), ax.get_ylim())
+    xy = [line[name] if name in line else np.linspace(*end, 200) for name, end in zip(shown, ends, strict=True)]
+    return ax.transAxes.inverted().transform(ax.transData.transform(np.column_stack(xy)))
+
+
+def _room(points: np.ndarray, others: np.ndarray, box: np.ndarray) -> np.ndarray:
+    """How many times a box around each point can grow until it meets another point or the frame."""
+    frame = np.min(np.minimum(points, 1.0 - points) / box, axis=1)
+    if others.size == 0:
+        return frame
+    return np.minimum(frame, np.max(np.abs(points[:, None] - others[None]) / box, axis=2).min(axis=1))
+
+
+def _color_bar(figure: Figure, ax: Axes, mesh) -> None:
+    bar = figure.colorbar(mesh, ax=ax, pad=0.03, fraction=0.06, aspect=30, extend="neither")
+    ticks = [tick for tick in bar.get_ticks() if abs(tick) <= mesh.norm.vmax]
+    decimals = max(len(f"{abs(tick):.6g}".partition(".")[2]) for tick in ticks)
+    bar.set_ticks(ticks, labels=[f"{abs(t):.{decimals}f}" if decimals <= 4 else style.number(abs(t), 3) for t in ticks])
+    bar.outline.set_linewidth(0.8)
+    look = {"xycoords": "axes fraction", "textcoords": "offset points", "rotation": 90, "ha": "left", "va": "center"}
+    bar.ax.annotate(r"growth rate / $|\omega_0|$", (1.0, 0.25), (36, 0), color=colors.UNSTABLE, **look)
+    bar.ax.annotate(r"frequency $\Omega$ / $|\omega_0|$", (1.0, 0.75), (36, 0), color=colors.STABLE, **look)
+
+
+def _curve(figure, part, axis, shown, fixed) -> Figure:
+    (name,) = shown
+    ax = figure.add_subplot()
+    cells = style.edges(part[name])
+    if style.is_logarithmic(part[name]):
+        ax.set_xscale("log")
+    ax.set(xlim=(cells[0], cells[-1]), xlabel=axis_label(name))
+    if ax.get_xscale() == "log":
+        style.plain_log_ticks(ax.xaxis)
+    ax.set_ylabel(r"measured rate $/\,|\omega_0|$  (dimensionless)")
+    sides = ((0.97, "top", "oscillates", colors.STABLE), (0.03, "bottom", "grows", colors.UNSTABLE))
+    for y, va, word, color in sides:
+        ax.text(0.015, y, word, transform=ax.transAxes, va=va, color=color, path_effects=style.halo())
+    _theory_curve(ax, axis, name, cells, fixed)
+    _measured_curve(ax, part, name)
+    for row in runs((part["triangle_margin"] < 0)[None]):
+        span = ax.axvspan(
+            cells[row[1]], cells[row[2]], facecolor="none", edgecolor="#9a9da1", hatch="/////", linewidth=0, zorder=0
+        )
+        span.set(gid="impossible", label="physically impossible")
+    for pair, line in boundaries(axis, {name: (cells[0], cells[-1])}, fixed).items():
+        ax.axvline(line[name][0], color=colors.INK, linewidth=1.2, gid=_pair_text(pair))
+        _outside(ax, pair, (line[name][0], 1.0), ax.get_xaxis_transform(), (0, 3), ha="center", va="bottom")
+    style.legend(figure, columns=4)
+    return figure
+
+
+def _theory_curve(ax: Axes, axis: int, name: str, cells: np.ndarray, fixed: Mapping[str, float]) -> None:
+    xs = (np.geomspace if ax.get_xscale() == "log" else np.linspace)(cells[0], cells[-1], 1000)
+    moments = [xs if m == name else fixed[m] for m in MOMENTS]
+    rate = signed_rate(linear.omega_squared(*moments, fixed["omega0"], axis), fixed["omega0"])
+    ax.axhline(0.0, color=colors.FAINT, linewidth=0.8, zorder=0)
+    ax.plot(xs, rate, color=colors.QUIET, linewidth=1.2, label="linear theory", gid="theory")
+
+
+def _measured_curve(ax: Axes, part: Mapping[str, np.ndarray], name: str) -> None:
+    for kind, word in enumerate(REGIMES, start=-1):
+        at = part["regime"] == kind
+        if np.isfinite(part["signed_rate"][at]).any():
+            ax.plot(
+                part[name][at],
+                part["signed_rate"][at],
+                linestyle="none",
+                marker="o",
+                markersize=4.5,
+                color=LOOK.color(word),
+                markeredgecolor="white",
+                markeredgewidth=0.5,
+                label=LOOK.words(word),
+                gid="measured",
+            )

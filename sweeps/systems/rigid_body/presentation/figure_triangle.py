@@ -1,0 +1,229 @@
+"""The inertia triangle: every shape of body there can be, its spin about each axis, and real bodies on it."""
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+from sweeps import colors, style
+from sweeps.boxes import along, dimensions
+from sweeps.systems.rigid_body.fits import signed_rate
+from sweeps.systems.rigid_body.presentation.look import LOOK, settings
+from sweeps.systems.rigid_body.real import real_bodies
+from sweeps.systems.rigid_body.spread import SHAPE, is_of_shapes
+from sweeps.systems.rigid_body.variables import STATUSES
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+CELLS = 500  # a side of a panel
+LEAST_FILLED = 100_000  # points; fewer are drawn as dots
+BLOCK_POINTS = 2**19
+COLOR_MAP = "RdBu"
+BEYOND = 1e-9  # of a ratio: rounding
+
+
+def draw(ds: "xr.Dataset", ax: Axes | None = None) -> Figure | None:
+    """Draw a panel for each axis, that of axis 2 largest; None where I3 is not the greatest moment of all points.
+
+    Args:
+        ds: a map over a grid of shapes, or with a dimension `point`.
+        ax: where; left out, on a figure of its own.
+    """
+    if not _is_on_triangle(ds):
+        return None
+    spun = ds["axis"].values.tolist()
+    large = 2 if 2 in spun else spun[0]
+    others = [axis for axis in spun if axis != large]
+    title = "All possible rigid bodies" if "ratios" in str(ds.attrs.get("definition", "")) else "Bodies by shape"
+    figure = style.canvas(8.6 if others else 5.6, 5.9, title, _subtitle(ds), footer=0.05, ax=ax)
+    grid = figure.add_gridspec(2, 2 if others else 1, width_ratios=(1.9, 1.0) if others else (1.0,))
+    axes = {large: figure.add_subplot(grid[:, 0])}
+    axes |= {axis: figure.add_subplot(grid[k, 1]) for k, axis in enumerate(others[:2])}
+    for axis, ax in axes.items():
+        mesh = _panel(ax, ds, axis, axis == large)
+        ax.set_title(f"spun about axis {axis}", **_heading(axis == large))
+    _color_bar(figure, axes[large], mesh)
+    return figure
+
+
+def draw_axis(ds: "xr.Dataset", axis: int, ax: Axes | None = None) -> Figure | None:
+    """Draw the stability about one axis, as `figure_stability.draw`, of a map over a grid of shapes."""
+    fixed = {
+        name: float(ds[name].values[i]) for name, i in fixed_at(ds).items() if name in ("omega0", "epsilon", "phase")
+    }
+    subtitle = f"{ds.attrs.get('title', '')}\n{settings(fixed)}".strip()
+    figure = style.canvas(6.4, 6.6, f"Spin about axis {axis}: measured stability", subtitle, footer=0.36, ax=ax)
+    ax = figure.subplots()
+    mesh = _panel(ax, ds, axis, True)
+    _color_bar(figure, ax, mesh)
+    if handles := _mark_untrusted(ax, ds, axis):
+        style.legend(figure, handles)
+    return figure
+
+
+def _is_on_triangle(ds: "xr.Dataset") -> bool:
+    """Whether the map is of shapes, or of points whose greatest moment is the third, and no other grid."""
+    if "axis" not in ds.dims or is_of_shapes(ds):
+        return is_of_shapes(ds)
+    names = {"I1", "I2", "I3", "omega_squared", "omega0"}
+    alone = {("point",), *((name,) for name in ("I3", "omega0") if ds.sizes.get(name, 1) == 1)}
+    if not names <= set(ds.variables) or any(ds[name].dims not in alone for name in ("I1", "I2", "I3", "omega0")):
+        return False
+    return all(max(x.max(), y.max()) <= 1 + BEYOND for x, y, _ in _blocks(ds, None))
+
+
+def _subtitle(ds: "xr.Dataset") -> str:
+    bodies = math.prod(ds.sizes[dim] for dim in ("point", *SHAPE) if dim in ds.sizes)
+    points = f"{bodies:,} bodies, spun about each axis, perturbed and measured"
+    return f"{points}.  Colour: measured rate of the perturbation over the spin rate"
+
+
+def fixed_at(ds: "xr.Dataset") -> dict[str, int]:
+    """Return the indices at which figures of a grid of shapes cut its other dimensions: least ε, middle of others."""
+    middle = {dim: (n - 1) // 2 for dim, n in dimensions(ds).items() if dim not in (*SHAPE, "axis")}
+    return middle | {"epsilon": int(np.argmin(ds["epsilon"].values))}
+
+
+def _numbers(ds: "xr.Dataset", x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers along I1_over_I3 and thickness of the points of a grid whose cells hold shapes; -1 where none does."""
+    t = 1.0 - (1.0 - y) / x
+    found = []
+    for name, place in zip(SHAPE, np.broadcast_arrays(x, t), strict=True):
+        values = ds[name].values
+        order = np.argsort(values, kind="stable")
+        edges = style.edges(values[order])
+        edges = np.clip(edges, 0.0, 1.0) if name == "thickness" else edges
+        at = np.clip(np.searchsorted(edges, place) - 1, 0, values.size - 1)
+        found.append(np.where((edges[0] <= place) & (place <= edges[-1]), order[at], -1))
+    return found[0], found[1]
+
+
+def _of_axis(ds: "xr.Dataset", name: str, axis: int) -> np.ndarray:
+    """A variable of a grid of shapes about an axis, over (I1_over_I3, thickness)."""
+    at = fixed_at(ds) | {"axis": int(np.flatnonzero(ds["axis"].values == axis)[0])}
+    return along(ds[name].isel({dim: i for dim, i in at.items() if dim in ds[name].dims}), SHAPE)
+
+
+def _raster(ds: "xr.Dataset", axis: int, edges: np.ndarray) -> np.ndarray:
+    """Signed rate in each cell of the triangle: that of the point of a grid of shapes whose cell holds its middle."""
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    i, j = _numbers(ds, middle[None, :], middle[:, None])
+    rate = signed_rate(_of_axis(ds, "omega_squared", axis), ds["omega0"].values[fixed_at(ds)["omega0"]])
+    return np.where((i >= 0) & (j >= 0), rate[i, j], np.nan)
+
+
+def _mark_untrusted(ax: Axes, ds: "xr.Dataset", axis: int) -> list:
+    """Marks shapes whose status is not ok, one kind of mark a status."""
+    status, handles = _of_axis(ds, "status", axis), []
+    for number, mark in ((1, "."), (2, "x"), (3, "+")):
+        i, j = np.nonzero(status == number)
+        if i.size:
+            x, t = ds["I1_over_I3"].values[i], ds["thickness"].values[j]
+            look = {"linestyle": "none", "marker": mark, "markersize": 4, "color": colors.INK, "alpha": 0.8}
+            label = f"{LOOK.words(STATUSES[number])} ({i.size:,})"
+            handles += ax.plot(x, 1.0 - x * (1.0 - t), gid=f"status {number}", label=label, zorder=5, **look)
+    return handles
+
+
+def _blocks(ds: "xr.Dataset", axis: int | None) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray | None]]:
+    """I1/I3, I2/I3 and, about an axis, the signed rate, of some points after others."""
+    fixed = {d: 0 for d in ds["omega_squared"].dims if d not in ("point", "axis")}
+    for first in range(0, ds.sizes["point"], BLOCK_POINTS):
+        part = ds.isel(fixed | {"point": slice(first, first + BLOCK_POINTS)})
+        x, y = (part[name].values / part["I3"].values for name in ("I1", "I2"))
+        squared = None if axis is None else part["omega_squared"].sel(axis=axis).values
+        yield x, y, None if squared is None else signed_rate(squared, part["omega0"].values)
+
+
+def _binned(ds: "xr.Dataset", axis: int, edges: np.ndarray) -> np.ndarray:
+    """Mean signed rate in each cell of the triangle, NaN in those without a point."""
+    total = count = 0.0
+    for x, y, rate in _blocks(ds, axis):
+        known = np.isfinite(rate)
+        total = total + np.histogram2d(y[known], x[known], (edges, edges), weights=rate[known])[0]
+        count = count + np.histogram2d(y[known], x[known], (edges, edges))[0]
+    return np.divide(total, count, out=np.full(total.shape, np.nan), where=count > 0)
+
+
+def _panel(ax: Axes, ds: "xr.Dataset", axis: int, is_large: bool):
+    norm = Normalize(-1, 1)
+    if is_of_shapes(ds) or ds.sizes["point"] >= LEAST_FILLED:
+        edges = np.linspace(0, 1, (CELLS if is_large else CELLS // 2) + 1)
+        cells = (_raster if is_of_shapes(ds) else _binned)(ds, axis, edges)
+        look = {"interpolation": "nearest", "interpolation_stage": "rgba"}  # a tenth of the time that a mesh takes
+        mesh = ax.imshow(cells, COLOR_MAP, norm, origin="lower", extent=(0, 1, 0, 1), gid="cells", zorder=0, **look)
+    else:
+        x, y, rate = (np.concatenate(part) for part in zip(*_blocks(ds, axis), strict=True))
+        mesh = ax.scatter(x, y, s=6, c=rate, cmap=COLOR_MAP, norm=norm, linewidths=0, rasterized=True, gid="cells")
+    _frame(ax, axis, is_large)
+    _words(ax, axis, is_large)
+    if is_large:
+        _name_bodies(ax)
+    return mesh
+
+
+def _heading(is_large: bool) -> dict:
+    return {"loc": "left", "fontweight": "bold", "fontsize": 10 if is_large else 9, "pad": 18 if is_large else 6}
+
+
+def _frame(ax: Axes, axis: int, is_large: bool) -> None:
+    """The triangle's sides, and the line on which the two lesser moments are equal."""
+    ax.plot([0, 1, 1, 0], [1, 0, 1, 1], color=colors.INK, lw=1.2, clip_on=False, zorder=4)
+    if axis != 3:
+        ax.plot([0.5, 1], [0.5, 1], color=colors.INK, lw=1.4, zorder=3, gid="I1 = I2", path_effects=style.halo(2.6))
+    ax.set(xlim=(-0.02, 1.02), ylim=(-0.02, 1.02), aspect="equal")
+    ax.set_xlabel(r"$I_1 / I_3$")
+    ax.set_ylabel(r"$I_2 / I_3$")
+    ax.spines[["top", "right"]].set_visible(False)
+    ticks = [0, 0.25, 0.5, 0.75, 1] if is_large else [0, 0.5, 1]
+    ax.set_xticks(ticks, [f"{t:g}" for t in ticks])
+    ax.set_yticks(ticks, [f"{t:g}" for t in ticks])
+
+
+def _words(ax: Axes, axis: int, is_large: bool) -> None:
+    """What becomes of the spin, in each part, and what the triangle's sides are."""
+    above, below = (0.66, 0.84), ((0.83, 0.45) if is_large else (0.78, 0.5))  # I1 < I2, I1 > I2
+    kinds = {1: ("stable_minor", "unstable"), 2: ("unstable", "stable_minor"), 3: ("stable_major", "")}[axis]
+    look = {"ha": "center", "va": "center", "path_effects": style.halo(2.4), "zorder": 5}
+    for at, kind in zip((above, below) if axis != 3 else ((0.72, 0.75), below), kinds, strict=True):
+        if kind:
+            words = LOOK.words(kind).replace(", ", ",\n") if is_large else LOOK.words(kind).split(",")[0]
+            ax.text(*at, words, fontsize=10 if is_large else 8.5, fontweight="bold", **look)
+    if not is_large:
+        return
+    quiet = {"color": colors.QUIET, "fontsize": 8.5, "ha": "center", "va": "center"}
+    ax.text(0.70, 0.25, r"flat:  $I_1 + I_2 = I_3$", rotation=-45, rotation_mode="anchor", **quiet)
+    ax.text(0.25, 0.30, "physically\nimpossible", **quiet)
+    ax.annotate(
+        r"$I_1 = I_2$",
+        (0.6, 0.6),
+        (7, -7),
+        textcoords="offset points",
+        ha="left",
+        va="center",
+        zorder=5,
+        path_effects=style.halo(2.4),
+    )
+    ax.annotate("sphere", (1, 1), (0, 6), textcoords="offset points", **(quiet | {"ha": "right", "va": "bottom"}))
+
+
+def _name_bodies(ax: Axes) -> None:
+    for name, (x, y, _), offset, side in real_bodies():
+        ax.plot([x], [y], "o", ms=5.5, color=colors.INK, mec="white", mew=1.0, zorder=6, clip_on=False, gid="body")
+        if name:
+            look = {"ha": side, "fontsize": 8.5, "zorder": 7, "path_effects": style.halo(2.6)}
+            ax.annotate(name, (x, y), offset, textcoords="offset points", **look)
+
+
+def _color_bar(figure: Figure, ax: Axes, mesh) -> None:
+    bar = figure.colorbar(mesh, ax=ax, orientation="horizontal", pad=0.02, fraction=0.05, aspect=34, shrink=0.72)
+    bar.set_ticks([-1, -0.5, 0, 0.5, 1], labels=["1", "0.5", "0", "0.5", "1"])
+    bar.outline.set_linewidth(0.8)
+    look = {"transform": bar.ax.transAxes, "va": "top", "fontsize": 9}
+    bar.ax.text(0.0, -2.25, r"growth rate / $\omega_0$", color=colors.UNSTABLE, ha="left", **look)
+    bar.ax.text(1.0, -2.25, r"frequency $\Omega$ / $\omega_0$", color=colors.STABLE, ha="right", **look)

@@ -1,0 +1,66 @@
+"""Variables that the tables of several systems share: status, regime, and quantities with theory and error."""
+
+from kernels import statuses
+from sweeps.schema.quantities import Quantity
+from sweeps.schema.values import Epsilon
+from sweeps.schema.variables import Role, Variable
+
+SIZE = Quantity("size", "1", "0 < epsilon < 1", Epsilon)  # of a perturbation, relative
+STEPS = Variable("steps_per_sample", "1", "integration steps between two samples", "i4")
+TRUSTED = "whether the measurement can be trusted"
+
+
+def status(last: int = len(statuses.STATUSES) - 1, long_name: str = TRUSTED, comment: str = "") -> Variable:
+    """Return the variable `status`, whose meanings are the statuses of the kernels up to number `last`."""
+    return Variable("status", None, long_name, "i1", statuses.STATUSES[: last + 1], comment, role=Role.STATUS)
+
+
+def regime(regimes: tuple[str, ...], comment: str = "", known: bool = False) -> tuple[Variable, Variable]:
+    """Return the regime by linear theory and as measured.
+
+    Args:
+        regimes: the meanings, that of -1 (undetermined) first.
+        comment: on the measured regime.
+        known: whether linear theory determines every regime, so that its flags begin at 0.
+    """
+    by_theory = Variable("regime_theory", None, "regime, linear theory", "i1", regimes[known:], first_flag=known - 1)
+    measured = Variable(
+        "regime", None, "regime, measured", "i1", regimes, comment, -1, theory="regime_theory", role=Role.HEADLINE
+    )
+    return by_theory, measured
+
+
+def with_theory(name: str, units: str, long_name: str, error: str = "", comment: str = "", **more) -> tuple:
+    """Return a quantity by linear theory, as measured, and its error.
+
+    Args:
+        name: name of the measured quantity.
+        units: UDUNITS text.
+        long_name: what it means.
+        error: comment on the error.
+        comment: comment on the measured quantity.
+        more: further attributes of the measured quantity.
+    """
+    theory, over = f"{name}_theory", more.get("over", ())
+    return (
+        Variable(theory, units, f"{long_name}, linear theory", over=over),
+        Variable(name, units, f"{long_name}, measured", comment=comment, theory=theory, error=f"{name}_error", **more),
+        Variable(f"{name}_error", units, f"error of the measured {long_name}", comment=error, over=over),
+    )
+
+
+def with_exact(name: str, units: str, long_name: str, noun: str, error: str, comment: str = "") -> tuple:
+    """Return a measured quantity, compared with the closed form's `NAME_exact`, and its error.
+
+    Args:
+        name: name of the measured quantity.
+        units: UDUNITS text.
+        long_name: what it means.
+        noun: what the error is of.
+        error: comment on the error.
+        comment: comment on the measured quantity.
+    """
+    return (
+        Variable(name, units, f"{long_name}, measured", comment=comment, exact=f"{name}_exact", error=f"{name}_error"),
+        Variable(f"{name}_error", units, f"error of the measured {noun}", comment=error),
+    )

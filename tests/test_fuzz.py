@@ -1,0 +1,138 @@
+"""Damaged files of every format through all commands that read them: words, and nothing else is read or written.
+
+    POLHODE_FUZZ_FILES=400 pytest -m faults tests/test_fuzz.py
+
+takes so many files of each of fourteen kinds; without the marker, three of each. The same numbers make the same files.
+"""
+
+import os
+import random
+import re
+import shutil
+import sys
+from pathlib import Path
+
+import damages
+import h5py
+import numpy as np
+import pytest
+from maps import BODIES, TOP, write
+from test_mutations import mutated
+
+from sweeps.points import tables
+
+SECRET = "secret.txt"
+GRID = "grid: {I2: 1.0, I3: 1.0, omega0: 1.0}\n"
+MESH = "bodies: [{name: A, mesh: {file: FILE, unit: m, density: 1000.0}}]\ngrid: {omega0: 1.0}\n"
+DEFINITIONS = {
+    "yaml": "title: A\ngrid: {I1: {start: 0.5, stop: 1.5, num: 3}, I2: 1.0, I3: [1, 2], omega0: 1.0}\nshards: 2\n",
+    "json": '{"bodies": [{"name": "A", "I1": 1, "I2": 2, "I3": 2.5, "uncertainty": "5 %"}], "grid": {"omega0": 1}}',
+    "described": "system: pendulum\ngrid: {length: [0.5, 1.0], gravity: 9.8}\n",
+}
+FEW = {"integration": {"variables": ["omega_squared", "regime", "status"]}, "axes": [2]}
+MAPS = {"map": BODIES | FEW, "top": TOP, "pendulum": damages.OSCILLATOR}
+TABLES, MESHES = ("csv", "nc", "parquet"), ("stl", "ply", "obj", "off", "stl_ascii")
+WORDS = [SECRET.encode(), f"../{SECRET}".encode(), b"/etc/passwd", b"file:///etc/passwd", b"[[", b"&a [*a]"]
+
+
+def spliced(content, rng):
+    """Put a part of a file into another place of it."""
+    a, b, c = sorted(rng.randrange(len(content) + 1) for _ in range(3))
+    return content[:a] + content[b:c] + content[a:]
+
+
+def worded(content, rng):
+    at = rng.randrange(len(content) + 1)
+    return content[:at] + rng.choice(WORDS) + content[at + rng.choice([0, 0, 8]) :]
+
+
+GENERATORS = (
+    mutated,
+    lambda content, rng: damages.noisy(content, rng.random()),
+    lambda content, rng: content[: rng.randrange(len(content))],
+    spliced,
+    worded,
+)
+
+
+def seeds(folder):
+    """Return kind → (name of a file, its bytes, the definition that names it or "")."""
+    trimesh, pyarrow = pytest.importorskip("trimesh"), pytest.importorskip("pyarrow")
+    from pyarrow import parquet
+
+    found = {f"definition {k}": (f"my.{k if k == 'json' else 'yaml'}", v.encode(), "") for k, v in DEFINITIONS.items()}
+    (folder / "a.csv").write_text("I1,epsilon\n" + "".join(f"{1 + k / 100},{1e-6}\n" for k in range(50)))
+    with h5py.File(folder / "a.nc", "w") as file:
+        file.create_dataset("I1", data=np.linspace(1, 2, 500), chunks=(100,), compression="gzip")
+    parquet.write_table(pyarrow.table({"I1": np.linspace(1, 2, 500)}), folder / "a.parquet")
+    for kind in TABLES:
+        found[f"table {kind}"] = f"a.{kind}", (folder / f"a.{kind}").read_bytes(), f"table: a.{kind}\n{GRID}"
+    for kind in MESHES:
+        made = trimesh.creation.box((1.0, 2.0, 3.0)).export(file_type=kind)
+        name = f"a.{kind.partition('_')[0]}"
+        found[f"mesh {kind}"] = name, made if isinstance(made, bytes) else made.encode(), MESH.replace("FILE", name)
+    for kind, definition in MAPS.items():
+        found[f"map {kind}"] = "map.nc", write(folder, definition, "m.nc").read_bytes(), ""
+    return found
+
+
+def commands(kind, name, base):
+    """Return name → words of the commands that read such a file."""
+    if kind.startswith("map"):
+        return damages.commands(base)
+    definition = name if kind.startswith("definition") else "my.yaml"
+    return {
+        "check": ["check", definition],
+        "shard": ["shard", definition, "1", "999999999", "-o", "s.nc"],
+        "merge": ["merge", definition, "none.nc", "-o", "m.nc"],
+        "verify": ["verify", "whole.nc", "--definition", definition, "--points", "1"],
+    }
+
+
+OPENED = []  # what this process opens, by Python's own account; a child of the reader can open nothing
+sys.addaudithook(lambda event, args: event == "open" and OPENED.append(args[0]))
+QUICK, FILES = 3, int(os.environ.get("POLHODE_FUZZ_FILES", 10))  # of each kind
+
+
+@pytest.fixture(scope="module")
+def known(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("seeds")
+    damages.make_light()
+    return seeds(folder), write(folder, BODIES | FEW, "whole.nc")
+
+
+KINDS = [*(f"definition {k}" for k in DEFINITIONS), *(f"table {k}" for k in TABLES), *(f"mesh {k}" for k in MESHES)]
+KINDS += [f"map {k}" for k in MAPS]
+
+
+@pytest.mark.parametrize("number", [QUICK, pytest.param(FILES, marks=pytest.mark.faults)])
+@pytest.mark.parametrize("kind", KINDS)
+def test_damaged_files_end_well_or_are_refused(kind, number, known, tmp_path, monkeypatch):
+    found, whole = known
+    name, content, definition = found[kind]
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(tables, "cache_folder", lambda: tmp_path / "cache")
+    Path(SECRET).write_text("secret")
+    Path("whole.nc").write_bytes(whole.read_bytes())
+    base = tmp_path / "base.nc"
+    base.write_bytes(content if kind.startswith("map") else whole.read_bytes())
+    chosen = commands(kind, name, base)
+    for k in range(number):
+        rng = random.Random(f"{kind} {k}")
+        Path(name).write_bytes(damaged := rng.choice(GENERATORS)(content, rng))
+        if name.startswith("my.") and b".py" in damaged:
+            continue
+        if definition:
+            Path("my.yaml").write_text(definition)
+        before = {*os.listdir()}
+        OPENED.clear()
+        one = [*chosen][k % len(chosen)]
+        told = damages.one_by_one({word: chosen[word] for word in {one, next(iter(chosen))}})
+        wrong = {w for w in told["wrong"].values() if not re.match("[0-9]+ lines: .*allowed", w)}  # a line a problem
+        assert not wrong, (kind, k)
+        made = {*os.listdir()} - before
+        assert made <= {"s.nc", "m.nc", "t.nc", "figures", "report.html", "cache"}, (kind, k)
+        opened = {Path(os.fsdecode(p)).name for p in OPENED if isinstance(p, str | bytes)}
+        assert not opened & {SECRET, "passwd"}, (kind, k)
+        for left in made - {"cache"}:
+            shutil.rmtree(left) if Path(left).is_dir() else Path(left).unlink()

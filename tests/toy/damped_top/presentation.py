@@ -1,0 +1,29 @@
+"""Figures, page, words and colours of damped tops."""
+
+from pathlib import Path
+
+from sweeps.systems.presentation import Page, Presentation
+from sweeps.systems.presentation.look import Look, Mark, Symbol
+
+
+class DampedTopPresentation(Presentation):
+    """The decay over the time constant; a page with the drag."""
+
+    look = Look(
+        marks={"slows": Mark("slows down", "v", "#d55e00"), "lasts": Mark("lasts", "^", "#0072b2")},
+        symbols={"spin": Symbol(r"$\omega$", "ω"), "tau": Symbol(r"$\tau$", "τ")},
+    )
+    part = Page((Path(__file__).parent / "page" / "part.js",), "When does it stop?", facts={"drag": "viscous"})
+
+    def figures(self, ds):
+        from sweeps import style
+
+        def draw():
+            figure = style.canvas(4.0, 3.0, "Damped top", ds.attrs.get("title", ""))
+            figure.subplots().plot(ds["tau"].values, ds["decay"].isel(spin=0).values)
+            return figure
+
+        return {"decay": draw}
+
+
+PRESENTATION = DampedTopPresentation

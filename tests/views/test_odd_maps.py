@@ -1,0 +1,128 @@
+"""Maps whose values are legal but odd: every view of them ends well, or refuses in words."""
+
+import random
+from functools import cache
+from itertools import product
+
+import damages
+import numpy as np
+import pytest
+from maps import write
+
+import sweeps
+from sweeps import systems
+from sweeps.maps import storage
+
+VALUES = {
+    "missing": np.nan,
+    "zero": 0.0,
+    "tiny": 5e-324,
+    "small": 1e-300,
+    "huge": 1.7e308,
+    "hugely negative": -1.7e308,
+    "infinite": np.inf,
+    "one": 1.0,
+}
+
+
+def of_value(name):
+    """Give all variables one value, and all flags one meaning."""
+
+    def change(ds, specs, rng):
+        return {n: np.full(v.shape, rng.choice(flags(specs[n])) if flags(specs[n]) else VALUES[name]) for n, v in ds}
+
+    return change
+
+
+def flags(spec):
+    return range(0) if spec is None else range(spec.first_flag, spec.first_flag + len(spec.flags))
+
+
+def mixed(ds, specs, rng):
+    """Give each value of each variable another size, sign or flag."""
+    found = {}
+    for name, v in ds:
+        chosen = [*flags(specs[name])] or [*VALUES.values(), -1.0, 1e-8, 1e8, -5e-324]
+        found[name] = np.array(rng.choices(chosen, k=v.size)).reshape(v.shape)
+    return found
+
+
+def holes(ds, specs, rng):
+    """Leave out each value with a probability of its variable."""
+    shares = {n: rng.random() for n, _ in ds}
+    return {
+        n: np.where(np.array([rng.random() < shares[n] for _ in range(v.size)]).reshape(v.shape), np.nan, v.values)
+        for n, v in ds
+        if not flags(specs[n]) and v.dtype.kind == "f"
+    }
+
+
+def unchanged(ds, specs, rng):
+    return {}
+
+
+CHANGES = {name: of_value(name) for name in VALUES} | {"mixed": mixed, "holes": holes, "as it is": unchanged}
+
+
+def one_point(ds, rng):
+    return {dim: [rng.randrange(size)] for dim, size in ds.sizes.items()}
+
+
+def one_value(ds, rng):
+    dim = rng.choice([*ds.sizes])
+    return {dim: [rng.randrange(ds.sizes[dim])]}
+
+
+def turned(ds, rng):
+    return {dim: slice(None, None, -1) for dim in ds.dims if ds[dim].dtype.kind == "f" and rng.random() < 0.5}
+
+
+CUTS = {
+    "whole": lambda ds, rng: {},
+    "one point": one_point,
+    "one value of a dimension": one_value,
+    "in another order": turned,
+    "a plane": lambda ds, rng: {dim: [0] for dim in [*ds.sizes][2:]},
+}
+
+
+QUICK = {("one point", "as it is"), ("one point", "missing"), ("a plane", "huge"), ("in another order", "holes")}
+QUICK |= {("one value of a dimension", "mixed"), ("whole", "tiny")}
+ALL = [*product(damages.BASES, CUTS, CHANGES)]
+
+
+def marked():
+    """Yield each system with each cut and change: some of the pendulum, a twentieth as slow ones, others as faults."""
+    for k, (base, *how) in enumerate(ALL):
+        quick = base == "pendulum" and tuple(how) in QUICK
+        mark = () if quick else pytest.mark.slow if k % 20 == 0 else pytest.mark.faults
+        yield pytest.param(base, *how, marks=mark)
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """Return the function that makes the map of a system once."""
+    damages.make_light()
+    return cache(lambda base: write(tmp_path_factory.mktemp("base"), damages.BASES[base], f"{base}.nc"))
+
+
+def odd(path, target, cut, change, seed):
+    """Write an odd map; the layout stays that of its system."""
+    rng = random.Random(seed)
+    with sweeps.open_map(path) as ds:
+        ds = ds.load().drop_encoding()
+    further = {dim for spec in systems.of_map(ds).layout().variables.values() for dim in spec.over}
+    ds = ds.isel({dim: at for dim, at in CUTS[cut](ds, rng).items() if dim not in further})
+    specs = {n: systems.of_map(ds).layout().variables.get(n) for n in ds}
+    changed = CHANGES[change]([*ds.data_vars.items()], specs, rng)
+    with np.errstate(all="ignore"):  # of whole numbers
+        made = {n: (ds[n].dims, v.astype(ds[n].dtype), ds[n].attrs) for n, v in changed.items()}
+    storage.write_map(ds.assign(made), target)
+
+
+@pytest.mark.usefixtures("few_frames")
+@pytest.mark.parametrize(("base", "cut", "change"), list(marked()))
+def test_odd_maps_are_shown_or_refused_in_words(base, cut, change, made, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    odd(made(base), tmp_path / "map.nc", cut, change, f"{cut} {change}")
+    assert damages.one_by_one(damages.commands(tmp_path / "map.nc"))["wrong"] == {}
