@@ -236,7 +236,7 @@ def _tell_lane(re, im, n, c, K, noise, lost, spacing, parts, shifted, row):
 
 @njit(TOLD, **PASSED)
 def tell(M, X0, runs, n, covariance, noise, spacing, lanes, raw):
-    """Write eigenvalues and invariants of lanes into their raw rows, where the noise is a number and the algebra ends."""
+    """Write eigenvalues and invariants of lanes into their raw rows, where the noise is a number and algebra serves."""
     whole_vectors()
     nn = n * n
     Y, T, U, Z, K = rows_of(nn), rows_of(nn), rows_of(nn), rows_of(nn), rows_of(nn)

@@ -162,7 +162,7 @@ def _gather(A, S, row):
         S[row * W + lane] = total + A[0, lane]
 
 
-@njit(void(ROWS, WHOLE, REAL, WHOLE, int64, float64[::1], int64), **OPTIONS)
+@njit(void(ROWS, WHOLE, REAL, ROWS, int64, float64[::1], int64), **OPTIONS)
 def advance(tape, parts, weights, rates, states, S, steps):
     """Advance every lane by so many steps of order ORDER.
 
@@ -172,8 +172,9 @@ def advance(tape, parts, weights, rates, states, S, steps):
         The operations.
     parts, weights : int64 and float64 arrays
         Rows of the tape that the sums are made of, and what each counts.
-    rates : int64 array
-        Rows of the tape that are the rates of the states; -1 for one that is 0.
+    rates : int64 array, shape (states, 2)
+        Of each state's rate its row of the tape (-1 for one that does not move), and the row of S with its value where
+        deviations are from (-1: it is 0).
     states : int
         Rows of S that are state or remainder; ε and the step follow.
     S : float64 array
@@ -182,7 +183,7 @@ def advance(tape, parts, weights, rates, states, S, steps):
         How many.
     """
     whole_vectors()
-    size, count, epsilon, step = rates.size, len(tape), states * W, (states + 1) * W
+    size, count, epsilon, step = len(rates), len(tape), states * W, (states + 1) * W
     X, C = np.empty((size, ORDER + 1, W)), np.empty((count, ORDER + 1, W))
     R, over = np.zeros((count, ORDER + 1, W)), np.empty((count, W))
     for _ in range(steps):
@@ -192,9 +193,11 @@ def advance(tape, parts, weights, rates, states, S, steps):
         for n in range(ORDER + 1):
             if n > 0:
                 for i in range(size):
-                    a = rates[i]
+                    a, base = rates[i]
                     for lane in range(W):
-                        X[i, n, lane] = S[step + lane] / n * C[a, n - 1, lane] if a >= 0 else 0.0
+                        rate = C[a, n - 1, lane] if a >= 0 else 0.0
+                        rate += S[base * W + lane] if (n == 1) & (base >= 0) else 0.0
+                        X[i, n, lane] = S[step + lane] / n * rate
             _terms(tape, parts, weights, S, X, C, R, over, epsilon, n, ORDER)
         for i in range(size):
             _gather(X[i], S, i)

@@ -27,7 +27,8 @@ def survey(definition, *, chunks=None, threads: int = 1):
     """Measure a sweep and return its map as an `xarray.Dataset`.
 
     Args:
-        definition: the path of a definition, the name of one that ships, or a mapping with its keys.
+        definition: the path of a definition, the name of one that ships, or a mapping with its keys, whose `system`
+            may be a `sweeps.mechanics.System`.
         chunks: None computes at once. A mapping of dimension to length, a number of points, or "auto" makes the
             Dataset lazy (Dask), to be computed by whatever scheduler is active.
         threads: threads that share the work where it is not lazy.
@@ -48,8 +49,35 @@ def survey(definition, *, chunks=None, threads: int = 1):
 
     plot.register()
     source = definition if isinstance(definition, Mapping) else catalogue.resolve(str(definition))
+    if isinstance(definition, Mapping) and not isinstance(definition.get("system", ""), str):
+        from sweeps import mechanics, systems
+
+        if isinstance(definition["system"], mechanics.System):
+            source = {**definition, "system": systems.built(definition["system"])}
     ds = dataset.survey_grid(read(source), chunks, threads)
     return ds if chunks is not None else ds.assign_attrs(content_hash=content.content_hash(ds))
+
+
+def motion(system, start, times, *, parameters=None, tolerance: float = 1e-12):
+    """Integrate motions of a described system, near an equilibrium or far from any, from one start or many.
+
+    Args:
+        system: a `sweeps.mechanics.System`, the path of a Python file that makes one, or the name of one that ships.
+        start: state at the first time: name → number, or one number a run, of each coordinate or state, and of
+            velocities (`theta_dot`), which are 0 where they are not given.
+        times: where the motion is wanted, s, ascending; the first is the start.
+        parameters: name → number, or one number a run; left out, the description's defaults.
+        tolerance: largest change by halving the steps, relative to the largest size of each state; 1e-13 to 1e-3.
+
+    Returns:
+        A Dataset over (run, time), or (time) where all are numbers: each state, its `_error`, and `status`.
+
+    Raises:
+        DefinitionError: naming what is wrong and what is allowed.
+    """
+    from sweeps.systems.trajectories import trajectories
+
+    return trajectories(system, start, times, parameters or {}, tolerance)
 
 
 def uncertainty(bodies, uncertainty, *, omega0: float = 1.0, chunks=None, threads: int = 1, **more):

@@ -1,8 +1,8 @@
 """Mechanical systems described in SymPy: equations of motion, equilibria, generated kernels.
 
-`description` is what that file writes; `derivation` makes a_ij(q), the equations of motion and V″ of it; `graph` and
-`taylor` turn the equations into a compiled Taylor integrator; `equilibria` and `modes` are the theory; `model` runs
-points through it all; `library/` holds the systems that ship.
+`description` is what that file writes; `derivation` makes the `equations` x' = f(x, t; p) of it; `graph` and `taylor`
+turn these into a compiled Taylor integrator, `motions` runs it; `equilibria` and `modes` are the theory. A `model` is
+all of a system; `normal_modes` and `relative` measure what is near its equilibria; `library/` has systems that ship.
 """
 
 from sweeps.mechanics.description import DescriptionError, System

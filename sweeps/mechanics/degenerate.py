@@ -27,7 +27,7 @@ import math
 
 import numpy as np
 
-from sweeps.mechanics.derivation import Equations
+from sweeps.mechanics.equations import Equations
 from sweeps.mechanics.graph import lambdified
 
 HOLDING = (4, 6, 8, 10)  # orders of the terms that may hold a motion

@@ -1,26 +1,30 @@
-r"""From a description to a_ij(q), the equations of motion and V″, all symbolic.
+r"""From a description to its equations of motion, all symbolic: of any coordinates, or of states as they are given.
 
 With r_k(q, t) and m_k, or T directly, the kinetic energy is written
 
-    T = ½ a_ij(q) q̇_i q̇_j + b_i(q) q̇_i + T0(q),     a_ij = Σ_k m_k ∂r_k/∂q_i · ∂r_k/∂q_j
+    T = ½ a_ij q̇_i q̇_j + b_i q̇_i + T0,     a_ij = Σ_k m_k ∂r_k/∂q_i · ∂r_k/∂q_j
 
 T0 joins the potential (for a hoop that turns it is minus the centrifugal potential). Coordinates that neither T nor V
 contains keep their momenta p; they are removed after Routh,
 
     a → a_nn − a_nc a_cc⁻¹ a_cn,   V → V − T0 + ½ (p − b_c)ᵀ a_cc⁻¹ (p − b_c),   b → b_n + a_nc a_cc⁻¹ (p − b_c)
 
-What is left of b is dropped where it is a gradient (a total derivative in the Lagrangian, always so for one
-coordinate) and refused where it is not: gyroscopic forces make V″ v = ω² a v the wrong eigenproblem. What remains,
+With a Rayleigh function R and forces Q, and everything a function of time too where the description says so,
 
-    a_ij q̈_j + (∂a_ij/∂q_k − ½ ∂a_jk/∂q_i) q̇_j q̇_k + ∂V/∂q_i = 0
+.. math:: a_{ij}\ddot q_j + \Big(\frac{\partial a_{ij}}{\partial q_k} - \frac12\frac{\partial a_{jk}}{\partial q_i}\Big)
+          \dot q_j\dot q_k + \Big(\frac{\partial b_i}{\partial q_j} - \frac{\partial b_j}{\partial q_i}
+          + \frac{\partial a_{ij}}{\partial t}\Big)\dot q_j + \frac{\partial b_i}{\partial t}
+          + \frac{\partial V}{\partial q_i} = Q_i - \frac{\partial R}{\partial\dot q_i}
 
-is the full equation of motion, and linear about an equilibrium it is a η̈ + V″ η = 0.
+Where b is a gradient (always so for one coordinate) it is a total derivative in the Lagrangian and leaves no force. The
+system is natural where nothing but a and V is left. Of states, f is as it is given, and what is conserved is tested in
+40 digits.
 
-Source: Landau and Lifshitz, Mechanics, sections 5, 23 and 41; Goldstein, Classical Mechanics, sections 6.2 and 8.3.
+Source: Landau and Lifshitz, Mechanics, sections 5, 23, 25 and 41; Goldstein, Classical Mechanics, sections 1.5, 6.2 and
+8.3; Merkin, Introduction to the Theory of Stability, chapter 6.
 """
 
-from dataclasses import dataclass
-from functools import cached_property
+from functools import cache
 
 import mpmath
 import numpy as np
@@ -28,150 +32,84 @@ import sympy as sp
 
 from sweeps.mechanics import modes
 from sweeps.mechanics.description import DescriptionError, System
-from sweeps.mechanics.graph import ABSOLUTE, SECOND
+from sweeps.mechanics.equations import SHORT, SIMPLE, Equations, expanded
 
-SHORT = 400  # operations: longer expressions are not expanded,
-SIMPLE = 80  # and longer ones not simplified
-LONG = 1500
-NOTHING = sp.Dummy("nothing", real=True)  # stands for the parameters of a system that has none
-
-
-@dataclass(frozen=True)
-class Equations:
-    """The equations of a system in the coordinates that are kept.
-
-    Attributes:
-        system: the description.
-        q, v: symbols of coordinates and velocities.
-        a: the symmetric matrix a_ij(q).
-        V: the (effective) potential.
-    """
-
-    system: System
-    q: tuple[sp.Symbol, ...]
-    v: tuple[sp.Symbol, ...]
-    a: sp.Matrix
-    V: sp.Expr
-
-    @property
-    def n(self) -> int:
-        """Number of coordinates kept."""
-        return len(self.q)
-
-    @property
-    def parameters(self) -> tuple[sp.Symbol, ...]:
-        """Symbols of the parameters, in the description's order."""
-        return tuple(p.symbol for p in self.system.parameters.values()) or (NOTHING,)
-
-    @cached_property
-    def gradient(self) -> sp.Matrix:
-        """∂V/∂q_i, shape (n, 1)."""
-        return sp.Matrix([self.V.diff(x) for x in self.q])
-
-    @cached_property
-    def hessian(self) -> sp.Matrix:
-        """V″: ∂²V/∂q_i∂q_j."""
-        if self.V.count_ops() <= SIMPLE // 2:  # two derivatives at once are factored too
-            return sp.Matrix(self.n, self.n, lambda i, j: self.V.diff(self.q[i], self.q[j]))
-        upper = {(i, j): self.gradient[i].diff(self.q[j]) for i in range(self.n) for j in range(i, self.n)}
-        return sp.Matrix(self.n, self.n, lambda i, j: upper[min(i, j), max(i, j)])
-
-    @cached_property
-    def third(self) -> tuple[sp.Expr, ...]:
-        """All ∂³V/∂q_i∂q_j∂q_k and ∂a_ij/∂q_k: where all vanish, a nudge has no error of first order.
-
-        None where V″ is long: two runs a point are less work than to know.
-        """
-        if sum(e.count_ops() for e in self.hessian) > LONG:
-            return ()
-        n = range(self.n)
-        cubic = [self.hessian[i, j].diff(self.q[k]) for i in n for j in n[i:] for k in n[j:]]
-        return tuple(cubic + [self.a[i, j].diff(x) for i in n for j in n[i:] for x in self.q])
-
-    @cached_property
-    def velocity_terms(self) -> sp.Matrix:
-        """(∂a_ij/∂q_k − ½ ∂a_jk/∂q_i) q̇_j q̇_k, shape (n, 1)."""
-        n = range(self.n)
-        rows = []
-        for i in n:
-            terms = (
-                (self.a[i, j].diff(self.q[k]) - self.a[j, k].diff(self.q[i]) / 2) * self.v[j] * self.v[k]
-                for j in n
-                for k in n
-            )
-            rows.append(expanded(sp.Add(*terms)))
-        return sp.Matrix(rows)
-
-    kinds = (SECOND, ABSOLUTE)
-
-    @property
-    def rest(self) -> int:
-        """How many of the states (the last ones) are velocities."""
-        return self.n
-
-    @property
-    def states(self) -> tuple[sp.Symbol, ...]:
-        """Symbols of all that moves: coordinates, then velocities."""
-        return (*self.q, *self.v)
-
-    @property
-    def still(self) -> tuple[sp.Symbol, ...]:
-        """The states that vanish at an equilibrium."""
-        return self.v
-
-    @cached_property
-    def f(self) -> tuple[sp.Expr, ...]:
-        """Velocities, then forces a q̈."""
-        return (*self.v, *(-self.gradient - self.velocity_terms))
-
-    @property
-    def spelled(self) -> tuple[sp.Expr, ...]:
-        """All expressions that a run needs."""
-        return (*self.f, self.V)
-
-    @property
-    def energy_terms(self) -> tuple[sp.Expr, ...]:
-        """The terms of the energy: the kinetic one, and those of V."""
-        v = sp.Matrix(self.v)
-        return ((v.T * self.a * v)[0] / 2, *sp.Add.make_args(expanded(self.V)))
-
-    @property
-    def accelerations(self) -> sp.Matrix:
-        """q̈ = −a⁻¹(velocity terms + ∂V/∂q), for people and tests: kernels solve for it in numbers."""
-        return -self.a.inv() * (self.velocity_terms + self.gradient)
+DIGITS = 40
+TRIALS = 6  # random places at which what is conserved, and R, are looked at
 
 
 def kinetic_matrix(system: System) -> sp.Matrix:
     """a_ij(q) over all coordinates, the cyclic ones included."""
-    T = _kinetic_energy(system)
-    _check_symbols(system, T, sp.Integer(0))
-    return _quadratic(system, T)[0]
+    return _quadratic(system, _kinetic_energy(system))[0]
 
 
+@cache
 def derive(system: System) -> Equations:
-    """Derives the equations of a system.
+    """The equations of a description, derived once.
 
     Raises:
-        DescriptionError: for an unbound symbol, a T that is not quadratic in q̇, a T or V that depends on time, a
-            complex or not positive a_ij, a cyclic coordinate that T or V contains, or gyroscopic forces.
+        DescriptionError: for coordinates beside states, a state without a rate, a T that is not of degree two in q̇, a
+            complex or not positive a_ij, a cyclic coordinate that T or V contains, an R of another degree or negative
+            somewhere, and a conserved quantity that is not.
     """
-    if not system.coordinates or not system.kept:
+    if system.states and (system.coordinates or system.particles or system.kinetic_terms):
+        raise DescriptionError("states: beside coordinates; allowed: equations of first order, or T and V, not both")
+    equations = _of_states(system) if system.states or system.rates else _of_coordinates(system)
+    if system.given_period is not None:
+        _check_period(equations)
+    return equations
+
+
+def _of_states(system):
+    missing = [s.name for s in system.states.values() if s.symbol not in system.rates]
+    if missing or not system.states:
+        told = f"rate of {missing[0]}: is missing" if missing else "states: there is none"
+        raise DescriptionError(f"{told}; allowed: system.rate(x, f) for each state")
+    if system.dissipation_terms or system.forces or system.potential_terms:
+        raise DescriptionError("states: beside a potential, R or a force; allowed: all forces within the rates")
+    q = tuple(s.symbol for s in system.states.values())
+    f = tuple(system.rates[x] for x in q)
+    equations = Equations(system, q, (), f, None, sp.Integer(0), natural=False, hamiltonian=False)
+    _check_conserved(equations)
+    return equations
+
+
+def _of_coordinates(system):
+    if system.conserved_quantities:
+        name = next(iter(system.conserved_quantities))
+        raise DescriptionError(
+            f"conserved {name}: beside coordinates; allowed: beside states (their energy is watched)"
+        )
+    if not system.kept:
         raise DescriptionError("coordinates: there is none; allowed: one at least that is not cyclic")
     a, b, V = reduced(system)
-    q = tuple(c.symbol for c in system.kept)
-    _check_gyroscopic(b, q)
-    velocities = tuple(c.velocity for c in system.kept)
-    equations = Equations(system, q, velocities, a, V)
-    check_positive(equations)
-    return equations
+    q, v = tuple(c.symbol for c in system.kept), tuple(c.velocity for c in system.kept)
+    t, R, Q = system.time, sum(system.dissipation_terms, sp.Integer(0)), system.forces
+    _check_dissipation(system, R)
+    check_positive(system, q, a)
+    inner, other = _velocity_terms(a, q, v), []
+    for i, x in enumerate(q):
+        turning = sum((b[i].diff(q[j]) - b[j].diff(x) + a[i, j].diff(t)) * v[j] for j in range(len(q)))
+        other.append(Q.get(x, sp.Integer(0)) - R.diff(v[i]) - sp.simplify(turning) - b[i].diff(t))
+    forces = [extra - V.diff(x) - terms for extra, x, terms in zip(other, q, inner, strict=True)]
+    if V.has(t):  # what holds no coordinate makes no force
+        V = sp.Add(*(term for term in sp.Add.make_args(expanded(V)) if term.free_symbols & set(q)))
+    natural = not any(other) and not any(e.has(t) for e in (V, *forces, *a))
+    return Equations(system, q, v, (*v, *forces), a, V, natural, hamiltonian=R == 0 and not Q)
+
+
+def _velocity_terms(a, q, v):
+    """(∂a_ij/∂q_k − ½ ∂a_jk/∂q_i) q̇_j q̇_k, of each coordinate."""
+    n = range(len(q))
+    for i in n:
+        terms = ((a[i, j].diff(q[k]) - a[j, k].diff(q[i]) / 2) * v[j] * v[k] for j in n for k in n)
+        yield expanded(sp.Add(*terms))
 
 
 def reduced(system: System) -> tuple[sp.Matrix, sp.Matrix, sp.Expr]:
     """The matrix a_ij, the terms b_i linear in q̇ and the effective potential over the coordinates that are kept."""
     T, V = _kinetic_energy(system), sum(system.potential_terms, sp.Integer(0))
     T, V = _by_sine_and_cosine(T), _by_sine_and_cosine(V)
-    _check_smooth(system, T, V)
-    _check_symbols(system, T, V)
     a, b, T0 = _quadratic(system, T)
     V = V - T0
     cyclic = [i for i, c in enumerate(system.coordinates.values()) if c.momentum is not None]
@@ -198,18 +136,6 @@ def _by_sine_and_cosine(e):
     return e
 
 
-def _check_smooth(system, T, V):
-    """Refuses what has a kink, by the name that its author wrote."""
-    moving = {c.symbol for c in system.coordinates.values()}
-    for where, e in (("T", T), ("V", V)):
-        if e.has(sp.nan, sp.zoo, sp.oo, -sp.oo) or (where == "V" and e.has(sp.I)):
-            raise DescriptionError(f"{where}: {e} is complex or infinite; allowed: real, finite expressions")
-        for part in sorted(e.atoms(*_KINKED), key=str):
-            if part.free_symbols & moving:
-                wrong, allowed = _KINKED.get(type(part), _KINK)
-                raise DescriptionError(f"{where}: {part} {wrong}; allowed: {allowed}")
-
-
 _WRITTEN_OUT = {
     sp.cot: lambda u: sp.cos(u) / sp.sin(u),
     sp.sec: lambda u: 1 / sp.cos(u),
@@ -218,36 +144,12 @@ _WRITTEN_OUT = {
     sp.sech: lambda u: 1 / sp.cosh(u),
     sp.csch: lambda u: 1 / sp.sinh(u),
 }
-_KINK = ("has a kink, about which nothing oscillates linearly", "sqrt(u**2 + d**2) in place of |u|, with a small d")
-_KINKED = {
-    **dict.fromkeys((sp.Abs, sp.sign, sp.Max, sp.Min, sp.Heaviside, sp.Piecewise), _KINK),
-    **dict.fromkeys((sp.floor, sp.ceiling, sp.Mod, sp.frac), ("jumps", "what has a slope everywhere")),
-    sp.atan2: ("has a cut", "2*atan(y/(sqrt(x**2 + y**2) + x)) in place of atan2(y, x)"),
-}
-
-
-def _check_symbols(system, T, V):
-    velocities = {c.velocity for c in system.coordinates.values()}
-    known = {c.symbol for c in system.coordinates.values()} | {p.symbol for p in system.parameters.values()}
-    others = [part for _, place in system.particles for part in place] + [
-        e for c in system.kept for e in (*c.bounds, c.size, c.hold) if e is not None
-    ]
-    others += [e for place in system.labels.values() for e in place.values()]
-    for where, expression in [("T", T), ("V", V)] + [("positions, bounds and places", e) for e in others]:
-        unbound = sorted(map(str, expression.free_symbols - known - velocities - {system.time}))
-        if unbound:
-            names = ", ".join(map(str, sorted(known, key=str)))
-            raise DescriptionError(f"{where}: unbound symbol {', '.join(unbound)}; allowed: {names}")
-    if system.time in V.free_symbols:
-        raise DescriptionError(f"V: depends on time (t in {V}); allowed: a function of coordinates and parameters")
-    if V.free_symbols & velocities:
-        raise DescriptionError(f"V: depends on a velocity ({V}); allowed: a function of coordinates and parameters")
 
 
 def _quadratic(system, T):
     """The parts a, b, T0 of T = ½ a q̇q̇ + b q̇ + T0."""
     if T.count_ops() > SHORT and not system.kinetic_terms:
-        return _checked(system, *_of_particles(system))
+        return _of_particles(system)
     v = [c.velocity for c in system.coordinates.values()]
     rest = dict.fromkeys(v, 0)
     T = expanded(T)
@@ -264,7 +166,7 @@ def _quadratic(system, T):
     remainder = T - (sp.Matrix(v).T * a * sp.Matrix(v))[0] / 2 - (b.T * sp.Matrix(v))[0] - T0
     if not vanishes(remainder):
         raise DescriptionError(f"T: not quadratic in the velocities ({T}); allowed: ½ a_ij(q) q̇_i q̇_j")
-    return _checked(system, a, b, T0)
+    return a, b, T0
 
 
 def _of_particles(system):
@@ -292,27 +194,9 @@ def _of_particles(system):
     return whole.extract(kept, kept), whole.extract(kept, [n - 1]), whole[n - 1, n - 1] / 2
 
 
-def _checked(system, a, b, T0):
-    """a, b, T0 that hold no time and nothing complex."""
-    timed = [str(e) for e in (*a, *b, T0) if system.time in e.free_symbols]
-    if timed:
-        raise DescriptionError(
-            f"T: depends on time ({timed[0]}); allowed: positions whose T, simplified, holds "
-            "no t (a frame that turns steadily; of a pivot that is moved to and fro there is no equilibrium here)"
-        )
-    if a.has(sp.I):
-        raise DescriptionError(f"T: a_ij is complex ({a.tolist()}); allowed: real positions and masses")
-    return a, b, T0
-
-
 def _timeless(system, e):
     """An expression or a matrix simplified as far as it goes where it still holds the time."""
     return sp.simplify(e) if system.time in e.free_symbols else e
-
-
-def expanded(e: sp.Expr) -> sp.Expr:
-    """An expression expanded, where it is short: what is long grows with the product of its sums."""
-    return sp.expand(e) if e.count_ops() <= SHORT else e
 
 
 def simplified(e: sp.Expr) -> sp.Expr:
@@ -378,38 +262,18 @@ def _without_cyclic(system, a, b, V, kept, cyclic):
     return reduced, linear, V + sp.simplify((p.T * inverse * p)[0] / 2)
 
 
-def curl(b: sp.Matrix, q: tuple) -> tuple | None:
-    """The first (∂b_i/∂q_j - ∂b_j/∂q_i, q_j, q_i) that does not vanish; None where b is a gradient."""
-    for i in range(len(q)):
-        for j in range(i):
-            found = sp.simplify(b[i].diff(q[j]) - b[j].diff(q[i]))
-            if found != 0:
-                return found, q[j], q[i]
-    return None
-
-
-def _check_gyroscopic(b, q):
-    if found := curl(b, q):
-        force, first, second = found
-        raise DescriptionError(
-            f"T: its terms linear in the velocities make a gyroscopic force ({force}) between {first} and {second}; "
-            "allowed: terms that are a total derivative"
-        )
-
-
-def check_positive(equations: Equations) -> None:
-    """Evaluates a at the defaults, at places inside the bounds: real and positive definite there."""
-    system = equations.system
+def check_positive(system: System, q: tuple, a: sp.Matrix) -> None:
+    """Evaluates a at the defaults, at places inside the bounds and some times: real and positive definite there."""
     defaults = {p.symbol: p.default for p in system.parameters.values()}
     corners = [[complex(bound.subs(defaults)).real for bound in c.bounds] for c in system.kept]
     fractions = (0.137, 0.411, 0.5, 0.689, 0.931)
     places = [[low + f * (high - low) for low, high in corners] for f in fractions]
     rng = np.random.default_rng(0)
     places += [[low + f * (high - low) for (low, high), f in zip(corners, rng.random(len(corners)), strict=True)]]
-    a = sp.lambdify((*defaults, *equations.q), equations.a.tolist(), "mpmath", cse=True)
-    for place in places:
-        numbers = _complex(a, (*defaults.values(), *place))
-        where = ", ".join(f"{x} = {y:.4g}" for x, y in zip(equations.q, place, strict=True))
+    function = sp.lambdify((*defaults, *q, system.time), a.tolist(), "mpmath", cse=True)
+    for time, place in enumerate(places):
+        numbers = _complex(function, (*defaults.values(), *place, 0.37 * time))
+        where = ", ".join(f"{x} = {y:.4g}" for x, y in zip(q, place, strict=True))
         if not np.isfinite(numbers).all() or np.abs(numbers.imag).max() > 0:
             raise DescriptionError(f"T: a_ij is complex or infinite at {where}; allowed: real, finite a_ij")
         if not modes.positive(numbers.real[None])[0]:
@@ -422,3 +286,67 @@ def _complex(matrix, values):
         return np.array([[complex(e) for e in row] for row in matrix(*map(mpmath.mpf, values))])
     except (ArithmeticError, ValueError):
         return np.array([[complex("nan")]])
+
+
+def _check_dissipation(system, R):
+    if cyclic := [x for x in system.forces if x not in {c.symbol for c in system.kept}]:
+        raise DescriptionError(f"force: {cyclic[0]} has a momentum that is kept; allowed: the other coordinates")
+    v = [c.velocity for c in system.kept]
+    if R != 0 and not (R.is_polynomial(*v) and sp.Poly(R, *v).total_degree() <= 2):
+        raise DescriptionError(f"R: not of degree two in the velocities ({R}); allowed: Rayleigh's function ½ c_ij q̇q̇")
+    for values in _trials(system):
+        if float(sp.re(R.subs(values).evalf())) < -1e-12:
+            told = ", ".join(f"{x} = {float(y):.3g}" for x, y in values.items() if x in R.free_symbols)
+            raise DescriptionError(f"R: negative at {told}; allowed: R ≥ 0 everywhere, for it takes energy away")
+
+
+def _trials(system):
+    """Values of symbols at random: parameters near their defaults, all else within its bounds."""
+    rng = np.random.default_rng(0)
+    for _ in range(TRIALS):
+        values = {}
+        for p in system.parameters.values():
+            value = p.default * (1.0 + 0.1 * rng.random())
+            values[p.symbol] = sp.Float(value if p.allows(value) else p.default, DIGITS)
+        ends = dict(values)
+        for place in (*system.kept, *system.states.values()):
+            low, high = (sp.re(bound.subs(ends).evalf(DIGITS)) for bound in place.bounds)
+            values[place.symbol] = low + (high - low) * sp.Float(rng.random(), DIGITS)
+            if hasattr(place, "velocity"):
+                values[place.velocity] = sp.Float(rng.normal(), DIGITS)
+        values[system.time] = sp.Float(rng.normal(), DIGITS)
+        yield values
+
+
+def _check_period(equations):
+    """The equations a period later, at random places and times, in 40 digits."""
+    system, t = equations.system, equations.system.time
+    for name, e in [(f"force {x}", e) for x, e in zip(equations.states, equations.f, strict=True)] + [
+        ("a_ij", e) for e in equations.a or ()
+    ]:
+        for values in _trials(system) if e.has(t) else ():
+            later = values | {t: values[t] + system.given_period.subs(values)}
+            with mpmath.workdps(DIGITS):
+                here, there = (complex(e.subs(at).evalf(DIGITS)) for at in (values, later))
+            if abs(there - here) > 1e-12 * max(abs(here), abs(there)):
+                raise DescriptionError(
+                    f"period: {name} is {here.real:.6g} at a time and {there.real:.6g} a period later; allowed: what "
+                    "leaves all equations the same"
+                )
+
+
+def _check_conserved(equations):
+    """dC/dt = ∂C/∂t + ∂C/∂x · f at random places, in 40 digits, beside the sum of its terms' absolute values."""
+    system = equations.system
+    for name, quantity in system.conserved_quantities.items():
+        terms = [quantity.diff(x) * f for x, f in zip(equations.q, equations.f, strict=True)]
+        terms.append(quantity.diff(system.time))
+        for values in _trials(system):
+            with mpmath.workdps(DIGITS):
+                numbers = [complex(t.subs(values).evalf(DIGITS)) for t in terms]
+                total = abs(complex(sum(terms, sp.Integer(0)).subs(values).evalf(DIGITS)))
+            if total > 1e-12 * sum(map(abs, numbers)):
+                raise DescriptionError(
+                    f"conserved {name}: its rate of change is {total:.3g} at a place within the bounds, of terms of "
+                    f"{sum(map(abs, numbers)):.3g}; allowed: what the rates leave constant"
+                )

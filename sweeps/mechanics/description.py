@@ -15,7 +15,8 @@ A file builds one `System` and calls it `system`:
     system.equilibrium("hanging", {theta: 0})
     system.equilibrium("upright", {theta: pi})
 
-All symbols are SymPy's, so all that SymPy can write may be said; nothing here derives anything.
+All symbols are SymPy's, so all that SymPy can write may be said. Each expression is checked where it is given; nothing
+here derives anything.
 """
 
 import re
@@ -27,6 +28,18 @@ from sweeps.schema.refusals import DefinitionError
 
 RESERVED = ("equilibrium", "mode", "eigenvalue", "epsilon", "phase", "t", "title", "system", "grid")
 MOST_COORDINATES, MOST_STATES = 10, 12
+
+UNIT = (  # SI units with their prefixes, and those that are used with them
+    "(da|[yzafpnuµmcdhkMGTPEZY])?(m|g|s|A|K|mol|cd|rad|sr|Hz|N|Pa|J|W|C|V|F|ohm|S|Wb|T|H|L|l|eV|bar)"
+    "|(kilo|centi|milli|micro|mega)?(met(re|er)|gram|second|radian|newton|joule|watt|pascal|hertz|kelvin|ampere|volt)s?"
+    "|deg|degrees?|°|min(ute)?|h(our)?|d(ay)?|year|yr|au|AU|rpm|cycles?|revolutions?|turns?|percent|%"
+)
+_KINK = ("has a kink, about which nothing is linear", "sqrt(u**2 + d**2) in place of |u|, with a small d")
+KINKED = {
+    **dict.fromkeys((sp.Abs, sp.sign, sp.Max, sp.Min, sp.Heaviside, sp.Piecewise), _KINK),
+    **dict.fromkeys((sp.floor, sp.ceiling, sp.Mod, sp.frac), ("jumps", "what has a slope everywhere")),
+    sp.atan2: ("has a cut", "2*atan(y/(sqrt(x**2 + y**2) + x)) in place of atan2(y, x)"),
+}
 
 
 class DescriptionError(DefinitionError):
@@ -137,7 +150,8 @@ class System:
     def __init__(self, title: str, most: int | None = None, references: str = "", follow: bool = False):
         self.title, self.references = title, references
         self.given_most, self.follow = most, follow
-        self.time = sp.Symbol("t", real=True)
+        self.time = sp.Symbol("t", real=True)  # may stand in all expressions of the motion
+        self.given_period: sp.Expr | None = None
         self.parameters: dict[str, DescribedParameter] = {}
         self.coordinates: dict[str, Coordinate] = {}
         self.particles: list[tuple[sp.Expr, tuple[sp.Expr, ...]]] = []
@@ -152,7 +166,7 @@ class System:
 
     def parameter(self, name, unit="1", *, default, positive=False, least=None, most=None, meaning="") -> sp.Symbol:
         """A parameter's symbol; a sweep's `grid` gives its value, or several."""
-        self._check_name(name)
+        self._check_name(name, unit)
         symbol = sp.Symbol(name, positive=True) if positive else sp.Symbol(name, real=True)
         parameter = DescribedParameter(
             symbol, unit, float(default), positive, least, most, meaning or name.replace("_", " ")
@@ -180,16 +194,19 @@ class System:
 
         `bounds` may be left out for one with a momentum; `positive` says that it is a distance and no number below 0.
         """
-        self._check_name(name)
+        self._check_name(name, unit)
         if len(self.coordinates) >= MOST_COORDINATES:
             raise DescriptionError(f"coordinate {name}: there are {MOST_COORDINATES} already; allowed: no more")
         if bounds is None and momentum is None:
             raise DescriptionError(f"coordinate {name}: bounds are missing; allowed: two expressions in the parameters")
         symbol = sp.Symbol(name, positive=True) if positive else sp.Symbol(name, real=True)
         velocity = sp.Symbol(f"{name}_dot", real=True)
-        low, high = (sp.sympify(bound) for bound in bounds or (0, 0))
-        hold, size = (None if value is None else sp.sympify(value) for value in (hold, size))
-        self._check_size(name, size)
+        low, high = (self._expression(f"bounds of {name}", bound) for bound in bounds or (0, 0))
+        hold, momentum = (
+            None if value is None else self._expression(f"{what} of {name}", value)
+            for what, value in (("hold", hold), ("momentum", momentum))
+        )
+        size = self._size(name, size, self._moving())
         self.coordinates[name] = Coordinate(
             symbol, velocity, unit, (low, high), periodic, size, hold, momentum, meaning or name
         )
@@ -201,20 +218,20 @@ class System:
 
     def particle(self, mass, position) -> None:
         """A mass at a place r(q), Cartesian; r may hold `system.time` (a rotating hoop)."""
-        place = tuple(sp.sympify(part) for part in position)
-        self.particles.append((sp.sympify(mass), place))
+        place = tuple(self._expression("position", part, self._moving()) for part in position)
+        self.particles.append((self._expression("mass", mass), place))
 
     def kinetic_energy(self, T) -> None:
         """Kinetic energy given directly, beside that of the particles."""
-        self.kinetic_terms.append(sp.sympify(T))
+        self.kinetic_terms.append(self._expression("T", T, self._moving(velocities=True)))
 
     def potential(self, V) -> None:
         """Potential energy; several add up."""
-        self.potential_terms.append(sp.sympify(V))
+        self.potential_terms.append(self._expression("V", V, self._moving()))
 
     def dissipation(self, R) -> None:
         """Rayleigh's function R(q, q̇) ≥ 0, of degree two in q̇: forces -∂R/∂q̇; several add up."""
-        self.dissipation_terms.append(sp.sympify(R))
+        self.dissipation_terms.append(self._expression("R", R, self._moving(velocities=True)))
 
     def force(self, forces: dict) -> None:
         """Generalised forces without a potential, {q: Q(q, q̇)}; several add up."""
@@ -222,17 +239,17 @@ class System:
             if symbol not in {c.symbol for c in self.coordinates.values()}:
                 known = ", ".join(self.coordinates) or "there are none"
                 raise DescriptionError(f"force: {symbol} is no coordinate; allowed: {known}")
-            self.forces[symbol] = self.forces.get(symbol, sp.Integer(0)) + sp.sympify(Q)
+            force = self._expression(f"force on {symbol}", Q, self._moving(velocities=True))
+            self.forces[symbol] = self.forces.get(symbol, sp.Integer(0)) + force
 
     def state(self, name, unit="1", *, bounds, size=None, positive=False, meaning="") -> sp.Symbol:
         """The symbol of a state of equations of first order; see `State`. Its rate is said by :meth:`rate`."""
-        self._check_name(name)
+        self._check_name(name, unit)
         if len(self.states) >= MOST_STATES:
             raise DescriptionError(f"state {name}: there are {MOST_STATES} already; allowed: no more")
         symbol = sp.Symbol(name, positive=True) if positive else sp.Symbol(name, real=True)
-        low, high = (sp.sympify(bound) for bound in bounds)
-        size = (high - low) / 4 if size is None else sp.sympify(size)
-        self._check_size(name, size)
+        low, high = (self._expression(f"bounds of {name}", bound) for bound in bounds)
+        size = self._size(name, (high - low) / 4 if size is None else size)
         self.states[name] = State(symbol, unit, (low, high), size, meaning or name)
         return symbol
 
@@ -243,14 +260,20 @@ class System:
             raise DescriptionError(f"rate: {state} is no state; allowed: {known}")
         if state in self.rates:
             raise DescriptionError(f"rate of {state}: given twice; allowed: one for each state")
-        self.rates[state] = sp.sympify(f)
+        self.rates[state] = self._expression(f"rate of {state}", f, self._moving())
 
     def conserved(self, expression, name: str) -> None:
         """A quantity that the equations of first order conserve: watched as `<name>_drift`, its zero mode left out."""
         self._check_name(name)
         if name in self.conserved_quantities:
             raise DescriptionError(f"conserved {name}: given twice; allowed: names that all differ")
-        self.conserved_quantities[name] = sp.sympify(expression)
+        self.conserved_quantities[name] = self._expression(f"conserved {name}", expression, self._moving())
+
+    def period(self, T) -> None:
+        """The period after which the equations are the same again, an expression of the parameters, in s."""
+        self.given_period = self._expression("period", T)
+        if self.given_period.is_positive is False:
+            raise DescriptionError(f"period: {T}; allowed: a finite time > 0, in s")
 
     def equilibrium(self, label: str, place: dict) -> None:
         """A name for the equilibrium nearest to a place (expressions in the parameters); it is still looked for."""
@@ -260,7 +283,7 @@ class System:
         if unknown := sorted(str(x) for x in place if x not in known):
             allowed = ", ".join(sorted(map(str, known))) or "there are none yet"
             raise DescriptionError(f"equilibrium {label}: {unknown[0]} is no coordinate or state; allowed: {allowed}")
-        self.labels[label] = {symbol: sp.sympify(value) for symbol, value in place.items()}
+        self.labels[label] = {x: self._expression(f"equilibrium {label}", e) for x, e in place.items()}
 
     @property
     def most(self) -> int:
@@ -277,15 +300,39 @@ class System:
         """The coordinates that are not cyclic, in their order."""
         return tuple(c for c in self.coordinates.values() if c.momentum is None)
 
-    @staticmethod
-    def _check_size(name, size):
-        if size is not None and size.is_number and not (size.is_finite and size.is_positive):
-            raise DescriptionError(f"size of {name}: {size}; allowed: a finite number > 0, or an expression")
+    def _moving(self, velocities=False) -> set[sp.Symbol]:
+        """Symbols that an expression in a motion may hold beside the parameters."""
+        kept = {x for c in self.coordinates.values() for x in ((c.symbol, c.velocity) if velocities else (c.symbol,))}
+        return kept | {s.symbol for s in self.states.values()} | {self.time}
 
-    def _check_name(self, name):
+    def _size(self, name, size, moving=frozenset()):
+        size = None if size is None else self._expression(f"size of {name}", size, moving - {self.time})
+        if size is not None and size.is_number and not size.is_positive:
+            raise DescriptionError(f"size of {name}: {size}; allowed: a finite number > 0, or an expression")
+        return size
+
+    def _expression(self, where, value, moving=frozenset()) -> sp.Expr:
+        """An expression of the parameters and of what moves: real, finite, smooth in what moves."""
+        e = sp.sympify(value)
+        if not isinstance(e, sp.Expr) or e.has(sp.nan, sp.zoo, sp.oo, -sp.oo, sp.I):
+            raise DescriptionError(f"{where}: {e} is complex or infinite; allowed: real, finite expressions")
+        known = {p.symbol for p in self.parameters.values()} | moving
+        if unbound := sorted(map(str, e.free_symbols - known)):
+            names = ", ".join(sorted(map(str, known))) or "numbers"
+            raise DescriptionError(f"{where}: unbound symbol {', '.join(unbound)}; allowed: {names}")
+        for part in sorted(e.atoms(*KINKED), key=str):
+            if part.free_symbols & moving:
+                wrong, allowed = KINKED[type(part)]
+                raise DescriptionError(f"{where}: {part} {wrong}; allowed: {allowed}")
+        return e
+
+    def _check_name(self, name, unit="1"):
         taken = name in {*self.parameters, *self.coordinates, *self.states, *RESERVED}
         if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,31}", name) or taken:
             raise DescriptionError(
                 f"name {name!r} is taken or no word; allowed: letters, digits and _, none twice, none of "
                 + ", ".join(RESERVED)
             )
+        for word in re.sub(r"[-+^*]*\d+", "", unit).replace("/", " ").replace(".", " ").split():
+            if not re.fullmatch(UNIT, word):
+                raise DescriptionError(f"unit of {name}: {unit!r} holds {word!r}; allowed: UDUNITS text such as m s-2")

@@ -146,6 +146,13 @@ def _crowded(problem, found, parameters):
     return f"equilibria: {wrong}, at {values or 'the only point'}; allowed: {allowed}"
 
 
+def runs_of(arrays: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers of the first point of each run of equal neighbours, and each point's run."""
+    change = np.ones(len(arrays[0]), dtype=bool)
+    change[1:] = np.any([x[1:] != x[:-1] for x in arrays], axis=0)
+    return np.flatnonzero(change), np.cumsum(change) - 1
+
+
 def _points(rows):
     """Numbers of points that all differ, in ascending order of the rows, and which of them each point equals."""
     code = np.zeros(rows[0].size if rows else 1, dtype=np.int64)

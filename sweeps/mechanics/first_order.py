@@ -1,15 +1,14 @@
 """The rates of a system's states, and what a run watches, as one graph: of coordinates or of states.
 
-Rates vanish at the equilibrium for a reason, so their bases are 0 and not what rounding leaves. Accelerations are
-solved for by elimination in a_ij, whose pivots are positive, or by its inverse in symbols, where that makes a
-long code shorter.
+Accelerations are solved for by elimination in a_ij, whose pivots are positive, or by its inverse in symbols, where that
+makes a long code shorter. Far from equilibria the time is a state whose rate is 1, and the tangent flow, of the
+directions of all states, can go along: n (n + 1) equations and the time.
 """
 
 import sympy as sp
 
-from sweeps.mechanics.derivation import Equations
-from sweeps.mechanics.flow import Flow
-from sweeps.mechanics.graph import CONSTANT, FIRST, SECOND, Graph
+from sweeps.mechanics.equations import Equations
+from sweeps.mechanics.graph import ABSOLUTE, CONSTANT, FIRST, SECOND, Graph, Node, X
 from sweeps.mechanics.taylor import Code
 
 MOST_INVERTED, MOST_OPERATIONS = 3, 1000  # coordinates, and operations of their equations, up to which a is inverted
@@ -17,9 +16,14 @@ SHORT = 50_000  # characters of a code that is compiled in two seconds: no short
 MOST_WRITTEN = 120  # nodes that move: more of them are read from a tape
 
 
-def code(equations: Equations | Flow) -> Code:
-    """Return the code of a system: written out, or a tape where it is large."""
-    g = graph(equations)
+def code(equations: Equations, near: bool = True, tangent: bool = False) -> Code:
+    """Return the code of a system, near equilibria or of any motion: written out, or a tape where it is large."""
+    g = graph(equations, near)
+    if tangent:
+        n = equations.n
+        for first in range(n + 1, n * (n + 1) + 1, n):
+            moved = g.tangents({i: g.add(Node(X, (first + i,))) for i in range(n)})
+            g.rates += tuple(moved[k] if k in moved else g.constant(0) for k in g.rates[:n])
     if sum(node.kind != CONSTANT for node in g.nodes) <= MOST_WRITTEN:
         return Code(g)
     from sweeps.mechanics.taped import TapedCode  # its kernel is compiled where it is imported
@@ -27,15 +31,19 @@ def code(equations: Equations | Flow) -> Code:
     return TapedCode(g)
 
 
-def graph(equations: Equations | Flow) -> Graph:
-    """Return the graph of a system's equations."""
-    if not equations.rest:
-        g = Graph(equations)
-        g.rates = tuple(g.sum((g.build(e),), (1.0,), zero=True) for e in equations.f)
+def graph(equations: Equations, near: bool = True) -> Graph:
+    """Return the graph of a system's equations, of deviations from an equilibrium or from any place."""
+    if not equations.v:
+        g = Graph(equations, near)
+        g.rates = tuple(g.vanishing(e) for e in equations.f)
+        if not near:
+            return _timed(g)
         quantities = zip(equations.system.conserved_quantities.values(), equations.second, strict=True)
         g.watched = tuple((SECOND if curved else FIRST, (g.build(e),)) for e, curved in quantities)
         return g
-    found = _by_elimination(equations)
+    found = _by_elimination(equations, near)
+    if not near:
+        return _timed(found)
     length = len(Code(found).text)
     operations = sum(e.count_ops() for e in (*equations.a, *equations.f))
     if length <= SHORT or equations.a.shape[0] > MOST_INVERTED or operations > MOST_OPERATIONS:
@@ -44,17 +52,17 @@ def graph(equations: Equations | Flow) -> Graph:
     return other if len(Code(other).text) < length else found
 
 
-def _by_elimination(equations):
-    g, m = Graph(equations), equations.rest
+def _by_elimination(equations, near=True):
+    g, m = Graph(equations, near), equations.m
     masses = {(i, j): g.build(equations.a[i, j]) for i in range(m) for j in range(i, m)}
-    forces = [g.sum((g.build(e),), (1.0,), zero=True) for e in equations.f[m:]]
+    forces = [g.vanishing(e) for e in equations.forces]
     return _closed(g, solved(g, masses, forces))
 
 
 def _by_inverse(equations):
-    g, m = Graph(equations), equations.rest
+    g, m = Graph(equations), equations.m
     inverse = equations.a.inv().applyfunc(sp.simplify)
-    forces = [g.sum((g.build(gathered(e, equations)),), (1.0,), zero=True) for e in equations.f[m:]]
+    forces = [g.vanishing(gathered(e, equations)) for e in equations.forces]
     rates = []
     for i in range(m):
         parts = [(g.build(e), force) for e, force in zip(inverse.row(i), forces, strict=True) if e != 0]
@@ -62,11 +70,17 @@ def _by_inverse(equations):
     return _closed(g, rates)
 
 
+def _timed(g):
+    """The graph of rates alone, of the time too."""
+    g.rates, g.watched = (*g.rates, g.constant(1)), ()
+    return g
+
+
 def _closed(g, accelerations):
     equations = g.equations
-    g.rates = (*(g.build(e) for e in equations.f[: equations.rest]), *accelerations)
+    g.rates = (*(g.build(x) for x in equations.v), *accelerations)
     terms = tuple(g.build(e) for e in equations.energy_terms)
-    g.watched = tuple((kind, terms) for kind in equations.kinds if terms)
+    g.watched = tuple((kind, terms) for kind in (SECOND, ABSOLUTE)[: 1 + equations.natural] if terms)
     return g
 
 
@@ -92,7 +106,7 @@ def solved(g: Graph, a: dict, right: list[int]) -> list[int]:
     return found
 
 
-def gathered(e: sp.Expr, equations: Equations | Flow) -> sp.Expr:
+def gathered(e: sp.Expr, equations: Equations) -> sp.Expr:
     """An expression with few products of what moves: fractions factorised together, then what terms have in common.
 
     Numerators are sums over the parameters' monomials, whose factors are products of sums again.

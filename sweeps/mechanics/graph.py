@@ -60,25 +60,28 @@ class Graph:
     """Nodes in an order in which each follows its parts; what the functions' derivatives are; and the outputs.
 
     Args:
-        equations: what has `parameters`, `states` (all symbols that move; velocities are states too), `still` (those
-            that vanish at an equilibrium) and `spelled` (all expressions that will be built).
+        equations: the equations of motion.
+        near: whether deviations are from an equilibrium, where velocities and forces vanish; else they are from any
+            place, and the time is the last of the states.
 
     Attributes:
+        states: symbols of all that moves, of which the rates are.
         slopes: FUNCTION node → the node that is f′(u); it may come later, for only earlier orders of it are needed.
         rates: nodes of ẋ_i.
         watched: (FIRST, SECOND or ABSOLUTE, nodes) of each quantity that a run watches: the deviation of their sum in
             units of ε, or of ε², or the sum of the absolute values of the latter.
     """
 
-    def __init__(self, equations):
-        self.equations = equations
+    def __init__(self, equations, near: bool = True):
+        self.equations, self.near = equations, near
+        self.states = equations.states if near else (*equations.states, equations.system.time)
         self.nodes: list[Node] = []
         self.slopes: dict[int, int] = {}
         self.rates: tuple[int, ...] = ()
         self.watched: tuple[tuple[int, tuple[int, ...]], ...] = ()
         self._numbers: dict[Node, int] = {}
         self._expressions: dict[sp.Expr, int] = {}
-        self._moving, spelled = {*equations.states}, sp.Tuple(*equations.spelled)
+        self._moving, spelled = {*self.states}, sp.Tuple(*equations.spelled)
         self._roots = {p.base for p in spelled.atoms(sp.Pow) if p.exp.is_Rational and p.exp.q == 2 and p.exp < 0}
         self._turns = {e.args[0] for e in spelled.atoms(sp.sin, sp.cos)}
 
@@ -111,7 +114,7 @@ class Graph:
         if not e.free_symbols & self._moving:
             return self.add(Node(CONSTANT, (), (e,), e == 0))
         if e.is_Symbol:
-            return self.add(Node(X, (self.equations.states.index(e),), (), e in self.equations.still))
+            return self.add(Node(X, (self.states.index(e),), (), self.near and e in self.equations.still))
         if e.is_Add:
             return self._sum(e.args)
         if e.is_Mul:
@@ -147,6 +150,40 @@ class Graph:
         if not self.moves(second):
             return self.product(first, self.build(1 / self.nodes[second].weights[0]))
         return self.add(Node(DIV, (first, second), (), self.nodes[first].zero))
+
+    def vanishing(self, expression) -> int:
+        """The node of what vanishes at an equilibrium, so that its base is 0 there and not what rounding leaves."""
+        number = self.build(expression)
+        return self.sum((number,), zero=True) if self.near else number
+
+    def tangents(self, seeds: dict[int, int]) -> dict[int, int]:
+        """Derivatives of all nodes that move, as nodes, along a direction; of what does not change there is none.
+
+        Args:
+            seeds: state → the node of its share of the direction.
+        """
+        found: dict[int, int] = {}
+        for number, node in enumerate(self.nodes[:]):
+            if node.kind == X and node.parts[0] in seeds:
+                found[number] = seeds[node.parts[0]]
+            elif node.kind == ADD:
+                pairs = [(found[k], w) for k, w in zip(node.parts, node.weights, strict=True) if k in found]
+                if pairs:
+                    found[number] = self.sum(*zip(*pairs, strict=True))
+            elif node.kind == FUNCTION and node.parts[0] in found:
+                found[number] = self.product(self.slopes[number], found[node.parts[0]])
+            elif node.kind == MUL:
+                a, b = node.parts
+                terms = [self.product(x, found[y]) for x, y in ((b, a), (a, b)) if y in found]
+                if terms:
+                    found[number] = self.sum(terms)
+            elif node.kind == DIV:  # (u/v)' = (u' - (u/v) v') / v
+                a, b = node.parts
+                terms = [(found[a], 1.0)] if a in found else []
+                terms += [(self.product(number, found[b]), -1.0)] if b in found else []
+                if terms:
+                    found[number] = self.quotient(self.sum(*zip(*terms, strict=True)), b)
+        return found
 
     def _sum(self, terms):
         numbers, weights, fixed = [], [], []

@@ -1,51 +1,73 @@
-"""A potential's landscape: V's derivatives, a_ij and where to look for equilibria, as functions of many points."""
+"""Forces or rates of a system, their slopes, masses and sizes, and where to look for equilibria, for many points."""
 
 import numpy as np
 import sympy as sp
 
-from sweeps.mechanics.derivation import Equations
+from sweeps.mechanics.equations import Equations
 from sweeps.mechanics.graph import lambdified
 from sweeps.mechanics.problem import RootProblem, magnitude
 
 
 class Landscape(RootProblem):
-    """V's derivatives and a_ij of a system as functions of arrays.
+    """What vanishes at equilibria, and what is known near them, as functions of arrays.
 
-    Each takes parameters (a tuple of arrays) and q (a sequence of n arrays), all of one shape.
+    Each takes parameters (a list of arrays), then places (a sequence of m arrays), all of one shape (points,).
     """
 
     def __init__(self, equations: Equations):
-        system = equations.system
-        super().__init__(system, system.kept, equations.gradient, equations.parameters)
-        self.equations = equations
-        self.n = equations.n
-        arguments = (*equations.parameters, *equations.q)
-        self._hessian = lambdified(arguments, equations.hessian)
-        self._a = lambdified(arguments, equations.a)
-        self._third = lambdified(arguments, equations.third)
-        self._terms = lambdified(arguments, [magnitude(e) for e in equations.hessian])
-        self._sizes = lambdified(arguments, [sp.nan if c.size is None else c.size for c in system.kept])
+        super().__init__(equations)
+        self.equations, self.n = equations, equations.n
+        slopes, self._arguments = list(equations.slopes), (*equations.parameters, *self.symbols)
+        self._slopes, self._terms = self._written(slopes), self._written([magnitude(e) for e in slopes])
+        self._a = self._written(equations.a.subs(equations.still)) if equations.v else None
+        self._third = self._written(equations.third) if equations.natural else None
+        self._gradients = self._written(equations.gradients)
+        self._curvatures = self._written([magnitude(e) for matrix in equations.curvatures for e in matrix])
+        self._sizes = self._written([self._size(place) for place in equations.places])
 
-    def hessian(self, parameters, q):
-        """V″, shape (..., n, n)."""
-        return self._matrix(self._hessian, parameters, q)
+    def _written(self, expressions):
+        return lambdified(self._arguments, expressions)
 
-    def a(self, parameters, q):
-        """a_ij, shape (..., n, n)."""
-        return self._matrix(self._a, parameters, q)
+    def _size(self, place):
+        """What a nudge of relative size one is; where none is said a quarter of the bounds, or NaN (see `scales`)."""
+        if place.size is not None:
+            return place.size
+        return sp.nan if self.equations.natural else (place.bounds[1] - place.bounds[0]) / 4
 
-    def hessian_terms(self, parameters, q):
-        """What the terms of V″ amount to, shape (..., n, n); see `magnitude`."""
-        return self._matrix(self._terms, parameters, q)
+    def starts(self, parameters):
+        """The named places, shape (points, names, m); without names a place off the middle of the bounds."""
+        if self.system.labels:
+            return self.labels(parameters)
+        bounds = self.bounds(parameters)
+        return (bounds[..., 0] + 0.3819660112501051 * (bounds[..., 1] - bounds[..., 0]))[:, None]
 
-    def third(self, parameters, q):
+    def slopes(self, parameters, x):
+        """Derivatives of the forces or rates by all states, and their terms' absolute values: (points, m, n) each."""
+        return tuple(self._shaped(f, (self.m, self.n), parameters, x) for f in (self._slopes, self._terms))
+
+    def a(self, parameters, x):
+        """Kinetic matrix of coordinates, shape (points, m, m)."""
+        return self._shaped(self._a, (self.m, self.m), parameters, x)
+
+    def third(self, parameters, x):
         """The third derivatives of V and the first of a, a list of arrays."""
-        return self._third(*parameters, *q)
+        return self._third(*parameters, *x)
 
-    def sizes(self, parameters, q):
-        """The size of a nudge of relative size one in each coordinate, shape (..., n); NaN where none is given."""
-        return np.stack(self._sizes(*parameters, *q), axis=-1)
+    def gradients(self, parameters, x):
+        """Derivatives of the conserved quantities, shape (points, quantities, n)."""
+        return self._shaped(self._gradients, (-1, self.n), parameters, x)
 
-    def _matrix(self, function, parameters, q):
-        values = np.stack(function(*parameters, *q), axis=-1)
-        return values.reshape(*values.shape[:-1], self.n, self.n)
+    def curvatures(self, parameters, x):
+        """Absolute values of the conserved quantities' second derivatives, shape (points, quantities, n, n)."""
+        return self._shaped(self._curvatures, (-1, self.n, self.n), parameters, x)
+
+    def sizes(self, parameters, x):
+        """Sizes of the places, shape (points, m); NaN where none is given."""
+        return self._shaped(self._sizes, (self.m,), parameters, x)
+
+    @staticmethod
+    def _shaped(function, shape, parameters, x):
+        values = function(*parameters, *x)
+        whole = np.stack(values, axis=-1) if values else np.empty((len(x[0]), 0))
+        count = whole.shape[-1] // int(np.prod([abs(k) for k in shape]))
+        return whole.reshape(len(x[0]), *(count if k < 0 else k for k in shape))

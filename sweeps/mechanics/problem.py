@@ -6,6 +6,7 @@ import numpy as np
 import sympy as sp
 
 from sweeps.mechanics.description import DescriptionError
+from sweeps.mechanics.equations import Equations
 from sweeps.mechanics.graph import lambdified
 from sweeps.mechanics.tape import Tape
 
@@ -18,10 +19,7 @@ class RootProblem:
     """F(x) = 0 of a system: ∂V/∂q, forces at rest or rates, as functions of the coordinates or states x.
 
     Args:
-        system: the description.
-        places: the coordinates or states.
-        F: what vanishes at an equilibrium, as many expressions.
-        parameters: symbols of the parameters.
+        equations: of which an equilibrium is searched.
 
     Attributes:
         free: numbers of the unknowns: of the coordinates that are not held.
@@ -29,10 +27,10 @@ class RootProblem:
         takes_members: whether the member nearest to a name is taken where equilibria form a family.
     """
 
-    takes_members = False
-
-    def __init__(self, system, places, F, parameters):
-        self.system, self.places, self.F, self.parameters = system, places, tuple(F), tuple(parameters)
+    def __init__(self, equations: Equations):
+        system, places = equations.system, equations.places
+        self.system, self.places, self.F, self.parameters = system, places, equations.pulls, equations.parameters
+        self.takes_members = not equations.natural
         self.symbols = tuple(place.symbol for place in places)
         self.m = len(places)
         self.last: tuple = (None, None)  # the points that were searched last, and what was found
@@ -49,8 +47,8 @@ class RootProblem:
             raise DescriptionError("follow: is for equilibria without names; allowed: such a system, or none of it")
 
     def _unnamed(self, place):
-        """Where a name that does not speak of a coordinate or state puts it: anywhere, NaN."""
-        return sp.nan
+        """Where a name that does not speak of a coordinate or state puts it: between the bounds, or anywhere, NaN."""
+        return sum(place.bounds) / 2 if self.takes_members else sp.nan
 
     @cached_property
     def whole(self) -> Tape:

@@ -1,4 +1,4 @@
-"""Relative equilibria: points of a flow in, columns out; theory's spectrum beside what motions show, which is blind.
+"""Relative equilibria: points of a system in, columns out; theory's spectrum beside what motions show, which is blind.
 
 *Units.* Nothing hangs on them: with |J| the absolute values of the Jacobian's terms, the states' sizes are those of
 |J|'s Perron vector and the scale S, a bound on every possible rate, is its Perron root (a little more: every state is
@@ -9,310 +9,263 @@ eigenvalues measured are those of the Jacobian there; the zero that belongs to e
 """
 
 from collections.abc import Mapping
-from functools import cached_property
 
 import numpy as np
 
 from kernels import statuses
 from kernels.runs import Runs, Sampling
-from sweeps.mechanics import equilibria, rest
-from sweeps.mechanics.description import DescriptionError, System
-from sweeps.mechanics.first_order import code
-from sweeps.mechanics.flow import derive
-from sweeps.mechanics.taylor import Code
+from sweeps.mechanics.equilibria import runs_of
 
 CHUNK = 4096
-RANK = 1e-9  # singular values of the conserved quantities' gradients below it are none
 PAIR_FROM = 1e-9  # a nudge larger than this is made from both sides
 TIED = (1e-6, 3e-6)  # of the scale: imaginary parts nearer than the first are one where eigenvalues are ordered
 ORDERED = 1e-7  # of the scale: imaginary parts known to less are in the order of theory's
 ROUNDINGS = 256 * np.finfo(np.float64).eps  # of the scale: what theory's own eigenvalues are known to
 
 
-class FlowModel:
-    """A flow, its generated kernel, and what it makes of points.
+def usual_runs(model) -> int:
+    """Runs of a point where none are said: one for every two eigenvalues, from two to four.
+
+    Where motions soon grow tenfold, modes of like rates are told apart by their starts, hardly by their course.
+    """
+    return min(max(2, -(-model.n // 2)), 4)
+
+
+# -- theory
+
+
+def theory(model, points: Mapping[str, np.ndarray], vectors: bool = False) -> dict[str, np.ndarray]:
+    """What the Jacobian says of points.
 
     Args:
-        system: the description.
+        model: of any system.
+        points: each parameter and `equilibrium` (slot from 0), shape (points,).
+        vectors: whether `left` and `right` ones are asked for.
 
-    Raises:
-        DescriptionError: for what is wrong with it.
+    Returns:
+        `place`; `eigenvalues` (s-1, complex, ordered), `condition`, `left` and `right` vectors (last axis: the
+        eigenvalue; in units of the states' sizes, within what is conserved), shape (points, n[, n]); `scale`
+        (s-1), `sizes` (points, N), `basis` (points, N, n), `matrix` (points, n, n): the Jacobian in that basis.
+        NaN where there is no equilibrium.
     """
+    slot = np.asarray(points["equilibrium"])
+    parameters = model.parameters(points, slot.size)
+    told = model.located(parameters, slot)
+    place = told["place"]
+    with np.errstate(all="ignore"):
+        J, terms, sizes, inverse = _jacobian(model, parameters, place)
+        S, sizes = _scales(terms, sizes)
+        gradients = model.landscape.gradients(parameters, list(place.T)) * sizes[:, None, :]
+        basis = _free(gradients, model.n)
+        scaled = J * sizes[:, None, :] / sizes[:, :, None]
+        matrix = np.swapaxes(basis, 1, 2) @ scaled @ basis
+        changes = _changes(model, parameters, place, sizes, gradients)
+        bent = _bent(model, parameters, place, inverse, terms, sizes, S)
+    found = _eigen(matrix, S) | (_vectors(matrix, S) if vectors else {})
+    paired = _paired(model, parameters, place)
+    told |= {"place": place, "scale": S, "sizes": sizes, "basis": basis, "matrix": matrix, "paired": paired}
+    return told | found | {"parameters": parameters, "changes": changes, "bent": bent}
 
-    def __init__(self, system: System):
-        self.system = system
-        self.flow = derive(system)
-        self.names = tuple(system.parameters)
-        self.N = self.flow.n
 
-    @cached_property
-    def landscape(self) -> rest.Forces:
-        """Forces, slopes and scales, in NumPy."""
-        return rest.Forces(self.flow)
+def _jacobian(model, parameters, place):
+    """The Jacobian, its terms' absolute values, the states' sizes (of velocities: of size in 1/S), and a⁻¹."""
+    x = list(place.T)
+    slopes, terms = model.landscape.slopes(parameters, x)
+    sizes = model.landscape.sizes(parameters, x)
+    if not model.equations.v:
+        return slopes, terms, sizes, None
+    inverse = _inverse(model, parameters, x)
+    m = model.equations.m
+    J, bound = (np.zeros((len(place), model.equations.n, model.equations.n)) for _ in range(2))
+    J[:, range(m), range(m, 2 * m)] = bound[:, range(m), range(m, 2 * m)] = 1.0
+    J[:, m:] = inverse @ slopes
+    bound[:, m:] = np.abs(inverse) @ terms
+    ratio = sizes[:, None, :] / sizes[:, :, None]
+    pulled, dragged = bound[:, m:, :m] * ratio, bound[:, m:, m:] * ratio
+    rate = np.maximum(np.sqrt(pulled.max((1, 2))), dragged.max((1, 2)))  # so that no unit of time counts
+    scaled = np.concatenate([sizes, sizes * rate[:, None]], axis=1)
+    root = _root(bound * scaled[:, None, :] / scaled[:, :, None])
+    return J, bound, np.concatenate([sizes, sizes * root[:, None]], axis=1), inverse
 
-    @cached_property
-    def code(self) -> Code:
-        """The generated kernel."""
-        return code(self.flow)
 
-    @cached_property
-    def quantities(self) -> tuple[str, ...]:
-        """Names of what is conserved."""
-        return tuple(self.system.conserved_quantities) or (("energy",) if self.flow.conservative else ())
+def _inverse(model, parameters, x):
+    """a⁻¹ of coordinates, NaN where there is none."""
+    a = model.landscape.a(parameters, x)
+    inverse = np.full(a.shape, np.nan)
+    sound = np.isfinite(a).all((1, 2))
+    sound[sound] = np.abs(np.linalg.det(a[sound])) > 0.0
+    inverse[sound] = np.linalg.inv(a[sound])
+    return inverse
 
-    @cached_property
-    def n(self) -> int:
-        """Number of eigenvalues: states less the conserved quantities that are independent, at the defaults."""
-        if not self.system.conserved_quantities:
-            return self.N
-        parameters = [np.array([p.default]) for p in self.system.parameters.values()]
-        with np.errstate(all="ignore"):
-            starts = self.landscape.starts(parameters)[0]
-            repeated = [np.repeat(p, len(starts)) for p in parameters]
-            gradients = self.landscape.gradients(repeated, list(starts.T))
-            gradients = gradients * self.landscape.sizes(repeated, list(starts.T))[:, None, :]
-        found = gradients[np.isfinite(gradients).all((1, 2))]
-        if not found.size:
-            raise DescriptionError("conserved: infinite at every place that is named; allowed: finite quantities")
-        singular = np.linalg.svd(found[0], compute_uv=False)
-        return self.N - int((singular > RANK * singular.max(initial=0.0)).sum())
 
-    @property
-    def runs(self) -> int:
-        """Runs of a point where none are said: one for every two eigenvalues, from two to four.
+def _bent(model, parameters, place, inverse, terms, sizes, S):
+    """How many times its own size a nudge bends the Jacobian, over S: large where a small state feels large ones.
 
-        Where motions soon grow tenfold, modes of like rates are told apart by their starts, hardly by their course.
-        """
-        return min(max(2, -(-self.n // 2)), 4)
+    From the absolute values of the Jacobian's terms, at the equilibrium and a state's size farther out.
+    """
+    m = place.shape[1]
+    out = place + np.where(place < 0.0, -1.0, 1.0) * sizes[:, :m]
+    rows = model.landscape.slopes(parameters, list(out.T))[1]
+    if model.equations.v:
+        rows = np.concatenate([terms[:, :m], np.abs(inverse) @ rows], axis=1)
+    change = np.abs(rows - terms) * sizes[:, None, :] / sizes[:, :, None]
+    most = change.sum(2).max(1) / S
+    return np.where(np.isfinite(most), np.maximum(1.0, most), 1.0)
 
-    def equilibria(self, parameters: list[np.ndarray]) -> equilibria.Found:
-        """All equilibria of points, of which each parameter's values are given."""
-        return equilibria.find(self.landscape, parameters)
 
-    # -- theory
+def _paired(model, parameters, place):
+    """Return where the equations' own symmetry makes eigenvalues come in pairs ±μ.
 
-    def theory(self, points: Mapping[str, np.ndarray], vectors: bool = False) -> dict[str, np.ndarray]:
-        """What the Jacobian says of points.
+    Coordinates: forces of a potential and gyroscopic ones alone, so that the slopes of the forces by the places are
+    symmetric and those by the velocities antisymmetric (Hamilton's equations). States: the Jacobian couples each
+    state of one class with states of another class only, so that changing the sign of one class reverses time. Then
+    no closed walk in the graph of its entries has an odd length.
+    """
+    if model.equations.v and model.equations.conservative:
+        return np.ones(len(place), dtype=bool)
+    slopes, terms = model.landscape.slopes(parameters, list(place.T))
+    if model.equations.v:
+        m = model.equations.m
+        turned = np.concatenate([-slopes[:, :, :m], slopes[:, :, m:]], axis=2).reshape(-1, m, 2, m)
+        size = terms.reshape(-1, m, 2, m)
+        odd = np.abs(slopes.reshape(-1, m, 2, m) + np.swapaxes(turned, 1, 3))
+        return (odd <= ROUNDINGS * (size + np.swapaxes(size, 1, 3))).all((1, 2, 3))
+    joined = (terms + np.swapaxes(terms, 1, 2) > 0.0).astype(np.float64)
+    return np.einsum("pii->p", np.linalg.matrix_power(joined, model.equations.n | 1)) == 0.0
 
-        Args:
-            points: each parameter and `equilibrium` (slot from 0), shape (points,).
-            vectors: whether `left` and `right` ones are asked for.
 
-        Returns:
-            `place`; `eigenvalues` (s-1, complex, ordered), `condition`, `left` and `right` vectors (last axis: the
-            eigenvalue; in units of the states' sizes, within what is conserved), shape (points, n[, n]); `scale`
-            (s-1), `sizes` (points, N), `basis` (points, N, n), `matrix` (points, n, n): the Jacobian in that basis.
-            NaN where there is no equilibrium.
-        """
-        parameters = [np.asarray(points[name], dtype=np.float64) for name in self.names]
-        first, inverse = _runs(parameters)
-        found = self.equilibria([p[first] for p in parameters])
-        slot = np.asarray(points["equilibrium"])
-        place, certified = found.places[inverse, slot], found.certified[inverse]
-        told = {"dimension": found.dimension[inverse, slot], "certified": certified}
-        with np.errstate(all="ignore"):
-            J, terms, sizes, inverse = self._jacobian(parameters, place)
-            S, sizes = _scales(terms, sizes)
-            gradients = self.landscape.gradients(parameters, list(place.T)) * sizes[:, None, :]
-            basis = _free(gradients, self.n)
-            scaled = J * sizes[:, None, :] / sizes[:, :, None]
-            matrix = np.swapaxes(basis, 1, 2) @ scaled @ basis
-            changes = self._changes(parameters, place, sizes, gradients)
-            bent = self._bent(parameters, place, inverse, terms, sizes, S)
-        found = _eigen(matrix, S) | (_vectors(matrix, S) if vectors else {})
-        paired = self._paired(parameters, place)
-        told |= {"place": place, "scale": S, "sizes": sizes, "basis": basis, "matrix": matrix, "paired": paired}
-        return told | found | {"parameters": parameters, "changes": changes, "bent": bent}
+def _changes(model, parameters, place, sizes, gradients):
+    """What each conserved quantity could change by in a motion of the states' sizes, and of which order in it."""
+    x = list(place.T)
+    if model.equations.conservative:
+        m = model.equations.m
+        terms, a = model.landscape.slopes(parameters, x)[1], np.abs(model.landscape.a(parameters, x))
+        potential = np.einsum("pi,pij,pj->p", sizes[:, :m], terms[:, :, :m], sizes[:, :m])
+        return [(0.5 * (potential + np.einsum("pi,pij,pj->p", sizes[:, m:], a, sizes[:, m:])), 2)]
+    if not model.quantities:
+        return []
+    curvatures = model.landscape.curvatures(parameters, x)
+    curved = 0.5 * np.einsum("pi,pqij,pj->pq", sizes, curvatures, sizes)
+    sloped = np.abs(gradients).sum(2)
+    return [(curved[:, k], 2) if flat else (sloped[:, k], 1) for k, flat in enumerate(model.equations.second)]
 
-    def _jacobian(self, parameters, place):
-        """The Jacobian, its terms' absolute values, the states' sizes (of velocities: of size in 1/S), and a⁻¹."""
-        x = list(place.T)
-        slopes, terms = self.landscape.slopes(parameters, x)
-        sizes = self.landscape.sizes(parameters, x)
-        if not self.flow.rest:
-            return slopes, terms, sizes, None
-        inverse = self._inverse(parameters, x)
-        m = self.flow.rest
-        J, bound = (np.zeros((len(place), self.N, self.N)) for _ in range(2))
-        J[:, range(m), range(m, 2 * m)] = bound[:, range(m), range(m, 2 * m)] = 1.0
-        J[:, m:] = inverse @ slopes
-        bound[:, m:] = np.abs(inverse) @ terms
-        ratio = sizes[:, None, :] / sizes[:, :, None]
-        pulled, dragged = bound[:, m:, :m] * ratio, bound[:, m:, m:] * ratio
-        rate = np.maximum(np.sqrt(pulled.max((1, 2))), dragged.max((1, 2)))  # so that no unit of time counts
-        scaled = np.concatenate([sizes, sizes * rate[:, None]], axis=1)
-        root = _root(bound * scaled[:, None, :] / scaled[:, :, None])
-        return J, bound, np.concatenate([sizes, sizes * root[:, None]], axis=1), inverse
 
-    def _inverse(self, parameters, x):
-        """a⁻¹ of coordinates, NaN where there is none."""
-        a = self.landscape.a(parameters, x)
-        inverse = np.full(a.shape, np.nan)
-        sound = np.isfinite(a).all((1, 2))
-        sound[sound] = np.abs(np.linalg.det(a[sound])) > 0.0
-        inverse[sound] = np.linalg.inv(a[sound])
-        return inverse
+# -- motion
 
-    def _bent(self, parameters, place, inverse, terms, sizes, S):
-        """How many times its own size a nudge bends the Jacobian, over S: large where a small state feels large ones.
 
-        From the absolute values of the Jacobian's terms, at the equilibrium and a state's size farther out.
-        """
-        m = place.shape[1]
-        out = place + np.where(place < 0.0, -1.0, 1.0) * sizes[:, :m]
-        rows = self.landscape.slopes(parameters, list(out.T))[1]
-        if self.flow.rest:
-            rows = np.concatenate([terms[:, :m], np.abs(inverse) @ rows], axis=1)
-        change = np.abs(rows - terms) * sizes[:, None, :] / sizes[:, :, None]
-        most = change.sum(2).max(1) / S
-        return np.where(np.isfinite(most), np.maximum(1.0, most), 1.0)
+def measured(model, points, theory, cycles: float, samples_per_cycle: int, tolerance: float, runs: int):
+    """What motions show of points; of theory only places, sizes and the scale are used.
 
-    def _paired(self, parameters, place):
-        """Return where the equations' own symmetry makes eigenvalues come in pairs ±μ.
+    Returns:
+        `raw` (points, …) of `kernels.flows`, `status` (int8) and `spacing` (in 1/S).
+    """
+    from kernels import flows as kernel
+    from kernels import invariants
 
-        Coordinates: forces of a potential and gyroscopic ones alone, so that the slopes of the forces by the places are
-        symmetric and those by the velocities antisymmetric (Hamilton's equations). States: the Jacobian couples each
-        state of one class with states of another class only, so that changing the sign of one class reverses time. Then
-        no closed walk in the graph of its entries has an odd length.
-        """
-        if self.flow.rest and self.flow.conservative:
-            return np.ones(len(place), dtype=bool)
-        slopes, terms = self.landscape.slopes(parameters, list(place.T))
-        if self.flow.rest:
-            m = self.flow.rest
-            turned = np.concatenate([-slopes[:, :, :m], slopes[:, :, m:]], axis=2).reshape(-1, m, 2, m)
-            size = terms.reshape(-1, m, 2, m)
-            odd = np.abs(slopes.reshape(-1, m, 2, m) + np.swapaxes(turned, 1, 3))
-            return (odd <= ROUNDINGS * (size + np.swapaxes(size, 1, 3))).all((1, 2, 3))
-        joined = (terms + np.swapaxes(terms, 1, 2) > 0.0).astype(np.float64)
-        return np.einsum("pii->p", np.linalg.matrix_power(joined, self.N | 1)) == 0.0
+    intervals, spacing = round(cycles * samples_per_cycle), min(2.0 * np.pi / samples_per_cycle, 0.5)
+    count, quantities = len(points["epsilon"]), len(model.quantities)
+    raw = np.full((count, kernel.FIRST + quantities + invariants.HEAD + 4 * model.n), np.nan)
+    status = theory["status"].copy()
+    here = status == statuses.OK
+    sound = here & np.isfinite(theory["scale"]) & np.isfinite(theory["matrix"]).all(axis=(1, 2))
+    status[here & ~sound] = statuses.NON_FINITE
+    which = np.flatnonzero(sound)
+    for start in range(0, which.size, CHUNK):
+        part = which[start : start + CHUNK]
+        raw[part] = _run(model, points, theory, part, runs, Sampling(intervals, spacing, tolerance))
+        status[part] = kernel.status(raw[part], quantities, model.n, intervals, tolerance, runs, spacing)
+    size = np.asarray(points["epsilon"], dtype=np.float64) * theory["bent"]
+    wide = kernel.is_too_wide(raw, quantities, model.n, size, theory["scale"], _twice(points), theory["paired"])
+    wide &= status == statuses.OK
+    status[wide], raw[wide, kernel.FIRST + quantities :] = statuses.PERTURBATION_TOO_LARGE, np.nan
+    return {"raw": raw, "status": status, "spacing": spacing}
 
-    def _changes(self, parameters, place, sizes, gradients):
-        """What each conserved quantity could change by in a motion of the states' sizes, and of which order in it."""
-        x = list(place.T)
-        if self.flow.conservative:
-            m = self.flow.rest
-            terms, a = self.landscape.slopes(parameters, x)[1], np.abs(self.landscape.a(parameters, x))
-            potential = np.einsum("pi,pij,pj->p", sizes[:, :m], terms[:, :, :m], sizes[:, :m])
-            return [(0.5 * (potential + np.einsum("pi,pij,pj->p", sizes[:, m:], a, sizes[:, m:])), 2)]
-        if not self.quantities:
-            return []
-        curvatures = self.landscape.curvatures(parameters, x)
-        curved = 0.5 * np.einsum("pi,pqij,pj->pq", sizes, curvatures, sizes)
-        sloped = np.abs(gradients).sum(2)
-        return [(curved[:, k], 2) if flat else (sloped[:, k], 1) for k, flat in enumerate(self.flow.second)]
 
-    # -- motion
+def _run(model, points, theory, part, runs, sampling):
+    from kernels import flows as kernel
 
-    def measured(self, points, theory, cycles: float, samples_per_cycle: int, tolerance: float, runs: int):
-        """What motions show of points; of theory only places, sizes and the scale are used.
+    parameters = [p[part] for p in theory["parameters"]]
+    epsilon = np.asarray(points["epsilon"], dtype=np.float64)[part]
+    sizes, basis = theory["sizes"][part], theory["basis"][part]
+    twice = _twice(points)[part].astype(np.int64)
+    x = [sizes * (basis @ direction) for direction in directions(model.n, runs)]
+    signs = (1.0, -1.0) if twice.any() else (1.0,)
+    starts = model.code.starts(parameters, theory["place"][part], [(epsilon, s * y.T) for s in signs for y in x])
+    project = np.ascontiguousarray(np.swapaxes(basis, 1, 2) / sizes[:, None, :])
+    family = np.asarray(points["equilibrium"], dtype=np.int64)[part]
+    chosen = Runs(starts, project, theory["scale"][part], epsilon * theory["bent"][part], twice, family)
+    return kernel.run(model.code.integrator(), chosen, runs, len(model.quantities), sampling)
 
-        Returns:
-            `raw` (points, …) of `kernels.flows`, `status` (int8) and `spacing` (in 1/S).
-        """
-        from kernels import flows as kernel
-        from kernels import invariants
 
-        intervals, spacing = round(cycles * samples_per_cycle), min(2.0 * np.pi / samples_per_cycle, 0.5)
-        count, quantities = len(points["epsilon"]), len(self.quantities)
-        raw = np.full((count, kernel.FIRST + quantities + invariants.HEAD + 4 * self.n), np.nan)
-        status = np.full(count, statuses.NO_EQUILIBRIUM, dtype=np.int8)
-        here = ~np.isnan(theory["place"]).any(axis=1)
-        sound = here & np.isfinite(theory["scale"]) & np.isfinite(theory["matrix"]).all(axis=(1, 2))
-        status[here & ~sound] = statuses.NON_FINITE
-        which = np.flatnonzero(sound)
-        for start in range(0, which.size, CHUNK):
-            part = which[start : start + CHUNK]
-            raw[part] = self._run(points, theory, part, runs, Sampling(intervals, spacing, tolerance))
-            status[part] = kernel.status(raw[part], quantities, self.n, intervals, tolerance, runs, spacing)
-        size = np.asarray(points["epsilon"], dtype=np.float64) * theory["bent"]
-        wide = kernel.is_too_wide(raw, quantities, self.n, size, theory["scale"], _twice(points), theory["paired"])
-        wide &= status == statuses.OK
-        status[wide], raw[wide, kernel.FIRST + quantities :] = statuses.PERTURBATION_TOO_LARGE, np.nan
-        return {"raw": raw, "status": status, "spacing": spacing}
+# -- both
 
-    def _run(self, points, theory, part, runs, sampling):
-        from kernels import flows as kernel
 
-        parameters = [p[part] for p in theory["parameters"]]
-        epsilon = np.asarray(points["epsilon"], dtype=np.float64)[part]
-        sizes, basis = theory["sizes"][part], theory["basis"][part]
-        twice = _twice(points)[part].astype(np.int64)
-        x = [sizes * (basis @ direction) for direction in directions(self.n, runs)]
-        signs = (1.0, -1.0) if twice.any() else (1.0,)
-        starts = self.code.starts(parameters, theory["place"][part], [(epsilon, s * y.T) for s in signs for y in x])
-        project = np.ascontiguousarray(np.swapaxes(basis, 1, 2) / sizes[:, None, :])
-        family = np.asarray(points["equilibrium"], dtype=np.int64)[part]
-        chosen = Runs(starts, project, theory["scale"][part], epsilon * theory["bent"][part], twice, family)
-        return kernel.run(self.code.integrator(), chosen, runs, len(self.quantities), sampling)
+def survey(
+    model, points, cycles: float = 4, samples_per_cycle: int = 16, tolerance: float = 1e-12, runs: int | None = None
+) -> dict[str, np.ndarray]:
+    """All columns of points (each parameter, `epsilon`, `equilibrium`, `eigenvalue` from 1), in units."""
+    first, back = runs_of([np.asarray(points[name]) for name in (*model.names, "epsilon", "equilibrium")])
+    motions = {name: np.asarray(values)[first] for name, values in points.items()}
+    linear = theory(model, motions)
+    found = measured(model, motions, linear, cycles, samples_per_cycle, tolerance, runs or usual_runs(model))
+    columns = _columns(model, linear, found)
+    number = np.asarray(points["eigenvalue"]).astype(np.int64) - 1
+    return {name: values[back, number] if values.ndim == 2 else values[back] for name, values in columns.items()}
 
-    # -- both
 
-    def survey(
-        self, points, cycles: float = 4, samples_per_cycle: int = 16, tolerance: float = 1e-12, runs: int | None = None
-    ) -> dict[str, np.ndarray]:
-        """All columns of points (each parameter, `epsilon`, `equilibrium`, `eigenvalue` from 1), in units."""
-        first, back = _runs([np.asarray(points[name]) for name in (*self.names, "epsilon", "equilibrium")])
-        motions = {name: np.asarray(values)[first] for name, values in points.items()}
-        theory = self.theory(motions)
-        measured = self.measured(motions, theory, cycles, samples_per_cycle, tolerance, runs or self.runs)
-        columns = self._columns(theory, measured)
-        number = np.asarray(points["eigenvalue"]).astype(np.int64) - 1
-        return {name: values[back, number] if values.ndim == 2 else values[back] for name, values in columns.items()}
+def _columns(model, theory, measured):
+    """Columns over the motions; those of eigenvalues have them along their last axis."""
+    from kernels import flows as kernel
+    from kernels import invariants as column
 
-    def _columns(self, theory, measured):
-        """Columns over the motions; those of eigenvalues have them along their last axis."""
-        from kernels import flows as kernel
-        from kernels import invariants
-
-        q, n, S = len(self.quantities), self.n, theory["scale"]
-        raw, status = measured["raw"], measured["status"]
-        told = raw[:, kernel.FIRST + q :]
-        parts = np.stack([told[:, invariants.HEAD + i * n : invariants.HEAD + (i + 1) * n] for i in range(4)])
-        # the samples' spacing tells which imaginary parts count as one there: here the scale, as for theory's
-        number = _ordered(parts[0] + 1j * parts[1], S)[1]
-        re, im, e_re, e_im = np.take_along_axis(parts, number[None], axis=2)
-        true = theory["eigenvalues"]
-        columns = {}
-        wider = _exchanged(re, im, e_re, e_im, S)
-        for name, exact, value, error in (
-            ("eigenvalue_real", true.real, re, wider[0]),
-            ("eigenvalue_imag", true.imag, im, wider[1]),
-        ):
-            columns |= {f"{name}_theory": exact, name: value, f"{name}_error": error}
-        growth, error = _growth(re, e_re)
-        columns |= {"growth_rate_theory": true.real.max(1), "growth_rate": growth, "growth_rate_error": error}
-        invariants, predicted = None, None
-        if n == 4:
-            invariants = {
-                "sum_of_squares": told[:, [invariants.SUM, invariants.SUM_ERROR]],
-                "product_of_squares": told[:, [invariants.PRODUCT, invariants.PRODUCT_ERROR]],
-                "discriminant": told[:, [invariants.DISCRIMINANT, invariants.DISCRIMINANT_ERROR]],
-            }
-            predicted = _invariants(theory["matrix"])
-            for (name, value), exact in zip(invariants.items(), predicted, strict=True):
-                columns |= {f"{name}_theory": exact, name: value[:, 0], f"{name}_error": value[:, 1]}
-        slack = (ROUNDINGS * S)[:, None] * np.maximum(1.0, theory["condition"])
-        pairs = theory["paired"]
-        exact = None if n != 4 else [(v, ROUNDINGS * S**k) for v, k in zip(predicted, (2, 4, 4), strict=True)]
-        columns["regime_theory"] = regimes(true.real, true.imag, slack, slack, exact, pairs)
-        found = None if n != 4 else [(v[:, 0], v[:, 1]) for v in invariants.values()]
-        columns["regime"] = regimes(re, im, e_re, e_im, found, pairs)
-        amplitude = raw[:, kernel.AMPLITUDE]
-        for k, (name, (size, power)) in enumerate(zip(self.quantities, theory["changes"], strict=True)):
-            with np.errstate(all="ignore"):
-                columns[f"{name}_drift"] = raw[:, kernel.FIRST + k] / (size * amplitude**power)
-        return columns | {
-            "eigenvalue_condition": theory["condition"],
-            "smallest_singular_value": told[:, invariants.MOVED],
-            "rate_scale": S,
-            "samples_used": np.nan_to_num(raw[:, kernel.SAMPLES]).astype(np.int32),
-            "window_end": (raw[:, kernel.SAMPLES] - 1.0) * measured["spacing"] / S,
-            "steps_per_sample": np.nan_to_num(raw[:, kernel.STEPS]).astype(np.int32),
-            "status": status,
-            "equilibria_certified": theory["certified"],
-            **{f"{p.name}_equilibrium": theory["place"][:, i] for i, p in enumerate(self.flow.places)},
+    q, n, S = len(model.quantities), model.n, theory["scale"]
+    raw, status = measured["raw"], measured["status"]
+    told = raw[:, kernel.FIRST + q :]
+    parts = np.stack([told[:, column.HEAD + i * n : column.HEAD + (i + 1) * n] for i in range(4)])
+    # the samples' spacing tells which imaginary parts count as one there: here the scale, as for theory's
+    number = _ordered(parts[0] + 1j * parts[1], S)[1]
+    re, im, e_re, e_im = np.take_along_axis(parts, number[None], axis=2)
+    true = theory["eigenvalues"]
+    columns = {}
+    wider = _exchanged(re, im, e_re, e_im, S)
+    for name, exact, value, error in (
+        ("eigenvalue_real", true.real, re, wider[0]),
+        ("eigenvalue_imag", true.imag, im, wider[1]),
+    ):
+        columns |= {f"{name}_theory": exact, name: value, f"{name}_error": error}
+    growth, error = _growth(re, e_re)
+    columns |= {"growth_rate_theory": true.real.max(1), "growth_rate": growth, "growth_rate_error": error}
+    invariants, predicted = None, None
+    if n == 4:
+        invariants = {
+            "sum_of_squares": told[:, [column.SUM, column.SUM_ERROR]],
+            "product_of_squares": told[:, [column.PRODUCT, column.PRODUCT_ERROR]],
+            "discriminant": told[:, [column.DISCRIMINANT, column.DISCRIMINANT_ERROR]],
         }
+        predicted = _invariants(theory["matrix"])
+        for (name, value), exact in zip(invariants.items(), predicted, strict=True):
+            columns |= {f"{name}_theory": exact, name: value[:, 0], f"{name}_error": value[:, 1]}
+    slack = (ROUNDINGS * S)[:, None] * np.maximum(1.0, theory["condition"])
+    pairs = theory["paired"]
+    exact = None if n != 4 else [(v, ROUNDINGS * S**k) for v, k in zip(predicted, (2, 4, 4), strict=True)]
+    columns["regime_theory"] = regimes(true.real, true.imag, slack, slack, exact, pairs)
+    found = None if n != 4 else [(v[:, 0], v[:, 1]) for v in invariants.values()]
+    columns["regime"] = regimes(re, im, e_re, e_im, found, pairs)
+    amplitude = raw[:, kernel.AMPLITUDE]
+    for k, (name, (size, power)) in enumerate(zip(model.quantities, theory["changes"], strict=True)):
+        with np.errstate(all="ignore"):
+            columns[f"{name}_drift"] = raw[:, kernel.FIRST + k] / (size * amplitude**power)
+    return columns | {
+        "eigenvalue_condition": theory["condition"],
+        "smallest_singular_value": told[:, column.MOVED],
+        "rate_scale": S,
+        "samples_used": np.nan_to_num(raw[:, kernel.SAMPLES]).astype(np.int32),
+        "window_end": (raw[:, kernel.SAMPLES] - 1.0) * measured["spacing"] / S,
+        "steps_per_sample": np.nan_to_num(raw[:, kernel.STEPS]).astype(np.int32),
+        "status": status,
+        "equilibria_certified": theory["certified"],
+        **{f"{p.name}_equilibrium": theory["place"][:, i] for i, p in enumerate(model.equations.places)},
+    }
 
 
 def _twice(points):
@@ -323,14 +276,6 @@ def _twice(points):
 def directions(n: int, runs: int) -> np.ndarray:
     """Directions of the nudges, shape (runs, n): fixed, of size one at most, no two states' shares alike."""
     return np.array([[np.cos(1.0 + 2.399963229728653 * (i + 1) * (r + 1) + r) for i in range(n)] for r in range(runs)])
-
-
-def _runs(arrays):
-    """Numbers of the first point of each run of equal neighbours, and each point's run."""
-    size = len(arrays[0])
-    change = np.ones(size, dtype=bool)
-    change[1:] = np.any([x[1:] != x[:-1] for x in arrays], axis=0)
-    return np.flatnonzero(change), np.cumsum(change) - 1
 
 
 def _root(bound):

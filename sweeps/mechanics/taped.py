@@ -58,7 +58,7 @@ class TapedCode(Code):
         functions, g = self.graph.functions, self.graph
         last = set(self._inner([g.nodes[f].parts[0] for f in functions]))
         slots, tables = self._tables("STEP", self._needed([*g.rates, *functions]), last)
-        tables += [_table("RATES", [slots.get(k, -1) for k in g.rates])]
+        tables += [_table("RATES", [[slots.get(k, -1), -1 if g.near else self._base_row(k)] for k in g.rates], 2)]
         slots, more = self._tables("CHECK", self._inner([k for _, terms in g.watched for k in terms]), set())
         watched = [[row, kind, slots.get(k, -1)] for row, (kind, terms) in enumerate(g.watched) for k in terms]
         tables = "\n".join([*tables, *more, _table("WATCHED", watched, 3)])

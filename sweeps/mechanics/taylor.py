@@ -215,7 +215,9 @@ class Code:
 
     def _rate(self, i, n):
         rate = self._hat(self.graph.rates[i], n - 1)
-        return f"h{n} * {rate}" if rate else "0.0"
+        base = self._base(self.graph.rates[i]) if n == 1 else None
+        both = f"({rate} + {base})" if rate and base else rate or base
+        return f"h{n} * {both}" if both else "0.0"
 
     def _sum(self, node, n):
         text = ""
@@ -354,8 +356,8 @@ class Code:
     def _text(self):
         advance = ADVANCE.format(lines=self._straight([*self._step_lines(), *self._sums()]), W=W)
         self._used = set()
-        check = CHECK.format(lines=self._straight(self._check_lines()), W=W)
-        return "\n\n".join([self._header(HEADER), advance, check])
+        check = [CHECK.format(lines=self._straight(self._check_lines()), W=W)] if self.graph.near else []
+        return "\n\n".join([self._header(HEADER), advance, *check])
 
     def _header(self, text):
         title = in_quotes(self.graph.equations.system.title)

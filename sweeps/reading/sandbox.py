@@ -53,13 +53,14 @@ def _as_json(work: Callable[[], dict]) -> Iterator[bytes]:
     yield json.dumps(work()).encode()
 
 
-def parts_from_child(work: Callable[[], Iterable[bytes]], seconds: float, room: int | None = None) -> Iterator[bytes]:
+def parts_from_child(work: Callable[[], Iterable[bytes]], seconds: float, room: float | None = None) -> Iterator[bytes]:
     """Yield the parts that a function yields in a child process.
 
     Args:
         work: yields parts of at most `MOST_ANSWER_BYTES`.
         seconds: of processor that the child may take.
-        room: bytes of memory that it may take; left out, `ROOM`.
+        room: bytes of memory that it may take; left out, `ROOM`; infinite where it may also open files, a user's own
+            program, and its time alone is bounded.
 
     Raises:
         ChildError: where the child died, or took too long or too much.
@@ -81,7 +82,7 @@ def parts_from_child(work: Callable[[], Iterable[bytes]], seconds: float, room: 
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _forked(work: Callable, writing: int, bounds: tuple[float, int]) -> int:
+def _forked(work: Callable, writing: int, bounds: tuple[float, float]) -> int:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # of threads: the child starts none and takes no lock
         child = os.fork()
@@ -90,7 +91,7 @@ def _forked(work: Callable, writing: int, bounds: tuple[float, int]) -> int:
     return child
 
 
-def _spawned(work: Callable, writing: int, bounds: tuple[float, int]) -> int:
+def _spawned(work: Callable, writing: int, bounds: tuple[float, float]) -> int:
     """Start a new Python; `work` is pickled, and what it has open is opened again as that is read."""
     loaded = [name for name in LIBRARIES if name in sys.modules]
     given, giving = os.pipe()
@@ -123,7 +124,7 @@ def _end(child: int) -> None:
 
 
 def _work_and_end(
-    work: Callable[[], Iterable[bytes]], writing: int, bounds: tuple[float, int], modules: Sequence[str] = ()
+    work: Callable[[], Iterable[bytes]], writing: int, bounds: tuple[float, float], modules: Sequence[str] = ()
 ) -> None:
     """In the child: work, answer and end, whatever happens; the process it was copied from must not go on here."""
     try:
@@ -148,13 +149,15 @@ def _write(writing: int, content: bytes) -> None:
         content = content[os.write(writing, content) :]
 
 
-def _limit_all(seconds: float, room: int) -> None:
+def _limit_all(seconds: float, room: float) -> None:
     """Bound what this process may take; where a system does not know a limit, time alone is bounded."""
+    _limit(resource.RLIMIT_CPU, math.ceil(seconds))
+    _limit(resource.RLIMIT_CORE, 0)
+    if math.isinf(room):
+        return
     with suppress(OSError), open("/proc/self/statm") as file:
         mapped = int(file.read().split()[0]) * resource.getpagesize()
         _limit(resource.RLIMIT_AS, mapped + room)
-    _limit(resource.RLIMIT_CPU, math.ceil(seconds))
-    _limit(resource.RLIMIT_CORE, 0)
     _limit(resource.RLIMIT_FSIZE, 0)
     for name in ("ascii", "latin-1", "utf-16"):
         codecs.lookup(name)  # Python reads these from files on their first use

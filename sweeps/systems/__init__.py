@@ -81,15 +81,25 @@ def resolve(name: str, folder: str = "") -> Dynamics:
         return import_module(MODULES[name]).SYSTEM
     from sweeps.systems import described
 
+    if name in described.BUILT:
+        return described.BUILT[name]
     if is_file(name):
         description = described.script(name, folder).system
-        return described.of_file(next(kind for kind in kinds() if kind.describes(description)), name, folder)
+        kind = described.named(f"system: {name}", lambda: next(k for k in kinds() if k.describes(description)))
+        return described.of_file(kind, name, folder)
     if name not in names():
         raise KeyError(name)
     for kind in kinds():
         if name in described.shipped(kind):
             return described.of_library(kind, name)
     return import_module(_brought()[name]).SYSTEM
+
+
+def built(system: Any) -> str:
+    """Return the name of a `System` that a program has built, which `resolve` knows from now on in this process."""
+    from sweeps.systems import described
+
+    return described.built(system, kinds())
 
 
 def of_map(ds: "xr.Dataset") -> Dynamics:

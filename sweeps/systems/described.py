@@ -6,11 +6,14 @@ kind of system a description makes stands in the folders beside this module: sma
 
 import hashlib
 import importlib.util
+import math
+import pickle
+import re
 import threading
 import traceback
 from abc import abstractmethod
-from collections.abc import Callable, Collection, Mapping
-from functools import cache, cached_property
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from functools import cache, cached_property, partial
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
@@ -18,24 +21,25 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
+from sweeps.reading.sandbox import ChildError, parts_from_child
 from sweeps.schema import quantities
 from sweeps.schema.definition import Definition
 from sweeps.schema.parameters import Range, grid_model, spread
 from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.refusals import keys_of
 from sweeps.schema.values import number
-from sweeps.schema.variables import Variable
+from sweeps.schema.variables import Variable, table
 from sweeps.systems.kernel import Kernel
 from sweeps.systems.system import Dynamics, Points
 
 if TYPE_CHECKING:
     from sweeps import mechanics
     from sweeps.mechanics.model import Model
-    from sweeps.mechanics.relative import FlowModel
     from sweeps.mechanics.taylor import Code
 
 MECHANICS = Path(__file__).parents[1] / "mechanics"
 TAPES = Kernel("taylor_tapes", seconds=10.0)  # called by the code of large systems alone
+FILE_SECONDS = 60.0  # of processor that the file of a description may take
 LOOKED_AT = 256  # points of a grid at which a check looks for equilibria
 
 
@@ -72,14 +76,6 @@ class Described(Dynamics):
         self._lock = threading.RLock()
 
     @abstractmethod
-    def derive(self) -> "Model | FlowModel":
-        """Derive the equations and return the model that measures points.
-
-        Raises:
-            DescriptionError: for what is wrong with the description.
-        """
-
-    @abstractmethod
     def numbers(self) -> dict[str, np.ndarray]:
         """Return the last dimension: modes or eigenvalues of an equilibrium."""
 
@@ -109,20 +105,30 @@ class Described(Dynamics):
         return description
 
     @cached_property
-    def mechanism(self) -> "Model | FlowModel":
-        """The derived equations and what runs points through them."""
+    def mechanism(self) -> "Model":
+        """The derived equations and what runs points through them.
+
+        Raises:
+            DescriptionError: for what is wrong with the description.
+        """
         with self._lock:
-            return self._named(self.derive)
+            return self._named(self._model)
+
+    def _model(self):
+        from sweeps.mechanics import DescriptionError
+        from sweeps.mechanics.model import Model
+
+        model = Model(self.description)
+        if model.equations.timed:
+            raise DescriptionError(
+                "t: the equations hold the time, and no equilibrium is measured; allowed: equations without it, or "
+                "sweeps.motion"
+            )
+        return model
 
     def _named(self, work: Callable[[], Any]) -> Any:
         """What a piece of work returns; what it refuses names this system first."""
-        from sweeps.mechanics import DescriptionError
-
-        try:
-            return work()
-        except DescriptionError as error:
-            text = str(error)
-            raise DescriptionError(text if text.startswith(self.name) else f"{self.name}: {text}") from None
+        return named(self.name, work)
 
     @property
     def references(self) -> str:
@@ -167,6 +173,11 @@ class Described(Dynamics):
     def coordinates(self, definition: Definition) -> dict[str, Variable]:
         """Return name → coordinate."""
         return quantities.coordinates(self.parameters) | dict(self.own)
+
+    def places(self) -> dict[str, Variable]:
+        """Return name → variable of the position of an equilibrium along each coordinate or state."""
+        moving = self.description.kept or self.description.states.values()
+        return table(*(Variable(f"{p.name}_equilibrium", p.unit, f"{p.meaning}, at the equilibrium") for p in moving))
 
     def slots(self, points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         """Return the numbered equilibria of points, in the order of the description."""
@@ -254,6 +265,17 @@ def _parameter(p: "mechanics.description.DescribedParameter") -> Parameter:
 # Where descriptions come from
 
 
+def named(name: str, work: Callable[[], Any]) -> Any:
+    """Return what a piece of work on a system returns; what it refuses names the system first."""
+    from sweeps.mechanics import DescriptionError
+
+    try:
+        return work()
+    except DescriptionError as error:
+        text = str(error)
+        raise DescriptionError(text if text.startswith(name) else f"{name}: {text}") from None
+
+
 def shipped(kind: type[Described]) -> tuple[str, ...]:
     """Return the names of the shipped systems of a kind."""
     return tuple(sorted(path.stem for path in kind.library.glob("*.py") if path.stem != "__init__"))
@@ -328,26 +350,56 @@ script = cache(Script)
 
 
 def _run(path: Path) -> "mechanics.System":
-    """The `system` of a Python file."""
+    """The `system` of a Python file, which is run in a child process of bounded time."""
+    from sweeps.mechanics import DescriptionError
+
+    try:
+        (answer,) = parts_from_child(partial(_answered, path), FILE_SECONDS, math.inf)
+    except ChildError:
+        wrong = f"ended without an answer, or took more than {FILE_SECONDS:g} s"
+        raise DescriptionError(f"system: {path}: {wrong}; allowed: Python that describes a system") from None
+    system = pickle.loads(answer)
+    if isinstance(system, str):
+        raise DescriptionError(f"system: {system}")
+    return system
+
+
+def _answered(path: Path) -> Iterator[bytes]:
+    """Yield the `system` of a Python file, or what is wrong with it, pickled."""
     from sweeps.mechanics import DescriptionError, System
 
-    digest = hashlib.sha256(str(path.resolve()).encode()).hexdigest()[:16]
-    spec = importlib.util.spec_from_file_location(f"described_{digest}", path)
+    spec = importlib.util.spec_from_file_location("described", path)
     module = importlib.util.module_from_spec(spec)
     try:
         spec.loader.exec_module(module)
-    except DescriptionError as error:
-        raise DescriptionError(f"system: {path}: {error}") from None
+        found = getattr(module, "system", None)
+        if not isinstance(found, System):
+            found = f"{path}: defines no `system`; allowed: a file with system = System(…)"
     except (Exception, SystemExit) as error:  # a file that ends the program would end it with its own exit status
-        said = " ".join(str(error).split())[:200]
         lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(path)]
-        where = f"{path}, line {lines[-1]}" if lines else str(path)
-        numbers = "ufunc" in said or "to float" in said  # NumPy's or math's cos of a symbol
-        allowed = "SymPy's functions (from sympy import cos)" if numbers else "Python that describes a system"
-        raise DescriptionError(
-            f"system: {where}: cannot be run ({type(error).__name__}: {said}); allowed: {allowed}"
-        ) from None
-    system = getattr(module, "system", None)
-    if not isinstance(system, System):
-        raise DescriptionError(f"system: {path}: defines no `system`; allowed: a file with system = System(…)")
-    return system
+        found = f"{path}, line {lines[-1]}: " if lines else f"{path}: "
+        if isinstance(error, DescriptionError):
+            found += str(error)
+        else:
+            said = " ".join(str(error).split())[:200]
+            numbers = "ufunc" in said or "to float" in said  # NumPy's or math's cos of a symbol
+            allowed = "SymPy's functions (from sympy import cos)" if numbers else "Python that describes a system"
+            found += f"cannot be run ({type(error).__name__}: {said}); allowed: {allowed}"
+    yield pickle.dumps(found)
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Descriptions that are built by a program
+
+BUILT: dict[str, Described] = {}
+
+
+def built(description: "mechanics.System", kinds: Iterable[type[Described]]) -> str:
+    """Return the name under which a description that a program has built is known from now on, in this process."""
+    text = repr(sorted(vars(description).items(), key=lambda item: item[0])).encode()
+    word = re.sub(r"[^A-Za-z0-9]+", "_", description.title).strip("_")[:40] or "system"
+    name = f"{word}-{hashlib.sha256(text).hexdigest()[:12]}.py"
+    if name not in BUILT:
+        kind = named(description.title, lambda: next(kind for kind in kinds if kind.describes(description)))
+        BUILT[name] = kind(name, lambda: description, text)
+    return name

@@ -20,9 +20,10 @@ from scipy.optimize import linear_sum_assignment
 from kernels import flows
 from kernels.oscillations import MARGINAL
 from kernels.statuses import OK
+from sweeps.mechanics import relative as spectra
 from sweeps.mechanics.description import DescriptionError
 from sweeps.mechanics.model import Model
-from sweeps.mechanics.relative import ROUNDINGS, FlowModel, regimes
+from sweeps.mechanics.relative import ROUNDINGS, regimes
 
 DIGITS = 40
 VANISHING = 1e-18  # of the scale: what 40 digits leave of a vanishing part, of two eigenvalues that meet
@@ -44,7 +45,7 @@ class Exact:
 
     def __init__(self, model):
         self.model = model
-        self.flow = getattr(model, "flow", None)
+        self.flow = None if model.equations.natural else model.equations
 
     @cached_property
     def written(self):
@@ -190,10 +191,10 @@ def flow(name, model, exact, random, integration, count):
     """Of random points of a relative equilibrium: parameters, status, wrong regimes, deviations over errors."""
     n = model.n
     points = _points(random, model.system, 1, relative.RANGES[name], count)
-    runs = int(random.integers(1, 5)) if random.random() < 0.5 else model.runs
+    runs = int(random.integers(1, 5)) if random.random() < 0.5 else spectra.usual_runs(model)
     theory = model.theory(points)
     given = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
-    columns = model._columns(theory, model.measured(points, theory, *given, runs))
+    columns = spectra._columns(model, theory, spectra.measured(model, points, theory, *given, runs))
     values, S = theory["eigenvalues"], theory["scale"]
     unsure = (ROUNDINGS * S)[:, None] * np.maximum(1.0, theory["condition"])
     unsure = np.where(np.isfinite(unsure), unsure, np.inf)
@@ -248,7 +249,7 @@ def described(count, points=20, seed=1, most=400, names=None, integrations=None)
     for name in (*oscillators.LIBRARY, *relative.RANGES) if names is None else names:
         kind, room = (oscillator, oscillators) if name in oscillators.LIBRARY else (flow, relative)
         random = np.random.default_rng([seed, sum(map(ord, name))])
-        model = (Model if kind is oscillator else FlowModel)(room.shipped(name))
+        model = Model(room.shipped(name))
         exact, parts = Exact(model), []
         for _ in range(count):
             integration = integrations(random, most)

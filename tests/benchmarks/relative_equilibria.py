@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 import oscillations
 import relative
 
-from sweeps.mechanics.relative import FlowModel
+from sweeps.mechanics.model import Model
 
 ROUNDS = 3
 TIMED = 8192  # places of the parameters at which points are counted per second, about as many as in a shard
@@ -52,7 +52,7 @@ def measure(name: str, count: int) -> dict[str, float]:
         share that are theory's; `ok`: share of points whose status is; `operations`: multiplications and additions of
         one generated step; `points/s`.
     """
-    model = FlowModel(relative.shipped(name))
+    model = Model(relative.shipped(name))
     columns = relative.points(model.system, model.n, count, relative.RANGES[name])
     many = relative.points(model.system, model.n, TIMED // model.system.most, relative.RANGES[name])
     found, seconds = model.survey(columns), np.inf

@@ -8,12 +8,12 @@ import relative
 from kernels import flows, invariants
 from kernels.statuses import OK, PERTURBATION_TOO_LARGE, SHORT_WINDOW
 from sweeps.mechanics.model import Model
-from sweeps.mechanics.relative import FlowModel, _exchanged, regimes
+from sweeps.mechanics.relative import _exchanged, regimes
 
 
 def at(name, **values):
     """Theory of a relative equilibrium at one point."""
-    model = FlowModel(relative.shipped(name))
+    model = Model(relative.shipped(name))
     point = {k: np.array([values.get(k, p.default)]) for k, p in model.system.parameters.items()}
     return model.theory(point | {"equilibrium": np.array([0])})
 
@@ -106,7 +106,7 @@ def test_a_window_shorter_than_the_scale_is_refused():
     assert np.isin(found["status"], (SHORT_WINDOW, PERTURBATION_TOO_LARGE)).all()
     system = relative.shipped("viscous_slug")
     points = relative.points(system, 5, 20, relative.RANGES["viscous_slug"])
-    assert (FlowModel(system).survey(points, 0.04, 500)["status"] == SHORT_WINDOW).all()
+    assert (Model(system).survey(points, 0.04, 500)["status"] == SHORT_WINDOW).all()
 
 
 def test_an_amplitude_that_bends_the_samples_beyond_their_least_singular_value_is_refused():
@@ -129,7 +129,7 @@ def test_eigenvalues_are_in_the_order_of_theorys_however_close_the_samples():
     for name, value in {"k1": -0.4656, "k3": -0.8553, "slug": 0.0022, "drag": 0.0135}.items():
         points[name][:] = value
     for samples in (16, 198):
-        found = FlowModel(system).survey(points, 1.182, samples)
+        found = Model(system).survey(points, 1.182, samples)
         for part in ("real", "imag"):
             value, theory, error = (found[f"eigenvalue_{part}{end}"] for end in ("", "_theory", "_error"))
             assert (np.abs(value - theory) <= error).all()

@@ -8,8 +8,8 @@ import relative
 import sympy as sp
 
 from sweeps.mechanics import System
+from sweeps.mechanics.derivation import derive
 from sweeps.mechanics.first_order import _by_elimination, gathered, graph
-from sweeps.mechanics.flow import derive
 from sweeps.mechanics.graph import Values
 from sweeps.mechanics.taylor import Code
 

@@ -7,9 +7,9 @@ import pytest
 import sympy as sp
 
 from sweeps.mechanics import DescriptionError, System, equilibria
+from sweeps.mechanics.derivation import derive
 from sweeps.mechanics.equilibria import FAMILY, PROVED
-from sweeps.mechanics.flow import derive, is_flow
-from sweeps.mechanics.relative import FlowModel as Model
+from sweeps.mechanics.model import Model
 
 
 def turning():
@@ -54,8 +54,8 @@ def test_equations_are_those_of_a_hand():
     """m x¨ = 2 m W y˙ + m W² x - k x - c x˙ - 3 y, and its twin."""
     system, (m, k, c, W), (x, y, vx, vy) = turning()
     flow = derive(system)
-    assert is_flow(system)
-    assert flow.q == (x, y, vx, vy)
+    assert not flow.natural
+    assert flow.states == (x, y, vx, vy)
     forces = [
         2 * m * W * vy + m * W**2 * x - k * x - c * vx - 3 * y,
         -2 * m * W * vx + m * W**2 * y - k * y - c * vy + 3 * x,
@@ -63,7 +63,7 @@ def test_equations_are_those_of_a_hand():
     assert [sp.expand(a - b) for a, b in zip(flow.f[2:], forces, strict=True)] == [0, 0]
     assert flow.f[:2] == (vx, vy)
     assert not flow.conservative
-    by_hand = sp.Matrix([*flow.f[:2], *(e / m for e in forces)]).jacobian(flow.q)
+    by_hand = sp.Matrix([*flow.f[:2], *(e / m for e in forces)]).jacobian(flow.states)
     assert sp.simplify(flow.jacobian - by_hand) == sp.zeros(4)
 
 
@@ -78,9 +78,9 @@ def test_routhian_terms_stay():
     system.kinetic_energy((va**2 * sp.cos(b) ** 2 + vb**2) / 2 + (vs + va * sp.sin(b)) ** 2 / 2)
     system.potential(sp.cos(a) * sp.cos(b))
     system.equilibrium("upright", {a: 0, b: 0})
-    assert is_flow(system)
     flow = derive(system)
     assert flow.conservative
+    assert not flow.natural
     slopes = flow.slopes.subs({a: 0, b: 0})
     assert slopes == sp.Matrix([[1, 0, 0, -p], [0, 1, p, 0]])
 
@@ -91,7 +91,7 @@ def test_oscillators_stay_oscillators():
     theta = system.coordinate("theta", "rad", bounds=(-sp.pi, sp.pi), periodic=True)
     system.particle(1, (length * sp.sin(theta), -length * sp.cos(theta)))
     system.potential(-length * sp.cos(theta))
-    assert not is_flow(system)
+    assert derive(system).natural
 
 
 def test_conserved_quantities_take_their_zeros_out():
@@ -138,17 +138,6 @@ def test_what_is_wrong_with_coordinates_is_named():
     assert "beside coordinates" in refusal(lambda s, m, c, x, y, vx, vy: s.state("z", bounds=(0, 1)))
     assert "beside coordinates" in refusal(lambda s, m, c, x, y, vx, vy: s.conserved(x, "place"))
     assert "rate" in refusal(lambda s, m, c, x, y, vx, vy: s.rate(x, y))
-
-
-def test_a_pivot_that_is_shaken_is_refused_and_told_what_is_possible():
-    system = System("Shaken")
-    system.parameter("length", "m", default=1.0, positive=True)
-    theta = system.coordinate("theta", "rad", bounds=(-1, 1))
-    lift = sp.cos(3 * system.time) / 10
-    system.particle(1, (sp.sin(theta), -sp.cos(theta) + lift))
-    system.dissipation(system.velocity(theta) ** 2)
-    with pytest.raises(DescriptionError, match="a frame that turns steadily"):
-        derive(system)
 
 
 def test_an_equilibrium_is_looked_for_near_its_name():

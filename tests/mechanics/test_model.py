@@ -7,7 +7,7 @@ from scipy.linalg import eigh
 
 from kernels import oscillations as kernel
 from kernels import statuses
-from sweeps.mechanics import modes
+from sweeps.mechanics import modes, normal_modes
 from sweeps.mechanics.model import Model
 
 QUICK = ("pendulum", "bead_on_hoop")  # what others generate is compiled for ten seconds
@@ -31,7 +31,7 @@ def models():
 @pytest.mark.parametrize("name", EACH)
 def test_measured_rates_are_the_theorys(models, name):
     model = models[name]
-    columns = model.survey(points(model.system, model.n, 60, LIBRARY[name]))
+    columns = model.survey(points(model.system, model.equations.m, 60, LIBRARY[name]))
     here = columns["status"] != statuses.NO_EQUILIBRIUM
     assert (columns["status"][here] == statuses.OK).all()
     sized = np.abs(columns["omega_squared_theory"]) >= LEAST * columns["rate_scale"] ** 2
@@ -45,7 +45,7 @@ def test_measured_rates_are_the_theorys(models, name):
 def test_errors_hold_the_distance_to_linear_theory(models, name):
     model = models[name]
     for epsilon in (1e-8, 1e-4, 1e-2, 1e-1):
-        columns = model.survey(points(model.system, model.n, 40, LIBRARY[name], epsilon=epsilon))
+        columns = model.survey(points(model.system, model.equations.m, 40, LIBRARY[name], epsilon=epsilon))
         sound, theory = columns["status"] == statuses.OK, columns["omega_squared_theory"]
         # at 0.1 orders no longer fall fast, and the reduced error has room for that
         for value, bar in (("omega_squared", 10.0), ("omega_squared_reduced", 60.0 if epsilon > 1e-3 else 10.0)):
@@ -111,7 +111,7 @@ def test_a_swing_reduced_to_zero_amplitude_is_the_small_one(models):
 def test_both_signs_are_measured(models):
     for name, both in {"pendulum": True, "double_pendulum": True, "spherical_pendulum": False}.items():
         model = models[name]
-        squares = model.survey(points(model.system, model.n, 5, LIBRARY[name]))["omega_squared"]
+        squares = model.survey(points(model.system, model.equations.m, 5, LIBRARY[name]))["omega_squared"]
         assert ((squares < 0).any(), (squares > 0).any()) == (both, True)
 
 
@@ -171,9 +171,8 @@ def test_two_nudges_take_away_the_error_of_first_order(models):
         pair = model.survey(columns)
         theory = model.theory(columns)
         assert theory["twice"].all()
-        alone = model._columns(
-            columns, theory, model.measured(columns, theory | {"twice": 0 * columns["mode"]}, 4, 16, 1e-10)
-        )
+        once = normal_modes.measured(model, columns, theory | {"twice": 0 * columns["mode"]}, 4, 16, 1e-10)
+        alone = normal_modes._columns(model, columns, theory, once)
         deviations.append([np.abs(c["omega_squared"] / c["omega_squared_theory"] - 1)[1] for c in (pair, alone)])
     assert np.log10(deviations[0][0] / deviations[1][0]) == pytest.approx(2.0, abs=0.2)
     assert np.log10(deviations[0][1] / deviations[1][1]) < 1.5
@@ -182,7 +181,7 @@ def test_two_nudges_take_away_the_error_of_first_order(models):
 @pytest.mark.parametrize("name", ["bead_on_hoop", pytest.param("double_pendulum", marks=pytest.mark.slow)])
 def test_no_measured_column_depends_on_a_theoretical_rate(models, name, monkeypatch):
     model = models[name]
-    columns = points(model.system, model.n, 10, LIBRARY[name])
+    columns = points(model.system, model.equations.m, 10, LIBRARY[name])
     told = model.survey(columns)
     honest = modes.normal_modes
 
@@ -319,14 +318,14 @@ def test_a_nudge_in_a_direction_is_scipys_motion_mode_by_mode(models, direction)
 @pytest.mark.parametrize("name", ["double_pendulum", "linear_triatomic"])
 def test_every_mode_of_a_direction_has_the_theorys_rate(models, name):
     model = models[name]
-    columns = points(model.system, model.n, 40, LIBRARY[name])
-    found = model.survey(columns, direction=(1.0, 0.3, -0.2)[: model.n])
+    columns = points(model.system, model.equations.m, 40, LIBRARY[name])
+    found = model.survey(columns, direction=(1.0, 0.3, -0.2)[: model.equations.m])
     ok = found["status"] == statuses.OK
     assert ok.mean() > 0.9
     sized = ok & (np.abs(found["omega_squared_theory"]) >= LEAST * found["rate_scale"] ** 2)
     assert np.abs(found["omega_squared"] / found["omega_squared_theory"] - 1)[sized].max() <= PROMISED
     assert np.array_equal(found["regime"][ok], found["regime_theory"][ok])
-    longer = model.survey(columns, direction=(40.0, 12.0, -8.0)[: model.n])
+    longer = model.survey(columns, direction=(40.0, 12.0, -8.0)[: model.equations.m])
     off = np.abs(longer["omega_squared"] - found["omega_squared"])[ok]
     assert (off <= 1e-9 * found["rate_scale"][ok] ** 2).all()  # 40 / 40 and 12 / 40 are rounded
 

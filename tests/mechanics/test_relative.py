@@ -10,7 +10,8 @@ from scipy.integrate import solve_ivp
 
 from kernels import linear
 from sweeps.mechanics import relative as theirs
-from sweeps.mechanics.relative import FlowModel, regimes
+from sweeps.mechanics.model import Model
+from sweeps.mechanics.relative import regimes
 from sweeps.systems.relative_equilibrium.variables import REGIMES
 
 pytestmark = pytest.mark.slow  # compiling what they need takes as long as all that the quick tests need
@@ -20,7 +21,7 @@ MEASURED = 48
 
 @functools.cache
 def model(name):
-    return FlowModel(relative.shipped(name))
+    return Model(relative.shipped(name))
 
 
 def motions(name, count, seed=1, **fixed):
@@ -285,13 +286,13 @@ def by_scipy(m, point, epsilon=1e-6):
     """The end of the full motion of one point, by DOP853, from the description's own text."""
     import sympy as sp
 
-    flow = m.flow
+    flow = m.equations
     values = {p.symbol: float(point[p.name]) for p in m.system.parameters.values()}
     rates = [sp.sympify(e).subs(values) for e in flow.f]
-    if flow.rest:
-        k = flow.rest
+    if flow.v:
+        k = flow.m
         rates = rates[:k] + list(flow.a.subs(values).inv() * sp.Matrix(rates[k:]))
-    f = sp.lambdify(flow.q, rates, "numpy")
+    f = sp.lambdify(flow.states, rates, "numpy")
     return lambda start, times: (
         solve_ivp(
             lambda t, x: np.array(f(*x), dtype=float),
@@ -322,7 +323,7 @@ def check_motion(name, epsilon=0.01):
     m, columns = motions(name, 1, seed=5)
     one = {k: v[:1] for k, v in columns.items()} | {"epsilon": np.array([epsilon])}
     theory = m.theory(one)
-    place = np.concatenate([theory["place"][0], np.zeros(m.flow.rest)])
+    place = np.concatenate([theory["place"][0], np.zeros(len(m.equations.v))])
     code = m.code
     x = theory["sizes"][0] * (theory["basis"][0] @ np.ones(m.n))
     start = code.starts([one[k] for k in m.names], theory["place"], [(one["epsilon"], x[:, None])])[0, 0]
@@ -335,7 +336,7 @@ def check_motion(name, epsilon=0.01):
     module = code.module()
     for k in range(1, 21):
         module.advance(S, 4)
-        moved = place + epsilon * rows[: m.N, 0]
+        moved = place + epsilon * rows[: m.equations.n, 0]
         off = np.abs(moved - reference[k]) / theory["sizes"][0]
         assert off.max() < 1e-11 * max(1.0, np.abs(reference[k] / theory["sizes"][0]).max())
 

@@ -11,6 +11,7 @@ from scipy.optimize import fsolve
 
 from kernels import enclosures
 from sweeps.mechanics import System, equilibria
+from sweeps.mechanics.equations import Equations
 from sweeps.mechanics.equilibria import FAMILY, PROVED, ROUNDING, TOO_LARGE
 from sweeps.mechanics.problem import RootProblem
 from sweeps.mechanics.tape import FUNCTIONS, Tape
@@ -24,7 +25,8 @@ def search(F, bounds, most=200, order=None):
     order = range(n) if order is None else order
     names = [system.state(str(q[i]), bounds=bounds[i]) for i in order]
     F = [sp.sympify(F[i]).subs({q[k]: name for k, name in zip(order, names, strict=True)}) for i in order]
-    found = equilibria.find(RootProblem(system, tuple(system.states.values()), F, ()), [])
+    equations = Equations(system, tuple(names), (), tuple(F), None, sp.Integer(0), natural=False, hamiltonian=False)
+    found = equilibria.find(RootProblem(equations), [])
     assert not found.crowded.any()
     return found
 

@@ -34,7 +34,7 @@ def plane(V, bounds, most=8, kinetic=None, unit="m", **parameters):
 
 def points(model, count=1, epsilon=1e-6, **given):
     """One row an equilibrium and mode, of each of the points whose parameters are given."""
-    system, n = model.system, model.n
+    system, n = model.system, model.equations.m
     rows = system.most * n
     found = {
         name: np.repeat(np.resize(given.get(name, p.default), count), rows) for name, p in system.parameters.items()
@@ -183,7 +183,7 @@ def test_a_kinetic_energy_that_is_not_positive_is_said():
 def test_a_point_with_too_many_equilibria_is_said():
     model = plane(lambda x, c: x**4 / 4 - c * x**2 / 2, [(-2, 2)], most=2, c=1.0)
     theory = model.theory(points(model, c=1.0))
-    assert theory["crowded"].all()
+    assert (theory["status"] == statuses.TOO_MANY_EQUILIBRIA).all()
     assert np.isnan(theory["omega_squared"]).all()
 
 

@@ -16,7 +16,6 @@ from sweeps.mechanics import System, taylor
 from sweeps.mechanics.derivation import derive
 from sweeps.mechanics.first_order import code
 from sweeps.mechanics.model import Model
-from sweeps.mechanics.relative import FlowModel
 
 W = taylor.W
 QUICK = ("pendulum",)  # what others generate is compiled for ten seconds
@@ -59,14 +58,14 @@ def test_order_is_twelve():
 def test_full_motion_is_that_of_dop853(name):
     """A nudge of a tenth, where the motion is far from linear, against SciPy on the symbolic accelerations."""
     model = Model(shipped(name))
-    n, rng = model.n, np.random.default_rng(5)
+    n, rng = model.equations.m, np.random.default_rng(5)
     columns = points(model.system, n, 1, LIBRARY[name])
     sizes = model.theory(columns)["sizes"][0]
     epsilon, x, v = 0.1, rng.uniform(-1, 1, n) * sizes, np.zeros(n)
     S, place, scale = scratch(model, columns, x, v, epsilon)
     numbers = {p.symbol: columns[p.name][0] for p in model.system.parameters.values()}
     e = model.equations
-    right = sp.lambdify((*e.q, *e.v), list(e.accelerations.subs(numbers)), "numpy")
+    right = sp.lambdify((*e.q, *e.v), list((e.a.inv() * sp.Matrix(e.forces)).subs(numbers)), "numpy")
 
     def rate(t, y):  # in units of sizes and of 1/scale
         q, w = place + y[:n] * sizes, y[n:] * sizes * scale
@@ -84,7 +83,7 @@ def test_full_motion_is_that_of_dop853(name):
 @pytest.mark.parametrize("name", EACH)
 def test_energy_is_that_of_the_symbols(name):
     model = Model(shipped(name))
-    n, rng = model.n, np.random.default_rng(6)
+    n, rng = model.equations.m, np.random.default_rng(6)
     columns = points(model.system, n, 1, LIBRARY[name])
     theory = model.theory(columns)
     x, v = rng.uniform(-1, 1, n) * theory["sizes"][0], rng.uniform(-1, 1, n) * theory["sizes"][0] * theory["scale"][0]
@@ -195,7 +194,7 @@ def test_a_tape_gives_what_the_text_gives(name):
 
     written, read = Model(shipped(name)), Model(shipped(name))
     read.__dict__["code"] = taped.TapedCode(written.code.graph)
-    n, rng = written.n, np.random.default_rng(4)
+    n, rng = written.equations.m, np.random.default_rng(4)
     columns = points(written.system, n, 1, LIBRARY[name])
     x, v = rng.uniform(-1, 1, (2, n))
     ends = []
@@ -221,7 +220,7 @@ def test_a_damaged_generated_file_is_written_again(tmp_path):
 def test_a_tape_of_first_order_gives_what_the_text_gives(name):
     from sweeps.mechanics import taped  # compiles its kernel where it is imported
 
-    model = FlowModel(relative.shipped(name))
+    model = Model(relative.shipped(name))
     points = relative.points(model.system, 1, 1, {})
     theory, written = model.theory(points), model.code
     ends = []

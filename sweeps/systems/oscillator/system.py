@@ -10,7 +10,7 @@ import numpy as np
 
 from sweeps.schema.definition import Definition, Integration
 from sweeps.schema.layout import Layout
-from sweeps.schema.variables import Variable, table
+from sweeps.schema.variables import Variable
 from sweeps.systems.described import MECHANICS, TAPES, Described
 from sweeps.systems.kernel import Kernel
 from sweeps.systems.oscillator.definition import OscillatorDefinition
@@ -18,7 +18,6 @@ from sweeps.systems.oscillator.variables import COORDINATES, DEGENERATE, FOLLOWE
 
 if TYPE_CHECKING:
     from sweeps import mechanics
-    from sweeps.mechanics.model import Model
 
 ANIMATED = ("bead_on_hoop", "double_pendulum", "pendulum")
 
@@ -58,12 +57,6 @@ class Oscillator(Described):
         """Return True for any map of a description of no other kind."""
         return True
 
-    def derive(self) -> "Model":
-        """Derive Lagrange's equations and the landscape of V."""
-        from sweeps.mechanics.model import Model
-
-        return Model(self.description)
-
     @property
     def samples_per_second(self) -> int:
         """By how long its generated code is."""
@@ -81,19 +74,16 @@ class Oscillator(Described):
         """Return name → variable, including the position of the equilibrium along each coordinate."""
         if definition is None:
             return VARIABLES
-        places = (
-            Variable(f"{c.name}_equilibrium", c.unit, f"{c.meaning}, at the equilibrium") for c in self.description.kept
-        )
         degenerate = DEGENERATE if definition.integration.degenerate else {}
         followed = FOLLOWED if self.description.follow else {}
-        return VARIABLES | table(*places) | degenerate | followed
+        return VARIABLES | self.places() | degenerate | followed
 
     def layout(self) -> Layout:
         """Return the layout of its maps: parameters and positions by the names of the description."""
         return LAYOUT
 
     def columns(self, points: Mapping[str, np.ndarray], integration: Integration) -> dict[str, np.ndarray]:
-        """Return linear theory and the measured columns; see `sweeps.mechanics.model`."""
+        """Return linear theory and the measured columns; see `sweeps.mechanics.normal_modes`."""
         self._compiled()
         settings = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
         return self.mechanism.survey(self.slots(points), *settings, integration.direction, integration.degenerate)

@@ -18,7 +18,7 @@ import numpy as np
 from sweeps.systems.system import Reference
 
 if TYPE_CHECKING:
-    from sweeps.mechanics.relative import FlowModel
+    from sweeps.mechanics.model import Model
 
 STEP = 1e-30  # of a complex step: its square is nothing beside a double
 NUDGE = 3e-5  # of a motion: its cube, and DOP853's tolerance over it, weigh alike
@@ -48,7 +48,7 @@ class Linearised:
         model: the flow; of it only the equations, the names and where the equilibria are.
     """
 
-    def __init__(self, model: "FlowModel"):
+    def __init__(self, model: "Model"):
         self.model = model
         self._found: dict[tuple, tuple[Solved, Solved]] = {}
 
@@ -57,19 +57,19 @@ class Linearised:
         """Functions of the parameters and the states: rates or forces, the kinetic matrix, what is conserved."""
         import sympy as sp
 
-        flow = self.model.flow
-        arguments = (*flow.parameters, *flow.q)
+        flow = self.model.equations
+        arguments = (*flow.parameters, *flow.states)
         conserved = list(flow.system.conserved_quantities.values())
         return (
             sp.lambdify(arguments, list(flow.f), "numpy"),
-            sp.lambdify(arguments, flow.a, "numpy") if flow.rest else None,
+            sp.lambdify(arguments, flow.a, "numpy") if flow.v else None,
             sp.lambdify(arguments, conserved, "numpy") if conserved else None,
         )
 
     def rates(self, parameters: list, x: np.ndarray) -> np.ndarray:
         """Return the rates of one state."""
         forces, mass, _ = self._written
-        rates, rest = np.array(forces(*parameters, *x)), self.model.flow.rest
+        rates, rest = np.array(forces(*parameters, *x)), self.model.equations.m
         if mass is not None:
             rates[rest:] = np.linalg.solve(np.array(mass(*parameters, *x)), rates[rest:])
         return rates
@@ -82,13 +82,13 @@ class Linearised:
         if key not in self._found:
             if len(self._found) >= KEPT:
                 self._found.clear()
-            self._found[key] = self._looked(list(key[:-1]), slot)
+            self._found[key] = self._looked(list(key[:-1]) or [0.0], slot)
         return self._found[key]
 
     def _looked(self, parameters, slot):
-        point = {name: np.array([value]) for name, value in zip(self.model.names, parameters, strict=True)}
+        point = {name: np.array([value]) for name, value in zip(self.model.names, parameters, strict=False)}
         theory = self.model.theory(point | {"equilibrium": np.array([slot])})
-        x, S, sizes = np.zeros(self.model.N), float(theory["scale"][0]), theory["sizes"][0]
+        x, S, sizes = np.zeros(self.model.equations.n), float(theory["scale"][0]), theory["sizes"][0]
         place = theory["place"][0]
         x[: place.size] = place
         none = Solved(np.full(self.model.n, np.nan), np.ones(self.model.n), S, 0.0)
@@ -188,7 +188,7 @@ def _invariant(equations: Linearised, name: str) -> tuple[Callable, Callable]:
     return value, lambda point, _: 100.0 * JACOBIAN * equations.at(point)[0].scale ** POWERS[name]
 
 
-def reference(model: "FlowModel") -> Reference:
+def reference(model: "Model") -> Reference:
     """Return what `verify` measures again: theory with LAPACK, measured values with SciPy, within their errors."""
     equations, found = Linearised(model), []
     for part in ("real", "imag"):

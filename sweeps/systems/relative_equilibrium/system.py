@@ -1,7 +1,7 @@
 """Relative equilibria of a described system: what its definition, and its columns are.
 
 One `RelativeEquilibrium` a description: those of `sweeps/mechanics/library/relative`, and any Python file that a
-definition names and whose equations are of first order (see `sweeps.mechanics.flow.is_flow`).
+definition names and whose equations are of first order (see `sweeps.mechanics.equations`).
 """
 
 from collections.abc import Collection, Mapping
@@ -21,7 +21,6 @@ from sweeps.systems.system import Cost, Reference
 
 if TYPE_CHECKING:
     from sweeps import mechanics
-    from sweeps.mechanics.relative import FlowModel
 
 
 SAMPLE_BYTES = 256  # one number of each motion of a block
@@ -53,21 +52,15 @@ class RelativeEquilibrium(Described):
 
     @staticmethod
     def describes(description: "mechanics.System") -> bool:
-        """Return True if a description's equations are of first order."""
-        from sweeps.mechanics.flow import is_flow
+        """Return True if a description has other forces than those of a potential and of T = ½ a_ij q̇_i q̇_j."""
+        from sweeps.mechanics.derivation import derive
 
-        return is_flow(description)
+        return not derive(description).natural
 
     @staticmethod
     def holds(variables: Collection[str]) -> bool:
         """Return whether a map is one of relative equilibria: no other kind has a coordinate `eigenvalue`."""
         return "eigenvalue" in variables
-
-    def derive(self) -> "FlowModel":
-        """Derive the flow, its Jacobian and the conserved quantities."""
-        from sweeps.mechanics.relative import FlowModel
-
-        return FlowModel(self.description)
 
     def numbers(self) -> dict[str, np.ndarray]:
         """Return the eigenvalues of an equilibrium."""
@@ -87,10 +80,7 @@ class RelativeEquilibrium(Described):
             )
             for name in model.quantities
         )
-        places = (
-            Variable(f"{p.name}_equilibrium", p.unit, f"{p.meaning}, at the equilibrium") for p in model.flow.places
-        )
-        return VARIABLES | (INVARIANTS if model.n == 4 else {}) | table(*drifts, *places)
+        return VARIABLES | (INVARIANTS if model.n == 4 else {}) | table(*drifts) | self.places()
 
     def layout(self) -> Layout:
         """Return the layout of its maps: parameters, positions and drifts by the names of the description."""
@@ -104,7 +94,9 @@ class RelativeEquilibrium(Described):
 
     def motions(self, points: Mapping[str, np.ndarray], integration: Integration) -> int:
         """Return the number of runs of each equilibrium, which all its eigenvalues share."""
-        runs = integration.runs or self.mechanism.runs
+        from sweeps.mechanics.relative import usual_runs
+
+        runs = integration.runs or usual_runs(self.mechanism)
         return next(iter(points.values())).size * runs // self.mechanism.n
 
     def cost(self, definition: Definition) -> Cost:

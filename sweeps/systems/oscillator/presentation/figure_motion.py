@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from sweeps import colors, style
+from sweeps.mechanics import motions
 from sweeps.systems.oscillator.variables import REGIMES
 
 if TYPE_CHECKING:
@@ -27,6 +28,7 @@ INCHES = (6.4, 3.5)
 DOTS = 96  # per inch
 FINER = 4  # places of a trail a frame
 TRAIL = 10  # frames
+TOLERANCE = 1e-9
 FAR, NEAR = 0.25, 0.03  # rad, from a stable place and from an unstable one
 PERIODS = 2.0  # of the slowest oscillation about the stable place, at least
 ROUND = 8.0  # rad: an unstable motion goes away and comes back in 2 ln(ROUND/NEAR) e-folds, about
@@ -73,11 +75,13 @@ def frames(ds: xr.Dataset, name: str, model: "Model") -> list[Image.Image]:
     if not runs:
         return []
     duration = max(run.duration for run in runs)
-    places = np.array([run.place for run in runs]), np.array([run.shift for run in runs])
-    q = model.motion(list(point.values()), *places, duration, FRAMES * FINER)
-    if not np.isfinite(q).all():
+    start = np.array([[*(run.place + run.shift), *np.zeros(run.place.size)] for run in runs])
+    times = np.linspace(0.0, duration, FRAMES * FINER + 1)
+    given = [np.full(len(runs), value) for value in point.values()]
+    states, _, _ = motions.solved(model.moving, given, start, np.tile(times, (len(runs), 1)), TOLERANCE)
+    if not np.isfinite(states).all():
         return []
-    return _drawn(ds, name, model, point, runs, q, np.linspace(0.0, duration, FRAMES * FINER + 1))
+    return _drawn(ds, name, model, point, runs, states[:, :, : model.equations.m], times)
 
 
 def _nearest(values: xr.DataArray, wanted: float) -> float:

@@ -166,8 +166,10 @@ def _kinds(figure, part):
     drawn = {REGIMES[1 + int(code) // SHADES] for mesh in codes for code in np.unique(mesh.compressed())}
     handles = [Patch(facecolor=LOOK.color(name), label=LOOK.words(name)) for name in REGIMES[1:] if name in drawn]
     if any(np.ma.getmaskarray(mesh).any() for mesh in codes):
-        nowhere = part["status"].values[part["regime"].values < 0] == STATUSES.index("no_equilibrium")
-        handles.append(Patch(facecolor=MISSING, label="no such equilibrium" if nowhere.all() else "no measured value"))
+        missing = {STATUSES[code] for code in part["status"].values[part["regime"].values < 0].tolist()}
+        nowhere = missing <= {"no_equilibrium", "equilibrium_undecided"}
+        label = "no measured value" if not nowhere else "no such equilibrium" if len(missing) == 1 else "none found"
+        handles.append(Patch(facecolor=MISSING, label=label))
     return handles
 
 

@@ -34,8 +34,7 @@ def facts(system: "System") -> dict | None:
     from sweeps.mechanics.derivation import derive
 
     equations = derive(system)
-    n = equations.n
-    forces = [t + g for t, g in zip(equations.velocity_terms, equations.gradient, strict=True)]
+    n, forces = equations.m, [-e for e in equations.forces]
     shared, found = sp.cse([*equations.a, *forces], symbols=sp.numbered_symbols("shared "))
     try:
         trees = [tree(e) for e in found]

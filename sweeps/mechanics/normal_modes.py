@@ -1,0 +1,312 @@
+"""Small oscillations of a natural system: points in, columns out, mode by mode; linear theory beside what is measured.
+
+The measurement does not know the theory: of it places, modes (as directions) and the scale are used.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from kernels import measure, statuses
+from kernels import oscillations as kernel
+from kernels.runs import Runs, Sampling
+from sweeps.mechanics import modes, scales
+from sweeps.mechanics.equilibria import runs_of
+from sweeps.mechanics.problem import changed
+
+CHUNK = 16384
+EVEN = 1e-9  # third derivatives smaller than this, in the system's own units, make no second run
+LEAST_SHARE = 1e-6  # of a nudge: a mode with less of it is left to rounding and to the others' cubes
+
+
+# -- theory
+
+
+def theory(model, points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """What linear theory says of points.
+
+    Args:
+        model: of a natural system.
+        points: each parameter, `equilibrium` (slot from 0), `mode` (from 1), `epsilon`, `phase`: shape (points,).
+
+    Returns:
+        What `Model.located` gives; `omega_squared` (s-2), `modes` (points, n, n), `a` (points, n, n), `terms` (points,
+        n, n), `sizes` (points, n), `scale` (s-1), `uncertain` (by how much rounding of the place moves ω², over S²),
+        `parameters` (a list of arrays); NaN where there is no equilibrium.
+    """
+    slot = np.asarray(points["equilibrium"])
+    parameters = model.parameters(points, slot.size)
+    group, back = runs_of([*parameters, slot])
+    chosen = [p[group] for p in parameters]
+    there = model.located(chosen, slot[group])
+    linear = {name: array[back] for name, array in (there | _linear(model.landscape, chosen, there["place"])).items()}
+    mode = np.asarray(points["mode"]) - 1
+    squares, uncertain = (
+        np.take_along_axis(linear.pop(name), mode[:, None], axis=1)[:, 0] for name in ("squares", "uncertain")
+    )
+    return linear | {"omega_squared": squares, "uncertain": uncertain, "parameters": parameters}
+
+
+def _linear(landscape, parameters, place):
+    q, nowhere, m = list(place.T), np.isnan(place).any(axis=1), place.shape[1]
+    with np.errstate(all="ignore"):
+        slopes, terms = landscape.slopes(parameters, q)
+        hessian, terms, a = -slopes[:, :, :m], terms[:, :, :m], landscape.a(parameters, q)
+        for matrix in (hessian, a, terms):
+            matrix[nowhere] = np.nan  # where V″ is constant too
+        sizes = scales.sizes(landscape, parameters, place, terms)
+        terms, vanished = scales.bounding_terms(landscape, parameters, place, terms, sizes)
+        hessian[vanished] = 0.0  # a place is known to a rounding, and V″ there to no better
+        error = landscape.place_error(parameters, place)
+    squares, vectors = modes.normal_modes(hessian, a)
+    S = modes.scale(terms, a)
+    pulled = changed(lambda x: landscape.slopes(parameters, list(x.T))[0][:, :, :m], place, error)
+    heavier = changed(lambda x: landscape.a(parameters, list(x.T)), place, error)
+    changes = pulled / (S * S)[:, None, None] + heavier
+    uncertain = np.nan_to_num(np.einsum("pik,pij,pjk->pk", np.abs(vectors), changes, np.abs(vectors)))
+    twice = _twice(landscape.third(parameters, q), terms, a, sizes)
+    linear = {"squares": squares, "modes": vectors, "a": a, "scale": S, "sizes": sizes}
+    return linear | {"twice": twice, "terms": terms, "positive": modes.positive(a), "uncertain": uncertain}
+
+
+def _twice(third, terms, a, sizes):
+    """Whether runs from both sides are needed: in units of the sizes, V‴ beside V″ and a' beside a are not small."""
+    if not third:
+        return np.ones(len(a), dtype=bool)
+    m = a.shape[1]
+    cubic, bent = np.split(np.abs(np.stack(third, axis=-1)), [m * (m + 1) * (m + 2) // 6], axis=1)
+    unit = sizes.max(axis=1, initial=0.0)
+    with np.errstate(all="ignore"):
+        cubic = cubic.max(axis=1, initial=0.0) * unit / np.abs(terms).max(axis=(1, 2))
+        bent = bent.max(axis=1, initial=0.0) * unit / np.abs(a).max(axis=(1, 2))
+    return ~(np.maximum(np.nan_to_num(cubic), bent) <= EVEN)
+
+
+# -- motion
+
+
+def measured(model, points, theory, cycles: float, samples_per_cycle: int, tolerance: float, direction=None):
+    """What motions show of points; of theory only places, modes (as directions) and the scale are used.
+
+    Args:
+        model: of a natural system.
+        points: as of :func:`theory`.
+        theory: what it returned.
+        cycles: length of the run, in 2π/S.
+        samples_per_cycle: samples in 2π/S; the spacing is 0.5/S at most.
+        tolerance: relative error allowed.
+        direction: of the nudge, one number a coordinate; None nudges along the mode.
+
+    Returns:
+        `raw` (points, len(kernel.RAW)), `status` (int8), `intervals`, `spacing`, `reach` (the signed size of the mode's
+        part of the nudge, relative to the whole) and `share` (of the norm that the kinetic matrix makes).
+    """
+    intervals, spacing = round(cycles * samples_per_cycle), min(2.0 * np.pi / samples_per_cycle, 0.5)
+    size, status = len(points["epsilon"]), theory["status"].copy()
+    raw, here = np.full((size, len(kernel.RAW)), np.nan), status == statuses.OK
+    unsound = here & ~np.isfinite(theory["scale"] * theory["modes"].sum(axis=(1, 2)))
+    unbound = np.where(theory["positive"], statuses.NON_FINITE, statuses.KINETIC_ENERGY_NOT_POSITIVE)
+    status[unsound] = unbound[unsound]
+    wide = _too_wide(model.landscape, points, theory, np.flatnonzero(here & ~unsound))
+    status[wide], unsound[wide] = statuses.PERTURBATION_TOO_LARGE, True
+    which = np.flatnonzero(here & ~unsound)
+    reach, share = np.ones(size), np.ones(size)
+    for start in range(0, which.size, CHUNK):
+        part = which[start : start + CHUNK]
+        nudge = _nudge(points, theory, part, direction)
+        reach[part], share[part] = nudge["reach"], np.maximum(nudge["start"], LEAST_SHARE)
+        nudged = nudge["start"] >= LEAST_SHARE
+        status[part[~nudged]] = statuses.NOT_PERTURBED
+        if not nudged.all():
+            part, nudge = part[nudged], {name: values[nudged] for name, values in nudge.items()}
+        raw[part] = _run(model, points, theory, part, nudge, Sampling(intervals, spacing, tolerance))
+        status[part] = kernel.status(raw[part], intervals, tolerance, spacing)
+    wide = (status == statuses.OK) & kernel.is_too_wide(raw, theory["scale"], spacing)
+    raw[wide], status[wide] = np.nan, statuses.PERTURBATION_TOO_LARGE
+    found = {"raw": raw, "status": status, "intervals": intervals, "spacing": spacing}
+    return found | {"reach": reach, "share": share}
+
+
+def _too_wide(landscape, points, theory, which):
+    """The points, of those given, whose nudge leaves the neighbourhood of their place."""
+    epsilon = np.asarray(points["epsilon"], dtype=np.float64)[which]
+    chosen = [p[which] for p in theory["parameters"]]
+    nudge = epsilon[:, None] * theory["sizes"][which]
+    return which[scales.too_wide(landscape, chosen, theory["place"][which], theory["terms"][which], nudge)]
+
+
+def _nudge(points, theory, part, direction):
+    """The nudge of relative size one and how modes see it.
+
+    Returns:
+        `along` (points, n); `projection` (points, n, n) to the modes' shares of it, the point's own first;
+        `start`, the size of its own share; `reach`, the signed relative size of its part; `allowed`.
+    """
+    a, sizes = theory["a"][part], theory["sizes"][part]
+    vectors = _nudged_first(theory["modes"][part], np.asarray(points["mode"])[part] - 1)
+    own = vectors[:, :, 0]
+    unit = 1.0 / np.abs(own / sizes).max(axis=1)
+    one = np.ones(part.size)
+    if direction is None:
+        projection = np.einsum("pjk,pji->pki", vectors, a) / unit[:, None, None]
+        along = own * unit[:, None]
+        return {"along": along, "projection": projection, "start": one, "reach": one, "allowed": 0.0 * one}
+    along = np.asarray(direction, dtype=np.float64) / np.abs(direction).max()
+    along = along / np.abs(along / sizes).max(axis=1)[:, None]
+    norm = np.sqrt(np.einsum("pi,pij,pj->p", along, a, along))
+    projection = np.einsum("pjk,pji->pki", vectors, a) / norm[:, None, None]
+    share = np.einsum("pi,pi->p", projection[:, 0], along)
+    allowed = np.full(part.size, measure.WINDOW)
+    reach = share * norm / unit
+    return {"along": along, "projection": projection, "start": np.abs(share), "reach": reach, "allowed": allowed}
+
+
+def _run(model, points, theory, part, nudge, sampling):
+    parameters = [p[part] for p in theory["parameters"]]
+    epsilon = np.asarray(points["epsilon"], dtype=np.float64)[part]
+    phase = np.asarray(points["phase"], dtype=np.float64)[part]
+    S, mode = theory["scale"][part], np.asarray(points["mode"])[part] - 1
+    x = np.concatenate([nudge["along"] * np.cos(phase)[:, None], nudge["along"] * (-S * np.sin(phase))[:, None]], 1)
+    signs = (1.0, -1.0) if theory["twice"][part].any() else (1.0, 1.0)  # the second is not read
+    motions = [(size * epsilon, sign * x.T) for size in kernel.SIZES for sign in signs]
+    begin = model.code.starts(parameters, theory["place"][part], motions)
+    twice = theory["twice"][part].astype(np.int64)
+    family = model.equations.m * np.asarray(points["equilibrium"], dtype=np.int64)[part] + mode
+    runs = Runs(begin, np.ascontiguousarray(nudge["projection"]), S, epsilon, twice, family)
+    sizes = np.stack([nudge["start"], nudge["allowed"]], axis=1)
+    return kernel.run(model.code.integrator(), runs, sizes, sampling)
+
+
+def _nudged_first(vectors, mode):
+    """Modes with the nudged one first, then the others in their order."""
+    n = vectors.shape[2]
+    others = np.broadcast_to(np.arange(n), (mode.size, n))
+    order = np.argsort(np.where(others == mode[:, None], -1, others), axis=1, kind="stable")
+    return np.take_along_axis(vectors, order[:, None, :], axis=2)
+
+
+# -- both
+
+
+def survey(
+    model,
+    points,
+    cycles: float = 4,
+    samples_per_cycle: int = 16,
+    tolerance: float = 1e-10,
+    direction=None,
+    degenerate: bool = False,
+):
+    """All columns of points, in units; see `sweeps.systems.oscillator.system`."""
+    linear = theory(model, points)
+    motions = measured(model, points, linear, cycles, samples_per_cycle, tolerance, direction)
+    columns = _columns(model, points, linear, motions)
+    return columns | _at_amplitude(model, points, linear, columns["regime_theory"]) if degenerate else columns
+
+
+def _at_amplitude(model, points, theory, regime):
+    """Frequencies at the nudge's amplitude where V″ vanishes; see `sweeps.mechanics.degenerate`."""
+    epsilon, phase = (np.asarray(points[name], dtype=np.float64) for name in ("epsilon", "phase"))
+    size, place = theory["sizes"][:, 0], theory["place"][:, 0]
+    x, v = epsilon * size * np.cos(phase), epsilon * size * theory["scale"] * np.sin(phase)
+    found = model.degenerate.oscillations(theory["parameters"], place, x, v)
+    found["degenerate_amplitude"] = found["degenerate_amplitude"] / size
+    marginal = regime == kernel.MARGINAL
+    nothing = {name: 0 if values.dtype == np.int8 else np.nan for name, values in found.items()}
+    return {name: np.where(marginal, values, nothing[name]).astype(values.dtype) for name, values in found.items()}
+
+
+def _columns(model, points, theory, measured):
+    raw, S = measured["raw"], theory["scale"]
+    reduced = raw[:, kernel.RAW.reduced]
+    epsilon, phase = (np.asarray(points[name], dtype=np.float64) for name in ("epsilon", "phase"))
+    known = np.isfinite(raw[:, kernel.RAW.rate2])
+    with np.errstate(invalid="ignore"):
+        uncertain = theory["uncertain"] * S * S
+        error, left = (x + uncertain for x in kernel.errors(raw, S, measured["spacing"], measured["share"]))
+        regime = kernel.regime(reduced, left)
+        predicted = kernel.regime(theory["omega_squared"], 32.0 * kernel.EPSILON * S * S + uncertain)
+    regime = np.where(known, regime, -1).astype(np.int8)
+    predicted = np.where(np.isfinite(theory["omega_squared"]), predicted, -1).astype(np.int8)
+    columns = {
+        "omega_squared_theory": theory["omega_squared"],
+        "omega_squared": raw[:, kernel.RAW.rate2],
+        "omega_squared_stderr": raw[:, kernel.RAW.stderr],
+        "omega_squared_error": error,
+        "omega_squared_reduced": reduced,
+        "omega_squared_reduced_error": left,
+        "amplitude_shift": raw[:, kernel.RAW.rate2] - reduced,
+        **_rates("_theory", theory["omega_squared"], predicted),
+        **_rates("", raw[:, kernel.RAW.rate2], regime),
+        **_rate_errors("", raw[:, kernel.RAW.rate2], error, regime),
+        **_rates("_reduced", reduced, regime),
+        **_rate_errors("_reduced", reduced, left, regime),
+        **_log_slope(raw, regime),
+        "regime_theory": predicted,
+        "regime": regime,
+        "rate_scale": S,
+        "samples_used": np.nan_to_num(raw[:, kernel.RAW.samples]).astype(np.int32),
+        "window_end": (raw[:, kernel.RAW.samples] - 1.0) * measured["spacing"] / S,
+        "steps_per_sample": np.nan_to_num(raw[:, kernel.RAW.steps]).astype(np.int32),
+        "status": measured["status"],
+        "equilibria_certified": theory["certified"],
+        "energy_drift": raw[:, kernel.RAW.energy_drift],
+    }
+    columns["growth_rate_logslope_error"] = (
+        np.abs(columns["growth_rate_logslope"] - columns["growth_rate_reduced"]) + columns["growth_rate_reduced_error"]
+    )
+    for name in ("growth_rate", "frequency"):
+        columns[f"{name}_stderr"] = _rate_stderr(raw[:, kernel.RAW.stderr], columns[name])
+    amplitude, angle = _lecture_solution(epsilon * measured["reach"], phase, S, columns["frequency"])
+    columns |= {"amplitude": amplitude, "initial_phase": angle}
+    if model.system.follow:
+        columns["branches_decided"] = (~theory["decided"]).astype(np.int8)
+    for i, c in enumerate(model.system.kept):
+        columns[f"{c.name}_equilibrium"] = theory["place"][:, i]
+    return columns
+
+
+def _rates(suffix, squares, regime):
+    missing = np.where(regime < 0, np.nan, 0.0)
+    found = {}
+    for name, told, sign in (("growth_rate", kernel.UNSTABLE, -1.0), ("frequency", kernel.STABLE, 1.0)):
+        with np.errstate(invalid="ignore"):
+            rate = np.sqrt(np.maximum(sign * squares, 0.0))
+        found[f"{name}{suffix}"] = np.where(regime == told, rate, missing)
+    return found
+
+
+def _rate_errors(suffix, squares, error, regime):
+    """Errors of the rates, to the farther end of the square's interval; missing where the regime has no such rate.
+
+    Where it is marginal both rates are 0, and may be what the interval allows.
+    """
+    found = {}
+    for name, told, sign in (("growth_rate", kernel.UNSTABLE, -1.0), ("frequency", kernel.STABLE, 1.0)):
+        square = np.where(regime == told, sign * squares, np.nan)
+        with np.errstate(invalid="ignore"):
+            low, rate, high = (np.sqrt(np.maximum(x, 0.0)) for x in (square - error, square, square + error))
+            farther = np.maximum(rate - low, high - rate)
+            upper = np.sqrt(np.maximum(sign * squares + error, 0.0))
+        found[f"{name}{suffix}_error"] = np.where(regime == kernel.MARGINAL, upper, farther)
+    return found
+
+
+def _log_slope(raw, regime):
+    """The lecture's estimator, where its window held at least two e-folds."""
+    e_folds = np.where(regime == kernel.UNSTABLE, raw[:, kernel.RAW.e_folds], np.nan)
+    told = e_folds >= measure.LEAST_EFOLDS
+    return {"growth_rate_logslope": np.where(told, raw[:, kernel.RAW.log_slope], np.nan), "e_folds": e_folds}
+
+
+def _rate_stderr(stderr, rate):
+    return np.divide(0.5 * stderr, rate, out=np.full_like(rate, np.nan), where=rate > 0.0)
+
+
+def _lecture_solution(size, phase, S, frequency):
+    """Amplitude a and phase α of η = a cos(ωt + α), with the measured ω, from η(0) = s cos φ, η̇(0) = −s S sin φ."""
+    with np.errstate(all="ignore"):
+        ratio = np.where(frequency > 0.0, S / frequency, np.nan)
+        sense = np.where(size < 0.0, -1.0, 1.0)
+        sine, cosine = sense * ratio * np.sin(phase), sense * np.cos(phase)
+        return np.abs(size) * np.hypot(cosine, sine), np.where(np.isnan(ratio), np.nan, np.arctan2(sine, cosine))

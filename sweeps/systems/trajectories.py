@@ -1,0 +1,114 @@
+"""Motions of described systems from any start, for the library: integrated, not measured."""
+
+from collections.abc import Mapping
+from functools import cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sweeps.schema.refusals import DefinitionError, hint
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from sweeps import mechanics
+    from sweeps.mechanics.model import Model
+
+STATUSES = ("ok", "not_converged", "non_finite")
+TOLERANCES = (1e-13, 1e-3)
+
+
+def trajectories(system, start: Mapping, times, parameters: Mapping, tolerance: float) -> "xr.Dataset":
+    """Return motions of a described system; see `sweeps.motion`.
+
+    Raises:
+        DefinitionError: naming what is wrong and what is allowed.
+    """
+    import xarray as xr
+
+    from sweeps.mechanics import motions
+
+    model = _model(_description(system))
+    equations = model.equations
+    moving = {x.name: None for x in equations.q} | {x.name: 0.0 for x in equations.v}
+    fixed = {name: p.default for name, p in model.system.parameters.items()}
+    states, numbers = _given("start", start, moving), _given("parameters", parameters, fixed)
+    for name, values in numbers.items():
+        if not all(map(model.system.parameters[name].allows, np.ravel(values))):
+            raise DefinitionError(f"parameters: {name}: {values}; allowed: {model.system.parameters[name].allowed}")
+    times, shape = _times(times), np.broadcast_shapes(*map(np.shape, (*states.values(), *numbers.values())))
+    if len(shape) > 1:
+        raise DefinitionError(f"start: has {len(shape)} dimensions; allowed: numbers, or lists of one number a run")
+    if not TOLERANCES[0] <= tolerance <= TOLERANCES[1]:
+        raise DefinitionError(f"tolerance: {tolerance!r}; allowed: {TOLERANCES[0]:g} to {TOLERANCES[1]:g}")
+    runs = shape[0] if shape else 1
+    x, p = (np.array([np.broadcast_to(v, runs) for v in values.values()]) for values in (states, numbers))
+    given = list(p) or [np.zeros(runs)]
+    found, error, converged = motions.solved(model.moving, given, x.T, np.tile(times, (runs, 1)), tolerance)
+    sound = np.isfinite(found + error).all(axis=(1, 2))
+    found[~sound], error[~sound] = np.nan, np.nan
+    status = np.select([~sound, ~converged], [2, 1], 0).astype(np.int8)
+    variables = {}
+    for i, (name, units, meaning) in enumerate(_columns(equations)):
+        variables[name] = (("run", "time"), found[..., i], {"units": units, "long_name": meaning})
+        words = {"units": units, "long_name": f"error of {meaning}", "comment": "what halving the steps changed"}
+        variables[f"{name}_error"] = (("run", "time"), error[..., i], words)
+    flags = {"flag_values": np.arange(3, dtype=np.int8), "flag_meanings": " ".join(STATUSES)}
+    variables["status"] = ("run", status, {"long_name": "whether the motion keeps the tolerance", **flags})
+    coordinates = {"time": ("time", times, {"units": "s", "long_name": "time"})}
+    for q, values in zip(model.system.parameters.values(), p, strict=True):
+        coordinates[q.name] = ("run", values, {"units": q.unit, "long_name": q.meaning})
+    ds = xr.Dataset(variables, coordinates, {"title": model.system.title})
+    return ds if shape else ds.isel(run=0)
+
+
+@cache
+def _model(description: "mechanics.System") -> "Model":
+    from sweeps.mechanics.model import Model
+
+    return Model(description)
+
+
+def _description(system) -> "mechanics.System":
+    """The description of a system: itself, of a file, or one that ships."""
+    from sweeps import mechanics, systems
+    from sweeps.systems import described
+
+    if isinstance(system, mechanics.System):
+        return system
+    if systems.is_file(system):
+        return described.script(system, "").system
+    names = [name for kind in systems.kinds() for name in described.shipped(kind)]
+    if system not in names:
+        wrong = f"{system!r} is no described system" + hint(system, names)
+        raise DefinitionError(f"system: {wrong}; allowed: a System, a Python file, {', '.join(names)}")
+    return systems.resolve(system).description
+
+
+def _given(where, values, defaults):
+    """Values in the order of their defaults, of which None is to be given."""
+    if unknown := sorted(set(values) - set(defaults)):
+        raise DefinitionError(f"{where}: {unknown[0]} is unknown; allowed: {', '.join(defaults) or 'nothing'}")
+    if missing := [name for name, default in defaults.items() if default is None and name not in values]:
+        raise DefinitionError(f"{where}: {missing[0]} is missing; allowed: a number, or a list of one number a run")
+    found = {name: np.asarray(values.get(name, default), dtype=np.float64) for name, default in defaults.items()}
+    for name, array in found.items():
+        if not np.isfinite(array).all():
+            raise DefinitionError(f"{where}: {name}: {array}; allowed: finite numbers")
+    return found
+
+
+def _times(times):
+    times = np.asarray(times, dtype=np.float64)
+    if times.ndim != 1 or times.size < 2 or not np.isfinite(times).all() or not (np.diff(times) > 0).all():
+        raise DefinitionError("times: allowed: two finite numbers at least, each larger than the one before, in s")
+    return times
+
+
+def _columns(equations):
+    """Name, unit and meaning of each state."""
+    for place in equations.places:
+        yield place.name, place.unit, place.meaning
+    for place in equations.places if equations.v else ():
+        unit = "s-1" if place.unit == "1" else f"{place.unit} s-1"
+        yield place.velocity.name, unit, f"rate of change of {place.meaning}"

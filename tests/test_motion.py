@@ -1,0 +1,89 @@
+"""Motions of described systems: against closed forms and SciPy, with explicit time too, and what is refused."""
+
+import mpmath
+import numpy as np
+import pytest
+import sympy as sp
+from scipy.integrate import solve_ivp
+from scipy.special import ellipj, ellipk
+
+import sweeps
+from sweeps.mechanics import System
+from sweeps.schema.refusals import DefinitionError
+
+TIMES = np.linspace(0.0, 20.0, 41)
+
+
+def test_pendulums_swing_as_elliptic_functions_say():
+    """θ from rest at α: sin(θ/2) = k cd(√(g/l) t, k), k = sin(α/2)."""
+    starts = np.array([0.1, 1.0, 3.0])
+    ds = sweeps.motion("pendulum", {"theta": starts}, TIMES)
+    assert ds["theta"].dims == ("run", "time")
+    assert ds["status"].values.tolist() == [0, 0, 0]
+    k = np.sin(starts / 2)[:, None]
+    sn, *_ = ellipj(np.sqrt(9.80665) * TIMES + ellipk(k**2), k**2)  # sn(u + K) = cd(u)
+    exact = 2 * np.arcsin(k * sn)
+    off = np.abs(ds["theta"].values - exact)
+    # the elliptic functions of SciPy are known to some roundings of their argument
+    assert (off <= ds["theta_error"].values + 1e-13).all()
+    assert ds["theta_error"].max() < 1e-10
+
+
+def shaken():
+    """Kapitza's pendulum with drag: its pivot moves to and fro."""
+    system = System("Shaken pendulum")
+    A = system.parameter("depth", "m", default=0.1, positive=True)
+    nu = system.parameter("shaking", "rad s-1", default=20.0, positive=True)
+    theta = system.coordinate("theta", "rad", bounds=(-4, 4), periodic=True)
+    lift = A * sp.cos(nu * system.time)
+    system.particle(1, (sp.sin(theta), lift - sp.cos(theta)))
+    system.potential(9 * (lift - sp.cos(theta)))
+    system.dissipation(system.velocity(theta) ** 2 / 20)
+    return system
+
+
+@pytest.mark.parametrize("begin", [0.0, 1000.0])  # the sine of a time is known to a rounding of its angle
+def test_a_shaken_pendulum_is_scipys(begin):
+    times = begin + np.linspace(0, 5, 21)
+    ds = sweeps.motion(shaken(), {"theta": 3.0, "theta_dot": 0.1}, times, parameters={"depth": 0.2})
+
+    phase = float(mpmath.fmod(20 * begin, 2 * mpmath.pi))
+
+    def rate(t, x):
+        return [x[1], -np.sin(x[0]) * (9 - 0.2 * 400 * np.cos(phase + 20 * t)) - x[1] / 10]
+
+    exact = solve_ivp(rate, (0, 5), [3.0, 0.1], "DOP853", rtol=1e-13, atol=1e-14, t_eval=times - begin).y
+    assert ds["theta"].dims == ("time",)
+    off = np.abs(np.array([ds["theta"], ds["theta_dot"]]) - exact)
+    assert (off <= [ds["theta_error"] + 1e-10, ds["theta_dot_error"] + 1e-10]).all()  # DOP853's, 1e-13 a step
+    assert ds["theta_error"].max() < (1e-10 if begin == 0.0 else 1e-7)
+    assert ds["theta_dot"].attrs["units"] == "rad s-1"
+
+
+def test_a_motion_that_ends_in_finite_time_is_missing():
+    system = System("Blow-up")
+    x = system.state("x", bounds=(-9, 9))
+    system.rate(x, x**2)
+    ds = sweeps.motion(system, {"x": [0.5, 2.0]}, [0.0, 0.25, 1.0])
+    assert ds["status"].values.tolist() == [0, 2]
+    assert ds["x"].values[0] == pytest.approx(1 / (2 - np.array([0.0, 0.25, 1.0])), rel=1e-12)
+    assert np.isnan(ds["x"].values[1]).all()
+
+
+@pytest.mark.parametrize(
+    ("change", "wrong"),
+    [
+        ({"system": "pendulun"}, "system: 'pendulun' is no described system"),
+        ({"start": {}}, "start: theta is missing"),
+        ({"start": {"theta": 0.1, "phi": 1}}, "start: phi is unknown; allowed: theta, theta_dot"),
+        ({"start": {"theta": np.nan}}, "start: theta: nan"),
+        ({"times": [0.0]}, "times: allowed: two"),
+        ({"times": [0.0, -1.0]}, "times: allowed: two"),
+        ({"parameters": {"length": -1.0}}, "length: -1.0; allowed: a finite number and > 0"),
+        ({"tolerance": 1e-16}, "tolerance: 1e-16; allowed: 1e-13 to 0.001"),
+    ],
+)
+def test_what_is_wrong_is_named(change, wrong):
+    arguments = {"system": "pendulum", "start": {"theta": 1.0}, "times": [0.0, 1.0]} | change
+    with pytest.raises(DefinitionError, match=wrong):
+        sweeps.motion(**arguments)
