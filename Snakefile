@@ -9,9 +9,9 @@ import sys
 from pathlib import Path
 
 from sweeps.points import catalogue
-from sweeps.run import claims
+from sweeps.pipeline import claims
 from sweeps.schema.refusals import DefinitionError
-from sweeps.run.targets import (
+from sweeps.pipeline.targets import (
     is_to_run,
     on_command_line,
     refuse_unmade,

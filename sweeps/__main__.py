@@ -17,7 +17,7 @@ from threading import Timer, current_thread, main_thread
 from typing import Any, NoReturn
 
 import sweeps
-from sweeps import startup
+from sweeps.process import startup
 
 DESCRIPTION = """\
 Stability maps of rotating rigid bodies, measured from integrated motion.

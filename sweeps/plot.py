@@ -192,7 +192,7 @@ def _panel(drawn, name: str, ax: "Axes | None") -> "Axes":
     """Draws; where a person looks on through pyplot, on a figure that it knows."""
     import numpy as np
 
-    from sweeps import style
+    from sweeps.figure import style
 
     pyplot = sys.modules.get("matplotlib.pyplot")
     if ax is not None:

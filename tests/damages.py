@@ -725,7 +725,8 @@ def bases(folder, definitions=BASES):
 
 def make_light():
     """Makes pictures of few dots and few frames, of which nothing is missing, and the commands' descriptions once."""
-    from sweeps import __main__, style
+    from sweeps import __main__
+    from sweeps.figure import style
     from sweeps.systems.rigid_body.presentation import figure_flip
     from sweeps.views import drawing
 

@@ -1,6 +1,6 @@
 import numpy as np
 
-from sweeps.boxes import changed
+from sweeps.schema.boxes import changed
 
 
 def test_what_changes_between_two_planes():

@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 
 import sweeps
 from sweeps.__main__ import main
+from sweeps.pipeline import claims
 from sweeps.points import estimate, loading
 from sweeps.reading import definitions
-from sweeps.run import claims
 from sweeps.schema.refusals import DefinitionError, RefusedError
 
 FIELDS = {

@@ -127,7 +127,7 @@ def test_a_circle_is_seen_however_it_is_hidden(tmp_path, text):
 # ---------------------------------------------------------------------------------------------------------
 # A system of equations lives in its own folder: no other room asks for its name, nor for its coordinates'
 
-ROOMS = ("schema", "reading", "points", "shards", "maps", "views", "run", "commands")
+ROOMS = ("schema", "reading", "points", "shards", "maps", "views", "pipeline", "commands")
 OWN_COMMANDS = {"body.py", "tumbler.py"}  # each asks one system alone, which it names where it imports its answers
 DESCRIBED = ("equilibrium", "mode", "eigenvalue", "epsilon", "phase")  # of the maps of described systems
 

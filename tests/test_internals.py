@@ -26,8 +26,8 @@ REASONS = {
     "kernels/straight.py: numba.core": "cgutils, the helpers of that way",
     "sweeps/commands/completion.py: argparse._SubParsersAction": "argparse tells its commands to nobody",
     "sweeps/maps/storage.py: xarray.core": "indexing.LazilyIndexedArray, documented for authors of backends",
-    "sweeps/run/claims.py: workflow._prepare_dag": "Snakemake has no setting against its lock that a Snakefile reaches",
-    "sweeps/run/targets.py: snakemake.cli": "Snakemake tells a Snakefile its config, but not its targets",
+    "sweeps/pipeline/claims.py: workflow._prepare_dag": "Snakemake has no setting against its lock in a Snakefile",
+    "sweeps/pipeline/targets.py: snakemake.cli": "Snakemake tells a Snakefile its config, but not its targets",
 }
 
 

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from sweeps import files, living
+from sweeps.process import files, living
 
 
 def of(number=None, **parts):

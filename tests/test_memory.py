@@ -7,7 +7,7 @@ import pytest
 ASKED = """
 import resource, sys
 import numpy as np
-from sweeps import memory
+from sweeps.process import memory
 if sys.argv[1] == "kept":
     memory.keep_freed()
 def block():
@@ -33,7 +33,7 @@ def test_what_is_kept_is_not_asked_for_again():
 
 
 def test_another_c_library_is_left_alone(monkeypatch):
-    from sweeps import memory
+    from sweeps.process import memory
 
     monkeypatch.setattr(memory.ctypes, "CDLL", lambda _: object())
     memory.keep_freed()
@@ -42,6 +42,6 @@ def test_another_c_library_is_left_alone(monkeypatch):
 def test_free_memory_is_what_others_read():
     import psutil
 
-    from sweeps import memory
+    from sweeps.process import memory
 
     assert memory.available() == pytest.approx(psutil.virtual_memory().available, rel=0.2)  # others take and give

@@ -62,7 +62,7 @@ def add(commands) -> None:
 
 
 def _run(args):
-    from sweeps import startup
+    from sweeps.process import startup
 
     if args.uncertainty is None:  # a few formulas: loading the compiler takes longer than all of them
         startup.leave_out_the_compiler()
@@ -90,9 +90,9 @@ def _run(args):
 
 def _uncertain(args, body, spun: dict, given: list[str], axis: int | None) -> None:
     """Print the answer for a body with uncertain moments."""
-    from sweeps import memory, processors
     from sweeps.points import compile
     from sweeps.points.loading import load
+    from sweeps.process import memory, processors
     from sweeps.systems import resolve
     from sweeps.systems.rigid_body import asked
     from sweeps.systems.uncertain_bodies import asked as uncertain
@@ -117,8 +117,8 @@ def _uncertain(args, body, spun: dict, given: list[str], axis: int | None) -> No
 
 
 def _draw(found, path: str) -> None:
-    from sweeps import style
-    from sweeps.files import replaced
+    from sweeps.figure import style
+    from sweeps.process.files import replaced
     from sweeps.systems.uncertain_bodies import asked
     from sweeps.systems.uncertain_bodies.presentation import figure_cloud
 

@@ -14,8 +14,8 @@ def add(commands) -> None:
 
 
 def _run(args):
+    from sweeps.pipeline import waiting
     from sweeps.points import catalogue
-    from sweeps.run import waiting
 
     if args.list:
         titles = catalogue.titles()

@@ -15,9 +15,9 @@ def add(commands) -> None:
 def _run(args):
     from kernels.fingerprint import fingerprint
     from sweeps import systems
-    from sweeps.files import replaced
     from sweeps.points import catalogue, compile
     from sweeps.points.loading import read
+    from sweeps.process.files import replaced
 
     sweep = read(catalogue.resolve(args.definition or catalogue.DEFAULT))  # refused before any work
     compile.compile_kernels([*sweep.system.kernels_of(sweep.definition), *(systems.all_kernels() if args.all else ())])

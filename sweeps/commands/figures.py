@@ -69,7 +69,7 @@ def _sheet(text: str | None):
     """The sheet of paper or slide that `--size` names."""
     import re
 
-    from sweeps import style
+    from sweeps.figure import style
     from sweeps.schema.refusals import RefusedError, shortened
 
     if text is None or text in style.SHEETS:

@@ -95,7 +95,7 @@ def _value(variable) -> str:
 
 
 def _plain(variable):
-    from sweeps.boxes import flags
+    from sweeps.schema.boxes import flags
 
     value = variable.values.tolist()
     return flags(variable).get(value, value) if not isinstance(value, list) else value

@@ -23,9 +23,9 @@ def add(commands) -> None:
 
 
 def _run(args):
-    from sweeps import processors
+    from sweeps.pipeline import finished, waiting
     from sweeps.points import catalogue
-    from sweeps.run import finished, waiting
+    from sweeps.process import processors
 
     if args.cores is not None and args.cores < 1:
         raise DefinitionError(f"--cores: {args.cores} is out of range; allowed: 1 or more")
@@ -37,7 +37,7 @@ def _run(args):
     workers = args.cores or processors.cores()
     with waiting.said(f"{path}: deriving its equations and checking its points"):
         planned = catalogue.plan(path)
-    from sweeps.run import pipeline
+    from sweeps.pipeline import steps as pipeline
 
     for file in pipeline.make(planned, workers=workers, again=args.again):
         print(file)

@@ -24,8 +24,8 @@ def add(commands) -> None:
 
 
 def _run(args):
-    from sweeps.files import replaced
     from sweeps.points import editors
+    from sweeps.process.files import replaced
 
     text = json.dumps(editors.schema(args.systems), indent=1)
     if not args.output:

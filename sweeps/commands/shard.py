@@ -29,7 +29,7 @@ def _run(args):
     if args.threads < 1:
         raise DefinitionError(f"--threads: {args.threads} is out of range; allowed: 1 or more")
 
-    from sweeps import progress
+    from sweeps.process import progress
     from sweeps.shards import shard as shards
 
     start, stop = sweep.grid.shard_bounds(args.count)[args.number - 1]

@@ -33,8 +33,8 @@ def _run(args):
 
 
 def _facts(ds, found) -> dict:
-    from sweeps.boxes import dimensions
     from sweeps.maps.summary import place
+    from sweeps.schema.boxes import dimensions
 
     def said(worst):
         return {"value": worst.value, "at": place(ds, worst.at), "points": worst.points}

@@ -55,8 +55,8 @@ def _write(args, ds) -> None:
 
         storage.write_map(ds, args.output)
     if args.figure:
-        from sweeps import style
-        from sweeps.files import replaced
+        from sweeps.figure import style
+        from sweeps.process.files import replaced
         from sweeps.systems.observed_periods.presentation import figure_energies
 
         with style.drawn_for(style.ITS_OWN), replaced(args.figure) as temporary:

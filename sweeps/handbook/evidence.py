@@ -22,7 +22,7 @@ import xarray as xr
 from sweeps.handbook import asked, numbers
 
 MAPS = Path(__file__).parent / "maps"
-ROOMS = ("commands", "maps", "mechanics", "points", "run", "schema", "shards", "systems", "views")
+ROOMS = ("commands", "maps", "mechanics", "pipeline", "points", "schema", "shards", "systems", "views")
 COLUMNS = "84"  # letters in a line of what commands print
 
 

@@ -25,7 +25,7 @@ PACKAGES = {  # titles of the packages, in the order of the reference
     "sweeps.shards": "Shards and merging",
     "sweeps.maps": "Maps",
     "sweeps.views": "Figures and the report",
-    "sweeps.run": "Running",
+    "sweeps.pipeline": "Running",
     "sweeps.commands": "Commands",
     "sweeps.handbook": "Handbook",
     "kernels": "Kernels",

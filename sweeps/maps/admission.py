@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sweeps import systems
-from sweeps.boxes import runs
 from sweeps.maps.plain import PlainMap, PlainVariable
 from sweeps.reading.definitions import definition_of
 from sweeps.reading.files import FileBytes
 from sweeps.reading.hdf5 import ALLOWED, MOST_TEXT, StoredVariable, Structure, read_structure
 from sweeps.reading.limits import MAX_FILE_BYTES
 from sweeps.reading.stored_values import StoredValues
+from sweeps.schema.boxes import runs
 from sweeps.schema.carried import CONTRACT_VERSION, is_readable
 from sweeps.schema.layout import Layout
 from sweeps.schema.refusals import MapError, shortened

@@ -8,8 +8,8 @@ import numpy as np
 import xarray as xr
 
 from sweeps import systems
-from sweeps.files import replaced
 from sweeps.maps import parts
+from sweeps.process.files import replaced
 from sweeps.schema.refusals import RefusedError
 
 FORMATS = (".nc", ".csv")

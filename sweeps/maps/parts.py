@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 import netCDF4
 import numpy as np
 
-from sweeps.boxes import runs
-from sweeps.files import replaced
 from sweeps.maps.plain import PlainMap
+from sweeps.process.files import replaced
+from sweeps.schema.boxes import runs
 from sweeps.shards import contract
 from sweeps.shards.content import ContentHash
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sweeps.boxes import dimensions, nearest_by, placing
+from sweeps.schema.boxes import dimensions, nearest_by, placing
 from sweeps.schema.refusals import RefusedError, hint, shortened
 
 if TYPE_CHECKING:

@@ -10,10 +10,10 @@ import xarray as xr
 from xarray.core import indexing
 
 from sweeps import systems
-from sweeps.files import replaced
 from sweeps.maps import admission
 from sweeps.maps.plain import PlainMap
-from sweeps.processors import cores
+from sweeps.process.files import replaced
+from sweeps.process.processors import cores
 from sweeps.reading.stored_values import StoredValues
 from sweeps.schema.refusals import MapError
 from sweeps.schema.variables import DEFLATED, Variable

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sweeps import systems
-from sweeps.boxes import blocks, dimensions, flags
+from sweeps.schema.boxes import blocks, dimensions, flags
 from sweeps.schema.variables import Role, Variable
 
 if TYPE_CHECKING:

@@ -16,11 +16,11 @@ import numpy as np
 import xarray as xr
 
 from sweeps import systems
-from sweeps.boxes import runs
 from sweeps.maps import admission, dataset, storage
 from sweeps.points.loading import read
 from sweeps.points.sweep import Sweep
 from sweeps.reading.definitions import mapping_of
+from sweeps.schema.boxes import runs
 from sweeps.schema.carried import DEFAULT_SYSTEM
 from sweeps.schema.definition import DEFAULT_NAME, Definition
 from sweeps.schema.refusals import DefinitionError, UnreadableError, shortened

@@ -32,8 +32,8 @@ import numpy as np
 from kernels.blocks import W
 from kernels.cache import cache_folder
 from kernels.runs import ORDER, Integrator
-from sweeps.files import replaced
 from sweeps.mechanics.graph import ABSOLUTE, ADD, CONSTANT, DIV, FIRST, FUNCTION, MUL, Graph, Values, X
+from sweeps.process.files import replaced
 
 HEADER = '''"""{title}: one Taylor step of order {order}, and what is conserved, for {W} lanes."""
 

@@ -29,8 +29,8 @@ except ImportError:  # there is none on Windows
 from kernels import jit
 from kernels.cache import cache_folder
 from kernels.fingerprint import replace, stamp
-from sweeps import interrupts, processors, progress, startup
 from sweeps.points.sweep import Sweep
+from sweeps.process import interrupts, processors, progress, startup
 from sweeps.systems.kernel import Kernel
 
 ROOT = Path(__file__).parents[2]

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from sweeps import memory
 from sweeps.points import compile
 from sweeps.points.sweep import Sweep
+from sweeps.process import memory
 from sweeps.schema.refusals import DefinitionError
 
 BLOCK_POINTS = 2**17  # measured at once

@@ -20,9 +20,9 @@ from isal import isal_zlib
 from pydantic_core import PydanticCustomError
 
 from kernels.cache import cache_folder
-from sweeps import memory
-from sweeps.files import remove_all_leftovers, replaced
 from sweeps.points import units
+from sweeps.process import memory
+from sweeps.process.files import remove_all_leftovers, replaced
 from sweeps.reading import tables
 from sweeps.reading.files import FileBytes
 from sweeps.reading.tables import PART_ROWS, refusal

@@ -7,9 +7,9 @@ from itertools import product
 import numpy as np
 from isal import isal_zlib
 
-from sweeps.boxes import runs
 from sweeps.reading.files import FileBytes
 from sweeps.reading.hdf5 import DEFLATE, FLETCHER, SHUFFLE, StoredVariable
+from sweeps.schema.boxes import runs
 from sweeps.schema.refusals import MapError
 
 PART_VALUES = 2**18  # of a variable in one piece that are read at a time, at most

@@ -18,7 +18,7 @@ import netCDF4
 import numpy as np
 from isal import isal_zlib
 
-from sweeps.files import replaced
+from sweeps.process.files import replaced
 from sweeps.schema.variables import DEFLATED, Variable
 from sweeps.shards.chunks import Chunks
 from sweeps.shards.content import as_bytes
@@ -29,7 +29,7 @@ UNREADABLE = (OSError, RuntimeError, ValueError, KeyError, OverflowError, zlib.e
 
 @contextmanager
 def written(path: str | Path, flush: bool = True, kept: Path | None = None) -> Iterator[Path]:
-    """Yield a temporary path for a netCDF-4 file, which is renamed when complete (see `sweeps.files.replaced`).
+    """Yield a temporary path for a netCDF-4 file, which is renamed when complete (see `sweeps.process.files.replaced`).
 
     Raises:
         OSError: where the disk is full or fails, with the system's reason: netCDF itself says "HDF error".

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sweeps.boxes import runs
+from sweeps.schema.boxes import runs
 from sweeps.shards.chunks import Chunks
 
 if TYPE_CHECKING:

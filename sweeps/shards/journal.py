@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 from isal import isal_zlib
 
-from sweeps import living
 from sweeps.points.sweep import Sweep
+from sweeps.process import living
 from sweeps.shards.contract import identity
 
 NAME = "measured-{}.nc"

@@ -16,11 +16,11 @@ import netCDF4
 import numpy as np
 from isal import isal_zlib
 
-from sweeps.boxes import runs
-from sweeps.files import Flusher, remove_leftovers
 from sweeps.points.grid import Grid
 from sweeps.points.scattered import PART_POINTS
 from sweeps.points.sweep import Sweep
+from sweeps.process.files import Flusher, remove_leftovers
+from sweeps.schema.boxes import runs
 from sweeps.shards import contract, journal
 from sweeps.shards.chunkfile import ChunkFile, define, written
 from sweeps.shards.content import ContentHash

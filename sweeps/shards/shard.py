@@ -20,10 +20,10 @@ import netCDF4
 import numpy as np
 from isal import isal_zlib
 
-from sweeps import memory
 from sweeps.points.columns import begun, measurers
 from sweeps.points.estimate import BLOCK_POINTS, BLOCKS_BEGUN, integration_seconds
 from sweeps.points.sweep import Sweep
+from sweeps.process import memory
 from sweeps.reading import sandbox
 from sweeps.reading.files import FileBytes
 from sweeps.schema.refusals import MapError, shortened

@@ -6,7 +6,7 @@ from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
-from sweeps import interrupts, startup
+from sweeps.process import interrupts, startup
 
 
 @contextmanager

@@ -12,10 +12,12 @@ import numpy as np
 from matplotlib.figure import Figure
 from PIL import Image
 
-from sweeps import startup, style, systems
-from sweeps.files import replaced, replaced_folder
+from sweeps import systems
+from sweeps.figure import style
 from sweeps.maps import admission, slices
 from sweeps.maps.plain import PlainMap
+from sweeps.process import startup
+from sweeps.process.files import replaced, replaced_folder
 from sweeps.schema.refusals import RefusedError, hint, shortened
 from sweeps.views import films, svg, themes
 

@@ -18,11 +18,12 @@ import jinja2
 import numpy as np
 from markupsafe import Markup
 
-from sweeps import colors, systems
-from sweeps import style as figure_style
-from sweeps.boxes import blocks, dimensions, flags, own_of_points
-from sweeps.files import replaced
+from sweeps import systems
+from sweeps.figure import colors
+from sweeps.figure import style as figure_style
 from sweeps.maps.summary import Summary, known, place, pointwise, read, rule
+from sweeps.process.files import replaced
+from sweeps.schema.boxes import blocks, dimensions, flags, own_of_points
 from sweeps.schema.variables import Role
 from sweeps.systems.presentation import Page
 from sweeps.views import plotly

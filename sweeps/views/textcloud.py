@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sweeps.boxes import dimensions, flags, own_of_points, spreads_by_ratio
 from sweeps.maps.selection import in_words
+from sweeps.schema.boxes import dimensions, flags, own_of_points, spreads_by_ratio
 from sweeps.views.textplane import Panel, TextMap
 
 if TYPE_CHECKING:

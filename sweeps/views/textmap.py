@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sweeps import systems
-from sweeps.boxes import dimensions, flags
 from sweeps.maps.selection import Place, in_words
 from sweeps.maps.summary import leading_flag
+from sweeps.schema.boxes import dimensions, flags
 from sweeps.systems.presentation.look import Look
 from sweeps.views import textcloud
 from sweeps.views.textplane import Panel, TextMap

@@ -18,7 +18,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.text import Text
 
-from sweeps import colors, style
+from sweeps.figure import colors, style
 
 PAPER, INK = "#ffffff", "#000000"
 DARK = {  # colour of the light theme → of this one

@@ -3,8 +3,8 @@
 
 def write(console, ds, found, drawn) -> None:
     """Print the counts, the worst points and the small map in characters of a map."""
-    from sweeps.boxes import dimensions
     from sweeps.maps.summary import leading_flag, rule
+    from sweeps.schema.boxes import dimensions
 
     sizes = " × ".join(f"{n:,} {dim}" for dim, n in dimensions(ds).items())
     console.print(f"{ds.attrs.get('title', '')}", style="bold")

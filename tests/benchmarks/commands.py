@@ -5,7 +5,7 @@
 Seconds of the processor (user and system, children included), which others at work on the machine change less than
 the wall clock, medians of fresh processes, everything warm, byte code kept as a person's Python keeps it. The floors
 are what the libraries below a command take to load, by themselves and together, loaded as commands load them, in
-processes set up as theirs are (`sweeps.startup`), and what Numba takes until its first kernel answers from the cache on
+processes set up as theirs are, and what Numba takes until its first kernel answers from the cache on
 the disk. That of `figures` is its libraries, and all of its pictures drawn by Matplotlib and written once more: as they
 stand, laid out and measured, of the animation the file alone; by the wall, the drawing is halved between two processes.
 The last column is what a command takes above its own floor.
@@ -44,13 +44,13 @@ with figures.opened(sys.argv[1]) as ds, np.errstate(all="ignore"):
         spent += time.process_time() - begun
 print(spent)
 """
-OWN = "from sweeps import startup; startup.configure(); {code}"
+OWN = "from sweeps.process import startup; startup.configure(); {code}"
 MODEL = "import pydantic; type('Model', (pydantic.BaseModel,), dict())"  # the first model loads most of it
 DEFINITION = "NumPy, pydantic, YAML: any definition"
 LIBRARIES, BARE = "Matplotlib, h5py, Pillow: any picture", "figures, drawn bare"
 MAP = "NumPy, h5py, Rich: any map"
 FLOORS = {
-    "Python and `sweeps.startup`": "pass",
+    "Python and `sweeps.process.startup`": "pass",
     "NumPy": "import numpy",
     "pydantic, and a model": MODEL,
     "YAML": "import ruamel.yaml",

@@ -15,9 +15,9 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from kernels import findings, foretold, survey
-from sweeps import memory
 from sweeps.points import catalogue
 from sweeps.points.loading import read
+from sweeps.process import memory
 
 BARE = ("omega_squared", "omega_squared_stderr", "growth_rate", "frequency", "regime", "status")
 UNCERTIFIED = (*foretold.NAMES, *(name for name in survey.MEASURED if name != "propagation_error"))

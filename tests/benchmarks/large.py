@@ -141,7 +141,7 @@ RUN = """\
 import sys, time
 from pathlib import Path
 from sweeps.points.loading import read
-from sweeps.run import pipeline
+from sweeps.pipeline import steps as pipeline
 
 small, large, cores, rounds = *map(read, sys.argv[1:3]), *map(int, sys.argv[3:])
 path = Path(sys.argv[1]).with_name("made") / "map.nc"

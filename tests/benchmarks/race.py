@@ -285,7 +285,7 @@ def draw_figure(result, path):
     """Work and precision: error against trajectories per second."""
     import matplotlib as mpl
 
-    from sweeps import colors, style
+    from sweeps.figure import colors, style
 
     about = result["machine"]
     subtitle = (

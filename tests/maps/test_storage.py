@@ -14,11 +14,11 @@ import repeated
 import xarray as xr
 
 import sweeps
-from sweeps import files
 from sweeps.maps import admission, dataset, parts, storage
 from sweeps.maps.storage import open_map
 from sweeps.points import catalogue, columns, estimate
 from sweeps.points.loading import read
+from sweeps.process import files
 from sweeps.reading import stored_values
 from sweeps.reading.definitions import plain, read_text
 from sweeps.shards import chunkfile, chunks, content, merging

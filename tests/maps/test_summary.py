@@ -5,9 +5,9 @@ from maps import BODIES, DEFINITION, TOP
 
 import sweeps
 from sweeps import systems
-from sweeps.boxes import blocks, dimensions
 from sweeps.maps import storage, summary, verify
 from sweeps.maps.selection import nearest
+from sweeps.schema.boxes import blocks, dimensions
 from sweeps.systems.relative_equilibrium.variables import REGIMES
 from sweeps.systems.rigid_body.presentation.look import LOOK
 from sweeps.views import report, textmap

@@ -211,7 +211,7 @@ def test_pictures_of_a_grid_load_neither_xarray_nor_the_compiler(tmp_path):
     path, out = str(write(tmp_path)), str(tmp_path / "figures")
     code = (
         f"import sys; sys.argv = ['polhode', 'figures', {path!r}, '-o', {out!r}, '--only', 'polhodes']\n"
-        "from sweeps import startup; startup.configure()\n"
+        "from sweeps.process import startup; startup.configure()\n"
         "from sweeps.__main__ import main; assert main() == 0; print(*sys.modules)"
     )
     lines = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True, cwd=ROOT)

@@ -15,9 +15,10 @@ import pytest
 import rich.console
 
 from kernels import fingerprint
-from sweeps import progress, systems
+from sweeps import systems
 from sweeps.points import columns, compile
 from sweeps.points.loading import read
+from sweeps.process import progress
 from sweeps.systems.kernel import Kernel
 
 ROOT = compile.ROOT

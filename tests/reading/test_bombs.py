@@ -8,13 +8,13 @@ import h5py
 import numpy as np
 import pytest
 
-from sweeps import living
 from sweeps.mechanics import taylor
+from sweeps.pipeline import finished
 from sweeps.points import tables
 from sweeps.points.loading import read
+from sweeps.process import living
 from sweeps.reading import definitions
 from sweeps.reading import tables as formats
-from sweeps.run import finished
 from sweeps.schema.refusals import DefinitionError, UnreadableError
 from sweeps.systems.bodies import inertia
 

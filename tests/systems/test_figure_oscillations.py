@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sweeps import style
+from sweeps.figure import style
 from sweeps.systems.oscillator.presentation import figure_oscillations
 from sweeps.systems.oscillator.variables import REGIMES
 

@@ -4,7 +4,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import sweeps
-from sweeps.style import STYLE
+from sweeps.figure.style import STYLE
 from sweeps.systems.symmetric_top.motion import motion
 from sweeps.systems.symmetric_top.presentation import figure_cones, figure_precession
 from sweeps.views import figures

@@ -11,8 +11,8 @@ import pytest
 import sweeps
 from sweeps import systems
 from sweeps.__main__ import main
+from sweeps.pipeline import steps as pipeline
 from sweeps.points import catalogue
-from sweeps.run import pipeline
 
 TOY = Path(__file__).parents[1] / "toy"
 TEXT = (TOY / "honey.yaml").read_text()

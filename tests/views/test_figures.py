@@ -11,8 +11,8 @@ import pytest
 
 import sweeps
 from kernels import linear
-from sweeps import style as figure_style
 from sweeps import systems
+from sweeps.figure import style as figure_style
 from sweeps.maps.storage import open_map, write_map
 from sweeps.points import catalogue
 from sweeps.reading.definitions import read_text

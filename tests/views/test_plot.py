@@ -14,8 +14,9 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 from matplotlib.patches import Patch
 
-from sweeps import colors, plot, style
+from sweeps import plot
 from sweeps.__main__ import main
+from sweeps.figure import colors, style
 from sweeps.maps.storage import write_map
 from sweeps.schema.refusals import RefusedError
 from sweeps.systems.relative_equilibrium.presentation import figure_spectra

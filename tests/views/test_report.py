@@ -20,9 +20,9 @@ from scipy.spatial.transform import Rotation
 import sweeps
 from kernels import direct, exact
 from sweeps.__main__ import main
-from sweeps.boxes import blocks
 from sweeps.maps import summary as maps_summary
 from sweeps.maps.storage import open_map, write_map
+from sweeps.schema.boxes import blocks
 from sweeps.systems.oscillator.presentation.page import equations
 from sweeps.systems.relative_equilibrium.variables import REGIMES
 from sweeps.systems.uncertain_bodies.presentation.page import drawn

@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 import sweeps
-from sweeps import style
+from sweeps.figure import style
 from sweeps.views import figures
 
 STORED = Path(__file__).parent / "pictures"

@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from sweeps import colors, style
-from sweeps.boxes import dimensions, flags, own_of_points, spreads_by_ratio
+from sweeps.figure import colors, style
+from sweeps.schema.boxes import dimensions, flags, own_of_points, spreads_by_ratio
 from sweeps.schema.variables import Role, Variable
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from sweeps import colors
+from sweeps.figure import colors
 
 
 class Mark(NamedTuple):

@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.axes import Axes
 
-from sweeps import colors, style
+from sweeps.figure import colors, style
 
 RATIOS = np.geomspace(1e-3, 10.0, 33)  # bins of deviation over error; what is less is in the first
 ERROR = "#e9c46a"  # of an error beside a deviation

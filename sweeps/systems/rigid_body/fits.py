@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sweeps.boxes import along, blocks
 from sweeps.reading.definitions import definition_of
+from sweeps.schema.boxes import along, blocks
 from sweeps.systems.rigid_body.variables import REGIMES, STATUSES
 
 if TYPE_CHECKING:

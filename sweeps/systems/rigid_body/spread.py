@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from sweeps.boxes import dimensions
+from sweeps.schema.boxes import dimensions
 from sweeps.systems.bodies.shape_coordinates import COORDINATES
 from sweeps.systems.bodies.variables import MOMENTS
 

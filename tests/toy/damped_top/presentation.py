@@ -16,7 +16,7 @@ class DampedTopPresentation(Presentation):
     part = Page((Path(__file__).parent / "page" / "part.js",), "When does it stop?", facts={"drag": "viscous"})
 
     def figures(self, ds):
-        from sweeps import style
+        from sweeps.figure import style
 
         def draw():
             figure = style.canvas(4.0, 3.0, "Damped top", ds.attrs.get("title", ""))

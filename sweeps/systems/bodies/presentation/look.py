@@ -1,6 +1,6 @@
 """How the parameters and modes that systems of bodies share look."""
 
-from sweeps import colors
+from sweeps.figure import colors
 from sweeps.systems.presentation.look import Mark, Symbol
 
 MODES = {"sam": Mark("short-axis mode", "+", colors.STABLE), "lam": Mark("long-axis mode", "-", colors.LIGHT_BLUE)}

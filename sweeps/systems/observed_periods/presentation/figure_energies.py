@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Polygon
 
-from sweeps import colors, style
+from sweeps.figure import colors, style
 from sweeps.systems.observed_periods.variables import EXCLUDED, WORDS
 
 SHAPE = ("I1_over_I3", "thickness")

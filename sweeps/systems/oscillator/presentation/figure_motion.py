@@ -16,7 +16,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
-from sweeps import colors, style
+from sweeps.figure import colors, style
 from sweeps.mechanics import motions
 from sweeps.systems.oscillator.variables import REGIMES
 

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from kernels.statuses import STATUSES
-from sweeps import colors, style
+from sweeps.figure import colors, style
 from sweeps.systems.oscillator.variables import REGIMES
 from sweeps.systems.presentation import ratios
 

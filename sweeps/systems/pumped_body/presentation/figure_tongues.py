@@ -11,7 +11,7 @@ from matplotlib.patches import Patch
 from scipy.interpolate import CubicSpline
 from scipy.linalg import eigvalsh_tridiagonal
 
-from sweeps import colors, style
+from sweeps.figure import colors, style
 from sweeps.reading.definitions import mapping_of
 from sweeps.systems.pumped_body.presentation.look import LOOK
 from sweeps.systems.pumped_body.variables import REGIMES

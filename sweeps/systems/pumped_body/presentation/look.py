@@ -1,6 +1,6 @@
 """How the regimes and parameters of pumped bodies look."""
 
-from sweeps import colors
+from sweeps.figure import colors
 from sweeps.systems.bodies.presentation.look import SYMBOLS
 from sweeps.systems.presentation.look import Look, Mark, Symbol
 

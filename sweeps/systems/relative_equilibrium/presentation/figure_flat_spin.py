@@ -13,7 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
-from sweeps import colors, style
+from sweeps.figure import colors, style
 
 FRAMES = 60
 INCHES = (6.4, 3.4)

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from kernels.statuses import STATUSES
-from sweeps import colors, style
+from sweeps.figure import colors, style
 from sweeps.systems.relative_equilibrium.presentation.look import LOOK
 from sweeps.systems.relative_equilibrium.variables import REGIMES
 

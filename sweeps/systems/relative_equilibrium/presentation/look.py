@@ -1,6 +1,6 @@
 """Words, characters, colours and symbols of relative equilibria."""
 
-from sweeps import colors
+from sweeps.figure import colors
 from sweeps.systems.presentation.look import Look, Mark, Symbol
 
 LOOK = Look(

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sweeps import colors, style
+from sweeps.figure import colors, style
 from sweeps.systems.presentation import ratios
 from sweeps.systems.rigid_body.fits import Agreement, agreement
 from sweeps.systems.rigid_body.presentation.look import LOOK

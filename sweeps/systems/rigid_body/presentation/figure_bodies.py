@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from sweeps import colors, style
+from sweeps.figure import colors, style
 from sweeps.systems.bodies.wording import DAY, HOUR
 from sweeps.systems.rigid_body.fits import Period, periods, signed_rate
 from sweeps.systems.rigid_body.presentation.look import LOOK, settings

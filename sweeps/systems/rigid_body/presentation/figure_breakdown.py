@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from sweeps import colors, style
+from sweeps.figure import colors, style
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.rigid_body.fits import FIT_ABOVE, FIT_BELOW, breakdown
 from sweeps.systems.rigid_body.spread import moments_over

@@ -19,8 +19,8 @@ from PIL import Image
 
 from kernels import exact
 from kernels.rigid_body import cyclic
-from sweeps import colors, style
-from sweeps.boxes import along, blocks, changed, dimensions, nearest_by
+from sweeps.figure import colors, style
+from sweeps.schema.boxes import along, blocks, changed, dimensions, nearest_by
 from sweeps.systems.bodies.solid import Face
 from sweeps.systems.bodies.solid import solid as solid_of
 from sweeps.systems.rigid_body.presentation.look import settings

@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from kernels import exact
-from sweeps import colors, style
-from sweeps.boxes import along
+from sweeps.figure import colors, style
+from sweeps.schema.boxes import along
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.rigid_body.presentation.look import LOOK
 from sweeps.systems.rigid_body.spread import moments_over

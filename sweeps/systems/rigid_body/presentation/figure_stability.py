@@ -14,8 +14,8 @@ from matplotlib.text import Annotation
 from kernels import linear
 from kernels.rigid_body import cyclic
 from kernels.triangle import triangle_margin
-from sweeps import colors, style
-from sweeps.boxes import along
+from sweeps.figure import colors, style
+from sweeps.schema.boxes import along
 from sweeps.systems.rigid_body.fits import signed_rate
 from sweeps.systems.rigid_body.presentation.look import LOOK, axis_label, settings
 from sweeps.systems.rigid_body.real import real_bodies

@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from sweeps import colors, style
-from sweeps.boxes import along, dimensions
+from sweeps.figure import colors, style
+from sweeps.schema.boxes import along, dimensions
 from sweeps.systems.rigid_body.fits import signed_rate
 from sweeps.systems.rigid_body.presentation.look import LOOK, settings
 from sweeps.systems.rigid_body.real import real_bodies

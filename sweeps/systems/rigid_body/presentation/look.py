@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from sweeps import colors
+from sweeps.figure import colors
 from sweeps.systems.bodies.presentation.look import SYMBOLS
 from sweeps.systems.presentation.look import Look, Mark, Symbol
 from sweeps.systems.rigid_body.variables import COORDINATES
@@ -23,14 +23,14 @@ LOOK = Look(
 
 def axis_label(name: str) -> str:
     """Return the symbol of a parameter with its unit, for an axis of a plot."""
-    from sweeps import style
+    from sweeps.figure import style
 
     return style.with_unit(LOOK.symbol(name), COORDINATES[name].units, "  ({})")
 
 
 def settings(values: Mapping[str, float]) -> str:
     """Return fixed parameters in one line, with units: "I3 = 0.01748 kg m², ω0 = 10 rad s⁻¹"."""
-    from sweeps import style
+    from sweeps.figure import style
 
     return ",  ".join(
         style.with_unit(f"{LOOK.symbol(name)} = {style.number(float(value))}", COORDINATES[name].units)

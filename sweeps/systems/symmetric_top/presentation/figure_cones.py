@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 from scipy.spatial import ConvexHull
 
-from sweeps import colors, style
+from sweeps.figure import colors, style
 
 SHOWN = (0.5, 1.8)  # I3/I1 of the tops that are drawn, or the grid's nearest: one long, one flat
 ANGLE = 25.0  # degrees: the half-angle, or the grid's nearest

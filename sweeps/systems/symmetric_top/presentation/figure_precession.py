@@ -8,7 +8,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from kernels.statuses import STATUSES
-from sweeps import colors, style
+from sweeps.figure import colors, style
 from sweeps.systems.symmetric_top.presentation import figure_cones
 from sweeps.systems.symmetric_top.presentation.look import LOOK
 

@@ -1,6 +1,6 @@
 """How the symmetric top's flags and parameters look."""
 
-from sweeps import colors
+from sweeps.figure import colors
 from sweeps.systems.presentation.look import Look, Mark, Symbol
 
 LOOK = Look(

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from kernels import exact
-from sweeps import colors, style
+from sweeps.figure import colors, style
 from sweeps.systems.tumbling.motion import start
 
 PERIODS, POINTS = 5, 6000

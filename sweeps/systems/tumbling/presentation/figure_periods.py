@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from sweeps import colors, style
+from sweeps.figure import colors, style
 
 PANELS = 4
 SEPARATRIX = "separatrix (ratio diverges)"

@@ -1,6 +1,6 @@
 """How the modes and parameters of tumbling bodies look."""
 
-from sweeps import colors
+from sweeps.figure import colors
 from sweeps.systems.bodies.presentation.look import MODES, SYMBOLS
 from sweeps.systems.presentation.look import Look, Mark, Symbol
 

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from sweeps import colors, style
+from sweeps.figure import colors, style
 
 THROWN = {  # (I1/I2, I3/I2): sources in the definition `rackets`
     "tennis racket": (0.00121 / 0.01638, 0.01748 / 0.01638),

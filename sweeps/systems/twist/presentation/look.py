@@ -1,6 +1,6 @@
 """How the flags and parameters of throws look."""
 
-from sweeps import colors
+from sweeps.figure import colors
 from sweeps.systems.bodies.presentation.look import SYMBOLS
 from sweeps.systems.presentation.look import Look, Mark, Symbol
 

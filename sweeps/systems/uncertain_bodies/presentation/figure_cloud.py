@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from kernels import linear
-from sweeps import colors, style
+from sweeps.figure import colors, style
 from sweeps.systems.uncertain_bodies.measuring import UNSTABLE
 
 MOST_SHOWN = 4000  # draws of a panel

@@ -5,7 +5,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sweeps import colors, style
+from sweeps.figure import colors, style
 
 MOST_BODIES = 40
 OFFSETS = {1: -0.22, 2: 0.0, 3: 0.22}

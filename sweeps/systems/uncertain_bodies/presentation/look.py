@@ -1,6 +1,6 @@
 """Words, characters and colours of the stability of uncertain bodies."""
 
-from sweeps import colors
+from sweeps.figure import colors
 from sweeps.systems.presentation.look import Look, Mark
 from sweeps.systems.rigid_body.presentation.look import LOOK as OF_RIGID_BODIES
 

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sweeps.boxes import dimensions, flags
 from sweeps.reading.definitions import definition_of
+from sweeps.schema.boxes import dimensions, flags
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems.uncertain_bodies import designs
 from sweeps.systems.uncertain_bodies.variables import KEPT, TWISTS, VARIABLES

@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
-from sweeps import living
+from sweeps.process import living
 
 FLUSHED_BYTES = 2**27  # that a disk is given at once, while more is written
 

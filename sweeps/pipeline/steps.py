@@ -13,12 +13,12 @@ from contextlib import contextmanager, nullcontext
 from functools import partial
 from pathlib import Path
 
-from sweeps import progress
 from sweeps.maps import admission
+from sweeps.pipeline import claims
 from sweeps.points import compile, estimate
 from sweeps.points.catalogue import Plan
 from sweeps.points.sweep import Sweep
-from sweeps.run import claims
+from sweeps.process import progress
 from sweeps.shards import merging
 from sweeps.shards.shard import holds_shard, write_shard
 from sweeps.views import drawing

@@ -19,7 +19,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
-from sweeps.colors import INK, QUIET
+from sweeps.figure.colors import INK, QUIET
 
 DPI = 200
 SUBTITLE_LETTERS = 15.0  # an inch, about, at the subtitle's size

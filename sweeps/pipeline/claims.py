@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from sweeps import files, living
+from sweeps.process import files, living
 from sweeps.schema.refusals import DefinitionError
 
 CLAIM = ".running"

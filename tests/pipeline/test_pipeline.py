@@ -10,8 +10,9 @@ import pytest
 
 import sweeps
 from sweeps.__main__ import main
+from sweeps.pipeline import claims, finished
+from sweeps.pipeline import steps as pipeline
 from sweeps.points import catalogue
-from sweeps.run import claims, finished, pipeline
 from sweeps.shards import chunks
 from sweeps.shards import shard as shards
 from sweeps.shards.chunkfile import ChunkFile

@@ -17,9 +17,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from kernels.fingerprint import processor
+from sweeps.pipeline import claims
 from sweeps.reading.files import content
 from sweeps.reading.limits import MAX_FILE_BYTES
-from sweeps.run import claims
 
 if TYPE_CHECKING:
     from sweeps.points.sweep import Sweep
@@ -62,7 +62,7 @@ def keep(sweep: "Sweep", basis: str, results: str | Path = "results") -> None:
 
     Nor where its file was edited between the reading for `basis` and that for the sweep.
     """
-    from sweeps.files import replaced
+    from sweeps.process.files import replaced
 
     folder = Path(results) / sweep.name
     if basis.endswith(_hash(sweep.definition.text.encode())) and not _names_files(sweep):

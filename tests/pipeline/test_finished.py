@@ -10,8 +10,8 @@ from types import SimpleNamespace
 
 import pytest
 
+from sweeps.pipeline import claims, finished
 from sweeps.points.loading import read
-from sweeps.run import claims, finished
 
 ROOT = Path(finished.__file__).parents[2]
 MINE = {"grid": {"I1": [0.5, 1.0], "I2": 0.75, "I3": 1.0, "omega0": 1.0}}
@@ -133,7 +133,7 @@ def test_nothing_is_loaded_for_what_is_finished(mine):
     known = finished._hash(mine.read_bytes())
     finished.keep(read(mine), known)
     code = (
-        f"import sys; from sweeps.run import finished; finished.basis = lambda path: {known!r}\n"
+        f"import sys; from sweeps.pipeline import finished; finished.basis = lambda path: {known!r}\n"
         "from sweeps.__main__ import main; assert main(['run', 'mine.yaml']) == 0\n"
         "print(*sys.modules, file=sys.stderr)"
     )

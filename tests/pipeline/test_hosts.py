@@ -16,11 +16,14 @@ import pytest
 from houses import wait_for
 from maps import write
 
-from sweeps import living
-from sweeps.run import claims
+from sweeps.pipeline import claims
+from sweeps.process import living
 from sweeps.schema.refusals import DefinitionError
 
-CLAIM = "import sys; from sweeps.run import claims; claims.claim(['a']); print('claimed', flush=True); sys.stdin.read()"
+CLAIM = (
+    "import sys; from sweeps.pipeline import claims; claims.claim(['a']); "
+    "print('claimed', flush=True); sys.stdin.read()"
+)
 
 
 def is_free(name):

@@ -10,8 +10,9 @@ import pytest
 import sweeps
 from sweeps.__main__ import main
 from sweeps.maps import admission
+from sweeps.pipeline import finished
+from sweeps.pipeline import steps as pipeline
 from sweeps.points import catalogue
-from sweeps.run import finished, pipeline
 from sweeps.schema.refusals import RefusedError
 from sweeps.shards import merging
 

@@ -18,7 +18,7 @@ from sweeps.maps import storage
 
 PROGRAM = """\
 import multiprocessing, os, time
-from sweeps import interrupts
+from sweeps.process import interrupts
 
 def work(pipe):
     interrupts.end_with_the_parent()

@@ -1,6 +1,6 @@
 """Processes that are killed at random moments of every stage: no point lost, none wrong, nothing left behind.
 
-POLHODE_KILLS=100 pytest -n 0 -m faults tests/run/test_kills.py
+POLHODE_KILLS=100 pytest -n 0 -m faults tests/pipeline/test_kills.py
 
 runs as many kills; without the setting, as many as show each stage. A kill is a signal (STOP is followed by CONT) to
 one process, or to the whole group, of the workflow or of `run`, some moment after a stage has begun; the next goes on.

@@ -15,8 +15,8 @@ import pytest
 import sweeps
 import sweeps.maps.dataset  # the kernels imported are of the same moment as their copy
 from sweeps.__main__ import main
+from sweeps.pipeline import targets
 from sweeps.points import catalogue
-from sweeps.run import targets
 from sweeps.schema.refusals import DefinitionError
 
 ROOT = Path(__file__).parents[2]

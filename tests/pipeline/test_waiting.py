@@ -1,6 +1,6 @@
 import time
 
-from sweeps.run import waiting
+from sweeps.pipeline import waiting
 
 
 def test_what_takes_long_is_said_once_and_what_does_not_is_not(monkeypatch, capsys):

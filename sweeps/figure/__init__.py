@@ -1,0 +1,1 @@
+"""Style and colours of figures, terminal and report."""

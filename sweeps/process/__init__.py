@@ -1,0 +1,1 @@
+"""Process and machine: output files, progress, memory, processors, interrupts, liveness."""
