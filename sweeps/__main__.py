@@ -102,9 +102,11 @@ def main(arguments: list[str] | None = None) -> int:
 def command() -> NoReturn:
     """Run the command of this process and exit with its status."""
     _open_closed_streams()
-    startup.configure()
     try:
+        startup.configure()
         status = main()
+    except KeyboardInterrupt:  # before there is anything to say of it
+        status = 130
     except SystemExit as ended:  # words that are no command, or a question for help
         status = ended.code
     except OSError as error:  # of what the parser prints

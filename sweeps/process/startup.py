@@ -1,6 +1,5 @@
 """Settings of the processes that Polhode starts; importing Polhode sets nothing."""
 
-import logging
 import os
 
 SETTINGS = {
@@ -18,6 +17,8 @@ def configure() -> None:
     os.environ["MPLBACKEND"] = SETTINGS["MPLBACKEND"]  # whatever it was: a backend that is missing stops Matplotlib
     for name, value in SETTINGS.items():
         os.environ.setdefault(name, value)
+    import logging
+
     # Matplotlib warns where the user has no folder for its list of fonts: pictures are the same
     logging.getLogger("matplotlib").setLevel(logging.ERROR)
 

@@ -141,6 +141,35 @@ def test_an_edit_of_an_imported_kernel_compiles_what_imports_it_and_nothing_else
     assert [loaded("user"), loaded("other"), loaded("user")] == [0, 1, 1]
 
 
+MEASURE = """
+import hashlib
+import numpy as np
+from kernels import tumbling, twist
+random = np.random.default_rng(7)
+moments = np.sort(np.exp(random.uniform(-1, 1, (3, 200))), axis=0)
+body = dict(zip(("I1", "I2", "I3"), moments)) | {{"omega0": random.uniform(1, 9, 200)}}
+if {first}:
+    twist.survey(body | {{"chi": random.uniform(0.1, 1, 200), "theta": random.uniform(0, 6, 200)}}, 1e-9)
+else:
+    energy = 1 + np.linspace(0.01, 0.99, 200) * (body["I3"] / body["I1"] - 1)
+    found = tumbling.survey(body | {{"energy": energy}}, 1e-9)
+    print(hashlib.sha256(b"".join(found[name].tobytes() for name in sorted(found))).hexdigest())
+"""
+
+
+@pytest.mark.slow
+def test_last_bits_do_not_depend_on_what_was_compiled_before(tmp_path):
+    def measured(folder, first):
+        given = os.environ | {"PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(tmp_path / folder)}
+        code = MEASURE.format(first=first)
+        return subprocess.run(
+            [sys.executable, "-c", code], env=given, capture_output=True, text=True, check=True
+        ).stdout
+
+    assert measured("other", True) == ""  # what both call is then taken from the cache
+    assert measured("other", False) == measured("empty", False) != ""
+
+
 def test_a_stamp_covers_the_file_and_what_it_imports_of_kernels(tmp_path):
     folder = Path(cache.__file__).parent
     found = {name: fingerprint._with_imports({folder / f"{name}.py"}) for name in ("lanes", "twist")}
