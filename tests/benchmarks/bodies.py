@@ -67,7 +67,7 @@ def scaled(points):
     a, b, c = rigid_body.cyclic(points["axis"])
     moments = np.stack([points["I1"], points["I2"], points["I3"]], axis=1)
     seen = (np.take_along_axis(moments, i[:, None], axis=1)[:, 0] for i in (a, b, c))
-    k = np.stack(rigid_body.euler_coefficients.py_func(*seen), axis=1)
+    k = np.stack(rigid_body.euler_coefficients(*seen), axis=1)
     k[:, 0] *= points["epsilon"] * points["epsilon"]
     phase = points["phase"]
     return Bodies(points, k, np.stack([np.ones_like(phase), np.cos(phase), np.sin(phase)], axis=1))

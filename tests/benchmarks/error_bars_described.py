@@ -146,10 +146,11 @@ def _ratios(value, error, truth, unsure, exact):
 
 def oscillator(name, model, exact, random, integration, count):
     """Of random points of an oscillator: parameters, status, wrong regimes, deviation over error of each column."""
-    points = _points(random, model.system, model.n, oscillators.LIBRARY[name], count)
+    modes = len(model.system.kept)
+    points = _points(random, model.system, modes, oscillators.LIBRARY[name], count)
     points["mode"] = points.pop("number")
     given = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
-    direction = random.uniform(-1, 1, model.n) if random.random() < 0.2 else None
+    direction = random.uniform(-1, 1, modes) if random.random() < 0.2 else None
     columns = model.survey(points, *given, direction)
     theory = model.theory(points)
     condition = np.ones(len(points["mode"]))

@@ -94,14 +94,17 @@ class RelativeEquilibrium(Described):
 
     def motions(self, points: Mapping[str, np.ndarray], integration: Integration) -> int:
         """Return the number of runs of each equilibrium, which all its eigenvalues share."""
+        return next(iter(points.values())).size * self._runs(integration) // self.mechanism.n
+
+    def _runs(self, integration: Integration) -> int:
+        """Return the number of runs of a point."""
         from sweeps.mechanics.relative import usual_runs
 
-        runs = integration.runs or usual_runs(self.mechanism)
-        return next(iter(points.values())).size * runs // self.mechanism.n
+        return integration.runs or usual_runs(self.mechanism)
 
     def cost(self, definition: Definition) -> Cost:
         """Return the samples, and the memory for all of them in work, a block of points on each processor."""
-        runs, states = definition.integration.runs or self.mechanism.runs, self.mechanism.n
+        runs, states = self._runs(definition.integration), self.mechanism.n
         samples = definition.integration.samples
         return Cost(samples, cores() * SAMPLE_BYTES * runs * samples * (states + 1))
 
