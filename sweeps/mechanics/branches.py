@@ -54,19 +54,19 @@ class Way:
     periodic: np.ndarray
 
     def apart(self, a, b, width):
-        """Largest distance by any variable between places, over its range; the short way where that closes."""
+        """Return the largest distance between places in any variable, over its range; periodic ones the shorter way."""
         part = np.abs(a - b) / width
         return np.where(self.periodic, np.abs(part - np.round(part)), part).max(axis=-1)
 
     def outside(self, place, bounds):
-        """Whether places lie beyond bounds that do not close."""
+        """Return True for places outside the bounds of a variable that is not periodic."""
         width = SAME * (bounds[..., 1] - bounds[..., 0])
         beyond = (place < bounds[..., 0] + width) | (place > bounds[..., 1] - width)
         return (beyond & ~self.periodic).any(axis=-1)
 
 
 def followed(way: Way, most: int) -> tuple[np.ndarray, np.ndarray]:
-    """Which root each slot holds at the end of the way, and for which points that is decided.
+    """Return which root each slot holds at the end of the path, and for which points that is decided.
 
     Args:
         way: the way from the defaults to points.
@@ -99,7 +99,7 @@ def _fitted(slots, most):
 
 
 def born(slots, new, freed) -> None:
-    """Puts new roots into the first slots that are free where they come to be; what finds no room is left out.
+    """Store new roots in the first slots that are free where each root appears; leave out a root without a free slot.
 
     Args:
         slots: of one point, changed in place.

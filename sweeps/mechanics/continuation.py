@@ -49,7 +49,7 @@ class Carried:
 
 
 def carried(slopes: Callable, way: Callable, owner, place, begin: float, end: float, width) -> Carried:
-    """Carries zeros from one share of the way to another, forwards or backwards.
+    """Follow zeros from one share of the path to another, forwards or backwards.
 
     Args:
         slopes: (low, high), shape (boxes, n + parameters) → enclosures (boxes, n, 1 + n + parameters, 2) of F and its
