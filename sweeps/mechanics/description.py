@@ -87,7 +87,7 @@ class Coordinate:
         unit: UDUNITS text.
         bounds: where equilibria are looked for; expressions in the parameters.
         periodic: whether both bounds are one place (an angle that goes round).
-        size: what a nudge of relative size one is, in the coordinate's unit; may hold parameters and coordinates,
+        size: perturbation of relative size one, in the coordinate's unit; may hold parameters and coordinates,
             which stand for their values at the equilibrium; None, and it follows from V and the bounds.
         hold: the value to keep while equilibria are looked for, where V is flat along a line of them; else None.
         momentum: the conserved momentum's parameter, for a coordinate that neither T nor V contains; else None.
@@ -118,7 +118,7 @@ class State:
         symbol: as it stands in the rates.
         unit: UDUNITS text.
         bounds: where equilibria are looked for; expressions in the parameters.
-        size: what a nudge of relative size one is, in the state's unit; may hold parameters; left out, a quarter of the
+        size: perturbation of relative size one, in the state's unit; may hold parameters; left out, a quarter of the
             range between the bounds.
         meaning: one line of text.
     """

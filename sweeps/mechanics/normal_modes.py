@@ -95,11 +95,11 @@ def measured(model, points, theory, cycles: float, samples_per_cycle: int, toler
         cycles: length of the run, in 2π/S.
         samples_per_cycle: samples in 2π/S; the spacing is 0.5/S at most.
         tolerance: relative error allowed.
-        direction: of the nudge, one number a coordinate; None nudges along the mode.
+        direction: of the perturbation, one number for each coordinate; None: along the mode.
 
     Returns:
         `raw` (points, len(kernel.RAW)), `status` (int8), `intervals`, `spacing`, `reach` (the signed size of the mode's
-        part of the nudge, relative to the whole) and `share` (of the norm that the kinetic matrix makes).
+        part of the perturbation, relative to the whole) and `share` (of the norm that the kinetic matrix makes).
     """
     intervals, spacing = round(cycles * samples_per_cycle), min(2.0 * np.pi / samples_per_cycle, 0.5)
     size, status = len(points["epsilon"]), theory["status"].copy()

@@ -26,7 +26,7 @@ ROUNDINGS = 256 * np.finfo(np.float64).eps  # of the scale: what theory's own ei
 def usual_runs(model) -> int:
     """Return the default number of runs of a point: one for every two eigenvalues, from two to four.
 
-    Where motions soon grow tenfold, modes of like rates are told apart by their starts, hardly by their course.
+    Where motions soon grow tenfold, modes of similar rates are separated mainly by their initial values.
     """
     return min(max(2, -(-model.n // 2)), 4)
 
@@ -40,7 +40,7 @@ def theory(model, points: Mapping[str, np.ndarray], vectors: bool = False) -> di
     Args:
         model: of any system.
         points: each parameter and `equilibrium` (slot from 0), shape (points,).
-        vectors: whether `left` and `right` ones are asked for.
+        vectors: whether to return `left` and `right` vectors.
 
     Returns:
         `place`; `eigenvalues` (s-1, complex, ordered), `condition`, `left` and `right` vectors (last axis: the
