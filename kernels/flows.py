@@ -274,13 +274,13 @@ def run(integrator, points, runs, quantities, sampling):
 
 
 def converged(raw, intervals, tolerance):
-    """Whether halving the step would have changed less than the tolerance, rounding allowed for."""
+    """Return True where halving the step changes less than the tolerance plus rounding."""
     rounding = 8.0 * EPSILON * np.sqrt(raw[:, STEPS])
     return (raw[:, HALVING] - rounding) * intervals <= tolerance
 
 
 def status(raw, quantities, n, intervals, tolerance, runs, spacing):
-    """Status of each row: OK, SHORT_WINDOW, NOT_CONVERGED, NON_FINITE or NOT_EXCITED.
+    """Return the status of each row: OK, SHORT_WINDOW, NOT_CONVERGED, NON_FINITE or NOT_EXCITED.
 
     A window is short where all runs together hold too few samples to tell n modes and how they scatter, or where it is
     shorter than LEAST_SPAN, in 1/scale as ``spacing`` is: then the normal equations have no digits left.

@@ -405,13 +405,13 @@ def run(integrator, runs, nudge, sampling):
 
 
 def converged(raw, intervals, tolerance):
-    """Whether halving the step would have changed less than the tolerance, 4 units of rounding a step allowed."""
+    """Return True where halving the step changes less than the tolerance plus 4 units of rounding a step."""
     rounding = 4.0 * EPSILON * np.sqrt(raw[:, RAW.steps])
     return (raw[:, RAW.halving] - rounding) * intervals <= tolerance
 
 
 def status(raw, intervals, tolerance, spacing):
-    """Status of each row: OK, SHORT_WINDOW, NOT_CONVERGED or NON_FINITE; spacing in 1/S."""
+    """Return the status of each row: OK, SHORT_WINDOW, NOT_CONVERGED or NON_FINITE; spacing in 1/S."""
     n = raw[:, RAW.samples]
     short = (n < measure.LEAST_SAMPLES) | ((n - 1.0) * spacing < LEAST_SPAN)
     unmeasured = ~np.isfinite(raw[:, RAW.rate2]) & ~short | ~np.isfinite(raw[:, RAW.halving])
@@ -420,7 +420,7 @@ def status(raw, intervals, tolerance, spacing):
 
 
 def errors(raw, scale, spacing, share=1.0):
-    r"""Errors of measured rates² and of their reduced values, in s-2: what a reader may rely on.
+    r"""Return the reported errors of measured rates² and of their values reduced to zero amplitude, in s-2.
 
     With :math:`n` samples in a window of length :math:`T = (n - 1)h`, :math:`u = 2^{-53}`, S the scale:
 
@@ -528,7 +528,7 @@ def is_too_wide(raw, scale, spacing):
 
 
 def regime(rate_squared, error):
-    """Regime of measured points: MARGINAL where the rate² is not above its error.
+    """Return the regime of measured points: MARGINAL where the rate² is not above its error.
 
     Parameters
     ----------

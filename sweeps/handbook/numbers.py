@@ -29,7 +29,7 @@ class Number:
 
 
 def shown(value: float, form: str = ".3g") -> str:
-    """A number as the pages write it: 1e-13 becomes 1 × 10⁻¹³.
+    """Return a number as the pages write it: 1e-13 becomes 1 × 10⁻¹³.
 
     Args:
         value: the number.

@@ -26,12 +26,12 @@ import numpy as np
 from sweeps.mechanics.continuation import HALVINGS, Carried, carried
 
 STEPS = 8
-SHIFT = 0.381966  # of a step, which the steps' ends lie before round shares of the way, where places like to meet
-SPARE = 8  # slots on the way, beyond those there is room for at its end
+SHIFT = 0.381966  # of a step, which the steps' ends lie before round fractions of the path, where places like to meet
+SPARE = 8  # slots on the path, beyond those there is room for at its end
 SAME = 1e-6  # of the range: places that are one
 NEAR = 0.05  # of the range: how far from where a course leads a root may lie to be led on
 SURE = 0.2  # of the distance of the next best: one that is nearer than this is led on without a doubt
-GAP = 64.0 / STEPS * 2.0**-HALVINGS  # of the way, between where the one stops and where the other does
+GAP = 64.0 / STEPS * 2.0**-HALVINGS  # of the path, between where the one stops and where the other does
 
 
 @dataclass(frozen=True)
@@ -39,11 +39,11 @@ class Way:
     """The way from the defaults to points.
 
     Attributes:
-        search: share of the way → places (points, count, n), NaN for none, and whether each point's are proved to be
-            all that are there, (points,).
+        search: fraction of the path → places (points, count, n), NaN for none, and whether each point's are proved to
+            be all that are there, (points,).
         slopes: as of `continuation.carried`.
         parameters: (points, shares) → parameters, as of `continuation.carried`.
-        bounds: share of the way → the range of each variable, shape (points, n, 2).
+        bounds: fraction of the path → the range of each variable, shape (points, n, 2).
         periodic: whether the range closes, shape (n,).
     """
 
@@ -54,26 +54,26 @@ class Way:
     periodic: np.ndarray
 
     def apart(self, a, b, width):
-        """Largest distance by any variable between places, over its range; the short way where that closes."""
+        """Return the largest distance between places in any variable, over its range; periodic ones the shorter way."""
         part = np.abs(a - b) / width
         return np.where(self.periodic, np.abs(part - np.round(part)), part).max(axis=-1)
 
     def outside(self, place, bounds):
-        """Whether places lie beyond bounds that do not close."""
+        """Return True for places outside the bounds of a variable that is not periodic."""
         width = SAME * (bounds[..., 1] - bounds[..., 0])
         beyond = (place < bounds[..., 0] + width) | (place > bounds[..., 1] - width)
         return (beyond & ~self.periodic).any(axis=-1)
 
 
 def followed(way: Way, most: int) -> tuple[np.ndarray, np.ndarray]:
-    """Which root each slot holds at the end of the way, and for which points that is decided.
+    """Return which root each slot holds at the end of the path, and for which points that is decided.
 
     Args:
-        way: the way from the defaults to points.
+        way: the path from the defaults to points.
         most: number of slots.
 
     Returns:
-        Numbers of the roots that are found at the end of the way, shape (points, most), -1 for a slot that is empty (a
+        Numbers of the roots that are found at the end of the path, shape (points, most), -1 for a slot that is empty (a
         point with more roots than slots shows some of them), and shape (points,), False where it could not be decided
         which root is which.
     """
@@ -99,12 +99,12 @@ def _fitted(slots, most):
 
 
 def born(slots, new, freed) -> None:
-    """Puts new roots into the first slots that are free where they come to be; what finds no room is left out.
+    """Store new roots in the first slots that are free where each root appears; leave out a root without a free slot.
 
     Args:
         slots: of one point, changed in place.
-        new: (number of the root, share of the way where it comes to be).
-        freed: slot → share of the way since which it is free; the others always were.
+        new: (number of the root, fraction of the path where it appears).
+        freed: slot → fraction of the path from which it is free; the others always were.
     """
     shares = sorted({share for _, share in new})
     first = {}
@@ -164,12 +164,12 @@ def _paired(way, before, ahead, behind, bounds, still):
     """Which of a point's old roots that were stopped is which of the new ones that were, and whether there is no doubt.
 
     Args:
-        way: the way.
+        way: the path.
         before: where the old ones are, shape (roots, n).
         ahead: the old ones: what became of all, and which of them are this point's.
         behind: the same of the new ones.
         bounds: shape (n, 2).
-        still: whether the way stands still.
+        still: whether the path stands still.
     """
     (forth, a), (back, b) = ahead, behind
     stopped, started = ~forth.through[a], ~back.through[b] | ~way.outside(back.place[b], bounds)

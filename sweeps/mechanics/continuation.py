@@ -36,7 +36,7 @@ class Carried:
     """Where zeros have come to.
 
     Attributes:
-        place: shape (zeros, n), at the share of the way that each has reached.
+        place: shape (zeros, n), at the fraction of the path that each has reached.
         share: shape (zeros,), `end` for those that came through.
         speed: dx/ds over the last piece, shape (zeros, n); 0 for one that did not get away.
         through: shape (zeros,), whether each is proved to have become the one at `place`.
@@ -49,7 +49,7 @@ class Carried:
 
 
 def carried(slopes: Callable, way: Callable, owner, place, begin: float, end: float, width) -> Carried:
-    """Carries zeros from one share of the way to another, forwards or backwards.
+    """Follow zeros from one fraction of the path to another, forwards or backwards.
 
     Args:
         slopes: (low, high), shape (boxes, n + parameters) → enclosures (boxes, n, 1 + n + parameters, 2) of F and its
@@ -57,8 +57,8 @@ def carried(slopes: Callable, way: Callable, owner, place, begin: float, end: fl
         way: (owner, share) → parameters, shape (zeros, parameters).
         owner: whose each zero is, as `way` takes it.
         place: where each is at `begin`, shape (zeros, n).
-        begin: share of the way where they are.
-        end: share of the way where they go.
+        begin: fraction of the path where they are.
+        end: fraction of the path where they go.
         width: ranges of the variables, shape (zeros, n): what is small and what is large.
     """
     x, s = place.copy(), np.full(owner.size, begin)

@@ -36,7 +36,7 @@ ROUNDING = 1e-14
 
 
 def quarter(m: int) -> float:
-    """∫ du/√(1 − u^m) from 0 to 1."""
+    """Return ∫ du/√(1 − u^m) from 0 to 1."""
     return math.sqrt(math.pi) * math.gamma(1 + 1 / m) / math.gamma(0.5 + 1 / m)
 
 
@@ -57,7 +57,7 @@ class Degenerate:
         self._a = lambdified(arguments, [a, a.diff(q), a.diff(q, 2)])
 
     def oscillations(self, parameters, place, x, v) -> dict[str, np.ndarray]:
-        """Frequencies of motions that start at a distance from places, with a velocity.
+        """Return the frequencies of motions that start at a distance from equilibria, with a velocity.
 
         Args:
             parameters: one array (points,) a parameter.

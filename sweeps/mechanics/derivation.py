@@ -39,13 +39,13 @@ TRIALS = 6  # random places at which what is conserved, and R, are looked at
 
 
 def kinetic_matrix(system: System) -> sp.Matrix:
-    """a_ij(q) over all coordinates, the cyclic ones included."""
+    """Return a_ij(q) over all coordinates, the cyclic ones included."""
     return _quadratic(system, _kinetic_energy(system))[0]
 
 
 @cache
 def derive(system: System) -> Equations:
-    """The equations of a description, derived once.
+    """Derive the equations of motion of a description.
 
     Raises:
         DescriptionError: for coordinates beside states, a state without a rate, a T that is not of degree two in q̇, a
@@ -107,7 +107,7 @@ def _velocity_terms(a, q, v):
 
 
 def reduced(system: System) -> tuple[sp.Matrix, sp.Matrix, sp.Expr]:
-    """The matrix a_ij, the terms b_i linear in q̇ and the effective potential over the coordinates that are kept."""
+    """Return the matrix a_ij, the terms b_i linear in q̇ and the effective potential in the remaining coordinates."""
     T, V = _kinetic_energy(system), sum(system.potential_terms, sp.Integer(0))
     T, V = _by_sine_and_cosine(T), _by_sine_and_cosine(V)
     a, b, T0 = _quadratic(system, T)
@@ -200,7 +200,7 @@ def _timeless(system, e):
 
 
 def simplified(e: sp.Expr) -> sp.Expr:
-    """An expression simplified, where it is short; else with cos A cos B + sin A sin B → cos(A − B) alone."""
+    """Simplify an expression if it is short, else apply cos A cos B + sin A sin B → cos(A − B) alone."""
     return sp.simplify(e) if e.count_ops() <= SIMPLE else sp.factor_terms(_paired(e))
 
 
@@ -239,7 +239,7 @@ def _factors(part):
 
 
 def vanishes(e: sp.Expr) -> bool:
-    """Whether an expression is 0: by simplifying it where it is short, else at random places, beside its terms."""
+    """Return True if an expression is 0: simplified if short, else compared with its terms at random places."""
     if e.count_ops() <= SIMPLE:
         return sp.simplify(e) == 0
     symbols, terms = sorted(e.free_symbols, key=str), sp.Add.make_args(e)
@@ -263,7 +263,7 @@ def _without_cyclic(system, a, b, V, kept, cyclic):
 
 
 def check_positive(system: System, q: tuple, a: sp.Matrix) -> None:
-    """Evaluates a at the defaults, at places inside the bounds and some times: real and positive definite there."""
+    """Check that a is real and positive definite at the defaults, at places inside the bounds and at some times."""
     defaults = {p.symbol: p.default for p in system.parameters.values()}
     corners = [[complex(bound.subs(defaults)).real for bound in c.bounds] for c in system.kept]
     fractions = (0.137, 0.411, 0.5, 0.689, 0.931)

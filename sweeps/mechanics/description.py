@@ -72,7 +72,7 @@ class DescribedParameter:
         return " and ".join(["a finite number", *bounds]) + f", in {self.unit}"
 
     def allows(self, value: float) -> bool:
-        """Whether a value lies within the bounds."""
+        """Return True if a value lies within the bounds."""
         inside = (self.least is None or value >= self.least) and (self.most is None or value <= self.most)
         return inside and (value > 0 or not self.positive)
 
@@ -87,7 +87,7 @@ class Coordinate:
         unit: UDUNITS text.
         bounds: where equilibria are looked for; expressions in the parameters.
         periodic: whether both bounds are one place (an angle that goes round).
-        size: what a nudge of relative size one is, in the coordinate's unit; may hold parameters and coordinates,
+        size: perturbation of relative size one, in the coordinate's unit; may hold parameters and coordinates,
             which stand for their values at the equilibrium; None, and it follows from V and the bounds.
         hold: the value to keep while equilibria are looked for, where V is flat along a line of them; else None.
         momentum: the conserved momentum's parameter, for a coordinate that neither T nor V contains; else None.
@@ -118,7 +118,7 @@ class State:
         symbol: as it stands in the rates.
         unit: UDUNITS text.
         bounds: where equilibria are looked for; expressions in the parameters.
-        size: what a nudge of relative size one is, in the state's unit; may hold parameters; left out, a quarter of the
+        size: perturbation of relative size one, in the state's unit; may hold parameters; left out, a quarter of the
             range between the bounds.
         meaning: one line of text.
     """
@@ -165,7 +165,7 @@ class System:
         self.conserved_quantities: dict[str, sp.Expr] = {}
 
     def parameter(self, name, unit="1", *, default, positive=False, least=None, most=None, meaning="") -> sp.Symbol:
-        """A parameter's symbol; a sweep's `grid` gives its value, or several."""
+        """Add a parameter and return its symbol; a sweep's `grid` gives its value or values."""
         self._check_name(name, unit)
         symbol = sp.Symbol(name, positive=True) if positive else sp.Symbol(name, real=True)
         parameter = DescribedParameter(
@@ -190,7 +190,7 @@ class System:
         momentum=None,
         meaning="",
     ) -> sp.Symbol:
-        """A generalised coordinate's symbol; see `Coordinate`.
+        """Add a generalised coordinate and return its symbol; see `Coordinate`.
 
         `bounds` may be left out for one with a momentum; `positive` says that it is a distance and no number below 0.
         """
@@ -213,28 +213,28 @@ class System:
         return symbol
 
     def velocity(self, symbol: sp.Symbol) -> sp.Symbol:
-        """The symbol q̇ of a coordinate's symbol q, for a kinetic energy that is given directly."""
+        """Return the symbol q̇ of a coordinate's symbol q, for a kinetic energy that is given directly."""
         return self.coordinates[symbol.name].velocity
 
     def particle(self, mass, position) -> None:
-        """A mass at a place r(q), Cartesian; r may hold `system.time` (a rotating hoop)."""
+        """Add a mass at a place r(q), Cartesian; r may hold `system.time` (a rotating hoop)."""
         place = tuple(self._expression("position", part, self._moving()) for part in position)
         self.particles.append((self._expression("mass", mass), place))
 
     def kinetic_energy(self, T) -> None:
-        """Kinetic energy given directly, beside that of the particles."""
+        """Add a kinetic energy to that of the particles."""
         self.kinetic_terms.append(self._expression("T", T, self._moving(velocities=True)))
 
     def potential(self, V) -> None:
-        """Potential energy; several add up."""
+        """Add a potential energy; several add up."""
         self.potential_terms.append(self._expression("V", V, self._moving()))
 
     def dissipation(self, R) -> None:
-        """Rayleigh's function R(q, q̇) ≥ 0, of degree two in q̇: forces -∂R/∂q̇; several add up."""
+        """Add Rayleigh's function R(q, q̇) ≥ 0, of degree two in q̇: forces -∂R/∂q̇; several add up."""
         self.dissipation_terms.append(self._expression("R", R, self._moving(velocities=True)))
 
     def force(self, forces: dict) -> None:
-        """Generalised forces without a potential, {q: Q(q, q̇)}; several add up."""
+        """Add generalised forces without a potential, {q: Q(q, q̇)}; several add up."""
         for symbol, Q in forces.items():
             if symbol not in {c.symbol for c in self.coordinates.values()}:
                 known = ", ".join(self.coordinates) or "there are none"
@@ -243,7 +243,7 @@ class System:
             self.forces[symbol] = self.forces.get(symbol, sp.Integer(0)) + force
 
     def state(self, name, unit="1", *, bounds, size=None, positive=False, meaning="") -> sp.Symbol:
-        """The symbol of a state of equations of first order; see `State`. Its rate is said by :meth:`rate`."""
+        """Add a state of equations of first order and return its symbol; see `State`. :meth:`rate` sets its rate."""
         self._check_name(name, unit)
         if len(self.states) >= MOST_STATES:
             raise DescriptionError(f"state {name}: there are {MOST_STATES} already; allowed: no more")
@@ -254,7 +254,7 @@ class System:
         return symbol
 
     def rate(self, state: sp.Symbol, f) -> None:
-        """The state's rate of change, an expression in states and parameters."""
+        """Set the state's rate of change, an expression in states and parameters."""
         if state not in {s.symbol for s in self.states.values()}:
             known = ", ".join(self.states) or "there are none"
             raise DescriptionError(f"rate: {state} is no state; allowed: {known}")
@@ -263,20 +263,20 @@ class System:
         self.rates[state] = self._expression(f"rate of {state}", f, self._moving())
 
     def conserved(self, expression, name: str) -> None:
-        """A quantity that the equations of first order conserve: watched as `<name>_drift`, its zero mode left out."""
+        """Add a conserved quantity of equations of first order: `<name>_drift` is measured, its zero mode left out."""
         self._check_name(name)
         if name in self.conserved_quantities:
             raise DescriptionError(f"conserved {name}: given twice; allowed: names that all differ")
         self.conserved_quantities[name] = self._expression(f"conserved {name}", expression, self._moving())
 
     def period(self, T) -> None:
-        """The period after which the equations are the same again, an expression of the parameters, in s."""
+        """Set the period of the equations in time, an expression in the parameters, in s."""
         self.given_period = self._expression("period", T)
         if self.given_period.is_positive is False:
             raise DescriptionError(f"period: {T}; allowed: a finite time > 0, in s")
 
     def equilibrium(self, label: str, place: dict) -> None:
-        """A name for the equilibrium nearest to a place (expressions in the parameters); it is still looked for."""
+        """Define a name for the equilibrium that is found nearest to a place (expressions in the parameters)."""
         if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,31}", label) or label in self.labels:
             raise DescriptionError(f"equilibrium {label!r}: allowed: words of letters, digits and _, each once")
         known = {c.symbol for c in (*self.coordinates.values(), *self.states.values())}

@@ -14,7 +14,7 @@ NOTHING = sp.Dummy("nothing", real=True)  # stands for the parameters of a syste
 
 
 def expanded(e: sp.Expr) -> sp.Expr:
-    """An expression expanded, where it is short: what is long grows with the product of its sums."""
+    """Return an expression expanded if it is short: a long one grows with the product of its sums."""
     return sp.expand(e) if e.count_ops() <= SHORT else e
 
 

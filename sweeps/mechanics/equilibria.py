@@ -79,17 +79,17 @@ class Found:
     undecided: np.ndarray
 
     def __getitem__(self, index) -> "Found":
-        """Some of the points."""
+        """Return the selected points."""
         return Found(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
 
 
 def joined(parts: Sequence[Found]) -> Found:
-    """Points one after the other."""
+    """Return the points of all parts, one part after the other."""
     return Found(*(np.concatenate([getattr(p, name) for p in parts]) for name in Found.__dataclass_fields__))
 
 
 def find(problem: RootProblem, parameters) -> Found:
-    """All equilibria of points, of which one array (points,) a parameter is given, in the description's order."""
+    """Find all equilibria of points, given as one array (points,) for each parameter, in the description's order."""
     given = [np.atleast_1d(np.asarray(p, dtype=np.float64)) for p in parameters] or [np.zeros(1)]
     pairs = zip(problem.canonical, given, strict=True)
     rows = [p if default is None else np.full_like(p, default) for default, p in pairs]
@@ -104,7 +104,7 @@ def find(problem: RootProblem, parameters) -> Found:
 
 
 def refusal(problem: RootProblem, found: Found, parameters) -> str:
-    """Why none of some points has an equilibrium to begin from; nothing where one has.
+    """Return why none of the points has an equilibrium to begin from; the empty string if one has.
 
     Raises:
         DescriptionError: where every point has more equilibria than there is room for.
@@ -147,7 +147,7 @@ def _crowded(problem, found, parameters):
 
 
 def runs_of(arrays: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Numbers of the first point of each run of equal neighbours, and each point's run."""
+    """Return the index of the first point of each run of equal neighbours, and each point's run."""
     change = np.ones(len(arrays[0]), dtype=bool)
     change[1:] = np.any([x[1:] != x[:-1] for x in arrays], axis=0)
     return np.flatnonzero(change), np.cumsum(change) - 1

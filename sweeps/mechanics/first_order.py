@@ -85,7 +85,7 @@ def _closed(g, accelerations):
 
 
 def solved(g: Graph, a: dict, right: list[int]) -> list[int]:
-    """Nodes of a⁻¹ right, by elimination without exchange: a is symmetric and positive."""
+    """Return the nodes of a⁻¹ right, by elimination without pivoting: a is symmetric and positive definite."""
     n = len(right)
     for k in range(n):
         for i in range(k + 1, n):
@@ -107,7 +107,7 @@ def solved(g: Graph, a: dict, right: list[int]) -> list[int]:
 
 
 def gathered(e: sp.Expr, equations: Equations) -> sp.Expr:
-    """An expression with few products of what moves: fractions factorised together, then what terms have in common.
+    """Return an expression with few products of states: fractions, then common factors of terms, are factorised.
 
     Numerators are sums over the parameters' monomials, whose factors are products of sums again.
     """

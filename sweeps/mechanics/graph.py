@@ -91,20 +91,20 @@ class Graph:
         return tuple(self.slopes)
 
     def add(self, node: Node) -> int:
-        """Number of a node, the same for the same node."""
+        """Add a node unless it is there already, and return its number."""
         if node not in self._numbers:
             self._numbers[node] = len(self.nodes)
             self.nodes.append(node)
         return self._numbers[node]
 
     def moves(self, number: int) -> bool:
-        """Whether a node depends on the state."""
+        """Return True if a node depends on the state."""
         return self.nodes[number].kind != CONSTANT
 
     # -- building
 
     def build(self, expression: sp.Expr) -> int:
-        """The node of an expression in states and parameters."""
+        """Return the node of an expression in states and parameters."""
         expression = sp.sympify(expression)
         if expression not in self._expressions:
             self._expressions[expression] = self._build(expression)
@@ -126,11 +126,11 @@ class Graph:
         raise DescriptionError(f"{type(e).__name__}: {e} cannot be integrated; allowed: +, ×, /, powers and {_KNOWN}")
 
     def constant(self, expression) -> int:
-        """A node that depends on parameters only."""
+        """Return a node that depends on parameters only."""
         return self.build(expression)
 
     def sum(self, numbers, weights=None, zero=False) -> int:
-        """Weighted sum of nodes; ``zero`` says that its value at the equilibrium vanishes."""
+        """Return the node of a weighted sum of nodes; ``zero`` states that its value at the equilibrium vanishes."""
         weights = tuple(weights) if weights else (1.0,) * len(numbers)
         if not any(map(self.moves, numbers)):
             terms = (w * self.nodes[k].weights[0] for k, w in zip(numbers, weights, strict=True))
@@ -139,25 +139,25 @@ class Graph:
         return self.add(Node(ADD, tuple(numbers), weights, zero))
 
     def product(self, first: int, second: int) -> int:
-        """Product of two nodes."""
+        """Return the node of the product of two nodes."""
         if not (self.moves(first) or self.moves(second)):
             return self.build(self.nodes[first].weights[0] * self.nodes[second].weights[0])
         zero = self.nodes[first].zero or self.nodes[second].zero
         return self.add(Node(MUL, tuple(sorted((first, second))), (), zero))
 
     def quotient(self, first: int, second: int) -> int:
-        """Quotient of two nodes."""
+        """Return the node of the quotient of two nodes."""
         if not self.moves(second):
             return self.product(first, self.build(1 / self.nodes[second].weights[0]))
         return self.add(Node(DIV, (first, second), (), self.nodes[first].zero))
 
     def vanishing(self, expression) -> int:
-        """The node of what vanishes at an equilibrium, so that its base is 0 there and not what rounding leaves."""
+        """Return the node of a value that vanishes at an equilibrium: its base is exactly 0 there, without rounding."""
         number = self.build(expression)
         return self.sum((number,), zero=True) if self.near else number
 
     def tangents(self, seeds: dict[int, int]) -> dict[int, int]:
-        """Derivatives of all nodes that move, as nodes, along a direction; of what does not change there is none.
+        """Return the derivatives along a direction, as nodes, of all nodes that depend on the state; none for zero.
 
         Args:
             seeds: state → the node of its share of the direction.
@@ -298,7 +298,7 @@ _INTEGRATED = (
 
 
 def lambdified(arguments, expressions):
-    """A NumPy function of arrays (all of one shape) that gives every expression as such an array, float64."""
+    """Return a NumPy function of arrays (all of one shape) that returns every expression as such an array, float64."""
     function = sp.lambdify(arguments, list(expressions), modules=[{"erf": special.erf}, "numpy"], cse=True)
 
     def evaluate(*arrays):
@@ -332,7 +332,7 @@ class Values:
             self._second[number] = lambdified((u, *self._parameters), [lam.expr.diff(u, 2)])
 
     def bases(self, parameters, q0):
-        """U of every node: arrays (n,) from parameters and places (tuples of arrays); slopes f′(U) by function node."""
+        """Return U of every node, arrays (n,), from tuples of parameters and places; slopes f′(U) by function node."""
         U, slopes = self._constants(*parameters), {}
         shape = np.shape(q0[0])
         for number, node in enumerate(self.graph.nodes):
@@ -353,7 +353,7 @@ class Values:
         return U, slopes
 
     def deviations(self, U, slopes, parameters, epsilon, x):
-        """û of every node and the remainders of the functions, for deviations x of the states."""
+        """Return û of every node and the remainders of the functions, for deviations x of the states."""
         hat, remainders = [None] * len(self.graph.nodes), {}
         for number, node in enumerate(self.graph.nodes):
             if node.kind == CONSTANT:

@@ -35,34 +35,34 @@ class Landscape(RootProblem):
         return sp.nan if self.equations.natural else (place.bounds[1] - place.bounds[0]) / 4
 
     def starts(self, parameters):
-        """The named places, shape (points, names, m); without names a place off the middle of the bounds."""
+        """Return the named places, shape (points, names, m); without names a place off the middle of the bounds."""
         if self.system.labels:
             return self.labels(parameters)
         bounds = self.bounds(parameters)
         return (bounds[..., 0] + 0.3819660112501051 * (bounds[..., 1] - bounds[..., 0]))[:, None]
 
     def slopes(self, parameters, x):
-        """Derivatives of the forces or rates by all states, and their terms' absolute values: (points, m, n) each."""
+        """Return the derivatives of forces or rates by all states and their terms' absolute values: (points, m, n)."""
         return tuple(self._shaped(f, (self.m, self.n), parameters, x) for f in (self._slopes, self._terms))
 
     def a(self, parameters, x):
-        """Kinetic matrix of coordinates, shape (points, m, m)."""
+        """Return the kinetic matrix of coordinates, shape (points, m, m)."""
         return self._shaped(self._a, (self.m, self.m), parameters, x)
 
     def third(self, parameters, x):
-        """The third derivatives of V and the first of a, a list of arrays."""
+        """Return the third derivatives of V and the first of a, a list of arrays."""
         return self._third(*parameters, *x)
 
     def gradients(self, parameters, x):
-        """Derivatives of the conserved quantities, shape (points, quantities, n)."""
+        """Return the derivatives of the conserved quantities, shape (points, quantities, n)."""
         return self._shaped(self._gradients, (-1, self.n), parameters, x)
 
     def curvatures(self, parameters, x):
-        """Absolute values of the conserved quantities' second derivatives, shape (points, quantities, n, n)."""
+        """Return the absolute second derivatives of the conserved quantities, shape (points, quantities, n, n)."""
         return self._shaped(self._curvatures, (-1, self.n, self.n), parameters, x)
 
     def sizes(self, parameters, x):
-        """Sizes of the places, shape (points, m); NaN where none is given."""
+        """Return the sizes of the places, shape (points, m); NaN where none is given."""
         return self._shaped(self._sizes, (self.m,), parameters, x)
 
     @staticmethod

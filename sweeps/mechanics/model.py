@@ -92,19 +92,19 @@ class Model:
         return normal_modes if self.equations.natural else relative
 
     def theory(self, points, **further) -> dict:
-        """What linear theory says of points; see `measurement`."""
+        """Return the predictions of linear theory for points; see `measurement`."""
         return self.measurement.theory(self, points, **further)
 
     def survey(self, points, *settings, **further) -> dict[str, np.ndarray]:
-        """All columns of points, in units; see `measurement`."""
+        """Return all columns of points, in units; see `measurement`."""
         return self.measurement.survey(self, points, *settings, **further)
 
     def parameters(self, points, size: int) -> list[np.ndarray]:
-        """One array (size,) a parameter, in the description's order; zeros for the parameters of a system without."""
+        """Return one array (size,) for each parameter, in the description's order; one of zeros if there are none."""
         return [np.asarray(points[name], dtype=np.float64) for name in self.names] or [np.zeros(size)]
 
     def equilibria(self, parameters: list[np.ndarray]) -> equilibria.Found:
-        """All equilibria of points, of which each parameter's values are given."""
+        """Find all equilibria of points, given by the values of each parameter."""
         return equilibria.find(self.landscape, parameters)
 
     def located(self, parameters: list[np.ndarray], slot: np.ndarray) -> dict[str, np.ndarray]:

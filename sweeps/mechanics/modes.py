@@ -15,7 +15,7 @@ import numpy as np
 
 
 def normal_modes(hessian, a):
-    """Signed ω² and modes of many points.
+    """Return the signed ω² and the modes of many points.
 
     Args:
         hessian: V″, shape (points, n, n).
@@ -56,7 +56,7 @@ def _inverse_factors(a):
 
 
 def scale(hessian_terms, a):
-    """S in s-1, shape (points,); NaN where a is not positive, or nothing pulls anywhere."""
+    """Return S in s-1, shape (points,); NaN where a is not positive definite or V has no curvature."""
     with np.errstate(all="ignore"):
         unit = 1.0 / np.sqrt(np.einsum("pii->pi", a))
         pair = unit[:, :, None] * unit[:, None, :]
@@ -69,7 +69,7 @@ def scale(hessian_terms, a):
 
 
 def positive(a):
-    """Whether a is finite and positive definite, shape (points,)."""
+    """Return True where a is finite and positive definite, shape (points,)."""
     with np.errstate(all="ignore"):
         unit = 1.0 / np.sqrt(np.einsum("pii->pi", a))
         unit_a = a * unit[:, :, None] * unit[:, None, :]

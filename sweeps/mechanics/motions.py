@@ -20,7 +20,7 @@ FALLING, ROUNDED = 0.25, 1e-7  # changes below ROUNDED that a halving does not m
 
 
 def follow(code: Code, parameters, start, times, steps: int) -> np.ndarray:
-    """States at times, shape (runs, times, states).
+    """Return the states at times, shape (runs, times, states).
 
     Args:
         code: of motions, not near equilibria.
@@ -49,7 +49,7 @@ def follow(code: Code, parameters, start, times, steps: int) -> np.ndarray:
 
 
 def solved(code: Code, parameters, start, times, tolerance: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """States at times and their errors, shape (runs, times, states), and whether each run keeps the tolerance.
+    """Return states at times and their errors, shape (runs, times, states), and whether each run meets the tolerance.
 
     Args:
         code: as of :func:`follow`.
@@ -84,7 +84,7 @@ def solved(code: Code, parameters, start, times, tolerance: float) -> tuple[np.n
 
 
 def monodromy(model, parameters, start, tolerance: float) -> dict[str, np.ndarray]:
-    """What the tangent flow of motions does in a period: the certificate of measured multipliers.
+    """Return the matrix of the tangent flow over one period, which certifies measured multipliers.
 
     Args:
         model: of a system with a period.

@@ -23,7 +23,7 @@ LEAST_SHARE = 1e-6  # of a nudge: a mode with less of it is left to rounding and
 
 
 def theory(model, points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """What linear theory says of points.
+    """Return the predictions of linear theory for points.
 
     Args:
         model: of a natural system.
@@ -86,7 +86,7 @@ def _twice(third, terms, a, sizes):
 
 
 def measured(model, points, theory, cycles: float, samples_per_cycle: int, tolerance: float, direction=None):
-    """What motions show of points; of theory only places, modes (as directions) and the scale are used.
+    """Measure points by their motions; only places, modes (as directions) and the scale are used from theory.
 
     Args:
         model: of a natural system.
@@ -95,11 +95,11 @@ def measured(model, points, theory, cycles: float, samples_per_cycle: int, toler
         cycles: length of the run, in 2π/S.
         samples_per_cycle: samples in 2π/S; the spacing is 0.5/S at most.
         tolerance: relative error allowed.
-        direction: of the nudge, one number a coordinate; None nudges along the mode.
+        direction: of the perturbation, one number for each coordinate; None: along the mode.
 
     Returns:
         `raw` (points, len(kernel.RAW)), `status` (int8), `intervals`, `spacing`, `reach` (the signed size of the mode's
-        part of the nudge, relative to the whole) and `share` (of the norm that the kinetic matrix makes).
+        part of the perturbation, relative to the whole) and `share` (of the norm that the kinetic matrix makes).
     """
     intervals, spacing = round(cycles * samples_per_cycle), min(2.0 * np.pi / samples_per_cycle, 0.5)
     size, status = len(points["epsilon"]), theory["status"].copy()
@@ -197,7 +197,7 @@ def survey(
     direction=None,
     degenerate: bool = False,
 ):
-    """All columns of points, in units; see `sweeps.systems.oscillator.system`."""
+    """Return all columns of points, in units; see `sweeps.systems.oscillator.system`."""
     linear = theory(model, points)
     motions = measured(model, points, linear, cycles, samples_per_cycle, tolerance, direction)
     columns = _columns(model, points, linear, motions)

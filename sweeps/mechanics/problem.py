@@ -72,13 +72,13 @@ class RootProblem:
         return Tape(forces, [*(self.symbols[i] for i in self.free), *self.parameters], ())
 
     def constants(self, parameters):
-        """The constants of `tape`, for one array (points,) a parameter."""
+        """Return the constants of `tape`, for one array (points,) for each parameter."""
         held = [h for i, h in enumerate(self.holds(parameters).T) if i not in self.free]
         constants = self.tape.constants([*parameters, *held])
         return np.array(np.broadcast_to(constants, (parameters[0].size, *constants.shape[1:])))
 
     def enclosed(self, parameters, low, high):
-        """Enclosures of F and its slopes in boxes (points, m): shape (points, m, 1 + m, 2), and states (points,)."""
+        """Enclose F and its slopes in boxes (points, m): return shapes (points, m, 1 + m, 2), and states (points,)."""
         constants = self.whole.constants(parameters)
         return self.whole.slopes(constants, np.arange(low.shape[0]), low, high)
 
@@ -114,15 +114,15 @@ class RootProblem:
         return tuple(None if p.symbol in told else p.default for p in self.system.parameters.values()) or (0.0,)
 
     def bounds(self, parameters):
-        """(low, high) of each coordinate or state, shape (points, m, 2)."""
+        """Return (low, high) of each coordinate or state, shape (points, m, 2)."""
         return self._spread(self._bounds, parameters).reshape(-1, self.m, 2)
 
     def holds(self, parameters):
-        """Values of the coordinates that are held, shape (points, m)."""
+        """Return the values of the coordinates that are held fixed, shape (points, m)."""
         return self._spread(self._holds, parameters)
 
     def labels(self, parameters):
-        """Places that the description names, shape (points, labels, m); NaN where there is none."""
+        """Return the places that the description names, shape (points, labels, m); NaN where there is none."""
         count = len(self.system.labels)
         if not count:
             return np.empty((parameters[0].size, 0, self.m))

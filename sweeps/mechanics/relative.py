@@ -24,9 +24,9 @@ ROUNDINGS = 256 * np.finfo(np.float64).eps  # of the scale: what theory's own ei
 
 
 def usual_runs(model) -> int:
-    """Runs of a point where none are said: one for every two eigenvalues, from two to four.
+    """Return the default number of runs of a point: one for every two eigenvalues, from two to four.
 
-    Where motions soon grow tenfold, modes of like rates are told apart by their starts, hardly by their course.
+    Where motions soon grow tenfold, modes of similar rates are separated mainly by their initial values.
     """
     return min(max(2, -(-model.n // 2)), 4)
 
@@ -35,12 +35,12 @@ def usual_runs(model) -> int:
 
 
 def theory(model, points: Mapping[str, np.ndarray], vectors: bool = False) -> dict[str, np.ndarray]:
-    """What the Jacobian says of points.
+    """Return the eigenvalues and eigenvectors of the Jacobian at points.
 
     Args:
         model: of any system.
         points: each parameter and `equilibrium` (slot from 0), shape (points,).
-        vectors: whether `left` and `right` ones are asked for.
+        vectors: whether to return `left` and `right` vectors.
 
     Returns:
         `place`; `eigenvalues` (s-1, complex, ordered), `condition`, `left` and `right` vectors (last axis: the
@@ -154,7 +154,7 @@ def _changes(model, parameters, place, sizes, gradients):
 
 
 def measured(model, points, theory, cycles: float, samples_per_cycle: int, tolerance: float, runs: int):
-    """What motions show of points; of theory only places, sizes and the scale are used.
+    """Measure points by their motions; only places, sizes and the scale are used from theory.
 
     Returns:
         `raw` (points, …) of `kernels.flows`, `status` (int8) and `spacing` (in 1/S).
@@ -203,7 +203,7 @@ def _run(model, points, theory, part, runs, sampling):
 def survey(
     model, points, cycles: float = 4, samples_per_cycle: int = 16, tolerance: float = 1e-12, runs: int | None = None
 ) -> dict[str, np.ndarray]:
-    """All columns of points (each parameter, `epsilon`, `equilibrium`, `eigenvalue` from 1), in units."""
+    """Return all columns of points (each parameter, `epsilon`, `equilibrium`, `eigenvalue` from 1), in units."""
     first, back = runs_of([np.asarray(points[name]) for name in (*model.names, "epsilon", "equilibrium")])
     motions = {name: np.asarray(values)[first] for name, values in points.items()}
     linear = theory(model, motions)
@@ -274,7 +274,7 @@ def _twice(points):
 
 
 def directions(n: int, runs: int) -> np.ndarray:
-    """Directions of the nudges, shape (runs, n): fixed, of size one at most, no two states' shares alike."""
+    """Return fixed directions of the perturbations, shape (runs, n), of size one at most, no two components alike."""
     return np.array([[np.cos(1.0 + 2.399963229728653 * (i + 1) * (r + 1) + r) for i in range(n)] for r in range(runs)])
 
 
@@ -394,7 +394,7 @@ def _growth(re, error):
 
 
 def regimes(re, im, re_error, im_error, invariants=None, pairs=None):
-    """Regimes of spectra with errors, int8 of `kernels.flows`, -1 where there is none.
+    """Return the regimes of spectra with errors, int8 of `kernels.flows`, -1 where there is none.
 
     Args:
         re: real parts, shape (points, n).

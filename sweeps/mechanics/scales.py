@@ -21,7 +21,7 @@ WIDEST = 30.0
 
 
 def reach(landscape, parameters, place, distance):
-    """What V″ amounts to at most within a distance (points, n) of places (points, n), over terms: (points, n, n)."""
+    """Return the largest |V″| within a distance (points, n) of places (points, n), over terms: (points, n, n)."""
     values, states = landscape.enclosed(parameters, place - distance, place + distance)
     size = np.abs(values[:, :, 1:]).max(axis=-1)
     size[(states > 0) | ~np.isfinite(size).all(axis=(1, 2))] = np.inf
@@ -29,7 +29,7 @@ def reach(landscape, parameters, place, distance):
 
 
 def sizes(landscape, parameters, place, terms):
-    """Sizes of a nudge of relative size one, shape (points, n): as given, or found from V and the bounds."""
+    """Return sizes of a perturbation of relative size one, (points, n): as given, or found from V and the bounds."""
     given = landscape.sizes(parameters, list(place.T))
     for i, c in enumerate(landscape.equations.system.kept):
         if c.size is None:
@@ -56,7 +56,7 @@ def _neighbourhood(landscape, parameters, place, terms, i):
 
 
 def bounding_terms(landscape, parameters, place, terms, sizes):
-    """The terms of V″, with what V″ amounts to within the sizes where a coordinate's own vanish, and where that is."""
+    """Return the terms of V″, replaced by |V″| within the sizes where a coordinate's terms vanish, and where so."""
     near = np.einsum("pii->pi", reach(landscape, parameters, place, NEARBY * sizes)) * sizes**2
     row = (terms * sizes[:, :, None] * sizes[:, None, :]).max(axis=2)
     gone = np.isfinite(near) & (near > 0.0) & (row <= VANISHED * near)
@@ -77,7 +77,7 @@ def bounding_terms(landscape, parameters, place, terms, sizes):
 
 
 def too_wide(landscape, parameters, place, terms, nudge):
-    """Whether nudges (points, n) leave the neighbourhood of places whose terms of V″ are (points, n, n)."""
+    """Return True where perturbations (points, n) leave the neighbourhood of places with terms of V″ (points, n, n)."""
     bounds = landscape.bounds(parameters)
     turning = np.array([c.periodic for c in landscape.equations.system.kept])
     outside = (nudge > (bounds[..., 1] - bounds[..., 0])) & ~turning

@@ -52,11 +52,11 @@ class Tape:
         self._fixed = _Fixed(self._constants, self.parameters)
 
     def constants(self, parameters) -> np.ndarray:
-        """Enclosures of the constants, shape (points, constants, 2), for one array (points,) a parameter."""
+        """Return enclosures of the constants, (points, constants, 2), for one array (points,) for each parameter."""
         return self._fixed(parameters)
 
     def slopes(self, constants, owner, low, high, count=None):
-        """Ends of f and its first derivatives, shape (boxes, functions, 1 + count, 2), and the boxes' states."""
+        """Enclose f and its first derivatives, shape (boxes, functions, 1 + count, 2); return the boxes' states too."""
         count = len(self.variables) if count is None else count
         values = np.empty((owner.size, self.outputs.size, 1 + count, 2))
         states = np.empty(owner.size, dtype=np.int64)
@@ -159,7 +159,7 @@ class _Numbers(Tape):
 
 
 def literal(e) -> tuple[float, float]:
-    """Two doubles that a number lies between, or is."""
+    """Return two doubles that enclose a number, equal if it is a double."""
     value = float(e)
     if e.is_Float or (e.is_Integer and abs(value) < 2.0**53) or not np.isfinite(value):
         return value, value
@@ -167,5 +167,5 @@ def literal(e) -> tuple[float, float]:
 
 
 def allowed() -> str:
-    """What an expression may be made of, in words."""
+    """Return the allowed parts of an expression, in words."""
     return "+, ×, /, powers and " + ", ".join(f.__name__ for f in FUNCTIONS) + ", sqrt"

@@ -129,7 +129,7 @@ class Code:
         return Values(self.graph)
 
     def starts(self, parameters, place, motions) -> np.ndarray:
-        """Rows of the scratch array at the start of motions, shape (points, motions, rows); the step is left open.
+        """Return the scratch array's rows at the start of motions, shape (points, motions, rows), without the step.
 
         Args:
             parameters: a list of arrays (points,).
@@ -379,7 +379,7 @@ class Code:
 
 
 def load(path: Path):
-    """Import a generated file, which compiles it or finds it in the cache of kernels."""
+    """Compile a generated file or read it from the cache of kernels, by importing it."""
     spec = importlib.util.spec_from_file_location(path.stem, path)
     module = importlib.util.module_from_spec(spec)
     sys.modules[path.stem] = module

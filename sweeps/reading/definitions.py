@@ -21,7 +21,7 @@ MAX_EVENTS = 100_000  # of YAML, values and ends of lists and mappings: five sec
 
 
 def plain(value: Any, where: tuple = (), left: list[int] | None = None) -> Any:
-    """The value with NumPy's numbers and arrays, ranges and lists made plain; bounded, so cycles end."""
+    """Return the value with NumPy numbers, arrays, ranges and lists as plain ones; a bounded depth ends cycles."""
     left = [MAX_NODES, MAX_CHARACTERS] if left is None else left
     left[0] -= 1
     left[1] -= len(value) if isinstance(value, str) else 0
@@ -62,7 +62,7 @@ def _text(text: str, where: tuple) -> str:
 
 
 def as_yaml(value: dict) -> str:
-    """Plain values as YAML text, which reads back as them."""
+    """Return plain values as YAML text that reads back as the same values."""
     from ruamel.yaml import YAML
 
     yaml = YAML(typ="safe", pure=True)
@@ -105,7 +105,7 @@ def mapping_of(text: object) -> dict:
 
 
 def file_text(path: Path) -> str:
-    """The text of a definition's file, UTF-8 and of bounded size."""
+    """Return the text of a definition's file, UTF-8 and of bounded size."""
     allowed = f"a readable YAML file of at most {MAX_FILE_BYTES:,} bytes, in UTF-8"
     where = ("(file)",)
     try:
@@ -121,7 +121,7 @@ def file_text(path: Path) -> str:
 
 
 def read_text(text: str) -> Any:
-    """The value that JSON or YAML text holds, mappings as pairs: :func:`plain` sees doubles among their keys."""
+    """Return the value of JSON or YAML text, mappings as pairs: :func:`plain` sees duplicates among their keys."""
     if text.lstrip().startswith("{"):
         try:
             return _read_json(text)

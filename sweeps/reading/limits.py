@@ -11,7 +11,7 @@ class Pairs(tuple):
 
 
 def whole_number(text: str, where: tuple = ()) -> int:
-    """A whole number of its digits, of which there are not too many."""
+    """Parse a whole number, refusing one with too many digits."""
     if len(text) > 1000:  # int() refuses beyond 4,300 digits, and no double reaches 1,000
         wrong = f"is a number of {len(text):,} digits"
         raise UnreadableError(where, shortened(text), wrong, "numbers up to 1.8e308")

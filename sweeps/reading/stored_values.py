@@ -39,11 +39,11 @@ class StoredValues:
         self._place = {tuple(place[:-3]): tuple(place[-2:]) for place in held.places.tolist()} if held.chunk else {}
 
     def whole(self) -> np.ndarray:
-        """All values."""
+        """Return all the values."""
         return self._box([(0, size) for size in self.shape])
 
     def read(self, key: tuple) -> np.ndarray:
-        """The values at a tuple of numbers and slices."""
+        """Return the values at a tuple of numbers and slices."""
         boxes, picked = [], []
         for index, size in zip(key, self.shape, strict=True):
             if isinstance(index, slice):

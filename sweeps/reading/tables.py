@@ -42,7 +42,7 @@ def refusal(column: str, shown: str, wrong: str, allowed: str) -> UnreadableErro
 
 
 def heading(text: str) -> tuple[str, str]:
-    """Name and unit ("" for none) of a heading: "I1", "I1 (kg m2)", "I1 [kg m^2]"."""
+    """Return name and unit ("" for none) of a heading: "I1", "I1 (kg m2)", "I1 [kg m^2]"."""
     found = HEADING.fullmatch(text[:LONGEST_LINE])
     return (found["name"], found["unit"] or "") if found else (text.strip(), "")
 
@@ -74,7 +74,7 @@ class Source:
         self._file, self.name = file, file.name.rpartition("/")[2]
 
     def parts(self, places: Sequence[int]) -> Iterator[np.ndarray]:
-        """The rows of some columns, `PART_ROWS` at a time, float64 of shape (rows, columns); NaN for what is none."""
+        """Yield rows of some columns, `PART_ROWS` at a time, float64 of shape (rows, columns); NaN for no number."""
         raise NotImplementedError
 
     def _refuse_swollen(self, values: int) -> None:

@@ -14,7 +14,7 @@ from sweeps.schema.refusals import UnreadableError, display, key_path
 
 
 def read(text: str, most: int) -> Any:
-    """The value that YAML text holds, mappings as pairs, of at most so many values and ends of lists and mappings."""
+    """Return the value of YAML text, mappings as pairs; refuse more than `most` values and ends of collections."""
     parsed = YAML(typ="safe", pure=True, plug_ins=[]).parse(text)
     try:
         return _document(_bounded(parsed, most))

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from kernels.statuses import EQUILIBRIUM_UNDECIDED, NO_EQUILIBRIUM, NON_FINITE
 from sweeps.figure import style
 from sweeps.systems.oscillator.presentation import figure_oscillations
 from sweeps.systems.oscillator.variables import REGIMES
@@ -73,9 +74,18 @@ def test_the_legend_lists_what_is_drawn():
     assert listed(figure_oscillations.draw(a_map(square, np.full(square.shape, STABLE)))) == []
     square[:, :3] = -1.0
     square[0, 0] = np.nan
-    changing = figure_oscillations.draw(a_map(square, np.where(square > 0, STABLE, UNSTABLE)))
-    assert drawn(changing) >= {"measured", "theory"}
-    assert listed(changing) == [r"theory: $\omega^2 = 0$", "no such equilibrium"]
+    square[0, 1] = np.nan
+    ds = a_map(square, np.where(square > 0, STABLE, UNSTABLE))
+    for codes, words in (
+        ((NO_EQUILIBRIUM, NO_EQUILIBRIUM), "no such equilibrium"),
+        ((EQUILIBRIUM_UNDECIDED, EQUILIBRIUM_UNDECIDED), "equilibrium undecided"),
+        ((EQUILIBRIUM_UNDECIDED, NO_EQUILIBRIUM), "no such equilibrium, or undecided"),
+        ((NON_FINITE, NO_EQUILIBRIUM), "no measured value"),
+    ):
+        ds["status"].values[0, :2] = np.reshape(codes, (2, 1, 1, 1, 1, 1, 1))
+        changing = figure_oscillations.draw(ds)
+        assert drawn(changing) >= {"measured", "theory"}
+        assert listed(changing) == [r"theory: $\omega^2 = 0$", words]
     curve = figure_oscillations.draw(a_map(square[:1, 1:], np.where(square[:1, 1:] > 0, STABLE, UNSTABLE)))
     assert listed(curve) == ["theory", "stable", "unstable"]
     assert drawn(curve) >= {"theory", "stable", "unstable"}

@@ -1,9 +1,10 @@
 """How a system's flags and names look: in words, as a character in a terminal, in colour, as a symbol."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from kernels.statuses import STATUSES
 from sweeps.figure import colors
 
 
@@ -43,6 +44,17 @@ COMMON = {
     "not_converged": Mark("not converged", "x", ""),
     "non_finite": Mark("non-finite", "n", ""),
 }
+
+MISSING = {
+    frozenset({"no_equilibrium"}): "no such equilibrium",
+    frozenset({"equilibrium_undecided"}): "equilibrium undecided",
+    frozenset({"no_equilibrium", "equilibrium_undecided"}): "no such equilibrium, or undecided",
+}
+
+
+def missing_words(codes: Iterable[int]) -> str:
+    """Return the legend's words for points without a measured value, by the codes of their statuses."""
+    return MISSING.get(frozenset(STATUSES[code] for code in codes), "no measured value")
 
 
 @dataclass(frozen=True)

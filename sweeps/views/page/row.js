@@ -59,6 +59,18 @@ function sentenceOf(place) {
   return [words, rate].filter(Boolean).map((part) => part[0].toUpperCase() + part.slice(1)).join(". ");
 }
 
+const MISSING = {
+  no_equilibrium: "There is no such equilibrium at this point.",
+  equilibrium_undecided: "Whether there is such an equilibrium at this point is undecided.",
+};
+
+/** Why a point has no measured value, by its status. */
+function missingInWords(place) {
+  const { status } = theMap.columns;
+  const meaning = status?.meanings.get(status.at(place));
+  return MISSING[meaning] ?? `No value is measured at this point${meaning ? `: ${flagText(meaning)}` : ""}.`;
+}
+
 /** A coordinate's value in a sentence, by its name or number: "equilibrium “upright”". */
 function namedPlace(name, place) {
   const text = coordinateText(name, coordinateAt(name, place));

@@ -15,6 +15,7 @@ from kernels.statuses import STATUSES
 from sweeps.figure import colors, style
 from sweeps.systems.oscillator.variables import REGIMES
 from sweeps.systems.presentation import ratios
+from sweeps.systems.presentation.look import missing_words
 
 MOST_DRAWN = 400  # values a dimension
 MOST_PANELS = 8
@@ -65,7 +66,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     if image is not None:
         bar = figure.colorbar(image, ax=axes[:count], shrink=0.9, aspect=30, pad=0.02)
         bar.set_label("measured $\\omega^2$ / rate scale$^2$\nabove 0 stable, below unstable", fontsize=8)
-    style.legend(figure, _missing(figure))
+    style.legend(figure, _missing(figure, part))
     return figure
 
 
@@ -243,11 +244,12 @@ def _places(ax, part, name, x, y):
     ax.set(xlabel=style.label_of(part, x), ylabel=name.removesuffix("_equilibrium") + (f"  ({unit})" if unit else ""))
 
 
-def _missing(figure):
+def _missing(figure, part):
     """What stands for cells without a value, where there are any."""
     meshes = [artist for ax in figure.axes for artist in ax.collections if artist.get_gid() == "measured"]
     if any(np.ma.getmaskarray(mesh.get_array()).any() for mesh in meshes):
-        return [Patch(facecolor=MISSING, label="no such equilibrium")]
+        codes = np.unique(part["status"].values[np.isnan(part["measured"].values)])
+        return [Patch(facecolor=MISSING, label=missing_words(codes))]
     return []
 
 

@@ -12,6 +12,7 @@ from matplotlib.patches import Patch
 
 from kernels.statuses import STATUSES
 from sweeps.figure import colors, style
+from sweeps.systems.presentation.look import missing_words
 from sweeps.systems.relative_equilibrium.presentation.look import LOOK
 from sweeps.systems.relative_equilibrium.variables import REGIMES
 
@@ -166,10 +167,8 @@ def _kinds(figure, part):
     drawn = {REGIMES[1 + int(code) // SHADES] for mesh in codes for code in np.unique(mesh.compressed())}
     handles = [Patch(facecolor=LOOK.color(name), label=LOOK.words(name)) for name in REGIMES[1:] if name in drawn]
     if any(np.ma.getmaskarray(mesh).any() for mesh in codes):
-        missing = {STATUSES[code] for code in part["status"].values[part["regime"].values < 0].tolist()}
-        nowhere = missing <= {"no_equilibrium", "equilibrium_undecided"}
-        label = "no measured value" if not nowhere else "no such equilibrium" if len(missing) == 1 else "none found"
-        handles.append(Patch(facecolor=MISSING, label=label))
+        codes = np.unique(part["status"].values[part["regime"].values < 0])
+        handles.append(Patch(facecolor=MISSING, label=missing_words(codes)))
     return handles
 
 

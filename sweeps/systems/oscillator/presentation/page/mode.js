@@ -51,7 +51,7 @@ function followedInWords({ followed, times, rest, coordinates, end }, square) {
 /** What is said of a mode, after the name of its equilibrium where a map has several. */
 function sentenceOfMode(words) {
   const names = theMap.coordinates.equilibrium?.values ?? [];
-  if (names.length < 2) return words;
+  if (names.length < 2 || !theMap.mode) return words;
   return `Near the ${namedPlace("equilibrium", state.place)} ${words[0].toLowerCase()}${words.slice(1)}`;
 }
 
@@ -82,7 +82,8 @@ function drawMode() {
   const there = Number.isFinite(square);
   for (const id of ["mode-plot", "mode-table"]) document.getElementById(id).hidden = !there;
   if (!there) {
-    words.textContent = "There is no such mode at this point.";
+    theMap.mode = null;
+    words.textContent = missingInWords(state.place);
     return;
   }
   const shown = modeMotion(square);

@@ -4,7 +4,7 @@ const part = {
   choices: signedRate,
   nudges: { along: "epsilon", over: {} },
   kept: { nudge: (text) => (Number(text) > 0 && Number(text) < 1 ? Number(text) : null) },
-  say: (place) => (theMap.mode ? sentenceOfMode(document.getElementById("mode-words").textContent) : sentenceOf(place)),
+  say: (place) => (theMap.columns.omega_squared ? sentenceOfMode(document.getElementById("mode-words").textContent) : sentenceOf(place)),
   build() {
     buildMode();
     buildPlaces();

@@ -22,15 +22,15 @@ function regimeOfAll(column, place) {
   return ["undetermined", "unstable", "marginal", "stable"].find((word) => words.includes(word));
 }
 
-/** The equilibria along a parameter: slot, place in the map, value, where it rests, regimes by theory and as measured. */
+/** The equilibria along a parameter: slot, place in the map, value, where it rests, regimes by theory and as measured, and whether it is undecided. */
 function restingPlaces(name, column) {
   const [k, e] = [name, "equilibrium"].map((one) => theMap.order.indexOf(one));
-  const { regime_theory: theory, regime } = theMap.columns;
+  const { regime_theory: theory, regime, status } = theMap.columns;
   return theMap.coordinates.equilibrium.values.map((slot, s) => ({
     slot,
     points: ascending(name).map((i) => {
       const place = state.place.map((at, d) => (d === k ? i : d === e ? s : at));
-      return { place, x: theMap.coordinates[name].values[i], rests: column.at(place), theory: regimeOfAll(theory, place), measured: regimeOfAll(regime, place) };
+      return { place, x: theMap.coordinates[name].values[i], rests: column.at(place), theory: regimeOfAll(theory, place), measured: regimeOfAll(regime, place), undecided: status?.meanings.get(status.at(place)) === "equilibrium_undecided" };
     }),
   }));
 }
@@ -60,8 +60,10 @@ function drawPlaces() {
   const chosen = able.find((column) => column.name === select.value) ?? able[0];
   select.replaceChildren(...able.map((column) => element("option", { value: column.name, textContent: column.longName, selected: column === chosen })));
   select.parentElement.hidden = able.length < 2;
-  document.getElementById("places-over").textContent = `${theMap.coordinates[state.x].longName}${placeBeside()}`;
   const resting = restingPlaces(state.x, chosen);
+  const undecided = resting[0].points.filter((_, i) => resting.some(({ points }) => points[i].undecided)).length;
+  const open = undecided > 0 ? ` (undecided at ${undecided} of ${resting[0].points.length} values)` : "";
+  document.getElementById("places-over").textContent = `${theMap.coordinates[state.x].longName}${placeBeside()}${open}`;
   theMap.resting = { resting, chosen };
   const here = { type: "scatter", mode: "markers", name: "chosen", showlegend: false, x: [coordinateAt(state.x, state.place)], y: [chosen.at(state.place)], marker: { size: 15, symbol: "circle-open", color: pageColor("ink"), line: { width: 2.5 } }, hoverinfo: "skip" };
   const unit = unitText(chosen.units);
@@ -81,7 +83,7 @@ function placeBeside() {
 function fillPlacesTable() {
   const { resting, chosen } = theMap.resting;
   const heads = [dimensionLabel(state.x), ...resting.map(({ slot }) => flagText(String(slot)))];
-  const rows = fewOf(resting[0].points.length, 30).map((i) => [numberText(resting[0].points[i].x, 4), ...resting.map(({ points }) => (Number.isFinite(points[i].rests) ? `${chosen.text(points[i].rests)}, ${flagText(points[i].measured)}` : "–"))]);
+  const rows = fewOf(resting[0].points.length, 30).map((i) => [numberText(resting[0].points[i].x, 4), ...resting.map(({ points }) => (Number.isFinite(points[i].rests) ? `${chosen.text(points[i].rests)}, ${flagText(points[i].measured)}` : points[i].undecided ? "undecided" : "–"))]);
   fillTable(document.querySelector("#places-table table"), heads, rows);
 }
 

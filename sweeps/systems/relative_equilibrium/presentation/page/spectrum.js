@@ -24,7 +24,7 @@ const FATES = { asymptotically_stable: "stable", flutter: "unstable, by flutter"
 /** What the rightmost eigenvalue means. */
 function spectrumInWords(values) {
   const known = values.filter(({ measured }) => measured.every(Number.isFinite));
-  if (known.length === 0) return "There is no such equilibrium at this point.";
+  if (known.length === 0) return missingInWords(state.place);
   const { regime } = theMap.columns;
   const meaning = regime?.meanings.get(regime.at(state.place));
   const word = FATES[meaning] ?? (meaning ? flagText(meaning) : "");
