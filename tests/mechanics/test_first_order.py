@@ -32,10 +32,10 @@ def test_few_products_give_what_was_written(name):
     """Every expression as a graph, and gathered, against the symbols in 30 digits."""
     flow, rng = flow_of(name), np.random.default_rng(4)
     numbers = {p.symbol: p.default * rng.uniform(0.5, 1.0) for p in flow.system.parameters.values()}
-    place = dict(zip(flow.q, rng.uniform(0.2, 0.4, flow.n), strict=True))
+    place = dict(zip(flow.states, rng.uniform(0.2, 0.4, flow.n), strict=True))
     still = place | flow.still
     g = graph(flow)
-    for e in flow.f[flow.rest :]:
+    for e in flow.f[len(flow.v) :]:
         short = gathered(e, flow)
         assert short.subs(numbers | place).evalf(30) == pytest.approx(e.subs(numbers | place).evalf(30), rel=1e-25)
         exact = float(e.subs(numbers | still).evalf(30))
@@ -45,13 +45,13 @@ def test_few_products_give_what_was_written(name):
 @pytest.mark.slow
 def test_a_base_and_its_negative_share_one_inverse_root():
     flow = flow_of("foucault")
-    x, y = flow.q[:2]
+    x, y = flow.states[:2]
     length = next(p for p in flow.parameters if p.name == "length")
     B, g = length**2 - x**2 - y**2, graph(flow)
     numbers = {p: 1.5 for p in flow.parameters}
     place = (0.3, -0.4, 0.0, 0.0)
     for e in (B**-3, (-B) ** -3, (-B) ** -2, B ** sp.Rational(-5, 2), sp.sqrt(B), y / B, x * sp.sqrt(B) ** 3):
-        exact = float(e.subs(numbers).subs(dict(zip(flow.q, place, strict=True))))
+        exact = float(e.subs(numbers).subs(dict(zip(flow.states, place, strict=True))))
         assert value(g, e, numbers, place) == pytest.approx(exact, rel=1e-14)
     assert len([k for k in g.nodes if k.kind == "function"]) == 1
 
