@@ -92,11 +92,11 @@ ALL = [*product(damages.BASES, CUTS, CHANGES)]
 
 
 def marked():
-    """Yield each system with each cut and change: some of the pendulum, the rest as faults."""
+    """Yield each system with each cut and change: some of the pendulum, one of bodies, the rest as faults."""
     for base, *how in ALL:
         quick = base == "pendulum" and tuple(how) in QUICK
-        mark = () if quick else pytest.mark.faults
-        yield pytest.param(base, *how, marks=mark)
+        slow = [base, *how] == ["bodies", "a plane", "zero"]  # a rate of 0 that is called unstable
+        yield pytest.param(base, *how, marks=() if quick else pytest.mark.slow if slow else pytest.mark.faults)
 
 
 @pytest.fixture(scope="module")

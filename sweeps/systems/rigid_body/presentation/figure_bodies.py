@@ -131,7 +131,8 @@ def _times(ax: Axes, part: xr.Dataset) -> None:
         if unstable.size:
             at = part.isel(body=i, axis=int(unstable[0]))
             _beside(ax, i, AXIS, f"axis {int(at['axis'])}", gid="about", **look)
-            _beside(ax, i, GROWS, brief_duration(1.0 / float(at["growth_rate"])), gid="e-fold", **look)
+            if rate := float(at["growth_rate"]):
+                _beside(ax, i, GROWS, brief_duration(1.0 / rate), gid="e-fold", **look)
         if unstable.size and flips and np.isfinite(at["flip_period"]):
             _beside(ax, i, FLIPS, brief_duration(float(at["flip_period"])), gid="flip", **look)
 
