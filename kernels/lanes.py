@@ -350,7 +350,7 @@ _sample_alone, _sample_first_order, _sample_whole = (_sample_of(reduced) for red
 
 @formula
 def _left(ahead, back, two_guess, x):
-    """What two successive differences leave over after D_0."""
+    """Residual of two successive differences after D_0."""
     return (ahead - back) + two_guess * x
 
 

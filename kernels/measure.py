@@ -73,7 +73,7 @@ def dot(b, c, b1, c1):
 def leftover(b, c, b1, c1, b2, c2, guess):
     """Return the contributions of three samples to the sums of r x, r r and x x (squares of the samples' unit)."""
     rb, rc = residual(b, c, b1, c1, b2, c2, guess)
-    return rb * b1 + rc * c1, rb * rb + rc * rc, b1 * b1 + c1 * c1
+    return dot(rb, rc, b1, c1), dot(rb, rc, rb, rc), dot(b1, c1, b1, c1)
 
 
 @njit(**OPTIONS)

@@ -113,7 +113,7 @@ def _count(function):
 
 
 def _named(e, scope):
-    """What an expression of names of the module stands for."""
+    """Value of an expression of names of the module."""
     return eval(compile(ast.Expression(e), "formula", "eval"), scope)
 
 
@@ -151,10 +151,6 @@ def _align(function):
     function.attributes.add("nounwind")  # the alignment is not written beside no attribute
     function.attributes.alignstack = LINE
     widen(function)
-
-
-def _allowed():
-    return ["min", "max", *(function.__name__ for function in FUNCTIONS)]
 
 
 class _Writer:
@@ -247,7 +243,8 @@ class _Writer:
         if function in FUNCTIONS:
             return self._intrinsic(FUNCTIONS[function], *values)
         if function not in _formulas:
-            raise NotImplementedError(f"{ast.unparse(e)}: a formula calls {', '.join(_allowed())} and formulas")
+            allowed = ["min", "max", *(each.__name__ for each in FUNCTIONS)]
+            raise NotImplementedError(f"{ast.unparse(e)}: a formula calls {', '.join(allowed)} and formulas")
         return self.call(function, values)
 
     def _subscript(self, e):

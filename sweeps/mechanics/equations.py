@@ -74,12 +74,12 @@ class Equations:
 
     @cached_property
     def timed(self) -> bool:
-        """Whether the time stands in the equations, so that nothing need be at rest."""
+        """Return True if the time stands in the equations, which then need have no equilibrium."""
         return any(e.has(self.system.time) for e in (*self.f, self.V, *(self.a or ())))
 
     @property
     def conservative(self) -> bool:
-        """Whether the energy ½ a_ij q̇_i q̇_j + V of coordinates is conserved."""
+        """Return True if the energy ½ a_ij q̇_i q̇_j + V of coordinates is conserved."""
         return self.hamiltonian and not self.timed
 
     @property

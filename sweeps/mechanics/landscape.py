@@ -9,7 +9,7 @@ from sweeps.mechanics.problem import RootProblem, magnitude
 
 
 class Landscape(RootProblem):
-    """What vanishes at equilibria, and what is known near them, as functions of arrays.
+    """Hold the functions of arrays that vanish at equilibria, with their derivatives and bounds.
 
     Each takes parameters (a list of arrays), then places (a sequence of m arrays), all of one shape (points,).
     """
@@ -29,7 +29,7 @@ class Landscape(RootProblem):
         return lambdified(self._arguments, expressions)
 
     def _size(self, place):
-        """What a nudge of relative size one is; where none is said a quarter of the bounds, or NaN (see `scales`)."""
+        """Return a perturbation of relative size one; by default a quarter of the bounds, or NaN (see `scales`)."""
         if place.size is not None:
             return place.size
         return sp.nan if self.equations.natural else (place.bounds[1] - place.bounds[0]) / 4

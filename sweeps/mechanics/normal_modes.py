@@ -70,7 +70,7 @@ def _linear(landscape, parameters, place):
 
 
 def _twice(third, terms, a, sizes):
-    """Whether runs from both sides are needed: in units of the sizes, V‴ beside V″ and a' beside a are not small."""
+    """True where runs from both sides are needed: in units of the sizes, V‴ beside V″ and a' beside a are not small."""
     if not third:
         return np.ones(len(a), dtype=bool)
     m = a.shape[1]

@@ -135,7 +135,7 @@ def _paired(model, parameters, place):
 
 
 def _changes(model, parameters, place, sizes, gradients):
-    """What each conserved quantity could change by in a motion of the states' sizes, and of which order in it."""
+    """Largest change of each conserved quantity in a motion of the states' sizes, and its order in the motion."""
     x = list(place.T)
     if model.equations.conservative:
         m = model.equations.m

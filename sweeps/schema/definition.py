@@ -144,7 +144,7 @@ class Definition(Strict):
 
     @property
     def follows_attitude(self) -> bool:
-        """Whether the map holds the attitude, so that quaternions are verified too."""
+        """Return True if the map holds the attitude, so that quaternions are verified too."""
         return False
 
     @property

@@ -127,7 +127,7 @@ class Described(Dynamics):
         return model
 
     def _named(self, work: Callable[[], Any]) -> Any:
-        """What a piece of work returns; what it refuses names this system first."""
+        """Return the result of a call; its refusals name this system first."""
         return named(self.name, work)
 
     @property

@@ -265,5 +265,5 @@ class FollowedDefinition(BodiesDefinition):
 
     @property
     def follows_attitude(self) -> bool:
-        """Whether the motion is integrated."""
+        """Return True if the motion is integrated."""
         return self.integration.measured

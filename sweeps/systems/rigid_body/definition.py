@@ -115,7 +115,7 @@ class RigidBodyDefinition(NearAxisDefinition):
 
     @property
     def follows_attitude(self) -> bool:
-        """Whether the attitude is requested."""
+        """Return True if the attitude is requested."""
         return self.integration.attitude
 
     @property
