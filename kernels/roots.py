@@ -13,6 +13,9 @@ X is a little larger than the box that it stands for, so that a zero on a cut is
 X, :math:`x - Y F(x)` is a contraction: it (or Newton's method, where that is better) leads to the zero, and Krawczyk's
 operator shows once more how near it is. What cannot be decided is handed back with the reason (kinds of boxes below).
 
+Where constants are ranges, what is excluded is excluded for all points whose constants lie in them: a rough search does
+this once for many points, and each point's own begins with what is left.
+
 Source: Moore, Kearfott and Cloud, Introduction to Interval Analysis, chapter 8; Neumaier, Interval Methods for Systems
 of Equations, chapter 5.
 """
@@ -23,7 +26,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.enclosures import OUTSIDE, POLE, UNIT
-from kernels.jit import OPTIONS, float64, int64, njit, types
+from kernels.jit import OPTIONS, boolean, float64, int64, njit, types
 
 ENCLOSE = types.FunctionType(
     int64(
@@ -44,6 +47,8 @@ CUT = 0.4871  # of a box: zeros at round places are seldom cut through
 SHRUNK = 0.6  # of a box's volume: less is looked at again before it is cut in two
 ROUNDINGS = 8.0
 FAINT = 1e-280
+HIDDEN = 2  # of a box in which F is straight: what is not known of F moves the zero by more than the box
+STRAIGHT = 0.9
 SLACK = 1.0 + 1e-14
 MOST_LEFT = 400  # boxes of a point that cannot be decided
 DEPTH = 64  # halvings of a variable
@@ -65,6 +70,7 @@ class Box(NamedTuple):
         u: what is left of X, in half-widths from the middle, shape (n, 2).
         inverse: the inverse of the middle of J(X), scratch, and that inverse in plain units, shape (3, n, n).
         rows: scratch of the tape.
+        scratch: vectors of :func:`_refine`, shape (6, n).
     """
 
     ends: np.ndarray
@@ -74,6 +80,7 @@ class Box(NamedTuple):
     u: np.ndarray
     inverse: np.ndarray
     rows: np.ndarray
+    scratch: np.ndarray
 
 
 class Formulas(NamedTuple):
@@ -111,6 +118,13 @@ def _invert(M, Y):
                     M[i, j] -= factor * M[k, j]
                     Y[i, j] -= factor * Y[k, j]
     return True
+
+
+@njit(**OPTIONS)
+def _set(target, source):
+    """Copy a vector; a slice that is set would cost seconds of compiling, for the check of its shape."""
+    for i in range(len(target)):
+        target[i] = source[i]
 
 
 @njit(**OPTIONS)
@@ -173,20 +187,21 @@ def _cut_by_rows(box):
 
 @njit(**OPTIONS)
 def _cut_by_operator(box):
-    """Cut u to K; return 1 where K lies inside X, -1 where nothing is left, 0 else."""
+    """Cut u to K; return 1 where K lies inside X, -1 where nothing is left, HIDDEN or 0 else."""
     L, Y, n = box.linear, box.inverse[0], len(box.u)
     for i in range(n):
         for j in range(n):
             box.inverse[1, i, j] = 0.5 * (L[i, 1 + j, 0] + L[i, 1 + j, 1])
     if not _invert(box.inverse[1], Y):
         return 0
-    inside, few = True, (n + 8) * UNIT
+    inside, hidden, straight, few = True, False, True, (n + 8) * UNIT
     for i in range(n):
         center, radius = 0.0, 0.0
         for k in range(n):
             middle = 0.5 * (L[k, 0, 0] + L[k, 0, 1])
             center -= Y[i, k] * middle
             radius += abs(Y[i, k]) * (0.5 * (L[k, 0, 1] - L[k, 0, 0]) + few * abs(middle))
+        unknown = radius
         for j in range(n):
             middle, spread, total = 1.0 if i == j else 0.0, 0.0, 1.0
             for k in range(n):
@@ -199,10 +214,12 @@ def _cut_by_operator(box):
         if not high - low < math.inf:
             return 0
         inside &= low > -1.0 and high < 1.0
+        hidden |= unknown > 1.0
+        straight &= radius - unknown < STRAIGHT
         box.u[i, 0], box.u[i, 1] = max(box.u[i, 0], low), min(box.u[i, 1], high)
         if box.u[i, 0] > box.u[i, 1]:
             return -1
-    return 1 if inside else 0
+    return 1 if inside else HIDDEN if hidden and straight else 0
 
 
 @njit(**OPTIONS)
@@ -235,7 +252,7 @@ def _residual(enclose, F, box, place, step):
 
     A box may be wide in one variable and narrow in another, so h is no measure of how near the zero is.
     """
-    n, most = box.ends[HALF].size, 0.0
+    n, most = len(box.u), 0.0
     enclose(F.tape, F.outputs, F.constants, place, place, n, box.rows, box.at)
     for i in range(n):
         step[i], rounding = 0.0, UNIT * (abs(place[i]) / box.ends[HALF, i] + UNIT)
@@ -251,8 +268,10 @@ def _residual(enclose, F, box, place, step):
 def _refine(enclose, F, box):
     """Narrow X, which holds one zero, to a box about it as small as numbers allow; False where that fails."""
     n = len(box.u)
-    place, step, other = box.ends[MIDDLE].copy(), np.empty(n), np.empty(n)
-    low, high, h = box.ends[X].copy(), box.ends[Y].copy(), box.ends[HALF].copy()
+    place, step, other = box.scratch[0], box.scratch[1], box.scratch[2]
+    low, high, h = box.scratch[3], box.scratch[4], box.scratch[5]
+    for one, row in ((place, MIDDLE), (low, X), (high, Y), (h, HALF)):
+        _set(one, box.ends[row])
     for i in range(n):
         for k in range(n):
             box.inverse[2, i, k] = box.ends[HALF, i] * box.inverse[0, i, k] / box.ends[SIZE, k]
@@ -278,7 +297,8 @@ def _refine(enclose, F, box):
         if inside:
             newton = _residual(enclose, F, box, other, step)
             if newton < size:
-                place[:], size = other, newton
+                _set(place, other)
+                size = newton
             else:
                 size = _residual(enclose, F, box, place, step)
     _residual(enclose, F, box, place, step)
@@ -292,12 +312,13 @@ def _refine(enclose, F, box):
             box.ends[X, j], box.ends[Y, j] = place[j] - step[j], place[j] + step[j]
         if _enclosed(enclose, F, box) >= 0 and _cut_by_operator(box) == 1:
             return True
-    box.ends[X][:], box.ends[Y][:] = low, high
+    _set(box.ends[X], low)
+    _set(box.ends[Y], high)
     return False
 
 
 @njit(**OPTIONS)
-def _verdict(enclose, F, box, narrow):
+def _verdict(enclose, F, box, narrow, rough):
     """Return the kind of a box, -1 where it holds no zero, -2 where it is to be cut; u holds what is left of X then."""
     state = _enclosed(enclose, F, box)
     size = _range(box.values)
@@ -319,9 +340,10 @@ def _verdict(enclose, F, box, narrow):
     if not _cut_by_rows(box):
         return -1
     inside = _cut_by_operator(box)
-    if inside != 0:
+    if abs(inside) == 1:
         return -1 if inside < 0 else ZERO
-    return LOST if _is_lost(box) else NARROW if narrow else -2
+    lost = inside == HIDDEN if rough else _is_lost(box)
+    return LOST if lost else NARROW if narrow else -2
 
 
 @njit(**OPTIONS)
@@ -351,17 +373,73 @@ def _axis(box, bounds, floor):
             slope *= box.ends[HALF, j] / box.ends[SIZE, i]
             share = max(share, slope if slope < math.inf else 1.0)
         share = (share + 1e-3) * (width / (box.ends[Y, j] - box.ends[X, j]) if box.ends[Y, j] > box.ends[X, j] else 0.0)
-        share += 1e-3 * width / (bounds[j, 1] - bounds[j, 0])
+        share += 1e-3 * width / (bounds[1, j] - bounds[0, j])
         if width > 2.0 * floor[j] and share > best:
             best, axis = share, j
     return axis
 
 
+@njit(**OPTIONS)
+def _begin(box, start, within, narrowest, floor):
+    """Make a box of a start, with X about it; return whether it is as narrow as a box may be."""
+    narrow = True
+    for j in range(len(floor)):
+        a, b = start[0, j], start[1, j]
+        box.ends[A, j], box.ends[B, j] = a, b
+        floor[j] = max(narrowest * (within[1, j] - within[0, j]), 4.0 * UNIT * max(abs(a), abs(b)))
+        box.ends[X, j] = max(a - INFLATED * (b - a), within[0, j])
+        box.ends[Y, j] = min(b + INFLATED * (b - a), within[1, j])
+        narrow &= b - a <= 2.0 * floor[j]
+    return narrow
+
+
+@njit(**OPTIONS)
+def _is_known(box, ends, found):
+    """Return whether a box lies in one that holds one zero, of some boxes (records, 2, n) and kinds."""
+    for r in range(len(ends)):
+        inside = found[r, 1] == ZERO
+        for j in range(len(box.u)):
+            inside &= box.ends[A, j] >= ends[r, 0, 0, j] and box.ends[B, j] <= ends[r, 0, 1, j]
+        if inside:
+            return True
+    return False
+
+
+@njit(**OPTIONS)
+def _is_found(box, ends, found):
+    """Return whether the box about a zero meets the one about a zero that is known."""
+    for r in range(len(ends)):
+        same = found[r, 1] == ZERO
+        for j in range(len(box.u)):
+            same &= box.ends[X, j] <= ends[r, 1, 1, j] and box.ends[Y, j] >= ends[r, 1, 0, j]
+        if same:
+            return True
+    return False
+
+
+@njit(**OPTIONS)
+def _cut(box, within, floor, stack, top):
+    """Put what is left of a box on the stack, in two parts if that is most of it; return the new top."""
+    volume = _shrink(box, floor)
+    if volume < 0.0:
+        return top
+    _set(stack[top, 0], box.ends[A])
+    _set(stack[top, 1], box.ends[B])
+    if volume <= SHRUNK:
+        return top + 1
+    axis = _axis(box, within, floor)
+    place = box.ends[A, axis] + CUT * (box.ends[B, axis] - box.ends[A, axis])
+    _set(stack[top + 1, 0], box.ends[A])
+    _set(stack[top + 1, 1], box.ends[B])
+    stack[top, 0, axis], stack[top + 1, 1, axis] = place, place
+    return top + 2
+
+
 @njit(
-    int64(ENCLOSE, int64[:, ::1], int64[::1], float64[:, :, ::1], float64[:, :, ::1], float64, int64,
-          int64[:, ::1], float64[:, :, :, ::1], int64[::1]), nogil=True, **OPTIONS
+    int64(ENCLOSE, int64[:, ::1], int64[::1], float64[:, :, ::1], float64[:, :, ::1], float64[:, :, ::1], int64[:, ::1],
+          float64, int64, boolean, int64[:, ::1], float64[:, :, :, ::1], int64[::1]), nogil=True, **OPTIONS
 )  # fmt: skip
-def search(enclose, tape, outputs, constants, bounds, narrowest, most, records, boxes, progress):
+def search(enclose, tape, outputs, constants, bounds, starts, shares, narrowest, most, rough, records, boxes, progress):
     """Find all zeros of points, one after the other, until the records are full.
 
     Parameters
@@ -370,15 +448,21 @@ def search(enclose, tape, outputs, constants, bounds, narrowest, most, records, 
         :func:`kernels.enclosures.enclose`.
     tape, outputs, constants
         As of :func:`kernels.enclosures.slopes`; as many functions as variables.
-    bounds : numpy.ndarray, shape (points, n, 2)
-        Where zeros are looked for.
+    bounds : numpy.ndarray, shape (points, 2, n)
+        Ends of where zeros are looked for.
+    starts : numpy.ndarray, shape (starts, 2, n)
+        Boxes that hold all zeros: the bounds, or what a rough search has left of them.
+    shares : int64 array, shape (points, 2)
+        The first of each point's starts, and the one after the last.
     narrowest : float
         Width of the narrowest boxes, over that of the bounds.
     most : int
         Number of boxes that a point may take.
+    rough : bool
+        Only exclude: zeros are not told apart, and a box ends where the constants' ranges move a zero farther than it.
     records : int64 array, shape (records, 2)
         Written: the point of each record, and ZERO, LOST, NARROW, BROKEN, OVERFLOW or LEFT.
-    boxes : numpy.ndarray, shape (records, 2, n, 2)
+    boxes : numpy.ndarray, shape (records, 2, 2, n)
         Written: the box in which a zero is alone, and a box about the zero as small as numbers allow; else a box twice.
     progress : int64 array, shape (2,)
         In: the first point. Out: the first point that is not finished, and the number of boxes of all that are.
@@ -388,76 +472,50 @@ def search(enclose, tape, outputs, constants, bounds, narrowest, most, records, 
     int
         Number of records.
     """
-    n, count = outputs.size, 0
-    stack, floor, near = np.empty((DEPTH * n + 1, n, 2)), np.empty(n), np.empty((2, n))
+    n, count, room = outputs.size, 0, 0
+    for point in range(len(shares)):
+        room = max(room, DEPTH * n + 1 + shares[point, 1] - shares[point, 0])
+    stack, floor, near = np.empty((room, 2, n)), np.empty(n), np.empty((2, n))
     values, at, linear = np.empty((n, 1 + n, 2)), np.empty((n, 1 + n, 2)), np.empty((n, 1 + n, 2))
-    rows, inverse = np.empty((len(tape), 2 + 2 * n)), np.empty((3, n, n))
-    box = Box(np.empty((7, n)), values, at, linear, np.empty((n, 2)), inverse, rows)
+    rows, inverse, scratch = np.empty((len(tape), 2 + 2 * n)), np.empty((3, n, n)), np.empty((6, n))
+    box = Box(np.empty((7, n)), values, at, linear, np.empty((n, 2)), inverse, rows, scratch)
     for point in range(progress[0], len(bounds)):
         F, within = Formulas(tape, outputs, constants[point]), bounds[point]
-        begin, used, undecided, top = count, 0, 0, 1
-        stack[0] = within
+        begin, used, undecided, top = count, 0, 0, 0
+        for start in range(shares[point, 0], shares[point, 1]):
+            for k in range(2):
+                _set(stack[top, k], starts[start, k])
+            top += 1
         while top > 0:
-            top, used, narrow = top - 1, used + 1, True
-            for j in range(n):
-                a, b = stack[top, j, 0], stack[top, j, 1]
-                box.ends[A, j], box.ends[B, j] = a, b
-                floor[j] = max(narrowest * (within[j, 1] - within[j, 0]), 4.0 * UNIT * max(abs(a), abs(b)))
-                box.ends[X, j] = max(a - INFLATED * (b - a), within[j, 0])
-                box.ends[Y, j] = min(b + INFLATED * (b - a), within[j, 1])
-                narrow &= b - a <= 2.0 * floor[j]
-            known = False
-            for r in range(begin, count):
-                inside = records[r, 1] == ZERO
-                for j in range(n):
-                    inside &= box.ends[A, j] >= boxes[r, 0, j, 0] and box.ends[B, j] <= boxes[r, 0, j, 1]
-                known |= inside
-            if known:
+            top, used = top - 1, used + 1
+            narrow = _begin(box, stack[top], within, narrowest, floor)
+            if _is_known(box, boxes[begin:count], records[begin:count]):
                 continue
-            if used > most or undecided > MOST_LEFT or top + 2 > len(stack):
+            if used > most or undecided > MOST_LEFT or top + 2 > room:
                 kind = LEFT
             else:
-                kind = _verdict(enclose, F, box, narrow)
-            if kind == -1:
-                continue
+                kind = _verdict(enclose, F, box, narrow, rough)
+            if rough and kind in (ZERO, LOST):
+                kind = NARROW if _shrink(box, floor) >= 0.0 else -1
             if kind == ZERO:
-                near[0], near[1] = box.ends[X], box.ends[Y]
+                _set(near[0], box.ends[X])
+                _set(near[1], box.ends[Y])
                 if not _refine(enclose, F, box):  # the zero is far from the middle: a smaller box will do
                     kind = NARROW if narrow else -2
                     _enclosed(enclose, F, box)
             if kind == -2:
-                volume = _shrink(box, floor)
-                if volume < 0.0:
-                    continue
-                if volume > SHRUNK:
-                    axis = _axis(box, within, floor)
-                    place, end = box.ends[A][axis] + CUT * (box.ends[B][axis] - box.ends[A][axis]), box.ends[B][axis]
-                    for low, high in ((place, end), (box.ends[A][axis], place)):
-                        box.ends[A][axis], box.ends[B][axis] = low, high
-                        stack[top, :, 0], stack[top, :, 1] = box.ends[A], box.ends[B]
-                        top += 1
-                else:
-                    stack[top, :, 0], stack[top, :, 1] = box.ends[A], box.ends[B]
-                    top += 1
+                top = _cut(box, within, floor, stack, top)
+            if kind < 0 or (kind == ZERO and _is_found(box, boxes[begin:count], records[begin:count])):
                 continue
             if count == len(records):
                 progress[0] = point
                 return begin
             undecided += kind != ZERO and kind != LEFT
-            if kind == ZERO:
-                boxes[count, 0, :, 0], boxes[count, 0, :, 1] = near[0], near[1]
-                boxes[count, 1, :, 0], boxes[count, 1, :, 1] = box.ends[X], box.ends[Y]
-                for r in range(begin, count):
-                    same = records[r, 1] == ZERO
-                    for j in range(n):
-                        same &= box.ends[X, j] <= boxes[r, 1, j, 1] and box.ends[Y, j] >= boxes[r, 1, j, 0]
-                    known |= same
-            else:
-                for k in range(2):
-                    boxes[count, k, :, 0], boxes[count, k, :, 1] = box.ends[A], box.ends[B]
-            if not known:
-                records[count, 0], records[count, 1] = point, kind
-                count += 1
+            for k in range(2):
+                _set(boxes[count, 0, k], near[k] if kind == ZERO else box.ends[A + k])
+                _set(boxes[count, 1, k], box.ends[X + k] if kind == ZERO else box.ends[A + k])
+            records[count, 0], records[count, 1] = point, kind
+            count += 1
         progress[1] += used
     progress[0] = len(bounds)
     return count

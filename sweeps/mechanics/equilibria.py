@@ -41,7 +41,7 @@ OFFSET = 0.3819660112501051  # a search of a periodic coordinate starts off the 
 EDGE = 2.0**-20  # of the range: as far beyond the bounds is searched, so that places at a bound are inside
 BOUND = 1e-12  # of the range: a place so far outside is at the bound
 NARROWEST = (2.0**-50, 2.0**-32)  # boxes of one unknown and of several, over the range
-WORK, LEAST = 1_200_000, 100  # operations of a search, times the unknowns, and boxes
+WORK, LEAST = 400_000, 100  # operations of a search, times the unknowns, and boxes
 ROUNDINGS, TINY = 16.0 * enclosures.UNIT, 0.01 * enclosures.UNIT  # of a place, of the range: F vanishes within
 SAME = 1e-7  # of the range: places nearer to each other than this fall together
 STARTS = 128  # of a point whose subdivision did not end
@@ -50,6 +50,9 @@ PARTS = (1e-4, 1e-7, 1e-10)  # of the range: boxes about a place that Newton's m
 ASIDE = 0.01  # of the range: a family has members so far off
 FAR = 0.25  # of the range: no name reaches farther
 CHUNK = 1 << 12  # points at a time
+CELL = 7  # leading bits of parameters that are searched together
+ROUGH = 2.0**-14  # width of boxes that are left to each of these points, over the range
+SHARING, SHARED = 3, 3  # unknowns of a search that is shared, and how many times the boxes of one point it may take
 
 
 @dataclass(frozen=True)
@@ -164,6 +167,14 @@ def _points(rows):
     return first, inverse
 
 
+def _cell(values):
+    """Ends of the range of numbers that have the same CELL leading bits, for each of some values."""
+    part, power = np.frexp(values)
+    bits = np.floor(np.ldexp(np.abs(part), CELL))
+    a, b = (np.ldexp(np.copysign(k, values), power - CELL) for k in (bits, bits + (values != 0.0)))
+    return np.minimum(a, b), np.maximum(a, b)
+
+
 def _found(problem, parameters):
     with np.errstate(all="ignore"):
         all_ = _All(problem, parameters)
@@ -230,26 +241,35 @@ class _All:
         """Enclosures (boxes, n, 1 + n, 2) of F and J in boxes, and states."""
         return self.problem.tape.slopes(self.constants, owner, low, high)
 
-    def run(self, owner, low, high, most):
+    def rough(self, points, bounds, most):
+        """Boxes that hold all zeros of points, shape (boxes, 2, n), and the first of each point's and where they end.
+
+        Excluded once for all points whose parameters agree in their leading bits, wherever these lie: so that a point's
+        result depends on no other point.
+        """
+        cells = [_cell(p[points]) for p in self.parameters]
+        first, cell = _points([low for low, _ in cells])
+        constants = self.problem.constants(*([p[first] for p in ends] for ends in zip(*cells, strict=True)))
+        which, _, boxes = self.run(constants, bounds[first], most, rough=True)
+        ends = np.searchsorted(which, np.arange(first.size + 1))
+        return boxes[:, 0], np.stack([ends[:-1], ends[1:]], axis=-1)[cell]
+
+    def run(self, constants, bounds, most, starts=None, rough=False):
         """Search boxes: for each record the box, its kind, the box it stands for, and one about the zero."""
-        bounds = np.ascontiguousarray(np.stack([low, high], axis=-1))
-        constants, tape, progress = (
-            np.ascontiguousarray(self.constants[owner]),
-            self.problem.tape,
-            np.zeros(2, dtype=np.int64),
-        )
-        room, parts = 4 * len(owner) + 1000, []
-        while progress[0] < len(owner):
-            before, records, boxes = progress[0], np.empty((room, 2), dtype=np.int64), np.empty((room, 2, self.n, 2))
-            narrowest = NARROWEST[self.n > 1]
-            arguments = constants, bounds, narrowest, most, records, boxes, progress
+        tape, progress, each = self.problem.tape, np.zeros(2, dtype=np.int64), np.arange(len(bounds))
+        starts, shares = starts or (bounds, np.stack([each, each + 1], axis=-1))
+        given = [np.ascontiguousarray(x) for x in (constants, bounds, starts, shares)]
+        room, parts = 4 * len(bounds) + 1000, []
+        while progress[0] < len(bounds):
+            before, records, boxes = progress[0], np.empty((room, 2), dtype=np.int64), np.empty((room, 2, 2, self.n))
+            arguments = *given, ROUGH if rough else NARROWEST[self.n > 1], most, rough, records, boxes, progress
             count = roots.search(enclosures.enclose, tape.rows, tape.outputs, *arguments)
             parts.append((records[:count, 0].copy(), records[:count, 1].copy(), boxes[:count].copy()))
             room *= 1 if progress[0] > before else 4
         return (
             tuple(np.concatenate(x) for x in zip(*parts, strict=True))
             if parts
-            else (owner, owner, np.empty((0, 2, self.n, 2)))
+            else (each, each, np.empty((0, 2, 2, self.n)))
         )
 
     def still(self, owner, place, near=TINY):
@@ -342,12 +362,15 @@ class _All:
     def _search(self, points):
         """Look for all equilibria of points, and say what could not be decided."""
         edge = EDGE * self.width[points]
+        bounds = np.stack([self.low[points] - edge, self.high[points] + edge], axis=1)
         most = max(LEAST, WORK // (len(self.problem.tape.rows) * (1 + self.n) * self.n))
-        which, kind, boxes = self.run(points, self.low[points] - edge, self.high[points] + edge, most)
+        shares = self.problem.is_steady and self.n <= SHARING and points.size
+        starts = self.rough(points, bounds, SHARED * most) if shares else None
+        which, kind, boxes = self.run(self.constants[points], bounds, most, starts)
         owner, zero = points[which], kind == roots.ZERO
-        place, reach = boxes[:, 1].mean(axis=-1), 0.5 * (boxes[:, 1, :, 1] - boxes[:, 1, :, 0])
+        place, reach = boxes[:, 1].mean(axis=1), 0.5 * (boxes[:, 1, 1] - boxes[:, 1, 0])
         self._note(owner[zero], place[zero], np.zeros(zero.sum(), dtype=np.int64), reach[zero])
-        low, high = boxes[:, 0, :, 0], boxes[:, 0, :, 1]
+        low, high = boxes[:, 0, 0], boxes[:, 0, 1]
         doubt = ~zero & ((high >= self.low[owner]) & (low <= self.high[owner])).all(axis=1)
         doubt[doubt] = ~self._poles(owner[doubt], kind[doubt], low[doubt], high[doubt])
         if doubt.any():
@@ -457,11 +480,13 @@ class _All:
             if not rows.size:
                 break
             wide = part * self.width[owner[rows]]
-            which, kind, boxes = self.run(owner[rows], place[rows] - wide, place[rows] + wide, 1)
+            which, kind, boxes = self.run(
+                self.constants[owner[rows]], np.stack([place[rows] - wide, place[rows] + wide], axis=1), 1
+            )
             one = kind == roots.ZERO
             chosen = rows[which[one]]
             proved[chosen] = True
-            a[:, chosen], b[:, chosen] = boxes[one, :, :, 0].swapaxes(0, 1), boxes[one, :, :, 1].swapaxes(0, 1)
+            a[:, chosen], b[:, chosen] = boxes[one, :, 0].swapaxes(0, 1), boxes[one, :, 1].swapaxes(0, 1)
         return proved, a, b, 0.5 * (b[1] - a[1])
 
     def _clusters(self, point, places, boxes, centers, reaches, width):

@@ -71,10 +71,16 @@ class RootProblem:
         forces = [sp.factor_terms(self.F[i].subs(held)) for i in self.free]
         return Tape(forces, [*(self.symbols[i] for i in self.free), *self.parameters], ())
 
-    def constants(self, parameters):
-        """Return the constants of `tape`, for one array (points,) for each parameter."""
+    @cached_property
+    def is_steady(self) -> bool:
+        """Whether neither bounds nor held coordinates depend on parameters."""
+        steady = (*(bound for place in self.places for bound in place.bounds), *self.held)
+        return not any(sp.sympify(e).free_symbols for e in steady)
+
+    def constants(self, parameters, high=None):
+        """Return the constants of `tape`, for one array (points,) for each parameter; see `Tape.constants`."""
         held = [h for i, h in enumerate(self.holds(parameters).T) if i not in self.free]
-        constants = self.tape.constants([*parameters, *held])
+        constants = self.tape.constants([*parameters, *held], None if high is None else [*high, *held])
         return np.array(np.broadcast_to(constants, (parameters[0].size, *constants.shape[1:])))
 
     def enclosed(self, parameters, low, high):

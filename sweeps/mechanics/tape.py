@@ -51,9 +51,12 @@ class Tape:
         self.rows = np.array(self._rows, dtype=np.int64).reshape(-1, 3)
         self._fixed = _Fixed(self._constants, self.parameters)
 
-    def constants(self, parameters) -> np.ndarray:
-        """Return enclosures of the constants, (points, constants, 2), for one array (points,) for each parameter."""
-        return self._fixed(parameters)
+    def constants(self, parameters, high=None) -> np.ndarray:
+        """Return enclosures of the constants, (points, constants, 2), for one array (points,) for each parameter.
+
+        With `high`, for all values of the parameters from the first to these.
+        """
+        return self._fixed(parameters, high)
 
     def slopes(self, constants, owner, low, high, count=None):
         """Enclose f and its first derivatives, shape (boxes, functions, 1 + count, 2); return the boxes' states too."""
@@ -132,11 +135,11 @@ class _Fixed:
             self._tape = None
             self._values = np.array([literal(e) for e in expressions]).reshape(-1, 2)
 
-    def __call__(self, parameters):
+    def __call__(self, parameters, high):
         points = max((np.size(p) for p in parameters), default=1)
         if self._tape is None:
             return np.ascontiguousarray(np.broadcast_to(self._values, (points, self.count, 2)))
-        return self._tape.values(parameters, points)
+        return self._tape.values(parameters, parameters if high is None else high, points)
 
 
 class _Numbers(Tape):
@@ -151,11 +154,11 @@ class _Numbers(Tape):
         except DescriptionError:  # a function of parameters that no box is put through
             raise DescriptionError(f"{type(e).__name__}: {e} cannot be enclosed; allowed: {allowed()}") from None
 
-    def values(self, parameters, points):
+    def values(self, low, high, points):
         """Enclosures, shape (points, expressions, 2)."""
-        place = np.stack([np.broadcast_to(np.asarray(p, dtype=np.float64), points) for p in parameters], axis=-1)
+        low, high = (np.stack([np.broadcast_to(p, points) for p in ends], axis=-1) for ends in (low, high))
         numbers, owner = self.constants([]), np.zeros(points, dtype=np.int64)
-        return np.ascontiguousarray(self.slopes(numbers, owner, place, place, 0)[0][:, :, 0])
+        return np.ascontiguousarray(self.slopes(numbers, owner, low, high, 0)[0][:, :, 0])
 
 
 def literal(e) -> tuple[float, float]:

@@ -226,6 +226,27 @@ def test_a_point_does_not_depend_on_its_neighbours():
         assert np.array_equal(alone[0], together[i], equal_nan=True)
 
 
+@pytest.mark.parametrize("name", ["relative.lagrange_points", "central_potential", "relative.foucault"])
+def test_points_that_are_searched_together_have_the_equilibria_that_each_has_alone(name, monkeypatch):
+    landscape, rng = landscape_of(shipped(name)), np.random.default_rng(5)
+    ranges = {"mass_ratio": (1e-3, 0.5), "exponent": (-1.9, 6.0), "spin_rate": (0.0, 2.0)}
+    parameters = [
+        rng.uniform(*ranges.get(p.name, (p.default, p.default)), 60) for p in landscape.system.parameters.values()
+    ]
+    together = equilibria.find(landscape, parameters)
+    for i in (0, 31):
+        alone = equilibria.find(landscape, [p[i : i + 1] for p in parameters])
+        assert np.array_equal(alone.places[0], together.places[i], equal_nan=True)  # to the last bit
+    monkeypatch.setattr(equilibria, "SHARING", 0)
+    monkeypatch.setattr(equilibria, "WORK", equilibria.SHARED * equilibria.WORK)
+    landscape.last = None, None
+    plain = equilibria.find(landscape, parameters)
+    assert np.array_equal(plain.certified, together.certified)
+    assert np.array_equal(plain.counts, together.counts)
+    # each is refined to its own rounding, from another box
+    np.testing.assert_allclose(plain.places, together.places, rtol=1e-14, atol=1e-15)
+
+
 def test_parameters_that_move_no_equilibrium_are_known():
     free = {"mass", "gravity", "length"}
     for name, none in {"pendulum": free, "bead_on_hoop": {"mass"}, "double_well": {"mass"}}.items():
