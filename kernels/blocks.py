@@ -27,6 +27,14 @@ def rows_of(count):
     return scratch(count).reshape(count, W)
 
 
+@njit(**OPTIONS)
+def put(target, source):
+    """Copy rows of lanes; to set a slice would cost seconds of compiling, for the check of its shape."""
+    for row in range(len(source)):
+        for lane in range(source.shape[1]):
+            target[row, lane] = source[row, lane]
+
+
 @njit(nogil=True, **OPTIONS)
 def cut(keys, levels):
     """Return the order of the points and the starts of blocks: points of one kind, sorted by key, W at a time.

@@ -19,15 +19,35 @@ import math
 
 import numpy as np
 
+from kernels.codes import (
+    ACOS,
+    ACOSH,
+    ADD,
+    ASIN,
+    ASINH,
+    ATAN,
+    ATANH,
+    CONSTANT,
+    COS,
+    COSH,
+    ERF,
+    EXP,
+    LOG,
+    MUL,
+    OUTSIDE,
+    POLE,
+    POWER,
+    SIN,
+    SINH,
+    SOUND,
+    TAN,
+    TANH,
+    UNIT,
+    VARIABLE,
+    WHOLE_POWER,
+)
 from kernels.jit import OPTIONS, PASSED, float64, int64, njit, void
 
-SOUND, POLE, OUTSIDE = range(3)
-
-# Operations: row (code, a, b) of a tape, a and b rows above it, or the number of a variable or constant, or a power.
-VARIABLE, CONSTANT, ADD, MUL, WHOLE_POWER, POWER = range(6)
-EXP, LOG, SIN, COS, TAN, ASIN, ACOS, ATAN, SINH, COSH, TANH, ASINH, ACOSH, ATANH, ERF = range(10, 25)
-
-UNIT = 2.0**-52
 LIBRARY = 8.0 * UNIT  # of a function of the C library
 TINY = 2.3e-308  # what underflow may take
 HALF_PI = 0.5 * math.pi

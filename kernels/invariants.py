@@ -20,7 +20,7 @@ import math
 
 import numpy as np
 
-from kernels.blocks import rows_of, scratch
+from kernels.blocks import put, rows_of, scratch
 from kernels.dense import add_inner, eigenvalues, logarithm, order, product_in_lanes, solve_in_lanes
 from kernels.jit import OPTIONS, PASSED, float64, int64, njit, types, void, whole_vectors
 
@@ -62,7 +62,7 @@ def _logarithms(M, n, Y, T, U, Z, f):
     for k in range(ARTANH, -1, -1):  # Horner: Y = 1/(2k + 1) + Z² Y
         if k < ARTANH:
             product_in_lanes(U, Y, T, n)
-            Y[:] = T
+            put(Y, T)
         for i in range(n):
             for lane in range(lanes):
                 Y[i * n + i, lane] += 1.0 / (2 * k + 1)
@@ -105,7 +105,7 @@ def _characteristics(A, n, N, c, T):
             for lane in range(lanes):
                 c[n - k, lane] -= T[i * n + i, lane] / k
         if k < n:
-            N[k * nn : (k + 1) * nn] = T
+            put(N[k * nn :], T)
             for i in range(n):
                 for lane in range(lanes):
                     N[k * nn + i * n + i, lane] += c[n - k, lane]
@@ -116,7 +116,9 @@ def _coefficient_covariances(M, N, X0, runs, n, covariance, K, A, f):
     """Covariance of the coefficients for noise of one: dc_{n-1-k} = -N_k M⁻¹ x0_s by Θ_s; A, f are scratch."""
     P, nn = runs * n, n * n
     V, G, T = rows_of(P), rows_of(n * P), rows_of(n * P)
-    A[:], V[:], K[:] = M, X0, 0.0
+    put(A, M)
+    put(V, X0)
+    K[:] = 0.0
     solve_in_lanes(A, V, n, runs, True, -math.inf, f)
     adjugates, starts, slopes, turned = N.reshape(N.size), V.reshape(V.size), G.reshape(G.size), T.reshape(T.size)
     inverse, into = covariance.reshape(covariance.size), K.reshape(K.size)  # of which the last row is not read

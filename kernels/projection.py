@@ -23,7 +23,7 @@ import math
 
 import numpy as np
 
-from kernels.blocks import W, rows_of, scratch
+from kernels.blocks import W, put, rows_of, scratch
 from kernels.dense import add_inner, add_outer, product_in_lanes, solve_in_lanes
 from kernels.jit import OPTIONS, PASSED, boolean, float64, int64, njit, types, whole_vectors
 
@@ -110,9 +110,10 @@ def start(XX, XD, n, M, moved):
     """Write M of the dynamic mode decomposition, and the samples' smallest singular value over their largest."""
     whole_vectors()
     A, f, g = rows_of(n * n), scratch(1), scratch(1)
-    A[:] = XX
+    put(A, XX)
     _spread(A, n, f, g, moved)
-    A[:], M[:] = XX, XD  # rows of M are columns of its transpose, as those of XD are
+    put(A, XX)
+    put(M, XD)  # rows of M are columns of its transpose, as those of XD are
     solve_in_lanes(A, M, n, n, False, -math.inf, f)
     for i in range(n):
         for lane in range(W):
@@ -230,9 +231,12 @@ def _normal(XX, XR, XZ, HH, HR, RR, runs, n, A, B, H, right, rest, f):
     for at in range(nn):
         for lane in range(f.size):
             A[at, lane] = -XX[at, lane]
-    B[: nn * P], B[nn * P :] = XZ, XR
+    put(B, XZ)
+    put(B[nn * P :], XR)
     solve_in_lanes(A, B, n, n * P + n, False, -math.inf, f)
-    H[:], right[P * P : P * P + P], rest[:] = HH, HR, RR[0]
+    put(H, HH)
+    put(right[P * P :], HR)
+    put(rest.reshape(1, rest.size), RR)
     for p in range(P):  # by what rounding may have taken off: where M is of a special shape, some step changes nothing
         for lane in range(f.size):
             H[p * P + p, lane] += 16.0 * EPSILON * HH[p * P + p, lane]
@@ -291,7 +295,7 @@ def step(M, X0, runs, n, XX, XR, XZ, HH, HR, RR, covariance, rest, moved, change
     for lane in range(lanes):  # a lane's steps are its own, whoever its neighbours are
         on[lane] = 1.0 if moved[lane] >= LEAST_MOVED and change[lane] >= CLOSE else 0.0
     _normal(XX, XR, XZ, HH, HR, RR, runs, n, A, B, H, right, left, f)
-    old[:] = right[P * P : P * P + P]
+    put(old, right[P * P : P * P + P])
     _scaled_inverse(H, right, P, d, f)
     right[P * P + P] = 0.0
     for p in range(P):  # the least pivot's inverse: so many roundings an element of the inverse may hold

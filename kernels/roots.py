@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kernels.enclosures import OUTSIDE, POLE, UNIT
+from kernels.codes import BROKEN, FAINT, LEFT, LOST, NARROW, OUTSIDE, OVERFLOW, POLE, UNIT, ZERO
 from kernels.jit import OPTIONS, boolean, float64, int64, njit, types
 
 ENCLOSE = types.FunctionType(
@@ -35,18 +35,10 @@ ENCLOSE = types.FunctionType(
     )
 )  # fmt: skip
 
-ZERO = 0  # a box that holds exactly one zero
-LOST = 1  # F changes by less than the rounding of F itself
-NARROW = 2  # as narrow as a box may be
-BROKEN = 3  # as narrow, and F is not defined, or unbounded, in a part of it
-OVERFLOW = 4  # F is beyond all numbers, or underflows
-LEFT = 5  # the number of boxes was used up
-
 INFLATED = 0.05  # of a box, on each side
 CUT = 0.4871  # of a box: zeros at round places are seldom cut through
 SHRUNK = 0.6  # of a box's volume: less is looked at again before it is cut in two
 ROUNDINGS = 8.0
-FAINT = 1e-280
 HIDDEN = 2  # of a box in which F is straight: what is not known of F moves the zero by more than the box
 STRAIGHT = 0.9
 SLACK = 1.0 + 1e-14

@@ -25,7 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse.csgraph import connected_components
 
-from kernels import enclosures, roots
+from kernels import codes
 from sweeps.mechanics import branches
 from sweeps.mechanics.description import DescriptionError
 from sweeps.mechanics.problem import SINGULAR, RootProblem
@@ -42,7 +42,7 @@ EDGE = 2.0**-20  # of the range: as far beyond the bounds is searched, so that p
 BOUND = 1e-12  # of the range: a place so far outside is at the bound
 NARROWEST = (2.0**-50, 2.0**-32)  # boxes of one unknown and of several, over the range
 WORK, LEAST = 400_000, 100  # operations of a search, times the unknowns, and boxes
-ROUNDINGS, TINY = 16.0 * enclosures.UNIT, 0.01 * enclosures.UNIT  # of a place, of the range: F vanishes within
+ROUNDINGS, TINY = 16.0 * codes.UNIT, 0.01 * codes.UNIT  # of a place, of the range: F vanishes within
 SAME = 1e-7  # of the range: places nearer to each other than this fall together
 STARTS = 128  # of a point whose subdivision did not end
 ITERATIONS = 60
@@ -256,6 +256,8 @@ class _All:
 
     def run(self, constants, bounds, most, starts=None, rough=False):
         """Search boxes: for each record the box, its kind, the box it stands for, and one about the zero."""
+        from kernels import enclosures, roots  # compiled by their import
+
         tape, progress, each = self.problem.tape, np.zeros(2, dtype=np.int64), np.arange(len(bounds))
         starts, shares = starts or (bounds, np.stack([each, each + 1], axis=-1))
         given = [np.ascontiguousarray(x) for x in (constants, bounds, starts, shares)]
@@ -278,8 +280,8 @@ class _All:
         values, states = self.slopes(owner, place - near, place + near)
         F = values[:, :, 0]
         about = self.slopes(owner, place - EDGE * self.width[owner], place + EDGE * self.width[owner])[0][:, :, 0]
-        faint = (about[..., 0] < about[..., 1]) & (np.abs(about).max(axis=-1) < roots.FAINT)
-        return ((F[..., 0] <= 0.0) & (F[..., 1] >= 0.0) & ~faint).all(axis=1) & (states < enclosures.POLE)
+        faint = (about[..., 0] < about[..., 1]) & (np.abs(about).max(axis=-1) < codes.FAINT)
+        return ((F[..., 0] <= 0.0) & (F[..., 1] >= 0.0) & ~faint).all(axis=1) & (states < codes.POLE)
 
     def jacobian(self, owner, place):
         """F and J in ranges, each row over its largest element; 0 for what is lost in its own rounding."""
@@ -367,7 +369,7 @@ class _All:
         shares = self.problem.is_steady and self.n <= SHARING and points.size
         starts = self.rough(points, bounds, SHARED * most) if shares else None
         which, kind, boxes = self.run(self.constants[points], bounds, most, starts)
-        owner, zero = points[which], kind == roots.ZERO
+        owner, zero = points[which], kind == codes.ZERO
         place, reach = boxes[:, 1].mean(axis=1), 0.5 * (boxes[:, 1, 1] - boxes[:, 1, 0])
         self._note(owner[zero], place[zero], np.zeros(zero.sum(), dtype=np.int64), reach[zero])
         low, high = boxes[:, 0, 0], boxes[:, 0, 1]
@@ -387,10 +389,10 @@ class _All:
 
     def _poles(self, owner, kind, low, high):
         """Return whether boxes hold only a pole, towards which a row of F grows from all sides within the bounds."""
-        poles = kind == roots.BROKEN
+        poles = kind == codes.BROKEN
         rows = np.flatnonzero(poles)
         owner, middle = owner[rows], 0.5 * (low[rows] + high[rows])
-        half = np.maximum(0.5 * (high - low)[rows], 4.0 * enclosures.UNIT * np.abs(middle))
+        half = np.maximum(0.5 * (high - low)[rows], 4.0 * codes.UNIT * np.abs(middle))
         steady, grows = np.ones((rows.size, self.n), dtype=bool), np.zeros((rows.size, self.n), dtype=bool)
         for j in range(self.n):
             for sign in (-1.0, 1.0):
@@ -401,7 +403,7 @@ class _All:
                     values, states = self.slopes(owner, place, place)
                     inside = ((place >= self.low[owner]) & (place <= self.high[owner])).all(axis=1)
                     size = np.abs(values[:, :, 0].mean(axis=-1))
-                    sizes.append(np.where((inside & (states < enclosures.POLE))[:, None], size, np.nan))
+                    sizes.append(np.where((inside & (states < codes.POLE))[:, None], size, np.nan))
                 ratio = np.nan_to_num(sizes[0] / sizes[1], nan=1.0)
                 steady &= ratio > 0.999
                 grows |= ratio > 1.001
@@ -450,7 +452,7 @@ class _All:
             boxes = tuple(x[~covered] for x in boxes)
             found += [(point, c, 0.0 * c) for c in self._clusters(point, place[hidden], boxes, centers, reaches, width)]
             if boxes[2].size:
-                reason = TOO_LARGE if (boxes[2] == roots.LEFT).any() else ROUNDING
+                reason = TOO_LARGE if (boxes[2] == codes.LEFT).any() else ROUNDING
                 self.certified[point] = max(self.certified[point], reason)
                 ends = np.stack([boxes[0].min(axis=0), boxes[1].max(axis=0)], axis=-1)
                 self.undecided[point, self.problem.free] = ends
@@ -462,7 +464,7 @@ class _All:
         """Places to start from: evenly many of the boxes that could not be decided, and what the description names."""
         points, owners, places = np.unique(owner), [], []
         named = self.problem.takes_members and self.problem.system.labels
-        usable = (kind == roots.LOST) | (kind == roots.NARROW) | ((kind == roots.LEFT) & (not named))
+        usable = (kind == codes.LOST) | (kind == codes.NARROW) | ((kind == codes.LEFT) & (not named))
         for point in points:
             rows = slice(*np.searchsorted(owner, [point, point + 1]))
             rows = rows.start + np.flatnonzero(usable[rows])
@@ -483,7 +485,7 @@ class _All:
             which, kind, boxes = self.run(
                 self.constants[owner[rows]], np.stack([place[rows] - wide, place[rows] + wide], axis=1), 1
             )
-            one = kind == roots.ZERO
+            one = kind == codes.ZERO
             chosen = rows[which[one]]
             proved[chosen] = True
             a[:, chosen], b[:, chosen] = boxes[one, :, 0].swapaxes(0, 1), boxes[one, :, 1].swapaxes(0, 1)
@@ -498,7 +500,7 @@ class _All:
         _, group = connected_components(near)
         chosen = {}
         for place in places:
-            usable = (kind != roots.OVERFLOW) & (kind != roots.BROKEN)
+            usable = (kind != codes.OVERFLOW) & (kind != codes.BROKEN)
             inside = np.flatnonzero(((place >= low - width) & (place <= high + width)).all(axis=1) & usable)
             known = any((np.abs(c - place) <= r + width).all() for c, r in zip(centers, reaches, strict=True))
             if not inside.size or known:
@@ -506,7 +508,7 @@ class _All:
             rows = group == group[inside[0]]
             a, b = low[rows].min(axis=0), high[rows].max(axis=0)
             middle = np.where((a <= 0.0) & (b >= 0.0), 0.0, 0.5 * (a + b))
-            if (kind[rows] == roots.LEFT).any():  # a group of boxes that may hold many
+            if (kind[rows] == codes.LEFT).any():  # a group of boxes that may hold many
                 if not any((np.abs(other - place) <= width).all() for other in chosen.values()):
                     chosen[len(group) + len(chosen)] = place
             elif group[inside[0]] not in chosen:

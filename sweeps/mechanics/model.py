@@ -87,9 +87,11 @@ class Model:
     @property
     def measurement(self) -> ModuleType:
         """Functions `theory(model, points)` and `survey(model, points, …)`: of modes, where the system is natural."""
-        from sweeps.mechanics import normal_modes, relative
-
-        return normal_modes if self.equations.natural else relative
+        if self.equations.natural:
+            from sweeps.mechanics import normal_modes as measurement
+        else:
+            from sweeps.mechanics import relative as measurement
+        return measurement
 
     def theory(self, points, **further) -> dict:
         """Return the predictions of linear theory for points; see `measurement`."""

@@ -7,25 +7,25 @@ parameters.
 import numpy as np
 import sympy as sp
 
-from kernels import enclosures
+from kernels import codes
 from sweeps.mechanics.description import DescriptionError
 
 FUNCTIONS = {
-    sp.exp: enclosures.EXP,
-    sp.log: enclosures.LOG,
-    sp.sin: enclosures.SIN,
-    sp.cos: enclosures.COS,
-    sp.tan: enclosures.TAN,
-    sp.asin: enclosures.ASIN,
-    sp.acos: enclosures.ACOS,
-    sp.atan: enclosures.ATAN,
-    sp.sinh: enclosures.SINH,
-    sp.cosh: enclosures.COSH,
-    sp.tanh: enclosures.TANH,
-    sp.asinh: enclosures.ASINH,
-    sp.acosh: enclosures.ACOSH,
-    sp.atanh: enclosures.ATANH,
-    sp.erf: enclosures.ERF,
+    sp.exp: codes.EXP,
+    sp.log: codes.LOG,
+    sp.sin: codes.SIN,
+    sp.cos: codes.COS,
+    sp.tan: codes.TAN,
+    sp.asin: codes.ASIN,
+    sp.acos: codes.ACOS,
+    sp.atan: codes.ATAN,
+    sp.sinh: codes.SINH,
+    sp.cosh: codes.COSH,
+    sp.tanh: codes.TANH,
+    sp.asinh: codes.ASINH,
+    sp.acosh: codes.ACOSH,
+    sp.atanh: codes.ATANH,
+    sp.erf: codes.ERF,
 }
 MOST_WHOLE = 1 << 20
 
@@ -60,6 +60,8 @@ class Tape:
 
     def slopes(self, constants, owner, low, high, count=None):
         """Enclose f and its first derivatives, shape (boxes, functions, 1 + count, 2); return the boxes' states too."""
+        from kernels import enclosures  # compiled by its import
+
         count = len(self.variables) if count is None else count
         values = np.empty((owner.size, self.outputs.size, 1 + count, 2))
         states = np.empty(owner.size, dtype=np.int64)
@@ -85,13 +87,13 @@ class Tape:
         if not e.free_symbols & set(self.variables):
             return self._constant(e)
         if e.is_Symbol:
-            return self._add(enclosures.VARIABLE, self.variables.index(e))
+            return self._add(codes.VARIABLE, self.variables.index(e))
         if e.is_Add or e.is_Mul:
             return self._joined(e)
         if e.is_Pow and e.base != sp.E:
             return self._power(e)
         if e.is_Pow:
-            return self._add(enclosures.EXP, self._row(e.exp))
+            return self._add(codes.EXP, self._row(e.exp))
         if type(e) in FUNCTIONS:
             return self._add(FUNCTIONS[type(e)], self._row(e.args[0]))
         raise DescriptionError(f"{type(e).__name__}: {e} cannot be enclosed; allowed: {allowed()}")
@@ -100,10 +102,10 @@ class Tape:
         if e not in self._numbers:
             self._numbers[e] = len(self._constants)
             self._constants.append(e)
-        return self._add(enclosures.CONSTANT, self._numbers[e])
+        return self._add(codes.CONSTANT, self._numbers[e])
 
     def _joined(self, e):
-        code = enclosures.ADD if e.is_Add else enclosures.MUL
+        code = codes.ADD if e.is_Add else codes.MUL
         fixed = [part for part in e.args if not part.free_symbols & set(self.variables)]
         rows = [self._row(part) for part in e.args if part.free_symbols & set(self.variables)]
         result = rows[0]
@@ -113,10 +115,10 @@ class Tape:
 
     def _power(self, e):
         if e.exp.is_Integer and abs(int(e.exp)) < MOST_WHOLE:
-            return self._add(enclosures.WHOLE_POWER, self._row(e.base), int(e.exp))
+            return self._add(codes.WHOLE_POWER, self._row(e.base), int(e.exp))
         if e.exp.free_symbols & set(self.variables):
             return self._row(sp.exp(e.exp * sp.log(e.base), evaluate=False))
-        return self._add(enclosures.POWER, self._row(e.base), self._constant(e.exp))
+        return self._add(codes.POWER, self._row(e.base), self._constant(e.exp))
 
 
 def _plain(x, dtype=np.float64):

@@ -46,7 +46,8 @@ def _made(planned: Plan, folder: Path, workers: int, again: bool) -> Iterator[Pa
     path = folder / "stability_map.nc"
     is_old = again or not admission.holds_map(path, planned.sweep)
     if is_old:
-        _compile(planned.sweep)
+        _compile(planned.sweep)  # the search for equilibria in the check is compiled, too
+        planned.sweep.system.check(planned.sweep.definition, planned.sweep.grid)
     draws = workers > 1 and (is_old or _is_older(folder / "figures", path))
     with drawing.worker() if draws else nullcontext() as worker:  # loads Matplotlib while this process measures
         if is_old:

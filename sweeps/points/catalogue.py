@@ -63,7 +63,13 @@ class Plan:
     sweep: "Sweep"
 
 
-def plan(source: str | Path, results: str | Path = "results", anywhere: bool = False, digest: str = "") -> Plan:
+def plan(
+    source: str | Path,
+    results: str | Path = "results",
+    anywhere: bool = False,
+    digest: str = "",
+    check: bool = True,
+) -> Plan:
     """Check a definition, and that this machine has enough disk and memory for it.
 
     Args:
@@ -71,6 +77,7 @@ def plan(source: str | Path, results: str | Path = "results", anywhere: bool = F
         results: folder that the results go to.
         anywhere: whether it is to run on some other machine, and this one's room does not matter.
         digest: of the definition that was planned, where that was another process; left out, any will do.
+        check: whether its system also looks beyond the values.
 
     Raises:
         DefinitionError: for a definition that is wrong, too large for disk or memory, or named like one that ships, and
@@ -80,7 +87,7 @@ def plan(source: str | Path, results: str | Path = "results", anywhere: bool = F
     from sweeps.points.loading import read
 
     path = Path(source)
-    sweep = read(path)
+    sweep = read(path, check=check)
     ships = shipped().get(sweep.name)
     if ships is not None and ships.resolve() != path.resolve():
         raise DefinitionError(

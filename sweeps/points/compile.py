@@ -128,7 +128,7 @@ def main() -> None:
     calls = json.load(sys.stdin)
     with ProcessPoolExecutor(processors.cores(), get_context("spawn"), _begin) as pool:
         try:
-            for _, together in groupby(calls, key=lambda call: call[-1]):
+            for _, together in groupby(sorted(calls, key=_stage_of), key=_stage_of):
                 for done in as_completed([pool.submit(_compile, *call) for call in together]):
                     done.result()
                     print(flush=True)
@@ -137,13 +137,17 @@ def main() -> None:
             raise
 
 
+def _stage_of(call: list) -> int:
+    return call[-1]
+
+
 def _begin() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     interrupts.end_with_the_parent()
     startup.configure()
 
 
-def _compile(module: str, name: str, types: str, example: list, _links: bool) -> None:
+def _compile(module: str, name: str, types: str, example: list, _stage: int) -> None:
     """Compile one kernel: a function for types, or whatever a call or an import of its module compiles."""
     with warnings.catch_warnings():
         # kernels take a system's compiled step as an argument, which Numba calls an experiment

@@ -18,7 +18,7 @@ class Kernel:
         types: the types of the function's arguments, as Numba writes them; "" for a Python function, which is called.
         example: what a Python function is called with, which compiles all that it calls.
         seconds: how long it takes on one core of 2024, s, about.
-        links: whether it links what other kernels of the table are: it is compiled after them.
+        stage: kernels of a stage are compiled after those of the stages before, which they link.
         when: whether a definition needs it.
     """
 
@@ -27,10 +27,10 @@ class Kernel:
     types: str = ""
     example: tuple = field(default=(), compare=False)
     seconds: float = 1.0
-    links: bool = False
+    stage: int = 0
     when: "Callable[[Definition], bool]" = field(default=lambda definition: True, compare=False)
 
     @property
     def call(self) -> tuple:
         """Return the arguments of `sweeps.points.compile._compile` for this kernel."""
-        return self.module, self.name, self.types, self.example, self.links
+        return self.module, self.name, self.types, self.example, self.stage

@@ -9,7 +9,7 @@ import sympy as sp
 from potentials import FAINT, KNOWN, MULTIPLE, x
 from scipy.optimize import fsolve
 
-from kernels import enclosures
+from kernels import codes, enclosures
 from sweeps.mechanics import System, equilibria
 from sweeps.mechanics.equations import Equations
 from sweeps.mechanics.equilibria import FAMILY, PROVED, ROUNDING, TOO_LARGE
@@ -238,13 +238,13 @@ def test_enclosures_hold_what_mpmath_gives_anywhere_in_the_box(function):
     values, states = tape.slopes(tape.constants([]), np.zeros(100, dtype=np.int64), a[:, None], b[:, None])
     exact = [sp.lambdify(x, f, "mpmath") for f in (function(x), function(x).diff(x))]
     with mpmath.workdps(40):
-        for i in np.flatnonzero(states == enclosures.SOUND):
+        for i in np.flatnonzero(states == codes.SOUND):
             for place in (a[i], b[i], a[i] + 0.37 * (b[i] - a[i])):
                 for k, f in enumerate(exact):
                     assert values[i, 0, k, 0] <= f(mpmath.mpf(place)) <= values[i, 0, k, 1]
-    thin = np.flatnonzero((a == b) & (states == enclosures.SOUND))
+    thin = np.flatnonzero((a == b) & (states == codes.SOUND))
     width = values[thin, 0, 0, 1] - values[thin, 0, 0, 0]
-    assert (width <= 40 * enclosures.UNIT * (np.abs(values[thin, 0, 0]).max(axis=1) + 1e-300)).all()
+    assert (width <= 40 * codes.UNIT * (np.abs(values[thin, 0, 0]).max(axis=1) + 1e-300)).all()
 
 
 def test_sums_and_products_hold_the_exact_ones():
@@ -279,8 +279,8 @@ def test_a_box_is_said_to_hold_a_pole_or_to_lie_outside():
     for f in (sp.log(x), 1 / x, sp.sqrt(x)):
         tape = Tape([f], [x], [])
         states[f] = tape.slopes(tape.constants([]), np.zeros(3, dtype=np.int64), *boxes)[1].tolist()
-    assert states[sp.log(x)] == states[sp.sqrt(x)] == [enclosures.OUTSIDE, enclosures.POLE, enclosures.SOUND]
-    assert states[1 / x] == [enclosures.SOUND, enclosures.POLE, enclosures.SOUND]
+    assert states[sp.log(x)] == states[sp.sqrt(x)] == [codes.OUTSIDE, codes.POLE, codes.SOUND]
+    assert states[1 / x] == [codes.SOUND, codes.POLE, codes.SOUND]
 
 
 def test_constants_are_enclosed():

@@ -22,7 +22,7 @@ from sweeps.process import progress
 from sweeps.systems.kernel import Kernel
 
 ROOT = compile.ROOT
-ONE, OTHER, LAST = Kernel("exact", "one"), Kernel("exact", "other", "float64"), Kernel("linear", "last", links=True)
+ONE, OTHER, LAST = Kernel("exact", "one"), Kernel("exact", "other", "float64"), Kernel("linear", "last", stage=1)
 
 
 @pytest.fixture

@@ -31,8 +31,8 @@ class Oscillator(Described):
     kernels = ("oscillations", "enclosures", "roots")
     compiled = (
         Kernel("oscillations", seconds=3.0),
-        Kernel("enclosures", seconds=0.0),  # compiled before anything of a definition can be told
-        Kernel("roots", seconds=0.0),
+        Kernel("enclosures", seconds=2.5),
+        Kernel("roots", seconds=7.0, stage=1),
         TAPES,
     )
     library = MECHANICS / "library"

@@ -34,13 +34,13 @@ class RelativeEquilibrium(Described):
     presentation = "sweeps.systems.relative_equilibrium.presentation"
     kernels = ("flows", "enclosures", "roots")
     compiled = (
-        Kernel("enclosures", seconds=0.0),  # compiled while the definition is checked
-        Kernel("roots", seconds=0.0),
-        Kernel("projection", seconds=9.0),
-        Kernel("invariants", seconds=9.0),
-        Kernel("jacobians", seconds=10.0),
-        Kernel("spectrum", seconds=7.0, links=True),
-        Kernel("flows", seconds=7.0, links=True),
+        Kernel("enclosures", seconds=2.5),
+        Kernel("dense", seconds=3.5),
+        Kernel("roots", seconds=7.0, stage=1),
+        Kernel("projection", seconds=6.0, stage=1),
+        Kernel("invariants", seconds=8.0, stage=1),
+        Kernel("jacobians", seconds=3.0, stage=1),
+        Kernel("flows", seconds=10.0, stage=2),
     )
     library = MECHANICS / "library" / "relative"
     asked = FlowDefinition

@@ -23,10 +23,10 @@ SURVEY = (  # what can be compiled side by side, before what links it
         Kernel("survey", "_sort_back", f"int64, {ROW}, uint32[::1], int64, int64, {kind}[:, ::1]", seconds=0.2)
         for kind in ("float64", "int32", "int8")
     ),
-    Kernel("survey", "measured", example=(A_POINT, *RUN), seconds=4.0, links=True),
-    Kernel("survey", "theory", example=(A_POINT,), seconds=1.0, links=True),
+    Kernel("survey", "measured", example=(A_POINT, *RUN), seconds=4.0, stage=1),
+    Kernel("survey", "theory", example=(A_POINT,), seconds=1.0, stage=1),
 )
-FLIPS = Kernel("survey", "flipped", "", (A_POINT,), 6.0, True, lambda asked: asked.integration.flips)
-COLLAPSED = Kernel("survey", "collapsed", "", (A_POINT, *RUN), 1.0, True, lambda asked: asked.integration.collapse)
-IN_SPACE = Kernel("in_space", "survey", "", (A_POINT, *RUN), 8.0, False, lambda asked: asked.integration.attitude)
+FLIPS = Kernel("survey", "flipped", "", (A_POINT,), 6.0, 1, lambda asked: asked.integration.flips)
+COLLAPSED = Kernel("survey", "collapsed", "", (A_POINT, *RUN), 1.0, 1, lambda asked: asked.integration.collapse)
+IN_SPACE = Kernel("in_space", "survey", "", (A_POINT, *RUN), 8.0, 0, lambda asked: asked.integration.attitude)
 KERNELS = (*SURVEY, FLIPS, COLLAPSED, IN_SPACE)

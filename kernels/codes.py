@@ -1,0 +1,22 @@
+"""What stands in tapes, and in what is found with them: codes of operations, states of enclosures, kinds of boxes.
+
+Whoever writes or reads them need not load the compiled code of :mod:`kernels.enclosures` and :mod:`kernels.roots`.
+"""
+
+# States of an enclosure: see kernels.enclosures.
+SOUND, POLE, OUTSIDE = range(3)
+
+# Operations: row (code, a, b) of a tape, a and b rows above it, or the number of a variable or constant, or a power.
+VARIABLE, CONSTANT, ADD, MUL, WHOLE_POWER, POWER = range(6)
+EXP, LOG, SIN, COS, TAN, ASIN, ACOS, ATAN, SINH, COSH, TANH, ASINH, ACOSH, ATANH, ERF = range(10, 25)
+
+# Kinds of boxes: see kernels.roots.
+ZERO = 0  # a box that holds exactly one zero
+LOST = 1  # F changes by less than the rounding of F itself
+NARROW = 2  # as narrow as a box may be
+BROKEN = 3  # as narrow, and F is not defined, or unbounded, in a part of it
+OVERFLOW = 4  # F is beyond all numbers, or underflows
+LEFT = 5  # the number of boxes was used up
+
+UNIT = 2.0**-52  # of rounding
+FAINT = 1e-280  # a range so small may be underflow
