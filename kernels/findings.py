@@ -160,13 +160,14 @@ def _forgive_growth(S, tolerance):
 
 
 @njit(**OPTIONS)
-def _tell_errors(S, exactly, rounded, whole):
+def _tell_errors(S, number, rounded, whole):
     """The reduced Ω², the terms of both errors and the regime, which is read from the reduced one.
 
-    ``exactly``: the motion is the exact solution, rounded; ``rounded``: the moments are ratios, rounded once each;
-    ``whole``: the reduction was done to its last order.
+    ``number`` is that of the step, as :func:`kernels.lanes.follow` takes it; ``rounded``: the moments are ratios,
+    rounded once each; ``whole``: the reduction was done to its last order.
     """
     whole_vectors()
+    exactly, order = number >= lanes.EXACT, 8.0 + 2.0 * (number // 3)
     for lane in range(W):
         used, spacing, spin = S[lanes.USED + lane], S[lanes.SPACING + lane], S[MORE.spin_rate + lane]
         rate2 = S[MORE.rate2 + lane]
@@ -178,8 +179,11 @@ def _tell_errors(S, exactly, rounded, whole):
         squares = max(ss - sx * sx * inverse, 0.0) * inverse
         scatter = uncertainty.scatter(S[MORE.reduced_slope + lane], squares, used, reduced, spacing)
         rate = math.sqrt(abs(reduced))
-        growth = S[lanes.LARGEST + lane] / S[lanes.START + lane]
-        integration = uncertainty.integration(reduced, rate, apart, per, spacing, growth, apart if exactly else 0.0)
+        steps, growth = S[lanes.STEPS + lane], S[lanes.LARGEST + lane] / S[lanes.START + lane]
+        hidden = 0.0 if exactly else uncertainty.left_out(rate * spacing / steps, (used - 1.0) * steps, order)
+        end = uncertainty.at_the_end(apart, growth, hidden)
+        integration = uncertainty.integration(reduced, rate, apart, end, per, spacing)
+        integration += apart * abs(reduced) if exactly else 0.0
         part = reduction.rms_part(S[lanes.RR + lane], ss, inverse, samples)
         Ia, Ib, Ic = S[lanes.MA + lane], S[lanes.MB + lane], S[lanes.MC + lane]
         left = part * reduction.SMALL_WANDER
@@ -314,7 +318,7 @@ def _tell_drifts(S):
 
 
 @njit(**OPTIONS)
-def tell(S, work, reduced, exactly, rounded, tolerance):
+def tell(S, work, reduced, number, rounded, tolerance):
     """Turn every lane's sums into its columns, in units of s.
 
     Parameters
@@ -322,10 +326,10 @@ def tell(S, work, reduced, exactly, rounded, tolerance):
     S : numpy.ndarray, shape (ROWS * W,)
         Scratch after :func:`kernels.lanes.follow`, with the row spin_rate filled. Column k of lane l goes to
         ``S[(FIRST + k) * W + l]``; those of work that was not done hold no sense.
-    work, reduced
+    work, reduced, number
         As of :func:`kernels.lanes.follow`.
-    exactly, rounded : bool
-        Whether the motion is the exact solution; whether the moments are ratios that were rounded once each.
+    rounded : bool
+        Whether the moments are ratios that were rounded once each.
     tolerance : float
         That the certificate may reach.
     """
@@ -336,7 +340,7 @@ def tell(S, work, reduced, exactly, rounded, tolerance):
     if certified:
         _forgive_growth(S, tolerance)
     if reduced != lanes.NONE:
-        _tell_errors(S, exactly, rounded, reduced == lanes.WHOLE)
+        _tell_errors(S, number, rounded, reduced == lanes.WHOLE)
         if reduced == lanes.WHOLE:
             _widen_within_a_turn(S)
         if rated:

@@ -186,7 +186,7 @@ def _run(T, keys, blocks, run, work, out):
         depth = depth if reducing or depth == lanes.WHOLE else lanes.NONE
         _gather(S, T, points, steps)
         lanes.follow(S, taken, steps, intervals, work, depth)
-        findings.tell(S, work, depth, exactly, rounded, tolerance)
+        findings.tell(S, work, depth, taken, rounded, tolerance)
         _keep(S, rows, kept[j])
         for lane in range(points.size):
             at[points[lane]] = j * kept.shape[1] * W + lane

@@ -16,7 +16,7 @@ Time is in radians of spin, rates² in spin². h is the spacing of the samples, 
   σ counts it as :math:`\sqrt{m/2}\,s_{rms}\varepsilon_{rms}`: hence :math:`g = q\sqrt{2/m}/\sin x`, m = n - 2, and
   :math:`\sin^2x \ge x^2(1 - x^2/3)`. It is below 1 only where the window holds a turn. The rounding of samples, which
   is noise, has a part of its own below.
-* **integration**, :math:`\delta\left[\frac5T\sqrt{|\Omega^2| + 1/T^2} + f(4 + 6.4\lambda h)\lambda^2\right]`. An error
+* **integration**, :math:`\frac5T\sqrt{|\Omega^2| + 1/T^2}\,\delta + f(4 + 6.4\lambda h)\lambda^2(\delta + l)`. An error
   of the perturbation that grows to the relative size δ over the window is a rate off by δ/T, which moves Ω² by
   :math:`2\Omega\,\delta/T`; below :math:`\Omega T = 1` a bend by δ moves it by :math:`2\delta/T^2`. The factor is 5,
   not 2, because an early error and a later one may cancel in δ. A growing motion puts all weight on its last
@@ -27,7 +27,11 @@ Time is in radians of spin, rates² in spin². h is the spacing of the samples, 
   :math:`x = \frac12`, which no spacing exceeds. A motion that decays puts all weight on its first samples, where the
   same error is :math:`d = d_0(e^{-3\lambda t} - e^{-\lambda t})`, for it starts at 0: seen is only its largest value,
   :math:`\delta = \frac{2}{3\sqrt3}d_0`. So :math:`f = \frac32\sqrt3` unless the motion has grown; f = 1 where the
-  largest size squared is 40 times that of the start, a window that its size has closed. δ is the point's certificate;
+  largest size squared is 40 times that of the start, a window that its size has closed. Beside it, and of the other
+  sign, stands what a series to the order N leaves out of the linear motion, :math:`l = n\,x^{N+1}/(N+1)!` in n steps of
+  x = λh: of the error at the end δ shows their difference. As l goes with the time, the other with
+  :math:`e^{2\lambda t}`, that can't hide for long: from :math:`l(1 - s) - (\delta + l)(e^{-Ks} - e^{-K})/(1 - e^{-K})
+  \le\delta` at s = 0.43, :math:`e^K = 40`, follows l ≤ 3.1 δ, and no more of it counts. δ is the point's certificate;
   where there is none, the motion being the exact one, the rounding of its steps, n u, and :math:`n\,u|\Omega^2|` more:
   the spin's own rounding, at most u/2 a step and all in one sense, is a wandering that the reduction takes off by
   :math:`2|\Omega^2|` of its mean although the small motion's recurrence never saw it.
@@ -81,6 +85,7 @@ UNIT = 2.0**-53
 FOLLOWED, BENT, STEEPER = 5.0, 4.0, 6.4
 HARDLY_GROWN = 1.5 * math.sqrt(3.0)  # 1/max(e^-s - e^-3s)
 GROWN = 40.0  # of the size squared
+HIDDEN = 3.1
 GROWING = (0.25, 0.3)
 TURNING = (0.0015, 0.006)
 WITHIN_A_TURN = (1.0, 1.2)
@@ -104,14 +109,32 @@ def scatter(slope, squares, used, rate2, spacing):
 
 
 @formula
-def integration(rate2, rate, apart, per, spacing, growth, drift):
-    """Return the integration's term from the largest relative error ``apart``; rate is √|Ω²|, ``per`` 1/T.
+def left_out(x, steps, order):
+    """Return the part of e^x that so many series to the order 8, 10 or 12 leave out together; x of one step."""
+    x2 = x * x
+    x4 = x2 * x2
+    more = x2 * (1 / 39916800) if order < 11.0 else x4 * (1 / 6227020800)
+    return steps * (x4 * x4 * x) * (1 / 362880 if order < 9.0 else more)
 
-    ``growth`` is the largest size squared over that of the start, ``drift`` n u of an exact motion and else 0.
+
+@formula
+def at_the_end(apart, growth, hidden):
+    """Return the error at the end of a growing motion, f(δ + l), from the largest seen and what :func:`left_out` gives.
+
+    ``growth`` is the largest size squared over that of the start.
+    """
+    whole = apart + min(hidden, HIDDEN * apart)
+    return whole if growth >= GROWN else whole * HARDLY_GROWN
+
+
+@formula
+def integration(rate2, rate, apart, end, per, spacing):
+    """Return the integration's term from the largest relative error ``apart`` and that at the ``end``.
+
+    rate is √|Ω²|, ``per`` 1/T.
     """
     bent = (BENT + STEEPER * rate * spacing) * max(-rate2, 0.0)
-    bent = bent if growth >= GROWN else bent * HARDLY_GROWN
-    return apart * (FOLLOWED * per * math.sqrt(abs(rate2) + per * per) + bent) + drift * abs(rate2)
+    return apart * FOLLOWED * per * math.sqrt(abs(rate2) + per * per) + end * bent
 
 
 @formula

@@ -18,7 +18,7 @@ from sweeps.pipeline import claims
 from sweeps.points import compile, estimate
 from sweeps.points.catalogue import Plan
 from sweeps.points.sweep import Sweep
-from sweeps.process import progress
+from sweeps.process import memory, progress
 from sweeps.shards import merging
 from sweeps.shards.shard import holds_shard, write_shard
 from sweeps.views import drawing
@@ -52,6 +52,7 @@ def _made(planned: Plan, folder: Path, workers: int, again: bool) -> Iterator[Pa
     with drawing.worker() if draws else nullcontext() as worker:  # loads Matplotlib while this process measures
         if is_old:
             measure(planned.sweep, path, workers, again)
+            memory.give_back()
         _remove_parts(folder)
         yield path
         yield from _shown(path, again, worker)

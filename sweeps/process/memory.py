@@ -21,6 +21,12 @@ def keep_freed() -> None:
     mallopt(TRIM_THRESHOLD, KEPT_BYTES)
 
 
+def give_back() -> None:
+    """Give the memory that :func:`keep_freed` has kept back to the system, where the C library allows it."""
+    with suppress(AttributeError, OSError, TypeError):
+        ctypes.CDLL(None).malloc_trim(0)
+
+
 def available() -> int:
     """Return the bytes of memory that are available without swapping."""
     with suppress(OSError, ValueError), open("/proc/meminfo") as file:  # there is no need to load what reads it too

@@ -5,6 +5,7 @@ import warnings
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,8 +17,10 @@ from sweeps import systems
 from sweeps.figure import style
 from sweeps.maps import admission, slices
 from sweeps.maps.plain import PlainMap
+from sweeps.maps.summary import read
 from sweeps.process import startup
 from sweeps.process.files import replaced, replaced_folder
+from sweeps.schema.boxes import blocks
 from sweeps.schema.refusals import RefusedError, hint, shortened
 from sweeps.views import films, svg, themes
 
@@ -28,6 +31,8 @@ LEAST_SHARED = 4  # fewer pictures are drawn before another process is ready
 FRAME_MILLISECONDS = 60
 MAX_TITLE = 200  # characters, as of a definition's
 MOST_PARTS = 20_000  # of one artist that SVG and PDF draw each by itself
+LARGEST = 1e150  # size of numbers, and of their inverses, of which Matplotlib makes limits and ticks
+BLOCK_POINTS = 2**20
 
 
 def opened(path: str | Path) -> "xr.Dataset | PlainMap":
@@ -187,14 +192,34 @@ def draw_one(
         kind: as of `draw_all`.
         theme: likewise.
         sheet: likewise.
+
+    Raises:
+        RefusedError: where the map holds numbers that cannot be drawn, such as infinity.
     """
     still = pictures(ds)
-    with style.drawn_for(sheet):
+    with style.drawn_for(sheet), _refusing_what_cannot_be_drawn(ds, name):
         if name in still:
             path = folder / f"{name}.{kind}"
             return [path.name] if _write(still[name], path, theme) else []
         animation = folder / f"{name}.gif"
         return sorted(_moving(animation, kind)) if _animate(animations(ds)[name], animation, theme) else []
+
+
+@contextmanager
+def _refusing_what_cannot_be_drawn(ds: "xr.Dataset | PlainMap", picture: str) -> Iterator[None]:
+    """Refuse a map that has numbers beyond `LARGEST`, where its picture could not be drawn."""
+    try:
+        yield
+    except (ArithmeticError, ValueError):
+        for name in (name for name in ds.variables if ds[name].dtype.kind == "f"):
+            for box in blocks(dict(zip(ds[name].dims, ds[name].shape, strict=True)), BLOCK_POINTS):
+                sizes = np.abs(read(ds, name, box))
+                beyond = sizes[(sizes > LARGEST) | ((sizes > 0.0) & (sizes < 1.0 / LARGEST))]
+                if beyond.size:
+                    wrong = f"{picture} cannot be drawn: {shortened(repr(name))} holds {beyond[0]:g}"
+                    allowed = f"0, and sizes from {1.0 / LARGEST:g} to {LARGEST:g}"
+                    raise RefusedError(f"{wrong}; allowed: {allowed}, or other figures (--only)") from None
+        raise
 
 
 def _moving(animation: Path, kind: str) -> list[str]:
@@ -263,6 +288,7 @@ def _write(draw: Callable[[], Figure | None], path: Path, theme: str) -> bool:
         figure = draw()
         if figure is None:
             return False
+        _leave_logarithms(figure)
         _raster(figure)
         themes.apply(figure, theme)
         with replaced(path) as temporary:
@@ -288,6 +314,14 @@ def save(figure: Figure, path: Path, kind: str) -> None:
         scaled = PdfWriter(clone_from=path)
         scaled.pages[0].scale_by(scale)
         scaled.write(path)
+
+
+def _leave_logarithms(figure: Figure) -> None:
+    """Makes logarithmic axes linear where nothing drawn is positive: Matplotlib finds no ticks for them."""
+    for axes in figure.axes:
+        for axis in (axes.xaxis, axes.yaxis):
+            if axis.get_scale() == "log" and not axis.get_view_interval().min() > 0.0:
+                axes.set(**{f"{axis.axis_name}scale": "linear"})
 
 
 def _raster(figure: Figure) -> None:

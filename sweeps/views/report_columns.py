@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from sweeps.maps.plain import PlainMap, PlainVariable
 
-BLOCK_POINTS = 2**18  # some 50 MB of columns at a time, whatever the map's size
+BLOCK_POINTS = 2**17  # some 25 MB of columns at a time, whatever the map's size
 MOST_POINTS = 400_000  # more never fit into a page, so no more are kept in memory
 POWERS = (0, 1, -1, 2, -2)  # of a parameter, tried as scaling laws
 LAW_TOLERANCE = 1e-11  # relative: far below the digits that a page shows

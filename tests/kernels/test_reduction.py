@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kernels import exact, linear, measure, reduction, survey, uncertainty
+from kernels.taylor import ORDERS
 
 SETTINGS = (4.0, 16, 1e-10)
 
@@ -104,9 +105,9 @@ def test_the_error_of_a_rate_reaches_the_farther_end_and_no_farther(square, erro
 def test_what_a_run_gathers_moves_the_rate_of_a_spin_that_turns_by_no_more_than_is_told(turns):
     """A frequency off by δ/T moves Ω² by 2Ωδ/T; within a small part of a turn a bend by δ moves it by 2δ/T²."""
     omega, T, delta = 0.3, 2 * np.pi * turns / 0.3, 1e-10
-    told = uncertainty.integration(omega**2, omega, delta, 1 / T, 0.4, 1.0, 0.0)
+    told = uncertainty.integration(omega**2, omega, delta, delta, 1 / T, 0.4)
     assert told >= max(2 * omega * delta / T, 2 * delta / T**2)
-    assert told == pytest.approx(1e3 * uncertainty.integration(omega**2, omega, 1e-3 * delta, 1 / T, 0.4, 1.0, 0.0))
+    assert told == pytest.approx(1e3 * uncertainty.integration(omega**2, omega, 1e-3 * delta, 1e-3 * delta, 1 / T, 0.4))
 
 
 @pytest.mark.parametrize("x", [0.02, 0.2, 0.5])
@@ -116,8 +117,28 @@ def test_an_error_at_the_start_of_a_decay_is_held_from_what_is_seen_of_it(x):
     motion = np.exp(-t) + d0 * (np.exp(-3 * t) - np.exp(-t))
     rate2, _ = measure.signed_rate(np.stack([motion, 0 * t], axis=1), x)
     seen = d0 * np.abs(np.exp(-3 * t) - np.exp(-t)).max()
-    told = uncertainty.integration(-1.0, 1.0, seen, 1 / t[-1], x, 1.0, 0.0)
+    told = uncertainty.integration(-1.0, 1.0, seen, uncertainty.at_the_end(seen, 1.0, 0.0), 1 / t[-1], x)
     assert 0.3 * told < abs(rate2 + 1) < told  # what grows is steeper over wide spacings, and holds both
+
+
+@pytest.mark.parametrize("share", [0.0, 1.0, 1.4, 2.0])
+@pytest.mark.parametrize("x", [0.02, 0.2])
+def test_two_errors_that_hide_each_other_are_held_both(x, share):
+    """Beside e^{λt}, which grows sevenfold: a rate too small by l/T, and what goes with e^{3λt} of the other sign."""
+    t, behind = x * np.arange(math.log(7.0) / x), 1e-9
+    late = behind * share * (np.exp(3 * t) - np.exp(t)) / np.exp(2 * t[-1])
+    off = late - behind * t / t[-1] * np.exp(t)
+    rate2, _ = measure.signed_rate(np.stack([np.exp(t) + off, 0 * t], axis=1), x)
+    seen = np.abs(off / np.exp(t)).max()
+    told = uncertainty.integration(-1.0, 1.0, seen, uncertainty.at_the_end(seen, 49.0, behind), 1 / t[-1], x)
+    assert abs(rate2 + 1) < told
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_what_a_series_leaves_out_is_its_next_term(order):
+    x = mpmath.mpf("0.1")
+    rest = 3 * (mpmath.exp(x) - sum(x**n / mpmath.factorial(n) for n in range(order + 1)))
+    assert uncertainty.left_out(0.1, 3.0, float(order)) == pytest.approx(float(rest), rel=0.02)
 
 
 @pytest.mark.parametrize(("rate2", "fourth", "second"), [(-0.3, 1 / 4, 3 / 10), (0.3, 3 / 2000, 3 / 500)])
