@@ -258,7 +258,7 @@ def variational(base: Base, steps: int, begin: float = 0.0):
 
 
 def measured(base: Base, epsilon: np.ndarray, tolerance: float) -> tuple[np.ndarray, ...]:
-    """Return the segments' matrices in the states' sizes, their rounding, other errors, and if the amplitude is too large.
+    """Return the segments' matrices in the states' sizes, their rounding, other errors, and if epsilon is too large.
 
     Args:
         base: of points with one number of segments.

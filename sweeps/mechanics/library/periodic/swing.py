@@ -1,4 +1,4 @@
-"""A child on a swing, who raises and lowers the body: the length of the pendulum is l (1 + d cos νt)."""
+"""A child on a swing, who raises and lowers the body: the length of the pendulum is L (1 + d cos νt)."""
 
 from sympy import cos, pi, sin
 
