@@ -14,7 +14,8 @@ lost; traces and determinants are smooth. So regimes are decided by these, and m
 
 Errors: the invariants' are linear in those of M's entries, with a bound on the squares; multipliers, exponents and
 regimes are worked out again at the ends of the invariants' intervals, which is right where multipliers meet, too. A
-regime that is not the same at all ends is marginal.
+regime that is not the same at all ends is marginal. Matrices of another kind have no such invariants: their multipliers
+are eigenvalues, with errors by their condition numbers or, where that is too rough, by Elsner's bound.
 
 *Branch.* The logarithm leaves the exponent's imaginary part open by multiples of 2 pi/T. Of a two by two matrix with
 determinant 1 the number of half turns that any perturbation made in the period decides it: between two of them no
@@ -26,6 +27,7 @@ Journal 7 (1969) 1003, for the classes of four multipliers. Derived again.
 """
 
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 
@@ -42,7 +44,7 @@ def columns(M, error, period, reciprocal=True, half_turns=None, with_errors=True
     Parameters
     ----------
     M, error : numpy.ndarray, shape (n, d, d)
-        Matrices and the errors of their entries; d = 2, or d = 4 where they are reciprocal.
+        Matrices and the errors of their entries.
     period : numpy.ndarray, shape (n,)
         s.
     reciprocal : bool
@@ -57,16 +59,12 @@ def columns(M, error, period, reciprocal=True, half_turns=None, with_errors=True
     dict of str to numpy.ndarray
         multiplier_real, multiplier_imag (1), exponent_real, exponent_imag (s-1), shape (n, d), by falling modulus,
         then argument; growth_rate (s-1, the largest real part), growth_per_period, trace and for d = 4 those of
-        INVARIANTS, shape (n,); each with its error as name_error; regime (number in REGIMES, less 1).
-
-    Raises
-    ------
-    ValueError
-        For matrices of another size.
+        INVARIANTS, where they are reciprocal, shape (n,); each with its error as name_error; regime (number in
+        REGIMES, less 1).
     """
     d = M.shape[-1]
-    if M.shape[1:] not in ((2, 2), (4, 4)) or (d == 4 and not reciprocal):
-        raise ValueError(f"matrices must be 2 x 2, or 4 x 4 and reciprocal, not {M.shape[1:]}")
+    if not has_invariants(d, reciprocal):
+        return _by_eigenvalues(M, error, period, reciprocal)
     with np.errstate(all="ignore"):
         found = invariants(M, error)
         smooth = [found[name] for name in (INVARIANTS if d == 4 else ("trace", "determinant"))]
@@ -93,6 +91,63 @@ def columns(M, error, period, reciprocal=True, half_turns=None, with_errors=True
     return found
 
 
+def has_invariants(d, reciprocal):
+    """Return whether multipliers of d x d matrices are found from smooth invariants."""
+    return d == 2 or (d == 4 and reciprocal)
+
+
+class Matrices(NamedTuple):
+    """Matrices of points, as measured and by the variational flow, shapes (n, d, d).
+
+    Attributes
+    ----------
+    measured, error, linear, exact : numpy.ndarray, shape (n, d, d)
+        Measured matrices, the variational flow's, and the errors of both.
+    elsewhere : numpy.ndarray, shape (n,)
+        Difference of the variational flow's traces from two phases of the period.
+    half_turns, linear_half_turns : numpy.ndarray, shape (n,), or None
+        As in :func:`columns`, of both.
+    """
+
+    measured: np.ndarray
+    error: np.ndarray
+    linear: np.ndarray
+    exact: np.ndarray
+    elsewhere: np.ndarray
+    half_turns: np.ndarray | None = None
+    linear_half_turns: np.ndarray | None = None
+
+
+def compared(found, period, reciprocal=True, determinant=1.0):
+    """Return the columns of measured matrices beside the variational flow's, and whether the two agree within errors.
+
+    Parameters
+    ----------
+    found : Matrices
+        Matrices; those that are not finite make columns of NaN.
+    period, reciprocal
+        As in :func:`columns`.
+    determinant : float or numpy.ndarray, shape (n,)
+        As in :func:`residuals`.
+
+    Returns
+    -------
+    dict of str to numpy.ndarray; numpy.ndarray of bool, shape (n,)
+        Columns of :func:`columns`, and of the variational flow as name_theory; determinant_residual,
+        reciprocity_residual, phase_residual, propagation_error.
+    """
+    result = columns(found.measured, found.error, period, reciprocal, found.half_turns)
+    theory = columns(found.linear, found.exact, period, reciprocal, found.linear_half_turns, with_errors=False)
+    result |= {f"{name}_theory": values for name, values in theory.items() if f"{name}_error" in result}
+    result["regime_theory"] = theory["regime"]
+    result["determinant_residual"], result["reciprocity_residual"] = residuals(found.measured, determinant)
+    size, apart = np.abs(found.linear).max(axis=(1, 2)), np.abs(found.measured - found.linear)
+    result["phase_residual"] = found.elsewhere / size
+    result["propagation_error"] = apart.max(axis=(1, 2)) / size
+    with np.errstate(invalid="ignore"):
+        return result, (apart <= found.error + found.exact).all(axis=(1, 2))
+
+
 def residuals(M, determinant=1.0):
     """Return how far det M is from what it should be, and a Hamiltonian's characteristic polynomial from a palindrome.
 
@@ -101,7 +156,7 @@ def residuals(M, determinant=1.0):
     Parameters
     ----------
     M : numpy.ndarray, shape (n, d, d)
-        Monodromy matrices, d = 2 or 4.
+        Monodromy matrices.
     determinant : float or numpy.ndarray, shape (n,)
         Exponential of the integral of the trace of the equations over the period (Liouville).
     """
@@ -111,6 +166,8 @@ def residuals(M, determinant=1.0):
         off = np.abs(M[:, 0, 0] * M[:, 1, 1] - M[:, 0, 1] * M[:, 1, 0] - determinant) / scale
         return off, off
     off = np.abs(np.linalg.det(M) - determinant) / scale
+    if M.shape[-1] != 4:
+        return off, off
     third = np.einsum("nii->n", _cofactors(M))  # coefficient of mu, which is that of mu^3 of a Hamiltonian
     uneven = np.abs(third - np.einsum("nii->n", M)) / (scale[:, None] / lengths).sum(axis=1)
     return off, np.maximum(off, uneven)
@@ -142,6 +199,50 @@ def invariants(M, error):
         squares = 6.0 * size**2 * (np.linalg.norm(shifted, axis=(1, 2)) + size) ** 2
         put(name, np.linalg.det(shifted), _cofactors(shifted), squares)
     return found
+
+
+def _by_eigenvalues(M, error, period, reciprocal):
+    """Return the columns of matrices without smooth invariants, from eigenvalues and their conditions."""
+    d, sound = M.shape[-1], np.isfinite(M).all(axis=(1, 2)) & np.isfinite(error).all(axis=(1, 2))
+    safe = np.where(sound[:, None, None], M, np.eye(d))
+    with np.errstate(all="ignore"):
+        mu, right = np.linalg.eig(safe)
+        order = np.lexsort((np.angle(mu), -np.round(np.log(np.abs(mu)), 9)), axis=1)
+        mu, right = np.take_along_axis(mu, order, axis=1), np.take_along_axis(right, order[:, None], axis=2)
+        size, norm = np.linalg.norm(error, axis=(1, 2))[:, None], np.linalg.norm(safe, axis=(1, 2))[:, None]
+        size = size + ROUNDING * norm
+        gap = np.abs(mu[:, :, None] - mu[:, None] + np.where(np.eye(d), np.inf, 0.0)).min(axis=2)
+        simple = 1.0 / np.abs(np.linalg.svd(right, compute_uv=False)[:, -1:]) * size  # bounds each condition
+        off = np.where(4.0 * d * simple < gap, 1.5 * simple, (2.0 * norm + size) ** (1.0 - 1.0 / d) * size ** (1.0 / d))
+        near = np.maximum(np.abs(mu) - off, 0.0)
+        sizes, most, least = np.log(np.abs(mu)), np.log(np.abs(mu) + off), np.log(near)
+        turned = np.where(near > 0.0, np.arcsin(np.minimum(off / np.abs(mu), 1.0)), np.pi)
+    growth, top, bottom = sizes.max(axis=1), most.max(axis=1), least.max(axis=1)
+    T = period[:, None]
+    found = {
+        "multiplier_real": (mu.real, off),
+        "multiplier_imag": (mu.imag, off),
+        "exponent_real": (sizes / T, np.maximum(most - sizes, sizes - least) / T),
+        "exponent_imag": (np.angle(mu) / T, turned / T),
+        "growth_rate": (growth / period, np.maximum(top - growth, growth - bottom) / period),
+        "growth_per_period": (growth, np.maximum(top - growth, growth - bottom)),
+        "trace": (np.einsum("nii->n", safe), np.einsum("nii->n", error)),
+    }
+    lost = ~sound
+    found = {name: np.where(lost if v.ndim == 1 else lost[:, None], np.nan, v) for name, v in _with_errors(found)}
+    first = mu[:, 0]
+    kind = np.where(np.abs(first.imag) > off[:, 0], FLUTTER, np.where(first.real > 0.0, UNSTABLE, PERIOD_DOUBLING))
+    apart = (2.0 * off < gap) & (np.abs(mu.imag) > off) & reciprocal  # a single pair cannot leave the circle
+    conditions = [lost, bottom > 0.0, top < 0.0, (apart & (least < 0.0) & (most > 0.0)).all(axis=1)]
+    kinds = [UNDETERMINED, kind, ASYMPTOTICALLY_STABLE, STABLE]
+    return found | {"regime": np.select(conditions, kinds, MARGINAL).astype(np.int8)}
+
+
+def _with_errors(found):
+    """Yield (name, values) and (name_error, errors) of pairs."""
+    for name, (values, errors) in found.items():
+        yield name, values
+        yield f"{name}_error", errors
 
 
 def _cofactors(M):

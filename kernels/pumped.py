@@ -427,18 +427,10 @@ def _measured(points, inverse, tolerance):
     followed, sound = steps > 0.0, np.isfinite(found).all(axis=0)
     lost = ~followed | ~sound | wide
     measured[lost], error[lost], linear[~followed] = np.nan, np.nan, np.nan
-    columns = floquet.columns(measured, error, period, half_turns=found[FOUND.half_turns])
     elsewhere = np.abs(found[FOUND.linear_elsewhere] - np.trace(linear, axis1=1, axis2=2))
     exact = np.broadcast_to((rounding + elsewhere)[:, None, None], linear.shape)
-    theory = floquet.columns(linear, exact, period, half_turns=found[FOUND.linear_half_turns], with_errors=False)
-    columns |= {f"{name}_theory": values for name, values in theory.items() if f"{name}_error" in columns}
-    columns["regime_theory"] = theory["regime"]
-    columns["determinant_residual"], columns["reciprocity_residual"] = floquet.residuals(measured)
-    size = np.abs(linear).max(axis=(1, 2))
-    columns["phase_residual"] = elsewhere / size
-    columns["propagation_error"] = np.abs(measured - linear).max(axis=(1, 2)) / size
-    with np.errstate(invalid="ignore"):
-        certified = (np.abs(measured - linear) <= error + exact).all(axis=(1, 2))
+    turns = found[FOUND.half_turns], found[FOUND.linear_half_turns]
+    columns, certified = floquet.compared(floquet.Matrices(measured, error, linear, exact, elsewhere, *turns), period)
     columns["steps"] = steps.astype(np.int32)
     status = np.where(certified, statuses.OK, statuses.NOT_CONVERGED)
     status = np.select(

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels import direct, measure
-from kernels.blocks import cut
-from kernels.jit import float64, int64, types, void
+from kernels.blocks import W, cut, scratch
+from kernels.jit import OPTIONS, float64, int64, njit, types, void
 
 ORDER = 12  # of the generated Taylor steps
 EPSILON = float(np.finfo(np.float64).eps)
@@ -112,3 +112,18 @@ def refined(runs, steps, kernel, is_done):
         left = left[~is_done(part)]
         steps[left] *= 2
     return raw
+
+
+@njit(void(ADVANCE, float64[:, ::1], int64), nogil=True, **OPTIONS)
+def advance_rows(advance, rows, steps):
+    """Advance runs, shape (runs, rows), by so many steps, in place."""
+    runs, count = rows.shape
+    S = scratch(count)
+    for first in range(0, runs, W):
+        for lane in range(W):
+            for row in range(count):
+                S[row * W + lane] = rows[min(first + lane, runs - 1), row]
+        advance(S, steps)
+        for lane in range(min(W, runs - first)):
+            for row in range(count):
+                rows[first + lane, row] = S[row * W + lane]

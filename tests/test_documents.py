@@ -8,6 +8,7 @@ import sweeps
 from sweeps.handbook import generated
 from sweeps.systems.observed_periods import variables as observed_periods
 from sweeps.systems.oscillator import variables as oscillator
+from sweeps.systems.periodic import variables as periodic
 from sweeps.systems.pumped_body import variables as pumped_body
 from sweeps.systems.relative_equilibrium import variables as relative
 from sweeps.systems.rigid_body import variables as rigid_body
@@ -34,6 +35,9 @@ TABLES = [  # marker in results/README.md, and the variables of the code    ("co
     ("observed periods, variables", observed_periods.VARIABLES),
     ("pumped body, coordinates", pumped_body.COORDINATES),
     ("pumped body, variables", pumped_body.VARIABLES),
+    ("periodic, coordinates", periodic.COORDINATES),
+    ("periodic, variables", periodic.VARIABLES),
+    ("periodic, invariants", periodic.INVARIANTS),
     ("uncertain bodies, coordinates", uncertain.COORDINATES),
     ("uncertain bodies, variables", uncertain.VARIABLES),
     ("uncertain bodies, twists", uncertain.TWISTS),

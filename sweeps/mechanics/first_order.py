@@ -1,14 +1,13 @@
 """The rates of a system's states, and what a run watches, as one graph: of coordinates or of states.
 
 Accelerations are solved for by elimination in a_ij, whose pivots are positive, or by its inverse in symbols, where that
-makes a long code shorter. Far from equilibria the time is a state whose rate is 1, and the tangent flow, of the
-directions of all states, can go along: n (n + 1) equations and the time.
+makes a long code shorter. Far from equilibria the time is a state whose rate is 1.
 """
 
 import sympy as sp
 
 from sweeps.mechanics.equations import Equations
-from sweeps.mechanics.graph import ABSOLUTE, CONSTANT, FIRST, SECOND, Graph, Node, X
+from sweeps.mechanics.graph import ABSOLUTE, CONSTANT, FIRST, SECOND, Graph
 from sweeps.mechanics.taylor import Code
 
 MOST_INVERTED, MOST_OPERATIONS = 3, 1000  # coordinates, and operations of their equations, up to which a is inverted
@@ -16,14 +15,9 @@ SHORT = 50_000  # characters of a code that is compiled in two seconds: no short
 MOST_WRITTEN = 120  # nodes that move: more of them are read from a tape
 
 
-def code(equations: Equations, near: bool = True, tangent: bool = False) -> Code:
+def code(equations: Equations, near: bool = True) -> Code:
     """Return the code of a system, near equilibria or of any motion: written out, or a tape where it is large."""
     g = graph(equations, near)
-    if tangent:
-        n = equations.n
-        for first in range(n + 1, n * (n + 1) + 1, n):
-            moved = g.tangents({i: g.add(Node(X, (first + i,))) for i in range(n)})
-            g.rates += tuple(moved[k] if k in moved else g.constant(0) for k in g.rates[:n])
     if sum(node.kind != CONSTANT for node in g.nodes) <= MOST_WRITTEN:
         return Code(g)
     from sweeps.mechanics.taped import TapedCode  # its kernel is compiled where it is imported

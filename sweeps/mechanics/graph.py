@@ -156,35 +156,6 @@ class Graph:
         number = self.build(expression)
         return self.sum((number,), zero=True) if self.near else number
 
-    def tangents(self, seeds: dict[int, int]) -> dict[int, int]:
-        """Return the derivatives along a direction, as nodes, of all nodes that depend on the state; none for zero.
-
-        Args:
-            seeds: state → the node of its share of the direction.
-        """
-        found: dict[int, int] = {}
-        for number, node in enumerate(self.nodes[:]):
-            if node.kind == X and node.parts[0] in seeds:
-                found[number] = seeds[node.parts[0]]
-            elif node.kind == ADD:
-                pairs = [(found[k], w) for k, w in zip(node.parts, node.weights, strict=True) if k in found]
-                if pairs:
-                    found[number] = self.sum(*zip(*pairs, strict=True))
-            elif node.kind == FUNCTION and node.parts[0] in found:
-                found[number] = self.product(self.slopes[number], found[node.parts[0]])
-            elif node.kind == MUL:
-                a, b = node.parts
-                terms = [self.product(x, found[y]) for x, y in ((b, a), (a, b)) if y in found]
-                if terms:
-                    found[number] = self.sum(terms)
-            elif node.kind == DIV:  # (u/v)' = (u' - (u/v) v') / v
-                a, b = node.parts
-                terms = [(found[a], 1.0)] if a in found else []
-                terms += [(self.product(number, found[b]), -1.0)] if b in found else []
-                if terms:
-                    found[number] = self.quotient(self.sum(*zip(*terms, strict=True)), b)
-        return found
-
     def _sum(self, terms):
         numbers, weights, fixed = [], [], []
         for term in terms:

@@ -16,6 +16,7 @@ from sweeps.mechanics.derivation import derive
 from sweeps.mechanics.description import DescriptionError, System
 from sweeps.mechanics.first_order import code
 from sweeps.mechanics.landscape import Landscape
+from sweeps.mechanics.periodic import Variation
 from sweeps.mechanics.taylor import Code
 
 RANK = 1e-9  # singular values of the conserved quantities' gradients below it are none
@@ -52,9 +53,9 @@ class Model:
         return code(self.equations, near=False)
 
     @cached_property
-    def tangent(self) -> Code:
-        """The generated kernel of any motion and of its tangent flow: the states, then n directions of n each."""
-        return code(self.equations, near=False, tangent=True)
+    def variation(self) -> Variation:
+        """Rates and Jacobian at any time, in NumPy."""
+        return Variation(self.equations)
 
     @cached_property
     def degenerate(self) -> Degenerate:

@@ -1,4 +1,4 @@
-"""Motions of a described system, however far from an equilibrium, and their tangent flow, with errors.
+"""Motions of a described system, however far from an equilibrium, with errors.
 
 The generated Taylor steps carry deviations from where the last few steps began, so that functions are worked out afresh
 there and no rounding adds up in them. Each sample interval is cut into steps of equal length; they are halved until the
@@ -8,12 +8,11 @@ the time stands in the equations it is known to a rounding; every other solution
 
 import numpy as np
 
-from kernels.blocks import W
-from sweeps.mechanics.graph import lambdified
+from kernels.runs import advance_rows
 from sweeps.mechanics.taylor import Code
 
 SEGMENT = 32  # steps from one place
-LEAST, MOST = 1, 1 << 14  # steps in an interval
+LEAST, MOST = 2, 1 << 14  # steps in an interval
 ROUNDING = 4.0 * float(np.finfo(np.float64).eps)  # of a state's largest size, whatever the halving shows
 SOON = 64  # steps from which on a motion that is not finite has left all numbers
 FALLING, ROUNDED = 0.25, 1e-7  # changes below ROUNDED that a halving does not make so much smaller are rounding
@@ -33,22 +32,21 @@ def follow(code: Code, parameters, start, times, steps: int) -> np.ndarray:
     x = np.insert(start, time, times[:, 0], axis=1)
     found, module = np.empty((*times.shape, code.n)), code.module()
     found[:, 0] = x
-    lanes, ones = np.arange(W), np.ones(len(x))
+    ones = np.ones(len(x))
     for k in range(1, times.shape[1]):
         for first in range(0, steps, SEGMENT):
-            rows = code.starts(parameters, x, [(ones, np.zeros((code.n, len(x))))])[:, 0]
+            rows = np.ascontiguousarray(code.starts(parameters, x, [(ones, np.zeros((code.n, len(x))))])[:, 0])
             rows[:, code.step_row] = (times[:, k] - times[:, k - 1]) / steps
-            for block in range(0, len(x), W):
-                part = np.ascontiguousarray(rows[np.minimum(block + lanes, len(x) - 1)].T)
-                module.advance(part.reshape(-1), min(SEGMENT, steps - first))
-                rows[block : block + W] = part.T[: len(x) - block]
+            advance_rows(module.advance, rows, min(SEGMENT, steps - first))
             x = x + rows[:, : code.n]
         x[:, time] = times[:, k]
         found[:, k] = x
     return np.delete(found, time, axis=2)
 
 
-def solved(code: Code, parameters, start, times, tolerance: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def solved(
+    code: Code, parameters, start, times, tolerance: float, least=None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return states at times and their errors, shape (runs, times, states), and whether each run meets the tolerance.
 
     Args:
@@ -57,6 +55,7 @@ def solved(code: Code, parameters, start, times, tolerance: float) -> tuple[np.n
         start: as of :func:`follow`.
         times: as of :func:`follow`.
         tolerance: largest change by halving the steps, relative to the largest size of each state in the run.
+        least: what that size is at least, shape (runs, states); left out, 0.
     """
     states, error = (np.full((*times.shape, start.shape[1]), np.nan) for _ in range(2))
     converged = np.zeros(len(start), dtype=bool)
@@ -72,6 +71,7 @@ def solved(code: Code, parameters, start, times, tolerance: float) -> tuple[np.n
             fine = follow(code, chosen, start[left], times[left] + np.maximum(late[left], 0.0), steps)
             apart = np.maximum.accumulate(np.abs(fine - coarse), axis=1)
             size = np.abs(fine).max(axis=1)
+            size = size if least is None else np.maximum(size, least[left])
             change = np.where(apart[:, -1] == 0.0, 0.0, apart[:, -1] / size).max(axis=1)
         states[left], error[left] = fine, apart
         converged[left] = change <= tolerance
@@ -81,26 +81,3 @@ def solved(code: Code, parameters, start, times, tolerance: float) -> tuple[np.n
         going = ~(converged[left] | rounded | hopeless)
         left, coarse = left[going], fine[going]
     return states, error + ROUNDING * np.maximum.accumulate(np.abs(states), axis=1), converged
-
-
-def monodromy(model, parameters, start, tolerance: float) -> dict[str, np.ndarray]:
-    """Return the matrix of the tangent flow over one period, which certifies measured multipliers.
-
-    Args:
-        model: of a system with a period.
-        parameters: a list of arrays (runs,).
-        start: states at the time 0, shape (runs, n).
-        tolerance: as of :func:`solved`.
-
-    Returns:
-        `period` (runs,), s; `matrix` and `error` (runs, n, n), as `kernels.floquet.columns` takes them; `residual`
-        (runs, n), how far the motion is from where it began; `converged` (runs,).
-    """
-    runs, n = start.shape
-    (period,) = lambdified(model.equations.parameters, [model.system.given_period])(*parameters)
-    directions = np.broadcast_to(np.eye(n).ravel(), (runs, n * n))
-    times = np.stack([np.zeros(runs), period], axis=1)
-    states, error, converged = solved(model.tangent, parameters, np.hstack([start, directions]), times, tolerance)
-    matrix, error = (np.swapaxes(x[:, 1, n:].reshape(runs, n, n), 1, 2) for x in (states, error))
-    residual = np.abs(states[:, 1, :n] - start)
-    return {"period": period, "matrix": matrix, "error": error, "residual": residual, "converged": converged}

@@ -29,7 +29,9 @@ MODULES = {
     for path in sorted(Path(__file__).parent.glob("*/system.py"))
     if "\nSYSTEM = " in path.read_text(encoding="utf-8")
 }
-DESCRIBED = ("sweeps.systems.relative_equilibrium.system", "sweeps.systems.oscillator.system")  # asked in this order
+DESCRIBED = tuple(
+    f"sweeps.systems.{kind}.system" for kind in ("periodic", "relative_equilibrium", "oscillator")
+)  # in order
 DESCRIPTIONS = Path(__file__).parents[1] / "mechanics" / "library"
 
 

@@ -119,10 +119,10 @@ class Described(Dynamics):
         from sweeps.mechanics.model import Model
 
         model = Model(self.description)
-        if model.equations.timed:
+        if model.equations.timed and self.description.given_period is None:
             raise DescriptionError(
-                "t: the equations hold the time, and no equilibrium is measured; allowed: equations without it, or "
-                "sweeps.motion"
+                "period: is missing, and the equations hold the time; allowed: system.period(T), equations without "
+                "the time, or sweeps.motion"
             )
         return model
 
@@ -212,7 +212,7 @@ class Described(Dynamics):
 
     def _looked_at(self, grid: Points) -> list[np.ndarray]:
         """Each parameter's values at some points of a grid, from end to end."""
-        slots = len(self.description.names) * next(iter(self.numbers().values())).size
+        slots = math.prod(map(len, (self.description.names, *self.numbers().values())))
         chosen = np.unique(np.linspace(0, grid.size // slots - 1, LOOKED_AT).astype(np.int64)).tolist()
         parts = [grid.points(k * slots, k * slots + 1) for k in chosen]
         values = [np.concatenate([part[name] for part in parts]) for name in self.description.parameters]

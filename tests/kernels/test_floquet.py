@@ -127,6 +127,20 @@ def test_exponents_of_a_turn_lie_on_the_branch_of_its_half_turns():
         np.testing.assert_allclose(turned, found["multiplier_real"][0] + 1j * found["multiplier_imag"][0], atol=1e-14)
 
 
-def test_matrices_of_another_size_are_refused():
-    with pytest.raises(ValueError, match="must be 2 x 2, or 4 x 4"):
-        floquet.columns(np.zeros((1, 3, 3)), np.zeros((1, 3, 3)), np.ones(1))
+@pytest.mark.parametrize("d", [3, 4, 6])
+def test_errors_of_eigenvalues_cover_perturbed_matrices(d):
+    """Random matrices and random changes within their errors, near a double multiplier too."""
+    rng = np.random.default_rng(d)
+    M = rng.normal(size=(300, d, d))
+    M[::3] = np.where(np.eye(d, k=1), 1.0, np.eye(d)) * 0.9 + 1e-7 * M[::3]  # a Jordan block, split
+    error = 10.0 ** rng.uniform(-13, -6, (300, 1, 1)) * np.ones((d, d))
+    given = floquet.columns(M, error, np.ones(300), reciprocal=False)
+    changed = floquet.columns(M + error * rng.uniform(-1, 1, M.shape), error, np.ones(300), reciprocal=False)
+    for name in ("growth_rate", "growth_per_period", "trace"):
+        assert (np.abs(given[name] - changed[name]) <= given[f"{name}_error"]).all(), name
+    found, other = (c["multiplier_real"] + 1j * c["multiplier_imag"] for c in (given, changed))
+    nearest = np.abs(found[:, :, None] - other[:, None]).min(axis=2)
+    assert (nearest <= given["multiplier_real_error"]).all()
+    sure = (given["regime"] != floquet.MARGINAL) & (changed["regime"] != floquet.MARGINAL)
+    assert (given["regime"] == changed["regime"])[sure].all()
+    assert sure.mean() > 0.8

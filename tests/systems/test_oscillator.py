@@ -128,7 +128,7 @@ def test_fingerprint_changes_with_the_description(tmp_path):
     ("V", "wrong"),
     [
         ("k * x**2 / 2 + __import__('sympy').Symbol('g') * x", "V: unbound symbol g"),
-        ("k * x**2 * system.time", "t: the equations hold the time"),
+        ("k * x**2 * system.time", "period: is missing, and the equations hold the time"),
         ("k * x", "equilibria: none within the bounds"),
         ("0 * x", "equilibria: V is flat"),
         ("1 / 0", r"cannot be run \(ZeroDivisionError: division by zero\)"),

@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 
 import sweeps
+from kernels.floquet import REGIMES
 from sweeps.maps import verify
 from sweeps.points import existence as counted
 from sweeps.points.loading import read
 from sweeps.schema.refusals import DefinitionError
+from sweeps.systems import resolve
 from sweeps.systems.pumped_body import existence
-from sweeps.systems.pumped_body.presentation import figure_tongues
-from sweeps.systems.pumped_body.variables import REGIMES
+from sweeps.systems.pumped_body.presentation import PumpedBodyPresentation, curves
 
 GRID = {"I1": 1.0, "I2": 1.9, "I3": 2.0, "frequency": 0.3, "omega0": 0.5}
 RACKET = {
@@ -69,13 +70,13 @@ def test_impossible_points_are_counted():
 def test_the_measured_boundary_is_mathieus_curve():
     ds = sweeps.survey(RACKET)
     part = ds.sel(axis=3).squeeze()
-    curves = figure_tongues._curves(ds, part, 3, "depth2")
+    known = curves.mathieu(ds, part, 3, "depth2")
     frequency, depth = part["frequency"].values, part["depth2"].values
     crossings = 0
     for row, at in zip(part["trace"].transpose("depth2", "frequency").values, depth, strict=True):
         for side in (-2.0, 2.0):
             for i in np.flatnonzero(np.diff(np.sign(row - side))):
-                places = np.concatenate([_at(f, d, at) for f, d in curves])
+                places = np.concatenate([_at(f, d, at) for f, d in known])
                 assert min(np.abs(places - frequency[i : i + 2].mean())) <= 0.5 * np.diff(frequency)[0] + 1e-9
                 crossings += 1
     assert crossings > 40
@@ -95,6 +96,6 @@ def test_the_map_is_verified_and_drawn(tmp_path):
     checks = verify.verify(tmp_path / "map.nc", points=10)
     assert {"SciPy DOP853"} <= {check.name for check in checks}
     assert not [check for check in checks if check.findings or check.skipped]
-    figure = figure_tongues.draw(ds, 3)
+    figure = PumpedBodyPresentation(resolve("pumped_body")).figures(ds)["tongues_axis_3"]()
     gids = {artist.get_gid() for ax in figure.axes for artist in (*ax.lines, *ax.collections)}
     assert gids >= {"mathieu", "measured"}

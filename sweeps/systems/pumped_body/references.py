@@ -6,7 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from sweeps.systems.pumped_body.definition import OnePeriod
+from sweeps.systems.periodic.definition import OnePeriod
 from sweeps.systems.system import Reference
 
 MOST_TURNS = 1000.0  # of the fastest rate in a period, rad

@@ -6,8 +6,9 @@ import numpy as np
 
 from sweeps.schema.parameters import Range, spread
 from sweeps.systems.kernel import Kernel
+from sweeps.systems.periodic.definition import OnePeriod
 from sweeps.systems.pumped_body import variables
-from sweeps.systems.pumped_body.definition import OnePeriod, PumpedDefinition
+from sweeps.systems.pumped_body.definition import PumpedDefinition
 from sweeps.systems.system import Dynamics, Reference
 
 TABLES = "float64[:, ::1], float64[:, ::1]"

@@ -1,0 +1,1 @@
+"""Descriptions of systems periodic in time that ship."""

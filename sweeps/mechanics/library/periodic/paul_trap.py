@@ -1,0 +1,19 @@
+"""An ion in a linear radio-frequency trap: x'' + (a - 2 q cos 2τ) x = 0 and y'' - (a - 2 q cos 2τ) y = 0.
+
+What holds it in one plane drives it out in the other, half a period later the other way round; τ = Ωt/2.
+"""
+
+from sympy import cos, pi
+
+from sweeps.mechanics import System
+
+system = System("Paul trap", references="Paul, Rev. Mod. Phys. 62 (1990) 531")
+a = system.parameter("a", default=0.0, meaning="constant voltage a")
+q = system.parameter("q", default=0.5, meaning="radio-frequency voltage q")
+
+x, y = (system.coordinate(name, bounds=(-1, 1), meaning=f"position along {name}") for name in "xy")
+system.kinetic_energy((system.velocity(x) ** 2 + system.velocity(y) ** 2) / 2)
+system.potential((a - 2 * q * cos(2 * system.time)) * (x**2 - y**2) / 2)
+system.period(pi)
+
+system.equilibrium("centre", {x: 0, y: 0})

@@ -1,0 +1,1 @@
+"""Described systems whose equations are periodic in time, by their Floquet multipliers."""

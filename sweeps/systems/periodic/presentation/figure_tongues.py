@@ -1,0 +1,135 @@
+"""Maps of multipliers: measured regimes in colours, under the exact boundary of stability."""
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from scipy.linalg import eigvalsh_tridiagonal
+
+from kernels.floquet import REGIMES
+from sweeps.figure import colors, style
+from sweeps.systems.presentation.look import Look
+
+SHADES = 6  # of a regime's colour, by the growth in a period
+DEEPEST = 1.0  # growth in a period that has the full colour
+MOST_PANELS, MOST_DRAWN = 4, 600
+MISSING = "#e6e6e6"
+SIZE = 60  # of the tridiagonal matrices
+BOUNDS = ("det_minus_identity", "det_plus_identity", "krein_discriminant")  # positive inside, of two degrees of freedom
+
+Curves = Sequence[tuple[np.ndarray, np.ndarray]]  # (x, y) of each
+
+
+def draw(ds: xr.Dataset, at: Mapping, title: str, look: Look, curves=None, ax: Axes | None = None) -> Figure | None:
+    """Draw regimes over the two longest parameters, a panel for each value of a third; None where one varies at most.
+
+    Args:
+        ds: a map of multipliers.
+        at: dimension → the value of which the figure is.
+        title: of the figure.
+        look: of regimes and parameters.
+        curves: function of a panel's map and the names along its sides that returns Mathieu's curves, or None.
+        ax: where; left out, on a figure of its own.
+    """
+    part = ds[["regime", "growth_per_period", *_margins(ds)]].sel(at)
+    names = [name for name in part["regime"].dims if part.sizes[name] > 1]
+    longest = sorted(names, key=lambda name: -part.sizes[name])[:2]
+    if len(longest) < 2:
+        return None
+    y, x = sorted(longest, key=names.index)
+    third = next((name for name in names if name not in longest), None)
+    few = {name: style.few(part.sizes[name], MOST_DRAWN) for name in longest}
+    part = part.isel(few | {name: 0 for name in part["regime"].dims if name not in (x, y, third)}).load()
+    values = part[third].values[:MOST_PANELS] if third else [None]
+    figure = style.canvas(1.4 + 4.2 * len(values), 4.9, title, ds.attrs.get("title", ""), 0.36, ax=ax)
+    for place, value in zip(np.atleast_1d(figure.subplots(1, len(values))), values, strict=True):
+        one = part.sel({third: value}) if third else part
+        if third:
+            place.set_title(f"{look.symbol(third)} = {style.number(float(value), 5)}", loc="left")
+        _paint(place, one.transpose(y, x, ...), x, y, look)
+        found = curves(one, x, y) if curves else None
+        if found is None:
+            _contour(place, one.transpose(y, x, ...), x, y)
+        for number, pair in enumerate(found or ()):
+            label = "Mathieu's curves, exact" if number == 0 else ""
+            place.plot(*pair, gid="mathieu", label=label, color=colors.INK, linewidth=1.0)
+        labels = [style.with_unit(look.symbol(n), ds[n].attrs.get("units", "1"), "  ({})") for n in (x, y)]
+        place.set(xlabel=labels[0], ylabel=labels[1], xlim=ends(one, x), ylim=ends(one, y))
+    seen = [name for k, name in enumerate(REGIMES) if (part["regime"].values == k - 1).any()]
+    style.legend(figure, [Patch(facecolor=look.color(name) or MISSING, label=look.words(name)) for name in seen])
+    return figure
+
+
+def ends(one: xr.Dataset, name: str) -> np.ndarray:
+    """Return both ends of a panel's side."""
+    return style.edges(one[name].values)[[0, -1]]
+
+
+def _paint(ax: Axes, one: xr.Dataset, x: str, y: str, look: Look) -> None:
+    shades = style.Shades([look.color(name) for name in REGIMES[1:]], SHADES).with_extremes(bad=MISSING)
+    regime, growth = one["regime"].values, np.nan_to_num(one["growth_per_period"].values)
+    depth = np.where(growth > 0.0, np.sqrt(np.minimum(growth / DEEPEST, 1.0)), 1.0)
+    code = regime * SHADES + np.minimum((depth * SHADES).astype(int), SHADES - 1)
+    norm = BoundaryNorm(np.arange(shades.N + 1) - 0.5, shades.N)
+    edges = style.edges(one[x].values), style.edges(one[y].values)
+    ax.pcolormesh(*edges, np.ma.masked_where(regime < 0, code), cmap=shades, norm=norm, rasterized=True, gid="measured")
+
+
+def _margins(ds: xr.Dataset) -> list[str]:
+    """Names of what linear theory decides stability by, smooth where it can be."""
+    two = [f"{name}_theory" for name in (*BOUNDS, "trace") if f"{name}_theory" in ds]
+    return ["growth_per_period_theory", *two]
+
+
+def _contour(ax: Axes, one: xr.Dataset, x: str, y: str) -> None:
+    """Draw where linear theory's multipliers leave the unit circle."""
+    growth, trace = (one[name].values for name in ("growth_per_period_theory", "trace_theory"))
+    if np.nanmin(growth, initial=0.0) < -1e-9:
+        margin = -growth
+    elif len(_margins(one)) == 2:
+        margin = 2.0 - np.abs(trace)
+    else:
+        margin = np.min([4.0 - np.abs(trace), *(one[f"{name}_theory"].values for name in BOUNDS)], axis=0)
+    if np.nanmin(margin, initial=0.0) < 0.0 < np.nanmax(margin, initial=0.0):
+        line = ax.contour(one[x].values, one[y].values, margin, [0.0], colors=colors.INK, linewidths=1.0)
+        line.set(gid="theory")
+
+
+def chart(one: xr.Dataset, x: str, y: str) -> Curves | None:
+    """Return Mathieu's characteristic curves in a map of a and q; None in another, and with damping."""
+    if {x, y} != {"a", "q"} or one["growth_per_period_theory"].min() < -1e-9:
+        return None
+    q = np.linspace(*ends(one, "q"), 400)
+    pairs = [(a, q) if x == "a" else (q, a) for a in characteristic(np.abs(q))]
+    low, high = ends(one, "a")
+    return [pair for pair in pairs if (pair[x != "a"] < high).any() and (pair[x != "a"] > low).any()]
+
+
+def characteristic(q: np.ndarray, count: int = 12) -> np.ndarray:
+    """Return Mathieu's characteristic values a_0, b_1, a_1, b_2, … of each q ≥ 0, shape (count, q.size).
+
+    They are eigenvalues of four tridiagonal matrices, of the Fourier series of solutions with periods pi and 2 pi.
+    """
+    k = np.arange(SIZE + 8 * math.ceil(math.sqrt(np.max(q))), dtype=float)
+    found = np.empty((q.size, count))
+    for row, one in zip(found, q, strict=True):
+        couplings = np.full(k.size - 1, one)
+        even_first = couplings.copy()
+        even_first[0] *= math.sqrt(2.0)
+        odd = np.square(2.0 * k + 1.0)
+        a_odd, b_odd = odd.copy(), odd.copy()
+        a_odd[0], b_odd[0] = 1.0 + one, 1.0 - one
+        most = (0, count // 2)
+        classes = [(4.0 * k**2, even_first), (b_odd, couplings), (a_odd, couplings), (4.0 * (k + 1.0) ** 2, couplings)]
+        values = [eigvalsh_tridiagonal(*matrix, select="i", select_range=most) for matrix in classes]
+        even_a, odd_b, odd_a, even_b = values
+        ordered = [even_a[0]]
+        for n in range(count // 2):
+            ordered += [odd_b[n], odd_a[n], even_b[n], even_a[n + 1]]
+        row[:] = ordered[:count]
+    return found.T

@@ -1,0 +1,63 @@
+"""The trace of a described system's monodromy matrix, found again by SciPy's DOP853 on the variational equations.
+
+The equations are the description's, as SymPy writes them for NumPy, and a complex step differentiates them: nothing is
+shared with the generated integrators or with theory's Jacobian. Only the base motion's start is taken from the map.
+"""
+
+from collections.abc import Mapping
+from functools import cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sweeps.systems.periodic.definition import OnePeriod
+from sweeps.systems.system import Reference
+
+if TYPE_CHECKING:
+    from sweeps.mechanics.model import Model
+
+STEP = 1e-30  # of a complex step: its square is nothing beside a double
+MOST_TURNS = 1000.0  # of the fastest rate in a period, rad
+
+
+def reference(model: "Model") -> Reference:
+    """Return what `verify` measures again."""
+    import sympy as sp
+
+    from sweeps.mechanics.periodic import Base
+
+    equations = model.equations
+    arguments = (*equations.parameters, *equations.states, equations.system.time)
+    forces = sp.lambdify(arguments, list(equations.f), "numpy")
+    mass = sp.lambdify(arguments, equations.a, "numpy") if equations.v else None
+
+    def rates(given, x, t):
+        f = np.array([complex(y) for y in forces(*given, *x, t)])
+        if mass is not None:
+            f[equations.m :] = np.linalg.solve(np.array(mass(*given, *x, t), dtype=complex), f[equations.m :])
+        return f
+
+    @cache
+    def trace(given, slot):
+        from scipy.integrate import solve_ivp
+
+        base, n = Base(model, [np.array([value]) for value in given], np.array([slot])), equations.n
+        T, x, steps = float(base.period[0]), base.start[0], 1j * STEP * np.eye(n)
+        if not T * base.scale[0] < MOST_TURNS:
+            return np.nan
+
+        def both(t, y):
+            J = np.array([rates(given, y[:n] + step, t).imag / STEP for step in steps]).T
+            return np.concatenate([rates(given, y[:n], t).real, (J @ y[n:].reshape(n, n)).ravel()])
+
+        y = solve_ivp(both, (0.0, T), [*x, *np.eye(n).ravel()], "DOP853", rtol=1e-12, atol=1e-15).y[:, -1]
+        return float(np.trace(y[n:].reshape(n, n)))
+
+    def by_scipy(point: Mapping, integration: OnePeriod) -> float:
+        given = tuple(float(point[name]) for name in model.names) or (0.0,)
+        return trace(given, model.system.names.index(str(point["equilibrium"])))
+
+    def allowed(point: Mapping, integration: OnePeriod) -> float:
+        return 1e-9 * max(1.0, abs(by_scipy(point, integration)))
+
+    return Reference("trace", {"SciPy DOP853": by_scipy}, allowed, told=True)

@@ -1,0 +1,122 @@
+"""A described system whose equations are periodic in time, by its Floquet multipliers: its definition and columns.
+
+One `Periodic` a description: those of `sweeps/mechanics/library/periodic`, and any Python file that says a period.
+"""
+
+from collections.abc import Collection, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sweeps.schema.definition import Definition
+from sweeps.schema.layout import Layout
+from sweeps.schema.variables import Variable, table
+from sweeps.systems.described import MECHANICS, Described
+from sweeps.systems.kernel import Kernel
+from sweeps.systems.periodic.definition import OnePeriod, PeriodicDefinition
+from sweeps.systems.periodic.variables import COORDINATES, INVARIANTS, LAYOUT, NUDGE, VARIABLES
+from sweeps.systems.system import Cost, Points, Reference
+
+if TYPE_CHECKING:
+    from sweeps import mechanics
+    from sweeps.mechanics.taylor import Code
+
+
+class Periodic(Described):
+    """The full equations of a described system near a motion of their own period, by its multipliers."""
+
+    samples_per_second = 1_000
+    start_seconds = 2.5
+    presentation = "sweeps.systems.periodic.presentation"
+    kernels = ("floquet", "jacobians", "runs", "statuses")
+    compiled = (Kernel("jacobians", seconds=10.0), Kernel("runs", seconds=1.0))
+    library = MECHANICS / "library" / "periodic"
+    asked = PeriodicDefinition
+    nudge = NUDGE
+    own = COORDINATES
+    reserved = frozenset({*VARIABLES, *INVARIANTS, *COORDINATES, "point"})
+    literature = "Yakubovich and Starzhinskii, Linear Differential Equations with Periodic Coefficients (1975)"
+    shown = "measured multipliers of a periodic motion, beside the variational flow"
+
+    @staticmethod
+    def describes(description: "mechanics.System") -> bool:
+        """Return True if a description says a period."""
+        return description.given_period is not None
+
+    @staticmethod
+    def holds(variables: Collection[str]) -> bool:
+        """Return whether a map is one of multipliers."""
+        return "multiplier_real" in variables
+
+    def numbers(self) -> dict[str, np.ndarray]:
+        """Return no dimension: multipliers are a further one of variables."""
+        return {}
+
+    def further(self, definition: Definition) -> dict[str, np.ndarray]:
+        """Return the multipliers of a point."""
+        return {"multiplier": np.arange(1, self.mechanism.equations.n + 1, dtype=np.int8)}
+
+    def variables(self, definition: Definition | None = None) -> dict[str, Variable]:
+        """Return name → variable, with the invariants of two degrees of freedom and the start of the base motion."""
+        if definition is None:
+            return VARIABLES
+        return VARIABLES | (INVARIANTS if self.mechanism.equations.n == 4 else {}) | self.places()
+
+    def places(self) -> dict[str, Variable]:
+        """Return name → variable of the base motion's start along each coordinate, velocity or state."""
+        moving = self.description.kept or self.description.states.values()
+        names = [(p.name, p.unit, p.meaning) for p in moving]
+        if self.description.kept:
+            names += [(p.velocity.name, f"{p.unit} s-1", f"rate of change of {p.meaning}") for p in moving]
+        return table(*(Variable(f"{n}_start", unit, f"{words}, where a period begins") for n, unit, words in names))
+
+    def layout(self) -> Layout:
+        """Return the layout of its maps: parameters and starts by the names of the description."""
+        return LAYOUT
+
+    def columns(self, points: Mapping[str, np.ndarray], integration: OnePeriod) -> dict[str, np.ndarray]:
+        """Return the variational flow beside what is measured; see `sweeps.mechanics.periodic`."""
+        from sweeps.mechanics import periodic
+
+        self._compiled()
+        columns = periodic.survey(self.mechanism, self.slots(points), integration.tolerance)
+        missing = np.full(len(columns["trace"]), np.nan)
+        return {name: columns.get(name, missing) for name in self.variables(PeriodicDefinition)}
+
+    def check(self, definition: Definition, grid: Points) -> None:
+        """Derive the equations, and look for the base motion at some points of the grid.
+
+        Raises:
+            DescriptionError: for what is wrong with the description, and where no point has a periodic motion.
+        """
+        from sweeps.mechanics import DescriptionError, periodic
+
+        if not self.description.labels:
+            raise DescriptionError(
+                f"{self.name}: equilibrium: no start of the periodic motion is named; allowed: "
+                "system.equilibrium(name, {x: place, …})"
+            )
+        values = self._named(lambda: self._looked_at(grid))
+        self._named(self._code)
+        if wrong := periodic.refusal(self.mechanism, values):
+            raise DescriptionError(f"{self.name}: {wrong}")
+
+    def _code(self) -> "Code":
+        return self.mechanism.moving
+
+    def cost(self, definition: Definition) -> Cost:
+        """Return the work of a point: one period."""
+        return Cost(1)
+
+    def reference(self) -> Reference:
+        """Return the trace by SciPy."""
+        from sweeps.systems.periodic.references import reference
+
+        return reference(self.mechanism)
+
+    def method(self, definition: Definition) -> str:
+        """Return how the motion was computed."""
+        return "direct integration of the full equations over one period, certified by the variational flow"
+
+
+KIND = Periodic

@@ -1,0 +1,282 @@
+"""Multipliers of described periodic systems: against Hill's determinant in 30 digits, closed forms and DOP853."""
+
+import mpmath
+import numpy as np
+import pytest
+import sympy as sp
+from scipy.integrate import solve_ivp
+
+from kernels import floquet
+from kernels.statuses import NO_PERIODIC_MOTION, OK
+from sweeps import systems
+from sweeps.mechanics import DescriptionError, System, periodic
+from sweeps.mechanics.model import Model
+
+# traces over t = π, computed by two codes of 30 and 40 digits
+TRACES = {
+    (1, 0.1): -2.024666915416,
+    (1, 0.5): -2.612418906625,
+    (1, 1): -4.396667734799,
+    (4, 1): 2.021314397417,
+    (2, 1): -1.554649354177,
+    (0, 0.9): -1.930617777201,
+    (0, 0.92): -2.104134363645,
+}
+
+
+def survey(name, tolerance=1e-12, **values):
+    """Columns of a shipped system at points: parameters, and the number of a name as `equilibrium`."""
+    return of_model(systems.resolve(name).mechanism, tolerance, **values)
+
+
+def of_model(model, tolerance=1e-12, **values):
+    defaults = {p.name: p.default for p in model.system.parameters.values()} | {"epsilon": 1e-3, "equilibrium": 0}
+    size = np.broadcast(*map(np.atleast_1d, values.values())).size if values else 1
+    points = {name: np.broadcast_to(value, size) * np.ones(size) for name, value in (defaults | values).items()}
+    points["equilibrium"] = points["equilibrium"].astype(int)
+    return periodic.survey(model, points, tolerance)
+
+
+def covered(columns):
+    """Whether every measured column is within its error of the variational flow's where the status is OK."""
+    sound, inside = columns["status"] == OK, {}
+    for name in (name.removesuffix("_theory") for name in columns if name.endswith("_theory")):
+        if f"{name}_error" in columns:
+            apart = np.abs(columns[name] - columns[f"{name}_theory"])[sound]
+            inside[name] = bool((apart <= columns[f"{name}_error"][sound]).all())
+    return all(inside.values())
+
+
+def mathieu_of_exponent(nu, q, number):
+    """Return the a whose Mathieu equation has the exponent i nu, by Newton on the tridiagonal determinant, 30 digits.
+
+    (nu + 2k)² y_k + q (y_{k-1} + y_{k+1}) = a y_k; begun at an eigenvalue in doubles.
+    """
+    k = np.arange(-24, 25)
+    a = mpmath.mpf(np.linalg.eigvalsh(np.diag((nu + 2.0 * k) ** 2) + q * (np.eye(49, k=1) + np.eye(49, k=-1)))[number])
+    with mpmath.workdps(30):
+        q = mpmath.mpf(q)
+        for _ in range(4):
+            p, dp = [mpmath.mpf(1), mpmath.mpf(0)], [mpmath.mpf(0)] * 2  # the last two leading minors, their slopes
+            for j in k.tolist():
+                d = (mpmath.mpf(nu) + 2 * j) ** 2 - a
+                p, dp = [d * p[0] - q * q * p[1], p[0]], [d * dp[0] - p[0] - q * q * dp[1], dp[0]]
+            a -= p[0] / dp[0]
+    return float(a)
+
+
+def test_published_traces_of_mathieus_equation():
+    a, q = np.array(list(TRACES), dtype=float).T
+    found = survey("mathieu", a=a, q=q)
+    for name, error in (("trace", found["trace_error"]), ("trace_theory", 0.0)):
+        assert (np.abs(found[name] - list(TRACES.values())) <= error + 6e-13).all()  # their printed digits
+    assert (found["trace_error"] < 2e-13).all()
+    assert covered(found)
+
+
+def test_the_growth_of_mathieus_equation_is_the_tridiagonal_eigenproblems():
+    """At random exponents i nu and q: the trace over the period π is 2 cos(π nu)."""
+    rng = np.random.default_rng(34)
+    nu, q, number = rng.uniform(0.02, 0.98, 400), rng.uniform(0.0, 8.0, 400), rng.integers(0, 5, 400)
+    a = np.array([mathieu_of_exponent(*point) for point in zip(nu.tolist(), q.tolist(), number.tolist(), strict=True)])
+    found, exact = survey("mathieu", a=a, q=q), 2.0 * np.cos(np.pi * nu)
+    # a's own rounding moves the trace by its slope, at most some hundreds
+    assert np.abs(found["trace_theory"] - exact).max() < 1e-11
+    assert (np.abs(found["trace"] - exact) <= found["trace_error"] + 1e-13 * (1.0 + np.abs(a))).all()
+    assert (found["regime"] == floquet.STABLE).all()
+    assert covered(found)
+    turns = np.abs(found["exponent_imag"][:, 0])
+    assert np.abs(np.cos(np.pi * turns) - np.cos(np.pi * nu)).max() < 1e-11
+    assert (np.abs(turns - np.sqrt(np.abs(a)))[q < 0.1] < 0.1).all()  # continuous from small modulation
+
+
+def test_damping_is_taken_off_the_growth():
+    """y = exp(-c t) z, and z obeys Mathieu's equation with a - c²."""
+    rng = np.random.default_rng(35)
+    a, q, c = rng.uniform(-1.0, 6.0, 60), rng.uniform(0.0, 6.0, 60), rng.uniform(0.01, 0.5, 60)
+    damped, free = survey("mathieu", a=a, q=q, damping=c), survey("mathieu", a=a - c * c, q=q)
+    bound = damped["growth_rate_error"] + free["growth_rate_error"] + 1e-14
+    assert (np.abs(damped["growth_rate"] - free["growth_rate"] + c) <= bound).all()
+    assert damped["determinant_residual"].max() < 1e-13
+    assert {floquet.ASYMPTOTICALLY_STABLE, floquet.UNSTABLE} <= set(damped["regime"].tolist())
+    assert covered(damped)
+
+
+def test_kapitzas_pendulum_stands_from_the_exact_frequency_on():
+    """Least frequencies over √(g/l), to 11 digits; averaging says √2 l/A."""
+    for ratio, least in ((0.05, 28.299716352), (0.1, 14.172890021), (0.2, 7.131528112)):
+        frequency = least * np.sqrt(9.80665) * np.array([1.0 - 1e-9, 1.0 + 1e-9])
+        found = survey("kapitza_pendulum", amplitude=ratio, frequency=frequency)
+        assert found["regime"].tolist() == [floquet.UNSTABLE, floquet.STABLE]
+
+
+def test_the_first_region_of_the_paul_trap_ends_at_its_q():
+    """At a = 0 both planes have the same multipliers, and the trap is called marginal; Mathieu's equation tells."""
+    q = 0.908046333735 + np.array([-1e-11, 1e-11])
+    assert survey("mathieu", a=0.0, q=q)["regime"].tolist() == [floquet.STABLE, floquet.PERIOD_DOUBLING]
+    found = survey("paul_trap", a=1e-6, q=[0.9, 0.91])
+    assert found["regime"].tolist() == [floquet.STABLE, floquet.PERIOD_DOUBLING]
+    rng = np.random.default_rng(39)
+    a, q = rng.uniform(-0.3, 0.3, 60), rng.uniform(0.0, 1.2, 60)
+    found, one, other = survey("paul_trap", a=a, q=q), survey("mathieu", a=a, q=q), survey("mathieu", a=-a, q=-q)
+    assert (np.abs(found["trace"] - one["trace"] - other["trace"]) <= 2.0 * found["trace_error"]).all()
+    stable = (one["regime"] == floquet.STABLE) & (other["regime"] == floquet.STABLE)
+    assert ((found["regime"] == floquet.STABLE) == stable).all()
+    assert covered(found)
+
+
+def test_the_asymmetric_shaft_is_constant_in_axes_that_turn_along():
+    """M = -exp(J π/W): the multipliers from the rotating frame's quartic."""
+    rng = np.random.default_rng(36)
+    d, W = rng.uniform(0.0, 0.9, 80), rng.uniform(0.2, 2.0, 80)
+    found = survey("asymmetric_shaft", asymmetry=d, spin_rate=W)
+    for i in range(80):
+        roots = np.sqrt(np.roots([1.0, 2.0 + 2.0 * W[i] ** 2, (1.0 - W[i] ** 2) ** 2 - d[i] ** 2]).astype(complex))
+        growth = max(0.0, roots.real.max())
+        assert abs(found["growth_rate"][i] - growth) <= found["growth_rate_error"][i] + 1e-7 * (growth < 1e-7) + 1e-13
+    between = (1.0 - d < W * W) & (1.0 + d > W * W)
+    assert ((found["regime"] == floquet.PERIOD_DOUBLING) == between).all()
+    assert covered(found)
+
+
+def test_a_swing_grows_where_it_is_pumped_at_twice_its_frequency():
+    """Growth 3/4 d ω at first order in the depth d; damping above it takes it away."""
+    d, rate = 1e-3, np.sqrt(9.80665 / 2.5)
+    found = survey("swing", depth=d, frequency=2.0 * rate, damping=[0.0, 1.45 * d * rate, 1.55 * d * rate])
+    assert found["growth_rate"][0] == pytest.approx(0.75 * d * rate, rel=1e-3)  # order d
+    assert found["regime"].tolist() == [floquet.PERIOD_DOUBLING, floquet.PERIOD_DOUBLING, floquet.ASYMPTOTICALLY_STABLE]
+    assert covered(found)
+
+
+def test_two_rods_resonate_at_the_sum_of_their_frequencies():
+    """Flutter at ω1 + ω2 with a spring in the joint, and none without: modes are then driven alone."""
+    mass = np.array([[2.0, 1.0], [1.0, 1.0]])
+    for stiffness, regime in ((10.0, floquet.FLUTTER), (0.0, floquet.STABLE)):
+        slopes = np.diag([2.0, 1.0]) * 9.80665 + stiffness * np.array([[1.0, -1.0], [-1.0, 1.0]])
+        frequency = np.sqrt(np.linalg.eigvals(np.linalg.inv(mass) @ slopes)).sum()
+        found = survey("parametric_double_pendulum", stiffness=stiffness, frequency=frequency)
+        assert found["regime"] == found["regime_theory"] == regime
+        assert covered(found)
+    rng = np.random.default_rng(37)
+    assert covered(
+        survey("parametric_double_pendulum", amplitude=rng.uniform(0, 0.3, 40), frequency=rng.uniform(3, 20, 40))
+    )
+
+
+def duffing():
+    """A driven, damped spring that stiffens: its periodic motion is no equilibrium, and is not known beforehand."""
+    system = System("Duffing")
+    force, c = system.parameter("force", default=0.3), system.parameter("damping", default=0.2, least=0.0)
+    x = system.coordinate("x", bounds=(-2, 2), size=1)
+    system.kinetic_energy(system.velocity(x) ** 2 / 2)
+    system.potential(x**2 / 2 + x**4 / 4 - force * x * sp.cos(2 * system.time))
+    system.dissipation(c * system.velocity(x) ** 2 / 2)
+    system.period(sp.pi)
+    system.equilibrium("small", {x: 0})
+    return system
+
+
+def test_the_base_motion_is_found_by_newtons_method():
+    found = of_model(Model(duffing()), force=[0.3, 1.0], damping=0.2)
+
+    def rates(t, y, force):
+        x, v, *M = y
+        M = np.reshape(M, (2, 2))
+        A = np.array([[0.0, 1.0], [-1.0 - 3.0 * x * x, -0.2]])
+        return [v, -x - x**3 - 0.2 * v + force * np.cos(2 * t), *(A @ M).ravel()]
+
+    for i, force in enumerate((0.3, 1.0)):
+        start = found["x_start"][i], found["x_dot_start"][i]
+        y = solve_ivp(rates, (0, np.pi), [*start, 1, 0, 0, 1], "DOP853", rtol=1e-13, atol=1e-15, args=(force,)).y[:, -1]
+        assert y[:2] == pytest.approx(start, abs=1e-12)
+        assert y[2] + y[5] == pytest.approx(found["trace_theory"][i], abs=1e-11)
+        assert abs(y[2] + y[5] - found["trace"][i]) <= found["trace_error"][i] + 1e-11
+    assert np.abs(found["x_start"]).min() > 0.05
+    assert found["base_residual"].max() < 1e-12
+    assert found["trace_error"].max() < 1e-9
+    assert covered(found)
+
+
+def test_a_base_motion_that_grows_without_bound_is_none():
+    """A resonant drive without damping or stiffening: Newton's method cannot close it."""
+    system = System("Resonance")
+    w = system.parameter("drive", default=1.0)
+    x = system.coordinate("x", bounds=(-1, 1))
+    system.kinetic_energy(system.velocity(x) ** 2 / 2)
+    system.potential(x**2 / 2 - x * sp.cos(w * system.time))
+    system.period(2 * sp.pi / w)
+    system.equilibrium("rest", {x: 0})
+    found = of_model(Model(system), drive=[1.0, 1.5])
+    assert found["status"].tolist() == [NO_PERIODIC_MOTION, OK]
+    assert np.isnan(found["trace"][0])
+
+
+def test_multipliers_without_pairs_are_eigenvalues():
+    """Two oscillators with unequal damping, coupled through a modulated spring, against DOP853 and LAPACK."""
+    system = System("Unequal damping")
+    d = system.parameter("depth", default=0.5)
+    x, y = (system.coordinate(name, bounds=(-1, 1)) for name in "xy")
+    vx, vy = system.velocity(x), system.velocity(y)
+    system.kinetic_energy((vx**2 + vy**2) / 2)
+    system.potential(x**2 / 2 + 1.3 * y**2 + d * x * y * sp.cos(2 * system.time))
+    system.dissipation(0.1 * vx**2 + 0.03 * vy**2)
+    system.period(sp.pi)
+    system.equilibrium("rest", {x: 0, y: 0})
+    depths = np.array([0.1, 0.5, 2.5])
+    found = of_model(Model(system), depth=depths)
+    for i, depth in enumerate(depths):
+
+        def rates(t, y, depth=depth):
+            s = depth * np.cos(2 * t)
+            A = np.array([[0, 0, 1, 0], [0, 0, 0, 1], [-1, -s, -0.2, 0], [-s, -2.6, 0, -0.06]])
+            return (A @ y.reshape(4, 4)).ravel()
+
+        M = solve_ivp(rates, (0, np.pi), np.eye(4).ravel(), "DOP853", rtol=1e-13, atol=1e-15).y[:, -1].reshape(4, 4)
+        mu = np.linalg.eigvals(M)
+        mu = mu[np.lexsort((np.angle(mu), -np.round(np.log(np.abs(mu)), 9)))]
+        off = np.abs(found["multiplier_real"][i] + 1j * found["multiplier_imag"][i] - mu)
+        assert (off <= found["multiplier_real_error"][i] + 1e-11).all()
+        assert found["multiplier_real_error"][i].max() < 1e-10
+    assert found["regime"].tolist()[0] == floquet.ASYMPTOTICALLY_STABLE
+    assert found["regime"].tolist()[2] in (floquet.UNSTABLE, floquet.PERIOD_DOUBLING, floquet.FLUTTER)
+    assert covered(found)
+
+
+def test_large_multipliers_and_slow_growth():
+    """a = -33: exp(π √33) = 7e7; and a tongue of growth 1e-4 a period beside a frequency of order 1."""
+    found = survey("mathieu", a=-33.0, q=0.0)
+    exact = np.exp(np.pi * np.sqrt(33.0))
+    assert found["multiplier_real"][0] == pytest.approx([exact, 1.0 / exact], rel=1e-12)
+    assert (found["multiplier_real_error"] / found["multiplier_real"] < 1e-11).all()
+    slow = survey("mathieu", a=1.0, q=1e-4 / (np.pi / 2) * np.array([1.0, 0.1]))
+    assert (np.abs(slow["growth_per_period"] / slow["growth_per_period_theory"] - 1.0) < [1e-5, 1e-3]).all()
+    assert (slow["growth_per_period_error"] < 0.01 * slow["growth_per_period"]).all()
+    assert slow["regime"].tolist() == [floquet.PERIOD_DOUBLING] * 2
+
+
+def test_the_measurement_is_blind(monkeypatch):
+    a, q = np.array([1.0, 2.0]), np.array([0.5, 1.0])
+    found = survey("mathieu", a=a, q=q)
+    monkeypatch.setattr(periodic, "flow", lambda A, h: (np.ones((*A.shape[:2], 2, 2)), np.ones(len(A))))
+    other = survey("mathieu", a=a, q=q)
+    assert not np.allclose(found["trace_theory"], other["trace_theory"])
+    for name in found:
+        if f"{name}_theory" in found or (name.endswith("_error") and name != "propagation_error"):
+            assert (found[name] == other[name]).all(), name
+
+
+def test_points_do_not_depend_on_each_other():
+    rng = np.random.default_rng(38)
+    a, q = rng.uniform(-2, 10, 90), rng.uniform(0, 10, 90)
+    found, alone = survey("mathieu", a=a, q=q), survey("mathieu", a=a[71:72], q=q[71:72])
+    for name in found:
+        assert np.array_equal(found[name][71:72], alone[name], equal_nan=True), name
+
+
+def test_a_period_that_is_none_is_refused():
+    system = duffing()
+    system.period(3)
+    with pytest.raises(DescriptionError, match=r"period: force x_dot is .* a period later"):
+        Model(system)
+    with pytest.raises(DescriptionError, match="period: -1; allowed"):
+        system.period(-1)
