@@ -29,7 +29,7 @@ def rows_of(count):
 
 @njit(**OPTIONS)
 def put(target, source):
-    """Copy rows of lanes; to set a slice would cost seconds of compiling, for the check of its shape."""
+    """Write rows of lanes into others; to set a slice would cost seconds of compiling, for the check of its shape."""
     for row in range(len(source)):
         for lane in range(source.shape[1]):
             target[row, lane] = source[row, lane]

@@ -22,7 +22,7 @@ def keep_freed() -> None:
 
 
 def give_back() -> None:
-    """Give the memory that :func:`keep_freed` has kept back to the system, where the C library allows it."""
+    """Return the memory that :func:`keep_freed` has kept to the system, where the C library allows it."""
     with suppress(AttributeError, OSError, TypeError):
         ctypes.CDLL(None).malloc_trim(0)
 
