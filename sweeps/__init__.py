@@ -1,17 +1,49 @@
-"""Everything of Polhode with a name, a unit or a file: definitions, grids, datasets, storage, figures.
+"""Stability of rotating rigid bodies and other mechanical systems: measured maps, motions and answers.
 
-import sweeps
-ds = sweeps.survey("sweeps/definitions/tiny.yaml")
-ds = sweeps.open_map("results/tiny/stability_map.nc")
-ax = sweeps.plot.stability(ds, axis=2)  # or ds.polhode.stability(axis=2)
+Each command of `polhode` is a function here: `survey`, `open_map`, `point`, `body`, `uncertainty`, `tumbler`, `motion`,
+`run`; pictures are in `sweeps.plot` and `ds.polhode`. Numbers are in SI units, or text with a unit: "30 rpm".
+
+    >>> import sweeps
+    >>> ds = sweeps.survey(I1=1.0, I2=2.0, I3=2.5, omega0="60 rpm", axes=[2])
+    >>> round(ds.growth_rate.item(), 3)
+    2.81
 """
 
 import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias, TypedDict
 
 from sweeps import plot
 
+if TYPE_CHECKING:
+    from typing import Unpack
+
+    import numpy as np
+    import pandas as pd
+    import xarray as xr
+
+    from sweeps.mechanics import System
+    from sweeps.views.one_body import BodyAnswer
+
+    Quantity: TypeAlias = float | str
+    Body: TypeAlias = str | Mapping[str, Any] | Sequence[Quantity] | Sequence[Sequence[Quantity]] | np.ndarray
+
 if "xarray" in sys.modules:  # else `survey`, `open_map` and `plot` register it: `import sweeps` loads no library
     plot.register()
+
+
+class BodySetting(TypedDict, total=False):
+    """Further arguments of `sweeps.body`; see there."""
+
+    omega0: "Quantity"
+    epsilon: "Quantity"
+    phase: "Quantity"
+    uncertainty: "float | str | Mapping[str, Any]"
+    draws: int
+    seed: int
+    method: str
+    turns: float
 
 
 def __getattr__(name: str) -> str:
@@ -23,15 +55,23 @@ def __getattr__(name: str) -> str:
     return version("polhode")
 
 
-def survey(definition, *, chunks=None, threads: int = 1):
-    """Measure a sweep and return its map as an `xarray.Dataset`.
+def survey(
+    definition: "str | Path | Mapping[str, Any] | pd.DataFrame | xr.Dataset | None" = None,
+    *,
+    chunks: "int | str | Mapping[str, int] | None" = None,
+    threads: int = 1,
+    **keywords: Any,
+) -> "xr.Dataset":
+    """Measure a sweep and return its map.
 
     Args:
-        definition: the path of a definition, the name of one that ships, or a mapping with its keys, whose `system`
-            may be a `sweeps.mechanics.System`.
+        definition: the path of a definition; the name of one that ships; a mapping with its keys, whose `system` may be
+            a `sweeps.mechanics.System`; a DataFrame with a point in each row, its columns named as in a table ("omega0
+            (rpm)"); a Dataset, whose coordinates span the grid. Left out, the keywords are all of it.
         chunks: None computes at once. A mapping of dimension to length, a number of points, or "auto" makes the
             Dataset lazy (Dask), to be computed by whatever scheduler is active.
         threads: threads that share the work where it is not lazy.
+        keywords: keys of a definition (`axes`, `integration`, …) and of its grid (`I1`, `omega0`, …).
 
     Returns:
         The Dataset of results/README.md: variables over (axis, I1, I2, I3, omega0, epsilon, phase), or over
@@ -39,48 +79,154 @@ def survey(definition, *, chunks=None, threads: int = 1):
 
     Raises:
         DefinitionError: naming key, value and what is allowed.
-    """
-    from collections.abc import Mapping
 
+    Example:
+        >>> ds = sweeps.survey(I1=1.0, I2=[1.5, 2.0], I3=2.5, omega0="30 rpm")
+        >>> dict(ds.sizes)["axis"], dict(ds.sizes)["I2"]
+        (3, 2)
+    """
     from sweeps.maps import dataset
-    from sweeps.points import catalogue
-    from sweeps.points.loading import read
+    from sweeps.points import sources
     from sweeps.shards import content
 
     plot.register()
-    source = definition if isinstance(definition, Mapping) else catalogue.resolve(str(definition))
-    if isinstance(definition, Mapping) and not isinstance(definition.get("system", ""), str):
-        from sweeps import mechanics, systems
-
-        if isinstance(definition["system"], mechanics.System):
-            source = {**definition, "system": systems.built(definition["system"])}
-    ds = dataset.survey_grid(read(source), chunks, threads)
+    ds = dataset.survey_grid(sources.sweep_of(definition, keywords), chunks, threads)
     return ds if chunks is not None else ds.assign_attrs(content_hash=content.content_hash(ds))
 
 
-def motion(system, start, times, *, parameters=None, tolerance: float = 1e-12):
-    """Integrate motions of a described system, near an equilibrium or far from any, from one start or many.
+def run(definition: str | Path, *, cores: int | None = None, again: bool = False) -> list[Path]:
+    """Write the map, figures and report of a sweep to results/<sweep>, and return the files.
+
+    Points that were measured for the same definition by the same kernels are kept; a finished sweep is only listed.
 
     Args:
-        system: a `sweeps.mechanics.System`, the path of a Python file that makes one, or the name of one that ships.
-        start: state at the first time: name → number, or one number a run, of each coordinate or state, and of
-            velocities (`theta_dot`), which are 0 where they are not given.
-        times: where the motion is wanted, s, ascending; the first is the start.
-        parameters: name → number, or one number a run; left out, the description's defaults.
-        tolerance: largest change by halving the steps, relative to the largest size of each state; 1e-13 to 1e-3.
+        definition: the path of a definition, or the name of one that ships.
+        cores: number of processors, all by default; does not change results.
+        again: compute everything again, finished or not.
+
+    Raises:
+        DefinitionError: naming key, value and what is allowed.
+
+    Example:
+        >>> [path.name for path in sweeps.run("tiny")]
+        ['stability_map.nc', 'figures', 'report.html']
+    """
+    from sweeps.pipeline import making
+
+    return list(making.make(definition, cores, again))
+
+
+def point(ds: "xr.Dataset | str | Path", **coordinates: "Quantity") -> "xr.Dataset":
+    """Return every variable of a map at the grid point nearest to some coordinates.
+
+    Args:
+        ds: a map, or its path.
+        coordinates: dimension → value; dimensions of length one may be left out.
 
     Returns:
-        A Dataset over (run, time), or (time) where all are numbers: each state, its `_error`, and `status`.
+        A Dataset of single values, whose coordinates are those of the grid point. `sweeps.motion` takes it.
+
+    Raises:
+        SelectionError: for a dimension without a value, and a name or value that the map does not have.
+
+    Example:
+        >>> ds = sweeps.survey(I1=1.0, I2=[1.5, 2.0], I3=2.5, omega0=1.0)
+        >>> sweeps.point(ds, axis=2, I2=1.9).I2.item()
+        2.0
+    """
+    from sweeps.maps import selection
+
+    plot.register()
+    return selection.point(ds, coordinates)[0]
+
+
+def body(
+    body: "Body",
+    *,
+    axis: int | None = None,
+    twist: bool = False,
+    definition: str | Path = "bodies",
+    **setting: "Unpack[BodySetting]",
+) -> "BodyAnswer":
+    """Predict whether a spin about each principal axis of a body is stable.
+
+    Args:
+        body: a name, or part of one, among the bodies of `definition`; three moments of inertia (kg m2); a tensor, 3 by
+            3; or a body's mapping as in a definition: {"ratios": …}, {"mesh": {"file": …, "density": …}}.
+        axis: 1, 2 or 3; left out, all three.
+        twist: whether to add the twist about the handle.
+        definition: the definition that lists a name.
+        setting: omega0 (rad s-1), epsilon and phase of the perturbation; uncertainty (0.05, "5 %", or a mapping), with
+            draws, seed, method and turns: then bodies are sampled and measured.
+
+    Returns:
+        The answer: `print` shows it, `facts` holds its numbers.
 
     Raises:
         DefinitionError: naming what is wrong and what is allowed.
+
+    Example:
+        >>> answer = sweeps.body([1.0, 2.0, 2.5], omega0="30 rpm")
+        >>> [axis["regime"] for axis in answer.facts["axes"]]
+        ['stable_minor', 'unstable', 'stable_major']
     """
-    from sweeps.systems.trajectories import trajectories
+    from sweeps.views import one_body
 
-    return trajectories(system, start, times, parameters or {}, tolerance)
+    return one_body.answer(body, axis, twist, definition, setting)
 
 
-def uncertainty(bodies, uncertainty, *, omega0: float = 1.0, chunks=None, threads: int = 1, **more):
+def motion(
+    system: "System | Body | xr.Dataset | Path",
+    start: "Mapping[str, Any] | Sequence[Quantity] | None" = None,
+    times: "Sequence[float] | Quantity | None" = None,
+    *,
+    parameters: "Mapping[str, Any] | None" = None,
+    tolerance: float = 1e-12,
+) -> "xr.Dataset":
+    """Return the motion of a rigid body or of a described system, from any start, or at a point of a map.
+
+    Args:
+        system: a body as `body` takes it; a `sweeps.mechanics.System`, the path of a Python file that makes one, or the
+            name of one that ships; a point of a map from `point`.
+        start: of a body, its three angular velocities (rad s-1), or a mapping with axis, omega0, epsilon and phase;
+            left out, a spin about its intermediate axis. Of a described system, name → number, or one number a run, of
+            each coordinate or state, and of velocities (`theta_dot`), which are 0 where they are not given.
+        times: when the motion is wanted, s, ascending; the first is the start. Of a body also a duration, or None for
+            two flips or two wobble periods.
+        parameters: of a described system, name → number, or one number a run; left out, the description's defaults.
+        tolerance: of a described system, largest change by halving the steps, relative to the largest size of each
+            state, 1e-13 to 1e-3; of a body, of the direct integration.
+
+    Returns:
+        A Dataset over `time`. Of a body: angular velocity omega1 … omega3 and attitude q0 … q3 (unit quaternion, scalar
+        first, from the body's axes to those of space) in closed form, and (suffix _direct) by direct integration. Of a
+        described system: each state, its `_error`, and `status`, also over `run` where lists are given.
+
+    Raises:
+        DefinitionError: naming what is wrong and what is allowed.
+
+    Example:
+        >>> ds = sweeps.motion([1.0, 2.0, 2.5], {"axis": 2, "omega0": "60 rpm", "epsilon": 0.01})
+        >>> bool(ds.omega2.min() < -6)  # it flips
+        True
+        >>> pendulum = sweeps.motion("pendulum", {"theta": "170 deg"}, [0.0, 1.0], parameters={"length": 1.0})
+        >>> str(pendulum.status.item())
+        '0'
+    """
+    from sweeps.views import motions
+
+    return motions.motion_of(system, start, times, parameters or {}, tolerance)
+
+
+def uncertainty(
+    bodies: "Body | Sequence[Mapping[str, Any]]",
+    uncertainty: "float | str | Mapping[str, Any]",
+    *,
+    omega0: "Quantity" = 1.0,
+    chunks: "int | str | Mapping[str, int] | None" = None,
+    threads: int = 1,
+    **more: Any,
+) -> "xr.Dataset":
     """Sample bodies with uncertain moments, measure every draw, and return probabilities and quantiles.
 
     Args:
@@ -97,30 +243,59 @@ def uncertainty(bodies, uncertainty, *, omega0: float = 1.0, chunks=None, thread
 
     Raises:
         DefinitionError: naming key, value and what is allowed.
+
+    Example:
+        >>> ds = sweeps.uncertainty([1.0, 2.0, 2.1], "5 %", draws=64)
+        >>> bool(ds.probability_unstable.sel(axis=3).item() > 0.1)
+        True
     """
     from sweeps.systems.uncertain_bodies.asked import definition_of
 
     return survey(definition_of(bodies, uncertainty, omega0, more), chunks=chunks, threads=threads)
 
 
-def open_map(path, **options):
-    """Open a map after checking it; see `sweeps.maps.storage.open_map`."""
+def open_map(path: str | Path, **options: Any) -> "xr.Dataset":
+    """Open a map after checking it; the Dataset may be trusted.
+
+    Args:
+        path: the file, results/<sweep>/stability_map.nc, or its folder.
+        options: passed on to `xarray.open_dataset`: `chunks={}` for Dask arrays.
+
+    Returns:
+        The Dataset of results/README.md, read where it is used.
+
+    Raises:
+        MapError: for a file that is missing, damaged, or not a map.
+
+    Example:
+        >>> ds = sweeps.open_map(sweeps.run("tiny")[0])
+        >>> ds.attrs["system"]
+        'rigid_body'
+    """
     from sweeps.maps import storage
 
     plot.register()
     return storage.open_map(path, **options)
 
 
-def tumbler(P_psi, P_phi, *, unit="h", sigma_psi=0.0, sigma_phi=0.0, ratios=None):
+def tumbler(
+    P_psi: "Quantity",
+    P_phi: "Quantity",
+    *,
+    unit: str = "h",
+    sigma_psi: "Quantity" = 0.0,
+    sigma_phi: "Quantity" = 0.0,
+    ratios: tuple[float, float] | None = None,
+) -> "list[dict[str, Any]] | xr.Dataset":
     """Return the energies of a tumbling body that give two observed periods.
 
     Args:
         P_psi: period of the angular velocity in the body.
         P_phi: mean period of its axis of least moment about the angular momentum (the long-axis convention).
-        unit: of both periods and their errors: "s", "h" or "d".
+        unit: of both periods and their errors where they are numbers: "s", "h" or "d".
         sigma_psi: standard error of P_psi.
         sigma_phi: standard error of P_phi.
-        ratios: (I1/I3, I2/I3) of one body; left out, every body that can exist.
+        ratios: (I1/I3, I2/I3) of one body; left out, every possible body.
 
     Returns:
         With `ratios`, for each mode {mode, verdict, sigma, least_ratio} and, where a motion has both periods, {energy,
@@ -129,8 +304,19 @@ def tumbler(P_psi, P_phi, *, unit="h", sigma_psi=0.0, sigma_phi=0.0, ratios=None
 
     Raises:
         DefinitionError: for ratios of no rigid body, and for numbers out of range.
+
+    Example:
+        >>> [answer["verdict"] for answer in sweeps.tumbler(368.7, "67.27 h", ratios=(0.36, 0.96))]
+        ['possible', 'possible']
     """
     from sweeps.systems.observed_periods import answers
 
     periods = answers.TwoPeriods(P_psi, P_phi, sigma_psi, sigma_phi, unit)
     return survey(periods.definition) if ratios is None else answers.of_body(periods, *ratios)
+
+
+__all__ = ["body", "motion", "open_map", "plot", "point", "run", "survey", "tumbler", "uncertainty"]
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]

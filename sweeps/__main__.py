@@ -47,6 +47,17 @@ exit status: 0 done; 2 invalid input, or not enough memory or disk (see message;
 """
 
 
+FIRST = """\
+Polhode measures which motions of rigid bodies and other mechanical systems are stable. To begin:
+
+  polhode body racket                    which spins of a body are stable, with periods (a body of yours: see
+                                         `polhode help body`)
+  polhode motion racket -o racket.gif    the motion as a film, or as numbers (.csv, .nc)
+  polhode run tiny                       a first map: results/tiny holds map, figures and report
+  polhode check --list                   all sweeps that ship
+  polhode help                           all commands
+"""
+
 MOMENT = 0.005  # s, in which an object is disposed of
 MACHINE = "enough disk space, and files that can be read and written"
 NUMBAS_SETTINGS = os.path.join("numba", "core", "config.py")
@@ -67,8 +78,7 @@ def _parser(first: str = "") -> ArgumentParser:
     from sweeps.commands.parser import Parser
 
     words = {"description": DESCRIPTION, "epilog": EPILOG, "formatter_class": RawDescriptionHelpFormatter}
-    named = "python -m sweeps" if Path(sys.argv[0]).stem == "__main__" else "polhode"
-    parser = Parser(prog=named, allow_abbrev=False, **words)
+    parser = Parser(prog="polhode", allow_abbrev=False, **words)
     parser.add_argument("--version", action=_Version, nargs=0, help="show program's version number and exit")
     completion.add(parser)
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
@@ -89,6 +99,10 @@ def main(arguments: list[str] | None = None) -> int:
     with _answering(signal.SIGINT, signal.SIG_DFL) as answer, _without_words_of_h5py(), _heard_again(heard), _writing():
         try:
             words = sys.argv[1:] if arguments is None else arguments
+            if not words:
+                print(FIRST, end="")
+                return 0
+            words = [*words[1:2], "--help"] if words[0] == "help" else words
             parser = _parser(*words[:1])
             answer(hear)
             return _answered(parser.parse_args(words))

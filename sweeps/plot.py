@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-ANY_AXIS = "stability_axis_"
-
 
 def stability(ds: "xr.Dataset", axis: int | None = None, at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
     """Draw the regime of a spin about an axis over two parameters, with theory's boundaries.
@@ -134,6 +132,10 @@ NAMES = (
 __all__ = [*NAMES, "draw", "Polhode", "register"]
 
 
+def __dir__() -> list[str]:
+    return __all__
+
+
 def draw(
     ds: "xr.Dataset", name: str, at: Mapping | None = None, ax: "Axes | None" = None, also: Mapping | None = None
 ) -> "Axes":
@@ -207,11 +209,22 @@ def _panel(drawn, name: str, ax: "Axes | None") -> "Axes":
     return made.axes[0]
 
 
-class Polhode:
-    """The accessor `ds.polhode`: pictures and a summary of a map; each picture is the function of that name here.
+def _worded(variable: "xr.DataArray", meanings: Mapping[int, str]) -> "xr.DataArray":
+    """The words of a flag variable; "" for a number without a meaning."""
+    import numpy as np
 
-    ds.polhode.stability(axis=2, at={"I3": 0.0175})
-    print(ds.polhode.summary())
+    words = np.array([meanings.get(code, "") for code in range(max(meanings) + 1)])
+    kept = {name: value for name, value in variable.attrs.items() if not name.startswith("flag_")}
+    return variable.copy(data=words[variable.values]).drop_attrs().assign_attrs(kept)
+
+
+class Polhode:
+    """The accessor `ds.polhode`: figures, a summary, and flags as words; each figure is the function of that name here.
+
+    Example:
+        >>> ds = sweeps.survey(I1=1.0, I2=2.0, I3=[2.5, 3.0], omega0=1.0, axes=[2])
+        >>> ds.polhode.words().regime.values.ravel().tolist()
+        ['unstable', 'unstable']
     """
 
     def __init__(self, ds: "xr.Dataset"):
@@ -226,6 +239,20 @@ class Polhode:
         from functools import partial
 
         return partial(globals()[name], self._ds)
+
+    def __repr__(self) -> str:
+        try:
+            found = ", ".join(self.pictures())
+        except ValueError as unlike:
+            return f"ds.polhode: {unlike}"
+        methods = "summary(), words(), pictures()"
+        return f"ds.polhode of {self._ds.attrs.get('title', 'a map')!r}: {methods}; figures: {found}"
+
+    def words(self) -> "xr.Dataset":
+        """Return the map with its flag variables as words in place of numbers."""
+        from sweeps.schema.boxes import flags
+
+        return self._ds.map(lambda one: _worded(one, found) if (found := flags(one)) else one, keep_attrs=True)
 
     def pictures(self) -> list[str]:
         """Return the names of this map's pictures."""

@@ -87,3 +87,45 @@ def test_what_is_wrong_is_named(change, wrong):
     arguments = {"system": "pendulum", "start": {"theta": 1.0}, "times": [0.0, 1.0]} | change
     with pytest.raises(DefinitionError, match=wrong):
         sweeps.motion(**arguments)
+
+
+def test_a_free_body_moves_as_euler_s_equations_say():
+    moments, start = np.array([1.0, 2.0, 2.6]), np.array([0.3, 5.0, -0.2])
+    ds = sweeps.motion(moments, {f"omega{i + 1}": value for i, value in enumerate(start)}, np.linspace(1.0, 4.0, 31))
+
+    def torque_free(t, w):
+        return np.array(
+            [
+                (moments[(i + 1) % 3] - moments[(i + 2) % 3]) * w[(i + 1) % 3] * w[(i + 2) % 3] / moments[i]
+                for i in range(3)
+            ]
+        )
+
+    run = solve_ivp(torque_free, (1.0, 4.0), start, "DOP853", rtol=1e-12, atol=1e-12, t_eval=ds.time.values)
+    np.testing.assert_allclose([ds[f"omega{i}"] for i in (1, 2, 3)], run.y, atol=1e-9)
+    assert (ds.q0[0], ds.q1[0]) == (1.0, 0.0)
+
+
+def test_a_spin_and_its_point_of_a_map_have_the_same_motion():
+    grid = {"I1": 1.0, "I2": 2.0, "I3": 2.6, "omega0": 3.0, "epsilon": 0.1, "phase": 0.4}
+    point = sweeps.point(sweeps.survey(axes=[2], **grid))
+    ours = sweeps.motion([1.0, 2.0, 2.6], {"axis": 2, "omega0": 3.0, "epsilon": "10 %", "phase": 0.4}, "2 s")
+    theirs = sweeps.motion(point, times=2.0)
+    np.testing.assert_array_equal(ours.q3, theirs.q3)
+    assert ours.sizes == theirs.sizes
+
+
+@pytest.mark.parametrize(
+    ("start", "times", "wrong"),
+    [
+        ([0.0, 0.0, 0.0], None, "at rest"),
+        ({"axis": 4}, None, "start.axis: 4; allowed: 1, 2 or 3"),
+        ({"omega1": 1.0, "axis": 1}, None, "allowed: three angular velocities"),
+        ({"omega1": "1 kg"}, None, "start.omega1: '1 kg'; allowed: a finite number, in one of rad s-1"),
+        (None, "2 kg", "times: '2 kg'"),
+        (None, 0.0, "allowed: instants, or a duration > 0"),
+    ],
+)
+def test_a_wrong_start_of_a_body_is_named(start, times, wrong):
+    with pytest.raises(DefinitionError, match=wrong):
+        sweeps.motion([1.0, 2.0, 2.6], start, times)

@@ -10,6 +10,7 @@ NAMES = (
     "point",
     "slice",
     "body",
+    "motion",
     "tumbler",
     "compile",
     "shard",

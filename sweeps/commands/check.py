@@ -18,8 +18,8 @@ def _run(args):
     from sweeps.points import catalogue
 
     if args.list:
-        titles = catalogue.titles()
-        print(json.dumps(titles, indent=1) if args.json else "\n".join(f"{n:16s} {t}" for n, t in titles.items()))
+        titles = {name: one.title for name, one in catalogue.contents().items()}
+        print(json.dumps(titles, indent=1)) if args.json else _list()
         return
     path = catalogue.resolve(args.definition or catalogue.DEFAULT)
     with waiting.said(f"{path}: deriving its equations and checking its points"):
@@ -29,6 +29,17 @@ def _run(args):
     else:
         for name, text in _rows(planned):
             print(f"{name:11s} {text}")
+
+
+def _list() -> None:
+    """Print name, system, size and title of each shipped sweep."""
+    from sweeps.points import catalogue
+    from sweeps.views import printing
+
+    table = printing.table("sweep", "system", "points", "title", right=(2,))
+    for name, one in catalogue.contents().items():
+        table.add_row(name, one.system, f"{one.points:,}", one.title)
+    printing.console().print(table)
 
 
 def _facts(planned) -> dict:
@@ -52,7 +63,7 @@ def _facts(planned) -> dict:
 
 
 def _rows(planned):
-    from sweeps.points.estimate import PAGE_BYTES, estimate, in_words, lacking
+    from sweeps.points.estimate import PAGE_BYTES, estimate, in_words, lacking, span
     from sweeps.points.existence import impossible
 
     grid, definition = planned.sweep.grid, planned.sweep.definition
@@ -71,20 +82,14 @@ def _rows(planned):
         "disk",
         f"at most {in_words(needs.disk_bytes)} for shards and map, {PAGE_BYTES // 10**6} MB for figures and report",
     )
-    yield "time", f"about {_time(needs.wait_seconds)} on one core, {_parts(needs)}"
+    yield "time", f"about {span(needs.wait_seconds)} on one core, {_parts(needs)}"
     for line in lacking(planned.sweep, needs, "results"):
         yield "not here", f"{line} (`run` and the workflow refuse it on this machine)"
     yield from definition.remarks
 
 
-def _time(seconds: float) -> str:
-    """A time to wait: "9 s", "3 min", "5 h", "2e+07 years"."""
-    for size, unit in ((3.156e7, "years"), (86_400.0, "days"), (3600.0, "h"), (60.0, "min")):
-        if seconds >= 2 * size:
-            return f"{seconds / size:,.2g} {unit}" if seconds < 100 * size else f"{seconds / size:,.3g} {unit}"
-    return f"{seconds:.2g} s"
-
-
 def _parts(needs) -> str:
-    compiled = f" and {_time(needs.compile_seconds)} of compiling, once" if needs.compile_seconds else ""
-    return f"figures and report included; {_time(needs.seconds)} of it integration{compiled}"
+    from sweeps.points.estimate import span
+
+    compiled = f" and {span(needs.compile_seconds)} of compiling, once" if needs.compile_seconds else ""
+    return f"figures and report included; {span(needs.seconds)} of it integration{compiled}"

@@ -13,7 +13,7 @@ used and reported). SVG and PDF are for slides and papers: their text can be sea
 the file. MP4 and WebM are for animations and need ffmpeg; with the other formats animations are GIF. SIZE is in mm,
 160x100, or a width alone, 160, or a name: slide (338.7x190.5), page (178), column (86).
 
-  python -m sweeps figures results/tennis_racket/stability_map.nc -o slides --format pdf --only stability --axis 2
+  polhode figures results/tennis_racket/stability_map.nc -o slides --format pdf --only stability --axis 2
 """
 
 

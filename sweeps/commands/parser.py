@@ -3,9 +3,9 @@
 import argparse
 import re
 
-from sweeps.schema.refusals import hint, shortened
+from sweeps.schema.refusals import DefinitionError, hint, shortened
 
-_NEGATIVE = re.compile(r"-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
+_NEGATIVE = re.compile(r"-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*[^\s\d-]?.*")
 
 
 class Parser(argparse.ArgumentParser):
@@ -78,6 +78,12 @@ def number(text: str) -> int | float | str:
     return int(value) if value.is_integer() else value
 
 
+def add_duration(parser: Parser) -> None:
+    """Add the options --duration and --samples of a motion."""
+    parser.add_argument("--duration", type=number, metavar="T", help='length of the motion, s ("2 min")')
+    parser.add_argument("--samples", type=int, metavar="N", help="number of instants, both ends included")
+
+
 def add_definition(parser: Parser, **options) -> None:
     """Add the argument DEFINITION."""
     text = "name of a shipped sweep, or path of a YAML file"
@@ -98,3 +104,39 @@ def add_map(parser: Parser) -> None:
 def add_json(parser: Parser) -> None:
     """Add the option --json."""
     parser.add_argument("--json", action="store_true", help="print JSON (a missing number is null)")
+
+
+def add_body(parser: Parser) -> None:
+    """Add the argument NAME and the options that give a body and its spin."""
+    quantities = {"type": number, "metavar": "X"}
+    parser.add_argument("name", metavar="NAME", nargs="?", help="a body of the sweep `bodies`, or of --definition")
+    parser.add_argument("--definition", metavar="DEFINITION", default="bodies", help="the definition that lists NAME")
+    parser.add_argument("--moments", nargs=3, help='I1 I2 I3, kg m2 ("12 kg cm2")', **quantities)
+    parser.add_argument("--ratios", nargs=3, help="I1 I2 I3 in any one unit", **quantities)
+    parser.add_argument("--tensor", nargs=9, help="tensor of inertia, row by row, kg m2", **quantities)
+    parser.add_argument("--mesh", metavar="FILE", help="a closed surface: STL, OBJ, PLY or OFF")
+    parser.add_argument("--density", help="density of the mesh, kg m-3", **quantities)
+    parser.add_argument("--mass", help="mass of the mesh, kg, in place of its density", **quantities)
+    parser.add_argument("--unit", default="m", help="unit of length of the mesh: m (default), cm, mm, in, ft")
+    text = 'spin rate, rad s-1 ("30 rpm"; default the body\'s own, or 1)'
+    parser.add_argument("--omega0", help=text, **quantities)
+    parser.add_argument("--epsilon", help="relative size of the perturbation (default 1e-6)", **quantities)
+    text = "direction of the perturbation in the transverse plane, rad (default 0.6)"
+    parser.add_argument("--phase", help=text, **quantities)
+
+
+def body(args: argparse.Namespace) -> str | dict | None:
+    """Return the body of `add_body`: its name, or its entry in a definition; None where none is given."""
+    ways = {way: getattr(args, way) for way in ("moments", "ratios", "tensor", "mesh") if getattr(args, way)}
+    if len(ways) + (args.name is not None) > 1:
+        allowed = "NAME, --moments, --ratios, --tensor or --mesh, one of them"
+        raise DefinitionError(f"body: more than one is given; allowed: {allowed}")
+    moments = ("I1", "I2", "I3")
+    mesh = {"file": args.mesh, "density": args.density, "mass": args.mass, "unit": args.unit}
+    entries = {
+        "moments": lambda values: dict(zip(moments, values, strict=True)),
+        "ratios": lambda values: {"ratios": dict(zip(moments, values, strict=True))},
+        "tensor": lambda values: {"tensor": [values[i : i + 3] for i in (0, 3, 6)]},
+        "mesh": lambda file: {"name": file, "mesh": {key: value for key, value in mesh.items() if value is not None}},
+    }
+    return next((entries[way](value) for way, value in ways.items()), args.name)

@@ -5,12 +5,13 @@ from sweeps.commands import parser
 EPILOG = """\
 Give each dimension longer than one a value, --DIMENSION VALUE; the nearest grid value is used and reported.
 
-  python -m sweeps point results/tennis_racket/stability_map.nc \\
-      --axis 2 --I1 0.00121 --I2 0.01638 --I3 0.01748 --omega0 10 --trajectory racket.csv
+  polhode point results/tennis_racket --axis 2 --I1 0.00121 --I2 0.01638 --I3 0.01748 --omega0 "90 rpm" \\
+      --trajectory racket.csv
 
 --trajectory writes omega(t) in body axes and the attitude (a unit quaternion, scalar first, from body to inertial
 frame), from the closed form (omega1 … omega3, q0 … q3) and, except for a symmetric top, from direct integration
-(omega1_direct …, q0_direct …), over two flips or two wobble periods unless --duration is given.
+(omega1_direct …, q0_direct …), over two flips or two wobble periods unless --duration is given. FILE ends in .nc or
+.csv; for a film see `polhode motion`.
 """
 
 
@@ -19,45 +20,22 @@ def add(commands) -> None:
     command = parser.add(commands, "point", "print every variable at one grid point", _run, EPILOG)
     command.takes_coordinates = True
     parser.add_map(command)
-    command.add_argument("--trajectory", metavar="FILE", help="write the motion of the point, as FILE.nc or FILE.csv")
-    command.add_argument("--duration", type=float, metavar="SECONDS", help="length of the motion")
-    command.add_argument("--samples", type=int, metavar="N", help="number of instants, both ends included")
+    command.add_argument("--trajectory", metavar="FILE", help="write the motion of the point")
+    parser.add_duration(command)
     parser.add_json(command)
 
 
 def _run(args):
-    from sweeps.maps import motion, selection, storage, summary
+    from sweeps.maps import motion, selection
+    from sweeps.views import motions
 
     if args.trajectory:
         motion.check_format(args.trajectory)
-    with storage.open_map(args.map) as ds:
-        points = summary.pointwise(ds)
-        places = selection.nearest(points, args.coordinates)
-        dims = selection.left(points, places)
-        if dims:
-            what = f"{len(dims)} dimensions are left ({', '.join(dims)})"
-            raise selection.SelectionError(
-                f"{args.map}: {what}; allowed: a value for each, {selection.how_to_choose(points, dims)}"
-            )
-        row = selection.at(ds, places).load()
+    row, places = selection.point(args.map, args.coordinates)
     if args.trajectory:
-        _write_motion(row, args)
+        moved = motions.of_point(row, args.duration, motions.tolerance_of(row), args.samples)
+        motion.write(moved, args.trajectory)
     _print(row, places, args.json)
-
-
-def _write_motion(row, args) -> None:
-    from sweeps import systems
-    from sweeps.maps import motion
-    from sweeps.reading.definitions import definition_of
-
-    point = {name: row[name].item() for name in row.coords if row[name].ndim == 0}
-    integration = definition_of(row.attrs).get("integration")
-    tolerance = integration.get("tolerance") if isinstance(integration, dict) else None
-    tolerance = tolerance if isinstance(tolerance, float) and 1e-13 <= tolerance <= 1e-3 else 1e-10
-    moved = motion.of(systems.of_map(row), point, args.duration, args.samples, tolerance)
-    kept = {name: row.attrs.get(name, "") for name in ("title", "source", "Conventions", "kernel_fingerprint")}
-    kept["point"] = ", ".join(f"{name} = {value}" for name, value in point.items())
-    motion.write(moved.assign_attrs(kept), args.trajectory)
 
 
 def _print(row, places, as_json: bool) -> None:

@@ -1,7 +1,6 @@
 """`run`: a sweep's map, pictures and report in one go."""
 
 from sweeps.commands import parser
-from sweeps.schema.refusals import DefinitionError
 
 EPILOG = """\
 Writes what the workflow (snakemake) writes: results/<sweep>/stability_map.nc, figures/ and report.html. After an
@@ -15,30 +14,21 @@ def add(commands) -> None:
     command = parser.add(
         commands, "run", "write the map, figures and report of a sweep to results/<sweep>", _run, EPILOG
     )
-    parser.add_definition(command, nargs="?")
-    command.add_argument(
-        "--cores", type=int, metavar="N", help="number of processors (default all); does not change results"
-    )
+    parser.add_definition(command, nargs="?", default="tennis_racket")
+    text = "number of processors (default all); does not change results"
+    command.add_argument("--cores", type=int, metavar="N", help=text)
     command.add_argument("--again", action="store_true", help="compute everything again, finished or not")
+    text = "folder of results (default results); the files go to FOLDER/<sweep>"
+    command.add_argument("-o", "--output", metavar="FOLDER", default="results", help=text)
+    command.add_argument("--quiet", action="store_true", help="print no progress, only the files")
 
 
 def _run(args):
-    from sweeps.pipeline import finished, waiting
-    from sweeps.points import catalogue
-    from sweeps.process import processors
+    from contextlib import nullcontext
 
-    if args.cores is not None and args.cores < 1:
-        raise DefinitionError(f"--cores: {args.cores} is out of range; allowed: 1 or more")
-    path = catalogue.resolve(args.definition or catalogue.DEFAULT)
-    basis = finished.basis(path)
-    if not args.again and (made := finished.found(path, basis)):
-        print(*made, sep="\n")
-        return
-    workers = args.cores or processors.cores()
-    with waiting.said(f"{path}: deriving its equations"):
-        planned = catalogue.plan(path, check=False)
-    from sweeps.pipeline import steps as pipeline
+    from sweeps.pipeline import making
+    from sweeps.process import progress
 
-    for file in pipeline.make(planned, workers=workers, again=args.again):
-        print(file)
-    finished.keep(planned.sweep, basis)
+    with progress.silenced() if args.quiet else nullcontext():
+        for file in making.make(args.definition, args.cores, args.again, args.output):
+            print(file)

@@ -6,7 +6,7 @@ EPILOG = """\
 Give all dimensions but two a value, --DIMENSION VALUE; the nearest grid value is used and reported. Dimensions of
 length one need none. CDO, NCO, ncview and Panoply open the file.
 
-  python -m sweeps slice results/tennis_racket/stability_map.nc --axis 2 --I3 0.01748 --omega0 10 -o slice.nc
+  polhode slice results/tennis_racket/stability_map.nc --axis 2 --I3 0.01748 --omega0 10 -o slice.nc
 """
 
 

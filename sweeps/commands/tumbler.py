@@ -19,11 +19,15 @@ excluded where the ratio of both periods is below the minimum of the mode by mor
 def add(commands) -> None:
     """Add the command to the parser."""
     command = parser.add(commands, "tumbler", "find the energy of a tumbling body from its two periods", _run, EPILOG)
-    command.add_argument("--P-psi", dest="P_psi", type=float, required=True, metavar="P", help="period in the body")
-    command.add_argument("--P-phi", dest="P_phi", type=float, required=True, metavar="P", help="period about L")
-    command.add_argument("--sigma-psi", type=float, default=0.0, metavar="S", help="standard error of P_psi")
-    command.add_argument("--sigma-phi", type=float, default=0.0, metavar="S", help="standard error of P_phi")
-    command.add_argument("--unit", default="h", metavar="UNIT", help="unit of the periods: s, h (default) or d")
+    command.add_argument(
+        "--P-psi", dest="P_psi", type=parser.number, required=True, metavar="P", help="period in the body"
+    )
+    command.add_argument("--P-phi", dest="P_phi", type=parser.number, required=True, metavar="P", help="period about L")
+    command.add_argument("--sigma-psi", type=parser.number, default=0.0, metavar="S", help="standard error of P_psi")
+    command.add_argument("--sigma-phi", type=parser.number, default=0.0, metavar="S", help="standard error of P_phi")
+    command.add_argument(
+        "--unit", default="h", metavar="UNIT", help="unit of periods given as numbers: s, h (default) or d"
+    )
     command.add_argument("--ratios", nargs=2, type=float, metavar="R", help="I1/I3 and I2/I3 of one body")
     command.add_argument("-o", "--output", metavar="FILE", help="write the map over all bodies (netCDF)")
     command.add_argument("--figure", metavar="FILE", help="draw the energies over all bodies (PNG)")

@@ -74,6 +74,27 @@ class Sheet(NamedTuple):
     make: object = Figure
 
 
+class Film(NamedTuple):
+    """How an animation is drawn.
+
+    Attributes:
+        rate: frames a second.
+        finer: how many times as many frames it has as a GIF.
+        across: its width in pixels; None for the animation's own.
+    """
+
+    rate: float
+    finer: int
+    across: int | None
+
+    def dots(self, inches: tuple[float, float], own: int) -> float:
+        """Return the pixels per inch of a picture of this size, whose own are `own`."""
+        return self.across / inches[0] if self.across else own
+
+
+GIF, HD = Film(1000 / 60, 1, None), Film(30.0, 2, 1920)
+film: ContextVar[Film] = ContextVar("film", default=GIF)
+
 SHEETS = {  # by name: what people put pictures on
     "slide": Sheet(338.7, 190.5, 1.25),
     "page": Sheet(178.0),

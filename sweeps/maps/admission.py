@@ -322,7 +322,8 @@ def _plain(parts: _Parts, file: FileBytes, attributes: dict[str, str], any_flags
         spec = parts.specs[name]
         ends = (spec.first_flag, spec.first_flag + len(spec.flags) - 1) if spec.flags and not any_flags else None
         values = StoredValues(file, name, held, ends)
-        variables[name] = PlainVariable(held.dims, values, spec.attributes, encoding=_encoding(name, held))
+        attrs = spec.attributes_among(parts.variables)
+        variables[name] = PlainVariable(held.dims, values, attrs, encoding=_encoding(name, held))
     return PlainMap(variables, coordinates, attributes, parts.others, file.close)
 
 

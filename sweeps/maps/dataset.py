@@ -38,7 +38,7 @@ def evaluate(coordinates: Mapping[str, xr.DataArray], sweep: Sweep, threads: int
     )
     named = zip(variables, results if len(variables) > 1 else (results,), strict=True)
     return xr.Dataset(
-        {v.name: (result.dims, result.data, v.attributes) for v, result in named},
+        {v.name: (result.dims, result.data, v.attributes_among(sweep.variables)) for v, result in named},
         coords={name: array for name, array in _index_coordinates(arrays)},
     )
 

@@ -2,11 +2,14 @@
 
 import math
 from collections.abc import Mapping
+from contextlib import nullcontext
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sweeps.schema import units as in_units
 from sweeps.schema.boxes import dimensions, nearest_by, placing
 from sweeps.schema.refusals import RefusedError, hint, shortened
 
@@ -96,8 +99,8 @@ def _along(ds: "xr.Dataset", name: str) -> str:
 
 def _nearest_by(ds: "xr.Dataset", own: Mapping[str, str], places: Mapping[str, Place]) -> dict[str, Place]:
     """The places nearest to some coordinates that are no dimensions, where others are chosen already."""
-    asked = {name: _number(name, text, ds[name].values) for name, text in own.items()}
-    units = {name: str(ds[name].attrs.get("units", "")) for name in (*asked, *ds.dims)}
+    units = {name: str(ds[name].attrs.get("units", "")) for name in (*own, *ds.dims)}
+    asked = {name: _number(name, text, ds[name].values, units[name]) for name, text in own.items()}
     said = ", ".join(str(Place(name, 0, value, None, units[name])) for name, value in asked.items())
     found = {}
     for dim, index in nearest_by(ds, asked, {place.dim: place.index for place in places.values()}).items():
@@ -127,16 +130,16 @@ def _place(ds: "xr.Dataset", dim: str, text: str | None) -> Place:
         names = [str(value) for value in values]
         index = names.index(named(text, names, f"--{dim}"))
         return Place(dim, index, names[index], names[index], "")
-    asked = _number(dim, text, values)
+    asked = _number(dim, text, values, units)
     index = int(np.abs(values.astype(float) - asked).argmin())
     outside = not values.min() <= asked <= values.max()
     return Place(dim, index, values[index].item(), asked, units, outside)
 
 
-def _number(dim: str, text: str, values: np.ndarray) -> float:
+def _number(dim: str, text: str, values: np.ndarray, unit: str) -> float:
     allowed = span(values)
     try:
-        number = float(text)
+        number = float(in_units.number(text, unit))
     except ValueError:
         number = math.nan
     if not math.isfinite(number):
@@ -189,6 +192,28 @@ def left(ds: "xr.Dataset", places: Mapping[str, Place]) -> list[str]:
 def at(ds: "xr.Dataset", places: Mapping[str, Place]) -> "xr.Dataset":
     """Return the part of a map at chosen indices; their dimensions become scalar coordinates."""
     return ds.isel({dim: place.index for dim, place in places.items()})
+
+
+def point(ds: "xr.Dataset | str | Path", chosen: Mapping[str, object]) -> "tuple[xr.Dataset, dict[str, Place]]":
+    """Return the point of a map nearest to the chosen values, loaded, and its place along each dimension.
+
+    Args:
+        ds: a map, or its path.
+        chosen: dimension → value, as `nearest` takes it.
+
+    Raises:
+        SelectionError: as of `nearest`, and for dimensions without a value.
+    """
+    from sweeps.maps import storage, summary
+
+    with storage.open_map(ds) if isinstance(ds, str | Path) else nullcontext(ds) as opened:
+        points = summary.pointwise(opened)
+        places = nearest(points, {name: str(value) for name, value in chosen.items()})
+        if dims := left(points, places):
+            allowed = f"a value for each, {how_to_choose(points, dims)}"
+            where = f"{ds}: " if opened is not ds else ""
+            raise SelectionError(f"{where}{len(dims)} dimensions are left ({', '.join(dims)}); allowed: {allowed}")
+        return at(opened, places).load(), places
 
 
 def how_to_choose(ds: "xr.Dataset", dims: list[str]) -> str:

@@ -6,7 +6,6 @@ and a report that are younger than their map.
 
 import os
 import shutil
-import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager, nullcontext
@@ -85,7 +84,7 @@ def _draw(path: Path, folder: Path, worker: Executor | None, meanwhile: Callable
     """Draw the pictures of a map, and call `meanwhile` once the worker, if there is one, has begun."""
     from sweeps.views import figures
 
-    _say(f"writing {folder}")
+    progress.say(f"writing {folder}")
     shutil.rmtree(folder, ignore_errors=True)
     with figures.opened(path) as ds:
         submit = partial(worker.submit, drawing.draw, path, {}) if worker else None
@@ -96,7 +95,7 @@ def _draw(path: Path, folder: Path, worker: Executor | None, meanwhile: Callable
 def _report(path: Path, file: Path) -> None:
     from sweeps.views import figures, report
 
-    _say(f"writing {file}")
+    progress.say(f"writing {file}")
     with figures.opened(path) as ds:
         report.write(ds, file)
 
@@ -104,12 +103,8 @@ def _report(path: Path, file: Path) -> None:
 def _compile(sweep: Sweep) -> None:
     """Compile what its system calls, where no earlier run has."""
     if left := compile.seconds(sweep.system.kernels_of(sweep.definition)):
-        _say(f"compiling the kernels of {sweep.system.name}, once per machine, about {left:.0f} s")
+        progress.say(f"compiling the kernels of {sweep.system.name}, once per machine, about {left:.0f} s")
         compile.ensure(sweep)
-
-
-def _say(text: str) -> None:
-    print(text, file=sys.stderr, flush=True)
 
 
 # ---------------------------------------------------------------------------------------------------------
@@ -132,7 +127,7 @@ def measure(sweep: Sweep, path: Path, workers: int, again: bool) -> None:
             merging.measure_whole(sweep, path, workers, advance, folder if is_long else None)
     else:
         _write(sweep, shards, missing, workers)
-        _say(f"merging {count} shards")
+        progress.say(f"merging {count} shards")
         merging.merge(sweep, shards, path, workers)
 
 
@@ -156,7 +151,7 @@ def _write(sweep: Sweep, shards: list[Path], missing: list[int], workers: int) -
     """Writes those shards that are not there yet, one after the other: what is finished is kept."""
     count, bounds = len(shards), sweep.grid.shard_bounds(len(shards))
     if count > len(missing):
-        _say(f"{count - len(missing)} of {count} shards exist already")
+        progress.say(f"{count - len(missing)} of {count} shards exist already")
     points = sum(stop - start for start, stop in (bounds[k - 1] for k in missing))
     noting = _noting_finished(lambda more: None, count, "shards", count - len(missing))
     with progress.points(points, sweep.name) as advance, noting as finish:

@@ -1,9 +1,12 @@
 """What is waited for, said once it has taken long."""
 
+import contextvars
 import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+
+from sweeps.process import progress
 
 SECONDS_ON_A_TERMINAL, SECONDS_IN_A_LOG = 2.0, 10.0
 
@@ -16,7 +19,7 @@ def said(what: str) -> Iterator[None]:
         what: the work, in words.
     """
     seconds = SECONDS_ON_A_TERMINAL if sys.stderr.isatty() else SECONDS_IN_A_LOG
-    timer = threading.Timer(seconds, print, (f"{what} …",), {"file": sys.stderr, "flush": True})
+    timer = threading.Timer(seconds, contextvars.copy_context().run, (progress.say, f"{what} …"))
     timer.daemon = True
     timer.start()
     try:

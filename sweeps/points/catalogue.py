@@ -1,11 +1,13 @@
 """Which sweeps there are: the definitions that ship, and any other by its path."""
 
+import math
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
+from sweeps.schema.carried import DEFAULT_SYSTEM
 from sweeps.schema.refusals import DefinitionError, hint
 
 if TYPE_CHECKING:
@@ -23,12 +25,34 @@ def shipped() -> dict[str, Path]:
     return {path.stem: path for path in sorted(folder.glob("*.yaml"))}
 
 
-def titles() -> dict[str, str]:
-    """Return name → title of each shipped definition, read without its system, whose equations take seconds."""
+class Content(NamedTuple):
+    """What a shipped definition is about: the name of its system, its number of points, its title."""
+
+    system: str
+    points: int
+    title: str
+
+
+def contents() -> dict[str, Content]:
+    """Return name → content of each shipped definition, read without its system, whose equations take seconds."""
     from sweeps.reading.definitions import file_text, plain, read_text
 
-    texts = {name: file_text(path) for name, path in shipped().items()}
-    return {name: str(plain(read_text(text)).get("title", name)) for name, text in texts.items()}
+    values = {name: plain(read_text(file_text(path))) for name, path in shipped().items()}
+    return {n: Content(v.get("system", DEFAULT_SYSTEM), _points(v), v.get("title", n)) for n, v in values.items()}
+
+
+def _points(values: Mapping) -> int:
+    """Number of points of a valid definition."""
+    numbers = [_count(entry) for entry in values.get("grid", {}).values()] + [len(values.get("bodies", "1"))]
+    spun = values.get("system", DEFAULT_SYSTEM) == DEFAULT_SYSTEM
+    return math.prod(numbers) * (len(values.get("axes", (1, 2, 3))) if spun else 1)
+
+
+def _count(entry: object) -> int:
+    """Number of values of an entry of a grid."""
+    if isinstance(entry, Mapping):
+        return entry["num"] if "num" in entry else math.prod(map(_count, entry.values()))
+    return len(entry) if isinstance(entry, tuple) else 1
 
 
 def resolve(text: str) -> Path:

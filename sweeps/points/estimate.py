@@ -83,6 +83,14 @@ def estimate(sweep: Sweep, bytes_per_point: int | None = None) -> Estimate:
     )
 
 
+def span(seconds: float) -> str:
+    """Return a time to wait: "9 s", "3 min", "5 h", "2e+07 years"."""
+    for size, unit in ((3.156e7, "years"), (86_400.0, "days"), (3600.0, "h"), (60.0, "min")):
+        if seconds >= 2 * size:
+            return f"{seconds / size:,.2g} {unit}" if seconds < 100 * size else f"{seconds / size:,.3g} {unit}"
+    return f"{seconds:.2g} s"
+
+
 def integration_seconds(sweep: Sweep, points: int) -> float:
     """Return an estimate of the time, s, in which one core integrates the motions of so many points."""
     return points * sweep.system.cost(sweep.definition).samples / sweep.system.samples_per_second

@@ -37,7 +37,7 @@ class _InvalidError(Exception):
         self.problems = problems
 
 
-def read(source: str | Path | Mapping, name: str | None = None, *, check: bool = True) -> Sweep:
+def read(source: str | Path | Mapping, name: str | None = None, *, check: bool = True, folder: str = "") -> Sweep:
     """Return the sweep of a definition, which is validated.
 
     Args:
@@ -45,6 +45,7 @@ def read(source: str | Path | Mapping, name: str | None = None, *, check: bool =
             numbers and one-dimensional arrays do as well.
         name: the sweep's name; left out, the file's stem, and "sweep" for a mapping.
         check: whether its system also looks beyond the values, which takes longer.
+        folder: where paths in a mapping start; left out, the current folder.
 
     Returns:
         The sweep; its `definition` is of its system's model, with numbers in the units of the system's parameters.
@@ -55,7 +56,7 @@ def read(source: str | Path | Mapping, name: str | None = None, *, check: bool =
     label = os.fspath(source) if isinstance(source, str | Path) else "definition"
     try:
         name = _sweep_name(source) if name is None else _checked_name(name)
-        folder = os.path.dirname(label) if isinstance(source, str | Path) else ""
+        folder = os.path.dirname(label) if isinstance(source, str | Path) else folder
         sweep = _validated(*_text_and_values(source), name, os.path.abspath(folder))
     except UnreadableError as unreadable:
         raise DefinitionError(message(label, [unreadable.problem])) from None

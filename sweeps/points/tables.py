@@ -20,12 +20,12 @@ from isal import isal_zlib
 from pydantic_core import PydanticCustomError
 
 from kernels.cache import cache_folder
-from sweeps.points import units
 from sweeps.process import memory
 from sweeps.process.files import remove_all_leftovers, replaced
 from sweeps.reading import tables
 from sweeps.reading.files import FileBytes
 from sweeps.reading.tables import PART_ROWS, refusal
+from sweeps.schema import units
 from sweeps.schema.parameters import Derived, GridOf, Parameter
 from sweeps.schema.refusals import MapError, display, hint
 
@@ -106,6 +106,11 @@ class Table:
         return {name: values[:, k] for k, name in enumerate(self.names)}  # seen in the rows: most want one column
 
 
+def kept_in() -> Path:
+    """Return the folder of the rows of tables that were read."""
+    return cache_folder() / "tables"
+
+
 def read(file: str, folder: str, model: type[GridOf], grid: Mapping[str, Any]) -> Table:
     """Return a table, checked.
 
@@ -122,7 +127,7 @@ def read(file: str, folder: str, model: type[GridOf], grid: Mapping[str, Any]) -
     path = Path(folder) / file
     if path.suffix.lower() not in tables.SUFFIXES:
         raise refusal("", display(file), "is no table by its name", KINDS)
-    remove_all_leftovers(cache_folder() / "tables")
+    remove_all_leftovers(kept_in())
     try:
         with FileBytes(path) as opened:
             return _read(file, opened, model, grid)
@@ -140,10 +145,11 @@ def _read(file: str, opened: FileBytes, model: type[GridOf], grid: Mapping[str, 
     digest, seen = _digest(opened)
     source = tables.opened(opened, path.suffix.lower())
     columns = _columns(source.headings, model.parameters, grid)
-    fixed = {name: float(value) for name, value in grid.items() if type(value) in (int, float)}
+    given = {p.name: units.read(grid[p.name], p.quantity.units) for p in model.parameters if p.name in grid}
+    fixed = {name: float(value) for name, value in given.items() if type(value) in (int, float)}
     asked = [(c.place, c.name, c.factor, c.parameter.quantity.bounds) for c in columns]
     key = hashlib.sha256(json.dumps([FORMAT, digest, path.suffix, asked, fixed]).encode()).hexdigest()[:40]
-    cached = cache_folder() / "tables" / key
+    cached = kept_in() / key
     if _told(cached) is None:
         _forget_others(cached)
         _write(cached, source, columns, fixed, model.derived)
@@ -175,7 +181,7 @@ def _digest(opened: FileBytes) -> tuple[str, dict | None]:
 
 def _noted(path: Path) -> Path:
     """Where a file's digest is noted."""
-    return cache_folder() / "tables" / f"seen-{hashlib.sha256(str(path.resolve()).encode()).hexdigest()[:40]}"
+    return kept_in() / f"seen-{hashlib.sha256(str(path.resolve()).encode()).hexdigest()[:40]}"
 
 
 def _note(path: Path, seen: dict) -> None:

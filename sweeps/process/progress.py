@@ -4,6 +4,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 
 from rich.console import Console
 from rich.progress import (
@@ -17,6 +18,23 @@ from rich.progress import (
 )
 
 SECONDS_BETWEEN_LINES = 10.0
+_is_silent: ContextVar[bool] = ContextVar("is_silent", default=False)
+
+
+@contextmanager
+def silenced() -> Iterator[None]:
+    """Report nothing within the block."""
+    token = _is_silent.set(True)
+    try:
+        yield
+    finally:
+        _is_silent.reset(token)
+
+
+def say(text: str) -> None:
+    """Print a line on the error stream."""
+    if not _is_silent.get():
+        print(text, file=sys.stderr, flush=True)
 
 
 class _Speed(ProgressColumn):
@@ -35,7 +53,7 @@ def points(total: int, label: str) -> Iterator[Callable[[int], None]]:
         label: what the work is called.
     """
     console = Console(stderr=True)
-    if console.is_terminal:
+    if console.is_terminal and not _is_silent.get():
         columns = (TextColumn(label), BarColumn(), TaskProgressColumn(), _Speed(), TimeRemainingColumn())
         with Progress(*columns, console=console) as bar:
             task = bar.add_task(label, total=total)
@@ -57,7 +75,7 @@ def _lines(total: int, label: str) -> Iterator[Callable[[int], None]]:
             speed = done / max(now - begun, 1e-9)
             left = (total - done) / speed
             text = f"{label}: {done:,} of {total:,} points, {speed:,.0f} points/s, {left:,.0f} s left"
-            print(text, file=sys.stderr, flush=True)
+            say(text)
 
     yield advance
 
@@ -71,7 +89,7 @@ def pieces(total: int, label: str) -> Iterator[Callable[[], None]]:
         label: what the work is called.
     """
     console = Console(stderr=True)
-    if not (console.is_terminal or console.is_jupyter):
+    if _is_silent.get() or not (console.is_terminal or console.is_jupyter):
         yield lambda: None
         return
     columns = (TextColumn(label), BarColumn(), TextColumn("{task.completed} of {task.total}"), TimeElapsedColumn())

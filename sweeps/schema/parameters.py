@@ -10,7 +10,7 @@ from pydantic import AfterValidator, Discriminator, Field, Tag, create_model, mo
 from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.refusals import TAGS, refusal
 from sweeps.schema.strict import Strict
-from sweeps.schema.values import Count, choice, different, not_empty
+from sweeps.schema.values import Count, choice, different, in_unit, not_empty
 
 SPACINGS = ("linear", "log")
 # Up to here a range is spelled out to see that its values differ; beyond, a bound on the step must do.
@@ -196,7 +196,7 @@ def grid_model(name: str, parameters: Iterable[Parameter], module: str, derived:
             ranges[quantity.noun] = range_model(quantity)
         default = ... if parameter.required else parameter.default
         fields[parameter.name] = (
-            entry(quantity.item, ranges[quantity.noun]),
+            entry(in_unit(quantity.units, quantity.item), ranges[quantity.noun]),
             Field(default, description=_description(parameter)),
         )
     doc = "What a sweep varies. A list that is not monotonic is sorted ascending, as CF coordinates must be."
@@ -216,7 +216,8 @@ def range_model(quantity: Quantity) -> type[Range]:
     """Return a model of ranges whose values belong to a quantity."""
     units = "dimensionless" if quantity.units == "1" else quantity.units
     ends = {"start": f"first {quantity.noun}, {units}", "stop": f"last {quantity.noun}, {units}, itself included"}
-    fields = {end: (quantity.item, Field(description=f"{text}: {quantity.bounds}")) for end, text in ends.items()}
+    item = in_unit(quantity.units, quantity.item)
+    fields = {end: (item, Field(description=f"{text}: {quantity.bounds}")) for end, text in ends.items()}
     base = Range if quantity.least is None else _nonzero(quantity)
     return create_model("".join(map(str.capitalize, quantity.noun.split())) + "Range", __base__=base, **fields)
 

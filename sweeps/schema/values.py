@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator
 
+from sweeps.schema import units
 from sweeps.schema.refusals import display, hint, refusal
 
 MAX_SHARDS = 10_000
@@ -40,6 +41,19 @@ def number(holds: Callable[[float], bool], allowed: str) -> BeforeValidator:
         return number
 
     return BeforeValidator(check)
+
+
+def converted(value: Any, unit: str) -> Any:
+    """Return text with a unit, "30 rpm", as a number in `unit` (UDUNITS text); everything else as it is."""
+    try:
+        return units.number(value, unit)
+    except ValueError as unknown:
+        raise refusal(f"has the unit {str(unknown)!r}", units.allowed(unit)) from None
+
+
+def in_unit(unit: str, item: Any) -> Any:
+    """Return the type of numbers in a unit, which may also be given as text with another unit."""
+    return Annotated[item, BeforeValidator(lambda value: converted(value, unit), json_schema_input_type=float | str)]
 
 
 def whole(least: int, most: int, allowed: str) -> BeforeValidator:

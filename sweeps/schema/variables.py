@@ -1,5 +1,6 @@
 """One variable of a map, or one coordinate: name, unit, meaning, type and flags."""
 
+from collections.abc import Container
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -96,6 +97,11 @@ class Variable:
         if self.comment:
             attributes["comment"] = self.comment
         return attributes
+
+    def attributes_among(self, names: Container[str]) -> dict:
+        """Return the CF attributes in a file of variables of these names: its error and status are ancillary."""
+        beside = [name for name in (self.error, "status") if name in names] if self.error else []
+        return self.attributes | ({"ancillary_variables": " ".join(beside)} if beside else {})
 
 
 def table(*variables: Variable) -> dict[str, Variable]:

@@ -89,7 +89,7 @@ def define(
         variable = file.createVariable(
             spec.name, spec.dtype, (*dimensions, *spec.over), fill_value=fill, chunksizes=sizes, **packing
         )
-        variable.setncatts(spec.attributes | dict(attributes or {}))
+        variable.setncatts(spec.attributes_among(variables) | dict(attributes or {}))
 
 
 def cut(shape: tuple[int, ...], shapes_at: Mapping[str, tuple[int, ...]]) -> Chunks:

@@ -71,4 +71,4 @@ def identity(sweep: "Sweep") -> dict[str, str]:
 
 def history(command: str = "") -> str:
     """Return a line of the attribute `history` with the current time."""
-    return f"{datetime.now(UTC):%Y-%m-%dT%H:%M:%SZ} python -m sweeps {command}".rstrip()
+    return f"{datetime.now(UTC):%Y-%m-%dT%H:%M:%SZ} polhode {command}".rstrip()

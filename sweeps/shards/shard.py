@@ -48,7 +48,7 @@ class DamagedError(MapError):
     """
 
     def __init__(self, path: str | Path, what: str):
-        super().__init__(f"{path}: {what}; allowed: a whole file of `python -m sweeps shard`")
+        super().__init__(f"{path}: {what}; allowed: a whole file of `polhode shard`")
         self.path = Path(path)
 
 
@@ -292,7 +292,7 @@ class Shard:
         try:
             opened = FileBytes(path)
         except (OSError, ValueError):
-            allowed = "a file of `python -m sweeps shard`"
+            allowed = "a file of `polhode shard`"
             raise MapError(f"{path}: there is no such file; allowed: {allowed}") from None
         found = sandbox.run_in_child(partial(_walked, opened), opened.size)
         if found is None:

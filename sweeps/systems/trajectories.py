@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sweeps.schema.refusals import DefinitionError, hint
+from sweeps.schema import units
+from sweeps.schema.refusals import DefinitionError, display, hint
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,11 +33,13 @@ def trajectories(system, start: Mapping, times, parameters: Mapping, tolerance: 
     equations = model.equations
     moving = {x.name: None for x in equations.q} | {x.name: 0.0 for x in equations.v}
     fixed = {name: p.default for name, p in model.system.parameters.items()}
-    states, numbers = _given("start", start, moving), _given("parameters", parameters, fixed)
+    moved = {name: unit for name, unit, _ in _columns(equations)}
+    states = _given("start", start, moving, moved)
+    numbers = _given("parameters", parameters, fixed, {n: p.unit for n, p in model.system.parameters.items()})
     for name, values in numbers.items():
         if not all(map(model.system.parameters[name].allows, np.ravel(values))):
             raise DefinitionError(f"parameters: {name}: {values}; allowed: {model.system.parameters[name].allowed}")
-    times, shape = _times(times), np.broadcast_shapes(*map(np.shape, (*states.values(), *numbers.values())))
+    times, shape = instants(times), np.broadcast_shapes(*map(np.shape, (*states.values(), *numbers.values())))
     if len(shape) > 1:
         raise DefinitionError(f"start: has {len(shape)} dimensions; allowed: numbers, or lists of one number a run")
     if not TOLERANCES[0] <= tolerance <= TOLERANCES[1]:
@@ -49,9 +52,9 @@ def trajectories(system, start: Mapping, times, parameters: Mapping, tolerance: 
     found[~sound], error[~sound] = np.nan, np.nan
     status = np.select([~sound, ~converged], [2, 1], 0).astype(np.int8)
     variables = {}
-    for i, (name, units, meaning) in enumerate(_columns(equations)):
-        variables[name] = (("run", "time"), found[..., i], {"units": units, "long_name": meaning})
-        words = {"units": units, "long_name": f"error of {meaning}", "comment": "what halving the steps changed"}
+    for i, (name, unit, meaning) in enumerate(_columns(equations)):
+        variables[name] = (("run", "time"), found[..., i], {"units": unit, "long_name": meaning})
+        words = {"units": unit, "long_name": f"error of {meaning}", "comment": "what halving the steps changed"}
         variables[f"{name}_error"] = (("run", "time"), error[..., i], words)
     flags = {"flag_values": np.arange(3, dtype=np.int8), "flag_meanings": " ".join(STATUSES)}
     variables["status"] = ("run", status, {"long_name": "whether the motion keeps the tolerance", **flags})
@@ -67,6 +70,16 @@ def _model(description: "mechanics.System") -> "Model":
     from sweeps.mechanics.model import Model
 
     return Model(description)
+
+
+def is_described(system: object) -> bool:
+    """Return True for a described system: itself, a Python file, or the name of one that ships."""
+    from sweeps import mechanics, systems
+    from sweeps.systems import described
+
+    if isinstance(system, mechanics.System) or systems.is_file(system):
+        return True
+    return isinstance(system, str) and any(system in described.shipped(kind) for kind in systems.kinds())
 
 
 def _description(system) -> "mechanics.System":
@@ -85,20 +98,32 @@ def _description(system) -> "mechanics.System":
     return systems.resolve(system).description
 
 
-def _given(where, values, defaults):
+def _given(where, values, defaults, unit_of):
     """Values in the order of their defaults, of which None is to be given."""
     if unknown := sorted(set(values) - set(defaults)):
         raise DefinitionError(f"{where}: {unknown[0]} is unknown; allowed: {', '.join(defaults) or 'nothing'}")
     if missing := [name for name, default in defaults.items() if default is None and name not in values]:
         raise DefinitionError(f"{where}: {missing[0]} is missing; allowed: a number, or a list of one number a run")
-    found = {name: np.asarray(values.get(name, default), dtype=np.float64) for name, default in defaults.items()}
+    found = {}
+    for name, default in defaults.items():
+        try:
+            found[name] = np.asarray(_in_unit(values.get(name, default), unit_of[name]), dtype=np.float64)
+        except ValueError:
+            allowed = f"a number, or one with a unit: {units.allowed(unit_of[name])}"
+            raise DefinitionError(f"{where}: {name}: {display(values[name])}; allowed: {allowed}") from None
     for name, array in found.items():
         if not np.isfinite(array).all():
             raise DefinitionError(f"{where}: {name}: {array}; allowed: finite numbers")
     return found
 
 
-def _times(times):
+def _in_unit(value, unit: str):
+    """Return a number or a list of numbers, of which each may be text with a unit."""
+    return [units.number(v, unit) for v in value] if isinstance(value, list | tuple) else units.number(value, unit)
+
+
+def instants(times) -> np.ndarray:
+    """Return times, s, ascending; refuse others."""
     times = np.asarray(times, dtype=np.float64)
     if times.ndim != 1 or times.size < 2 or not np.isfinite(times).all() or not (np.diff(times) > 0).all():
         raise DefinitionError("times: allowed: two finite numbers at least, each larger than the one before, in s")

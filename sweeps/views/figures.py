@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 LEAST_SHARED = 4  # fewer pictures are drawn before another process is ready
-FRAME_MILLISECONDS = 60
 MAX_TITLE = 200  # characters, as of a definition's
 MOST_PARTS = 20_000  # of one artist that SVG and PDF draw each by itself
 LARGEST = 1e150  # size of numbers, and of their inverses, of which Matplotlib makes limits and ticks
@@ -71,7 +70,7 @@ def pictures(ds: "xr.Dataset | PlainMap") -> dict[str, Callable[[], Figure | Non
     return {name: _without(ds, draw, None) for name, draw in own(ds).items()}
 
 
-def animations(ds: "xr.Dataset | PlainMap") -> dict[str, Callable[[], list[Image.Image]]]:
+def animations(ds: "xr.Dataset | PlainMap") -> dict[str, Callable[[], Iterator[np.ndarray]]]:
     """Return name → function that draws the frames of each animation of a map."""
     ds = slices.with_all_dimensions(ds)
     if "point" in ds.dims:  # whose motion `point` writes
@@ -104,7 +103,7 @@ def draw_all(
     submit: Callable[..., Future] | None = None,
     meanwhile: Callable[[], None] = lambda: None,
 ) -> Iterator[Path]:
-    """Draw the pictures of a map, and its animations as GIF, and as MP4 and WebM where ffmpeg is at hand.
+    """Draw the pictures of a map, and its animations as GIF; or its animations alone, as films.
 
     Reads only what they show, so a map larger than memory will do. With a worker, which begins at the end of the list,
     this process begins at its front and draws what the worker has not begun.
@@ -201,8 +200,8 @@ def draw_one(
         if name in still:
             path = folder / f"{name}.{kind}"
             return [path.name] if _write(still[name], path, theme) else []
-        animation = folder / f"{name}.gif"
-        return sorted(_moving(animation, kind)) if _animate(animations(ds)[name], animation, theme) else []
+        path = folder / f"{name}.{kind if kind in films.KINDS else 'gif'}"
+        return [path.name] if _animate(animations(ds)[name], path, theme) else []
 
 
 @contextmanager
@@ -220,19 +219,6 @@ def _refusing_what_cannot_be_drawn(ds: "xr.Dataset | PlainMap", picture: str) ->
                     allowed = f"0, and sizes from {1.0 / LARGEST:g} to {LARGEST:g}"
                     raise RefusedError(f"{wrong}; allowed: {allowed}, or other figures (--only)") from None
         raise
-
-
-def _moving(animation: Path, kind: str) -> list[str]:
-    """Names of the files of an animation: its GIF and films, or one film alone."""
-    if kind not in films.KINDS:
-        return [animation.name, *(film.name for film in films.made(animation))]
-    made = [film.name for film in films.made(animation, (kind,))]
-    animation.unlink()
-    if not made:
-        raise RefusedError(
-            f"--format: {kind} cannot be written by the installed ffmpeg; allowed: gif (any other format)"
-        )
-    return made
 
 
 def _named(names: Sequence[str], only: Sequence[str]) -> list[str]:
@@ -270,15 +256,9 @@ def _plain(value: object) -> object:
     return value.replace("$", r"\$") if isinstance(value, str) else value
 
 
-def _animate(frames: Callable[[], list[Image.Image]], path: Path, theme: str) -> bool:
-    with themes.drawing(theme), np.errstate(all="ignore"):
-        pictures = frames()
-    if not pictures:
-        return False
-    with replaced(path) as temporary:
-        first, *others = pictures
-        first.save(temporary, format="GIF", save_all=True, append_images=others, duration=FRAME_MILLISECONDS, loop=0)
-    return True
+def _animate(frames: Callable[[], Iterator[np.ndarray]], path: Path, theme: str) -> bool:
+    with themes.drawing(theme), np.errstate(all="ignore"), films.drawn_for(path):
+        return films.write(frames(), path)
 
 
 def _write(draw: Callable[[], Figure | None], path: Path, theme: str) -> bool:

@@ -1,23 +1,41 @@
-"""Animations as films, MP4 and WebM, where ffmpeg is at hand."""
+"""Animations as files: GIF, and MP4 and WebM where ffmpeg is at hand."""
 
 import shutil
 import subprocess
-from collections.abc import Collection, Iterator, Sequence
+import tempfile
+from collections.abc import Collection, Iterable, Iterator
+from contextlib import contextmanager
+from itertools import chain
 from pathlib import Path
 
+import numpy as np
+from PIL import Image
+
+from sweeps.figure import style
+from sweeps.process.files import replaced
+from sweeps.schema.boxes import changed
 from sweeps.schema.refusals import RefusedError
 
-# even numbers of pixels and this order of colours are what every player shows; three times round
-EVEN = ("-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white", "-pix_fmt", "yuv420p")
-KINDS = {
-    "mp4": (*EVEN, "-movflags", "+faststart"),
-    "webm": (*EVEN, "-c:v", "libvpx-vp9", "-b:v", "0", "-crf", "33", "-deadline", "realtime", "-cpu-used", "6"),
+SOME = 12  # frames from which the colours of a GIF are chosen
+KINDS = {  # even numbers of pixels, 16:9, and this order of colours are what every player shows
+    "mp4": ("-pix_fmt", "yuv420p", "-movflags", "+faststart"),
+    "webm": ("-pix_fmt", "yuv420p", "-c:v", "libvpx-vp9", "-b:v", "0", "-crf", "33", "-deadline", "realtime"),
 }
 
 
 def encoder() -> str | None:
     """Return the path of ffmpeg, None where it is not installed."""
     return shutil.which("ffmpeg")
+
+
+@contextmanager
+def drawn_for(path: str | Path) -> Iterator[None]:
+    """Draw animations of this block for a file: a film, 1920 pixels across, or a GIF."""
+    token = style.film.set(style.HD if Path(path).suffix[1:] in KINDS else style.GIF)
+    try:
+        yield
+    finally:
+        style.film.reset(token)
 
 
 def refuse_unless_made(kind: str, animations: Collection[str]) -> None:
@@ -33,15 +51,69 @@ def refuse_unless_made(kind: str, animations: Collection[str]) -> None:
         raise RefusedError(f"--format: {kind} needs ffmpeg, which was not found; allowed: {allowed}")
 
 
-def made(animation: Path, kinds: Sequence[str] = tuple(KINDS)) -> Iterator[Path]:
-    """Write the film of a GIF in each format that the installed ffmpeg can write, and yield the paths."""
-    called = encoder()
-    for kind in kinds if called else ():
-        film = animation.with_suffix(f".{kind}")
-        command = [called, "-nostdin", "-v", "error", "-y", "-stream_loop", "2", "-i", str(animation)]
-        command += [*KINDS[kind], str(film)]
-        done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, check=False)
-        if done.returncode == 0 and film.is_file() and film.stat().st_size:
-            yield film
-        else:
-            film.unlink(missing_ok=True)  # an ffmpeg without this codec: the GIF is there
+def write(frames: Iterable[np.ndarray], path: str | Path) -> bool:
+    """Write frames as the kind of file that the suffix names, complete or not at all; False where there are none.
+
+    Args:
+        frames: pictures of one size, uint8 of shape (height, width, 4).
+        path: a file that ends in .gif, .mp4 or .webm.
+
+    Raises:
+        RefusedError: for a film that the installed ffmpeg cannot write.
+    """
+    frames = iter(frames)
+    first = next(frames, None)
+    if first is None:
+        return False
+    kind = Path(path).suffix[1:]
+    with replaced(path) as temporary:
+        (_film if kind in KINDS else _gif)(chain([first], frames), temporary, kind)
+    return True
+
+
+def _gif(frames: Iterable[np.ndarray], path: Path, kind: str) -> None:
+    first, *others = _in_few_colors(list(frames))
+    duration = 1000 / style.GIF.rate
+    first.save(path, format="GIF", save_all=True, append_images=others, duration=duration, loop=0)
+
+
+def _film(frames: Iterable[np.ndarray], path: Path, kind: str) -> None:
+    """Feed frames to ffmpeg, on a sheet of 16:9 of the colour of their corner."""
+    frames = iter(frames)
+    first = next(frames)
+    height, width = first.shape[:2]
+    paper = "#{:02x}{:02x}{:02x}".format(*first[0, 0, :3])
+    pad = f"pad={width}:max(ih\\,{width * 9 // 16}):0:(oh-ih)/2:color={paper}"
+    command = [encoder(), "-v", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgba", "-s", f"{width}x{height}"]
+    command += ["-r", f"{style.HD.rate:g}", "-i", "-", "-vf", pad, *KINDS[kind], "-f", kind, str(path)]
+    with tempfile.TemporaryFile() as said:
+        with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=said, stderr=said) as running:
+            try:
+                for frame in chain([first], frames):
+                    running.stdin.write(np.ascontiguousarray(frame))
+            except BrokenPipeError:  # it has ended, and says why
+                pass
+            finally:
+                running.stdin.close()
+        if running.returncode or not path.stat().st_size:
+            raise RefusedError(f"{kind}: cannot be written by the installed ffmpeg; allowed: gif, or an ffmpeg with it")
+
+
+def _in_few_colors(images: list[np.ndarray]) -> list[Image.Image]:
+    """Opaque pictures, shape (height, width, 4), in the same 256 colours: those nearest to 32 steps of a channel."""
+    some = np.concatenate([image[::2, ::2] for image in images[:: max(1, len(images) // SOME)]])
+    palette = Image.fromarray(np.ascontiguousarray(some[..., :3])).quantize(256)
+    steps = np.linspace(0, 255, 32).round().astype(np.uint8)
+    cube = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(1, -1, 3)
+    table = np.asarray(Image.fromarray(cube).quantize(palette=palette, dither=Image.Dither.NONE)).ravel()
+    made, before, frame = [], None, np.empty(images[0].shape[:2], np.uint8)
+    for image in images:
+        whole = image.view("<u4")[..., 0]  # of red, the lowest byte, green and blue the five highest bits each
+        box = changed(before, whole)
+        part = whole[box]
+        frame = frame.copy()
+        frame[box] = table[((part & 0xF8) << 7) | ((part >> 6) & 0x3E0) | ((part >> 19) & 0x1F)]
+        made.append(Image.fromarray(frame, "P"))
+        made[-1].putpalette(palette.getpalette())
+        before = whole
+    return made

@@ -2,6 +2,7 @@
 
 import json
 import math
+from typing import TextIO
 
 from rich.console import Console
 from rich.table import Table
@@ -9,9 +10,9 @@ from rich.table import Table
 STANDARD_OUTPUT_WIDTH = 100  # where it is no terminal
 
 
-def console() -> Console:
-    """Return a console on the standard output."""
-    found = Console(highlight=False, emoji=False, markup=False)
+def console(file: TextIO | None = None) -> Console:
+    """Return a console on the standard output, or on a file."""
+    found = Console(file=file, highlight=False, emoji=False, markup=False)
     if not found.is_terminal:
         found.width = STANDARD_OUTPUT_WIDTH
     return found

@@ -25,7 +25,7 @@ import sys, time
 from pathlib import Path
 import numpy as np
 from PIL import Image
-from sweeps.views import figures
+from sweeps.views import figures, films
 
 at, spent = Path(sys.argv[2] + ".one"), 0.0
 with figures.opened(sys.argv[1]) as ds, np.errstate(all="ignore"):
@@ -38,9 +38,9 @@ with figures.opened(sys.argv[1]) as ds, np.errstate(all="ignore"):
             Image.fromarray(np.asarray(figure.canvas.buffer_rgba())).save(at, format="PNG")
             spent += time.process_time() - begun
     for frames in figures.animations(ds).values():
-        pictures = frames()
+        pictures = list(frames())
         begun = time.process_time()
-        pictures[0].save(at, format="GIF", save_all=True, append_images=pictures[1:], duration=60, loop=0)
+        films.write(pictures, at.with_suffix(".gif"))
         spent += time.process_time() - begun
 print(spent)
 """

@@ -76,7 +76,12 @@ def test_settings_that_numba_cannot_read_are_said_in_a_line(folder, settings):
 
 def test_check_lists_what_ships(capsys):
     assert main(["check", "--list"]) == 0
-    names = [line.split()[0] for line in capsys.readouterr().out.splitlines()]
+    lines = capsys.readouterr().out.splitlines()
+    at = lines[0].index("system")
+    assert all(line[at - 1] == " " for line in lines)  # in columns
+    named = {line.split()[0]: line.split() for line in lines[1:] if not line.startswith(" ")}
+    assert named["tiny"][1:3] == ["rigid_body", "864"]
+    names = list(named)
     assert {"bodies", "breakdown", "symmetric", "tennis_racket", "tiny", "bead_on_hoop"} <= set(names)
     assert names == sorted(names)
     assert main(["check"]) == 0
@@ -169,7 +174,7 @@ def test_help_names_every_command(capsys):
         assert f"\n    {command} " in said
 
 
-@pytest.mark.parametrize("arguments", [[], ["chek"], ["shard", "good.yaml", "one", "2", "-o", "a.nc"], ["merge"]])
+@pytest.mark.parametrize("arguments", [["--no"], ["chek"], ["shard", "good.yaml", "one", "2", "-o", "a.nc"], ["merge"]])
 def test_a_call_that_is_none_leaves_with_2(arguments, capsys):
     with pytest.raises(SystemExit) as left:
         main(arguments)

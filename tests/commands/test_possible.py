@@ -165,11 +165,11 @@ def test_the_twist_of_draws_states_its_perturbation(capsys):
 @pytest.mark.parametrize(
     ("option", "words"),
     [
-        (("--draws", "1e9"), "--draws: 1000000000 is out of range; allowed: a whole number from 64 to 4,000,000"),
-        (("--draws", "10.5"), "--draws: 10.5 is not a whole number; allowed: a whole number from 64 to 4,000,000"),
-        (("--draws", "many"), "--draws: 'many' is not a whole number"),
-        (("--seed", "-1"), "--seed: -1 is out of range"),
-        (("--turns", "inf"), "--turns: "),
+        (("--draws", "1e9"), "draws: 1000000000 is out of range; allowed: a whole number from 64 to 4,000,000"),
+        (("--draws", "10.5"), "draws: 10.5 is not a whole number; allowed: a whole number from 64 to 4,000,000"),
+        (("--draws", "many"), "draws: 'many' is not a whole number"),
+        (("--seed", "-1"), "seed: -1 is out of range"),
+        (("--turns", "inf"), "turns: "),
     ],
 )
 def test_numbers_of_draws_are_refused_in_one_message(capsys, option, words):

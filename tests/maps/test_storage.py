@@ -122,7 +122,7 @@ def test_flags_and_units_reach_the_file(tiny_map):
         assert file["regime"].flag_values.dtype == file["regime"].dtype == np.int8
         assert np.isnan(file["growth_rate"]._FillValue)
         assert "_FillValue" not in file["I1"].ncattrs()  # CF-1.11, section 2.5.1: coordinates are never missing
-        assert file.history.endswith("python -m sweeps")
+        assert file.history.endswith("polhode")
 
 
 # Shards that do not make a map

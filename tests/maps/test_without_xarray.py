@@ -127,7 +127,7 @@ def test_a_part_is_written_as_xarray_writes_it(both, tmp_path):
     found = [xr.open_dataset(tmp_path / name).load() for name in ("0.nc", "1.nc", "xarray.nc")]
     assert found[0].attrs["content_hash"] in hashes
     for one in found:
-        assert "python -m sweeps part\n" in one.attrs["history"] or one is found[-1]
+        assert "polhode part\n" in one.attrs["history"] or one is found[-1]
         for variable in (one, *one.variables.values()):
             for name in ("history", "content_hash", "sha256"):
                 variable.attrs.pop(name, None)

@@ -5,9 +5,10 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from sweeps.points import tables, units
+from sweeps.points import tables
 from sweeps.points.loading import read
 from sweeps.reading import tables as formats
+from sweeps.schema import units
 from sweeps.schema.refusals import DefinitionError
 
 ROWS = np.random.default_rng(0).uniform([0.5, 0.5, 0.1], [1.5, 1.0, 9.0], (40_000, 3))  # more than a block of rows
@@ -291,7 +292,33 @@ def test_a_table_that_is_not_there_is_refused(tmp_path):
         ("deg", "rad", np.pi / 180),
         ("furlong", "rad s-1", None),
         ("kg", "m", None),
+        ("turn/s", "rad s-1", 2 * np.pi),
+        ("rad h^-1", "rad s-1", 1 / 3600),
+        ("rad", "degree", 180 / np.pi),
+        ("g/cm³", "kg m-3", 1000.0),
+        ("km/h", "m s-1", 1 / 3.6),
+        ("N m", "kg m2 s-2", 1.0),
+        ("rad s-1", "s-1", None),
     ],
 )
 def test_units(unit, wanted, factor):
     assert units.factor(unit, wanted) == factor
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "number"),
+    [
+        ("30 rpm", "rad s-1", np.pi),
+        ("30rpm", "rad s-1", np.pi),
+        ("−2 deg/s", "rad s-1", -2 * (np.pi / 180)),
+        ("12 kg cm²", "kg m2", 0.0012),  # rounded once
+        ("5 %", "1", 0.05),
+        ("1e999 h", "s", np.inf),
+        ("2 min", "h", 2 / 60),
+        ("1e3", "m", "1e3"),  # a quoted number stays text
+        ("fast", "m", "fast"),
+        (2, "m", 2),
+    ],
+)
+def test_numbers_with_units(text, unit, number):
+    assert units.number(text, unit) == number

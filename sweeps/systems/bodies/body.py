@@ -17,8 +17,10 @@ from sweeps.schema.values import (
     Prose,
     ascending,
     choice,
+    converted,
     different,
     finite,
+    in_unit,
     line_of_text,
     not_empty,
 )
@@ -48,7 +50,7 @@ def _tensor(value: object) -> tuple[tuple[float, ...], ...]:
     rows = value if isinstance(value, tuple | list) else ()
     if len(rows) != 3 or not all(isinstance(row, tuple | list) and len(row) == 3 for row in rows):
         raise refusal("is not a tensor of inertia", _ROWS)
-    return tuple(tuple(finite(entry, _ROWS) for entry in row) for row in rows)
+    return tuple(tuple(finite(converted(entry, "kg m2"), _ROWS) for entry in row) for row in rows)
 
 
 def _mesh_name(name: str) -> str:
@@ -63,8 +65,10 @@ class Mesh(Strict):
     file: Annotated[str, line_of_text(1000), AfterValidator(_mesh_name)] = Field(
         description="an STL, OBJ, PLY or OFF file, its path relative to the definition's"
     )
-    density: Positive = Field(default=None, description="density, kg m-3: finite, > 0")
-    mass: Positive = Field(default=None, description="mass of the whole body, kg, in place of density: finite, > 0")
+    density: in_unit("kg m-3", Positive) = Field(default=None, description="density, kg m-3: finite, > 0")
+    mass: in_unit("kg", Positive) = Field(
+        default=None, description="mass of the whole body, kg, in place of density: finite, > 0"
+    )
     unit: Annotated[str, choice(tuple(inertia.UNITS))] = Field(
         "m", description="unit of length of the file: " + ", ".join(inertia.UNITS)
     )
@@ -84,9 +88,9 @@ class Body(Strict):
     name: Annotated[str, line_of_text(100)] = Field(
         description="the body's name, unique in the sweep: one line of text, at most 100 characters"
     )
-    I1: Moment = Field(default=None, description="moment of inertia about axis 1, kg m2: finite, > 0")
-    I2: Moment = Field(default=None, description="moment of inertia about axis 2, kg m2: finite, > 0")
-    I3: Moment = Field(default=None, description="moment of inertia about axis 3, kg m2: finite, > 0")
+    I1: in_unit("kg m2", Moment) = Field(default=None, description="moment of inertia about axis 1, kg m2: finite, > 0")
+    I2: in_unit("kg m2", Moment) = Field(default=None, description="moment of inertia about axis 2, kg m2: finite, > 0")
+    I3: in_unit("kg m2", Moment) = Field(default=None, description="moment of inertia about axis 3, kg m2: finite, > 0")
     ratios: Ratios = Field(default=None, description="{I1, I2, I3} in place of moments, in any one unit")
     tensor: Annotated[tuple, BeforeValidator(_tensor)] = Field(
         default=None,

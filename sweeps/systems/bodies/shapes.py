@@ -22,6 +22,7 @@ import numpy as np
 from pydantic import Field
 
 from kernels.triangle import triangle_margin
+from sweeps.schema import units
 from sweeps.schema.parameters import Quantity, Range, entry, range_model
 from sweeps.schema.refusals import UnreadableError, display
 from sweeps.schema.strict import Strict
@@ -76,7 +77,7 @@ class _Ratios:
         for at, entries in ((where, given), (("grid",), {"I3": grid["I3"]})):
             self._refuse_lists(values, at, entries)
         ends = {"I1": (max(least, LEAST), most), "I2": (1 - most * (1 - low), 1 - least * (1 - high))}
-        smallest, greatest = _ends(grid["I3"], np.inf, (1.0, 1.0))
+        smallest, greatest = _ends(grid["I3"], np.inf, (1.0, 1.0), "kg m2")
         scaled = {name: (a * smallest, b * greatest) for name, (a, b) in ends.items()}
         return grid | {n: {"start": a, "stop": b, "num": 2} if a < b else a for n, (a, b) in scaled.items()}
 
@@ -105,11 +106,12 @@ class _Ratios:
         return triangle_margin(*(columns[name] for name in ("I1", "I2", "I3"))) < 0
 
 
-def _ends(entry: object, most: float, else_: tuple[float, float]) -> tuple[float, float]:
+def _ends(entry: object, most: float, else_: tuple[float, float], unit: str = "1") -> tuple[float, float]:
     """Least and greatest value of an entry, from 0 to `most`; of one that will be refused, something."""
     if isinstance(entry, dict):
         entry = (entry.get("start"), entry.get("stop"))
     entry = entry if isinstance(entry, tuple) else (entry,)
+    entry = [units.read(value, unit) for value in entry]
     found = [v for v in entry if isinstance(v, int | float) and not isinstance(v, bool) and 0 <= v <= most]
     return (float(min(found)), float(max(found))) if found else else_
 

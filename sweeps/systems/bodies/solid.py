@@ -4,6 +4,7 @@ With unit mass, the mean square of coordinate i over the body is ``S_i = (I_j + 
 along the axes until its own mean squares are S_i, has the moments I_i.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -41,6 +42,13 @@ def solid(moments: np.ndarray) -> list[Face]:
     faces = _racket(squares) if looks_like_racket(squares) else _box(squares)
     reach = max(np.linalg.norm(face.corners, axis=1).max() for face in faces)
     return [face._replace(corners=face.corners / reach) for face in faces]
+
+
+def of_mesh(vertices: Sequence[int], triangles: Sequence[int]) -> list[Face]:
+    """Return the faces of a surface from three coordinates of each vertex and three numbers of each triangle."""
+    corners = np.reshape(np.asarray(vertices, float), (-1, 3))[np.reshape(triangles, (-1, 3))]
+    reach = np.linalg.norm(corners, axis=2).max()
+    return [_face(one / reach, EDGE) for one in corners]
 
 
 def _face(corners, color, veil: float = 1.0) -> Face:

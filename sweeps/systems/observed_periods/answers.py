@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sweeps.schema import units
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems.bodies import shapes
 from sweeps.systems.observed_periods.variables import EXCLUDED, WORDS
@@ -25,21 +26,22 @@ class TwoPeriods:
         unit: s, h or d.
     """
 
-    P_psi: float
-    P_phi: float
+    P_psi: float | str
+    P_phi: float | str
     sigma_psi: float = 0.0
     sigma_phi: float = 0.0
     unit: str = "h"
 
     def __post_init__(self):
-        for name, value in (("P-psi", self.P_psi), ("P-phi", self.P_phi)):
-            if not (math.isfinite(value) and value > 0):
-                raise DefinitionError(f"--{name}: {value!r} is out of range; allowed: a finite number > 0")
-        for name, value in (("sigma-psi", self.sigma_psi), ("sigma-phi", self.sigma_phi)):
-            if not (math.isfinite(value) and value >= 0):
-                raise DefinitionError(f"--{name}: {value!r} is out of range; allowed: a finite number, 0 or more")
         if self.unit not in UNITS:
-            raise DefinitionError(f"--unit: {self.unit!r} is not available; allowed: {', '.join(UNITS)}")
+            raise DefinitionError(f"unit: {self.unit!r} is not available; allowed: {', '.join(UNITS)}")
+        for name in ("P_psi", "P_phi", "sigma_psi", "sigma_phi"):
+            value = units.read(given := getattr(self, name), self.unit)
+            least, allowed = (0, "0 or more") if "sigma" in name else (5e-324, "> 0")
+            if not (isinstance(value, int | float) and math.isfinite(value) and value >= least):
+                wrong = f"{name}: {given!r} is out of range or in an unknown unit"
+                raise DefinitionError(f"{wrong}; allowed: a finite number, {allowed}, in {units.allowed(self.unit)}")
+            object.__setattr__(self, name, float(value))
 
     @property
     def seconds(self) -> dict[str, float]:

@@ -1,6 +1,6 @@
 """Presentation of a system's maps: figures, animations, page, and how flags and parameters look."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -10,9 +10,9 @@ from sweeps.systems.presentation.look import Look
 from sweeps.systems.system import Dynamics
 
 if TYPE_CHECKING:
+    import numpy as np
     import xarray as xr
     from matplotlib.figure import Figure
-    from PIL.Image import Image
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ class Presentation:
 
         return {"points": partial(cloud.draw, ds, self.system.layout().variables, self.look)}
 
-    def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], list[Image]]]":
+    def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Iterator[np.ndarray]]]":
         """Return name → function that draws the frames of each animation of a map."""
         return {}
 

@@ -12,7 +12,6 @@ from sweeps.systems.rigid_body.definition import NearAxisDefinition, SpunBody
 from sweeps.systems.rigid_body.spins import Spin, in_words, spins, twist_of
 
 DEFAULTS = {"omega0": 1.0, "epsilon": 1e-6, "phase": 0.6}  # rad s-1, relative, rad
-WAYS = ("moments", "ratios", "tensor", "mesh")
 
 
 def bodies(definition: Definition, path: object) -> dict[str, SpunBody]:
@@ -28,27 +27,9 @@ def bodies(definition: Definition, path: object) -> dict[str, SpunBody]:
     return {body.name: body for body in found}
 
 
-def entry(asked: Mapping[str, object]) -> dict:
-    """Return the entry of a definition for a body given by its numbers or its mesh.
-
-    Args:
-        asked: one of `WAYS` → three, three or nine numbers or a file's name; density, mass (or None) and unit of a
-            mesh.
-    """
-    values: dict = {"name": asked["mesh"] or "your body"}
-    if asked["moments"]:
-        return values | dict(zip(MOMENTS, asked["moments"], strict=True))
-    if asked["ratios"]:
-        return values | {"ratios": dict(zip(MOMENTS, asked["ratios"], strict=True))}
-    if asked["tensor"]:
-        return values | {"tensor": [asked["tensor"][i : i + 3] for i in (0, 3, 6)]}
-    mesh = {"file": asked["mesh"]} | {name: asked[name] for name in ("density", "mass", "unit")}
-    return values | {"mesh": {key: value for key, value in mesh.items() if value is not None}}
-
-
 def checked(values: Mapping, asked: Mapping[str, object], load: Callable[[Mapping], Definition]) -> SpunBody:
     """Return a body checked by the rules of a definition, with its requested spin; refusals name the key."""
-    own = {name: asked[name] for name in DEFAULTS if asked[name] is not None}
+    own = {name: asked[name] for name in DEFAULTS if asked.get(name) is not None}
     try:
         body = load({"bodies": [values | own], "grid": {} if "omega0" in own else {"omega0": 1.0}}).bodies[0]
     except DefinitionError as refused:
@@ -61,14 +42,14 @@ def checked(values: Mapping, asked: Mapping[str, object], load: Callable[[Mappin
     return body
 
 
-def check_spin(name: str, asked: Mapping[str, object], load: Callable[[Mapping], Definition]) -> None:
-    """Check the requested spin of a named body."""
-    checked({"name": name, "ratios": dict.fromkeys(MOMENTS, 1.0)}, asked, load)
+def check_spin(name: str, asked: Mapping[str, object], load: Callable[[Mapping], Definition]) -> SpunBody:
+    """Check the requested spin of a named body, and return a body that has it."""
+    return checked({"name": name, "ratios": dict.fromkeys(MOMENTS, 1.0)}, asked, load)
 
 
-def setting(body: SpunBody, asked: Mapping[str, object]) -> dict[str, float]:
+def setting(requested: SpunBody, body: SpunBody) -> dict[str, float]:
     """Return spin rate and perturbation: as requested, else the body's own, else `DEFAULTS`."""
-    ways = {name: (asked[name], getattr(body, name), default) for name, default in DEFAULTS.items()}
+    ways = {name: (getattr(requested, name), getattr(body, name), default) for name, default in DEFAULTS.items()}
     return {name: next(value for value in values if value is not None) for name, values in ways.items()}
 
 
@@ -114,7 +95,7 @@ def axis_of(value: object) -> int | None:
         DefinitionError: for what is no axis.
     """
     if value not in (None, 1, 2, 3):
-        raise DefinitionError(f"body: --axis: {display(value)} is out of range; allowed: 1, 2 or 3")
+        raise DefinitionError(f"body: axis: {display(value)} is out of range; allowed: 1, 2 or 3")
     return None if value is None else int(value)
 
 

@@ -8,7 +8,7 @@ from sweeps.schema.definition import Integration
 from sweeps.schema.parameters import grid_model
 from sweeps.schema.refusals import Problem, display, hint, keys_of, refusals
 from sweeps.schema.strict import Strict
-from sweeps.schema.values import Axis, Epsilon, Phase, Positive, choice, different, line_of_text, not_empty
+from sweeps.schema.values import Axis, Epsilon, Phase, Positive, choice, different, in_unit, line_of_text, not_empty
 from sweeps.schema.variables import Variable
 from sweeps.systems.bodies.body import AXES, BODIES, Axes, BodiesDefinition, Body, list_of
 from sweeps.systems.bodies.once import PROPAGATORS
@@ -29,11 +29,15 @@ class Observed(Strict):
 class SpunBody(Body):
     """One real body, and how it spins."""
 
-    omega0: SignedSpin = Field(default=None, description="spin rate of this body, rad s-1: 1e-150 ≤ |omega0| ≤ 1e150")
-    epsilon: Epsilon = Field(
+    omega0: in_unit("rad s-1", SignedSpin) = Field(
+        default=None, description="spin rate of this body, rad s-1: 1e-150 ≤ |omega0| ≤ 1e150"
+    )
+    epsilon: in_unit("1", Epsilon) = Field(
         default=None, description="size of the perturbation of this body, relative: 0 < epsilon < 1"
     )
-    phase: Phase = Field(default=None, description="direction of the perturbation of this body, rad: finite")
+    phase: in_unit("rad", Phase) = Field(
+        default=None, description="direction of the perturbation of this body, rad: finite"
+    )
     axis: Axis = Field(default=None, description="the axis it spins about in nature: 1, 2 or 3")
     observed: Observed = Field(default=None, description="observed motion: {period_days, what}")
 

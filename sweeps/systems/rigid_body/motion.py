@@ -33,11 +33,10 @@ def start(point: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
     return moments, omega
 
 
-def _span(point: Mapping[str, float], rotation: float) -> float:
-    """Two flips, or two wobble periods, s; four rotations where neither ends within MOST_ROTATIONS."""
-    moments, omega = start(point)
+def span_of(moments: np.ndarray, omega: np.ndarray, rotation: float) -> float:
+    """Return the time of two flips, or two wobble periods, s; four rotations where neither ends in MOST_ROTATIONS."""
     top = exact.set_up(*moments, *omega)
-    flips = exact.max_tilt(top, int(point["axis"])) > 0.5 * math.pi
+    flips = exact.max_tilt(top, int(np.abs(omega).argmax()) + 1) > 0.5 * math.pi
     return span((1 if flips else 2) * exact.period(top), rotation)
 
 
@@ -59,5 +58,5 @@ def motion(point: Mapping[str, float], duration: float | None, samples: int | No
 
     moments, omega = start(point)
     rotation = 2 * math.pi / np.abs(omega).max()
-    times = instants(_span(point, rotation) if duration is None else duration, samples, rotation)
+    times = instants(span_of(moments, omega, rotation) if duration is None else duration, samples, rotation)
     return xr.Dataset(columns(moments, omega, times, tolerance), {"time": time(times, "the perturbation")})

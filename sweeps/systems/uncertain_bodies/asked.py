@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from sweeps.reading.definitions import plain, read_text
-from sweeps.schema.refusals import DefinitionError, UnreadableError, display
-from sweeps.systems.bodies import wording
+from sweeps.schema.refusals import DefinitionError, UnreadableError
+from sweeps.systems.bodies import entries, wording
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.rigid_body.definition import SpunBody
 from sweeps.systems.uncertain_bodies import designs, measuring
@@ -42,28 +42,10 @@ def definition_of(bodies: object, uncertainty: object, omega0: float, more: Mapp
     """Return the mapping of a definition from the arguments of `sweeps.uncertainty`."""
     listed = [bodies] if isinstance(bodies, Mapping) else bodies
     if not (isinstance(listed, list | tuple) and listed and all(isinstance(body, Mapping) for body in listed)):
-        listed = [{"name": "body"} | _of_numbers(bodies)]
+        listed = [{"name": "body"} | entries.entry(bodies)]
     grid = dict(more.get("grid", {}))
     listed = [body if "omega0" in body or "omega0" in grid else {**body, "omega0": omega0} for body in listed]
     return {"bodies": listed, "uncertainty": uncertainty, **more}
-
-
-def _of_numbers(numbers: object) -> dict:
-    """A body's moments or tensor, from numbers of any kind of array.
-
-    Raises:
-        DefinitionError: for what is neither.
-    """
-    allowed = "three moments, a tensor of 3 rows of 3, a body's mapping, or a list of mappings"
-    try:
-        values = np.asarray(numbers, dtype=np.float64)
-    except (TypeError, ValueError):
-        values = np.empty(0)
-    if values.shape == (3,):
-        return dict(zip(MOMENTS, values.tolist(), strict=True))
-    if values.shape == (3, 3):
-        return {"tensor": values.tolist()}
-    raise DefinitionError(f"bodies: {display(numbers)} is not a body; allowed: {allowed}")
 
 
 def entry_of(body: SpunBody) -> dict:
@@ -85,25 +67,23 @@ def definition(
 
     Args:
         entry: the body, as in a definition.
-        given: uncertainty (text), axis, and `OPTIONS`, each None where it was not given.
+        given: uncertainty (text of YAML, or its value), axis, and `OPTIONS`, each None where it was not given.
         spun: omega0, epsilon and phase.
         load: reads a definition.
     """
     try:
-        uncertainty = plain(read_text(str(given["uncertainty"])))
+        uncertainty = given["uncertainty"]
+        uncertainty = plain(read_text(uncertainty)) if isinstance(uncertainty, str) else uncertainty
     except UnreadableError as unreadable:
-        raise DefinitionError(f"body: --uncertainty: {unreadable.problem}") from None
+        raise DefinitionError(f"body: uncertainty: {unreadable.problem}") from None
     values = {"bodies": [{**entry, "uncertainty": uncertainty, **spun}]}
     values |= {name: given[name] for name in OPTIONS if given[name] is not None}
     values |= {"axes": [given["axis"]]} if given["axis"] is not None else {}
     try:
         return load(values)
     except DefinitionError as refused:
-        text = str(refused).replace("definition: bodies[0].uncertainty", "body: --uncertainty")
-        for name in OPTIONS:
-            text = text.replace(f"definition: {name}:", f"body: --{name}:")
-        text = text.replace("definition: axes[0]:", "body: --axis:")
-        raise DefinitionError(text.replace("definition: bodies[0].", "body: ")) from None
+        text = str(refused).replace("definition: bodies[0].", "body: ").replace("definition: axes[0]:", "body: axis:")
+        raise DefinitionError(text.replace("definition: ", "body: ")) from None
 
 
 def answer(found: UncertainDefinition, threads: int = 1) -> Answer:

@@ -1,6 +1,5 @@
 """What a definition of uncertain bodies may say: how well each body is known, and how it is drawn."""
 
-import re
 from functools import cached_property
 from typing import Annotated, Any
 
@@ -10,7 +9,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from sweeps.schema.definition import Integration
 from sweeps.schema.refusals import Problem, display, keys_of, refusal, refusals
 from sweeps.schema.strict import Strict
-from sweeps.schema.values import Positive, choice, finite, number, whole
+from sweeps.schema.values import Positive, choice, converted, finite, number, whole
 from sweeps.systems.bodies import shapes
 from sweeps.systems.bodies.body import list_of
 from sweeps.systems.rigid_body.definition import NearAxisDefinition, SpunBody
@@ -24,13 +23,7 @@ MOST_SEED = 2**63 - 1
 
 def share(value: Any) -> float:
     """Return a relative standard deviation from 0.05 or "5 %"."""
-    found = re.fullmatch(r"\s*([0-9.eE+-]+)\s*%\s*", value) if isinstance(value, str) else None
-    if found:
-        try:
-            value = float(found[1]) / 100
-        except ValueError:
-            raise refusal("is not a fraction", SHARE) from None
-    amount = finite(value, SHARE)
+    amount = finite(converted(value, "1"), SHARE)
     if not 0 <= amount < 1:
         raise refusal(f"is {100 * amount:.6g} %" if amount > 0 else "is negative", SHARE)
     return amount
@@ -62,7 +55,7 @@ def _phase(value: Any) -> float | str:
     if value == known.ANY:
         return value
     allowed = f"a standard deviation ≥ 0 in rad, or {known.ANY}"
-    amount = finite(value, allowed)
+    amount = finite(converted(value, "rad"), allowed)
     if amount < 0:
         raise refusal("is negative", allowed)
     return amount

@@ -1,6 +1,6 @@
 """Presentation of small oscillations."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -9,9 +9,9 @@ from sweeps.systems.oscillator.system import ANIMATED
 from sweeps.systems.presentation import Page, Presentation
 
 if TYPE_CHECKING:
+    import numpy as np
     import xarray as xr
     from matplotlib.figure import Figure
-    from PIL.Image import Image
 
 
 class OscillatorPresentation(Presentation):
@@ -32,7 +32,7 @@ class OscillatorPresentation(Presentation):
 
         return {"oscillations": partial(figure.draw, ds), "theory_against_measured": partial(figure.draw_agreement, ds)}
 
-    def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], list[Image]]]":
+    def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Iterator[np.ndarray]]]":
         """Return animations of the bead on a hoop and of pendulums near a stable and an unstable equilibrium."""
         if self.system.name not in ANIMATED:
             return {}

@@ -6,6 +6,7 @@ equations, by the integrator that measures the map, at the grid's point nearest 
 """
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -14,7 +15,6 @@ import sympy as sp
 import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from PIL import Image
 
 from sweeps.figure import colors, style
 from sweeps.mechanics import motions
@@ -61,8 +61,8 @@ class Run:
     duration: float
 
 
-def frames(ds: xr.Dataset, name: str, model: "Model") -> list[Image.Image]:
-    """Return the frames of the animation; none without a stable and an unstable equilibrium.
+def frames(ds: xr.Dataset, name: str, model: "Model") -> Iterator[np.ndarray]:
+    """Yield the frames of the animation, shape (height, width, 4); none without a stable and an unstable equilibrium.
 
     Args:
         ds: a map of the system.
@@ -73,15 +73,15 @@ def frames(ds: xr.Dataset, name: str, model: "Model") -> list[Image.Image]:
     here = ds.sel(point).isel({d: 0 for d in ds["regime"].dims if d not in {*point, "equilibrium", "mode"}})
     runs = [run for regime in COLORS if (run := _run(here, SHOWN[name][regime], regime, model)) is not None]
     if not runs:
-        return []
+        return
     duration = max(run.duration for run in runs)
     start = np.array([[*(run.place + run.shift), *np.zeros(run.place.size)] for run in runs])
-    times = np.linspace(0.0, duration, FRAMES * FINER + 1)
+    times = np.linspace(0.0, duration, FRAMES * style.film.get().finer * FINER + 1)
     given = [np.full(len(runs), value) for value in point.values()]
     states, _, _ = motions.solved(model.moving, given, start, np.tile(times, (len(runs), 1)), TOLERANCE)
     if not np.isfinite(states).all():
-        return []
-    return _drawn(ds, name, model, point, runs, states[:, :, : model.equations.m], times)
+        return
+    yield from _drawn(ds, name, model, point, runs, states[:, :, : model.equations.m], times)
 
 
 def _nearest(values: xr.DataArray, wanted: float) -> float:
@@ -111,7 +111,8 @@ def _run(here: xr.Dataset, names: tuple[str, ...], regime: str, model: "Model") 
 
 
 def _drawn(ds, name, model, point, runs, q, times):
-    figure = Figure(figsize=INCHES, dpi=DOTS, facecolor="white")
+    film = style.film.get()
+    figure = Figure(figsize=INCHES, dpi=film.dots(INCHES, DOTS), facecolor="white")
     FigureCanvasAgg(figure)
     words = _settings(model, point)
     figure.text(0.03, 0.965, model.system.title, fontsize=11, fontweight="bold", va="top")
@@ -125,25 +126,17 @@ def _drawn(ds, name, model, point, runs, q, times):
     parts = [_bodies(name, scene, model, point, runs), _curve(name, curve, ds, model, point, runs)]
     clock = scene.text(1.2, -1.2, "", fontsize=8.5, ha="right", color=colors.INK, animated=True)
     figure.canvas.draw()  # what stands still, drawn once
-    still, images = figure.canvas.copy_from_bbox(figure.bbox), []
+    still = figure.canvas.copy_from_bbox(figure.bbox)
     digits = max(0, 2 - math.floor(math.log10(times[-1])))
-    for k in range(FRAMES):
+    for k in range(FRAMES * film.finer):
         figure.canvas.restore_region(still)
         clock.set_text(f"t = {times[k * FINER]:.{digits}f} s" if digits < 5 else f"t = {times[k * FINER]:.2e} s")
-        moved = [artist for part in parts for artist in part(q[:, max(0, k - TRAIL) * FINER : k * FINER + 1])]
+        moved = [
+            artist for part in parts for artist in part(q[:, max(0, k - TRAIL * film.finer) * FINER : k * FINER + 1])
+        ]
         for artist in (*moved, clock):
             artist.axes.draw_artist(artist)
-        images.append(Image.fromarray(np.array(figure.canvas.buffer_rgba())[..., :3]))
-    palette = _white(images[FRAMES // 2].quantize(128))
-    return [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
-
-
-def _white(palette):
-    """The same few colours, with white for what is nearly white."""
-    table = np.array(palette.getpalette()).reshape(-1, 3)
-    table[table.min(axis=1) > 245] = 255
-    palette.putpalette(table.ravel().tolist())
-    return palette
+        yield np.array(figure.canvas.buffer_rgba())
 
 
 def _settings(model, point):

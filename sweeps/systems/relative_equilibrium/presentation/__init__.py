@@ -1,6 +1,6 @@
 """Presentation of relative equilibria."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -9,9 +9,9 @@ from sweeps.systems.presentation import Page, Presentation
 from sweeps.systems.relative_equilibrium.presentation.look import LOOK
 
 if TYPE_CHECKING:
+    import numpy as np
     import xarray as xr
     from matplotlib.figure import Figure
-    from PIL.Image import Image
 
 
 _PAGE = Path(__file__).parent / "page"
@@ -33,7 +33,7 @@ class RelativeEquilibriumPresentation(Presentation):
 
         return {"stability": partial(figure.draw, ds), "theory_against_measured": partial(figure.draw_agreement, ds)}
 
-    def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], list[Image]]]":
+    def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Iterator[np.ndarray]]]":
         """Return the animation of the flat spin of a body with a viscous slug."""
         from sweeps.systems.relative_equilibrium.presentation import figure_flat_spin
 

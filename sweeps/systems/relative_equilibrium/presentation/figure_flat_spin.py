@@ -5,13 +5,13 @@ angle from that axis beside the growth of linear theory, which knows no end. Exp
 """
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 import sympy as sp
 import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from PIL import Image
 
 from sweeps.figure import colors, style
 
@@ -27,17 +27,17 @@ NAMES = ("transverse_moment", "axial_moment", "slug_moment", "drag", "rotor_mome
 TOWARDS = np.array([0.75, -0.5, 0.45])  # where the viewer stands
 
 
-def frames(ds: xr.Dataset) -> list[Image.Image]:
-    """Return the frames of the animation; none where no slender body without a rotor grows.
+def frames(ds: xr.Dataset) -> Iterator[np.ndarray]:
+    """Yield the frames of the animation, shape (height, width, 4); none where no slender body without a rotor grows.
 
     Args:
         ds: a map of `viscous_slug`.
     """
     point = fastest(ds)
     if point is None:
-        return []
+        return
     times, momenta = followed(point)
-    return _drawn(point, times, momenta)
+    yield from _drawn(point, times, momenta)
 
 
 def fastest(ds: xr.Dataset) -> dict[str, float] | None:
@@ -81,7 +81,7 @@ def followed(point: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
     run = solve_ivp(
         lambda t, x: rates(x), (0.0, end), start, "DOP853", rtol=1e-9, atol=1e-12, events=flat, dense_output=True
     )
-    times = np.linspace(0.0, run.t[-1], FRAMES * FINER + 1)
+    times = np.linspace(0.0, run.t[-1], FRAMES * style.film.get().finer * FINER + 1)
     x = run.sol(times)
     return times, (moments[:, None] * x[:3] + slug * x[3:]).T
 
@@ -92,7 +92,8 @@ def angle(momenta: np.ndarray) -> np.ndarray:
 
 
 def _drawn(point, times, momenta):
-    figure = Figure(figsize=INCHES, dpi=DOTS, facecolor="white")
+    film = style.film.get()
+    figure = Figure(figsize=INCHES, dpi=film.dots(INCHES, DOTS), facecolor="white")
     FigureCanvasAgg(figure)
     figure.text(0.03, 0.95, "A slender body ends in a flat spin", fontsize=11, fontweight="bold", va="top")
     moments = f"{style.number(point['axial_moment'], 3)} of {style.number(point['transverse_moment'], 3)} kg m²"
@@ -110,18 +111,16 @@ def _drawn(point, times, momenta):
     look = {"color": colors.INK, "markersize": 5, "animated": True}
     (dot,), (tip,) = curve.plot([], [], "o", **look), ball.plot([], [], "o", **look)
     figure.canvas.draw()  # what stands still, drawn once
-    still, images = figure.canvas.copy_from_bbox(figure.bbox), []
-    for k in range(FRAMES + 1):
+    still = figure.canvas.copy_from_bbox(figure.bbox)
+    for k in range(FRAMES * film.finer + 1):
         at = k * FINER
-        path.set_data(*place[max(0, at - TRAIL * FINER) : at + 1].T)
+        path.set_data(*place[max(0, at - TRAIL * film.finer * FINER) : at + 1].T)
         dot.set_data([times[at]], [told[at]])
         tip.set_data(*place[at : at + 1].T)
         figure.canvas.restore_region(still)
         for artist in (path, dot, tip):
             artist.axes.draw_artist(artist)
-        images.append(Image.fromarray(np.array(figure.canvas.buffer_rgba())[..., :3]))
-    palette = images[-1].quantize(256)
-    return [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
+        yield np.array(figure.canvas.buffer_rgba())
 
 
 def _ball(ax, momenta):

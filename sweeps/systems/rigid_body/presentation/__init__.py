@@ -1,6 +1,6 @@
 """Presentation of free rigid bodies."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -9,9 +9,9 @@ from sweeps.systems.rigid_body.presentation.look import LOOK
 from sweeps.systems.rigid_body.spread import SHAPE, is_grid, is_of_shapes
 
 if TYPE_CHECKING:
+    import numpy as np
     import xarray as xr
     from matplotlib.figure import Figure
-    from PIL.Image import Image
 
 
 LEAST_NUDGES = 6  # sizes of the perturbation that the figure of a power law needs
@@ -76,7 +76,7 @@ class RigidBodyPresentation(Presentation):
         triangle, agreement = partial(figure_triangle.draw, ds), partial(figure_agreement.draw, ds)
         return {"triangle": triangle, **super().figures_of_points(ds), "theory_against_measured": agreement}
 
-    def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], list[Image]]]":
+    def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Iterator[np.ndarray]]]":
         """Return the animation of one flip of the most unstable possible body."""
         from sweeps.systems.rigid_body.presentation import figure_flip
 

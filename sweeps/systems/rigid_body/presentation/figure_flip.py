@@ -4,7 +4,8 @@ The angular momentum L stands upright; the angular velocity goes round it, and t
 axis of least moment. Attitude and angular velocity are those of the closed forms.
 """
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -15,13 +16,13 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.path import Path
 from matplotlib.textpath import TextPath
 from matplotlib.transforms import Affine2D
-from PIL import Image
 
 from kernels import exact
 from kernels.rigid_body import cyclic
 from sweeps.figure import colors, style
-from sweeps.schema.boxes import along, blocks, changed, dimensions, nearest_by
-from sweeps.systems.bodies.solid import Face
+from sweeps.schema.boxes import along, blocks, dimensions, nearest_by
+from sweeps.systems.bodies import outline as outlines
+from sweeps.systems.bodies.solid import Face, of_mesh
 from sweeps.systems.bodies.solid import solid as solid_of
 from sweeps.systems.rigid_body.presentation.look import settings
 
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 
 BLOCK_POINTS = 2**18  # of a map that are looked at together
 FRAMES = 90
-INCHES = (4.8, 4.6)
+INCHES, WIDE = (4.8, 4.6), (9.6, 5.4)  # of a GIF and of a film
 DOTS = 100  # per inch
 TOWARDS = np.array([0.78, -0.52, 0.35])  # where the viewer stands
 LIGHT = np.array([0.35, -0.2, 0.91])
@@ -38,6 +39,7 @@ RACKET = {"I1": 0.00121, "I2": 0.01638, "I3": 0.01748, "axis": 2}  # Brody 1985:
 PARAMETERS = ("I1", "I2", "I3", "axis", "omega0", "epsilon", "phase")
 THROW = 10.0  # rad/s, near which it is thrown
 TRAIL = 24  # frames
+SHOWN_SECONDS = (6.0, 20.0)  # of a film: motions are shown in real time where they take as long
 FINER = 8  # points of the trail a frame
 MOST_ROTATIONS = 8.0  # of a picture: slower flips are shown from just before to just after
 COMPONENTS = tuple(colors.SERIES_COLORS[:3])
@@ -123,35 +125,67 @@ def _upright(L: np.ndarray) -> np.ndarray:
     return np.stack([x, np.cross(z, x), z])
 
 
-def frames(ds: "xr.Dataset") -> list[Image.Image]:
-    """Return the frames of one flip of the racket, or of the most unstable body; none where nothing flips.
+def frames(ds: "xr.Dataset") -> Iterator[np.ndarray]:
+    """Yield the frames of one flip of the racket, or of the most unstable body; none where nothing flips.
 
     Args:
         ds: a map of rigid bodies.
     """
     point = racket(ds) or most_unstable(ds)
     if point is None:
-        return []
+        return
     moments, omega = np.array([point[name] for name in ("I1", "I2", "I3")]), start(point)
     period = exact.flip_period(exact.set_up(*moments, *omega))
     if not np.isfinite(period):
-        return []
+        return
     try:
         times = _window(moments, omega, int(point["axis"]), period, abs(point["omega0"]))
-        fine = np.linspace(times[0], times[-1], FINER * (times.size - 1) + 1)
-        omegas, turned = exact.rotation(moments, omega, times), attitudes(moments, omega, fine)
+        moving = _moving(moments, omega, times)
     except (ArithmeticError, ValueError):  # plain kernels stop where compiled ones go on with NaN
-        return []
-    if not (np.isfinite(omegas).all() and np.isfinite(turned).all()):  # moments beyond doubles' products
-        return []
-    return _frames(point, moments, omegas, turned, times)
+        return
+    if moving is None:  # moments beyond doubles' products
+        return
+    axis, name = int(point["axis"]), f"{point['body']}, " if "body" in point else ""
+    words = settings({n: point[n] for n in ("I1", "I2", "I3", "omega0", "epsilon")})
+    yield from _drawn(_Shown(f"{name}spin about axis {axis}", words, axis, solid_of(moments)), moments, times, *moving)
+
+
+def film(motion: "xr.Dataset") -> Iterator[np.ndarray]:
+    """Yield the frames of a free body's motion, with its mesh where it has one.
+
+    Args:
+        motion: of `sweeps.motion`: omega1 … omega3 over time, I1 … I3, and the attribute `outlines` of a mesh.
+    """
+    moments = np.array([float(motion[name]) for name in ("I1", "I2", "I3")])
+    omega = np.array([float(motion[f"omega{i}"][0]) for i in (1, 2, 3)])
+    duration, look = float(motion["time"][-1] - motion["time"][0]), style.film.get()
+    shown = min(max(duration, SHOWN_SECONDS[0]), SHOWN_SECONDS[1])
+    times = np.linspace(0.0, duration, round(shown * look.rate) + 1)
+    speed = duration / shown
+    pace = "real time" if 0.99 < speed < 1.01 else f"{style.number(max(speed, 1 / speed), 2)} times "
+    pace += "" if pace == "real time" else "faster" if speed > 1 else "slower"
+    given = {f"ω{INDICES[k]}": f"{style.number(omega[k], 3)} {style.units('rad s-1')}" for k in range(3)}
+    words = ", ".join([*(f"I{INDICES[k]} = {style.number(moments[k], 3)}" for k in range(3)), "start:"])
+    words += " " + ", ".join(f"{name} = {value}" for name, value in given.items()) + f"; {pace}"
+    outline = next(iter(outlines.read(motion.attrs).values()), None)
+    faces = of_mesh(outline["vertices"], outline["faces"]) if outline else solid_of(moments)
+    axis = int(np.abs(omega).argmax()) + 1
+    moving = _moving(moments, omega, times)
+    yield from _drawn(_Shown(str(motion.attrs["title"]), words, axis, faces), moments, times, *moving)
+
+
+def _moving(moments: np.ndarray, omega: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+    """Angular velocities at the frames, and attitudes `FINER` times as many; None where doubles cannot hold them."""
+    fine = np.linspace(times[0], times[-1], FINER * (times.size - 1) + 1)
+    omegas, turned = exact.rotation(moments, omega, times), attitudes(moments, omega, fine)
+    return (omegas, turned) if np.isfinite(omegas).all() and np.isfinite(turned).all() else None
 
 
 def _window(moments, omega, axis: int, period: float, omega0: float) -> np.ndarray:
     """Times of the frames: one flip period with the flip inside, or as much of it as an eye can follow."""
     flip = _flip(moments, omega, axis, period)
     length = min(period, MOST_ROTATIONS * 2.0 * np.pi / omega0)
-    return np.linspace(flip - 0.5 * length, flip + 0.5 * length, FRAMES)
+    return np.linspace(flip - 0.5 * length, flip + 0.5 * length, FRAMES * style.film.get().finer)
 
 
 def _flip(moments, omega, axis: int, period: float) -> float:
@@ -166,62 +200,45 @@ def _flip(moments, omega, axis: int, period: float) -> float:
     return 0.5 * (low + high)
 
 
-def _frames(point, moments, omegas, turned, times) -> list[Image.Image]:
-    """The pictures, all in the same 256 colours, which is what a GIF holds; attitudes `FINER` times as many."""
-    figure, ax, dots = _stage(point, moments, omegas, times)
-    scene, handle = _Scene(ax, solid_of(moments), int(point["axis"])), int(np.argmin(moments))
+class _Shown(NamedTuple):
+    """What is written over an animation, the spin axis that is drawn, and the body's surface."""
+
+    title: str
+    words: str
+    axis: int
+    faces: list[Face]
+
+
+def _drawn(shown: _Shown, moments, times, omegas, turned) -> Iterator[np.ndarray]:
+    """The pictures; attitudes `FINER` times as many."""
+    figure, ax, dots = _stage(shown, omegas, times)
+    scene, handle = _Scene(ax, shown.faces, shown.axis), int(np.argmin(moments))
     figure.canvas.draw()  # what stands still, drawn once: all but what is animated
-    still = figure.canvas.copy_from_bbox(figure.bbox)
-    images = []
+    still, trail = figure.canvas.copy_from_bbox(figure.bbox), TRAIL * style.film.get().finer
     for k, matrix in enumerate(turned[::FINER]):
         figure.canvas.restore_region(still)
-        trail = turned[FINER * max(0, k - TRAIL) : FINER * k + 1, :, handle]
-        scene.draw(matrix, omegas[k], trail)
+        scene.draw(matrix, omegas[k], turned[FINER * max(0, k - trail) : FINER * k + 1, :, handle])
         for dot, component in zip(dots, omegas[k], strict=True):
             dot.set_data([times[k]], [component])
             dot.axes.draw_artist(dot)
-        images.append(np.array(figure.canvas.buffer_rgba()))
-    return _in_few_colors(images)
+        yield np.array(figure.canvas.buffer_rgba())
 
 
-def _in_few_colors(images: list[np.ndarray]) -> list[Image.Image]:
-    """Opaque pictures, shape (height, width, 4), in the same 256 colours: those nearest to 32 steps of a channel."""
-    some = np.concatenate([image[::2, ::2] for image in images[:: max(1, len(images) // 12)]])
-    palette = Image.fromarray(np.ascontiguousarray(some[..., :3])).quantize(256)
-    steps = np.linspace(0, 255, 32).round().astype(np.uint8)
-    cube = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(1, -1, 3)
-    table = np.asarray(Image.fromarray(cube).quantize(palette=palette, dither=Image.Dither.NONE)).ravel()
-    made, before, frame = [], None, np.empty(images[0].shape[:2], np.uint8)
-    for image in images:
-        whole = image.view("<u4")[..., 0]  # of red, the lowest byte, green and blue the five highest bits each
-        box = changed(before, whole)
-        part = whole[box]
-        frame = frame.copy()
-        frame[box] = table[((part & 0xF8) << 7) | ((part >> 6) & 0x3E0) | ((part >> 19) & 0x1F)]
-        made.append(Image.fromarray(frame, "P"))
-        made[-1].putpalette(palette.getpalette())
-        before = whole
-    return made
-
-
-def _stage(point, moments, omegas, times):
-    figure = Figure(figsize=INCHES, dpi=DOTS, facecolor="white")
+def _stage(shown: _Shown, omegas, times):
+    wide = style.film.get().across is not None
+    inches = WIDE if wide else INCHES
+    figure = Figure(figsize=inches, dpi=style.film.get().dots(inches, DOTS), facecolor="white")
     FigureCanvasAgg(figure)
-    axis = int(point["axis"])
-    name = f"{point['body']}, " if "body" in point else ""
-    figure.text(
-        0.03, 0.965, f"{name}spin about axis {axis}", fontsize=11, fontweight="bold", va="top", parse_math=False
-    )
-    words = settings({n: point[n] for n in ("I1", "I2", "I3", "omega0", "epsilon")})
-    figure.text(0.03, 0.915, words, fontsize=7, color=colors.QUIET, va="top")
-    scene = figure.add_axes((0.0, 0.33, 1.0, 0.56))
-    scene.set(xlim=(-2.3, 2.3), ylim=(-1.25, 1.25), aspect="equal")
+    figure.text(0.03, 0.965, shown.title, fontsize=14 if wide else 11, fontweight="bold", va="top", parse_math=False)
+    figure.text(0.03, 0.9 if wide else 0.915, shown.words, fontsize=8.5 if wide else 7, color=colors.QUIET, va="top")
+    scene = figure.add_axes((0.0, 0.02, 0.62, 0.82) if wide else (0.0, 0.33, 1.0, 0.56))
+    scene.set(xlim=(-1.68, 1.68) if wide else (-2.3, 2.3), ylim=(-1.25, 1.25), aspect="equal")
     scene.axis("off")
     (upright,) = scene.plot(*_seen(np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 1.22]])).T, color=colors.QUIET, linewidth=1.8)
     top = upright.get_xydata()[-1]
     scene.plot(*top, marker="^", color=colors.QUIET, markersize=5)
     scene.annotate("L", top, (7, -2), textcoords="offset points", color=colors.QUIET, fontweight="bold")
-    trace = figure.add_axes((0.13, 0.105, 0.84, 0.22))
+    trace = figure.add_axes((0.69, 0.2, 0.28, 0.5) if wide else (0.13, 0.105, 0.84, 0.22))
     dots = []
     for k, color in enumerate(COMPONENTS):
         trace.plot(times, omegas[:, k], color=color, linewidth=1.6, label=f"ω{INDICES[k]}")
@@ -258,9 +275,9 @@ class _Scene:
         self.tip, self.shaft = self._pen(colors.INK, 1.6), self._pen(colors.UNSTABLE, 2.0)
         self.head, self.fill = self._pen(colors.UNSTABLE, 1.0), self._pen(colors.UNSTABLE, 0.0)
         self.halo = self._pen("white", 2.5)
-        name = TextPath((0.0, 0.0), "ω", size=9.0 * DOTS / 72, prop=FontProperties(weight="bold"))
+        name = TextPath((0.0, 0.0), "ω", size=9.0 * ax.figure.dpi / 72, prop=FontProperties(weight="bold"))
         self.name = name.transformed(Affine2D().translate(-name.get_extents().x1, 0.0))
-        self.dot = Path.unit_circle().transformed(Affine2D().scale(2.0 * DOTS / 72))
+        self.dot = Path.unit_circle().transformed(Affine2D().scale(2.0 * ax.figure.dpi / 72))
         ax.add_collection(self.solid.artist, autolim=False)
         self.solid.artist.set_animated(True)
 

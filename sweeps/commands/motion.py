@@ -1,0 +1,41 @@
+"""`motion`: the motion of a body from any start, as numbers or as a film."""
+
+from sweeps.commands import parser
+
+EPILOG = """\
+The suffix of FILE decides: .csv and .nc hold angular velocity and attitude (unit quaternion, scalar first, from body to
+inertial frame) in closed form (omega1 … omega3, q0 … q3) and by direct integration (omega1_direct …); .gif, .mp4 and
+.webm show the body turning, by its mesh where it has one (MP4 and WebM: 1920 × 1080, need ffmpeg). NAME and the options
+that give a body are those of `polhode body`.
+
+  polhode motion racket -o racket.mp4 --epsilon 0.05
+  polhode motion --moments 0.00121 0.01638 0.01748 --omega "20 rpm" "90 rpm" 0 -o racket.csv
+  polhode motion --mesh racket.stl --density 600 --unit mm -o racket.gif --duration "3 s"
+"""
+
+
+def add(commands) -> None:
+    """Add the command to the parser."""
+    command = parser.add(commands, "motion", "write the motion of a body from any start, or a film of it", _run, EPILOG)
+    parser.add_body(command)
+    command.add_argument("--axis", type=parser.number, metavar="A", help="spin axis (default the intermediate one)")
+    text = "angular velocity about axes 1, 2, 3, rad s-1, in place of --axis and --omega0"
+    command.add_argument("--omega", nargs=3, type=parser.number, metavar="W", help=text)
+    parser.add_duration(command)
+    command.add_argument("-o", "--output", metavar="FILE", required=True, help="the file to write")
+
+
+def _run(args):
+    from sweeps.schema.refusals import DefinitionError
+    from sweeps.views import motions
+
+    body = parser.body(args)
+    if body is None:
+        raise DefinitionError("NAME: is missing; allowed: NAME, --moments, --ratios, --tensor or --mesh")
+    motions.check_name(args.output)
+    start = {name: value for name in motions.SPIN if (value := getattr(args, name)) is not None}
+    if args.omega:
+        start |= dict(zip(motions.RATES, args.omega, strict=True))
+    moved = motions.of_body(body, start, args.duration, 1e-12, args.definition, args.samples)
+    motions.write(moved, args.output)
+    print(args.output)

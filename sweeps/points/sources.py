@@ -1,0 +1,102 @@
+"""What a program may give in place of a definition's file: a mapping, keywords, a DataFrame or a Dataset."""
+
+import hashlib
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sweeps.points import catalogue, compile
+from sweeps.points.loading import read
+from sweeps.points.sweep import Sweep
+from sweeps.schema.refusals import DefinitionError, display
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+KEYS = ("title", "axes", "bodies", "draws", "integration", "method", "sample", "seed", "shards", "system", "table")
+KEYS += ("turns", "uncertainty")  # of a definition; every other keyword is one of its grid
+FORMS = "a path, a name, a mapping, a DataFrame, a Dataset, or keywords"
+
+
+def sweep_of(definition: Any, keywords: Mapping[str, Any]) -> Sweep:
+    """Return the sweep of what `sweeps.survey` was given.
+
+    Raises:
+        DefinitionError: naming key, value and what is allowed.
+    """
+    keys = {name: value for name, value in keywords.items() if name in KEYS}
+    grid = {name: value for name, value in keywords.items() if name not in KEYS}
+    if _is_of("xarray", "Dataset", definition):
+        definition = _of_dataset(definition)
+    folder = ""
+    if _is_of("pandas", "DataFrame", definition):
+        path = _kept(definition)
+        definition, folder = {"table": path.name}, str(path.parent)
+    if isinstance(definition, str | Path):
+        if keywords:
+            wrong = f"{display(definition)} is given beside {next(iter(keywords))}"
+            raise DefinitionError(f"definition: {wrong}; allowed: a file, or keywords")
+        return _checked(read(catalogue.resolve(str(definition)), check=False))
+    if not isinstance(definition, Mapping | type(None)):
+        raise DefinitionError(f"definition: {display(definition)} is no definition; allowed: {FORMS}")
+    values = {**(definition or {}), **keys}
+    if not isinstance(values.get("system", ""), str):
+        from sweeps import mechanics, systems
+
+        if isinstance(values["system"], mechanics.System):
+            values["system"] = systems.built(values["system"])
+    values = {**values, "grid": {**values.get("grid", {}), **grid}} if grid else values
+    return _checked(read(values, check=False, folder=folder))
+
+
+def _checked(sweep: Sweep) -> Sweep:
+    """Return a sweep that its system has checked, with what the check calls compiled first."""
+    compile.ensure(sweep)
+    sweep.system.check(sweep.definition, sweep.grid)
+    return sweep
+
+
+def _is_of(library: str, kind: str, value: object) -> bool:
+    """Return True for an object of a library that has been loaded, as it must have been to make one."""
+    return library in sys.modules and isinstance(value, getattr(sys.modules[library], kind))
+
+
+def _of_dataset(ds: "xr.Dataset") -> "dict | pd.DataFrame":
+    """Return the grid that the coordinates of a Dataset span; of variables along one dimension, their table."""
+    held = {name: one for name, one in (ds.coords or ds.data_vars).items() if name != "point"}
+    if not all(one.dims in ((), (name,)) for name, one in held.items()):
+        table = ds[[*held]].to_dataframe().reset_index(drop=True)[[*held]]
+        return table.rename(columns={name: _heading(name, one) for name, one in held.items()})
+    grid = {name: _values(one) for name, one in held.items()}
+    axes = {"axes": np.atleast_1d(ds["axis"].values).tolist()} if grid.pop("axis", None) is not None else {}
+    return {**axes, "grid": grid}
+
+
+def _heading(name: str, one: "xr.DataArray") -> str:
+    return f"{name} ({one.attrs['units']})" if "units" in one.attrs else str(name)
+
+
+def _values(one: "xr.DataArray") -> object:
+    unit = one.attrs.get("units", "")
+    values = one.values.tolist()
+    if not unit:
+        return values
+    return [f"{v!r} {unit}" for v in values] if isinstance(values, list) else f"{values!r} {unit}"
+
+
+def _kept(table: "pd.DataFrame") -> Path:
+    """Write a DataFrame beside the tables that were read, under a name made of its content, and return the file."""
+    from sweeps.points import tables
+    from sweeps.process.files import replaced
+
+    text = table.to_csv(index=False, float_format="%.17g").encode()
+    path = tables.kept_in() / f"points-{hashlib.sha256(text).hexdigest()[:16]}.csv"
+    if not path.exists():
+        with replaced(path) as temporary:
+            temporary.write_bytes(text)
+    path.touch()
+    return path

@@ -1,0 +1,115 @@
+"""Units as people write them, "30 rpm", "2 deg/s", "12 kg cm²": numbers in the unit that a parameter is stored in."""
+
+import math
+import re
+from collections import Counter
+from fractions import Fraction
+from typing import NamedTuple
+
+NUMBER = re.compile(r"\s*([-+−]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?+)\s*([^\d\s.].*?)\s*")
+_TEXT = 80  # characters; longer text is no number
+_SIGNS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻−", "0123456789--")
+_FACTOR = re.compile(r"(/?)\s*([^\W\d_]+|[°%]|1(?!\d))(-?\d)?[\s·*.]*")
+_NAMED = {  # name: (factor, power of pi in it, base units)
+    "kg": ("1", 0, "kg"), "g": ("1/1000", 0, "kg"), "mg": ("1/1000000", 0, "kg"), "t": ("1000", 0, "kg"),
+    "lb": ("45359237/100000000", 0, "kg"),
+    "m": ("1", 0, "m"), "km": ("1000", 0, "m"), "cm": ("1/100", 0, "m"), "mm": ("1/1000", 0, "m"),
+    "in": ("254/10000", 0, "m"), "ft": ("3048/10000", 0, "m"),
+    "s": ("1", 0, "s"), "ms": ("1/1000", 0, "s"), "min": ("60", 0, "s"), "h": ("3600", 0, "s"), "d": ("86400", 0, "s"),
+    "day": ("86400", 0, "s"), "days": ("86400", 0, "s"),
+    "rad": ("1", 0, "rad"), "mrad": ("1/1000", 0, "rad"), "turn": ("2", 1, "rad"), "turns": ("2", 1, "rad"),
+    "rev": ("2", 1, "rad"), "rpm": ("1/30", 1, "rad s-1"), "Hz": ("2", 1, "rad s-1"), "mHz": ("2/1000", 1, "rad s-1"),
+    **dict.fromkeys(("deg", "degree", "degrees", "°"), ("1/180", 1, "rad")),
+    "N": ("1", 0, "kg m s-2"), "J": ("1", 0, "kg m2 s-2"), "W": ("1", 0, "kg m2 s-3"),
+    "1": ("1", 0, ""), "%": ("1/100", 0, ""),
+}  # fmt: skip
+_COMMON = (
+    "kg m2", "g m2", "kg cm2", "g cm2", "kg mm2", "g mm2", "t m2", "rad s-1", "s-1", "deg s-1", "rpm", "turn s-1", "Hz",
+    "deg h-1", "rad", "deg", "turn", "%", "kg", "g", "t", "lb", "m", "cm", "mm", "km", "in", "ft", "s", "min", "h", "d",
+    "kg m-3", "g cm-3", "m s-1", "km h-1", "m s-2", "N", "N m",
+)  # fmt: skip
+
+
+class _Unit(NamedTuple):
+    """A unit as factor · π^pi · product of base units to their powers."""
+
+    factor: Fraction
+    pi: int
+    powers: dict[str, int]
+
+
+def factor(unit: str, wanted: str) -> float | None:
+    """Return the factor that converts a number from one unit to another; None for an unknown or another kind of unit.
+
+    Args:
+        unit: as written; "" for the wanted one.
+        wanted: UDUNITS text of the parameter's own unit.
+    """
+    return _times(Fraction(1), unit, wanted)
+
+
+def number(text: object, wanted: str) -> object:
+    """Return a number from text with a unit, "30 rpm"; everything else as it is, numbers too.
+
+    Args:
+        text: what was given.
+        wanted: UDUNITS text of the unit of the number returned.
+
+    Raises:
+        ValueError: for a number in an unknown or another kind of unit; the text is the unit.
+    """
+    found = NUMBER.fullmatch(text) if isinstance(text, str) and len(text) <= _TEXT else None
+    if found is None:
+        return text
+    amount = _times(Fraction(found[1].replace("−", "-")), found[2], wanted)
+    if amount is None:
+        raise ValueError(found[2])
+    return amount
+
+
+def read(value: object, wanted: str) -> object:
+    """Return `number`, and text in an unknown unit as it is: whoever checks the value refuses it."""
+    try:
+        return number(value, wanted)
+    except ValueError:
+        return value
+
+
+def allowed(wanted: str) -> str:
+    """Return the common units that can stand for a parameter's own, in words."""
+    return ", ".join(dict.fromkeys([wanted, *(unit for unit in _COMMON if factor(unit, wanted) is not None)]))
+
+
+def _times(amount: Fraction, unit: str, wanted: str) -> float | None:
+    same = not unit or unit.strip() == wanted  # of a unit that is not known here, too
+    given, own = (_unit("1"),) * 2 if same else (_unit(unit), _unit(wanted))
+    if given is None or own is None:
+        return None
+    if given.powers != own.powers and given.powers != {k: n for k, n in own.powers.items() if k != "rad"}:
+        return None  # of rad s-1, s-1 is another name
+    ratio, pi = given.factor / own.factor, given.pi - own.pi
+    try:
+        if pi == 0:
+            return float(amount * ratio)
+        return float(amount) * (ratio.numerator * math.pi / ratio.denominator if pi > 0 else float(ratio) / math.pi)
+    except OverflowError:
+        return math.inf if amount > 0 else -math.inf
+
+
+def _unit(text: str) -> _Unit | None:
+    """Parse a unit, however it is written: "kg·m²", "kg*m^2" and "kg m2" are one, so are "rad/s" and "rad s-1"."""
+    if text.strip() in ("-", ""):
+        text = "1"
+    text = text.strip().translate(_SIGNS).replace("**", "").replace("^", "")
+    total, pi, powers, at = Fraction(1), 0, Counter(), 0
+    while at < len(text):
+        found = _FACTOR.match(text, at)
+        if found is None or found[2] not in _NAMED:
+            return None
+        ratio, own_pi, base = _NAMED[found[2]]
+        power = int(found[3] or 1) * (-1 if found[1] else 1)
+        total, pi, at = total * Fraction(ratio) ** power, pi + own_pi * power, found.end()
+        for each in base.split():
+            name = each.rstrip("-0123456789")
+            powers[name] += power * int(each.removeprefix(name) or 1)
+    return _Unit(total, pi, {name: n for name, n in powers.items() if n})

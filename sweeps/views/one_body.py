@@ -1,0 +1,130 @@
+"""Which spins of one body are stable: its numbers, and the same as text."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from io import StringIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from sweeps.maps.selection import named
+from sweeps.points import catalogue, compile
+from sweeps.points.loading import load
+from sweeps.process import memory, processors, startup
+from sweeps.schema.refusals import DefinitionError
+from sweeps.systems import resolve
+from sweeps.systems.bodies import entries
+from sweeps.systems.rigid_body import asked
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from sweeps.systems.rigid_body.definition import SpunBody
+
+SPIN = tuple(asked.DEFAULTS)
+SAMPLING = ("draws", "seed", "method", "turns")
+
+
+@dataclass(frozen=True)
+class BodyAnswer:
+    """The answer of `sweeps.body`; `print` shows it.
+
+    Attributes:
+        name: the body's name.
+        facts: all numbers, in SI units, angles in rad; `facts["axes"]` has a mapping for each spin axis.
+    """
+
+    name: str
+    facts: dict[str, Any]
+    _lines: list[str] = field(repr=False)
+    _rows: list[tuple[str, str]] = field(repr=False)
+    _more: list[str] = field(repr=False)
+    _sampled: Any = field(default=None, repr=False)
+
+    def __str__(self) -> str:
+        from sweeps.views import printing
+
+        console = printing.console(StringIO())
+        self.show(console)
+        return console.file.getvalue().rstrip()
+
+    def show(self, console: "Console") -> None:
+        """Print the answer: the outcome of each spin first, then what the body is and how it is spun."""
+        from sweeps.views.printing import table
+
+        console.print(self.name, style="bold")
+        made = table("spin about", "outcome")
+        for row in self._rows:
+            made.add_row(*row)
+        console.print(made)
+        for lines in (self._lines, self._more):
+            console.print(*["", *lines] if lines else [], sep="\n", end="\n" if lines else "")
+
+    def savefig(self, path: str | Path) -> None:
+        """Draw the sampled bodies on the triangle of inertia (PNG)."""
+        from sweeps.figure import style
+        from sweeps.process.files import replaced
+        from sweeps.systems.uncertain_bodies import asked as uncertain
+        from sweeps.systems.uncertain_bodies.presentation import figure_cloud
+
+        if self._sampled is None:
+            raise DefinitionError("body: figure: shows sampled bodies; allowed: with uncertainty")
+        with style.drawn_for(style.ITS_OWN), replaced(path) as temporary:
+            figure = figure_cloud.draw(self.name, next(uncertain.lines(self._sampled)), self._sampled.axes)
+            figure.savefig(temporary, format="png")
+
+
+def bodies(definition: str | Path) -> "dict[str, SpunBody]":
+    """Return name → body of a definition, or of the sweep that ships under that name."""
+    path = catalogue.resolve(str(definition))
+    return asked.bodies(load(path), path)
+
+
+def body_of(body: object, definition: str | Path, spin: Mapping[str, object]) -> "tuple[SpunBody, dict[str, float]]":
+    """Return a body, and the spin rate and perturbation that are given, else its own, else the default ones.
+
+    Args:
+        body: a name or a part of one, a body's mapping as in a definition, three moments, or a tensor of inertia.
+        definition: the definition that lists the name.
+        spin: omega0, epsilon and phase; None where it is not given.
+
+    Raises:
+        DefinitionError: naming what is wrong and what is allowed.
+    """
+    if not isinstance(body, str):
+        found = asked.checked({"name": "your body"} | entries.entry(body), spin, load)
+        return found, asked.setting(found, found)
+    listed = bodies(definition)
+    found = listed[named(body, list(listed), "body")]
+    return found, asked.setting(asked.check_spin(found.name, spin, load), found)
+
+
+def answer(
+    body: object, axis: object, twist: bool, definition: str | Path, setting: Mapping[str, object]
+) -> BodyAnswer:
+    """Return the answer for one body; see `sweeps.body`."""
+    if unknown := sorted(set(setting) - {*SPIN, *SAMPLING, "uncertainty"}):
+        allowed = ", ".join(("axis", "twist", "definition", *SPIN, "uncertainty", *SAMPLING))
+        raise DefinitionError(f"body: {unknown[0]} is unknown; allowed: {allowed}")
+    given = dict.fromkeys((*SPIN, *SAMPLING, "uncertainty")) | dict(setting)
+    is_sampled = given["uncertainty"] is not None
+    if not is_sampled:
+        if beside := [name for name in SAMPLING if given[name] is not None]:
+            raise DefinitionError(f"body: {', '.join(beside)}: given without uncertainty; allowed: both, or neither")
+        startup.leave_out_the_compiler()  # of a command: loading it takes longer than a few formulas
+    found, spun = body_of(body, definition, given)
+    axis = asked.axis_of(axis)
+    facts, (lines, rows, more) = asked.facts(found, spun, axis, twist), asked.answer(found, spun, axis, twist)
+    if not is_sampled:
+        return BodyAnswer(found.name, facts, lines, rows, more)
+    from sweeps.systems.uncertain_bodies import asked as uncertain
+
+    entry = uncertain.entry_of(found) if isinstance(body, str) else {"name": found.name} | entries.entry(body)
+    read = uncertain.definition(entry, given | {"axis": axis, "twist": twist or None}, spun, load)
+    compile.compile_kernels(resolve("uncertain_bodies").kernels_of(read))
+    memory.keep_freed()
+    sampled = uncertain.answer(read, processors.cores())
+    drawn = uncertain.facts(sampled)
+    axes = [spin | drawn["axes"].get(spin["axis"], {}) for spin in facts["axes"]]
+    rows = [*uncertain.rows(sampled), *((f"{name}, nominal", text) for name, text in rows)]
+    lines = [*lines, *uncertain.lines(sampled)]
+    return BodyAnswer(found.name, facts | drawn | {"axes": axes}, lines, rows, more, sampled)

@@ -1,0 +1,71 @@
+"""What `sweeps.survey` takes in place of a file, and numbers with units, against the same definition spelled out."""
+
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+import sweeps
+from sweeps.points.loading import load
+from sweeps.schema.refusals import DefinitionError
+
+GRID = {"I1": 1.0, "I2": [1.5, 2.0], "I3": 2.5, "omega0": math.pi}
+PLAIN = {"axes": [2], "grid": GRID}
+
+
+def test_every_form_of_a_grid_gives_the_same_map():
+    expected = sweeps.survey(PLAIN).content_hash
+    spun = xr.Dataset(coords={**GRID, "axis": [2]})
+    turns = xr.Dataset(coords={**GRID, "omega0": ((), 0.5, {"units": "turn s-1"}), "axis": [2]})
+    forms = [sweeps.survey(axes=[2], **GRID), sweeps.survey({"axes": [2]}, **GRID), sweeps.survey(spun)]
+    forms += [sweeps.survey(axes=[2], **GRID | {"omega0": "30 rpm"}), sweeps.survey(turns), sweeps.survey(forms[0])]
+    assert [form.content_hash for form in forms] == [expected] * len(forms)
+
+
+def test_rows_of_a_frame_are_points():
+    rows = pd.DataFrame({"I1": [1.0, 1.1], "I2": [2.0, 2.1], "omega0 (rpm)": [30.0, 60.0]})
+    found = sweeps.survey(rows, I3=2.5, axes=[2])
+    assert found.sizes["point"] == 2
+    np.testing.assert_allclose(found.omega0, [math.pi, 2 * math.pi], rtol=1e-15)
+    one = xr.Dataset({name: ("point", rows[name]) for name in ("I1", "I2")})
+    one["omega0"] = ("point", [30.0, 60.0], {"units": "rpm"})
+    again = sweeps.survey(one, I3=2.5, axes=[2])
+    np.testing.assert_array_equal(again.growth_rate, found.growth_rate)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "keywords", "words"),
+    [
+        (("tiny",), {"I1": 1.0}, "'tiny' is given beside I1; allowed: a file, or keywords"),
+        ((3,), {}, "3 is no definition; allowed: a path"),
+        (
+            (),
+            {"I1": "2 furlong", "I2": 2.0, "I3": 2.5},
+            "grid.I1: '2 furlong' has the unit 'furlong'; allowed: kg m2, g m2",
+        ),
+        ((), {"I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": "fast"}, "grid.omega0: 'fast' is text, not a number"),
+    ],
+)
+def test_what_is_none_is_refused(arguments, keywords, words):
+    with pytest.raises(DefinitionError) as refused:
+        sweeps.survey(*arguments, **keywords)
+    assert words in str(refused.value)
+
+
+def test_every_number_of_a_definition_takes_a_unit():
+    body = {"name": "a", "tensor": [["10 kg cm2", 0, 0], [0, "2e3 g mm2", 0], [0, 0, "10.1 kg cm2"]], "phase": "90 deg"}
+    values = {
+        "bodies": [body, {"name": "b", "I1": "1 g m2", "I2": 1e-3, "I3": 1e-3, "omega0": "1 deg/s", "phase": 0.0}],
+        "grid": {"omega0": "-30 rpm", "epsilon": "5 %"},
+    }
+    first, second = load(values).bodies
+    assert first.moments == (2e-6, 1e-3, 1.01e-3)
+    assert (first.phase, second.omega0, second.I1) == (math.pi / 2, math.pi / 180, 1e-3)
+    spaced = load(
+        {"grid": {"I1": {"start": "1 g m2", "stop": "2 g m2", "num": 3}, "I2": 1.0, "I3": 1.0, "omega0": 1.0}}
+    )
+    assert (spaced.grid.I1.start, spaced.grid.I1.stop) == (1e-3, 2e-3)
+    shaped = {"ratios": {"I1_over_I3": {"start": "50 %", "stop": "60 %", "num": 2}, "thickness": 0.5}, "I3": "1 g m2"}
+    assert load({"grid": {**shaped, "omega0": 1.0}}).grid.I1.stop == 0.6e-3

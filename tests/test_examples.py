@@ -1,0 +1,19 @@
+"""The examples of the public functions' docstrings, run as a reader would run them."""
+
+import doctest
+
+import pytest
+
+import sweeps
+from sweeps import plot
+
+PARTS = [getattr(sweeps, name) for name in sweeps.__all__ if name != "plot"] + [plot.Polhode]
+
+
+@pytest.mark.parametrize("part", [sweeps, *PARTS], ids=lambda part: part.__name__)
+def test_every_example_prints_what_it_says(part, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    found = doctest.DocTestFinder(recurse=False).find(part, part.__name__, globs={"sweeps": sweeps})
+    results = [doctest.DocTestRunner(verbose=False).run(each) for each in found]
+    assert sum(result.attempted for result in results) > 0
+    assert sum(result.failed for result in results) == 0
