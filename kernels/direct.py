@@ -35,6 +35,7 @@ import numpy as np
 
 from kernels.jit import OPTIONS, njit
 from kernels.rigid_body import checked_times, euler_coefficients, unit_quaternion
+from kernels.straight import formula
 from kernels.taylor import ORDERS, step_12, turn_12
 
 MOST_STEPS = 10_000
@@ -57,26 +58,38 @@ def truncation(size, order):
     return min(series, max(pole, 1.0 / factorial))
 
 
-@njit(**OPTIONS)
-def is_near(x, size, samples, tolerance):
-    """Return True if the near step leaves out less than NEAR_SHARE of the tolerance, at one step a sample.
+@formula
+def left_by_near(x, size, samples):
+    """Return what near steps leave out of a perturbation up to ``size`` over a run, relative to it; one step a sample.
 
-    x and ``samples`` as for :func:`choose`; ``size`` is the largest that the perturbation is followed to, relative to
-    the spin. For x up to 0.6 the terms after the first ones left out add less than a fifth of them.
+    ``x`` and ``samples`` as for :func:`choose`. For x up to 0.6 the terms after the first ones left out add less than
+    a fifth of them.
     """
     z = 4.0 * x * x
     coupling = samples * z * z * z / 2880.0
     spin = 0.5 * samples * samples * x * (z * z) * (z * z) / 80640.0
-    return (x <= 0.6) & (1.2 * size * size * (coupling + spin) <= NEAR_SHARE * tolerance)
+    return 1.2 * size * size * (coupling + spin)
+
+
+@formula
+def left_by_nearest(x, size, samples):
+    """Return :func:`left_by_near` of the nearest steps; for x up to 1/2."""
+    z = 4.0 * x * x
+    coupling = samples * z * z / 96.0
+    spin = 0.5 * samples * samples * x * (z * z * z) / 1440.0
+    return 1.2 * size * size * (coupling + spin)
+
+
+@njit(**OPTIONS)
+def is_near(x, size, samples, tolerance):
+    """Return True if the near step leaves out less than NEAR_SHARE of the tolerance; ``size`` relative to the spin."""
+    return (x <= 0.6) & (left_by_near(x, size, samples) <= NEAR_SHARE * tolerance)
 
 
 @njit(**OPTIONS)
 def is_nearest(x, size, samples, tolerance):
-    """Return True as :func:`is_near`, of the nearest step; for x up to 1/2."""
-    z = 4.0 * x * x
-    coupling = samples * z * z / 96.0
-    spin = 0.5 * samples * samples * x * (z * z * z) / 1440.0
-    return (x <= 0.5) & (1.2 * size * size * (coupling + spin) <= NEAR_SHARE * tolerance)
+    """Return True as :func:`is_near`, of the nearest step."""
+    return (x <= 0.5) & (left_by_nearest(x, size, samples) <= NEAR_SHARE * tolerance)
 
 
 @njit(**OPTIONS)

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from kernels import columns, lanes, linear, measure, reduction, uncertainty
+from kernels import columns, direct, lanes, linear, measure, reduction, uncertainty
 from kernels.blocks import W
 from kernels.columns import Column
 from kernels.jit import INLINE, OPTIONS, njit, whole_vectors
@@ -167,7 +167,7 @@ def _tell_errors(S, number, rounded, whole):
     rounded once each; ``whole``: the reduction was done to its last order.
     """
     whole_vectors()
-    exactly, order = number >= lanes.EXACT, 8.0 + 2.0 * (number // 3)
+    exactly, order, kind = number >= lanes.EXACT, 8.0 + 2.0 * (number // 3), number % 3
     for lane in range(W):
         used, spacing, spin = S[lanes.USED + lane], S[lanes.SPACING + lane], S[MORE.spin_rate + lane]
         rate2 = S[MORE.rate2 + lane]
@@ -180,15 +180,19 @@ def _tell_errors(S, number, rounded, whole):
         scatter = uncertainty.scatter(S[MORE.reduced_slope + lane], squares, used, reduced, spacing)
         rate = math.sqrt(abs(reduced))
         steps, growth = S[lanes.STEPS + lane], S[lanes.LARGEST + lane] / S[lanes.START + lane]
-        hidden = 0.0 if exactly else uncertainty.left_out(rate * spacing / steps, (used - 1.0) * steps, order)
-        end = uncertainty.at_the_end(apart, growth, hidden)
+        Ia, Ib, Ic = S[lanes.MA + lane], S[lanes.MB + lane], S[lanes.MC + lane]
+        bound = max(abs(Ib - Ic) / Ia, max(abs(S[lanes.CB + lane]), abs(S[lanes.CC + lane])))
+        epsilon = S[lanes.EPSILON + lane]
+        size, x = epsilon * math.sqrt(S[lanes.LARGEST + lane]), bound * spacing * math.sqrt(1.0 + epsilon * epsilon)
+        cubic = direct.left_by_nearest(x, size, used) if kind == 2 else math.inf
+        cubic = direct.left_by_near(x, size, used) if kind == 1 else cubic
+        hidden = uncertainty.left_out(rate * spacing / steps, (used - 1.0) * steps, order)
+        end = uncertainty.at_the_end(apart, growth, 0.0 if exactly else min(hidden, cubic))
         integration = uncertainty.integration(reduced, rate, apart, end, per, spacing)
         integration += apart * abs(reduced) if exactly else 0.0
         part = reduction.rms_part(S[lanes.RR + lane], ss, inverse, samples)
-        Ia, Ib, Ic = S[lanes.MA + lane], S[lanes.MB + lane], S[lanes.MC + lane]
         left = part * reduction.SMALL_WANDER
         if whole:
-            bound = max(abs(Ib - Ic) / Ia, max(abs(S[lanes.CB + lane]), abs(S[lanes.CC + lane])))
             left = uncertainty.amplitude(reduced, part, S[lanes.WANDER + lane], spacing, per, bound)
         moved = uncertainty.of_moments(reduced, Ia, Ib, Ic, rounded)
         S[MORE.rate + lane] = rate

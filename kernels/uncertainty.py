@@ -31,10 +31,11 @@ Time is in radians of spin, rates² in spin². h is the spacing of the samples, 
   sign, stands what a series to the order N leaves out of the linear motion, :math:`l = n\,x^{N+1}/(N+1)!` in n steps of
   x = λh: of the error at the end δ shows their difference. As l goes with the time, the other with
   :math:`e^{2\lambda t}`, that can't hide for long: from :math:`l(1 - s) - (\delta + l)(e^{-Ks} - e^{-K})/(1 - e^{-K})
-  \le\delta` at s = 0.43, :math:`e^K = 40`, follows l ≤ 3.1 δ, and no more of it counts. δ is the point's certificate;
-  where there is none, the motion being the exact one, the rounding of its steps, n u, and :math:`n\,u|\Omega^2|` more:
-  the spin's own rounding, at most u/2 a step and all in one sense, is a wandering that the reduction takes off by
-  :math:`2|\Omega^2|` of its mean although the small motion's recurrence never saw it.
+  \le\delta` at s = 0.43, :math:`e^K = 40`, follows l ≤ 3.1 δ, and no more of it counts; nor does more than what steps
+  near the axis leave out at that size (:mod:`kernels.direct`), for either hides no more than there is of the other. δ
+  is the point's certificate; where there is none, the motion being the exact one, the rounding of its steps, n u, and
+  :math:`n\,u|\Omega^2|` more: the spin's own rounding, at most u/2 a step and all in one sense, is a wandering that the
+  reduction takes off by :math:`2|\Omega^2|` of its mean although the small motion's recurrence never saw it.
 * **amplitude**, :math:`p\left[w\left(C x^4 + D x^2 w + w^3\right) + x^{12}/40000\right] + 2uc/h`, what the reduction
   leaves: p is the root mean square of what it took off, w the largest wandering of the spin over the window, both from
   the samples, c the largest :math:`|c_i|`, and :math:`x^2 = |\Omega^2|h^2`. The first term is the clock's end
@@ -119,7 +120,7 @@ def left_out(x, steps, order):
 
 @formula
 def at_the_end(apart, growth, hidden):
-    """Return the error at the end of a growing motion, f(δ + l), from the largest seen and what :func:`left_out` gives.
+    """Return the error at the end of a growing motion, f(δ + l), from the largest seen and the most that may be hidden.
 
     ``growth`` is the largest size squared over that of the start.
     """

@@ -23,6 +23,7 @@ import signal
 import sys
 import tempfile
 import traceback
+import warnings
 from collections import Counter
 from functools import cache, partial
 from pathlib import Path
@@ -451,7 +452,8 @@ def run(words):
     from sweeps.__main__ import main
 
     out, err = io.StringIO(), io.StringIO()
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err), warnings.catch_warnings():
+        warnings.simplefilter("error", RuntimeWarning)  # which a person would see
         try:
             status = main(words)
         except SystemExit as left:

@@ -432,7 +432,9 @@ def _by_errors(sweep: Sweep, sample: _Sample) -> Iterator[Check]:
         own = sound.reshape(-1, *(1,) * (value.ndim - 1))  # of all that a variable has at a point
         judged = own & np.isfinite(error) & np.isfinite(truth)
         compared += int(judged.sum())
-        for i in zip(*np.nonzero(judged & ~(np.abs(value - truth) <= 2.0 * error)), strict=True):
+        with np.errstate(over="ignore", invalid="ignore"):
+            missed = judged & ~(np.abs(value - truth) <= 2.0 * error)
+        for i in zip(*np.nonzero(missed), strict=True):
             findings.append(
                 f"{spec.name} at {sample.name(i[0])}: the map holds {value[i]:.15g} with an error of {error[i]:.2g}, "
                 f"{beside} is {truth[i]:.15g}"

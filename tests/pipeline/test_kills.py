@@ -130,8 +130,8 @@ class Series:
                     os.killpg(run.pid, signal.SIGTERM)
         status = run.wait()
         said = self.said.read_text()
-        # a job that is interrupted while Python itself starts: the workflow repeats what Python told
-        of_python = number == signal.SIGINT and not re.search(r'File ".*/(sweeps|kernels)/', said)
+        # a job that is interrupted before its first function is called: the workflow repeats what Python told
+        of_python = number == signal.SIGINT and not re.search(r'File ".*/(sweeps|kernels)/.*, in (?!<module>)', said)
         assert "Traceback" not in said or of_python, said
         assert killed or status in (0, 1, 2), said
         assert number != signal.SIGSTOP or stage in STAGES[:3] or status == 0, said
