@@ -44,11 +44,28 @@ system.rate(z, x * y - b * z)
 system.equilibrium("rest", {x: 0, y: 0, z: 0})
 system.equilibrium("roll", {x: sqrt(b * (r - 1)), y: sqrt(b * (r - 1)), z: r - 1})
 """,
+    "driven": """
+from sympy import cos, pi
+from sweeps.mechanics import System
+
+system = System("Driven spring that stiffens")
+F = system.parameter("force", "N kg-1", default=0.3)
+w = system.parameter("drive", "rad s-1", default=2.0, positive=True)
+c = system.parameter("drag", "s-1", default=0.2, least=0.0)
+x = system.coordinate("x", "m", bounds=(-2, 2), size=1)
+v = system.velocity(x)
+system.kinetic_energy(v**2 / 2)
+system.potential(x**2 / 2 + x**4 / 4 - F * x * cos(w * system.time))
+system.dissipation(c * v**2 / 2)
+system.period(2 * pi / w)
+system.equilibrium("swinging", {x: 0})
+""",
 }
 GRIDS = {
     "gyro": "{stiffness: {start: 0.1, stop: 1.0, num: 4}, spin_rate: [0.5, 1.0, 2.0]}",
     "damped": "{drag: [0.1, 0.3], spin_rate: {start: 0.5, stop: 3.0, num: 4}}",
     "lorenz": "{sigma: [5.0, 10.0], rayleigh: {start: 2.0, stop: 30.0, num: 5}}",
+    "driven": "{force: {start: 0.0, stop: 1.0, num: 4}, drive: {start: 2.0, stop: 4.0, num: 5}}",
 }
 
 

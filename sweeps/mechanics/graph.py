@@ -347,6 +347,8 @@ class Values:
 
     def _remainder(self, number, U, epsilon, hat, parameters):
         """û² ∫ (1 − s) f″(U + s ε û) ds over 0 … 1: the remainder of f, with no difference taken."""
+        if not hat.any():  # a motion that starts at the place itself
+            return np.zeros_like(hat)
         total = 0.0
         for z, weight in zip(*self._quadrature, strict=True):
             total = total + weight * self._second[number](U + z * epsilon * hat, *parameters)[0]

@@ -45,7 +45,7 @@ STILL = 64 * float(np.finfo(np.float64).eps)  # of the largest rates of motions 
 ROUNDING = 4 * float(np.finfo(np.float64).eps)
 SPARE = 1e-3
 DIFFERENCE, NEWTONS = 1e-6, 16  # of the sizes: what differentiates the period map; steps
-FAR = 1e3  # sizes from the named start, where no periodic motion is looked for
+FAR = 8.0  # sizes from the named start, where no periodic motion is looked for
 CLOSED = 1e-9  # of the sizes: how far a periodic motion may be from closed
 
 
@@ -195,28 +195,28 @@ class Base:
 
     def _close(self, which):
         """Find the start of the motion that comes back to where it began."""
-        n, T = self.model.equations.n, self.period[which]
-        given, sizes, x = [p[which] for p in self.parameters], self.sizes[which], self.start[which]
+        n, first = self.model.equations.n, self.start.copy()
         nudges = np.concatenate([np.zeros((1, n)), DIFFERENCE * np.eye(n)])
-        repeated = [np.repeat(p, n + 1) for p in given]
-        times = np.repeat(np.stack([np.zeros(which.size), T], axis=1), n + 1, axis=0)
-        least, first = np.repeat(sizes, n + 1, axis=0), x
         for _ in range(NEWTONS):
-            starts = x[:, None] + nudges * sizes[:, None]
-            ends, error, _ = motions.solved(self.model.moving, repeated, starts.reshape(-1, n), times, 1e-13, least)
+            sizes, x = self.sizes[which], self.start[which]
+            times, least = (np.repeat(y, n + 1, axis=0) for y in (self.period[which, None] * [0.0, 1.0], sizes))
+            given, starts = [np.repeat(p[which], n + 1) for p in self.parameters], x[:, None] + nudges * sizes[:, None]
+            ends, error, _ = motions.solved(self.model.moving, given, starts.reshape(-1, n), times, 1e-13, least)
             ends = ends[:, 1].reshape(-1, n + 1, n) / sizes[:, None]
             off = ends[:, 0] - x / sizes
             slopes = np.swapaxes(ends[:, 1:] - ends[:, :1], 1, 2) / DIFFERENCE - np.eye(n)
-            bad = ~np.isfinite(slopes).all(axis=(1, 2)) | ~(np.abs(x - first) < FAR * sizes).all(axis=1)
+            bad = ~np.isfinite(slopes).all(axis=(1, 2)) | ~(np.abs(x - first[which]) < FAR * sizes).all(axis=1)
             slopes[bad] = np.eye(n)
-            inverse = np.linalg.pinv(slopes, rcond=1e-9)
-            self.closed[which] = np.where(bad, np.inf, np.abs(off).max(axis=1))
+            inverse, distance = np.linalg.pinv(slopes, rcond=1e-9), np.abs(off).max(axis=1)
+            self.closed[which] = np.where(bad, np.inf, distance)
             rounding = (error[:: n + 1, 1] / sizes).max(axis=1)
-            self.error[which] = (np.abs(off).max(axis=1) + rounding) * np.abs(inverse).sum(axis=2).max(axis=1)
-            self.start[which] = x
-            if not (np.abs(off).max(axis=1) > rounding)[~bad].any():
+            self.error[which] = (distance + rounding) * np.abs(inverse).sum(axis=2).max(axis=1)
+            going = (distance > rounding) & ~bad
+            which = which[going]
+            if not which.size:
                 break
-            x = x - sizes * np.einsum("pij,pj->pi", inverse, off)
+            step = np.clip(np.einsum("pij,pj->pi", inverse, off), -1.0, 1.0)
+            self.start[which] = (x - sizes * step)[going]
 
     def __call__(self, times) -> np.ndarray:
         """Return the states at times (points, times), shape (points, times, n)."""
@@ -242,9 +242,9 @@ class Base:
 
     @cached_property
     def number(self) -> np.ndarray:
-        """Number of segments of a period; 0 where there are too many."""
+        """Number of segments of a period; 0 where there are too many, and where no motion is closed."""
         needed = np.ceil(self.period * self.scale / TURN)
-        at = np.searchsorted(SEGMENTS, np.where(np.isfinite(needed), needed, np.inf))
+        at = np.searchsorted(SEGMENTS, np.where(np.isfinite(needed) & (self.closed <= CLOSED), needed, np.inf))
         return np.array([*SEGMENTS, 0])[at]
 
 
@@ -356,7 +356,6 @@ def refusal(model, parameters) -> str:
 def _columns(base, epsilon, tolerance):
     """Columns of points with one number of segments."""
     (points, n), reciprocal = base.sizes.shape, bool(base.reciprocal[0])
-    closed = base.closed <= CLOSED
     matrix, error, linear, exact = (np.full((points, n, n), np.nan) for _ in range(4))
     elsewhere, wide, determinant, turns = np.full(points, np.nan), np.zeros(points, dtype=bool), 1.0, (None, None)
     if base.number[0]:
@@ -366,12 +365,12 @@ def _columns(base, epsilon, tolerance):
         error = np.sqrt(noise.sum(axis=1)) + (np.abs(after) @ change @ np.abs(before)).sum(axis=1)
         linear, exact, elsewhere, determinant, theirs = certified(base)
         turns = half_turns(segments), theirs
-    matrix[wide | ~closed], linear[~closed] = np.nan, np.nan
+    matrix[wide] = np.nan
     columns, agree = floquet.compared(
         floquet.Matrices(matrix, error, linear, exact, elsewhere, *turns), base.period, reciprocal, determinant
     )
     sound = np.isfinite(matrix + error + linear).all(axis=(1, 2))
-    cases = [~closed, base.number == 0, wide, ~sound, ~agree]
+    cases = [~(base.closed <= CLOSED), base.number == 0, wide, ~sound, ~agree]
     kinds = ["NO_PERIODIC_MOTION", "NOT_CONVERGED", "PERTURBATION_TOO_LARGE", "NON_FINITE", "NOT_CONVERGED"]
     status = np.select(cases, [getattr(statuses, name) for name in kinds], statuses.OK)
     return columns | {"status": status.astype(np.int8)}

@@ -266,11 +266,19 @@ def test_the_measurement_is_blind(monkeypatch):
 
 
 def test_points_do_not_depend_on_each_other():
+    """Nor on how many steps Newton's method takes for others."""
     rng = np.random.default_rng(38)
-    a, q = rng.uniform(-2, 10, 90), rng.uniform(0, 10, 90)
-    found, alone = survey("mathieu", a=a, q=q), survey("mathieu", a=a[71:72], q=q[71:72])
-    for name in found:
-        assert np.array_equal(found[name][71:72], alone[name], equal_nan=True), name
+    points = {
+        "mathieu": {"a": rng.uniform(-2, 10, 90), "q": rng.uniform(0, 10, 90)},
+        "duffing": {"force": rng.uniform(0, 2, 90)},
+    }
+    for name, values in points.items():
+        model = Model(duffing()) if name == "duffing" else systems.resolve(name).mechanism
+        found, alone = (
+            of_model(model, **{n: v[part] for n, v in values.items()}) for part in (slice(None), slice(71, 72))
+        )
+        for column in found:
+            assert np.array_equal(found[column][71:72], alone[column], equal_nan=True), (name, column)
 
 
 def test_a_period_that_is_none_is_refused():

@@ -46,7 +46,7 @@ class Periodic(Described):
     @staticmethod
     def holds(variables: Collection[str]) -> bool:
         """Return whether a map is one of multipliers."""
-        return "multiplier_real" in variables
+        return "phase_residual" in variables
 
     def numbers(self) -> dict[str, np.ndarray]:
         """Return no dimension: multipliers are a further one of variables."""

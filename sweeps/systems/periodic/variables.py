@@ -1,5 +1,7 @@
 """What maps of Floquet multipliers hold, of any system, and those of described systems beside their parameters."""
 
+from dataclasses import replace
+
 from kernels.floquet import INVARIANTS as NAMES
 from kernels.floquet import REGIMES
 from sweeps.schema.quantities import Parameter
@@ -93,5 +95,6 @@ NUDGE = (
         "none from it, a half and a quarter of it",
     ),
 )
-LAYOUT = layout(NUDGE, MULTIPLIER, 24, VARIABLES | INVARIANTS, VARIABLES)
+NEEDED = [name for name, variable in VARIABLES.items() if not variable.over]  # slices have no multipliers
+LAYOUT = replace(layout(NUDGE, MULTIPLIER, 24, VARIABLES | INVARIANTS, NEEDED), spare=(MULTIPLIER.name,))
 COORDINATES = LAYOUT.coordinates

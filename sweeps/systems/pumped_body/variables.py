@@ -57,10 +57,11 @@ PARAMETERS = (
     bodies.PHASE,
 )
 ARGUMENTS = ("axis", *(parameter.name for parameter in PARAMETERS))
-_FREE = bodies.layout(PARAMETERS, VARIABLES, VARIABLES, spun=True, listed=False)
+_FREE = bodies.layout(PARAMETERS, VARIABLES, [n for n, v in VARIABLES.items() if not v.over], spun=True, listed=False)
 LAYOUT = replace(
     _FREE,
     coordinates=_FREE.coordinates | table(MULTIPLIER),
+    spare=(*_FREE.spare, MULTIPLIER.name),
     values=_FREE.values | {"multiplier": Annotated[int, whole(1, 2, "1 or 2")]},
 )
 COORDINATES = LAYOUT.coordinates
