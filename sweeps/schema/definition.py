@@ -84,6 +84,11 @@ class Definition(Strict):
         description="a file of points, in place of ranges: CSV, Parquet or netCDF, its path relative to the "
         "definition's, its columns named as the keys of grid",
     )
+    start_at: dict[str, float | str] = Field(
+        default=None,
+        description="where the report opens: a mapping from coordinates of the map to values, of which the nearest on the "
+        "map are used; changes no result",
+    )
     shards: Annotated[int | str, BeforeValidator(file_count)] = Field(
         "auto",
         description=f"files the work is cut into: auto, or 1 to {MAX_SHARDS:,}; changes no result",

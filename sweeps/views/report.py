@@ -8,6 +8,7 @@ import base64
 import hashlib
 import json
 import math
+import urllib.parse
 from collections.abc import Mapping
 from dataclasses import asdict
 from importlib.resources import files
@@ -23,6 +24,7 @@ from sweeps.figure import colors
 from sweeps.figure import style as figure_style
 from sweeps.maps.summary import Summary, known, place, pointwise, read, rule
 from sweeps.process.files import replaced
+from sweeps.reading.definitions import definition_of
 from sweeps.schema.boxes import blocks, dimensions, flags, own_of_points
 from sweeps.schema.variables import Role
 from sweeps.systems.presentation import Page
@@ -46,7 +48,7 @@ if TYPE_CHECKING:
 
 LIMIT = 8_000_000  # bytes of a page
 # before those of a map's own system; main.js is the last
-SCRIPTS = ("numbers.js", "data.js", "state.js", "colors.js", "controls.js", "row.js", "plane.js", "cloud.js")
+SCRIPTS = ("numbers.js", "data.js", "state.js", "colors.js", "controls.js", "row.js", "plane.js", "cloud.js", "lecture.js")
 
 
 def write(ds: "xr.Dataset | PlainMap", path: str | Path, limit: int = LIMIT) -> None:
@@ -226,7 +228,8 @@ def _start(ds, kept) -> dict:
     middle = {dim: (len(values) - 1) // 2 if dim in _numeric(ds, kept) else 0 for dim, values in kept.items()}
     index = {dim: int(np.argmin(np.abs(ds[dim].values[kept[dim]] - v))) for dim, v in opening.at.items() if dim in kept}
     whole = all(len(values) == 1 or dim in opening.at for dim, values in kept.items())
-    return {"plane": list(opening.plane), "index": middle | index, "whole": whole}
+    link = urllib.parse.urlencode(definition_of(ds.attrs).get("start_at") or {})
+    return {"plane": list(opening.plane), "index": middle | index, "whole": whole, "link": link}
 
 
 # ---------------------------------------------------------------------------------------------------------

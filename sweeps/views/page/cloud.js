@@ -1,7 +1,6 @@
 // Points that are no grid: any two of their coordinates against each other, coloured by one variable, and its histogram.
 
 const MOST_DOTS = 5000; // a browser draws so many shapes at once without delay
-const MOST_TOLD = 1000; // dots whose every headline is in their tooltip
 const BINS = 50;
 
 const pointNumber = () => theMap.order.indexOf("point");
@@ -37,16 +36,14 @@ function drawCloud() {
   theMap.shownDots = shown;
   const scale = colorScale(column, dots.map((dot) => dot.value), dots.map((dot) => dot.exists));
   const marker = { size: shown.length > 1000 ? 4 : 6, symbol: shown.map((dot) => (dot.exists ? "circle" : "x-thin-open")), color: shown.map((dot) => (Number.isFinite(dot.value) ? scale.z(dot.value) : null)), cmin: scale.zmin, cmax: scale.zmax, colorscale: scale.colorscale, showscale: false, line: { width: 0.4, color: pageColor("quiet") } };
-  theMap.brief = shown.length <= MOST_TOLD ? headlines() : [];
-  const text = shown.map((dot) => tooltip(column, dot));
-  const points = { type: "scatter", mode: "markers", x: shown.map((dot) => dot.x), y: shown.map((dot) => dot.y), marker, text, hovertemplate: "%{text}<extra></extra>" };
-  const at = dots[state.place[pointNumber()]];
-  const chosen = { type: "scatter", mode: "markers", name: "chosen", x: [at.x], y: [at.y], marker: { size: 15, symbol: "circle-open", color: pageColor("ink"), line: { width: 2.5 } }, hoverinfo: "skip" };
+  const points = { type: "scatter", mode: "markers", x: shown.map((dot) => dot.x), y: shown.map((dot) => dot.y), marker, hoverinfo: "none" };
+  theMap.dots = dots;
   const target = document.getElementById("map");
   const touch = matchMedia("(pointer: coarse)").matches;
   const axes = { xaxis: cloudAxis(state.x), yaxis: state.y ? cloudAxis(state.y) : { visible: false } };
   const layout = { ...axes, height: mapHeight(target), showlegend: false, hovermode: "closest", uirevision: [state.x, state.y].join(), dragmode: touch ? false : "zoom" };
-  draw(target, [points, ...(part.guides?.() ?? []), chosen], layout);
+  draw(target, [points, ...(part.guides?.() ?? [])], layout);
+  markDot();
   const few = shown.length < dots.length ? ` ${shown.length} of the ${dots.length} points, chosen at random, are drawn.` : "";
   document.getElementById("map-summary").textContent = `${column.longName}: ${cloudInWords(column, dots)}${few}`;
   drawLegend({ cells: [dots], column, scale });
@@ -54,10 +51,15 @@ function drawCloud() {
   if (document.getElementById("map-table").open) fillCloudTable(column, shown);
 }
 
+function markDot() {
+  const { x, y } = theMap.dots[state.place[pointNumber()]];
+  markPoint([x, y]);
+}
+
 function cloudInWords(column, dots) {
   const possible = dots.filter((dot) => dot.exists);
   const impossible = dots.length - possible.length;
-  return `${valuesInWords(column, possible.length > 0 ? possible : dots)}.${impossible > 0 ? ` ${impossible} points, crossed, cannot exist.` : ""}`;
+  return `${valuesInWords(column, possible.length > 0 ? possible : dots)}.${impossible > 0 ? ` ${impossible} points, crossed, are physically impossible.` : ""}`;
 }
 
 function cloudAxis(name) {
@@ -109,8 +111,9 @@ function buildCloud() {
   document.getElementById("legend").before(element("div", { id: "histogram", role: "group", "aria-label": "histogram" }));
   drawCloud();
   const dotOf = (event) => event.points.filter((point) => point.curveNumber === 0).map((point) => theMap.shownDots[point.pointNumber])[0];
-  target.on("plotly_hover", (event) => dotOf(event) && showRow(dotOf(event).place));
-  target.on("plotly_unhover", () => showRow(state.place));
+  target.on("plotly_hover", (event) => dotOf(event) && showTip(tipLines(chosenColumn(), { ...dotOf(event), exists: true }), event.event));
+  target.on("plotly_unhover", () => showTip(null));
+  for (const event of ["plotly_relayout", "plotly_afterplot"]) target.on(event, markDot);
   target.on("plotly_click", (event) => dotOf(event) && choose({ place: dotOf(event).place }));
   const steps = { ArrowLeft: -1, ArrowRight: 1, ArrowUp: 1, ArrowDown: -1 };
   target.addEventListener("keydown", (event) => {

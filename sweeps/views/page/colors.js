@@ -105,7 +105,7 @@ function plotLayout(more) {
   return {
     paper_bgcolor: "rgba(0,0,0,0)",
     plot_bgcolor: "rgba(0,0,0,0)",
-    font: { family: "system-ui, sans-serif", size: 13, color: ink },
+    font: { family: "system-ui, sans-serif", size: textSize(), color: ink },
     margin: { l: 64, r: 12, t: 24, b: 56 },
     ...more,
     ...Object.fromEntries(Object.entries(more).filter(([key]) => /^[xy]axis/.test(key)).map(([key, value]) => [key, { ...axis, ...value }])),

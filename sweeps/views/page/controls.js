@@ -86,7 +86,7 @@ function buildControls() {
   const show = () => {
     for (const [name, control] of made) {
       control.show(state.place[theMap.order.indexOf(name)]);
-      control.hidden = able.length > 0 && (name === state.x || name === state.y);
+      control.hidden = (able.length > 0 && (name === state.x || name === state.y)) || (part.hides ?? []).includes(name);
     }
     for (const side of planeControls) side.querySelector("select").value = state[side.dataset.side];
     bar.querySelector("[data-color] select").value = state.color;

@@ -53,6 +53,8 @@ async function start() {
   else if (theMap.cloud) buildCloud();
   else buildPlane();
   part.build?.();
+  buildLecture();
+  writeLink("replaceState");
   showRow(state.place);
   say(state.place);
   onChange(() => {
@@ -62,6 +64,8 @@ async function start() {
   // the address itself may by now be that of an earlier choice, which is written a moment late
   addEventListener("hashchange", ({ newURL }) => readLink(new URL(newURL).hash) && redraw());
   let width = innerWidth;
+  const units = document.getElementById("units");
+  units.onchange = () => choose({ units: units.value });
   addEventListener("resize", () => {
     if (innerWidth !== width) resized();
     width = innerWidth;
@@ -71,6 +75,6 @@ async function start() {
 }
 
 // what the console, and the tests, may look at
-globalThis.polhode = { map: theMap, state, choose, placeWith, link, numberText, ...part.shown };
+globalThis.polhode = { map: theMap, state, choose, placeWith, link, locate, numberText, ...part.shown };
 
 await start();

@@ -26,9 +26,18 @@ function numberText(value, digits = 6) {
   return exponent === undefined ? plain : `${plain} × 10${superscript(exponent.replace("+", ""))}`;
 }
 
+const EVERYDAY = { "rad s-1": [" rpm", 30 / Math.PI], rad: ["°", 180 / Math.PI] }; // unit → the one of daily life, and how many
+
+/** What a unit is called in the units that the reader has chosen, with a space before it, and how many one is. */
+function inUnits(units) {
+  if (state.units === "everyday" && Object.hasOwn(EVERYDAY, units ?? "")) return EVERYDAY[units];
+  const unit = unitText(units);
+  return [unit ? `\u00a0${unit}` : "", 1];
+}
+
 function withUnit(value, units, digits = 6) {
-  const unit = Number.isNaN(value) ? "" : unitText(units);
-  return numberText(value, digits) + (unit ? `\u00a0${unit}` : "");
+  const [unit, factor] = inUnits(units);
+  return numberText(value === null ? value : value * factor, digits) + (Number.isNaN(value) ? "" : unit);
 }
 
 /** A time as a person says it: seconds, minutes, hours, days or years, whichever fits. */

@@ -28,46 +28,100 @@ function planeCells() {
 
 /** As high as what stands beside it, or nearly square. */
 function mapHeight(target) {
+  if (lecture.on) return innerHeight - 12.5 * textSize();
   const beside = document.querySelector(".explorer.turns") && innerWidth > 860;
   return beside ? Math.max(300, Math.min(520, innerHeight - 330)) : Math.min(innerWidth > 860 ? 560 : 380, Math.max(300, target.clientWidth * 0.8));
 }
 
-/** The plane as it is drawn: each cell where what follows from both sides is upwards, as fine as the plane itself. */
-function slantedCells(plane, slant) {
-  if (!slant) return plane;
-  const [xEdges, yEdges] = [cellEdges(plane.x), cellEdges(plane.y).map((edge) => slant.clip(edge))];
-  const ends = xEdges.map((edge) => slant.clipAcross(edge)).flatMap((x) => [yEdges[0], yEdges[yEdges.length - 1]].map((y) => slant.up(x, y)));
-  const [low, high] = [Math.min(...ends), Math.max(...ends)];
-  const n = Math.max(SLANTED_ROWS, plane.y.length);
-  const y = Array.from({ length: n }, (_, k) => low + ((k + 0.5) / n) * (high - low));
-  const [last, rows] = [yEdges[yEdges.length - 1], plane.x.map(() => 0)]; // of each column the row that is reached
-  const cells = y.map((shown) => plane.x.map((x, i) => {
-    const at = slant.down(x, shown);
-    while (rows[i] < plane.y.length - 1 && yEdges[rows[i] + 1] <= at) rows[i] += 1;
-    const cell = plane.cells[rows[i]][i];
-    return yEdges[0] <= at && at <= last ? cell : { value: NaN, exists: slant.clip(at) === at, place: cell.place };
-  }));
-  return { ...plane, cells, y };
+const FINE = 200; // points along each side of a slanted plane: some two pixels each
+
+/** The cells' edges; on a slanted plane those of the outermost cells, which end where bodies do. */
+function planeEdges({ x, y }, slant) {
+  const [xEdges, yEdges] = [cellEdges(x), cellEdges(y)];
+  if (!slant) return [xEdges, yEdges];
+  const closed = (edges) => {
+    const step = 1.5 * (edges[1] - edges[0]);
+    return edges.map((edge, i) => (i === 0 && edge < step ? 0 : i === edges.length - 1 && edge > 1 - step ? 1 : edge));
+  };
+  return [closed(xEdges), closed(yEdges)];
 }
 
-const SLANTED_ROWS = 80; // at least: some five pixels each
+/** Number of the cell that holds a value; -1 beyond the edges. */
+function cellNumber(edges, value) {
+  return edges.findIndex((edge, i) => i + 1 < edges.length && (edge - value) * (edges[i + 1] - value) <= 0);
+}
 
+/** The cell at a point of the picture: null beside the cells, and `exists: false` where no body can be. */
+function locate(X, Y) {
+  const { cells, xEdges, yEdges } = theMap.plane;
+  const up = theMap.slant ? theMap.slant.down(X, Y) : Y;
+  const cell = cells[cellNumber(yEdges, up)]?.[cellNumber(xEdges, X)] ?? null;
+  if (part.possible && !part.possible(X, Y)) return { exists: false, place: null };
+  return cell;
+}
+
+/** The plane as it is drawn: [edges across, edges up, rows of [row, column] of the cell at each point or null]. */
+function rasterOf({ xEdges, yEdges }, slant) {
+  if (!slant) return [xEdges, yEdges, null];
+  const [left, right] = [xEdges[0], xEdges[xEdges.length - 1]];
+  const sides = [Array.from({ length: FINE + 1 }, (_, k) => left + (k / FINE) * (right - left)), Array.from({ length: FINE + 1 }, (_, k) => k / FINE)];
+  const [xs, ys] = sides.map((edges) => edges.slice(1).map((edge, k) => 0.5 * (edge + edges[k])));
+  const columns = xs.map((x) => cellNumber(xEdges, x));
+  const beyond = 2 / FINE; // drawn a little farther than bodies go: the hatching covers it
+  const at = ys.map((y) => xs.map((x, c) => {
+    const t = slant.down(x, y);
+    if (t < -beyond / x || t > 1 + beyond) return null;
+    const j = cellNumber(yEdges, Math.max(yEdges[0], Math.min(yEdges[yEdges.length - 1], slant.clip(t))));
+    return j < 0 ? null : [j, columns[c]];
+  }));
+  return [...sides, at];
+}
+
+/** Draws the map anew where something but the point in it has changed; then marks the point. */
 function drawPlane() {
-  const own = planeCells();
-  theMap.slant = part.slanted?.() ?? null;
-  const plane = slantedCells(own, theMap.slant);
-  [theMap.plane, theMap.own] = [plane, own];
   const target = document.getElementById("map");
-  theMap.brief = headlines();
-  const drawn = state.y ? heatmap(plane, own) : curve(plane);
-  plane.scale = drawn.scale;
-  const size = { height: mapHeight(target) };
-  const view = [state.x, state.y].join();
-  const touch = matchMedia("(pointer: coarse)").matches;
-  draw(target, drawn.traces, { ...drawn.layout, ...size, showlegend: false, hovermode: "closest", uirevision: view, dragmode: touch ? false : "zoom" });
-  document.getElementById("map-summary").textContent = planeSummary(own);
-  drawLegend(plane);
-  if (document.getElementById("map-table").open) fillPlaneTable(own);
+  const others = state.place.filter((_, k) => ![state.x, state.y].includes(theMap.order[k]));
+  const key = [state.x, state.y, state.color, ...others, target.clientWidth, innerHeight, document.documentElement.dataset.theme, state.units].join();
+  if (key !== drawPlane.key || !state.y) {
+    theMap.slant = part.slanted?.() ?? null;
+    const plane = planeCells();
+    if (state.y) [plane.xEdges, plane.yEdges] = planeEdges(plane, theMap.slant);
+    theMap.plane = plane;
+    const drawn = state.y ? heatmap(plane) : curve(plane);
+    plane.scale = drawn.scale;
+    const view = [state.x, state.y].join();
+    const touch = matchMedia("(pointer: coarse)").matches;
+    draw(target, drawn.traces, { ...drawn.layout, width: target.clientWidth, height: mapHeight(target), showlegend: false, hovermode: state.y ? false : "closest", uirevision: view, dragmode: touch ? false : "zoom" });
+    document.getElementById("map-summary").textContent = planeSummary(plane);
+    drawLegend(plane);
+    if (document.getElementById("map-table").open) fillPlaneTable(plane);
+    drawPlane.key = key;
+  }
+  markPoint();
+}
+
+/** Where the chosen point is in the picture; a system may have chosen one between cells. */
+function pointShown() {
+  const { cells, x, column } = theMap.plane;
+  if (!state.y) {
+    const i = state.x ? ascending(state.x).indexOf(state.place[theMap.order.indexOf(state.x)]) : 0;
+    const { value } = cells[0][i];
+    return [state.x ? x[i] : 0, column.isFlag ? column.text(value) : value];
+  }
+  const [across, up] = [state.x, state.y].map((name) => coordinateAt(name, state.place));
+  return part.shownAt?.() ?? [across, theMap.slant ? theMap.slant.up(across, up) : up];
+}
+
+/** The ring around the chosen point, with a halo and its name. */
+function markPoint(at = pointShown()) {
+  const ring = document.getElementById("ring");
+  const { xaxis, yaxis } = document.getElementById("map")._fullLayout;
+  const [x, y] = [xaxis.d2p(at[0]), yaxis.d2p(at[1])];
+  ring.hidden = !(x >= -1 && x <= xaxis._length + 1 && y >= -1 && y <= yaxis._length + 1);
+  ring.style.transform = `translate(${xaxis._offset + x}px, ${yaxis._offset + y}px)`;
+  ring.dataset.name = part.pointName?.() ?? "selected";
+  ring.classList.toggle("left", x > 0.75 * xaxis._length);
+  ring.classList.toggle("under", y < 24);
 }
 
 function axisOf(name, values) {
@@ -79,47 +133,54 @@ function rangeOf(edges, type) {
   return type === "log" ? ends.map(Math.log10) : ends;
 }
 
-function heatmap({ cells, x, y, column }, own) {
+function heatmap(plane) {
+  const { cells, column, xEdges, yEdges } = plane;
   const flat = cells.flat();
   const scale = colorScale(column, flat.map((cell) => cell.value), flat.map((cell) => cell.exists));
-  const [xEdges, yEdges] = [cellEdges(x), cellEdges(y)];
-  const z = cells.map((row) => row.map((cell) => (Number.isFinite(cell.value) ? scale.z(cell.value) : null)));
-  const text = cells.map((row) => row.map(() => ""));
-  const base = { type: "heatmap", x: xEdges, y: yEdges, z, text, hovertemplate: "%{text}<extra></extra>", hoverongaps: true };
+  const own = cells.map((row) => row.map((cell) => (Number.isFinite(cell.value) ? scale.z(cell.value) : null)));
+  const [x, y, at] = rasterOf(plane, theMap.slant);
+  const z = at ? at.map((row) => row.map((one) => (one ? own[one[0]][one[1]] : null))) : own;
   const colors = { zmin: scale.zmin, zmax: scale.zmax, colorscale: scale.colorscale, showscale: false };
-  const layout = { xaxis: axisOf(state.x, x), yaxis: axisOf(state.y, y) };
+  const layout = { xaxis: axisOf(state.x, plane.x), yaxis: axisOf(state.y, plane.y) };
   if (theMap.slant) layout.yaxis.title = { text: theMap.slant.label };
-  layout.xaxis.range = rangeOf(xEdges, layout.xaxis.type);
-  layout.yaxis.range = rangeOf(yEdges, layout.yaxis.type);
-  const lines = part.boundaries?.(xEdges, yEdges) ?? [];
-  layout.annotations = [...regionNames(cells, x, y), ...lines.map((line) => line.label)];
-  return { scale, traces: [{ ...base, ...colors }, ...hatch(cells, xEdges, yEdges), ...lines.flatMap((line) => line.traces), mark(own)], layout };
+  layout.xaxis.range = rangeOf(x, layout.xaxis.type);
+  layout.yaxis.range = rangeOf(y, layout.yaxis.type);
+  if (theMap.slant) layout.yaxis.range = [0, 1.06]; // names stand above the uppermost bodies
+  const lines = part.boundaries?.(x, y) ?? [];
+  const hatched = [...(part.impossible?.(x, y) ?? []), ...cellsApart(plane)];
+  layout.annotations = [...regionNames(plane), ...lines.map((line) => line.label)];
+  return { scale, traces: [{ type: "heatmap", x, y, z, hoverinfo: "skip", ...colors }, ...hatch(hatched), ...lines.flatMap((line) => line.traces), ...landmarks()], layout };
+}
+
+/** Points with names, as the system has them on this plane. */
+function landmarks() {
+  const all = part.landmarks?.() ?? [];
+  const pick = (name) => all.map((one) => one[name]);
+  if (all.length === 0) return [];
+  return [{ type: "scatter", mode: "markers+text", x: pick("x"), y: pick("y"), text: pick("name"), textposition: pick("side"), textfont: { size: textSize(11), color: "#1a1a1a", shadow: "0 0 3px #fff, 0 0 3px #fff" }, marker: { size: 6, color: "#1a1a1a", line: { color: "#ffffff", width: 1.5 } }, hoverinfo: "skip" }];
 }
 
 const MOST_LOOKED_AT = 2500; // cells, more tell no better where a name has room
 
 /** The leading flag's meanings, each written where its region has most room. */
-function regionNames(all, xs, ys) {
+function regionNames({ cells: all, x: xs, y: ys }) {
   const step = Math.ceil(Math.sqrt((all.length * all[0].length) / MOST_LOOKED_AT));
   const thin = (list) => (step === 1 ? list : list.filter((_, k) => k % step === 0));
   const [cells, x, y] = [thin(all).map(thin), thin(xs), thin(ys)];
   const flag = Object.values(theMap.columns).find((column) => column.role === "headline" && column.isFlag);
   if (!flag || cells.length < 6 || cells[0].length < 6) return [];
   const values = cells.map((row) => row.map((cell) => (cell.exists ? flag.at(cell.place) : null)));
-  const room = roomOf(values);
-  const [mi, mj] = chosenCell(xs, ys).map((k) => k / step);
-  const hides = (i, j) => Math.abs(i - mi) < 0.14 * cells[0].length && Math.abs(j - mj) < 0.07 * cells.length; // the chosen cell
   const best = new Map();
-  room.forEach((row, j) => row.forEach((free, i) => {
-    const value = values[j][i];
-    if (value !== null && !hides(i, j) && free > (best.get(value)?.free ?? 0)) best.set(value, { free, i, j });
+  roomOf(values).forEach((row, j) => row.forEach((free, i) => {
+    if (values[j][i] !== null && free > (best.get(values[j][i])?.free ?? 0)) best.set(values[j][i], { free, i, j });
   }));
   const log = (values, value) => (isLogarithmic(values) ? Math.log10(value) : value);
   const least = 0.06 * Math.min(cells.length, cells[0].length);
   return [...best].filter(([, at]) => at.free > least).map(([value, { i, j }]) => {
     const text = flagText(flag.meanings.get(value) ?? "").replace(", ", "<br>");
     const xanchor = i < 0.15 * x.length ? "left" : i > 0.85 * x.length ? "right" : "center";
-    return { x: log(x, x[i]), y: log(y, y[j]), xanchor, text, showarrow: false, font: { size: 12, color: "#1a1a1a" }, bgcolor: "rgba(255,255,255,0.72)", borderpad: 2 };
+    const up = theMap.slant ? theMap.slant.up(x[i], y[j]) : log(y, y[j]);
+    return { x: log(x, x[i]), y: up, xanchor, text, showarrow: false, font: { size: textSize(12), color: "#1a1a1a" }, bgcolor: "rgba(255,255,255,0.72)", borderpad: 2 };
   });
 }
 
@@ -141,57 +202,60 @@ function roomOf(values) {
   return room;
 }
 
-function tooltip(column, cell) {
-  const sides = [state.x, state.y].filter(Boolean).map((name) => `${symbolText(name)} = ${coordinateText(name, coordinateAt(name, cell.place))}`);
-  if (theMap.slant) sides.push(`${theMap.slant.label} = ${numberText(theMap.slant.up(...[state.x, state.y].map((name) => coordinateAt(name, cell.place))), 6)}`);
-  const lines = [...sides, `${column.name} = ${column.text(cell.value)}`];
-  for (const one of theMap.brief ?? []) {
-    const [measured, theory] = headlineTexts(one, cell.place);
-    if (one !== column) lines.push(`${one.name} = ${measured}${theory ? ` (theory ${theory})` : ""}`);
-  }
-  return [...lines, ...(cell.exists ? [] : ["physically impossible"])].join("<br>");
+/** At most four values of a point: its sides, what colours it, and its leading flag. */
+function tipLines(column, { value, exists, place }, at = null) {
+  if (!exists && !place) return ["No rigid body has these moments."];
+  const sides = [state.x, state.y].map((name, k) => {
+    if (!name) return null;
+    const slanted = k === 1 && theMap.slant && at;
+    return slanted ? `${theMap.slant.label} = ${numberText(theMap.slant.up(...[state.x, state.y].map((one) => coordinateAt(one, place))), 4)}` : `${symbolText(name)} = ${coordinateText(name, coordinateAt(name, place))}`;
+  });
+  const [measured] = theMap.columns[column.name] ? headlineTexts(column, place) : [column.text(value)];
+  const flag = headlines().find((one) => one.isFlag && one.name !== column.name);
+  const lines = [...sides, `${column.longName.split(/ ?[,(;]/)[0]}: ${measured}`, flag ? flag.text(flag.at(place)) : null].filter(Boolean);
+  return exists ? lines : [...lines.slice(0, 2), "physically impossible"];
 }
 
-/** Hatching over the cells of what cannot exist: runs of cells of each row, one outline each. */
-function hatch(cells, xEdges, yEdges) {
+/** Shows the small box beside the pointer, or hides it. */
+function showTip(lines, { clientX, clientY } = {}) {
+  const tip = document.getElementById("tip");
+  tip.hidden = !lines;
+  if (!lines) return;
+  tip.replaceChildren(...lines.map((text) => element("div", { textContent: text })));
+  const box = tip.parentElement.getBoundingClientRect();
+  const [x, y] = [clientX - box.left, clientY - box.top];
+  tip.style.left = `${x > box.width / 2 ? Math.max(0, x - tip.offsetWidth - 14) : x + 14}px`;
+  tip.style.top = `${Math.max(0, y - tip.offsetHeight - 8)}px`;
+}
+
+/** Outlines of the cells that cannot exist, but for those that the system outlines: runs of cells of each row. */
+function cellsApart({ cells, x: xs, y: ys, xEdges, yEdges }) {
   const [x, y] = [[], []];
   cells.forEach((row, j) => {
+    const apart = (i) => i < row.length && !row[i].exists && (part.possible?.(xs[i], ys[j]) ?? true);
     for (let i = 0; i < row.length; i++) {
-      if (row[i].exists) continue;
+      if (!apart(i)) continue;
       const first = i;
-      while (i < row.length && !row[i].exists) i++;
+      while (apart(i)) i++;
       x.push(xEdges[first], xEdges[i], xEdges[i], xEdges[first], xEdges[first], null);
       y.push(yEdges[j], yEdges[j], yEdges[j + 1], yEdges[j + 1], yEdges[j], null);
     }
   });
-  if (x.length === 0) return [];
-  const fillpattern = { shape: "/", size: 7, solidity: 0.16, fgcolor: "#3c3f43", bgcolor: "rgba(255,255,255,0.55)" };
-  return [{ type: "scatter", mode: "lines", x, y, fill: "toself", fillpattern, fillcolor: "rgba(255,255,255,0.55)", line: { width: 0 }, hoverinfo: "skip" }];
+  return x.length > 0 ? [{ x, y }] : [];
+}
+
+/** Hatching over what cannot exist. */
+function hatch(outlines) {
+  const bgcolor = pageColor("paper");
+  const fillpattern = { shape: "/", size: 8, solidity: 0.1, fgcolor: pageColor("quiet"), bgcolor };
+  return outlines.map(({ x, y }) => ({ type: "scatter", mode: "lines", x, y, fill: "toself", fillpattern, fillcolor: bgcolor, line: { width: 1, color: pageColor("quiet") }, hoverinfo: "skip" }));
 }
 
 function boundaryLine(x, y, name, at) {
   const line = (color, width) => ({ type: "scatter", mode: "lines", x, y, name, line: { color, width }, hoverinfo: "skip" });
   const log = (value, side) => (isLogarithmic(theMap.coordinates[state[side]].values) ? Math.log10(value) : value);
-  const label = { x: log(at.x, "x"), y: log(at.y, "y"), text: name, showarrow: false, font: { size: 12, color: "#1a1a1a" }, bgcolor: "rgba(255,255,255,0.8)", xanchor: at.above ? "center" : "right", yanchor: at.above ? "top" : "bottom" };
+  const label = { x: log(at.x, "x"), y: log(at.y, "y"), text: name, showarrow: false, font: { size: textSize(12), color: "#1a1a1a" }, bgcolor: "rgba(255,255,255,0.8)", xanchor: at.above ? "center" : "right", yanchor: at.above ? "top" : "bottom" };
   return { traces: [line("#ffffff", 4), line("#1a1a1a", 1.8)], label };
-}
-
-/** Where the chosen cell is among those drawn: across, up. */
-function chosenCell(x, y) {
-  const own = [state.x, state.y].map((name) => ascending(name).indexOf(state.place[theMap.order.indexOf(name)]));
-  if (!theMap.slant) return own;
-  const shown = theMap.slant.up(coordinateAt(state.x, state.place), coordinateAt(state.y, state.place));
-  return [own[0], y.findLastIndex((value) => value <= shown)];
-}
-
-/** The frame around the chosen cell. */
-function mark(own) {
-  const [i, j] = [state.x, state.y].map((name) => ascending(name).indexOf(state.place[theMap.order.indexOf(name)]));
-  const [[x0, x1], [y0, y1]] = [[own.x, i], [own.y, j]].map(([values, k]) => cellEdges(values).slice(k, k + 2));
-  const middle = own.x[i]; // a slanted plane is drawn column by column
-  const up = (value) => (theMap.slant ? theMap.slant.up(middle, theMap.slant.clip(value)) : value);
-  const line = { color: "#000000", width: 2.5 };
-  return { type: "scatter", mode: "lines", name: "chosen", x: [x0, x1, x1, x0, x0], y: [y0, y0, y1, y1, y0].map(up), line, hoverinfo: "skip" };
 }
 
 /** A curve where one dimension varies, one point where none does. */
@@ -199,11 +263,9 @@ function curve({ cells, x, column }) {
   const row = cells[0];
   const along = state.x ? x : [0];
   const color = pageColor("accent");
-  const trace = { type: "scatter", mode: "lines+markers", x: along, y: row.map((cell) => (column.isFlag ? column.text(cell.value) : cell.value)), text: row.map((cell) => tooltip(column, cell)), hovertemplate: "%{text}<extra></extra>", line: { color }, marker: { color, size: 7 } };
-  const at = state.x ? ascending(state.x).indexOf(state.place[theMap.order.indexOf(state.x)]) : 0;
-  const chosen = { type: "scatter", mode: "markers", x: [along[at]], y: [trace.y[at]], marker: { size: 15, symbol: "circle-open", color: pageColor("ink"), line: { width: 2.5 } }, hoverinfo: "skip" };
+  const trace = { type: "scatter", mode: "lines+markers", x: along, y: row.map((cell) => (column.isFlag ? column.text(cell.value) : cell.value)), hoverinfo: "none", line: { color }, marker: { color, size: 7 } };
   const yaxis = { title: { text: unitText(column.units) }, exponentformat: "power" };
-  return { traces: [trace, chosen], layout: { xaxis: state.x ? axisOf(state.x, x) : { visible: false }, yaxis } };
+  return { traces: [trace], layout: { xaxis: state.x ? axisOf(state.x, x) : { visible: false }, yaxis } };
 }
 
 // ---------------------------------------------------------------------------------------------------------
@@ -288,50 +350,69 @@ function moveInPlane(dx, dy) {
   choose({ place: placeWith(changes) });
 }
 
+/** A place on the screen in the picture's own numbers; null beside the plot. */
+function dataAt({ clientX, clientY }) {
+  const target = document.getElementById("map");
+  const { xaxis, yaxis } = target._fullLayout;
+  const box = target.getBoundingClientRect();
+  const [across, up] = [clientX - box.left - xaxis._offset, clientY - box.top - yaxis._offset];
+  if (across < 0 || across > xaxis._length || up < 0 || up > yaxis._length) return null;
+  return [xaxis.p2d(across), yaxis.p2d(up), across];
+}
+
 /** The cell at a place on the screen, or nothing beside the plot; of a curve, the point above or below. */
-function cellAt({ clientX, clientY }) {
-  const { _fullLayout: layout } = document.getElementById("map");
-  const box = document.getElementById("map").getBoundingClientRect();
-  const { cells, x, y } = theMap.plane;
-  const [across, up] = [clientX - box.left - layout.xaxis._offset, clientY - box.top - layout.yaxis._offset];
-  if (across < 0 || across > layout.xaxis._length || up < 0 || up > layout.yaxis._length) return null;
-  const cell = (axis, values, pixel) => {
-    const edges = cellEdges(values).map((edge) => axis.d2p(edge));
-    return values.findIndex((_, i) => (edges[i] - pixel) * (edges[i + 1] - pixel) <= 0);
-  };
-  if (state.y) return cells[cell(layout.yaxis, y, up)]?.[cell(layout.xaxis, x, across)] ?? null;
-  const away = x.map((value) => Math.abs(layout.xaxis.d2p(value) - across));
+function cellAt(event) {
+  const at = dataAt(event);
+  if (!at) return null;
+  if (state.y) return locate(at[0], at[1]);
+  const { cells, x } = theMap.plane;
+  const { xaxis } = document.getElementById("map")._fullLayout;
+  const away = x.map((value) => Math.abs(xaxis.d2p(value) - at[2]));
   return cells[0][Math.max(0, away.indexOf(Math.min(...away)))];
 }
 
-/** A click or a tap chooses the cell under it: Plotly's own event names, on touch, the cell tapped before. */
+const GRIP = 15; // pixels from the ring's middle within which it is dragged
+
+function isOnRing({ clientX, clientY }) {
+  const ring = document.getElementById("ring");
+  const { left, top } = ring.getBoundingClientRect();
+  return !ring.hidden && Math.hypot(clientX - left, clientY - top) < GRIP;
+}
+
+/** A click or a tap chooses the cell under it; the ring is dragged, where the system has what lies between cells. */
 function listenForTaps(target) {
-  let down = null;
+  let [down, dragged] = [null, null];
+  const move = () => {
+    const at = dragged && dataAt(dragged);
+    if (at) part.drag(at[0], at[1]);
+    dragged = null;
+  };
   target.addEventListener("pointerdown", (event) => {
     down = event.isPrimary && event.button === 0 && !event.target.closest(".modebar") ? event : null;
+    if (!down || !part.drag || !state.y || !isOnRing(event)) return;
+    down.drags = true;
+    event.preventDefault(); // else Plotly zooms
+    event.stopPropagation();
   }, true);
+  target.addEventListener("touchstart", (event) => part.drag && isOnRing(event.touches[0]) && event.preventDefault(), { capture: true, passive: false });
+  target.addEventListener("mousedown", (event) => down?.drags && event.stopPropagation(), true);
+  target.addEventListener("pointermove", (event) => {
+    if (down?.drags) {
+      if (!dragged) requestAnimationFrame(move);
+      dragged = event;
+      return showTip(null);
+    }
+    const cell = down ? null : cellAt(event);
+    showTip(cell ? tipLines(theMap.plane.column, cell, theMap.slant) : null, event);
+  }, true);
+  target.addEventListener("pointerleave", () => showTip(null));
   addEventListener("pointerup", (event) => {
     const still = down && Math.hypot(event.clientX - down.clientX, event.clientY - down.clientY) < 6;
-    const cell = still && event.pointerId === down.pointerId ? cellAt(down) : null;
+    const cell = still && event.pointerId === down.pointerId && !down.drags ? cellAt(down) : null;
     down = null;
-    if (cell) choose({ place: cell.place });
+    if (cell?.exists) choose({ place: cell.place });
+    else if (cell) showTip(tipLines(theMap.plane.column, cell, theMap.slant), event);
   }, true);
-}
-
-/** Writes the tooltip of the cell under the pointer, just before Plotly shows it: all of them would take a slider's time. */
-function tellUnderPointer(event) {
-  const { cells, column } = theMap.plane;
-  const cell = state.y ? cellAt(event) : null;
-  if (!cell) return;
-  const { text } = document.getElementById("map").data[0];
-  const j = cells.findIndex((row) => row.includes(cell));
-  text[j][cells[j].indexOf(cell)] ||= plain(tooltip(column, cell));
-}
-
-function cellOf(point) {
-  const { cells } = theMap.plane;
-  if (!state.y) return cells[0][point.pointNumber];
-  return cells[point.pointNumber[0]][point.pointNumber[1]];
 }
 
 /** Scrolls to the first section of the system's part, and takes the keys there. */
@@ -344,23 +425,15 @@ function goToPart() {
 function buildPlane() {
   const target = document.getElementById("map");
   drawPlane();
-  const onMap = (event) => event.points.find((point) => point.curveNumber === 0);
-  let byKeys = false; // where the pointer rests says nothing while keys move the choice
-  target.addEventListener("pointermove", (event) => {
-    byKeys = false;
-    tellUnderPointer(event);
-  }, true);
-  target.on("plotly_hover", (event) => !byKeys && onMap(event) && showRow(cellOf(onMap(event)).place));
-  target.on("plotly_unhover", () => showRow(state.place));
+  for (const event of ["plotly_relayout", "plotly_afterplot"]) target.on(event, () => markPoint());
   listenForTaps(target);
   const steps = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
   target.addEventListener("keydown", (event) => {
-    byKeys = true;
     if (event.key in steps) moveInPlane(...steps[event.key]);
     else if (event.key === "Enter") goToPart();
     else return;
     event.preventDefault();
   });
-  document.getElementById("map-table").addEventListener("toggle", () => fillPlaneTable(theMap.own));
+  document.getElementById("map-table").addEventListener("toggle", () => fillPlaneTable(theMap.plane));
   onChange(drawPlane);
 }

@@ -30,17 +30,22 @@ function headlineTexts(column, place) {
   const theory = beside ? beside.text(beside.at(place)) : "";
   const error = theMap.columns[column.error]?.at(place);
   if (column.isFlag || !Number.isFinite(value) || !Number.isFinite(error)) return [column.text(value), theory];
-  const unit = unitText(column.units);
-  return [`${numberText(value, 6)} ± ${numberText(error, 2)}${unit ? ` ${unit}` : ""}`, theory];
+  const [unit, factor] = inUnits(column.units);
+  return [`${numberText(value * factor, 6)} ± ${numberText(error * factor, 2)}${unit}`, theory];
 }
 
+/** What matters most of the point; between the points of the map, what the system knows of it without measuring. */
 function showHeadlines(place) {
-  const lines = headlines().map((column) => {
-    const [measured, theory] = headlineTexts(column, place);
-    const head = element("th", { scope: "row", textContent: column.longName.replace(/, measured\b/, ""), title: column.comment });
+  const between = part.between?.() ?? null;
+  const rows = between?.rows ?? headlines().map((column) => [column.longName.replace(/, measured\b/, ""), ...headlineTexts(column, place), column.comment]);
+  const lines = rows.map(([name, measured, theory, comment = ""]) => {
+    const head = element("th", { scope: "row", textContent: name, title: comment });
     return element("tr", {}, head, element("td", { className: "n", textContent: measured }), element("td", { className: "n", textContent: theory }));
   });
   document.querySelector("#headline tbody").replaceChildren(...lines);
+  document.getElementById("headline").hidden = lines.length === 0;
+  document.getElementById("row-where").textContent = between?.words ?? placeText(place);
+  document.querySelector("#all-values summary").textContent = between ? "More: all values of the nearest point of the map" : "More: all values of the point";
 }
 
 /** The point in one sentence: the system's own, or what the leading flag and the first number say. */
@@ -89,7 +94,6 @@ function showRow(place) {
     lines.push(rowLine(column.name, column.longName, column.comment, value, column.text(value)));
   }
   body.replaceChildren(...lines);
-  document.getElementById("row-where").textContent = placeText(place);
 }
 
 function placeText(place) {

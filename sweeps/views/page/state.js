@@ -1,6 +1,6 @@
 // What is chosen: a place along every dimension, the plane, the colour, and what the system's part keeps besides.
 
-const state = { place: [], x: null, y: null, color: null, listeners: [] };
+const state = { place: [], x: null, y: null, color: null, units: "si", listeners: [] };
 
 function onChange(listener) {
   state.listeners.push(listener);
@@ -8,6 +8,7 @@ function onChange(listener) {
 
 /** Changes the choice, tells everyone who draws it, and writes the link. */
 function choose(changes) {
+  part.adjust?.(changes);
   Object.assign(state, changes);
   for (const listener of state.listeners) listener(changes);
   writeLink();
@@ -55,6 +56,8 @@ function firstState() {
   state.color = (theMap.choices.find(({ name }) => name === part.color) ?? theMap.choices[0]).name;
   keepOwn();
   state.place = part.first?.() ?? tellingPlace();
+  readLink(`#${theMap.start.link}`, false);
+  part.opening?.();
 }
 
 const DULL = ["marginal", "sphere", "undetermined", "absent"]; // meanings of a leading flag that say little
@@ -110,11 +113,13 @@ function shortValue(coordinate, i) {
   return nearest(coordinate, String(short)) === i ? short : value;
 }
 
-function writeLink() {
+/** Writes the link: a step of the browser's history, but one alone for what a slider passes through. */
+function writeLink(way = "pushState") {
   clearTimeout(writeLink.later);
   writeLink.later = setTimeout(() => {
+    if (link() === location.hash) return;
     try {
-      history.replaceState(null, "", link());
+      history[way](null, "", link());
     } catch {
       // a page inside a frame may have no history of its own; the link is then on its button only
     }
@@ -122,12 +127,12 @@ function writeLink() {
 }
 
 /** Takes over what a link says; what is unknown changes nothing, and what is not as the link has it is said. */
-function readLink(hash = location.hash) {
+function readLink(hash = location.hash, isTold = true) {
   const said = new URLSearchParams(hash.slice(1));
   if ([...said].length === 0) return false;
   state.place = theMap.dims.map((dim, k) => nearest(theMap.coordinates[dim.name], said.get(dim.name)) ?? state.place[k]);
   state.place = nearestBy(said);
-  tellOfLink(remarks(said));
+  if (isTold) tellOfLink(remarks(said));
   const able = planeDimensions();
   const [x, y] = [said.get("_x"), said.get("_y")];
   if (able.includes(x) && able.includes(y) && x !== y) [state.x, state.y] = [x, y];

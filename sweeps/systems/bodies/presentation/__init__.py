@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
-from sweeps.systems.presentation import Page
+from sweeps.systems.presentation import Page, turning
 
 TRIANGLE = Path(__file__).parent / "triangle.js"
 
 
 def on_triangle(question: str, script: Path) -> Page:
-    """Return a page that asks `question`, with the inertia triangle and a script of the system."""
-    return Page((TRIANGLE, script), question)
+    """Return a page that asks `question`, with the inertia triangle, the body turning and a script of the system."""
+    return Page((*turning.FILES, TRIANGLE, script), question, "Space: play or pause.")

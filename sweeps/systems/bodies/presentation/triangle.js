@@ -1,10 +1,67 @@
-// Points that are bodies: their shapes on the inertia triangle.
+// Bodies on a plane of their moments: which are possible, where one between the cells stands, shapes on the triangle.
+
+const MOMENTS = ["I1", "I2", "I3"];
+
+/** On a grid of shapes I2/I3 is upwards, so that the plane is the triangle of all bodies. */
+function slanted() {
+  if (state.x !== "I1_over_I3" || state.y !== "thickness") return null;
+  const clip = (value) => Math.max(0, Math.min(1, value));
+  return { label: "I₂/I₃", up: (x, t) => 1 - x * (1 - t), down: (x, y) => 1 - (1 - y) / x, clip };
+}
+
+/** Moments at a point of the plane; null where none of its sides is a moment. */
+function momentsAt(X, Y) {
+  if (slanted()) return [X, Y, 1];
+  const sides = { [state.x]: X, [state.y]: Y };
+  if (!MOMENTS.some((name) => name in sides)) return null;
+  return MOMENTS.map((name) => sides[name] ?? coordinateAt(name, state.place));
+}
+
+/** Whether a rigid body may have these moments: none is above the sum of the others, to rounding. */
+function isPossible(moments) {
+  return 2 * Math.max(...moments) <= moments.reduce((sum, I) => sum + I) * (1 + 1e-9);
+}
+
+function possible(X, Y) {
+  const moments = momentsAt(X, Y);
+  return !moments || isPossible(moments);
+}
+
+/** Outlines of what no body can be, in a rectangle of the plane: beyond the lines where one moment is the others' sum. */
+function impossible(xEdges, yEdges) {
+  const [[left, right], [low, high]] = [xEdges, yEdges].map((edges) => [edges[0], edges[edges.length - 1]]);
+  if (!momentsAt(left, low)) return [];
+  const corners = [[left, low], [right, low], [right, high], [left, high]];
+  return [0, 1, 2].flatMap((a) => {
+    const excess = (corner) => momentsAt(...corner).reduce((sum, I, i) => sum + (i === a ? -I : I), 0);
+    const outline = dense(cut(corners, excess));
+    return outline.length > 0 ? [{ x: outline.map(([x]) => x), y: outline.map(([, y]) => y) }] : [];
+  });
+}
+
+/** A closed outline with points along its edges, which a logarithmic side bends. */
+function dense(corners) {
+  return corners.flatMap((corner, i) => {
+    const next = corners[(i + 1) % corners.length];
+    return Array.from({ length: 33 }, (_, k) => corner.map((value, d) => value + (k / 32) * (next[d] - value)));
+  });
+}
+
+/** Where a body with any moments stands on the plane: it is scaled to the moment that the plane does not show. */
+function placeOfBody(moments) {
+  if (slanted()) return [moments[0] / moments[2], moments[1] / moments[2]];
+  const sides = [state.x, state.y].map((name) => MOMENTS.indexOf(name));
+  if (sides.some((i) => i < 0)) return null;
+  const third = 3 - sides[0] - sides[1];
+  const scale = coordinateAt(MOMENTS[third], state.place) / moments[third];
+  return sides.map((i) => scale * moments[i]);
+}
 
 const RATIOS = { "I1/I3": "I1", "I2/I3": "I2" };
 
 /** Ratios of moments as coordinates, where the points are bodies: on the inertia triangle all shapes are. */
 function addRatios() {
-  const moments = ["I1", "I2", "I3"].map((name) => theMap.coordinates[name]);
+  const moments = MOMENTS.map((name) => theMap.coordinates[name]);
   if (moments.some((one) => !one || (one.dim !== "point" && one.values.length > 1))) return;
   const at = (one, i) => one.values[one.dim === "point" ? i : 0];
   for (const [name, moment] of Object.entries(RATIOS)) {
@@ -26,17 +83,16 @@ function shapeRegions(most) {
     [1, [[1, 1], [1, 2], [far, far + 1], [far, far]]], [2, [[1, 1], [2, 1], [far + 1, far], [far, far]]], // I3 the least
     [0, [[0, 0], [0, 1], [1, 0]]], [0, [[0, 1], [0, far + 1], [far, far + 1]]], [0, [[1, 0], [far + 1, 0], [far + 1, far]]],
   ];
-  return regions.map(([middle, corners]) => ({ middle, corners: cutOff(cutOff(corners, 0, most), 1, most) })).filter(({ corners }) => corners.length > 2);
+  return regions.map(([middle, corners]) => ({ middle, corners: [0, 1].reduce((left, k) => cut(left, (corner) => corner[k] - most), corners) })).filter(({ corners }) => corners.length > 2);
 }
 
-/** A polygon's part whose coordinate k is not above `most`. */
-function cutOff(corners, k, most) {
+/** A polygon's part where something linear is not above zero. */
+function cut(corners, excess) {
   return corners.flatMap((corner, i) => {
     const before = corners[(i + corners.length - 1) % corners.length];
-    const [inside, was] = [corner[k] <= most, before[k] <= most];
-    const share = (most - before[k]) / (corner[k] - before[k]);
-    const edge = inside === was ? [] : [before.map((value, d) => value + share * (corner[d] - value))];
-    return inside ? [...edge, corner] : edge;
+    const [now, was] = [excess(corner), excess(before)];
+    const edge = now <= 0 === was <= 0 ? [] : [before.map((value, d) => value + (was / (was - now)) * (corner[d] - value))];
+    return now <= 0 ? [...edge, corner] : edge;
   });
 }
 
@@ -63,3 +119,6 @@ function triangle() {
   const axis = theMap.coordinates.axis ? coordinateAt("axis", state.place) : null;
   return stabilityRegions(axis, REACH * most);
 }
+
+/** What all pages of bodies share: the plane's limits, and the triangle under points. */
+const BODIES = { slanted, possible, impossible, coordinates: addRatios, guides: triangle };

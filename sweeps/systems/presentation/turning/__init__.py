@@ -7,5 +7,5 @@ from pathlib import Path
 
 _HERE = Path(__file__).parent
 _ARITHMETIC = ("elliptic.js", "rotation.js", "attitude.js")
-_SCRIPTS = (*_ARITHMETIC, "drawing.js", "solid.js", "polhode.js", "herpolhode.js", "motion.js")
+_SCRIPTS = (*_ARITHMETIC, "shaken.js", "drawing.js", "solid.js", "polhode.js", "herpolhode.js", "motion.js")
 FILES = tuple(_HERE / name for name in ("first.html", "motion.html", "motion.css", *_SCRIPTS))

@@ -99,7 +99,7 @@ function arrow(view, from, to, color, label, shift = 8) {
 
 function writeAt({ pen, project }, point, text, color, shift = 8) {
   const [x, y] = project(point);
-  pen.font = "600 13px system-ui, sans-serif";
+  pen.font = `600 ${textSize()}px system-ui, sans-serif`;
   pen.textBaseline = "middle";
   pen.lineWidth = 3;
   pen.strokeStyle = pageColor("paper");

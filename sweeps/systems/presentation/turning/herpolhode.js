@@ -17,7 +17,7 @@ class HerpolhodePicture {
     const n = Math.ceil((length / rotation) * POINTS_PER_ROTATION);
     this.curve = Array.from({ length: n + 1 }, (_, i) => this.place((i * length) / n));
     this.rotation = rotation;
-    const radii = trajectory.polhode().map((w) => this.offAxis(w, trajectory));
+    const radii = trajectory.surface ? this.curve.map((at) => Math.hypot(...at)) : trajectory.polhode().map((w) => this.offAxis(w, trajectory));
     [this.inner, this.outer] = [Math.min(...radii), Math.max(...radii)];
     this.still = !(this.outer > 1e-14 * Math.hypot(...trajectory.start) * trajectory.unit);
   }
@@ -72,7 +72,7 @@ class HerpolhodePicture {
     pen.arc(x, y, 5, 0, 2 * Math.PI);
     pen.fillStyle = color;
     pen.fill();
-    pen.font = "600 13px system-ui, sans-serif";
+    pen.font = `600 ${textSize()}px system-ui, sans-serif`;
     pen.textBaseline = "middle";
     pen.fillText(text, x + 9, y - 8);
   }

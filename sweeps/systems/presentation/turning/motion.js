@@ -1,15 +1,16 @@
 // The motion of the chosen point: the body turning, its polhode and ω(t), from the exact solution.
 //
 // A system whose motion it is says in its `part`:
-//   start(place)   moments, axis, omega0, epsilon and phase; `nudged` in words, where epsilon alone tells little
-//   nudged         whether the nudge may be drawn larger: `state.nudge`, null for the map's own
+//   start(place)   moments, axis, omega0, epsilon and phase; `nudged` in words, where epsilon alone tells little; or
+//                  moments, omega0 and `omega`, the angular velocity at time 0, where it is no perturbed spin
+//   spoken(shown)  the motion in a sentence, where that is not the stability of a spin
+//   marks(shown)   periods to be marked over time: [name, s]
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 30, 100];
-const NUDGES = [1e-6, 1e-3, 0.01, 0.1, 0.3];
 const TRAIL_ROTATIONS = 3;
 const PLOT_MARGIN = { l: 70, r: 12 };
 
-const motion = { t: 0, playing: false };
+const motion = { t: 0, playing: false, ticks: [] };
 
 /** What of it the console may look at. */
 const MOTION_SHOWN = { jacobi, completeK, Trajectory, perturbedSpin, Attitude, rotated, motion };
@@ -22,8 +23,13 @@ function nudgeOfLink(text) {
 /** Moments, spin and nudge of the chosen point; the nudge may be another for the drawing. */
 function motionOf(place) {
   const given = part.start(place);
-  const trajectory = new Trajectory(given.moments, perturbedSpin(given));
-  return { ...given, trajectory, rotation: (2 * Math.PI) / Math.abs(given.omega0), ...span(trajectory, given) };
+  const rotation = (2 * Math.PI) / Math.abs(given.omega0);
+  if (given.shaken) {
+    const trajectory = new ShakenTrajectory(given, rotation);
+    return { ...given, trajectory, rotation, flips: false, end: trajectory.end, attitudes: { at: (t) => trajectory.attitudeAt(t) } };
+  }
+  const trajectory = new Trajectory(given.moments, given.omega ?? perturbedSpin(given));
+  return { ...given, trajectory, rotation, ...span(trajectory, given), attitudes: new Attitude(trajectory), ...(given.end > 0 ? { end: given.end } : {}) };
 }
 
 /** How long the drawing runs, s: two flips or two turns of the wobble, within what an eye can follow. */
@@ -45,12 +51,15 @@ function axisInWords(moments, axis) {
 
 function subjectInWords({ moments }) {
   const body = theMap.coordinates.body;
+  if (state.moments) return state.named ?? "your body";
   if (body) return String(coordinateAt("body", state.place));
   return looksLikeRacket(meanSquares(moments)) ? "this racket" : "this body";
 }
 
 function motionInWords(shown) {
   const { trajectory, flips, rotation, axis, moments } = shown;
+  if (part.spoken) return part.spoken(shown);
+  if (shown.shaken) return `Spun about ${axisInWords(moments, axis)}, ${subjectInWords(shown)} has one moment changed every ${timeText((2 * Math.PI) / shown.shaken.frequency)}.`;
   const period = trajectory.flipPeriod;
   const spun = `Spun about ${axisInWords(moments, axis)}, ${subjectInWords(shown)}`;
   const turns = (time) => `${numberText(time / rotation, 3)} rotations`;
@@ -79,11 +88,16 @@ function firstFlip({ trajectory, axis, end }) {
 }
 
 function showMotion() {
+  const there = part.start(state.place) !== null;
+  for (const id of ["motion", "motion-first"]) document.getElementById(id).hidden = !there;
+  if (!there) {
+    setPlaying(false);
+    return;
+  }
   const shown = motionOf(state.place);
-  Object.assign(motion, shown, { t: 0, attitudes: new Attitude(shown.trajectory), flip: shown.flips ? firstFlip(shown) : null });
+  Object.assign(motion, { axis: null }, shown, { t: 0, flip: shown.flips ? firstFlip(shown) : null });
   const { moments } = motion;
   motion.squares = meanSquares(moments);
-  const possible = !(Math.max(...moments) * 2 > moments[0] + moments[1] + moments[2]);
   const shape = document.getElementById("shape");
   const own = ownSurface();
   const option = shape.querySelector("[value=own]");
@@ -93,8 +107,10 @@ function showMotion() {
   motion.polhode.show(motion.trajectory, motion.axis);
   motion.herpolhode.show(motion);
   document.getElementById("motion-where").textContent = placeText(state.place);
-  motion.words = motionInWords(motion) + (possible ? "" : " Physically impossible moments: the body shown is the nearest possible one.");
+  motion.words = motionInWords(motion) + (2 * Math.max(...moments) <= (moments[0] + moments[1] + moments[2]) * (1 + 1e-9) ? "" : " Physically impossible moments: the body shown is the nearest possible one.");
   document.getElementById("motion-words").textContent = motion.words;
+  const marks = part.marks?.(motion) ?? [];
+  document.getElementById("marks-note").textContent = marks.map(([name, period], i) => ` ${["Dashed", "Dotted"][i]}: every ${name} = ${timeText(period)}.`).join("");
   document.getElementById("say").textContent = motion.words;
   showFlipPeriod();
   document.getElementById("to-flip").hidden = motion.flip === null;
@@ -120,8 +136,7 @@ function setSpeed() {
 }
 
 function drawTraces() {
-  const n = 1500;
-  const times = Array.from({ length: n + 1 }, (_, i) => (i * motion.end) / n);
+  const times = traceTimes();
   const omegas = times.map((t) => motion.trajectory.at(t));
   const [factor, unit] = [["years", 31557600], ["days", 86400], ["h", 3600], ["s", 1]].filter(([, one]) => motion.end >= 3 * one || one === 1).map(([name, one]) => [one, name])[0];
   const colors = [theMap.seriesColors[0], theMap.seriesColors[1], theMap.seriesColors[2]];
@@ -130,7 +145,23 @@ function drawTraces() {
   [0, 1, 2].forEach((i) => {
     layout[i ? `yaxis${i + 1}` : "yaxis"] = { domain: [0.7 - 0.35 * i, 1 - 0.35 * i], title: { text: `ω${SUBSCRIPTS[i]}`, standoff: 4 }, fixedrange: true, automargin: false, exponentformat: "power", nticks: 4, ...componentRange(omegas.map((w) => w[i])) };
   });
-  Plotly.react("traces", traces, plotLayout(layout), { ...PLOT_CONFIG, displayModeBar: false });
+  layout.shapes = (part.marks?.(motion) ?? []).flatMap(([, period], i) => [1, 2, 3, 4].filter((k) => k * period <= motion.end).map((k) => ({ type: "line", xref: "x", yref: "paper", x0: (k * period) / factor, x1: (k * period) / factor, y0: 0, y1: 1, line: { color: pageColor("quiet"), width: 1.2, dash: DASHES_OF_PERIODS[i] } })));
+  draw("traces", traces, layout, { displayModeBar: false });
+}
+const DASHES_OF_PERIODS = ["dash", "dot"];
+
+const EVEN = 900; // points of ω(t)
+const AT_FLIP = 120; // more around each flip, over sixteen of the times in which it grows e-fold
+
+/** Times of ω(t), close together where the body flips, so that the curves are smooth there too. */
+function traceTimes() {
+  const { end, flip, trajectory } = motion;
+  const even = Array.from({ length: EVEN + 1 }, (_, i) => (i * end) / EVEN);
+  const period = trajectory.flipPeriod;
+  if (flip === null || !Number.isFinite(period)) return even;
+  const flips = Array.from({ length: Math.min(8, 1 + Math.floor((end - flip) / period)) }, (_, k) => flip + k * period);
+  const close = flips.flatMap((at) => Array.from({ length: AT_FLIP + 1 }, (_, i) => at + (16 * (i / AT_FLIP - 0.5)) / (trajectory.p * trajectory.unit)));
+  return [...even, ...close.filter((t) => t > 0 && t < end)].sort((a, b) => a - b);
 }
 const SUBSCRIPTS = "₁₂₃";
 
@@ -152,9 +183,10 @@ function seek(t) {
   motion.omega = motion.trajectory.at(motion.t);
   motion.trail = handleTrail(motion);
   motion.scene.render();
-  motion.polhode.tick(motion.omega);
+  motion.polhode.tick(motion.trajectory.tip(motion.t));
   motion.herpolhode.tick(motion.t);
   motion.moveCursor();
+  for (const tick of motion.ticks) tick();
 }
 
 /** The line over ω(t) where the motion is. */
@@ -184,12 +216,13 @@ function drawBody(view) {
   const inSpace = document.getElementById("frame").value === "space";
   const seen = frameOfView();
   const attitude = inSpace ? motion.attitude : motion.attitudes.at(0);
+  const trail = inSpace ? motion.trail : momentumTrail();
   drawSphere(view);
   strokeLine(view, [seen([0, 0, -1.3]), seen([0, 0, 1.05])], pageColor("grid"), 1.5, [3, 4]);
-  drawTrail(view, inSpace ? motion.trail : momentumTrail(), false);
+  drawTrail(view, trail, false);
   drawSolid(view, motion.faces, attitude);
   drawBodyAxes(view, attitude, motion.axis);
-  drawTrail(view, inSpace ? motion.trail : momentumTrail(), true);
+  drawTrail(view, trail, true);
   arrow(view, seen([0, 0, 1.05]), seen([0, 0, 1.28]), pageColor("quiet"), "L", 10);
   const omega = seen(rotated(motion.attitude, motion.omega));
   const size = Math.hypot(...omega);
@@ -204,7 +237,7 @@ function momentumTrail() {
   const length = Math.min(t, TRAIL_ROTATIONS * rotation);
   const n = Math.ceil((length / rotation) * 48) + 1;
   return Array.from({ length: n + 1 }, (_, i) => {
-    const L = trajectory.at(t - length + (i * length) / n).map((w, k) => w * trajectory.moments[k]);
+    const L = trajectory.momentum(t - length + (i * length) / n);
     const size = Math.hypot(...L);
     return rotated(attitudes.at(0), L.map((l) => l / size));
   });
@@ -260,10 +293,6 @@ function fillMotionControls() {
   const speed = document.getElementById("speed");
   for (const one of SPEEDS) speed.append(element("option", { value: String(one), textContent: `${numberText(one, 3)} rotation${one === 1 ? "" : "s"} per second` }));
   speed.onchange = () => (speed.dataset.chosen = "yes");
-  const nudge = document.getElementById("nudge");
-  nudge.append(element("option", { value: "", textContent: "as in the map" }));
-  for (const one of NUDGES) nudge.append(nudgeOption(one));
-  nudge.onchange = () => choose({ nudge: nudge.value ? Number(nudge.value) : null });
   document.getElementById("frame").onchange = showFrame;
   const shape = document.getElementById("shape");
   shape.onchange = () => {
@@ -279,21 +308,7 @@ function showFrame() {
   motion.scene.render();
 }
 
-/** The nudge drawn, which a link may have chosen freely. */
-function showNudge() {
-  const nudge = document.getElementById("nudge");
-  const value = String(state.nudge ?? "");
-  if (![...nudge.options].some((option) => option.value === value)) nudge.append(nudgeOption(value));
-  nudge.value = value;
-}
-
-function nudgeOption(value) {
-  return element("option", { value: String(value), textContent: `ε = ${numberText(Number(value), 3)}` });
-}
-
 function buildMotion() {
-  for (const id of ["motion", "motion-first"]) document.getElementById(id).hidden = false;
-  document.getElementById("nudge").parentElement.parentElement.hidden = !part.nudged;
   fillMotionControls();
   motion.scene = new Scene(document.getElementById("body-canvas"), 1.36, drawBody);
   motion.polhode = new PolhodePicture(document.getElementById("polhode-canvas"));
@@ -309,8 +324,6 @@ function buildMotion() {
   document.getElementById("copy-link").onclick = copyLink;
   for (const name of ["map", "body-canvas", "polhode-canvas"]) document.getElementById(name).addEventListener("keydown", playBySpace);
   onChange(showMotion);
-  onChange(showNudge);
-  showNudge();
   showFrame();
   showMotion();
   if (!matchMedia("(prefers-reduced-motion: reduce)").matches) setPlaying(true);

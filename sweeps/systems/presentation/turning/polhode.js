@@ -42,19 +42,24 @@ class PolhodePicture {
   }
 
   show(trajectory, spinAxis) {
-    const { moments, start, unit } = trajectory;
-    const energy = moments.reduce((sum, I, i) => sum + I * start[i] ** 2, 0);
-    const axes = moments.map((I) => Math.sqrt(energy / I));
-    const largest = Math.max(...axes);
-    this.semi = axes.map((a) => a / largest);
-    this.unit = largest * unit;
+    const { semi, largest, family } = trajectory.surface?.() ?? this.ellipsoid(trajectory);
+    Object.assign(this, { semi, unit: largest * trajectory.unit });
     const lift = (curve, by) => curve.map((w) => w.map((x) => (x / by) * 1.003));
-    this.family = neighbours(trajectory).map((curve) => lift(curve, largest));
+    this.family = family.map((curve) => lift(curve, largest));
     this.curve = lift(trajectory.polhode(), this.unit);
     this.spinAxis = spinAxis;
     this.looked = null;
     this.tiny = Math.max(...[0, 1, 2].map((i) => Math.max(...this.curve.map((w) => w[i])) - Math.min(...this.curve.map((w) => w[i])))) < 0.03;
-    this.tick(start.map((w) => w * unit));
+    this.tick(trajectory.tip(0));
+  }
+
+  /** The ellipsoid of the trajectory's energy: its semi-axes, the largest before they are divided by it, curves on it. */
+  ellipsoid(trajectory) {
+    const { moments, start } = trajectory;
+    const energy = moments.reduce((sum, I, i) => sum + I * start[i] ** 2, 0);
+    const axes = moments.map((I) => Math.sqrt(energy / I));
+    const largest = Math.max(...axes);
+    return { semi: axes.map((a) => a / largest), largest, family: neighbours(trajectory) };
   }
 
   /** A scale at which the ellipsoid fills the picture, with room for the names of its axes. */

@@ -71,6 +71,15 @@ class Trajectory {
     return w;
   }
 
+  momentum(t) {
+    return this.at(t).map((w, i) => w * this.moments[i]);
+  }
+
+  /** What runs along the polhode. */
+  tip(t) {
+    return this.at(t);
+  }
+
   /** Amplitudes of the sn, cn and dn component, in units of `unit`. */
   get amplitudes() {
     const [cs, cc, cd] = this.roles.map((i) => this.c[i]);

@@ -1,10 +1,14 @@
 """Presentation of pumped bodies."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from sweeps.systems.presentation import Presentation
+from sweeps.reading.definitions import definition_of
+from sweeps.systems.bodies.presentation import on_triangle
+from sweeps.systems.presentation import Page, Presentation
 from sweeps.systems.pumped_body.presentation.look import LOOK
 
 if TYPE_CHECKING:
@@ -13,9 +17,16 @@ if TYPE_CHECKING:
 
 
 class PumpedBodyPresentation(Presentation):
-    """Figures of the regimes."""
+    """Figures of the regimes, and a page with the body turning."""
 
     look = LOOK
+    part = on_triangle(
+        "Does a spin stay stable while the moments of inertia change?", Path(__file__).parent / "page" / "part.js"
+    )
+
+    def page(self, ds: "xr.Dataset") -> Page:
+        """Return the page, which knows whether the inverses of the moments are modulated."""
+        return replace(self.part, facts={"inverse": definition_of(ds.attrs).get("modulation") == "inverse"})
 
     def figures(self, ds: "xr.Dataset") -> "dict[str, Callable[..., Figure | None]]":
         """Return the regimes over two parameters, for each axis, with the exact boundary."""

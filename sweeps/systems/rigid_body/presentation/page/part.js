@@ -1,11 +1,9 @@
 // The rigid body: theory's boundaries on the plane, the body turning, and where linear theory ends.
 
-const MOMENTS = ["I1", "I2", "I3"];
-
 function bodyStart(place) {
   const value = (name) => coordinateAt(name, place);
-  const epsilon = state.nudge ?? value("epsilon");
-  return { moments: MOMENTS.map(value), axis: value("axis"), omega0: value("omega0"), epsilon, phase: value("phase") };
+  const start = { moments: state.moments ?? MOMENTS.map(value), axis: value("axis"), omega0: state.spin ?? value("omega0"), epsilon: state.nudge ?? value("epsilon"), phase: value("phase") };
+  return state.shaken ? { ...start, shaken: shaking(start) } : start;
 }
 
 /** Where linear theory has Ω² = 0 about the axis: I_a = I_b and I_a = I_c. */
@@ -29,13 +27,6 @@ function equalLesserMoments(xEdges) {
   if (!(state.y in curves) || points.length < 2) return [];
   const at = points[Math.floor(0.55 * points.length)];
   return [boundaryLine(points.map(([x]) => x), points.map(([, y]) => y), `${symbolText("I1")} = ${symbolText("I2")}`, { x: at[0], y: at[1] })];
-}
-
-/** On a grid of shapes I2/I3 is upwards, so that the plane is the triangle of all bodies. */
-function slanted() {
-  if (state.x !== "I1_over_I3" || state.y !== "thickness") return null;
-  const clip = (value) => Math.max(0, Math.min(1, value));
-  return { label: "I₂/I₃", up: (x, t) => 1 - x * (1 - t), down: (x, y) => 1 - (1 - y) / x, clip, clipAcross: clip };
 }
 
 function boundary(pair, xEdges, yEdges) {
@@ -74,11 +65,12 @@ function mostUnstable() {
 }
 
 const part = {
+  ...BODIES,
   choices: signedRate,
   start: bodyStart,
-  nudged: true,
-  kept: { nudge: nudgeOfLink },
-  shown: MOTION_SHOWN,
+  kept: { nudge: nudgeOfLink, moments: momentsOfLink, spin: spinOfLink, named: (text) => text },
+  shown: { ...MOTION_SHOWN, axisOutcome },
+  hides: ["omega0", "epsilon"],
   nudges: {
     along: "epsilon",
     over: {
@@ -87,14 +79,23 @@ const part = {
     },
   },
   boundaries,
-  slanted,
-  coordinates: addRatios,
-  guides: triangle,
+  shownAt: () => (state.moments ? placeOfBody(state.moments) : null),
+  pointName: () => (theMap.presets.some(({ name }) => name === state.named) && slanted() ? "" : state.moments ? state.named ?? "your body" : "selected"),
+  drag: dragBody,
+  adjust: backToTheMap,
+  between,
+  landmarks: namedBodies,
+  lecture: lectureOfBodies,
+  leave: () => ({ shaken: null }),
+  begin: () => motion.end && (seek(0), setPlaying(true)),
   first: () => (theMap.start.whole ? state.place : mostUnstable()),
+  opening: () => (state.nudge ??= LARGE_ENOUGH),
   say: () => motion.words,
   buildTable: buildBodies,
   build() {
     buildNudges();
     buildMotion();
+    buildOwn();
+    buildThree();
   },
 };

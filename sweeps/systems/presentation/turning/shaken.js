@@ -1,0 +1,90 @@
+// A body whose moments change periodically, by steps of Runge and Kutta: the angular momentum keeps its size alone.
+
+const STEPS_A_TURN = 160; // of the body's turn or of the modulation, whichever is shorter
+const MOST_SHAKEN = 60000; // steps
+
+/** What `Trajectory` and `Attitude` are for constant moments: I_i (1 + d_i cos(νt + l_i)), or so the inverses. */
+class ShakenTrajectory {
+  constructor(given, rotation) {
+    const { moments, shaken } = given;
+    Object.assign(this, { moments, shaken, unit: 1, roles: [], flipPeriod: NaN, isStationary: false, p: NaN });
+    const spin = perturbedSpin(given);
+    this.start = spin.map((w, i) => (w * moments[i]) / this.momentsAt(0)[i]); // L is that of the mean moments
+    this.size = Math.hypot(...spin.map((w, i) => w * moments[i]));
+    const turn = Math.min(rotation, (2 * Math.PI) / shaken.frequency);
+    this.end = shaken.length ?? 40 * rotation;
+    const n = Math.min(MOST_SHAKEN, Math.ceil((this.end / turn) * STEPS_A_TURN));
+    this.h = this.end / n;
+    const L = spin.map((w, i) => w * moments[i]);
+    this.states = [[...L, ...uprightAttitude({ moments, start: spin })]];
+    for (let k = 0; k < n; k++) this.states.push(this.step(k * this.h, this.states[k]));
+  }
+
+  momentsAt(t) {
+    const { depths, lags, frequency, inverse } = this.shaken;
+    return this.moments.map((I, i) => {
+      const factor = 1 + depths[i] * Math.cos(frequency * t + lags[i]);
+      return inverse ? I / factor : I * factor;
+    });
+  }
+
+  /** d/dt of (L, q): L × ω, and half of q times ω. */
+  slope(t, state) {
+    const L = state.slice(0, 3);
+    const w = this.momentsAt(t).map((I, i) => L[i] / I);
+    return [...cross(L, w), ...quaternionProduct(state.slice(3), [0, ...w]).map((x) => 0.5 * x)];
+  }
+
+  step(t, y) {
+    const { h } = this;
+    const to = (k, part) => y.map((x, i) => x + part * h * k[i]);
+    const a = this.slope(t, y);
+    const b = this.slope(t + h / 2, to(a, 0.5));
+    const c = this.slope(t + h / 2, to(b, 0.5));
+    const d = this.slope(t + h, to(c, 1));
+    return y.map((x, i) => x + (h / 6) * (a[i] + 2 * b[i] + 2 * c[i] + d[i]));
+  }
+
+  stateAt(t) {
+    const at = Math.max(0, Math.min(this.states.length - 1.001, t / this.h));
+    const [k, part] = [Math.floor(at), at - Math.floor(at)];
+    return this.states[k].map((x, i) => x + part * (this.states[k + 1][i] - x));
+  }
+
+  momentum(t) {
+    return this.stateAt(t).slice(0, 3);
+  }
+
+  /** Angular velocity, rad/s, at time t, s. */
+  at(t) {
+    const I = this.momentsAt(t);
+    return this.momentum(t).map((l, i) => l / I[i]);
+  }
+
+  attitudeAt(t) {
+    const q = this.stateAt(t).slice(3);
+    const size = Math.hypot(...q);
+    return q.map((x) => x / size);
+  }
+
+  /** What runs along the curve: the angular momentum, on its sphere. */
+  tip(t) {
+    return this.momentum(t);
+  }
+
+  polhode() {
+    const step = Math.max(1, Math.floor(this.states.length / 6000));
+    return this.states.filter((_, k) => k % step === 0).map((state) => state.slice(0, 3));
+  }
+
+  /** The sphere of the angular momentum, and on it the curves of the body with its mean moments. */
+  surface() {
+    const { moments, size } = this;
+    const mean = { moments, start: moments.map((I) => size / I / Math.sqrt(3)) };
+    const onSphere = (w) => {
+      const L = moments.map((I, i) => I * w[i]);
+      return L.map((l) => (l * size) / Math.hypot(...L));
+    };
+    return { semi: [1, 1, 1], largest: size, family: neighbours(mean).map((curve) => curve.map(onSphere)) };
+  }
+}

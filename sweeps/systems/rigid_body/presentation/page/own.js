@@ -1,0 +1,175 @@
+// Any body: typed, chosen among well-known ones, or dragged over the plane; its motion is the closed form's.
+//
+// `state.moments` and `state.spin` are null where the body and the spin rate are those of the map's chosen point.
+
+const LARGE_ENOUGH = 0.1; // perturbation that a page begins with: that of a throw by hand, and large enough to be seen
+
+function momentsOfLink(text) {
+  const moments = (text ?? "").split(",").map(Number);
+  return moments.length === 3 && moments.every((I) => I > 0 && Number.isFinite(I)) && isPossible(moments) ? moments : null;
+}
+
+function spinOfLink(text) {
+  return Number(text) > 1e-150 && Number(text) < 1e150 ? Number(text) : null;
+}
+
+/** A choice of another body or spin rate of the map ends that of one of the reader's own. */
+function backToTheMap(changes) {
+  if (!changes.place) return;
+  const moved = (names) => names.some((name) => theMap.order.includes(name) && changes.place[theMap.order.indexOf(name)] !== state.place[theMap.order.indexOf(name)]);
+  if (!("moments" in changes) && moved([...MOMENTS, "I1_over_I3", "thickness", "body"])) Object.assign(changes, { moments: null, named: null });
+  if (!("spin" in changes) && moved(["omega0", "body"])) changes.spin = null;
+}
+
+function dragBody(X, Y) {
+  const moments = momentsAt(X, Y);
+  if (!moments || !isPossible(moments)) return;
+  const size = slanted() ? coordinateAt("I3", state.place) : 1;
+  choose({ moments: moments.map((I) => I * size), named: null, place: locate(X, Y)?.place ?? state.place });
+}
+
+/** What becomes of a spin about an axis: Ω² of linear theory, its words, and the period of the flip or the wobble. */
+function axisOutcome(moments, axis, omega0, epsilon, phase) {
+  const [a, b, c] = [0, 1, 2].map((k) => moments[(axis - 1 + k) % 3]);
+  const square = omega0 ** 2 * ((a - b) / b) * ((a - c) / c);
+  const trajectory = new Trajectory(moments, perturbedSpin({ axis, omega0, epsilon, phase }));
+  const { flips } = span(trajectory, { axis, omega0 });
+  const rate = Math.sqrt(Math.abs(square));
+  const period = trajectory.flipPeriod * (flips ? 1 : 2);
+  if (square === 0) return { square, rate, period, words: a === b && b === c ? "neutral: a sphere" : "neutral: the perturbation stays or grows in proportion to time" };
+  const exact = Number.isFinite(period) ? `${flips ? "flips every" : "wobbles in"} ${timeText(period)}` : "never comes round";
+  const linear = square > 0 ? `wobble period ${timeText((2 * Math.PI) / rate, 6)}` : `perturbations grow e-fold in ${timeText(1 / rate, 6)}`;
+  return { square, rate, period, flips, words: `${square > 0 ? "stable" : "unstable"}: ${linear} (linear theory); ${exact} at ε = ${numberText(epsilon, 2)}` };
+}
+
+/** What is known of a body between the points of the map: the closed form. Null on a point. */
+function between() {
+  if (state.shaken || (!state.moments && !state.spin)) return null;
+  const { moments, axis, omega0, epsilon, phase } = bodyStart(state.place);
+  const { square, rate, period, flips } = axisOutcome(moments, axis, omega0, epsilon, phase);
+  const regime = square > 0 ? "stable" : square < 0 ? "unstable" : "neutral";
+  const rows = [["regime", "–", regime], ["Ω² (negative: unstable)", "–", withUnit(square, "s-2")]];
+  rows.push([square < 0 ? "growth rate" : "frequency", "–", withUnit(rate, square < 0 ? "s-1" : "rad s-1")], [flips ? "flip period, exact" : "wobble period, exact", "–", withUnit(period, "s")]);
+  const words = `Between the points of the map: nothing is measured here. I = ${moments.map((I) => numberText(I, 6)).join(", ")} kg m², ω₀ = ${withUnit(omega0, "rad s-1")}, axis ${axis}.`;
+  return { rows, words };
+}
+
+function namedBodies() {
+  if (![state.x, state.y].some((name) => MOMENTS.includes(name)) && !slanted()) return [];
+  const shown = theMap.presets.map(({ name, moments }) => ({ name, at: placeOfBody(moments) }));
+  const [xs, ys] = [theMap.plane.xEdges, theMap.plane.yEdges].map((edges) => [edges[0], edges[edges.length - 1]]);
+  const inside = ([x, y]) => xs[0] <= x && x <= xs[1] && (slanted() ? y <= 1 : ys[0] <= y && y <= ys[1]);
+  const isClear = ({ name, at }) => !lecture.on || at[1] < 0.99 || name === "Earth"; // large names need room
+  return shown.filter((one) => one.at && inside(one.at) && isClear(one)).map(({ name, at: [x, y] }) => ({ name, x, y, side: `${slanted() && y > 0.99 ? "top" : "bottom"} ${x > 0.75 * xs[1] ? "left" : "right"}` }));
+}
+
+// ---------------------------------------------------------------------------------------------------------
+// The controls
+
+function choosePreset({ name, moments, omega0, axis }) {
+  const place = theMap.order.includes("axis") ? placeWith({ axis: Math.max(0, theMap.coordinates.axis.values.indexOf(axis)) }) : state.place;
+  choose({ moments, spin: omega0, named: name, place, shaken: null });
+}
+
+function typedMoments() {
+  const moments = MOMENTS.map((name) => Number(document.getElementById(`own-${name}`).value.trim().replace(",", ".").replace("−", "-") || NaN));
+  const notice = document.getElementById("own-notice");
+  const isNumber = moments.every((I) => I > 0 && Number.isFinite(I));
+  const most = moments.indexOf(Math.max(...moments));
+  notice.textContent = !isNumber ? "Each moment is a positive number (kg m²)." : isPossible(moments) ? "" : `No rigid body has these moments: ${symbolText(MOMENTS[most])} is greater than the sum of the others.`;
+  notice.hidden = notice.textContent === "";
+  if (notice.hidden) choose({ moments, named: null });
+}
+
+/** A slider's value and no place; or, within a step of one of the map's values, that one and its place. */
+function snapped(name, value) {
+  const values = theMap.coordinates[name].values.map(Math.abs);
+  const at = values.findIndex((one) => Math.abs(Math.log10(one / value)) < 0.006);
+  return at < 0 ? [value, null] : [values[at], theMap.order.includes(name) ? placeWith({ [name]: at }) : state.place];
+}
+
+function buildOwn() {
+  const chips = theMap.presets.map((preset) => element("button", { type: "button", textContent: preset.name, onclick: () => choosePreset(preset) }));
+  document.getElementById("presets").append(...chips);
+  for (const name of MOMENTS) document.getElementById(`own-${name}`).oninput = typedMoments;
+  const [spin, nudge] = ["spin", "nudge"].map((id) => document.getElementById(id));
+  spin.oninput = () => {
+    const [value, place] = snapped("omega0", 10 ** Number(spin.value));
+    choose(place ? { spin: null, place } : { spin: value });
+  };
+  nudge.oninput = () => {
+    const [value, place] = snapped("epsilon", 10 ** Number(nudge.value));
+    choose({ nudge: value, place: place ?? state.place });
+  };
+  const show = () => {
+    const { moments, omega0, epsilon } = bodyStart(state.place);
+    MOMENTS.forEach((name, i) => {
+      const input = document.getElementById(`own-${name}`);
+      if (document.activeElement !== input) input.value = String(Number(moments[i].toPrecision(6)));
+    });
+    if (!MOMENTS.includes(document.activeElement?.id.slice(4))) document.getElementById("own-notice").hidden = true;
+    spin.value = String(Math.log10(Math.abs(omega0)));
+    nudge.value = String(Math.log10(epsilon));
+    document.getElementById("spin-text").textContent = `ω₀ = ${withUnit(omega0, "rad s-1", 4)}`;
+    document.getElementById("nudge-text").textContent = `ε = ${numberText(epsilon, 2)}`;
+    chips.forEach((chip, i) => chip.setAttribute("aria-pressed", String(theMap.presets[i].name === state.named)));
+  };
+  onChange(show);
+  show();
+}
+
+// ---------------------------------------------------------------------------------------------------------
+// Three axes side by side
+
+function buildThree() {
+  const scenes = [1, 2, 3].map((axis) => {
+    const scene = new Scene(document.getElementById(`three-${axis}`), 1.36, (view) => drawThrown(view, scene, axis));
+    scene.late = whenSeen(scene.canvas, () => scene.render());
+    return scene;
+  });
+  const show = () => {
+    const { shaken, ...start } = bodyStart(state.place);
+    scenes.forEach((scene, i) => {
+      const { moments, omega0, epsilon, phase } = start;
+      scene.attitudes = new Attitude(new Trajectory(moments, perturbedSpin({ ...start, axis: i + 1 })));
+      const { words } = axisOutcome(moments, i + 1, omega0, epsilon, phase);
+      document.getElementById(`outcome-${i + 1}`).replaceChildren(element("strong", { textContent: `Axis ${i + 1} ` }), words);
+      scene.late();
+    });
+  };
+  motion.ticks.push(() => scenes.forEach((scene) => scene.late()));
+  onChange(show);
+  show();
+}
+
+function drawThrown(view, { attitudes }, axis) {
+  if (!attitudes || !motion.faces) return;
+  const attitude = attitudes.at(motion.t);
+  drawSolid(view, motion.faces, attitude);
+  drawBodyAxes(view, attitude, axis);
+}
+
+// ---------------------------------------------------------------------------------------------------------
+// The lecture
+
+const RESONANT = 0.35; // depth of the shaking
+
+/** One moment across the axis shaken at twice the wobble's rate, which pumps a stable spin. */
+function shaking({ moments, axis, omega0 }) {
+  const { rate } = axisOutcome(moments, axis, omega0, 0.1, 0);
+  return { depths: [0, 1, 2].map((i) => (i === axis % 3 ? RESONANT : 0)), lags: [0, 0, 0], frequency: 2 * rate, inverse: true };
+}
+
+function lectureOfBodies() {
+  const body = theMap.presets[0];
+  const [I1, I2, I3] = body.moments;
+  const at = (axis) => (theMap.order.includes("axis") ? placeWith({ axis: Math.max(0, theMap.coordinates.axis.values.indexOf(axis)) }) : state.place);
+  const own = { moments: body.moments, named: body.name, spin: body.omega0, nudge: 0.01, shaken: null };
+  return [
+    { title: "1. Throw it", text: "A racket spun about the axis across its handle, in the plane of the face: it turns over, and over again.", changes: () => ({ ...own, place: at(2) }) },
+    { title: "2. A larger perturbation", text: "Thirty times the perturbation: it flips sooner, as the time goes with the logarithm of ε alone.", changes: () => ({ ...own, nudge: 0.3, place: at(2) }) },
+    { title: "3. Towards I₁ = I₂", text: "As the two lesser moments become equal, growth ceases: the flip takes for ever.", changes: () => ({ ...own, moments: [0.97 * I2, I2, I3], named: "nearly I₁ = I₂", place: at(2) }) },
+    { title: "4. Change the axis", text: "About the axes of least and of greatest inertia the same throw only wobbles: the intermediate axis theorem.", three: true, changes: () => ({ ...own, nudge: 0.1, place: at(2) }) },
+    { title: "5. Shake the moments", text: "Spun about the axis of greatest inertia, which is stable; but one moment is changed at twice the wobble’s rate: parametric resonance turns it over.", changes: () => ({ ...own, nudge: 0.05, place: at(3), shaken: true }) },
+  ];
+}

@@ -1,0 +1,62 @@
+// Lecture mode: the first screen alone, large, with a guided path of steps where the system has one.
+//
+// A system's `part.lecture()` gives the steps: {title, text, changes, three}, what to choose for each, and whether to
+// show the three axes side by side in place of the map.
+
+const lecture = { on: false, at: 0, steps: [], before: null };
+
+/** Size of text in pictures, px: large enough to be read from the back of a lecture hall. */
+function textSize(usual = 13) {
+  return lecture.on ? Math.max(20, Math.round(innerHeight / 46)) : usual;
+}
+
+function setLecture(on) {
+  lecture.on = on;
+  document.documentElement.toggleAttribute("data-lecture", on);
+  document.getElementById("lecture").setAttribute("aria-pressed", String(on));
+  document.getElementById("lecture").textContent = on ? "Leave" : "Lecture";
+  if (on) {
+    [lecture.steps, lecture.at] = [part.lecture?.() ?? [], 0];
+    document.documentElement.requestFullscreen?.().catch(() => {}); // a browser may not allow it: the window will do
+  } else if (document.fullscreenElement) {
+    document.exitFullscreen();
+  }
+  document.getElementById("steps").hidden = !on || lecture.steps.length === 0;
+  if (on && lecture.steps.length > 0) showStep(0);
+  else {
+    delete document.documentElement.dataset.three;
+    if (!on && lecture.steps.length > 0) choose(part.leave?.() ?? {});
+  }
+  drawPlane.key = null;
+  scrollTo(0, 0);
+  redraw();
+}
+
+function showStep(at) {
+  const { steps } = lecture;
+  lecture.at = Math.max(0, Math.min(steps.length - 1, at));
+  const { title, text, changes, three } = steps[lecture.at];
+  document.getElementById("step-title").textContent = title;
+  document.getElementById("step-text").textContent = text;
+  document.getElementById("step-number").textContent = `${lecture.at + 1} of ${steps.length}`;
+  document.getElementById("step-back").disabled = lecture.at === 0;
+  document.getElementById("step-next").disabled = lecture.at === steps.length - 1;
+  document.documentElement.toggleAttribute("data-three", Boolean(three));
+  choose(changes());
+  part.begin?.();
+}
+
+function buildLecture() {
+  document.getElementById("lecture").onclick = () => setLecture(!lecture.on);
+  document.getElementById("step-back").onclick = () => showStep(lecture.at - 1);
+  document.getElementById("step-next").onclick = () => showStep(lecture.at + 1);
+  const moves = { ArrowLeft: -1, PageUp: -1, ArrowRight: 1, PageDown: 1 }; // the last of each are a presenter's buttons
+  addEventListener("keydown", (event) => {
+    if (event.target.closest?.("input, select, textarea") || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (event.key === "l" || event.key === "L" || (event.key === "Escape" && lecture.on)) setLecture(event.key !== "Escape" && !lecture.on);
+    else if (lecture.on && lecture.steps.length > 0 && event.key in moves) showStep(lecture.at + moves[event.key]);
+    else return;
+    event.preventDefault();
+    event.stopPropagation();
+  }, true);
+}
