@@ -86,8 +86,8 @@ class Definition(Strict):
     )
     start_at: dict[str, float | str] = Field(
         default=None,
-        description="where the report opens: a mapping from coordinates of the map to values, of which the nearest on the "
-        "map are used; changes no result",
+        description="where the report opens: a mapping from coordinates of the map to values; the nearest grid values "
+        "are used; changes no result",
     )
     shards: Annotated[int | str, BeforeValidator(file_count)] = Field(
         "auto",

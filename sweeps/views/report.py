@@ -48,7 +48,17 @@ if TYPE_CHECKING:
 
 LIMIT = 8_000_000  # bytes of a page
 # before those of a map's own system; main.js is the last
-SCRIPTS = ("numbers.js", "data.js", "state.js", "colors.js", "controls.js", "row.js", "plane.js", "cloud.js", "lecture.js")
+SCRIPTS = (
+    "numbers.js",
+    "data.js",
+    "state.js",
+    "colors.js",
+    "controls.js",
+    "row.js",
+    "plane.js",
+    "cloud.js",
+    "lecture.js",
+)
 
 
 def write(ds: "xr.Dataset | PlainMap", path: str | Path, limit: int = LIMIT) -> None:

@@ -39,6 +39,7 @@ class Page:
         keys: what to know of the picture, after how it is steered.
         table: whether the map is shown as a table, which `part` builds, and not as a plane.
         facts: what the scripts are told beside the map, as JSON knows it.
+        needs: names of variables without which a map has the plain page.
     """
 
     files: tuple[Path, ...] = ()
@@ -46,6 +47,7 @@ class Page:
     keys: str = ""
     table: bool = False
     facts: Mapping = field(default_factory=dict)
+    needs: frozenset[str] = frozenset()
 
 
 class Presentation:
@@ -93,7 +95,7 @@ class Presentation:
 
     def page(self, ds: "xr.Dataset") -> Page:
         """Return the system's part of the page of a map."""
-        return self.part
+        return self.part if self.part.needs <= set(ds.variables) else Page(question=self.part.question)
 
 
 PRESENTATION = Presentation

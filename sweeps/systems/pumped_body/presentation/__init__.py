@@ -26,7 +26,7 @@ class PumpedBodyPresentation(Presentation):
 
     def page(self, ds: "xr.Dataset") -> Page:
         """Return the page, which knows whether the inverses of the moments are modulated."""
-        return replace(self.part, facts={"inverse": definition_of(ds.attrs).get("modulation") == "inverse"})
+        return replace(super().page(ds), facts={"inverse": definition_of(ds.attrs).get("modulation") == "inverse"})
 
     def figures(self, ds: "xr.Dataset") -> "dict[str, Callable[..., Figure | None]]":
         """Return the regimes over two parameters, for each axis, with the exact boundary."""

@@ -31,7 +31,7 @@ def _rod(mass: float, radius: float, length: float) -> list[float]:
     return [mass / 2 * radius**2, across, across]
 
 
-# Sources of the racket, the phone and the Earth: the definition `bodies`. Explorer 1: 13.97 kg, 2.05 m, 0.165 m, 750 rpm.
+# Racket, phone and Earth as in the definition `bodies`. Explorer 1: 13.97 kg, 2.05 m by 0.165 m, 750 rpm.
 PRESETS = [
     {"name": name, "moments": moments, "omega0": omega0, "axis": axis}
     for name, moments, omega0, axis in (
