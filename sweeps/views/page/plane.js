@@ -157,7 +157,7 @@ function landmarks() {
   const all = part.landmarks?.() ?? [];
   const pick = (name) => all.map((one) => one[name]);
   if (all.length === 0) return [];
-  return [{ type: "scatter", mode: "markers+text", x: pick("x"), y: pick("y"), text: pick("name"), textposition: pick("side"), textfont: { size: textSize(11), color: "#1a1a1a", shadow: "0 0 3px #fff, 0 0 3px #fff" }, marker: { size: 6, color: "#1a1a1a", line: { color: "#ffffff", width: 1.5 } }, hoverinfo: "skip" }];
+  return [{ type: "scatter", mode: "markers+text", x: pick("x"), y: pick("y"), text: pick("name"), textposition: pick("side"), textfont: { size: textSize(11), color: pageColor("ink"), shadow: `0 0 3px ${pageColor("paper")}, 0 0 3px ${pageColor("paper")}, 0 0 3px ${pageColor("paper")}` }, marker: { size: 6, color: "#1a1a1a", line: { color: "#ffffff", width: 1.5 } }, hoverinfo: "skip" }];
 }
 
 const MOST_LOOKED_AT = 2500; // cells, more tell no better where a name has room
