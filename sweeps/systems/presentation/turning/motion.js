@@ -51,7 +51,7 @@ function axisInWords(moments, axis) {
 
 function subjectInWords({ moments }) {
   const body = theMap.coordinates.body;
-  if (state.moments) return state.named ?? "your body";
+  if (state.moments) return (state.named ?? "your body").replace(/^(?=tennis|phone|book)/, "the ");
   if (body) return String(coordinateAt("body", state.place));
   return looksLikeRacket(meanSquares(moments)) ? "this racket" : "this body";
 }
