@@ -428,7 +428,7 @@ def test_equations_of_the_page_are_those_of_the_double_pendulum():
     np.testing.assert_allclose(np.linalg.solve(a, np.negative(forces)), expected, rtol=1e-13)
     drawn = [[valued(tree, at) for tree in place] for place in found["particles"]]
     upper = np.array([math.sin(one), -math.cos(one)])
-    np.testing.assert_allclose(drawn, [upper, upper + [math.sin(two), -math.cos(two)]], rtol=1e-15)
+    np.testing.assert_allclose(drawn, [upper, np.add(upper, [math.sin(two), -math.cos(two)])], rtol=1e-15)
     assert found["rods"] == [(0, -1), (1, 0)]
 
 
