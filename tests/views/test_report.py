@@ -426,6 +426,10 @@ def test_equations_of_the_page_are_those_of_the_double_pendulum():
     second = 2 * sine * (2 * speed**2 + 2 * 9.8 * math.cos(one) + other**2 * cosine)
     expected = np.array([first, second]) / (3 - math.cos(2 * (one - two)))
     np.testing.assert_allclose(np.linalg.solve(a, np.negative(forces)), expected, rtol=1e-13)
+    drawn = [[valued(tree, at) for tree in place] for place in found["particles"]]
+    upper = np.array([math.sin(one), -math.cos(one)])
+    np.testing.assert_allclose(drawn, [upper, np.add(upper, [math.sin(two), -math.cos(two)])], rtol=1e-15)
+    assert found["rods"] == [(0, -1), (1, 0)]
 
 
 def test_plotly_is_the_file_that_was_taken(monkeypatch):

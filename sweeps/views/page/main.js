@@ -36,6 +36,25 @@ function buildTheme() {
   });
 }
 
+/** A sheet is light, whatever the screen is. */
+function buildPrint() {
+  const root = document.documentElement;
+  let theme;
+  const turn = (to) => {
+    root.dataset.theme = to;
+    redraw();
+  };
+  addEventListener("beforeprint", () => {
+    theme = root.dataset.theme;
+    root.toggleAttribute("data-printing", true);
+    turn("light");
+  });
+  addEventListener("afterprint", () => {
+    root.toggleAttribute("data-printing", false);
+    turn(theme);
+  });
+}
+
 function resized() {
   clearTimeout(resized.later);
   resized.later = setTimeout(redraw, 200);
@@ -70,6 +89,7 @@ async function start() {
     if (innerWidth !== width) resized();
     width = innerWidth;
   });
+  buildPrint();
   document.documentElement.dataset.ready = "yes";
   performance.mark("usable");
 }

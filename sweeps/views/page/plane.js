@@ -81,7 +81,8 @@ function rasterOf({ xEdges, yEdges }, slant) {
 function drawPlane() {
   const target = document.getElementById("map");
   const others = state.place.filter((_, k) => ![state.x, state.y].includes(theMap.order[k]));
-  const key = [state.x, state.y, state.color, ...others, target.clientWidth, innerHeight, document.documentElement.dataset.theme, state.units].join();
+  const look = [target.clientWidth, innerHeight, document.documentElement.dataset.theme, state.units].join();
+  const key = [state.x, state.y, state.color, ...others, look].join();
   if (key !== drawPlane.key || !state.y) {
     theMap.slant = part.slanted?.() ?? null;
     const plane = planeCells();
@@ -91,7 +92,10 @@ function drawPlane() {
     plane.scale = drawn.scale;
     const view = [state.x, state.y].join();
     const touch = matchMedia("(pointer: coarse)").matches;
-    draw(target, drawn.traces, { ...drawn.layout, width: target.clientWidth, height: mapHeight(target), showlegend: false, hovermode: state.y ? false : "closest", uirevision: view, dragmode: touch ? false : "zoom" });
+    const picture = JSON.stringify([look, drawn.own, drawn.layout, drawn.traces.slice(1)]);
+    const isNew = picture !== drawPlane.picture || !state.y || drawPlane.key === null; // where but a scale changed, it may be the same
+    drawPlane.picture = picture;
+    if (isNew) draw(target, drawn.traces, { ...drawn.layout, width: target.clientWidth, height: mapHeight(target), showlegend: false, hovermode: state.y ? false : "closest", uirevision: view, dragmode: touch ? false : "zoom" });
     document.getElementById("map-summary").textContent = planeSummary(plane);
     drawLegend(plane);
     if (document.getElementById("map-table").open) fillPlaneTable(plane);
@@ -149,7 +153,7 @@ function heatmap(plane) {
   const lines = part.boundaries?.(x, y) ?? [];
   const hatched = [...(part.impossible?.(x, y) ?? []), ...cellsApart(plane)];
   layout.annotations = [...regionNames(plane), ...lines.map((line) => line.label)];
-  return { scale, traces: [{ type: "heatmap", x, y, z, hoverinfo: "skip", ...colors }, ...hatch(hatched), ...lines.flatMap((line) => line.traces), ...landmarks()], layout };
+  return { scale, own, traces: [{ type: "heatmap", x, y, z, hoverinfo: "skip", ...colors }, ...hatch(hatched), ...lines.flatMap((line) => line.traces), ...landmarks()], layout };
 }
 
 /** Points with names, as the system has them on this plane. */
@@ -157,7 +161,7 @@ function landmarks() {
   const all = part.landmarks?.() ?? [];
   const pick = (name) => all.map((one) => one[name]);
   if (all.length === 0) return [];
-  return [{ type: "scatter", mode: "markers+text", x: pick("x"), y: pick("y"), text: pick("name"), textposition: pick("side"), textfont: { size: textSize(11), color: "#1a1a1a", shadow: "0 0 3px #fff, 0 0 3px #fff" }, marker: { size: 6, color: "#1a1a1a", line: { color: "#ffffff", width: 1.5 } }, hoverinfo: "skip" }];
+  return [{ type: "scatter", mode: "markers+text", x: pick("x"), y: pick("y"), text: pick("name"), textposition: pick("side"), textfont: { size: textSize(11), color: pageColor("ink"), shadow: `0 0 3px ${pageColor("paper")}, 0 0 3px ${pageColor("paper")}, 0 0 3px ${pageColor("paper")}` }, marker: { size: 6, color: "#1a1a1a", line: { color: "#ffffff", width: 1.5 } }, hoverinfo: "skip" }];
 }
 
 const MOST_LOOKED_AT = 2500; // cells, more tell no better where a name has room

@@ -44,7 +44,7 @@ function showHeadlines(place) {
   });
   document.querySelector("#headline tbody").replaceChildren(...lines);
   document.getElementById("headline").hidden = lines.length === 0;
-  document.getElementById("row-where").textContent = between?.words ?? placeText(place);
+  document.getElementById("row-where").textContent = between?.words ?? placeText(place) + (part.aside?.(place) ?? "");
   document.querySelector("#all-values summary").textContent = between ? "More: all values of the nearest point of the map" : "More: all values of the point";
 }
 

@@ -30,7 +30,7 @@ function whenSeen(target, draw) {
   new IntersectionObserver((entries) => entries.some((entry) => entry.isIntersecting) && late(), { rootMargin: `${BESIDE}px` }).observe(target);
   addEventListener("beforeprint", late);
   return () => {
-    stale = !seen();
+    stale = !seen() && !document.documentElement.hasAttribute("data-printing");
     if (!stale) draw();
   };
 }

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from sweeps.systems import rates
 from sweeps.systems.oscillator.presentation.page.equations import facts
-from sweeps.systems.presentation import Page
+from sweeps.systems.presentation import Page, turning
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -13,8 +13,11 @@ if TYPE_CHECKING:
     from sweeps.mechanics import System
 
 _HERE = Path(__file__).parent
-_OWN = tuple(_HERE / name for name in ("first.html", "places.html", "followed.js", "mode.js", "places.js"))
-FILES = (*_OWN, *rates.FILES, _HERE / "part.js")
+_OWN = tuple(
+    _HERE / name
+    for name in ("first.html", "places.html", "mechanism.css", "followed.js", "mode.js", "mechanism.js", "places.js")
+)
+FILES = (turning.DRAWING, *_OWN, *rates.FILES, _HERE / "part.js")
 QUESTION = "Where are the equilibria, are they stable, and how accurate are the rates?"
 
 

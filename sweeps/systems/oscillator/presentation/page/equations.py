@@ -27,7 +27,8 @@ def facts(system: "System") -> dict | None:
 
     Returns:
         `coordinates` (name, `velocity`, `unit`, and `size`, the tree of what is drawn as a perturbation of one),
-        `shared` (name and tree of what stands in several), `a` (rows of trees) and `forces` (trees of f_i).
+        `shared` (name and tree of what stands in several), `a` (rows of trees), `forces` (trees of f_i), `particles`
+        (trees of x and y of each mass in a plane) and `rods` (pairs of particles that stay apart; -1 is the origin).
     """
     import sympy as sp
 
@@ -42,10 +43,37 @@ def facts(system: "System") -> dict | None:
             {"name": c.name, "velocity": c.velocity.name, "unit": c.unit, "size": tree(_size(c))} for c in system.kept
         ]
         named = [[symbol.name, tree(e)] for symbol, e in shared]
+        places = _places(system)
+        particles = [[tree(e) for e in place] for place in places]
     except UnwrittenError:
         return None
     rows = [trees[i * n : (i + 1) * n] for i in range(n)]
-    return {"coordinates": coordinates, "shared": named, "a": rows, "forces": trees[n * n :]}
+    told = {"coordinates": coordinates, "shared": named, "a": rows, "forces": trees[n * n :]}
+    return told | {"particles": particles, "rods": _rods(system, places)}
+
+
+def _places(system: "System") -> list[tuple["sp.Expr", "sp.Expr"]]:
+    """Places of the masses in a plane: upright through a vertical axis, turning with what turns."""
+    import sympy as sp
+
+    still = {c.symbol: 0 for c in system.coordinates.values() if c.momentum is not None} | {system.time: 0}
+    flat = [[sp.sympify(e).subs(still) for e in place] for _, place in system.particles]
+    return [(place[0], place[-1] if len(place) > 1 else sp.Integer(0)) for place in flat]
+
+
+def _rods(system: "System", places: list) -> list[tuple[int, int]]:
+    """Pairs (particle, the one before it or the origin, -1) whose distance no coordinate changes."""
+    import sympy as sp
+
+    moving = {c.symbol for c in system.coordinates.values()}
+    found = []
+    for k, (x, y) in enumerate(places):
+        for j in dict.fromkeys((k - 1, -1)):
+            u, v = places[j] if j >= 0 else (0, 0)
+            if not sp.simplify((x - u) ** 2 + (y - v) ** 2).free_symbols & moving:
+                found.append((k, j))
+                break
+    return found
 
 
 def _size(coordinate) -> "sp.Expr":

@@ -59,8 +59,7 @@ function namedBodies() {
   const shown = theMap.presets.map(({ name, moments }) => ({ name, at: placeOfBody(moments) }));
   const [xs, ys] = [theMap.plane.xEdges, theMap.plane.yEdges].map((edges) => [edges[0], edges[edges.length - 1]]);
   const inside = ([x, y]) => xs[0] <= x && x <= xs[1] && (slanted() ? y <= 1 : ys[0] <= y && y <= ys[1]);
-  const isClear = ({ name, at }) => !lecture.on || at[1] < 0.99 || name === "Earth"; // large names need room
-  return shown.filter((one) => one.at && inside(one.at) && isClear(one)).map(({ name, at: [x, y] }) => ({ name, x, y, side: `${slanted() && y > 0.99 ? "top" : "bottom"} ${x > 0.75 * xs[1] ? "left" : "right"}` }));
+  return shown.filter(({ at }) => !lecture.on && at && inside(at)) // large names have no room.map(({ name, at: [x, y] }) => ({ name, x, y, side: `${slanted() && y > 0.99 ? "top" : "bottom"} ${x > 0.75 * xs[1] ? "left" : "right"}` }));
 }
 
 // ---------------------------------------------------------------------------------------------------------
@@ -168,8 +167,8 @@ function lectureOfBodies() {
   return [
     { title: "1. Throw it", text: "A racket spun about the axis across its handle, in the plane of the face: it turns over, and over again.", changes: () => ({ ...own, place: at(2) }) },
     { title: "2. A larger perturbation", text: "Thirty times the perturbation: it flips sooner, as the time goes with the logarithm of ε alone.", changes: () => ({ ...own, nudge: 0.3, place: at(2) }) },
-    { title: "3. Towards I₁ = I₂", text: "As the two lesser moments become equal, growth ceases: the flip takes for ever.", changes: () => ({ ...own, moments: [0.97 * I2, I2, I3], named: "nearly I₁ = I₂", place: at(2) }) },
+    { title: "3. Towards I₁ = I₂", text: "As the two lesser moments become equal, growth ceases: the flip takes for ever.", changes: () => ({ ...own, moments: [0.97 * I2, I2, I3], named: null, place: at(2) }) },
     { title: "4. Change the axis", text: "About the axes of least and of greatest inertia the same throw only wobbles: the intermediate axis theorem.", three: true, changes: () => ({ ...own, nudge: 0.1, place: at(2) }) },
-    { title: "5. Shake the moments", text: "Spun about the axis of greatest inertia, which is stable; but one moment is changed at twice the wobble’s rate: parametric resonance turns it over.", changes: () => ({ ...own, nudge: 0.05, place: at(3), shaken: true }) },
+    { title: "5. Shake the moments", text: "Spun about the axis of greatest inertia, which is stable; but one moment is changed at twice the wobble’s rate: parametric resonance makes the wobble grow, again and again.", changes: () => ({ ...own, nudge: 0.05, place: at(3), shaken: true }) },
   ];
 }
