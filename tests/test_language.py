@@ -10,8 +10,8 @@ ROOT = Path(__file__).parents[1]
 VERBS = frozenset(
     """Add Advance Announce Append Apply Broadcast Check Claim Close Collect Compare Compile Compute Cut
     Define Delete Derive Diagonalise Do Draw Embed Enclose End Estimate Fill Find Fit Follow Forget
-    Format Have Integrate Keep Leave Let Make Mark Measure Note Open Overwrite Pack Parse Pickle Print
-    Read Refuse Register Relabel Remove Replace Return Run Sample Set Simplify Sort Start Store Submit Summarise
+    Format Have Integrate Keep Leave Let Make Mark Measure Note Open Overwrite Pack Parse Pickle Predict Print
+    Read Refuse Register Relabel Remove Replace Report Return Run Sample Set Simplify Sort Start Store Submit Summarise
     Take Turn Write Yield""".split()  # noqa: SIM905
 )
 PHRASES = re.compile(

@@ -77,13 +77,13 @@ def _of_dataset(ds: "xr.Dataset") -> "dict | pd.DataFrame":
 
 
 def _heading(name: str, one: "xr.DataArray") -> str:
-    return f"{name} ({one.attrs['units']})" if "units" in one.attrs else str(name)
+    return f"{name} ({one.attrs['units']})" if one.attrs.get("units", "1") != "1" else str(name)
 
 
 def _values(one: "xr.DataArray") -> object:
     unit = one.attrs.get("units", "")
     values = one.values.tolist()
-    if not unit:
+    if unit in ("", "1"):
         return values
     return [f"{v!r} {unit}" for v in values] if isinstance(values, list) else f"{values!r} {unit}"
 

@@ -79,12 +79,12 @@ def test_csv_and_netcdf_hold_the_same_numbers(tmp_path):
 @pytest.mark.parametrize(
     ("system", "duration", "samples", "words"),
     [
-        ("rigid_body", -1.0, None, "--duration: -1.0"),
-        ("rigid_body", 0.0, None, "--duration: 0.0"),
-        ("rigid_body", math.nan, None, "--duration: nan"),
-        ("rigid_body", None, 1, "--samples: 1"),
-        ("rigid_body", None, 10_000_001, "--samples: 10000001"),
-        ("pendulum", None, None, "pendulum has no motion"),
+        ("rigid_body", -1.0, None, "duration: -1.0"),
+        ("rigid_body", 0.0, None, "duration: 0.0"),
+        ("rigid_body", math.nan, None, "duration: nan"),
+        ("rigid_body", None, 1, "samples: 1"),
+        ("rigid_body", None, 10_000_001, "samples: 10000001"),
+        ("pendulum", None, None, "pendulum has none at its points"),
     ],
 )
 def test_what_cannot_be_followed_is_refused(system, duration, samples, words):
@@ -102,5 +102,5 @@ def test_two_samples_of_any_duration_are_a_motion():
 def test_a_motion_that_doubles_cannot_hold_is_refused():
     """Products of these moments overflow: once a file of nothing but NaN."""
     point = {"I1": 0.5, "I2": 0.75, "I3": 1.7e308, "axis": 2, "omega0": 1.0, "epsilon": 1e-6, "phase": 0.6}
-    with pytest.raises(motion.MotionError, match="omega1 is not finite at this point"):
+    with pytest.raises(motion.MotionError, match="omega1 is not finite"):
         motion.of(systems.resolve("rigid_body"), point, None, None, 1e-10)

@@ -111,7 +111,7 @@ class Parser:
         print("not heard")
 
 __main__._parser = lambda *words: Parser()
-print(__main__.main([]))
+print(__main__.main(["check"]))
 """
 
 

@@ -55,13 +55,17 @@ def test_what_is_none_is_refused(arguments, keywords, words):
 
 
 def test_every_number_of_a_definition_takes_a_unit():
-    body = {"name": "a", "tensor": [["10 kg cm2", 0, 0], [0, "2e3 g mm2", 0], [0, 0, "10.1 kg cm2"]], "phase": "90 deg"}
+    body = {
+        "name": "a",
+        "tensor": [["10 kg cm2", 0, 0], [0, "2e3 g mm2", 0], [0, 0, "10.01 kg cm2"]],
+        "phase": "90 deg",
+    }
     values = {
         "bodies": [body, {"name": "b", "I1": "1 g m2", "I2": 1e-3, "I3": 1e-3, "omega0": "1 deg/s", "phase": 0.0}],
         "grid": {"omega0": "-30 rpm", "epsilon": "5 %"},
     }
     first, second = load(values).bodies
-    assert first.moments == (2e-6, 1e-3, 1.01e-3)
+    assert first.moments == pytest.approx((2e-6, 1e-3, 1.001e-3), rel=1e-15)
     assert (first.phase, second.omega0, second.I1) == (math.pi / 2, math.pi / 180, 1e-3)
     spaced = load(
         {"grid": {"I1": {"start": "1 g m2", "stop": "2 g m2", "num": 3}, "I2": 1.0, "I3": 1.0, "omega0": 1.0}}

@@ -190,8 +190,8 @@ def test_krylov_on_the_command_line_and_in_python(capsys):
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (("--P-psi", -1, "--P-phi", 2), "--P-psi: -1.0 is out of range"),
-        (("--P-psi", 1, "--P-phi", 2, "--sigma-psi", -1), "--sigma-psi: -1.0 is out of range"),
+        (("--P-psi", -1, "--P-phi", 2), "P_psi: -1 is out of range"),
+        (("--P-psi", 1, "--P-phi", 2, "--sigma-psi", -1), "sigma_psi: -1 is out of range"),
         (("--P-psi", 1, "--P-phi", 2, "--ratios", 0.4, 1.2), "I2/I3 1.2 is out of range; allowed: a number in (0, 1]"),
         (
             ("--P-psi", 1, "--P-phi", 2, "--ratios", 0.1, 0.3),
@@ -201,7 +201,7 @@ def test_krylov_on_the_command_line_and_in_python(capsys):
             ("--P-psi", 1, "--P-phi", 2, "--ratios", 0.5, 0.3),
             "of any rigid body: I3 = 1 > I1 + I2 = 0.8; allowed: moments",
         ),
-        (("--P-psi", 1, "--P-phi", 2, "--unit", "years"), "--unit: 'years' is not available; allowed: s, h, d"),
+        (("--P-psi", 1, "--P-phi", 2, "--unit", "years"), "unit: 'years' is not available; allowed: s, h, d"),
         (("--P-psi", 1, "--P-phi", 2, "--ratios", 0.5, 0.9, "-o", "x.nc"), "--ratios: is given together with"),
     ],
 )
