@@ -164,9 +164,8 @@ def film(motion: "xr.Dataset") -> Iterator[np.ndarray]:
     speed = duration / shown
     pace = "real time" if 0.99 < speed < 1.01 else f"{style.number(max(speed, 1 / speed), 2)} times "
     pace += "" if pace == "real time" else "faster" if speed > 1 else "slower"
-    given = {f"ω{INDICES[k]}": f"{style.number(omega[k], 3)} {style.units('rad s-1')}" for k in range(3)}
-    words = ", ".join([*(f"I{INDICES[k]} = {style.number(moments[k], 3)}" for k in range(3)), "start:"])
-    words += " " + ", ".join(f"{name} = {value}" for name, value in given.items()) + f"; {pace}"
+    inertia, start = (", ".join(style.number(value, 3) for value in values) for values in (moments, omega))
+    words = f"I = ({inertia}) kg m², starts with ω = ({start}) {style.units('rad s-1')}; {pace}"
     outline = next(iter(outlines.read(motion.attrs).values()), None)
     faces = of_mesh(outline["vertices"], outline["faces"]) if outline else solid_of(moments)
     axis = int(np.abs(omega).argmax()) + 1
