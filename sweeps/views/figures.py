@@ -6,6 +6,8 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
 from contextlib import contextmanager
+from functools import partial
+from itertools import chain, islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -75,10 +77,17 @@ def animations(ds: "xr.Dataset | PlainMap") -> dict[str, Callable[[], Iterator[n
     ds = slices.with_all_dimensions(ds)
     if "point" in ds.dims:  # whose motion `point` writes
         return {}
-    return {name: _without(ds, frames, []) for name, frames in systems.presentation_of(ds).animations(ds).items()}
+    own = systems.presentation_of(ds).animations(ds)
+    return {name: _without(ds, partial(_begun, frames), iter(())) for name, frames in own.items()}
 
 
-def _without(ds: "xr.Dataset | PlainMap", draw: Callable, nothing: list | None) -> Callable:
+def _begun(frames: Callable[[], Iterator[np.ndarray]]) -> Iterator[np.ndarray]:
+    """The frames, of which the first is drawn at once."""
+    drawn = iter(frames())
+    return chain(list(islice(drawn, 1)), drawn)
+
+
+def _without(ds: "xr.Dataset | PlainMap", draw: Callable, nothing: Iterator | None) -> Callable:
     """What draws, or nothing where it shows a variable that the map's definition has left out."""
 
     def drawn(*place):
