@@ -25,6 +25,7 @@ from sweeps.schema.values import (
     Tolerance,
     file_count,
     line_of_text,
+    place,
 )
 
 NAME_PATTERN = r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}"
@@ -84,7 +85,7 @@ class Definition(Strict):
         description="a file of points, in place of ranges: CSV, Parquet or netCDF, its path relative to the "
         "definition's, its columns named as the keys of grid",
     )
-    start_at: dict[str, float | str] = Field(
+    start_at: Annotated[dict[str, Any], BeforeValidator(place)] = Field(
         default=None,
         description="where the report opens: a mapping from coordinates of the map to values; the nearest grid values "
         "are used; changes no result",

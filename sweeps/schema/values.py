@@ -2,7 +2,7 @@
 
 import math
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator
@@ -109,6 +109,18 @@ def file_count(value: Any) -> int | str:
     if not 1 <= value <= MAX_SHARDS:
         raise refusal("is out of range", allowed)
     return value
+
+
+def place(value: Any) -> dict[str, float | str]:
+    """Return a mapping from names of coordinates to numbers or words."""
+    allowed = "a mapping from coordinates of the map to finite numbers or words"
+    if not isinstance(value, Mapping) or not all(isinstance(name, str) and len(name) <= 200 for name in value):
+        raise refusal("is not a mapping from names", allowed)
+    for name, at in value.items():
+        is_number = isinstance(at, int | float) and not isinstance(at, bool) and abs(at) <= sys.float_info.max
+        if not is_number and not (isinstance(at, str) and len(at) <= 200 and at.isprintable()):
+            raise refusal(f"has no number and no word at {name!r}", allowed)
+    return dict(value)
 
 
 def not_empty(values: tuple) -> tuple:
