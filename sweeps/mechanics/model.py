@@ -6,6 +6,7 @@ others, by eigenvalues).
 
 from functools import cached_property
 from types import ModuleType
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,8 +17,10 @@ from sweeps.mechanics.derivation import derive
 from sweeps.mechanics.description import DescriptionError, System
 from sweeps.mechanics.first_order import code
 from sweeps.mechanics.landscape import Landscape
-from sweeps.mechanics.periodic import Variation
 from sweeps.mechanics.taylor import Code
+
+if TYPE_CHECKING:
+    from sweeps.mechanics.periodic import Variation
 
 RANK = 1e-9  # singular values of the conserved quantities' gradients below it are none
 
@@ -53,8 +56,10 @@ class Model:
         return code(self.equations, near=False)
 
     @cached_property
-    def variation(self) -> Variation:
+    def variation(self) -> "Variation":
         """Rates and Jacobian at any time, in NumPy."""
+        from sweeps.mechanics.periodic import Variation
+
         return Variation(self.equations)
 
     @cached_property

@@ -85,7 +85,9 @@ class Definition(Strict):
         description="a file of points, in place of ranges: CSV, Parquet or netCDF, its path relative to the "
         "definition's, its columns named as the keys of grid",
     )
-    start_at: Annotated[dict[str, Any], BeforeValidator(place)] = Field(
+    start_at: Annotated[
+        tuple[tuple[str, Any], ...], BeforeValidator(place, json_schema_input_type=dict[str, float | str])
+    ] = Field(
         default=None,
         description="where the report opens: a mapping from coordinates of the map to values; the nearest grid values "
         "are used; changes no result",

@@ -111,8 +111,8 @@ def file_count(value: Any) -> int | str:
     return value
 
 
-def place(value: Any) -> dict[str, float | str]:
-    """Return a mapping from names of coordinates to numbers or words."""
+def place(value: Any) -> tuple[tuple[str, float | str], ...]:
+    """Return a mapping from names of coordinates to numbers or words as pairs, which can be hashed."""
     allowed = "a mapping from coordinates of the map to finite numbers or words"
     if not isinstance(value, Mapping) or not all(isinstance(name, str) and len(name) <= 200 for name in value):
         raise refusal("is not a mapping from names", allowed)
@@ -120,7 +120,7 @@ def place(value: Any) -> dict[str, float | str]:
         is_number = isinstance(at, int | float) and not isinstance(at, bool) and abs(at) <= sys.float_info.max
         if not is_number and not (isinstance(at, str) and len(at) <= 200 and at.isprintable()):
             raise refusal(f"has no number and no word at {name!r}", allowed)
-    return dict(value)
+    return tuple(value.items())
 
 
 def not_empty(values: tuple) -> tuple:

@@ -139,21 +139,21 @@ def test_an_edited_definition_runs_its_sweep_again(made):
 @pytest.mark.slow
 def test_generated_kernels_are_compiled_before_any_shard(made):
     own = {"system": "pendulum", "grid": {"length": [0.5, 1.0]}, "shards": 2}
-    (made / "swing.json").write_text(json.dumps(own))
+    (made / "rocking.json").write_text(json.dumps(own))
     for mark in (made / ".cache").rglob("ready/system_*"):  # what other tests have compiled of described systems
         mark.unlink()
     for mark in (made / ".cache").rglob("ready/oscillat*"):
         mark.unlink()
-    planned = snakemake(made, "-n", "--config", "definition=swing.json", "--", "results/swing/stability_map.nc")
+    planned = snakemake(made, "-n", "--config", "definition=rocking.json", "--", "results/rocking/stability_map.nc")
     said = planned.stdout + planned.stderr
     assert planned.returncode == 0, said
-    assert "Compiling the kernels of swing" in said
+    assert "Compiling the kernels of rocking" in said
     assert said.count("Measuring shard") == 2
     waits = [
-        line for line in said.splitlines() if line.startswith("Reason: Missing output files: results/swing/shards")
+        line for line in said.splitlines() if line.startswith("Reason: Missing output files: results/rocking/shards")
     ]
     assert len(waits) == 2
-    assert all("results/swing/.compiled" in line for line in waits)
+    assert all("results/rocking/.compiled" in line for line in waits)
     others = snakemake(made, "-n", "--", "results/tiny/stability_map.nc")
     assert "Compiling the kernels" not in others.stdout + others.stderr
 

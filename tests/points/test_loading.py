@@ -827,6 +827,7 @@ def test_the_tiny_sweep_holds_every_kind_of_body():
 @pytest.mark.parametrize("value", [{"gravity:": None}, {3: 1}, [1], "x", {"a": math.inf}, {"a": 10**400}, {"a": True}])
 def test_where_a_report_opens_is_a_mapping_to_numbers_and_words(value):
     grid = {"grid": {"I1": 1.0, "I2": 1.5, "I3": 2.0, "omega0": 1.0}}
-    assert load({**grid, "start_at": {"axis": 2, "I1": 0.5, "body": "a"}}).start_at["I1"] == 0.5
+    at = {"axis": 2, "I1": 0.5, "body": "a"}
+    assert load({**grid, "start_at": at}).start_at == tuple(at.items())
     with pytest.raises(DefinitionError, match=r"start_at: .*; allowed: "):
         load({**grid, "start_at": value})
