@@ -1,6 +1,6 @@
-"""What stands in tapes, and in what is found with them: codes of operations, states of enclosures, kinds of boxes.
+"""Names and numbers of what kernels take and give: operations of tapes, kinds of boxes, regimes of multipliers.
 
-Whoever writes or reads them need not load the compiled code of :mod:`kernels.enclosures` and :mod:`kernels.roots`.
+Whoever writes or reads them need not load :mod:`kernels.enclosures`, :mod:`kernels.roots` and :mod:`kernels.floquet`.
 """
 
 # States of an enclosure: see kernels.enclosures.
@@ -20,3 +20,7 @@ LEFT = 5  # the number of boxes was used up
 
 UNIT = 2.0**-52  # of rounding
 FAINT = 1e-280  # a range so small may be underflow
+
+# Of kernels.floquet: regimes by their number + 1, and smooth invariants of two degrees of freedom.
+REGIMES = ("undetermined", "stable", "asymptotically_stable", "unstable", "period_doubling", "flutter", "marginal")
+INVARIANTS = ("first_invariant", "second_invariant", "krein_discriminant", "det_minus_identity", "det_plus_identity")

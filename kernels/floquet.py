@@ -31,11 +31,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-REGIMES = (*("undetermined", "stable", "asymptotically_stable", "unstable", "period_doubling", "flutter", "marginal"),)
+from kernels.codes import INVARIANTS
+
 STABLE, ASYMPTOTICALLY_STABLE, UNSTABLE, PERIOD_DOUBLING, FLUTTER, MARGINAL = range(6)
 UNDETERMINED = -1
 ROUNDING = 4.0 * float(np.finfo(np.float64).eps)
-INVARIANTS = ("first_invariant", "second_invariant", "krein_discriminant", "det_minus_identity", "det_plus_identity")
 
 
 def columns(M, error, period, reciprocal=True, half_turns=None, with_errors=True):

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from kernels import floquet
+from kernels import codes, floquet
 
-NAMES = dict(zip(floquet.REGIMES, range(-1, 6), strict=True))
+NAMES = dict(zip(codes.REGIMES, range(-1, 6), strict=True))
 
 
 def planted(rng, pairs):
@@ -87,7 +87,7 @@ def test_errors_of_invariants_hold_for_random_changes_of_the_entries():
         S = rng.normal(size=(200, d, d)) * 0.6
         M = expm(J @ (S + S.swapaxes(1, 2)))
         error = 10.0 ** rng.uniform(-12, -3, (200, 1, 1)) * np.ones((d, d))
-        found, names = floquet.invariants(M, error), floquet.INVARIANTS if d == 4 else ("trace", "determinant")
+        found, names = floquet.invariants(M, error), codes.INVARIANTS if d == 4 else ("trace", "determinant")
         moved = floquet.invariants(M + error * rng.uniform(-1, 1, M.shape), error)
         for name in names:
             assert (np.abs(moved[name] - found[name]) <= found[f"{name}_error"] + 1e-12 * np.abs(found[name])).all(), (

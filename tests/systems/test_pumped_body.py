@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import sweeps
-from kernels.floquet import REGIMES
+from kernels.codes import REGIMES
 from sweeps.maps import verify
 from sweeps.points import existence as counted
 from sweeps.points.loading import read

@@ -2,8 +2,8 @@
 
 from dataclasses import replace
 
-from kernels.floquet import INVARIANTS as NAMES
-from kernels.floquet import REGIMES
+from kernels.codes import INVARIANTS as NAMES
+from kernels.codes import REGIMES
 from sweeps.schema.quantities import Parameter
 from sweeps.schema.variables import Role, Variable, table
 from sweeps.systems.equilibria import layout

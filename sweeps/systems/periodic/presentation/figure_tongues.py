@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from scipy.linalg import eigvalsh_tridiagonal
 
-from kernels.floquet import REGIMES
+from kernels.codes import REGIMES
 from sweeps.figure import colors, style
 from sweeps.systems.presentation.look import Look
 
