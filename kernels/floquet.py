@@ -299,10 +299,10 @@ def _spectrum(smooth, period, half_turns):
 
 
 def _meetings(smooth, spreads):
-    """Return the invariants where, within their errors, multipliers meet: there their parts have turning points."""
+    """Return the invariants where, within their errors, parts of multipliers turn: where they meet, and at trace 0."""
     first, second, *rest = smooth
     if not rest:
-        places = [sign * 2.0 * np.sqrt(np.maximum(second, 0.0)) for sign in (-1.0, 1.0)]
+        places = [sign * 2.0 * np.sqrt(np.maximum(second, 0.0)) for sign in (-1.0, 0.0, 1.0)]
         return [[np.clip(place, first - spreads[0], first + spreads[0]), second] for place in places]
     ends = [first - spreads[0], first, first + spreads[0]]
     return [[a, second, np.clip(0.0, smooth[2] - spreads[2], smooth[2] + spreads[2]), *smooth[3:]] for a in ends]

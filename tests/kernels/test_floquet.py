@@ -144,3 +144,13 @@ def test_errors_of_eigenvalues_cover_perturbed_matrices(d):
     sure = (given["regime"] != floquet.MARGINAL) & (changed["regime"] != floquet.MARGINAL)
     assert (given["regime"] == changed["regime"])[sure].all()
     assert sure.mean() > 0.8
+
+
+def test_an_error_that_reaches_from_growth_to_growth_holds_all_turning_between():
+    for trace in (2.336, -2.336, 2.0, 0.3):
+        M, error = np.array([[[trace, -1.0], [1.0, 0.0]]]), np.array([[[6.0, 0.0], [0.0, 0.0]]])
+        found = floquet.columns(M, error, np.ones(1), half_turns=np.zeros(1))
+        assert found["regime"][0] == NAMES["marginal"]
+        # of trace 0 the multipliers are ±i, as far from the real ones as any
+        furthest = 1.0 - np.abs(found["multiplier_imag"][0]).min()
+        assert (found["multiplier_imag_error"][0] >= furthest).all()
