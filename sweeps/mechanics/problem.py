@@ -73,7 +73,7 @@ class RootProblem:
 
     @cached_property
     def is_steady(self) -> bool:
-        """Whether neither bounds nor held coordinates depend on parameters."""
+        """True where neither bounds nor held coordinates depend on parameters."""
         steady = (*(bound for place in self.places for bound in place.bounds), *self.held)
         return not any(sp.sympify(e).free_symbols for e in steady)
 

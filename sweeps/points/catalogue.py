@@ -26,7 +26,7 @@ def shipped() -> dict[str, Path]:
 
 
 class Content(NamedTuple):
-    """What a shipped definition is about: the name of its system, its number of points, its title."""
+    """The name of the system, the number of points and the title of a shipped definition."""
 
     system: str
     points: int

@@ -1,4 +1,4 @@
-"""What a program may give in place of a definition's file: a mapping, keywords, a DataFrame or a Dataset."""
+"""Definitions that a program gives in place of a file: mappings, keywords, DataFrames and Datasets."""
 
 import hashlib
 import sys

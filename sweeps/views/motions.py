@@ -1,7 +1,7 @@
 """Motions for the library and the command line: of a described system, of a free body, and of a point of a map."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -74,6 +74,7 @@ def of_body(
     """
     import xarray as xr
 
+    from sweeps.systems import trajectories
     from sweeps.systems.bodies import attitude
     from sweeps.systems.motion import instants, time
     from sweeps.systems.rigid_body import motion
@@ -103,7 +104,7 @@ def of_body(
             raise DefinitionError(f"times: {display(times)}; allowed: instants, or a duration > 0, in s")
         at = instants(duration, samples, rotation)
     else:
-        at = _instants(times)
+        at = trajectories.instants(times)
     with np.errstate(all="ignore"):
         columns = attitude.columns(moments, omega, at - at[0], tolerance)
     files.check_finite(columns)
@@ -127,12 +128,6 @@ def _quantity(where: str, value: Any, unit: str) -> float:
     if not math.isfinite(found):
         raise DefinitionError(f"{where}: {display(value)}; allowed: a finite number, in one of {units.allowed(unit)}")
     return found
-
-
-def _instants(times: Sequence[float]) -> np.ndarray:
-    from sweeps.systems.trajectories import instants
-
-    return instants(times)
 
 
 def write(motion: "xr.Dataset", path: str | Path) -> None:

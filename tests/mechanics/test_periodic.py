@@ -38,7 +38,7 @@ def of_model(model, tolerance=1e-12, **values):
 
 
 def covered(columns):
-    """Whether every measured column is within its error of the variational flow's where the status is OK."""
+    """Compare every measured column with the variational flow's, within its error, where the status is OK."""
     sound, inside = columns["status"] == OK, {}
     for name in (name.removesuffix("_theory") for name in columns if name.endswith("_theory")):
         if f"{name}_error" in columns:

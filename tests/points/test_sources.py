@@ -1,4 +1,4 @@
-"""What `sweeps.survey` takes in place of a file, and numbers with units, against the same definition spelled out."""
+"""Definitions that are no files, and numbers with units, against the same definition spelled out."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What a definition of periodic systems may say; each system's own model has its parameters in `grid`."""
+"""Definitions of periodic systems; each system's own model has its parameters in `grid`."""
 
 from pydantic import Field
 

@@ -1,4 +1,4 @@
-"""What maps of Floquet multipliers hold, of any system, and those of described systems beside their parameters."""
+"""Variables of maps of Floquet multipliers: those of any system, and those of described systems."""
 
 from dataclasses import replace
 

@@ -200,7 +200,7 @@ def _flip(moments, omega, axis: int, period: float) -> float:
 
 
 class _Shown(NamedTuple):
-    """What is written over an animation, the spin axis that is drawn, and the body's surface."""
+    """The text over an animation, the spin axis that is drawn, and the body's surface."""
 
     title: str
     words: str

@@ -28,7 +28,7 @@ function dragBody(X, Y) {
   choose({ moments: moments.map((I) => I * size), named: null, place: locate(X, Y)?.place ?? state.place });
 }
 
-/** What becomes of a spin about an axis: Ω² of linear theory, its words, and the period of the flip or the wobble. */
+/** The outcome of a spin about an axis: Ω² of linear theory, its words, and the period of the flip or the wobble. */
 function axisOutcome(moments, axis, omega0, epsilon, phase) {
   const [a, b, c] = [0, 1, 2].map((k) => moments[(axis - 1 + k) % 3]);
   const square = omega0 ** 2 * ((a - b) / b) * ((a - c) / c);
