@@ -36,6 +36,20 @@ function sharpPen(canvas) {
   return { pen, width, height };
 }
 
+/** A pen over a plane that reaches so far from the canvas's middle, with what places points and draws lines on it. */
+function planePen(canvas, reach) {
+  const { pen, width, height } = sharpPen(canvas);
+  const scale = (0.42 * Math.min(width, height)) / reach;
+  const on = ([x, y]) => [width / 2 + scale * x, height / 2 - scale * y];
+  const line = (points, color, thick) => {
+    pen.beginPath();
+    for (const point of points) pen.lineTo(...on(point));
+    Object.assign(pen, { strokeStyle: color, lineWidth: thick, lineJoin: "round" });
+    pen.stroke();
+  };
+  return { pen, width, scale, on, line };
+}
+
 /** A canvas sharp on any screen; `draw(pen)` is called with what it needs to draw in a unit of its own. */
 class Scene {
   constructor(canvas, reach, draw) {

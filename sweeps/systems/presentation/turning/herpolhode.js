@@ -45,19 +45,11 @@ class HerpolhodePicture {
   render() {
     if (this.t === undefined) return;
     const tail = this.tail();
-    const { pen, width, height } = sharpPen(this.canvas);
+    const { pen, width, scale, on, line } = planePen(this.canvas, this.outer || 1);
     if (width === 0) return;
-    const scale = (0.42 * Math.min(width, height)) / (this.outer || 1);
-    const on = ([x, y]) => [width / 2 + scale * x, height / 2 - scale * y];
-    const line = (points, color, thick) => {
-      pen.beginPath();
-      for (const point of points) pen.lineTo(...on(point));
-      Object.assign(pen, { strokeStyle: color, lineWidth: thick, lineJoin: "round" });
-      pen.stroke();
-    };
     for (const radius of this.still ? [] : [this.inner, this.outer]) {
       pen.beginPath();
-      pen.arc(width / 2, height / 2, scale * radius, 0, 2 * Math.PI);
+      pen.arc(...on([0, 0]), scale * radius, 0, 2 * Math.PI);
       Object.assign(pen, { strokeStyle: pageColor("grid"), lineWidth: 1 });
       pen.stroke();
     }

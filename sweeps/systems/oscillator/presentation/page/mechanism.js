@@ -27,17 +27,9 @@ function showMechanism() {
 }
 
 function drawMechanism() {
-  const { pen, width, height } = sharpPen(document.getElementById("mechanism-canvas"));
+  const { pen, width, on, line } = planePen(document.getElementById("mechanism-canvas"), mechanism.reach);
   if (width === 0 || !mechanism.places) return;
   const k = Math.min(mechanism.places.length - 1, Math.floor(mechanism.at * mechanism.places.length));
-  const scale = (0.42 * Math.min(width, height)) / mechanism.reach;
-  const on = ([x, y]) => [width / 2 + scale * x, height / 2 - scale * y];
-  const line = (points, color, thick) => {
-    pen.beginPath();
-    for (const point of points) pen.lineTo(...on(point));
-    Object.assign(pen, { strokeStyle: color, lineWidth: thick, lineJoin: "round" });
-    pen.stroke();
-  };
   const dot = (point, size, color) => {
     pen.beginPath();
     pen.arc(...on(point), size, 0, 2 * Math.PI);
