@@ -45,7 +45,7 @@ function drawMechanism() {
 
 function playMechanism(now) {
   if (!mechanism.playing) return;
-  mechanism.at = (mechanism.at + Math.min(0.1, (now - mechanism.last) / 1000) / PLAYED) % 1;
+  mechanism.at = (mechanism.at + Math.max(0, Math.min(0.1, (now - mechanism.last) / 1000)) / PLAYED) % 1;
   mechanism.last = now;
   drawMechanism();
   requestAnimationFrame(playMechanism);
