@@ -16,7 +16,7 @@ from sweeps.pipeline.targets import (
     on_command_line,
     refuse_unmade,
     threads_of_shard,
-    to_compile,
+    what_is_compiled,
 )
 
 # the interpreter that runs this workflow also runs its jobs; one that Ctrl-C ends says nothing more
@@ -49,28 +49,7 @@ rule all:
         f"results/{DEFAULT}/report.html",
 
 
-rule compile:
-    output:
-        temp("results/{sweep}/.compiled"),
-    log:
-        "results/{sweep}/logs/compile.log",
-    benchmark:
-        "results/{sweep}/benchmarks/compile.tsv"
-    threads: 2
-    resources:
-        mem_mb=1000,
-    params:
-        path=lambda wildcards: PLANS[wildcards.sweep].path,
-    message:
-        "Compiling the kernels of {wildcards.sweep}, once per machine"
-    shell:
-        "python -m sweeps compile {params.path:q} --output {output:q}"
-        " > {log:q} 2>&1 || {{ tail -n 20 {log:q} >&2; exit 1; }}"
-
-
 rule shard:
-    input:
-        lambda wildcards: to_compile(PLANS[wildcards.sweep].sweep),
     output:
         temp("results/{sweep}/shards/{k}-of-{n}.nc"),
     log:
@@ -208,6 +187,8 @@ try:
     if workflow.is_main_process and is_to_run():
         claims.claim(PLANS)
         claims.replace_locks(workflow)
+        for told in what_is_compiled(PLANS.values()):
+            print(told, file=sys.stderr)
 except DefinitionError as refused:
     print(refused, file=sys.stderr)
     sys.exit(2)

@@ -8,19 +8,13 @@ def add(commands) -> None:
     command = parser.add(commands, "compile", "compile the kernels of a sweep, once per machine", _run)
     parser.add_definition(command, nargs="?", default=None)
     command.add_argument("--all", action="store_true", help="compile the kernels of every system")
-    command.add_argument("-o", "--output", metavar="FILE", help="write the kernels' fingerprint to FILE")
     command.epilog = "Without DEFINITION, those of the default sweep."
 
 
 def _run(args):
-    from kernels.fingerprint import fingerprint
     from sweeps import systems
     from sweeps.points import catalogue, compile
     from sweeps.points.loading import read
-    from sweeps.process.files import replaced
 
     sweep = read(catalogue.resolve(args.definition or catalogue.DEFAULT))  # refused before any work
     compile.compile_kernels([*sweep.system.kernels_of(sweep.definition), *(systems.all_kernels() if args.all else ())])
-    if args.output:
-        with replaced(args.output) as temporary:
-            temporary.write_text(fingerprint() + "\n")

@@ -32,6 +32,5 @@ def _run(args):
     told = merging.merge(planned.sweep, args.shards, args.output, args.threads, args.renew)
     if args.renew:
         for folder in args.shards:
-            journal.remove(Path(folder))  # what a `run` that was broken off has left, and a workflow as it compiled
-        Path(args.output).with_name(".compiled").unlink(missing_ok=True)
+            journal.remove(Path(folder))  # what a `run` that was broken off has left
     print(f"content_hash {told}")

@@ -58,10 +58,9 @@ def _made(planned: Plan, folder: Path, workers: int, again: bool) -> Iterator[Pa
 
 
 def _remove_parts(folder: Path) -> None:
-    """Remove what a map needs no more: its shards, and the mark of a workflow that was killed as it compiled."""
+    """Remove what a map needs no more."""
     if (folder / "shards").exists():
         shutil.rmtree(folder / "shards")
-    (folder / ".compiled").unlink(missing_ok=True)
 
 
 def _is_older(made: Path, path: Path) -> bool:
@@ -102,8 +101,8 @@ def _report(path: Path, file: Path) -> None:
 
 def _compile(sweep: Sweep) -> None:
     """Compile what its system calls, where no earlier run has."""
-    if left := compile.seconds(sweep.system.kernels_of(sweep.definition)):
-        progress.say(f"compiling the kernels of {sweep.system.name}, once per machine, about {left:.0f} s")
+    if line := compile.announced(sweep):
+        progress.say(line)
         compile.ensure(sweep)
 
 

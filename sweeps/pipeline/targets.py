@@ -6,14 +6,14 @@ Snakemake tells a Snakefile its config but not its targets; its own parser reads
 import difflib
 import re
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from importlib.util import find_spec
 from pathlib import Path
 
 from snakemake.cli import get_argument_parser
 
 from sweeps.points import compile
-from sweeps.points.sweep import Sweep
+from sweeps.points.catalogue import Plan
 from sweeps.schema.refusals import DefinitionError, shortened
 
 # options of Snakemake that make none of the workflow's files
@@ -61,10 +61,11 @@ def threads_of_shard(workflow, count: int) -> int:
     return max(1, workflow.cores // count) if workflow.local_exec else 1
 
 
-def to_compile(sweep: Sweep) -> list[str]:
-    """Return what the rule `compile` makes of a sweep some of whose kernels are missing; else nothing."""
-    missing = compile.missing(sweep.system.kernels_of(sweep.definition))
-    return [f"results/{sweep.name}/.compiled"] if missing else []
+def what_is_compiled(plans: Iterable[Plan]) -> Iterator[str]:
+    """Yield a line for each sweep without a map whose kernels the first of its shards will compile."""
+    for sweep in (plan.sweep for plan in plans):
+        if not Path(f"results/{sweep.name}/stability_map.nc").exists() and (line := compile.announced(sweep)):
+            yield line
 
 
 def refuse_unmade(targets: Iterable[str], rules: Iterable, sweeps: Iterable[str]) -> None:

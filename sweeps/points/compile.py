@@ -62,6 +62,12 @@ def seconds(kernels: Iterable[Kernel]) -> float:
     return taken * SHARED if processors.cores() > 1 else taken
 
 
+def announced(sweep: Sweep) -> str:
+    """Return a line about what is compiled for a sweep, and how long that takes; empty where nothing is missing."""
+    left = seconds(sweep.system.kernels_of(sweep.definition))
+    return f"compiling the kernels of {sweep.system.name}, once per machine, about {left:.0f} s" if left else ""
+
+
 def compile_kernels(kernels: Iterable[Kernel]) -> None:
     """Compile those of the kernels that are missing; one program at a time does so. For errors see `ensure`."""
     kernels = list(kernels)

@@ -48,6 +48,7 @@ SAYS = {  # what `run` says as a stage begins, in one process
     "figures": "broken/figures",
     "report": "broken/report.html",
 }
+PROGRAMS = {"compile": ["-P", "-m", "sweeps.points.compile"]}  # below a shard
 MADE = {".running", ".finished", "stability_map.nc", "figures", "report.html", "logs", "benchmarks"}
 
 
@@ -64,7 +65,7 @@ def victim(run, kind):
                 words = process.cmdline()
             except psutil.Error:
                 continue
-            if words[1:4] == ["-m", "sweeps", kind]:
+            if words[1:4] == PROGRAMS.get(kind, ["-m", "sweeps", kind]):
                 return process
         return None
 
@@ -99,6 +100,7 @@ class Series:
         """Takes away what a stage is to make, where it is there; what comes before it may stay."""
         if stage == "compile":
             self.forget_compiled()
+            shutil.rmtree(self.results / "shards", ignore_errors=True)
         if stage in STAGES[:3]:
             self.house.map.unlink(missing_ok=True)
         if stage == "figures":

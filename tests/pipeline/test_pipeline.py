@@ -99,10 +99,9 @@ def test_what_is_finished_is_not_made_again(mine, measured):
     assert measured == [1, 3]
     before = {path: path.stat().st_mtime_ns for path in Path("results/mine").rglob("[!.]*")}
     folder.mkdir()
-    (folder.parent / ".compiled").touch()  # as a workflow leaves them that is killed
     made(mine)
     assert measured == [1, 3]
-    assert not {"shards", ".compiled"} & {path.name for path in folder.parent.iterdir()}
+    assert not folder.exists()
     assert {path: path.stat().st_mtime_ns for path in Path("results/mine").rglob("[!.]*")} == before
     made(mine, again=True)
     assert measured == [1, 3, 1, 2, 3]
@@ -192,10 +191,8 @@ def test_a_workflow_removes_what_a_run_has_left(mine, encoded, monkeypatch):
     break_off(mine, monkeypatch, 32)
     folder = Path("results/mine/shards")
     shards.write_shard(catalogue.plan(mine).sweep, 1, 1, folder / "1-of-1.nc")
-    Path(".compiled").touch()  # a workflow that was killed
     assert main(["merge", "--renew", "mine.yaml", str(folder), "-o", "map.nc"]) == 0
     assert [path.name for path in folder.iterdir()] == ["1-of-1.nc"]
-    assert not Path(".compiled").exists()
 
 
 def test_everything_is_measured_again_where_that_is_asked(mine, encoded, monkeypatch):

@@ -103,25 +103,8 @@ def test_an_edited_kernel_runs_the_sweep_again(made):
     said = planned.stdout + planned.stderr
     assert planned.returncode == 0
     assert "Measuring shard 2 of 2 of tiny" in said
-    assert "Compiling the kernels" in said
     assert "Merging the shards of tiny" in said
     assert "Params have changed since last execution" in said
-
-
-@pytest.mark.slow
-def test_a_map_that_is_missing_is_made_where_the_compiling_rule_was_edited(made):
-    workflow, path = made / "Snakefile", made / "results/tiny/stability_map.nc"
-    before, kept = workflow.read_text(), path.rename(path.with_suffix(".kept"))
-    workflow.write_text(before.replace("python -m sweeps compile ", "python  -m sweeps compile "))
-    try:
-        planned = snakemake(made, "-n", "--", "results/tiny/stability_map.nc")
-    finally:
-        workflow.write_text(before)
-        kept.rename(path)
-    said = planned.stdout + planned.stderr
-    assert planned.returncode == 0
-    assert "Merging the shards of tiny" in said
-    assert "Compiling the kernels" not in said
 
 
 @pytest.mark.slow
@@ -137,25 +120,19 @@ def test_an_edited_definition_runs_its_sweep_again(made):
 
 
 @pytest.mark.slow
-def test_generated_kernels_are_compiled_before_any_shard(made):
+def test_a_shard_that_compiled_the_kernels_is_kept_by_a_workflow_that_finds_them_compiled(made):
     own = {"system": "pendulum", "grid": {"length": [0.5, 1.0]}, "shards": 2}
     (made / "rocking.json").write_text(json.dumps(own))
     for mark in (made / ".cache").rglob("ready/system_*"):  # what other tests have compiled of described systems
         mark.unlink()
-    for mark in (made / ".cache").rglob("ready/oscillat*"):
-        mark.unlink()
-    planned = snakemake(made, "-n", "--config", "definition=rocking.json", "--", "results/rocking/stability_map.nc")
+    asked = ("--config", "definition=rocking.json", "--")
+    first = snakemake(made, *asked, "results/rocking/shards/1-of-2.nc")
+    assert first.returncode == 0, first.stderr
+    assert "compiling the kernels of pendulum, once per machine" in first.stderr
+    planned = snakemake(made, "-n", *asked, "results/rocking/stability_map.nc")
     said = planned.stdout + planned.stderr
-    assert planned.returncode == 0, said
-    assert "Compiling the kernels of rocking" in said
-    assert said.count("Measuring shard") == 2
-    waits = [
-        line for line in said.splitlines() if line.startswith("Reason: Missing output files: results/rocking/shards")
-    ]
-    assert len(waits) == 2
-    assert all("results/rocking/.compiled" in line for line in waits)
-    others = snakemake(made, "-n", "--", "results/tiny/stability_map.nc")
-    assert "Compiling the kernels" not in others.stdout + others.stderr
+    assert "Measuring shard 2 of 2 of rocking" in said
+    assert "Measuring shard 1" not in said
 
 
 @pytest.mark.slow
