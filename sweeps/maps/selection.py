@@ -26,25 +26,16 @@ class SelectionError(RefusedError):
 
 @dataclass(frozen=True)
 class Place:
-    """A value of one dimension.
+    """A value of one dimension."""
 
-    Attributes:
-        dim: the dimension.
-        index: its number, from 0.
-        value: the grid's value there.
-        asked: what a person asked for; None where the dimension has that value alone.
-        units: UDUNITS text.
-        outside: whether what was asked lies beyond the grid's ends.
-        by: of a place that was chosen by coordinates that are no dimension, what was asked of these, in words; "" for
-            others.
-    """
-
-    dim: str
-    index: int
-    value: float | int | str
-    asked: float | str | None
-    units: str
-    outside: bool = False
+    dim: str  #: the dimension
+    index: int  #: its number, from 0
+    value: float | int | str  #: the grid's value there
+    asked: float | str | None  #: what a person asked for; None where the dimension has that value alone
+    units: str  #: UDUNITS text
+    outside: bool = False  #: whether what was asked lies beyond the grid's ends
+    #: of a place that was chosen by coordinates that are no dimension, what was asked of these, in words; "" for
+    #: others.
     by: str = ""
 
     def __str__(self):

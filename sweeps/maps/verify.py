@@ -37,19 +37,12 @@ TURNED = 5  # motions of the sample whose quaternions SciPy integrates again
 
 @dataclass(frozen=True)
 class Check:
-    """One thing that was looked at.
+    """One thing that was looked at."""
 
-    Attributes:
-        name: what it is called.
-        covers: what was compared, one line.
-        findings: what differs, one line each; empty where nothing does.
-        skipped: why it could not be looked at, or "".
-    """
-
-    name: str
-    covers: str
-    findings: tuple[str, ...] = ()
-    skipped: str = ""
+    name: str  #: what it is called
+    covers: str  #: what was compared, one line
+    findings: tuple[str, ...] = ()  #: what differs, one line each; empty where nothing does
+    skipped: str = ""  #: why it could not be looked at, or ""
 
 
 def verify(

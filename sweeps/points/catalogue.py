@@ -76,15 +76,10 @@ def _unknown(where: str, name: str, known: Iterable[str], otherwise: str) -> str
 
 @dataclass(frozen=True)
 class Plan:
-    """A sweep and the file that defines it.
+    """A sweep and the file that defines it."""
 
-    Attributes:
-        path: the definition's file.
-        sweep: the sweep, valid and small enough for this machine.
-    """
-
-    path: Path
-    sweep: "Sweep"
+    path: Path  #: the definition's file
+    sweep: "Sweep"  #: the sweep, valid and small enough for this machine
 
 
 def plan(

@@ -22,15 +22,10 @@ from sweeps.systems import Dynamics
 
 
 class _Runs(NamedTuple):
-    """Which values of a dimension some points have, one after the other.
+    """Which values of a dimension some points have, one after the other."""
 
-    Attributes:
-        index: numbers of the values.
-        counts: how many points each lasts; None where that is one.
-    """
-
-    index: np.ndarray
-    counts: np.ndarray | None
+    index: np.ndarray  #: numbers of the values
+    counts: np.ndarray | None  #: how many points each lasts; None where that is one
 
 
 @dataclass(frozen=True)

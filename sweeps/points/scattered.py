@@ -24,15 +24,10 @@ BESIDE = ("sample", "bodies")  # other ways to say what points there are
 
 
 class Scattered(Protocol):
-    """Points along `point`.
+    """Points along `point`."""
 
-    Attributes:
-        names: the parameters that each has of its own.
-        num: how many points there are.
-    """
-
-    names: tuple[str, ...]
-    num: int
+    names: tuple[str, ...]  #: the parameters that each has of its own
+    num: int  #: how many points there are
 
     def rows(self, start: int, stop: int) -> Mapping[str, np.ndarray]:
         """Return name → values at the points start … stop − 1 (from 0), float64 of shape (stop − start,)."""

@@ -22,16 +22,11 @@ SUFFIX = ".journal"
 
 
 class Entry(NamedTuple):
-    """One chunk that is in the file.
+    """One chunk that is in the file."""
 
-    Attributes:
-        after: number after its last point.
-        motions: how many motions its block of chunks has taken, at the block's last chunk; 0 at the others.
-        places: name of a variable → number of the first byte, number of bytes, and their checksum.
-    """
-
-    after: int
-    motions: int
+    after: int  #: number after its last point
+    motions: int  #: how many motions its block of chunks has taken, at the block's last chunk; 0 at the others
+    #: name of a variable → number of the first byte, number of bytes, and their checksum.
     places: dict[str, tuple[int, int, int]]
 
 

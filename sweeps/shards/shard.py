@@ -63,19 +63,12 @@ class ForeignError(DamagedError):
 
 
 class Piece(NamedTuple):
-    """What a shard holds of one chunk of the map.
+    """What a shard holds of one chunk of the map."""
 
-    Attributes:
-        chunk: number of the chunk.
-        first: number of the piece's first point.
-        after: number after its last point.
-        whole: whether that is the whole chunk.
-    """
-
-    chunk: int
-    first: int
-    after: int
-    whole: bool
+    chunk: int  #: number of the chunk
+    first: int  #: number of the piece's first point
+    after: int  #: number after its last point
+    whole: bool  #: whether that is the whole chunk
 
 
 class _Checks:

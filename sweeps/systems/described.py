@@ -51,24 +51,16 @@ class Described(Dynamics):
         load: makes the description.
         source: the description's text, for the fingerprint.
         folder: where the path of a description's file starts.
-
-    Attributes:
-        library: folder of the descriptions of this kind that ship.
-        asked: the model of definitions, but for `grid`.
-        nudge: what a grid holds beside the description's parameters.
-        own: coordinates beside those, by name: which equilibrium, and which of its numbers.
-        reserved: names of columns, which no description may take.
-        literature: where the theory stands, if the description does not say it.
-        shown: what its map shows.
     """
 
-    library: ClassVar[Path]
-    asked: ClassVar[type[Definition]]
-    nudge: ClassVar[tuple[Parameter, ...]]
+    library: ClassVar[Path]  #: folder of the descriptions of this kind that ship
+    asked: ClassVar[type[Definition]]  #: the model of definitions, but for `grid`
+    nudge: ClassVar[tuple[Parameter, ...]]  #: what a grid holds beside the description's parameters
+    #: coordinates beside those, by name: which equilibrium, and which of its numbers.
     own: ClassVar[Mapping[str, Variable]]
-    reserved: ClassVar[frozenset[str]]
-    literature: ClassVar[str]
-    shown: ClassVar[str]
+    reserved: ClassVar[frozenset[str]]  #: names of columns, which no description may take
+    literature: ClassVar[str]  #: where the theory stands, if the description does not say it
+    shown: ClassVar[str]  #: what its map shows
 
     def __init__(self, name: str, load: "Callable[[], mechanics.System]", source: bytes, folder: str = ""):
         self.name, self.folder, self.source = name, folder, source

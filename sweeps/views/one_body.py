@@ -26,15 +26,10 @@ SAMPLING = ("draws", "seed", "method", "turns")
 
 @dataclass(frozen=True)
 class BodyAnswer:
-    """The answer of `sweeps.body`; `print` shows it.
+    """The answer of `sweeps.body`; `print` shows it."""
 
-    Attributes:
-        name: the body's name.
-        facts: all numbers, in SI units, angles in rad; `facts["axes"]` has a mapping for each spin axis.
-    """
-
-    name: str
-    facts: dict[str, Any]
+    name: str  #: the body's name
+    facts: dict[str, Any]  #: all numbers, in SI units, angles in rad; `facts["axes"]` has a mapping for each spin axis
     _lines: list[str] = field(repr=False)
     _rows: list[tuple[str, str]] = field(repr=False)
     _more: list[str] = field(repr=False)

@@ -52,18 +52,13 @@ class InertiaError(ValueError):
 
 @dataclass(frozen=True)
 class Principal:
-    """Principal moments and axes.
+    """Principal moments and axes."""
 
-    Attributes:
-        moments: (I1, I2, I3), ascending, kg m2 (or the tensor's own unit).
-        axes: rotation matrix, 3 rows: principal axis i in the coordinates of the tensor or mesh. Where moments are
-            equal, any axes of their plane (or space) would do as well.
-        notes: what a person should know of how they came out, one sentence each.
-    """
-
-    moments: tuple[float, float, float]
+    moments: tuple[float, float, float]  #: (I1, I2, I3), ascending, kg m2 (or the tensor's own unit)
+    #: rotation matrix, 3 rows: principal axis i in the coordinates of the tensor or mesh. Where moments are equal, any
+    #: axes of their plane (or space) would do as well.
     axes: tuple[tuple[float, float, float], ...]
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  #: what a person should know of how they came out, one sentence each
 
 
 def principal(tensor: Sequence[Sequence[float]], rounding: float = TENSOR_ROUNDING) -> Principal:
@@ -141,27 +136,17 @@ def _right_handed(rows: np.ndarray) -> tuple[tuple[float, float, float], ...]:
 
 @dataclass(frozen=True)
 class Solid:
-    """A body from a mesh, its density uniform.
+    """A body from a mesh, its density uniform."""
 
-    Attributes:
-        principal: its principal moments and axes.
-        mass: kg.
-        volume: m3.
-        centre: centre of mass in the mesh's coordinates, m.
-        extents: edges of the box around it, m.
-        faces: number of triangles.
-        surface: its vertices about the centre along the principal axes, m, and its faces: few enough to be drawn.
-        digest: SHA-256 of the file.
-    """
-
-    principal: Principal
-    mass: float
-    volume: float
-    centre: tuple[float, float, float]
-    extents: tuple[float, float, float]
-    faces: int
+    principal: Principal  #: its principal moments and axes
+    mass: float  #: kg
+    volume: float  #: m3
+    centre: tuple[float, float, float]  #: centre of mass in the mesh's coordinates, m
+    extents: tuple[float, float, float]  #: edges of the box around it, m
+    faces: int  #: number of triangles
+    #: its vertices about the centre along the principal axes, m, and its faces: few enough to be drawn.
     surface: tuple[np.ndarray, np.ndarray] = field(compare=False, repr=False)
-    digest: str
+    digest: str  #: SHA-256 of the file
 
 
 def unsupported(path: str | Path) -> tuple[str, str] | None:

@@ -63,41 +63,24 @@ def rate_deviation(measured, theory):
 
 @dataclass
 class Agreement:
-    """How a map's measured rates compare with linear theory.
+    """How a map's measured rates compare with linear theory."""
 
-    Attributes:
-        points: number of points of the map.
-        regimes: measured regime → number of points.
-        statuses: status → number of points.
-        marginal: number of points with Ω² = 0 in theory, which have no relative deviation.
-        stride: every how many points one is kept in the arrays below, in storage order.
-        theory: predicted signed rate over |ω0| of each kept point, dimensionless.
-        measured: measured signed rate over |ω0| of each kept point, dimensionless.
-        deviation: `rate_deviation` of each kept point.
-        error: relative error of the rate, error(Ω²)/(2|Ω²|), of each kept point.
-        ratio: |Ω² − theory| over the error of Ω², of each kept point.
-        epsilon: size of the perturbation of each kept point.
-        possible: whether a body with those moments can exist.
-        status: number of the status of each kept point.
-        worst: largest deviation over all points that can exist and are ok; NaN where there is none.
-        certificate: largest `propagation_error` over all points; NaN where the map has none.
-    """
-
-    points: int
-    stride: int
-    marginal: int = 0
+    points: int  #: number of points of the map
+    stride: int  #: every how many points one is kept in the arrays below, in storage order
+    marginal: int = 0  #: number of points with Ω² = 0 in theory, which have no relative deviation
+    #: measured regime → number of points.
     regimes: dict[str, int] = field(default_factory=lambda: dict.fromkeys(REGIMES, 0))
-    statuses: dict[str, int] = field(default_factory=lambda: dict.fromkeys(STATUSES, 0))
-    theory: np.ndarray = None
-    measured: np.ndarray = None
-    deviation: np.ndarray = None
-    error: np.ndarray = None
-    ratio: np.ndarray = None
-    epsilon: np.ndarray = None
-    possible: np.ndarray = None
-    status: np.ndarray = None
-    worst: float = math.nan
-    certificate: float = math.nan
+    statuses: dict[str, int] = field(default_factory=lambda: dict.fromkeys(STATUSES, 0))  #: status → number of points
+    theory: np.ndarray = None  #: predicted signed rate over |ω0| of each kept point, dimensionless
+    measured: np.ndarray = None  #: measured signed rate over |ω0| of each kept point, dimensionless
+    deviation: np.ndarray = None  #: `rate_deviation` of each kept point
+    error: np.ndarray = None  #: relative error of the rate, error(Ω²)/(2|Ω²|), of each kept point
+    ratio: np.ndarray = None  #: |Ω² − theory| over the error of Ω², of each kept point
+    epsilon: np.ndarray = None  #: size of the perturbation of each kept point
+    possible: np.ndarray = None  #: whether a body with those moments can exist
+    status: np.ndarray = None  #: number of the status of each kept point
+    worst: float = math.nan  #: largest deviation over all points that can exist and are ok; NaN where there is none
+    certificate: float = math.nan  #: largest `propagation_error` over all points; NaN where the map has none
 
 
 def agreement(ds: "xr.Dataset", most: int = MOST_DRAWN) -> Agreement:
@@ -276,25 +259,15 @@ def breakdown(ds: "xr.Dataset") -> "xr.Dataset":
 
 @dataclass(frozen=True)
 class Period:
-    """One body's period, predicted and observed.
+    """One body's period, predicted and observed."""
 
-    Attributes:
-        body: its name.
-        axis: the axis it spins about in nature.
-        predicted_days: 2π/Ω of linear theory, days of 86,400 s; NaN where it does not oscillate.
-        measured_days: `euler_period` of the rigid body, as measured from its motion, likewise.
-        observed_days: what people measured, days of 86,400 s.
-        what: what has the observed period.
-        note: what a reader should know.
-    """
-
-    body: str
-    axis: int
-    predicted_days: float
-    measured_days: float
-    observed_days: float
-    what: str
-    note: str
+    body: str  #: its name
+    axis: int  #: the axis it spins about in nature
+    predicted_days: float  #: 2π/Ω of linear theory, days of 86,400 s; NaN where it does not oscillate
+    measured_days: float  #: `euler_period` of the rigid body, as measured from its motion, likewise
+    observed_days: float  #: what people measured, days of 86,400 s
+    what: str  #: what has the observed period
+    note: str  #: what a reader should know
 
 
 def periods(ds: "xr.Dataset") -> list[Period]:
