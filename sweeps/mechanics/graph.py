@@ -275,11 +275,7 @@ def lambdified(arguments, expressions):
 
 
 class Values:
-    """Values at equilibria and deviations from them, by the same rules as the kernel's, in NumPy.
-
-    Args:
-        graph: the graph.
-    """
+    """Values at equilibria and deviations from them, by the same rules as the kernel's, in NumPy."""
 
     def __init__(self, graph: Graph):
         self.graph = graph

@@ -91,16 +91,7 @@ def _bytes_per_point(sweep: Sweep) -> int:
 
 
 def refuse_if_too_large(sweep: Sweep, results_dir: str | Path, bytes_per_point: int | None = None) -> None:
-    """Refuse a sweep that exceeds the disk or memory of this machine.
-
-    Args:
-        sweep: the sweep.
-        results_dir: folder the results go to; it need not exist yet.
-        bytes_per_point: uncompressed bytes of a map per point; left out, those of the system's variables.
-
-    Raises:
-        DefinitionError: naming what is needed and what there is, in bytes.
-    """
+    """Refuse a sweep that exceeds the disk or memory of this machine."""
     lines = lacking(sweep, estimate(sweep, bytes_per_point), results_dir)
     if lines:
         raise DefinitionError("\n".join(lines))

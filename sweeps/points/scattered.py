@@ -79,9 +79,6 @@ def completed(values: Mapping, model: type[Definition], folder: str) -> "tuple[d
     """Return the plain values of a definition with ranges over the sampled or listed points, and its table.
 
     So whatever is asked of the values of a grid is asked of those of scattered points as well.
-
-    Raises:
-        UnreadableError: for a table that is refused, and one beside other ways to say what points there are.
     """
     values, file = ends_alone(values), values.get("table")
     grid = values.get("grid", {})

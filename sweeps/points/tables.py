@@ -71,11 +71,7 @@ class Table:
         return _told(self.cached)["checksums"]
 
     def rows(self, start: int, stop: int) -> Mapping[str, np.ndarray]:
-        """Return name → values at the rows start … stop − 1 (from 0), shape (stop − start,).
-
-        Raises:
-            OSError: where the cache was damaged.
-        """
+        """Return name → values at the rows start … stop − 1 (from 0), shape (stop − start,)."""
         first, after = start // BLOCK_ROWS, -(-stop // BLOCK_ROWS)
         width = 8 * len(self.names)
         with self.cached.open("rb") as file:

@@ -60,11 +60,7 @@ class Structure:
 
 
 def read_structure(file: FileBytes) -> Structure:
-    """Return what a file holds, as it says itself, but for its numbers.
-
-    Raises:
-        MapError: for what is no netCDF-4 file, and for one that is cut short, damaged, or points outside of itself.
-    """
+    """Return what a file holds, as it says itself, but for its numbers."""
     path, size = file.name, file.size
     _check_superblock(file)
     found = sandbox.run_in_child(partial(_structure_or_refusal, file), size)

@@ -48,12 +48,7 @@ def heading(text: str) -> tuple[str, str]:
 
 
 def opened(file: FileBytes, suffix: str) -> "Source":
-    """Return the columns of a file of the kind that its name's end says.
-
-    Raises:
-        UnreadableError: for a file that is none of this kind.
-        OSError: where the disk fails.
-    """
+    """Return the columns of a file of the kind that its name's end says."""
     source = SUFFIXES[suffix](file)
     if len(source.headings) > MOST_COLUMNS:
         raise refusal("", display(source.name), f"has {len(source.headings):,} columns", f"at most {MOST_COLUMNS:,}")
@@ -61,12 +56,7 @@ def opened(file: FileBytes, suffix: str) -> "Source":
 
 
 class Source:
-    """A file of columns.
-
-    Attributes:
-        name: the file's, for messages.
-        headings: name and unit ("" for none) of each column.
-    """
+    """A file of columns."""
 
     headings: list[tuple[str, str]]
 

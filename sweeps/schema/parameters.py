@@ -151,11 +151,7 @@ class Derived(Protocol):
     over: Mapping[str, tuple[str, ...]]
 
     def completed(self, values: Mapping) -> dict:
-        """Return the plain grid of a definition with ranges of `names` from end to end.
-
-        Raises:
-            UnreadableError: for what cannot stand beside it.
-        """
+        """Return the plain grid of a definition with ranges of `names` from end to end."""
 
     def drawn(self, name: str, spaced: Range, share: np.ndarray) -> np.ndarray:
         """Return values of one of the two at fractions of its range, so that the points are spread evenly."""

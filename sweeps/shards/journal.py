@@ -31,15 +31,7 @@ class Entry(NamedTuple):
 
 
 class Journal:
-    """The journal of one file; use it as a context, which leaves both where they are.
-
-    Args:
-        sweep: the sweep.
-        folder: where both are.
-
-    Attributes:
-        path: the file, which does not exist yet.
-    """
+    """The journal of one file; use it as a context, which leaves both where they are."""
 
     def __init__(self, sweep: Sweep, folder: Path):
         folder.mkdir(parents=True, exist_ok=True)

@@ -98,11 +98,7 @@ class Described(Dynamics):
 
     @cached_property
     def mechanism(self) -> "Model":
-        """The derived equations and what runs points through them.
-
-        Raises:
-            DescriptionError: for what is wrong with the description.
-        """
+        """The derived equations and what runs points through them."""
         with self._lock:
             return self._named(self._model)
 
@@ -193,11 +189,7 @@ class Described(Dynamics):
             raise DescriptionError(f"{self.name}: equilibria: {wrong}")
 
     def refusal(self, values: list[np.ndarray]) -> str:
-        """Return why no equilibrium of these points is usable; nothing if one is.
-
-        Raises:
-            DescriptionError: where every point has more equilibria than there is room for.
-        """
+        """Return why no equilibrium of these points is usable; nothing if one is."""
         from sweeps.mechanics.equilibria import refusal
 
         return refusal(self.mechanism.landscape, self.mechanism.equilibria(values), values)
@@ -229,11 +221,7 @@ class Described(Dynamics):
         return *shared, *tapes, Kernel(str(code.path), seconds=code.compile_seconds)
 
     def _code(self) -> "Code":
-        """The generated kernel.
-
-        Raises:
-            DescriptionError: for what cannot be integrated.
-        """
+        """The generated kernel."""
         return self.mechanism.code
 
     def _compiled(self):
@@ -283,11 +271,7 @@ def of_library(kind: type[Described], name: str) -> Described:
 
 @cache
 def of_file(kind: type[Described], name: str, folder: str = "") -> Described:
-    """Return the system of this kind that a Python file describes.
-
-    Raises:
-        DescriptionError: if the file cannot be read.
-    """
+    """Return the system of this kind that a Python file describes."""
     file = script(name, folder)
     return kind(name, lambda: file.system, file.source, folder)
 
@@ -311,9 +295,6 @@ class Script:
     Args:
         name: the file's path, as the definition says it.
         folder: where that starts, the definition's own; left out, where the program runs.
-
-    Raises:
-        DescriptionError: if the file cannot be read.
     """
 
     def __init__(self, name: str, folder: str = ""):
@@ -330,11 +311,7 @@ class Script:
 
     @cached_property
     def system(self) -> "mechanics.System":
-        """What the file describes.
-
-        Raises:
-            DescriptionError: if the file cannot be run, or makes no `system`.
-        """
+        """What the file describes."""
         return _run(self.path)
 
 

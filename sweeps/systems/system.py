@@ -142,10 +142,6 @@ class Dynamics(ABC):
     def check(self, definition: "Definition", grid: "Points") -> None:
         """Check a definition beyond its values.
 
-        Args:
-            definition: the definition, its values all checked.
-            grid: its points.
-
         Raises:
             DefinitionError: in words.
         """

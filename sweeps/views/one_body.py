@@ -81,9 +81,6 @@ def body_of(body: object, definition: str | Path, spin: Mapping[str, object]) ->
         body: a name or a part of one, a body's mapping as in a definition, three moments, or a tensor of inertia.
         definition: the definition that lists the name.
         spin: omega0, epsilon and phase; None where it is not given.
-
-    Raises:
-        DefinitionError: naming what is wrong and what is allowed.
     """
     if not isinstance(body, str):
         found = asked.checked({"name": "your body"} | entries.entry(body), spin, load)

@@ -37,13 +37,7 @@ MESH_ROUNDING = 1e-7  # of the largest moment: coordinates in STL files are sing
 
 
 class InertiaError(ValueError):
-    """What is wrong with a tensor or a mesh.
-
-    Attributes:
-        shown: the value, as a refusal quotes it.
-        wrong: what is wrong with it.
-        allowed: what would be right.
-    """
+    """What is wrong with a tensor or a mesh."""
 
     def __init__(self, shown: str, wrong: str, allowed: str):
         super().__init__(f"{shown} {wrong}; allowed: {allowed}")
@@ -70,9 +64,6 @@ def principal(tensor: Sequence[Sequence[float]], rounding: float = TENSOR_ROUNDI
 
     Returns:
         The principal moments, each right to some 1e-15 of the largest, and axes.
-
-    Raises:
-        InertiaError: for what is not symmetric, not positive, or breaks the triangle inequality.
     """
     matrix = np.array(tensor, dtype=np.float64)
     _check_symmetry(matrix)
@@ -169,9 +160,6 @@ def solid(path: str | Path, density: float | None = None, mass: float | None = N
     Returns:
         Its mass properties about its centre of mass; relative errors some 1e-14, beside the file's own digits.
         Moments that differ by less than 1e-7 of the largest count as equal.
-
-    Raises:
-        InertiaError: for a file that is no mesh, or a mesh that is not closed.
     """
     mesh, notes, digest = _closed(path)
     notes += _made_separate(mesh, path)

@@ -29,24 +29,12 @@ LEAST_FITTED = 4
 
 
 def signed_rate(omega_squared, omega0):
-    r"""Return the signed rate over the spin rate, sign(Ω²)·√|Ω²|/|ω0|: positive oscillates, negative grows.
-
-    Args:
-        omega_squared: Ω² in s-2.
-        omega0: spin rate in rad s-1, of either sign; the two broadcast together.
-
-    Returns:
-        The rate, dimensionless.
-    """
+    r"""Return the signed rate over the spin rate, sign(Ω²)·√|Ω²|/|ω0|: positive oscillates, negative grows."""
     return np.sign(omega_squared) * np.sqrt(np.abs(omega_squared)) / np.abs(omega0)
 
 
 def rate_deviation(measured, theory):
     r"""Return the relative deviation of the signed rate from theory, |r/r_theory − 1| with r = sign(Ω²)·√|Ω²|.
-
-    Args:
-        measured: measured Ω² in s-2.
-        theory: Ω² of linear theory in s-2; the two broadcast together.
 
     Returns:
         Dimensionless, above 1 where the signs differ; NaN where the theory is 0.
@@ -89,9 +77,6 @@ def agreement(ds: "xr.Dataset", most: int = MOST_DRAWN) -> Agreement:
     Args:
         ds: a map.
         most: how many points to keep at most; the counts and `worst` are over all.
-
-    Returns:
-        The comparison; the kept points are evenly strided.
     """
     sizes = dict(zip(ds["omega_squared"].dims, ds["omega_squared"].shape, strict=True))
     points = math.prod(sizes.values())
@@ -171,12 +156,6 @@ def even_stride(shape, most: int) -> int:
 
 def power_law(x, y, low: float = FIT_ABOVE, high: float = FIT_BELOW) -> tuple[float, float, int]:
     r"""Fit the exponent of y ∝ x^p by least squares of ln y against ln x, over the points with low ≤ y ≤ high.
-
-    Args:
-        x: positive values, shape (n,).
-        y: positive values, shape (n,); NaN is left out.
-        low: least y that is fitted.
-        high: greatest y that is fitted.
 
     Returns:
         (p, its standard error, number of points fitted); p and its error are NaN below `LEAST_FITTED` points.
@@ -276,9 +255,6 @@ def periods(ds: "xr.Dataset") -> list[Period]:
     Args:
         ds: a map over bodies; of omega0, epsilon and phase it has one value each, or the least epsilon and else the
             first is taken.
-
-    Returns:
-        One `Period` per such body whose axis was surveyed, in the order of the definition; [] without any.
     """
     observations = [seen for seen in _observations(ds) if seen.axis in ds["axis"].values]
     first = {dim: 0 for dim in ("omega0", "phase") if dim in ds.dims}

@@ -41,14 +41,7 @@ class Spin:
 
 @np.errstate(all="ignore")  # plain kernels say what compiled ones leave unsaid: infinities are known here
 def spins(moments: tuple[float, float, float], omega0: float, epsilon: float, phase: float) -> list[Spin]:
-    """Return the perturbed spins of a body about its three axes.
-
-    Args:
-        moments: (I1, I2, I3) > 0, kg m2 or any one unit.
-        omega0: spin rate, rad s-1, of either sign.
-        epsilon: size of the perturbation relative to omega0.
-        phase: its direction in the (b, c) plane, rad.
-    """
+    """Return the perturbed spins of a body about its three axes."""
     return [_spin(moments, axis, omega0, epsilon, phase) for axis in (1, 2, 3)]
 
 

@@ -146,11 +146,7 @@ def relative(values: np.ndarray, shares: np.ndarray | float) -> np.ndarray:
 
 
 def checked_covariance(covariance: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return a valid covariance of entries with uncertainties below 100 %.
-
-    Raises:
-        KnownError: in words.
-    """
+    """Return a valid covariance of entries with uncertainties below 100 %."""
     size = np.abs(covariance).max(initial=0.0)
     if size > LARGEST**2 or 0 < size < LARGEST**-2:
         raise KnownError("(a matrix)", "is too large or too small for doubles", RANGE)
