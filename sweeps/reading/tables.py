@@ -228,7 +228,7 @@ class _Csv(Source):
 
         order = [str(place) for place in places]
         number = 0
-        if self._has_truth_values():
+        if any(block and TRUTH_VALUE.search(block) for block in self._blocks()):
             raise self._text(0)
         try:
             for part in self._read(self._stream(), "f8", header=0, chunksize=PART_ROWS):
@@ -249,10 +249,6 @@ class _Csv(Source):
         """The file from its beginning on."""
         self._file.seek(0)
         return self._file
-
-    def _has_truth_values(self) -> bool:
-        """Return whether a value of the file is the word true or false."""
-        return any(block and TRUTH_VALUE.search(block) for block in self._blocks())
 
     def _text(self, number: int) -> UnreadableError:
         """Return the error that names the first text, in a part of the file, that is not a number."""
