@@ -58,10 +58,8 @@ def holds(module: str) -> bool:
 class KernelCache:
     """The cache of one function's compiled code, as a dispatcher of Numba calls it.
 
-    Parameters
-    ----------
-    function : function
-        Of a file; one typed at a prompt is not kept.
+    Args:
+        function (function): Of a file; one typed at a prompt is not kept.
     """
 
     def __init__(self, function):

@@ -39,17 +39,12 @@ def _hash(x, y, z, u, v):
 def distinct(points):
     """Return the distinct motions, and the motion of each point; one that is no number has a motion of its own.
 
-    Parameters
-    ----------
-    points : kernels.rigid_body.Spins
-        Perturbed spins, n of them.
+    Args:
+        points (kernels.rigid_body.Spins): Perturbed spins, n of them.
 
-    Returns
-    -------
-    first : numpy.ndarray of int64, shape (m,)
-        The first point of each motion, in ascending order.
-    motion : numpy.ndarray of int32, shape (n,)
-        The number of each point's motion, 0 to m - 1.
+    Returns:
+        first (numpy.ndarray of int64, shape (m,)): The first point of each motion, in ascending order.
+        motion (numpy.ndarray of int32, shape (n,)): The number of each point's motion, 0 to m - 1.
     """
     I1, I2, I3, axis, omega0, epsilon, phase = points
     n = I1.size

@@ -13,17 +13,13 @@ import numpy as np
 class Column(NamedTuple):
     """One column of a batch.
 
-    Attributes
-    ----------
-    name : str
-        Its name in a map.
-    power : int
-        Power of the spin rate in its unit: 2 for s-2, 1 for s-1 and rad s-1, -1 for s, 0 for what has no time in it. A
-        scaling collapse expands the column by it.
-    dtype : numpy type
-        What leaves the batch; inside it every column is float64.
-    work : str
-        What has to be done for it beside the measurement itself, and is spared where nobody wants the column.
+    Attributes:
+        name (str): Its name in a map.
+        power (int): Power of the spin rate in its unit: 2 for s-2, 1 for s-1 and rad s-1, -1 for s, 0 for what has no
+            time in it. A scaling collapse expands the column by it.
+        dtype (numpy type): What leaves the batch; inside it every column is float64.
+        work (str): What has to be done for it beside the measurement itself, and is spared where nobody wants the
+            column.
     """
 
     name: str

@@ -96,24 +96,16 @@ def is_nearest(x, size, samples, tolerance):
 def choose(x, size, coefficients, samples, tolerance):
     """Return order, and number of steps in a sample interval, that keep the tolerance with the least work.
 
-    Parameters
-    ----------
-    x : float
-        max|c_i| times the sample spacing in radians of spin.
-    size : float
-        The largest size, relative to the spin, that the perturbation is to be followed to.
-    coefficients : tuple of 3 floats
-        :func:`truncation` at each of ORDERS, for that size.
-    samples : int
-        Number of sample intervals over which errors add up.
-    tolerance : float
-        Relative error allowed at the end, relative to the perturbation.
+    Args:
+        x (float): max|c_i| times the sample spacing in radians of spin.
+        size (float): The largest size, relative to the spin, that the perturbation is to be followed to.
+        coefficients (tuple of 3 floats): :func:`truncation` at each of ORDERS, for that size.
+        samples (int): Number of sample intervals over which errors add up.
+        tolerance (float): Relative error allowed at the end, relative to the perturbation.
 
-    Returns
-    -------
-    number, steps : int
-        Of the step, in :data:`kernels.taylor.STEPS`; of steps, between 1 and MOST_STEPS (which the certificate then
-        shows to be too few).
+    Returns:
+        number, steps (int): Of the step, in :data:`kernels.taylor.STEPS`; of steps, between 1 and MOST_STEPS (which the
+            certificate then shows to be too few).
     """
     near = is_near(x, size, samples, tolerance)
     # x <= 1/2, so all the terms after the first one left out add less than x/(10 - x) of it
@@ -187,31 +179,21 @@ def _three(values, name):
 def rotation(moments, omega_start, times, tolerance=1e-10):
     r"""Return the angular velocity of one free body at given times, by the direct integrator.
 
-    Parameters
-    ----------
-    moments : array_like, shape (3,)
-        Principal moments of inertia I1, I2, I3 > 0 in a common unit (kg m2).
-    omega_start : array_like, shape (3,)
-        Angular velocity in the body's principal axes at time 0, in rad s-1.
-    times : array_like, shape (n,)
-        Times in s, in any order and of either sign.
-    tolerance : float
-        Relative error allowed in each component's perturbation at the last time, 1e-13 or more.
-
-    Returns
-    -------
-    numpy.ndarray, shape (n, 3)
-        Angular velocity in rad s-1.
-
-    Raises
-    ------
-    ValueError
-        If a moment is not positive, a number is not finite, a shape is wrong, or the tolerance is out of range.
-
-    Notes
-    -----
     Steps are chosen for motion of any amplitude, so this costs more a rotation than a survey's point does. On motion
     that flips, the time between flips is as sensitive to rounding as the body itself is.
+
+    Args:
+        moments (array_like, shape (3,)): Principal moments of inertia I1, I2, I3 > 0 in a common unit (kg m2).
+        omega_start (array_like, shape (3,)): Angular velocity in the body's principal axes at time 0, in rad s-1.
+        times (array_like, shape (n,)): Times in s, in any order and of either sign.
+        tolerance (float): Relative error allowed in each component's perturbation at the last time, 1e-13 or more.
+
+    Returns:
+        numpy.ndarray, shape (n, 3): Angular velocity in rad s-1.
+
+    Raises:
+        ValueError: If a moment is not positive, a number is not finite, a shape is wrong, or the tolerance is out of
+            range.
     """
     omega, times, coefficients = _checked(moments, omega_start, times, tolerance)
     spin = np.abs(omega).max()
@@ -231,24 +213,16 @@ def attitude(moments, omega_start, times, tolerance=1e-10, attitude_start=(1.0, 
 
     The quaternion goes through the same Taylor series as the angular velocity (:mod:`kernels.taylor`).
 
-    Parameters
-    ----------
-    moments, omega_start, times
-        As for :func:`rotation`; omega_start must not be zero.
-    tolerance : float
-        Error allowed at the last time, rad, 1e-13 or more.
-    attitude_start : array_like, shape (4,)
-        Quaternion at time zero, scalar first, not zero; made a unit.
+    Args:
+        moments, omega_start, times: As for :func:`rotation`; omega_start must not be zero.
+        tolerance (float): Error allowed at the last time, rad, 1e-13 or more.
+        attitude_start (array_like, shape (4,)): Quaternion at time zero, scalar first, not zero; made a unit.
 
-    Returns
-    -------
-    numpy.ndarray, shape (n, 4)
-        Unit quaternions, scalar first, from body axes to space axes.
+    Returns:
+        numpy.ndarray, shape (n, 4): Unit quaternions, scalar first, from body axes to space axes.
 
-    Raises
-    ------
-    ValueError
-        As for :func:`rotation`.
+    Raises:
+        ValueError: As for :func:`rotation`.
     """
     omega, times, coefficients = _checked(moments, omega_start, times, tolerance)
     spin, q = np.abs(omega).max(), unit_quaternion(attitude_start)

@@ -131,17 +131,12 @@ def jacobi(u, m, m1):
     1e-15 (1 + min(|u|, K)) of itself, cn to as much of dn, and sn, for |u| < K, to 1e-15 of itself.  At m1 = 0,
     cn and dn underflow past 745.
 
-    Parameters
-    ----------
-    u : float
-        Argument, dimensionless.
-    m, m1 : float
-        Parameter in [0, 1] and its complement ``1 - m``.
+    Args:
+        u (float): Argument, dimensionless.
+        m, m1 (float): Parameter in [0, 1] and its complement ``1 - m``.
 
-    Returns
-    -------
-    sn, cn, dn : float
-        Source: DLMF 22.7(i), 22.20(ii).
+    Returns:
+        sn, cn, dn (float): Source: DLMF 22.7(i), 22.20(ii).
     """
     if m1 <= 0.0:
         return separatrix_functions(u)
@@ -183,15 +178,11 @@ def jacobi_short(u, m):
 def K(m, m1):
     """Return the complete integral of the first kind, the quarter period: ``K = pi/(2 agm(1, sqrt(m1)))``.
 
-    Parameters
-    ----------
-    m, m1 : float
-        Parameter in [0, 1] and its complement ``1 - m``.
+    Args:
+        m, m1 (float): Parameter in [0, 1] and its complement ``1 - m``.
 
-    Returns
-    -------
-    float
-        Relative error below 3e-16; infinite at m1 = 0.  Source: DLMF 19.8.5.
+    Returns:
+        float: Relative error below 3e-16; infinite at m1 = 0.  Source: DLMF 19.8.5.
     """
     if m1 <= 0.0:
         return np.inf
@@ -230,18 +221,13 @@ def argument(sn, cn, m, m1):
     ``u = sn R_F(cn^2, dn^2, 1)`` with ``dn^2 = cn^2 + m1 sn^2``, carried past the quarter period by symmetry.
     Both values are asked for because each loses digits where the other is one.
 
-    Parameters
-    ----------
-    sn, cn : float
-        Values with ``sn^2 + cn^2 = 1`` to rounding.  At m1 = 0, cn must not be negative.
-    m, m1 : float
-        Parameter in [0, 1] and its complement ``1 - m``.
+    Args:
+        sn, cn (float): Values with ``sn^2 + cn^2 = 1`` to rounding.  At m1 = 0, cn must not be negative.
+        m, m1 (float): Parameter in [0, 1] and its complement ``1 - m``.
 
-    Returns
-    -------
-    float
-        u in [-2K, 2K].  Error 4e-16 (1 + |u|) plus that of the values given; infinite where cn and m1 are
-        zero.  Source: DLMF 19.25.5, 22.15(i).
+    Returns:
+        float: u in [-2K, 2K].  Error 4e-16 (1 + |u|) plus that of the values given; infinite where cn and m1 are zero.
+            Source: DLMF 19.25.5, 22.15(i).
     """
     dn2 = cn * cn + m1 * (sn * sn)
     if dn2 == 0.0:
@@ -258,16 +244,12 @@ def F(phi, m, m1):
 
     Any real amplitude: ``F(phi + n pi) = F(phi) + 2 n K``.
 
-    Parameters
-    ----------
-    phi, m, m1 : float
-        Amplitude, rad; parameter in [0, 1] and its complement ``1 - m``.
+    Args:
+        phi, m, m1 (float): Amplitude, rad; parameter in [0, 1] and its complement ``1 - m``.
 
-    Returns
-    -------
-    float
-        Error 4e-16 (1 + |F|) plus the rounding of phi, 1e-16 |phi| dF/dphi.  At m1 = 0 infinite from
-        |phi| = pi/2 on.  Source: DLMF 19.2.4, 19.2.10, 19.25.5.
+    Returns:
+        float: Error 4e-16 (1 + |F|) plus the rounding of phi, 1e-16 |phi| dF/dphi.  At m1 = 0 infinite from |phi| =
+            pi/2 on.  Source: DLMF 19.2.4, 19.2.10, 19.25.5.
     """
     turns = math.floor(phi / math.pi + 0.5)
     sine, cosine = math.sin(phi), math.cos(phi)

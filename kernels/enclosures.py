@@ -331,27 +331,17 @@ def _function(code, a, b, p, q):
 def enclose(tape, outputs, constants, low, high, count, R, values):
     r"""Enclose functions of several variables in one box, with their first ``count`` partial derivatives.
 
-    Parameters
-    ----------
-    tape : int64 array, shape (operations, 3)
-        Rows (code, a, b).
-    outputs : int64 array, shape (functions,)
-        Rows of the tape that are wanted.
-    constants : numpy.ndarray, shape (constants, 2)
-        Enclosures of the constants.
-    low, high : numpy.ndarray, shape (variables,)
-        Ends of the box.
-    count : int
-        Number of the variables that derivatives are taken by.
-    R : numpy.ndarray, shape (operations, 2 + 2 count or more)
-        Scratch.
-    values : numpy.ndarray, shape (functions, 1 + count or more, 2)
-        Written: ends of f and of each ∂f/∂x_i.
+    Args:
+        tape (int64 array, shape (operations, 3)): Rows (code, a, b).
+        outputs (int64 array, shape (functions,)): Rows of the tape that are wanted.
+        constants (numpy.ndarray, shape (constants, 2)): Enclosures of the constants.
+        low, high (numpy.ndarray, shape (variables,)): Ends of the box.
+        count (int): Number of the variables that derivatives are taken by.
+        R (numpy.ndarray, shape (operations, 2 + 2 count or more)): Scratch.
+        values (numpy.ndarray, shape (functions, 1 + count or more, 2)): Written: ends of f and of each ∂f/∂x_i.
 
-    Returns
-    -------
-    int
-        SOUND, POLE or OUTSIDE.
+    Returns:
+        int: SOUND, POLE or OUTSIDE.
     """
     rows, state = 2 + 2 * count, SOUND
     for k in range(len(tape)):

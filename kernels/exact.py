@@ -104,26 +104,19 @@ def rotation(moments, omega_start, times):
 
     Solves ``I_i dw_i/dt = (I_j - I_k) w_j w_k``, (i, j, k) cyclic, by Jacobi's elliptic functions.
 
-    Parameters
-    ----------
-    moments : array_like, shape (3,)
-        Principal moments of inertia, kg m2, finite and > 0.  The triangle inequality is not asked for.
-    omega_start : array_like, shape (3,)
-        Angular velocity at time zero, rad/s, finite.
-    times : array_like, shape (n,)
-        Times, s, in any order and of any sign.
+    Args:
+        moments (array_like, shape (3,)): Principal moments of inertia, kg m2, finite and > 0.  The triangle inequality
+            is not asked for.
+        omega_start (array_like, shape (3,)): Angular velocity at time zero, rad/s, finite.
+        times (array_like, shape (n,)): Times, s, in any order and of any sign.
 
-    Returns
-    -------
-    numpy.ndarray, shape (n, 3)
-        Angular velocity, rad/s.  Error at most ``1e-15 (1 + |w| |t| + p |t|) max|w|``, or a few roundings of the
-        inputs times the solution's sensitivity to them where that is more.  Each transverse component of a
-        perturbed spin is right relative to the transverse size.
+    Returns:
+        numpy.ndarray, shape (n, 3): Angular velocity, rad/s.  Error at most ``1e-15 (1 + |w| |t| + p |t|) max|w|``, or
+            a few roundings of the inputs times the solution's sensitivity to them where that is more.  Each transverse
+            component of a perturbed spin is right relative to the transverse size.
 
-    Raises
-    ------
-    ValueError
-        If a shape or a value is none of these.
+    Raises:
+        ValueError: If a shape or a value is none of these.
     """
     moments, start = checked(moments, omega_start)
     times = np.asarray(times, dtype=np.float64, order="C")
@@ -175,17 +168,12 @@ def step(w1, w2, w3, q1, q2, q3):
     ``A_i = q_j q_k w_i^2``, ``Q = q_1 q_2 q_3 w_1 w_2 w_3``: some 40 operations and one division, straight
     through.  A loop over lanes that calls it compiles to packed code.
 
-    Parameters
-    ----------
-    w1, w2, w3 : float
-        Angular velocity, rad/s.
-    q1, q2, q3 : float
-        Coefficients from ``step_constants``, s.
+    Args:
+        w1, w2, w3 (float): Angular velocity, rad/s.
+        q1, q2, q3 (float): Coefficients from ``step_constants``, s.
 
-    Returns
-    -------
-    w1, w2, w3 : float
-        Angular velocity one step later, rad/s.
+    Returns:
+        w1, w2, w3 (float): Angular velocity one step later, rad/s.
     """
     q12, q13 = q1 * w2, q1 * w3
     q21, q23 = q2 * w1, q2 * w3
@@ -323,26 +311,18 @@ def polhode(moments, omega_start, n):
     half: the second half is the motion of the opposite signs of w_c and w_d, and the two branches cross in the ends
     of the middle axis.
 
-    Parameters
-    ----------
-    moments : array_like, shape (3,)
-        Principal moments of inertia, kg m2, finite and > 0.
-    omega_start : array_like, shape (3,)
-        Angular velocity anywhere on the curve, rad/s, finite.
-    n : int
-        Number of points, at least 2.
+    Args:
+        moments (array_like, shape (3,)): Principal moments of inertia, kg m2, finite and > 0.
+        omega_start (array_like, shape (3,)): Angular velocity anywhere on the curve, rad/s, finite.
+        n (int): Number of points, at least 2.
 
-    Returns
-    -------
-    numpy.ndarray, shape (n, 3)
-        Angular velocity, rad/s; the first and the last point are the start.  Where nothing moves (a sphere, a
-        principal spin, a symmetric top spinning about a transverse axis) every point is.  Each point is on both
-        ellipsoids to some ten roundings, and each component right relative to its own amplitude.
+    Returns:
+        numpy.ndarray, shape (n, 3): Angular velocity, rad/s; the first and the last point are the start.  Where nothing
+            moves (a sphere, a principal spin, a symmetric top spinning about a transverse axis) every point is.  Each
+            point is on both ellipsoids to some ten roundings, and each component right relative to its own amplitude.
 
-    Raises
-    ------
-    ValueError
-        If a shape or a value is none of these.
+    Raises:
+        ValueError: If a shape or a value is none of these.
 
     Source: Landau and Lifshitz, Mechanics, section 37; the polhode is Poinsot's (1834).
     """
@@ -373,28 +353,20 @@ def attitude(moments, omega_start, times, attitude_start=(1.0, 0.0, 0.0, 0.0)):
 
     Solves ``q' = q (0, w)/2`` beside Euler's equations (:mod:`kernels.attitude`).
 
-    Parameters
-    ----------
-    moments : array_like, shape (3,)
-        Principal moments of inertia, kg m2, finite and > 0.
-    omega_start : array_like, shape (3,)
-        Angular velocity in the body at time zero, rad/s, finite.
-    times : array_like, shape (n,)
-        Times, s, in any order and of any sign.
-    attitude_start : array_like, shape (4,)
-        Quaternion at time zero, scalar first, not zero; made a unit.
+    Args:
+        moments (array_like, shape (3,)): Principal moments of inertia, kg m2, finite and > 0.
+        omega_start (array_like, shape (3,)): Angular velocity in the body at time zero, rad/s, finite.
+        times (array_like, shape (n,)): Times, s, in any order and of any sign.
+        attitude_start (array_like, shape (4,)): Quaternion at time zero, scalar first, not zero; made a unit.
 
-    Returns
-    -------
-    numpy.ndarray, shape (n, 4)
-        Unit quaternions, scalar first, that turn vectors from body axes to space axes; q and -q are one attitude, and
-        the sign follows the motion from the start. Error at most ``1e-14 + 4e-16 x`` the radians turned, or a few
-        roundings of the inputs times the attitude's sensitivity to them where that is more.
+    Returns:
+        numpy.ndarray, shape (n, 4): Unit quaternions, scalar first, that turn vectors from body axes to space axes; q
+            and -q are one attitude, and the sign follows the motion from the start. Error at most ``1e-14 + 4e-16 x``
+            the radians turned, or a few roundings of the inputs times the attitude's sensitivity to them where that is
+            more.
 
-    Raises
-    ------
-    ValueError
-        If a shape or a value is none of these.
+    Raises:
+        ValueError: If a shape or a value is none of these.
     """
     # it stands on this module, and makes no column of those that import this one
     return import_module("kernels.attitude").attitude(moments, omega_start, times, attitude_start)

@@ -30,15 +30,12 @@ IMPORTS = re.compile(r"(?:^|[:;])[ \t]*((?:from|import)\b(?:\\\n|[^\n(;#])*(?:\(
 def fingerprint(*modules: str) -> str:
     """Return a hash of sources in ``kernels/``, of versions and settings of Numba and LLVM, and the processor.
 
-    Parameters
-    ----------
-    modules : str
-        Names of modules of ``kernels``: they count, and whatever they import from ``kernels``. With none, every file.
+    Args:
+        modules (str): Names of modules of ``kernels``: they count, and whatever they import from ``kernels``. With
+            none, every file.
 
-    Returns
-    -------
-    str
-        64 hexadecimal digits (SHA-256). Equal fingerprints on one machine mean equal bits in every result.
+    Returns:
+        str: 64 hexadecimal digits (SHA-256). Equal fingerprints on one machine mean equal bits in every result.
     """
     digest = hashlib.sha256(machine().encode())
     _add(digest, sources(*modules))
@@ -64,10 +61,8 @@ def machine() -> str:
 def stamp(path: Path) -> str:
     """Return a hash of a file that holds kernels and of all that it imports from ``kernels``: 64 hexadecimal digits.
 
-    Parameters
-    ----------
-    path : Path
-        One of ``kernels``, or any other, as generated ones are.
+    Args:
+        path (Path): One of ``kernels``, or any other, as generated ones are.
     """
     digest = hashlib.sha256()
     _add(digest, _with_imports({path.resolve()}))

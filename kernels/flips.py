@@ -213,18 +213,12 @@ def _exact_columns(moments, omega, spin, out, i):
 def fill(points, order, tolerance, out, given_up):
     """Fill COLUMNS for points taken W at a time in the given order.
 
-    Parameters
-    ----------
-    points : kernels.rigid_body.Spins
-        n spins.
-    order : numpy.ndarray of int64, shape (n,)
-        In which order points are taken; it changes no result.
-    tolerance : float
-        Relative error allowed in the measured columns.
-    out : numpy.ndarray, shape (5, n)
-        COLUMNS: s, s, rad, rad, rad s-1; NaN where missing.
-    given_up : numpy.ndarray of bool, shape (n,)
-        Set where the search reached its bound.
+    Args:
+        points (kernels.rigid_body.Spins): n spins.
+        order (numpy.ndarray of int64, shape (n,)): In which order points are taken; it changes no result.
+        tolerance (float): Relative error allowed in the measured columns.
+        out (numpy.ndarray, shape (5, n)): COLUMNS: s, s, rad, rad, rad s-1; NaN where missing.
+        given_up (numpy.ndarray of bool, shape (n,)): Set where the search reached its bound.
     """
     whole_vectors()
     I1, I2, I3, axis, omega0, epsilon, phase = points

@@ -41,14 +41,10 @@ UNDECIDED = 20.0 * 2.0**-52  # of the sum of the terms of N
 def fill(points, cosine, sine, reals, kinds):
     """Fill the columns of points.
 
-    Parameters
-    ----------
-    points : kernels.rigid_body.Spins
-        Perturbed spins, n of them.
-    cosine, sine : numpy.ndarray, shape (n,) or (1,)
-        Of the nudge's direction; one where all points share theirs.
-    reals, kinds : numpy.ndarray, shapes (len(REALS), n) and (len(KINDS), n)
-        The result, float64 and int8.
+    Args:
+        points (kernels.rigid_body.Spins): Perturbed spins, n of them.
+        cosine, sine (numpy.ndarray, shape (n,) or (1,)): Of the nudge's direction; one where all points share theirs.
+        reals, kinds (numpy.ndarray, shapes (len(REALS), n) and (len(KINDS), n)): The result, float64 and int8.
     """
     I1, I2, I3, axis, omega0, epsilon, _ = points
     shared = cosine.size == 1

@@ -237,18 +237,13 @@ def wandering(Ia, Ib, Ic, b, c):
     :math:`(w_1 - w_2)(1 - 2T I_a/L^2)/[(1 + m_{a1})(1 + m_{a2})]`, and no mean of psi' by more. The wobble is linear in
     the clock of w, so that its frequency is that of zero amplitude times a mean of w, which lies between w_1 and w_2.
 
-    Parameters
-    ----------
-    Ia, Ib, Ic : array_like
-        Moments in any unit, the spin's first.
-    b, c : array_like
-        Transverse angular velocity at the start, in units of the spin.
+    Args:
+        Ia, Ib, Ic (array_like): Moments in any unit, the spin's first.
+        b, c (array_like): Transverse angular velocity at the start, in units of the spin.
 
-    Returns
-    -------
-    psi_spread, spin_spread : numpy.ndarray
-        Difference of the extremes of psi'; largest distance of w from 1. NaN where the motion does not encircle the
-        axis.
+    Returns:
+        psi_spread, spin_spread (numpy.ndarray): Difference of the extremes of psi'; largest distance of w from 1. NaN
+            where the motion does not encircle the axis.
     """
     with np.errstate(all="ignore"):
         Ib, Ic, gap_b, gap_c, gap = Ib / Ia, Ic / Ia, (Ib - Ia) / Ia, (Ic - Ia) / Ia, (Ib - Ic) / Ia
@@ -264,17 +259,13 @@ def wandering(Ia, Ib, Ic, b, c):
 def survey(points, rotations, samples_per_rotation, tolerance):
     """Return the columns of IN_SPACE of points, in units.
 
-    Parameters
-    ----------
-    points : mapping of str to array_like, shape (n,)
-        As for :func:`kernels.survey.measured`.
-    rotations, samples_per_rotation, tolerance
-        As there; the tolerance is of the attitude, rad.
+    Args:
+        points (mapping of str to array_like, shape (n,)): As for :func:`kernels.survey.measured`.
+        rotations, samples_per_rotation, tolerance: As there; the tolerance is of the attitude, rad.
 
-    Returns
-    -------
-    dict of str to numpy.ndarray, shape (n,)
-        attitude_error (rad), psi_rate, psi_rate_error, space_rate_exact (rad s-1), geometric_phase_residual (rad).
+    Returns:
+        dict of str to numpy.ndarray, shape (n,): attitude_error (rad), psi_rate, psi_rate_error, space_rate_exact (rad
+            s-1), geometric_phase_residual (rad).
     """
     points = rigid_body.points_of(points)
     out = np.full((len(IN_SPACE), points.I1.size), np.nan)

@@ -53,14 +53,12 @@ def is_plain() -> bool:
 def njit(*signature, name: str = "", **options):
     """Compile a function as ``numba.njit`` does, and keep its machine code in the cache of kernels.
 
-    Parameters
-    ----------
-    signature : Numba signature or str, optional
-        Compiled at once, and the only one allowed; left out, each is compiled at its first call.
-    name : str
-        The function's name, which a closure must have: two of one factory would otherwise share the name of their code.
-    options : dict
-        As for ``numba.njit``.
+    Args:
+        signature (Numba signature or str, optional): Compiled at once, and the only one allowed; left out, each is
+            compiled at its first call.
+        name (str): The function's name, which a closure must have: two of one factory would otherwise share the name of
+            their code.
+        options (dict): As for ``numba.njit``.
     """
 
     def compiled(function):

@@ -56,12 +56,11 @@ NONE, FIRST_ORDER, WHOLE = range(3)  # how much of the reduction is done: see :m
 class Work(NamedTuple):
     """Groups of columns computed beside the measurement; compiled code takes it as a plain tuple of bool.
 
-    Attributes
-    ----------
-    certified, invariants, logged : bool
-        Whether to compare with the exact solution, to watch the invariants, and to take the log slope.
-    reducing, rated : bool
-        Whether to reduce to zero amplitude; whether rates are reported beside their squares (the log slope needs them).
+    Attributes:
+        certified, invariants, logged (bool): Whether to compare with the exact solution, to watch the invariants, and
+            to take the log slope.
+        reducing, rated (bool): Whether to reduce to zero amplitude; whether rates are reported beside their squares
+            (the log slope needs them).
     """
 
     certified: bool
@@ -417,10 +416,8 @@ def sample(S, k, reduced):
     A closed window selects the old value everywhere, so a lane that has left it no longer changes. The recurrence
     takes part from the third sample on.
 
-    Returns
-    -------
-    bool
-        Whether any lane's window is open.
+    Returns:
+        bool: Whether any lane's window is open.
     """
     if reduced == WHOLE:
         return _sample_whole(S, k >= 2)
@@ -543,20 +540,14 @@ def _follow_recurrence(S, left):
 def follow(S, number, steps, intervals, work, reduced):
     """Follow every lane through the run, or until the last window of the block has closed.
 
-    Parameters
-    ----------
-    S : numpy.ndarray, shape (ROWS * W,)
-        Scratch, with the rows MA ... STEPS filled.
-    number, steps : int
-        Of the Taylor step in :data:`kernels.taylor.STEPS`, or EXACT, or RECURRENCE (where and only where ``reduced`` is
-        not WHOLE); and steps a sample interval. One for the whole block.
-    intervals : int
-        Number of sample intervals.
-    work : tuple of 5 bool
-        Of :class:`Work`.
-    reduced : int
-        How much of the reduction to zero amplitude is done: NONE, FIRST_ORDER or WHOLE; the first two only where the
-        first order is enough (:func:`kernels.reduction.is_small`).
+    Args:
+        S (numpy.ndarray, shape (ROWS * W,)): Scratch, with the rows MA ... STEPS filled.
+        number, steps (int): Of the Taylor step in :data:`kernels.taylor.STEPS`, or EXACT, or RECURRENCE (where and only
+            where ``reduced`` is not WHOLE); and steps a sample interval. One for the whole block.
+        intervals (int): Number of sample intervals.
+        work (tuple of 5 bool): Of :class:`Work`.
+        reduced (int): How much of the reduction to zero amplitude is done: NONE, FIRST_ORDER or WHOLE; the first two
+            only where the first order is enough (:func:`kernels.reduction.is_small`).
     """
     certified, invariants, logged, _, _ = work
     begin(S)

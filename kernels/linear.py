@@ -33,24 +33,17 @@ def seen_from(I1, I2, I3, axis):
 def omega_squared(I1, I2, I3, omega0, axis):
     r"""Return Ω² = ω0² (I_a - I_b)(I_a - I_c)/(I_b I_c), the signed squared rate of a small perturbation.
 
-    Parameters
-    ----------
-    I1, I2, I3 : array_like
-        Principal moments of inertia, in a common unit (kg m2); only their ratios count.
-    omega0 : array_like
-        Spin rate in rad s-1, of either sign.
-    axis : array_like of int
-        Spin axis, 1, 2 or 3. All five broadcast together.
-
-    Returns
-    -------
-    numpy.ndarray of float64
-        Ω² in s-2: positive where the perturbation oscillates, negative where it grows, 0 where it is secular.
-
-    Notes
-    -----
     Differences come before ratios and ratios before products: a common scale of the moments from 1e-300 to 1e160
     neither overflows nor loses the sign. Moments are not checked for being positive.
+
+    Args:
+        I1, I2, I3 (array_like): Principal moments of inertia, in a common unit (kg m2); only their ratios count.
+        omega0 (array_like): Spin rate in rad s-1, of either sign.
+        axis (array_like of int): Spin axis, 1, 2 or 3. All five broadcast together.
+
+    Returns:
+        numpy.ndarray of float64: Ω² in s-2: positive where the perturbation oscillates, negative where it grows, 0
+            where it is secular.
     """
     Ia, Ib, Ic = seen_from(I1, I2, I3, axis)
     return ((Ia - Ib) / Ic * ((Ia - Ic) / Ib)) * np.asarray(omega0, dtype=np.float64) * omega0
@@ -59,16 +52,12 @@ def omega_squared(I1, I2, I3, omega0, axis):
 def regime(I1, I2, I3, axis):
     """Return the regime of linear theory, from the signs of the differences of the moments alone.
 
-    Parameters
-    ----------
-    I1, I2, I3, axis : array_like
-        As for :func:`omega_squared`.
+    Args:
+        I1, I2, I3, axis (array_like): As for :func:`omega_squared`.
 
-    Returns
-    -------
-    numpy.ndarray of int8
-        STABLE_MINOR (a is the least moment), STABLE_MAJOR (the greatest), UNSTABLE (between), MARGINAL (equal to one
-        other: Ω² = 0) or SPHERE (all equal).
+    Returns:
+        numpy.ndarray of int8: STABLE_MINOR (a is the least moment), STABLE_MAJOR (the greatest), UNSTABLE (between),
+            MARGINAL (equal to one other: Ω² = 0) or SPHERE (all equal).
     """
     Ia, Ib, Ic = seen_from(I1, I2, I3, axis)
     below_b, below_c = Ia < Ib, Ia < Ic
@@ -81,19 +70,13 @@ def regime(I1, I2, I3, axis):
 def rates(omega_squared, regime):
     """Return the growth rate and frequency that belong to a signed Ω² in a regime.
 
-    Parameters
-    ----------
-    omega_squared : array_like
-        Ω² in s-2.
-    regime : array_like of int
-        Regime of each, as from :func:`regime`.
+    Args:
+        omega_squared (array_like): Ω² in s-2.
+        regime (array_like of int): Regime of each, as from :func:`regime`.
 
-    Returns
-    -------
-    growth_rate : numpy.ndarray
-        sqrt(-Ω²) where the regime is UNSTABLE, else 0, in s-1.
-    frequency : numpy.ndarray
-        sqrt(Ω²) where the regime is STABLE_MINOR or STABLE_MAJOR, else 0, in rad s-1.
+    Returns:
+        growth_rate (numpy.ndarray): sqrt(-Ω²) where the regime is UNSTABLE, else 0, in s-1.
+        frequency (numpy.ndarray): sqrt(Ω²) where the regime is STABLE_MINOR or STABLE_MAJOR, else 0, in rad s-1.
     """
     size = np.sqrt(np.abs(omega_squared))
     unstable = np.equal(regime, UNSTABLE)
@@ -126,19 +109,14 @@ def perturbation(I1, I2, I3, omega0, axis, epsilon, phase, times):
 
     and cosh, sinh in place of cos, sin where Ω² < 0.
 
-    Parameters
-    ----------
-    I1, I2, I3, omega0, axis : array_like
-        As for :func:`omega_squared`.
-    epsilon, phase : array_like
-        Size of the nudge relative to omega0, and its direction in the (b, c) plane (rad).
-    times : array_like
-        Times in s. All broadcast together.
+    Args:
+        I1, I2, I3, omega0, axis (array_like): As for :func:`omega_squared`.
+        epsilon, phase (array_like): Size of the nudge relative to omega0, and its direction in the (b, c) plane (rad).
+        times (array_like): Times in s. All broadcast together.
 
-    Returns
-    -------
-    omega_b, omega_c : numpy.ndarray
-        In rad s-1. First order in epsilon: nothing here knows when the perturbation has outgrown it.
+    Returns:
+        omega_b, omega_c (numpy.ndarray): In rad s-1. First order in epsilon: nothing here knows when the perturbation
+            has outgrown it.
     """
     Ia, Ib, Ic = seen_from(I1, I2, I3, axis)
     w2 = omega_squared(I1, I2, I3, omega0, axis)
@@ -156,17 +134,12 @@ def growing_fraction(I1, I2, I3, omega0, axis, phase):
     orthogonal: :math:`x \pm sy` grows/decays, s the sign of :math:`c_b\omega_0`. The share is
     :math:`(x + sy)^2/2(x^2 + y^2)`: 1 on the growing mode, 0 on the exactly decaying direction.
 
-    Parameters
-    ----------
-    I1, I2, I3, omega0, axis : array_like
-        As for :func:`omega_squared`.
-    phase : array_like
-        Direction of the nudge in the (b, c) plane, rad.
+    Args:
+        I1, I2, I3, omega0, axis (array_like): As for :func:`omega_squared`.
+        phase (array_like): Direction of the nudge in the (b, c) plane, rad.
 
-    Returns
-    -------
-    numpy.ndarray
-        Between 0 and 1, dimensionless; 0 where nothing grows.
+    Returns:
+        numpy.ndarray: Between 0 and 1, dimensionless; 0 where nothing grows.
     """
     Ia, Ib, Ic = seen_from(I1, I2, I3, axis)
     cb, cc = (Ic - Ia) / Ib, (Ia - Ib) / Ic

@@ -51,27 +51,20 @@ def fill(moments, start, h, out):
 def attitudes(moments, omega_start, spacing, n):
     """Return the attitude of a free rigid body at n equally spaced times, by exact steps.
 
-    Parameters
-    ----------
-    moments : array_like, shape (3,)
-        Principal moments of inertia, kg m2, finite and > 0.
-    omega_start : array_like, shape (3,)
-        Angular velocity at time zero, rad/s, finite, not zero and not steady (about a principal axis, or of a sphere).
-    spacing : float
-        Seconds between two times; the elliptic frequency p of :mod:`kernels.exact` times it is at most 1.
-    n : int
-        Number of times, the first of which is 0.
+    Args:
+        moments (array_like, shape (3,)): Principal moments of inertia, kg m2, finite and > 0.
+        omega_start (array_like, shape (3,)): Angular velocity at time zero, rad/s, finite, not zero and not steady
+            (about a principal axis, or of a sphere).
+        spacing (float): Seconds between two times; the elliptic frequency p of :mod:`kernels.exact` times it is at most
+            1.
+        n (int): Number of times, the first of which is 0.
 
-    Returns
-    -------
-    numpy.ndarray, shape (n, 4)
-        Unit quaternions, body to space, scalar first; within 2e-15 of the radians turned and 1e-14 of
-        :func:`kernels.exact.attitude`.
+    Returns:
+        numpy.ndarray, shape (n, 4): Unit quaternions, body to space, scalar first; within 2e-15 of the radians turned
+            and 1e-14 of :func:`kernels.exact.attitude`.
 
-    Raises
-    ------
-    ValueError
-        If a value is none of these.
+    Raises:
+        ValueError: If a value is none of these.
     """
     moments, start = solution.checked(moments, omega_start)
     if solution.is_stationary(solution.coefficients(*moments), start):

@@ -80,17 +80,12 @@ def leftover(b, c, b1, c1, b2, c2, guess):
 def rate_squared(D, spacing):
     """Return the signed rate² and its derivative by D, for D = 1 - cos(Omega h) or 1 - cosh(lambda h).
 
-    Parameters
-    ----------
-    D : float
-        Dimensionless, at most 2.
-    spacing : float
-        h, in s (or in any unit of time).
+    Args:
+        D (float): Dimensionless, at most 2.
+        spacing (float): h, in s (or in any unit of time).
 
-    Returns
-    -------
-    rate_squared, slope : float
-        In s-2; the slope is positive, 2/h² at D = 0.
+    Returns:
+        rate_squared, slope (float): In s-2; the slope is positive, 2/h² at D = 0.
     """
     s = math.sqrt(abs(0.5 * D))
     if s < 1e-9:
@@ -217,22 +212,17 @@ def logarithm(x):
 def signed_rate(samples, spacing):
     """Return the signed rate² of one sampled perturbation, all of its samples used.
 
-    Parameters
-    ----------
-    samples : array_like, shape (n, 2)
-        Both transverse components at n >= 4 equally spaced times, in any common unit.
-    spacing : float
-        Time between samples, in s; the motion must not turn by more than half a radian in it.
+    Args:
+        samples (array_like, shape (n, 2)): Both transverse components at n >= 4 equally spaced times, in any common
+            unit.
+        spacing (float): Time between samples, in s; the motion must not turn by more than half a radian in it.
 
-    Returns
-    -------
-    rate_squared, stderr : float
-        In s-2: positive for an oscillation, negative for growth; the standard error is the samples' scatter.
+    Returns:
+        rate_squared, stderr (float): In s-2: positive for an oscillation, negative for growth; the standard error is
+            the samples' scatter.
 
-    Raises
-    ------
-    ValueError
-        If the shape is wrong or there are fewer than four samples.
+    Raises:
+        ValueError: If the shape is wrong or there are fewer than four samples.
     """
     samples = np.asarray(samples, dtype=np.float64)
     if samples.ndim != 2 or samples.shape[1] != 2 or samples.shape[0] < 4:

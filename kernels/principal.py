@@ -99,17 +99,13 @@ def _handedness(rows):
 def axes_near(entries, axes, moments, turned):
     """Fill principal moments and axes of tensors, numbered as the nearest axes of a known body.
 
-    Parameters
-    ----------
-    entries : numpy.ndarray, shape (n, 6)
-        xx, yy, zz, xy, xz, yz of each tensor, in kg m2.
-    axes : numpy.ndarray, shape (3, 3)
-        The known body's principal axes as rows, right-handed.
-    moments : numpy.ndarray, shape (n, 3)
-        Written: principal moments, in kg m2, of any sign.
-    turned : numpy.ndarray, shape (n, 3, 3)
-        Written: rotations that take components along the known body's axes to those along the tensor's: row i is the
-        tensor's axis i, within a right angle of the known one but where handedness turns the third.
+    Args:
+        entries (numpy.ndarray, shape (n, 6)): xx, yy, zz, xy, xz, yz of each tensor, in kg m2.
+        axes (numpy.ndarray, shape (3, 3)): The known body's principal axes as rows, right-handed.
+        moments (numpy.ndarray, shape (n, 3)): Written: principal moments, in kg m2, of any sign.
+        turned (numpy.ndarray, shape (n, 3, 3)): Written: rotations that take components along the known body's axes to
+            those along the tensor's: row i is the tensor's axis i, within a right angle of the known one but where
+            handedness turns the third.
     """
     T, rows = np.empty((3, 3)), np.empty((3, 3))
     for n in range(entries.shape[0]):

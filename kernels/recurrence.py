@@ -64,23 +64,15 @@ def weierstrass(e1, e2, e3):
 def constants(moments, epsilon, start, h):
     """Return the constants of the recurrence, and the first differences of its first step.
 
-    Parameters
-    ----------
-    moments : tuple of 3 float
-        Moments in cyclic order, of the spin axis first, in any common unit near one.
-    epsilon : float
-        The nudge; transverse components count in units of it.
-    start : tuple of 3 float
-        Start, in units of the spin (a = 1 or -1).
-    h : float
-        Spacing, radians of spin: ``h max(1, max|c_i|) <= 1/2``, which keeps ``(p h)^2`` below a half.
+    Args:
+        moments (tuple of 3 float): Moments in cyclic order, of the spin axis first, in any common unit near one.
+        epsilon (float): The nudge; transverse components count in units of it.
+        start (tuple of 3 float): Start, in units of the spin (a = 1 or -1).
+        h (float): Spacing, radians of spin: ``h max(1, max|c_i|) <= 1/2``, which keeps ``(p h)^2`` below a half.
 
-    Returns
-    -------
-    da, db, dc : float
-        What the first step adds to each component.
-    ga, gb, gc, q : float
-        The recurrence's g of each component, and q.
+    Returns:
+        da, db, dc (float): What the first step adds to each component.
+        ga, gb, gc, q (float): The recurrence's g of each component, and q.
     """
     a, b, c = start
     ca, cb, cc = coefficients(*moments)

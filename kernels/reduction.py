@@ -81,11 +81,9 @@ def square(guess):
 def constants(guess, drive):
     """Return constants of a lane from D_0 (dimensionless) and the drive c_a epsilon² h, its sign the spin's.
 
-    Returns
-    -------
-    quadrature, first, second, third, along, slope : float
-        The clock's end correction times the drive; 2xS, x²C and x³S/3; x coth x and -x²/S². Series in x², whose rest is
-        below 1e-8 of them for |x| up to 1/2.
+    Returns:
+        quadrature, first, second, third, along, slope (float): The clock's end correction times the drive; 2xS, x²C and
+            x³S/3; x coth x and -x²/S². Series in x², whose rest is below 1e-8 of them for |x| up to 1/2.
     """
     G, x2 = -2.0 * guess, square(guess)
     series = x2 * (1 / 4725 - x2 * (2 / 93555 - x2 * (1382 / 638512875)))

@@ -33,16 +33,12 @@ ASYMMETRIC, OBLATE, PROLATE, SPHERE = range(4)
 class Spins(NamedTuple):
     """Perturbed spins, arrays of shape (n,) in the one form that kernels are compiled for (:func:`points_of`).
 
-    Attributes
-    ----------
-    I1, I2, I3 : numpy.ndarray
-        Principal moments in a common unit, > 0.
-    axis : numpy.ndarray of int64
-        Spin axis, 1, 2 or 3.
-    omega0 : numpy.ndarray
-        Spin, rad s-1, not 0.
-    epsilon, phase : numpy.ndarray
-        Size of the perturbation relative to the spin, between 0 and 1, and its direction in the (b, c) plane, rad.
+    Attributes:
+        I1, I2, I3 (numpy.ndarray): Principal moments in a common unit, > 0.
+        axis (numpy.ndarray of int64): Spin axis, 1, 2 or 3.
+        omega0 (numpy.ndarray): Spin, rad s-1, not 0.
+        epsilon, phase (numpy.ndarray): Size of the perturbation relative to the spin, between 0 and 1, and its
+            direction in the (b, c) plane, rad.
     """
 
     I1: np.ndarray
@@ -63,20 +59,14 @@ def points_of(points):
 def cyclic(axis):
     """Relabel the axes so that the spin axis comes first: (a, b, c) cyclic, counted from 0.
 
-    Parameters
-    ----------
-    axis : int or integer array
-        Spin axis, 1, 2 or 3.
+    Args:
+        axis (int or integer array): Spin axis, 1, 2 or 3.
 
-    Returns
-    -------
-    tuple of three arrays
-        Indices of a, b and c into (I1, I2, I3).
+    Returns:
+        tuple of three arrays: Indices of a, b and c into (I1, I2, I3).
 
-    Raises
-    ------
-    ValueError
-        If an axis is none of 1, 2, 3.
+    Raises:
+        ValueError: If an axis is none of 1, 2, 3.
     """
     axis = np.asarray(axis)
     if not np.isin(axis, (1, 2, 3)).all():
@@ -99,15 +89,11 @@ def relabel(I1, I2, I3, axis):
 def euler_coefficients(Ia, Ib, Ic):
     r"""Return c_i = (I_j - I_k)/I_i of Euler's equations, the difference formed before the ratio.
 
-    Parameters
-    ----------
-    Ia, Ib, Ic : float
-        Moments of inertia in cyclic order, in any common unit (kg m2).
+    Args:
+        Ia, Ib, Ic (float): Moments of inertia in cyclic order, in any common unit (kg m2).
 
-    Returns
-    -------
-    ca, cb, cc : float
-        Dimensionless; the sign of each is exact, down to moments one ulp apart.
+    Returns:
+        ca, cb, cc (float): Dimensionless; the sign of each is exact, down to moments one ulp apart.
     """
     return (Ib - Ic) / Ia, (Ic - Ia) / Ib, (Ia - Ib) / Ic
 
@@ -142,14 +128,12 @@ def perturbation_invariant(wb, wc, cb, cc):
 def shape(I1, I2, I3):
     """Return the symmetry class: ASYMMETRIC, OBLATE (two least equal), PROLATE (two greatest equal) or SPHERE.
 
-    Parameters
-    ----------
-    I1, I2, I3 : array_like
-        Moments of inertia in a common unit; broadcast together. Equality is exact equality of floats.
+    Args:
+        I1, I2, I3 (array_like): Moments of inertia in a common unit; broadcast together. Equality is exact equality of
+            floats.
 
-    Returns
-    -------
-    numpy.ndarray of int8
+    Returns:
+        numpy.ndarray of int8
     """
     least, middle, greatest = ascending(I1, I2, I3)
     oblate, prolate = least == middle, middle == greatest

@@ -51,28 +51,19 @@ A, B, X, Y, MIDDLE, HALF, SIZE = range(7)  # rows of a box's ends
 
 
 class Box(NamedTuple):
-    """A box with what is known of F in it.
+    """A box with what is known of F in it."""
 
-    Attributes:
-        ends: shape (7, n). A and B, ends of the box that is decided; X and Y, of the box X that the operator is applied
-            to, its MIDDLE and HALF widths; SIZE, the largest element of each row of J(X) in units of the half-widths.
-        values: enclosures of F and J in X, shape (n, 1 + n, 2).
-        at: those at one place.
-        linear: F at the middle and J(X) in these units, each row over its size, shape (n, 1 + n, 2).
-        u: what is left of X, in half-widths from the middle, shape (n, 2).
-        inverse: the inverse of the middle of J(X), scratch, and that inverse in plain units, shape (3, n, n).
-        rows: scratch of the tape.
-        scratch: vectors of :func:`_refine`, shape (6, n).
-    """
-
+    #: shape (7, n). A and B, ends of the box that is decided; X and Y, of the box X that the operator is applied to,
+    #: its MIDDLE and HALF widths; SIZE, the largest element of each row of J(X) in units of the half-widths.
     ends: np.ndarray
-    values: np.ndarray
-    at: np.ndarray
-    linear: np.ndarray
-    u: np.ndarray
+    values: np.ndarray  #: enclosures of F and J in X, shape (n, 1 + n, 2)
+    at: np.ndarray  #: those at one place
+    linear: np.ndarray  #: F at the middle and J(X) in these units, each row over its size, shape (n, 1 + n, 2)
+    u: np.ndarray  #: what is left of X, in half-widths from the middle, shape (n, 2)
+    #: the inverse of the middle of J(X), scratch, and that inverse in plain units, shape (3, n, n).
     inverse: np.ndarray
-    rows: np.ndarray
-    scratch: np.ndarray
+    rows: np.ndarray  #: scratch of the tape
+    scratch: np.ndarray  #: vectors of :func:`_refine`, shape (6, n)
 
 
 class Formulas(NamedTuple):
@@ -434,35 +425,26 @@ def _cut(box, within, floor, stack, top):
 def search(enclose, tape, outputs, constants, bounds, starts, shares, narrowest, most, rough, records, boxes, progress):
     """Find all zeros of points, one after the other, until the records are full.
 
-    Parameters
-    ----------
-    enclose : function
-        :func:`kernels.enclosures.enclose`.
-    tape, outputs, constants
-        As of :func:`kernels.enclosures.slopes`; as many functions as variables.
-    bounds : numpy.ndarray, shape (points, 2, n)
-        Ends of where zeros are looked for.
-    starts : numpy.ndarray, shape (starts, 2, n)
-        Boxes that hold all zeros: the bounds, or what a rough search has left of them.
-    shares : int64 array, shape (points, 2)
-        The first of each point's starts, and the one after the last.
-    narrowest : float
-        Width of the narrowest boxes, over that of the bounds.
-    most : int
-        Number of boxes that a point may take.
-    rough : bool
-        Only exclude: zeros are not told apart, and a box ends where the constants' ranges move a zero farther than it.
-    records : int64 array, shape (records, 2)
-        Written: the point of each record, and ZERO, LOST, NARROW, BROKEN, OVERFLOW or LEFT.
-    boxes : numpy.ndarray, shape (records, 2, 2, n)
-        Written: the box in which a zero is alone, and a box about the zero as small as numbers allow; else a box twice.
-    progress : int64 array, shape (2,)
-        In: the first point. Out: the first point that is not finished, and the number of boxes of all that are.
+    Args:
+        enclose (function): :func:`kernels.enclosures.enclose`.
+        tape, outputs, constants: As of :func:`kernels.enclosures.slopes`; as many functions as variables.
+        bounds (numpy.ndarray, shape (points, 2, n)): Ends of where zeros are looked for.
+        starts (numpy.ndarray, shape (starts, 2, n)): Boxes that hold all zeros: the bounds, or what a rough search has
+            left of them.
+        shares (int64 array, shape (points, 2)): The first of each point's starts, and the one after the last.
+        narrowest (float): Width of the narrowest boxes, over that of the bounds.
+        most (int): Number of boxes that a point may take.
+        rough (bool): Only exclude: zeros are not told apart, and a box ends where the constants' ranges move a zero
+            farther than it.
+        records (int64 array, shape (records, 2)): Written: the point of each record, and ZERO, LOST, NARROW, BROKEN,
+            OVERFLOW or LEFT.
+        boxes (numpy.ndarray, shape (records, 2, 2, n)): Written: the box in which a zero is alone, and a box about the
+            zero as small as numbers allow; else a box twice.
+        progress (int64 array, shape (2,)): In: the first point. Out: the first point that is not finished, and the
+            number of boxes of all that are.
 
-    Returns
-    -------
-    int
-        Number of records.
+    Returns:
+        int: Number of records.
     """
     n, count, room = outputs.size, 0, 0
     for point in range(len(shares)):

@@ -34,37 +34,23 @@ class Integrator(NamedTuple):
 
 
 class Sampling(NamedTuple):
-    """How runs are sampled.
+    """How runs are sampled."""
 
-    Attributes:
-        intervals: number of sample intervals.
-        spacing: spacing of the samples, in 1/S; at most 1/2.
-        tolerance: relative error allowed over the run.
-    """
-
-    intervals: int
-    spacing: float
-    tolerance: float
+    intervals: int  #: number of sample intervals
+    spacing: float  #: spacing of the samples, in 1/S; at most 1/2
+    tolerance: float  #: relative error allowed over the run
 
 
 class Runs(NamedTuple):
-    """Points and their runs.
+    """Points and their runs."""
 
-    Attributes:
-        starts: rows at the start of each run, shape (points, runs, rows); the step is set by the kernel.
-        project: from the states' deviations to what is measured, shape (points, measured, states that count).
-        scale: S, a bound on every possible rate, in s-1.
-        size: relative size of the perturbation.
-        twice: whether the runs from the other side are needed.
-        family: which points are of one kind; changes no result, only the time.
-    """
-
-    starts: np.ndarray
+    starts: np.ndarray  #: rows at the start of each run, shape (points, runs, rows); the step is set by the kernel
+    #: from the states' deviations to what is measured, shape (points, measured, states that count).
     project: np.ndarray
-    scale: np.ndarray
-    size: np.ndarray
-    twice: np.ndarray
-    family: np.ndarray
+    scale: np.ndarray  #: S, a bound on every possible rate, in s-1
+    size: np.ndarray  #: relative size of the perturbation
+    twice: np.ndarray  #: whether the runs from the other side are needed
+    family: np.ndarray  #: which points are of one kind; changes no result, only the time
 
 
 RUNS = types.NamedTuple(
@@ -86,17 +72,13 @@ def planned(size, sampling, share=1.0):
 def refined(runs, steps, kernel, is_done):
     """Return the raw results of points, of which those that are not done are run again with twice the steps.
 
-    Parameters
-    ----------
-    runs : Runs
-        All points.
-    steps : numpy.ndarray of int64, shape (points,)
-        Steps per sample of the first try; there are MOST_HALVINGS more at most.
-    kernel : callable
-        ``kernel(runs, which, steps, order, bounds)`` returns the raw results of runs, the points ``which`` of all; the
-        points order[bounds[j]:bounds[j + 1]] share block j: points of equal work together.
-    is_done : callable
-        Of raw results, which are.
+    Args:
+        runs (Runs): All points.
+        steps (numpy.ndarray of int64, shape (points,)): Steps per sample of the first try; there are MOST_HALVINGS more
+            at most.
+        kernel (callable): ``kernel(runs, which, steps, order, bounds)`` returns the raw results of runs, the points
+            ``which`` of all; the points order[bounds[j]:bounds[j + 1]] share block j: points of equal work together.
+        is_done (callable): Of raw results, which are.
     """
     left = np.arange(steps.size)
     raw = None

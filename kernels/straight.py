@@ -31,13 +31,11 @@ _formulas = {}  # function → names of its arguments, statements, values of its
 def formula(function: Callable) -> Callable:
     """Let a function of doubles be written out where compiled code calls it; in Python it stays what it is.
 
-    Parameters
-    ----------
-    function : callable
-        Assignments to names, then the return of a value or a tuple. On the right stand ``+ - * /``, numbers (also as
-        names of the module), comparisons, ``& | ~``, ``a if c else b``, abs, min, max, the functions of FUNCTIONS, and
-        other formulas, defined before. Its positional arguments are doubles, tuples of them, or
-        truth values.
+    Args:
+        function (callable): Assignments to names, then the return of a value or a tuple. On the right stand ``+ - *
+            /``, numbers (also as names of the module), comparisons, ``& | ~``, ``a if c else b``, abs, min, max, the
+            functions of FUNCTIONS, and other formulas, defined before. Its positional arguments are doubles, tuples of
+            them, or truth values.
     """
     if is_plain():
         return function
@@ -48,16 +46,11 @@ def formula(function: Callable) -> Callable:
 def straight(name: str, arguments: Sequence[str], text: str, numbers: Mapping[str, float]) -> Callable:
     """Return a :func:`formula` from lines of text.
 
-    Parameters
-    ----------
-    name : str
-        The function's name.
-    arguments : sequence of str
-        Its positional arguments.
-    text : str
-        Its statements.
-    numbers : mapping
-        Name → value of further numbers that the text names.
+    Args:
+        name (str): The function's name.
+        arguments (sequence of str): Its positional arguments.
+        text (str): Its statements.
+        numbers (mapping): Name → value of further numbers that the text names.
     """
     scope = {"__name__": __name__, **numbers}
     body = ast.parse(f"def {name}({', '.join(arguments)}):\n{indent(text, ' ')}")
@@ -120,12 +113,10 @@ def _named(e, scope):
 def lines(text: str) -> Callable:
     """Return a function of S and lane, for compiled code, that does what lines of text say.
 
-    Parameters
-    ----------
-    text : str
-        Assignments ``name = …`` and ``S[row + lane] = …`` of ``+ - * /``, abs, numbers, names that were assigned
-        before, and ``S[row + lane]``, row a whole number; S is an array of doubles in one piece, and is not asked for
-        its length.
+    Args:
+        text (str): Assignments ``name = …`` and ``S[row + lane] = …`` of ``+ - * /``, abs, numbers, names that were
+            assigned before, and ``S[row + lane]``, row a whole number; S is an array of doubles in one piece, and is
+            not asked for its length.
     """
     if is_plain():  # nothing is compiled, and Python reads them itself
         code = compile(text, "lines", "exec")

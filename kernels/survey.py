@@ -50,16 +50,12 @@ LEAST_SPIN = 1e-143  # s-1, below which the error of Ω², at least 5e-21 of its
 class RunSettings(NamedTuple):
     """How every point is followed.
 
-    Attributes
-    ----------
-    spacing : float
-        Between samples, radians of spin, where no rate asks for less.
-    intervals : int
-        Number of sample intervals.
-    tolerance : float
-        Relative error of the perturbation allowed over the run.
-    exactly, rounded : bool
-        Whether the motion is the exact solution; whether the moments are ratios that were rounded once each.
+    Attributes:
+        spacing (float): Between samples, radians of spin, where no rate asks for less.
+        intervals (int): Number of sample intervals.
+        tolerance (float): Relative error of the perturbation allowed over the run.
+        exactly, rounded (bool): Whether the motion is the exact solution; whether the moments are ratios that were
+            rounded once each.
     """
 
     spacing: float
@@ -243,36 +239,28 @@ def measured(
 ):
     """Return the measured columns of points, in units.
 
-    Parameters
-    ----------
-    points : mapping of str to array_like, shape (n,)
-        I1, I2, I3 (common unit, > 0), axis (1, 2, 3), omega0 (rad s-1, not 0), epsilon (between 0 and 1), phase (rad).
-    rotations : float
-        Length of the run, in 2 pi/|omega0|.
-    samples_per_rotation : int
-        Samples in 2 pi/|omega0|; the spacing shrinks where max|c_i| > 1.
-    tolerance : float
-        Relative error of the perturbation allowed over the run.
-    propagator : str
-        "direct" (Taylor steps, certified by the exact solution) or "exact" (the exact step, one a sample).
-    wanted : collection of str
-        Columns to make, of MEASURED; without the drifts, the log slope, the certificate, the rates or the errors the
-        work for them is saved.
-    nonlinear : bool
-        Whether to follow the motion on to its flips and its largest tilt (:mod:`kernels.flips`).
-    rounded : bool
-        Whether the moments are ratios that were rounded once each: errors then hold what that moves.
+    Args:
+        points (mapping of str to array_like, shape (n,)): I1, I2, I3 (common unit, > 0), axis (1, 2, 3), omega0 (rad
+            s-1, not 0), epsilon (between 0 and 1), phase (rad).
+        rotations (float): Length of the run, in 2 pi/|omega0|.
+        samples_per_rotation (int): Samples in 2 pi/|omega0|; the spacing shrinks where max|c_i| > 1.
+        tolerance (float): Relative error of the perturbation allowed over the run.
+        propagator (str): "direct" (Taylor steps, certified by the exact solution) or "exact" (the exact step, one a
+            sample).
+        wanted (collection of str): Columns to make, of MEASURED; without the drifts, the log slope, the certificate,
+            the rates or the errors the work for them is saved.
+        nonlinear (bool): Whether to follow the motion on to its flips and its largest tilt (:mod:`kernels.flips`).
+        rounded (bool): Whether the moments are ratios that were rounded once each: errors then hold what that moves.
 
-    Returns
-    -------
-    dict of str to numpy.ndarray, shape (n,)
-        omega_squared with its _stderr and _error, omega_squared_reduced and its _error, amplitude_shift, the terms
-        omega_squared_error_scatter, _integration, _amplitude and _rounding (s-2); growth_rate (s-1) and frequency (rad
-        s-1) with _stderr, _error, _reduced and _reduced_error, growth_rate_logslope and its _error (s-1); euler_period,
-        window_end (s); e_folds, energy_drift, momentum_drift, perturbation_drift, propagation_error (1); samples_used,
-        steps_per_sample (int32); regime, status (int8).
-        If ``nonlinear``, flip_period, flip_period_exact (s), max_tilt, max_tilt_exact (rad), frequency_exact (rad s-1).
-        NaN where missing, -1 for a regime that could not be measured. Nothing is checked and nothing raised.
+    Returns:
+        dict of str to numpy.ndarray, shape (n,): omega_squared with its _stderr and _error, omega_squared_reduced and
+            its _error, amplitude_shift, the terms omega_squared_error_scatter, _integration, _amplitude and _rounding
+            (s-2); growth_rate (s-1) and frequency (rad s-1) with _stderr, _error, _reduced and _reduced_error,
+            growth_rate_logslope and its _error (s-1); euler_period, window_end (s); e_folds, energy_drift,
+            momentum_drift, perturbation_drift, propagation_error (1); samples_used, steps_per_sample (int32); regime,
+            status (int8). If ``nonlinear``, flip_period, flip_period_exact (s), max_tilt, max_tilt_exact (rad),
+            frequency_exact (rad s-1). NaN where missing, -1 for a regime that could not be measured. Nothing is checked
+            and nothing raised.
     """
     points = rigid_body.points_of(points)
     n = points.I1.size
@@ -315,12 +303,9 @@ def _leave_out_unrepresentable(found, omega0):
 def flipped(points, tolerance=1e-10):
     """Return the columns of :mod:`kernels.flips` alone, points in the given order: name → values, shape (n,).
 
-    Parameters
-    ----------
-    points : mapping
-        As for :func:`survey`.
-    tolerance : float
-        Relative error allowed in the measured columns.
+    Args:
+        points (mapping): As for :func:`survey`.
+        tolerance (float): Relative error allowed in the measured columns.
     """
     points = rigid_body.points_of(points)
     n = points.I1.size
@@ -346,16 +331,12 @@ def _nonlinear(points, measured, tolerance):
 def theory(points):
     """Return the columns of linear theory, of the body's shape and of the axis that its motion encircles, in units.
 
-    Parameters
-    ----------
-    points : mapping of str to array_like, shape (n,)
-        As for :func:`measured`.
+    Args:
+        points (mapping of str to array_like, shape (n,)): As for :func:`measured`.
 
-    Returns
-    -------
-    dict of str to numpy.ndarray, shape (n,)
-        omega_squared_theory (s-2), growth_rate_theory (s-1), frequency_theory (rad s-1), growing_fraction,
-        triangle_margin (1), regime_theory, shape, encircles (int8).
+    Returns:
+        dict of str to numpy.ndarray, shape (n,): omega_squared_theory (s-2), growth_rate_theory (s-1), frequency_theory
+            (rad s-1), growing_fraction, triangle_margin (1), regime_theory, shape, encircles (int8).
     """
     return foretold.columns_of(rigid_body.points_of(points))
 

@@ -85,17 +85,13 @@ RAW = numbers(
 def precession_rate(ratio, omega3):
     r"""Return Omega = (I3/I1 - 1) omega3, at which omega and L turn about the figure axis in the body frame.
 
-    Parameters
-    ----------
-    ratio : array_like
-        I3/I1, dimensionless, > 0.
-    omega3 : array_like
-        Spin about the figure axis, rad s-1, of either sign; broadcast with the ratio.
+    Args:
+        ratio (array_like): I3/I1, dimensionless, > 0.
+        omega3 (array_like): Spin about the figure axis, rad s-1, of either sign; broadcast with the ratio.
 
-    Returns
-    -------
-    numpy.ndarray or float
-        Signed, rad s-1: positive turns from axis 1 towards axis 2 (Landau and Lifshitz, Mechanics, equation 36.7).
+    Returns:
+        numpy.ndarray or float: Signed, rad s-1: positive turns from axis 1 towards axis 2 (Landau and Lifshitz,
+            Mechanics, equation 36.7).
     """
     return (np.asarray(ratio) - 1.0) * np.asarray(omega3)
 
@@ -103,17 +99,14 @@ def precession_rate(ratio, omega3):
 def cones(ratio, half_angle):
     r"""Return the half-angles of the cone of L about the figure axis and of the space cone (omega about L).
 
-    Parameters
-    ----------
-    ratio : array_like
-        I3/I1, dimensionless, > 0.
-    half_angle : array_like
-        Angle of omega to the figure axis (half-angle of the body cone), rad, between 0 and pi/2.
+    Args:
+        ratio (array_like): I3/I1, dimensionless, > 0.
+        half_angle (array_like): Angle of omega to the figure axis (half-angle of the body cone), rad, between 0 and
+            pi/2.
 
-    Returns
-    -------
-    momentum_cone, space_cone : numpy.ndarray or float
-        rad: arctan(tan(theta)/r) and arctan(|r - 1| tan(theta)/(r + tan(theta)^2)).
+    Returns:
+        momentum_cone, space_cone (numpy.ndarray or float): rad: arctan(tan(theta)/r) and arctan(|r - 1| tan(theta)/(r +
+            tan(theta)^2)).
     """
     ratio, tangent = np.asarray(ratio), np.tan(half_angle)
     space = np.abs(ratio - 1.0) * (tangent / (ratio + tangent * tangent))
@@ -123,19 +116,14 @@ def cones(ratio, half_angle):
 def rotation(ratio, omega_start, times):
     """Return the angular velocity of a free symmetric top at given times, in closed form.
 
-    Parameters
-    ----------
-    ratio : float
-        I3/I1, > 0.
-    omega_start : array_like, shape (3,)
-        Angular velocity in the principal axes at time 0, axis 3 the figure axis, rad s-1.
-    times : array_like, shape (n,)
-        Times in s, of either sign.
+    Args:
+        ratio (float): I3/I1, > 0.
+        omega_start (array_like, shape (3,)): Angular velocity in the principal axes at time 0, axis 3 the figure axis,
+            rad s-1.
+        times (array_like, shape (n,)): Times in s, of either sign.
 
-    Returns
-    -------
-    numpy.ndarray, shape (n, 3)
-        Angular velocity in rad s-1.
+    Returns:
+        numpy.ndarray, shape (n, 3): Angular velocity in rad s-1.
     """
     w1, w2, w3 = np.asarray(omega_start, dtype=np.float64)
     angle = precession_rate(ratio, w3) * np.asarray(times, dtype=np.float64)
@@ -390,21 +378,17 @@ def _point_arrays(points):
 def run(points, rotations, samples_per_rotation, tolerance):
     """Integrate and measure points; the raw result before anything is named.
 
-    Parameters
-    ----------
-    points : mapping of str to array_like, shape (n,)
-        ratio (I3/I1 > 0), omega3 (rad s-1, not 0), half_angle (degrees, between 0 and 90).
-    rotations : float
-        Length of the run, in 2 pi/|omega3|.
-    samples_per_rotation : int
-        Samples in 2 pi/|omega3|; the spacing shrinks where max(1, |r - 1|) h would exceed 1/2.
-    tolerance : float
-        Error of the transverse part allowed over the run, relative to its size.
+    Args:
+        points (mapping of str to array_like, shape (n,)): ratio (I3/I1 > 0), omega3 (rad s-1, not 0), half_angle
+            (degrees, between 0 and 90).
+        rotations (float): Length of the run, in 2 pi/|omega3|.
+        samples_per_rotation (int): Samples in 2 pi/|omega3|; the spacing shrinks where max(1, |r - 1|) h would exceed
+            1/2.
+        tolerance (float): Error of the transverse part allowed over the run, relative to its size.
 
-    Returns
-    -------
-    numpy.ndarray, shape (n, len(RAW))
-        Columns of RAW, dimensionless or in rad; nothing is checked and nothing raised.
+    Returns:
+        numpy.ndarray, shape (n, len(RAW)): Columns of RAW, dimensionless or in rad; nothing is checked and nothing
+            raised.
     """
     ratio, omega3, half_angle = _point_arrays(points)
     intervals = round(rotations * samples_per_rotation)
@@ -463,17 +447,14 @@ def _period(rate):
 def measured(points, rotations, samples_per_rotation, tolerance):
     """Return the measured columns of points, in units.
 
-    Parameters
-    ----------
-    points, rotations, samples_per_rotation, tolerance
-        As for :func:`run`.
+    Args:
+        points, rotations, samples_per_rotation, tolerance: As for :func:`run`.
 
-    Returns
-    -------
-    dict of str to numpy.ndarray, shape (n,)
-        precession_rate, momentum_precession_rate, their _stderr and _error (rad s-1); period (s); body_cone,
-        momentum_cone, space_cone, half_angle_drift (degrees); coplanarity, energy_drift, momentum_drift,
-        propagation_error (1); steps_per_sample (int32); sense, status (int8). NaN where missing.
+    Returns:
+        dict of str to numpy.ndarray, shape (n,): precession_rate, momentum_precession_rate, their _stderr and _error
+            (rad s-1); period (s); body_cone, momentum_cone, space_cone, half_angle_drift (degrees); coplanarity,
+            energy_drift, momentum_drift, propagation_error (1); steps_per_sample (int32); sense, status (int8). NaN
+            where missing.
     """
     raw = run(points, rotations, samples_per_rotation, tolerance)
     _, omega3, _ = _point_arrays(points)

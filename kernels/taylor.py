@@ -46,14 +46,11 @@ WHOLE, NEAR, NEAREST = None, (7, 4), (5, 2)  # of a, the spin: the last term sum
 def lines(equations: Equations, order: int, spin: tuple[int, int] | None = WHOLE) -> str:
     """Return the text of one step: assignments of the terms, then the return of the new state.
 
-    Parameters
-    ----------
-    equations : mapping
-        Component → scale and products, as EULER.
-    order : int
-        The last term of each component.
-    spin : pair of int, optional
-        The last term of component a that is summed, and the last that takes part in the others; left out, all.
+    Args:
+        equations (mapping): Component → scale and products, as EULER.
+        order (int): The last term of each component.
+        spin (pair of int, optional): The last term of component a that is summed, and the last that takes part in the
+            others; left out, all.
     """
     last = {x: spin[0] if spin and x == "a" else order for x in equations}
     used = {x: spin[1] if spin and x == "a" else order - 1 for x in equations}  # the last term that others stand on
@@ -93,12 +90,9 @@ def total(terms: Sequence[str]) -> str:
 def step(name: str, equations: Equations, order: int, spin: tuple[int, int] | None = WHOLE) -> Callable:
     """Return one step as a function of the components and of the scales times h, for compiled code as for Python.
 
-    Parameters
-    ----------
-    name : str
-        The function's name.
-    equations, order, spin
-        As for :func:`lines`.
+    Args:
+        name (str): The function's name.
+        equations, order, spin: As for :func:`lines`.
     """
     scales = dict.fromkeys(scale for scale, _ in equations.values())
     numbers = {f"R{n}": 1.0 / n for n in range(2, order + 1)}

@@ -166,21 +166,14 @@ def _gather(A, S, row):
 def advance(tape, parts, weights, rates, states, S, steps):
     """Advance every lane by so many steps of order ORDER.
 
-    Parameters
-    ----------
-    tape : int64 array, shape (rows, COLUMNS)
-        The operations.
-    parts, weights : int64 and float64 arrays
-        Rows of the tape that the sums are made of, and what each counts.
-    rates : int64 array, shape (states, 2)
-        Of each state's rate its row of the tape (-1 for one that does not move), and the row of S with its value where
-        deviations are from (-1: it is 0).
-    states : int
-        Rows of S that are state or remainder; ε and the step follow.
-    S : float64 array
-        Read and written: see the top of this file.
-    steps : int
-        How many.
+    Args:
+        tape (int64 array, shape (rows, COLUMNS)): The operations.
+        parts, weights (int64 and float64 arrays): Rows of the tape that the sums are made of, and what each counts.
+        rates (int64 array, shape (states, 2)): Of each state's rate its row of the tape (-1 for one that does not
+            move), and the row of S with its value where deviations are from (-1: it is 0).
+        states (int): Rows of S that are state or remainder; ε and the step follow.
+        S (float64 array): Read and written: see the top of this file.
+        steps (int): How many.
     """
     whole_vectors()
     size, count, epsilon, step = len(rates), len(tape), states * W, (states + 1) * W
@@ -240,13 +233,10 @@ def _second(row, parts, weights, S, C, rest, own, second, out):
 def check(tape, parts, weights, watched, states, S):
     """Write the deviations of what is watched, over ε or ε².
 
-    Parameters
-    ----------
-    tape, parts, weights, states, S
-        As of :func:`advance`.
-    watched : int64 array, shape (terms, 3)
-        Of each term: to which row below the step it is added, its order or ABSOLUTE, and its row of the tape (-1: it
-        does not move).
+    Args:
+        tape, parts, weights, states, S: As of :func:`advance`.
+        watched (int64 array, shape (terms, 3)): Of each term: to which row below the step it is added, its order or
+            ABSOLUTE, and its row of the tape (-1: it does not move).
     """
     whole_vectors()
     count, epsilon = len(tape), states * W

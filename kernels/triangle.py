@@ -22,15 +22,11 @@ def triangle_margin(I1, I2, I3):
 
     A margin between -FLAT and 0 is that of a flat body whose moments are rounded, and comes out as 0.
 
-    Parameters
-    ----------
-    I1, I2, I3 : array_like
-        Moments of inertia in a common unit; broadcast together.
+    Args:
+        I1, I2, I3 (array_like): Moments of inertia in a common unit; broadcast together.
 
-    Returns
-    -------
-    numpy.ndarray of float64
-        Dimensionless, at most 1/3 (the sphere).
+    Returns:
+        numpy.ndarray of float64: Dimensionless, at most 1/3 (the sphere).
     """
     least, middle, greatest = ascending(I1, I2, I3)
     # as ratios to the greatest, and the difference first: no overflow, and a plate's zero stays a zero

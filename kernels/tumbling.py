@@ -226,16 +226,11 @@ def _whole_turn(roughly, c0, s0, c1, s1):
 def follow(moments, omega, h):
     """Follow a start with w2 = 0 through one period of w; moments ascending, all near one.
 
-    Returns
-    -------
-    period : float
-        Time until w2 vanishes for the second time; NaN where it has not after MOST_STEPS.
-    turn : float
-        psi's growth in it, rad, about the axis that kept its sign.
-    encircled : int
-        That axis: 3 or 1, or 0 where both or neither kept theirs.
-    growth : float
-        Ratio of the fastest to the slowest change of w on the way.
+    Returns:
+        period (float): Time until w2 vanishes for the second time; NaN where it has not after MOST_STEPS.
+        turn (float): psi's growth in it, rad, about the axis that kept its sign.
+        encircled (int): That axis: 3 or 1, or 0 where both or neither kept theirs.
+        growth (float): Ratio of the fastest to the slowest change of w on the way.
     """
     I1, I2, I3 = moments
     w1, w2, w3 = omega
@@ -336,19 +331,16 @@ def fill(bodies, tolerance, modes, out):
 def survey(points, tolerance, measured=True):
     """Return all columns of points, in units.
 
-    Parameters
-    ----------
-    points : mapping of str to array_like, shape (n,)
-        I1, I2, I3 (common unit, > 0, in any order: the axes are those of ascending moments), energy (2T I_max/L^2, from
-        1 to I_max/I_min), omega0 (rad s-1, > 0: L = I_max omega0).
-    tolerance, measured : float, bool
-        As for :func:`kernels.twist.survey`, of the periods.
+    Args:
+        points (mapping of str to array_like, shape (n,)): I1, I2, I3 (common unit, > 0, in any order: the axes are
+            those of ascending moments), energy (2T I_max/L^2, from 1 to I_max/I_min), omega0 (rad s-1, > 0: L = I_max
+            omega0).
+        tolerance, measured (float, bool): As for :func:`kernels.twist.survey`, of the periods.
 
-    Returns
-    -------
-    dict of str to numpy.ndarray, shape (n,)
-        mode_exact (int8; -1 where no motion of the body has the energy) and PERIODS with ``_exact`` (s); if
-        ``measured``, mode, PERIODS and those with ``_error``. NaN where there is no period.
+    Returns:
+        dict of str to numpy.ndarray, shape (n,): mode_exact (int8; -1 where no motion of the body has the energy) and
+            PERIODS with ``_exact`` (s); if ``measured``, mode, PERIODS and those with ``_error``. NaN where there is no
+            period.
     """
     names = ("I1", "I2", "I3", "energy", "omega0")
     *moments, energy, omega0 = arrays(*(points[name] for name in names))
@@ -444,15 +436,11 @@ def fill_least_ratio(I1, I2, I3, out):
 def least_ratio(I1, I2, I3):
     """Return the least ratio P_psi/P_phi (long axis) of each mode, that of the vanishing wobble.
 
-    Parameters
-    ----------
-    I1, I2, I3 : array_like
-        Ascending moments in a common unit.
+    Args:
+        I1, I2, I3 (array_like): Ascending moments in a common unit.
 
-    Returns
-    -------
-    numpy.ndarray, shape (2, n)
-        Rows SAM and LAM, as :func:`inverse`; infinite where the body has no such mode.
+    Returns:
+        numpy.ndarray, shape (2, n): Rows SAM and LAM, as :func:`inverse`; infinite where the body has no such mode.
     """
     I1, I2, I3 = arrays(I1, I2, I3)
     out = np.empty((2, I1.size))
@@ -466,17 +454,13 @@ def inverse(I1, I2, I3, ratio):
     In either mode the ratio grows with the wobble from ``sqrt(I1 I2/((I3 - I1)(I3 - I2)))`` (SAM, at least 1 for a body
     that can exist) or ``sqrt(I2 I3/((I3 - I1)(I2 - I1))) - 1`` (LAM) to infinity at the separatrix.
 
-    Parameters
-    ----------
-    I1, I2, I3 : array_like
-        Ascending moments in a common unit.
-    ratio : array_like
-        P_psi/P_phi, > 0; broadcast with the moments.
+    Args:
+        I1, I2, I3 (array_like): Ascending moments in a common unit.
+        ratio (array_like): P_psi/P_phi, > 0; broadcast with the moments.
 
-    Returns
-    -------
-    dict of str to numpy.ndarray, shape (2, n)
-        energy (2T I3/L^2) and m, rows SAM and LAM; NaN where the ratio is below what the mode can have.
+    Returns:
+        dict of str to numpy.ndarray, shape (2, n): energy (2T I3/L^2) and m, rows SAM and LAM; NaN where the ratio is
+            below what the mode can have.
     """
     I1, I2, I3, ratio = arrays(I1, I2, I3, ratio)
     out = np.empty((4, ratio.size))

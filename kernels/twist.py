@@ -361,21 +361,16 @@ def fill(throws, tolerance, out):
 def survey(points, tolerance, measured=True):
     """Return all columns of points, in units.
 
-    Parameters
-    ----------
-    points : mapping of str to array_like, shape (n,)
-        I1, I2, I3 (common unit, > 0, in any order: the axes are those of ascending moments), chi, theta (rad), omega0
-        (rad s-1, > 0: L = I_mid omega0).
-    tolerance : float
-        Error allowed in the measured twist, before what the motion makes of it.
-    measured : bool
-        Whether to follow the motion, or to leave it at the closed form.
+    Args:
+        points (mapping of str to array_like, shape (n,)): I1, I2, I3 (common unit, > 0, in any order: the axes are
+            those of ascending moments), chi, theta (rad), omega0 (rad s-1, > 0: L = I_mid omega0).
+        tolerance (float): Error allowed in the measured twist, before what the motion makes of it.
+        measured (bool): Whether to follow the motion, or to leave it at the closed form.
 
-    Returns
-    -------
-    dict of str to numpy.ndarray, shape (n,)
-        twist_exact, twist_defect_theory (rad), time_of_turn_exact (s), growth (sigma/omega0, 1); if ``measured``,
-        twist, twist_error, twist_defect (rad), time_of_turn, time_of_turn_error (s), ends_reversed (int8; -1 missing).
+    Returns:
+        dict of str to numpy.ndarray, shape (n,): twist_exact, twist_defect_theory (rad), time_of_turn_exact (s), growth
+            (sigma/omega0, 1); if ``measured``, twist, twist_error, twist_defect (rad), time_of_turn, time_of_turn_error
+            (s), ends_reversed (int8; -1 missing).
     """
     names = ("I1", "I2", "I3", "chi", "theta", "omega0")
     *values, omega0 = arrays(*(points[name] for name in names))

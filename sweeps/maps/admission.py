@@ -39,11 +39,7 @@ class _UnlikeError(Exception):
 
 
 def map_of(path: str | Path) -> Path:
-    """Return the file that a user means: the path itself, or the map in a sweep's folder results/<sweep>.
-
-    Raises:
-        MapError: for a folder without a map.
-    """
+    """Return the file that a user means: the path itself, or the map in a sweep's folder results/<sweep>."""
     path = Path(path)
     if not path.is_dir():
         return path
@@ -109,10 +105,6 @@ def admitted(path: str | Path, file: FileBytes, found: Structure, any_flags: boo
 
 def check_complete(path: str | Path, ds: Any) -> None:
     """Return True if a map has every variable that its definition chose, or that maps of its system have.
-
-    Args:
-        path: its file.
-        ds: a plain map or a Dataset.
 
     Raises:
         MapError: where one is missing.

@@ -90,15 +90,7 @@ def _slice(part: range) -> slice:
 
 
 class PlainMap:
-    """A map's variables and coordinates, as they stand in its file.
-
-    Args:
-        data_vars: name → variable.
-        coords: name → coordinate.
-        attrs: its attributes.
-        others: names of what the file holds besides, and is not read.
-        close: closes the file.
-    """
+    """A map's variables and coordinates, as they stand in its file."""
 
     def __init__(
         self,

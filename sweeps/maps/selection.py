@@ -26,25 +26,16 @@ class SelectionError(RefusedError):
 
 @dataclass(frozen=True)
 class Place:
-    """A value of one dimension.
+    """A value of one dimension."""
 
-    Attributes:
-        dim: the dimension.
-        index: its number, from 0.
-        value: the grid's value there.
-        asked: what a person asked for; None where the dimension has that value alone.
-        units: UDUNITS text.
-        outside: whether what was asked lies beyond the grid's ends.
-        by: of a place that was chosen by coordinates that are no dimension, what was asked of these, in words; "" for
-            others.
-    """
-
-    dim: str
-    index: int
-    value: float | int | str
-    asked: float | str | None
-    units: str
-    outside: bool = False
+    dim: str  #: the dimension
+    index: int  #: its number, from 0
+    value: float | int | str  #: the grid's value there
+    asked: float | str | None  #: what a person asked for; None where the dimension has that value alone
+    units: str  #: UDUNITS text
+    outside: bool = False  #: whether what was asked lies beyond the grid's ends
+    #: of a place that was chosen by coordinates that are no dimension, what was asked of these, in words; "" for
+    #: others.
     by: str = ""
 
     def __str__(self):
@@ -73,9 +64,6 @@ def nearest(ds: "xr.Dataset", chosen: Mapping[str, str]) -> dict[str, Place]:
 
     Returns:
         Dimension → place, in storage order; dimensions that are longer than one and not chosen are left out.
-
-    Raises:
-        SelectionError: for a name that is no dimension, and a value that is none of its kind.
     """
     sizes = dimensions(ds)
     own = {n: text for n, text in chosen.items() if n in placing(ds) and not {*ds[n].dims} <= {*chosen}}
@@ -110,11 +98,7 @@ def _nearest_by(ds: "xr.Dataset", own: Mapping[str, str], places: Mapping[str, P
 
 
 def assigned(text: str) -> tuple[str, str]:
-    """Return dimension and value of "I3=0.0175".
-
-    Raises:
-        SelectionError: where there is no name, no sign of equality or no value.
-    """
+    """Return dimension and value of "I3=0.0175"."""
     name, _, value = text.partition("=")
     if not name or not value:
         raise SelectionError(f"--at: {shortened(repr(text))} names no place; allowed: DIMENSION=VALUE, as in I3=0.0175")
@@ -167,11 +151,7 @@ def _listed(names: list[str]) -> str:
 
 
 def named(text: str, names: list[str], where: str) -> str:
-    """Return the one name that matches a text: the name itself, in any case, or a unique part of it.
-
-    Raises:
-        SelectionError: where there is none, with a near name, or more than one.
-    """
+    """Return the one name that matches a text: the name itself, in any case, or a unique part of it."""
     low = text.strip().lower()
     exact = [name for name in names if name.lower() == low]
     found = exact or [name for name in names if low and low in name.lower()]
@@ -200,9 +180,6 @@ def point(ds: "xr.Dataset | str | Path", chosen: Mapping[str, object]) -> "tuple
     Args:
         ds: a map, or its path.
         chosen: dimension → value, as `nearest` takes it.
-
-    Raises:
-        SelectionError: as of `nearest`, and for dimensions without a value.
     """
     from sweeps.maps import storage, summary
 

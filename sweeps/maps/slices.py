@@ -19,11 +19,7 @@ ALLOWED = "a Dataset of sweeps.open_map or sweeps.survey, or a slice of one, wit
 
 
 def check_is_map(ds: Any) -> None:
-    """Refuse what is no Dataset of a map.
-
-    Raises:
-        RefusedError: for another type, and for a Dataset without the attributes of a map.
-    """
+    """Refuse what is no Dataset of a map."""
     if not hasattr(ds, "data_vars"):
         raise RefusedError(f"ds: is of type {type(ds).__name__}; allowed: {ALLOWED}")
     version = str(ds.attrs.get("contract_version", ""))
@@ -44,9 +40,6 @@ def with_all_dimensions(ds: "xr.Dataset | PlainMap") -> "xr.Dataset | PlainMap":
 
     Where `isel` or `sel` took a dimension, its scalar coordinate becomes a dimension of length one again. Values along
     a dimension that are out of order are sorted, and repeated ones left out.
-
-    Raises:
-        RefusedError: for a slice without points, and for one without the coordinates of its map.
     """
     layout = systems.of_map(ds).layout()
     beside = layout.beside if layout.along in ds.coords else ()

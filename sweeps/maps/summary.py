@@ -26,17 +26,11 @@ BLOCK_POINTS = 2**20
 
 @dataclass
 class Worst:
-    """The largest magnitude of something over a map, and where it stands.
+    """The largest magnitude of something over a map, and where it stands."""
 
-    Attributes:
-        value: the largest magnitude; 0 where nothing was compared.
-        at: dimension → number along it of that point.
-        points: how many were compared.
-    """
-
-    value: float = 0.0
-    at: dict[str, int] = field(default_factory=dict)
-    points: int = 0
+    value: float = 0.0  #: the largest magnitude; 0 where nothing was compared
+    at: dict[str, int] = field(default_factory=dict)  #: dimension → number along it of that point
+    points: int = 0  #: how many were compared
 
     def take(self, sizes: np.ndarray, box: Mapping[str, slice]) -> None:
         """Add magnitudes over a box; non-finite values are left out."""
@@ -52,26 +46,17 @@ class Worst:
 
 @dataclass
 class Deviation:
-    """A variable against its theory: how far apart, as a histogram of the decades of the relative deviation.
+    """A variable against its theory: how far apart, as a histogram of the decades of the relative deviation."""
 
-    Attributes:
-        name: the variable.
-        reference: what it is compared with.
-        scale: the variable over which they are apart; "" for the reference itself, where that is not zero.
-        counts: points by the decade of |value − reference|/|scale|, `PER_DECADE` bins a decade.
-        equal: points at which the two are the same to the last bit.
-        within: points whose deviation is inside their own error, of `judged` that have one.
-        worst: the largest deviation, and where.
-    """
-
-    name: str
-    reference: str
-    scale: str = ""
+    name: str  #: the variable
+    reference: str  #: what it is compared with
+    scale: str = ""  #: the variable over which they are apart; "" for the reference itself, where that is not zero
+    #: points by the decade of |value − reference|/|scale|, `PER_DECADE` bins a decade.
     counts: np.ndarray = field(default_factory=lambda: np.zeros((MOST_DECADE - LEAST_DECADE) * PER_DECADE, np.int64))
-    equal: int = 0
-    within: int = 0
+    equal: int = 0  #: points at which the two are the same to the last bit
+    within: int = 0  #: points whose deviation is inside their own error, of `judged` that have one
     judged: int = 0
-    worst: Worst = field(default_factory=Worst)
+    worst: Worst = field(default_factory=Worst)  #: the largest deviation, and where
 
     @property
     def total(self) -> int:

@@ -37,19 +37,12 @@ TURNED = 5  # motions of the sample whose quaternions SciPy integrates again
 
 @dataclass(frozen=True)
 class Check:
-    """One thing that was looked at.
+    """One thing that was looked at."""
 
-    Attributes:
-        name: what it is called.
-        covers: what was compared, one line.
-        findings: what differs, one line each; empty where nothing does.
-        skipped: why it could not be looked at, or "".
-    """
-
-    name: str
-    covers: str
-    findings: tuple[str, ...] = ()
-    skipped: str = ""
+    name: str  #: what it is called
+    covers: str  #: what was compared, one line
+    findings: tuple[str, ...] = ()  #: what differs, one line each; empty where nothing does
+    skipped: str = ""  #: why it could not be looked at, or ""
 
 
 def verify(
@@ -70,9 +63,6 @@ def verify(
 
     Returns:
         The checks, in order; the map is whole where none has findings.
-
-    Raises:
-        MapError: for a file that is no map.
     """
     with storage.open_map(path, any_flags=True) as ds:
         checks = [_content(ds)]
@@ -447,12 +437,7 @@ def _by_errors(sweep: Sweep, sample: _Sample) -> Iterator[Check]:
 
 
 def command(path: str, points: int, seed: int, definition: str | None, any_kernels: bool) -> int:
-    """Print the checks as a table and the findings below it; return 0 for a sound map, else 1; see `verify`.
-
-    Raises:
-        MapError: for a file that is no map.
-        DefinitionError: for a definition that is wrong, and for numbers out of range.
-    """
+    """Print the checks as a table and the findings below it; return 0 for a sound map, else 1; see `verify`."""
     if not 0 <= points <= MOST_POINTS:
         raise DefinitionError(f"--points: {points} is out of range; allowed: 0 to {MOST_POINTS:,}")
     if seed < 0:

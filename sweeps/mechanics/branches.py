@@ -36,22 +36,15 @@ GAP = 64.0 / STEPS * 2.0**-HALVINGS  # of the path, between where the one stops 
 
 @dataclass(frozen=True)
 class Way:
-    """The way from the defaults to points.
+    """The way from the defaults to points."""
 
-    Attributes:
-        search: fraction of the path → places (points, count, n), NaN for none, and whether each point's are proved to
-            be all that are there, (points,).
-        slopes: as of `continuation.carried`.
-        parameters: (points, shares) → parameters, as of `continuation.carried`.
-        bounds: fraction of the path → the range of each variable, shape (points, n, 2).
-        periodic: whether the range closes, shape (n,).
-    """
-
+    #: fraction of the path → places (points, count, n), NaN for none, and whether each point's are proved to be all
+    #: that are there, (points,).
     search: Callable
-    slopes: Callable
-    parameters: Callable
-    bounds: Callable
-    periodic: np.ndarray
+    slopes: Callable  #: as of `continuation.carried`
+    parameters: Callable  #: (points, shares) → parameters, as of `continuation.carried`
+    bounds: Callable  #: fraction of the path → the range of each variable, shape (points, n, 2)
+    periodic: np.ndarray  #: whether the range closes, shape (n,)
 
     def apart(self, a, b, width):
         """Return the largest distance between places in any variable, over its range; periodic ones the shorter way."""

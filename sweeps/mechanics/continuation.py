@@ -33,19 +33,12 @@ SLACK = 1.0 + 1e-14
 
 @dataclass
 class Carried:
-    """Where zeros have come to.
+    """Where zeros have come to."""
 
-    Attributes:
-        place: shape (zeros, n), at the fraction of the path that each has reached.
-        share: shape (zeros,), `end` for those that came through.
-        speed: dx/ds over the last piece, shape (zeros, n); 0 for one that did not get away.
-        through: shape (zeros,), whether each is proved to have become the one at `place`.
-    """
-
-    place: np.ndarray
-    share: np.ndarray
-    speed: np.ndarray
-    through: np.ndarray
+    place: np.ndarray  #: shape (zeros, n), at the fraction of the path that each has reached
+    share: np.ndarray  #: shape (zeros,), `end` for those that came through
+    speed: np.ndarray  #: dx/ds over the last piece, shape (zeros, n); 0 for one that did not get away
+    through: np.ndarray  #: shape (zeros,), whether each is proved to have become the one at `place`
 
 
 def carried(slopes: Callable, way: Callable, owner, place, begin: float, end: float, width) -> Carried:

@@ -41,11 +41,7 @@ def quarter(m: int) -> float:
 
 
 class Degenerate:
-    """V's Taylor series and a of a system of one coordinate.
-
-    Args:
-        equations: the system's.
-    """
+    """V's Taylor series and a of a system of one coordinate."""
 
     def __init__(self, equations: Equations):
         ((q,), e, a) = equations.q, equations.hessian[0, 0], equations.a[0, 0]
@@ -58,12 +54,6 @@ class Degenerate:
 
     def oscillations(self, parameters, place, x, v) -> dict[str, np.ndarray]:
         """Return the frequencies of motions that start at a distance from equilibria, with a velocity.
-
-        Args:
-            parameters: one array (points,) a parameter.
-            place: the equilibria, shape (points,).
-            x: distance at the start, shape (points,).
-            v: velocity at the start.
 
         Returns:
             `degenerate_frequency` (rad/s), its `_error`, `degenerate_amplitude` (A) and `degenerate_order` (m, 0 where

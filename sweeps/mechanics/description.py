@@ -79,30 +79,21 @@ class DescribedParameter:
 
 @dataclass(frozen=True)
 class Coordinate:
-    """A generalised coordinate.
+    """A generalised coordinate."""
 
-    Attributes:
-        symbol: q, as it stands in positions and V.
-        velocity: q̇, as it may stand in T.
-        unit: UDUNITS text.
-        bounds: where equilibria are looked for; expressions in the parameters.
-        periodic: whether both bounds are one place (an angle that goes round).
-        size: perturbation of relative size one, in the coordinate's unit; may hold parameters and coordinates,
-            which stand for their values at the equilibrium; None, and it follows from V and the bounds.
-        hold: the value to keep while equilibria are looked for, where V is flat along a line of them; else None.
-        momentum: the conserved momentum's parameter, for a coordinate that neither T nor V contains; else None.
-        meaning: one line of text.
-    """
-
-    symbol: sp.Symbol
-    velocity: sp.Symbol
-    unit: str
-    bounds: tuple[sp.Expr, sp.Expr]
-    periodic: bool
+    symbol: sp.Symbol  #: q, as it stands in positions and V
+    velocity: sp.Symbol  #: q̇, as it may stand in T
+    unit: str  #: UDUNITS text
+    bounds: tuple[sp.Expr, sp.Expr]  #: where equilibria are looked for; expressions in the parameters
+    periodic: bool  #: whether both bounds are one place (an angle that goes round)
+    #: perturbation of relative size one, in the coordinate's unit; may hold parameters and coordinates, which stand for
+    #: their values at the equilibrium; None, and it follows from V and the bounds.
     size: sp.Expr | None
+    #: the value to keep while equilibria are looked for, where V is flat along a line of them; else None.
     hold: sp.Expr | None
+    #: the conserved momentum's parameter, for a coordinate that neither T nor V contains; else None.
     momentum: sp.Symbol | None
-    meaning: str
+    meaning: str  #: one line of text
 
     @property
     def name(self) -> str:
@@ -112,22 +103,15 @@ class Coordinate:
 
 @dataclass(frozen=True)
 class State:
-    """A state of equations of first order: a quasi-velocity, a component of a unit vector, an angle.
+    """A state of equations of first order: a quasi-velocity, a component of a unit vector, an angle."""
 
-    Attributes:
-        symbol: as it stands in the rates.
-        unit: UDUNITS text.
-        bounds: where equilibria are looked for; expressions in the parameters.
-        size: perturbation of relative size one, in the state's unit; may hold parameters; left out, a quarter of the
-            range between the bounds.
-        meaning: one line of text.
-    """
-
-    symbol: sp.Symbol
-    unit: str
-    bounds: tuple[sp.Expr, sp.Expr]
+    symbol: sp.Symbol  #: as it stands in the rates
+    unit: str  #: UDUNITS text
+    bounds: tuple[sp.Expr, sp.Expr]  #: where equilibria are looked for; expressions in the parameters
+    #: perturbation of relative size one, in the state's unit; may hold parameters; left out, a quarter of the range
+    #: between the bounds.
     size: sp.Expr
-    meaning: str
+    meaning: str  #: one line of text
 
     @property
     def name(self) -> str:

@@ -20,27 +20,17 @@ def expanded(e: sp.Expr) -> sp.Expr:
 
 @dataclass(frozen=True)
 class Equations:
-    """Rates of the states x; of coordinates x = (q, q̇), and forces stand in place of accelerations, a q̈ = f.
+    """Rates of the states x; of coordinates x = (q, q̇), and forces stand in place of accelerations, a q̈ = f."""
 
-    Attributes:
-        system: the description.
-        q: symbols of the coordinates that are kept, or of the states.
-        v: symbols of the velocities, which vanish at an equilibrium; none of states.
-        f: rates of (q, v), of the velocities the forces.
-        a: kinetic matrix a_ij(q) of coordinates; None for states.
-        V: effective potential of the coordinates, 0 for states.
-        natural: whether all forces are those of V and of T = ½ a_ij q̇_i q̇_j, so that the motion is the same backwards.
-        hamiltonian: whether nothing but T and V makes the forces of coordinates: Hamilton's equations.
-    """
-
-    system: System
-    q: tuple[sp.Symbol, ...]
-    v: tuple[sp.Symbol, ...]
-    f: tuple[sp.Expr, ...]
-    a: sp.Matrix | None
-    V: sp.Expr
+    system: System  #: the description
+    q: tuple[sp.Symbol, ...]  #: symbols of the coordinates that are kept, or of the states
+    v: tuple[sp.Symbol, ...]  #: symbols of the velocities, which vanish at an equilibrium; none of states
+    f: tuple[sp.Expr, ...]  #: rates of (q, v), of the velocities the forces
+    a: sp.Matrix | None  #: kinetic matrix a_ij(q) of coordinates; None for states
+    V: sp.Expr  #: effective potential of the coordinates, 0 for states
+    #: whether all forces are those of V and of T = ½ a_ij q̇_i q̇_j, so that the motion is the same backwards.
     natural: bool
-    hamiltonian: bool
+    hamiltonian: bool  #: whether nothing but T and V makes the forces of coordinates: Hamilton's equations
 
     @property
     def parameters(self) -> tuple[sp.Symbol, ...]:

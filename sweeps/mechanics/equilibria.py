@@ -57,29 +57,18 @@ SHARING, SHARED = 3, 3  # unknowns of a search that is shared, and how many time
 
 @dataclass(frozen=True)
 class Found:
-    """Equilibria of points.
+    """Equilibria of points."""
 
-    Attributes:
-        places: shape (points, most, m); NaN where a point has no such equilibrium.
-        dimension: shape (points, most), of the family that each lies in; 0 for one that is alone.
-        certified: shape (points,), PROVED, ROUNDING, TOO_LARGE or FAMILY.
-        flat: shape (points,), whether they form a family of which no member is named.
-        direction: shape (points, m), along which a flat point's family goes, over the ranges; NaN elsewhere.
-        counts: shape (points,), how many there are, of which a crowded point shows none.
-        crowded: shape (points,), whether they are more than there is room for.
-        decided: shape (points,), whether it is known which of them is which branch, where branches are followed.
-        undecided: shape (points, m, 2), a box about all that could not be decided; NaN where all is proved.
-    """
-
-    places: np.ndarray
-    dimension: np.ndarray
-    certified: np.ndarray
-    flat: np.ndarray
-    direction: np.ndarray
-    counts: np.ndarray
-    crowded: np.ndarray
+    places: np.ndarray  #: shape (points, most, m); NaN where a point has no such equilibrium
+    dimension: np.ndarray  #: shape (points, most), of the family that each lies in; 0 for one that is alone
+    certified: np.ndarray  #: shape (points,), PROVED, ROUNDING, TOO_LARGE or FAMILY
+    flat: np.ndarray  #: shape (points,), whether they form a family of which no member is named
+    direction: np.ndarray  #: shape (points, m), along which a flat point's family goes, over the ranges; NaN elsewhere
+    counts: np.ndarray  #: shape (points,), how many there are, of which a crowded point shows none
+    crowded: np.ndarray  #: shape (points,), whether they are more than there is room for
+    #: shape (points,), whether it is known which of them is which branch, where branches are followed.
     decided: np.ndarray
-    undecided: np.ndarray
+    undecided: np.ndarray  #: shape (points, m, 2), a box about all that could not be decided; NaN where all is proved
 
     def __getitem__(self, index) -> "Found":
         """Return the selected points."""

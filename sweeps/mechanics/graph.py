@@ -41,19 +41,12 @@ REMAINDER_NODES = 8  # exact to a rounding where the nudge is half as far as the
 
 @dataclass(frozen=True)
 class Node:
-    """One node.
+    """One node."""
 
-    Attributes:
-        kind: CONSTANT (of parameters), X (a state), ADD, MUL, DIV or FUNCTION.
-        parts: numbers of the nodes it is made of; the state's number for X.
-        weights: for ADD one number a part; for CONSTANT its expression; for FUNCTION its second derivative.
-        zero: whether its value at the equilibrium is 0 for a reason.
-    """
-
-    kind: str
-    parts: tuple = ()
-    weights: tuple = ()
-    zero: bool = False
+    kind: str  #: CONSTANT (of parameters), X (a state), ADD, MUL, DIV or FUNCTION
+    parts: tuple = ()  #: numbers of the nodes it is made of; the state's number for X
+    weights: tuple = ()  #: for ADD one number a part; for CONSTANT its expression; for FUNCTION its second derivative
+    zero: bool = False  #: whether its value at the equilibrium is 0 for a reason
 
 
 class Graph:
@@ -282,11 +275,7 @@ def lambdified(arguments, expressions):
 
 
 class Values:
-    """Values at equilibria and deviations from them, by the same rules as the kernel's, in NumPy.
-
-    Args:
-        graph: the graph.
-    """
+    """Values at equilibria and deviations from them, by the same rules as the kernel's, in NumPy."""
 
     def __init__(self, graph: Graph):
         self.graph = graph

@@ -26,14 +26,7 @@ RANK = 1e-9  # singular values of the conserved quantities' gradients below it a
 
 
 class Model:
-    """A system's equations and generated code, and its points.
-
-    Args:
-        system: the description.
-
-    Raises:
-        DescriptionError: for what is wrong with it.
-    """
+    """A system's equations and generated code, and its points."""
 
     def __init__(self, system: System):
         self.system = system

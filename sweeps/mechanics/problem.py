@@ -18,9 +18,6 @@ APART = 1024.0  # errors of a place, over which a matrix is taken to change even
 class RootProblem:
     """F(x) = 0 of a system: ∂V/∂q, forces at rest or rates, as functions of the coordinates or states x.
 
-    Args:
-        equations: of which an equilibrium is searched.
-
     Attributes:
         free: numbers of the unknowns: of the coordinates that are not held.
         periodic: which of the coordinates close on themselves.

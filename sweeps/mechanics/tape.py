@@ -37,9 +37,6 @@ class Tape:
         expressions: the functions.
         variables: symbols of the variables, which boxes are given for.
         parameters: symbols of the parameters, which numbers are given for.
-
-    Raises:
-        DescriptionError: for a function that has no enclosure here.
     """
 
     def __init__(self, expressions, variables, parameters):

@@ -36,11 +36,7 @@ CODES = {X: kernel.STATE, ADD: kernel.SUM, MUL: kernel.PRODUCT, DIV: kernel.QUOT
 
 
 class TapedCode(Code):
-    """Rows of the scratch array as of `Code`, and a module that holds the tape.
-
-    Args:
-        graph: the system's graph.
-    """
+    """Rows of the scratch array as of `Code`, and a module that holds the tape."""
 
     kernels = ("taylor_tapes",)
 

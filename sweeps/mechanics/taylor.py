@@ -81,9 +81,6 @@ class Code:
 
     Rows, each W long: the states, the functions' remainders, epsilon, the step, what is watched, and what is constant
     along a run.
-
-    Args:
-        graph: the system's graph.
     """
 
     kernels: tuple[str, ...] = ("straight",)  # modules that the generated one imports beside what every system needs

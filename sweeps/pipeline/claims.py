@@ -38,10 +38,6 @@ def claim(sweeps: Iterable[str], results: str | Path = "results") -> list[int]:
     The system itself gives a claim back when a process dies, so nothing is left to be unlocked by a person. What dead
     runs have left half-written in the folders is removed.
 
-    Args:
-        sweeps: names of the sweeps.
-        results: folder that their results go to.
-
     Returns:
         The open files that hold the claims.
 

@@ -21,9 +21,6 @@ def make(
         cores: number of processors; all by default.
         again: whether to make everything again.
         results: the folder for results; the sweep's own is below it.
-
-    Raises:
-        DefinitionError: naming what is wrong and what is allowed.
     """
     if cores is not None and cores < 1:
         raise DefinitionError(f"cores: {cores} is out of range; allowed: 1 or more")

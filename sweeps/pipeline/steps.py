@@ -26,17 +26,7 @@ LOST_SECONDS = 2.0  # of work: a shorter sweep that is broken off is measured ag
 
 
 def make(planned: Plan, results: str | Path = "results", workers: int = 1, again: bool = False) -> Iterator[Path]:
-    """Make the map of a sweep, its figures and its report, and yield each.
-
-    Args:
-        planned: the sweep.
-        results: the folder for results; the sweep's own is below it.
-        workers: processors to use; they change no bit.
-        again: whether to make everything again, finished or not.
-
-    Yields:
-        Each file or folder once it is there.
-    """
+    """Make the map of a sweep, its figures and its report, and yield each."""
     with claims.claimed([planned.sweep.name], results):
         yield from _made(planned, Path(results) / planned.sweep.name, workers, again)
 

@@ -71,11 +71,6 @@ def what_is_compiled(plans: Iterable[Plan]) -> Iterator[str]:
 def refuse_unmade(targets: Iterable[str], rules: Iterable, sweeps: Iterable[str]) -> None:
     """Refuse files below results/ that no rule makes.
 
-    Args:
-        targets: what was asked for on the command line.
-        rules: the workflow's rules (Snakemake's own objects), all of them.
-        sweeps: names of the sweeps that the workflow knows.
-
     Raises:
         DefinitionError: naming the first such file and what can be made in its place.
     """

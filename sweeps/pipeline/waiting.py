@@ -13,11 +13,7 @@ SECONDS_ON_A_TERMINAL, SECONDS_IN_A_LOG = 2.0, 10.0
 
 @contextmanager
 def said(what: str) -> Iterator[None]:
-    """Print a line on the error stream if the block takes more than two seconds; in a log, more than ten.
-
-    Args:
-        what: the work, in words.
-    """
+    """Print a line on the error stream if the block takes more than two seconds; in a log, more than ten."""
     seconds = SECONDS_ON_A_TERMINAL if sys.stderr.isatty() else SECONDS_IN_A_LOG
     timer = threading.Timer(seconds, contextvars.copy_context().run, (progress.say, f"{what} …"))
     timer.daemon = True

@@ -56,11 +56,7 @@ def _count(entry: object) -> int:
 
 
 def resolve(text: str) -> Path:
-    """Return the file of a sweep that ships, by its name, or of a path.
-
-    Raises:
-        DefinitionError: for a name that is neither, with a near one where there is one.
-    """
+    """Return the file of a sweep that ships, by its name, or of a path."""
     known = shipped()
     if text in known:
         return known[text]
@@ -76,15 +72,10 @@ def _unknown(where: str, name: str, known: Iterable[str], otherwise: str) -> str
 
 @dataclass(frozen=True)
 class Plan:
-    """A sweep and the file that defines it.
+    """A sweep and the file that defines it."""
 
-    Attributes:
-        path: the definition's file.
-        sweep: the sweep, valid and small enough for this machine.
-    """
-
-    path: Path
-    sweep: "Sweep"
+    path: Path  #: the definition's file
+    sweep: "Sweep"  #: the sweep, valid and small enough for this machine
 
 
 def plan(
@@ -136,9 +127,6 @@ def requested(config: Mapping, targets: Iterable[str]) -> tuple[str, dict[str, P
 
     Returns:
         The name of the sweep that is made where no file is asked for, and name → plan of every sweep asked for.
-
-    Raises:
-        DefinitionError: for a definition that is wrong, and for a target that belongs to no known sweep.
     """
     from sweeps.schema.definition import NAME_PATTERN
 

@@ -28,12 +28,7 @@ GOLDEN = 0x9E3779B97F4A7C15
 
 
 class Draw:
-    """Points of the unit cube.
-
-    Args:
-        sample: which, and how many.
-        dimensions: of the cube.
-    """
+    """Points of the unit cube."""
 
     def __init__(self, sample: Sample, dimensions: int):
         self._sample, self._dimensions = sample, dimensions

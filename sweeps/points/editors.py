@@ -19,9 +19,6 @@ def schema(described: Sequence[str] = ()) -> dict:
 
     Args:
         described: names of systems that a file describes, or paths of such files.
-
-    Raises:
-        RefusedError: for a name that is no system's.
     """
     models = {name: _model(name) for name in (*systems.MODULES, *described)}
     places, whole = models_json_schema([(model, "validation") for model in models.values()], title="Polhode definition")

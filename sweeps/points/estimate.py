@@ -29,27 +29,16 @@ REPORT_SECONDS_PER_POINT = 1e-6
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a sweep will take.
+    """What a sweep will take."""
 
-    Attributes:
-        points: number of grid points.
-        shards: number of files the work is cut into.
-        memory_bytes: memory of one process, bytes.
-        working_bytes: as much of it as samples or draws take while points are measured.
-        disk_bytes: disk for shards and map, which exist at the same time, uncompressed, bytes.
-        seconds: integration time on one core, s.
-        compile_seconds: time for compiling what is not compiled yet on this machine, s.
-        wait_seconds: what a person waits for map, pictures and report on one core, all of the above included, s.
-    """
-
-    points: int
-    shards: int
-    memory_bytes: int
-    working_bytes: int
-    disk_bytes: int
-    seconds: float
-    compile_seconds: float
-    wait_seconds: float
+    points: int  #: number of grid points
+    shards: int  #: number of files the work is cut into
+    memory_bytes: int  #: memory of one process, bytes
+    working_bytes: int  #: as much of it as samples or draws take while points are measured
+    disk_bytes: int  #: disk for shards and map, which exist at the same time, uncompressed, bytes
+    seconds: float  #: integration time on one core, s
+    compile_seconds: float  #: time for compiling what is not compiled yet on this machine, s
+    wait_seconds: float  #: what a person waits for map, pictures and report on one core, all of the above included, s
 
 
 def estimate(sweep: Sweep, bytes_per_point: int | None = None) -> Estimate:
@@ -102,16 +91,7 @@ def _bytes_per_point(sweep: Sweep) -> int:
 
 
 def refuse_if_too_large(sweep: Sweep, results_dir: str | Path, bytes_per_point: int | None = None) -> None:
-    """Refuse a sweep that exceeds the disk or memory of this machine.
-
-    Args:
-        sweep: the sweep.
-        results_dir: folder the results go to; it need not exist yet.
-        bytes_per_point: uncompressed bytes of a map per point; left out, those of the system's variables.
-
-    Raises:
-        DefinitionError: naming what is needed and what there is, in bytes.
-    """
+    """Refuse a sweep that exceeds the disk or memory of this machine."""
     lines = lacking(sweep, estimate(sweep, bytes_per_point), results_dir)
     if lines:
         raise DefinitionError("\n".join(lines))

@@ -18,7 +18,7 @@ def impossible(sweep: Sweep) -> tuple[int, bool]:
     given = [name for name in system.existence if name not in grid.following.names]
     if any(name in grid.following.names for name in system.existence):
         given = list(dict.fromkeys((*given, *grid.following.needed)))
-    along = {name: _dimension(grid, name) for name in given}
+    along = {name: (name if name in grid.dims else grid.auxiliary[name][0][0]) for name in given}
     sizes = {dim: grid.shape[grid.dims.index(dim)] for dim in dict.fromkeys(along.values())}
     bodies = math.prod(sizes.values())
     if not along:
@@ -38,10 +38,6 @@ def impossible(sweep: Sweep) -> tuple[int, bool]:
 
 def _count(mask: np.ndarray, size: int) -> int:
     return int(np.count_nonzero(mask)) * (size // mask.size)
-
-
-def _dimension(grid: Grid, name: str) -> str:
-    return name if name in grid.dims else grid.auxiliary[name][0][0]
 
 
 def _values(grid: Grid, name: str, numbers: np.ndarray) -> np.ndarray:

@@ -35,12 +35,7 @@ class Following:
         return {name: self._derived.given(name, values) for name in self.names}
 
     def coordinates(self, shape: Mapping[str, int], values: Any) -> dict[str, tuple[tuple[str, ...], OnDemand]]:
-        """Return name → (dimensions, values) of each derived coordinate.
-
-        Args:
-            shape: dimension → its length.
-            values: a function of (dimension, numbers along it): the values there.
-        """
+        """Return name → (dimensions, values) of each derived coordinate."""
         found = {}
         for name in self.names:
             dims = self._derived.over[name]

@@ -22,15 +22,10 @@ from sweeps.systems import Dynamics
 
 
 class _Runs(NamedTuple):
-    """Which values of a dimension some points have, one after the other.
+    """Which values of a dimension some points have, one after the other."""
 
-    Attributes:
-        index: numbers of the values.
-        counts: how many points each lasts; None where that is one.
-    """
-
-    index: np.ndarray
-    counts: np.ndarray | None
+    index: np.ndarray  #: numbers of the values
+    counts: np.ndarray | None  #: how many points each lasts; None where that is one
 
 
 @dataclass(frozen=True)
@@ -106,16 +101,9 @@ class Grid:
     def points(self, start: int, stop: int) -> dict[str, np.ndarray]:
         """Return the coordinates of the points start … stop − 1.
 
-        Args:
-            start: number of the first point.
-            stop: number after the last point; 0 ≤ start ≤ stop ≤ size.
-
         Returns:
             Each of `arguments` → its values (int64 or float64; SI units), of shape (stop − start,); memory is
             proportional to stop − start, whatever the grid's size.
-
-        Raises:
-            ValueError: for numbers outside the grid.
         """
         self._check_bounds(start, stop)
         runs = self._runs(start, stop)

@@ -24,15 +24,10 @@ BESIDE = ("sample", "bodies")  # other ways to say what points there are
 
 
 class Scattered(Protocol):
-    """Points along `point`.
+    """Points along `point`."""
 
-    Attributes:
-        names: the parameters that each has of its own.
-        num: how many points there are.
-    """
-
-    names: tuple[str, ...]
-    num: int
+    names: tuple[str, ...]  #: the parameters that each has of its own
+    num: int  #: how many points there are
 
     def rows(self, start: int, stop: int) -> Mapping[str, np.ndarray]:
         """Return name → values at the points start … stop − 1 (from 0), float64 of shape (stop − start,)."""
@@ -84,9 +79,6 @@ def completed(values: Mapping, model: type[Definition], folder: str) -> "tuple[d
     """Return the plain values of a definition with ranges over the sampled or listed points, and its table.
 
     So whatever is asked of the values of a grid is asked of those of scattered points as well.
-
-    Raises:
-        UnreadableError: for a table that is refused, and one beside other ways to say what points there are.
     """
     values, file = ends_alone(values), values.get("table")
     grid = values.get("grid", {})

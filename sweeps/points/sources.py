@@ -23,11 +23,7 @@ FORMS = "a path, a name, a mapping, a DataFrame, a Dataset, or keywords"
 
 
 def sweep_of(definition: Any, keywords: Mapping[str, Any]) -> Sweep:
-    """Return the sweep of what `sweeps.survey` was given.
-
-    Raises:
-        DefinitionError: naming key, value and what is allowed.
-    """
+    """Return the sweep of what `sweeps.survey` was given."""
     keys = {name: value for name, value in keywords.items() if name in KEYS}
     grid = {name: value for name, value in keywords.items() if name not in KEYS}
     if _is_of("xarray", "Dataset", definition):

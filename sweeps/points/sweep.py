@@ -13,19 +13,12 @@ SHARD_SECONDS = 10  # a file and a job cost a second or so: a shard is worth ten
 
 @dataclass(frozen=True, eq=False)
 class Sweep:
-    """What a definition means.
+    """What a definition means."""
 
-    Attributes:
-        definition: what a person wrote.
-        system: its equations of motion.
-        grid: its points.
-        variables: name → each variable of its map, in the order of the file.
-    """
-
-    definition: Definition
-    system: systems.Dynamics
-    grid: Grid
-    variables: dict[str, Variable]
+    definition: Definition  #: what a person wrote
+    system: systems.Dynamics  #: its equations of motion
+    grid: Grid  #: its points
+    variables: dict[str, Variable]  #: name → each variable of its map, in the order of the file
 
     @property
     def name(self) -> str:

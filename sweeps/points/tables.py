@@ -38,17 +38,11 @@ KEPT_SECONDS = 30 * 86_400.0  # a table that nobody asks for is forgotten
 
 @dataclass(frozen=True)
 class ColumnOf:
-    """One column of a table.
+    """One column of a table."""
 
-    Attributes:
-        place: its number in the file, from 0.
-        parameter: what it holds.
-        factor: by which its numbers are multiplied.
-    """
-
-    place: int
-    parameter: Parameter
-    factor: float
+    place: int  #: its number in the file, from 0
+    parameter: Parameter  #: what it holds
+    factor: float  #: by which its numbers are multiplied
 
     @property
     def name(self) -> str:
@@ -58,23 +52,14 @@ class ColumnOf:
 
 @dataclass(frozen=True)
 class Table:
-    """The rows of a table, checked; see `sweeps.points.scattered.Scattered`.
+    """The rows of a table, checked; see `sweeps.points.scattered.Scattered`."""
 
-    Attributes:
-        file: the table's path, as the definition names it.
-        digest: SHA-256 of its content.
-        names: its columns, as parameters.
-        cached: the file of its rows.
-        num: how many rows there are.
-        ends: least and greatest value of each column.
-    """
-
-    file: str
-    digest: str
-    names: tuple[str, ...]
-    cached: Path
-    num: int
-    ends: tuple[tuple[float, float], ...]
+    file: str  #: the table's path, as the definition names it
+    digest: str  #: SHA-256 of its content
+    names: tuple[str, ...]  #: its columns, as parameters
+    cached: Path  #: the file of its rows
+    num: int  #: how many rows there are
+    ends: tuple[tuple[float, float], ...]  #: least and greatest value of each column
 
     @property
     def input(self) -> str:
@@ -86,11 +71,7 @@ class Table:
         return _told(self.cached)["checksums"]
 
     def rows(self, start: int, stop: int) -> Mapping[str, np.ndarray]:
-        """Return name → values at the rows start … stop − 1 (from 0), shape (stop − start,).
-
-        Raises:
-            OSError: where the cache was damaged.
-        """
+        """Return name → values at the rows start … stop − 1 (from 0), shape (stop − start,)."""
         first, after = start // BLOCK_ROWS, -(-stop // BLOCK_ROWS)
         width = 8 * len(self.names)
         with self.cached.open("rb") as file:

@@ -51,11 +51,7 @@ def replaced(path: str | Path, flush: bool = True, kept: Path | None = None) -> 
 
 
 class Flusher:
-    """Brings a file to the disk while more of it is written, so that little is left to wait for; use it as a context.
-
-    Args:
-        path: the file.
-    """
+    """Brings a file to the disk while it is written, so that little is left to wait for; use it as a context."""
 
     def __init__(self, path: Path):
         self._path, self._unflushed, self._pending = path, 0, None

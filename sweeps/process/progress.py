@@ -46,12 +46,7 @@ class _Speed(ProgressColumn):
 
 @contextmanager
 def points(total: int, label: str) -> Iterator[Callable[[int], None]]:
-    """Yield a function that takes the number of points just done, and report progress on the error stream.
-
-    Args:
-        total: number of points in all.
-        label: what the work is called.
-    """
+    """Yield a function that takes the number of points just done, and report progress on the error stream."""
     console = Console(stderr=True)
     if console.is_terminal and not _is_silent.get():
         columns = (TextColumn(label), BarColumn(), TaskProgressColumn(), _Speed(), TimeRemainingColumn())
@@ -82,12 +77,7 @@ def _lines(total: int, label: str) -> Iterator[Callable[[int], None]]:
 
 @contextmanager
 def pieces(total: int, label: str) -> Iterator[Callable[[], None]]:
-    """Yield a function to be called after each piece of work, which moves a bar on a terminal or in a notebook.
-
-    Args:
-        total: number of pieces.
-        label: what the work is called.
-    """
+    """Yield a function to be called after each piece of work, which moves a bar on a terminal or in a notebook."""
     console = Console(stderr=True)
     if _is_silent.get() or not (console.is_terminal or console.is_jupyter):
         yield lambda: None

@@ -86,12 +86,7 @@ def definition_of(attributes: Mapping) -> dict:
 
 
 def mapping_of(text: object) -> dict:
-    """Return the plain values of a definition's text, which may be anything.
-
-    Raises:
-        DefinitionError: for what is no text of a reasonable length, or no mapping.
-        UnreadableError: for what cannot be read as YAML.
-    """
+    """Return the plain values of a definition's text, which may be anything."""
     if not isinstance(text, str) or len(text) > MAX_FILE_BYTES:
         raise DefinitionError("is no text of a definition")
     values = plain(read_text(text))

@@ -21,9 +21,6 @@ class FileBytes(io.RawIOBase):
         path: the same, absolute.
         size: its bytes.
         state: what tells it from what it was before: device, number, size, time of its last change.
-
-    Raises:
-        OSError: for a file that cannot be opened, or is no regular file.
     """
 
     def __init__(self, path: str | Path):
@@ -103,11 +100,7 @@ class FileBytes(io.RawIOBase):
 
 
 def content(path: str | Path, most: int) -> bytes:
-    """Return the content of a regular file of at most so many bytes.
-
-    Raises:
-        OSError: for a file that cannot be opened, is no regular file, is too large, or shrinks as it is read.
-    """
+    """Return the content of a regular file of at most so many bytes."""
     with FileBytes(path) as file:
         if file.size > most:
             raise OSError(0, f"is too large: {file.size:,} bytes, allowed are {most:,}", str(path))

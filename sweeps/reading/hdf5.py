@@ -38,27 +38,17 @@ SUPERBLOCK_END = {0: (13, 40), 1: (13, 44), 2: (9, 28), 3: (9, 28)}  # version �
 
 @dataclass(frozen=True)
 class StoredVariable:
-    """One variable of a file.
+    """One variable of a file."""
 
-    Attributes:
-        dims: names of its dimensions.
-        shape: their lengths.
-        dtype: NumPy's name of its type; "str" for text whose values are in `texts`; "" for what is no plain type.
-        attributes: name → text, or a list of numbers.
-        chunk: shape of its chunks; None where it is in one piece.
-        filters: codes of the filters that its chunks went through, in that order.
-        places: chunks as (index of its first value …, mask of filters left out, address, bytes), or the one piece.
-        texts: its values, where they are text.
-    """
-
-    dims: tuple[str, ...]
-    shape: tuple[int, ...]
-    dtype: str
-    attributes: dict[str, Any]
-    chunk: tuple[int, ...] | None
-    filters: tuple[int, ...]
+    dims: tuple[str, ...]  #: names of its dimensions
+    shape: tuple[int, ...]  #: their lengths
+    dtype: str  #: NumPy's name of its type; "str" for text whose values are in `texts`; "" for what is no plain type
+    attributes: dict[str, Any]  #: name → text, or a list of numbers
+    chunk: tuple[int, ...] | None  #: shape of its chunks; None where it is in one piece
+    filters: tuple[int, ...]  #: codes of the filters that its chunks went through, in that order
+    #: chunks as (index of its first value …, mask of filters left out, address, bytes), or the one piece.
     places: np.ndarray
-    texts: tuple[str, ...] = ()
+    texts: tuple[str, ...] = ()  #: its values, where they are text
 
 
 @dataclass(frozen=True)
@@ -70,11 +60,7 @@ class Structure:
 
 
 def read_structure(file: FileBytes) -> Structure:
-    """Return what a file holds, as it says itself, but for its numbers.
-
-    Raises:
-        MapError: for what is no netCDF-4 file, and for one that is cut short, damaged, or points outside of itself.
-    """
+    """Return what a file holds, as it says itself, but for its numbers."""
     path, size = file.name, file.size
     _check_superblock(file)
     found = sandbox.run_in_child(partial(_structure_or_refusal, file), size)

@@ -22,12 +22,7 @@ ALLOWED = f"a readable {', '.join(s[1:].upper() for s in SUFFIXES)} file of tria
 
 
 class MeshError(RefusedError):
-    """Report invalid content of a mesh file.
-
-    Attributes:
-        wrong: what is wrong.
-        allowed: what would be right.
-    """
+    """Report invalid content of a mesh file."""
 
     def __init__(self, wrong: str, allowed: str = ALLOWED):
         super().__init__(f"{wrong}; allowed: {allowed}")

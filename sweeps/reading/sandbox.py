@@ -61,9 +61,6 @@ def parts_from_child(work: Callable[[], Iterable[bytes]], seconds: float, room: 
         seconds: of processor that the child may take.
         room: bytes of memory that it may take; left out, `ROOM`; infinite where it may also open files, a user's own
             program, and its time alone is bounded.
-
-    Raises:
-        ChildError: where the child died, or took too long or too much.
     """
     reading, writing = os.pipe()
     # blocked: what Ctrl-C raises as a fork begins or ends, Python reports and forgets

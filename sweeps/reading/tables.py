@@ -48,12 +48,7 @@ def heading(text: str) -> tuple[str, str]:
 
 
 def opened(file: FileBytes, suffix: str) -> "Source":
-    """Return the columns of a file of the kind that its name's end says.
-
-    Raises:
-        UnreadableError: for a file that is none of this kind.
-        OSError: where the disk fails.
-    """
+    """Return the columns of a file of the kind that its name's end says."""
     source = SUFFIXES[suffix](file)
     if len(source.headings) > MOST_COLUMNS:
         raise refusal("", display(source.name), f"has {len(source.headings):,} columns", f"at most {MOST_COLUMNS:,}")
@@ -61,12 +56,7 @@ def opened(file: FileBytes, suffix: str) -> "Source":
 
 
 class Source:
-    """A file of columns.
-
-    Attributes:
-        name: the file's, for messages.
-        headings: name and unit ("" for none) of each column.
-    """
+    """A file of columns."""
 
     headings: list[tuple[str, str]]
 
@@ -238,7 +228,7 @@ class _Csv(Source):
 
         order = [str(place) for place in places]
         number = 0
-        if self._has_truth_values():
+        if any(block and TRUTH_VALUE.search(block) for block in self._blocks()):
             raise self._text(0)
         try:
             for part in self._read(self._stream(), "f8", header=0, chunksize=PART_ROWS):
@@ -259,10 +249,6 @@ class _Csv(Source):
         """The file from its beginning on."""
         self._file.seek(0)
         return self._file
-
-    def _has_truth_values(self) -> bool:
-        """Return whether a value of the file is the word true or false."""
-        return any(block and TRUTH_VALUE.search(block) for block in self._blocks())
 
     def _text(self, number: int) -> UnreadableError:
         """Return the error that names the first text, in a part of the file, that is not a number."""

@@ -80,12 +80,7 @@ def blocks(sizes: Mapping[str, int], most: int) -> Iterator[dict[str, slice]]:
 
 
 def changed(before: np.ndarray | None, after: np.ndarray) -> tuple[slice, slice]:
-    """Return the rows and columns in which two planes differ: all without an earlier plane, none if equal.
-
-    Args:
-        before: shape (rows, columns), or None.
-        after: likewise.
-    """
+    """Return the rows and columns in which two planes differ: all without an earlier plane, none if equal."""
     if before is None:
         return slice(0, after.shape[0]), slice(0, after.shape[1])
     differs = before != after

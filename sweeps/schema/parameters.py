@@ -140,28 +140,18 @@ def entry(item: Any, spaced: type[Range]) -> Any:
 
 
 class Derived(Protocol):
-    """Another way to give some of a grid's parameters: by two numbers, every pair of which is a possible point.
+    """Another way to give some of a grid's parameters: by two numbers, every pair of which is a possible point."""
 
-    Attributes:
-        key: the grid's key under which the two stand.
-        description: what a refusal says of it.
-        model: the model of what stands there, two entries.
-        names: the parameters that they give, as many as there are entries, whose dimensions stand in their places.
-        over: each of these → what it follows from: entries and other parameters, in the order of dimensions.
-    """
-
-    key: str
-    description: str
-    model: type[Strict]
+    key: str  #: the grid's key under which the two stand
+    description: str  #: what a refusal says of it
+    model: type[Strict]  #: the model of what stands there, two entries
+    #: the parameters that they give, as many as there are entries, whose dimensions stand in their places.
     names: tuple[str, ...]
+    #: each of these → what it follows from: entries and other parameters, in the order of dimensions.
     over: Mapping[str, tuple[str, ...]]
 
     def completed(self, values: Mapping) -> dict:
-        """Return the plain grid of a definition with ranges of `names` from end to end.
-
-        Raises:
-            UnreadableError: for what cannot stand beside it.
-        """
+        """Return the plain grid of a definition with ranges of `names` from end to end."""
 
     def drawn(self, name: str, spaced: Range, share: np.ndarray) -> np.ndarray:
         """Return values of one of the two at fractions of its range, so that the points are spread evenly."""

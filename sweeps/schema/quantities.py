@@ -9,42 +9,25 @@ from sweeps.schema.variables import Variable
 
 @dataclass(frozen=True)
 class Quantity:
-    """A kind of number, which one parameter or several hold.
+    """A kind of number, which one parameter or several hold."""
 
-    Attributes:
-        noun: what one value is called: "moment".
-        units: UDUNITS text, "1" for none.
-        bounds: what is allowed, in few words.
-        item: the checked type of one value (see `sweeps.schema.values`).
-        least: the least absolute value, where 0 lies between what is allowed; None elsewhere.
-    """
-
-    noun: str
-    units: str
-    bounds: str
-    item: Any
-    least: float | None = None
+    noun: str  #: what one value is called: "moment"
+    units: str  #: UDUNITS text, "1" for none
+    bounds: str  #: what is allowed, in few words
+    item: Any  #: the checked type of one value (see `sweeps.schema.values`)
+    least: float | None = None  #: the least absolute value, where 0 lies between what is allowed; None elsewhere
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """One key of a grid.
+    """One key of a grid."""
 
-    Attributes:
-        name: the key, and the coordinate of that name.
-        quantity: what its values are.
-        long_name: what the coordinate means, one line (CF).
-        default: its value where the key is left out; None where nothing stands in for it.
-        description: what a refusal says of it; left out, the long name with unit and bounds.
-        required: whether a definition without it is refused at once; False where the system itself looks.
-    """
-
-    name: str
-    quantity: Quantity
-    long_name: str
-    default: float | None = None
-    description: str = ""
-    required: bool = False
+    name: str  #: the key, and the coordinate of that name
+    quantity: Quantity  #: what its values are
+    long_name: str  #: what the coordinate means, one line (CF)
+    default: float | None = None  #: its value where the key is left out; None where nothing stands in for it
+    description: str = ""  #: what a refusal says of it; left out, the long name with unit and bounds
+    required: bool = False  #: whether a definition without it is refused at once; False where the system itself looks
 
 
 def coordinates(parameters: Iterable[Parameter]) -> dict[str, Variable]:

@@ -36,19 +36,12 @@ class MapError(RefusedError):
 
 @dataclass(frozen=True)
 class Problem:
-    """One invalid value.
+    """One invalid value."""
 
-    Attributes:
-        where: path of the key.
-        shown: the value as text; "" where none is given.
-        wrong: what is wrong with it.
-        allowed: what is allowed.
-    """
-
-    where: tuple
-    shown: str
-    wrong: str
-    allowed: str
+    where: tuple  #: path of the key
+    shown: str  #: the value as text; "" where none is given
+    wrong: str  #: what is wrong with it
+    allowed: str  #: what is allowed
 
     def __str__(self):
         return f"{key_path(self.where)}: {f'{self.shown} ' if self.shown else ''}{self.wrong}; allowed: {self.allowed}"

@@ -51,10 +51,6 @@ def factor(unit: str, wanted: str) -> float | None:
 def number(text: object, wanted: str) -> object:
     """Return a number from text with a unit, "30 rpm"; everything else as it is, numbers too.
 
-    Args:
-        text: what was given.
-        wanted: UDUNITS text of the unit of the number returned.
-
     Raises:
         ValueError: for a number in an unknown or another kind of unit; the text is the unit.
     """

@@ -25,44 +25,28 @@ class Role(StrEnum):
 
 @dataclass(frozen=True)
 class Variable:
-    """One variable of a map.
+    """One variable of a map."""
 
-    Attributes:
-        name: its name in the file, public contract.
-        units: UDUNITS text; None for flags.
-        long_name: what it means, one line, on axes and in `ncdump -h`.
-        dtype: NumPy type in memory and on disk; NaN marks a missing float. What has a unit of time or is compared
-            with theory is f8; dimensionless diagnostics are f4.
-        flags: meanings of the whole numbers from `first_flag` on, for a flag variable.
-        comment: what a reader should know beyond the long name.
-        first_flag: number of the first meaning.
-        theory: name of the variable that says what theory predicts of it; "" for none.
-        exact: name of the variable that says what the exact solution has; "" for none.
-        error: name of the variable that says how far it may be off; "" for none.
-        scale: name of the variable over which it is off from theory, where its own size may be nothing but rounding; ""
-            for theory's value.
-        role: what readers take it for, see `Role`.
-        sparse: whether most of its values are zero, missing or repeated, so that deflating them pays.
-        over: names of further dimensions, after those of the points, that it has at every point.
-        zero_is_none: whether 0 stands for "no such rate": there it is compared with nothing.
-        aside: whether it is left out of printed comparisons: a second estimate, biased where the first is not.
-    """
-
-    name: str
-    units: str | None
-    long_name: str
+    name: str  #: its name in the file, public contract
+    units: str | None  #: UDUNITS text; None for flags
+    long_name: str  #: what it means, one line, on axes and in `ncdump -h`
+    #: NumPy type in memory and on disk; NaN marks a missing float. What has a unit of time or is compared with theory
+    #: is f8; dimensionless diagnostics are f4.
     dtype: str = "f8"
-    flags: tuple[str, ...] = ()
-    comment: str = ""
-    first_flag: int = 0
-    sparse: bool = False
-    theory: str = ""
-    exact: str = ""
-    error: str = ""
+    flags: tuple[str, ...] = ()  #: meanings of the whole numbers from `first_flag` on, for a flag variable
+    comment: str = ""  #: what a reader should know beyond the long name
+    first_flag: int = 0  #: number of the first meaning
+    sparse: bool = False  #: whether most of its values are zero, missing or repeated, so that deflating them pays
+    theory: str = ""  #: name of the variable that says what theory predicts of it; "" for none
+    exact: str = ""  #: name of the variable that says what the exact solution has; "" for none
+    error: str = ""  #: name of the variable that says how far it may be off; "" for none
+    #: name of the variable over which it is off from theory, where its own size may be nothing but rounding; "" for
+    #: theory's value.
     scale: str = ""
-    role: Role = Role.NONE
-    over: tuple[str, ...] = ()
-    zero_is_none: bool = False
+    role: Role = Role.NONE  #: what readers take it for, see `Role`
+    over: tuple[str, ...] = ()  #: names of further dimensions, after those of the points, that it has at every point
+    zero_is_none: bool = False  #: whether 0 stands for "no such rate": there it is compared with nothing
+    #: whether it is left out of printed comparisons: a second estimate, biased where the first is not.
     aside: bool = False
 
     @property

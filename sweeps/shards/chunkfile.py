@@ -98,16 +98,7 @@ def cut(shape: tuple[int, ...], shapes_at: Mapping[str, tuple[int, ...]]) -> Chu
 
 
 class ChunkFile:
-    """The chunks of a file's variables.
-
-    Args:
-        file: the file as HDF5 sees it, with its variables defined.
-        variables: name → variable.
-        chunks: how the points are cut.
-
-    Attributes:
-        chunks: the same.
-    """
+    """The chunks of a file's variables."""
 
     def __init__(self, file: h5py.File, variables: Mapping[str, Variable], chunks: Chunks):
         self._file, self._variables, self.chunks = file, variables, chunks

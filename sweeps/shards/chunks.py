@@ -25,15 +25,10 @@ def chunk_shape(shape: Sequence[int], width: int = 1) -> tuple[int, ...]:
 
 @dataclass(frozen=True)
 class Chunks:
-    """The cut of an array of one shape, none of whose dimensions is empty; chunks are numbered in C order.
+    """The cut of an array of one shape, none of whose dimensions is empty; chunks are numbered in C order."""
 
-    Attributes:
-        array: shape of the array.
-        width: how many numbers each value stands for.
-    """
-
-    array: tuple[int, ...]
-    width: int = 1
+    array: tuple[int, ...]  #: shape of the array
+    width: int = 1  #: how many numbers each value stands for
 
     @cached_property
     def shape(self) -> tuple[int, ...]:

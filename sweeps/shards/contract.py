@@ -21,17 +21,11 @@ CONVENTIONS = "CF-1.11"
 
 
 class MapCoordinate(NamedTuple):
-    """One coordinate of a map.
+    """One coordinate of a map."""
 
-    Attributes:
-        dims: the dimensions it lies along.
-        values: its values; what may be many are made where they are asked for.
-        attributes: its CF attributes.
-    """
-
-    dims: tuple[str, ...]
-    values: "np.ndarray | OnDemand"
-    attributes: dict
+    dims: tuple[str, ...]  #: the dimensions it lies along
+    values: "np.ndarray | OnDemand"  #: its values; what may be many are made where they are asked for
+    attributes: dict  #: its CF attributes
 
 
 def coordinates(sweep: "Sweep") -> dict[str, MapCoordinate]:

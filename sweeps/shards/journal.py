@@ -22,29 +22,16 @@ SUFFIX = ".journal"
 
 
 class Entry(NamedTuple):
-    """One chunk that is in the file.
+    """One chunk that is in the file."""
 
-    Attributes:
-        after: number after its last point.
-        motions: how many motions its block of chunks has taken, at the block's last chunk; 0 at the others.
-        places: name of a variable → number of the first byte, number of bytes, and their checksum.
-    """
-
-    after: int
-    motions: int
+    after: int  #: number after its last point
+    motions: int  #: how many motions its block of chunks has taken, at the block's last chunk; 0 at the others
+    #: name of a variable → number of the first byte, number of bytes, and their checksum.
     places: dict[str, tuple[int, int, int]]
 
 
 class Journal:
-    """The journal of one file; use it as a context, which leaves both where they are.
-
-    Args:
-        sweep: the sweep.
-        folder: where both are.
-
-    Attributes:
-        path: the file, which does not exist yet.
-    """
+    """The journal of one file; use it as a context, which leaves both where they are."""
 
     def __init__(self, sweep: Sweep, folder: Path):
         folder.mkdir(parents=True, exist_ok=True)

@@ -91,9 +91,6 @@ def measure_whole(
         threads: threads for the kernel.
         progress: called with the number of points after each block.
         folder: where what is measured stays if this is broken off, and is continued from; left out, it is lost.
-
-    Returns:
-        The map's content hash.
     """
 
     def fill(file: ChunkFile, digest: ContentHash, flusher: Flusher) -> int:

@@ -41,11 +41,7 @@ PART_SECONDS = 1.0  # at most about what a thread measures at once: who breaks o
 
 
 class DamagedError(MapError):
-    """A shard that was cut short or changed on the disk.
-
-    Attributes:
-        path: the shard's file.
-    """
+    """A shard that was cut short or changed on the disk."""
 
     def __init__(self, path: str | Path, what: str):
         super().__init__(f"{path}: {what}; allowed: a whole file of `polhode shard`")
@@ -63,19 +59,12 @@ class ForeignError(DamagedError):
 
 
 class Piece(NamedTuple):
-    """What a shard holds of one chunk of the map.
+    """What a shard holds of one chunk of the map."""
 
-    Attributes:
-        chunk: number of the chunk.
-        first: number of the piece's first point.
-        after: number after its last point.
-        whole: whether that is the whole chunk.
-    """
-
-    chunk: int
-    first: int
-    after: int
-    whole: bool
+    chunk: int  #: number of the chunk
+    first: int  #: number of the piece's first point
+    after: int  #: number after its last point
+    whole: bool  #: whether that is the whole chunk
 
 
 class _Checks:
@@ -346,11 +335,7 @@ class Shard:
             raise DamagedError(self.path, f"{name}: is missing")
 
     def pieces(self) -> Iterator[tuple[Piece, dict[str, bytes]]]:
-        """Yield each piece, in order, with its chunk of every variable as stored in the file.
-
-        Raises:
-            DamagedError: where a chunk's checksum is another.
-        """
+        """Yield each piece, in order, with its chunk of every variable as stored in the file."""
         for index, piece in enumerate(self._checks.pieces):
             stored = {}
             for row, name in enumerate(self._checks.names):

@@ -105,20 +105,12 @@ def built(system: Any) -> str:
 
 
 def of_map(ds: "xr.Dataset") -> Dynamics:
-    """Return the system of a map for its readers, without running a file that the map names.
-
-    Raises:
-        KeyError: for a name that is no system's.
-    """
+    """Return the system of a map for its readers, without running a file that the map names."""
     return of_contents(ds.attrs, ds.variables)
 
 
 def presentation_of(ds: "xr.Dataset") -> "Presentation":
-    """Return the presentation of a map's system: figures, page, words and colours.
-
-    Raises:
-        KeyError: for a name that is no system's.
-    """
+    """Return the presentation of a map's system: figures, page, words and colours."""
     return presented(of_map(ds))
 
 
@@ -132,9 +124,6 @@ def of_contents(attributes: Mapping[str, Any], variables: Collection[str]) -> Dy
 
     A Python file that a map names is never run, for its author may be anybody: the names of the map's variables say
     whether it holds small oscillations or relative equilibria.
-
-    Raises:
-        KeyError: for a name that is no system's.
     """
     name = str(attributes.get("system", DEFAULT_SYSTEM))
     if is_file(name):

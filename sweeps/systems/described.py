@@ -51,24 +51,16 @@ class Described(Dynamics):
         load: makes the description.
         source: the description's text, for the fingerprint.
         folder: where the path of a description's file starts.
-
-    Attributes:
-        library: folder of the descriptions of this kind that ship.
-        asked: the model of definitions, but for `grid`.
-        nudge: what a grid holds beside the description's parameters.
-        own: coordinates beside those, by name: which equilibrium, and which of its numbers.
-        reserved: names of columns, which no description may take.
-        literature: where the theory stands, if the description does not say it.
-        shown: what its map shows.
     """
 
-    library: ClassVar[Path]
-    asked: ClassVar[type[Definition]]
-    nudge: ClassVar[tuple[Parameter, ...]]
+    library: ClassVar[Path]  #: folder of the descriptions of this kind that ship
+    asked: ClassVar[type[Definition]]  #: the model of definitions, but for `grid`
+    nudge: ClassVar[tuple[Parameter, ...]]  #: what a grid holds beside the description's parameters
+    #: coordinates beside those, by name: which equilibrium, and which of its numbers.
     own: ClassVar[Mapping[str, Variable]]
-    reserved: ClassVar[frozenset[str]]
-    literature: ClassVar[str]
-    shown: ClassVar[str]
+    reserved: ClassVar[frozenset[str]]  #: names of columns, which no description may take
+    literature: ClassVar[str]  #: where the theory stands, if the description does not say it
+    shown: ClassVar[str]  #: what its map shows
 
     def __init__(self, name: str, load: "Callable[[], mechanics.System]", source: bytes, folder: str = ""):
         self.name, self.folder, self.source = name, folder, source
@@ -106,11 +98,7 @@ class Described(Dynamics):
 
     @cached_property
     def mechanism(self) -> "Model":
-        """The derived equations and what runs points through them.
-
-        Raises:
-            DescriptionError: for what is wrong with the description.
-        """
+        """The derived equations and what runs points through them."""
         with self._lock:
             return self._named(self._model)
 
@@ -201,11 +189,7 @@ class Described(Dynamics):
             raise DescriptionError(f"{self.name}: equilibria: {wrong}")
 
     def refusal(self, values: list[np.ndarray]) -> str:
-        """Return why no equilibrium of these points is usable; nothing if one is.
-
-        Raises:
-            DescriptionError: where every point has more equilibria than there is room for.
-        """
+        """Return why no equilibrium of these points is usable; nothing if one is."""
         from sweeps.mechanics.equilibria import refusal
 
         return refusal(self.mechanism.landscape, self.mechanism.equilibria(values), values)
@@ -237,11 +221,7 @@ class Described(Dynamics):
         return *shared, *tapes, Kernel(str(code.path), seconds=code.compile_seconds)
 
     def _code(self) -> "Code":
-        """The generated kernel.
-
-        Raises:
-            DescriptionError: for what cannot be integrated.
-        """
+        """The generated kernel."""
         return self.mechanism.code
 
     def _compiled(self):
@@ -291,11 +271,7 @@ def of_library(kind: type[Described], name: str) -> Described:
 
 @cache
 def of_file(kind: type[Described], name: str, folder: str = "") -> Described:
-    """Return the system of this kind that a Python file describes.
-
-    Raises:
-        DescriptionError: if the file cannot be read.
-    """
+    """Return the system of this kind that a Python file describes."""
     file = script(name, folder)
     return kind(name, lambda: file.system, file.source, folder)
 
@@ -319,9 +295,6 @@ class Script:
     Args:
         name: the file's path, as the definition says it.
         folder: where that starts, the definition's own; left out, where the program runs.
-
-    Raises:
-        DescriptionError: if the file cannot be read.
     """
 
     def __init__(self, name: str, folder: str = ""):
@@ -338,11 +311,7 @@ class Script:
 
     @cached_property
     def system(self) -> "mechanics.System":
-        """What the file describes.
-
-        Raises:
-            DescriptionError: if the file cannot be run, or makes no `system`.
-        """
+        """What the file describes."""
         return _run(self.path)
 
 

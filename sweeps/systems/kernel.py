@@ -10,24 +10,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Kernel:
-    """Something to compile.
+    """Something to compile."""
 
-    Attributes:
-        module: name of a module of `kernels`, or the path of a generated file.
-        name: a compiled function of the module; "" where importing the module compiles all of it.
-        types: the types of the function's arguments, as Numba writes them; "" for a Python function, which is called.
-        example: what a Python function is called with, which compiles all that it calls.
-        seconds: how long it takes on one core of 2024, s, about.
-        stage: kernels of a stage are compiled after those of the stages before, which they link.
-        when: whether a definition needs it.
-    """
-
-    module: str
-    name: str = ""
+    module: str  #: name of a module of `kernels`, or the path of a generated file
+    name: str = ""  #: a compiled function of the module; "" where importing the module compiles all of it
+    #: the types of the function's arguments, as Numba writes them; "" for a Python function, which is called.
     types: str = ""
+    #: what a Python function is called with, which compiles all that it calls.
     example: tuple = field(default=(), compare=False)
-    seconds: float = 1.0
-    stage: int = 0
+    seconds: float = 1.0  #: how long it takes on one core of 2024, s, about
+    stage: int = 0  #: kernels of a stage are compiled after those of the stages before, which they link
+    #: whether a definition needs it.
     when: "Callable[[Definition], bool]" = field(default=lambda definition: True, compare=False)
 
     @property

@@ -31,16 +31,7 @@ def regime(regimes: tuple[str, ...], comment: str = "", known: bool = False) -> 
 
 
 def with_theory(name: str, units: str, long_name: str, error: str = "", comment: str = "", **more) -> tuple:
-    """Return a quantity by linear theory, as measured, and its error.
-
-    Args:
-        name: name of the measured quantity.
-        units: UDUNITS text.
-        long_name: what it means.
-        error: comment on the error.
-        comment: comment on the measured quantity.
-        more: further attributes of the measured quantity.
-    """
+    """Return a quantity by linear theory, as measured, and its error."""
     theory, over = f"{name}_theory", more.get("over", ())
     return (
         Variable(theory, units, f"{long_name}, linear theory", over=over),
@@ -50,16 +41,7 @@ def with_theory(name: str, units: str, long_name: str, error: str = "", comment:
 
 
 def with_exact(name: str, units: str, long_name: str, noun: str, error: str, comment: str = "") -> tuple:
-    """Return a measured quantity, compared with the closed form's `NAME_exact`, and its error.
-
-    Args:
-        name: name of the measured quantity.
-        units: UDUNITS text.
-        long_name: what it means.
-        noun: what the error is of.
-        error: comment on the error.
-        comment: comment on the measured quantity.
-    """
+    """Return a measured quantity, compared with the closed form's `NAME_exact`, and its error."""
     return (
         Variable(name, units, f"{long_name}, measured", comment=comment, exact=f"{name}_exact", error=f"{name}_error"),
         Variable(f"{name}_error", units, f"error of the measured {noun}", comment=error),

@@ -22,35 +22,24 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Reference:
-    """What is measured again by others, point by point, to judge a map.
+    """What is measured again by others, point by point, to judge a map."""
 
-    Attributes:
-        variable: the variable of the map.
-        ways: name of a way → a function of (point, integration) that finds that variable's value, or NaN where the
-            run is too long for it. None shares code with the system's integrators and its estimator.
-        allowed: a function of (point, integration): how far the map may lie from what a way finds.
-        more: what is measured again of other variables.
-        told: whether twice the error that the map tells of the variable is allowed beside.
-    """
-
-    variable: str
+    variable: str  #: the variable of the map
+    #: name of a way → a function of (point, integration) that finds that variable's value, or NaN where the run is too
+    #: long for it. None shares code with the system's integrators and its estimator.
     ways: Mapping[str, Callable[[Mapping[str, float], "Integration"], float]]
+    #: a function of (point, integration): how far the map may lie from what a way finds.
     allowed: Callable[[Mapping[str, float], "Integration"], float]
-    more: tuple["Reference", ...] = ()
-    told: bool = False
+    more: tuple["Reference", ...] = ()  #: what is measured again of other variables
+    told: bool = False  #: whether twice the error that the map tells of the variable is allowed beside
 
 
 @dataclass(frozen=True)
 class Cost:
-    """The work of one point and the memory of one process, for estimates.
+    """The work of one point and the memory of one process, for estimates."""
 
-    Attributes:
-        samples: samples of runs per point.
-        working_bytes: memory of one process while it measures, bytes, besides its points and columns.
-    """
-
-    samples: int
-    working_bytes: int = 0
+    samples: int  #: samples of runs per point
+    working_bytes: int = 0  #: memory of one process while it measures, bytes, besides its points and columns
 
 
 class Points(Protocol):
@@ -67,42 +56,28 @@ class Dynamics(ABC):
 
     Importing a system imports no kernel, no xarray and no Matplotlib. A whole one, of one module, is
     `tests/toy/damped_top/system.py`.
-
-    Attributes:
-        name: value of a definition's key `system`.
-        model: the model of its definitions.
-        references: where the theory stands.
-        caption: what its map shows, one line.
-        samples_per_second: samples of runs that one core makes in a second, about.
-        point_seconds: for what is worked out of each point beside its run (equilibria, theory), s, about.
-        start_seconds: until a command has read and checked such a definition, s, about.
-        picture_seconds: for all pictures of a map, s, about.
-        presentation: name of the module whose PRESENTATION shows its maps (see `sweeps.systems.presentation`).
-        references_in: name of the module whose REFERENCE :meth:`reference` returns; "" for none.
-        motion_in: name of the module whose function `motion` :meth:`motion` calls; "" for none.
-        kernels: modules of `kernels` that :meth:`columns` imports; a map's fingerprint covers them and what they
-            import. With none, it covers every kernel.
-        existence: names of the arguments that decide whether a point is physically possible; () where all points are.
-        compiled: what :meth:`columns` calls of them, some for some definitions only.
-        tables: module with ARGUMENTS (names of the arguments of a point), VARIABLES and LAYOUT.
-        variants: key of a definition, or of one of its bodies → name of the system that reads such definitions.
     """
 
-    name: str
-    model: "type[Definition]"
-    references: str
-    caption: str
-    samples_per_second: int = 64_000_000
-    point_seconds: float = 0.0
-    start_seconds: float = 1.5
-    picture_seconds: float = 1.5
+    name: str  #: value of a definition's key `system`
+    model: "type[Definition]"  #: the model of its definitions
+    references: str  #: where the theory stands
+    caption: str  #: what its map shows, one line
+    samples_per_second: int = 64_000_000  #: samples of runs that one core makes in a second, about
+    point_seconds: float = 0.0  #: for what is worked out of each point beside its run (equilibria, theory), s, about
+    start_seconds: float = 1.5  #: until a command has read and checked such a definition, s, about
+    picture_seconds: float = 1.5  #: for all pictures of a map, s, about
+    #: name of the module whose PRESENTATION shows its maps (see `sweeps.systems.presentation`).
     presentation: str = "sweeps.systems.presentation"
-    references_in: str = ""
-    motion_in: str = ""
+    references_in: str = ""  #: name of the module whose REFERENCE :meth:`reference` returns; "" for none
+    motion_in: str = ""  #: name of the module whose function `motion` :meth:`motion` calls; "" for none
+    #: modules of `kernels` that :meth:`columns` imports; a map's fingerprint covers them and what they import. With
+    #: none, it covers every kernel.
     kernels: tuple[str, ...] = ()
+    #: names of the arguments that decide whether a point is physically possible; () where all points are.
     existence: tuple[str, ...] = ()
-    compiled: tuple[Kernel, ...] = ()
-    tables: ModuleType
+    compiled: tuple[Kernel, ...] = ()  #: what :meth:`columns` calls of them, some for some definitions only
+    tables: ModuleType  #: module with ARGUMENTS (names of the arguments of a point), VARIABLES and LAYOUT
+    #: key of a definition, or of one of its bodies → name of the system that reads such definitions.
     variants: Mapping[str, str] = {}
 
     def dimensions(self, definition: "Definition") -> "dict[str, Range | np.ndarray]":
@@ -166,10 +141,6 @@ class Dynamics(ABC):
 
     def check(self, definition: "Definition", grid: "Points") -> None:
         """Check a definition beyond its values.
-
-        Args:
-            definition: the definition, its values all checked.
-            grid: its points.
 
         Raises:
             DefinitionError: in words.

@@ -20,11 +20,7 @@ TOLERANCES = (1e-13, 1e-3)
 
 
 def trajectories(system, start: Mapping, times, parameters: Mapping, tolerance: float) -> "xr.Dataset":
-    """Return motions of a described system; see `sweeps.motion`.
-
-    Raises:
-        DefinitionError: naming what is wrong and what is allowed.
-    """
+    """Return motions of a described system; see `sweeps.motion`."""
     import xarray as xr
 
     from sweeps.mechanics import motions

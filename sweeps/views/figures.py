@@ -37,11 +37,7 @@ BLOCK_POINTS = 2**20
 
 
 def opened(path: str | Path) -> "xr.Dataset | PlainMap":
-    """Open a map for drawing, without loading a library where its figures need none.
-
-    Raises:
-        MapError: as of `sweeps.open_map`.
-    """
+    """Open a map for drawing, without loading a library where its figures need none."""
     found = admission.opened(path)
     if plain := drawn_plainly(found):
         return plain
@@ -61,11 +57,7 @@ def drawn_plainly(found: PlainMap) -> PlainMap | None:
 
 
 def pictures(ds: "xr.Dataset | PlainMap") -> dict[str, Callable[[], Figure | None]]:
-    """Return name → drawing function of each figure of a map (which returns None where there is nothing to show).
-
-    Args:
-        ds: a map, from `sweeps.open_map` or `sweeps.survey`, or a slice of one.
-    """
+    """Return name → drawing function of each figure of a map (which returns None where there is nothing to show)."""
     ds = slices.with_all_dimensions(ds)
     presentation = systems.presentation_of(ds)
     own = presentation.figures_of_points if "point" in ds.dims else presentation.figures
@@ -191,19 +183,7 @@ def draw_one(
     theme: str = "light",
     sheet: style.Sheet = style.ITS_OWN,
 ) -> list[str]:
-    """Draw one picture or animation; return the names of its files, none where there is nothing to show.
-
-    Args:
-        ds: the map, `literal`.
-        name: of the picture or animation.
-        folder: where the files go.
-        kind: as of `draw_all`.
-        theme: likewise.
-        sheet: likewise.
-
-    Raises:
-        RefusedError: where the map holds numbers that cannot be drawn, such as infinity.
-    """
+    """Draw one picture or animation; return the names of its files, none where there is nothing to show."""
     still = pictures(ds)
     with style.drawn_for(sheet), _refusing_what_cannot_be_drawn(ds, name):
         if name in still:

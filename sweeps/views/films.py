@@ -39,11 +39,7 @@ def drawn_for(path: str | Path) -> Iterator[None]:
 
 
 def refuse_unless_made(kind: str, animations: Collection[str]) -> None:
-    """Refuse to make a film with one message where it cannot be made.
-
-    Raises:
-        RefusedError: for a map without animations, and where ffmpeg is not at hand.
-    """
+    """Refuse to make a film with one message where it cannot be made."""
     if not animations:
         raise RefusedError(f"--format: {kind} is for animations, and this map has none; allowed: png, svg, pdf")
     if encoder() is None:
@@ -57,9 +53,6 @@ def write(frames: Iterable[np.ndarray], path: str | Path) -> bool:
     Args:
         frames: pictures of one size, uint8 of shape (height, width, 4).
         path: a file that ends in .gif, .mp4 or .webm.
-
-    Raises:
-        RefusedError: for a film that the installed ffmpeg cannot write.
     """
     frames = iter(frames)
     first = next(frames, None)

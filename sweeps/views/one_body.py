@@ -26,15 +26,10 @@ SAMPLING = ("draws", "seed", "method", "turns")
 
 @dataclass(frozen=True)
 class BodyAnswer:
-    """The answer of `sweeps.body`; `print` shows it.
+    """The answer of `sweeps.body`; `print` shows it."""
 
-    Attributes:
-        name: the body's name.
-        facts: all numbers, in SI units, angles in rad; `facts["axes"]` has a mapping for each spin axis.
-    """
-
-    name: str
-    facts: dict[str, Any]
+    name: str  #: the body's name
+    facts: dict[str, Any]  #: all numbers, in SI units, angles in rad; `facts["axes"]` has a mapping for each spin axis
     _lines: list[str] = field(repr=False)
     _rows: list[tuple[str, str]] = field(repr=False)
     _more: list[str] = field(repr=False)
@@ -86,9 +81,6 @@ def body_of(body: object, definition: str | Path, spin: Mapping[str, object]) ->
         body: a name or a part of one, a body's mapping as in a definition, three moments, or a tensor of inertia.
         definition: the definition that lists the name.
         spin: omega0, epsilon and phase; None where it is not given.
-
-    Raises:
-        DefinitionError: naming what is wrong and what is allowed.
     """
     if not isinstance(body, str):
         found = asked.checked({"name": "your body"} | entries.entry(body), spin, load)

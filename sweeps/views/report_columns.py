@@ -26,19 +26,14 @@ FEWEST = 8  # a dimension is not thinned below that
 
 @dataclass
 class PageColumn:
-    """One variable over the points kept, reduced along every dimension where a scaling law holds.
+    """One variable over the points kept, reduced along every dimension where a scaling law holds."""
 
-    Attributes:
-        name: the variable.
-        values: over the map's dimensions; of length one where the variable has not the dimension, or a law holds.
-        powers: dimension → k, the law: the variable times |coordinate|^k does not depend on that dimension.
-        exact: whether the page has its numbers as they are, because it works with them.
-    """
-
-    name: str
+    name: str  #: the variable
+    #: over the map's dimensions; of length one where the variable has not the dimension, or a law holds.
     values: np.ndarray
+    #: dimension → k, the law: the variable times |coordinate|^k does not depend on that dimension.
     powers: dict[str, int] = field(default_factory=dict)
-    exact: bool = False
+    exact: bool = False  #: whether the page has its numbers as they are, because it works with them
 
 
 def is_number(variable: "xr.DataArray | PlainVariable") -> bool:
@@ -134,25 +129,15 @@ def _same(values: np.ndarray, first: np.ndarray) -> bool:
 
 @dataclass(frozen=True)
 class Packed:
-    """A column as text: base64 of deflated bytes, little-endian, the first bytes of all numbers before the second.
+    """A column as text: base64 of deflated bytes, little-endian, the first bytes of all numbers before the second."""
 
-    Attributes:
-        name: the variable.
-        shape: lengths over the map's dimensions.
-        powers: the scaling laws, as in `PageColumn`.
-        dtype: "f8", "f4", "i1", "i2" or "i4".
-        exponent: numbers are to be multiplied by two to this power.
-        digits: significant decimal digits that are right.
-        text: the bytes.
-    """
-
-    name: str
-    shape: tuple[int, ...]
-    powers: dict[str, int]
-    dtype: str
-    exponent: int
-    digits: int
-    text: str
+    name: str  #: the variable
+    shape: tuple[int, ...]  #: lengths over the map's dimensions
+    powers: dict[str, int]  #: the scaling laws, as in `PageColumn`
+    dtype: str  #: "f8", "f4", "i1", "i2" or "i4"
+    exponent: int  #: numbers are to be multiplied by two to this power
+    digits: int  #: significant decimal digits that are right
+    text: str  #: the bytes
 
 
 def pack(column: PageColumn, bits: int = 53) -> Packed:

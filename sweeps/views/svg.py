@@ -16,12 +16,7 @@ _SIZE = re.compile(r'(<svg[^>]*?) width="([\d.]+)pt" height="([\d.]+)pt"', re.DO
 
 
 def embed(path: Path, scale: float = 1.0) -> None:
-    """Embed the letters that a figure needs from each font into its file, and scale it.
-
-    Args:
-        path: an SVG that matplotlib wrote with its text as text.
-        scale: of its width and height.
-    """
+    """Embed the letters that a figure needs from each font into its file, and scale it."""
     text = path.read_text(encoding="utf-8")
     letters = "".join(sorted(set("".join(re.findall(r">([^<>]+)</t(?:ext|span)>", text)))))
     rules = "".join(_rule(face, letters) for face in FACES if face in _used(text))

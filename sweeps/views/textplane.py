@@ -5,37 +5,21 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Panel:
-    """One plane of characters.
+    """One plane of characters."""
 
-    Attributes:
-        title: what is special to this plane, "axis 2" or "".
-        rows: (label, characters) from the top.
-        ends: first and last value along the bottom.
-    """
-
-    title: str
-    rows: list[tuple[str, str]]
-    ends: tuple[str, str]
+    title: str  #: what is special to this plane, "axis 2" or ""
+    rows: list[tuple[str, str]]  #: (label, characters) from the top
+    ends: tuple[str, str]  #: first and last value along the bottom
 
 
 @dataclass(frozen=True)
 class TextMap:
-    """Planes beside one another, with what is the same in all.
+    """Planes beside one another, with what is the same in all."""
 
-    Attributes:
-        flag: the variable that is drawn.
-        x: dimension along the bottom, "" for none.
-        y: dimension upwards.
-        fixed: dimension → value of what is not shown.
-        panels: the planes.
-        legend: character → meaning, of what occurs.
-        colors: character → colour, "" where it has none.
-    """
-
-    flag: str
-    x: str
-    y: str
-    fixed: dict[str, float | int | str]
-    panels: list[Panel]
-    legend: dict[str, str]
-    colors: dict[str, str]
+    flag: str  #: the variable that is drawn
+    x: str  #: dimension along the bottom, "" for none
+    y: str  #: dimension upwards
+    fixed: dict[str, float | int | str]  #: dimension → value of what is not shown
+    panels: list[Panel]  #: the planes
+    legend: dict[str, str]  #: character → meaning, of what occurs
+    colors: dict[str, str]  #: character → colour, "" where it has none

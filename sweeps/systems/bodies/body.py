@@ -177,12 +177,9 @@ def list_of(model: type[Body]) -> object:
 
 
 class BodiesDefinition(Definition):
-    """A sweep of rigid bodies, over moments in its grid or over a list.
+    """A sweep of rigid bodies, over moments in its grid or over a list."""
 
-    Attributes:
-        shareable: names of the values that a body may give itself besides its moments; the grid gives them otherwise.
-    """
-
+    #: names of the values that a body may give itself besides its moments; the grid gives them otherwise.
     shareable: ClassVar[tuple[str, ...]] = ()
     bodies: list_of(Body) = Field(default=(), description=BODIES)
 

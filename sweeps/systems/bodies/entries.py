@@ -14,9 +14,6 @@ def entry(body: object) -> dict:
     """Return the entry of a definition for a body's mapping, its three moments or its tensor of inertia.
 
     Numbers may be text with a unit, "12 kg cm2".
-
-    Raises:
-        DefinitionError: for what is none of them.
     """
     if isinstance(body, Mapping):
         return dict(body)

@@ -37,13 +37,7 @@ MESH_ROUNDING = 1e-7  # of the largest moment: coordinates in STL files are sing
 
 
 class InertiaError(ValueError):
-    """What is wrong with a tensor or a mesh.
-
-    Attributes:
-        shown: the value, as a refusal quotes it.
-        wrong: what is wrong with it.
-        allowed: what would be right.
-    """
+    """What is wrong with a tensor or a mesh."""
 
     def __init__(self, shown: str, wrong: str, allowed: str):
         super().__init__(f"{shown} {wrong}; allowed: {allowed}")
@@ -52,18 +46,13 @@ class InertiaError(ValueError):
 
 @dataclass(frozen=True)
 class Principal:
-    """Principal moments and axes.
+    """Principal moments and axes."""
 
-    Attributes:
-        moments: (I1, I2, I3), ascending, kg m2 (or the tensor's own unit).
-        axes: rotation matrix, 3 rows: principal axis i in the coordinates of the tensor or mesh. Where moments are
-            equal, any axes of their plane (or space) would do as well.
-        notes: what a person should know of how they came out, one sentence each.
-    """
-
-    moments: tuple[float, float, float]
+    moments: tuple[float, float, float]  #: (I1, I2, I3), ascending, kg m2 (or the tensor's own unit)
+    #: rotation matrix, 3 rows: principal axis i in the coordinates of the tensor or mesh. Where moments are equal, any
+    #: axes of their plane (or space) would do as well.
     axes: tuple[tuple[float, float, float], ...]
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  #: what a person should know of how they came out, one sentence each
 
 
 def principal(tensor: Sequence[Sequence[float]], rounding: float = TENSOR_ROUNDING) -> Principal:
@@ -75,9 +64,6 @@ def principal(tensor: Sequence[Sequence[float]], rounding: float = TENSOR_ROUNDI
 
     Returns:
         The principal moments, each right to some 1e-15 of the largest, and axes.
-
-    Raises:
-        InertiaError: for what is not symmetric, not positive, or breaks the triangle inequality.
     """
     matrix = np.array(tensor, dtype=np.float64)
     _check_symmetry(matrix)
@@ -141,27 +127,17 @@ def _right_handed(rows: np.ndarray) -> tuple[tuple[float, float, float], ...]:
 
 @dataclass(frozen=True)
 class Solid:
-    """A body from a mesh, its density uniform.
+    """A body from a mesh, its density uniform."""
 
-    Attributes:
-        principal: its principal moments and axes.
-        mass: kg.
-        volume: m3.
-        centre: centre of mass in the mesh's coordinates, m.
-        extents: edges of the box around it, m.
-        faces: number of triangles.
-        surface: its vertices about the centre along the principal axes, m, and its faces: few enough to be drawn.
-        digest: SHA-256 of the file.
-    """
-
-    principal: Principal
-    mass: float
-    volume: float
-    centre: tuple[float, float, float]
-    extents: tuple[float, float, float]
-    faces: int
+    principal: Principal  #: its principal moments and axes
+    mass: float  #: kg
+    volume: float  #: m3
+    centre: tuple[float, float, float]  #: centre of mass in the mesh's coordinates, m
+    extents: tuple[float, float, float]  #: edges of the box around it, m
+    faces: int  #: number of triangles
+    #: its vertices about the centre along the principal axes, m, and its faces: few enough to be drawn.
     surface: tuple[np.ndarray, np.ndarray] = field(compare=False, repr=False)
-    digest: str
+    digest: str  #: SHA-256 of the file
 
 
 def unsupported(path: str | Path) -> tuple[str, str] | None:
@@ -184,9 +160,6 @@ def solid(path: str | Path, density: float | None = None, mass: float | None = N
     Returns:
         Its mass properties about its centre of mass; relative errors some 1e-14, beside the file's own digits.
         Moments that differ by less than 1e-7 of the largest count as equal.
-
-    Raises:
-        InertiaError: for a file that is no mesh, or a mesh that is not closed.
     """
     mesh, notes, digest = _closed(path)
     notes += _made_separate(mesh, path)

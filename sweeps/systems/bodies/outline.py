@@ -74,12 +74,7 @@ def _first_least(faces: np.ndarray) -> np.ndarray:
 
 
 def packed(vertices: np.ndarray, faces: np.ndarray) -> str:
-    """Return a surface as base64 of the number of vertices, the vertices and the faces, 16 bits each.
-
-    Args:
-        vertices: about the centre of mass along the principal axes, in any unit: the farthest becomes 32767.
-        faces: indices of vertices.
-    """
+    """Return a surface as base64 of the number of vertices, the vertices and the faces, 16 bits each."""
     scaled = np.rint(vertices * (WHOLE / np.linalg.norm(vertices, axis=1).max())).astype("<i2")
     parts = np.array([len(scaled)], "<u2"), scaled, faces.astype("<u2")
     return base64.b64encode(b"".join(part.tobytes() for part in parts)).decode("ascii")
@@ -100,11 +95,7 @@ def unpacked(text: str) -> dict[str, list[int]] | None:
 
 
 def written(surfaces: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> str:
-    """Return the surfaces of a map's bodies as its attribute `outlines`, with at most so many faces; "" without one.
-
-    Args:
-        surfaces: body → vertices about its centre along its principal axes, and faces.
-    """
+    """Return the surfaces of a map's bodies as its attribute `outlines`, with at most so many faces; "" without one."""
     drawn = dict(list(surfaces.items())[: MOST_FACES // LEAST_FACES])
     left, texts = MOST_FACES, {}
     for number, name in enumerate(

@@ -28,17 +28,11 @@ _INWARDS = 1e-6  # of the mesh: how far inside its surface a face's middle is lo
 
 @dataclass(frozen=True)
 class Arrangement:
-    """What was found.
+    """What was found."""
 
-    Attributes:
-        turned: for each surface, whether it looks inwards and is no hollow: to be turned.
-        twice: pairs of surfaces, by their numbers, that enclose some place twice.
-        unseen: pairs that were too large to be compared.
-    """
-
-    turned: tuple[bool, ...]
-    twice: tuple[tuple[int, int], ...]
-    unseen: int
+    turned: tuple[bool, ...]  #: for each surface, whether it looks inwards and is no hollow: to be turned
+    twice: tuple[tuple[int, int], ...]  #: pairs of surfaces, by their numbers, that enclose some place twice
+    unseen: int  #: pairs that were too large to be compared
 
 
 def arrangement(surfaces: list[np.ndarray]) -> Arrangement:

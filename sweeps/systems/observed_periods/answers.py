@@ -66,16 +66,8 @@ class TwoPeriods:
 def of_body(periods: TwoPeriods, ratio1: float, ratio2: float) -> list[dict]:
     """Return what the periods say of one body, for each mode.
 
-    Args:
-        periods: the observed ones.
-        ratio1: I1/I3, in (0, 1].
-        ratio2: I2/I3, in (0, 1].
-
     Returns:
         For each mode {mode, verdict, sigma, least_ratio}, and unless it is excluded energy, energy_stderr, m, omega0.
-
-    Raises:
-        DefinitionError: for ratios of no rigid body.
     """
     for name, value in (("I1/I3", ratio1), ("I2/I3", ratio2)):
         if not (math.isfinite(value) and 0 < value <= 1):
@@ -117,10 +109,6 @@ def of_all(periods: TwoPeriods, ds) -> list[dict]:
 
     The verdict is that over all physically possible bodies, not only those of the map: the least ratio of periods is 1
     in the short-axis mode (flat bodies, least wobble) and 0 in the long-axis mode (needles).
-
-    Args:
-        periods: the observed ones.
-        ds: the map over all shapes.
 
     Returns:
         For each mode {mode, verdict, sigma, shapes (the share of the triangle that has both periods), and the least

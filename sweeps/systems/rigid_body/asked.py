@@ -15,11 +15,7 @@ DEFAULTS = {"omega0": 1.0, "epsilon": 1e-6, "phase": 0.6}  # rad s-1, relative, 
 
 
 def bodies(definition: Definition, path: object) -> dict[str, SpunBody]:
-    """Return name → body of a definition; `path` is used in messages.
-
-    Raises:
-        DefinitionError: where it has none.
-    """
+    """Return name → body of a definition; `path` is used in messages."""
     found = definition.bodies if isinstance(definition, NearAxisDefinition) else ()
     if not found:
         allowed = "a definition of rigid bodies with bodies"
@@ -89,11 +85,7 @@ def answer(
 
 
 def axis_of(value: object) -> int | None:
-    """Return the one axis that is asked for, None for all three.
-
-    Raises:
-        DefinitionError: for what is no axis.
-    """
+    """Return the one axis that is asked for, None for all three."""
     if value not in (None, 1, 2, 3):
         raise DefinitionError(f"body: axis: {display(value)} is out of range; allowed: 1, 2 or 3")
     return None if value is None else int(value)

@@ -29,24 +29,12 @@ LEAST_FITTED = 4
 
 
 def signed_rate(omega_squared, omega0):
-    r"""Return the signed rate over the spin rate, sign(Ω²)·√|Ω²|/|ω0|: positive oscillates, negative grows.
-
-    Args:
-        omega_squared: Ω² in s-2.
-        omega0: spin rate in rad s-1, of either sign; the two broadcast together.
-
-    Returns:
-        The rate, dimensionless.
-    """
+    r"""Return the signed rate over the spin rate, sign(Ω²)·√|Ω²|/|ω0|: positive oscillates, negative grows."""
     return np.sign(omega_squared) * np.sqrt(np.abs(omega_squared)) / np.abs(omega0)
 
 
 def rate_deviation(measured, theory):
     r"""Return the relative deviation of the signed rate from theory, |r/r_theory − 1| with r = sign(Ω²)·√|Ω²|.
-
-    Args:
-        measured: measured Ω² in s-2.
-        theory: Ω² of linear theory in s-2; the two broadcast together.
 
     Returns:
         Dimensionless, above 1 where the signs differ; NaN where the theory is 0.
@@ -63,41 +51,24 @@ def rate_deviation(measured, theory):
 
 @dataclass
 class Agreement:
-    """How a map's measured rates compare with linear theory.
+    """How a map's measured rates compare with linear theory."""
 
-    Attributes:
-        points: number of points of the map.
-        regimes: measured regime → number of points.
-        statuses: status → number of points.
-        marginal: number of points with Ω² = 0 in theory, which have no relative deviation.
-        stride: every how many points one is kept in the arrays below, in storage order.
-        theory: predicted signed rate over |ω0| of each kept point, dimensionless.
-        measured: measured signed rate over |ω0| of each kept point, dimensionless.
-        deviation: `rate_deviation` of each kept point.
-        error: relative error of the rate, error(Ω²)/(2|Ω²|), of each kept point.
-        ratio: |Ω² − theory| over the error of Ω², of each kept point.
-        epsilon: size of the perturbation of each kept point.
-        possible: whether a body with those moments can exist.
-        status: number of the status of each kept point.
-        worst: largest deviation over all points that can exist and are ok; NaN where there is none.
-        certificate: largest `propagation_error` over all points; NaN where the map has none.
-    """
-
-    points: int
-    stride: int
-    marginal: int = 0
+    points: int  #: number of points of the map
+    stride: int  #: every how many points one is kept in the arrays below, in storage order
+    marginal: int = 0  #: number of points with Ω² = 0 in theory, which have no relative deviation
+    #: measured regime → number of points.
     regimes: dict[str, int] = field(default_factory=lambda: dict.fromkeys(REGIMES, 0))
-    statuses: dict[str, int] = field(default_factory=lambda: dict.fromkeys(STATUSES, 0))
-    theory: np.ndarray = None
-    measured: np.ndarray = None
-    deviation: np.ndarray = None
-    error: np.ndarray = None
-    ratio: np.ndarray = None
-    epsilon: np.ndarray = None
-    possible: np.ndarray = None
-    status: np.ndarray = None
-    worst: float = math.nan
-    certificate: float = math.nan
+    statuses: dict[str, int] = field(default_factory=lambda: dict.fromkeys(STATUSES, 0))  #: status → number of points
+    theory: np.ndarray = None  #: predicted signed rate over |ω0| of each kept point, dimensionless
+    measured: np.ndarray = None  #: measured signed rate over |ω0| of each kept point, dimensionless
+    deviation: np.ndarray = None  #: `rate_deviation` of each kept point
+    error: np.ndarray = None  #: relative error of the rate, error(Ω²)/(2|Ω²|), of each kept point
+    ratio: np.ndarray = None  #: |Ω² − theory| over the error of Ω², of each kept point
+    epsilon: np.ndarray = None  #: size of the perturbation of each kept point
+    possible: np.ndarray = None  #: whether a body with those moments can exist
+    status: np.ndarray = None  #: number of the status of each kept point
+    worst: float = math.nan  #: largest deviation over all points that can exist and are ok; NaN where there is none
+    certificate: float = math.nan  #: largest `propagation_error` over all points; NaN where the map has none
 
 
 def agreement(ds: "xr.Dataset", most: int = MOST_DRAWN) -> Agreement:
@@ -106,9 +77,6 @@ def agreement(ds: "xr.Dataset", most: int = MOST_DRAWN) -> Agreement:
     Args:
         ds: a map.
         most: how many points to keep at most; the counts and `worst` are over all.
-
-    Returns:
-        The comparison; the kept points are evenly strided.
     """
     sizes = dict(zip(ds["omega_squared"].dims, ds["omega_squared"].shape, strict=True))
     points = math.prod(sizes.values())
@@ -188,12 +156,6 @@ def even_stride(shape, most: int) -> int:
 
 def power_law(x, y, low: float = FIT_ABOVE, high: float = FIT_BELOW) -> tuple[float, float, int]:
     r"""Fit the exponent of y ∝ x^p by least squares of ln y against ln x, over the points with low ≤ y ≤ high.
-
-    Args:
-        x: positive values, shape (n,).
-        y: positive values, shape (n,); NaN is left out.
-        low: least y that is fitted.
-        high: greatest y that is fitted.
 
     Returns:
         (p, its standard error, number of points fitted); p and its error are NaN below `LEAST_FITTED` points.
@@ -276,25 +238,15 @@ def breakdown(ds: "xr.Dataset") -> "xr.Dataset":
 
 @dataclass(frozen=True)
 class Period:
-    """One body's period, predicted and observed.
+    """One body's period, predicted and observed."""
 
-    Attributes:
-        body: its name.
-        axis: the axis it spins about in nature.
-        predicted_days: 2π/Ω of linear theory, days of 86,400 s; NaN where it does not oscillate.
-        measured_days: `euler_period` of the rigid body, as measured from its motion, likewise.
-        observed_days: what people measured, days of 86,400 s.
-        what: what has the observed period.
-        note: what a reader should know.
-    """
-
-    body: str
-    axis: int
-    predicted_days: float
-    measured_days: float
-    observed_days: float
-    what: str
-    note: str
+    body: str  #: its name
+    axis: int  #: the axis it spins about in nature
+    predicted_days: float  #: 2π/Ω of linear theory, days of 86,400 s; NaN where it does not oscillate
+    measured_days: float  #: `euler_period` of the rigid body, as measured from its motion, likewise
+    observed_days: float  #: what people measured, days of 86,400 s
+    what: str  #: what has the observed period
+    note: str  #: what a reader should know
 
 
 def periods(ds: "xr.Dataset") -> list[Period]:
@@ -303,9 +255,6 @@ def periods(ds: "xr.Dataset") -> list[Period]:
     Args:
         ds: a map over bodies; of omega0, epsilon and phase it has one value each, or the least epsilon and else the
             first is taken.
-
-    Returns:
-        One `Period` per such body whose axis was surveyed, in the order of the definition; [] without any.
     """
     observations = [seen for seen in _observations(ds) if seen.axis in ds["axis"].values]
     first = {dim: 0 for dim in ("omega0", "phase") if dim in ds.dims}

@@ -20,46 +20,28 @@ REGIMES = ("stable_minor", "stable_major", "unstable", "marginal", "sphere")
 
 @dataclass(frozen=True)
 class Spin:
-    """A spin about one principal axis, perturbed.
+    """A spin about one principal axis, perturbed."""
 
-    Attributes:
-        axis: 1, 2 or 3.
-        moment: moment about it, kg m2 (or the unit of the ratios).
-        regime: one of `REGIMES`.
-        e_folding_time: s, in which a small perturbation grows by a factor e; None where it does not.
-        flip_period: s between two changes of sign of the spin; None where it keeps its sign.
-        euler_period: s in which a small perturbation turns about the axis; None where it does not.
-        max_tilt: degrees, largest angle of the angular velocity from the axis.
-        space_period: s in which the axis goes round the angular momentum, seen from space, at a small perturbation:
-            the spin rate and that of the perturbation's turn in the body add about the greatest moment and subtract
-            about the least; None where it does not.
-        space_turns: that period in turns of the spin.
-        twist: largest share of half a turn that the body twists about its least axis while that comes round once,
-            thrown on the separatrix; None about the other axes.
-    """
-
-    axis: int
-    moment: float
-    regime: str
-    e_folding_time: float | None
-    flip_period: float | None
-    euler_period: float | None
-    max_tilt: float
+    axis: int  #: 1, 2 or 3
+    moment: float  #: moment about it, kg m2 (or the unit of the ratios)
+    regime: str  #: one of `REGIMES`
+    e_folding_time: float | None  #: s, in which a small perturbation grows by a factor e; None where it does not
+    flip_period: float | None  #: s between two changes of sign of the spin; None where it keeps its sign
+    euler_period: float | None  #: s in which a small perturbation turns about the axis; None where it does not
+    max_tilt: float  #: degrees, largest angle of the angular velocity from the axis
+    #: s in which the axis goes round the angular momentum, seen from space, at a small perturbation: the spin rate and
+    #: that of the perturbation's turn in the body add about the greatest moment and subtract about the least; None
+    #: where it does not.
     space_period: float | None = None
-    space_turns: float | None = None
+    space_turns: float | None = None  #: that period in turns of the spin
+    #: largest share of half a turn that the body twists about its least axis while that comes round once, thrown on the
+    #: separatrix; None about the other axes.
     twist: float | None = None
 
 
 @np.errstate(all="ignore")  # plain kernels say what compiled ones leave unsaid: infinities are known here
 def spins(moments: tuple[float, float, float], omega0: float, epsilon: float, phase: float) -> list[Spin]:
-    """Return the perturbed spins of a body about its three axes.
-
-    Args:
-        moments: (I1, I2, I3) > 0, kg m2 or any one unit.
-        omega0: spin rate, rad s-1, of either sign.
-        epsilon: size of the perturbation relative to omega0.
-        phase: its direction in the (b, c) plane, rad.
-    """
+    """Return the perturbed spins of a body about its three axes."""
     return [_spin(moments, axis, omega0, epsilon, phase) for axis in (1, 2, 3)]
 
 

@@ -21,20 +21,13 @@ OPTIONS = ("draws", "seed", "turns", "method", "twist")  # of the command line, 
 
 @dataclass(frozen=True)
 class Answer:
-    """One body, drawn and measured.
+    """One body, drawn and measured."""
 
-    Attributes:
-        body: as it was given.
-        known: as it is known.
-        asked: how it was drawn.
-        spun: spin rate and perturbation.
-        axes: axis → its summary and its draws, see `sweeps.systems.uncertain_bodies.measuring.measured`.
-    """
-
-    body: SpunBody
-    known: Known
-    asked: measuring.Asked
-    spun: Mapping[str, float]
+    body: SpunBody  #: as it was given
+    known: Known  #: as it is known
+    asked: measuring.Asked  #: how it was drawn
+    spun: Mapping[str, float]  #: spin rate and perturbation
+    #: axis → its summary and its draws, see `sweeps.systems.uncertain_bodies.measuring.measured`.
     axes: dict[int, tuple[dict, dict]]
 
 

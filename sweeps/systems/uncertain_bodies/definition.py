@@ -190,11 +190,7 @@ class UncertainDefinition(NearAxisDefinition):
 
 
 def _known(body: UncertainBody, given: Uncertainty) -> known.Known:
-    """A body as it is known.
-
-    Raises:
-        KnownError: where its moments are no body's, and where uncertainty and body do not go together.
-    """
+    """A body as it is known."""
     moments = np.array(body.moments)
     if broken := shapes.violation(body.moments):
         shown = ", ".join(f"{moment:.6g}" for moment in moments)

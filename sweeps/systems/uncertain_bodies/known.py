@@ -28,21 +28,14 @@ class KnownError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Known:
-    """One body as it is known.
+    """One body as it is known."""
 
-    Attributes:
-        moments: principal moments, in the order of the axes 1, 2, 3.
-        axes: principal axes as rows, in the coordinates of the tensor.
-        entries: the three moments, or the six entries of the tensor (`ENTRIES`), that are drawn.
-        covariance: theirs.
-        spin: of omega0 and epsilon the relative standard deviation, of phase that in rad or `ANY`; what is left out is
-            known exactly.
-    """
-
-    moments: np.ndarray
-    axes: np.ndarray
-    entries: np.ndarray
-    covariance: np.ndarray
+    moments: np.ndarray  #: principal moments, in the order of the axes 1, 2, 3
+    axes: np.ndarray  #: principal axes as rows, in the coordinates of the tensor
+    entries: np.ndarray  #: the three moments, or the six entries of the tensor (`ENTRIES`), that are drawn
+    covariance: np.ndarray  #: theirs
+    #: of omega0 and epsilon the relative standard deviation, of phase that in rad or `ANY`; what is left out is known
+    #: exactly.
     spin: Mapping[str, float | str]
 
     @property
@@ -153,11 +146,7 @@ def relative(values: np.ndarray, shares: np.ndarray | float) -> np.ndarray:
 
 
 def checked_covariance(covariance: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return a valid covariance of entries with uncertainties below 100 %.
-
-    Raises:
-        KnownError: in words.
-    """
+    """Return a valid covariance of entries with uncertainties below 100 %."""
     size = np.abs(covariance).max(initial=0.0)
     if size > LARGEST**2 or 0 < size < LARGEST**-2:
         raise KnownError("(a matrix)", "is too large or too small for doubles", RANGE)

@@ -30,21 +30,13 @@ COLUMNS = dict.fromkeys(RATES, np.float64) | {"regime": np.int8, "status": np.in
 
 @dataclass(frozen=True)
 class Asked:
-    """How draws are made.
+    """How draws are made."""
 
-    Attributes:
-        draws: how many, at least.
-        seed: whole, ≥ 0.
-        method: one of `designs.METHODS`.
-        turns: of the spin, within which a body flips or does not.
-        twist: whether the twist of each draw that is followed is measured too.
-    """
-
-    draws: int = 10_000
-    seed: int = 1
-    method: str = "sobol"
-    turns: float = 100.0
-    twist: bool = False
+    draws: int = 10_000  #: how many, at least
+    seed: int = 1  #: whole, ≥ 0
+    method: str = "sobol"  #: one of `designs.METHODS`
+    turns: float = 100.0  #: of the spin, within which a body flips or does not
+    twist: bool = False  #: whether the twist of each draw that is followed is measured too
 
 
 @dataclass(frozen=True)

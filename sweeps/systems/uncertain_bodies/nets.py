@@ -38,13 +38,7 @@ MOST_DIMENSIONS = 1 + len(DIRECTIONS)
 
 
 def sobol(dimension: int, size: int, rng: np.random.Generator) -> np.ndarray:
-    """Return the first `size` scrambled Sobol points, a power of two, shape (size, dimension).
-
-    Args:
-        dimension: of the cube, 1 to `MOST_DIMENSIONS`.
-        size: a power of two, up to 2^30.
-        rng: of which a child scrambles.
-    """
+    """Return the first `size` scrambled Sobol points, a power of two, shape (size, dimension)."""
     (own,) = rng.spawn(1)
     shift = own.integers(2, size=(dimension, BITS), dtype=np.uint32) @ (1 << np.arange(BITS, dtype=np.uint32))
     lower = np.tril(own.integers(2, size=(dimension, BITS, BITS), dtype=np.uint32), -1)

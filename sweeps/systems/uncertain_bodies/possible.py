@@ -100,11 +100,6 @@ def middle_probability(moments: np.ndarray, covariance: np.ndarray, axis: int) -
     and likewise :math:`a_y`, with x and y the means over their standard deviations, and Owen's function T: Φ(x) + Φ(y)
     − 2 Φ2(x, y; ρ), of which nothing cancels.
 
-    Args:
-        moments: means, shape (3,).
-        covariance: shape (3, 3).
-        axis: 1, 2 or 3.
-
     Source: Owen (1956), Annals of Mathematical Statistics 27, 1075, equation (3.4).
     """
     from scipy.special import owens_t

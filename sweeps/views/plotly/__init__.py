@@ -22,11 +22,7 @@ def deflated() -> str:
 
 @cache
 def digest() -> str:
-    """Return the SHA-256 of the script as base64.
-
-    Raises:
-        ValueError: where the file is not the one that was taken.
-    """
+    """Return the SHA-256 of the script as base64."""
     found = hashlib.sha256(zlib.decompress(_file()))
     if found.hexdigest() != SHA256:
         raise ValueError(f"plotly-cartesian.min.js: SHA-256 is {found.hexdigest()}; allowed: {SHA256}")
