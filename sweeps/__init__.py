@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from sweeps.mechanics import System
-    from sweeps.views.one_body import BodyAnswer
+    from sweeps.systems.bodies.presentation.one_body import BodyAnswer
 
     Quantity: TypeAlias = float | str
     Body: TypeAlias = str | Mapping[str, Any] | Sequence[Quantity] | Sequence[Sequence[Quantity]] | np.ndarray
@@ -170,9 +170,10 @@ def body(
         >>> [axis["regime"] for axis in answer.facts["axes"]]
         ['stable_minor', 'unstable', 'stable_major']
     """
-    from sweeps.views import one_body
+    from sweeps.points import catalogue
+    from sweeps.systems.bodies.presentation import one_body
 
-    return one_body.answer(body, axis, twist, definition, setting)
+    return one_body.answer(body, axis, twist, definition, setting, catalogue.compiled)
 
 
 def motion(
@@ -213,9 +214,22 @@ def motion(
         >>> str(pendulum.status.item())
         '0'
     """
-    from sweeps.views import motions
+    from sweeps.maps import motion
+    from sweeps.points import catalogue
+    from sweeps.systems import trajectories
+    from sweeps.systems.rigid_body import asked
+    from sweeps.systems.rigid_body.motion import from_start, spin_of
 
-    return motions.motion_of(system, start, times, parameters or {}, tolerance)
+    if hasattr(system, "data_vars"):
+        return motion.of_point(system, times, tolerance)
+    is_name = isinstance(system, str) and not trajectories.is_described(system)
+    names = asked.bodies(catalogue.load("bodies"), "bodies") if is_name else ()
+    if trajectories.is_described(system) or (is_name and not any(system.strip().lower() in n.lower() for n in names)):
+        return trajectories.trajectories(
+            system, start or {}, [] if times is None else times, parameters or {}, tolerance
+        )
+    found, spun = asked.body_of(system, "bodies", spin_of(start), catalogue.load)
+    return from_start(found, spun, start, times, tolerance)
 
 
 def uncertainty(

@@ -42,11 +42,14 @@ def add(commands) -> None:
 
 def _run(args):
     import sweeps
-    from sweeps.views import one_body, printing
+    from sweeps.figure import printing
+    from sweeps.points import catalogue
+    from sweeps.systems.bodies.presentation import one_body
+    from sweeps.systems.rigid_body import asked
 
     body = parser.body(args)
     if body is None:
-        names = list(one_body.bodies(args.definition))
+        names = list(asked.bodies(catalogue.load(args.definition), args.definition))
         printing.print_json(names) if args.json else print("\n".join(names))
         return
     setting = {name: getattr(args, name) for name in (*one_body.SPIN, *one_body.SAMPLING, "uncertainty")}

@@ -33,8 +33,8 @@ def _run(args):
 
 def _list() -> None:
     """Print name, system, size and title of each shipped sweep."""
+    from sweeps.figure import printing
     from sweeps.points import catalogue
-    from sweeps.views import printing
 
     table = printing.table("sweep", "system", "points", "title", right=(2,))
     for name, one in catalogue.contents().items():

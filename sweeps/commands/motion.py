@@ -26,16 +26,33 @@ def add(commands) -> None:
 
 
 def _run(args):
+    from pathlib import Path
+
+    from sweeps.figure import style
+    from sweeps.maps import motion
+    from sweeps.points import catalogue
     from sweeps.schema.refusals import DefinitionError
-    from sweeps.views import motions
+    from sweeps.systems.rigid_body import asked
+    from sweeps.systems.rigid_body.motion import RATES, SPIN, from_start, spin_of
+    from sweeps.views import films
 
     body = parser.body(args)
     if body is None:
         raise DefinitionError("NAME: is missing; allowed: NAME, --moments, --ratios, --tensor or --mesh")
-    motions.check_name(args.output)
-    start = {name: value for name in motions.SPIN if (value := getattr(args, name)) is not None}
+    kind = Path(args.output).suffix
+    motion.check_format(args.output, (*motion.FORMATS, ".gif", *(f".{name}" for name in films.KINDS)))
+    if kind[1:] in films.KINDS:
+        films.refuse_unless_made(kind[1:], ("motion",))
+    start = {name: value for name in SPIN if (value := getattr(args, name)) is not None}
     if args.omega:
-        start |= dict(zip(motions.RATES, args.omega, strict=True))
-    moved = motions.of_body(body, start, args.duration, 1e-12, args.definition, args.samples)
-    motions.write(moved, args.output)
+        start |= dict(zip(RATES, args.omega, strict=True))
+    found, spun = asked.body_of(body, args.definition, spin_of(start), catalogue.load)
+    moved = from_start(found, spun, start, args.duration, 1e-12, args.samples)
+    if kind in motion.FORMATS:
+        motion.write(moved, args.output)
+    else:
+        from sweeps.systems.rigid_body.presentation import figure_flip
+
+        with style.drawn_for(style.ITS_OWN), films.drawn_for(args.output):
+            films.write(figure_flip.film(moved), args.output)
     print(args.output)

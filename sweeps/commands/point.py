@@ -27,19 +27,18 @@ def add(commands) -> None:
 
 def _run(args):
     from sweeps.maps import motion, selection
-    from sweeps.views import motions
 
     if args.trajectory:
         motion.check_format(args.trajectory)
     row, places = selection.point(args.map, args.coordinates)
     if args.trajectory:
-        moved = motions.of_point(row, args.duration, motions.tolerance_of(row), args.samples)
+        moved = motion.of_point(row, args.duration, motion.tolerance_of(row), args.samples)
         motion.write(moved, args.trajectory)
     _print(row, places, args.json)
 
 
 def _print(row, places, as_json: bool) -> None:
-    from sweeps.views import printing
+    from sweeps.figure import printing
 
     if as_json:
         printing.print_json({"point": _entries(row, row.coords), "variables": _entries(row, row.data_vars)})

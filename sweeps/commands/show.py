@@ -17,8 +17,9 @@ def add(commands) -> None:
 
 
 def _run(args):
+    from sweeps.figure import printing
     from sweeps.maps import admission, selection, summary
-    from sweeps.views import printing, textmap, told
+    from sweeps.views import textmap, told
 
     with admission.opened(args.map) as whole:
         ds = summary.pointwise(whole)

@@ -68,8 +68,8 @@ def _write(args, ds) -> None:
 
 
 def _print(args, periods, rows: list[dict]) -> None:
+    from sweeps.figure import printing
     from sweeps.systems.observed_periods import answers
-    from sweeps.views import printing
 
     if args.json:
         printing.print_json(rows)

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -10,13 +11,11 @@ import xarray as xr
 from sweeps import systems
 from sweeps.maps import parts
 from sweeps.process.files import replaced
-from sweeps.schema.refusals import RefusedError
+from sweeps.reading.definitions import definition_of
+from sweeps.schema.quantities import amount
+from sweeps.systems.motion import MotionError, check_finite
 
 FORMATS = (".nc", ".csv")
-
-
-class MotionError(RefusedError):
-    """What is wrong with a motion that was asked for; `str()` is the message for a person."""
 
 
 def of(
@@ -41,12 +40,20 @@ def of(
     return found
 
 
-def check_finite(columns: Mapping[str, tuple]) -> None:
-    """Refuse a motion that doubles cannot hold; name → (dimensions, values, …)."""
-    for name, (_, values, *_) in columns.items():
-        if not np.isfinite(values).all():
-            allowed = "a point whose numbers and their products are within 1e±300"
-            raise MotionError(f"motion: {name} is not finite; allowed: {allowed}")
+def of_point(row: xr.Dataset, duration: Any, tolerance: float, samples: int | None = None) -> xr.Dataset:
+    """Return the motion at a point of a map over a duration (s), with the map's provenance."""
+    point = {name: row[name].item() for name in row.coords if row[name].ndim == 0}
+    duration = None if duration is None else amount("duration", duration, "s")
+    moved = of(systems.of_map(row), point, duration, samples, tolerance)
+    kept = {name: row.attrs.get(name, "") for name in ("title", "source", "Conventions", "kernel_fingerprint")}
+    return moved.assign_attrs(kept | {"point": ", ".join(f"{name} = {value}" for name, value in point.items())})
+
+
+def tolerance_of(row: xr.Dataset) -> float:
+    """Return the tolerance of the integration that made a map, 1e-10 where it states none."""
+    integration = definition_of(row.attrs).get("integration")
+    tolerance = integration.get("tolerance") if isinstance(integration, dict) else None
+    return tolerance if isinstance(tolerance, float) and 1e-13 <= tolerance <= 1e-3 else 1e-10
 
 
 def check_format(path: str | Path, formats: tuple[str, ...] = FORMATS) -> None:

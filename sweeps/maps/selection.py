@@ -11,12 +11,12 @@ import numpy as np
 
 from sweeps.schema import units as in_units
 from sweeps.schema.boxes import dimensions, nearest_by, placing
-from sweeps.schema.refusals import RefusedError, hint, shortened
+from sweeps.schema.refusals import RefusedError, hint, listed, named, shortened
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_LISTED, _MOST_LISTED = 8, 100  # numbers, names
+_LISTED = 8  # numbers
 POINT = "point"
 
 
@@ -112,7 +112,7 @@ def _place(ds: "xr.Dataset", dim: str, text: str | None) -> Place:
         return Place(dim, 0, values[0].item() if values.dtype.kind != "O" else str(values[0]), None, units)
     if values.dtype.kind in "OU":
         names = [str(value) for value in values]
-        index = names.index(named(text, names, f"--{dim}"))
+        index = names.index(named(text, names, f"--{dim}", SelectionError))
         return Place(dim, index, names[index], names[index], "")
     asked = _number(dim, text, values, units)
     index = int(np.abs(values.astype(float) - asked).argmin())
@@ -137,31 +137,11 @@ def span(values: np.ndarray) -> str:
     """Return the range of a coordinate's values in a few words."""
     values = np.ravel(values)
     if values.dtype.kind in "OU":
-        return _listed([*map(str, values)])
+        return listed([*map(str, values)])
     if values.size <= _LISTED:
         return ", ".join(in_words(value.item()) for value in values)
     low, high = in_words(values.min().item()), in_words(values.max().item())
     return f"{low} to {high} ({values.size:,} values)"
-
-
-def _listed(names: list[str]) -> str:
-    """Return names separated by commas; of many, the first ones and their number."""
-    more = f", … ({len(names):,} names)" if len(names) > _MOST_LISTED else ""
-    return ", ".join(names[:_MOST_LISTED]) + more
-
-
-def named(text: str, names: list[str], where: str) -> str:
-    """Return the one name that matches a text: the name itself, in any case, or a unique part of it."""
-    low = text.strip().lower()
-    exact = [name for name in names if name.lower() == low]
-    found = exact or [name for name in names if low and low in name.lower()]
-    if len(found) == 1:
-        return found[0]
-    if found:
-        raise SelectionError(f"{where}: {shortened(repr(text))} may be several; allowed: {_listed(found)}")
-    raise SelectionError(
-        f"{where}: {shortened(repr(text))} is not among the names{hint(text, names)}; allowed: {_listed(names)}"
-    )
 
 
 def left(ds: "xr.Dataset", places: Mapping[str, Place]) -> list[str]:

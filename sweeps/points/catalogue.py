@@ -12,6 +12,7 @@ from sweeps.schema.refusals import DefinitionError, hint
 
 if TYPE_CHECKING:
     from sweeps.points.sweep import Sweep
+    from sweeps.schema.definition import Definition
 
 FOLDER = Path(__file__).parents[1] / "definitions"
 DEFAULT = "tennis_racket"
@@ -63,6 +64,22 @@ def resolve(text: str) -> Path:
     if "/" in text or "\\" in text or re.search(r"\.(ya?ml|json)$", text) or Path(text).is_file():
         return Path(text)
     raise DefinitionError(_unknown("definition", text, known, "or the path of a YAML file"))
+
+
+def load(source: str | Path | Mapping) -> "Definition":
+    """Return the definition of a mapping, of a path, or of the name of a sweep that ships."""
+    from sweeps.points import loading
+
+    return loading.load(source if isinstance(source, Mapping) else resolve(str(source)))
+
+
+def compiled(source: str | Path | Mapping) -> "Definition":
+    """Return a definition as `load`, with what measures it compiled where this process has the compiler."""
+    from sweeps.points import compile, sweep
+
+    found = load(source)
+    compile.ensure(sweep.of(found))
+    return found
 
 
 def _unknown(where: str, name: str, known: Iterable[str], otherwise: str) -> str:

@@ -1,9 +1,12 @@
 """What a table of parameters says: kinds of numbers, the keys that hold them, and the coordinates of those names."""
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
+from sweeps.schema import units
+from sweeps.schema.refusals import DefinitionError, display
 from sweeps.schema.variables import Variable
 
 
@@ -28,6 +31,17 @@ class Parameter:
     default: float | None = None  #: its value where the key is left out; None where nothing stands in for it
     description: str = ""  #: what a refusal says of it; left out, the long name with unit and bounds
     required: bool = False  #: whether a definition without it is refused at once; False where the system itself looks
+
+
+def amount(where: str, value: Any, unit: str) -> float:
+    """Return a number from a number, or from text with a unit; refuse others."""
+    try:
+        found = float(units.number(value, unit))
+    except (TypeError, ValueError):
+        found = math.nan
+    if not math.isfinite(found):
+        raise DefinitionError(f"{where}: {display(value)}; allowed: a finite number, in one of {units.allowed(unit)}")
+    return found
 
 
 def coordinates(parameters: Iterable[Parameter]) -> dict[str, Variable]:

@@ -19,6 +19,7 @@ TAGS = ("\0number", "\0list", "\0range")  # forms of a grid's entry; no key is o
 _TOP = "(top level)"
 _MAX_PROBLEMS_SHOWN = 10
 _SHOWN_CHARACTERS = 60
+_MOST_LISTED = 100  # names
 WORD = 4  # letters of the shortest word of a name that is compared with what was typed
 
 
@@ -142,6 +143,24 @@ def _near(key: str, options: list[str]) -> str:
     words = {word.lower(): option for option in options for word in re.split(r"[\s_-]+", option) if len(word) >= WORD}
     words |= {option.lower(): option for option in options}
     return next((words[word] for word in difflib.get_close_matches(key.strip().lower(), words, n=1)), "")
+
+
+def listed(names: list[str]) -> str:
+    """Return names separated by commas; of many, the first ones and their number."""
+    more = f", … ({len(names):,} names)" if len(names) > _MOST_LISTED else ""
+    return ", ".join(names[:_MOST_LISTED]) + more
+
+
+def named(text: str, names: list[str], where: str, error: type[RefusedError]) -> str:
+    """Return the one name that matches a text: the name itself, in any case, or a unique part of it; else raise."""
+    low = text.strip().lower()
+    found = [name for name in names if name.lower() == low] or [name for name in names if low and low in name.lower()]
+    if len(found) == 1:
+        return found[0]
+    if found:
+        raise error(f"{where}: {shortened(repr(text))} may be several; allowed: {listed(found)}")
+    wrong = f"{shortened(repr(text))} is not among the names{hint(text, names)}"
+    raise error(f"{where}: {wrong}; allowed: {listed(names)}")
 
 
 def keys_of(model: "type[BaseModel]") -> str:

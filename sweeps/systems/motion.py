@@ -1,12 +1,19 @@
 """What the motions of all systems share: how long they are, how finely they are told, and their attributes."""
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
+
+from sweeps.schema.refusals import DefinitionError, RefusedError
 
 MOST_ROTATIONS = 10_000
 SAMPLES_PER_ROTATION = 32
 LEAST_SAMPLES, MOST_SAMPLES = 400, 100_000
+
+
+class MotionError(RefusedError):
+    """What is wrong with a motion that was asked for; `str()` is the message for a person."""
 
 
 def span(whole: float, rotation: float) -> float:
@@ -22,6 +29,14 @@ def instants(duration: float, samples: int | None, rotation: float) -> np.ndarra
     return np.linspace(0.0, duration, samples)
 
 
+def ascending(times) -> np.ndarray:
+    """Return times, s, ascending; refuse others."""
+    times = np.asarray(times, dtype=np.float64)
+    if times.ndim != 1 or times.size < 2 or not np.isfinite(times).all() or not (np.diff(times) > 0).all():
+        raise DefinitionError("times: allowed: two finite numbers at least, each larger than the one before, in s")
+    return times
+
+
 def time(values: np.ndarray, since: str) -> tuple:
     """Return the coordinate `time`, counted from `since`."""
     return "time", values, {"units": "s", "long_name": f"time from {since}"}
@@ -30,3 +45,11 @@ def time(values: np.ndarray, since: str) -> tuple:
 def angular_velocity(axis: int, how: str) -> dict[str, str]:
     """Return the attributes of one component of the angular velocity in the body."""
     return {"units": "rad s-1", "long_name": f"angular velocity about axis {axis} of the body, {how}"}
+
+
+def check_finite(columns: Mapping[str, tuple]) -> None:
+    """Refuse a motion that doubles cannot hold; name → (dimensions, values, …)."""
+    for name, (_, values, *_) in columns.items():
+        if not np.isfinite(values).all():
+            allowed = "a point whose numbers and their products are within 1e±300"
+            raise MotionError(f"motion: {name} is not finite; allowed: {allowed}")

@@ -8,6 +8,7 @@ import numpy as np
 
 from sweeps.schema import units
 from sweeps.schema.refusals import DefinitionError, display, hint
+from sweeps.systems.motion import ascending
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,7 +36,7 @@ def trajectories(system, start: Mapping, times, parameters: Mapping, tolerance: 
     for name, values in numbers.items():
         if not all(map(model.system.parameters[name].allows, np.ravel(values))):
             raise DefinitionError(f"parameters: {name}: {values}; allowed: {model.system.parameters[name].allowed}")
-    times, shape = instants(times), np.broadcast_shapes(*map(np.shape, (*states.values(), *numbers.values())))
+    times, shape = ascending(times), np.broadcast_shapes(*map(np.shape, (*states.values(), *numbers.values())))
     if len(shape) > 1:
         raise DefinitionError(f"start: has {len(shape)} dimensions; allowed: numbers, or lists of one number a run")
     if not TOLERANCES[0] <= tolerance <= TOLERANCES[1]:
@@ -116,14 +117,6 @@ def _given(where, values, defaults, unit_of):
 def _in_unit(value, unit: str):
     """Return a number or a list of numbers, of which each may be text with a unit."""
     return [units.number(v, unit) for v in value] if isinstance(value, list | tuple) else units.number(value, unit)
-
-
-def instants(times) -> np.ndarray:
-    """Return times, s, ascending; refuse others."""
-    times = np.asarray(times, dtype=np.float64)
-    if times.ndim != 1 or times.size < 2 or not np.isfinite(times).all() or not (np.diff(times) > 0).all():
-        raise DefinitionError("times: allowed: two finite numbers at least, each larger than the one before, in s")
-    return times
 
 
 def _columns(equations):

@@ -28,8 +28,8 @@ def write(console, ds, found, drawn) -> None:
 
 
 def _counts(found, lead):
+    from sweeps.figure.printing import table
     from sweeps.maps.summary import share
-    from sweeps.views.printing import table
 
     statuses = list(dict.fromkeys(status for (_, status), number in found.table.items() if number))
     made = table(lead, "points", "share", *statuses, right=tuple(range(1, 3 + len(statuses))))
@@ -42,9 +42,9 @@ def _counts(found, lead):
 
 
 def _worst(ds, found, dims):
+    from sweeps.figure.printing import table
     from sweeps.maps.selection import in_words
     from sweeps.maps.summary import place
-    from sweeps.views.printing import table
 
     made = table("worst", "value", "where", right=(1,))
     rows = [(_against(deviation), deviation.worst) for deviation in found.deviations.values()]

@@ -5,8 +5,8 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict
 
 from sweeps.schema.definition import Definition
-from sweeps.schema.refusals import DefinitionError, display
-from sweeps.systems.bodies import shapes, wording
+from sweeps.schema.refusals import DefinitionError, display, named
+from sweeps.systems.bodies import entries, shapes, wording
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.rigid_body.definition import NearAxisDefinition, SpunBody
 from sweeps.systems.rigid_body.spins import Spin, in_words, spins, twist_of
@@ -47,6 +47,23 @@ def setting(requested: SpunBody, body: SpunBody) -> dict[str, float]:
     """Return spin rate and perturbation: as requested, else the body's own, else `DEFAULTS`."""
     ways = {name: (getattr(requested, name), getattr(body, name), default) for name, default in DEFAULTS.items()}
     return {name: next(value for value in values if value is not None) for name, values in ways.items()}
+
+
+def body_of(body: object, source: object, spin: Mapping[str, object], load: Callable) -> tuple[SpunBody, dict]:
+    """Return a body, and the spin rate and perturbation that are given, else its own, else the default ones.
+
+    Args:
+        body: a name or a part of one, a body's mapping as in a definition, three moments, or a tensor of inertia.
+        source: the definition that lists the name.
+        spin: omega0, epsilon and phase; None where it is not given.
+        load: reads a definition: a mapping, a path, or the name of one that ships.
+    """
+    if not isinstance(body, str):
+        found = checked({"name": "your body"} | entries.entry(body), spin, load)
+        return found, setting(found, found)
+    listed = bodies(load(source), source)
+    found = listed[named(body, list(listed), "body", DefinitionError)]
+    return found, setting(check_spin(found.name, spin, load), found)
 
 
 def facts(body: SpunBody, spun: Mapping[str, float], axis: int | None = None, thrown: bool = False) -> dict:

@@ -2,16 +2,26 @@
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from kernels import exact
+from sweeps.schema.quantities import amount
+from sweeps.schema.refusals import DefinitionError, display
+from sweeps.systems.bodies import outline
 from sweeps.systems.bodies.attitude import columns
-from sweeps.systems.motion import instants, span, time
+from sweeps.systems.bodies.variables import MOMENTS
+from sweeps.systems.motion import ascending, check_finite, instants, span, time
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from sweeps.systems.rigid_body.definition import SpunBody
+
+SPIN = ("axis", "omega0", "epsilon", "phase")
+RATES = ("omega1", "omega2", "omega3")
+STARTS = f"three angular velocities, or a mapping with {', '.join(SPIN)}, or with {', '.join(RATES)}"
 
 
 def start(point: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
@@ -60,3 +70,62 @@ def motion(point: Mapping[str, float], duration: float | None, samples: int | No
     rotation = 2 * math.pi / np.abs(omega).max()
     times = instants(span_of(moments, omega, rotation) if duration is None else duration, samples, rotation)
     return xr.Dataset(columns(moments, omega, times, tolerance), {"time": time(times, "the perturbation")})
+
+
+def spin_of(start: Any) -> dict[str, Any]:
+    """Return the axis, spin rate and perturbation in a start as `sweeps.motion` takes it; {} for angular velocities."""
+    given = _given(start)
+    spinning = {name: value for name, value in given.items() if name in SPIN}
+    if set(given) - {*SPIN, *RATES} or (spinning and len(spinning) < len(given)):
+        raise DefinitionError(f"start: {display(start)}; allowed: {STARTS}")
+    return spinning
+
+
+def _given(start: Any) -> dict[str, Any]:
+    return dict(start if isinstance(start, Mapping) else zip(RATES, () if start is None else start, strict=False))
+
+
+def from_start(
+    body: "SpunBody", spun: Mapping[str, float], start: Any, times: Any, tolerance: float, samples: int | None = None
+) -> "xr.Dataset":
+    """Return the motion of a free rigid body from any start, in closed form and by direct integration.
+
+    Args:
+        body: the body.
+        spun: omega0, epsilon and phase of a start about an axis.
+        start: as `sweeps.motion` takes it.
+        times: instants, the first of which is the start, or a duration (s, "2 min"); None for what shows the motion.
+        tolerance: of the direct integration, relative.
+        samples: number of instants of a duration; left out, 32 a rotation, 400 to 100,000.
+    """
+    import xarray as xr
+
+    moments, omega = np.array(body.moments), _omega(body, spun, start)
+    rotation = 2 * math.pi / float(np.abs(omega).max())
+    if times is None or np.ndim(times) == 0:
+        duration = span_of(moments, omega, rotation) if times is None else amount("times", times, "s")
+        if not (math.isfinite(duration) and duration > 0):
+            raise DefinitionError(f"times: {display(times)}; allowed: instants, or a duration > 0, in s")
+        at = instants(duration, samples, rotation)
+    else:
+        at = ascending(times)
+    with np.errstate(all="ignore"):
+        found = columns(moments, omega, at - at[0], tolerance)
+    check_finite(found)
+    fixed = {name: ((), value, {"units": "kg m2"}) for name, value in zip(MOMENTS, moments, strict=True)}
+    surface = {"outlines": outline.written({body.name: body.solid.surface})} if body.solid is not None else {}
+    return xr.Dataset(found, {"time": time(at, "the start")} | fixed, {"title": body.name} | surface)
+
+
+def _omega(body: "SpunBody", spun: Mapping[str, float], given: Any) -> np.ndarray:
+    """Angular velocity at the start, rad s-1."""
+    given, spinning = _given(given), spin_of(given)
+    if len(given) > len(spinning):
+        omega = np.array([amount(f"start.{name}", given.get(name, 0.0), "rad s-1") for name in RATES])
+        if not omega.any():
+            raise DefinitionError("start: the body is at rest; allowed: an angular velocity other than 0")
+        return omega
+    axis = spinning.get("axis", body.axis or int(np.argsort(body.moments, kind="stable")[1]) + 1)
+    if axis not in (1, 2, 3):
+        raise DefinitionError(f"start.axis: {display(axis)}; allowed: 1, 2 or 3")
+    return start(dict(zip(MOMENTS, body.moments, strict=True)) | spun | {"axis": axis})[1]

@@ -1,24 +1,18 @@
 """Which spins of one body are stable: its numbers, and the same as text."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sweeps.maps.selection import named
-from sweeps.points import catalogue, compile
-from sweeps.points.loading import load
 from sweeps.process import memory, processors, startup
 from sweeps.schema.refusals import DefinitionError
-from sweeps.systems import resolve
 from sweeps.systems.bodies import entries
 from sweeps.systems.rigid_body import asked
 
 if TYPE_CHECKING:
     from rich.console import Console
-
-    from sweeps.systems.rigid_body.definition import SpunBody
 
 SPIN = tuple(asked.DEFAULTS)
 SAMPLING = ("draws", "seed", "method", "turns")
@@ -36,7 +30,7 @@ class BodyAnswer:
     _sampled: Any = field(default=None, repr=False)
 
     def __str__(self) -> str:
-        from sweeps.views import printing
+        from sweeps.figure import printing
 
         console = printing.console(StringIO())
         self.show(console)
@@ -44,7 +38,7 @@ class BodyAnswer:
 
     def show(self, console: "Console") -> None:
         """Print the answer: the outcome of each spin first, then what the body is and how it is spun."""
-        from sweeps.views.printing import table
+        from sweeps.figure.printing import table
 
         console.print(self.name, style="bold")
         made = table("spin about", "outcome")
@@ -68,32 +62,10 @@ class BodyAnswer:
             figure.savefig(temporary, format="png")
 
 
-def bodies(definition: str | Path) -> "dict[str, SpunBody]":
-    """Return name → body of a definition, or of the sweep that ships under that name."""
-    path = catalogue.resolve(str(definition))
-    return asked.bodies(load(path), path)
-
-
-def body_of(body: object, definition: str | Path, spin: Mapping[str, object]) -> "tuple[SpunBody, dict[str, float]]":
-    """Return a body, and the spin rate and perturbation that are given, else its own, else the default ones.
-
-    Args:
-        body: a name or a part of one, a body's mapping as in a definition, three moments, or a tensor of inertia.
-        definition: the definition that lists the name.
-        spin: omega0, epsilon and phase; None where it is not given.
-    """
-    if not isinstance(body, str):
-        found = asked.checked({"name": "your body"} | entries.entry(body), spin, load)
-        return found, asked.setting(found, found)
-    listed = bodies(definition)
-    found = listed[named(body, list(listed), "body")]
-    return found, asked.setting(asked.check_spin(found.name, spin, load), found)
-
-
 def answer(
-    body: object, axis: object, twist: bool, definition: str | Path, setting: Mapping[str, object]
+    body: object, axis: object, twist: bool, source: object, setting: Mapping[str, object], load: Callable
 ) -> BodyAnswer:
-    """Return the answer for one body; see `sweeps.body`."""
+    """Return the answer for one body; see `sweeps.body`, and for `source` and `load` `body_of`."""
     if unknown := sorted(set(setting) - {*SPIN, *SAMPLING, "uncertainty"}):
         allowed = ", ".join(("axis", "twist", "definition", *SPIN, "uncertainty", *SAMPLING))
         raise DefinitionError(f"body: {unknown[0]} is unknown; allowed: {allowed}")
@@ -103,7 +75,7 @@ def answer(
         if beside := [name for name in SAMPLING if given[name] is not None]:
             raise DefinitionError(f"body: {', '.join(beside)}: given without uncertainty; allowed: both, or neither")
         startup.leave_out_the_compiler()  # of a command: loading it takes longer than a few formulas
-    found, spun = body_of(body, definition, given)
+    found, spun = asked.body_of(body, source, given, load)
     axis = asked.axis_of(axis)
     facts, (lines, rows, more) = asked.facts(found, spun, axis, twist), asked.answer(found, spun, axis, twist)
     if not is_sampled:
@@ -112,7 +84,6 @@ def answer(
 
     entry = uncertain.entry_of(found) if isinstance(body, str) else {"name": found.name} | entries.entry(body)
     read = uncertain.definition(entry, given | {"axis": axis, "twist": twist or None}, spun, load)
-    compile.compile_kernels(resolve("uncertain_bodies").kernels_of(read))
     memory.keep_freed()
     sampled = uncertain.answer(read, processors.cores())
     drawn = uncertain.facts(sampled)
