@@ -161,35 +161,33 @@ def _real_power(a, b, p, q):
 
 
 @njit(**OPTIONS)
-def _cosine(a, b):
-    """Cosine of [a, b]; 1 to the last bit at 0, where many equilibria lie."""
-    if a == 0.0 == b:
-        return 1.0, 1.0
-    if not (b - a < 6.28) or abs(a) > 1e12 or abs(b) > 1e12:
-        return -1.0, 1.0
-    p, q = math.cos(a), math.cos(b)
+def _wave(a, b, p, q, top):
+    """Enclose cosine or sine on [a, b]: p and q at the ends, 1 at ``top`` turns and -1 half a turn from there."""
     low, high = _down(min(p, q), LIBRARY), _up(max(p, q), LIBRARY)
     turn, slack = 0.5 / math.pi, 4.0 * UNIT * (1.0 + abs(a) + abs(b))
-    if math.floor(b * turn + slack) >= math.ceil(a * turn - slack):
+    if math.floor(b * turn - top + slack) >= math.ceil(a * turn - top - slack):
         high = 1.0
-    if math.floor(b * turn - 0.5 + slack) >= math.ceil(a * turn - 0.5 - slack):
+    if math.floor(b * turn - (top + 0.5) + slack) >= math.ceil(a * turn - (top + 0.5) - slack):
         low = -1.0
     return max(low, -1.0), min(high, 1.0)
 
 
 @njit(**OPTIONS)
+def _is_far(a, b):
+    return not (b - a < 6.28) or abs(a) > 1e12 or abs(b) > 1e12
+
+
+@njit(**OPTIONS)
+def _cosine(a, b):
+    """Cosine of [a, b]; 1 to the last bit at 0, where many equilibria lie."""
+    if a == 0.0 == b:
+        return 1.0, 1.0
+    return (-1.0, 1.0) if _is_far(a, b) else _wave(a, b, math.cos(a), math.cos(b), 0.0)
+
+
+@njit(**OPTIONS)
 def _sine(a, b):
-    """Sine of [a, b]."""
-    if not (b - a < 6.28) or abs(a) > 1e12 or abs(b) > 1e12:
-        return -1.0, 1.0
-    p, q = math.sin(a), math.sin(b)
-    low, high = _down(min(p, q), LIBRARY), _up(max(p, q), LIBRARY)
-    turn, slack = 0.5 / math.pi, 4.0 * UNIT * (1.0 + abs(a) + abs(b))
-    if math.floor(b * turn - 0.25 + slack) >= math.ceil(a * turn - 0.25 - slack):
-        high = 1.0
-    if math.floor(b * turn - 0.75 + slack) >= math.ceil(a * turn - 0.75 - slack):
-        low = -1.0
-    return max(low, -1.0), min(high, 1.0)
+    return (-1.0, 1.0) if _is_far(a, b) else _wave(a, b, math.sin(a), math.sin(b), 0.25)
 
 
 @njit(**OPTIONS)

@@ -115,17 +115,9 @@ def begin_recurrence(S):
     for lane in range(W):
         a, b, c = S[SPIN + lane], S[COSINE + lane], S[SINE + lane]
         S[XB + lane], S[XC + lane] = b, c
-        (
-            S[DA + lane],
-            S[DB + lane],
-            S[DC + lane],
-            S[GA + lane],
-            S[GB + lane],
-            S[GC + lane],
-            S[BEND + lane],
-        ) = recurrence.constants(
-            (S[MA + lane], S[MB + lane], S[MC + lane]), S[EPSILON + lane], (a, b, c), S[SPACING + lane]
-        )
+        moments = S[MA + lane], S[MB + lane], S[MC + lane]
+        first = recurrence.constants(moments, S[EPSILON + lane], (a, b, c), S[SPACING + lane])
+        S[DA + lane], S[DB + lane], S[DC + lane], S[GA + lane], S[GB + lane], S[GC + lane], S[BEND + lane] = first
 
 
 @njit(**OPTIONS)

@@ -377,25 +377,13 @@ def _begin(box, start, within, narrowest, floor):
 
 
 @njit(**OPTIONS)
-def _is_known(box, ends, found):
-    """Return whether a box lies in one that holds one zero, of some boxes (records, 2, n) and kinds."""
-    for r in range(len(ends)):
+def _is_within(low, high, boxes, found):
+    """Return whether low … high lies in one of boxes (records, 2, n) that hold one zero; high … low: meets one."""
+    for r in range(len(boxes)):
         inside = found[r, 1] == ZERO
-        for j in range(len(box.u)):
-            inside &= box.ends[A, j] >= ends[r, 0, 0, j] and box.ends[B, j] <= ends[r, 0, 1, j]
+        for j in range(len(low)):
+            inside &= low[j] >= boxes[r, 0, j] and high[j] <= boxes[r, 1, j]
         if inside:
-            return True
-    return False
-
-
-@njit(**OPTIONS)
-def _is_found(box, ends, found):
-    """Return whether the box about a zero meets the one about a zero that is known."""
-    for r in range(len(ends)):
-        same = found[r, 1] == ZERO
-        for j in range(len(box.u)):
-            same &= box.ends[X, j] <= ends[r, 1, 1, j] and box.ends[Y, j] >= ends[r, 1, 0, j]
-        if same:
             return True
     return False
 
@@ -463,7 +451,7 @@ def search(enclose, tape, outputs, constants, bounds, starts, shares, narrowest,
         while top > 0:
             top, used = top - 1, used + 1
             narrow = _begin(box, stack[top], within, narrowest, floor)
-            if _is_known(box, boxes[begin:count], records[begin:count]):
+            if _is_within(box.ends[A], box.ends[B], boxes[begin:count, 0], records[begin:count]):
                 continue
             if used > most or undecided > MOST_LEFT or top + 2 > room:
                 kind = LEFT
@@ -479,7 +467,8 @@ def search(enclose, tape, outputs, constants, bounds, starts, shares, narrowest,
                     _enclosed(enclose, F, box)
             if kind == -2:
                 top = _cut(box, within, floor, stack, top)
-            if kind < 0 or (kind == ZERO and _is_found(box, boxes[begin:count], records[begin:count])):
+            zeros = boxes[begin:count, 1]
+            if kind < 0 or (kind == ZERO and _is_within(box.ends[Y], box.ends[X], zeros, records[begin:count])):
                 continue
             if count == len(records):
                 progress[0] = point

@@ -18,7 +18,7 @@ from sweeps.schema.definition import Integration
 from sweeps.schema.refusals import DefinitionError
 from sweeps.shards import content, merging
 from sweeps.shards import shard as shards
-from sweeps.systems.uncertain_bodies import designs, measuring, nets, possible
+from sweeps.systems.uncertain_bodies import designs, measuring, possible
 from sweeps.systems.uncertain_bodies.definition import UncertainIntegration
 from sweeps.systems.uncertain_bodies.known import Known, relative
 
@@ -66,14 +66,6 @@ def middle(moments, axis):
 
 # ---------------------------------------------------------------------------------------------------------
 # Draws
-
-
-@pytest.mark.parametrize("dimension", [1, 2, 9, nets.MOST_DIMENSIONS])
-def test_sobol_points_are_scipys_bit_for_bit(dimension):
-    for size in (1, 2, 512):
-        ours, theirs = (np.random.default_rng(7) for _ in range(2))
-        wanted = scipy.stats.qmc.Sobol(dimension, rng=theirs).random(size)
-        assert nets.sobol(dimension, size, ours).tobytes() == wanted.tobytes()
 
 
 @pytest.mark.parametrize("name", BOXES)

@@ -14,8 +14,6 @@ from functools import lru_cache
 
 import numpy as np
 
-from sweeps.systems.uncertain_bodies import nets
-
 METHODS = ("sobol", "latin", "random")
 LEAST, MOST = 64, 4 * 10**6  # draws: of more, a tensor's would take more than a gigabyte
 REPLICATES = 16  # at least; fewer than twice as many, and one
@@ -66,15 +64,13 @@ def normals(method: str, dimension: int, draws: int, seed: int, stream: int = 0,
 
 
 def _uniforms(method: str, dimension: int, size: int, rng: np.random.Generator) -> np.ndarray:
-    if method == "sobol":
-        return nets.sobol(dimension, size, rng) + HALF_CELL
-    return np.clip(_latin(dimension, size, rng) if method == "latin" else rng.random((size, dimension)), *INSIDE)
-
-
-def _latin(dimension: int, size: int, rng: np.random.Generator) -> np.ndarray:
+    if method == "random":
+        return np.clip(rng.random((size, dimension)), *INSIDE)
     from scipy.stats import qmc
 
-    return qmc.LatinHypercube(dimension, rng=rng).random(size)
+    if method == "sobol":
+        return qmc.Sobol(dimension, rng=rng).random(size) + HALF_CELL
+    return np.clip(qmc.LatinHypercube(dimension, rng=rng).random(size), *INSIDE)
 
 
 # ---------------------------------------------------------------------------------------------------------
