@@ -171,28 +171,22 @@ def _layout(attributes: Mapping[str, str], variables: Collection[str]) -> Layout
 
 
 class _Parts:
-    """A file's variables, told apart.
-
-    Attributes:
-        layout: what they are held against.
-        coordinates: name → coordinate, in the layout's order.
-        variables: name → variable, in the layout's order.
-        specs: name → what each of both should be.
-        others: names of what is no part of a map, and is not read.
-        dims: the dimensions of the map's points, in storage order.
-        further: those that variables have beside them.
-    """
+    """A file's variables, told apart."""
 
     def __init__(self, layout: Layout, held: Mapping[str, StoredVariable]):
-        self.layout = layout
+        self.layout = layout  #: what they are held against
+        #: name → coordinate, in the layout's order
         self.coordinates = {name: held[name] for name in layout.coordinates if name in held}
+        #: name → variable, in the layout's order
         self.variables = {name: held[name] for name in layout.variables if name in held}
-        self.specs = {**layout.coordinates, **layout.variables}
+        self.specs = {**layout.coordinates, **layout.variables}  #: name → what each of both should be
         if layout.is_open:
             self._take_own(held)
+        #: names of what is no part of a map, and is not read
         self.others = tuple(name for name in held if name not in self.coordinates and name not in self.variables)
         points = (one.dims[: len(one.dims) - len(self.specs[n].over)] for n, one in self.variables.items())
-        self.dims = max(points, key=len, default=())
+        self.dims = max(points, key=len, default=())  #: the dimensions of the map's points, in storage order
+        #: those that variables have beside them
         self.further = tuple(dict.fromkeys(dim for name in self.variables for dim in self.specs[name].over))
 
     def _take_own(self, held: Mapping[str, StoredVariable]) -> None:

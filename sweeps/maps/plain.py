@@ -84,7 +84,6 @@ class PlainVariable:
 
 
 def _slice(part: range) -> slice:
-    """The slice that takes the numbers of a range."""
     stop = part.stop if part.step > 0 or part.stop >= 0 else None
     return slice(part.start, stop, part.step) if part else slice(0, 0)
 

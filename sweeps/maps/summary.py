@@ -92,37 +92,33 @@ class Deviation:
 
 
 class Summary:
-    """Gathers a map's numbers while it is read box by box.
-
-    Attributes:
-        points: how many it has.
-        compared: how many of them the rule compares with theory.
-        counts: flag variable → meaning → number of points.
-        table: of the headline (see `leading_flag`) and the status: (meaning, status) → number of points.
-        confusion: pair (theory's flag variable, flag variable) → table [theory's meaning, meaning] of points.
-        impossible: points that cannot exist.
-        checks: variable that should be zero → its worst magnitude.
-        deviations: pair (theory's variable, variable) → how far apart.
-    """
+    """Gathers a map's numbers while it is read box by box."""
 
     def __init__(self, ds: "xr.Dataset"):
         self._specs, self._held = known(ds), tuple(ds.data_vars)
         self._flags = {name: flags(variable) for name, variable in ds.data_vars.items() if flags(variable)}
         self._lead, self._status = leading_flag(ds), _of_role(self._specs, Role.STATUS)
+        #: points: how many it has; compared: how many of them the rule compares with theory; impossible: points that
+        #: cannot exist
         self.points = self.compared = self.impossible = 0
+        #: flag variable → meaning → number of points
         self.counts = {name: dict.fromkeys(meanings.values(), 0) for name, meanings in self._flags.items()}
+        #: of the headline (see `leading_flag`) and the status: (meaning, status) → number of points
         self.table: dict[tuple[str, str], int] = {}
         pairs = [(r, n) for n, spec in self._specs.items() for r in spec.references if r in ds.data_vars]
+        #: pair (theory's flag variable, flag variable) → table [theory's meaning, meaning] of points
         self.confusion = {
             (r, n): np.zeros((len(self._flags[r]), len(self._flags[n])), np.int64)
             for r, n in pairs
             if r in self._flags and n in self._flags
         }
         floats = {name for name, variable in ds.data_vars.items() if variable.dtype.kind == "f"}
+        #: variable that should be zero → its worst magnitude
         self.checks = {
             n: Worst() for n, spec in self._specs.items() if spec.role in (Role.CHECK, Role.CERTIFICATE) and n in floats
         }
         scales = {n: spec.scale if spec.scale in floats else "" for n, spec in self._specs.items()}
+        #: pair (theory's variable, variable) → how far apart
         self.deviations = {(r, n): Deviation(n, r, scales[n]) for r, n in pairs if {r, n} <= floats}
 
     @property

@@ -339,7 +339,6 @@ def _by_references(sweep: Sweep, sample: _Sample) -> Iterator[Check]:
 
 
 def _by_reference(sweep: Sweep, sample: _Sample, reference: Reference, name: str) -> Check:
-    """One variable of the sample by one way."""
     variable, status, integration = reference.variable, _of_role(sweep, Role.STATUS), sweep.definition.integration
     covers = f"{variable} within the tolerance"
     if variable not in sample.columns or not status:

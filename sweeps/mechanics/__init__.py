@@ -6,6 +6,7 @@ all of a system; `normal_modes` and `relative` measure what is near its equilibr
 the equations' own period; `library/` has systems that ship.
 """
 
-from sweeps.mechanics.description import DescriptionError, System
+from sweeps.mechanics.description import System
+from sweeps.schema.refusals import DescriptionError
 
 __all__ = ["DescriptionError", "System"]

@@ -31,8 +31,9 @@ import numpy as np
 import sympy as sp
 
 from sweeps.mechanics import modes
-from sweeps.mechanics.description import DescriptionError, System
+from sweeps.mechanics.description import System
 from sweeps.mechanics.equations import SHORT, SIMPLE, Equations, expanded
+from sweeps.schema.refusals import DescriptionError
 
 DIGITS = 40
 TRIALS = 6  # random places at which what is conserved, and R, are looked at
@@ -130,7 +131,6 @@ def _kinetic_energy(system):
 
 
 def _by_sine_and_cosine(e):
-    """Writes out cot, sec, csc and their hyperbolic kin."""
     for f, g in _WRITTEN_OUT.items():
         e = e.replace(f, g) if e.has(f) else e
     return e

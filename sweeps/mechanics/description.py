@@ -24,7 +24,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from sweeps.schema.refusals import DefinitionError
+from sweeps.schema.refusals import DescriptionError
 
 RESERVED = ("equilibrium", "mode", "eigenvalue", "epsilon", "phase", "t", "title", "system", "grid")
 MOST_COORDINATES, MOST_STATES = 10, 12
@@ -40,10 +40,6 @@ KINKED = {
     **dict.fromkeys((sp.floor, sp.ceiling, sp.Mod, sp.frac), ("jumps", "what has a slope everywhere")),
     sp.atan2: ("has a cut", "2*atan(y/(sqrt(x**2 + y**2) + x)) in place of atan2(y, x)"),
 }
-
-
-class DescriptionError(DefinitionError):
-    """What is wrong with a system's description; `str()` is the whole message."""
 
 
 @dataclass(frozen=True)

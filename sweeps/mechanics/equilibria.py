@@ -27,8 +27,8 @@ from scipy.sparse.csgraph import connected_components
 
 from kernels import codes
 from sweeps.mechanics import branches
-from sweeps.mechanics.description import DescriptionError
 from sweeps.mechanics.problem import SINGULAR, RootProblem
+from sweeps.schema.refusals import DescriptionError
 
 PROVED, ROUNDING, TOO_LARGE, FAMILY = range(4)
 REASONS = {

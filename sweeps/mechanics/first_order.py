@@ -65,7 +65,6 @@ def _by_inverse(equations):
 
 
 def _timed(g):
-    """The graph of rates alone, of the time too."""
     g.rates, g.watched = (*g.rates, g.constant(1)), ()
     return g
 

@@ -31,7 +31,7 @@ import numpy as np
 import sympy as sp
 from scipy import special
 
-from sweeps.mechanics.description import DescriptionError
+from sweeps.schema.refusals import DescriptionError
 
 CONSTANT, X, ADD, MUL, DIV, FUNCTION = "constant", "x", "add", "mul", "div", "function"
 FIRST, SECOND, ABSOLUTE = range(3)
@@ -56,21 +56,18 @@ class Graph:
         equations: the equations of motion.
         near: whether deviations are from an equilibrium, where velocities and forces vanish; else they are from any
             place, and the time is the last of the states.
-
-    Attributes:
-        states: symbols of all that moves, of which the rates are.
-        slopes: FUNCTION node → the node that is f′(u); it may come later, for only earlier orders of it are needed.
-        rates: nodes of ẋ_i.
-        watched: (FIRST, SECOND or ABSOLUTE, nodes) of each quantity that a run watches: the deviation of their sum in
-            units of ε, or of ε², or the sum of the absolute values of the latter.
     """
 
     def __init__(self, equations, near: bool = True):
         self.equations, self.near = equations, near
+        #: symbols of all that moves, of which the rates are
         self.states = equations.states if near else (*equations.states, equations.system.time)
         self.nodes: list[Node] = []
+        #: FUNCTION node → the node that is f′(u); it may come later, for only earlier orders of it are needed
         self.slopes: dict[int, int] = {}
-        self.rates: tuple[int, ...] = ()
+        self.rates: tuple[int, ...] = ()  #: nodes of ẋ_i
+        #: (FIRST, SECOND or ABSOLUTE, nodes) of each quantity that a run watches: the deviation of their sum in units
+        #: of ε, or of ε², or the sum of the absolute values of the latter
         self.watched: tuple[tuple[int, tuple[int, ...]], ...] = ()
         self._numbers: dict[Node, int] = {}
         self._expressions: dict[sp.Expr, int] = {}
@@ -219,7 +216,6 @@ class Graph:
         return self._function(base**exponent, base)
 
     def _whole(self, number, exponent):
-        """A node's power."""
         if exponent == 1:
             return number
         half = self._whole(number, exponent // 2)

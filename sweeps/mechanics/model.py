@@ -14,10 +14,11 @@ from kernels import statuses
 from sweeps.mechanics import equilibria
 from sweeps.mechanics.degenerate import Degenerate
 from sweeps.mechanics.derivation import derive
-from sweeps.mechanics.description import DescriptionError, System
+from sweeps.mechanics.description import System
 from sweeps.mechanics.first_order import code
 from sweeps.mechanics.landscape import Landscape
 from sweeps.mechanics.taylor import Code
+from sweeps.schema.refusals import DescriptionError
 
 if TYPE_CHECKING:
     from sweeps.mechanics.periodic import Variation

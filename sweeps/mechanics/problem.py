@@ -5,10 +5,10 @@ from functools import cached_property
 import numpy as np
 import sympy as sp
 
-from sweeps.mechanics.description import DescriptionError
 from sweeps.mechanics.equations import Equations
 from sweeps.mechanics.graph import lambdified
 from sweeps.mechanics.tape import Tape
+from sweeps.schema.refusals import DescriptionError
 
 MOST_FACTORED = 60  # operations
 SINGULAR = 1e-9  # singular values below it, relative, are a family's
@@ -16,24 +16,21 @@ APART = 1024.0  # errors of a place, over which a matrix is taken to change even
 
 
 class RootProblem:
-    """F(x) = 0 of a system: ∂V/∂q, forces at rest or rates, as functions of the coordinates or states x.
-
-    Attributes:
-        free: numbers of the unknowns: of the coordinates that are not held.
-        periodic: which of the coordinates close on themselves.
-        takes_members: whether the member nearest to a name is taken where equilibria form a family.
-    """
+    """F(x) = 0 of a system: ∂V/∂q, forces at rest or rates, as functions of the coordinates or states x."""
 
     def __init__(self, equations: Equations):
         system, places = equations.system, equations.places
         self.system, self.places, self.F, self.parameters = system, places, equations.pulls, equations.parameters
+        #: whether the member nearest to a name is taken where equilibria form a family
         self.takes_members = not equations.natural
         self.symbols = tuple(place.symbol for place in places)
         self.m = len(places)
         self.last: tuple = (None, None)  # the points that were searched last, and what was found
         held = [getattr(place, "hold", None) for place in places]
         self.held = [0 if hold is None else hold for hold in held]
+        #: numbers of the unknowns: of the coordinates that are not held
         self.free = [i for i, hold in enumerate(held) if hold is None]
+        #: which of the coordinates close on themselves
         self.periodic = np.array([getattr(place, "periodic", False) for place in places])
         self._bounds = lambdified(self.parameters, [bound for place in places for bound in place.bounds])
         self._holds = lambdified(self.parameters, self.held)

@@ -8,7 +8,7 @@ import numpy as np
 import sympy as sp
 
 from kernels import codes
-from sweeps.mechanics.description import DescriptionError
+from sweeps.schema.refusals import DescriptionError
 
 FUNCTIONS = {
     sp.exp: codes.EXP,

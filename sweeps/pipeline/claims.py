@@ -84,7 +84,6 @@ def _claim(handle: int, folder: Path) -> None:
 
 
 def _refuse(handle: int, folder: Path) -> None:
-    """Says who is at work in a folder."""
     number, host = living.of_number(told := _told(handle))
     os.close(handle)
     where = "" if living.is_here(told) or not host else f" on {host}"

@@ -43,14 +43,12 @@ def contents() -> dict[str, Content]:
 
 
 def _points(values: Mapping) -> int:
-    """Number of points of a valid definition."""
     numbers = [_count(entry) for entry in values.get("grid", {}).values()] + [len(values.get("bodies", "1"))]
     spun = values.get("system", DEFAULT_SYSTEM) == DEFAULT_SYSTEM
     return math.prod(numbers) * (len(values.get("axes", (1, 2, 3))) if spun else 1)
 
 
 def _count(entry: object) -> int:
-    """Number of values of an entry of a grid."""
     if isinstance(entry, Mapping):
         return entry["num"] if "num" in entry else math.prod(map(_count, entry.values()))
     return len(entry) if isinstance(entry, tuple) else 1
@@ -160,6 +158,5 @@ def requested(config: Mapping, targets: Iterable[str]) -> tuple[str, dict[str, P
 
 
 def _sweep_of(target: str) -> str | None:
-    """The sweep's name in a target results/<name>/…, None for any other target."""
     parts = target.removeprefix("./").split("/", 2)
     return parts[1] if parts[0] == "results" and len(parts) > 1 else None

@@ -99,7 +99,6 @@ def _read(path: Path) -> str:
 
 
 def _run(kernels: list[Kernel]) -> None:
-    """Have the program compile kernels, and follow it."""
     import numba  # noqa: F401  (settings that it cannot read are refused here, and not in the program)
 
     path = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])

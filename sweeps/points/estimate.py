@@ -86,7 +86,6 @@ def integration_seconds(sweep: Sweep, points: int) -> float:
 
 
 def _bytes_per_point(sweep: Sweep) -> int:
-    """Return the uncompressed bytes of a map per point."""
     return sum(np.dtype(v.dtype).itemsize * math.prod(sweep.shape_at(name)) for name, v in sweep.variables.items())
 
 

@@ -11,17 +11,14 @@ from sweeps.schema.parameters import Range, spread
 
 
 class Following:
-    """The parameters of a grid that follow from others.
-
-    Attributes:
-        names: what they are called; () where the grid gives all of its parameters itself.
-        needed: what they follow from.
-    """
+    """The parameters of a grid that follow from others."""
 
     def __init__(self, definition: Definition):
         self._pair = {} if definition.pair is None or definition.sample is not None else dict(definition.pair)
         self._derived = definition.grid.derived if self._pair else None
+        #: what they are called; () where the grid gives all of its parameters itself
         self.names = self._derived.names if self._derived else ()
+        #: what they follow from
         self.needed = tuple(dict.fromkeys(one for name in self.names for one in self._derived.over[name]))
 
     def dimensions(self, own: Mapping[str, Any]) -> dict[str, Range | np.ndarray]:

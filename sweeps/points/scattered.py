@@ -63,7 +63,6 @@ class Drawn:
 
 
 def _first(entry: object) -> float:
-    """The first value of a grid's entry."""
     values = spread(entry)
     return values.start if isinstance(values, Range) else float(values[0])
 

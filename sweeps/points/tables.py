@@ -161,7 +161,6 @@ def _digest(opened: FileBytes) -> tuple[str, dict | None]:
 
 
 def _noted(path: Path) -> Path:
-    """Where a file's digest is noted."""
     return kept_in() / f"seen-{hashlib.sha256(str(path.resolve()).encode()).hexdigest()[:40]}"
 
 
@@ -284,7 +283,6 @@ def _wrong(column: ColumnOf, value: float) -> str:
 
 
 def _check_existence(derived: Derived | None, columns: Mapping[str, Any], names: Sequence[str], before: int) -> None:
-    """Refuses the first row that cannot exist."""
     impossible = derived.impossible(columns) if derived else None
     if impossible is not None and np.ndim(impossible) and impossible.any():
         row = int(np.argmax(impossible))

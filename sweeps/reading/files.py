@@ -15,23 +15,19 @@ class FileBytes(io.RawIOBase):
 
     Args:
         path: the file. A FIFO or a device is not waited for.
-
-    Attributes:
-        name: its path as it was given, for messages.
-        path: the same, absolute.
-        size: its bytes.
-        state: what tells it from what it was before: device, number, size, time of its last change.
     """
 
     def __init__(self, path: str | Path):
         self._handle = None  # where it cannot be opened there is nothing to close
+        #: name: its path as it was given, for messages; path: the same, absolute
         self.name, self.path = str(path), os.path.abspath(path)
         self._handle = os.open(self.path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK | os.O_NOCTTY)
         if not stat.S_ISREG(os.fstat(self._handle).st_mode):
             self.close()
             raise OSError(0, "is not a regular file", self.path)
+        #: what tells it from what it was before: device, number, size, time of its last change
         self.state = self._state_now()
-        self.size, self._place = self.state[2], 0
+        self.size, self._place = self.state[2], 0  #: its bytes
 
     def _state_now(self) -> tuple[int, ...]:
         status = os.fstat(self._handle)

@@ -101,7 +101,6 @@ def _spawned(work: Callable, writing: int, bounds: tuple[float, float]) -> int:
 
 
 def _read(reading: int, size: int) -> bytes:
-    """Return so many bytes of a pipe."""
     if size > MOST_ANSWER_BYTES:
         raise ChildError
     parts, left = [], size

@@ -140,7 +140,6 @@ class _Csv(Source):
         self._spare = [str(place) for place in range(len(names), width)]
 
     def _line(self, number: int) -> bytes:
-        """One of the first lines."""
         lines = self._file.read_at(0, min(self._file.size, 2 * LONGEST_LINE + 2)).splitlines()
         line = lines[number] if number < len(lines) else b""
         if len(line) > LONGEST_LINE:
@@ -246,7 +245,6 @@ class _Csv(Source):
             raise self._text(number) from None
 
     def _stream(self) -> FileBytes:
-        """The file from its beginning on."""
         self._file.seek(0)
         return self._file
 

@@ -31,6 +31,10 @@ class DefinitionError(RefusedError):
     """What is wrong with a definition; `str()` is the whole message, one line a problem."""
 
 
+class DescriptionError(DefinitionError):
+    """What is wrong with a system's description; `str()` is the whole message."""
+
+
 class MapError(RefusedError):
     """What is wrong with a file that should be a map or a shard; `str()` is the message for a person."""
 

@@ -69,7 +69,6 @@ class Chunks:
 
     @cached_property
     def _along(self) -> tuple[int, ...]:
-        """Number of chunks along each dimension."""
         return tuple(-(-size // length) for size, length in zip(self.array, self.shape, strict=True))
 
     @cached_property

@@ -169,7 +169,6 @@ def _filled(
 
 
 def _extents(sweep: Sweep, paths: Sequence[Path]) -> Iterator[tuple[int, int, Path]]:
-    """(First point, point after the last, file) of each shard."""
     for path in paths:
         with Shard(path, sweep) as shard:
             yield shard.first, shard.after, path

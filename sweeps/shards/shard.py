@@ -267,17 +267,10 @@ def _is_inside(holder: h5py.Group, name: str) -> bool:
 
 
 class Shard:
-    """An open shard; use it as a context.
-
-    Attributes:
-        path: its file.
-        first: number of its first point.
-        after: number after its last point.
-        motions: how many motions were integrated for its points.
-    """
+    """An open shard; use it as a context."""
 
     def __init__(self, path: str | Path, sweep: Sweep):
-        self.path = Path(path)
+        self.path = Path(path)  #: its file
         try:
             opened = FileBytes(path)
         except (OSError, ValueError):
@@ -310,6 +303,8 @@ class Shard:
                 raise ForeignError(self.path, name)
         self._need(name for name in (*variables, CHECKSUMS, DIGESTS) if name not in self._file)
         try:
+            #: first: number of its first point; after: number after its last point; motions: how many motions were
+            #: integrated for its points
             self.first, self.after, self.motions, seal = (int(held[name]) for name in (*TOLD, "seal"))
         except ValueError:
             raise DamagedError(self.path, "has attributes that are no numbers") from None

@@ -26,7 +26,7 @@ from sweeps.schema import quantities
 from sweeps.schema.definition import Definition
 from sweeps.schema.parameters import Range, grid_model, spread
 from sweeps.schema.quantities import Parameter, Quantity
-from sweeps.schema.refusals import keys_of
+from sweeps.schema.refusals import DescriptionError, keys_of
 from sweeps.schema.values import number
 from sweeps.schema.variables import Variable, table
 from sweeps.systems.kernel import Kernel
@@ -88,8 +88,6 @@ class Described(Dynamics):
     @cached_property
     def description(self) -> "mechanics.System":
         """The description, read when it is asked for."""
-        from sweeps.mechanics import DescriptionError
-
         description = self._load()
         given = {*description.parameters, *description.coordinates, *description.states}
         if taken := sorted(given & self.reserved):
@@ -103,7 +101,6 @@ class Described(Dynamics):
             return self._named(self._model)
 
     def _model(self):
-        from sweeps.mechanics import DescriptionError
         from sweeps.mechanics.model import Model
 
         model = Model(self.description)
@@ -181,8 +178,6 @@ class Described(Dynamics):
             DescriptionError: for what is wrong with the description, and where no point has an equilibrium, or every
                 one more than there is room for.
         """
-        from sweeps.mechanics import DescriptionError
-
         values = self._named(lambda: self._looked_at(grid))
         self._named(self._code)  # what cannot be integrated is refused here
         if wrong := self._named(lambda: self.refusal(values)):
@@ -221,7 +216,6 @@ class Described(Dynamics):
         return *shared, *tapes, Kernel(str(code.path), seconds=code.compile_seconds)
 
     def _code(self) -> "Code":
-        """The generated kernel."""
         return self.mechanism.code
 
     def _compiled(self):
@@ -247,8 +241,6 @@ def _parameter(p: "mechanics.description.DescribedParameter") -> Parameter:
 
 def named(name: str, work: Callable[[], Any]) -> Any:
     """Return what a piece of work on a system returns; what it refuses names the system first."""
-    from sweeps.mechanics import DescriptionError
-
     try:
         return work()
     except DescriptionError as error:
@@ -280,8 +272,6 @@ def unread(kind: type[Described], name: str) -> Described:
     """Return the system of a map whose Python file is not run, sufficient for reading the map."""
 
     def refuse():
-        from sweeps.mechanics import DescriptionError
-
         raise DescriptionError(
             f"system: {name}: a file that a map names is not run; allowed: a definition that names it"
         )
@@ -302,8 +292,6 @@ class Script:
         try:
             self.source = self.path.read_bytes()
         except (OSError, ValueError) as error:  # ValueError: no path can hold such a character
-            from sweeps.mechanics import DescriptionError
-
             reason = getattr(error, "strerror", None) or str(error)
             shown = name if len(name) <= 300 else f"…{name[-100:]}"
             allowed = f"a Python file, its path from the definition's folder ({folder or '.'})"
@@ -320,8 +308,6 @@ script = cache(Script)
 
 def _run(path: Path) -> "mechanics.System":
     """The `system` of a Python file, which is run in a child process of bounded time."""
-    from sweeps.mechanics import DescriptionError
-
     try:
         (answer,) = parts_from_child(partial(_answered, path), FILE_SECONDS, math.inf)
     except ChildError:
@@ -335,7 +321,7 @@ def _run(path: Path) -> "mechanics.System":
 
 def _answered(path: Path) -> Iterator[bytes]:
     """Yield the `system` of a Python file, or what is wrong with it, pickled."""
-    from sweeps.mechanics import DescriptionError, System
+    from sweeps.mechanics import System
 
     spec = importlib.util.spec_from_file_location("described", path)
     module = importlib.util.module_from_spec(spec)

@@ -120,7 +120,6 @@ def _in_unit(value, unit: str):
 
 
 def _columns(equations):
-    """Name, unit and meaning of each state."""
     for place in equations.places:
         yield place.name, place.unit, place.meaning
     for place in equations.places if equations.v else ():

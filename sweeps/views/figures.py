@@ -145,13 +145,10 @@ class _Shared:
     """Names that this process takes from the front and a worker from the end, one when the one before is done.
 
     No future is cancelled: Python 3.11 prints a traceback where a worker is killed while one is.
-
-    Attributes:
-        given: name → future of what the worker was given.
     """
 
     def __init__(self, names: Sequence[str], submit: Callable[[str], Future] | None):
-        self.given: dict[str, Future] = {}
+        self.given: dict[str, Future] = {}  #: name → future of what the worker was given
         self._left, self._submit, self._lock = deque(names), submit, threading.RLock()
         if submit:
             self._give()

@@ -62,7 +62,6 @@ def _places(values: np.ndarray) -> tuple[np.ndarray, tuple[float, float]]:
 
 
 def _cells(flag: np.ndarray, places, columns: int, rows: int, glyphs) -> list[str]:
-    """Lines from the top."""
     along = np.minimum((places[0] * columns).astype(int), columns - 1)
     up = np.minimum((places[1] * rows).astype(int), rows - 1) if len(places) > 1 else np.zeros(along.shape, int)
     counts = np.stack([np.bincount((up * columns + along)[flag == v], minlength=rows * columns) for v in glyphs])

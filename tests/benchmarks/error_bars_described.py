@@ -21,9 +21,9 @@ from kernels import flows
 from kernels.oscillations import MARGINAL
 from kernels.statuses import OK
 from sweeps.mechanics import relative as spectra
-from sweeps.mechanics.description import DescriptionError
 from sweeps.mechanics.model import Model
 from sweeps.mechanics.relative import ROUNDINGS, regimes
+from sweeps.schema.refusals import DescriptionError
 
 DIGITS = 40
 VANISHING = 1e-18  # of the scale: what 40 digits leave of a vanishing part, of two eigenvalues that meet

@@ -6,9 +6,9 @@ import sympy as sp
 
 from sweeps.mechanics import System, branches
 from sweeps.mechanics.derivation import derive
-from sweeps.mechanics.description import DescriptionError
 from sweeps.mechanics.equilibria import PROVED, find
 from sweeps.mechanics.landscape import Landscape
+from sweeps.schema.refusals import DescriptionError
 
 
 def cusp(follow, tilt=-2.0, push=0.0, most=3):

@@ -118,7 +118,6 @@ def from_start(
 
 
 def _omega(body: "SpunBody", spun: Mapping[str, float], given: Any) -> np.ndarray:
-    """Angular velocity at the start, rad s-1."""
     given, spinning = _given(given), spin_of(given)
     if len(given) > len(spinning):
         omega = np.array([amount(f"start.{name}", given.get(name, 0.0), "rad s-1") for name in RATES])

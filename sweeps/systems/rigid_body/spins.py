@@ -92,7 +92,6 @@ def twist_of(moments: tuple[float, float, float], axis: int, epsilon: float, pha
 
 
 def _in_space(spin: Spin, duration) -> str:
-    """Return how the axis moves in the inertial frame."""
     if spin.space_period is None:
         return ""
     turns = f"{spin.space_turns:.4g} of a turn" if spin.space_turns < 1.5 else f"{spin.space_turns:.4g} turns"

@@ -60,7 +60,6 @@ class TumblingDefinition(FollowedDefinition):
 
 
 def _ends(entry) -> tuple[float, float]:
-    """Least and greatest value of a grid's entry."""
     values = spread(entry)
     ends = (values.start, values.stop) if hasattr(values, "start") else values
     return float(np.min(ends)), float(np.max(ends))

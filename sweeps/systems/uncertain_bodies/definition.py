@@ -190,7 +190,6 @@ class UncertainDefinition(NearAxisDefinition):
 
 
 def _known(body: UncertainBody, given: Uncertainty) -> known.Known:
-    """A body as it is known."""
     moments = np.array(body.moments)
     if broken := shapes.violation(body.moments):
         shown = ", ".join(f"{moment:.6g}" for moment in moments)

@@ -126,7 +126,6 @@ def _points(known: Known, moments, turned, normals, spin: Spun) -> dict[str, np.
 
 
 def _all_rates(known: Known, moments, turned, normals, spin: Spun, integration: Integration, run: Callable):
-    """Columns of all draws: name → values, shape (n,)."""
     found = {name: np.empty(len(moments), dtype) for name, dtype in COLUMNS.items()}
 
     def fill(part):

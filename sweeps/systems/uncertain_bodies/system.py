@@ -107,7 +107,6 @@ class UncertainBodies(FreeBody):
 
 
 def _most(definition: UncertainDefinition) -> int:
-    """Draws of the body that has most of them."""
     return max(designs.made(definition.asked(body).draws) for body in definition.bodies)
 
 
