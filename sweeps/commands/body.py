@@ -41,6 +41,10 @@ def add(commands) -> None:
 
 
 def _run(args):
+    from sweeps.process import startup
+
+    if args.uncertainty is None:
+        startup.leave_out_the_compiler()  # loading it takes longer than a few formulas
     import sweeps
     from sweeps.figure import printing
     from sweeps.points import catalogue

@@ -269,3 +269,10 @@ def test_a_program_that_calls_main_keeps_its_settings(words, monkeypatch, tmp_pa
         with contextlib.suppress(SystemExit):
             main(words)
         assert settings_of_the_process() == before
+
+
+def test_the_answer_for_one_body_does_not_load_the_compiler():
+    words = [sys.executable, "-X", "importtime", "-m", "sweeps", "body", "--moments", "2.0", "3.0", "4.5"]
+    answered = subprocess.run(words, capture_output=True, text=True, check=True)
+    assert "tumbles" in answered.stdout or "unstable" in answered.stdout
+    assert "numba" not in answered.stderr

@@ -6,7 +6,7 @@ from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sweeps.process import memory, processors, startup
+from sweeps.process import memory, processors
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems.bodies import entries
 from sweeps.systems.rigid_body import asked
@@ -74,7 +74,6 @@ def answer(
     if not is_sampled:
         if beside := [name for name in SAMPLING if given[name] is not None]:
             raise DefinitionError(f"body: {', '.join(beside)}: given without uncertainty; allowed: both, or neither")
-        startup.leave_out_the_compiler()  # of a command: loading it takes longer than a few formulas
     found, spun = asked.body_of(body, source, given, load)
     axis = asked.axis_of(axis)
     facts, (lines, rows, more) = asked.facts(found, spun, axis, twist), asked.answer(found, spun, axis, twist)
