@@ -71,9 +71,8 @@ def answer(
         raise DefinitionError(f"body: {unknown[0]} is unknown; allowed: {allowed}")
     given = dict.fromkeys((*SPIN, *SAMPLING, "uncertainty")) | dict(setting)
     is_sampled = given["uncertainty"] is not None
-    if not is_sampled:
-        if beside := [name for name in SAMPLING if given[name] is not None]:
-            raise DefinitionError(f"body: {', '.join(beside)}: given without uncertainty; allowed: both, or neither")
+    if not is_sampled and (beside := [name for name in SAMPLING if given[name] is not None]):
+        raise DefinitionError(f"body: {', '.join(beside)}: given without uncertainty; allowed: both, or neither")
     found, spun = asked.body_of(body, source, given, load)
     axis = asked.axis_of(axis)
     facts, (lines, rows, more) = asked.facts(found, spun, axis, twist), asked.answer(found, spun, axis, twist)
