@@ -73,8 +73,7 @@ def _uniforms(method: str, dimension: int, size: int, rng: np.random.Generator) 
     return np.clip(qmc.LatinHypercube(dimension, rng=rng).random(size), *INSIDE)
 
 
-# ---------------------------------------------------------------------------------------------------------
-# Estimates and their standard errors
+# -- estimates and their standard errors
 
 
 def mean(parts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -103,10 +102,6 @@ def wilson_end(draws: int) -> float:
 def quantiles(values: np.ndarray, levels: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Return quantiles over all draws, and their standard errors from the replicates; infinities are kept.
 
-    Args:
-        values: shape (replicates, size), no NaN.
-        levels: between 0 and 1.
-
     Returns:
         Quantiles (the draw at or next above the level), and errors: NaN where a replicate's own is infinite.
     """
@@ -121,8 +116,7 @@ def _order_statistics(values: np.ndarray, levels: tuple[float, ...]) -> np.ndarr
     return np.partition(values, places)[places]
 
 
-# ---------------------------------------------------------------------------------------------------------
-# Which input matters
+# -- which input matters
 
 
 def sobol_indices(
