@@ -111,15 +111,14 @@ def test_a_window_shorter_than_the_scale_is_refused():
 
 def test_an_amplitude_that_bends_the_samples_beyond_their_least_singular_value_is_refused():
     raw = np.zeros((4, flows.FIRST + invariants.HEAD + 8))
-    raw[:, flows.AMPLITUDE] = 1.0
+    raw[:, flows.LEFT] = [1e-4, 1e-1, 1e-4, 1e-4]
     told = raw[:, flows.FIRST :]
-    told[:, invariants.EQUATIONS], told[:, invariants.MOVED] = 100.0, 0.1
+    told[:, invariants.MOVED] = 0.1
     told[2, invariants.HEAD] = 2.0  # a rate above every possible one
     told[3, invariants.ODD] = 2.0
-    size, ones = np.array([1e-4, 1e-1, 1e-4, 1e-4]), np.ones(4)
-    found = flows.is_too_wide(raw, 0, 2, size, ones, ones > 0, ones > 0)
+    found = flows.is_too_wide(raw, 0, 2, np.ones(4), np.ones(4) > 0)
     assert found.tolist() == [False, True, True, True]
-    assert flows.is_too_wide(raw, 0, 2, size, ones, ones > 0, ones < 0).tolist() == [False, True, True, False]
+    assert flows.is_too_wide(raw, 0, 2, np.ones(4), np.ones(4) < 0).tolist() == [False, True, True, False]
 
 
 def test_eigenvalues_are_in_the_order_of_theorys_however_close_the_samples():
