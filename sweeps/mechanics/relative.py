@@ -426,5 +426,5 @@ def _by_pairs(total, product, discriminant):
     up, down = (total[0] > total[1]), (total[0] < -total[1])
     above, below = (product[0] > product[1]), (product[0] < -product[1])
     split, joined = (discriminant[0] > discriminant[1]), (discriminant[0] < -discriminant[1])
-    cases = [below | (up & ~joined), joined, down & above & split]
+    cases = [below | (up & split), joined, down & above & split]  # S > 0 alone may be two real pairs or flutter
     return np.select(cases, [kernel.UNSTABLE, kernel.FLUTTER, kernel.STABLE], kernel.MARGINAL)
