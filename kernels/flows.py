@@ -185,22 +185,16 @@ def rows(runs, quantities, n, intervals):
 def run(integrator, points, quantities, sampling):
     """Integrate and measure points; the raw result before anything is named.
 
-    Parameters
-    ----------
-    integrator : runs.Integrator
-        What is watched are the conserved quantities' deviations.
-    points : runs.Runs
-        project: P, from the N states' deviations to the n that are measured.
-    quantities : int
-        Number of conserved quantities.
-    sampling : runs.Sampling
-        How the runs are sampled.
+    Args:
+        integrator (runs.Integrator): What is watched are the conserved quantities' deviations.
+        points (runs.Runs): project: P, from the N states' deviations to the n that are measured.
+        quantities (int): Number of conserved quantities.
+        sampling (runs.Sampling): How the runs are sampled.
 
-    Returns
-    -------
-    numpy.ndarray, shape (points, FIRST + quantities + invariants.HEAD + 4 n)
-        Columns HALVING, STEPS, SAMPLES, AMPLITUDE, LEFT, the largest change of each conserved quantity's deviation,
-        and those of :mod:`kernels.spectrum`, in units of s; its errors are bounds.
+    Returns:
+        numpy.ndarray, shape (points, FIRST + quantities + invariants.HEAD + 4 n): Columns HALVING, STEPS, SAMPLES,
+        AMPLITUDE, LEFT, the largest change of each conserved quantity's deviation, and those of
+        :mod:`kernels.spectrum`, in units of s; its errors are bounds.
     """
     runs, n = points.starts.shape[1], points.project.shape[1]
 
@@ -240,20 +234,14 @@ def is_too_wide(raw, quantities, n, scale, paired):
     for every motion of the equations (no rate above ``scale``; odd coefficients of the characteristic polynomial vanish
     where eigenvalues come in pairs ±μ), nothing is known.
 
-    Parameters
-    ----------
-    raw : numpy.ndarray
-        As of :func:`run`.
-    quantities, n : int
-        Numbers of conserved quantities and of eigenvalues.
-    scale : numpy.ndarray
-        As of :func:`run`.
-    paired : numpy.ndarray of bool
-        Where the equations make eigenvalues come in pairs ±μ.
+    Args:
+        raw (numpy.ndarray): As of :func:`run`.
+        quantities, n (int): Numbers of conserved quantities and of eigenvalues.
+        scale (numpy.ndarray): As of :func:`run`.
+        paired (numpy.ndarray of bool): Where the equations make eigenvalues come in pairs ±μ.
 
-    Returns
-    -------
-    numpy.ndarray of bool
+    Returns:
+        numpy.ndarray of bool.
     """
     told = raw[:, FIRST + quantities :]
     re, im, re_error, im_error = (told[:, invariants.HEAD + i * n : invariants.HEAD + (i + 1) * n] for i in range(4))

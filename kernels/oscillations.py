@@ -242,24 +242,18 @@ def _unload_blocks(steps, order, bounds, _, blocks, raw):
 def run(integrator, runs, sampling):
     """Integrate and measure points; the raw result before anything is named.
 
-    Parameters
-    ----------
-    integrator : runs.Integrator
-        What is watched is the energy and the sum of its absolute terms.
-    runs : runs.Runs
-        starts: one run. project: v_k^T a of the nudged mode's place and of its speed over S, for at its largest a mode
-        turns, and what a step leaves out is in its speed; then of the others' places; in units of the whole nudge.
-        given: size of the nudged mode's coordinate at the start (the window ends at 10 times it); size that every other
-        mode may have, whatever the nudged one has, 0 where they are to stay at rest.
-    sampling : runs.Sampling
-        How the runs are sampled.
+    Args:
+        integrator (runs.Integrator): What is watched is the energy and the sum of its absolute terms.
+        runs (runs.Runs): starts: one run. project: v_k^T a of the nudged mode's place and of its speed over S, for at
+            its largest a mode turns, and what a step leaves out is in its speed; then of the others' places; in units
+            of the whole nudge. given: size of the nudged mode's coordinate at the start (the window ends at 10 times
+            it); size that every other mode may have, whatever the nudged one has, 0 where they are to stay at rest.
+        sampling (runs.Sampling): How the runs are sampled.
 
-    Returns
-    -------
-    numpy.ndarray, shape (points, len(RAW))
-        Columns of RAW: halving, steps, rate2, stderr, reduced, beyond (b), spread (the standard error of the twice
-        extrapolated samples' rate²; s-2), samples, energy_drift, log_slope (s-1) and e_folds; the last two NaN where
-        their window held no two samples.
+    Returns:
+        numpy.ndarray, shape (points, len(RAW)): Columns of RAW: halving, steps, rate2, stderr, reduced, beyond (b),
+        spread (the standard error of the twice extrapolated samples' rate²; s-2), samples, energy_drift, log_slope
+        (s-1) and e_folds; the last two NaN where their window held no two samples.
     """
 
     def unloaded(*block):
@@ -316,20 +310,15 @@ def errors(raw, scale, spacing, share=1.0):
     more than :math:`b\,[1 + 3\min(15b/d, 10)] + e`, and that a fifth of s stays unknown beside k. These hold all random
     places of tests/benchmarks/error_bars.py.
 
-    Parameters
-    ----------
-    raw : numpy.ndarray, shape (points, len(RAW))
-        As of :func:`run`.
-    scale : numpy.ndarray, shape (points,)
-        S, in s-1.
-    spacing : float
-        Spacing of the samples, in 1/S.
-    share : numpy.ndarray, shape (points,), or float
-        Size of the mode's part of the perturbation, over the whole, in the norm that the kinetic matrix makes.
+    Args:
+        raw (numpy.ndarray, shape (points, len(RAW))): As of :func:`run`.
+        scale (numpy.ndarray, shape (points,)): S, in s-1.
+        spacing (float): Spacing of the samples, in 1/S.
+        share (numpy.ndarray, shape (points,), or float): Size of the mode's part of the perturbation, over the whole,
+            in the norm that the kinetic matrix makes.
 
-    Returns
-    -------
-    measured, reduced : numpy.ndarray
+    Returns:
+        numpy.ndarray: measured, and reduced.
     """
     unit, S2 = 0.5 * EPSILON, scale * scale
     with np.errstate(all="ignore"):
@@ -374,14 +363,11 @@ def is_too_wide(raw, scale, spacing):
     another and not with that of zero amplitude. Residuals of the samples extrapolated twice then are no small part of
     the rate² (or of 1/T², T the window's length, where the rate² is smaller).
 
-    Parameters
-    ----------
-    raw, scale, spacing
-        As of :func:`errors`.
+    Args:
+        raw, scale, spacing: As of :func:`errors`.
 
-    Returns
-    -------
-    numpy.ndarray of bool
+    Returns:
+        numpy.ndarray of bool.
     """
     S2 = scale * scale
     with np.errstate(all="ignore"):
@@ -394,15 +380,11 @@ def is_too_wide(raw, scale, spacing):
 def regime(rate_squared, error):
     """Return the regime of measured points: MARGINAL where the rate² is not above its error.
 
-    Parameters
-    ----------
-    rate_squared, error : numpy.ndarray
-        In s-2.
+    Args:
+        rate_squared, error (numpy.ndarray): In s-2.
 
-    Returns
-    -------
-    numpy.ndarray of int8
-        STABLE, UNSTABLE or MARGINAL.
+    Returns:
+        numpy.ndarray of int8: STABLE, UNSTABLE or MARGINAL.
     """
     marginal = ~(np.abs(rate_squared) > error)
     return np.select([marginal, rate_squared < 0.0], [MARGINAL, UNSTABLE], STABLE).astype(np.int8)
