@@ -136,23 +136,18 @@ class Spectrum(NamedTuple):
 def measure(samples, spacing, used=None):
     """Measure the eigenvalues of sampled linear motions.
 
-    Parameters
-    ----------
-    samples : array_like, shape (..., runs, count, n)
-        All n states at equally spaced times, in units in which their noise is alike.
-    spacing : float or array_like, shape (...)
-        Time between samples, in s; no mode may turn by more than half a radian in it.
-    used : array_like of int, shape (..., runs), optional
-        How many samples of each run count; left out, all.
+    Args:
+        samples (array_like, shape (..., runs, count, n)): All n states at equally spaced times, in units in which their
+            noise is alike.
+        spacing (float or array_like, shape (...)): Time between samples, in s; no mode may turn by more than half a
+            radian in it.
+        used (array_like of int, shape (..., runs), optional): How many samples of each run count; left out, all.
 
-    Returns
-    -------
-    Spectrum
+    Returns:
+        Spectrum.
 
-    Raises
-    ------
-    ValueError
-        For a wrong shape, more than MOST_STATES states, or too few samples for the n² + runs n parameters.
+    Raises:
+        ValueError: For a wrong shape, more than MOST_STATES states, or too few samples for the n² + runs n parameters.
     """
     samples = np.asarray(samples, dtype=np.float64)
     if samples.ndim < 3 or not 1 <= samples.shape[-1] <= MOST_STATES:

@@ -9,7 +9,7 @@ import numpy as np
 
 from kernels import measure, statuses
 from kernels import oscillations as kernel
-from kernels.runs import Runs, Sampling
+from kernels.runs import SIZES, Runs, Sampling
 from sweeps.mechanics import modes, scales
 from sweeps.mechanics.equilibria import runs_of
 from sweeps.mechanics.problem import changed
@@ -168,13 +168,15 @@ def _run(model, points, theory, part, nudge, sampling):
     S, mode = theory["scale"][part], np.asarray(points["mode"])[part] - 1
     x = np.concatenate([nudge["along"] * np.cos(phase)[:, None], nudge["along"] * (-S * np.sin(phase))[:, None]], 1)
     signs = (1.0, -1.0) if theory["twice"][part].any() else (1.0, 1.0)  # the second is not read
-    motions = [(size * epsilon, sign * x.T) for size in kernel.SIZES for sign in signs]
-    begin = model.code.starts(parameters, theory["place"][part], motions)
+    motions = [(size * epsilon, sign * x.T) for size in SIZES for sign in signs]
+    starts = model.code.starts(parameters, theory["place"][part], motions)[:, None]
+    places, m = nudge["projection"], model.equations.m
+    project = np.zeros((part.size, m + 1, 2 * m))
+    project[:, 0, :m], project[:, 1, m:], project[:, 2:, :m] = places[:, 0], places[:, 0] / S[:, None], places[:, 1:]
     twice = theory["twice"][part].astype(np.int64)
-    family = model.equations.m * np.asarray(points["equilibrium"], dtype=np.int64)[part] + mode
-    runs = Runs(begin, np.ascontiguousarray(nudge["projection"]), S, epsilon, twice, family)
-    sizes = np.stack([nudge["start"], nudge["allowed"]], axis=1)
-    return kernel.run(model.code.integrator(), runs, sizes, sampling)
+    family = m * np.asarray(points["equilibrium"], dtype=np.int64)[part] + mode
+    given = np.stack([nudge["start"], nudge["allowed"]], axis=1)
+    return kernel.run(model.code.integrator(), Runs(starts, project, S, epsilon, twice, family, given), sampling)
 
 
 def _nudged_first(vectors, mode):

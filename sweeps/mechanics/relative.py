@@ -13,11 +13,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from kernels import statuses
-from kernels.runs import Runs, Sampling
+from kernels.blocks import W
+from kernels.runs import SIZES, Runs, Sampling
 from sweeps.mechanics.equilibria import runs_of
 
-CHUNK = 4096
-PAIR_FROM = 1e-9  # a nudge larger than this is made from both sides
+CHUNK, CHUNK_BYTES = 4096, 1 << 26  # points, and memory of their samples, that are measured together: a block at least
+SMALL = 1e-25  # no larger perturbation has an amplitude that counts
 TIED = (1e-6, 3e-6)  # of the scale: imaginary parts nearer than the first are one where eigenvalues are ordered
 ORDERED = 1e-7  # of the scale: imaginary parts known to less are in the order of theory's
 ROUNDINGS = 256 * np.finfo(np.float64).eps  # of the scale: what theory's own eigenvalues are known to
@@ -53,27 +54,26 @@ def theory(model, points: Mapping[str, np.ndarray], vectors: bool = False) -> di
     told = model.located(parameters, slot)
     place = told["place"]
     with np.errstate(all="ignore"):
-        J, terms, sizes, inverse = _jacobian(model, parameters, place)
+        J, terms, sizes = _jacobian(model, parameters, place)
         S, sizes = _scales(terms, sizes)
         gradients = model.landscape.gradients(parameters, list(place.T)) * sizes[:, None, :]
         basis = _free(gradients, model.n)
         scaled = J * sizes[:, None, :] / sizes[:, :, None]
         matrix = np.swapaxes(basis, 1, 2) @ scaled @ basis
         changes = _changes(model, parameters, place, sizes, gradients)
-        bent = _bent(model, parameters, place, inverse, terms, sizes, S)
     found = _eigen(matrix, S) | (_vectors(matrix, S) if vectors else {})
     paired = _paired(model, parameters, place)
     told |= {"place": place, "scale": S, "sizes": sizes, "basis": basis, "matrix": matrix, "paired": paired}
-    return told | found | {"parameters": parameters, "changes": changes, "bent": bent}
+    return told | found | {"parameters": parameters, "changes": changes}
 
 
 def _jacobian(model, parameters, place):
-    """The Jacobian, its terms' absolute values, the states' sizes (of velocities: of size in 1/S), and a⁻¹."""
+    """The Jacobian, its terms' absolute values, and the states' sizes (of velocities: of size in 1/S)."""
     x = list(place.T)
     slopes, terms = model.landscape.slopes(parameters, x)
     sizes = model.landscape.sizes(parameters, x)
     if not model.equations.v:
-        return slopes, terms, sizes, None
+        return slopes, terms, sizes
     inverse = _inverse(model, parameters, x)
     m = model.equations.m
     J, bound = (np.zeros((len(place), model.equations.n, model.equations.n)) for _ in range(2))
@@ -85,7 +85,7 @@ def _jacobian(model, parameters, place):
     rate = np.maximum(np.sqrt(pulled.max((1, 2))), dragged.max((1, 2)))  # so that no unit of time counts
     scaled = np.concatenate([sizes, sizes * rate[:, None]], axis=1)
     root = _root(bound * scaled[:, None, :] / scaled[:, :, None])
-    return J, bound, np.concatenate([sizes, sizes * root[:, None]], axis=1), inverse
+    return J, bound, np.concatenate([sizes, sizes * root[:, None]], axis=1)
 
 
 def _inverse(model, parameters, x):
@@ -96,21 +96,6 @@ def _inverse(model, parameters, x):
     sound[sound] = np.abs(np.linalg.det(a[sound])) > 0.0
     inverse[sound] = np.linalg.inv(a[sound])
     return inverse
-
-
-def _bent(model, parameters, place, inverse, terms, sizes, S):
-    """How many times its own size a nudge bends the Jacobian, over S: large where a small state feels large ones.
-
-    From the absolute values of the Jacobian's terms, at the equilibrium and a state's size farther out.
-    """
-    m = place.shape[1]
-    out = place + np.where(place < 0.0, -1.0, 1.0) * sizes[:, :m]
-    rows = model.landscape.slopes(parameters, list(out.T))[1]
-    if model.equations.v:
-        rows = np.concatenate([terms[:, :m], np.abs(inverse) @ rows], axis=1)
-    change = np.abs(rows - terms) * sizes[:, None, :] / sizes[:, :, None]
-    most = change.sum(2).max(1) / S
-    return np.where(np.isfinite(most), np.maximum(1.0, most), 1.0)
 
 
 def _paired(model, parameters, place):
@@ -170,12 +155,13 @@ def measured(model, points, theory, cycles: float, samples_per_cycle: int, toler
     sound = here & np.isfinite(theory["scale"]) & np.isfinite(theory["matrix"]).all(axis=(1, 2))
     status[here & ~sound] = statuses.NON_FINITE
     which = np.flatnonzero(sound)
-    for start in range(0, which.size, CHUNK):
-        part = which[start : start + CHUNK]
+    block = 8 * W * kernel.rows(runs, quantities, model.n, intervals)
+    size = min(CHUNK, W * max(1, CHUNK_BYTES // block))
+    for start in range(0, which.size, size):
+        part = which[start : start + size]
         raw[part] = _run(model, points, theory, part, runs, Sampling(intervals, spacing, tolerance))
         status[part] = kernel.status(raw[part], quantities, model.n, intervals, tolerance, runs, spacing)
-    size = np.asarray(points["epsilon"], dtype=np.float64) * theory["bent"]
-    wide = kernel.is_too_wide(raw, quantities, model.n, size, theory["scale"], _twice(points), theory["paired"])
+    wide = kernel.is_too_wide(raw, quantities, model.n, theory["scale"], theory["paired"])
     wide &= status == statuses.OK
     status[wide], raw[wide, kernel.FIRST + quantities :] = statuses.PERTURBATION_TOO_LARGE, np.nan
     return {"raw": raw, "status": status, "spacing": spacing}
@@ -187,14 +173,16 @@ def _run(model, points, theory, part, runs, sampling):
     parameters = [p[part] for p in theory["parameters"]]
     epsilon = np.asarray(points["epsilon"], dtype=np.float64)[part]
     sizes, basis = theory["sizes"][part], theory["basis"][part]
-    twice = _twice(points)[part].astype(np.int64)
+    twice = (epsilon > SMALL).astype(np.int64)
+    motions = [(size, sign) for size in SIZES for sign in (1.0, -1.0)] if twice.any() else [(1.0, 1.0)]
     x = [sizes * (basis @ direction) for direction in directions(model.n, runs)]
-    signs = (1.0, -1.0) if twice.any() else (1.0,)
-    starts = model.code.starts(parameters, theory["place"][part], [(epsilon, s * y.T) for s in signs for y in x])
+    starts = [(size * epsilon, sign * y.T) for y in x for size, sign in motions]
+    starts = model.code.starts(parameters, theory["place"][part], starts)
+    starts = starts.reshape(part.size, runs, len(motions), -1)
     project = np.ascontiguousarray(np.swapaxes(basis, 1, 2) / sizes[:, None, :])
     family = np.asarray(points["equilibrium"], dtype=np.int64)[part]
-    chosen = Runs(starts, project, theory["scale"][part], epsilon * theory["bent"][part], twice, family)
-    return kernel.run(model.code.integrator(), chosen, runs, len(model.quantities), sampling)
+    chosen = Runs(starts, project, theory["scale"][part], epsilon, twice, family, np.empty((part.size, 0)))
+    return kernel.run(model.code.integrator(), chosen, len(model.quantities), sampling)
 
 
 # -- both
@@ -266,11 +254,6 @@ def _columns(model, theory, measured):
         "equilibria_certified": theory["certified"],
         **{f"{p.name}_equilibrium": theory["place"][:, i] for i, p in enumerate(model.equations.places)},
     }
-
-
-def _twice(points):
-    """Return where runs from both sides are made."""
-    return np.asarray(points["epsilon"], dtype=np.float64) > PAIR_FROM
 
 
 def directions(n: int, runs: int) -> np.ndarray:
@@ -443,5 +426,5 @@ def _by_pairs(total, product, discriminant):
     up, down = (total[0] > total[1]), (total[0] < -total[1])
     above, below = (product[0] > product[1]), (product[0] < -product[1])
     split, joined = (discriminant[0] > discriminant[1]), (discriminant[0] < -discriminant[1])
-    cases = [below | (up & ~joined), joined, down & above & split]
+    cases = [below | (up & split), joined, down & above & split]  # S > 0 alone may be two real pairs or flutter
     return np.select(cases, [kernel.UNSTABLE, kernel.FLUTTER, kernel.STABLE], kernel.MARGINAL)
