@@ -7,11 +7,12 @@ from sweeps.commands import parser
 FORMATS = ("png", "svg", "pdf", "mp4", "webm")
 THEMES = ("light", "dark", "print")
 LEAST_MM, MOST_MM = 30, 2000
+MILLIMETRES = {"": 1.0, "mm": 1.0, "cm": 10.0, "in": 25.4}
 EPILOG = """\
 Draws all figures, or those named by --only, at the values given by --at or --DIMENSION VALUE (the nearest grid value is
 used and reported). SVG and PDF are for slides and papers: their text can be searched and edited, and the fonts are in
-the file. MP4 and WebM are for animations and need ffmpeg; with the other formats animations are GIF. SIZE is in mm,
-160x100, or a width alone, 160, or a name: slide (338.7x190.5), page (178), column (86).
+the file. MP4 and WebM are for animations and need ffmpeg; with the other formats animations are GIF. SIZE is slide
+(16:9, 1920 x 1080 pixels), page (178 mm wide), column (86 mm), or a width or width x height: 160 (mm), 15cm, 6x4in.
 
   polhode figures results/tennis_racket/stability_map.nc -o slides --format pdf --only stability --axis 2
 """
@@ -28,7 +29,7 @@ def add(commands) -> None:
     )
     command.add_argument("--theme", choices=THEMES, default="light", help="print: distinguishable in greyscale")
     command.add_argument(
-        "--size", metavar="SIZE", help="in mm, 160x100mm, or slide, page, column (default: set by the figure)"
+        "--size", metavar="SIZE", help="slide, page, column, 160mm, 15cm, 6in, 160x100mm (default: set by the figure)"
     )
     text = "name of a figure or its beginning; may be given several times"
     command.add_argument("--only", metavar="NAME", action="append", default=[], help=text)
@@ -74,9 +75,11 @@ def _sheet(text: str | None):
 
     if text is None or text in style.SHEETS:
         return style.SHEETS.get(text, style.ITS_OWN)
-    found = re.fullmatch(r"(\d+(?:\.\d+)?)(?:[x×](\d+(?:\.\d+)?))? ?(?:mm)?", text)
-    sides = [float(side) for side in found.groups() if side] if found else []
+    found = re.fullmatch(r"(\d+(?:\.\d+)?)(?: ?[x×] ?(\d+(?:\.\d+)?))? ?(mm|cm|in|)", text)
+    *sides, unit = found.groups() if found else ("",)
+    sides = [float(side) * MILLIMETRES[unit] for side in sides if side]
     if not sides or not all(LEAST_MM <= side <= MOST_MM for side in sides):
-        allowed = f"160x100mm or 160, {LEAST_MM} to {MOST_MM} a side, or {', '.join(style.SHEETS)}"
+        allowed = f"{', '.join(style.SHEETS)}, a width or width x height from {LEAST_MM} to {MOST_MM} mm"
+        allowed += " (160, 160x100mm, 15cm, 6x4in)"
         raise RefusedError(f"--size: {shortened(repr(text))} is not a size; allowed: {allowed}")
     return style.Sheet(*sides)

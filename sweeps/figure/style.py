@@ -3,7 +3,7 @@
 import math
 import re
 import textwrap
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from copy import copy
@@ -17,14 +17,15 @@ from matplotlib.colors import ListedColormap, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
+from matplotlib.textpath import TextPath
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
 from sweeps.figure.colors import INK, QUIET
 
 DPI = 200
-SUBTITLE_LETTERS = 15.0  # an inch, about, at the subtitle's size
+SUBTITLE_LETTERS, TITLE_LETTERS = 15.0, 10.5  # an inch, about, at their sizes
 VALUE = re.compile(r"[^\s,][^,\n=]{0,18} = [^,\n=]{0,18}[^\s,]")  # a name and its value, with its unit
-LEGEND_POINTS, LEAST_POINTS = 8.5, 6.0  # of a legend's letters, and where they would not fit
+LEGEND_POINTS = 8.5  # of a legend's letters
 SERIES_MARKERS = ("o", "s", "^", "D", "v", "P")
 
 STYLE = {
@@ -64,14 +65,27 @@ class Sheet(NamedTuple):
     Attributes:
         width: of the paper or the slide, mm; None for the size that a picture takes by itself.
         height: likewise; None keeps the picture's own shape.
-        larger: how much larger letters are than the size alone would have them.
+        dots: per inch of the paper, of PNG; None for `DPI`.
         make: what makes an empty figure: matplotlib's class, or pyplot's function where a person looks on.
     """
 
     width: float | None = None
     height: float | None = None
-    larger: float = 1.0
+    dots: float | None = None
     make: object = Figure
+
+    @property
+    def scale(self) -> float:
+        """How large letters are, beside those of a picture that has no sheet."""
+        if self.width is None:
+            return 1.0
+        return max(LEAST_SCALE, min(self.width / SLIDE[0], (self.height or PAGE_MM) / SLIDE[1]) * LETTERS)
+
+    def inches(self) -> tuple[float, float]:
+        """Return the room in which a picture is laid out, in inches of letters of a picture that has no sheet."""
+        if self.width is None:
+            return ROOM
+        return self.width * MM / self.scale, (self.height or PAGE_MM) * MM / self.scale
 
 
 class Film(NamedTuple):
@@ -95,13 +109,13 @@ class Film(NamedTuple):
 GIF, HD = Film(1000 / 60, 1, None), Film(30.0, 2, 1920)
 film: ContextVar[Film] = ContextVar("film", default=GIF)
 
-SHEETS = {  # by name: what people put pictures on
-    "slide": Sheet(338.7, 190.5, 1.25),
-    "page": Sheet(178.0),
-    "column": Sheet(86.0),
-}
+SLIDE = (338.7, 190.5)  # mm: 16:9
+SHEETS = {"slide": Sheet(*SLIDE, dots=144.0), "page": Sheet(178.0), "column": Sheet(86.0)}  # a slide: 1920 x 1080
 MM = 1.0 / 25.4  # inches
-LEAST_SCALE = 0.72  # of letters: 6.1 points where they are 8.5
+LETTERS, LEAST_SCALE = 4.0 / 3.0, 0.8  # of letters on a slide: 24 pixels; and at least, 7.2 points
+PAGE_MM = 240.0  # height of a picture on a page
+ROOM = (10.0, 8.0)  # inches, of a picture that has no sheet
+LEAST_SHARE = 0.6  # of a panel's size: narrower ones stand below each other
 ITS_OWN = Sheet()
 _sheet: ContextVar[Sheet] = ContextVar("sheet", default=ITS_OWN)
 
@@ -111,20 +125,32 @@ def drawn_for(sheet: Sheet) -> Iterator[None]:
     """Draw figures of this block for one sheet, in Polhode's style."""
     token = _sheet.set(sheet)
     try:
-        with matplotlib.rc_context(STYLE):
+        with matplotlib.rc_context(STYLE | ({"savefig.dpi": sheet.dots} if sheet.dots else {})):
             yield
     finally:
         _sheet.reset(token)
 
 
-def _fitted(width: float, height: float, sheet: Sheet) -> tuple[float, float, float]:
-    """Inches in which a picture for a sheet is laid out, and by how much it is scaled to be as large as that."""
-    if sheet.width is None:
-        return width, height, 1.0
-    wide = sheet.width * MM
-    high = sheet.height * MM if sheet.height else height * wide / width
-    scale = max(LEAST_SCALE, sheet.larger * min(wide / width, high / height))
-    return wide / scale, high / scale, scale
+def arranged(panels: int, cell: tuple[float, float], beside=(1.2, 1.6)) -> tuple[int, int, tuple[float, float]]:
+    """Return rows and columns of panels, and the inches of their picture, as they fit the sheet best.
+
+    Args:
+        panels: their number.
+        cell: inches of each.
+        beside: inches of what is beside and above them.
+    """
+    room = _sheet.get().inches()
+
+    def size(columns: int) -> tuple[float, float]:
+        return beside[0] + columns * cell[0], beside[1] + math.ceil(panels / columns) * cell[1]
+
+    def share(columns: int) -> float:
+        scale = min(most / own for most, own in zip(room, size(columns), strict=True))
+        return scale * panels / (columns * math.ceil(panels / columns))
+
+    good = [columns for columns in range(panels, 0, -1) if share(columns) >= LEAST_SHARE]
+    columns = good[0] if good else max(range(1, panels + 1), key=share)
+    return math.ceil(panels / columns), columns, size(columns)
 
 
 class Borrowed:
@@ -157,36 +183,34 @@ class Borrowed:
         return (made.item() if made.size == 1 else made.squeeze()) if squeeze else made
 
 
-def canvas(
-    width: float, height: float, title: str, subtitle: str, footer: float = 0.0, ax: Axes | None = None
-) -> Figure | Borrowed:
+def canvas(width: float, height: float, title: str, subtitle: str, ax: Axes | None = None) -> Figure | Borrowed:
     """Return a figure drawn by Agg, with title and subtitle in its upper left corner, or the given Axes.
 
     Args:
-        width: in inches.
-        height: in inches.
-        title: one line.
-        subtitle: one line or several; what is too long is broken between words.
-        footer: height in inches that is kept free at the bottom.
+        width: in inches, where the sheet has none.
+        height: likewise; a sheet without a height keeps the ratio of both.
+        title: what is too long is broken between words.
+        subtitle: one line or several, likewise.
         ax: where else the picture is drawn, with its title alone.
     """
     if ax is not None:
         ax.set_title(title)
         return Borrowed(ax)
     sheet = _sheet.get()
-    width, height, scale = _fitted(width, height, sheet)
-    subtitle = wrapped(subtitle, width)
-    figure = sheet.make(figsize=(width, height), dpi=DPI, layout="constrained", facecolor="white")
+    if sheet.width:
+        (wide, high), ratio = sheet.inches(), height / width
+        width, height = wide, high if sheet.height else min(high, wide * ratio)
+    title, subtitle = wrapped(title, width, TITLE_LETTERS), wrapped(subtitle, width)
+    figure = sheet.make(figsize=(width, height), dpi=DPI, layout="compressed", facecolor="white")
     if sheet.make is Figure:
         FigureCanvasAgg(figure)
-    figure.scale = scale
-    head = 0.42 + 0.17 * (1 + subtitle.count("\n"))
-    rect = (0.0, footer / height, 1.0, 1.0 - (head + footer) / height)
-    figure.get_layout_engine().set(w_pad=0.08, h_pad=0.06, rect=rect)
+    figure.scale = sheet.scale
+    below = 0.12 + 0.25 * (1 + title.count("\n"))
+    head = below + 0.05 + 0.17 * (1 + subtitle.count("\n"))
+    figure.get_layout_engine().set(w_pad=0.08, h_pad=0.06, rect=(0.0, 0.0, 1.0, 1.0 - head / height))
     place = {"ha": "left", "va": "top", "in_layout": False}
-    size = min(12.0, 12.0 * (width - 0.24) / (0.092 * max(len(title), 1)))  # in one line, whatever the width
-    figure.text(0.12 / width, 1 - 0.12 / height, title, fontsize=size, fontweight="bold", **place)
-    figure.text(0.12 / width, 1 - 0.37 / height, subtitle, fontsize=8.5, color=QUIET, linespacing=1.4, **place)
+    figure.text(0.12 / width, 1 - 0.12 / height, title, fontsize=12, fontweight="bold", linespacing=1.3, **place)
+    figure.text(0.12 / width, 1 - below / height, subtitle, fontsize=8.5, color=QUIET, linespacing=1.4, **place)
     return figure
 
 
@@ -195,9 +219,9 @@ def on_paper(figure: Figure, draw: Callable[[], None]) -> None:
     figure.on_paper = [*getattr(figure, "on_paper", ()), draw]
 
 
-def wrapped(text: str, width: float) -> str:
-    """Return a subtitle wrapped to a canvas of so many inches, never within `name = value`."""
-    most = int((width - 0.24) * SUBTITLE_LETTERS)
+def wrapped(text: str, width: float, letters: float = SUBTITLE_LETTERS) -> str:
+    """Return text wrapped to a canvas of so many inches with so many letters an inch, never within `name = value`."""
+    most = int((width - 0.24) * letters)
     whole = VALUE.sub(lambda value: value[0].replace(" ", "\u00a0"), text)  # where textwrap breaks nothing
     return "\n".join(part for line in whole.split("\n") for part in textwrap.wrap(line, most) or [""])
 
@@ -213,14 +237,25 @@ def with_unit(text: str, unit: str, form: str = " {}") -> str:
     return text + form.format(unit) if unit else text
 
 
-def label_of(ds, name: str) -> str:
-    """Return the long name of a coordinate of a map with its unit, for an axis of a plot."""
-    return with_unit(ds[name].attrs.get("long_name", name), ds[name].attrs.get("units", "1"), "  ({})")
+def label_of(ds, name: str, symbols: Mapping = {}) -> str:
+    """Return what a coordinate of a map is, with its symbol and unit, for an axis of a plot."""
+    text = _as_formulas(ds[name].attrs.get("long_name", name).partition(";")[0])
+    symbol = symbols[name].tex if name in symbols else _as_formulas(f" {name}").strip()
+    if "$" in symbol and symbol not in text:
+        text = f"{symbol} = {text}" if "/" in text else f"{text}, {symbol}"
+    return with_unit(text, ds[name].attrs.get("units", "1"), "  ({})")
 
 
 def fixed_at(ds, name: str, value: float) -> str:
     """Return the value at which a coordinate of a map is fixed: "spin rate = 2 rad s⁻¹"."""
-    return with_unit(f"{name.replace('_', ' ')} = {number(float(value), 4)}", ds[name].attrs.get("units", "1"))
+    text = _as_formulas(f" {name}").strip().replace("_", " " if "_" in name else "_")
+    return with_unit(f"{text} = {number(float(value), 4)}", ds[name].attrs.get("units", "1"))
+
+
+def _as_formulas(text: str) -> str:
+    """Text with symbols such as I2, and a letter at its end, as mathtext."""
+    text = re.sub(r"\b([A-Za-z])_?(\d)\b", r"$\1_\2$", text).replace(" - ", " − ")
+    return re.sub(r"(?<= )([A-Za-z])$", r"$\1$", text)
 
 
 def number(value: float, digits: int = 6) -> str:
@@ -319,35 +354,25 @@ def power(exponent: int) -> str:
     return f"$10^{{{exponent}}}$"
 
 
-def legend(figure: Figure | Borrowed, handles: Sequence = (), columns: int = 9) -> None:
-    """Draw a legend in the footer of a figure, with each label once in order of drawing.
+def legend(figure: Figure | Borrowed, handles: Sequence = ()) -> None:
+    """Draw a legend below a figure's panels, with each label once in order of drawing, in as few rows as fit.
 
     In somebody's figure there is none: its Axes know the labels, `ax.legend()` makes one.
 
     Args:
         figure: what the picture stands in.
         handles: what stands for kinds of things that are no artist of their own, after the others.
-        columns: entries in a row.
     """
     found = _labelled(figure) | {str(handle.get_label()): _seen(handle) for handle in handles}
-    handles = list(found.values())
-    if isinstance(figure, Borrowed) or not handles:
+    if isinstance(figure, Borrowed) or not found:
         return
-    look = {"handlelength": 1.8, "columnspacing": 1.5, "handletextpad": 0.6, "borderaxespad": 0.0}
-    width, height = figure.get_size_inches()
-    place = {"loc": "lower left", "bbox_to_anchor": (0.12 / width, 0.09 / height)}
-    columns = min(columns, len(handles))
-    size = min(LEGEND_POINTS, LEGEND_POINTS * (width - 0.24) / _row(list(found), columns))
-    made = figure.legend(handles=handles, ncols=columns, fontsize=max(LEAST_POINTS, size), **place, **look)
-    made.set_in_layout(False)
-
-
-def _row(labels: Sequence[str], columns: int) -> float:
-    """Inches, about, that a legend's columns take side by side."""
-    longest = [
-        max(len(re.sub(r"[\\\\${}^_]|mathrm|omega", "", label)) for label in labels[k::columns]) for k in range(columns)
-    ]
-    return sum(0.068 * letters + 0.45 for letters in longest)
+    sizes = [TextPath((0, 0), label, LEGEND_POINTS).get_extents().width + 4.2 * LEGEND_POINTS for label in found]
+    room = 72 * (figure.get_size_inches()[0] - 0.2)
+    rows = {n: sum(map(max, np.array_split(sizes, n))) for n in range(len(sizes), 0, -1)}  # columns → points
+    columns = next((n for n, row in rows.items() if row <= room), 1)
+    look = {"handlelength": 1.8, "columnspacing": 1.5, "handletextpad": 0.6, "borderaxespad": 0.8}
+    size = LEGEND_POINTS * min(1.0, room / rows[columns])
+    figure.legend(handles=list(found.values()), ncols=columns, fontsize=size, loc="outside lower left", **look)
 
 
 def _labelled(figure: Figure | Borrowed) -> dict:
@@ -359,9 +384,8 @@ def _labelled(figure: Figure | Borrowed) -> dict:
     for ax in figure.axes:
         own = ax.get_legend() is not None
         for artist in () if own else (*ax.lines, *ax.collections, *ax.patches):
-            label = str(artist.get_label())
-            if label and not label.startswith("_"):
-                found.setdefault(label, artist)
+            if (label := artist.get_label()) and not str(label).startswith("_"):
+                found.setdefault(str(label), artist)
     return {label: _seen(artist) for label, artist in found.items()}
 
 

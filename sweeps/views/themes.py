@@ -14,9 +14,10 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import Collection
 from matplotlib.colors import Colormap, LinearSegmentedColormap, ListedColormap, to_hex, to_rgba, to_rgba_array
 from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.text import Text
+from matplotlib.text import Annotation, Text
 
 from sweeps.figure import colors, style
 
@@ -52,6 +53,7 @@ THEMES: dict[str, Mapping[str, str]] = {"light": {}, "dark": DARK, "print": PRIN
 ONE_WAY = LinearSegmentedColormap.from_list(
     "print", ["#4d0011", "#a3192b", "#d6604d", "#eb9a7c", "#f4c3a2", "#d3dde3", "#cfe8f5", "#e4f3fa", "#f7fcff"]
 )
+DIMMED = 0.3  # of shaded surfaces, on which curves of the dark theme are pale
 MOST_NAMED = 64  # colours of a map that stand for kinds; of more, for numbers
 BOTH_WAYS = ("RdBu", "PuOr", "coolwarm")  # maps of colours that are dark at both ends
 
@@ -75,7 +77,12 @@ def apply(figure: Figure, theme: str) -> None:
     for draw in getattr(figure, "on_paper", ()) if theme == "print" else ():
         draw()
     if table:
-        recolor([figure, *figure.findobj(include_self=False)], table, theme == "print")
+        artists = [figure, *figure.findobj(include_self=False)]
+        arrows = [one.arrow_patch for one in artists if isinstance(one, Annotation) and one.arrow_patch]
+        recolor([*artists, *arrows], table, theme == "print")
+    for image in figure.findobj(AxesImage) if theme == "dark" else ():
+        if image.get_array().ndim == 3:  # colours, and not numbers
+            image.set_data(image.get_array() * [DIMMED, DIMMED, DIMMED, 1.0])
 
 
 def recolor(artists: Iterable, table: Mapping[str, str], one_way: bool = False) -> None:
@@ -116,6 +123,8 @@ def _each(artist, names: Iterable[str], other: Callable) -> None:
     for name in names:
         now = getattr(artist, f"get_{name}")()
         if isinstance(now, str) and now in ("none", "face", "auto"):
+            continue
+        if isinstance(artist, Patch) and to_rgba(now)[3] == 0.0:  # an edge that is not drawn
             continue
         many = isinstance(now, np.ndarray) and now.ndim == 2
         if isinstance(artist, Collection) and (artist.get_array() is not None or not many or len(now) > 64):

@@ -40,7 +40,7 @@ def draw(ds: xr.Dataset, specs: Mapping[str, Variable], look: "Look", ax: Axes |
     part, along, panels = _panels(ds[chosen].isel(point=slice(None, None, stride)))
     subtitle = f"{ds.attrs.get('title', '')}:  {_drawn(ds.sizes['point'], stride)}".strip()
     width = 0.8 + 2.9 * len(panels)
-    figure = style.canvas(width, 6.4 if measured else 4.2, "Sampled points", subtitle, footer=0.36, ax=ax)
+    figure = style.canvas(width, 6.4 if measured else 4.2, "Sampled points", subtitle, ax=ax)
     heights = (1.6, 1.0) if measured else (1.0,)
     axes = figure.subplots(len(heights), len(panels), squeeze=False, height_ratios=heights)
     colored = {value: look.color(meaning) or colors.GREY for value, meaning in flags(ds[flag]).items()}

@@ -31,7 +31,6 @@ LARGE = 5.2  # inches, of the picture of places
 LEVEL = 1e-6  # of a value: what differs by less is drawn as a law, not as a flat colour
 LEAST_ROOM = 0.12  # of a panel's height, between two curves with a name between
 MOST_CURVES = 4  # of a law
-LEAST_WIDTH = 5.4  # inches, for the title
 
 
 def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
@@ -42,10 +41,8 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     coordinates = [name for name in ds.data_vars if name.endswith("_equilibrium")]
     places = len(coordinates) == 1 and ds.sizes["equilibrium"] > 1 and _moves(part[coordinates[0]], x)
     count = len(panels)
-    columns = math.ceil(count / 3) if places else min(3 if count in (3, 5, 6, 9) else 4 if count > 4 else 2, count)
-    rows = math.ceil(count / columns)
-    width = max(LEAST_WIDTH, 1.0 + 3.3 * columns + LARGE * places)
-    figure = style.canvas(width, 1.5 + 2.7 * rows, ds.attrs.get("title", ""), _subtitle(ds, part), 0.36, ax=ax)
+    rows, columns, size = style.arranged(count, (3.3, 2.7), (1.0 + LARGE * places, 1.5))
+    figure = style.canvas(*size, ds.attrs.get("title", ""), _subtitle(ds, part), ax=ax)
     ratios_of_width = [LARGE / 3.3] * places + [1.0] * columns
     grid = figure.add_gridspec(rows, columns + places, width_ratios=ratios_of_width)
     axes = [figure.add_subplot(grid[k // columns, places + k % columns]) for k in range(rows * columns)]
@@ -271,9 +268,9 @@ def draw_agreement(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     promised = known & (size >= LEAST_RATE)
     worst = deviation[promised].max() if promised.any() else math.nan
     found = f"largest where ω² ≥ 10⁻³ scale²: {style.number(float(worst), 2)}" if promised.any() else ""
-    figure = style.canvas(6.4, 6.6, ds.attrs.get("title", ""), f"Measured ω² against theory;  {found}", 0.36, ax=ax)
+    figure = style.canvas(6.4, 6.6, ds.attrs.get("title", ""), f"Measured ω² against theory;  {found}", ax=ax)
     upper, ax = figure.subplots(2, 1, height_ratios=(1.0, 1.5))
-    upper.set(xscale="log", ylabel="points", xlabel="deviation from theory / error  (dimensionless)")
+    upper.set(xscale="log", ylabel="points", xlabel="deviation from theory / error ")
     ratios.draw(upper, ratio[known], epsilon.values.ravel()[::stride][known], colors.STABLE)
     with np.errstate(all="ignore"):
         bars = np.maximum(error / np.abs(theory), LEAST_DRAWN)
@@ -298,7 +295,7 @@ def _draw_deviations(ax: Axes, size, deviation, known, regime) -> None:
     )
     most = min(max(1e-5, 3 * deviation[known].max()), MOST_DEVIATION)
     ax.set(xscale="log", yscale="log", ylim=(LEAST_DRAWN / 2, most))
-    ax.set_xlabel(r"$|\omega^2|$ of theory / rate scale$^2$  (dimensionless)")
-    ax.set_ylabel(r"$|\,\omega^2\,/\,\omega^2_\mathrm{theory} - 1\,|$  (dimensionless)")
+    ax.set_xlabel(r"$|\omega^2|$ of theory / rate scale$^2$ ")
+    ax.set_ylabel(r"$|\,\omega^2\,/\,\omega^2_\mathrm{theory} - 1\,|$ ")
     ax.grid(axis="y", color=colors.FAINT, linewidth=0.5, alpha=0.7)
     ax.set_axisbelow(True)

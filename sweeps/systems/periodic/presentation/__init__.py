@@ -26,7 +26,12 @@ class PeriodicPresentation(Presentation):
         curves = figure_tongues.chart if self.system.name == "mathieu" else None
         return {
             f"tongues_{name}": partial(
-                figure_tongues.draw, ds, {"equilibrium": name}, f"Perturbed motion: {name}", LOOK, curves
+                figure_tongues.draw,
+                ds,
+                {"equilibrium": name},
+                f"perturbed motion: {name}",
+                LOOK,
+                curves,
             )
             for name in ds["equilibrium"].values.tolist()
         }

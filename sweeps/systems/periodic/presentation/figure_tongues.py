@@ -6,37 +6,34 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch
 from scipy.linalg import eigvalsh_tridiagonal
 
 from kernels.codes import REGIMES
 from sweeps.figure import colors, style
 from sweeps.systems.presentation.look import Look
+from sweeps.systems.presentation.regimes import Regimes
 
-SHADES = 6  # of a regime's colour, by the growth in a period
 DEEPEST = 1.0  # growth in a period that has the full colour
 MOST_PANELS, MOST_DRAWN = 4, 600
-MISSING = "#e6e6e6"
 SIZE = 60  # of the tridiagonal matrices
 BOUNDS = ("det_minus_identity", "det_plus_identity", "krein_discriminant")  # positive inside, of two degrees of freedom
 
 Curves = Sequence[tuple[np.ndarray, np.ndarray]]  # (x, y) of each
 
 
-def draw(ds: xr.Dataset, at: Mapping, title: str, look: Look, curves=None, ax: Axes | None = None) -> Figure | None:
+def draw(ds: xr.Dataset, at: Mapping, what: str, look: Look, curves=None, ax: Axes | None = None) -> Figure | None:
     """Draw regimes over the two longest parameters, a panel for each value of a third; None where one varies at most.
 
     Args:
         ds: a map of multipliers.
         at: dimension → the value of which the figure is.
-        title: of the figure.
+        what: is perturbed.
         look: of regimes and parameters.
         curves: function of a panel's map and the names along its sides that returns Mathieu's curves, or None.
         ax: where; left out, on a figure of its own.
     """
-    part = ds[["regime", "growth_per_period", *_margins(ds)]].sel(at)
+    part = ds[["regime", "growth_per_period", "status", *_margins(ds)]].sel(at)
     names = [name for name in part["regime"].dims if part.sizes[name] > 1]
     longest = sorted(names, key=lambda name: -part.sizes[name])[:2]
     if len(longest) < 2:
@@ -46,38 +43,30 @@ def draw(ds: xr.Dataset, at: Mapping, title: str, look: Look, curves=None, ax: A
     few = {name: style.few(part.sizes[name], MOST_DRAWN) for name in longest}
     part = part.isel(few | {name: 0 for name in part["regime"].dims if name not in (x, y, third)}).load()
     values = part[third].values[:MOST_PANELS] if third else [None]
-    figure = style.canvas(1.4 + 4.2 * len(values), 4.9, title, ds.attrs.get("title", ""), 0.36, ax=ax)
-    for place, value in zip(np.atleast_1d(figure.subplots(1, len(values))), values, strict=True):
+    rows, columns, size = style.arranged(len(values), (4.2, 3.4))
+    figure = style.canvas(*size, ds.attrs.get("title", ""), what, ax=ax)
+    axes, regimes = np.ravel(figure.subplots(rows, columns)), Regimes(REGIMES, look, DEEPEST)
+    for place, value in zip(axes, values, strict=False):
         one = part.sel({third: value}) if third else part
         if third:
-            place.set_title(f"{look.symbol(third)} = {style.number(float(value), 5)}", loc="left")
-        _paint(place, one.transpose(y, x, ...), x, y, look)
+            place.set_title(style.fixed_at(ds, third, value), loc="left")
+        upright = one.transpose(y, x, ...)
+        regimes.paint(place, *(upright[name].values for name in (x, y, "regime", "growth_per_period", "status")))
         found = curves(one, x, y) if curves else None
         if found is None:
-            _contour(place, one.transpose(y, x, ...), x, y)
+            _contour(place, upright, x, y)
         for number, pair in enumerate(found or ()):
             label = "Mathieu's curves, exact" if number == 0 else ""
             place.plot(*pair, gid="mathieu", label=label, color=colors.INK, linewidth=1.0)
-        labels = [style.with_unit(look.symbol(n), ds[n].attrs.get("units", "1"), "  ({})") for n in (x, y)]
-        place.set(xlabel=labels[0], ylabel=labels[1], xlim=ends(one, x), ylim=ends(one, y))
-    seen = [name for k, name in enumerate(REGIMES) if (part["regime"].values == k - 1).any()]
-    style.legend(figure, [Patch(facecolor=look.color(name) or MISSING, label=look.words(name)) for name in seen])
+        labels = {f"{k}label": style.label_of(ds, name, look.symbols) for k, name in (("x", x), ("y", y))}
+        place.set(**labels, xlim=ends(one, x), ylim=ends(one, y))
+    regimes.explain(figure, axes[: len(values)], "growth per period")
     return figure
 
 
 def ends(one: xr.Dataset, name: str) -> np.ndarray:
     """Return both ends of a panel's side."""
     return style.edges(one[name].values)[[0, -1]]
-
-
-def _paint(ax: Axes, one: xr.Dataset, x: str, y: str, look: Look) -> None:
-    shades = style.Shades([look.color(name) for name in REGIMES[1:]], SHADES).with_extremes(bad=MISSING)
-    regime, growth = one["regime"].values, np.nan_to_num(one["growth_per_period"].values)
-    depth = np.where(growth > 0.0, np.sqrt(np.minimum(growth / DEEPEST, 1.0)), 1.0)
-    code = regime * SHADES + np.minimum((depth * SHADES).astype(int), SHADES - 1)
-    norm = BoundaryNorm(np.arange(shades.N + 1) - 0.5, shades.N)
-    edges = style.edges(one[x].values), style.edges(one[y].values)
-    ax.pcolormesh(*edges, np.ma.masked_where(regime < 0, code), cmap=shades, norm=norm, rasterized=True, gid="measured")
 
 
 def _margins(ds: xr.Dataset) -> list[str]:

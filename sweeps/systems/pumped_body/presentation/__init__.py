@@ -34,7 +34,7 @@ class PumpedBodyPresentation(Presentation):
         from sweeps.systems.pumped_body.presentation.curves import mathieu
 
         def about(axis: int):
-            title = f"Spin about axis {axis} with moments that change periodically"
+            title = f"Spin about axis {axis} with moments that change periodically; colours as measured"
             curves = lambda one, x, y: mathieu(ds, one, axis, y) if x == "frequency" else None  # noqa: E731
             return partial(figure_tongues.draw, ds, {"axis": axis}, title, LOOK, curves)
 

@@ -30,16 +30,16 @@ WORDS = {  # group of points → what the legend says of it; of the others nothi
 def draw(ds: "xr.Dataset", ax: Axes | None = None) -> Figure:
     """Draw oscillations (left) and growth (right); deviations over errors (top), relative ones (bottom)."""
     found = agreement(ds)
-    figure = style.canvas(8.6, 6.8, "Measured against linear theory", _subtitle(ds, found), footer=0.36, ax=ax)
+    figure = style.canvas(8.6, 6.8, "Measured against linear theory", _subtitle(ds, found), ax=ax)
     axes = figure.subplots(2, 2, height_ratios=(1.0, 1.35))
     sides = ((1.0, colors.STABLE, "oscillates", r"frequency $\Omega$"), (-1.0, colors.UNSTABLE, "grows", "growth rate"))
     for column, (sign, color, verb, name) in zip(axes.T, sides, strict=True):
         _side(column, found, sign, color)
         column[0].set_title(f"{verb} in theory", loc="left", color=color, fontweight="bold")
         column[0].set_ylabel("points")
-        column[0].set_xlabel("deviation from theory / error  (dimensionless)")
-        column[1].set_xlabel(rf"{name} $/\,|\omega_0|$ in linear theory  (dimensionless)")
-        column[1].set_ylabel("relative deviation  (dimensionless)")
+        column[0].set_xlabel("deviation from theory / error ")
+        column[1].set_xlabel(rf"{name} $/\,|\omega_0|$ in linear theory ")
+        column[1].set_ylabel("relative deviation ")
     _share_deviations(axes[1], found)
     figure.align_ylabels(axes)
     style.legend(figure)

@@ -42,7 +42,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     many = ds.sizes["body"] > MOST_BODIES
     width = 11.6 if observed or many else 7.8
     some = f";  periods of {len(observed)} of {len(known)}" if len(observed) < len(known) else ""
-    figure = style.canvas(width, height, "Bodies: measured rates", _subtitle(ds, part) + some, footer=0.36, ax=ax)
+    figure = style.canvas(width, height, "Bodies: measured rates", _subtitle(ds, part) + some, ax=ax)
     axes = figure.subplots(1, 2, width_ratios=(1.0, 1.0)) if observed or many else [figure.subplots()]
     _rates(axes[0], part)
     _times(axes[0], part)
@@ -93,7 +93,7 @@ def _rates(ax: Axes, part: xr.Dataset) -> None:
     rows = part.sizes["body"]
     ax.set(xlim=(zero / 1.7, max(2.0, 1.6 * np.nanmax(np.append(rates, 1.0)))), ylim=(rows - 0.42, -0.58))
     ax.set_yticks(range(rows), [_row_label(part.isel(body=i)) for i in range(rows)], fontsize=9)
-    ax.set_xlabel(r"measured rate relative to the spin, $\sqrt{|\Omega^2|}\,/\,|\omega_0|$  (dimensionless)")
+    ax.set_xlabel(r"measured rate relative to the spin, $\sqrt{|\Omega^2|}\,/\,|\omega_0|$ ")
     ax.set_title("Rates (numerals: spin axis)", loc="left", fontweight="bold", fontsize=9.5)
     _zero_column(ax, zero, low, rows)
 
@@ -113,7 +113,7 @@ def _histogram(ax: Axes, ds: xr.Dataset) -> None:
         look = {"histtype": "step", "linewidth": 1.6, "color": colors.SERIES_COLORS[axis - 1], "linestyle": LINES[axis]}
         ax.hist(row.values[np.isfinite(row.values)], bins, label=f"about axis {axis}", gid="histogram", **look)
     ax.axvline(0.0, color=colors.QUIET, linewidth=0.8)
-    ax.set(xlabel=r"measured rate $/\,|\omega_0|$ (negative: growth)  (dimensionless)", ylabel="bodies")
+    ax.set(xlabel=r"measured rate $/\,|\omega_0|$ (negative: growth) ", ylabel="bodies")
     ax.set_title(f"All {ds.sizes['body']:,} bodies", loc="left", fontweight="bold", fontsize=9.5)
     ax.legend(loc="best")
 

@@ -34,7 +34,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     lit = _highlighted(found)
     _panel(left, found, found["theory"] > 0, lit)
     _panel(right, found, found["theory"] < 0, lit)
-    left.set_ylabel(r"$|\,\Omega^2_{\rm measured}\,/\,\Omega^2_{\rm theory} - 1\,|$  (dimensionless)")
+    left.set_ylabel(r"$|\,\Omega^2_{\rm measured}\,/\,\Omega^2_{\rm theory} - 1\,|$ ")
     left.set_title("stable (linear theory)", loc="left", color=colors.STABLE, fontweight="bold")
     right.set_title("unstable (linear theory)", loc="left", color=colors.UNSTABLE, fontweight="bold")
     right.tick_params(labelleft=False)
@@ -95,7 +95,7 @@ def _look(body: int, lit: list[int]) -> dict:
 
 
 def _panel(ax: Axes, found: xr.Dataset, belongs: xr.DataArray, lit: list[int]) -> None:
-    ax.set(xscale="log", yscale="log", xlabel=r"perturbation $\varepsilon$, relative to $\omega_0$  (dimensionless)")
+    ax.set(xscale="log", yscale="log", xlabel=r"perturbation $\varepsilon$, relative to $\omega_0$ ")
     epsilon = found["epsilon"].values
     ax.axhspan(FIT_ABOVE, FIT_BELOW, color="#f3f4f6", zorder=0, linewidth=0)
     for i, j in np.argwhere(belongs.transpose("body", "axis").values):

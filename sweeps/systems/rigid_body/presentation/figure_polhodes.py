@@ -117,7 +117,7 @@ def draw(ds: "xr.Dataset", ax: Axes | None = None) -> Figure | None:
     body = chosen(ds)
     if body is None:
         return None
-    figure = style.canvas(7.6, 6.3, "Polhodes", _subtitle(ds, body), footer=0.36, ax=ax)
+    figure = style.canvas(7.6, 6.3, "Polhodes", _subtitle(ds, body), ax=ax)
     ax = figure.subplots()
     scene = Scene.of(body.moments)
     ax.set_axis_off()

@@ -127,9 +127,9 @@ def draw(ds: "xr.Dataset", axis: int, ax: Axes | None = None) -> Figure | None:
     title = f"Spin about axis {axis}: measured stability"
     subtitle = f"{ds.attrs.get('title', '')}\n{settings(fixed)}".strip()
     if len(shown) == 2:
-        figure = style.canvas(6.4, 5.9, title, subtitle, footer=0.36, ax=ax)
+        figure = style.canvas(6.4, 5.9, title, subtitle, ax=ax)
         return _map(figure, part, axis, shown, fixed)
-    return _curve(style.canvas(6.4, 4.8, title, subtitle, footer=0.56, ax=ax), part, axis, shown, fixed)
+    return _curve(style.canvas(6.4, 4.8, title, subtitle, ax=ax), part, axis, shown, fixed)
 
 
 def _slice(ds: "xr.Dataset", axis: int, shown: tuple[str, ...], fixed: Mapping[str, float]) -> Mapping[str, np.ndarray]:
@@ -159,7 +159,7 @@ def _map(figure, part, axis, shown, fixed) -> Figure:
     _draw_boundaries(ax, lines, shown)
     taken = _mark_bodies(ax, shown, window, fixed[third])
     _name_regions(ax, part, shown, lines, taken)
-    _color_bar(figure, ax, mesh)
+    color_bar(figure, ax, mesh)
     style.legend(figure, _vanishing(part) + _missing(part))
     return figure
 
@@ -375,7 +375,8 @@ def _room(points: np.ndarray, others: np.ndarray, box: np.ndarray) -> np.ndarray
     return np.minimum(frame, np.max(np.abs(points[:, None] - others[None]) / box, axis=2).min(axis=1))
 
 
-def _color_bar(figure: Figure, ax: Axes, mesh) -> None:
+def color_bar(figure: Figure, ax: Axes, mesh) -> None:
+    """Draw the scale of a signed rate beside a panel: growth below zero, frequency above."""
     bar = figure.colorbar(mesh, ax=ax, pad=0.03, fraction=0.06, aspect=30, extend="neither")
     ticks = [tick for tick in bar.get_ticks() if abs(tick) <= mesh.norm.vmax]
     decimals = max(len(f"{abs(tick):.6g}".partition(".")[2]) for tick in ticks)
@@ -395,7 +396,7 @@ def _curve(figure, part, axis, shown, fixed) -> Figure:
     ax.set(xlim=(cells[0], cells[-1]), xlabel=axis_label(name))
     if ax.get_xscale() == "log":
         style.plain_log_ticks(ax.xaxis)
-    ax.set_ylabel(r"measured rate $/\,|\omega_0|$  (dimensionless)")
+    ax.set_ylabel(r"measured rate $/\,|\omega_0|$ ")
     sides = ((0.97, "top", "oscillates", colors.STABLE), (0.03, "bottom", "grows", colors.UNSTABLE))
     for y, va, word, color in sides:
         ax.text(0.015, y, word, transform=ax.transAxes, va=va, color=color, path_effects=style.halo())
@@ -409,7 +410,7 @@ def _curve(figure, part, axis, shown, fixed) -> Figure:
     for pair, line in boundaries(axis, {name: (cells[0], cells[-1])}, fixed).items():
         ax.axvline(line[name][0], color=colors.INK, linewidth=1.2, gid=_pair_text(pair))
         _outside(ax, pair, (line[name][0], 1.0), ax.get_xaxis_transform(), (0, 3), ha="center", va="bottom")
-    style.legend(figure, columns=4)
+    style.legend(figure)
     return figure
 
 

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from sweeps.figure import colors, style
 from sweeps.schema.boxes import along, dimensions
 from sweeps.systems.rigid_body.fits import signed_rate
+from sweeps.systems.rigid_body.presentation.figure_stability import color_bar
 from sweeps.systems.rigid_body.presentation.look import LOOK, settings
 from sweeps.systems.rigid_body.real import real_bodies
 from sweeps.systems.rigid_body.spread import SHAPE, is_of_shapes
@@ -40,14 +41,14 @@ def draw(ds: "xr.Dataset", ax: Axes | None = None) -> Figure | None:
     large = 2 if 2 in spun else spun[0]
     others = [axis for axis in spun if axis != large]
     title = "All possible rigid bodies" if "ratios" in str(ds.attrs.get("definition", "")) else "Bodies by shape"
-    figure = style.canvas(8.6 if others else 5.6, 5.9, title, _subtitle(ds), footer=0.05, ax=ax)
+    figure = style.canvas(8.6 if others else 5.6, 5.9, title, _subtitle(ds), ax=ax)
     grid = figure.add_gridspec(2, 2 if others else 1, width_ratios=(1.9, 1.0) if others else (1.0,))
     axes = {large: figure.add_subplot(grid[:, 0])}
     axes |= {axis: figure.add_subplot(grid[k, 1]) for k, axis in enumerate(others[:2])}
     for axis, ax in axes.items():
         mesh = _panel(ax, ds, axis, axis == large)
         ax.set_title(f"spun about axis {axis}", **_heading(axis == large))
-    _color_bar(figure, axes[large], mesh)
+    color_bar(figure, axes[large], mesh)
     return figure
 
 
@@ -57,10 +58,10 @@ def draw_axis(ds: "xr.Dataset", axis: int, ax: Axes | None = None) -> Figure | N
         name: float(ds[name].values[i]) for name, i in fixed_at(ds).items() if name in ("omega0", "epsilon", "phase")
     }
     subtitle = f"{ds.attrs.get('title', '')}\n{settings(fixed)}".strip()
-    figure = style.canvas(6.4, 6.6, f"Spin about axis {axis}: measured stability", subtitle, footer=0.36, ax=ax)
+    figure = style.canvas(6.4, 5.9, f"Spin about axis {axis}: measured stability", subtitle, ax=ax)
     ax = figure.subplots()
     mesh = _panel(ax, ds, axis, True)
-    _color_bar(figure, ax, mesh)
+    color_bar(figure, ax, mesh)
     if handles := _mark_untrusted(ax, ds, axis):
         style.legend(figure, handles)
     return figure
@@ -187,7 +188,7 @@ def _frame(ax: Axes, axis: int, is_large: bool) -> None:
 
 def _words(ax: Axes, axis: int, is_large: bool) -> None:
     """What becomes of the spin, in each part, and what the triangle's sides are."""
-    above, below = (0.66, 0.84), ((0.83, 0.45) if is_large else (0.78, 0.5))  # I1 < I2, I1 > I2
+    above, below = (0.62, 0.78), ((0.83, 0.45) if is_large else (0.78, 0.5))  # I1 < I2, I1 > I2
     kinds = {1: ("stable_minor", "unstable"), 2: ("unstable", "stable_minor"), 3: ("stable_major", "")}[axis]
     look = {"ha": "center", "va": "center", "path_effects": style.halo(2.4), "zorder": 5}
     for at, kind in zip((above, below) if axis != 3 else ((0.72, 0.75), below), kinds, strict=True):
@@ -199,16 +200,9 @@ def _words(ax: Axes, axis: int, is_large: bool) -> None:
     quiet = {"color": colors.QUIET, "fontsize": 8.5, "ha": "center", "va": "center"}
     ax.text(0.70, 0.25, r"flat:  $I_1 + I_2 = I_3$", rotation=-45, rotation_mode="anchor", **quiet)
     ax.text(0.25, 0.30, "physically\nimpossible", **quiet)
-    ax.annotate(
-        r"$I_1 = I_2$",
-        (0.6, 0.6),
-        (7, -7),
-        textcoords="offset points",
-        ha="left",
-        va="center",
-        zorder=5,
-        path_effects=style.halo(2.4),
-    )
+    if axis != 3:
+        look = {"textcoords": "offset points", "va": "center", "zorder": 5, "path_effects": style.halo(2.4)}
+        ax.annotate(r"$I_1 = I_2$", (0.6, 0.6), (7, -7), **look)
     ax.annotate("sphere", (1, 1), (0, 6), textcoords="offset points", **(quiet | {"ha": "right", "va": "bottom"}))
 
 
@@ -218,12 +212,3 @@ def _name_bodies(ax: Axes) -> None:
         if name:
             look = {"ha": side, "fontsize": 8.5, "zorder": 7, "path_effects": style.halo(2.6)}
             ax.annotate(name, (x, y), offset, textcoords="offset points", **look)
-
-
-def _color_bar(figure: Figure, ax: Axes, mesh) -> None:
-    bar = figure.colorbar(mesh, ax=ax, orientation="horizontal", pad=0.02, fraction=0.05, aspect=34, shrink=0.72)
-    bar.set_ticks([-1, -0.5, 0, 0.5, 1], labels=["1", "0.5", "0", "0.5", "1"])
-    bar.outline.set_linewidth(0.8)
-    look = {"transform": bar.ax.transAxes, "va": "top", "fontsize": 9}
-    bar.ax.text(0.0, -2.25, r"growth rate / $\omega_0$", color=colors.UNSTABLE, ha="left", **look)
-    bar.ax.text(1.0, -2.25, r"frequency $\Omega$ / $\omega_0$", color=colors.STABLE, ha="right", **look)

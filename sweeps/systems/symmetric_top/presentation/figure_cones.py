@@ -33,7 +33,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
         return None
     angle = float(ds["half_angle"].values[np.argmin(np.abs(ds["half_angle"].values - ANGLE))])
     subtitle = f"{ds.attrs.get('title', '')}\nthe body cone rolls on the space cone; they touch along ω"
-    figure = style.canvas(4.4 * len(tops), 5.0, "Body cone and space cone", subtitle, footer=0.36, ax=ax)
+    figure = style.canvas(4.4 * len(tops), 5.0, "Body cone and space cone", subtitle, ax=ax)
     for ax, ratio in zip(np.atleast_1d(figure.subplots(1, len(tops))), tops, strict=True):
         _cones(ax, ratio, math.radians(angle))
         where = "inside" if ratio > 1.0 else "outside"

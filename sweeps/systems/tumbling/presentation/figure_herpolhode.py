@@ -40,7 +40,6 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
         6.0,
         "Herpolhodes",
         f"{ds.attrs.get('title', '')}\nseen along L, closed form",
-        footer=0.15,
         ax=ax,
     )
     for ax, (mode, point) in zip(np.atleast_1d(figure.subplots(1, len(chosen))), chosen, strict=True):

@@ -24,10 +24,11 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
 
 def _planes(ds: xr.Dataset, place: Axes | None) -> Figure:
     subtitle = f"{ds.attrs.get('title', '')}\nclosed form; at each energy $E = 2TI_3/L^2$"
+    rows, columns, size = style.arranged(PANELS, (4.0, 3.3))
     figure = style.canvas(
-        9.6, 8.2, r"Ratio of tumbling periods, $P_\psi/P_\phi$ (long-axis convention)", subtitle, 0.36, ax=place
+        *size, r"Ratio of tumbling periods, $P_\psi/P_\phi$ (long-axis convention)", subtitle, ax=place
     )
-    axes = figure.subplots(2, 2, sharex=True, sharey=True)
+    axes = figure.subplots(rows, columns, sharex=True, sharey=True)
     energies = np.linspace(0, 0.6 * (ds.sizes["energy"] - 1), PANELS + 1).round().astype(int)[1:]
     for ax, k in zip(axes.flat, energies, strict=True):
         part = ds.isel(I3=0, omega0=0, energy=int(k)).load()
@@ -77,7 +78,6 @@ def _curves(ds: xr.Dataset, place: Axes | None) -> Figure:
         5.0,
         r"Ratio of tumbling periods, $P_\psi/P_\phi$",
         f"{ds.attrs.get('title', '')}\nlong-axis convention",
-        0.5,
         ax=place,
     )
     ax = figure.subplots()
@@ -95,8 +95,8 @@ def _curves(ds: xr.Dataset, place: Axes | None) -> Figure:
             ax.axvline(separatrix, color=color, linewidth=0.9, linestyle=(0, (1, 2)), gid="separatrix")
     if along is not None:
         handles.append(Line2D([], [], color=colors.QUIET, linewidth=0.9, linestyle=(0, (1, 2)), label=SEPARATRIX))
-    ax.set(yscale="log", xlabel="$E = 2TI_3/L^2$  (dimensionless)", ylabel=r"$P_\psi/P_\phi$  (dimensionless)")
+    ax.set(yscale="log", xlabel="$E = 2TI_3/L^2$ ", ylabel=r"$P_\psi/P_\phi$ ")
     style.plain_log_ticks(ax.yaxis)
     ax.grid(color=colors.FAINT, linewidth=0.5, alpha=0.7)
-    style.legend(figure, handles, columns=2)
+    style.legend(figure, handles)
     return figure

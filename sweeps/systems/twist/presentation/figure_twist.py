@@ -30,7 +30,7 @@ def draw_map(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
         f"thrown at χ = {style.number(chi, 3)} rad from the intermediate axis, "
         f"θ = {style.number(float(part['theta']), 4)} rad; closed form"
     )
-    figure = style.canvas(7.6, 6.0, "Twist per revolution of the handle", subtitle, footer=0.36, ax=ax)
+    figure = style.canvas(7.6, 6.0, "Twist per revolution of the handle", subtitle, ax=ax)
     ax = figure.subplots()
     x, y = part["I1"].values / float(part["I2"]), part["I3"].values / float(part["I2"])
     margin = part["triangle_margin"].transpose("I3", "I1").values
@@ -73,7 +73,6 @@ def draw_defect(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
         5.2,
         "Shortfall of the twist from a half turn",
         f"{ds.attrs.get('title', '')}\neach point a body",
-        footer=0.62,
         ax=ax,
     )
     ax = figure.subplots()
@@ -109,7 +108,7 @@ def draw_defect(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     for axis in (ax.xaxis, ax.yaxis):
         style.plain_log_ticks(axis)
     ax.grid(color=colors.FAINT, linewidth=0.5, alpha=0.7)
-    style.legend(figure, handles, columns=2)
+    style.legend(figure, handles)
     return figure
 
 

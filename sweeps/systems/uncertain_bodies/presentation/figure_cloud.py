@@ -20,7 +20,7 @@ def draw(name: str, subtitle: str, axes: dict[int, tuple[dict, dict]]) -> Figure
         subtitle: a line of how it was drawn.
         axes: axis → its summary and its draws, from `sweeps.systems.uncertain_bodies.measuring.measured`.
     """
-    figure = style.canvas(1.0 + 3.6 * len(axes), 4.6, f"{name} with inertia uncertainty", subtitle, footer=0.36)
+    figure = style.canvas(1.0 + 3.6 * len(axes), 4.6, f"{name} with inertia uncertainty", subtitle)
     panels = np.atleast_1d(figure.subplots(1, len(axes), sharex=True, sharey=True))
     for ax, (axis, (summary, draws)) in zip(panels, axes.items(), strict=True):
         x, y = draws["I1"] / draws["I3"], draws["I2"] / draws["I3"]
@@ -37,7 +37,7 @@ def draw(name: str, subtitle: str, axes: dict[int, tuple[dict, dict]]) -> Figure
         Patch(facecolor=colors.UNSTABLE, label="sampled, unstable"),
         Patch(facecolor=colors.STABLE, label="sampled, not unstable"),
     ]
-    style.legend(figure, handles, columns=3)
+    style.legend(figure, handles)
     return figure
 
 

@@ -1,0 +1,91 @@
+"""Maps of regimes: colours that are deeper the faster a perturbation grows or decays, and their scale."""
+
+import math
+from collections.abc import Iterable, Sequence
+from functools import partial
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colorbar import make_axes
+from matplotlib.colors import BoundaryNorm
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from sweeps.figure import colors, style
+from sweeps.systems.presentation.look import Look, missing_words
+
+SHADES = 6  # of a regime's colour, by the square root of the growth
+MISSING = "#e6e6e6"
+HATCHES = {"asymptotically_stable": "....", "unstable": "////", "flutter": "xxxx", "period_doubling": "\\\\\\\\"}
+
+
+def at_most(sizes: np.ndarray) -> float:
+    """Return 1, 2 or 5 times a power of ten, above all sizes; 0 where none is positive."""
+    most = float(np.nanmax(sizes, initial=0.0))
+    if not most > 1e-9:  # rounding
+        return 0.0
+    power = 10.0 ** math.floor(math.log10(most))
+    return next(n * power for n in (1, 2, 5, 10) if n * power >= most)
+
+
+class Regimes:
+    """The colours of regimes in the panels of one figure.
+
+    Args:
+        names: of the regimes, in the order of their codes from -1.
+        look: how they look.
+        top: growth or decay that has the full colour; 0 where none is shown.
+    """
+
+    def __init__(self, names: Sequence[str], look: Look, top: float):
+        self.names, self.look, self.top = names[1:], look, top
+        self.shades = style.Shades([look.color(name) for name in self.names], SHADES).with_extremes(bad=MISSING)
+        self.seen: set[int] = set()
+        self.shaded: set[int] = set()
+        self.without: list[int] = []
+
+    def _mesh(self, ax: Axes, x: np.ndarray, y: np.ndarray, code: np.ndarray, **look) -> None:
+        norm = BoundaryNorm(np.arange(self.shades.N + 1) - 0.5, self.shades.N)
+        ax.pcolormesh(x, y, code, cmap=self.shades, norm=norm, rasterized=True, **look)
+
+    def paint(self, ax: Axes, x: np.ndarray, y: np.ndarray, regime: np.ndarray, growth: np.ndarray, status) -> None:
+        """Paint cells, shape (y, x), in the colour of their regime; paler where |growth| is small, but for 0."""
+        size = np.nan_to_num(np.abs(growth))
+        depth = np.where(size > 0.0, np.sqrt(np.minimum(size / (self.top or 1.0), 1.0)), 1.0)
+        code = regime * SHADES + np.minimum((depth * SHADES).astype(int), SHADES - 1)
+        code = np.ma.masked_where(regime < 0, code)
+        self._mesh(ax, style.edges(x), style.edges(y), code, gid="measured")
+        style.on_paper(ax.figure, partial(self._hatch, ax, x, y, regime))
+        self.seen |= set(np.unique(regime[regime >= 0]).tolist())
+        self.shaded |= set(np.unique(regime[(regime >= 0) & (size > 0.0)]).tolist())
+        self.without += np.unique(status[regime < 0]).tolist()
+
+    def explain(self, figure: Figure, axes: Iterable[Axes], label: str) -> None:
+        """Draw the scale of the shades beside the panels, and the legend of the regimes."""
+        shaded = sorted(self.shaded) if self.top else []
+        if shaded:
+            scale, _ = make_axes(list(axes), fraction=0.05, pad=0.02, aspect=26 / len(shaded), shrink=0.8)
+            steps = np.arange(SHADES)[:, None] + SHADES * np.array(shaded)
+            self._mesh(scale, np.arange(len(shaded) + 1), np.linspace(0.0, 1.0, SHADES + 1), steps)
+            ticks = [0.0, 0.5, 1.0]
+            scale.set_yticks(ticks, [style.number(self.top * tick**2, 3) for tick in ticks])
+            scale.yaxis.tick_right()
+            scale.yaxis.set_label_position("right")
+            scale.set(xticks=[], ylabel=label)
+        names = [self.names[k] for k in sorted(self.seen)]
+        handles = [Patch(facecolor=self.look.color(name), label=self.look.words(name)) for name in names]
+        if self.without:
+            handles.append(Patch(facecolor=MISSING, label=missing_words(self.without)))
+        style.legend(figure, handles)
+
+    def _hatch(self, ax: Axes, x: np.ndarray, y: np.ndarray, regime: np.ndarray) -> None:
+        """Hatch regimes, in a panel and in the legend: in grey, a colour's shades are those of any other."""
+        told = {self.look.words(name): hatch for name, hatch in HATCHES.items()}
+        for k, name in enumerate(self.names):
+            chosen = (regime == k).astype(float)
+            if name in HATCHES and chosen.any() and min(chosen.shape) > 1:
+                ax.contourf(x, y, chosen, [0.5, 1.5], colors="none", hatches=[HATCHES[name]])
+        for legend in ax.figure.legends:
+            for text, handle in zip(legend.get_texts(), legend.legend_handles, strict=True):
+                if text.get_text() in told and isinstance(handle, Patch):
+                    handle.set(hatch=told[text.get_text()], edgecolor=colors.INK, linewidth=0.0)
