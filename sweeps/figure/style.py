@@ -115,7 +115,7 @@ MM = 1.0 / 25.4  # inches
 LETTERS, LEAST_SCALE = 4.0 / 3.0, 0.8  # of letters on a slide: 24 pixels; and at least, 7.2 points
 PAGE_MM = 240.0  # height of a picture on a page
 ROOM = (10.0, 8.0)  # inches, of a picture that has no sheet
-LEAST_SHARE = 0.6  # of a panel's size: narrower ones stand below each other
+LEAST_SHARE = 0.72  # of a panel's size: narrower ones stand below each other
 ITS_OWN = Sheet()
 _sheet: ContextVar[Sheet] = ContextVar("sheet", default=ITS_OWN)
 
@@ -241,6 +241,8 @@ def label_of(ds, name: str, symbols: Mapping = {}) -> str:
     """Return what a coordinate of a map is, with its symbol and unit, for an axis of a plot."""
     text = _as_formulas(ds[name].attrs.get("long_name", name).partition(";")[0])
     symbol = symbols[name].tex if name in symbols else _as_formulas(f" {name}").strip()
+    if len(name) == 1:
+        text = re.sub(rf"\b{name}\b", symbol.replace("\\", r"\\"), text) if symbol not in text else text
     if "$" in symbol and symbol not in text:
         text = f"{symbol} = {text}" if "/" in text else f"{text}, {symbol}"
     return with_unit(text, ds[name].attrs.get("units", "1"), "  ({})")

@@ -6,6 +6,7 @@ from matplotlib.axes import Axes
 from sweeps.figure import colors, style
 
 RATIOS = np.geomspace(1e-3, 10.0, 33)  # bins of deviation over error; what is less is in the first
+BOUND = "An error bounds the finite-amplitude shift: where the deviation is that shift, their ratio is near 1"
 ERROR = "#e9c46a"  # of an error beside a deviation
 MARKED = (1, 2, 3)  # errors
 MOST_NUDGES = 5  # sizes of the nudge that have a colour each; more are put together by decades of so many
@@ -54,7 +55,7 @@ def draw(ax: Axes, ratio: np.ndarray, epsilon: np.ndarray, color: str) -> None:
             label=rf"$\varepsilon$ = {groups[k][0]}" if len(groups) > 1 else None,
         )
     if len(groups) > 1:
-        ax.legend(loc="upper left", fontsize="x-small", frameon=False, reverse=True)
+        ax.legend(loc="upper left", fontsize=7.5, frameon=False, reverse=True)
     share = ax.twinx()
     ordered = np.sort(ratio[at])
     share.plot(ordered, np.arange(1, ordered.size + 1) / ordered.size, color=colors.INK, lw=1.0, gid="cumulative")

@@ -28,6 +28,11 @@ def at_most(sizes: np.ndarray) -> float:
     return next(n * power for n in (1, 2, 5, 10) if n * power >= most)
 
 
+def rated(names: Sequence[str]) -> list[int]:
+    """Return the codes of the regimes that have a rate of growth or decay, of names in the order of codes from -1."""
+    return [k - 1 for k, name in enumerate(names) if name in HATCHES]
+
+
 class Regimes:
     """The colours of regimes in the panels of one figure.
 
@@ -38,7 +43,7 @@ class Regimes:
     """
 
     def __init__(self, names: Sequence[str], look: Look, top: float):
-        self.names, self.look, self.top = names[1:], look, top
+        self.names, self.look, self.top, self.rated, self.most = names[1:], look, top, rated(names), 0.0
         self.shades = style.Shades([look.color(name) for name in self.names], SHADES).with_extremes(bad=MISSING)
         self.seen: set[int] = set()
         self.shaded: set[int] = set()
@@ -50,12 +55,13 @@ class Regimes:
 
     def paint(self, ax: Axes, x: np.ndarray, y: np.ndarray, regime: np.ndarray, growth: np.ndarray, status) -> None:
         """Paint cells, shape (y, x), in the colour of their regime; paler where |growth| is small, but for 0."""
-        size = np.nan_to_num(np.abs(growth))
+        size = np.where(np.isin(regime, self.rated), np.nan_to_num(np.abs(growth)), 0.0)
         depth = np.where(size > 0.0, np.sqrt(np.minimum(size / (self.top or 1.0), 1.0)), 1.0)
         code = regime * SHADES + np.minimum((depth * SHADES).astype(int), SHADES - 1)
         code = np.ma.masked_where(regime < 0, code)
         self._mesh(ax, style.edges(x), style.edges(y), code, gid="measured")
         style.on_paper(ax.figure, partial(self._hatch, ax, x, y, regime))
+        self.most = max(self.most, float(size.max(initial=0.0)))
         self.seen |= set(np.unique(regime[regime >= 0]).tolist())
         self.shaded |= set(np.unique(regime[(regime >= 0) & (size > 0.0)]).tolist())
         self.without += np.unique(status[regime < 0]).tolist()
@@ -68,7 +74,8 @@ class Regimes:
             steps = np.arange(SHADES)[:, None] + SHADES * np.array(shaded)
             self._mesh(scale, np.arange(len(shaded) + 1), np.linspace(0.0, 1.0, SHADES + 1), steps)
             ticks = [0.0, 0.5, 1.0]
-            scale.set_yticks(ticks, [style.number(self.top * tick**2, 3) for tick in ticks])
+            least, half, most = (style.number(self.top * tick**2, 3) for tick in ticks)
+            scale.set_yticks(ticks, [least, half, f"≥ {most}" if self.most > self.top else most])
             scale.yaxis.tick_right()
             scale.yaxis.set_label_position("right")
             scale.set(xticks=[], ylabel=label)

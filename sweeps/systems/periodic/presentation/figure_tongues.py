@@ -51,7 +51,10 @@ def draw(ds: xr.Dataset, at: Mapping, what: str, look: Look, curves=None, ax: Ax
         if third:
             place.set_title(style.fixed_at(ds, third, value), loc="left")
         upright = one.transpose(y, x, ...)
-        regimes.paint(place, *(upright[name].values for name in (x, y, "regime", "growth_per_period", "status")))
+        across, along, regime, growth, status = (
+            upright[n].values for n in (x, y, "regime", "growth_per_period", "status")
+        )
+        regimes.paint(place, across, along, regime, np.maximum(growth, 0.0), status)
         found = curves(one, x, y) if curves else None
         if found is None:
             _contour(place, upright, x, y)

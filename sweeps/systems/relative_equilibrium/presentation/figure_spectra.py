@@ -2,94 +2,107 @@
 
 import math
 
+import matplotlib
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from kernels.statuses import STATUSES
 from sweeps.figure import colors, style
-from sweeps.systems.presentation.regimes import Regimes, at_most
+from sweeps.systems.presentation import planes
+from sweeps.systems.presentation.regimes import MISSING, Regimes, at_most, rated
 from sweeps.systems.relative_equilibrium.presentation.look import LOOK
 from sweeps.systems.relative_equilibrium.variables import REGIMES
 
-MOST_DRAWN = 400  # values a dimension
 MOST_PANELS = 6
 MOST_POINTS = 40_000
 LEAST_DRAWN = 1e-17
 ROUNDING = 1e-12  # of a margin's largest: what is below is no sign
-SHADED = ("asymptotically_stable", "unstable", "flutter")  # regimes that have a rate
 STEADY = ("asymptotically_stable", "stable", "marginal")  # regimes inside theory's boundary
 
 
 def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
-    """Draw a panel for every equilibrium and for the ends of the range of a third parameter."""
-    x, y, third = _axes_of(ds)
+    """Draw a panel for every equilibrium and for the ends of the range of a third parameter, without equal panels.
+
+    Where nothing grows or decays in any panel, colours are angular frequencies; a panel of one colour is left out.
+    """
+    x, y, third = planes.sides(ds["growth_rate"], ("equilibrium", "eigenvalue"))
     part = _thinned(ds, x, y, third)
-    others = part[third].values if third else [None]
-    panels = [(e, z) for e in part["equilibrium"].values for z in others][:MOST_PANELS]
+    top = at_most(np.abs(part["relative"].values)) if y else 0.0
+    panels, plain = _panels(ds, part, third, top)
     rows, columns, size = style.arranged(len(panels), (3.9, 3.2))
-    figure = style.canvas(*size, ds.attrs.get("title", ""), _subtitle(ds, part, third), ax=ax)
+    subtitle = "\n".join([planes.subtitle(ds, part, ds["growth_rate"], LOOK), *plain])
+    figure = style.canvas(*size, ds.attrs.get("title", ""), subtitle, ax=ax)
     axes = np.ravel(figure.subplots(rows, columns))
-    regimes = Regimes(REGIMES, LOOK, at_most(np.abs(part["relative"].values)) if y else 0.0)
-    for ax, (e, z) in zip(axes, panels, strict=False):
-        one = part.sel(equilibrium=e)
-        one = one.sel({third: z}) if third else one
-        told = [str(e).replace("_", " ")] if part.sizes["equilibrium"] > 1 else []
-        told += [style.fixed_at(ds, third, z)] if third else []
-        ax.set_title(",  ".join(told), loc="left")
-        if y:
+    regimes = Regimes(REGIMES, LOOK, top)
+    for ax, (title, one) in zip(axes, panels, strict=False):
+        ax.set_title(title, loc="left")
+        if not y:
+            _lines(ax, one, x)
+        elif top:
             _map(ax, one, x, y, regimes)
         else:
-            _lines(ax, one, x)
+            mesh = _frequencies(ax, one, x, y)
     for ax in axes[len(panels) :]:
         ax.set_axis_off()
+    if y and not top:
+        figure.colorbar(mesh, ax=list(axes), label="measured angular frequency / rate scale", aspect=30, pad=0.02)
     regimes.explain(figure, axes[: len(panels)], "growth or decay / rate scale")
     return figure
 
 
-def _axes_of(ds):
-    """The dimensions of the picture: the two longest parameters, the later one along x, and a third if one varies."""
-    names = [d for d in ds["growth_rate"].dims if d not in ("equilibrium", "eigenvalue")]
-    varied = sorted((d for d in names if ds.sizes[d] > 1), key=lambda d: -ds.sizes[d])
-    if not varied:
-        return names[0], None, None
-    if len(varied) == 1:
-        return varied[0], None, None
-    y, x = sorted(varied[:2], key=names.index)
-    return x, y, varied[2] if len(varied) > 2 else None
+def _panels(ds, part, third, top):
+    """Titles and contents of the panels: equal ones once, those of one colour in words where others have more."""
+    found, plain = [], []
+    for e in part["equilibrium"].values:
+        for z in part[third].values if third else [None]:
+            one = part.sel(equilibrium=e) if z is None else part.sel({"equilibrium": e, third: z})
+            named = [str(e).replace("_", " ")] if part.sizes["equilibrium"] > 1 else []
+            title = ",  ".join(named + ([style.fixed_at(ds, third, z)] if third else []))
+            alike = next((k for k, (_, other) in enumerate(found) if _is_alike(one, other)), None)
+            kinds = np.unique(one["regime"].values)
+            if alike is not None:
+                found[alike] = (f"{found[alike][0]};  {title}", found[alike][1])
+            elif top and kinds.size == 1 and not one["relative"].values.any():
+                plain.append(f"{title}: {LOOK.words(REGIMES[int(kinds[0]) + 1])} everywhere")
+            else:
+                found.append((title, one))
+    return found[:MOST_PANELS], plain
+
+
+def _is_alike(one, other):
+    """Whether two panels would look the same."""
+    names = ("regime", "relative", "frequencies")
+    return all(np.allclose(one[name].values, other[name].values, 1e-3, 1e-3, equal_nan=True) for name in names)
 
 
 def _thinned(ds, x, y, third):
-    """What is drawn: the middle of every other dimension, at most MOST_DRAWN values of these, both ends of a third."""
+    """What is drawn: the middle of every other dimension, a few values of these, both ends of a third."""
     names = ["growth_rate", "growth_rate_theory", "rate_scale", "regime", "regime_theory", "status"]
-    kept = (x, y, third, "equilibrium", "eigenvalue")
-    few = {d: style.few(ds.sizes[d], MOST_DRAWN) for d in (x, y) if d}
-    few |= {d: ds.sizes[d] // 2 for d in ds["growth_rate"].dims if d not in kept}
+    few = planes.few(ds["growth_rate"], (x, y), (third, "equilibrium", "eigenvalue"))
     if third:
         few[third] = sorted({0, ds.sizes[third] // 2, ds.sizes[third] - 1})
     part = ds[names].isel(few | {"eigenvalue": 0}).load()
-    shaded = np.isin(part["regime"].values, [REGIMES.index(name) - 1 for name in SHADED])
     real, imag = (ds[f"eigenvalue_{name}_theory"].isel(few) for name in ("real", "imag"))
-    relative = (part["growth_rate"] / part["rate_scale"]).where(shaded, 0.0)
-    return part.assign(relative=relative, eigenvalues=real + 1j * imag)
+    frequencies = np.abs(ds["eigenvalue_imag"].isel(few)).max("eigenvalue") / part["rate_scale"]
+    relative = (part["growth_rate"] / part["rate_scale"]).where(np.isin(part["regime"], rated(REGIMES)), 0.0)
+    return part.assign(relative=relative, frequencies=frequencies, eigenvalues=real + 1j * imag)
 
 
-def _subtitle(ds, part, third):
-    motions = ds["status"].isel(eigenvalue=0)
-    counts = np.bincount(motions.values.ravel(), minlength=len(STATUSES))
-    words = " · ".join(f"{n:,} {LOOK.words(name)}" for name, n in zip(STATUSES, counts, strict=True) if n)
-    fixed = [d for d in ds["growth_rate"].dims if d not in part.dims and d != "eigenvalue"]
-    values = ", ".join(style.fixed_at(ds, d, float(ds[d].values[ds.sizes[d] // 2])) for d in fixed if d != "epsilon")
-    text = f"{style.count(int(motions.size), 'equilibrium', 'equilibria')}:  {words}"
-    return f"{text}\nDrawn at  {values}" if values else text
+def _frequencies(ax, one, x, y):
+    """Measured frequencies in colours, for what grows and decays nowhere."""
+    edges = style.edges(one[x].values), style.edges(one[y].values)
+    values = np.ma.masked_invalid(one["frequencies"].transpose(y, x).values)
+    palette = matplotlib.colormaps["viridis"].with_extremes(bad=MISSING)
+    look = {"vmin": 0.0, "vmax": at_most(one["frequencies"].values), "rasterized": True, "gid": "frequency"}
+    _name_sides(ax, one, x, y)
+    return ax.pcolormesh(*edges, values, cmap=palette, **look)
 
 
 def _map(ax, one, x, y, regimes):
     """Measured regimes in colours, the deeper the faster they grow or decay; theory's boundary as a line."""
     one = one.transpose(..., y, x)
-    values = (one[name].values for name in (x, y, "regime", "relative", "status"))
-    regimes.paint(ax, *values)
+    regimes.paint(ax, *(one[name].values for name in (x, y, "regime", "relative", "status")))
     for margin in _margins(one):
         rounding = ROUNDING * np.nanmax(np.abs(margin), initial=0.0)
         if np.nanmin(margin, initial=0.0) < -rounding and np.nanmax(margin, initial=0.0) > rounding:
@@ -97,28 +110,34 @@ def _map(ax, one, x, y, regimes):
             line = ax.contour(one[x].values, one[y].values, margin, **look)
             line.set(gid="theory", path_effects=style.halo(2.2))
             ax.plot([], [], color=colors.INK, linewidth=1.1, label="theory's boundary")
+    _name_sides(ax, one, x, y)
+
+
+def _name_sides(ax, one, x, y):
     style.scale_as_spread(ax.xaxis, one[x].values)
     style.scale_as_spread(ax.yaxis, one[y].values)
     ax.set(xlabel=style.label_of(one, x), ylabel=style.label_of(one, y))
 
 
 def _margins(one):
-    """Numbers of theory that change sign where it stops being stable, smooth where they can be.
+    """Numbers of theory that change sign where it stops being stable, smooth where single eigenvalues are not.
 
-    With eigenvalues in pairs ±λ the motion is stable where all λ² are real and negative. Power sums of λ² are smooth
-    where single ones are not, and the determinant of their Hankel matrix is the discriminant.
+    One is the product of all eigenvalues. The other is that of the sums of two of them (Orlando's formula); where they
+    come in pairs ±λ it is the discriminant of λ², a determinant of power sums.
     """
-    growth = one["growth_rate_theory"].values / one["rate_scale"].values
-    if np.nanmin(growth, initial=0.0) < -1e-9:
-        return [-growth]
     steady = np.isin(one["regime_theory"].values, [REGIMES.index(name) - 1 for name in STEADY])
-    eigenvalues = one["eigenvalues"].values / one["rate_scale"].values
-    m = len(eigenvalues) // 2
-    sums = np.array([(eigenvalues ** (2 * k)).sum(axis=0).real / 2 for k in range(2 * m - 1)])
-    hankel = sums[np.add.outer(np.arange(m), np.arange(m))]
-    margins = [eigenvalues.prod(axis=0).real, np.linalg.det(np.moveaxis(hankel, (0, 1), (-2, -1)))]
-    beside = np.lib.stride_tricks.sliding_window_view(np.pad(steady, 2), (5, 5)).any((2, 3))
-    return [np.where(beside, margin, np.nan) for margin in margins]
+    growth, scale = one["growth_rate_theory"].values, one["rate_scale"].values
+    eigenvalues = one["eigenvalues"].transpose("eigenvalue", ...).values / scale
+    n = len(eigenvalues)
+    if np.nanmin(growth / scale, initial=0.0) < -1e-9:
+        second = np.prod([eigenvalues[i] + eigenvalues[j] for i in range(n) for j in range(i)], axis=0).real
+    else:
+        sums = np.array([(eigenvalues ** (2 * k)).sum(axis=0).real / 2 for k in range(n - 1)])
+        hankel = sums[np.add.outer(np.arange(n // 2), np.arange(n // 2))]
+        second = np.linalg.det(np.moveaxis(hankel, (0, 1), (-2, -1)))
+    window = (3,) * steady.ndim
+    beside = np.lib.stride_tricks.sliding_window_view(np.pad(steady, 1), window).any(tuple(range(-steady.ndim, 0)))
+    return [np.where(beside, margin, np.nan) for margin in (eigenvalues.prod(axis=0).real, second)]
 
 
 def _lines(ax, one, x):
@@ -126,6 +145,12 @@ def _lines(ax, one, x):
     at = one[x].values
     ax.axhline(0.0, color=colors.FAINT, linewidth=0.8)
     ax.plot(at, one["growth_rate_theory"].values, color=colors.INK, linewidth=0.9, gid="theory", label="theory")
+    for margin in _margins(one):
+        for k in np.flatnonzero(margin[1:] * margin[:-1] < 0.0):
+            limit = at[k] - margin[k] * (at[k + 1] - at[k]) / (margin[k + 1] - margin[k])
+            ax.axvline(limit, color=colors.QUIET, linewidth=0.9, linestyle=(0, (4, 2)), gid="limit")
+            look = {"xycoords": ax.get_xaxis_transform(), "textcoords": "offset points", "va": "top"}
+            ax.annotate(f"theory: {style.number(limit, 4)}", (limit, 0.97), (-5, 0), ha="right", **look)
     for k, name in enumerate(REGIMES[1:]):
         chosen = one["regime"].values == k
         look = {"linestyle": "none", "marker": "o", "markersize": 3.0, "markeredgewidth": 0.0}
@@ -149,7 +174,7 @@ def draw_agreement(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     if not known.any():
         return None
     covered = float((off[known] <= error[known]).mean())
-    told = f"{100 * covered:.2f} % of {known.sum():,} within their errors"
+    told = f"{100 * covered:.2f} % of {known.sum():,} within their errors, which are bounds for every point"
     figure = style.canvas(6.4, 4.6, ds.attrs.get("title", ""), f"Measured eigenvalues against theory;  {told}", ax=ax)
     ax: Axes = figure.subplots()
     for k, name in enumerate(REGIMES[1:]):
@@ -161,8 +186,8 @@ def draw_agreement(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     ends = (error[known].min() / 2, error[known].max() * 2)
     ax.plot(ends, ends, color=colors.INK, linewidth=1.0, linestyle=(0, (4, 2)), gid="bar", label="reported error")
     ax.set(xscale="log", yscale="log", xlim=ends, ylim=(LEAST_DRAWN / 2, max(ends[1], 1e-12)))
-    ax.set_xlabel("reported error / rate scale ")
-    ax.set_ylabel("distance from theory / rate scale ")
+    ax.set_xlabel("reported error / rate scale")
+    ax.set_ylabel("distance from theory / rate scale")
     ax.grid(axis="y", color=colors.FAINT, linewidth=0.5, alpha=0.7)
     ax.set_axisbelow(True)
     style.legend(figure)

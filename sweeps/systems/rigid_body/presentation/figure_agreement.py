@@ -36,10 +36,10 @@ def draw(ds: "xr.Dataset", ax: Axes | None = None) -> Figure:
     for column, (sign, color, verb, name) in zip(axes.T, sides, strict=True):
         _side(column, found, sign, color)
         column[0].set_title(f"{verb} in theory", loc="left", color=color, fontweight="bold")
-        column[0].set_ylabel("points")
-        column[0].set_xlabel("deviation from theory / error ")
-        column[1].set_xlabel(rf"{name} $/\,|\omega_0|$ in linear theory ")
-        column[1].set_ylabel("relative deviation ")
+        column[0].set_ylabel("number of points")
+        column[0].set_xlabel("deviation from theory / error")
+        column[1].set_xlabel(rf"{name} $/\,|\omega_0|$ in linear theory")
+        column[1].set_ylabel("relative deviation")
     _share_deviations(axes[1], found)
     figure.align_ylabels(axes)
     style.legend(figure)
@@ -55,7 +55,7 @@ def _subtitle(ds: "xr.Dataset", found: Agreement) -> str:
         f"{ds.attrs.get('title', '')}:  {points}, {thinned}{left_out}\n"
         f"Measured regime:  {_counts(found.regimes)}\n"
         f"Status:  {_counts(found.statuses)}{'' if np.isnan(found.worst) else worst}"
-        f"{_certificate(found)}"
+        f"{_certificate(found)}\n{ratios.BOUND}"
     )
 
 

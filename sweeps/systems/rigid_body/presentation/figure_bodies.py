@@ -16,7 +16,8 @@ from sweeps.systems.rigid_body.presentation.look import LOOK, settings
 from sweeps.systems.rigid_body.variables import REGIMES
 
 MOST_BODIES, MOST_PERIODS = 30, 10
-PERIOD_INCHES, LINE_INCHES, NOTE_WIDTH = 1.28, 0.145, 54
+PERIOD_INCHES, LINE_INCHES = 1.28, 0.145
+NOTE_WIDTH, NAME_WIDTH = 4.6, 20  # letters an inch of the figure, and of a name
 AXIS, GROWS, FLIPS = 0.3, 0.97, 1.87  # where those columns stand, inches from the right of the panel of rates
 NAME_LETTERS = 40  # of a period's heading
 MEASURED = {"label": "rigid body, measured", "marker": "o", "markersize": 7.5, "color": colors.STABLE}
@@ -40,14 +41,15 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     rows = part.sizes["body"]
     height = 2.0 + max(0.46 * rows, PERIOD_INCHES * len(observed), 1.0)
     many = ds.sizes["body"] > MOST_BODIES
-    width = 11.6 if observed or many else 7.8
+    panels = 2 if observed or many else 1
+    lines, columns, size = style.arranged(panels, (5.3 if panels > 1 else 6.8, height - 1.6), (1.0, 1.6))
     some = f";  periods of {len(observed)} of {len(known)}" if len(observed) < len(known) else ""
-    figure = style.canvas(width, height, "Bodies: measured rates", _subtitle(ds, part) + some, ax=ax)
-    axes = figure.subplots(1, 2, width_ratios=(1.0, 1.0)) if observed or many else [figure.subplots()]
+    figure = style.canvas(*size, "Bodies: measured rates", _subtitle(ds, part) + some, ax=ax)
+    axes = np.ravel(figure.subplots(lines, columns))
     _rates(axes[0], part)
     _times(axes[0], part)
     if observed:
-        _periods(axes[1], observed, (height - 2.0) / len(observed))
+        _periods(axes[1], observed, (figure.get_size_inches()[1] / lines - 2.0) / len(observed))
     elif many:
         _histogram(axes[1], ds)
     _legend(figure, part)
@@ -93,7 +95,7 @@ def _rates(ax: Axes, part: xr.Dataset) -> None:
     rows = part.sizes["body"]
     ax.set(xlim=(zero / 1.7, max(2.0, 1.6 * np.nanmax(np.append(rates, 1.0)))), ylim=(rows - 0.42, -0.58))
     ax.set_yticks(range(rows), [_row_label(part.isel(body=i)) for i in range(rows)], fontsize=9)
-    ax.set_xlabel(r"measured rate relative to the spin, $\sqrt{|\Omega^2|}\,/\,|\omega_0|$ ")
+    ax.set_xlabel(r"measured rate relative to the spin, $\sqrt{|\Omega^2|}\,/\,|\omega_0|$")
     ax.set_title("Rates (numerals: spin axis)", loc="left", fontweight="bold", fontsize=9.5)
     _zero_column(ax, zero, low, rows)
 
@@ -113,7 +115,7 @@ def _histogram(ax: Axes, ds: xr.Dataset) -> None:
         look = {"histtype": "step", "linewidth": 1.6, "color": colors.SERIES_COLORS[axis - 1], "linestyle": LINES[axis]}
         ax.hist(row.values[np.isfinite(row.values)], bins, label=f"about axis {axis}", gid="histogram", **look)
     ax.axvline(0.0, color=colors.QUIET, linewidth=0.8)
-    ax.set(xlabel=r"measured rate $/\,|\omega_0|$ (negative: growth) ", ylabel="bodies")
+    ax.set(xlabel=r"measured rate $/\,|\omega_0|$ (negative: growth)", ylabel="bodies")
     ax.set_title(f"All {ds.sizes['body']:,} bodies", loc="left", fontweight="bold", fontsize=9.5)
     ax.legend(loc="best")
 
@@ -145,8 +147,8 @@ def _beside(ax: Axes, row: int | None, inches: float, text: str, **look) -> None
 
 
 def _row_label(body: xr.Dataset) -> str:
-    name = textwrap.fill(str(body["body"].values), 30)
-    return name + ("" if float(body["triangle_margin"].min()) >= 0 else "\n(breaks the triangle inequality)")
+    name = textwrap.fill(str(body["body"].values), NAME_WIDTH)
+    return name + ("" if float(body["triangle_margin"].min()) >= 0 else "\n(no rigid body)")
 
 
 def _numbered(ax: Axes, x: float, y: float, axis: int, word: str) -> None:
@@ -195,7 +197,8 @@ def _zero_column(ax: Axes, zero: float, low: float, rows: int) -> None:
 def _periods(ax: Axes, observed: list[Period], inches: float) -> None:
     """Measured and observed periods as pairs on one axis of days, each with its note in a row of so many inches."""
     days = [d for p in observed for d in (p.measured_days, p.observed_days) if np.isfinite(d)]
-    room = max(6.0, (max(days) / min(days)) ** 0.35)  # for the numbers beside the outermost marks
+    wide = ax.figure.get_size_inches()[0]
+    room = max(6.0, (max(days) / min(days)) ** 0.35) ** (12.0 / wide)  # for the numbers beside the outermost marks
     ax.set(xscale="log", xlim=(min(days) / room, max(days) * room), ylim=(len(observed), 0.0), yticks=[])
     for row, period in enumerate(observed):
         y = row + 0.42 / inches
@@ -227,9 +230,10 @@ def _period_texts(ax: Axes, period: Period, row: int, y: float, inches: float) -
     if len(values) > 1:
         ax.annotate(_days(values[0]), (values[0], y), (-8, 0), ha="right", **look)
     ax.annotate(_days(values[-1]), (values[-1], y), (8, 0), ha="left", **look)
-    note = textwrap.wrap(" ".join(period.note.split()), NOTE_WIDTH)
+    letters = int(NOTE_WIDTH * ax.figure.get_size_inches()[0])
+    note = textwrap.wrap(" ".join(period.note.split()), letters)
     if len(note) * LINE_INCHES > inches - 0.64:
-        note = textwrap.wrap(gist(period.note), NOTE_WIDTH)
+        note = textwrap.wrap(gist(period.note), letters)
     write("\n".join(note), 0.58, fontsize=7.8, color=colors.QUIET, linespacing=1.25)
 
 

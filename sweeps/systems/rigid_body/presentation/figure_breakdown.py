@@ -26,15 +26,17 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     chosen, total = bodies(ds)
     found = breakdown(chosen).assign(theory=chosen["omega_squared_theory"].isel(epsilon=0))
     rows = chosen.sizes["body"]
-    height = max(4.9, 2.4 + 0.27 * rows)
-    figure = style.canvas(11.8, height, "How far linear theory holds", _subtitle(ds, total, found), ax=ax)
-    left, right, table = figure.subplots(1, 3, width_ratios=(1.0, 1.0, 1.16))
+    lines, columns, size = style.arranged(3, (3.6, max(3.3, 0.8 + 0.27 * rows)), (1.0, 1.6))
+    figure = style.canvas(*size, "How far linear theory holds", _subtitle(ds, total, found), ax=ax)
+    table_width = 7.4 / max(figure.get_size_inches()[0] - 4.7, 2.0)  # beside a panel's: as many inches everywhere
+    ratios = {"width_ratios": (1.0, 1.0, table_width)} if lines == 1 else {}
+    left, right, table = np.ravel(figure.subplots(lines, columns, **ratios))[:3]
     right.sharey(left)
     right.sharex(left)
     lit = _highlighted(found)
     _panel(left, found, found["theory"] > 0, lit)
     _panel(right, found, found["theory"] < 0, lit)
-    left.set_ylabel(r"$|\,\Omega^2_{\rm measured}\,/\,\Omega^2_{\rm theory} - 1\,|$ ")
+    left.set_ylabel(r"$|\,\Omega^2_{\rm measured}\,/\,\Omega^2_{\rm theory} - 1\,|$")
     left.set_title("stable (linear theory)", loc="left", color=colors.STABLE, fontweight="bold")
     right.set_title("unstable (linear theory)", loc="left", color=colors.UNSTABLE, fontweight="bold")
     right.tick_params(labelleft=False)
@@ -95,7 +97,7 @@ def _look(body: int, lit: list[int]) -> dict:
 
 
 def _panel(ax: Axes, found: xr.Dataset, belongs: xr.DataArray, lit: list[int]) -> None:
-    ax.set(xscale="log", yscale="log", xlabel=r"perturbation $\varepsilon$, relative to $\omega_0$ ")
+    ax.set(xscale="log", yscale="log", xlabel=r"perturbation $\varepsilon$, relative to $\omega_0$")
     epsilon = found["epsilon"].values
     ax.axhspan(FIT_ABOVE, FIT_BELOW, color="#f3f4f6", zorder=0, linewidth=0)
     for i, j in np.argwhere(belongs.transpose("body", "axis").values):

@@ -396,7 +396,7 @@ def _curve(figure, part, axis, shown, fixed) -> Figure:
     ax.set(xlim=(cells[0], cells[-1]), xlabel=axis_label(name))
     if ax.get_xscale() == "log":
         style.plain_log_ticks(ax.xaxis)
-    ax.set_ylabel(r"measured rate $/\,|\omega_0|$ ")
+    ax.set_ylabel(r"measured rate $/\,|\omega_0|$")
     sides = ((0.97, "top", "oscillates", colors.STABLE), (0.03, "bottom", "grows", colors.UNSTABLE))
     for y, va, word, color in sides:
         ax.text(0.015, y, word, transform=ax.transAxes, va=va, color=color, path_effects=style.halo())

@@ -33,8 +33,9 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
         return None
     angle = float(ds["half_angle"].values[np.argmin(np.abs(ds["half_angle"].values - ANGLE))])
     subtitle = f"{ds.attrs.get('title', '')}\nthe body cone rolls on the space cone; they touch along ω"
-    figure = style.canvas(4.4 * len(tops), 5.0, "Body cone and space cone", subtitle, ax=ax)
-    for ax, ratio in zip(np.atleast_1d(figure.subplots(1, len(tops))), tops, strict=True):
+    rows, columns, size = style.arranged(len(tops), (4.4, 3.6), (0.0, 1.4))
+    figure = style.canvas(*size, "Body cone and space cone", subtitle, ax=ax)
+    for ax, ratio in zip(np.ravel(figure.subplots(rows, columns)), tops, strict=True):
         _cones(ax, ratio, math.radians(angle))
         where = "inside" if ratio > 1.0 else "outside"
         shape = "flat" if ratio > 1.0 else "long"
@@ -54,17 +55,6 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     ]
     style.legend(figure, handles)
     return figure
-
-
-def draw_one(ax: Axes, ds: xr.Dataset) -> None:
-    """Draw the cones of the flattest top, or of the long one, as a panel of another figure."""
-    tops = _tops(ds)
-    ax.axis("off")
-    if not tops:
-        return
-    angle = float(ds["half_angle"].values[np.argmin(np.abs(ds["half_angle"].values - ANGLE))])
-    _cones(ax, tops[-1], math.radians(angle))
-    ax.set_title(f"body cone (blue) rolls on space cone\n$I_3/I_1$ = {style.number(tops[-1], 3)}", fontsize=9)
 
 
 def _tops(ds: xr.Dataset) -> list[float]:

@@ -9,7 +9,6 @@ from matplotlib.patches import Patch
 
 from kernels.statuses import STATUSES
 from sweeps.figure import colors, style
-from sweeps.systems.symmetric_top.presentation import figure_cones
 from sweeps.systems.symmetric_top.presentation.look import LOOK
 
 MOST = {"ratio": 160, "omega3": 12, "half_angle": 90}  # values a dimension that are drawn
@@ -21,12 +20,12 @@ PROLATE, OBLATE = colors.UNSTABLE, colors.STABLE
 def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     """Draw the measured rate over I3/I1 with the formula, and its relative deviation over the half-angle."""
     part = thinned(ds)
-    figure = style.canvas(12.4, 4.9, "Precession of the free symmetric top", _subtitle(ds, part), ax=ax)
-    left, right, cones = figure.subplots(1, 3, width_ratios=(1.0, 0.9, 0.75))
+    rows, columns, size = style.arranged(2, (4.2, 3.3))
+    figure = style.canvas(*size, "Precession of the free symmetric top", _subtitle(ds, part), ax=ax)
+    left, right = figure.subplots(rows, columns)
     handles = _rates(left, part)
     handles += _deviations(right, part)
     style.legend(figure, handles)
-    figure_cones.draw_one(cones, part)
     return figure
 
 
@@ -70,8 +69,8 @@ def _rates(ax: Axes, part: xr.Dataset) -> list:
         look = {"facecolor": "none", "edgecolor": "#9a9da1", "hatch": "/////", "linewidth": 0}
         ax.axvspan(max(2.0, low), high, gid="impossible", **look)
         handles.append(Patch(label="impossible: $I_3 > 2 I_1$", **look))
-    ax.set(xlim=(low, high), xlabel=r"$I_3/I_1$ ")
-    ax.set_ylabel(r"measured precession rate $\Omega/\omega_3$ ")
+    ax.set(xlim=(low, high), xlabel=r"$I_3/I_1$")
+    ax.set_ylabel(r"measured precession rate $\Omega/\omega_3$")
     halo = {"transform": ax.transAxes, "path_effects": style.halo(), "fontweight": "bold"}
     if (ratio < 1.0).any():
         ax.text(0.03, 0.50, "prolate:\nagainst the spin", color=PROLATE, va="bottom", **halo)
@@ -99,7 +98,7 @@ def _deviations(ax: Axes, part: xr.Dataset) -> list:
     ax.set_yticks([LEAST_DRAWN, *ticks], ["0", *(style.power(round(np.log10(t))) for t in ticks)])
     ax.minorticks_off()
     ax.set_xlabel(r"half-angle of $\omega$ to the figure axis  (degrees)")
-    ax.set_ylabel(r"$|\,\Omega\,/\,(I_3/I_1 - 1)\,\omega_3 - 1\,|$ ")
+    ax.set_ylabel(r"$|\,\Omega\,/\,(I_3/I_1 - 1)\,\omega_3 - 1\,|$")
     ax.grid(axis="y", color=colors.FAINT, linewidth=0.5, alpha=0.7)
     ax.set_axisbelow(True)
     return handles

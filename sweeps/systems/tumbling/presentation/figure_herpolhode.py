@@ -1,7 +1,5 @@
 """The herpolhode: the curve that the angular velocity draws on the invariable plane, seen along L."""
 
-import math
-
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -11,7 +9,7 @@ from kernels import exact
 from sweeps.figure import colors, style
 from sweeps.systems.tumbling.motion import start
 
-PERIODS, POINTS = 5, 6000
+PERIODS, POINTS = 7, 8000
 
 
 def herpolhode(moments, omega, times) -> np.ndarray:
@@ -35,14 +33,14 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     chosen = [place for place in (_place(ds, "sam"), _place(ds, "lam")) if place is not None]
     if not chosen:
         return None
+    rows, columns, size = style.arranged(len(chosen), (4.4, 4.4))
     figure = style.canvas(
-        4.9 * len(chosen),
-        6.0,
+        *size,
         "Herpolhodes",
         f"{ds.attrs.get('title', '')}\nseen along L, closed form",
         ax=ax,
     )
-    for ax, (mode, point) in zip(np.atleast_1d(figure.subplots(1, len(chosen))), chosen, strict=True):
+    for ax, (mode, point) in zip(np.ravel(figure.subplots(rows, columns)), chosen, strict=True):
         moments, omega = start(point)
         times = np.linspace(0.0, PERIODS * exact.period(exact.set_up(*moments, *omega)), POINTS)
         curve = herpolhode(moments, omega, times) / float(point["omega0"])
@@ -71,7 +69,7 @@ def _place(ds: xr.Dataset, mode: str):
     places = np.argwhere(sound.values)
     if not len(places):
         return None
-    tilt = ds["tilt_greatest"].values[tuple(places.T)]
-    at = places[int(np.argmin(np.abs(tilt - math.radians(50.0))))]
+    least, most = (ds[f"tilt_{name}"].values[tuple(places.T)] for name in ("least", "greatest"))
+    at = places[int(np.argmin(np.abs(most - least - 0.6 * (most - least).max())))]  # a broad ring
     row = ds.isel(dict(zip(sound.dims, at.tolist(), strict=True)))
     return mode, {name: row[name].item() for name in ("I1", "I2", "I3", "energy", "omega0")}

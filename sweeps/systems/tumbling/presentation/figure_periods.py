@@ -7,9 +7,11 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from kernels import tumbling
 from sweeps.figure import colors, style
 
 PANELS = 4
+STEPS = 200  # of a curve, on each side of the separatrix
 SEPARATRIX = "separatrix (ratio diverges)"
 
 
@@ -65,11 +67,14 @@ def _plane(ax, part: xr.Dataset):
     return mesh
 
 
-def _parted(energies, ratio, part):
-    """A curve in two parts, one each side of the separatrix, E = I3/I2: no line joins what goes to infinity between."""
-    order = np.argsort(energies)
-    k = int(np.searchsorted(energies[order], float(part["I3"] / part["I2"])))
-    return np.insert(energies[order], k, np.nan), np.insert(ratio[order], k, np.nan)
+def _closed_form(part, energies):
+    """Energies and period ratios of a body, dense on both sides of the separatrix, where the ratio goes to infinity."""
+    low, high, at = energies.min(), energies.max(), float(part["I3"] / part["I2"])
+    away = np.geomspace(1e-6, 1.0, STEPS)
+    some = np.concatenate([at - (at - low) * away[::-1], [at], at + (high - at) * away])
+    points = {name: np.full(some.size, float(part[name])) for name in ("I1", "I2", "I3", "omega0")}
+    found = tumbling.survey(points | {"energy": some}, 1e-9, measured=False)
+    return some, found["period_psi_exact"] / found["period_phi_long_axis_exact"]
 
 
 def _curves(ds: xr.Dataset, place: Axes | None) -> Figure:
@@ -88,14 +93,14 @@ def _curves(ds: xr.Dataset, place: Axes | None) -> Figure:
         x = (along if along is not None else part["energy"]).values
         color = colors.SERIES_COLORS[number % len(colors.SERIES_COLORS)]
         marker = None if along is not None else "o"
-        at, ratio = _parted(np.atleast_1d(x), np.atleast_1d(part["period_ratio"].values), part)
+        at, ratio = (x, part["period_ratio"].values) if along is None else _closed_form(part, x)
         handles += ax.plot(at, ratio, color=color, marker=marker, label=name)
         if along is not None:
             separatrix = float(part["I3"] / part["I2"])
             ax.axvline(separatrix, color=color, linewidth=0.9, linestyle=(0, (1, 2)), gid="separatrix")
     if along is not None:
         handles.append(Line2D([], [], color=colors.QUIET, linewidth=0.9, linestyle=(0, (1, 2)), label=SEPARATRIX))
-    ax.set(yscale="log", xlabel="$E = 2TI_3/L^2$ ", ylabel=r"$P_\psi/P_\phi$ ")
+    ax.set(yscale="log", xlabel="$E = 2TI_3/L^2$", ylabel=r"$P_\psi/P_\phi$")
     style.plain_log_ticks(ax.yaxis)
     ax.grid(color=colors.FAINT, linewidth=0.5, alpha=0.7)
     style.legend(figure, handles)

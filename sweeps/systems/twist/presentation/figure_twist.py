@@ -34,24 +34,35 @@ def draw_map(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     ax = figure.subplots()
     x, y = part["I1"].values / float(part["I2"]), part["I3"].values / float(part["I2"])
     margin = part["triangle_margin"].transpose("I3", "I1").values
-    twist = np.where(margin >= 0, np.abs(part["twist_exact"].transpose("I3", "I1").values) / np.pi, np.nan)
+    twist = np.abs(part["twist_exact"].transpose("I3", "I1").values) / np.pi
     mesh = ax.pcolormesh(style.edges(x), style.edges(y), twist, cmap="viridis", vmin=0.0, vmax=1.0, rasterized=True)
     figure.colorbar(mesh, ax=ax, label="|twist|  (half turns)", extend="max")
-    growth = np.where(margin >= 0, part["growth"].transpose("I3", "I1").values, np.nan)
+    growth = part["growth"].transpose("I3", "I1").values
     lines = ax.contour(x, y, growth, [0.2, 0.4, 0.6, 0.8, 1.0, 1.5], colors=WHITE, linewidths=0.9)
-    ax.clabel(lines, fmt=lambda value: f"{value:g}", fontsize=7.5)
-    ax.contourf(x, y, margin, [-np.inf, 0.0], colors="none", hatches=["////"])
+    possible = [(float(a), float(b)) for path in lines.get_paths() for a, b in _middles(path, x, y, margin)]
+    ax.clabel(lines, fmt=lambda value: rf"$\sigma = {value:g}\,\omega_0$", fontsize=7.5, manual=possible)
+    ax.contourf(x, y, margin, [-np.inf, 0.0], colors="white", hatches=["////"], zorder=2)
     ax.contour(x, y, margin, [0.0], colors=colors.INK, linewidths=1.0)
     for name, (across, along) in THROWN.items():
         ax.plot(across, along, marker="*", color=colors.UNSTABLE, markeredgecolor="white", markersize=12, gid=name)
         ax.annotate(name, (across, along), (7, 5), textcoords="offset points", path_effects=style.halo(), fontsize=8.5)
-    ax.set(xlabel="$I_1/I_2$  (handle over intermediate axis)", ylabel="$I_3/I_2$", xlim=(0, 1), ylim=(y[0], y[-1]))
+    ax.set(
+        xlabel="$I_1/I_2$  (handle over intermediate axis)", ylabel="$I_3/I_2$", xlim=(x[0], x[-1]), ylim=(y[0], y[-1])
+    )
     handles = [
         Line2D([], [], color=colors.QUIET, linewidth=0.9, label=r"white: growth rate $\sigma/\omega_0$, linear theory"),
         Patch(facecolor="none", edgecolor=colors.QUIET, hatch="////", linewidth=0, label="physically impossible"),
     ]
     style.legend(figure, handles)
     return figure
+
+
+def _middles(path, x: np.ndarray, y: np.ndarray, margin: np.ndarray) -> np.ndarray:
+    """The middle of that part of a curve which is possible and well inside, shape (0 or 1, 2)."""
+    at = path.vertices
+    rows, columns = (np.clip(np.searchsorted(side, at[:, k]), 0, side.size - 1) for k, side in ((1, y), (0, x)))
+    inside = at[(margin[rows, columns] > 0.0) & (at[:, 0] > x[0] + 0.1) & (at[:, 0] < x[-1] - 0.1)]
+    return inside[len(inside) // 2 : len(inside) // 2 + 1]
 
 
 def _plane(ds: xr.Dataset) -> xr.Dataset:
@@ -84,7 +95,14 @@ def draw_defect(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     ring = look | ({"markersize": 9.0, "markerfacecolor": "none", "markeredgewidth": 1.6} if few else dot)
     best = defect.min("chi").values if "chi" in defect.dims else defect.values
     known = r"minimum over $\chi$"
-    handles = ax.plot(x, best, color=colors.STABLE, gid="best", label=f"{_twist(part)}: {known}", **dot)
+    handles = ax.plot(
+        x,
+        best,
+        color=colors.STABLE,
+        gid="best",
+        label=f"twist, {'measured' if 'twist' in part else 'closed form'}, {known}",
+        **dot,
+    )
     law = part["twist_defect_theory"].values
     handles += ax.plot(x, law, color=colors.UNSTABLE, gid="law", label="on the separatrix, exact", **ring)
     near = {
@@ -96,15 +114,21 @@ def draw_defect(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     }
     text = r"law: $4\sqrt{a/(a+b)}\,e^{-(\pi+\arctan\sqrt{b/a})\,\sigma/\omega_0}$"
     handles += ax.plot(x, asymptotic(part), label=text, **near)
-    span = np.geomspace(x.min(), 1.0, 50)
+    ends = (x.min() / (6.0 if few else 1.2), min(1.0, 2.5 * x.max()))
+    span = np.geomspace(*ends, 50)
     line = {"color": colors.INK, "linewidth": 1.0, "gid": "slope"}
     handles += ax.plot(span, 4.0 * span, label=r"its bound: $4\,e^{-\pi\sigma/\omega_0}$", **line)
-    ax.set(xscale="log", yscale="log", xlabel=r"$e^{-\pi\sigma/\omega_0}$", ylabel=r"$\pi - |\mathrm{twist}|$  (rad)")
+    ax.set(
+        xscale="log",
+        yscale="log",
+        xlim=ends,
+        xlabel=r"$e^{-\pi\sigma/\omega_0}$",
+        ylabel=r"$\pi - |\mathrm{twist}|$  (rad)",
+    )
     if few and "body" in part.coords:
-        look = {"textcoords": "offset points", "path_effects": style.halo(), "fontsize": 7.5}
+        look = {"textcoords": "offset points", "path_effects": style.halo(), "ha": "right", "va": "center"}
         for at, place, name in zip(x, best, part["body"].values, strict=True):
-            first = at == x.min()  # the others' names end where the bound's line is not
-            ax.annotate(str(name), (at, place), (0 if first else -6, 8), ha="left" if first else "right", **look)
+            ax.annotate(str(name), (at, place), (-7, 0), **look)
     for axis in (ax.xaxis, ax.yaxis):
         style.plain_log_ticks(axis)
     ax.grid(color=colors.FAINT, linewidth=0.5, alpha=0.7)

@@ -17,15 +17,15 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     bodies = part.sizes["body"]
     part = part.isel(body=slice(MOST_BODIES)).load()
     more = f"; the first {MOST_BODIES} of {bodies:,} bodies" if bodies > MOST_BODIES else ""
-    bars = "bars: standard errors (left), 5 to 95 % of the draws (right)"
+    bars = "bars: standard errors (left), 5 to 95 % of the draws about their median (right)"
     subtitle = f"{ds.attrs.get('title', '')}\neach draw measured; {bars}{more}"
     figure = style.canvas(
         9.6, 1.9 + 0.42 * part.sizes["body"], "Probability that each spin is unstable", subtitle, ax=ax
     )
     likely, rates = figure.subplots(1, 2, sharey=True)
     handles = [_axis(likely, rates, part.sel(axis=axis), axis) for axis in part["axis"].values.tolist()]
-    likely.set(xlim=(-0.03, 1.03), xlabel="probability that the spin is unstable ")
-    rates.set(xlabel=r"growth rate over the spin rate, $\sigma/\omega_0$ ", xlim=(-0.02, None))
+    likely.set(xlim=(-0.03, 1.03), xlabel="probability that the spin is unstable")
+    rates.set(xlabel=r"growth rate over the spin rate, $\sigma/\omega_0$", xlim=(-0.02, None))
     likely.set_yticks(range(part.sizes["body"]), [str(name)[:30] for name in part["body"].values])
     likely.set_ylim(part.sizes["body"] - 0.5, -0.5)
     for ax in (likely, rates):

@@ -1,0 +1,42 @@
+"""What figures of described systems have in common: the parameters along their sides, and the line above them."""
+
+from collections.abc import Collection, Iterable
+
+import numpy as np
+import xarray as xr
+
+from kernels.statuses import STATUSES
+from sweeps.figure import style
+from sweeps.systems.presentation.look import Look
+
+MOST_DRAWN = 400  # values a dimension
+
+
+def sides(values: xr.DataArray, panels: Collection[str]) -> tuple[str, str | None, str | None]:
+    """Return the two longest parameters, the later one along x, and a third that varies; None where there is none.
+
+    Args:
+        values: a variable of a map.
+        panels: its dimensions that have a panel for each value.
+    """
+    names = [str(name) for name in values.dims if name not in panels]
+    varied = sorted((name for name in names if values.sizes[name] > 1), key=lambda name: -values.sizes[name])
+    if len(varied) < 2:
+        return (*varied, names[0])[0], None, None
+    y, x = sorted(varied[:2], key=names.index)
+    return x, y, varied[2] if len(varied) > 2 else None
+
+
+def few(values: xr.DataArray, shown: Iterable[str | None], whole: Collection[str | None]) -> dict:
+    """Return the indices at which a figure cuts a variable: at most `MOST_DRAWN` of the sides, the middle of others."""
+    middle = {name: values.sizes[name] // 2 for name in values.dims if name not in (*shown, *whole)}
+    return middle | {name: style.few(values.sizes[name], MOST_DRAWN) for name in shown if name}
+
+
+def subtitle(ds: xr.Dataset, part: xr.Dataset, values: xr.DataArray, look: Look) -> str:
+    """Return where a map is cut, and how many points are not ok, for the line below a title."""
+    counts = np.bincount(ds["status"].values.ravel(), minlength=len(STATUSES))
+    words = [f"{n:,} of {counts.sum():,} {look.words(STATUSES[k])}" for k, n in enumerate(counts) if n and k]
+    fixed = [name for name in values.dims if name not in part.dims and name not in ("eigenvalue", "epsilon", "phase")]
+    cut = ", ".join(style.fixed_at(ds, name, ds[name].values[ds.sizes[name] // 2]) for name in fixed)
+    return ";  ".join(filter(None, [cut, *words])) or "as measured"
