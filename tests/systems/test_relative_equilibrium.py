@@ -4,6 +4,7 @@ import pickle
 
 import numpy as np
 import pytest
+import xarray as xr
 from matplotlib.figure import Figure
 
 import sweeps
@@ -14,7 +15,7 @@ from sweeps.schema.refusals import DefinitionError
 from sweeps.shards import content
 from sweeps.systems.described import shipped
 from sweeps.systems.relative_equilibrium import system as relative
-from sweeps.systems.relative_equilibrium.presentation import figure_flat_spin
+from sweeps.systems.relative_equilibrium.presentation import figure_flat_spin, figure_spectra
 from sweeps.systems.relative_equilibrium.variables import INVARIANTS, REGIMES, VARIABLES
 
 pytestmark = pytest.mark.slow  # compiling what they need takes as long as all that the quick tests need
@@ -103,6 +104,23 @@ def test_pictures(top):
     assert set(drawn) == {"stability", "theory_against_measured"}
     for draw in drawn.values():
         assert isinstance(draw(), Figure)
+
+
+@pytest.mark.parametrize("damped", [False, True])
+def test_the_boundary_of_theory_is_found_between_the_points_of_a_map(damped):
+    """λ² + c λ + k of two oscillators: stable for k > 0, and for c > 0; the last cell is a tenth inside."""
+    stiffness, c = np.linspace(-0.97, 1.03, 21), 0.2 if damped else 0.0
+    k, other = np.meshgrid(stiffness, [1.5, 2.5], indexing="ij")
+    roots = [[(-c + sign * np.sqrt(c**2 - 4 * one + 0j)) / 2 for sign in (1, -1)] for one in (k, other)]
+    eigenvalues = np.moveaxis(np.array(roots).reshape(4, *k.shape), 0, -1)
+    growth, over = eigenvalues.real.max(axis=-1), ("k", "other")
+    regime = np.where(growth > 1e-9, *(REGIMES.index(name) - 1 for name in ("unstable", "stable")))
+    columns = {"growth_rate_theory": growth, "regime_theory": regime, "rate_scale": np.ones(k.shape)}
+    one = xr.Dataset({name: (over, column) for name, column in columns.items()})
+    margin, _ = figure_spectra._margins(one.assign(eigenvalues=((*over, "eigenvalue"), eigenvalues)))
+    (last,) = np.flatnonzero(margin[1:, 0] * margin[:-1, 0] < 0.0)
+    share = margin[last, 0] / (margin[last, 0] - margin[last + 1, 0])
+    assert stiffness[last] + share * 0.1 == pytest.approx(0.0, abs=1e-12)  # the product of λ is linear in k
 
 
 def test_a_slender_bodys_spin_ends_flat():

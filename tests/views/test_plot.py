@@ -3,7 +3,6 @@
 import re
 import subprocess
 import sys
-from functools import partial
 from itertools import combinations
 
 import matplotlib
@@ -12,13 +11,14 @@ import pytest
 from matplotlib.colors import NoNorm
 from matplotlib.figure import Figure
 from matplotlib.image import imread
-from matplotlib.patches import Patch
 
 from sweeps import plot
 from sweeps.__main__ import main
+from sweeps.commands import figures as command
 from sweeps.figure import colors, style
 from sweeps.maps.storage import write_map
 from sweeps.schema.refusals import RefusedError
+from sweeps.systems.presentation import regimes
 from sweeps.systems.relative_equilibrium.presentation import figure_spectra
 from sweeps.systems.relative_equilibrium.presentation.look import LOOK
 from sweeps.views import figures, films, themes
@@ -130,6 +130,51 @@ def test_a_picture_is_as_large_as_it_is_asked_for(path, tmp_path, size):
     np.testing.assert_allclose([float(x) for x in box.groups()], np.array(size) / 25.4 * 72, rtol=1e-4)
 
 
+@pytest.mark.parametrize(
+    ("asked", "size"),
+    [("6in", (152.4, None)), ("15cm", (150.0, None)), ("160", (160.0, None)), ("6 x 4in", (152.4, 101.6))],
+)
+def test_a_length_has_a_unit(asked, size):
+    assert command._sheet(asked)[:2] == pytest.approx(size)
+
+
+def test_a_slide_has_the_pixels_of_a_projector_and_letters_of_one_size(tmp_path):
+    with style.drawn_for(style.SHEETS["slide"]):
+        made = [style.canvas(width, 5.0, "title", "subtitle") for width in (5.0, 12.0)]
+        figures.save(made[0], tmp_path / "slide.png", "png")
+    assert imread(tmp_path / "slide.png").shape[:2] == (1080, 1920)
+    assert made[0].get_size_inches() == pytest.approx(made[1].get_size_inches())
+    assert 8.5 / 72 * made[0].dpi > 20  # pixels of a subtitle
+
+
+@pytest.mark.parametrize("sheet", [style.ITS_OWN, *style.SHEETS.values()])
+def test_nothing_above_or_below_the_panels_covers_another(tiny, sheet):
+    """Panels, their labels, the title, the subtitle and the legend each have room of their own."""
+    with style.drawn_for(sheet):
+        figure = figures.pictures(tiny)["stability_axis_2"]()
+        figure.draw_without_rendering()
+    renderer = figure.canvas.get_renderer()
+    boxes = [part.get_window_extent(renderer) for part in (*figure.texts, *figure.legends, *figure.axes)]
+    boxes += [axis.label.get_window_extent(renderer) for axis in (figure.axes[0].xaxis, figure.axes[0].yaxis)]
+    for one, other in combinations(boxes, 2):
+        assert not one.overlaps(other)
+    for box in boxes:
+        assert 0 <= box.x0 < box.x1 <= figure.bbox.x1
+        assert 0 <= box.y0 < box.y1 <= figure.bbox.y1
+
+
+def test_panels_stand_beside_each_other_where_there_is_room():
+    cell, beside = (3.9, 3.2), (1.2, 1.6)
+    for sheet, panels, shape in (
+        ("slide", 3, (1, 3)),
+        ("page", 2, (1, 2)),
+        ("column", 2, (2, 1)),
+        ("column", 3, (3, 1)),
+    ):
+        with style.drawn_for(style.SHEETS[sheet]):
+            assert style.arranged(panels, cell, beside)[:2] == shape
+
+
 @pytest.mark.slow
 def test_the_text_of_an_svg_is_text_and_its_fonts_are_in_it(path, tmp_path):
     main(["figures", path, "-o", str(tmp_path), "--only", "stability_axis_2", "--format", "svg"])
@@ -145,6 +190,9 @@ def test_the_text_of_an_svg_is_text_and_its_fonts_are_in_it(path, tmp_path):
     [
         (["--size", "10x20"], "is not a size"),
         (["--size", "wide"], "is not a size"),
+        (["--size", "6inches"], "is not a size"),
+        (["--size", "6in x 4cm"], "is not a size"),
+        (["--size", "2cm"], "from 30 to 2000 mm"),
         (["--format", "mp4"], "needs ffmpeg"),
         (["--format", "webm", "--only", "stability"], "needs ffmpeg"),
     ],
@@ -257,10 +305,14 @@ def test_regimes_of_equilibria_are_hatched_on_paper_alone():
     regime = np.repeat([0, 1, 2, 3], 4).reshape(4, 4)
     words = [LOOK.words(name) for name in figure_spectra.REGIMES[1:5]]
     for theme, wanted in (("light", []), ("dark", []), ("print", ["....", "////", "xxxx"])):
-        figure = Figure()
-        ax = figure.subplots()
-        told = figure.legend(handles=[Patch(label=word) for word in words])
-        style.on_paper(figure, partial(figure_spectra._hatch, ax, np.arange(4.0), np.arange(4.0), regime))
+        figure = style.canvas(5.0, 4.0, "", "")
+        ax, drawn = figure.subplots(), regimes.Regimes(figure_spectra.REGIMES, LOOK, 1.0)
+        drawn.paint(ax, np.arange(4.0), np.arange(4.0), regime, 0.3 * (regime != 1), np.zeros((4, 4), int))
+        drawn.explain(figure, [ax], "growth")
         themes.apply(figure, theme)
-        assert [hatch for drawn in ax.collections for hatch in drawn.hatches] == wanted
+        (told,) = figure.legends
+        assert [text.get_text() for text in told.get_texts()] == words
+        assert [h for artist in ax.collections for h in artist.hatches if h] == wanted
         assert [patch.get_hatch() for patch in told.legend_handles if patch.get_hatch()] == wanted
+        scale = figure.axes[1].collections[0].get_array()
+        assert set(np.unique(scale // regimes.SHADES)) == {0, 2, 3}  # one column each of what grows or decays

@@ -40,3 +40,16 @@ def subtitle(ds: xr.Dataset, part: xr.Dataset, values: xr.DataArray, look: Look)
     fixed = [name for name in values.dims if name not in part.dims and name not in ("eigenvalue", "epsilon", "phase")]
     cut = ", ".join(style.fixed_at(ds, name, ds[name].values[ds.sizes[name] // 2]) for name in fixed)
     return ";  ".join(filter(None, [cut, *words])) or "as measured"
+
+
+def once(titled: Iterable[tuple[str, xr.Dataset]], names: Iterable[str]) -> list[tuple[str, xr.Dataset]]:
+    """Return titles and contents of panels; one that would look like another, by `names`, gives it its title only."""
+    found: list[tuple[str, xr.Dataset]] = []
+    for title, one in titled:
+        for k, (before, other) in enumerate(found):
+            if all(np.allclose(one[name].values, other[name].values, 1e-3, 1e-3, equal_nan=True) for name in names):
+                found[k] = (f"{before};  {title}", other)
+                break
+        else:
+            found.append((title, one))
+    return found

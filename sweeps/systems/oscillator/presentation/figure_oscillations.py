@@ -75,23 +75,11 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
 
 def _panels(part):
     """Titles and contents of the panels, equal ones once, and a line on modes that are marginal everywhere."""
-    found, marginal = [], []
-    for e in part["equilibrium"].values:
-        for m in part["mode"].values:
-            one, title = part.sel(equilibrium=e, mode=m), _name(part, e, m)
-            alike = next((k for k, (_, other) in enumerate(found) if _is_alike(one, other)), None)
-            if alike is not None:
-                found[alike] = (f"{found[alike][0]};  {title}", found[alike][1])
-            elif (one["regime"].values == REGIMES.index("marginal") - 1).all() and part.sizes["mode"] > 1:
-                marginal.append(f"{title}: marginal everywhere")
-            else:
-                found.append((title, one))
-    return found[:MOST_PANELS], marginal
-
-
-def _is_alike(one, other):
-    """Whether two panels would look the same."""
-    return all(np.allclose(one[n].values, other[n].values, 1e-4, 1e-4, equal_nan=True) for n in ("measured", "regime"))
+    every = [{"equilibrium": e, "mode": m} for e in part["equilibrium"].values for m in part["mode"].values]
+    found = planes.once(((_name(part, *at.values()), part.sel(at)) for at in every), ("measured", "regime"))
+    still = [(one["regime"].values == REGIMES.index("marginal") - 1).all() and len(found) > 1 for _, one in found]
+    marginal = [f"{title}: marginal everywhere" for (title, _), is_still in zip(found, still, strict=True) if is_still]
+    return [panel for panel, is_still in zip(found, still, strict=True) if not is_still][:MOST_PANELS], marginal
 
 
 def _thinned(ds, x, y):

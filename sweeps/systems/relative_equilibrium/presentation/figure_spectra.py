@@ -53,27 +53,20 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
 
 def _panels(ds, part, third, top):
     """Titles and contents of the panels: equal ones once, those of one colour in words where others have more."""
-    found, plain = [], []
+    titled = []
     for e in part["equilibrium"].values:
         for z in part[third].values if third else [None]:
             one = part.sel(equilibrium=e) if z is None else part.sel({"equilibrium": e, third: z})
             named = [str(e).replace("_", " ")] if part.sizes["equilibrium"] > 1 else []
-            title = ",  ".join(named + ([style.fixed_at(ds, third, z)] if third else []))
-            alike = next((k for k, (_, other) in enumerate(found) if _is_alike(one, other)), None)
-            kinds = np.unique(one["regime"].values)
-            if alike is not None:
-                found[alike] = (f"{found[alike][0]};  {title}", found[alike][1])
-            elif top and kinds.size == 1 and not one["relative"].values.any():
-                plain.append(f"{title}: {LOOK.words(REGIMES[int(kinds[0]) + 1])} everywhere")
-            else:
-                found.append((title, one))
+            titled.append((",  ".join(named + ([style.fixed_at(ds, third, z)] if third else [])), one))
+    found, plain = [], []
+    for title, one in planes.once(titled, ("regime", "relative", "frequencies")):
+        kinds = np.unique(one["regime"].values)
+        if top and kinds.size == 1 and not one["relative"].values.any():
+            plain.append(f"{title}: {LOOK.words(REGIMES[int(kinds[0]) + 1])} everywhere")
+        else:
+            found.append((title, one))
     return found[:MOST_PANELS], plain
-
-
-def _is_alike(one, other):
-    """Whether two panels would look the same."""
-    names = ("regime", "relative", "frequencies")
-    return all(np.allclose(one[name].values, other[name].values, 1e-3, 1e-3, equal_nan=True) for name in names)
 
 
 def _thinned(ds, x, y, third):
