@@ -114,6 +114,8 @@ SHEETS = {"slide": Sheet(*SLIDE, dots=144.0), "page": Sheet(178.0), "column": Sh
 MM = 1.0 / 25.4  # inches
 LETTERS, LEAST_SCALE = 4.0 / 3.0, 0.8  # of letters on a slide: 24 pixels; and at least, 7.2 points
 PAGE_MM = 240.0  # height of a picture on a page
+HEAD = 1.4  # inches, about, of title, subtitle and legend
+NARROW = 6.0  # inches of a sheet, on which little stands beside panels
 ROOM = (10.0, 8.0)  # inches, of a picture that has no sheet
 LEAST_SHARE = 0.72  # of a panel's size: narrower ones stand below each other
 ITS_OWN = Sheet()
@@ -129,6 +131,11 @@ def drawn_for(sheet: Sheet) -> Iterator[None]:
             yield
     finally:
         _sheet.reset(token)
+
+
+def is_narrow() -> bool:
+    """Return True if the sheet is as narrow as a column of a journal."""
+    return _sheet.get().inches()[0] < NARROW
 
 
 def arranged(panels: int, cell: tuple[float, float], beside=(1.2, 1.6)) -> tuple[int, int, tuple[float, float]]:
@@ -188,7 +195,7 @@ def canvas(width: float, height: float, title: str, subtitle: str, ax: Axes | No
 
     Args:
         width: in inches, where the sheet has none.
-        height: likewise; a sheet without a height keeps the ratio of both.
+        height: likewise; without a height the sheet's follows from the ratio of both.
         title: what is too long is broken between words.
         subtitle: one line or several, likewise.
         ax: where else the picture is drawn, with its title alone.
@@ -198,8 +205,8 @@ def canvas(width: float, height: float, title: str, subtitle: str, ax: Axes | No
         return Borrowed(ax)
     sheet = _sheet.get()
     if sheet.width:
-        (wide, high), ratio = sheet.inches(), height / width
-        width, height = wide, high if sheet.height else min(high, wide * ratio)
+        wide, high = sheet.inches()
+        width, height = wide, high if sheet.height else min(high, HEAD + (height - HEAD) * wide / width)
     title, subtitle = wrapped(title, width, TITLE_LETTERS), wrapped(subtitle, width)
     figure = sheet.make(figsize=(width, height), dpi=DPI, layout="compressed", facecolor="white")
     if sheet.make is Figure:

@@ -45,12 +45,14 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     coordinates = [name for name in ds.data_vars if name.endswith("_equilibrium")]
     places = len(coordinates) == 1 and ds.sizes["equilibrium"] > 1 and _moves(part[coordinates[0]], x)
     count = len(panels)
-    rows, columns, size = style.arranged(count, (3.3, 2.7), (1.0 + LARGE * places, 1.5))
+    below = places and style.is_narrow()  # the positions above the panels, and not beside
+    rows, columns, size = style.arranged(count, (3.3, 2.7), (1.0 + LARGE * (places and not below), 1.5 + 2.7 * below))
     subtitle = "\n".join([planes.subtitle(ds, part, ds["omega_squared"], LOOK), *marginal])
     figure = style.canvas(*size, ds.attrs.get("title", ""), subtitle, ax=ax)
-    ratios_of_width = [LARGE / 3.3] * places + [1.0] * columns
-    grid = figure.add_gridspec(rows, columns + places, width_ratios=ratios_of_width)
-    axes = [figure.add_subplot(grid[k // columns, places + k % columns]) for k in range(rows * columns)]
+    beside = int(places and not below)
+    ratios_of_width = [LARGE / 3.3] * beside + [1.0] * columns
+    grid = figure.add_gridspec(rows + below, columns + beside, width_ratios=ratios_of_width)
+    axes = [figure.add_subplot(grid[below + k // columns, beside + k % columns]) for k in range(rows * columns)]
     image, most = None, float(np.nanmax(np.abs([one["measured"].values for _, one in panels]), initial=0.0)) or 1.0
     for ax, (title, one) in zip(axes, panels, strict=False):
         ax.set_title(title, loc="left")
@@ -63,7 +65,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
         else:
             image = _map(ax, one, x, y, most)
     if places:
-        _places(figure.add_subplot(grid[:, 0]), part, coordinates[0], x, y)
+        _places(figure.add_subplot(grid[0, :] if below else grid[:, 0]), part, coordinates[0], x, y)
     for ax in axes[count:]:
         ax.set_axis_off()
     if image is not None:

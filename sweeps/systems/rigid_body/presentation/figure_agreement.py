@@ -30,8 +30,10 @@ WORDS = {  # group of points → what the legend says of it; of the others nothi
 def draw(ds: "xr.Dataset", ax: Axes | None = None) -> Figure:
     """Draw oscillations (left) and growth (right); deviations over errors (top), relative ones (bottom)."""
     found = agreement(ds)
-    figure = style.canvas(8.6, 6.8, "Measured against linear theory", _subtitle(ds, found), ax=ax)
-    axes = figure.subplots(2, 2, height_ratios=(1.0, 1.35))
+    lines, columns, size = style.arranged(2, (3.9, 5.2), (0.8, 1.6))
+    figure = style.canvas(*size, "Measured against linear theory", _subtitle(ds, found), ax=ax)
+    axes = figure.subplots(2 * lines, columns, height_ratios=(1.0, 1.35) * lines)
+    axes = axes if columns == 2 else axes.reshape(2, 2).T
     sides = ((1.0, colors.STABLE, "oscillates", r"frequency $\Omega$"), (-1.0, colors.UNSTABLE, "grows", "growth rate"))
     for column, (sign, color, verb, name) in zip(axes.T, sides, strict=True):
         _side(column, found, sign, color)

@@ -42,12 +42,13 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     height = 2.0 + max(0.46 * rows, PERIOD_INCHES * len(observed), 1.0)
     many = ds.sizes["body"] > MOST_BODIES
     panels = 2 if observed or many else 1
-    lines, columns, size = style.arranged(panels, (5.3 if panels > 1 else 6.8, height - 1.6), (1.0, 1.6))
+    lines, columns, size = style.arranged(panels, (5.6 if panels > 1 else 6.8, height - 1.6), (1.0, 1.6))
     some = f";  periods of {len(observed)} of {len(known)}" if len(observed) < len(known) else ""
     figure = style.canvas(*size, "Bodies: measured rates", _subtitle(ds, part) + some, ax=ax)
     axes = np.ravel(figure.subplots(lines, columns))
     _rates(axes[0], part)
-    _times(axes[0], part)
+    if not style.is_narrow():
+        _times(axes[0], part)
     if observed:
         _periods(axes[1], observed, (figure.get_size_inches()[1] / lines - 2.0) / len(observed))
     elif many:
@@ -211,7 +212,7 @@ def _periods(ax: Axes, observed: list[Period], inches: float) -> None:
             ax.axhline(row, color=colors.FAINT, linewidth=0.5)
     style.plain_log_ticks(ax.xaxis)
     ax.set_xlabel("period in the body's frame  (days of 86,400 s)")
-    ax.set_title("Periods", loc="left", fontweight="bold", fontsize=9.5)
+    ax.set_title("" if style.is_narrow() else "Periods", loc="left", fontweight="bold", fontsize=9.5)
     handles = [Line2D([], [], linestyle="none", **look) for look in (MEASURED, OBSERVED)]
     place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.1}
     ax.legend(handles=handles, ncols=2, handletextpad=0.3, columnspacing=1.2, **place)
@@ -230,6 +231,8 @@ def _period_texts(ax: Axes, period: Period, row: int, y: float, inches: float) -
     if len(values) > 1:
         ax.annotate(_days(values[0]), (values[0], y), (-8, 0), ha="right", **look)
     ax.annotate(_days(values[-1]), (values[-1], y), (8, 0), ha="left", **look)
+    if style.is_narrow():
+        return
     letters = int(NOTE_WIDTH * ax.figure.get_size_inches()[0])
     note = textwrap.wrap(" ".join(period.note.split()), letters)
     if len(note) * LINE_INCHES > inches - 0.64:

@@ -41,10 +41,14 @@ def draw(ds: "xr.Dataset", ax: Axes | None = None) -> Figure | None:
     large = 2 if 2 in spun else spun[0]
     others = [axis for axis in spun if axis != large]
     title = "All possible rigid bodies" if "ratios" in str(ds.attrs.get("definition", "")) else "Bodies by shape"
-    figure = style.canvas(8.6 if others else 5.6, 5.9, title, _subtitle(ds), ax=ax)
-    grid = figure.add_gridspec(2, 2 if others else 1, width_ratios=(1.9, 1.0) if others else (1.0,))
-    axes = {large: figure.add_subplot(grid[:, 0])}
-    axes |= {axis: figure.add_subplot(grid[k, 1]) for k, axis in enumerate(others[:2])}
+    upright = style.is_narrow()  # the others below, and not beside
+    size = (4.2, 6.2) if upright else (8.6, 5.9) if others else (5.6, 5.9)
+    figure = style.canvas(*size, title, _subtitle(ds), ax=ax)
+    shares = (1.9, 1.0) if others else (1.0,)
+    shape = (len(shares), 2, None, shares) if upright else (2, len(shares), shares, None)
+    grid = figure.add_gridspec(*shape[:2], width_ratios=shape[2], height_ratios=shape[3])
+    axes = {large: figure.add_subplot(grid[0, :] if upright else grid[:, 0])}
+    axes |= {axis: figure.add_subplot(grid[1, k] if upright else grid[k, 1]) for k, axis in enumerate(others[:2])}
     for axis, ax in axes.items():
         mesh = _panel(ax, ds, axis, axis == large)
         ax.set_title(f"spun about axis {axis}", **_heading(axis == large))
@@ -163,7 +167,7 @@ def _panel(ax: Axes, ds: "xr.Dataset", axis: int, is_large: bool):
         mesh = ax.scatter(x, y, s=6, c=rate, cmap=COLOR_MAP, norm=norm, linewidths=0, rasterized=True, gid="cells")
     _frame(ax, axis, is_large)
     _words(ax, axis, is_large)
-    if is_large:
+    if is_large and not style.is_narrow():
         _name_bodies(ax)
     return mesh
 

@@ -30,7 +30,7 @@ def _planes(ds: xr.Dataset, place: Axes | None) -> Figure:
     figure = style.canvas(
         *size, r"Ratio of tumbling periods, $P_\psi/P_\phi$ (long-axis convention)", subtitle, ax=place
     )
-    axes = figure.subplots(rows, columns, sharex=True, sharey=True)
+    axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     energies = np.linspace(0, 0.6 * (ds.sizes["energy"] - 1), PANELS + 1).round().astype(int)[1:]
     for ax, k in zip(axes.flat, energies, strict=True):
         part = ds.isel(I3=0, omega0=0, energy=int(k)).load()

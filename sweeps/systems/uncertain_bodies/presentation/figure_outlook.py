@@ -19,10 +19,9 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     more = f"; the first {MOST_BODIES} of {bodies:,} bodies" if bodies > MOST_BODIES else ""
     bars = "bars: standard errors (left), 5 to 95 % of the draws about their median (right)"
     subtitle = f"{ds.attrs.get('title', '')}\neach draw measured; {bars}{more}"
-    figure = style.canvas(
-        9.6, 1.9 + 0.42 * part.sizes["body"], "Probability that each spin is unstable", subtitle, ax=ax
-    )
-    likely, rates = figure.subplots(1, 2, sharey=True)
+    rows, columns, size = style.arranged(2, (4.3, 0.5 + 0.42 * part.sizes["body"]), (1.0, 1.4))
+    figure = style.canvas(*size, "Probability that each spin is unstable", subtitle, ax=ax)
+    likely, rates = figure.subplots(rows, columns, sharey=True)
     handles = [_axis(likely, rates, part.sel(axis=axis), axis) for axis in part["axis"].values.tolist()]
     likely.set(xlim=(-0.03, 1.03), xlabel="probability that the spin is unstable")
     rates.set(xlabel=r"growth rate over the spin rate, $\sigma/\omega_0$", xlim=(-0.02, None))
