@@ -20,8 +20,9 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     if min(ds.sizes.get(name, 1) for name in SHAPE) < 2:
         return None
     part = ds.isel({dim: 0 for dim in ds.dims if dim not in SHAPE})
-    figure = style.canvas(9.4, 5.4, "Energy of a tumbling body from its two periods", ds.attrs.get("title", ""), ax=ax)
-    axes = figure.subplots(1, 2, sharex=True, sharey=True)
+    rows, columns, size = style.arranged(2, (4.2, 3.8))
+    figure = style.canvas(*size, "Energy of a tumbling body from its two periods", ds.attrs.get("title", ""), ax=ax)
+    axes = figure.subplots(rows, columns, sharex=True, sharey=True)
     ends = [np.clip(style.edges(part[name].values), 0.0, 1.0) for name in SHAPE]
     x, t = np.meshgrid(*ends, indexing="ij")
     points = np.meshgrid(*(part[name].values for name in SHAPE), indexing="ij")

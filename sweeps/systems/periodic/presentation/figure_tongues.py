@@ -11,11 +11,12 @@ from scipy.linalg import eigvalsh_tridiagonal
 
 from kernels.codes import REGIMES
 from sweeps.figure import colors, style
+from sweeps.systems.presentation import planes
 from sweeps.systems.presentation.look import Look
 from sweeps.systems.presentation.regimes import Regimes
 
 DEEPEST = 1.0  # growth in a period that has the full colour
-MOST_PANELS, MOST_DRAWN = 4, 600
+MOST_PANELS = 4
 SIZE = 60  # of the tridiagonal matrices
 BOUNDS = ("det_minus_identity", "det_plus_identity", "krein_discriminant")  # positive inside, of two degrees of freedom
 
@@ -34,14 +35,10 @@ def draw(ds: xr.Dataset, at: Mapping, what: str, look: Look, curves=None, ax: Ax
         ax: where; left out, on a figure of its own.
     """
     part = ds[["regime", "growth_per_period", "status", *_margins(ds)]].sel(at)
-    names = [name for name in part["regime"].dims if part.sizes[name] > 1]
-    longest = sorted(names, key=lambda name: -part.sizes[name])[:2]
-    if len(longest) < 2:
+    x, y, third = planes.sides(part["regime"], ())
+    if y is None:
         return None
-    y, x = sorted(longest, key=names.index)
-    third = next((name for name in names if name not in longest), None)
-    few = {name: style.few(part.sizes[name], MOST_DRAWN) for name in longest}
-    part = part.isel(few | {name: 0 for name in part["regime"].dims if name not in (x, y, third)}).load()
+    part = part.isel(planes.few(part["regime"], (x, y), (third,))).load()
     values = part[third].values[:MOST_PANELS] if third else [None]
     rows, columns, size = style.arranged(len(values), (4.2, 3.4))
     figure = style.canvas(*size, ds.attrs.get("title", ""), what, ax=ax)

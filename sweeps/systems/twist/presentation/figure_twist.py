@@ -37,10 +37,9 @@ def draw_map(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     twist = np.abs(part["twist_exact"].transpose("I3", "I1").values) / np.pi
     mesh = ax.pcolormesh(style.edges(x), style.edges(y), twist, cmap="viridis", vmin=0.0, vmax=1.0, rasterized=True)
     figure.colorbar(mesh, ax=ax, label="|twist|  (half turns)", extend="max")
-    growth = part["growth"].transpose("I3", "I1").values
+    growth = np.where(margin >= 0, part["growth"].transpose("I3", "I1").values, np.nan)
     lines = ax.contour(x, y, growth, [0.2, 0.4, 0.6, 0.8, 1.0, 1.5], colors=WHITE, linewidths=0.9)
-    possible = [(float(a), float(b)) for path in lines.get_paths() for a, b in _middles(path, x, y, margin)]
-    ax.clabel(lines, fmt=lambda value: rf"$\sigma = {value:g}\,\omega_0$", fontsize=7.5, manual=possible)
+    ax.clabel(lines, fmt=lambda value: rf"$\sigma = {value:g}\,\omega_0$", fontsize=7.5)
     ax.contourf(x, y, margin, [-np.inf, 0.0], colors="white", hatches=["////"], zorder=2)
     ax.contour(x, y, margin, [0.0], colors=colors.INK, linewidths=1.0)
     for name, (across, along) in THROWN.items():
@@ -55,14 +54,6 @@ def draw_map(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     ]
     style.legend(figure, handles)
     return figure
-
-
-def _middles(path, x: np.ndarray, y: np.ndarray, margin: np.ndarray) -> np.ndarray:
-    """The middle of that part of a curve which is possible and well inside, shape (0 or 1, 2)."""
-    at = path.vertices
-    rows, columns = (np.clip(np.searchsorted(side, at[:, k]), 0, side.size - 1) for k, side in ((1, y), (0, x)))
-    inside = at[(margin[rows, columns] > 0.0) & (at[:, 0] > x[0] + 0.1) & (at[:, 0] < x[-1] - 0.1)]
-    return inside[len(inside) // 2 : len(inside) // 2 + 1]
 
 
 def _plane(ds: xr.Dataset) -> xr.Dataset:
