@@ -55,7 +55,7 @@ ONE_WAY = LinearSegmentedColormap.from_list(
 )
 DIMMED = 0.3  # of shaded surfaces, on which curves of the dark theme are pale
 MOST_NAMED = 64  # colours of a map that stand for kinds; of more, for numbers
-BOTH_WAYS = ("RdBu", "PuOr", "coolwarm")  # maps of colours that are dark at both ends
+BOTH_WAYS = ("RdBu", "coolwarm")  # maps of colours that are dark at both ends
 
 
 _chosen: ContextVar[str] = ContextVar("theme", default="light")

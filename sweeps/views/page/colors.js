@@ -27,8 +27,8 @@ function colorScale(column, values, exists) {
   const shown = (finite.length ? finite : values.filter(Number.isFinite)).sort((a, b) => a - b);
   const [low, high] = shown.length ? [shown[0], shown[shown.length - 1]] : [0, 1];
   const unit = unitText(column.units);
-  if (low < 0 && high > 0) {
-    const limit = Math.max(-low, high);
+  if (column.isSigned ?? (low < 0 && high > 0)) {
+    const limit = Math.max(Math.abs(low), Math.abs(high)) || 1;
     const colorscale = part.grows?.(column) ? DIVERGING.map(([at], i) => [at, DIVERGING[DIVERGING.length - 1 - i][1]]) : DIVERGING;
     return { z: (v) => v, zmin: -limit, zmax: limit, colorscale, bar: { unit, ticks: evenTicks(-limit, limit) } };
   }

@@ -53,6 +53,11 @@ class Column {
     holder.remove();
   }
 
+  /** Whether it has both signs anywhere in the map: its colours are the same in every plane. */
+  get isSigned() {
+    return (this.hasBothSigns ??= this.values.some((value) => value < 0) && this.values.some((value) => value > 0));
+  }
+
   /** The value at a point, given by its place along every dimension. */
   at(place) {
     let offset = 0;

@@ -31,7 +31,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
         with np.errstate(divide="ignore"):
             excess = np.log10(part[f"energy_{mode}"].transpose(*SHAPE).values - 1.0)
         excluded = 1.0 * (part[f"exclusion_{mode}"].transpose(*SHAPE).values > EXCLUDED)
-        mesh = ax.pcolormesh(x, 1 - x * (1 - t), excess, cmap="viridis", vmin=-3, vmax=1, rasterized=True, gid="energy")
+        mesh = ax.pcolormesh(x, 1 - x * (1 - t), excess, cmap="cividis", vmin=-3, vmax=1, rasterized=True, gid="energy")
         none = ax.contourf(*at, excluded, [0.5, 1.5], colors="none", hatches=["////"])
         none.set(edgecolor=colors.QUIET, linewidth=0.0, gid="excluded")
         outline = Polygon([[0, 1], [1, 0], [1, 1]], fill=False, edgecolor=colors.INK, linewidth=1.0)

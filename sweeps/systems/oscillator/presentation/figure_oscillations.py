@@ -102,7 +102,7 @@ def _name(part, equilibrium, mode):
 def _map(ax, one, x, y, most):
     """Measured signed ω² in colours, theory's zero as a line, marginal points as dots."""
     one = one.transpose(y, x)
-    palette = matplotlib.colormaps["PuOr"].with_extremes(bad=MISSING)
+    palette = matplotlib.colormaps["RdBu"].with_extremes(bad=MISSING)
     values = np.ma.masked_invalid(one["measured"].values)
     edges = style.edges(one[x].values), style.edges(one[y].values)
     image = ax.pcolormesh(*edges, values, cmap=palette, norm=Normalize(-most, most), rasterized=True, gid="measured")

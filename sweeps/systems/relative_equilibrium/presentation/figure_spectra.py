@@ -86,7 +86,7 @@ def _frequencies(ax, one, x, y):
     """Measured frequencies in colours, for what grows and decays nowhere."""
     edges = style.edges(one[x].values), style.edges(one[y].values)
     values = np.ma.masked_invalid(one["frequencies"].transpose(y, x).values)
-    palette = matplotlib.colormaps["viridis"].with_extremes(bad=MISSING)
+    palette = matplotlib.colormaps["cividis"].with_extremes(bad=MISSING)
     look = {"vmin": 0.0, "vmax": at_most(one["frequencies"].values), "rasterized": True, "gid": "frequency"}
     _name_sides(ax, one, x, y)
     return ax.pcolormesh(*edges, values, cmap=palette, **look)
