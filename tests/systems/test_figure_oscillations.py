@@ -9,6 +9,7 @@ from kernels.statuses import EQUILIBRIUM_UNDECIDED, NO_EQUILIBRIUM, NON_FINITE
 from sweeps.figure import style
 from sweeps.systems.oscillator.presentation import figure_oscillations
 from sweeps.systems.oscillator.variables import REGIMES
+from sweeps.systems.presentation import planes
 
 STABLE, UNSTABLE, MARGINAL = (REGIMES.index(name) - 1 for name in ("stable", "unstable", "marginal"))
 
@@ -66,7 +67,7 @@ def test_one_panel_holds_its_subtitle_and_the_label_of_its_bar():
         assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1
         assert figure.bbox.y0 <= box.y0 < box.y1 <= figure.bbox.y1
         assert not any(box.overlaps(other) for other in boxes[i + 1 :])
-    assert "phase = 0.6 rad" in " ".join(figure.texts[1].get_text().split())
+    assert "gravity = 9.807 m s⁻²" in " ".join(figure.texts[1].get_text().split())
 
 
 def test_the_legend_lists_what_is_drawn():
@@ -132,7 +133,7 @@ def test_long_lines_are_broken_between_words():
 
 
 def test_a_map_of_more_values_than_can_be_seen_is_thinned():
-    square = np.linspace(0.5, 2.0, 1000)[:, None, None] * np.ones((1, 3, 1))
+    square = np.linspace(0.5, 2.0, 1000)[:, None, None] * np.array([1.0, 1.1, 1.2])[:, None]
     figure = figure_oscillations.draw(a_map(square, np.full(square.shape, STABLE)))
     (mesh,) = [c for ax in figure.axes for c in ax.collections if c.get_gid() == "measured"]
-    assert max(mesh.get_array().shape) <= figure_oscillations.MOST_DRAWN < square.shape[0]
+    assert max(mesh.get_array().shape) <= planes.MOST_DRAWN < square.shape[0]

@@ -54,7 +54,7 @@ class Regimes:
         ax.pcolormesh(x, y, code, cmap=self.shades, norm=norm, rasterized=True, **look)
 
     def paint(self, ax: Axes, x: np.ndarray, y: np.ndarray, regime: np.ndarray, growth: np.ndarray, status) -> None:
-        """Paint cells, shape (y, x), in the colour of their regime; paler where |growth| is small, but for 0."""
+        """Draw cells, shape (y, x), in the colour of their regime; paler where |growth| is small, but for 0."""
         size = np.where(np.isin(regime, self.rated), np.nan_to_num(np.abs(growth)), 0.0)
         depth = np.where(size > 0.0, np.sqrt(np.minimum(size / (self.top or 1.0), 1.0)), 1.0)
         code = regime * SHADES + np.minimum((depth * SHADES).astype(int), SHADES - 1)

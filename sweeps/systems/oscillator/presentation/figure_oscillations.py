@@ -165,8 +165,9 @@ def _law(ax, one, x, y):
     style.scale_as_spread(ax.xaxis, one[x].values)
     ax.set(xlabel=style.label_of(one, x), ylabel=f"measured rate  ({style.units('rad s-1')})")
     ends = ax.transAxes.inverted().transform(ax.transData.transform([(one[x].values[-1], end) for end in rates[:, -1]]))
-    order = np.argsort(ends[:, 1])
-    heights = ends[order, 1] - LEAST_ROOM * np.arange(order.size)  # each at least so far above the last
+    ends = np.clip(np.nan_to_num(ends[:, 1]), 0.0, 1.0)
+    order = np.argsort(ends)
+    heights = ends[order] - LEAST_ROOM * np.arange(order.size)  # each at least so far above the last
     heights = np.maximum.accumulate(heights) + LEAST_ROOM * np.arange(order.size)
     for k, height in zip(order, heights - max(heights[-1] - 1.0, 0.0), strict=True):
         look = {"xycoords": "axes fraction", "textcoords": "offset points", "va": "center", "fontsize": 7.5}

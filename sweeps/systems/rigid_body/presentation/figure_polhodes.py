@@ -13,6 +13,7 @@ from kernels import exact
 from sweeps.figure import colors, style
 from sweeps.schema.boxes import along
 from sweeps.systems.bodies.variables import MOMENTS
+from sweeps.systems.rigid_body.presentation.figure_flip import racket
 from sweeps.systems.rigid_body.presentation.look import LOOK
 from sweeps.systems.rigid_body.spread import moments_over
 
@@ -136,6 +137,8 @@ def chosen(ds: "xr.Dataset") -> AsymmetricBody | None:
     if "body" in ds.dims:
         table = np.column_stack([ds[name].values for name in MOMENTS])
         names, ratios = ds["body"].values.tolist(), ds["moments_are_ratios"].values
+    elif point := racket(ds):
+        table, names, ratios = np.array([[point[name] for name in MOMENTS]]), [point["body"]], [False]
     else:
         table = _some_moments(ds)
         names, ratios = [""] * len(table), np.zeros(len(table), bool)
