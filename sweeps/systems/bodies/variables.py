@@ -52,8 +52,8 @@ MOMENTS_ARE_RATIOS = Variable(
     None,
     "whether the moments are known as ratios only",
     "i1",
-    ("no", "yes"),
-    "no: I1, I2 and I3 are in kg m2; yes: they are in a unit of their own",
+    ("kilogram_square_metres", "ratios"),
+    "where 1, I1, I2 and I3 of the body are in a unit of their own",
 )
 TRIANGLE_MARGIN = Variable(
     "triangle_margin",

@@ -285,7 +285,7 @@ def draw_agreement(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
 
 
 def _draw_deviations(ax: Axes, size, deviation, known, regime) -> None:
-    """Relative deviations over the size of ω², and the line that they are promised to stay below."""
+    """Relative deviations over the size of ω², and their tolerance."""
     for k, name in enumerate(REGIMES[1:]):
         chosen = known & (regime == k)
         look = {"linestyle": "none", "marker": "o", "markersize": 2.2, "markeredgewidth": 0.0, "alpha": 0.4}
@@ -294,7 +294,7 @@ def _draw_deviations(ax: Axes, size, deviation, known, regime) -> None:
             ax.plot(size[chosen], drawn, color=COLORS[name], gid=name, label=name, rasterized=True, **look)
     ends = (LEAST_RATE, max(2.0, size[known].max()))
     ax.plot(
-        ends, (PROMISED, PROMISED), color=colors.INK, linewidth=1.0, linestyle=(0, (4, 2)), gid="bar", label="promised"
+        ends, (PROMISED, PROMISED), color=colors.INK, linewidth=1.0, linestyle=(0, (4, 2)), gid="bar", label="tolerance"
     )
     most = min(max(1e-5, 3 * deviation[known].max()), MOST_DEVIATION)
     ax.set(xscale="log", yscale="log", ylim=(LEAST_DRAWN / 2, most))
