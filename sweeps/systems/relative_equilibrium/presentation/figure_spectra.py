@@ -56,14 +56,14 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
 
 
 def _axes_of(ds):
-    """The dimensions of the picture: the two longest parameters, the later one along x, and a third if one varies."""
+    """The dimensions of the picture: the two longest parameters, as the page has them, and a third if one varies."""
     names = [d for d in ds["growth_rate"].dims if d not in ("equilibrium", "eigenvalue")]
     varied = sorted((d for d in names if ds.sizes[d] > 1), key=lambda d: -ds.sizes[d])
     if not varied:
         return names[0], None, None
     if len(varied) == 1:
         return varied[0], None, None
-    y, x = sorted(varied[:2], key=names.index)
+    x, y = sorted(varied[:2], key=names.index)
     return x, y, varied[2] if len(varied) > 2 else None
 
 
