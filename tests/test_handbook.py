@@ -267,7 +267,7 @@ for role in ("attr", "class", "data", "func", "meth", "mod"):  # Sphinx's own
     roles.register_generic_role(role, nodes.literal)
 
 
-@pytest.mark.parametrize("name", documented())
+@pytest.mark.parametrize("name", list(documented()))
 def test_docutils_understands_every_docstring_of_the_reference(name):
     module, _, thing = name.rpartition(".")
     thing = getattr(importlib.import_module(module), thing)
