@@ -24,8 +24,8 @@ def add(commands) -> None:
 
 
 def _run(args):
-    from sweeps.maps import verify
     from sweeps.figure import printing
+    from sweeps.maps import verify
 
     checks = verify.checked(args.map, args.points, args.seed, args.definition, args.any_kernels)
     table = printing.table("check", "what was compared", "")
