@@ -1,5 +1,7 @@
 """Sphinx's settings."""
 
+from pathlib import Path
+
 import sweeps
 
 project = "Polhode"
@@ -32,7 +34,7 @@ html_theme = "furo"
 html_static_path = ["static"]
 html_css_files = ["handbook.css"]
 html_extra_path = ["extra"]  # the live reports
-html_search_scorer = "static/scorer.js"
+html_search_scorer = str(Path(__file__).parent / "static/scorer.js")
 html_math_renderer = "mathml"
 html_show_sphinx = False
 html_show_copyright = False
