@@ -1,6 +1,6 @@
 // What a reader wants first: a page to learn from, then the gallery, then the reference.
-const FIRST = { lecture: 40, tutorials: 40, howto: 20, gallery: 10, faq: 10, glossary: 10, reference: -5 };
-const Scorer = {
+var FIRST = { lecture: 40, tutorials: 40, howto: 20, gallery: 10, faq: 10, glossary: 10, reference: -5 };
+var Scorer = {
   score: ([page, , , , score]) => score + (FIRST[page.split("/")[0]] ?? 0),
   objNameMatch: 11,
   objPartialMatch: 6,
