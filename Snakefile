@@ -157,10 +157,11 @@ rule handbook:
         pages=[
             path
             for path in sorted(Path("sweeps/handbook").rglob("*"))
-            if path.suffix in (".md", ".py", ".yaml", ".css")
+            if path.suffix in (".md", ".py", ".yaml", ".css", ".js")
         ],
         definitions=sorted(Path("sweeps/definitions").glob("*.yaml")),
         told=[
+            "CHANGELOG.md",
             "CITATION.cff",
             "CONTRIBUTING.md",
             "results/README.md",

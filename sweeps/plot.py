@@ -11,6 +11,8 @@ several panels takes the place of `ax`, whose figure must have a grid specificat
 returned; its attribute `figure` is the whole figure.
 """
 
+import importlib
+import os
 import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
@@ -196,6 +198,8 @@ def _panel(drawn, name: str, ax: "Axes | None") -> "Axes":
 
     from sweeps.figure import style
 
+    if "inline" in os.environ.get("MPLBACKEND", ""):  # a notebook shows figures of pyplot alone
+        importlib.import_module("matplotlib.pyplot")
     pyplot = sys.modules.get("matplotlib.pyplot")
     if ax is not None:
         with np.errstate(all="ignore"):

@@ -30,6 +30,7 @@ def _run(args):
 
     from sweeps.figure import style
     from sweeps.maps import motion
+    from sweeps.pipeline import waiting
     from sweeps.points import catalogue
     from sweeps.schema.refusals import DefinitionError
     from sweeps.systems.rigid_body import asked
@@ -47,7 +48,8 @@ def _run(args):
     if args.omega:
         start |= dict(zip(RATES, args.omega, strict=True))
     found, spun = asked.body_of(body, args.definition, spin_of(start), catalogue.load)
-    moved = from_start(found, spun, start, args.duration, 1e-12, args.samples)
+    with waiting.said("computing the motion; the first time on a machine its kernels are compiled"):
+        moved = from_start(found, spun, start, args.duration, 1e-12, args.samples)
     if kind in motion.FORMATS:
         motion.write(moved, args.output)
     else:

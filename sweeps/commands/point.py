@@ -27,12 +27,14 @@ def add(commands) -> None:
 
 def _run(args):
     from sweeps.maps import motion, selection
+    from sweeps.pipeline import waiting
 
     if args.trajectory:
         motion.check_format(args.trajectory)
     row, places = selection.point(args.map, args.coordinates)
     if args.trajectory:
-        moved = motion.of_point(row, args.duration, motion.tolerance_of(row), args.samples)
+        with waiting.said("computing the motion; the first time on a machine its kernels are compiled"):
+            moved = motion.of_point(row, args.duration, motion.tolerance_of(row), args.samples)
         motion.write(moved, args.trajectory)
     _print(row, places, args.json)
 
@@ -47,7 +49,8 @@ def _print(row, places, as_json: bool) -> None:
     for place in places.values():
         console.print(str(place))
     for name in row.coords:
-        if name not in places and row[name].ndim == 0:
+        is_usual = "flag_meanings" in row[name].attrs and row[name].item() == 0  # moments in kg m2, and no ratios
+        if name not in places and row[name].ndim == 0 and not is_usual:
             console.print(f"{name} = {_value(row[name])} {_units(row[name])}".rstrip())
     console.print()
     table = printing.table("variable", "value", "units", "meaning", right=(1,))

@@ -24,6 +24,15 @@ def add(commands) -> None:
 
 
 def _run(args):
+    from sweeps.figure import printing
     from sweeps.maps import verify
 
-    return verify.command(args.map, args.points, args.seed, args.definition, args.any_kernels)
+    checks = verify.checked(args.map, args.points, args.seed, args.definition, args.any_kernels)
+    table = printing.table("check", "what was compared", "")
+    for check in checks:
+        verdict = "differs" if check.findings else f"not checked: {check.skipped}" if check.skipped else "holds"
+        table.add_row(check.name, check.covers, verdict)
+    printing.console().print(table)
+    for finding in (finding for check in checks for finding in check.findings):
+        printing.console().print(finding, soft_wrap=True)
+    return 1 if any(check.findings for check in checks) else 0

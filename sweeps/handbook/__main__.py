@@ -9,8 +9,12 @@ from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 
-NEEDED = {"sphinx": "Sphinx", "myst_parser": "MyST-Parser", "furo": "Furo", "trimesh": "trimesh"}
+NEEDED = {
+    **{"sphinx": "Sphinx", "myst_nb": "MyST-NB", "sphinx_design": "sphinx-design", "furo": "Furo"},
+    **{"ipykernel": "ipykernel", "trimesh": "trimesh"},
+}
 HERE = Path(__file__).parent
+COLUMNS = "84"  # letters in a line of what commands print
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -45,47 +49,44 @@ def _say(line: str) -> None:
 
 
 def _write_numbers(work: Path) -> int:
-    from sweeps.handbook import asked, evidence
+    from sweeps.handbook import evidence, pages
 
     facts = evidence.measured_numbers(evidence.measured_maps(work, _say), _say)
-    for page, text in asked.pages().items():
-        filled = asked.with_numbers(text, partial(evidence.as_markdown, facts))
+    for page, text in pages.texts().items():
+        filled = pages.with_numbers(text, partial(evidence.as_markdown, facts))
         if filled != text:
-            (asked.TEXT / f"{page}.md").write_text(filled, encoding="utf-8")
+            (pages.TEXT / f"{page}.md").write_text(filled, encoding="utf-8")
             _say(f"{page}: numbers written")
     return 0
 
 
 def _make(work: Path) -> None:
-    from sweeps.handbook import asked, evidence, gallery, generated
+    from sweeps.handbook import evidence, gallery, generated, pages
 
     facts = evidence.make(work, _say)
+    gallery.make(work, _say)
     source = work / "source"
     shutil.rmtree(source, ignore_errors=True)
-    shutil.copytree(asked.TEXT, source)
-    for page, text in asked.pages().items():
-        filled = asked.with_numbers(text, partial(evidence.as_html, facts))
-        (source / f"{page}.md").write_text(filled, encoding="utf-8")
+    shutil.copytree(pages.TEXT, source)
+    for page, text in pages.texts().items():
+        filled = pages.with_numbers(text, partial(evidence.as_html, facts))
+        (source / f"{page}.md").write_text(pages.as_notebook(page, filled), encoding="utf-8")
     shutil.copytree(HERE / "static", source / "static")
     shutil.copy2(HERE / "conf.py", source)
-    gallery.draw(work, _say)
     generated.write(source, work)
     shutil.copytree(work / "pictures", source / "pictures")
 
 
 def _html(work: Path, output: Path) -> int:
-    """Sphinx, in a process of its own in which the kernels are plain functions, with docstrings that can be read."""
-    from sweeps.handbook import generated
-
-    made = work / "html"
-    settings = ("-D", f"handbook_work={work}", "-d", str(work / "doctrees"), "-j", "auto")
-    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
-    command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", *settings, str(work / "source"), str(made)]
-    done = subprocess.run(command, env=environment, check=False)
-    if done.returncode:
-        return 1
-    if missing := generated.unlisted((made / "objects.inv").read_bytes()):
-        print(f"handbook: not in the reference: {', '.join(missing)}", file=sys.stderr)
+    """Run Sphinx, which runs the pages' code with `polhode` of this environment; print the warnings that stop it."""
+    made, warned = work / "html", work / "warnings.txt"
+    paths = [str(Path(sys.executable).parent), os.environ.get("PATH", "")]
+    environment = {**os.environ, "PATH": os.pathsep.join(paths), "COLUMNS": COLUMNS, "PYTHONPATH": _python_path()}
+    environment.pop("MPLBACKEND")  # a notebook's own
+    settings = ("-q", "-W", "--keep-going", "-w", str(warned), "-d", str(work / "doctrees"), "-j", "auto")
+    command = [sys.executable, "-m", "sphinx", *settings, str(work / "source"), str(made)]
+    if subprocess.run(command, env=environment, check=False).returncode:
+        print(f"handbook: stopped by these warnings of Sphinx:\n{warned.read_text(encoding='utf-8')}", file=sys.stderr)
         return 1
     for name in (".buildinfo", ".doctrees"):
         (made / name).unlink(missing_ok=True)
@@ -93,6 +94,11 @@ def _html(work: Path, output: Path) -> int:
     shutil.copytree(made, output)
     print(output / "index.html")
     return 0
+
+
+def _python_path() -> str:
+    """Return PYTHONPATH with the repository first: pages run in folders of their own."""
+    return os.pathsep.join(filter(None, (str(HERE.parents[1]), os.environ.get("PYTHONPATH"))))
 
 
 if __name__ == "__main__":

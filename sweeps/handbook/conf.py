@@ -1,4 +1,6 @@
-"""Sphinx's settings. Where the evidence lies is told on the command line (`handbook_work`)."""
+"""Sphinx's settings."""
+
+from pathlib import Path
 
 import sweeps
 
@@ -6,14 +8,24 @@ project = "Polhode"
 author = "Polhode"
 version = release = sweeps.__version__
 html_title = f"Polhode {release}"
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sweeps.handbook.directives"]
+extensions = [
+    *("myst_nb", "sphinx_design", "sphinx.ext.autodoc", "sphinx.ext.napoleon"),
+    "sweeps.handbook.directives",
+]
 exclude_patterns = ["included/**"]
 myst_enable_extensions = ["dollarmath", "amsmath", "deflist", "colon_fence"]
 myst_heading_anchors = 3
 myst_links_external_new_tab = True
-nitpicky = False
+nb_execution_mode = "force"
+nb_execution_in_temp = True
+nb_execution_raise_on_error = True
+nb_execution_timeout = 300
+nb_output_stderr = "remove"
+nb_code_prompt_show = "What it prints"
+nb_code_prompt_hide = "What it prints"
 suppress_warnings = ["ref.python"]  # words of docstrings' types, "shape (n,)", that happen to be attributes' names too
 smartquotes = False
+default_role = "code"
 autodoc_typehints = "none"
 autodoc_member_order = "bysource"
 napoleon_use_ivar = True
@@ -21,6 +33,8 @@ napoleon_use_rtype = False
 html_theme = "furo"
 html_static_path = ["static"]
 html_css_files = ["handbook.css"]
+html_extra_path = ["extra"]  # the live reports
+html_search_scorer = str(Path(__file__).parent / "static/scorer.js")
 html_math_renderer = "mathml"
 html_show_sphinx = False
 html_show_copyright = False

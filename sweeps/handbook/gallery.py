@@ -1,7 +1,6 @@
-"""The gallery: every sweep that ships, its picture, its story, its command.
+"""The gallery: thumbnails of every sweep that ships, and a page for each with story, command, figure and report.
 
-Pictures come from maps of their own with fewer points, so that the handbook is made in minutes; how many stands below
-each.
+Pictures and reports come from maps of their own with fewer points, so that the handbook is made in minutes.
 """
 
 import io
@@ -25,15 +24,95 @@ BEST = {  # where the first picture is not what one comes for
     "symmetric": "precession",
     "rackets": "defect",
 }
-FIRST = (
-    *("tennis_racket", "kapitzas_racket", "shapes", "bodies", "breakdown", "symmetric", "twist", "rackets"),
-    *("tumbling", "tumblers"),
-)
+CARD = """:::{{grid-item-card}} {title}
+:img-top: /gallery/{name}.png
+:img-alt: {title}
+:link: gallery/{name}
+:link-type: doc
+
+{badges}
+:::
+"""
+PAGE = """# {title}
+
+{badges}
+
+{story}
+
+```sh
+polhode run {name}
+```
+
+writes the full map, all its figures and its report to `results/{name}/`, from {{download}}`this definition
+<definitions/{name}.yaml>`. Below: a map with fewer points.
+
+```{{figure}} {name}.png
+
+{title}
+```
+
+## Report
+
+<p><a href="../reports/{name}.html">Open it in a window of its own</a></p>
+<iframe class="report" src="../reports/{name}.html" title="Report: {title}" loading="lazy"></iframe>
+"""
+INTRODUCTION = """All shipped sweeps. Each page has a figure and a live report, drawn from a map with fewer points, and
+the command that writes the full one."""
+TOPICS = {  # topic → sweep → tags
+    "Spins of rigid bodies": {
+        "tennis_racket": "tennis racket theorem, Dzhanibekov effect",
+        "shapes": "triangle of inertia, all bodies",
+        "bodies": "real bodies, flips",
+        "breakdown": "finite amplitude, real bodies",
+        "symmetric": "symmetric top, Chandler wobble, cones",
+        "cubesats": "satellites, uncertainty",
+        "tiny": "symmetry classes, quick",
+    },
+    "Throws and tumbling": {
+        "twist": "half twist, all bodies",
+        "rackets": "half twist, real bodies",
+        "tumbling": "asteroids, triangle of inertia",
+        "tumblers": "asteroids, real bodies",
+    },
+    "Satellites, tops and rotors": {
+        "viscous_slug": "dissipation, flat spin, major-axis rule",
+        "gyrostat": "satellites, rotor",
+        "gravity_gradient": "satellites, DeBra-Delp region",
+        "gravity_gradient_damped": "satellites, dissipation",
+        "sleeping_top": "heavy top, flutter",
+        "steady_precession": "heavy top",
+        "rotor": "dissipation, whirl",
+    },
+    "Parametric resonance": {
+        "kapitzas_racket": "intermediate axis, Floquet",
+        "mathieu": "Ince-Strutt chart, Floquet",
+        "kapitza_pendulum": "inverted pendulum, Floquet",
+        "paul_trap": "ion trap, Floquet",
+        "swing": "threshold, Floquet",
+        "asymmetric_shaft": "whirl, Floquet",
+        "parametric_double_pendulum": "combination resonance, Floquet",
+    },
+    "Rotating frames": {
+        "foucault": "Coriolis force",
+        "lagrange_points": "celestial mechanics, Routh's criterion",
+        "rotating_saddle": "trap",
+        "bead_on_hoop": "bifurcation",
+    },
+    "Small oscillations": {
+        "pendulum": "small oscillations",
+        "spherical_pendulum": "cyclic coordinate",
+        "double_pendulum": "normal modes",
+        "linear_triatomic": "normal modes, molecule",
+        "bead_on_wire": "small oscillations",
+        "double_well": "runaway",
+        "central_potential": "cyclic coordinate, apsides",
+    },
+}
 
 
-def names() -> list[str]:
-    """Return the names of the shipped sweeps, in the order of the page."""
-    return sorted(catalogue.shipped(), key=lambda name: (FIRST.index(name) if name in FIRST else len(FIRST), name))
+def names() -> dict[str, tuple[str, list[str]]]:
+    """Return sweep → (topic, tags) of the shipped sweeps, in the order of the gallery."""
+    return {name: (topic, tags.split(", ")) for topic, those in TOPICS.items() for name, tags in those.items()}
 
 
 def reduced(values: dict) -> dict:
@@ -70,18 +149,28 @@ def story(text: str) -> str:
     return paragraph
 
 
-def draw(work: Path, say: Callable[[str], None]) -> None:
-    """Measure and draw every shipped sweep, with fewer points, into `pictures/` below `work`."""
+def make(work: Path, say: Callable[[str], None]) -> dict[str, Path]:
+    """Measure every shipped sweep with fewer points, write picture and report below `work`, and return name → map."""
+    import sweeps
+    from sweeps.views import report
+
+    maps = {}
     for name, path in _definitions(work):
-        map_path = evidence.measured(path, work / "gallery", say)
-        evidence.draw(f"{name} {picture(name, map_path)}", {name: map_path}, work / "pictures", say)
+        maps[name] = map_path = evidence.measured(path, work / "gallery" / "maps", say)
+        evidence.draw(map_path, BEST.get(name) or _first_picture(map_path), work / "gallery" / f"{name}.png", say)
+        page = work / "extra" / "reports" / f"{name}.html"
+        if not evidence.is_up_to_date(page, map_path):
+            page.parent.mkdir(parents=True, exist_ok=True)
+            with sweeps.open_map(map_path) as ds:
+                report.write(ds, page)
+    return maps
 
 
 def _definitions(work: Path) -> Iterator[tuple[str, Path]]:
-    """Name and reduced definition of each, written below the work's folder."""
+    """Yield name and reduced definition of each shipped sweep, written below the work's folder."""
     from ruamel.yaml import YAML
 
-    folder = work / "gallery"
+    folder = work / "gallery" / "definitions"
     folder.mkdir(parents=True, exist_ok=True)
     for name, source in catalogue.shipped().items():
         values = reduced(plain(read_text(file_text(source))))
@@ -92,28 +181,29 @@ def _definitions(work: Path) -> Iterator[tuple[str, Path]]:
         yield name, path
 
 
-def picture(name: str, path: Path) -> str:
-    """Return the name of the figure that represents a sweep."""
+def _first_picture(path: Path) -> str:
     import sweeps
     from sweeps.views import figures
 
     with sweeps.open_map(path) as ds:
-        return BEST.get(name) or next(iter(figures.pictures(ds)))
+        return next(iter(figures.pictures(ds)))
 
 
-def page(work: Path) -> str:
-    """Return the page, once its pictures are drawn."""
-    texts = ["# Gallery", "", (
-        "All shipped sweeps. The figures here are drawn from maps with fewer points; the command writes the full "
-        "map, with all its figures and its report, to `results/`."
-    ), ""]  # fmt: skip
-    for name in names():
-        text = file_text(catalogue.shipped()[name])
-        file = evidence.picture_file(f"{name} {picture(name, work / 'gallery' / f'{name}.nc')}")
-        title = plain(read_text(text)).get("title", name)
-        texts += [f"## {title}", "", _prose(story(text)), "", "```sh", f"polhode run {name}", "```", ""]
-        texts += [f"![{title}: figure of this sweep](/pictures/{file})", ""]
-    return "\n".join(texts)
+def pages() -> dict[str, str]:
+    """Return name → text of the page of thumbnails, and of the page of each sweep."""
+    texts, grids = {}, []
+    for topic, those in TOPICS.items():
+        grids += [f"## {topic}", "", "::::{grid} 2 2 3 3", ":gutter: 3", ""]
+        for name in those:
+            text = file_text(catalogue.shipped()[name])
+            title = plain(read_text(text)).get("title", name)
+            badges = " ".join(f"{{bdg-secondary-line}}`{tag}`" for tag in names()[name][1])
+            fields = {"name": name, "title": title, "badges": badges, "story": _prose(story(text)), "topic": topic}
+            grids.append(CARD.format(**fields))
+            texts[f"gallery/{name}"] = PAGE.format(**fields)
+        grids.append("::::\n")
+    toctree = "\n".join(["```{toctree}", ":hidden:", "", *(f"gallery/{name}" for name in names()), "```"])
+    return {"gallery": "\n".join(["# Gallery", "", INTRODUCTION, "", *grids, toctree, ""])} | texts
 
 
 def _prose(text: str) -> str:

@@ -1,11 +1,10 @@
-"""Pages that are written from the code: the reference, the gallery, and included parts of other documents."""
+"""Pages that are written from the code: systems, commands, the gallery, and included parts of other documents."""
 
 import argparse
-import ast
 import importlib
 import re
+import shutil
 import typing
-import zlib
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
@@ -13,115 +12,47 @@ from pydantic import BaseModel
 
 from sweeps import systems
 from sweeps.handbook import gallery
+from sweeps.points import catalogue
 
 ROOT = Path(__file__).parents[2]
-TREES = ("kernels", "sweeps")
-PACKAGES = {  # titles of the packages, in the order of the reference
-    "sweeps": "Public functions",
-    "sweeps.points": "Points and columns",
-    "sweeps.schema": "Contents of definitions and maps",
-    "sweeps.systems": "Systems of equations of motion",
-    "sweeps.mechanics": "Described systems",
-    "sweeps.shards": "Shards and merging",
-    "sweeps.maps": "Maps",
-    "sweeps.views": "Figures and the report",
-    "sweeps.pipeline": "Running",
-    "sweeps.commands": "Commands",
-    "sweeps.handbook": "Handbook",
-    "kernels": "Kernels",
-}
+SYSTEMS = """# Systems, keys and variables
+
+A page for each system (`system:`, default `rigid_body`): the keys of its definitions, and the coordinates and
+variables of its maps. A number may be a list, or a range `{start, stop, num, spacing}`, where stated. A missing number
+is NaN; flags are integers with `flag_meanings`. `polhode schema -o polhode.schema.json` writes the keys as JSON Schema,
+from which editors complete them ([how](../tutorials/own-system.md)).
+"""
 INCLUDED = {  # files of the repository that the handbook includes
     "maps.md": "results/README.md",
     "system.md": "sweeps/mechanics/README.md",
     "speed.md": "tests/benchmarks/README.md",
     "contributing.md": "CONTRIBUTING.md",
+    "changelog.md": "CHANGELOG.md",
     "CITATION.cff": "CITATION.cff",
 }
 
 
-def modules() -> dict[str, Path]:
-    """Return name → file of each public module; names that begin with _ are private."""
-    found = {}
-    for package in TREES:
-        for path in sorted((ROOT / package).rglob("*.py")):
-            parts = path.relative_to(ROOT).with_suffix("").parts
-            if not any(part.startswith("_") and part != "__init__" for part in parts):
-                found[".".join(part for part in parts if part != "__init__")] = path
-    return found
-
-
-def public(path: Path) -> list[str]:
-    """Return the names of the public functions and classes of a module."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    kinds = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
-    return [node.name for node in tree.body if isinstance(node, kinds) and not node.name.startswith("_")]
-
-
-def unlisted(inventory: bytes) -> list[str]:
-    """Return the public names that a built reference does not have.
-
-    Args:
-        inventory: what Sphinx writes to `objects.inv`: four lines, then a compressed one for each object.
-    """
-    lines = zlib.decompress(inventory.split(b"\n", 4)[4]).decode("utf-8").splitlines()
-    listed = {line.split(" ")[0] for line in lines if " py:" in line}
-    names = (f"{module}.{name}" for module, path in modules().items() for name in public(path))
-    return [name for name in names if name not in listed]
-
-
-def package_of(module: str) -> str:
-    """Return the package of the reference to which a module belongs."""
-    return max((name for name in PACKAGES if f"{module}.".startswith(f"{name}.")), key=len)
-
-
 def write(folder: Path, work: Path) -> None:
-    """Write all generated pages below a folder of pages; `work` holds the maps of the gallery."""
-    pages = {
-        "reference/definitions": _definitions(),
-        "reference/variables": _variables(),
-        "gallery": gallery.page(work),
-    }
-    pages |= {"reference/commands": _commands(), "reference/api": _api_index()}
-    pages |= {f"reference/{_file(name)}": _api(name) for name in PACKAGES}
-    for name, text in pages.items():
+    """Write all generated pages below a folder of pages, and the gallery's pictures and reports from `work`."""
+    texts = {"reference/commands": _commands(), **_systems(), **gallery.pages()}
+    for name, text in texts.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).with_suffix(".md").write_text(text, encoding="utf-8")
     (folder / "included").mkdir(exist_ok=True)
     for name, source in INCLUDED.items():
         text = _without_links((ROOT / source).read_text(encoding="utf-8"))
         (folder / "included" / name).write_text(text, encoding="utf-8")
-
-
-def _file(package: str) -> str:
-    return "api-" + package.replace(".", "-")
+    (folder / "gallery/definitions").mkdir()
+    for name, path in catalogue.shipped().items():
+        shutil.copy2(path, folder / "gallery/definitions")
+        shutil.copy2(work / "gallery" / f"{name}.png", folder / "gallery")
+    shutil.copytree(work / "extra", folder / "extra")
 
 
 def _without_links(text: str) -> str:
     """Return a page of the repository with its relative links as words: their targets are not part of the handbook."""
     text = re.sub(r"!\[[^\]]*\]\((?!http)[^)]*\)\n*", "", text)
     return re.sub(r"\[([^\]]+)\]\((?!http)[^)]*\)", r"\1", text)
-
-
-def _api_index() -> str:
-    listed = "\n".join(_file(name) for name in PACKAGES)
-    return f"""# Python API
-
-Every public function and class of `kernels` and `sweeps`. Names that begin with an underscore are private.
-
-```{{toctree}}
-{listed}
-```
-"""
-
-
-def _api(of: str) -> str:
-    """Return the page of a package: every module with its public names."""
-    lines = [f"# {PACKAGES[of]}: `{of}`", ""]
-    for name in modules():
-        if package_of(name) == of:
-            options = "   :members:\n   :show-inheritance:" if of != "kernels" else "   :members:"
-            lines += [f"## `{name}`", "", "```{eval-rst}", f".. automodule:: {name}", options, "```", ""]
-    return "\n".join(lines)
 
 
 def _cell(text: object) -> str:
@@ -154,32 +85,20 @@ def _default(value: object) -> str:
     return ", ".join(map(str, value)) if isinstance(value, tuple) else str(value)
 
 
-def _definitions() -> str:
-    text = ["# Definitions", "", (
-        "One section per system (`system:`, default `rigid_body`), from the models that read definitions. A number "
-        "may be a list, or a range `{start, stop, num, spacing}`, where stated. `polhode schema -o "
-        "polhode.schema.json` writes the same as JSON Schema, from which editors complete keys "
-        "([how](../tutorials/own-system.md))."
-    ), ""]  # fmt: skip
+def _systems() -> dict[str, str]:
+    """Return name → text of the page that lists the systems, and of each one's page: keys, coordinates, variables."""
+    rows, texts = [], {}
     for name in systems.names():
         system = systems.resolve(name)
-        rows = [(f"`{key}`", meaning, default) for key, meaning, default in keys(system.model)]
-        text += [f"## `{name}`", "", f"{system.caption}.", "", _table(("key", "meaning", "default"), rows)]
-    return "\n".join(text)
-
-
-def _variables() -> str:
-    text = ["# Variables", "", (
-        "Every coordinate and variable of every system, from the tables that write the files. A missing number is NaN;"
-        " flags are integers with `flag_meanings`."
-    ), ""]  # fmt: skip
-    for name in systems.names():
-        system = systems.resolve(name)
-        text += [f"## `{name}`", "", f"{system.caption}.", ""]
-        for heading, found in (("coordinate", _coordinates(system)), ("variable", _all_variables(system))):
-            rows = [(f"`{key}`", *meaning(variable)) for key, variable in found.items()]
-            text += [_table((heading, "units", "meaning"), rows)]
-    return "\n".join(text)
+        rows.append((f"[`{name}`](systems/{name}.md)", system.caption))
+        text = [f"# `{name}`", "", f"{system.caption}.", "", "## Keys of a definition", ""]
+        text.append(_table(("key", "meaning", "default"), ((f"`{key}`", *more) for key, *more in keys(system.model))))
+        for heading, found in (("Coordinates", _coordinates(system)), ("Variables", _all_variables(system))):
+            listed = [(f"`{key}`", *meaning(variable)) for key, variable in found.items()]
+            text += [f"## {heading}", "", _table(("name", "units", "meaning"), listed)]
+        texts[f"reference/systems/{name}"] = "\n".join(text)
+    toctree = "\n".join(["```{toctree}", ":hidden:", "", *(f"systems/{name}" for name in systems.names()), "```"])
+    return texts | {"reference/systems": f"{SYSTEMS}\n{_table(('system', 'equations of motion'), rows)}\n{toctree}\n"}
 
 
 def _coordinates(system) -> dict:

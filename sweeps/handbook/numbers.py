@@ -502,4 +502,32 @@ NUMBERS = {
         "Time in which the fastest nutation of the map grows by a factor e, s.",
         lambda ds: 1.0 / _motions(ds).growth_rate.max(),
     ),
+    # Parametric resonance
+    "mathieu_points": Number("mathieu", "Points of Mathieu's chart.", lambda ds: ds.regime.size),
+    "mathieu_wrong": Number(
+        "mathieu", "Points of Mathieu's chart whose measured regime is not theory's.", lambda ds: _otherwise(ds).sum()
+    ),
+    "mathieu_worst": Number(
+        "mathieu",
+        "Largest distance of a measured trace from that of the variational flow.",
+        lambda ds: abs(ds.trace - ds.trace_theory).max(),
+    ),
+    "pumped_wrong": Number(
+        "kapitza", "Pumped spins whose measured regime is not theory's.", lambda ds: _otherwise(ds).sum()
+    ),
+    "pumped_tongues": Number(
+        "kapitza",
+        "Share of the modulations under which the spin about the stable axis grows.",
+        lambda ds: (_word(ds.isel(I2=0).regime, "unstable") | _word(ds.isel(I2=0).regime, "period_doubling")).mean(),
+    ),
+    "pumped_island": Number(
+        "kapitza",
+        "Share of the modulations under which the spin about the intermediate axis is stable.",
+        lambda ds: _word(ds.isel(I2=1).regime, "stable").mean(),
+    ),
+    "upright_stands": Number(
+        "upright",
+        "Share of the motions of the pivot on which the inverted pendulum stands.",
+        lambda ds: _word(ds.regime.sel(equilibrium="inverted"), "stable").mean(),
+    ),
 }

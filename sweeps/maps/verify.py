@@ -431,15 +431,13 @@ def _by_errors(sweep: Sweep, sample: _Sample) -> Iterator[Check]:
 # -- the command
 
 
-def command(path: str, points: int, seed: int, definition: str | None, any_kernels: bool) -> int:
-    """Print the checks as a table and the findings below it; return 0 for a sound map, else 1; see `verify`."""
+def checked(path: str, points: int, seed: int, definition: str | None, any_kernels: bool) -> list[Check]:
+    """Return the checks of `verify` for what its command was given."""
     if not 0 <= points <= MOST_POINTS:
         raise DefinitionError(f"--points: {points} is out of range; allowed: 0 to {MOST_POINTS:,}")
     if seed < 0:
         raise DefinitionError(f"--seed: {seed} is out of range; allowed: 0 or more")
-    checks = verify(path, points, seed, _expected(path, definition), any_kernels)
-    _print(checks)
-    return 1 if any(check.findings for check in checks) else 0
+    return verify(path, points, seed, _expected(path, definition), any_kernels)
 
 
 def _expected(path: str, definition: str | None) -> Sweep | None:
@@ -450,18 +448,3 @@ def _expected(path: str, definition: str | None) -> Sweep | None:
     known = catalogue.shipped() if folder.parent.name == "results" else {}
     source = catalogue.resolve(definition) if definition is not None else known.get(folder.name)
     return None if source is None else read(source)
-
-
-def _print(checks: list[Check]) -> None:
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
-
-    console, table = Console(), Table("check", "what was compared", "")
-    for check in checks:
-        verdict = "differs" if check.findings else f"not checked: {check.skipped}" if check.skipped else "holds"
-        table.add_row(*map(Text, (check.name, check.covers, verdict)))
-    console.print(table)
-    for check in checks:
-        for finding in check.findings:
-            console.print(Text(finding), soft_wrap=True)

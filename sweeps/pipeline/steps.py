@@ -35,7 +35,7 @@ def _made(planned: Plan, folder: Path, workers: int, again: bool) -> Iterator[Pa
     path = folder / "stability_map.nc"
     is_old = again or not admission.holds_map(path, planned.sweep)
     if is_old:
-        _compile(planned.sweep)  # the search for equilibria in the check is compiled, too
+        compile.ensure(planned.sweep)  # the search for equilibria in the check is compiled, too
         planned.sweep.system.check(planned.sweep.definition, planned.sweep.grid)
     draws = workers > 1 and (is_old or _is_older(folder / "figures", path))
     with drawing.worker() if draws else nullcontext() as worker:  # loads Matplotlib while this process measures
@@ -87,13 +87,6 @@ def _report(path: Path, file: Path) -> None:
     progress.say(f"writing {file}")
     with figures.opened(path) as ds:
         report.write(ds, file)
-
-
-def _compile(sweep: Sweep) -> None:
-    """Compile what its system calls, where no earlier run has."""
-    if line := compile.announced(sweep):
-        progress.say(line)
-        compile.ensure(sweep)
 
 
 # -- the map

@@ -47,6 +47,8 @@ def ensure(sweep: Sweep) -> None:
     """
     kernels = sweep.system.kernels_of(sweep.definition)
     if not _ensured.issuperset(kernels) and not jit.is_plain():
+        if line := announced(sweep):
+            progress.say(line)
         compile_kernels(kernels)
         _ensured.update(kernels)
 

@@ -3,15 +3,17 @@
 
 def write(console, ds, found, drawn) -> None:
     """Print the counts, the worst points and the small map in characters of a map."""
+    from sweeps import systems
     from sweeps.maps.summary import leading_flag, rule
     from sweeps.schema.boxes import dimensions
 
+    look = systems.presentation_of(ds).look
     sizes = " × ".join(f"{n:,} {dim}" for dim, n in dimensions(ds).items())
     console.print(f"{ds.attrs.get('title', '')}", style="bold")
     console.print(f"{found.points:,} points = {sizes}")
     console.print()
     if found.table:
-        console.print(_counts(found, leading_flag(ds)))
+        console.print(_counts(found, leading_flag(ds), look))
     for name, number in found.unlike.items():
         console.print(f"{name} differs from theory at {number:,} of {found.points:,} points")
     if found.impossible:
@@ -24,10 +26,10 @@ def write(console, ds, found, drawn) -> None:
         console.print(f"compared with theory: {rule(found)}", style="dim")
     if drawn is not None:
         console.print()
-        _draw(console, drawn)
+        _draw(console, drawn, look)
 
 
-def _counts(found, lead):
+def _counts(found, lead, look):
     from sweeps.figure.printing import table
     from sweeps.maps.summary import share
 
@@ -37,7 +39,7 @@ def _counts(found, lead):
         numbers = [found.table[meaning, status] for status in statuses]
         if sum(numbers):
             row = [f"{n:,}" for n in (sum(numbers), *numbers)]
-            made.add_row(meaning.replace("_", " "), row[0], share(sum(numbers), found.points), *row[1:])
+            made.add_row(look.words(meaning), row[0], share(sum(numbers), found.points), *row[1:])
     return made
 
 
@@ -60,7 +62,7 @@ def _against(deviation) -> str:
     return f"{deviation.name} against {deviation.reference}, {over}"
 
 
-def _draw(console, drawn) -> None:
+def _draw(console, drawn, look) -> None:
     from rich.text import Text
 
     from sweeps.maps.selection import in_words
@@ -85,4 +87,4 @@ def _draw(console, drawn) -> None:
             for panel, width in zip(drawn.panels, wide, strict=True)
         ]
         console.print(" " * (label + 1) + "  ".join(ends), no_wrap=True, crop=False)
-    console.print("  ".join(f"{glyph} {meaning.replace('_', ' ')}" for glyph, meaning in drawn.legend.items()))
+    console.print("  ".join(f"{glyph} {look.words(meaning)}" for glyph, meaning in drawn.legend.items()))

@@ -16,6 +16,7 @@ from maps import BODIES, TOP, write
 from scipy.special import ellipk
 
 import sweeps
+from sweeps import systems
 from sweeps.__main__ import command, main
 from sweeps.schema.refusals import MapError
 
@@ -96,9 +97,10 @@ def test_a_map_damaged_inside_is_refused(path, tmp_path, capsys):
 def test_show_prints_the_counts_of_the_file(path, capsys):
     out = said(capsys, "show", path)
     with sweeps.open_map(path) as ds:
+        look = systems.presentation_of(ds).look
         for value, word in zip(ds.regime.flag_values, ds.regime.flag_meanings.split(), strict=True):
             count = int((ds.regime == value).sum())
-            line = [line for line in out.splitlines() if line.startswith(word.replace("_", " ") + " ")]
+            line = [line for line in out.splitlines() if line.startswith(f"{look.words(word)} ")]
             assert (f"{count:,}" in line[0].split()) if count else not line
         assert f"{ds.regime.size:,} points" in out
         assert f"{float(abs(ds.propagation_error).max()):.2g}" in out

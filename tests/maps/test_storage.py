@@ -125,6 +125,19 @@ def test_flags_and_units_reach_the_file(tiny_map):
         assert file.history.endswith("polhode")
 
 
+def test_a_value_names_its_error_and_status_as_ancillary(tiny_map):
+    """CF-1.11, section 3.4; a status has none."""
+    with netCDF4.Dataset(tiny_map) as file:
+        named = {
+            name: variable.ancillary_variables.split()
+            for name, variable in file.variables.items()
+            if "ancillary_variables" in variable.ncattrs()
+        }
+        assert named["growth_rate"] == ["growth_rate_error", "status"]
+        assert "status" not in named
+        assert all(beside in file.variables for those in named.values() for beside in those)
+
+
 # Shards that do not make a map
 
 

@@ -62,6 +62,15 @@ def test_run_makes_what_the_workflow_makes(mine, capsys):
     assert list(folder.glob("figures/*.png"))
 
 
+def test_a_run_announces_its_work_and_its_folder_or_is_quiet(mine, measured, capsys):
+    assert main(["run", "mine.yaml", "--cores", "1", "-o", "elsewhere"]) == 0
+    assert capsys.readouterr().err.startswith("mine: 36 points of rigid_body, about ")
+    assert Path("elsewhere/mine/stability_map.nc").exists()
+    assert not Path("results").exists()
+    assert main(["run", "mine.yaml", "--cores", "1", "--again", "--quiet", "-o", "elsewhere"]) == 0
+    assert capsys.readouterr() == ("elsewhere/mine/stability_map.nc\n", "")
+
+
 @pytest.mark.slow
 def test_threads_change_no_bit(mine, monkeypatch):
     monkeypatch.setattr(pipeline, "_shown", lambda path, again, worker: iter(()))

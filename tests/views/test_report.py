@@ -20,8 +20,11 @@ from scipy.spatial.transform import Rotation
 import sweeps
 from kernels import direct, exact
 from sweeps.__main__ import main
+from sweeps.handbook import gallery
 from sweeps.maps import summary as maps_summary
 from sweeps.maps.storage import open_map, write_map
+from sweeps.points import catalogue
+from sweeps.reading.definitions import file_text, plain, read_text
 from sweeps.schema.boxes import blocks
 from sweeps.systems.oscillator.presentation.page import equations
 from sweeps.systems.relative_equilibrium.variables import REGIMES
@@ -1403,6 +1406,17 @@ def test_a_lecture_of_five_steps_fits_the_screen_in_large_letters(visit, shapes_
     assert len(said) == 5
     page.keyboard.press("l")
     assert page.locator("#own").is_visible()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", catalogue.shipped())
+def test_the_page_of_each_shipped_sweep_plays_without_a_word_on_its_console(name, visit, folder, monkeypatch):
+    """Of a few points of each; `visit` reads what the console said."""
+    monkeypatch.setattr(gallery, "MOST", 36)
+    monkeypatch.setattr(gallery, "MANY", {})
+    values = gallery.reduced(plain(read_text(file_text(catalogue.shipped()[name]))))
+    report.write(sweeps.survey(values), folder / f"{name}.html")
+    visit(folder / f"{name}.html", reduced_motion="no-preference").page.wait_for_timeout(2_000)
 
 
 THROWS = {

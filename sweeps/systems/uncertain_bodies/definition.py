@@ -112,7 +112,7 @@ Turns = Annotated[float, number(lambda x: x > 0, "a finite number > 0")]
 
 
 class UncertainBody(SpunBody):
-    """One body, and how well it is known."""
+    """One body and the uncertainty of its moments."""
 
     uncertainty: Known = Field(default=None, description=f"uncertainty of this body: {UNCERTAIN}")
     draws: Draws = Field(default=None, description="number of draws of this body")
@@ -166,7 +166,7 @@ class UncertainDefinition(NearAxisDefinition):
 
     @cached_property
     def known(self) -> dict[str, known.Known]:
-        """Name → body as it is known."""
+        """Name → body with its uncertainty."""
         return {body.name: _known(body, body.uncertainty or self.uncertainty) for body in self.bodies}
 
     @model_validator(mode="after")

@@ -1,4 +1,4 @@
-"""One body as it is known: its tensor and their covariance, its spin and theirs, and which inputs that makes."""
+"""One uncertain body: tensor and spin, their covariances, and the uncertain inputs that follow."""
 
 import math
 from collections.abc import Mapping
@@ -28,7 +28,7 @@ class KnownError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Known:
-    """One body as it is known."""
+    """One uncertain body."""
 
     moments: np.ndarray  #: principal moments, in the order of the axes 1, 2, 3
     axes: np.ndarray  #: principal axes as rows, in the coordinates of the tensor

@@ -116,9 +116,13 @@ function groupOf(column) {
   return { coordinate: "coordinates", check: "checks", certificate: "certificates", existence: "bodies" }[column.role] ?? "measured";
 }
 
-/** A list of all that the map may be coloured by, under headings; what is typed leaves those that hold it. */
+/** A list of all that the map may be coloured by, under headings; it opens on those that hold what is typed. */
 function colorControl() {
-  const control = selectBox("colour by", [], state.color, (color) => choose({ color }));
+  const control = selectBox("colour by", [], state.color, (color) => {
+    find.value = "";
+    choose({ color });
+    fill();
+  });
   const select = control.querySelector("select");
   const find = element("input", { type: "search", placeholder: "find …", "aria-label": "find a variable" });
   const fill = () => {
@@ -133,8 +137,10 @@ function colorControl() {
       for (const { name, longName } of choices) group.append(element("option", { value: name, textContent: longName, selected: name === state.color }));
       return group;
     }));
+    select.size = sought ? 6 : 0;
   };
   find.oninput = fill;
+  find.onkeydown = ({ key }) => ["ArrowDown", "Enter"].includes(key) && select.focus();
   fill();
   control.dataset.color = "";
   control.classList.add("wide");

@@ -191,7 +191,7 @@ def _frame(ax: Axes, axis: int, is_large: bool) -> None:
 
 
 def _words(ax: Axes, axis: int, is_large: bool) -> None:
-    """What becomes of the spin, in each part, and what the triangle's sides are."""
+    """Write the stability of the spin in each part, and what the sides of the triangle are."""
     above, below = (0.62, 0.78), ((0.83, 0.45) if is_large else (0.78, 0.5))  # I1 < I2, I1 > I2
     kinds = {1: ("stable_minor", "unstable"), 2: ("unstable", "stable_minor"), 3: ("stable_major", "")}[axis]
     look = {"ha": "center", "va": "center", "path_effects": style.halo(2.4), "zorder": 5}

@@ -63,7 +63,7 @@ def _circle(radius: float):
 
 
 def _place(ds: xr.Dataset, mode: str):
-    """A point of the map in a mode, well away from its ends, of a body that can exist; None where there is none."""
+    """Return a point of a mode, well away from its ends, of a physically possible body; None where there is none."""
     number = {"sam": 0, "lam": 1}[mode]
     sound = (ds["mode_exact"] == number) & (ds["triangle_margin"] > 0.02)
     places = np.argwhere(sound.values)
