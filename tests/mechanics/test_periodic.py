@@ -30,7 +30,7 @@ def survey(name, tolerance=1e-12, **values):
 
 
 def of_model(model, tolerance=1e-12, **values):
-    defaults = {p.name: p.default for p in model.system.parameters.values()} | {"epsilon": 1e-3, "equilibrium": 0}
+    defaults = {p.name: p.default for p in model.system.parameters.values()} | {"epsilon": 1e-8, "equilibrium": 0}
     size = np.broadcast(*map(np.atleast_1d, values.values())).size if values else 1
     points = {name: np.broadcast_to(value, size) * np.ones(size) for name, value in (defaults | values).items()}
     points["equilibrium"] = points["equilibrium"].astype(int)
@@ -119,7 +119,8 @@ def test_the_first_region_of_the_paul_trap_ends_at_its_q():
     rng = np.random.default_rng(39)
     a, q = rng.uniform(-0.3, 0.3, 60), rng.uniform(0.0, 1.2, 60)
     found, one, other = survey("paul_trap", a=a, q=q), survey("mathieu", a=a, q=q), survey("mathieu", a=-a, q=-q)
-    assert (np.abs(found["trace"] - one["trace"] - other["trace"]) <= 2.0 * found["trace_error"]).all()
+    error = found["trace_error"] + one["trace_error"] + other["trace_error"]
+    assert (np.abs(found["trace"] - one["trace"] - other["trace"]) <= error).all()
     stable = (one["regime"] == floquet.STABLE) & (other["regime"] == floquet.STABLE)
     assert ((found["regime"] == floquet.STABLE) == stable).all()
     assert covered(found)
@@ -257,7 +258,7 @@ def test_large_multipliers_and_slow_growth():
 def test_the_measurement_is_blind(monkeypatch):
     a, q = np.array([1.0, 2.0]), np.array([0.5, 1.0])
     found = survey("mathieu", a=a, q=q)
-    monkeypatch.setattr(periodic, "flow", lambda A, h: (np.ones((*A.shape[:2], 2, 2)), np.ones(len(A))))
+    monkeypatch.setattr(periodic, "flow", lambda A, h, sizes: (np.ones((*A.shape[:2], 2, 2)), np.ones(len(A))))
     other = survey("mathieu", a=a, q=q)
     assert not np.allclose(found["trace_theory"], other["trace_theory"])
     for name in found:
