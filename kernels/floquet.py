@@ -73,14 +73,12 @@ def columns(M, error, period, reciprocal=True, half_turns=None, with_errors=True
             smooth[1], spreads[1] = np.ones_like(smooth[1]), np.zeros_like(smooth[1])
         centre = _spectrum(smooth, period, half_turns)
         regime, worst = _regime(smooth), {name: np.zeros_like(values) for name, values in centre.items()}
-        corners = [
-            [value + sign * spread for value, sign, spread in zip(smooth, signs, spreads, strict=True)]
-            for signs in product((-1.0, 1.0), repeat=len(smooth))
-            if not (d == 2 and reciprocal and signs[1] < 0.0)  # the determinant has no error
-        ]
-        for ends in corners:
+        # of two degrees of freedom neither needs b, and multipliers no determinant; a symplectic d = 1 has no error
+        varied = (0, 2, 3, 4) if d == 4 else (0,) if reciprocal else (0, 1)
+        for ends in _corners(smooth, spreads, varied):
             regime = np.where(_regime(ends) == regime, regime, MARGINAL)
-        for ends in [*corners, *_meetings(smooth, spreads)] if with_errors else []:
+        corners = [*_corners(smooth, spreads, varied[:2]), *_meetings(smooth, spreads)]
+        for ends in corners if with_errors else []:
             for name, apart in _distances(_spectrum(ends, period, half_turns), centre).items():
                 worst[name] = np.maximum(worst[name], apart)
         found |= centre
@@ -296,6 +294,15 @@ def _spectrum(smooth, period, half_turns):
         "growth_rate": exponents.max(axis=1),
         "growth_per_period": sizes.max(axis=1),
     }
+
+
+def _corners(smooth, spreads, varied):
+    """Yield the invariants with those of some numbers at the ends of their intervals."""
+    for signs in product((-1.0, 1.0), repeat=len(varied)):
+        ends = list(smooth)
+        for k, sign in zip(varied, signs, strict=True):
+            ends[k] = smooth[k] + sign * spreads[k]
+        yield ends
 
 
 def _meetings(smooth, spreads):

@@ -242,3 +242,18 @@ def advance_rows(advance, rows, steps):
         for lane in range(min(W, runs - first)):
             for row in range(count):
                 rows[first + lane, row] = S[row * W + lane]
+
+
+@njit(void(ADVANCE, float64[:, ::1], int64), nogil=True, **OPTIONS)
+def advance_table(advance, table, steps):
+    """Advance runs, shape (rows, runs), by so many steps, in place."""
+    rows, runs = table.shape
+    S = scratch(rows)
+    for first in range(0, runs, W):
+        for row in range(rows):
+            for lane in range(W):
+                S[row * W + lane] = table[row, min(first + lane, runs - 1)]
+        advance(S, steps)
+        for row in range(rows):
+            for lane in range(min(W, runs - first)):
+                table[row, first + lane] = S[row * W + lane]

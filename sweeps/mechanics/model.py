@@ -4,6 +4,7 @@ What is measured near equilibria stands in `normal_modes` (of natural systems, m
 others, by eigenvalues).
 """
 
+import threading
 from functools import cached_property
 from types import ModuleType
 from typing import TYPE_CHECKING
@@ -15,13 +16,14 @@ from sweeps.mechanics import equilibria
 from sweeps.mechanics.degenerate import Degenerate
 from sweeps.mechanics.derivation import derive
 from sweeps.mechanics.description import System
-from sweeps.mechanics.first_order import code
+from sweeps.mechanics.first_order import code, graph
 from sweeps.mechanics.landscape import Landscape
 from sweeps.mechanics.taylor import Code
 from sweeps.schema.refusals import DescriptionError
 
 if TYPE_CHECKING:
     from sweeps.mechanics.periodic import Variation
+    from sweeps.mechanics.perturbed import PerturbedCode
 
 RANK = 1e-9  # singular values of the conserved quantities' gradients below it are none
 
@@ -33,6 +35,7 @@ class Model:
         self.system = system
         self.equations = derive(system)
         self.names = tuple(system.parameters)
+        self._lock, self._perturbed = threading.Lock(), {}
 
     @cached_property
     def landscape(self) -> Landscape:
@@ -48,6 +51,22 @@ class Model:
     def moving(self) -> Code:
         """The generated kernel of any motion."""
         return code(self.equations, near=False)
+
+    def perturbed_code(self, still: bool) -> "PerturbedCode":
+        """Return the generated kernel of perturbations of a motion: at rest at all times, or not."""
+        from sweeps.mechanics.perturbed import PerturbedCode
+
+        with self._lock:
+            if still not in self._perturbed:
+                self._perturbed[still] = PerturbedCode(graph(self.equations, near=False), still)
+            return self._perturbed[still]
+
+    def perturbed(self, still: bool) -> "PerturbedCode":
+        """Return the same, compiled: it is loaded by one thread, before others use it."""
+        code = self.perturbed_code(still)
+        with self._lock:
+            code.module()
+        return code
 
     @cached_property
     def variation(self) -> "Variation":

@@ -8,13 +8,15 @@ and the states' sizes come from the absolute values of the Jacobian's terms, as 
 no perturbation grows by more than a few times before it is sampled, however large the multipliers are.
 
 *Measuring.* From the base motion at each segment's start the full equations are followed from both sides in each
-direction, perturbed by epsilon, a half and a quarter of it. With D(s) the difference of both sides over that of their
-starts, even in s, the limit for s = 0 is (64 D(1/4) - 20 D(1/2) + D(1))/45; how far it lies from that of two sizes
-alone is the error of the amplitude. The matrix of the period is the product.
+direction (from one where the equations are odd or linear), perturbed by epsilon, by the steps of
+`sweeps.mechanics.perturbed`; half the difference of both sides is a column of the segment's matrix, and the matrix of
+the period is the product. It is measured again, perturbed by an
+eighth as much and in steps shorter by a third: the difference of both holds what the amplitude and the steps change,
+and rounding is bounded by what grows of it.
 
 *Certificate.* The variational flow :math:`M' = A(t)M` by collocation at Gauss's points, of order 16, which solves
 for all stages of a step at once: A is the derivative of the equations by SymPy, and nothing is shared with the
-generated Taylor steps. Steps are halved until the traces of periods that begin at two phases agree.
+generated Taylor steps. Steps are halved until the traces of periods that begin at two phases agree to a rounding.
 
 Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.7 and II.9; derived again.
 """
@@ -23,27 +25,28 @@ from functools import cached_property
 
 import numpy as np
 import sympy as sp
-from numpy.polynomial import legendre
 
-from kernels import floquet, jacobians, statuses
+from kernels import floquet, jacobians, statuses, variational
+from kernels.runs import advance_table
 from sweeps.mechanics import motions
 from sweeps.mechanics.equations import Equations
 from sweeps.mechanics.graph import lambdified
+from sweeps.mechanics.perturbed import PerturbedCode
 from sweeps.mechanics.problem import magnitude
 
-STAGES = 8
 TURN = 2.0  # of 1/S: no longer segment, in which a perturbation turns by less than a half turn
-SEGMENTS = [k * 2**j for j in range(10) for k in (2, 3)]  # that a period may have
-SIZES, LIMIT = np.array([1.0, 0.5, 0.25]), np.array([1.0, -20.0, 64.0]) / 45.0
+SEGMENTS = [k * 2**j for j in range(1, 10) for k in (2, 3)]  # that a period may have
+STEPS, MOST_STEPS = 3, 192  # in a segment: of the first try, and at most
+SMALLER, FINER = 0.125, 4 / 3  # perturbation and steps of the second measurement, relative to the first
+APART = 1.1  # of the difference of both: the error of the first, if that of the second is less than a tenth
 WIDE = 0.1  # of a matrix, that the amplitude may change
-TOGETHER = 16_384  # segments times squares of states: points of one number of segments that are followed side by side
+TOGETHER = 32_768  # segments times squares of states: points of one number of segments that are followed side by side
 ELSEWHERE = 0.381966  # of a period: where the variational flow begins again
-FALLING = 0.25  # of the difference before: else what is left is rounding
+FALLING = 0.25  # of the difference before: else what is left is rounding, or the amplitude's
 FINEST = 32  # times the segments, that the variational flow may need
-AGREED = 4e-15  # of the matrix: traces from two phases so near are one
 STILL = 64 * float(np.finfo(np.float64).eps)  # of the largest rates of motions of the states' sizes: equilibrium
-ROUNDING = 4 * float(np.finfo(np.float64).eps)
-SPARE = 1e-3
+ROUNDING = 4 * float(np.finfo(np.float64).eps)  # of the certificate
+NOISE = 6 * float(np.finfo(np.float64).eps)  # of a measured segment
 DIFFERENCE, NEWTONS = 1e-6, 16  # of the sizes: what differentiates the period map; steps
 FAR = 8.0  # sizes from the named start, where no periodic motion is looked for
 CLOSED = 1e-9  # of the sizes: how far a periodic motion may be from closed
@@ -62,69 +65,93 @@ class Variation:
         slopes = [e.diff(x) for e in forces for x in equations.states]
         masses = list(equations.a) if self.second else []
         bent = [e.diff(q) for e in masses for q in equations.q]
-        terms = [magnitude(e) for e in slopes]
-        self._all = lambdified((*equations.parameters, *equations.states, equations.system.time), [
-            *forces, *slopes, *terms, *masses, *bent,
-        ])  # fmt: skip
+        arguments = (*equations.parameters, *equations.states, equations.system.time)
+        self._slopes = lambdified(arguments, [*forces, *slopes, *masses, *bent])
+        self._terms = lambdified(arguments, [magnitude(e) for e in slopes])
+        turned = {x: -x for x in equations.states}
+        signed = [*((e, 1) for e in forces), *((e, -1) for e in masses)]
+        self.odd = all(sp.expand(e + sign * e.subs(turned)) == 0 for e, sign in signed)  # the same from the other side
 
-    def at(self, parameters, x, t) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return rates (…, n), the Jacobian and the absolute values of its terms (…, n, n).
+    def _parts(self, parameters, x, t):
+        """Return forces, their slopes by all states, the inverse masses, and the masses' slopes times accelerations."""
+        m, n, shape, given = self.m, self.n, t.shape, [p[:, None] for p in parameters]
+        values = np.stack(self._slopes(*given, *np.moveaxis(x, 2, 0), t), axis=-1)
+        force, J, a, bent = np.split(values, np.cumsum([m, m * n, m * m * self.second]), axis=-1)
+        J = J.reshape(*shape, m, n)
+        if not self.second:
+            return force, J, None, None
+        a = np.ascontiguousarray(a).reshape(-1, m, m)
+        inverse = np.empty_like(a)
+        variational.invert(a, inverse)
+        inverse = inverse.reshape(*shape, m, m)
+        rates = multiplied(inverse, force[..., None])[..., 0]
+        bent = bent.reshape(*shape, m, m, m)
+        return rates, J, inverse, sum(bent[..., j, :] * rates[..., j, None, None] for j in range(m))
+
+    def at(self, parameters, x, t) -> np.ndarray:
+        """Return the Jacobian, shape (points, times, n, n).
 
         Args:
             parameters: arrays (points,).
-            x: states, shape (points, times, n).
+            x: states, shape (points, times, n), or of equilibria (points, 1, n).
             t: shape (points, times).
         """
-        m, n, shape = self.m, self.n, t.shape
-        given = [np.repeat(p, shape[1]) for p in parameters]
-        values = np.stack(self._all(*given, *x.reshape(-1, n).T, t.ravel()), axis=-1).reshape(*shape, -1)
-        parts = np.split(values, np.cumsum([m, m * n, m * n, m * m * self.second]), axis=-1)
-        force, J, terms, a, bent = parts
-        J, terms = J.reshape(*shape, m, n), terms.reshape(*shape, m, n)
+        _, J, inverse, bent = self._parts(parameters, x, t)
         if not self.second:
-            return force, J, terms
-        inverse = np.linalg.inv(a.reshape(*shape, m, m))
-        bent = np.einsum("...ijk,...jl,...l->...ik", bent.reshape(*shape, m, m, m), inverse, force)
-        upper = np.broadcast_to(np.eye(m, n, m), (*shape, m, n))
-        J = np.concatenate([J[..., :m] - bent, J[..., m:]], axis=-1)
-        terms = np.concatenate([terms[..., :m] + np.abs(bent), terms[..., m:]], axis=-1)
-        rates = np.concatenate([x[..., m:], np.einsum("...ij,...j->...i", inverse, force)], axis=-1)
-        return rates, *(np.concatenate([upper, y], axis=-2) for y in (inverse @ J, np.abs(inverse) @ terms))
+            return J
+        found = np.zeros((*t.shape, self.n, self.n))
+        found[..., : self.m, self.m :] = np.eye(self.m)
+        J[..., : self.m] -= bent
+        found[..., self.m :, :] = multiplied(inverse, J)
+        return found
+
+    def bounds(self, parameters, x, t) -> tuple[np.ndarray, np.ndarray]:
+        """Return rates (points, times, n) and the absolute values of the Jacobian's terms, of what `at` takes."""
+        rates, J, inverse, bent = self._parts(parameters, x, t)
+        given = [p[:, None] for p in parameters]
+        terms = np.stack(self._terms(*given, *np.moveaxis(x, 2, 0), t), axis=-1).reshape(J.shape)
+        if not self.second:
+            return rates, terms
+        terms[..., : self.m] += np.abs(bent)
+        upper = np.broadcast_to(np.eye(self.m, self.n, self.m), terms.shape)
+        terms = np.concatenate([upper, multiplied(np.abs(inverse), terms)], axis=-2)
+        return np.concatenate([np.broadcast_to(x[..., self.m :], rates.shape), rates], axis=-1), terms
 
 
-def collocation(stages: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return Gauss's points in (0, 1), the weights of integrals up to each point, and of the whole."""
-    x, w = legendre.leggauss(stages)
-    integrals = legendre.legint(np.eye(stages), lbnd=-1, axis=0)
-    inner = np.linalg.solve(legendre.legvander(x, stages - 1).T, legendre.legval(x, integrals)).T
-    return 0.5 * (x + 1.0), 0.5 * inner, 0.5 * w
-
-
-POINTS, INNER, WHOLE = collocation(STAGES)
-
-
-def flow(A: np.ndarray, h: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the matrix of each step of M' = A(t) M, and the integral of the trace over all steps.
+def flow(A: np.ndarray, h: np.ndarray, sizes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the matrix of each step of M' = A(t) M in the states' sizes, and the integral of A's trace over all steps.
 
     Args:
-        A: at POINTS of each step, shape (points, steps, STAGES, n, n).
+        A: at the collocation's points of each step, shape (points, steps, stages, n, n).
         h: length of the steps, shape (points,).
+        sizes: of the states, shape (points, n).
     """
-    n, h = A.shape[-1], h[:, None, None, None]
-    coupled = np.einsum("ij,pkjab->pkiajb", INNER, A).reshape(*A.shape[:2], STAGES * n, STAGES * n)
-    starts = np.broadcast_to(np.tile(np.eye(n), (STAGES, 1)), (*A.shape[:2], STAGES * n, n))
-    stages = np.linalg.solve(np.eye(STAGES * n) - h * coupled, starts).reshape(*A.shape[:3], n, n)
-    traces = (np.einsum("pkjaa->pkj", A) * WHOLE).sum(axis=(1, 2)) * h[:, 0, 0, 0]
-    return np.eye(n) + h * np.einsum("j,pkjab->pkab", WHOLE, A @ stages), traces
+    found = np.empty((*A.shape[:2], *A.shape[3:]))
+    variational.flow(
+        np.ascontiguousarray(A).reshape(-1, *A.shape[2:]),
+        np.ascontiguousarray(h),
+        np.ascontiguousarray(sizes),
+        variational.INNER,
+        variational.WHOLE,
+        found.reshape(-1, *A.shape[3:]),
+    )
+    return found, sum(A[..., a, a] for a in range(A.shape[-1])).sum(axis=1) @ variational.WHOLE * h
 
 
 def product(matrices: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return products of the steps' matrices, shape (points, steps, n, n): of all, of those before, of those after."""
-    before, after = (np.broadcast_to(np.eye(matrices.shape[-1]), matrices.shape).copy() for _ in range(2))
-    for k in range(1, matrices.shape[1]):
-        before[:, k] = matrices[:, k - 1] @ before[:, k - 1]
-        after[:, -1 - k] = after[:, -k] @ matrices[:, -k]
+    before, after = np.empty(matrices.shape), np.empty(matrices.shape)
+    variational.chain(np.ascontiguousarray(matrices), before, after)
     return matrices[:, -1] @ before[:, -1], before, after
+
+
+def multiplied(*factors: np.ndarray) -> np.ndarray:
+    """Return the product of small matrices, of four dimensions."""
+    found = np.ascontiguousarray(factors[0])
+    for factor in factors[1:]:
+        left, found = found, np.empty((*found.shape[:3], factor.shape[3]))
+        variational.multiply(left, np.ascontiguousarray(factor), found)
+    return found
 
 
 def half_turns(matrices: np.ndarray) -> np.ndarray | None:
@@ -132,7 +159,7 @@ def half_turns(matrices: np.ndarray) -> np.ndarray | None:
     if matrices.shape[-1] != 2:
         return None
     before = product(matrices)[1]
-    a, b = before[..., 0], (matrices @ before)[..., 0]
+    a, b = before[..., 0], multiplied(matrices, before)[..., 0]
     turned = np.arctan2(a[..., 1] * b[..., 0] - a[..., 0] * b[..., 1], (a * b).sum(axis=-1)).sum(axis=1)
     return np.floor(turned / np.pi)
 
@@ -173,6 +200,7 @@ class Base:
             self.reciprocal &= factor == 0.0
         with np.errstate(all="ignore"):
             self.still = self._measure_sizes(places)
+            self.mirrored = self.still & model.variation.odd & ~self.start.any(axis=1)
             if not self.still.all():
                 self._close(np.flatnonzero(~self.still))
                 self._measure_sizes(places)
@@ -180,7 +208,7 @@ class Base:
     def _measure_sizes(self, places):
         """Set the states' sizes and the bound S on every rate along the motion; return whether it stays at rest."""
         phases = self.period[:, None] * (np.arange(32) + 0.5) / 32
-        rates, _, terms = self.model.variation.at(self.parameters, self(phases), phases)
+        rates, terms = self.model.variation.bounds(self.parameters, self(phases), phases)
         terms, m = terms.max(axis=1) + np.eye(terms.shape[-1]) / self.period[:, None, None], self.model.equations.m
         sizes = self.model.landscape.sizes(self.parameters, list(places.T))
         if self.model.equations.v:
@@ -219,26 +247,32 @@ class Base:
             self.start[which] = (x - sizes * step)[going]
 
     def __call__(self, times) -> np.ndarray:
-        """Return the states at times (points, times), shape (points, times, n)."""
+        """Return the states at times (points, times), shape (points, times, n); (points, 1, n) if all are at rest."""
+        if self.still.all():
+            return self.start[:, None]
         found = np.repeat(self.start[:, None], times.shape[1], axis=1)
-        if not self.still.all():
-            which = np.flatnonzero(~self.still)
-            phases = times[which] % self.period[which, None]
-            order = np.argsort(phases, axis=1)
-            ordered = np.insert(np.take_along_axis(phases, order, axis=1), 0, 0.0, axis=1)
-            given = [p[which] for p in self.parameters]
-            sizes = self.sizes[which]
-            states = motions.solved(self.model.moving, given, self.start[which], ordered, 1e-13, sizes)[0][:, 1:]
-            found[which] = np.take_along_axis(states, np.argsort(order, axis=1)[..., None], axis=1)
+        which = np.flatnonzero(~self.still)
+        phases = times[which] % self.period[which, None]
+        order = np.argsort(phases, axis=1)
+        ordered = np.insert(np.take_along_axis(phases, order, axis=1), 0, 0.0, axis=1)
+        given = [p[which] for p in self.parameters]
+        sizes = self.sizes[which]
+        states = motions.solved(self.model.moving, given, self.start[which], ordered, 1e-13, sizes)[0][:, 1:]
+        found[which] = np.take_along_axis(states, np.argsort(order, axis=1)[..., None], axis=1)
         return found
 
     def chosen(self, which) -> "Base":
         """Return the motions of some points."""
         part = object.__new__(Base)
         part.model, part.parameters = self.model, [p[which] for p in self.parameters]
-        for name in ("period", "start", "closed", "error", "still", "scale", "sizes", "reciprocal"):
+        for name in ("period", "start", "closed", "error", "still", "mirrored", "scale", "sizes", "reciprocal"):
             setattr(part, name, getattr(self, name)[which])
         return part
+
+    @property
+    def code(self) -> PerturbedCode:
+        """The generated steps of the perturbed motion: all points have to be at rest, or all not."""
+        return self.model.perturbed(bool(self.still[0]))
 
     @cached_property
     def number(self) -> np.ndarray:
@@ -248,46 +282,69 @@ class Base:
         return np.array([*SEGMENTS, 0])[at]
 
 
-def variational(base: Base, steps: int, begin: float = 0.0):
+def varied(base: Base, steps: int, begin: float = 0.0):
     """Return the matrices of the steps of one period, in the states' sizes, and the integral of the trace."""
-    T, shape = base.period, (base.period.size, steps, STAGES)
-    times = T[:, None] * (begin + (np.arange(steps)[:, None] + POINTS).ravel() / steps)
-    A = base.model.variation.at(base.parameters, base(times), times)[1]
-    A = A * base.sizes[:, None, None, :] / base.sizes[:, None, :, None]
-    return flow(A.reshape(*shape, *A.shape[-2:]), T / steps)
+    T = base.period
+    times = T[:, None] * (begin + (np.arange(steps)[:, None] + variational.POINTS).ravel() / steps)
+    A = base.model.variation.at(base.parameters, base(times), times)
+    return flow(A.reshape(T.size, steps, variational.STAGES, *A.shape[-2:]), T / steps, base.sizes)
 
 
-def measured(base: Base, epsilon: np.ndarray, tolerance: float) -> tuple[np.ndarray, ...]:
-    """Return the segments' matrices in the states' sizes, their rounding, other errors, and if epsilon is too large.
+def followed(base: Base, epsilon: np.ndarray, steps: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the segments' matrices in the states' sizes, shape (points, segments, n, n), and how far sides differ.
 
     Args:
-        base: of points with one number of segments.
+        base: of points of one kind.
         epsilon: size of the perturbation, relative to the states' sizes, shape (points,).
-        tolerance: of each run, relative to its perturbation; its runs keep SPARE of it, for all add up in the error.
+        steps: in each segment.
+    """
+    points, K, n, code = base.period.size, int(base.number[0]), base.sizes.shape[1], base.code
+    sides = np.array([1.0] if code.linear or base.mirrored[0] else [1.0, -1.0])
+    times = base.period[:, None] * np.arange(K) / K
+    shape = points, K, sides.size, n  # of runs: point, segment, side, direction
+    place = [y[..., None, None] for y in (*np.moveaxis(base(times), 2, 0), times)]
+    starts = sides[:, None, None] * np.eye(n) * base.sizes[:, None, None, None]
+    given, x = [p[:, None, None, None] for p in base.parameters], [*np.moveaxis(starts, 4, 0), np.zeros((1, 1, 1, 1))]
+    epsilon, step = (y[:, None, None, None] for y in (epsilon, base.period / (K * steps)))
+    table = code.starts(shape, given, place, epsilon, x, step)
+    advance_table(code.module().advance, table, steps)
+    ends = table[[code.row_of("x", i) for i in range(n)]].reshape(n, *shape) / base.sizes.T[:, :, None, None, None]
+    matrix = np.einsum("ipksj,s->pkij", ends, sides / sides.size)
+    return matrix, np.abs(ends.sum(axis=3)).max(axis=(0, 3)) if sides.size == 2 else np.zeros((points, K))
+
+
+def measured(base: Base, epsilon: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the segments' matrices in the states' sizes, the error of their product, and if epsilon is too large.
+
+    Args:
+        base: of points of one kind.
+        epsilon: size of the perturbation, relative to the states' sizes, shape (points,).
+        tolerance: of the matrix of the period, relative to its largest entry: steps are halved until it is met.
     """
     points, K, n = base.period.size, int(base.number[0]), base.sizes.shape[1]
-    times, sizes = base.period[:, None] * np.arange(K + 1) / K, base.sizes[:, None, None, None]
-    x, amount = base(times), (epsilon[:, None] * SIZES)[:, None, :, None, None]
-    nudges = np.array([1.0, -1.0])[:, None, None, None] * (np.eye(n) * amount * sizes)[:, :, None]
-    starts = x[:, :-1, None, None, None] + nudges  # point, segment, side, size, direction, state
-    spans = np.stack([times[:, :-1], times[:, 1:]], axis=2)[:, :, None, None, None]
-    spans, size = (np.broadcast_to(y, (*starts.shape[:-1], y.shape[-1])) for y in (spans, (amount * sizes)[:, :, None]))
-    given = [np.repeat(p, starts.size // n // points) for p in base.parameters]
-    runs = (y.reshape(-1, y.shape[-1]) for y in (starts, spans))
-    ends, error, _ = motions.solved(base.model.moving, given, *runs, SPARE * tolerance, size.reshape(-1, n))
-    ends, error = (y[:, 1].reshape(starts.shape) / sizes[:, :, None] for y in (ends, error))
-    width = np.einsum("pksjj->pksj", starts[:, :, 0] - starts[:, :, 1])[..., None] / base.sizes[:, None, None, :, None]
-    found = np.swapaxes((ends[:, :, 0] - ends[:, :, 1]) / width, 3, 4)
-    matrix = np.einsum("s,pksij->pkij", LIMIT, found)
-    change = np.abs(matrix - (4.0 * found[:, :, 2] - found[:, :, 1]) / 3.0)
-    noise = np.einsum("s,pksij->pkij", np.abs(LIMIT), np.swapaxes(error.sum(axis=2) / np.abs(width), 3, 4))
-    bent = (
-        np.abs(ends[:, :, :, 0].sum(axis=2) - 2.0 * x[:, 1:, None] / sizes[:, :, 0]).max(axis=(2, 3))
-        / epsilon[:, None] ** 2
-    )
-    change += (n * bent * base.error[:, None])[:, :, None, None]
-    wide = np.abs(matrix - found[:, :, 0]).max(axis=(1, 2, 3)) > WIDE * np.abs(matrix).max(axis=(1, 2, 3))
-    return matrix, noise, change, wide
+    segments, error, wide = np.empty((points, K, n, n)), np.empty((points, n, n)), np.zeros(points, dtype=bool)
+    left, last, steps = np.arange(points), np.full(points, np.inf), STEPS
+    while left.size and steps <= MOST_STEPS:
+        part, size = base.chosen(left), epsilon[left]
+        found, uneven = followed(part, size, steps)
+        whole, before, after = product(found)
+        other = product(followed(part, SMALLER * size, int(np.ceil(FINER * steps)))[0])[0]
+        apart, most = np.abs(whole - other), np.abs(whole).max(axis=(1, 2))
+        rows = np.abs(found)
+        rounding = np.minimum(multiplied(rows, rows), rows.max(axis=(2, 3), keepdims=True))  # states apart stay apart
+        noise = multiplied(after**2, multiplied(rounding**2, before**2) + multiplied(found, before) ** 2)
+        segments[left] = found
+        error[left] = APART * apart + NOISE * np.sqrt(noise.sum(axis=1))
+        if part.error.any():
+            bent = n * part.error[:, None] * uneven / size[:, None]  # what the base motion's own error changes
+            bent = np.broadcast_to(bent[..., None, None], found.shape)
+            error[left] += multiplied(np.abs(after), bent, np.abs(before)).sum(axis=1)
+        change = apart.max(axis=(1, 2)) / most
+        wide[left] = change > WIDE
+        going = (change > tolerance) & (change < FALLING * last[left])
+        last[left], steps = change, 2 * steps
+        left = left[going]
+    return segments, error, wide
 
 
 def certified(base: Base) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]:
@@ -298,17 +355,16 @@ def certified(base: Base) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarra
     last = np.full(points, np.inf)
     while left.size and finer <= FINEST:
         part = base.chosen(left)
-        segments, traces = variational(part, 2 * finer * int(base.number[0]))
-        other = product(variational(part, 3 * finer * int(base.number[0]), ELSEWHERE)[0])[0]
+        segments, traces = varied(part, 2 * finer * int(base.number[0]))
+        other = product(varied(part, finer * int(base.number[0]) * 3 // 2, ELSEWHERE)[0])[0]
         matrix[left], before, after = product(segments)
-        grown = (np.abs(after).sum(axis=3) * np.abs(segments @ before).sum(axis=2)).sum(axis=(1, 2))
+        grown = (np.abs(after).sum(axis=3) * np.abs(multiplied(segments, before)).sum(axis=2)).sum(axis=(1, 2))
         elsewhere[left] = np.abs(np.trace(matrix[left] - other, axis1=1, axis2=2))
         exact[left] = (ROUNDING * grown + elsewhere[left])[:, None, None]
         determinant[left], finer = np.exp(traces), 2 * finer
         if n == 2:
             turns[left] = half_turns(segments)
-        going = elsewhere[left] > AGREED * np.abs(matrix[left]).max(axis=(1, 2))
-        going &= elsewhere[left] < FALLING * last[left]
+        going = (elsewhere[left] > ROUNDING * grown) & (elsewhere[left] < FALLING * last[left])
         last[left] = elsewhere[left]
         left = left[going]
     return matrix, exact, elsewhere, determinant, turns if n == 2 else None
@@ -319,8 +375,9 @@ def survey(model, points, tolerance: float) -> dict[str, np.ndarray]:
     slot = np.asarray(points["equilibrium"])
     base = Base(model, model.parameters(points, slot.size), slot)
     epsilon, columns = np.asarray(points["epsilon"], dtype=np.float64), {}
-    for key in np.unique(2 * base.number + base.reciprocal):
-        which = np.flatnonzero(2 * base.number + base.reciprocal == key)
+    kinds = 8 * base.number + 4 * base.reciprocal + 2 * base.still + base.mirrored
+    for key in np.unique(kinds):
+        which = np.flatnonzero(kinds == key)
         size = max(1, TOGETHER // (max(1, base.number[which[0]]) * base.sizes.shape[1] ** 2))
         for first in range(0, which.size, size):
             part = which[first : first + size]
@@ -359,10 +416,8 @@ def _columns(base, epsilon, tolerance):
     matrix, error, linear, exact = (np.full((points, n, n), np.nan) for _ in range(4))
     elsewhere, wide, determinant, turns = np.full(points, np.nan), np.zeros(points, dtype=bool), 1.0, (None, None)
     if base.number[0]:
-        segments, noise, change, wide = measured(base, epsilon, tolerance)
-        matrix, before, after = product(segments)
-        noise = after**2 @ noise**2 @ before**2 + after**2 @ (ROUNDING * (segments @ before)) ** 2
-        error = np.sqrt(noise.sum(axis=1)) + (np.abs(after) @ change @ np.abs(before)).sum(axis=1)
+        segments, error, wide = measured(base, epsilon, tolerance)
+        matrix = product(segments)[0]
         linear, exact, elsewhere, determinant, theirs = certified(base)
         turns = half_turns(segments), theirs
     matrix[wide] = np.nan

@@ -199,14 +199,7 @@ class Described(Dynamics):
 
     def fingerprint(self) -> str:
         """Return a hash of the kernels, the generated code, its generator and the description."""
-        from kernels.fingerprint import fingerprint
-
-        code = self._code()
-        kernels = fingerprint(*self.kernels, *code.kernels)
-        digest = hashlib.sha256(kernels.encode() + code.digest.encode() + self.source)
-        for path in sorted(MECHANICS.glob("*.py")):
-            digest.update(path.read_bytes())
-        return digest.hexdigest()
+        return fingerprint(self.kernels, self._code(), self.source)
 
     def kernels_of(self, definition: Definition | None = None) -> tuple[Kernel, ...]:
         """Return what all of this kind share, what its generated code calls, and that code."""
@@ -226,6 +219,16 @@ class Described(Dynamics):
         if self.name.endswith(".py"):
             return of_file, (type(self), self.name, self.folder)
         return of_library, (type(self), self.name)
+
+
+def fingerprint(kernels: Iterable[str], code: "Code", source: bytes) -> str:
+    """Return a hash of kernels, generated code, its generator and a description."""
+    from kernels.fingerprint import fingerprint
+
+    digest = hashlib.sha256(fingerprint(*kernels, *code.kernels).encode() + code.digest.encode() + source)
+    for path in sorted(MECHANICS.glob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
 
 
 def _parameter(p: "mechanics.description.DescribedParameter") -> Parameter:

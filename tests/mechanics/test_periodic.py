@@ -6,11 +6,13 @@ import pytest
 import sympy as sp
 from scipy.integrate import solve_ivp
 
+import sweeps
 from kernels import floquet
 from kernels.statuses import NO_PERIODIC_MOTION, OK
 from sweeps import systems
 from sweeps.mechanics import DescriptionError, System, periodic
 from sweeps.mechanics.model import Model
+from sweeps.schema.refusals import DefinitionError
 
 # traces over t = π, computed by two codes of 30 and 40 digits
 TRACES = {
@@ -30,7 +32,7 @@ def survey(name, tolerance=1e-12, **values):
 
 
 def of_model(model, tolerance=1e-12, **values):
-    defaults = {p.name: p.default for p in model.system.parameters.values()} | {"epsilon": 1e-3, "equilibrium": 0}
+    defaults = {p.name: p.default for p in model.system.parameters.values()} | {"epsilon": 1e-8, "equilibrium": 0}
     size = np.broadcast(*map(np.atleast_1d, values.values())).size if values else 1
     points = {name: np.broadcast_to(value, size) * np.ones(size) for name, value in (defaults | values).items()}
     points["equilibrium"] = points["equilibrium"].astype(int)
@@ -119,7 +121,8 @@ def test_the_first_region_of_the_paul_trap_ends_at_its_q():
     rng = np.random.default_rng(39)
     a, q = rng.uniform(-0.3, 0.3, 60), rng.uniform(0.0, 1.2, 60)
     found, one, other = survey("paul_trap", a=a, q=q), survey("mathieu", a=a, q=q), survey("mathieu", a=-a, q=-q)
-    assert (np.abs(found["trace"] - one["trace"] - other["trace"]) <= 2.0 * found["trace_error"]).all()
+    error = found["trace_error"] + one["trace_error"] + other["trace_error"]
+    assert (np.abs(found["trace"] - one["trace"] - other["trace"]) <= error).all()
     stable = (one["regime"] == floquet.STABLE) & (other["regime"] == floquet.STABLE)
     assert ((found["regime"] == floquet.STABLE) == stable).all()
     assert covered(found)
@@ -257,7 +260,7 @@ def test_large_multipliers_and_slow_growth():
 def test_the_measurement_is_blind(monkeypatch):
     a, q = np.array([1.0, 2.0]), np.array([0.5, 1.0])
     found = survey("mathieu", a=a, q=q)
-    monkeypatch.setattr(periodic, "flow", lambda A, h: (np.ones((*A.shape[:2], 2, 2)), np.ones(len(A))))
+    monkeypatch.setattr(periodic, "flow", lambda A, h, sizes: (np.ones((*A.shape[:2], 2, 2)), np.ones(len(A))))
     other = survey("mathieu", a=a, q=q)
     assert not np.allclose(found["trace_theory"], other["trace_theory"])
     for name in found:
@@ -288,3 +291,50 @@ def test_a_period_that_is_none_is_refused():
         Model(system)
     with pytest.raises(DescriptionError, match="period: -1; allowed"):
         system.period(-1)
+
+
+def test_what_has_no_multipliers_is_refused_in_words():
+    """No period, a coefficient with a kink, and a base motion that grows without bound."""
+    system = System("Kinked")
+    x = system.coordinate("x", bounds=(-1, 1))
+    with pytest.raises(DescriptionError, match=r"Abs\(cos\(t\)\)"):
+        system.potential(sp.Abs(sp.cos(system.time)) * x**2)
+    system.kinetic_energy(system.velocity(x) ** 2 / 2)
+    system.potential((2 + sp.cos(system.time)) * x**2 / 2)
+    system.equilibrium("rest", {x: 0})
+    with pytest.raises((DescriptionError, DefinitionError), match="period: is missing"):
+        sweeps.survey({"system": system})
+    system = System("Resonance")
+    x = system.coordinate("x", bounds=(-1, 1))
+    system.kinetic_energy(system.velocity(x) ** 2 / 2)
+    system.potential(x**2 / 2 - x * sp.cos(system.time))
+    system.period(2 * sp.pi)
+    system.equilibrium("rest", {x: 0})
+    with pytest.raises((DescriptionError, DefinitionError), match="base motion: none of the system's period"):
+        sweeps.survey({"system": system})
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "ranges"),
+    [
+        ("mathieu", {"a": (-2, 10), "q": (0, 8), "damping": (0, 0.3)}),
+        ("paul_trap", {"a": (-0.3, 0.3), "q": (0, 1.5)}),
+        ("swing", {"depth": (0, 0.3), "frequency": (1, 6), "damping": (0, 0.1)}),
+        ("kapitza_pendulum", {"amplitude": (0.01, 0.8), "frequency": (1.5, 40), "equilibrium": (0, 1.99)}),
+        ("asymmetric_shaft", {"asymmetry": (0, 0.8), "spin_rate": (0.3, 1.7)}),
+        ("parametric_double_pendulum", {"amplitude": (0, 0.2), "frequency": (3, 20)}),
+    ],
+)
+def test_every_error_holds_and_no_regime_is_wrong(name, ranges):
+    """5,000 points of a shipped system, perturbed by 1e-12 to 1e-2: 99.9 % inside, against the variational flow."""
+    rng = np.random.default_rng(40)
+    values = {n: rng.uniform(*ends, 5_000) for n, ends in ranges.items()}
+    found = survey(name, **values, epsilon=10 ** rng.uniform(-12, -2, 5_000))
+    sound = found["status"] == OK
+    assert sound.mean() > 0.99
+    for column in (c for c in found if f"{c}_error" in found):
+        apart = np.abs(found[column] - found[f"{column}_theory"])[sound]
+        assert (apart <= found[f"{column}_error"][sound]).mean() >= 0.999, column
+    decided = sound & (found["regime"] != floquet.MARGINAL) & (found["regime_theory"] != floquet.MARGINAL)
+    assert (found["regime"] == found["regime_theory"])[decided].all()

@@ -25,11 +25,11 @@ if TYPE_CHECKING:
 class Periodic(Described):
     """The full equations of a described system near a motion of their own period, by its multipliers."""
 
-    samples_per_second = 1_000
+    samples_per_second = 5_000
     start_seconds = 2.5
     presentation = "sweeps.systems.periodic.presentation"
-    kernels = ("floquet", "jacobians", "runs", "statuses")
-    compiled = (Kernel("jacobians", seconds=10.0), Kernel("runs", seconds=1.0))
+    kernels = ("floquet", "jacobians", "runs", "statuses", "straight", "variational")
+    compiled = (Kernel("jacobians", seconds=10.0), Kernel("runs", seconds=1.0), Kernel("variational", seconds=2.0))
     library = MECHANICS / "library" / "periodic"
     asked = PeriodicDefinition
     nudge = NUDGE
@@ -78,7 +78,6 @@ class Periodic(Described):
         """Return the variational flow beside what is measured; see `sweeps.mechanics.periodic`."""
         from sweeps.mechanics import periodic
 
-        self._compiled()
         columns = periodic.survey(self.mechanism, self.slots(points), integration.tolerance)
         missing = np.full(len(columns["trace"]), np.nan)
         return {name: columns.get(name, missing) for name in self.variables(PeriodicDefinition)}
@@ -102,7 +101,7 @@ class Periodic(Described):
             raise DescriptionError(f"{self.name}: {wrong}")
 
     def _code(self) -> "Code":
-        return self.mechanism.moving
+        return self.mechanism.perturbed_code(True)
 
     def cost(self, definition: Definition) -> Cost:
         """Return the work of a point: one period."""

@@ -15,65 +15,58 @@ MULTIPLIER = Variable("multiplier", "1", "multiplier, by falling modulus, then a
 LONG_NAMES = ("trace a of the monodromy matrix M", "(a² - tr M²)/2", "a² - 4b + 8", "det(M - 1)", "det(M + 1)")
 
 
-def multipliers(error: str, by: str, steps: str) -> dict[str, Variable]:
-    """Return the variables of measured multipliers beside those of the variational flow.
-
-    Args:
-        error: comment on the errors.
-        by: what decides the regime.
-        steps: what the variable of that name counts.
-    """
-
-    def measured(*names: str, comment: str = "", **more) -> tuple[Variable, ...]:
-        return with_theory(*names, error, comment, **more)
-
-    return table(
-        *measured("multiplier_real", "1", "real part of the multiplier over one period", over=_EACH),
-        *measured("multiplier_imag", "1", "imaginary part of the multiplier over one period", over=_EACH),
-        *measured("exponent_real", "s-1", "real part of the exponent: growth, or decay below 0", over=_EACH),
-        *measured("exponent_imag", "s-1", "imaginary part of the exponent: turning", comment=_BRANCH, over=_EACH),
-        *measured("growth_rate", "s-1", "largest real part of the exponents", role=Role.MEASUREMENT),
-        *measured("growth_per_period", "1", "growth rate times the period"),
-        *measured("trace", "1", "trace of the monodromy matrix"),
-        *regime(REGIMES, by),
-        Variable(
-            "determinant_residual",
-            "1",
-            "distance of the measured determinant from that of Liouville's formula, relative to its terms",
-            "f4",
-        ),
-        Variable(
-            "reciprocity_residual",
-            "1",
-            "distance of the measured multipliers from pairs of product 1, likewise; of the determinant without pairs",
-            "f4",
-        ),
-        Variable(
-            "phase_residual",
-            "1",
-            "distance of the traces of the variational flow from two phases of the period, relative to the matrix",
-            "f4",
-            role=Role.CHECK,
-        ),
-        Variable(
-            "propagation_error",
-            "1",
-            "largest distance of the measured monodromy matrix from the variational flow's, relative to the matrix",
-            "f4",
-            comment="the certificate: the variational flow over one period shares no code with the measurement",
-            role=Role.CERTIFICATE,
-        ),
-        Variable("steps", "1", steps, "i4"),
-        status(),
-    )
+_ERROR = "a bound: motions of two sizes and with different steps, and rounding"
 
 
-_ERROR = "a bound: motions from both sides and of three sizes, halved steps, and rounding"
-VARIABLES = multipliers(
-    _ERROR,
-    "by the smooth invariants of the monodromy matrix and their errors; marginal where the errors leave it open",
-    "number of segments of a period from whose ends perturbed motions start",
-) | table(
+def _measured(*names: str, comment: str = "", **more) -> tuple[Variable, ...]:
+    return with_theory(*names, _ERROR, comment, **more)
+
+
+MULTIPLIERS = table(
+    *_measured("multiplier_real", "1", "real part of the multiplier over one period", over=_EACH),
+    *_measured("multiplier_imag", "1", "imaginary part of the multiplier over one period", over=_EACH),
+    *_measured("exponent_real", "s-1", "real part of the exponent: growth, or decay below 0", over=_EACH),
+    *_measured("exponent_imag", "s-1", "imaginary part of the exponent: turning", comment=_BRANCH, over=_EACH),
+    *_measured("growth_rate", "s-1", "largest real part of the exponents", role=Role.MEASUREMENT),
+    *_measured("growth_per_period", "1", "growth rate times the period"),
+    *_measured("trace", "1", "trace of the monodromy matrix"),
+    *regime(
+        REGIMES,
+        "by the smooth invariants of the monodromy matrix and their errors; marginal where the errors leave it open",
+    ),
+    Variable(
+        "determinant_residual",
+        "1",
+        "distance of the measured determinant from that of Liouville's formula, relative to its terms",
+        "f4",
+    ),
+    Variable(
+        "reciprocity_residual",
+        "1",
+        "distance of the measured multipliers from pairs of product 1, likewise; of the determinant without pairs",
+        "f4",
+    ),
+    Variable(
+        "phase_residual",
+        "1",
+        "distance of the traces of the variational flow from two phases of the period, relative to the matrix",
+        "f4",
+        role=Role.CHECK,
+    ),
+    Variable(
+        "propagation_error",
+        "1",
+        "largest distance of the measured monodromy matrix from the variational flow's, relative to the matrix",
+        "f4",
+        comment="the certificate: the variational flow over one period shares no code with the measurement",
+        role=Role.CERTIFICATE,
+    ),
+    Variable("steps", "1", "number of segments of a period from whose ends perturbed motions start", "i4"),
+    status(),
+)
+
+
+VARIABLES = MULTIPLIERS | table(
     Variable(
         "base_residual",
         "1",
@@ -90,9 +83,8 @@ NUDGE = (
         "epsilon",
         SIZE,
         "size of the perturbation relative to the size of the system",
-        1e-3,
-        "size of the largest perturbation relative to the states' sizes, 0 < epsilon < 1; columns are extrapolated to "
-        "none from it, a half and a quarter of it",
+        1e-8,
+        "size of the perturbation where a segment of the period begins, relative to the states' sizes, 0 < epsilon < 1",
     ),
 )
 NEEDED = [name for name, variable in VARIABLES.items() if not variable.over]  # slices have no multipliers

@@ -1,17 +1,18 @@
 """A free body whose moments of inertia change periodically: its definition and columns."""
 
 from collections.abc import Mapping
+from pathlib import Path
 
 import numpy as np
 
 from sweeps.schema.parameters import Range, spread
+from sweeps.systems import described
 from sweeps.systems.kernel import Kernel
 from sweeps.systems.periodic.definition import OnePeriod
+from sweeps.systems.periodic.system import Periodic
 from sweeps.systems.pumped_body import variables
 from sweeps.systems.pumped_body.definition import PumpedDefinition
 from sweeps.systems.system import Dynamics, Reference
-
-TABLES = "float64[:, ::1], float64[:, ::1]"
 
 
 class PumpedBody(Dynamics):
@@ -23,17 +24,14 @@ class PumpedBody(Dynamics):
 
     name = "pumped_body"
     presentation = "sweeps.systems.pumped_body.presentation"
-    kernels = ("pumped", "floquet", "statuses", "triangle")
+    kernels = (*Periodic.kernels, "triangle")
     existence = variables.CHANGING
-    compiled = (
-        Kernel("pumped", "fill_moment", TABLES, seconds=7.0, when=lambda d: not is_inverse(d)),
-        Kernel("pumped", "fill_inverse", TABLES, seconds=7.0, when=lambda d: is_inverse(d)),
-    )
+    compiled = Periodic.compiled
     model = PumpedDefinition
     tables = variables
     references = "Yakubovich and Starzhinskii, Linear Differential Equations with Periodic Coefficients (1975)"
     caption = "measured multipliers of a spin whose moments of inertia change periodically, beside linear theory"
-    samples_per_second = 100_000
+    samples_per_second = 8_000
 
     def __init__(self, inverse: bool = False):
         self.inverse = inverse
@@ -52,11 +50,11 @@ class PumpedBody(Dynamics):
         return {"multiplier": np.array([1, 2], np.int8)}
 
     def columns(self, points: Mapping[str, np.ndarray], integration: OnePeriod) -> dict[str, np.ndarray]:
-        """Return the variational flow beside what is measured; see `kernels.pumped`."""
-        from kernels import pumped
+        """Return the variational flow beside what is measured; see `motion`."""
+        from sweeps.systems.pumped_body import motion
         from sweeps.systems.pumped_body.existence import least_margin
 
-        columns = pumped.survey(points, self.inverse, integration.tolerance)
+        columns = motion.survey(points, self.inverse, integration.tolerance)
         columns["triangle_margin"] = least_margin(points, self.inverse)
         return {name: columns[name] for name in variables.VARIABLES}
 
@@ -65,6 +63,21 @@ class PumpedBody(Dynamics):
         from sweeps.systems.pumped_body.existence import least_margin
 
         return least_margin(points, self.inverse) < 0
+
+    def kernels_of(self, definition: PumpedDefinition | None = None) -> tuple[Kernel, ...]:
+        """Return what periodic systems share, and the generated code of the definition's kind of modulation."""
+        from sweeps.systems.pumped_body import motion
+
+        kinds = (False, True) if definition is None else (is_inverse(definition),)
+        codes = [motion.model(kind).perturbed_code(True) for kind in kinds]
+        return *super().kernels_of(definition), *(Kernel(str(c.path), seconds=c.compile_seconds) for c in codes)
+
+    def fingerprint(self) -> str:
+        """Return a hash of the kernels, the generated code, its generator and the equations."""
+        from sweeps.systems.pumped_body import motion
+
+        code = motion.model(self.inverse).perturbed_code(True)
+        return described.fingerprint(self.kernels, code, Path(motion.__file__).read_bytes())
 
     def reference(self) -> Reference:
         """Return the trace by SciPy."""

@@ -8,16 +8,11 @@ from sweeps.schema.values import Phase, number, whole
 from sweeps.schema.variables import table
 from sweeps.systems.bodies import variables as bodies
 from sweeps.systems.bodies.variables import MOMENTS
-from sweeps.systems.periodic.variables import MULTIPLIER, multipliers
+from sweeps.systems.periodic.variables import MULTIPLIER, MULTIPLIERS
 
 CHANGING = (*MOMENTS, *(f"{name}{i}" for name in ("depth", "lag") for i in (1, 2, 3)))
 
-VARIABLES = multipliers(
-    "a bound: motions forward and backward, of two sizes and with different steps, and rounding",
-    "by the trace and its error: unstable above 2, period_doubling below -2, stable between; marginal where the error "
-    "does not tell",
-    "integration steps in a period",
-) | table(
+VARIABLES = MULTIPLIERS | table(
     replace(
         bodies.TRIANGLE_MARGIN,
         long_name="least of (Ib + Ic - Ia)/(I1 + I2 + I3) over the axes and the period; negative where no body can do "

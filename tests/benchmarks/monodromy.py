@@ -1,0 +1,97 @@
+"""Print monodromy matrices a second and core of described periodic systems, beside heyoka.py's variational mode.
+
+By the process's own time: `python tests/benchmarks/monodromy.py`. heyoka.py (of the extra `bench`) follows Mathieu's
+equation with `var_ode_sys` in batches at the tolerance 1e-12.
+"""
+
+import time
+
+import numpy as np
+
+from sweeps import systems
+from sweeps.mechanics import periodic
+
+POINTS, ROUNDS, BATCH = 4096, 5, 16
+RANGES = {
+    "mathieu": {"a": (-2.0, 10.0), "q": (0.0, 10.0)},
+    "paul_trap": {"a": (-0.3, 0.3), "q": (0.0, 1.5)},
+    "parametric_double_pendulum": {"amplitude": (0.0, 0.2), "frequency": (3.0, 20.0)},
+}
+
+
+def seconds(work) -> float:
+    """Return the least processor time of a piece of work, s."""
+    work()
+    taken = []
+    for _ in range(ROUNDS):
+        start = time.process_time()
+        work()
+        taken.append(time.process_time() - start)
+    return min(taken)
+
+
+def ours(name: str) -> None:
+    """Print the rates of a system: steps alone, one matrix, the blind measurement, the certificate, all columns."""
+    rng, model = np.random.default_rng(1), systems.resolve(name).mechanism
+    points = {p.name: np.full(POINTS, p.default) for p in model.system.parameters.values()}
+    points |= {key: rng.uniform(*ends, POINTS) for key, ends in RANGES[name].items()}
+    points |= {"epsilon": np.full(POINTS, 1e-8), "equilibrium": np.zeros(POINTS, dtype=int)}
+    base = periodic.Base(model, model.parameters(points, POINTS), points["equilibrium"])
+    parts = [base.chosen(np.flatnonzero(base.number == K)) for K in np.unique(base.number)]
+
+    def each(work):
+        return lambda: [work(part, np.full(part.period.size, 1e-8)) for part in parts]
+
+    matrix = each(lambda part, size: periodic.product(periodic.followed(part, size, periodic.STEPS)[0]))
+    works = {
+        "one matrix from parameters": matrix,
+        "blind measurement, with errors": each(lambda part, size: periodic.measured(part, size, 1e-12)),
+        "variational flow by collocation, from two phases": each(lambda part, _: periodic.certified(part)),
+        "all columns": lambda: periodic.survey(model, points, 1e-12),
+    }
+    advance, taken = periodic.advance_table, []
+
+    def timed(*arguments):
+        start = time.process_time()
+        advance(*arguments)
+        taken.append(time.process_time() - start)
+
+    periodic.advance_table = timed
+    for _ in range(ROUNDS):
+        matrix()
+    periodic.advance_table = advance
+    print(f"{name}: steps of one matrix alone {POINTS * ROUNDS / sum(taken):,.0f} a second and core")
+    for words, work in works.items():
+        print(f"{name}: {words} {POINTS / seconds(work):,.0f}")
+
+
+def theirs() -> None:
+    """Print heyoka.py's rate for Mathieu's equation."""
+    try:
+        import heyoka as hy
+    except ImportError:
+        print("heyoka.py: is not installed")
+        return
+    x, v = hy.make_vars("x", "v")
+    equations = [(x, v), (v, -(hy.par[0] - 2.0 * hy.par[1] * hy.cos(2.0 * hy.time)) * x)]
+    varied = hy.var_ode_sys(equations, hy.var_args.vars, order=1)
+    ta = hy.taylor_adaptive_batch(varied, np.zeros((2, BATCH)), tol=1e-12, pars=np.zeros((2, BATCH)), fast_math=True)
+    start, rng = ta.state.copy(), np.random.default_rng(1)
+    a, q = rng.uniform(-2.0, 10.0, POINTS), rng.uniform(0.0, 10.0, POINTS)
+
+    def work():
+        for first in range(0, POINTS, BATCH):
+            ta.set_time(0.0)
+            ta.state[:] = start
+            ta.pars[0], ta.pars[1] = a[first : first + BATCH], q[first : first + BATCH]
+            ta.propagate_until(np.pi)
+
+    print(
+        f"heyoka.py {hy.__version__}, var_ode_sys, batches of {BATCH}, tolerance 1e-12: {POINTS / seconds(work):,.0f}"
+    )
+
+
+if __name__ == "__main__":
+    for system in RANGES:
+        ours(system)
+    theirs()
