@@ -125,8 +125,7 @@ def _promised(attributes: Mapping[str, Any]) -> set[str]:
     return set(map(str, chosen)) if isinstance(chosen, tuple) else set()
 
 
-# ---------------------------------------------------------------------------------------------------------
-# Attributes
+# -- attributes
 
 
 def _said(value: Any) -> str:
@@ -166,8 +165,7 @@ def _layout(attributes: Mapping[str, str], variables: Collection[str]) -> Layout
     return replace(layout, coordinates={POINT.name: POINT, **layout.coordinates})
 
 
-# ---------------------------------------------------------------------------------------------------------
-# Variables and coordinates
+# -- variables and coordinates
 
 
 class _Parts:
@@ -297,8 +295,7 @@ def _check_variable(parts: _Parts, name: str, held: StoredVariable) -> None:
         raise _UnlikeError(f"{name}: declares {size:,} bytes, {MOST_SWOLLEN} times what it holds; allowed: a whole map")
 
 
-# ---------------------------------------------------------------------------------------------------------
-# The map
+# -- the map
 
 
 def _plain(parts: _Parts, file: FileBytes, attributes: dict[str, str], any_flags: bool) -> PlainMap:

@@ -82,8 +82,7 @@ def _shown(findings: list[str]) -> tuple[str, ...]:
     return (*findings[:SHOWN], *((f"and {more:,} more",) if more > 0 else ()))
 
 
-# ---------------------------------------------------------------------------------------------------------
-# What needs the file alone
+# -- what needs the file alone
 
 
 def _content(ds: xr.Dataset) -> Check:
@@ -156,8 +155,7 @@ def _same_kernels(ds: xr.Dataset, sweep: Sweep) -> bool:
     return str(ds.attrs.get("kernel_fingerprint", "")) == sweep.system.fingerprint()
 
 
-# ---------------------------------------------------------------------------------------------------------
-# What needs the definition
+# -- what needs the definition
 
 
 def _grid(ds: xr.Dataset, sweep: Sweep) -> Check:
@@ -230,8 +228,7 @@ def _values(ds: xr.Dataset, sweep: Sweep) -> Check:
     return Check("values", "flags, and a number at every point called ok", tuple(findings))
 
 
-# ---------------------------------------------------------------------------------------------------------
-# A sample, measured again
+# -- a sample, measured again
 
 
 @dataclass(frozen=True)
@@ -431,8 +428,7 @@ def _by_errors(sweep: Sweep, sample: _Sample) -> Iterator[Check]:
     yield Check("errors", f"{compared} errors against closed forms and theory", _shown(findings))
 
 
-# ---------------------------------------------------------------------------------------------------------
-# The command
+# -- the command
 
 
 def command(path: str, points: int, seed: int, definition: str | None, any_kernels: bool) -> int:

@@ -96,8 +96,7 @@ def _compile(sweep: Sweep) -> None:
         compile.ensure(sweep)
 
 
-# ---------------------------------------------------------------------------------------------------------
-# The map
+# -- the map
 
 
 def measure(sweep: Sweep, path: Path, workers: int, again: bool) -> None:

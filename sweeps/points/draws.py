@@ -43,8 +43,6 @@ class Draw:
         bits.advance(start * self._dimensions)
         return np.random.Generator(bits).random((stop - start, self._dimensions))
 
-    # -----------------------------------------------------------------------------------------------------
-
     @cached_property
     def _block(self) -> np.ndarray:
         """The first points, as whole numbers."""
@@ -79,8 +77,6 @@ class Draw:
                     turn ^= own
             found[low - start : high - start] = self._block[low - first : high - first] ^ turn
         return found * 2.0**-BITS
-
-    # -----------------------------------------------------------------------------------------------------
 
     def _latin(self, start: int, stop: int) -> np.ndarray:
         num = self._sample.num

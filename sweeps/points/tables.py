@@ -189,8 +189,7 @@ def _columns(headings: Sequence[tuple[str, str]], parameters: Sequence[Parameter
     return [found[name] for name in known if name in found]
 
 
-# ---------------------------------------------------------------------------------------------------------
-# Rows that are checked
+# -- rows that are checked
 
 
 def _write(

@@ -95,8 +95,7 @@ def mapping_of(text: object) -> dict:
     return values
 
 
-# ---------------------------------------------------------------------------------------------------------
-# Reading a file
+# -- reading a file
 
 
 def file_text(path: Path) -> str:

@@ -122,8 +122,7 @@ def _check_places(path: str, name: str, held: StoredVariable, size: int) -> None
         raise MapError(f"{where}: has chunks of another size than it declares; allowed: {ALLOWED}")
 
 
-# ---------------------------------------------------------------------------------------------------------
-# The child
+# -- the child
 
 
 class _RefusedError(Exception):
@@ -257,8 +256,7 @@ def _places(name: str, dataset: h5py.Dataset) -> dict:
     return {"places": places, "chunk": chunk, "filters": filters}
 
 
-# ---------------------------------------------------------------------------------------------------------
-# Attributes, as text and numbers of bounded length
+# -- attributes, as text and numbers of bounded length
 
 
 def _attributes(holder: Any, where: str) -> dict[str, Any]:

@@ -74,8 +74,7 @@ class Source:
             raise refusal("", display(self.name), wrong, "a table whose numbers are in the file")
 
 
-# ---------------------------------------------------------------------------------------------------------
-# Rows from a child process
+# -- rows from a child process
 
 
 def _rows_in_child(source: Source, places: Sequence[int]) -> Iterator[np.ndarray]:
@@ -114,8 +113,7 @@ def _printable(error: Exception) -> str:
     return shortened("".join(c if c.isprintable() else " " for c in str(error)[:200]))
 
 
-# ---------------------------------------------------------------------------------------------------------
-# CSV
+# -- CSV
 
 
 class _Csv(Source):
@@ -273,8 +271,7 @@ class _Csv(Source):
         return refusal("", display(self.name), "holds what is no number", "numbers in every row")
 
 
-# ---------------------------------------------------------------------------------------------------------
-# Parquet
+# -- Parquet
 
 
 class _Parquet(Source):
@@ -334,8 +331,7 @@ class _Parquet(Source):
             yield np.column_stack([column.astype("f8") for column in columns])
 
 
-# ---------------------------------------------------------------------------------------------------------
-# netCDF-4
+# -- netCDF-4
 
 
 class _Netcdf(Source):

@@ -135,8 +135,7 @@ def entry(item: Any, spaced: type[Range]) -> Any:
     return Annotated[number | _listed(item) | Annotated[spaced, Tag(TAGS[2])], Discriminator(_kind)]
 
 
-# ---------------------------------------------------------------------------------------------------------
-# A table of parameters
+# -- a table of parameters
 
 
 class Derived(Protocol):

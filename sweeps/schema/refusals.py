@@ -172,8 +172,7 @@ def keys_of(model: "type[BaseModel]") -> str:
     return ", ".join(model.model_fields)
 
 
-# ---------------------------------------------------------------------------------------------------------
-# pydantic's own findings, in words
+# -- pydantic's own findings, in words
 
 
 _WORDS = {

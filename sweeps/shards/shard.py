@@ -97,8 +97,7 @@ def further(sweep: Sweep) -> dict[str, int]:
     return {dim: values.size for dim, values in sweep.grid.further.items()}
 
 
-# ---------------------------------------------------------------------------------------------------------
-# Writing
+# -- writing
 
 
 def write_shard(
@@ -217,8 +216,7 @@ def _begun(
     yield from waiting
 
 
-# ---------------------------------------------------------------------------------------------------------
-# Reading
+# -- reading
 
 
 def holds_shard(path: str | Path, sweep: Sweep, number: int, count: int) -> bool:

@@ -235,8 +235,7 @@ def _parameter(p: "mechanics.description.DescribedParameter") -> Parameter:
     return Parameter(p.name, Quantity(p.name.replace("_", " "), p.unit, bounds, item), p.meaning, p.default)
 
 
-# ---------------------------------------------------------------------------------------------------------
-# Where descriptions come from
+# -- where descriptions come from
 
 
 def named(name: str, work: Callable[[], Any]) -> Any:
@@ -343,8 +342,7 @@ def _answered(path: Path) -> Iterator[bytes]:
     yield pickle.dumps(found)
 
 
-# ---------------------------------------------------------------------------------------------------------
-# Descriptions that are built by a program
+# -- descriptions that are built by a program
 
 BUILT: dict[str, Described] = {}
 

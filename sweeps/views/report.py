@@ -81,8 +81,7 @@ def write(ds: "xr.Dataset | PlainMap", path: str | Path, limit: int = LIMIT) -> 
         temporary.write_text(page, encoding="utf-8")
 
 
-# ---------------------------------------------------------------------------------------------------------
-# Reading
+# -- reading
 
 
 def _gather(ds: "xr.Dataset | PlainMap") -> tuple[Summary, dict[str, np.ndarray], dict[str, np.ndarray]]:
@@ -152,8 +151,7 @@ def _fewer(ds, columns, kept, points: int):
     return columns, {dim: kept[dim][indices] for dim, indices in chosen.items()}
 
 
-# ---------------------------------------------------------------------------------------------------------
-# What the page's scripts get
+# -- what the page's scripts get
 
 
 def payload(ds: "xr.Dataset | PlainMap", page: Page, packed: list[Packed], kept: Mapping[str, np.ndarray]) -> dict:
@@ -242,8 +240,7 @@ def _start(ds, kept) -> dict:
     return {"plane": list(opening.plane), "index": middle | index, "whole": whole, "link": link}
 
 
-# ---------------------------------------------------------------------------------------------------------
-# The page
+# -- the page
 
 
 def _asset(name: str) -> str:

@@ -121,8 +121,7 @@ def _right_handed(rows: np.ndarray) -> tuple[tuple[float, float, float], ...]:
     return tuple(tuple(row) for row in rounded.tolist())
 
 
-# ---------------------------------------------------------------------------------------------------------
-# Meshes
+# -- meshes
 
 
 @dataclass(frozen=True)

@@ -45,8 +45,7 @@ def rate_deviation(measured, theory):
     return np.abs(np.sign(ratio) * np.sqrt(np.abs(ratio)) - 1.0)
 
 
-# ---------------------------------------------------------------------------------------------------------
-# All points of a map, in one pass
+# -- all points of a map, in one pass
 
 
 @dataclass
@@ -150,8 +149,7 @@ def even_stride(shape, most: int) -> int:
     return stride
 
 
-# ---------------------------------------------------------------------------------------------------------
-# The power law of the deviation in epsilon
+# -- the power law of the deviation in epsilon
 
 
 def power_law(x, y, low: float = FIT_ABOVE, high: float = FIT_BELOW) -> tuple[float, float, int]:
@@ -232,8 +230,7 @@ def breakdown(ds: "xr.Dataset") -> "xr.Dataset":
     return xr.Dataset({"deviation": deviation, "floor": floor, "slope": slope, "slope_stderr": error, "fitted": fitted})
 
 
-# ---------------------------------------------------------------------------------------------------------
-# Periods of bodies that people have observed
+# -- periods of bodies that people have observed
 
 
 @dataclass(frozen=True)

@@ -73,8 +73,7 @@ def _uniforms(method: str, dimension: int, size: int, rng: np.random.Generator) 
     return np.clip(qmc.LatinHypercube(dimension, rng=rng).random(size), *INSIDE)
 
 
-# ---------------------------------------------------------------------------------------------------------
-# Estimates and their standard errors
+# -- estimates and their standard errors
 
 
 def mean(parts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -121,8 +120,7 @@ def _order_statistics(values: np.ndarray, levels: tuple[float, ...]) -> np.ndarr
     return np.partition(values, places)[places]
 
 
-# ---------------------------------------------------------------------------------------------------------
-# Which input matters
+# -- which input matters
 
 
 def sobol_indices(

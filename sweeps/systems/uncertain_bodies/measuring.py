@@ -84,8 +84,7 @@ def _one(known, bodies, normals, shape, spin: Spun, asked: Asked, integration, r
     return summary, _kept(moments, draws, nonlinear, followed)
 
 
-# ---------------------------------------------------------------------------------------------------------
-# Through the kernels, a tile after the other or side by side; where tiles end does not depend on threads
+# -- through the kernels, a tile after the other or side by side; where tiles end does not depend on threads
 
 
 def _tiles(size: int) -> list[slice]:
@@ -202,8 +201,7 @@ def _starts(points) -> np.ndarray:
     return omega
 
 
-# ---------------------------------------------------------------------------------------------------------
-# Reduced
+# -- reduced
 
 
 def _summary(shape, moments, impossible, draws, spin: Spun, run: Callable) -> dict:
