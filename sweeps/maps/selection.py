@@ -155,12 +155,7 @@ def at(ds: "xr.Dataset", places: Mapping[str, Place]) -> "xr.Dataset":
 
 
 def point(ds: "xr.Dataset | str | Path", chosen: Mapping[str, object]) -> "tuple[xr.Dataset, dict[str, Place]]":
-    """Return the point of a map nearest to the chosen values, loaded, and its place along each dimension.
-
-    Args:
-        ds: a map, or its path.
-        chosen: dimension → value, as `nearest` takes it.
-    """
+    """Return the point of a map nearest to the chosen values, loaded, and its place along each dimension."""
     from sweeps.maps import storage, summary
 
     with storage.open_map(ds) if isinstance(ds, str | Path) else nullcontext(ds) as opened:

@@ -31,13 +31,7 @@ MOST_WHOLE = 1 << 20
 
 
 class Tape:
-    """Functions of variables and parameters, ready to be enclosed.
-
-    Args:
-        expressions: the functions.
-        variables: symbols of the variables, which boxes are given for.
-        parameters: symbols of the parameters, which numbers are given for.
-    """
+    """Functions of variables and parameters, ready to be enclosed."""
 
     def __init__(self, expressions, variables, parameters):
         self.variables, self.parameters = tuple(variables), tuple(parameters)

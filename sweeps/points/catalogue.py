@@ -136,10 +136,6 @@ def plan(
 def requested(config: Mapping, targets: Iterable[str]) -> tuple[str, dict[str, Plan]]:
     """Return the sweeps that a call of the workflow requests.
 
-    Args:
-        config: Snakemake's config; `definition` names the file of a sweep.
-        targets: what was asked for on the command line: files below results/, or names of rules.
-
     Returns:
         The name of the sweep that is made where no file is asked for, and name → plan of every sweep asked for.
     """

@@ -16,9 +16,6 @@ def schema(described: Sequence[str] = ()) -> dict:
     """Return the JSON Schema of the definitions of every system of a folder, and of some described systems.
 
     A definition that names a system, or none for the default one, may have the keys of its variants too.
-
-    Args:
-        described: names of systems that a file describes, or paths of such files.
     """
     models = {name: _model(name) for name in (*systems.MODULES, *described)}
     places, whole = models_json_schema([(model, "validation") for model in models.values()], title="Polhode definition")

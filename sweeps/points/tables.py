@@ -95,12 +95,6 @@ def kept_in() -> Path:
 def read(file: str, folder: str, model: type[GridOf], grid: Mapping[str, Any]) -> Table:
     """Return a table, checked.
 
-    Args:
-        file: its path, relative to the definition's folder.
-        folder: that folder.
-        model: of the definition's grid, whose parameters its columns may be.
-        grid: the plain values of the definition's grid, which gives what the table does not.
-
     Raises:
         UnreadableError: for a file that cannot be read, a column that is unknown or in unknown units, and the first
             row that is no point, by its number.

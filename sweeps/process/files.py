@@ -19,8 +19,7 @@ def replaced(path: str | Path, flush: bool = True, kept: Path | None = None) -> 
     """Yield a temporary path beside `path`, and rename it to `path` when the block has ended without error.
 
     Where the block fails, the temporary file is removed and whatever stood at `path` is as it was. A link stays one:
-    the file that it names is replaced. What a process that
-    was killed left of the same file is removed first.
+    the file that it names is replaced. What a process that was killed left of the same file is removed first.
 
     Args:
         path: the file to write.

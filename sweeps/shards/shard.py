@@ -108,16 +108,7 @@ def write_shard(
     threads: int = 1,
     progress: Callable[[int], None] = lambda points: None,
 ) -> None:
-    """Measure shard `number` (from 1) of `count` and write it to `path`, each block while the next is measured.
-
-    Args:
-        sweep: the sweep.
-        number: which shard, 1 to count.
-        count: into how many the sweep is cut; it changes no value.
-        path: the file to write.
-        threads: threads for the kernel.
-        progress: called with the number of points after each block.
-    """
+    """Measure shard `number` (from 1) of `count` and write it to `path`, each block while the next is measured."""
     start, stop = sweep.grid.shard_bounds(count)[number - 1]
     chunks, variables = chunks_of(sweep), sweep.variables
     checks = _Checks(tuple(variables), pieces(chunks, start, stop))
@@ -166,9 +157,6 @@ def measure(
             many motions its block has taken: at the last piece of a block, and 0 at the others.
         threads: threads for the kernel.
         progress: called with the number of points after each block.
-
-    Returns:
-        How many motions were integrated.
     """
     memory.keep_freed()
     motions, pending = 0, None

@@ -48,12 +48,7 @@ def refuse_unless_made(kind: str, animations: Collection[str]) -> None:
 
 
 def write(frames: Iterable[np.ndarray], path: str | Path) -> bool:
-    """Write frames as the kind of file that the suffix names, complete or not at all; False where there are none.
-
-    Args:
-        frames: pictures of one size, uint8 of shape (height, width, 4).
-        path: a file that ends in .gif, .mp4 or .webm.
-    """
+    """Write frames as the kind of file that the suffix names, complete or not at all; False where there are none."""
     frames = iter(frames)
     first = next(frames, None)
     if first is None:

@@ -17,16 +17,7 @@ EMPTY = " "
 
 
 def draw(ds: "xr.Dataset", flag: str, fixed: dict[str, int], beside: str | None, width: int, glyphs) -> TextMap | None:
-    """Draw a flag over the first two varying coordinates of the points; return None without any.
-
-    Args:
-        ds: a map with a dimension `point`.
-        flag: name of the flag variable.
-        fixed: dimension → number along it, of what is not shown.
-        beside: dimension that has a panel for each of its values.
-        width: characters in a line.
-        glyphs: value of the flag → its character.
-    """
+    """Draw a flag over the first two varying coordinates of the points; return None without any."""
     part = ds.isel(point=slice(None, None, -(-ds.sizes["point"] // MOST_POINTS)))
     names = [name for name in own_of_points(ds) if np.ptp(part[name].values) > 0][:2]
     if not names:

@@ -50,14 +50,9 @@ class FreeBody(Dynamics):
 
 
 class MeasuredOnce(FreeBody):
-    """A free body that is followed once round, or whose closed form alone is computed.
+    """A free body that is followed once round, or whose closed form alone is computed: EXACT of its `tables`."""
 
-    Attributes:
-        tables: also has EXACT, the variables of the closed form.
-        closed: what the closed form is of, for a map's `source`.
-    """
-
-    closed: str
+    closed: str  #: what the closed form is of, for a map's `source`
 
     def variables(self, definition: "BodiesDefinition | None" = None) -> dict[str, Variable]:
         """Return name → variable: the closed form alone where nothing is integrated."""

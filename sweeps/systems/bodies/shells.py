@@ -40,9 +40,6 @@ def arrangement(surfaces: list[np.ndarray]) -> Arrangement:
 
     Args:
         surfaces: of each its triangles, shape (faces, 3, 3), each of one sense throughout.
-
-    Returns:
-        What was found; numbers are places in `surfaces`.
     """
     size = float(np.ptp(np.concatenate([one.reshape(-1, 3) for one in surfaces]), axis=0).max())
     around = [[] for _ in surfaces]  # which others enclose it

@@ -102,10 +102,6 @@ def wilson_end(draws: int) -> float:
 def quantiles(values: np.ndarray, levels: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Return quantiles over all draws, and their standard errors from the replicates; infinities are kept.
 
-    Args:
-        values: shape (replicates, size), no NaN.
-        levels: between 0 and 1.
-
     Returns:
         Quantiles (the draw at or next above the level), and errors: NaN where a replicate's own is infinite.
     """

@@ -12,12 +12,10 @@ stays as it was. δ is a hundredth of the largest standard deviation of a J.
 
 *Why this and not another.* g is one rising function for all three J, so the *order* of the moments is that of the
 Gaussian draw: the probability that an axis is the middle one is the normal distribution's, for every uncertainty, and
-the closed form stands beside it. It knows no coordinates. It rejects nothing: a Sobol sequence stays one. Log-normal
-second moments of given mean and covariance do not exist where two J are strongly anticorrelated (a 6U CubeSat from
-6.5 % on, a 3U from 1.8 %); a Cholesky factor of the pseudo-inertia depends on the order of coordinates, and its
-mean is not the tensor's; leaving out what cannot exist shifts mean and spread further (the 6U at 10 %: J3 by 35 %,
-here by 11 %).
-What the shift is, a map says: mean and spread of the moments as they were asked for, and as drawn.
+the closed form stands beside it. It knows no coordinates and rejects nothing: a Sobol sequence stays one. Log-normal
+second moments do not exist where two J are strongly anticorrelated; a Cholesky factor of the pseudo-inertia depends on
+the order of coordinates; leaving out what cannot exist shifts mean and spread further. A map states the shift: mean and
+spread of the moments as requested, and as drawn.
 
 Source: for second moments, Wensing, Kim, Slotine (2018), IEEE Robotics and Automation Letters 3, 60; the function g is
 ours.
