@@ -62,10 +62,12 @@ class Model:
             return self._perturbed[still]
 
     def perturbed(self, still: bool) -> "PerturbedCode":
-        """Return the same, compiled: it is loaded by one thread, before others use it."""
+        """Return the same, compiled, after the steps of a base motion that moves: one thread loads them for all."""
         code = self.perturbed_code(still)
         with self._lock:
             code.module()
+            if not still:
+                self.moving.module()
         return code
 
     @cached_property

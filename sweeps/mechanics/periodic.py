@@ -202,6 +202,7 @@ class Base:
             self.still = self._measure_sizes(places)
             self.mirrored = self.still & model.variation.odd & ~self.start.any(axis=1)
             if not self.still.all():
+                model.perturbed(False)
                 self._close(np.flatnonzero(~self.still))
                 self._measure_sizes(places)
 
