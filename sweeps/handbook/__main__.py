@@ -82,6 +82,7 @@ def _html(work: Path, output: Path) -> int:
     made, warned = work / "html", work / "warnings.txt"
     paths = [str(Path(sys.executable).parent), os.environ.get("PATH", "")]
     environment = {**os.environ, "PATH": os.pathsep.join(paths), "COLUMNS": COLUMNS, "PYTHONPATH": _python_path()}
+    environment["TTY_COMPATIBLE"] = "0"  # a notebook asks for colours, which its page cannot show
     environment.pop("MPLBACKEND")  # a notebook's own
     settings = ("-q", "-W", "--keep-going", "-w", str(warned), "-d", str(work / "doctrees"), "-j", "auto")
     command = [sys.executable, "-m", "sphinx", *settings, str(work / "source"), str(made)]
