@@ -57,7 +57,7 @@ def _subtitle(ds: "xr.Dataset", found: Agreement) -> str:
         f"{ds.attrs.get('title', '')}:  {points}, {thinned}{left_out}\n"
         f"Measured regime:  {_counts(found.regimes)}\n"
         f"Status:  {_counts(found.statuses)}{'' if np.isnan(found.worst) else worst}"
-        f"{_certificate(found)}\n{ratios.BOUND}"
+        f"\n{ratios.BOUND}{_certificate(found)}"
     )
 
 
