@@ -50,7 +50,7 @@ def draw(ds: "xr.Dataset", places: dict[str, Place], width: int = 80) -> TextMap
     glyphs = _glyphs(flags(ds[flag]), systems.presentation_of(ds).look)
     upwards = lines if ds[y].dtype.kind in "OU" else lines[::-1]
     read = (panel.transpose(y, *([x] if x else [])).values for panel in panels)
-    drawn = [_panel(ds, values.reshape(sizes[y], -1), y, x, upwards, columns, glyphs) for values in read]
+    drawn = [_panel(ds, values.reshape(sizes[y], -1)[:, columns], y, x, upwards, glyphs) for values in read]
     titles = [f"{beside} {int(ds[beside].values[number])}" if beside else "" for number in range(count)]
     drawn = [replace(panel, title=title) for panel, title in zip(drawn, titles, strict=True)]
     occurs = {c for panel in drawn for _, text in panel.rows for c in text}
@@ -103,9 +103,9 @@ def _value_in_words(value) -> str:
     return text if len(text) <= 16 else text[:15] + "…"
 
 
-def _panel(ds: "xr.Dataset", numbers: np.ndarray, y: str, x: str, upwards, columns, glyphs) -> Panel:
+def _panel(ds: "xr.Dataset", numbers: np.ndarray, y: str, x: str, upwards, glyphs) -> Panel:
     rows = [
-        (_value_in_words(ds[y].values[i]), "".join(glyphs.get(int(numbers[i, j]), "?") for j in columns))
+        (_value_in_words(ds[y].values[i]), "".join(glyphs.get(int(number), "?") for number in numbers[i]))
         for i in upwards
     ]
     ends = tuple(in_words(ds[x].values[i].item()) for i in (0, -1)) if x else ("", "")

@@ -45,7 +45,7 @@ def draw(ds: xr.Dataset, specs: Mapping[str, Variable], look: "Look", ax: Axes |
     axes = figure.subplots(len(heights), len(panels), squeeze=False, height_ratios=heights)
     colored = {value: look.color(meaning) or colors.GREY for value, meaning in flags(ds[flag]).items()}
     for column, (number, panel) in zip(axes.T, enumerate(panels), strict=True):
-        _scatter(column[0], ds, panel, names, flag, colored, look)
+        _scatter(column[0], panel, names, flag, colored, look)
         if along:
             column[0].set_title(f"{along} {ds[along].values[number]}", loc="left", fontweight="bold")
         if measured:
@@ -79,7 +79,7 @@ def _panels(part: xr.Dataset) -> tuple[xr.Dataset, str, list[xr.Dataset]]:
     return part, along, [part.isel({along: k}) for k in range(part.sizes[along])] if along else [part]
 
 
-def _scatter(ax: Axes, ds, panel: xr.Dataset, names, flag: str, colored, look: "Look") -> None:
+def _scatter(ax: Axes, panel: xr.Dataset, names, flag: str, colored, look: "Look") -> None:
     """The points; later ones lie above earlier ones, in the order in which they stand."""
     x = panel[names[0]].values
     y = panel[names[1]].values if len(names) > 1 else np.zeros(x.shape)
@@ -87,7 +87,7 @@ def _scatter(ax: Axes, ds, panel: xr.Dataset, names, flag: str, colored, look: "
     size = float(np.clip(30_000 / max(x.size, 1), 1.0, 16.0))
     ax.scatter(x, y, s=size, c=tints, linewidths=0, alpha=0.8, rasterized=True, gid="points")
     for side, values, name in zip("xy", (x, y), names, strict=False):
-        label = style.with_unit(look.symbol(name), str(ds[name].attrs.get("units", "1")), "  ({})")
+        label = style.with_unit(look.symbol(name), str(panel[name].attrs.get("units", "1")), "  ({})")
         ax.set(**{f"{side}label": label, f"{side}scale": "log" if spreads_by_ratio(values) else "linear"})
     if len(names) == 1:
         ax.set_yticks([])
