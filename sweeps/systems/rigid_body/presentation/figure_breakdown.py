@@ -133,7 +133,7 @@ def _reference(ax: Axes, found: xr.Dataset, epsilon: np.ndarray) -> None:
     height = 0.2 * float(np.nanmin(ratios)) if np.isfinite(ratios).any() else 1e-2
     ends = np.array([epsilon[0], epsilon[-1]])
     ax.plot(ends, height * ends**2, color=colors.INK, linewidth=1.4, gid="slope 2")
-    at = float(np.clip(np.sqrt(1e-8 / height), ends[0], ends[-1] / 30))
+    at = float(np.clip(np.sqrt(1e-11 / height), ends[0], ends[-1] / 30))
     place = {"textcoords": "offset points", "va": "top", "fontsize": 10}
     ax.annotate(r"slope 2", (at, height * at**2), (9, -4), **place)
 
