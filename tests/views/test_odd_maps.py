@@ -93,6 +93,7 @@ DRAWN_BADLY = {  # by a traceback, once
     ("twist", "whole", "infinite"),  # limits of axes
     ("sampled", "in another order", "mixed"),  # edges of a histogram
     ("tumbling", "whole", "missing"),  # a logarithmic axis
+    ("foucault", "in another order", "mixed"),  # the number of a shade
 }
 ALL = [*product(damages.BASES, CUTS, CHANGES)]
 
