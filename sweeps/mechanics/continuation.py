@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kernels.enclosures import POLE
+from kernels.codes import POLE
 
 HALVINGS = 8  # of a piece
 NEWTON, FOUND = 6, 1e-13  # steps, and when no more are needed, over the range

@@ -279,7 +279,7 @@ print(*(name for name in sys.modules if name.startswith("kernels.")))
                 ("tumbling", {"rigid_body", "tumbling", "observed_periods"}),
                 ("symmetric_top", {"symmetric_top"}),
                 ("oscillations", {OSCILLATOR}),
-                ("measure", {"rigid_body", "uncertain_bodies", OSCILLATOR}),
+                ("measure", {"rigid_body", "uncertain_bodies", "pumped_body", OSCILLATOR}),
             )
         ),
         (
