@@ -82,7 +82,7 @@ RUNS = types.NamedTuple(
 
 
 class Measurement(NamedTuple):
-    """What becomes of the samples of a block."""
+    """How the samples of a block are measured."""
 
     take: Callable  #: the compiled function that is called with every sample; see `run_blocks`
     #: ``raw(steps, order, bounds, numbers, blocks)`` returns the raw results: in their first columns the part that
@@ -199,7 +199,7 @@ def refined(integrator, measurement, runs, sampling):
 
     Args:
         integrator (Integrator): Of the system.
-        measurement (Measurement): What becomes of the samples.
+        measurement (Measurement): How the samples are measured.
         runs (Runs): All points.
         sampling (Sampling): How the runs are sampled.
     """
@@ -227,21 +227,6 @@ def has_converged(raw, intervals, tolerance):
     """Return True where halving the step changes less than the tolerance plus rounding."""
     rounding = 8.0 * EPSILON * np.sqrt(raw[:, STEPS])
     return (raw[:, HALVING] - rounding) * intervals <= tolerance
-
-
-@njit(void(ADVANCE, float64[:, ::1], int64), nogil=True, **OPTIONS)
-def advance_rows(advance, rows, steps):
-    """Advance runs, shape (runs, rows), by so many steps, in place."""
-    runs, count = rows.shape
-    S = scratch(count)
-    for first in range(0, runs, W):
-        for lane in range(W):
-            for row in range(count):
-                S[row * W + lane] = rows[min(first + lane, runs - 1), row]
-        advance(S, steps)
-        for lane in range(min(W, runs - first)):
-            for row in range(count):
-                rows[first + lane, row] = S[row * W + lane]
 
 
 @njit(void(ADVANCE, float64[:, ::1], int64), nogil=True, **OPTIONS)

@@ -149,21 +149,19 @@ def story(text: str) -> str:
     return paragraph
 
 
-def make(work: Path, say: Callable[[str], None]) -> dict[str, Path]:
-    """Measure every shipped sweep with fewer points, write picture and report below `work`, and return name → map."""
+def make(work: Path, say: Callable[[str], None]) -> None:
+    """Measure every shipped sweep with fewer points, and write its picture and report below `work`."""
     import sweeps
     from sweeps.views import report
 
-    maps = {}
     for name, path in _definitions(work):
-        maps[name] = map_path = evidence.measured(path, work / "gallery" / "maps", say)
+        map_path = evidence.measured(path, work / "gallery" / "maps", say)
         evidence.draw(map_path, BEST.get(name) or _first_picture(map_path), work / "gallery" / f"{name}.png", say)
         page = work / "extra" / "reports" / f"{name}.html"
         if not evidence.is_up_to_date(page, map_path):
             page.parent.mkdir(parents=True, exist_ok=True)
             with sweeps.open_map(map_path) as ds:
                 report.write(ds, page)
-    return maps
 
 
 def _definitions(work: Path) -> Iterator[tuple[str, Path]]:

@@ -8,7 +8,7 @@ the time stands in the equations it is known to a rounding; every other solution
 
 import numpy as np
 
-from kernels.runs import advance_rows
+from kernels.runs import advance_table
 from sweeps.mechanics.taylor import Code
 
 SEGMENT = 32  # steps from one place
@@ -35,10 +35,10 @@ def follow(code: Code, parameters, start, times, steps: int) -> np.ndarray:
     ones = np.ones(len(x))
     for k in range(1, times.shape[1]):
         for first in range(0, steps, SEGMENT):
-            rows = np.ascontiguousarray(code.starts(parameters, x, [(ones, np.zeros((code.n, len(x))))])[:, 0])
-            rows[:, code.step_row] = (times[:, k] - times[:, k - 1]) / steps
-            advance_rows(module.advance, rows, min(SEGMENT, steps - first))
-            x = x + rows[:, : code.n]
+            table = np.ascontiguousarray(code.starts(parameters, x, [(ones, np.zeros((code.n, len(x))))])[:, 0].T)
+            table[code.step_row] = (times[:, k] - times[:, k - 1]) / steps
+            advance_table(module.advance, table, min(SEGMENT, steps - first))
+            x = x + table[: code.n].T
         x[:, time] = times[:, k]
         found[:, k] = x
     return np.delete(found, time, axis=2)

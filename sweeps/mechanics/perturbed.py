@@ -23,27 +23,19 @@ import numpy as np
 
 from kernels.blocks import W
 from sweeps.mechanics.graph import ADD, CONSTANT, DIV, FUNCTION, MUL, Graph, Values, X
-from sweeps.mechanics.taylor import Code, in_quotes
+from sweeps.mechanics.taylor import ADVANCE, Code, in_quotes
 
 ORDER = 16
 
-TEXT = '''"""{title}: one Taylor step of order {order} of a perturbed motion, for {W} lanes."""
+TEXT = (
+    '''"""{title}: one Taylor step of order {order} of a perturbed motion, for {W} lanes."""
 
 from kernels.jit import PASSED, njit
 from kernels.straight import lines
 
-STEP = lines("""
-{lines}
-""")
-
-
-@njit("void(float64[::1], int64)", **PASSED)
-def advance(S, steps):
-    """Advance every lane by so many steps."""
-    for _ in range(steps):
-        for lane in range({W}):
-            STEP(S, lane)
 '''
+    + ADVANCE
+)
 
 
 def _joined(terms: list[str]) -> str:
