@@ -1,4 +1,4 @@
-"""What the pages show, made: maps first, then the numbers and pictures that come from them.
+"""Make what the pages show: maps first, then the numbers and pictures that come from them.
 
 All of it lies below one folder, and what is still true is not made again: a map whose definition and kernels are the
 same, a picture or report that is younger than its map and than the code that draws.

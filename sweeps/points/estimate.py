@@ -29,7 +29,7 @@ REPORT_SECONDS_PER_POINT = 1e-6
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a sweep will take."""
+    """The points, files, memory, disk and time that a sweep needs."""
 
     points: int  #: number of grid points
     shards: int  #: number of files the work is cut into

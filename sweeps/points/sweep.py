@@ -13,7 +13,7 @@ SHARD_SECONDS = 10  # a file and a job cost a second or so: a shard is worth ten
 
 @dataclass(frozen=True, eq=False)
 class Sweep:
-    """What a definition means."""
+    """A checked definition with its system and its grid."""
 
     definition: Definition  #: what a person wrote
     system: systems.Dynamics  #: its equations of motion

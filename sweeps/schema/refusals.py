@@ -32,7 +32,7 @@ class DefinitionError(RefusedError):
 
 
 class DescriptionError(DefinitionError):
-    """What is wrong with a system's description; `str()` is the whole message."""
+    """A system's description is refused; `str()` is the whole message."""
 
 
 class MapError(RefusedError):

@@ -59,7 +59,7 @@ class ForeignError(DamagedError):
 
 
 class Piece(NamedTuple):
-    """What a shard holds of one chunk of the map."""
+    """The part of one chunk of the map that a shard holds."""
 
     chunk: int  #: number of the chunk
     first: int  #: number of the piece's first point

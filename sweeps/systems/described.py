@@ -301,7 +301,7 @@ class Script:
 
     @cached_property
     def system(self) -> "mechanics.System":
-        """What the file describes."""
+        """The described system, as its file builds it."""
         return _run(self.path)
 
 

@@ -13,7 +13,7 @@ LEAST_SAMPLES, MOST_SAMPLES = 400, 100_000
 
 
 class MotionError(RefusedError):
-    """What is wrong with a motion that was asked for; `str()` is the message for a person."""
+    """A requested motion is refused; `str()` is the whole message."""
 
 
 def span(whole: float, rotation: float) -> float:

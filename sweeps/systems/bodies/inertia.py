@@ -37,7 +37,7 @@ MESH_ROUNDING = 1e-7  # of the largest moment: coordinates in STL files are sing
 
 
 class InertiaError(ValueError):
-    """What is wrong with a tensor or a mesh."""
+    """A tensor or a mesh is refused; `str()` says why."""
 
     def __init__(self, shown: str, wrong: str, allowed: str):
         super().__init__(f"{shown} {wrong}; allowed: {allowed}")

@@ -28,7 +28,7 @@ _INWARDS = 1e-6  # of the mesh: how far inside its surface a face's middle is lo
 
 @dataclass(frozen=True)
 class Arrangement:
-    """What was found."""
+    """How closed surfaces lie to each other."""
 
     turned: tuple[bool, ...]  #: for each surface, whether it looks inwards and is no hollow: to be turned
     twice: tuple[tuple[int, int], ...]  #: pairs of surfaces, by their numbers, that enclose some place twice

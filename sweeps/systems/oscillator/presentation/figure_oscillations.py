@@ -85,7 +85,7 @@ def _panels(part):
 
 
 def _thinned(ds, x, y):
-    """What is drawn: the middle of every other dimension, a few values of these."""
+    """Select the middle of every other dimension, and a few values of these."""
     names = ["omega_squared", "omega_squared_theory", "rate_scale", "regime", "status"]
     names += [name for name in ds.data_vars if name.endswith("_equilibrium") or name == "regime_theory"]
     part = ds[names].isel(planes.few(ds["omega_squared"], (x, y), ("equilibrium", "mode"))).load()

@@ -70,7 +70,7 @@ def _panels(ds, part, third, top):
 
 
 def _thinned(ds, x, y, third):
-    """What is drawn: the middle of every other dimension, a few values of these, both ends of a third."""
+    """Select the middle of every other dimension, a few values of these, both ends of a third."""
     names = ["growth_rate", "growth_rate_theory", "rate_scale", "regime", "regime_theory", "status"]
     few = planes.few(ds["growth_rate"], (x, y), (third, "equilibrium", "eigenvalue"))
     if third:
