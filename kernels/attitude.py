@@ -52,6 +52,7 @@ from kernels import solution
 from kernels.elliptic import RUNGS, climb, jacobi_short, ladder, separatrix_functions
 from kernels.jit import INLINE, OPTIONS, njit
 from kernels.rigid_body import checked_times, unit_quaternion
+from kernels.straight import formula
 
 FAR = 700.0  # beyond it sech underflows; what arg needs there is a ratio that no longer changes
 SETTLED_TANH = 20.0  # tanh is one to rounding
@@ -466,7 +467,7 @@ def of_direction(q, g):
     return q_d * (g_d / (g_j * g_k)), q_j * (g_j / (g_k * g_d)), q_k * (g_k / (g_d * g_j))
 
 
-@njit(**INLINE)
+@formula
 def step(m, R, size, x, y):
     """Return one exact step of ``R = P(m(0))* exp(i psi/2)`` from the direction m of L, up to a factor.
 
@@ -481,15 +482,43 @@ def step(m, R, size, x, y):
     return r0 * X - rd * Y, r0 * Y + rd * X, rj * X + rk * Y, rk * X - rj * Y
 
 
+@formula
+def _refined(guess, x):
+    """``1/sqrt(x)`` from a guess, by a step of third order."""
+    e = 1.0 - x * (guess * guess)
+    return guess + guess * e * (0.5 + 0.375 * e)
+
+
 @njit(**INLINE)
 def _reciprocal_root(x):
     """``1/sqrt(x)`` of an x that is neither huge nor tiny: a guess in single precision, and one step of third order.
 
     A root and a division of whole vectors of doubles would take as long as all the rest of an exact step.
     """
-    guess = np.float64(np.float32(1.0) / math.sqrt(np.float32(x)))
-    e = 1.0 - x * (guess * guess)
-    return guess + guess * e * (0.5 + 0.375 * e)
+    return _refined(np.float64(np.float32(1.0) / math.sqrt(np.float32(x))), x)
+
+
+@formula
+def _square(m, R):
+    """Squared size of R P(m)."""
+    m_d, m_j, m_k = m
+    r0, rd, rj, rk = R
+    P = 1.0 + m_d
+    return ((r0 * r0 + rd * rd) + (rj * rj + rk * rk)) * (P * P + (m_j * m_j + m_k * m_k))
+
+
+@formula
+def _landed(m, R, size):
+    """``size`` times R P(m)."""
+    m_d, m_j, m_k = m
+    r0, rd, rj, rk = R
+    P = 1.0 + m_d
+    # times (P, 0, m_k, -m_j) from the right
+    q0 = r0 * P + (rk * m_j - rj * m_k)
+    qd = rd * P - (rj * m_j + rk * m_k)
+    qj = rj * P + (r0 * m_k + rd * m_j)
+    qk = rk * P + (rd * m_k - r0 * m_j)
+    return q0 * size, qd * size, qj * size, qk * size
 
 
 @njit(**INLINE)
@@ -498,16 +527,8 @@ def land(m, R):
 
     Its size is the product of those of R and P(m).
     """
-    m_d, m_j, m_k = m
-    r0, rd, rj, rk = R
-    P = 1.0 + m_d
-    size = _reciprocal_root(((r0 * r0 + rd * rd) + (rj * rj + rk * rk)) * (P * P + (m_j * m_j + m_k * m_k)))
-    # times (P, 0, m_k, -m_j) from the right
-    q0 = r0 * P + (rk * m_j - rj * m_k)
-    qd = rd * P - (rj * m_j + rk * m_k)
-    qj = rj * P + (r0 * m_k + rd * m_j)
-    qk = rk * P + (rd * m_k - r0 * m_j)
-    return q0 * size, qd * size, qj * size, qk * size, size
+    size = _reciprocal_root(_square(m, R))
+    return (*_landed(m, R, size), size)
 
 
 def attitude(moments, omega_start, times, attitude_start=(1.0, 0.0, 0.0, 0.0)):

@@ -150,9 +150,15 @@ def test_a_kernel_that_cannot_be_compiled_is_said(monkeypatch):
         compile._run([Kernel("nowhere")])
 
 
-@pytest.mark.slow
 @pytest.mark.compiled
-@pytest.mark.parametrize("signals", [signal.SIGKILL, signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(
+    "signals",
+    [
+        pytest.param(signal.SIGKILL, marks=pytest.mark.slow),
+        pytest.param(signal.SIGINT, marks=pytest.mark.faults),
+        pytest.param(signal.SIGTERM, marks=pytest.mark.faults),
+    ],
+)
 def test_whoever_is_killed_while_kernels_are_compiled_leaves_no_process(tmp_path, signals):
     (tmp_path / "script.py").write_text(DAEMON.format(call="measure()"))
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "XDG_CACHE_HOME": str(tmp_path)}
