@@ -85,6 +85,8 @@ TOPICS = {  # topic → sweep → tags
     },
     "Parametric resonance": {
         "kapitzas_racket": "intermediate axis, Floquet",
+        "pumped_shapes": "triangle of inertia, Floquet",
+        "pumped_breakdown": "finite amplitude, Floquet",
         "mathieu": "Ince-Strutt chart, Floquet",
         "kapitza_pendulum": "inverted pendulum, Floquet",
         "paul_trap": "ion trap, Floquet",

@@ -7,11 +7,13 @@ import sweeps
 from kernels.codes import REGIMES
 from sweeps.maps import verify
 from sweeps.points import existence as counted
+from sweeps.points.catalogue import shipped
 from sweeps.points.loading import read
+from sweeps.reading.definitions import file_text, plain, read_text
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems import resolve
 from sweeps.systems.pumped_body import existence
-from sweeps.systems.pumped_body.presentation import PumpedBodyPresentation, curves
+from sweeps.systems.pumped_body.presentation import PumpedBodyPresentation, curves, figure_held
 
 GRID = {"I1": 1.0, "I2": 1.9, "I3": 2.0, "frequency": 0.3, "omega0": 0.5}
 RACKET = {
@@ -99,3 +101,38 @@ def test_the_map_is_verified_and_drawn(tmp_path):
     figure = PumpedBodyPresentation(resolve("pumped_body")).figures(ds)["tongues_axis_3"]()
     gids = {artist.get_gid() for ax in figure.axes for artist in (*ax.lines, *ax.collections)}
     assert gids >= {"mathieu", "measured"}
+
+
+def test_the_held_racket_keeps_its_axis_and_the_other_flips():
+    """Both motions of the film: attitudes stay orthogonal, and the body at rest keeps its energy."""
+    ds = sweeps.survey(RACKET | {"grid": RACKET["grid"] | {"I2": [1.9, 2.0182]}})
+    point = figure_held.held(ds)
+    assert point["I2"] == 2.0182  # the only intermediate axis of the two
+    times = np.linspace(0.0, 150.0, 2_000)
+    for depth, flips in ((point["depth2"], False), (0.0, True)):
+        moments, L, turned = figure_held.followed(point | {"depth2": depth}, True, times)
+        assert (L[:, 2] < 0.0).any() == flips
+        assert np.abs(turned @ turned.swapaxes(1, 2) - np.eye(3)).max() < 1e-7  # DOP853 at 1e-9, some hundred steps
+        energy = (L**2 / moments).sum(axis=1)
+        assert (np.ptp(energy) < 1e-8) == flips
+    pictures = list(PumpedBodyPresentation(resolve("pumped_body")).animations(ds)["held"]())
+    assert len(pictures) == figure_held.FRAMES + 1
+    assert np.ptp([picture[::7, ::7].astype(float) for picture in pictures[::50]], axis=0).max() > 100  # it moves
+    steady = ds.isel(I2=[0])
+    assert not list(PumpedBodyPresentation(resolve("pumped_body")).animations(steady)["held"]())
+
+
+@pytest.mark.parametrize(("name", "gids"), [("pumped_shapes", {"measured"}), ("pumped_breakdown", {"series", "error"})])
+def test_shipped_sweeps_of_shaken_bodies_are_drawn(name, gids):
+    definition = plain(read_text(file_text(shipped()[name])))
+    for entry in definition["grid"].values():
+        for side in entry.values() if isinstance(entry, dict) and "num" not in entry else (entry,):
+            if isinstance(side, dict):
+                side["num"] = 24 if "spacing" in side else 12
+    ds = sweeps.survey(definition)
+    ((_, picture),) = PumpedBodyPresentation(resolve("pumped_body")).figures(ds).items()
+    assert {artist.get_gid() for ax in picture().axes for artist in (*ax.lines, *ax.collections)} >= gids
+    if name == "pumped_breakdown":  # quadratic by symmetry: from 1e-2 down to rounding
+        labels = [line.get_label() for ax in picture().axes for line in ax.lines]
+        found = [float(label.rsplit(" ", 1)[1]) for label in labels if "exponent" in label]
+        np.testing.assert_allclose(found, [2.0] * 4, atol=0.05)

@@ -66,8 +66,8 @@ class Regimes:
         self.shaded |= set(np.unique(regime[(regime >= 0) & (size > 0.0)]).tolist())
         self.without += np.unique(status[regime < 0]).tolist()
 
-    def explain(self, figure: Figure, axes: Iterable[Axes], label: str) -> None:
-        """Draw the scale of the shades beside the panels, and the legend of the regimes."""
+    def explain(self, figure: Figure, axes: Iterable[Axes], label: str, more: Iterable[Patch] = ()) -> None:
+        """Draw the scale of the shades beside the panels, and the legend of the regimes and of what else is drawn."""
         shaded = sorted(self.shaded) if self.top else []
         if shaded:
             scale, _ = make_axes(list(axes), fraction=0.05, pad=0.02, aspect=26 / len(shaded), shrink=0.8)
@@ -83,7 +83,7 @@ class Regimes:
         handles = [Patch(facecolor=self.look.color(name), label=self.look.words(name)) for name in names]
         if self.without:
             handles.append(Patch(facecolor=MISSING, label=missing_words(self.without)))
-        style.legend(figure, handles)
+        style.legend(figure, [*handles, *more])
 
     def _hatch(self, ax: Axes, x: np.ndarray, y: np.ndarray, regime: np.ndarray) -> None:
         """Hatch regimes, in a panel and in the legend: in grey, a colour's shades are those of any other."""

@@ -1,6 +1,6 @@
 """Presentation of pumped bodies."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -10,8 +10,10 @@ from sweeps.reading.definitions import definition_of
 from sweeps.systems.bodies.presentation import on_triangle
 from sweeps.systems.presentation import Page, Presentation
 from sweeps.systems.pumped_body.presentation.look import LOOK
+from sweeps.systems.rigid_body.spread import is_of_shapes
 
 if TYPE_CHECKING:
+    import numpy as np
     import xarray as xr
     from matplotlib.figure import Figure
 
@@ -26,11 +28,17 @@ class PumpedBodyPresentation(Presentation):
 
     def page(self, ds: "xr.Dataset") -> Page:
         """Return the page, which knows whether the inverses of the moments are modulated."""
-        return replace(super().page(ds), facts={"inverse": definition_of(ds.attrs).get("modulation") == "inverse"})
+        return replace(super().page(ds), facts={"inverse": _is_inverse(ds)})
 
     def figures(self, ds: "xr.Dataset") -> "dict[str, Callable[..., Figure | None]]":
-        """Return the regimes over two parameters, for each axis, with the exact boundary."""
-        from sweeps.systems.periodic.presentation import figure_tongues
+        """Return the regimes over the inertia triangle, or over two parameters for each axis, and the breakdown."""
+        from sweeps.systems.periodic.presentation import figure_breakdown, figure_tongues
+        from sweeps.systems.pumped_body.presentation import figure_shapes
+
+        if is_of_shapes(ds):
+            return {"triangle": partial(figure_shapes.draw, ds, LOOK)}
+        if ds.sizes["epsilon"] >= figure_breakdown.LEAST_SIZES:
+            return {"breakdown": partial(figure_breakdown.draw, ds, LOOK)}
         from sweeps.systems.pumped_body.presentation.curves import mathieu
 
         def about(axis: int):
@@ -39,6 +47,16 @@ class PumpedBodyPresentation(Presentation):
             return partial(figure_tongues.draw, ds, {"axis": axis}, title, LOOK, curves)
 
         return {f"tongues_axis_{axis}": about(axis) for axis in ds["axis"].values.tolist()}
+
+    def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Iterator[np.ndarray]]]":
+        """Return the animation of an intermediate axis that is held, beside the body that is not shaken."""
+        from sweeps.systems.pumped_body.presentation import figure_held
+
+        return {"held": partial(figure_held.frames, ds, _is_inverse(ds))}
+
+
+def _is_inverse(ds: "xr.Dataset") -> bool:
+    return definition_of(ds.attrs).get("modulation") == "inverse"
 
 
 PRESENTATION = PumpedBodyPresentation

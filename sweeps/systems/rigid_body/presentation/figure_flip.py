@@ -211,7 +211,7 @@ class _Shown(NamedTuple):
 def _drawn(shown: _Shown, moments, times, omegas, turned) -> Iterator[np.ndarray]:
     """The pictures; attitudes `FINER` times as many."""
     figure, ax, dots = _stage(shown, omegas, times)
-    scene, handle = _Scene(ax, shown.faces, shown.axis), int(np.argmin(moments))
+    scene, handle = Scene(ax, shown.faces, shown.axis), int(np.argmin(moments))
     figure.canvas.draw()  # what stands still, drawn once: all but what is animated
     still, trail = figure.canvas.copy_from_bbox(figure.bbox), TRAIL * style.film.get().finer
     for k, matrix in enumerate(turned[::FINER]):
@@ -231,12 +231,7 @@ def _stage(shown: _Shown, omegas, times):
     figure.text(0.03, 0.965, shown.title, fontsize=14 if wide else 11, fontweight="bold", va="top", parse_math=False)
     figure.text(0.03, 0.9 if wide else 0.915, shown.words, fontsize=8.5 if wide else 7, color=colors.QUIET, va="top")
     scene = figure.add_axes((0.0, 0.02, 0.62, 0.82) if wide else (0.0, 0.33, 1.0, 0.56))
-    scene.set(xlim=(-1.68, 1.68) if wide else (-2.3, 2.3), ylim=(-1.25, 1.25), aspect="equal")
-    scene.axis("off")
-    (upright,) = scene.plot(*_seen(np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 1.22]])).T, color=colors.QUIET, linewidth=1.8)
-    top = upright.get_xydata()[-1]
-    scene.plot(*top, marker="^", color=colors.QUIET, markersize=5)
-    scene.annotate("L", top, (7, -2), textcoords="offset points", color=colors.QUIET, fontweight="bold")
+    set_stage(scene, 1.68 if wide else 2.3)
     trace = figure.add_axes((0.69, 0.2, 0.28, 0.5) if wide else (0.13, 0.105, 0.84, 0.22))
     dots = []
     for k, color in enumerate(COMPONENTS):
@@ -249,6 +244,16 @@ def _stage(shown: _Shown, omegas, times):
     return figure, scene, dots
 
 
+def set_stage(scene, across: float) -> None:
+    """Draw the angular momentum upright, in a panel that is so wide to both sides."""
+    scene.set(xlim=(-across, across), ylim=(-1.25, 1.25), aspect="equal")
+    scene.axis("off")
+    (upright,) = scene.plot(*seen(np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 1.22]])).T, color=colors.QUIET, linewidth=1.8)
+    top = upright.get_xydata()[-1]
+    scene.plot(*top, marker="^", color=colors.QUIET, markersize=5)
+    scene.annotate("L", top, (7, -2), textcoords="offset points", color=colors.QUIET, fontweight="bold")
+
+
 def _screen() -> np.ndarray:
     """The viewer's right and up, as columns, shape (3, 2)."""
     towards = TOWARDS / np.linalg.norm(TOWARDS)
@@ -259,13 +264,19 @@ def _screen() -> np.ndarray:
 SCREEN = _screen()
 
 
-def _seen(points: np.ndarray) -> np.ndarray:
-    """Points of space, shape (…, 3), on the screen, shape (…, 2)."""
+def seen(points: np.ndarray) -> np.ndarray:
+    """Return points of space, shape (…, 3), on the screen, shape (…, 2)."""
     return points @ SCREEN
 
 
-class _Scene:
-    """What turns, drawn frame by frame in the order in which it is seen: by pens that stay, and no artist of lines."""
+class Scene:
+    """Draw what turns, frame by frame in the order in which it is seen, by pens that stay and no artist of lines.
+
+    Args:
+        ax: where.
+        faces: surface of the body.
+        axis: that it is spun about: 1, 2 or 3.
+    """
 
     def __init__(self, ax, faces: list[Face], axis: int):
         self.ax, self.axis, self.solid = ax, axis, _Solid(faces)
@@ -292,17 +303,17 @@ class _Scene:
         """The trail's far part, the body with its spin axis, the trail's near part, and ω with its name."""
         behind = trail @ TOWARDS <= 0.0
         end = 1.15 * matrix[:, self.axis - 1]
-        tip = _seen(np.stack([np.zeros(3), end]))
+        tip = seen(np.stack([np.zeros(3), end]))
         spin = matrix @ omega
-        arrow = _seen(np.stack([np.zeros(3), 1.2 * spin / np.linalg.norm(spin)]))
+        arrow = seen(np.stack([np.zeros(3), 1.2 * spin / np.linalg.norm(spin)]))
         self.solid.turn(matrix)
-        self._line(self.trail, np.where(behind[:, None], _seen(trail), np.nan))
+        self._line(self.trail, np.where(behind[:, None], seen(trail), np.nan))
         if end @ TOWARDS <= 0.0:
             self._line(self.tip, tip)
         self.ax.draw_artist(self.solid.artist)
         if end @ TOWARDS > 0.0:
             self._line(self.tip, tip)
-        self._line(self.trail, np.where(behind[:, None], np.nan, _seen(trail)))
+        self._line(self.trail, np.where(behind[:, None], np.nan, seen(trail)))
         self._line(self.shaft, arrow)
         self._filled(self.dot, arrow[1], self.head)
         place = arrow[1] + np.array([-0.08, 0.02])
@@ -322,14 +333,18 @@ class _Solid:
     """The faces of a body that look at the viewer, shaded, the farthest first."""
 
     def __init__(self, faces: list[Face]):
+        self.cover(faces)
+        edge = (1.0, 1.0, 1.0, 0.6 if len(faces) == 6 else 0.0)
+        self.artist = PolyCollection([], edgecolors=[edge], linewidths=0.6)
+
+    def cover(self, faces: list[Face]) -> None:
+        """Take other faces."""
         most = max(len(face.corners) for face in faces)
         # faces of fewer corners end in their last one again
         self.corners = np.array([[*face.corners, *[face.corners[-1]] * (most - len(face.corners))] for face in faces])
         self.normals = np.array([face.normal for face in faces])
         self.colors = np.array([face.color for face in faces])
         self.veils = np.array([face.veil for face in faces], float)
-        edge = (1.0, 1.0, 1.0, 0.6 if len(faces) == 6 else 0.0)
-        self.artist = PolyCollection([], edgecolors=[edge], linewidths=0.6)
 
     def turn(self, matrix: np.ndarray) -> None:
         """Shows the body in an attitude."""

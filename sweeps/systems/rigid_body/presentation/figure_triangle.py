@@ -94,8 +94,14 @@ def fixed_at(ds: "xr.Dataset") -> dict[str, int]:
     return middle | {"epsilon": int(np.argmin(ds["epsilon"].values))}
 
 
-def _numbers(ds: "xr.Dataset", x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Numbers along I1_over_I3 and thickness of the points of a grid whose cells hold shapes; -1 where none does."""
+def cell_numbers(ds: "xr.Dataset", x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the indices along I1_over_I3 and thickness of the cells of a grid that hold shapes; -1 where none does.
+
+    Args:
+        ds: a map over a grid of shapes.
+        x: I1/I3.
+        y: I2/I3.
+    """
     t = 1.0 - (1.0 - y) / x
     found = []
     for name, place in zip(SHAPE, np.broadcast_arrays(x, t), strict=True):
@@ -117,7 +123,7 @@ def _of_axis(ds: "xr.Dataset", name: str, axis: int) -> np.ndarray:
 def _raster(ds: "xr.Dataset", axis: int, edges: np.ndarray) -> np.ndarray:
     """Signed rate in each cell of the triangle: that of the point of a grid of shapes whose cell holds its middle."""
     middle = 0.5 * (edges[1:] + edges[:-1])
-    i, j = _numbers(ds, middle[None, :], middle[:, None])
+    i, j = cell_numbers(ds, middle[None, :], middle[:, None])
     rate = signed_rate(_of_axis(ds, "omega_squared", axis), ds["omega0"].values[fixed_at(ds)["omega0"]])
     return np.where((i >= 0) & (j >= 0), rate[i, j], np.nan)
 
@@ -165,7 +171,7 @@ def _panel(ax: Axes, ds: "xr.Dataset", axis: int, is_large: bool):
     else:
         x, y, rate = (np.concatenate(part) for part in zip(*_blocks(ds, axis), strict=True))
         mesh = ax.scatter(x, y, s=6, c=rate, cmap=COLOR_MAP, norm=norm, linewidths=0, rasterized=True, gid="cells")
-    _frame(ax, axis, is_large)
+    frame(ax, axis, is_large)
     _words(ax, axis, is_large)
     if is_large and not style.is_narrow():
         _name_bodies(ax)
@@ -176,8 +182,8 @@ def _heading(is_large: bool) -> dict:
     return {"loc": "left", "fontweight": "bold", "fontsize": 10 if is_large else 9, "pad": 18 if is_large else 6}
 
 
-def _frame(ax: Axes, axis: int, is_large: bool) -> None:
-    """The triangle's sides, and the line on which the two lesser moments are equal."""
+def frame(ax: Axes, axis: int, is_large: bool) -> None:
+    """Draw the triangle's sides, the line on which both lesser moments are equal, and what the sides are in words."""
     ax.plot([0, 1, 1, 0], [1, 0, 1, 1], color=colors.INK, lw=1.2, clip_on=False, zorder=4)
     if axis != 3:
         ax.plot([0.5, 1], [0.5, 1], color=colors.INK, lw=1.4, zorder=3, gid="I1 = I2", path_effects=style.halo(2.6))
@@ -188,17 +194,6 @@ def _frame(ax: Axes, axis: int, is_large: bool) -> None:
     ticks = [0, 0.25, 0.5, 0.75, 1] if is_large else [0, 0.5, 1]
     ax.set_xticks(ticks, [f"{t:g}" for t in ticks])
     ax.set_yticks(ticks, [f"{t:g}" for t in ticks])
-
-
-def _words(ax: Axes, axis: int, is_large: bool) -> None:
-    """Write the stability of the spin in each part, and what the sides of the triangle are."""
-    above, below = (0.62, 0.78), ((0.83, 0.45) if is_large else (0.78, 0.5))  # I1 < I2, I1 > I2
-    kinds = {1: ("stable_minor", "unstable"), 2: ("unstable", "stable_minor"), 3: ("stable_major", "")}[axis]
-    look = {"ha": "center", "va": "center", "path_effects": style.halo(2.4), "zorder": 5}
-    for at, kind in zip((above, below) if axis != 3 else ((0.72, 0.75), below), kinds, strict=True):
-        if kind:
-            words = LOOK.words(kind).replace(", ", ",\n") if is_large else LOOK.words(kind).split(",")[0]
-            ax.text(*at, words, fontsize=10 if is_large else 8.5, fontweight="bold", **look)
     if not is_large:
         return
     quiet = {"color": colors.QUIET, "fontsize": 8.5, "ha": "center", "va": "center"}
@@ -208,6 +203,17 @@ def _words(ax: Axes, axis: int, is_large: bool) -> None:
         look = {"textcoords": "offset points", "va": "center", "zorder": 5, "path_effects": style.halo(2.4)}
         ax.annotate(r"$I_1 = I_2$", (0.6, 0.6), (7, -7), **look)
     ax.annotate("sphere", (1, 1), (0, 6), textcoords="offset points", **(quiet | {"ha": "right", "va": "bottom"}))
+
+
+def _words(ax: Axes, axis: int, is_large: bool) -> None:
+    """Write the stability of the spin in each part."""
+    above, below = (0.62, 0.78), ((0.83, 0.45) if is_large else (0.78, 0.5))  # I1 < I2, I1 > I2
+    kinds = {1: ("stable_minor", "unstable"), 2: ("unstable", "stable_minor"), 3: ("stable_major", "")}[axis]
+    look = {"ha": "center", "va": "center", "path_effects": style.halo(2.4), "zorder": 5}
+    for at, kind in zip((above, below) if axis != 3 else ((0.72, 0.75), below), kinds, strict=True):
+        if kind:
+            words = LOOK.words(kind).replace(", ", ",\n") if is_large else LOOK.words(kind).split(",")[0]
+            ax.text(*at, words, fontsize=10 if is_large else 8.5, fontweight="bold", **look)
 
 
 def _name_bodies(ax: Axes) -> None:
