@@ -16,7 +16,7 @@ from scipy.integrate import solve_ivp
 from kernels.codes import REGIMES
 from sweeps.figure import colors, style
 from sweeps.systems.bodies.solid import solid
-from sweeps.systems.rigid_body.presentation.figure_flip import FINER, TRAIL, Scene, set_stage
+from sweeps.systems.rigid_body.presentation.figure_flip import FINER, TRAIL, FilmStage, set_stage
 
 FRAMES = 150
 INCHES = (7.2, 5.0)
@@ -108,7 +108,7 @@ def _drawn(point, times, both):
         place = figure.add_axes((0.5 * k, 0.36, 0.5, 0.45))
         place.set_title(title, fontsize=9, color=color, fontweight="bold")
         set_stage(place, 1.6)
-        scenes.append(Scene(place, solid(both[k][0][0]), axis))
+        scenes.append(FilmStage(place, solid(both[k][0][0]), axis))
         tilt = np.degrees(np.arccos(np.clip(both[k][1][:, axis - 1], -1.0, 1.0)))
         trace.plot(times, tilt, color=color, linewidth=1.4)
         dots += [(trace.plot([], [], "o", color=color, markersize=5, animated=True)[0], tilt)]

@@ -211,7 +211,7 @@ class _Shown(NamedTuple):
 def _drawn(shown: _Shown, moments, times, omegas, turned) -> Iterator[np.ndarray]:
     """The pictures; attitudes `FINER` times as many."""
     figure, ax, dots = _stage(shown, omegas, times)
-    scene, handle = Scene(ax, shown.faces, shown.axis), int(np.argmin(moments))
+    scene, handle = FilmStage(ax, shown.faces, shown.axis), int(np.argmin(moments))
     figure.canvas.draw()  # what stands still, drawn once: all but what is animated
     still, trail = figure.canvas.copy_from_bbox(figure.bbox), TRAIL * style.film.get().finer
     for k, matrix in enumerate(turned[::FINER]):
@@ -269,7 +269,7 @@ def seen(points: np.ndarray) -> np.ndarray:
     return points @ SCREEN
 
 
-class Scene:
+class FilmStage:
     """Draw what turns, frame by frame in the order in which it is seen, by pens that stay and no artist of lines.
 
     Args:
@@ -300,7 +300,13 @@ class Scene:
         return pen
 
     def draw(self, matrix: np.ndarray, omega: np.ndarray, trail: np.ndarray) -> None:
-        """The trail's far part, the body with its spin axis, the trail's near part, and ω with its name."""
+        """Draw the trail's far part, the body with its spin axis, the trail's near part, and ω with its name.
+
+        Args:
+            matrix: attitude, shape (3, 3).
+            omega: angular velocity in body axes, shape (3,).
+            trail: places in space, shape (n, 3).
+        """
         behind = trail @ TOWARDS <= 0.0
         end = 1.15 * matrix[:, self.axis - 1]
         tip = seen(np.stack([np.zeros(3), end]))
