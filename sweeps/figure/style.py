@@ -16,11 +16,12 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import ListedColormap, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 from matplotlib.textpath import TextPath
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
-from sweeps.figure.colors import INK, QUIET
+from sweeps.figure.colors import FAINT, INK, QUIET
 
 DPI = 200
 SUBTITLE_LETTERS, TITLE_LETTERS = 15.0, 10.5  # an inch, about, at their sizes
@@ -60,18 +61,12 @@ _SUPERSCRIPTS = str.maketrans("-−0123456789", "⁻⁻⁰¹²³⁴⁵⁶⁷⁸�
 
 
 class Sheet(NamedTuple):
-    """What pictures are made for.
+    """What pictures are made for."""
 
-    Attributes:
-        width: of the paper or the slide, mm; None for the size that a picture takes by itself.
-        height: likewise; None keeps the picture's own shape.
-        dots: per inch of the paper, of PNG; None for `DPI`.
-        make: what makes an empty figure: matplotlib's class, or pyplot's function where a person looks on.
-    """
-
-    width: float | None = None
-    height: float | None = None
-    dots: float | None = None
+    width: float | None = None  #: of the paper or the slide, mm; None for the size that a picture takes by itself
+    height: float | None = None  #: likewise; None keeps the picture's own shape
+    dots: float | None = None  #: per inch of the paper, of PNG; None for `DPI`
+    #: what makes an empty figure: matplotlib's class, or pyplot's function where a person looks on.
     make: object = Figure
 
     @property
@@ -89,17 +84,11 @@ class Sheet(NamedTuple):
 
 
 class Film(NamedTuple):
-    """How an animation is drawn.
+    """How an animation is drawn."""
 
-    Attributes:
-        rate: frames a second.
-        finer: how many times as many frames it has as a GIF.
-        across: its width in pixels; None for the animation's own.
-    """
-
-    rate: float
-    finer: int
-    across: int | None
+    rate: float  #: frames a second
+    finer: int  #: how many times as many frames it has as a GIF
+    across: int | None  #: its width in pixels; None for the animation's own
 
     def dots(self, inches: tuple[float, float], own: int) -> float:
         """Return the pixels per inch of a picture of this size, whose own are `own`."""
@@ -317,6 +306,22 @@ def halo(width: float = 2.5, color: str = "white"):
     return [withStroke(linewidth=width, foreground=color)]
 
 
+def grid(ax: Axes, axis: str = "both") -> None:
+    """Draw faint lines at the ticks of one axis or both, behind all else."""
+    ax.grid(axis=axis, color=FAINT, lw=0.5, alpha=0.7)
+    ax.set_axisbelow(True)
+
+
+def note(ax: Axes, text: str, place, offset: tuple[float, float], **look) -> None:
+    """Write a text beside a place, so many points away."""
+    ax.annotate(text, place, offset, textcoords="offset points", **look)
+
+
+def hatched(label: str = "physically impossible", **look) -> Patch:
+    """Return what stands in a legend for a hatched region."""
+    return Patch(**{"facecolor": "none", "edgecolor": QUIET, "hatch": "////", "lw": 0, "label": label} | look)
+
+
 def is_logarithmic(values) -> bool:
     """Return True if values spread more evenly by ratio than by difference, over a factor of ten or more."""
     values = np.sort(np.asarray(values, float))
@@ -356,6 +361,12 @@ def plain_log_ticks(axis) -> None:
         axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)) if high > 10 * low else MaxNLocator(5))
         axis.set_major_formatter(lambda value, _: number(value, 3))
     axis.set_minor_formatter(NullFormatter())
+
+
+def log_ticks_above_zero(axis, zero: float, exponents) -> None:
+    """Set ticks at powers of ten on a logarithmic axis, and 0 where values of zero are drawn."""
+    axis.set_ticks([zero, *(10.0**n for n in exponents)], ["0", *map(power, exponents)])
+    axis.axes.minorticks_off()
 
 
 def power(exponent: int) -> str:

@@ -15,17 +15,11 @@ DAY = 86_400.0  # s
 
 @dataclass(frozen=True)
 class Number:
-    """A number of the pages.
+    """A number of the pages."""
 
-    Attributes:
-        source: name of the map.
-        meaning: what it is.
-        value: a function of that map.
-    """
-
-    source: str
-    meaning: str
-    value: Callable[[xr.Dataset], float]
+    source: str  #: name of the map
+    meaning: str  #: what it is
+    value: Callable[[xr.Dataset], float]  #: a function of that map
 
 
 def shown(value: float, form: str = ".3g") -> str:

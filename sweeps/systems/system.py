@@ -140,11 +140,7 @@ class Dynamics(ABC):
         return next(iter(points.values())).size
 
     def check(self, definition: "Definition", grid: "Points") -> None:
-        """Check a definition beyond its values.
-
-        Raises:
-            DefinitionError: in words.
-        """
+        """Check a definition beyond its values; refuse it by a DefinitionError."""
         return None
 
     def fingerprint(self) -> str:

@@ -152,7 +152,9 @@ def test_the_twist_of_a_throw_is_that_of_dop853(axis, epsilon, phase):
     once.terminal = True
     end = solve_ivp(motion, (0, 50), [*omega, 0.0, 0.0], events=once, method="DOP853", rtol=1e-12, atol=1e-13)
     # 1e-12 a step, grown e^(lambda t) ~ 1e3 times
-    assert twist_of(tuple(moments), axis, epsilon, phase) == pytest.approx(abs(end.y[4, -1]), abs=1e-8)
+    assert twist_of(tuple(moments), axis, {"epsilon": epsilon, "phase": phase}) == pytest.approx(
+        abs(end.y[4, -1]), abs=1e-8
+    )
 
 
 def test_the_twist_of_draws_states_its_perturbation(capsys):

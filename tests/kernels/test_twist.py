@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from kernels import statuses, twist
-from sweeps.systems.bodies.once import Once
+from sweeps.systems.bodies.body import Once
 from sweeps.systems.twist.system import SYSTEM
 
 WILSON, PHONE, PLAIN, LONG = (1.21, 16.38, 17.48), (7.418, 30.975, 38.236), (1.0, 2.0, 3.0), (1.0, 5.0, 5.5)

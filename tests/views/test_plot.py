@@ -19,8 +19,7 @@ from sweeps.figure import colors, style
 from sweeps.maps.storage import write_map
 from sweeps.schema.refusals import RefusedError
 from sweeps.systems.presentation import regimes
-from sweeps.systems.relative_equilibrium.presentation import figure_spectra
-from sweeps.systems.relative_equilibrium.presentation.look import LOOK
+from sweeps.systems.relative_equilibrium.presentation import LOOK, figure_spectra
 from sweeps.views import figures, films, themes
 
 

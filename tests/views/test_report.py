@@ -26,9 +26,9 @@ from sweeps.maps.storage import open_map, write_map
 from sweeps.points import catalogue
 from sweeps.reading.definitions import file_text, plain, read_text
 from sweeps.schema.boxes import blocks
-from sweeps.systems.oscillator.presentation.page import equations
+from sweeps.systems.oscillator.presentation import page as equations
 from sweeps.systems.relative_equilibrium.variables import REGIMES
-from sweeps.systems.uncertain_bodies.presentation.page import drawn
+from sweeps.systems.uncertain_bodies.presentation import page as drawn
 from sweeps.views import plotly, report, report_columns
 
 HOSTILE = "</script><script>globalThis.hostile = 1</script><img src=x onerror='globalThis.hostile = 1'>"

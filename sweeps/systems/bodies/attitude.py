@@ -19,6 +19,12 @@ def quaternion(part: int, how: str) -> dict[str, str]:
     return {"units": "1", "long_name": f"attitude, {PARTS[part]}, {how}", "comment": LAID}
 
 
+def rotated(q: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """Return vectors (…, 3) along a body's axes turned by attitudes q (…, 4): v + 2 q0 u×v + 2 u×(u×v), u = q[1:]."""
+    once = np.cross(q[..., 1:], vectors)
+    return vectors + 2.0 * (q[..., :1] * once + np.cross(q[..., 1:], once))
+
+
 def columns(moments, omega, times, tolerance: float) -> dict[str, tuple]:
     """Return omega1 … omega3 and q0 … q3 over `time`, in closed form and (suffix _direct) by direct integration."""
     ways = {

@@ -5,16 +5,19 @@ from functools import cached_property
 from pathlib import Path
 from typing import Annotated, ClassVar
 
+import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, PrivateAttr, ValidationInfo, model_validator
 
 from sweeps.schema.definition import Definition
-from sweeps.schema.refusals import Problem, description_of, display, keys_of, refusal, refusals
+from sweeps.schema.refusals import DefinitionError, Problem, description_of, display, keys_of, refusal, refusals
 from sweeps.schema.strict import Strict
 from sweeps.schema.values import (
+    TOLERANCE,
     Axis,
     Moment,
     Positive,
     Prose,
+    Tolerance,
     ascending,
     choice,
     converted,
@@ -25,7 +28,6 @@ from sweeps.schema.values import (
     not_empty,
 )
 from sweeps.systems.bodies import inertia, outline
-from sweeps.systems.bodies.once import Once
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.bodies.wording import principal_axes
 
@@ -33,6 +35,8 @@ Axes = Annotated[tuple[Axis, ...], AfterValidator(not_empty), AfterValidator(dif
 AXES = "spin axes to survey: a list of 1, 2, 3, each once"
 MOST_PRINTED = 10  # bodies of which `check` prints the axes
 BODIES = "a list of bodies, names unique, in place of I1, I2 and I3 in grid"
+FORMS = "three moments, a tensor of 3 rows of 3, a body's mapping as in a definition, or a body's name"
+PROPAGATORS = ("direct", "exact")
 
 
 class Ratios(Strict):
@@ -257,6 +261,45 @@ class BodiesDefinition(Definition):
             wrong = f"is a dimension, but {len(giving)} of {len(self.bodies)} bodies have their own {name}"
             allowed = f"a single number here, or {name} in no body, or in every body and not here"
             yield self._grid_problem(name, wrong, allowed)
+
+
+def body_entry(body: object) -> dict:
+    """Return the entry of a definition for a body's mapping, its three moments or its tensor of inertia.
+
+    Numbers may be text with a unit, "12 kg cm2".
+    """
+    if isinstance(body, Mapping):
+        return dict(body)
+    values = np.array(body, dtype=object) if isinstance(body, list | tuple | np.ndarray) else np.empty(0)
+    if values.shape == (3,):
+        return dict(zip(MOMENTS, map(_plain, values), strict=True))
+    if values.shape == (3, 3):
+        return {"tensor": [[_plain(value) for value in row] for row in values]}
+    raise DefinitionError(f"body: {display(body)} is not a body; allowed: {FORMS}")
+
+
+def _plain(value: object) -> object:
+    return value.item() if isinstance(value, np.generic) else value
+
+
+class Once(Strict):
+    """How each motion is followed."""
+
+    propagator: Annotated[str, choice(PROPAGATORS)] = Field(
+        "direct",
+        description="direct (integrated and measured, with the closed form beside it) or exact (the closed form alone)",
+    )
+    tolerance: Tolerance = Field(1e-10, description=f"integration error allowed in the measurement, {TOLERANCE}")
+
+    @property
+    def measured(self) -> bool:
+        """Whether the motion is followed."""
+        return self.propagator == "direct"
+
+    @property
+    def samples(self) -> int:
+        """What stands for a run's length where time is estimated: what is followed counts tenfold."""
+        return 10 if self.measured else 1
 
 
 class FollowedDefinition(BodiesDefinition):

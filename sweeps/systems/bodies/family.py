@@ -11,8 +11,7 @@ from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.system import Dynamics
 
 if TYPE_CHECKING:
-    from sweeps.systems.bodies.body import BodiesDefinition
-    from sweeps.systems.bodies.once import Once
+    from sweeps.systems.bodies.body import BodiesDefinition, Once
 
 
 class FreeBody(Dynamics):

@@ -37,7 +37,7 @@ MESH_ROUNDING = 1e-7  # of the largest moment: coordinates in STL files are sing
 
 
 class InertiaError(ValueError):
-    """A tensor or a mesh is refused; `str()` says why."""
+    """A tensor, a mesh or a covariance is refused; `str()` says why."""
 
     def __init__(self, shown: str, wrong: str, allowed: str):
         super().__init__(f"{shown} {wrong}; allowed: {allowed}")
@@ -103,15 +103,13 @@ def _listed(values: np.ndarray) -> str:
 def _equal_within_rounding(values: np.ndarray, rounding: float) -> tuple[np.ndarray, tuple[str, ...]]:
     """Moments with those made equal that differ by rounding only: else a cube would flip, given 10^15 s."""
     near = np.diff(values) <= rounding * values[2]
-    differ = np.diff(values) > 0
-    if near.all():
-        values, words = np.full(3, values.mean()), "I1, I2 and I3"
-    elif near[0]:
-        values, words = np.array([values[:2].mean(), values[:2].mean(), values[2]]), "I1 and I2"
-    elif near[1]:
-        values, words = np.array([values[0], values[1:].mean(), values[1:].mean()]), "I2 and I3"
-    made = bool((near & differ).any())
-    return values, (f"{words} differ by rounding only and count as equal",) if made else ()
+    words = {(True, True): "I1, I2 and I3", (True, False): "I1 and I2", (False, True): "I2 and I3"}.get(
+        tuple(near.tolist())
+    )
+    groups = np.split(values, np.flatnonzero(~near) + 1)
+    made = (near & (np.diff(values) > 0)).any()
+    equal = np.concatenate([np.full(group.size, group.mean()) for group in groups])
+    return equal, (f"{words} differ by rounding only and count as equal",) if made else ()
 
 
 def _right_handed(rows: np.ndarray) -> tuple[tuple[float, float, float], ...]:
@@ -185,14 +183,7 @@ def solid(path: str | Path, density: float | None = None, mass: float | None = N
 
 
 def _doubts(extents: np.ndarray, density: float, found: float | None, scale: float) -> tuple[str, ...]:
-    """Return a note where the lengths may be in another unit: by a density that follows from a mass, or by the size.
-
-    Args:
-        extents: edges of the box around the body, m.
-        density: kg m-3.
-        found: the same where it follows from a mass.
-        scale: metres in the unit taken.
-    """
+    """Return a note where lengths may be in another unit: by the density `found` from a mass (kg m-3), or by size."""
     longest = float(np.max(extents))
     if found is not None and not DENSITIES[0] <= found <= DENSITIES[1]:
         doubt = f"its density is {density:.3g} kg/m³"

@@ -35,7 +35,7 @@ LATTICES = (
     9,
     7,
     5,
-)  # cells along the longest edge, tried in turn
+)  # cells along the longest edge
 WHOLE = 32767  # a coordinate of one, as a number of 16 bits
 
 
@@ -98,9 +98,8 @@ def written(surfaces: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> str:
     """Return the surfaces of a map's bodies as its attribute `outlines`, with at most so many faces; "" without one."""
     drawn = dict(list(surfaces.items())[: MOST_FACES // LEAST_FACES])
     left, texts = MOST_FACES, {}
-    for number, name in enumerate(
-        sorted(drawn, key=lambda name: len(drawn[name][1]))
-    ):  # few faces leave more to others
+    few_first = sorted(drawn, key=lambda name: len(drawn[name][1]))  # they leave more to others
+    for number, name in enumerate(few_first):
         vertices, faces = simplified(*drawn[name], left // (len(drawn) - number))
         texts[name], left = packed(vertices, faces), left - len(faces)
     return json.dumps(texts) if texts else ""

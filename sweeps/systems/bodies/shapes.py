@@ -24,9 +24,9 @@ from pydantic import Field
 from kernels.triangle import triangle_margin
 from sweeps.schema import units
 from sweeps.schema.parameters import Quantity, Range, entry, range_model
-from sweeps.schema.refusals import UnreadableError, display
+from sweeps.schema.refusals import DefinitionError, UnreadableError, display
 from sweeps.schema.strict import Strict
-from sweeps.systems.bodies.shape_coordinates import LEAST, OF_I2, OVER, RATIO, THICKNESS, Ratio, Thickness
+from sweeps.systems.bodies.variables import LEAST, OF_I2, RATIO, SHAPE_OVER, THICKNESS, Ratio, Thickness
 
 POSSIBLE = "moments each at most the sum of the other two"
 
@@ -38,6 +38,13 @@ def violation(moments: Sequence[float]) -> str:
     k = int(np.argmax(moments))
     i, j = sorted({0, 1, 2} - {k})
     return f"I{k + 1} = {moments[k]:.10g} > I{i + 1} + I{j + 1} = {moments[i] + moments[j]:.10g}"
+
+
+def refuse_impossible(where: str, moments: Sequence[float]) -> None:
+    """Refuse three moments that no rigid body has."""
+    if broken := violation(moments):
+        wrong = f"{', '.join(f'{moment:.6g}' for moment in moments)} are not the moments of any rigid body: {broken}"
+        raise DefinitionError(f"{where}: {wrong}; allowed: {POSSIBLE}")
 
 
 class Shapes(Strict):
@@ -60,7 +67,7 @@ class _Ratios:
         f"{OF_I2}"
     )
     model = Shapes
-    names, over = tuple(OVER), OVER
+    names, over = tuple(SHAPE_OVER), SHAPE_OVER
 
     def completed(self, values: Mapping) -> dict:
         """The grid with I3, and I1 and I2 as ranges from end to end."""

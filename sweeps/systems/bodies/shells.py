@@ -36,11 +36,7 @@ class Arrangement:
 
 
 def arrangement(surfaces: list[np.ndarray]) -> Arrangement:
-    """Compare closed surfaces pair by pair.
-
-    Args:
-        surfaces: of each its triangles, shape (faces, 3, 3), each of one sense throughout.
-    """
+    """Compare closed surfaces pair by pair: of each its triangles, shape (faces, 3, 3), of one sense throughout."""
     size = float(np.ptp(np.concatenate([one.reshape(-1, 3) for one in surfaces]), axis=0).max())
     around = [[] for _ in surfaces]  # which others enclose it
     twice, unseen, left = [], 0, MOST_PAIRS

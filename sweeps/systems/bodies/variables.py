@@ -8,7 +8,6 @@ from sweeps.schema.layout import Layout
 from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.values import MAX_SPIN_RATE, MIN_SPIN_RATE, Axis, Moment, Phase, number, spin_rate
 from sweeps.schema.variables import Role, Variable, table
-from sweeps.systems.bodies import shape_coordinates
 from sweeps.systems.shared_variables import SIZE
 
 MOMENTS = ("I1", "I2", "I3")
@@ -66,6 +65,25 @@ SHAPE = Variable("shape", None, "symmetry class", "i1", SHAPES)
 TWO_RUNS = "three times the difference of two runs with different steps, and the effect of rounding"
 
 
+# Of a grid of shapes; see `sweeps.systems.bodies.shapes`.
+OF_I2 = "I2/I3 = 1 - (I1/I3)(1 - thickness)"
+RATIO = "a number with 0 < I1/I3 ≤ 1"
+THICKNESS = "a number from 0 (flat: I1 + I2 = I3) to 1 (I2 = I3)"
+LEAST = 1e-12  # of I1/I3: below it I2 does not distinguish bodies
+Ratio = Annotated[float, number(lambda x: LEAST <= x <= 1, RATIO)]
+Thickness = Annotated[float, number(lambda t: 0 <= t <= 1, THICKNESS)]
+
+SHAPE_VALUES = {"I1_over_I3": Ratio, "thickness": Thickness}
+SHAPE_OVER = {
+    "I1": ("I1_over_I3", "I3"),
+    "I2": ("I1_over_I3", "thickness", "I3"),
+}  # what a grid of shapes has the moments over
+SHAPE_COORDINATES = table(
+    Variable("I1_over_I3", "1", "ratio of moments I1/I3"),
+    Variable("thickness", "1", "relative thickness: 0 flat (I1 + I2 = I3), 1 where I2 = I3", comment=OF_I2),
+)
+
+
 def spin(long_name: str) -> Parameter:
     """Return the parameter `omega0`, positive and 1 by default, of that meaning."""
     return Parameter("omega0", SPIN, long_name, 1.0)
@@ -90,7 +108,7 @@ def layout(
     parameters = tuple(parameters)
     coordinates = (
         table(*[BODY] * listed, *[AXIS] * spun)
-        | shape_coordinates.COORDINATES
+        | SHAPE_COORDINATES
         | quantities.coordinates(parameters)
         | table(*[MOMENTS_ARE_RATIOS] * listed)
     )
@@ -99,9 +117,9 @@ def layout(
         coordinates,
         variables,
         tuple(needed),
-        axis | shape_coordinates.VALUES | {parameter.name: parameter.quantity.item for parameter in parameters},
+        axis | SHAPE_VALUES | {parameter.name: parameter.quantity.item for parameter in parameters},
         along="body" if listed else "",
         beside=("moments_are_ratios",) if listed else (),
-        spare=tuple(shape_coordinates.COORDINATES),
-        over=shape_coordinates.OVER,
+        spare=tuple(SHAPE_COORDINATES),
+        over=SHAPE_OVER,
     )

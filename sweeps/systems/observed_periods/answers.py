@@ -8,6 +8,7 @@ import numpy as np
 from sweeps.schema import units
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems.bodies import shapes
+from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.observed_periods.variables import EXCLUDED, WORDS
 
 UNITS = {"s": 1.0, "h": 3600.0, "d": 86400.0}
@@ -18,19 +19,13 @@ VERDICTS = ("possible", "within_errors", "excluded")
 
 @dataclass(frozen=True)
 class TwoPeriods:
-    """Two periods and their standard errors, in one unit.
+    """Two periods and their standard errors, in one unit."""
 
-    Attributes:
-        P_psi, P_phi: period in the body, and about L in the long-axis convention.
-        sigma_psi, sigma_phi: their standard errors.
-        unit: s, h or d.
-    """
-
-    P_psi: float | str
-    P_phi: float | str
-    sigma_psi: float = 0.0
-    sigma_phi: float = 0.0
-    unit: str = "h"
+    P_psi: float | str  #: period in the body
+    P_phi: float | str  #: period about L in the long-axis convention
+    sigma_psi: float = 0.0  #: standard error of P_psi
+    sigma_phi: float = 0.0  #: standard error of P_phi
+    unit: str = "h"  #: s, h or d
 
     def __post_init__(self):
         if self.unit not in UNITS:
@@ -56,11 +51,8 @@ class TwoPeriods:
             f"P_{name} = {period:g} {f'± {error:g} ' if error else ''}{self.unit}"
             for name, period, error in (("psi", self.P_psi, self.sigma_psi), ("phi", self.P_phi, self.sigma_phi))
         ]
-        return {
-            "title": f"Bodies with {' and '.join(told)}",
-            "system": "observed_periods",
-            "grid": {"ratios": SHAPES, **self.seconds},
-        }
+        grid = {"ratios": SHAPES, **self.seconds}
+        return {"title": f"Bodies with {' and '.join(told)}", "system": "observed_periods", "grid": grid}
 
 
 def of_body(periods: TwoPeriods, ratio1: float, ratio2: float) -> list[dict]:
@@ -73,20 +65,12 @@ def of_body(periods: TwoPeriods, ratio1: float, ratio2: float) -> list[dict]:
         if not (math.isfinite(value) and 0 < value <= 1):
             raise DefinitionError(f"--ratios: {name} {value!r} is out of range; allowed: a number in (0, 1]")
     moments = (*sorted((ratio1, ratio2)), 1.0)
-    if broken := shapes.violation(moments):
-        shown = ", ".join(f"{moment:g}" for moment in moments)
-        raise DefinitionError(
-            f"--ratios: {shown} are not the moments of any rigid body: {broken}; allowed: {shapes.POSSIBLE}"
-        )
+    shapes.refuse_impossible("--ratios", moments)
     from kernels import tumbling
     from sweeps.systems.observed_periods.columns import MODES, columns
 
-    found = columns(
-        {
-            name: np.array([value])
-            for name, value in (dict(zip(("I1", "I2", "I3"), moments, strict=True)) | periods.seconds).items()
-        }
-    )
+    point = dict(zip(MOMENTS, moments, strict=True)) | periods.seconds
+    found = columns({name: np.array([value]) for name, value in point.items()})
     least = tumbling.least_ratio(*(np.array([moment]) for moment in moments))
     rows = []
     for mode, k in MODES.items():
@@ -123,11 +107,8 @@ def of_all(periods: TwoPeriods, ds) -> list[dict]:
         error = math.hypot(periods.sigma_psi, least * periods.sigma_phi)
         sigma = 0.0 if below < 0 else below / error if error else math.inf
         known = np.isfinite(energy)
-        ends = (
-            {"least_energy": float(energy[known].min()), "greatest_energy": float(energy[known].max())}
-            if known.any()
-            else {}
-        )
+        some = energy[known]
+        ends = {"least_energy": float(some.min()), "greatest_energy": float(some.max())} if some.size else {}
         share = float(weights[known].sum() / weights.sum())
         rows.append({"mode": mode, "verdict": verdict(sigma), "sigma": sigma, "shapes": share, **ends})
     return rows

@@ -64,15 +64,8 @@ def _allowed(point: Mapping[str, float], integration) -> float:
     return ALLOWED * max(point["I1"], point["I2"], point["I3"]) / min(point["I1"], point["I2"], point["I3"])
 
 
-REFERENCE = Reference(
-    "energy_lam",
-    {"SciPy, long-axis mode": lambda point, integration: energy_of(point, "lam")},
-    _allowed,
-    (
-        Reference(
-            "energy_sam",
-            {"SciPy, short-axis mode": lambda point, integration: energy_of(point, "sam")},
-            _allowed,
-        ),
-    ),
-)
+def _reference(mode: str, words: str, *more: Reference) -> Reference:
+    return Reference(f"energy_{mode}", {f"SciPy, {words}": lambda point, _: energy_of(point, mode)}, _allowed, more)
+
+
+REFERENCE = _reference("lam", "long-axis mode", _reference("sam", "short-axis mode"))

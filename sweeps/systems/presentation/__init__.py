@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,60 +18,51 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Opening:
-    """Where the page of a map begins.
+    """Where the page of a map begins."""
 
-    Attributes:
-        plane: names of the two dimensions that it shows first; () for the longest.
-        at: dimension → value at which to stand; others stand in their middle.
-    """
-
-    plane: tuple[str, ...] = ()
+    plane: tuple[str, ...] = ()  #: names of the two dimensions that it shows first; () for the longest
+    #: dimension → value at which to stand; others stand in their middle.
     at: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Page:
-    """A system's part of the page.
+    """A system's part of the page."""
 
-    Attributes:
-        files: its own sections (.html), styles (.css) and scripts (.js), each kind in order. The last script defines
-            `part`, whose members `sweeps/views/page/part.js` lists; () for a page with no part of its own.
-        question: what the page asks, below its title.
-        keys: what to know of the picture, after how it is steered.
-        table: whether the map is shown as a table, which `part` builds, and not as a plane.
-        facts: what the scripts are told beside the map, as JSON knows it.
-        needs: names of variables without which a map has the plain page.
-    """
-
+    #: its own sections (.html), styles (.css) and scripts (.js), each kind in order. The last script defines `part`,
+    #: whose members `sweeps/views/page/part.js` lists; () for a page with no part of its own.
     files: tuple[Path, ...] = ()
+    #: what the page asks, below its title.
     question: str = "What is stable, with which rates, and how accurate are they?"
-    keys: str = ""
-    table: bool = False
-    facts: Mapping = field(default_factory=dict)
-    needs: frozenset[str] = frozenset()
+    keys: str = ""  #: what to know of the picture, after how it is steered
+    table: bool = False  #: whether the map is shown as a table, which `part` builds, and not as a plane
+    facts: Mapping = field(default_factory=dict)  #: what the scripts are told beside the map, as JSON knows it
+    needs: frozenset[str] = frozenset()  #: names of variables without which a map has the plain page
 
 
 class Presentation:
     """Presentation of the maps of one system; the base class draws maps of points alone.
 
     That of the system in `tests/toy` is `tests/toy/damped_top/presentation.py`.
-
-    Attributes:
-        look: how flags and parameters look in figures, terminal and page.
-        part: the system's part of the page.
-        least: names of the dimensions at whose least value the page begins.
     """
 
-    look: Look = Look()
-    part: Page = Page()
-    least: tuple[str, ...] = ()
+    look: Look = Look()  #: how flags and parameters look in figures, terminal and page
+    part: Page = Page()  #: the system's part of the page
+    least: tuple[str, ...] = ()  #: names of the dimensions at whose least value the page begins
+    #: (name, "module.function" of this package that draws it from a map) of each figure.
+    drawn: tuple[tuple[str, str], ...] = ()
 
     def __init__(self, system: Dynamics):
         self.system = system
 
     def figures(self, ds: "xr.Dataset") -> "dict[str, Callable[..., Figure | None]]":
         """Return name → drawing function, of an optional place, of each figure of a map."""
-        return {}
+        return {name: self.drawing(where, ds) for name, where in self.drawn}
+
+    def drawing(self, where: str, ds: "xr.Dataset", *more) -> "Callable[..., Figure | None]":
+        """Return a function of this package, "module.function", that draws a map."""
+        module, function = where.split(".")
+        return partial(getattr(import_module(f"{type(self).__module__}.{module}"), function), ds, *more)
 
     def figures_of_points(self, ds: "xr.Dataset") -> "dict[str, Callable[..., Figure | None]]":
         """Return name → drawing function of the figures of a map of sampled or listed points."""

@@ -22,14 +22,7 @@ BINS = 60
 
 
 def draw(ds: xr.Dataset, specs: Mapping[str, Variable], look: "Look", ax: Axes | None = None) -> Figure | None:
-    """Draw scatter plots coloured by the leading flag, and below each the histogram of a measured variable.
-
-    Args:
-        ds: a map with a dimension `point`.
-        specs: name → variable, of the map's system.
-        look: how the system's flags and parameters look.
-        ax: where; left out, on a figure of its own.
-    """
+    """Draw scatter plots coloured by the leading flag, and below each the histogram of a measured variable."""
     names = [name for name in own_of_points(ds) if np.ptp(ds[name].values) > 0][:2]
     flag, measured = _of_role(ds, specs, Role.HEADLINE), _of_role(ds, specs, Role.MEASUREMENT)
     flag = flag or next((str(name) for name in ds.data_vars if flags(ds[name])), "")
@@ -109,5 +102,5 @@ def _histogram(ax: Axes, described: xr.DataArray, panel: xr.Dataset, flag: str, 
 
 def _legend(values: xr.DataArray, meanings: Mapping[int, str], colored, look: "Look") -> list:
     used = set(np.unique(values.values).tolist())
-    dot = {"linestyle": "none", "marker": "o", "markersize": 4}
+    dot = {"ls": "none", "marker": "o", "ms": 4}
     return [Line2D([], [], color=colored[v], label=look.words(m), **dot) for v, m in meanings.items() if v in used]

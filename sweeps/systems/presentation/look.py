@@ -9,29 +9,18 @@ from sweeps.figure import colors
 
 
 class Mark(NamedTuple):
-    """How one meaning of a flag looks.
+    """How one meaning of a flag looks."""
 
-    Attributes:
-        words: what people read.
-        glyph: one character.
-        color: "#rrggbb".
-    """
-
-    words: str
-    glyph: str
-    color: str
+    words: str  #: what people read
+    glyph: str  #: one character
+    color: str  #: "#rrggbb"
 
 
 class Symbol(NamedTuple):
-    """How one parameter is written.
+    """How one parameter is written."""
 
-    Attributes:
-        tex: as mathtext, with its dollars.
-        text: in Unicode.
-    """
-
-    tex: str
-    text: str
+    tex: str  #: as mathtext, with its dollars
+    text: str  #: in Unicode
 
 
 COMMON = {
@@ -59,15 +48,10 @@ def missing_words(codes: Iterable[int]) -> str:
 
 @dataclass(frozen=True)
 class Look:
-    """How a system's flags and names look; what it does not say looks as its name reads.
+    """How a system's flags and names look; what it does not say looks as its name reads."""
 
-    Attributes:
-        marks: meaning of a flag → how it looks, beside `COMMON`.
-        symbols: parameter → how it is written.
-    """
-
-    marks: Mapping[str, Mark] = field(default_factory=dict)
-    symbols: Mapping[str, Symbol] = field(default_factory=dict)
+    marks: Mapping[str, Mark] = field(default_factory=dict)  #: meaning of a flag → how it looks, beside `COMMON`
+    symbols: Mapping[str, Symbol] = field(default_factory=dict)  #: parameter → how it is written
 
     def mark(self, meaning: str) -> Mark | None:
         """Return the words, character and colour of a meaning; None where it has none."""

@@ -15,9 +15,7 @@ MOST_DRAWN = 400  # values a dimension
 def sides(values: xr.DataArray, panels: Collection[str]) -> tuple[str, str | None, str | None]:
     """Return the two longest parameters, the later one along x, and a third that varies; None where there is none.
 
-    Args:
-        values: a variable of a map.
-        panels: its dimensions that have a panel for each value.
+    `panels` are the dimensions that have a panel for each value.
     """
     names = [str(name) for name in values.dims if name not in panels]
     varied = sorted((name for name in names if values.sizes[name] > 1), key=lambda name: -values.sizes[name])

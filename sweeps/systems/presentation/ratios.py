@@ -16,48 +16,26 @@ def nudges(epsilon: np.ndarray) -> list[tuple[str, np.ndarray]]:
     """Return label and mask of each size of the perturbation, or of ranges of sizes where they are many, ascending."""
     sizes = np.unique(epsilon)
     parts = np.array_split(sizes, min(MOST_NUDGES, sizes.size))
-    return [
-        (
-            style.number(float(part[0]), 2) + (f" to {style.number(float(part[-1]), 2)}" if part.size > 1 else ""),
-            np.isin(epsilon, part),
-        )
-        for part in parts
-    ]
+    words = [[style.number(float(size), 2) for size in (part[0], part[-1])[: part.size]] for part in parts]
+    return [(" to ".join(ends), np.isin(epsilon, part)) for ends, part in zip(words, parts, strict=True)]
 
 
 def draw(ax: Axes, ratio: np.ndarray, epsilon: np.ndarray, color: str) -> None:
-    """Draw a histogram of deviation over error, stacked by ε, and the cumulative fraction.
-
-    Args:
-        ax: where.
-        ratio: |deviation| / error, shape (n,); what is not finite is left out.
-        epsilon: sizes of the perturbation, shape (n,).
-        color: of the bars.
-    """
+    """Draw a histogram of finite |deviation|/error, stacked by ε, and the cumulative fraction."""
     at = np.isfinite(ratio)
     if not at.any():
         return
     inside = np.mean(ratio[at] <= 1.0)
     ratio = np.clip(ratio, RATIOS[0], RATIOS[-1])
     groups = [(label, ratio[at & mask]) for label, mask in nudges(epsilon)]
-    shades = np.linspace(0.3, 1.0, len(groups))
-    if len(groups) == 1:
-        shades = [0.8]
-    for k, shade in enumerate(shades):
+    shades = np.linspace(0.3, 1.0, len(groups)) if len(groups) > 1 else [0.8]
+    for k, (shade, (size, _)) in enumerate(zip(shades, groups, strict=True)):
         upto = np.concatenate([values for _, values in groups[k:]])
-        ax.hist(
-            upto,
-            RATIOS,
-            color=color,
-            alpha=float(shade),
-            zorder=2,
-            gid="ratio",
-            label=rf"$\varepsilon$ = {groups[k][0]}" if len(groups) > 1 else None,
-        )
+        label = rf"$\varepsilon$ = {size}" if len(groups) > 1 else None
+        ax.hist(upto, RATIOS, color=color, alpha=float(shade), zorder=2, gid="ratio", label=label)
     if len(groups) > 1:
         ax.legend(loc="upper left", fontsize=7.5, frameon=False, reverse=True)
-    share = ax.twinx()
-    ordered = np.sort(ratio[at])
+    share, ordered = ax.twinx(), np.sort(ratio[at])
     share.plot(ordered, np.arange(1, ordered.size + 1) / ordered.size, color=colors.INK, lw=1.0, gid="cumulative")
     share.set(ylim=(0.0, 1.05), ylabel="cumulative fraction")
     for count in MARKED:

@@ -33,13 +33,18 @@ def rated(names: Sequence[str]) -> list[int]:
     return [k - 1 for k, name in enumerate(names) if name in HATCHES]
 
 
+def dots(ax: Axes, x: np.ndarray, y: np.ndarray, codes: np.ndarray, names: Sequence[str], look: Look, **marks) -> None:
+    """Draw points, those of each regime in its colour and named in the legend; names in the order of codes from 0."""
+    for k, name in enumerate(names):
+        if (at := codes == k).any():
+            own = {"color": look.color(name), "gid": name, "label": look.words(name)}
+            ax.plot(x[at], y[at], "o", **{"mew": 0.0} | own | marks)
+
+
 class Regimes:
     """The colours of regimes in the panels of one figure.
 
-    Args:
-        names: of the regimes, in the order of their codes from -1.
-        look: how they look.
-        top: growth or decay that has the full colour; 0 where none is shown.
+    Names are in the order of their codes from -1; growth or decay of `top` has the full colour, 0 shows none.
     """
 
     def __init__(self, names: Sequence[str], look: Look, top: float):
@@ -95,4 +100,4 @@ class Regimes:
         for legend in ax.figure.legends:
             for text, handle in zip(legend.get_texts(), legend.legend_handles, strict=True):
                 if text.get_text() in told and isinstance(handle, Patch):
-                    handle.set(hatch=told[text.get_text()], edgecolor=colors.INK, linewidth=0.0)
+                    handle.set(hatch=told[text.get_text()], edgecolor=colors.INK, lw=0.0)

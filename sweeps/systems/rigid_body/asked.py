@@ -6,7 +6,8 @@ from dataclasses import asdict
 
 from sweeps.schema.definition import Definition
 from sweeps.schema.refusals import DefinitionError, display, named
-from sweeps.systems.bodies import entries, shapes, wording
+from sweeps.systems.bodies import shapes, wording
+from sweeps.systems.bodies.body import body_entry
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.rigid_body.definition import NearAxisDefinition, SpunBody
 from sweeps.systems.rigid_body.spins import Spin, in_words, spins, twist_of
@@ -18,8 +19,7 @@ def bodies(definition: Definition, path: object) -> dict[str, SpunBody]:
     """Return name → body of a definition; `path` is used in messages."""
     found = definition.bodies if isinstance(definition, NearAxisDefinition) else ()
     if not found:
-        allowed = "a definition of rigid bodies with bodies"
-        raise DefinitionError(f"{path}: bodies: is missing; allowed: {allowed}")
+        raise DefinitionError(f"{path}: bodies: is missing; allowed: a definition of rigid bodies with bodies")
     return {body.name: body for body in found}
 
 
@@ -30,17 +30,8 @@ def checked(values: Mapping, asked: Mapping[str, object], load: Callable[[Mappin
         body = load({"bodies": [values | own], "grid": {} if "omega0" in own else {"omega0": 1.0}}).bodies[0]
     except DefinitionError as refused:
         raise DefinitionError(str(refused).replace("definition: bodies[0].", "body: ")) from None
-    if broken := shapes.violation(body.moments):
-        shown = ", ".join(f"{moment:.6g}" for moment in body.moments)
-        raise DefinitionError(
-            f"body: moments: {shown} are not the moments of any rigid body: {broken}; allowed: {shapes.POSSIBLE}"
-        )
+    shapes.refuse_impossible("body: moments", body.moments)
     return body
-
-
-def check_spin(name: str, asked: Mapping[str, object], load: Callable[[Mapping], Definition]) -> SpunBody:
-    """Check the requested spin of a named body, and return a body that has it."""
-    return checked({"name": name, "ratios": dict.fromkeys(MOMENTS, 1.0)}, asked, load)
 
 
 def setting(requested: SpunBody, body: SpunBody) -> dict[str, float]:
@@ -58,12 +49,13 @@ def body_of(body: object, source: object, spin: Mapping[str, object], load: Call
         spin: omega0, epsilon and phase; None where it is not given.
         load: reads a definition: a mapping, a path, or the name of one that ships.
     """
-    if not isinstance(body, str):
-        found = checked({"name": "your body"} | entries.entry(body), spin, load)
-        return found, setting(found, found)
-    listed = bodies(load(source), source)
-    found = listed[named(body, list(listed), "body", DefinitionError)]
-    return found, setting(check_spin(found.name, spin, load), found)
+    if isinstance(body, str):
+        listed = bodies(load(source), source)
+        found = listed[named(body, list(listed), "body", DefinitionError)]
+        requested = checked({"name": found.name, "ratios": dict.fromkeys(MOMENTS, 1.0)}, spin, load)
+    else:
+        found = requested = checked({"name": "your body"} | body_entry(body), spin, load)
+    return found, setting(requested, found)
 
 
 def facts(body: SpunBody, spun: Mapping[str, float], axis: int | None = None, thrown: bool = False) -> dict:
@@ -75,7 +67,7 @@ def facts(body: SpunBody, spun: Mapping[str, float], axis: int | None = None, th
         said |= {name: getattr(body.solid, name) for name in ("mass", "volume", "centre", "extents", "faces")}
     axes = [asdict(spin) | {"max_tilt": math.radians(spin.max_tilt)} for spin in _chosen(body, spun, axis)]
     if thrown:
-        axes = [spin | {"twist_thrown": twist_of(body.moments, spin["axis"], **_nudge(spun))} for spin in axes]
+        axes = [spin | {"twist_thrown": twist_of(body.moments, spin["axis"], spun)} for spin in axes]
     return said | {"axes": axes}
 
 
@@ -84,20 +76,13 @@ def answer(
 ) -> tuple[list[str], list[tuple[str, str]], list[str]]:
     """Return the answer for people: lines about the body, (axis, outcome) of each spin, and what is known.
 
-    Args:
-        body: the body.
-        spun: omega0, epsilon and phase.
-        axis: the one axis to spin it about; left out, all three.
-        thrown: whether to add the twist of the throw with this perturbation.
+    `axis` is the one axis to spin it about, None for all; with `thrown` the twist of the throw is added.
     """
     found = _chosen(body, spun, axis)
-    rows = [
-        (
-            f"axis {one.axis}" + (" (usual spin)" if body.axis == one.axis else ""),
-            in_words(one, wording.duration) + (_thrown(body, spun, one.axis) if thrown else ""),
-        )
-        for one in found
-    ]
+    rows = []
+    for one in found:
+        text = in_words(one, wording.duration) + (_thrown(body, spun, one.axis) if thrown else "")
+        rows.append((f"axis {one.axis}" + (" (usual spin)" if body.axis == one.axis else ""), text))
     return [*_described(body), *_spun(spun, found)], rows, list(_known(body))
 
 
@@ -112,18 +97,13 @@ def _chosen(body: SpunBody, spun: Mapping[str, float], axis: int | None) -> list
     return [spin for spin in spins(body.moments, **spun) if axis in (None, spin.axis)]
 
 
-def _nudge(spun: Mapping[str, float]) -> dict[str, float]:
-    return {name: spun[name] for name in ("epsilon", "phase")}
-
-
 def _thrown(body: SpunBody, spun: Mapping[str, float], axis: int) -> str:
     """The twist of this throw; nothing about the handle, whose direction then stays near L."""
-    twist = twist_of(body.moments, axis, **_nudge(spun))
+    twist = twist_of(body.moments, axis, spun)
     if twist is None:
         return ""
-    return (
-        f"; thrown with ε = {spun['epsilon']:.3g}, it twists by {math.degrees(twist):.3g}° per revolution of its handle"
-    )
+    size, angle = f"ε = {spun['epsilon']:.3g}", f"{math.degrees(twist):.3g}°"
+    return f"; thrown with {size}, it twists by {angle} per revolution of its handle"
 
 
 def _described(body: SpunBody) -> Iterator[str]:

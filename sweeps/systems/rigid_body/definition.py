@@ -10,8 +10,7 @@ from sweeps.schema.refusals import Problem, display, hint, keys_of, refusals
 from sweeps.schema.strict import Strict
 from sweeps.schema.values import Axis, Epsilon, Phase, Positive, choice, different, in_unit, line_of_text, not_empty
 from sweeps.schema.variables import Variable
-from sweeps.systems.bodies.body import AXES, BODIES, Axes, BodiesDefinition, Body, list_of
-from sweeps.systems.bodies.once import PROPAGATORS
+from sweeps.systems.bodies.body import AXES, BODIES, PROPAGATORS, Axes, BodiesDefinition, Body, list_of
 from sweeps.systems.bodies.shapes import RATIOS
 from sweeps.systems.bodies.variables import SignedSpin
 from sweeps.systems.rigid_body.variables import CERTIFICATE, FLIPS, IN_SPACE, PARAMETERS, SHAREABLE, TERMS, VARIABLES
@@ -51,8 +50,7 @@ class RigidBodyIntegration(Integration):
         "(steps of the closed form)",
     )
     collapse: bool = Field(
-        False,
-        description="true or false: whether points that differ by units alone are integrated once and expanded",
+        False, description="true or false: whether points that differ by units alone are integrated once and expanded"
     )
     variables: Annotated[tuple[str, ...], AfterValidator(not_empty), AfterValidator(different)] = Field(
         None,
@@ -72,10 +70,8 @@ class RigidBodyIntegration(Integration):
     @property
     def table(self) -> dict[str, Variable]:
         """Name → variable of a map that is made so."""
-        possible = self._possible
-        if self.variables is None:
-            return {name: possible[name] for name in possible if name not in TERMS}
-        return {name: possible[name] for name in possible if name in self.variables}
+        left_out = set(TERMS) if self.variables is None else set(self._possible) - set(self.variables)
+        return {name: variable for name, variable in self._possible.items() if name not in left_out}
 
     @property
     def _possible(self) -> dict[str, Variable]:
@@ -85,16 +81,13 @@ class RigidBodyIntegration(Integration):
 
     @model_validator(mode="after")
     def _check_variables(self) -> "RigidBodyIntegration":
-        names = self._possible
-        wrong = [
-            Problem(
-                ("variables", i), display(name), "is not a variable of this sweep" + hint(name, names), ", ".join(names)
-            )
-            for i, name in enumerate(self.variables or ())
-            if name not in names
-        ]
-        if wrong:
-            raise refusals(wrong)
+        names, problems = self._possible, []
+        for i, name in enumerate(self.variables or ()):
+            if name not in names:
+                wrong = "is not a variable of this sweep" + hint(name, names)
+                problems.append(Problem(("variables", i), display(name), wrong, ", ".join(names)))
+        if problems:
+            raise refusals(problems)
         return self
 
 

@@ -73,9 +73,7 @@ class Agreement:
 def agreement(ds: "xr.Dataset", most: int = MOST_DRAWN) -> Agreement:
     """Compare measured with predicted rates, reading a map once, in blocks of `BLOCK_POINTS`.
 
-    Args:
-        ds: a map.
-        most: how many points to keep at most; the counts and `worst` are over all.
+    At most `most` points are kept; the counts and `worst` are over all.
     """
     sizes = dict(zip(ds["omega_squared"].dims, ds["omega_squared"].shape, strict=True))
     points = math.prod(sizes.values())
@@ -163,11 +161,8 @@ def power_law(x, y, low: float = FIT_ABOVE, high: float = FIT_BELOW) -> tuple[fl
     n = int(np.count_nonzero(fitted))
     if n < LEAST_FITTED:
         return math.nan, math.nan, n
-    u, v = np.log(x[fitted]), np.log(y[fitted])
-    u = u - u.mean()
-    slope = float(u @ (v - v.mean()) / (u @ u))
-    scatter = v - v.mean() - slope * u
-    return slope, math.sqrt(float(scatter @ scatter) / ((n - 2) * float(u @ u))), n
+    (slope, _), covariance = np.polyfit(np.log(x[fitted]), np.log(y[fitted]), 1, cov=True)
+    return float(slope), math.sqrt(covariance[0, 0]), n
 
 
 def deviation_floor(epsilon, deviation, error) -> float:
@@ -235,19 +230,18 @@ def breakdown(ds: "xr.Dataset") -> "xr.Dataset":
 
 @dataclass(frozen=True)
 class Period:
-    """One body's period, predicted and observed."""
+    """One body's period, measured and observed."""
 
     body: str  #: its name
     axis: int  #: the axis it spins about in nature
-    predicted_days: float  #: 2π/Ω of linear theory, days of 86,400 s; NaN where it does not oscillate
-    measured_days: float  #: `euler_period` of the rigid body, as measured from its motion, likewise
+    measured_days: float  #: `euler_period` of the rigid body, as measured from its motion, days; NaN without one
     observed_days: float  #: what people measured, days of 86,400 s
     what: str  #: what has the observed period
     note: str  #: what a reader should know
 
 
 def periods(ds: "xr.Dataset") -> list[Period]:
-    """Return predicted, measured and observed periods of the bodies of a map with an `observed` entry and an axis.
+    """Return measured and observed periods of the bodies of a map with an `observed` entry and an axis.
 
     Args:
         ds: a map over bodies; of omega0, epsilon and phase it has one value each, or the least epsilon and else the
@@ -260,13 +254,8 @@ def periods(ds: "xr.Dataset") -> list[Period]:
     found = []
     for seen in observations:
         at = ds.isel(first).sel(body=seen.body, axis=seen.axis)
-        predicted, measured = _days(float(at["frequency_theory"])), float(at["euler_period"]) / SECONDS_PER_DAY
-        found.append(replace(seen, predicted_days=predicted, measured_days=measured))
+        found.append(replace(seen, measured_days=float(at["euler_period"]) / SECONDS_PER_DAY))
     return found
-
-
-def _days(frequency: float) -> float:
-    return 2.0 * math.pi / frequency / SECONDS_PER_DAY if frequency > 0 else math.nan
 
 
 def _observations(ds: "xr.Dataset") -> Iterator[Period]:
@@ -287,4 +276,4 @@ def _observations(ds: "xr.Dataset") -> Iterator[Period]:
         if isinstance(body.get("axis"), int):
             note = body.get("note")
             said = (observed.period_days, observed.what, note if isinstance(note, str) else "")
-            yield Period(body["name"], body["axis"], math.nan, math.nan, *said)
+            yield Period(body["name"], body["axis"], math.nan, *said)

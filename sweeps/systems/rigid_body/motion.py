@@ -51,18 +51,10 @@ def span_of(moments: np.ndarray, omega: np.ndarray, rotation: float) -> float:
 
 
 def motion(point: Mapping[str, float], duration: float | None, samples: int | None, tolerance: float) -> "xr.Dataset":
-    """Return ω(t) and q(t) of a free rigid body from a point of a map.
+    """Return ω(t) and q(t) of a free rigid body from a point of a map; see `Dynamics.motion`.
 
-    Args:
-        point: I1, I2, I3 (kg m2), axis, omega0 (rad s-1), epsilon, phase (rad).
-        duration: s; left out, two flips or two turns of the perturbation, or four rotations where that takes over
-        10,000.
-        samples: how many instants, both ends included; left out, 32 a rotation, 400 to 100,000.
-        tolerance: of the direct integration, relative.
-
-    Returns:
-        Over `time` (s): omega1 … omega3 (rad s-1) and the attitude q0 … q3 from the closed form, and the same with
-        _direct step by step.
+    The default duration is two flips or two turns of the perturbation, or four rotations where that takes over 10,000.
+    omega1 … omega3 (rad s-1) and q0 … q3 are those of the closed form, and with _direct step by step.
     """
     import xarray as xr
 

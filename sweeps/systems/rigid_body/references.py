@@ -39,20 +39,15 @@ def rotation_by_scipy(point: Mapping[str, float], integration) -> float:
     times, e2 = _times(point, integration), point["epsilon"] ** 2
     start = [math.copysign(1.0, point["omega0"]), math.cos(point["phase"]), math.sin(point["phase"])]
 
-    def grown(t, w):
+    def rates(_, w):
+        return ca * e2 * w[1] * w[2], cb * w[2] * w[0], cc * w[0] * w[1]
+
+    def grown(_, w):
         return math.hypot(w[1], w[2]) - 2.0 * WINDOW
 
     grown.terminal = True
-    solution = solve_ivp(
-        lambda t, w: (ca * e2 * w[1] * w[2], cb * w[2] * w[0], cc * w[0] * w[1]),
-        (0.0, times[-1]),
-        start,
-        method="DOP853",
-        t_eval=times,
-        events=grown,
-        rtol=1e-13,
-        atol=1e-14,
-    )
+    accuracy = {"rtol": 1e-13, "atol": 1e-14}
+    solution = solve_ivp(rates, (0.0, times[-1]), start, "DOP853", times, events=grown, **accuracy)
     return squared_rate(solution.y[1:].T, times[1], solution.y[0]) * point["omega0"] ** 2
 
 
@@ -78,8 +73,5 @@ def allowed(point: Mapping[str, float], integration) -> float:
     return 8.0 * (integration.tolerance + ROUNDING) / h**2 * point["omega0"] ** 2
 
 
-REFERENCE = Reference(
-    "omega_squared",
-    {"SciPy DOP853": rotation_by_scipy, "closed form": rotation_in_closed_form},
-    allowed,
-)
+WAYS = {"SciPy DOP853": rotation_by_scipy, "closed form": rotation_in_closed_form}
+REFERENCE = Reference("omega_squared", WAYS, allowed)

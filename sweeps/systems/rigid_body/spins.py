@@ -8,6 +8,7 @@ Source: Landau and Lifshitz, Mechanics, section 37; see `kernels.linear` and `ke
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -74,17 +75,17 @@ def _space_rate(regime: str, spin: float, rate: float) -> float:
 
 
 @np.errstate(all="ignore")
-def twist_of(moments: tuple[float, float, float], axis: int, epsilon: float, phase: float) -> float | None:
+def twist_of(moments: tuple[float, float, float], axis: int, spun: Mapping[str, float]) -> float | None:
     """Return the twist about the handle per revolution of the handle about L, rad, in closed form.
 
-    The body is spun about `axis` and perturbed. None about the axis of least moment, the handle: its direction stays
-    near L, and nobody counts its revolutions; and where another moment is as small, for then no axis is the handle.
+    The body is spun about `axis` and perturbed as `spun` says. None about the axis of least moment, the handle, whose
+    direction stays near L: nobody counts its revolutions; and where another moment is as small: no axis is the handle.
     """
     order = np.argsort(moments, kind="stable")
     if order[0] == axis - 1 or moments[order[0]] == moments[order[1]]:
         return None
     body = dict(zip(("I1", "I2", "I3"), moments, strict=True))
-    values, omega = motion.start(body | {"axis": axis, "omega0": 1.0, "epsilon": epsilon, "phase": phase})
+    values, omega = motion.start({**spun, **body, "axis": axis, "omega0": 1.0})
     along, second, third = (values / values.max() * omega)[order]
     angles = {"chi": math.atan2(third, second), "theta": math.atan2(math.hypot(second, third), along)}
     points = body | angles | {"omega0": 1.0}

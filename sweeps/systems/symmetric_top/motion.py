@@ -13,16 +13,9 @@ from sweeps.systems.motion import angular_velocity, instants, span, time
 
 
 def motion(point: Mapping[str, float], duration: float | None, samples: int | None, tolerance: float) -> xr.Dataset:
-    """Return ω(t) and q(t) of a free symmetric top from a point of a map, in closed form.
+    """Return ω(t) and q(t) of a free symmetric top from a point of a map, in closed form; see `Dynamics.motion`.
 
-    Args:
-        point: ratio, omega3 (rad s-1), half_angle (degrees).
-        duration: s; left out, two turns of the precession, or four rotations where that takes over 10,000.
-        samples: how many instants, both ends included; left out, 32 a rotation, 400 to 100,000.
-        tolerance: nothing is integrated.
-
-    Returns:
-        Over `time` (s): omega1 … omega3, rad s-1, and the attitude q0 … q3.
+    The default duration is two turns of the precession, or four rotations where that takes over 10,000.
     """
     ratio, spin = float(point["ratio"]), float(point["omega3"])
     rate = abs(float(top.precession_rate(ratio, spin)))

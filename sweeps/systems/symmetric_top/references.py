@@ -7,7 +7,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from sweeps.systems.reintegration import MOST_STEPPED, ROUNDING, spacing
-from sweeps.systems.symmetric_top.definition import TopIntegration
+from sweeps.systems.symmetric_top.system import TopIntegration
 from sweeps.systems.system import Reference
 
 
@@ -19,15 +19,11 @@ def precession_by_scipy(point: Mapping[str, float], integration: TopIntegration)
     h = spacing(abs(c), integration.samples_per_rotation)
     times = h * np.arange(integration.samples + 1)
     sense = math.copysign(1.0, point["omega3"])
-    solution = solve_ivp(
-        lambda t, w: (-c * sense * w[1], c * sense * w[0]),
-        (0.0, times[-1]),
-        [1.0, 0.0],
-        method="DOP853",
-        t_eval=times,
-        rtol=1e-13,
-        atol=1e-14,
-    )
+
+    def rates(_, w):
+        return -c * sense * w[1], c * sense * w[0]
+
+    solution = solve_ivp(rates, (0.0, times[-1]), [1.0, 0.0], "DOP853", times, rtol=1e-13, atol=1e-14)
     angle = np.unwrap(np.arctan2(solution.y[1], solution.y[0]))
     return float(np.polyfit(times, angle, 1)[0]) * abs(point["omega3"])
 

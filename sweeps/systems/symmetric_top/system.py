@@ -3,14 +3,36 @@
 from collections.abc import Mapping
 
 import numpy as np
+from pydantic import Field
 
 from kernels.triangle import triangle_margin
+from sweeps.schema.definition import Definition, Integration
+from sweeps.schema.parameters import grid_model
+from sweeps.schema.refusals import keys_of
+from sweeps.schema.values import TOLERANCE, Positive, Tolerance
 from sweeps.systems.kernel import Kernel
 from sweeps.systems.symmetric_top import variables
-from sweeps.systems.symmetric_top.definition import SymmetricTopDefinition, TopIntegration
 from sweeps.systems.system import Dynamics
 
 A_POINT = {"ratio": 1.5, "omega3": 1.0, "half_angle": 30.0}
+
+TopGrid = grid_model("TopGrid", variables.PARAMETERS, __name__)
+
+
+class TopIntegration(Integration):
+    """How each run of a symmetric top is made."""
+
+    rotations: Positive = Field(4.0, description="length of a run in rotations, 2π/|omega3|: > 0")
+    tolerance: Tolerance = Field(1e-12, description=f"relative error allowed on the transverse part, {TOLERANCE}")
+
+
+class SymmetricTopDefinition(Definition):
+    """A sweep of symmetric tops."""
+
+    grid: TopGrid = Field(description="what is varied: a mapping with " + keys_of(TopGrid))
+    integration: TopIntegration = Field(
+        TopIntegration.model_construct(), description="how each run is made: a mapping with " + keys_of(TopIntegration)
+    )
 
 
 class SymmetricTop(Dynamics):
@@ -22,14 +44,7 @@ class SymmetricTop(Dynamics):
     motion_in = "sweeps.systems.symmetric_top.motion"
     kernels = ("symmetric_top",)
     existence = ("ratio",)
-    compiled = (
-        Kernel(
-            "symmetric_top",
-            "survey",
-            example=(A_POINT, 1.0, 16, 1e-9),
-            seconds=4.0,
-        ),
-    )
+    compiled = (Kernel("symmetric_top", "survey", example=(A_POINT, 1.0, 16, 1e-9), seconds=4.0),)
     model = SymmetricTopDefinition
     tables = variables
     references = "Landau and Lifshitz, Mechanics, sections 33 and 36"

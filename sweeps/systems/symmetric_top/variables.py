@@ -30,6 +30,15 @@ def _precession(name: str, vector: str, of: str, comment: str, role: Role = Role
     )
 
 
+def _compared(name: str, units: str, long_name: str, missing: str = "") -> tuple[Variable, Variable]:
+    """Return a quantity in closed form, and as measured."""
+    theory = f"{name}_theory"
+    return (
+        Variable(theory, units, f"{long_name}, closed form{missing}"),
+        Variable(name, units, f"{long_name}, measured{missing}", theory=theory),
+    )
+
+
 VARIABLES = table(
     Variable(
         "precession_rate_theory",
@@ -44,8 +53,7 @@ VARIABLES = table(
         " of the angular momentum",
         f"integrated independently; {_RESOLVED}",
     ),
-    Variable("period_theory", "s", "period of the precession, closed form; missing where the rate is 0"),
-    Variable("period", "s", "period of the precession, measured; missing where the rate is 0", theory="period_theory"),
+    *_compared("period", "s", "period of the precession", "; missing where the rate is 0"),
     Variable(
         "sense",
         None,
@@ -57,20 +65,8 @@ VARIABLES = table(
     ),
     bodies.SHAPE,
     Variable("body_cone", "degree", "angle between the angular velocity and the figure axis, measured"),
-    Variable("momentum_cone_theory", "degree", "angle between the angular momentum and the figure axis, closed form"),
-    Variable(
-        "momentum_cone",
-        "degree",
-        "angle between the angular momentum and the figure axis, measured",
-        theory="momentum_cone_theory",
-    ),
-    Variable("space_cone_theory", "degree", "angle between the angular velocity and the angular momentum, closed form"),
-    Variable(
-        "space_cone",
-        "degree",
-        "angle between the angular velocity and the angular momentum, measured",
-        theory="space_cone_theory",
-    ),
+    *_compared("momentum_cone", "degree", "angle between the angular momentum and the figure axis"),
+    *_compared("space_cone", "degree", "angle between the angular velocity and the angular momentum"),
     Variable(
         "half_angle_drift",
         "degree",
@@ -109,11 +105,7 @@ RATIO = Quantity(
     Annotated[float, number(lambda x: 1e-150 <= x <= 1e150, "a number > 0 (1e-150 ≤ ratio ≤ 1e150)")],
 )
 SPIN = Quantity(
-    "spin rate about the figure axis",
-    "rad s-1",
-    "1e-150 ≤ |omega3| ≤ 1e150",
-    spin_rate("omega3"),
-    least=MIN_SPIN_RATE,
+    "spin rate about the figure axis", "rad s-1", "1e-150 ≤ |omega3| ≤ 1e150", spin_rate("omega3"), least=MIN_SPIN_RATE
 )
 HALF_ANGLE = Quantity(
     "half-angle",
@@ -137,8 +129,5 @@ ARGUMENTS = tuple(parameter.name for parameter in PARAMETERS)
 COORDINATES = quantities.coordinates(PARAMETERS)
 
 LAYOUT = Layout(
-    COORDINATES,
-    VARIABLES,
-    tuple(VARIABLES),
-    {parameter.name: parameter.quantity.item for parameter in PARAMETERS},
+    COORDINATES, VARIABLES, tuple(VARIABLES), {parameter.name: parameter.quantity.item for parameter in PARAMETERS}
 )

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from kernels import exact
-from sweeps.systems.bodies.once import Once
+from sweeps.systems.bodies.body import Once
 from sweeps.systems.reintegration import ROUNDING, coefficients
 from sweeps.systems.system import Reference
 from sweeps.systems.tumbling.motion import start

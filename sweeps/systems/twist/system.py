@@ -1,16 +1,37 @@
 """The tennis racket's twist: its definition, columns, motion and references."""
 
 from collections.abc import Mapping
+from typing import ClassVar
 
 import numpy as np
+from pydantic import Field
 
+from sweeps.schema.parameters import grid_model
+from sweeps.schema.refusals import keys_of
+from sweeps.systems.bodies.body import BODIES, Body, FollowedDefinition, Once, list_of
 from sweeps.systems.bodies.family import MeasuredOnce
-from sweeps.systems.bodies.once import Once
+from sweeps.systems.bodies.shapes import RATIOS
+from sweeps.systems.bodies.variables import Spin
 from sweeps.systems.kernel import Kernel
 from sweeps.systems.twist import variables
-from sweeps.systems.twist.definition import TwistDefinition
 
 A_POINT = {"I1": 1.0, "I2": 2.0, "I3": 3.0, "chi": 0.1, "theta": 1.5, "omega0": 1.0}
+
+TwistGrid = grid_model("TwistGrid", variables.PARAMETERS, __name__, RATIOS)
+
+
+class Racket(Body):
+    """One body that is thrown."""
+
+    omega0: Spin = Field(default=None, description="L/I2 of this body, rad s-1: 1e-150 ≤ omega0 ≤ 1e150")
+
+
+class TwistDefinition(FollowedDefinition):
+    """A sweep of throws."""
+
+    shareable: ClassVar = ("omega0",)
+    grid: TwistGrid = Field(description="what is varied: a mapping with " + keys_of(TwistGrid))
+    bodies: list_of(Racket) = Field(default=(), description=BODIES)
 
 
 class Twist(MeasuredOnce):

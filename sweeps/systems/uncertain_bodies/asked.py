@@ -8,7 +8,8 @@ import numpy as np
 
 from sweeps.reading.definitions import plain, read_text
 from sweeps.schema.refusals import DefinitionError, UnreadableError
-from sweeps.systems.bodies import entries, wording
+from sweeps.systems.bodies import wording
+from sweeps.systems.bodies.body import body_entry
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.rigid_body.definition import SpunBody
 from sweeps.systems.uncertain_bodies import designs, measuring
@@ -35,7 +36,7 @@ def definition_of(bodies: object, uncertainty: object, omega0: float, more: Mapp
     """Return the mapping of a definition from the arguments of `sweeps.uncertainty`."""
     listed = [bodies] if isinstance(bodies, Mapping) else bodies
     if not (isinstance(listed, list | tuple) and listed and all(isinstance(body, Mapping) for body in listed)):
-        listed = [{"name": "body"} | entries.entry(bodies)]
+        listed = [{"name": "body"} | body_entry(bodies)]
     grid = dict(more.get("grid", {}))
     listed = [body if "omega0" in body or "omega0" in grid else {**body, "omega0": omega0} for body in listed]
     return {"bodies": listed, "uncertainty": uncertainty, **more}
@@ -58,11 +59,7 @@ def definition(
 ) -> UncertainDefinition:
     """Return the definition of one body; refusals name the option.
 
-    Args:
-        entry: the body, as in a definition.
-        given: uncertainty (text of YAML, or its value), axis, and `OPTIONS`, each None where it was not given.
-        spun: omega0, epsilon and phase.
-        load: reads a definition.
+    `given` has uncertainty (text of YAML, or its value), axis, and `OPTIONS`, each None where it was not given.
     """
     try:
         uncertainty = given["uncertainty"]
@@ -94,15 +91,12 @@ def facts(found: Answer) -> dict:
     how = {"draws": designs.made(found.asked.draws), "seed": found.asked.seed, "method": found.asked.method}
     how |= {"turns": found.asked.turns, "quantile": list(measuring.QUANTILES), "input": list(found.known.inputs)}
     how["impossible_naive"] = next(iter(found.axes.values()))[0]["impossible_naive"]
-    return how | {"axes": {axis: _plain(summary) | _stability(summary) for axis, (summary, _) in found.axes.items()}}
+    return how | {"axes": {axis: _plain(summary) for axis, (summary, _) in found.axes.items()}}
 
 
 def _plain(summary: Mapping) -> dict:
-    return {name: np.asarray(value).tolist() for name, value in summary.items() if name not in ("stability", "status")}
-
-
-def _stability(summary: Mapping) -> dict:
-    return {"stability": STABILITIES[summary["stability"]]}
+    plain = {name: np.asarray(value).tolist() for name, value in summary.items() if name != "status"}
+    return plain | {"stability": STABILITIES[summary["stability"]]}
 
 
 def rows(found: Answer) -> list[tuple[str, str]]:
@@ -128,10 +122,8 @@ def _becomes(axis: int, summary: Mapping, found: Answer) -> str:
     is_handle = found.body.moments[axis - 1] == min(found.body.moments)  # whose own direction stays near L
     if "twist_quantile" in summary and not is_handle and np.isfinite(summary["twist_quantile"]).all():
         low, middle, high = np.degrees(summary["twist_quantile"][1:4])
-        text += (
-            f"; thrown with ε = {found.spun['epsilon']:.3g}, it twists by {middle:.3g}° per revolution of its handle"
-        )
-        text += f" (90 % of the draws: {low:.3g}° to {high:.3g}°)"
+        thrown = f"; thrown with ε = {found.spun['epsilon']:.3g}, it twists by {middle:.3g}°"
+        text += f"{thrown} per revolution of its handle (90 % of the draws: {low:.3g}° to {high:.3g}°)"
     return text + _matters(summary, found.known)
 
 
@@ -140,9 +132,8 @@ def _probability(summary: Mapping, what: str, draws: int) -> str:
     value, error = summary[f"probability_{what}"], summary[f"probability_{what}_error"]
     if value in (0.0, 1.0):  # the other end of the interval of 95 %
         bound = designs.wilson_end(draws)
-        return (
-            f"< {bound:.2g} (95 %)" if value == 0.0 else f"> {1 - bound:.{2 - math.floor(math.log10(bound))}g} (95 %)"
-        )
+        digits = 2 - math.floor(math.log10(bound))
+        return f"< {bound:.2g} (95 %)" if value == 0.0 else f"> {1 - bound:.{digits}g} (95 %)"
     digits = max(2, 1 - math.floor(math.log10(error)))
     return f"= {value:.{digits}f} ± {error:.{digits}f}"
 
@@ -165,20 +156,12 @@ def lines(found: Answer) -> Iterator[str]:
         yield f"taken as exactly 0: {', '.join(exact)} (a fraction of 0 is 0; covariance gives them a sigma)"
     first = next(iter(found.axes.values()))[0]
     if first["impossible_naive"] > 0:
-        yield (
-            f"{100 * first['impossible_naive']:.3g} % of Gaussian samples violate the triangle inequality and are "
-            "projected to nearly flat bodies"
-        )
+        wrong = f"{100 * first['impossible_naive']:.3g} % of Gaussian samples violate the triangle inequality"
+        yield f"{wrong} and are projected to nearly flat bodies"
     for axis, (summary, _) in found.axes.items():
         moved = summary["moment_mean"] / summary["moment_mean_requested"] - 1
-        spread = (
-            summary["moment_spread"] / summary["moment_spread_requested"] - 1
-            if summary["moment_spread_requested"]
-            else 0
-        )
+        wanted = summary["moment_spread_requested"]
+        spread = summary["moment_spread"] / wanted - 1 if wanted else 0
         if abs(moved) > 1e-3 or abs(spread) > 1e-2:
-            mean, sigma = (
-                f"sampled mean {100 * moved:+.2f} % from the requested one",
-                f"sigma {1 + spread:.3g} x the requested",
-            )
-            yield f"moment about axis {axis}: {mean}, {sigma} one"
+            mean = f"sampled mean {100 * moved:+.2f} % from the requested one"
+            yield f"moment about axis {axis}: {mean}, sigma {1 + spread:.3g} x the requested one"

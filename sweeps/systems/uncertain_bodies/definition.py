@@ -12,6 +12,7 @@ from sweeps.schema.strict import Strict
 from sweeps.schema.values import Positive, choice, converted, finite, number, whole
 from sweeps.systems.bodies import shapes
 from sweeps.systems.bodies.body import list_of
+from sweeps.systems.bodies.inertia import InertiaError
 from sweeps.systems.rigid_body.definition import NearAxisDefinition, SpunBody
 from sweeps.systems.uncertain_bodies import designs, known
 from sweeps.systems.uncertain_bodies.measuring import Asked
@@ -182,7 +183,7 @@ class UncertainDefinition(NearAxisDefinition):
                 continue
             try:
                 _known(body, given)
-            except known.KnownError as error:
+            except InertiaError as error:
                 wrong.append(Problem(where, error.shown, error.wrong, error.allowed))
         if wrong:
             raise refusals(wrong)
@@ -193,25 +194,21 @@ def _known(body: UncertainBody, given: Uncertainty) -> known.Known:
     moments = np.array(body.moments)
     if broken := shapes.violation(body.moments):
         shown = ", ".join(f"{moment:.6g}" for moment in moments)
-        raise known.KnownError(shown, f"are not the moments of any rigid body: {broken}", shapes.POSSIBLE)
+        raise InertiaError(shown, f"are not the moments of any rigid body: {broken}", shapes.POSSIBLE)
     axes = np.array(body.principal.axes) if body.principal is not None else np.eye(3)
     tensor = None if body.tensor is None else np.array(body.tensor)
     wants_tensor = given.tensor is not None or (given.covariance is not None and len(given.covariance) == 6)
     if wants_tensor and tensor is None:
-        raise known.KnownError(
-            "(six entries)",
-            "are given for a body without a tensor",
-            f"uncertainty of its moments, or a tensor of {body.name}",
-        )
+        allowed = f"uncertainty of its moments, or a tensor of {body.name}"
+        raise InertiaError("(six entries)", "are given for a body without a tensor", allowed)
     use_tensor = wants_tensor or (given.inertia is not None and tensor is not None)
-    entries = (
-        np.array([(tensor[i, j] + tensor[j, i]) / 2 for i, j in known.possible.ENTRIES]) if use_tensor else moments
-    )
+    symmetric = [(tensor[i, j] + tensor[j, i]) / 2 for i, j in known.possible.ENTRIES] if use_tensor else moments
+    entries = np.array(symmetric)
     if use_tensor and given.tensor is not None and len(set(given.tensor)) > 1:
         for name, entry, share in zip(known.ENTRIES, entries, given.tensor, strict=True):
             if entry == 0 and share > 0:
                 wrong = f"is a fraction of an entry that is 0 ({name}): it has no effect"
-                raise known.KnownError(f"{100 * share:.4g} %", wrong, "0, or covariance: 6 rows of 6, kg2 m4")
+                raise InertiaError(f"{100 * share:.4g} %", wrong, "0, or covariance: 6 rows of 6, kg2 m4")
     if given.covariance is not None:
         covariance = known.checked_covariance(np.array(given.covariance), entries)
     else:

@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from sweeps.systems.bodies.inertia import InertiaError
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.uncertain_bodies import possible
 
@@ -16,14 +17,6 @@ MOST_EPSILON = 0.999  # a drawn nudge beyond that counts as that
 SPIN = ("omega0", "epsilon", "phase")
 LARGEST = 1e140  # kg m2, a standard deviation, whose square, and sums of it, are doubles
 RANGE = "standard deviations from 1e-140 to 1e140 kg m2 (as ratios of the moments every body is in range)"
-
-
-class KnownError(ValueError):
-    """What is wrong with a covariance: `shown`, `wrong`, `allowed`, as a refusal quotes them."""
-
-    def __init__(self, shown: str, wrong: str, allowed: str):
-        super().__init__(f"{shown} {wrong}; allowed: {allowed}")
-        self.shown, self.wrong, self.allowed = shown, wrong, allowed
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,8 +102,12 @@ class Known:
         rate = np.full(len(normals), omega0) * self._scattered("omega0", z)
         size = np.minimum(np.full(len(normals), epsilon) * self._scattered("epsilon", z), MOST_EPSILON)
         turned = np.zeros(len(normals))
-        if "phase" in z:
-            turned = _whole_turn(z["phase"]) if self.spin["phase"] == ANY else self.spin["phase"] * z["phase"]
+        if self.spin.get("phase") == ANY:
+            from scipy.special import ndtr
+
+            turned = 2 * math.pi * ndtr(z["phase"])
+        elif "phase" in z:
+            turned = self.spin["phase"] * z["phase"]
         return rate, size, phase + turned
 
     def _scattered(self, name: str, z: Mapping[str, np.ndarray]) -> np.ndarray | float:
@@ -127,21 +124,15 @@ class Known:
         return possible.middle_probability(self.moments, self.covariance, axis)
 
 
-def _whole_turn(z: np.ndarray) -> np.ndarray:
-    from scipy.special import ndtr
-
-    return 2 * math.pi * ndtr(z)
-
-
 def relative(values: np.ndarray, shares: np.ndarray | float) -> np.ndarray:
     """Return the covariance of independent entries with relative standard deviations.
 
     Raises:
-        KnownError: where a variance would be no double: one of 0 would make what is uncertain exact.
+        InertiaError: where a variance would be no double: one of 0 would make what is uncertain exact.
     """
     deviations = np.abs(np.asarray(values, dtype=np.float64) * shares)
     if not (deviations <= LARGEST).all() or (deviations[deviations > 0] < 1 / LARGEST).any():
-        raise KnownError("(a variance)", "is too large or too small for a double", RANGE)
+        raise InertiaError("(a variance)", "is too large or too small for a double", RANGE)
     return np.diag(deviations**2)
 
 
@@ -149,13 +140,13 @@ def checked_covariance(covariance: np.ndarray, values: np.ndarray) -> np.ndarray
     """Return a valid covariance of entries with uncertainties below 100 %."""
     size = np.abs(covariance).max(initial=0.0)
     if size > LARGEST**2 or 0 < size < LARGEST**-2:
-        raise KnownError("(a matrix)", "is too large or too small for doubles", RANGE)
+        raise InertiaError("(a matrix)", "is too large or too small for doubles", RANGE)
     if (np.abs(covariance - covariance.T) > 1e-9 * size).any():
-        raise KnownError("(a matrix)", "is not symmetric", "a symmetric matrix, kg2 m4")
+        raise InertiaError("(a matrix)", "is not symmetric", "a symmetric matrix, kg2 m4")
     covariance = (covariance + covariance.T) / 2
     least = float(np.linalg.eigvalsh(covariance)[0])
     if least < -1e-9 * size or (np.diag(covariance) < 0).any():
-        raise KnownError(
+        raise InertiaError(
             "(a matrix)", f"is not positive: it has the eigenvalue {least:.4g}", "no variance below 0 in any direction"
         )
     spread = np.sqrt(np.diag(covariance))
@@ -164,5 +155,5 @@ def checked_covariance(covariance: np.ndarray, values: np.ndarray) -> np.ndarray
     for k in range(3):
         if spread[k] >= diagonal[k]:
             wrong = f"makes an uncertainty of {100 * spread[k] / diagonal[k]:.4g} %, entry {k + 1}"
-            raise KnownError("(a matrix)", wrong, "less than 100 % of each moment")
+            raise InertiaError("(a matrix)", wrong, "less than 100 % of each moment")
     return covariance

@@ -87,8 +87,8 @@ def _one(known, bodies, normals, shape, spin: Spun, asked: Asked, integration, r
 # -- through the kernels, a tile after the other or side by side; where tiles end does not depend on threads
 
 
-def _tiles(size: int) -> list[slice]:
-    return [slice(low, low + TILE) for low in range(0, size, TILE)]
+def _tiles(size: int, tile: int = TILE) -> list[slice]:
+    return [slice(low, low + tile) for low in range(0, size, tile)]
 
 
 def _part(values: np.ndarray | None, part) -> np.ndarray | None:
@@ -161,11 +161,9 @@ def _flips(points, draws, followed, integration: Integration, run: Callable) -> 
     def follow(numbers):
         return survey.flipped({name: values[numbers] for name, values in points.items()}, integration.tolerance)
 
-    parts = list(run(lambda low: follow(order[low : low + 1024]), range(0, order.size, 1024)))
-    period, tilt, tilt_exact, period_exact = (np.empty(order.size) for _ in range(4))
-    for name, values in (("flip_period", period), ("max_tilt", tilt), ("max_tilt_exact", tilt_exact)):
-        values[order] = np.concatenate([part[name] for part in parts])
-    period_exact[order] = np.concatenate([part["flip_period_exact"] for part in parts])
+    parts = list(run(lambda part: follow(order[part]), _tiles(order.size, 1024)))
+    back, names = np.argsort(order), ("flip_period", "flip_period_exact", "max_tilt", "max_tilt_exact")
+    period, period_exact, tilt, tilt_exact = (np.concatenate([part[name] for part in parts])[back] for name in names)
     given_up = np.isnan(tilt)  # so near the separatrix that the closed form has to stand in
     keeps = np.where(given_up, tilt_exact <= math.pi / 2, np.isnan(period))
     period = np.where(keeps, np.inf, np.where(np.isnan(period), period_exact, period))

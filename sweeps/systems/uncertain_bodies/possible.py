@@ -30,11 +30,6 @@ FLOOR = 1e-12  # least δ over the sum of the second moments: what the doubles o
 ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 
-def second_moments(moments: np.ndarray) -> np.ndarray:
-    """Return J_i = (I_j + I_k − I_i)/2 of moments, along the last dimension."""
-    return moments.sum(axis=-1, keepdims=True) / 2 - moments
-
-
 def softness(covariance: np.ndarray, moments: np.ndarray) -> float:
     """Return δ of a body from the covariance of its moments, or of the six entries of its tensor, and its moments."""
     if len(covariance) == 3:

@@ -33,11 +33,7 @@ VARIABLES = table(
         "probability that the spin is unstable, from the measured draws",
         role=Role.MEASUREMENT,
     ),
-    *_with_error(
-        "probability_middle",
-        "1",
-        "probability that the axis is the intermediate axis",
-    ),
+    *_with_error("probability_middle", "1", "probability that the axis is the intermediate axis"),
     Variable(
         "probability_middle_theory",
         "1",
@@ -94,7 +90,7 @@ TWISTS = table(
         "rad",
         "quantile of the absolute twist per revolution of the axis of least inertia about L, measured",
         "near pi, a half turn, for a thrown racket; missing for a spin about that axis",
-    ),
+    )
 )
 
 KEPT = table(

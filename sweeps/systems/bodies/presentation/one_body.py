@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from sweeps.process import memory, processors
 from sweeps.schema.refusals import DefinitionError
-from sweeps.systems.bodies import entries
+from sweeps.systems.bodies.body import body_entry
 from sweeps.systems.rigid_body import asked
 
 if TYPE_CHECKING:
@@ -53,12 +53,12 @@ class BodyAnswer:
         from sweeps.figure import style
         from sweeps.process.files import replaced
         from sweeps.systems.uncertain_bodies import asked as uncertain
-        from sweeps.systems.uncertain_bodies.presentation import figure_cloud
+        from sweeps.systems.uncertain_bodies.presentation import figure_outlook
 
         if self._sampled is None:
             raise DefinitionError("body: figure: shows sampled bodies; allowed: with uncertainty")
         with style.drawn_for(style.ITS_OWN), replaced(path) as temporary:
-            figure = figure_cloud.draw(self.name, next(uncertain.lines(self._sampled)), self._sampled.axes)
+            figure = figure_outlook.draw_cloud(self.name, next(uncertain.lines(self._sampled)), self._sampled.axes)
             figure.savefig(temporary, format="png")
 
 
@@ -80,7 +80,7 @@ def answer(
         return BodyAnswer(found.name, facts, lines, rows, more)
     from sweeps.systems.uncertain_bodies import asked as uncertain
 
-    entry = uncertain.entry_of(found) if isinstance(body, str) else {"name": found.name} | entries.entry(body)
+    entry = uncertain.entry_of(found) if isinstance(body, str) else {"name": found.name} | body_entry(body)
     read = uncertain.definition(entry, given | {"axis": axis, "twist": twist or None}, spun, load)
     memory.keep_freed()
     sampled = uncertain.answer(read, processors.cores())

@@ -1,28 +1,27 @@
 """Presentation of observed periods."""
 
-from collections.abc import Callable
-from functools import partial
-from typing import TYPE_CHECKING
-
-from sweeps.systems.observed_periods.presentation.look import LOOK
+from sweeps.figure import colors
+from sweeps.systems.bodies.presentation import MODES, SYMBOLS
 from sweeps.systems.presentation import Page, Presentation
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
+from sweeps.systems.presentation.look import Look, Mark, Symbol
 
 
 class ObservedPeriodsPresentation(Presentation):
-    """Figure of the energies; a page without a motion."""
+    """The energies over the inertia triangle; a page without a motion."""
 
-    look = LOOK
+    look = Look(
+        MODES
+        | {"none": Mark("excluded in both modes", "x", colors.GREY), "both": Mark("either mode", "*", colors.UNSTABLE)},
+        SYMBOLS
+        | {
+            "P_psi": Symbol(r"$P_\psi$", "P_ψ"),
+            "P_phi": Symbol(r"$P_\phi$", "P_φ"),
+            "sigma_psi": Symbol(r"$\sigma_\psi$", "σ_ψ"),
+            "sigma_phi": Symbol(r"$\sigma_\phi$", "σ_φ"),
+        },
+    )
     part = Page((), "Which bodies have both periods, in which mode, and with which certainty?")
-
-    def figures(self, ds: "xr.Dataset") -> "dict[str, Callable[..., Figure | None]]":
-        """Return the energies over the inertia triangle."""
-        from sweeps.systems.observed_periods.presentation import figure_energies
-
-        return {"energies": partial(figure_energies.draw, ds)}
+    drawn = (("energies", "figure_energies.draw"),)
 
 
 PRESENTATION = ObservedPeriodsPresentation

@@ -33,15 +33,13 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
         excluded = 1.0 * (part[f"exclusion_{mode}"].transpose(*SHAPE).values > EXCLUDED)
         mesh = ax.pcolormesh(x, 1 - x * (1 - t), excess, cmap="cividis", vmin=-3, vmax=1, rasterized=True, gid="energy")
         none = ax.contourf(*at, excluded, [0.5, 1.5], colors="none", hatches=["////"])
-        none.set(edgecolor=colors.QUIET, linewidth=0.0, gid="excluded")
-        outline = Polygon([[0, 1], [1, 0], [1, 1]], fill=False, edgecolor=colors.INK, linewidth=1.0)
-        ax.add_patch(outline)
+        none.set(edgecolor=colors.QUIET, lw=0.0, gid="excluded")
+        ax.add_patch(Polygon([[0, 1], [1, 0], [1, 1]], fill=False, edgecolor=colors.INK, lw=1.0))
         ax.set(title=WORDS[mode], xlabel="$I_1/I_3$", xlim=(0, 1), ylim=(0, 1), aspect="equal")
     axes[0].set_ylabel("$I_2/I_3$")
     figure.colorbar(mesh, ax=axes, label=r"$\log_{10}(2TI_3/L^2 - 1)$", extend="both", shrink=0.8)
-    hatch = {"facecolor": "none", "edgecolor": colors.QUIET, "hatch": "////", "linewidth": 0}
     handles = [
-        Patch(label=f"excluded by more than {EXCLUDED:g} standard errors", **hatch),
+        style.hatched(f"excluded by more than {EXCLUDED:g} standard errors"),
         Patch(label="possible within the errors", facecolor="white", edgecolor=colors.QUIET),
     ]
     style.legend(figure, handles)

@@ -1,17 +1,17 @@
 """Presentation of small oscillations."""
 
 from collections.abc import Callable, Iterator
-from functools import partial
 from typing import TYPE_CHECKING
 
-from sweeps.systems.oscillator.presentation.look import LOOK
 from sweeps.systems.oscillator.system import ANIMATED
 from sweeps.systems.presentation import Page, Presentation
+from sweeps.systems.presentation.look import Look, Symbol
 
 if TYPE_CHECKING:
     import numpy as np
     import xarray as xr
-    from matplotlib.figure import Figure
+
+LOOK = Look(symbols={"epsilon": Symbol(r"$\varepsilon$", "ε"), "phase": Symbol(r"$\varphi$", "φ")})
 
 
 class OscillatorPresentation(Presentation):
@@ -19,6 +19,10 @@ class OscillatorPresentation(Presentation):
 
     look = LOOK
     least = ("epsilon",)
+    drawn = (
+        ("oscillations", "figure_oscillations.draw"),
+        ("theory_against_measured", "figure_oscillations.draw_agreement"),
+    )
 
     def page(self, ds: "xr.Dataset") -> Page:
         """Return the motion of one mode, and the equilibria."""
@@ -26,19 +30,11 @@ class OscillatorPresentation(Presentation):
 
         return page(ds, None if self.system.name.endswith(".py") else self.system.description)
 
-    def figures(self, ds: "xr.Dataset") -> "dict[str, Callable[..., Figure | None]]":
-        """Return the map and the agreement with theory."""
-        from sweeps.systems.oscillator.presentation import figure_oscillations as figure
-
-        return {"oscillations": partial(figure.draw, ds), "theory_against_measured": partial(figure.draw_agreement, ds)}
-
     def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Iterator[np.ndarray]]]":
         """Return animations of the bead on a hoop and of pendulums near a stable and an unstable equilibrium."""
         if self.system.name not in ANIMATED:
             return {}
-        from sweeps.systems.oscillator.presentation import figure_motion
-
-        return {"motion": partial(figure_motion.frames, ds, self.system.name, self.system.mechanism)}
+        return {"motion": self.drawing("figure_motion.frames", ds, self.system.name, self.system.mechanism)}
 
 
 PRESENTATION = OscillatorPresentation

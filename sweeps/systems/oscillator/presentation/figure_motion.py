@@ -13,12 +13,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import sympy as sp
 import xarray as xr
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 from sweeps.figure import colors, style
 from sweeps.mechanics import motions
 from sweeps.systems.oscillator.variables import REGIMES
+from sweeps.systems.presentation import animation
 
 if TYPE_CHECKING:
     from sweeps.mechanics.model import Model
@@ -44,31 +43,17 @@ SHOWN = {  # which of a regime is shown, the first that there is
 
 @dataclass(frozen=True)
 class Run:
-    """One motion.
+    """One motion."""
 
-    Attributes:
-        name: of the equilibrium that it starts beside.
-        regime: measured there: "stable" or "unstable".
-        place: of the equilibrium, rad, shape (n,).
-        shift: where it starts from there, rad, shape (n,).
-        duration: how long it takes to show what it is, s.
-    """
-
-    name: str
-    regime: str
-    place: np.ndarray
-    shift: np.ndarray
-    duration: float
+    name: str  #: of the equilibrium that it starts beside
+    regime: str  #: measured there: "stable" or "unstable"
+    place: np.ndarray  #: of the equilibrium, rad, shape (n,)
+    shift: np.ndarray  #: where it starts from there, rad, shape (n,)
+    duration: float  #: how long it takes to show what it is, s
 
 
 def frames(ds: xr.Dataset, name: str, model: "Model") -> Iterator[np.ndarray]:
-    """Yield the frames of the animation, shape (height, width, 4); none without a stable and an unstable equilibrium.
-
-    Args:
-        ds: a map of the system.
-        name: of the system, one of `SHOWN`.
-        model: its equations.
-    """
+    """Yield the frames of the animation; none without a stable and an unstable equilibrium."""
     point = {p.name: _nearest(ds[p.name], p.default) for p in model.system.parameters.values()}
     here = ds.sel(point).isel({d: 0 for d in ds["regime"].dims if d not in {*point, "equilibrium", "mode"}})
     runs = [run for regime in COLORS if (run := _run(here, SHOWN[name][regime], regime, model)) is not None]
@@ -112,11 +97,7 @@ def _run(here: xr.Dataset, names: tuple[str, ...], regime: str, model: "Model") 
 
 def _drawn(ds, name, model, point, runs, q, times):
     film = style.film.get()
-    figure = Figure(figsize=INCHES, dpi=film.dots(INCHES, DOTS), facecolor="white")
-    FigureCanvasAgg(figure)
-    words = _settings(model, point)
-    figure.text(0.03, 0.965, model.system.title, fontsize=11, fontweight="bold", va="top")
-    figure.text(0.03, 0.895, words, fontsize=7.5, color=colors.QUIET, va="top")
+    figure = animation.stage(INCHES, DOTS, model.system.title, _settings(model, point), (11.0, 7.5))
     for k, run in enumerate(runs):
         text = f"● from rest {style.number(abs(run.shift[0]))} rad beside “{run.name.replace('_', ' ')}”: {run.regime}"
         figure.text(0.03 + 0.48 * k, 0.03, text, fontsize=8, color=COLORS[run.regime], va="bottom")
@@ -125,33 +106,28 @@ def _drawn(ds, name, model, point, runs, q, times):
     scene.axis("off")
     parts = [_bodies(name, scene, model, point, runs), _curve(name, curve, ds, model, point, runs)]
     clock = scene.text(1.2, -1.2, "", fontsize=8.5, ha="right", color=colors.INK, animated=True)
-    figure.canvas.draw()  # what stands still, drawn once
-    still = figure.canvas.copy_from_bbox(figure.bbox)
     digits = max(0, 2 - math.floor(math.log10(times[-1])))
-    for k in range(FRAMES * film.finer):
-        figure.canvas.restore_region(still)
-        clock.set_text(f"t = {times[k * FINER]:.{digits}f} s" if digits < 5 else f"t = {times[k * FINER]:.2e} s")
-        moved = [
-            artist for part in parts for artist in part(q[:, max(0, k - TRAIL * film.finer) * FINER : k * FINER + 1])
-        ]
-        for artist in (*moved, clock):
-            artist.axes.draw_artist(artist)
-        yield np.array(figure.canvas.buffer_rgba())
+
+    def frames():
+        for k in range(FRAMES * film.finer):
+            clock.set_text(f"t = {times[k * FINER]:.{digits}f} s" if digits < 5 else f"t = {times[k * FINER]:.2e} s")
+            lately = q[:, max(0, k - TRAIL * film.finer) * FINER : k * FINER + 1]
+            yield *(artist for part in parts for artist in part(lately)), clock
+
+    yield from animation.played(figure, frames())
 
 
 def _settings(model, point):
     """The point in words: what is varied or matters, with units."""
-    told = [
+    return ",  ".join(
         style.with_unit(f"{p.name.replace('_', ' ')} {style.number(point[p.name], 3)}", p.unit)
         for p in model.system.parameters.values()
-    ]
-    return ",  ".join(told)
+    )
 
 
 def _lines(ax, runs, **look):
     """One animated line a motion, in its colour."""
-    made = [ax.plot([], [], color=COLORS[run.regime], animated=True, **look)[0] for run in runs]
-    return made
+    return [ax.plot([], [], color=COLORS[run.regime], animated=True, **look)[0] for run in runs]
 
 
 def _bodies(name, ax, model, point, runs):
@@ -162,15 +138,15 @@ def _bodies(name, ax, model, point, runs):
 def _hoop(ax, model, point, runs):
     """The hoop in the plane that turns with it, its axis, and the beads with their trails."""
     turn = np.linspace(0.0, 2.0 * math.pi, 181)
-    ax.plot(np.sin(turn), -np.cos(turn), color=colors.QUIET, linewidth=2.2)
-    ax.plot((0.0, 0.0), (-1.2, 1.2), color=colors.FAINT, linewidth=1.0, linestyle=(0, (4, 3)))
+    ax.plot(np.sin(turn), -np.cos(turn), color=colors.QUIET, lw=2.2)
+    ax.plot((0.0, 0.0), (-1.2, 1.2), color=colors.FAINT, lw=1.0, ls=(0, (4, 3)))
     bow = np.linspace(-0.85 * math.pi, 0.45 * math.pi, 60)
-    ax.plot(0.16 * np.cos(bow), 1.12 + 0.05 * np.sin(bow), color=colors.QUIET, linewidth=1.0)
-    ax.plot([0.16 * math.cos(bow[-1])], [1.12 + 0.05 * math.sin(bow[-1])], "<", color=colors.QUIET, markersize=4)
+    ax.plot(0.16 * np.cos(bow), 1.12 + 0.05 * np.sin(bow), color=colors.QUIET, lw=1.0)
+    ax.plot([0.16 * math.cos(bow[-1])], [1.12 + 0.05 * math.sin(bow[-1])], "<", color=colors.QUIET, ms=4)
     for run in runs:
         x, y = math.sin(run.place[0]), -math.cos(run.place[0])
-        ax.plot([x], [y], "o", markersize=11, markerfacecolor="none", color=COLORS[run.regime], markeredgewidth=0.9)
-    trails, beads = _lines(ax, runs, linewidth=3.0, alpha=0.35), _lines(ax, runs, marker="o", markersize=9)
+        ax.plot([x], [y], "o", ms=11, mfc="none", color=COLORS[run.regime], mew=0.9)
+    trails, beads = _lines(ax, runs, lw=3.0, alpha=0.35), _lines(ax, runs, marker="o", ms=9)
 
     def move(q):
         for trail, bead, one in zip(trails, beads, q[..., 0], strict=True):
@@ -187,12 +163,12 @@ def _rods(ax, model, point, runs):
     masses = [point[name] for name in ("mass", "mass1", "mass2") if name in point]
     parts = np.array(lengths) / sum(lengths)
     sizes = 5.0 + 5.0 * np.sqrt(np.array(masses) / max(masses))
-    ax.plot([0.0], [0.0], "o", color=colors.INK, markersize=4)
-    ax.plot((-0.16, 0.16), (0.0, 0.0), color=colors.QUIET, linewidth=2.0, zorder=0)
+    ax.plot([0.0], [0.0], "o", color=colors.INK, ms=4)
+    ax.plot((-0.16, 0.16), (0.0, 0.0), color=colors.QUIET, lw=2.0, zorder=0)
     for run in runs:
-        ax.plot(*_ends(run.place[None], parts)[0], color=COLORS[run.regime], linewidth=0.9, linestyle=(0, (3, 3)))
-    trails, rods = _lines(ax, runs, linewidth=1.4, alpha=0.45), _lines(ax, runs, linewidth=2.0)
-    bobs = [_lines(ax, runs, marker="o", markersize=size) for size in sizes]
+        ax.plot(*_ends(run.place[None], parts)[0], color=COLORS[run.regime], lw=0.9, ls=(0, (3, 3)))
+    trails, rods = _lines(ax, runs, lw=1.4, alpha=0.45), _lines(ax, runs, lw=2.0)
+    bobs = [_lines(ax, runs, marker="o", ms=size) for size in sizes]
 
     def move(q):
         for k, one in enumerate(q):
@@ -214,8 +190,7 @@ def _ends(q, parts):
 
 def _curve(name, ax, ds, model, point, runs):
     """What draws the motion on its curve: a function of the last places, shape (runs, times, n)."""
-    for side in ("top", "right"):
-        ax.spines[side].set_visible(False)
+    ax.spines[["top", "right"]].set_visible(False)
     if len(model.system.kept) == 2:
         return _surface(ax, model, point, runs)
     if name == "bead_on_hoop" and ds.sizes["spin_rate"] > 2:
@@ -236,10 +211,10 @@ def _branches(ax, ds, point, runs):
             edge = np.convolve(there, (1, 0, 1), "same") > 0
             there |= edge & (one["regime"].values == REGIMES.index("marginal") - 1)  # a line goes on to where it ends
             theta = np.where(there, one["theta_equilibrium"].values, np.nan)
-            ax.plot(x, theta, color=COLORS[regime], linestyle=dash, linewidth=1.4)
+            ax.plot(x, theta, color=COLORS[regime], ls=dash, lw=1.4)
             if equilibrium == "top":
-                ax.plot(x, -theta, color=COLORS[regime], linestyle=dash, linewidth=1.4)
-    ax.axvline(point["spin_rate"], color=colors.FAINT, linewidth=1.0, zorder=0)
+                ax.plot(x, -theta, color=COLORS[regime], ls=dash, lw=1.4)
+    ax.axvline(point["spin_rate"], color=colors.FAINT, lw=1.0, zorder=0)
     if style.is_logarithmic(x):
         ax.set_xscale("log")
     ax.set(xlabel=f"spin rate ({style.units('rad s-1')})", ylim=(-3.4, 3.4), xlim=(x[0], x[-1]))
@@ -253,7 +228,7 @@ def _valley(ax, model, point, runs):
     height = _potential(model, point)
     theta = np.linspace(*WINDOW, 361)
     unit = 0.5 * np.ptp(height(theta[:, None])) or 1.0
-    ax.plot(theta, height(theta[:, None]) / unit, color=colors.INK, linewidth=1.2)
+    ax.plot(theta, height(theta[:, None]) / unit, color=colors.INK, lw=1.2)
     name = model.system.kept[0].name
     ax.set(xlabel=f"{name} (rad)", ylabel="V / half its height", xlim=WINDOW)
     ax.set_xticks(*TICKS)
@@ -269,8 +244,7 @@ def _surface(ax, model, point, runs):
     ax.contour(angle, angle, V, 12, colors=colors.FAINT, linewidths=0.9, linestyles="-")
     for run in runs:
         x, y = _shown(run.place)
-        look = {"color": COLORS[run.regime], "markerfacecolor": "none", "markersize": 8, "markeredgewidth": 0.9}
-        ax.plot([x], [y], "o", **look)
+        ax.plot([x], [y], "o", color=COLORS[run.regime], mfc="none", ms=8, mew=0.9)
     names = [c.name for c in model.system.kept]
     ax.set(xlabel=f"{names[0]} (rad)", ylabel=f"{names[1]} (rad)", aspect="equal")
     ax.set(xlim=WINDOW, ylim=WINDOW, title="lines of equal V")
@@ -282,7 +256,7 @@ def _surface(ax, model, point, runs):
 
 def _along(ax, runs, seen):
     """What moves dots with trails on a curve, broken where an angle goes round."""
-    trails, dots = _lines(ax, runs, linewidth=3.0, alpha=0.35), _lines(ax, runs, marker="o", markersize=7)
+    trails, dots = _lines(ax, runs, lw=3.0, alpha=0.35), _lines(ax, runs, marker="o", ms=7)
 
     def move(q):
         for trail, dot, one in zip(trails, dots, q, strict=True):

@@ -13,17 +13,16 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from sweeps.figure import colors, style
-from sweeps.systems.oscillator.presentation.look import LOOK
 from sweeps.systems.oscillator.variables import REGIMES
 from sweeps.systems.presentation import planes, ratios
-from sweeps.systems.presentation.look import missing_words
+from sweeps.systems.presentation.look import Look, Mark, missing_words
+from sweeps.systems.presentation.regimes import MISSING, dots
 
 MOST_PANELS = 8
 MOST_POINTS = 40_000
 PROMISED, LEAST_RATE = 1e-6, 1e-3  # relative, and how small ω² may be beside the scale's square
 LEAST_DRAWN = 1e-17
-COLORS = {"stable": colors.STABLE, "unstable": colors.UNSTABLE, "marginal": colors.INK}
-MISSING = "#e6e6e6"
+LOOK = Look(marks={"marginal": Mark("marginal", "=", colors.INK)})
 MOST_DEVIATION = 1e9  # larger ones stand at the edge
 ROUNDING = 1e-12  # of ω²/scale²: what is below is no sign
 MOST_DOTS = 1000  # marginal points of a panel; more stand on a coarser lattice
@@ -110,11 +109,11 @@ def _map(ax, one, x, y, most):
     if np.nanmin(theory, initial=0.0) < -ROUNDING and np.nanmax(theory, initial=0.0) > ROUNDING:
         line = ax.contour(one[x].values, one[y].values, theory, levels=[0.0], colors=colors.INK, linewidths=1.0)
         line.set(gid="theory", path_effects=style.halo(2.2))
-        ax.plot([], [], color=colors.INK, linewidth=1.0, label=r"theory: $\omega^2 = 0$")
+        ax.plot([], [], color=colors.INK, lw=1.0, label=r"theory: $\omega^2 = 0$")
     rows, columns = _few_dots(*np.nonzero(one["regime"].values == REGIMES.index("marginal") - 1))
-    look = {"linestyle": "none", "marker": "o", "markersize": 2.0, "color": colors.INK, "markeredgewidth": 0.0}
     if rows.size:
-        ax.plot(one[x].values[columns], one[y].values[rows], gid="marginal", label="marginal", **look)
+        look = {"color": colors.INK, "gid": "marginal", "label": "marginal"}
+        ax.plot(one[x].values[columns], one[y].values[rows], "o", ms=2.0, mew=0.0, **look)
     style.scale_as_spread(ax.xaxis, one[x].values)
     style.scale_as_spread(ax.yaxis, one[y].values)
     ax.set(xlabel=style.label_of(one, x), ylabel=style.label_of(one, y))
@@ -155,11 +154,11 @@ def _law(ax, one, x, y):
         row = one.isel({y: int(k)})
         regime = REGIMES[1 + int(np.bincount(np.maximum(row["regime"].values, 0)).argmax())]
         names = ("theory", regime) if not number else (None, None)
-        line = {"color": colors.INK, "linewidth": 0.9, "gid": "theory", "label": names[0]}
-        dots = {"linestyle": "none", "marker": "o", "markersize": 3.4, "markeredgewidth": 0.0, "gid": regime}
+        line = {"color": colors.INK, "lw": 0.9, "gid": "theory", "label": names[0]}
         ax.plot(row[x].values, theory, **line)
         measured = np.sqrt(np.abs(row["omega_squared"].values[every]))
-        ax.plot(row[x].values[every], measured, color=COLORS[regime], label=names[1], **dots)
+        look = {"color": LOOK.color(regime), "label": names[1], "gid": regime}
+        ax.plot(row[x].values[every], measured, "o", ms=3.4, mew=0.0, **look)
     if style.is_logarithmic(one[x].values):
         ax.set(yscale="log")
     style.scale_as_spread(ax.xaxis, one[x].values)
@@ -170,9 +169,9 @@ def _law(ax, one, x, y):
     heights = ends[order] - LEAST_ROOM * np.arange(order.size)  # each at least so far above the last
     heights = np.maximum.accumulate(heights) + LEAST_ROOM * np.arange(order.size)
     for k, height in zip(order, heights - max(heights[-1] - 1.0, 0.0), strict=True):
-        look = {"xycoords": "axes fraction", "textcoords": "offset points", "va": "center", "fontsize": 7.5}
         text = style.with_unit(style.number(float(one[y].values[some[k]]), 3), one[y].attrs.get("units", "1"))
-        ax.annotate(text if len(some) > 1 else "all", (1.0, height), (4, 0), **look)
+        look = {"xycoords": "axes fraction", "va": "center", "fontsize": 7.5}
+        style.note(ax, text if len(some) > 1 else "all", (1.0, height), (4, 0), **look)
     ax.set_title(f"{ax.get_title(loc='left')}, by {y.replace('_', ' ')}", loc="left")
 
 
@@ -185,46 +184,32 @@ def _few_dots(rows, columns):
 
 def _lines(ax, one, x):
     """Measured signed ω² as dots on theory's line, where one parameter varies."""
-    at, (theory, measured, regime) = (
-        one[x].values,
-        (one[name].values.ravel() for name in ("theory", "measured", "regime")),
-    )
-    ax.axhline(0.0, color=colors.FAINT, linewidth=0.8)
-    ax.plot(at, theory, color=colors.INK, linewidth=0.9, gid="theory", label="theory")
-    for k, name in enumerate(REGIMES[1:]):
-        chosen = regime == k
-        look = {"linestyle": "none", "marker": "o", "markersize": 3.0, "markeredgewidth": 0.0}
-        if chosen.any():
-            ax.plot(at[chosen], measured[chosen], color=COLORS[name], gid=name, label=name, **look)
+    at = one[x].values
+    theory, measured, regime = (one[name].values.ravel() for name in ("theory", "measured", "regime"))
+    ax.axhline(0.0, color=colors.FAINT, lw=0.8)
+    ax.plot(at, theory, color=colors.INK, lw=0.9, gid="theory", label="theory")
+    dots(ax, at, measured, regime, REGIMES[1:], LOOK, ms=3.0)
     style.scale_as_spread(ax.xaxis, at)
     ax.set(xlabel=style.label_of(one, x), ylabel=r"$\omega^2$ / rate scale$^2$")
-    return None
 
 
 def _places(ax, part, name, x, y):
     """Where the equilibria are, over x in the middle of y: stable ones in one colour, unstable ones in another."""
     row = part.isel({y: part.sizes[y] // 2}) if y else part
     row = row.isel(mode=0)
-    line = {"color": colors.INK, "linewidth": 1.0, "gid": "place"}
+    line = {"color": colors.INK, "lw": 1.0, "gid": "place"}
     told = (("-", "stable"), ((0, (4, 2)), "unstable")) if "regime_theory" in row else ()
     for k, (dash, word) in enumerate(told):
         for e in row["equilibrium"].values:
             one = row.sel(equilibrium=e)
             there = np.where(one["regime_theory"].values == k, one[name].values, np.nan)
             if np.isfinite(there).any():
-                ax.plot(*_forked(one[x].values, there), linestyle=dash, label=f"equilibrium, {word}", **line)
-    for k, regime in enumerate(REGIMES[1:]):
-        for e in row["equilibrium"].values:
-            one = row.sel(equilibrium=e)
-            chosen = one["regime"].values == k
-            look = {"linestyle": "none", "marker": "o", "markersize": 2.6, "markeredgewidth": 0.0}
-            if chosen.any():
-                look |= {"color": COLORS[regime], "gid": regime, "label": regime}
-                ax.plot(one[x].values[chosen], one[name].values[chosen], **look)
+                ax.plot(*_forked(one[x].values, there), ls=dash, label=f"equilibrium, {word}", **line)
+    places, at = row[name].transpose("equilibrium", x).values, row["regime"].transpose("equilibrium", x).values
+    dots(ax, np.broadcast_to(row[x].values, at.shape), places, at, REGIMES[1:], LOOK, ms=2.6)
     style.scale_as_spread(ax.xaxis, row[x].values)
     cut = f", {style.fixed_at(part, y, part[y].values[part.sizes[y] // 2])}" if y else ""
-    title = f"equilibria{cut}"
-    ax.set_title(title, loc="left")
+    ax.set_title(f"equilibria{cut}", loc="left")
     symbol = GREEK.sub(r"$\\\1$", name.removesuffix("_equilibrium"))
     unit = part[name].attrs.get("units", "1")
     ax.set(xlabel=style.label_of(part, x), ylabel=style.with_unit(symbol, unit, "  ({})"))
@@ -278,13 +263,13 @@ def draw_agreement(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     ratios.draw(upper, ratio[known], epsilon.values.ravel()[::stride][known], colors.STABLE)
     with np.errstate(all="ignore"):
         bars = np.maximum(error / np.abs(theory), LEAST_DRAWN)
-    dash = {"linestyle": "none", "marker": "_", "markersize": 4, "color": ratios.ERROR, "rasterized": True}
     is_spread = np.ptp(np.log(size[known])) > 0.7  # else over the rate itself
     x = size if is_spread else np.sqrt(np.abs(theory))
-    ax.plot(x[known], bars[known], gid="error", label="error", zorder=1, **dash)
+    look = {"color": ratios.ERROR, "gid": "error", "label": "error", "zorder": 1, "rasterized": True}
+    ax.plot(x[known], bars[known], "_", ms=4, **look)
     _draw_deviations(ax, x, deviation, known, regime)
     label = r"$|\omega^2|$ of theory / rate scale$^2$" if is_spread else "rate of theory  (rad s⁻¹)"
-    promise = {"color": colors.INK, "linewidth": 1.0, "linestyle": (0, (4, 2)), "gid": "bar", "label": "promised"}
+    promise = {"color": colors.INK, "lw": 1.0, "ls": (0, (4, 2)), "gid": "bar", "label": "promised"}
     ends = (LEAST_RATE, max(2.0, size[known].max())) if is_spread else (x[known].min(), x[known].max())
     ax.plot(ends, (PROMISED, PROMISED), **promise)
     ax.set_xlabel(label)
@@ -294,14 +279,9 @@ def draw_agreement(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
 
 def _draw_deviations(ax: Axes, size, deviation, known, regime) -> None:
     """Relative deviations over the size of ω² or of the rate."""
-    for k, name in enumerate(REGIMES[1:]):
-        chosen = known & (regime == k)
-        look = {"linestyle": "none", "marker": "o", "markersize": 2.2, "markeredgewidth": 0.0, "alpha": 0.4}
-        drawn = np.clip(deviation[chosen], LEAST_DRAWN, MOST_DEVIATION)
-        if chosen.any():
-            ax.plot(size[chosen], drawn, color=COLORS[name], gid=name, label=name, rasterized=True, **look)
+    drawn = np.clip(deviation[known], LEAST_DRAWN, MOST_DEVIATION)
+    dots(ax, size[known], drawn, regime[known], REGIMES[1:], LOOK, ms=2.2, alpha=0.4, rasterized=True)
     most = min(max(1e-5, 3 * deviation[known].max()), MOST_DEVIATION)
     ax.set(xscale="log", yscale="log", ylim=(LEAST_DRAWN / 2, most))
     ax.set_ylabel(r"$|\,\omega^2\,/\,\omega^2_\mathrm{theory} - 1\,|$")
-    ax.grid(axis="y", color=colors.FAINT, linewidth=0.5, alpha=0.7)
-    ax.set_axisbelow(True)
+    style.grid(ax, "y")

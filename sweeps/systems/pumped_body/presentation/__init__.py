@@ -10,7 +10,7 @@ from sweeps.reading.definitions import definition_of
 from sweeps.systems.bodies.presentation import on_triangle
 from sweeps.systems.presentation import Page, Presentation
 from sweeps.systems.pumped_body.presentation.look import LOOK
-from sweeps.systems.rigid_body.spread import is_of_shapes
+from sweeps.systems.rigid_body.presentation.look import is_of_shapes
 
 if TYPE_CHECKING:
     import numpy as np

@@ -9,14 +9,13 @@ from collections.abc import Iterator
 
 import numpy as np
 import xarray as xr
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from scipy.integrate import solve_ivp
 
 from kernels.codes import REGIMES
 from sweeps.figure import colors, style
 from sweeps.systems.bodies.solid import solid
-from sweeps.systems.rigid_body.presentation.figure_flip import FINER, TRAIL, FilmStage, set_stage
+from sweeps.systems.presentation import animation
+from sweeps.systems.rigid_body.presentation.figure_flip import FINER, TRAIL, FilmStage
 
 FRAMES = 150
 INCHES = (7.2, 5.0)
@@ -94,34 +93,31 @@ def followed(point: dict[str, float], inverse: bool, times: np.ndarray) -> tuple
 
 
 def _drawn(point, times, both):
-    film, axis = style.film.get(), int(point["axis"])
-    figure = Figure(figsize=INCHES, dpi=film.dots(INCHES, DOTS), facecolor="white")
-    FigureCanvasAgg(figure)
-    figure.text(0.03, 0.965, "Kapitza's racket", fontsize=12, fontweight="bold", va="top")
+    axis, lasting = int(point["axis"]), FINER * TRAIL * style.film.get().finer
     depths = ", ".join(f"I{i} by {100 * abs(point[f'depth{i}']):.3g} %" for i in (1, 2, 3) if point[f"depth{i}"])
     moments = ", ".join(style.number(point[f"I{i}"], 4) for i in (1, 2, 3))
     words = f"I = ({moments}) kg m², spun about the intermediate axis {axis}"
-    figure.text(0.03, 0.905, words, fontsize=8, color=colors.QUIET, va="top")
+    figure = animation.stage(INCHES, DOTS, "Kapitza's racket", words, (12.0, 8.0))
     shaken = style.with_unit(f"shaken: {depths}, at {style.number(point['frequency'], 3)}", "rad s-1")
     trace, scenes, dots = figure.add_axes((0.1, 0.12, 0.87, 0.2)), [], []
     for k, (title, color) in enumerate(((shaken, colors.STABLE), ("at rest", colors.UNSTABLE))):
         place = figure.add_axes((0.5 * k, 0.36, 0.5, 0.45))
         place.set_title(title, fontsize=9, color=color, fontweight="bold")
-        set_stage(place, 1.6)
-        scenes.append(FilmStage(place, solid(both[k][0][0]), axis))
+        scenes.append(FilmStage(place, 1.6, solid(both[k][0][0]), axis))
         tilt = np.degrees(np.arccos(np.clip(both[k][1][:, axis - 1], -1.0, 1.0)))
         trace.plot(times, tilt, color=color, linewidth=1.4)
         dots += [(trace.plot([], [], "o", color=color, markersize=5, animated=True)[0], tilt)]
     trace.set(xlim=(0.0, times[-1]), ylim=(0.0, 185.0), xlabel="time (s)", ylabel="tilt of L (°)", yticks=[0, 90, 180])
     trace.spines[["top", "right"]].set_visible(False)
-    figure.canvas.draw()  # what stands still, drawn once
-    still = figure.canvas.copy_from_bbox(figure.bbox)
-    for at in range(0, times.size, FINER):
-        figure.canvas.restore_region(still)
-        for scene, (moments, L, turned), (dot, tilt) in zip(scenes, both, dots, strict=True):
-            scene.solid.cover(solid(moments[at]))
-            trail = turned[max(0, at - FINER * TRAIL * film.finer) : at + 1, :, int(np.argmin(moments[at]))]
-            scene.draw(turned[at], L[at] / moments[at], trail)
-            dot.set_data([times[at]], [tilt[at]])
-            trace.draw_artist(dot)
-        yield np.array(figure.canvas.buffer_rgba())
+
+    def steps():
+        for at in range(0, times.size, FINER):
+            artists = []
+            for scene, (moments, L, turned), (dot, tilt) in zip(scenes, both, dots, strict=True):
+                scene.solid.cover(solid(moments[at]))
+                dot.set_data([times[at]], [tilt[at]])
+                trail = turned[max(0, at - lasting) : at + 1, :, int(np.argmin(moments[at]))]
+                artists += [*scene.turn(turned[at], L[at] / moments[at], trail), dot]
+            yield artists
+
+    yield from animation.played(figure, steps())

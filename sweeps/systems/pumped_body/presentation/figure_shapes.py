@@ -12,7 +12,7 @@ from sweeps.systems.periodic.presentation.figure_tongues import DEEPEST
 from sweeps.systems.presentation.look import Look
 from sweeps.systems.presentation.regimes import MISSING, Regimes
 from sweeps.systems.rigid_body.presentation.figure_triangle import cell_numbers, fixed_at, frame
-from sweeps.systems.rigid_body.spread import SHAPE
+from sweeps.systems.rigid_body.presentation.look import SHAPE
 
 CELLS = 500  # a side of a panel
 NAMES = ("regime", "growth_per_period", "status", "triangle_margin", "trace_theory")

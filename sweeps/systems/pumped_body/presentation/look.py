@@ -1,6 +1,6 @@
 """How the regimes and parameters of pumped bodies look."""
 
-from sweeps.systems.bodies.presentation.look import SYMBOLS
+from sweeps.systems.bodies.presentation import SYMBOLS
 from sweeps.systems.periodic.presentation.look import MARKS
 from sweeps.systems.presentation.look import Look, Symbol
 

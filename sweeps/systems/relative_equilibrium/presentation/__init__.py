@@ -1,20 +1,29 @@
 """Presentation of relative equilibria."""
 
 from collections.abc import Callable, Iterator
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from sweeps.figure import colors
 from sweeps.systems.presentation import Page, Presentation
-from sweeps.systems.relative_equilibrium.presentation.look import LOOK
+from sweeps.systems.presentation.look import Look, Mark, Symbol
 
 if TYPE_CHECKING:
     import numpy as np
     import xarray as xr
-    from matplotlib.figure import Figure
 
 
 _PAGE = Path(__file__).parent / "page"
+LOOK = Look(
+    marks={
+        "asymptotically_stable": Mark("stable, decays", "-", colors.SERIES_COLORS[2]),
+        "flutter": Mark("flutter", "~", colors.SERIES_COLORS[3]),
+        "no_equilibrium": Mark("no equilibrium", " ", ""),
+        "equilibrium_undecided": Mark("equilibrium undecided", "?", ""),
+        "not_excited": Mark("a mode not excited", "m", ""),
+    },
+    symbols={"epsilon": Symbol(r"$\varepsilon$", "ε")},
+)
 
 
 class RelativeEquilibriumPresentation(Presentation):
@@ -26,18 +35,12 @@ class RelativeEquilibriumPresentation(Presentation):
         tuple(_PAGE / name for name in ("first.html", "spectrum.js", "part.js")),
         "Which equilibria are stable, which flutter, and how accurate are the eigenvalues?",
     )
-
-    def figures(self, ds: "xr.Dataset") -> "dict[str, Callable[..., Figure | None]]":
-        """Return the map and the agreement with theory."""
-        from sweeps.systems.relative_equilibrium.presentation import figure_spectra as figure
-
-        return {"stability": partial(figure.draw, ds), "theory_against_measured": partial(figure.draw_agreement, ds)}
+    drawn = (("stability", "figure_spectra.draw"), ("theory_against_measured", "figure_spectra.draw_agreement"))
 
     def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Iterator[np.ndarray]]]":
         """Return the animation of the flat spin of a body with a viscous slug."""
-        from sweeps.systems.relative_equilibrium.presentation import figure_flat_spin
-
-        return {"flat_spin": partial(figure_flat_spin.frames, ds)} if self.system.name == "viscous_slug" else {}
+        slug = self.system.name == "viscous_slug"
+        return {"flat_spin": self.drawing("figure_flat_spin.frames", ds)} if slug else {}
 
 
 PRESENTATION = RelativeEquilibriumPresentation

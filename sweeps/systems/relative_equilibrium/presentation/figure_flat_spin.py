@@ -10,10 +10,9 @@ from collections.abc import Iterator
 import numpy as np
 import sympy as sp
 import xarray as xr
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 from sweeps.figure import colors, style
+from sweeps.systems.presentation import animation
 
 FRAMES = 60
 INCHES = (6.4, 3.4)
@@ -24,15 +23,11 @@ E_FOLDS = 60.0  # after which nothing is waited for any more
 FINER = 60  # points of the path a frame
 TRAIL = 6  # frames of the path that are drawn dark
 NAMES = ("transverse_moment", "axial_moment", "slug_moment", "drag", "rotor_momentum", "spin_rate")
-TOWARDS = np.array([0.75, -0.5, 0.45])  # where the viewer stands
+SCREEN = animation.screen(np.array([0.75, -0.5, 0.45]))  # of a viewer in that direction
 
 
 def frames(ds: xr.Dataset) -> Iterator[np.ndarray]:
-    """Yield the frames of the animation, shape (height, width, 4); none where no slender body without a rotor grows.
-
-    Args:
-        ds: a map of `viscous_slug`.
-    """
+    """Yield the frames of the animation, shape (height, width, 4); none where no slender body without a rotor grows."""
     point = fastest(ds)
     if point is None:
         return
@@ -55,11 +50,7 @@ def fastest(ds: xr.Dataset) -> dict[str, float] | None:
 def followed(point: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
     """Integrate the full motion from a tilt of L by TILT until the spin is flat.
 
-    Args:
-        point: the parameters, and `growth_rate`.
-
-    Returns:
-        Times, s, and L in the body's axes, kg m2 s-1, shape (times, 3).
+    Return times, s, and L in the body's axes, kg m2 s-1, shape (times, 3). `point` has parameters and `growth_rate`.
     """
     from scipy.integrate import solve_ivp
 
@@ -92,53 +83,41 @@ def angle(momenta: np.ndarray) -> np.ndarray:
 
 
 def _drawn(point, times, momenta):
-    film = style.film.get()
-    figure = Figure(figsize=INCHES, dpi=film.dots(INCHES, DOTS), facecolor="white")
-    FigureCanvasAgg(figure)
-    figure.text(0.03, 0.95, "A slender body ends in a flat spin", fontsize=11, fontweight="bold", va="top")
     moments = f"{style.number(point['axial_moment'], 3)} of {style.number(point['transverse_moment'], 3)} kg m²"
     words = f"moment about its axis {moments}, slug {style.number(point['slug_moment'], 3)} kg m²"
-    figure.text(0.03, 0.875, words, fontsize=7, color=colors.QUIET, va="top")
+    figure = animation.stage(INCHES, DOTS, "A slender body ends in a flat spin", words)
     ball, curve = figure.add_axes((0.01, 0.04, 0.42, 0.78)), figure.add_axes((0.53, 0.16, 0.44, 0.62))
-    path, place = _ball(ball, momenta), _seen(momenta / np.linalg.norm(momenta, axis=1, keepdims=True))
+    place = momenta / np.linalg.norm(momenta, axis=1, keepdims=True) @ SCREEN
+    path = _ball(ball, place)
     told = np.degrees(angle(momenta))
     linear = np.minimum(told[0] * np.exp(point["growth_rate"] * times), 95.0)
-    curve.plot(times, linear, color=colors.QUIET, linewidth=1.0, linestyle=(0, (4, 2)), label="linear theory")
-    curve.plot(times, told, color=colors.SERIES_COLORS[0], linewidth=1.4, label="full equations")
-    curve.axhline(90.0, color=colors.FAINT, linewidth=0.8)
+    curve.plot(times, linear, color=colors.QUIET, lw=1.0, ls=(0, (4, 2)), label="linear theory")
+    curve.plot(times, told, color=colors.SERIES_COLORS[0], lw=1.4, label="full equations")
+    curve.axhline(90.0, color=colors.FAINT, lw=0.8)
     curve.set(xlim=(0.0, times[-1]), ylim=(0.0, 94.0), xlabel="time (s)", ylabel="L from the spin axis (°)")
     curve.legend(fontsize=7, loc="upper left", frameon=False)
-    look = {"color": colors.INK, "markersize": 5, "animated": True}
+    look = {"color": colors.INK, "ms": 5, "animated": True}
     (dot,), (tip,) = curve.plot([], [], "o", **look), ball.plot([], [], "o", **look)
-    figure.canvas.draw()  # what stands still, drawn once
-    still = figure.canvas.copy_from_bbox(figure.bbox)
-    for k in range(FRAMES * film.finer + 1):
-        at = k * FINER
-        path.set_data(*place[max(0, at - TRAIL * film.finer * FINER) : at + 1].T)
-        dot.set_data([times[at]], [told[at]])
-        tip.set_data(*place[at : at + 1].T)
-        figure.canvas.restore_region(still)
-        for artist in (path, dot, tip):
-            artist.axes.draw_artist(artist)
-        yield np.array(figure.canvas.buffer_rgba())
+    finer = style.film.get().finer
+
+    def frames():
+        for at in range(0, FINER * (FRAMES * finer + 1), FINER):
+            path.set_data(*place[max(0, at - TRAIL * finer * FINER) : at + 1].T)
+            dot.set_data([times[at]], [told[at]])
+            tip.set_data(*place[at : at + 1].T)
+            yield path, dot, tip
+
+    yield from animation.played(figure, frames())
 
 
-def _ball(ax, momenta):
+def _ball(ax, place):
     """The body's sphere of directions: outline, equator, spin axis and the whole path, pale; the line of the trail."""
     turn = np.linspace(0.0, 2.0 * math.pi, 121)
-    ax.plot(np.cos(turn), np.sin(turn), color=colors.QUIET, linewidth=0.8)
+    ax.plot(np.cos(turn), np.sin(turn), color=colors.QUIET, lw=0.8)
     equator = np.stack([np.cos(turn), np.sin(turn), 0.0 * turn], axis=1)
-    ax.plot(*_seen(equator).T, color=colors.QUIET, linewidth=0.8)
-    ax.plot(*_seen(np.array([[0.0, 0.0, -1.25], [0.0, 0.0, 1.25]])).T, color=colors.QUIET, linewidth=2.0)
-    whole = _seen(momenta / np.linalg.norm(momenta, axis=1, keepdims=True))
-    ax.plot(*whole.T, color=colors.FAINT, linewidth=0.4)
+    ax.plot(*(equator @ SCREEN).T, color=colors.QUIET, lw=0.8)
+    ax.plot(*np.outer(SCREEN[2], [-1.25, 1.25]), color=colors.QUIET, lw=2.0)
+    ax.plot(*place.T, color=colors.FAINT, lw=0.4)
     ax.set(xlim=(-1.3, 1.3), ylim=(-1.3, 1.3), aspect="equal")
     ax.axis("off")
-    return ax.plot([], [], color=colors.SERIES_COLORS[0], linewidth=0.9, animated=True)[0]
-
-
-def _seen(points: np.ndarray) -> np.ndarray:
-    """Points on the viewer's screen, shape (n, 2)."""
-    towards = TOWARDS / np.linalg.norm(TOWARDS)
-    right = np.array([-towards[1], towards[0], 0.0]) / np.hypot(*towards[:2])
-    return points @ np.stack([right, np.cross(towards, right)], axis=1)
+    return ax.plot([], [], color=colors.SERIES_COLORS[0], lw=0.9, animated=True)[0]

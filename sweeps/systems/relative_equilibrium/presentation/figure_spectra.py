@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 
 from sweeps.figure import colors, style
 from sweeps.systems.presentation import planes
-from sweeps.systems.presentation.regimes import MISSING, Regimes, at_most, rated
-from sweeps.systems.relative_equilibrium.presentation.look import LOOK
+from sweeps.systems.presentation.regimes import MISSING, Regimes, at_most, dots, rated
+from sweeps.systems.relative_equilibrium.presentation import LOOK
 from sweeps.systems.relative_equilibrium.variables import REGIMES
 
 MOST_PANELS = 6
@@ -102,7 +102,7 @@ def _map(ax, one, x, y, regimes):
             look = {"levels": [0.0], "colors": colors.INK, "linewidths": 1.1}
             line = ax.contour(one[x].values, one[y].values, margin, **look)
             line.set(gid="theory", path_effects=style.halo(2.2))
-            ax.plot([], [], color=colors.INK, linewidth=1.1, label="theory's boundary")
+            ax.plot([], [], color=colors.INK, lw=1.1, label="theory's boundary")
     _name_sides(ax, one, x, y)
 
 
@@ -136,20 +136,15 @@ def _margins(one):
 def _lines(ax, one, x):
     """The measured growth rate as dots on theory's line, where one parameter varies."""
     at = one[x].values
-    ax.axhline(0.0, color=colors.FAINT, linewidth=0.8)
-    ax.plot(at, one["growth_rate_theory"].values, color=colors.INK, linewidth=0.9, gid="theory", label="theory")
+    ax.axhline(0.0, color=colors.FAINT, lw=0.8)
+    ax.plot(at, one["growth_rate_theory"].values, color=colors.INK, lw=0.9, gid="theory", label="theory")
     for margin in _margins(one):
         for k in np.flatnonzero(margin[1:] * margin[:-1] < 0.0):
             limit = at[k] - margin[k] * (at[k + 1] - at[k]) / (margin[k + 1] - margin[k])
-            ax.axvline(limit, color=colors.QUIET, linewidth=0.9, linestyle=(0, (4, 2)), gid="limit")
-            look = {"xycoords": ax.get_xaxis_transform(), "textcoords": "offset points", "va": "top"}
-            ax.annotate(f"theory: {style.number(limit, 4)}", (limit, 0.97), (-5, 0), ha="right", **look)
-    for k, name in enumerate(REGIMES[1:]):
-        chosen = one["regime"].values == k
-        look = {"linestyle": "none", "marker": "o", "markersize": 3.0, "markeredgewidth": 0.0}
-        if chosen.any():
-            look |= {"color": LOOK.color(name), "gid": name, "label": LOOK.words(name)}
-            ax.plot(at[chosen], one["growth_rate"].values[chosen], **look)
+            ax.axvline(limit, color=colors.QUIET, lw=0.9, ls=(0, (4, 2)), gid="limit")
+            look = {"xycoords": ax.get_xaxis_transform(), "va": "top", "ha": "right"}
+            style.note(ax, f"theory: {style.number(limit, 4)}", (limit, 0.97), (-5, 0), **look)
+    dots(ax, at, one["growth_rate"].values, one["regime"].values, REGIMES[1:], LOOK, ms=3.0)
     style.scale_as_spread(ax.xaxis, at)
     ax.set(xlabel=style.label_of(one, x), ylabel=f"growth rate, below 0 decay  ({style.units('s-1')})")
 
@@ -170,18 +165,12 @@ def draw_agreement(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     told = f"{100 * covered:.2f} % of {known.sum():,} within their errors, which are bounds for every point"
     figure = style.canvas(6.4, 4.6, ds.attrs.get("title", ""), f"Measured eigenvalues against theory;  {told}", ax=ax)
     ax: Axes = figure.subplots()
-    for k, name in enumerate(REGIMES[1:]):
-        chosen = known & (regime == k)
-        look = {"linestyle": "none", "marker": "o", "markersize": 2.2, "markeredgewidth": 0.0, "alpha": 0.4}
-        if chosen.any():
-            look |= {"color": LOOK.color(name), "gid": name, "label": LOOK.words(name), "rasterized": True}
-            ax.plot(error[chosen], np.maximum(off[chosen], LEAST_DRAWN), **look)
+    drawn = np.maximum(off[known], LEAST_DRAWN)
+    dots(ax, error[known], drawn, regime[known], REGIMES[1:], LOOK, ms=2.2, alpha=0.4, rasterized=True)
     ends = (error[known].min() / 2, error[known].max() * 2)
-    ax.plot(ends, ends, color=colors.INK, linewidth=1.0, linestyle=(0, (4, 2)), gid="bar", label="reported error")
+    ax.plot(ends, ends, color=colors.INK, lw=1.0, ls=(0, (4, 2)), gid="bar", label="reported error")
     ax.set(xscale="log", yscale="log", xlim=ends, ylim=(LEAST_DRAWN / 2, max(ends[1], 1e-12)))
-    ax.set_xlabel("reported error / rate scale")
-    ax.set_ylabel("distance from theory / rate scale")
-    ax.grid(axis="y", color=colors.FAINT, linewidth=0.5, alpha=0.7)
-    ax.set_axisbelow(True)
+    ax.set(xlabel="reported error / rate scale", ylabel="distance from theory / rate scale")
+    style.grid(ax, "y")
     style.legend(figure)
     return figure

@@ -1,18 +1,15 @@
 """Presentation of free rigid bodies."""
 
 from collections.abc import Callable, Iterator
-from functools import partial
 from typing import TYPE_CHECKING
 
 from sweeps.systems.presentation import Opening, Page, Presentation
-from sweeps.systems.rigid_body.presentation.look import LOOK
-from sweeps.systems.rigid_body.spread import SHAPE, is_grid, is_of_shapes
+from sweeps.systems.rigid_body.presentation.look import LOOK, SHAPE, is_grid, is_of_shapes
 
 if TYPE_CHECKING:
     import numpy as np
     import xarray as xr
     from matplotlib.figure import Figure
-
 
 LEAST_NUDGES = 6  # sizes of the perturbation that the figure of a power law needs
 
@@ -41,29 +38,18 @@ class RigidBodyPresentation(Presentation):
 
     def figures(self, ds: "xr.Dataset") -> "dict[str, Callable[..., Figure | None]]":
         """Return the stability over moments or the triangle, or bodies in a row, and more."""
-        from sweeps.systems.rigid_body.presentation import (
-            figure_agreement,
-            figure_polhodes,
-            figure_stability,
-            figure_triangle,
-        )
-
-        found: dict[str, Callable[..., Figure | None]] = {}
-        if is_of_shapes(ds):
-            found["triangle"] = partial(figure_triangle.draw, ds)
+        found, shapes = {}, is_of_shapes(ds)
+        if shapes:
+            found["triangle"] = self.drawing("figure_triangle.draw", ds)
         if "body" in ds.dims:
-            from sweeps.systems.rigid_body.presentation import figure_bodies
-
-            found["bodies"] = partial(figure_bodies.draw, ds)
+            found["bodies"] = self.drawing("figure_bodies.draw", ds)
         else:
-            one = figure_triangle.draw_axis if is_of_shapes(ds) else figure_stability.draw
-            found |= {f"stability_axis_{axis}": partial(one, ds, axis) for axis in ds["axis"].values.tolist()}
-        found["theory_against_measured"] = partial(figure_agreement.draw, ds)
+            one = "figure_triangle.draw_axis" if shapes else "figure_stability.draw"
+            found |= {f"stability_axis_{axis}": self.drawing(one, ds, axis) for axis in ds["axis"].values.tolist()}
+        found["theory_against_measured"] = self.drawing("figure_agreement.draw", ds)
         if ds.sizes.get("epsilon", 0) >= LEAST_NUDGES:
-            from sweeps.systems.rigid_body.presentation import figure_breakdown
-
-            found["breakdown"] = partial(figure_breakdown.draw, ds)
-        return found | {"polhodes": partial(figure_polhodes.draw, ds)}
+            found["breakdown"] = self.drawing("figure_breakdown.draw", ds)
+        return found | {"polhodes": self.drawing("figure_polhodes.draw", ds)}
 
     def draws_plainly(self, ds: "xr.Dataset") -> bool:
         """Return True for all figures of a grid except the breakdown."""
@@ -71,16 +57,12 @@ class RigidBodyPresentation(Presentation):
 
     def figures_of_points(self, ds: "xr.Dataset") -> "dict[str, Callable[..., Figure | None]]":
         """Return the inertia triangle, the points over two coordinates, and the agreement with theory."""
-        from sweeps.systems.rigid_body.presentation import figure_agreement, figure_triangle
-
-        triangle, agreement = partial(figure_triangle.draw, ds), partial(figure_agreement.draw, ds)
-        return {"triangle": triangle, **super().figures_of_points(ds), "theory_against_measured": agreement}
+        found = {"triangle": self.drawing("figure_triangle.draw", ds), **super().figures_of_points(ds)}
+        return found | {"theory_against_measured": self.drawing("figure_agreement.draw", ds)}
 
     def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Iterator[np.ndarray]]]":
         """Return the animation of one flip of the most unstable possible body."""
-        from sweeps.systems.rigid_body.presentation import figure_flip
-
-        return {"flip": partial(figure_flip.frames, ds)}
+        return {"flip": self.drawing("figure_flip.frames", ds)}
 
 
 PRESENTATION = RigidBodyPresentation

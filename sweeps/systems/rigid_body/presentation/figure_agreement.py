@@ -38,10 +38,8 @@ def draw(ds: "xr.Dataset", ax: Axes | None = None) -> Figure:
     for column, (sign, color, verb, name) in zip(axes.T, sides, strict=True):
         _side(column, found, sign, color)
         column[0].set_title(f"{verb} in theory", loc="left", color=color, fontweight="bold")
-        column[0].set_ylabel("number of points")
-        column[0].set_xlabel("deviation from theory / error")
-        column[1].set_xlabel(rf"{name} $/\,|\omega_0|$ in linear theory")
-        column[1].set_ylabel("relative deviation")
+        column[0].set(xlabel="deviation from theory / error", ylabel="number of points")
+        column[1].set(xlabel=rf"{name} $/\,|\omega_0|$ in linear theory", ylabel="relative deviation")
     _share_deviations(axes[1], found)
     figure.align_ylabels(axes)
     style.legend(figure)
@@ -53,22 +51,17 @@ def _subtitle(ds: "xr.Dataset", found: Agreement) -> str:
     points = style.count(found.points, "point", "points")
     left_out = rf";  {found.marginal:,} with $\Omega^2 = 0$ in theory left out" if found.marginal else ""
     worst = f";  largest relative deviation, status ok: {style.number(found.worst, 2)}"
-    return (
-        f"{ds.attrs.get('title', '')}:  {points}, {thinned}{left_out}\n"
-        f"Measured regime:  {_counts(found.regimes)}\n"
-        f"Status:  {_counts(found.statuses)}{'' if np.isnan(found.worst) else worst}"
-        f"\n{ratios.BOUND}{_certificate(found)}"
-    )
+    title = f"{ds.attrs.get('title', '')}:  {points}, {thinned}{left_out}\nMeasured regime:  {_counts(found.regimes)}"
+    status = f"Status:  {_counts(found.statuses)}{'' if np.isnan(found.worst) else worst}"
+    return f"{title}\n{status}\n{ratios.BOUND}{_certificate(found)}"
 
 
 def _certificate(found: Agreement) -> str:
     """What the map says of its own integration; nothing where it is exact."""
     if np.isnan(found.certificate):
         return ""
-    return (
-        f"\nCertificate:  largest integration error {style.number(found.certificate, 2)}, relative to the "
-        f"perturbation;  {found.statuses['not_converged']:,} not converged"
-    )
+    largest = f"largest integration error {style.number(found.certificate, 2)}, relative to the perturbation"
+    return f"\nCertificate:  {largest};  {found.statuses['not_converged']:,} not converged"
 
 
 def _counts(numbers: dict[str, int]) -> str:
@@ -97,14 +90,14 @@ def groups(found: Agreement) -> dict[str, np.ndarray]:
 def _looks(color: str, crowd: int) -> dict[str, dict]:
     """How each group is drawn; the more points, the smaller."""
     size = float(np.clip(40.0 / max(crowd, 1) ** 0.4, 1.2, 5.0))
-    point = {"marker": "o", "markersize": size, "markeredgewidth": 0.0, "alpha": 0.5 if crowd > 500 else 0.85}
-    mark = {"markersize": 4.0, "markeredgewidth": 0.9, "color": colors.INK}
+    point = {"ls": "none", "marker": "o", "ms": size, "mew": 0.0, "alpha": 0.5 if crowd > 500 else 0.85}
+    mark = {"ls": "none", "ms": 4.0, "mew": 0.9, "color": colors.INK}
     return {
         "impossible": point | {"color": IMPOSSIBLE},
         "ok": point | {"color": color},
         "short_window": mark | {"marker": "1"},
-        "not_converged": mark | {"marker": "x", "markersize": 3.5},
-        "opposite": mark | {"marker": "v", "markerfacecolor": "none", "markersize": 3.5},
+        "not_converged": mark | {"marker": "x", "ms": 3.5},
+        "opposite": mark | {"marker": "v", "mfc": "none", "ms": 3.5},
     }
 
 
@@ -128,7 +121,7 @@ def _side(column, found: Agreement, sign: float, color: str) -> None:
         at = side & masks[name]
         if not at.any():
             continue
-        order = {"linestyle": "none", "zorder": 2.0 if name == "impossible" else 3.0, "gid": name}
+        order = {"zorder": 2.0 if name == "impossible" else 3.0, "gid": name}
         order |= {"label": f"{WORDS[name]} ({int(masks[name].sum()):,})"} if name in WORDS else {}
         lower.plot(theory[at], np.maximum(found.deviation[at], EXACT), **look, **order)
     style.plain_log_ticks(lower.xaxis)
@@ -139,8 +132,8 @@ def _draw_errors(ax: Axes, theory, error, at) -> None:
     """Relative errors: each as a dash or, where they are many, their middle 90 % along theory as a band."""
     at = at & np.isfinite(error) & (error > 0)
     if np.count_nonzero(at) <= MOST_ERROR_POINTS:
-        look = {"marker": "_", "markersize": 6, "markeredgewidth": 1.2, "color": ratios.ERROR, "linestyle": "none"}
-        ax.plot(theory[at], np.maximum(error[at], EXACT), zorder=1, gid="error", label="relative error", **look)
+        look = {"ms": 6, "mew": 1.2, "color": ratios.ERROR, "zorder": 1, "gid": "error", "label": "relative error"}
+        ax.plot(theory[at], np.maximum(error[at], EXACT), "_", **look)
         return
     x, y = np.log(theory[at]), error[at]
     cuts = np.linspace(x.min() - 1e-9, x.max() + 1e-9, BINS + 1)
@@ -156,14 +149,11 @@ def _draw_errors(ax: Axes, theory, error, at) -> None:
 def _share_deviations(axes, found: Agreement) -> None:
     """The same range of deviations in both panels, with the line that stands for "equal to the last bit"."""
     finite = found.deviation[np.isfinite(found.deviation)]
-    if finite.size:
-        values = np.maximum(finite, EXACT)
-        for ax in axes:
-            ax.set_ylim(min(values.min() / 3, 1e-13), max(values.max() * 3, 1e-9))
+    values = np.maximum(finite, EXACT)
     for ax in axes:
-        ax.grid(axis="y", color=colors.FAINT, linewidth=0.5, alpha=0.7)
-        ax.set_axisbelow(True)
+        if finite.size:
+            ax.set_ylim(min(values.min() / 3, 1e-13), max(values.max() * 3, 1e-9))
+        style.grid(ax, "y")
         if ax.get_ylim()[0] < EXACT * 1.5:
-            ticks = [t for t in 10.0 ** np.arange(-16, 6, 2) if t < ax.get_ylim()[1]]
-            ax.set_yticks([EXACT, *ticks], ["0", *(style.power(round(np.log10(t))) for t in ticks)])
-            ax.minorticks_off()
+            exponents = range(-16, min(6, int(np.ceil(np.log10(ax.get_ylim()[1])))), 2)
+            style.log_ticks_above_zero(ax.yaxis, EXACT, exponents)

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from sweeps.figure import colors, style
 from sweeps.systems.bodies.wording import DAY, HOUR
 from sweeps.systems.rigid_body.fits import Period, periods, signed_rate
-from sweeps.systems.rigid_body.presentation.look import LOOK, settings
+from sweeps.systems.rigid_body.presentation.look import LINES, LOOK, cut_at, settings
 from sweeps.systems.rigid_body.variables import REGIMES
 
 MOST_BODIES, MOST_PERIODS = 30, 10
@@ -20,16 +20,9 @@ PERIOD_INCHES, LINE_INCHES = 1.28, 0.145
 NOTE_WIDTH, NAME_WIDTH = 4.6, 20  # letters an inch of the figure, and of a name
 AXIS, GROWS, FLIPS = 0.3, 0.97, 1.87  # where those columns stand, inches from the right of the panel of rates
 NAME_LETTERS = 40  # of a period's heading
-MEASURED = {"label": "rigid body, measured", "marker": "o", "markersize": 7.5, "color": colors.STABLE}
-OBSERVED = {
-    "label": "observed",
-    "marker": "D",
-    "markersize": 6.5,
-    "color": "white",
-    "markeredgecolor": colors.INK,
-    "markeredgewidth": 1.3,
-}
-LINES = {1: "-", 2: (0, (5, 1.6)), 3: (0, (1.2, 1.2))}
+MEASURED = {"label": "rigid body, measured", "marker": "o", "ms": 7.5, "color": colors.STABLE}
+OBSERVED = {"label": "observed", "marker": "D", "ms": 6.5, "color": "white", "mec": colors.INK, "mew": 1.3}
+HOLLOW = ("sphere", "undetermined")  # regimes
 OFFSETS = {1: -0.24, 2: 0.0, 3: 0.24}
 
 
@@ -59,12 +52,10 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
 
 def _selected(ds: xr.Dataset) -> xr.Dataset:
     """At most `MOST_BODIES` bodies at the least epsilon and the middle omega0 and phase, over (body, axis)."""
-    at = {dim: (ds.sizes[dim] - 1) // 2 for dim in ("omega0", "phase") if dim in ds.dims}
-    if "epsilon" in ds.dims:
-        at["epsilon"] = int(np.argmin(ds["epsilon"].values))
     names = ["omega_squared", "omega_squared_theory", "regime", "regime_theory", "triangle_margin", "growth_rate"]
     names += [name for name in ("flip_period",) if name in ds]
-    part = ds[names].isel(at | {"body": style.few(ds.sizes["body"], MOST_BODIES)}).load().transpose("body", "axis")
+    few = {"body": style.few(ds.sizes["body"], MOST_BODIES)}
+    part = ds[names].isel(cut_at(ds) | few).load().transpose("body", "axis")
     measured, theory = (signed_rate(part[name], part["omega0"]) for name in names[:2])
     return part.assign(rate=abs(measured), rate_theory=abs(theory))
 
@@ -90,7 +81,7 @@ def _rates(ax: Axes, part: xr.Dataset) -> None:
     for (i, j), rate in np.ndenumerate(rates):
         axis = int(part["axis"].values[j])
         y, word = i + OFFSETS[axis], REGIMES[int(part["regime"].values[i, j]) + 1]
-        ax.vlines(theory[i, j] if theory[i, j] else zero, y - 0.21, y + 0.21, color=colors.INK, linewidth=1.1, zorder=2)
+        ax.vlines(theory[i, j] if theory[i, j] else zero, y - 0.21, y + 0.21, color=colors.INK, lw=1.1, zorder=2)
         if np.isfinite(rate):
             _numbered(ax, rate if trusted[i, j] and rate > 0 else zero, y, axis, word)
     rows = part.sizes["body"]
@@ -103,19 +94,16 @@ def _rates(ax: Axes, part: xr.Dataset) -> None:
 
 def _histogram(ax: Axes, ds: xr.Dataset) -> None:
     """How the measured rates of all bodies are distributed, about each axis."""
-    at = {dim: (ds.sizes[dim] - 1) // 2 for dim in ("omega0", "phase") if dim in ds.dims}
-    if "epsilon" in ds.dims:
-        at["epsilon"] = int(np.argmin(ds["epsilon"].values))
-    part = ds[["omega_squared"]].isel(at).load()
+    part = ds[["omega_squared"]].isel(cut_at(ds)).load()
     rate = signed_rate(part["omega_squared"], part["omega0"]).transpose("axis", "body")
     known = rate.values[np.isfinite(rate.values)]
     ends = (float(known.min()), float(known.max())) if known.size else (-1.0, 1.0)
     bins = np.linspace(*ends, 61) if ends[0] < ends[1] else np.linspace(ends[0] - 1, ends[0] + 1, 61)
     for row in rate:
         axis = int(row["axis"])
-        look = {"histtype": "step", "linewidth": 1.6, "color": colors.SERIES_COLORS[axis - 1], "linestyle": LINES[axis]}
+        look = {"histtype": "step", "lw": 1.6, "color": colors.SERIES_COLORS[axis - 1], "ls": LINES[axis]}
         ax.hist(row.values[np.isfinite(row.values)], bins, label=f"about axis {axis}", gid="histogram", **look)
-    ax.axvline(0.0, color=colors.QUIET, linewidth=0.8)
+    ax.axvline(0.0, color=colors.QUIET, lw=0.8)
     ax.set(xlabel=r"measured rate $/\,|\omega_0|$ (negative: growth)", ylabel="bodies")
     ax.set_title(f"All {ds.sizes['body']:,} bodies", loc="left", fontweight="bold", fontsize=9.5)
     ax.legend(loc="best")
@@ -144,7 +132,7 @@ def _beside(ax: Axes, row: int | None, inches: float, text: str, **look) -> None
     """A text so many inches to the right of a panel, in a row or (None) above all: at any size of the panel."""
     at, kind = ((1.0, 1.0), ax.transAxes) if row is None else ((1.0, row), ax.get_yaxis_transform())
     shift = (72 * inches, 4 if row is None else 0)
-    ax.annotate(text, at, shift, xycoords=kind, textcoords="offset points", ha="center", annotation_clip=False, **look)
+    style.note(ax, text, at, shift, xycoords=kind, ha="center", annotation_clip=False, **look)
 
 
 def _row_label(body: xr.Dataset) -> str:
@@ -153,46 +141,26 @@ def _row_label(body: xr.Dataset) -> str:
 
 
 def _numbered(ax: Axes, x: float, y: float, axis: int, word: str) -> None:
-    hollow = word in ("sphere", "undetermined")
+    ax.plot([x], [y], zorder=3, gid=word, **_marker(word) | {"ms": 9.6, "mew": 0.9})
+    ink = colors.INK if word in (*HOLLOW, "stable_minor") else "white"
+    look = {"ha": "center", "va": "center", "fontsize": 7.6, "fontweight": "bold", "zorder": 4}
+    style.note(ax, str(axis), (x, y), (0, -0.35), color=ink, **look)
+
+
+def _marker(word: str) -> dict:
     color = LOOK.color(word)
-    ax.plot(
-        [x],
-        [y],
-        marker="o",
-        markersize=9.6,
-        markerfacecolor="white" if hollow else color,
-        markeredgecolor=color,
-        markeredgewidth=0.9,
-        zorder=3,
-        gid=word,
-    )
-    ink = colors.INK if hollow or word == "stable_minor" else "white"
-    ax.annotate(
-        str(axis),
-        (x, y),
-        (0, -0.35),
-        textcoords="offset points",
-        ha="center",
-        va="center",
-        fontsize=7.6,
-        color=ink,
-        fontweight="bold",
-        zorder=4,
-    )
+    return {"marker": "o", "ms": 7, "mec": color, "mfc": "white" if word in HOLLOW else color}
 
 
 def _zero_column(ax: Axes, zero: float, low: float, rows: int) -> None:
     """Separates the column of zero rates, and rows from each other."""
     exponents = range(int(np.ceil(np.log10(low))), int(np.floor(np.log10(ax.get_xlim()[1]))) + 1)
-    exponents = exponents[:: max(1, len(exponents) // 8)]
-    ax.set_xticks([zero, *(10.0**n for n in exponents)], ["0", *(style.power(n) for n in exponents)])
-    ax.minorticks_off()
-    ax.axvline(np.sqrt(zero * low) * 1.05, color=colors.FAINT, linewidth=0.8, linestyle=(0, (2, 2)))
-    ax.grid(axis="x", color=colors.FAINT, linewidth=0.5, alpha=0.6)
+    style.log_ticks_above_zero(ax.xaxis, zero, exponents[:: max(1, len(exponents) // 8)])
+    ax.axvline(np.sqrt(zero * low) * 1.05, color=colors.FAINT, lw=0.8, ls=(0, (2, 2)))
+    style.grid(ax, "x")
     for i in range(1, rows):
-        ax.axhline(i - 0.5, color=colors.FAINT, linewidth=0.5)
+        ax.axhline(i - 0.5, color=colors.FAINT, lw=0.5)
     ax.tick_params(axis="y", length=0)
-    ax.set_axisbelow(True)
 
 
 def _periods(ax: Axes, observed: list[Period], inches: float) -> None:
@@ -204,20 +172,19 @@ def _periods(ax: Axes, observed: list[Period], inches: float) -> None:
     for row, period in enumerate(observed):
         y = row + 0.42 / inches
         pair = [period.measured_days, period.observed_days]
-        ax.plot(pair, [y, y], color=colors.FAINT, linewidth=2.5, zorder=1, solid_capstyle="butt")
+        ax.plot(pair, [y, y], color=colors.FAINT, lw=2.5, zorder=1, solid_capstyle="butt")
         for x, look in zip(pair, (MEASURED, OBSERVED), strict=True):
-            ax.plot(x, y, linestyle="none", zorder=3, gid=look["label"], **look)
+            ax.plot(x, y, ls="none", zorder=3, gid=look["label"], **look)
         _period_texts(ax, period, row, y, inches)
         if row:
-            ax.axhline(row, color=colors.FAINT, linewidth=0.5)
+            ax.axhline(row, color=colors.FAINT, lw=0.5)
     style.plain_log_ticks(ax.xaxis)
     ax.set_xlabel("period in the body's frame  (days of 86,400 s)")
     ax.set_title("" if style.is_narrow() else "Periods", loc="left", fontweight="bold", fontsize=9.5)
-    handles = [Line2D([], [], linestyle="none", **look) for look in (MEASURED, OBSERVED)]
+    handles = [Line2D([], [], ls="none", **look) for look in (MEASURED, OBSERVED)]
     place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.1}
     ax.legend(handles=handles, ncols=2, handletextpad=0.3, columnspacing=1.2, **place)
-    ax.grid(axis="x", color=colors.FAINT, linewidth=0.5, alpha=0.6)
-    ax.set_axisbelow(True)
+    style.grid(ax, "x")
 
 
 def _period_texts(ax: Axes, period: Period, row: int, y: float, inches: float) -> None:
@@ -227,10 +194,10 @@ def _period_texts(ax: Axes, period: Period, row: int, y: float, inches: float) -
     head = f"{period.body}: {period.what}, axis {period.axis}"
     write(textwrap.shorten(head, NAME_LETTERS, placeholder=" …"), 0.08, fontsize=9, fontweight="bold")
     values = sorted(d for d in (period.measured_days, period.observed_days) if np.isfinite(d))
-    look = {"va": "center", "fontsize": 8.5, "textcoords": "offset points", "path_effects": style.halo(2.0)}
+    look = {"va": "center", "fontsize": 8.5, "path_effects": style.halo(2.0)}
     if len(values) > 1:
-        ax.annotate(_days(values[0]), (values[0], y), (-8, 0), ha="right", **look)
-    ax.annotate(_days(values[-1]), (values[-1], y), (8, 0), ha="left", **look)
+        style.note(ax, _days(values[0]), (values[0], y), (-8, 0), ha="right", **look)
+    style.note(ax, _days(values[-1]), (values[-1], y), (8, 0), ha="left", **look)
     if style.is_narrow():
         return
     letters = int(NOTE_WIDTH * ax.figure.get_size_inches()[0])
@@ -254,21 +221,9 @@ def gist(note: str) -> str:
 
 def _legend(figure: Figure, part: xr.Dataset) -> None:
     present = {REGIMES[int(code) + 1] for code in np.unique(part["regime"].values)}
-    handles = [
-        Line2D(
-            [],
-            [],
-            linestyle="none",
-            marker="o",
-            markersize=7,
-            markeredgecolor=LOOK.color(word),
-            markerfacecolor="white" if word in ("sphere", "undetermined") else LOOK.color(word),
-            label=LOOK.words(word),
-        )
-        for word in REGIMES
-        if word in present
-    ]
-    handles.append(Line2D([], [], linestyle="none", marker="|", markersize=9, color=colors.INK, label="linear theory"))
+    words = [word for word in REGIMES if word in present]
+    handles = [Line2D([], [], ls="none", label=LOOK.words(word), **_marker(word)) for word in words]
+    handles.append(Line2D([], [], ls="none", marker="|", ms=9, color=colors.INK, label="linear theory"))
     style.legend(figure, handles)
 
 

@@ -6,16 +6,14 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from sweeps.figure import colors, style
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.rigid_body.fits import FIT_ABOVE, FIT_BELOW, breakdown
-from sweeps.systems.rigid_body.spread import moments_over
+from sweeps.systems.rigid_body.presentation.look import LINES, cut_at, moments_over
 
 MOST_BODIES = 14
 EXPECTED, TOLERANCE = 2.0, 0.1
-LOOKS = {1: "-", 2: (0, (5, 1.6)), 3: (0, (1.2, 1.2))}
 SMALLEST_DRAWN = 1e-16
 HIGHLIGHTED = 3  # bodies in colours; the others are grey
 OTHERS = "#b5b9bf"
@@ -64,7 +62,7 @@ def bodies(ds: xr.Dataset) -> tuple[xr.Dataset, int]:
     omega0 and phase, where they are dimensions, are taken at their middle. On a grid each triple of moments
     is a body, named by it.
     """
-    middle = {dim: (ds.sizes[dim] - 1) // 2 for dim in ("omega0", "phase") if dim in ds.dims}
+    middle = {dim: at for dim, at in cut_at(ds).items() if dim != "epsilon"}
     names = ["omega_squared", "omega_squared_theory", "omega_squared_reduced_error", "status"]
     ds = ds[names].isel(middle).sortby("epsilon")
     if "body" in ds.dims:
@@ -89,17 +87,14 @@ def _highlighted(found: xr.Dataset) -> list[int]:
 def _look(body: int, lit: list[int]) -> dict:
     if body not in lit:
         return {"color": OTHERS, "marker": "none"}
-    index = lit.index(body)
-    return {
-        "color": colors.SERIES_COLORS[index % len(colors.SERIES_COLORS)],
-        "marker": style.SERIES_MARKERS[(index // len(colors.SERIES_COLORS) + index) % len(style.SERIES_MARKERS)],
-    }
+    index = lit.index(body)  # of at most `HIGHLIGHTED`
+    return {"color": colors.SERIES_COLORS[index], "marker": style.SERIES_MARKERS[index]}
 
 
 def _panel(ax: Axes, found: xr.Dataset, belongs: xr.DataArray, lit: list[int]) -> None:
     ax.set(xscale="log", yscale="log", xlabel=r"perturbation $\varepsilon$, relative to $\omega_0$")
     epsilon = found["epsilon"].values
-    ax.axhspan(FIT_ABOVE, FIT_BELOW, color="#f3f4f6", zorder=0, linewidth=0)
+    ax.axhspan(FIT_ABOVE, FIT_BELOW, color="#f3f4f6", zorder=0, lw=0)
     for i, j in np.argwhere(belongs.transpose("body", "axis").values):
         _series(ax, found.isel(body=i, axis=j), int(i), lit)
     _reference(ax, found.where(belongs), epsilon)
@@ -111,18 +106,11 @@ def _series(ax: Axes, at: xr.Dataset, index: int, lit: list[int]) -> None:
     epsilon, deviation, axis = at["epsilon"].values, at["deviation"].values, int(at["axis"])
     drawn = np.where(deviation > SMALLEST_DRAWN, deviation, np.nan)
     above = np.where(drawn >= max(float(at["floor"]), FIT_ABOVE), drawn, np.nan)
-    look = _look(index, lit) | {"linestyle": LOOKS[axis], "zorder": 3 if index in lit else 2}
-    ax.plot(epsilon, drawn, linewidth=0.7, alpha=0.35, gid=f"{index} {axis}", **(look | {"marker": "none"}))
-    every = max(1, epsilon.size // 7)
-    marks = {"markersize": 3.8, "markeredgecolor": "white", "markeredgewidth": 0.4}
-    ax.plot(
-        epsilon,
-        above,
-        linewidth=1.6 if index in lit else 0.9,
-        markevery=((index * 3 + axis) % every, every),
-        **look,
-        **marks,
-    )
+    look = _look(index, lit) | {"ls": LINES[axis], "zorder": 3 if index in lit else 2}
+    ax.plot(epsilon, drawn, lw=0.7, alpha=0.35, gid=f"{index} {axis}", **(look | {"marker": "none"}))
+    every, wide = max(1, epsilon.size // 7), 1.6 if index in lit else 0.9
+    marks = {"ms": 3.8, "mec": "white", "mew": 0.4, "markevery": ((index * 3 + axis) % every, every)}
+    ax.plot(epsilon, above, lw=wide, **look, **marks)
 
 
 def _reference(ax: Axes, found: xr.Dataset, epsilon: np.ndarray) -> None:
@@ -132,10 +120,9 @@ def _reference(ax: Axes, found: xr.Dataset, epsilon: np.ndarray) -> None:
     ratios = above.where(found["slope"].notnull()).median("epsilon").values
     height = 0.2 * float(np.nanmin(ratios)) if np.isfinite(ratios).any() else 1e-2
     ends = np.array([epsilon[0], epsilon[-1]])
-    ax.plot(ends, height * ends**2, color=colors.INK, linewidth=1.4, gid="slope 2")
+    ax.plot(ends, height * ends**2, color=colors.INK, lw=1.4, gid="slope 2")
     at = float(np.clip(np.sqrt(1e-11 / height), ends[0], ends[-1] / 30))
-    place = {"textcoords": "offset points", "va": "top", "fontsize": 10}
-    ax.annotate(r"slope 2", (at, height * at**2), (9, -4), **place)
+    style.note(ax, "slope 2", (at, height * at**2), (9, -4), va="top", fontsize=10)
 
 
 def _table(ax: Axes, found: xr.Dataset, lit: list[int]) -> None:
@@ -148,17 +135,15 @@ def _table(ax: Axes, found: xr.Dataset, lit: list[int]) -> None:
     ax.text(np.mean(columns), -2.05, "fitted exponent about axis", ha="center", **head)
     for x, axis in zip(columns, axes, strict=True):
         ax.text(x, -1.25, str(axis), ha="center", va="center", fontsize=9, fontweight="bold")
-        ax.add_line(
-            Line2D([x - 0.05, x + 0.05], [-0.72, -0.72], color=colors.INK, linewidth=1.1, linestyle=LOOKS[axis])
-        )
-    ax.axhline(-0.45, color=colors.FAINT, linewidth=0.8)
+        ax.plot([x - 0.05, x + 0.05], [-0.72, -0.72], color=colors.INK, lw=1.1, ls=LINES[axis])
+    ax.axhline(-0.45, color=colors.FAINT, lw=0.8)
     for i in range(rows):
-        ax.plot([0.0, 0.05], [i, i], linewidth=1.6, markersize=4.2, markevery=[1], **_look(i, lit))
+        ax.plot([0.0, 0.05], [i, i], lw=1.6, ms=4.2, markevery=[1], **_look(i, lit))
         ax.text(0.085, i, _clipped(str(found["body"].values[i])), va="center", fontsize=8.5)
         for j, x in enumerate(columns):
             text, color = _cell(found.isel(body=i, axis=j))
             ax.text(x, i, text, ha="center", va="center", fontsize=8.5, color=color)
-    ax.axhline(rows - 0.45, color=colors.FAINT, linewidth=0.8)
+    ax.axhline(rows - 0.45, color=colors.FAINT, lw=0.8)
     if "no law" in {text.get_text() for text in ax.texts}:
         ax.text(0.0, rows + 0.1, "no law: too few deviations above rounding", **(head | {"fontsize": 7.8}))
 

@@ -8,22 +8,19 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
-from matplotlib.colors import to_rgb
-from matplotlib.figure import Figure
-from matplotlib.font_manager import FontProperties
-from matplotlib.path import Path
-from matplotlib.textpath import TextPath
-from matplotlib.transforms import Affine2D
 
 from kernels import exact
-from kernels.rigid_body import cyclic
 from sweeps.figure import colors, style
 from sweeps.schema.boxes import along, blocks, dimensions, nearest_by
 from sweeps.systems.bodies import outline as outlines
+from sweeps.systems.bodies.attitude import rotated
 from sweeps.systems.bodies.solid import Face, of_mesh
 from sweeps.systems.bodies.solid import solid as solid_of
+from sweeps.systems.presentation import animation
+from sweeps.systems.rigid_body.motion import start
 from sweeps.systems.rigid_body.presentation.look import settings
 
 if TYPE_CHECKING:
@@ -34,6 +31,7 @@ FRAMES = 90
 INCHES, WIDE = (4.8, 4.6), (9.6, 5.4)  # of a GIF and of a film
 DOTS = 100  # per inch
 TOWARDS = np.array([0.78, -0.52, 0.35])  # where the viewer stands
+SCREEN = animation.screen(TOWARDS)
 LIGHT = np.array([0.35, -0.2, 0.91])
 RACKET = {"I1": 0.00121, "I2": 0.01638, "I3": 0.01748, "axis": 2}  # Brody 1985: shown where it stands on the grid
 PARAMETERS = ("I1", "I2", "I3", "axis", "omega0", "epsilon", "phase")
@@ -47,13 +45,9 @@ INDICES = "₁₂₃"
 
 
 def most_unstable(ds: "xr.Dataset") -> dict[str, float] | None:
-    """Return the physically possible point whose perturbation grows fastest for its spin rate.
+    """Return the physically possible point whose perturbation grows fastest for its spin rate; None without one.
 
-    Args:
-        ds: a map with I1, I2, I3, axis, omega0, epsilon and phase.
-
-    Returns:
-        Its parameters by name, with `body` where the map has it; None where nothing is unstable.
+    Its parameters by name, with `body` where the map has it.
     """
     most, best = 0.0, None
     for box in blocks(dimensions(ds), BLOCK_POINTS):
@@ -89,32 +83,10 @@ def racket_at(ds: "xr.Dataset") -> dict[str, int] | None:
     return at if np.allclose(near, list(RACKET.values()), rtol=1e-9, atol=0.0) else None
 
 
-def start(point: dict[str, float]) -> np.ndarray:
-    """Return the angular velocity at time zero, rad/s: ω0 (1, ε cos φ, ε sin φ) on the axes a, b, c."""
-    omega = np.empty(3)
-    a, b, c = cyclic(int(point["axis"]))
-    nudge = point["epsilon"] * point["omega0"]
-    omega[a], omega[b], omega[c] = point["omega0"], nudge * np.cos(point["phase"]), nudge * np.sin(point["phase"])
-    return omega
-
-
 def attitudes(moments: np.ndarray, omega: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Return attitudes at some times as matrices body → space, shape (n, 3, 3), with the angular momentum along z.
-
-    Args:
-        moments: principal moments, kg m2, shape (3,).
-        omega: angular velocity at time zero, rad/s, shape (3,).
-        times: s, shape (n,).
-    """
-    w, x, y, z = exact.attitude(moments, omega, times).T
-    turned = np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-    return _upright(moments * omega) @ turned.transpose(2, 0, 1)
+    """Return matrices body → space (n, 3, 3) at times (s), L along z; moments in kg m2, omega at time 0 in rad/s."""
+    turned = rotated(exact.attitude(moments, omega, times)[:, None], np.eye(3)).transpose(0, 2, 1)
+    return _upright(moments * omega) @ turned
 
 
 def _upright(L: np.ndarray) -> np.ndarray:
@@ -126,15 +98,11 @@ def _upright(L: np.ndarray) -> np.ndarray:
 
 
 def frames(ds: "xr.Dataset") -> Iterator[np.ndarray]:
-    """Yield the frames of one flip of the racket, or of the most unstable body; none where nothing flips.
-
-    Args:
-        ds: a map of rigid bodies.
-    """
+    """Yield the frames of one flip of the racket, or of the most unstable body; none where nothing flips."""
     point = racket(ds) or most_unstable(ds)
     if point is None:
         return
-    moments, omega = np.array([point[name] for name in ("I1", "I2", "I3")]), start(point)
+    moments, omega = start(point)
     period = exact.flip_period(exact.set_up(*moments, *omega))
     if not np.isfinite(period):
         return
@@ -151,11 +119,7 @@ def frames(ds: "xr.Dataset") -> Iterator[np.ndarray]:
 
 
 def film(motion: "xr.Dataset") -> Iterator[np.ndarray]:
-    """Yield the frames of a free body's motion, with its mesh where it has one.
-
-    Args:
-        motion: of `sweeps.motion`: omega1 … omega3 over time, I1 … I3, and the attribute `outlines` of a mesh.
-    """
+    """Yield the frames of a free body's motion, from `sweeps.motion`, with its mesh where it has one."""
     moments = np.array([float(motion[name]) for name in ("I1", "I2", "I3")])
     omega = np.array([float(motion[f"omega{i}"][0]) for i in (1, 2, 3)])
     duration, look = float(motion["time"][-1] - motion["time"][0]), style.film.get()
@@ -210,129 +174,72 @@ class _Shown(NamedTuple):
 
 def _drawn(shown: _Shown, moments, times, omegas, turned) -> Iterator[np.ndarray]:
     """The pictures; attitudes `FINER` times as many."""
-    figure, ax, dots = _stage(shown, omegas, times)
-    scene, handle = FilmStage(ax, shown.faces, shown.axis), int(np.argmin(moments))
-    figure.canvas.draw()  # what stands still, drawn once: all but what is animated
-    still, trail = figure.canvas.copy_from_bbox(figure.bbox), TRAIL * style.film.get().finer
-    for k, matrix in enumerate(turned[::FINER]):
-        figure.canvas.restore_region(still)
-        scene.draw(matrix, omegas[k], turned[FINER * max(0, k - trail) : FINER * k + 1, :, handle])
-        for dot, component in zip(dots, omegas[k], strict=True):
-            dot.set_data([times[k]], [component])
-            dot.axes.draw_artist(dot)
-        yield np.array(figure.canvas.buffer_rgba())
-
-
-def _stage(shown: _Shown, omegas, times):
     wide = style.film.get().across is not None
-    inches = WIDE if wide else INCHES
-    figure = Figure(figsize=inches, dpi=style.film.get().dots(inches, DOTS), facecolor="white")
-    FigureCanvasAgg(figure)
-    figure.text(0.03, 0.965, shown.title, fontsize=14 if wide else 11, fontweight="bold", va="top", parse_math=False)
-    figure.text(0.03, 0.9 if wide else 0.915, shown.words, fontsize=8.5 if wide else 7, color=colors.QUIET, va="top")
-    scene = figure.add_axes((0.0, 0.02, 0.62, 0.82) if wide else (0.0, 0.33, 1.0, 0.56))
-    set_stage(scene, 1.68 if wide else 2.3)
-    trace = figure.add_axes((0.69, 0.2, 0.28, 0.5) if wide else (0.13, 0.105, 0.84, 0.22))
+    figure = animation.stage(WIDE if wide else INCHES, DOTS, *shown[:2], (14.0, 8.5) if wide else (11.0, 7.0))
+    place = figure.add_axes((0.0, 0.02, 0.62, 0.82) if wide else (0.0, 0.33, 1.0, 0.56))
+    scene = FilmStage(place, 1.68 if wide else 2.3, shown.faces, shown.axis)
+    dots = _trace(figure.add_axes((0.69, 0.2, 0.28, 0.5) if wide else (0.13, 0.105, 0.84, 0.22)), omegas, times)
+    handle, trail = int(np.argmin(moments)), FINER * TRAIL * style.film.get().finer
+
+    def frames() -> Iterator[list[Artist]]:
+        for k, matrix in enumerate(turned[::FINER]):
+            for dot, component in zip(dots, omegas[k], strict=True):
+                dot.set_data([times[k]], [component])
+            yield [*scene.turn(matrix, omegas[k], turned[max(0, FINER * k - trail) : FINER * k + 1, :, handle]), *dots]
+
+    yield from animation.played(figure, frames())
+
+
+def _trace(ax: Axes, omegas, times) -> list[Artist]:
+    """Draw the components of the angular velocity over time; return a dot for each."""
     dots = []
     for k, color in enumerate(COMPONENTS):
-        trace.plot(times, omegas[:, k], color=color, linewidth=1.6, label=f"ω{INDICES[k]}")
-        dots += trace.plot([], [], "o", color=color, markersize=5, animated=True)
-    trace.set(xlim=(times[0], times[-1]), xlabel="time (s)", ylabel=f"ω ({style.units('rad s-1')})")
-    trace.legend(ncols=3, loc="lower right", bbox_to_anchor=(1.0, 0.98), borderaxespad=0.0, handlelength=1.2)
-    for side in ("top", "right"):
-        trace.spines[side].set_visible(False)
-    return figure, scene, dots
-
-
-def set_stage(scene, across: float) -> None:
-    """Draw the angular momentum upright, in a panel that is so wide to both sides."""
-    scene.set(xlim=(-across, across), ylim=(-1.25, 1.25), aspect="equal")
-    scene.axis("off")
-    (upright,) = scene.plot(*seen(np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 1.22]])).T, color=colors.QUIET, linewidth=1.8)
-    top = upright.get_xydata()[-1]
-    scene.plot(*top, marker="^", color=colors.QUIET, markersize=5)
-    scene.annotate("L", top, (7, -2), textcoords="offset points", color=colors.QUIET, fontweight="bold")
-
-
-def _screen() -> np.ndarray:
-    """The viewer's right and up, as columns, shape (3, 2)."""
-    towards = TOWARDS / np.linalg.norm(TOWARDS)
-    right = np.array([-towards[1], towards[0], 0.0]) / np.hypot(*towards[:2])
-    return np.stack([right, np.cross(towards, right)], axis=1)
-
-
-SCREEN = _screen()
-
-
-def seen(points: np.ndarray) -> np.ndarray:
-    """Return points of space, shape (…, 3), on the screen, shape (…, 2)."""
-    return points @ SCREEN
+        ax.plot(times, omegas[:, k], color=color, lw=1.6, label=f"ω{INDICES[k]}")
+        dots += ax.plot([], [], "o", color=color, ms=5, animated=True)
+    ax.set(xlim=(times[0], times[-1]), xlabel="time (s)", ylabel=f"ω ({style.units('rad s-1')})")
+    ax.legend(ncols=3, loc="lower right", bbox_to_anchor=(1.0, 0.98), borderaxespad=0.0, handlelength=1.2)
+    ax.spines[["top", "right"]].set_visible(False)
+    return dots
 
 
 class FilmStage:
-    """Draw what turns, frame by frame in the order in which it is seen, by pens that stay and no artist of lines.
+    """What turns, as artists that are drawn in the order in which they are seen, and L, which stands still.
 
-    Args:
-        ax: where.
-        faces: surface of the body.
-        axis: that it is spun about: 1, 2 or 3.
+    The panel is so wide to both sides; the body, of these faces, is spun about an axis.
     """
 
-    def __init__(self, ax, faces: list[Face], axis: int):
-        self.ax, self.axis, self.solid = ax, axis, _Solid(faces)
-        self.renderer = ax.figure.canvas.get_renderer()
-        self.trail = self._pen(colors.SERIES_COLORS[4], 1.5, 0.8)
-        self.tip, self.shaft = self._pen(colors.INK, 1.6), self._pen(colors.UNSTABLE, 2.0)
-        self.head, self.fill = self._pen(colors.UNSTABLE, 1.0), self._pen(colors.UNSTABLE, 0.0)
-        self.halo = self._pen("white", 2.5)
-        name = TextPath((0.0, 0.0), "ω", size=9.0 * ax.figure.dpi / 72, prop=FontProperties(weight="bold"))
-        self.name = name.transformed(Affine2D().translate(-name.get_extents().x1, 0.0))
-        self.dot = Path.unit_circle().transformed(Affine2D().scale(2.0 * ax.figure.dpi / 72))
+    def __init__(self, ax: Axes, across: float, faces: list[Face], axis: int):
+        self.axis, self.solid = axis, _Solid(faces)
+        ax.set(xlim=(-across, across), ylim=(-1.25, 1.25), aspect="equal")
+        ax.axis("off")
+        upright = np.outer([1.0, 1.22], SCREEN[2])
+        ax.plot(*upright.T, color=colors.QUIET, lw=1.8)
+        ax.plot(*upright[1], marker="^", color=colors.QUIET, ms=5)
+        style.note(ax, "L", upright[1], (7, -2), color=colors.QUIET, fontweight="bold")
         ax.add_collection(self.solid.artist, autolim=False)
-        self.solid.artist.set_animated(True)
+        line = {"lw": 1.5, "animated": True}
+        self.far, self.near = (ax.plot([], [], color=colors.SERIES_COLORS[4], alpha=0.8, **line)[0] for _ in range(2))
+        (self.tip,) = ax.plot([], [], color=colors.INK, **line)
+        (self.arrow,) = ax.plot([], [], "o-", color=colors.UNSTABLE, ms=4, markevery=[1], **line | {"lw": 2.0})
+        look = {"color": colors.UNSTABLE, "fontweight": "bold", "path_effects": style.halo()}
+        self.name = ax.text(0.0, 0.0, "ω", ha="right", animated=True, **look)
 
-    def _pen(self, color: str, points: float, alpha: float = 1.0):
-        pen = self.renderer.new_gc()
-        pen.set_foreground((*to_rgb(color), alpha), isRGBA=True)
-        pen.set_linewidth(points)
-        pen.set_capstyle("projecting")
-        pen.set_clip_rectangle(self.ax.bbox)
-        return pen
+    def turn(self, matrix: np.ndarray, omega: np.ndarray, trail: np.ndarray) -> list[Artist]:
+        """Return the trail's far part, the body with its spin axis, the trail's near part, and ω with its name.
 
-    def draw(self, matrix: np.ndarray, omega: np.ndarray, trail: np.ndarray) -> None:
-        """Draw the trail's far part, the body with its spin axis, the trail's near part, and ω with its name.
-
-        Args:
-            matrix: attitude, shape (3, 3).
-            omega: angular velocity in body axes, shape (3,).
-            trail: places in space, shape (n, 3).
+        In an attitude (3, 3), with ω in the body's axes (3,) and the trail's places in space (n, 3).
         """
-        behind = trail @ TOWARDS <= 0.0
-        end = 1.15 * matrix[:, self.axis - 1]
-        tip = seen(np.stack([np.zeros(3), end]))
-        spin = matrix @ omega
-        arrow = seen(np.stack([np.zeros(3), 1.2 * spin / np.linalg.norm(spin)]))
+        behind, seen = (trail @ TOWARDS <= 0.0)[:, None], trail @ SCREEN
+        end, spin = 1.15 * matrix[:, self.axis - 1], matrix @ omega
+        arrow = 1.2 * spin / np.linalg.norm(spin) @ SCREEN
+        self.far.set_data(*np.where(behind, seen, np.nan).T)
+        self.near.set_data(*np.where(behind, np.nan, seen).T)
+        self.tip.set_data(*np.outer(end @ SCREEN, [0.0, 1.0]))
+        self.arrow.set_data(*np.outer(arrow, [0.0, 1.0]))
+        self.name.set_position(arrow + np.array([-0.08, 0.02]))
         self.solid.turn(matrix)
-        self._line(self.trail, np.where(behind[:, None], seen(trail), np.nan))
-        if end @ TOWARDS <= 0.0:
-            self._line(self.tip, tip)
-        self.ax.draw_artist(self.solid.artist)
-        if end @ TOWARDS > 0.0:
-            self._line(self.tip, tip)
-        self._line(self.trail, np.where(behind[:, None], np.nan, seen(trail)))
-        self._line(self.shaft, arrow)
-        self._filled(self.dot, arrow[1], self.head)
-        place = arrow[1] + np.array([-0.08, 0.02])
-        self._filled(self.name, place, self.halo)
-        self._filled(self.name, place, self.fill)
-
-    def _line(self, pen, points: np.ndarray) -> None:
-        self.renderer.draw_path(pen, Path(points), self.ax.transData)
-
-    def _filled(self, path: Path, place: np.ndarray, pen) -> None:
-        """A shape in pixels about a place, filled and outlined in the colour of a pen."""
-        at = Affine2D().translate(*self.ax.transData.transform(place))
-        self.renderer.draw_path(pen, path, at, pen.get_rgb())
+        body = [self.tip, self.solid.artist]
+        return [self.far, *(body if end @ TOWARDS <= 0.0 else reversed(body)), self.near, self.arrow, self.name]
 
 
 class _Solid:
@@ -341,7 +248,7 @@ class _Solid:
     def __init__(self, faces: list[Face]):
         self.cover(faces)
         edge = (1.0, 1.0, 1.0, 0.6 if len(faces) == 6 else 0.0)
-        self.artist = PolyCollection([], edgecolors=[edge], linewidths=0.6)
+        self.artist = PolyCollection([], edgecolors=[edge], linewidths=0.6, animated=True)
 
     def cover(self, faces: list[Face]) -> None:
         """Take other faces."""

@@ -14,8 +14,7 @@ from sweeps.figure import colors, style
 from sweeps.schema.boxes import along
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.rigid_body.presentation.figure_flip import racket
-from sweeps.systems.rigid_body.presentation.look import LOOK
-from sweeps.systems.rigid_body.spread import moments_over
+from sweeps.systems.rigid_body.presentation.look import LOOK, moments_over
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,34 +36,22 @@ LEAST_FACING = 0.3  # arrows nearer to the outline would be seen from the side
 
 @dataclass(frozen=True)
 class AsymmetricBody:
-    """A body with three different moments.
+    """A body with three different moments."""
 
-    Attributes:
-        name: what it is called; "" on a grid of moments.
-        moments: I1, I2, I3, shape (3,).
-        units: "kg m²", or "" where only their ratios are known.
-    """
-
-    name: str
-    moments: np.ndarray
-    units: str
+    name: str  #: what it is called; "" on a grid of moments
+    moments: np.ndarray  #: I1, I2, I3, shape (3,)
+    units: str  #: "kg m²", or "" where only their ratios are known
 
 
 @dataclass(frozen=True)
 class Scene:
-    """An ellipsoid of energy and where it is seen from.
+    """An ellipsoid of energy and where it is seen from."""
 
-    Attributes:
-        axes: the body's axes (0, 1, 2) along x, y and z: the middle one along y, right-handed as in the body.
-        moments: principal moments along x, y and z, shape (3,).
-        semi: semi-axes √(I_mid/I) along x, y and z, so that the middle one is 1, shape (3,).
-        view: rows point right, up and towards the reader, shape (3, 3).
-    """
-
+    #: the body's axes (0, 1, 2) along x, y and z: the middle one along y, right-handed as in the body.
     axes: tuple[int, int, int]
-    moments: np.ndarray
-    semi: np.ndarray
-    view: np.ndarray
+    moments: np.ndarray  #: principal moments along x, y and z, shape (3,)
+    semi: np.ndarray  #: semi-axes √(I_mid/I) along x, y and z, so that the middle one is 1, shape (3,)
+    view: np.ndarray  #: rows point right, up and towards the reader, shape (3, 3)
 
     @classmethod
     def of(cls, moments: np.ndarray) -> "Scene":
@@ -159,13 +146,9 @@ def _some_moments(ds: "xr.Dataset") -> np.ndarray:
 
 
 def asymmetry(moments: np.ndarray) -> np.ndarray:
-    """Return the smaller of I_mid/I_min and I_max/I_mid: 1 for a symmetric top, 0 where physically impossible.
+    """Return the smaller of I_mid/I_min and I_max/I_mid of moments (n, 3): 1 for a top, 0 where physically impossible.
 
-    Args:
-        moments: principal moments in any one unit, shape (n, 3).
-
-    Returns:
-        Shape (n,); at most the golden number, by the triangle inequality.
+    At most the golden number, by the triangle inequality.
     """
     least, middle, greatest = np.sort(moments, axis=1).T
     return np.where(greatest - middle <= least, np.minimum(middle / least, greatest / middle), 0.0)
@@ -222,19 +205,11 @@ def _curve(ax: Axes, scene: Scene, kind: str, curve: np.ndarray) -> None:
     seen = facing >= 0.0
     right, up, depth = scene.view @ curve.T
     color, strong = LOOK.color(kind), kind == "unstable"
-    near, far = ({"linewidth": 2.0}, {"linewidth": 0.9}) if strong else ({"linewidth": 1.15}, {"linewidth": 0.55})
     look = {"color": color, "solid_capstyle": "round"}
-    ax.plot(
-        np.where(seen, np.nan, right),
-        np.where(seen, np.nan, up),
-        alpha=0.30,
-        zorder=2,
-        gid=f"{kind} far",
-        **far,
-        **look,
-    )
-    order = {"zorder": 5 if strong else 4}
-    ax.plot(np.where(seen, right, np.nan), np.where(seen, up, np.nan), gid=f"{kind} near", **near, **look, **order)
+    far = look | {"lw": 0.9 if strong else 0.55, "alpha": 0.30, "zorder": 2, "gid": f"{kind} far"}
+    near = look | {"lw": 2.0 if strong else 1.15, "zorder": 5 if strong else 4, "gid": f"{kind} near"}
+    for at, side in ((~seen, far), (seen, near)):
+        ax.plot(np.where(at, right, np.nan), np.where(at, up, np.nan), **side)
     nearest = int(np.argmax(depth[:-1]))
     if not strong and facing[nearest] > LEAST_FACING and np.hypot(np.ptp(right), np.ptp(up)) > 5 * HEAD * scene.size:
         _head(ax, right, up, nearest, color, HEAD * scene.size)
@@ -247,7 +222,7 @@ def _head(ax: Axes, right: np.ndarray, up: np.ndarray, at: int, color: str, size
     along *= size / np.hypot(*along)
     across = 0.36 * np.array([-along[1], along[0]])
     corners = [middle + 0.5 * along, middle - 0.5 * along + across, middle - 0.5 * along - across]
-    ax.fill(*np.transpose(corners), facecolor=color, edgecolor="white", linewidth=0.4, zorder=4.5, gid="direction")
+    ax.fill(*np.transpose(corners), facecolor=color, edgecolor="white", lw=0.4, zorder=4.5, gid="direction")
 
 
 # ---------------------------------------------------------------------------------------------------------
@@ -265,13 +240,9 @@ def _surface(ax: Axes, scene: Scene) -> None:
     image = np.dstack([_shaded(scene, points), np.clip(inside * 250.0, 0.0, 1.0)])
     extent = (-half[0], half[0], -half[1], half[1])
     ax.imshow(image, extent=extent, origin="lower", interpolation="bilinear", zorder=1, gid="surface")
-    outline = np.linalg.cholesky(np.linalg.inv(shadow)) @ _circle()
-    ax.plot(*outline, color=colors.QUIET, linewidth=0.8, zorder=3, gid="outline")
-
-
-def _circle() -> np.ndarray:
     turn = np.linspace(0.0, 2 * np.pi, POINTS)
-    return np.array([np.cos(turn), np.sin(turn)])
+    outline = np.linalg.cholesky(np.linalg.inv(shadow)) @ [np.cos(turn), np.sin(turn)]
+    ax.plot(*outline, color=colors.QUIET, lw=0.8, zorder=3, gid="outline")
 
 
 def _shaded(scene: Scene, points: np.ndarray) -> np.ndarray:
@@ -292,11 +263,11 @@ def _principal_axes(ax: Axes, scene: Scene, body: AsymmetricBody) -> None:
     for i, axis in enumerate(scene.axes):
         along, end = scene.view[:2, i], scene.semi[i]
         outline, out = 1.0 / np.sqrt(along @ scene.shadow() @ along), REACH * scene.size / np.hypot(*along)
-        ax.plot(*np.outer(along, [-outline - 0.5 * out, -end]), linewidth=0.9, zorder=0, **line)
-        ax.plot(*np.outer(along, [-end, end]), linewidth=0.6, alpha=0.3, linestyle=(0, (4, 3)), zorder=2, **line)
-        arrow = {"arrowstyle": "-|>", "linewidth": 1.1, "shrinkA": 0, "shrinkB": 0, "color": colors.INK}
+        ax.plot(*np.outer(along, [-outline - 0.5 * out, -end]), lw=0.9, zorder=0, **line)
+        ax.plot(*np.outer(along, [-end, end]), lw=0.6, alpha=0.3, ls=(0, (4, 3)), zorder=2, **line)
+        arrow = {"arrowstyle": "-|>", "lw": 1.1, "shrinkA": 0, "shrinkB": 0, "color": colors.INK}
         ax.annotate("", along * (outline + out), along * end, arrowprops=arrow, zorder=6)
-        dot = {"marker": "o", "markersize": 6.0, "markeredgecolor": "white", "markeredgewidth": 0.9, "gid": "spin"}
+        dot = {"marker": "o", "ms": 6.0, "mec": "white", "mew": 0.9, "gid": "spin"}
         ax.plot(*(along * end)[:, None], color=LOOK.color(scene.kinds[i]), zorder=7, **dot)
         text = f"axis {axis + 1}: {rank[axis]}\n$I_{axis + 1}$ = {style.number(body.moments[axis], 4)}"
         _axis_label(ax, along * (outline + out), along, text, tall=scene.half()[1] > scene.half()[0])
@@ -311,7 +282,7 @@ def _axis_label(ax: Axes, tip: np.ndarray, along: np.ndarray, text: str, tall: b
     else:
         place, offset = {"ha": "center", "va": "top"}, (0, -5)
     look = {"fontsize": 9, "linespacing": 1.35, "zorder": 8, "path_effects": style.halo(2.0)}
-    ax.annotate(text, tip, offset, textcoords="offset points", **place, **look)
+    style.note(ax, text, tip, offset, **place, **look)
 
 
 def _legend(figure: Figure) -> None:
@@ -321,7 +292,7 @@ def _legend(figure: Figure) -> None:
         "unstable": "separatrix",
     }
     handles = [
-        Line2D([], [], color=LOOK.color(kind), linewidth=2.0 if kind == "unstable" else 1.4, label=word)
+        Line2D([], [], color=LOOK.color(kind), lw=2.0 if kind == "unstable" else 1.4, label=word)
         for kind, word in words.items()
     ]
     style.legend(figure, handles)

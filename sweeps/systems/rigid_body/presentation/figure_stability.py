@@ -1,6 +1,8 @@
 """Stability maps: the measured signed rate over two moments of inertia, under the boundaries of linear theory."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,10 +17,11 @@ from kernels import linear
 from kernels.rigid_body import cyclic
 from kernels.triangle import triangle_margin
 from sweeps.figure import colors, style
+from sweeps.reading.definitions import file_text, plain, read_text
 from sweeps.schema.boxes import along
+from sweeps.systems.presentation.regimes import dots
 from sweeps.systems.rigid_body.fits import signed_rate
 from sweeps.systems.rigid_body.presentation.look import LOOK, axis_label, settings
-from sweeps.systems.rigid_body.real import real_bodies
 from sweeps.systems.rigid_body.variables import REGIMES, STATUSES
 
 if TYPE_CHECKING:
@@ -30,6 +33,23 @@ MOST_COMPARED = 48  # values a dimension that the choice of the slice looks at
 COLOR_MAP = "RdBu"
 BESIDE = (6, -8)  # points: where a body's name stands
 MISSING = "#8f8f8f"
+# Body in the definitions that ship → its name here, and where that stands: offset in points, alignment.
+NAMED = {
+    "bodies.yaml": {
+        "Earth": ("Earth, Moon, Mars", (0, -15), "right"),
+        "Moon": ("", (0, 0), "left"),
+        "Mars": ("", (0, 0), "left"),
+        "Tennis racket (Wilson T-2000)": ("tennis racket", (6, -3), "left"),
+        "Telephone as a uniform box": ("telephone", (6, -3), "left"),
+        "Thin plate": ("thin plate", (-6, -9), "right"),
+        "Water molecule": ("water molecule", (-7, -8), "right"),
+    },
+    "tumblers.yaml": {
+        "(5247) Krylov": ("asteroid Krylov", (6, -3), "left"),
+        "2008 TC3 (illustration)": ("asteroid 2008 TC₃", (7, -9), "left"),
+        "1I/'Oumuamua as an ellipsoid 6 to 1 to 1 (illustration)": ("'Oumuamua", (3, 6), "left"),
+    },
+}
 
 
 def planes(ds: "xr.Dataset") -> tuple[tuple[str, ...], dict[str, float]]:
@@ -113,13 +133,7 @@ def boundaries(axis: int, window: Mapping[str, tuple[float, float]], fixed: Mapp
 
 
 def draw(ds: "xr.Dataset", axis: int, ax: Axes | None = None) -> Figure | None:
-    """Draw the stability about one axis: a map over two moments, a curve over one, None where none varies.
-
-    Args:
-        ds: a map over a grid of moments.
-        axis: spin axis, 1, 2 or 3.
-        ax: where; left out, on a figure of its own.
-    """
+    """Draw the stability about one axis: a map over two moments, a curve over one, None where none varies."""
     shown, fixed = planes(ds)
     if not shown:
         return None
@@ -153,7 +167,7 @@ def _map(figure, part, axis, shown, fixed) -> Figure:
     _set_axes(ax, part, shown, x, y)
     (third,) = set(MOMENTS) - set(shown)
     _hatch(ax, x, y, part, fixed[third])
-    _mark_untrusted(ax, part, shown)
+    mark_untrusted(ax, *np.meshgrid(part[shown[0]], part[shown[1]]), part["status"])
     window = {name: (e[0], e[-1]) for name, e in zip(shown, (x, y), strict=True)}
     lines = boundaries(axis, window, fixed)
     _draw_boundaries(ax, lines, shown)
@@ -175,24 +189,9 @@ def _paint(ax: Axes, x, y, part: Mapping[str, np.ndarray]):
 
 
 def _set_axes(ax: Axes, part: Mapping[str, np.ndarray], shown, x, y) -> None:
-    if style.is_logarithmic(part[shown[0]]):
-        ax.set_xscale("log")
-    if style.is_logarithmic(part[shown[1]]):
-        ax.set_yscale("log")
-    ax.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
-    ax.set(xlabel=axis_label(shown[0]), ylabel=axis_label(shown[1]))
-    for direction in (ax.xaxis, ax.yaxis):
-        if direction.get_scale() == "log":
-            style.plain_log_ticks(direction)
-
-
-def runs(mask: np.ndarray) -> list[tuple[int, int, int]]:
-    """Return the horizontal runs of a mask of shape (rows, columns): (row, first column, column after the last)."""
-    padded = np.pad(mask.astype(np.int8), ((0, 0), (1, 1)))
-    change = np.diff(padded, axis=1)
-    rows, first = np.nonzero(change == 1)
-    _, after = np.nonzero(change == -1)
-    return list(zip(rows.tolist(), first.tolist(), after.tolist(), strict=True))
+    ax.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]), xlabel=axis_label(shown[0]), ylabel=axis_label(shown[1]))
+    for direction, name in zip((ax.xaxis, ax.yaxis), shown, strict=True):
+        style.scale_as_spread(direction, part[name])
 
 
 def _hatch(ax: Axes, x, y, part: Mapping[str, np.ndarray], third: float) -> None:
@@ -206,11 +205,11 @@ def _hatch(ax: Axes, x, y, part: Mapping[str, np.ndarray], third: float) -> None
     low, high = np.clip(np.abs(at - third), y[0], y[-1]), np.clip(at + third, y[0], y[-1])
     parts = [_filled(at, np.full_like(at, y[0]), low), _filled(at, high, np.full_like(at, y[-1]))]
     outline = Outline.make_compound_path(*parts)
-    ax.add_patch(PathPatch(outline, facecolor="white", alpha=0.55, linewidth=0))
-    look = {"facecolor": "none", "edgecolor": "#55585c", "linewidth": 0.0, "hatch": "/////"}
+    ax.add_patch(PathPatch(outline, facecolor="white", alpha=0.55, lw=0))
+    look = {"facecolor": "none", "edgecolor": "#55585c", "lw": 0.0, "hatch": "/////"}
     label = "impossible: one moment exceeds the sum of the others"
     ax.add_patch(PathPatch(outline, gid="impossible", label=label, **look))
-    line = {"color": "#55585c", "linewidth": 0.9, "gid": "triangle"}
+    line = {"color": "#55585c", "lw": 0.9, "gid": "triangle"}
     for edge in (low, high):
         ax.plot(at, np.where((edge > y[0]) & (edge < y[-1]), edge, np.nan), **line)
 
@@ -228,7 +227,7 @@ def _filled(at: np.ndarray, low: np.ndarray, high: np.ndarray) -> Outline:
 def _vanishing(part: Mapping[str, np.ndarray]) -> list:
     if not np.isin(part["regime"], (linear.MARGINAL, linear.SPHERE)).any():
         return []
-    return [Patch(facecolor="#f7f7f7", edgecolor=colors.QUIET, linewidth=0.7, label=r"marginal: $\Omega^2 = 0$")]
+    return [Patch(facecolor="#f7f7f7", edgecolor=colors.QUIET, lw=0.7, label=r"marginal: $\Omega^2 = 0$")]
 
 
 def _missing(part: Mapping[str, np.ndarray]) -> list:
@@ -236,16 +235,13 @@ def _missing(part: Mapping[str, np.ndarray]) -> list:
     return [Patch(facecolor=MISSING, label=f"no value ({missing:,})")] if missing else []
 
 
-def _mark_untrusted(ax: Axes, part: Mapping[str, np.ndarray], shown) -> None:
-    """Marks cells whose status is not ok, one kind of mark a status."""
+def mark_untrusted(ax: Axes, x: np.ndarray, y: np.ndarray, status: np.ndarray) -> None:
+    """Mark points whose status is not ok, one kind of mark a status; `x` and `y` are of the points' shape."""
     for number, mark in ((1, "."), (2, "x"), (3, "+")):
-        at = part["status"] == number
-        if at.any():
-            rows, columns = np.nonzero(at)
-            label = f"{LOOK.words(STATUSES[number])} ({rows.size:,})"
-            xs, ys = part[shown[0]][columns], part[shown[1]][rows]
-            look = {"linestyle": "none", "marker": mark, "markersize": 4, "color": colors.INK, "alpha": 0.8}
-            ax.plot(xs, ys, gid=f"status {number}", label=label, **look)
+        if (at := status == number).any():
+            label = f"{LOOK.words(STATUSES[number])} ({np.count_nonzero(at):,})"
+            look = {"ms": 4, "color": colors.INK, "alpha": 0.8, "gid": f"status {number}", "label": label}
+            ax.plot(x[at], y[at], mark, zorder=5, **look)
 
 
 def _mark_bodies(ax: Axes, shown, window: Mapping[str, tuple[float, float]], third: float) -> list:
@@ -260,14 +256,32 @@ def _mark_bodies(ax: Axes, shown, window: Mapping[str, tuple[float, float]], thi
         xy = [third * ratios[k] / ratios[other] for k in at]
         if not all(window[m][0] < v < window[m][1] for m, v in zip(shown, xy, strict=True)):
             continue
-        dot = {"markersize": 5.0, "markeredgecolor": "white", "markeredgewidth": 0.9, "color": colors.INK}
+        dot = {"ms": 5.0, "mec": "white", "mew": 0.9, "color": colors.INK}
         ax.plot(*([v] for v in xy), marker="o", zorder=6, gid="body", **dot)
         if name:
-            look = {"ha": "left", "fontsize": 8, "zorder": 7, "path_effects": style.halo(2.2), "gid": "body"}
-            ax.annotate(name, xy, BESIDE, textcoords="offset points", **look)
-        u, v = ax.transAxes.inverted().transform(ax.transData.transform(xy))
+            look = {"fontsize": 8, "zorder": 7, "path_effects": style.halo(2.2), "gid": "body"}
+            style.note(ax, name, xy, BESIDE, **look)
+        u, v = _fractions(ax, *xy)[0]
         taken += [(u + step, v - 0.01) for step in np.linspace(0.0, 0.2 if name else 0.0, 5)]
     return taken
+
+
+@cache
+def _listed(file: str) -> tuple[dict, ...]:
+    return tuple(plain(read_text(file_text(Path(__file__).parents[3] / "definitions" / file)))["bodies"])
+
+
+def real_bodies(*files: str) -> Iterator[tuple[str, tuple[float, float, float], tuple, str]]:
+    """Yield name, moments in units of the third, offset and alignment of real bodies, of some or all definitions."""
+    for file, named in NAMED.items():
+        if files and file not in files:
+            continue
+        for body in _listed(file):
+            if body["name"] in named:
+                given = body.get("ratios", body)
+                moments = [float(given[name]) for name in ("I1", "I2", "I3")]
+                name, offset, side = named[body["name"]]
+                yield name, tuple(moment / moments[2] for moment in moments), offset, side
 
 
 def _pair_text(pair: tuple[str, str]) -> str:
@@ -278,9 +292,8 @@ def _draw_boundaries(ax: Axes, lines: Mapping, shown) -> None:
     """Draws each boundary with its name: a diagonal's along it, the others' where they leave the frame."""
     for pair, line in lines.items():
         upright, level = shown[1] not in line, shown[0] not in line
-        xs = line[shown[0]] if not level else np.linspace(*ax.get_xlim(), 200)
-        ys = line[shown[1]] if not upright else np.linspace(*ax.get_ylim(), 200)
-        ax.plot(xs, ys, color=colors.INK, linewidth=1.5, gid=_pair_text(pair), path_effects=style.halo(2.6))
+        xs, ys = _course(ax, line, shown)
+        ax.plot(xs, ys, color=colors.INK, lw=1.5, gid=_pair_text(pair), path_effects=style.halo(2.6))
         if upright:
             _outside(ax, pair, (xs[0], 1.0), ax.get_xaxis_transform(), (0, 3), ha="center", va="bottom")
         elif level:
@@ -313,17 +326,16 @@ def _clear_of(diagonal: np.ndarray, others) -> int:
 
 
 def _outside(ax: Axes, pair, xy, transform, offset, **alignment) -> None:
-    ax.annotate(_pair_text(pair), xy, offset, xycoords=transform, textcoords="offset points", **alignment)
+    style.note(ax, _pair_text(pair), xy, offset, xycoords=transform, **alignment)
 
 
 def _name_regions(ax: Axes, part: Mapping[str, np.ndarray], shown, lines: Mapping, taken: list) -> None:
     """Writes each regime's name where its region has most room, if there is enough."""
     keep = [style.few(part[name].size, 40) for name in shown]
-    u, v = np.meshgrid(*(_fractions(part[name])[at] for name, at in zip(shown, keep, strict=True)))
+    points = _fractions(ax, *np.meshgrid(*(part[name][at] for name, at in zip(shown, keep, strict=True))))
     regimes = part["regime"][np.ix_(*reversed(keep))]
     possible = part["triangle_margin"][np.ix_(*reversed(keep))] >= 0
-    points = np.column_stack([u.reshape(-1), v.reshape(-1)])
-    drawn = [_line_fractions(ax, line, shown) for line in lines.values()]
+    drawn = [_fractions(ax, *_course(ax, line, shown)) for line in lines.values()]
     drawn += [np.array(taken)] if taken else []
     for kind in (linear.STABLE_MINOR, linear.STABLE_MAJOR, linear.UNSTABLE):
         inside = (possible & (regimes == kind)).reshape(-1)
@@ -338,41 +350,27 @@ def _write_inside(ax: Axes, text: str, points: np.ndarray, others: np.ndarray) -
     room = _room(points, others, box)
     best = int(np.argmax(room))
     if room[best] >= 1.0:
-        ax.text(
-            *points[best],
-            text,
-            transform=ax.transAxes,
-            ha="center",
-            va="center",
-            fontsize=8.5,
-            fontweight="bold",
-            path_effects=style.halo(2.2),
-            linespacing=1.15,
-            gid="region",
-        )
+        look = {"ha": "center", "va": "center", "fontsize": 8.5, "fontweight": "bold", "linespacing": 1.15}
+        ax.text(*points[best], text, transform=ax.transAxes, path_effects=style.halo(2.2), gid="region", **look)
 
 
-def _fractions(values: np.ndarray) -> np.ndarray:
-    """Values as fractions of the axis between their outer edges."""
-    cells = style.edges(values)
-    if style.is_logarithmic(values):
-        cells, values = np.log(cells), np.log(values)
-    return (values - cells[0]) / (cells[-1] - cells[0])
+def _fractions(ax: Axes, x, y) -> np.ndarray:
+    """Places as fractions of the frame, shape (n, 2)."""
+    places = np.column_stack([np.ravel(x), np.ravel(y)])
+    return ax.transAxes.inverted().transform(ax.transData.transform(places))
 
 
-def _line_fractions(ax: Axes, line: Mapping[str, np.ndarray], shown) -> np.ndarray:
-    """Points of a boundary as fractions of the frame, shape (n, 2)."""
+def _course(ax: Axes, line: Mapping[str, np.ndarray], shown) -> list[np.ndarray]:
+    """Points of a boundary: from end to end of the frame where it is upright or level."""
     ends = (ax.get_xlim(), ax.get_ylim())
-    xy = [line[name] if name in line else np.linspace(*end, 200) for name, end in zip(shown, ends, strict=True)]
-    return ax.transAxes.inverted().transform(ax.transData.transform(np.column_stack(xy)))
+    return [line[name] if name in line else np.linspace(*end, 200) for name, end in zip(shown, ends, strict=True)]
 
 
 def _room(points: np.ndarray, others: np.ndarray, box: np.ndarray) -> np.ndarray:
     """How many times a box around each point can grow until it meets another point or the frame."""
     frame = np.min(np.minimum(points, 1.0 - points) / box, axis=1)
-    if others.size == 0:
-        return frame
-    return np.minimum(frame, np.max(np.abs(points[:, None] - others[None]) / box, axis=2).min(axis=1))
+    apart = np.max(np.abs(points[:, None] - others[None]) / box, axis=2)
+    return np.minimum(frame, apart.min(axis=1, initial=np.inf))
 
 
 def color_bar(figure: Figure, ax: Axes, mesh) -> None:
@@ -382,59 +380,38 @@ def color_bar(figure: Figure, ax: Axes, mesh) -> None:
     decimals = max(len(f"{abs(tick):.6g}".partition(".")[2]) for tick in ticks)
     bar.set_ticks(ticks, labels=[f"{abs(t):.{decimals}f}" if decimals <= 4 else style.number(abs(t), 3) for t in ticks])
     bar.outline.set_linewidth(0.8)
-    look = {"xycoords": "axes fraction", "textcoords": "offset points", "rotation": 90, "ha": "left", "va": "center"}
-    bar.ax.annotate(r"growth rate / $|\omega_0|$", (1.0, 0.25), (36, 0), color=colors.UNSTABLE, **look)
-    bar.ax.annotate(r"frequency $\Omega$ / $|\omega_0|$", (1.0, 0.75), (36, 0), color=colors.STABLE, **look)
+    look = {"xycoords": "axes fraction", "rotation": 90, "ha": "left", "va": "center"}
+    style.note(bar.ax, r"growth rate / $|\omega_0|$", (1.0, 0.25), (36, 0), color=colors.UNSTABLE, **look)
+    style.note(bar.ax, r"frequency $\Omega$ / $|\omega_0|$", (1.0, 0.75), (36, 0), color=colors.STABLE, **look)
 
 
 def _curve(figure, part, axis, shown, fixed) -> Figure:
     (name,) = shown
     ax = figure.add_subplot()
     cells = style.edges(part[name])
-    if style.is_logarithmic(part[name]):
-        ax.set_xscale("log")
-    ax.set(xlim=(cells[0], cells[-1]), xlabel=axis_label(name))
-    if ax.get_xscale() == "log":
-        style.plain_log_ticks(ax.xaxis)
-    ax.set_ylabel(r"measured rate $/\,|\omega_0|$")
+    ax.set(xlim=(cells[0], cells[-1]), xlabel=axis_label(name), ylabel=r"measured rate $/\,|\omega_0|$")
+    style.scale_as_spread(ax.xaxis, part[name])
     sides = ((0.97, "top", "oscillates", colors.STABLE), (0.03, "bottom", "grows", colors.UNSTABLE))
     for y, va, word, color in sides:
         ax.text(0.015, y, word, transform=ax.transAxes, va=va, color=color, path_effects=style.halo())
     _theory_curve(ax, axis, name, cells, fixed)
-    _measured_curve(ax, part, name)
-    for row in runs((part["triangle_margin"] < 0)[None]):
-        span = ax.axvspan(
-            cells[row[1]], cells[row[2]], facecolor="none", edgecolor="#9a9da1", hatch="/////", linewidth=0, zorder=0
-        )
-        span.set(gid="impossible", label="physically impossible")
+    known = np.isfinite(part["signed_rate"])
+    x, y, codes = (part[which][known] for which in (name, "signed_rate", "regime"))
+    dots(ax, x, y, codes + 1, REGIMES, LOOK, ms=4.5, mec="white", mew=0.5, gid="measured")
+    look = {"facecolor": "none", "edgecolor": "#9a9da1", "hatch": "/////", "lw": 0, "zorder": 0, "gid": "impossible"}
+    change = np.flatnonzero(np.diff(part["triangle_margin"] < 0, prepend=False, append=False))
+    for first, after in change.reshape(-1, 2):
+        ax.axvspan(cells[first], cells[after], label="physically impossible", **look)
     for pair, line in boundaries(axis, {name: (cells[0], cells[-1])}, fixed).items():
-        ax.axvline(line[name][0], color=colors.INK, linewidth=1.2, gid=_pair_text(pair))
+        ax.axvline(line[name][0], color=colors.INK, lw=1.2, gid=_pair_text(pair))
         _outside(ax, pair, (line[name][0], 1.0), ax.get_xaxis_transform(), (0, 3), ha="center", va="bottom")
     style.legend(figure)
     return figure
 
 
 def _theory_curve(ax: Axes, axis: int, name: str, cells: np.ndarray, fixed: Mapping[str, float]) -> None:
-    xs = (np.geomspace if ax.get_xscale() == "log" else np.linspace)(cells[0], cells[-1], 1000)
+    xs = _between(ax.get_xscale(), cells[0], cells[-1])
     moments = [xs if m == name else fixed[m] for m in MOMENTS]
     rate = signed_rate(linear.omega_squared(*moments, fixed["omega0"], axis), fixed["omega0"])
-    ax.axhline(0.0, color=colors.FAINT, linewidth=0.8, zorder=0)
-    ax.plot(xs, rate, color=colors.QUIET, linewidth=1.2, label="linear theory", gid="theory")
-
-
-def _measured_curve(ax: Axes, part: Mapping[str, np.ndarray], name: str) -> None:
-    for kind, word in enumerate(REGIMES, start=-1):
-        at = part["regime"] == kind
-        if np.isfinite(part["signed_rate"][at]).any():
-            ax.plot(
-                part[name][at],
-                part["signed_rate"][at],
-                linestyle="none",
-                marker="o",
-                markersize=4.5,
-                color=LOOK.color(word),
-                markeredgecolor="white",
-                markeredgewidth=0.5,
-                label=LOOK.words(word),
-                gid="measured",
-            )
+    ax.axhline(0.0, color=colors.FAINT, lw=0.8, zorder=0)
+    ax.plot(xs, rate, color=colors.QUIET, lw=1.2, label="linear theory", gid="theory")

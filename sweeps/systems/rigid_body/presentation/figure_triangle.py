@@ -12,11 +12,8 @@ from matplotlib.figure import Figure
 from sweeps.figure import colors, style
 from sweeps.schema.boxes import along, dimensions
 from sweeps.systems.rigid_body.fits import signed_rate
-from sweeps.systems.rigid_body.presentation.figure_stability import color_bar
-from sweeps.systems.rigid_body.presentation.look import LOOK, settings
-from sweeps.systems.rigid_body.real import real_bodies
-from sweeps.systems.rigid_body.spread import SHAPE, is_of_shapes
-from sweeps.systems.rigid_body.variables import STATUSES
+from sweeps.systems.rigid_body.presentation.figure_stability import color_bar, mark_untrusted, real_bodies
+from sweeps.systems.rigid_body.presentation.look import LOOK, SHAPE, cut_at, is_of_shapes, settings
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,12 +26,7 @@ BEYOND = 1e-9  # of a ratio: rounding
 
 
 def draw(ds: "xr.Dataset", ax: Axes | None = None) -> Figure | None:
-    """Draw a panel for each axis, that of axis 2 largest; None where I3 is not the greatest moment of all points.
-
-    Args:
-        ds: a map over a grid of shapes, or with a dimension `point`.
-        ax: where; left out, on a figure of its own.
-    """
+    """Draw a panel for each axis, that of axis 2 largest; None where I3 is not the greatest moment of all points."""
     if not _is_on_triangle(ds):
         return None
     spun = ds["axis"].values.tolist()
@@ -58,16 +50,15 @@ def draw(ds: "xr.Dataset", ax: Axes | None = None) -> Figure | None:
 
 def draw_axis(ds: "xr.Dataset", axis: int, ax: Axes | None = None) -> Figure | None:
     """Draw the stability about one axis, as `figure_stability.draw`, of a map over a grid of shapes."""
-    fixed = {
-        name: float(ds[name].values[i]) for name, i in fixed_at(ds).items() if name in ("omega0", "epsilon", "phase")
-    }
+    fixed = {name: float(ds[name].values[i]) for name, i in cut_at(ds).items()}
     subtitle = f"{ds.attrs.get('title', '')}\n{settings(fixed)}".strip()
     figure = style.canvas(6.4, 5.9, f"Spin about axis {axis}: measured stability", subtitle, ax=ax)
     ax = figure.subplots()
     mesh = _panel(ax, ds, axis, True)
     color_bar(figure, ax, mesh)
-    if handles := _mark_untrusted(ax, ds, axis):
-        style.legend(figure, handles)
+    x, t = np.meshgrid(ds["I1_over_I3"].values, ds["thickness"].values, indexing="ij")
+    mark_untrusted(ax, x, 1.0 - x * (1.0 - t), _of_axis(ds, "status", axis))
+    style.legend(figure)
     return figure
 
 
@@ -89,9 +80,8 @@ def _subtitle(ds: "xr.Dataset") -> str:
 
 
 def fixed_at(ds: "xr.Dataset") -> dict[str, int]:
-    """Return the indices at which figures of a grid of shapes cut its other dimensions: least ε, middle of others."""
-    middle = {dim: (n - 1) // 2 for dim, n in dimensions(ds).items() if dim not in (*SHAPE, "axis")}
-    return middle | {"epsilon": int(np.argmin(ds["epsilon"].values))}
+    """Return the indices at which figures of a grid of shapes cut its other dimensions."""
+    return {dim: (n - 1) // 2 for dim, n in dimensions(ds).items() if dim not in (*SHAPE, "axis")} | cut_at(ds)
 
 
 def cell_numbers(ds: "xr.Dataset", x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -126,19 +116,6 @@ def _raster(ds: "xr.Dataset", axis: int, edges: np.ndarray) -> np.ndarray:
     i, j = cell_numbers(ds, middle[None, :], middle[:, None])
     rate = signed_rate(_of_axis(ds, "omega_squared", axis), ds["omega0"].values[fixed_at(ds)["omega0"]])
     return np.where((i >= 0) & (j >= 0), rate[i, j], np.nan)
-
-
-def _mark_untrusted(ax: Axes, ds: "xr.Dataset", axis: int) -> list:
-    """Marks shapes whose status is not ok, one kind of mark a status."""
-    status, handles = _of_axis(ds, "status", axis), []
-    for number, mark in ((1, "."), (2, "x"), (3, "+")):
-        i, j = np.nonzero(status == number)
-        if i.size:
-            x, t = ds["I1_over_I3"].values[i], ds["thickness"].values[j]
-            look = {"linestyle": "none", "marker": mark, "markersize": 4, "color": colors.INK, "alpha": 0.8}
-            label = f"{LOOK.words(STATUSES[number])} ({i.size:,})"
-            handles += ax.plot(x, 1.0 - x * (1.0 - t), gid=f"status {number}", label=label, zorder=5, **look)
-    return handles
 
 
 def _blocks(ds: "xr.Dataset", axis: int | None) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray | None]]:
@@ -187,9 +164,7 @@ def frame(ax: Axes, axis: int, is_large: bool) -> None:
     ax.plot([0, 1, 1, 0], [1, 0, 1, 1], color=colors.INK, lw=1.2, clip_on=False, zorder=4)
     if axis != 3:
         ax.plot([0.5, 1], [0.5, 1], color=colors.INK, lw=1.4, zorder=3, gid="I1 = I2", path_effects=style.halo(2.6))
-    ax.set(xlim=(-0.02, 1.02), ylim=(-0.02, 1.02), aspect="equal")
-    ax.set_xlabel(r"$I_1 / I_3$")
-    ax.set_ylabel(r"$I_2 / I_3$")
+    ax.set(xlim=(-0.02, 1.02), ylim=(-0.02, 1.02), aspect="equal", xlabel=r"$I_1 / I_3$", ylabel=r"$I_2 / I_3$")
     ax.spines[["top", "right"]].set_visible(False)
     ticks = [0, 0.25, 0.5, 0.75, 1] if is_large else [0, 0.5, 1]
     ax.set_xticks(ticks, [f"{t:g}" for t in ticks])
@@ -200,9 +175,8 @@ def frame(ax: Axes, axis: int, is_large: bool) -> None:
     ax.text(0.70, 0.25, r"flat:  $I_1 + I_2 = I_3$", rotation=-45, rotation_mode="anchor", **quiet)
     ax.text(0.25, 0.30, "physically\nimpossible", **quiet)
     if axis != 3:
-        look = {"textcoords": "offset points", "va": "center", "zorder": 5, "path_effects": style.halo(2.4)}
-        ax.annotate(r"$I_1 = I_2$", (0.6, 0.6), (7, -7), **look)
-    ax.annotate("sphere", (1, 1), (0, 6), textcoords="offset points", **(quiet | {"ha": "right", "va": "bottom"}))
+        style.note(ax, "$I_1 = I_2$", (0.6, 0.6), (7, -7), va="center", zorder=5, path_effects=style.halo(2.4))
+    style.note(ax, "sphere", (1, 1), (0, 6), **(quiet | {"ha": "right", "va": "bottom"}))
 
 
 def _words(ax: Axes, axis: int, is_large: bool) -> None:
@@ -221,4 +195,4 @@ def _name_bodies(ax: Axes) -> None:
         ax.plot([x], [y], "o", ms=5.5, color=colors.INK, mec="white", mew=1.0, zorder=6, clip_on=False, gid="body")
         if name:
             look = {"ha": side, "fontsize": 8.5, "zorder": 7, "path_effects": style.halo(2.6)}
-            ax.annotate(name, (x, y), offset, textcoords="offset points", **look)
+            style.note(ax, name, (x, y), offset, **look)

@@ -1,29 +1,28 @@
 """Presentation of symmetric tops."""
 
-from collections.abc import Callable
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from sweeps.figure import colors
 from sweeps.systems.presentation import Page, Presentation, turning
-from sweeps.systems.symmetric_top.presentation.look import LOOK
+from sweeps.systems.presentation.look import Look, Mark, Symbol
 
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
+LOOK = Look(
+    {
+        "with_spin": Mark("with spin", "+", colors.STABLE),
+        "against_spin": Mark("against spin", "-", colors.UNSTABLE),
+        "none": Mark("none", "0", colors.GREY),
+        "sphere": Mark("sphere", "o", colors.LIGHT_GREY),
+    },
+    {"omega3": Symbol(r"$\omega_3$", "ω₃")},
+)
 
 
 class SymmetricTopPresentation(Presentation):
-    """Figures of the precession and of the cones; a page with the top turning."""
+    """The precession over I3/I1, its deviation over the half-angle, and the cones; a page with the top turning."""
 
     look = LOOK
-    part = Page((*turning.FILES, Path(__file__).parent / "page" / "part.js"), keys="Space: play or pause.")
-
-    def figures(self, ds: "xr.Dataset") -> "dict[str, Callable[..., Figure | None]]":
-        """Return the precession over I3/I1, its deviation over the half-angle, and the cones."""
-        from sweeps.systems.symmetric_top.presentation import figure_cones, figure_precession
-
-        return {"precession": partial(figure_precession.draw, ds), "cones": partial(figure_cones.draw, ds)}
+    part = Page((*turning.FILES, Path(__file__).parent / "page/part.js"), keys="Space: play or pause.")
+    drawn = (("precession", "figure_precession.draw"), ("cones", "figure_cones.draw"))
 
 
 PRESENTATION = SymmetricTopPresentation

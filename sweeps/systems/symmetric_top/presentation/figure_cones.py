@@ -37,18 +37,11 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     figure = style.canvas(*size, "Body cone and space cone", subtitle, ax=ax)
     for ax, ratio in zip(np.ravel(figure.subplots(rows, columns)), tops, strict=True):
         _cones(ax, ratio, math.radians(angle))
-        where = "inside" if ratio > 1.0 else "outside"
-        shape = "flat" if ratio > 1.0 else "long"
+        shape, where = ("flat", "inside") if ratio > 1.0 else ("long", "outside")
         ax.set_title(f"{shape}: $I_3/I_1$ = {style.number(ratio, 3)}, ω at {style.number(angle, 3)}° to the axis")
-        ax.text(
-            0.5,
-            -0.03,
-            f"the space cone lies {where} the body cone",
-            transform=ax.transAxes,
-            ha="center",
-            color=colors.QUIET,
-        )
-    look = {"alpha": 0.25, "linewidth": 0}
+        words = f"the space cone lies {where} the body cone"
+        ax.text(0.5, -0.03, words, transform=ax.transAxes, ha="center", color=colors.QUIET)
+    look = {"alpha": 0.25, "lw": 0}
     handles = [
         Polygon([[0, 0]], color=BODY, label="body cone, about the figure axis", **look),
         Polygon([[0, 0]], color=SPACE, label="space cone, about L", **look),
@@ -86,17 +79,17 @@ def _cones(ax: Axes, ratio: float, half_angle: float) -> None:
         around = np.vstack([[0.0, 0.0], rim])
         hull = around[ConvexHull(around).vertices]
         ax.add_patch(Polygon(hull, facecolor=color, alpha=0.2, edgecolor="none"))
-        ax.plot(*rim.T, color=color, linewidth=1.4)
-        ax.add_patch(Polygon(hull, facecolor="none", edgecolor=color, linewidth=0.8))
+        ax.plot(*rim.T, color=color, lw=1.4)
+        ax.add_patch(Polygon(hull, facecolor="none", edgecolor=color, lw=0.8))
     path = _seen(1.12 * _rim(0.0, theta))
-    ax.plot(*path.T, color=colors.QUIET, linewidth=0.8, linestyle=(0, (4, 3)), gid="path of the axis")
+    ax.plot(*path.T, color=colors.QUIET, lw=0.8, ls=(0, (4, 3)), gid="path of the axis")
     for tilt, length, color, name in (
         (0.0, 1.3, colors.INK, "L"),
         (theta, 1.12, BODY, "axis 3"),
         (-beyond, 1.22, colors.SERIES_COLORS[3], "ω"),
     ):
         end = _seen(length * np.array([[math.sin(tilt), 0.0, math.cos(tilt)]]))[0]
-        ax.annotate("", end, (0, 0), arrowprops={"arrowstyle": "-|>", "color": color, "linewidth": 1.6, "shrinkA": 0})
+        ax.annotate("", end, (0, 0), arrowprops={"arrowstyle": "-|>", "color": color, "lw": 1.6, "shrinkA": 0})
         ax.text(
             *(end * 1.05), name, color=color, ha="center", va="bottom", fontweight="bold", path_effects=style.halo()
         )

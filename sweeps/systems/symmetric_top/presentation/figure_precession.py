@@ -4,12 +4,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
 from kernels.statuses import STATUSES
 from sweeps.figure import colors, style
-from sweeps.systems.symmetric_top.presentation.look import LOOK
+from sweeps.systems.symmetric_top.presentation import LOOK
 
 MOST = {"ratio": 160, "omega3": 12, "half_angle": 90}  # values a dimension that are drawn
 PROMISED, NEAR_SPHERE = 1e-10, 1e-2  # what the measurement promises, relative, and how near a sphere no longer
@@ -23,9 +21,9 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     rows, columns, size = style.arranged(2, (4.2, 3.3))
     figure = style.canvas(*size, "Precession of the free symmetric top", _subtitle(ds, part), ax=ax)
     left, right = figure.subplots(rows, columns)
-    handles = _rates(left, part)
-    handles += _deviations(right, part)
-    style.legend(figure, handles)
+    _rates(left, part)
+    _deviations(right, part)
+    style.legend(figure)
     return figure
 
 
@@ -50,55 +48,42 @@ def _subtitle(ds: xr.Dataset, part: xr.Dataset) -> str:
     return f"{ds.attrs.get('title', '')}:  {style.count(points, 'point', 'points')}, {shown}\nStatus:  {words}{found}"
 
 
-def _rates(ax: Axes, part: xr.Dataset) -> list:
+def _rates(ax: Axes, part: xr.Dataset) -> None:
     """Measured rates of all spins and half-angles at each I3/I1, under the formula's line."""
     ratio = part["ratio"].values
     low, high = (float(end) for end in style.edges(ratio)[[0, -1]])
     span = np.linspace(low, high, 200)
-    ax.axhline(0.0, color=colors.FAINT, linewidth=0.8, zorder=0)
+    ax.axhline(0.0, color=colors.FAINT, lw=0.8, zorder=0)
     rates = part["relative"].values.reshape(-1, ratio.size)
-    look = {"linestyle": "none", "marker": "o", "markersize": 3.6, "markeredgewidth": 0.0}
     for chosen, color in ((ratio < 1.0, PROLATE), (ratio == 1.0, colors.QUIET), (ratio > 1.0, OBLATE)):
         at = np.broadcast_to(ratio[chosen], rates[:, chosen].shape)
         unique = np.unique(np.column_stack([at.ravel(), rates[:, chosen].ravel().round(6)]), axis=0)
-        ax.plot(*unique.T, color=color, gid="measured", **look)
-    line = {"color": colors.INK, "linewidth": 0.9, "gid": "theory", "label": r"closed form, $I_3/I_1 - 1$"}
-    handles = ax.plot(span, span - 1.0, **line)
-    beyond = high > 2.0
-    if beyond:
-        look = {"facecolor": "none", "edgecolor": "#9a9da1", "hatch": "/////", "linewidth": 0}
-        ax.axvspan(max(2.0, low), high, gid="impossible", **look)
-        handles.append(Patch(label="impossible: $I_3 > 2 I_1$", **look))
-    ax.set(xlim=(low, high), xlabel=r"$I_3/I_1$")
-    ax.set_ylabel(r"measured precession rate $\Omega/\omega_3$")
+        ax.plot(*unique.T, "o", ms=3.6, mew=0.0, color=color, gid="measured")
+    ax.plot(span, span - 1.0, color=colors.INK, lw=0.9, gid="theory", label=r"closed form, $I_3/I_1 - 1$")
+    if high > 2.0:
+        look = {"facecolor": "none", "edgecolor": "#9a9da1", "hatch": "/////", "lw": 0}
+        ax.axvspan(max(2.0, low), high, gid="impossible", label="impossible: $I_3 > 2 I_1$", **look)
+    ax.set(xlim=(low, high), xlabel=r"$I_3/I_1$", ylabel=r"measured precession rate $\Omega/\omega_3$")
     halo = {"transform": ax.transAxes, "path_effects": style.halo(), "fontweight": "bold"}
     if (ratio < 1.0).any():
         ax.text(0.03, 0.50, "prolate:\nagainst the spin", color=PROLATE, va="bottom", **halo)
     if (ratio > 1.0).any():
         ax.text(0.52, 0.93, "oblate:\nwith the spin", color=OBLATE, va="top", ha="right", **halo)
-    return handles
 
 
-def _deviations(ax: Axes, part: xr.Dataset) -> list:
+def _deviations(ax: Axes, part: xr.Dataset) -> None:
     """The largest relative deviation of the rate at each half-angle, and the tolerance; single ones are rounding."""
     angle = part["half_angle"].values
     deviation = part["deviation"].transpose("half_angle", "ratio", "omega3").values.reshape(angle.size, -1)
     drawn = np.maximum(deviation, LEAST_DRAWN)
     known = np.isfinite(deviation).any(axis=1)
-    handles = []
     if known.any():
-        worst = np.nanmax(drawn[known], axis=1)
-        line = {"color": colors.INK, "linewidth": 1.4, "marker": "o", "markersize": 3.0, "gid": "worst"}
-        handles += ax.plot(angle[known], worst, label="largest deviation at each half-angle", **line)
-    dashes = {"color": colors.UNSTABLE, "linewidth": 1.0, "linestyle": (0, (4, 2))}
+        look = {"color": colors.INK, "gid": "worst", "label": "largest deviation at each half-angle"}
+        ax.plot(angle[known], np.nanmax(drawn[known], axis=1), "o-", lw=1.4, ms=3.0, **look)
+    dashes = {"color": colors.UNSTABLE, "lw": 1.0, "ls": (0, (4, 2)), "label": f"tolerance: {style.number(PROMISED)}"}
     ax.axhline(PROMISED, gid="tolerance", **dashes)
-    handles.append(Line2D([], [], label=f"tolerance: {style.number(PROMISED)}", **dashes))
     ax.set(yscale="log", ylim=(LEAST_DRAWN / 2, 1e-8), xlim=(0, 90), xticks=range(0, 91, 15))
-    ticks = 10.0 ** np.arange(-16, -7, 2)
-    ax.set_yticks([LEAST_DRAWN, *ticks], ["0", *(style.power(round(np.log10(t))) for t in ticks)])
-    ax.minorticks_off()
+    style.log_ticks_above_zero(ax.yaxis, LEAST_DRAWN, range(-16, -7, 2))
     ax.set_xlabel(r"half-angle of $\omega$ to the figure axis  (degrees)")
     ax.set_ylabel(r"$|\,\Omega\,/\,(I_3/I_1 - 1)\,\omega_3 - 1\,|$")
-    ax.grid(axis="y", color=colors.FAINT, linewidth=0.5, alpha=0.7)
-    ax.set_axisbelow(True)
-    return handles
+    style.grid(ax, "y")

@@ -1,33 +1,29 @@
 """Presentation of tumbling bodies."""
 
-from collections.abc import Callable
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from sweeps.systems.bodies.presentation import on_triangle
+from sweeps.figure import colors
+from sweeps.systems.bodies.presentation import MODES, SYMBOLS, on_triangle
 from sweeps.systems.presentation import Presentation
-from sweeps.systems.tumbling.presentation.look import LOOK
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
+from sweeps.systems.presentation.look import Look, Mark, Symbol
 
 
 class TumblingPresentation(Presentation):
-    """Figures and page of tumbling bodies."""
+    """The map of period ratios, and the herpolhode of one body; a page with the body turning."""
 
-    look = LOOK
-    part = on_triangle(
-        "How does a body tumble, with which periods, and how accurate are they?",
-        Path(__file__).parent / "page" / "part.js",
+    look = Look(
+        MODES
+        | {
+            "separatrix": Mark("separatrix", "#", colors.UNSTABLE),
+            "principal": Mark("principal spin", "o", colors.LIGHT_GREY),
+            "impossible": Mark("energy out of range", "x", colors.GREY),
+        },
+        SYMBOLS | {"energy": Symbol("$2TI_3/L^2$", "2T I₃/L²")},
     )
-
-    def figures(self, ds: "xr.Dataset") -> "dict[str, Callable[..., Figure | None]]":
-        """Return the map of period ratios, and the herpolhode of one body."""
-        from sweeps.systems.tumbling.presentation import figure_herpolhode, figure_periods
-
-        return {"periods": partial(figure_periods.draw, ds), "herpolhode": partial(figure_herpolhode.draw, ds)}
+    part = on_triangle(
+        "How does a body tumble, with which periods, and how accurate are they?", Path(__file__).parent / "page/part.js"
+    )
+    drawn = (("periods", "figure_periods.draw"), ("herpolhode", "figure_herpolhode.draw"))
 
 
 PRESENTATION = TumblingPresentation

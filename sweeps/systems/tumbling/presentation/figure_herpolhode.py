@@ -4,9 +4,11 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Circle
 
 from kernels import exact
 from sweeps.figure import colors, style
+from sweeps.systems.bodies.attitude import rotated
 from sweeps.systems.tumbling.motion import start
 
 PERIODS, POINTS = 7, 8000
@@ -17,9 +19,7 @@ def herpolhode(moments, omega, times) -> np.ndarray:
 
     The component along L stays 2T/L; the first axis of the plane is that of the angular velocity at time 0.
     """
-    q, w = exact.attitude(moments, omega, times), exact.rotation(moments, omega, times)
-    v = 2.0 * np.cross(q[:, 1:], w)
-    space = w + q[:, :1] * v + np.cross(q[:, 1:], v)
+    space = rotated(exact.attitude(moments, omega, times), exact.rotation(moments, omega, times))
     up = np.asarray(moments) * omega
     up = up / np.linalg.norm(up)
     first = np.asarray(omega) - np.dot(omega, up) * up
@@ -34,32 +34,21 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     if not chosen:
         return None
     rows, columns, size = style.arranged(len(chosen), (4.4, 4.4))
-    figure = style.canvas(
-        *size,
-        "Herpolhodes",
-        f"{ds.attrs.get('title', '')}\nseen along L, closed form",
-        ax=ax,
-    )
+    figure = style.canvas(*size, "Herpolhodes", f"{ds.attrs.get('title', '')}\nseen along L, closed form", ax=ax)
     for ax, (mode, point) in zip(np.ravel(figure.subplots(rows, columns)), chosen, strict=True):
         moments, omega = start(point)
         times = np.linspace(0.0, PERIODS * exact.period(exact.set_up(*moments, *omega)), POINTS)
         curve = herpolhode(moments, omega, times) / float(point["omega0"])
         radius = np.hypot(*curve.T)
-        ax.plot(*curve.T, color=colors.STABLE, linewidth=0.9, gid="herpolhode")
+        ax.plot(*curve.T, color=colors.STABLE, lw=0.9, gid="herpolhode")
         for edge in (radius.min(), radius.max()):
-            ax.add_patch(_circle(edge))
+            ax.add_patch(Circle((0, 0), edge, fill=False, color=colors.FAINT, lw=0.8))
         ax.plot(0, 0, marker="+", color=colors.INK)
         ax.set(aspect="equal", xlabel=r"$\omega_x/\omega_0$", ylabel=r"$\omega_y/\omega_0$")
         words = {"sam": "short-axis mode", "lam": "long-axis mode"}[mode]
         ratios = " : ".join(style.number(value, 3) for value in moments / moments[2])
         ax.set_title(f"{words}, {ratios}, E = {style.number(float(point['energy']), 4)}")
     return figure
-
-
-def _circle(radius: float):
-    from matplotlib.patches import Circle
-
-    return Circle((0, 0), radius, fill=False, color=colors.FAINT, linewidth=0.8)
 
 
 def _place(ds: xr.Dataset, mode: str):

@@ -12,7 +12,8 @@ from sweeps.figure import colors, style
 
 PANELS = 4
 STEPS = 200  # of a curve, on each side of the separatrix
-SEPARATRIX = "separatrix (ratio diverges)"
+TITLE = r"Ratio of tumbling periods, $P_\psi/P_\phi$"
+DOTTED = (0, (1, 2))
 
 
 def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
@@ -27,9 +28,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
 def _planes(ds: xr.Dataset, place: Axes | None) -> Figure:
     subtitle = f"{ds.attrs.get('title', '')}\nclosed form; at each energy $E = 2TI_3/L^2$"
     rows, columns, size = style.arranged(PANELS, (4.0, 3.3))
-    figure = style.canvas(
-        *size, r"Ratio of tumbling periods, $P_\psi/P_\phi$ (long-axis convention)", subtitle, ax=place
-    )
+    figure = style.canvas(*size, f"{TITLE} (long-axis convention)", subtitle, ax=place)
     axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     energies = np.linspace(0, 0.6 * (ds.sizes["energy"] - 1), PANELS + 1).round().astype(int)[1:]
     for ax, k in zip(axes.flat, energies, strict=True):
@@ -40,9 +39,8 @@ def _planes(ds: xr.Dataset, place: Axes | None) -> Figure:
         ax.set_xlabel("$I_1/I_3$")
     for ax in axes[:, 0]:
         ax.set_ylabel("$I_2/I_3$")
-    hatched = {"facecolor": "none", "edgecolor": colors.QUIET, "linewidth": 0}
     handles = [
-        Patch(hatch="////", label="physically impossible", **hatched),
+        style.hatched(),
         Patch(facecolor=colors.FAINT, label="energy outside the range of the body"),
         Patch(facecolor="none", edgecolor=colors.UNSTABLE, label=r"separatrix: short-axis mode below, long-axis above"),
     ]
@@ -61,8 +59,8 @@ def _plane(ax, part: xr.Dataset):
         shown = np.where(y[:, None] >= x[None, :], np.log10(ratio), np.nan)
     mesh = ax.pcolormesh(style.edges(x), style.edges(y), shown, cmap="coolwarm", vmin=-1.5, vmax=1.5, rasterized=True)
     ax.contourf(x, y, np.where(y[:, None] >= x[None, :], margin, 1.0), [-np.inf, 0.0], colors="none", hatches=["////"])
-    ax.axhline(1.0 / energy, color=colors.UNSTABLE, linewidth=1.4, gid="separatrix")
-    ax.plot([0, 1], [0, 1], color=colors.INK, linewidth=0.8)
+    ax.axhline(1.0 / energy, color=colors.UNSTABLE, lw=1.4, gid="separatrix")
+    ax.plot([0, 1], [0, 1], color=colors.INK, lw=0.8)
     ax.set(xlim=style.edges(x)[[0, -1]], ylim=style.edges(y)[[0, -1]], title=f"$E = {energy:.4g}$")
     return mesh
 
@@ -78,30 +76,20 @@ def _closed_form(part, energies):
 
 
 def _curves(ds: xr.Dataset, place: Axes | None) -> Figure:
-    figure = style.canvas(
-        8.0,
-        5.0,
-        r"Ratio of tumbling periods, $P_\psi/P_\phi$",
-        f"{ds.attrs.get('title', '')}\nlong-axis convention",
-        ax=place,
-    )
+    figure = style.canvas(8.0, 5.0, TITLE, f"{ds.attrs.get('title', '')}\nlong-axis convention", ax=place)
     ax = figure.subplots()
-    along = ds["energy"] if "energy" in ds.dims else None
-    handles = []
+    is_curve = "energy" in ds.dims
     for number, name in enumerate(ds["body"].values.tolist()):
         part = ds.isel(body=number).squeeze().load()
-        x = (along if along is not None else part["energy"]).values
         color = colors.SERIES_COLORS[number % len(colors.SERIES_COLORS)]
-        marker = None if along is not None else "o"
-        at, ratio = (x, part["period_ratio"].values) if along is None else _closed_form(part, x)
-        handles += ax.plot(at, ratio, color=color, marker=marker, label=name)
-        if along is not None:
-            separatrix = float(part["I3"] / part["I2"])
-            ax.axvline(separatrix, color=color, linewidth=0.9, linestyle=(0, (1, 2)), gid="separatrix")
-    if along is not None:
-        handles.append(Line2D([], [], color=colors.QUIET, linewidth=0.9, linestyle=(0, (1, 2)), label=SEPARATRIX))
+        if is_curve:
+            ax.plot(*_closed_form(part, part["energy"].values), color=color, label=name)
+            ax.axvline(float(part["I3"] / part["I2"]), color=color, lw=0.9, ls=DOTTED, gid="separatrix")
+        else:
+            ax.plot(part["energy"].values, part["period_ratio"].values, color=color, marker="o", label=name)
     ax.set(yscale="log", xlabel="$E = 2TI_3/L^2$", ylabel=r"$P_\psi/P_\phi$")
     style.plain_log_ticks(ax.yaxis)
-    ax.grid(color=colors.FAINT, linewidth=0.5, alpha=0.7)
-    style.legend(figure, handles)
+    style.grid(ax)
+    separatrix = Line2D([], [], color=colors.QUIET, lw=0.9, ls=DOTTED, label="separatrix (ratio diverges)")
+    style.legend(figure, [separatrix] * is_curve)
     return figure

@@ -1,30 +1,22 @@
 """Presentation of the tennis racket's twist."""
 
-from collections.abc import Callable
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from sweeps.systems.bodies.presentation import on_triangle
+from sweeps.figure import colors
+from sweeps.systems.bodies.presentation import SYMBOLS, on_triangle
 from sweeps.systems.presentation import Presentation
-from sweeps.systems.twist.presentation.look import LOOK
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
+from sweeps.systems.presentation.look import Look, Mark, Symbol
 
 
 class TwistPresentation(Presentation):
-    """Figures and page of twists."""
+    """The map of twists, and the defect against the growth rate with the law; a page with the body turning."""
 
-    look = LOOK
-    part = on_triangle("How far does a thrown body twist?", Path(__file__).parent / "page" / "part.js")
-
-    def figures(self, ds: "xr.Dataset") -> "dict[str, Callable[..., Figure | None]]":
-        """Return the map of twists, and the defect against the growth rate with the law."""
-        from sweeps.systems.twist.presentation import figure_twist
-
-        return {"twist": partial(figure_twist.draw_map, ds), "defect": partial(figure_twist.draw_defect, ds)}
+    look = Look(
+        {"reversed": Mark("reversed", "#", colors.UNSTABLE), "same_side": Mark("same side", "+", colors.STABLE)},
+        SYMBOLS | {"chi": Symbol(r"$\chi$", "χ"), "theta": Symbol(r"$\theta$", "θ")},
+    )
+    part = on_triangle("How far does a thrown body twist?", Path(__file__).parent / "page/part.js")
+    drawn = (("twist", "figure_twist.draw_map"), ("defect", "figure_twist.draw_defect"))
 
 
 PRESENTATION = TwistPresentation

@@ -5,7 +5,6 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
 from sweeps.figure import colors, style
 
@@ -24,12 +23,9 @@ def draw_map(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     if "body" in ds.dims or min(ds.sizes.get(name, 1) for name in ("I1", "I3")) < 2 or ds.sizes["I2"] > 1:
         return None
     part = _plane(ds)
-    chi = float(part["chi"])
-    subtitle = (
-        f"{ds.attrs.get('title', '')}\n"
-        f"thrown at χ = {style.number(chi, 3)} rad from the intermediate axis, "
-        f"θ = {style.number(float(part['theta']), 4)} rad; closed form"
-    )
+    chi, theta = (style.number(float(part[name]), digits) for name, digits in (("chi", 3), ("theta", 4)))
+    thrown = f"thrown at χ = {chi} rad from the intermediate axis, θ = {theta} rad; closed form"
+    subtitle = f"{ds.attrs.get('title', '')}\n{thrown}"
     figure = style.canvas(7.6, 6.0, "Twist per revolution of the handle", subtitle, ax=ax)
     ax = figure.subplots()
     x, y = part["I1"].values / float(part["I2"]), part["I3"].values / float(part["I2"])
@@ -43,14 +39,13 @@ def draw_map(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     ax.contourf(x, y, margin, [-np.inf, 0.0], colors="white", hatches=["////"], zorder=2)
     ax.contour(x, y, margin, [0.0], colors=colors.INK, linewidths=1.0)
     for name, (across, along) in THROWN.items():
-        ax.plot(across, along, marker="*", color=colors.UNSTABLE, markeredgecolor="white", markersize=12, gid=name)
-        ax.annotate(name, (across, along), (7, 5), textcoords="offset points", path_effects=style.halo(), fontsize=8.5)
-    ax.set(
-        xlabel="$I_1/I_2$  (handle over intermediate axis)", ylabel="$I_3/I_2$", xlim=(x[0], x[-1]), ylim=(y[0], y[-1])
-    )
+        ax.plot(across, along, marker="*", color=colors.UNSTABLE, mec="white", ms=12, gid=name)
+        style.note(ax, name, (across, along), (7, 5), path_effects=style.halo(), fontsize=8.5)
+    ax.set(xlabel="$I_1/I_2$  (handle over intermediate axis)", ylabel="$I_3/I_2$")
+    ax.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
     handles = [
-        Line2D([], [], color=colors.QUIET, linewidth=0.9, label=r"white: growth rate $\sigma/\omega_0$, linear theory"),
-        Patch(facecolor="none", edgecolor=colors.QUIET, hatch="////", linewidth=0, label="physically impossible"),
+        Line2D([], [], color=colors.QUIET, lw=0.9, label=r"white: growth rate $\sigma/\omega_0$, linear theory"),
+        style.hatched(),
     ]
     style.legend(figure, handles)
     return figure
@@ -70,60 +65,34 @@ def draw_defect(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     part = _bodies(ds)
     if part["growth"].size == 0:
         return None
-    figure = style.canvas(
-        7.2,
-        5.2,
-        "Shortfall of the twist from a half turn",
-        f"{ds.attrs.get('title', '')}\neach point a body",
-        ax=ax,
-    )
+    subtitle = f"{ds.attrs.get('title', '')}\neach point a body"
+    figure = style.canvas(7.2, 5.2, "Shortfall of the twist from a half turn", subtitle, ax=ax)
     ax = figure.subplots()
     x = np.exp(-np.pi * part["growth"].values)
     defect = np.pi - np.abs(part[_twist(part)])
     few = x.size <= FEW
-    look = {"linestyle": "none", "marker": "o", "alpha": 1.0 if few else 0.5}
-    dot = look | {"markersize": 6.0 if few else 2.4, "markeredgewidth": 0.0}
-    ring = look | ({"markersize": 9.0, "markerfacecolor": "none", "markeredgewidth": 1.6} if few else dot)
+    dot = {"ms": 6.0 if few else 2.4, "mew": 0.0, "alpha": 1.0 if few else 0.5}
+    ring = {"ms": 9.0, "mfc": "none", "mew": 1.6} if few else dot
     best = defect.min("chi").values if "chi" in defect.dims else defect.values
-    known = r"minimum over $\chi$"
-    handles = ax.plot(
-        x,
-        best,
-        color=colors.STABLE,
-        gid="best",
-        label=f"twist, {'measured' if 'twist' in part else 'closed form'}, {known}",
-        **dot,
-    )
+    label = rf"twist, {'measured' if 'twist' in part else 'closed form'}, minimum over $\chi$"
+    ax.plot(x, best, "o", color=colors.STABLE, gid="best", label=label, **dot)
     law = part["twist_defect_theory"].values
-    handles += ax.plot(x, law, color=colors.UNSTABLE, gid="law", label="on the separatrix, exact", **ring)
-    near = {
-        "color": colors.INK,
-        "linestyle": "none",
-        "marker": "o",
-        "markersize": 3.5 if few else 1.0,
-        "gid": "asymptotic",
-    }
+    ax.plot(x, law, "o", color=colors.UNSTABLE, gid="law", label="on the separatrix, exact", **ring)
     text = r"law: $4\sqrt{a/(a+b)}\,e^{-(\pi+\arctan\sqrt{b/a})\,\sigma/\omega_0}$"
-    handles += ax.plot(x, asymptotic(part), label=text, **near)
+    ax.plot(x, asymptotic(part), "o", color=colors.INK, ms=3.5 if few else 1.0, gid="asymptotic", label=text)
     ends = (x.min() / (6.0 if few else 1.2), min(1.0, 2.5 * x.max()))
     span = np.geomspace(*ends, 50)
-    line = {"color": colors.INK, "linewidth": 1.0, "gid": "slope"}
-    handles += ax.plot(span, 4.0 * span, label=r"its bound: $4\,e^{-\pi\sigma/\omega_0}$", **line)
-    ax.set(
-        xscale="log",
-        yscale="log",
-        xlim=ends,
-        xlabel=r"$e^{-\pi\sigma/\omega_0}$",
-        ylabel=r"$\pi - |\mathrm{twist}|$  (rad)",
-    )
+    bound = r"its bound: $4\,e^{-\pi\sigma/\omega_0}$"
+    ax.plot(span, 4.0 * span, color=colors.INK, lw=1.0, gid="slope", label=bound)
+    ax.set(xscale="log", yscale="log", xlim=ends)
+    ax.set(xlabel=r"$e^{-\pi\sigma/\omega_0}$", ylabel=r"$\pi - |\mathrm{twist}|$  (rad)")
     if few and "body" in part.coords:
-        look = {"textcoords": "offset points", "path_effects": style.halo(), "ha": "right", "va": "center"}
-        for at, place, name in zip(x, best, part["body"].values, strict=True):
-            ax.annotate(str(name), (at, place), (-7, 0), **look)
+        for *place, name in zip(x, best, part["body"].values, strict=True):
+            style.note(ax, str(name), place, (-7, 0), path_effects=style.halo(), ha="right", va="center")
     for axis in (ax.xaxis, ax.yaxis):
         style.plain_log_ticks(axis)
-    ax.grid(color=colors.FAINT, linewidth=0.5, alpha=0.7)
-    style.legend(figure, handles)
+    style.grid(ax)
+    style.legend(figure)
     return figure
 
 

@@ -1,33 +1,34 @@
 """Presentation of uncertain bodies."""
 
-from collections.abc import Callable
-from functools import partial
 from typing import TYPE_CHECKING
 
+from sweeps.figure import colors
 from sweeps.systems.presentation import Page, Presentation
-from sweeps.systems.uncertain_bodies.presentation.look import LOOK
+from sweeps.systems.presentation.look import Look, Mark
+from sweeps.systems.rigid_body.presentation.look import LOOK as OF_RIGID_BODIES
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
 
 class UncertainBodiesPresentation(Presentation):
     """Figure and table of probabilities and quantiles."""
 
-    look = LOOK
+    look = Look(
+        {
+            **OF_RIGID_BODIES.marks,
+            "uncertain": Mark("uncertain", "?", colors.GREY),
+            "undecided": Mark("many draws undecided", "u", ""),
+        },
+        OF_RIGID_BODIES.symbols,
+    )
+    drawn = (("outlook", "figure_outlook.draw"),)
 
     def page(self, ds: "xr.Dataset") -> Page:
         """Return bodies and axes in a table."""
         from sweeps.systems.uncertain_bodies.presentation.page import page
 
         return page(ds)
-
-    def figures(self, ds: "xr.Dataset") -> "dict[str, Callable[..., Figure | None]]":
-        """Return the probabilities and quantiles of the bodies."""
-        from sweeps.systems.uncertain_bodies.presentation import figure_outlook
-
-        return {"outlook": partial(figure_outlook.draw, ds)}
 
 
 PRESENTATION = UncertainBodiesPresentation

@@ -1,14 +1,19 @@
-"""Bodies in rows: how likely each spin is unstable, and how fast it would go."""
+"""Bodies in rows, how likely and how fast each spin is unstable; one body's draws on the triangle of inertia."""
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 
+from kernels import linear
 from sweeps.figure import colors, style
+from sweeps.systems.uncertain_bodies.measuring import UNSTABLE
 
 MOST_BODIES = 40
 OFFSETS = {1: -0.22, 2: 0.0, 3: 0.22}
+MOST_SHOWN = 4000  # draws of a panel
+STEPS = 220
 
 
 def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
@@ -22,23 +27,69 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     rows, columns, size = style.arranged(2, (4.3, 0.5 + 0.42 * part.sizes["body"]), (1.0, 1.4))
     figure = style.canvas(*size, "Probability that each spin is unstable", subtitle, ax=ax)
     likely, rates = figure.subplots(rows, columns, sharey=True)
-    handles = [_axis(likely, rates, part.sel(axis=axis), axis) for axis in part["axis"].values.tolist()]
+    for axis in part["axis"].values.tolist():
+        _axis(likely, rates, part.sel(axis=axis), axis)
     likely.set(xlim=(-0.03, 1.03), xlabel="probability that the spin is unstable")
     rates.set(xlabel=r"growth rate over the spin rate, $\sigma/\omega_0$", xlim=(-0.02, None))
     likely.set_yticks(range(part.sizes["body"]), [str(name)[:30] for name in part["body"].values])
     likely.set_ylim(part.sizes["body"] - 0.5, -0.5)
     for ax in (likely, rates):
-        ax.grid(axis="x", color=colors.FAINT, linewidth=0.5)
-    style.legend(figure, handles)
+        style.grid(ax, "x")
+    style.legend(figure)
     return figure
 
 
-def _axis(likely, rates, part: xr.Dataset, axis: int):
+def _axis(likely, rates, part: xr.Dataset, axis: int) -> None:
     rows = np.arange(part.sizes["body"]) + OFFSETS[axis]
     color = colors.SERIES_COLORS[axis - 1]
     p = part["probability_unstable"].values
     likely.errorbar(p, rows, xerr=part["probability_unstable_error"].values, fmt="o", ms=4, color=color, gid="likely")
     quantiles = part["growth_rate_quantile"] / np.abs(part["omega0"])
     low, middle, high = (quantiles.sel(quantile=level).values for level in (0.05, 0.5, 0.95))
-    rates.hlines(rows, low, high, color=color, linewidth=2)
-    return rates.plot(middle, rows, "o", ms=4, color=color, label=f"about axis {axis}")[0]
+    rates.hlines(rows, low, high, color=color, lw=2)
+    rates.plot(middle, rows, "o", ms=4, color=color, label=f"about axis {axis}")
+
+
+def draw_cloud(name: str, subtitle: str, axes: dict[int, tuple[dict, dict]]) -> Figure:
+    """Draw possible bodies over I1/I3 and I2/I3 with linear growth rates and the draws, one panel per axis.
+
+    `axes` has for each axis its summary and its draws, from `sweeps.systems.uncertain_bodies.measuring.measured`.
+    """
+    figure = style.canvas(1.0 + 3.6 * len(axes), 4.6, f"{name} with inertia uncertainty", subtitle)
+    panels = np.atleast_1d(figure.subplots(1, len(axes), sharex=True, sharey=True))
+    for ax, (axis, (summary, draws)) in zip(panels, axes.items(), strict=True):
+        x, y = draws["I1"] / draws["I3"], draws["I2"] / draws["I3"]
+        most = max(1.15, 1.05 * float(np.quantile(x, 0.999)), 1.05 * float(np.quantile(y, 0.999)))
+        mesh = _background(ax, axis, most)
+        _cloud(ax, x, y, draws["regime"] == UNSTABLE)
+        p, error = summary["probability_unstable"], summary["probability_unstable_error"]
+        ax.set_title(f"spun about axis {axis}: unstable {100 * p:.2f} ± {100 * error:.2f} %")
+        ax.set(xlabel="$I_1/I_3$", xlim=(0, most), ylim=(0, most), aspect="equal")
+    panels[0].set_ylabel("$I_2/I_3$")
+    figure.colorbar(mesh, ax=list(panels), label=r"growth rate, linear theory, $\sigma/\omega_0$", shrink=0.8)
+    handles = [
+        style.hatched(),
+        Patch(facecolor=colors.UNSTABLE, label="sampled, unstable"),
+        Patch(facecolor=colors.STABLE, label="sampled, not unstable"),
+    ]
+    style.legend(figure, handles)
+    return figure
+
+
+def _background(ax, axis: int, most: float):
+    along = (np.arange(STEPS) + 0.5) * most / STEPS
+    x, y = np.meshgrid(along, along)
+    rate2 = linear.omega_squared(x, y, np.ones_like(x), 1.0, axis)
+    possible = (x + y >= 1) & (np.abs(x - y) <= 1)
+    rate = np.where(possible, np.sqrt(np.maximum(-rate2, 0.0)), np.nan)
+    mesh = ax.pcolormesh(along, along, rate, cmap="Greys", vmin=0, vmax=1.2, rasterized=True)
+    ax.contourf(x, y, np.where(possible, 1.0, -1.0), [-2, 0], colors="none", hatches=["////"])
+    for line in ([1, 1], [0, most]), ([0, most], [1, 1]), ([0, most], [0, most]):
+        ax.plot(*line, color=colors.QUIET, lw=0.6)
+    return mesh
+
+
+def _cloud(ax, x: np.ndarray, y: np.ndarray, unstable: np.ndarray) -> None:
+    shown = np.linspace(0, x.size - 1, min(x.size, MOST_SHOWN)).astype(int)
+    look = np.where(unstable[shown], colors.UNSTABLE, colors.STABLE)
+    ax.scatter(x[shown], y[shown], s=2.5, c=look, linewidths=0, alpha=0.5, gid="cloud", rasterized=True)

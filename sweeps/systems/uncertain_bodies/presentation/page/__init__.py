@@ -1,15 +1,30 @@
-"""The part of the page of bodies that are not known exactly: a table, the draws as a cloud, how they spread."""
+"""The part of the page of uncertain bodies: a table, clouds of draws, quantiles and sensitivities.
 
+Draws that the map keeps are shown as they were measured. Where it keeps none, bodies are drawn again as its definition
+says, with its own seed: they show which bodies were meant, and nothing was measured of these.
+"""
+
+import base64
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from sweeps.reading.definitions import definition_of
+from sweeps.schema.boxes import dimensions, flags
+from sweeps.schema.refusals import DefinitionError
 from sweeps.systems.presentation import Page
 from sweeps.systems.rigid_body.presentation.page import FILES as OF_RIGID_BODIES
 from sweeps.systems.rigid_body.presentation.page import natural_axes
-from sweeps.systems.uncertain_bodies.presentation.page.drawn import facts
+from sweeps.systems.uncertain_bodies import designs
+from sweeps.systems.uncertain_bodies.variables import KEPT, TWISTS, VARIABLES
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from sweeps.systems.uncertain_bodies.known import Known
+    from sweeps.systems.uncertain_bodies.measuring import Asked
 
 SHARED = tuple(path for path in OF_RIGID_BODIES if path.stem in ("bodies", "triangle"))
 _OWN = ("first.html", "spread.html", "drawn.css", "drawn.js", "spread.js", "part.js")
@@ -17,7 +32,152 @@ FILES = (*SHARED, *(Path(__file__).parent / name for name in _OWN))
 QUESTION = "With which probability is each spin unstable?"
 KEYS = "★ marks the usual spin axis."
 
+MOMENTS = ("I1_draw", "I2_draw", "I3_draw")
+MOST_SHOWN = 2048  # draws of a body
+MOST_TOLD = 300_000  # numbers of all clouds
+LEAST_SHOWN = 50  # draws of a body: fewer are no cloud
+MOST_NUMBERS = 60_000  # of quantiles and sensitivities, with their errors
+SEED = 1  # of which draws are shown
+MEANT = ("bodies", "grid", "uncertainty", "draws", "seed", "method")  # keys without which no body is drawn
+
 
 def page(ds: "xr.Dataset") -> Page:
     """Return the system's part of the page of a map."""
     return Page(FILES, QUESTION, KEYS, True, {"nature": natural_axes(ds), **facts(ds)})
+
+
+def facts(ds: "xr.Dataset") -> dict:
+    """Return `drawn`, `spread` and `inputs` for the scripts, each empty where there is nothing to show."""
+    own = {dim for spec in (VARIABLES | TWISTS | KEPT).values() for dim in spec.over} & set(ds.dims)
+    points = dimensions(ds.drop_dims(own))
+    drawn = _kept(ds, points) if "draw" in ds.dims else _again(ds)
+    return {"drawn": drawn, **_spread(ds, points)}
+
+
+def _shown(bodies: int, numbers: int) -> int:
+    """Draws of each body that a page holds, where each takes so many numbers."""
+    return min(MOST_SHOWN, MOST_TOLD // max(1, bodies * numbers))
+
+
+def _packed(values: np.ndarray) -> dict:
+    """Numbers in single precision as base64, and what they are to be multiplied by."""
+    finite = np.abs(values[np.isfinite(values)])
+    scale = float(finite.max(initial=0.0)) or 1.0
+    text = base64.b64encode((values / scale).astype("<f4").tobytes()).decode("ascii")
+    return {"scale": scale, "values": text}
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Draws that the map keeps
+
+
+def _kept(ds: "xr.Dataset", points: dict[str, int]) -> dict:
+    """Draws of each body and what was measured of them in each spin."""
+    measured = [name for name in KEPT if name in ds.data_vars and name not in MOMENTS]
+    if "body" not in points or any(name not in ds.data_vars for name in MOMENTS):
+        return {}
+    spins = math.prod(points.values()) // points["body"]
+    most = _shown(points["body"], len(MOMENTS) + len(measured) * spins)
+    if most < LEAST_SHOWN:
+        return {}
+    chosen = np.sort(np.random.default_rng(SEED).permutation(ds.sizes["draw"])[:most])
+    part = ds[[*MOMENTS, *measured]].isel(draw=chosen).transpose(*points, "draw")
+    bodies = {}
+    for number, name in enumerate(ds["body"].values.tolist()):
+        own = part.isel(body=slice(number, number + 1)).load()
+        first = {dim: 0 for dim in points}
+        moments = np.stack([own[name].isel(first, missing_dims="ignore").values for name in MOMENTS])
+        there = np.isfinite(moments).all(axis=0)
+        columns = {name: [_packed(row[there]) for row in _rows(own[name].values)] for name in measured}
+        columns |= {name: [_packed(row[there])] for name, row in zip(MOMENTS, moments, strict=True)}
+        of = int(np.isfinite(ds["I1_draw"].isel(first | {"body": number}, missing_dims="ignore").values).sum())
+        bodies[str(name)] = {"of": of, "shown": int(there.sum()), "numbers": chosen[there].tolist(), "columns": columns}
+    return {"measured": True, "bodies": bodies, "columns": [_described(ds, name) for name in (*MOMENTS, *measured)]}
+
+
+def _rows(values: np.ndarray) -> np.ndarray:
+    """Rows along the last dimension, one at each of the page's points or spins of a body, in order."""
+    return np.asarray(values, "f8").reshape(-1, values.shape[-1])
+
+
+def _described(ds: "xr.Dataset", name: str) -> dict:
+    spec = KEPT[name]
+    units = "" if spec.units in (None, "1") else spec.units
+    meanings = flags(ds[name]) if name in ds.data_vars else {}
+    told = [{"value": value, "meaning": word} for value, word in meanings.items()]
+    return {"name": name.removesuffix("_draw"), "longName": spec.long_name, "units": units, "flags": told}
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Draws made again
+
+
+def _again(ds: "xr.Dataset") -> dict:
+    """Bodies drawn as the map's definition says, where nothing else is needed to draw them."""
+    if "body" not in ds.dims:
+        return {}
+    most = _shown(ds.sizes["body"], len(MOMENTS))
+    if most < LEAST_SHOWN:
+        return {}
+    bodies = {}
+    for number, (known, asked) in _meant(ds).items():
+        normals = designs.normals(asked.method, max(known.dimension, 1), min(asked.draws, most), asked.seed)
+        moments, _, _ = known.inertia(normals.reshape(-1, normals.shape[-1])[:most])
+        columns = {name: [_packed(row)] for name, row in zip(MOMENTS, moments.T, strict=True)}
+        found = {"of": designs.made(asked.draws), "shown": len(moments), "numbers": [], "columns": columns}
+        bodies[str(ds["body"].values[number])] = found
+    columns = [_described(ds, name) for name in MOMENTS]
+    return {"measured": False, "bodies": bodies, "columns": columns} if bodies else {}
+
+
+def _meant(ds: "xr.Dataset") -> "dict[int, tuple[Known, Asked]]":
+    """Number of each body → how it is known and drawn, by the definition that the map carries; no file is read."""
+    from pydantic import ValidationError
+
+    from sweeps.systems.uncertain_bodies.definition import UncertainDefinition
+
+    values = {key: value for key, value in definition_of(ds.attrs).items() if key in MEANT}
+    given = values.get("bodies")
+    given = given if isinstance(given, tuple | list) else ()
+    named = {str(body.get("name")): body for body in given if isinstance(body, dict)}
+    found = {}
+    for number, name in enumerate(map(str, ds["body"].values.tolist())):
+        if name not in named:
+            continue
+        try:
+            body = _without_file(ds, number, named[name])
+            definition = UncertainDefinition.model_validate({"title": name} | values | {"bodies": (body,)})
+        except (ValidationError, DefinitionError, ValueError, KeyError):  # what is shown beside is the map's own
+            continue
+        found[number] = definition.known[name], definition.asked(definition.bodies[0])
+    return found
+
+
+def _without_file(ds: "xr.Dataset", number: int, body: dict) -> dict:
+    """A body as the definition has it; of one from a mesh, the moments that the map carries."""
+    if "mesh" not in body:
+        return body
+    moments = {name: float(ds[name].isel(body=number, missing_dims="ignore").values) for name in ("I1", "I2", "I3")}
+    return {key: value for key, value in body.items() if key != "mesh"} | moments
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Quantiles and sensitivities
+
+
+def _spread(ds: "xr.Dataset", points: dict[str, int]) -> dict:
+    """Quantiles and sensitivities, and their errors: a row at each point, in the order of the page's points."""
+    names = [name for name, spec in (VARIABLES | TWISTS).items() if spec.over and name in ds.data_vars]
+    size = sum(math.prod(points.values()) * ds.sizes[(VARIABLES | TWISTS)[name].over[0]] for name in names)
+    if not names or size > MOST_NUMBERS:
+        return {"spread": {}, "levels": [], "inputs": []}
+    rows = {name: _numbers(ds[name].transpose(*points, ...).values) for name in names}
+    levels = ds["quantile"].values.tolist() if "quantile" in ds.coords else []
+    inputs = [str(name) for name in ds["input"].values.tolist()] if "input" in ds.coords else []
+    return {"spread": rows, "levels": levels, "inputs": inputs}
+
+
+def _numbers(values: np.ndarray) -> list:
+    """Rows as JSON has them: None for what is no number."""
+    rows = _rows(values).tolist()
+    return [[float(f"{value:.6g}") if math.isfinite(value) else None for value in row] for row in rows]
