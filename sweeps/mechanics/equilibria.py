@@ -247,14 +247,16 @@ class _All:
         """Search boxes: for each record the box, its kind, the box it stands for, and one about the zero."""
         from kernels import enclosures, roots  # compiled by their import
 
-        tape, progress, each = self.problem.tape, np.zeros(2, dtype=np.int64), np.arange(len(bounds))
+        progress, each = np.zeros(2, dtype=np.int64), np.arange(len(bounds))
         starts, shares = starts or (bounds, np.stack([each, each + 1], axis=-1))
-        given = [np.ascontiguousarray(x) for x in (constants, bounds, starts, shares)]
+        functions = self.problem.tape.formulas(np.ascontiguousarray(constants))
+        where = roots.Where(*(np.ascontiguousarray(x) for x in (bounds, starts, shares)))
+        limits = roots.Limits(ROUGH if rough else NARROWEST[self.n > 1], most, rough)
         room, parts = 4 * len(bounds) + 1000, []
         while progress[0] < len(bounds):
             before, records, boxes = progress[0], np.empty((room, 2), dtype=np.int64), np.empty((room, 2, 2, self.n))
-            arguments = *given, ROUGH if rough else NARROWEST[self.n > 1], most, rough, records, boxes, progress
-            count = roots.search(enclosures.enclose, tape.rows, tape.outputs, *arguments)
+            found = roots.Found(records, boxes, progress)
+            count = roots.search(enclosures.enclose, functions, where, limits, found)
             parts.append((records[:count, 0].copy(), records[:count, 1].copy(), boxes[:count].copy()))
             room *= 1 if progress[0] > before else 4
         return (
