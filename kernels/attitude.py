@@ -35,8 +35,7 @@ values hold for every t.  For one step length h all but m_d(t + h/2) is constant
 neither an elliptic integral nor a sine in the loop.  It steps m, which obeys the exact step of w with other
 coefficients, and errs by a rounding a step.  Where the motion runs along the unstable axis (the separatrix, and
 ``m1`` near 0) each rounding grows by e^{pt}, up to a turn: no step from the state alone can hold there what the closed
-form holds, which reads from the start on which side of the separatrix it is; :mod:`kernels.marching` begins anew from
-it in time.
+form holds, which reads from the start on which side of the separatrix it is.
 
 Source: derived from the equations above; P(m) and psi' after Celledoni, Fasso, Saefstroem and Zanna, SIAM J. Sci.
 Comput. 30 (2008) 2084, with the signs derived anew; the step is not found in print.  R_J: Carlson, Numer. Algorithms

@@ -51,7 +51,6 @@ from kernels.jit import OPTIONS, PASSED, float64, int64, njit, types, void
 
 LIBRARY = 8.0 * UNIT  # of a function of the C library
 TINY = 2.3e-308  # what underflow may take
-HALF_PI = 0.5 * math.pi
 INF = math.inf
 
 FORMULAS = types.NamedTuple((int64[:, ::1], int64[::1], float64[:, ::1]), Formulas)

@@ -84,49 +84,6 @@ def rates(omega_squared, regime):
     return np.where(unstable, size, 0.0), np.where(stable, size, 0.0)
 
 
-def _cardinal(w2, t):
-    """Factors g, C, S of the two linear solutions g C and g S: 1, cos(Ωt), sin(Ωt)/Ω, and S = t where Ω² = 0.
-
-    Where Ω² < 0 they are cosh(λt), 1, tanh(λt)/λ: no difference of two infinities however long the growth lasts.
-    """
-    rate = np.sqrt(np.abs(w2))
-    safe = np.where(rate == 0, 1.0, rate)
-    unstable = np.less(w2, 0)
-    with np.errstate(over="ignore"):
-        growth = np.where(unstable, np.cosh(rate * t), 1.0)
-    cosine = np.where(unstable, 1.0, np.cos(rate * t))
-    sine = np.where(rate == 0, t, np.where(unstable, np.tanh(rate * t), np.sin(rate * t)) / safe)
-    return growth, cosine, sine
-
-
-def perturbation(I1, I2, I3, omega0, axis, epsilon, phase, times):
-    r"""Return the transverse components of the angular velocity at given times, the linear solution.
-
-    With :math:`\omega_b(0) = \varepsilon\omega_0\cos\varphi` and :math:`\omega_c(0) = \varepsilon\omega_0\sin\varphi`,
-
-    .. math:: \omega_b(t) = \omega_b(0)\cos\Omega t + c_b\omega_0\,\omega_c(0)\,\frac{\sin\Omega t}{\Omega}, \qquad
-              \omega_c(t) = \omega_c(0)\cos\Omega t + c_c\omega_0\,\omega_b(0)\,\frac{\sin\Omega t}{\Omega}
-
-    and cosh, sinh in place of cos, sin where Ω² < 0.
-
-    Args:
-        I1, I2, I3, omega0, axis (array_like): As for :func:`omega_squared`.
-        epsilon, phase (array_like): Size of the nudge relative to omega0, and its direction in the (b, c) plane (rad).
-        times (array_like): Times in s. All broadcast together.
-
-    Returns:
-        omega_b, omega_c (numpy.ndarray): In rad s-1. First order in epsilon: nothing here knows when the perturbation
-            has outgrown it.
-    """
-    Ia, Ib, Ic = seen_from(I1, I2, I3, axis)
-    w2 = omega_squared(I1, I2, I3, omega0, axis)
-    growth, cosine, sine = _cardinal(w2, np.asarray(times, dtype=np.float64))
-    start_b, start_c = epsilon * np.cos(phase) * omega0, epsilon * np.sin(phase) * omega0
-    omega_b = start_b * cosine + (Ic - Ia) / Ib * omega0 * start_c * sine
-    omega_c = start_c * cosine + (Ia - Ib) / Ic * omega0 * start_b * sine
-    return growth * omega_b, growth * omega_c
-
-
 def growing_fraction(I1, I2, I3, omega0, axis, phase):
     r"""Return the projection of the initial perturbation on the growing mode.
 

@@ -10,11 +10,11 @@ import pytest
 import repeated
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from naive import rate_squared, samples
+from naive import rate_squared, samples, signed_rate
 from numba import config
 from strategies import LANES, moment_triples, point_batches
 
-from kernels import exact, foretold, linear, measure, rigid_body, statuses, survey, triangle
+from kernels import exact, foretold, linear, rigid_body, statuses, survey, triangle
 
 SETTINGS = (4.0, 16, 1e-10)
 FEWER = 40 if config.DISABLE_JIT else 1  # lanes in plain Python are slow
@@ -395,7 +395,7 @@ def judged(points, settings):
         wandered[:7] = False
         out = (size > 10) | wandered
         used = int(np.argmax(out)) if out.any() else size.size
-        value, stderr = measure.signed_rate(transverse[:used], h) if used >= 4 else (np.nan, np.nan)
+        value, stderr = signed_rate(transverse[:used], h) if used >= 4 else (np.nan, np.nan)
         told.append(
             (value / spin**2, stderr / spin**2, used, *log_window(size, used, points["epsilon"][i], h * abs(spin)))
         )
