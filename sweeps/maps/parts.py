@@ -31,9 +31,8 @@ def write_part(ds: "PlainMap | xr.Dataset", path: str | Path, command: str) -> s
             file.createDimension(dim, size)
         for name in (*ds.data_vars, *ds.coords):
             _put(file, name, ds, digest)
-        for name, own in digest.digests().items():
-            file[name].sha256 = own
-        file.setncatts(ds.attrs | {"history": history, "content_hash": digest.hexdigest()})
+        file.setncatts(ds.attrs | {"history": history})
+        digest.seal(file)
     return digest.hexdigest()
 
 

@@ -117,7 +117,7 @@ def write_shard(
         with h5py.File(temporary, "r+") as hdf:
             file = ChunkFile(hdf, variables, chunks)
 
-            def put(index: int, piece: Piece, columns: Mapping[str, np.ndarray], _: int) -> None:
+            def put(index: int, piece: Piece, columns: Mapping[str, np.ndarray]) -> None:
                 for row, (name, values) in enumerate(columns.items()):
                     stored = file.encode(name, piece.chunk, piece.first, values)
                     checks.checksums[row, index] = isal_zlib.crc32(stored)
@@ -144,7 +144,7 @@ def _create(path: Path, sweep: Sweep, checks: _Checks) -> None:
 def measure(
     sweep: Sweep,
     pieces: Sequence[Piece],
-    put: Callable[[int, Piece, Mapping[str, np.ndarray], int], None],
+    put: Callable[[int, Piece, Mapping[str, np.ndarray]], None],
     threads: int = 1,
     progress: Callable[[int], None] = lambda points: None,
 ) -> int:
@@ -153,28 +153,19 @@ def measure(
     Args:
         sweep: the sweep.
         pieces: its chunks' shares, one after the other.
-        put: called, in one other thread, with the number of each piece in turn, the piece, its columns, and how
-            many motions its block has taken: at the last piece of a block, and 0 at the others.
+        put: called with the number of each piece in turn, the piece and its columns.
         threads: threads for the kernel.
         progress: called with the number of points after each block.
     """
     memory.keep_freed()
-    motions, pending = 0, None
-
-    def put_all(block: range, low: int, columns: Mapping[str, np.ndarray], taken: int) -> int:
-        for index in block:
-            piece = pieces[index]
-            own = {name: values[piece.first - low : piece.after - low] for name, values in columns.items()}
-            put(index, piece, own, taken if index == block[-1] else 0)
-        return pieces[block[-1]].after - low
-
-    with ThreadPoolExecutor(1) as putting, measurers(threads) as pool:
+    motions = 0
+    with measurers(threads) as pool:
         for block, low, integrated, waited_for in _begun(sweep, pieces, pool, threads):
             motions, columns = motions + integrated, waited_for()
-            if pending:
-                progress(pending.result())
-            pending = putting.submit(put_all, block, low, columns, integrated)
-        progress(pending.result())
+            for index in block:
+                piece = pieces[index]
+                put(index, piece, {n: values[piece.first - low : piece.after - low] for n, values in columns.items()})
+            progress(pieces[block[-1]].after - low)
     return motions
 
 
