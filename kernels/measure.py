@@ -30,7 +30,7 @@ import math
 import numpy as np
 
 from kernels.jit import INLINE, OPTIONS, njit
-from kernels.straight import formula
+from kernels.straight import formula, straight
 
 WINDOW = 10.0  # samples count until the transverse size exceeds this many times its start
 DECAYED = 1e-6  # … or is below this part of it: squared, what it weighs in the sums is below the roundings of the start
@@ -101,27 +101,16 @@ def rate_squared(D, spacing):
     return value / spacing / spacing, slope / spacing / spacing
 
 
-@formula
-def rate_squared_of_turn(D):
-    r"""Return :func:`rate_squared` for h = 1 and \|D| up to TURN, in plain arithmetic: a loop over lanes stays packed.
-
-    :math:`4\arcsin^2\sqrt{D/2} = \sum 2^{n+1}D^n/(n^2\binom{2n}n)`, of either sign; what is cut off after n = 14 is
-    below 1e-18 of it. Returns the value and its derivative.
-    """
-    value, slope = TURNS[13], 14 * TURNS[13]
-    value, slope = value * D + TURNS[12], slope * D + 13 * TURNS[12]
-    value, slope = value * D + TURNS[11], slope * D + 12 * TURNS[11]
-    value, slope = value * D + TURNS[10], slope * D + 11 * TURNS[10]
-    value, slope = value * D + TURNS[9], slope * D + 10 * TURNS[9]
-    value, slope = value * D + TURNS[8], slope * D + 9 * TURNS[8]
-    value, slope = value * D + TURNS[7], slope * D + 8 * TURNS[7]
-    value, slope = value * D + TURNS[6], slope * D + 7 * TURNS[6]
-    value, slope = value * D + TURNS[5], slope * D + 6 * TURNS[5]
-    value, slope = value * D + TURNS[4], slope * D + 5 * TURNS[4]
-    value, slope = value * D + TURNS[3], slope * D + 4 * TURNS[3]
-    value, slope = value * D + TURNS[2], slope * D + 3 * TURNS[2]
-    value, slope = value * D + TURNS[1], slope * D + 2 * TURNS[1]
-    return (value * D + TURNS[0]) * D, slope * D + TURNS[0]
+# rate_squared(D) for h = 1 and |D| up to TURN with its derivative, in plain arithmetic: a loop over lanes stays packed.
+# 4 arcsin²√(D/2) = Σ 2^(n+1) Dⁿ/(n² C(2n, n)), of either sign; what is cut off after n = 14 is below 1e-18 of it.
+_TURN = "\n".join(
+    [
+        "value, slope = TURNS[13], 14 * TURNS[13]",
+        *(f"value, slope = value * D + TURNS[{n - 1}], slope * D + {n} * TURNS[{n - 1}]" for n in range(13, 1, -1)),
+        "return (value * D + TURNS[0]) * D, slope * D + TURNS[0]",
+    ]
+)
+rate_squared_of_turn = straight("rate_squared_of_turn", ["D"], _TURN, {"TURNS": TURNS})
 
 
 @formula

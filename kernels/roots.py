@@ -80,7 +80,7 @@ class Limits(NamedTuple):
     rough: bool
 
 
-class Found(NamedTuple):
+class Boxes(NamedTuple):
     """Results of a search, written by it."""
 
     records: np.ndarray  #: the point of each record, and ZERO, LOST, NARROW, BROKEN, OVERFLOW or LEFT
@@ -93,7 +93,7 @@ class Found(NamedTuple):
 
 WHERE = types.NamedTuple((float64[:, :, ::1], float64[:, :, ::1], int64[:, ::1]), Where)
 LIMITS = types.NamedTuple((float64, int64, boolean), Limits)
-FOUND = types.NamedTuple((int64[:, ::1], float64[:, :, :, ::1], int64[::1]), Found)
+FOUND = types.NamedTuple((int64[:, ::1], float64[:, :, :, ::1], int64[::1]), Boxes)
 
 
 @njit(**OPTIONS)
@@ -437,7 +437,7 @@ def search(enclose, functions, where, limits, found):
         functions (kernels.codes.Formulas): With the constants of all points; as many functions as variables.
         where (Where): Bounds and starts of each point.
         limits (Limits): When a search ends.
-        found (Found): Written.
+        found (Boxes): Written.
     """
     records, boxes, progress = found
     n, count, room = functions.outputs.size, 0, 0

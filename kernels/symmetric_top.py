@@ -378,8 +378,7 @@ def _run_blocks(tops, order, starts, intervals, raw):
             _sample_angles(S, k, intervals)
             _sample_state(S)
         _halve(S, n)
-        for lane in range(count):
-            i = order[first + lane]
+        for lane, i in enumerate(order[first : first + count]):
             _unload(S, lane, intervals, tops.spacing[i], n, raw[i])
 
 

@@ -395,10 +395,7 @@ def _solve(I1, I2, I3, ratio, short):
     for _ in range(200):
         middle = 0.5 * (low + high)
         value, energy = _ratio(I1, I2, I3, -math.expm1(-middle), short)
-        if value < ratio:
-            low = middle
-        else:
-            high = middle
+        low, high = (middle, high) if value < ratio else (low, middle)
         if not low < 0.5 * (low + high) < high:
             break
     return -math.expm1(-high), energy

@@ -229,10 +229,9 @@ def _check_dimensions(parts: _Parts) -> None:
         if not set(along) <= {*dims, *parts.further, parts.layout.along} - ({POINT.name} - {*dims}):
             raise _UnlikeError(f"{name}: lies along {', '.join(along)}; allowed: a dimension of the map")
     beside = parts.layout.beside if parts.layout.along in parts.coordinates else ()
-    needed = {*parts.layout.values, *beside} - {*parts.layout.spare}
-    for name in sorted(needed - set(parts.coordinates)):
-        if name in parts.layout.coordinates:
-            raise _UnlikeError(f"{name}: is missing; allowed: every coordinate of a map")
+    needed = {*parts.layout.values, *beside} & {*parts.layout.coordinates} - {*parts.layout.spare}
+    if missing := sorted(needed - {*parts.coordinates}):
+        raise _UnlikeError(f"{missing[0]}: is missing; allowed: every coordinate of a map")
 
 
 def _own_dims(parts: _Parts, name: str) -> tuple[str, ...]:

@@ -8,6 +8,7 @@ a file of somebody's own describes is never run.
 import math
 import os
 import time
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -212,17 +213,16 @@ def _values(ds: xr.Dataset, sweep: Sweep) -> Check:
     specs = sweep.variables
     status = _of_role(sweep, Role.STATUS)
     measured = [name for name, spec in specs.items() if status and spec.role == Role.MEASUREMENT]
-    unknown, empty = {}, {}
+    unknown, empty = Counter(), Counter()
     for box in runs(sweep.grid.shape, BLOCK_POINTS):
         for name in (name for name, spec in specs.items() if spec.flags):
-            values = ds.variables[name][box].values
-            first = specs[name].first_flag
+            values, first = ds.variables[name][box].values, specs[name].first_flag
             outside = (values < first) | (values >= first + len(specs[name].flags))
-            unknown[name] = unknown.get(name, 0) + int(np.count_nonzero(outside))
+            unknown[name] += int(np.count_nonzero(outside))
         for name in measured:
             sound = ds.variables[status][box].values == 0
             holes = sound & ~np.isfinite(ds.variables[name][box].values)
-            empty[name] = empty.get(name, 0) + int(np.count_nonzero(holes))
+            empty[name] += int(np.count_nonzero(holes))
     findings = [f"{name}: {count:,} flags without a meaning" for name, count in unknown.items() if count]
     findings += [f"{name}: {count:,} points without a number are called ok" for name, count in empty.items() if count]
     return Check("values", "flags, and a number at every point called ok", tuple(findings))

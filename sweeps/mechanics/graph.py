@@ -230,21 +230,22 @@ class Graph:
         self._expressions[e] = number
         if number not in self.slopes:
             self.slopes[number] = -1
-            self.slopes[number] = self._slope(e, f, u, argument, number, inner)
+            self.slopes[number] = self._slope(e, sp.Lambda(u, f), argument, number, inner)
         return number
 
-    def _slope(self, e, f, u, argument, number, inner):
+    def _slope(self, e, of_u, argument, number, inner):
         if e.is_Pow and e.base in self._roots:
             return self.product(self.constant(sp.Rational(-1, 2)), self.product(number, self.product(number, number)))
         if e.is_Pow and e.base != sp.E:
             return self.quotient(self.product(self.constant(e.exp), number), inner)
+        f = of_u.expr
         if f.func in (sp.tan, sp.tanh):
             square = self.product(number, number)
             one, sign = self.constant(sp.Integer(1)), 1.0 if f.func is sp.tan else -1.0
             return self.sum((one, square), (1.0, sign))
         if f.func not in _INTEGRATED:
             raise DescriptionError(f"function: {e} cannot be integrated; allowed: +, ×, /, powers and {_KNOWN}")
-        return self.build(f.diff(u).subs(u, argument))
+        return self.build(f.diff(*of_u.variables).subs(of_u.variables[0], argument))
 
 
 _KNOWN = "sin, cos, tan, exp, log, sinh, cosh, tanh, asin, acos, atan, asinh, acosh, atanh, erf, sqrt"

@@ -175,8 +175,7 @@ def _columns(headings: Sequence[tuple[str, str]], parameters: Sequence[Parameter
             raise refusal("", shown, "is the name of two columns", "each column once")
         if name in grid:
             raise refusal(name, shown, "is a column of the table and given in grid too", "one of these")
-        wanted = known[name].quantity.units
-        factor = units.factor(unit, wanted)
+        factor = units.factor(unit, wanted := known[name].quantity.units)
         if factor is None:
             raise refusal(name, display(unit), "is a unit that is not known", units.allowed(wanted))
         found[name] = ColumnOf(place, known[name], factor)

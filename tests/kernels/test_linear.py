@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from naive import coefficients, fractions, growing_share, seen_from
 from strategies import moment_triples
 
-from kernels import linear, rigid_body
+from kernels import foretold, linear, rigid_body
 
 ULP = 2.0**-52
 AXES = np.array([1, 2, 3])
@@ -82,16 +82,15 @@ def test_a_tie_of_the_other_two_is_no_margin():
     assert linear.regime(3.0, 2.0, 2.0, 1) == linear.STABLE_MAJOR
 
 
-def test_rates():
-    kinds = [linear.STABLE_MINOR, linear.STABLE_MAJOR, linear.UNSTABLE, linear.MARGINAL, linear.SPHERE, -1]
-    growth_rate, frequency = linear.rates([4.0, 9.0, -16.0, -25.0, 36.0, 49.0], kinds)
-    assert growth_rate.tolist() == [0, 0, 4, 0, 0, 0]
-    assert frequency.tolist() == [2, 3, 0, 0, 0, 0]
+def growing_fraction(I1, I2, I3, omega0, axis, phase):
+    """The column of a batch."""
+    points = {"I1": I1, "I2": I2, "I3": I3, "axis": axis, "omega0": omega0, "epsilon": 1e-6, "phase": phase}
+    return foretold.columns_of(rigid_body.points_of(points))["growing_fraction"]
 
 
 @given(st.floats(0, 6.3), st.sampled_from([1.0, -2.5, 1e-100]), moment_triples(0.1, 10.0))
 def test_growing_fraction_against_eigenvectors(phase, omega0, moments):
-    ours = linear.growing_fraction(*moments, omega0, AXES, phase)
+    ours = growing_fraction(*moments, omega0, AXES, phase)
     unstable = linear.regime(*moments, AXES) == linear.UNSTABLE
     assert (ours[~unstable] == 0).all()
     assert ((ours >= 0) & (ours <= 1 + 4 * ULP)).all()
@@ -104,17 +103,17 @@ def test_growing_fraction_against_eigenvectors(phase, omega0, moments):
 
 @given(st.floats(0, 6.3), moment_triples(0.1, 10.0))
 def test_backwards_in_time_the_shares_change_places(phase, moments):
-    forwards = linear.growing_fraction(*moments, 1.0, AXES, phase)
-    backwards = linear.growing_fraction(*moments, -1.0, AXES, phase)
+    forwards = growing_fraction(*moments, 1.0, AXES, phase)
+    backwards = growing_fraction(*moments, -1.0, AXES, phase)
     unstable = linear.regime(*moments, AXES) == linear.UNSTABLE
     np.testing.assert_allclose((forwards + backwards)[unstable], 1.0, rtol=4 * ULP)
-    assert (linear.growing_fraction(*moments, -1.0, AXES, -phase) == forwards).all()
+    assert (growing_fraction(*moments, -1.0, AXES, -phase) == forwards).all()
 
 
 def test_growing_fraction_is_one_on_the_mode_and_nothing_across_it():
     body = (1.0, 2.0, 3.0)
     _, cb, cc = coefficients(*body, 2)
     grows = np.arctan2(np.sqrt(cc), np.sqrt(cb)) if cb > 0 else -np.arctan2(np.sqrt(-cc), np.sqrt(-cb))
-    assert linear.growing_fraction(*body, 1.0, 2, grows) == pytest.approx(1.0, abs=4 * ULP)
-    assert linear.growing_fraction(*body, 1.0, 2, -grows) == pytest.approx(0.0, abs=4 * ULP)
-    assert linear.growing_fraction(*body, -1.0, 2, grows) == pytest.approx(0.0, abs=4 * ULP)
+    assert growing_fraction(*body, 1.0, 2, grows) == pytest.approx(1.0, abs=4 * ULP)
+    assert growing_fraction(*body, 1.0, 2, -grows) == pytest.approx(0.0, abs=4 * ULP)
+    assert growing_fraction(*body, -1.0, 2, grows) == pytest.approx(0.0, abs=4 * ULP)
