@@ -13,11 +13,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 from isal import isal_zlib
-from pydantic_core import PydanticCustomError
 
 from kernels.cache import cache_folder
 from sweeps.process import memory
@@ -26,6 +25,7 @@ from sweeps.reading import tables
 from sweeps.reading.files import FileBytes
 from sweeps.reading.tables import PART_ROWS, refusal
 from sweeps.schema import units
+from sweeps.schema.layout import telling, wrong
 from sweeps.schema.parameters import Derived, GridOf, Parameter
 from sweeps.schema.refusals import MapError, display, hint
 
@@ -257,21 +257,11 @@ def _check_column(column: ColumnOf, values: np.ndarray, before: int) -> None:
     if not (np.isfinite(low) and np.isfinite(high)):
         row = int(np.argmin(np.isfinite(values)))
         raise refusal(column.name, f"row {before + row + 1:,}", "is missing, or no finite number", allowed)
-    telling = [values] if low > 0 or high < 0 else [values, values[values > 0], values[values < 0], values[values == 0]]
-    if any(_wrong(column, end) for part in telling if part.size for end in (part.min(), part.max())):
-        row, wrong = next((k, w) for k, v in enumerate(values.tolist()) if (w := _wrong(column, v)))
+    item = column.parameter.quantity.item
+    if any(wrong(item, end) for end in telling(values)):
+        row, what = next((k, w) for k, v in enumerate(values.tolist()) if (w := wrong(item, v)))
         shown = f"row {before + row + 1:,} ({float(values[row])!r})"
-        raise refusal(column.name, shown, "is out of range", wrong)
-
-
-def _wrong(column: ColumnOf, value: float) -> str:
-    """What a value should be; "" for one that is right."""
-    try:
-        for check in get_args(column.parameter.quantity.item)[1:]:
-            check.func(float(value))
-    except PydanticCustomError as refused:
-        return refused.context["allowed"]
-    return ""
+        raise refusal(column.name, shown, "is out of range", what)
 
 
 def _check_existence(derived: Derived | None, columns: Mapping[str, Any], names: Sequence[str], before: int) -> None:
