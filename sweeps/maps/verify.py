@@ -25,7 +25,7 @@ from sweeps.schema.boxes import runs
 from sweeps.schema.carried import DEFAULT_SYSTEM
 from sweeps.schema.definition import DEFAULT_NAME, Definition
 from sweeps.schema.refusals import DefinitionError, UnreadableError, shortened
-from sweeps.schema.variables import Role
+from sweeps.schema.variables import Role, of_role
 from sweeps.shards import content, contract
 from sweeps.systems.system import Reference
 
@@ -169,10 +169,6 @@ def _grid(ds: xr.Dataset, sweep: Sweep) -> Check:
     return Check("grid", covers, _shown([*_wrong_coordinates(ds, sweep), *_wrong_variables(ds, sweep)]))
 
 
-def _of_role(sweep: Sweep, role: Role) -> str:
-    return next((name for name, spec in sweep.variables.items() if spec.role == role), "")
-
-
 def _sizes(sizes: dict) -> str:
     return " × ".join(f"{size:,} {shortened(str(dim))}" for dim, size in sizes.items()) or "none"
 
@@ -211,7 +207,7 @@ def _wrong_variables(ds: xr.Dataset, sweep: Sweep) -> Iterator[str]:
 def _values(ds: xr.Dataset, sweep: Sweep) -> Check:
     """Whether flags have meanings, and whether points that are called ok hold numbers."""
     specs = sweep.variables
-    status = _of_role(sweep, Role.STATUS)
+    status = of_role(sweep.variables, Role.STATUS)
     measured = [name for name, spec in specs.items() if status and spec.role == Role.MEASUREMENT]
     unknown, empty = Counter(), Counter()
     for box in runs(sweep.grid.shape, BLOCK_POINTS):
@@ -336,7 +332,11 @@ def _by_references(sweep: Sweep, sample: _Sample) -> Iterator[Check]:
 
 
 def _by_reference(sweep: Sweep, sample: _Sample, reference: Reference, name: str) -> Check:
-    variable, status, integration = reference.variable, _of_role(sweep, Role.STATUS), sweep.definition.integration
+    variable, status, integration = (
+        reference.variable,
+        of_role(sweep.variables, Role.STATUS),
+        sweep.definition.integration,
+    )
     covers = f"{variable} within the tolerance"
     if variable not in sample.columns or not status:
         return Check(name, covers, skipped=f"the map has no {variable} with a status")
@@ -406,7 +406,7 @@ def _by_errors(sweep: Sweep, sample: _Sample) -> Iterator[Check]:
 
     Errors cover 999 of 1,000 points, and none is missed by more than twice: that is what is asked.
     """
-    columns, status = sample.columns, _of_role(sweep, Role.STATUS)
+    columns, status = sample.columns, of_role(sweep.variables, Role.STATUS)
     specs = [s for s in sweep.variables.values() if s.error in columns and s.truth in columns]
     if not status or not specs:
         return
