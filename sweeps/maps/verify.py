@@ -280,9 +280,7 @@ def _by_own_kernels(ds: xr.Dataset, sweep: Sweep, sample: _Sample, seed: int) ->
 
     name, count = "this project's kernels", len(sample.numbers)
     covers = f"{count:,} points (seed {seed}), bit for bit"
-    if not _same_kernels(ds, sweep):
-        return Check(name, covers, skipped="other kernels make other bits")
-    if reason := sweep.definition.differing_bits:
+    if reason := sweep.definition.differing_bits if _same_kernels(ds, sweep) else "other kernels make other bits":
         return Check(name, covers, skipped=reason)
     samples, rate = sweep.system.cost(sweep.definition).samples, sweep.system.samples_per_second
     if W * samples > MOST_SECONDS * rate:  # a point takes as long as a block of them

@@ -290,8 +290,7 @@ class Values:
 
     def bases(self, parameters, q0):
         """Return U of every node, arrays (n,), from tuples of parameters and places; slopes f′(U) by function node."""
-        U, slopes = self._constants(*parameters), {}
-        shape = np.shape(q0[0])
+        U, slopes, shape = self._constants(*parameters), {}, np.shape(q0[0])
         for number, node in enumerate(self.graph.nodes):
             if node.kind == CONSTANT:
                 U[number] = np.broadcast_to(U[number], shape)
@@ -301,10 +300,9 @@ class Values:
                 U[number] = q0[node.parts[0]]
             elif node.kind == ADD:
                 U[number] = sum(w * U[k] for w, k in zip(node.weights, node.parts, strict=True))
-            elif node.kind == MUL:
-                U[number] = U[node.parts[0]] * U[node.parts[1]]
-            elif node.kind == DIV:
-                U[number] = U[node.parts[0]] / U[node.parts[1]]
+            elif node.kind in (MUL, DIV):
+                a, b = (U[k] for k in node.parts)
+                U[number] = a * b if node.kind == MUL else a / b
             else:
                 U[number], slopes[number] = self._derivatives[number](U[node.parts[0]], *parameters)
         return U, slopes

@@ -122,9 +122,7 @@ def _read(file: str, opened: FileBytes, model: type[GridOf], grid: Mapping[str, 
     columns = _columns(source.headings, model.parameters, grid)
     given = {p.name: units.read(grid[p.name], p.quantity.units) for p in model.parameters if p.name in grid}
     fixed = {name: float(value) for name, value in given.items() if type(value) in (int, float)}
-    asked = [(c.place, c.name, c.factor, c.parameter.quantity.bounds) for c in columns]
-    key = hashlib.sha256(json.dumps([FORMAT, digest, path.suffix, asked, fixed]).encode()).hexdigest()[:40]
-    cached = kept_in() / key
+    cached = kept_in() / _key(columns, [FORMAT, digest, path.suffix, fixed])
     if _told(cached) is None:
         _forget_others(cached)
         _write(cached, source, columns, fixed, model.derived)
@@ -133,6 +131,12 @@ def _read(file: str, opened: FileBytes, model: type[GridOf], grid: Mapping[str, 
     told = _told(cached)
     cached.touch()
     return Table(file, digest, tuple(c.name for c in columns), cached, told["num"], tuple(map(tuple, told["ends"])))
+
+
+def _key(columns: Sequence[ColumnOf], beside: list) -> str:
+    """The name of a table's rows in the cache: a hash of all that they depend on."""
+    asked = [(c.place, c.name, c.factor, c.parameter.quantity.bounds) for c in columns]
+    return hashlib.sha256(json.dumps([asked, *beside]).encode()).hexdigest()[:40]
 
 
 def _digest(opened: FileBytes) -> tuple[str, dict | None]:
