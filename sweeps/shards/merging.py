@@ -104,7 +104,11 @@ def _files(path: Path, sweep: Sweep) -> list[Path]:
 
 
 def _merge_once(sweep: Sweep, paths: Sequence[Path], path: str | Path) -> str:
-    shards = sorted(_extents(sweep, paths))
+    shards = []
+    for source in paths:
+        with Shard(source, sweep) as shard:
+            shards.append((shard.first, shard.after, source))
+    shards.sort()
     _check_coverage(shards, sweep.grid)
 
     def fill(file: ChunkFile, digest: ContentHash) -> int:
@@ -130,12 +134,6 @@ def _filled(sweep: Sweep, path: str | Path, fill: Callable[[ChunkFile, ContentHa
             whole.motions_integrated = str(motions)
             digest.seal(whole)
     return digest.hexdigest()
-
-
-def _extents(sweep: Sweep, paths: Sequence[Path]) -> Iterator[tuple[int, int, Path]]:
-    for path in paths:
-        with Shard(path, sweep) as shard:
-            yield shard.first, shard.after, path
 
 
 def _check_coverage(shards: Sequence[tuple[int, int, Path]], grid: Grid) -> None:

@@ -43,19 +43,13 @@ PART_SECONDS = 1.0  # at most about what a thread measures at once: who breaks o
 class DamagedError(MapError):
     """A shard that was cut short or changed on the disk."""
 
-    def __init__(self, path: str | Path, what: str):
-        super().__init__(f"{path}: {what}; allowed: a whole file of `polhode shard`")
+    def __init__(self, path: str | Path, what: str, allowed: str = "a whole file of `polhode shard`"):
+        super().__init__(f"{path}: {what}; allowed: {allowed}")
         self.path = Path(path)
 
 
 class ForeignError(DamagedError):
     """A shard of another definition, or of other kernels."""
-
-    def __init__(self, path: str | Path, name: str):
-        MapError.__init__(
-            self, f"{path}: {name}: is not that of this sweep; allowed: shards of this definition and kernels"
-        )
-        self.path = Path(path)
 
 
 class Piece(NamedTuple):
@@ -277,7 +271,9 @@ class Shard:
         self._need(name for name in (*TOLD, "seal", *wanted) if name not in held)
         for name, value in wanted.items():
             if held[name] != value:
-                raise ForeignError(self.path, name)
+                raise ForeignError(
+                    self.path, f"{name}: is not that of this sweep", "shards of this definition and kernels"
+                )
         self._need(name for name in (*variables, CHECKSUMS, DIGESTS) if name not in self._file)
         try:
             #: first: number of its first point; after: number after its last point; motions: how many motions were
