@@ -330,11 +330,8 @@ def _by_references(sweep: Sweep, sample: _Sample) -> Iterator[Check]:
 
 
 def _by_reference(sweep: Sweep, sample: _Sample, reference: Reference, name: str) -> Check:
-    variable, status, integration = (
-        reference.variable,
-        of_role(sweep.variables, Role.STATUS),
-        sweep.definition.integration,
-    )
+    variable, integration = reference.variable, sweep.definition.integration
+    status = of_role(sweep.variables, Role.STATUS)
     covers = f"{variable} within the tolerance"
     if variable not in sample.columns or not status:
         return Check(name, covers, skipped=f"the map has no {variable} with a status")
