@@ -35,8 +35,7 @@ values hold for every t.  For one step length h all but m_d(t + h/2) is constant
 neither an elliptic integral nor a sine in the loop.  It steps m, which obeys the exact step of w with other
 coefficients, and errs by a rounding a step.  Where the motion runs along the unstable axis (the separatrix, and
 ``m1`` near 0) each rounding grows by e^{pt}, up to a turn: no step from the state alone can hold there what the closed
-form holds, which reads from the start on which side of the separatrix it is; :mod:`kernels.marching` begins anew from
-it in time.
+form holds, which reads from the start on which side of the separatrix it is.
 
 Source: derived from the equations above; P(m) and psi' after Celledoni, Fasso, Saefstroem and Zanna, SIAM J. Sci.
 Comput. 30 (2008) 2084, with the signs derived anew; the step is not found in print.  R_J: Carlson, Numer. Algorithms
@@ -216,16 +215,21 @@ def _climb(u, m, means):
 
 
 @njit(**OPTIONS)
+def _third_kind_on_the_separatrix(v, nu):
+    if abs(v) > SETTLED_TANH:
+        root = math.sqrt(nu)
+        bent = math.atan(root * math.tanh(v)) / root if root > 0.0 else math.tanh(v)
+        return (v - bent) / (1.0 + nu)
+    s, c, d = separatrix_functions(v)
+    return s * s * s / 3.0 * carlson_rj(c * c, d * d, 1.0, 1.0 + nu * s * s)
+
+
+@njit(**OPTIONS)
 def third_kind(v, top):
     """Return J(v) of the module's docstring for any v."""
     nu, k1 = top.turning.nu, top.turning.k1
     if top.motion.m1 <= 0.0:
-        if abs(v) > SETTLED_TANH:
-            root = math.sqrt(nu)
-            bent = math.atan(root * math.tanh(v)) / root if root > 0.0 else math.tanh(v)
-            return (v - bent) / (1.0 + nu)
-        s, c, d = separatrix_functions(v)
-        return s * s * s / 3.0 * carlson_rj(c * c, d * d, 1.0, 1.0 + nu * s * s)
+        return _third_kind_on_the_separatrix(v, nu)
     s, c, d = _climb(v, k1 * k1, top.second)
     turns = math.floor(v * top.second.ah / math.pi + 0.5)
     if turns % 2.0 != 0.0:

@@ -3,6 +3,10 @@
 Whoever writes or reads them need not load :mod:`kernels.enclosures`, :mod:`kernels.roots` and :mod:`kernels.floquet`.
 """
 
+from typing import NamedTuple
+
+import numpy as np
+
 # States of an enclosure: see kernels.enclosures.
 SOUND, POLE, OUTSIDE = range(3)
 
@@ -24,3 +28,13 @@ FAINT = 1e-280  # a range so small may be underflow
 # Of kernels.floquet: regimes by their number + 1, and smooth invariants of two degrees of freedom.
 REGIMES = ("undetermined", "stable", "asymptotically_stable", "unstable", "period_doubling", "flutter", "marginal")
 INVARIANTS = ("first_invariant", "second_invariant", "krein_discriminant", "det_minus_identity", "det_plus_identity")
+
+
+class Formulas(NamedTuple):
+    """Functions of several variables as a tape."""
+
+    tape: np.ndarray  #: int64, shape (operations, 3): rows (code, a, b)
+    outputs: np.ndarray  #: int64, shape (functions,): rows of the tape that are wanted
+    constants: (
+        np.ndarray
+    )  #: enclosures of the constants, shape (constants, 2), or (points, constants, 2) of many points

@@ -236,29 +236,3 @@ def argument(sn, cn, m, m1):
     if cn < 0.0:
         u = 2.0 * K(m, m1) - u
     return math.copysign(u, sn)
-
-
-@njit(**OPTIONS)
-def F(phi, m, m1):
-    """Return the incomplete integral of the first kind, ``F(phi|m)``: ``sn(F) = sin(phi)``.
-
-    Any real amplitude: ``F(phi + n pi) = F(phi) + 2 n K``.
-
-    Args:
-        phi, m, m1 (float): Amplitude, rad; parameter in [0, 1] and its complement ``1 - m``.
-
-    Returns:
-        float: Error 4e-16 (1 + |F|) plus the rounding of phi, 1e-16 |phi| dF/dphi.  At m1 = 0 infinite from |phi| =
-            pi/2 on.  Source: DLMF 19.2.4, 19.2.10, 19.25.5.
-    """
-    turns = math.floor(phi / math.pi + 0.5)
-    sine, cosine = math.sin(phi), math.cos(phi)
-    if turns % 2.0 != 0.0:
-        sine, cosine = -sine, -cosine
-    if cosine < 0.0:  # phi/pi was rounded across a half
-        turns += math.copysign(1.0, sine)
-        sine, cosine = -sine, -cosine
-    if turns != 0.0 and m1 <= 0.0:
-        return math.copysign(np.inf, phi)
-    u = argument(sine, cosine, m, m1)
-    return u + 2.0 * turns * K(m, m1) if turns != 0.0 else u

@@ -45,13 +45,16 @@ from kernels.codes import (
     UNIT,
     VARIABLE,
     WHOLE_POWER,
+    Formulas,
 )
-from kernels.jit import OPTIONS, PASSED, float64, int64, njit, void
+from kernels.jit import OPTIONS, PASSED, float64, int64, njit, types, void
 
 LIBRARY = 8.0 * UNIT  # of a function of the C library
 TINY = 2.3e-308  # what underflow may take
-HALF_PI = 0.5 * math.pi
 INF = math.inf
+
+FORMULAS = types.NamedTuple((int64[:, ::1], int64[::1], float64[:, ::1]), Formulas)
+OF_POINTS = types.NamedTuple((int64[:, ::1], int64[::1], float64[:, :, ::1]), Formulas)
 
 
 @njit(**OPTIONS)
@@ -191,148 +194,176 @@ def _sine(a, b):
 
 
 @njit(**OPTIONS)
-def _rising(p, q):
-    """Ends of a function of the C library that rises."""
-    return _down(p, LIBRARY), _up(q, LIBRARY)
+def _scaled(c, a, b):
+    return _mul(c, c, a, b)
 
 
 @njit(**OPTIONS)
-def _scaled(c, a, b):
-    return _mul(c, c, a, b)
+def _library(code, x):
+    """Return a function of the C library at x."""
+    if code == EXP:
+        return math.exp(x)
+    if code == LOG:
+        return math.log(x) if x > 0.0 else -INF
+    if code == TAN:
+        return math.tan(x)
+    if code == ASIN:
+        return math.asin(x)
+    if code == ACOS:
+        return math.acos(x)
+    if code == ATAN:
+        return math.atan(x)
+    if code == SINH:
+        return math.sinh(x)
+    if code == COSH:
+        return math.cosh(x)
+    if code == TANH:
+        return math.tanh(x)
+    if code == ASINH:
+        return math.asinh(x)
+    if code == ACOSH:
+        return math.acosh(x)
+    if code == ATANH:
+        return math.atanh(x)
+    return math.erf(x)
+
+
+@njit(**OPTIONS)
+def _rising(code, a, b):
+    """Enclose a function of the C library that rises from a to b."""
+    return _down(_library(code, a), LIBRARY), _up(_library(code, b), LIBRARY)
+
+
+@njit(**OPTIONS)
+def _cosh(a, b):
+    p, q = math.cosh(a), math.cosh(b)
+    least = max(1.0, _down(min(p, q), LIBRARY)) if a > 0.0 or b < 0.0 else 1.0
+    return least, _up(max(p, q), LIBRARY)
+
+
+@njit(**OPTIONS)
+def _whole_power(a, b, k):
+    f, g, state = _signed_power(a, b, k)
+    r, s, _ = _signed_power(a, b, k - 1)
+    d, e = _scaled(float(k), r, s)
+    return f, g, d, e, state
+
+
+@njit(**OPTIONS)
+def _any_power(a, b, p, q):
+    state = SOUND
+    if b < 0.0 or (b == 0.0 and p < 0.0):
+        return -INF, INF, -INF, INF, OUTSIDE
+    if a < 0.0 or (a == 0.0 and p < 0.0):
+        state, a = POLE, max(a, 0.0)
+    f, g = _real_power(a, b, p, q)
+    m, n = _add(p, q, -1.0, -1.0)
+    r, s = _real_power(a, b, m, n)
+    d, e = _mul(p, q, r, s)
+    return f, g, d, e, state
 
 
 @njit(**OPTIONS)
 def _tangent(a, b):
     low, high = _cosine(a, b)
     if low <= 0.0 <= high:
-        return -INF, INF, POLE
-    low, high = _rising(math.tan(a), math.tan(b))
-    return low, high, SOUND
+        return -INF, INF, 1.0, INF, POLE
+    f, g = _rising(TAN, a, b)
+    r, s = _power(f, g, 2)
+    d, e = _add(r, s, 1.0, 1.0)
+    return f, g, d, e, SOUND
+
+
+@njit(**OPTIONS)
+def _logarithm(a, b):
+    if b <= 0.0:
+        return -INF, INF, -INF, INF, OUTSIDE
+    state = SOUND if a > 0.0 else POLE
+    a = max(a, 0.0)
+    f, g = _rising(LOG, a, b)
+    d, e = _inverse(a, b)
+    return f, g, max(d, 0.0), e, state
+
+
+@njit(**OPTIONS)
+def _hyperbolic_tangent(a, b):
+    f, g = _rising(TANH, a, b)
+    r, s = _cosh(a, b)  # 1 - tanh² would lose all where tanh is near 1
+    r, s = _power(r, s, 2)
+    d, e = _inverse(r, s)
+    return max(f, -1.0), min(g, 1.0), max(d, 0.0), min(e, 1.0), SOUND
+
+
+@njit(**OPTIONS)
+def _inverse_function(code, a, b):
+    """Enclose an inverse of a circular or hyperbolic function: f' = ± 1/(c ± x²), or 1 over its root."""
+    state, low, high = SOUND, 1.0 if code == ACOSH else -1.0, INF if code == ACOSH else 1.0
+    if code not in (ATAN, ASINH):
+        if b < low or a > high:
+            return -INF, INF, -INF, INF, OUTSIDE
+        if a < low or b > high or (code == ATANH and (a <= low or b >= high)):
+            a, b, state = max(a, low), min(b, high), POLE
+    r, s = _power(a, b, 2)
+    if code in (ASIN, ACOS, ATANH):
+        r, s = -s, -r
+    one = -1.0 if code == ACOSH else 1.0
+    r, s = _add(r, s, one, one)
+    d, e = _inverse(max(r, 0.0), max(s, 0.0))
+    d = max(d, 0.0)
+    if code not in (ATAN, ATANH):
+        d, e = _real_power(d, e, 0.5, 0.5)
+    if code == ACOS:
+        f, g = _rising(ACOS, b, a)
+        return max(f, 0.0), g, -e, -d, state
+    f, g = _rising(code, a, b)
+    return (max(f, 0.0) if code == ACOSH else f), g, d, e, state
+
+
+@njit(**OPTIONS)
+def _error_function(a, b):
+    f, g = _rising(ERF, a, b)
+    r, s = _power(a, b, 2)
+    d, e = _rising(EXP, -s, -r)
+    d, e = _scaled(2.0 / math.sqrt(math.pi), max(d, 0.0), e)
+    return f, g, max(_down(d, LIBRARY), 0.0), _up(e, LIBRARY), SOUND
 
 
 @njit(**OPTIONS)
 def _function(code, a, b, p, q):
     """Enclose f and f′ on [a, b]: four ends, and a state; [p, q] is the exponent of POWER, p the one of WHOLE_POWER."""
-    state = SOUND
     if code == WHOLE_POWER:
-        k = int(p)
-        f, g, state = _signed_power(a, b, k)
-        r, s, _ = _signed_power(a, b, k - 1)
-        d, e = _scaled(float(k), r, s)
-        return f, g, d, e, state
+        return _whole_power(a, b, int(p))
     if code == POWER:
-        if b < 0.0 or (b == 0.0 and p < 0.0):
-            return -INF, INF, -INF, INF, OUTSIDE
-        if a < 0.0 or (a == 0.0 and p < 0.0):
-            state, a = POLE, max(a, 0.0)
-        f, g = _real_power(a, b, p, q)
-        m, n = _add(p, q, -1.0, -1.0)
-        r, s = _real_power(a, b, m, n)
-        d, e = _mul(p, q, r, s)
-        return f, g, d, e, state
+        return _any_power(a, b, p, q)
     if code == EXP:
-        f, g = _rising(math.exp(a), math.exp(b))
+        f, g = _rising(EXP, a, b)
         f = max(f, 0.0)
-        return f, g, f, g, state
-    if code == SIN:
+        return f, g, f, g, SOUND
+    if code in (SIN, COS):
         f, g = _sine(a, b)
         d, e = _cosine(a, b)
-        return f, g, d, e, state
-    if code == COS:
-        f, g = _cosine(a, b)
-        d, e = _sine(a, b)
-        return f, g, -e, -d, state
-    if code == TAN:
-        f, g, state = _tangent(a, b)
-        if state == POLE:
-            return -INF, INF, 1.0, INF, state
-        r, s = _power(f, g, 2)
-        d, e = _add(r, s, 1.0, 1.0)
-        return f, g, d, e, state
-    if code == LOG:
-        if b <= 0.0:
-            return -INF, INF, -INF, INF, OUTSIDE
-        if a <= 0.0:
-            a, state = 0.0, POLE
-        f, g = _rising(math.log(a) if a > 0.0 else -INF, math.log(b))
-        d, e = _inverse(a, b)
-        return f, g, max(d, 0.0), e, state
+        return (f, g, d, e, SOUND) if code == SIN else (d, e, -g, -f, SOUND)
     if code in (SINH, COSH):
-        f, g = _rising(math.sinh(a), math.sinh(b))
-        r, s = math.cosh(a), math.cosh(b)
-        d, e = max(1.0, _down(min(r, s), LIBRARY)) if a > 0.0 or b < 0.0 else 1.0, _up(max(r, s), LIBRARY)
-        return (f, g, d, e, state) if code == SINH else (d, e, f, g, state)
+        f, g = _rising(SINH, a, b)
+        d, e = _cosh(a, b)
+        return (f, g, d, e, SOUND) if code == SINH else (d, e, f, g, SOUND)
+    if code == TAN:
+        return _tangent(a, b)
+    if code == LOG:
+        return _logarithm(a, b)
     if code == TANH:
-        f, g = _rising(math.tanh(a), math.tanh(b))
-        f, g = max(f, -1.0), min(g, 1.0)
-        r, s = math.cosh(a), math.cosh(b)  # 1 - tanh² would lose all where tanh is near 1
-        d, e = max(1.0, _down(min(r, s), LIBRARY)) if a > 0.0 or b < 0.0 else 1.0, _up(max(r, s), LIBRARY)
-        r, s = _power(d, e, 2)
-        d, e = _inverse(r, s)
-        return f, g, max(d, 0.0), min(e, 1.0), state
-    if code in (ATAN, ASINH):
-        r, s = _power(a, b, 2)
-        r, s = _add(r, s, 1.0, 1.0)
-        d, e = _inverse(r, s)
-        if code == ATAN:
-            f, g = _rising(math.atan(a), math.atan(b))
-            return f, g, d, e, state
-        f, g = _rising(math.asinh(a), math.asinh(b))
-        d, e = _real_power(max(d, 0.0), e, 0.5, 0.5)
-        return f, g, d, e, state
-    if code in (ASIN, ACOS, ATANH):
-        if b < -1.0 or a > 1.0:
-            return -INF, INF, -INF, INF, OUTSIDE
-        if a < -1.0 or b > 1.0 or (code == ATANH and (a <= -1.0 or b >= 1.0)):
-            a, b, state = max(a, -1.0), min(b, 1.0), POLE
-        r, s = _power(a, b, 2)
-        r, s = _add(-s, -r, 1.0, 1.0)
-        d, e = _inverse(max(r, 0.0), max(s, 0.0))
-        d = max(d, 0.0)
-        if code == ATANH:
-            f, g = _rising(math.atanh(a), math.atanh(b))
-            return f, g, d, e, state
-        d, e = _real_power(d, e, 0.5, 0.5)
-        if code == ASIN:
-            f, g = _rising(math.asin(a), math.asin(b))
-            return f, g, d, e, state
-        f, g = _rising(math.acos(b), math.acos(a))
-        return max(f, 0.0), g, -e, -d, state
-    if code == ACOSH:
-        if b < 1.0:
-            return -INF, INF, -INF, INF, OUTSIDE
-        if a < 1.0:
-            a, state = 1.0, POLE
-        f, g = _rising(math.acosh(a), math.acosh(b))
-        r, s = _power(a, b, 2)
-        r, s = _add(r, s, -1.0, -1.0)
-        d, e = _inverse(max(r, 0.0), max(s, 0.0))
-        d, e = _real_power(max(d, 0.0), e, 0.5, 0.5)
-        return max(f, 0.0), g, d, e, state
+        return _hyperbolic_tangent(a, b)
     if code == ERF:
-        f, g = _rising(math.erf(a), math.erf(b))
-        r, s = _power(a, b, 2)
-        d, e = _rising(math.exp(-s), math.exp(-r))
-        d, e = _scaled(2.0 / math.sqrt(math.pi), max(d, 0.0), e)
-        d, e = _down(d, LIBRARY), _up(e, LIBRARY)
-        return f, g, max(d, 0.0), e, state
-    return -INF, INF, -INF, INF, POLE
+        return _error_function(a, b)
+    return _inverse_function(code, a, b)
 
 
-@njit(
-    int64(
-        int64[:, ::1], int64[::1], float64[:, ::1], float64[::1], float64[::1], int64, float64[:, ::1],
-        float64[:, :, ::1],
-    ),
-    nogil=True, **PASSED,
-)  # fmt: skip
-def enclose(tape, outputs, constants, low, high, count, R, values):
+@njit(int64(FORMULAS, float64[::1], float64[::1], int64, float64[:, ::1], float64[:, :, ::1]), nogil=True, **PASSED)
+def enclose(F, low, high, count, R, values):
     r"""Enclose functions of several variables in one box, with their first ``count`` partial derivatives.
 
     Args:
-        tape (int64 array, shape (operations, 3)): Rows (code, a, b).
-        outputs (int64 array, shape (functions,)): Rows of the tape that are wanted.
-        constants (numpy.ndarray, shape (constants, 2)): Enclosures of the constants.
+        F (kernels.codes.Formulas): The functions, with the constants of one point.
         low, high (numpy.ndarray, shape (variables,)): Ends of the box.
         count (int): Number of the variables that derivatives are taken by.
         R (numpy.ndarray, shape (operations, 2 + 2 count or more)): Scratch.
@@ -342,8 +373,8 @@ def enclose(tape, outputs, constants, low, high, count, R, values):
         int: SOUND, POLE or OUTSIDE.
     """
     rows, state = 2 + 2 * count, SOUND
-    for k in range(len(tape)):
-        code, a, b = tape[k, 0], tape[k, 1], tape[k, 2]
+    for k in range(len(F.tape)):
+        code, a, b = F.tape[k, 0], F.tape[k, 1], F.tape[k, 2]
         out = R[k]
         if code in (VARIABLE, CONSTANT):
             for j in range(2, rows):
@@ -353,7 +384,7 @@ def enclose(tape, outputs, constants, low, high, count, R, values):
                 if a < count:
                     out[2 + 2 * a], out[3 + 2 * a] = 1.0, 1.0
             else:
-                out[0], out[1] = constants[a, 0], constants[a, 1]
+                out[0], out[1] = F.constants[a, 0], F.constants[a, 1]
             continue
         A = R[a]
         if code == ADD:
@@ -376,24 +407,24 @@ def enclose(tape, outputs, constants, low, high, count, R, values):
             out[0], out[1] = f, g
             for j in range(2, rows, 2):
                 out[j], out[j + 1] = _mul(d, e, A[j], A[j + 1])
-    for j in range(outputs.size):
+    for j in range(F.outputs.size):
         for i in range(1 + count):
-            values[j, i, 0], values[j, i, 1] = R[outputs[j], 2 * i], R[outputs[j], 2 * i + 1]
+            values[j, i, 0], values[j, i, 1] = R[F.outputs[j], 2 * i], R[F.outputs[j], 2 * i + 1]
     return state
 
 
 @njit(
-    void(
-        int64[:, ::1], int64[::1], float64[:, :, ::1], int64[::1], float64[:, ::1], float64[:, ::1], int64,
-        float64[:, :, :, ::1], int64[::1],
-    ),
+    void(OF_POINTS, int64[::1], float64[:, ::1], float64[:, ::1], float64[:, :, :, ::1], int64[::1]),
     nogil=True, **PASSED,
 )  # fmt: skip
-def slopes(tape, outputs, constants, owner, low, high, count, values, states):
-    """Enclose functions in many boxes, shape (boxes, variables), of points whose constants are given.
+def slopes(F, owner, low, high, values, states):
+    """Enclose functions, with their constants in many points, in many boxes, shape (boxes, variables).
 
-    ``owner`` is the point of each box; ``values`` and ``states`` are written, as of :func:`enclose`.
+    ``owner`` is the point of each box; ``values``, shape (boxes, functions, 1 + count, 2), and ``states`` are written,
+    as of :func:`enclose`.
     """
-    R = np.empty((len(tape), 2 + 2 * count))
+    count = values.shape[2] - 1
+    R = np.empty((len(F.tape), 2 + 2 * count))
     for k in range(owner.size):
-        states[k] = enclose(tape, outputs, constants[owner[k]], low[k], high[k], count, R, values[k])
+        of_point = Formulas(F.tape, F.outputs, F.constants[owner[k]])
+        states[k] = enclose(of_point, low[k], high[k], count, R, values[k])

@@ -76,7 +76,6 @@ from kernels.elliptic import (
     K,
     argument,
     climb,
-    jacobi,
     jacobi_short,
     ladder,
     separatrix_functions,
@@ -138,23 +137,12 @@ def step_coefficients(c, p, h, sn, cn, dn):
     return c_s * S / (cn * dn), c_c * S * dn / cn, c_d * S * cn / dn
 
 
-@njit(**OPTIONS)
-def step_constants(top, h):
-    """Return the coefficients ``q1, q2, q3`` (s) of the exact step of one length h (s), for :func:`step`.
-
-    Keep ``p |h|/2`` below 0.9 K; at K the coefficients are infinite.
-    """
-    h *= top.unit
-    sn, cn, dn = jacobi(0.5 * top.p * h, top.m, top.m1)
-    q1, q2, q3 = by_axis(top.axes, *step_coefficients(top.c, top.p, h, sn, cn, dn))
-    return q1 / top.unit, q2 / top.unit, q3 / top.unit
-
-
 @njit(**INLINE)
 def short_step_constants(moments, omega, h):
-    """Return ``step_constants`` for ``p |h| <= 1``, with neither branch nor loop, for loops over lanes.
+    """Return the coefficients ``q1, q2, q3`` (s) of a step of length h (s), ``p |h| <= 1``, for :func:`step`.
 
-    Moments and angular velocities near one (the largest of each between 1e-50 and 1e50).
+    Moments and angular velocities near one (the largest of each between 1e-50 and 1e50). There is neither branch nor
+    loop, for loops over lanes.
     """
     top = set_up_near_one(*moments, *omega)
     sn, cn, dn = jacobi_short(0.5 * top.p * h, top.m)
@@ -170,7 +158,7 @@ def step(w1, w2, w3, q1, q2, q3):
 
     Args:
         w1, w2, w3 (float): Angular velocity, rad/s.
-        q1, q2, q3 (float): Coefficients from ``step_constants``, s.
+        q1, q2, q3 (float): Coefficients from :func:`short_step_constants`, s.
 
     Returns:
         w1, w2, w3 (float): Angular velocity one step later, rad/s.
@@ -248,28 +236,6 @@ def period(top):
     On a symmetric top this is the turn about its own axis.
     """
     return 2.0 * flip_period(top)
-
-
-@njit(**OPTIONS)
-def extremes(top):
-    """Return the least and greatest value of each component: min1, max1, min2, max2, min3, max3, rad/s.
-
-    The sn and cn components run over ``[-|A|, |A|]``, the dn component over ``A_d [sqrt(m1), 1]``.  On the
-    separatrix cn keeps its sign and the ends are limits.  What stands still has its own value twice.
-    """
-    w_s, w_c, w_d = top.w
-    A_s, A_c, A_d = amplitudes(top)
-    A_s, near, far = abs(A_s), math.sqrt(top.m1) * abs(A_d), abs(A_d)
-    s_low, s_high = -A_s, A_s
-    c_low = 0.0 if (top.m1 == 0.0) & (w_c > 0.0) else -A_c
-    c_high = 0.0 if (top.m1 == 0.0) & (w_c < 0.0) else A_c
-    d_low, d_high = (near, far) if w_d >= 0.0 else (-far, -near)
-    if is_stationary(top.c, top.w):
-        s_low, s_high, c_low, c_high, d_low, d_high = w_s, w_s, w_c, w_c, w_d, w_d
-    min1, min2, min3 = by_axis(top.axes, s_low, c_low, d_low)
-    max1, max2, max3 = by_axis(top.axes, s_high, c_high, d_high)
-    unit = top.unit
-    return min1 * unit, max1 * unit, min2 * unit, max2 * unit, min3 * unit, max3 * unit
 
 
 @njit(**OPTIONS)

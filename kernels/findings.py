@@ -110,7 +110,7 @@ def _squares_beyond(S):
 
 @formula
 def _standard_error(slope, sum_rx, sum_rr, sum_xx, used):
-    """As of :func:`kernels.measure.estimate`."""
+    """The standard error of a slope, its scatter over the sum of squares; NaN for fewer than two triples."""
     scatter = max(sum_rr - sum_rx * sum_rx / sum_xx, 0.0)
     stderr = slope * math.sqrt(scatter / ((2.0 * used - 5.0) * 4.0 * sum_xx))
     return stderr if used >= 4.0 else math.nan

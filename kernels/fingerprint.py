@@ -6,15 +6,13 @@ the stamp of their file (:mod:`kernels.cache`).
 
 import ast
 import hashlib
-import json
 import os
 import platform
 import re
 import sys
 from collections.abc import Iterable
-from contextlib import suppress
 from functools import cache
-from importlib.machinery import PathFinder
+from importlib import metadata
 from pathlib import Path
 
 CODE_SETTINGS = (  # they change bits
@@ -45,11 +43,13 @@ def fingerprint(*modules: str) -> str:
 @cache
 def machine() -> str:
     """Return a hash of the compiler's versions and settings and of the processor: 64 hexadecimal digits."""
+    import llvmlite.binding as llvm  # 40 ms, which a command that calls no kernel need not wait for
+
     digest = hashlib.sha256(sys.version.encode())
     for name in ("numba", "llvmlite", "numpy"):
-        digest.update(f"{name} {_version(name)}\n".encode())
-    host, features = _host()
-    digest.update(f"{host} {_present(features)}\n".encode())
+        digest.update(f"{name} {metadata.version(name)}\n".encode())
+    features = sorted(name for name, has in llvm.get_host_cpu_features().items() if has)
+    digest.update(f"{llvm.get_host_cpu_name()} {features}\n".encode())
     for name in CODE_SETTINGS:
         digest.update(f"{name}={os.environ.get(name, '')}\n".encode())
     if os.path.isfile(SETTINGS_FILE):
@@ -74,46 +74,6 @@ def _add(digest, paths: Iterable[Path]) -> None:
         digest.update(path.name.encode() + b"\n" + _read(path)[0])
 
 
-def _version(name: str) -> str:
-    """A package's version, by the name of what its installer left beside it: Python's own way takes 20 ms to load."""
-    spec = PathFinder.find_spec(name)  # which does not set up the cache, as to look for Numba otherwise does
-    left = list(Path(spec.origin).parents[1].glob(f"{name}-[0-9]*.dist-info")) if spec and spec.origin else []
-    if len(left) == 1:
-        return left[0].name.removeprefix(f"{name}-").removesuffix(".dist-info")
-    from importlib.metadata import version
-
-    return version(name)
-
-
-def _host() -> tuple[str, str]:
-    """LLVM's name of this processor, and its features as LLVM writes them, +one,-other.
-
-    To load LLVM takes 40 ms: a process that has not, and will call no kernel, believes what one that had has noted of
-    the same processor by the same library.
-    """
-    basis = hashlib.sha256("\n".join(_known_of_the_host()).encode()).hexdigest()
-    note, noted = home() / f"processor.{basis[:16]}.json", None
-    with suppress(OSError, ValueError, TypeError, KeyError):
-        noted = json.loads(note.read_text()) if is_safe(note.parent) else {}
-        if "llvmlite.binding" not in sys.modules and noted["basis"] == basis:
-            return str(noted["name"]), str(noted["features"])
-    import llvmlite.binding as llvm
-
-    features = ",".join(f"{'+' if has else '-'}{name}" for name, has in sorted(llvm.get_host_cpu_features().items()))
-    told = {"basis": basis, "name": llvm.get_host_cpu_name(), "features": features}
-    if noted != told:
-        _write_note(note, told)
-    return told["name"], told["features"]
-
-
-def _known_of_the_host() -> list[str]:
-    """What tells this processor from one of another kind, and LLVM from another, without LLVM; changes with either."""
-    spec = PathFinder.find_spec("llvmlite")
-    library = [file for file in Path(spec.origin).parent.glob("binding/*llvmlite.*")] if spec and spec.origin else []
-    weights = [(str(file), (status := file.stat()).st_size, status.st_mtime_ns) for file in library]
-    return [str(weights), *processor()]
-
-
 def processor() -> list[str]:
     """Return what the system reports of this processor that distinguishes it from another kind."""
     try:
@@ -121,17 +81,6 @@ def processor() -> list[str]:
     except OSError:
         return [platform.machine(), platform.node()]
     return [line for line in first if line.partition(":")[0].strip() in PROCESSOR] or [platform.node()]
-
-
-def _present(features: str) -> list[str]:
-    return sorted(feature[1:] for feature in features.split(",") if feature.startswith("+"))
-
-
-def _write_note(note: Path, told: dict) -> None:
-    """Write it where the user has a folder of caches already, and may."""
-    with suppress(OSError):
-        if is_safe(note.parent):
-            replace(note, json.dumps(told).encode())
 
 
 def replace(path: Path, content: bytes) -> None:

@@ -25,6 +25,7 @@ from kernels import columns, direct, exact, rigid_body, taylor
 from kernels.blocks import W
 from kernels.columns import Column
 from kernels.jit import OPTIONS, njit, whole_vectors
+from kernels.solution import pick
 
 MOST_ROTATIONS, MOST_STEPS = 20_000, 2_000_000
 
@@ -88,18 +89,16 @@ def _stride(S):
 
 @njit(**OPTIONS)
 def _crossing(S, lane, component):
-    """Share of the last step after which a component (0, 1, 2) vanishes, and the state there."""
+    """Share of the last step after which a component (1, 2, 3) vanishes, and the state there."""
     a0, b0, c0 = S[PA + lane], S[PB + lane], S[PC + lane]
     ka, kb, kc = S[KA + lane], S[KB + lane], S[KC + lane]
-    before = a0 if component == 0 else (b0 if component == 1 else c0)
-    after = S[A + lane] if component == 0 else (S[B + lane] if component == 1 else S[C + lane])
+    before, after = pick(component, a0, b0, c0), pick(component, S[A + lane], S[B + lane], S[C + lane])
     share = before / (before - after) if before != after else 0.0
     a, b, c = a0, b0, c0
     for _ in range(8):
         a, b, c = taylor.step_12(a0, b0, c0, ka * share, kb * share, kc * share)
         da, db, dc = rigid_body.derivative(a, b, c, ka, kb, kc)
-        value = a if component == 0 else (b if component == 1 else c)
-        slope = da if component == 0 else (db if component == 1 else dc)
+        value, slope = pick(component, a, b, c), pick(component, da, db, dc)
         if slope == 0.0:
             break
         correction = value / slope
@@ -125,8 +124,8 @@ def _note(S, lane, before, turning):
     epsilon, sense = S[EPSILON + lane], S[A0 + lane]
     share_flip = 2.0
     if (S[PA + lane] > 0.0) != (S[A + lane] > 0.0):
-        share_flip, _, _, _ = _crossing(S, lane, 0)
-    for component, row, now, was in ((1, TILT_B, B, PB), (2, TILT_C, C, PC)):
+        share_flip, _, _, _ = _crossing(S, lane, 1)
+    for component, row, now, was in ((2, TILT_B, B, PB), (3, TILT_C, C, PC)):
         if (S[was + lane] > 0.0) != (S[now + lane] > 0.0) and math.isnan(S[row + lane]):
             share, a, b, c = _crossing(S, lane, component)
             if share <= share_flip:

@@ -1,9 +1,13 @@
 r"""The columns of a batch that follow from its points alone, in one pass: linear theory, and the axis encircled.
 
-The same formulas as :func:`kernels.linear.omega_squared`, :func:`kernels.linear.regime`, :func:`kernels.linear.rates`,
-:func:`kernels.linear.growing_fraction`, :func:`kernels.rigid_body.shape` and
-:func:`kernels.triangle.triangle_margin`, term by term and rounding by rounding: those make an array of each
-intermediate value, which takes ten times as long.
+The same formulas as :func:`kernels.linear.omega_squared`, :func:`kernels.linear.regime`,
+:func:`kernels.rigid_body.shape` and :func:`kernels.triangle.triangle_margin`, term by term and rounding by rounding:
+those make an array of each intermediate value, which takes ten times as long.
+
+*The share of the nudge that grows.* In the coordinates :math:`x = \omega_b/\sqrt{|c_b|}`, :math:`y =
+\omega_c/\sqrt{|c_c|}` the two modes are orthogonal: :math:`x \pm sy` grows/decays, s the sign of
+:math:`c_b\omega_0`. The share is :math:`(x + sy)^2/2(x^2 + y^2)`: 1 on the growing mode, 0 on the exactly decaying
+direction, and 0 where nothing grows.
 
 *The axis that the angular momentum encircles* in the body, at the motion's own amplitude, is decided by
 
@@ -51,19 +55,17 @@ def fill(points, cosine, sine, reals, kinds):
     x_part, y_part = cosine[0] if shared else 0.0, sine[0] if shared else 0.0
     for i in range(I1.size):
         a, b, c = rigid_body.relabel(I1[i], I2[i], I3[i], axis[i])
-        omega = omega0[i]
-        spin, cc, minus_cb = abs(omega), (a - b) / c, (a - c) / b
+        omega, cc, minus_cb = omega0[i], (a - b) / c, (a - c) / b
         square = cc * minus_cb
         rate, regime = math.sqrt(abs(square)), _regime(a, b, c)
         stable = (regime == linear.STABLE_MINOR) | (regime == linear.STABLE_MAJOR)
         reals[REAL.omega_squared_theory, i] = square * omega * omega
-        reals[REAL.growth_rate_theory, i] = (rate if regime == linear.UNSTABLE else 0.0) * spin
-        reals[REAL.frequency_theory, i] = (rate if stable else 0.0) * spin
+        reals[REAL.growth_rate_theory, i] = (rate if regime == linear.UNSTABLE else 0.0) * abs(omega)
+        reals[REAL.frequency_theory, i] = (rate if stable else 0.0) * abs(omega)
         x, y = x_part if shared else cosine[i], y_part if shared else sine[i]
         reals[REAL.growing_fraction, i] = _growing_fraction(-minus_cb, cc, omega, x, y)
         reals[REAL.triangle_margin, i], kinds[KIND.shape, i] = _body(I1[i], I2[i], I3[i])
-        kinds[KIND.regime_theory, i] = regime
-        kinds[KIND.encircles, i] = _encircles(a, b, c, epsilon[i], x, y)
+        kinds[KIND.regime_theory, i], kinds[KIND.encircles, i] = regime, _encircles(a, b, c, epsilon[i], x, y)
 
 
 @njit(**INLINE)
@@ -77,6 +79,7 @@ def _regime(a, b, c):
 @njit(**INLINE)
 def _growing_fraction(cb, cc, omega, cosine, sine):
     unstable = ((cb > 0.0) & (cc > 0.0)) | ((cb < 0.0) & (cc < 0.0))
+    # x and y each times sqrt(|c_b c_c|): no division, so nothing to guard
     x, y = cosine * math.sqrt(abs(cc)), sine * math.sqrt(abs(cb))
     along = x + y if (cb > 0.0) == (omega > 0.0) else x - y
     share = 0.5 * along * along / (x * x + y * y)

@@ -17,6 +17,7 @@ Source: Marden, Geometry of Polynomials, section 33 (radii).
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -42,13 +43,33 @@ EQUATIONS, SCATTER, MOVED, ODD, SUM, SUM_ERROR, PRODUCT, PRODUCT_ERROR, DISCRIMI
 HEAD = 10
 
 
+class Motions(NamedTuple):
+    """Lanes of linear motions as they were fitted."""
+
+    M: np.ndarray  #: of one sample, shape (n², lanes)
+    X0: np.ndarray  #: starts of the runs, shape (runs n, lanes)
+    runs: int
+    n: int
+    covariance: np.ndarray  #: of M and the starts for noise of one, of which the last row is the least pivot
+
+
+class Polynomial(NamedTuple):
+    """The characteristic polynomial of one lane."""
+
+    c: np.ndarray  #: coefficients, c[n] = 1
+    K: np.ndarray  #: their covariance for noise of one, shape (n, n)
+    noise: float
+    lost: float  #: relative error of a term of a covariance
+
+
 @njit(**OPTIONS)
-def _logarithms(M, n, Y, T, U, Z, f):
-    """Write the logarithm of M into Y, 2 artanh (M - 1)(M + 1)⁻¹ by its series, lane by lane; T, U, Z, f are scratch.
+def _logarithms(M, n, Y, room):
+    """Write the logarithm of M into Y, 2 artanh (M - 1)(M + 1)⁻¹ by its series, lane by lane; room is scratch.
 
     Where so many terms do not reach, as Z to the eighth tells, :func:`logarithm` does.
     """
     whole_vectors()
+    T, U, Z, f = room
     lanes = f.size
     for i in range(n):
         for j in range(n):  # transposed, for the factors commute, and rows of a product are its transpose's columns
@@ -112,8 +133,9 @@ def _characteristics(A, n, N, c, T):
 
 
 @njit(**OPTIONS)
-def _coefficient_covariances(M, N, X0, runs, n, covariance, K, A, f):
+def _coefficient_covariances(motions, N, K, A, f):
     """Covariance of the coefficients for noise of one: dc_{n-1-k} = -N_k M⁻¹ x0_s by Θ_s; A, f are scratch."""
+    M, X0, runs, n, covariance = motions
     P, nn = runs * n, n * n
     V, G, T = rows_of(P), rows_of(n * P), rows_of(n * P)
     put(A, M)
@@ -132,29 +154,26 @@ def _coefficient_covariances(M, N, X0, runs, n, covariance, K, A, f):
 
 
 @njit(**OPTIONS)
-def _form(K, a, n, lost):
-    """Standard deviation of Σ a_k c_k for noise of one, and what its own terms may have lost by cancelling.
-
-    ``lost``: relative error of a term.
-    """
+def _form(p, a):
+    """Standard deviation of Σ a_k c_k, and what its own terms may have lost by cancelling; both for noise of one."""
     total, absolute = 0.0, 0.0
-    for k in range(n):
-        for m in range(n):
-            term = a[k] * K[k, m] * a[m]
+    for k in range(len(p.K)):
+        for m in range(len(p.K)):
+            term = a[k] * p.K[k, m] * a[m]
             total += term
             absolute += abs(term)
-    return math.sqrt(max(total, 0.0) + lost * absolute)
+    return math.sqrt(max(total, 0.0) + p.lost * absolute)
 
 
 @njit(**OPTIONS)
-def _eigenvalue_error(c, K, n, x, y, gap, noise, lost, most, shifted, a, b, u, v):
-    """Errors of the real and the imaginary part of the eigenvalue x + iy, the next one ``gap`` away.
+def _eigenvalue_error(p, point, gap, most, parts, shifted):
+    """Errors of the real and the imaginary part of an eigenvalue, the next one ``gap`` away.
 
-    ``most``: the largest eigenvalue, for what rounding leaves; shifted, a, b, u and v are scratch.
+    ``most``: the largest eigenvalue, for what rounding leaves; parts (4, n) and shifted (n + 1) are scratch.
     """
-    point = complex(x, y)
+    n, (a, b, u, v) = len(p.K), (parts[0], parts[1], parts[2], parts[3])
     for k in range(n + 1):
-        shifted[k] = c[k]
+        shifted[k] = p.c[k]
     for i in range(n):  # coefficients of p about the eigenvalue
         for k in range(n - 1, i - 1, -1):
             shifted[k] += point * shifted[k + 1]
@@ -166,16 +185,16 @@ def _eigenvalue_error(c, K, n, x, y, gap, noise, lost, most, shifted, a, b, u, v
         turned = power * inverse
         a[k], b[k], u[k], v[k] = turned.real, turned.imag, power.real, power.imag
         power *= point
-    rounding, power, size = 0.0, 1.0, math.hypot(x, y)
+    rounding, power, size = 0.0, 1.0, math.hypot(point.real, point.imag)
     for k in range(n + 1):
-        rounding += ROUNDINGS * EPSILON * abs(c[k]) * power
+        rounding += ROUNDINGS * EPSILON * abs(p.c[k]) * power
         power *= size
     if steep > 0.0:
         rounded = rounding / steep + ROUNDINGS * EPSILON * most
-        real, imaginary = noise * _form(K, a, n, lost) + rounded, noise * _form(K, b, n, lost) + rounded
+        real, imaginary = p.noise * _form(p, a) + rounded, p.noise * _form(p, b) + rounded
         if max(real, imaginary) < 0.05 * gap:
             return real, imaginary
-    off = noise * math.hypot(_form(K, u, n, lost), _form(K, v, n, lost)) + rounding
+    off = p.noise * math.hypot(_form(p, u), _form(p, v)) + rounding
     radius, binomial = math.inf, 1.0
     for k in range(1, n + 1):
         binomial *= (n - k + 1.0) / k
@@ -186,14 +205,15 @@ def _eigenvalue_error(c, K, n, x, y, gap, noise, lost, most, shifted, a, b, u, v
 
 
 @njit(**OPTIONS)
-def _tell_invariants(re, im, c, K, a, noise, lost, spacing, row):
+def _tell_invariants(p, re, im, a, spacing, row):
     """S, D and S² - 4D of four eigenvalues and their errors into a raw row; a: zeros, scratch."""
+    c, noise = p.c, p.noise
     S, D = 0.5 * c[3] * c[3] - c[2], c[0]
     a[3], a[2] = c[3], -1.0
-    s = _form(K, a, 4, lost)
+    s = _form(p, a)
     a[3], a[2], a[0] = 2.0 * S * c[3], -2.0 * S, -4.0
-    both = _form(K, a, 4, lost)
-    s, d, both = noise * s, noise * math.sqrt(max(K[0, 0], 0.0)), noise * both + 4.0 * (noise * s) ** 2
+    both = _form(p, a)
+    s, d, both = noise * s, noise * math.sqrt(max(p.K[0, 0], 0.0)), noise * both + 4.0 * (noise * s) ** 2
     two, four, size = spacing * spacing, spacing**4, 0.0  # (the slope of S² - 4D may vanish)
     for i in range(4):
         size += re[i] * re[i] + im[i] * im[i]
@@ -204,20 +224,21 @@ def _tell_invariants(re, im, c, K, a, noise, lost, spacing, row):
 
 
 @njit(**OPTIONS)
-def _tell_lane(re, im, n, c, K, noise, lost, spacing, parts, shifted, row):
-    """Eigenvalues, invariants and their errors of one lane into its raw row; parts (4, n) and shifted are scratch."""
+def _tell_lane(p, re, im, spacing, room, row):
+    """Eigenvalues, invariants and their errors of one lane into its raw row; room is scratch."""
+    n, (parts, shifted) = re.size, room
     order(re, im, n, SAME)
-    a, b, u, v = parts[0], parts[1], parts[2], parts[3]
+    a = parts[0]
     a[:] = 0.0
     odd = 0.0
     for k in range(n - 1, -1, -2):
         a[k] = 1.0
-        error = noise * _form(K, a, n, lost)
+        error = p.noise * _form(p, a)
         a[k] = 0.0
-        odd = max(odd, abs(c[k]) / error) if error > 0.0 else math.inf
+        odd = max(odd, abs(p.c[k]) / error) if error > 0.0 else math.inf
     row[ODD] = odd
     if n == 4:
-        _tell_invariants(re, im, c, K, a, noise, lost, spacing, row)
+        _tell_invariants(p, re, im, a, spacing, row)
     most = 0.0
     for i in range(n):
         most = max(most, math.hypot(re[i], im[i]))
@@ -229,7 +250,7 @@ def _tell_lane(re, im, n, c, K, noise, lost, spacing, parts, shifted, row):
             if j < i and re[j] == re[i] and im[j] == -im[i]:
                 twin = j
         if twin < 0:
-            errors = _eigenvalue_error(c, K, n, re[i], im[i], math.sqrt(gap), noise, lost, most, shifted, a, b, u, v)
+            errors = _eigenvalue_error(p, complex(re[i], im[i]), math.sqrt(gap), most, parts, shifted)
             row[HEAD + 2 * n + i], row[HEAD + 3 * n + i] = errors[0] / spacing, errors[1] / spacing
         else:
             row[HEAD + 2 * n + i], row[HEAD + 3 * n + i] = row[HEAD + 2 * n + twin], row[HEAD + 3 * n + twin]
@@ -243,9 +264,9 @@ def tell(M, X0, runs, n, covariance, noise, spacing, lanes, raw):
     nn = n * n
     Y, T, U, Z, K = rows_of(nn), rows_of(nn), rows_of(nn), rows_of(nn), rows_of(nn)
     N, c, f = rows_of(n * nn), rows_of(n + 1), scratch(1)
-    _logarithms(M, n, Y, T, U, Z, f)
+    _logarithms(M, n, Y, (T, U, Z, f))
     _characteristics(Y, n, N, c, T)
-    _coefficient_covariances(M, N, X0, runs, n, covariance, K, T, f)
+    _coefficient_covariances(Motions(M, X0, runs, n, covariance), N, K, T, f)
     y, k, parts = np.empty((n, n)), np.empty((n, n)), np.empty((4, n))
     re, im, of_lane, shifted = np.empty(n), np.empty(n), np.empty(n + 1), np.empty(n + 1, dtype=np.complex128)
     for lane in range(lanes):
@@ -258,4 +279,5 @@ def tell(M, X0, runs, n, covariance, noise, spacing, lanes, raw):
         of_lane[n] = 1.0
         if eigenvalues(y, n, re, im):
             lost = min(1.0, EPSILON * max(LOST, PIVOTED * covariance[runs * n * runs * n, lane]))
-            _tell_lane(re, im, n, of_lane, k, noise[lane], lost, spacing[lane], parts, shifted, raw[lane])
+            p = Polynomial(of_lane, k, noise[lane], lost)
+            _tell_lane(p, re, im, spacing[lane], (parts, shifted), raw[lane])

@@ -66,19 +66,22 @@ def njit(*signature, name: str = "", **options):
             function.__name__ = function.__qualname__ = name
         elif function.__closure__:
             raise ValueError(f"{function.__qualname__} is a closure; allowed: njit(name=…), a name for each")
-        if is_plain():
-            return function
-        import numba
-
-        _tell_numba()
-        kernel = numba.njit(**options)(function)
-        kernel._cache = KernelCache(function)
-        for one in signature:
-            kernel.compile(one)
-            kernel.disable_compile()
-        return kernel
+        return function if is_plain() else _dispatcher(function, signature, options)
 
     return compiled
+
+
+def _dispatcher(function, signature: tuple, options: dict):
+    """Return Numba's dispatcher of a function, whose code our cache keeps."""
+    import numba
+
+    _tell_numba()
+    kernel = numba.njit(**options)(function)
+    kernel._cache = KernelCache(function)
+    for one in signature:
+        kernel.compile(one)
+        kernel.disable_compile()
+    return kernel
 
 
 def whole_vectors() -> None:

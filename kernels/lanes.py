@@ -223,9 +223,8 @@ def guess(S):
     for lane in range(W):
         b, c, b1, c1 = S[B + lane], S[C + lane], S[B1 + lane], S[C1 + lane]
         b2, c2 = S[B2 + lane], S[C2 + lane]
-        a = S[A + lane] * S[SPIN + lane] - 1.0
-        raw = measure.first_guess(b, c, b1, c1, b2, c2)
-        S[GUESS + lane] = reduction.corrected_guess(raw, S[U1 + lane], a, b, c, b1, c1, b2, c2, S[DRIVE + lane])
+        excess = S[U1 + lane], S[A + lane] * S[SPIN + lane] - 1.0
+        S[GUESS + lane] = reduction.corrected_guess(excess, (b, c), (b1, c1), (b2, c2), S[DRIVE + lane])
         middle, first = b1 * c1, b2 * c2
         S[HALF + lane], S[OWN + lane], S[ACROSS + lane] = middle, middle - first, b * c - first
         turns = S[GUESS + lane] > measure.SURELY_TURNS
@@ -256,9 +255,8 @@ def _take_part(S, lane, excess):
     half = 0.5 * excess
     product = S[QUADRATURE + lane] * (S[B + lane] * S[C + lane])
     u = (half - product) + S[HALF + lane]
-    factors = reduction.amplitude_part(
-        u, S[U1 + lane], S[FIRST + lane], S[SECOND + lane], S[THIRD + lane], S[ALONG + lane], S[SLOPE + lane]
-    )
+    constants = S[FIRST + lane], S[SECOND + lane], S[THIRD + lane], S[ALONG + lane], S[SLOPE + lane]
+    factors = reduction.amplitude_part(u, S[U1 + lane], constants)
     S[U1 + lane], S[HALF + lane] = u, half + product
     return factors
 
@@ -308,7 +306,7 @@ def _sample_of(reduced):
             weight = 1.0 if inside else 0.0
             S[OPEN + lane] = weight
             S[USED + lane] += weight
-            rb, rc = measure.residual(b, c, b1, c1, b2, c2, S[GUESS + lane])
+            rb, rc = measure.residual((b, c), (b1, c1), (b2, c2), S[GUESS + lane])
             xx = measure.dot(b1, c1, b1, c1)
             counts = inside & triple
             S[RX + lane] += measure.dot(rb, rc, b1, c1) if counts else 0.0

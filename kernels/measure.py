@@ -30,7 +30,7 @@ import math
 import numpy as np
 
 from kernels.jit import INLINE, OPTIONS, njit
-from kernels.straight import formula
+from kernels.straight import formula, straight
 
 WINDOW = 10.0  # samples count until the transverse size exceeds this many times its start
 DECAYED = 1e-6  # … or is below this part of it: squared, what it weighs in the sums is below the roundings of the start
@@ -51,28 +51,30 @@ def second_difference(x, x1, x2):
 
 
 @formula
-def first_guess(b, c, b1, c1, b2, c2):
-    """Return D_0 of three samples (b2, c2), (b1, c1), (b, c): dimensionless; NaN where (b1, c1) vanishes."""
-    projection = second_difference(b, b1, b2) * b1 + second_difference(c, c1, c2) * c1
-    return -0.5 * projection / (b1 * b1 + c1 * c1)
-
-
-@formula
-def residual(b, c, b1, c1, b2, c2, guess):
-    """Return the residual of three successive samples after D_0, of each component (the samples' unit)."""
-    return second_difference(b, b1, b2) + 2.0 * guess * b1, second_difference(c, c1, c2) + 2.0 * guess * c1
-
-
-@formula
 def dot(b, c, b1, c1):
     """Return the scalar product of two vectors in the transverse plane."""
     return b * b1 + c * c1
 
 
 @formula
-def leftover(b, c, b1, c1, b2, c2, guess):
+def first_guess(now, before, earlier):
+    """Return D_0 of three samples (b, c): dimensionless; NaN where the middle one vanishes."""
+    (b, c), (b1, c1), (b2, c2) = now, before, earlier
+    projection = second_difference(b, b1, b2) * b1 + second_difference(c, c1, c2) * c1
+    return -0.5 * projection / (b1 * b1 + c1 * c1)
+
+
+@formula
+def residual(now, before, earlier, guess):
+    """Return the residual of three successive samples after D_0, of each component (the samples' unit)."""
+    (b, c), (b1, c1), (b2, c2) = now, before, earlier
+    return second_difference(b, b1, b2) + 2.0 * guess * b1, second_difference(c, c1, c2) + 2.0 * guess * c1
+
+
+@formula
+def leftover(now, before, earlier, guess):
     """Return the contributions of three samples to the sums of r x, r r and x x (squares of the samples' unit)."""
-    rb, rc = residual(b, c, b1, c1, b2, c2, guess)
+    (rb, rc), (b1, c1) = residual(now, before, earlier, guess), before
     return dot(rb, rc, b1, c1), dot(rb, rc, rb, rc), dot(b1, c1, b1, c1)
 
 
@@ -99,49 +101,22 @@ def rate_squared(D, spacing):
     return value / spacing / spacing, slope / spacing / spacing
 
 
-@formula
-def rate_squared_of_turn(D):
-    r"""Return :func:`rate_squared` for h = 1 and \|D| up to TURN, in plain arithmetic: a loop over lanes stays packed.
-
-    :math:`4\arcsin^2\sqrt{D/2} = \sum 2^{n+1}D^n/(n^2\binom{2n}n)`, of either sign; what is cut off after n = 14 is
-    below 1e-18 of it. Returns the value and its derivative.
-    """
-    value, slope = TURNS[13], 14 * TURNS[13]
-    value, slope = value * D + TURNS[12], slope * D + 13 * TURNS[12]
-    value, slope = value * D + TURNS[11], slope * D + 12 * TURNS[11]
-    value, slope = value * D + TURNS[10], slope * D + 11 * TURNS[10]
-    value, slope = value * D + TURNS[9], slope * D + 10 * TURNS[9]
-    value, slope = value * D + TURNS[8], slope * D + 9 * TURNS[8]
-    value, slope = value * D + TURNS[7], slope * D + 8 * TURNS[7]
-    value, slope = value * D + TURNS[6], slope * D + 7 * TURNS[6]
-    value, slope = value * D + TURNS[5], slope * D + 6 * TURNS[5]
-    value, slope = value * D + TURNS[4], slope * D + 5 * TURNS[4]
-    value, slope = value * D + TURNS[3], slope * D + 4 * TURNS[3]
-    value, slope = value * D + TURNS[2], slope * D + 3 * TURNS[2]
-    value, slope = value * D + TURNS[1], slope * D + 2 * TURNS[1]
-    return (value * D + TURNS[0]) * D, slope * D + TURNS[0]
-
-
-@njit(**OPTIONS)
-def estimate(guess, sum_rx, sum_rr, sum_xx, triples, spacing, weight=0.0):
-    """Return the signed rate² and its standard error from the sums of :func:`leftover` over so many triples of samples.
-
-    Two triples or more give a standard error; with one it is NaN, and with none both are. ``weight`` is what
-    the slope's weights sum up to beyond ``sum_xx`` (:mod:`kernels.reduction`).
-    """
-    if triples < 1:
-        return math.nan, math.nan
-    D = guess - 0.5 * sum_rx / (sum_xx + weight)
-    value, slope = rate_squared(D, spacing)
-    if triples < 2:
-        return value, math.nan
-    scatter = max(sum_rr - sum_rx * sum_rx / sum_xx, 0.0)
-    return value, slope * math.sqrt(scatter / ((2.0 * triples - 1.0) * 4.0 * sum_xx))
+# rate_squared(D) for h = 1 and |D| up to TURN with its derivative, in plain arithmetic: a loop over lanes stays packed.
+# 4 arcsin²√(D/2) = Σ 2^(n+1) Dⁿ/(n² C(2n, n)), of either sign; what is cut off after n = 14 is below 1e-18 of it.
+_TURN = "\n".join(
+    [
+        "value, slope = TURNS[13], 14 * TURNS[13]",
+        *(f"value, slope = value * D + TURNS[{n - 1}], slope * D + {n} * TURNS[{n - 1}]" for n in range(13, 1, -1)),
+        "return (value * D + TURNS[0]) * D, slope * D + TURNS[0]",
+    ]
+)
+rate_squared_of_turn = straight("rate_squared_of_turn", ["D"], _TURN, {"TURNS": TURNS})
 
 
 @formula
-def add_to_line(n, sum_k, sum_kk, sum_y, sum_ky, k, y, inside):
+def add_to_line(sums, k, y, inside):
     """Return the sums of :func:`line_slope` with (k, y) added if it is inside: by selection, so lanes stay packed."""
+    n, sum_k, sum_kk, sum_y, sum_ky = sums
     return (
         n + (1.0 if inside else 0.0),
         sum_k + (k if inside else 0.0),
@@ -207,29 +182,3 @@ def logarithm(x):
     series = series * z + 1 / 5
     series = series * z + 1 / 3
     return exponent * LN2 + (2.0 * s + 2.0 * s * z * series)
-
-
-def signed_rate(samples, spacing):
-    """Return the signed rate² of one sampled perturbation, all of its samples used.
-
-    Args:
-        samples (array_like, shape (n, 2)): Both transverse components at n >= 4 equally spaced times, in any common
-            unit.
-        spacing (float): Time between samples, in s; the motion must not turn by more than half a radian in it.
-
-    Returns:
-        rate_squared, stderr (float): In s-2: positive for an oscillation, negative for growth; the standard error is
-            the samples' scatter.
-
-    Raises:
-        ValueError: If the shape is wrong or there are fewer than four samples.
-    """
-    samples = np.asarray(samples, dtype=np.float64)
-    if samples.ndim != 2 or samples.shape[1] != 2 or samples.shape[0] < 4:
-        raise ValueError(f"samples must have the shape (n, 2) with n >= 4, not {samples.shape}")
-    b, c = samples.T
-    first = (b[2], c[2], b[1], c[1], b[0], c[0])
-    guess = first_guess(*first)
-    triples = zip(*(x.tolist() for x in (b[2:], c[2:], b[1:-1], c[1:-1], b[:-2], c[:-2])), strict=True)
-    sums = np.sum([leftover(*triple, guess) for triple in triples], axis=0)
-    return estimate(guess, *map(float, sums), len(b) - 2, float(spacing))

@@ -112,16 +112,16 @@ def _sample(X, half, quarter, P, Q, states, triple):
         weight = 1.0 if inside else 0.0
         Q[OPEN, lane] = weight
         Q[USED, lane] += weight
-        rx, rr, xx = measure.leftover(x, 0.0, x1, 0.0, x2, 0.0, Q[GUESS, lane])
+        rx, rr, xx = measure.leftover((x, 0.0), (x1, 0.0), (x2, 0.0), Q[GUESS, lane])
         Q[RX, lane] += rx if inside & triple else 0.0
         Q[RR, lane] += rr if inside & triple else 0.0
         Q[XX, lane] += xx if inside & triple else 0.0
         y, y1, y2 = half[lane], Q[HALF1, lane], Q[HALF2, lane]
-        hx, _, hh = measure.leftover(y, 0.0, y1, 0.0, y2, 0.0, Q[GUESS, lane])
+        hx, _, hh = measure.leftover((y, 0.0), (y1, 0.0), (y2, 0.0), Q[GUESS, lane])
         u, u1, u2 = quarter[lane], Q[QUARTER1, lane], Q[QUARTER2, lane]
-        qx, _, qq = measure.leftover(u, 0.0, u1, 0.0, u2, 0.0, Q[GUESS, lane])
+        qx, _, qq = measure.leftover((u, 0.0), (u1, 0.0), (u2, 0.0), Q[GUESS, lane])
         z, z1, z2 = at_zero(x, y, u), at_zero(x1, y1, u1), at_zero(x2, y2, u2)
-        zx, zr, zz = measure.leftover(z, 0.0, z1, 0.0, z2, 0.0, Q[GUESS, lane])
+        zx, zr, zz = measure.leftover((z, 0.0), (z1, 0.0), (z2, 0.0), Q[GUESS, lane])
         Q[HRX, lane] += hx if inside & triple else 0.0
         Q[HXX, lane] += hh if inside & triple else 0.0
         Q[QRX, lane] += qx if inside & triple else 0.0
@@ -158,9 +158,9 @@ def _log_sample(X, Q, k):
         y = measure.logarithm(size)
         Q[LFIRST, lane] = y if inside & ~begun else Q[LFIRST, lane]
         Q[LLAST, lane] = y if inside else Q[LLAST, lane]
-        Q[LN, lane], Q[LK, lane], Q[LKK, lane], Q[LY, lane], Q[LKY, lane] = measure.add_to_line(
-            Q[LN, lane], Q[LK, lane], Q[LKK, lane], Q[LY, lane], Q[LKY, lane], k, y, inside
-        )
+        sums = Q[LN, lane], Q[LK, lane], Q[LKK, lane], Q[LY, lane], Q[LKY, lane]
+        sums = measure.add_to_line(sums, k, y, inside)
+        Q[LN, lane], Q[LK, lane], Q[LKK, lane], Q[LY, lane], Q[LKY, lane] = sums
 
 
 @njit(TAKEN, **PASSED)
@@ -181,7 +181,7 @@ def take(D, P, Q, numbers, _, k):
             Q[E0, lane], Q[ES, lane] = P[(states + 2) * W + lane], P[(states + 3) * W + lane]
     elif k == 2:
         for lane in range(W):
-            Q[GUESS, lane] = measure.first_guess(x[lane], 0.0, Q[XI1, lane], 0.0, Q[XI2, lane], 0.0)
+            Q[GUESS, lane] = measure.first_guess((x[lane], 0.0), (Q[XI1, lane], 0.0), (Q[XI2, lane], 0.0))
     going = True
     if k > 0:
         opened, logging = _sample(x, half, quarter, P, Q, states, k >= 2)

@@ -74,8 +74,7 @@ def constants(moments, epsilon, start, h):
         da, db, dc (float): What the first step adds to each component.
         ga, gb, gc, q (float): The recurrence's g of each component, and q.
     """
-    a, b, c = start
-    ca, cb, cc = coefficients(*moments)
+    (a, b, c), (ca, cb, cc) = start, coefficients(*moments)
     e2, h2 = epsilon * epsilon, h * h
     of_b = cc * ca * e2 * h2
     xa, xb, xc = cb * cc * h2 * (a * a), of_b * (b * b), ca * cb * e2 * h2 * (c * c)

@@ -106,8 +106,12 @@ def first_order(guess, drive, a1, products):
 
 
 @formula
-def amplitude_part(u, u1, first, second, third, along, slope):
-    """Return factors of (β, γ) and (β_+ - β_-, γ_+ - γ_-) in p, and μ; u1 and u are η's ∓: a over two intervals."""
+def amplitude_part(u, u1, lane):
+    """Return factors of (β, γ) and (β_+ - β_-, γ_+ - γ_-) in p, and μ; u1 and u are η's ∓: a over two intervals.
+
+    ``lane`` holds :func:`constants` but for the quadrature.
+    """
+    first, second, third, along, slope = lane
     mu, eta = 0.5 * (u + u1), 0.5 * (u - u1)
     square = mu * mu
     own = mu * first + (second * (u * u1) + third * (square * mu))  # μ² - η² = u u1
@@ -116,11 +120,13 @@ def amplitude_part(u, u1, first, second, third, along, slope):
 
 
 @njit(**INLINE)
-def corrected_guess(raw, a1, a, b, c, b1, c1, b2, c2, drive):
+def corrected_guess(excess, now, before, earlier, drive):
     """Return D_0 of the first three samples without the effect of its amplitude (dimensionless).
 
-    a1 and a are the spin's excess at the second and third sample (0 at the first).
+    ``excess`` is the spin's at the second and third sample (0 at the first).
     """
+    (a1, a), (b, c), (b1, c1), (b2, c2) = excess, now, before, earlier
+    raw = measure.first_guess(now, before, earlier)
     guess = raw
     size = b1 * b1 + c1 * c1
     along1 = ((b - b2) * b1 + (c - c2) * c1) / size
@@ -128,7 +134,7 @@ def corrected_guess(raw, a1, a, b, c, b1, c1, b2, c2, drive):
         quadrature, first, second, third, along, slope = constants(guess, drive)
         u1 = 0.5 * a1 - quadrature * (b1 * c1 - b2 * c2)
         u = 0.5 * (a + a1) - quadrature * (b * c - b1 * c1)
-        own, across, _ = amplitude_part(u, u1, first, second, third, along, slope)
+        own, across, _ = amplitude_part(u, u1, (first, second, third, along, slope))
         guess = raw + 0.5 * (own + across * along1)
     return guess
 

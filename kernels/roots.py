@@ -25,15 +25,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kernels.codes import BROKEN, FAINT, LEFT, LOST, NARROW, OUTSIDE, OVERFLOW, POLE, UNIT, ZERO
+from kernels.codes import BROKEN, FAINT, LEFT, LOST, NARROW, OUTSIDE, OVERFLOW, POLE, UNIT, ZERO, Formulas
 from kernels.jit import OPTIONS, boolean, float64, int64, njit, types
 
-ENCLOSE = types.FunctionType(
-    int64(
-        int64[:, ::1], int64[::1], float64[:, ::1], float64[::1], float64[::1], int64, float64[:, ::1],
-        float64[:, :, ::1],
-    )
-)  # fmt: skip
+FORMULAS = types.NamedTuple((int64[:, ::1], int64[::1], float64[:, ::1]), Formulas)
+OF_POINTS = types.NamedTuple((int64[:, ::1], int64[::1], float64[:, :, ::1]), Formulas)
+ENCLOSE = types.FunctionType(int64(FORMULAS, float64[::1], float64[::1], int64, float64[:, ::1], float64[:, :, ::1]))
 
 INFLATED = 0.05  # of a box, on each side
 CUT = 0.4871  # of a box: zeros at round places are seldom cut through
@@ -66,12 +63,37 @@ class Box(NamedTuple):
     scratch: np.ndarray  #: vectors of :func:`_refine`, shape (6, n)
 
 
-class Formulas(NamedTuple):
-    """The functions: tape, its outputs, and the constants of the point."""
+class Where(NamedTuple):
+    """Where the zeros of points are looked for."""
 
-    tape: np.ndarray
-    outputs: np.ndarray
-    constants: np.ndarray
+    bounds: np.ndarray  #: shape (points, 2, n)
+    starts: np.ndarray  #: boxes that hold all zeros, shape (starts, 2, n): the bounds, or what a rough search left
+    shares: np.ndarray  #: the first of each point's starts, and the one after the last, shape (points, 2)
+
+
+class Limits(NamedTuple):
+    """When a search ends."""
+
+    narrowest: float  #: width of the narrowest boxes, over that of the bounds
+    most: int  #: number of boxes that a point may take
+    #: only exclude: zeros are not told apart, and a box ends where the constants' ranges move a zero farther than it
+    rough: bool
+
+
+class Boxes(NamedTuple):
+    """Results of a search, written by it."""
+
+    records: np.ndarray  #: the point of each record, and ZERO, LOST, NARROW, BROKEN, OVERFLOW or LEFT
+    #: shape (records, 2, 2, n): the box in which a zero is alone, and a box about the zero as small as numbers allow;
+    #: else a box twice
+    boxes: np.ndarray
+    #: in: the first point; out: the first that is not finished, and the number of boxes of all that are; shape (2,)
+    progress: np.ndarray
+
+
+WHERE = types.NamedTuple((float64[:, :, ::1], float64[:, :, ::1], int64[:, ::1]), Where)
+LIMITS = types.NamedTuple((float64, int64, boolean), Limits)
+FOUND = types.NamedTuple((int64[:, ::1], float64[:, :, :, ::1], int64[::1]), Boxes)
 
 
 @njit(**OPTIONS)
@@ -121,14 +143,14 @@ def _product(a, b, c, d):
 def _enclosed(enclose, F, box):
     """Enclose F and J in X, and F at its middle, in the box's units; return the state, -1 where one is infinite."""
     n = len(box.u)
-    state = enclose(F.tape, F.outputs, F.constants, box.ends[X], box.ends[Y], n, box.rows, box.values)
+    state = enclose(F, box.ends[X], box.ends[Y], n, box.rows, box.values)
     for j in range(n):
         box.ends[MIDDLE, j] = 0.5 * (box.ends[X, j] + box.ends[Y, j])
         box.ends[HALF, j] = SLACK * max(box.ends[Y, j] - box.ends[MIDDLE, j], box.ends[MIDDLE, j] - box.ends[X, j])
         box.u[j, 0], box.u[j, 1] = -1.0, 1.0
     if state >= POLE:
         return state
-    enclose(F.tape, F.outputs, F.constants, box.ends[MIDDLE], box.ends[MIDDLE], 0, box.rows, box.at)
+    enclose(F, box.ends[MIDDLE], box.ends[MIDDLE], 0, box.rows, box.at)
     for i in range(n):
         size, slopes = 0.0, box.values[i, 1:]
         for j in range(n):
@@ -236,7 +258,7 @@ def _residual(enclose, F, box, place, step):
     A box may be wide in one variable and narrow in another, so h is no measure of how near the zero is.
     """
     n, most = len(box.u), 0.0
-    enclose(F.tape, F.outputs, F.constants, place, place, n, box.rows, box.at)
+    enclose(F, place, place, n, box.rows, box.at)
     for i in range(n):
         step[i], rounding = 0.0, UNIT * (abs(place[i]) / box.ends[HALF, i] + UNIT)
         for k in range(n):
@@ -315,7 +337,7 @@ def _verdict(enclose, F, box, narrow, rough):
         if _range(box.at) == 2:
             infinite = True
             for end in (box.ends[A], box.ends[B]):
-                enclose(F.tape, F.outputs, F.constants, end, end, 0, box.rows, box.at)
+                enclose(F, end, end, 0, box.rows, box.at)
                 infinite &= _range(box.at) == 2
             if infinite:
                 return OVERFLOW
@@ -406,58 +428,42 @@ def _cut(box, within, floor, stack, top):
     return top + 2
 
 
-@njit(
-    int64(ENCLOSE, int64[:, ::1], int64[::1], float64[:, :, ::1], float64[:, :, ::1], float64[:, :, ::1], int64[:, ::1],
-          float64, int64, boolean, int64[:, ::1], float64[:, :, :, ::1], int64[::1]), nogil=True, **OPTIONS
-)  # fmt: skip
-def search(enclose, tape, outputs, constants, bounds, starts, shares, narrowest, most, rough, records, boxes, progress):
-    """Find all zeros of points, one after the other, until the records are full.
+@njit(int64(ENCLOSE, OF_POINTS, WHERE, LIMITS, FOUND), nogil=True, **OPTIONS)
+def search(enclose, functions, where, limits, found):
+    """Find all zeros of points, one after the other, until the records are full; return the number of records.
 
     Args:
         enclose (function): :func:`kernels.enclosures.enclose`.
-        tape, outputs, constants: As of :func:`kernels.enclosures.slopes`; as many functions as variables.
-        bounds (numpy.ndarray, shape (points, 2, n)): Ends of where zeros are looked for.
-        starts (numpy.ndarray, shape (starts, 2, n)): Boxes that hold all zeros: the bounds, or what a rough search has
-            left of them.
-        shares (int64 array, shape (points, 2)): The first of each point's starts, and the one after the last.
-        narrowest (float): Width of the narrowest boxes, over that of the bounds.
-        most (int): Number of boxes that a point may take.
-        rough (bool): Only exclude: zeros are not told apart, and a box ends where the constants' ranges move a zero
-            farther than it.
-        records (int64 array, shape (records, 2)): Written: the point of each record, and ZERO, LOST, NARROW, BROKEN,
-            OVERFLOW or LEFT.
-        boxes (numpy.ndarray, shape (records, 2, 2, n)): Written: the box in which a zero is alone, and a box about the
-            zero as small as numbers allow; else a box twice.
-        progress (int64 array, shape (2,)): In: the first point. Out: the first point that is not finished, and the
-            number of boxes of all that are.
-
-    Returns:
-        int: Number of records.
+        functions (kernels.codes.Formulas): With the constants of all points; as many functions as variables.
+        where (Where): Bounds and starts of each point.
+        limits (Limits): When a search ends.
+        found (Boxes): Written.
     """
-    n, count, room = outputs.size, 0, 0
-    for point in range(len(shares)):
-        room = max(room, DEPTH * n + 1 + shares[point, 1] - shares[point, 0])
+    records, boxes, progress = found
+    n, count, room = functions.outputs.size, 0, 0
+    for point in range(len(where.shares)):
+        room = max(room, DEPTH * n + 1 + where.shares[point, 1] - where.shares[point, 0])
     stack, floor, near = np.empty((room, 2, n)), np.empty(n), np.empty((2, n))
     values, at, linear = np.empty((n, 1 + n, 2)), np.empty((n, 1 + n, 2)), np.empty((n, 1 + n, 2))
-    rows, inverse, scratch = np.empty((len(tape), 2 + 2 * n)), np.empty((3, n, n)), np.empty((6, n))
+    rows, inverse, scratch = np.empty((len(functions.tape), 2 + 2 * n)), np.empty((3, n, n)), np.empty((6, n))
     box = Box(np.empty((7, n)), values, at, linear, np.empty((n, 2)), inverse, rows, scratch)
-    for point in range(progress[0], len(bounds)):
-        F, within = Formulas(tape, outputs, constants[point]), bounds[point]
+    for point in range(progress[0], len(where.bounds)):
+        F, within = Formulas(functions.tape, functions.outputs, functions.constants[point]), where.bounds[point]
         begin, used, undecided, top = count, 0, 0, 0
-        for start in range(shares[point, 0], shares[point, 1]):
+        for start in range(where.shares[point, 0], where.shares[point, 1]):
             for k in range(2):
-                _set(stack[top, k], starts[start, k])
+                _set(stack[top, k], where.starts[start, k])
             top += 1
         while top > 0:
             top, used = top - 1, used + 1
-            narrow = _begin(box, stack[top], within, narrowest, floor)
+            narrow = _begin(box, stack[top], within, limits.narrowest, floor)
             if _is_within(box.ends[A], box.ends[B], boxes[begin:count, 0], records[begin:count]):
                 continue
-            if used > most or undecided > MOST_LEFT or top + 2 > room:
+            if used > limits.most or undecided > MOST_LEFT or top + 2 > room:
                 kind = LEFT
             else:
-                kind = _verdict(enclose, F, box, narrow, rough)
-            if rough and kind in (ZERO, LOST):
+                kind = _verdict(enclose, F, box, narrow, limits.rough)
+            if limits.rough and kind in (ZERO, LOST):
                 kind = NARROW if _shrink(box, floor) >= 0.0 else -1
             if kind == ZERO:
                 _set(near[0], box.ends[X])
@@ -480,5 +486,5 @@ def search(enclose, tape, outputs, constants, bounds, starts, shares, narrowest,
             records[count, 0], records[count, 1] = point, kind
             count += 1
         progress[1] += used
-    progress[0] = len(bounds)
+    progress[0] = len(where.bounds)
     return count

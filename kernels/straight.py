@@ -43,14 +43,14 @@ def formula(function: Callable) -> Callable:
     return _written_out(function, definition)
 
 
-def straight(name: str, arguments: Sequence[str], text: str, numbers: Mapping[str, float]) -> Callable:
+def straight(name: str, arguments: Sequence[str], text: str, numbers: Mapping) -> Callable:
     """Return a :func:`formula` from lines of text.
 
     Args:
         name (str): The function's name.
         arguments (sequence of str): Its positional arguments.
         text (str): Its statements.
-        numbers (mapping): Name → value of further numbers that the text names.
+        numbers (mapping): Name → further number, or tuple of numbers, that the text names.
     """
     scope = {"__name__": __name__, **numbers}
     body = ast.parse(f"def {name}({', '.join(arguments)}):\n{indent(text, ' ')}")

@@ -37,6 +37,7 @@ derived above. Not validated: I3/I1 beyond 1e-150 to 1e150, half-angles below 1e
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -154,18 +155,30 @@ def steps_per_sample(x, samples, tolerance):
     return 1 if not excess > 1.0 else int(min(math.ceil(excess ** (1.0 / ORDER)), MOST_STEPS))
 
 
-@njit(**OPTIONS)
-def _plan(ratio, spacing, intervals, tolerance, spacings, steps):
-    """Sample spacing (radians of spin) and steps per sample of each point, from a bound on every possible rate."""
-    for i in range(ratio.size):
-        bound = abs(ratio[i] - 1.0)
-        spacings[i] = min(spacing, 0.5 / max(1.0, bound))
-        steps[i] = steps_per_sample(bound * spacings[i], intervals, tolerance)
+class Tops(NamedTuple):
+    """Points of a run, one array each."""
+
+    ratio: np.ndarray
+    spin: np.ndarray  #: of which the sign counts
+    tangent: np.ndarray  #: of the half-angle
+    spacing: np.ndarray  #: of samples, radians of spin
+    steps: np.ndarray  #: per sample
 
 
 @njit(**OPTIONS)
-def _load(S, lane, ratio, spin_sign, tangent, spacing, steps):
-    """Set up one lane at its start: omega in units of |omega3|, L in units of I1 |omega3|."""
+def _plan(tops, spacing, intervals, tolerance):
+    """Set sample spacing and steps per sample of each point, from a bound on every possible rate."""
+    for i in range(tops.ratio.size):
+        bound = abs(tops.ratio[i] - 1.0)
+        tops.spacing[i] = min(spacing, 0.5 / max(1.0, bound))
+        tops.steps[i] = steps_per_sample(bound * tops.spacing[i], intervals, tolerance)
+
+
+@njit(**OPTIONS)
+def _load(S, lane, tops, i, steps):
+    """Set up one lane at the start of point i: omega in units of |omega3|, L in units of I1 |omega3|."""
+    ratio, tangent, spacing = tops.ratio[i], tops.tangent[i], tops.spacing[i]
+    spin_sign = 1.0 if tops.spin[i] > 0.0 else -1.0
     h = spacing / steps
     ca, cb, cc = rigid_body.euler_coefficients(ratio, 1.0, 1.0)
     S[A + lane], S[B + lane], S[C + lane] = spin_sign, tangent * math.cos(PHASE), tangent * math.sin(PHASE)
@@ -206,8 +219,9 @@ def _tangents(a, b, c, p, q, r):
     return (b * b + c * c) / (a * a), (q / p) * (q / p) + (r / p) * (r / p), x * x + (y * y + z * z)
 
 
-def _advance_of(what, A, B, C, KA, KB, KC):
+def _advance_of(what, state, rates):
     """Steps of those rows in every lane, over one sample interval."""
+    (A, B, C), (KA, KB, KC) = state, rates
 
     @njit(name=f"advance_{what}", **OPTIONS)
     def advance(S, steps):
@@ -222,8 +236,8 @@ def _advance_of(what, A, B, C, KA, KB, KC):
     return advance
 
 
-_advance_omega = _advance_of("omega", A, B, C, KA, KB, KC)
-_advance_momentum = _advance_of("momentum", P, Q, R, KP, KQ, KR)
+_advance_omega = _advance_of("omega", (A, B, C), (KA, KB, KC))
+_advance_momentum = _advance_of("momentum", (P, Q, R), (KP, KQ, KR))
 
 
 @njit(**OPTIONS)
@@ -348,16 +362,15 @@ def _unload(S, lane, intervals, spacing, steps, row):
 
 
 @njit(nogil=True, **OPTIONS)
-def _run_blocks(ratio, omega3, tangent, spacings, steps, order, starts, intervals, raw):
+def _run_blocks(tops, order, starts, intervals, raw):
     """Integrate and measure block after block: order[starts[j]:starts[j + 1]] are the points of block j."""
     whole_vectors()
     S = np.empty(ROWS * W)
     for j in range(starts.size - 1):
         first, count = starts[j], starts[j + 1] - starts[j]
-        n = steps[order[first]]
+        n = tops.steps[order[first]]
         for lane in range(W):
-            i = order[first + min(lane, count - 1)]
-            _load(S, lane, ratio[i], 1.0 if omega3[i] > 0.0 else -1.0, tangent[i], spacings[i], n)
+            _load(S, lane, tops, order[first + min(lane, count - 1)], n)
         _begin(S)
         for k in range(1, intervals + 1):
             _advance_omega(S, n)
@@ -365,9 +378,8 @@ def _run_blocks(ratio, omega3, tangent, spacings, steps, order, starts, interval
             _sample_angles(S, k, intervals)
             _sample_state(S)
         _halve(S, n)
-        for lane in range(count):
-            i = order[first + lane]
-            _unload(S, lane, intervals, spacings[i], n, raw[i])
+        for lane, i in enumerate(order[first : first + count]):
+            _unload(S, lane, intervals, tops.spacing[i], n, raw[i])
 
 
 def _point_arrays(points):
@@ -393,12 +405,12 @@ def run(points, rotations, samples_per_rotation, tolerance):
     ratio, omega3, half_angle = _point_arrays(points)
     intervals = round(rotations * samples_per_rotation)
     spacings, steps = np.empty(ratio.size), np.empty(ratio.size, dtype=np.int64)
+    tops = Tops(ratio, omega3, np.tan(np.radians(half_angle)), spacings, steps)
     raw = np.empty((ratio.size, len(RAW)))
     if ratio.size:
-        _plan(ratio, 2.0 * np.pi / samples_per_rotation, intervals, tolerance, spacings, steps)
+        _plan(tops, 2.0 * np.pi / samples_per_rotation, intervals, tolerance)
         order, starts = cut(steps, 1)
-        tangent = np.tan(np.radians(half_angle))
-        _run_blocks(ratio, omega3, tangent, spacings, steps, order, starts, intervals, raw)
+        _run_blocks(tops, order, starts, intervals, raw)
     return raw
 
 

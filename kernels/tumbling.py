@@ -116,27 +116,15 @@ def periods(I1, I2, I3, w1, w2, w3):
 
 
 @njit(**OPTIONS)
-def geometric_phase(I1, I2, I3, w1, w2, w3):
-    """Return the turn about L in one period, ``2T P_psi/L - A``, rad, by Montgomery's theorem; NaN without a period.
-
-    It asks no elliptic integral of the third kind, and is the same turn as ``rate P_psi`` of :func:`periods`.
-    A is the signed solid angle that the polhode's cone encloses about the axis d, by the trapezoidal rule.
-
-    Source: Montgomery, American Journal of Physics 59 (1991) 394.
-    """
-    (p, m, m1), _, (L, T2, a, mu_c, mu_s, _, _, _, _, sigma) = _constants(I1, I2, I3, w1, w2, w3)
-    if not (p > 0.0 and m1 > 0.0):
-        return math.nan
-    K = elliptic.K(m, m1)
-    return T2 / L * (4.0 * K / p) - sigma * (4.0 * mu_s * mu_c * _quarter_area(a, m, m1, K))
-
-
-@njit(**OPTIONS)
 def phase_residual(I1, I2, I3, w1, w2, w3):
-    """Return the distance of ``rate P_psi`` of :func:`periods` from :func:`geometric_phase`, rad; NaN without a period.
+    """Return how far ``rate P_psi`` of :func:`periods` is from Montgomery's theorem, rad; NaN without a period.
 
+    That gives the turn about L in one period as ``2T P_psi/L - A``, and asks no elliptic integral of the third kind. A
+    is the signed solid angle that the polhode's cone encloses about the axis d, by the trapezoidal rule.
     What both hold alike, ``2T P_psi/L``, is taken out by hand, so that thousands of turns leave no rounding:
     ``R - 2T/L = -sigma A_d mu_c^2 |I_d - I_c|/(I_c (1 + a))``.
+
+    Source: Montgomery, American Journal of Physics 59 (1991) 394.
     """
     (p, m, m1), (_, I_c, I_d), (L, _, a, mu_c, mu_s, _, Q, _, nu, sigma) = _constants(I1, I2, I3, w1, w2, w3)
     if not (p > 0.0 and m1 > 0.0):
@@ -407,10 +395,7 @@ def _solve(I1, I2, I3, ratio, short):
     for _ in range(200):
         middle = 0.5 * (low + high)
         value, energy = _ratio(I1, I2, I3, -math.expm1(-middle), short)
-        if value < ratio:
-            low = middle
-        else:
-            high = middle
+        low, high = (middle, high) if value < ratio else (low, middle)
         if not low < 0.5 * (low + high) < high:
             break
     return -math.expm1(-high), energy

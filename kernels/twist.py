@@ -195,9 +195,7 @@ def _azimuth(q, n, m, frame):
     Far from L, that of the handle turned by q. Near L its two components would cancel: there it is psi of
     :mod:`kernels.attitude` and the azimuths about the axis d that the shortest arcs from n and m to d give the handle.
     """
-    q0, q1, q2, q3 = q
-    n1, n2, n3 = n
-    m1, m2, m3 = m
+    (q0, q1, q2, q3), (n1, n2, n3), (m1, m2, m3) = q, n, m
     if n2 * n2 + n3 * n3 > NEAR_HANDLE:
         v1 = q0 * q0 + q1 * q1 - q2 * q2 - q3 * q3
         v2, v3 = 2.0 * (q1 * q2 + q0 * q3), 2.0 * (q1 * q3 - q0 * q2)

@@ -183,13 +183,3 @@ def farther(square, error, rate, low, high):
     """
     below = min(square, error) / (rate + low if rate > 0.0 else 1.0)
     return max(high - rate, below if rate > 0.0 else 0.0)
-
-
-@formula
-def of_rate(square, error):
-    """Return the error of sqrt(max(square, 0)) where the square is off by at most ``error``: to the farther end.
-
-    error/(2 rate) where that is small; where the square's interval reaches below 0 it holds the rate 0 too.
-    """
-    high, square = math.sqrt(max(square + error, 0.0)), max(square, 0.0)
-    return farther(square, error, math.sqrt(square), math.sqrt(max(square - error, 0.0)), high)

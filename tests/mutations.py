@@ -62,7 +62,6 @@ OTHERS = {  # of what runs when a module is imported: tests of who uses it, besi
     "kernels/enclosures": ["tests/mechanics/test_roots.py"],
     "kernels/findings": ["tests/kernels/test_lanes.py", "tests/kernels/test_survey.py"],
     "kernels/lanes": ["tests/kernels/test_survey.py"],
-    "kernels/marching": ["tests/kernels/test_attitude.py"],
     "kernels/roots": ["tests/mechanics/test_roots.py"],
     "kernels/solution": ["tests/kernels/test_exact.py"],
     "kernels/statuses": ["tests/kernels/test_columns.py", "tests/kernels/test_oscillations.py"],

@@ -1,10 +1,13 @@
 """Slow, obvious twins of the kernels: SciPy integrates, NumPy fits, mpmath and fractions compute."""
 
+import math
 from fractions import Fraction
 
 import mpmath
 import numpy as np
 from scipy.integrate import solve_ivp
+
+from kernels import measure
 
 
 def coefficients(I1, I2, I3, axis):
@@ -116,3 +119,21 @@ def rate_squared_of(D, spacing):
         angle = mpmath.acos(1 - D) if D > 0 else mpmath.acosh(1 - D)
         rise = mpmath.sin(angle) if D > 0 else mpmath.sinh(angle)
         return float(mpmath.sign(D) * (angle / h) ** 2), float(2 * angle / rise / h**2)
+
+
+def estimate(guess, sums, triples, spacing):
+    """The signed rate² and its standard error from the sums of ``kernels.measure.leftover`` over so many triples."""
+    sum_rx, sum_rr, sum_xx = sums
+    value, slope = measure.rate_squared(guess - 0.5 * sum_rx / sum_xx, spacing)
+    scatter = max(sum_rr - sum_rx * sum_rx / sum_xx, 0.0)
+    return value, slope * math.sqrt(scatter / ((2.0 * triples - 1.0) * 4.0 * sum_xx))
+
+
+def signed_rate(samples, spacing):
+    """The signed rate² of one perturbation and its standard error, from all samples, by the formulas of the kernels."""
+    x = [tuple(sample) for sample in np.asarray(samples, dtype=np.float64).tolist()]
+    triples = list(zip(x[2:], x[1:], x, strict=False))
+    guess = measure.first_guess(*triples[0])
+    return estimate(
+        guess, np.sum([measure.leftover(*triple, guess) for triple in triples], axis=0), len(triples), spacing
+    )

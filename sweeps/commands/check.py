@@ -49,14 +49,13 @@ def _facts(planned) -> dict:
     from sweeps.points.existence import impossible
 
     grid, definition = planned.sweep.grid, planned.sweep.definition
-    needs, (count, counted) = estimate(planned.sweep), impossible(planned.sweep)
+    needs = estimate(planned.sweep)
     return {
         "definition": str(planned.path),
         "title": definition.title,
         "dimensions": dict(zip(grid.dims, grid.shape, strict=True)),
         **asdict(needs),
-        "impossible": count,
-        "impossible_counted": counted,
+        **dict(zip(("impossible", "impossible_counted"), impossible(planned.sweep), strict=True)),
         "lacking_here": lacking(planned.sweep, needs, "results"),
         **definition.facts,
     }

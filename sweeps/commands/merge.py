@@ -1,7 +1,5 @@
 """`merge`: all shards of a sweep into its map."""
 
-from pathlib import Path
-
 from sweeps.commands import parser
 
 
@@ -15,22 +13,14 @@ def add(commands) -> None:
         "--renew", action="store_true", help="measure shards of another definition or other kernels again"
     )
     command.add_argument("-o", "--output", metavar="FILE", required=True, help="the map to write")
-    command.add_argument(
-        "--threads",
-        type=int,
-        default=1,
-        metavar="T",
-        help="threads to measure with again (default 1)",
-    )
+    text = "threads to measure with again (default 1)"
+    command.add_argument("--threads", type=int, default=1, metavar="T", help=text)
 
 
 def _run(args):
     from sweeps.points import catalogue
-    from sweeps.shards import journal, merging
+    from sweeps.shards import merging
 
     planned = catalogue.plan(catalogue.resolve(args.definition), digest=args.digest)
     told = merging.merge(planned.sweep, args.shards, args.output, args.threads, args.renew)
-    if args.renew:
-        for folder in args.shards:
-            journal.remove(Path(folder))  # what a `run` that was broken off has left
     print(f"content_hash {told}")

@@ -48,10 +48,9 @@ def _print(row, places, as_json: bool) -> None:
     console = printing.console()
     for place in places.values():
         console.print(str(place))
-    for name in row.coords:
-        is_usual = "flag_meanings" in row[name].attrs and row[name].item() == 0  # moments in kg m2, and no ratios
-        if name not in places and row[name].ndim == 0 and not is_usual:
-            console.print(f"{name} = {_value(row[name])} {_units(row[name])}".rstrip())
+    for name, one in row.coords.items():
+        if name not in places and one.ndim == 0 and not ("flag_meanings" in one.attrs and one.item() == 0):
+            console.print(f"{name} = {_value(one)} {_units(one)}".rstrip())  # of flags, all but moments in kg m2
     console.print()
     table = printing.table("variable", "value", "units", "meaning", right=(1,))
     for name, variable in row.data_vars.items():

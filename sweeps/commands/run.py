@@ -4,8 +4,8 @@ from sweeps.commands import parser
 
 EPILOG = """\
 Writes what the workflow (snakemake) writes: results/<sweep>/stability_map.nc, figures/ and report.html. After an
-interruption the same command resumes: points measured for the same definition by the same kernels are kept, except for
-the last seconds of work or the unfinished shard. Finished and unchanged results are listed, and nothing is computed.
+interruption the same command resumes: shards (of ten seconds of work or more) that were finished for the same
+definition by the same kernels are kept. Finished and unchanged results are listed, and nothing is computed.
 """
 
 

@@ -19,6 +19,8 @@ def add(commands) -> None:
 
 def _run(args):
     from sweeps.points import catalogue
+    from sweeps.process import progress
+    from sweeps.shards import shard as shards
 
     sweep = catalogue.plan(catalogue.resolve(args.definition), digest=args.digest).sweep
     points = sweep.grid.size
@@ -28,10 +30,6 @@ def _run(args):
         raise DefinitionError(f"K: part {args.number} is out of range; allowed: 1 to {args.count}, the number of parts")
     if args.threads < 1:
         raise DefinitionError(f"--threads: {args.threads} is out of range; allowed: 1 or more")
-
-    from sweeps.process import progress
-    from sweeps.shards import shard as shards
-
     start, stop = sweep.grid.shard_bounds(args.count)[args.number - 1]
     with progress.points(stop - start, f"shard {args.number} of {args.count}") as advance:
         shards.write_shard(sweep, args.number, args.count, args.output, args.threads, advance)

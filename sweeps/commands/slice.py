@@ -25,15 +25,24 @@ def _run(args):
         ds = summary.pointwise(whole)
         places = selection.nearest(ds, args.coordinates)
         dims = selection.left(ds, places)
-        if selection.POINT in dims:
-            what = "its points are sampled or listed and form no plane"
-            allowed = "--point N where two other dimensions are left; `report` and `figures` show all points"
-            raise selection.SelectionError(f"{args.map}: {what}; allowed: {allowed}")
-        if len(dims) != 2:
-            what = f"{len(dims)} dimensions are left ({', '.join(dims) or 'none'})"
-            choose = selection.how_to_choose(ds, dims) if len(dims) > 2 else "fewer values: two dimensions must remain"
-            raise selection.SelectionError(f"{args.map}: {what}; allowed: {choose}")
+        _check_plane(args.map, ds, dims)
         parts.write_part(selection.at(ds, places), args.output, "slice")
     for place in places.values():
         print(place)
     print(f"{args.output}: {' × '.join(dims)}")
+
+
+def _check_plane(path: str, ds, dims: list[str]) -> None:
+    """Refuse dimensions that form no plane."""
+    from sweeps.maps import selection
+
+    if selection.POINT in dims:
+        what = "its points are sampled or listed and form no plane"
+        allowed = "--point N where two other dimensions are left; `report` and `figures` show all points"
+    elif len(dims) != 2:
+        what = f"{len(dims)} dimensions are left ({', '.join(dims) or 'none'})"
+        fewer = "fewer values: two dimensions must remain"
+        allowed = selection.how_to_choose(ds, dims) if len(dims) > 2 else fewer
+    else:
+        return
+    raise selection.SelectionError(f"{path}: {what}; allowed: {allowed}")

@@ -1,7 +1,7 @@
 """A file held against the one description of its system's maps; what is admitted may be trusted."""
 
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,7 +17,7 @@ from sweeps.reading.limits import MAX_FILE_BYTES
 from sweeps.reading.stored_values import StoredValues
 from sweeps.schema.boxes import runs
 from sweeps.schema.carried import CONTRACT_VERSION, is_readable
-from sweeps.schema.layout import Layout
+from sweeps.schema.layout import Layout, telling, wrong
 from sweeps.schema.refusals import MapError, shortened
 from sweeps.schema.variables import POINT, Variable
 from sweeps.shards import contract
@@ -229,10 +229,9 @@ def _check_dimensions(parts: _Parts) -> None:
         if not set(along) <= {*dims, *parts.further, parts.layout.along} - ({POINT.name} - {*dims}):
             raise _UnlikeError(f"{name}: lies along {', '.join(along)}; allowed: a dimension of the map")
     beside = parts.layout.beside if parts.layout.along in parts.coordinates else ()
-    needed = {*parts.layout.values, *beside} - {*parts.layout.spare}
-    for name in sorted(needed - set(parts.coordinates)):
-        if name in parts.layout.coordinates:
-            raise _UnlikeError(f"{name}: is missing; allowed: every coordinate of a map")
+    needed = {*parts.layout.values, *beside} & {*parts.layout.coordinates} - {*parts.layout.spare}
+    if missing := sorted(needed - {*parts.coordinates}):
+        raise _UnlikeError(f"{missing[0]}: is missing; allowed: every coordinate of a map")
 
 
 def _own_dims(parts: _Parts, name: str) -> tuple[str, ...]:
@@ -358,8 +357,8 @@ def _check_values(parts: _Parts, name: str, values: np.ndarray) -> None:
         return
     if not np.isfinite(values).all():
         raise _UnlikeError(f"{name}: holds a value that is not finite; allowed: finite numbers")
-    for value in _telling(values):
-        if allowed := parts.layout.wrong(name, value):
+    for value in telling(values):
+        if allowed := wrong(parts.layout.values.get(name), value):
             raise _UnlikeError(f"{name}: holds {value!r}; allowed: {allowed}")
     spec = parts.specs[name]
     if spec.flags and not {*np.unique(values).tolist()} <= {*_flag_values(spec)}:
@@ -367,9 +366,3 @@ def _check_values(parts: _Parts, name: str, values: np.ndarray) -> None:
     steps = values[1:] > values[:-1], values[1:] < values[:-1]
     if along and not (steps[0].all() or steps[1].all()):
         raise _UnlikeError(f"{name}: goes up and down, or stands; allowed: values that ascend, or descend")
-
-
-def _telling(values: np.ndarray) -> Iterator[float | int]:
-    """Least and greatest value, and those nearest to zero on both sides: what holds of these holds of all."""
-    chosen = [values, values[values > 0], values[values < 0], values[values == 0]]
-    yield from {value.item() for part in chosen if part.size for value in (part.min(), part.max())}

@@ -24,8 +24,7 @@ def evaluate(coordinates: Mapping[str, xr.DataArray], sweep: Sweep, threads: int
     Returns:
         A Dataset with the variables of the system over the dimensions of the coordinates.
     """
-    variables = sweep.variables.values()
-    arrays = [coordinates[name] for name in sweep.grid.arguments]
+    variables, arrays = sweep.variables.values(), [coordinates[name] for name in sweep.grid.arguments]
     sizes = {dim: values.size for dim, values in sweep.grid.further.items()}
     results = xr.apply_ufunc(
         partial(_columns, sweep=sweep, threads=threads),
@@ -39,13 +38,8 @@ def evaluate(coordinates: Mapping[str, xr.DataArray], sweep: Sweep, threads: int
     named = zip(variables, results if len(variables) > 1 else (results,), strict=True)
     return xr.Dataset(
         {v.name: (result.dims, result.data, v.attributes_among(sweep.variables)) for v, result in named},
-        coords={name: array for name, array in _index_coordinates(arrays)},
+        coords={name: one for array in arrays for name, one in array.coords.items()},
     )
-
-
-def _index_coordinates(arrays):
-    for array in arrays:
-        yield from array.coords.items()
 
 
 def _columns(*arrays: np.ndarray, sweep: Sweep, threads: int) -> tuple[np.ndarray, ...]:

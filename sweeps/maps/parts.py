@@ -31,25 +31,21 @@ def write_part(ds: "PlainMap | xr.Dataset", path: str | Path, command: str) -> s
             file.createDimension(dim, size)
         for name in (*ds.data_vars, *ds.coords):
             _put(file, name, ds, digest)
-        for name, own in digest.digests().items():
-            file[name].sha256 = own
-        file.setncatts(ds.attrs | {"history": history, "content_hash": digest.hexdigest()})
+        file.setncatts(ds.attrs | {"history": history})
+        digest.seal(file)
     return digest.hexdigest()
 
 
 def _put(file: netCDF4.Dataset, name: str, ds: "PlainMap | xr.Dataset", digest: ContentHash) -> None:
     """Write one variable or coordinate part by part, and hash each part."""
     variable, is_data = ds.variables[name], name in ds.data_vars
-    dtype, dims, missing, more = variable.dtype, variable.dims, None, {}
+    dtype, dims, beside = variable.dtype, variable.dims, _beside(ds, variable.dims) if is_data else ""
+    missing, more = np.nan if is_data and dtype.kind == "f" else None, {"coordinates": beside} if beside else {}
     text = _characters(variable.values) if dtype.kind in "OU" else None
     if text is not None:
-        dtype, dims, more = text.dtype, (*dims, f"string{text.shape[-1]}"), {"_Encoding": "utf-8"}
+        dtype, dims, more = text.dtype, (*dims, f"string{text.shape[-1]}"), more | {"_Encoding": "utf-8"}
         if dims[-1] not in file.dimensions:
             file.createDimension(dims[-1], text.shape[-1])
-    elif dtype.kind == "f" and is_data:
-        missing = np.nan
-    if is_data and (beside := _beside(ds, variable.dims)):
-        more["coordinates"] = beside
     made = file.createVariable(name, dtype, dims, fill_value=missing)
     made.setncatts(dict(variable.attrs) | more)
     digest.declare(name, variable.dims, variable.shape, variable.dtype)

@@ -83,11 +83,9 @@ def _processors() -> int:
 
 
 def _sealed(path: Path, digest: ContentHash) -> str:
-    """Gives a finished file the hash of each variable's values and the content hash, which it returns."""
+    """Seals a finished file, and returns the content hash."""
     with netCDF4.Dataset(path, "a") as file:
-        for name, own in digest.digests().items():
-            file[name].sha256 = own
-        file.content_hash = digest.hexdigest()
+        digest.seal(file)
     return digest.hexdigest()
 
 

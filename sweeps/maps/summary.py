@@ -14,7 +14,7 @@ import numpy as np
 
 from sweeps import systems
 from sweeps.schema.boxes import blocks, dimensions, flags
-from sweeps.schema.variables import Role, Variable
+from sweeps.schema.variables import Role, Variable, of_role
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -97,7 +97,7 @@ class Summary:
     def __init__(self, ds: "xr.Dataset"):
         self._specs, self._held = known(ds), tuple(ds.data_vars)
         self._flags = {name: flags(variable) for name, variable in ds.data_vars.items() if flags(variable)}
-        self._lead, self._status = leading_flag(ds), _of_role(self._specs, Role.STATUS)
+        self._lead, self._status = leading_flag(ds), of_role(self._specs, Role.STATUS)
         #: points: how many it has; compared: how many of them the rule compares with theory; impossible: points that
         #: cannot exist
         self.points = self.compared = self.impossible = 0
@@ -208,13 +208,9 @@ def pointwise(ds: "xr.Dataset") -> "xr.Dataset":
     return ds.drop_dims(further & set(ds.dims))
 
 
-def _of_role(specs: Mapping[str, Variable], role: Role) -> str:
-    return next((name for name, spec in specs.items() if spec.role == role), "")
-
-
 def leading_flag(ds: "xr.Dataset") -> str:
     """Return the flag variable that describes the motion, else any flag; "" without one."""
-    lead = _of_role(known(ds), Role.HEADLINE)
+    lead = of_role(known(ds), Role.HEADLINE)
     return lead or next((str(name) for name in ds.data_vars if flags(ds[name])), "")
 
 

@@ -8,6 +8,7 @@ a file of somebody's own describes is never run.
 import math
 import os
 import time
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -24,7 +25,7 @@ from sweeps.schema.boxes import runs
 from sweeps.schema.carried import DEFAULT_SYSTEM
 from sweeps.schema.definition import DEFAULT_NAME, Definition
 from sweeps.schema.refusals import DefinitionError, UnreadableError, shortened
-from sweeps.schema.variables import Role
+from sweeps.schema.variables import Role, of_role
 from sweeps.shards import content, contract
 from sweeps.systems.system import Reference
 
@@ -168,10 +169,6 @@ def _grid(ds: xr.Dataset, sweep: Sweep) -> Check:
     return Check("grid", covers, _shown([*_wrong_coordinates(ds, sweep), *_wrong_variables(ds, sweep)]))
 
 
-def _of_role(sweep: Sweep, role: Role) -> str:
-    return next((name for name, spec in sweep.variables.items() if spec.role == role), "")
-
-
 def _sizes(sizes: dict) -> str:
     return " × ".join(f"{size:,} {shortened(str(dim))}" for dim, size in sizes.items()) or "none"
 
@@ -210,19 +207,18 @@ def _wrong_variables(ds: xr.Dataset, sweep: Sweep) -> Iterator[str]:
 def _values(ds: xr.Dataset, sweep: Sweep) -> Check:
     """Whether flags have meanings, and whether points that are called ok hold numbers."""
     specs = sweep.variables
-    status = _of_role(sweep, Role.STATUS)
+    status = of_role(sweep.variables, Role.STATUS)
     measured = [name for name, spec in specs.items() if status and spec.role == Role.MEASUREMENT]
-    unknown, empty = {}, {}
+    unknown, empty = Counter(), Counter()
     for box in runs(sweep.grid.shape, BLOCK_POINTS):
         for name in (name for name, spec in specs.items() if spec.flags):
-            values = ds.variables[name][box].values
-            first = specs[name].first_flag
+            values, first = ds.variables[name][box].values, specs[name].first_flag
             outside = (values < first) | (values >= first + len(specs[name].flags))
-            unknown[name] = unknown.get(name, 0) + int(np.count_nonzero(outside))
+            unknown[name] += int(np.count_nonzero(outside))
         for name in measured:
             sound = ds.variables[status][box].values == 0
             holes = sound & ~np.isfinite(ds.variables[name][box].values)
-            empty[name] = empty.get(name, 0) + int(np.count_nonzero(holes))
+            empty[name] += int(np.count_nonzero(holes))
     findings = [f"{name}: {count:,} flags without a meaning" for name, count in unknown.items() if count]
     findings += [f"{name}: {count:,} points without a number are called ok" for name, count in empty.items() if count]
     return Check("values", "flags, and a number at every point called ok", tuple(findings))
@@ -284,9 +280,7 @@ def _by_own_kernels(ds: xr.Dataset, sweep: Sweep, sample: _Sample, seed: int) ->
 
     name, count = "this project's kernels", len(sample.numbers)
     covers = f"{count:,} points (seed {seed}), bit for bit"
-    if not _same_kernels(ds, sweep):
-        return Check(name, covers, skipped="other kernels make other bits")
-    if reason := sweep.definition.differing_bits:
+    if reason := sweep.definition.differing_bits if _same_kernels(ds, sweep) else "other kernels make other bits":
         return Check(name, covers, skipped=reason)
     samples, rate = sweep.system.cost(sweep.definition).samples, sweep.system.samples_per_second
     if W * samples > MOST_SECONDS * rate:  # a point takes as long as a block of them
@@ -336,7 +330,8 @@ def _by_references(sweep: Sweep, sample: _Sample) -> Iterator[Check]:
 
 
 def _by_reference(sweep: Sweep, sample: _Sample, reference: Reference, name: str) -> Check:
-    variable, status, integration = reference.variable, _of_role(sweep, Role.STATUS), sweep.definition.integration
+    variable, integration = reference.variable, sweep.definition.integration
+    status = of_role(sweep.variables, Role.STATUS)
     covers = f"{variable} within the tolerance"
     if variable not in sample.columns or not status:
         return Check(name, covers, skipped=f"the map has no {variable} with a status")
@@ -406,7 +401,7 @@ def _by_errors(sweep: Sweep, sample: _Sample) -> Iterator[Check]:
 
     Errors cover 999 of 1,000 points, and none is missed by more than twice: that is what is asked.
     """
-    columns, status = sample.columns, _of_role(sweep, Role.STATUS)
+    columns, status = sample.columns, of_role(sweep.variables, Role.STATUS)
     specs = [s for s in sweep.variables.values() if s.error in columns and s.truth in columns]
     if not status or not specs:
         return

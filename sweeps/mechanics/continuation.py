@@ -143,9 +143,8 @@ def _needed(slopes, F, Y, begin, end, r):
     rounding = (n + 8) * UNIT
     spread = spread + rounding * size
     moved = np.einsum("bij,bj->bi", D, end - begin)
-    drift = np.abs(np.einsum("bij,bj->bi", Y, moved)) + np.einsum(
-        "bij,bj->bi", absolute, np.einsum("bij,bj->bi", spread, change)
-    )
+    reach = np.einsum("bij,bj->bi", spread, change)
+    drift = np.abs(np.einsum("bij,bj->bi", Y, moved)) + np.einsum("bij,bj->bi", absolute, reach)
     start = np.abs(np.einsum("bij,bj->bi", Y, F.mean(axis=-1)))
     start += np.einsum("bij,bj->bi", absolute, 0.5 * (F[..., 1] - F[..., 0]) + rounding * np.abs(F).max(axis=-1))
     bent = np.abs(np.eye(n) - Y @ D[:, :, :n]) + absolute @ spread[:, :, :n] + rounding * np.eye(n)

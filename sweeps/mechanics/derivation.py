@@ -39,11 +39,6 @@ DIGITS = 40
 TRIALS = 6  # random places at which what is conserved, and R, are looked at
 
 
-def kinetic_matrix(system: System) -> sp.Matrix:
-    """Return a_ij(q) over all coordinates, the cyclic ones included."""
-    return _quadratic(system, _kinetic_energy(system))[0]
-
-
 @cache
 def derive(system: System) -> Equations:
     """Derive the equations of motion of a description.

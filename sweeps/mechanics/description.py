@@ -181,15 +181,14 @@ class System:
             raise DescriptionError(f"coordinate {name}: bounds are missing; allowed: two expressions in the parameters")
         symbol = sp.Symbol(name, positive=True) if positive else sp.Symbol(name, real=True)
         velocity = sp.Symbol(f"{name}_dot", real=True)
-        low, high = (self._expression(f"bounds of {name}", bound) for bound in bounds or (0, 0))
+        ends = tuple(self._expression(f"bounds of {name}", bound) for bound in bounds or (0, 0))
         hold, momentum = (
             None if value is None else self._expression(f"{what} of {name}", value)
             for what, value in (("hold", hold), ("momentum", momentum))
         )
         size = self._size(name, size, self._moving())
-        self.coordinates[name] = Coordinate(
-            symbol, velocity, unit, (low, high), periodic, size, hold, momentum, meaning or name
-        )
+        whole = Coordinate(symbol, velocity, unit, ends, periodic, size, hold, momentum, meaning or name)
+        self.coordinates[name] = whole
         return symbol
 
     def velocity(self, symbol: sp.Symbol) -> sp.Symbol:

@@ -247,14 +247,16 @@ class _All:
         """Search boxes: for each record the box, its kind, the box it stands for, and one about the zero."""
         from kernels import enclosures, roots  # compiled by their import
 
-        tape, progress, each = self.problem.tape, np.zeros(2, dtype=np.int64), np.arange(len(bounds))
+        progress, each = np.zeros(2, dtype=np.int64), np.arange(len(bounds))
         starts, shares = starts or (bounds, np.stack([each, each + 1], axis=-1))
-        given = [np.ascontiguousarray(x) for x in (constants, bounds, starts, shares)]
+        functions = self.problem.tape.formulas(np.ascontiguousarray(constants))
+        where = roots.Where(*(np.ascontiguousarray(x) for x in (bounds, starts, shares)))
+        limits = roots.Limits(ROUGH if rough else NARROWEST[self.n > 1], most, rough)
         room, parts = 4 * len(bounds) + 1000, []
         while progress[0] < len(bounds):
             before, records, boxes = progress[0], np.empty((room, 2), dtype=np.int64), np.empty((room, 2, 2, self.n))
-            arguments = *given, ROUGH if rough else NARROWEST[self.n > 1], most, rough, records, boxes, progress
-            count = roots.search(enclosures.enclose, tape.rows, tape.outputs, *arguments)
+            found = roots.Boxes(records, boxes, progress)
+            count = roots.search(enclosures.enclose, functions, where, limits, found)
             parts.append((records[:count, 0].copy(), records[:count, 1].copy(), boxes[:count].copy()))
             room *= 1 if progress[0] > before else 4
         return (
@@ -429,17 +431,16 @@ class _All:
                         direction[j] / np.abs(direction[j]).max(),
                     )
                 hidden = hidden[dimension[hidden] == 0]
-            centers, reaches = [*self.place[zeros]], [*self.reach[zeros]]
+            noted = list(zip(self.place[zeros], self.reach[zeros], strict=True))
             for j in alone:
-                if not any((np.abs(c - place[j]) <= r + reach[j]).all() for c, r in zip(centers, reaches, strict=True)):
+                if not any((np.abs(c - place[j]) <= r + reach[j]).all() for c, r in noted):
                     found.append((point, place[j], reach[j]))
-                centers.append(place[j])
-                reaches.append(reach[j])
+                noted.append((place[j], reach[j]))
             covered = np.zeros(len(boxes[2]), dtype=bool)
             for j in alone:
                 covered |= ((boxes[0] >= a[0][j]) & (boxes[1] <= b[0][j])).all(axis=1)
             boxes = tuple(x[~covered] for x in boxes)
-            found += [(point, c, 0.0 * c) for c in self._clusters(point, place[hidden], boxes, centers, reaches, width)]
+            found += [(point, c, 0.0 * c) for c in self._clusters(point, place[hidden], boxes, noted, width)]
             if boxes[2].size:
                 reason = TOO_LARGE if (boxes[2] == codes.LEFT).any() else ROUNDING
                 self.certified[point] = max(self.certified[point], reason)
@@ -480,7 +481,7 @@ class _All:
             a[:, chosen], b[:, chosen] = boxes[one, :, 0].swapaxes(0, 1), boxes[one, :, 1].swapaxes(0, 1)
         return proved, a, b, 0.5 * (b[1] - a[1])
 
-    def _clusters(self, point, places, boxes, centers, reaches, width):
+    def _clusters(self, point, places, boxes, noted, width):
         """One place of each group of boxes in which Newton's method found that F vanishes, unless it is known."""
         low, high, kind = boxes
         if not len(places) or not kind.size:
@@ -491,7 +492,7 @@ class _All:
         for place in places:
             usable = (kind != codes.OVERFLOW) & (kind != codes.BROKEN)
             inside = np.flatnonzero(((place >= low - width) & (place <= high + width)).all(axis=1) & usable)
-            known = any((np.abs(c - place) <= r + width).all() for c, r in zip(centers, reaches, strict=True))
+            known = any((np.abs(c - place) <= r + width).all() for c, r in noted)
             if not inside.size or known:
                 continue
             rows = group == group[inside[0]]

@@ -230,21 +230,22 @@ class Graph:
         self._expressions[e] = number
         if number not in self.slopes:
             self.slopes[number] = -1
-            self.slopes[number] = self._slope(e, f, u, argument, number, inner)
+            self.slopes[number] = self._slope(e, sp.Lambda(u, f), argument, number, inner)
         return number
 
-    def _slope(self, e, f, u, argument, number, inner):
+    def _slope(self, e, of_u, argument, number, inner):
         if e.is_Pow and e.base in self._roots:
             return self.product(self.constant(sp.Rational(-1, 2)), self.product(number, self.product(number, number)))
         if e.is_Pow and e.base != sp.E:
             return self.quotient(self.product(self.constant(e.exp), number), inner)
+        f = of_u.expr
         if f.func in (sp.tan, sp.tanh):
             square = self.product(number, number)
             one, sign = self.constant(sp.Integer(1)), 1.0 if f.func is sp.tan else -1.0
             return self.sum((one, square), (1.0, sign))
         if f.func not in _INTEGRATED:
             raise DescriptionError(f"function: {e} cannot be integrated; allowed: +, ×, /, powers and {_KNOWN}")
-        return self.build(f.diff(u).subs(u, argument))
+        return self.build(f.diff(*of_u.variables).subs(of_u.variables[0], argument))
 
 
 _KNOWN = "sin, cos, tan, exp, log, sinh, cosh, tanh, asin, acos, atan, asinh, acosh, atanh, erf, sqrt"
@@ -289,8 +290,7 @@ class Values:
 
     def bases(self, parameters, q0):
         """Return U of every node, arrays (n,), from tuples of parameters and places; slopes f′(U) by function node."""
-        U, slopes = self._constants(*parameters), {}
-        shape = np.shape(q0[0])
+        U, slopes, shape = self._constants(*parameters), {}, np.shape(q0[0])
         for number, node in enumerate(self.graph.nodes):
             if node.kind == CONSTANT:
                 U[number] = np.broadcast_to(U[number], shape)
@@ -300,10 +300,9 @@ class Values:
                 U[number] = q0[node.parts[0]]
             elif node.kind == ADD:
                 U[number] = sum(w * U[k] for w, k in zip(node.weights, node.parts, strict=True))
-            elif node.kind == MUL:
-                U[number] = U[node.parts[0]] * U[node.parts[1]]
-            elif node.kind == DIV:
-                U[number] = U[node.parts[0]] / U[node.parts[1]]
+            elif node.kind in (MUL, DIV):
+                a, b = (U[k] for k in node.parts)
+                U[number] = a * b if node.kind == MUL else a / b
             else:
                 U[number], slopes[number] = self._derivatives[number](U[node.parts[0]], *parameters)
         return U, slopes

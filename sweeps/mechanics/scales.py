@@ -64,16 +64,20 @@ def bounding_terms(landscape, parameters, place, terms, sizes):
     vanished = gone[:, :, None] & np.eye(place.shape[1], dtype=bool)
     if not rows.size:
         return terms, vanished
-    distance, chosen = sizes[rows].copy(), [p[rows] for p in parameters]
+    whole, terms = _bounded(landscape, [p[rows] for p in parameters], place[rows], sizes[rows].copy()), terms.copy()
+    terms[rows] = np.where(vanished[rows], whole, terms[rows])
+    return terms, vanished
+
+
+def _bounded(landscape, parameters, place, distance):
+    """`reach` within distances that are halved until it is finite."""
     for _ in range(HALVINGS):
-        whole = reach(landscape, chosen, place[rows], distance)
+        whole = reach(landscape, parameters, place, distance)
         unbounded = ~np.isfinite(whole).all(axis=(1, 2))
         if not unbounded.any():
             break
         distance[unbounded] *= 0.5
-    terms = terms.copy()
-    terms[rows] = np.where(vanished[rows], whole, terms[rows])
-    return terms, vanished
+    return whole
 
 
 def too_wide(landscape, parameters, place, terms, nudge):

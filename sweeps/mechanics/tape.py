@@ -56,9 +56,13 @@ class Tape:
         count = len(self.variables) if count is None else count
         values = np.empty((owner.size, self.outputs.size, 1 + count, 2))
         states = np.empty(owner.size, dtype=np.int64)
-        arrays = _plain(constants), _plain(owner, np.int64), _plain(low), _plain(high)
-        enclosures.slopes(self.rows, self.outputs, *arrays, count, values, states)
+        arrays = _plain(owner, np.int64), _plain(low), _plain(high)
+        enclosures.slopes(self.formulas(_plain(constants)), *arrays, values, states)
         return values, states
+
+    def formulas(self, constants) -> codes.Formulas:
+        """Return the functions with the constants of points, as kernels take them."""
+        return codes.Formulas(self.rows, self.outputs, constants)
 
     # -- building
 

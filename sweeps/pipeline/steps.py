@@ -8,21 +8,19 @@ import os
 import shutil
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
-from contextlib import contextmanager, nullcontext
+from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 
 from sweeps.maps import admission
 from sweeps.pipeline import claims
-from sweeps.points import compile, estimate
+from sweeps.points import compile
 from sweeps.points.catalogue import Plan
 from sweeps.points.sweep import Sweep
 from sweeps.process import memory, progress
 from sweeps.shards import merging
 from sweeps.shards.shard import holds_shard, write_shard
 from sweeps.views import drawing
-
-LOST_SECONDS = 2.0  # of work: a shorter sweep that is broken off is measured again from the start
 
 
 def make(planned: Plan, results: str | Path = "results", workers: int = 1, again: bool = False) -> Iterator[Path]:
@@ -93,49 +91,30 @@ def _report(path: Path, file: Path) -> None:
 
 
 def measure(sweep: Sweep, path: Path, workers: int, again: bool) -> None:
-    """Write the map, at once or from shards, continuing what an interrupted run has measured."""
+    """Write the map, at once or from shards, of which those that an interrupted run has finished are kept."""
     count, folder = sweep.shards, path.with_name("shards")
     shards = [folder / f"{k}-of-{count}.nc" for k in range(1, count + 1)]
     missing = [k for k in range(1, count + 1) if again or not holds_shard(shards[k - 1], sweep, k, count)]
     if count == len(missing) == 1:
-        if again and folder.exists():
-            shutil.rmtree(folder)
-        is_long = estimate.integration_seconds(sweep, sweep.grid.size) > LOST_SECONDS
-        with (
-            progress.points(sweep.grid.size, sweep.name) as advance,
-            _noting_finished(advance, sweep.grid.size, "points") as advance,
-        ):
-            merging.measure_whole(sweep, path, workers, advance, folder if is_long else None)
+        with progress.points(sweep.grid.size, sweep.name) as advance:
+            merging.measure_whole(sweep, path, workers, advance)
     else:
         _write(sweep, shards, missing, workers)
         progress.say(f"merging {count} shards")
         merging.merge(sweep, shards, path, workers)
 
 
-@contextmanager
-def _noting_finished(advance: Callable[[int], None], total: int, what: str, done: int = 0) -> Iterator[Callable]:
-    """Count what is finished on the way to `advance`, and note it on the exception that ends the block."""
-
-    def count(more: int) -> None:
-        nonlocal done
-        done += more
-        advance(more)
-
-    try:
-        yield count
-    except BaseException as error:
-        error.add_note(f"{done:,} of {total:,} {what} finished")
-        raise
-
-
 def _write(sweep: Sweep, shards: list[Path], missing: list[int], workers: int) -> None:
     """Writes those shards that are not there yet, one after the other: what is finished is kept."""
     count, bounds = len(shards), sweep.grid.shard_bounds(len(shards))
-    if count > len(missing):
-        progress.say(f"{count - len(missing)} of {count} shards exist already")
+    if done := count - len(missing):
+        progress.say(f"{done} of {count} shards exist already")
     points = sum(stop - start for start, stop in (bounds[k - 1] for k in missing))
-    noting = _noting_finished(lambda more: None, count, "shards", count - len(missing))
-    with progress.points(points, sweep.name) as advance, noting as finish:
-        for k in missing:
-            write_shard(sweep, k, count, shards[k - 1], workers, advance)
-            finish(1)
+    try:
+        with progress.points(points, sweep.name) as advance:
+            for k in missing:
+                write_shard(sweep, k, count, shards[k - 1], workers, advance)
+                done += 1
+    except BaseException as error:
+        error.add_note(f"{done:,} of {count:,} shards finished")
+        raise

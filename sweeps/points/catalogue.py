@@ -118,13 +118,9 @@ def plan(
 
     path = Path(source)
     sweep = read(path, check=check)
-    ships = shipped().get(sweep.name)
-    if ships is not None and ships.resolve() != path.resolve():
-        raise DefinitionError(
-            f"{path}: (file name): {sweep.name!r} is the name of a sweep that ships; allowed: any other name"
-        )
-    if sweep.name == TAKEN:
-        raise DefinitionError(f"{path}: (file name): results/{TAKEN} is the handbook's; allowed: any other name")
+    if sweep.name == TAKEN or shipped().get(sweep.name, path).resolve() != path.resolve():
+        of = f"results/{TAKEN}, the handbook's folder" if sweep.name == TAKEN else "a sweep that ships"
+        raise DefinitionError(f"{path}: (file name): {sweep.name!r} is the name of {of}; allowed: any other name")
     if digest not in ("", sweep.definition.digest):
         wrong = "the definition, or a file that it names, was changed while the workflow ran"
         raise DefinitionError(f"{path}: {wrong}; allowed: the same until the end (start the workflow again)")

@@ -19,15 +19,12 @@ def schema(described: Sequence[str] = ()) -> dict:
     """
     models = {name: _model(name) for name in (*systems.MODULES, *described)}
     places, whole = models_json_schema([(model, "validation") for model in models.values()], title="Polhode definition")
-    for name in models:  # without a title a sweep has its file's name, without a system it is of the default one
-        own = whole["$defs"][places[models[name], "validation"]["$ref"].rpartition("/")[2]]
+    any_of = {}
+    for name, model in models.items():  # without a title a sweep has its file's name, without a system the default one
+        own = whole["$defs"][places[model, "validation"]["$ref"].rpartition("/")[2]]
         own["required"] = [key for key in own.get("required", []) if key not in ("title", "system")]
-    any_of = {
-        name: {
-            "anyOf": [places[models[each], "validation"] for each in (name, *systems.resolve(name).variants.values())]
-        }
-        for name in models
-    }
+        readers = (name, *systems.resolve(name).variants.values())
+        any_of[name] = {"anyOf": [places[models[each], "validation"] for each in readers]}
     named = {"required": ["system"]}
     rules = [
         {"if": {**named, "properties": {"system": {"const": name}}}, "then": allowed}

@@ -13,11 +13,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 from isal import isal_zlib
-from pydantic_core import PydanticCustomError
 
 from kernels.cache import cache_folder
 from sweeps.process import memory
@@ -26,6 +25,7 @@ from sweeps.reading import tables
 from sweeps.reading.files import FileBytes
 from sweeps.reading.tables import PART_ROWS, refusal
 from sweeps.schema import units
+from sweeps.schema.layout import telling, wrong
 from sweeps.schema.parameters import Derived, GridOf, Parameter
 from sweeps.schema.refusals import MapError, display, hint
 
@@ -122,9 +122,7 @@ def _read(file: str, opened: FileBytes, model: type[GridOf], grid: Mapping[str, 
     columns = _columns(source.headings, model.parameters, grid)
     given = {p.name: units.read(grid[p.name], p.quantity.units) for p in model.parameters if p.name in grid}
     fixed = {name: float(value) for name, value in given.items() if type(value) in (int, float)}
-    asked = [(c.place, c.name, c.factor, c.parameter.quantity.bounds) for c in columns]
-    key = hashlib.sha256(json.dumps([FORMAT, digest, path.suffix, asked, fixed]).encode()).hexdigest()[:40]
-    cached = kept_in() / key
+    cached = kept_in() / _key(columns, [FORMAT, digest, path.suffix, fixed])
     if _told(cached) is None:
         _forget_others(cached)
         _write(cached, source, columns, fixed, model.derived)
@@ -133,6 +131,12 @@ def _read(file: str, opened: FileBytes, model: type[GridOf], grid: Mapping[str, 
     told = _told(cached)
     cached.touch()
     return Table(file, digest, tuple(c.name for c in columns), cached, told["num"], tuple(map(tuple, told["ends"])))
+
+
+def _key(columns: Sequence[ColumnOf], beside: list) -> str:
+    """The name of a table's rows in the cache: a hash of all that they depend on."""
+    asked = [(c.place, c.name, c.factor, c.parameter.quantity.bounds) for c in columns]
+    return hashlib.sha256(json.dumps([asked, *beside]).encode()).hexdigest()[:40]
 
 
 def _digest(opened: FileBytes) -> tuple[str, dict | None]:
@@ -175,8 +179,7 @@ def _columns(headings: Sequence[tuple[str, str]], parameters: Sequence[Parameter
             raise refusal("", shown, "is the name of two columns", "each column once")
         if name in grid:
             raise refusal(name, shown, "is a column of the table and given in grid too", "one of these")
-        wanted = known[name].quantity.units
-        factor = units.factor(unit, wanted)
+        factor = units.factor(unit, wanted := known[name].quantity.units)
         if factor is None:
             raise refusal(name, display(unit), "is a unit that is not known", units.allowed(wanted))
         found[name] = ColumnOf(place, known[name], factor)
@@ -258,21 +261,11 @@ def _check_column(column: ColumnOf, values: np.ndarray, before: int) -> None:
     if not (np.isfinite(low) and np.isfinite(high)):
         row = int(np.argmin(np.isfinite(values)))
         raise refusal(column.name, f"row {before + row + 1:,}", "is missing, or no finite number", allowed)
-    telling = [values] if low > 0 or high < 0 else [values, values[values > 0], values[values < 0], values[values == 0]]
-    if any(_wrong(column, end) for part in telling if part.size for end in (part.min(), part.max())):
-        row, wrong = next((k, w) for k, v in enumerate(values.tolist()) if (w := _wrong(column, v)))
+    item = column.parameter.quantity.item
+    if any(wrong(item, end) for end in telling(values)):
+        row, what = next((k, w) for k, v in enumerate(values.tolist()) if (w := wrong(item, v)))
         shown = f"row {before + row + 1:,} ({float(values[row])!r})"
-        raise refusal(column.name, shown, "is out of range", wrong)
-
-
-def _wrong(column: ColumnOf, value: float) -> str:
-    """What a value should be; "" for one that is right."""
-    try:
-        for check in get_args(column.parameter.quantity.item)[1:]:
-            check.func(float(value))
-    except PydanticCustomError as refused:
-        return refused.context["allowed"]
-    return ""
+        raise refusal(column.name, shown, "is out of range", what)
 
 
 def _check_existence(derived: Derived | None, columns: Mapping[str, Any], names: Sequence[str], before: int) -> None:

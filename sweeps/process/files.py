@@ -5,17 +5,14 @@ import glob
 import os
 import shutil
 from collections.abc import Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
 from sweeps.process import living
 
-FLUSHED_BYTES = 2**27  # that a disk is given at once, while more is written
-
 
 @contextmanager
-def replaced(path: str | Path, flush: bool = True, kept: Path | None = None) -> Iterator[Path]:
+def replaced(path: str | Path, flush: bool = True) -> Iterator[Path]:
     """Yield a temporary path beside `path`, and rename it to `path` when the block has ended without error.
 
     Where the block fails, the temporary file is removed and whatever stood at `path` is as it was. A link stays one:
@@ -25,7 +22,6 @@ def replaced(path: str | Path, flush: bool = True, kept: Path | None = None) -> 
         path: the file to write.
         flush: whether the content must reach the disk before the name does. Files that carry checksums and can be
             made again need not wait for it.
-        kept: a temporary path on the same file system, in place of one of its own; it stays where the block fails.
 
     Raises:
         OSError: where something stands at `path` that is no file.
@@ -35,7 +31,7 @@ def replaced(path: str | Path, flush: bool = True, kept: Path | None = None) -> 
         raise OSError(errno.EINVAL, "is a folder or a device, not a file", str(path))
     path.parent.mkdir(parents=True, exist_ok=True)
     remove_leftovers(path)
-    temporary = kept or _beside(path)
+    temporary = _beside(path)
     try:
         temporary.touch(exist_ok=False)
         yield temporary
@@ -45,39 +41,7 @@ def replaced(path: str | Path, flush: bool = True, kept: Path | None = None) -> 
         if flush:
             _flush(path.parent)
     finally:
-        if not kept:
-            temporary.unlink(missing_ok=True)
-
-
-class Flusher:
-    """Brings a file to the disk while it is written, so that little is left to wait for; use it as a context."""
-
-    def __init__(self, path: Path):
-        self._path, self._unflushed, self._pending = path, 0, None
-        self._pool = ThreadPoolExecutor(1)
-
-    def wrote(self, size: int) -> None:
-        """Note that so many bytes have been written.
-
-        Raises:
-            OSError: where the disk did not take what was written before.
-        """
-        self._unflushed += size
-        if self._unflushed >= FLUSHED_BYTES and (self._pending is None or self._pending.done()):
-            self._settle()
-            self._unflushed, self._pending = 0, self._pool.submit(_flush, self._path)
-
-    def _settle(self) -> None:
-        if self._pending:
-            self._pending.result()  # the system may tell of a failure once only
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, failure, *more):
-        self._pool.shutdown()
-        if failure is None:
-            self._settle()
+        temporary.unlink(missing_ok=True)
 
 
 def remove_leftovers(path: Path) -> None:

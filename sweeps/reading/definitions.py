@@ -4,7 +4,7 @@ Files are read by the YAML 1.2 core schema; see `sweeps.reading.yaml_text`.
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -32,16 +32,14 @@ def plain(value: Any, where: tuple = (), left: list[int] | None = None) -> Any:
         raise UnreadableError(where[:1], "(deep)", "is nested too deeply", f"at most {MAX_DEPTH} levels")
     if isinstance(value, np.ndarray | np.generic):
         value = value.tolist()
-    if isinstance(value, Mapping):
-        value = Pairs(value.items())
-    if isinstance(value, Pairs):
-        return _plain_mapping(value, where, left)
+    if isinstance(value, Mapping | Pairs):
+        return _plain_mapping(value.items() if isinstance(value, Mapping) else value, where, left)
     if isinstance(value, list | tuple | range):
         return tuple(plain(item, (*where, number), left) for number, item in enumerate(value))
     return _text(value, where) if isinstance(value, str) else value
 
 
-def _plain_mapping(pairs: Pairs, where: tuple, left: list[int]) -> dict:
+def _plain_mapping(pairs: Iterable[tuple], where: tuple, left: list[int]) -> dict:
     mapping = {}
     for key, item in pairs:
         left[1] -= len(key) if isinstance(key, str) else 0

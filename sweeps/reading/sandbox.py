@@ -26,7 +26,8 @@ ROOM = 2**29  # bytes that a reader may take
 SECONDS = 8.0  # of processor that a reader may take, and one more a gibibyte of the file
 PATIENCE = 60.0  # s between two parts of an answer, where a disk is slow
 FORKS = sys.platform == "linux"  # elsewhere a fork does not bear the threads of a parent
-LIBRARIES = ("h5py", "pandas", "pyarrow.parquet", "trimesh")  # what reads in a child: loaded before it is limited
+# what reads in a child: loaded before it is limited
+LIBRARIES = ("h5py", "pandas", "pyarrow.pandas_compat", "pyarrow.parquet", "trimesh")
 SPAWNED = "import pickle, sys; sys.path[:] = pickle.load(sys.stdin.buffer); pickle.load(sys.stdin.buffer)()"
 _END = b"\xff" * 8  # in place of the length of one more part
 
@@ -155,7 +156,7 @@ def _limit_all(seconds: float, room: float) -> None:
         mapped = int(file.read().split()[0]) * resource.getpagesize()
         _limit(resource.RLIMIT_AS, mapped + room)
     _limit(resource.RLIMIT_FSIZE, 0)
-    for name in ("ascii", "latin-1", "utf-16"):
+    for name in ("ascii", "latin-1", "utf-16", "utf-8-sig"):
         codecs.lookup(name)  # Python reads these from files on their first use
     _limit(resource.RLIMIT_NOFILE, 0)  # what is open stays open
 

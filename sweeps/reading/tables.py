@@ -1,16 +1,13 @@
 """Tables in CSV, Parquet and netCDF-4: headings, and rows as doubles, a part at a time.
 
-CSV is parsed here, in blocks of bounded size. Whatever else has to be read, Parquet and rows of a CSV file that are
-anything but numbers, a child process reads (see `sweeps.reading.sandbox`). Of netCDF-4 a child finds where the numbers
-lie, as of a map.
+Rows of CSV and Parquet are read in a child process (see `sweeps.reading.sandbox`). Of netCDF-4 a child finds where the
+numbers lie, as of a map.
 """
 
 import csv
 import json
 import re
-from collections import deque
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import astuple
 from functools import partial
 from io import BytesIO
@@ -23,15 +20,13 @@ from sweeps.reading.stored_values import StoredValues
 from sweeps.schema.refusals import MapError, UnreadableError, display, shortened
 
 PART_ROWS = 2**17  # of a file that are in memory at once
-BLOCK_BYTES = 2**22  # of a CSV file that one thread parses at once
+BLOCK_BYTES = 2**22  # of a CSV file that are looked at at once
 TRUTH_VALUE = re.compile(rb"(?i)\b(true|false)\b")
 LONGEST_LINE = 2**16  # bytes
 MOST_COLUMNS = 1000
-MOST_ROWS = 10**9
 SMALL = 2**26  # bytes that a table may swell to,
 MOST_SWOLLEN = 100  # or so many times its file's
 SECONDS_PER_BYTE = 2.0**-20  # of processor, beside `sandbox.SECONDS`
-PARSERS = 2  # threads; the memory they take does not grow with the file
 HEADING = re.compile(r"\s*(?P<name>[^\s(\[]+)\s*(?:[(\[]\s*(?P<unit>.*?)\s*[)\]])?\s*")
 NETCDF_PACKING = ("_Unsigned", "valid_min", "valid_max", "valid_range")
 
@@ -158,57 +153,13 @@ class _Csv(Source):
         return pd.read_csv(what, dtype=dtype, **settings, **options)
 
     def parts(self, places: Sequence[int]) -> Iterator[np.ndarray]:
-        """The rows; see `Source`. Blocks of lines are parsed side by side, up to one that is strange."""
-        import pandas  # noqa: F401 -- here, since the child can open no file
+        """The rows; see `Source`."""
+        self._read(BytesIO(b"1\n"), "f8", header=None)  # loads here what the child, which can open no file, needs
+        return _rows_in_child(self, places)
 
-        done = 0
-        for part in self._side_by_side(places):
-            if part is None:
-                break
-            yield part
-            done += len(part)
-        else:
-            return
-        for part in _rows_in_child(self, places):  # which says what is wrong, and in which row
-            yield part[done:]
-            done = max(0, done - len(part))
-
-    def _side_by_side(self, places: Sequence[int]) -> Iterator[np.ndarray | None]:
-        """Rows of blocks of lines, in order; None, and no more, where one is anything but rows of numbers."""
-        order = [str(place) for place in places]
-
-        def parsed(block: bytes) -> np.ndarray | None:
-            import pandas as pd
-
-            if any(letter in block for letter in b"uUlL"):  # pandas reads a column of true and false as 1 and 0
-                return None
-            try:
-                part = self._read(BytesIO(block), "f8", header=None, low_memory=False)
-            except ValueError:  # pandas' own errors are among them
-                return None
-            is_sound = isinstance(part.index, pd.RangeIndex) and not part[self._spare].notna().any(axis=None)
-            return part[order].to_numpy() if is_sound else None
-
-        waiting: deque[Future] = deque()
-        with ThreadPoolExecutor(PARSERS) as pool:
-            for block in self._blocks():
-                if block is None:
-                    yield from (future.result() for future in waiting)
-                    yield None
-                    return
-                waiting.append(pool.submit(parsed, block))
-                if len(waiting) > PARSERS:
-                    yield waiting.popleft().result()
-            while waiting:
-                yield waiting.popleft().result()
-
-    def _blocks(self) -> Iterator[bytes | None]:
-        """Whole lines below the first, some megabytes at a time; None where lines do not end as they should."""
-        head = self._file.read_at(0, min(self._file.size, LONGEST_LINE + 2))
-        first = head.partition(b"\n")[0]
-        if b"\r" in first.removesuffix(b"\r"):
-            yield None
-        at = len(first) + 1
+    def _blocks(self) -> Iterator[bytes]:
+        """Whole lines below the first, some megabytes at a time."""
+        at = len(self._line(0)) + 1
         while at < self._file.size:
             block = self._file.read_at(at, min(BLOCK_BYTES + LONGEST_LINE, self._file.size - at))
             if len(block) > BLOCK_BYTES:
@@ -220,12 +171,12 @@ class _Csv(Source):
             yield block
 
     def read_rows(self, places: Sequence[int]) -> Iterator[np.ndarray]:
-        """The rows, one part after the other."""
+        """In the child: the rows."""
         import pandas as pd
 
         order = [str(place) for place in places]
         number = 0
-        if any(block and TRUTH_VALUE.search(block) for block in self._blocks()):
+        if any(map(TRUTH_VALUE.search, self._blocks())):  # pandas reads a column of true and false as 1 and 0
             raise self._text(0)
         try:
             for part in self._read(self._stream(), "f8", header=0, chunksize=PART_ROWS):

@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, get_args
 
+import numpy as np
+
 from sweeps.schema.variables import Variable
 
 
@@ -27,11 +29,21 @@ class Layout:
     #: coordinate → the dimensions, in storage order, along some of which it may lie where it is none.
     over: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
-    def wrong(self, name: str, value: float | str) -> str:
-        """Return the allowed values of a coordinate as text, "" for a valid value."""
-        try:
-            for check in get_args(self.values.get(name))[1:]:
-                check.func(value)
-        except ValueError as refused:  # pydantic's own, which is loaded where something is refused
-            return refused.context["allowed"]
-        return ""
+
+def wrong(item: Any, value: float | str) -> str:
+    """Return the allowed values of a checked type (see `sweeps.schema.values`) as text, "" for a valid value."""
+    try:
+        for check in get_args(item)[1:]:
+            check.func(value)
+    except ValueError as refused:  # pydantic's own, which is loaded where something is refused
+        return refused.context["allowed"]
+    return ""
+
+
+def telling(values: np.ndarray) -> list[float | int]:
+    """Return the ends of values, and those nearest to zero on both sides: what holds of these holds of all."""
+    ends = [values.min().item(), values.max().item()] if values.size else []
+    if not ends or ends[0] > 0 or ends[1] < 0:
+        return ends
+    parts = values[values > 0], values[values < 0], values[values == 0]
+    return ends + [end.item() for part in parts if part.size for end in (part.min(), part.max())]

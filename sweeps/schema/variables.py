@@ -1,6 +1,6 @@
 """One variable of a map, or one coordinate: name, unit, meaning, type and flags."""
 
-from collections.abc import Container
+from collections.abc import Container, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -91,6 +91,11 @@ class Variable:
 def table(*variables: Variable) -> dict[str, Variable]:
     """Return name → variable, in order."""
     return {variable.name: variable for variable in variables}
+
+
+def of_role(variables: Mapping[str, Variable], role: Role) -> str:
+    """Return the name of the first variable that readers take for something; "" without one."""
+    return next((name for name, variable in variables.items() if variable.role == role), "")
 
 
 POINT = Variable("point", "1", "number of the point, from 1; of a table, its row", "i8")  # of what is no grid

@@ -28,13 +28,13 @@ UNREADABLE = (OSError, RuntimeError, ValueError, KeyError, OverflowError, zlib.e
 
 
 @contextmanager
-def written(path: str | Path, flush: bool = True, kept: Path | None = None) -> Iterator[Path]:
+def written(path: str | Path, flush: bool = True) -> Iterator[Path]:
     """Yield a temporary path for a netCDF-4 file, which is renamed when complete (see `sweeps.process.files.replaced`).
 
     Raises:
         OSError: where the disk is full or fails, with the system's reason: netCDF itself says "HDF error".
     """
-    with replaced(path, flush, kept) as temporary:
+    with replaced(path, flush) as temporary:
         try:
             yield temporary
         except RuntimeError as error:
@@ -113,13 +113,8 @@ class ChunkFile:
 
     def take(self, name: str, number: int) -> bytes:
         """Read a chunk as it is stored in the file, without HDF5, whose lock stops other threads."""
-        place, size = self.place(name, number)
-        return os.pread(self._handle, size, place)
-
-    def place(self, name: str, number: int) -> tuple[int, int]:
-        """Return the number of a chunk's first byte in the file, and how many there are."""
         lies = self._ids[name].get_chunk_info_by_coord(self._offset(name, number))
-        return lies.byte_offset or 0, lies.size
+        return os.pread(self._handle, lies.size, lies.byte_offset or 0)
 
     @cached_property
     def _handle(self) -> int:

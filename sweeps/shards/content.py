@@ -13,6 +13,7 @@ from sweeps.schema.boxes import runs
 from sweeps.shards.chunks import Chunks
 
 if TYPE_CHECKING:
+    import netCDF4
     import xarray as xr
 
 
@@ -45,6 +46,12 @@ class ContentHash:
     def digests(self) -> dict[str, str]:
         """Return name → hash of the variable's values, 64 hexadecimal digits."""
         return {name: body.total.hexdigest() for name, body in self._bodies.items()}
+
+    def seal(self, file: "netCDF4.Dataset") -> None:
+        """Give a finished file the hash of each variable's values, and the content hash."""
+        for name, own in self.digests().items():
+            file[name].sha256 = own
+        file.content_hash = self.hexdigest()
 
     def hexdigest(self) -> str:
         """Return the content hash, 64 hexadecimal digits."""

@@ -5,7 +5,6 @@ A map that is not cut into shards is written as it is measured.
 
 import re
 import sys
-from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import zip_longest
@@ -14,14 +13,13 @@ from pathlib import Path
 import h5py
 import netCDF4
 import numpy as np
-from isal import isal_zlib
 
 from sweeps.points.grid import Grid
 from sweeps.points.scattered import PART_POINTS
 from sweeps.points.sweep import Sweep
-from sweeps.process.files import Flusher, remove_leftovers
+from sweeps.process.files import remove_leftovers
 from sweeps.schema.boxes import runs
-from sweeps.shards import contract, journal
+from sweeps.shards import contract
 from sweeps.shards.chunkfile import ChunkFile, define, written
 from sweeps.shards.content import ContentHash
 from sweeps.shards.shard import (
@@ -77,11 +75,7 @@ def merge(sweep: Sweep, shards: Iterable[str | Path], path: str | Path, threads:
 
 
 def measure_whole(
-    sweep: Sweep,
-    path: str | Path,
-    threads: int = 1,
-    progress: Callable[[int], None] = lambda points: None,
-    folder: Path | None = None,
+    sweep: Sweep, path: str | Path, threads: int = 1, progress: Callable[[int], None] = lambda points: None
 ) -> str:
     """Measure all points of a sweep, write its map without shards, and return its content hash.
 
@@ -90,44 +84,17 @@ def measure_whole(
         path: the map to write.
         threads: threads for the kernel.
         progress: called with the number of points after each block.
-        folder: where what is measured stays if this is broken off, and is continued from; left out, it is lost.
     """
 
-    def fill(file: ChunkFile, digest: ContentHash, flusher: Flusher) -> int:
-        motions, shares = 0, deque(pieces(file.chunks, 0, sweep.grid.size))
-
-        def put(index: int, piece: Piece, columns: Mapping[str, np.ndarray], taken: int) -> None:
-            stored = {name: file.encode(name, piece.chunk, piece.first, own) for name, own in columns.items()}
-            keep(piece, columns, stored, taken)
-
-        def keep(piece: Piece, columns: Mapping[str, np.ndarray], stored: Mapping[str, bytes], taken: int) -> None:
+    def fill(file: ChunkFile, digest: ContentHash) -> int:
+        def put(_: int, piece: Piece, columns: Mapping[str, np.ndarray]) -> None:
             for name, values in columns.items():
-                file.put(name, piece.chunk, stored[name])
+                file.put(name, piece.chunk, file.encode(name, piece.chunk, piece.first, values))
                 digest.update(name, values)
-                flusher.wrote(len(stored[name]))
-            if notes:
-                places = {n: (*file.place(n, piece.chunk), isal_zlib.crc32(chunk)) for n, chunk in stored.items()}
-                notes.add(journal.Entry(piece.after, taken, places))
 
-        for block in journal.chunks(*before) if before else ():
-            if block[-1][0].after != shares[len(block) - 1].after:
-                break
-            for entry, stored in block:
-                piece = shares.popleft()
-                bounds = piece.chunk, piece.first, piece.after
-                keep(piece, {n: file.decode(n, *bounds, chunk) for n, chunk in stored.items()}, stored, entry.motions)
-                motions += entry.motions
-                progress(piece.after - piece.first)
-        if folder:
-            journal.remove(folder, but=notes.path)
-        return motions + (measure(sweep, list(shares), put, threads, progress) if shares else 0)
+        return measure(sweep, pieces(file.chunks, 0, sweep.grid.size), put, threads, progress)
 
-    if not folder:
-        before = notes = None
-        return _filled(sweep, path, fill)
-    before = journal.longest(sweep, folder)
-    with journal.Journal(sweep, folder) as notes:
-        return _filled(sweep, path, fill, notes.path)
+    return _filled(sweep, path, fill)
 
 
 def _files(path: Path, sweep: Sweep) -> list[Path]:
@@ -137,11 +104,15 @@ def _files(path: Path, sweep: Sweep) -> list[Path]:
 
 
 def _merge_once(sweep: Sweep, paths: Sequence[Path], path: str | Path) -> str:
-    shards = sorted(_extents(sweep, paths))
+    shards = []
+    for source in paths:
+        with Shard(source, sweep) as shard:
+            shards.append((shard.first, shard.after, source))
+    shards.sort()
     _check_coverage(shards, sweep.grid)
 
-    def fill(file: ChunkFile, digest: ContentHash, flusher: Flusher) -> int:
-        target, motions = _Target(file, digest, flusher, not sweep.grid.further), 0
+    def fill(file: ChunkFile, digest: ContentHash) -> int:
+        target, motions = _Target(file, digest, not sweep.grid.further), 0
         for first, after, source in shards:
             with Shard(source, sweep) as shard:  # one open file at a time: there may be thousands
                 if (shard.first, shard.after) != (first, after):
@@ -153,25 +124,16 @@ def _merge_once(sweep: Sweep, paths: Sequence[Path], path: str | Path) -> str:
     return _filled(sweep, path, fill)
 
 
-def _filled(
-    sweep: Sweep,
-    path: str | Path,
-    fill: Callable[[ChunkFile, ContentHash, Flusher], int],
-    kept: Path | None = None,
-) -> str:
+def _filled(sweep: Sweep, path: str | Path, fill: Callable[[ChunkFile, ContentHash], int]) -> str:
     """Writes a map whose chunks `fill` puts into it and hashes, saying how many motions they took; its content hash."""
-    with written(path, kept=kept) as temporary:
+    with written(path) as temporary:
         digest = _create(temporary, sweep)
-        with h5py.File(temporary, "r+") as hdf, Flusher(temporary) as flusher:
-            motions = fill(ChunkFile(hdf, sweep.variables, chunks_of(sweep)), digest, flusher)
-        _finish(temporary, digest, motions)
+        with h5py.File(temporary, "r+") as hdf:
+            motions = fill(ChunkFile(hdf, sweep.variables, chunks_of(sweep)), digest)
+        with netCDF4.Dataset(temporary, "a") as whole:  # hashes only a whole map has
+            whole.motions_integrated = str(motions)
+            digest.seal(whole)
     return digest.hexdigest()
-
-
-def _extents(sweep: Sweep, paths: Sequence[Path]) -> Iterator[tuple[int, int, Path]]:
-    for path in paths:
-        with Shard(path, sweep) as shard:
-            yield shard.first, shard.after, path
 
 
 def _check_coverage(shards: Sequence[tuple[int, int, Path]], grid: Grid) -> None:
@@ -234,8 +196,8 @@ class _Target:
     is False): their values are hashed again.
     """
 
-    def __init__(self, file: ChunkFile, digest: ContentHash, flusher: Flusher, hashed_whole: bool = True):
-        self._file, self._digest, self._flusher, self._hashed_whole = file, digest, flusher, hashed_whole
+    def __init__(self, file: ChunkFile, digest: ContentHash, hashed_whole: bool = True):
+        self._file, self._digest, self._hashed_whole = file, digest, hashed_whole
         self._parts: dict[str, list[np.ndarray]] = {}  # of the chunk that the last shard ended in
         self._begun = 0
 
@@ -248,7 +210,6 @@ class _Target:
                     self._digest.add_run(name, hashes[name])
             else:
                 self._gather(piece, stored)
-            self._flusher.wrote(sum(map(len, stored.values())))
 
     def _gather(self, piece: Piece, stored: dict[str, bytes]) -> None:
         if not self._parts:
@@ -262,12 +223,3 @@ class _Target:
                 values = np.concatenate(parts)
                 self._file.put(name, piece.chunk, self._file.encode(name, piece.chunk, self._begun, values))
             self._parts = {}
-
-
-def _finish(path: Path, digest: ContentHash, motions: int) -> None:
-    """Adds the hashes, which only a whole map has."""
-    with netCDF4.Dataset(path, "a") as file:
-        for name, own in digest.digests().items():
-            file[name].sha256 = own
-        file.motions_integrated = str(motions)
-        file.content_hash = digest.hexdigest()

@@ -43,19 +43,13 @@ PART_SECONDS = 1.0  # at most about what a thread measures at once: who breaks o
 class DamagedError(MapError):
     """A shard that was cut short or changed on the disk."""
 
-    def __init__(self, path: str | Path, what: str):
-        super().__init__(f"{path}: {what}; allowed: a whole file of `polhode shard`")
+    def __init__(self, path: str | Path, what: str, allowed: str = "a whole file of `polhode shard`"):
+        super().__init__(f"{path}: {what}; allowed: {allowed}")
         self.path = Path(path)
 
 
 class ForeignError(DamagedError):
     """A shard of another definition, or of other kernels."""
-
-    def __init__(self, path: str | Path, name: str):
-        MapError.__init__(
-            self, f"{path}: {name}: is not that of this sweep; allowed: shards of this definition and kernels"
-        )
-        self.path = Path(path)
 
 
 class Piece(NamedTuple):
@@ -117,7 +111,7 @@ def write_shard(
         with h5py.File(temporary, "r+") as hdf:
             file = ChunkFile(hdf, variables, chunks)
 
-            def put(index: int, piece: Piece, columns: Mapping[str, np.ndarray], _: int) -> None:
+            def put(index: int, piece: Piece, columns: Mapping[str, np.ndarray]) -> None:
                 for row, (name, values) in enumerate(columns.items()):
                     stored = file.encode(name, piece.chunk, piece.first, values)
                     checks.checksums[row, index] = isal_zlib.crc32(stored)
@@ -144,7 +138,7 @@ def _create(path: Path, sweep: Sweep, checks: _Checks) -> None:
 def measure(
     sweep: Sweep,
     pieces: Sequence[Piece],
-    put: Callable[[int, Piece, Mapping[str, np.ndarray], int], None],
+    put: Callable[[int, Piece, Mapping[str, np.ndarray]], None],
     threads: int = 1,
     progress: Callable[[int], None] = lambda points: None,
 ) -> int:
@@ -153,28 +147,19 @@ def measure(
     Args:
         sweep: the sweep.
         pieces: its chunks' shares, one after the other.
-        put: called, in one other thread, with the number of each piece in turn, the piece, its columns, and how
-            many motions its block has taken: at the last piece of a block, and 0 at the others.
+        put: called with the number of each piece in turn, the piece and its columns.
         threads: threads for the kernel.
         progress: called with the number of points after each block.
     """
     memory.keep_freed()
-    motions, pending = 0, None
-
-    def put_all(block: range, low: int, columns: Mapping[str, np.ndarray], taken: int) -> int:
-        for index in block:
-            piece = pieces[index]
-            own = {name: values[piece.first - low : piece.after - low] for name, values in columns.items()}
-            put(index, piece, own, taken if index == block[-1] else 0)
-        return pieces[block[-1]].after - low
-
-    with ThreadPoolExecutor(1) as putting, measurers(threads) as pool:
+    motions = 0
+    with measurers(threads) as pool:
         for block, low, integrated, waited_for in _begun(sweep, pieces, pool, threads):
             motions, columns = motions + integrated, waited_for()
-            if pending:
-                progress(pending.result())
-            pending = putting.submit(put_all, block, low, columns, integrated)
-        progress(pending.result())
+            for index in block:
+                piece = pieces[index]
+                put(index, piece, {n: values[piece.first - low : piece.after - low] for n, values in columns.items()})
+            progress(pieces[block[-1]].after - low)
     return motions
 
 
@@ -286,7 +271,9 @@ class Shard:
         self._need(name for name in (*TOLD, "seal", *wanted) if name not in held)
         for name, value in wanted.items():
             if held[name] != value:
-                raise ForeignError(self.path, name)
+                raise ForeignError(
+                    self.path, f"{name}: is not that of this sweep", "shards of this definition and kernels"
+                )
         self._need(name for name in (*variables, CHECKSUMS, DIGESTS) if name not in self._file)
         try:
             #: first: number of its first point; after: number after its last point; motions: how many motions were

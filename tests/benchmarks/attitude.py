@@ -61,7 +61,7 @@ def step_attitudes(S, n):
 def prepared():
     """The array of both loops."""
     d, turned, g, x, y = attitude.short_step_constants(MOMENTS, START, STEP)
-    q = exact.step_constants(exact.set_up(*MOMENTS, *START), STEP)
+    q = exact.short_step_constants(MOMENTS, START, STEP)
     c = attitude.of_direction(attitude.oriented(d, *q), g)
     m = np.array(attitude.oriented(d, *START)) * [turned, 1.0, turned] * g
     r = attitude.lifted(tuple(m), 1.0, 0.0)

@@ -7,6 +7,7 @@ tolerance acts on the perturbation. The bodies stand sorted by the bound on thei
 a batch.
 """
 
+import math
 from dataclasses import dataclass
 
 import mpmath as mp
@@ -87,12 +88,13 @@ def _growth(bodies):
 @njit(nogil=True, error_model="numpy", fastmath={"contract"})
 def rate_of(b, c):
     """Signed rate² (in spin²) and its standard error from the samples of one body, by the house's recurrence."""
-    guess = measure.first_guess(b[2], c[2], b[1], c[1], b[0], c[0])
+    guess = measure.first_guess((b[2], c[2]), (b[1], c[1]), (b[0], c[0]))
     rx, rr, xx = 0.0, 0.0, 0.0
     for i in range(2, b.size):
-        x, r, s = measure.leftover(b[i], c[i], b[i - 1], c[i - 1], b[i - 2], c[i - 2], guess)
+        x, r, s = measure.leftover((b[i], c[i]), (b[i - 1], c[i - 1]), (b[i - 2], c[i - 2]), guess)
         rx, rr, xx = rx + x, rr + r, xx + s
-    return measure.estimate(guess, rx, rr, xx, b.size - 2.0, SPACING)
+    value, slope = measure.rate_squared(guess - 0.5 * rx / xx, SPACING)
+    return value, slope * math.sqrt(max(rr - rx * rx / xx, 0.0) / ((2.0 * b.size - 5.0) * 4.0 * xx))
 
 
 @njit(nogil=True, error_model="numpy")

@@ -247,13 +247,6 @@ def test_a_disk_that_cannot_flush_is_no_failure(tmp_path, monkeypatch):
     assert (tmp_path / "deep" / "file").read_text() == "new"
 
 
-def test_a_disk_that_fails_while_more_is_written_is_heard(tmp_path, monkeypatch):
-    monkeypatch.setattr(os, "fsync", full_disk)
-    (tmp_path / "file").write_text("new")
-    with pytest.raises(OSError, match="No space left"), files.Flusher(tmp_path / "file") as flusher:
-        flusher.wrote(files.FLUSHED_BYTES)
-
-
 def test_a_replaced_file_has_the_usual_permissions(tmp_path):
     usual = tmp_path / "usual"
     usual.write_text("")

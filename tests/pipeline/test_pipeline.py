@@ -13,9 +13,7 @@ from sweeps.__main__ import main
 from sweeps.pipeline import claims, finished
 from sweeps.pipeline import steps as pipeline
 from sweeps.points import catalogue
-from sweeps.shards import chunks
 from sweeps.shards import shard as shards
-from sweeps.shards.chunkfile import ChunkFile
 
 GRID = {"I1": [0.5, 1.0, 1.5], "I2": [0.75, 1.25], "I3": 1.0, "omega0": [1.0, 10.0]}
 
@@ -114,102 +112,6 @@ def test_what_is_finished_is_not_made_again(mine, measured):
     assert {path: path.stat().st_mtime_ns for path in Path("results/mine").rglob("[!.]*")} == before
     made(mine, again=True)
     assert measured == [1, 3, 1, 2, 3]
-
-
-@pytest.fixture
-def encoded(mine, monkeypatch):
-    """First points of the chunks that are measured: one shard of 9 blocks of 4 points."""
-    mine.write_text(json.dumps({"grid": GRID}))
-    monkeypatch.setattr(pipeline, "LOST_SECONDS", 0.0)
-    monkeypatch.setattr(shards, "BLOCK_POINTS", 4)
-    monkeypatch.setattr(chunks, "CHUNK_POINTS", 4)
-    monkeypatch.setattr(pipeline, "_shown", lambda path, again, worker: iter(()))
-    firsts, encode = [], ChunkFile.encode
-
-    def counting(self, name, number, first, values):
-        if name == "omega_squared":
-            firsts.append(first)
-        return encode(self, name, number, first, values)
-
-    monkeypatch.setattr(ChunkFile, "encode", counting)
-    return firsts
-
-
-def break_off(mine, monkeypatch, point):
-    """Break a run off as the chunk that begins at a point is measured."""
-    put = ChunkFile.put
-
-    def breaking(self, name, number, stored):
-        if self.chunks.bounds(number)[0] == point:
-            raise KeyboardInterrupt
-        put(self, name, number, stored)
-
-    with monkeypatch.context() as patched:
-        patched.setattr(ChunkFile, "put", breaking)
-        with pytest.raises(KeyboardInterrupt) as raised:
-            made(mine)
-    return raised.value.__notes__
-
-
-def assert_measured(motions=36):
-    assert not Path("results/mine/shards").exists()
-    with sweeps.open_map("results/mine/stability_map.nc") as ds:
-        assert ds.attrs["motions_integrated"] == str(motions)
-        assert ds.attrs["content_hash"] == sweeps.survey("mine.yaml").attrs["content_hash"]
-
-
-@pytest.mark.parametrize("point", [0, 12, 32])
-def test_a_run_that_is_broken_off_goes_on_from_its_last_block(mine, encoded, monkeypatch, point):
-    (note,) = break_off(mine, monkeypatch, point)
-    assert int(note.split()[0]) in (max(point - 4, 0), point)  # of the last block the program may not know yet
-    assert note.endswith(" of 36 points finished")
-    assert not Path("results/mine/stability_map.nc").exists()
-    encoded.clear()
-    break_off(mine, monkeypatch, 32)  # once more, further on
-    encoded.clear()
-    made(mine)
-    assert encoded == [32]
-    assert_measured()
-
-
-def test_a_journal_is_believed_as_far_as_it_is_whole(mine, encoded, monkeypatch):
-    break_off(mine, monkeypatch, 32)
-    (path,) = Path("results/mine/shards").glob("*.journal")
-    file, lines = path.with_suffix(".nc"), path.read_text().splitlines()
-    first, *_ = json.loads(lines[6])[-1]["omega_squared"]  # of points 20 to 23
-    content = bytearray(file.read_bytes())
-    content[first] ^= 1
-    file.write_bytes(content)
-    path.write_text("\n".join(lines[:-1]) + "\n" + lines[-1][:20])  # cut short as it was written
-    encoded.clear()
-    made(mine)
-    assert encoded == [20, 24, 28, 32]
-    assert_measured()
-
-
-def test_what_another_definition_has_left_is_not_used(mine, encoded, monkeypatch):
-    break_off(mine, monkeypatch, 32)
-    mine.write_text(json.dumps({"grid": GRID | {"I3": 1.1}}))
-    encoded.clear()
-    made(mine)
-    assert len(encoded) == 9
-    assert_measured()
-
-
-def test_a_workflow_removes_what_a_run_has_left(mine, encoded, monkeypatch):
-    break_off(mine, monkeypatch, 32)
-    folder = Path("results/mine/shards")
-    shards.write_shard(catalogue.plan(mine).sweep, 1, 1, folder / "1-of-1.nc")
-    assert main(["merge", "--renew", "mine.yaml", str(folder), "-o", "map.nc"]) == 0
-    assert [path.name for path in folder.iterdir()] == ["1-of-1.nc"]
-
-
-def test_everything_is_measured_again_where_that_is_asked(mine, encoded, monkeypatch):
-    break_off(mine, monkeypatch, 32)
-    encoded.clear()
-    made(mine, again=True)
-    assert len(encoded) == 9
-    assert_measured()
 
 
 def test_an_interrupted_run_states_how_many_shards_are_finished(mine, monkeypatch, capsys):

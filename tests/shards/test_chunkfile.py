@@ -109,8 +109,7 @@ def test_pieces_of_shards_make_the_chunks_of_a_map_and_its_hash(path, values, ha
             assert hashed_whole
             return {name: run_digest(part(name, piece)) for name in values}
 
-        shard, flusher = SimpleNamespace(pieces=pieces, digests=digests), SimpleNamespace(wrote=lambda size: None)
-        merging._Target(file, digest, flusher, hashed_whole).take(shard)
+        merging._Target(file, digest, hashed_whole).take(SimpleNamespace(pieces=pieces, digests=digests))
     assert digest.hexdigest() == wanted.hexdigest()
     with netCDF4.Dataset(path) as file:
         file.set_auto_maskandscale(False)
