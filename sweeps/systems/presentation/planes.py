@@ -4,9 +4,10 @@ from collections.abc import Collection, Iterable
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 
 from kernels.statuses import STATUSES
-from sweeps.figure import style
+from sweeps.figure import colors, style
 from sweeps.systems.presentation.look import Look
 
 MOST_DRAWN = 400  # values a dimension
@@ -38,6 +39,21 @@ def subtitle(ds: xr.Dataset, part: xr.Dataset, values: xr.DataArray, look: Look)
     fixed = [name for name in values.dims if name not in part.dims and name not in ("eigenvalue", "epsilon", "phase")]
     cut = ", ".join(style.fixed_at(ds, name, ds[name].values[ds.sizes[name] // 2]) for name in fixed)
     return ";  ".join(filter(None, [cut, *words])) or "as measured"
+
+
+def boundary(ax: Axes, x: np.ndarray, y: np.ndarray, values: np.ndarray, rounding: float, label: str) -> None:
+    """Draw theory's boundary, where values of shape (y, x) change sign by more than rounding, named in the legend."""
+    if np.nanmin(values, initial=0.0) < -rounding and np.nanmax(values, initial=0.0) > rounding:
+        line = ax.contour(x, y, values, [0.0], colors=colors.INK, linewidths=1.1)
+        line.set(gid="theory", path_effects=style.halo(2.2))
+        ax.plot([], [], color=colors.INK, lw=1.1, label=label)
+
+
+def name_sides(ax: Axes, one: xr.Dataset, x: str, y: str) -> None:
+    """Name the two parameters of a plane on its axes, logarithmic where their values spread by ratio."""
+    style.scale_as_spread(ax.xaxis, one[x].values)
+    style.scale_as_spread(ax.yaxis, one[y].values)
+    ax.set(xlabel=style.label_of(one, x), ylabel=style.label_of(one, y))
 
 
 def once(titled: Iterable[tuple[str, xr.Dataset]], names: Iterable[str]) -> list[tuple[str, xr.Dataset]]:

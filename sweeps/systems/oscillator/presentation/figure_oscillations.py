@@ -105,18 +105,12 @@ def _map(ax, one, x, y, most):
     values = np.ma.masked_invalid(one["measured"].values)
     edges = style.edges(one[x].values), style.edges(one[y].values)
     image = ax.pcolormesh(*edges, values, cmap=palette, norm=Normalize(-most, most), rasterized=True, gid="measured")
-    theory = one["theory"].values
-    if np.nanmin(theory, initial=0.0) < -ROUNDING and np.nanmax(theory, initial=0.0) > ROUNDING:
-        line = ax.contour(one[x].values, one[y].values, theory, levels=[0.0], colors=colors.INK, linewidths=1.0)
-        line.set(gid="theory", path_effects=style.halo(2.2))
-        ax.plot([], [], color=colors.INK, lw=1.0, label=r"theory: $\omega^2 = 0$")
+    planes.boundary(ax, one[x].values, one[y].values, one["theory"].values, ROUNDING, r"theory: $\omega^2 = 0$")
     rows, columns = _few_dots(*np.nonzero(one["regime"].values == REGIMES.index("marginal") - 1))
     if rows.size:
         look = {"color": colors.INK, "gid": "marginal", "label": "marginal"}
         ax.plot(one[x].values[columns], one[y].values[rows], "o", ms=2.0, mew=0.0, **look)
-    style.scale_as_spread(ax.xaxis, one[x].values)
-    style.scale_as_spread(ax.yaxis, one[y].values)
-    ax.set(xlabel=style.label_of(one, x), ylabel=style.label_of(one, y))
+    planes.name_sides(ax, one, x, y)
     return image
 
 

@@ -88,7 +88,7 @@ def _frequencies(ax, one, x, y):
     values = np.ma.masked_invalid(one["frequencies"].transpose(y, x).values)
     palette = matplotlib.colormaps["cividis"].with_extremes(bad=MISSING)
     look = {"vmin": 0.0, "vmax": at_most(one["frequencies"].values), "rasterized": True, "gid": "frequency"}
-    _name_sides(ax, one, x, y)
+    planes.name_sides(ax, one, x, y)
     return ax.pcolormesh(*edges, values, cmap=palette, **look)
 
 
@@ -98,18 +98,8 @@ def _map(ax, one, x, y, regimes):
     regimes.paint(ax, *(one[name].values for name in (x, y, "regime", "relative", "status")))
     for margin in _margins(one):
         rounding = ROUNDING * np.nanmax(np.abs(margin), initial=0.0)
-        if np.nanmin(margin, initial=0.0) < -rounding and np.nanmax(margin, initial=0.0) > rounding:
-            look = {"levels": [0.0], "colors": colors.INK, "linewidths": 1.1}
-            line = ax.contour(one[x].values, one[y].values, margin, **look)
-            line.set(gid="theory", path_effects=style.halo(2.2))
-            ax.plot([], [], color=colors.INK, lw=1.1, label="theory's boundary")
-    _name_sides(ax, one, x, y)
-
-
-def _name_sides(ax, one, x, y):
-    style.scale_as_spread(ax.xaxis, one[x].values)
-    style.scale_as_spread(ax.yaxis, one[y].values)
-    ax.set(xlabel=style.label_of(one, x), ylabel=style.label_of(one, y))
+        planes.boundary(ax, one[x].values, one[y].values, margin, rounding, "theory's boundary")
+    planes.name_sides(ax, one, x, y)
 
 
 def _margins(one):
