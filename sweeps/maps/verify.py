@@ -47,11 +47,7 @@ class Check:
 
 
 def verify(
-    path: str | Path,
-    points: int = 100,
-    seed: int = 0,
-    against: Sweep | None = None,
-    any_kernels: bool = False,
+    path: str | Path, points: int = 100, seed: int = 0, against: Sweep | None = None, any_kernels: bool = False
 ) -> list[Check]:
     """Check everything that a map promises.
 

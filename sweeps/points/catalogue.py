@@ -94,11 +94,7 @@ class Plan:
 
 
 def plan(
-    source: str | Path,
-    results: str | Path = "results",
-    anywhere: bool = False,
-    digest: str = "",
-    check: bool = True,
+    source: str | Path, results: str | Path = "results", anywhere: bool = False, digest: str = "", check: bool = True
 ) -> Plan:
     """Check a definition, and that this machine has enough disk and memory for it.
 

@@ -72,8 +72,7 @@ class Definition(Strict):
     )
     grid: Strict = Field(description="what is varied")
     integration: Integration = Field(
-        Integration.model_construct(),
-        description="how each run is made: a mapping with " + keys_of(Integration),
+        Integration.model_construct(), description="how each run is made: a mapping with " + keys_of(Integration)
     )
     sample: Sample = Field(
         default=None,
@@ -93,8 +92,7 @@ class Definition(Strict):
         "are used; changes no result",
     )
     shards: Annotated[int | str, BeforeValidator(file_count)] = Field(
-        "auto",
-        description=f"files the work is cut into: auto, or 1 to {MAX_SHARDS:,}; changes no result",
+        "auto", description=f"files the work is cut into: auto, or 1 to {MAX_SHARDS:,}; changes no result"
     )
     _name: str = PrivateAttr(DEFAULT_NAME)
     _text: str = PrivateAttr("")

@@ -121,11 +121,7 @@ FORMS = "a number, a list, or {start, stop, num, spacing: linear|log}"
 
 def _listed(item: Any) -> Any:
     return Annotated[
-        tuple[item, ...],
-        AfterValidator(not_empty),
-        AfterValidator(different),
-        AfterValidator(_monotonic),
-        Tag(TAGS[1]),
+        tuple[item, ...], AfterValidator(not_empty), AfterValidator(different), AfterValidator(_monotonic), Tag(TAGS[1])
     ]
 
 

@@ -175,11 +175,7 @@ def keys_of(model: "type[BaseModel]") -> str:
 # -- pydantic's own findings, in words
 
 
-_WORDS = {
-    "string_type": "is not text (quote it)",
-    "tuple_type": "is not a list",
-    "model_type": "is not a mapping",
-}
+_WORDS = {"string_type": "is not text (quote it)", "tuple_type": "is not a list", "model_type": "is not a mapping"}
 
 
 def validation_problems(error: "ValidationError", root: "type[BaseModel]") -> list[Problem]:

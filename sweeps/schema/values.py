@@ -151,13 +151,7 @@ def spin_rate(name: str) -> Any:
     return Annotated[float, number(lambda x: MIN_SPIN_RATE <= abs(x) <= MAX_SPIN_RATE, allowed)]
 
 
-Moment = Annotated[
-    float,
-    number(
-        lambda x: x >= MIN_MOMENT,
-        "a positive number, a moment in kg m2 or a ratio",
-    ),
-]
+Moment = Annotated[float, number(lambda x: x >= MIN_MOMENT, "a positive number, a moment in kg m2 or a ratio")]
 Epsilon = Annotated[float, number(lambda x: 0 < x < 1, "a number with 0 < epsilon < 1")]
 Phase = Annotated[float, number(lambda x: True, "any finite number, in rad")]
 Positive = Annotated[float, number(lambda x: x > 0, "a finite number > 0")]

@@ -16,26 +16,7 @@ import numpy as np
 
 MOST_FACES = 2000  # of all bodies of a map together
 LEAST_FACES = 200  # of one body: those beyond ten are drawn as boxes
-LATTICES = (
-    128,
-    108,
-    90,
-    76,
-    64,
-    54,
-    45,
-    38,
-    32,
-    27,
-    23,
-    19,
-    16,
-    13,
-    11,
-    9,
-    7,
-    5,
-)  # cells along the longest edge
+LATTICES = (128, 108, 90, 76, 64, 54, 45, 38, 32, 27, 23, 19, 16, 13, 11, 9, 7, 5)  # cells along the longest edge
 WHOLE = 32767  # a coordinate of one, as a number of 16 bits
 
 
