@@ -27,16 +27,9 @@ def rotated(q: np.ndarray, vectors: np.ndarray) -> np.ndarray:
 
 def columns(moments, omega, times, tolerance: float) -> dict[str, tuple]:
     """Return omega1 … omega3 and q0 … q3 over `time`, in closed form and (suffix _direct) by direct integration."""
-    ways = {
-        "": (exact.rotation(moments, omega, times), exact.attitude(moments, omega, times), "closed form"),
-        "_direct": (
-            direct.rotation(moments, omega, times, tolerance),
-            direct.attitude(moments, omega, times, tolerance),
-            "direct integration",
-        ),
-    }
     found = {}
-    for suffix, (rates, attitude, how) in ways.items():
+    for suffix, way, how in (("", (exact,), "closed form"), ("_direct", (direct, tolerance), "direct integration")):
+        rates, attitude = (f(moments, omega, times, *way[1:]) for f in (way[0].rotation, way[0].attitude))
         for i in range(3):
             found[f"omega{i + 1}{suffix}"] = ("time", rates[:, i], angular_velocity(i + 1, how))
         for i in range(4):

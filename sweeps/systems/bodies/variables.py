@@ -74,10 +74,8 @@ Ratio = Annotated[float, number(lambda x: LEAST <= x <= 1, RATIO)]
 Thickness = Annotated[float, number(lambda t: 0 <= t <= 1, THICKNESS)]
 
 SHAPE_VALUES = {"I1_over_I3": Ratio, "thickness": Thickness}
-SHAPE_OVER = {
-    "I1": ("I1_over_I3", "I3"),
-    "I2": ("I1_over_I3", "thickness", "I3"),
-}  # what a grid of shapes has the moments over
+# what a grid of shapes has the moments over
+SHAPE_OVER = {"I1": ("I1_over_I3", "I3"), "I2": ("I1_over_I3", "thickness", "I3")}
 SHAPE_COORDINATES = table(
     Variable("I1_over_I3", "1", "ratio of moments I1/I3"),
     Variable("thickness", "1", "relative thickness: 0 flat (I1 + I2 = I3), 1 where I2 = I3", comment=OF_I2),
@@ -106,12 +104,8 @@ def layout(
         listed: whether a definition may list bodies.
     """
     parameters = tuple(parameters)
-    coordinates = (
-        table(*[BODY] * listed, *[AXIS] * spun)
-        | SHAPE_COORDINATES
-        | quantities.coordinates(parameters)
-        | table(*[MOMENTS_ARE_RATIOS] * listed)
-    )
+    own = SHAPE_COORDINATES | quantities.coordinates(parameters)
+    coordinates = table(*[BODY] * listed, *[AXIS] * spun) | own | table(*[MOMENTS_ARE_RATIOS] * listed)
     axis = {"axis": Axis} if spun else {}
     return Layout(
         coordinates,

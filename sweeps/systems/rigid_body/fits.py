@@ -207,21 +207,12 @@ def breakdown(ds: "xr.Dataset") -> "xr.Dataset":
     theory = ds["omega_squared_theory"].where(ds["omega_squared_theory"] != 0)
     deviation = abs(ds["omega_squared"] / theory - 1.0).where(ds["status"] == 0)
     error = abs(ds["omega_squared_reduced_error"] / theory).where(ds["status"] == 0)
-    floor = xr.apply_ufunc(
-        lambda y, error: deviation_floor(ds["epsilon"].values, y, error),
-        deviation,
-        error,
-        input_core_dims=[["epsilon"], ["epsilon"]],
-        vectorize=True,
-    )
-    slope, error, fitted = xr.apply_ufunc(
-        lambda y, low: power_law(ds["epsilon"].values, y, max(FIT_ABOVE, low)),
-        deviation,
-        floor,
-        input_core_dims=[["epsilon"], []],
-        output_core_dims=[[], [], []],
-        vectorize=True,
-    )
+    epsilon = ds["epsilon"].values
+    along = {"input_core_dims": [["epsilon"], ["epsilon"]], "vectorize": True}
+    floor = xr.apply_ufunc(lambda y, off: deviation_floor(epsilon, y, off), deviation, error, **along)
+    fit = {"input_core_dims": [["epsilon"], []], "output_core_dims": [[], [], []], "vectorize": True}
+    law = xr.apply_ufunc(lambda y, low: power_law(epsilon, y, max(FIT_ABOVE, low)), deviation, floor, **fit)
+    slope, error, fitted = law
     return xr.Dataset({"deviation": deviation, "floor": floor, "slope": slope, "slope_stderr": error, "fitted": fitted})
 
 

@@ -98,27 +98,14 @@ VARIABLES = table(
     replace(bodies.TRIANGLE_MARGIN, dtype="f8"),
 )
 
-RATIO = Quantity(
-    "ratio",
-    "1",
-    "> 0 (1e-150 ≤ ratio ≤ 1e150)",
-    Annotated[float, number(lambda x: 1e-150 <= x <= 1e150, "a number > 0 (1e-150 ≤ ratio ≤ 1e150)")],
-)
-SPIN = Quantity(
-    "spin rate about the figure axis", "rad s-1", "1e-150 ≤ |omega3| ≤ 1e150", spin_rate("omega3"), least=MIN_SPIN_RATE
-)
-HALF_ANGLE = Quantity(
-    "half-angle",
-    "degree",
-    "0 < half_angle < 90",
-    Annotated[
-        float,
-        number(
-            lambda x: 1e-100 <= x < 90,
-            "a number with 0 < half_angle < 90 (and at least 1e-100), in degrees; at 0 nothing precesses",
-        ),
-    ],
-)
+_RATIO = "> 0 (1e-150 ≤ ratio ≤ 1e150)"
+_ANGLE = "a number with 0 < half_angle < 90 (and at least 1e-100), in degrees; at 0 nothing precesses"
+Ratio = Annotated[float, number(lambda x: 1e-150 <= x <= 1e150, f"a number {_RATIO}")]
+HalfAngle = Annotated[float, number(lambda x: 1e-100 <= x < 90, _ANGLE)]
+RATIO = Quantity("ratio", "1", _RATIO, Ratio)
+_SPIN = "1e-150 ≤ |omega3| ≤ 1e150"
+SPIN = Quantity("spin rate about the figure axis", "rad s-1", _SPIN, spin_rate("omega3"), least=MIN_SPIN_RATE)
+HALF_ANGLE = Quantity("half-angle", "degree", "0 < half_angle < 90", HalfAngle)
 
 PARAMETERS = (
     Parameter("ratio", RATIO, "ratio I3/I1: moment about the figure axis over the transverse moment", required=True),
