@@ -140,6 +140,8 @@ def test_the_asymmetric_shaft_is_constant_in_axes_that_turn_along():
     between = (1.0 - d < W * W) & (1.0 + d > W * W)
     assert ((found["regime"] == floquet.PERIOD_DOUBLING) == between).all()
     assert covered(found)
+    # a round shaft: both pairs are one, so rounding alone orders the four
+    assert covered(survey("asymmetric_shaft", asymmetry=0.0, spin_rate=np.linspace(0.3, 1.7, 80)))
 
 
 def test_a_swing_grows_where_it_is_pumped_at_twice_its_frequency():
