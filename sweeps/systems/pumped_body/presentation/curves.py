@@ -9,7 +9,7 @@ from sweeps.systems.periodic.presentation.figure_tongues import EXACT, Curves, c
 
 
 def mathieu(ds: xr.Dataset, one: xr.Dataset, axis: int, depth: str) -> tuple[str, Curves] | None:
-    """Return the label EXACT and (frequency, depth) along Mathieu's characteristic curves; None where the equation is another.
+    """Return a label and (frequency, depth) along Mathieu's characteristic curves; None where the equation is another.
 
     With the inverse of one transverse moment I_j modulated, ``y'' + (a - 2 q cos 2 tau) y = 0`` in tau = nu t/2, where
     ``a = 4 L^2 c (1/I_j - 1/I_k)/nu^2``, ``q = 2 L^2 c d_j/(I_j nu^2)`` and ``c = 1/I_i - 1/I_k``.
