@@ -79,7 +79,7 @@ def columns(M, error, period, reciprocal=True, half_turns=None, with_errors=True
             regime = np.where(_regime(ends) == regime, regime, MARGINAL)
         corners = [*_corners(smooth, spreads, varied[:2]), *_meetings(smooth, spreads)]
         for ends in corners if with_errors else []:
-            for name, apart in _distances(_spectrum(ends, period, half_turns), centre).items():
+            for name, apart in _distances(_spectrum(ends, period, half_turns), centre, regime == MARGINAL).items():
                 worst[name] = np.maximum(worst[name], apart)
         found |= centre
         if with_errors:
@@ -315,12 +315,13 @@ def _meetings(smooth, spreads):
     return [[a, second, np.clip(0.0, smooth[2] - spreads[2], smooth[2] + spreads[2]), *smooth[3:]] for a in ends]
 
 
-def _distances(ends, centre):
-    """Return name → distance of two spectra; where multipliers have met in between, their branches may have swapped."""
+def _distances(ends, centre, open_order):
+    """Return name → distance of two spectra; where they may meet in between, of each multiplier from the farthest."""
     found = {name: np.abs(ends[name] - values) for name, values in centre.items()}
-    met = (ends["multiplier_imag"] == 0.0) != (centre["multiplier_imag"] == 0.0)
-    swapped = np.abs(ends["exponent_imag"] + centre["exponent_imag"])
-    found["exponent_imag"] = np.maximum(found["exponent_imag"], np.where(met, swapped, 0.0))
+    for name in found:
+        if found[name].ndim == 2:
+            farthest = np.abs(ends[name][:, None] - centre[name][:, :, None]).max(axis=2)
+            found[name] = np.where(open_order[:, None], farthest, found[name])
     return found
 
 
@@ -335,6 +336,7 @@ def _regime(smooth):
         return np.select([minus * plus == 0.0, minus < 0.0, plus < 0.0], kinds, inside)
     a, _, D, minus, plus = smooth
     positive = np.where(a > 0.0, UNSTABLE, PERIOD_DOUBLING)
-    conditions = [minus * plus * D == 0.0, D < 0.0, (minus < 0.0) & (plus < 0.0), minus < 0.0, plus < 0.0]
-    kinds = [MARGINAL, FLUTTER, positive, UNSTABLE, PERIOD_DOUBLING]
-    return np.select([*conditions, np.abs(a) == 4.0, np.abs(a) > 4.0], [*kinds, MARGINAL, positive], STABLE)
+    conditions = [D == 0.0, D < 0.0, np.abs(a) > 4.0, minus * plus == 0.0, (minus < 0.0) & (plus < 0.0)]
+    kinds = [MARGINAL, FLUTTER, positive, MARGINAL, positive]  # |a| > 4: the larger |s| is more than 2, of a's sign
+    more = [minus < 0.0, plus < 0.0, np.abs(a) == 4.0]
+    return np.select([*conditions, *more], [*kinds, UNSTABLE, PERIOD_DOUBLING, MARGINAL], STABLE)

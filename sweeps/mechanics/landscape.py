@@ -32,7 +32,8 @@ class Landscape(RootProblem):
         """Return a perturbation of relative size one; by default a quarter of the bounds, or NaN (see `scales`)."""
         if place.size is not None:
             return place.size
-        return sp.nan if self.equations.natural else (place.bounds[1] - place.bounds[0]) / 4
+        is_found = self.equations.natural and self.system.given_period is None
+        return sp.nan if is_found else (place.bounds[1] - place.bounds[0]) / 4
 
     def starts(self, parameters):
         """Return the named places, shape (points, names, m); without names a place off the middle of the bounds."""

@@ -43,12 +43,14 @@ WIDE = 0.1  # of a matrix, that the amplitude may change
 TOGETHER = 32_768  # segments times squares of states: points of one number of segments that are followed side by side
 ELSEWHERE = 0.381966  # of a period: where the variational flow begins again
 FALLING = 0.25  # of the difference before: else what is left is rounding, or the amplitude's
+TWO_PHASES = 1e-6  # of the matrix: traces from two phases that differ by more are none
 FINEST = 32  # times the segments, that the variational flow may need
 STILL = 64 * float(np.finfo(np.float64).eps)  # of the largest rates of motions of the states' sizes: equilibrium
 ROUNDING = 4 * float(np.finfo(np.float64).eps)  # of the certificate
 NOISE = 6 * float(np.finfo(np.float64).eps)  # of a measured segment
 DIFFERENCE, NEWTONS = 1e-6, 16  # of the sizes: what differentiates the period map; steps
 FAR = 8.0  # sizes from the named start, where no periodic motion is looked for
+EXAMINED, FOURIER, FALLEN = 8, 4096, 1e-9  # points; times in a period; of the largest term: what the last may be
 CLOSED = 1e-9  # of the sizes: how far a periodic motion may be from closed
 
 
@@ -408,7 +410,19 @@ def refusal(model, parameters) -> str:
         )
     if not any(bounded for _, bounded in found):
         return "coefficients: not finite, or too fast for the period; allowed: smooth, bounded functions of the time"
+    if is_jagged(base):
+        return "coefficients: they jump, have a kink or a pole; allowed: smooth, bounded functions of the time"
     return ""
+
+
+def is_jagged(base: Base) -> bool:
+    """Return True if at none of some points the Fourier series of the coefficients at the named start falls off."""
+    some = base.chosen(slice(EXAMINED))
+    times = some.period[:, None] * np.arange(FOURIER) / FOURIER
+    with np.errstate(all="ignore"):
+        terms = np.abs(np.fft.rfft(some.model.variation.at(some.parameters, some.start[:, None], times), axis=1))
+    most = terms.max(axis=(1, 2, 3))
+    return not (terms[:, FOURIER // 4 :].max(axis=(1, 2, 3)) <= FALLEN * most).any()
 
 
 def _columns(base, epsilon, tolerance):
@@ -420,6 +434,7 @@ def _columns(base, epsilon, tolerance):
         segments, error, wide = measured(base, epsilon, tolerance)
         matrix = product(segments)[0]
         linear, exact, elsewhere, determinant, theirs = certified(base)
+        linear[elsewhere > TWO_PHASES * np.abs(linear).max(axis=(1, 2))] = np.nan
         turns = half_turns(segments), theirs
     matrix[wide] = np.nan
     columns, agree = floquet.compared(

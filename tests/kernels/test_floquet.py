@@ -71,6 +71,19 @@ def test_four_multipliers_of_every_class_are_those_of_forty_digits(pairs, regime
     assert max(r.max() for r in residuals) < 1e-14
 
 
+@pytest.mark.parametrize("other", [("turn", 1, 1.0), ("real", 3, 0), ("flip", 3, 0)])
+@pytest.mark.parametrize(("kind", "regime"), [("real", "unstable"), ("flip", "period_doubling")])
+def test_a_multiplier_of_1e13_decides_alone(kind, regime, other):
+    """Of the other pair a double of the matrix holds three digits: no sign of det(M - 1) or det(M + 1) is sure."""
+    rng = np.random.default_rng(4)
+    with mpmath.workdps(60):
+        exact = [planted(rng, [(kind, 1e13, 0), other]) for _ in range(8)]
+    M = np.array([[[float(one[i, j]) for j in range(4)] for i in range(4)] for one in exact])
+    found = floquet.columns(M, np.full(M.shape, 2e-16) * np.abs(M).max(axis=(1, 2))[:, None, None], np.ones(8))
+    assert (found["regime"] == NAMES[regime]).all()
+    np.testing.assert_allclose(found["growth_per_period"], np.log(1e13), rtol=1e-13)  # ten roundings of the matrix
+
+
 def test_the_fourth_condition_is_needed():
     """Real pairs of one sign have both determinants and D positive: only |a| > 4 tells them."""
     M = np.diag([2.0, 1.5, 0.5, 1 / 1.5])[None]

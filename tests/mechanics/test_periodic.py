@@ -13,6 +13,7 @@ from sweeps import systems
 from sweeps.mechanics import DescriptionError, System, periodic
 from sweeps.mechanics.model import Model
 from sweeps.schema.refusals import DefinitionError
+from sweeps.systems.periodic.presentation import figure_tongues
 
 # traces over t = π, computed by two codes of 30 and 40 digits
 TRACES = {
@@ -23,6 +24,15 @@ TRACES = {
     (2, 1): -1.554649354177,
     (0, 0.9): -1.930617777201,
     (0, 0.92): -2.104134363645,
+}
+
+
+# characteristic values a0, b1, a1, b2, a2 of q, likewise
+VALUES = {
+    0.1: (-0.004994543801, 0.898765556994, 1.098734312963, 3.999166702832, 4.004161159833),
+    0.5: (-0.121765544941, 0.470654354934, 1.466766842516, 3.979189215751, 4.100900595560),
+    1.0: (-0.455138604107, -0.110248816992, 1.859108072514, 3.917024772998, 4.371300982735),
+    5.0: (-5.800046020852, -5.790080598638, 1.858187541548, 2.099460445487, 7.449109739529),
 }
 
 
@@ -74,6 +84,26 @@ def test_published_traces_of_mathieus_equation():
         assert (np.abs(found[name] - list(TRACES.values())) <= error + 6e-13).all()  # their printed digits
     assert (found["trace_error"] < 2e-13).all()
     assert covered(found)
+
+
+@pytest.mark.parametrize("q", VALUES)
+def test_published_characteristic_values(q):
+    """The chart's curves have them, and the trace is 2 or -2 there, to its slope in a times half their last digit."""
+    drawn = figure_tongues.characteristic(np.array([q]), 5)[:, 0]
+    np.testing.assert_allclose(drawn, VALUES[q], rtol=0, atol=1.3e-11)  # four roundings of the largest entry, 4 · 60²
+    a, h = np.array(VALUES[q]), 1e-4
+    found, beside = survey("mathieu", a=a, q=q), survey("mathieu", a=a + h, q=q)
+    slope = np.abs(beside["trace_theory"] - found["trace_theory"]) / h + 10.0  # and its change within h
+    sides = np.array([2.0, -2.0, -2.0, 2.0, 2.0])
+    assert (np.abs(found["trace"] - sides) <= found["trace_error"] + 6e-13 * slope).all()
+    assert (np.abs(found["trace_theory"] - sides) <= 6e-13 * slope + 1e-12).all()
+
+
+def test_butikovs_curve_of_the_first_tongue():
+    """The hanging pendulum θ'' + k (1 - m cos t) θ = 0 at k = 0.2: his formula's m = 0.488 is right to its digits."""
+    k, m = 0.2, np.array([0.4875, 0.4885])
+    assert (np.sqrt((9 - 4 * k) * (13 - 20 * k)) - (9 - 4 * k)) / (4 * k) == pytest.approx(0.488, abs=5e-4)
+    assert survey("mathieu", a=4 * k, q=2 * k * m)["regime"].tolist() == [floquet.STABLE, floquet.PERIOD_DOUBLING]
 
 
 def test_the_growth_of_mathieus_equation_is_the_tridiagonal_eigenproblems():
@@ -140,6 +170,8 @@ def test_the_asymmetric_shaft_is_constant_in_axes_that_turn_along():
     between = (1.0 - d < W * W) & (1.0 + d > W * W)
     assert ((found["regime"] == floquet.PERIOD_DOUBLING) == between).all()
     assert covered(found)
+    # a round shaft: both pairs are one, so rounding alone orders the four
+    assert covered(survey("asymmetric_shaft", asymmetry=0.0, spin_rate=np.linspace(0.3, 1.7, 80)))
 
 
 def test_a_swing_grows_where_it_is_pumped_at_twice_its_frequency():
@@ -293,25 +325,44 @@ def test_a_period_that_is_none_is_refused():
         system.period(-1)
 
 
-def test_what_has_no_multipliers_is_refused_in_words():
-    """No period, a coefficient with a kink, and a base motion that grows without bound."""
-    system = System("Kinked")
-    x = system.coordinate("x", bounds=(-1, 1))
-    with pytest.raises(DescriptionError, match=r"Abs\(cos\(t\)\)"):
-        system.potential(sp.Abs(sp.cos(system.time)) * x**2)
+def oscillator(stiffness, force=0, period=2 * sp.pi):
+    """Return x'' + stiffness(t) x = force(t), with a start at rest."""
+    system = System("Oscillator")
+    x, t = system.coordinate("x", bounds=(-1, 1)), system.time
     system.kinetic_energy(system.velocity(x) ** 2 / 2)
-    system.potential((2 + sp.cos(system.time)) * x**2 / 2)
+    system.potential(stiffness(t) * x**2 / 2 - (force(t) * x if force else 0))
+    if period:
+        system.period(period)
     system.equilibrium("rest", {x: 0})
-    with pytest.raises((DescriptionError, DefinitionError), match="period: is missing"):
-        sweeps.survey({"system": system})
-    system = System("Resonance")
-    x = system.coordinate("x", bounds=(-1, 1))
-    system.kinetic_energy(system.velocity(x) ** 2 / 2)
-    system.potential(x**2 / 2 - x * sp.cos(system.time))
-    system.period(2 * sp.pi)
-    system.equilibrium("rest", {x: 0})
-    with pytest.raises((DescriptionError, DefinitionError), match="base motion: none of the system's period"):
-        sweeps.survey({"system": system})
+    return system
+
+
+@pytest.mark.parametrize(
+    ("made", "said"),
+    [
+        (lambda: oscillator(lambda t: 2 + sp.Abs(sp.cos(t))), r"Abs\(cos\(t\)\) has a kink"),
+        (lambda: oscillator(lambda t: 2 + sp.sign(sp.cos(t))), r"sign\(cos\(t\)\) has a kink"),
+        (lambda: oscillator(lambda t: 2 + sp.floor(sp.cos(t))), r"floor\(cos\(t\)\) jumps"),
+        (lambda: oscillator(lambda t: 2 + sp.tan(t)), "coefficients: they jump, have a kink or a pole"),
+        (lambda: oscillator(lambda t: 2 + 1 / (1 + sp.cos(t))), "coefficients: they jump, have a kink or a pole"),
+        (lambda: oscillator(lambda t: 2 + sp.asin(sp.cos(t))), "coefficients: they jump, have a kink or a pole"),
+        (lambda: oscillator(lambda t: 2 + sp.tanh(1e6 * sp.cos(t))), "coefficients: they jump, have a kink or a pole"),
+        (lambda: oscillator(lambda t: 2 + sp.cos(t), period=None), "period: is missing"),
+        (lambda: oscillator(lambda t: 2 + sp.cos(t), period=3), r"period: force x_dot is .* a period later"),
+        (lambda: oscillator(lambda t: 2 + t, period=3), r"period: force x_dot is .* a period later"),
+        (lambda: oscillator(lambda t: 1, sp.cos), "base motion: none of the system's period"),
+    ],
+)
+def test_what_has_no_multipliers_is_refused_in_words(made, said):
+    """A coefficient that is not smooth, no period, a wrong one, and a base motion that grows without bound."""
+    with pytest.raises((DescriptionError, DefinitionError), match=said):
+        sweeps.survey({"system": made()})
+
+
+def test_constant_coefficients_have_a_period_too():
+    found = of_model(Model(oscillator(lambda t: 2)))
+    assert found["trace"][0] == pytest.approx(2.0 * np.cos(2.0 * np.pi * np.sqrt(2.0)), abs=1e-13)
+    assert found["regime"] == floquet.STABLE
 
 
 @pytest.mark.slow

@@ -9,6 +9,7 @@ import pytest
 from kernels import floquet, statuses
 from sweeps.mechanics import periodic
 from sweeps.systems.pumped_body import motion
+from sweeps.systems.pumped_body.existence import least_margin
 from sweeps.systems.pumped_body.references import trace_by_scipy
 
 STABLE, UNSTABLE, PERIOD_DOUBLING = floquet.STABLE, floquet.UNSTABLE, floquet.PERIOD_DOUBLING
@@ -112,12 +113,19 @@ def test_pumped_stable_axis():
 
 def test_kapitzas_racket_is_stable_and_without_modulation_is_not():
     I2 = 1.0 / (0.5 - 0.0045)
+    moments = [I2, 1.0 / (0.4955 + 0.045), 1.0 / (0.4955 - 0.045)]
+    assert moments == pytest.approx([2.0182, 1.8501, 2.2198], abs=5e-5)
     found = motion.survey(points(I2=I2, depth2=0.045 * I2, frequency=0.3), True)
     assert found["regime"] == STABLE
     assert np.abs(found["exponent_imag"]) == pytest.approx(0.156844738313 * 0.15, abs=1e-12)
     assert np.hypot(found["multiplier_real"], found["multiplier_imag"]) == pytest.approx(1.0, abs=1e-14)
     still = motion.survey(points(I2=I2, frequency=0.3), True)
     assert still["growth_rate"][0] == pytest.approx(0.047434, abs=1e-6)
+    square = np.array([0.3, 0.54, 0.56]) ** 2  # the same a and q at other frequencies, as long as it is a body
+    I2 = 1.0 / (0.5 - 0.05 * square)
+    faster = points(I2=I2, depth2=0.5 * square * I2, frequency=np.sqrt(square))
+    assert motion.survey(faster, True)["trace"] == pytest.approx(2.0 * np.cos(0.156844738313 * np.pi), abs=1e-11)
+    assert (least_margin(faster, True) >= 0.0).tolist() == [True, True, False]
     again = motion.survey(mathieu(-0.2, 0.5), True)
     assert again["growth_rate"][0] / 0.15 == pytest.approx(0.295611078056, abs=1e-11)
 

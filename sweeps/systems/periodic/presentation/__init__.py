@@ -23,7 +23,7 @@ class PeriodicPresentation(Presentation):
         """Return the regimes over two parameters, for each base motion, with the exact boundary."""
         from sweeps.systems.periodic.presentation import figure_tongues
 
-        curves = figure_tongues.chart if self.system.name == "mathieu" else None
+        curves = {"mathieu": figure_tongues.chart, "kapitza_pendulum": figure_tongues.averaged}.get(self.system.name)
         return {
             f"tongues_{name}": partial(
                 figure_tongues.draw,

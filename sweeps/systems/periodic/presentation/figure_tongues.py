@@ -20,7 +20,10 @@ MOST_PANELS = 4
 SIZE = 60  # of the tridiagonal matrices
 BOUNDS = ("det_minus_identity", "det_plus_identity", "krein_discriminant")  # positive inside, of two degrees of freedom
 
+ROUNDING = 1e-9  # of what is positive inside: so little is none
+
 Curves = Sequence[tuple[np.ndarray, np.ndarray]]  # (x, y) of each
+EXACT = "Mathieu's curves, exact"
 
 
 def draw(ds: xr.Dataset, at: Mapping, what: str, look: Look, curves=None, ax: Axes | None = None) -> Figure | None:
@@ -31,7 +34,8 @@ def draw(ds: xr.Dataset, at: Mapping, what: str, look: Look, curves=None, ax: Ax
         at: dimension → the value of which the figure is.
         what: is perturbed.
         look: of regimes and parameters.
-        curves: function of a panel's map and the names along its sides that returns Mathieu's curves, or None.
+        curves: function of a panel's map and the names along its sides that returns a label and curves, or None; those
+            with the label EXACT stand for the boundary by linear theory.
         ax: where; left out, on a figure of its own.
     """
     part = ds[["regime", "growth_per_period", "status", *_margins(ds)]].sel(at)
@@ -52,12 +56,12 @@ def draw(ds: xr.Dataset, at: Mapping, what: str, look: Look, curves=None, ax: Ax
             upright[n].values for n in (x, y, "regime", "growth_per_period", "status")
         )
         regimes.paint(place, across, along, regime, np.maximum(growth, 0.0), status)
-        found = curves(one, x, y) if curves else None
-        if found is None:
+        label, found = (curves(one, x, y) if curves else None) or ("", ())
+        if label != EXACT:
             _contour(place, upright, x, y)
-        for number, pair in enumerate(found or ()):
-            label = "Mathieu's curves, exact" if number == 0 else ""
-            place.plot(*pair, gid="mathieu", label=label, color=colors.INK, linewidth=1.0)
+        for number, pair in enumerate(found):
+            dashes = "-" if label == EXACT else "--"
+            place.plot(*pair, dashes, gid="law", label="" if number else label, color=colors.INK, linewidth=1.0)
         labels = {f"{k}label": style.label_of(ds, name, look.symbols) for k, name in (("x", x), ("y", y))}
         place.set(**labels, xlim=ends(one, x), ylim=ends(one, y))
     regimes.explain(figure, axes[: len(values)], "growth per period")
@@ -84,19 +88,31 @@ def _contour(ax: Axes, one: xr.Dataset, x: str, y: str) -> None:
         margin = 2.0 - np.abs(trace)
     else:
         margin = np.min([4.0 - np.abs(trace), *(one[f"{name}_theory"].values for name in BOUNDS)], axis=0)
+    margin = np.where(np.abs(margin) < ROUNDING, ROUNDING, margin)
     if np.nanmin(margin, initial=0.0) < 0.0 < np.nanmax(margin, initial=0.0):
+        ax.plot([], [], color=colors.INK, linewidth=1.0, label="boundary by linear theory")
         line = ax.contour(one[x].values, one[y].values, margin, [0.0], colors=colors.INK, linewidths=1.0)
         line.set(gid="theory")
 
 
-def chart(one: xr.Dataset, x: str, y: str) -> Curves | None:
+def chart(one: xr.Dataset, x: str, y: str) -> tuple[str, Curves] | None:
     """Return Mathieu's characteristic curves in a map of a and q; None in another, and with damping."""
     if {x, y} != {"a", "q"} or one["growth_per_period_theory"].min() < -1e-9:
         return None
     q = np.linspace(*ends(one, "q"), 400)
     pairs = [(a, q) if x == "a" else (q, a) for a in characteristic(np.abs(q))]
     low, high = ends(one, "a")
-    return [pair for pair in pairs if (pair[x != "a"] < high).any() and (pair[x != "a"] > low).any()]
+    return EXACT, [pair for pair in pairs if (pair[x != "a"] < high).any() and (pair[x != "a"] > low).any()]
+
+
+def averaged(one: xr.Dataset, x: str, y: str) -> tuple[str, Curves] | None:
+    """Return Kapitza's law, that the inverted pendulum stands from A nu = sqrt(2 g l) on; None where it is another."""
+    if {x, y} != {"amplitude", "frequency"} or one["equilibrium"] != "inverted" or one["direction"].values.any():
+        return None
+    across = np.linspace(*ends(one, x), 400)
+    with np.errstate(divide="ignore"):
+        law = np.sqrt(2.0 * float(one["gravity"]) * float(one["length"])) / across
+    return "averaged: √2 law", [(across, np.where(law <= ends(one, y)[1], law, np.nan))]
 
 
 def characteristic(q: np.ndarray, count: int = 12) -> np.ndarray:

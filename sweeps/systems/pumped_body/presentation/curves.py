@@ -5,11 +5,11 @@ import xarray as xr
 from scipy.interpolate import CubicSpline
 
 from sweeps.reading.definitions import mapping_of
-from sweeps.systems.periodic.presentation.figure_tongues import characteristic, ends
+from sweeps.systems.periodic.presentation.figure_tongues import EXACT, Curves, characteristic, ends
 
 
-def mathieu(ds: xr.Dataset, one: xr.Dataset, axis: int, depth: str) -> list | None:
-    """Return (frequency, depth) along Mathieu's characteristic curves; None where the equation is another.
+def mathieu(ds: xr.Dataset, one: xr.Dataset, axis: int, depth: str) -> tuple[str, Curves] | None:
+    """Return a label and (frequency, depth) along Mathieu's characteristic curves; None where the equation is another.
 
     With the inverse of one transverse moment I_j modulated, ``y'' + (a - 2 q cos 2 tau) y = 0`` in tau = nu t/2, where
     ``a = 4 L^2 c (1/I_j - 1/I_k)/nu^2``, ``q = 2 L^2 c d_j/(I_j nu^2)`` and ``c = 1/I_i - 1/I_k``.
@@ -35,4 +35,5 @@ def mathieu(ds: xr.Dataset, one: xr.Dataset, axis: int, depth: str) -> list | No
                 frequency, at = np.sqrt(square), 2.0 * q * square * Ij / scale
             found.append((np.where(square > 0.0, frequency, np.nan), at))
     low, high = ends(one, depth)
-    return [(f, np.where((d >= low) & (d <= high), d, np.nan)) for f, d in found if ((d >= low) & (d <= high)).any()]
+    inside = [(f, d, (d >= low) & (d <= high)) for f, d in found]
+    return EXACT, [(f, np.where(here, d, np.nan)) for f, d, here in inside if here.any()]
