@@ -89,11 +89,15 @@ function setMechanismPlaying(playing) {
   if (playing) requestAnimationFrame(playMechanism);
 }
 
-function buildMechanism() {
+function buildMechanism(drawCurves) {
   mechanism.scene = new Scene(document.getElementById("mechanism-canvas"), 1, drawMechanism);
   document.getElementById("mechanism-play").onclick = () => setMechanismPlaying(!mechanism.playing);
   addEventListener("beforeprint", () => mechanism.scene.render());
-  onChange(showMechanism);
-  showMechanism();
+  const show = () => {
+    drawCurves();
+    showMechanism();
+  };
+  show();
+  onChange(atRest(show));
   if (!document.getElementById("mechanism").hidden && !matchMedia("(prefers-reduced-motion: reduce)").matches) setMechanismPlaying(true);
 }

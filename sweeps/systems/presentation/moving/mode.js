@@ -81,8 +81,9 @@ function followedInWords({ followed, times, rest, coordinates, end, unstable }) 
 
 /** What is said of the chosen mode, after the name of its equilibrium where a map has several. */
 function sentenceOfMode() {
-  const words = theMap.mode?.words;
-  if (!words) return missingInWords(state.place);
+  const rates = part.rates();
+  if (!rates.flat().every(Number.isFinite)) return missingInWords(state.place);
+  const { words } = linearMotion(rates, Math.hypot(...rates[0]), 1);
   if ((theMap.coordinates.equilibrium?.values.length ?? 0) < 2) return words;
   return `Near the ${namedPlace("equilibrium", state.place)} ${words[0].toLowerCase()}${words.slice(1)}`;
 }
@@ -167,9 +168,7 @@ function buildMode() {
     drawMode();
   };
   document.getElementById("mode-table").addEventListener("toggle", () => theMap.mode && fillModeTable());
-  draw();
-  onChange(draw);
-  buildMechanism();
+  buildMechanism(draw);
 }
 
 /** What a system's `part` has of the perturbation shown. */
