@@ -116,7 +116,7 @@ class State:
         return self.symbol.name
 
 
-class Drawn(NamedTuple):
+class PicturePart(NamedTuple):
     """A part of a system's picture.
 
     Attributes:
@@ -161,7 +161,7 @@ class System:
         self.states: dict[str, State] = {}
         self.rates: dict[sp.Symbol, sp.Expr] = {}
         self.conserved_quantities: dict[str, sp.Expr] = {}
-        self.drawn: list[Drawn] = []
+        self.drawn: list[PicturePart] = []
         self.turning: tuple[tuple[sp.Expr, ...], tuple[sp.Expr, ...]] | None = None
 
     def parameter(self, name, unit="1", *, default, positive=False, least=None, most=None, meaning="") -> sp.Symbol:
@@ -269,9 +269,9 @@ class System:
         self.conserved_quantities[name] = self._expression(f"conserved {name}", expression, self._moving())
 
     def draw(self, kind: str, points, label: str = "") -> None:
-        """Add a part of the picture that moves in reports: see `Drawn`. Without any, masses and rods are drawn."""
+        """Add a part of the picture that moves in reports: see `PicturePart`. Without any, masses and rods are drawn."""
         places = tuple(tuple(self._expression("draw", x, self._moving() | {*ATTITUDE}) for x in p) for p in points)
-        self.drawn.append(Drawn(kind, places, label))
+        self.drawn.append(PicturePart(kind, places, label))
 
     def attitude(self, omega, upwards) -> sp.Matrix:
         """Return the matrix that turns vectors of a body into space, for :meth:`draw`.

@@ -72,17 +72,17 @@ def _trees(expressions: list, word: str) -> tuple[list, list]:
 
 def _drawn(system: "System", equations: "Equations") -> list:
     """The picture: as described, else masses and rods in a plane, else the first two states."""
-    from sweeps.mechanics.description import Drawn
+    from sweeps.mechanics.description import PicturePart
 
     if system.drawn:
         return system.drawn
     places = _places(system)
     if not places:
-        return [Drawn("mass", (equations.states[:2],))] if equations.n > 1 else []
+        return [PicturePart("mass", (equations.states[:2],))] if equations.n > 1 else []
     return [
-        *(Drawn("line", ((0, 0) if j < 0 else places[j], places[k])) for k, j in _rods(system, places)),
-        Drawn("body", ((0, 0),)),
-        *(Drawn("mass", (place,)) for place in places),
+        *(PicturePart("line", ((0, 0) if j < 0 else places[j], places[k])) for k, j in _rods(system, places)),
+        PicturePart("body", ((0, 0),)),
+        *(PicturePart("mass", (place,)) for place in places),
     ]
 
 
