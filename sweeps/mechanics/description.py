@@ -269,7 +269,7 @@ class System:
         self.conserved_quantities[name] = self._expression(f"conserved {name}", expression, self._moving())
 
     def draw(self, kind: str, points, label: str = "") -> None:
-        """Add a part of the picture that moves in reports: see `PicturePart`. Without any, masses and rods are drawn."""
+        """Add a part of the picture that moves in reports (`PicturePart`), which else shows masses and rods."""
         places = tuple(tuple(self._expression("draw", x, self._moving() | {*ATTITUDE}) for x in p) for p in points)
         self.drawn.append(PicturePart(kind, places, label))
 
