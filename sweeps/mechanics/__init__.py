@@ -6,7 +6,8 @@ all of a system; `normal_modes` and `relative` measure what is near its equilibr
 the equations' own period; `library/` has systems that ship.
 """
 
+from sweeps.mechanics import drawing
 from sweeps.mechanics.description import System
 from sweeps.schema.refusals import DescriptionError
 
-__all__ = ["DescriptionError", "System"]
+__all__ = ["DescriptionError", "System", "drawing"]

@@ -21,6 +21,7 @@ here derives anything.
 
 import re
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import sympy as sp
 
@@ -115,6 +116,23 @@ class State:
         return self.symbol.name
 
 
+class PicturePart(NamedTuple):
+    """A part of a system's picture.
+
+    Attributes:
+        kind: "mass", a dot with a trail; "body", a dot without; "line" through its points; or "face", which they bound.
+        points: (x, y) or (x, y, z) each, z upwards; one of a dot.
+        label: text beside the last point.
+    """
+
+    kind: str
+    points: tuple[tuple[sp.Expr, ...], ...]
+    label: str = ""
+
+
+ATTITUDE = sp.symbols("attitude_0:4", real=True)  # the quaternion that turns a body's vectors into space
+
+
 class System:
     """A mechanical system as its author writes it down.
 
@@ -143,6 +161,8 @@ class System:
         self.states: dict[str, State] = {}
         self.rates: dict[sp.Symbol, sp.Expr] = {}
         self.conserved_quantities: dict[str, sp.Expr] = {}
+        self.drawn: list[PicturePart] = []
+        self.turning: tuple[tuple[sp.Expr, ...], tuple[sp.Expr, ...]] | None = None
 
     def parameter(self, name, unit="1", *, default, positive=False, least=None, most=None, meaning="") -> sp.Symbol:
         """Add a parameter and return its symbol; a sweep's `grid` gives its value or values."""
@@ -247,6 +267,23 @@ class System:
         if name in self.conserved_quantities:
             raise DescriptionError(f"conserved {name}: given twice; allowed: names that all differ")
         self.conserved_quantities[name] = self._expression(f"conserved {name}", expression, self._moving())
+
+    def draw(self, kind: str, points, label: str = "") -> None:
+        """Add a part of the picture that moves in reports (`PicturePart`), which else shows masses and rods."""
+        places = tuple(tuple(self._expression("draw", x, self._moving() | {*ATTITUDE}) for x in p) for p in points)
+        self.drawn.append(PicturePart(kind, places, label))
+
+    def attitude(self, omega, upwards) -> sp.Matrix:
+        """Return the matrix that turns vectors of a body into space, for :meth:`draw`.
+
+        Args:
+            omega: angular velocity along the body's axes, rad/s.
+            upwards: the vector, along the body's axes, that points upwards where the motion begins.
+        """
+        self.turning = tuple(
+            tuple(self._expression("attitude", x, self._moving()) for x in v) for v in (omega, upwards)
+        )
+        return sp.Matrix(sp.Quaternion(*ATTITUDE).to_rotation_matrix(homogeneous=True))
 
     def period(self, T) -> None:
         """Set the period of the equations in time, an expression in the parameters, in s."""

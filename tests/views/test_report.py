@@ -19,6 +19,7 @@ from scipy.spatial.transform import Rotation
 
 import sweeps
 from kernels import direct, exact
+from sweeps import systems
 from sweeps.__main__ import main
 from sweeps.handbook import gallery
 from sweeps.maps import summary as maps_summary
@@ -26,7 +27,7 @@ from sweeps.maps.storage import open_map, write_map
 from sweeps.points import catalogue
 from sweeps.reading.definitions import file_text, plain, read_text
 from sweeps.schema.boxes import blocks
-from sweeps.systems.oscillator.presentation import page as equations
+from sweeps.systems.presentation.moving import equations
 from sweeps.systems.relative_equilibrium.variables import REGIMES
 from sweeps.systems.uncertain_bodies.presentation import page as drawn
 from sweeps.views import plotly, report, report_columns
@@ -428,11 +429,41 @@ def test_equations_of_the_page_are_those_of_the_double_pendulum():
     first = -9.8 * 3 * math.sin(one) - 9.8 * math.sin(one - 2 * two) - 2 * sine * (other**2 + speed**2 * cosine)
     second = 2 * sine * (2 * speed**2 + 2 * 9.8 * math.cos(one) + other**2 * cosine)
     expected = np.array([first, second]) / (3 - math.cos(2 * (one - two)))
-    np.testing.assert_allclose(np.linalg.solve(a, np.negative(forces)), expected, rtol=1e-13)
-    drawn = [[valued(tree, at) for tree in place] for place in found["particles"]]
-    upper = np.array([math.sin(one), -math.cos(one)])
-    np.testing.assert_allclose(drawn, [upper, np.add(upper, [math.sin(two), -math.cos(two)])], rtol=1e-15)
-    assert found["rods"] == [(0, -1), (1, 0)]
+    np.testing.assert_allclose(np.linalg.solve(a, forces), expected, rtol=1e-13)
+    for name, tree in found["seen"]:
+        at[name] = valued(tree, at)
+    drawn = [(kind, [[valued(tree, at) for tree in place] for place in points]) for kind, _, points in found["drawn"]]
+    upper = [math.sin(one), -math.cos(one)]
+    lower = [upper[0] + math.sin(two), upper[1] - math.cos(two)]
+    places = [[[0.0, 0.0], upper], [upper, lower], [[0.0, 0.0]], [upper], [lower]]
+    assert [kind for kind, _ in drawn] == ["line", "line", "body", "mass", "mass"]
+    for (_, points), expected in zip(drawn, places, strict=True):
+        np.testing.assert_allclose(points, expected, rtol=1e-15)
+
+
+def symbols_of(tree):
+    """Names of the symbols in a tree of the page's."""
+    if isinstance(tree, list):
+        return set().union(*map(symbols_of, tree[1:]))
+    return {tree} if isinstance(tree, str) else set()
+
+
+@pytest.mark.parametrize("name", sorted({*systems.names()} - {*systems.MODULES}))
+def test_every_system_that_is_described_is_drawn_of_what_its_page_knows(name):
+    description = systems.resolve(name).description
+    found = equations.facts(description)
+    moving = {c[kind] for c in found["coordinates"] for kind in ("name", "velocity")}
+    known = {*description.parameters, *moving, "t", *(f"attitude_{k}" for k in range(4) if found["attitude"])}
+    for name, tree in (*found["shared"], *found["seen"]):
+        assert symbols_of(tree) <= known
+        known.add(name)
+    points = [point for _, _, points in found["drawn"] for point in points]
+    assert len({len(point) for point in points}) == 1  # in a plane, or in space
+    assert symbols_of(["+", *found["forces"], *(tree for point in points for tree in point)]) <= known
+    drawn = set().union(
+        *(symbols_of(tree) for point in points for tree in point), *(symbols_of(t) for _, t in found["seen"])
+    )
+    assert drawn & ({*moving} | {f"attitude_{k}" for k in range(4)})  # something moves
 
 
 def test_plotly_is_the_file_that_was_taken(monkeypatch):
@@ -1027,9 +1058,12 @@ def test_an_unstable_motion_is_followed_by_its_full_equations(visit, folder):
     opened = visit(folder / "hoop.html", "#radius=1&spin_rate=6&equilibrium=bottom")
     times, theta = opened.page.evaluate("[polhode.map.mode.times, polhode.map.mode.followed[0]]")
     slope = lambda t, y: [y[1], (36.0 * math.cos(y[0]) - 9.80665) * math.sin(y[0])]  # noqa: E731
-    true = solve_ivp(slope, (0, times[-1]), [0.01, 0.0], "DOP853", times, rtol=1e-12, atol=1e-14).y[0]
-    # its tolerance, 1e-11 rad, grown by e^(λt) up to about a radian: a hundredfold
-    np.testing.assert_allclose(theta, true, atol=1e-7)
+    start = opened.page.evaluate("polhode.map.mode.motion[0]")
+    along = [0.01, 0.01 * math.sqrt(36.0 - 9.80665)]  # the mode that grows
+    np.testing.assert_allclose(start, along, rtol=1e-6)  # slopes by differences of the page's forces
+    true = solve_ivp(slope, (0, times[-1]), start, "DOP853", times, rtol=1e-12, atol=1e-14).y[0]
+    # its tolerance, 1e-11 rad, grown with the motion a hundredfold out, and as much again back near the bottom
+    np.testing.assert_allclose(theta, true, rtol=0, atol=1e-6)
     assert max(theta) > 1
     words = opened.page.locator("#mode-words").inner_text()
     assert parsed(re.search(r"at most ([\d.]+)", words)[1]) == pytest.approx(max(true), rel=5e-3)  # three digits
@@ -1039,6 +1073,43 @@ def test_an_unstable_motion_is_followed_by_its_full_equations(visit, folder):
         ".flatMap((trace) => trace.x.map((x, i) => [x, trace.y[i]]))"
     )
     assert any(x == 1.0 and y == pytest.approx(tilt, rel=1e-6) for x, y in drawn)
+
+
+@pytest.mark.slow
+def test_a_motion_near_l4_is_that_of_the_equations_in_space_at_rest(visit, folder):
+    """Two bodies that attract the third, in axes that do not turn, by DOP853: another form of the same equations."""
+    ds = sweeps.survey({"system": "lagrange_points", "grid": {"mass_ratio": [0.01, 0.02]}})
+    report.write(ds, folder / "points.html")
+    opened = visit(folder / "points.html", "#mass_ratio=0.01&equilibrium=L4&_nudge=0.01")
+    times, x, y = opened.page.evaluate("[polhode.map.mode.times, ...polhode.map.mode.followed]")
+    speed = opened.page.evaluate("polhode.map.mode.motion[0].slice(2)")
+
+    def slope(t, state):
+        places = [(r * math.cos(t), r * math.sin(t)) for r in (-0.01, 0.99)]
+        pulls = [np.subtract(p, state[:2]) for p in places]
+        return [*state[2:], *(0.99 * pulls[0] / np.hypot(*pulls[0]) ** 3 + 0.01 * pulls[1] / np.hypot(*pulls[1]) ** 3)]
+
+    start = [x[0], y[0], speed[0] - y[0], speed[1] + x[0]]
+    u, v = solve_ivp(slope, (0, times[-1]), start, "DOP853", times, rtol=1e-12, atol=1e-14).y[:2]
+    c, s = np.cos(times), np.sin(times)
+    # its tolerance, 1e-11, over some ten periods of motions that do not grow
+    np.testing.assert_allclose([x, y], [c * u + s * v, c * v - s * u], atol=1e-8)
+    theory = opened.page.evaluate("polhode.map.mode.theory")
+    np.testing.assert_allclose(theory, [x, y], atol=2e-3)  # linear theory: ε² and its growth in phase
+    assert opened.page.locator("#mechanism").is_visible()
+
+
+@pytest.mark.slow
+def test_a_shaken_pendulum_moves_as_scipy_has_it(visit, folder):
+    grid = {"amplitude": [0.1, 0.2], "frequency": [30.0, 60.0]}
+    report.write(sweeps.survey({"system": "kapitza_pendulum", "grid": grid}), folder / "shaken.html")
+    opened = visit(folder / "shaken.html", "#amplitude=0.1&frequency=60&equilibrium=inverted&_nudge=0.1")
+    times, theta = opened.page.evaluate("[polhode.map.mode.times, polhode.map.mode.followed[0]]")
+    slope = lambda t, y: [y[1], -(9.80665 - 0.1 * 3600 * math.cos(60 * t)) * math.sin(y[0])]  # noqa: E731
+    true = solve_ivp(slope, (0, times[-1]), [math.pi + 0.1, 0.0], "DOP853", times, rtol=1e-12, atol=1e-14).y[0]
+    np.testing.assert_allclose(theta, true, atol=1e-7)  # its tolerance, 1e-10, of some thousand steps
+    assert np.abs(np.subtract(theta, np.pi)).max() < 0.5  # it stays upside down
+    assert "stay bounded" in opened.page.locator("#say").inner_text()
 
 
 @pytest.mark.slow

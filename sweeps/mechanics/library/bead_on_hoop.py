@@ -5,7 +5,7 @@ Below it the bottom is stable; above it the bottom is unstable, and the bead res
 
 from sympy import acos, cos, pi, sin
 
-from sweeps.mechanics import System
+from sweeps.mechanics import System, drawing
 
 system = System("Bead on a rotating hoop", references="Goldstein, Classical Mechanics, section 2.7")
 m = system.parameter("mass", "kg", default=1.0, positive=True)
@@ -23,3 +23,7 @@ system.equilibrium("bottom", {theta: 0})
 system.equilibrium("top", {theta: pi})
 system.equilibrium("right", {theta: tilt})
 system.equilibrium("left", {theta: -tilt})
+
+system.draw("line", drawing.circle(R))
+system.draw("line", [(0, -1.3 * R), (0, 1.3 * R)])
+system.draw("mass", [(R * sin(theta), -R * cos(theta))])

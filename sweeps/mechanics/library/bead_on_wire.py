@@ -20,3 +20,7 @@ system.particle(m, (x * cos(spin * system.time), x * sin(spin * system.time), y)
 system.potential(m * g * y)
 
 system.equilibrium("bottom", {x: 0})
+
+system.draw("line", [(k * length / 5, (k * length / 5) ** 2 / (2 * length)) for k in range(-10, 11)])
+system.draw("line", [(0, -length / 4), (0, length)])
+system.draw("mass", [(x, y)])

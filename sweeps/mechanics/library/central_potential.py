@@ -5,9 +5,9 @@ radial oscillation has √(s + 2) times the orbital rate: twice it in the harmon
 potential (s = −1); the other mode tilts the orbit's plane, at the orbital rate whatever s is.
 """
 
-from sympy import cos, pi, sin
+from sympy import Matrix, cos, pi, sin
 
-from sweeps.mechanics import System
+from sweeps.mechanics import System, drawing
 
 system = System("Circular motion in a central potential", references="Landau and Lifshitz, Mechanics, section 14")
 m = system.parameter("mass", "kg", default=1.0, positive=True)
@@ -25,3 +25,8 @@ system.particle(m, (r * sin(theta) * cos(phi), r * sin(theta) * sin(phi), r * co
 system.potential(k * r**s / s)
 
 system.equilibrium("circle", {r: circle, theta: pi / 2})
+
+turned = system.attitude((0, 0, L / (m * r**2 * sin(theta) ** 2)), (0, 0, 1))  # the azimuth
+system.draw("body", [(0, 0, 0)])
+system.draw("line", [(circle * u, circle * v, 0) for u, v in drawing.circle()])
+system.draw("mass", [turned * Matrix((r * sin(theta), 0, r * cos(theta)))])

@@ -17,3 +17,6 @@ system.potential(-alpha * x**2 / 2 + beta * x**4 / 4)
 system.equilibrium("hill", {x: 0})
 system.equilibrium("right", {x: well})
 system.equilibrium("left", {x: -well})
+
+system.draw("line", [(k * well / 10, ((k / 10) ** 4 / 2 - (k / 10) ** 2) * well) for k in range(-16, 17)])
+system.draw("mass", [(x, (x**4 / well**4 / 2 - x**2 / well**2) * well)])

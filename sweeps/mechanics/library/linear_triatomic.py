@@ -6,7 +6,7 @@ looked for, and the mode along the line is flat (ω² = 0). The bonds are Morse'
 
 from sympy import exp, sqrt
 
-from sweeps.mechanics import System
+from sweeps.mechanics import System, drawing
 
 system = System("Linear triatomic molecule", references="Landau and Lifshitz, Mechanics, section 24, problem 1")
 outer = system.parameter("outer_mass", "kg", default=2.6566962e-26, positive=True, meaning="mass of each atom A")
@@ -25,3 +25,8 @@ for stretch in (x2 - x1 - b, x3 - x2 - b):
     system.potential(depth * (1 - exp(-width * stretch)) ** 2)
 
 system.equilibrium("straight", {x1: 0, x2: b, x3: 2 * b})
+
+for start, end in ((x1, x2), (x2, x3)):
+    system.draw("line", drawing.spring(start - b, end - b, b / 8))
+for place in (x1, x2, x3):
+    system.draw("mass", [(place - b, 0)])

@@ -4,7 +4,7 @@ The azimuth is cyclic; its momentum L stands for the cone's angle. About the con
 ω² = (g/l)(1 + 3 cos²θ0)/cos θ0.
 """
 
-from sympy import atan, cos, pi, sin
+from sympy import Matrix, atan, cos, pi, sin
 
 from sweeps.mechanics import System
 
@@ -22,3 +22,9 @@ system.particle(m, (length * sin(theta) * cos(phi), length * sin(theta) * sin(ph
 system.potential(-m * g * length * cos(theta))
 
 system.equilibrium("cone", {theta: atan((L**2 / (m**2 * g * length**3)) ** 0.25)})  # both ends, and near between
+
+turned = system.attitude((0, 0, L / (m * (length * sin(theta)) ** 2)), (0, 0, 1))  # the azimuth
+bob = turned * Matrix((length * sin(theta), 0, -length * cos(theta)))
+system.draw("line", [(0, 0, 0), bob])
+system.draw("line", [(0, 0, 0), (0, 0, -length)])
+system.draw("mass", [bob])

@@ -3,6 +3,8 @@
 //   color                        name of the column it begins with, where that is not the first to choose
 //   grows(column)                whether a column's values above 0 mean growth: they are red then, else those below
 //   kept                         name → function of a link's text: what of `state` a link keeps beside place and plane
+//   rates()                      eigenvalues [real, imaginary] of the modes in which a described system is shown moving
+//                                (see mode.js); null where its motion is periodic
 //   shown                        what the console, and the tests, may look at
 //   build()                      builds the sections below the map
 //   boundaries(xEdges, yEdges)   lines on the plane, as `boundaryLine` makes them

@@ -35,6 +35,19 @@ function whenSeen(target, draw) {
   };
 }
 
+const SWIFT = 250; // ms within which a change follows another, as of a slider that moves
+
+/** What takes long to draw: at once, but while one change follows another only after the last. */
+function atRest(draw) {
+  let [last, later] = [-Infinity, null];
+  return () => {
+    clearTimeout(later);
+    if (performance.now() - last > SWIFT) draw();
+    else later = setTimeout(draw, SWIFT);
+    last = performance.now(); // the end of it, however long it took
+  };
+}
+
 function placeWith(changes) {
   return state.place.map((i, k) => changes[theMap.order[k]] ?? i);
 }

@@ -7,7 +7,7 @@ whirl grows.
 
 from sympy import cos, pi, sin
 
-from sweeps.mechanics import System
+from sweeps.mechanics import System, drawing
 
 system = System("Asymmetric shaft", references="Genta, Dynamics of Rotating Systems (2005), chapter 6")
 m = system.parameter("mass", "kg", default=1.0, positive=True, meaning="mass of the disc")
@@ -22,3 +22,6 @@ system.potential(k * (x**2 + y**2 + d * ((x**2 - y**2) * cos(turned) + 2 * x * y
 system.period(pi / W)
 
 system.equilibrium("centred", {x: 0, y: 0})
+
+for kind, points in drawing.shaft(x, y, W * system.time, 0.4).items():
+    system.draw("face" if kind == "face" else "line", points)

@@ -26,3 +26,9 @@ system.period(2 * pi / nu)
 
 system.equilibrium("inverted", {theta: pi})
 system.equilibrium("hanging", {theta: 0})
+
+pivot = (moved * sin(lean), moved * cos(lean))
+system.draw("line", [pivot, (x, y)])
+system.draw("line", [(-L * sin(lean) / 4, -L * cos(lean) / 4), (L * sin(lean) / 4, L * cos(lean) / 4)])
+system.draw("body", [pivot])
+system.draw("mass", [(x, y)])

@@ -24,7 +24,10 @@ theta = [
 ]
 x, y = 0, A * cos(nu * system.time)
 for mass, length, angle in zip(m, L, theta, strict=True):
+    system.draw("body", [(x, y)])
+    system.draw("line", [(x, y), (x + length * sin(angle), y - length * cos(angle))])
     x, y = x + length * sin(angle), y - length * cos(angle)
+    system.draw("mass", [(x, y)])
     system.particle(mass, (x, y))
     system.potential(mass * g * y)
 system.potential(k * (theta[1] - theta[0]) ** 2 / 2)

@@ -3,7 +3,7 @@
 What holds it in one plane drives it out in the other, half a period later the other way round; τ = Ωt/2.
 """
 
-from sympy import cos, pi
+from sympy import cos, cosh, pi, sinh
 
 from sweeps.mechanics import System
 
@@ -17,3 +17,9 @@ system.potential((a - 2 * q * cos(2 * system.time)) * (x**2 - y**2) / 2)
 system.period(pi)
 
 system.equilibrium("centre", {x: 0, y: 0})
+
+for side in (1, -1):  # the four rods, on which the potential is that of the voltage
+    arc = [(side * cosh(k / 5), sinh(k / 5)) for k in range(-5, 6)]
+    system.draw("line", arc)
+    system.draw("line", [(v, u) for u, v in arc])
+system.draw("mass", [(x, y)])

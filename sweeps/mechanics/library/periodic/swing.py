@@ -19,3 +19,7 @@ system.dissipation(c * length**2 * system.velocity(theta) ** 2 / 2)
 system.period(2 * pi / nu)
 
 system.equilibrium("hanging", {theta: 0})
+
+system.draw("line", [(0, 0), (length * sin(theta), -length * cos(theta))])
+system.draw("line", [(-L / 4, 0), (L / 4, 0)])
+system.draw("mass", [(length * sin(theta), -length * cos(theta))])

@@ -7,7 +7,7 @@ W = √(g/l) the bob is carried along and grows, though without drag nothing hap
 
 from sympy import sqrt
 
-from sweeps.mechanics import System
+from sweeps.mechanics import System, drawing
 
 system = System("Foucault's pendulum", references="Landau and Lifshitz, Mechanics, section 39, problem 3")
 m = system.parameter("mass", "kg", default=1.0, positive=True)
@@ -30,3 +30,7 @@ system.potential(-m * g * depth)
 system.dissipation(c * (vx**2 + vy**2) / 2)
 
 system.equilibrium("hanging", {x: 0, y: 0})
+
+system.draw("line", [(0, 0, length), (x, y, length - depth)])
+system.draw("mass", [(x, y, length - depth)])
+system.draw("line", [(length * u / 2, length * v / 2, 0) for u, v in drawing.circle()], "turning table")

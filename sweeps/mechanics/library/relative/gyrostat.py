@@ -4,7 +4,9 @@ I ω' = (I ω + h e2) × ω. About it Ω² = [(I2 − I3) W + h] [(I2 − I1) W 
 h/W more of a moment, so that one fast enough saves the middle axis.
 """
 
-from sweeps.mechanics import System
+from sympy import Matrix, cos, pi, sin, sqrt
+
+from sweeps.mechanics import System, drawing
 
 system = System("Gyrostat", references="Wittenburg, Dynamics of Multibody Systems, section 4.6; Likins, JPL TR 32-860")
 I1 = system.parameter("I1", "kg m2", default=1.0, positive=True, meaning="moment of inertia about axis 1")
@@ -26,3 +28,15 @@ system.conserved((I1 * w1**2 + I2 * w2**2 + I3 * w3**2) / 2, "energy")
 system.conserved((I1 * w1) ** 2 + L**2 + (I3 * w3) ** 2, "momentum")
 
 system.equilibrium("spin", {w1: 0, w2: W, w3: 0})
+
+turned = system.attitude((w1, w2, w3), (I1 * w1, L, I3 * w3))
+half = [sqrt(abs(a) / (I1 + I2 + I3)) + 0.05 for a in (I2 + I3 - I1, I3 + I1 - I2, I1 + I2 - I3)]
+for face in drawing.box(half, turned):
+    system.draw("face", face)
+wheel = [(0.3 * u, half[1] + 0.02, 0.3 * v) for u, v in drawing.circle(corners=16)]
+system.draw("face", [turned * Matrix(point) for point in wheel])
+for angle in (0, pi / 2):
+    c, s = 0.3 * cos(3 * h * system.time + angle), 0.3 * sin(3 * h * system.time + angle)
+    system.draw("line", [turned * Matrix((k * c, half[1] + 0.04, k * s)) for k in (-1, 1)])
+system.draw("mass", [turned * Matrix((0, 1.3, 0))], "2")
+system.draw("line", [(0, 0, 0), (0, 0, 1.5)], "L")

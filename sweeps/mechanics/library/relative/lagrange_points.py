@@ -6,7 +6,7 @@ Both points are maxima of the potential: Coriolis' force alone holds a body ther
 
 from sympy import Rational, sqrt
 
-from sweeps.mechanics import System
+from sweeps.mechanics import System, drawing
 
 system = System("Lagrange points L4 and L5", references="Routh, Proc. London Math. Soc. 6 (1875) 86; Szebehely 1967")
 mu = system.parameter("mass_ratio", "1", default=0.01, least=1e-6, most=0.5, meaning="smaller mass over the total")
@@ -21,3 +21,11 @@ system.potential(-(n**2) * ((1 - mu) / first + mu / second))
 
 system.equilibrium("L4", {x: Rational(1, 2) - mu, y: sqrt(3) / 2})
 system.equilibrium("L5", {x: Rational(1, 2) - mu, y: -sqrt(3) / 2})
+
+for place, label in (((-mu, 0), "1 - μ"), ((1 - mu, 0), "μ")):
+    system.draw("body", [place], label)
+system.draw("line", drawing.circle(1 - mu))
+for side, label in ((1, "L4"), (-1, "L5")):
+    system.draw("line", [(-mu, 0), (Rational(1, 2) - mu, side * sqrt(3) / 2), (1 - mu, 0)])
+    system.draw("body", [(Rational(1, 2) - mu, side * sqrt(3) / 2)], label)
+system.draw("mass", [(x, y)])

@@ -5,6 +5,8 @@ kx, ky > m W², and again where both are less and the saddle is not too steep; d
 second, gyroscopic, region away (Thomson and Tait).
 """
 
+from sympy import cos, sin, sqrt
+
 from sweeps.mechanics import System
 
 system = System("Rotating saddle", references="Thompson, Can. J. Phys. 80 (2002) 1433; Bloch et al. 1994")
@@ -22,3 +24,17 @@ system.potential((kx * x**2 + ky * y**2) / 2)
 system.dissipation(c * (vx**2 + vy**2) / 2)
 
 system.equilibrium("centre", {x: 0, y: 0})
+
+turn, steep = W * system.time, 0.4 / sqrt(kx**2 + ky**2)
+
+
+def placed(u, v):
+    """Return a place of the surface, which turns."""
+    return u * cos(turn) - v * sin(turn), u * sin(turn) + v * cos(turn), steep * (kx * u**2 + ky * v**2)
+
+
+across = [k / 4 for k in range(-4, 5)]
+for u in across:
+    system.draw("line", [placed(u, v) for v in across])
+    system.draw("line", [placed(v, u) for v in across])
+system.draw("mass", [placed(x, y)])

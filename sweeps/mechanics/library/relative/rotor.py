@@ -4,7 +4,7 @@ R = c_e v²/2 in the bearings and c_i (v relative to axes that turn with the sha
 speed internal damping drives the whirl: with equal stiffness, where W > √(k/m) (1 + c_e/c_i); unequal bearings help.
 """
 
-from sweeps.mechanics import System
+from sweeps.mechanics import System, drawing
 
 system = System("Rotor with internal damping", references="Kimball, Gen. Electr. Rev. 27 (1924) 244; Genta, chapter 4")
 m = system.parameter("mass", "kg", default=1.0, positive=True, meaning="mass of the disc")
@@ -23,3 +23,6 @@ system.dissipation(outer * (vx**2 + vy**2) / 2)
 system.dissipation(inner * ((vx + W * y) ** 2 + (vy - W * x) ** 2) / 2)
 
 system.equilibrium("centred", {x: 0, y: 0})
+
+for kind, points in drawing.shaft(x, y, W * system.time).items():
+    system.draw("face" if kind == "face" else "line", points)

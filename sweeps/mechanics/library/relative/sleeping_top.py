@@ -5,7 +5,9 @@ P = m g l. A symmetric top sleeps where I3² W² > 4 I1 P; P = 0 is the free bod
 P < 0 hangs.
 """
 
-from sweeps.mechanics import System
+from sympy import Matrix
+
+from sweeps.mechanics import System, drawing
 
 system = System("Sleeping top", references="Landau and Lifshitz, Mechanics, section 35; Lewis et al., Math. Mod. 1992")
 I1 = system.parameter("I1", "kg m2", default=1.0, positive=True, meaning="moment of inertia about axis 1")
@@ -30,3 +32,10 @@ system.conserved(g1**2 + g2**2 + g3**2, "vertical")
 system.conserved(I1 * w1 * g1 + I2 * w2 * g2 + I3 * w3 * g3, "vertical_momentum")
 
 system.equilibrium("sleeping", {w1: 0, w2: 0, w3: W, g1: 0, g2: 0, g3: 1})
+
+turned, side = system.attitude((w1, w2, w3), (g1, g2, g3)), (P + 1e-9) / abs(P + 1e-9)  # it hangs where P < 0
+for face in drawing.cylinder(0.45, 0, 0.8 * side, turned, tip=0.02):
+    system.draw("face", face)
+system.draw("line", [turned * Matrix((0.45 * k, 0, 0.81 * side)) for k in (0, 1)])
+system.draw("mass", [turned * Matrix((0, 0, 1.1 * side))])
+system.draw("line", [(0, 0, 0), (0, 0, 1.3 * side)])

@@ -4,9 +4,9 @@ With w3 the spin about the figure axis (constant) and P = m g l, a precession at
 I1 cos θ φ'² − I3 w3 φ' + P = 0: a slow and a fast one, where I3² w3² > 4 I1 P cos θ. About either the top nods.
 """
 
-from sympy import cos, pi, sin, sqrt
+from sympy import Matrix, cos, pi, sin, sqrt
 
-from sweeps.mechanics import System
+from sweeps.mechanics import System, drawing
 
 system = System("Steady precession of a top", references="Goldstein, Classical Mechanics, section 5.7")
 I1 = system.parameter("I1", "kg m2", default=1.0, positive=True, meaning="transverse moment")
@@ -33,3 +33,11 @@ root = sqrt((I3 * w3) ** 2 - 4 * I1 * P * cos(tilt))
 sense = w3 / abs(w3)
 system.equilibrium("slow", {theta: tilt, nutation: 0, turn: 2 * P / (I3 * w3 + sense * root)})
 system.equilibrium("fast", {theta: tilt, nutation: 0, turn: (I3 * w3 + sense * root) / (2 * I1 * cos(tilt))})
+
+turned = system.attitude((nutation, turn * sin(theta), turn * cos(theta)), (0, sin(theta), cos(theta)))
+for face in drawing.cylinder(0.45, 0, 0.8, turned, tip=0.02):
+    system.draw("face", face)
+spun = (w3 - turn * cos(theta)) * system.time
+system.draw("line", [turned * Matrix((0.45 * k * cos(spun), 0.45 * k * sin(spun), 0.81)) for k in (0, 1)])
+system.draw("mass", [turned * Matrix((0, 0, 1.1))])
+system.draw("line", [(0, 0, 0), (0, 0, 1.3)])

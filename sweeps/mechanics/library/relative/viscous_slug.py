@@ -6,7 +6,9 @@ about the axis of least moment the nutation grows, about that of the greatest it
 λ λ0 > 0, λ0 = (I_s W + h)/I_t and λ = λ0 − W (Landon and Iorillo).
 """
 
-from sweeps.mechanics import System
+from sympy import Matrix, sqrt
+
+from sweeps.mechanics import System, drawing
 
 system = System(
     "Free body with a viscous slug", references="Likins, JPL TR 32-860; Hughes, Spacecraft Attitude Dynamics"
@@ -38,3 +40,12 @@ total = (It * w1 + J * s1, It * w2 + J * s2, L + J * s3)
 system.conserved(sum(part**2 for part in total), "momentum")
 
 system.equilibrium("spin", {w1: 0, w2: 0, w3: W, s1: 0, s2: 0, s3: W})
+
+turned = system.attitude((w1, w2, w3), total)
+wide, half = 0.9 * sqrt(Is / It) + 0.02, 0.9 * sqrt(abs(2 * It - Is) / (2 * It)) + 0.02
+for face in drawing.cylinder(wide, -half, half, turned):
+    system.draw("face", face)
+for side in ((1, 0), (0, 1), (-1, 0), (0, -1)):
+    system.draw("line", [turned * Matrix((k * wide * side[0], k * wide * side[1], 0)) for k in (1, 1.6)])
+system.draw("mass", [turned * Matrix((0, 0, half + 0.3))], "3")
+system.draw("line", [(0, 0, 0), (0, 0, 1.5)], "L")

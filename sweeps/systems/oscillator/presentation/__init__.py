@@ -1,10 +1,13 @@
 """Presentation of small oscillations."""
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
+from sweeps.systems import rates
 from sweeps.systems.oscillator.system import ANIMATED
-from sweeps.systems.presentation import Page, Presentation
+from sweeps.systems.presentation import Page, Presentation, moving
 from sweeps.systems.presentation.look import Look, Symbol
 
 if TYPE_CHECKING:
@@ -13,12 +16,16 @@ if TYPE_CHECKING:
 
 LOOK = Look(symbols={"epsilon": Symbol(r"$\varepsilon$", "ε"), "phase": Symbol(r"$\varphi$", "φ")})
 
+_PAGE = Path(__file__).parent / "page"
+_FILES = (*moving.FILES, *(_PAGE / name for name in ("places.html", "places.js")), *rates.FILES, _PAGE / "part.js")
+
 
 class OscillatorPresentation(Presentation):
     """Figures, animations and page of small oscillations."""
 
     look = LOOK
     least = ("epsilon",)
+    part = Page(_FILES, "Where are the equilibria, are they stable, and how accurate are the rates?")
     drawn = (
         ("oscillations", "figure_oscillations.draw"),
         ("theory_against_measured", "figure_oscillations.draw_agreement"),
@@ -26,9 +33,7 @@ class OscillatorPresentation(Presentation):
 
     def page(self, ds: "xr.Dataset") -> Page:
         """Return the motion of one mode, and the equilibria."""
-        from sweeps.systems.oscillator.presentation.page import page
-
-        return page(ds, None if self.system.name.endswith(".py") else self.system.description)
+        return replace(self.part, facts=moving.facts_of(ds, self.system))
 
     def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Iterator[np.ndarray]]]":
         """Return animations of the bead on a hoop and of pendulums near a stable and an unstable equilibrium."""

@@ -1,11 +1,13 @@
 """Presentation of systems that are periodic in time."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sweeps.systems.periodic.presentation.look import LOOK
-from sweeps.systems.presentation import Page, Presentation
+from sweeps.systems.presentation import Page, Presentation, moving
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -17,7 +19,15 @@ class PeriodicPresentation(Presentation):
 
     look = LOOK
     least = ("epsilon",)
-    part = Page(question="Which periodic motions are stable, and how fast does a perturbation grow?")
+    part = Page(
+        (*moving.FILES, Path(__file__).parent / "page" / "part.js"),
+        "Which periodic motions are stable, and how fast does a perturbation grow?",
+    )
+
+    def page(self, ds: "xr.Dataset") -> Page:
+        """Return the perturbed motion beside the unperturbed one."""
+        facts = moving.facts_of(ds, self.system, "start")
+        return replace(self.part, facts=facts) if facts["equations"] else Page(question=self.part.question)
 
     def figures(self, ds: "xr.Dataset") -> "dict[str, Callable[..., Figure | None]]":
         """Return the regimes over two parameters, for each base motion, with the exact boundary."""

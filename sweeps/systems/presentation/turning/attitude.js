@@ -4,32 +4,6 @@
 // the shortest arc from m to d, a turn by ψ about d, and the shortest arc back from where m was. ψ is an elliptic
 // integral of the third kind of half the time, and an angle that the addition theorem gives at the middle.
 
-function quaternionProduct([a, b, c, d], [e, f, g, h]) {
-  return [a * e - b * f - c * g - d * h, a * f + b * e + c * h - d * g, a * g - b * h + c * e + d * f, a * h + b * g - c * f + d * e];
-}
-
-/** The turn by a rotation vector, rad. */
-function quaternionOf([x, y, z]) {
-  const angle = Math.hypot(x, y, z);
-  const s = angle > 1e-12 ? Math.sin(angle / 2) / angle : 0.5;
-  return [Math.cos(angle / 2), s * x, s * y, s * z];
-}
-
-/** A body vector in space. */
-function rotated([a, b, c, d], [x, y, z]) {
-  const [u, v, w] = [2 * (c * z - d * y), 2 * (d * x - b * z), 2 * (b * y - c * x)];
-  return [x + a * u + c * w - d * v, y + a * v + d * u - b * w, z + a * w + b * v - c * u];
-}
-
-/** The turn back. */
-function reversed([a, b, c, d]) {
-  return [a, -b, -c, -d];
-}
-
-function cross([a, b, c], [x, y, z]) {
-  return [b * z - c * y, c * x - a * z, a * y - b * x];
-}
-
 /** The attitude that puts the angular momentum of the start on the z axis of space. */
 function uprightAttitude(trajectory) {
   const L = trajectory.moments.map((I, i) => I * trajectory.start[i]);
@@ -37,12 +11,6 @@ function uprightAttitude(trajectory) {
   const [x, y, z] = L.map((l) => l / size);
   if (z < -0.999999) return quaternionProduct(uprightOf([x, -y, -z]), [0, 1, 0, 0]);
   return uprightOf([x, y, z]);
-}
-
-/** The shortest arc from a unit vector to the z axis. */
-function uprightOf([x, y, z]) {
-  const norm = Math.hypot(1 + z, y, x);
-  return [(1 + z) / norm, y / norm, -x / norm, 0];
 }
 
 /** Attitudes of a trajectory at any time, the angular momentum along z. */

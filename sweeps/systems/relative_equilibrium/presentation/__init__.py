@@ -1,11 +1,12 @@
 """Presentation of relative equilibria."""
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sweeps.figure import colors
-from sweeps.systems.presentation import Page, Presentation
+from sweeps.systems.presentation import Page, Presentation, moving
 from sweeps.systems.presentation.look import Look, Mark, Symbol
 
 if TYPE_CHECKING:
@@ -32,10 +33,14 @@ class RelativeEquilibriumPresentation(Presentation):
     look = LOOK
     least = ("epsilon",)
     part = Page(
-        tuple(_PAGE / name for name in ("first.html", "spectrum.js", "part.js")),
+        (*moving.FILES, *(_PAGE / name for name in ("spectrum.html", "spectrum.js", "part.js"))),
         "Which equilibria are stable, which flutter, and how accurate are the eigenvalues?",
     )
     drawn = (("stability", "figure_spectra.draw"), ("theory_against_measured", "figure_spectra.draw_agreement"))
+
+    def page(self, ds: "xr.Dataset") -> Page:
+        """Return the motion about the equilibrium, and its eigenvalues."""
+        return replace(self.part, facts=moving.facts_of(ds, self.system))
 
     def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Iterator[np.ndarray]]]":
         """Return the animation of the flat spin of a body with a viscous slug."""

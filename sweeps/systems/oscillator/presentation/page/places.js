@@ -99,5 +99,5 @@ function buildPlaces() {
   document.getElementById("places-of").onchange = drawPlaces;
   document.getElementById("places-table").addEventListener("toggle", () => theMap.resting && fillPlacesTable());
   late();
-  onChange(late);
+  onChange(atRest(late));
 }

@@ -83,5 +83,5 @@ function buildSpectrum() {
   document.getElementById("spectrum").hidden = false;
   document.getElementById("spectrum-table").addEventListener("toggle", () => theMap.spectrum && fillSpectrumTable());
   drawSpectrum();
-  onChange(drawSpectrum);
+  onChange(atRest(drawSpectrum));
 }

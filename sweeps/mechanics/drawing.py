@@ -1,0 +1,52 @@
+"""Shapes of the pictures of described systems (`System.draw`): lists of points."""
+
+import numpy as np
+import sympy as sp
+
+
+def circle(radius=1.0, centre=(0, 0), corners=36) -> list[tuple]:
+    """Return the points of a closed circle in a plane."""
+    angles = 2 * np.pi * np.arange(corners + 1) / corners
+    return [(centre[0] + radius * c, centre[1] + radius * s) for c, s in _rounded(np.cos(angles), np.sin(angles))]
+
+
+def spring(start, end, width, turns=6) -> list[tuple]:
+    """Return the points of a spring along x, from one place to another."""
+    share = np.linspace(0.1, 0.9, 2 * turns + 1)
+    middle = [(start + (end - start) * s, width * (-1) ** k) for k, s in enumerate(share.round(3).tolist())]
+    return [(start, 0), (start + (end - start) * 0.08, 0), *middle, (start + (end - start) * 0.92, 0), (end, 0)]
+
+
+def box(half, turned=None) -> list[list]:
+    """Return the six faces of a box of these half edges, turned by a matrix."""
+    quarter = [(1, 1), (-1, 1), (-1, -1), (1, -1)]
+    faces = []
+    for k in range(3):
+        for side in (1, -1):
+            corners = [np.roll((side, u, v), k) * half for u, v in (quarter if side > 0 else quarter[::-1])]
+            faces.append([_placed(turned, corner) for corner in corners])
+    return faces
+
+
+def cylinder(radius, low, high, turned=None, tip=None, corners=16) -> list[list]:
+    """Return the faces of a cylinder about axis 3, or of a cone from the radius `tip` at its low end."""
+    rim = circle(1.0, corners=corners)
+    ends = [[(r * x, r * y, z) for x, y in rim] for r, z in ((radius if tip is None else tip, low), (radius, high))]
+    sides = [[ends[0][k], ends[0][k + 1], ends[1][k + 1], ends[1][k]] for k in range(corners)]
+    return [[_placed(turned, p) for p in face] for face in (*sides, ends[1][:-1], ends[0][-1:0:-1])]
+
+
+def shaft(x, y, angle, flat=1.0) -> dict[str, list]:
+    """Return a disc at (x, y) on a bent shaft along the first axis, with a mark that turns; `flat` makes it oval."""
+    c, s = sp.cos(angle), sp.sin(angle)
+    rim = [(0, x + u * c - flat * v * s, y + u * s + flat * v * c) for u, v in circle(0.6, corners=24)]
+    bent = [(1.3 * k, x * (1 - k * k), y * (1 - k * k)) for k in np.linspace(-1, 1, 13).round(3).tolist()]
+    return {"face": rim[:-1], "line": bent, "mark": [(0, x, y), rim[0]]}
+
+
+def _rounded(*values):
+    return zip(*(v.round(6).tolist() for v in values), strict=True)
+
+
+def _placed(turned, point) -> tuple:
+    return tuple(point) if turned is None else tuple(turned * sp.Matrix(point))

@@ -1,0 +1,144 @@
+"""The full equations of motion of a described system, as trees that a page's script works out without compiling text.
+
+A tree is a number, the name of a symbol, or a list: "+", "*", "^" or the name of a function, and its arguments.
+"""
+
+from functools import cache
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import sympy as sp
+
+    from sweeps.mechanics import System
+    from sweeps.mechanics.equations import Equations
+
+FUNCTIONS = {name: name for name in ("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "log")}
+FUNCTIONS["Abs"] = "abs"
+
+
+class UnwrittenError(Exception):
+    """An expression that a page does not know."""
+
+
+@cache
+def facts(system: "System") -> dict | None:
+    """Return the equations a_ij q̈_j = f_i, or x' = f, of a system for the page; None where it cannot evaluate them.
+
+    Args:
+        system: the description.
+
+    Returns:
+        `coordinates` (name, `velocity`, None of a state, `unit`, and `size`, the tree of what is drawn as a
+        perturbation of one), `shared` (name and tree of what stands in several), `a` (rows of trees; none of states),
+        `forces` (trees of f), `period` (a tree, or None), `drawn` (kind, label and trees of the points of each part of
+        the picture) with `seen`, what is shared in these, and `attitude` (trees of the body's angular velocity, and of
+        what points upwards).
+    """
+    from sweeps.mechanics.derivation import derive
+
+    equations = derive(system)
+    drawn = _drawn(system, equations)
+    try:
+        shared, found = _trees([*(equations.a or ()), *equations.forces], "shared")
+        seen, points = _trees([x for part in drawn for point in part.points for x in point], "seen")
+        period = None if system.given_period is None else tree(system.given_period)
+        attitude = system.turning and [[tree(x) for x in vector] for vector in system.turning]
+        coordinates = [
+            {
+                "name": c.name,
+                "velocity": c.velocity.name if equations.v else None,
+                "unit": c.unit,
+                "size": tree(_size(c)),
+            }
+            for c in equations.places
+        ]
+    except UnwrittenError:
+        return None
+    n = len(equations.v)
+    points = iter(points)
+    parts = [[part.kind, part.label, [[next(points) for _ in point] for point in part.points]] for part in drawn]
+    moving = {"coordinates": coordinates, "shared": shared, "a": [found[i * n : (i + 1) * n] for i in range(n)]}
+    moving |= {"forces": found[n * n :], "period": period, "attitude": attitude}
+    return moving | {"seen": seen, "drawn": parts}
+
+
+def _trees(expressions: list, word: str) -> tuple[list, list]:
+    """Name and tree of what stands in several expressions, and trees of these."""
+    import sympy as sp
+
+    shared, found = sp.cse(expressions, symbols=sp.numbered_symbols(f"{word} "))
+    return [[symbol.name, tree(e)] for symbol, e in shared], [tree(e) for e in found]
+
+
+def _drawn(system: "System", equations: "Equations") -> list:
+    """The picture: as described, else masses and rods in a plane, else the first two states."""
+    from sweeps.mechanics.description import PicturePart
+
+    if system.drawn:
+        return system.drawn
+    places = _places(system)
+    if not places:
+        return [PicturePart("mass", (equations.states[:2],))] if equations.n > 1 else []
+    return [
+        *(PicturePart("line", ((0, 0) if j < 0 else places[j], places[k])) for k, j in _rods(system, places)),
+        PicturePart("body", ((0, 0),)),
+        *(PicturePart("mass", (place,)) for place in places),
+    ]
+
+
+def _places(system: "System") -> list[tuple["sp.Expr", "sp.Expr"]]:
+    """Places of the masses in a plane: upright through a vertical axis, turning with what turns."""
+    import sympy as sp
+
+    still = {c.symbol: 0 for c in system.coordinates.values() if c.momentum is not None} | {system.time: 0}
+    flat = [[sp.sympify(e).subs(still) for e in place] for _, place in system.particles]
+    return [(place[0], place[-1] if len(place) > 1 else sp.Integer(0)) for place in flat]
+
+
+def _rods(system: "System", places: list) -> list[tuple[int, int]]:
+    """Pairs (particle, the one before it or the origin, -1) whose distance no coordinate changes."""
+    import sympy as sp
+
+    moving = {c.symbol for c in system.coordinates.values()}
+    found = []
+    for k, (x, y) in enumerate(places):
+        for j in dict.fromkeys((k - 1, -1)):
+            u, v = places[j] if j >= 0 else (0, 0)
+            if not sp.simplify((x - u) ** 2 + (y - v) ** 2).free_symbols & moving:
+                found.append((k, j))
+                break
+    return found
+
+
+def _size(coordinate) -> "sp.Expr":
+    """Size of a perturbation of 1 in a picture: as described, a radian, or an eighth of the bounds."""
+    import sympy as sp
+
+    if coordinate.size is not None:
+        return coordinate.size
+    low, high = coordinate.bounds
+    return sp.Integer(1) if coordinate.unit == "rad" else (high - low) / 8
+
+
+def tree(expression: "sp.Expr") -> float | str | list:
+    """Return an expression as a tree.
+
+    Raises:
+        UnwrittenError: for a function that is none of `FUNCTIONS`, and for what is not real.
+    """
+    import sympy as sp
+
+    e = sp.sympify(expression)
+    if e.is_Symbol:
+        return e.name
+    if e.is_number and e.is_real and e.is_finite:
+        return float(e)
+    if e.is_Add or e.is_Mul:
+        return ["+" if e.is_Add else "*", *map(tree, e.args)]
+    if isinstance(e, sp.exp):
+        return ["exp", tree(e.args[0])]
+    if e.is_Pow:
+        return ["^", *map(tree, e.args)]
+    if e.is_Function and e.func.__name__ in FUNCTIONS and len(e.args) == 1:
+        return [FUNCTIONS[e.func.__name__], tree(e.args[0])]
+    raise UnwrittenError(str(e))
