@@ -48,7 +48,7 @@ class ContentHash:
         return {name: body.total.hexdigest() for name, body in self._bodies.items()}
 
     def seal(self, file: "netCDF4.Dataset") -> None:
-        """Give a finished file the hash of each variable's values, and the content hash."""
+        """Write the hash of each variable's values and the content hash into a finished file."""
         for name, own in self.digests().items():
             file[name].sha256 = own
         file.content_hash = self.hexdigest()
