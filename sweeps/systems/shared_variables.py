@@ -16,12 +16,9 @@ def status(last: int = len(statuses.STATUSES) - 1, long_name: str = TRUSTED, com
 
 
 def regime(regimes: tuple[str, ...], comment: str = "", known: bool = False) -> tuple[Variable, Variable]:
-    """Return the regime by linear theory and as measured.
+    """Return the regime by linear theory and as measured, the meaning of -1 (undetermined) first.
 
-    Args:
-        regimes: the meanings, that of -1 (undetermined) first.
-        comment: on the measured regime.
-        known: whether linear theory determines every regime, so that its flags begin at 0.
+    `known` says whether linear theory determines every regime, so that its flags begin at 0.
     """
     by_theory = Variable("regime_theory", None, "regime, linear theory", "i1", regimes[known:], first_flag=known - 1)
     measured = Variable(

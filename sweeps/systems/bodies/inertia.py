@@ -56,14 +56,10 @@ class Principal:
 
 
 def principal(tensor: Sequence[Sequence[float]], rounding: float = TENSOR_ROUNDING) -> Principal:
-    """Diagonalise a tensor of inertia.
+    """Return principal moments, each right to some 1e-15 of the largest, and axes of a tensor of inertia.
 
-    Args:
-        tensor: 3 rows of 3 finite numbers, symmetric, kg m2 (or any one unit).
-        rounding: moments that differ by less, relative to the largest, count as equal.
-
-    Returns:
-        The principal moments, each right to some 1e-15 of the largest, and axes.
+    It has 3 rows of 3 finite numbers, symmetric, kg m2 (or any one unit). Moments that differ by less than `rounding`,
+    relative to the largest, count as equal.
     """
     matrix = np.array(tensor, dtype=np.float64)
     _check_symmetry(matrix)

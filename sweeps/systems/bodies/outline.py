@@ -21,15 +21,10 @@ WHOLE = 32767  # a coordinate of one, as a number of 16 bits
 
 
 def simplified(vertices: np.ndarray, faces: np.ndarray, most: int = MOST_FACES) -> tuple[np.ndarray, np.ndarray]:
-    """Return a surface simplified to at most so many faces.
+    """Return a surface simplified to at most so many faces; as it is given where they are few enough.
 
-    Args:
-        vertices: shape (n, 3).
-        faces: indices of vertices, shape (m, 3), counterclockwise seen from outside.
-        most: faces that may be left.
-
-    Returns:
-        Vertices and faces in the same sense: those given where they are few enough.
+    Vertices have shape (n, 3); faces (m, 3), indices of vertices counterclockwise seen from outside, also of what is
+    returned.
     """
     if len(faces) <= most and len(vertices) < 2**16:
         return vertices, faces

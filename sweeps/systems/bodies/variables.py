@@ -96,12 +96,8 @@ def layout(
 ) -> Layout:
     """Return the layout of maps whose points are bodies, from a grid of moments or shapes, or from a list.
 
-    Args:
-        parameters: the parameters that a definition varies.
-        variables: name → each variable that a map may have.
-        needed: names of the variables that every map has.
-        spun: whether the spin axis is a dimension.
-        listed: whether a definition may list bodies.
+    With `spun` the spin axis is a dimension; `listed` says whether a definition may list bodies. `needed` are the names
+    of the variables that every map has.
     """
     parameters = tuple(parameters)
     own = SHAPE_COORDINATES | quantities.coordinates(parameters)

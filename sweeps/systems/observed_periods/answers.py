@@ -92,11 +92,9 @@ def of_all(periods: TwoPeriods, ds) -> list[dict]:
     """Return what the periods say of all bodies, for each mode.
 
     The verdict is that over all physically possible bodies, not only those of the map: the least ratio of periods is 1
-    in the short-axis mode (flat bodies, least wobble) and 0 in the long-axis mode (needles).
-
-    Returns:
-        For each mode {mode, verdict, sigma, shapes (the share of the triangle that has both periods), and the least
-        and greatest energy of these}.
+    in the short-axis mode (flat bodies, least wobble) and 0 in the long-axis mode (needles). For each mode {mode,
+    verdict, sigma, shapes (the share of the triangle that has both periods), and the least and greatest energy of
+    these}.
     """
     x, t = ds["I1_over_I3"].values, ds["thickness"].values
     weights = np.outer(x, np.where((t == 0) | (t == 1), 0.5, 1.0))  # dx dy = x dx dt

@@ -43,11 +43,9 @@ def setting(requested: SpunBody, body: SpunBody) -> dict[str, float]:
 def body_of(body: object, source: object, spin: Mapping[str, object], load: Callable) -> tuple[SpunBody, dict]:
     """Return a body, and the spin rate and perturbation that are given, else its own, else the default ones.
 
-    Args:
-        body: a name or a part of one, a body's mapping as in a definition, three moments, or a tensor of inertia.
-        source: the definition that lists the name.
-        spin: omega0, epsilon and phase; None where it is not given.
-        load: reads a definition: a mapping, a path, or the name of one that ships.
+    The body is a name or a part of one, of those that the definition `source` lists, a body's mapping as in a
+    definition, three moments, or a tensor of inertia; `load` reads a definition: a mapping, a path, or the name of one
+    that ships.
     """
     if isinstance(body, str):
         listed = bodies(load(source), source)

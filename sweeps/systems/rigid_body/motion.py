@@ -25,15 +25,9 @@ STARTS = f"three angular velocities, or a mapping with {', '.join(SPIN)}, or wit
 
 
 def start(point: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
-    """Return moments and angular velocity at time 0 of a point of the rigid body.
+    """Return moments (kg m2) and angular velocity at time 0 (rad s-1), shape (3,) each, of a point of the rigid body.
 
     ω_a = ω0, ω_b = ε ω0 cos φ, ω_c = ε ω0 sin φ, with (a, b, c) cyclic and a the spin axis.
-
-    Args:
-        point: I1, I2, I3 (kg m2), axis, omega0 (rad s-1), epsilon, phase (rad).
-
-    Returns:
-        Moments, shape (3,), kg m2; angular velocity, shape (3,), rad s-1.
     """
     moments = np.array([point[f"I{i}"] for i in (1, 2, 3)], dtype=float)
     spin, nudge, phase = float(point["omega0"]), float(point["epsilon"]), float(point["phase"])
@@ -82,13 +76,9 @@ def from_start(
 ) -> "xr.Dataset":
     """Return the motion of a free rigid body from any start, in closed form and by direct integration.
 
-    Args:
-        body: the body.
-        spun: omega0, epsilon and phase of a start about an axis.
-        start: as `sweeps.motion` takes it.
-        times: instants, the first of which is the start, or a duration (s, "2 min"); None for what shows the motion.
-        tolerance: of the direct integration, relative.
-        samples: number of instants of a duration; left out, 32 a rotation, 400 to 100,000.
+    `spun` has omega0, epsilon and phase of a start about an axis; `start` is as `sweeps.motion` takes it. `times` are
+    instants, the first of which is the start, or a duration (s, "2 min") with so many samples, 32 a rotation and 400 to
+    100,000 where they are left out; None for what shows the motion.
     """
     import xarray as xr
 

@@ -103,15 +103,12 @@ def _in_space(points, settings, columns, wanted) -> dict[str, np.ndarray]:
 
 
 def _compare_with_some_in_full(columns, points, settings, options):
-    """Integrates a few points as themselves and holds what was collapsed against them.
+    """Integrate a few points as themselves and hold what was collapsed against them.
 
     Every column is compared, bit for bit, with that of the same motion at the point's own spin rate; and Ω² with that
-    of the body's own moments.
-
-    Raises:
-        ArithmeticError: where a column is another, or Ω² by more than both errors and 1e-12 of ω0² (times the square of
-            the moments' ratio, by which the rounding of a needle's moments grows): the collapse is wrong, and no map is
-            written.
+    of the body's own moments. Raise an ArithmeticError where a column is another, or Ω² by more than both errors and
+    1e-12 of ω0² (times the square of the moments' ratio, by which the rounding of a needle's moments grows): the
+    collapse is wrong, and no map is written.
     """
     from kernels import survey
 

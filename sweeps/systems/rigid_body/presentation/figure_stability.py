@@ -55,13 +55,9 @@ NAMED = {
 def planes(ds: "xr.Dataset") -> tuple[tuple[str, ...], dict[str, float]]:
     """Return the moments that a map's stability figures show, and the fixed values of the other parameters.
 
-    Args:
-        ds: a map over a grid of moments.
-
-    Returns:
-        The moments that vary in the pictures (two, one or none, the longest dimensions first, in order), and the
-        values of the other parameters: the least epsilon (theory is about small perturbations), the middle omega0 and
-        phase, and the third moment where the bodies that can exist are shared most evenly among the regimes.
+    The moments are two, one or none: the longest dimensions first, in order. Fixed are the least epsilon (theory is
+    about small perturbations), the middle omega0 and phase, and the third moment where the bodies that can exist are
+    shared most evenly among the regimes.
     """
     longest = sorted(MOMENTS, key=lambda name: -ds.sizes[name])[:2]
     shown = tuple(name for name in MOMENTS if name in longest and ds.sizes[name] > 1)
@@ -102,14 +98,9 @@ def _rarest_share(moments: Mapping[str, np.ndarray], axes: np.ndarray) -> float:
 def boundaries(axis: int, window: Mapping[str, tuple[float, float]], fixed: Mapping[str, float]) -> dict:
     """Return the curves on which linear theory has Ω² = 0 about an axis: I_a = I_b and I_a = I_c.
 
-    Args:
-        axis: the spin axis a, 1, 2 or 3.
-        window: moment → (least, greatest) value shown, of two moments or of one (kg m2).
-        fixed: value of each moment that is not shown.
-
-    Returns:
-        Pair of moments ("I1", "I2") → moment → values along the boundary (a constant, or 200 points of a line), for
-        the boundaries that cross the window.
+    `window` is moment → (least, greatest) value shown, of two moments or of one (kg m2); the others are fixed. Returned
+    is pair of moments ("I1", "I2") → moment → values along the boundary (a constant, or 200 points of a line), for the
+    boundaries that cross the window.
     """
     a, *partners = (MOMENTS[i] for i in cyclic(axis))
     lines = {}
