@@ -50,7 +50,7 @@ def boundary(ax: Axes, x: np.ndarray, y: np.ndarray, values: np.ndarray, roundin
 
 
 def name_sides(ax: Axes, one: xr.Dataset, x: str, y: str) -> None:
-    """Name the two parameters of a plane on its axes, logarithmic where their values spread by ratio."""
+    """Set scales and labels of a plane's axes, logarithmic where values spread by ratio."""
     style.scale_as_spread(ax.xaxis, one[x].values)
     style.scale_as_spread(ax.yaxis, one[y].values)
     ax.set(xlabel=style.label_of(one, x), ylabel=style.label_of(one, y))
