@@ -103,7 +103,8 @@ def test_a_free_body_moves_as_euler_s_equations_say():
 
     run = solve_ivp(torque_free, (1.0, 4.0), start, "DOP853", rtol=1e-12, atol=1e-12, t_eval=ds.time.values)
     np.testing.assert_allclose([ds[f"omega{i}"] for i in (1, 2, 3)], run.y, atol=1e-9)
-    assert (ds.q0[0], ds.q1[0]) == (1.0, 0.0)
+    assert ds.q0[0] == 1.0
+    assert abs(ds.q1[0]) < 1e-16  # a rounding of a product in it
 
 
 def test_a_spin_and_its_point_of_a_map_have_the_same_motion():
