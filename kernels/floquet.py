@@ -35,10 +35,11 @@ from kernels.codes import INVARIANTS
 
 STABLE, ASYMPTOTICALLY_STABLE, UNSTABLE, PERIOD_DOUBLING, FLUTTER, MARGINAL = range(6)
 UNDETERMINED = -1
+LARGE = 1e3  # trace from which on the lesser pair is found from the product of both
 ROUNDING = 4.0 * float(np.finfo(np.float64).eps)
 
 
-def columns(M, error, period, reciprocal=True, half_turns=None, with_errors=True):
+def columns(M, error, period, reciprocal=True, more=None, with_errors=True):
     """Return the columns of monodromy matrices.
 
     Parameters
@@ -49,8 +50,9 @@ def columns(M, error, period, reciprocal=True, half_turns=None, with_errors=True
         s.
     reciprocal : bool
         Whether the equations are proved to be Hamiltonian: multipliers in pairs mu, 1/mu.
-    half_turns : numpy.ndarray, shape (n,), optional
-        Whole half turns of a perturbation in the period, floor(angle/pi), for d = 2 and determinant 1.
+    more : numpy.ndarray, optional
+        Of d = 2 and determinant 1 the whole half turns of a perturbation in the period, floor(angle/pi), shape (n,); of
+        d = 4 the second invariant and its error, shape (2, n), NaN where those of M are as good.
     with_errors : bool
         Whether errors are found of more than the invariants.
 
@@ -65,19 +67,22 @@ def columns(M, error, period, reciprocal=True, half_turns=None, with_errors=True
     d = M.shape[-1]
     if not has_invariants(d, reciprocal):
         return _by_eigenvalues(M, error, period, reciprocal)
+    half_turns, second = (more, None) if d == 2 else (None, more)
     with np.errstate(all="ignore"):
-        found = invariants(M, error)
+        found = invariants(M, error, second)
         smooth = [found[name] for name in (INVARIANTS if d == 4 else ("trace", "determinant"))]
         spreads = [found[f"{name}_error"] for name in (INVARIANTS if d == 4 else ("trace", "determinant"))]
-        if d == 2 and reciprocal:
+        if d == 4:
+            smooth[1] = smooth[1] * (np.nan if second is None else np.where(smooth[1] == second[0], 1.0, np.nan))
+        elif reciprocal:
             smooth[1], spreads[1] = np.ones_like(smooth[1]), np.zeros_like(smooth[1])
         centre = _spectrum(smooth, period, half_turns)
         regime, worst = _regime(smooth), {name: np.zeros_like(values) for name, values in centre.items()}
-        # of two degrees of freedom neither needs b, and multipliers no determinant; a symplectic d = 1 has no error
+        # regimes need no b, multipliers no determinant, and b only where it is given; a symplectic d = 1 has no error
         varied = (0, 2, 3, 4) if d == 4 else (0,) if reciprocal else (0, 1)
         for ends in _corners(smooth, spreads, varied):
             regime = np.where(_regime(ends) == regime, regime, MARGINAL)
-        corners = [*_corners(smooth, spreads, varied[:2]), *_meetings(smooth, spreads)]
+        corners = [*_corners(smooth, spreads, varied[:2] if second is None else (0, 1, 2)), *_meetings(smooth, spreads)]
         for ends in corners if with_errors else []:
             for name, apart in _distances(_spectrum(ends, period, half_turns), centre, regime == MARGINAL).items():
                 worst[name] = np.maximum(worst[name], apart)
@@ -103,7 +108,7 @@ class Matrices(NamedTuple):
         Measured matrices, the variational flow's, and the errors of both.
     elsewhere : numpy.ndarray, shape (n,)
         Difference of the variational flow's traces from two phases of the period.
-    half_turns, linear_half_turns : numpy.ndarray, shape (n,), or None
+    more, linear_more : numpy.ndarray or None
         As in :func:`columns`, of both.
     """
 
@@ -112,8 +117,8 @@ class Matrices(NamedTuple):
     linear: np.ndarray
     exact: np.ndarray
     elsewhere: np.ndarray
-    half_turns: np.ndarray | None = None
-    linear_half_turns: np.ndarray | None = None
+    more: np.ndarray | None = None
+    linear_more: np.ndarray | None = None
 
 
 def compared(found, period, reciprocal=True, determinant=1.0):
@@ -134,8 +139,8 @@ def compared(found, period, reciprocal=True, determinant=1.0):
         Columns of :func:`columns`, and of the variational flow as name_theory; determinant_residual,
         reciprocity_residual, phase_residual, propagation_error.
     """
-    result = columns(found.measured, found.error, period, reciprocal, found.half_turns)
-    theory = columns(found.linear, found.exact, period, reciprocal, found.linear_half_turns, with_errors=False)
+    result = columns(found.measured, found.error, period, reciprocal, found.more)
+    theory = columns(found.linear, found.exact, period, reciprocal, found.linear_more, with_errors=False)
     result |= {f"{name}_theory": values for name, values in theory.items() if f"{name}_error" in result}
     result["regime_theory"] = theory["regime"]
     result["determinant_residual"], result["reciprocity_residual"] = residuals(found.measured, determinant)
@@ -171,8 +176,11 @@ def residuals(M, determinant=1.0):
     return off, np.maximum(off, uneven)
 
 
-def invariants(M, error):
-    """Return trace and determinant (d = 2), or trace and INVARIANTS (d = 4), of matrices, each with its error."""
+def invariants(M, error, given=None):
+    """Return trace and determinant (d = 2), or trace and INVARIANTS (d = 4), of matrices, each with its error.
+
+    Where ``given``, b and its error, is better, it is taken, and ``det(M -+ 1) = b -+ 2a + 2`` with it.
+    """
     identity = np.eye(M.shape[-1])
     trace, trace_error = np.einsum("nii->n", M), np.einsum("nii->n", error)
     found = {"trace": trace, "trace_error": trace_error}
@@ -196,6 +204,15 @@ def invariants(M, error):
         shifted = M + sign * identity
         squares = 6.0 * size**2 * (np.linalg.norm(shifted, axis=(1, 2)) + size) ** 2
         put(name, np.linalg.det(shifted), _cofactors(shifted), squares)
+    if given is not None:
+        b, spread = given
+        signs = {"second_invariant": 0.0, "det_minus_identity": -2.0, "det_plus_identity": 2.0}
+        for name, sign in signs.items():
+            other = spread + np.abs(sign) * trace_error
+            is_better = other < found[f"{name}_error"]
+            value = b + sign * trace + np.abs(sign)
+            found[name] = np.where(is_better, value, found[name])
+            found[f"{name}_error"] = np.where(is_better, other, found[f"{name}_error"])
     return found
 
 
@@ -269,8 +286,11 @@ def _spectrum(smooth, period, half_turns):
         is_real = (mu.imag == 0.0).all(axis=1)
         sizes = np.where(is_real[:, None], np.log(np.abs(mu)), 0.5 * np.log(d)[:, None] + 0.0 * mu.real)  # NaN stays
     else:
-        root = np.sqrt(smooth[2].astype(complex))
-        mu = np.stack([*_pair(0.5 * (smooth[0] + root), 1.0), *_pair(0.5 * (smooth[0] - root), 1.0)], axis=1)
+        a, b, D, *_ = smooth
+        root = np.where(a < 0.0, -1.0, 1.0) * np.sqrt(D.astype(complex))
+        first, second = 0.5 * (a + root), 0.5 * (a - root)
+        second = np.where((D > 0.0) & (np.abs(a) > LARGE) & np.isfinite(b), (b - 2.0) / first, second)
+        mu = np.stack([*_pair(first, 1.0), *_pair(second, 1.0)], axis=1)
         sizes = np.log(np.abs(mu))
         sizes = np.where(np.abs(sizes) < ROUNDING, 0.0, sizes)  # on the circle: the argument decides the order
         sizes[:, 1::2] = -sizes[:, ::2]

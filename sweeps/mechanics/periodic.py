@@ -156,6 +156,33 @@ def multiplied(*factors: np.ndarray) -> np.ndarray:
     return found
 
 
+def compound(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the second compounds of matrices (points, steps, 4, 4), their minors of two rows, and those' terms' sizes.
+
+    The compound of a product is the product of the compounds, and its trace the second invariant of the product: so it
+    keeps all its digits where the sum of products of the whole matrix's entries cancels.
+    """
+    i, j = np.triu_indices(A.shape[-1], 1)
+    one, other = A[..., i[:, None], i] * A[..., j[:, None], j], A[..., i[:, None], j] * A[..., j[:, None], i]
+    return one - other, np.abs(one) + np.abs(other)
+
+
+def second_invariant(segments: np.ndarray, others: np.ndarray, rounding: float) -> np.ndarray:
+    """Return b of the product of segments and its error, shape (2, points).
+
+    Args:
+        segments: shape (points, steps, 4, 4).
+        others: found in another way.
+        rounding: of a segment, relative.
+    """
+    (found, sizes), (theirs, _) = compound(segments), compound(others)
+    whole, before, after = product(found)
+    b = np.trace(whole, axis1=1, axis2=2)
+    apart = np.abs(b - np.trace(product(theirs)[0], axis1=1, axis2=2))
+    grown = np.einsum("pkii->p", multiplied(np.abs(after), sizes, np.abs(before)))
+    return np.array([b, APART * apart + 2.0 * rounding * grown])
+
+
 def half_turns(matrices: np.ndarray) -> np.ndarray | None:
     """Return whole half turns of a perturbation in the steps, of two states, of a rate's sign from rate to state."""
     if matrices.shape[-1] != 2:
@@ -436,6 +463,13 @@ def _columns(base, epsilon, tolerance):
         linear, exact, elsewhere, determinant, theirs = certified(base)
         linear[elsewhere > TWO_PHASES * np.abs(linear).max(axis=(1, 2))] = np.nan
         turns = half_turns(segments), theirs
+        large = np.abs(matrix).max(axis=(1, 2)) > floquet.LARGE
+        if reciprocal and n == 4 and large.any():
+            part, turns = base.chosen(large), np.full((2, 2, points), np.nan)
+            again = followed(part, SMALLER * epsilon[large], 4 * STEPS)[0]
+            turns[0][:, large] = second_invariant(segments[large], again, NOISE)
+            K = int(base.number[0])
+            turns[1][:, large] = second_invariant(varied(part, 8 * K)[0], varied(part, 6 * K)[0], ROUNDING)
     matrix[wide] = np.nan
     columns, agree = floquet.compared(
         floquet.Matrices(matrix, error, linear, exact, elsewhere, *turns), base.period, reciprocal, determinant

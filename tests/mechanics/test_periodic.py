@@ -289,6 +289,33 @@ def test_large_multipliers_and_slow_growth():
     assert slow["regime"].tolist() == [floquet.PERIOD_DOUBLING] * 2
 
 
+def test_no_pair_of_multipliers_loses_digits_beside_a_large_one():
+    """Mathieu's equation along two directions that lean by 0.7 rad from the coordinates: pairs as of each alone."""
+    system = System("Leaning")
+    c, s = sp.cos(0.7), sp.sin(0.7)
+    a, b, q = (system.parameter(name, default=1.0) for name in "abq")
+    x, y = (system.coordinate(name, bounds=(-1, 1)) for name in "xy")
+    system.kinetic_energy((system.velocity(x) ** 2 + system.velocity(y) ** 2) / 2)
+    wave = 2 * q * sp.cos(2 * system.time)
+    system.potential(((a - wave) * (c * x + s * y) ** 2 + (b - wave) * (c * y - s * x) ** 2) / 2)
+    system.period(sp.pi)
+    system.equilibrium("rest", {x: 0, y: 0})
+    rng = np.random.default_rng(41)
+    a, b, q = rng.uniform(-120.0, -5.0, 60), rng.uniform(-30.0, 12.0, 60), rng.uniform(0.0, 4.0, 60)
+    found = of_model(Model(system), a=a, b=b, q=q)
+    pairs = [survey("mathieu", a=one, q=q) for one in (a, b)]
+    exact = np.hstack([one["multiplier_real"] + 1j * one["multiplier_imag"] for one in pairs])
+    ours = found["multiplier_real"] + 1j * found["multiplier_imag"]
+    apart = np.abs(ours[:, :, None] / exact[:, None] - 1.0).min(axis=2)
+    # near 1 and -1, where the lesser pair meets, a rounding of its trace moves it by more
+    allowed = 1e-12 / np.minimum(1.0, np.abs(np.abs(pairs[1]["trace"]) - 2.0))
+    assert (apart < np.maximum(1e-12, allowed)[:, None]).all()
+    assert covered(found)
+    large = np.abs(exact).max(axis=1) > 1e8
+    assert large.sum() > 20
+    assert (found["regime"][large] == floquet.UNSTABLE).all()
+
+
 def test_the_measurement_is_blind(monkeypatch):
     a, q = np.array([1.0, 2.0]), np.array([0.5, 1.0])
     found = survey("mathieu", a=a, q=q)
