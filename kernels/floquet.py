@@ -17,6 +17,10 @@ regimes are worked out again at the ends of the invariants' intervals, which is 
 regime that is not the same at all ends is marginal. Matrices of another kind have no such invariants: their multipliers
 are eigenvalues, with errors by their condition numbers or, where that is too rough, by Elsner's bound.
 
+*Large multipliers.* Beside a multiplier of 1e8 the doubles of M hold eight digits of the others. The determinant of two by
+two matrices and b of four by four ones are therefore taken from products of the second compounds of short segments: the
+lesser of two multipliers is d over the greater, and the lesser s is (b - 2) over the greater.
+
 *Branch.* The logarithm leaves the exponent's imaginary part open by multiples of 2 pi/T. Of a two by two matrix with
 determinant 1 the number of half turns that any perturbation made in the period decides it: between two of them no
 multiplier is real, and there all perturbations have made the same number of whole half turns. So it is continuous from
@@ -51,8 +55,9 @@ def columns(M, error, period, reciprocal=True, more=None, with_errors=True):
     reciprocal : bool
         Whether the equations are proved to be Hamiltonian: multipliers in pairs mu, 1/mu.
     more : numpy.ndarray, optional
-        Of d = 2 and determinant 1 the whole half turns of a perturbation in the period, floor(angle/pi), shape (n,); of
-        d = 4 the second invariant and its error, shape (2, n), NaN where those of M are as good.
+        Of d = 2 the whole half turns of a perturbation in the period, floor(angle/pi), shape (1, n), or with the
+        determinant and its error (3, n); of d = 4 the second invariant and its error, shape (2, n). NaN where those of
+        M are as good.
     with_errors : bool
         Whether errors are found of more than the invariants.
 
@@ -67,7 +72,8 @@ def columns(M, error, period, reciprocal=True, more=None, with_errors=True):
     d = M.shape[-1]
     if not has_invariants(d, reciprocal):
         return _by_eigenvalues(M, error, period, reciprocal)
-    half_turns, second = (more, None) if d == 2 else (None, more)
+    half_turns, second = (more[0], more[1:]) if d == 2 and more is not None else (None, more)
+    second = second if second is not None and len(second) else None
     with np.errstate(all="ignore"):
         found = invariants(M, error, second)
         smooth = [found[name] for name in (INVARIANTS if d == 4 else ("trace", "determinant"))]
@@ -82,12 +88,15 @@ def columns(M, error, period, reciprocal=True, more=None, with_errors=True):
         varied = (0, 2, 3, 4) if d == 4 else (0,) if reciprocal else (0, 1)
         for ends in _corners(smooth, spreads, varied):
             regime = np.where(_regime(ends) == regime, regime, MARGINAL)
-        corners = [*_corners(smooth, spreads, varied[:2] if second is None else (0, 1, 2)), *_meetings(smooth, spreads)]
+        moved = varied[:2] if d == 2 or second is None else (0, 1, 2)
+        corners = [*_corners(smooth, spreads, moved), *_meetings(smooth, spreads)]
         for ends in corners if with_errors else []:
             for name, apart in _distances(_spectrum(ends, period, half_turns), centre, regime == MARGINAL).items():
                 worst[name] = np.maximum(worst[name], apart)
         found |= centre
         if with_errors:
+            if d == 2:  # a determinant that may be 0 leaves the lesser multiplier's size open
+                worst["exponent_real"][smooth[1] <= spreads[1], 1] = np.inf
             found |= {f"{name}_error": worst[name] + ROUNDING * np.abs(values) for name, values in centre.items()}
         sound = np.isfinite(found["growth_rate"] + found["trace_error"])
     found["regime"] = np.where(sound, regime, UNDETERMINED).astype(np.int8)
@@ -179,7 +188,7 @@ def residuals(M, determinant=1.0):
 def invariants(M, error, given=None):
     """Return trace and determinant (d = 2), or trace and INVARIANTS (d = 4), of matrices, each with its error.
 
-    Where ``given``, b and its error, is better, it is taken, and ``det(M -+ 1) = b -+ 2a + 2`` with it.
+    Where ``given``, determinant or b with its error, is better, it is taken, and ``det(M -+ 1) = b -+ 2a + 2`` with it.
     """
     identity = np.eye(M.shape[-1])
     trace, trace_error = np.einsum("nii->n", M), np.einsum("nii->n", error)
@@ -194,25 +203,23 @@ def invariants(M, error, given=None):
         (m11, m12), (m21, m22) = M.transpose(1, 2, 0)
         gradient = np.stack([m22, -m21, -m12, m11], axis=1).reshape(-1, 2, 2)
         put("determinant", m11 * m22 - m12 * m21, gradient, size**2)
-        return found
-    put("first_invariant", trace, np.broadcast_to(identity, M.shape), 0.0)
-    second = 0.5 * (trace**2 - np.einsum("nij,nji->n", M, M))
-    leading = trace[:, None, None] * identity
-    put("second_invariant", second, leading - M.swapaxes(1, 2), 2.0 * size**2)
-    put("krein_discriminant", trace**2 - 4.0 * second + 8.0, 4.0 * M.swapaxes(1, 2) - 2.0 * leading, 8.0 * size**2)
-    for name, sign in (("det_minus_identity", -1.0), ("det_plus_identity", 1.0)):
-        shifted = M + sign * identity
-        squares = 6.0 * size**2 * (np.linalg.norm(shifted, axis=(1, 2)) + size) ** 2
-        put(name, np.linalg.det(shifted), _cofactors(shifted), squares)
-    if given is not None:
-        b, spread = given
+        signs = {"determinant": 0.0}
+    else:
+        put("first_invariant", trace, np.broadcast_to(identity, M.shape), 0.0)
+        second = 0.5 * (trace**2 - np.einsum("nij,nji->n", M, M))
+        leading = trace[:, None, None] * identity
+        put("second_invariant", second, leading - M.swapaxes(1, 2), 2.0 * size**2)
+        put("krein_discriminant", trace**2 - 4.0 * second + 8.0, 4.0 * M.swapaxes(1, 2) - 2.0 * leading, 8.0 * size**2)
+        for name, sign in (("det_minus_identity", -1.0), ("det_plus_identity", 1.0)):
+            shifted = M + sign * identity
+            squares = 6.0 * size**2 * (np.linalg.norm(shifted, axis=(1, 2)) + size) ** 2
+            put(name, np.linalg.det(shifted), _cofactors(shifted), squares)
         signs = {"second_invariant": 0.0, "det_minus_identity": -2.0, "det_plus_identity": 2.0}
-        for name, sign in signs.items():
-            other = spread + np.abs(sign) * trace_error
-            is_better = other < found[f"{name}_error"]
-            value = b + sign * trace + np.abs(sign)
-            found[name] = np.where(is_better, value, found[name])
-            found[f"{name}_error"] = np.where(is_better, other, found[f"{name}_error"])
+    for name, sign in signs.items() if given is not None else ():
+        spread = given[1] + np.abs(sign) * trace_error
+        is_better = spread < found[f"{name}_error"]
+        found[name] = np.where(is_better, given[0] + sign * trace + np.abs(sign), found[name])
+        found[f"{name}_error"] = np.where(is_better, spread, found[f"{name}_error"])
     return found
 
 

@@ -157,21 +157,21 @@ def multiplied(*factors: np.ndarray) -> np.ndarray:
 
 
 def compound(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the second compounds of matrices (points, steps, 4, 4), their minors of two rows, and those' terms' sizes.
+    """Return the second compounds of matrices (points, steps, n, n), their minors of two rows, and those' terms' sizes.
 
-    The compound of a product is the product of the compounds, and its trace the second invariant of the product: so it
-    keeps all its digits where the sum of products of the whole matrix's entries cancels.
+    The compound of a product is the product of the compounds. Its trace is the determinant (n = 2), or the second
+    invariant (n = 4): so these keep all their digits where products of the whole matrix's entries would cancel.
     """
     i, j = np.triu_indices(A.shape[-1], 1)
     one, other = A[..., i[:, None], i] * A[..., j[:, None], j], A[..., i[:, None], j] * A[..., j[:, None], i]
     return one - other, np.abs(one) + np.abs(other)
 
 
-def second_invariant(segments: np.ndarray, others: np.ndarray, rounding: float) -> np.ndarray:
-    """Return b of the product of segments and its error, shape (2, points).
+def minors_trace(segments: np.ndarray, others: np.ndarray, rounding: float) -> np.ndarray:
+    """Return the trace of the second compound of the product of segments, and its error, shape (2, points).
 
     Args:
-        segments: shape (points, steps, 4, 4).
+        segments: shape (points, steps, n, n).
         others: found in another way.
         rounding: of a segment, relative.
     """
@@ -456,23 +456,23 @@ def _columns(base, epsilon, tolerance):
     """Columns of points with one number of segments."""
     (points, n), reciprocal = base.sizes.shape, bool(base.reciprocal[0])
     matrix, error, linear, exact = (np.full((points, n, n), np.nan) for _ in range(4))
-    elsewhere, wide, determinant, turns = np.full(points, np.nan), np.zeros(points, dtype=bool), 1.0, (None, None)
+    elsewhere, wide, determinant, more = np.full(points, np.nan), np.zeros(points, dtype=bool), 1.0, (None, None)
     if base.number[0]:
         segments, error, wide = measured(base, epsilon, tolerance)
         matrix = product(segments)[0]
         linear, exact, elsewhere, determinant, theirs = certified(base)
         linear[elsewhere > TWO_PHASES * np.abs(linear).max(axis=(1, 2))] = np.nan
-        turns = half_turns(segments), theirs
+        more = [x[None] if n == 2 else None for x in (half_turns(segments), theirs)]
         large = np.abs(matrix).max(axis=(1, 2)) > floquet.LARGE
-        if reciprocal and n == 4 and large.any():
-            part, turns = base.chosen(large), np.full((2, 2, points), np.nan)
+        if n == (4 if reciprocal else 2) and base.still[0] and large.any():
+            part, K, given = base.chosen(large), int(base.number[0]), np.full((2, 2, points), np.nan)
             again = followed(part, SMALLER * epsilon[large], 4 * STEPS)[0]
-            turns[0][:, large] = second_invariant(segments[large], again, NOISE)
-            K = int(base.number[0])
-            turns[1][:, large] = second_invariant(varied(part, 8 * K)[0], varied(part, 6 * K)[0], ROUNDING)
+            given[0][:, large] = minors_trace(segments[large], again, NOISE)
+            given[1][:, large] = minors_trace(varied(part, 8 * K)[0], varied(part, 6 * K)[0], ROUNDING)
+            more = [one if n == 4 else np.vstack([x, one]) for x, one in zip(more, given, strict=True)]
     matrix[wide] = np.nan
     columns, agree = floquet.compared(
-        floquet.Matrices(matrix, error, linear, exact, elsewhere, *turns), base.period, reciprocal, determinant
+        floquet.Matrices(matrix, error, linear, exact, elsewhere, *more), base.period, reciprocal, determinant
     )
     sound = np.isfinite(matrix + error + linear).all(axis=(1, 2))
     cases = [~(base.closed <= CLOSED), base.number == 0, wide, ~sound, ~agree]

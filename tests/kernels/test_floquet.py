@@ -134,7 +134,7 @@ def test_exponents_of_a_turn_lie_on_the_branch_of_its_half_turns():
     for angle in (0.3, 2.9, 3.3, 6.0, 6.5, -0.4, -3.5, 20.0):
         c, s = np.cos(angle), np.sin(angle)
         M = np.array([[[c, -s], [s, c]]])
-        found = floquet.columns(M, np.full(M.shape, 1e-15), np.full(1, 2.0), more=np.floor([angle / np.pi]))
+        found = floquet.columns(M, np.full(M.shape, 1e-15), np.full(1, 2.0), more=np.floor([[angle / np.pi]]))
         np.testing.assert_allclose(np.abs(found["exponent_imag"][0]), abs(angle) / 2.0, rtol=1e-13)
         turned = np.exp(2j * found["exponent_imag"][0])
         np.testing.assert_allclose(turned, found["multiplier_real"][0] + 1j * found["multiplier_imag"][0], atol=1e-14)
@@ -162,7 +162,7 @@ def test_errors_of_eigenvalues_cover_perturbed_matrices(d):
 def test_an_error_that_reaches_from_growth_to_growth_holds_all_turning_between():
     for trace in (2.336, -2.336, 2.0, 0.3):
         M, error = np.array([[[trace, -1.0], [1.0, 0.0]]]), np.array([[[6.0, 0.0], [0.0, 0.0]]])
-        found = floquet.columns(M, error, np.ones(1), more=np.zeros(1))
+        found = floquet.columns(M, error, np.ones(1), more=np.zeros((1, 1)))
         assert found["regime"][0] == NAMES["marginal"]
         # of trace 0 the multipliers are ±i, as far from the real ones as any
         furthest = 1.0 - np.abs(found["multiplier_imag"][0]).min()

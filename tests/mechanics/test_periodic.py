@@ -132,6 +132,12 @@ def test_damping_is_taken_off_the_growth():
     assert damped["determinant_residual"].max() < 1e-13
     assert {floquet.ASYMPTOTICALLY_STABLE, floquet.UNSTABLE} <= set(damped["regime"].tolist())
     assert covered(damped)
+    a = np.array([-10.0, -33.0, -100.0])  # multipliers to 3e13 beside 2e-14
+    damped, free = survey("mathieu", a=a, q=1.0, damping=0.1), survey("mathieu", a=a - 0.01, q=1.0)
+    exact = free["multiplier_real"] * np.exp(-0.1 * np.pi)
+    np.testing.assert_allclose(damped["multiplier_real"], exact, rtol=1e-12)
+    assert (damped["multiplier_real_error"] < 1e-12 * exact).all()
+    assert covered(damped)
 
 
 def test_kapitzas_pendulum_stands_from_the_exact_frequency_on():
