@@ -17,9 +17,9 @@ regimes are worked out again at the ends of the invariants' intervals, which is 
 regime that is not the same at all ends is marginal. Matrices of another kind have no such invariants: their multipliers
 are eigenvalues, with errors by their condition numbers or, where that is too rough, by Elsner's bound.
 
-*Large multipliers.* Beside a multiplier of 1e8 the doubles of M hold eight digits of the others. The determinant of two by
-two matrices and b of four by four ones are therefore taken from products of the second compounds of short segments: the
-lesser of two multipliers is d over the greater, and the lesser s is (b - 2) over the greater.
+*Large multipliers.* Beside a multiplier of 1e8 the doubles of M hold eight digits of the others. The determinant of two
+by two matrices and b of four by four ones are therefore taken from products of the second compounds of short segments:
+the lesser of two multipliers is d over the greater, and the lesser s is (b - 2) over the greater.
 
 *Branch.* The logarithm leaves the exponent's imaginary part open by multiples of 2 pi/T. Of a two by two matrix with
 determinant 1 the number of half turns that any perturbation made in the period decides it: between two of them no
