@@ -43,6 +43,7 @@ def draw(ds: xr.Dataset, look: Look, ax: Axes | None = None) -> Figure:
         inside = (i >= 0) & (j >= 0)
         regimes.paint(place, middle, middle, np.where(inside, regime, 0), np.where(inside, growth, 0.0), status)
         place.contour(x, y, np.abs(part["trace_theory"].values.T), [2.0], colors=colors.INK, linewidths=0.8)
+        place.plot([], [], color=colors.INK, linewidth=0.8, label="boundary by linear theory")
         place.contourf(x, y, part["triangle_margin"].values.T, [-1.0, 0.0], colors=[MISSING])
         for artist in place.collections:
             artist.set_clip_path(Polygon([(0, 1), (1, 0), (1, 1)], transform=place.transData))
