@@ -19,34 +19,8 @@ import math
 
 import numpy as np
 
-from kernels.codes import (
-    ACOS,
-    ACOSH,
-    ADD,
-    ASIN,
-    ASINH,
-    ATAN,
-    ATANH,
-    CONSTANT,
-    COS,
-    COSH,
-    ERF,
-    EXP,
-    LOG,
-    MUL,
-    OUTSIDE,
-    POLE,
-    POWER,
-    SIN,
-    SINH,
-    SOUND,
-    TAN,
-    TANH,
-    UNIT,
-    VARIABLE,
-    WHOLE_POWER,
-    Formulas,
-)
+from kernels import codes
+from kernels.codes import OUTSIDE, POLE, SOUND, UNIT, Formulas
 from kernels.jit import OPTIONS, PASSED, float64, int64, njit, types, void
 
 LIBRARY = 8.0 * UNIT  # of a function of the C library
@@ -201,29 +175,29 @@ def _scaled(c, a, b):
 @njit(**OPTIONS)
 def _library(code, x):
     """Return a function of the C library at x."""
-    if code == EXP:
+    if code == codes.EXP:
         return math.exp(x)
-    if code == LOG:
+    if code == codes.LOG:
         return math.log(x) if x > 0.0 else -INF
-    if code == TAN:
+    if code == codes.TAN:
         return math.tan(x)
-    if code == ASIN:
+    if code == codes.ASIN:
         return math.asin(x)
-    if code == ACOS:
+    if code == codes.ACOS:
         return math.acos(x)
-    if code == ATAN:
+    if code == codes.ATAN:
         return math.atan(x)
-    if code == SINH:
+    if code == codes.SINH:
         return math.sinh(x)
-    if code == COSH:
+    if code == codes.COSH:
         return math.cosh(x)
-    if code == TANH:
+    if code == codes.TANH:
         return math.tanh(x)
-    if code == ASINH:
+    if code == codes.ASINH:
         return math.asinh(x)
-    if code == ACOSH:
+    if code == codes.ACOSH:
         return math.acosh(x)
-    if code == ATANH:
+    if code == codes.ATANH:
         return math.atanh(x)
     return math.erf(x)
 
@@ -268,7 +242,7 @@ def _tangent(a, b):
     low, high = _cosine(a, b)
     if low <= 0.0 <= high:
         return -INF, INF, 1.0, INF, POLE
-    f, g = _rising(TAN, a, b)
+    f, g = _rising(codes.TAN, a, b)
     r, s = _power(f, g, 2)
     d, e = _add(r, s, 1.0, 1.0)
     return f, g, d, e, SOUND
@@ -280,14 +254,14 @@ def _logarithm(a, b):
         return -INF, INF, -INF, INF, OUTSIDE
     state = SOUND if a > 0.0 else POLE
     a = max(a, 0.0)
-    f, g = _rising(LOG, a, b)
+    f, g = _rising(codes.LOG, a, b)
     d, e = _inverse(a, b)
     return f, g, max(d, 0.0), e, state
 
 
 @njit(**OPTIONS)
 def _hyperbolic_tangent(a, b):
-    f, g = _rising(TANH, a, b)
+    f, g = _rising(codes.TANH, a, b)
     r, s = _cosh(a, b)  # 1 - tanh² would lose all where tanh is near 1
     r, s = _power(r, s, 2)
     d, e = _inverse(r, s)
@@ -297,33 +271,33 @@ def _hyperbolic_tangent(a, b):
 @njit(**OPTIONS)
 def _inverse_function(code, a, b):
     """Enclose an inverse of a circular or hyperbolic function: f' = ± 1/(c ± x²), or 1 over its root."""
-    state, low, high = SOUND, 1.0 if code == ACOSH else -1.0, INF if code == ACOSH else 1.0
-    if code not in (ATAN, ASINH):
+    state, low, high = SOUND, 1.0 if code == codes.ACOSH else -1.0, INF if code == codes.ACOSH else 1.0
+    if code not in (codes.ATAN, codes.ASINH):
         if b < low or a > high:
             return -INF, INF, -INF, INF, OUTSIDE
-        if a < low or b > high or (code == ATANH and (a <= low or b >= high)):
+        if a < low or b > high or (code == codes.ATANH and (a <= low or b >= high)):
             a, b, state = max(a, low), min(b, high), POLE
     r, s = _power(a, b, 2)
-    if code in (ASIN, ACOS, ATANH):
+    if code in (codes.ASIN, codes.ACOS, codes.ATANH):
         r, s = -s, -r
-    one = -1.0 if code == ACOSH else 1.0
+    one = -1.0 if code == codes.ACOSH else 1.0
     r, s = _add(r, s, one, one)
     d, e = _inverse(max(r, 0.0), max(s, 0.0))
     d = max(d, 0.0)
-    if code not in (ATAN, ATANH):
+    if code not in (codes.ATAN, codes.ATANH):
         d, e = _real_power(d, e, 0.5, 0.5)
-    if code == ACOS:
-        f, g = _rising(ACOS, b, a)
+    if code == codes.ACOS:
+        f, g = _rising(codes.ACOS, b, a)
         return max(f, 0.0), g, -e, -d, state
     f, g = _rising(code, a, b)
-    return (max(f, 0.0) if code == ACOSH else f), g, d, e, state
+    return (max(f, 0.0) if code == codes.ACOSH else f), g, d, e, state
 
 
 @njit(**OPTIONS)
 def _error_function(a, b):
-    f, g = _rising(ERF, a, b)
+    f, g = _rising(codes.ERF, a, b)
     r, s = _power(a, b, 2)
-    d, e = _rising(EXP, -s, -r)
+    d, e = _rising(codes.EXP, -s, -r)
     d, e = _scaled(2.0 / math.sqrt(math.pi), max(d, 0.0), e)
     return f, g, max(_down(d, LIBRARY), 0.0), _up(e, LIBRARY), SOUND
 
@@ -331,29 +305,29 @@ def _error_function(a, b):
 @njit(**OPTIONS)
 def _function(code, a, b, p, q):
     """Enclose f and f′ on [a, b]: four ends, and a state; [p, q] is the exponent of POWER, p the one of WHOLE_POWER."""
-    if code == WHOLE_POWER:
+    if code == codes.WHOLE_POWER:
         return _whole_power(a, b, int(p))
-    if code == POWER:
+    if code == codes.POWER:
         return _any_power(a, b, p, q)
-    if code == EXP:
-        f, g = _rising(EXP, a, b)
+    if code == codes.EXP:
+        f, g = _rising(codes.EXP, a, b)
         f = max(f, 0.0)
         return f, g, f, g, SOUND
-    if code in (SIN, COS):
+    if code in (codes.SIN, codes.COS):
         f, g = _sine(a, b)
         d, e = _cosine(a, b)
-        return (f, g, d, e, SOUND) if code == SIN else (d, e, -g, -f, SOUND)
-    if code in (SINH, COSH):
-        f, g = _rising(SINH, a, b)
+        return (f, g, d, e, SOUND) if code == codes.SIN else (d, e, -g, -f, SOUND)
+    if code in (codes.SINH, codes.COSH):
+        f, g = _rising(codes.SINH, a, b)
         d, e = _cosh(a, b)
-        return (f, g, d, e, SOUND) if code == SINH else (d, e, f, g, SOUND)
-    if code == TAN:
+        return (f, g, d, e, SOUND) if code == codes.SINH else (d, e, f, g, SOUND)
+    if code == codes.TAN:
         return _tangent(a, b)
-    if code == LOG:
+    if code == codes.LOG:
         return _logarithm(a, b)
-    if code == TANH:
+    if code == codes.TANH:
         return _hyperbolic_tangent(a, b)
-    if code == ERF:
+    if code == codes.ERF:
         return _error_function(a, b)
     return _inverse_function(code, a, b)
 
@@ -376,10 +350,10 @@ def enclose(F, low, high, count, R, values):
     for k in range(len(F.tape)):
         code, a, b = F.tape[k, 0], F.tape[k, 1], F.tape[k, 2]
         out = R[k]
-        if code in (VARIABLE, CONSTANT):
+        if code in (codes.VARIABLE, codes.CONSTANT):
             for j in range(2, rows):
                 out[j] = 0.0
-            if code == VARIABLE:
+            if code == codes.VARIABLE:
                 out[0], out[1] = low[a], high[a]
                 if a < count:
                     out[2 + 2 * a], out[3 + 2 * a] = 1.0, 1.0
@@ -387,11 +361,11 @@ def enclose(F, low, high, count, R, values):
                 out[0], out[1] = F.constants[a, 0], F.constants[a, 1]
             continue
         A = R[a]
-        if code == ADD:
+        if code == codes.ADD:
             B = R[b]
             for j in range(0, rows, 2):
                 out[j], out[j + 1] = _add(A[j], A[j + 1], B[j], B[j + 1])
-        elif code == MUL:
+        elif code == codes.MUL:
             B = R[b]
             out[0], out[1] = _mul(A[0], A[1], B[0], B[1])
             for j in range(2, rows, 2):
@@ -400,7 +374,7 @@ def enclose(F, low, high, count, R, values):
                 out[j], out[j + 1] = _add(p, q, r, s)
         else:
             p, q = float(b), float(b)
-            if code == POWER:
+            if code == codes.POWER:
                 p, q = R[b, 0], R[b, 1]
             f, g, d, e, told = _function(code, A[0], A[1], p, q)
             state = max(state, told)

@@ -71,15 +71,7 @@ from importlib import import_module
 
 import numpy as np
 
-from kernels.elliptic import (
-    RUNGS,
-    K,
-    argument,
-    climb,
-    jacobi_short,
-    ladder,
-    separatrix_functions,
-)
+from kernels.elliptic import RUNGS, K, argument, climb, jacobi_short, ladder, separatrix_functions
 from kernels.jit import INLINE, OPTIONS, njit
 from kernels.solution import advance, by_axis, checked, is_stationary, pick, set_up, set_up_near_one
 from kernels.straight import formula
