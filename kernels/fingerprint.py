@@ -114,14 +114,9 @@ def _with_imports(left: set[Path]) -> list[Path]:
         path = left.pop()
         if path not in found:
             found.add(path)
-            left |= _imported(path)
+            beside = {Path(__file__).with_name(f"{name}.py") for name in _read(path)[1]}
+            left |= {file for file in beside if file.exists()}  # a name that is no file is one that a module defines
     return sorted(found, key=lambda path: (path.name, path))
-
-
-def _imported(path: Path) -> set[Path]:
-    """Return the files of ``kernels`` that one imports; a name that is no file is one that a module defines."""
-    files = {Path(__file__).with_name(f"{name}.py") for name in _read(path)[1]}
-    return {file for file in files if file.exists()}
 
 
 def _read(path: Path) -> tuple[bytes, frozenset[str]]:

@@ -176,17 +176,14 @@ def _wrong_coordinates(ds: xr.Dataset, sweep: Sweep) -> Iterator[str]:
             yield f"{name}: is missing"
             continue
         found = ds.variables[name]
+        boxes = runs(found.shape, BLOCK_POINTS)
         if found.dims != dims or (found.dtype.kind != values.dtype.kind and found.dtype.kind not in "OU"):
             yield f"{name}: is no coordinate along {', '.join(dims)} of type {values.dtype}"
-        elif any(content.as_bytes(found[p].values) != content.as_bytes(values[p]) for p in _parts(found)):
+        elif any(content.as_bytes(found[box].values) != content.as_bytes(values[box]) for box in boxes):
             yield f"{name}: has other values than the definition's"
     beside = set(ds.variables) | set(ds.encoding.get("ignored", ()))
     for name in beside - set(expected) - set(sweep.variables):
         yield f"{shortened(repr(name))}: is no variable of this map"
-
-
-def _parts(variable: xr.Variable) -> Iterator[tuple[slice, ...]]:
-    return runs(variable.shape, BLOCK_POINTS)
 
 
 def _wrong_variables(ds: xr.Dataset, sweep: Sweep) -> Iterator[str]:

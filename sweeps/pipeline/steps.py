@@ -40,15 +40,10 @@ def _made(planned: Plan, folder: Path, workers: int, again: bool) -> Iterator[Pa
         if is_old:
             measure(planned.sweep, path, workers, again)
             memory.give_back()
-        _remove_parts(folder)
+        if (folder / "shards").exists():
+            shutil.rmtree(folder / "shards")
         yield path
         yield from _shown(path, again, worker)
-
-
-def _remove_parts(folder: Path) -> None:
-    """Remove what a map needs no more."""
-    if (folder / "shards").exists():
-        shutil.rmtree(folder / "shards")
 
 
 def _is_older(made: Path, path: Path) -> bool:

@@ -19,6 +19,7 @@ from contextlib import contextmanager, suppress
 from importlib import import_module
 from itertools import groupby
 from multiprocessing import get_context
+from operator import itemgetter
 from pathlib import Path
 
 try:
@@ -35,6 +36,7 @@ from sweeps.systems.kernel import Kernel
 
 ROOT = Path(__file__).parents[2]
 SHARED = 0.65  # of the seconds of all kernels, what is left where two processes share them
+STAGE = itemgetter(-1)  # of a call: kernels of one are compiled side by side
 _ensured: set[Kernel] = set()
 
 
@@ -135,17 +137,13 @@ def main() -> None:
     calls = json.load(sys.stdin)
     with ProcessPoolExecutor(processors.cores(), get_context("spawn"), _begin) as pool:
         try:
-            for _, together in groupby(sorted(calls, key=_stage_of), key=_stage_of):
+            for _, together in groupby(sorted(calls, key=STAGE), key=STAGE):
                 for done in as_completed([pool.submit(_compile, *call) for call in together]):
                     done.result()
                     print(flush=True)
         except BaseException:
             interrupts.abandon(pool)
             raise
-
-
-def _stage_of(call: list) -> int:
-    return call[-1]
 
 
 def _begin() -> None:
@@ -156,9 +154,11 @@ def _begin() -> None:
 
 def _compile(module: str, name: str, types: str, example: list, _stage: int) -> None:
     """Compile one kernel: a function for types, or whatever a call or an import of its module compiles."""
+    from numba import NumbaExperimentalFeatureWarning
+
     with warnings.catch_warnings():
         # kernels take a system's compiled step as an argument, which Numba calls an experiment
-        warnings.filterwarnings("ignore", category=_experiments())
+        warnings.filterwarnings("ignore", category=NumbaExperimentalFeatureWarning)
         if module.endswith(".py"):
             from sweeps.mechanics.taylor import load
 
@@ -169,12 +169,6 @@ def _compile(module: str, name: str, types: str, example: list, _stage: int) -> 
             getattr(loaded, name).compile(types)
         elif name:
             getattr(loaded, name)(*example)
-
-
-def _experiments() -> type[Warning]:
-    from numba import NumbaExperimentalFeatureWarning
-
-    return NumbaExperimentalFeatureWarning
 
 
 @contextmanager

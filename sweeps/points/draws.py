@@ -46,7 +46,7 @@ class Draw:
     @cached_property
     def _block(self) -> np.ndarray:
         """The first points, as whole numbers."""
-        return self._whole(self._engine().random(min(2**LOW, _power(self._sample.num))))
+        return self._whole(self._engine().random(min(2**LOW, 1 << (self._sample.num - 1).bit_length())))
 
     @cached_property
     def _turns(self) -> np.ndarray:
@@ -88,11 +88,6 @@ class Draw:
             # the last slice's upper end must not round to 1
             found[:, d] = np.minimum((_permuted(numbers, num, keys) + within) / num, 1 - 2.0**-53)
         return found
-
-
-def _power(number: int) -> int:
-    """The least power of two that is not less."""
-    return 1 << (number - 1).bit_length()
 
 
 def _mixed(values: np.ndarray) -> np.ndarray:

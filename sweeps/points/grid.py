@@ -47,7 +47,7 @@ class Grid:
     @cached_property
     def shape(self) -> tuple[int, ...]:
         """Length of each dimension."""
-        return tuple(_length(values) for values in self._along.values())
+        return tuple(v.num if isinstance(v, Range) else v.size for v in self._along.values())
 
     @cached_property
     def size(self) -> int:
@@ -105,7 +105,9 @@ class Grid:
             Each of `arguments` → its values (int64 or float64; SI units), of shape (stop − start,); memory is
             proportional to stop − start, whatever the grid's size.
         """
-        self._check_bounds(start, stop)
+        if not 0 <= start <= stop <= self.size:
+            allowed = f"0 ≤ start ≤ stop ≤ {self.size}"
+            raise ValueError(f"points: {start} to {stop} is out of range; allowed: {allowed}")
         runs = self._runs(start, stop)
         own = self._own(runs[POINT].index) if POINT in runs else {}
         given = {*self.arguments, *self.following.needed} - {*self.following.names}
@@ -157,11 +159,6 @@ class Grid:
             inner *= length
         return found
 
-    def _check_bounds(self, start: int, stop: int) -> None:
-        if not 0 <= start <= stop <= self.size:
-            allowed = f"0 ≤ start ≤ stop ≤ {self.size}"
-            raise ValueError(f"points: {start} to {stop} is out of range; allowed: {allowed}")
-
     @cached_property  # longer axes are computed where they are asked for
     def _tables(self) -> dict[str, np.ndarray]:
         lengths = zip(self._along.items(), self.shape, strict=True)
@@ -173,10 +170,6 @@ class Grid:
             return self._tables[dim][index]
         along = self._along[dim]
         return along.values(index) if isinstance(along, Range) else along[index]
-
-
-def _length(values: Range | np.ndarray | OnDemand) -> int:
-    return values.num if isinstance(values, Range) else values.size
 
 
 def _spelled_out(values: Range | np.ndarray | OnDemand) -> np.ndarray | OnDemand:

@@ -78,16 +78,12 @@ def _rows_in_child(source: Source, places: Sequence[int]) -> Iterator[np.ndarray
     try:
         for part in sandbox.parts_from_child(partial(_answers, source, places), seconds):
             if part[:1] == b"r":
-                raise UnreadableError(*_problem(part[1:]))
+                where, *words = json.loads(part[1:])
+                raise UnreadableError(tuple(where), *words)
             yield np.frombuffer(part, "<f8", offset=8).reshape(-1, len(places)).copy()
     except sandbox.ChildError:
         wrong = "cannot be read (it is damaged, or takes too much time or memory)"
         raise refusal("", display(source.name), wrong, "a whole table") from None
-
-
-def _problem(part: bytes) -> tuple:
-    where, *words = json.loads(part)
-    return tuple(where), *words
 
 
 def _answers(source: Source, places: Sequence[int]) -> Iterator[bytes]:

@@ -10,7 +10,6 @@ import os
 import zlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from functools import cached_property
 from pathlib import Path
 
 import h5py
@@ -114,11 +113,7 @@ class ChunkFile:
     def take(self, name: str, number: int) -> bytes:
         """Read a chunk as it is stored in the file, without HDF5, whose lock stops other threads."""
         lies = self._ids[name].get_chunk_info_by_coord(self._offset(name, number))
-        return os.pread(self._handle, lies.size, lies.byte_offset or 0)
-
-    @cached_property
-    def _handle(self) -> int:
-        return self._file.id.get_vfd_handle()
+        return os.pread(self._file.id.get_vfd_handle(), lies.size, lies.byte_offset or 0)
 
     def _offset(self, name: str, number: int) -> tuple[int, ...]:
         return (*self.chunks.offset(number), *(0 for _ in self._own[name]))
