@@ -1,8 +1,14 @@
 """Sphinx's settings."""
 
+import hashlib
 from pathlib import Path
 
+from jupyter_cache import get_cache
+
 import sweeps
+
+ROOT = Path(sweeps.__file__).parents[1]
+CODE = [path for name in ("kernels", "sweeps") for end in ("py", "yaml") for path in (ROOT / name).rglob(f"*.{end}")]
 
 project = "Polhode"
 author = "Polhode"
@@ -13,7 +19,10 @@ exclude_patterns = ["included/**"]
 myst_enable_extensions = ["dollarmath", "amsmath", "deflist", "colon_fence"]
 myst_heading_anchors = 3
 myst_links_external_new_tab = True
-nb_execution_mode = "force"
+nb_execution_mode = "cache"  # pages run again where their code or this package has changed
+_DIGEST = hashlib.sha256(b"".join(map(Path.read_bytes, sorted(CODE)))).hexdigest()
+nb_execution_cache_path = str(Path(__file__).parents[1] / "executed" / _DIGEST[:16])
+get_cache(nb_execution_cache_path).list_cache_records()  # made before several processes do it at once
 nb_execution_in_temp = True
 nb_execution_raise_on_error = True
 nb_execution_timeout = 300

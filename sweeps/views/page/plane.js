@@ -129,7 +129,9 @@ function markPoint(at = pointShown()) {
 }
 
 function axisOf(name, values) {
-  return { title: { text: dimensionLabel(name) }, type: isLogarithmic(values) ? "log" : "linear", showgrid: false, exponentformat: "power" };
+  const type = isLogarithmic(values) ? "log" : "linear";
+  const few = type === "log" && Math.max(...values) < 1e3 * Math.min(...values); // decades: 1, 2 and 5 have room
+  return { title: { text: dimensionLabel(name) }, type, ...(few ? { dtick: "D2" } : {}), showgrid: false, exponentformat: "power" };
 }
 
 function rangeOf(edges, type) {

@@ -142,7 +142,7 @@ function drawMode() {
   const [{ name, unit }] = shown.curves.map((i) => shown.coordinates[i]);
   const title = shown.curves.length > 1 ? "coordinates" : symbolText(name);
   const yaxis = { title: { text: unitText(unit) ? `${title} (${unitText(unit)})` : title }, range: modeRange(shown), exponentformat: "power" };
-  const layout = { height: 300, margin: { l: 64, r: 12, t: 8, b: 44 }, showlegend: true, legend: { orientation: "h", y: -0.28 }, dragmode: false, xaxis: { title: { text: "time (s)" }, exponentformat: "power", range: [0, shown.end] }, yaxis };
+  const layout = { height: 300, margin: { l: 64, r: 12, t: 8, b: 44 }, showlegend: true, legend: { orientation: "h", y: -0.34 }, dragmode: false, xaxis: { title: { text: "time (s)" }, exponentformat: "power", range: [0, shown.end] }, yaxis };
   draw("mode-plot", modeTraces(shown), layout, { displayModeBar: false });
   if (document.getElementById("mode-table").open) fillModeTable();
 }
