@@ -44,6 +44,20 @@ def shaft(x, y, angle, flat=1.0) -> dict[str, list]:
     return {"face": rim[:-1], "line": bent, "mark": [(0, x, y), rim[0]]}
 
 
+def satellite(moments, roll, pitch, yaw) -> list[tuple]:
+    """Return kind, points and label of the parts of a satellite in its orbit's axes, above the Earth."""
+    body = sp.rot_axis1(roll) * sp.rot_axis2(pitch) * sp.rot_axis3(yaw)  # from the orbit's axes to the body's
+    turned = sp.Matrix.diag(1, -1, -1) * body.T
+    total = sum(moments)
+    half = [sp.sqrt(abs(total - 2 * moment)) / 2 + 0.05 for moment in moments]
+    axes = [("roll", (half[0] + 0.3, 0, 0)), ("yaw", (0, 0, half[2] + 0.3))]
+    return [
+        *(("face", face) for face in box(half, turned)),
+        *(("mass", [_placed(turned, tip)], label) for label, tip in axes),
+        *(("line", [(0, 0, 0), end], label) for label, end in (("Earth", (0, 0, -1.5)), ("orbit", (1.5, 0, 0)))),
+    ]
+
+
 def _rounded(*values):
     return zip(*(v.round(6).tolist() for v in values), strict=True)
 

@@ -5,7 +5,7 @@ The slug is a sphere of moment J (here in units of the roll moment) that turns a
 hold up, the slightest damping makes the motion grow (Thomson and Tait; Chetaev).
 """
 
-from sympy import Matrix, cos, pi, rot_axis1, rot_axis2, rot_axis3, sin, sqrt, tan
+from sympy import cos, pi, sin, tan
 
 from sweeps.mechanics import System, drawing
 
@@ -51,12 +51,5 @@ still = {w1: 0, w2: -n, w3: 0, s1: 0, s2: -n, s3: 0, roll: 0, pitch: 0, yaw: 0}
 system.equilibrium("earth_pointing", still)
 
 I2, I3 = 1, (1 - k1) / (1 - k1 * k3)
-body = rot_axis1(roll) * rot_axis2(pitch) * rot_axis3(yaw)  # from the orbit's axes to the body's
-down = Matrix.diag(1, -1, -1) * body.T  # the Earth is below
-half = [sqrt(abs(a)) / 2 + 0.05 for a in (I2 + I3 - I1, I3 + I1 - I2, I1 + I2 - I3)]
-for face in drawing.box(half, down):
-    system.draw("face", face)
-system.draw("mass", [down * Matrix((0, 0, half[2] + 0.3))], "yaw")
-system.draw("mass", [down * Matrix((half[0] + 0.3, 0, 0))], "roll")
-system.draw("line", [(0, 0, 0), (0, 0, -1.5)], "Earth")
-system.draw("line", [(0, 0, 0), (1.5, 0, 0)], "orbit")
+for part in drawing.satellite((I1, I2, I3), roll, pitch, yaw):
+    system.draw(*part)
