@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from kernels.blocks import W
-from kernels.jit import OPTIONS, boolean, float64, int64, njit, void, whole_vectors
+from kernels.jit import INLINE, OPTIONS, boolean, float64, int64, njit, void, whole_vectors
 
 EPSILON = float(np.finfo(np.float64).eps)
 
@@ -114,6 +114,14 @@ def add_outer(out, A, a, m, B, b, n):
                 out[to + np.uint64(lane)] += A[u + np.uint64(lane)] * B[v + np.uint64(lane)]
 
 
+@njit(**INLINE)
+def _subtract(out, to, A, a, B, b, lanes):
+    """Subtract row a of A times row b of B from a row of out, all flat."""
+    to, a, b = np.uint64(to * lanes), np.uint64(a * lanes), np.uint64(b * lanes)
+    for lane in range(lanes):
+        out[to + np.uint64(lane)] -= A[a + np.uint64(lane)] * B[b + np.uint64(lane)]
+
+
 @njit(**OPTIONS)
 def solve_in_lanes(A, B, n, m, exchange, least, f):
     """Overwrite the columns c of B, its rows c n + j, by A⁻¹ times them, lane by lane; A is lost, f is scratch.
@@ -121,7 +129,7 @@ def solve_in_lanes(A, B, n, m, exchange, least, f):
     exchange: rows by the largest pivot; else A is definite, and no pivot is smaller than ``least``.
     """
     whole_vectors()
-    lanes = f.size
+    lanes, left, right = f.size, A.reshape(A.size), B.reshape(B.size)
     for k in range(n):
         if exchange:
             for i in range(k + 1, n):
@@ -138,16 +146,13 @@ def solve_in_lanes(A, B, n, m, exchange, least, f):
             for lane in range(lanes):
                 f[lane] = A[i * n + k, lane] * A[k * n + k, lane]
             for j in range(k + 1, n):
-                for lane in range(lanes):
-                    A[i * n + j, lane] -= f[lane] * A[k * n + j, lane]
+                _subtract(left, i * n + j, f, 0, left, k * n + j, lanes)
             for c in range(m):
-                for lane in range(lanes):
-                    B[c * n + i, lane] -= f[lane] * B[c * n + k, lane]
+                _subtract(right, c * n + i, f, 0, right, c * n + k, lanes)
     for k in range(n - 1, -1, -1):
         for c in range(m):
             for i in range(k + 1, n):
-                for lane in range(lanes):
-                    B[c * n + k, lane] -= A[k * n + i, lane] * B[c * n + i, lane]
+                _subtract(right, c * n + k, left, k * n + i, right, c * n + i, lanes)
             for lane in range(lanes):
                 B[c * n + k, lane] *= A[k * n + k, lane]
 

@@ -1,17 +1,23 @@
-r"""The variational flow M' = A(t) M by collocation at Gauss's points, many steps side by side.
+r"""The variational flow over one period by collocation at Gauss's points, W points side by side.
 
-In a step of length h the stages :math:`Y_i = 1 + h\sum_j a_{ij}A_jY_j` are found at once, by elimination without
-exchange of rows: h A is at most a few in size, so the matrix is near a triangular one. The order is twice STAGES.
+With the time in units of a step, a perturbation obeys :math:`u'' = k(t)\,u + c(t)\,u'` (coordinates; k and c are the
+slopes of the accelerations, times the step's square and the step) or :math:`u' = c(t)\,u` (states). The unknowns of a
+step are the highest derivatives at its points, of which u and u' are integrals: of coordinates half as many as there
+are states. They are found at once, by elimination without exchange of rows: in a step that is short enough to be exact,
+k and c are at most a few in size, and the matrix is near 1. The order is twice STAGES.
 
-Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.7.
+Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.7 and II.14 (Nystrom methods).
 """
+
+import math
 
 import numpy as np
 from numpy.polynomial import legendre
 
-from kernels.jit import INLINE, OPTIONS, njit, whole_vectors
+from kernels.blocks import W, rows_of
+from kernels.dense import product_in_lanes, solve_in_lanes
+from kernels.jit import OPTIONS, njit, whole_vectors
 
-TOGETHER = 16  # systems side by side
 STAGES = 8
 
 
@@ -24,35 +30,135 @@ def collocation(stages):
 
 
 POINTS, INNER, WHOLE = collocation(STAGES)
+TWICE, WHOLE_TWICE = INNER @ INNER, WHOLE @ INNER  # weights of integrals of integrals
 
 
-@njit(**INLINE)
-def _subtract(target, factor, row):
-    for lane in range(target.size):
-        target[lane] -= factor[lane] * row[lane]
+@njit(**OPTIONS)
+def _load(source, step, first, factor, rows):
+    """Write the slopes at the points of a step, times a factor, in rows (stage, i, j); W points from the first on."""
+    whole_vectors()
+    m, _, times, _ = source.shape
+    lanes = factor.size
+    for stage in range(STAGES):
+        at = min(step * STAGES + stage, times - 1)  # one time stands for all where slopes are constant
+        for i in range(m):
+            for j in range(m):
+                row, slopes = rows[(stage * m + i) * m + j], source[i, j, at, first:]
+                for lane in range(min(lanes, slopes.size)):
+                    row[lane] = slopes[lane] * factor[lane]
 
 
-@njit(**INLINE)
-def _eliminate(S):
-    """Solve systems of equations S[:, :n] X = S[:, n:], shape (n, n + columns, lanes), in place."""
-    n, last, _ = S.shape
-    for k in range(n):
-        pivot = S[k, k]
-        for lane in range(pivot.size):
-            pivot[lane] = 1.0 / pivot[lane]
-        for i in range(k + 1, n):
-            factor = S[i, k]
-            for lane in range(factor.size):
-                factor[lane] *= pivot[lane]
-            for j in range(k + 1, last):
-                _subtract(S[i, j], factor, S[k, j])
-    for i in range(n - 1, -1, -1):
-        for j in range(n, last):
-            target, pivot = S[i, j], S[i, i]
-            for k in range(i + 1, n):
-                _subtract(target, S[i, k], S[k, j])
-            for lane in range(target.size):
-                target[lane] *= pivot[lane]
+@njit(**OPTIONS)
+def _step(k, c, m, second, A, B, f, S):
+    """Write the matrix of a step in the states (u, u'), or u, into S, rows i n + j; A, B, f are scratch."""
+    whole_vectors()
+    lanes, size, n = f.size, STAGES * m, 2 * m if second else m
+    for i in range(size):
+        for stage in range(STAGES):
+            once, twice, at = INNER[i // m, stage], TWICE[i // m, stage] if second else 0.0, (i // m * m + i % m) * m
+            for b in range(m):
+                row, slope, bend, unit = A[i * size + stage * m + b], c[at + b], k[at + b], i == stage * m + b
+                for lane in range(lanes):
+                    row[lane] = unit - once * slope[lane] - twice * bend[lane]
+        for b in range(m):
+            row, rate, slope, bend, place = (
+                B[b * size + i],
+                B[(n - m + b) * size + i],
+                c[i * m + b],
+                k[i * m + b],
+                POINTS[i // m],
+            )
+            for lane in range(lanes):
+                row[lane] = bend[lane]
+                rate[lane] = slope[lane] + place * bend[lane] if second else slope[lane]
+    solve_in_lanes(A, B, size, n, False, -math.inf, f)
+    for i in range(n):
+        weights = WHOLE_TWICE if second and i < m else WHOLE
+        for j in range(n):
+            row, unit = S[i * n + j], 1.0 if i == j or (second and i + m == j) else 0.0
+            for lane in range(lanes):
+                row[lane] = unit
+            for stage in range(STAGES):
+                source, weight = B[j * size + stage * m + i % m], weights[stage]
+                for lane in range(lanes):
+                    row[lane] += weight * source[lane]
+
+
+@njit(
+    "void(float64[:, :, :, ::1], float64[:, :, :, ::1], float64[::1], float64[:, ::1], int64, int64, float64[:, ::1])",
+    nogil=True,
+    **OPTIONS,
+)
+def flow(k, c, h, sizes, steps, later, out):
+    """Write the matrix of the period of each point, and what it is known by.
+
+    Parameters
+    ----------
+    k, c : numpy.ndarray, shape (m, m, times, points)
+        Slopes of the accelerations by coordinates and by velocities, at POINTS of each step; or no times in k, and in c
+        the slopes of the rates by states. One time stands for all.
+    h : numpy.ndarray, shape (points,)
+        Length of the steps.
+    sizes : numpy.ndarray, shape (n, points)
+        Of the states.
+    steps, later : int
+        In a period, and before the phase of another period.
+    out : numpy.ndarray, shape (3 n n + 2, points)
+        The matrix in the states' sizes, row by row; that of the period that begins later; of each entry of the first
+        the sum of squares of what one rounding of all that a step gives becomes in it; the integral of the trace of c;
+        and, of two states, the whole half turns of the first column, of a rate's sign from rate to state.
+    """
+    whole_vectors()
+    m, second = c.shape[0], k.shape[2] > 0
+    n, size = 2 * m if second else m, STAGES * m
+    slopes, A, B = rows_of(2 * size * m), rows_of(size * size), rows_of(size * n)
+    S, P, X, Y = rows_of(steps * n * n), rows_of((steps + 1) * n * n), rows_of(n * n), rows_of(n * n)
+    f, step, square, told = rows_of(1)[0], rows_of(1)[0], rows_of(1)[0], rows_of(2 * n * n + 2)
+    for first in range(0, h.size, W):
+        told[:] = 0.0
+        for lane in range(W):
+            at = min(first + lane, h.size - 1)
+            step[lane], square[lane] = h[at], h[at] ** 2
+            for i in range(n):
+                size_i = sizes[i, at] * (step[lane] if second and i >= m else 1.0)
+                for j in range(n):
+                    P[i * n + j, lane], X[i * n + j, lane] = 0.0, 0.0
+                P[i * n + i, lane], X[i * n + i, lane] = size_i, 1.0 / size_i
+        for s in range(steps):
+            _load(k if second else c, s, first, square, slopes)
+            _load(c, s, first, step, slopes[size * m :])
+            here, before, after = S[s * n * n :], P[s * n * n :], P[(s + 1) * n * n :]
+            _step(slopes, slopes[size * m :], m, second, A, B, f, here)
+            product_in_lanes(here, before, after, n)
+            for stage in range(STAGES):
+                for i in range(m):
+                    for lane in range(W):
+                        told[2 * n * n, lane] += WHOLE[stage] * slopes[size * m + (stage * m + i) * m + i, lane]
+            if n == 2:
+                for lane in range(W):
+                    forward = before[2, lane] * after[0, lane] > before[0, lane] * after[2, lane]
+                    if (before[2, lane] > 0.0) != (after[2, lane] > 0.0):
+                        told[2 * n * n + 1, lane] += 1.0 if forward else -1.0
+        for s in range(steps, 0, -1):
+            if s == later:
+                product_in_lanes(P[s * n * n :], X, told, n)
+            for i in range(n):
+                for b in range(n):
+                    for j in range(n):
+                        left, right, row = X[i * n + b], P[(s * n + b) * n + j], told[n * n + i * n + j]
+                        for lane in range(W):
+                            row[lane] += (left[lane] * right[lane]) ** 2
+            product_in_lanes(X, S[(s - 1) * n * n :], Y, n)
+            X, Y = Y, X
+        for lane in range(min(W, h.size - first)):
+            at = first + lane
+            for i in range(n):
+                size_i = sizes[i, at] * (step[lane] if second and i >= m else 1.0)
+                for j in range(n):
+                    out[i * n + j, at] = P[(steps * n + i) * n + j, lane] / size_i
+                    told[i * n + j, lane] *= P[j * n + j, lane] / size_i
+            for i in range(2 * n * n + 2):
+                out[n * n + i, at] = told[i, lane]
 
 
 @njit("void(float64[:, :, :, ::1], float64[:, :, :, ::1], float64[:, :, :, ::1])", nogil=True, **OPTIONS)
@@ -85,81 +191,3 @@ def chain(matrices, before, after):
                         total += matrices[p, k - 1, i, m] * before[p, k - 1, m, j]
                         other += after[p, steps - k, i, m] * matrices[p, steps - k, m, j]
                     before[p, k, i, j], after[p, steps - 1 - k, i, j] = total, other
-
-
-@njit("void(float64[:, :, ::1], float64[:, :, ::1])", nogil=True, **OPTIONS)
-def invert(A, inverse):
-    """Write the inverses of positive definite matrices, shape (systems, n, n)."""
-    whole_vectors()
-    count, n, _ = A.shape
-    S = np.empty((n, 2 * n, TOGETHER))
-    for first in range(0, count, TOGETHER):
-        for lane in range(TOGETHER):
-            at = min(first + lane, count - 1)
-            for i in range(n):
-                for j in range(n):
-                    S[i, j, lane], S[i, n + j, lane] = A[at, i, j], 1.0 if i == j else 0.0
-        _eliminate(S)
-        for lane in range(min(TOGETHER, count - first)):
-            for i in range(n):
-                for j in range(n):
-                    inverse[first + lane, i, j] = S[i, n + j, lane]
-
-
-@njit(
-    "void(float64[:, :, :, ::1], float64[::1], float64[:, ::1], float64[:, ::1], float64[::1], float64[:, :, ::1])",
-    nogil=True,
-    **OPTIONS,
-)
-def flow(A, h, sizes, inner, whole, out):
-    """Write the matrix of each step, in the states' sizes.
-
-    Parameters
-    ----------
-    A : numpy.ndarray, shape (steps, stages, n, n)
-        Coefficients at POINTS of each step; so many steps follow each other for each point.
-    h : numpy.ndarray, shape (points,)
-        Length of the steps.
-    sizes : numpy.ndarray, shape (points, n)
-        Of the states.
-    inner, whole : numpy.ndarray
-        INNER and WHOLE.
-    out : numpy.ndarray, shape (steps, n, n)
-        The matrices.
-    """
-    whole_vectors()
-    count, stages, n, _ = A.shape
-    each, size = count // h.size, stages * n
-    S, B = np.empty((size, size + n, TOGETHER)), np.empty((stages, n, n, TOGETHER))
-    for first in range(0, count, TOGETHER):
-        for lane in range(TOGETHER):
-            at = min(first + lane, count - 1)
-            point = at // each
-            for j in range(stages):
-                for a in range(n):
-                    for b in range(n):
-                        B[j, a, b, lane] = A[at, j, a, b] * (h[point] * sizes[point, b] / sizes[point, a])
-        for i in range(stages):
-            for a in range(n):
-                for j in range(stages):
-                    for b in range(n):
-                        target, source, weight = S[i * n + a, j * n + b], B[j, a, b], inner[i, j]
-                        for lane in range(target.size):
-                            target[lane] = -weight * source[lane]
-                for lane in range(TOGETHER):
-                    S[i * n + a, i * n + a, lane] += 1.0
-                    for b in range(n):
-                        S[i * n + a, size + b, lane] = 1.0 if a == b else 0.0
-        _eliminate(S)
-        for a in range(n):
-            for b in range(n):
-                total = S[0, a * n + b]  # no longer needed
-                for lane in range(total.size):
-                    total[lane] = 0.0
-                for j in range(stages):
-                    for c in range(n):
-                        source, stage = B[j, a, c], S[j * n + c, size + b]
-                        for lane in range(total.size):
-                            total[lane] += whole[j] * source[lane] * stage[lane]
-                for lane in range(min(TOGETHER, count - first)):
-                    out[first + lane, a, b] = total[lane] + (1.0 if a == b else 0.0)

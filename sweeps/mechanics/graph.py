@@ -258,15 +258,23 @@ _INTEGRATED = (
 # -- values in NumPy: one array element a point
 
 
-def lambdified(arguments, expressions):
-    """Return a NumPy function of arrays (all of one shape) that returns every expression as such an array, float64."""
+def lambdified(arguments, expressions, whole=True):
+    """Return a NumPy function of arrays that returns every expression as a float64 array.
+
+    Args:
+        arguments: symbols.
+        expressions: in these symbols.
+        whole: whether each array has the shape of all arguments together; else that of what occurs in it.
+    """
     function = sp.lambdify(arguments, list(expressions), modules=[{"erf": special.erf}, "numpy"], cse=True)
 
     def evaluate(*arrays):
         with np.errstate(all="ignore"):
-            values = function(*arrays)
+            values = [np.real_if_close(np.asarray(value)) for value in function(*arrays)]
+        if not whole:
+            return [value.astype(np.float64, copy=False) for value in values]
         shape = np.broadcast_shapes(*(np.shape(x) for x in arrays)) if arrays else ()
-        return [np.broadcast_to(np.real_if_close(np.asarray(value)), shape).astype(np.float64) for value in values]
+        return [np.broadcast_to(value, shape).astype(np.float64) for value in values]
 
     return evaluate
 

@@ -14,9 +14,10 @@ the period is the product. It is measured again, perturbed by an
 eighth as much and in steps shorter by a third: the difference of both holds what the amplitude and the steps change,
 and rounding is bounded by what grows of it.
 
-*Certificate.* The variational flow :math:`M' = A(t)M` by collocation at Gauss's points, of order 16, which solves
-for all stages of a step at once: A is the derivative of the equations by SymPy, and nothing is shared with the
-generated Taylor steps. Steps are halved until the traces of periods that begin at two phases agree to a rounding.
+*Certificate.* The variational flow by collocation at Gauss's points, of order 16 (`kernels.variational`), whose slopes
+are derivatives of the equations by SymPy: nothing is shared with the generated Taylor steps. It is found again in fewer
+steps from another phase, and compared with what the finer steps make of the period that begins there, entry by entry:
+steps are halved until the difference is rounding.
 
 Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.7 and II.9; derived again.
 """
@@ -46,7 +47,8 @@ FALLING = 0.25  # of the difference before: else what is left is rounding, or th
 TWO_PHASES = 1e-6  # of the matrix: traces from two phases that differ by more are none
 FINEST = 32  # times the segments, that the variational flow may need
 STILL = 64 * float(np.finfo(np.float64).eps)  # of the largest rates of motions of the states' sizes: equilibrium
-ROUNDING = 4 * float(np.finfo(np.float64).eps)  # of the certificate
+COARSER = 0.2  # of the difference of both flows: the error of the finer, of order 16 and 4/3 to 3/2 times the steps
+ROUNDING = 8 * float(np.finfo(np.float64).eps)  # of the certificate
 NOISE = 6 * float(np.finfo(np.float64).eps)  # of a measured segment
 DIFFERENCE, NEWTONS = 1e-6, 16  # of the sizes: what differentiates the period map; steps
 FAR = 8.0  # sizes from the named start, where no periodic motion is looked for
@@ -55,89 +57,105 @@ CLOSED = 1e-9  # of the sizes: how far a periodic motion may be from closed
 
 
 class Variation:
-    """Rates and Jacobian of any state at any time, in NumPy, and the absolute values of the Jacobian's terms.
+    """Slopes of the rates at any state and phase of the period, in NumPy, and the absolute values of their terms.
+
+    All points share the phases, and the period is put in for the time in symbols: so what depends on the phase alone is
+    worked out once for all points.
 
     Args:
         equations: of the system.
     """
 
     def __init__(self, equations: Equations):
-        self.m, self.n, self.second = equations.m, equations.n, bool(equations.v)
-        forces = sp.Matrix(equations.forces)
+        self.equations, self.m, self.second = equations, equations.m, bool(equations.v)
+        self._phase = sp.Symbol("phase", real=True)
+        timed = {equations.system.time: self._phase * equations.system.given_period}
+        forces, masses = ([e.subs(timed) for e in some or ()] for some in (equations.forces, equations.a))
         slopes = [e.diff(x) for e in forces for x in equations.states]
-        masses = list(equations.a) if self.second else []
-        bent = [e.diff(q) for e in masses for q in equations.q]
-        arguments = (*equations.parameters, *equations.states, equations.system.time)
-        self._slopes = lambdified(arguments, [*forces, *slopes, *masses, *bent])
-        self._terms = lambdified(arguments, [magnitude(e) for e in slopes])
+        self._still = self._written([e.subs(equations.still) for e in [*slopes, *masses]])
+        self._moving = self._written([*slopes, *masses, *(e.diff(q) for e in masses for q in equations.q), *forces])
+        self._terms = self._written([magnitude(e) for e in slopes])
         turned = {x: -x for x in equations.states}
         signed = [*((e, 1) for e in forces), *((e, -1) for e in masses)]
         self.odd = all(sp.expand(e + sign * e.subs(turned)) == 0 for e, sign in signed)  # the same from the other side
 
-    def _parts(self, parameters, x, t):
-        """Return forces, their slopes by all states, the inverse masses, and the masses' slopes times accelerations."""
-        m, n, shape, given = self.m, self.n, t.shape, [p[:, None] for p in parameters]
-        values = np.stack(self._slopes(*given, *np.moveaxis(x, 2, 0), t), axis=-1)
-        force, J, a, bent = np.split(values, np.cumsum([m, m * n, m * m * self.second]), axis=-1)
-        J = J.reshape(*shape, m, n)
-        if not self.second:
-            return force, J, None, None
-        a = np.ascontiguousarray(a).reshape(-1, m, m)
-        inverse = np.empty_like(a)
-        variational.invert(a, inverse)
-        inverse = inverse.reshape(*shape, m, m)
-        rates = multiplied(inverse, force[..., None])[..., 0]
-        bent = bent.reshape(*shape, m, m, m)
-        return rates, J, inverse, sum(bent[..., j, :] * rates[..., j, None, None] for j in range(m))
+    def _written(self, expressions):
+        return lambdified((*self.equations.parameters, *self.equations.states, self._phase), expressions, whole=False)
 
-    def at(self, parameters, x, t) -> np.ndarray:
-        """Return the Jacobian, shape (points, times, n, n).
+    def _parts(self, parameters, x, phases, still):
+        """Return slopes of the forces, masses, what the masses' slopes add where not still, and accelerations."""
+        m, n = range(self.m), range(self.equations.n)
+        values = iter((self._still if still else self._moving)(*parameters, *x, phases[:, None]))
+        J = [[next(values) for _ in n] for _ in m]
+        if not self.second:
+            return J, None, [], [*values]
+        a = [[next(values) for _ in m] for _ in m]
+        if still:
+            return J, a, [], []
+        bent = [[[next(values) for _ in m] for _ in m] for _ in m]
+        rates = [rate for (rate,) in divided(a, [[force] for force in values])]
+        return J, a, [[sum(row[j][k] * rates[j] for j in m) for k in m] for row in bent], rates
+
+    def at(self, parameters, x, phases, still) -> tuple[np.ndarray, np.ndarray]:
+        """Return the slopes of the accelerations by coordinates and by velocities, or none and those of the rates.
 
         Args:
             parameters: arrays (points,).
-            x: states, shape (points, times, n), or of equilibria (points, 1, n).
-            t: shape (points, times).
+            x: states, arrays (phases, points), or of equilibria (1, points).
+            phases: of the period, shape (phases,).
+            still: whether all points are at rest.
+
+        Returns:
+            Each of shape (m, m, times, points): one time, where all are alike; none, where there are no such slopes.
         """
-        _, J, inverse, bent = self._parts(parameters, x, t)
+        m, points = self.m, parameters[0].size
+        J, a, bent, _ = self._parts(parameters, x, phases, still)
         if not self.second:
-            return J
-        found = np.zeros((*t.shape, self.n, self.n))
-        found[..., : self.m, self.m :] = np.eye(self.m)
-        J[..., : self.m] -= bent
-        found[..., self.m :, :] = multiplied(inverse, J)
-        return found
+            return np.empty((m, m, 0, points)), stacked(J, points)
+        for row, extra in zip(J, bent, strict=not still):
+            row[:m] = [y - z for y, z in zip(row, extra, strict=False)]
+        J = divided(a, J)
+        return stacked([row[:m] for row in J], points), stacked([row[m:] for row in J], points)
 
-    def bounds(self, parameters, x, t) -> tuple[np.ndarray, np.ndarray]:
-        """Return rates (points, times, n) and the absolute values of the Jacobian's terms, of what `at` takes."""
-        rates, J, inverse, bent = self._parts(parameters, x, t)
-        given = [p[:, None] for p in parameters]
-        terms = np.stack(self._terms(*given, *np.moveaxis(x, 2, 0), t), axis=-1).reshape(J.shape)
-        if not self.second:
-            return rates, terms
-        terms[..., : self.m] += np.abs(bent)
-        upper = np.broadcast_to(np.eye(self.m, self.n, self.m), terms.shape)
-        terms = np.concatenate([upper, multiplied(np.abs(inverse), terms)], axis=-2)
-        return np.concatenate([np.broadcast_to(x[..., self.m :], rates.shape), rates], axis=-1), terms
+    def bounds(self, parameters, x, phases) -> tuple[np.ndarray, np.ndarray]:
+        """Return the largest rates (points, n) and absolute values of the Jacobian's terms (points, n, n) at phases."""
+        m, n, points = self.m, self.equations.n, parameters[0].size
+        _, a, bent, rates = self._parts(parameters, x, phases, False)
+        values = iter(self._terms(*parameters, *x, phases[:, None]))
+        terms = [[next(values) for _ in range(n)] for _ in range(m)]
+        if self.second:
+            for row, extra in zip(terms, bent, strict=True):
+                row[:m] = [y + np.abs(z) for y, z in zip(row, extra, strict=False)]
+            inverse = divided(a, np.eye(m).tolist())
+            lower = [[sum(np.abs(y) * terms[j][k] for j, y in enumerate(row)) for k in range(n)] for row in inverse]
+            terms, rates = [*np.eye(m, n, m).tolist(), *lower], [*x[m:], *rates]
+        largest = np.abs(stacked([[*row, rate] for row, rate in zip(terms, rates, strict=True)], points)).max(axis=2)
+        return largest[:, n].T, np.moveaxis(largest[:, :n], 2, 0)
 
 
-def flow(A: np.ndarray, h: np.ndarray, sizes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the matrix of each step of M' = A(t) M in the states' sizes, and the integral of A's trace over all steps.
+def divided(a, right):
+    """Return X of a X = right, matrices of arrays, by elimination without exchange: a is positive definite."""
+    a, right = [[*row] for row in a], [[*row] for row in right]
+    for k in range(len(a)):
+        for i in range(k + 1, len(a)):
+            factor = a[i][k] / a[k][k]
+            for rows in (a, right):
+                rows[i] = [y - factor * x for x, y in zip(rows[k], rows[i], strict=True)]
+    for i in reversed(range(len(a))):
+        for j in range(i + 1, len(a)):
+            right[i] = [y - a[i][j] * x for x, y in zip(right[j], right[i], strict=True)]
+        right[i] = [y / a[i][i] for y in right[i]]
+    return right
 
-    Args:
-        A: at the collocation's points of each step, shape (points, steps, stages, n, n).
-        h: length of the steps, shape (points,).
-        sizes: of the states, shape (points, n).
-    """
-    found = np.empty((*A.shape[:2], *A.shape[3:]))
-    variational.flow(
-        np.ascontiguousarray(A).reshape(-1, *A.shape[2:]),
-        np.ascontiguousarray(h),
-        np.ascontiguousarray(sizes),
-        variational.INNER,
-        variational.WHOLE,
-        found.reshape(-1, *A.shape[3:]),
-    )
-    return found, sum(A[..., a, a] for a in range(A.shape[-1])).sum(axis=1) @ variational.WHOLE * h
+
+def stacked(rows, points: int) -> np.ndarray:
+    """Return a matrix of arrays (times, points), or of one time or point, as one: (rows, columns, times, points)."""
+    shape = np.broadcast_shapes((1, points), *(np.shape(x) for row in rows for x in row))
+    found = np.empty((len(rows), len(rows[0]), *shape))
+    for i, row in enumerate(rows):
+        for j, x in enumerate(row):
+            found[i, j] = x
+    return found
 
 
 def product(matrices: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -237,9 +255,9 @@ class Base:
 
     def _measure_sizes(self, places):
         """Set the states' sizes and the bound S on every rate along the motion; return whether it stays at rest."""
-        phases = self.period[:, None] * (np.arange(32) + 0.5) / 32
+        phases, m = (np.arange(32) + 0.5) / 32, self.model.equations.m
         rates, terms = self.model.variation.bounds(self.parameters, self(phases), phases)
-        terms, m = terms.max(axis=1) + np.eye(terms.shape[-1]) / self.period[:, None, None], self.model.equations.m
+        terms = terms + np.eye(terms.shape[-1]) / self.period[:, None, None]
         sizes = self.model.landscape.sizes(self.parameters, list(places.T))
         if self.model.equations.v:
             ratio = sizes[:, None, :] / sizes[:, :, None]
@@ -248,8 +266,7 @@ class Base:
             sizes = np.concatenate([sizes, sizes * rate[:, None]], axis=1)
         self.scale, self.sizes = np.empty(len(sizes)), np.empty(sizes.shape)
         jacobians.scales(np.ascontiguousarray(terms), np.ascontiguousarray(sizes), self.scale, self.sizes)
-        allowed = STILL * np.einsum("pij,pj->pi", terms, self.sizes)
-        return (np.abs(rates) <= allowed[:, None]).all(axis=(1, 2))
+        return (rates <= STILL * np.einsum("pij,pj->pi", terms, self.sizes)).all(axis=1)
 
     def _close(self, which):
         """Find the start of the motion that comes back to where it began."""
@@ -276,19 +293,16 @@ class Base:
             step = np.clip(np.einsum("pij,pj->pi", inverse, off), -1.0, 1.0)
             self.start[which] = (x - sizes * step)[going]
 
-    def __call__(self, times) -> np.ndarray:
-        """Return the states at times (points, times), shape (points, times, n); (points, 1, n) if all are at rest."""
+    def __call__(self, phases) -> np.ndarray:
+        """Return the states at phases of the period, shape (n, phases, points); (n, 1, points) if all are at rest."""
+        found = np.ascontiguousarray(self.start.T)[:, None]
         if self.still.all():
-            return self.start[:, None]
-        found = np.repeat(self.start[:, None], times.shape[1], axis=1)
-        which = np.flatnonzero(~self.still)
-        phases = times[which] % self.period[which, None]
-        order = np.argsort(phases, axis=1)
-        ordered = np.insert(np.take_along_axis(phases, order, axis=1), 0, 0.0, axis=1)
-        given = [p[which] for p in self.parameters]
-        sizes = self.sizes[which]
-        states = motions.solved(self.model.moving, given, self.start[which], ordered, 1e-13, sizes)[0][:, 1:]
-        found[which] = np.take_along_axis(states, np.argsort(order, axis=1)[..., None], axis=1)
+            return found
+        found, which = np.repeat(found, phases.size, axis=1), np.flatnonzero(~self.still)
+        ordered, number = np.unique(phases % 1.0, return_inverse=True)
+        given, times = [p[which] for p in self.parameters], self.period[which, None] * np.insert(ordered, 0, 0.0)
+        states = motions.solved(self.model.moving, given, self.start[which], times, 1e-13, self.sizes[which])[0]
+        found[:, :, which] = np.moveaxis(states[:, 1 + number], 0, 2).swapaxes(0, 1)
         return found
 
     def chosen(self, which) -> "Base":
@@ -312,12 +326,27 @@ class Base:
         return np.array([*SEGMENTS, 0])[at]
 
 
-def varied(base: Base, steps: int, begin: float = 0.0):
-    """Return the matrices of the steps of one period, in the states' sizes, and the integral of the trace."""
-    T = base.period
-    times = T[:, None] * (begin + (np.arange(steps)[:, None] + variational.POINTS).ravel() / steps)
-    A = base.model.variation.at(base.parameters, base(times), times)
-    return flow(A.reshape(T.size, steps, variational.STAGES, *A.shape[-2:]), T / steps, base.sizes)
+def varied(base: Base, steps: int, later: int = 1, begin: float = 0.0, share: float = 1.0) -> tuple[np.ndarray, ...]:
+    """Return the variational flow over a period, or a part of it, in the states' sizes; see `kernels.variational`.
+
+    Args:
+        base: of points of one kind.
+        steps: of the period or part.
+        later: step at which the other period begins.
+        begin: phase of the period where the first one, or the part, begins.
+        share: of the period that the part is.
+
+    Returns:
+        Matrices of both periods (points, n, n); what one rounding in each step makes in the first; determinants, by
+        Liouville; half turns.
+    """
+    points, n = base.sizes.shape
+    phases = begin + share * (np.arange(steps)[:, None] + variational.POINTS).ravel() / steps
+    k, c = base.model.variation.at(base.parameters, base(phases), phases, bool(base.still.all()))
+    found = np.empty((3 * n * n + 2, points))
+    variational.flow(k, c, base.period * (share / steps), np.ascontiguousarray(base.sizes.T), steps, later, found)
+    matrix, other, squares = np.moveaxis(found[:-2].reshape(3, n, n, points), 3, 1)
+    return matrix, other, np.sqrt(squares), np.exp(found[-2]), found[-1]
 
 
 def followed(base: Base, epsilon: np.ndarray, steps: int) -> tuple[np.ndarray, np.ndarray]:
@@ -330,9 +359,9 @@ def followed(base: Base, epsilon: np.ndarray, steps: int) -> tuple[np.ndarray, n
     """
     points, K, n, code = base.period.size, int(base.number[0]), base.sizes.shape[1], base.code
     sides = np.array([1.0] if code.linear or base.mirrored[0] else [1.0, -1.0])
-    times = base.period[:, None] * np.arange(K) / K
+    phases = np.arange(K) / K
     shape = points, K, sides.size, n  # of runs: point, segment, side, direction
-    place = [y[..., None, None] for y in (*np.moveaxis(base(times), 2, 0), times)]
+    place = [y[..., None, None] for y in (*base(phases).swapaxes(1, 2), base.period[:, None] * phases)]
     starts = sides[:, None, None] * np.eye(n) * base.sizes[:, None, None, None]
     given, x = [p[:, None, None, None] for p in base.parameters], [*np.moveaxis(starts, 4, 0), np.zeros((1, 1, 1, 1))]
     epsilon, step = (y[:, None, None, None] for y in (epsilon, base.period / (K * steps)))
@@ -384,19 +413,16 @@ def certified(base: Base) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarra
     determinant, turns, left, finer = np.ones(points), np.zeros(points), np.arange(points), 1
     last = np.full(points, np.inf)
     while left.size and finer <= FINEST:
-        part = base.chosen(left)
-        segments, traces = varied(part, 2 * finer * int(base.number[0]))
-        other = product(varied(part, finer * int(base.number[0]) * 3 // 2, ELSEWHERE)[0])[0]
-        matrix[left], before, after = product(segments)
-        grown = (np.abs(after).sum(axis=3) * np.abs(multiplied(segments, before)).sum(axis=2)).sum(axis=(1, 2))
-        elsewhere[left] = np.abs(np.trace(matrix[left] - other, axis1=1, axis2=2))
-        exact[left] = (ROUNDING * grown + elsewhere[left])[:, None, None]
-        determinant[left], finer = np.exp(traces), 2 * finer
-        if n == 2:
-            turns[left] = half_turns(segments)
-        going = (elsewhere[left] > ROUNDING * grown) & (elsewhere[left] < FALLING * last[left])
-        last[left] = elsewhere[left]
-        left = left[going]
+        part, steps = base.chosen(left), finer * (3 * int(base.number[0]) // 2 + 2)
+        later = round(ELSEWHERE * steps)
+        matrix[left], other, noise, determinant[left], turns[left] = varied(part, steps, later)
+        coarser = varied(part, -(-2 * steps // 3), 1, later / steps)[0]
+        elsewhere[left] = np.abs(np.trace(matrix[left] - coarser, axis1=1, axis2=2))
+        apart = COARSER * np.abs(other - coarser).max(axis=(1, 2))
+        exact[left] = ROUNDING * noise + apart[:, None, None]
+        going = (apart > ROUNDING * noise.max(axis=(1, 2))) & (apart < FALLING * last[left])
+        last[left] = apart
+        left, finer = left[going], 2 * finer
     return matrix, exact, elsewhere, determinant, turns if n == 2 else None
 
 
@@ -444,12 +470,13 @@ def refusal(model, parameters) -> str:
 
 def is_jagged(base: Base) -> bool:
     """Return True if at none of some points the Fourier series of the coefficients at the named start falls off."""
-    some = base.chosen(slice(EXAMINED))
-    times = some.period[:, None] * np.arange(FOURIER) / FOURIER
+    some, phases = base.chosen(slice(EXAMINED)), np.arange(FOURIER) / FOURIER
     with np.errstate(all="ignore"):
-        terms = np.abs(np.fft.rfft(some.model.variation.at(some.parameters, some.start[:, None], times), axis=1))
-    most = terms.max(axis=(1, 2, 3))
-    return not (terms[:, FOURIER // 4 :].max(axis=(1, 2, 3)) <= FALLEN * most).any()
+        both = some.model.variation.at(some.parameters, some.start.T[:, None], phases, False)
+        whole = [np.broadcast_to(x, (*x.shape[:2], FOURIER, x.shape[3])) for x in both if x.size]
+        terms = np.abs(np.fft.rfft(np.concatenate(whole), axis=2))
+    most = terms.max(axis=(0, 1, 2))
+    return not (terms[:, :, FOURIER // 4 :].max(axis=(0, 1, 2)) <= FALLEN * most).any()
 
 
 def _columns(base, epsilon, tolerance):
@@ -468,7 +495,8 @@ def _columns(base, epsilon, tolerance):
             part, K, given = base.chosen(large), int(base.number[0]), np.full((2, 2, points), np.nan)
             again = followed(part, SMALLER * epsilon[large], 4 * STEPS)[0]
             given[0][:, large] = minors_trace(segments[large], again, NOISE)
-            given[1][:, large] = minors_trace(varied(part, 8 * K)[0], varied(part, 6 * K)[0], ROUNDING)
+            theirs = (np.stack([varied(part, k, 1, j / K, 1 / K)[0] for j in range(K)], axis=1) for k in (4, 3))
+            given[1][:, large] = minors_trace(*theirs, ROUNDING)
             more = [one if n == 4 else np.vstack([x, one]) for x, one in zip(more, given, strict=True)]
     matrix[wide] = np.nan
     columns, agree = floquet.compared(

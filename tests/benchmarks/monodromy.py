@@ -1,15 +1,17 @@
 """Print monodromy matrices a second and core of described periodic systems, beside heyoka.py's variational mode.
 
-By the process's own time: `python tests/benchmarks/monodromy.py`. heyoka.py (of the extra `bench`) follows Mathieu's
-equation with `var_ode_sys` in batches at the tolerance 1e-12.
+By the process's own time: `python tests/benchmarks/monodromy.py`. heyoka.py (of the extra `bench`) follows the same
+equations, of two and of four states, with `var_ode_sys` in batches at the tolerance 1e-12.
 """
 
 import time
 
 import numpy as np
+import sympy as sp
 
 from sweeps import systems
 from sweeps.mechanics import periodic
+from sweeps.mechanics.graph import lambdified
 
 POINTS, ROUNDS, BATCH = 4096, 5, 16
 RANGES = {
@@ -42,11 +44,15 @@ def ours(name: str) -> None:
     def each(work):
         return lambda: [work(part, np.full(part.period.size, 1e-8)) for part in parts]
 
+    def of(part):
+        return int(part.number[0]) + 2, 1
+
     matrix = each(lambda part, size: periodic.product(periodic.followed(part, size, periodic.STEPS)[0]))
     works = {
         "one matrix from parameters": matrix,
         "blind measurement, with errors": each(lambda part, size: periodic.measured(part, size, 1e-12)),
-        "variational flow by collocation, from two phases": each(lambda part, _: periodic.certified(part)),
+        "variational flow by collocation alone": each(lambda part, _: periodic.varied(part, *of(part))),
+        "the same with its error, from two phases": each(lambda part, _: periodic.certified(part)),
         "all columns": lambda: periodic.survey(model, points, 1e-12),
     }
     advance, taken = periodic.advance_table, []
@@ -65,33 +71,40 @@ def ours(name: str) -> None:
         print(f"{name}: {words} {POINTS / seconds(work):,.0f}")
 
 
-def theirs() -> None:
-    """Print heyoka.py's rate for Mathieu's equation."""
+def theirs(name: str) -> None:
+    """Print heyoka.py's rate for the same equations and points."""
     try:
         import heyoka as hy
     except ImportError:
         print("heyoka.py: is not installed")
         return
-    x, v = hy.make_vars("x", "v")
-    equations = [(x, v), (v, -(hy.par[0] - 2.0 * hy.par[1] * hy.cos(2.0 * hy.time)) * x)]
-    varied = hy.var_ode_sys(equations, hy.var_args.vars, order=1)
-    ta = hy.taylor_adaptive_batch(varied, np.zeros((2, BATCH)), tol=1e-12, pars=np.zeros((2, BATCH)), fast_math=True)
-    start, rng = ta.state.copy(), np.random.default_rng(1)
-    a, q = rng.uniform(-2.0, 10.0, POINTS), rng.uniform(0.0, 10.0, POINTS)
+    model, rng = systems.resolve(name).mechanism, np.random.default_rng(1)
+    equations, varied = model.equations, list(RANGES[name])
+    given = {p.symbol: p.default for p in model.system.parameters.values() if p.name not in varied}
+    symbols = {model.system.parameters[key].symbol: hy.par[i] for i, key in enumerate(varied)}
+    states = [hy.expression(x.name) for x in equations.states]
+    symbols |= {equations.system.time: hy.time} | dict(zip(equations.states, states, strict=True))
+    rates = [*equations.v, *(equations.a.inv() * sp.Matrix(equations.forces)).applyfunc(sp.simplify).subs(given)]
+    rates = [hy.from_sympy(sp.sympify(e).evalf(17), symbols) for e in rates]
+    equations = hy.var_ode_sys([*zip(states, rates, strict=True)], hy.var_args.vars, order=1)
+    nothing = np.zeros((len(states), BATCH)), np.zeros((len(varied), BATCH))
+    ta = hy.taylor_adaptive_batch(equations, nothing[0], tol=1e-12, pars=nothing[1], fast_math=True)
+    start, values = ta.state.copy(), np.array([rng.uniform(*ends, POINTS) for ends in RANGES[name].values()])
+    (period,) = lambdified([model.system.parameters[key].symbol for key in varied], [model.system.given_period])(
+        *values
+    )
 
     def work():
         for first in range(0, POINTS, BATCH):
             ta.set_time(0.0)
-            ta.state[:] = start
-            ta.pars[0], ta.pars[1] = a[first : first + BATCH], q[first : first + BATCH]
-            ta.propagate_until(np.pi)
+            ta.state[:], ta.pars[:] = start, values[:, first : first + BATCH]
+            ta.propagate_until(period[first : first + BATCH])
 
-    print(
-        f"heyoka.py {hy.__version__}, var_ode_sys, batches of {BATCH}, tolerance 1e-12: {POINTS / seconds(work):,.0f}"
-    )
+    rate = POINTS / seconds(work)
+    print(f"{name}: heyoka.py {hy.__version__}, var_ode_sys, batches of {BATCH}, tolerance 1e-12: {rate:,.0f}")
 
 
 if __name__ == "__main__":
     for system in RANGES:
         ours(system)
-    theirs()
+        theirs(system)

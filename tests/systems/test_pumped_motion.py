@@ -205,7 +205,12 @@ def test_a_large_perturbation_has_no_number_and_says_so():
 def test_no_measured_bit_depends_on_the_variational_flow(monkeypatch):
     given = bodies(4, 50)
     whole = motion.survey(given)
-    monkeypatch.setattr(periodic, "flow", lambda A, h, sizes: (np.full((*A.shape[:2], 2, 2), 7.0), np.zeros(len(A))))
+
+    def wrong(*given, right=periodic.varied):
+        matrix, other, noise, determinant, turns = right(*given)
+        return matrix + 7.0, other, noise, determinant, turns + 1.0
+
+    monkeypatch.setattr(periodic, "varied", wrong)
     other = motion.survey(given)
     for name in whole:
         if "theory" not in name and name not in ("status", "propagation_error", "phase_residual"):
