@@ -45,7 +45,7 @@ def ours(name: str) -> None:
         return lambda: [work(part, np.full(part.period.size, 1e-8)) for part in parts]
 
     def of(part):
-        return int(part.number[0]) + 2, 1
+        return 3 * int(part.number[0]) // 2 + 2, 1
 
     matrix = each(lambda part, size: periodic.product(periodic.followed(part, size, periodic.STEPS)[0]))
     works = {
